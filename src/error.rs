@@ -1,0 +1,140 @@
+//! Bad input: what was wrong, where, and what would be right.
+//!
+//! Only input is an error in lissom. A numerical outcome (no convergence, a step too small, a non-finite
+//! value) is a *status* with a reason in the result of the computation.
+
+use std::fmt;
+
+/// One thing that is wrong with an input.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Problem {
+    /// Where: the path of the value, such as `segments[0].radius`.
+    pub place: String,
+    /// What was found, such as `-0.1`.
+    pub found: String,
+    /// What would be right, such as `a finite number > 0 (metres)`.
+    pub expected: String,
+}
+
+impl fmt::Display for Problem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: got {}, expected {}", self.place, self.found, self.expected)
+    }
+}
+
+/// An input that was refused, with everything that is wrong with it. Never empty.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct InvalidInput {
+    /// The problems, in the order of the input.
+    pub problems: Vec<Problem>,
+}
+
+impl InvalidInput {
+    /// An error with a single problem.
+    pub fn new(place: impl Into<String>, found: impl fmt::Display, expected: impl Into<String>) -> Self {
+        Self {
+            problems: vec![Problem {
+                place: place.into(),
+                found: found.to_string(),
+                expected: expected.into(),
+            }],
+        }
+    }
+}
+
+impl fmt::Display for InvalidInput {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (i, problem) in self.problems.iter().enumerate() {
+            if i > 0 {
+                writeln!(f)?;
+            }
+            write!(f, "{problem}")?;
+        }
+        Ok(())
+    }
+}
+
+impl std::error::Error for InvalidInput {}
+
+/// Collects the problems of an input, so that all of them are reported at once.
+#[derive(Debug, Default)]
+pub struct Checker {
+    problems: Vec<Problem>,
+}
+
+impl Checker {
+    /// A checker that has found nothing yet.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Notes a problem unless `ok`; returns `ok`.
+    pub fn require(&mut self, ok: bool, place: &str, found: impl fmt::Display, expected: &str) -> bool {
+        if !ok {
+            self.problems.push(Problem {
+                place: place.to_owned(),
+                found: found.to_string(),
+                expected: expected.to_owned(),
+            });
+        }
+        ok
+    }
+
+    /// `value` must be finite and positive; `unit` ends the sentence, such as `metres`.
+    pub fn positive(&mut self, value: f64, place: &str, unit: &str) -> bool {
+        let expected = format!("a finite number > 0 ({unit})");
+        self.require(value.is_finite() && value > 0.0, place, value, &expected)
+    }
+
+    /// `value` must be finite and not negative.
+    pub fn non_negative(&mut self, value: f64, place: &str, unit: &str) -> bool {
+        let expected = format!("a finite number >= 0 ({unit})");
+        self.require(value.is_finite() && value >= 0.0, place, value, &expected)
+    }
+
+    /// Every entry of `values` must be finite; the place of an offender is `place[i]`.
+    pub fn finite(&mut self, values: &[f64], place: &str) -> bool {
+        let mut ok = true;
+        for (i, &value) in values.iter().enumerate() {
+            ok &= self.require(value.is_finite(), &format!("{place}[{i}]"), value, "a finite number");
+        }
+        ok
+    }
+
+    /// `values` must have `expected` entries.
+    pub fn length(&mut self, values: &[f64], expected: usize, place: &str) -> bool {
+        let wanted = format!("{expected} values");
+        self.require(values.len() == expected, place, format_args!("{} values", values.len()), &wanted)
+    }
+
+    /// Takes over the problems of an inner input that stands at `place`.
+    pub fn nested<T>(&mut self, place: &str, result: Result<T, InvalidInput>) -> Option<T> {
+        match result {
+            Ok(value) => Some(value),
+            Err(error) => {
+                self.problems.extend(
+                    error
+                        .problems
+                        .into_iter()
+                        .map(|problem| Problem { place: format!("{place}.{}", problem.place), ..problem }),
+                );
+                None
+            }
+        }
+    }
+
+    /// True while nothing is wrong.
+    pub fn is_ok(&self) -> bool {
+        self.problems.is_empty()
+    }
+
+    /// `Ok` when nothing was wrong, else all the problems.
+    pub fn finish(self) -> Result<(), InvalidInput> {
+        if self.problems.is_empty() { Ok(()) } else { Err(InvalidInput { problems: self.problems }) }
+    }
+}
+
+/// Somebody (a callback that failed, a user who pressed Ctrl-C) asked the computation to stop.
+/// Who asked keeps the reason; the core only passes this on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Interrupted;

@@ -1,0 +1,8 @@
+//! lissom makes soft rods move.
+
+pub mod error;
+pub mod linalg;
+pub mod model;
+#[cfg(feature = "python")]
+mod python;
+pub mod roots;

@@ -1,0 +1,23 @@
+//! The Python extension module `lissom._lissom`: conversions only, no numerics.
+//!
+//! `convert` turns Python values into slices and back, `callback` carries exceptions and Ctrl-C through the core,
+//! every other file binds the module of the core that has its name.
+
+#![allow(missing_docs, reason = "docstrings of this module are written for Python's help()")]
+
+mod callback;
+mod convert;
+
+use pyo3::prelude::*;
+
+#[pymodule]
+mod _lissom {
+    use super::*;
+
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+        // Benchmarks refuse to time a debug build.
+        module.add("build_profile", if cfg!(debug_assertions) { "debug" } else { "release" })
+    }
+}
