@@ -5,4 +5,5 @@ pub mod linalg;
 pub mod model;
 #[cfg(feature = "python")]
 mod python;
+pub mod rod;
 pub mod roots;
