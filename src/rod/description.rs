@@ -1,0 +1,184 @@
+//! What a rod is, in plain data: segments in a row, a base, loads at the tip.
+
+use crate::error::{Checker, InvalidInput};
+
+/// Number of strain components.
+pub const STRAINS: usize = 6;
+
+/// Names of the strain components, in their order within a strain: angular first.
+pub const STRAIN_NAMES: [&str; STRAINS] = ["torsion", "bend_y", "bend_z", "stretch", "shear_y", "shear_z"];
+
+/// Strain of a straight, unstretched rod along its body x axis.
+pub const STRAIGHT: [f64; STRAINS] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0];
+
+/// Most modes of one strain component in one segment: beyond, Legendre modes cost conditioning and buy no accuracy.
+pub const MAX_MODES: usize = 64;
+
+/// Most generalised coordinates of a rod: its dense Jacobian then takes 128 MiB.
+pub const MAX_COORDINATES: usize = 4096;
+
+/// A quaternion whose norm is off by more than this is refused as a mistake rather than normalised.
+pub const QUATERNION_TOLERANCE: f64 = 1e-3;
+
+/// A piece of rod of one material, with linearly tapered circular section.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Segment {
+    /// Length in metres.
+    pub length: f64,
+    /// Radius at the segment's base and at its tip, in metres.
+    pub radius: [f64; 2],
+    /// Young's modulus E in pascals.
+    pub young_modulus: f64,
+    /// Shear modulus G in pascals.
+    pub shear_modulus: f64,
+    /// Density in kg/m^3.
+    pub density: f64,
+    /// Number of shifted Legendre modes of each strain component, in the order of [`STRAIN_NAMES`].
+    pub modes: [usize; STRAINS],
+    /// Kelvin-Voigt retardation time mu in seconds: damping is mu times stiffness.
+    pub retardation_time: f64,
+    /// Strain at which the segment is free of stress.
+    pub reference_strain: [f64; STRAINS],
+    /// Shear correction factor k_s of the shear stiffness k_s G A.
+    pub shear_correction: f64,
+}
+
+impl Segment {
+    /// A straight elastic segment of constant radius, without modes: a start for `..` syntax.
+    pub fn straight(length: f64, radius: f64, young_modulus: f64, shear_modulus: f64, density: f64) -> Self {
+        Self {
+            length,
+            radius: [radius; 2],
+            young_modulus,
+            shear_modulus,
+            density,
+            modes: [0; STRAINS],
+            retardation_time: 0.0,
+            reference_strain: STRAIGHT,
+            shear_correction: 1.0,
+        }
+    }
+
+    /// Number of generalised coordinates of this segment.
+    pub fn coordinates(&self) -> usize {
+        self.modes.iter().sum()
+    }
+
+    /// Everything that is wrong with this segment.
+    pub fn validate(&self) -> Result<(), InvalidInput> {
+        /// E <= 3 G is Poisson's ratio <= 1/2; this much rounding is forgiven, so that 0.5 itself can be written.
+        const POISSON_ROUNDING: f64 = 1e-9;
+        let mut check = Checker::new();
+        check.positive(self.length, "length", "metres");
+        check.positive(self.radius[0], "radius[0]", "metres");
+        check.positive(self.radius[1], "radius[1]", "metres");
+        let young = check.positive(self.young_modulus, "young_modulus", "pascals");
+        let shear = check.positive(self.shear_modulus, "shear_modulus", "pascals");
+        if young && shear {
+            let poisson = self.young_modulus / (2.0 * self.shear_modulus) - 1.0;
+            check.require(
+                poisson <= 0.5 + POISSON_ROUNDING,
+                "shear_modulus",
+                format_args!("{} (Poisson's ratio E/(2G) - 1 = {poisson:.4})", self.shear_modulus),
+                "a shear modulus with Poisson's ratio in (-1, 0.5]",
+            );
+        }
+        check.positive(self.density, "density", "kg/m^3");
+        for (modes, name) in self.modes.iter().zip(STRAIN_NAMES) {
+            check.require(
+                *modes <= MAX_MODES,
+                &format!("modes.{name}"),
+                modes,
+                &format!("at most {MAX_MODES} modes"),
+            );
+        }
+        check.non_negative(self.retardation_time, "retardation_time", "seconds");
+        if check.finite(&self.reference_strain, "reference_strain") {
+            check.require(
+                self.reference_strain[3] > 0.0,
+                "reference_strain[3]",
+                self.reference_strain[3],
+                "a stretch > 0 (1 for an unstretched rod)",
+            );
+        }
+        check.positive(self.shear_correction, "shear_correction", "1 unless the section asks for less");
+        check.finish()
+    }
+}
+
+/// A rod: segments in a row, clamped at its base, with dead loads and a point mass at its tip.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rod {
+    /// The segments from base to tip; each continues where the one before ends.
+    pub segments: Vec<Segment>,
+    /// Position of the base in the world, in metres.
+    pub base_position: [f64; 3],
+    /// Orientation of the base: quaternion (w, x, y, z) that turns body axes into world axes; normalised on use.
+    pub base_orientation: [f64; 4],
+    /// Gravity in the world, in m/s^2.
+    pub gravity: [f64; 3],
+    /// Dead force at the tip in world axes, in newtons.
+    pub tip_force: [f64; 3],
+    /// Dead moment at the tip in world axes, in newton metres. A constant spatial moment has no potential.
+    pub tip_moment: [f64; 3],
+    /// Point mass at the tip, in kilograms.
+    pub tip_mass: f64,
+}
+
+impl Rod {
+    /// A rod at the origin along world x, under standard gravity along -z, without tip loads.
+    pub fn new(segments: Vec<Segment>) -> Self {
+        Self {
+            segments,
+            base_position: [0.0; 3],
+            base_orientation: [1.0, 0.0, 0.0, 0.0],
+            gravity: [0.0, 0.0, -9.81],
+            tip_force: [0.0; 3],
+            tip_moment: [0.0; 3],
+            tip_mass: 0.0,
+        }
+    }
+
+    /// Number of generalised coordinates.
+    pub fn coordinates(&self) -> usize {
+        self.segments.iter().map(Segment::coordinates).sum()
+    }
+
+    /// Length of the unstretched rod in metres.
+    pub fn length(&self) -> f64 {
+        self.segments.iter().map(|segment| segment.length).sum()
+    }
+
+    /// Everything that is wrong with this rod and its segments.
+    pub fn validate(&self) -> Result<(), InvalidInput> {
+        let mut check = Checker::new();
+        check.require(!self.segments.is_empty(), "segments", "none", "at least one segment");
+        for (i, segment) in self.segments.iter().enumerate() {
+            check.nested(&format!("segments[{i}]"), segment.validate());
+        }
+        if check.is_ok() {
+            let n = self.coordinates();
+            check.require(
+                n <= MAX_COORDINATES,
+                "segments",
+                format_args!("{n} modes in all"),
+                &format!("at most {MAX_COORDINATES} modes in all segments together"),
+            );
+        }
+        check.finite(&self.base_position, "base_position");
+        if check.finite(&self.base_orientation, "base_orientation") {
+            let norm = self.base_orientation.iter().map(|x| x * x).sum::<f64>().sqrt();
+            check.require(
+                (norm - 1.0).abs() <= QUATERNION_TOLERANCE,
+                "base_orientation",
+                format_args!("a quaternion of norm {norm}"),
+                "a quaternion (w, x, y, z) of norm 1",
+            );
+        }
+        check.finite(&self.gravity, "gravity");
+        check.finite(&self.tip_force, "tip_force");
+        check.finite(&self.tip_moment, "tip_moment");
+        check.non_negative(self.tip_mass, "tip_mass", "kilograms");
+        check.finish()
+    }
+}
