@@ -1,0 +1,76 @@
+# Two commands do everything: `make demo` and `make test`. Both build in release mode inside .venv.
+# Kept to what GNU make 3.81 and a BSD userland understand, so that macOS needs nothing extra.
+
+JOBS ?= 2
+RESULTS ?= results
+
+VENV := .venv
+BIN := $(VENV)/bin
+LAB_SCENES := $(sort $(wildcard scenes/lab-*.toml))
+COMPILE := uv pip compile --quiet --universal --python-version 3.11 --upgrade \
+	--no-emit-index-url --no-emit-find-links --no-annotate --all-extras pyproject.toml
+
+# The tools must act on .venv whatever environment the caller has activated.
+export VIRTUAL_ENV := $(CURDIR)/$(VENV)
+export PYO3_PYTHON := $(CURDIR)/$(BIN)/python
+export CARGO_BUILD_JOBS := $(JOBS)
+export PIP_DISABLE_PIP_VERSION_CHECK := 1
+unexport CONDA_PREFIX
+unexport PYTHONPATH
+unexport PYTHONHOME
+
+.PHONY: help demo test test-rust test-python build build-for-test format lock clean
+.DEFAULT_GOAL := help
+
+help: ## list the targets
+	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1|\2/p' $(firstword $(MAKEFILE_LIST)) | column -t -s '|'
+
+demo: build ## simulate the lab scenes and say where the reports lie
+	@set -e; for scene in $(LAB_SCENES); do \
+		$(BIN)/lissom run "$$scene" -o "$(RESULTS)/$$(basename "$$scene" .toml)"; \
+	done
+	@echo; echo "Open in a browser:"
+	@find "$(RESULTS)" -name '*.html' | sort | sed 's|^|  |'
+
+test: test-rust test-python ## run every check and every test
+
+test-rust: $(VENV)/test.stamp ## formatting, lints and tests of the Rust crate
+	@.ci/toolchain cargo
+	@.ci/toolchain cargo-checks
+	cargo fmt --check
+	cargo clippy --locked --all-targets -- -D warnings
+	cargo clippy --locked --all-targets --features python -- -D warnings
+	cargo test --locked
+
+test-python: build-for-test ## formatting, types and tests of the Python package
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	$(BIN)/mypy --strict
+	$(BIN)/python -m mypy.stubtest lissom._lissom --allowlist tests/python/stubtest-allowlist.txt
+	$(BIN)/python -m pytest -n $(JOBS)
+
+build: $(VENV)/demo.stamp ## build the package in release mode into .venv
+	@.ci/toolchain cargo
+	$(BIN)/maturin develop --release --locked
+
+build-for-test: $(VENV)/test.stamp
+	@.ci/toolchain cargo
+	$(BIN)/maturin develop --release --locked
+
+format: $(VENV)/test.stamp ## format all sources
+	cargo fmt
+	$(BIN)/ruff format .
+	$(BIN)/ruff check --fix .
+
+lock: ## choose the newest versions for requirements/*.txt (needs uv)
+	UV_CUSTOM_COMPILE_COMMAND="make lock" $(COMPILE) --group build --output-file requirements/demo.txt
+	UV_CUSTOM_COMPILE_COMMAND="make lock" $(COMPILE) --group test --output-file requirements/test.txt
+
+clean: ## remove .venv, build products and results
+	rm -rf $(VENV) target $(RESULTS) python/lissom/*.so
+
+$(VENV)/%.stamp: requirements/%.txt pyproject.toml
+	@.ci/toolchain cargo
+	@test -x $(BIN)/python || { python=$$(.ci/toolchain python) && "$$python" -m venv $(VENV); }
+	$(BIN)/python -m pip install --quiet --requirement $<
+	@touch $@

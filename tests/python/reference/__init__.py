@@ -1,0 +1,1 @@
+"""Independent NumPy implementations that the Rust results are compared with."""
