@@ -93,6 +93,17 @@ impl Lu {
         );
     }
 
+    /// `min |u_ii| / max |u_ii|` of the factorised matrix: a cheap hint that it may be close to singular; not a bound.
+    pub fn pivot_ratio(&self) -> f64 {
+        let (mut smallest, mut largest) = (f64::INFINITY, 0.0_f64);
+        for i in 0..self.factors.nrows() {
+            let pivot = self.factors[(i, i)].abs();
+            smallest = smallest.min(pivot);
+            largest = largest.max(pivot);
+        }
+        if largest > 0.0 { smallest / largest } else { 1.0 }
+    }
+
     fn solve_transposed(&mut self, b: &mut [f64]) {
         let n = self.factors.nrows();
         let factors = view(&self.factors);

@@ -1,4 +1,48 @@
-//! Root finding on R^n: Newton's method and finite-difference Jacobians. Knows nothing of time.
+//! Root finding on R^n: Newton's method, its globalisations and finite-difference Jacobians. Knows nothing of time.
+//!
+//! A [`System`] is what is to be solved, [`Options`] how, [`Newton`] the memory and the method, [`Outcome`] what came
+//! of it. Every outcome has a [`Status`] that says what happened; only a root is a success.
+//!
+//! ```
+//! use lissom::error::Interrupted;
+//! use lissom::linalg::Matrix;
+//! use lissom::roots::{Newton, Options, Status, System};
+//!
+//! /// x^2 + y^2 = 2, x = y.
+//! struct CircleAndLine;
+//!
+//! impl System for CircleAndLine {
+//!     fn unknowns(&self) -> usize {
+//!         2
+//!     }
+//!     fn residual(&mut self, x: &[f64], residual: &mut [f64]) -> Result<(), Interrupted> {
+//!         residual[0] = x[0] * x[0] + x[1] * x[1] - 2.0;
+//!         residual[1] = x[0] - x[1];
+//!         Ok(())
+//!     }
+//!     fn jacobian(&mut self, x: &[f64], jacobian: &mut Matrix) -> Result<(), Interrupted> {
+//!         jacobian.copy_from_slice(&[2.0 * x[0], 1.0, 2.0 * x[1], -1.0]); // by columns
+//!         Ok(())
+//!     }
+//! }
+//!
+//! let mut x = [3.0, 1.0];
+//! let outcome = Newton::new(2, 2).solve(&mut CircleAndLine, &mut x, &Options::default())?;
+//! assert_eq!(outcome.status, Status::ConvergedResidual);
+//! assert!((x[0] - 1.0).abs() < 1e-6 && (x[1] - 1.0).abs() < 1e-6);
+//! # Ok::<(), Interrupted>(())
+//! ```
+
+mod difference;
+mod newton;
+mod options;
+mod outcome;
+mod step;
+
+pub use difference::{CENTRAL_INCREMENT, Differences, FORWARD_INCREMENT};
+pub use newton::{Iterate, Newton};
+pub use options::{Method, Options, Reuse, StepTolerance};
+pub use outcome::{Outcome, Status};
 
 use crate::error::Interrupted;
 use crate::linalg::Matrix;
