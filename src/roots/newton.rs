@@ -16,7 +16,8 @@ const STATIONARY: f64 = 1.490_116_119_384_765_6e-8;
 const EVALUATION_ERROR: f64 = 100.0;
 
 /// A step by which the step rule may stop must have reduced the residual at least to this fraction: near a simple root
-/// a Newton step does far better, near a pole of order p it gives `(1 + 1/p)^-p`, between 1/2 and 1/e.
+/// a Newton step does far better, near a pole of order p it gives `(1 + 1/p)^-p`, between 1/2 and 1/e. Where rounding ends
+/// the search, it is the whole of it that must have done so.
 const CONFIRMED_REDUCTION: f64 = 0.25;
 
 /// Steps of that many rounding units of x are as small as rounding lets them be.
@@ -258,7 +259,10 @@ impl Newton {
                 if rate <= CONFIRMED_REDUCTION && self.step_is_small(x, options) {
                     return Ok(Status::ConvergedStep);
                 }
-                if self.size(&self.step) <= ROUNDING_STEP * self.size(x) && self.residual_is_rounding(x) {
+                if self.size(&self.step) <= ROUNDING_STEP * self.size(x)
+                    && residual_norm <= CONFIRMED_REDUCTION * start_norm
+                    && self.residual_is_rounding(x)
+                {
                     return Ok(Status::ConvergedStep);
                 }
             }

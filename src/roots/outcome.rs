@@ -75,7 +75,8 @@ impl Status {
             }
             Self::Stalled => {
                 "The steps are below the rounding of x, yet the residual is not small. Check the Jacobian against \
-                 differences, and whether R is continuous here."
+                 differences, and whether R is continuous here; if R cannot be computed any better, loosen its \
+                 tolerance or give its scale."
             }
             Self::NonFiniteResidual => {
                 "The residual is NaN or infinite. If that is so at the start, start inside the domain of R; otherwise \
