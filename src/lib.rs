@@ -1,6 +1,7 @@
 //! lissom makes soft rods move.
 
 pub mod error;
+pub mod lie;
 pub mod linalg;
 pub mod model;
 #[cfg(feature = "python")]

@@ -1,5 +1,28 @@
 //! Cosserat rods with a strain parametrisation.
+//!
+//! `description` is what a rod is, in plain data; `plan` is the same compiled for computing. The sweeps of [`RodModel`] read
+//! the plan and work in a `workspace`: `kinematics` (where the rod is), `inverse_dynamics` (what forces a motion needs),
+//! `tangent` (how they change with the motion, and the mass matrix), `energy`.
 
+mod basis;
 mod description;
+mod energy;
+mod inertia;
+mod inverse_dynamics;
+mod kinematics;
+mod model;
+mod plan;
+mod quadrature;
+mod section;
+mod tangent;
+mod workspace;
 
-pub use description::{MAX_COORDINATES, MAX_MODES, Rod, STRAIGHT, STRAIN_NAMES, STRAINS, Segment};
+pub use basis::legendre;
+pub use description::{
+    MAX_COORDINATES, MAX_MODES, QUATERNION_TOLERANCE, Rod, STRAIGHT, STRAIN_NAMES, STRAINS, Segment,
+};
+pub use kinematics::Pose;
+pub use model::RodModel;
+pub use plan::Plan;
+pub use quadrature::Gauss;
+pub use section::Section;

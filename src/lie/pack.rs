@@ -1,0 +1,167 @@
+//! Several doubles that take every operation together.
+
+use std::ops::{Add, AddAssign, Mul, Neg, Sub};
+
+/// Number of doubles in a [`Pack`]: one 256-bit register, and few enough that node counts round up cheaply.
+pub const LANES: usize = 4;
+
+/// What the vectors of this module are made of: `f64` or [`Pack`].
+pub trait Scalar:
+    Copy
+    + std::fmt::Debug
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Neg<Output = Self>
+    + AddAssign
+    + Mul<f64, Output = Self>
+{
+    /// The number in every lane.
+    fn splat(value: f64) -> Self;
+    /// The square root of every lane.
+    fn sqrt(self) -> Self;
+    /// One over every lane.
+    fn reciprocal(self) -> Self;
+    /// Cosine and sine of every lane.
+    fn cos_sin(self) -> (Self, Self);
+    /// Largest lane.
+    fn largest(self) -> f64;
+}
+
+impl Scalar for f64 {
+    #[inline(always)]
+    fn splat(value: f64) -> Self {
+        value
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        Self::sqrt(self)
+    }
+    #[inline(always)]
+    fn reciprocal(self) -> Self {
+        1.0 / self
+    }
+    #[inline(always)]
+    fn cos_sin(self) -> (Self, Self) {
+        (self.cos(), self.sin())
+    }
+    #[inline(always)]
+    fn largest(self) -> f64 {
+        self
+    }
+}
+
+/// [`LANES`] doubles, such as the values of a quantity at neighbouring nodes of a rod.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(align(32))]
+pub struct Pack(pub [f64; LANES]);
+
+impl Pack {
+    /// Zero in every lane.
+    pub const ZERO: Self = Self([0.0; LANES]);
+
+    #[inline(always)]
+    fn zip(self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
+        Self(std::array::from_fn(|i| f(self.0[i], other.0[i])))
+    }
+
+    #[inline(always)]
+    fn map(self, f: impl Fn(f64) -> f64) -> Self {
+        Self(self.0.map(f))
+    }
+
+    /// The sum of the lanes.
+    #[inline(always)]
+    pub fn sum(self) -> f64 {
+        (self.0[0] + self.0[1]) + (self.0[2] + self.0[3])
+    }
+}
+
+impl Add for Pack {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        self.zip(other, |a, b| a + b)
+    }
+}
+
+impl AddAssign for Pack {
+    #[inline(always)]
+    fn add_assign(&mut self, other: Self) {
+        *self = *self + other;
+    }
+}
+
+impl Sub for Pack {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        self.zip(other, |a, b| a - b)
+    }
+}
+
+impl Mul for Pack {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        self.zip(other, |a, b| a * b)
+    }
+}
+
+impl Mul<f64> for Pack {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, factor: f64) -> Self {
+        self.map(|a| a * factor)
+    }
+}
+
+impl Neg for Pack {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        self.map(|a| -a)
+    }
+}
+
+impl Scalar for Pack {
+    #[inline(always)]
+    fn splat(value: f64) -> Self {
+        Self([value; LANES])
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        self.map(f64::sqrt)
+    }
+    #[inline(always)]
+    fn reciprocal(self) -> Self {
+        self.map(|a| 1.0 / a)
+    }
+    #[inline(always)]
+    fn cos_sin(self) -> (Self, Self) {
+        (self.map(f64::cos), self.map(f64::sin))
+    }
+    #[inline(always)]
+    fn largest(self) -> f64 {
+        self.0.iter().fold(f64::NEG_INFINITY, |m, &a| m.max(a))
+    }
+}
+
+/// Vector quantities at [`LANES`] points, of which integrals are weighted sums.
+pub trait Packed: Copy + AddAssign + Mul<Pack, Output = Self> {
+    /// What stands in `lane`, in every lane.
+    fn broadcast(&self, lane: usize) -> Self;
+}
+
+/// `start + sum_l weights[l] values_l`, where `values_l` is the quantity in lane `l` counted through all packs:
+/// with the rows of an integration matrix as weights, the integral up to [`LANES`] nodes at once.
+#[inline(always)]
+pub fn weighted_sum<V: Packed>(start: V, weights: &[Pack], values: &[V]) -> V {
+    let mut sum = start;
+    for (weights, value) in weights.chunks_exact(LANES).zip(values) {
+        for (lane, &weight) in weights.iter().enumerate() {
+            sum += value.broadcast(lane) * weight;
+        }
+    }
+    sum
+}

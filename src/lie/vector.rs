@@ -1,0 +1,129 @@
+//! Vectors of three components.
+
+use std::ops::{Add, AddAssign, Mul, Neg, Sub};
+
+use super::{LANES, Pack, Packed, Scalar};
+
+/// A vector of space.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[allow(missing_docs, reason = "the components of a vector")]
+pub struct Vector<T> {
+    pub x: T,
+    pub y: T,
+    pub z: T,
+}
+
+impl<T: Scalar> Vector<T> {
+    /// A vector from its components.
+    #[inline(always)]
+    pub fn new(x: T, y: T, z: T) -> Self {
+        Self { x, y, z }
+    }
+
+    /// The zero vector.
+    #[inline(always)]
+    pub fn zero() -> Self {
+        Self::splat([0.0; 3])
+    }
+
+    /// The same vector in every lane.
+    #[inline(always)]
+    pub fn splat(v: [f64; 3]) -> Self {
+        Self::new(T::splat(v[0]), T::splat(v[1]), T::splat(v[2]))
+    }
+
+    /// Vector product.
+    #[inline(always)]
+    pub fn cross(self, other: Self) -> Self {
+        Self::new(
+            self.y * other.z - self.z * other.y,
+            self.z * other.x - self.x * other.z,
+            self.x * other.y - self.y * other.x,
+        )
+    }
+
+    /// Scalar product.
+    #[inline(always)]
+    pub fn dot(self, other: Self) -> T {
+        self.x * other.x + self.y * other.y + self.z * other.z
+    }
+}
+
+impl Vector<f64> {
+    /// The components in an array.
+    pub fn to_array(self) -> [f64; 3] {
+        [self.x, self.y, self.z]
+    }
+}
+
+impl From<[f64; 3]> for Vector<f64> {
+    fn from(v: [f64; 3]) -> Self {
+        Self::splat(v)
+    }
+}
+
+impl Vector<Pack> {
+    /// The vector in one lane.
+    #[inline(always)]
+    pub fn lane(&self, lane: usize) -> Vector<f64> {
+        Vector { x: self.x.0[lane], y: self.y.0[lane], z: self.z.0[lane] }
+    }
+
+    /// The sum of the vectors in the lanes.
+    #[inline(always)]
+    pub fn sum(self) -> Vector<f64> {
+        Vector { x: self.x.sum(), y: self.y.sum(), z: self.z.sum() }
+    }
+
+    /// Lane by lane from vectors.
+    #[inline(always)]
+    pub fn from_lanes(v: [Vector<f64>; LANES]) -> Self {
+        Self { x: Pack(v.map(|v| v.x)), y: Pack(v.map(|v| v.y)), z: Pack(v.map(|v| v.z)) }
+    }
+}
+
+impl Packed for Vector<Pack> {
+    #[inline(always)]
+    fn broadcast(&self, lane: usize) -> Self {
+        Self::splat(self.lane(lane).to_array())
+    }
+}
+
+impl<T: Scalar> Add for Vector<T> {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        Self::new(self.x + other.x, self.y + other.y, self.z + other.z)
+    }
+}
+
+impl<T: Scalar> AddAssign for Vector<T> {
+    #[inline(always)]
+    fn add_assign(&mut self, other: Self) {
+        *self = *self + other;
+    }
+}
+
+impl<T: Scalar> Sub for Vector<T> {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        Self::new(self.x - other.x, self.y - other.y, self.z - other.z)
+    }
+}
+
+impl<T: Scalar> Neg for Vector<T> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Self::new(-self.x, -self.y, -self.z)
+    }
+}
+
+impl<T: Scalar> Mul<T> for Vector<T> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, factor: T) -> Self {
+        Self::new(self.x * factor, self.y * factor, self.z * factor)
+    }
+}

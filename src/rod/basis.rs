@@ -1,0 +1,36 @@
+//! The strain basis: shifted Legendre polynomials `P_k(2 X / L - 1)`.
+
+/// Writes `P_0 .. P_{values.len()-1}` at `x` in [0, 1] (shifted), by Bonnet's recursion.
+pub fn legendre(x: f64, values: &mut [f64]) {
+    let t = 2.0 * x - 1.0;
+    let (mut before, mut here) = (0.0, 1.0);
+    for (k, value) in values.iter_mut().enumerate() {
+        *value = here;
+        let k = k as f64;
+        (before, here) = (here, ((2.0 * k + 1.0) * t * here - k * before) / (k + 1.0));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn known_polynomials() {
+        for x in [0.0, 0.2, 0.5, 1.0] {
+            let t: f64 = 2.0 * x - 1.0;
+            let mut values = [0.0; 5];
+            legendre(x, &mut values);
+            let wanted = [
+                1.0,
+                t,
+                1.5 * t * t - 0.5,
+                2.5 * t.powi(3) - 1.5 * t,
+                (35.0 * t.powi(4) - 30.0 * t * t + 3.0) / 8.0,
+            ];
+            for (value, wanted) in values.iter().zip(wanted) {
+                assert!((value - wanted).abs() < 1e-15, "{value} is not {wanted} at {x}");
+            }
+        }
+    }
+}

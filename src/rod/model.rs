@@ -1,0 +1,93 @@
+//! A compiled rod with its memory: what the integrators work with.
+
+use std::sync::Arc;
+
+use super::description::Rod;
+use super::kinematics::{self, Pose};
+use super::plan::Plan;
+use super::tangent::{self, TangentWorkspace};
+use super::workspace::Workspace;
+use super::{energy, inverse_dynamics};
+use crate::error::InvalidInput;
+use crate::linalg::Matrix;
+use crate::model::{Energy, Model};
+
+/// A Cosserat rod ready to be moved. Clones share the plan and have memory of their own.
+#[derive(Clone, Debug)]
+pub struct RodModel {
+    plan: Arc<Plan>,
+    work: Workspace,
+    tangent: TangentWorkspace,
+    zeros: Vec<f64>,
+}
+
+impl RodModel {
+    /// Compiles `rod`; refuses one that is not valid, with everything that is wrong with it.
+    pub fn new(rod: &Rod) -> Result<Self, InvalidInput> {
+        let plan = Arc::new(Plan::new(rod)?);
+        Ok(Self {
+            work: Workspace::new(&plan),
+            tangent: TangentWorkspace::new(&plan),
+            zeros: vec![0.0; plan.n],
+            plan,
+        })
+    }
+
+    /// What was computed once.
+    pub fn plan(&self) -> &Plan {
+        &self.plan
+    }
+
+    /// The pose at arc length `x` of the unstretched rod, 0 <= x <= L (clamped there): the body axes and the position in
+    /// the world.
+    pub fn pose(&mut self, q: &[f64], x: f64) -> Pose {
+        kinematics::update(&self.plan, &mut self.work, q);
+        kinematics::pose(&self.plan, &self.work, q, x)
+    }
+}
+
+impl Model for RodModel {
+    fn n(&self) -> usize {
+        self.plan.n
+    }
+
+    fn inverse_dynamics(&mut self, q: &[f64], qd: &[f64], qdd: &[f64], tau: &mut [f64]) {
+        inverse_dynamics::update(&self.plan, &mut self.work, q, qd, qdd);
+        inverse_dynamics::project(&self.plan, &self.work, q, qd, tau);
+    }
+
+    fn weighted_tangent(
+        &mut self,
+        q: &[f64],
+        qd: &[f64],
+        qdd: &[f64],
+        weights: [f64; 3],
+        tangent: &mut Matrix,
+    ) {
+        inverse_dynamics::update(&self.plan, &mut self.work, q, qd, qdd);
+        tangent::weighted_tangent(&self.plan, &self.work, &mut self.tangent, weights, tangent);
+    }
+
+    /// `M = int Psi^T N Psi`, which is the tangent with respect to `qdd`: symmetric to rounding because the quadrature
+    /// sums by parts exactly, and made so to the last bit.
+    fn mass_matrix(&mut self, q: &[f64], mass: &mut Matrix) {
+        kinematics::update(&self.plan, &mut self.work, q);
+        tangent::weighted_tangent(&self.plan, &self.work, &mut self.tangent, [0.0, 0.0, 1.0], mass);
+        for k in 0..self.plan.n {
+            for j in 0..k {
+                let mean = 0.5 * (mass[(j, k)] + mass[(k, j)]);
+                mass[(j, k)] = mean;
+                mass[(k, j)] = mean;
+            }
+        }
+    }
+
+    fn energy(&mut self, q: &[f64], qd: &[f64]) -> Energy {
+        inverse_dynamics::update(&self.plan, &mut self.work, q, qd, &self.zeros);
+        energy::energy(&self.plan, &self.work, q)
+    }
+
+    fn dissipated_power(&mut self, _q: &[f64], qd: &[f64]) -> f64 {
+        energy::dissipated_power(&self.plan, qd)
+    }
+}
