@@ -1,20 +1,22 @@
-"""The Cosserat rod once more: Newton-Euler in the body frame, integrated along X by an adaptive Runge-Kutta method.
+"""The Cosserat rod once more: Newton-Euler in the body frame, integrated along X by adaptive Runge-Kutta.
 
-Outward, for pose (R, p), body twist eta and its rate (Boyer, Lebastard, Candelier and Renda 2021, "Dynamics of
-continuum and soft robots: a strain parameterization based approach", IEEE T-RO 37(3)):
+Outward, for pose (R, p), body twist eta and its rate (Boyer, Lebastard, Candelier and Renda 2021, "Dynamics
+of continuum and soft robots: a strain parameterization based approach", IEEE T-RO 37(3)):
 
     R' = R kappa^,   p' = R gamma,   eta' = xi_t - ad_xi eta,   eta_t' = xi_tt - ad_xi_t eta - ad_xi eta_t
 
 Inward, for the body wrench F that the rest of the rod needs and the generalised forces tau:
 
-    F' = ad_xi^T F - (M eta_t - ad_eta^T M eta - gravity),   tau = int (B Phi)^T (F + H (xi - xi0) + mu H xi_t)
+    F' = ad_xi^T F - (M eta_t - ad_eta^T M eta - gravity)
+    tau = int (B Phi)^T (F + H (xi - xi0) + mu H xi_t)
 
-Twists and wrenches are angular first, a subscript t is a time derivative. Slow on purpose: nothing here is shared
-with the code it checks, neither the frame nor the quadrature nor the way rotations are integrated.
+Twists and wrenches are angular first, a subscript t is a time derivative. Slow on purpose: nothing is shared
+with the code under test, neither the frame nor the quadrature nor the way rotations are integrated.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -55,18 +57,23 @@ class Segment:
     reference_strain: Sequence[float] = (0, 0, 0, 1, 0, 0)
     shear_correction: float = 1.0
 
-    @property
+    @cached_property
     def coordinates(self):
-        """Strain component and Legendre degree of each coordinate."""
-        return [(i, k) for i, name in enumerate(STRAINS) for k in range(self.modes.get(name, 0))]
+        """Strain component and Legendre degree of each coordinate: two index arrays (n,)."""
+        pairs = [(i, k) for i, name in enumerate(STRAINS) for k in range(self.modes.get(name, 0))]
+        return np.array(pairs, int).reshape(-1, 2).T
+
+    @property
+    def n(self):
+        return self.coordinates.shape[1]
 
     def basis(self, X):
         """B Phi(X), shape (6, n)."""
-        degrees = [k for _, k in self.coordinates]
-        polynomials = legvander(2 * X / self.length - 1, max(degrees, default=0)).ravel()
-        B_Phi = np.zeros((6, len(degrees)))
-        for j, (i, k) in enumerate(self.coordinates):
-            B_Phi[i, j] = polynomials[k]
+        strains, degrees = self.coordinates
+        B_Phi = np.zeros((6, self.n))
+        B_Phi[strains, range(self.n)] = legvander([2 * X / self.length - 1], degrees.max(initial=0))[
+            0, degrees
+        ]
         return B_Phi
 
     def section(self, X):
@@ -116,7 +123,7 @@ def integrate(rate, X0, X1, y0, atol=ATOL):
 
 
 class Rod:
-    """Same arguments as `lissom.Rod`. Accelerations may be (n,) or (n, m): m motions from one state at once."""
+    """Same arguments as `lissom.Rod`. Accelerations are (n,) or (n, m): m motions from one state at once."""
 
     def __init__(
         self,
@@ -134,7 +141,7 @@ class Rod:
         self.segments = list(segments)
         self.gravity, self.tip_force, self.tip_moment = map(np.asarray, (gravity, tip_force, tip_moment))
         self.tip_mass = tip_mass
-        ends = np.cumsum([0, *(len(segment.coordinates) for segment in self.segments)])
+        ends = np.cumsum([0, *(segment.n for segment in self.segments)])
         self.dofs = [slice(start, end) for start, end in pairwise(ends)]
         self.n = ends[-1]
 
@@ -152,7 +159,11 @@ class Rod:
 
     def inverse_dynamics(self, q, qd, qdd):
         """Generalised forces tau that the motion needs, of the shape of qdd."""
-        q, qd, motions = np.asarray(q, float), np.asarray(qd, float), np.reshape(qdd, (self.n, -1)).astype(float)
+        q, qd, motions = (
+            np.asarray(q, float),
+            np.asarray(qd, float),
+            np.reshape(qdd, (self.n, -1)).astype(float),
+        )
         m = motions.shape[1]
         paths = self._outward(q, qd, motions)
         F = self._tip_wrench(paths[-1][-1])
