@@ -4,6 +4,7 @@ pub mod error;
 pub mod lie;
 pub mod linalg;
 pub mod model;
+pub mod ode;
 #[cfg(feature = "python")]
 mod python;
 pub mod rod;

@@ -1,0 +1,114 @@
+//! Dense output: the solution between the steps, one polynomial a step.
+
+/// The form of the polynomials of a method. A step's polynomial is stored as `y_old` followed by coefficient vectors,
+/// n numbers each; x runs from 0 to 1 over the step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Form {
+    /// `y_old + x (c1 + x (c2 + ...))`.
+    Monomial {
+        /// Number of coefficient vectors.
+        degree: usize,
+    },
+    /// `y_old + x (F0 + (1 - x) (F1 + x (F2 + (1 - x) (...))))` (Hairer, Norsett and Wanner 1993, section II.6).
+    Nested {
+        /// Number of coefficient vectors.
+        terms: usize,
+    },
+}
+
+impl Form {
+    /// Coefficient vectors of a step, `y_old` included.
+    pub(super) fn vectors(self) -> usize {
+        1 + match self {
+            Self::Monomial { degree } => degree,
+            Self::Nested { terms } => terms,
+        }
+    }
+
+    /// `y <- polynomial(x)`.
+    pub(super) fn evaluate(self, coefficients: &[f64], x: f64, y: &mut [f64]) {
+        let n = y.len();
+        let vectors = self.vectors();
+        // Factors of the nested form, innermost first: the outermost is x.
+        let factor = |k: usize| match self {
+            Self::Nested { .. } if k.is_multiple_of(2) => 1.0 - x,
+            _ => x,
+        };
+        for i in 0..n {
+            let mut value = 0.0;
+            for k in (1..vectors).rev() {
+                value = (value + coefficients[k * n + i]) * factor(k);
+            }
+            y[i] = coefficients[i] + value;
+        }
+    }
+}
+
+/// The solution over one step.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct StepPolynomial<'a> {
+    pub(super) form: Form,
+    pub(super) coefficients: &'a [f64],
+    pub(super) t_old: f64,
+    pub(super) t: f64,
+}
+
+impl StepPolynomial<'_> {
+    /// `y <- y(t)`.
+    pub(super) fn evaluate(&self, t: f64, y: &mut [f64]) {
+        let x = if self.t == self.t_old { 0.0 } else { (t - self.t_old) / (self.t - self.t_old) };
+        self.form.evaluate(self.coefficients, x, y);
+    }
+}
+
+/// The solution as a function of time: a piecewise polynomial over the steps of an integration.
+#[derive(Clone, Debug)]
+pub struct DenseOutput {
+    form: Form,
+    n: usize,
+    times: Vec<f64>,
+    // Where the last polynomial's x is 1: beyond the last time when an event ended the integration inside a step.
+    last_step_end: f64,
+    coefficients: Vec<f64>,
+}
+
+impl DenseOutput {
+    pub(super) fn new(form: Form, n: usize, t0: f64) -> Self {
+        Self { form, n, times: vec![t0], last_step_end: t0, coefficients: Vec::new() }
+    }
+
+    /// Adds the polynomial of a step that begins at the last time, to be used up to `t`.
+    pub(super) fn push(&mut self, t: f64, step: StepPolynomial<'_>) {
+        debug_assert_eq!(step.t_old, self.times[self.times.len() - 1]);
+        self.times.push(t);
+        self.last_step_end = step.t;
+        self.coefficients.extend_from_slice(step.coefficients);
+    }
+
+    /// Number of components.
+    pub fn n(&self) -> usize {
+        self.n
+    }
+
+    /// The times between the polynomials, in the order of the integration: one more than there are polynomials.
+    pub fn times(&self) -> &[f64] {
+        &self.times
+    }
+
+    /// `y <- y(t)`. At the time between two steps the earlier one counts; before the first and after the last step
+    /// their polynomials are continued, without any promise of accuracy.
+    ///
+    /// # Panics
+    /// When there is no step, or `y` has not `n` entries.
+    pub fn evaluate(&self, t: f64, y: &mut [f64]) {
+        let steps = self.times.len() - 1;
+        let forward = self.times[steps] >= self.times[0];
+        let before = |&end: &f64| if forward { end < t } else { end > t };
+        let step = self.times[1..steps].partition_point(before);
+        let t_old = self.times[step];
+        let t_new = if step + 1 == steps { self.last_step_end } else { self.times[step + 1] };
+        let size = self.form.vectors() * self.n;
+        let coefficients = &self.coefficients[step * size..(step + 1) * size];
+        StepPolynomial { form: self.form, coefficients, t_old, t: t_new }.evaluate(t, y);
+    }
+}

@@ -1,0 +1,206 @@
+//! One step of an explicit embedded Runge-Kutta pair.
+
+use super::System;
+use super::controller::StepControl;
+use super::dense::Form;
+use super::dormand_prince_5::DORMAND_PRINCE_5;
+use super::dormand_prince_8::DORMAND_PRINCE_8;
+use super::options::Controller;
+use super::pair::{ErrorEstimate, Extension, Pair, combine};
+use super::status::Status;
+use super::stepper::{Advance, State};
+use super::stiffness::StiffnessTest;
+use crate::error::Interrupted;
+
+/// Weight of the squared third-order difference in the error estimate of DOP853 (Hairer, Norsett and Wanner 1993,
+/// eq. II.10.17).
+const THIRD_ORDER_WEIGHT: f64 = 0.01;
+
+/// An explicit pair with its memory.
+#[derive(Clone, Debug)]
+pub(super) struct Explicit {
+    pair: &'static Pair,
+    // n numbers a stage.
+    stages: Vec<f64>,
+    // The argument of the last stage that was evaluated.
+    argument: Vec<f64>,
+    control: StepControl,
+    stiffness: StiffnessTest,
+}
+
+impl Explicit {
+    pub(super) fn dormand_prince_5(n: usize, controller: Controller) -> Self {
+        Self::new(&DORMAND_PRINCE_5, n, controller)
+    }
+
+    pub(super) fn dormand_prince_8(n: usize, controller: Controller) -> Self {
+        Self::new(&DORMAND_PRINCE_8, n, controller)
+    }
+
+    fn new(pair: &'static Pair, n: usize, controller: Controller) -> Self {
+        Self {
+            pair,
+            stages: vec![0.0; pair.kept_stages() * n],
+            argument: vec![0.0; n],
+            control: StepControl::new(controller, pair.error_order),
+            stiffness: StiffnessTest::default(),
+        }
+    }
+
+    pub(super) fn error_order(&self) -> f64 {
+        self.pair.error_order
+    }
+
+    pub(super) fn form(&self) -> Form {
+        self.pair.extension.form()
+    }
+
+    /// Makes one accepted step of at most the size that `state` proposes.
+    pub(super) fn advance<S: System + ?Sized>(
+        &mut self,
+        state: &mut State,
+        system: &mut S,
+    ) -> Result<Advance, Interrupted> {
+        let n = state.y.len();
+        let smallest = state.smallest_step();
+        let mut h_abs = if state.h_abs > state.max_step { state.max_step } else { state.h_abs.max(smallest) };
+        let mut was_rejected = false;
+        let mut finite = true;
+        loop {
+            if h_abs < smallest {
+                return Ok(Advance::Failed(if finite { Status::StepTooSmall } else { Status::NonFinite }));
+            }
+            let (t_new, h) = state.step_to(h_abs);
+            h_abs = h.abs();
+            self.attempt(state, system, t_new, h)?;
+            let error = self.error_norm(state, h_abs);
+            let f_new = &self.stages[self.pair.stages() * n..][..n];
+            if error < 1.0 && state.y_new.iter().chain(f_new).all(|v| v.is_finite()) {
+                self.look_for_stiffness(state, h_abs);
+                let f_new = &self.stages[self.pair.stages() * n..][..n];
+                state.accept(t_new, f_new);
+                state.h_abs = h_abs * self.control.after_acceptance(error, was_rejected);
+                return Ok(Advance::Accepted);
+            }
+            state.counters.rejected += 1;
+            was_rejected = true;
+            finite = self.stages[..(self.pair.stages() + 1) * n].iter().all(|k| k.is_finite());
+            h_abs *= self.control.after_rejection(if finite { error } else { f64::NAN });
+        }
+    }
+
+    /// Evaluates all stages of a step: `y_new` and `f(t_new, y_new)`, which is the last stage.
+    fn attempt<S: System + ?Sized>(
+        &mut self,
+        state: &mut State,
+        system: &mut S,
+        t_new: f64,
+        h: f64,
+    ) -> Result<(), Interrupted> {
+        let n = state.y.len();
+        self.stages[..n].copy_from_slice(&state.f);
+        for (stage, (row, &c)) in self.pair.a.iter().zip(self.pair.c).enumerate().skip(1) {
+            let (known, rest) = self.stages.split_at_mut(stage * n);
+            shift(&state.y, h, known, row, &mut self.argument);
+            // Rounding must not carry the end of the step beyond the end of the interval.
+            let t = if c == 1.0 { t_new } else { state.t + c * h };
+            state.counters.nfev += 1;
+            system.rhs(t, &self.argument, &mut rest[..n])?;
+        }
+        let (known, rest) = self.stages.split_at_mut(self.pair.stages() * n);
+        shift(&state.y, h, known, self.pair.b, &mut state.y_new);
+        state.counters.nfev += 1;
+        system.rhs(t_new, &state.y_new, &mut rest[..n])
+    }
+
+    /// Error estimate relative to the tolerances, in the root mean square.
+    fn error_norm(&self, state: &State, h_abs: f64) -> f64 {
+        let n = state.y.len();
+        let scale = |i: usize| {
+            state.tolerances.atol[i] + state.y[i].abs().max(state.y_new[i].abs()) * state.tolerances.rtol[i]
+        };
+        let squared = |row: &[(usize, f64)]| {
+            let mut sum = 0.0;
+            for i in 0..n {
+                let error: f64 = row.iter().map(|&(stage, weight)| weight * self.stages[stage * n + i]).sum();
+                let scaled = error * h_abs / scale(i);
+                sum += scaled * scaled;
+            }
+            sum
+        };
+        match self.pair.error {
+            ErrorEstimate::Difference(row) => (squared(row) / n as f64).sqrt(),
+            ErrorEstimate::Combined { fifth, third } => {
+                let (fifth, third) = (squared(fifth), squared(third));
+                if fifth == 0.0 && third == 0.0 {
+                    0.0
+                } else {
+                    fifth / ((fifth + THIRD_ORDER_WEIGHT * third) * n as f64).sqrt()
+                }
+            }
+        }
+    }
+
+    /// The last row of `a` and the solution belong to the same time, which is what the test needs.
+    fn look_for_stiffness(&mut self, state: &mut State, h_abs: f64) {
+        let n = state.y.len();
+        if state.stiff_at.is_some() || !self.stiffness.is_due(state.counters.accepted + 1) {
+            return;
+        }
+        let last = self.pair.stages();
+        let values = (&self.stages[(last - 1) * n..last * n], &self.stages[last * n..(last + 1) * n]);
+        let arguments = (&self.argument[..], &state.y_new[..]);
+        if self.stiffness.observe(h_abs, arguments, values, self.pair.stability_limit) {
+            state.stiff_at = Some(state.t);
+        }
+    }
+
+    /// The polynomial of the last accepted step.
+    pub(super) fn interpolate<S: System + ?Sized>(
+        &mut self,
+        state: &mut State,
+        system: &mut S,
+        coefficients: &mut [f64],
+    ) -> Result<(), Interrupted> {
+        let n = state.y.len();
+        let h = state.t - state.t_old;
+        coefficients[..n].copy_from_slice(&state.y_old);
+        match self.pair.extension {
+            Extension::Monomial(rows) => {
+                for (row, out) in rows.iter().zip(coefficients[n..].chunks_exact_mut(n)) {
+                    combine(&self.stages, row, out);
+                    out.iter_mut().for_each(|value| *value *= h);
+                }
+            }
+            Extension::Nested { c, a, d } => {
+                for (extra, (row, c)) in a.iter().zip(c).enumerate() {
+                    let stage = self.pair.stages() + 1 + extra;
+                    let (known, rest) = self.stages.split_at_mut(stage * n);
+                    shift(&state.y_old, h, known, row, &mut self.argument);
+                    state.counters.nfev += 1;
+                    system.rhs(state.t_old + c * h, &self.argument, &mut rest[..n])?;
+                }
+                for i in 0..n {
+                    let difference = state.y[i] - state.y_old[i];
+                    let (f_old, f) = (self.stages[i], state.f[i]);
+                    coefficients[n + i] = difference;
+                    coefficients[2 * n + i] = h * f_old - difference;
+                    coefficients[3 * n + i] = 2.0 * difference - h * (f + f_old);
+                }
+                for (row, out) in d.iter().zip(coefficients[4 * n..].chunks_exact_mut(n)) {
+                    combine(&self.stages, row, out);
+                    out.iter_mut().for_each(|value| *value *= h);
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// `out <- y + h sum_j weight_j stages[j]`.
+fn shift(y: &[f64], h: f64, stages: &[f64], row: &[(usize, f64)], out: &mut [f64]) {
+    combine(stages, row, out);
+    for (value, y) in out.iter_mut().zip(y) {
+        *value = y + *value * h;
+    }
+}

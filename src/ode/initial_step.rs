@@ -1,0 +1,69 @@
+//! The size of the first step (Hairer, Norsett and Wanner 1993, section II.4, "Starting step size").
+
+use super::System;
+use super::options::Tolerances;
+use crate::error::Interrupted;
+
+/// Below that the scaled norms of y and f say nothing about the scale of the problem (ibid., step b).
+const NEGLIGIBLE_NORM: f64 = 1e-5;
+/// First guess without a scale (ibid., step b).
+const DEFAULT_GUESS: f64 = 1e-6;
+/// An explicit Euler step of the first guess changes y by that fraction (ibid., step b).
+const EULER_FRACTION: f64 = 0.01;
+/// Derivatives below that count as zero (ibid., step e).
+const ZERO_DERIVATIVE: f64 = 1e-15;
+/// The step taken then, relative to the first guess (ibid., step e).
+const ZERO_DERIVATIVE_FACTOR: f64 = 1e-3;
+/// The first step is at most that times the first guess (ibid., step f).
+const LARGEST_GROWTH: f64 = 100.0;
+
+/// Root mean square of `values[i] / scale[i]`.
+pub(super) fn scaled_norm(values: &[f64], scale: &[f64]) -> f64 {
+    let sum: f64 = values.iter().zip(scale).map(|(v, s)| (v / s) * (v / s)).sum();
+    sum.sqrt() / (values.len() as f64).sqrt()
+}
+
+/// Where an integration starts.
+pub(super) struct Start<'a> {
+    pub(super) t0: f64,
+    pub(super) t_end: f64,
+    pub(super) direction: f64,
+    pub(super) y0: &'a [f64],
+    pub(super) f0: &'a [f64],
+    pub(super) max_step: f64,
+}
+
+/// Chooses the first step for an error estimate of order `error_order`; one evaluation, never beyond the end.
+/// May be NaN when the problem is not finite.
+pub(super) fn select<S: System + ?Sized>(
+    system: &mut S,
+    start: &Start<'_>,
+    tolerances: &Tolerances,
+    error_order: f64,
+) -> Result<f64, Interrupted> {
+    let interval = (start.t_end - start.t0).abs();
+    let scale: Vec<f64> = start
+        .y0
+        .iter()
+        .zip(tolerances.rtol.iter().zip(&tolerances.atol))
+        .map(|(y, (rtol, atol))| atol + y.abs() * rtol)
+        .collect();
+    let d0 = scaled_norm(start.y0, &scale);
+    let d1 = scaled_norm(start.f0, &scale);
+    let guess =
+        if d0 < NEGLIGIBLE_NORM || d1 < NEGLIGIBLE_NORM { DEFAULT_GUESS } else { EULER_FRACTION * d0 / d1 };
+    let guess = guess.min(interval);
+    let y1: Vec<f64> = start.y0.iter().zip(start.f0).map(|(y, f)| y + guess * start.direction * f).collect();
+    let mut difference = vec![0.0; y1.len()];
+    system.rhs(start.t0 + guess * start.direction, &y1, &mut difference)?;
+    for (f1, f0) in difference.iter_mut().zip(start.f0) {
+        *f1 -= f0;
+    }
+    let d2 = scaled_norm(&difference, &scale) / guess;
+    let second_guess = if d1 <= ZERO_DERIVATIVE && d2 <= ZERO_DERIVATIVE {
+        DEFAULT_GUESS.max(guess * ZERO_DERIVATIVE_FACTOR)
+    } else {
+        (EULER_FRACTION / d1.max(d2)).powf(1.0 / (error_order + 1.0))
+    };
+    Ok((LARGEST_GROWTH * guess).min(second_guess).min(interval).min(start.max_step))
+}

@@ -1,0 +1,205 @@
+//! Integration over an interval, with everything that is asked for on the way.
+
+use super::System;
+use super::dense::{DenseOutput, StepPolynomial};
+use super::events::{Event, EventSearch};
+use super::options::{Options, Output};
+use super::status::Status;
+use super::stepper::{Counters, Stepper};
+use crate::error::{Interrupted, InvalidInput};
+
+/// A trajectory and how it came about. What was computed before a failure or an interruption is kept.
+#[derive(Clone, Debug)]
+pub struct Solution {
+    /// Times: those asked for as far as they were reached, or the start and all accepted steps.
+    pub t: Vec<f64>,
+    /// The states at these times one after the other, n numbers each.
+    pub y: Vec<f64>,
+    /// Number of equations n.
+    pub n: usize,
+    /// The solution as a function of time, if asked for and a step was made.
+    pub dense: Option<DenseOutput>,
+    /// For every event function, when it happened and the states then.
+    pub events: Vec<Occurrences>,
+    /// What it has cost.
+    pub counters: Counters,
+    /// How it ended.
+    pub status: Status,
+    /// The status in words, with what to change when it is not the wanted one.
+    pub message: String,
+    /// The time at which the problem was found to be stiff for the explicit method in use, if it was.
+    pub stiff_at: Option<f64>,
+}
+
+/// The occurrences of an event.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Occurrences {
+    /// Times, in the order of the integration.
+    pub t: Vec<f64>,
+    /// States, n numbers each.
+    pub y: Vec<f64>,
+}
+
+impl Solution {
+    /// The state at the point with that index.
+    pub fn state(&self, index: usize) -> &[f64] {
+        &self.y[index * self.n..(index + 1) * self.n]
+    }
+}
+
+/// Integrates `system` over `t_span` from `y0`. `monitor` sees the stepper after every accepted step and may stop the
+/// integration, as may the system and the events; the status is then [`Status::Interrupted`].
+///
+/// Fails before any evaluation when an argument is wrong. Cost: see [`Counters`]; memory: n numbers for every point of
+/// the output, and 4 (Radau), 5 (RK45) or 8 (DOP853) times that for every step with `output.dense`.
+pub fn solve<S: System + ?Sized>(
+    system: &mut S,
+    t_span: (f64, f64),
+    y0: &[f64],
+    options: &Options,
+    output: &Output,
+    events: &mut [Event<'_>],
+    monitor: &mut dyn FnMut(&Stepper) -> Result<(), Interrupted>,
+) -> Result<Solution, InvalidInput> {
+    let mut stepper = Stepper::new(system.n(), t_span, y0, options)?;
+    output.check(t_span)?;
+    let mut recorder = Recorder::new(&stepper, output, events.len());
+    let status = run(system, &mut stepper, &mut recorder, events, monitor).unwrap_or(Status::Interrupted);
+    Ok(Solution {
+        t: recorder.t,
+        y: recorder.y,
+        n: y0.len(),
+        dense: recorder.dense.filter(|dense| dense.times().len() > 1),
+        events: recorder.events,
+        counters: stepper.counters(),
+        status,
+        message: stepper.explain(status),
+        stiff_at: stepper.stiff_at(),
+    })
+}
+
+fn run<S: System + ?Sized>(
+    system: &mut S,
+    stepper: &mut Stepper,
+    recorder: &mut Recorder<'_>,
+    events: &mut [Event<'_>],
+    monitor: &mut dyn FnMut(&Stepper) -> Result<(), Interrupted>,
+) -> Result<Status, Interrupted> {
+    stepper.start(system)?;
+    let mut search = EventSearch::new(events, recorder.output.event_samples, stepper.t(), stepper.y())?;
+    loop {
+        let status = stepper.step(system)?;
+        if status.is_some_and(|status| status != Status::Finished) {
+            return Ok(status.unwrap_or(Status::Finished));
+        }
+        let mut end = stepper.t();
+        let mut terminated = false;
+        if !events.is_empty() && stepper.t() != stepper.t_old() {
+            stepper.prepare_polynomial(system)?;
+            let polynomial = stepper.polynomial();
+            let found = search.search(events, polynomial, stepper.y())?;
+            for occurrence in found.occurrences {
+                recorder.occurrence(occurrence.event, occurrence.t, polynomial);
+            }
+            if let (true, Some(last)) = (found.terminal, found.occurrences.last()) {
+                end = last.t;
+                terminated = true;
+            }
+        }
+        recorder.step(system, stepper, end)?;
+        monitor(stepper)?;
+        if terminated {
+            return Ok(Status::Event);
+        }
+        if let Some(status) = status {
+            return Ok(status);
+        }
+    }
+}
+
+/// Collects what the caller asked for.
+struct Recorder<'a> {
+    output: &'a Output,
+    // Index of the next time of `output.t_eval`.
+    next: usize,
+    t: Vec<f64>,
+    y: Vec<f64>,
+    dense: Option<DenseOutput>,
+    events: Vec<Occurrences>,
+    scratch: Vec<f64>,
+}
+
+impl<'a> Recorder<'a> {
+    fn new(stepper: &Stepper, output: &'a Output, events: usize) -> Self {
+        let n = stepper.y().len();
+        let mut recorder = Self {
+            output,
+            next: 0,
+            t: Vec::new(),
+            y: Vec::new(),
+            dense: output.dense.then(|| DenseOutput::new(stepper.form(), n, stepper.t())),
+            events: vec![Occurrences::default(); events],
+            scratch: vec![0.0; n],
+        };
+        match &output.t_eval {
+            None => recorder.push(stepper.t(), stepper.y()),
+            Some(times) => {
+                recorder.t.reserve_exact(times.len());
+                recorder.y.reserve_exact(times.len() * n);
+            }
+        }
+        recorder
+    }
+
+    fn push(&mut self, t: f64, y: &[f64]) {
+        self.t.push(t);
+        self.y.extend_from_slice(y);
+    }
+
+    fn push_between(&mut self, t: f64, polynomial: StepPolynomial<'_>) {
+        polynomial.evaluate(t, &mut self.scratch);
+        self.t.push(t);
+        self.y.extend_from_slice(&self.scratch);
+    }
+
+    fn occurrence(&mut self, event: usize, t: f64, polynomial: StepPolynomial<'_>) {
+        polynomial.evaluate(t, &mut self.scratch);
+        let occurrences = &mut self.events[event];
+        occurrences.t.push(t);
+        occurrences.y.extend_from_slice(&self.scratch);
+    }
+
+    /// Records the last step up to `end`, where the integration ends if that is not the end of the step.
+    fn step<S: System + ?Sized>(
+        &mut self,
+        system: &mut S,
+        stepper: &mut Stepper,
+        end: f64,
+    ) -> Result<(), Interrupted> {
+        let is_empty = end == stepper.t_old() && end != stepper.t();
+        if !is_empty && let Some(dense) = &mut self.dense {
+            stepper.prepare_polynomial(system)?;
+            dense.push(end, stepper.polynomial());
+        }
+        let Some(times) = &self.output.t_eval else {
+            if end == stepper.t() {
+                self.push(end, stepper.y());
+            } else if !is_empty {
+                self.push_between(end, stepper.polynomial());
+            }
+            return Ok(());
+        };
+        while let Some(&t) = times.get(self.next)
+            && stepper.direction() * (t - end) <= 0.0
+        {
+            self.next += 1;
+            if t == stepper.t() {
+                self.push(t, stepper.y());
+            } else {
+                stepper.prepare_polynomial(system)?;
+                self.push_between(t, stepper.polynomial());
+            }
+        }
+        Ok(())
+    }
+}

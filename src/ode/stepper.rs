@@ -1,0 +1,317 @@
+//! Integration step by step.
+
+use super::dense::{DenseOutput, Form, StepPolynomial};
+use super::explicit::Explicit;
+use super::options::{Method, Options, Tolerances};
+use super::status::Status;
+use super::{System, initial_step};
+use crate::error::{Interrupted, InvalidInput};
+
+/// What an integration has cost.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counters {
+    /// Accepted steps.
+    pub accepted: usize,
+    /// Steps that were computed and then rejected because of their error estimate (or because they were not finite).
+    pub rejected: usize,
+    /// Evaluations of the right-hand side; those for differenced Jacobians not included.
+    pub nfev: usize,
+}
+
+/// The state of an integration that all methods share.
+#[derive(Clone, Debug)]
+pub(super) struct State {
+    pub(super) t: f64,
+    pub(super) t_end: f64,
+    /// 1 forward, -1 backward in time.
+    pub(super) direction: f64,
+    pub(super) y: Vec<f64>,
+    /// f(t, y).
+    pub(super) f: Vec<f64>,
+    pub(super) t_old: f64,
+    pub(super) y_old: Vec<f64>,
+    /// Memory for the new state, which takes the place of y when the step is accepted.
+    pub(super) y_new: Vec<f64>,
+    /// Size of the next step.
+    pub(super) h_abs: f64,
+    pub(super) tolerances: Tolerances,
+    pub(super) max_step: f64,
+    pub(super) min_step: f64,
+    pub(super) counters: Counters,
+    /// Time at which the problem was found to be stiff.
+    pub(super) stiff_at: Option<f64>,
+}
+
+/// A step must be that many spacings of floating-point numbers long at least (SciPy).
+const SMALLEST_STEP_IN_SPACINGS: f64 = 10.0;
+
+impl State {
+    /// The smallest step that is allowed at the current time.
+    pub(super) fn smallest_step(&self) -> f64 {
+        let next = if self.direction > 0.0 { self.t.next_up() } else { self.t.next_down() };
+        self.min_step.max(SMALLEST_STEP_IN_SPACINGS * (next - self.t).abs())
+    }
+
+    /// End and size of a step of the wanted size that does not go beyond the end of the interval.
+    pub(super) fn step_to(&self, h_abs: f64) -> (f64, f64) {
+        let mut t_new = self.t + h_abs * self.direction;
+        if self.direction * (t_new - self.t_end) > 0.0 {
+            t_new = self.t_end;
+        }
+        (t_new, t_new - self.t)
+    }
+
+    /// Takes `y_new` and `f_new` as the state at `t_new`.
+    pub(super) fn accept(&mut self, t_new: f64, f_new: &[f64]) {
+        self.t_old = self.t;
+        self.t = t_new;
+        std::mem::swap(&mut self.y_old, &mut self.y);
+        std::mem::swap(&mut self.y, &mut self.y_new);
+        self.f.copy_from_slice(f_new);
+        self.counters.accepted += 1;
+    }
+}
+
+/// How a method's attempt to make a step ended.
+pub(super) enum Advance {
+    Accepted,
+    Failed(Status),
+}
+
+/// An integration that is carried out step by step. All memory is allocated at the start.
+///
+/// The stepper does not own the system; the same one must be given to every call.
+#[derive(Clone, Debug)]
+pub struct Stepper {
+    state: State,
+    scheme: Explicit,
+    max_steps: usize,
+    first_step: Option<f64>,
+    started: bool,
+    status: Option<Status>,
+    // The polynomial of the last step, once asked for.
+    interpolant: Vec<f64>,
+    has_interpolant: bool,
+}
+
+impl Stepper {
+    /// Prepares the integration of `n` equations from `t_span.0` to `t_span.1`, which may be infinite or the earlier
+    /// of the two. Evaluates nothing yet.
+    pub fn new(n: usize, t_span: (f64, f64), y0: &[f64], options: &Options) -> Result<Self, InvalidInput> {
+        let tolerances = options.check(n, t_span, y0)?;
+        let (t0, t_end) = t_span;
+        let scheme = match options.method {
+            Method::Rk45 => Explicit::dormand_prince_5(n, options.controller),
+            Method::Dop853 => Explicit::dormand_prince_8(n, options.controller),
+        };
+        let interpolant = vec![0.0; scheme.form().vectors() * n];
+        Ok(Self {
+            state: State {
+                t: t0,
+                t_end,
+                direction: if t_end < t0 { -1.0 } else { 1.0 },
+                y: y0.to_vec(),
+                f: vec![0.0; n],
+                t_old: t0,
+                y_old: y0.to_vec(),
+                y_new: vec![0.0; n],
+                h_abs: 0.0,
+                tolerances,
+                max_step: options.max_step,
+                min_step: options.min_step,
+                counters: Counters::default(),
+                stiff_at: None,
+            },
+            scheme,
+            max_steps: options.max_steps,
+            first_step: options.first_step,
+            started: false,
+            status: None,
+            interpolant,
+            has_interpolant: false,
+        })
+    }
+
+    /// Evaluates the right-hand side at the start and chooses the first step. [`Self::step`] does this when it has
+    /// not been done.
+    pub fn start<S: System + ?Sized>(&mut self, system: &mut S) -> Result<(), Interrupted> {
+        if self.started {
+            return Ok(());
+        }
+        let state = &mut self.state;
+        system.rhs(state.t, &state.y, &mut state.f)?;
+        state.counters.nfev += 1;
+        state.h_abs = match self.first_step {
+            Some(first_step) => first_step,
+            None if state.y.is_empty() || state.t == state.t_end => 0.0,
+            None => {
+                let start = initial_step::Start {
+                    t0: state.t,
+                    t_end: state.t_end,
+                    direction: state.direction,
+                    y0: &state.y,
+                    f0: &state.f,
+                    max_step: state.max_step,
+                };
+                let h_abs =
+                    initial_step::select(system, &start, &state.tolerances, self.scheme.error_order())?;
+                state.counters.nfev += 1;
+                h_abs
+            }
+        };
+        self.started = true;
+        Ok(())
+    }
+
+    /// Makes one accepted step. `Some(status)` when the integration is over: the end was reached, or no step could be
+    /// made, which leaves the state as it was. After an interruption the state is that of the last accepted step, and
+    /// stepping may be tried again.
+    ///
+    /// # Panics
+    /// When the integration was over before.
+    pub fn step<S: System + ?Sized>(&mut self, system: &mut S) -> Result<Option<Status>, Interrupted> {
+        assert!(self.status.is_none(), "the integration is over");
+        self.start(system)?;
+        let state = &mut self.state;
+        self.status = if state.y.is_empty() || state.t == state.t_end {
+            state.t_old = state.t;
+            state.t = state.t_end;
+            self.has_interpolant = false;
+            Some(Status::Finished)
+        } else if !state.f.iter().all(|f| f.is_finite()) {
+            Some(Status::NonFinite)
+        } else if state.counters.accepted >= self.max_steps {
+            Some(Status::TooManySteps)
+        } else {
+            match self.scheme.advance(state, system)? {
+                Advance::Accepted => {
+                    self.has_interpolant = false;
+                    (state.direction * (state.t - state.t_end) >= 0.0).then_some(Status::Finished)
+                }
+                Advance::Failed(status) => Some(status),
+            }
+        };
+        Ok(self.status)
+    }
+
+    /// Computes the polynomial of the last step, unless that has been done.
+    pub(super) fn prepare_polynomial<S: System + ?Sized>(
+        &mut self,
+        system: &mut S,
+    ) -> Result<(), Interrupted> {
+        if !self.has_interpolant {
+            if self.state.t == self.state.t_old || self.state.y.is_empty() {
+                self.interpolant.fill(0.0);
+                self.interpolant[..self.state.y.len()].copy_from_slice(&self.state.y);
+            } else {
+                self.scheme.interpolate(&mut self.state, system, &mut self.interpolant)?;
+            }
+            self.has_interpolant = true;
+        }
+        Ok(())
+    }
+
+    /// The polynomial of the last step; it must have been prepared.
+    pub(super) fn polynomial(&self) -> StepPolynomial<'_> {
+        debug_assert!(self.has_interpolant);
+        StepPolynomial {
+            form: self.form(),
+            coefficients: &self.interpolant,
+            t_old: self.state.t_old,
+            t: self.state.t,
+        }
+    }
+
+    /// The solution over the last step. DOP853 evaluates the right-hand side three more times for it, once a step.
+    pub fn dense_output<S: System + ?Sized>(&mut self, system: &mut S) -> Result<DenseOutput, Interrupted> {
+        self.prepare_polynomial(system)?;
+        let mut dense = DenseOutput::new(self.form(), self.state.y.len(), self.state.t_old);
+        dense.push(self.state.t, self.polynomial());
+        Ok(dense)
+    }
+
+    pub(super) fn form(&self) -> Form {
+        self.scheme.form()
+    }
+
+    /// Current time.
+    pub fn t(&self) -> f64 {
+        self.state.t
+    }
+
+    /// Current state.
+    pub fn y(&self) -> &[f64] {
+        &self.state.y
+    }
+
+    /// Time before the last step; the start when no step was made.
+    pub fn t_old(&self) -> f64 {
+        self.state.t_old
+    }
+
+    /// End of the interval.
+    pub fn t_end(&self) -> f64 {
+        self.state.t_end
+    }
+
+    /// 1 forward, -1 backward in time.
+    pub fn direction(&self) -> f64 {
+        self.state.direction
+    }
+
+    /// What the integration has cost so far.
+    pub fn counters(&self) -> Counters {
+        self.state.counters
+    }
+
+    /// `None` while the integration goes on.
+    pub fn status(&self) -> Option<Status> {
+        self.status
+    }
+
+    /// The time at which the problem was found to be stiff for the explicit method in use, if it was.
+    pub fn stiff_at(&self) -> Option<f64> {
+        self.state.stiff_at
+    }
+
+    /// True when a relative tolerance was below 100 rounding units and has been raised to that.
+    pub fn rtol_raised(&self) -> bool {
+        self.state.tolerances.rtol_raised
+    }
+
+    /// A status of this integration in words, with what to change when it is not the wanted one.
+    pub fn explain(&self, status: Status) -> String {
+        let State { t, t_end, min_step, .. } = self.state;
+        let mut message = match status {
+            Status::Finished => "The end of the integration interval was reached.".to_owned(),
+            // SciPy's words: programs compare them.
+            Status::Event => "A termination event occurred.".to_owned(),
+            Status::TooManySteps => format!(
+                "The limit of {} steps was reached at t = {t}, before the end of the interval, {t_end}: increase \
+                 `max_steps`, or loosen `rtol` and `atol`.",
+                self.max_steps
+            ),
+            Status::StepTooSmall if min_step > 0.0 && self.state.smallest_step() == min_step => format!(
+                "The required step size is less than `min_step` = {min_step} at t = {t}: decrease `min_step`, or \
+                 loosen `rtol` and `atol`."
+            ),
+            Status::StepTooSmall => format!(
+                "The required step size is less than the spacing between numbers at t = {t}: the solution may have a \
+                 singularity there; otherwise loosen `rtol` and `atol` (an `atol` of 0 cannot be met by a component \
+                 that is 0)."
+            ),
+            Status::NonFinite => format!(
+                "The right-hand side is NaN or infinite at or right after t = {t}, however small the step: check it \
+                 at that point (the last state of the result), or end the interval before."
+            ),
+            Status::Interrupted => format!("The integration was stopped at t = {t}, as asked for."),
+        };
+        if let Some(t) = self.state.stiff_at {
+            message.push_str(&format!(
+                " The problem seems to be stiff at t = {t}: stability, not accuracy, limits the steps of this \
+                 explicit method; `method=\"Radau\"` would need far fewer."
+            ));
+        }
+        message
+    }
+}

@@ -1,0 +1,50 @@
+//! Is the step limited by stability instead of accuracy? The test of the codes DOPRI5 and DOP853 (Hairer and Wanner
+//! 1996, section IV.2, "Stiffness detection"): the last two stages are evaluated at the same time, hence
+//! `|f(y1) - f(y2)| / |y1 - y2|` estimates the dominant eigenvalue lambda there, and a step that accuracy limits keeps
+//! `h |lambda|` inside of the stability region.
+
+/// The test begins at every so many accepted steps.
+const INTERVAL: usize = 1000;
+/// That many steps on the border of stability make a problem stiff...
+const SUSPICIONS: u32 = 15;
+/// ...unless so many in a row are not.
+const ACQUITTALS: u32 = 6;
+
+/// Counts the steps on the border of stability.
+#[derive(Clone, Debug, Default)]
+pub(super) struct StiffnessTest {
+    suspicions: u32,
+    acquittals: u32,
+}
+
+impl StiffnessTest {
+    /// Whether the accepted step with that number is to be tested.
+    pub(super) fn is_due(&self, accepted: usize) -> bool {
+        self.suspicions > 0 || accepted.is_multiple_of(INTERVAL)
+    }
+
+    /// Takes note of a step; true when the problem is found to be stiff. `arguments` and `values` are (y, f(t, y)) of
+    /// the last two stages.
+    pub(super) fn observe(
+        &mut self,
+        h_abs: f64,
+        arguments: (&[f64], &[f64]),
+        values: (&[f64], &[f64]),
+        stability_limit: f64,
+    ) -> bool {
+        let distance_squared =
+            |(a, b): (&[f64], &[f64])| a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>();
+        let denominator = distance_squared(arguments);
+        if denominator > 0.0 && h_abs * (distance_squared(values) / denominator).sqrt() > stability_limit {
+            self.acquittals = 0;
+            self.suspicions += 1;
+            self.suspicions >= SUSPICIONS
+        } else {
+            self.acquittals += 1;
+            if self.acquittals == ACQUITTALS {
+                *self = Self::default();
+            }
+            false
+        }
+    }
+}
