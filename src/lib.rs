@@ -5,6 +5,7 @@ pub mod lie;
 pub mod linalg;
 pub mod model;
 pub mod ode;
+pub mod pendulum;
 #[cfg(feature = "python")]
 mod python;
 pub mod rod;

@@ -1,5 +1,17 @@
 """lissom: soft rods that move."""
 
-from ._lissom import __version__
+from ._lissom import (
+    Energy,
+    LissomError,
+    Model,
+    SpringPendulum,
+    __version__,
+)
 
-__all__ = ["__version__"]
+__all__ = [
+    "Energy",
+    "LissomError",
+    "Model",
+    "SpringPendulum",
+    "__version__",
+]

@@ -4,7 +4,7 @@ use numpy::{AllowTypeChange, PyArray2, PyArrayLike1, PyArrayLike2, ToPyArray};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 
-use crate::error::InvalidInput;
+use crate::error::{Checker, InvalidInput};
 use crate::linalg::Matrix;
 
 impl From<InvalidInput> for PyErr {
@@ -32,6 +32,15 @@ pub(crate) fn vector_of(value: &Bound<'_, PyAny>, n: usize, name: &str) -> PyRes
     } else {
         Err(PyValueError::new_err(format!("{name}: expected {n} values, got {}", vector.len())))
     }
+}
+
+/// A vector of exactly `n` finite entries.
+pub(crate) fn finite_vector_of(value: &Bound<'_, PyAny>, n: usize, name: &str) -> PyResult<Vec<f64>> {
+    let vector = vector_of(value, n, name)?;
+    let mut checker = Checker::new();
+    checker.finite(&vector, name);
+    checker.finish()?;
+    Ok(vector)
 }
 
 /// A matrix of exactly `shape` (rows, columns), from any memory layout.

@@ -7,12 +7,22 @@
 
 mod callback;
 mod convert;
+mod errors;
+mod model;
+mod pendulum;
 
 use pyo3::prelude::*;
 
 #[pymodule]
 mod _lissom {
     use super::*;
+
+    #[pymodule_export]
+    use super::errors::LissomError;
+    #[pymodule_export]
+    use super::model::{PyEnergy, PyModel};
+    #[pymodule_export]
+    use super::pendulum::PySpringPendulum;
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

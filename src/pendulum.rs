@@ -1,0 +1,135 @@
+//! The spring pendulum: a point mass on a massless spring that swings in a vertical plane.
+
+use crate::error::{Checker, InvalidInput};
+use crate::linalg::Matrix;
+use crate::model::{Energy, ForwardScratch, Model, SingularMass};
+
+/// A point mass `m` at the end of a spring of rest length `l` and stiffness `k`, hinged at the origin, in gravity `g`.
+///
+/// Coordinates: `q1` is the angle of the spring from the horizontal axis +x, counter-clockwise positive (so that the
+/// mass hangs at `-pi/2`), in radians; `q2` is the elongation, in metres. With `r = l + q2` the Lagrangian is
+///
+/// ```text
+/// 1/2 m (q2d^2 + r^2 q1d^2) - 1/2 k q2^2 - m g r sin q1
+/// ```
+///
+/// and the generalised forces are a moment (newton metres) and a force (newtons).
+/// At `r = 0` the angle has no meaning and the mass matrix is singular.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SpringPendulum {
+    length: f64,
+    mass: f64,
+    stiffness: f64,
+    gravity: f64,
+}
+
+impl SpringPendulum {
+    /// A pendulum of rest length `length > 0` (metres), `mass > 0` (kilograms), `stiffness >= 0` (newtons per metre), in
+    /// downward `gravity` (metres per second squared, any sign).
+    pub fn new(length: f64, mass: f64, stiffness: f64, gravity: f64) -> Result<Self, InvalidInput> {
+        let mut checker = Checker::new();
+        checker.positive(length, "length", "metres");
+        checker.positive(mass, "mass", "kilograms");
+        checker.non_negative(stiffness, "stiffness", "newtons per metre");
+        checker.require(
+            gravity.is_finite(),
+            "gravity",
+            gravity,
+            "a finite number (metres per second squared)",
+        );
+        checker.finish()?;
+        Ok(Self { length, mass, stiffness, gravity })
+    }
+
+    /// Rest length of the spring, metres.
+    pub fn length(&self) -> f64 {
+        self.length
+    }
+
+    /// The mass, kilograms.
+    pub fn mass(&self) -> f64 {
+        self.mass
+    }
+
+    /// Stiffness of the spring, newtons per metre.
+    pub fn stiffness(&self) -> f64 {
+        self.stiffness
+    }
+
+    /// Downward gravity, metres per second squared.
+    pub fn gravity(&self) -> f64 {
+        self.gravity
+    }
+}
+
+impl Model for SpringPendulum {
+    fn n(&self) -> usize {
+        2
+    }
+
+    #[inline]
+    fn inverse_dynamics(&mut self, q: &[f64], qd: &[f64], qdd: &[f64], tau: &mut [f64]) {
+        let Self { length, mass: m, stiffness: k, gravity: g } = *self;
+        let r = length + q[1];
+        let (sin, cos) = q[0].sin_cos();
+        tau[0] = m * r * (r * qdd[0] + 2.0 * qd[1] * qd[0] + g * cos);
+        tau[1] = m * (qdd[1] - r * qd[0] * qd[0] + g * sin) + k * q[1];
+    }
+
+    #[inline]
+    fn weighted_tangent(
+        &mut self,
+        q: &[f64],
+        qd: &[f64],
+        qdd: &[f64],
+        weights: [f64; 3],
+        tangent: &mut Matrix,
+    ) {
+        let Self { length, mass: m, stiffness: k, gravity: g } = *self;
+        let [wq, wqd, wqdd] = weights;
+        let r = length + q[1];
+        let (sin, cos) = q[0].sin_cos();
+        tangent[(0, 0)] = m * r * (-wq * g * sin + wqd * 2.0 * qd[1] + wqdd * r);
+        tangent[(0, 1)] = m * (wq * (2.0 * (r * qdd[0] + qd[1] * qd[0]) + g * cos) + wqd * 2.0 * r * qd[0]);
+        tangent[(1, 0)] = m * (wq * g * cos - wqd * 2.0 * r * qd[0]);
+        tangent[(1, 1)] = wq * (k - m * qd[0] * qd[0]) + wqdd * m;
+    }
+
+    fn mass_matrix(&mut self, q: &[f64], mass: &mut Matrix) {
+        let r = self.length + q[1];
+        mass[(0, 0)] = self.mass * r * r;
+        mass[(0, 1)] = 0.0;
+        mass[(1, 0)] = 0.0;
+        mass[(1, 1)] = self.mass;
+    }
+
+    fn energy(&mut self, q: &[f64], qd: &[f64]) -> Energy {
+        let r = self.length + q[1];
+        Energy {
+            kinetic: 0.5 * self.mass * (qd[1] * qd[1] + (r * qd[0]) * (r * qd[0])),
+            elastic: 0.5 * self.stiffness * q[1] * q[1],
+            gravitational: self.mass * self.gravity * r * q[0].sin(),
+            loads: 0.0,
+        }
+    }
+
+    fn dissipated_power(&mut self, _q: &[f64], _qd: &[f64]) -> f64 {
+        0.0
+    }
+
+    /// In closed form: the mass matrix is diagonal.
+    #[inline]
+    fn forward_dynamics(
+        &mut self,
+        q: &[f64],
+        qd: &[f64],
+        qdd: &mut [f64],
+        _scratch: &mut ForwardScratch,
+    ) -> Result<(), SingularMass> {
+        let r = self.length + q[1];
+        let (sin, cos) = q[0].sin_cos();
+        qdd[0] = -(2.0 * qd[1] * qd[0] + self.gravity * cos) / r;
+        qdd[1] = r * qd[0] * qd[0] - self.gravity * sin - self.stiffness / self.mass * q[1];
+        if qdd[0].is_finite() && qdd[1].is_finite() { Ok(()) } else { Err(SingularMass) }
+    }
+}

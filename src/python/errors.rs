@@ -1,0 +1,11 @@
+//! Exceptions of the package. Bad input raises `ValueError` or `TypeError`; these are for what no check can foresee.
+
+use pyo3::create_exception;
+use pyo3::exceptions::PyException;
+
+create_exception!(
+    lissom,
+    LissomError,
+    PyException,
+    "Base class of the numerical failures that lissom raises."
+);

@@ -1,0 +1,247 @@
+//! The base class of all models: what [`crate::model::Model`] offers, with checked arrays.
+
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use numpy::{IntoPyArray, PyArray1, PyArray2};
+use pyo3::prelude::*;
+
+use super::convert;
+use super::errors::LissomError;
+use crate::linalg::Matrix;
+use crate::model::{self, ForwardScratch};
+
+/// A native model whose concrete type only its constructor knows.
+///
+/// Runs happen in methods of this trait, so that their loops are compiled for the concrete model: one virtual call per
+/// run instead of several per step.
+pub(crate) trait Native: model::Model + Send + Sync {
+    /// A copy with scratch memory of its own: what a run works on, so that runs of one model can go side by side.
+    fn boxed_clone(&self) -> Box<dyn Native>;
+}
+
+impl<M: model::Model + Clone + Send + Sync + 'static> Native for M {
+    fn boxed_clone(&self) -> Box<dyn Native> {
+        Box::new(self.clone())
+    }
+}
+
+/// A mechanical system with n generalised coordinates: the base class of `SpringPendulum` and `Rod`.
+///
+/// Arguments `q`, `qd`, `qdd` are array-likes of shape (n,): coordinates, velocities and accelerations in SI units.
+/// Models are immutable and can be used from several threads at once.
+#[pyclass(name = "Model", module = "lissom", subclass, frozen)]
+pub(crate) struct PyModel {
+    n: usize,
+    memory: Mutex<Memory>,
+}
+
+/// The model and memory for its results. Never locked while Python code runs.
+struct Memory {
+    model: Box<dyn Native>,
+    forward: ForwardScratch,
+}
+
+impl PyModel {
+    pub(crate) fn new(model: impl Native + 'static) -> Self {
+        let n = model.n();
+        Self { n, memory: Mutex::new(Memory { model: Box::new(model), forward: ForwardScratch::new(n) }) }
+    }
+
+    /// A copy of the model for a run of its own.
+    pub(crate) fn native(&self) -> Box<dyn Native> {
+        self.memory().model.boxed_clone()
+    }
+
+    fn memory(&self) -> MutexGuard<'_, Memory> {
+        // Scratch memory has no invariants that a panic could break.
+        self.memory.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn state(&self, value: &Bound<'_, PyAny>, name: &str) -> PyResult<Vec<f64>> {
+        convert::finite_vector_of(value, self.n, name)
+    }
+}
+
+#[pymethods]
+impl PyModel {
+    /// Number of generalised coordinates.
+    #[getter]
+    fn n(&self) -> usize {
+        self.n
+    }
+
+    /// Generalised forces that a motion needs.
+    ///
+    /// Elasticity, damping, gravity and dead loads are included: the result is zero in free motion.
+    ///
+    /// Parameters
+    /// ----------
+    /// q, qd, qdd : array_like, shape (n,)
+    ///     Coordinates, velocities, accelerations.
+    ///
+    /// Returns
+    /// -------
+    /// tau : ndarray, shape (n,)
+    #[pyo3(signature = (q, qd, qdd))]
+    fn inverse_dynamics<'py>(
+        &self,
+        py: Python<'py>,
+        q: &Bound<'py, PyAny>,
+        qd: &Bound<'py, PyAny>,
+        qdd: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let (q, qd, qdd) = (self.state(q, "q")?, self.state(qd, "qd")?, self.state(qdd, "qdd")?);
+        let mut tau = vec![0.0; self.n];
+        self.memory().model.inverse_dynamics(&q, &qd, &qdd, &mut tau);
+        Ok(tau.into_pyarray(py))
+    }
+
+    /// Mass matrix at a configuration.
+    ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (n,)
+    ///     Coordinates.
+    ///
+    /// Returns
+    /// -------
+    /// mass : ndarray, shape (n, n)
+    ///     Symmetric and positive definite (up to rounding), except where coordinates lose their meaning.
+    #[pyo3(signature = (q))]
+    fn mass_matrix<'py>(
+        &self,
+        py: Python<'py>,
+        q: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let q = self.state(q, "q")?;
+        let mut mass = Matrix::zeros(self.n, self.n);
+        self.memory().model.mass_matrix(&q, &mut mass);
+        Ok(convert::matrix_out(py, &mass))
+    }
+
+    /// Accelerations of the free motion.
+    ///
+    /// Parameters
+    /// ----------
+    /// q, qd : array_like, shape (n,)
+    ///     Coordinates, velocities.
+    ///
+    /// Returns
+    /// -------
+    /// qdd : ndarray, shape (n,)
+    ///     The accelerations with ``inverse_dynamics(q, qd, qdd) = 0``.
+    ///
+    /// Raises
+    /// ------
+    /// LissomError
+    ///     The mass matrix is not positive definite, so that no acceleration exists.
+    #[pyo3(signature = (q, qd))]
+    fn forward_dynamics<'py>(
+        &self,
+        py: Python<'py>,
+        q: &Bound<'py, PyAny>,
+        qd: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let (q, qd) = (self.state(q, "q")?, self.state(qd, "qd")?);
+        let mut qdd = vec![0.0; self.n];
+        let Memory { model, forward } = &mut *self.memory();
+        model.forward_dynamics(&q, &qd, &mut qdd, forward).map_err(|_| {
+            LissomError::new_err(format!(
+                "the mass matrix at q = {q:?} is not positive definite (or not finite): no acceleration exists there; \
+                 look at numpy.linalg.cond(model.mass_matrix(q))"
+            ))
+        })?;
+        Ok(qdd.into_pyarray(py))
+    }
+
+    /// Exact derivatives of the inverse dynamics.
+    ///
+    /// Parameters
+    /// ----------
+    /// q, qd, qdd : array_like, shape (n,)
+    ///     Coordinates, velocities, accelerations.
+    ///
+    /// Returns
+    /// -------
+    /// dtau_dq, dtau_dqd, dtau_dqdd : ndarray, shape (n, n)
+    ///     ``dtau_dq[i, j]`` is the derivative of ``tau[i]`` with respect to ``q[j]``. The last one is the mass matrix.
+    #[pyo3(signature = (q, qd, qdd))]
+    #[allow(clippy::type_complexity, reason = "the type is the documentation: three (n, n) arrays")]
+    fn tangent<'py>(
+        &self,
+        py: Python<'py>,
+        q: &Bound<'py, PyAny>,
+        qd: &Bound<'py, PyAny>,
+        qdd: &Bound<'py, PyAny>,
+    ) -> PyResult<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>)> {
+        let (q, qd, qdd) = (self.state(q, "q")?, self.state(qd, "qd")?, self.state(qdd, "qdd")?);
+        let mut tangents = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|weights| {
+            let mut tangent = Matrix::zeros(self.n, self.n);
+            self.memory().model.weighted_tangent(&q, &qd, &qdd, weights, &mut tangent);
+            tangent
+        });
+        let [dq, dqd, dqdd] = tangents.each_mut().map(|tangent| convert::matrix_out(py, tangent));
+        Ok((dq, dqd, dqdd))
+    }
+
+    /// Energies of a state.
+    ///
+    /// Parameters
+    /// ----------
+    /// q, qd : array_like, shape (n,)
+    ///     Coordinates, velocities.
+    ///
+    /// Returns
+    /// -------
+    /// energy : Energy
+    ///     In joules: ``kinetic``, ``elastic``, ``gravitational``, ``loads`` and their sum ``total``.
+    #[pyo3(signature = (q, qd))]
+    fn energy(&self, q: &Bound<'_, PyAny>, qd: &Bound<'_, PyAny>) -> PyResult<PyEnergy> {
+        let (q, qd) = (self.state(q, "q")?, self.state(qd, "qd")?);
+        Ok(PyEnergy(self.memory().model.energy(&q, &qd)))
+    }
+}
+
+/// Energies of a state, in joules.
+#[pyclass(name = "Energy", module = "lissom", frozen)]
+pub(crate) struct PyEnergy(model::Energy);
+
+#[pymethods]
+impl PyEnergy {
+    /// Kinetic energy.
+    #[getter]
+    fn kinetic(&self) -> f64 {
+        self.0.kinetic
+    }
+
+    /// Elastic (strain) energy.
+    #[getter]
+    fn elastic(&self) -> f64 {
+        self.0.elastic
+    }
+
+    /// Potential energy in the gravity field, zero at the world's origin.
+    #[getter]
+    fn gravitational(&self) -> f64 {
+        self.0.gravitational
+    }
+
+    /// Potential energy of the dead loads.
+    #[getter]
+    fn loads(&self) -> f64 {
+        self.0.loads
+    }
+
+    /// The sum of all parts: constant in free motion without damping.
+    #[getter]
+    fn total(&self) -> f64 {
+        self.0.total()
+    }
+
+    fn __repr__(&self) -> String {
+        let model::Energy { kinetic, elastic, gravitational, loads } = self.0;
+        format!(
+            "Energy(kinetic={kinetic:?}, elastic={elastic:?}, gravitational={gravitational:?}, loads={loads:?})"
+        )
+    }
+}

@@ -1,0 +1,78 @@
+//! `lissom.SpringPendulum`.
+
+use pyo3::prelude::*;
+
+use super::model::PyModel;
+use crate::pendulum::SpringPendulum;
+
+/// A point mass on a massless spring that swings in a vertical plane, hinged at the origin.
+///
+/// Coordinates: ``q[0]`` is the angle of the spring from the horizontal axis +x, counter-clockwise positive, in radians
+/// (the mass hangs at ``-pi/2``); ``q[1]`` is the elongation, in metres.
+///
+/// Parameters
+/// ----------
+/// length : float
+///     Rest length of the spring, metres, > 0.
+/// mass : float
+///     Kilograms, > 0.
+/// stiffness : float
+///     Newtons per metre, >= 0.
+/// gravity : float
+///     Downward, metres per second squared.
+///
+/// Raises
+/// ------
+/// ValueError
+///     Naming every parameter that is out of its range.
+#[pyclass(name = "SpringPendulum", module = "lissom", extends = PyModel, frozen)]
+pub(crate) struct PySpringPendulum(SpringPendulum);
+
+#[pymethods]
+impl PySpringPendulum {
+    #[new]
+    #[pyo3(signature = (length=1.0, mass=1.0, stiffness=10.0, gravity=9.81))]
+    fn new(length: f64, mass: f64, stiffness: f64, gravity: f64) -> PyResult<PyClassInitializer<Self>> {
+        let pendulum = SpringPendulum::new(length, mass, stiffness, gravity)?;
+        Ok(PyClassInitializer::from(PyModel::new(pendulum.clone())).add_subclass(Self(pendulum)))
+    }
+
+    /// Rest length of the spring, metres.
+    #[getter]
+    fn length(&self) -> f64 {
+        self.0.length()
+    }
+
+    /// The mass, kilograms.
+    #[getter]
+    fn mass(&self) -> f64 {
+        self.0.mass()
+    }
+
+    /// Stiffness of the spring, newtons per metre.
+    #[getter]
+    fn stiffness(&self) -> f64 {
+        self.0.stiffness()
+    }
+
+    /// Downward gravity, metres per second squared.
+    #[getter]
+    fn gravity(&self) -> f64 {
+        self.0.gravity()
+    }
+
+    fn __repr__(&self) -> String {
+        format!(
+            "SpringPendulum(length={:?}, mass={:?}, stiffness={:?}, gravity={:?})",
+            self.length(),
+            self.mass(),
+            self.stiffness(),
+            self.gravity()
+        )
+    }
+
+    /// For copies and pickles.
+    fn __getnewargs__(&self) -> (f64, f64, f64, f64) {
+        (self.length(), self.mass(), self.stiffness(), self.gravity())
+    }
+}
