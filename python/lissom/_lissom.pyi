@@ -1,4 +1,5 @@
-from typing import final
+from collections.abc import Callable
+from typing import Any, Literal, final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -8,6 +9,9 @@ __version__: str
 build_profile: str
 
 class LissomError(Exception): ...
+
+class ConvergenceError(LissomError):
+    result: RootResult
 
 @disjoint_base
 class Model:
@@ -48,3 +52,99 @@ class SpringPendulum(Model):
     @property
     def gravity(self) -> float: ...
     def __getnewargs__(self) -> tuple[float, float, float, float]: ...
+
+@final
+class RootResult:
+    @property
+    def x(self) -> Any: ...
+    @property
+    def fun(self) -> Any: ...
+    @property
+    def success(self) -> bool: ...
+    @property
+    def status(
+        self,
+    ) -> Literal[
+        "converged_residual",
+        "converged_step",
+        "already_root",
+        "stationary_point",
+        "singular_jacobian",
+        "iteration_limit",
+        "diverged",
+        "stalled",
+        "line_search_failed",
+        "trust_region_collapsed",
+        "longest_steps",
+        "non_finite_residual",
+        "non_finite_jacobian",
+    ]: ...
+    @property
+    def message(self) -> str: ...
+    @property
+    def residual_norm(self) -> float: ...
+    @property
+    def step_norm(self) -> float: ...
+    @property
+    def nit(self) -> int: ...
+    @property
+    def nfev(self) -> int: ...
+    @property
+    def njev(self) -> int: ...
+    @property
+    def nlu(self) -> int: ...
+    @property
+    def nfev_jac(self) -> int: ...
+    @property
+    def multiplicity(self) -> int | None: ...
+    @property
+    def history(self) -> dict[str, NDArray[np.float64]] | None: ...
+
+@final
+class JacobianCheck:
+    @property
+    def relative_difference(self) -> float: ...
+    @property
+    def row(self) -> int: ...
+    @property
+    def column(self) -> int: ...
+    @property
+    def given(self) -> float: ...
+    @property
+    def difference(self) -> float: ...
+
+def root(
+    fun: Callable[..., Any],
+    x0: ArrayLike,
+    *,
+    args: tuple[Any, ...] = (),
+    jac: Literal["forward", "central"] | Callable[..., Any] = "forward",
+    method: Literal["newton", "line_search", "trust_region"] = "newton",
+    tol: float = 1e-6,
+    max_iter: int = 1000,
+    xtol: float = 0.0,
+    xtol_abs: float = 0.0,
+    x_scale: ArrayLike | None = None,
+    f_scale: ArrayLike | None = None,
+    max_step: float | None = None,
+    keep_jacobian: bool = False,
+    accelerate: bool = False,
+    history: bool = False,
+    raise_on_failure: bool = False,
+) -> RootResult: ...
+def jacobian(
+    fun: Callable[..., Any],
+    x: ArrayLike,
+    method: Literal["central", "forward"] = "central",
+    *,
+    x_scale: ArrayLike | None = None,
+    args: tuple[Any, ...] = (),
+) -> NDArray[np.float64]: ...
+def check_jacobian(
+    fun: Callable[..., Any],
+    jac: Callable[..., Any],
+    x: ArrayLike,
+    *,
+    x_scale: ArrayLike | None = None,
+    args: tuple[Any, ...] = (),
+) -> JacobianCheck: ...

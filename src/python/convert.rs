@@ -1,8 +1,9 @@
 //! Arrays in and out, with messages that name the argument.
 
-use numpy::{AllowTypeChange, PyArray2, PyArrayLike1, PyArrayLike2, ToPyArray};
+use numpy::{AllowTypeChange, PyArray1, PyArray2, PyArrayLike1, PyArrayLike2, PyArrayMethods, ToPyArray};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
+use pyo3::types::{PyComplex, PyString};
 
 use crate::error::{Checker, InvalidInput};
 use crate::linalg::Matrix;
@@ -15,13 +16,38 @@ impl From<InvalidInput> for PyErr {
 
 /// A vector from anything that NumPy turns into a one-dimensional array of doubles (lists, float32, strided views).
 pub(crate) fn vector(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Vec<f64>> {
-    let array: PyArrayLike1<'_, f64, AllowTypeChange> = value.extract().map_err(|_| {
+    let wrong = || {
         PyTypeError::new_err(format!(
             "{name}: expected a one-dimensional array of real numbers, got {}",
             describe(value)
         ))
-    })?;
+    };
+    if is_complex(value) {
+        return Err(wrong());
+    }
+    let array: PyArrayLike1<'_, f64, AllowTypeChange> = value.extract().map_err(|_| wrong())?;
     Ok(array.as_array().to_vec())
+}
+
+/// A vector from an array-like, or a single number, which makes a vector of one; says which it was.
+pub(crate) fn scalar_or_vector(value: &Bound<'_, PyAny>, name: &str) -> PyResult<(Vec<f64>, bool)> {
+    if let Ok(array) = value.cast::<PyArray1<f64>>() {
+        return Ok((array.readonly().as_array().to_vec(), false));
+    }
+    // Arrays of one entry would pass for numbers too, so their dimension is asked for first.
+    let dimensions = value.getattr("ndim").and_then(|ndim| ndim.extract::<usize>());
+    let number =
+        matches!(dimensions, Ok(0) | Err(_)) && !is_complex(value) && !value.is_instance_of::<PyString>();
+    match number.then(|| value.extract::<f64>()) {
+        Some(Ok(number)) => Ok((vec![number], true)),
+        _ => Ok((vector(value, name)?, false)),
+    }
+}
+
+/// True for complex arrays and numbers, which NumPy would turn into their real parts.
+fn is_complex(value: &Bound<'_, PyAny>) -> bool {
+    let kind = value.getattr("dtype").and_then(|dtype| dtype.getattr("kind"));
+    kind.is_ok_and(|kind| kind.eq("c").unwrap_or(false)) || value.is_instance_of::<PyComplex>()
 }
 
 /// A vector of exactly `n` entries.
@@ -45,12 +71,16 @@ pub(crate) fn finite_vector_of(value: &Bound<'_, PyAny>, n: usize, name: &str) -
 
 /// A matrix of exactly `shape` (rows, columns), from any memory layout.
 pub(crate) fn matrix_of(value: &Bound<'_, PyAny>, shape: (usize, usize), name: &str) -> PyResult<Matrix> {
-    let array: PyArrayLike2<'_, f64, AllowTypeChange> = value.extract().map_err(|_| {
+    let wrong = || {
         PyTypeError::new_err(format!(
             "{name}: expected a two-dimensional array of real numbers, got {}",
             describe(value)
         ))
-    })?;
+    };
+    if is_complex(value) {
+        return Err(wrong());
+    }
+    let array: PyArrayLike2<'_, f64, AllowTypeChange> = value.extract().map_err(|_| wrong())?;
     let array = array.as_array();
     if array.dim() != shape {
         let (rows, columns) = array.dim();

@@ -9,3 +9,10 @@ create_exception!(
     PyException,
     "Base class of the numerical failures that lissom raises."
 );
+
+create_exception!(
+    lissom,
+    ConvergenceError,
+    LissomError,
+    "A search that did not converge, raised on request; its result is the attribute `result`."
+);

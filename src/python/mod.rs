@@ -10,6 +10,7 @@ mod convert;
 mod errors;
 mod model;
 mod pendulum;
+mod roots;
 
 use pyo3::prelude::*;
 
@@ -18,11 +19,13 @@ mod _lissom {
     use super::*;
 
     #[pymodule_export]
-    use super::errors::LissomError;
+    use super::errors::{ConvergenceError, LissomError};
     #[pymodule_export]
     use super::model::{PyEnergy, PyModel};
     #[pymodule_export]
     use super::pendulum::PySpringPendulum;
+    #[pymodule_export]
+    use super::roots::{PyJacobianCheck, PyRootResult, check_jacobian_of, jacobian, root};
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

@@ -33,12 +33,17 @@
 //! # Ok::<(), Interrupted>(())
 //! ```
 
+mod check;
 mod difference;
+mod line_search;
+mod multiplicity;
 mod newton;
 mod options;
 mod outcome;
 mod step;
+mod trust_region;
 
+pub use check::{JacobianCheck, check_jacobian};
 pub use difference::{CENTRAL_INCREMENT, Differences, FORWARD_INCREMENT};
 pub use newton::{Iterate, Newton};
 pub use options::{Method, Options, Reuse, StepTolerance};

@@ -1,9 +1,11 @@
 //! Newton's method: the loop, its stopping rules and its memory.
 
 use super::difference::{Differences, rounding_error};
-use super::options::{Options, Reuse};
+use super::multiplicity::Multiplicity;
+use super::options::{Method, Options, Reuse};
 use super::outcome::{Outcome, Status};
 use super::step::NewtonStep;
+use super::trust_region::TrustRegion;
 use super::{Derivative, System};
 use crate::error::{Checker, Interrupted, InvalidInput};
 use crate::linalg::{Matrix, norm, norm_inf};
@@ -12,8 +14,12 @@ use crate::linalg::{Matrix, norm, norm_inf};
 /// rounding unit (the relative gradient test of MINPACK's `lmder`, `gtol`).
 const STATIONARY: f64 = 1.490_116_119_384_765_6e-8;
 
+/// Where no step helps any more, a cosine that small between R and each column of the Jacobian means a stationary point:
+/// the cube root of the rounding unit (`gradtol` of Dennis and Schnabel 1983, section 7.2).
+const SMALL_GRADIENT: f64 = 6.055_454_452_393_343e-6;
+
 /// R is taken to carry that many rounding units of error: two digits of cancellation in its evaluation.
-const EVALUATION_ERROR: f64 = 100.0;
+pub(super) const EVALUATION_ERROR: f64 = 100.0;
 
 /// A step by which the step rule may stop must have reduced the residual at least to this fraction: near a simple root
 /// a Newton step does far better, near a pole of order p it gives `(1 + 1/p)^-p`, between 1/2 and 1/e. Where rounding ends
@@ -25,6 +31,13 @@ const ROUNDING_STEP: f64 = 4.0 * f64::EPSILON;
 
 /// Where the iterates have lost every digit of the start (a factor of one over the rounding unit) they ran away.
 const RUNAWAY: f64 = 1.0 / f64::EPSILON;
+
+/// Default longest step of the line search, as a multiple of the scaled start, or of the scales where the start is smaller
+/// (Dennis and Schnabel 1983, section A7; KINSOL's default).
+const LONGEST_STEP: f64 = 1000.0;
+
+/// That many steps of the greatest length one after the other, and the search gives up (KINSOL's `KIN_MXNEWT_5X_EXCEEDED`).
+const LONGEST_STEPS_IN_A_ROW: usize = 5;
 
 /// One iterate of a search.
 #[derive(Clone, Debug, PartialEq)]
@@ -52,6 +65,12 @@ enum Age {
     Kept,
 }
 
+/// What a search remembers of its last step.
+struct Search {
+    step_norm: f64,
+    accelerated: bool,
+}
+
 #[derive(Clone, Copy, Debug, Default)]
 struct Counters {
     iterations: usize,
@@ -59,6 +78,15 @@ struct Counters {
     difference_residuals: usize,
     jacobians: usize,
     factorisations: usize,
+}
+
+/// What came of looking for a step.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Trial {
+    /// The trial iterate is the next one; `norm` is its scaled residual norm, `length` is relative to the Newton step.
+    Taken { norm: f64, length: f64 },
+    /// There is none.
+    Refused(Status),
 }
 
 /// Newton's method with its memory, for repeated use at one size. A solve allocates only where the Jacobian is singular or
@@ -69,20 +97,23 @@ struct Counters {
 /// stops the search otherwise is listed in [`Status`].
 #[derive(Clone, Debug)]
 pub struct Newton {
-    x_scale: Vec<f64>,
-    f_scale: Vec<f64>,
-    residual: Vec<f64>,
+    pub(super) x_scale: Vec<f64>,
+    pub(super) f_scale: Vec<f64>,
+    pub(super) residual: Vec<f64>,
+    pub(super) step: Vec<f64>,
+    pub(super) jacobian: Matrix,
+    pub(super) linear: NewtonStep,
+    pub(super) region: TrustRegion,
+    pub(super) longest_step: f64,
     trial_x: Vec<f64>,
     trial_residual: Vec<f64>,
-    step: Vec<f64>,
     best_x: Vec<f64>,
     best_residual: Vec<f64>,
     best_norm: f64,
     scaled: Vec<f64>,
-    jacobian: Matrix,
     age: Age,
     differences: Differences,
-    linear: NewtonStep,
+    multiplicity: Multiplicity,
     counters: Counters,
     history: Vec<Iterate>,
 }
@@ -94,17 +125,20 @@ impl Newton {
             x_scale: vec![1.0; unknowns],
             f_scale: vec![1.0; equations],
             residual: vec![0.0; equations],
+            step: vec![0.0; unknowns],
+            jacobian: Matrix::zeros(equations, unknowns),
+            linear: NewtonStep::new(unknowns, equations),
+            region: TrustRegion::new(unknowns, equations),
+            longest_step: f64::INFINITY,
             trial_x: vec![0.0; unknowns],
             trial_residual: vec![0.0; equations],
-            step: vec![0.0; unknowns],
             best_x: vec![0.0; unknowns],
             best_residual: vec![0.0; equations],
             best_norm: f64::INFINITY,
             scaled: vec![0.0; unknowns.max(equations)],
-            jacobian: Matrix::zeros(equations, unknowns),
             age: Age::None,
             differences: Differences::new(unknowns, equations),
-            linear: NewtonStep::new(unknowns, equations),
+            multiplicity: Multiplicity::new(unknowns),
             counters: Counters::default(),
             history: Vec::new(),
         }
@@ -142,16 +176,9 @@ impl Newton {
             (self.x_scale.len(), self.f_scale.len(), self.x_scale.len()),
             "unknowns, equations and length of x"
         );
-        self.counters = Counters::default();
-        self.history.clear();
-        if options.reuse != Reuse::AcrossSolves {
-            self.age = Age::None;
-        } else if self.age == Age::Fresh {
-            self.age = Age::Kept;
-        }
-        self.best_norm = f64::INFINITY;
-        let mut step_norm = f64::NAN;
-        let status = self.iterate(system, x, options, &mut step_norm)?;
+        self.start(x, options);
+        let mut search = Search { step_norm: f64::NAN, accelerated: false };
+        let status = self.iterate(system, x, options, &mut search)?;
         if !status.is_success() && self.best_norm.is_finite() {
             x.copy_from_slice(&self.best_x);
             self.residual.copy_from_slice(&self.best_residual);
@@ -164,7 +191,8 @@ impl Newton {
             jacobian_evaluations: self.counters.jacobians,
             factorisations: self.counters.factorisations,
             residual_norm: scaled_norm(&self.residual, &self.f_scale, &mut self.scaled),
-            step_norm,
+            step_norm: search.step_norm,
+            multiplicity: self.multiplicity.settled(search.accelerated).filter(|_| status.is_success()),
         })
     }
 
@@ -189,17 +217,38 @@ impl Newton {
         self.age = Age::None;
     }
 
+    fn start(&mut self, x: &[f64], options: &Options) {
+        self.counters = Counters::default();
+        self.history.clear();
+        self.multiplicity.reset();
+        self.region.reset();
+        self.best_norm = f64::INFINITY;
+        if options.reuse != Reuse::AcrossSolves {
+            self.age = Age::None;
+        } else if self.age == Age::Fresh {
+            self.age = Age::Kept;
+        }
+        self.longest_step = match options.method {
+            Method::LineSearch => LONGEST_STEP * scaled_norm(x, &self.x_scale, &mut self.scaled).max(1.0),
+            Method::Newton | Method::TrustRegion => f64::INFINITY,
+        };
+        if let Some(longest) = options.longest_step {
+            self.longest_step = longest;
+        }
+    }
+
     fn iterate(
         &mut self,
         system: &mut dyn System,
         x: &mut [f64],
         options: &Options,
-        step_norm: &mut f64,
+        search: &mut Search,
     ) -> Result<Status, Interrupted> {
         self.counters.residuals += 1;
         system.residual(x, &mut self.residual)?;
         let mut residual_norm = scaled_norm(&self.residual, &self.f_scale, &mut self.scaled);
         let (start_norm, runaway) = (residual_norm, RUNAWAY * self.size(x).max(1.0));
+        let mut longest_steps = 0;
         self.record(x, residual_norm, f64::NAN, f64::NAN, f64::NAN, options);
         if !residual_norm.is_finite() {
             return Ok(Status::NonFiniteResidual);
@@ -214,54 +263,51 @@ impl Newton {
             {
                 return Ok(failure);
             }
-            if !self.linear.solve(
-                &self.jacobian,
-                &self.residual,
-                &self.x_scale,
-                &self.f_scale,
-                &mut self.step,
-            ) {
+            if !self.solve_linear() {
                 return Ok(Status::SingularJacobian);
             }
             if !self.linear.is_regular() && self.promised_reduction(residual_norm) <= STATIONARY {
                 return Ok(Status::StationaryPoint);
             }
-            for j in 0..x.len() {
-                self.trial_x[j] = x[j] + self.step[j];
-            }
-            self.counters.residuals += 1;
-            system.residual(&self.trial_x, &mut self.trial_residual)?;
-            let trial_norm = scaled_norm(&self.trial_residual, &self.f_scale, &mut self.scaled);
-            let rate = trial_norm / residual_norm;
-            let reduced = rate < 1.0;
-            if self.age == Age::Kept && !reduced {
-                self.age = Age::None; // the step is not taken: it is the kept Jacobian that is to blame
-                continue;
-            }
-            if !trial_norm.is_finite() {
-                return Ok(Status::NonFiniteResidual);
-            }
+            let trial = if self.age == Age::Kept {
+                let norm = self.try_step(system, x, 1.0)?;
+                if norm >= residual_norm || norm.is_nan() {
+                    self.age = Age::None; // the step is not taken: the kept Jacobian is to blame
+                    continue;
+                }
+                self.multiplicity.reset();
+                Trial::Taken { norm, length: 1.0 }
+            } else {
+                self.multiplicity.observe(&self.step, &self.x_scale);
+                self.find_step(system, x, residual_norm, options)?
+            };
+            let (trial_norm, length) = match trial {
+                Trial::Taken { norm, length } => (norm, length),
+                Trial::Refused(status) => return Ok(self.reason(status, x, residual_norm, start_norm)),
+            };
 
+            let rate = trial_norm / residual_norm;
             let moved = self.trial_x != x;
             x.copy_from_slice(&self.trial_x);
-            self.residual.copy_from_slice(&self.trial_residual);
+            std::mem::swap(&mut self.residual, &mut self.trial_residual);
             residual_norm = trial_norm;
-            *step_norm = scaled_norm(&self.step, &self.x_scale, &mut self.scaled);
+            search.step_norm = self.scaled_step_norm();
+            search.accelerated = length > 1.0;
+            self.multiplicity.took(&self.step);
             self.counters.iterations += 1;
-            self.record(x, residual_norm, *step_norm, 1.0, rate, options);
+            self.record(x, residual_norm, search.step_norm, length, rate, options);
             if residual_norm < self.best_norm {
                 self.note_best(x, residual_norm);
             }
+
             if residual_norm <= options.residual_tolerance {
                 return Ok(Status::ConvergedResidual);
             }
-            if self.linear.is_regular() {
-                if rate <= CONFIRMED_REDUCTION && self.step_is_small(x, options) {
-                    return Ok(Status::ConvergedStep);
-                }
-                if self.size(&self.step) <= ROUNDING_STEP * self.size(x)
-                    && residual_norm <= CONFIRMED_REDUCTION * start_norm
-                    && self.residual_is_rounding(x)
+            if self.linear.is_regular() && length >= 1.0 {
+                let confirmed = rate <= CONFIRMED_REDUCTION;
+                let smallest = self.size(&self.step) <= ROUNDING_STEP * self.size(x);
+                if confirmed && self.step_is_small(x, options)
+                    || smallest && self.residual_is_rounding(x, residual_norm, start_norm)
                 {
                     return Ok(Status::ConvergedStep);
                 }
@@ -272,11 +318,81 @@ impl Newton {
             if self.size(x) > runaway && residual_norm >= start_norm {
                 return Ok(Status::Diverged);
             }
+            longest_steps = if search.step_norm >= 0.99 * self.longest_step { longest_steps + 1 } else { 0 };
+            if longest_steps == LONGEST_STEPS_IN_A_ROW {
+                return Ok(Status::LongestSteps);
+            }
             let keep =
                 options.reuse != Reuse::Never && self.linear.is_regular() && rate <= options.chord_rate;
             self.age = if keep { Age::Kept } else { Age::None };
         }
         Ok(Status::IterationLimit)
+    }
+
+    /// From a fresh Newton step to the next iterate.
+    fn find_step(
+        &mut self,
+        system: &mut dyn System,
+        x: &[f64],
+        residual_norm: f64,
+        options: &Options,
+    ) -> Result<Trial, Interrupted> {
+        if options.accelerate
+            && let Some(length) = self.multiplicity.overrelaxation()
+        {
+            let norm = self.try_step(system, x, length)?;
+            if norm <= CONFIRMED_REDUCTION * residual_norm {
+                return Ok(Trial::Taken { norm, length });
+            }
+            // The Newton step, as it was.
+            self.solve_linear();
+        }
+        match options.method {
+            Method::Newton => {
+                let length = (self.longest_step / self.scaled_step_norm()).min(1.0);
+                let norm = self.try_step(system, x, length)?;
+                if norm.is_nan() {
+                    return Ok(Trial::Refused(Status::NonFiniteResidual));
+                }
+                Ok(Trial::Taken { norm, length })
+            }
+            Method::LineSearch => self.search_line(system, x, residual_norm),
+            Method::TrustRegion => self.search_region(system, x, residual_norm),
+        }
+    }
+
+    /// Why there is no step: at a root to rounding there need not be one, at a stationary point there cannot be.
+    fn reason(&self, status: Status, x: &[f64], residual_norm: f64, start_norm: f64) -> Status {
+        if status == Status::NonFiniteResidual {
+            status
+        } else if self.residual_is_rounding(x, residual_norm, start_norm) {
+            Status::ConvergedStep
+        } else if self.gradient_is_small(residual_norm) {
+            Status::StationaryPoint
+        } else {
+            status
+        }
+    }
+
+    /// `step <- -J^-1 R`; false when there is no finite step.
+    fn solve_linear(&mut self) -> bool {
+        self.linear.solve(&self.jacobian, &self.residual, &self.x_scale, &self.f_scale, &mut self.step)
+    }
+
+    /// Multiplies the step by `length`, evaluates R at its end and returns its scaled norm, NaN when it is not finite.
+    pub(super) fn try_step(
+        &mut self,
+        system: &mut dyn System,
+        x: &[f64],
+        length: f64,
+    ) -> Result<f64, Interrupted> {
+        for j in 0..x.len() {
+            self.step[j] *= length;
+            self.trial_x[j] = x[j] + self.step[j];
+        }
+        self.counters.residuals += 1;
+        system.residual(&self.trial_x, &mut self.trial_residual)?;
+        Ok(scaled_norm(&self.trial_residual, &self.f_scale, &mut self.scaled))
     }
 
     /// Evaluates and factorises the Jacobian at x; `Some` status when the search must end with it.
@@ -341,7 +457,7 @@ impl Newton {
     }
 
     /// Entry j of the gradient `J^T R` of `|R|^2 / 2`, R scaled.
-    fn gradient(&self, j: usize) -> f64 {
+    pub(super) fn gradient(&self, j: usize) -> f64 {
         let column = self.jacobian.column(j);
         (0..self.residual.len())
             .map(|i| column[i] / self.f_scale[i] * (self.residual[i] / self.f_scale[i]))
@@ -349,7 +465,7 @@ impl Newton {
     }
 
     /// The fraction of |R| that the step removes in the linear model: `|J dx| / |R|`.
-    fn promised_reduction(&mut self, residual_norm: f64) -> f64 {
+    pub(super) fn promised_reduction(&mut self, residual_norm: f64) -> f64 {
         for i in 0..self.residual.len() {
             let row = self.jacobian.row(i);
             self.trial_residual[i] = self.step.iter().enumerate().map(|(j, dx)| row[j] * dx).sum();
@@ -370,13 +486,34 @@ impl Newton {
         sum <= x.len() as f64
     }
 
-    /// True when every residual is as small as rounding x alone makes it: `|R_i| <= c eps sum_j |J_ij x_j|`.
-    fn residual_is_rounding(&self, x: &[f64]) -> bool {
-        (0..self.residual.len()).all(|i| {
+    /// True when the search got far, and every residual is as small as rounding x alone makes it:
+    /// `|R_i| <= c eps sum_j |J_ij x_j|`.
+    fn residual_is_rounding(&self, x: &[f64], residual_norm: f64, start_norm: f64) -> bool {
+        let rounding = (0..self.residual.len()).all(|i| {
             let row = self.jacobian.row(i);
             let size: f64 = x.iter().enumerate().map(|(j, x)| (row[j] * x).abs()).sum();
             self.residual[i].abs() <= EVALUATION_ERROR * f64::EPSILON * size
+        });
+        rounding && residual_norm <= CONFIRMED_REDUCTION * start_norm
+    }
+
+    /// True when R is almost orthogonal to every column of the Jacobian.
+    fn gradient_is_small(&self, residual_norm: f64) -> bool {
+        (0..self.step.len()).all(|j| {
+            let column = self.jacobian.column(j);
+            let size = column.iter().zip(&self.f_scale).map(|(v, f)| (v / f) * (v / f)).sum::<f64>().sqrt();
+            self.gradient(j).abs() <= SMALL_GRADIENT * size * residual_norm
         })
+    }
+
+    /// Steps taken so far.
+    pub(super) fn iterations(&self) -> usize {
+        self.counters.iterations
+    }
+
+    /// `||dx / x_scale||_2`.
+    pub(super) fn scaled_step_norm(&mut self) -> f64 {
+        scaled_norm(&self.step, &self.x_scale, &mut self.scaled)
     }
 
     /// Largest scaled entry of a point or a step.

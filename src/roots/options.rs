@@ -14,6 +14,10 @@ pub(super) const MAX_ITERATIONS: usize = 1000;
 pub enum Method {
     /// Nothing: full steps, as in the textbook and in the lab.
     Newton,
+    /// Backtracking along the Newton step until `|R|^2` falls enough (Armijo).
+    LineSearch,
+    /// Powell's dogleg between the steepest descent and the Newton step, inside a region that grows with success.
+    TrustRegion,
 }
 
 /// How long a factorised Jacobian is kept. A kept one serves as long as each step with it reduces the residual to at
@@ -57,6 +61,12 @@ pub struct Options {
     /// Largest residual reduction factor per step with which a kept Jacobian stays in use, in (0, 1); 0.25 by default:
     /// three such steps gain almost two digits, for less than the price of a Jacobian by differences.
     pub chord_rate: f64,
+    /// Longest step, as `||dx / x_scale||_2`. By default the line search allows 1000 times the scaled start (at least 1000),
+    /// the other methods any.
+    pub longest_step: Option<f64>,
+    /// Lengthen the steps where they show a multiple root; off by default. A longer step is kept only if it reduces the
+    /// residual to a quarter, else it costs one evaluation.
+    pub accelerate: bool,
     /// Keep every iterate in [`Newton::history`](super::Newton::history); off by default.
     pub history: bool,
 }
@@ -71,6 +81,8 @@ impl Default for Options {
             max_iterations: MAX_ITERATIONS,
             reuse: Reuse::Never,
             chord_rate: 0.25,
+            longest_step: None,
+            accelerate: false,
             history: false,
         }
     }
@@ -85,6 +97,9 @@ impl Options {
         checker.non_negative(self.step_tolerance.relative, "step_tolerance.relative", "no unit");
         let rate = self.chord_rate;
         checker.require(rate > 0.0 && rate < 1.0, "chord_rate", rate, "a number in (0, 1)");
+        if let Some(longest) = self.longest_step {
+            checker.positive(longest, "longest_step", "scaled units of x");
+        }
         checker.finish()
     }
 }

@@ -21,6 +21,12 @@ pub enum Status {
     Diverged,
     /// Steps are too small to change x, but the residual is not small.
     Stalled,
+    /// No shortening of the Newton step reduced the residual enough.
+    LineSearchFailed,
+    /// The trust region shrank to nothing.
+    TrustRegionCollapsed,
+    /// Several steps of the greatest allowed length one after the other.
+    LongestSteps,
     /// R is NaN or infinite at the start, or where the step led.
     NonFiniteResidual,
     /// The Jacobian has a NaN or infinite entry.
@@ -44,6 +50,9 @@ impl Status {
             Self::IterationLimit => "iteration_limit",
             Self::Diverged => "diverged",
             Self::Stalled => "stalled",
+            Self::LineSearchFailed => "line_search_failed",
+            Self::TrustRegionCollapsed => "trust_region_collapsed",
+            Self::LongestSteps => "longest_steps",
             Self::NonFiniteResidual => "non_finite_residual",
             Self::NonFiniteJacobian => "non_finite_jacobian",
         }
@@ -77,6 +86,19 @@ impl Status {
                 "The steps are below the rounding of x, yet the residual is not small. Check the Jacobian against \
                  differences, and whether R is continuous here; if R cannot be computed any better, loosen its \
                  tolerance or give its scale."
+            }
+            Self::LineSearchFailed => {
+                "The line search failed: the residual does not fall along the Newton step, however short. Check the \
+                 Jacobian against differences, start somewhere else, or use the trust region."
+            }
+            Self::TrustRegionCollapsed => {
+                "The trust region shrank to nothing without a better point. Check the Jacobian against differences, \
+                 and whether R is smooth here; if R cannot be computed any better, loosen its tolerance or give its \
+                 scale."
+            }
+            Self::LongestSteps => {
+                "Five steps in a row had the greatest allowed length: the residual may fall towards a limit without a \
+                 root. Start somewhere else, give the scale of x, or allow longer steps."
             }
             Self::NonFiniteResidual => {
                 "The residual is NaN or infinite. If that is so at the start, start inside the domain of R; otherwise \
@@ -115,4 +137,22 @@ pub struct Outcome {
     pub residual_norm: f64,
     /// `||dx / x_scale||_2` of the last step; NaN when none was taken.
     pub step_norm: f64,
+    /// Estimated multiplicity of the root when convergence was linear, as it is at multiple roots; `None` otherwise.
+    pub multiplicity: Option<usize>,
+}
+
+impl Outcome {
+    /// What happened in numbers, and what to change when it was no success.
+    pub fn message(&self) -> String {
+        let Self { status, iterations, residual_norm, .. } = self;
+        let steps = if *iterations == 1 { "step" } else { "steps" };
+        let mut message = format!("{status} Residual norm {residual_norm:.3e} after {iterations} {steps}.");
+        if let Some(multiplicity) = self.multiplicity {
+            message += &format!(
+                " Convergence was linear, as at a root of multiplicity {multiplicity}: the error of x is about the \
+                 residual to the power 1/{multiplicity}, and acceleration saves steps."
+            );
+        }
+        message
+    }
 }

@@ -1,0 +1,564 @@
+//! `root`, `jacobian` and `check_jacobian`.
+
+use numpy::{PyArray1, PyArray2, PyArrayMethods, ToPyArray};
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyFloat, PyString, PyTuple};
+
+use super::callback::Raised;
+use super::convert::{describe, matrix_of, matrix_out, scalar_or_vector, vector_of};
+use super::errors::ConvergenceError;
+use crate::error::{Checker, Interrupted};
+use crate::linalg::Matrix;
+use crate::roots::{
+    Derivative, Differences, Iterate, Method, Newton, Options, Reuse, StepTolerance, System, check_jacobian,
+};
+
+/// Result of `root`.
+///
+/// Attributes
+/// ----------
+/// x : float or ndarray, shape (n,)
+///     The root; on failure the iterate with the smallest residual. A number if `x0` was one.
+/// fun : float or ndarray, shape (m,)
+///     The residual at `x`; a number if `fun` returned one.
+/// success : bool
+///     True only if `x` is a root within the tolerances.
+/// status : str
+///     How the search ended: 'converged_residual', 'converged_step', 'already_root' (successes), 'stationary_point',
+///     'singular_jacobian', 'iteration_limit', 'diverged', 'stalled', 'line_search_failed',
+///     'trust_region_collapsed', 'longest_steps', 'non_finite_residual', 'non_finite_jacobian'.
+/// message : str
+///     What happened, and what to change if it was no success.
+/// residual_norm : float
+///     ``||fun / f_scale||_2``.
+/// step_norm : float
+///     ``||dx / x_scale||_2`` of the last step; NaN if none was taken.
+/// nit, nfev, njev, nlu : int
+///     Steps, evaluations of `fun` (those for difference Jacobians included), Jacobians, factorisations.
+/// nfev_jac : int
+///     The part of `nfev` that difference Jacobians took.
+/// multiplicity : int or None
+///     Estimated multiplicity of the root if convergence was linear.
+/// history : dict of ndarray or None
+///     Per iterate, the start included, if asked for: 'x', shape (nit + 1,) or (nit + 1, n); 'residual_norm', 'step_norm',
+///     'step_length' (relative to the full Newton step) and 'rate' (of the residual norms), shape (nit + 1,).
+#[pyclass(frozen, get_all, name = "RootResult", module = "lissom")]
+pub(crate) struct PyRootResult {
+    x: Py<PyAny>,
+    fun: Py<PyAny>,
+    success: bool,
+    status: &'static str,
+    message: String,
+    residual_norm: f64,
+    step_norm: f64,
+    nit: usize,
+    nfev: usize,
+    njev: usize,
+    nlu: usize,
+    nfev_jac: usize,
+    multiplicity: Option<usize>,
+    history: Option<Py<PyDict>>,
+}
+
+#[pymethods]
+impl PyRootResult {
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        let mut lines = vec![
+            ("message", self.message.clone()),
+            ("success", if self.success { "True" } else { "False" }.to_owned()),
+            ("status", self.status.to_owned()),
+            ("x", self.x.bind(py).repr()?.to_string()),
+            ("fun", self.fun.bind(py).repr()?.to_string()),
+            ("nit", self.nit.to_string()),
+            ("nfev", self.nfev.to_string()),
+            ("njev", self.njev.to_string()),
+            ("nlu", self.nlu.to_string()),
+        ];
+        if let Some(multiplicity) = self.multiplicity {
+            lines.push(("multiplicity", multiplicity.to_string()));
+        }
+        let lines: Vec<String> = lines.iter().map(|(name, value)| format!("{name:>12}: {value}")).collect();
+        Ok(lines.join("\n"))
+    }
+}
+
+/// The result of `check_jacobian`: the entry where the Jacobian differs most from central differences.
+///
+/// Attributes
+/// ----------
+/// relative_difference : float
+///     ``|given - difference|``, less what rounding of `fun` explains, over the larger of the two; infinite if one is
+///     not finite.
+/// row, column : int
+///     Where.
+/// given, difference : float
+///     The entry of `jac`, and by central differences.
+#[pyclass(frozen, get_all, name = "JacobianCheck", module = "lissom")]
+pub(crate) struct PyJacobianCheck {
+    relative_difference: f64,
+    row: usize,
+    column: usize,
+    given: f64,
+    difference: f64,
+}
+
+#[pymethods]
+impl PyJacobianCheck {
+    fn __repr__(&self) -> String {
+        format!(
+            "JacobianCheck(relative_difference={:.3e}, row={}, column={}, given={:?}, difference={:?})",
+            self.relative_difference, self.row, self.column, self.given, self.difference
+        )
+    }
+}
+
+/// A system whose residual, and perhaps Jacobian, are Python functions.
+struct PyFunctions<'a, 'py> {
+    fun: &'a Bound<'py, PyAny>,
+    jac: Option<&'a Bound<'py, PyAny>>,
+    args: &'a Bound<'py, PyTuple>,
+    /// x0 was a number, and so is the argument of the functions.
+    scalar: bool,
+    unknowns: usize,
+    /// R(x0), evaluated to learn its length and handed out at the first call.
+    first: Option<Vec<f64>>,
+    equations: usize,
+    scalar_fun: bool,
+    raised: Raised,
+}
+
+impl<'a, 'py> PyFunctions<'a, 'py> {
+    /// Evaluates `fun` once, at x0.
+    fn new(
+        fun: &'a Bound<'py, PyAny>,
+        jac: Option<&'a Bound<'py, PyAny>>,
+        args: &'a Bound<'py, PyTuple>,
+        x0: &[f64],
+        scalar: bool,
+    ) -> PyResult<Self> {
+        if !fun.is_callable() {
+            return Err(PyTypeError::new_err(format!("fun: expected a callable, got {}", describe(fun))));
+        }
+        let mut functions = Self {
+            fun,
+            jac,
+            args,
+            scalar,
+            unknowns: x0.len(),
+            first: None,
+            equations: 0,
+            scalar_fun: false,
+            raised: Raised::default(),
+        };
+        let (first, scalar_fun) = scalar_or_vector(&functions.call(fun, x0)?, "fun(x)")?;
+        functions.equations = first.len();
+        functions.first = Some(first);
+        functions.scalar_fun = scalar_fun;
+        Ok(functions)
+    }
+
+    /// `function(x, *args)`, with an x of its own that the function may keep.
+    fn call(&self, function: &Bound<'py, PyAny>, x: &[f64]) -> PyResult<Bound<'py, PyAny>> {
+        let py = function.py();
+        py.check_signals()?;
+        let x = if self.scalar { PyFloat::new(py, x[0]).into_any() } else { x.to_pyarray(py).into_any() };
+        if self.args.is_empty() {
+            function.call1((x,))
+        } else {
+            let arguments: Vec<_> = std::iter::once(x).chain(self.args.iter()).collect();
+            function.call1(PyTuple::new(py, arguments)?)
+        }
+    }
+
+    fn evaluate(&self, x: &[f64], residual: &mut [f64]) -> PyResult<()> {
+        let value = self.call(self.fun, x)?;
+        let (found, _) = scalar_or_vector(&value, "fun(x)")?;
+        if found.len() != residual.len() {
+            return Err(PyValueError::new_err(format!(
+                "fun(x): expected {} values as at x0, got {}",
+                residual.len(),
+                found.len()
+            )));
+        }
+        residual.copy_from_slice(&found);
+        Ok(())
+    }
+
+    fn evaluate_jacobian(&self, x: &[f64], jacobian: &mut Matrix) -> PyResult<()> {
+        let function = self.jac.expect("asked for only when jac is a callable");
+        let value = self.call(function, x)?;
+        let (m, n) = jacobian.shape();
+        let dimensions = value.getattr("ndim").and_then(|ndim| ndim.extract::<usize>()).ok();
+        // A gradient, a derivative or a number will do where one side has length one.
+        if (m == 1 || n == 1) && dimensions != Some(2) && value.extract::<Vec<Vec<f64>>>().is_err() {
+            let (entries, _) = scalar_or_vector(&value, "jac(x)")?;
+            if entries.len() != m * n {
+                return Err(PyValueError::new_err(format!(
+                    "jac(x): expected shape ({m}, {n}), got {} values",
+                    entries.len()
+                )));
+            }
+            jacobian.as_mut_slice().copy_from_slice(&entries);
+        } else {
+            jacobian.copy_from(&matrix_of(&value, (m, n), "jac(x)")?);
+        }
+        Ok(())
+    }
+
+    /// A number or an array, as `fun` returned it.
+    fn output(&self, py: Python<'py>, residual: &[f64]) -> Py<PyAny> {
+        number_or_array(py, residual, self.scalar_fun)
+    }
+}
+
+impl System for PyFunctions<'_, '_> {
+    fn unknowns(&self) -> usize {
+        self.unknowns
+    }
+
+    fn equations(&self) -> usize {
+        self.equations
+    }
+
+    fn residual(&mut self, x: &[f64], residual: &mut [f64]) -> Result<(), Interrupted> {
+        if let Some(first) = self.first.take() {
+            residual.copy_from_slice(&first);
+            return Ok(());
+        }
+        let result = self.evaluate(x, residual);
+        self.raised.catch(result)
+    }
+
+    fn jacobian(&mut self, x: &[f64], jacobian: &mut Matrix) -> Result<(), Interrupted> {
+        let result = self.evaluate_jacobian(x, jacobian);
+        self.raised.catch(result)
+    }
+}
+
+/// Root of a function of one or several variables, by Newton's method.
+///
+/// Parameters
+/// ----------
+/// fun : callable
+///     ``fun(x, *args)``, the residual. x is a float if `x0` is a number, else an ndarray of shape (n,); the value is a number
+///     or an array-like of shape (m,). m and n may differ: then the steps are least-squares steps of minimum norm.
+/// x0 : float or array_like, shape (n,)
+///     Where to start.
+/// args : tuple, optional
+///     Further arguments of `fun` and `jac`.
+/// jac : {'forward', 'central'} or callable, optional
+///     The Jacobian: forward differences (the default; n evaluations each), central differences (2n evaluations, about three
+///     digits more), or ``jac(x, *args)`` of shape (m, n).
+/// method : {'newton', 'line_search', 'trust_region'}, optional
+///     Full Newton steps (the default), Newton steps shortened until the residual falls, or Powell's dogleg in a trust region.
+/// tol : float, optional
+///     Converged when ``||fun(x) / f_scale||_2 <= tol``; 1e-6 by default.
+/// max_iter : int, optional
+///     Largest number of steps; 1000 by default.
+/// xtol, xtol_abs : float, optional
+///     Converged also when a Newton step satisfies ``sqrt(mean((dx / (xtol_abs + xtol |x|))**2)) <= 1`` and the residual
+///     confirms it. Both zero, the default, switches this off.
+/// x_scale : float or array_like, shape (n,), optional
+///     Typical sizes of the unknowns; 1 by default. Increments of differences are relative to ``max(|x|, x_scale)``.
+/// f_scale : float or array_like, shape (m,), optional
+///     Typical sizes of the residuals; 1 by default.
+/// max_step : float, optional
+///     Longest step, ``||dx / x_scale||_2``. By default 1000 times the start (at least 1000) in 'line_search', else unlimited.
+/// keep_jacobian : bool, optional
+///     Keep the factorised Jacobian as long as the residual falls to a quarter or less in each step. False by default.
+/// accelerate : bool, optional
+///     Lengthen the steps where they show a multiple root. False by default.
+/// history : bool, optional
+///     Keep every iterate in the result. False by default.
+/// raise_on_failure : bool, optional
+///     Raise `ConvergenceError` unless the search succeeds. False by default.
+///
+/// Returns
+/// -------
+/// RootResult
+///     `x`, `fun`, `success`, `status`, `message`, counters, and more: see there.
+///
+/// Raises
+/// ------
+/// ConvergenceError
+///     If `raise_on_failure` is set and there is no success; its attribute `result` is the RootResult.
+/// ValueError, TypeError
+///     If an argument, or what `fun` or `jac` returns, makes no sense. Exceptions of `fun` and `jac` come through unchanged.
+///
+/// Examples
+/// --------
+/// >>> import lissom
+/// >>> result = lissom.root(lambda x: x * x - 2.0, 1.0)
+/// >>> result.status, round(result.x, 6)
+/// ('converged_residual', 1.414214)
+#[pyfunction]
+#[pyo3(signature = (
+    fun, x0, *, args=None, jac=None, method="newton", tol=1e-6, max_iter=1000, xtol=0.0, xtol_abs=0.0,
+    x_scale=None, f_scale=None, max_step=None, keep_jacobian=false, accelerate=false, history=false,
+    raise_on_failure=false
+), text_signature = "(fun, x0, *, args=(), jac='forward', method='newton', tol=1e-06, max_iter=1000, xtol=0.0, \
+xtol_abs=0.0, x_scale=None, f_scale=None, max_step=None, keep_jacobian=False, accelerate=False, history=False, \
+raise_on_failure=False)")]
+#[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python function")]
+pub(crate) fn root<'py>(
+    py: Python<'py>,
+    fun: &Bound<'py, PyAny>,
+    x0: &Bound<'py, PyAny>,
+    args: Option<Bound<'py, PyTuple>>,
+    jac: Option<Bound<'py, PyAny>>,
+    method: &str,
+    tol: f64,
+    max_iter: usize,
+    xtol: f64,
+    xtol_abs: f64,
+    x_scale: Option<Bound<'py, PyAny>>,
+    f_scale: Option<Bound<'py, PyAny>>,
+    max_step: Option<f64>,
+    keep_jacobian: bool,
+    accelerate: bool,
+    history: bool,
+    raise_on_failure: bool,
+) -> PyResult<Py<PyRootResult>> {
+    let (mut x, scalar) = scalar_or_vector(x0, "x0")?;
+    let mut checker = Checker::new();
+    checker.finite(&x, "x0");
+    checker.finish()?;
+    let jac = jac.unwrap_or_else(|| PyString::new(py, "forward").into_any());
+    let options = Options {
+        method: method_named(method)?,
+        derivative: derivative_of(&jac)?,
+        residual_tolerance: tol,
+        step_tolerance: StepTolerance { absolute: xtol_abs, relative: xtol },
+        max_iterations: max_iter,
+        reuse: if keep_jacobian { Reuse::WithinSolve } else { Reuse::Never },
+        longest_step: max_step,
+        accelerate,
+        history,
+        ..Options::default()
+    };
+    options.check()?;
+    let args = args.unwrap_or_else(|| PyTuple::empty(py));
+    let function = (options.derivative == Derivative::Analytic).then_some(&jac);
+    let mut system = PyFunctions::new(fun, function, &args, &x, scalar)?;
+    let x_scale = scale(x_scale.as_ref(), system.unknowns, "x_scale")?;
+    let f_scale = scale(f_scale.as_ref(), system.equations, "f_scale")?;
+    let mut newton = Newton::new(system.unknowns, system.equations).with_scales(&x_scale, &f_scale)?;
+    let solved = newton.solve(&mut system, &mut x, &options);
+    let Ok(outcome) = solved else {
+        system.raised.into_result()?;
+        unreachable!("only a Python exception interrupts this search");
+    };
+    let result = Py::new(
+        py,
+        PyRootResult {
+            x: number_or_array(py, &x, scalar),
+            fun: system.output(py, newton.residual()),
+            success: outcome.status.is_success(),
+            status: outcome.status.name(),
+            message: outcome.message(),
+            residual_norm: outcome.residual_norm,
+            step_norm: outcome.step_norm,
+            nit: outcome.iterations,
+            nfev: outcome.residual_evaluations,
+            njev: outcome.jacobian_evaluations,
+            nlu: outcome.factorisations,
+            nfev_jac: outcome.difference_evaluations,
+            multiplicity: outcome.multiplicity,
+            history: if history { Some(history_out(py, newton.history(), scalar)?) } else { None },
+        },
+    )?;
+    if raise_on_failure && !outcome.status.is_success() {
+        let error = ConvergenceError::new_err(outcome.message());
+        error.value(py).setattr("result", result)?;
+        return Err(error);
+    }
+    Ok(result)
+}
+
+/// Jacobian by finite differences.
+///
+/// Parameters
+/// ----------
+/// fun : callable
+///     ``fun(x, *args)``, of shape (m,) or a number.
+/// x : float or array_like, shape (n,)
+///     Where.
+/// method : {'central', 'forward'}, optional
+///     Central differences with increments ``eps**(1/3) max(|x|, x_scale)`` (error about eps**(2/3), 2n evaluations; the
+///     default), or forward differences with ``eps**(1/2) max(|x|, x_scale)`` (error about eps**(1/2), n + 1 evaluations).
+/// x_scale : float or array_like, shape (n,), optional
+///     Typical sizes of the unknowns; 1 by default.
+/// args : tuple, optional
+///     Further arguments of `fun`.
+///
+/// Returns
+/// -------
+/// ndarray, shape (m, n)
+#[pyfunction]
+#[pyo3(signature = (fun, x, method="central", *, x_scale=None, args=None),
+    text_signature = "(fun, x, method='central', *, x_scale=None, args=())")]
+pub(crate) fn jacobian<'py>(
+    py: Python<'py>,
+    fun: &Bound<'py, PyAny>,
+    x: &Bound<'py, PyAny>,
+    method: &str,
+    x_scale: Option<Bound<'py, PyAny>>,
+    args: Option<Bound<'py, PyTuple>>,
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    let (x, scalar) = finite_point(x)?;
+    let derivative = difference_named(method, "method", "'central' or 'forward'")?;
+    let args = args.unwrap_or_else(|| PyTuple::empty(py));
+    let mut system = PyFunctions::new(fun, None, &args, &x, scalar)?;
+    let (m, n) = (system.equations, system.unknowns);
+    let x_scale = positive_scale(x_scale.as_ref(), n)?;
+    let mut jacobian = Matrix::zeros(m, n);
+    let residual = system.first.take().expect("fun was evaluated at x");
+    let mut differences = Differences::new(n, m);
+    let done = match derivative {
+        Derivative::Forward => differences.forward(&mut system, &x, &residual, &x_scale, &mut jacobian),
+        _ => differences.central(&mut system, &x, &x_scale, &mut jacobian),
+    };
+    if done.is_err() {
+        system.raised.into_result()?;
+    }
+    Ok(matrix_out(py, &jacobian))
+}
+
+/// Compare a Jacobian with central differences.
+///
+/// Parameters
+/// ----------
+/// fun : callable
+///     ``fun(x, *args)``, of shape (m,) or a number.
+/// jac : callable
+///     ``jac(x, *args)``, of shape (m, n).
+/// x : float or array_like, shape (n,)
+///     Where.
+/// x_scale : float or array_like, shape (n,), optional
+///     Typical sizes of the unknowns; 1 by default.
+/// args : tuple, optional
+///     Further arguments of both functions.
+///
+/// Returns
+/// -------
+/// JacobianCheck
+///     The entry that differs most: `relative_difference`, `row`, `column`, `given`, `difference`. A right Jacobian gives about
+///     1e-9, a wrong one about 1.
+#[pyfunction(name = "check_jacobian")]
+#[pyo3(signature = (fun, jac, x, *, x_scale=None, args=None),
+    text_signature = "(fun, jac, x, *, x_scale=None, args=())")]
+pub(crate) fn check_jacobian_of<'py>(
+    py: Python<'py>,
+    fun: &Bound<'py, PyAny>,
+    jac: &Bound<'py, PyAny>,
+    x: &Bound<'py, PyAny>,
+    x_scale: Option<Bound<'py, PyAny>>,
+    args: Option<Bound<'py, PyTuple>>,
+) -> PyResult<PyJacobianCheck> {
+    let (x, scalar) = finite_point(x)?;
+    if !jac.is_callable() {
+        return Err(PyTypeError::new_err(format!("jac: expected a callable, got {}", describe(jac))));
+    }
+    let args = args.unwrap_or_else(|| PyTuple::empty(py));
+    let mut system = PyFunctions::new(fun, Some(jac), &args, &x, scalar)?;
+    let x_scale = positive_scale(x_scale.as_ref(), x.len())?;
+    let checked = check_jacobian(&mut system, &x, &x_scale);
+    let Ok(check) = checked else {
+        system.raised.into_result()?;
+        unreachable!("only a Python exception interrupts this comparison");
+    };
+    let check =
+        check.ok_or_else(|| PyValueError::new_err("x: expected at least one unknown and one equation"))?;
+    Ok(PyJacobianCheck {
+        relative_difference: check.relative_difference,
+        row: check.row,
+        column: check.column,
+        given: check.given,
+        difference: check.difference,
+    })
+}
+
+fn finite_point(x: &Bound<'_, PyAny>) -> PyResult<(Vec<f64>, bool)> {
+    let (x, scalar) = scalar_or_vector(x, "x")?;
+    let mut checker = Checker::new();
+    checker.finite(&x, "x");
+    checker.finish()?;
+    Ok((x, scalar))
+}
+
+/// Ones, one number for all, or one for each.
+fn scale(value: Option<&Bound<'_, PyAny>>, n: usize, name: &str) -> PyResult<Vec<f64>> {
+    let Some(value) = value else { return Ok(vec![1.0; n]) };
+    match scalar_or_vector(value, name)? {
+        (number, true) => Ok(vec![number[0]; n]),
+        _ => vector_of(value, n, name),
+    }
+}
+
+fn positive_scale(value: Option<&Bound<'_, PyAny>>, n: usize) -> PyResult<Vec<f64>> {
+    let scale = scale(value, n, "x_scale")?;
+    let mut checker = Checker::new();
+    for (j, &value) in scale.iter().enumerate() {
+        checker.positive(value, &format!("x_scale[{j}]"), "units of x");
+    }
+    checker.finish()?;
+    Ok(scale)
+}
+
+fn method_named(name: &str) -> PyResult<Method> {
+    match name {
+        "newton" => Ok(Method::Newton),
+        "line_search" => Ok(Method::LineSearch),
+        "trust_region" => Ok(Method::TrustRegion),
+        _ => Err(PyValueError::new_err(format!(
+            "method: got '{name}', expected 'newton', 'line_search' or 'trust_region'"
+        ))),
+    }
+}
+
+fn derivative_of(jac: &Bound<'_, PyAny>) -> PyResult<Derivative> {
+    const EXPECTED: &str = "'forward', 'central' or a callable";
+    if jac.is_callable() {
+        return Ok(Derivative::Analytic);
+    }
+    match jac.cast::<PyString>() {
+        Ok(name) => difference_named(&name.to_string_lossy(), "jac", EXPECTED),
+        Err(_) => Err(PyTypeError::new_err(format!("jac: got {}, expected {EXPECTED}", describe(jac)))),
+    }
+}
+
+fn difference_named(name: &str, place: &str, expected: &str) -> PyResult<Derivative> {
+    match name {
+        "forward" => Ok(Derivative::Forward),
+        "central" => Ok(Derivative::Central),
+        _ => Err(PyValueError::new_err(format!("{place}: got '{name}', expected {expected}"))),
+    }
+}
+
+fn number_or_array(py: Python<'_>, values: &[f64], number: bool) -> Py<PyAny> {
+    if number {
+        PyFloat::new(py, values[0]).into_any().unbind()
+    } else {
+        values.to_pyarray(py).into_any().unbind()
+    }
+}
+
+fn history_out(py: Python<'_>, history: &[Iterate], scalar: bool) -> PyResult<Py<PyDict>> {
+    let dict = PyDict::new(py);
+    let points: Vec<f64> = history.iter().flat_map(|iterate| iterate.x.iter().copied()).collect();
+    let points = PyArray1::from_vec(py, points);
+    if scalar {
+        dict.set_item("x", points)?;
+    } else {
+        dict.set_item("x", points.reshape([history.len(), history[0].x.len()])?)?;
+    }
+    let column = |name: &str, value: fn(&Iterate) -> f64| {
+        dict.set_item(name, PyArray1::from_iter(py, history.iter().map(value)))
+    };
+    column("residual_norm", |iterate| iterate.residual_norm)?;
+    column("step_norm", |iterate| iterate.step_norm)?;
+    column("step_length", |iterate| iterate.step_length)?;
+    column("rate", |iterate| iterate.rate)?;
+    Ok(dict.unbind())
+}
