@@ -10,3 +10,5 @@ pub mod pendulum;
 mod python;
 pub mod rod;
 pub mod roots;
+#[cfg(feature = "scene")]
+pub mod scene;

@@ -1,0 +1,251 @@
+//! From a document to a scene: the physics is checked by the constructors that everybody uses, and their
+//! complaints are carried back to the lines of the file.
+
+use crate::error::{Checker, InvalidInput};
+use crate::rod;
+
+use super::document::{Document, Output, Segment, Simulation as Settings};
+use super::shape::Shape;
+use super::{Method, Model, Pendulum, Quantity, Simulation};
+
+/// Largest result that a scene may ask for; more would not fit in the memory of an ordinary machine.
+const MAX_RESULT_BYTES: f64 = (1u64 << 30) as f64;
+
+/// Most steps of a run: at a microsecond each they take hours.
+const MAX_STEPS: f64 = 1e10;
+
+/// Numbers that a result keeps per state beside q, v and a: time and the energy balance.
+const NUMBERS_PER_STATE: usize = 7;
+
+/// The model, its initial coordinates and velocities, and the settings. Problems are noted in `shape`; the parts
+/// are meaningful only if there are none.
+pub(super) fn build(document: &Document, shape: &mut Shape) -> Option<(Model, [Vec<f64>; 2], Simulation)> {
+    let model = model(document, shape);
+    let n = model.as_ref().map_or(0, |(model, _)| model.coordinates());
+    let simulation = simulation(&document.simulation, n, shape);
+    let (model, state) = model?;
+    Some((model, state, simulation))
+}
+
+fn model(document: &Document, shape: &mut Shape) -> Option<(Model, [Vec<f64>; 2])> {
+    match (document.rod.as_slice(), &document.pendulum) {
+        ([], None) => {
+            if shape.is_readable("rod") && shape.is_readable("pendulum") {
+                shape.refuse("", "nothing to simulate", "add a [[rod]] with its [[rod.segment]], or a [pendulum]");
+            }
+            None
+        }
+        ([], Some(_)) => Some(pendulum(document, shape)),
+        (rods, pendulum) => {
+            if pendulum.is_some() {
+                shape.refuse("pendulum", "a rod and a pendulum in one scene", "keep one of them");
+            }
+            for i in 1..rods.len() {
+                shape.refuse(
+                    &format!("rod[{i}]"),
+                    format!("{} rods in one scene", rods.len()),
+                    "this version simulates one rod a scene; pieces in a row are its [[rod.segment]]",
+                );
+            }
+            Some(rod(document, shape))
+        }
+    }
+}
+
+fn rod(document: &Document, shape: &mut Shape) -> (Model, [Vec<f64>; 2]) {
+    let written = &document.rod[0];
+    let segments: Vec<_> =
+        written.segment.iter().enumerate().map(|(i, segment)| rod_segment(segment, i, shape)).collect();
+    let rod = rod::Rod {
+        base_position: written.base.position,
+        base_orientation: written.base.orientation,
+        tip_force: written.tip_force,
+        tip_moment: written.tip_moment,
+        tip_mass: written.tip_mass,
+        ..rod::Rod::new(segments)
+    };
+    let rod = rod::Rod { gravity: document.scene.gravity.unwrap_or(rod.gravity), ..rod };
+    report(rod.validate(), shape, |place| rod_place(place, &written.segment));
+    let n = rod.coordinates();
+    if n == 0 && shape.is_readable("rod[0].segment") {
+        shape.refuse(
+            "rod[0].segment",
+            "no modes, so nothing can move",
+            "give at least one, such as modes = { bend_y = 3 }",
+        );
+    }
+    let mut state = |values: &Option<Vec<f64>>, key| {
+        let values = values.clone().unwrap_or_else(|| vec![0.0; n]);
+        let mut check = Checker::new();
+        if shape.is_readable("rod[0].segment") {
+            let wanted = format!("{n} values, one for each mode of the rod");
+            check.require(values.len() == n, key, format_args!("{} values", values.len()), &wanted);
+        }
+        check.finite(&values, key);
+        report(check.finish(), shape, |place| format!("rod[0].{place}"));
+        values
+    };
+    let state = [state(&written.q0, "q0"), state(&written.v0, "v0")];
+    (Model::Rod(rod), state)
+}
+
+fn rod_segment(written: &Segment, i: usize, shape: &mut Shape) -> rod::Segment {
+    let place = |key: &str| format!("rod[0].segment[{i}].{key}");
+    let [young, shear, poisson] = ["young_modulus", "shear_modulus", "poisson_ratio"].map(place);
+    let young_modulus = written.young_modulus;
+    // Where a modulus is unknown, one that fits the other avoids a problem that the user doesn't have.
+    let shear_modulus = match (written.shear_modulus, written.poisson_ratio) {
+        (Some(_), Some(_)) => {
+            shape.refuse(&poisson, "both poisson_ratio and shear_modulus are given", "keep one of them");
+            young_modulus
+        }
+        (Some(modulus), None) => modulus,
+        (None, Some(ratio)) => {
+            if ratio > -1.0 && ratio <= 0.5 {
+                young_modulus / (2.0 * (1.0 + ratio))
+            } else {
+                shape.refuse(&poisson, format!("got {ratio}"), "expected a Poisson's ratio in (-1, 0.5]");
+                young_modulus
+            }
+        }
+        (None, None) => {
+            if shape.is_readable(&shear) && shape.is_readable(&poisson) {
+                let here = format!("rod[0].segment[{i}]");
+                shape.refuse(&here, "neither shear_modulus nor poisson_ratio", "add one of them");
+            }
+            young_modulus
+        }
+    };
+    let young_modulus = if shape.is_readable(&young) { young_modulus } else { shear_modulus };
+    let plain = rod::Segment::straight(written.length, 0.0, young_modulus, shear_modulus, written.density);
+    rod::Segment {
+        radius: written.radius.ends(),
+        modes: written.modes.counts(),
+        retardation_time: written.retardation_time,
+        reference_strain: written.reference_strain.unwrap_or(plain.reference_strain),
+        shear_correction: written.shear_correction.unwrap_or(plain.shear_correction),
+        ..plain
+    }
+}
+
+/// The key in the file of a place in a [`rod::Rod`].
+fn rod_place(place: &str, segments: &[Segment]) -> String {
+    if place.starts_with("gravity") {
+        return format!("scene.{place}");
+    }
+    let mut key = place.replace("segments", "segment").replace("base_", "base.");
+    for (i, segment) in segments.iter().enumerate() {
+        if segment.shear_modulus.is_none() && key == format!("segment[{i}].shear_modulus") {
+            key = format!("segment[{i}].poisson_ratio");
+        }
+    }
+    format!("rod[0].{key}")
+}
+
+fn pendulum(document: &Document, shape: &mut Shape) -> (Model, [Vec<f64>; 2]) {
+    let written = document.pendulum.as_ref().expect("called for scenes with a pendulum");
+    if document.scene.gravity.is_some() {
+        shape.refuse("scene.gravity", "a pendulum does not use it", "give the number pendulum.gravity instead");
+    }
+    let default = Pendulum::default();
+    let pendulum = Pendulum {
+        length: written.length.unwrap_or(default.length),
+        mass: written.mass.unwrap_or(default.mass),
+        stiffness: written.stiffness.unwrap_or(default.stiffness),
+        gravity: written.gravity.unwrap_or(default.gravity),
+    };
+    report(pendulum.validate(), shape, |place| format!("pendulum.{place}"));
+    let state = [written.q0, written.v0].map(Option::unwrap_or_default);
+    let mut check = Checker::new();
+    check.finite(&state[0], "q0");
+    check.finite(&state[1], "v0");
+    report(check.finish(), shape, |place| format!("pendulum.{place}"));
+    (Model::Pendulum(pendulum), state.map(Vec::from))
+}
+
+fn simulation(written: &Settings, n: usize, shape: &mut Shape) -> Simulation {
+    let default = Simulation::lasting(written.duration);
+    let simulation = Simulation {
+        method: written.method,
+        step: written.step.unwrap_or(default.step),
+        jacobian: written.jacobian,
+        rtol: written.rtol.unwrap_or(default.rtol),
+        atol: written.atol.unwrap_or(default.atol),
+        output_step: written.output.step,
+        quantities: quantities(&written.output),
+        ..default
+    };
+    report(simulation.validate(), shape, |place| format!("simulation.{place}"));
+    let readable = ["simulation.duration", "simulation.step", "simulation.output"];
+    if readable.iter().all(|place| shape.is_readable(place)) {
+        report(simulation.check_size(n), shape, |place| format!("simulation.{place}"));
+    }
+    simulation
+}
+
+fn quantities(output: &Output) -> Vec<Quantity> {
+    const ALL: [Quantity; 4] =
+        [Quantity::Velocity, Quantity::Acceleration, Quantity::Energy, Quantity::Shape];
+    let mut kept = ALL.to_vec();
+    if let Some(wanted) = &output.quantities {
+        kept.retain(|quantity| wanted.contains(quantity));
+    }
+    kept
+}
+
+impl Simulation {
+    /// Everything that is wrong with the settings, whatever the model.
+    fn validate(&self) -> Result<(), InvalidInput> {
+        let mut check = Checker::new();
+        let duration = check.positive(self.duration, "duration", "seconds");
+        check.positive(self.step, "step", "seconds");
+        check.non_negative(self.rtol, "rtol", "relative");
+        check.non_negative(self.atol, "atol", "absolute");
+        check.require(self.rtol > 0.0 || self.atol > 0.0, "rtol", "both rtol and atol zero", "one of them > 0");
+        if let Some(step) = self.output_step
+            && check.positive(step, "output.step", "seconds")
+            && duration
+        {
+            check.require(step <= self.duration, "output.step", step, "at most the simulation's duration");
+        }
+        check.finish()
+    }
+
+    /// Refuses a run of a model of `n` coordinates that would not end or not fit in memory.
+    fn check_size(&self, n: usize) -> Result<(), InvalidInput> {
+        let mut check = Checker::new();
+        let newmark = self.method == Method::Newmark;
+        let steps = self.duration / self.step;
+        if newmark && steps.is_finite() {
+            let least = self.duration / MAX_STEPS;
+            let expected = format!("at most {MAX_STEPS:e} of them: a step of at least {least:.2e}");
+            check.require(steps <= MAX_STEPS, "step", format_args!("{steps:.2e} steps"), &expected);
+        }
+        // RK45 chooses its own steps; a run that keeps all of them cannot be judged beforehand.
+        let (kept_every, place) = match self.output_step {
+            Some(step) => (step, "output.step"),
+            None if newmark => (self.step, "step"),
+            None => return check.finish(),
+        };
+        let bytes_per_state = (8 * (3 * n + NUMBERS_PER_STATE)) as f64;
+        let states = self.duration / kept_every;
+        if check.is_ok() && states.is_finite() {
+            let least = self.duration * bytes_per_state / MAX_RESULT_BYTES;
+            let found = format!("{states:.2e} states of {bytes_per_state} bytes to keep");
+            let expected = format!("at most 1 GiB: an output.step of at least {least:.2e}");
+            check.require(states * bytes_per_state <= MAX_RESULT_BYTES, place, found, &expected);
+        }
+        check.finish()
+    }
+}
+
+/// Notes the complaints of a constructor at the keys of the file, unless the value there is a stand-in.
+fn report(result: Result<(), InvalidInput>, shape: &mut Shape, key: impl Fn(&str) -> String) {
+    let Err(error) = result else { return };
+    for problem in error.problems {
+        let key = key(&problem.place);
+        if shape.is_readable(&key) {
+            shape.refuse(&key, format!("got {}", problem.found), format!("expected {}", problem.expected));
+        }
+    }
+}

@@ -1,0 +1,128 @@
+//! What is wrong with a scene file, with file, line and column, and the lines in question.
+
+use std::fmt;
+use std::ops::Range;
+
+use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
+
+/// One thing that is wrong with a scene file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SceneProblem {
+    /// Line in the file, from 1; 0 when the problem has no place in it (such as a file that is missing).
+    pub line: usize,
+    /// Column in the line, in characters, from 1.
+    pub column: usize,
+    /// Path of the key, such as `rod[0].segment[1].radius`; empty for a syntax error.
+    pub key: String,
+    /// What is wrong.
+    pub wrong: String,
+    /// What would be right; may be empty for a syntax error.
+    pub right: String,
+    /// Bytes of the file that the problem is about.
+    pub span: Range<usize>,
+}
+
+impl SceneProblem {
+    /// `key: what is wrong; what would be right`.
+    pub fn message(&self) -> String {
+        let mut message = String::new();
+        if !self.key.is_empty() {
+            message.push_str(&self.key);
+            message.push_str(": ");
+        }
+        message.push_str(&self.wrong);
+        if !self.right.is_empty() {
+            message.push_str("; ");
+            message.push_str(&self.right);
+        }
+        message
+    }
+}
+
+/// A scene file that was refused, with everything that is wrong with it, in the order of the file. Never empty.
+#[derive(Clone, Debug)]
+pub struct SceneError {
+    /// Name of the file, as it was given.
+    pub file: String,
+    /// The problems.
+    pub problems: Vec<SceneProblem>,
+    text: String,
+}
+
+impl SceneError {
+    /// Places the problems, whose spans are known, in the text: lines, columns and order.
+    pub(super) fn new(file: &str, text: &str, mut problems: Vec<SceneProblem>) -> Self {
+        for problem in &mut problems {
+            (problem.line, problem.column) = line_and_column(text, problem.span.start);
+            problem.span = first_line(text, &problem.span);
+        }
+        problems.sort_by(|a, b| (a.span.start, &a.key).cmp(&(b.span.start, &b.key)));
+        Self { file: file.to_owned(), problems, text: text.to_owned() }
+    }
+
+    /// `file:line:column: key: what is wrong; what would be right`.
+    pub fn header(&self, problem: &SceneProblem) -> String {
+        format!("{}:{}:{}: {}", self.file, problem.line, problem.column, problem.message())
+    }
+
+    /// The source line of a problem with the offending part underlined.
+    pub fn snippet(&self, problem: &SceneProblem) -> String {
+        let annotation = AnnotationKind::Primary.span(problem.span.clone());
+        let group =
+            Group::with_level(Level::ERROR).element(Snippet::source(&self.text).annotation(annotation));
+        Renderer::plain().render(&[group])
+    }
+}
+
+impl fmt::Display for SceneError {
+    /// Every problem on its line, followed by the source line it is about.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (i, problem) in self.problems.iter().enumerate() {
+            if i > 0 {
+                writeln!(f)?;
+            }
+            write!(f, "{}\n{}", self.header(problem), self.snippet(problem))?;
+        }
+        Ok(())
+    }
+}
+
+impl std::error::Error for SceneError {}
+
+/// Line and column of a byte, both from 1; the column counts characters.
+fn line_and_column(text: &str, byte: usize) -> (usize, usize) {
+    let before = &text[..boundary(text, byte)];
+    let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);
+    (before.matches('\n').count() + 1, before[line_start..].chars().count() + 1)
+}
+
+/// The last character boundary that is not behind `byte`.
+fn boundary(text: &str, byte: usize) -> usize {
+    (0..=byte.min(text.len())).rev().find(|&byte| text.is_char_boundary(byte)).unwrap_or(0)
+}
+
+/// The part of a span that lies on its first line.
+fn first_line(text: &str, span: &Range<usize>) -> Range<usize> {
+    let start = boundary(text, span.start);
+    let end = boundary(text, span.end).max(start);
+    let length = text[start..end].find('\n').unwrap_or(end - start);
+    start..start + length
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_count_characters_not_bytes() {
+        assert_eq!(line_and_column("a\n é = x", 7), (2, 6));
+        assert_eq!(line_and_column("", 0), (1, 1));
+        assert_eq!(line_and_column("a", 99), (1, 2));
+    }
+
+    #[test]
+    fn only_the_first_line_of_a_span_is_shown() {
+        assert_eq!(first_line("ab\ncd", &(1..5)), 1..2);
+        assert_eq!(first_line("ab\ncd", &(3..5)), 3..5);
+    }
+}

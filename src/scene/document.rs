@@ -1,0 +1,306 @@
+//! What a scene file looks like: plain structs, from which the JSON Schema, the reader and the documentation of
+//! every key are derived. Descriptions end up in editors, so they name units and defaults.
+//!
+//! An `example` on a required key is shown by editors, and stands in for a value that could not be read, so that
+//! the rest of the file can still be checked.
+
+use std::collections::BTreeMap;
+
+use schemars::{JsonSchema, Schema, generate::SchemaSettings};
+use serde::{Deserialize, Serialize};
+
+/// The only version of the format so far.
+pub(super) const VERSION: u64 = 1;
+
+/// A lissom scene: one rod or one spring pendulum, and how to simulate it. SI units, angles in radians.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(title = "lissom scene")]
+pub(super) struct Document {
+    /// Version of the format: 1.
+    #[schemars(range(min = 1, max = 1), example = VERSION)]
+    #[expect(dead_code, reason = "checked on the raw table, before anything else is read")]
+    pub(super) version: u64,
+    /// What all bodies share.
+    #[serde(default)]
+    pub(super) scene: General,
+    /// The rod. Written as an array of tables; one per scene for now.
+    #[serde(default)]
+    pub(super) rod: Vec<Rod>,
+    /// A spring pendulum, instead of a rod.
+    pub(super) pendulum: Option<Pendulum>,
+    /// How long, and by which method.
+    #[schemars(example = Simulation::example())]
+    pub(super) simulation: Simulation,
+}
+
+/// What all bodies share.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct General {
+    /// Name of the scene, shown in reports. Default: the name of the file.
+    pub(super) name: Option<String>,
+    /// Gravity in the world, in m/s^2. Default: [0, 0, -9.81].
+    pub(super) gravity: Option<[f64; 3]>,
+}
+
+/// A rod: segments in a row, clamped at its base, with dead loads and a point mass at its tip.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Rod {
+    /// Pose of the clamped end.
+    #[serde(default)]
+    pub(super) base: Base,
+    /// Dead force at the tip, in world axes, in newtons. Default: [0, 0, 0].
+    #[serde(default)]
+    pub(super) tip_force: [f64; 3],
+    /// Dead moment at the tip, in world axes, in newton metres. Default: [0, 0, 0].
+    #[serde(default)]
+    pub(super) tip_moment: [f64; 3],
+    /// Point mass at the tip, in kilograms. Default: 0.
+    #[serde(default)]
+    pub(super) tip_mass: f64,
+    /// Initial generalised coordinates, one per mode: segment by segment, in the order torsion, bend_y, bend_z,
+    /// stretch, shear_y, shear_z, then by degree. Default: all zero, the stress-free rod.
+    pub(super) q0: Option<Vec<f64>>,
+    /// Initial generalised velocities, in the order of q0. Default: at rest.
+    pub(super) v0: Option<Vec<f64>>,
+    /// The segments from base to tip; each continues where the one before ends.
+    #[schemars(length(min = 1), example = Vec::<Segment>::new())]
+    pub(super) segment: Vec<Segment>,
+}
+
+/// Pose of a clamped end.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct Base {
+    /// Position in the world, in metres. Default: [0, 0, 0].
+    pub(super) position: [f64; 3],
+    /// Orientation: unit quaternion [w, x, y, z] that turns body axes into world axes; the rod leaves along its
+    /// body x axis. Default: [1, 0, 0, 0], along world x.
+    pub(super) orientation: [f64; 4],
+}
+
+impl Default for Base {
+    fn default() -> Self {
+        Self { position: [0.0; 3], orientation: [1.0, 0.0, 0.0, 0.0] }
+    }
+}
+
+/// A piece of rod of one material, with circular section. Give either shear_modulus or poisson_ratio.
+#[derive(Debug, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(extend("oneOf" = [{"required": ["shear_modulus"]}, {"required": ["poisson_ratio"]}]))]
+pub(super) struct Segment {
+    /// Length in metres.
+    #[schemars(extend("exclusiveMinimum" = 0), example = 1.0)]
+    pub(super) length: f64,
+    /// Radius in metres: one number, or [at the segment's base, at its tip] for a linear taper.
+    #[schemars(example = 1e-2)]
+    pub(super) radius: Radius,
+    /// Young's modulus E in pascals.
+    #[schemars(extend("exclusiveMinimum" = 0), example = 1e6)]
+    pub(super) young_modulus: f64,
+    /// Shear modulus G in pascals.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub(super) shear_modulus: Option<f64>,
+    /// Poisson's ratio nu in (-1, 0.5], instead of the shear modulus: G = E / (2 (1 + nu)).
+    #[schemars(extend("exclusiveMinimum" = -1, "maximum" = 0.5))]
+    pub(super) poisson_ratio: Option<f64>,
+    /// Density in kg/m^3.
+    #[schemars(extend("exclusiveMinimum" = 0), example = 1e3)]
+    pub(super) density: f64,
+    /// Number of modes (shifted Legendre polynomials) of each strain. Default of each: 0, the strain is suppressed.
+    #[schemars(example = Modes { bend_y: 3, ..Modes::default() })]
+    pub(super) modes: Modes,
+    /// Kelvin-Voigt retardation time in seconds: damping is this times stiffness. Default: 0, undamped.
+    #[serde(default)]
+    #[schemars(range(min = 0.0))]
+    pub(super) retardation_time: f64,
+    /// Strain at which the segment is free of stress: [torsion, bend_y, bend_z, stretch, shear_y, shear_z], the
+    /// first three in 1/m. Default: [0, 0, 0, 1, 0, 0], straight.
+    pub(super) reference_strain: Option<[f64; 6]>,
+    /// Shear correction factor of the section. Default: 1.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub(super) shear_correction: Option<f64>,
+}
+
+/// A constant or linearly tapered radius.
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, JsonSchema)]
+#[serde(untagged)]
+pub(super) enum Radius {
+    /// The same along the segment, in metres.
+    Constant(f64),
+    /// At the segment's base and at its tip, in metres.
+    Tapered([f64; 2]),
+}
+
+impl Radius {
+    /// Radius at both ends.
+    pub(super) fn ends(self) -> [f64; 2] {
+        match self {
+            Self::Constant(radius) => [radius; 2],
+            Self::Tapered(ends) => ends,
+        }
+    }
+}
+
+/// Number of modes of each strain.
+#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct Modes {
+    /// Modes of torsion, about the rod's axis.
+    pub(super) torsion: usize,
+    /// Modes of bending about the body y axis; positive bending turns the rod towards body -z.
+    pub(super) bend_y: usize,
+    /// Modes of bending about the body z axis.
+    pub(super) bend_z: usize,
+    /// Modes of stretch along the rod.
+    pub(super) stretch: usize,
+    /// Modes of shear along the body y axis.
+    pub(super) shear_y: usize,
+    /// Modes of shear along the body z axis.
+    pub(super) shear_z: usize,
+}
+
+impl Modes {
+    /// The numbers in the order of the strain.
+    pub(super) fn counts(self) -> [usize; 6] {
+        [self.torsion, self.bend_y, self.bend_z, self.stretch, self.shear_y, self.shear_z]
+    }
+}
+
+/// A point mass on a massless spring that swings in a vertical plane.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Pendulum {
+    /// Length of the unstretched spring, in metres. Default: 1.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub(super) length: Option<f64>,
+    /// Mass in kilograms. Default: 1.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub(super) mass: Option<f64>,
+    /// Stiffness of the spring in N/m. Default: 10.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub(super) stiffness: Option<f64>,
+    /// Gravity along -y, in m/s^2. Default: 9.81.
+    pub(super) gravity: Option<f64>,
+    /// Initial state: [angle from +x counter-clockwise in radians, elongation in metres]. Default: [0, 0].
+    pub(super) q0: Option<[f64; 2]>,
+    /// Initial velocities, in the order of q0. Default: at rest.
+    pub(super) v0: Option<[f64; 2]>,
+}
+
+/// How long, and by which method.
+#[derive(Debug, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Simulation {
+    /// Simulated time in seconds.
+    #[schemars(extend("exclusiveMinimum" = 0), example = 1.0)]
+    pub(super) duration: f64,
+    /// Time integrator. Default: "newmark".
+    #[serde(default)]
+    pub(super) method: Method,
+    /// Time step of Newmark's method, in seconds. Default: 0.01. (RK45 chooses its own.)
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub(super) step: Option<f64>,
+    /// Jacobian of Newmark's equations. Default: "analytic".
+    #[serde(default)]
+    pub(super) jacobian: Jacobian,
+    /// Relative tolerance: of RK45's step error, of Newton's iteration within Newmark. Default: 1e-6.
+    #[schemars(range(min = 0.0))]
+    pub(super) rtol: Option<f64>,
+    /// Absolute tolerance, for values near zero. Default: 1e-9.
+    #[schemars(range(min = 0.0))]
+    pub(super) atol: Option<f64>,
+    /// What is kept of the run.
+    #[serde(default)]
+    pub(super) output: Output,
+}
+
+impl Simulation {
+    fn example() -> BTreeMap<&'static str, f64> {
+        BTreeMap::from([("duration", 1.0)])
+    }
+}
+
+/// Time integrator.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Method {
+    /// Newmark's implicit average-acceleration rule with a fixed step: unconditionally stable.
+    #[default]
+    Newmark,
+    /// Dormand and Prince's explicit Runge-Kutta pair of orders 5 and 4, with steps chosen by the error.
+    Rk45,
+}
+
+/// Where the Jacobian of an implicit step comes from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Jacobian {
+    /// The model's exact tangent.
+    #[default]
+    Analytic,
+    /// Forward differences.
+    Forward,
+    /// Central differences.
+    Central,
+}
+
+/// What is kept of the run.
+#[derive(Debug, Default, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Output {
+    /// Time between the states that are kept, in seconds. Default: every step of the integrator.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub(super) step: Option<f64>,
+    /// What is written beside the coordinates: any of "velocity", "acceleration", "energy", "shape".
+    /// Default: all of them.
+    pub(super) quantities: Option<Vec<Quantity>>,
+}
+
+/// A quantity that a result holds beside the coordinates.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Quantity {
+    /// Generalised velocities.
+    Velocity,
+    /// Generalised accelerations.
+    Acceleration,
+    /// The energies and what damping dissipated.
+    Energy,
+    /// The rod's centre line.
+    Shape,
+}
+
+/// The JSON Schema of a scene file.
+pub(super) fn schema() -> Schema {
+    let settings = SchemaSettings::draft07().with_transform(schemars::transform::RecursiveTransform(without_null));
+    settings.into_generator().into_root_schema_for::<Document>()
+}
+
+/// TOML has no null: an optional key is left out.
+fn without_null(schema: &mut Schema) {
+    let Some(object) = schema.as_object_mut() else { return };
+    if let Some(serde_json::Value::Array(types)) = object.get_mut("type") {
+        types.retain(|name| name != "null");
+        if let [only] = types.as_slice() {
+            let only = only.clone();
+            object.insert("type".to_owned(), only);
+        }
+    }
+    if let Some(serde_json::Value::Array(branches)) = object.get_mut("anyOf") {
+        branches.retain(|branch| branch.get("type").is_none_or(|name| name != "null"));
+        if let [only] = branches.as_slice() {
+            let only = only.clone();
+            object.remove("anyOf");
+            if let serde_json::Value::Object(only) = only {
+                object.extend(only);
+            }
+        }
+    }
+    if object.get("default").is_some_and(serde_json::Value::is_null) {
+        object.remove("default");
+    }
+}

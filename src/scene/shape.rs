@@ -1,0 +1,366 @@
+//! Checks the shape of a scene (keys, types, sizes, names) against its JSON Schema, all of it in one pass.
+//!
+//! The result is a table that certainly deserialises: an unreadable value of an optional key is left out, an
+//! unreadable or missing value of a required key is replaced by the schema's example. So the physics of the rest
+//! can be checked too, and a user sees all problems at once.
+
+use std::collections::{HashMap, HashSet};
+use std::ops::Range;
+
+use serde_json::Value as Json;
+use toml::Spanned;
+use toml::de::{DeInteger, DeTable, DeValue};
+
+use super::diagnostics::SceneProblem;
+
+/// Least similarity (Jaro and Winkler 1990, 0 to 1) at which a known word is suggested for an unknown one.
+const SUGGESTION_SIMILARITY: f64 = 0.8;
+
+/// A document whose shape has been checked.
+#[derive(Debug, Default)]
+pub(super) struct Shape {
+    /// The document, with unreadable values left out or replaced.
+    pub(super) table: toml::Table,
+    /// What was wrong.
+    pub(super) problems: Vec<SceneProblem>,
+    /// Where each value stands in the file, by its path.
+    pub(super) spans: HashMap<String, Range<usize>>,
+    /// Paths of the values that were left out or replaced.
+    pub(super) replaced: HashSet<String>,
+}
+
+impl Shape {
+    /// Checks a document against a schema.
+    pub(super) fn check(document: &Spanned<DeTable<'_>>, schema: &Json) -> Self {
+        let mut reader = Reader { root: schema, shape: Self::default() };
+        let table = reader.table(document.get_ref(), schema, "");
+        Self { table, ..reader.shape }
+    }
+
+    /// Where a value stands; where it is absent, the innermost value around it that is present.
+    pub(super) fn span(&self, place: &str) -> Range<usize> {
+        let mut place = place;
+        loop {
+            if let Some(span) = self.spans.get(place) {
+                return span.clone();
+            }
+            match place.rfind(['.', '[']) {
+                Some(end) => place = &place[..end],
+                None => return 0..0,
+            }
+        }
+    }
+
+    /// True when the value at `place`, everything in it and everything around it could be read.
+    pub(super) fn is_readable(&self, place: &str) -> bool {
+        !self.replaced.iter().any(|other| contains(other, place) || contains(place, other))
+    }
+
+    /// Notes a problem with the value at `place`.
+    pub(super) fn refuse(&mut self, place: &str, wrong: impl Into<String>, right: impl Into<String>) {
+        let span = self.span(place);
+        self.problems.push(SceneProblem {
+            line: 0,
+            column: 0,
+            key: place.to_owned(),
+            wrong: wrong.into(),
+            right: right.into(),
+            span,
+        });
+    }
+}
+
+/// True when `outer` is `inner` or a table or array around it.
+fn contains(outer: &str, inner: &str) -> bool {
+    inner.strip_prefix(outer).is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
+}
+
+struct Reader<'a> {
+    root: &'a Json,
+    shape: Shape,
+}
+
+impl<'a> Reader<'a> {
+    fn table(&mut self, table: &DeTable<'_>, schema: &'a Json, place: &str) -> toml::Table {
+        let properties = schema["properties"].as_object().expect("every table of the schema lists its keys");
+        let mut read = toml::Table::new();
+        let mut suggested = HashSet::new();
+        for (key, value) in table {
+            let name = key.get_ref().as_ref();
+            let inner = join(place, name);
+            let Some(property) = properties.get(name) else {
+                self.shape.spans.insert(inner.clone(), key.span());
+                let known = properties.keys().map(String::as_str);
+                let (right, suggestion) = self.advice(name, known, place);
+                suggested.extend(suggestion);
+                self.shape.refuse(&inner, "unknown key", right);
+                continue;
+            };
+            // Tables are underlined at their key: their contents may lie anywhere below.
+            let span = if is_table_like(value.get_ref()) { key.span() } else { value.span() };
+            self.shape.spans.insert(inner.clone(), span);
+            match self.value(value, property, &inner) {
+                Some(value) => _ = read.insert(name.to_owned(), value),
+                None => _ = self.shape.replaced.insert(inner),
+            }
+        }
+        for name in required(schema) {
+            if read.contains_key(name) {
+                continue;
+            }
+            let inner = join(place, name);
+            let property = &properties[name];
+            if !self.shape.replaced.contains(&inner) {
+                if !suggested.contains(name) {
+                    let right = format!("add it: {}", sentence(property));
+                    self.shape.refuse(&inner, "missing", right);
+                }
+                self.shape.replaced.insert(inner);
+            }
+            let example = property["examples"][0].clone();
+            let example = toml::Value::try_from(example).expect("every required key has an example in TOML's types");
+            read.insert(name.to_owned(), example);
+        }
+        read
+    }
+
+    /// The value in TOML's own types, or `None` when it was refused.
+    fn value(&mut self, value: &Spanned<DeValue<'_>>, schema: &'a Json, place: &str) -> Option<toml::Value> {
+        let schema = self.resolve(schema);
+        if let Some(branches) = schema["anyOf"].as_array() {
+            let mut branches = branches.iter().map(|branch| self.resolve(branch));
+            if let Some(branch) = branches.clone().find(|branch| accepts(branch, value.get_ref())) {
+                return self.value(value, branch, place);
+            }
+            let expected: Vec<String> = branches.by_ref().map(|branch| self.expected(branch)).collect();
+            return self.wrong_type(value, place, &expected.join(" or "));
+        }
+        if let Some(words) = words(schema) {
+            return self.word(value, &words, place);
+        }
+        if !accepts(schema, value.get_ref()) {
+            return self.wrong_type(value, place, &self.expected(schema));
+        }
+        match value.get_ref() {
+            DeValue::Table(table) => Some(self.table(table, schema, place).into()),
+            DeValue::Array(array) => self.array(array, schema, place),
+            DeValue::Integer(integer) => self.integer(integer, schema, place),
+            DeValue::Float(float) => {
+                let number: f64 = float.as_str().parse().unwrap_or(f64::NAN);
+                if number.is_infinite() && !float.as_str().contains("inf") {
+                    self.shape.refuse(place, format!("{float} is too large"), "expected a double, at most 1.8e308");
+                    return None;
+                }
+                Some(number.into())
+            }
+            DeValue::String(text) => Some(text.as_ref().into()),
+            DeValue::Boolean(_) | DeValue::Datetime(_) => unreachable!("no key of a scene has these types"),
+        }
+    }
+
+    fn array(&mut self, array: &toml::de::DeArray<'_>, schema: &'a Json, place: &str) -> Option<toml::Value> {
+        let least = schema["minItems"].as_u64().unwrap_or(0) as usize;
+        let most = schema["maxItems"].as_u64().map_or(usize::MAX, |most| most as usize);
+        let mut read = Vec::with_capacity(array.len());
+        for (i, item) in array.iter().enumerate() {
+            let inner = format!("{place}[{i}]");
+            self.shape.spans.insert(inner.clone(), item.span());
+            match self.value(item, &schema["items"], &inner) {
+                Some(item) => read.push(item),
+                None => _ = self.shape.replaced.insert(inner),
+            }
+        }
+        if !(least..=most).contains(&array.len()) {
+            let right = format!("expected {}", self.expected(schema));
+            self.shape.refuse(place, format!("got {} of them", array.len()), right);
+            return None;
+        }
+        (read.len() == array.len()).then(|| read.into())
+    }
+
+    fn integer(&mut self, integer: &DeInteger<'_>, schema: &'a Json, place: &str) -> Option<toml::Value> {
+        let Ok(number) = i64::from_str_radix(integer.as_str(), integer.radix()) else {
+            self.shape.refuse(place, format!("{integer} is too large"), "expected an integer below 9.2e18");
+            return None;
+        };
+        if schema["type"] == "integer" && number < 0 {
+            self.shape.refuse(place, format!("got {number}"), format!("expected {}", self.expected(schema)));
+            return None;
+        }
+        // A number may be written as an integer wherever a real number is expected.
+        Some(if schema["type"] == "integer" { number.into() } else { (number as f64).into() })
+    }
+
+    fn word(&mut self, value: &Spanned<DeValue<'_>>, words: &[&str], place: &str) -> Option<toml::Value> {
+        let DeValue::String(word) = value.get_ref() else {
+            return self.wrong_type(value, place, &one_of(words));
+        };
+        if words.contains(&word.as_ref()) {
+            return Some(word.as_ref().into());
+        }
+        let right = match suggestion(word, words.iter().copied()) {
+            Some(similar) => format!("did you mean \"{similar}\"? Expected {}", one_of(words)),
+            None => format!("expected {}", one_of(words)),
+        };
+        self.shape.refuse(place, format!("got \"{word}\""), right);
+        None
+    }
+
+    fn wrong_type(&mut self, value: &Spanned<DeValue<'_>>, place: &str, expected: &str) -> Option<toml::Value> {
+        let found = match value.get_ref() {
+            DeValue::String(text) => format!("the text \"{text}\""),
+            DeValue::Integer(number) => number.to_string(),
+            DeValue::Float(number) => number.to_string(),
+            DeValue::Boolean(value) => value.to_string(),
+            DeValue::Datetime(_) => "a date".to_owned(),
+            DeValue::Array(_) => "an array".to_owned(),
+            DeValue::Table(_) => "a table".to_owned(),
+        };
+        self.shape.refuse(place, format!("got {found}"), format!("expected {expected}"));
+        None
+    }
+
+    /// What to do about an unknown key, and the known key that it may have meant.
+    fn advice(
+        &self,
+        name: &str,
+        known: impl Iterator<Item = &'a str> + Clone,
+        place: &str,
+    ) -> (String, Option<&'a str>) {
+        if let Some(similar) = suggestion(name, known.clone()) {
+            return (format!("did you mean `{similar}`?"), Some(similar));
+        }
+        let elsewhere = self.tables_with(name);
+        if !elsewhere.is_empty() {
+            return (format!("it belongs in {}", elsewhere.join(" or ")), None);
+        }
+        let here = if place.is_empty() { "at the top level" } else { "here" };
+        let known: Vec<&str> = known.collect();
+        (format!("keys {here} are {}", known.join(", ")), None)
+    }
+
+    /// Headers of the tables of a scene that have a key of this name.
+    fn tables_with(&self, name: &str) -> Vec<String> {
+        let mut found = Vec::new();
+        self.find_tables(self.root, name, "", false, &mut found);
+        found
+    }
+
+    fn find_tables(&self, schema: &'a Json, name: &str, path: &str, repeated: bool, found: &mut Vec<String>) {
+        let schema = self.resolve(schema);
+        if let Some(properties) = schema["properties"].as_object() {
+            if properties.contains_key(name) {
+                found.push(match (path, repeated) {
+                    ("", _) => "the top level".to_owned(),
+                    (path, true) => format!("[[{path}]]"),
+                    (path, false) => format!("[{path}]"),
+                });
+            }
+            for (key, property) in properties {
+                self.find_tables(property, name, &join(path, key), false, found);
+            }
+        } else if schema["type"] == "array" {
+            self.find_tables(&schema["items"], name, path, true, found);
+        }
+    }
+
+    /// Follows references to the schema that they mean.
+    fn resolve(&self, mut schema: &'a Json) -> &'a Json {
+        loop {
+            if let Some(reference) = schema["$ref"].as_str() {
+                let pointer = reference.trim_start_matches('#');
+                schema = self.root.pointer(pointer).expect("the schema's references lead somewhere");
+            } else if let Some([only]) = schema["allOf"].as_array().map(Vec::as_slice) {
+                schema = only;
+            } else {
+                return schema;
+            }
+        }
+    }
+
+    /// What a schema expects, in words.
+    fn expected(&self, schema: &'a Json) -> String {
+        let schema = self.resolve(schema);
+        if let Some(words) = words(schema) {
+            return one_of(&words);
+        }
+        match schema["type"].as_str() {
+            Some("number") => "a number".to_owned(),
+            Some("integer") => "an integer >= 0".to_owned(),
+            Some("string") => "text in quotes".to_owned(),
+            Some("object") => "a table".to_owned(),
+            Some("array") => {
+                let items = self.resolve(&schema["items"]);
+                let items = match (words(items), items["type"].as_str()) {
+                    (Some(words), _) => format!("words out of {}", words.join(", ")),
+                    (None, Some("number")) => "numbers".to_owned(),
+                    _ => "tables".to_owned(),
+                };
+                match schema["maxItems"].as_u64() {
+                    Some(count) => format!("an array of {count} {items}"),
+                    None if schema["minItems"].is_u64() => format!("an array of at least one of the {items}"),
+                    None => format!("an array of {items}"),
+                }
+            }
+            _ => "another type".to_owned(),
+        }
+    }
+}
+
+/// True when the type of `value` is the schema's.
+fn accepts(schema: &Json, value: &DeValue<'_>) -> bool {
+    match schema["type"].as_str() {
+        Some("number") => value.is_float() || value.is_integer(),
+        Some("integer") => value.is_integer(),
+        Some("string") => value.is_str(),
+        Some("array") => value.is_array(),
+        Some("object") => value.is_table(),
+        _ => false,
+    }
+}
+
+/// True for tables and arrays of tables.
+fn is_table_like(value: &DeValue<'_>) -> bool {
+    match value {
+        DeValue::Table(_) => true,
+        DeValue::Array(array) => array.first().is_some_and(|item| item.get_ref().is_table()),
+        _ => false,
+    }
+}
+
+/// The words that a schema of an enumeration allows.
+fn words(schema: &Json) -> Option<Vec<&str>> {
+    if let Some(branches) = schema["oneOf"].as_array() {
+        return branches.iter().map(|branch| branch["const"].as_str()).collect();
+    }
+    schema["enum"].as_array()?.iter().map(Json::as_str).collect()
+}
+
+fn one_of(words: &[&str]) -> String {
+    let quoted: Vec<String> = words.iter().map(|word| format!("\"{word}\"")).collect();
+    quoted.join(" or ")
+}
+
+fn required(schema: &Json) -> impl Iterator<Item = &str> {
+    schema["required"].as_array().into_iter().flatten().filter_map(Json::as_str)
+}
+
+/// The first sentence of a schema's description.
+fn sentence(schema: &Json) -> String {
+    let description = schema["description"].as_str().unwrap_or("required");
+    description.split_once(". ").map_or(description, |(first, _)| first).trim_end_matches('.').to_owned()
+}
+
+/// The known word most similar to `word`, if any is similar.
+fn suggestion<'a>(word: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
+    let word = word.to_lowercase();
+    known
+        .map(|other| (strsim::jaro_winkler(&word, other), other))
+        .filter(|(similarity, _)| *similarity >= SUGGESTION_SIMILARITY)
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .map(|(_, other)| other)
+}
+
+fn join(place: &str, key: &str) -> String {
+    if place.is_empty() { key.to_owned() } else { format!("{place}.{key}") }
+}
