@@ -2,6 +2,7 @@
 
 use lissom::rod;
 use lissom::scene::{Jacobian, Method, Model, Quantity, Scene};
+use proptest::prelude::*;
 
 const GOOD: &str = r#"version = 1
 
@@ -21,54 +22,554 @@ duration = 3
 /// `line:column: message` of everything that is wrong with a scene.
 fn problems(text: &str) -> Vec<String> {
     let error = Scene::parse(text, "s.toml").expect_err("the scene is bad");
-    error.problems.iter().map(|p| error.header(p).trim_start_matches("s.toml:").to_owned()).collect()
+    let lines = error.problems.iter().map(|problem| error.header(problem));
+    lines.map(|line| line.strip_prefix("s.toml:").expect("the file is named").to_owned()).collect()
 }
 
-/// The problems of the good scene after a change.
-fn problems_with(from: &str, to: &str) -> Vec<String> {
+/// The good scene after a change.
+fn changed(from: &str, to: &str) -> String {
     assert!(GOOD.contains(from), "the good scene has no {from}");
-    problems(&GOOD.replacen(from, to, 1))
+    GOOD.replacen(from, to, 1)
+}
+
+/// Asserts that a change of the good scene causes exactly these problems.
+#[track_caller]
+fn refused(from: &str, to: &str, expected: &[&str]) {
+    assert_eq!(problems(&changed(from, to)), expected, "{to}");
+}
+
+fn rod_of(text: &str) -> rod::Rod {
+    match Scene::parse(text, "s.toml").expect("the scene is good").model {
+        Model::Rod(rod) => rod,
+        Model::Pendulum(_) => panic!("the scene has a rod"),
+    }
 }
 
 #[test]
-fn print_all() {
-    for (from, to) in [
-        ("length", "lenght"),
-        ("length = 1.0\n", ""),
-        ("density = 7800", "density = \"heavy\""),
-        ("radius = 1e-3", "radius = [1e-3, -2e-3]"),
-        ("radius = 1e-3", "radius = [1e-3, 2, 3]"),
-        ("radius = 1e-3", "radius = true"),
-        ("bend_y = 3", "bendy = 3"),
-        ("bend_y = 3", "bend_y = -3"),
-        ("bend_y = 3", "bend_y = 3.0"),
-        ("bend_y = 3", "bend_y = 300"),
-        ("bend_y = 3", ""),
-        ("shear_modulus = 80e9", "shear_modulus = 60e9"),
-        ("shear_modulus = 80e9", "poisson_ratio = 0.6"),
-        ("shear_modulus = 80e9", "poisson_ratio = -1"),
-        ("shear_modulus = 80e9", "poisson_ratio = 0.3\nshear_modulus = 80e9"),
-        ("shear_modulus = 80e9", ""),
-        ("duration = 3", "duration = nan"),
-        ("duration = 3", "duration = 1e999"),
-        ("duration = 3", "duration = 3\nmethod = \"newmrk\"\njacobian = 3"),
-        ("duration = 3", "duration = 3\nstep=1e-12"),
-        ("duration = 3", "duration = 3\nstep=1e-8"),
-        ("duration = 3", "duration = 3\nstep=1e-2\n[simulation.output]\nstep=5\nquantities=[\"enrgy\", 3]"),
-        ("[[rod]]", "[[rod]]\nbase = {position=[0,0], orientation=[0,0,0,0]}\ngravity=3\nq0=[1,inf]"),
-        ("[[rod]]", "[scene]\ngravity = [0, nan, 9]\n[[rod]]\n"),
-        ("[[rod]]", "[rod]"),
-        ("[[rod.segment]]", "[rod.segment]"),
-        ("version = 1", "version = 2"),
-        ("version = 1", ""),
-        ("length = 1.0", "length = "),
-        ("length = 1.0", "length = 1\nlength = 2"),
-        ("[simulation]\nduration = 3", ""),
-        ("[simulation]", "[[rod]]\n[pendulum]\nmass = 0\n[simulation]"),
-        ("[simulation]", "[pendullum]\nmass = 0\n[simulation]"),
-    ] {
-        println!("--- {from:?} -> {to:?}");
-        let error = Scene::parse(&GOOD.replacen(from, to, 1), "s.toml");
-        match error { Ok(_) => println!("FINE"), Err(e) => println!("{e}") }
+fn left_out_keys_have_the_defaults_of_the_rod() {
+    let scene = Scene::parse(GOOD, "folder/wire.toml").expect("the scene is good");
+    assert_eq!(scene.name, "wire", "the file's stem");
+    assert_eq!(scene.text, GOOD);
+    let segment =
+        rod::Segment { modes: [0, 3, 0, 0, 0, 0], ..rod::Segment::straight(1.0, 1e-3, 210e9, 80e9, 7800.0) };
+    assert_eq!(scene.model, Model::Rod(rod::Rod::new(vec![segment])));
+    assert_eq!((scene.q0, scene.v0), (vec![0.0; 3], vec![0.0; 3]));
+    let simulation = scene.simulation;
+    assert_eq!(simulation.duration, 3.0);
+    assert_eq!((simulation.method, simulation.jacobian), (Method::Newmark, Jacobian::Analytic));
+    assert_eq!((simulation.step, simulation.rtol, simulation.atol), (1e-2, 1e-6, 1e-9));
+    assert_eq!(simulation.output_step, None);
+    assert_eq!(simulation.quantities.len(), 4, "everything is kept");
+}
+
+#[test]
+fn every_key_is_read() {
+    let text = r#"version = 1
+[scene]
+name = "everything"
+gravity = [1, 2, 3]
+
+[[rod]]
+base = { position = [1, 2, 3], orientation = [0, 1, 0, 0] }
+tip_force = [4, 5, 6]
+tip_moment = [7, 8, 9]
+tip_mass = 0.5
+q0 = [1, 2, 3, 4, 5, 6, 7]
+v0 = [7, 6, 5, 4, 3, 2, 1]
+
+[[rod.segment]]
+length = 2
+radius = [2e-3, 1e-3]
+young_modulus = 3e5
+poisson_ratio = 0.5
+density = 1000
+modes = { torsion = 1, bend_y = 1, bend_z = 1, stretch = 1, shear_y = 1, shear_z = 1 }
+retardation_time = 1e-3
+reference_strain = [1, 2, 3, 1, 5, 6]
+shear_correction = 0.9
+
+[[rod.segment]]
+length = 1
+radius = 1e-3
+young_modulus = 3e5
+shear_modulus = 1e5
+density = 1000
+modes.bend_z = 1
+
+[simulation]
+duration = 2.5
+method = "rk45"
+step = 1e-3
+jacobian = "central"
+rtol = 1e-8
+atol = 1e-10
+output = { step = 0.1, quantities = ["shape", "energy"] }
+"#;
+    let scene = Scene::parse(text, "s.toml").expect("the scene is good");
+    assert_eq!(scene.name, "everything");
+    assert_eq!(scene.q0, [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
+    assert_eq!(scene.v0, [7.0, 6.0, 5.0, 4.0, 3.0, 2.0, 1.0]);
+    let first = rod::Segment {
+        radius: [2e-3, 1e-3],
+        modes: [1; 6],
+        retardation_time: 1e-3,
+        reference_strain: [1.0, 2.0, 3.0, 1.0, 5.0, 6.0],
+        shear_correction: 0.9,
+        ..rod::Segment::straight(2.0, 1.0, 3e5, 1e5, 1000.0)
+    };
+    let second =
+        rod::Segment { modes: [0, 0, 1, 0, 0, 0], ..rod::Segment::straight(1.0, 1e-3, 3e5, 1e5, 1000.0) };
+    let expected = rod::Rod {
+        base_position: [1.0, 2.0, 3.0],
+        base_orientation: [0.0, 1.0, 0.0, 0.0],
+        gravity: [1.0, 2.0, 3.0],
+        tip_force: [4.0, 5.0, 6.0],
+        tip_moment: [7.0, 8.0, 9.0],
+        tip_mass: 0.5,
+        ..rod::Rod::new(vec![first, second])
+    };
+    assert_eq!(scene.model, Model::Rod(expected));
+    let simulation = scene.simulation;
+    assert_eq!((simulation.method, simulation.jacobian), (Method::Rk45, Jacobian::Central));
+    assert_eq!((simulation.duration, simulation.step), (2.5, 1e-3));
+    assert_eq!((simulation.rtol, simulation.atol), (1e-8, 1e-10));
+    assert_eq!(simulation.output_step, Some(0.1));
+    assert_eq!(simulation.quantities, [Quantity::Energy, Quantity::Shape]);
+}
+
+#[test]
+fn a_pendulum_is_read() {
+    let text = "version = 1\n[pendulum]\nlength = 2\nq0 = [-0.5, 0.5]\n[simulation]\nduration = 1\n";
+    let scene = Scene::parse(text, "s.toml").expect("the scene is good");
+    assert_eq!(scene.q0, [-0.5, 0.5]);
+    assert_eq!(scene.v0, [0.0, 0.0]);
+    let Model::Pendulum(pendulum) = scene.model else { panic!("the scene has a pendulum") };
+    assert_eq!(
+        (pendulum.length(), pendulum.mass(), pendulum.stiffness(), pendulum.gravity()),
+        (2.0, 1.0, 10.0, 9.81)
+    );
+}
+
+#[test]
+fn unknown_keys_are_refused_with_advice() {
+    refused("length", "lenght", &["5:1: rod[0].segment[0].lenght: unknown key; did you mean `length`?"]);
+    refused(
+        "bend_y",
+        "bendy",
+        &["10:11: rod[0].segment[0].modes.bendy: unknown key; did you mean `bend_y`?"],
+    );
+    refused("[simulation]", "[simulaton]", &["12:2: simulaton: unknown key; did you mean `simulation`?"]);
+    let misspelt = "version = 1\n[pendullum]\nmass = 1\n[simulation]\nduration = 1\n";
+    assert_eq!(problems(misspelt), ["2:2: pendullum: unknown key; did you mean `pendulum`?"]);
+    refused(
+        "[[rod]]",
+        "[[rod]]\ngravity = 3",
+        &["4:1: rod[0].gravity: unknown key; it belongs in [pendulum] or [scene]"],
+    );
+    refused(
+        "duration",
+        "tip_mass = 3\nduration",
+        &["13:1: simulation.tip_mass: unknown key; it belongs in [[rod]]"],
+    );
+    refused(
+        "bend_y = 3",
+        "bend_y = 3, xxx = 1",
+        &[
+            "10:23: rod[0].segment[0].modes.xxx: unknown key; keys here are bend_y, bend_z, shear_y, shear_z, stretch, \
+             torsion",
+        ],
+    );
+}
+
+#[test]
+fn missing_keys_are_named_where_they_belong() {
+    refused("length = 1.0\n", "", &["4:1: rod[0].segment[0].length: missing; add length: Length in metres"]);
+    refused(
+        "[simulation]\nduration = 3\n",
+        "",
+        &["1:1: simulation: missing; add simulation: How long, and by which method"],
+    );
+    refused(
+        "shear_modulus = 80e9\n",
+        "",
+        &["4:1: rod[0].segment[0]: neither shear_modulus nor poisson_ratio; add one of them"],
+    );
+}
+
+#[test]
+fn wrong_types_are_refused() {
+    refused(
+        "7800",
+        "\"heavy\"",
+        &["9:11: rod[0].segment[0].density: got the text \"heavy\"; expected a number"],
+    );
+    refused(
+        "radius = 1e-3",
+        "radius = true",
+        &["6:10: rod[0].segment[0].radius: got true; expected a number or an array of 2 numbers"],
+    );
+    refused(
+        "radius = 1e-3",
+        "radius = [1, 2, 3]",
+        &["6:10: rod[0].segment[0].radius: got an array of 3; expected an array of 2 numbers"],
+    );
+    refused(
+        "radius = 1e-3",
+        "radius = [1, '2']",
+        &["6:14: rod[0].segment[0].radius[1]: got the text \"2\"; expected a number"],
+    );
+    refused(
+        "bend_y = 3",
+        "bend_y = 3.0",
+        &["10:20: rod[0].segment[0].modes.bend_y: got 3.0; expected an integer >= 0"],
+    );
+    refused(
+        "bend_y = 3",
+        "bend_y = -3",
+        &["10:20: rod[0].segment[0].modes.bend_y: got -3; expected an integer >= 0"],
+    );
+    refused(
+        "duration = 3",
+        "duration = 1979-05-27",
+        &["13:12: simulation.duration: got a date; expected a number"],
+    );
+    refused("[[rod]]\n", "[rod]\n", &["3:2: rod: got a table; expected double brackets: [[rod]]"]);
+    refused(
+        "[[rod.segment]]",
+        "[rod.segment]",
+        &["4:6: rod[0].segment: got a table; expected double brackets: [[rod.segment]]"],
+    );
+    refused(
+        "[simulation]",
+        "[[simulation]]",
+        &["12:3: simulation: got an array; expected single brackets: [simulation]"],
+    );
+    refused("[[rod]]", "[scene]\nname = 3\n[[rod]]", &["4:8: scene.name: got 3; expected text in quotes"]);
+}
+
+#[test]
+fn words_are_checked_with_advice() {
+    refused(
+        "duration = 3",
+        "duration = 3\nmethod = \"newmrk\"\njacobian = 3",
+        &[
+            "14:10: simulation.method: got \"newmrk\"; did you mean \"newmark\"? Expected \"newmark\" or \"rk45\"",
+            "15:12: simulation.jacobian: got 3; expected \"analytic\" or \"forward\" or \"central\"",
+        ],
+    );
+    refused(
+        "duration = 3",
+        "duration = 3\noutput.quantities = ['tip']",
+        &[
+            "14:22: simulation.output.quantities[0]: got \"tip\"; expected \"velocity\" or \"acceleration\" or \
+           \"energy\" or \"shape\"",
+        ],
+    );
+}
+
+#[test]
+fn numbers_too_large_for_their_type_are_refused() {
+    refused(
+        "duration = 3",
+        "duration = 1e999",
+        &["13:12: simulation.duration: 1e999 is too large; expected a double, at most 1.8e308"],
+    );
+    refused(
+        "bend_y = 3",
+        "bend_y = 99999999999999999999",
+        &[
+            "10:20: rod[0].segment[0].modes.bend_y: 99999999999999999999 is too large; expected an integer below \
+           9.2e18",
+        ],
+    );
+    let text = changed("bend_y = 3", "bend_y = 0x3");
+    assert_eq!(rod_of(&text).coordinates(), 3, "integers may be written in hexadecimal");
+}
+
+#[test]
+fn impossible_physics_is_refused() {
+    refused(
+        "length = 1.0",
+        "length = -1.0",
+        &["5:10: rod[0].segment[0].length: got -1; expected a finite number > 0 (metres)"],
+    );
+    refused(
+        "radius = 1e-3",
+        "radius = [1e-3, -2e-3]",
+        &["6:17: rod[0].segment[0].radius[1]: got -0.002; expected a finite number > 0 (metres)"],
+    );
+    refused(
+        "7800",
+        "nan",
+        &["9:11: rod[0].segment[0].density: got NaN; expected a finite number > 0 (kg/m^3)"],
+    );
+    refused(
+        "shear_modulus = 80e9",
+        "poisson_ratio = 0.6",
+        &["8:17: rod[0].segment[0].poisson_ratio: got 0.6; expected a Poisson's ratio in (-1, 0.5]"],
+    );
+    refused(
+        "shear_modulus = 80e9",
+        "poisson_ratio = -1",
+        &["8:17: rod[0].segment[0].poisson_ratio: got -1; expected a Poisson's ratio in (-1, 0.5]"],
+    );
+    refused(
+        "shear_modulus = 80e9",
+        "poisson_ratio = nan",
+        &["8:17: rod[0].segment[0].poisson_ratio: got NaN; expected a Poisson's ratio in (-1, 0.5]"],
+    );
+    refused(
+        "shear_modulus = 80e9",
+        "shear_modulus = 60e9",
+        &[
+            "8:17: rod[0].segment[0].shear_modulus: got 60000000000 (Poisson's ratio E/(2G) - 1 = 0.7500); expected a \
+           shear modulus with Poisson's ratio in (-1, 0.5]",
+        ],
+    );
+    refused(
+        "shear_modulus = 80e9",
+        "shear_modulus = 80e9\npoisson_ratio = 0.3",
+        &[
+            "9:17: rod[0].segment[0].poisson_ratio: both poisson_ratio and shear_modulus are given; keep one of them",
+        ],
+    );
+    refused(
+        "[[rod.segment]]",
+        "base.orientation = [0, 0, 0, 0]\nbase.position = [0, inf, 0]\ntip_mass = -1\n[[rod.segment]]",
+        &[
+            "4:20: rod[0].base.orientation: got a quaternion of norm 0; expected a quaternion (w, x, y, z) of norm 1",
+            "5:21: rod[0].base.position[1]: got inf; expected a finite number",
+            "6:12: rod[0].tip_mass: got -1; expected a finite number >= 0 (kilograms)",
+        ],
+    );
+    refused(
+        "[[rod]]",
+        "[scene]\ngravity = [0, nan, 9]\n[[rod]]",
+        &["4:15: scene.gravity[1]: got NaN; expected a finite number"],
+    );
+    refused(
+        "bend_y = 3",
+        "",
+        &[
+            "4:7: rod[0].segment: no modes, so nothing can move; give at least one, such as modes = { bend_y = 3 }",
+        ],
+    );
+    refused(
+        "[[rod.segment]]",
+        "q0 = [1, inf]\n[[rod.segment]]",
+        &[
+            "4:6: rod[0].q0: got 2 values; expected 3 values, one for each mode of the rod",
+            "4:10: rod[0].q0[1]: got inf; expected a finite number",
+        ],
+    );
+}
+
+#[test]
+fn a_poisson_ratio_of_one_half_is_a_ratio_like_any_other() {
+    let rod = rod_of(&changed("shear_modulus = 80e9", "poisson_ratio = 0.5"));
+    assert_eq!(rod.segments[0].shear_modulus, 70e9);
+}
+
+#[test]
+fn a_scene_needs_exactly_one_body() {
+    let simulation = "[simulation]\nduration = 1\n";
+    assert_eq!(
+        problems(&format!("version = 1\n{simulation}")),
+        ["1:1: nothing to simulate; add a [[rod]] with its [[rod.segment]], or a [pendulum]"]
+    );
+    refused(
+        "[simulation]",
+        "[pendulum]\n[simulation]",
+        &["12:2: pendulum: a rod and a pendulum in one scene; keep one of them"],
+    );
+    let rod =
+        GOOD.split_once("[[rod]]").and_then(|(_, rest)| rest.split_once("[simulation]")).expect("a rod").0;
+    refused(
+        "[simulation]",
+        &format!("[[rod]]{rod}[simulation]"),
+        &[
+            "12:1: rod[1]: 2 rods in one scene; this version simulates one rod a scene; pieces in a row are its \
+           [[rod.segment]]",
+        ],
+    );
+    assert_eq!(
+        problems(&format!("version = 1\n[scene]\ngravity = [0, 0, 0]\n[pendulum]\nmass = 0\n{simulation}")),
+        [
+            "3:11: scene.gravity: a pendulum does not use it; give the number pendulum.gravity instead",
+            "5:8: pendulum.mass: got 0; expected a finite number > 0 (kilograms)",
+        ]
+    );
+}
+
+#[test]
+fn what_does_not_fit_in_memory_is_refused() {
+    refused(
+        "bend_y = 3",
+        "bend_y = 300",
+        &["10:20: rod[0].segment[0].modes.bend_y: got 300; expected at most 64 modes"],
+    );
+    refused(
+        "duration = 3",
+        "duration = 3\nstep = 1e-12",
+        &[
+            "14:8: simulation.step: got 3.00e12 steps; expected at most 1e10 of them: a step of at least 3.00e-10",
+        ],
+    );
+    refused(
+        "duration = 3",
+        "duration = 3\nstep = 1e-8",
+        &[
+            "14:8: simulation.step: got 3.00e8 states of 128 bytes to keep; expected at most 1 GiB: an output.step of \
+           at least 3.58e-7",
+        ],
+    );
+    let coarse = changed("duration = 3", "duration = 3\nstep = 1e-8\noutput.step = 1e-3");
+    assert!(Scene::parse(&coarse, "s.toml").is_ok(), "few states are kept of many steps");
+    refused(
+        "duration = 3",
+        "duration = 3\noutput.step = 1e-9",
+        &[
+            "14:15: simulation.output.step: got 3.00e9 states of 128 bytes to keep; expected at most 1 GiB: an \
+           output.step of at least 3.58e-7",
+        ],
+    );
+    let segment =
+        &GOOD[GOOD.find("[[rod.segment]]").expect("a segment")..GOOD.find("\n[sim").expect("settings")];
+    let wide = segment.replace("bend_y = 3", "bend_y = 64, bend_z = 64, torsion = 64");
+    let problems = problems(&GOOD.replace(segment, &wide.repeat(22)));
+    assert_eq!(problems.len(), 1, "{problems:?}");
+    assert!(problems[0].contains("4224 modes in all"), "{problems:?}");
+}
+
+#[test]
+fn settings_are_checked() {
+    refused(
+        "duration = 3",
+        "duration = nan\nstep = 0\nrtol = -1\natol = inf\noutput.step = -1",
+        &[
+            "13:12: simulation.duration: got NaN; expected a finite number > 0 (seconds)",
+            "14:8: simulation.step: got 0; expected a finite number > 0 (seconds)",
+            "15:8: simulation.rtol: got -1; expected a finite number >= 0 (relative)",
+            "16:8: simulation.atol: got inf; expected a finite number >= 0 (absolute)",
+            "17:15: simulation.output.step: got -1; expected a finite number > 0 (seconds)",
+        ],
+    );
+    refused(
+        "duration = 3",
+        "duration = 3\noutput.step = 5",
+        &["14:15: simulation.output.step: got 5; expected at most the simulation's duration"],
+    );
+}
+
+#[test]
+fn the_version_is_checked_before_anything_else() {
+    refused("version = 1\n", "", &["1:1: version: missing; add it as the first line: version = 1"]);
+    let wrong = ["1:11: version: not a version that this lissom reads; expected version = 1"];
+    refused("version = 1", "version = 2\nunknown = 3", &wrong);
+    refused("version = 1", "version = \"1\"", &wrong);
+    refused("version = 1", "version = 1.0", &wrong);
+}
+
+#[test]
+fn all_syntax_errors_are_reported_and_nothing_else() {
+    let found = problems(&changed("length = 1.0", "length = \nfoo = 1 2"));
+    assert_eq!(found.len(), 2, "{found:?}");
+    assert!(found[0].starts_with("5:10: ") && found[1].starts_with("6:7: "), "{found:?}");
+    refused("length = 1.0", "length = 1\nlength = 2", &["6:1: duplicate key"]);
+}
+
+#[test]
+fn all_problems_are_reported_at_once_in_the_order_of_the_file() {
+    let text = GOOD
+        .replace("length = 1.0", "lenght = 1.0")
+        .replace("1e-3", "[1e-3, 0]")
+        .replace("80e9", "\"soft\"")
+        .replace("7800\n", "-1\n")
+        .replace("duration = 3", "duration = 0\nstep = true");
+    assert_eq!(
+        problems(&text),
+        [
+            "5:1: rod[0].segment[0].lenght: unknown key; did you mean `length`?",
+            "6:17: rod[0].segment[0].radius[1]: got 0; expected a finite number > 0 (metres)",
+            "8:17: rod[0].segment[0].shear_modulus: got the text \"soft\"; expected a number",
+            "9:11: rod[0].segment[0].density: got -1; expected a finite number > 0 (kg/m^3)",
+            "13:12: simulation.duration: got 0; expected a finite number > 0 (seconds)",
+            "14:8: simulation.step: got true; expected a number",
+        ]
+    );
+}
+
+#[test]
+fn a_value_that_cannot_be_read_causes_no_other_complaint() {
+    refused(
+        "210e9",
+        "\"hard\"",
+        &["7:17: rod[0].segment[0].young_modulus: got the text \"hard\"; expected a number"],
+    );
+    let text = changed("{ bend_y = 3 }", "3").replace("[[rod.segment]]", "q0 = [1, 2]\n[[rod.segment]]");
+    assert_eq!(problems(&text), ["11:9: rod[0].segment[0].modes: got 3; expected a table"]);
+}
+
+#[test]
+fn the_source_is_shown_with_the_offending_part_underlined() {
+    let error =
+        Scene::parse(&changed("1e-3", "[1e-3, -2e-3]"), "folder/s.toml").expect_err("a negative radius");
+    assert_eq!(
+        error.to_string(),
+        "folder/s.toml:6:17: rod[0].segment[0].radius[1]: got -0.002; expected a finite number > 0 (metres)\n  \
+         |\n6 | radius = [1e-3, -2e-3]\n  |                 ^^^^^"
+    );
+}
+
+#[test]
+fn the_committed_schema_is_up_to_date() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/lissom-scene.schema.json");
+    if std::env::var_os("LISSOM_UPDATE_SCHEMA").is_some() {
+        std::fs::write(path, Scene::schema()).expect("the schema can be written");
+    }
+    let committed = std::fs::read_to_string(path).expect("the schema is committed");
+    assert_eq!(committed, Scene::schema(), "run LISSOM_UPDATE_SCHEMA=1 cargo test --test scene");
+}
+
+#[test]
+fn all_shipped_scenes_are_good() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes");
+    let mut count = 0;
+    for entry in std::fs::read_dir(folder).expect("there are scenes") {
+        let path = entry.expect("a readable folder").path();
+        if path.extension().is_some_and(|extension| extension == "toml") {
+            let text = std::fs::read_to_string(&path).expect("a readable file");
+            if let Err(error) = Scene::parse(&text, &path.to_string_lossy()) {
+                panic!("{error}");
+            }
+            count += 1;
+        }
+    }
+    assert!(count >= 4, "four scenes are shipped");
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// Whatever stands in a file, it is read or refused, never a panic.
+    #[test]
+    fn no_text_causes_a_panic(cut in 0..GOOD.len(), length in 0..40usize, insert in "[\\[\\]{}=.,'\"0-9a-zé\n -]{0,12}") {
+        let end = (cut + length).min(GOOD.len());
+        let text = format!("{}{insert}{}", &GOOD[..cut], &GOOD[end..]);
+        let _ = Scene::parse(&text, "s.toml").map_err(|error| error.to_string());
+    }
+
+    /// Whatever value a key has, it is read or refused, never a panic.
+    #[test]
+    fn no_value_causes_a_panic(line in 4..13usize, value in prop::sample::select(&[
+        "3", "-1", "0", "nan", "-inf", "1e308", "9223372036854775807", "true", "''", "[]", "[1]", "[[1, 2]]", "{}",
+        "{a = 1}", "{bend_y = 9223372036854775807}", "[{}, 3]", "1979-05-27",
+    ])) {
+        let lines = GOOD.lines().enumerate().map(|(i, text)| match text.split_once('=') {
+            Some((key, _)) if i == line => format!("{key} = {value}\n"),
+            _ => format!("{text}\n"),
+        });
+        let text: String = lines.collect();
+        let _ = Scene::parse(&text, "s.toml").map_err(|error| error.to_string());
     }
 }

@@ -2,11 +2,12 @@
 //! complaints are carried back to the lines of the file.
 
 use crate::error::{Checker, InvalidInput};
+use crate::pendulum::SpringPendulum;
 use crate::rod;
 
 use super::document::{Document, Output, Segment, Simulation as Settings};
 use super::shape::Shape;
-use super::{Method, Model, Pendulum, Quantity, Simulation};
+use super::{Method, Model, Quantity, Simulation};
 
 /// Largest result that a scene may ask for; more would not fit in the memory of an ordinary machine.
 const MAX_RESULT_BYTES: f64 = (1u64 << 30) as f64;
@@ -31,11 +32,15 @@ fn model(document: &Document, shape: &mut Shape) -> Option<(Model, [Vec<f64>; 2]
     match (document.rod.as_slice(), &document.pendulum) {
         ([], None) => {
             if shape.is_readable("rod") && shape.is_readable("pendulum") {
-                shape.refuse("", "nothing to simulate", "add a [[rod]] with its [[rod.segment]], or a [pendulum]");
+                shape.refuse(
+                    "",
+                    "nothing to simulate",
+                    "add a [[rod]] with its [[rod.segment]], or a [pendulum]",
+                );
             }
             None
         }
-        ([], Some(_)) => Some(pendulum(document, shape)),
+        ([], Some(_)) => pendulum(document, shape),
         (rods, pendulum) => {
             if pendulum.is_some() {
                 shape.refuse("pendulum", "a rod and a pendulum in one scene", "keep one of them");
@@ -47,12 +52,12 @@ fn model(document: &Document, shape: &mut Shape) -> Option<(Model, [Vec<f64>; 2]
                     "this version simulates one rod a scene; pieces in a row are its [[rod.segment]]",
                 );
             }
-            Some(rod(document, shape))
+            rod(document, shape)
         }
     }
 }
 
-fn rod(document: &Document, shape: &mut Shape) -> (Model, [Vec<f64>; 2]) {
+fn rod(document: &Document, shape: &mut Shape) -> Option<(Model, [Vec<f64>; 2])> {
     let written = &document.rod[0];
     let segments: Vec<_> =
         written.segment.iter().enumerate().map(|(i, segment)| rod_segment(segment, i, shape)).collect();
@@ -65,28 +70,27 @@ fn rod(document: &Document, shape: &mut Shape) -> (Model, [Vec<f64>; 2]) {
         ..rod::Rod::new(segments)
     };
     let rod = rod::Rod { gravity: document.scene.gravity.unwrap_or(rod.gravity), ..rod };
-    report(rod.validate(), shape, |place| rod_place(place, &written.segment));
-    let n = rod.coordinates();
-    if n == 0 && shape.is_readable("rod[0].segment") {
+    let valid = report(rod.validate(), shape, |place| rod_place(place, &written.segment)).is_some();
+    let n = (valid && shape.is_readable("rod[0].segment")).then(|| rod.coordinates());
+    if n == Some(0) {
         shape.refuse(
             "rod[0].segment",
             "no modes, so nothing can move",
             "give at least one, such as modes = { bend_y = 3 }",
         );
     }
-    let mut state = |values: &Option<Vec<f64>>, key| {
-        let values = values.clone().unwrap_or_else(|| vec![0.0; n]);
+    let state = [("q0", &written.q0), ("v0", &written.v0)].map(|(key, values)| {
+        let values = values.clone().unwrap_or_else(|| vec![0.0; n.unwrap_or(0)]);
         let mut check = Checker::new();
-        if shape.is_readable("rod[0].segment") {
+        if let Some(n) = n {
             let wanted = format!("{n} values, one for each mode of the rod");
             check.require(values.len() == n, key, format_args!("{} values", values.len()), &wanted);
         }
         check.finite(&values, key);
         report(check.finish(), shape, |place| format!("rod[0].{place}"));
         values
-    };
-    let state = [state(&written.q0, "q0"), state(&written.v0, "v0")];
-    (Model::Rod(rod), state)
+    });
+    n.map(|_| (Model::Rod(rod), state))
 }
 
 fn rod_segment(written: &Segment, i: usize, shape: &mut Shape) -> rod::Segment {
@@ -142,25 +146,28 @@ fn rod_place(place: &str, segments: &[Segment]) -> String {
     format!("rod[0].{key}")
 }
 
-fn pendulum(document: &Document, shape: &mut Shape) -> (Model, [Vec<f64>; 2]) {
-    let written = document.pendulum.as_ref().expect("called for scenes with a pendulum");
+fn pendulum(document: &Document, shape: &mut Shape) -> Option<(Model, [Vec<f64>; 2])> {
+    let written = document.pendulum.as_ref()?;
     if document.scene.gravity.is_some() {
-        shape.refuse("scene.gravity", "a pendulum does not use it", "give the number pendulum.gravity instead");
+        shape.refuse(
+            "scene.gravity",
+            "a pendulum does not use it",
+            "give the number pendulum.gravity instead",
+        );
     }
-    let default = Pendulum::default();
-    let pendulum = Pendulum {
-        length: written.length.unwrap_or(default.length),
-        mass: written.mass.unwrap_or(default.mass),
-        stiffness: written.stiffness.unwrap_or(default.stiffness),
-        gravity: written.gravity.unwrap_or(default.gravity),
-    };
-    report(pendulum.validate(), shape, |place| format!("pendulum.{place}"));
     let state = [written.q0, written.v0].map(Option::unwrap_or_default);
     let mut check = Checker::new();
     check.finite(&state[0], "q0");
     check.finite(&state[1], "v0");
     report(check.finish(), shape, |place| format!("pendulum.{place}"));
-    (Model::Pendulum(pendulum), state.map(Vec::from))
+    let pendulum = SpringPendulum::new(
+        written.length.unwrap_or(1.0),
+        written.mass.unwrap_or(1.0),
+        written.stiffness.unwrap_or(10.0),
+        written.gravity.unwrap_or(9.81),
+    );
+    let pendulum = report(pendulum, shape, |place| format!("pendulum.{place}"))?;
+    Some((Model::Pendulum(pendulum), state.map(Vec::from)))
 }
 
 fn simulation(written: &Settings, n: usize, shape: &mut Shape) -> Simulation {
@@ -201,7 +208,12 @@ impl Simulation {
         check.positive(self.step, "step", "seconds");
         check.non_negative(self.rtol, "rtol", "relative");
         check.non_negative(self.atol, "atol", "absolute");
-        check.require(self.rtol > 0.0 || self.atol > 0.0, "rtol", "both rtol and atol zero", "one of them > 0");
+        check.require(
+            self.rtol > 0.0 || self.atol > 0.0,
+            "rtol",
+            "both rtol and atol zero",
+            "one of them > 0",
+        );
         if let Some(step) = self.output_step
             && check.positive(step, "output.step", "seconds")
             && duration
@@ -240,12 +252,16 @@ impl Simulation {
 }
 
 /// Notes the complaints of a constructor at the keys of the file, unless the value there is a stand-in.
-fn report(result: Result<(), InvalidInput>, shape: &mut Shape, key: impl Fn(&str) -> String) {
-    let Err(error) = result else { return };
+fn report<T>(result: Result<T, InvalidInput>, shape: &mut Shape, key: impl Fn(&str) -> String) -> Option<T> {
+    let error = match result {
+        Ok(value) => return Some(value),
+        Err(error) => error,
+    };
     for problem in error.problems {
         let key = key(&problem.place);
         if shape.is_readable(&key) {
             shape.refuse(&key, format!("got {}", problem.found), format!("expected {}", problem.expected));
         }
     }
+    None
 }

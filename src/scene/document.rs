@@ -276,7 +276,8 @@ pub enum Quantity {
 
 /// The JSON Schema of a scene file.
 pub(super) fn schema() -> Schema {
-    let settings = SchemaSettings::draft07().with_transform(schemars::transform::RecursiveTransform(without_null));
+    let settings =
+        SchemaSettings::draft07().with_transform(schemars::transform::RecursiveTransform(without_null));
     settings.into_generator().into_root_schema_for::<Document>()
 }
 

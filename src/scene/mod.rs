@@ -11,7 +11,7 @@ mod shape;
 
 use toml::de::{DeTable, DeValue};
 
-use crate::error::{Checker, InvalidInput};
+use crate::pendulum::SpringPendulum;
 use crate::rod;
 
 pub use diagnostics::{SceneError, SceneProblem};
@@ -42,7 +42,7 @@ pub enum Model {
     /// A Cosserat rod.
     Rod(rod::Rod),
     /// The spring pendulum.
-    Pendulum(Pendulum),
+    Pendulum(SpringPendulum),
 }
 
 impl Model {
@@ -158,34 +158,7 @@ fn syntax_problem(error: &toml::de::Error) -> SceneProblem {
 }
 
 fn stem(file: &str) -> String {
-    std::path::Path::new(file).file_stem().map_or_else(|| "scene".into(), |stem| stem.to_string_lossy().into())
-}
-
-/// TEMPORARY until the core's pendulum lands.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Pendulum {
-    /// m
-    pub length: f64,
-    /// kg
-    pub mass: f64,
-    /// N/m
-    pub stiffness: f64,
-    /// m/s2
-    pub gravity: f64,
-}
-impl Default for Pendulum {
-    fn default() -> Self {
-        Self { length: 1.0, mass: 1.0, stiffness: 10.0, gravity: 9.81 }
-    }
-}
-impl Pendulum {
-    /// validate
-    pub fn validate(&self) -> Result<(), InvalidInput> {
-        let mut check = Checker::new();
-        check.positive(self.length, "length", "metres");
-        check.positive(self.mass, "mass", "kilograms");
-        check.positive(self.stiffness, "stiffness", "newtons per metre");
-        check.finite(&[self.gravity], "gravity");
-        check.finish()
-    }
+    std::path::Path::new(file)
+        .file_stem()
+        .map_or_else(|| "scene".into(), |stem| stem.to_string_lossy().into())
 }

@@ -84,16 +84,17 @@ impl<'a> Reader<'a> {
     fn table(&mut self, table: &DeTable<'_>, schema: &'a Json, place: &str) -> toml::Table {
         let properties = schema["properties"].as_object().expect("every table of the schema lists its keys");
         let mut read = toml::Table::new();
-        let mut suggested = HashSet::new();
         for (key, value) in table {
             let name = key.get_ref().as_ref();
             let inner = join(place, name);
             let Some(property) = properties.get(name) else {
                 self.shape.spans.insert(inner.clone(), key.span());
                 let known = properties.keys().map(String::as_str);
-                let (right, suggestion) = self.advice(name, known, place);
-                suggested.extend(suggestion);
+                let (right, meant) = self.advice(name, known, place);
                 self.shape.refuse(&inner, "unknown key", right);
+                // Neither the misspelt key nor the one that was meant says anything about the scene now.
+                self.shape.replaced.extend(meant.map(|meant| join(place, meant)));
+                self.shape.replaced.insert(inner);
                 continue;
             };
             // Tables are underlined at their key: their contents may lie anywhere below.
@@ -111,14 +112,12 @@ impl<'a> Reader<'a> {
             let inner = join(place, name);
             let property = &properties[name];
             if !self.shape.replaced.contains(&inner) {
-                if !suggested.contains(name) {
-                    let right = format!("add it: {}", sentence(property));
-                    self.shape.refuse(&inner, "missing", right);
-                }
+                self.shape.refuse(&inner, "missing", format!("add {name}: {}", sentence(property)));
                 self.shape.replaced.insert(inner);
             }
             let example = property["examples"][0].clone();
-            let example = toml::Value::try_from(example).expect("every required key has an example in TOML's types");
+            let example =
+                toml::Value::try_from(example).expect("every required key has an example in TOML's types");
             read.insert(name.to_owned(), example);
         }
         read
@@ -139,7 +138,17 @@ impl<'a> Reader<'a> {
             return self.word(value, &words, place);
         }
         if !accepts(schema, value.get_ref()) {
-            return self.wrong_type(value, place, &self.expected(schema));
+            let expected = match value.get_ref() {
+                // [rod] where [[rod]] is meant, the commonest slip of TOML.
+                DeValue::Table(_) if schema["type"] == "array" => {
+                    format!("double brackets: [[{}]]", without_indices(place))
+                }
+                DeValue::Array(_) if schema["type"] == "object" => {
+                    format!("single brackets: [{}]", without_indices(place))
+                }
+                _ => self.expected(schema),
+            };
+            return self.wrong_type(value, place, &expected);
         }
         match value.get_ref() {
             DeValue::Table(table) => Some(self.table(table, schema, place).into()),
@@ -148,7 +157,11 @@ impl<'a> Reader<'a> {
             DeValue::Float(float) => {
                 let number: f64 = float.as_str().parse().unwrap_or(f64::NAN);
                 if number.is_infinite() && !float.as_str().contains("inf") {
-                    self.shape.refuse(place, format!("{float} is too large"), "expected a double, at most 1.8e308");
+                    self.shape.refuse(
+                        place,
+                        format!("{float} is too large"),
+                        "expected a double, at most 1.8e308",
+                    );
                     return None;
                 }
                 Some(number.into())
@@ -172,7 +185,7 @@ impl<'a> Reader<'a> {
         }
         if !(least..=most).contains(&array.len()) {
             let right = format!("expected {}", self.expected(schema));
-            self.shape.refuse(place, format!("got {} of them", array.len()), right);
+            self.shape.refuse(place, format!("got an array of {}", array.len()), right);
             return None;
         }
         (read.len() == array.len()).then(|| read.into())
@@ -206,7 +219,12 @@ impl<'a> Reader<'a> {
         None
     }
 
-    fn wrong_type(&mut self, value: &Spanned<DeValue<'_>>, place: &str, expected: &str) -> Option<toml::Value> {
+    fn wrong_type(
+        &mut self,
+        value: &Spanned<DeValue<'_>>,
+        place: &str,
+        expected: &str,
+    ) -> Option<toml::Value> {
         let found = match value.get_ref() {
             DeValue::String(text) => format!("the text \"{text}\""),
             DeValue::Integer(number) => number.to_string(),
@@ -296,10 +314,10 @@ impl<'a> Reader<'a> {
                     (None, Some("number")) => "numbers".to_owned(),
                     _ => "tables".to_owned(),
                 };
-                match schema["maxItems"].as_u64() {
-                    Some(count) => format!("an array of {count} {items}"),
-                    None if schema["minItems"].is_u64() => format!("an array of at least one of the {items}"),
-                    None => format!("an array of {items}"),
+                match (schema["minItems"].as_u64(), schema["maxItems"].as_u64()) {
+                    (_, Some(count)) => format!("an array of {count} {items}"),
+                    (Some(least), None) => format!("an array of at least {least} of the {items}"),
+                    (None, None) => format!("an array of {items}"),
                 }
             }
             _ => "another type".to_owned(),
@@ -359,6 +377,11 @@ fn suggestion<'a>(word: &str, known: impl Iterator<Item = &'a str>) -> Option<&'
         .filter(|(similarity, _)| *similarity >= SUGGESTION_SIMILARITY)
         .max_by(|a, b| a.0.total_cmp(&b.0))
         .map(|(_, other)| other)
+}
+
+/// The path as it stands in a table's header.
+fn without_indices(place: &str) -> String {
+    place.split('.').map(|key| key.split('[').next().unwrap_or(key)).collect::<Vec<_>>().join(".")
 }
 
 fn join(place: &str, key: &str) -> String {
