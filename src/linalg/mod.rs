@@ -3,10 +3,12 @@
 //! Factorisations own their memory, sized once, so that factorising and solving allocate nothing.
 
 mod cholesky;
+mod complex_lu;
 mod lu;
 mod svd;
 
 pub use cholesky::{Cholesky, NotPositiveDefinite};
+pub use complex_lu::ComplexLu;
 pub use lu::{Lu, Singular};
 pub use svd::{MinimumNorm, condition_number, minimum_norm_solution, singular_values};
 

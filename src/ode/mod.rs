@@ -29,6 +29,7 @@
 mod bracket;
 mod controller;
 mod dense;
+mod differences;
 mod dormand_prince_5;
 mod dormand_prince_8;
 mod events;
@@ -36,12 +37,14 @@ mod explicit;
 mod initial_step;
 mod options;
 mod pair;
+mod radau;
 mod solution;
 mod status;
 mod stepper;
 mod stiffness;
 
 pub use dense::DenseOutput;
+pub use differences::Sparsity;
 pub use events::{Direction, Event, EventFunction};
 pub use options::{Controller, Method, Options, Output, Tolerance};
 pub use solution::{Occurrences, Solution, solve};
@@ -49,6 +52,7 @@ pub use status::Status;
 pub use stepper::{Counters, Stepper};
 
 use crate::error::Interrupted;
+use crate::linalg::Matrix;
 
 /// The right-hand side of `y' = f(t, y)`.
 pub trait System {
@@ -58,4 +62,36 @@ pub trait System {
     /// `dydt <- f(t, y)`, every entry of it. Non-finite values are allowed: the step that met them is tried again
     /// with a smaller size, and when that does not help the integration ends with a status that says so.
     fn rhs(&mut self, t: f64, y: &[f64], dydt: &mut [f64]) -> Result<(), Interrupted>;
+
+    /// `f` for several states at one time, one a column, as differenced Jacobians need it; one after the other unless
+    /// the system can do better.
+    fn rhs_columns(&mut self, t: f64, y: &Matrix, dydt: &mut Matrix) -> Result<(), Interrupted> {
+        for (y, mut dydt) in y.column_iter().zip(dydt.column_iter_mut()) {
+            self.rhs(t, y.as_slice(), dydt.as_mut_slice())?;
+        }
+        Ok(())
+    }
+
+    /// What is known about the Jacobian df/dy, which only implicit methods need.
+    fn jacobian_kind(&self) -> JacobianKind {
+        JacobianKind::Differenced
+    }
+
+    /// `jacobian <- df/dy` (n x n); called when [`Self::jacobian_kind`] says that it can be, and then to be
+    /// implemented.
+    fn jacobian(&mut self, _t: f64, _y: &[f64], _jacobian: &mut Matrix) -> Result<(), Interrupted> {
+        unimplemented!("a system with a Jacobian of its own implements `jacobian`")
+    }
+}
+
+/// Where the Jacobian of a right-hand side comes from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum JacobianKind {
+    /// From forward differences with increments that adapt themselves.
+    #[default]
+    Differenced,
+    /// From the system.
+    Given,
+    /// From the system, the same at all times and states.
+    Constant,
 }

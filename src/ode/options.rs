@@ -1,5 +1,6 @@
 //! What a caller chooses, with its validation.
 
+use super::differences::Sparsity;
 use crate::error::{Checker, InvalidInput};
 
 /// Integration method.
@@ -11,6 +12,9 @@ pub enum Method {
     /// Explicit method of order 8 with error estimates of orders 5 and 3 (Dormand and Prince; Hairer, Norsett and
     /// Wanner 1993); dense output of order 7. For tight tolerances.
     Dop853,
+    /// Implicit Radau IIA method of order 5 (Hairer and Wanner 1996, section IV.8), L-stable; dense output of order 3.
+    /// For stiff problems. Solves dense linear systems of n real and n complex equations.
+    Radau,
 }
 
 /// How the size of the next step follows from the error estimate.
@@ -83,8 +87,12 @@ pub struct Options {
     pub min_step: f64,
     /// Largest number of accepted steps; no limit unless said otherwise.
     pub max_steps: usize,
-    /// Step-size control of the explicit methods; [`Controller::Integral`] unless said otherwise.
+    /// Step-size control of the explicit methods; [`Controller::Integral`] unless said otherwise. Radau always uses the
+    /// predictive controller of Gustafsson (1994).
     pub controller: Controller,
+    /// Which entries of the Jacobian can be nonzero, so that differencing it takes fewer evaluations; all unless said
+    /// otherwise.
+    pub sparsity: Option<Sparsity>,
 }
 
 impl Default for Options {
@@ -98,6 +106,7 @@ impl Default for Options {
             min_step: 0.0,
             max_steps: usize::MAX,
             controller: Controller::default(),
+            sparsity: None,
         }
     }
 }
@@ -190,6 +199,11 @@ impl Options {
         checker.non_negative(self.min_step, "min_step", "of the time");
         let ordered = self.min_step <= self.max_step || self.max_step.is_nan() || self.min_step.is_nan();
         checker.require(ordered, "min_step", self.min_step, &format!("at most max_step, {}", self.max_step));
+        if let Some(sparsity) = &self.sparsity {
+            let expected = format!("one of {n} equations");
+            let found = format!("one of {} equations", sparsity.n());
+            checker.require(sparsity.n() == n, "jac_sparsity", found, &expected);
+        }
         checker.finish()?;
         let smallest = SMALLEST_RTOL_IN_ROUNDING_UNITS * f64::EPSILON;
         let rtol_raised = rtol.iter().any(|&value| value < smallest);

@@ -3,6 +3,7 @@
 use super::dense::{DenseOutput, Form, StepPolynomial};
 use super::explicit::Explicit;
 use super::options::{Method, Options, Tolerances};
+use super::radau::Radau;
 use super::status::Status;
 use super::{System, initial_step};
 use crate::error::{Interrupted, InvalidInput};
@@ -16,6 +17,12 @@ pub struct Counters {
     pub rejected: usize,
     /// Evaluations of the right-hand side; those for differenced Jacobians not included.
     pub nfev: usize,
+    /// Evaluations of the right-hand side for differenced Jacobians.
+    pub nfev_jacobian: usize,
+    /// Jacobians, given or differenced.
+    pub njev: usize,
+    /// LU factorisations, real and complex.
+    pub nlu: usize,
 }
 
 /// The state of an integration that all methods share.
@@ -78,13 +85,36 @@ pub(super) enum Advance {
     Failed(Status),
 }
 
+/// The method with its memory.
+#[derive(Clone, Debug)]
+enum Scheme {
+    Explicit(Explicit),
+    Radau(Box<Radau>),
+}
+
+impl Scheme {
+    fn form(&self) -> Form {
+        match self {
+            Self::Explicit(explicit) => explicit.form(),
+            Self::Radau(_) => Radau::FORM,
+        }
+    }
+
+    fn error_order(&self) -> f64 {
+        match self {
+            Self::Explicit(explicit) => explicit.error_order(),
+            Self::Radau(_) => Radau::ERROR_ORDER,
+        }
+    }
+}
+
 /// An integration that is carried out step by step. All memory is allocated at the start.
 ///
 /// The stepper does not own the system; the same one must be given to every call.
 #[derive(Clone, Debug)]
 pub struct Stepper {
     state: State,
-    scheme: Explicit,
+    scheme: Scheme,
     max_steps: usize,
     first_step: Option<f64>,
     started: bool,
@@ -101,8 +131,11 @@ impl Stepper {
         let tolerances = options.check(n, t_span, y0)?;
         let (t0, t_end) = t_span;
         let scheme = match options.method {
-            Method::Rk45 => Explicit::dormand_prince_5(n, options.controller),
-            Method::Dop853 => Explicit::dormand_prince_8(n, options.controller),
+            Method::Rk45 => Scheme::Explicit(Explicit::dormand_prince_5(n, options.controller)),
+            Method::Dop853 => Scheme::Explicit(Explicit::dormand_prince_8(n, options.controller)),
+            Method::Radau => {
+                Scheme::Radau(Box::new(Radau::new(n, &tolerances.rtol, options.sparsity.clone())))
+            }
         };
         let interpolant = vec![0.0; scheme.form().vectors() * n];
         Ok(Self {
@@ -159,6 +192,9 @@ impl Stepper {
                 h_abs
             }
         };
+        if let Scheme::Radau(radau) = &mut self.scheme {
+            radau.start(state, system)?;
+        }
         self.started = true;
         Ok(())
     }
@@ -183,7 +219,11 @@ impl Stepper {
         } else if state.counters.accepted >= self.max_steps {
             Some(Status::TooManySteps)
         } else {
-            match self.scheme.advance(state, system)? {
+            let advance = match &mut self.scheme {
+                Scheme::Explicit(explicit) => explicit.advance(state, system)?,
+                Scheme::Radau(radau) => radau.advance(state, system)?,
+            };
+            match advance {
                 Advance::Accepted => {
                     self.has_interpolant = false;
                     (state.direction * (state.t - state.t_end) >= 0.0).then_some(Status::Finished)
@@ -204,7 +244,12 @@ impl Stepper {
                 self.interpolant.fill(0.0);
                 self.interpolant[..self.state.y.len()].copy_from_slice(&self.state.y);
             } else {
-                self.scheme.interpolate(&mut self.state, system, &mut self.interpolant)?;
+                match &mut self.scheme {
+                    Scheme::Explicit(explicit) => {
+                        explicit.interpolate(&mut self.state, system, &mut self.interpolant)?;
+                    }
+                    Scheme::Radau(radau) => self.interpolant.copy_from_slice(radau.polynomial()),
+                }
             }
             self.has_interpolant = true;
         }

@@ -1,0 +1,451 @@
+//! The Radau IIA method of order 5 with three stages (Hairer and Wanner 1996, "Solving Ordinary Differential Equations
+//! II", section IV.8, and their code RADAU5).
+//!
+//! The stages `z_i = y(t + c_i h) - y` solve `z = h (A x I) F(z)`. With the eigenvalues of the inverse of A, one real
+//! and a conjugate pair, and `z = (T x I) w`, a simplified Newton iteration takes one real and one complex system of n
+//! equations: `(mu / h - J) dw = ...`.
+
+use super::dense::{Form, StepPolynomial};
+use super::differences::{DifferencedJacobian, Place, Sparsity};
+use super::initial_step::scaled_norm;
+use super::status::Status;
+use super::stepper::{Advance, State};
+use super::{JacobianKind, System};
+use crate::error::Interrupted;
+use crate::linalg::{ComplexLu, Lu, Matrix, Singular};
+
+/// Stages of the method.
+const STAGES: usize = 3;
+const SQRT_6: f64 = 2.449489742783178;
+/// Times of the stages (Hairer and Wanner 1996, table IV.5.6).
+const C: [f64; STAGES] = [(4.0 - SQRT_6) / 10.0, (4.0 + SQRT_6) / 10.0, 1.0];
+/// Weights of the stages in the error estimate, times the real eigenvalue (ibid., eq. IV.8.18).
+const E: [f64; STAGES] = [(-13.0 - 7.0 * SQRT_6) / 3.0, (-13.0 + 7.0 * SQRT_6) / 3.0, -1.0 / 3.0];
+/// Real eigenvalue of the inverse of A, `3 + 3^(2/3) - 3^(1/3)` (ibid., eq. IV.8.15).
+const MU_REAL: f64 = 3.637834252744496;
+/// One of the pair, `3 + (3^(1/3) - 3^(2/3)) / 2 - i (3^(5/6) + 3^(7/6)) / 2`.
+const MU_COMPLEX: (f64, f64) = (2.6810828736277523, -3.0504301992474105);
+/// The transformation T (RADAU5).
+const T: [[f64; STAGES]; STAGES] = [
+    [0.09443876248897524, -0.1412552950209542, 0.03002919410514742],
+    [0.2502131229653333, 0.20412935229379994, -0.3829421127572619],
+    [1.0, 1.0, 0.0],
+];
+/// Its inverse (RADAU5).
+const T_INVERSE: [[f64; STAGES]; STAGES] = [
+    [4.178718591551904, 0.32768282076106237, 0.5233764454994495],
+    [-4.178718591551904, -0.32768282076106237, 0.47662355450055044],
+    [0.5028726349457868, -2.571926949855605, 0.5960392048282249],
+];
+/// The collocation polynomial: coefficient of `x^(j+1)` from the stages in row j.
+const POLYNOMIAL: [[f64; STAGES]; STAGES] = [
+    [13.0 / 3.0 + 7.0 * SQRT_6 / 3.0, 13.0 / 3.0 - 7.0 * SQRT_6 / 3.0, 1.0 / 3.0],
+    [-23.0 / 3.0 - 22.0 * SQRT_6 / 3.0, -23.0 / 3.0 + 22.0 * SQRT_6 / 3.0, -8.0 / 3.0],
+    [10.0 / 3.0 + 5.0 * SQRT_6, 10.0 / 3.0 - 5.0 * SQRT_6, 10.0 / 3.0],
+];
+
+/// Newton iterations before the step is cut; SciPy's number (RADAU5: 7).
+const NEWTON_ITERATIONS: usize = 6;
+/// The iteration error is kept that much below the tolerances (RADAU5: FNEWT)...
+const NEWTON_TOLERANCE: f64 = 0.03;
+/// ...but not below so many rounding units over the relative tolerance (RADAU5).
+const NEWTON_TOLERANCE_IN_ROUNDING_UNITS: f64 = 10.0;
+/// Step factor when the Newton iteration does not converge (RADAU5).
+const DIVERGENCE_FACTOR: f64 = 0.5;
+/// Bounds of the step factor (SciPy; RADAU5: 1/8 and 5).
+const SMALLEST_FACTOR: f64 = 0.2;
+const LARGEST_FACTOR: f64 = 10.0;
+/// A factor between 1 and this keeps the step, and with it the factorisations (RADAU5: QUOT2).
+const SMALLEST_GROWTH: f64 = 1.2;
+/// Safety factor of a step with the fewest iterations (RADAU5: SAFE).
+const SAFETY: f64 = 0.9;
+/// The Jacobian is kept when Newton converges at least that fast (RADAU5: THET)...
+const FAST_RATE: f64 = 1e-3;
+/// ...or in so few iterations (SciPy).
+const FEW_ITERATIONS: usize = 2;
+/// Step sizes count as equal up to the rounding of the times that they connect.
+const SAME_SIZE: f64 = 1e-8;
+
+/// Radau IIA with its memory.
+#[derive(Clone, Debug)]
+pub(super) struct Radau {
+    newton_tolerance: f64,
+    differences: DifferencedJacobian,
+    jacobian: Matrix,
+    jacobian_is_current: bool,
+    // The next step is to begin with a new one.
+    jacobian_is_wanted: bool,
+    shifted: Matrix,
+    real: Lu,
+    complex: ComplexLu,
+    // The step size for which the two are factorised.
+    factorised_for: Option<f64>,
+    // Three vectors each, one after the other.
+    z: Vec<f64>,
+    w: Vec<f64>,
+    dw: Vec<f64>,
+    f: Vec<f64>,
+    argument: Vec<f64>,
+    error: Vec<f64>,
+    scale: Vec<f64>,
+    // The last accepted step.
+    polynomial: Vec<f64>,
+    last: Option<LastStep>,
+}
+
+/// What the prediction of the next step needs of the last one.
+#[derive(Clone, Copy, Debug)]
+struct LastStep {
+    t_old: f64,
+    t: f64,
+    h_abs: f64,
+    error: f64,
+}
+
+/// A Newton iteration that converged.
+struct Converged {
+    iterations: usize,
+    rate: f64,
+}
+
+impl Radau {
+    pub(super) const FORM: Form = Form::Monomial { degree: STAGES };
+    /// Order of the embedded formula.
+    pub(super) const ERROR_ORDER: f64 = 3.0;
+
+    pub(super) fn new(n: usize, rtol: &[f64], sparsity: Option<Sparsity>) -> Self {
+        let rtol = rtol.iter().copied().fold(1.0, f64::min);
+        let rounding = NEWTON_TOLERANCE_IN_ROUNDING_UNITS * f64::EPSILON / rtol;
+        Self {
+            newton_tolerance: rounding.max(NEWTON_TOLERANCE.min(rtol.sqrt())),
+            differences: DifferencedJacobian::new(n, sparsity),
+            jacobian: Matrix::zeros(n, n),
+            jacobian_is_current: false,
+            jacobian_is_wanted: false,
+            shifted: Matrix::zeros(n, n),
+            real: Lu::new(n),
+            complex: ComplexLu::new(n),
+            factorised_for: None,
+            z: vec![0.0; STAGES * n],
+            w: vec![0.0; STAGES * n],
+            dw: vec![0.0; STAGES * n],
+            f: vec![0.0; STAGES * n],
+            argument: vec![0.0; n],
+            error: vec![0.0; n],
+            scale: vec![0.0; n],
+            polynomial: vec![0.0; (STAGES + 1) * n],
+            last: None,
+        }
+    }
+
+    /// The collocation polynomial of the last accepted step.
+    pub(super) fn polynomial(&self) -> &[f64] {
+        &self.polynomial
+    }
+
+    /// Evaluates the first Jacobian.
+    pub(super) fn start<S: System + ?Sized>(
+        &mut self,
+        state: &mut State,
+        system: &mut S,
+    ) -> Result<(), Interrupted> {
+        match system.jacobian_kind() {
+            JacobianKind::Constant => {
+                system.jacobian(state.t, &state.y, &mut self.jacobian)?;
+                self.jacobian_is_current = true;
+                Ok(())
+            }
+            JacobianKind::Given | JacobianKind::Differenced => self.evaluate_jacobian(state, system),
+        }
+    }
+
+    /// The Jacobian at the current state, unless it is constant.
+    fn evaluate_jacobian<S: System + ?Sized>(
+        &mut self,
+        state: &mut State,
+        system: &mut S,
+    ) -> Result<(), Interrupted> {
+        match system.jacobian_kind() {
+            JacobianKind::Constant => return Ok(()),
+            JacobianKind::Given => system.jacobian(state.t, &state.y, &mut self.jacobian)?,
+            JacobianKind::Differenced => {
+                let place = Place { t: state.t, y: &state.y, f: &state.f, threshold: &state.tolerances.atol };
+                state.counters.nfev_jacobian +=
+                    self.differences.evaluate(system, &place, &mut self.jacobian)?;
+            }
+        }
+        state.counters.njev += 1;
+        self.jacobian_is_current = true;
+        self.jacobian_is_wanted = false;
+        self.factorised_for = None;
+        Ok(())
+    }
+
+    /// Makes one accepted step of at most the size that `state` proposes.
+    pub(super) fn advance<S: System + ?Sized>(
+        &mut self,
+        state: &mut State,
+        system: &mut S,
+    ) -> Result<Advance, Interrupted> {
+        let smallest = state.smallest_step();
+        let (mut h_abs, last) = if state.h_abs > state.max_step {
+            (state.max_step, None)
+        } else if state.h_abs >= smallest {
+            (state.h_abs, self.last)
+        } else {
+            (smallest, None)
+        };
+        if self.jacobian_is_wanted {
+            self.evaluate_jacobian(state, system)?;
+        }
+        let mut was_rejected = false;
+        let mut finite = true;
+        loop {
+            if h_abs < smallest {
+                return Ok(Advance::Failed(if finite { Status::StepTooSmall } else { Status::NonFinite }));
+            }
+            let (t_new, h) = state.step_to(h_abs);
+            h_abs = h.abs();
+            let Some(newton) = self.solve_stages(state, system, t_new, h)? else {
+                state.counters.rejected += 1;
+                finite = self.f.iter().chain(self.jacobian.as_slice()).all(|v| v.is_finite());
+                h_abs *= DIVERGENCE_FACTOR;
+                continue;
+            };
+            finite = true;
+            self.evaluate_error(state, system, h, was_rejected)?;
+            let error = scaled_norm(&self.error, &self.scale);
+            // Fewer iterations allow larger steps (Hairer and Wanner 1996, eq. IV.8.21).
+            let allowed = 2 * NEWTON_ITERATIONS + 1;
+            let used = 2 * NEWTON_ITERATIONS + newton.iterations;
+            let factor = SAFETY * allowed as f64 / used as f64 * predict_factor(h_abs, error, last);
+            if error <= 1.0 {
+                state.counters.nfev += 1;
+                system.rhs(t_new, &state.y_new, &mut self.argument)?;
+                finite = state.y_new.iter().chain(&self.argument).all(|v| v.is_finite());
+                if finite {
+                    let constant_jacobian = system.jacobian_kind() == JacobianKind::Constant;
+                    self.accept(state, t_new, &newton, (h_abs, error, factor), constant_jacobian);
+                    return Ok(Advance::Accepted);
+                }
+            }
+            state.counters.rejected += 1;
+            was_rejected = true;
+            h_abs *= if finite { factor.max(SMALLEST_FACTOR) } else { DIVERGENCE_FACTOR };
+        }
+    }
+    /// Solves for the stages of a step, with a fresh Jacobian if the old one does not do; `None` when the Newton
+    /// iteration does not converge.
+    fn solve_stages<S: System + ?Sized>(
+        &mut self,
+        state: &mut State,
+        system: &mut S,
+        t_new: f64,
+        h: f64,
+    ) -> Result<Option<Converged>, Interrupted> {
+        loop {
+            if self.factorise(state, h).is_ok() {
+                let converged = self.iterate(state, system, t_new, h)?;
+                if converged.is_some() || self.jacobian_is_current {
+                    return Ok(converged);
+                }
+            } else if self.jacobian_is_current {
+                return Ok(None);
+            }
+            self.evaluate_jacobian(state, system)?;
+        }
+    }
+
+    /// Factorises `mu / h - J` for the real and the complex eigenvalue, unless that has been done.
+    fn factorise(&mut self, state: &mut State, h: f64) -> Result<(), Singular> {
+        if self.factorised_for.is_some_and(|size| (h / size - 1.0).abs() <= SAME_SIZE) {
+            return Ok(());
+        }
+        self.factorised_for = None;
+        state.counters.nlu += 2;
+        for (entry, jacobian) in self.shifted.iter_mut().zip(self.jacobian.iter()) {
+            *entry = -jacobian;
+        }
+        for i in 0..state.y.len() {
+            self.shifted[(i, i)] += MU_REAL / h;
+        }
+        self.real.factorise(&self.shifted)?;
+        self.complex.factorise((MU_COMPLEX.0 / h, MU_COMPLEX.1 / h), &self.jacobian)?;
+        self.factorised_for = Some(h);
+        Ok(())
+    }
+
+    /// The simplified Newton iteration; on success `z` and `state.y_new` are those of the step.
+    fn iterate<S: System + ?Sized>(
+        &mut self,
+        state: &mut State,
+        system: &mut S,
+        t_new: f64,
+        h: f64,
+    ) -> Result<Option<Converged>, Interrupted> {
+        let n = state.y.len();
+        self.predict_stages(state, h);
+        transform(&T_INVERSE, &self.z, &mut self.w);
+        for i in 0..n {
+            self.scale[i] = state.tolerances.atol[i] + state.y[i].abs() * state.tolerances.rtol[i];
+        }
+        let mut previous_norm: Option<f64> = None;
+        for iteration in 1..=NEWTON_ITERATIONS {
+            for (stage, c) in C.into_iter().enumerate() {
+                let z = &self.z[stage * n..][..n];
+                for ((argument, y), z) in self.argument.iter_mut().zip(&state.y).zip(z) {
+                    *argument = y + z;
+                }
+                // Rounding must not carry the last stage beyond the end of the interval.
+                let t = if stage + 1 == STAGES { t_new } else { state.t + c * h };
+                state.counters.nfev += 1;
+                system.rhs(t, &self.argument, &mut self.f[stage * n..][..n])?;
+            }
+            if !self.f.iter().all(|f| f.is_finite()) {
+                return Ok(None);
+            }
+            self.newton_update(h);
+            let norm = self.dw.chunks_exact(n).map(|dw| scaled_norm(dw, &self.scale).powi(2)).sum::<f64>();
+            let norm = (norm / STAGES as f64).sqrt();
+            let rate = previous_norm.map(|previous| norm / previous);
+            if let Some(rate) = rate {
+                // What the iterations that are left can achieve (ibid., eq. IV.8.11).
+                let left = (NEWTON_ITERATIONS + 1 - iteration) as i32;
+                let hopeless = rate.powi(left) / (1.0 - rate) * norm > self.newton_tolerance;
+                if !(rate < 1.0) || hopeless {
+                    return Ok(None);
+                }
+            }
+            for (w, dw) in self.w.iter_mut().zip(&self.dw) {
+                *w += dw;
+            }
+            transform(&T, &self.w, &mut self.z);
+            let rate = rate.unwrap_or(f64::INFINITY);
+            if norm == 0.0 || rate / (1.0 - rate) * norm < self.newton_tolerance && rate < 1.0 {
+                for ((y_new, y), z) in state.y_new.iter_mut().zip(&state.y).zip(&self.z[2 * n..]) {
+                    *y_new = y + z;
+                }
+                return Ok(Some(Converged { iterations: iteration, rate }));
+            }
+            previous_norm = Some(norm);
+        }
+        Ok(None)
+    }
+
+    /// First guess of the stages: the polynomial of the last step, continued.
+    fn predict_stages(&mut self, state: &State, h: f64) {
+        let n = state.y.len();
+        let Some(last) = self.last else {
+            self.z.fill(0.0);
+            return;
+        };
+        let polynomial =
+            StepPolynomial { form: Self::FORM, coefficients: &self.polynomial, t_old: last.t_old, t: last.t };
+        for (c, z) in C.into_iter().zip(self.z.chunks_exact_mut(n)) {
+            polynomial.evaluate(state.t + c * h, z);
+            for (z, y) in z.iter_mut().zip(&state.y) {
+                *z -= y;
+            }
+        }
+    }
+
+    /// `dw`: the correction of `w` from the right-hand sides at the stages.
+    fn newton_update(&mut self, h: f64) {
+        let n = self.argument.len();
+        transform(&T_INVERSE, &self.f, &mut self.dw);
+        let (real, pair) = self.dw.split_at_mut(n);
+        let (first, second) = pair.split_at_mut(n);
+        let (re, im) = (MU_COMPLEX.0 / h, MU_COMPLEX.1 / h);
+        for i in 0..n {
+            let (w0, w1, w2) = (self.w[i], self.w[n + i], self.w[2 * n + i]);
+            real[i] -= MU_REAL / h * w0;
+            first[i] -= re * w1 - im * w2;
+            second[i] -= re * w2 + im * w1;
+        }
+        self.real.solve(real);
+        self.complex.solve(first, second);
+    }
+
+    /// The error estimate of the step, and the scale to measure it with (ibid., eq. IV.8.19 and IV.8.20).
+    fn evaluate_error<S: System + ?Sized>(
+        &mut self,
+        state: &mut State,
+        system: &mut S,
+        h: f64,
+        was_rejected: bool,
+    ) -> Result<(), Interrupted> {
+        let n = state.y.len();
+        for i in 0..n {
+            let size = state.y[i].abs().max(state.y_new[i].abs());
+            self.scale[i] = state.tolerances.atol[i] + size * state.tolerances.rtol[i];
+        }
+        // `w` is not needed any more: room for the part of the estimate that stays.
+        let from_stages = &mut self.w[..n];
+        for (i, value) in from_stages.iter_mut().enumerate() {
+            *value = (0..STAGES).map(|stage| E[stage] * self.z[stage * n + i]).sum::<f64>() / h;
+        }
+        for i in 0..n {
+            self.error[i] = state.f[i] + self.w[i];
+        }
+        self.real.solve(&mut self.error);
+        if was_rejected && scaled_norm(&self.error, &self.scale) > 1.0 {
+            // The first estimate is far too large where the problem is very stiff.
+            for i in 0..n {
+                self.argument[i] = state.y[i] + self.error[i];
+            }
+            state.counters.nfev += 1;
+            system.rhs(state.t, &self.argument, &mut self.error)?;
+            for i in 0..n {
+                self.error[i] += self.w[i];
+            }
+            self.real.solve(&mut self.error);
+        }
+        Ok(())
+    }
+
+    /// Takes the step, whose right-hand side at the end is in `argument`, and prepares the next one.
+    fn accept(
+        &mut self,
+        state: &mut State,
+        t_new: f64,
+        newton: &Converged,
+        (h_abs, error, factor): (f64, f64, f64),
+        constant_jacobian: bool,
+    ) {
+        let n = state.y.len();
+        state.accept(t_new, &self.argument);
+        self.polynomial[..n].copy_from_slice(&state.y_old);
+        for (row, coefficients) in POLYNOMIAL.iter().zip(self.polynomial[n..].chunks_exact_mut(n)) {
+            for (i, value) in coefficients.iter_mut().enumerate() {
+                *value = (0..STAGES).map(|stage| row[stage] * self.z[stage * n + i]).sum();
+            }
+        }
+        self.last = Some(LastStep { t_old: state.t_old, t: state.t, h_abs, error });
+        self.jacobian_is_current = constant_jacobian;
+        self.jacobian_is_wanted =
+            newton.iterations > FEW_ITERATIONS && newton.rate > FAST_RATE && !constant_jacobian;
+        let keep = !self.jacobian_is_wanted && factor < SMALLEST_GROWTH;
+        state.h_abs = h_abs * if keep { 1.0 } else { factor.min(LARGEST_FACTOR) };
+    }
+}
+
+/// Factor of the step size from the errors and sizes of two steps (Gustafsson 1994; Hairer and Wanner 1996,
+/// eq. IV.8.25).
+fn predict_factor(h_abs: f64, error: f64, last: Option<LastStep>) -> f64 {
+    let exponent = 1.0 / (Radau::ERROR_ORDER + 1.0);
+    let trend = match last {
+        Some(last) if error > 0.0 => h_abs / last.h_abs * (last.error / error).powf(exponent),
+        _ => 1.0,
+    };
+    trend.min(1.0) * error.powf(-exponent)
+}
+
+/// `out_i <- sum_j matrix[i][j] vectors_j`.
+fn transform(matrix: &[[f64; STAGES]; STAGES], vectors: &[f64], out: &mut [f64]) {
+    let n = vectors.len() / STAGES;
+    for (row, out) in matrix.iter().zip(out.chunks_exact_mut(n)) {
+        for (i, value) in out.iter_mut().enumerate() {
+            *value = (0..STAGES).map(|stage| row[stage] * vectors[stage * n + i]).sum();
+        }
+    }
+}
