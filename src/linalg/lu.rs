@@ -6,7 +6,11 @@ use faer::linalg::temp_mat_scratch;
 use faer::perm::PermRef;
 use faer::{Conj, MatMut, Par};
 
-use super::{Matrix, view, view_mut};
+use super::{Matrix, small_lu, view, view_mut};
+
+/// Up to this size [`small_lu`] is faster than faer: 7 against 53 ns a solve at n = 2, 0.13 against 0.28 us at n = 12;
+/// about even at 16 (two-core x86-64, 2026).
+const SMALL: usize = 16;
 
 /// A pivot was zero or not finite.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -16,6 +20,7 @@ pub struct Singular;
 pub struct Lu {
     factors: Matrix,
     norm_1: f64,
+    // Up to SMALL: the row exchanges one by one.
     row_permutation: Vec<usize>,
     row_permutation_inverse: Vec<usize>,
     memory: MemBuffer,
@@ -53,6 +58,9 @@ impl Lu {
     }
 
     fn memory(n: usize) -> MemBuffer {
+        if n <= SMALL {
+            return MemBuffer::new(dyn_stack::StackReq::EMPTY);
+        }
         MemBuffer::new(dyn_stack::StackReq::any_of(&[
             factor::lu_in_place_scratch::<usize, f64>(n, n, Par::Seq, Default::default()),
             solve::solve_in_place_scratch::<usize, f64>(n, 1, Par::Seq),
@@ -65,6 +73,11 @@ impl Lu {
     pub fn factorise(&mut self, a: &Matrix) -> Result<(), Singular> {
         self.factors.copy_from(a);
         self.norm_1 = norm_1(a);
+        let n = self.factors.nrows();
+        if n <= SMALL {
+            small_lu::factorise(self.factors.as_mut_slice(), &mut self.row_permutation)?;
+            return if self.norm_1.is_finite() { Ok(()) } else { Err(Singular) };
+        }
         factor::lu_in_place(
             view_mut(&mut self.factors),
             &mut self.row_permutation,
@@ -73,7 +86,6 @@ impl Lu {
             MemStack::new(&mut self.memory),
             Default::default(),
         );
-        let n = self.factors.nrows();
         let regular = (0..n).all(|i| self.factors[(i, i)] != 0.0 && self.factors[(i, i)].is_finite());
         if regular && self.norm_1.is_finite() { Ok(()) } else { Err(Singular) }
     }
@@ -81,6 +93,9 @@ impl Lu {
     /// Solves `A x = b` in place.
     pub fn solve(&mut self, b: &mut [f64]) {
         let n = self.factors.nrows();
+        if n <= SMALL {
+            return small_lu::solve(self.factors.as_slice(), &self.row_permutation, b);
+        }
         let factors = view(&self.factors);
         solve::solve_in_place_with_conj(
             factors,
@@ -95,6 +110,7 @@ impl Lu {
 
     /// `min |u_ii| / max |u_ii|` of the factorised matrix: a cheap hint that it may be close to singular; not a bound.
     pub fn pivot_ratio(&self) -> f64 {
+        // The reciprocals that small matrices keep have the same ratio.
         let (mut smallest, mut largest) = (f64::INFINITY, 0.0_f64);
         for i in 0..self.factors.nrows() {
             let pivot = self.factors[(i, i)].abs();
@@ -106,6 +122,9 @@ impl Lu {
 
     fn solve_transposed(&mut self, b: &mut [f64]) {
         let n = self.factors.nrows();
+        if n <= SMALL {
+            return small_lu::solve_transposed(self.factors.as_slice(), &self.row_permutation, b);
+        }
         let factors = view(&self.factors);
         solve::solve_transpose_in_place_with_conj(
             factors,
@@ -158,10 +177,15 @@ impl Lu {
     }
 }
 
+/// Largest column sum; NaN when any entry is not finite.
 fn norm_1(a: &Matrix) -> f64 {
-    a.column_iter()
-        .map(|column| column.iter().map(|v| v.abs()).sum::<f64>())
-        .fold(0.0, |m: f64, s| if s.is_nan() || m.is_nan() { f64::NAN } else { m.max(s) })
+    let (mut largest, mut total) = (0.0_f64, 0.0);
+    for column in a.as_slice().chunks_exact(a.nrows().max(1)) {
+        let sum: f64 = column.iter().map(|v| v.abs()).sum();
+        largest = largest.max(sum);
+        total += sum;
+    }
+    if total.is_finite() { largest } else { f64::NAN }
 }
 
 #[cfg(test)]
@@ -182,6 +206,27 @@ mod tests {
         let inverse = a.clone().try_inverse().unwrap();
         let exact = 1.0 / (norm_1(&a) * norm_1(&inverse));
         assert!((lu.reciprocal_condition() / exact - 1.0).abs() < 1e-12);
+    }
+
+    /// Both ways of factorising, with many row exchanges, against each other's sizes.
+    #[test]
+    fn all_sizes_solve_both_systems() {
+        for n in 0..2 * SMALL {
+            let a = Matrix::from_fn(n, n, |i, j| {
+                ((3 * i + 7 * j + i * j) as f64).sin() + ((i + 1) % n == j) as u8 as f64 * 9.0
+            });
+            let x: Vec<f64> = (0..n).map(|i| 1.0 + i as f64).collect();
+            let mut lu = Lu::new(n);
+            lu.factorise(&a).unwrap();
+            let mut b: Vec<f64> = (0..n).map(|i| (0..n).map(|j| a[(i, j)] * x[j]).sum()).collect();
+            lu.solve(&mut b);
+            let mut c: Vec<f64> = (0..n).map(|i| (0..n).map(|j| a[(j, i)] * x[j]).sum()).collect();
+            lu.solve_transposed(&mut c);
+            for i in 0..n {
+                assert!((b[i] - x[i]).abs() < 1e-11 && (c[i] - x[i]).abs() < 1e-11, "n = {n}, row {i}");
+            }
+            assert!(lu.pivot_ratio() > 0.0 && lu.pivot_ratio() <= 1.0);
+        }
     }
 
     #[test]

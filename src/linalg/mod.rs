@@ -5,6 +5,7 @@
 mod cholesky;
 mod complex_lu;
 mod lu;
+mod small_lu;
 mod svd;
 
 pub use cholesky::{Cholesky, NotPositiveDefinite};
