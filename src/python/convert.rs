@@ -109,3 +109,8 @@ pub(crate) fn describe(value: &Bound<'_, PyAny>) -> String {
         _ => value.get_type().name().map_or_else(|_| "an unknown type".to_owned(), |name| name.to_string()),
     }
 }
+
+/// A vector of a fixed number of entries.
+pub(crate) fn array_of<const N: usize>(value: &Bound<'_, PyAny>, name: &str) -> PyResult<[f64; N]> {
+    Ok(vector_of(value, N, name)?.try_into().expect("vector_of returns exactly N values"))
+}

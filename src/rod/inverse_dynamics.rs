@@ -27,6 +27,7 @@ fn carried(
 }
 
 /// Kinematics, motion and internal wrench of a state, unless they are there already.
+#[inline(always)]
 pub(super) fn update(plan: &Plan, work: &mut Workspace, q: &[f64], qd: &[f64], qdd: &[f64]) {
     kinematics::update(plan, work, q);
     let n = plan.n;
@@ -46,6 +47,7 @@ pub(super) fn update(plan: &Plan, work: &mut Workspace, q: &[f64], qd: &[f64], q
     }
 }
 
+#[inline(always)]
 fn sweep_out(segment: &SegmentPlan, s: usize, work: &mut Workspace, qd: &[f64], qdd: &[f64]) {
     let nodes = segment.node_packs();
     let base = work.stations[s];
@@ -84,6 +86,7 @@ fn sweep_out(segment: &SegmentPlan, s: usize, work: &mut Workspace, qd: &[f64], 
 }
 
 /// Wrench that the tip's mass needs, less the dead loads.
+#[inline(always)]
 fn tip_wrench(plan: &Plan, work: &Workspace) -> Wrench<f64> {
     let mut wrench = Wrench::zero();
     let tip = &work.stations[plan.segments.len()];
@@ -100,6 +103,7 @@ fn tip_wrench(plan: &Plan, work: &Workspace) -> Wrench<f64> {
 }
 
 /// Internal wrench at the nodes, from that at the segment's end; returns that at its base.
+#[inline(always)]
 fn sweep_back(segment: &SegmentPlan, work: &mut Workspace, end: Wrench<f64>) -> Wrench<f64> {
     let nodes = segment.node_packs();
     let mut total = Wrench::zero();
@@ -113,6 +117,7 @@ fn sweep_back(segment: &SegmentPlan, work: &mut Workspace, end: Wrench<f64>) -> 
 }
 
 /// `tau = Q + K q + D qd` of the state that was last given to [`update`].
+#[inline(always)]
 pub(super) fn project(plan: &Plan, work: &Workspace, q: &[f64], qd: &[f64], tau: &mut [f64]) {
     for segment in &plan.segments {
         let range = segment.first..segment.first + segment.n;

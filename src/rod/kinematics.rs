@@ -71,6 +71,7 @@ impl SegmentPlan {
 }
 
 /// Rotations and positions of all nodes and stations for the coordinates `q`, unless they are there already.
+#[inline(always)]
 pub(super) fn update(plan: &Plan, work: &mut Workspace, q: &[f64]) {
     if work.kinematics_of == q {
         return;

@@ -15,6 +15,7 @@ use crate::model::{Energy, Model};
 /// A Cosserat rod ready to be moved. Clones share the plan and have memory of their own.
 #[derive(Clone, Debug)]
 pub struct RodModel {
+    arch: pulp::Arch,
     plan: Arc<Plan>,
     work: Workspace,
     tangent: TangentWorkspace,
@@ -26,6 +27,7 @@ impl RodModel {
     pub fn new(rod: &Rod) -> Result<Self, InvalidInput> {
         let plan = Arc::new(Plan::new(rod)?);
         Ok(Self {
+            arch: pulp::Arch::new(),
             work: Workspace::new(&plan),
             tangent: TangentWorkspace::new(&plan),
             zeros: vec![0.0; plan.n],
@@ -52,8 +54,14 @@ impl Model for RodModel {
     }
 
     fn inverse_dynamics(&mut self, q: &[f64], qd: &[f64], qdd: &[f64], tau: &mut [f64]) {
-        inverse_dynamics::update(&self.plan, &mut self.work, q, qd, qdd);
-        inverse_dynamics::project(&self.plan, &self.work, q, qd, tau);
+        let Self { arch, plan, work, .. } = self;
+        arch.dispatch(
+            #[inline(always)]
+            || {
+                inverse_dynamics::update(plan, work, q, qd, qdd);
+                inverse_dynamics::project(plan, work, q, qd, tau);
+            },
+        );
     }
 
     fn weighted_tangent(
@@ -64,15 +72,27 @@ impl Model for RodModel {
         weights: [f64; 3],
         tangent: &mut Matrix,
     ) {
-        inverse_dynamics::update(&self.plan, &mut self.work, q, qd, qdd);
-        tangent::weighted_tangent(&self.plan, &self.work, &mut self.tangent, weights, tangent);
+        let Self { arch, plan, work, tangent: memory, .. } = self;
+        arch.dispatch(
+            #[inline(always)]
+            || {
+                inverse_dynamics::update(plan, work, q, qd, qdd);
+                tangent::weighted_tangent(plan, work, memory, weights, tangent);
+            },
+        );
     }
 
     /// `M = int Psi^T N Psi`, which is the tangent with respect to `qdd`: symmetric to rounding because the quadrature
     /// sums by parts exactly, and made so to the last bit.
     fn mass_matrix(&mut self, q: &[f64], mass: &mut Matrix) {
-        kinematics::update(&self.plan, &mut self.work, q);
-        tangent::weighted_tangent(&self.plan, &self.work, &mut self.tangent, [0.0, 0.0, 1.0], mass);
+        let Self { arch, plan, work, tangent: memory, .. } = self;
+        arch.dispatch(
+            #[inline(always)]
+            || {
+                kinematics::update(plan, work, q);
+                tangent::weighted_tangent(plan, work, memory, [0.0, 0.0, 1.0], mass);
+            },
+        );
         for k in 0..self.plan.n {
             for j in 0..k {
                 let mean = 0.5 * (mass[(j, k)] + mass[(k, j)]);

@@ -11,9 +11,13 @@
 //! dtau_j = int S_j . H + (w_q K + w_v D)_jk
 //! ```
 //!
-//! Outside that segment Y and Z are constant, H is constant before it, and linear in (Y, Z) behind it: the blocks
-//! between different segments have rank 15 at most and cost a few products an entry. The Psi of design section 4 appears
-//! only where a dead load at the tip asks how far the tip turns.
+//! With `Psi = int S` of one coordinate, `Psi' = int ad_V S` and `Psi'' = int (ad_A + ad_V ad_V) S`, all from the base of its
+//! segment, Y and Z are sums of these three, and by summation by parts (exact for this quadrature)
+//! `int S_j . H = Psi_j . H_end + int Psi_j . (N Z + C Y - w_q ad_S^T F)`.
+//!
+//! Outside its own segment a coordinate's Y and Z are constant; its H is constant before the segment, and linear in (Y, Z)
+//! behind it: the blocks between different segments have rank 15 at most and cost a few products an entry. How far the
+//! material turns appears only where a dead load at the tip asks for it.
 
 use super::inertia::{self, Inertia};
 use super::plan::{Plan, SegmentPlan};
@@ -52,10 +56,12 @@ impl Rest {
     }
 }
 
+#[inline(always)]
 fn apply(columns: &[Wrench<f64>; 6], twist: Twist<f64>) -> Wrench<f64> {
     columns.iter().zip(twist.to_array()).fold(Wrench::zero(), |sum, (&column, factor)| sum + column * factor)
 }
 
+#[inline(always)]
 fn apply_transposed(columns: &[Wrench<f64>; 6], twist: Twist<f64>) -> Wrench<f64> {
     Wrench::from_array(columns.map(|column| twist.dot(column)))
 }
@@ -70,6 +76,8 @@ struct Coordinate {
     z: Twist<f64>,
     turn: Vector<f64>,
     before: Wrench<f64>,
+    /// H at the end of its own segment.
+    end: Wrench<f64>,
     /// As a row: products with Z, Y and turn of the coordinates of earlier segments.
     row_z: Wrench<f64>,
     row_y: Wrench<f64>,
@@ -87,6 +95,7 @@ impl Coordinate {
             z: twist,
             turn: zero,
             before: wrench,
+            end: wrench,
             row_z: wrench,
             row_y: wrench,
             row_turn: zero,
@@ -98,33 +107,33 @@ impl Coordinate {
 #[derive(Clone, Debug)]
 pub(super) struct TangentWorkspace {
     coordinates: Vec<Coordinate>,
-    /// Per component of the segment and pack: S, Y', Z' and ad_S^T F of a unit strain.
+    /// Per component of the segment and pack: S, ad_V S, (ad_A + ad_V ad_V) S and ad_S^T F of a unit strain.
     shape: Vec<Twist<Pack>>,
-    y_rate: Vec<Twist<Pack>>,
-    z_rate: Vec<Twist<Pack>>,
+    shape_rate: Vec<Twist<Pack>>,
+    shape_acceleration: Vec<Twist<Pack>>,
     load: Vec<Wrench<Pack>>,
     /// Per pack, for the column at hand.
-    y_source: Vec<Twist<Pack>>,
-    z_source: Vec<Twist<Pack>>,
+    integrand: Vec<Twist<Pack>>,
+    /// Per coordinate of the segment and pack: Psi, and the weighted change of the force.
+    psi: Vec<Twist<Pack>>,
     source: Vec<Wrench<Pack>>,
-    response: Vec<Wrench<Pack>>,
 }
 
 impl TangentWorkspace {
     pub(super) fn new(plan: &Plan) -> Self {
-        let packs = plan.segments.iter().map(|segment| segment.packs).max().unwrap_or(0);
-        let blocks =
-            plan.segments.iter().map(|segment| segment.packs * segment.components.len()).max().unwrap_or(0);
+        let largest = |size: fn(&SegmentPlan) -> usize| plan.segments.iter().map(size).max().unwrap_or(0);
+        let packs = largest(|segment| segment.packs);
+        let blocks = largest(|segment| segment.packs * segment.components.len());
+        let columns = largest(|segment| segment.packs * segment.n);
         Self {
             coordinates: vec![Coordinate::ZERO; plan.n],
             shape: vec![Twist::zero(); blocks],
-            y_rate: vec![Twist::zero(); blocks],
-            z_rate: vec![Twist::zero(); blocks],
+            shape_rate: vec![Twist::zero(); blocks],
+            shape_acceleration: vec![Twist::zero(); blocks],
             load: vec![Wrench::zero(); blocks],
-            y_source: vec![Twist::zero(); packs],
-            z_source: vec![Twist::zero(); packs],
-            source: vec![Wrench::zero(); packs],
-            response: vec![Wrench::zero(); packs],
+            integrand: vec![Twist::zero(); packs],
+            psi: vec![Twist::zero(); columns],
+            source: vec![Wrench::zero(); columns],
         }
     }
 }
@@ -141,6 +150,7 @@ struct Weights {
 
 /// `w_q dtau/dq + w_v dtau/dqd + w_a dtau/dqdd` with the motion up to date (for the mass matrix, weights (0, 0, w_a), the
 /// kinematics are enough).
+#[inline(always)]
 pub(super) fn weighted_tangent(
     plan: &Plan,
     work: &Workspace,
@@ -155,14 +165,10 @@ pub(super) fn weighted_tangent(
         pointwise(segment, work, memory, weights);
         for (c, component) in segment.components.iter().enumerate() {
             for degree in 0..component.modes {
-                let coordinate = column(plan, segment, work, memory, weights, &rest, c, degree);
-                memory.coordinates[component.first + degree] = coordinate;
-                project(segment, memory, component.first + degree, tangent);
-                if s > 0 {
-                    row(plan, segment, work, memory, weights, &rest, c, component.first + degree, degree);
-                }
+                column(plan, segment, work, memory, weights, &rest, (c, degree), s > 0);
             }
         }
+        block(segment, memory, tangent);
         elasticity(segment, weights, tangent);
         if s > 0 {
             add_segment(segment, work, weights, &mut rest);
@@ -172,6 +178,7 @@ pub(super) fn weighted_tangent(
 }
 
 /// The mass at the tip.
+#[inline(always)]
 fn tip(plan: &Plan, work: &Workspace, weights: Weights) -> Rest {
     let mut rest = Rest::NOTHING;
     if plan.tip_mass > 0.0 {
@@ -197,6 +204,7 @@ fn answer<T: Scalar>(
     (body.momentum(unit), gyroscopic)
 }
 
+#[inline(always)]
 fn add_segment(segment: &SegmentPlan, work: &Workspace, weights: Weights, rest: &mut Rest) {
     for pack in 0..segment.packs {
         let body = inertia::of_nodes(segment, work, pack);
@@ -208,9 +216,9 @@ fn add_segment(segment: &SegmentPlan, work: &Workspace, weights: Weights, rest: 
     }
 }
 
-/// S, Y', Z' and ad_S^T F of a unit of each strain component at all nodes.
+/// S, ad_V S, (ad_A + ad_V ad_V) S and ad_S^T F of a unit of each strain component at all nodes.
+#[inline(always)]
 fn pointwise(segment: &SegmentPlan, work: &Workspace, memory: &mut TangentWorkspace, weights: Weights) {
-    let [w_q, w_v, w_a] = [weights.q, weights.v, weights.a].map(Pack::splat);
     for (c, component) in segment.components.iter().enumerate() {
         for pack in 0..segment.packs {
             let node = segment.first_pack + pack;
@@ -222,23 +230,22 @@ fn pointwise(segment: &SegmentPlan, work: &Workspace, memory: &mut TangentWorksp
             };
             let block = c * segment.packs + pack;
             memory.shape[block] = shape;
-            if weights.is_mass_only {
-                memory.z_rate[block] = shape * w_a;
-                continue;
+            if !weights.is_mass_only {
+                let velocity = work.velocity[node];
+                let rate = velocity.bracket(shape);
+                memory.shape_rate[block] = rate;
+                memory.shape_acceleration[block] =
+                    work.acceleration[node].bracket(shape) + velocity.bracket(rate);
+                memory.load[block] = shape.bracket_transposed(work.internal[node]) * Pack::splat(weights.q);
             }
-            let velocity = work.velocity[node];
-            let carried = velocity.bracket(shape);
-            memory.y_rate[block] = shape * w_v + carried * w_q;
-            memory.z_rate[block] = shape * w_a
-                + carried * (w_v + w_v)
-                + (work.acceleration[node].bracket(shape) + velocity.bracket(carried)) * w_q;
-            memory.load[block] = shape.bracket_transposed(work.internal[node]) * w_q;
         }
     }
 }
 
-/// Column of coordinate (component c, degree): leaves H at the nodes of the segment in `memory.response`.
+/// The coordinate (component, degree): Psi and the weighted change of the force at the nodes, and what is left of it
+/// outside its segment.
 #[allow(clippy::too_many_arguments, reason = "one sweep, its inputs named one by one")]
+#[inline(always)]
 fn column(
     plan: &Plan,
     segment: &SegmentPlan,
@@ -246,113 +253,132 @@ fn column(
     memory: &mut TangentWorkspace,
     weights: Weights,
     rest: &Rest,
-    c: usize,
-    degree: usize,
-) -> Coordinate {
+    (c, degree): (usize, usize),
+    has_earlier_segments: bool,
+) {
     let packs = segment.packs;
+    let k = segment.components[c].first + degree;
     let blocks = c * packs..(c + 1) * packs;
+    let columns = (k - segment.first) * packs..(k - segment.first + 1) * packs;
     let basis = &segment.basis[degree * packs..(degree + 1) * packs];
-    let (shape, y_rate, z_rate, load) = (
-        &memory.shape[blocks.clone()],
-        &memory.y_rate[blocks.clone()],
-        &memory.z_rate[blocks.clone()],
-        &memory.load[blocks],
-    );
-    let (mut shape_sum, mut y_sum, mut z_sum) = (Twist::zero(), Twist::zero(), Twist::zero());
-    for pack in 0..packs {
-        memory.z_source[pack] = z_rate[pack] * basis[pack];
-        shape_sum += shape[pack] * segment.weighted_basis[degree * packs + pack];
-        z_sum += memory.z_source[pack] * segment.weights[pack];
-        if !weights.is_mass_only {
-            memory.y_source[pack] = y_rate[pack] * basis[pack];
-            y_sum += memory.y_source[pack] * segment.weights[pack];
-        }
-    }
-    let (shape, y, z) = (shape_sum.sum(), y_sum.sum(), z_sum.sum());
-    let turn = shape.angular * weights.q;
+    let [w_q, w_v, w_a] = [weights.q, weights.v, weights.a].map(Pack::splat);
+    let psi = &mut memory.psi[columns.clone()];
+    let source = &mut memory.source[columns];
+    let integrand = &mut memory.integrand[..packs];
 
+    let shape =
+        integral(segment, basis, &memory.shape[blocks.clone()], integrand, |pack, value| psi[pack] = value);
+    let (mut y, mut z) = (Twist::zero(), shape * weights.a);
+    if weights.is_mass_only {
+        for pack in 0..packs {
+            source[pack] = inertia::of_nodes(segment, work, pack).momentum(psi[pack] * w_a);
+        }
+    } else {
+        // Y and Z stand in `source` until both are there.
+        let rate = integral(segment, basis, &memory.shape_rate[blocks.clone()], integrand, |pack, value| {
+            source[pack] = Wrench { moment: value.angular, force: value.linear };
+        });
+        y = shape * weights.v + rate * weights.q;
+        z += rate * (2.0 * weights.v);
+        let load = &memory.load[blocks.clone()];
+        z += integral(segment, basis, &memory.shape_acceleration[blocks], integrand, |pack, value| {
+            let node = segment.first_pack + pack;
+            let rate = Twist { angular: source[pack].moment, linear: source[pack].force };
+            let y = psi[pack] * w_v + rate * w_q;
+            let z = psi[pack] * w_a + rate * (w_v + w_v) + value * w_q;
+            let body = inertia::of_nodes(segment, work, pack);
+            source[pack] = body.momentum(z) + body.gyroscopic(work.velocity[node], work.momentum[node], y)
+                - load[pack] * basis[pack];
+        }) * weights.q;
+    }
     let mut total = Wrench::zero();
     for pack in 0..packs {
-        let row = segment.row(&segment.from_base, pack);
-        let body = inertia::of_nodes(segment, work, pack);
-        let z = weighted_sum(Twist::zero(), row, &memory.z_source[..packs]);
-        let mut source = body.momentum(z);
-        if !weights.is_mass_only {
-            let node = segment.first_pack + pack;
-            let y = weighted_sum(Twist::zero(), row, &memory.y_source[..packs]);
-            source += body.gyroscopic(work.velocity[node], work.momentum[node], y);
-            source = source - load[pack] * basis[pack];
-        }
-        memory.source[pack] = source;
-        total += source * segment.weights[pack];
+        source[pack] = source[pack] * segment.weights[pack];
+        total += source[pack];
     }
+
+    let turn = shape.angular * weights.q;
     let mut end = rest.wrench(z, y);
     if plan.has_tip_load && !weights.is_mass_only {
         end += dead_load_response(plan, work, turn);
     }
-    for pack in 0..packs {
-        let row = segment.row(&segment.to_end, pack);
-        memory.response[pack] = weighted_sum(end.splat(), row, &memory.source[..packs]);
+    let mut coordinate = Coordinate { shape, y, z, turn, end, before: end + total.sum(), ..Coordinate::ZERO };
+    if has_earlier_segments {
+        row(plan, segment, work, weights, rest, psi, &mut coordinate);
     }
-    Coordinate { shape, y, z, turn, before: end + total.sum(), ..Coordinate::ZERO }
+    memory.coordinates[k] = coordinate;
+}
+
+/// Integrals of `basis * values` up to the nodes, given pack by pack to `store`; returns the whole integral.
+#[inline(always)]
+fn integral(
+    segment: &SegmentPlan,
+    basis: &[Pack],
+    values: &[Twist<Pack>],
+    integrand: &mut [Twist<Pack>],
+    mut store: impl FnMut(usize, Twist<Pack>),
+) -> Twist<f64> {
+    let mut total = Twist::zero();
+    for (pack, integrand) in integrand.iter_mut().enumerate() {
+        *integrand = values[pack] * basis[pack];
+        total += *integrand * segment.weights[pack];
+    }
+    for pack in 0..segment.packs {
+        store(pack, weighted_sum(Twist::zero(), segment.row(&segment.from_base, pack), integrand));
+    }
+    total.sum()
 }
 
 /// H that a dead load at the tip leaves when everything behind the segment turns by `turn`.
+#[inline(always)]
 fn dead_load_response(plan: &Plan, work: &Workspace, turn: Vector<f64>) -> Wrench<f64> {
     let tip = work.stations[plan.segments.len()].position;
     let force = plan.tip_force.cross(turn);
     -Wrench { moment: tip.cross(force) + plan.tip_moment.cross(turn), force }
 }
 
-/// Column `k` of the block of the segment: `int S_j . H`.
-fn project(segment: &SegmentPlan, memory: &TangentWorkspace, k: usize, tangent: &mut Matrix) {
-    let packs = segment.packs;
-    let mut column = tangent.column_mut(k);
-    let entries = &mut column.as_mut_slice()[segment.first..segment.first + segment.n];
-    entries.fill(0.0);
-    for (c, component) in segment.components.iter().enumerate() {
-        let entries = &mut entries[component.first - segment.first..][..component.modes];
-        for pack in 0..packs {
-            let product = memory.shape[c * packs + pack].dot(memory.response[pack]);
-            for (j, entry) in entries.iter_mut().enumerate() {
-                *entry += (segment.weighted_basis[j * packs + pack] * product).sum();
+/// The block of the segment: `Psi_j . H_end + int Psi_j . source`.
+#[inline(always)]
+fn block(segment: &SegmentPlan, memory: &TangentWorkspace, tangent: &mut Matrix) {
+    let own = segment.first..segment.first + segment.n;
+    for k in own.clone() {
+        let end = memory.coordinates[k].end;
+        let source = &memory.source[(k - segment.first) * segment.packs..][..segment.packs];
+        let mut column = tangent.column_mut(k);
+        let entries = &mut column.as_mut_slice()[own.clone()];
+        for (j, (entry, row)) in entries.iter_mut().zip(&memory.coordinates[own.clone()]).enumerate() {
+            let psi = &memory.psi[j * segment.packs..][..segment.packs];
+            let mut sum = Pack::ZERO;
+            for (psi, source) in psi.iter().zip(source) {
+                sum += psi.dot(*source);
             }
+            *entry = row.shape.dot(end) + sum.sum();
         }
     }
 }
 
-/// What the row of coordinate `j` multiplies in the columns of earlier segments: the transposes of `N Z + C Y` and of the
-/// dead load, summed from the places where S_j acts to the tip.
-#[allow(clippy::too_many_arguments, reason = "one sweep, its inputs named one by one")]
+/// What the row of a coordinate multiplies in the columns of earlier segments: the transposes of `N Z + C Y` and of the
+/// dead load, summed from the places where its S acts to the tip.
+#[inline(always)]
 fn row(
     plan: &Plan,
     segment: &SegmentPlan,
     work: &Workspace,
-    memory: &mut TangentWorkspace,
     weights: Weights,
     rest: &Rest,
-    c: usize,
-    j: usize,
-    degree: usize,
+    psi: &[Twist<Pack>],
+    coordinate: &mut Coordinate,
 ) {
-    let packs = segment.packs;
-    for pack in 0..packs {
-        memory.z_source[pack] = memory.shape[c * packs + pack] * segment.basis[degree * packs + pack];
-    }
     let (mut row_z, mut row_y) = (Wrench::<Pack>::zero(), Wrench::<Pack>::zero());
-    for pack in 0..packs {
+    for (pack, &psi) in psi.iter().enumerate() {
         let node = segment.first_pack + pack;
         let body = inertia::of_nodes(segment, work, pack);
-        // Psi_j: by exact summation by parts, w_i to_end_il = w_l from_base_li.
-        let psi =
-            weighted_sum(Twist::zero(), segment.row(&segment.from_base, pack), &memory.z_source[..packs]);
         row_z += body.momentum(psi) * segment.weights[pack];
         if !weights.is_mass_only {
             let transposed = body.gyroscopic_transposed(work.velocity[node], work.momentum[node], psi);
             row_y += transposed * segment.weights[pack];
         }
     }
-    let coordinate = &mut memory.coordinates[j];
     let shape = coordinate.shape;
     coordinate.row_z = row_z.sum() + apply_transposed(&rest.inertia, shape);
     coordinate.row_y = row_y.sum() + apply_transposed(&rest.gyroscopic, shape);
@@ -364,6 +390,7 @@ fn row(
 }
 
 /// Adds `w_q K + w_v D`.
+#[inline(always)]
 fn elasticity(segment: &SegmentPlan, weights: Weights, tangent: &mut Matrix) {
     let factor = weights.q + weights.v * segment.retardation_time;
     if factor == 0.0 {
@@ -379,6 +406,7 @@ fn elasticity(segment: &SegmentPlan, weights: Weights, tangent: &mut Matrix) {
 }
 
 /// The blocks between different segments.
+#[inline(always)]
 fn couple(plan: &Plan, memory: &TangentWorkspace, tangent: &mut Matrix) {
     for segment in &plan.segments {
         for k in segment.first..segment.first + segment.n {

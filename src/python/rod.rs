@@ -1,0 +1,406 @@
+//! `lissom.Segment` and `lissom.Rod`.
+
+use std::sync::{Mutex, PoisonError};
+
+use numpy::ndarray::Array3;
+use numpy::{IntoPyArray, ToPyArray};
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyTuple};
+
+use super::convert;
+use super::model::PyModel;
+use crate::error::{Checker, InvalidInput};
+use crate::rod::{Pose, Rod, RodModel, STRAIN_NAMES, STRAINS, Segment};
+
+/// A piece of rod of one material, with a circular section that may taper linearly.
+///
+/// Parameters
+/// ----------
+/// length : float
+///     Metres.
+/// radius : float or (float, float)
+///     Radius, or radii at the segment's base and tip, in metres.
+/// young_modulus, shear_modulus : float
+///     E and G in pascals, with Poisson's ratio E/(2G) - 1 in (-1, 0.5].
+/// density : float
+///     Kilograms per cubic metre.
+/// modes : dict of str to int
+///     Number of shifted Legendre modes of each strain: keys ``"torsion"``, ``"bend_y"``, ``"bend_z"``, ``"stretch"``,
+///     ``"shear_y"``, ``"shear_z"``; what is not named has none and keeps its reference strain.
+/// retardation_time : float
+///     Kelvin-Voigt damping is this time, in seconds, times the stiffness.
+/// reference_strain : array_like, shape (6,)
+///     Strain free of stress: torsion, bend_y, bend_z (radians per metre), stretch, shear_y, shear_z.
+/// shear_correction : float
+///     Factor of the shear stiffness G A.
+///
+/// Raises
+/// ------
+/// ValueError
+///     Naming every parameter that is out of its range.
+#[pyclass(name = "Segment", module = "lissom", frozen, eq, skip_from_py_object)]
+#[derive(Clone, PartialEq)]
+pub(crate) struct PySegment(pub(crate) Segment);
+
+#[pymethods]
+impl PySegment {
+    #[new]
+    #[pyo3(signature = (length, radius, young_modulus, shear_modulus, density, modes, retardation_time=0.0, reference_strain=None, shear_correction=1.0),
+           text_signature = "(length, radius, young_modulus, shear_modulus, density, modes, retardation_time=0.0, reference_strain=(0, 0, 0, 1, 0, 0), shear_correction=1.0)")]
+    #[allow(clippy::too_many_arguments, reason = "the signature of the Python class")]
+    fn new(
+        length: f64,
+        radius: &Bound<'_, PyAny>,
+        young_modulus: f64,
+        shear_modulus: f64,
+        density: f64,
+        modes: &Bound<'_, PyDict>,
+        retardation_time: f64,
+        reference_strain: Option<&Bound<'_, PyAny>>,
+        shear_correction: f64,
+    ) -> PyResult<Self> {
+        let mut segment = Segment {
+            radius: radii(radius)?,
+            modes: mode_numbers(modes)?,
+            retardation_time,
+            shear_correction,
+            ..Segment::straight(length, 0.0, young_modulus, shear_modulus, density)
+        };
+        if let Some(strain) = reference_strain {
+            segment.reference_strain = convert::array_of(strain, "reference_strain")?;
+        }
+        segment.validate()?;
+        Ok(Self(segment))
+    }
+
+    /// Length in metres.
+    #[getter]
+    fn length(&self) -> f64 {
+        self.0.length
+    }
+
+    /// Radius at the base and at the tip, in metres.
+    #[getter]
+    fn radius(&self) -> (f64, f64) {
+        self.0.radius.into()
+    }
+
+    /// Young's modulus in pascals.
+    #[getter]
+    fn young_modulus(&self) -> f64 {
+        self.0.young_modulus
+    }
+
+    /// Shear modulus in pascals.
+    #[getter]
+    fn shear_modulus(&self) -> f64 {
+        self.0.shear_modulus
+    }
+
+    /// Density in kilograms per cubic metre.
+    #[getter]
+    fn density(&self) -> f64 {
+        self.0.density
+    }
+
+    /// Number of modes of each strain that has any.
+    #[getter]
+    fn modes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let modes = PyDict::new(py);
+        for (name, number) in STRAIN_NAMES.iter().zip(self.0.modes).filter(|(_, number)| *number > 0) {
+            modes.set_item(name, number)?;
+        }
+        Ok(modes)
+    }
+
+    /// Kelvin-Voigt retardation time in seconds.
+    #[getter]
+    fn retardation_time(&self) -> f64 {
+        self.0.retardation_time
+    }
+
+    /// Strain free of stress: torsion, bend_y, bend_z, stretch, shear_y, shear_z.
+    #[getter]
+    fn reference_strain<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        PyTuple::new(py, self.0.reference_strain)
+    }
+
+    /// Factor of the shear stiffness G A.
+    #[getter]
+    fn shear_correction(&self) -> f64 {
+        self.0.shear_correction
+    }
+
+    fn __repr__(&self) -> String {
+        let Segment { length, radius, young_modulus, shear_modulus, density, modes, .. } = &self.0;
+        let modes: Vec<String> = STRAIN_NAMES
+            .iter()
+            .zip(modes)
+            .filter(|(_, number)| **number > 0)
+            .map(|(name, number)| format!("'{name}': {number}"))
+            .collect();
+        let [a, b, c, d, e, f] = self.0.reference_strain;
+        format!(
+            "Segment(length={length:?}, radius=({:?}, {:?}), young_modulus={young_modulus:?}, \
+             shear_modulus={shear_modulus:?}, density={density:?}, modes={{{}}}, retardation_time={:?}, \
+             reference_strain=({a:?}, {b:?}, {c:?}, {d:?}, {e:?}, {f:?}), shear_correction={:?})",
+            radius[0],
+            radius[1],
+            modes.join(", "),
+            self.0.retardation_time,
+            self.0.shear_correction
+        )
+    }
+
+    /// For copies and pickles.
+    #[allow(clippy::type_complexity, reason = "the arguments of the constructor")]
+    fn __getnewargs__<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<(f64, (f64, f64), f64, f64, f64, Bound<'py, PyDict>, f64, Bound<'py, PyTuple>, f64)> {
+        let Segment { length, young_modulus, shear_modulus, density, .. } = self.0;
+        let (modes, strain) = (self.modes(py)?, self.reference_strain(py)?);
+        let (time, correction) = (self.0.retardation_time, self.0.shear_correction);
+        Ok((length, self.radius(), young_modulus, shear_modulus, density, modes, time, strain, correction))
+    }
+}
+
+fn radii(value: &Bound<'_, PyAny>) -> PyResult<[f64; 2]> {
+    if let Ok(radius) = value.extract::<f64>() {
+        return Ok([radius; 2]);
+    }
+    value.extract::<[f64; 2]>().map_err(|_| {
+        let found = convert::describe(value);
+        PyTypeError::new_err(format!("radius: expected a number or (r_base, r_tip), in metres, got {found}"))
+    })
+}
+
+fn mode_numbers(modes: &Bound<'_, PyDict>) -> PyResult<[usize; STRAINS]> {
+    let mut numbers = [0; STRAINS];
+    let mut check = Checker::new();
+    for (key, value) in modes {
+        let name = key.str()?.to_string();
+        let Some(index) = STRAIN_NAMES.iter().position(|&known| known == name) else {
+            check.require(false, "modes", format_args!("the key '{name}'"), &format!("keys among {STRAIN_NAMES:?}"));
+            continue;
+        };
+        match value.extract::<usize>() {
+            Ok(number) => numbers[index] = number,
+            Err(_) => {
+                let found = value.repr()?;
+                check.require(false, &format!("modes['{name}']"), found, "a whole number >= 0");
+            }
+        }
+    }
+    check.finish()?;
+    Ok(numbers)
+}
+
+/// A Cosserat rod: segments in a row, clamped at the base, with dead loads and a point mass at the tip.
+///
+/// The coordinates are the strain modes: segment by segment, then strain by strain (torsion, bend_y, bend_z, stretch,
+/// shear_y, shear_z), then by degree of the Legendre polynomial.
+///
+/// Parameters
+/// ----------
+/// segments : sequence of Segment
+///     From base to tip, at least one.
+/// base_position : array_like, shape (3,)
+///     Metres.
+/// base_orientation : array_like, shape (4,)
+///     Unit quaternion (w, x, y, z) that turns body axes into world axes; the rod leaves the base along its body x axis.
+/// gravity : array_like, shape (3,)
+///     In the world, metres per second squared.
+/// tip_force, tip_moment : array_like, shape (3,)
+///     Dead loads in world axes, newtons and newton metres. A dead moment has no potential: it does not appear in the
+///     energy.
+/// tip_mass : float
+///     Point mass at the tip, kilograms.
+///
+/// Raises
+/// ------
+/// ValueError
+///     Naming every parameter that is out of its range.
+#[pyclass(name = "Rod", module = "lissom", extends = PyModel, frozen)]
+pub(crate) struct PyRod {
+    description: Rod,
+    // A model of its own for kinematics: that of the base class is only known as a Model.
+    kinematics: Mutex<RodModel>,
+}
+
+impl PyRod {
+    pub(crate) fn initializer(description: Rod) -> Result<PyClassInitializer<Self>, InvalidInput> {
+        let model = RodModel::new(&description)?;
+        let rod = Self { description, kinematics: Mutex::new(model.clone()) };
+        Ok(PyClassInitializer::from(PyModel::new(model)).add_subclass(rod))
+    }
+}
+
+#[pymethods]
+impl PyRod {
+    #[new]
+    #[pyo3(signature = (segments, base_position=None, base_orientation=None, gravity=None, tip_force=None, tip_moment=None, tip_mass=0.0),
+           text_signature = "(segments, base_position=(0, 0, 0), base_orientation=(1, 0, 0, 0), gravity=(0, 0, -9.81), tip_force=(0, 0, 0), tip_moment=(0, 0, 0), tip_mass=0.0)")]
+    fn new(
+        segments: &Bound<'_, PyAny>,
+        base_position: Option<&Bound<'_, PyAny>>,
+        base_orientation: Option<&Bound<'_, PyAny>>,
+        gravity: Option<&Bound<'_, PyAny>>,
+        tip_force: Option<&Bound<'_, PyAny>>,
+        tip_moment: Option<&Bound<'_, PyAny>>,
+        tip_mass: f64,
+    ) -> PyResult<PyClassInitializer<Self>> {
+        let mut rod = Rod { tip_mass, ..Rod::new(segments_in(segments)?) };
+        let mut vectors = [
+            (base_position, &mut rod.base_position, "base_position"),
+            (gravity, &mut rod.gravity, "gravity"),
+            (tip_force, &mut rod.tip_force, "tip_force"),
+            (tip_moment, &mut rod.tip_moment, "tip_moment"),
+        ];
+        for (value, field, name) in &mut vectors {
+            if let Some(value) = value {
+                **field = convert::array_of(value, name)?;
+            }
+        }
+        if let Some(orientation) = base_orientation {
+            rod.base_orientation = convert::array_of(orientation, "base_orientation")?;
+        }
+        Ok(Self::initializer(rod)?)
+    }
+
+    /// The segments, from base to tip.
+    #[getter]
+    fn segments<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        PyTuple::new(py, self.description.segments.iter().cloned().map(PySegment))
+    }
+
+    /// Length of the unstretched rod, metres.
+    #[getter]
+    fn length(&self) -> f64 {
+        self.description.length()
+    }
+
+    /// Position of the base, metres.
+    #[getter]
+    fn base_position(&self) -> (f64, f64, f64) {
+        self.description.base_position.into()
+    }
+
+    /// Orientation of the base, quaternion (w, x, y, z) as given.
+    #[getter]
+    fn base_orientation(&self) -> (f64, f64, f64, f64) {
+        self.description.base_orientation.into()
+    }
+
+    /// Gravity in the world, metres per second squared.
+    #[getter]
+    fn gravity(&self) -> (f64, f64, f64) {
+        self.description.gravity.into()
+    }
+
+    /// Dead force at the tip in world axes, newtons.
+    #[getter]
+    fn tip_force(&self) -> (f64, f64, f64) {
+        self.description.tip_force.into()
+    }
+
+    /// Dead moment at the tip in world axes, newton metres.
+    #[getter]
+    fn tip_moment(&self) -> (f64, f64, f64) {
+        self.description.tip_moment.into()
+    }
+
+    /// Point mass at the tip, kilograms.
+    #[getter]
+    fn tip_mass(&self) -> f64 {
+        self.description.tip_mass
+    }
+
+    /// Number of quadrature nodes of each segment.
+    #[getter]
+    fn nodes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        let kinematics = self.kinematics.lock().unwrap_or_else(PoisonError::into_inner);
+        PyTuple::new(py, kinematics.plan().nodes())
+    }
+
+    /// Poses of sections.
+    ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (n,)
+    ///     Coordinates.
+    /// X : float or array_like, shape (m,)
+    ///     Arc lengths of the unstretched rod, 0 <= X <= length, metres.
+    ///
+    /// Returns
+    /// -------
+    /// pose : ndarray, shape (4, 4) for a number, (m, 4, 4) for an array
+    ///     Homogeneous transformations from body to world: ``pose[..., :3, :3]`` has the body axes as columns,
+    ///     ``pose[..., :3, 3]`` is the position in metres.
+    #[pyo3(signature = (q, X))]
+    #[allow(non_snake_case, reason = "X is the arc length of the unstretched rod everywhere in this field")]
+    fn pose<'py>(&self, q: &Bound<'py, PyAny>, X: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        let py = q.py();
+        let q = convert::finite_vector_of(q, self.description.coordinates(), "q")?;
+        let (places, is_number) = match X.extract::<f64>() {
+            Ok(place) => (vec![place], true),
+            Err(_) => (convert::vector(X, "X")?, false),
+        };
+        let length = self.description.length();
+        if let Some(place) = places.iter().find(|place| !(0.0..=length).contains(*place)) {
+            return Err(PyValueError::new_err(format!("X: got {place}, expected arc lengths in [0, {length}] (metres)")));
+        }
+        // Locked only now: nothing of Python runs from here on.
+        let mut model = self.kinematics.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut poses = Array3::zeros((places.len(), 4, 4));
+        for (mut matrix, &place) in poses.outer_iter_mut().zip(&places) {
+            let Pose { rotation, position } = model.pose(&q, place);
+            for (column, vector) in [rotation.x, rotation.y, rotation.z, position].into_iter().enumerate() {
+                for (row, value) in vector.to_array().into_iter().enumerate() {
+                    matrix[[row, column]] = value;
+                }
+            }
+            matrix[[3, 3]] = 1.0;
+        }
+        if is_number {
+            Ok(poses.index_axis(numpy::ndarray::Axis(0), 0).to_pyarray(py).into_any())
+        } else {
+            Ok(poses.into_pyarray(py).into_any())
+        }
+    }
+
+    fn __repr__(&self) -> String {
+        let segments = self.description.segments.len();
+        let plural = if segments == 1 { "" } else { "s" };
+        format!(
+            "<lissom.Rod of {segments} segment{plural}, {:?} m long, n = {}>",
+            self.description.length(),
+            self.description.coordinates()
+        )
+    }
+
+    /// For copies and pickles.
+    #[allow(clippy::type_complexity, reason = "the arguments of the constructor")]
+    fn __getnewargs__<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<(Bound<'py, PyTuple>, [f64; 3], [f64; 4], [f64; 3], [f64; 3], [f64; 3], f64)> {
+        let rod = &self.description;
+        let segments = self.segments(py)?;
+        let (position, orientation) = (rod.base_position, rod.base_orientation);
+        Ok((segments, position, orientation, rod.gravity, rod.tip_force, rod.tip_moment, rod.tip_mass))
+    }
+}
+
+fn segments_in(value: &Bound<'_, PyAny>) -> PyResult<Vec<Segment>> {
+    let wrong = |found: &Bound<'_, PyAny>| {
+        PyTypeError::new_err(format!("segments: expected a sequence of lissom.Segment, got {}", convert::describe(found)))
+    };
+    let mut segments = Vec::new();
+    for item in value.try_iter().map_err(|_| wrong(value))? {
+        let item = item?;
+        segments.push(item.cast::<PySegment>().map_err(|_| wrong(&item))?.get().0.clone());
+    }
+    Ok(segments)
+}
