@@ -10,6 +10,7 @@ mod convert;
 mod errors;
 mod model;
 mod pendulum;
+mod rod;
 mod roots;
 
 use pyo3::prelude::*;
@@ -24,6 +25,8 @@ mod _lissom {
     use super::model::{PyEnergy, PyModel};
     #[pymodule_export]
     use super::pendulum::PySpringPendulum;
+    #[pymodule_export]
+    use super::rod::{PyRod, PySegment};
     #[pymodule_export]
     use super::roots::{PyJacobianCheck, PyRootResult, check_jacobian_of, jacobian, root};
 

@@ -39,7 +39,7 @@ use crate::rod::{Pose, Rod, RodModel, STRAIN_NAMES, STRAINS, Segment};
 /// ------
 /// ValueError
 ///     Naming every parameter that is out of its range.
-#[pyclass(name = "Segment", module = "lissom", frozen, eq, skip_from_py_object)]
+#[pyclass(name = "Segment", module = "lissom", frozen, eq)]
 #[derive(Clone, PartialEq)]
 pub(crate) struct PySegment(pub(crate) Segment);
 
@@ -182,7 +182,12 @@ fn mode_numbers(modes: &Bound<'_, PyDict>) -> PyResult<[usize; STRAINS]> {
     for (key, value) in modes {
         let name = key.str()?.to_string();
         let Some(index) = STRAIN_NAMES.iter().position(|&known| known == name) else {
-            check.require(false, "modes", format_args!("the key '{name}'"), &format!("keys among {STRAIN_NAMES:?}"));
+            check.require(
+                false,
+                "modes",
+                format_args!("the key '{name}'"),
+                &format!("keys among {STRAIN_NAMES:?}"),
+            );
             continue;
         };
         match value.extract::<usize>() {
@@ -349,7 +354,9 @@ impl PyRod {
         };
         let length = self.description.length();
         if let Some(place) = places.iter().find(|place| !(0.0..=length).contains(*place)) {
-            return Err(PyValueError::new_err(format!("X: got {place}, expected arc lengths in [0, {length}] (metres)")));
+            return Err(PyValueError::new_err(format!(
+                "X: got {place}, expected arc lengths in [0, {length}] (metres)"
+            )));
         }
         // Locked only now: nothing of Python runs from here on.
         let mut model = self.kinematics.lock().unwrap_or_else(PoisonError::into_inner);
@@ -395,7 +402,10 @@ impl PyRod {
 
 fn segments_in(value: &Bound<'_, PyAny>) -> PyResult<Vec<Segment>> {
     let wrong = |found: &Bound<'_, PyAny>| {
-        PyTypeError::new_err(format!("segments: expected a sequence of lissom.Segment, got {}", convert::describe(found)))
+        PyTypeError::new_err(format!(
+            "segments: expected a sequence of lissom.Segment, got {}",
+            convert::describe(found)
+        ))
     };
     let mut segments = Vec::new();
     for item in value.try_iter().map_err(|_| wrong(value))? {
