@@ -70,8 +70,12 @@ impl Segment {
         const POISSON_ROUNDING: f64 = 1e-9;
         let mut check = Checker::new();
         check.positive(self.length, "length", "metres");
-        check.positive(self.radius[0], "radius[0]", "metres");
-        check.positive(self.radius[1], "radius[1]", "metres");
+        if self.radius[0].to_bits() == self.radius[1].to_bits() {
+            check.positive(self.radius[0], "radius", "metres");
+        } else {
+            check.positive(self.radius[0], "radius[0]", "metres");
+            check.positive(self.radius[1], "radius[1]", "metres");
+        }
         let young = check.positive(self.young_modulus, "young_modulus", "pascals");
         let shear = check.positive(self.shear_modulus, "shear_modulus", "pascals");
         if young && shear {
