@@ -1,11 +1,17 @@
 """lissom: soft rods that move."""
 
 from ._lissom import (
+    DOP853,
+    RK45,
     ConvergenceError,
+    DenseOutput,
     Energy,
     JacobianCheck,
     LissomError,
     Model,
+    OdeResult,
+    OdeSolver,
+    Radau,
     Rod,
     RootResult,
     Segment,
@@ -14,14 +20,21 @@ from ._lissom import (
     check_jacobian,
     jacobian,
     root,
+    solve_ivp,
 )
 
 __all__ = [
+    "DOP853",
+    "RK45",
     "ConvergenceError",
+    "DenseOutput",
     "Energy",
     "JacobianCheck",
     "LissomError",
     "Model",
+    "OdeResult",
+    "OdeSolver",
+    "Radau",
     "Rod",
     "RootResult",
     "Segment",
@@ -30,4 +43,5 @@ __all__ = [
     "check_jacobian",
     "jacobian",
     "root",
+    "solve_ivp",
 ]

@@ -6,9 +6,11 @@
 #![allow(missing_docs, reason = "docstrings of this module are written for Python's help()")]
 
 mod callback;
+mod compiled;
 mod convert;
 mod errors;
 mod model;
+mod ode;
 mod pendulum;
 mod rod;
 mod roots;
@@ -23,6 +25,8 @@ mod _lissom {
     use super::errors::{ConvergenceError, LissomError};
     #[pymodule_export]
     use super::model::{PyEnergy, PyModel};
+    #[pymodule_export]
+    use super::ode::{PyDenseOutput, PyDop853, PyOdeResult, PyOdeSolver, PyRadau, PyRk45, solve_ivp};
     #[pymodule_export]
     use super::pendulum::PySpringPendulum;
     #[pymodule_export]
