@@ -14,6 +14,7 @@ mod ode;
 mod pendulum;
 mod rod;
 mod roots;
+mod scene;
 
 use pyo3::prelude::*;
 
@@ -33,6 +34,9 @@ mod _lissom {
     use super::rod::{PyRod, PySegment};
     #[pymodule_export]
     use super::roots::{PyJacobianCheck, PyRootResult, check_jacobian_of, jacobian, root};
+
+    #[pymodule_export]
+    use super::scene::{PyScene, PySceneProblem, PySimulation, SceneError};
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
