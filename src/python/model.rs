@@ -208,6 +208,23 @@ impl PyModel {
         let (q, qd) = (self.state(q, "q")?, self.state(qd, "qd")?);
         Ok(PyEnergy(self.memory().model.energy(&q, &qd)))
     }
+
+    /// Power that damping takes out of a motion.
+    ///
+    /// Parameters
+    /// ----------
+    /// q, qd : array_like, shape (n,)
+    ///     Coordinates, velocities.
+    ///
+    /// Returns
+    /// -------
+    /// power : float
+    ///     Watts, never negative.
+    #[pyo3(signature = (q, qd))]
+    fn dissipated_power(&self, q: &Bound<'_, PyAny>, qd: &Bound<'_, PyAny>) -> PyResult<f64> {
+        let (q, qd) = (self.state(q, "q")?, self.state(qd, "qd")?);
+        Ok(self.memory().model.dissipated_power(&q, &qd))
+    }
 }
 
 /// Energies of a state, in joules.
