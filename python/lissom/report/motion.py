@@ -28,6 +28,9 @@ LEAST_RADIUS = 0.006
 #: Points of the path of a tip, at most.
 MAX_PATH = 3000
 
+#: Diagonal of the box around a rod, in plotly's units, in which the camera's distance is about 1.8.
+SPACE_SIZE = 1.65
+
 #: Windings of the drawn spring.
 WINDINGS = 11
 
@@ -179,24 +182,25 @@ def _space(points: Array, margin: float) -> dict[str, Any]:
     centre, size = 0.5 * (low + high), np.maximum(high - low, least)
     low, high = centre - 0.5 * size, centre + 0.5 * size
     thin = int(np.argmin(size))
-    eye = {0: (1.9, -0.8, 0.6), 1: (0.5, -1.9, 0.5), 2: (0.6, -1.3, 1.5)}[thin]
+    eye = {0: (1.6, -0.7, 0.55), 1: (0.45, -1.6, 0.45), 2: (0.55, -1.15, 1.3)}[thin]
+    ratio = SPACE_SIZE * size / float(np.linalg.norm(size))
     axes = {
         f"{name}axis": {
             "range": [float(a), float(b)],
             "title": {"text": f"{name} (m)"},
-            "gridcolor": theme.GRID,
-            "zerolinecolor": theme.FAINT,
+            "gridcolor": theme.SPACE_GRID,
+            "gridwidth": 1,
+            "zeroline": False,
             "showbackground": False,
-            "nticks": 6,
+            "nticks": max(2, round(7.0 * r)),
         }
-        for name, a, b in zip("xyz", low, high, strict=True)
+        for name, a, b, r in zip("xyz", low, high, ratio, strict=True)
     }
-    ratio = size / size.max()
     return {
         **axes,
         "aspectmode": "manual",
         "aspectratio": dict(zip("xyz", (float(r) for r in ratio), strict=True)),
-        "camera": {"eye": dict(zip("xyz", eye, strict=True)), "projection": {"type": "perspective"}},
+        "camera": {"eye": dict(zip("xyz", eye, strict=True)), "center": {"x": 0, "y": 0, "z": -0.08}, "projection": {"type": "perspective"}},
     }
 
 
@@ -219,9 +223,9 @@ def _pendulum(run: Run, pendulum: SpringPendulum) -> Any:
     hinge = go.Scatter(
         x=[0], y=[0], mode="markers", marker={"size": 9, "color": theme.GREY, "symbol": "square"}, showlegend=False
     )
-    figure = go.Figure([spring, mass, trail, hinge])
+    figure = go.Figure([trail, spring, mass, hinge])
     at = run.instants(MAX_FRAMES)
-    frames = [go.Frame(data=bodies(run.q[i]), traces=[0, 1], name=str(k)) for k, i in enumerate(at)]
+    frames = [go.Frame(data=bodies(run.q[i]), traces=[1, 2], name=str(k)) for k, i in enumerate(at)]
     figure.frames = frames
     points = np.concatenate([path, np.zeros((1, 2))])
     margin = 0.08 * float(np.ptp(points, axis=0).max())

@@ -3,7 +3,12 @@
   "use strict";
   const dark = matchMedia("(prefers-color-scheme: dark)");
   const ink = () => (dark.matches ? "#e7eaf0" : "#1c2330");
-  const config = { responsive: true, displaylogo: false, modeBarButtonsToRemove: ["select2d", "lasso2d"] };
+  const config = {
+    responsive: true,
+    displaylogo: false,
+    showSendToCloud: false,
+    modeBarButtonsToRemove: ["select2d", "lasso2d"],
+  };
   const holders = [...document.querySelectorAll(".figure")];
 
   for (const holder of holders) {

@@ -44,6 +44,11 @@ class Source:
     text: str
 
 
+#: Browsers enforce that the page loads nothing and talks to nobody. Plotly compiles its shaders with eval.
+CONTENT_POLICY = (
+    "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval'; style-src 'unsafe-inline'; img-src data: blob:"
+)
+
 Part = str | Figure | Table | Lesson | Source
 
 
@@ -81,6 +86,7 @@ def render(page: Page) -> str:
         [
             "<!doctype html>",
             '<html lang="en"><head><meta charset="utf-8">',
+            f'<meta http-equiv="Content-Security-Policy" content="{CONTENT_POLICY}">',
             '<meta name="viewport" content="width=device-width, initial-scale=1">',
             f"<title>{html.escape(page.title)}</title>",
             f"<style>\n{(assets / 'page.css').read_text(encoding='utf-8')}</style></head>",

@@ -24,6 +24,11 @@ def quantity(value: float, unit: str = "", digits: int = 3) -> str:
     return f"{value:.{digits}g} {unit}".strip()
 
 
+def pace(ratio: float) -> str:
+    """How many times faster than real time."""
+    return f"{ratio:,.0f} ×" if ratio >= 10.0 else f"{ratio:.2g} ×"
+
+
 def lead(run: Run) -> str:
     """One line under the title."""
     model, settings = run.scene.model, run.scene.simulation
@@ -51,7 +56,7 @@ def tiles(run: Run) -> list[tuple[str, str]]:
     counters = found["counters"]
     tiles = [(quantity(run.wall_time, "s"), "run time")]
     if found["times_real_time"] is not None:
-        tiles.append((f"{found['times_real_time']:,.0f} ×", "faster than real time"))
+        tiles.append((pace(found["times_real_time"]), "as fast as real time"))
     for name, label in COUNTERS.items():
         if counters.get(name):
             tiles.append((f"{counters[name]:,}", label))
@@ -89,6 +94,25 @@ def statistics(run: Run) -> list[tuple[str, str]]:
         ("energy that moved", quantity(found["energy_moved_joules"], "J")),
         ("energy drift, relative to that", quantity(found["energy_drift"], digits=2)),
         ("message", found["message"]),
+    ]
+    return rows
+
+
+def summary(run: Run) -> list[tuple[str, str]]:
+    """The few lines that the command line prints."""
+    found = numbers(run)
+    settings, counters = run.scene.simulation, found["counters"]
+    method = METHODS[settings.method]
+    if settings.method == "newmark":
+        method += f", step {quantity(settings.step, 's')}, {settings.jacobian} Jacobian"
+    rows = [("method", method)]
+    for name in ("steps", "newton_iterations", "evaluations"):
+        if name in counters:
+            rows.append((COUNTERS[name], f"{counters[name]:,}"))
+    pace_of = found["times_real_time"]
+    rows += [
+        ("run time", quantity(run.wall_time, "s") + (f", {pace(pace_of)} real time" if pace_of else "")),
+        ("energy drift", f"{quantity(run.balance.drift, digits=2)} of the {quantity(run.balance.scale, 'J')} that moved"),
     ]
     return rows
 

@@ -32,6 +32,8 @@ SERIES = (BLUE, ORANGE, GREEN, PURPLE, RED, CYAN, GREY)
 ROD_SCALE = [[0.0, "#2b3a8c"], [0.45, "#2f8fc4"], [0.75, "#43c6a8"], [1.0, "#f4d35e"]]
 
 GRID = "rgba(128, 136, 148, 0.25)"
+#: Lines in space are not blended with what is behind the figure, so that they need a colour of their own.
+SPACE_GRID = "#8b939f"
 FAINT = "rgba(128, 136, 148, 0.55)"
 BUTTON = "rgba(128, 136, 148, 0.18)"
 CLEAR = "rgba(0, 0, 0, 0)"
@@ -48,6 +50,7 @@ def layout(height: int = 420, **changes: Any) -> dict[str, Any]:
         "font": {"family": "system-ui, -apple-system, 'Segoe UI', Roboto, Arial, sans-serif", "size": 13},
         "legend": {"orientation": "h", "y": 1.02, "yanchor": "bottom", "x": 0, "xanchor": "left"},
         "hovermode": "closest",
+        "modebar": {"bgcolor": CLEAR, "color": FAINT, "activecolor": BLUE},
         "colorway": list(SERIES),
     }
     return base | changes
@@ -105,12 +108,11 @@ def player(frames: list[Any], labels: list[str], frame_milliseconds: float, y: f
                 "y": y,
                 "yanchor": "top",
                 "pad": {"t": 4},
-                "currentvalue": {"prefix": "time: ", "suffix": " s", "xanchor": "right"},
+                "currentvalue": {"prefix": "t = ", "suffix": " s", "xanchor": "left"},
                 "ticklen": 0,
                 "minorticklen": 0,
                 "bgcolor": BUTTON,
                 "bordercolor": FAINT,
-                "font": {"color": CLEAR, "size": 1},
             }
         ],
     }
