@@ -16,7 +16,8 @@ Array = NDArray[np.float64]
 class Balance:
     """Energies in joules at each time of a motion, arrays of shape (m,).
 
-    ``total`` is what an exact motion keeps constant: kinetic + elastic + gravitational + loads + dissipated - work.
+    ``total`` is what an exact motion keeps constant: kinetic + elastic + gravitational + loads + dissipated
+    - work.
     """
 
     kinetic: Array
@@ -31,8 +32,8 @@ class Balance:
     @property
     def total(self) -> Array:
         """What an exact motion keeps constant."""
-        parts = (self.kinetic, self.elastic, self.gravitational, self.loads, self.dissipated, -self.work)
-        return np.sum(parts, axis=0)
+        potential = self.elastic + self.gravitational + self.loads
+        return self.kinetic + potential + self.dissipated - self.work
 
     @property
     def scale(self) -> float:
@@ -63,8 +64,9 @@ def balance(model: Model, t: Array, q: Array, v: Array) -> Balance:
     t : ndarray, shape (m,)
         Successive times in seconds.
     q, v : ndarray, shape (m, n)
-        Coordinates and velocities at these times. What flowed between two of them is taken from the state half-way,
-        as the average-acceleration rule does: with every step of that rule, the balance of a linear system is exact.
+        Coordinates and velocities at these times. What flowed between two of them is taken from the state
+        half-way, as the average-acceleration rule does: with every step of that rule, the balance of a linear
+        system is exact.
 
     Returns
     -------

@@ -63,8 +63,8 @@ def run(scene: Path, output: Path | None, no_report: bool) -> int:
 
     The results folder appears when everything in it is complete; results of an earlier run are replaced.
 
-    Exit code: 0 done; 1 the simulation failed (what was computed is written); 2 bad input (nothing is written);
-    130 interrupted with Ctrl-C (what was computed is written).
+    Exit code: 0 done; 1 the simulation failed (what was computed is written); 2 bad input (nothing is
+    written); 130 interrupted with Ctrl-C (what was computed is written).
     """
     from . import results
 
@@ -110,28 +110,6 @@ def check(scenes: tuple[Path, ...]) -> int:
         else:
             click.echo(f"{path}: good, {scene.model.n} generalised coordinates")
     return 0 if good else BAD_INPUT
-
-
-@commands.command()
-@click.option("-o", "--output", type=FOLDER, default=Path("results/lab"), show_default=True, metavar="DIR")
-def lab(output: Path) -> int:
-    """Rerun the numerical-methods lab: its nine figures and three tables, beside the report's own numbers.
-
-    Takes about a minute. Exit code: 0 done, 2 bad input, 130 interrupted (nothing is written then).
-    """
-    from . import results
-
-    if results.missing("plotly"):
-        raise click.UsageError("the lab's figures need plotly: pip install 'lissom[report]'")
-    from . import lab as numerical_lab
-
-    try:
-        files = numerical_lab.write(output, _bar)
-    except results.NotOurs as error:
-        raise click.UsageError(str(error)) from None
-    for file in files:
-        click.echo(file)
-    return 0
 
 
 @commands.command()
@@ -206,7 +184,9 @@ def _bar(total: float, what: str, unit: str):  # type: ignore[no-untyped-def]  #
     from tqdm import tqdm
 
     form = "{desc}: {percentage:3.0f}%|{bar}| {n:.3g}/{total:.3g} {unit} [{elapsed}<{remaining}]"
-    return tqdm(total=total, desc=what, unit=unit, bar_format=form, file=sys.stderr, disable=None, leave=False)
+    return tqdm(
+        total=total, desc=what, unit=unit, bar_format=form, file=sys.stderr, disable=None, leave=False
+    )
 
 
 def _report(done: Run, path: Path) -> None:

@@ -1,4 +1,4 @@
-"""Results of a scene on disk: a folder with the trajectory, a summary and a report, written as a whole or not at all."""
+"""Results of a scene on disk: a folder of trajectory, summary and report, written whole or not at all."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -115,7 +116,7 @@ class Run:
 def sections(rod: Rod) -> Array:
     """Arc lengths at which the centre line is kept, shape (s,), metres."""
     ends = np.concatenate([[0.0], np.cumsum([segment.length for segment in rod.segments])])
-    inner = [np.linspace(a, b, SECTIONS_PER_SEGMENT, endpoint=False) for a, b in zip(ends, ends[1:], strict=False)]
+    inner = [np.linspace(a, b, SECTIONS_PER_SEGMENT, endpoint=False) for a, b in pairwise(ends)]
     # The sum of the lengths may differ from the rod's length by rounding.
     return np.append(np.concatenate(inner), rod.length)
 
@@ -142,9 +143,7 @@ def statistics(run: Run) -> dict[str, Any]:
 
 
 def _public_names(stats: object) -> list[str]:
-    return [
-        name for name in dir(stats) if not name.startswith("_") and not callable(getattr(stats, name))
-    ]
+    return [name for name in dir(stats) if not name.startswith("_") and not callable(getattr(stats, name))]
 
 
 def _plain(value: Any) -> Any:
@@ -208,7 +207,7 @@ def energies(parts: Balance) -> dict[str, Array]:
 
 
 def shapes(run: Run, rod: Rod) -> tuple[NDArray[np.intp], Array]:
-    """Indices of the times at which the centre line is kept, and the positions, shape (times, sections, 3), metres."""
+    """Indices of the times at which the centre line is kept; its positions (times, sections, 3) in metres."""
     at = run.instants(MAX_SHAPES)
     stations = sections(rod)
     return at, np.array([rod.pose(q, stations)[:, :3, 3] for q in run.q[at]])
@@ -220,7 +219,7 @@ def missing(*modules: str) -> list[str]:
 
 
 def write_trajectory(run: Run, folder: Path) -> Path:
-    """Write ``trajectory.nc``, or ``trajectory.npz`` where the extra ``files`` is missing; return the path."""
+    """Write ``trajectory.nc``, or ``trajectory.npz`` without the extra ``files``; return its path."""
     if not missing("xarray", "h5netcdf", "h5py"):
         path = folder / "trajectory.nc"
         dataset(run).to_netcdf(path, engine="h5netcdf")
@@ -257,7 +256,7 @@ class NotOurs(Exception):
 
 
 def check_target(folder: Path) -> None:
-    """Raise NotOurs unless ``folder`` may be (re)placed: it is absent, empty, or results of an earlier run."""
+    """Raise NotOurs unless ``folder`` may be written: it is absent, empty, or results of an earlier run."""
     if not folder.exists():
         return
     if not folder.is_dir():

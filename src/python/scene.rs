@@ -11,7 +11,9 @@ use pyo3::types::{PyDict, PyList, PyTuple};
 use super::model::PyModel;
 use super::pendulum::PySpringPendulum;
 use super::rod::PyRod;
-use crate::scene::{Jacobian, Method, Model, Quantity, Scene, SceneError as CoreError, SceneProblem, Simulation};
+use crate::scene::{
+    Jacobian, Method, Model, Quantity, Scene, SceneError as CoreError, SceneProblem, Simulation,
+};
 
 create_exception!(
     lissom,
@@ -22,21 +24,28 @@ create_exception!(
 );
 
 /// One thing that is wrong with a scene. As a string: ``file:line:column: key: what is wrong; what would be right``.
-#[pyclass(name = "SceneProblem", module = "lissom", frozen, get_all)]
+#[pyclass(name = "SceneProblem", module = "lissom", frozen)]
 pub(crate) struct PySceneProblem {
     /// The file, as it was given.
+    #[pyo3(get)]
     file: String,
     /// Line, from 1.
+    #[pyo3(get)]
     line: usize,
     /// Column in characters, from 1.
+    #[pyo3(get)]
     column: usize,
     /// Path of the key, such as ``rod[0].segment[1].radius``; empty for a syntax error.
+    #[pyo3(get)]
     key: String,
     /// What is wrong.
+    #[pyo3(get)]
     wrong: String,
     /// What would be right; may be empty for a syntax error.
+    #[pyo3(get)]
     right: String,
     /// The line it is about, with the offending part underlined.
+    #[pyo3(get)]
     snippet: String,
     header: String,
 }

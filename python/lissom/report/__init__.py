@@ -1,4 +1,4 @@
-"""The report of a run: one HTML file with the motion, the coordinates, the energies and the solver's statistics."""
+"""The report of a run: one HTML file with the motion, the coordinates, the energies, the statistics."""
 
 from __future__ import annotations
 

@@ -91,7 +91,9 @@ def tip(run: Run) -> Any:
         for i, (name, colour) in enumerate(zip("xyz", (theme.RED, theme.GREEN, theme.BLUE), strict=True))
     ]
     figure = go.Figure(traces)
-    figure.update_layout(**theme.layout(360, xaxis=theme.axis(TIME), yaxis=theme.axis("position of the tip (m)")))
+    figure.update_layout(
+        **theme.layout(360, xaxis=theme.axis(TIME), yaxis=theme.axis("position of the tip (m)"))
+    )
     return figure
 
 
@@ -122,8 +124,12 @@ def drift(run: Run) -> Any:
     at = run.instants(MAX_POINTS)
     change = (run.balance.total - run.balance.total[0])[at]
     colour = theme.ENERGY_COLOURS["total"]
-    figure = go.Figure([go.Scatter(x=run.t[at], y=change, line={"color": colour, "width": 1.5}, name="defect")])
+    figure = go.Figure(
+        [go.Scatter(x=run.t[at], y=change, line={"color": colour, "width": 1.5}, name="defect")]
+    )
     figure.update_layout(
-        **theme.layout(260, xaxis=theme.axis(TIME), yaxis=theme.axis("total − its start (J)"), showlegend=False)
+        **theme.layout(
+            260, xaxis=theme.axis(TIME), yaxis=theme.axis("total − its start (J)"), showlegend=False
+        )
     )
     return figure

@@ -95,12 +95,21 @@ def _rod(run: Run, rod: Rod) -> Any:
     figure = go.Figure(
         [
             tube(run.q[0]),
-            go.Scatter3d(x=tip[:1], y=tip[1:2], z=tip[2:], mode="markers", marker=dot, name="tip", hoverinfo="skip"),
             go.Scatter3d(
-                **_xyz(tip_path), **line, line={"color": theme.ORANGE, "width": 2}, opacity=0.55, name="path of the tip"
+                x=tip[:1], y=tip[1:2], z=tip[2:], mode="markers", marker=dot, name="tip", hoverinfo="skip"
             ),
             go.Scatter3d(
-                **_xyz(first), **line, line={"color": theme.GREY, "width": 3, "dash": "dot"}, name="initial shape"
+                **_xyz(tip_path),
+                **line,
+                line={"color": theme.ORANGE, "width": 2},
+                opacity=0.55,
+                name="path of the tip",
+            ),
+            go.Scatter3d(
+                **_xyz(first),
+                **line,
+                line={"color": theme.GREY, "width": 3, "dash": "dot"},
+                name="initial shape",
             ),
         ]
     )
@@ -134,7 +143,7 @@ def _radius(rod: Rod, stations: Array) -> Array:
 
 
 def _skin(pose: Array, radius: Array) -> Array:
-    """Vertices of a tube: the middle of the base, rings of corners, the middle of the tip; shape (vertices, 3)."""
+    """Vertices of a tube, shape (vertices, 3): middle of the base, rings of corners, middle of the tip."""
     angle = 2.0 * np.pi * np.arange(CORNERS) / CORNERS
     centre = pose[:, None, :3, 3]
     across = np.cos(angle)[:, None] * pose[:, None, :3, 1] + np.sin(angle)[:, None] * pose[:, None, :3, 2]
@@ -200,7 +209,11 @@ def _space(points: Array, margin: float) -> dict[str, Any]:
         **axes,
         "aspectmode": "manual",
         "aspectratio": dict(zip("xyz", (float(r) for r in ratio), strict=True)),
-        "camera": {"eye": dict(zip("xyz", eye, strict=True)), "center": {"x": 0, "y": 0, "z": -0.08}, "projection": {"type": "perspective"}},
+        "camera": {
+            "eye": dict(zip("xyz", eye, strict=True)),
+            "center": {"x": 0, "y": 0, "z": -0.08},
+            "projection": {"type": "perspective"},
+        },
     }
 
 
@@ -218,10 +231,19 @@ def _pendulum(run: Run, pendulum: SpringPendulum) -> Any:
     spring.update(mode="lines", line={"color": theme.GREY, "width": 2}, name="spring", hoverinfo="skip")
     mass.update(mode="markers", marker={"size": 20, "color": theme.BLUE}, name="mass")
     trail = go.Scatter(
-        x=path[:, 0], y=path[:, 1], mode="lines", line={"color": theme.ORANGE, "width": 1}, opacity=0.5, name="path"
+        x=path[:, 0],
+        y=path[:, 1],
+        mode="lines",
+        line={"color": theme.ORANGE, "width": 1},
+        opacity=0.5,
+        name="path",
     )
     hinge = go.Scatter(
-        x=[0], y=[0], mode="markers", marker={"size": 9, "color": theme.GREY, "symbol": "square"}, showlegend=False
+        x=[0],
+        y=[0],
+        mode="markers",
+        marker={"size": 9, "color": theme.GREY, "symbol": "square"},
+        showlegend=False,
     )
     figure = go.Figure([trail, spring, mass, hinge])
     at = run.instants(MAX_FRAMES)

@@ -46,7 +46,8 @@ class Source:
 
 #: Browsers enforce that the page loads nothing and talks to nobody. Plotly compiles its shaders with eval.
 CONTENT_POLICY = (
-    "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval'; style-src 'unsafe-inline'; img-src data: blob:"
+    "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval'; "
+    "style-src 'unsafe-inline'; img-src data: blob:"
 )
 
 Part = str | Figure | Table | Lesson | Source
@@ -131,9 +132,8 @@ def _part(part: Part, figures: dict[int, int]) -> str:
         case Source(title, text):
             return f"<details><summary>{html.escape(title)}</summary><pre>{html.escape(text)}</pre></details>"
         case Figure(figure, caption):
-            height = figure.layout.height
-            source = f"figure-{figures[id(part)]}"
-            return f'<div class="figure" style="height:{height}px" data-source="{source}"></div>{_caption(caption)}'
+            place = f'style="height:{figure.layout.height}px" data-source="figure-{figures[id(part)]}"'
+            return f'<div class="figure" {place}></div>{_caption(caption)}'
         case Table():
             return _table(part)
 

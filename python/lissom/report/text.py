@@ -112,18 +112,21 @@ def summary(run: Run) -> list[tuple[str, str]]:
     pace_of = found["times_real_time"]
     rows += [
         ("run time", quantity(run.wall_time, "s") + (f", {pace(pace_of)} real time" if pace_of else "")),
-        ("energy drift", f"{quantity(run.balance.drift, digits=2)} of the {quantity(run.balance.scale, 'J')} that moved"),
+        (
+            "energy drift",
+            f"{quantity(run.balance.drift, digits=2)} of the {quantity(run.balance.scale, 'J')} that moved",
+        ),
     ]
     return rows
 
 
 def animation(run: Run) -> str:
     """Below the animation."""
-    if not is_rod(run):
+    model = run.scene.model
+    if not isinstance(model, Rod):
         return "The mass on its spring, with the path it takes. Axes are to scale."
-    thin = min(min(segment.radius) for segment in run.scene.model.segments)  # type: ignore[attr-defined]
     note = "The coloured body is the rod, from its clamped base (dark) to its tip (yellow). Axes are to scale"
-    if thin < motion.LEAST_RADIUS * run.scene.model.length:  # type: ignore[attr-defined]
+    if min(min(segment.radius) for segment in model.segments) < motion.LEAST_RADIUS * model.length:
         return note + "; the rod itself is drawn thicker than it is."
     return note + "."
 
@@ -133,16 +136,16 @@ def coordinates(run: Run) -> str:
     if not is_rod(run):
         return ""
     return (
-        "Each strain is its value at rest plus the sum of these amplitudes times shifted Legendre polynomials "
-        "of degree 0, 1, 2, ... along the segment."
+        "Each strain is its value at rest plus the sum of these amplitudes times shifted Legendre "
+        "polynomials P of degree 0, 1, 2, ... along the segment."
     )
 
 
 def energy(run: Run) -> str:
     """Below the energies."""
-    drift = quantity(run.balance.drift, digits=2)
+    drift, moved = quantity(run.balance.drift, digits=2), quantity(run.balance.scale, "J")
+    work = " − work of the tip moment" if run.balance.work.any() else ""
     return (
-        "The total is kinetic + elastic + gravitational + loads + dissipated"
-        f"{' − work of the tip moment' if run.balance.work.any() else ''}. An exact motion keeps it constant; here it "
-        f"changes by at most {drift} of the largest energy that moved ({quantity(run.balance.scale, 'J')})."
+        f"The total is kinetic + elastic + gravitational + loads + dissipated{work}. An exact motion keeps "
+        f"it constant; here it changes by at most {drift} of the largest energy that moved ({moved})."
     )

@@ -76,7 +76,11 @@ def player(frames: list[Any], labels: list[str], frame_milliseconds: float, y: f
     pace = {"frame": {"duration": frame_milliseconds, "redraw": True}, "transition": {"duration": 0}}
     still = {"frame": {"duration": 0, "redraw": True}, "transition": {"duration": 0}, "mode": "immediate"}
     buttons = [
-        {"label": "▶ Play", "method": "animate", "args": [None, pace | {"fromcurrent": True, "mode": "immediate"}]},
+        {
+            "label": "▶ Play",
+            "method": "animate",
+            "args": [None, pace | {"fromcurrent": True, "mode": "immediate"}],
+        },
         {"label": "❚❚ Pause", "method": "animate", "args": [[None], still]},
     ]
     steps = [
