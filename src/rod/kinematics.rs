@@ -76,7 +76,8 @@ pub(super) fn update(plan: &Plan, work: &mut Workspace, q: &[f64]) {
     if work.kinematics_of == q {
         return;
     }
-    work.kinematics_of.copy_from_slice(q);
+    work.kinematics_of.clear();
+    work.kinematics_of.extend_from_slice(q);
     // Whatever was computed of the motion belongs to another shape.
     work.motion_of.fill(f64::NAN);
     for (s, segment) in plan.segments.iter().enumerate() {

@@ -62,8 +62,8 @@ impl Workspace {
             momentum: vec![Wrench::zero(); plan.packs],
             force: vec![Wrench::zero(); plan.packs],
             internal: vec![Wrench::zero(); plan.packs],
-            // NaN equals nothing: both are computed at the first call.
-            kinematics_of: vec![f64::NAN; plan.n],
+            // NaN equals nothing, and nor does an entry too many where there are no coordinates: both are computed first.
+            kinematics_of: vec![f64::NAN; plan.n + 1],
             motion_of: vec![f64::NAN; 3 * plan.n],
         }
     }

@@ -15,6 +15,7 @@ with the code under test, neither the frame nor the quadrature nor the way rotat
 """
 
 from collections.abc import Iterable, Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -164,40 +165,25 @@ class Rod:
             np.asarray(qd, float),
             np.reshape(qdd, (self.n, -1)).astype(float),
         )
-        m = motions.shape[1]
-        paths = self._outward(q, qd, motions)
-        F = self._tip_wrench(paths[-1][-1])
-        # Absolute tolerances of forces follow the forces of this motion: a rod may weigh a gram or a ton.
-        loads = [self._load(i, 0, y) for i, path in enumerate(paths) for y in path]
-        unit = np.abs([F, *loads]).max() or 1.0
-
-        tau = np.empty((self.n, m))
-        for i, segment in reversed(list(enumerate(self.segments))):
-            dof, motion_rate, size = self.dofs[i], self._motion_rate(i, q, qd, motions), 18 + 6 * m
-
-            def rate(X, state, i=i, segment=segment, dof=dof, motion_rate=motion_rate, size=size):
-                y, F = state[:size], state[size : size + 6 * m].reshape(6, m)
-                F_X = ad(self._strain(i, X, q)).T @ F - self._load(i, X, y)
-                tau_X = -segment.basis(X).T @ F
-                return np.concatenate([motion_rate(X, y), F_X.ravel(), tau_X.ravel()])
-
-            start = np.concatenate([paths[i][-1], F.ravel(), np.zeros(q[dof].size * m)])
-            atol = np.where(np.arange(start.size) < size, ATOL, ATOL * unit)
-            end = integrate(rate, segment.length, 0, start, atol)[-1]
-            F = end[size : size + 6 * m].reshape(6, m)
-            stress, _ = quad_vec(
-                lambda X, segment=segment, dof=dof: segment.basis(X).T @ segment.stress(X, q[dof], qd[dof]),
-                *(0, segment.length),
-                epsrel=RTOL,
-            )
-            tau[dof] = end[size + 6 * m :].reshape(-1, m) + stress[:, None]
+        tau = self._forces_of_motion(q, qd, motions) + self.elastic_forces(q, qd)[:, None]
         return tau.reshape(np.shape(qdd))
 
+    def elastic_forces(self, q, qd):
+        """K q + D qd, the part of the generalised forces that elasticity and damping need."""
+        forces = np.empty(self.n)
+        for segment, dof in zip(self.segments, self.dofs, strict=True):
+
+            def density(X, segment=segment, dof=dof):
+                return segment.basis(X).T @ segment.stress(X, q[dof], qd[dof])
+
+            forces[dof], _ = quad_vec(density, 0, segment.length, epsrel=RTOL)
+        return forces
+
     def mass_matrix(self, q):
-        """Column by column through the inverse dynamics."""
-        motions = np.column_stack([np.zeros(self.n), np.eye(self.n)])
-        tau = self.inverse_dynamics(q, np.zeros(self.n), motions)
-        return tau[:, 1:] - tau[:, :1]
+        """Column by column: what unit accelerations need of a rod that neither gravity nor loads act on."""
+        free = copy(self)
+        free.gravity, free.tip_force, free.tip_moment = np.zeros((3, 3))
+        return free._forces_of_motion(np.asarray(q, float), np.zeros(self.n), np.eye(self.n))
 
     def forward_dynamics(self, q, qd):
         """Accelerations of the free motion."""
@@ -225,6 +211,32 @@ class Rod:
         kinetic = state[18] + self.tip_mass * eta[3:] @ eta[3:] / 2
         gravitational = state[19] - self.tip_mass * self.gravity @ p
         return Energy(kinetic, elastic, gravitational, -self.tip_force @ p)
+
+    def _forces_of_motion(self, q, qd, qdd):
+        """What inertia, gravity and the loads at the tip need, (n, m)."""
+        m = qdd.shape[1]
+        paths = self._outward(q, qd, qdd)
+        F = self._tip_wrench(paths[-1][-1])
+        # Absolute tolerances follow the largest force of each motion: a rod may weigh a gram or a ton.
+        loads = [self._load(i, 0, y) for i, path in enumerate(paths) for y in path]
+        largest = np.abs([F, *loads]).max(axis=(0, 1))
+
+        tau = np.empty((self.n, m))
+        for i, segment in reversed(list(enumerate(self.segments))):
+            dof, motion_rate, size = self.dofs[i], self._motion_rate(i, q, qd, qdd), 18 + 6 * m
+
+            def rate(X, state, i=i, segment=segment, motion_rate=motion_rate, size=size):
+                y, F = state[:size], state[size : size + 6 * m].reshape(6, m)
+                F_X = ad(self._strain(i, X, q)).T @ F - self._load(i, X, y)
+                tau_X = -segment.basis(X).T @ F
+                return np.concatenate([motion_rate(X, y), F_X.ravel(), tau_X.ravel()])
+
+            start = np.concatenate([paths[i][-1], F.ravel(), np.zeros(segment.n * m)])
+            scale = np.concatenate([np.ones(size), np.tile(np.where(largest > 0, largest, 1), 6 + segment.n)])
+            end = integrate(rate, segment.length, 0, start, ATOL * scale)[-1]
+            F = end[size : size + 6 * m].reshape(6, m)
+            tau[dof] = end[size + 6 * m :].reshape(-1, m)
+        return tau
 
     def _strain(self, i, X, q):
         return self.segments[i].reference_strain + self.segments[i].basis(X) @ q[self.dofs[i]]

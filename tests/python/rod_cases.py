@@ -1,0 +1,128 @@
+"""Rods to test with: each built twice from the same arguments, by lissom and by the NumPy reference."""
+
+import numpy as np
+from hypothesis import strategies as st
+
+import lissom
+from reference import rod as reference
+
+
+class Case:
+    """One rod in both implementations; `segments` are dicts of arguments."""
+
+    def __init__(self, segments, **rod):
+        self.arguments = {"segments": segments} | rod
+        self.lissom = lissom.Rod([lissom.Segment(**segment) for segment in segments], **rod)
+        self.reference = reference.Rod([reference.Segment(**segment) for segment in segments], **rod)
+        self.length = sum(segment["length"] for segment in segments)
+        self.coordinate_scale = np.concatenate([coordinate_scale(segment) for segment in segments])
+
+    def __repr__(self):
+        return f"Case(**{self.arguments})"
+
+
+def coordinate_scale(segment):
+    """The unit of each coordinate: one radian over the segment, or a stretch or shear of a tenth."""
+    sizes = [1 / segment["length"]] * 3 + [0.1] * 3
+    return [
+        size
+        for name, size in zip(reference.STRAINS, sizes, strict=True)
+        for _ in range(segment["modes"].get(name, 0))
+    ]
+
+
+def rich_segments():
+    """Three segments that use everything there is."""
+    return [
+        {
+            "length": 0.4,
+            "radius": (0.02, 0.015),
+            "young_modulus": 3e5,
+            "shear_modulus": 1.1e5,
+            "density": 1100.0,
+            "modes": {"torsion": 2, "bend_y": 3, "bend_z": 1, "stretch": 1, "shear_y": 2, "shear_z": 1},
+            "retardation_time": 0.01,
+            "reference_strain": (0.3, -0.5, 0.2, 1.02, 0.01, -0.02),
+            "shear_correction": 0.9,
+        },
+        {
+            "length": 0.7,
+            "radius": 0.015,
+            "young_modulus": 2e5,
+            "shear_modulus": 0.8e5,
+            "density": 900.0,
+            "modes": {"torsion": 1, "bend_y": 2, "bend_z": 2},
+        },
+        {
+            "length": 0.25,
+            "radius": (0.012, 0.006),
+            "young_modulus": 4e5,
+            "shear_modulus": 1.5e5,
+            "density": 1000.0,
+            "modes": {"bend_y": 2, "stretch": 1, "shear_z": 1},
+        },
+    ]
+
+
+def rich_rod(**changes):
+    arguments = {
+        "base_position": (0.3, -2.0, 1.0),
+        "base_orientation": (0.8, 0.2, -0.4, 0.4),
+        "gravity": (1.0, -2.0, -9.0),
+        "tip_force": (0.05, -0.1, 0.2),
+        "tip_moment": (0.003, 0.002, -0.004),
+        "tip_mass": 0.05,
+    }
+    return Case(rich_segments(), **(arguments | changes))
+
+
+def random_states(case, seed, size=0.3):
+    """q, qd, qdd of one case: strains of about `size`, rates of up to some radians per second."""
+    return size * case.coordinate_scale * np.random.default_rng(seed).standard_normal((3, case.lissom.n))
+
+
+def vectors(size):
+    component = st.floats(-size, size).map(lambda x: round(x, 6))
+    return st.tuples(component, component, component)
+
+
+@st.composite
+def random_segments(draw):
+    """A segment of any length but one, from a stiff wire to soft rubber."""
+    length = draw(st.floats(0.2, 3.0).filter(lambda x: abs(x - 1) > 0.05))
+    radius = st.floats(0.005, 0.05).map(lambda ratio: ratio * length)
+    young_modulus = 10 ** draw(st.floats(4, 9))
+    bend = st.floats(-0.5, 0.5).map(lambda angle: angle / length)
+    shear = st.floats(-0.1, 0.1)
+    return {
+        "length": length,
+        "radius": draw(st.one_of(radius, st.tuples(radius, radius))),
+        "young_modulus": young_modulus,
+        "shear_modulus": young_modulus / (2 * (1 + draw(st.floats(-0.2, 0.5)))),
+        "density": draw(st.floats(500, 8000)),
+        "modes": draw(st.dictionaries(st.sampled_from(reference.STRAINS), st.integers(0, 3))),
+        "retardation_time": draw(st.floats(0, 0.1)),
+        "reference_strain": draw(st.tuples(bend, bend, bend, st.floats(0.9, 1.1), shear, shear)),
+        "shear_correction": draw(st.floats(0.5, 1.0)),
+    }
+
+
+@st.composite
+def random_rods(draw):
+    """A rod of one to three random segments with at least one coordinate, anywhere, with all loads."""
+    segments = draw(st.lists(random_segments(), min_size=1, max_size=3))
+    if not any(number for segment in segments for number in segment["modes"].values()):
+        segments[-1]["modes"] = {"bend_y": 1}
+    orientation = np.array([draw(st.floats(0.1, 1)), *draw(vectors(1.0))])
+    return Case(
+        segments,
+        base_position=draw(vectors(10.0)),
+        base_orientation=tuple(orientation / np.linalg.norm(orientation)),
+        gravity=draw(vectors(10.0)),
+        tip_force=draw(vectors(5.0)),
+        tip_moment=draw(vectors(1.0)),
+        tip_mass=draw(st.sampled_from([0.0, 0.3])),
+    )
+
+
+seeds = st.integers(0, 2**32 - 1)
