@@ -1,5 +1,6 @@
-from collections.abc import Callable, Iterable
-from typing import Any, Literal, final
+from collections.abc import Callable, Iterable, Sequence
+from os import PathLike
+from typing import Any, ClassVar, Literal, Self, final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -24,6 +25,7 @@ class Model:
         self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]: ...
     def energy(self, q: ArrayLike, qd: ArrayLike) -> Energy: ...
+    def dissipated_power(self, q: ArrayLike, qd: ArrayLike) -> float: ...
 
 @final
 class Energy:
@@ -113,6 +115,174 @@ class JacobianCheck:
     @property
     def difference(self) -> float: ...
 
+@final
+class OdeResult:
+    @property
+    def t(self) -> NDArray[np.float64]: ...
+    @property
+    def y(self) -> NDArray[np.float64]: ...
+    @property
+    def sol(self) -> DenseOutput | None: ...
+    @property
+    def t_events(self) -> list[NDArray[np.float64]] | None: ...
+    @property
+    def y_events(self) -> list[NDArray[np.float64]] | None: ...
+    @property
+    def nfev(self) -> int: ...
+    @property
+    def nfev_jac(self) -> int: ...
+    @property
+    def njev(self) -> int: ...
+    @property
+    def nlu(self) -> int: ...
+    @property
+    def naccepted(self) -> int: ...
+    @property
+    def nrejected(self) -> int: ...
+    @property
+    def status(self) -> Literal[0, 1, -1]: ...
+    @property
+    def reason(
+        self,
+    ) -> Literal["finished", "event", "too_many_steps", "step_too_small", "non_finite", "interrupted"]: ...
+    @property
+    def message(self) -> str: ...
+    @property
+    def success(self) -> bool: ...
+    @property
+    def stiff_at(self) -> float | None: ...
+
+@final
+class DenseOutput:
+    @property
+    def ts(self) -> NDArray[np.float64]: ...
+    @property
+    def t_min(self) -> float: ...
+    @property
+    def t_max(self) -> float: ...
+    def __call__(self, t: ArrayLike) -> NDArray[np.float64]: ...
+
+@disjoint_base
+class OdeSolver:
+    def step(self) -> str | None: ...
+    def dense_output(self) -> DenseOutput: ...
+    def error_estimate(self) -> NDArray[np.float64]: ...
+    @property
+    def n(self) -> int: ...
+    @property
+    def status(self) -> Literal["running", "finished", "failed"]: ...
+    @property
+    def t(self) -> float: ...
+    @property
+    def y(self) -> NDArray[np.float64]: ...
+    @property
+    def t_old(self) -> float | None: ...
+    @property
+    def t_bound(self) -> float: ...
+    @property
+    def direction(self) -> float: ...
+    @property
+    def step_size(self) -> float | None: ...
+    @property
+    def nfev(self) -> int: ...
+    @property
+    def nfev_jac(self) -> int: ...
+    @property
+    def njev(self) -> int: ...
+    @property
+    def nlu(self) -> int: ...
+    @property
+    def naccepted(self) -> int: ...
+    @property
+    def nrejected(self) -> int: ...
+
+class RK45(OdeSolver):
+    A: ClassVar[NDArray[np.float64]]
+    B: ClassVar[NDArray[np.float64]]
+    C: ClassVar[NDArray[np.float64]]
+    def __new__(
+        cls,
+        fun: Callable[..., Any] | Model | Any,
+        t0: float,
+        y0: ArrayLike,
+        t_bound: float,
+        *,
+        args: tuple[Any, ...] | ArrayLike | None = None,
+        rtol: ArrayLike = 0.001,
+        atol: ArrayLike = 1e-06,
+        first_step: float | None = None,
+        max_step: float = ...,
+        min_step: float = 0.0,
+        max_steps: int | None = None,
+        vectorized: bool = False,
+        controller: Literal["I", "PI"] = "I",
+    ) -> Self: ...
+
+class DOP853(OdeSolver):
+    A: ClassVar[NDArray[np.float64]]
+    B: ClassVar[NDArray[np.float64]]
+    C: ClassVar[NDArray[np.float64]]
+    def __new__(
+        cls,
+        fun: Callable[..., Any] | Model | Any,
+        t0: float,
+        y0: ArrayLike,
+        t_bound: float,
+        *,
+        args: tuple[Any, ...] | ArrayLike | None = None,
+        rtol: ArrayLike = 0.001,
+        atol: ArrayLike = 1e-06,
+        first_step: float | None = None,
+        max_step: float = ...,
+        min_step: float = 0.0,
+        max_steps: int | None = None,
+        vectorized: bool = False,
+        controller: Literal["I", "PI"] = "I",
+    ) -> Self: ...
+
+class Radau(OdeSolver):
+    def __new__(
+        cls,
+        fun: Callable[..., Any] | Model | Any,
+        t0: float,
+        y0: ArrayLike,
+        t_bound: float,
+        *,
+        args: tuple[Any, ...] | ArrayLike | None = None,
+        rtol: ArrayLike = 0.001,
+        atol: ArrayLike = 1e-06,
+        first_step: float | None = None,
+        max_step: float = ...,
+        min_step: float = 0.0,
+        max_steps: int | None = None,
+        vectorized: bool = False,
+        jac: Callable[..., Any] | ArrayLike | Any | None = None,
+        jac_sparsity: ArrayLike | Any | None = None,
+    ) -> Self: ...
+
+def solve_ivp(
+    fun: Callable[..., Any] | Model | Any,
+    t_span: tuple[float, float] | ArrayLike,
+    y0: ArrayLike,
+    method: Literal["RK45", "DOP853", "Radau"] | type[OdeSolver] = "RK45",
+    t_eval: ArrayLike | None = None,
+    dense_output: bool = False,
+    events: Callable[..., Any] | Sequence[Callable[..., Any]] | None = None,
+    vectorized: bool = False,
+    args: tuple[Any, ...] | ArrayLike | None = None,
+    *,
+    rtol: ArrayLike = 0.001,
+    atol: ArrayLike = 1e-06,
+    first_step: float | None = None,
+    max_step: float = ...,
+    min_step: float = 0.0,
+    max_steps: int | None = None,
+    jac: Callable[..., Any] | ArrayLike | Any | None = None,
+    jac_sparsity: ArrayLike | Any | None = None,
+    controller: Literal["I", "PI"] = "I",
+    event_samples: int = 10,
+    callback: Callable[[float, NDArray[np.float64]], bool | None] | None = None,
+) -> OdeResult: ...
 def root(
     fun: Callable[..., Any],
     x0: ArrayLike,
@@ -217,3 +387,64 @@ class Rod(Model):
     def nodes(self) -> tuple[int, ...]: ...
     def pose(self, q: ArrayLike, X: ArrayLike) -> NDArray[np.float64]: ...
     def __getnewargs__(self) -> tuple[Any, ...]: ...
+
+class SceneError(ValueError):
+    problems: list[SceneProblem]
+
+@final
+class SceneProblem:
+    @property
+    def file(self) -> str: ...
+    @property
+    def line(self) -> int: ...
+    @property
+    def column(self) -> int: ...
+    @property
+    def key(self) -> str: ...
+    @property
+    def wrong(self) -> str: ...
+    @property
+    def right(self) -> str: ...
+    @property
+    def snippet(self) -> str: ...
+
+@final
+class SimulationSettings:
+    @property
+    def duration(self) -> float: ...
+    @property
+    def method(self) -> Literal["newmark", "rk45"]: ...
+    @property
+    def step(self) -> float: ...
+    @property
+    def jacobian(self) -> Literal["analytic", "forward", "central"]: ...
+    @property
+    def rtol(self) -> float: ...
+    @property
+    def atol(self) -> float: ...
+    @property
+    def output_step(self) -> float | None: ...
+    @property
+    def quantities(self) -> tuple[str, ...]: ...
+
+@final
+class Scene:
+    @staticmethod
+    def load(path: str | PathLike[str]) -> Scene: ...
+    @staticmethod
+    def loads(text: str, name: str = "scene") -> Scene: ...
+    @staticmethod
+    def schema() -> str: ...
+    @property
+    def name(self) -> str: ...
+    @property
+    def text(self) -> str: ...
+    @property
+    def model(self) -> Rod | SpringPendulum: ...
+    @property
+    def q0(self) -> NDArray[np.float64]: ...
+    @property
+    def v0(self) -> NDArray[np.float64]: ...
+    @property
+    def simulation(self) -> SimulationSettings: ...
+    def run(self, **options: Any) -> Any: ...

@@ -141,6 +141,25 @@ impl Explicit {
         }
     }
 
+    /// Error estimate of the last accepted step, whose size was `h`, for each component.
+    pub(super) fn error_estimate(&self, h: f64) -> Vec<f64> {
+        let mut estimate = vec![0.0; self.argument.len()];
+        match self.pair.error {
+            ErrorEstimate::Difference(row) => combine(&self.stages, row, &mut estimate),
+            ErrorEstimate::Combined { fifth, third } => {
+                let mut rough = estimate.clone();
+                combine(&self.stages, fifth, &mut estimate);
+                combine(&self.stages, third, &mut rough);
+                for (value, rough) in estimate.iter_mut().zip(rough) {
+                    let size = value.hypot(THIRD_ORDER_WEIGHT.sqrt() * rough);
+                    *value *= if size > 0.0 { value.abs() / size } else { 1.0 };
+                }
+            }
+        }
+        estimate.iter_mut().for_each(|value| *value *= h);
+        estimate
+    }
+
     /// The last row of `a` and the solution belong to the same time, which is what the test needs.
     fn look_for_stiffness(&mut self, state: &mut State, h_abs: f64) {
         let n = state.y.len();

@@ -143,6 +143,11 @@ impl Radau {
         &self.polynomial
     }
 
+    /// The error estimate of the last accepted step.
+    pub(super) fn error_estimate(&self) -> &[f64] {
+        &self.error
+    }
+
     /// Evaluates the first Jacobian.
     pub(super) fn start<S: System + ?Sized>(
         &mut self,
@@ -312,7 +317,7 @@ impl Radau {
                 // What the iterations that are left can achieve (ibid., eq. IV.8.11).
                 let left = (NEWTON_ITERATIONS + 1 - iteration) as i32;
                 let hopeless = rate.powi(left) / (1.0 - rate) * norm > self.newton_tolerance;
-                if !(rate < 1.0) || hopeless {
+                if rate >= 1.0 || rate.is_nan() || hopeless {
                     return Ok(None);
                 }
             }

@@ -29,6 +29,8 @@ pub struct Solution {
     pub message: String,
     /// The time at which the problem was found to be stiff for the explicit method in use, if it was.
     pub stiff_at: Option<f64>,
+    /// A relative tolerance was below 100 rounding units and has been raised to that.
+    pub rtol_raised: bool,
 }
 
 /// The occurrences of an event.
@@ -75,6 +77,7 @@ pub fn solve<S: System + ?Sized>(
         status,
         message: stepper.explain(status),
         stiff_at: stepper.stiff_at(),
+        rtol_raised: stepper.rtol_raised(),
     })
 }
 

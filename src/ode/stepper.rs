@@ -279,6 +279,17 @@ impl Stepper {
         self.scheme.form()
     }
 
+    /// Estimate of the error that the last step has added, one number for each component; zeros before the first.
+    pub fn error_estimate(&self) -> Vec<f64> {
+        if self.state.t == self.state.t_old || self.state.y.is_empty() {
+            return vec![0.0; self.state.y.len()];
+        }
+        match &self.scheme {
+            Scheme::Explicit(explicit) => explicit.error_estimate(self.state.t - self.state.t_old),
+            Scheme::Radau(radau) => radau.error_estimate().to_vec(),
+        }
+    }
+
     /// Current time.
     pub fn t(&self) -> f64 {
         self.state.t

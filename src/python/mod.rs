@@ -6,12 +6,15 @@
 #![allow(missing_docs, reason = "docstrings of this module are written for Python's help()")]
 
 mod callback;
+mod compiled;
 mod convert;
 mod errors;
 mod model;
+mod ode;
 mod pendulum;
 mod rod;
 mod roots;
+mod scene;
 
 use pyo3::prelude::*;
 
@@ -24,11 +27,16 @@ mod _lissom {
     #[pymodule_export]
     use super::model::{PyEnergy, PyModel};
     #[pymodule_export]
+    use super::ode::{PyDenseOutput, PyDop853, PyOdeResult, PyOdeSolver, PyRadau, PyRk45, solve_ivp};
+    #[pymodule_export]
     use super::pendulum::PySpringPendulum;
     #[pymodule_export]
     use super::rod::{PyRod, PySegment};
     #[pymodule_export]
     use super::roots::{PyJacobianCheck, PyRootResult, check_jacobian_of, jacobian, root};
+
+    #[pymodule_export]
+    use super::scene::{PyScene, PySceneProblem, PySimulation, SceneError};
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

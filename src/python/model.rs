@@ -9,6 +9,7 @@ use super::convert;
 use super::errors::LissomError;
 use crate::linalg::Matrix;
 use crate::model::{self, ForwardScratch};
+use crate::ode::{self, FirstOrder};
 
 /// A native model whose concrete type only its constructor knows.
 ///
@@ -17,11 +18,18 @@ use crate::model::{self, ForwardScratch};
 pub(crate) trait Native: model::Model + Send + Sync {
     /// A copy with scratch memory of its own: what a run works on, so that runs of one model can go side by side.
     fn boxed_clone(&self) -> Box<dyn Native>;
+
+    /// The free motion of a copy as a system of first order.
+    fn first_order(&self) -> Box<dyn ode::System + Send + Sync>;
 }
 
 impl<M: model::Model + Clone + Send + Sync + 'static> Native for M {
     fn boxed_clone(&self) -> Box<dyn Native> {
         Box::new(self.clone())
+    }
+
+    fn first_order(&self) -> Box<dyn ode::System + Send + Sync> {
+        Box::new(FirstOrder::new(self.clone()))
     }
 }
 
@@ -199,6 +207,23 @@ impl PyModel {
     fn energy(&self, q: &Bound<'_, PyAny>, qd: &Bound<'_, PyAny>) -> PyResult<PyEnergy> {
         let (q, qd) = (self.state(q, "q")?, self.state(qd, "qd")?);
         Ok(PyEnergy(self.memory().model.energy(&q, &qd)))
+    }
+
+    /// Power that damping takes out of a motion.
+    ///
+    /// Parameters
+    /// ----------
+    /// q, qd : array_like, shape (n,)
+    ///     Coordinates, velocities.
+    ///
+    /// Returns
+    /// -------
+    /// power : float
+    ///     Watts, never negative.
+    #[pyo3(signature = (q, qd))]
+    fn dissipated_power(&self, q: &Bound<'_, PyAny>, qd: &Bound<'_, PyAny>) -> PyResult<f64> {
+        let (q, qd) = (self.state(q, "q")?, self.state(qd, "qd")?);
+        Ok(self.memory().model.dissipated_power(&q, &qd))
     }
 }
 

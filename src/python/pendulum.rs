@@ -28,13 +28,18 @@ use crate::pendulum::SpringPendulum;
 #[pyclass(name = "SpringPendulum", module = "lissom", extends = PyModel, frozen)]
 pub(crate) struct PySpringPendulum(SpringPendulum);
 
+impl PySpringPendulum {
+    pub(crate) fn initializer(pendulum: SpringPendulum) -> PyClassInitializer<Self> {
+        PyClassInitializer::from(PyModel::new(pendulum.clone())).add_subclass(Self(pendulum))
+    }
+}
+
 #[pymethods]
 impl PySpringPendulum {
     #[new]
     #[pyo3(signature = (length=1.0, mass=1.0, stiffness=10.0, gravity=9.81))]
     fn new(length: f64, mass: f64, stiffness: f64, gravity: f64) -> PyResult<PyClassInitializer<Self>> {
-        let pendulum = SpringPendulum::new(length, mass, stiffness, gravity)?;
-        Ok(PyClassInitializer::from(PyModel::new(pendulum.clone())).add_subclass(Self(pendulum)))
+        Ok(Self::initializer(SpringPendulum::new(length, mass, stiffness, gravity)?))
     }
 
     /// Rest length of the spring, metres.

@@ -90,6 +90,17 @@ impl Simulation {
             quantities: Vec::new(),
         }
     }
+
+    /// The times at which states are kept: every output step from 0, and the end. `None`: every step of the integrator.
+    pub fn output_times(&self) -> Option<Vec<f64>> {
+        /// A last output step this close to the end, relative to the step, is the end.
+        const END: f64 = 1e-6;
+        let step = self.output_step?;
+        let whole = (self.duration / step - END).max(0.0).floor() as usize;
+        let mut times: Vec<f64> = (0..=whole).map(|i| i as f64 * step).collect();
+        times.push(self.duration);
+        Some(times)
+    }
 }
 
 impl Scene {
@@ -123,6 +134,24 @@ impl Scene {
                 simulation,
             }),
             _ => Err(fail(shape.problems)),
+        }
+    }
+
+    /// Reads a scene from the bytes of a file, which must be UTF-8; otherwise like [`Scene::parse`].
+    ///
+    /// # Errors
+    /// Those of [`Scene::parse`], and bytes that are not UTF-8.
+    pub fn from_bytes(bytes: &[u8], file: &str) -> Result<Self, SceneError> {
+        match str::from_utf8(bytes) {
+            Ok(text) => Self::parse(text, file),
+            Err(error) => {
+                let readable = error.valid_up_to();
+                let text = String::from_utf8_lossy(bytes);
+                let mut shape = Shape::default();
+                shape.spans.insert(String::new(), readable..readable + 1);
+                shape.refuse("", "not text in UTF-8", "save the file in UTF-8, as TOML requires");
+                Err(SceneError::new(file, &text, shape.problems))
+            }
         }
     }
 

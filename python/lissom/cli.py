@@ -1,0 +1,211 @@
+"""The command line: ``lissom run``, ``lissom check``, ``lissom lab``, ``lissom schema``.
+
+Exit codes: 0 done, 1 the simulation failed or could not be written, 2 bad input, 130 interrupted.
+What needs plotly or xarray is imported where it is used, so that ``--help`` is quick.
+"""
+
+from __future__ import annotations
+
+import signal
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from types import FrameType, TracebackType
+from typing import TYPE_CHECKING, NoReturn
+
+import click
+
+from . import __version__
+
+if TYPE_CHECKING:
+    from ._lissom import Scene
+    from .results import Run
+
+FAILED = 1
+BAD_INPUT = 2
+INTERRUPTED = 130
+
+SCENE = click.Path(exists=True, dir_okay=False, path_type=Path)
+FOLDER = click.Path(path_type=Path)
+
+
+def main(arguments: Sequence[str] | None = None) -> NoReturn:
+    """Entry point of the command ``lissom``."""
+    try:
+        code = commands.main(arguments, prog_name="lissom", standalone_mode=False)
+    except click.ClickException as error:
+        error.show()
+        code = error.exit_code
+    except click.Abort:
+        click.echo("Interrupted; nothing was written.", err=True)
+        code = INTERRUPTED
+    sys.exit(code)
+
+
+@click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
+@click.version_option(__version__, prog_name="lissom")
+def commands() -> None:
+    """Simulate soft rods.
+
+    A scene is a TOML file that describes a rod and how to simulate it; docs/scenes.md lists its keys.
+    """
+
+
+@commands.command()
+@click.argument("scene", type=SCENE)
+@click.option(
+    "-o", "--output", type=FOLDER, help="Folder for the results; results/NAME unless given.", metavar="DIR"
+)
+@click.option("--no-report", is_flag=True, help="Write the trajectory only.")
+def run(scene: Path, output: Path | None, no_report: bool) -> int:
+    """Simulate SCENE and write its trajectory and an HTML report.
+
+    The results folder appears when everything in it is complete; results of an earlier run are replaced.
+
+    Exit code: 0 done; 1 the simulation failed (what was computed is written); 2 bad input (nothing is
+    written); 130 interrupted with Ctrl-C (what was computed is written).
+    """
+    from . import results
+
+    loaded = _load(scene)
+    target = output if output is not None else Path("results") / scene.stem
+    try:
+        results.check_target(target)
+    except results.NotOurs as error:
+        raise click.UsageError(str(error)) from None
+    done = _simulate(loaded)
+    reporting = not no_report and not results.missing("plotly")
+    try:
+        files = results.write(done, target, _report if reporting else None)
+    except OSError as error:
+        click.echo(f"{target} could not be written: {error}", err=True)
+        return FAILED
+    _summarise(done, target, files)
+    if results.missing("xarray", "h5netcdf", "h5py"):
+        _note("Without xarray and h5netcdf the trajectory is an .npz file", "files")
+    if not no_report and not reporting:
+        _note("Without plotly there is no report", "report")
+    if done.interrupted:
+        return INTERRUPTED
+    return 0 if done.motion.success else FAILED
+
+
+@commands.command()
+@click.argument("scenes", type=SCENE, nargs=-1, required=True, metavar="SCENE...")
+def check(scenes: tuple[Path, ...]) -> int:
+    """Say everything that is wrong with each SCENE, without simulating it.
+
+    Exit code: 0 all are good, 2 at least one is not.
+    """
+    from ._lissom import SceneError
+
+    good = True
+    for path in scenes:
+        try:
+            scene = _read(path)
+        except SceneError as error:
+            click.echo(str(error), err=True)
+            good = False
+        else:
+            click.echo(f"{path}: good, {scene.model.n} generalised coordinates")
+    return 0 if good else BAD_INPUT
+
+
+@commands.command()
+def schema() -> int:
+    """Print the JSON Schema of scene files, for editors."""
+    from ._lissom import Scene
+
+    click.echo(Scene.schema(), nl=False)
+    return 0
+
+
+def _load(path: Path) -> Scene:
+    """The scene, or the end of the program with everything that is wrong with it."""
+    from ._lissom import SceneError
+
+    try:
+        return _read(path)
+    except SceneError as error:
+        click.echo(str(error), err=True)
+        raise click.exceptions.Exit(BAD_INPUT) from None
+
+
+def _read(path: Path) -> Scene:
+    from ._lissom import Scene
+
+    try:
+        return Scene.load(path)
+    except OSError as error:
+        raise click.UsageError(f"{path} cannot be read: {error.strerror}") from None
+
+
+class _Interruption:
+    """Turns the first Ctrl-C into a wish that the simulation hears; the second one ends the program."""
+
+    def __init__(self) -> None:
+        self.requested = False
+
+    def __enter__(self) -> _Interruption:
+        self._previous = signal.signal(signal.SIGINT, self._request)
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        signal.signal(signal.SIGINT, self._previous)
+
+    def _request(self, number: int, frame: FrameType | None) -> None:
+        if self.requested:
+            raise KeyboardInterrupt
+        self.requested = True
+
+
+def _simulate(scene: Scene) -> Run:
+    """Simulate with a progress bar; Ctrl-C ends the simulation, not the program."""
+    from .results import Run
+
+    duration = scene.simulation.duration
+    with _Interruption() as interruption, _bar(duration, "Simulating", "s") as bar:
+
+        def progress(t: float) -> bool:
+            bar.update(t - bar.n)
+            return interruption.requested
+
+        start = time.perf_counter()
+        motion = scene.run(progress=progress)
+        wall_time = time.perf_counter() - start
+    return Run(scene, motion, wall_time, interrupted=interruption.requested and not motion.success)
+
+
+def _bar(total: float, what: str, unit: str):  # type: ignore[no-untyped-def]  # tqdm has no types
+    """A progress bar on stderr; nothing where that is not a terminal."""
+    from tqdm import tqdm
+
+    form = "{desc}: {percentage:3.0f}%|{bar}| {n:.3g}/{total:.3g} {unit} [{elapsed}<{remaining}]"
+    return tqdm(
+        total=total, desc=what, unit=unit, bar_format=form, file=sys.stderr, disable=None, leave=False
+    )
+
+
+def _report(done: Run, path: Path) -> None:
+    from . import report
+
+    report.write(done, path)
+
+
+def _summarise(done: Run, target: Path, files: Sequence[Path]) -> None:
+    from .report import text
+
+    outcome, good = text.outcome(done)
+    click.echo(click.style(f"{done.scene.name}: {outcome}", bold=True, fg=None if good else "red"))
+    rows = [*text.summary(done), ("results", f"{target}{'/' if not str(target).endswith('/') else ''}")]
+    rows += [("", file.name) for file in files]
+    width = max(len(name) for name, _ in rows)
+    for name, value in rows:
+        click.echo(f"  {name:<{width}}  {value}")
+
+
+def _note(what: str, extra: str) -> None:
+    click.echo(f"{what}; it takes: pip install 'lissom[{extra}]'", err=True)

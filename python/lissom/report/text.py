@@ -1,0 +1,151 @@
+"""What the report, and the command line, say about a run in words and numbers."""
+
+from __future__ import annotations
+
+from .._lissom import Rod
+from ..results import Run
+from ..results import statistics as numbers
+from . import motion
+
+METHODS = {"newmark": "Newmark (implicit, β = 1/4, γ = 1/2)", "rk45": "Dormand-Prince 5(4) (explicit)"}
+
+
+def is_rod(run: Run) -> bool:
+    """True for a rod, false for the pendulum."""
+    return isinstance(run.scene.model, Rod)
+
+
+def quantity(value: float, unit: str = "", digits: int = 3) -> str:
+    """A number with few digits and its unit, in units that suit it where these are seconds or joules."""
+    if unit in ("s", "J") and 0.0 < abs(value) < 1.0:
+        for factor, prefix in ((1e3, "m"), (1e6, "µ"), (1e9, "n")):
+            if abs(value) * factor >= 1.0:
+                return f"{value * factor:.{digits}g} {prefix}{unit}"
+    return f"{value:.{digits}g} {unit}".strip()
+
+
+def pace(ratio: float) -> str:
+    """How many times faster than real time."""
+    return f"{ratio:,.0f} ×" if ratio >= 10.0 else f"{ratio:.2g} ×"
+
+
+def lead(run: Run) -> str:
+    """One line under the title."""
+    model, settings = run.scene.model, run.scene.simulation
+    if isinstance(model, Rod):
+        pieces = len(model.segments)
+        what = f"Cosserat rod, {quantity(model.length)} m long, {pieces} segment{'s' if pieces > 1 else ''}"
+    else:
+        what = "Spring pendulum"
+    count = f"{model.n} generalised coordinates"
+    return f"{what}, {count}, {quantity(settings.duration)} s simulated by {METHODS[settings.method]}."
+
+
+def outcome(run: Run) -> tuple[str, bool]:
+    """How it went."""
+    if run.interrupted:
+        return f"Interrupted at {quantity(float(run.t[-1]))} s; what was computed until then is shown.", False
+    if not run.motion.success:
+        return f"Failed at {quantity(float(run.t[-1]))} s: {run.motion.message}", False
+    return "Finished.", True
+
+
+def tiles(run: Run) -> list[tuple[str, str]]:
+    """The facts that people look for first."""
+    found = numbers(run)
+    counters = found["counters"]
+    tiles = [(quantity(run.wall_time, "s"), "run time")]
+    if found["times_real_time"] is not None:
+        tiles.append((pace(found["times_real_time"]), "as fast as real time"))
+    for name, label in COUNTERS.items():
+        if counters.get(name):
+            tiles.append((f"{counters[name]:,}", label))
+    tiles.append((quantity(found["energy_drift"], digits=2), "energy drift, relative"))
+    return tiles[:6]
+
+
+#: Counters of the solvers, in the order in which they are shown.
+COUNTERS = {
+    "steps": "steps",
+    "newton_iterations": "Newton iterations",
+    "evaluations": "evaluations of the dynamics",
+    "jacobians": "Jacobians",
+    "rejected": "rejected steps",
+}
+
+
+def statistics(run: Run) -> list[tuple[str, str]]:
+    """Rows of the table of statistics."""
+    found = numbers(run)
+    settings = run.scene.simulation
+    rows = [("method", METHODS[settings.method])]
+    if settings.method == "newmark":
+        rows += [("step", quantity(settings.step, "s")), ("Jacobian", settings.jacobian)]
+    rows += [
+        ("tolerances", f"relative {settings.rtol:g}, absolute {settings.atol:g}"),
+        ("simulated", quantity(found["simulated_seconds"]) + " s"),
+        ("states kept", f"{len(run.t):,}"),
+        ("run time", quantity(run.wall_time, "s")),
+    ]
+    for name, value in found["counters"].items():
+        label = COUNTERS.get(name, name.replace("_", " "))
+        rows.append((label, f"{value:,}" if isinstance(value, int) else str(value)))
+    rows += [
+        ("energy that moved", quantity(found["energy_moved_joules"], "J")),
+        ("energy drift, relative to that", quantity(found["energy_drift"], digits=2)),
+        ("message", found["message"]),
+    ]
+    return rows
+
+
+def summary(run: Run) -> list[tuple[str, str]]:
+    """The few lines that the command line prints."""
+    found = numbers(run)
+    settings, counters = run.scene.simulation, found["counters"]
+    method = METHODS[settings.method]
+    if settings.method == "newmark":
+        method += f", step {quantity(settings.step, 's')}, {settings.jacobian} Jacobian"
+    rows = [("method", method)]
+    for name in ("steps", "newton_iterations", "evaluations"):
+        if name in counters:
+            rows.append((COUNTERS[name], f"{counters[name]:,}"))
+    pace_of = found["times_real_time"]
+    rows += [
+        ("run time", quantity(run.wall_time, "s") + (f", {pace(pace_of)} real time" if pace_of else "")),
+        (
+            "energy drift",
+            f"{quantity(run.balance.drift, digits=2)} of the {quantity(run.balance.scale, 'J')} that moved",
+        ),
+    ]
+    return rows
+
+
+def animation(run: Run) -> str:
+    """Below the animation."""
+    model = run.scene.model
+    if not isinstance(model, Rod):
+        return "The mass on its spring, with the path it takes. Axes are to scale."
+    note = "The coloured body is the rod, from its clamped base (dark) to its tip (yellow). Axes are to scale"
+    if min(min(segment.radius) for segment in model.segments) < motion.LEAST_RADIUS * model.length:
+        return note + "; the rod itself is drawn thicker than it is."
+    return note + "."
+
+
+def coordinates(run: Run) -> str:
+    """Below the coordinates."""
+    if not is_rod(run):
+        return ""
+    return (
+        "Each strain is its value at rest plus the sum of these amplitudes times shifted Legendre "
+        "polynomials P of degree 0, 1, 2, ... along the segment."
+    )
+
+
+def energy(run: Run) -> str:
+    """Below the energies."""
+    drift, moved = quantity(run.balance.drift, digits=2), quantity(run.balance.scale, "J")
+    work = " − work of the tip moment" if run.balance.work.any() else ""
+    return (
+        f"The total is kinetic + elastic + gravitational + loads + dissipated{work}. An exact motion keeps "
+        f"it constant; here it changes by at most {drift} of the largest energy that moved ({moved})."
+    )

@@ -1,0 +1,315 @@
+"""Results of a scene on disk: a folder of trajectory, summary and report, written whole or not at all."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import os
+import shutil
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ._lissom import Rod, Scene, __version__
+from .balance import Balance, balance
+
+if TYPE_CHECKING:
+    import xarray
+
+Array = NDArray[np.float64]
+
+#: Name of the file that marks a folder as results of lissom.
+SUMMARY = "summary.json"
+
+#: Most instants at which the centre line is kept: more than a screen can show or an eye can see.
+MAX_SHAPES = 2000
+
+#: Sections along each segment at which the centre line is kept.
+SECTIONS_PER_SEGMENT = 24
+
+#: Units of the generalised coordinates: strains of bending and torsion are curvatures, the others are ratios.
+STRAIN_UNITS = {
+    "torsion": "rad/m",
+    "bend_y": "rad/m",
+    "bend_z": "rad/m",
+    "stretch": "1",
+    "shear_y": "1",
+    "shear_z": "1",
+}
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """What one generalised coordinate is."""
+
+    name: str
+    unit: str
+    #: Strain component ("bend_y", ...) or, for a pendulum, the name again.
+    kind: str
+    #: Segment and degree of the mode; zero for a pendulum.
+    segment: int = 0
+    degree: int = 0
+
+
+@dataclass(frozen=True)
+class Run:
+    """A scene that was simulated: to its end, or as far as it came."""
+
+    scene: Scene
+    #: Result of ``lissom.simulate``: times, states, statistics.
+    motion: Any
+    #: Seconds that the simulation took.
+    wall_time: float
+    #: True when somebody stopped it.
+    interrupted: bool = False
+
+    @property
+    def t(self) -> Array:
+        """Times in seconds, shape (m,)."""
+        return np.asarray(self.motion.t)
+
+    @property
+    def q(self) -> Array:
+        """Coordinates, shape (m, n)."""
+        return np.asarray(self.motion.q)
+
+    @property
+    def v(self) -> Array:
+        """Velocities, shape (m, n)."""
+        return np.asarray(self.motion.v)
+
+    @cached_property
+    def balance(self) -> Balance:
+        """Energy balance at the times kept."""
+        return balance(self.scene.model, self.t, self.q, self.v)
+
+    @cached_property
+    def coordinates(self) -> list[Coordinate]:
+        """What the generalised coordinates are."""
+        model = self.scene.model
+        if not isinstance(model, Rod):
+            return [Coordinate("angle", "rad", "angle"), Coordinate("elongation", "m", "elongation")]
+        return [
+            Coordinate(f"segment{i}.{strain}.{degree}", STRAIN_UNITS[strain], strain, i, degree)
+            for i, segment in enumerate(model.segments)
+            for strain in STRAIN_UNITS
+            for degree in range(segment.modes.get(strain, 0))
+        ]
+
+    @property
+    def wants(self) -> frozenset[str]:
+        """The quantities that the scene asked to keep."""
+        return frozenset(self.scene.simulation.quantities)
+
+    def instants(self, most: int) -> NDArray[np.intp]:
+        """Indices of at most so many times, evenly spread, first and last included."""
+        return np.unique(np.linspace(0, len(self.t) - 1, min(most, len(self.t))).round().astype(np.intp))
+
+
+def sections(rod: Rod) -> Array:
+    """Arc lengths at which the centre line is kept, shape (s,), metres."""
+    ends = np.concatenate([[0.0], np.cumsum([segment.length for segment in rod.segments])])
+    inner = [np.linspace(a, b, SECTIONS_PER_SEGMENT, endpoint=False) for a, b in pairwise(ends)]
+    # The sum of the lengths may differ from the rod's length by rounding.
+    return np.append(np.concatenate(inner), rod.length)
+
+
+def statistics(run: Run) -> dict[str, Any]:
+    """The run in numbers, as plain JSON."""
+    settings = run.scene.simulation
+    simulated = float(run.t[-1] - run.t[0])
+    counters = {name: getattr(run.motion.stats, name) for name in _public_names(run.motion.stats)}
+    return {
+        "scene": run.scene.name,
+        "lissom": __version__,
+        "outcome": "interrupted" if run.interrupted else "finished" if run.motion.success else "failed",
+        "message": str(run.motion.message),
+        "method": settings.method,
+        "coordinates": run.scene.model.n,
+        "simulated_seconds": simulated,
+        "wall_seconds": run.wall_time,
+        "times_real_time": simulated / run.wall_time if run.wall_time > 0.0 else None,
+        "energy_drift": run.balance.drift,
+        "energy_moved_joules": run.balance.scale,
+        "counters": {name: _plain(value) for name, value in counters.items()},
+    }
+
+
+def _public_names(stats: object) -> list[str]:
+    return [name for name in dir(stats) if not name.startswith("_") and not callable(getattr(stats, name))]
+
+
+def _plain(value: Any) -> Any:
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def dataset(run: Run) -> xarray.Dataset:
+    """The trajectory with dimensions, units and the scene, as an xarray.Dataset."""
+    import xarray
+
+    model, wants = run.scene.model, run.wants
+    names = [coordinate.name for coordinate in run.coordinates]
+    units = [coordinate.unit for coordinate in run.coordinates]
+    data = xarray.Dataset(
+        coords={
+            "time": ("time", run.t, {"units": "s", "long_name": "time"}),
+            "coordinate": ("coordinate", names, {"long_name": "generalised coordinate"}),
+            "unit": ("coordinate", units, {"long_name": "unit of the coordinate"}),
+        },
+        attrs={
+            "title": run.scene.name,
+            "source": f"lissom {__version__}",
+            "scene": run.scene.text,
+            "statistics": json.dumps(statistics(run)),
+        },
+    )
+    per_state = ("time", "coordinate")
+    data["q"] = (per_state, run.q, {"long_name": "generalised coordinates", "units": "see unit"})
+    if "velocity" in wants:
+        data["v"] = (per_state, run.v, {"long_name": "generalised velocities", "units": "see unit, per s"})
+    if "acceleration" in wants:
+        a = np.asarray(run.motion.a)
+        data["a"] = (per_state, a, {"long_name": "generalised accelerations", "units": "see unit, per s2"})
+    if "energy" in wants:
+        for name, values in energies(run.balance).items():
+            data[f"energy_{name}"] = ("time", values, {"long_name": f"energy: {name}", "units": "J"})
+    if "shape" in wants and isinstance(model, Rod):
+        at, positions = shapes(run, model)
+        data = data.assign_coords(
+            shape_time=("shape_time", run.t[at], {"units": "s", "long_name": "time of a shape"}),
+            X=("X", sections(model), {"units": "m", "long_name": "arc length of the unstretched rod"}),
+            axis=("axis", ["x", "y", "z"]),
+        )
+        attributes = {"units": "m", "long_name": "position of the centre line in the world"}
+        data["position"] = (("shape_time", "X", "axis"), positions, attributes)
+    return data
+
+
+def energies(parts: Balance) -> dict[str, Array]:
+    """The balance by name, in the order of all tables and figures."""
+    named = {
+        "kinetic": parts.kinetic,
+        "elastic": parts.elastic,
+        "gravitational": parts.gravitational,
+        "loads": parts.loads,
+        "dissipated": parts.dissipated,
+        "work": parts.work,
+        "total": parts.total,
+    }
+    return named
+
+
+def shapes(run: Run, rod: Rod) -> tuple[NDArray[np.intp], Array]:
+    """Indices of the times at which the centre line is kept; its positions (times, sections, 3) in metres."""
+    at = run.instants(MAX_SHAPES)
+    stations = sections(rod)
+    return at, np.array([rod.pose(q, stations)[:, :3, 3] for q in run.q[at]])
+
+
+def missing(*modules: str) -> list[str]:
+    """Those of the modules that cannot be imported."""
+    return [module for module in modules if importlib.util.find_spec(module) is None]
+
+
+def write_trajectory(run: Run, folder: Path) -> Path:
+    """Write ``trajectory.nc``, or ``trajectory.npz`` without the extra ``files``; return its path."""
+    if not missing("xarray", "h5netcdf", "h5py"):
+        path = folder / "trajectory.nc"
+        dataset(run).to_netcdf(path, engine="h5netcdf")
+        return path
+    path = folder / "trajectory.npz"
+    arrays: dict[str, Any] = {
+        "t": run.t,
+        "q": run.q,
+        "coordinates": np.array([coordinate.name for coordinate in run.coordinates]),
+        "units": np.array([coordinate.unit for coordinate in run.coordinates]),
+        "scene": np.array(run.scene.text),
+        "statistics": np.array(json.dumps(statistics(run))),
+    }
+    if "velocity" in run.wants:
+        arrays["v"] = run.v
+    if "acceleration" in run.wants:
+        arrays["a"] = np.asarray(run.motion.a)
+    if "energy" in run.wants:
+        arrays |= {f"energy_{name}": values for name, values in energies(run.balance).items()}
+    if "shape" in run.wants and isinstance(run.scene.model, Rod):
+        at, arrays["position"] = shapes(run, run.scene.model)
+        arrays["shape_time"], arrays["X"] = run.t[at], sections(run.scene.model)
+    np.savez_compressed(path, **arrays)
+    return path
+
+
+def write_summary(numbers: dict[str, Any], folder: Path) -> None:
+    """Write ``summary.json``, by which lissom recognises its own folders."""
+    (folder / SUMMARY).write_text(json.dumps(numbers, indent=2) + "\n", encoding="utf-8")
+
+
+class NotOurs(Exception):
+    """A folder that lissom did not write, so that it must not be replaced."""
+
+
+def check_target(folder: Path) -> None:
+    """Raise NotOurs unless ``folder`` may be written: it is absent, empty, or results of an earlier run."""
+    if not folder.exists():
+        return
+    if not folder.is_dir():
+        raise NotOurs(f"{folder} is a file; name another folder with -o")
+    if any(folder.iterdir()) and not (folder / SUMMARY).is_file():
+        raise NotOurs(f"{folder} has files that lissom did not write; name another folder with -o")
+
+
+@contextmanager
+def atomic_folder(target: Path) -> Iterator[Path]:
+    """A new folder that becomes ``target`` when the block ends well, and vanishes when it doesn't.
+
+    Results of an earlier run stand until that moment, then they are replaced.
+    """
+    check_target(target)
+    target = target.absolute()
+    target.parent.mkdir(parents=True, exist_ok=True)
+    partial = target.with_name(f".{target.name}.partial-{os.getpid()}")
+    replaced = target.with_name(f".{target.name}.replaced-{os.getpid()}")
+    partial.mkdir()
+    try:
+        yield partial
+        if target.exists():
+            target.rename(replaced)
+        try:
+            partial.rename(target)
+        except OSError:
+            if replaced.exists():
+                replaced.rename(target)
+            raise
+    finally:
+        for leftover in (partial, replaced):
+            shutil.rmtree(leftover, ignore_errors=True)
+
+
+def write(run: Run, target: Path, report: Callable[[Run, Path], None] | None) -> list[Path]:
+    """Write the results folder of a run; return its files.
+
+    Parameters
+    ----------
+    run : Run
+        What was simulated.
+    target : Path
+        The folder, replaced as a whole if it holds earlier results.
+    report : callable or None
+        Writes the report of the run to a file.
+    """
+    with atomic_folder(target) as folder:
+        trajectory = write_trajectory(run, folder)
+        files = [target / trajectory.name]
+        if report is not None:
+            report(run, folder / "report.html")
+            files.append(target / "report.html")
+        write_summary(statistics(run), folder)
+        files.append(target / SUMMARY)
+    return files

@@ -1,0 +1,122 @@
+//! Mechanical systems as systems of first order.
+
+use super::{JacobianKind, System};
+use crate::error::Interrupted;
+use crate::linalg::{Cholesky, Matrix};
+use crate::model::{ForwardScratch, Model};
+
+/// The free motion of a model as `y' = f(t, y)` with `y = (q, qd)`, 2n equations, and its exact Jacobian.
+///
+/// Where the mass matrix is singular the right-hand side is NaN.
+#[derive(Clone, Debug)]
+pub struct FirstOrder<M> {
+    model: M,
+    n: usize,
+    scratch: ForwardScratch,
+    mass: Matrix,
+    tangent: Matrix,
+    acceleration: Vec<f64>,
+    column: Vec<f64>,
+    cholesky: Cholesky,
+}
+
+impl<M: Model> FirstOrder<M> {
+    /// The free motion of `model`.
+    pub fn new(model: M) -> Self {
+        let n = model.n();
+        Self {
+            model,
+            n,
+            scratch: ForwardScratch::new(n),
+            mass: Matrix::zeros(n, n),
+            tangent: Matrix::zeros(n, n),
+            acceleration: vec![0.0; n],
+            column: vec![0.0; n],
+            cholesky: Cholesky::new(n),
+        }
+    }
+
+    /// The model.
+    pub fn model(&mut self) -> &mut M {
+        &mut self.model
+    }
+}
+
+impl<M: Model> System for FirstOrder<M> {
+    fn n(&self) -> usize {
+        2 * self.n
+    }
+
+    fn rhs(&mut self, t: f64, y: &[f64], dydt: &mut [f64]) -> Result<(), Interrupted> {
+        let (q, qd) = y.split_at(self.n);
+        let (velocity, acceleration) = dydt.split_at_mut(self.n);
+        velocity.copy_from_slice(qd);
+        self.model.set_time(t);
+        if self.model.forward_dynamics(q, qd, acceleration, &mut self.scratch).is_err() {
+            acceleration.fill(f64::NAN);
+        }
+        Ok(())
+    }
+
+    fn jacobian_kind(&self) -> JacobianKind {
+        JacobianKind::Given
+    }
+
+    /// From `tau(q, qd, qdd(q, qd)) = 0`: `dqdd/dq = -M^-1 dtau/dq`, and the same for qd.
+    fn jacobian(&mut self, t: f64, y: &[f64], jacobian: &mut Matrix) -> Result<(), Interrupted> {
+        let n = self.n;
+        let (q, qd) = y.split_at(n);
+        self.model.set_time(t);
+        self.model.mass_matrix(q, &mut self.mass);
+        let regular = self.model.forward_dynamics(q, qd, &mut self.acceleration, &mut self.scratch).is_ok()
+            && self.cholesky.factorise(&self.mass).is_ok();
+        jacobian.fill(0.0);
+        for i in 0..n {
+            jacobian[(i, n + i)] = 1.0;
+        }
+        for (block, weights) in [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].into_iter().enumerate() {
+            self.model.weighted_tangent(q, qd, &self.acceleration, weights, &mut self.tangent);
+            for j in 0..n {
+                self.column.copy_from_slice(self.tangent.column(j).as_slice());
+                if regular {
+                    self.cholesky.solve(&mut self.column);
+                } else {
+                    self.column.fill(f64::NAN);
+                }
+                for i in 0..n {
+                    jacobian[(n + i, block * n + j)] = -self.column[i];
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pendulum::SpringPendulum;
+
+    #[test]
+    fn the_jacobian_is_the_derivative_of_the_right_hand_side() {
+        let mut system = FirstOrder::new(SpringPendulum::new(1.0, 2.0, 30.0, 9.81).unwrap());
+        let y = [0.3, -0.1, 0.7, 1.1];
+        let mut jacobian = Matrix::zeros(4, 4);
+        system.jacobian(0.0, &y, &mut jacobian).unwrap();
+        let increment = 1e-6;
+        for j in 0..4 {
+            let mut at = |sign: f64| {
+                let mut y = y;
+                y[j] += sign * increment;
+                let mut dydt = [0.0; 4];
+                system.rhs(0.0, &y, &mut dydt).unwrap();
+                dydt
+            };
+            let (plus, minus) = (at(1.0), at(-1.0));
+            for i in 0..4 {
+                let difference = (plus[i] - minus[i]) / (2.0 * increment);
+                assert!((jacobian[(i, j)] - difference).abs() < 1e-7, "{i} {j}: {jacobian} {difference}");
+            }
+        }
+    }
+}

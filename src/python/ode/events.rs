@@ -1,0 +1,85 @@
+//! Event functions from Python.
+
+use std::num::NonZeroUsize;
+
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::PyTuple;
+
+use super::super::convert;
+use super::function::Function;
+use super::system::SharedRaised;
+use crate::ode::{Direction, Event};
+
+/// The events of the argument `events`: a callable or a sequence of them, with SciPy's attributes `terminal` and
+/// `direction`.
+pub(super) fn from_python(
+    events: &Bound<'_, PyAny>,
+    args: Option<&Bound<'_, PyTuple>>,
+    raised: &SharedRaised,
+) -> PyResult<Vec<Event<'static>>> {
+    let functions: Vec<Bound<'_, PyAny>> = if events.is_callable() {
+        vec![events.clone()]
+    } else {
+        events.try_iter()?.collect::<PyResult<_>>()?
+    };
+    functions
+        .iter()
+        .enumerate()
+        .map(|(index, event)| from_callable(event, &format!("events[{index}]"), args, raised.clone()))
+        .collect()
+}
+
+fn from_callable(
+    event: &Bound<'_, PyAny>,
+    place: &str,
+    args: Option<&Bound<'_, PyTuple>>,
+    raised: SharedRaised,
+) -> PyResult<Event<'static>> {
+    if !event.is_callable() {
+        return Err(PyTypeError::new_err(format!(
+            "{place}: expected a callable, got {}",
+            convert::describe(event)
+        )));
+    }
+    let direction: f64 = match event.getattr("direction") {
+        Ok(value) => value.extract()?,
+        Err(_) => 0.0,
+    };
+    let direction = if direction > 0.0 {
+        Direction::Rising
+    } else if direction < 0.0 {
+        Direction::Falling
+    } else {
+        Direction::Any
+    };
+    let terminal = match event.getattr("terminal") {
+        Ok(value) if !value.is_none() => count(&value, place)?,
+        _ => None,
+    };
+    let function = Function::new(event, args);
+    let name = place.to_owned();
+    let evaluate = move |t: f64, y: &[f64]| {
+        raised.catch(Python::attach(|py| {
+            let value = function.call(py, t, y)?;
+            value.extract::<f64>().map_err(|_| {
+                PyTypeError::new_err(format!(
+                    "{name}: expected a real number, got {}",
+                    convert::describe(&value)
+                ))
+            })
+        }))
+    };
+    Ok(Event { terminal, ..Event::new(evaluate).direction(direction) })
+}
+
+/// A boolean or a positive whole number.
+fn count(value: &Bound<'_, PyAny>, place: &str) -> PyResult<Option<NonZeroUsize>> {
+    let number: Option<f64> = value.extract().ok();
+    match number {
+        Some(number) if number >= 0.0 && number.fract() == 0.0 => Ok(NonZeroUsize::new(number as usize)),
+        _ => Err(PyValueError::new_err(format!(
+            "{place}: The `terminal` attribute of each event must be a boolean or a positive integer, got {value}"
+        ))),
+    }
+}

@@ -1,0 +1,132 @@
+//! Python callables of time and state.
+
+use numpy::{PyArray1, PyArray2, PyArrayMethods, PyUntypedArrayMethods, ToPyArray};
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyList, PyTuple};
+
+use super::super::convert;
+use crate::linalg::Matrix;
+
+/// `fun(t, y, *args)`. Every call gets an array of its own: making one costs less than finding out whether the last one
+/// was kept.
+#[derive(Debug)]
+pub(super) struct Function {
+    fun: Py<PyAny>,
+    args: Option<Py<PyTuple>>,
+}
+
+impl Function {
+    pub(super) fn new(fun: &Bound<'_, PyAny>, args: Option<&Bound<'_, PyTuple>>) -> Self {
+        let args = args.filter(|args| !args.is_empty());
+        Self { fun: fun.clone().unbind(), args: args.map(|args| args.clone().unbind()) }
+    }
+
+    /// The value at a state.
+    pub(super) fn call<'py>(&self, py: Python<'py>, t: f64, y: &[f64]) -> PyResult<Bound<'py, PyAny>> {
+        self.call_with(py, t, y.to_pyarray(py).into_any())
+    }
+
+    /// The value at several states, one a column.
+    pub(super) fn call_columns<'py>(
+        &self,
+        py: Python<'py>,
+        t: f64,
+        y: &Matrix,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        self.call_with(py, t, convert::matrix_out(py, y).into_any())
+    }
+
+    fn call_with<'py>(&self, py: Python<'py>, t: f64, y: Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        let fun = self.fun.bind(py);
+        match &self.args {
+            None => fun.call1((t, y)),
+            Some(args) => {
+                let mut arguments = vec![t.into_pyobject(py)?.into_any(), y];
+                arguments.extend(args.bind(py).iter());
+                fun.call1(PyTuple::new(py, arguments)?)
+            }
+        }
+    }
+}
+
+/// Reads n real numbers that a callable returned: an array of doubles or a list or tuple of numbers at little cost,
+/// every other array-like at some.
+pub(super) fn read_vector(value: &Bound<'_, PyAny>, out: &mut [f64], name: &str) -> PyResult<()> {
+    if let Ok(array) = value.cast::<PyArray1<f64>>()
+        && let Ok(values) = array.to_vec()
+    {
+        return copy(&values, out, name);
+    }
+    if let Ok(list) = value.cast::<PyList>()
+        && list.len() == out.len()
+        && read_numbers(list.iter(), out)
+    {
+        return Ok(());
+    }
+    if let Ok(tuple) = value.cast::<PyTuple>()
+        && tuple.len() == out.len()
+        && read_numbers(tuple.iter(), out)
+    {
+        return Ok(());
+    }
+    if value.is_none() {
+        return Err(PyTypeError::new_err(format!("{name}: returned None; is there a `return` missing?")));
+    }
+    match convert::scalar_or_vector(value, &format!("value of {name}"))? {
+        (number, true) if out.len() == 1 => copy(&number, out, name),
+        (_, true) => {
+            Err(PyValueError::new_err(format!("{name}: expected {} values, got a single number", out.len())))
+        }
+        (values, false) => copy(&values, out, name),
+    }
+}
+
+fn read_numbers<'py>(numbers: impl Iterator<Item = Bound<'py, PyAny>>, out: &mut [f64]) -> bool {
+    numbers.zip(out).all(|(number, out)| match number.extract() {
+        Ok(number) => {
+            *out = number;
+            true
+        }
+        Err(_) => false,
+    })
+}
+
+fn copy(values: &[f64], out: &mut [f64], name: &str) -> PyResult<()> {
+    if values.len() != out.len() {
+        return Err(PyValueError::new_err(format!(
+            "{name}: expected {} values, got {}",
+            out.len(),
+            values.len()
+        )));
+    }
+    out.copy_from_slice(values);
+    Ok(())
+}
+
+/// Reads a matrix of the shape of `out` that a callable returned, sparse ones included.
+pub(super) fn read_matrix(value: &Bound<'_, PyAny>, out: &mut Matrix, name: &str) -> PyResult<()> {
+    if let Ok(array) = value.cast::<PyArray2<f64>>()
+        && array.is_c_contiguous()
+        && let Ok(values) = array.to_vec()
+        && array.shape() == [out.nrows(), out.ncols()]
+    {
+        for i in 0..out.nrows() {
+            for j in 0..out.ncols() {
+                out[(i, j)] = values[i * out.ncols() + j];
+            }
+        }
+        return Ok(());
+    }
+    out.copy_from(&matrix_of(value, out.shape(), name)?);
+    Ok(())
+}
+
+/// A matrix of a given shape, from an array-like or a sparse matrix of SciPy.
+pub(super) fn matrix_of(value: &Bound<'_, PyAny>, shape: (usize, usize), name: &str) -> PyResult<Matrix> {
+    if value.hasattr("toarray")? {
+        convert::matrix_of(&value.call_method0("toarray")?, shape, name)
+    } else {
+        convert::matrix_of(value, shape, name)
+    }
+}

@@ -1,0 +1,238 @@
+//! `lissom.solve_ivp` and the solvers step by step.
+
+mod events;
+mod function;
+mod options;
+mod result;
+mod stepper;
+mod system;
+
+use std::time::{Duration, Instant};
+
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+use pyo3::types::PyString;
+
+pub(super) use result::{PyDenseOutput, PyOdeResult};
+pub(super) use stepper::{PyDop853, PyOdeSolver, PyRadau, PyRk45};
+
+use super::convert;
+use crate::error::{Interrupted, InvalidInput};
+use crate::ode::{Event, Options, Output, Solution, Stepper, solve};
+use function::Function;
+use system::{Parts, PySystem, SharedRaised};
+
+/// Solve an initial value problem ``dy/dt = fun(t, y)``, ``y(t0) = y0``.
+///
+/// Arguments and result are those of `scipy.integrate.solve_ivp`, with more of both; real states only.
+///
+/// Parameters
+/// ----------
+/// fun : callable, compiled function or Model
+///     The right-hand side. A callable ``fun(t, y, *args)`` gets a float and an array of shape (n,), its own to keep, and
+///     returns n numbers. Much faster: a compiled function without Python in between, given as a `numba.cfunc` or a
+///     `scipy.LowLevelCallable` of the C signature ``void (double t, const double *y, double *dydt, const double *args)``
+///     (a function that does not keep to it crashes the process); or a model of lissom, whose free motion is then
+///     integrated with ``y = (q, qd)``. Both of these release the GIL.
+/// t_span : (t0, tf)
+///     The interval. `tf` may be infinite, or before `t0`. Nothing is evaluated beyond it.
+/// y0 : array_like, shape (n,)
+///     Initial state, real.
+/// method : {'RK45', 'DOP853', 'Radau'} or class
+///     'RK45' (default): explicit Runge-Kutta pair 5(4) of Dormand and Prince. 'DOP853': explicit, order 8, for tight
+///     tolerances. 'Radau': implicit, order 5, for stiff problems.
+/// t_eval : array_like, optional
+///     Times at which the solution is wanted, within `t_span` and in its order. By default all accepted steps.
+/// dense_output : bool
+///     Whether to return the solution as a function of time, `sol`.
+/// events : callable or list of callables, optional
+///     Functions ``event(t, y, *args)`` whose zeros along the solution are wanted. Attributes of an event: `terminal` (True,
+///     or the number of occurrences after which to stop) and `direction` (1: from negative to positive only, -1: the other
+///     way, 0: both). Every step is looked at in `event_samples` parts, so that two zeros in a step are found. A zero at
+///     the start is no event.
+/// vectorized : bool
+///     Whether `fun` takes states of shape (n, k) and returns the same; saves calls where Jacobians are differenced.
+/// args : tuple, optional
+///     Further arguments of `fun`, `jac` and `events`. For a compiled function: the numbers that its `args` points to.
+/// rtol, atol : float or array_like of shape (n,)
+///     The local error of component i is kept below ``atol[i] + rtol[i] * abs(y[i])`` in the root mean square over i.
+///     1e-3 and 1e-6 unless given; `rtol` below 100 rounding units is raised to that, with a warning.
+/// first_step : float, optional
+///     Size of the first step; chosen from the problem by default.
+/// max_step, min_step : float
+///     Bounds of the step size; the last step may be shorter.
+/// max_steps : int, optional
+///     Largest number of accepted steps; unlimited by default.
+/// jac : callable, compiled function or matrix, optional
+///     For 'Radau', the Jacobian of `fun` with respect to y, shape (n, n): ``jac(t, y, *args)``; a compiled function
+///     ``void (double t, const double *y, double *jac, const double *args)`` that writes it row by row; or a constant
+///     matrix. Sparse matrices are taken and made dense. By default finite differences. A model has its own.
+/// jac_sparsity : array_like or sparse matrix, shape (n, n), optional
+///     For 'Radau' without `jac`: nonzero where the Jacobian can be, so that differencing takes fewer calls.
+/// controller : {'I', 'PI'}
+///     Step-size control of the explicit methods, from the last error (as SciPy) or from the last two.
+/// event_samples : int
+///     Into how many parts a step is divided when looking for events; 1 looks at its ends only.
+/// callback : callable, optional
+///     Called as ``callback(t, y)`` after every accepted step, for progress; returning True ends the integration.
+///
+/// Returns
+/// -------
+/// OdeResult
+///     `t`, `y`, `sol`, `t_events`, `y_events`, `success`, `status`, `message`, counters, and more: see there.
+///
+/// Raises
+/// ------
+/// ValueError, TypeError
+///     If an argument, or what `fun`, `jac` or an event returns, makes no sense. Exceptions of these come through
+///     unchanged. Numerical failures do not raise: see `success`, `reason` and `message`.
+///
+/// Examples
+/// --------
+/// >>> import lissom
+/// >>> result = lissom.solve_ivp(lambda t, y: -0.5 * y, (0.0, 10.0), [2.0, 4.0], t_eval=[0.0, 5.0, 10.0], rtol=1e-8)
+/// >>> result.y.round(4)
+/// array([[2.    , 0.1642, 0.0135],
+///        [4.    , 0.3283, 0.027 ]])
+#[pyfunction]
+#[pyo3(
+    signature = (
+        fun, t_span, y0, method=None, t_eval=None, dense_output=false, events=None, vectorized=false, args=None, *,
+        rtol=None, atol=None, first_step=None, max_step=f64::INFINITY, min_step=0.0, max_steps=None, jac=None,
+        jac_sparsity=None, controller="I", event_samples=None, callback=None
+    ),
+    text_signature = "(fun, t_span, y0, method='RK45', t_eval=None, dense_output=False, events=None, vectorized=False, \
+                      args=None, *, rtol=0.001, atol=1e-06, first_step=None, max_step=inf, min_step=0.0, \
+                      max_steps=None, jac=None, jac_sparsity=None, controller='I', event_samples=10, callback=None)"
+)]
+#[allow(clippy::too_many_arguments, reason = "the signature of scipy.integrate.solve_ivp")]
+pub(super) fn solve_ivp<'py>(
+    py: Python<'py>,
+    fun: &Bound<'py, PyAny>,
+    t_span: &Bound<'py, PyAny>,
+    y0: &Bound<'py, PyAny>,
+    method: Option<&Bound<'py, PyAny>>,
+    t_eval: Option<&Bound<'py, PyAny>>,
+    dense_output: bool,
+    events: Option<&Bound<'py, PyAny>>,
+    vectorized: bool,
+    args: Option<&Bound<'py, PyAny>>,
+    rtol: Option<&Bound<'py, PyAny>>,
+    atol: Option<&Bound<'py, PyAny>>,
+    first_step: Option<f64>,
+    max_step: f64,
+    min_step: f64,
+    max_steps: Option<usize>,
+    jac: Option<&Bound<'py, PyAny>>,
+    jac_sparsity: Option<&Bound<'py, PyAny>>,
+    controller: &str,
+    event_samples: Option<usize>,
+    callback: Option<&Bound<'py, PyAny>>,
+) -> PyResult<PyOdeResult> {
+    let t_span = interval(t_span)?;
+    let y0 = options::initial_state(y0)?;
+    let default = PyString::new(py, "RK45").into_any();
+    let mut options = Options {
+        method: options::method(method.unwrap_or(&default))?,
+        first_step,
+        max_step,
+        min_step,
+        max_steps: max_steps.unwrap_or(usize::MAX),
+        controller: options::controller(controller)?,
+        sparsity: jac_sparsity.map(|pattern| options::sparsity(pattern, y0.len())).transpose()?,
+        ..Options::default()
+    };
+    if let Some(rtol) = rtol {
+        options.rtol = options::tolerance(rtol, "rtol")?;
+    }
+    if let Some(atol) = atol {
+        options.atol = options::tolerance(atol, "atol")?;
+    }
+    let mut output = Output {
+        t_eval: t_eval.map(|times| convert::vector(times, "t_eval")).transpose()?,
+        dense: dense_output,
+        ..Output::default()
+    };
+    if let Some(event_samples) = event_samples {
+        output.event_samples = event_samples;
+    }
+    let raised = SharedRaised::default();
+    let parts = Parts { fun, args, jac, vectorized, method: options.method, n: y0.len() };
+    let mut system = PySystem::new(&parts, raised.clone())?;
+    let has_events = events.is_some();
+    let mut events = match events {
+        Some(events) => events::from_python(events, args.map(system::unpack).transpose()?.as_ref(), &raised)?,
+        None => Vec::new(),
+    };
+    let solution = if system.is_native() && events.is_empty() && callback.is_none() {
+        py.detach(|| run_detached(&mut system, t_span, &y0, &options, &output, &raised))
+    } else {
+        let callback = callback.map(|callback| Function::new(callback, None));
+        run_attached(py, &mut system, t_span, &y0, (&options, &output), &mut events, callback, &raised)
+    };
+    // An exception comes first: the solution says no more than that there was one.
+    raised.raise()?;
+    let solution = solution?;
+    if solution.rtol_raised {
+        options::warn_of_raised_rtol(py)?;
+    }
+    PyOdeResult::new(py, solution, has_events)
+}
+
+fn interval(t_span: &Bound<'_, PyAny>) -> PyResult<(f64, f64)> {
+    let ends: Option<Vec<f64>> =
+        t_span.try_iter().ok().and_then(|ends| ends.map(|end| end?.extract()).collect::<PyResult<_>>().ok());
+    match ends.as_deref() {
+        Some(&[t0, tf]) => Ok((t0, tf)),
+        _ => Err(PyTypeError::new_err(format!(
+            "t_span: expected two numbers, (t0, tf), got {}",
+            convert::describe(t_span)
+        ))),
+    }
+}
+
+/// Integration that runs no Python code; looks for signals from time to time.
+fn run_detached(
+    system: &mut PySystem,
+    t_span: (f64, f64),
+    y0: &[f64],
+    options: &Options,
+    output: &Output,
+    raised: &SharedRaised,
+) -> Result<Solution, InvalidInput> {
+    /// Not noticed by a user who waits, nor in the run time.
+    const POLL_INTERVAL: Duration = Duration::from_millis(50);
+    /// Steps between two looks at the clock, which costs more than a step of a small system.
+    const STEPS: usize = 64;
+    let mut last_poll = Instant::now();
+    let mut monitor = |stepper: &Stepper| {
+        if stepper.counters().accepted.is_multiple_of(STEPS) && last_poll.elapsed() > POLL_INTERVAL {
+            last_poll = Instant::now();
+            raised.catch(Python::attach(|py| py.check_signals()))?;
+        }
+        Ok(())
+    };
+    solve(system, t_span, y0, options, output, &mut [], &mut monitor)
+}
+
+/// Integration that calls back into Python.
+#[allow(clippy::too_many_arguments, reason = "an integration and what watches it")]
+fn run_attached(
+    py: Python<'_>,
+    system: &mut PySystem,
+    t_span: (f64, f64),
+    y0: &[f64],
+    (options, output): (&Options, &Output),
+    events: &mut [Event<'_>],
+    callback: Option<Function>,
+    raised: &SharedRaised,
+) -> Result<Solution, InvalidInput> {
+    let mut monitor = |stepper: &Stepper| {
+        let go_on = raised.catch(py.check_signals().and_then(|()| match &callback {
+            Some(callback) => Ok(!callback.call(py, stepper.t(), stepper.y())?.is_truthy()?),
+            None => Ok(true),
+        }))?;
+        if go_on { Ok(()) } else { Err(Interrupted) }
+    };
+    solve(system, t_span, y0, options, output, events, &mut monitor)
+}

@@ -1,0 +1,81 @@
+//! The options of integrations from Python.
+
+use pyo3::exceptions::{PyTypeError, PyUserWarning, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyString, PyType};
+
+use super::super::convert;
+use super::function::matrix_of;
+use super::stepper::{PyDop853, PyRadau, PyRk45};
+use crate::ode::{Controller, Method, Sparsity, Tolerance};
+
+const METHODS: &str = "'RK45', 'DOP853' or 'Radau' (or one of the classes of these names)";
+
+/// A method by its name or its class.
+pub(super) fn method(value: &Bound<'_, PyAny>) -> PyResult<Method> {
+    let py = value.py();
+    if let Ok(class) = value.cast::<PyType>() {
+        if class.is_subclass_of::<PyRk45>()? {
+            return Ok(Method::Rk45);
+        }
+        if class.is_subclass_of::<PyDop853>()? {
+            return Ok(Method::Dop853);
+        }
+        if class.is_subclass_of::<PyRadau>()? {
+            return Ok(Method::Radau);
+        }
+    }
+    match value.cast::<PyString>().map(|name| name.to_string_lossy().into_owned()).as_deref() {
+        Ok("RK45") => Ok(Method::Rk45),
+        Ok("DOP853") => Ok(Method::Dop853),
+        Ok("Radau") => Ok(Method::Radau),
+        _ => {
+            let found = value.repr().unwrap_or_else(|_| PyString::new(py, "an unknown object"));
+            Err(PyValueError::new_err(format!("method: got {found}, expected {METHODS}")))
+        }
+    }
+}
+
+/// The initial state.
+pub(super) fn initial_state(y0: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
+    let is_complex = y0.py().import("numpy")?.call_method1("iscomplexobj", (y0,))?.is_truthy()?;
+    if is_complex {
+        return Err(PyTypeError::new_err(
+            "y0: complex states are not supported; integrate the n real and n imaginary parts as 2n components",
+        ));
+    }
+    convert::vector(y0, "y0")
+}
+
+pub(super) fn controller(name: &str) -> PyResult<Controller> {
+    match name {
+        "I" => Ok(Controller::Integral),
+        "PI" => Ok(Controller::ProportionalIntegral),
+        _ => Err(PyValueError::new_err(format!("controller: got '{name}', expected 'I' or 'PI'"))),
+    }
+}
+
+/// A number for all components or one for each.
+pub(super) fn tolerance(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Tolerance> {
+    Ok(match convert::scalar_or_vector(value, name)? {
+        (number, true) => Tolerance::Same(number[0]),
+        (numbers, false) => Tolerance::Each(numbers),
+    })
+}
+
+/// The pattern of a dense or sparse (n, n) matrix.
+pub(super) fn sparsity(value: &Bound<'_, PyAny>, n: usize) -> PyResult<Sparsity> {
+    let pattern = matrix_of(value, (n, n), "jac_sparsity")?;
+    let places = (0..n).flat_map(|i| (0..n).map(move |j| (i, j)));
+    Ok(Sparsity::new(n, places.filter(|&place| pattern[place] != 0.0))?)
+}
+
+/// SciPy's warning about a relative tolerance that the arithmetic cannot give.
+pub(super) fn warn_of_raised_rtol(py: Python<'_>) -> PyResult<()> {
+    PyErr::warn(
+        py,
+        &py.get_type::<PyUserWarning>(),
+        c"At least one element of `rtol` is too small: 100 rounding units, 2.2e-14, are used instead.",
+        1,
+    )
+}

@@ -1,0 +1,479 @@
+//! Integrations step by step: the classes `RK45`, `DOP853` and `Radau`.
+
+use std::sync::{Mutex, MutexGuard, TryLockError};
+
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, ToPyArray};
+use pyo3::exceptions::PyRuntimeError;
+use pyo3::prelude::*;
+
+use super::options;
+use super::result::PyDenseOutput;
+use super::system::{Parts, PySystem, SharedRaised};
+use crate::ode::{Method, Options, Status, Stepper, System, tableau};
+
+/// An integration step by step: the base class of `RK45`, `DOP853` and `Radau`.
+///
+/// Attributes
+/// ----------
+/// n : int
+///     Number of equations.
+/// status : str
+///     'running', 'finished' or 'failed'.
+/// t, y : float, ndarray of shape (n,)
+///     Current time and state.
+/// t_old : float or None
+///     Time before the last step; None before the first.
+/// t_bound : float
+///     End of the interval.
+/// direction : float
+///     1 forward, -1 backward in time.
+/// step_size : float or None
+///     Size of the last step; None before the first.
+/// nfev, nfev_jac, njev, nlu : int
+///     Evaluations of the right-hand side, those for differenced Jacobians, Jacobians, LU factorisations.
+/// naccepted, nrejected : int
+///     Accepted and rejected steps.
+#[pyclass(name = "OdeSolver", module = "lissom", subclass, frozen)]
+pub(crate) struct PyOdeSolver {
+    memory: Mutex<Memory>,
+}
+
+struct Memory {
+    system: PySystem,
+    stepper: Stepper,
+    raised: SharedRaised,
+    has_stepped: bool,
+}
+
+/// The arguments that all three classes have.
+struct Arguments<'a, 'py> {
+    fun: &'a Bound<'py, PyAny>,
+    t0: f64,
+    y0: &'a Bound<'py, PyAny>,
+    t_bound: f64,
+    args: Option<&'a Bound<'py, PyAny>>,
+    jac: Option<&'a Bound<'py, PyAny>>,
+    vectorized: bool,
+    rtol: Option<&'a Bound<'py, PyAny>>,
+    atol: Option<&'a Bound<'py, PyAny>>,
+}
+
+impl PyOdeSolver {
+    fn new(arguments: &Arguments<'_, '_>, options: Options) -> PyResult<Self> {
+        let &Arguments { fun, t0, y0, t_bound, args, jac, vectorized, rtol, atol } = arguments;
+        let y0 = options::initial_state(y0)?;
+        let raised = SharedRaised::default();
+        let parts = Parts { fun, args, jac, vectorized, method: options.method, n: y0.len() };
+        let mut system = PySystem::new(&parts, raised.clone())?;
+        let mut options = options;
+        if let Some(rtol) = rtol {
+            options.rtol = options::tolerance(rtol, "rtol")?;
+        }
+        if let Some(atol) = atol {
+            options.atol = options::tolerance(atol, "atol")?;
+        }
+        let mut stepper = Stepper::new(system.n(), (t0, t_bound), &y0, &options)?;
+        if stepper.rtol_raised() {
+            options::warn_of_raised_rtol(fun.py())?;
+        }
+        if stepper.start(&mut system).is_err() {
+            raised.raise()?;
+        }
+        Ok(Self { memory: Mutex::new(Memory { system, stepper, raised, has_stepped: false }) })
+    }
+
+    /// Fails when a callback of this very step asks.
+    fn memory(&self) -> PyResult<MutexGuard<'_, Memory>> {
+        match self.memory.try_lock() {
+            Ok(memory) => Ok(memory),
+            Err(TryLockError::Poisoned(poisoned)) => Ok(poisoned.into_inner()),
+            Err(TryLockError::WouldBlock) => {
+                Err(PyRuntimeError::new_err("the solver is in the middle of a step"))
+            }
+        }
+    }
+
+    fn counter(&self, counter: impl Fn(crate::ode::Counters) -> usize) -> PyResult<usize> {
+        Ok(counter(self.memory()?.stepper.counters()))
+    }
+}
+
+#[pymethods]
+impl PyOdeSolver {
+    /// Make one accepted step.
+    ///
+    /// Returns
+    /// -------
+    /// message : str or None
+    ///     Why the integration failed and what to change, when `status` is 'failed' afterwards.
+    ///
+    /// Raises
+    /// ------
+    /// RuntimeError
+    ///     If the integration was over before.
+    fn step(&self) -> PyResult<Option<String>> {
+        let Memory { system, stepper, raised, has_stepped } = &mut *self.memory()?;
+        if stepper.status().is_some() {
+            return Err(PyRuntimeError::new_err("Attempt to step on a failed or finished solver."));
+        }
+        let Ok(status) = stepper.step(system) else {
+            raised.raise()?;
+            unreachable!("only a Python exception interrupts a step");
+        };
+        match status {
+            None | Some(Status::Finished) => {
+                *has_stepped = true;
+                Ok(None)
+            }
+            Some(failure) => Ok(Some(stepper.explain(failure))),
+        }
+    }
+
+    /// The solution over the last step.
+    ///
+    /// Returns
+    /// -------
+    /// DenseOutput
+    ///
+    /// Raises
+    /// ------
+    /// RuntimeError
+    ///     If no step was made.
+    fn dense_output(&self) -> PyResult<PyDenseOutput> {
+        let Memory { system, stepper, raised, has_stepped } = &mut *self.memory()?;
+        if !*has_stepped {
+            return Err(PyRuntimeError::new_err(
+                "Dense output is available after a successful step was made.",
+            ));
+        }
+        match stepper.dense_output(system) {
+            Ok(dense) => Ok(PyDenseOutput::new(dense)),
+            Err(_) => {
+                raised.raise()?;
+                unreachable!("only a Python exception interrupts the dense output")
+            }
+        }
+    }
+
+    /// Estimate of the error that the last step has added, shape (n,).
+    ///
+    /// Raises
+    /// ------
+    /// RuntimeError
+    ///     If no step was made.
+    fn error_estimate<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let memory = self.memory()?;
+        if !memory.has_stepped {
+            return Err(PyRuntimeError::new_err(
+                "An error estimate is available after a successful step was made.",
+            ));
+        }
+        Ok(memory.stepper.error_estimate().into_pyarray(py))
+    }
+
+    /// Number of equations.
+    #[getter]
+    fn n(&self) -> PyResult<usize> {
+        Ok(self.memory()?.stepper.y().len())
+    }
+
+    /// 'running', 'finished' or 'failed'.
+    #[getter]
+    fn status(&self) -> PyResult<&'static str> {
+        Ok(match self.memory()?.stepper.status() {
+            None => "running",
+            Some(Status::Finished) => "finished",
+            Some(_) => "failed",
+        })
+    }
+
+    /// Current time.
+    #[getter]
+    fn t(&self) -> PyResult<f64> {
+        Ok(self.memory()?.stepper.t())
+    }
+
+    /// Current state, shape (n,).
+    #[getter]
+    fn y<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        Ok(self.memory()?.stepper.y().to_pyarray(py))
+    }
+
+    /// Time before the last step; None before the first.
+    #[getter]
+    fn t_old(&self) -> PyResult<Option<f64>> {
+        let memory = self.memory()?;
+        Ok(memory.has_stepped.then(|| memory.stepper.t_old()))
+    }
+
+    /// End of the interval.
+    #[getter]
+    fn t_bound(&self) -> PyResult<f64> {
+        Ok(self.memory()?.stepper.t_end())
+    }
+
+    /// 1 forward, -1 backward in time.
+    #[getter]
+    fn direction(&self) -> PyResult<f64> {
+        Ok(self.memory()?.stepper.direction())
+    }
+
+    /// Size of the last step; None before the first.
+    #[getter]
+    fn step_size(&self) -> PyResult<Option<f64>> {
+        let memory = self.memory()?;
+        Ok(memory.has_stepped.then(|| (memory.stepper.t() - memory.stepper.t_old()).abs()))
+    }
+
+    /// Evaluations of the right-hand side, those for differenced Jacobians not included.
+    #[getter]
+    fn nfev(&self) -> PyResult<usize> {
+        self.counter(|counters| counters.nfev)
+    }
+
+    /// Evaluations of the right-hand side for differenced Jacobians.
+    #[getter]
+    fn nfev_jac(&self) -> PyResult<usize> {
+        self.counter(|counters| counters.nfev_jacobian)
+    }
+
+    /// Jacobians, differenced or given.
+    #[getter]
+    fn njev(&self) -> PyResult<usize> {
+        self.counter(|counters| counters.njev)
+    }
+
+    /// LU factorisations, real and complex.
+    #[getter]
+    fn nlu(&self) -> PyResult<usize> {
+        self.counter(|counters| counters.nlu)
+    }
+
+    /// Accepted steps.
+    #[getter]
+    fn naccepted(&self) -> PyResult<usize> {
+        self.counter(|counters| counters.accepted)
+    }
+
+    /// Rejected steps.
+    #[getter]
+    fn nrejected(&self) -> PyResult<usize> {
+        self.counter(|counters| counters.rejected)
+    }
+}
+
+/// The explicit Runge-Kutta pair 5(4) of Dormand and Prince, step by step.
+///
+/// Parameters
+/// ----------
+/// fun : callable, compiled function or Model
+///     Right-hand side ``fun(t, y, *args)``, as for `solve_ivp`.
+/// t0 : float
+///     Initial time.
+/// y0 : array_like, shape (n,)
+///     Initial state.
+/// t_bound : float
+///     End of the interval; may be infinite, or before `t0`.
+/// args : tuple, optional
+///     Further arguments of `fun`.
+/// rtol, atol : float or array_like of shape (n,)
+///     Tolerances, 1e-3 and 1e-6 unless given.
+/// first_step, max_step, min_step : float, optional
+///     Size of the first step, and bounds of all.
+/// max_steps : int, optional
+///     Largest number of accepted steps.
+/// vectorized : bool
+///     Whether `fun` takes states of shape (n, k).
+/// controller : {'I', 'PI'}
+///     Step-size control.
+///
+/// Attributes
+/// ----------
+/// A, B, C, E : ndarray
+///     The tableau: shapes (6, 6), (6,), (6,) and, for the error estimate, (7,).
+///
+/// Examples
+/// --------
+/// >>> import lissom
+/// >>> solver = lissom.RK45(lambda t, y: -y, 0.0, [1.0], 1.0)
+/// >>> while solver.status == "running":
+/// ...     message = solver.step()
+/// >>> solver.t, solver.y.round(3)
+/// (1.0, array([0.368]))
+#[pyclass(name = "RK45", module = "lissom", extends = PyOdeSolver, subclass, frozen)]
+pub(crate) struct PyRk45;
+
+/// The explicit Runge-Kutta method of order 8(5,3) of Dormand and Prince, step by step.
+///
+/// Parameters
+/// ----------
+/// fun : callable, compiled function or Model
+///     Right-hand side ``fun(t, y, *args)``, as for `solve_ivp`.
+/// t0 : float
+///     Initial time.
+/// y0 : array_like, shape (n,)
+///     Initial state.
+/// t_bound : float
+///     End of the interval; may be infinite, or before `t0`.
+/// args : tuple, optional
+///     Further arguments of `fun`.
+/// rtol, atol : float or array_like of shape (n,)
+///     Tolerances, 1e-3 and 1e-6 unless given.
+/// first_step, max_step, min_step : float, optional
+///     Size of the first step, and bounds of all.
+/// max_steps : int, optional
+///     Largest number of accepted steps.
+/// vectorized : bool
+///     Whether `fun` takes states of shape (n, k).
+/// controller : {'I', 'PI'}
+///     Step-size control.
+///
+/// Attributes
+/// ----------
+/// A, B, C : ndarray
+///     The tableau: shapes (12, 12), (12,) and (12,).
+#[pyclass(name = "DOP853", module = "lissom", extends = PyOdeSolver, subclass, frozen)]
+pub(crate) struct PyDop853;
+
+/// The implicit Radau IIA method of order 5, step by step.
+///
+/// Parameters
+/// ----------
+/// fun : callable, compiled function or Model
+///     Right-hand side ``fun(t, y, *args)``, as for `solve_ivp`.
+/// t0 : float
+///     Initial time.
+/// y0 : array_like, shape (n,)
+///     Initial state.
+/// t_bound : float
+///     End of the interval; may be infinite, or before `t0`.
+/// args : tuple, optional
+///     Further arguments of `fun` and `jac`.
+/// rtol, atol : float or array_like of shape (n,)
+///     Tolerances, 1e-3 and 1e-6 unless given.
+/// first_step, max_step, min_step : float, optional
+///     Size of the first step, and bounds of all.
+/// max_steps : int, optional
+///     Largest number of accepted steps.
+/// vectorized : bool
+///     Whether `fun` takes states of shape (n, k).
+/// jac : callable, compiled function or matrix, optional
+///     Jacobian, as for `solve_ivp`.
+/// jac_sparsity : array_like or sparse matrix, shape (n, n), optional
+///     Nonzero where the Jacobian can be.
+#[pyclass(name = "Radau", module = "lissom", extends = PyOdeSolver, subclass, frozen)]
+pub(crate) struct PyRadau;
+
+macro_rules! explicit_solver {
+    ($class:ident, $method:expr) => {
+        #[pymethods]
+        impl $class {
+            #[new]
+            #[pyo3(
+                signature = (
+                    fun, t0, y0, t_bound, *, args=None, rtol=None, atol=None, first_step=None,
+                    max_step=f64::INFINITY, min_step=0.0, max_steps=None, vectorized=false, controller="I"
+                ),
+                text_signature = "(fun, t0, y0, t_bound, *, args=None, rtol=0.001, atol=1e-06, first_step=None, \
+                                  max_step=inf, min_step=0.0, max_steps=None, vectorized=False, controller='I')"
+            )]
+            #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python class")]
+            fn new(
+                fun: &Bound<'_, PyAny>,
+                t0: f64,
+                y0: &Bound<'_, PyAny>,
+                t_bound: f64,
+                args: Option<&Bound<'_, PyAny>>,
+                rtol: Option<&Bound<'_, PyAny>>,
+                atol: Option<&Bound<'_, PyAny>>,
+                first_step: Option<f64>,
+                max_step: f64,
+                min_step: f64,
+                max_steps: Option<usize>,
+                vectorized: bool,
+                controller: &str,
+            ) -> PyResult<PyClassInitializer<Self>> {
+                let options = Options {
+                    method: $method,
+                    first_step,
+                    max_step,
+                    min_step,
+                    max_steps: max_steps.unwrap_or(usize::MAX),
+                    controller: options::controller(controller)?,
+                    ..Options::default()
+                };
+                let arguments = Arguments { fun, t0, y0, t_bound, args, jac: None, vectorized, rtol, atol };
+                Ok(PyClassInitializer::from(PyOdeSolver::new(&arguments, options)?).add_subclass(Self))
+            }
+
+            /// Coefficients of the stages.
+            #[classattr]
+            #[pyo3(name = "A")]
+            fn a(py: Python<'_>) -> PyResult<Py<PyArray2<f64>>> {
+                let tableau = tableau($method).expect("an explicit method has a tableau");
+                let stages = tableau.c.len();
+                Ok(tableau.a.concat().into_pyarray(py).reshape([stages, stages])?.unbind())
+            }
+
+            /// Weights of the stages.
+            #[classattr]
+            #[pyo3(name = "B")]
+            fn b(py: Python<'_>) -> Py<PyArray1<f64>> {
+                tableau($method).expect("an explicit method has a tableau").b.into_pyarray(py).unbind()
+            }
+
+            /// Times of the stages.
+            #[classattr]
+            #[pyo3(name = "C")]
+            fn c(py: Python<'_>) -> Py<PyArray1<f64>> {
+                tableau($method).expect("an explicit method has a tableau").c.into_pyarray(py).unbind()
+            }
+        }
+    };
+}
+explicit_solver!(PyRk45, Method::Rk45);
+explicit_solver!(PyDop853, Method::Dop853);
+
+#[pymethods]
+impl PyRadau {
+    #[new]
+    #[pyo3(
+        signature = (
+            fun, t0, y0, t_bound, *, args=None, rtol=None, atol=None, first_step=None, max_step=f64::INFINITY,
+            min_step=0.0, max_steps=None, vectorized=false, jac=None, jac_sparsity=None
+        ),
+        text_signature = "(fun, t0, y0, t_bound, *, args=None, rtol=0.001, atol=1e-06, first_step=None, max_step=inf, \
+                          min_step=0.0, max_steps=None, vectorized=False, jac=None, jac_sparsity=None)"
+    )]
+    #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python class")]
+    fn new(
+        fun: &Bound<'_, PyAny>,
+        t0: f64,
+        y0: &Bound<'_, PyAny>,
+        t_bound: f64,
+        args: Option<&Bound<'_, PyAny>>,
+        rtol: Option<&Bound<'_, PyAny>>,
+        atol: Option<&Bound<'_, PyAny>>,
+        first_step: Option<f64>,
+        max_step: f64,
+        min_step: f64,
+        max_steps: Option<usize>,
+        vectorized: bool,
+        jac: Option<&Bound<'_, PyAny>>,
+        jac_sparsity: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<PyClassInitializer<Self>> {
+        let options = Options {
+            method: Method::Radau,
+            first_step,
+            max_step,
+            min_step,
+            max_steps: max_steps.unwrap_or(usize::MAX),
+            sparsity: jac_sparsity
+                .map(|pattern| options::sparsity(pattern, options::initial_state(y0)?.len()))
+                .transpose()?,
+            ..Options::default()
+        };
+        let arguments = Arguments { fun, t0, y0, t_bound, args, jac, vectorized, rtol, atol };
+        Ok(PyClassInitializer::from(PyOdeSolver::new(&arguments, options)?).add_subclass(Self))
+    }
+}

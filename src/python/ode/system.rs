@@ -1,0 +1,237 @@
+//! The right-hand sides that Python offers: callables, compiled functions, lissom's own models.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use pyo3::exceptions::{PyTypeError, PyUserWarning};
+use pyo3::prelude::*;
+use pyo3::types::PyTuple;
+
+use super::super::callback::Raised;
+use super::super::compiled::CompiledFunction;
+use super::super::convert;
+use super::super::model::PyModel;
+use super::function::{Function, matrix_of, read_matrix, read_vector};
+use crate::error::Interrupted;
+use crate::linalg::Matrix;
+use crate::ode::{JacobianKind, Method, System};
+
+/// The exception that stopped an integration; the system, the events and the monitor share it.
+#[derive(Clone, Debug, Default)]
+pub(super) struct SharedRaised(Arc<Mutex<Raised>>);
+
+impl SharedRaised {
+    pub(super) fn catch<T>(&self, result: PyResult<T>) -> Result<T, Interrupted> {
+        match result {
+            Ok(value) => Ok(value),
+            Err(error) => self.0.lock().unwrap_or_else(PoisonError::into_inner).catch(Err(error)),
+        }
+    }
+
+    /// Raises the exception that was caught, if any.
+    pub(super) fn raise(&self) -> PyResult<()> {
+        std::mem::take(&mut *self.0.lock().unwrap_or_else(PoisonError::into_inner)).into_result()
+    }
+}
+
+/// A system given by Python objects.
+pub(super) struct PySystem {
+    n: usize,
+    rhs: RightHandSide,
+    jacobian: Jacobian,
+    raised: SharedRaised,
+}
+
+enum RightHandSide {
+    Python(Function),
+    /// Takes and returns columns.
+    Vectorized(Function),
+    Compiled(CompiledFunction),
+    Native(Box<dyn System + Send + Sync>),
+}
+
+enum Jacobian {
+    Differenced,
+    Python(Function),
+    /// By rows.
+    Compiled(CompiledFunction, Vec<f64>),
+    Constant(Matrix),
+    Native,
+}
+
+/// The arguments of `solve_ivp` that make up the system.
+pub(super) struct Parts<'a, 'py> {
+    pub(super) fun: &'a Bound<'py, PyAny>,
+    pub(super) args: Option<&'a Bound<'py, PyAny>>,
+    pub(super) jac: Option<&'a Bound<'py, PyAny>>,
+    pub(super) vectorized: bool,
+    pub(super) method: Method,
+    pub(super) n: usize,
+}
+
+impl PySystem {
+    pub(super) fn new(parts: &Parts<'_, '_>, raised: SharedRaised) -> PyResult<Self> {
+        let &Parts { fun, args, jac, vectorized, method, n } = parts;
+        let implicit = method == Method::Radau;
+        if jac.is_some() && !implicit {
+            PyErr::warn(
+                fun.py(),
+                &fun.py().get_type::<PyUserWarning>(),
+                c"The following arguments have no effect for a chosen solver: `jac`.",
+                1,
+            )?;
+        }
+        let jac = jac.filter(|_| implicit);
+        if let Ok(model) = fun.cast::<PyModel>() {
+            return Self::from_model(model, args, jac, raised);
+        }
+        let numbers = args.and_then(|args| convert::vector(args, "args").ok());
+        if let Some(compiled) = CompiledFunction::find(fun, (n, n), numbers.as_deref(), "fun")? {
+            if args.is_some() && numbers.is_none() {
+                return Err(PyTypeError::new_err(format!(
+                    "args: expected numbers for a compiled function, got {}",
+                    args.map_or_else(String::new, convert::describe)
+                )));
+            }
+            let jacobian = Jacobian::find(jac, n, None, numbers.as_deref())?;
+            return Ok(Self { n, rhs: RightHandSide::Compiled(compiled), jacobian, raised });
+        }
+        if !fun.is_callable() {
+            return Err(PyTypeError::new_err(format!(
+                "fun: expected a callable, a compiled function (numba.cfunc, scipy.LowLevelCallable) or a model of \
+                 lissom, got {}",
+                convert::describe(fun)
+            )));
+        }
+        let args = args.map(unpack).transpose()?;
+        let jacobian = Jacobian::find(jac, n, args.as_ref(), numbers.as_deref())?;
+        let function = Function::new(fun, args.as_ref());
+        let rhs =
+            if vectorized { RightHandSide::Vectorized(function) } else { RightHandSide::Python(function) };
+        Ok(Self { n, rhs, jacobian, raised })
+    }
+
+    fn from_model(
+        model: &Bound<'_, PyModel>,
+        args: Option<&Bound<'_, PyAny>>,
+        jac: Option<&Bound<'_, PyAny>>,
+        raised: SharedRaised,
+    ) -> PyResult<Self> {
+        let unwanted = [("args", args), ("jac", jac)].into_iter().find(|(_, value)| value.is_some());
+        if let Some((name, _)) = unwanted {
+            return Err(PyTypeError::new_err(format!("{name}: has no meaning for a model; leave it out")));
+        }
+        let system = model.get().native().first_order();
+        let n = system.n();
+        Ok(Self { n, rhs: RightHandSide::Native(system), jacobian: Jacobian::Native, raised })
+    }
+
+    /// True when no Python code runs in an evaluation.
+    pub(super) fn is_native(&self) -> bool {
+        matches!(self.rhs, RightHandSide::Compiled(_) | RightHandSide::Native(_))
+            && !matches!(self.jacobian, Jacobian::Python(_))
+    }
+}
+
+impl Jacobian {
+    fn find(
+        jac: Option<&Bound<'_, PyAny>>,
+        n: usize,
+        args: Option<&Bound<'_, PyTuple>>,
+        numbers: Option<&[f64]>,
+    ) -> PyResult<Self> {
+        let Some(jac) = jac else { return Ok(Self::Differenced) };
+        if let Some(compiled) = CompiledFunction::find(jac, (n, n * n), numbers, "jac")? {
+            return Ok(Self::Compiled(compiled, vec![0.0; n * n]));
+        }
+        if jac.is_callable() {
+            return Ok(Self::Python(Function::new(jac, args)));
+        }
+        Ok(Self::Constant(matrix_of(jac, (n, n), "jac")?))
+    }
+}
+
+/// `args` as a tuple.
+pub(super) fn unpack<'py>(args: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyTuple>> {
+    if let Ok(tuple) = args.cast::<PyTuple>() {
+        return Ok(tuple.clone());
+    }
+    let items: PyResult<Vec<Bound<'py, PyAny>>> = args.try_iter().and_then(Iterator::collect);
+    let items = items.map_err(|_| {
+        PyTypeError::new_err(format!(
+            "Supplied 'args' cannot be unpacked: expected a tuple, such as `args=({args},)`"
+        ))
+    })?;
+    PyTuple::new(args.py(), items)
+}
+
+impl System for PySystem {
+    fn n(&self) -> usize {
+        self.n
+    }
+
+    fn rhs(&mut self, t: f64, y: &[f64], dydt: &mut [f64]) -> Result<(), Interrupted> {
+        match &mut self.rhs {
+            RightHandSide::Native(system) => system.rhs(t, y, dydt),
+            RightHandSide::Compiled(function) => {
+                function.call(t, y, dydt);
+                Ok(())
+            }
+            RightHandSide::Python(function) => self.raised.catch(Python::attach(|py| {
+                let value = function.call(py, t, y)?;
+                read_vector(&value, dydt, "fun")
+            })),
+            RightHandSide::Vectorized(function) => self.raised.catch(Python::attach(|py| {
+                let value = function.call_columns(py, t, &Matrix::from_column_slice(y.len(), 1, y))?;
+                let value = value.call_method0("ravel").unwrap_or(value);
+                read_vector(&value, dydt, "fun")
+            })),
+        }
+    }
+
+    fn rhs_columns(&mut self, t: f64, y: &Matrix, dydt: &mut Matrix) -> Result<(), Interrupted> {
+        if let RightHandSide::Vectorized(function) = &self.rhs {
+            return self.raised.catch(Python::attach(|py| {
+                let value = function.call_columns(py, t, y)?;
+                read_matrix(&value, dydt, "fun")
+            }));
+        }
+        for (y, mut dydt) in y.column_iter().zip(dydt.column_iter_mut()) {
+            self.rhs(t, y.as_slice(), dydt.as_mut_slice())?;
+        }
+        Ok(())
+    }
+
+    fn jacobian_kind(&self) -> JacobianKind {
+        match &self.jacobian {
+            Jacobian::Differenced => JacobianKind::Differenced,
+            Jacobian::Python(_) | Jacobian::Compiled(..) | Jacobian::Native => JacobianKind::Given,
+            Jacobian::Constant(_) => JacobianKind::Constant,
+        }
+    }
+
+    fn jacobian(&mut self, t: f64, y: &[f64], jacobian: &mut Matrix) -> Result<(), Interrupted> {
+        let n = self.n;
+        match (&mut self.jacobian, &mut self.rhs) {
+            (Jacobian::Constant(matrix), _) => jacobian.copy_from(matrix),
+            (Jacobian::Compiled(function, rows), _) => {
+                function.call(t, y, rows);
+                for i in 0..n {
+                    for j in 0..n {
+                        jacobian[(i, j)] = rows[i * n + j];
+                    }
+                }
+            }
+            (Jacobian::Python(function), _) => {
+                return self.raised.catch(Python::attach(|py| {
+                    let value = function.call(py, t, y)?;
+                    read_matrix(&value, jacobian, "jac")
+                }));
+            }
+            (Jacobian::Native, RightHandSide::Native(system)) => return system.jacobian(t, y, jacobian),
+            (Jacobian::Native | Jacobian::Differenced, _) => {
+                unreachable!("asked for according to `jacobian_kind` only")
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,324 @@
+//! `lissom.Scene` and what it says about bad files.
+
+use std::path::PathBuf;
+
+use numpy::{PyArray1, ToPyArray};
+use pyo3::create_exception;
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList, PyTuple};
+
+use super::model::PyModel;
+use super::pendulum::PySpringPendulum;
+use super::rod::PyRod;
+use crate::scene::{
+    Jacobian, Method, Model, Quantity, Scene, SceneError as CoreError, SceneProblem, Simulation,
+};
+
+create_exception!(
+    lissom,
+    SceneError,
+    PyValueError,
+    "A scene that was refused: ``problems`` lists everything that is wrong with it (SceneProblem, in the order of the\n\
+     file), the message shows each with the line it is about."
+);
+
+/// One thing that is wrong with a scene. As a string: ``file:line:column: key: what is wrong; what would be right``.
+#[pyclass(name = "SceneProblem", module = "lissom", frozen)]
+pub(crate) struct PySceneProblem {
+    /// The file, as it was given.
+    #[pyo3(get)]
+    file: String,
+    /// Line, from 1.
+    #[pyo3(get)]
+    line: usize,
+    /// Column in characters, from 1.
+    #[pyo3(get)]
+    column: usize,
+    /// Path of the key, such as ``rod[0].segment[1].radius``; empty for a syntax error.
+    #[pyo3(get)]
+    key: String,
+    /// What is wrong.
+    #[pyo3(get)]
+    wrong: String,
+    /// What would be right; may be empty for a syntax error.
+    #[pyo3(get)]
+    right: String,
+    /// The line it is about, with the offending part underlined.
+    #[pyo3(get)]
+    snippet: String,
+    header: String,
+}
+
+#[pymethods]
+impl PySceneProblem {
+    fn __str__(&self) -> &str {
+        &self.header
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<SceneProblem {}>", self.header)
+    }
+}
+
+impl PySceneProblem {
+    fn new(error: &CoreError, problem: &SceneProblem) -> Self {
+        Self {
+            file: error.file.clone(),
+            line: problem.line,
+            column: problem.column,
+            key: problem.key.clone(),
+            wrong: problem.wrong.clone(),
+            right: problem.right.clone(),
+            snippet: error.snippet(problem),
+            header: error.header(problem),
+        }
+    }
+}
+
+/// A checked description of a model and of how to simulate it, read from a TOML file.
+///
+/// ``Scene.load`` and ``Scene.loads`` make scenes; nothing in a scene is ever executed.
+#[pyclass(name = "Scene", module = "lissom", frozen)]
+pub(crate) struct PyScene {
+    scene: Scene,
+    model: Py<PyModel>,
+}
+
+#[pymethods]
+impl PyScene {
+    /// Read and check a scene file.
+    ///
+    /// Parameters
+    /// ----------
+    /// path : str or path-like
+    ///
+    /// Returns
+    /// -------
+    /// scene : Scene
+    ///
+    /// Raises
+    /// ------
+    /// SceneError
+    ///     Everything that is wrong with the scene, at once.
+    /// OSError
+    ///     The file cannot be read.
+    #[staticmethod]
+    #[pyo3(signature = (path))]
+    fn load(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
+        let file = path.display().to_string();
+        // Python's own errors name the file and have the right class.
+        let bytes = py.import("pathlib")?.call_method1("Path", (path,))?.call_method0("read_bytes")?;
+        match Scene::from_bytes(&bytes.extract::<Vec<u8>>()?, &file) {
+            Ok(scene) => Self::new(py, scene),
+            Err(error) => Err(refusal(py, &error)),
+        }
+    }
+
+    /// Check a scene given as text.
+    ///
+    /// Parameters
+    /// ----------
+    /// text : str
+    ///     TOML.
+    /// name : str
+    ///     What messages call the text; also the name of a scene that has none.
+    ///
+    /// Returns
+    /// -------
+    /// scene : Scene
+    ///
+    /// Raises
+    /// ------
+    /// SceneError
+    ///     Everything that is wrong with the scene, at once.
+    #[staticmethod]
+    #[pyo3(signature = (text, name="scene"))]
+    fn loads(py: Python<'_>, text: &str, name: &str) -> PyResult<Self> {
+        match Scene::parse(text, name) {
+            Ok(scene) => Self::new(py, scene),
+            Err(error) => Err(refusal(py, &error)),
+        }
+    }
+
+    /// The JSON Schema of scene files, for editors, as text.
+    #[staticmethod]
+    fn schema() -> String {
+        Scene::schema()
+    }
+
+    /// The scene's name; the stem of its file unless it says otherwise.
+    #[getter]
+    fn name(&self) -> &str {
+        &self.scene.name
+    }
+
+    /// The text that was read.
+    #[getter]
+    fn text(&self) -> &str {
+        &self.scene.text
+    }
+
+    /// What is simulated: a Rod or a SpringPendulum.
+    #[getter]
+    fn model(&self, py: Python<'_>) -> Py<PyModel> {
+        self.model.clone_ref(py)
+    }
+
+    /// Initial generalised coordinates, shape (n,).
+    #[getter]
+    fn q0<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        self.scene.q0.to_pyarray(py)
+    }
+
+    /// Initial generalised velocities, shape (n,).
+    #[getter]
+    fn v0<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        self.scene.v0.to_pyarray(py)
+    }
+
+    /// How the model is simulated.
+    #[getter]
+    fn simulation(&self) -> PySimulation {
+        PySimulation(self.scene.simulation.clone())
+    }
+
+    /// Simulate the scene.
+    ///
+    /// Parameters
+    /// ----------
+    /// **options
+    ///     Options of ``lissom.simulate`` that replace those of the scene, such as ``dt=1e-3``.
+    ///
+    /// Returns
+    /// -------
+    /// result
+    ///     What ``lissom.simulate`` returns.
+    #[pyo3(signature = (**options))]
+    fn run<'py>(&self, py: Python<'py>, options: Option<&Bound<'py, PyDict>>) -> PyResult<Bound<'py, PyAny>> {
+        let simulation = &self.scene.simulation;
+        let arguments = PyDict::new(py);
+        arguments.set_item("q0", self.q0(py))?;
+        arguments.set_item("v0", self.v0(py))?;
+        arguments.set_item("method", method(simulation))?;
+        arguments.set_item("dt", simulation.step)?;
+        arguments.set_item("jac", jacobian(simulation))?;
+        arguments.set_item("rtol", simulation.rtol)?;
+        arguments.set_item("atol", simulation.atol)?;
+        if let Some(times) = simulation.output_times() {
+            arguments.set_item("t_eval", times.to_pyarray(py))?;
+        }
+        if let Some(options) = options {
+            arguments.update(options.as_mapping())?;
+        }
+        let simulate = py.import("lissom")?.getattr("simulate")?;
+        simulate.call((self.model(py), simulation.duration), Some(&arguments))
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<lissom.Scene {:?}>", self.scene.name)
+    }
+}
+
+impl PyScene {
+    fn new(py: Python<'_>, scene: Scene) -> PyResult<Self> {
+        let model = match &scene.model {
+            Model::Rod(rod) => Bound::new(py, PyRod::initializer(rod.clone())?)?.into_super(),
+            Model::Pendulum(pendulum) => {
+                Bound::new(py, PySpringPendulum::initializer(pendulum.clone()))?.into_super()
+            }
+        };
+        Ok(Self { scene, model: model.unbind() })
+    }
+}
+
+/// How a scene is simulated; every setting is the scene's or its default.
+#[pyclass(name = "SimulationSettings", module = "lissom", frozen)]
+pub(crate) struct PySimulation(Simulation);
+
+#[pymethods]
+impl PySimulation {
+    /// Simulated time, seconds.
+    #[getter]
+    fn duration(&self) -> f64 {
+        self.0.duration
+    }
+
+    /// Time integrator: "newmark" or "rk45".
+    #[getter]
+    fn method(&self) -> &'static str {
+        method(&self.0)
+    }
+
+    /// Newmark's time step, seconds.
+    #[getter]
+    fn step(&self) -> f64 {
+        self.0.step
+    }
+
+    /// Jacobian of Newmark's equations: "analytic", "forward" or "central".
+    #[getter]
+    fn jacobian(&self) -> &'static str {
+        jacobian(&self.0)
+    }
+
+    /// Relative tolerance.
+    #[getter]
+    fn rtol(&self) -> f64 {
+        self.0.rtol
+    }
+
+    /// Absolute tolerance.
+    #[getter]
+    fn atol(&self) -> f64 {
+        self.0.atol
+    }
+
+    /// Time between the states that are kept, seconds; None for every step of the integrator.
+    #[getter]
+    fn output_step(&self) -> Option<f64> {
+        self.0.output_step
+    }
+
+    /// What is kept beside the coordinates, out of "velocity", "acceleration", "energy", "shape".
+    #[getter]
+    fn quantities<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        let names = self.0.quantities.iter().map(|quantity| match quantity {
+            Quantity::Velocity => "velocity",
+            Quantity::Acceleration => "acceleration",
+            Quantity::Energy => "energy",
+            Quantity::Shape => "shape",
+        });
+        PyTuple::new(py, names.collect::<Vec<_>>())
+    }
+}
+
+fn method(simulation: &Simulation) -> &'static str {
+    match simulation.method {
+        Method::Newmark => "newmark",
+        Method::Rk45 => "rk45",
+    }
+}
+
+fn jacobian(simulation: &Simulation) -> &'static str {
+    match simulation.jacobian {
+        Jacobian::Analytic => "analytic",
+        Jacobian::Forward => "forward",
+        Jacobian::Central => "central",
+    }
+}
+
+fn refusal(py: Python<'_>, error: &CoreError) -> PyErr {
+    let exception = SceneError::new_err(error.to_string());
+    let problems = error.problems.iter().map(|problem| PySceneProblem::new(error, problem));
+    let kept = PyList::empty(py);
+    for problem in problems {
+        if let Err(failure) = Bound::new(py, problem).and_then(|problem| kept.append(problem)) {
+            return failure;
+        }
+    }
+    match exception.value(py).setattr("problems", kept) {
+        Ok(()) => exception,
+        Err(failure) => failure,
+    }
+}

@@ -1,0 +1,131 @@
+"""Scene files from Python. What is refused, and where, is tested in Rust (tests/scene.rs)."""
+
+import json
+import re
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import lissom
+
+SCENES = Path(__file__).parents[2] / "scenes"
+
+WIRE = """version = 1
+[[rod]]
+q0 = [0.1, 0.2]
+[[rod.segment]]
+length = 2.0
+radius = [2e-3, 1e-3]
+young_modulus = 3e5
+poisson_ratio = 0.5
+density = 1000
+modes = { bend_y = 1, bend_z = 1 }
+[simulation]
+duration = 0.5
+"""
+
+
+def test_a_scene_makes_the_rod_that_python_would_make():
+    scene = lissom.Scene.loads(WIRE, "wire")
+    segment = lissom.Segment(2.0, (2e-3, 1e-3), 3e5, 1e5, 1000, {"bend_y": 1, "bend_z": 1})
+    assert isinstance(scene.model, lissom.Rod)
+    assert scene.model.segments == (segment,)
+    assert scene.name == "wire"
+    assert scene.text == WIRE
+    np.testing.assert_array_equal(scene.q0, [0.1, 0.2])
+    np.testing.assert_array_equal(scene.v0, [0.0, 0.0])
+    q, zero = np.array([0.3, -0.2]), np.zeros(2)
+    same = lissom.Rod([segment]).inverse_dynamics(q, zero, zero)
+    np.testing.assert_array_equal(scene.model.inverse_dynamics(q, zero, zero), same)
+
+
+def test_documented_defaults_of_the_simulation():
+    settings = lissom.Scene.loads(WIRE).simulation
+    assert (settings.method, settings.step, settings.jacobian) == ("newmark", 1e-2, "analytic")
+    assert (settings.duration, settings.rtol, settings.atol) == (0.5, 1e-6, 1e-9)
+    assert settings.output_step is None
+    assert settings.quantities == ("velocity", "acceleration", "energy", "shape")
+
+
+def test_a_scene_makes_the_pendulum():
+    scene = lissom.Scene.loads("version = 1\n[pendulum]\nmass = 2\n[simulation]\nduration = 1\n")
+    assert isinstance(scene.model, lissom.SpringPendulum)
+    default = lissom.SpringPendulum(mass=2.0)
+    for name in ("length", "mass", "stiffness", "gravity"):
+        assert getattr(scene.model, name) == getattr(default, name)
+
+
+def test_all_problems_come_at_once_each_with_its_place():
+    with pytest.raises(lissom.SceneError) as caught:
+        lissom.Scene.loads(WIRE.replace("length = 2.0", "lenght = 2.0").replace("1000", "-1000"), "bad.toml")
+    misspelt, negative = caught.value.problems
+    assert str(misspelt) == "bad.toml:5:1: rod[0].segment[0].lenght: unknown key; did you mean `length`?"
+    assert (negative.file, negative.line, negative.column) == ("bad.toml", 9, 11)
+    assert negative.key == "rod[0].segment[0].density"
+    assert negative.wrong == "got -1000"
+    assert negative.right == "expected a finite number > 0 (kg/m^3)"
+    assert "density = -1000" in negative.snippet
+    assert all(str(problem) in str(caught.value) for problem in caught.value.problems)
+    assert isinstance(caught.value, ValueError)
+
+
+def test_files_are_read_from_any_path_like(tmp_path):
+    path = tmp_path / "wire.toml"
+    path.write_text(WIRE)
+    assert lissom.Scene.load(path).name == "wire"
+    assert lissom.Scene.load(str(path)).name == "wire"
+    with pytest.raises(FileNotFoundError, match="nothing"):
+        lissom.Scene.load(tmp_path / "nothing.toml")
+    with pytest.raises(IsADirectoryError):
+        lissom.Scene.load(tmp_path)
+    with pytest.raises(TypeError):
+        lissom.Scene.load(3)
+
+
+def test_a_file_that_is_not_utf_8_is_refused(tmp_path):
+    path = tmp_path / "latin.toml"
+    path.write_bytes("version = 1\n# f\xfcr\n".encode("latin-1"))
+    with pytest.raises(lissom.SceneError, match=r"latin.toml:2:4: not text in UTF-8") as caught:
+        lissom.Scene.load(path)
+    assert len(caught.value.problems) == 1
+
+
+def test_windows_line_ends_and_a_byte_order_mark_are_fine(tmp_path):
+    path = tmp_path / "windows.toml"
+    path.write_bytes(b"\xef\xbb\xbf" + WIRE.replace("\n", "\r\n").encode())
+    assert lissom.Scene.load(path).model.n == 2
+
+
+def test_the_schema_is_json_and_the_one_in_the_repository():
+    schema = lissom.Scene.schema()
+    assert schema == (SCENES / "lissom-scene.schema.json").read_text()
+    assert set(json.loads(schema)["properties"]) == {"version", "scene", "rod", "pendulum", "simulation"}
+
+
+def test_every_key_of_the_schema_is_documented():
+    documented = (SCENES.parent / "docs" / "scenes.md").read_text()
+    schema = json.loads(lissom.Scene.schema())
+    tables = [schema, *schema["definitions"].values()]
+    keys = {key for table in tables for key in table.get("properties", {})}
+    assert len(keys) > 30
+    undocumented = [key for key in sorted(keys) if not re.search(rf"`\[*(\w+\.)?{key}[`\]]", documented)]
+    assert undocumented == []
+
+
+@pytest.mark.parametrize("path", sorted(SCENES.glob("*.toml")), ids=lambda path: path.stem)
+def test_shipped_scenes_are_good_and_point_editors_to_the_schema(path):
+    scene = lissom.Scene.load(path)
+    assert scene.model.n > 0
+    assert path.read_text().startswith("#:schema ./lissom-scene.schema.json\n")
+    assert tomllib.loads(scene.text)["scene"]["name"] == scene.name
+
+
+def test_the_example_of_the_documentation_is_good():
+    text = (SCENES.parent / "docs" / "scenes.md").read_text()
+    examples = [block.split("```")[0] for block in text.split("```toml\n")[1:]]
+    whole = [example for example in examples if "version = 1" in example]
+    assert whole
+    for example in whole:
+        lissom.Scene.loads(example)
