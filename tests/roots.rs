@@ -2,7 +2,9 @@
 
 use lissom::error::Interrupted;
 use lissom::linalg::Matrix;
-use lissom::roots::{Derivative, Newton, Options, Outcome, Reuse, Status, StepTolerance, System};
+use lissom::roots::{
+    Derivative, Method, Newton, Options, Outcome, Reuse, Status, StepTolerance, System, check_jacobian,
+};
 
 /// A system from two closures.
 struct Equations<R, J> {
@@ -295,4 +297,69 @@ fn an_interruption_comes_through() {
 fn senseless_options_are_refused_all_at_once() {
     let options = Options { residual_tolerance: f64::NAN, chord_rate: 1.5, ..Options::default() };
     assert_eq!(options.check().unwrap_err().problems.len(), 2);
+}
+
+#[test]
+fn globalised_methods_come_back_from_far_away() {
+    // Newton's method alone runs away from |x| > 1.39.
+    for method in [Method::LineSearch, Method::TrustRegion] {
+        for derivative in [Derivative::Analytic, Derivative::Forward, Derivative::Central] {
+            let options = Options { method, derivative, history: true, ..Options::default() };
+            let mut newton = Newton::new(1, 1);
+            let mut x = [20.0];
+            let mut system = scalar(f64::atan, |x| 1.0 / (1.0 + x * x));
+            let outcome = newton.solve(&mut system, &mut x, &options).unwrap();
+            assert_eq!(outcome.status, Status::ConvergedResidual, "{method:?} {derivative:?}");
+            assert!(newton.history().windows(2).all(|pair| pair[1].residual_norm < pair[0].residual_norm));
+        }
+    }
+}
+
+#[test]
+fn globalised_methods_name_a_minimum_that_is_no_root() {
+    for method in [Method::LineSearch, Method::TrustRegion] {
+        let options = Options { method, ..Options::default() };
+        let (outcome, x) = solve(scalar(|x| x * x + 1.0, |x| 2.0 * x), &[3.0], options);
+        assert_eq!(outcome.status, Status::StationaryPoint);
+        assert!(x[0].abs() < 1e-4);
+    }
+}
+
+#[test]
+fn multiple_roots_are_recognised_and_stepped_over() {
+    let (plain, _) = solve(lab(), &[6.0], Options::default());
+    assert_eq!((plain.multiplicity, plain.iterations), (Some(2), 16));
+    let (accelerated, x) = solve(lab(), &[6.0], Options { accelerate: true, ..Options::default() });
+    assert_eq!((accelerated.multiplicity, accelerated.iterations), (Some(2), 5));
+    assert!((x[0] - 1.0 - 0.5f64.sqrt()).abs() < 1e-4);
+    assert!(accelerated.message().contains("multiplicity 2"));
+}
+
+#[test]
+fn steps_may_be_limited() {
+    let options = Options { longest_step: Some(3.0), ..Options::default() };
+    let (outcome, _) = solve(scalar(|x| x - 10.0, |_| 1.0), &[0.0], options);
+    assert_eq!(outcome.iterations, 4);
+    let endless = Options { longest_step: Some(0.1), residual_tolerance: 1e-12, ..Options::default() };
+    let (outcome, _) = solve(scalar(|x| (-x).exp(), |x| -(-x).exp()), &[0.0], endless);
+    assert_eq!(outcome.status, Status::LongestSteps);
+}
+
+#[test]
+fn a_wrong_entry_of_a_jacobian_is_found() {
+    let x = [1.3, -0.4];
+    let check = check_jacobian(&mut circle_and_hyperbola(), &x, &[1.0; 2]).unwrap().unwrap();
+    assert!(check.relative_difference < 1e-9);
+    let mut wrong = Equations {
+        unknowns: 2,
+        equations: 2,
+        residual: |x: &[f64], r: &mut [f64]| (r[0], r[1]) = (x[0] * x[1], x[1].sin()),
+        jacobian: |x: &[f64], j: &mut Matrix| {
+            *j = Matrix::from_row_slice(2, 2, &[x[1], x[0], 0.0, -x[1].cos()]);
+        },
+    };
+    let check = check_jacobian(&mut wrong, &x, &[1.0; 2]).unwrap().unwrap();
+    assert_eq!((check.row, check.column), (1, 1));
+    assert!((check.given + check.difference).abs() < 1e-9);
+    assert!((check.relative_difference - 2.0).abs() < 1e-6);
 }

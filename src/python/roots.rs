@@ -25,9 +25,10 @@ use crate::roots::{
 /// success : bool
 ///     True only if `x` is a root within the tolerances.
 /// status : str
-///     How the search ended: 'converged_residual', 'converged_step', 'already_root' (successes), 'stationary_point',
-///     'singular_jacobian', 'iteration_limit', 'diverged', 'stalled', 'line_search_failed',
-///     'trust_region_collapsed', 'longest_steps', 'non_finite_residual', 'non_finite_jacobian'.
+///     How the search ended: 'converged_residual', 'converged_step', 'already_root' (successes),
+///     'stationary_point', 'singular_jacobian', 'iteration_limit', 'diverged', 'stalled',
+///     'line_search_failed', 'trust_region_collapsed', 'longest_steps', 'non_finite_residual',
+///     'non_finite_jacobian'.
 /// message : str
 ///     What happened, and what to change if it was no success.
 /// residual_norm : float
@@ -41,8 +42,9 @@ use crate::roots::{
 /// multiplicity : int or None
 ///     Estimated multiplicity of the root if convergence was linear.
 /// history : dict of ndarray or None
-///     Per iterate, the start included, if asked for: 'x', shape (nit + 1,) or (nit + 1, n); 'residual_norm', 'step_norm',
-///     'step_length' (relative to the full Newton step) and 'rate' (of the residual norms), shape (nit + 1,).
+///     Per iterate, the start included, if asked for: 'x', shape (nit + 1,) or (nit + 1, n); 'residual_norm',
+///     'step_norm', 'step_length' (relative to the full Newton step) and 'rate' (of the residual norms),
+///     shape (nit + 1,).
 #[pyclass(frozen, get_all, name = "RootResult", module = "lissom")]
 pub(crate) struct PyRootResult {
     x: Py<PyAny>,
@@ -88,8 +90,8 @@ impl PyRootResult {
 /// Attributes
 /// ----------
 /// relative_difference : float
-///     ``|given - difference|``, less what rounding of `fun` explains, over the larger of the two; infinite if one is
-///     not finite.
+///     ``|given - difference|``, less what rounding of `fun` explains, over the larger of the two; infinite
+///     if one is not finite.
 /// row, column : int
 ///     Where.
 /// given, difference : float
@@ -241,32 +243,37 @@ impl System for PyFunctions<'_, '_> {
 /// Parameters
 /// ----------
 /// fun : callable
-///     ``fun(x, *args)``, the residual. x is a float if `x0` is a number, else an ndarray of shape (n,); the value is a number
-///     or an array-like of shape (m,). m and n may differ: then the steps are least-squares steps of minimum norm.
+///     ``fun(x, *args)``, the residual. x is a float if `x0` is a number, else an ndarray of shape (n,); the
+///     value is a number or an array-like of shape (m,). m and n may differ: then the steps are least-squares
+///     steps of minimum norm.
 /// x0 : float or array_like, shape (n,)
 ///     Where to start.
 /// args : tuple, optional
 ///     Further arguments of `fun` and `jac`.
 /// jac : {'forward', 'central'} or callable, optional
-///     The Jacobian: forward differences (the default; n evaluations each), central differences (2n evaluations, about three
-///     digits more), or ``jac(x, *args)`` of shape (m, n).
+///     The Jacobian: forward differences (the default; n evaluations each), central differences (2n
+///     evaluations, about three digits more), or ``jac(x, *args)`` of shape (m, n).
 /// method : {'newton', 'line_search', 'trust_region'}, optional
-///     Full Newton steps (the default), Newton steps shortened until the residual falls, or Powell's dogleg in a trust region.
+///     Full Newton steps (the default), Newton steps shortened until the residual falls, or Powell's dogleg
+///     in a trust region.
 /// tol : float, optional
 ///     Converged when ``||fun(x) / f_scale||_2 <= tol``; 1e-6 by default.
 /// max_iter : int, optional
 ///     Largest number of steps; 1000 by default.
 /// xtol, xtol_abs : float, optional
-///     Converged also when a Newton step satisfies ``sqrt(mean((dx / (xtol_abs + xtol |x|))**2)) <= 1`` and the residual
-///     confirms it. Both zero, the default, switches this off.
+///     Converged also when a Newton step satisfies ``sqrt(mean((dx / (xtol_abs + xtol |x|))**2)) <= 1`` and
+///     the residual confirms it. Both zero, the default, switches this off.
 /// x_scale : float or array_like, shape (n,), optional
-///     Typical sizes of the unknowns; 1 by default. Increments of differences are relative to ``max(|x|, x_scale)``.
+///     Typical sizes of the unknowns; 1 by default. Increments of differences are relative to ``max(|x|,
+///     x_scale)``.
 /// f_scale : float or array_like, shape (m,), optional
 ///     Typical sizes of the residuals; 1 by default.
 /// max_step : float, optional
-///     Longest step, ``||dx / x_scale||_2``. By default 1000 times the start (at least 1000) in 'line_search', else unlimited.
+///     Longest step, ``||dx / x_scale||_2``. By default 1000 times the start (at least 1000) in
+///     'line_search', else unlimited.
 /// keep_jacobian : bool, optional
-///     Keep the factorised Jacobian as long as the residual falls to a quarter or less in each step. False by default.
+///     Keep the factorised Jacobian as long as the residual falls to a quarter or less in each step. False by
+///     default.
 /// accelerate : bool, optional
 ///     Lengthen the steps where they show a multiple root. False by default.
 /// history : bool, optional
@@ -284,7 +291,8 @@ impl System for PyFunctions<'_, '_> {
 /// ConvergenceError
 ///     If `raise_on_failure` is set and there is no success; its attribute `result` is the RootResult.
 /// ValueError, TypeError
-///     If an argument, or what `fun` or `jac` returns, makes no sense. Exceptions of `fun` and `jac` come through unchanged.
+///     If an argument, or what `fun` or `jac` returns, makes no sense. Exceptions of `fun` and `jac` come
+///     through unchanged.
 ///
 /// Examples
 /// --------
@@ -297,9 +305,9 @@ impl System for PyFunctions<'_, '_> {
     fun, x0, *, args=None, jac=None, method="newton", tol=1e-6, max_iter=1000, xtol=0.0, xtol_abs=0.0,
     x_scale=None, f_scale=None, max_step=None, keep_jacobian=false, accelerate=false, history=false,
     raise_on_failure=false
-), text_signature = "(fun, x0, *, args=(), jac='forward', method='newton', tol=1e-06, max_iter=1000, xtol=0.0, \
-xtol_abs=0.0, x_scale=None, f_scale=None, max_step=None, keep_jacobian=False, accelerate=False, history=False, \
-raise_on_failure=False)")]
+), text_signature = "(fun, x0, *, args=(), jac='forward', method='newton', tol=1e-06, max_iter=1000, \
+xtol=0.0, xtol_abs=0.0, x_scale=None, f_scale=None, max_step=None, keep_jacobian=False, accelerate=False, \
+history=False, raise_on_failure=False)")]
 #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python function")]
 pub(crate) fn root<'py>(
     py: Python<'py>,
@@ -385,8 +393,9 @@ pub(crate) fn root<'py>(
 /// x : float or array_like, shape (n,)
 ///     Where.
 /// method : {'central', 'forward'}, optional
-///     Central differences with increments ``eps**(1/3) max(|x|, x_scale)`` (error about eps**(2/3), 2n evaluations; the
-///     default), or forward differences with ``eps**(1/2) max(|x|, x_scale)`` (error about eps**(1/2), n + 1 evaluations).
+///     Central differences with increments ``eps**(1/3) max(|x|, x_scale)`` (error about eps**(2/3), 2n
+///     evaluations; the default), or forward differences with ``eps**(1/2) max(|x|, x_scale)`` (error about
+///     eps**(1/2), n + 1 evaluations).
 /// x_scale : float or array_like, shape (n,), optional
 ///     Typical sizes of the unknowns; 1 by default.
 /// args : tuple, optional
@@ -443,8 +452,8 @@ pub(crate) fn jacobian<'py>(
 /// Returns
 /// -------
 /// JacobianCheck
-///     The entry that differs most: `relative_difference`, `row`, `column`, `given`, `difference`. A right Jacobian gives about
-///     1e-9, a wrong one about 1.
+///     The entry that differs most: `relative_difference`, `row`, `column`, `given`, `difference`. A right
+///     Jacobian gives about 1e-9, a wrong one about 1.
 #[pyfunction(name = "check_jacobian")]
 #[pyo3(signature = (fun, jac, x, *, x_scale=None, args=None),
     text_signature = "(fun, jac, x, *, x_scale=None, args=())")]

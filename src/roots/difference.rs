@@ -4,12 +4,14 @@ use super::{Derivative, System};
 use crate::error::Interrupted;
 use crate::linalg::Matrix;
 
-/// Forward increment relative to `max(|x|, x_scale)`: the square root of the rounding unit, where the truncation error
-/// (of order h) and the rounding error (of order eps/h) balance (Dennis and Schnabel 1983, section 5.4; KINSOL's choice).
+/// Forward increment relative to `max(|x|, x_scale)`: the square root of the rounding unit, where the
+/// truncation error (of order h) and the rounding error (of order eps/h) balance (Dennis and Schnabel 1983,
+/// section 5.4; KINSOL's choice).
 pub const FORWARD_INCREMENT: f64 = 1.490_116_119_384_765_6e-8; // 2^-26 = sqrt(f64::EPSILON)
 
-/// Central increment relative to `max(|x|, x_scale)`: the cube root of the rounding unit, where the truncation error (of
-/// order h^2) and the rounding error (of order eps/h) balance (Dennis and Schnabel 1983, section 5.6).
+/// Central increment relative to `max(|x|, x_scale)`: the cube root of the rounding unit, where the
+/// truncation error (of order h^2) and the rounding error (of order eps/h) balance (Dennis and Schnabel 1983,
+/// section 5.6).
 pub const CENTRAL_INCREMENT: f64 = 6.055_454_452_393_343e-6; // f64::EPSILON.cbrt()
 
 /// Finite-difference Jacobians, with memory for repeated use at one size.
@@ -26,9 +28,9 @@ impl Differences {
         Self { x: vec![0.0; unknowns], plus: vec![0.0; equations], minus: vec![0.0; equations] }
     }
 
-    /// `jacobian <- dR/dx` (m x n) at `x` by forward differences from `residual = R(x)`. Each variable moves away from
-    /// zero by [`FORWARD_INCREMENT`]` max(|x_j|, x_scale_j)`, rounded so that `x_j + h_j` is a double.
-    /// Cost: n evaluations.
+    /// `jacobian <- dR/dx` (m x n) at `x` by forward differences from `residual = R(x)`. Each variable moves
+    /// away from zero by [`FORWARD_INCREMENT`]` max(|x_j|, x_scale_j)`, rounded so that `x_j + h_j` is a
+    /// double. Cost: n evaluations.
     pub fn forward(
         &mut self,
         system: &mut dyn System,
@@ -51,8 +53,8 @@ impl Differences {
     }
 
     /// `jacobian <- dR/dx` (m x n) at `x` by central differences. Each variable moves to both sides by
-    /// [`CENTRAL_INCREMENT`]` max(|x_j|, x_scale_j)`; the difference is divided by the distance of the two doubles that
-    /// were reached. Cost: 2n evaluations.
+    /// [`CENTRAL_INCREMENT`]` max(|x_j|, x_scale_j)`; the difference is divided by the distance of the two
+    /// doubles that were reached. Cost: 2n evaluations.
     pub fn central(
         &mut self,
         system: &mut dyn System,
@@ -77,7 +79,8 @@ impl Differences {
     }
 }
 
-/// The increment of a variable, pointing away from zero, so that functions of a half line are not left at its end.
+/// The increment of a variable, pointing away from zero, so that functions of a half line are not left at its
+/// end.
 fn increment(x: f64, scale: f64, relative: f64) -> f64 {
     (relative * x.abs().max(scale)).copysign(x)
 }

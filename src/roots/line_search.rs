@@ -4,8 +4,8 @@ use super::newton::{Newton, Trial};
 use super::{Status, System};
 use crate::error::Interrupted;
 
-/// Armijo's condition asks for that fraction of the decrease of `|R|^2 / 2` which the slope promises (Dennis and Schnabel
-/// 1983, section 6.3.2; KINSOL's alpha).
+/// Armijo's condition asks for that fraction of the decrease of `|R|^2 / 2` which the slope promises (Dennis
+/// and Schnabel 1983, section 6.3.2; KINSOL's alpha).
 const ARMIJO: f64 = 1e-4;
 
 /// One backtrack shortens the step at least to this fraction (Dennis and Schnabel 1983, section 6.3.2).
@@ -25,7 +25,8 @@ impl Newton {
         x: &[f64],
         residual_norm: f64,
     ) -> Result<Trial, Interrupted> {
-        // The Newton step solves the least-squares problem, hence g . dx = -|J dx|^2, which is -|R|^2 for a regular J.
+        // The Newton step solves the least-squares problem, hence g . dx = -|J dx|^2, which is -|R|^2 for a
+        // regular J.
         let promised =
             if self.linear.is_regular() { 1.0 } else { self.promised_reduction(residual_norm).powi(2) };
         let relative =
@@ -55,8 +56,8 @@ impl Newton {
     }
 }
 
-/// Where the parabola through `(0, 0)` with `slope` and `(length, change)` has its minimum, or the cubic that takes in the
-/// point before as well.
+/// Where the parabola through `(0, 0)` with `slope` and `(length, change)` has its minimum, or the cubic that
+/// takes in the point before as well.
 fn minimum(length: f64, change: f64, previous: Option<(f64, f64)>, slope: f64) -> f64 {
     let Some((other_length, other_change)) = previous else {
         return -slope * length * length / (2.0 * (change - slope * length));

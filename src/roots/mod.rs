@@ -1,7 +1,8 @@
-//! Root finding on R^n: Newton's method, its globalisations and finite-difference Jacobians. Knows nothing of time.
+//! Root finding on R^n: Newton's method, its globalisations and finite-difference Jacobians. Knows nothing of
+//! time.
 //!
-//! A [`System`] is what is to be solved, [`Options`] how, [`Newton`] the memory and the method, [`Outcome`] what came
-//! of it. Every outcome has a [`Status`] that says what happened; only a root is a success.
+//! A [`System`] is what is to be solved, [`Options`] how, [`Newton`] the memory and the method, [`Outcome`]
+//! what came of it. Every outcome has a [`Status`] that says what happened; only a root is a success.
 //!
 //! ```
 //! use lissom::error::Interrupted;
@@ -34,6 +35,7 @@
 //! ```
 
 mod check;
+mod convergence;
 mod difference;
 mod line_search;
 mod multiplicity;

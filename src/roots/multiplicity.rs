@@ -9,9 +9,9 @@ const SIMPLE: f64 = 1.5;
 /// Larger multiplicities cannot be told from slow progress.
 const LARGEST: f64 = 20.0;
 
-/// Watches Newton's correction `u(x) = J^-1 R`. Near a root of multiplicity p it is `(x - root) / p`, so along a step it
-/// falls by `1/p` of the step's length, and `p u` is the step to the root (Schroeder 1870; Traub 1964, section 7.3; with
-/// p from the last two corrections it is the secant method for `u = 0`).
+/// Watches Newton's correction `u(x) = J^-1 R`. Near a root of multiplicity p it is `(x - root) / p`, so
+/// along a step it falls by `1/p` of the step's length, and `p u` is the step to the root (Schroeder 1870;
+/// Traub 1964, section 7.3; with p from the last two corrections it is the secant method for `u = 0`).
 #[derive(Clone, Debug)]
 pub(super) struct Multiplicity {
     correction: Vec<f64>,
@@ -63,8 +63,8 @@ impl Multiplicity {
         (SIMPLE..=LARGEST).contains(&estimate).then_some(estimate)
     }
 
-    /// The multiplicity, when the last two estimates agree on an integer above one; after an accelerated step, whose
-    /// predecessors came from far away, the last one alone decides.
+    /// The multiplicity, when the last two estimates agree on an integer above one; after an accelerated
+    /// step, whose predecessors came from far away, the last one alone decides.
     pub(super) fn settled(&self, accelerated: bool) -> Option<usize> {
         let [before, last] = self.estimates;
         let integer = last.round();

@@ -16,25 +16,28 @@ pub enum Method {
     Newton,
     /// Backtracking along the Newton step until `|R|^2` falls enough (Armijo).
     LineSearch,
-    /// Powell's dogleg between the steepest descent and the Newton step, inside a region that grows with success.
+    /// Powell's dogleg between the steepest descent and the Newton step, inside a region that grows with
+    /// success.
     TrustRegion,
 }
 
-/// How long a factorised Jacobian is kept. A kept one serves as long as each step with it reduces the residual to at
-/// most [`Options::chord_rate`] times its value (chord steps: Hairer and Wanner 1996, section IV.8); after a step
-/// that does worse it is evaluated anew, and a step that reduces nothing is taken back first.
+/// How long a factorised Jacobian is kept. A kept one serves as long as each step with it reduces the
+/// residual to at most [`Options::chord_rate`] times its value (chord steps: Hairer and Wanner 1996, section
+/// IV.8); after a step that does worse it is evaluated anew, and a step that reduces nothing is taken back
+/// first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reuse {
     /// A fresh Jacobian at every iteration.
     Never,
     /// Kept from iteration to iteration of one solve.
     WithinSolve,
-    /// Kept from one solve to the next as well: for time stepping, where neighbouring systems have almost the same
-    /// Jacobian. See [`Newton::forget_jacobian`](super::Newton::forget_jacobian).
+    /// Kept from one solve to the next as well: for time stepping, where neighbouring systems have almost the
+    /// same Jacobian. See [`Newton::forget_jacobian`](super::Newton::forget_jacobian).
     AcrossSolves,
 }
 
-/// The step rule: `sqrt(mean((dx / (absolute + relative |x|))^2)) <= 1`. Both zero (the default) switches it off.
+/// The step rule: `sqrt(mean((dx / (absolute + relative |x|))^2)) <= 1`. Both zero (the default) switches it
+/// off.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StepTolerance {
     /// In units of x, for variables near zero.
@@ -58,14 +61,15 @@ pub struct Options {
     pub max_iterations: usize,
     /// How long a Jacobian is kept; never by default.
     pub reuse: Reuse,
-    /// Largest residual reduction factor per step with which a kept Jacobian stays in use, in (0, 1); 0.25 by default:
-    /// three such steps gain almost two digits, for less than the price of a Jacobian by differences.
+    /// Largest residual reduction factor per step with which a kept Jacobian stays in use, in (0, 1); 0.25 by
+    /// default: three such steps gain almost two digits, for less than the price of a Jacobian by
+    /// differences.
     pub chord_rate: f64,
-    /// Longest step, as `||dx / x_scale||_2`. By default the line search allows 1000 times the scaled start (at least 1000),
-    /// the other methods any.
+    /// Longest step, as `||dx / x_scale||_2`. By default the line search allows 1000 times the scaled start
+    /// (at least 1000), the other methods any.
     pub longest_step: Option<f64>,
-    /// Lengthen the steps where they show a multiple root; off by default. A longer step is kept only if it reduces the
-    /// residual to a quarter, else it costs one evaluation.
+    /// Lengthen the steps where they show a multiple root; off by default. A longer step is kept only if it
+    /// reduces the residual to a quarter, else it costs one evaluation.
     pub accelerate: bool,
     /// Keep every iterate in [`Newton::history`](super::Newton::history); off by default.
     pub history: bool,

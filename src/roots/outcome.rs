@@ -7,7 +7,8 @@ use std::fmt;
 pub enum Status {
     /// The scaled residual fell below its tolerance.
     ConvergedResidual,
-    /// The Newton step fell below its tolerance (or below rounding) and the residual is as small as that step explains.
+    /// The Newton step fell below its tolerance (or below rounding) and the residual is as small as that step
+    /// explains.
     ConvergedStep,
     /// The start was a root within the tolerance; nothing was done.
     AlreadyRoot,
@@ -63,50 +64,53 @@ impl Status {
         match self {
             Self::ConvergedResidual => "The residual is below its tolerance.",
             Self::ConvergedStep => {
-                "The Newton step is below its tolerance, and the residual is as small as such a step explains."
+                "The Newton step is below its tolerance, and the residual is as small as such a step \
+                 explains."
             }
             Self::AlreadyRoot => "The start is a root within the tolerance; no step was taken.",
             Self::StationaryPoint => {
-                "Stopped at a stationary point of |R| that is not a root: the Jacobian sees no direction in which R \
-                 decreases. Start somewhere else; if that ends here too, there may be no root nearby."
+                "Stopped at a stationary point of |R| that is not a root: the Jacobian sees no direction in \
+                 which R decreases. Start somewhere else; if that ends here too, there may be no root \
+                 nearby. If the Jacobian comes from differences, check the scale of x."
             }
             Self::SingularJacobian => {
-                "The Jacobian is singular to working precision and no finite step exists. Start somewhere else, check \
-                 the Jacobian, or look for an unknown that no equation depends on."
+                "The Jacobian is singular to working precision and no finite step exists. Start somewhere \
+                 else, check the Jacobian, or look for an unknown that no equation depends on."
             }
             Self::IterationLimit => {
-                "The limit of iterations was reached. If the residual was still falling, allow more; if not, start \
-                 closer to the root or use a globalised method."
+                "The limit of iterations was reached. If the residual was still falling, allow more; if not, \
+                 start closer to the root or use a globalised method."
             }
             Self::Diverged => {
-                "The iterates ran away and the residual did not fall. Start closer to the root or use a globalised \
-                 method."
+                "The iterates ran away and the residual did not fall. Start closer to the root or use a \
+                 globalised method."
             }
             Self::Stalled => {
-                "The steps are below the rounding of x, yet the residual is not small. Check the Jacobian against \
-                 differences, and whether R is continuous here; if R cannot be computed any better, loosen its \
-                 tolerance or give its scale."
+                "The steps are below the rounding of x, yet the residual is not small. Check the Jacobian \
+                 against differences, and whether R is continuous here; if R cannot be computed any better, \
+                 loosen its tolerance or give its scale."
             }
             Self::LineSearchFailed => {
-                "The line search failed: the residual does not fall along the Newton step, however short. Check the \
-                 Jacobian against differences, start somewhere else, or use the trust region."
+                "The line search failed: the residual does not fall along the Newton step, however short. \
+                 Check the Jacobian against differences, start somewhere else, or use the trust region."
             }
             Self::TrustRegionCollapsed => {
-                "The trust region shrank to nothing without a better point. Check the Jacobian against differences, \
-                 and whether R is smooth here; if R cannot be computed any better, loosen its tolerance or give its \
-                 scale."
+                "The trust region shrank to nothing without a better point. Check the Jacobian against \
+                 differences, and whether R is smooth here; if R cannot be computed any better, loosen its \
+                 tolerance or give its scale."
             }
             Self::LongestSteps => {
-                "Five steps in a row had the greatest allowed length: the residual may fall towards a limit without a \
-                 root. Start somewhere else, give the scale of x, or allow longer steps."
+                "Five steps in a row had the greatest allowed length: the residual may fall towards a limit \
+                 without a root. Start somewhere else, give the scale of x, or allow longer steps."
             }
             Self::NonFiniteResidual => {
-                "The residual is NaN or infinite. If that is so at the start, start inside the domain of R; otherwise \
-                 a step left the domain: start closer to the root or use a globalised method, which shortens such steps."
+                "The residual is NaN or infinite. If that is so at the start, start inside the domain of R; \
+                 otherwise a step left the domain: start closer to the root or use a globalised method, \
+                 which shortens such steps."
             }
             Self::NonFiniteJacobian => {
-                "The Jacobian has a NaN or infinite entry. Start away from the edge of the domain of R, or check the \
-                 Jacobian."
+                "The Jacobian has a NaN or infinite entry. Start away from the edge of the domain of R, or \
+                 check the Jacobian."
             }
         }
     }
@@ -137,7 +141,8 @@ pub struct Outcome {
     pub residual_norm: f64,
     /// `||dx / x_scale||_2` of the last step; NaN when none was taken.
     pub step_norm: f64,
-    /// Estimated multiplicity of the root when convergence was linear, as it is at multiple roots; `None` otherwise.
+    /// Estimated multiplicity of the root when convergence was linear, as it is at multiple roots; `None`
+    /// otherwise.
     pub multiplicity: Option<usize>,
 }
 
@@ -149,8 +154,8 @@ impl Outcome {
         let mut message = format!("{status} Residual norm {residual_norm:.3e} after {iterations} {steps}.");
         if let Some(multiplicity) = self.multiplicity {
             message += &format!(
-                " Convergence was linear, as at a root of multiplicity {multiplicity}: the error of x is about the \
-                 residual to the power 1/{multiplicity}, and acceleration saves steps."
+                " Convergence was linear, as at a root of multiplicity {multiplicity}: the error of x is \
+                 about the residual to the power 1/{multiplicity}, and acceleration saves steps."
             );
         }
         message

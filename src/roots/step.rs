@@ -2,7 +2,8 @@
 
 use crate::linalg::{Lu, Matrix, minimum_norm_solution};
 
-/// Pivots that differ by less than this say that the matrix is far from singular; only below, its condition is estimated.
+/// Pivots that differ by less than this say that the matrix is far from singular; only below, its condition
+/// is estimated.
 const PIVOT_RATIO: f64 = 1e-8;
 
 /// A Jacobian, factorised.
@@ -32,8 +33,8 @@ impl NewtonStep {
         self.regular
     }
 
-    /// Factorises a finite Jacobian. Rows and columns are first scaled by powers of two, which costs no accuracy, so that
-    /// the units of equations and unknowns have no say in what counts as singular.
+    /// Factorises a finite Jacobian. Rows and columns are first scaled by powers of two, which costs no
+    /// accuracy, so that the units of equations and unknowns have no say in what counts as singular.
     pub(super) fn factorise(&mut self, jacobian: &Matrix) {
         self.regular = jacobian.is_square() && self.equilibrate(jacobian) && self.factorise_equilibrated();
     }
@@ -60,8 +61,8 @@ impl NewtonStep {
                 || self.lu.reciprocal_condition() > n as f64 * f64::EPSILON)
     }
 
-    /// `step <- -J^-1 R`, or the minimum-norm least-squares step in the scaled variables (dx / x_scale, R / f_scale) when J
-    /// is singular or not square. False when there is no finite step.
+    /// `step <- -J^-1 R`, or the minimum-norm least-squares step in the scaled variables (dx / x_scale, R /
+    /// f_scale) when J is singular or not square. False when there is no finite step.
     pub(super) fn solve(
         &mut self,
         jacobian: &Matrix,

@@ -1,14 +1,16 @@
-//! Powell's dogleg in a trust region (Powell 1970), with the rules of MINPACK's `hybrj` for its size.
+//! The double dogleg in a trust region (Powell 1970; Dennis and Mei 1979), with MINPACK's rules for its size.
 
 use super::newton::{Newton, Trial};
 use super::{Status, System};
 use crate::error::Interrupted;
 use crate::linalg::{Matrix, norm};
 
-/// The first radius is that multiple of the scaled start (MINPACK's `factor`).
+/// The first radius is that multiple of the scaled start, or of the scales where the start is smaller
+/// (MINPACK's `factor`).
 const FIRST_RADIUS: f64 = 100.0;
 
-/// A step is taken when it gives that fraction of the decrease of `|R|^2` that the linear model promises (`hybrj`).
+/// A step is taken when it gives that fraction of the decrease of `|R|^2` that the linear model promises
+/// (`hybrj`).
 const TAKEN: f64 = 1e-4;
 
 /// Below this fraction the radius shrinks (`hybrj`).
@@ -26,19 +28,21 @@ const SHRINK: f64 = 0.5;
 /// How far the radius grows beyond a good step (`hybrj`).
 const GROW: f64 = 2.0;
 
+/// The second leg of the double dogleg ends that far along the Newton step at least, the rest grows with how
+/// well the steepest descent does (Dennis and Schnabel 1983, section 6.4.2).
+const NEWTON_BIAS: f64 = 0.2;
+
 /// A region smaller than that, relative to x, holds no other point worth trying.
 const SMALLEST: f64 = f64::EPSILON;
 
-/// The region `||D dx||_2 <= radius` and the memory of the dogleg.
+/// The region `||dx / x_scale||_2 <= radius` and the memory of the dogleg.
 #[derive(Clone, Debug)]
 pub(super) struct TrustRegion {
     radius: f64,
-    /// The scaling D, shape (n,): the largest norm so far of each column of the Jacobian (MINPACK's `diag`).
-    scaling: Vec<f64>,
     successes: usize,
     newton: Vec<f64>,
     gradient: Vec<f64>,
-    cauchy: Vec<f64>,
+    leg: Vec<f64>,
     image: Vec<f64>,
 }
 
@@ -46,85 +50,73 @@ impl TrustRegion {
     pub(super) fn new(unknowns: usize, equations: usize) -> Self {
         Self {
             radius: f64::NAN,
-            scaling: vec![0.0; unknowns],
             successes: 0,
             newton: vec![0.0; unknowns],
             gradient: vec![0.0; unknowns],
-            cauchy: vec![0.0; unknowns],
+            leg: vec![0.0; unknowns],
             image: vec![0.0; equations],
         }
     }
 
-    /// Forgets an earlier search.
-    pub(super) fn reset(&mut self) {
-        self.radius = f64::NAN;
-        self.scaling.fill(0.0);
+    /// Forgets an earlier search; `size` is the scaled norm of the start.
+    pub(super) fn reset(&mut self, size: f64) {
+        self.radius = FIRST_RADIUS * size.max(1.0);
         self.successes = 0;
     }
 
-    /// Takes in the columns of a new Jacobian. D never shrinks, so that the region cannot follow a column into zero.
-    fn rescale(&mut self, jacobian: &Matrix, f_scale: &[f64], x: &[f64]) {
-        for (j, scaling) in self.scaling.iter_mut().enumerate() {
-            let column = jacobian.column(j);
-            let size = column.iter().zip(f_scale).map(|(v, f)| (v / f) * (v / f)).sum::<f64>().sqrt();
-            *scaling = scaling.max(size);
-        }
-        if self.radius.is_nan() {
-            let start = self.norm(x);
-            self.radius = if start > 0.0 { FIRST_RADIUS * start } else { FIRST_RADIUS };
-        }
-    }
-
-    /// `||D v||_2`.
-    fn norm(&self, v: &[f64]) -> f64 {
-        v.iter().zip(&self.scaling).map(|(v, scale)| (v * scale) * (v * scale)).sum::<f64>().sqrt()
-    }
-
-    /// `step <-` along the steepest descent to the minimum of the linear model, from there towards the Newton step, up to
-    /// the edge of the region. False without a descent.
-    fn dogleg(&mut self, jacobian: &Matrix, f_scale: &[f64], step: &mut [f64]) -> bool {
-        step.copy_from_slice(&self.newton);
-        if self.norm(&self.newton) <= self.radius {
+    /// `step <-` along the steepest descent to the minimum of the linear model, from there to a point on the
+    /// Newton step, on to its end, as far as the region reaches. False without a descent.
+    fn dogleg(&mut self, jacobian: &Matrix, x_scale: &[f64], f_scale: &[f64], step: &mut [f64]) -> bool {
+        let inner = |a: &[f64], b: &[f64]| -> f64 {
+            (0..x_scale.len()).map(|j| (a[j] / x_scale[j]) * (b[j] / x_scale[j])).sum()
+        };
+        let newton_length = inner(&self.newton, &self.newton).sqrt();
+        if newton_length <= self.radius {
+            step.copy_from_slice(&self.newton);
             return true;
         }
+        let promised: f64 = -(0..step.len()).map(|j| self.gradient[j] * self.newton[j]).sum::<f64>();
         for j in 0..step.len() {
-            let weight = self.scaling[j] * self.scaling[j];
-            self.cauchy[j] = if weight > 0.0 { -self.gradient[j] / weight } else { 0.0 };
+            step[j] = -self.gradient[j] * x_scale[j] * x_scale[j];
         }
-        let slope = self.norm(&self.cauchy);
+        let slope = inner(step, step).sqrt();
         for (i, image) in self.image.iter_mut().enumerate() {
             let row = jacobian.row(i);
-            *image = self.cauchy.iter().enumerate().map(|(j, dx)| row[j] * dx).sum::<f64>() / f_scale[i];
+            *image = step.iter().enumerate().map(|(j, dx)| row[j] * dx).sum::<f64>() / f_scale[i];
         }
         let curvature = norm(&self.image);
         if !(slope > 0.0 && curvature > 0.0) {
             return false;
         }
         let cauchy_length = (slope / curvature) * (slope / curvature) * slope;
-        let to_edge = cauchy_length.min(self.radius) / slope;
-        for v in &mut self.cauchy {
-            *v *= to_edge;
-        }
-        step.copy_from_slice(&self.cauchy);
-        if cauchy_length < self.radius {
-            // |D (c + t (s - c))| = radius; the root in (0, 1), written without cancellation.
-            let (mut square, mut along) = (0.0, 0.0);
+        let progress = (slope / curvature) * (slope / curvature) * (slope * slope / promised);
+        let knee = NEWTON_BIAS + (1.0 - NEWTON_BIAS) * progress.min(1.0);
+        if knee * newton_length <= self.radius {
             for j in 0..step.len() {
-                let weight = self.scaling[j] * self.scaling[j];
-                let leg = self.newton[j] - self.cauchy[j];
-                square += weight * leg * leg;
-                along += weight * leg * self.cauchy[j];
+                step[j] = self.newton[j] * (self.radius / newton_length);
             }
+        } else if cauchy_length >= self.radius {
+            for v in step.iter_mut() {
+                *v *= self.radius / slope;
+            }
+        } else {
+            // |c + t (knee s - c)| = radius; the root in (0, 1), written without cancellation.
+            for j in 0..step.len() {
+                step[j] *= cauchy_length / slope;
+                self.leg[j] = knee * self.newton[j] - step[j];
+            }
+            let (square, along) = (inner(&self.leg, &self.leg), inner(&self.leg, step));
             let gap = (self.radius - cauchy_length) * (self.radius + cauchy_length);
             let t = gap / (along + (along * along + square * gap).sqrt());
             for j in 0..step.len() {
-                step[j] += t * (self.newton[j] - self.cauchy[j]);
+                step[j] += t * self.leg[j];
             }
         }
         true
     }
 
-    /// Adapts the radius to how the step of that length did: `ratio` is actual over promised reduction of `|R|^2`.
+    /// Adapts the radius to how the step of that length did: `ratio` is actual over promised reduction of
+    /// `|R|^2`.
     fn adapt(&mut self, ratio: f64, length: f64) {
         if ratio < POOR {
             self.successes = 0;
@@ -142,24 +134,24 @@ impl TrustRegion {
 }
 
 impl Newton {
-    /// Tries dogleg steps, shrinking the region, until one reduces `|R|^2` as far as the linear model can be believed.
+    /// Tries dogleg steps, shrinking the region, until one reduces `|R|^2` as far as the linear model can be
+    /// believed.
     pub(super) fn search_region(
         &mut self,
         system: &mut dyn System,
         x: &[f64],
         residual_norm: f64,
     ) -> Result<Trial, Interrupted> {
-        self.region.rescale(&self.jacobian, &self.f_scale, x);
         self.region.newton.copy_from_slice(&self.step);
         for j in 0..x.len() {
             self.region.gradient[j] = self.gradient(j);
         }
         let newton_norm = self.scaled_step_norm();
         loop {
-            if !self.region.dogleg(&self.jacobian, &self.f_scale, &mut self.step) {
+            if !self.region.dogleg(&self.jacobian, &self.x_scale, &self.f_scale, &mut self.step) {
                 return Ok(Trial::Refused(Status::StationaryPoint));
             }
-            let length = self.region.norm(&self.step);
+            let length = self.scaled_step_norm();
             if self.iterations() == 0 {
                 self.region.radius = self.region.radius.min(length);
             }
@@ -169,9 +161,9 @@ impl Newton {
             let ratio = if promised > 0.0 && reduction.is_finite() { reduction / promised } else { 0.0 };
             self.region.adapt(ratio, length);
             if ratio >= TAKEN {
-                return Ok(Trial::Taken { norm, length: self.scaled_step_norm() / newton_norm });
+                return Ok(Trial::Taken { norm, length: (length / newton_norm).min(1.0) });
             }
-            if self.region.radius <= SMALLEST * self.region.norm(x) {
+            if self.region.radius <= SMALLEST * self.size(x) {
                 return Ok(Trial::Refused(Status::TrustRegionCollapsed));
             }
         }

@@ -1,0 +1,1 @@
+"""Test problems with known difficulty, for solvers of every kind."""
