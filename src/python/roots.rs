@@ -8,7 +8,7 @@ use pyo3::types::{PyDict, PyFloat, PyString, PyTuple};
 use super::callback::Raised;
 use super::convert::{describe, matrix_of, matrix_out, scalar_or_vector, vector_of};
 use super::errors::ConvergenceError;
-use crate::error::{Checker, Interrupted};
+use crate::error::{Checker, Interrupted, InvalidInput};
 use crate::linalg::Matrix;
 use crate::roots::{
     Derivative, Differences, Iterate, Method, Newton, Options, Reuse, StepTolerance, System, check_jacobian,
@@ -345,7 +345,7 @@ pub(crate) fn root<'py>(
         history,
         ..Options::default()
     };
-    options.check()?;
+    options.check().map_err(with_python_names)?;
     let args = args.unwrap_or_else(|| PyTuple::empty(py));
     let function = (options.derivative == Derivative::Analytic).then_some(&jac);
     let mut system = PyFunctions::new(fun, function, &args, &x, scalar)?;
@@ -486,6 +486,21 @@ pub(crate) fn check_jacobian_of<'py>(
         given: check.given,
         difference: check.difference,
     })
+}
+
+/// Names options as the arguments of `root`.
+fn with_python_names(mut error: InvalidInput) -> InvalidInput {
+    for problem in &mut error.problems {
+        problem.place = match problem.place.as_str() {
+            "residual_tolerance" => "tol",
+            "step_tolerance.relative" => "xtol",
+            "step_tolerance.absolute" => "xtol_abs",
+            "longest_step" => "max_step",
+            other => other,
+        }
+        .to_owned();
+    }
+    error
 }
 
 fn finite_point(x: &Bound<'_, PyAny>) -> PyResult<(Vec<f64>, bool)> {

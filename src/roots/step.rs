@@ -2,8 +2,8 @@
 
 use crate::linalg::{Lu, Matrix, minimum_norm_solution};
 
-/// Pivots that differ by less than this say that the matrix is far from singular; only below, its condition
-/// is estimated.
+/// Where the smallest pivot is larger than that part of the largest, the matrix counts as far from singular;
+/// below, its condition is estimated.
 const PIVOT_RATIO: f64 = 1e-8;
 
 /// A Jacobian, factorised.
@@ -41,17 +41,28 @@ impl NewtonStep {
 
     /// False when a row or a column is zero.
     fn equilibrate(&mut self, jacobian: &Matrix) -> bool {
-        let n = jacobian.nrows();
-        self.equilibrated.copy_from(jacobian);
-        for i in 0..n {
-            self.row_scale[i] = power_of_two_below(self.equilibrated.row(i).amax());
-            self.equilibrated.row_mut(i).unscale_mut(self.row_scale[i]);
+        self.row_scale.fill(0.0);
+        for column in jacobian.column_iter() {
+            for (scale, entry) in self.row_scale.iter_mut().zip(column.iter()) {
+                *scale = scale.max(entry.abs());
+            }
         }
-        for j in 0..n {
-            self.column_scale[j] = power_of_two_below(self.equilibrated.column(j).amax());
-            self.equilibrated.column_mut(j).unscale_mut(self.column_scale[j]);
+        for scale in &mut self.row_scale {
+            *scale = 1.0 / power_of_two_below(*scale);
         }
-        self.row_scale.iter().chain(&self.column_scale).all(|&scale| scale > 0.0)
+        for j in 0..jacobian.ncols() {
+            let mut scaled = self.equilibrated.column_mut(j);
+            let mut largest = 0.0_f64;
+            for ((scaled, entry), scale) in
+                scaled.iter_mut().zip(jacobian.column(j).iter()).zip(&self.row_scale)
+            {
+                *scaled = entry * scale;
+                largest = largest.max(scaled.abs());
+            }
+            self.column_scale[j] = 1.0 / power_of_two_below(largest);
+            scaled *= self.column_scale[j];
+        }
+        self.row_scale.iter().chain(&self.column_scale).all(|scale| scale.is_finite())
     }
 
     fn factorise_equilibrated(&mut self) -> bool {
@@ -73,11 +84,11 @@ impl NewtonStep {
     ) -> bool {
         if self.regular {
             for (i, step) in step.iter_mut().enumerate() {
-                *step = -residual[i] / self.row_scale[i];
+                *step = -residual[i] * self.row_scale[i];
             }
             self.lu.solve(step);
             for (j, step) in step.iter_mut().enumerate() {
-                *step /= self.column_scale[j];
+                *step *= self.column_scale[j];
             }
         } else {
             let (m, n) = jacobian.shape();
