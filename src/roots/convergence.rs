@@ -97,12 +97,12 @@ impl Newton {
         !self.linear.is_regular() && self.promised_reduction(residual_norm) <= STATIONARY
     }
 
-    /// True when the gradient `J^T R` of `|R|^2 / 2` is zero as far as a Jacobian by differences can tell.
+    /// True when the gradient of `|R|` is zero as far as a Jacobian by differences can tell.
     pub(super) fn gradient_is_noise(&self, x: &[f64], residual_norm: f64, derivative: Derivative) -> bool {
         derivative != Derivative::Analytic
             && (0..x.len()).all(|j| {
                 let noise = EVALUATION_ERROR * rounding_error(x[j], self.x_scale[j], derivative);
-                self.gradient(j).abs() <= noise * residual_norm * residual_norm
+                self.gradient(j, residual_norm).abs() <= noise * residual_norm
             })
     }
 
@@ -133,7 +133,7 @@ impl Newton {
             let column = self.jacobian.column(j);
             let size = column.iter().zip(&self.f_scale).map(|(v, f)| (v / f) * (v / f)).sum::<f64>().sqrt();
             let natural_size = residual_norm / x[j].abs().max(self.x_scale[j]);
-            self.gradient(j).abs() <= SMALL_GRADIENT * residual_norm * size.max(natural_size)
+            self.gradient(j, residual_norm).abs() <= SMALL_GRADIENT * size.max(natural_size)
         })
     }
 }

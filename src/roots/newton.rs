@@ -424,11 +424,11 @@ impl Newton {
         Ok(())
     }
 
-    /// Entry j of the gradient `J^T R` of `|R|^2 / 2`, R scaled.
-    pub(super) fn gradient(&self, j: usize) -> f64 {
+    /// Entry j of the gradient `J^T R / |R|` of `|R|`, R scaled.
+    pub(super) fn gradient(&self, j: usize, residual_norm: f64) -> f64 {
         let column = self.jacobian.column(j);
         (0..self.residual.len())
-            .map(|i| column[i] / self.f_scale[i] * (self.residual[i] / self.f_scale[i]))
+            .map(|i| column[i] / self.f_scale[i] * (self.residual[i] / self.f_scale[i] / residual_norm))
             .sum()
     }
 

@@ -66,7 +66,14 @@ impl TrustRegion {
 
     /// `step <-` along the steepest descent to the minimum of the linear model, from there to a point on the
     /// Newton step, on to its end, as far as the region reaches. False without a descent.
-    fn dogleg(&mut self, jacobian: &Matrix, x_scale: &[f64], f_scale: &[f64], step: &mut [f64]) -> bool {
+    fn dogleg(
+        &mut self,
+        jacobian: &Matrix,
+        residual_norm: f64,
+        x_scale: &[f64],
+        f_scale: &[f64],
+        step: &mut [f64],
+    ) -> bool {
         let inner = |a: &[f64], b: &[f64]| -> f64 {
             (0..x_scale.len()).map(|j| (a[j] / x_scale[j]) * (b[j] / x_scale[j])).sum()
         };
@@ -75,21 +82,26 @@ impl TrustRegion {
             step.copy_from_slice(&self.newton);
             return true;
         }
-        let promised: f64 = -(0..step.len()).map(|j| self.gradient[j] * self.newton[j]).sum::<f64>();
+        // The unit vector of steepest descent, the slope of |R| along it, and the norm of its image.
         for j in 0..step.len() {
             step[j] = -self.gradient[j] * x_scale[j] * x_scale[j];
         }
         let slope = inner(step, step).sqrt();
+        for v in step.iter_mut() {
+            *v /= slope;
+        }
         for (i, image) in self.image.iter_mut().enumerate() {
             let row = jacobian.row(i);
             *image = step.iter().enumerate().map(|(j, dx)| row[j] * dx).sum::<f64>() / f_scale[i];
         }
-        let curvature = norm(&self.image);
-        if !(slope > 0.0 && curvature > 0.0) {
+        let stretch = norm(&self.image);
+        if !(slope > 0.0 && stretch > 0.0) {
             return false;
         }
-        let cauchy_length = (slope / curvature) * (slope / curvature) * slope;
-        let progress = (slope / curvature) * (slope / curvature) * (slope * slope / promised);
+        let cauchy_length = (slope / stretch) * (residual_norm / stretch);
+        // What the minimum along it gains, as a part of what the Newton step gains in the linear model.
+        let newton_gain: f64 = -(0..step.len()).map(|j| self.gradient[j] * self.newton[j]).sum::<f64>();
+        let progress = cauchy_length * slope / newton_gain;
         let knee = NEWTON_BIAS + (1.0 - NEWTON_BIAS) * progress.min(1.0);
         if knee * newton_length <= self.radius {
             for j in 0..step.len() {
@@ -97,12 +109,12 @@ impl TrustRegion {
             }
         } else if cauchy_length >= self.radius {
             for v in step.iter_mut() {
-                *v *= self.radius / slope;
+                *v *= self.radius;
             }
         } else {
             // |c + t (knee s - c)| = radius; the root in (0, 1), written without cancellation.
             for j in 0..step.len() {
-                step[j] *= cauchy_length / slope;
+                step[j] *= cauchy_length;
                 self.leg[j] = knee * self.newton[j] - step[j];
             }
             let (square, along) = (inner(&self.leg, &self.leg), inner(&self.leg, step));
@@ -144,11 +156,17 @@ impl Newton {
     ) -> Result<Trial, Interrupted> {
         self.region.newton.copy_from_slice(&self.step);
         for j in 0..x.len() {
-            self.region.gradient[j] = self.gradient(j);
+            self.region.gradient[j] = self.gradient(j, residual_norm);
         }
         let newton_norm = self.scaled_step_norm();
         loop {
-            if !self.region.dogleg(&self.jacobian, &self.x_scale, &self.f_scale, &mut self.step) {
+            if !self.region.dogleg(
+                &self.jacobian,
+                residual_norm,
+                &self.x_scale,
+                &self.f_scale,
+                &mut self.step,
+            ) {
                 return Ok(Trial::Refused(Status::StationaryPoint));
             }
             let length = self.scaled_step_norm();

@@ -554,6 +554,15 @@ def test_the_line_search_shortens_and_the_newton_method_does_not():
     assert trusted.success
 
 
+def test_tiny_residuals_are_judged_by_their_own_size():
+    """No square of a residual may underflow into a false zero gradient."""
+    for method in METHODS:
+        for jac in ("forward", "central", lambda x: 1e-300):
+            result = lissom.root(lambda x: 1e-300 * (x - 1), 5.0, jac=jac, method=method, tol=1e-307)
+            assert result.status == "converged_residual"
+            assert result.x == pytest.approx(1)
+
+
 def test_steps_may_be_limited():
     history = lissom.root(lambda x: x - 10, 0.0, max_step=3.0, history=True, max_iter=4).history
     assert_allclose(history["x"], [0, 3, 6, 9, 10])
