@@ -118,8 +118,8 @@ def markdown(table):
         "`tests/python/problems/roots.py`), each from its standard start and from 10 and 100 times that. "
         f"lissom {lissom.__version__} with default options (`tol=1e-6`, `max_iter=1000`), "
         f"SciPy {scipy.__version__} with its default tolerances and up to {SCIPY_EVALUATIONS} evaluations "
-        f"({platform.machine()}). Long searches that end well or badly by chance depend on rounding, and so on "
-        "the processor: the tests say which starts those are.",
+        f"({platform.machine()}). Long searches that end well or badly by chance depend on rounding, and so "
+        "on the processor: the tests say which starts those are.",
         "",
         "## Summary",
         "",
