@@ -22,7 +22,7 @@ pub(super) static DORMAND_PRINCE_5: Pair = Pair {
         ],
     ],
     b: &[(0, 35.0 / 384.0), (2, 500.0 / 1113.0), (3, 125.0 / 192.0), (4, -2187.0 / 6784.0), (5, 11.0 / 84.0)],
-    // b minus the weights of order 4.
+    // The weights of order 4 minus b.
     error: ErrorEstimate::Difference(&[
         (0, -71.0 / 57600.0),
         (2, 71.0 / 16695.0),

@@ -5,6 +5,7 @@ use super::controller::StepControl;
 use super::dense::Form;
 use super::dormand_prince_5::DORMAND_PRINCE_5;
 use super::dormand_prince_8::DORMAND_PRINCE_8;
+use super::initial_step::scaled;
 use super::options::Controller;
 use super::pair::{ErrorEstimate, Extension, Pair, combine};
 use super::status::Status;
@@ -24,6 +25,8 @@ pub(super) struct Explicit {
     stages: Vec<f64>,
     // The argument of the last stage that was evaluated.
     argument: Vec<f64>,
+    // The error estimate relative to the tolerances.
+    relative_error: Vec<f64>,
     control: StepControl,
     stiffness: StiffnessTest,
 }
@@ -42,6 +45,7 @@ impl Explicit {
             pair,
             stages: vec![0.0; pair.kept_stages() * n],
             argument: vec![0.0; n],
+            relative_error: vec![0.0; n],
             control: StepControl::new(controller, pair.error_order),
             stiffness: StiffnessTest::default(),
         }
@@ -114,19 +118,17 @@ impl Explicit {
     }
 
     /// Error estimate relative to the tolerances, in the root mean square.
-    fn error_norm(&self, state: &State, h_abs: f64) -> f64 {
+    fn error_norm(&mut self, state: &State, h_abs: f64) -> f64 {
         let n = state.y.len();
-        let scale = |i: usize| {
-            state.tolerances.atol[i] + state.y[i].abs().max(state.y_new[i].abs()) * state.tolerances.rtol[i]
-        };
-        let squared = |row: &[(usize, f64)]| {
-            let mut sum = 0.0;
-            for i in 0..n {
-                let error: f64 = row.iter().map(|&(stage, weight)| weight * self.stages[stage * n + i]).sum();
-                let scaled = error * h_abs / scale(i);
-                sum += scaled * scaled;
-            }
-            sum
+        let (y, y_new) = (&state.y[..n], &state.y_new[..n]);
+        let (atol, rtol) = (&state.tolerances.atol[..n], &state.tolerances.rtol[..n]);
+        let stages = &self.stages;
+        let relative = &mut self.relative_error;
+        let mut squared = |row: &[(usize, f64)]| {
+            combine(stages, row, relative, |i, sum| {
+                scaled(sum * h_abs, atol[i] + y[i].abs().max(y_new[i].abs()) * rtol[i])
+            });
+            relative.iter().map(|error| error * error).sum::<f64>()
         };
         match self.pair.error {
             ErrorEstimate::Difference(row) => (squared(row) / n as f64).sqrt(),
@@ -145,18 +147,17 @@ impl Explicit {
     pub(super) fn error_estimate(&self, h: f64) -> Vec<f64> {
         let mut estimate = vec![0.0; self.argument.len()];
         match self.pair.error {
-            ErrorEstimate::Difference(row) => combine(&self.stages, row, &mut estimate),
+            ErrorEstimate::Difference(row) => combine(&self.stages, row, &mut estimate, |_, sum| sum * h),
             ErrorEstimate::Combined { fifth, third } => {
                 let mut rough = estimate.clone();
-                combine(&self.stages, fifth, &mut estimate);
-                combine(&self.stages, third, &mut rough);
+                combine(&self.stages, fifth, &mut estimate, |_, sum| sum * h);
+                combine(&self.stages, third, &mut rough, |_, sum| sum * h);
                 for (value, rough) in estimate.iter_mut().zip(rough) {
                     let size = value.hypot(THIRD_ORDER_WEIGHT.sqrt() * rough);
                     *value *= if size > 0.0 { value.abs() / size } else { 1.0 };
                 }
             }
         }
-        estimate.iter_mut().for_each(|value| *value *= h);
         estimate
     }
 
@@ -187,8 +188,7 @@ impl Explicit {
         match self.pair.extension {
             Extension::Monomial(rows) => {
                 for (row, out) in rows.iter().zip(coefficients[n..].chunks_exact_mut(n)) {
-                    combine(&self.stages, row, out);
-                    out.iter_mut().for_each(|value| *value *= h);
+                    combine(&self.stages, row, out, |_, sum| sum * h);
                 }
             }
             Extension::Nested { c, a, d } => {
@@ -207,8 +207,7 @@ impl Explicit {
                     coefficients[3 * n + i] = 2.0 * difference - h * (f + f_old);
                 }
                 for (row, out) in d.iter().zip(coefficients[4 * n..].chunks_exact_mut(n)) {
-                    combine(&self.stages, row, out);
-                    out.iter_mut().for_each(|value| *value *= h);
+                    combine(&self.stages, row, out, |_, sum| sum * h);
                 }
             }
         }
@@ -218,8 +217,6 @@ impl Explicit {
 
 /// `out <- y + h sum_j weight_j stages[j]`.
 fn shift(y: &[f64], h: f64, stages: &[f64], row: &[(usize, f64)], out: &mut [f64]) {
-    combine(stages, row, out);
-    for (value, y) in out.iter_mut().zip(y) {
-        *value = y + *value * h;
-    }
+    let y = &y[..out.len()];
+    combine(stages, row, out, |i, sum| y[i] + sum * h);
 }

@@ -197,8 +197,10 @@ impl Options {
         }
         checker.require(self.max_step > 0.0, "max_step", self.max_step, "a number > 0");
         checker.non_negative(self.min_step, "min_step", "of the time");
-        let ordered = self.min_step <= self.max_step || self.max_step.is_nan() || self.min_step.is_nan();
-        checker.require(ordered, "min_step", self.min_step, &format!("at most max_step, {}", self.max_step));
+        if self.max_step > 0.0 && self.min_step > self.max_step {
+            let expected = format!("at most max_step, {}", self.max_step);
+            checker.require(false, "min_step", self.min_step, &expected);
+        }
         if let Some(sparsity) = &self.sparsity {
             let expected = format!("one of {n} equations");
             let found = format!("one of {} equations", sparsity.n());

@@ -59,7 +59,7 @@ pub fn tableau(method: Method) -> Option<Tableau> {
 /// Weights of the error estimate, over the stages with `f(t + h, y_new)` included.
 #[derive(Debug)]
 pub(super) enum ErrorEstimate {
-    /// The difference of two solutions.
+    /// The embedded solution minus the solution.
     Difference(Row),
     /// Two differences, of orders 5 and 3, combined into `|e5|^2 / sqrt(|e5|^2 + 0.01 |e3|^2)` (Hairer, Norsett
     /// and Wanner 1993, eq. II.10.17).
@@ -120,12 +120,18 @@ impl Extension {
 /// How many components are combined at a time, so that the compiler keeps their sums in vector registers.
 const LANES: usize = 4;
 
-/// `out[i] <- sum_j weight_j stages[j][i]` with `n` components a stage.
-pub(super) fn combine(stages: &[f64], row: &[(usize, f64)], out: &mut [f64]) {
+/// `out[i] <- finish(i, sum_j weight_j stages[j][i])` with `n = out.len()` components a stage.
+#[inline(always)]
+pub(super) fn combine(
+    stages: &[f64],
+    row: &[(usize, f64)],
+    out: &mut [f64],
+    finish: impl Fn(usize, f64) -> f64,
+) {
     let n = out.len();
-    let mut blocks = out.chunks_exact_mut(LANES);
-    let mut start = 0;
-    for block in &mut blocks {
+    let (blocks, rest) = out.as_chunks_mut::<LANES>();
+    for (index, block) in blocks.iter_mut().enumerate() {
+        let start = index * LANES;
         let mut sums = [0.0; LANES];
         for &(stage, weight) in row {
             let k = &stages[stage * n + start..][..LANES];
@@ -133,10 +139,13 @@ pub(super) fn combine(stages: &[f64], row: &[(usize, f64)], out: &mut [f64]) {
                 sums[lane] += weight * k[lane];
             }
         }
-        block.copy_from_slice(&sums);
-        start += LANES;
+        for lane in 0..LANES {
+            block[lane] = finish(start + lane, sums[lane]);
+        }
     }
-    for (lane, value) in blocks.into_remainder().iter_mut().enumerate() {
-        *value = row.iter().map(|&(stage, weight)| weight * stages[stage * n + start + lane]).sum();
+    let start = n - rest.len();
+    for (lane, value) in rest.iter_mut().enumerate() {
+        let i = start + lane;
+        *value = finish(i, row.iter().map(|&(stage, weight)| weight * stages[stage * n + i]).sum());
     }
 }

@@ -279,7 +279,8 @@ impl Stepper {
         self.scheme.form()
     }
 
-    /// Estimate of the error that the last step has added, one number for each component; zeros before the first.
+    /// Estimate of the error that the last step has added, one number for each component; zeros before the first. For
+    /// RK45 the embedded solution of order 4 minus the solution.
     pub fn error_estimate(&self) -> Vec<f64> {
         if self.state.t == self.state.t_old || self.state.y.is_empty() {
             return vec![0.0; self.state.y.len()];
@@ -353,8 +354,8 @@ impl Stepper {
             ),
             Status::StepTooSmall => format!(
                 "The required step size is less than the spacing between numbers at t = {t}: the solution may have a \
-                 singularity there; otherwise loosen `rtol` and `atol` (an `atol` of 0 cannot be met by a component \
-                 that is 0)."
+                 singularity there; otherwise loosen `rtol` and `atol` (with an `atol` of 0, a component that passes \
+                 through 0 has no tolerance left)."
             ),
             Status::NonFinite => format!(
                 "The right-hand side is NaN or infinite at or right after t = {t}, however small the step: check it \

@@ -88,7 +88,9 @@ impl CompiledFunction {
 
 /// Address of a compiled function, and of its `user_data`.
 fn address(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Option<(usize, Option<usize>)>> {
-    if let Ok(address) = value.getattr("address").and_then(|address| address.extract::<usize>()) {
+    if let Some(address) = value.getattr_opt("address")?
+        && let Ok(address) = address.extract::<usize>()
+    {
         check_types(value, name)?;
         return Ok(Some((address, None)));
     }
@@ -115,7 +117,7 @@ fn address(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Option<(usize, Opti
 
 /// Compares the types of a `numba.cfunc`, as its ctypes equivalent tells them, with the signature.
 fn check_types(value: &Bound<'_, PyAny>, name: &str) -> PyResult<()> {
-    let Ok(ctypes) = value.getattr("ctypes") else { return Ok(()) };
+    let Some(ctypes) = value.getattr_opt("ctypes")? else { return Ok(()) };
     let types: Vec<Bound<'_, PyAny>> = ctypes.getattr("argtypes")?.extract()?;
     let names = types
         .iter()

@@ -42,9 +42,9 @@ fn from_callable(
             convert::describe(event)
         )));
     }
-    let direction: f64 = match event.getattr("direction") {
-        Ok(value) => value.extract()?,
-        Err(_) => 0.0,
+    let direction: f64 = match event.getattr_opt("direction")? {
+        Some(value) => value.extract()?,
+        None => 0.0,
     };
     let direction = if direction > 0.0 {
         Direction::Rising
@@ -53,8 +53,8 @@ fn from_callable(
     } else {
         Direction::Any
     };
-    let terminal = match event.getattr("terminal") {
-        Ok(value) if !value.is_none() => count(&value, place)?,
+    let terminal = match event.getattr_opt("terminal")? {
+        Some(value) if !value.is_none() => count(&value, place)?,
         _ => None,
     };
     let function = Function::new(event, args);

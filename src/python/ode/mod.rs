@@ -9,7 +9,7 @@ mod system;
 
 use std::time::{Duration, Instant};
 
-use pyo3::exceptions::PyTypeError;
+use pyo3::exceptions::{PyStopIteration, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::types::PyString;
 
@@ -59,8 +59,8 @@ use system::{Parts, PySystem, SharedRaised};
 ///     1e-3 and 1e-6 unless given; `rtol` below 100 rounding units is raised to that, with a warning.
 /// first_step : float, optional
 ///     Size of the first step; chosen from the problem by default.
-/// max_step, min_step : float
-///     Bounds of the step size; the last step may be shorter.
+/// max_step, min_step : float, optional
+///     Bounds of the step size, unlimited and 0 by default; the last step may be shorter.
 /// max_steps : int, optional
 ///     Largest number of accepted steps; unlimited by default.
 /// jac : callable, compiled function or matrix, optional
@@ -74,7 +74,8 @@ use system::{Parts, PySystem, SharedRaised};
 /// event_samples : int
 ///     Into how many parts a step is divided when looking for events; 1 looks at its ends only.
 /// callback : callable, optional
-///     Called as ``callback(t, y)`` after every accepted step, for progress; returning True ends the integration.
+///     Called as ``callback(t, y)`` after every accepted step, for progress; its value is ignored. Raising StopIteration
+///     ends the integration, and the result holds what was computed.
 ///
 /// Returns
 /// -------
@@ -98,11 +99,11 @@ use system::{Parts, PySystem, SharedRaised};
 #[pyo3(
     signature = (
         fun, t_span, y0, method=None, t_eval=None, dense_output=false, events=None, vectorized=false, args=None, *,
-        rtol=None, atol=None, first_step=None, max_step=f64::INFINITY, min_step=0.0, max_steps=None, jac=None,
+        rtol=None, atol=None, first_step=None, max_step=None, min_step=0.0, max_steps=None, jac=None,
         jac_sparsity=None, controller="I", event_samples=None, callback=None
     ),
     text_signature = "(fun, t_span, y0, method='RK45', t_eval=None, dense_output=False, events=None, vectorized=False, \
-                      args=None, *, rtol=0.001, atol=1e-06, first_step=None, max_step=inf, min_step=0.0, \
+                      args=None, *, rtol=0.001, atol=1e-06, first_step=None, max_step=None, min_step=0.0, \
                       max_steps=None, jac=None, jac_sparsity=None, controller='I', event_samples=10, callback=None)"
 )]
 #[allow(clippy::too_many_arguments, reason = "the signature of scipy.integrate.solve_ivp")]
@@ -120,7 +121,7 @@ pub(super) fn solve_ivp<'py>(
     rtol: Option<&Bound<'py, PyAny>>,
     atol: Option<&Bound<'py, PyAny>>,
     first_step: Option<f64>,
-    max_step: f64,
+    max_step: Option<f64>,
     min_step: f64,
     max_steps: Option<usize>,
     jac: Option<&Bound<'py, PyAny>>,
@@ -135,7 +136,7 @@ pub(super) fn solve_ivp<'py>(
     let mut options = Options {
         method: options::method(method.unwrap_or(&default))?,
         first_step,
-        max_step,
+        max_step: max_step.unwrap_or(f64::INFINITY),
         min_step,
         max_steps: max_steps.unwrap_or(usize::MAX),
         controller: options::controller(controller)?,
@@ -228,11 +229,12 @@ fn run_attached(
     raised: &SharedRaised,
 ) -> Result<Solution, InvalidInput> {
     let mut monitor = |stepper: &Stepper| {
-        let go_on = raised.catch(py.check_signals().and_then(|()| match &callback {
-            Some(callback) => Ok(!callback.call(py, stepper.t(), stepper.y())?.is_truthy()?),
-            None => Ok(true),
-        }))?;
-        if go_on { Ok(()) } else { Err(Interrupted) }
+        raised.catch(py.check_signals())?;
+        let Some(callback) = &callback else { return Ok(()) };
+        match callback.call(py, stepper.t(), stepper.y()) {
+            Err(error) if error.is_instance_of::<PyStopIteration>(py) => Err(Interrupted),
+            result => raised.catch(result.map(|_| ())),
+        }
     };
     solve(system, t_span, y0, options, output, events, &mut monitor)
 }

@@ -2,7 +2,7 @@
 
 use pyo3::exceptions::{PyTypeError, PyUserWarning, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyString, PyType};
+use pyo3::types::{PyFloat, PyString, PyType};
 
 use super::super::convert;
 use super::function::matrix_of;
@@ -38,13 +38,15 @@ pub(super) fn method(value: &Bound<'_, PyAny>) -> PyResult<Method> {
 
 /// The initial state.
 pub(super) fn initial_state(y0: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
-    let is_complex = y0.py().import("numpy")?.call_method1("iscomplexobj", (y0,))?.is_truthy()?;
-    if is_complex {
-        return Err(PyTypeError::new_err(
-            "y0: complex states are not supported; integrate the n real and n imaginary parts as 2n components",
-        ));
-    }
-    convert::vector(y0, "y0")
+    convert::vector(y0, "y0").or_else(|error| {
+        let numpy = y0.py().import("numpy")?;
+        if numpy.call_method1("iscomplexobj", (y0,))?.is_truthy()? {
+            return Err(PyTypeError::new_err(
+                "y0: complex states are not supported; integrate the n real and n imaginary parts as 2n components",
+            ));
+        }
+        Err(error)
+    })
 }
 
 pub(super) fn controller(name: &str) -> PyResult<Controller> {
@@ -57,6 +59,10 @@ pub(super) fn controller(name: &str) -> PyResult<Controller> {
 
 /// A number for all components or one for each.
 pub(super) fn tolerance(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Tolerance> {
+    // The common case, without asking for attributes that a float does not have.
+    if let Ok(number) = value.cast::<PyFloat>() {
+        return Ok(Tolerance::Same(number.value()));
+    }
     Ok(match convert::scalar_or_vector(value, name)? {
         (number, true) => Tolerance::Same(number[0]),
         (numbers, false) => Tolerance::Each(numbers),

@@ -155,7 +155,7 @@ impl PyOdeSolver {
         }
     }
 
-    /// Estimate of the error that the last step has added, shape (n,).
+    /// Estimate of the error that the last step has added, shape (n,): for RK45 the embedded solution minus the solution.
     ///
     /// Raises
     /// ------
@@ -289,8 +289,8 @@ impl PyOdeSolver {
 ///
 /// Attributes
 /// ----------
-/// A, B, C, E : ndarray
-///     The tableau: shapes (6, 6), (6,), (6,) and, for the error estimate, (7,).
+/// A, B, C : ndarray
+///     The tableau: shapes (6, 6), (6,) and (6,).
 ///
 /// Examples
 /// --------
@@ -372,10 +372,10 @@ macro_rules! explicit_solver {
             #[pyo3(
                 signature = (
                     fun, t0, y0, t_bound, *, args=None, rtol=None, atol=None, first_step=None,
-                    max_step=f64::INFINITY, min_step=0.0, max_steps=None, vectorized=false, controller="I"
+                    max_step=None, min_step=0.0, max_steps=None, vectorized=false, controller="I"
                 ),
                 text_signature = "(fun, t0, y0, t_bound, *, args=None, rtol=0.001, atol=1e-06, first_step=None, \
-                                  max_step=inf, min_step=0.0, max_steps=None, vectorized=False, controller='I')"
+                                  max_step=None, min_step=0.0, max_steps=None, vectorized=False, controller='I')"
             )]
             #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python class")]
             fn new(
@@ -387,7 +387,7 @@ macro_rules! explicit_solver {
                 rtol: Option<&Bound<'_, PyAny>>,
                 atol: Option<&Bound<'_, PyAny>>,
                 first_step: Option<f64>,
-                max_step: f64,
+                max_step: Option<f64>,
                 min_step: f64,
                 max_steps: Option<usize>,
                 vectorized: bool,
@@ -396,7 +396,7 @@ macro_rules! explicit_solver {
                 let options = Options {
                     method: $method,
                     first_step,
-                    max_step,
+                    max_step: max_step.unwrap_or(f64::INFINITY),
                     min_step,
                     max_steps: max_steps.unwrap_or(usize::MAX),
                     controller: options::controller(controller)?,
@@ -439,10 +439,10 @@ impl PyRadau {
     #[new]
     #[pyo3(
         signature = (
-            fun, t0, y0, t_bound, *, args=None, rtol=None, atol=None, first_step=None, max_step=f64::INFINITY,
+            fun, t0, y0, t_bound, *, args=None, rtol=None, atol=None, first_step=None, max_step=None,
             min_step=0.0, max_steps=None, vectorized=false, jac=None, jac_sparsity=None
         ),
-        text_signature = "(fun, t0, y0, t_bound, *, args=None, rtol=0.001, atol=1e-06, first_step=None, max_step=inf, \
+        text_signature = "(fun, t0, y0, t_bound, *, args=None, rtol=0.001, atol=1e-06, first_step=None, max_step=None, \
                           min_step=0.0, max_steps=None, vectorized=False, jac=None, jac_sparsity=None)"
     )]
     #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python class")]
@@ -455,7 +455,7 @@ impl PyRadau {
         rtol: Option<&Bound<'_, PyAny>>,
         atol: Option<&Bound<'_, PyAny>>,
         first_step: Option<f64>,
-        max_step: f64,
+        max_step: Option<f64>,
         min_step: f64,
         max_steps: Option<usize>,
         vectorized: bool,
@@ -465,7 +465,7 @@ impl PyRadau {
         let options = Options {
             method: Method::Radau,
             first_step,
-            max_step,
+            max_step: max_step.unwrap_or(f64::INFINITY),
             min_step,
             max_steps: max_steps.unwrap_or(usize::MAX),
             sparsity: jac_sparsity
