@@ -4,6 +4,7 @@ pub mod error;
 pub mod lie;
 pub mod linalg;
 pub mod model;
+pub mod newmark;
 pub mod ode;
 pub mod pendulum;
 #[cfg(feature = "python")]
@@ -12,3 +13,4 @@ pub mod rod;
 pub mod roots;
 #[cfg(feature = "scene")]
 pub mod scene;
+pub mod simulate;

@@ -50,6 +50,12 @@ pub trait Model {
         tangent: &mut Matrix,
     );
 
+    /// About how many inverse dynamics cost as much as a weighted tangent: decides when an implicit step renews its
+    /// Jacobian.
+    fn tangent_cost(&self) -> f64 {
+        3.0
+    }
+
     /// The symmetric positive definite mass matrix.
     fn mass_matrix(&mut self, q: &[f64], mass: &mut Matrix);
 

@@ -95,6 +95,10 @@ impl Model for SpringPendulum {
         tangent[(1, 1)] = wq * (k - m * qd[0] * qd[0]) + wqdd * m;
     }
 
+    fn tangent_cost(&self) -> f64 {
+        1.0
+    }
+
     fn mass_matrix(&mut self, q: &[f64], mass: &mut Matrix) {
         let r = self.length + q[1];
         mass[(0, 0)] = self.mass * r * r;

@@ -447,4 +447,111 @@ class Scene:
     def v0(self) -> NDArray[np.float64]: ...
     @property
     def simulation(self) -> SimulationSettings: ...
-    def run(self, **options: Any) -> Any: ...
+    def run(self, **options: Any) -> MotionResult: ...
+
+@final
+class Statistics:
+    @property
+    def wall_time(self) -> float: ...
+    @property
+    def steps(self) -> int: ...
+    @property
+    def rejected(self) -> int: ...
+    @property
+    def unsolved(self) -> int: ...
+    @property
+    def newton_iterations(self) -> int: ...
+    @property
+    def nfev(self) -> int: ...
+    @property
+    def nfev_jac(self) -> int: ...
+    @property
+    def njev(self) -> int: ...
+    @property
+    def nlu(self) -> int: ...
+    @property
+    def reuse_failures(self) -> int: ...
+    @property
+    def full_newton(self) -> int: ...
+
+@final
+class MotionResult:
+    @property
+    def t(self) -> NDArray[np.float64]: ...
+    @property
+    def q(self) -> NDArray[np.float64]: ...
+    @property
+    def v(self) -> NDArray[np.float64]: ...
+    @property
+    def a(self) -> NDArray[np.float64]: ...
+    @property
+    def stats(self) -> Statistics: ...
+    @property
+    def success(self) -> bool: ...
+    @property
+    def status(self) -> str: ...
+    @property
+    def message(self) -> str: ...
+
+_NewmarkMethod = Literal[
+    "newmark",
+    "average_acceleration",
+    "linear_acceleration",
+    "fox_goodwin",
+    "central_difference",
+    "hht",
+    "generalised_alpha",
+    "generalized_alpha",
+]
+
+def newmark(
+    residual: Callable[..., Any],
+    t_span: Iterable[float],
+    q0: ArrayLike,
+    v0: ArrayLike,
+    *,
+    dt: float,
+    beta: float = 0.25,
+    gamma: float = 0.5,
+    jac: Literal["forward", "central"] | Callable[..., Any] = "forward",
+    method: _NewmarkMethod = "newmark",
+    alpha: float | None = None,
+    rho_inf: float | None = None,
+    rtol: ArrayLike = 1e-06,
+    atol: ArrayLike = 1e-09,
+    adaptive: bool = False,
+    max_step: float = ...,
+    min_step: float = 0.0,
+    max_steps: int | None = None,
+    t_eval: ArrayLike | None = None,
+    a0: ArrayLike | None = None,
+    predictor: Literal["best", "last", "zero"] = "best",
+    reuse_jacobian: bool = True,
+    args: tuple[Any, ...] | None = None,
+    callback: Callable[[float, NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]], bool | None]
+    | None = None,
+) -> MotionResult: ...
+def simulate(
+    model: Model,
+    t_end: float,
+    *,
+    q0: ArrayLike | None = None,
+    v0: ArrayLike | None = None,
+    method: _NewmarkMethod | Literal["rk45", "dop853", "radau"] = "newmark",
+    dt: float = 0.01,
+    jac: Literal["analytic", "forward", "central"] = "analytic",
+    rtol: ArrayLike = 1e-06,
+    atol: ArrayLike = 1e-09,
+    t_eval: ArrayLike | None = None,
+    progress: Callable[[float], bool | None] | None = None,
+    beta: float = 0.25,
+    gamma: float = 0.5,
+    alpha: float | None = None,
+    rho_inf: float | None = None,
+    adaptive: bool = False,
+    max_step: float = ...,
+    min_step: float = 0.0,
+    max_steps: int | None = None,
+    predictor: Literal["best", "last", "zero"] = "best",
+    reuse_jacobian: bool = True,
+) -> MotionResult: ...

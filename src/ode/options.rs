@@ -51,7 +51,7 @@ impl From<Vec<f64>> for Tolerance {
 
 impl Tolerance {
     /// One value for each of `n` components.
-    fn expand(&self, n: usize, place: &str, checker: &mut Checker) -> Vec<f64> {
+    pub(crate) fn expand(&self, n: usize, place: &str, checker: &mut Checker) -> Vec<f64> {
         let values = match self {
             Self::Same(value) => vec![*value; n],
             Self::Each(values) => values.clone(),

@@ -10,11 +10,14 @@ mod compiled;
 mod convert;
 mod errors;
 mod model;
+mod motion;
+mod newmark;
 mod ode;
 mod pendulum;
 mod rod;
 mod roots;
 mod scene;
+mod simulate;
 
 use pyo3::prelude::*;
 
@@ -27,6 +30,10 @@ mod _lissom {
     #[pymodule_export]
     use super::model::{PyEnergy, PyModel};
     #[pymodule_export]
+    use super::motion::{PyMotionResult, PyStatistics};
+    #[pymodule_export]
+    use super::newmark::newmark;
+    #[pymodule_export]
     use super::ode::{PyDenseOutput, PyDop853, PyOdeResult, PyOdeSolver, PyRadau, PyRk45, solve_ivp};
     #[pymodule_export]
     use super::pendulum::PySpringPendulum;
@@ -37,6 +44,8 @@ mod _lissom {
 
     #[pymodule_export]
     use super::scene::{PyScene, PySceneProblem, PySimulation, SceneError};
+    #[pymodule_export]
+    use super::simulate::simulate;
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

@@ -7,9 +7,11 @@ use pyo3::prelude::*;
 
 use super::convert;
 use super::errors::LissomError;
+use crate::error::{Interrupted, InvalidInput};
 use crate::linalg::Matrix;
 use crate::model::{self, ForwardScratch};
 use crate::ode::{self, FirstOrder};
+use crate::simulate::{self, Simulation};
 
 /// A native model whose concrete type only its constructor knows.
 ///
@@ -21,6 +23,17 @@ pub(crate) trait Native: model::Model + Send + Sync {
 
     /// The free motion of a copy as a system of first order.
     fn first_order(&self) -> Box<dyn ode::System + Send + Sync>;
+
+    /// [`simulate::simulate`] of a copy.
+    fn simulate(
+        &self,
+        t_end: f64,
+        q0: &[f64],
+        v0: &[f64],
+        method: &simulate::Method,
+        t_eval: Option<&[f64]>,
+        monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
+    ) -> Result<Simulation, InvalidInput>;
 }
 
 impl<M: model::Model + Clone + Send + Sync + 'static> Native for M {
@@ -30,6 +43,18 @@ impl<M: model::Model + Clone + Send + Sync + 'static> Native for M {
 
     fn first_order(&self) -> Box<dyn ode::System + Send + Sync> {
         Box::new(FirstOrder::new(self.clone()))
+    }
+
+    fn simulate(
+        &self,
+        t_end: f64,
+        q0: &[f64],
+        v0: &[f64],
+        method: &simulate::Method,
+        t_eval: Option<&[f64]>,
+        monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
+    ) -> Result<Simulation, InvalidInput> {
+        simulate::simulate(self.clone(), t_end, q0, v0, method, t_eval, monitor)
     }
 }
 

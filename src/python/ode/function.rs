@@ -52,7 +52,7 @@ impl Function {
 
 /// Reads n real numbers that a callable returned: an array of doubles or a list or tuple of numbers at little cost,
 /// every other array-like at some.
-pub(super) fn read_vector(value: &Bound<'_, PyAny>, out: &mut [f64], name: &str) -> PyResult<()> {
+pub(crate) fn read_vector(value: &Bound<'_, PyAny>, out: &mut [f64], name: &str) -> PyResult<()> {
     if let Ok(array) = value.cast::<PyArray1<f64>>()
         && let Ok(values) = array.to_vec()
     {
@@ -105,7 +105,7 @@ fn copy(values: &[f64], out: &mut [f64], name: &str) -> PyResult<()> {
 }
 
 /// Reads a matrix of the shape of `out` that a callable returned, sparse ones included.
-pub(super) fn read_matrix(value: &Bound<'_, PyAny>, out: &mut Matrix, name: &str) -> PyResult<()> {
+pub(crate) fn read_matrix(value: &Bound<'_, PyAny>, out: &mut Matrix, name: &str) -> PyResult<()> {
     if let Ok(array) = value.cast::<PyArray2<f64>>()
         && array.is_c_contiguous()
         && let Ok(values) = array.to_vec()
@@ -123,7 +123,7 @@ pub(super) fn read_matrix(value: &Bound<'_, PyAny>, out: &mut Matrix, name: &str
 }
 
 /// A matrix of a given shape, from an array-like or a sparse matrix of SciPy.
-pub(super) fn matrix_of(value: &Bound<'_, PyAny>, shape: (usize, usize), name: &str) -> PyResult<Matrix> {
+pub(crate) fn matrix_of(value: &Bound<'_, PyAny>, shape: (usize, usize), name: &str) -> PyResult<Matrix> {
     if value.hasattr("toarray")? {
         convert::matrix_of(&value.call_method0("toarray")?, shape, name)
     } else {

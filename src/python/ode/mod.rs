@@ -1,11 +1,11 @@
 //! `lissom.solve_ivp` and the solvers step by step.
 
 mod events;
-mod function;
-mod options;
+pub(super) mod function;
+pub(super) mod options;
 mod result;
 mod stepper;
-mod system;
+pub(super) mod system;
 
 use std::time::{Duration, Instant};
 
@@ -180,7 +180,7 @@ pub(super) fn solve_ivp<'py>(
     PyOdeResult::new(py, solution, has_events)
 }
 
-fn interval(t_span: &Bound<'_, PyAny>) -> PyResult<(f64, f64)> {
+pub(super) fn interval(t_span: &Bound<'_, PyAny>) -> PyResult<(f64, f64)> {
     let ends: Option<Vec<f64>> =
         t_span.try_iter().ok().and_then(|ends| ends.map(|end| end?.extract()).collect::<PyResult<_>>().ok());
     match ends.as_deref() {

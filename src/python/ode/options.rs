@@ -58,7 +58,7 @@ pub(super) fn controller(name: &str) -> PyResult<Controller> {
 }
 
 /// A number for all components or one for each.
-pub(super) fn tolerance(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Tolerance> {
+pub(crate) fn tolerance(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Tolerance> {
     // The common case, without asking for attributes that a float does not have.
     if let Ok(number) = value.cast::<PyFloat>() {
         return Ok(Tolerance::Same(number.value()));

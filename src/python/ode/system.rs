@@ -17,10 +17,10 @@ use crate::ode::{JacobianKind, Method, System};
 
 /// The exception that stopped an integration; the system, the events and the monitor share it.
 #[derive(Clone, Debug, Default)]
-pub(super) struct SharedRaised(Arc<Mutex<Raised>>);
+pub(crate) struct SharedRaised(Arc<Mutex<Raised>>);
 
 impl SharedRaised {
-    pub(super) fn catch<T>(&self, result: PyResult<T>) -> Result<T, Interrupted> {
+    pub(crate) fn catch<T>(&self, result: PyResult<T>) -> Result<T, Interrupted> {
         match result {
             Ok(value) => Ok(value),
             Err(error) => self.0.lock().unwrap_or_else(PoisonError::into_inner).catch(Err(error)),
@@ -28,7 +28,7 @@ impl SharedRaised {
     }
 
     /// Raises the exception that was caught, if any.
-    pub(super) fn raise(&self) -> PyResult<()> {
+    pub(crate) fn raise(&self) -> PyResult<()> {
         std::mem::take(&mut *self.0.lock().unwrap_or_else(PoisonError::into_inner)).into_result()
     }
 }
@@ -151,7 +151,7 @@ impl Jacobian {
 }
 
 /// `args` as a tuple.
-pub(super) fn unpack<'py>(args: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyTuple>> {
+pub(crate) fn unpack<'py>(args: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyTuple>> {
     if let Ok(tuple) = args.cast::<PyTuple>() {
         return Ok(tuple.clone());
     }

@@ -1,0 +1,99 @@
+//! The error estimate of Zienkiewicz and Xie (1991), without its blind spots, and the step size that follows from it.
+
+use super::Scheme;
+use crate::error::Checker;
+
+/// Closer than that to zero a coefficient of the estimate sees nothing.
+const BLIND: f64 = 0.01;
+
+/// The coefficient of the velocity channel, which vanishes for all members of order 2, is at least that: without it fast
+/// oscillations can be lost unnoticed, their displacements being small (the choice of OrdinaryDiffEq.jl).
+const SMALLEST_VELOCITY_COEFFICIENT: f64 = 0.01;
+
+/// Step sizes are chosen that much smaller than the estimate says, and change at most by these factors (the usual
+/// choices: Hairer, Norsett and Wanner 1993, section II.4).
+const SAFETY: f64 = 0.9;
+const SMALLEST_FACTOR: f64 = 0.2;
+const LARGEST_FACTOR: f64 = 5.0;
+
+/// Growth below that factor is not worth a new Jacobian (RADAU5: Hairer and Wanner 1996, section IV.8).
+const WORTHWHILE_GROWTH: f64 = 1.2;
+
+/// Coefficients of the estimated local errors, see [`Scheme`].
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ErrorEstimate {
+    displacement: f64,
+    velocity: f64,
+    /// The estimate is of that order in the step size.
+    order: f64,
+}
+
+/// The two ends of a step.
+pub(super) struct Ends<'a> {
+    pub(super) q: [&'a [f64]; 2],
+    pub(super) v: [&'a [f64]; 2],
+    pub(super) a: [&'a [f64]; 2],
+}
+
+impl ErrorEstimate {
+    pub(super) fn new(scheme: &Scheme) -> Self {
+        Self {
+            displacement: scheme.displacement_error(),
+            velocity: scheme.velocity_error().abs().max(SMALLEST_VELOCITY_COEFFICIENT),
+            order: scheme.order() as f64 + 1.0,
+        }
+    }
+
+    /// Root mean square of the local errors of displacements and velocities in units of the tolerances: a step is good
+    /// when it is at most 1.
+    pub(super) fn error(&self, h: f64, ends: &Ends<'_>, rtol: &[f64], atol: &[f64]) -> f64 {
+        let Ends { q, v, a } = ends;
+        let n = rtol.len();
+        let mut sum = 0.0;
+        for i in 0..n {
+            let change = h * (a[1][i] - a[0][i]);
+            let tolerance = |x: &[&[f64]; 2]| atol[i] + rtol[i] * x[0][i].abs().max(x[1][i].abs());
+            let displacement = self.displacement * h * change;
+            let velocity = self.velocity * change;
+            for (error, x) in [(displacement, q), (velocity, v)] {
+                // 0 / 0 (no tolerance, no error) is no error.
+                let ratio = if error == 0.0 { 0.0 } else { error / tolerance(x) };
+                sum += ratio * ratio;
+            }
+        }
+        (sum / (2 * n.max(1)) as f64).sqrt()
+    }
+
+    /// By which factor the step size should change. An estimate of exactly zero says nothing and changes nothing.
+    pub(super) fn factor(&self, error: f64, rejected_before: bool) -> f64 {
+        if error == 0.0 {
+            return 1.0;
+        }
+        if !error.is_finite() {
+            return SMALLEST_FACTOR;
+        }
+        let factor = (SAFETY * error.powf(-1.0 / self.order)).clamp(SMALLEST_FACTOR, LARGEST_FACTOR);
+        if error > 1.0 {
+            factor.min(SAFETY)
+        } else if rejected_before || (1.0..WORTHWHILE_GROWTH).contains(&factor) {
+            factor.min(1.0)
+        } else {
+            factor
+        }
+    }
+}
+
+impl Scheme {
+    /// Notes a problem when the error estimate of adaptive steps sees nothing of this scheme's errors.
+    pub(super) fn check_error_estimate(&self, checker: &mut Checker) {
+        let blind = self.displacement_error().abs() < BLIND && self.velocity_error().abs() < BLIND;
+        let expected = format!(
+            "a beta at least {BLIND} away from {:.4} or a gamma at least {BLIND} away from {:.4} for adaptive steps, \
+             whose error estimate is blind there; or fixed steps",
+            self.beta() - self.displacement_error(),
+            self.gamma() - self.velocity_error(),
+        );
+        let found = format_args!("beta = {}, gamma = {}", self.beta(), self.gamma()).to_string();
+        checker.require(!blind, "adaptive", found, &expected);
+    }
+}

@@ -1,0 +1,46 @@
+//! The Newmark family for second-order equations of motion `r(t, q, v, a) = 0`: Newmark's method, HHT-alpha and
+//! generalised-alpha, with steps of fixed or adaptive size.
+//!
+//! The unknowns of a step are the accelerations at its end; displacements and velocities there are affine in them
+//! ([`Scheme::weights`]), so that all members share one step. Its equations are solved by Newton's method with a
+//! Jacobian that is kept from step to step while it serves. A step whose equations could not be solved is never
+//! accepted: it is cut when step sizes are adaptive, and otherwise ends the integration with a status that says why.
+//!
+//! [`solve`] integrates over an interval and collects the motion; [`Stepper`] is the same step by step.
+//!
+//! ```
+//! use lissom::newmark::{FreeMotion, Options, solve};
+//! use lissom::pendulum::SpringPendulum;
+//!
+//! let mut pendulum = SpringPendulum::new(1.0, 1.0, 10.0, 9.81)?;
+//! let (q0, v0) = ([-0.7, 0.5], [0.0, 0.0]);
+//! let options = Options::new(1e-3);
+//! let motion =
+//!     solve(&mut FreeMotion(&mut pendulum), (0.0, 1.0), &q0, &v0, &options, None, &mut |_, _| Ok(()))?;
+//! assert!(motion.status.is_success(), "{}", motion.message);
+//! assert_eq!(motion.t.len(), 1001);
+//! # Ok::<(), lissom::error::InvalidInput>(())
+//! ```
+
+mod contraction;
+mod corrector;
+mod error_estimate;
+mod jacobian;
+mod options;
+mod scheme;
+mod solution;
+mod status;
+mod stepper;
+mod system;
+mod trial;
+
+pub use options::{Options, Predictor, StepSize};
+pub use scheme::{METHODS, Parameters, Scheme};
+pub use solution::{Solution, solve};
+pub use status::{Counters, Failure, Status};
+pub use stepper::Stepper;
+pub use system::{FreeMotion, System};
+
+pub(crate) use options::check_start;
+pub(crate) use solution::check_points;
+pub(crate) use stepper::number_of_steps;

@@ -1,0 +1,140 @@
+//! What a caller chooses, with its validation.
+
+use super::Scheme;
+use crate::error::{Checker, InvalidInput};
+use crate::ode::Tolerance;
+use crate::roots::Derivative;
+
+/// What the accelerations of a step are guessed to be before the first Newton iteration.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Predictor {
+    /// Zero, the last, or the two last extrapolated: whichever would have been best for the last step.
+    #[default]
+    Best,
+    /// Those of the last step.
+    Last,
+    /// Zero, as in the lab.
+    Zero,
+}
+
+/// How the step size is chosen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum StepSize {
+    /// Always `dt`; the last step is shorter where the interval is no multiple of it.
+    Fixed,
+    /// By the error estimate of Zienkiewicz and Xie (1991), starting with `dt`.
+    Adaptive {
+        /// Largest step size; may be infinite.
+        max_step: f64,
+        /// Smallest step size (ten spacings of floating-point numbers at t always count). The last step may be shorter.
+        min_step: f64,
+    },
+}
+
+/// How to integrate.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Options {
+    /// Member of the Newmark family; [`Scheme::AVERAGE_ACCELERATION`] unless said otherwise.
+    pub scheme: Scheme,
+    /// Step size, or the first one.
+    pub dt: f64,
+    /// Fixed unless said otherwise.
+    pub step_size: StepSize,
+    /// Where the Jacobian of a step comes from; [`Derivative::Analytic`] unless said otherwise.
+    pub derivative: Derivative,
+    /// Relative tolerance; 1e-6 unless said otherwise. The Newton iteration of a step ends when the error that it
+    /// leaves in the accelerations is estimated below `atol[i] + rtol[i] |a[i]|`, as root mean square over the
+    /// coordinates. With adaptive steps the local errors of displacements and velocities are kept below
+    /// `atol[i] + rtol[i] |q[i]|` and `atol[i] + rtol[i] |v[i]|` in the same way.
+    pub rtol: Tolerance,
+    /// Absolute tolerance; 1e-9 unless said otherwise. Its number is used in units of q, of q per time and of q per
+    /// time squared.
+    pub atol: Tolerance,
+    /// First guess of the accelerations; [`Predictor::Best`] unless said otherwise.
+    pub predictor: Predictor,
+    /// Whether a factorised Jacobian is kept from step to step while Newton's method converges with it; it is unless
+    /// said otherwise.
+    pub reuse_jacobian: bool,
+    /// Accelerations at the start; they are solved for when `None`.
+    pub initial_acceleration: Option<Vec<f64>>,
+    /// Largest number of accepted steps; no limit unless said otherwise.
+    pub max_steps: usize,
+}
+
+/// Smallest relative tolerance: the Newton iteration cannot do better than a few rounding units.
+const SMALLEST_RTOL: f64 = 10.0 * f64::EPSILON;
+
+impl Options {
+    /// The defaults for steps of size `dt`.
+    pub fn new(dt: f64) -> Self {
+        Self {
+            scheme: Scheme::AVERAGE_ACCELERATION,
+            dt,
+            step_size: StepSize::Fixed,
+            derivative: Derivative::Analytic,
+            rtol: 1e-6.into(),
+            atol: 1e-9.into(),
+            predictor: Predictor::default(),
+            reuse_jacobian: true,
+            initial_acceleration: None,
+            max_steps: usize::MAX,
+        }
+    }
+
+    /// Checks the options together with the problem that they are for; returns rtol and atol of each coordinate.
+    pub(super) fn check(
+        &self,
+        n: usize,
+        (t0, t_end): (f64, f64),
+        q0: &[f64],
+        v0: &[f64],
+    ) -> Result<(Vec<f64>, Vec<f64>), InvalidInput> {
+        let mut checker = Checker::new();
+        check_problem(n, (t0, t_end), q0, v0, self.dt, &mut checker);
+        if let Some(a0) = &self.initial_acceleration {
+            checker.length(a0, n, "a0");
+            checker.finite(a0, "a0");
+        }
+        let mut rtol = self.rtol.expand(n, "rtol", &mut checker);
+        let atol = self.atol.expand(n, "atol", &mut checker);
+        rtol.iter_mut().for_each(|rtol| *rtol = rtol.max(SMALLEST_RTOL));
+        if let StepSize::Adaptive { max_step, min_step } = self.step_size {
+            checker.require(max_step > 0.0, "max_step", max_step, "a number > 0");
+            checker.non_negative(min_step, "min_step", "of the time");
+            let ordered = min_step <= max_step || min_step.is_nan() || max_step.is_nan();
+            checker.require(ordered, "min_step", min_step, &format!("at most max_step = {max_step}"));
+            self.scheme.check_error_estimate(&mut checker);
+        }
+        checker.finish()?;
+        Ok((rtol, atol))
+    }
+}
+
+/// Refuses intervals, initial states and step sizes that make no sense.
+pub(crate) fn check_start(
+    n: usize,
+    t_span: (f64, f64),
+    q0: &[f64],
+    v0: &[f64],
+    dt: f64,
+) -> Result<(), InvalidInput> {
+    let mut checker = Checker::new();
+    check_problem(n, t_span, q0, v0, dt, &mut checker);
+    checker.finish()
+}
+
+fn check_problem(n: usize, (t0, t_end): (f64, f64), q0: &[f64], v0: &[f64], dt: f64, checker: &mut Checker) {
+    checker.require(t0.is_finite(), "t_span[0]", t0, "a finite number");
+    if checker.require(t_end.is_finite(), "t_span[1]", t_end, "a finite number") && t0.is_finite() {
+        let expected = format!("at least t_span[0] = {t0}: the methods go forward in time");
+        checker.require(t_end >= t0, "t_span[1]", t_end, &expected);
+    }
+    for (values, place) in [(q0, "q0"), (v0, "v0")] {
+        checker.length(values, n, place);
+        checker.finite(values, place);
+    }
+    let is_visible = t_end == t0 || t0 + dt > t0 && t_end - dt < t_end;
+    if checker.positive(dt, "dt", "of the time") && t0.is_finite() && t_end.is_finite() {
+        checker.require(is_visible, "dt", dt, "a step that rounding of the time does not swallow");
+    }
+}

@@ -1,0 +1,238 @@
+//! The members of the Newmark family and their parameters.
+
+use crate::error::{Checker, InvalidInput};
+
+/// A member of the Newmark family: how displacements and velocities at the end of a step follow from accelerations.
+///
+/// With the step size h and algorithmic accelerations `s`,
+///
+/// ```text
+/// q1 = q0 + h v0 + h^2 ((1/2 - beta) s0 + beta s1)
+/// v1 = v0 + h ((1 - gamma) s0 + gamma s1)
+/// (1 - alpha_m) s1 + alpha_m s0 = (1 - alpha_f) a1 + alpha_f a0
+/// ```
+///
+/// where the true accelerations `a` balance the equations of motion at the ends of the step. For the plain method of
+/// Newmark (1959) `alpha_m = alpha_f = 0` and `s = a`. The others are the methods of Hilber, Hughes and Taylor (1977) and
+/// of Chung and Hulbert (1993), in the form of Arnold and Bruels (2007), which keeps order 2 when the mass matrix
+/// depends on the configuration and for which equations of motion are evaluated at the end of the step only. With a constant
+/// mass matrix it is the original one, with forces averaged over the step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scheme {
+    beta: f64,
+    gamma: f64,
+    alpha_m: f64,
+    alpha_f: f64,
+}
+
+/// Largest useful beta and gamma: those of the backward difference (Zienkiewicz 1977), the most damping member.
+const LARGEST_BETA: f64 = 1.0;
+const LARGEST_GAMMA: f64 = 1.5;
+
+/// HHT is unconditionally stable for alpha in [-1/3, 0] (Hilber, Hughes and Taylor 1977).
+const SMALLEST_HHT_ALPHA: f64 = -1.0 / 3.0;
+
+/// A gamma within that distance of the one of order 2 has order 2.
+const ORDER_TOLERANCE: f64 = 1e-12;
+
+impl Scheme {
+    /// Constant average acceleration (trapezoidal rule): beta = 1/4, gamma = 1/2. Unconditionally stable, order 2,
+    /// conserves the energy of linear systems.
+    pub const AVERAGE_ACCELERATION: Self = Self::plain(0.25, 0.5);
+
+    /// Linear acceleration: beta = 1/6, gamma = 1/2. Stable for `omega h <= 2 sqrt(3)`.
+    pub const LINEAR_ACCELERATION: Self = Self::plain(1.0 / 6.0, 0.5);
+
+    /// Fox and Goodwin (1949): beta = 1/12, gamma = 1/2; periods of linear undamped systems to order 4.
+    /// Stable for `omega h <= sqrt(6)`.
+    pub const FOX_GOODWIN: Self = Self::plain(1.0 / 12.0, 0.5);
+
+    /// Central difference (velocity Verlet): beta = 0, gamma = 1/2. Displacements are explicit; stable for
+    /// `omega h <= 2`.
+    pub const CENTRAL_DIFFERENCE: Self = Self::plain(0.0, 0.5);
+
+    const fn plain(beta: f64, gamma: f64) -> Self {
+        Self { beta, gamma, alpha_m: 0.0, alpha_f: 0.0 }
+    }
+
+    /// Newmark's method. `beta` in [0, 1] and `gamma` in [1/2, 3/2]: below 1/2 oscillations grow whatever the step,
+    /// above it the method damps them and has order 1.
+    pub fn newmark(beta: f64, gamma: f64) -> Result<Self, InvalidInput> {
+        let mut checker = Checker::new();
+        checker.require(
+            (0.0..=LARGEST_BETA).contains(&beta),
+            "beta",
+            beta,
+            "a number in [0, 1]: below 0 short oscillations grow whatever the step",
+        );
+        checker.require(
+            (0.5..=LARGEST_GAMMA).contains(&gamma),
+            "gamma",
+            gamma,
+            "a number in [0.5, 1.5]: below 0.5 oscillations grow whatever the step",
+        );
+        checker.finish()?;
+        Ok(Self::plain(beta, gamma))
+    }
+
+    /// The alpha method of Hilber, Hughes and Taylor, `alpha` in [-1/3, 0]: order 2, unconditionally stable, damps
+    /// unresolved oscillations the more the smaller alpha is; 0 is [`Self::AVERAGE_ACCELERATION`].
+    pub fn hht(alpha: f64) -> Result<Self, InvalidInput> {
+        let expected = "a number in [-1/3, 0], where the method is stable whatever the step";
+        let mut checker = Checker::new();
+        checker.require((SMALLEST_HHT_ALPHA..=0.0).contains(&alpha), "alpha", alpha, expected);
+        checker.finish()?;
+        Ok(Self::second_order(0.0, -alpha))
+    }
+
+    /// The generalised-alpha method of Chung and Hulbert by the spectral radius `rho_inf` in [0, 1] with which it damps
+    /// infinitely fast oscillations: 1 conserves them, 0 annihilates them in one step. Order 2, unconditionally stable,
+    /// and for given `rho_inf` the least damping of the slow motions.
+    pub fn generalised_alpha(rho_inf: f64) -> Result<Self, InvalidInput> {
+        let expected = "a number in [0, 1]: the spectral radius for infinitely fast oscillations";
+        let mut checker = Checker::new();
+        checker.require((0.0..=1.0).contains(&rho_inf), "rho_inf", rho_inf, expected);
+        checker.finish()?;
+        // Chung and Hulbert (1993), eq. 25.
+        Ok(Self::second_order((2.0 * rho_inf - 1.0) / (rho_inf + 1.0), rho_inf / (rho_inf + 1.0)))
+    }
+
+    /// gamma for order 2, beta for the largest damping of fast oscillations (Chung and Hulbert 1993, eqs. 17 and 20).
+    fn second_order(alpha_m: f64, alpha_f: f64) -> Self {
+        let shift = alpha_m - alpha_f;
+        Self { beta: 0.25 * (1.0 - shift) * (1.0 - shift), gamma: 0.5 - shift, alpha_m, alpha_f }
+    }
+
+    /// beta of the displacement update.
+    pub fn beta(&self) -> f64 {
+        self.beta
+    }
+
+    /// gamma of the velocity update.
+    pub fn gamma(&self) -> f64 {
+        self.gamma
+    }
+
+    /// Weight of the step's start in the balance of accelerations; 0 for Newmark's method and HHT.
+    pub fn alpha_m(&self) -> f64 {
+        self.alpha_m
+    }
+
+    /// Weight of the step's start in the balance of forces; 0 for Newmark's method.
+    pub fn alpha_f(&self) -> f64 {
+        self.alpha_f
+    }
+
+    /// Order of convergence: 2, or 1 where gamma is not `1/2 - alpha_m + alpha_f`.
+    pub fn order(&self) -> usize {
+        if (self.gamma - 0.5 + self.shift()).abs() < ORDER_TOLERANCE { 2 } else { 1 }
+    }
+
+    /// Largest `omega h` of an undamped linear oscillation for which it does not grow; infinite for the unconditionally
+    /// stable members (Hughes 1987, eq. 9.1.23).
+    pub fn stability_limit(&self) -> f64 {
+        let lack = 0.5 * self.gamma - self.beta;
+        if self.is_plain() && lack > 0.0 { lack.sqrt().recip() } else { f64::INFINITY }
+    }
+
+    /// True when algorithmic and true accelerations are the same.
+    pub(super) fn is_plain(&self) -> bool {
+        self.alpha_m == 0.0 && self.alpha_f == 0.0
+    }
+
+    /// By how many steps the time of an algorithmic acceleration is ahead of that of its state.
+    fn shift(&self) -> f64 {
+        self.alpha_m - self.alpha_f
+    }
+
+    /// Change of the algorithmic with the true acceleration at the end of the step.
+    pub(super) fn gain(&self) -> f64 {
+        (1.0 - self.alpha_f) / (1.0 - self.alpha_m)
+    }
+
+    /// Derivatives of displacement, velocity and acceleration at the end of a step of size `h` with respect to the
+    /// acceleration there: the weights of stiffness, damping and mass in the Jacobian of the step.
+    pub fn weights(&self, h: f64) -> [f64; 3] {
+        [self.gain() * self.beta * h * h, self.gain() * self.gamma * h, 1.0]
+    }
+
+    /// The local error of the displacement is this times `h^3` and the third derivative; where accelerations change by
+    /// `da` over the step, this times `h^2 da` (Zienkiewicz and Xie 1991, for algorithmic accelerations that are ahead).
+    pub(super) fn displacement_error(&self) -> f64 {
+        self.beta + 0.5 * self.shift() - 1.0 / 6.0
+    }
+
+    /// The local error of the velocity is this times `h da`, to leading order: 0 for the members of order 2.
+    pub(super) fn velocity_error(&self) -> f64 {
+        self.gamma + self.shift() - 0.5
+    }
+}
+
+/// The parameters that a named method may take; `None` where not given.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Parameters {
+    /// For `newmark`; 1/4 unless given.
+    pub beta: Option<f64>,
+    /// For `newmark`; 1/2 unless given.
+    pub gamma: Option<f64>,
+    /// For `hht`; [`Parameters::HHT_ALPHA`] unless given.
+    pub alpha: Option<f64>,
+    /// For `generalised_alpha`; [`Parameters::RHO_INF`] unless given.
+    pub rho_inf: Option<f64>,
+}
+
+impl Parameters {
+    /// Default alpha of HHT: unresolved oscillations lose 18 percent a step.
+    pub const HHT_ALPHA: f64 = -0.1;
+    /// Default spectral radius of the generalised-alpha method: unresolved oscillations lose 20 percent a step.
+    pub const RHO_INF: f64 = 0.8;
+}
+
+/// The names that [`Scheme::by_name`] knows.
+pub const METHODS: [&str; 7] = [
+    "newmark",
+    "average_acceleration",
+    "linear_acceleration",
+    "fox_goodwin",
+    "central_difference",
+    "hht",
+    "generalised_alpha",
+];
+
+impl Scheme {
+    /// The scheme with one of the names of [`METHODS`] (`generalized_alpha` is understood too). Parameters that the method
+    /// does not take are refused.
+    pub fn by_name(name: &str, parameters: &Parameters) -> Result<Self, InvalidInput> {
+        let Parameters { beta, gamma, alpha, rho_inf } = *parameters;
+        let taken: &[&str] = match name {
+            "newmark" => &["beta", "gamma"],
+            "hht" => &["alpha"],
+            "generalised_alpha" | "generalized_alpha" => &["rho_inf"],
+            _ if METHODS.contains(&name) => &[],
+            _ => return Err(InvalidInput::new("method", format!("{name:?}"), one_of(&METHODS))),
+        };
+        let mut checker = Checker::new();
+        for (value, parameter) in [(beta, "beta"), (gamma, "gamma"), (alpha, "alpha"), (rho_inf, "rho_inf")] {
+            if let Some(value) = value
+                && !taken.contains(&parameter)
+            {
+                let expected = format!("nothing: method {name:?} has no {parameter}");
+                checker.require(false, parameter, value, &expected);
+            }
+        }
+        checker.finish()?;
+        match name {
+            "newmark" => Self::newmark(beta.unwrap_or(0.25), gamma.unwrap_or(0.5)),
+            "average_acceleration" => Ok(Self::AVERAGE_ACCELERATION),
+            "linear_acceleration" => Ok(Self::LINEAR_ACCELERATION),
+            "fox_goodwin" => Ok(Self::FOX_GOODWIN),
+            "central_difference" => Ok(Self::CENTRAL_DIFFERENCE),
+            "hht" => Self::hht(alpha.unwrap_or(Parameters::HHT_ALPHA)),
+            _ => Self::generalised_alpha(rho_inf.unwrap_or(Parameters::RHO_INF)),
+        }
+    }
+}
+
+fn one_of(names: &[&str]) -> String {
+    format!("one of {}", names.iter().map(|name| format!("{name:?}")).collect::<Vec<_>>().join(", "))
+}

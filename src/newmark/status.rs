@@ -1,0 +1,75 @@
+//! How an integration ended and what it has cost.
+
+/// Why the accelerations of a step could not be found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Failure {
+    /// Newton's method did not contract, with a fresh Jacobian in every iteration.
+    NotConverged,
+    /// The Jacobian is singular.
+    SingularJacobian,
+    /// The residual or the Jacobian is NaN or infinite.
+    NonFinite,
+}
+
+/// Why an integration ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Status {
+    /// The end of the interval was reached.
+    Finished,
+    /// The equations of motion have no acceleration at the start that could be found.
+    NoInitialAcceleration(Failure),
+    /// The equations of motion of a step of fixed size could not be solved.
+    StepFailed(Failure),
+    /// The tolerances, or equations that could not be solved, need a step that is smaller than allowed.
+    StepTooSmall,
+    /// The step limit was reached first.
+    TooManySteps,
+    /// The equations of motion or the monitor asked to stop.
+    Interrupted,
+}
+
+impl Status {
+    /// True when the end of the interval was reached.
+    pub fn is_success(self) -> bool {
+        self == Self::Finished
+    }
+
+    /// The status as one word, such as `newton_not_converged`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Finished => "finished",
+            Self::NoInitialAcceleration(_) => "no_initial_acceleration",
+            Self::StepFailed(Failure::NotConverged) => "newton_not_converged",
+            Self::StepFailed(Failure::SingularJacobian) => "singular_jacobian",
+            Self::StepFailed(Failure::NonFinite) => "non_finite",
+            Self::StepTooSmall => "step_too_small",
+            Self::TooManySteps => "too_many_steps",
+            Self::Interrupted => "interrupted",
+        }
+    }
+}
+
+/// What an integration has cost.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counters {
+    /// Accepted steps.
+    pub steps: usize,
+    /// Steps that were solved and then rejected because of their error estimate.
+    pub rejected: usize,
+    /// Steps that were cut because their equations could not be solved.
+    pub unsolved: usize,
+    /// Newton iterations, in all steps and for the initial acceleration.
+    pub newton_iterations: usize,
+    /// Residual evaluations, those for differenced Jacobians not included.
+    pub nfev: usize,
+    /// Residual evaluations for differenced Jacobians.
+    pub nfev_jacobian: usize,
+    /// Jacobians.
+    pub njev: usize,
+    /// Factorisations.
+    pub nlu: usize,
+    /// Steps in which a Jacobian kept from an earlier one did not serve, so that a fresh one was needed.
+    pub reuse_failures: usize,
+    /// Steps that needed a fresh Jacobian in every iteration.
+    pub full_newton: usize,
+}

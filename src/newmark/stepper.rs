@@ -1,0 +1,451 @@
+//! Integration step by step.
+
+use super::corrector::Corrector;
+use super::error_estimate::{Ends, ErrorEstimate};
+use super::options::{Options, Predictor, StepSize};
+use super::trial::Trial;
+use super::{Counters, Failure, Scheme, Status, System};
+use crate::error::{Interrupted, InvalidInput};
+
+/// A step must be that many spacings of floating-point numbers long at least.
+const SMALLEST_STEP_IN_SPACINGS: f64 = 10.0;
+
+/// A step whose equations could not be solved is tried again with this fraction of its size (CVODE's choice).
+const CUT: f64 = 0.25;
+
+/// Steps are counted so that a remainder of less than this fraction of a step is rounding, not another step.
+const ROUNDING_OF_STEPS: f64 = 1e-9;
+
+/// What the accelerations of the next step are guessed to be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Guess {
+    Zero,
+    Last,
+    Extrapolated,
+}
+
+/// An integration that is carried out step by step. All memory is allocated at the start.
+///
+/// The stepper does not own the equations of motion; the same ones must be given to every call.
+#[derive(Clone, Debug)]
+pub struct Stepper {
+    options: Options,
+    scheme: Scheme,
+    t0: f64,
+    t: f64,
+    t_end: f64,
+    q: Vec<f64>,
+    v: Vec<f64>,
+    a: Vec<f64>,
+    t_old: f64,
+    q_old: Vec<f64>,
+    v_old: Vec<f64>,
+    a_old: Vec<f64>,
+    /// Algorithmic accelerations and the step size they belong to; not used by plain schemes.
+    s: Vec<f64>,
+    h_of_s: f64,
+    trial: Trial,
+    guessed: Vec<f64>,
+    guess: Guess,
+    corrector: Corrector,
+    /// Present for adaptive steps.
+    error_estimate: Option<ErrorEstimate>,
+    rtol: Vec<f64>,
+    atol: Vec<f64>,
+    /// Size of the next adaptive step.
+    h: f64,
+    /// Number of steps of fixed size.
+    fixed_steps: usize,
+    counters: Counters,
+    started: bool,
+    status: Option<Status>,
+}
+
+impl Stepper {
+    /// Prepares the integration of `n` coordinates from `q0`, `v0` over `t_span`. Evaluates nothing yet.
+    pub fn new(
+        n: usize,
+        t_span: (f64, f64),
+        q0: &[f64],
+        v0: &[f64],
+        options: &Options,
+    ) -> Result<Self, InvalidInput> {
+        let (rtol, atol) = options.check(n, t_span, q0, v0)?;
+        let (t0, t_end) = t_span;
+        let zeros = vec![0.0; n];
+        Ok(Self {
+            scheme: options.scheme,
+            t0,
+            t: t0,
+            t_end,
+            q: q0.to_vec(),
+            v: v0.to_vec(),
+            a: zeros.clone(),
+            t_old: t0,
+            q_old: q0.to_vec(),
+            v_old: v0.to_vec(),
+            a_old: zeros.clone(),
+            s: zeros.clone(),
+            h_of_s: options.dt,
+            trial: Trial::new(n),
+            guessed: zeros,
+            guess: if options.predictor == Predictor::Zero { Guess::Zero } else { Guess::Last },
+            corrector: Corrector::new(options, rtol.clone(), atol.clone()),
+            error_estimate: match options.step_size {
+                StepSize::Fixed => None,
+                StepSize::Adaptive { .. } => Some(ErrorEstimate::new(&options.scheme)),
+            },
+            rtol,
+            atol,
+            h: match options.step_size {
+                StepSize::Fixed => options.dt,
+                StepSize::Adaptive { max_step, .. } => options.dt.min(max_step),
+            },
+            fixed_steps: number_of_steps(t_end - t0, options.dt),
+            counters: Counters::default(),
+            started: false,
+            status: None,
+            options: options.clone(),
+        })
+    }
+
+    /// Solves for the accelerations at the start. [`Self::step`] does this when it has not been done.
+    /// `Some(status)` when there are none that could be found.
+    pub fn start<S: System + ?Sized>(&mut self, system: &mut S) -> Result<Option<Status>, Interrupted> {
+        if self.started {
+            return Ok(self.status);
+        }
+        if let Some(a0) = &self.options.initial_acceleration {
+            self.a.copy_from_slice(a0);
+        } else {
+            let trial = &mut self.trial;
+            trial.t = self.t;
+            trial.weights = [0.0, 0.0, 1.0];
+            trial.q_base.copy_from_slice(&self.q);
+            trial.v_base.copy_from_slice(&self.v);
+            self.guessed.fill(0.0);
+            let solved =
+                self.corrector.solve(system, trial, &self.guessed, self.options.dt, &mut self.counters)?;
+            self.corrector.forget_jacobian();
+            match solved {
+                Ok(()) => self.a.copy_from_slice(&trial.a),
+                Err(failure) => self.status = Some(Status::NoInitialAcceleration(failure)),
+            }
+        }
+        self.s.copy_from_slice(&self.a);
+        self.started = true;
+        Ok(self.status)
+    }
+
+    /// Makes one accepted step. `Some(status)` when the integration is over: the end was reached, or no step could be
+    /// made, which leaves the state as it was. After an interruption the state is that of the last accepted step, and
+    /// stepping may be tried again.
+    ///
+    /// # Panics
+    /// When the integration was over before.
+    pub fn step<S: System + ?Sized>(&mut self, system: &mut S) -> Result<Option<Status>, Interrupted> {
+        assert!(self.status.is_none(), "the integration is over");
+        if self.start(system)?.is_some() {
+            return Ok(self.status);
+        }
+        self.status = if self.t == self.t_end {
+            Some(Status::Finished)
+        } else if self.counters.steps >= self.options.max_steps {
+            Some(Status::TooManySteps)
+        } else if self.error_estimate.is_some() {
+            self.adaptive_step(system)?
+        } else {
+            self.fixed_step(system)?
+        };
+        if self.status.is_none() && self.t == self.t_end {
+            self.status = Some(Status::Finished);
+        }
+        Ok(self.status)
+    }
+
+    fn fixed_step<S: System + ?Sized>(&mut self, system: &mut S) -> Result<Option<Status>, Interrupted> {
+        let dt = self.options.dt;
+        let next = self.counters.steps + 1;
+        let (t_new, h) = if next < self.fixed_steps {
+            (self.t0 + next as f64 * dt, dt)
+        } else {
+            let rest = self.t_end - (self.t0 + (next - 1) as f64 * dt);
+            // A whole step but for rounding keeps its size, and with it the Jacobian.
+            let is_whole = (rest - dt).abs() <= ROUNDING_OF_STEPS * (self.t_end - self.t0).max(dt);
+            (self.t_end, if is_whole { dt } else { rest })
+        };
+        match self.attempt(system, t_new, h)? {
+            Ok(()) => {
+                self.accept(t_new, h);
+                Ok(None)
+            }
+            Err(failure) => Ok(Some(Status::StepFailed(failure))),
+        }
+    }
+
+    fn adaptive_step<S: System + ?Sized>(&mut self, system: &mut S) -> Result<Option<Status>, Interrupted> {
+        let (StepSize::Adaptive { max_step, min_step }, Some(estimate)) =
+            (self.options.step_size, self.error_estimate)
+        else {
+            unreachable!("only adaptive steps have an error estimate");
+        };
+        let smallest = min_step.max(SMALLEST_STEP_IN_SPACINGS * (self.t.next_up() - self.t));
+        let mut h = self.h;
+        let mut rejected = false;
+        loop {
+            if h < smallest {
+                return Ok(Some(Status::StepTooSmall));
+            }
+            let is_last = self.t + h * (1.0 + ROUNDING_OF_STEPS) >= self.t_end;
+            let t_new = if is_last { self.t_end } else { self.t + h };
+            let step = t_new - self.t;
+            if self.attempt(system, t_new, step)?.is_err() {
+                self.counters.unsolved += 1;
+                h = CUT * step;
+                rejected = true;
+                continue;
+            }
+            let ends = Ends {
+                q: [&self.q, &self.trial.q],
+                v: [&self.v, &self.trial.v],
+                a: [&self.a, &self.trial.a],
+            };
+            let error = estimate.error(step, &ends, &self.rtol, &self.atol);
+            let factor = estimate.factor(error, rejected);
+            if error <= 1.0 {
+                // The rest of the interval says nothing about the size of the step after it.
+                self.h = (if is_last { h.max(factor * step) } else { factor * h }).min(max_step);
+                self.accept(t_new, step);
+                return Ok(None);
+            }
+            self.counters.rejected += 1;
+            h = factor * step;
+            rejected = true;
+        }
+    }
+
+    /// Solves the equations of motion at the end of a step of size `h`; the result is in `trial`.
+    fn attempt<S: System + ?Sized>(
+        &mut self,
+        system: &mut S,
+        t_new: f64,
+        h: f64,
+    ) -> Result<Result<(), Failure>, Interrupted> {
+        let (beta, gamma) = (self.scheme.beta(), self.scheme.gamma());
+        let trial = &mut self.trial;
+        trial.t = t_new;
+        trial.weights = self.scheme.weights(h);
+        // Weights of the accelerations at the start in displacement and velocity.
+        let (bq, bv) = (h * h * (0.5 - beta), h * (1.0 - gamma));
+        if self.scheme.is_plain() {
+            for i in 0..self.q.len() {
+                trial.q_base[i] = self.q[i] + h * self.v[i] + bq * self.a[i];
+                trial.v_base[i] = self.v[i] + bv * self.a[i];
+            }
+        } else {
+            let (cq, cv) = (h * h * beta, h * gamma);
+            let stretch = h / self.h_of_s;
+            for i in 0..self.q.len() {
+                let (start, end) = algorithmic(&self.scheme, self.a[i], self.s[i], stretch);
+                trial.q_base[i] = self.q[i] + h * self.v[i] + bq * start + cq * end;
+                trial.v_base[i] = self.v[i] + bv * start + cv * end;
+            }
+        }
+        match self.guess {
+            Guess::Zero => self.guessed.fill(0.0),
+            Guess::Last => self.guessed.copy_from_slice(&self.a),
+            Guess::Extrapolated => {
+                let ratio = h / (self.t - self.t_old);
+                for i in 0..self.a.len() {
+                    self.guessed[i] = self.a[i] + ratio * (self.a[i] - self.a_old[i]);
+                }
+            }
+        }
+        self.corrector.solve(system, trial, &self.guessed, h, &mut self.counters)
+    }
+
+    /// Takes the trial as the new state.
+    fn accept(&mut self, t_new: f64, h: f64) {
+        if self.options.predictor == Predictor::Best {
+            self.guess = self.best_guess(h);
+        }
+        if !self.scheme.is_plain() {
+            let stretch = h / self.h_of_s;
+            for i in 0..self.s.len() {
+                let (_, rest) = algorithmic(&self.scheme, self.a[i], self.s[i], stretch);
+                self.s[i] = self.scheme.gain() * self.trial.a[i] + rest;
+            }
+            self.h_of_s = h;
+        }
+        self.t_old = self.t;
+        self.t = t_new;
+        std::mem::swap(&mut self.q_old, &mut self.q);
+        std::mem::swap(&mut self.v_old, &mut self.v);
+        std::mem::swap(&mut self.a_old, &mut self.a);
+        std::mem::swap(&mut self.q, &mut self.trial.q);
+        std::mem::swap(&mut self.v, &mut self.trial.v);
+        std::mem::swap(&mut self.a, &mut self.trial.a);
+        self.counters.steps += 1;
+    }
+
+    /// The guess that would have been nearest to the accelerations of the step that ends in the trial.
+    fn best_guess(&self, h: f64) -> Guess {
+        // Before the first step there is nothing to extrapolate from.
+        let ratio = if self.t > self.t_old { h / (self.t - self.t_old) } else { 0.0 };
+        let (mut zero, mut last, mut extrapolated) = (0.0, 0.0, 0.0);
+        for i in 0..self.a.len() {
+            let weight = self.corrector.inverse_tolerance(i);
+            let found = self.trial.a[i];
+            let change = found - self.a[i];
+            let surprise = change - ratio * (self.a[i] - self.a_old[i]);
+            zero += (weight * found) * (weight * found);
+            last += (weight * change) * (weight * change);
+            extrapolated += (weight * surprise) * (weight * surprise);
+        }
+        if extrapolated < last && extrapolated < zero {
+            Guess::Extrapolated
+        } else if last <= zero {
+            Guess::Last
+        } else {
+            Guess::Zero
+        }
+    }
+
+    /// Current time.
+    pub fn t(&self) -> f64 {
+        self.t
+    }
+
+    /// Current displacements.
+    pub fn q(&self) -> &[f64] {
+        &self.q
+    }
+
+    /// Current velocities.
+    pub fn v(&self) -> &[f64] {
+        &self.v
+    }
+
+    /// Current accelerations: those that balance the equations of motion.
+    pub fn a(&self) -> &[f64] {
+        &self.a
+    }
+
+    /// Time before the last step; the start when no step was made.
+    pub fn t_old(&self) -> f64 {
+        self.t_old
+    }
+
+    /// End of the interval.
+    pub fn t_end(&self) -> f64 {
+        self.t_end
+    }
+
+    /// What the integration has cost so far.
+    pub fn counters(&self) -> Counters {
+        self.counters
+    }
+
+    /// `None` while the integration goes on.
+    pub fn status(&self) -> Option<Status> {
+        self.status
+    }
+
+    /// Number of steps of fixed size that the interval takes; saturates.
+    pub(super) fn fixed_steps(&self) -> usize {
+        self.fixed_steps
+    }
+
+    /// State at a time within the last step, by cubic interpolation of displacements and of velocities (from the values and
+    /// the derivatives at both ends) and linear interpolation of accelerations. At the ends it is the state there, bit by bit.
+    pub fn interpolate(&self, t: f64, q: &mut [f64], v: &mut [f64], a: &mut [f64]) {
+        let h = self.t - self.t_old;
+        let x = if t == self.t { 1.0 } else { (t - self.t_old) / h };
+        if x == 0.0 || x == 1.0 {
+            let state =
+                if x == 0.0 { [&self.q_old, &self.v_old, &self.a_old] } else { [&self.q, &self.v, &self.a] };
+            q.copy_from_slice(state[0]);
+            v.copy_from_slice(state[1]);
+            a.copy_from_slice(state[2]);
+            return;
+        }
+        for i in 0..q.len() {
+            q[i] = hermite(x, h, [self.q_old[i], self.q[i]], [self.v_old[i], self.v[i]]);
+            v[i] = hermite(x, h, [self.v_old[i], self.v[i]], [self.a_old[i], self.a[i]]);
+            a[i] = self.a_old[i] + x * (self.a[i] - self.a_old[i]);
+        }
+    }
+
+    /// A status of this integration in words, with what to change when it is not the wanted one.
+    pub fn explain(&self, status: Status) -> String {
+        let Self { t, t_end, .. } = *self;
+        let h = self.options.dt;
+        let limit = self.scheme.stability_limit();
+        match status {
+            Status::Finished => "The end of the interval was reached.".to_owned(),
+            Status::NoInitialAcceleration(Failure::SingularJacobian) => format!(
+                "The accelerations at t = {t} could not be found: the mass matrix (the derivative of the residual with \
+                 respect to them) is singular at the start. Change the initial state, give every coordinate a mass, or \
+                 give `a0`."
+            ),
+            Status::NoInitialAcceleration(Failure::NonFinite) => format!(
+                "The accelerations at t = {t} could not be found: the residual or its derivative is NaN or infinite at \
+                 the initial state. Check the equations of motion there."
+            ),
+            Status::NoInitialAcceleration(Failure::NotConverged) => format!(
+                "The accelerations at t = {t} could not be found: Newton's method did not converge from zero. Check the \
+                 Jacobian, loosen `atol` or `rtol`, or give `a0`."
+            ),
+            Status::StepFailed(Failure::NotConverged) => format!(
+                "Newton's method did not converge in the step from t = {t} (step size {h}); the result ends there. \
+                 Reduce `dt` or use adaptive steps; check the Jacobian if it is your own; loosen `rtol` and `atol` if \
+                 they are near rounding."
+            ),
+            Status::StepFailed(Failure::SingularJacobian) => format!(
+                "The Jacobian of the step from t = {t} (step size {h}) is singular; the result ends there. Change `dt` or \
+                 use adaptive steps; if that does not help the equations of motion do not determine the accelerations."
+            ),
+            Status::StepFailed(Failure::NonFinite) if limit.is_finite() => format!(
+                "The residual became NaN or infinite in the step from t = {t} (step size {h}); the result ends there. This \
+                 scheme is stable only for step sizes below {limit:.4} / (largest natural frequency in rad/s): reduce `dt` \
+                 or use average acceleration."
+            ),
+            Status::StepFailed(Failure::NonFinite) => format!(
+                "The residual or its Jacobian became NaN or infinite in the step from t = {t} (step size {h}); the result \
+                 ends there. Reduce `dt` or use adaptive steps, and check the equations of motion near the last state."
+            ),
+            Status::StepTooSmall => format!(
+                "The step size fell below its limit at t = {t} after {} rejected and {} unsolved steps: loosen `rtol` and \
+                 `atol`, reduce `min_step`, or check the equations of motion there for a singularity.",
+                self.counters.rejected, self.counters.unsolved
+            ),
+            Status::TooManySteps => format!(
+                "The limit of {} steps was reached at t = {t}, before the end of the interval, {t_end}: increase \
+                 `max_steps`, or take larger steps.",
+                self.options.max_steps
+            ),
+            Status::Interrupted => format!("The integration was stopped at t = {t}, as asked for."),
+        }
+    }
+}
+
+/// Number of steps of size `dt` that an interval takes, the last one perhaps shorter; saturates.
+pub(crate) fn number_of_steps(length: f64, dt: f64) -> usize {
+    (length / dt * (1.0 - ROUNDING_OF_STEPS)).ceil() as usize
+}
+
+/// The algorithmic acceleration at the start of a step, and the part of the one at its end that does not depend on the
+/// true acceleration there. `stretch` is the step size over that to which `s` belongs: algorithmic accelerations are ahead
+/// of the true ones by a fraction of the step.
+fn algorithmic(scheme: &Scheme, a: f64, s: f64, stretch: f64) -> (f64, f64) {
+    let start = a + stretch * (s - a);
+    let rest = (scheme.alpha_f() * a - scheme.alpha_m() * start) / (1.0 - scheme.alpha_m());
+    (start, rest)
+}
+
+/// Cubic polynomial on [0, 1] (in units of `h`) with given values and derivatives at the ends.
+fn hermite(x: f64, h: f64, value: [f64; 2], derivative: [f64; 2]) -> f64 {
+    let y = 1.0 - x;
+    y * y * ((1.0 + 2.0 * x) * value[0] + x * h * derivative[0])
+        + x * x * ((1.0 + 2.0 * y) * value[1] - y * h * derivative[1])
+}

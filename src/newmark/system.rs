@@ -1,0 +1,82 @@
+//! Second-order equations of motion, and free motions of models as such.
+
+use crate::error::Interrupted;
+use crate::linalg::Matrix;
+use crate::model::Model;
+
+/// Equations of motion `r(t, q, v, a) = 0` for displacements q, velocities v and accelerations a, n of each.
+pub trait System {
+    /// Number of coordinates n.
+    fn n(&self) -> usize;
+
+    /// `residual <- r(t, q, v, a)`, every entry of it. Non-finite values are allowed and end the step with a status that
+    /// says so, or cut it.
+    fn residual(
+        &mut self,
+        t: f64,
+        q: &[f64],
+        v: &[f64],
+        a: &[f64],
+        residual: &mut [f64],
+    ) -> Result<(), Interrupted>;
+
+    /// `tangent <- weights[0] dr/dq + weights[1] dr/dv + weights[2] dr/da`, every entry of it.
+    /// Called for [`Derivative::Analytic`](crate::roots::Derivative::Analytic) only.
+    fn tangent(
+        &mut self,
+        t: f64,
+        q: &[f64],
+        v: &[f64],
+        a: &[f64],
+        weights: [f64; 3],
+        tangent: &mut Matrix,
+    ) -> Result<(), Interrupted>;
+
+    /// About how many residuals cost as much as a tangent: decides when a fresh one pays.
+    fn tangent_cost(&self) -> f64 {
+        3.0
+    }
+}
+
+/// The free motion of a model: its inverse dynamics are zero.
+#[derive(Debug)]
+pub struct FreeMotion<'a, M: ?Sized>(pub &'a mut M);
+
+impl<M: Model + ?Sized> System for FreeMotion<'_, M> {
+    fn n(&self) -> usize {
+        self.0.n()
+    }
+
+    #[inline]
+    fn residual(
+        &mut self,
+        t: f64,
+        q: &[f64],
+        v: &[f64],
+        a: &[f64],
+        residual: &mut [f64],
+    ) -> Result<(), Interrupted> {
+        self.0.set_time(t);
+        self.0.inverse_dynamics(q, v, a, residual);
+        Ok(())
+    }
+
+    #[inline]
+    fn tangent(
+        &mut self,
+        t: f64,
+        q: &[f64],
+        v: &[f64],
+        a: &[f64],
+        weights: [f64; 3],
+        tangent: &mut Matrix,
+    ) -> Result<(), Interrupted> {
+        self.0.set_time(t);
+        self.0.weighted_tangent(q, v, a, weights, tangent);
+        Ok(())
+    }
+
+    fn tangent_cost(&self) -> f64 {
+        self.0.tangent_cost()
+    }
+}

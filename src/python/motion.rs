@@ -1,0 +1,300 @@
+//! What `newmark` and `simulate` return, and what their options have in common.
+
+use std::time::{Duration, Instant};
+
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
+use pyo3::exceptions::{PyKeyboardInterrupt, PyValueError};
+use pyo3::prelude::*;
+
+use super::convert;
+use crate::newmark::{Counters, Parameters, Predictor, Scheme, StepSize};
+use crate::simulate::{Simulation, Statistics};
+
+/// Result of `simulate` and `newmark`. On failure or interruption: everything that was computed.
+///
+/// Attributes
+/// ----------
+/// t : ndarray, shape (m,)
+///     Times, seconds.
+/// q, v, a : ndarray, shape (m, n)
+///     Coordinates, velocities and accelerations at these times: ``q[i]`` is the state at ``t[i]``.
+/// stats : Statistics
+///     What it has cost.
+/// success : bool
+///     True when the end of the interval was reached.
+/// status : str
+///     'finished', 'interrupted' (as the callback asked), 'no_initial_acceleration', 'newton_not_converged',
+///     'singular_jacobian', 'non_finite', 'step_too_small' or 'too_many_steps'.
+/// message : str
+///     The status in words, and what to change.
+#[pyclass(name = "MotionResult", module = "lissom", frozen, get_all)]
+pub(crate) struct PyMotionResult {
+    t: Py<PyArray1<f64>>,
+    q: Py<PyArray2<f64>>,
+    v: Py<PyArray2<f64>>,
+    a: Py<PyArray2<f64>>,
+    stats: Py<PyStatistics>,
+    success: bool,
+    status: &'static str,
+    message: String,
+}
+
+impl PyMotionResult {
+    pub(super) fn new(py: Python<'_>, simulation: Simulation) -> PyResult<Self> {
+        let Simulation { t, q, v, a, n, statistics, status, message } = simulation;
+        let points = t.len();
+        let rows = |values: Vec<f64>| {
+            values.into_pyarray(py).reshape([points, n]).map(Bound::<PyArray2<f64>>::unbind)
+        };
+        Ok(Self {
+            t: t.into_pyarray(py).unbind(),
+            q: rows(q)?,
+            v: rows(v)?,
+            a: rows(a)?,
+            stats: Py::new(py, PyStatistics(statistics))?,
+            success: status.is_success(),
+            status: status.name(),
+            message,
+        })
+    }
+}
+
+#[pymethods]
+impl PyMotionResult {
+    fn __repr__(&self, py: Python<'_>) -> String {
+        let dims = self.q.bind(py).dims();
+        let (points, n) = (dims[0], dims[1]);
+        format!(
+            "MotionResult(success={}, status={:?}, message={:?}, t=<{points} times>, q=<{points} x {n}>, stats={})",
+            if self.success { "True" } else { "False" },
+            self.status,
+            self.message,
+            self.stats.get().__repr__()
+        )
+    }
+}
+
+/// What a run has cost. Counters that have no meaning for the method are zero.
+///
+/// Attributes
+/// ----------
+/// wall_time : float
+///     Seconds.
+/// steps : int
+///     Accepted steps.
+/// rejected : int
+///     Steps rejected because of their error estimate.
+/// unsolved : int
+///     Adaptive steps cut because their equations could not be solved.
+/// newton_iterations : int
+///     In all steps and for the initial accelerations.
+/// nfev : int
+///     Evaluations of the residual (explicit methods: of the forward dynamics), those for differenced Jacobians not
+///     included.
+/// nfev_jac : int
+///     Evaluations for differenced Jacobians.
+/// njev, nlu : int
+///     Jacobians, factorisations.
+/// reuse_failures : int
+///     Steps in which Newton's method failed with the Jacobian of an earlier step.
+/// full_newton : int
+///     Steps that needed a fresh Jacobian in every iteration.
+#[pyclass(name = "Statistics", module = "lissom", frozen)]
+pub(crate) struct PyStatistics(Statistics);
+
+impl PyStatistics {
+    fn counters(&self) -> &Counters {
+        &self.0.counters
+    }
+}
+
+#[pymethods]
+impl PyStatistics {
+    /// Seconds.
+    #[getter]
+    fn wall_time(&self) -> f64 {
+        self.0.wall_time
+    }
+
+    /// Accepted steps.
+    #[getter]
+    fn steps(&self) -> usize {
+        self.counters().steps
+    }
+
+    /// Steps rejected because of their error estimate.
+    #[getter]
+    fn rejected(&self) -> usize {
+        self.counters().rejected
+    }
+
+    /// Adaptive steps cut because their equations could not be solved.
+    #[getter]
+    fn unsolved(&self) -> usize {
+        self.counters().unsolved
+    }
+
+    /// Newton iterations, in all steps and for the initial accelerations.
+    #[getter]
+    fn newton_iterations(&self) -> usize {
+        self.counters().newton_iterations
+    }
+
+    /// Evaluations, those for differenced Jacobians not included.
+    #[getter]
+    fn nfev(&self) -> usize {
+        self.counters().nfev
+    }
+
+    /// Evaluations for differenced Jacobians.
+    #[getter]
+    fn nfev_jac(&self) -> usize {
+        self.counters().nfev_jacobian
+    }
+
+    /// Jacobians.
+    #[getter]
+    fn njev(&self) -> usize {
+        self.counters().njev
+    }
+
+    /// Factorisations.
+    #[getter]
+    fn nlu(&self) -> usize {
+        self.counters().nlu
+    }
+
+    /// Steps in which Newton's method failed with the Jacobian of an earlier step.
+    #[getter]
+    fn reuse_failures(&self) -> usize {
+        self.counters().reuse_failures
+    }
+
+    /// Steps that needed a fresh Jacobian in every iteration.
+    #[getter]
+    fn full_newton(&self) -> usize {
+        self.counters().full_newton
+    }
+
+    fn __repr__(&self) -> String {
+        let Counters {
+            steps,
+            rejected,
+            unsolved,
+            newton_iterations,
+            nfev,
+            nfev_jacobian,
+            njev,
+            nlu,
+            reuse_failures,
+            full_newton,
+        } = *self.counters();
+        format!(
+            "Statistics(wall_time={:.3e}, steps={steps}, rejected={rejected}, unsolved={unsolved}, \
+             newton_iterations={newton_iterations}, nfev={nfev}, nfev_jac={nfev_jacobian}, njev={njev}, nlu={nlu}, \
+             reuse_failures={reuse_failures}, full_newton={full_newton})",
+            self.wall_time()
+        )
+    }
+}
+
+/// The result of a run, or the exception that ended it. Ctrl-C keeps what was computed: as the attribute `result` of the
+/// KeyboardInterrupt.
+pub(super) fn finish(
+    py: Python<'_>,
+    simulation: Simulation,
+    raised: PyResult<()>,
+) -> PyResult<PyMotionResult> {
+    match raised {
+        Ok(()) => PyMotionResult::new(py, simulation),
+        Err(error) => {
+            if error.is_instance_of::<PyKeyboardInterrupt>(py) {
+                error.value(py).setattr("result", Py::new(py, PyMotionResult::new(py, simulation)?)?)?;
+            }
+            Err(error)
+        }
+    }
+}
+
+/// Says when to look at signals and to report progress: at the first step, then about twenty times a second.
+pub(super) struct Ticker {
+    last: Option<Instant>,
+    steps: u32,
+}
+
+impl Ticker {
+    /// Not noticed by a user who waits, nor in the run time.
+    const INTERVAL: Duration = Duration::from_millis(50);
+    /// Steps between two looks at the clock, which costs as much as a step of a small system. So many steps of the largest
+    /// systems take a second or so.
+    const STEPS: u32 = 32;
+
+    pub(super) fn new() -> Self {
+        Self { last: None, steps: 0 }
+    }
+
+    /// Counts a step; true when it is time.
+    pub(super) fn tick(&mut self) -> bool {
+        self.steps += 1;
+        let due = match self.last {
+            None => true,
+            Some(_) if !self.steps.is_multiple_of(Self::STEPS) => false,
+            Some(last) => last.elapsed() >= Self::INTERVAL,
+        };
+        if due {
+            self.last = Some(Instant::now());
+        }
+        due
+    }
+}
+
+/// The scheme that was asked for by name and parameters.
+pub(super) fn scheme(
+    method: &str,
+    beta: f64,
+    gamma: f64,
+    alpha: Option<f64>,
+    rho_inf: Option<f64>,
+) -> PyResult<Scheme> {
+    // The defaults of beta and gamma contradict no method.
+    let defaults = Scheme::AVERAGE_ACCELERATION;
+    let given = |value: f64, default: f64| (method == "newmark" || value != default).then_some(value);
+    let parameters = Parameters {
+        beta: given(beta, defaults.beta()),
+        gamma: given(gamma, defaults.gamma()),
+        alpha,
+        rho_inf,
+    };
+    Ok(Scheme::by_name(method, &parameters)?)
+}
+
+pub(super) fn predictor(name: &str) -> PyResult<Predictor> {
+    match name {
+        "best" => Ok(Predictor::Best),
+        "last" => Ok(Predictor::Last),
+        "zero" => Ok(Predictor::Zero),
+        _ => Err(PyValueError::new_err(format!(
+            "predictor: got {name:?}, expected \"best\", \"last\" or \"zero\""
+        ))),
+    }
+}
+
+/// Step sizes from the arguments `adaptive`, `max_step` and `min_step`.
+pub(super) fn step_size(adaptive: bool, max_step: f64, min_step: f64) -> PyResult<StepSize> {
+    if adaptive {
+        return Ok(StepSize::Adaptive { max_step, min_step });
+    }
+    for (name, value, default) in [("max_step", max_step, f64::INFINITY), ("min_step", min_step, 0.0)] {
+        if value != default {
+            return Err(PyValueError::new_err(format!(
+                "{name}: got {value:?}, expected nothing: it is for adaptive steps (adaptive=True)"
+            )));
+        }
+    }
+    Ok(StepSize::Fixed)
+}
+
+/// Times from the argument `t_eval`.
+pub(super) fn times(t_eval: Option<&Bound<'_, PyAny>>) -> PyResult<Option<Vec<f64>>> {
+    t_eval.map(|times| convert::vector(times, "t_eval")).transpose()
+}

@@ -1,0 +1,274 @@
+//! `lissom.newmark`.
+
+use std::time::Instant;
+
+use numpy::ToPyArray;
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyString, PyTuple};
+
+use super::convert;
+use super::motion::{PyMotionResult, finish, predictor, scheme, step_size, times};
+use super::ode::function::{matrix_of, read_vector};
+use super::ode::options::tolerance;
+use super::ode::system::{SharedRaised, unpack};
+use crate::error::Interrupted;
+use crate::linalg::Matrix;
+use crate::newmark::{Options, Stepper, System, solve};
+use crate::roots::Derivative;
+use crate::simulate::Simulation;
+
+/// Integrate second-order equations of motion ``residual(t, q, v, a) = 0`` by the Newmark family.
+///
+/// Parameters
+/// ----------
+/// residual : callable
+///     ``residual(t, q, v, a, *args)`` for a time and displacements, velocities and accelerations of shape (n,); returns n
+///     numbers, such as ``M @ a + D @ v + K @ q - f(t)``. Any units.
+/// t_span : (t0, tf)
+///     The interval, tf >= t0.
+/// q0, v0 : array_like, shape (n,)
+///     Displacements and velocities at t0. The accelerations there are solved for.
+/// dt : float
+///     Step size, or with `adaptive` the first one. The last step is shorter if it must be.
+/// beta, gamma : float
+///     Parameters of method 'newmark'; the defaults are the average acceleration rule.
+/// jac : {'forward', 'central'} or callable
+///     Jacobian of a step: by forward differences (n more evaluations), by central differences (2n), or from
+///     ``jac(t, q, v, a, *args)``, which returns the three (n, n) derivatives of the residual with respect to q, v and a.
+/// method : str
+///     'newmark', 'average_acceleration', 'linear_acceleration', 'fox_goodwin', 'central_difference', 'hht' (takes
+///     `alpha`) or 'generalised_alpha' (takes `rho_inf`).
+/// alpha : float, optional
+///     Parameter of method 'hht', in [-1/3, 0]; -0.1 by default.
+/// rho_inf : float, optional
+///     Parameter of method 'generalised_alpha', in [0, 1]: what infinitely fast oscillations are multiplied with in a step;
+///     0.8 by default.
+/// rtol, atol : float or array_like of shape (n,)
+///     A step is solved until the estimated error left in acceleration i is far below ``atol[i] + rtol[i] * abs(a[i])``. With
+///     `adaptive` the local errors of displacement and velocity i are kept below ``atol[i] + rtol[i] * abs(q[i])`` and
+///     ``atol[i] + rtol[i] * abs(v[i])``, as root mean squares. `atol` is in the unit of q, of q per time and of q per time
+///     squared, respectively.
+/// adaptive : bool
+///     Whether step sizes follow from an error estimate.
+/// max_step, min_step : float
+///     Bounds of adaptive steps.
+/// max_steps : int, optional
+///     Largest number of accepted steps; unlimited by default.
+/// t_eval : array_like, optional
+///     Increasing times at which the motion is wanted. By default every step.
+/// a0 : array_like, shape (n,), optional
+///     Accelerations at t0, if they are not to be solved for.
+/// predictor : {'best', 'last', 'zero'}
+///     Accelerations that Newton's method starts from: zero, the last ones or the last two extrapolated, whichever was best in
+///     the last step; the last ones; or zero.
+/// reuse_jacobian : bool
+///     Whether factorised Jacobians are kept while they serve; if not, every Newton iteration evaluates one.
+/// args : tuple, optional
+///     Further arguments of `residual` and `jac`.
+/// callback : callable, optional
+///     Called as ``callback(t, q, v, a)`` after every accepted step; returning True ends the integration, whose result then
+///     has the status 'interrupted'.
+///
+/// Returns
+/// -------
+/// MotionResult
+///     `t` of shape (m,), `q`, `v`, `a` of shape (m, n), `stats`, `success`, `status`, `message`. A numerical failure does not
+///     raise: `success` is False and everything up to it is there.
+///
+/// Raises
+/// ------
+/// ValueError, TypeError
+///     If an argument, or what `residual` or `jac` returns, makes no sense. Exceptions of these and of `callback` come through
+///     unchanged.
+/// KeyboardInterrupt
+///     On Ctrl-C; its attribute `result` is the MotionResult of what was computed.
+///
+/// Examples
+/// --------
+/// >>> import lissom
+/// >>> result = lissom.newmark(lambda t, q, v, a: a + 4.0 * q, (0.0, 1.0), [1.0], [0.0], dt=0.1)
+/// >>> result.success, result.q.shape
+/// (True, (11, 1))
+#[pyfunction]
+#[pyo3(
+    signature = (
+        residual, t_span, q0, v0, *, dt, beta=0.25, gamma=0.5, jac=None, method="newmark", alpha=None, rho_inf=None,
+        rtol=None, atol=None, adaptive=false, max_step=f64::INFINITY, min_step=0.0, max_steps=None, t_eval=None,
+        a0=None, predictor="best", reuse_jacobian=true, args=None, callback=None
+    ),
+    text_signature = "(residual, t_span, q0, v0, *, dt, beta=0.25, gamma=0.5, jac='forward', method='newmark', \
+                      alpha=None, rho_inf=None, rtol=1e-06, atol=1e-09, adaptive=False, max_step=inf, min_step=0.0, \
+                      max_steps=None, t_eval=None, a0=None, predictor='best', reuse_jacobian=True, args=None, \
+                      callback=None)"
+)]
+#[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python function")]
+pub(crate) fn newmark<'py>(
+    py: Python<'py>,
+    residual: &Bound<'py, PyAny>,
+    t_span: &Bound<'py, PyAny>,
+    q0: &Bound<'py, PyAny>,
+    v0: &Bound<'py, PyAny>,
+    dt: f64,
+    beta: f64,
+    gamma: f64,
+    jac: Option<&Bound<'py, PyAny>>,
+    method: &str,
+    alpha: Option<f64>,
+    rho_inf: Option<f64>,
+    rtol: Option<&Bound<'py, PyAny>>,
+    atol: Option<&Bound<'py, PyAny>>,
+    adaptive: bool,
+    max_step: f64,
+    min_step: f64,
+    max_steps: Option<usize>,
+    t_eval: Option<&Bound<'py, PyAny>>,
+    a0: Option<&Bound<'py, PyAny>>,
+    predictor: &str,
+    reuse_jacobian: bool,
+    args: Option<&Bound<'py, PyAny>>,
+    callback: Option<&Bound<'py, PyAny>>,
+) -> PyResult<PyMotionResult> {
+    let start = Instant::now();
+    if !residual.is_callable() {
+        return Err(PyTypeError::new_err(format!(
+            "residual: expected a callable, got {}; the motion of a Model is for simulate",
+            convert::describe(residual)
+        )));
+    }
+    let t_span = super::ode::interval(t_span)?;
+    let q0 = convert::vector(q0, "q0")?;
+    let v0 = convert::vector_of(v0, q0.len(), "v0")?;
+    let defaults = Options::new(dt);
+    let (derivative, jac) = derivative(jac)?;
+    let options = Options {
+        scheme: scheme(method, beta, gamma, alpha, rho_inf)?,
+        step_size: step_size(adaptive, max_step, min_step)?,
+        derivative,
+        rtol: rtol.map_or(Ok(defaults.rtol.clone()), |rtol| tolerance(rtol, "rtol"))?,
+        atol: atol.map_or(Ok(defaults.atol.clone()), |atol| tolerance(atol, "atol"))?,
+        predictor: self::predictor(predictor)?,
+        reuse_jacobian,
+        initial_acceleration: a0.map(|a0| convert::vector(a0, "a0")).transpose()?,
+        max_steps: max_steps.unwrap_or(usize::MAX),
+        ..defaults
+    };
+    let t_eval = times(t_eval)?;
+    let raised = SharedRaised::default();
+    let args = args.map(unpack).transpose()?;
+    let mut system = Equations { n: q0.len(), residual, jac, args, raised: raised.clone() };
+    let mut monitor = |_: &mut Equations<'_, 'py>, stepper: &Stepper| {
+        let Some(callback) = callback else { return Ok(()) };
+        let (q, v, a) = (stepper.q(), stepper.v(), stepper.a());
+        let stop = raised.catch(
+            callback
+                .call1((stepper.t(), q.to_pyarray(py), v.to_pyarray(py), a.to_pyarray(py)))
+                .and_then(|stop| stop.is_truthy()),
+        )?;
+        if stop { Err(Interrupted) } else { Ok(()) }
+    };
+    let solution = solve(&mut system, t_span, &q0, &v0, &options, t_eval.as_deref(), &mut monitor)?;
+    let mut simulation = Simulation::from(solution);
+    simulation.statistics.wall_time = start.elapsed().as_secs_f64();
+    finish(py, simulation, raised.raise())
+}
+
+/// What `jac` asks for, and the callable if it is one.
+fn derivative<'a, 'py>(
+    jac: Option<&'a Bound<'py, PyAny>>,
+) -> PyResult<(Derivative, Option<&'a Bound<'py, PyAny>>)> {
+    let Some(jac) = jac else { return Ok((Derivative::Forward, None)) };
+    if jac.is_callable() {
+        return Ok((Derivative::Analytic, Some(jac)));
+    }
+    match jac.cast::<PyString>().map(|name| name.to_string_lossy().into_owned()).as_deref() {
+        Ok("forward") => Ok((Derivative::Forward, None)),
+        Ok("central") => Ok((Derivative::Central, None)),
+        _ => Err(PyValueError::new_err(format!(
+            "jac: got {}, expected 'forward', 'central' or a callable",
+            jac.repr()?
+        ))),
+    }
+}
+
+/// Equations of motion given by Python functions.
+struct Equations<'a, 'py> {
+    n: usize,
+    residual: &'a Bound<'py, PyAny>,
+    jac: Option<&'a Bound<'py, PyAny>>,
+    args: Option<Bound<'py, PyTuple>>,
+    raised: SharedRaised,
+}
+
+impl<'py> Equations<'_, 'py> {
+    /// `function(t, q, v, a, *args)`, with arrays of its own that the function may keep.
+    fn call(&self, function: &Bound<'py, PyAny>, t: f64, state: [&[f64]; 3]) -> PyResult<Bound<'py, PyAny>> {
+        let py = function.py();
+        py.check_signals()?;
+        let [q, v, a] = state.map(|x| x.to_pyarray(py).into_any());
+        let t = t.into_pyobject(py)?.into_any();
+        match &self.args {
+            None => function.call1((t, q, v, a)),
+            Some(args) => function
+                .call1(PyTuple::new(py, [t, q, v, a].into_iter().chain(args.iter()).collect::<Vec<_>>())?),
+        }
+    }
+
+    fn tangents(&self, t: f64, state: [&[f64]; 3]) -> PyResult<[Matrix; 3]> {
+        let jac = self.jac.expect("asked for only when jac is a callable");
+        let value = self.call(jac, t, state)?;
+        let wrong = || {
+            PyTypeError::new_err(format!(
+                "jac: expected three ({n}, {n}) arrays, dr/dq, dr/dv, dr/da, got {}",
+                convert::describe(&value),
+                n = self.n
+            ))
+        };
+        let parts: Vec<Bound<'py, PyAny>> =
+            value.try_iter().and_then(Iterator::collect).map_err(|_| wrong())?;
+        let [dq, dv, da] = <[_; 3]>::try_from(parts).map_err(|_| wrong())?;
+        let shape = (self.n, self.n);
+        Ok([
+            matrix_of(&dq, shape, "jac[0], dr/dq")?,
+            matrix_of(&dv, shape, "jac[1], dr/dv")?,
+            matrix_of(&da, shape, "jac[2], dr/da")?,
+        ])
+    }
+}
+
+impl System for Equations<'_, '_> {
+    fn n(&self) -> usize {
+        self.n
+    }
+
+    fn residual(
+        &mut self,
+        t: f64,
+        q: &[f64],
+        v: &[f64],
+        a: &[f64],
+        residual: &mut [f64],
+    ) -> Result<(), Interrupted> {
+        let value = self
+            .call(self.residual, t, [q, v, a])
+            .and_then(|value| read_vector(&value, residual, "residual"));
+        self.raised.catch(value)
+    }
+
+    fn tangent(
+        &mut self,
+        t: f64,
+        q: &[f64],
+        v: &[f64],
+        a: &[f64],
+        weights: [f64; 3],
+        tangent: &mut Matrix,
+    ) -> Result<(), Interrupted> {
+        let parts = self.raised.catch(self.tangents(t, [q, v, a]))?;
+        tangent.fill(0.0);
+        for (part, weight) in parts.iter().zip(weights) {
+            tangent.zip_apply(part, |sum, entry| *sum += weight * entry);
+        }
+        Ok(())
+    }
+}

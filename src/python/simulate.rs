@@ -1,0 +1,261 @@
+//! `lissom.simulate`.
+
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+
+use super::callback::Raised;
+use super::convert;
+use super::model::PyModel;
+use super::motion::{PyMotionResult, Ticker, finish, predictor, scheme, step_size, times};
+use super::ode::options::tolerance;
+use crate::error::{Interrupted, InvalidInput};
+use crate::newmark;
+use crate::ode;
+use crate::roots::Derivative;
+use crate::simulate::Method;
+
+/// Simulate the free motion of a model.
+///
+/// Parameters
+/// ----------
+/// model : Model
+///     A `Rod` or a `SpringPendulum`.
+/// t_end : float
+///     The motion is simulated from 0 to this time, seconds.
+/// q0, v0 : array_like, shape (n,), optional
+///     Coordinates and velocities at the start; zero by default.
+/// method : str
+///     Implicit, of second order, through the inverse dynamics: 'newmark' (average acceleration unless `beta` and `gamma`
+///     say otherwise), 'average_acceleration', 'linear_acceleration', 'fox_goodwin', 'central_difference', 'hht' (takes
+///     `alpha`), 'generalised_alpha' (takes `rho_inf`). Explicit, adaptive, through the forward dynamics: 'rk45', 'dop853';
+///     implicit, adaptive, for stiff models: 'radau'.
+/// dt : float
+///     Step size of the Newmark family, seconds; the last step is shorter if it must be. For the other methods the
+///     distance of the times that are returned.
+/// jac : {'analytic', 'forward', 'central'}
+///     Jacobian of an implicit step: exact, by forward differences (n more evaluations), by central differences (2n).
+/// rtol, atol : float or array_like of shape (n,)
+///     Newmark family: a step is solved until the estimated error left in acceleration i is far below
+///     ``atol[i] + rtol[i] * abs(a[i])``. Adaptive steps (and the other methods): the local errors of coordinate and velocity i are
+///     kept below ``atol[i] + rtol[i] * abs(q[i])`` and ``atol[i] + rtol[i] * abs(v[i])``, as root mean squares.
+///     `atol` is in the unit of q, of q per second and of q per second squared, respectively.
+/// t_eval : array_like, optional
+///     Increasing times at which the motion is wanted. By default every step (Newmark family) or every `dt`.
+/// progress : callable, optional
+///     Called as ``progress(t)`` at the first step and then about twenty times a second; returning True stops the run,
+///     whose result then has the status 'interrupted'. Exceptions come through unchanged.
+/// beta, gamma : float
+///     Parameters of method 'newmark'.
+/// alpha : float, optional
+///     Parameter of method 'hht', in [-1/3, 0]; -0.1 by default.
+/// rho_inf : float, optional
+///     Parameter of method 'generalised_alpha', in [0, 1]: what infinitely fast oscillations are multiplied with in a step;
+///     0.8 by default.
+/// adaptive : bool
+///     Whether the Newmark family chooses its steps by an error estimate, beginning with `dt`. The other methods always
+///     choose theirs.
+/// max_step, min_step : float
+///     Bounds of adaptive steps, seconds.
+/// max_steps : int, optional
+///     Largest number of accepted steps; unlimited by default.
+/// predictor : {'best', 'last', 'zero'}
+///     Accelerations that Newton's method starts from in a step of the Newmark family: zero, the last ones or the last two
+///     extrapolated, whichever was best in the last step; the last ones; or zero.
+/// reuse_jacobian : bool
+///     Whether the Newmark family keeps factorised Jacobians while they serve; if not, every Newton iteration evaluates one.
+///
+/// Returns
+/// -------
+/// MotionResult
+///     `t` of shape (m,), `q`, `v`, `a` of shape (m, n), `stats`, `success`, `status`, `message`. A numerical failure does not
+///     raise: `success` is False and everything up to it is there.
+///
+/// Raises
+/// ------
+/// ValueError, TypeError
+///     If an argument makes no sense, or if the result would not fit in memory.
+/// KeyboardInterrupt
+///     On Ctrl-C; its attribute `result` is the MotionResult of what was computed.
+///
+/// Examples
+/// --------
+/// >>> import lissom
+/// >>> result = lissom.simulate(lissom.SpringPendulum(), 1.0, q0=[-0.8, 0.5])
+/// >>> result.success, result.q.shape
+/// (True, (101, 2))
+#[pyfunction]
+#[pyo3(
+    signature = (
+        model, t_end, *, q0=None, v0=None, method="newmark", dt=1e-2, jac="analytic", rtol=None, atol=None,
+        t_eval=None, progress=None, beta=0.25, gamma=0.5, alpha=None, rho_inf=None, adaptive=false,
+        max_step=f64::INFINITY, min_step=0.0, max_steps=None, predictor="best", reuse_jacobian=true
+    ),
+    text_signature = "(model, t_end, *, q0=None, v0=None, method='newmark', dt=0.01, jac='analytic', rtol=1e-06, \
+                      atol=1e-09, t_eval=None, progress=None, beta=0.25, gamma=0.5, alpha=None, rho_inf=None, \
+                      adaptive=False, max_step=inf, min_step=0.0, max_steps=None, predictor='best', \
+                      reuse_jacobian=True)"
+)]
+#[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python function")]
+pub(crate) fn simulate<'py>(
+    py: Python<'py>,
+    model: &Bound<'py, PyAny>,
+    t_end: f64,
+    q0: Option<&Bound<'py, PyAny>>,
+    v0: Option<&Bound<'py, PyAny>>,
+    method: &str,
+    dt: f64,
+    jac: &str,
+    rtol: Option<&Bound<'py, PyAny>>,
+    atol: Option<&Bound<'py, PyAny>>,
+    t_eval: Option<&Bound<'py, PyAny>>,
+    progress: Option<&Bound<'py, PyAny>>,
+    beta: f64,
+    gamma: f64,
+    alpha: Option<f64>,
+    rho_inf: Option<f64>,
+    adaptive: bool,
+    max_step: f64,
+    min_step: f64,
+    max_steps: Option<usize>,
+    predictor: &str,
+    reuse_jacobian: bool,
+) -> PyResult<PyMotionResult> {
+    let Ok(model) = model.cast::<PyModel>() else {
+        return Err(PyTypeError::new_err(format!(
+            "model: expected a Model (Rod, SpringPendulum), got {}; for equations of your own there are newmark and \
+             solve_ivp",
+            convert::describe(model)
+        )));
+    };
+    let model = model.get().native();
+    let n = model.n();
+    let state = |value: Option<&Bound<'py, PyAny>>, name| match value {
+        Some(value) => convert::finite_vector_of(value, n, name),
+        None => Ok(vec![0.0; n]),
+    };
+    let (q0, v0) = (state(q0, "q0")?, state(v0, "v0")?);
+    let t_eval = times(t_eval)?;
+    let derivative = derivative(jac)?;
+    let defaults = newmark::Options::new(dt);
+    let rtol = rtol.map_or(Ok(defaults.rtol.clone()), |rtol| tolerance(rtol, "rtol"))?;
+    let atol = atol.map_or(Ok(defaults.atol.clone()), |atol| tolerance(atol, "atol"))?;
+    let max_steps = max_steps.unwrap_or(usize::MAX);
+    let first_order = match method {
+        "rk45" => Some(ode::Method::Rk45),
+        "dop853" => Some(ode::Method::Dop853),
+        "radau" => Some(ode::Method::Radau),
+        _ => None,
+    };
+    let method = match first_order {
+        Some(first_order) => {
+            refuse_newmark_options(method, beta, gamma, alpha, rho_inf, adaptive)?;
+            Method::FirstOrder {
+                options: ode::Options {
+                    method: first_order,
+                    rtol: twice(rtol),
+                    atol: twice(atol),
+                    max_step,
+                    min_step,
+                    max_steps,
+                    ..ode::Options::default()
+                },
+                dt,
+            }
+        }
+        None => Method::Newmark(newmark::Options {
+            scheme: scheme(method, beta, gamma, alpha, rho_inf)
+                .map_err(|error| name_all_methods(py, error))?,
+            step_size: step_size(adaptive, max_step, min_step)?,
+            derivative,
+            rtol,
+            atol,
+            predictor: self::predictor(predictor)?,
+            reuse_jacobian,
+            max_steps,
+            ..defaults
+        }),
+    };
+    let mut raised = Raised::default();
+    let mut ticker = Ticker::new();
+    let progress = progress.map(|progress| progress.clone().unbind());
+    let simulation = py.detach(|| {
+        let mut monitor = |t: f64| {
+            if !ticker.tick() {
+                return Ok(());
+            }
+            let go_on = raised.catch(Python::attach(|py| {
+                py.check_signals()?;
+                match &progress {
+                    Some(progress) => Ok(!progress.bind(py).call1((t,))?.is_truthy()?),
+                    None => Ok(true),
+                }
+            }))?;
+            if go_on { Ok(()) } else { Err(Interrupted) }
+        };
+        model.simulate(t_end, &q0, &v0, &method, t_eval.as_deref(), &mut monitor)
+    });
+    finish(py, simulation.map_err(with_python_names)?, raised.into_result())
+}
+
+fn derivative(jac: &str) -> PyResult<Derivative> {
+    match jac {
+        "analytic" => Ok(Derivative::Analytic),
+        "forward" => Ok(Derivative::Forward),
+        "central" => Ok(Derivative::Central),
+        _ => Err(PyValueError::new_err(format!(
+            "jac: got {jac:?}, expected \"analytic\", \"forward\" or \"central\""
+        ))),
+    }
+}
+
+/// Tolerances of the coordinates as those of coordinates and velocities.
+fn twice(tolerance: ode::Tolerance) -> ode::Tolerance {
+    match tolerance {
+        ode::Tolerance::Each(values) => ode::Tolerance::Each([values.as_slice(), values.as_slice()].concat()),
+        same => same,
+    }
+}
+
+fn refuse_newmark_options(
+    method: &str,
+    beta: f64,
+    gamma: f64,
+    alpha: Option<f64>,
+    rho_inf: Option<f64>,
+    adaptive: bool,
+) -> PyResult<()> {
+    let given = [
+        ("beta", beta != 0.25),
+        ("gamma", gamma != 0.5),
+        ("alpha", alpha.is_some()),
+        ("rho_inf", rho_inf.is_some()),
+        ("adaptive", adaptive),
+    ];
+    match given.into_iter().find(|&(_, is_given)| is_given) {
+        None => Ok(()),
+        Some((name, _)) => Err(PyValueError::new_err(format!(
+            "{name}: expected nothing: it is an option of the Newmark family, the method is {method:?}"
+        ))),
+    }
+}
+
+/// The names of the Newmark family are not all that this function takes.
+fn name_all_methods(py: Python<'_>, error: PyErr) -> PyErr {
+    let message = error.value(py).to_string();
+    if message.starts_with("method: ") {
+        PyValueError::new_err(format!("{message}, \"rk45\", \"dop853\", \"radau\""))
+    } else {
+        error
+    }
+}
+
+/// The core's interval begins at 0.
+fn with_python_names(mut error: InvalidInput) -> InvalidInput {
+    for problem in &mut error.problems {
+        if problem.place == "t_span[1]" {
+            problem.place = "t_end".to_owned();
+            problem.expected = "a finite number >= 0 (seconds)".to_owned();
+        }
+    }
+    error
+}

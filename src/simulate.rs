@@ -1,0 +1,169 @@
+//! Free motions of models over an interval, by the implicit Newmark family or an explicit Runge-Kutta method.
+
+use std::time::Instant;
+
+use crate::error::{Interrupted, InvalidInput};
+use crate::model::Model;
+use crate::newmark::{self, FreeMotion, check_points, number_of_steps};
+use crate::ode::{self, FirstOrder, Output};
+
+/// How a motion is computed.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Method {
+    /// By the Newmark family, through the inverse dynamics and their tangent.
+    Newmark(newmark::Options),
+    /// As a system of first order, through the forward dynamics.
+    FirstOrder {
+        /// How to integrate; the tolerances are those of displacements and velocities.
+        options: ode::Options,
+        /// Distance of the output times where none are asked for.
+        dt: f64,
+    },
+}
+
+/// What a run has cost. Counters that have no meaning for the method are zero.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Statistics {
+    /// Seconds from the start to the end of the run, on the wall clock.
+    pub wall_time: f64,
+    /// What was counted. For first-order methods `nfev` are forward dynamics.
+    pub counters: newmark::Counters,
+}
+
+/// Why a run ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Status {
+    /// Of the Newmark family.
+    Newmark(newmark::Status),
+    /// Of a first-order method.
+    FirstOrder(ode::Status),
+}
+
+impl Status {
+    /// True when the end of the interval was reached.
+    pub fn is_success(self) -> bool {
+        match self {
+            Self::Newmark(status) => status.is_success(),
+            Self::FirstOrder(status) => status.is_success(),
+        }
+    }
+
+    /// The status as one word, such as `finished` or `interrupted`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Newmark(status) => status.name(),
+            Self::FirstOrder(status) => status.name(),
+        }
+    }
+}
+
+/// A motion and how it came about. What was computed before a failure or an interruption is kept.
+#[derive(Clone, Debug)]
+pub struct Simulation {
+    /// Times: those asked for as far as they were reached; else all steps (Newmark) or a grid (first order).
+    pub t: Vec<f64>,
+    /// Coordinates at these times one after the other, n numbers each.
+    pub q: Vec<f64>,
+    /// Velocities, likewise.
+    pub v: Vec<f64>,
+    /// Accelerations, likewise.
+    pub a: Vec<f64>,
+    /// Number of coordinates n.
+    pub n: usize,
+    /// What it has cost.
+    pub statistics: Statistics,
+    /// How it ended.
+    pub status: Status,
+    /// The status in words, with what to change when it is not the wanted one.
+    pub message: String,
+}
+
+/// The free motion of `model` from `q0`, `v0` over `[0, t_end]`. `t_eval` are increasing times at which it is wanted.
+/// `monitor` sees the time after every accepted step and may stop the run; the status then says so.
+///
+/// Fails before any evaluation when an argument is wrong, or when the result would not fit in memory.
+pub fn simulate<M: Model>(
+    mut model: M,
+    t_end: f64,
+    q0: &[f64],
+    v0: &[f64],
+    method: &Method,
+    t_eval: Option<&[f64]>,
+    monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
+) -> Result<Simulation, InvalidInput> {
+    let start = Instant::now();
+    let mut simulation = match method {
+        Method::Newmark(options) => {
+            let mut system = FreeMotion(&mut model);
+            let mut monitor = |_: &mut FreeMotion<'_, M>, stepper: &newmark::Stepper| monitor(stepper.t());
+            newmark::solve(&mut system, (0.0, t_end), q0, v0, options, t_eval, &mut monitor)?.into()
+        }
+        Method::FirstOrder { options, dt } => {
+            first_order(model, t_end, [q0, v0], (options, *dt), t_eval, monitor)?
+        }
+    };
+    simulation.statistics.wall_time = start.elapsed().as_secs_f64();
+    Ok(simulation)
+}
+
+impl From<newmark::Solution> for Simulation {
+    fn from(solution: newmark::Solution) -> Self {
+        let newmark::Solution { t, q, v, a, n, counters, status, message } = solution;
+        let statistics = Statistics { wall_time: 0.0, counters };
+        Self { t, q, v, a, n, statistics, status: Status::Newmark(status), message }
+    }
+}
+
+fn first_order<M: Model>(
+    model: M,
+    t_end: f64,
+    [q0, v0]: [&[f64]; 2],
+    (options, dt): (&ode::Options, f64),
+    t_eval: Option<&[f64]>,
+    monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
+) -> Result<Simulation, InvalidInput> {
+    let n = model.n();
+    newmark::check_start(n, (0.0, t_end), q0, v0, dt)?;
+    let output = Output::at(match t_eval {
+        Some(times) => times.to_vec(),
+        None => grid(n, t_end, dt)?,
+    });
+    let mut system = FirstOrder::new(model);
+    let y0 = [q0, v0].concat();
+    let mut monitor = |stepper: &ode::Stepper| monitor(stepper.t());
+    let solution = ode::solve(&mut system, (0.0, t_end), &y0, options, &output, &mut [], &mut monitor)?;
+    let points = solution.t.len();
+    let mut states = [(); 3].map(|()| Vec::with_capacity(points * n));
+    let mut rate = vec![0.0; 2 * n];
+    for (i, &t) in solution.t.iter().enumerate() {
+        let y = solution.state(i);
+        let rates = ode::System::rhs(&mut system, t, y, &mut rate);
+        debug_assert!(rates.is_ok(), "forward dynamics do not interrupt");
+        for (states, values) in states.iter_mut().zip([&y[..n], &y[n..], &rate[n..]]) {
+            states.extend_from_slice(values);
+        }
+    }
+    let [q, v, a] = states;
+    let ode::Counters { accepted, rejected, nfev, nfev_jacobian, njev, nlu, .. } = solution.counters;
+    let counters = newmark::Counters {
+        steps: accepted,
+        rejected,
+        nfev,
+        nfev_jacobian,
+        njev,
+        nlu,
+        ..newmark::Counters::default()
+    };
+    let statistics = Statistics { wall_time: 0.0, counters };
+    let status = Status::FirstOrder(solution.status);
+    Ok(Simulation { t: solution.t, q, v, a, n, statistics, status, message: solution.message })
+}
+
+/// The times 0, dt, 2 dt, ... and `t_end`.
+fn grid(n: usize, t_end: f64, dt: f64) -> Result<Vec<f64>, InvalidInput> {
+    let steps = number_of_steps(t_end, dt);
+    check_points(steps.saturating_add(1), n)?;
+    let mut times: Vec<f64> = (0..steps).map(|i| i as f64 * dt).collect();
+    times.push(t_end);
+    Ok(times)
+}
