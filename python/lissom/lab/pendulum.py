@@ -1,0 +1,238 @@
+"""Part 3 of the lab, the spring pendulum: figures 4 to 6 and table 1."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from .._lissom import SpringPendulum, simulate
+from ..balance import balance
+from ..report import theme
+from ..report.page import Figure, Lesson, Section, Table
+from ..report.text import quantity
+from . import published
+from .part import Part, seconds, timed, times_faster
+
+START = (-np.pi / 4.0, 0.5)
+
+#: Simulated seconds of table 1, and of the figures.
+LONG, SHOWN = 1000.0, 20.0
+
+#: Tolerance of the path that others are compared with.
+REFERENCE_TOLERANCE = 1e-12
+
+#: Shown points of a curve.
+POINTS = 2001
+
+
+def part() -> Part:
+    """The motion by both methods, and how long 1000 s of it take."""
+    pendulum = SpringPendulum()
+    times = np.linspace(0.0, SHOWN, POINTS)
+    reference = simulate(
+        pendulum,
+        SHOWN,
+        q0=START,
+        method="rk45",
+        rtol=REFERENCE_TOLERANCE,
+        atol=REFERENCE_TOLERANCE,
+        t_eval=times,
+    )
+    fine = simulate(pendulum, SHOWN, q0=START, dt=1e-2)
+    coarse = simulate(pendulum, SHOWN, q0=START, dt=1.0)
+    explicit = simulate(pendulum, SHOWN, q0=START, method="rk45", t_eval=times)
+    paths = {
+        "implicit, step 0.01 s": (fine, theme.BLUE, "solid"),
+        "explicit": (explicit, theme.ORANGE, "dash"),
+        "reference": (reference, theme.GREY, "dot"),
+    }
+    error = float(np.max(np.abs(fine.q[:: (len(fine.t) - 1) // 2000] - reference.q)))
+    right, wrong = energies(pendulum, reference)
+    table, numbers = table_1(pendulum)
+    ratios = {
+        whose: numbers["table_1"][2][f"{whose}_seconds"] / numbers["table_1"][3][f"{whose}_seconds"]
+        for whose in ("report", "lissom")
+    }
+    sections = [
+        Section(
+            "Figure 4: the spring pendulum",
+            [
+                Figure(
+                    trajectories(pendulum, paths), "From the angle −π/4 and the elongation 0.5 m, at rest."
+                ),
+                Lesson(
+                    f"Over {SHOWN:g} s the implicit path at a step of 0.01 s departs from the reference by at most "
+                    f"{error:.2g}. The motion is chaotic: in longer runs only energies can be compared."
+                ),
+            ],
+        ),
+        Section(
+            "Figure 5: a step of 1 s",
+            [
+                Figure(
+                    coarse_figure(coarse, reference),
+                    "The pendulum's own periods are about 2 s (the spring) and 3 s (the swing).",
+                ),
+                Lesson(
+                    "A step of 1 s is quick, but what it computes has nothing to do with the pendulum: after "
+                    f"{SHOWN:g} s the angle is {coarse.q[-1, 0]:,.0f} rad instead of {reference.q[-1, 0]:.1f}. A run time "
+                    "says nothing without an error beside it."
+                ),
+            ],
+        ),
+        Section(
+            "Figure 6: energy",
+            [
+                Figure(
+                    energy_figure(reference.t, right, wrong),
+                    "Change of the total energy along the reference path, by the right kinetic energy and by the report's.",
+                ),
+                Lesson(
+                    "The report prints the kinetic energy with 1/(l + q₂)². It is ½ m (q̇₂² + (l + q₂)² q̇₁²): with the "
+                    f"printed one the total wanders by {quantity(float(np.ptp(wrong)), 'J')}, with the right one it stays to "
+                    f"{quantity(float(np.ptp(right)), 'J', 2)}."
+                ),
+            ],
+        ),
+        Section(
+            "Table 1: run time of the pendulum",
+            [
+                table,
+                Lesson(
+                    f"In the report the implicit method at a step of 0.01 s takes {ratios['report']:.0f} times as long as "
+                    f"the explicit one; here it takes {ratios['lissom']:.2g} times as long. Such a ratio is one of "
+                    "implementations more than of methods."
+                ),
+            ],
+        ),
+    ]
+    numbers |= {
+        "implicit_error_20_s": error,
+        "energy_change_right": float(np.ptp(right)),
+        "energy_change_report": float(np.ptp(wrong)),
+    }
+    return Part(sections, numbers)
+
+
+def table_1(pendulum: SpringPendulum) -> tuple[Table, dict[str, Any]]:
+    """Run times of 1000 s beside the report's."""
+    rows, runs = [], []
+    for step, beside in published.PENDULUM.items():
+        for method in ("implicit", "explicit"):
+            times = np.arange(0.0, LONG + 0.5 * step, step)
+            options: dict[str, Any] = (
+                {"dt": step}
+                if method == "implicit"
+                else {"method": "rk45", "rtol": 1e-3, "atol": 1e-6, "t_eval": times}
+            )
+            motion, taken = timed(lambda options=options: simulate(pendulum, LONG, q0=START, **options))
+            drift = balance(pendulum, motion.t, motion.q, motion.v).drift
+            rows.append(
+                (
+                    f"{step:g} s",
+                    method,
+                    seconds(beside[method]),
+                    seconds(taken),
+                    times_faster(beside[method], taken),
+                    f"{motion.stats.steps:,}",
+                    f"{drift:.2g}" if motion.success else motion.message,
+                )
+            )
+            runs.append(
+                {
+                    "step": step,
+                    "method": method,
+                    "report_seconds": beside[method],
+                    "lissom_seconds": taken,
+                    "steps": motion.stats.steps,
+                    "energy_drift": drift,
+                    "success": motion.success,
+                }
+            )
+    columns = ("step", "method", "report", "lissom", "faster", "steps taken", "energy drift")
+    numeric = frozenset({"report", "lissom", "faster", "steps taken", "energy drift"})
+    caption = (
+        "1000 s simulated. Explicit: Dormand-Prince at ode45's default tolerances, with output at the step. "
+        "Energy drift: largest change of the total, relative to the largest energy that moved."
+    )
+    return Table(columns, rows, numeric, caption), {"table_1": runs}
+
+
+def energies(pendulum: SpringPendulum, motion: Any) -> tuple[Any, Any]:
+    """Change of the total energy along a motion, by the right kinetic energy and by the report's."""
+    right = balance(pendulum, motion.t, motion.q, motion.v)
+    r = pendulum.length + motion.q[:, 1]
+    printed = 0.5 * pendulum.mass * (motion.v[:, 1] ** 2 + motion.v[:, 0] ** 2 / r**2)
+    wrong = printed + right.elastic + right.gravitational
+    return right.total - right.total[0], wrong - wrong[0]
+
+
+def trajectories(pendulum: SpringPendulum, paths: dict[str, Any]) -> Any:
+    """Figure 4."""
+    from plotly.subplots import make_subplots
+
+    figure = make_subplots(
+        rows=2,
+        cols=2,
+        specs=[[{"rowspan": 2}, {}], [None, {}]],
+        horizontal_spacing=0.11,
+        vertical_spacing=0.12,
+    )
+    for name, (motion, colour, dash) in paths.items():
+        angle, elongation = motion.q.T
+        r = pendulum.length + elongation
+        line = {"color": colour, "dash": dash, "width": 1.6}
+        shared = {"name": name, "legendgroup": name, "mode": "lines", "line": line}
+        figure.add_scatter(x=r * np.cos(angle), y=r * np.sin(angle), **shared, row=1, col=1)
+        figure.add_scatter(x=motion.t, y=angle, **shared, showlegend=False, row=1, col=2)
+        figure.add_scatter(x=motion.t, y=elongation, **shared, showlegend=False, row=2, col=2)
+    figure.update_xaxes(theme.axis("x (m)"), row=1, col=1)
+    figure.update_yaxes(theme.axis("y (m)", scaleanchor="x", scaleratio=1), row=1, col=1)
+    figure.update_yaxes(theme.axis("angle (rad)"), row=1, col=2)
+    figure.update_yaxes(theme.axis("elongation (m)"), row=2, col=2)
+    figure.update_xaxes(theme.axis(""), row=1, col=2)
+    figure.update_xaxes(theme.axis("time (s)"), row=2, col=2)
+    figure.update_layout(**theme.layout(520))
+    return figure
+
+
+def coarse_figure(coarse: Any, reference: Any) -> Any:
+    """Figure 5."""
+    from plotly.subplots import make_subplots
+
+    figure = make_subplots(rows=2, cols=1, shared_xaxes=True, vertical_spacing=0.06)
+    for i, label in enumerate(("angle (rad)", "elongation (m)")):
+        shown = {"row": i + 1, "col": 1, "showlegend": i == 0}
+        figure.add_scatter(
+            x=reference.t,
+            y=reference.q[:, i],
+            name="reference",
+            line={"color": theme.GREY, "width": 1.6},
+            **shown,
+        )
+        figure.add_scatter(
+            x=coarse.t,
+            y=coarse.q[:, i],
+            name="implicit, step 1 s",
+            mode="lines+markers",
+            line={"color": theme.RED, "dash": "dot"},
+            **shown,
+        )
+        figure.update_yaxes(theme.axis(label), row=i + 1, col=1)
+    figure.update_xaxes(theme.axis(""))
+    figure.update_xaxes(theme.axis("time (s)"), row=2, col=1)
+    figure.update_layout(**theme.layout(480))
+    return figure
+
+
+def energy_figure(t: Any, right: Any, wrong: Any) -> Any:
+    """Figure 6."""
+    import plotly.graph_objects as go
+
+    figure = go.Figure()
+    figure.add_scatter(x=t, y=wrong, name="as printed in the report", line={"color": theme.RED, "width": 1.6})
+    figure.add_scatter(x=t, y=right, name="right", line={"color": theme.GREEN, "width": 2.4})
+    y = theme.axis("change of the total (J)")
+    figure.update_layout(**theme.layout(400, xaxis=theme.axis("time (s)"), yaxis=y))
+    return figure
