@@ -248,7 +248,7 @@ def write_trajectory(run: Run, folder: Path) -> Path:
 
 def write_summary(numbers: dict[str, Any], folder: Path) -> None:
     """Write ``summary.json``, by which lissom recognises its own folders."""
-    (folder / SUMMARY).write_text(json.dumps(numbers, indent=2) + "\n", encoding="utf-8")
+    (folder / SUMMARY).write_text(json.dumps(numbers, indent=2, allow_nan=False) + "\n", encoding="utf-8")
 
 
 class NotOurs(Exception):

@@ -1,12 +1,13 @@
-"""The numerical-methods lab that lissom grew out of, rerun: nine figures and three tables, beside the report's numbers.
+"""The numerical-methods lab that lissom grew out of, rerun: nine figures and three tables.
 
-Figures and tables are lissom's own reruns, arranged along the lab's parts; numbers of the report are quoted where they
-are known, and marked as the report's.
+All of them are lissom's own computations, arranged along the lab's parts; the report's own numbers stand
+beside them where they are known.
 """
 
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -21,8 +22,8 @@ from .part import Part
 PARTS: dict[str, Callable[[], Part]] = {"roots": roots.part, "pendulum": pendulum.part, "rod": rod.part}
 
 LEAD = (
-    "Root finding, time integration, the spring pendulum, the Cosserat rod: figures 1 to 9 and tables 1 to 3, computed "
-    "anew by lissom, with the lab report's own numbers beside them and a word where it was wrong."
+    "Root finding, time integration, the spring pendulum, the Cosserat rod: figures 1 to 9 and tables 1 to "
+    "3, computed anew by lissom, with the lab report's own numbers beside them and a word where it was wrong."
 )
 
 
@@ -39,7 +40,9 @@ def write(target: Path, bar: Callable[[float, str, str], Any]) -> list[Path]:
                 progress.update(1)
         (folder / "lab.html").write_text(page.render(build(list(parts.values()))), encoding="utf-8")
         numbers = {"lissom": __version__, **{name: part.numbers for name, part in parts.items()}}
-        (folder / SUMMARY).write_text(json.dumps(numbers, indent=2) + "\n", encoding="utf-8")
+        (folder / SUMMARY).write_text(
+            json.dumps(plain(numbers), indent=2, allow_nan=False) + "\n", encoding="utf-8"
+        )
     return [target / "lab.html", target / SUMMARY]
 
 
@@ -47,3 +50,12 @@ def build(parts: list[Part]) -> page.Page:
     """The page of the lab."""
     sections = [section for part in parts for section in part.sections]
     return page.Page(title="The lab, rerun", lead=LEAD, sections=sections, contents=True)
+
+
+def plain(value: Any) -> Any:
+    """The same in what JSON knows: the report's infinite run time becomes null."""
+    if isinstance(value, dict):
+        return {key: plain(inner) for key, inner in value.items()}
+    if isinstance(value, list):
+        return [plain(inner) for inner in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -11,6 +11,9 @@ from ..report import theme
 from ..report.page import Figure, Lesson, Section, Table
 from .part import Part
 
+#: Results by function, start and Jacobian.
+Searches = dict[tuple[str, float, str], Any]
+
 STARTS = (6.0, 1.0, 0.7)
 JACOBIANS = ("analytic", "forward", "central")
 COLOURS = {"analytic": theme.BLUE, "forward": theme.ORANGE, "central": theme.GREEN}
@@ -70,69 +73,8 @@ def part() -> Part:
         for start in STARTS
         for jacobian in JACOBIANS
     }
-    rows = [
-        (
-            name,
-            f"{start:g}",
-            jacobian,
-            f"{found.x:.10g}",
-            OUTCOMES.get(found.status, found.status),
-            str(found.nit),
-            str(found.nfev),
-        )
-        for (name, start, jacobian), found in searches.items()
-    ]
-    columns = ("function", "start", "Jacobian", "x", "outcome", "iterations", "evaluations")
     stuck = lab_loop(f, 1.0)
     steps, errors = difference_errors()
-    sections = [
-        Section(
-            "Figure 1: the functions and the iterates",
-            [
-                "f(x) = x⁴ − 4x³ + 5x² − 2x + 1/4 and f₂ = f − 1/4, with the points that Newton's method visits "
-                "(analytic Jacobian; the first ones from 6 lie outside the frame).",
-                Figure(functions(searches)),
-                Lesson(
-                    "f = (x² − 2x + 1/2)² has two double roots, 1 ± 1/√2. At a double root the derivative vanishes with the "
-                    "function, so Newton's method only halves its error in each step: "
-                    f"{searches['f', 6.0, 'analytic'].nit} steps from x = 6, without ever becoming faster. "
-                    "f₂ = x (x − 2) (x − 1)² has simple roots at 0 and 2, where convergence is quadratic at last, "
-                    "and a double one at 1."
-                ),
-            ],
-        ),
-        Section(
-            "Figure 2: convergence with the three Jacobians",
-            [
-                Figure(
-                    convergence(searches),
-                    "Residual at each iterate (zero is drawn at 10⁻¹⁷). The dotted line is the lab's tolerance, 10⁻⁶; "
-                    "the three Jacobians differ by less than the lines are wide.",
-                ),
-                Table(columns, rows, frozenset({"x", "iterations", "evaluations"})),
-                Lesson(
-                    "The report calls x = 1 a saddle of f. It is a local maximum, with f(1) = 1/4 and f'(1) = 0: the Jacobian "
-                    "is singular, pinv(0) = 0, and the lab's loop stands still "
-                    f"({stuck} iterations here, without moving). Differences leave such a point only by their own "
-                    "truncation or rounding error, which is luck. lissom says “stationary point, not a root”."
-                ),
-            ],
-        ),
-        Section(
-            "Figure 3: the error of difference Jacobians",
-            [
-                Figure(
-                    difference_figure(steps, errors),
-                    f"Relative error of f'({DIFFERENCED_AT:g}) against the step h. To the right truncation grows as h (forward) "
-                    "and h² (central), to the left rounding grows as 1/h.",
-                ),
-                Lesson(
-                    "The best step is about √ε x for forward and ε^(1/3) x for central differences, ε = 2.2·10⁻¹⁶; it gives "
-                    "about 8 and 11 digits. A step chosen without regard to the size of x loses them."
-                ),
-            ],
-        ),
-    ]
     numbers = {
         "searches": [
             {
@@ -150,7 +92,79 @@ def part() -> Part:
         "lab_loop_iterations_from_1": stuck,
         "difference_errors": {"step": steps.tolist(), **{k: e.tolist() for k, e in errors.items()}},
     }
-    return Part(sections, numbers)
+    return Part([figure_1(searches), figure_2(searches, stuck), figure_3(steps, errors)], numbers)
+
+
+def figure_1(searches: Searches) -> Section:
+    """The functions and the iterates."""
+    iterations = searches["f", 6.0, "analytic"].nit
+    return Section(
+        "Figure 1: the functions and the iterates",
+        [
+            "f(x) = x⁴ − 4x³ + 5x² − 2x + 1/4 and f₂ = f − 1/4, with the points that Newton's method visits "
+            "(analytic Jacobian; the first ones from 6 lie outside the frame).",
+            Figure(functions(searches)),
+            Lesson(
+                "f = (x² − 2x + 1/2)² has two double roots, 1 ± 1/√2. At a double root the derivative "
+                "vanishes with the function, so Newton's method only halves its error in each step: "
+                f"{iterations} steps from x = 6, without ever becoming faster. f₂ = x (x − 2) (x − 1)² has "
+                "simple roots at 0 and 2, where convergence is quadratic at last, and a double one at 1."
+            ),
+        ],
+    )
+
+
+def figure_2(searches: Searches, stuck: int) -> Section:
+    """How the searches converge; ``stuck`` is the number of iterations of the lab's loop from x = 1."""
+    rows = [
+        (
+            name,
+            f"{start:g}",
+            jacobian,
+            f"{found.x:.10g}",
+            OUTCOMES.get(found.status, found.status),
+            str(found.nit),
+            str(found.nfev),
+        )
+        for (name, start, jacobian), found in searches.items()
+    ]
+    columns = ("function", "start", "Jacobian", "x", "outcome", "iterations", "evaluations")
+    return Section(
+        "Figure 2: convergence with the three Jacobians",
+        [
+            Figure(
+                convergence(searches),
+                "Residual at each iterate (zero is drawn at 10⁻¹⁷). The dotted line is the lab's tolerance, "
+                "10⁻⁶; the three Jacobians differ by less than the lines are wide.",
+            ),
+            Table(columns, rows, frozenset({"x", "iterations", "evaluations"})),
+            Lesson(
+                "The report calls x = 1 a saddle of f. It is a local maximum, with f(1) = 1/4 and f'(1) = 0: "
+                f"the Jacobian is singular, pinv(0) = 0, and the lab's loop stands still ({stuck} iterations "
+                "here, without moving). Differences leave such a point only by their own truncation or "
+                "rounding error, which is luck. lissom says “stationary point, not a root”."
+            ),
+        ],
+    )
+
+
+def figure_3(steps: Any, errors: dict[str, Any]) -> Section:
+    """The error of difference Jacobians."""
+    return Section(
+        "Figure 3: the error of difference Jacobians",
+        [
+            Figure(
+                difference_figure(steps, errors),
+                f"Relative error of f'({DIFFERENCED_AT:g}) against the step h. To the right truncation "
+                "grows as h (forward) and h² (central), to the left rounding grows as 1/h.",
+            ),
+            Lesson(
+                "The best step is about √ε x for forward and ε^(1/3) x for central differences, ε = "
+                "2.2·10⁻¹⁶; it gives about 8 and 11 digits. A step chosen without regard to the size of x "
+                "loses them."
+            ),
+        ],
+    )
 
 
 def _history(found: Any) -> dict[str, Any]:
@@ -158,7 +172,7 @@ def _history(found: Any) -> dict[str, Any]:
     return history
 
 
-def functions(searches: dict[tuple[str, float, str], Any]) -> Any:
+def functions(searches: Searches) -> Any:
     """Figure 1."""
     import plotly.graph_objects as go
 
@@ -194,7 +208,7 @@ def functions(searches: dict[tuple[str, float, str], Any]) -> Any:
     return figure
 
 
-def convergence(searches: dict[tuple[str, float, str], Any]) -> Any:
+def convergence(searches: Searches) -> Any:
     """Figure 2."""
     from plotly.subplots import make_subplots
 
