@@ -110,7 +110,12 @@ class Run:
 
     def instants(self, most: int) -> NDArray[np.intp]:
         """Indices of at most so many times, evenly spread, first and last included."""
-        return np.unique(np.linspace(0, len(self.t) - 1, min(most, len(self.t))).round().astype(np.intp))
+        return instants(len(self.t), most)
+
+
+def instants(count: int, most: int) -> NDArray[np.intp]:
+    """At most ``most`` of ``count`` indices, evenly spread, first and last included."""
+    return np.unique(np.linspace(0, count - 1, min(most, count)).round().astype(np.intp))
 
 
 def sections(rod: Rod) -> Array:

@@ -1,0 +1,5 @@
+"""``python -m lissom`` is the command ``lissom``."""
+
+from .cli import main
+
+main()

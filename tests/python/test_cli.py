@@ -1,0 +1,258 @@
+"""The command line, as a process of its own."""
+
+import json
+import os
+import pty
+import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import lissom
+
+SCENES = Path(__file__).parents[2] / "scenes"
+
+WIRE = """version = 1
+[scene]
+name = "A wire"
+[[rod]]
+[[rod.segment]]
+length = 1.0
+radius = 1e-3
+young_modulus = 210e9
+shear_modulus = 80e9
+density = 7800
+modes = { bend_y = 2 }
+[simulation]
+duration = 0.1
+"""
+
+#: More steps than any test waits for.
+ENDLESS = """version = 1
+[pendulum]
+q0 = [-0.8, 0.5]
+[simulation]
+duration = 1000
+step = 1e-6
+output.step = 1e-2
+"""
+
+
+def lissom_command(*arguments, without=(), cwd):
+    """Run the command; modules in ``without`` cannot be imported."""
+    hide = f"import sys; sys.modules.update(dict.fromkeys({list(without)!r}))"
+    program = f"{hide}; from lissom.cli import main; main()"
+    command = [sys.executable, "-c", program, *map(str, arguments)]
+    return subprocess.run(command, cwd=cwd, capture_output=True, text=True, timeout=100)
+
+
+@pytest.fixture
+def scene(tmp_path):
+    """Writes a scene and returns its path."""
+
+    def write(text, name="wire.toml"):
+        path = tmp_path / name
+        path.write_text(text)
+        return path
+
+    return write
+
+
+def no_leftovers(folder):
+    """No partial folder stands around."""
+    return not [path for path in folder.rglob(".*") if "partial" in path.name or "replaced" in path.name]
+
+
+def test_a_good_scene_is_simulated_and_written(scene, tmp_path):
+    done = lissom_command("run", scene(WIRE), cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert done.stderr == "", "no progress bar where stderr is not a terminal"
+    results = tmp_path / "results" / "wire"
+    assert {path.name for path in results.iterdir()} == {"trajectory.nc", "report.html", "summary.json"}
+    assert no_leftovers(tmp_path)
+    for said in (
+        "A wire: Finished",
+        "Newmark",
+        "steps",
+        "Newton iterations",
+        "evaluations",
+        "real time",
+        "energy drift",
+    ):
+        assert said in done.stdout
+    summary = json.loads((results / "summary.json").read_text())
+    assert (summary["outcome"], summary["method"], summary["coordinates"]) == ("finished", "newmark", 2)
+    assert summary["simulated_seconds"] == pytest.approx(0.1)
+    assert 0.0 <= summary["energy_drift"] < 1e-2
+
+
+def test_the_trajectory_is_the_one_of_simulate(scene, tmp_path):
+    xarray = pytest.importorskip("xarray")
+    path = scene(WIRE)
+    assert lissom_command("run", path, "-o", tmp_path / "out", "--no-report", cwd=tmp_path).returncode == 0
+    loaded = lissom.Scene.load(path)
+    motion = loaded.run()
+    with xarray.open_dataset(tmp_path / "out" / "trajectory.nc", engine="h5netcdf") as data:
+        assert dict(data.sizes) == {"time": 11, "coordinate": 2, "shape_time": 11, "X": 25, "axis": 3}
+        np.testing.assert_array_equal(data.time, motion.t)
+        np.testing.assert_array_equal(data.q, motion.q)
+        np.testing.assert_array_equal(data.v, motion.v)
+        np.testing.assert_array_equal(data.a, motion.a)
+        assert list(data.coordinate.values) == ["segment0.bend_y.0", "segment0.bend_y.1"]
+        assert data.time.attrs["units"] == "s"
+        assert data.energy_total.attrs["units"] == "J"
+        assert data.attrs["scene"] == WIRE
+        assert data.attrs["title"] == "A wire"
+        tip = loaded.model.pose(motion.q[-1], 1.0)[:3, 3]
+        np.testing.assert_allclose(data.position[-1, -1], tip, atol=1e-15)
+        energies = [loaded.model.energy(q, v).kinetic for q, v in zip(motion.q, motion.v, strict=True)]
+        np.testing.assert_array_equal(data.energy_kinetic, energies)
+
+
+def test_only_the_wanted_quantities_are_written(scene, tmp_path):
+    path = scene(WIRE + "output = { step = 0.05, quantities = ['energy'] }\n")
+    assert lissom_command("run", path, "-o", "out", without=["xarray"], cwd=tmp_path).returncode == 0
+    with np.load(tmp_path / "out" / "trajectory.npz") as data:
+        np.testing.assert_allclose(data["t"], [0.0, 0.05, 0.1])
+        kept = set(data.files)
+    assert kept >= {"q", "energy_total", "scene"}
+    assert not kept & {"v", "a", "position"}
+
+
+def test_earlier_results_are_replaced_as_a_whole(scene, tmp_path):
+    path = scene(WIRE)
+    assert lissom_command("run", path, cwd=tmp_path).returncode == 0
+    results = tmp_path / "results" / "wire"
+    (results / "stale").touch()
+    assert lissom_command("run", path, "--no-report", cwd=tmp_path).returncode == 0
+    assert {found.name for found in results.iterdir()} == {"trajectory.nc", "summary.json"}
+    assert no_leftovers(tmp_path)
+
+
+def test_a_folder_of_others_is_left_alone(scene, tmp_path):
+    target = tmp_path / "thesis"
+    target.mkdir()
+    (target / "chapter.txt").write_text("precious")
+    done = lissom_command("run", scene(WIRE), "-o", target, cwd=tmp_path)
+    assert done.returncode == 2
+    assert "lissom did not write" in done.stderr
+    assert [path.name for path in target.iterdir()] == ["chapter.txt"]
+    file = lissom_command("run", scene(WIRE), "-o", target / "chapter.txt", cwd=tmp_path)
+    assert file.returncode == 2
+    assert (target / "chapter.txt").read_text() == "precious"
+
+
+@pytest.mark.parametrize("command", ["run", "check"])
+def test_a_bad_scene_is_refused_with_all_its_problems(command, scene, tmp_path):
+    path = scene(WIRE.replace("length = 1.0", "lenght = 1.0").replace("7800", "-1"))
+    done = lissom_command(command, path, cwd=tmp_path)
+    assert done.returncode == 2
+    assert f"{path}:6:1: rod[0].segment[0].lenght: unknown key; did you mean `length`?" in done.stderr
+    assert f"{path}:10:11: rod[0].segment[0].density: got -1; expected" in done.stderr
+    assert "Traceback" not in done.stderr
+    assert list(tmp_path.iterdir()) == [path], "nothing is written"
+
+
+@pytest.mark.parametrize(
+    "arguments", [["run", "nothing.toml"], ["run"], ["walk"], ["run", "--fast", "x"], ["check"]]
+)
+def test_bad_usage_ends_with_2(arguments, tmp_path):
+    done = lissom_command(*arguments, cwd=tmp_path)
+    assert done.returncode == 2
+    assert "Traceback" not in done.stderr
+
+
+def test_check_names_good_and_bad_scenes(scene, tmp_path):
+    good, bad = scene(WIRE, "good.toml"), scene("version = 3", "bad.toml")
+    done = lissom_command("check", good, bad, cwd=tmp_path)
+    assert done.returncode == 2
+    assert done.stdout == f"{good}: good, 2 generalised coordinates\n"
+    assert f"{bad}:1:11: version" in done.stderr
+    assert lissom_command("check", *SCENES.glob("*.toml"), cwd=tmp_path).returncode == 0
+
+
+def test_a_failed_simulation_ends_with_1_and_keeps_what_there_is(scene, tmp_path):
+    # A mass in the hinge has no angle: there is no acceleration to start with.
+    path = scene("version = 1\n[pendulum]\nq0 = [0, -1]\n[simulation]\nduration = 1\n")
+    done = lissom_command("run", path, "-o", "out", cwd=tmp_path)
+    assert done.returncode == 1
+    assert "Failed at 0 s" in done.stdout
+    assert json.loads((tmp_path / "out" / "summary.json").read_text())["outcome"] == "failed"
+    assert (tmp_path / "out" / "report.html").exists()
+
+
+def test_an_interrupted_run_keeps_what_it_has(scene, tmp_path):
+    """With a terminal as stderr, so that the progress bar is seen too."""
+    path = scene(ENDLESS)
+    ours, theirs = pty.openpty()
+    command = [sys.executable, "-m", "lissom", "run", str(path), "-o", "out"]
+    process = subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=theirs, text=True)
+    os.close(theirs)
+    shown = b""
+    while not re.search(rb"Simulating: +\d+%\|.*\| [1-9\d.]+[\d.e-]*/1e\+03 s", shown):
+        shown += os.read(ours, 1000)
+    before = time.monotonic()
+    process.send_signal(signal.SIGINT)
+    said, _ = process.communicate(timeout=60)
+    took = time.monotonic() - before
+    os.close(ours)
+    assert process.returncode == 130
+    assert "Interrupted at" in said
+    assert took < 30.0
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert summary["outcome"] == "interrupted"
+    assert 0.0 < summary["simulated_seconds"] < 1000.0
+    assert (tmp_path / "out" / "trajectory.nc").exists()
+    assert no_leftovers(tmp_path)
+
+
+def test_what_an_extra_is_missing_for_is_said(scene, tmp_path):
+    path = scene(WIRE)
+    bare = lissom_command("run", path, "-o", "out", without=["xarray", "h5netcdf", "plotly"], cwd=tmp_path)
+    assert bare.returncode == 0
+    assert "pip install 'lissom[files]'" in bare.stderr
+    assert "pip install 'lissom[report]'" in bare.stderr
+    assert {found.name for found in (tmp_path / "out").iterdir()} == {"trajectory.npz", "summary.json"}
+    lab = lissom_command("lab", "-o", "lab", without=["plotly"], cwd=tmp_path)
+    assert lab.returncode == 2
+    assert "pip install 'lissom[report]'" in lab.stderr
+    assert not (tmp_path / "lab").exists()
+
+
+def test_what_cannot_be_written_is_said(scene, tmp_path):
+    (tmp_path / "file").touch()
+    done = lissom_command("run", scene(WIRE), "-o", "file/out", cwd=tmp_path)
+    assert done.returncode == 1
+    assert "could not be written" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_help_and_version_are_good_and_quick(tmp_path):
+    top = lissom_command("--help", cwd=tmp_path)
+    assert top.returncode == 0
+    for command in ("run", "check", "lab", "schema"):
+        assert re.search(rf"^  {command} ", top.stdout, re.MULTILINE)
+        its = lissom_command(command, "-h", cwd=tmp_path)
+        assert its.returncode == 0
+        assert "Usage: lissom " + command in its.stdout
+    assert lissom_command("--version", cwd=tmp_path).stdout == f"lissom, version {lissom.__version__}\n"
+    heavy = "{'plotly', 'xarray', 'pandas', 'tqdm', 'scipy', 'matplotlib'}"
+    program = f"import lissom.cli, sys; print(sorted({heavy} & set(sys.modules)))"
+    loaded = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60)
+    assert loaded.stdout == "[]\n"
+
+
+def test_schema_is_printed(tmp_path):
+    assert lissom_command("schema", cwd=tmp_path).stdout == lissom.Scene.schema()
+
+
+@pytest.mark.parametrize("path", sorted(SCENES.glob("*.toml")), ids=lambda path: path.stem)
+def test_shipped_scenes_run(path, tmp_path):
+    done = lissom_command("run", path, "-o", "out", cwd=tmp_path)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert (tmp_path / "out" / "report.html").stat().st_size < 9e6
