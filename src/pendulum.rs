@@ -23,6 +23,13 @@ pub struct SpringPendulum {
     gravity: f64,
 }
 
+impl Default for SpringPendulum {
+    /// 1 m, 1 kg, 10 N/m, in standard gravity.
+    fn default() -> Self {
+        Self { length: 1.0, mass: 1.0, stiffness: 10.0, gravity: 9.81 }
+    }
+}
+
 impl SpringPendulum {
     /// A pendulum of rest length `length > 0` (metres), `mass > 0` (kilograms), `stiffness >= 0` (newtons per metre), in
     /// downward `gravity` (metres per second squared, any sign).

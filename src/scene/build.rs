@@ -160,11 +160,12 @@ fn pendulum(document: &Document, shape: &mut Shape) -> Option<(Model, [Vec<f64>;
     check.finite(&state[0], "q0");
     check.finite(&state[1], "v0");
     report(check.finish(), shape, |place| format!("pendulum.{place}"));
+    let default = SpringPendulum::default();
     let pendulum = SpringPendulum::new(
-        written.length.unwrap_or(1.0),
-        written.mass.unwrap_or(1.0),
-        written.stiffness.unwrap_or(10.0),
-        written.gravity.unwrap_or(9.81),
+        written.length.unwrap_or(default.length()),
+        written.mass.unwrap_or(default.mass()),
+        written.stiffness.unwrap_or(default.stiffness()),
+        written.gravity.unwrap_or(default.gravity()),
     );
     let pendulum = report(pendulum, shape, |place| format!("pendulum.{place}"))?;
     Some((Model::Pendulum(pendulum), state.map(Vec::from)))

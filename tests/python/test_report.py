@@ -139,7 +139,7 @@ def test_a_pendulum_gets_a_plane_animation(tmp_path):
     titles = [section.title for section in found.sections]
     assert titles == ["Motion", "Coordinates", "Energy", "Solver", "Scene"]
     animation = found.sections[0].parts[0].figure
-    trail, spring, mass, _ = animation.data
+    _trail, spring, mass, _hinge = animation.data
     r, angle = 1.0 + pendulum.q[0, 1], pendulum.q[0, 0]
     np.testing.assert_allclose([mass.x[0], mass.y[0]], [r * np.cos(angle), r * np.sin(angle)])
     np.testing.assert_allclose([spring.x[-1], spring.y[-1]], [mass.x[0], mass.y[0]])
