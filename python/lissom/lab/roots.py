@@ -15,7 +15,6 @@ from .part import Part
 Searches = dict[tuple[str, float, str], Any]
 
 STARTS = (6.0, 1.0, 0.7)
-JACOBIANS = ("analytic", "forward", "central")
 COLOURS = {"analytic": theme.BLUE, "forward": theme.ORANGE, "central": theme.GREEN}
 DASHES = {"analytic": "solid", "forward": "dash", "central": "dot"}
 
@@ -51,6 +50,9 @@ def slope(x: Any) -> Any:
     return 4.0 * x**3 - 12.0 * x**2 + 10.0 * x - 2.0
 
 
+#: What ``root`` takes for each Jacobian.
+JACOBIANS: dict[str, Any] = {"analytic": slope, "forward": "forward", "central": "central"}
+
 FUNCTIONS = {"f": f, "f₂": f2}
 
 
@@ -66,12 +68,10 @@ def lab_loop(function: Any, x: float) -> int:
 def part() -> Part:
     """All searches, from all starts, with all Jacobians."""
     searches = {
-        (name, start, jacobian): root(
-            function, start, jac=slope if jacobian == "analytic" else jacobian, tol=TOLERANCE, history=True
-        )
+        (name, start, jacobian): root(function, start, jac=jac, tol=TOLERANCE, history=True)
         for name, function in FUNCTIONS.items()
         for start in STARTS
-        for jacobian in JACOBIANS
+        for jacobian, jac in JACOBIANS.items()
     }
     stuck = lab_loop(f, 1.0)
     steps, errors = difference_errors()
