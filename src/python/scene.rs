@@ -274,7 +274,7 @@ impl PySimulation {
         self.0.atol
     }
 
-    /// Time between the states that are kept, seconds; None for every step of the integrator.
+    /// Time between the states that are kept, seconds; None for every ``step``.
     #[getter]
     fn output_step(&self) -> Option<f64> {
         self.0.output_step

@@ -201,7 +201,7 @@ pub(super) struct Simulation {
     /// Time integrator. Default: "newmark".
     #[serde(default)]
     pub(super) method: Method,
-    /// Time step of Newmark's method, in seconds. Default: 0.01. (RK45 chooses its own.)
+    /// Time step of Newmark's method, in seconds. Default: 0.01. RK45 chooses its own steps.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(super) step: Option<f64>,
     /// Jacobian of Newmark's equations. Default: "analytic".
@@ -252,7 +252,7 @@ pub enum Jacobian {
 #[derive(Debug, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Output {
-    /// Time between the states that are kept, in seconds. Default: every step of the integrator.
+    /// Time between the states that are kept, in seconds. Default: the simulation's step.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(super) step: Option<f64>,
     /// What is written beside the coordinates: any of "velocity", "acceleration", "energy", "shape".

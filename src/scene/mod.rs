@@ -70,7 +70,7 @@ pub struct Simulation {
     pub rtol: f64,
     /// Absolute tolerance.
     pub atol: f64,
-    /// Time between the states that are kept, in seconds; every step of the integrator if `None`.
+    /// Time between the states that are kept, in seconds; `step` if `None`.
     pub output_step: Option<f64>,
     /// What is kept beside the coordinates.
     pub quantities: Vec<Quantity>,
@@ -91,7 +91,7 @@ impl Simulation {
         }
     }
 
-    /// The times at which states are kept: every output step from 0, and the end. `None`: every step of the integrator.
+    /// The times at which states are kept: every output step from 0, and the end. `None`: every `step`.
     pub fn output_times(&self) -> Option<Vec<f64>> {
         /// A last output step this close to the end, relative to the step, is the end.
         const END: f64 = 1e-6;

@@ -68,8 +68,10 @@ def tiles(run: Run) -> list[tuple[str, str]]:
 COUNTERS = {
     "steps": "steps",
     "newton_iterations": "Newton iterations",
-    "evaluations": "evaluations of the dynamics",
-    "jacobians": "Jacobians",
+    "nfev": "evaluations",
+    "nfev_jac": "evaluations for difference Jacobians",
+    "njev": "Jacobians",
+    "nlu": "factorisations",
     "rejected": "rejected steps",
 }
 
@@ -106,7 +108,7 @@ def summary(run: Run) -> list[tuple[str, str]]:
     if settings.method == "newmark":
         method += f", step {quantity(settings.step, 's')}, {settings.jacobian} Jacobian"
     rows = [("method", method)]
-    for name in ("steps", "newton_iterations", "evaluations"):
+    for name in ("steps", "newton_iterations", "nfev"):
         if name in counters:
             rows.append((COUNTERS[name], f"{counters[name]:,}"))
     pace_of = found["times_real_time"]
