@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import signal
 import sys
-import time
 from collections.abc import Sequence
 from pathlib import Path
 from types import FrameType, TracebackType
@@ -195,10 +194,8 @@ def _simulate(scene: Scene) -> Run:
             bar.update(t - bar.n)
             return interruption.requested
 
-        start = time.perf_counter()
         motion = scene.run(progress=progress)
-        wall_time = time.perf_counter() - start
-    return Run(scene, motion, wall_time, interrupted=interruption.requested and not motion.success)
+    return Run(scene, motion, interrupted=motion.status == "interrupted")
 
 
 def _bar(total: float, what: str, unit: str):  # type: ignore[no-untyped-def]  # tqdm has no types

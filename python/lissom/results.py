@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ._lissom import Rod, Scene, __version__
+from ._lissom import MotionResult, Rod, Scene, __version__
 from .balance import Balance, balance
 
 if TYPE_CHECKING:
@@ -33,6 +33,17 @@ MAX_SHAPES = 2000
 
 #: Sections along each segment at which the centre line is kept.
 SECTIONS_PER_SEGMENT = 24
+
+#: Counters of the solvers, by their names in ``MotionResult.stats``, in the order in which they are shown.
+COUNTERS = {
+    "steps": "steps",
+    "rejected": "rejected steps",
+    "newton_iterations": "Newton iterations",
+    "nfev": "evaluations",
+    "nfev_jac": "evaluations for difference Jacobians",
+    "njev": "Jacobians",
+    "nlu": "factorisations",
+}
 
 #: Units of the generalised coordinates: strains of bending and torsion are curvatures, the others are ratios.
 STRAIN_UNITS = {
@@ -63,27 +74,34 @@ class Run:
     """A scene that was simulated: to its end, or as far as it came."""
 
     scene: Scene
-    #: Result of ``lissom.simulate``: times, states, statistics.
-    motion: Any
-    #: Seconds that the simulation took.
-    wall_time: float
+    #: Times, states, statistics.
+    motion: MotionResult
     #: True when somebody stopped it.
     interrupted: bool = False
 
-    @property
+    @cached_property
     def t(self) -> Array:
-        """Times in seconds, shape (m,)."""
-        return np.asarray(self.motion.t)
+        """Times in seconds, shape (m,). A run that failed at once has its initial state, so that m > 0."""
+        return self.motion.t if self._has_states else np.zeros(1)
 
-    @property
+    @cached_property
     def q(self) -> Array:
         """Coordinates, shape (m, n)."""
-        return np.asarray(self.motion.q)
+        return self.motion.q if self._has_states else self.scene.q0[None]
 
-    @property
+    @cached_property
     def v(self) -> Array:
         """Velocities, shape (m, n)."""
-        return np.asarray(self.motion.v)
+        return self.motion.v if self._has_states else self.scene.v0[None]
+
+    @cached_property
+    def a(self) -> Array:
+        """Accelerations, shape (m, n); NaN where none could be found."""
+        return self.motion.a if self._has_states else np.full_like(self.q, np.nan)
+
+    @property
+    def _has_states(self) -> bool:
+        return len(self.motion.t) > 0
 
     @cached_property
     def balance(self) -> Balance:
@@ -130,7 +148,9 @@ def statistics(run: Run) -> dict[str, Any]:
     """The run in numbers, as plain JSON."""
     settings = run.scene.simulation
     simulated = float(run.t[-1] - run.t[0])
-    counters = {name: getattr(run.motion.stats, name) for name in _public_names(run.motion.stats)}
+    stats = run.motion.stats
+    wall_time = stats.wall_time
+    counters = {name: getattr(stats, name) for name in COUNTERS}
     return {
         "scene": run.scene.name,
         "lissom": __version__,
@@ -139,20 +159,12 @@ def statistics(run: Run) -> dict[str, Any]:
         "method": settings.method,
         "coordinates": run.scene.model.n,
         "simulated_seconds": simulated,
-        "wall_seconds": run.wall_time,
-        "times_real_time": simulated / run.wall_time if run.wall_time > 0.0 else None,
+        "wall_seconds": wall_time,
+        "times_real_time": simulated / wall_time if wall_time > 0.0 else None,
         "energy_drift": run.balance.drift,
         "energy_moved_joules": run.balance.scale,
-        "counters": {name: _plain(value) for name, value in counters.items()},
+        "counters": counters,
     }
-
-
-def _public_names(stats: object) -> list[str]:
-    return [name for name in dir(stats) if not name.startswith("_") and not callable(getattr(stats, name))]
-
-
-def _plain(value: Any) -> Any:
-    return value.item() if isinstance(value, np.generic) else value
 
 
 def dataset(run: Run) -> xarray.Dataset:
@@ -180,8 +192,11 @@ def dataset(run: Run) -> xarray.Dataset:
     if "velocity" in wants:
         data["v"] = (per_state, run.v, {"long_name": "generalised velocities", "units": "see unit, per s"})
     if "acceleration" in wants:
-        a = np.asarray(run.motion.a)
-        data["a"] = (per_state, a, {"long_name": "generalised accelerations", "units": "see unit, per s2"})
+        data["a"] = (
+            per_state,
+            run.a,
+            {"long_name": "generalised accelerations", "units": "see unit, per s2"},
+        )
     if "energy" in wants:
         for name, values in energies(run.balance).items():
             data[f"energy_{name}"] = ("time", values, {"long_name": f"energy: {name}", "units": "J"})
@@ -241,7 +256,7 @@ def write_trajectory(run: Run, folder: Path) -> Path:
     if "velocity" in run.wants:
         arrays["v"] = run.v
     if "acceleration" in run.wants:
-        arrays["a"] = np.asarray(run.motion.a)
+        arrays["a"] = run.a
     if "energy" in run.wants:
         arrays |= {f"energy_{name}": values for name, values in energies(run.balance).items()}
     if "shape" in run.wants and isinstance(run.scene.model, Rod):

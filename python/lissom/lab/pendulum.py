@@ -31,7 +31,7 @@ def part() -> Part:
     """The motion by both methods, and how long 1000 s of it take."""
     pendulum = SpringPendulum()
     times = np.linspace(0.0, SHOWN, POINTS)
-    tight = {"rtol": REFERENCE_TOLERANCE, "atol": REFERENCE_TOLERANCE}
+    tight: dict[str, Any] = {"rtol": REFERENCE_TOLERANCE, "atol": REFERENCE_TOLERANCE}
     reference = simulate(pendulum, SHOWN, q0=START, method="rk45", t_eval=times, **tight)
     explicit = simulate(pendulum, SHOWN, q0=START, method="rk45", t_eval=times)
     fine = simulate(pendulum, SHOWN, q0=START, dt=SHOWN / (POINTS - 1))

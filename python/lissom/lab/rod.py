@@ -50,7 +50,7 @@ def part() -> Part:
     """The release from horizontal, the hanging rod, and what they cost."""
     horizontal, hanging = lab_rod("horizontal"), lab_rod("hanging")
     times = np.linspace(0.0, DURATION, 601)
-    tight = {"rtol": TOLERANCE, "atol": 1e-3 * TOLERANCE}
+    tight: dict[str, Any] = {"rtol": TOLERANCE, "atol": 1e-3 * TOLERANCE}
     reference = simulate(horizontal, DURATION, method="rk45", t_eval=times, **tight)
     motions = {step: simulate(horizontal, DURATION, dt=step) for step in (1.0, STEP, 1e-3)}
     still = simulate(hanging, DURATION, dt=STEP)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from .._lissom import Rod
-from ..results import Run
+from ..results import COUNTERS, Run
 from ..results import statistics as numbers
 from . import motion
 
@@ -54,7 +54,7 @@ def tiles(run: Run) -> list[tuple[str, str]]:
     """The facts that people look for first."""
     found = numbers(run)
     counters = found["counters"]
-    tiles = [(quantity(run.wall_time, "s"), "run time")]
+    tiles = [(quantity(run.motion.stats.wall_time, "s"), "run time")]
     if found["times_real_time"] is not None:
         tiles.append((pace(found["times_real_time"]), "as fast as real time"))
     for name, label in COUNTERS.items():
@@ -62,18 +62,6 @@ def tiles(run: Run) -> list[tuple[str, str]]:
             tiles.append((f"{counters[name]:,}", label))
     tiles.append((quantity(found["energy_drift"], digits=2), "energy drift, relative"))
     return tiles[:6]
-
-
-#: Counters of the solvers, in the order in which they are shown.
-COUNTERS = {
-    "steps": "steps",
-    "newton_iterations": "Newton iterations",
-    "nfev": "evaluations",
-    "nfev_jac": "evaluations for difference Jacobians",
-    "njev": "Jacobians",
-    "nlu": "factorisations",
-    "rejected": "rejected steps",
-}
 
 
 def statistics(run: Run) -> list[tuple[str, str]]:
@@ -87,11 +75,9 @@ def statistics(run: Run) -> list[tuple[str, str]]:
         ("tolerances", f"relative {settings.rtol:g}, absolute {settings.atol:g}"),
         ("simulated", quantity(found["simulated_seconds"]) + " s"),
         ("states kept", f"{len(run.t):,}"),
-        ("run time", quantity(run.wall_time, "s")),
+        ("run time", quantity(run.motion.stats.wall_time, "s")),
     ]
-    for name, value in found["counters"].items():
-        label = COUNTERS.get(name, name.replace("_", " "))
-        rows.append((label, f"{value:,}" if isinstance(value, int) else str(value)))
+    rows += [(COUNTERS[name], f"{count:,}") for name, count in found["counters"].items() if count]
     rows += [
         ("energy that moved", quantity(found["energy_moved_joules"], "J")),
         ("energy drift, relative to that", quantity(found["energy_drift"], digits=2)),
@@ -108,12 +94,14 @@ def summary(run: Run) -> list[tuple[str, str]]:
     if settings.method == "newmark":
         method += f", step {quantity(settings.step, 's')}, {settings.jacobian} Jacobian"
     rows = [("method", method)]
-    for name in ("steps", "newton_iterations", "nfev"):
-        if name in counters:
-            rows.append((COUNTERS[name], f"{counters[name]:,}"))
+    shown = ("steps", "newton_iterations", "nfev")
+    rows += [(COUNTERS[name], f"{counters[name]:,}") for name in shown if counters[name]]
     pace_of = found["times_real_time"]
     rows += [
-        ("run time", quantity(run.wall_time, "s") + (f", {pace(pace_of)} real time" if pace_of else "")),
+        (
+            "run time",
+            quantity(run.motion.stats.wall_time, "s") + (f", {pace(pace_of)} real time" if pace_of else ""),
+        ),
         (
             "energy drift",
             f"{quantity(run.balance.drift, digits=2)} of the {quantity(run.balance.scale, 'J')} that moved",
