@@ -244,19 +244,19 @@ impl PySimulation {
         self.0.duration
     }
 
-    /// Time integrator: "newmark" or "rk45".
+    /// Time integrator, a method of ``lissom.simulate``.
     #[getter]
     fn method(&self) -> &'static str {
         method(&self.0)
     }
 
-    /// Newmark's time step, seconds.
+    /// Time step of methods with a fixed step, seconds.
     #[getter]
     fn step(&self) -> f64 {
         self.0.step
     }
 
-    /// Jacobian of Newmark's equations: "analytic", "forward" or "central".
+    /// Jacobian of the equations of a fixed step: "analytic", "forward" or "central".
     #[getter]
     fn jacobian(&self) -> &'static str {
         jacobian(&self.0)
@@ -296,7 +296,11 @@ impl PySimulation {
 fn method(simulation: &Simulation) -> &'static str {
     match simulation.method {
         Method::Newmark => "newmark",
+        Method::Hht => "hht",
+        Method::GeneralisedAlpha => "generalised_alpha",
         Method::Rk45 => "rk45",
+        Method::Dop853 => "dop853",
+        Method::Radau => "radau",
     }
 }
 

@@ -7,7 +7,7 @@ use crate::rod;
 
 use super::document::{Document, Output, Segment, Simulation as Settings};
 use super::shape::Shape;
-use super::{Method, Model, Quantity, Simulation};
+use super::{Model, Quantity, Simulation};
 
 /// Largest result that a scene may ask for; more would not fit in the memory of an ordinary machine.
 const MAX_RESULT_BYTES: f64 = (1u64 << 30) as f64;
@@ -228,8 +228,7 @@ impl Simulation {
     fn check_size(&self, n: usize) -> Result<(), InvalidInput> {
         let mut check = Checker::new();
         let steps = self.duration / self.step;
-        // RK45 chooses its own steps.
-        if self.method == Method::Newmark && steps.is_finite() {
+        if self.method.has_fixed_step() && steps.is_finite() {
             let least = self.duration / MAX_STEPS;
             let expected = format!("at most {MAX_STEPS:e} of them: a step of at least {least:.2e}");
             check.require(steps <= MAX_STEPS, "step", format_args!("{steps:.2e} steps"), &expected);

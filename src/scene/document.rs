@@ -201,13 +201,13 @@ pub(super) struct Simulation {
     /// Time integrator. Default: "newmark".
     #[serde(default)]
     pub(super) method: Method,
-    /// Time step of Newmark's method, in seconds. Default: 0.01. RK45 chooses its own steps.
+    /// Time step of the methods with a fixed step, in seconds. Default: 0.01. The others choose their own steps.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(super) step: Option<f64>,
-    /// Jacobian of Newmark's equations. Default: "analytic".
+    /// Jacobian of the equations of a fixed step. Default: "analytic".
     #[serde(default)]
     pub(super) jacobian: Jacobian,
-    /// Relative tolerance: of RK45's step error, of Newton's iteration within Newmark. Default: 1e-6.
+    /// Relative tolerance: of an adaptive step's error, of Newton's iteration within a fixed step. Default: 1e-6.
     #[schemars(range(min = 0.0))]
     pub(super) rtol: Option<f64>,
     /// Absolute tolerance, for values near zero. Default: 1e-9.
@@ -226,13 +226,28 @@ impl Simulation {
 
 /// Time integrator.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
+#[serde(rename_all = "snake_case")]
 pub enum Method {
-    /// Newmark's implicit average-acceleration rule with a fixed step: unconditionally stable.
+    /// Newmark's implicit average-acceleration rule with a fixed step: unconditionally stable, keeps energy.
     #[default]
     Newmark,
+    /// The implicit method of Hilber, Hughes and Taylor with a fixed step: damps what the step cannot resolve.
+    Hht,
+    /// The implicit generalised-alpha method with a fixed step: damps the same, and less of the slow motion.
+    GeneralisedAlpha,
     /// Dormand and Prince's explicit Runge-Kutta pair of orders 5 and 4, with steps chosen by the error.
     Rk45,
+    /// Dormand and Prince's explicit Runge-Kutta method of order 8, with steps chosen by the error.
+    Dop853,
+    /// The implicit Runge-Kutta method Radau IIA of order 5, for stiff models, with steps chosen by the error.
+    Radau,
+}
+
+impl Method {
+    /// True when all steps have the size that the scene gives.
+    pub fn has_fixed_step(self) -> bool {
+        matches!(self, Self::Newmark | Self::Hht | Self::GeneralisedAlpha)
+    }
 }
 
 /// Where the Jacobian of an implicit step comes from.

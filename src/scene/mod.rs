@@ -62,9 +62,9 @@ pub struct Simulation {
     pub duration: f64,
     /// Time integrator.
     pub method: Method,
-    /// Newmark's time step in seconds.
+    /// Time step of methods with a fixed step, in seconds.
     pub step: f64,
-    /// Jacobian of Newmark's equations.
+    /// Jacobian of the equations of a fixed step.
     pub jacobian: Jacobian,
     /// Relative tolerance.
     pub rtol: f64,

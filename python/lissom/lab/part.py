@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from statistics import median
 from typing import Any, TypeVar
 
+from .._lissom import MotionResult
 from ..report.page import Section
 from ..report.text import quantity
 
@@ -43,7 +44,32 @@ def seconds(value: float) -> str:
     return "“infinite”" if math.isinf(value) else quantity(value, "s")
 
 
-def times_faster(published: float, found: float) -> str:
-    """How many times faster than the report."""
-    ratio = published / found
-    return "finishes" if math.isinf(ratio) else f"{float(f'{ratio:.2g}'):,.10g} ×"
+def timed_run(beside: float, run: Callable[[], MotionResult]) -> tuple[MotionResult, dict[str, Any]]:
+    """A motion, and the numbers of its row in a table beside the report's run time."""
+    motion, taken = timed(run)
+    numbers = {
+        "report_seconds": beside,
+        "lissom_seconds": taken,
+        "steps": motion.stats.steps,
+        "success": motion.success,
+        "reached_seconds": float(motion.t[-1]),
+        "message": motion.message,
+    }
+    return motion, numbers
+
+
+#: The columns that all tables of run times share, with those of numbers named again.
+RUN_COLUMNS = ("report", "lissom", "faster", "steps", "outcome")
+NUMERIC = frozenset({"report", "lissom", "faster", "steps"})
+
+
+def run_cells(run: dict[str, Any]) -> tuple[str, ...]:
+    """The cells of these columns. A run that did not reach its end is not faster than one that did."""
+    published, found = run["report_seconds"], run["lissom_seconds"]
+    if not run["success"]:
+        faster, outcome = "–", f"stopped at {run['reached_seconds']:g} s"
+    elif math.isinf(published):
+        faster, outcome = "–", "finished"
+    else:
+        faster, outcome = f"{float(f'{published / found:.2g}'):,.10g} ×", "finished"
+    return (seconds(published), seconds(found), faster, f"{run['steps']:,}", outcome)

@@ -12,7 +12,7 @@ from ..report import theme
 from ..report.page import Figure, Lesson, Section, Table
 from ..report.text import quantity
 from . import published
-from .part import Part, seconds, timed, times_faster
+from .part import NUMERIC, RUN_COLUMNS, Part, run_cells, timed_run
 
 #: The lab's steel wire and its two bases.
 WIRE: dict[str, Any] = {
@@ -190,18 +190,8 @@ def runs_by_base() -> list[dict[str, Any]]:
     for base, beside in published.ROD_BY_BASE.items():
         rod = lab_rod(base)
         for name, (kind, options) in variants.items():
-            motion, taken = timed(partial(simulate, rod, DURATION, **options))
-            runs.append(
-                {
-                    "base": base,
-                    "method": name,
-                    "report_seconds": beside[kind],
-                    "lissom_seconds": taken,
-                    "steps": motion.stats.steps,
-                    "success": motion.success,
-                    "message": motion.message,
-                }
-            )
+            _, numbers = timed_run(beside[kind], partial(simulate, rod, DURATION, **options))
+            runs.append({"base": base, "method": name, **numbers})
     return runs
 
 
@@ -211,38 +201,25 @@ def table_2(runs: list[dict[str, Any]]) -> Section:
         (
             run["base"],
             run["method"],
-            seconds(run["report_seconds"]),
-            seconds(run["lissom_seconds"]),
-            times_faster(run["report_seconds"], run["lissom_seconds"]),
-            f"{run['steps']:,}",
-            "yes" if run["success"] else run["message"],
+            *run_cells(run),
         )
         for run in runs
     ]
-    columns = ("base", "method", "report", "lissom", "faster", "steps", "finished")
+    columns = ("base", "method", *RUN_COLUMNS)
     caption = (
         f"{DURATION:g} s simulated at a step of {STEP:g} s. The report's implicit run time stands beside all "
         "three Jacobians."
     )
-    numeric = frozenset({"report", "lissom", "faster", "steps"})
-    return Section("Table 2: run time by base", [Table(columns, rows, numeric, caption)])
+    return Section("Table 2: run time by base", [Table(columns, rows, NUMERIC, caption)])
 
 
 def runs_by_step(errors: dict[float, float]) -> list[dict[str, Any]]:
     """3 s from horizontal at both steps, timed, beside the report's run times."""
     rod, runs = lab_rod("horizontal"), []
     for step, beside in published.ROD_BY_STEP.items():
-        motion, taken = timed(partial(simulate, rod, DURATION, dt=step))
-        runs.append(
-            {
-                "step": step,
-                "report_seconds": beside,
-                "lissom_seconds": taken,
-                "steps": motion.stats.steps,
-                "newton_iterations": motion.stats.newton_iterations,
-                "tip_error": errors[step],
-            }
-        )
+        motion, numbers = timed_run(beside, partial(simulate, rod, DURATION, dt=step))
+        iterations = motion.stats.newton_iterations
+        runs.append({"step": step, **numbers, "newton_iterations": iterations, "tip_error": errors[step]})
     return runs
 
 
@@ -251,21 +228,18 @@ def table_3(runs: list[dict[str, Any]], coarse_error: float, span: float) -> Sec
     rows = [
         (
             f"{run['step']:g} s",
-            seconds(run["report_seconds"]),
-            seconds(run["lissom_seconds"]),
-            times_faster(run["report_seconds"], run["lissom_seconds"]),
-            f"{run['steps']:,}",
+            *run_cells(run),
             f"{run['newton_iterations']:,}",
             quantity(run["tip_error"], digits=2),
         )
         for run in runs
     ]
-    columns = ("step", "report", "lissom", "faster", "steps", "Newton iterations", "tip error (m)")
+    columns = ("step", *RUN_COLUMNS, "Newton iterations", "tip error (m)")
     caption = f"Horizontal base, implicit with the analytic Jacobian, {DURATION:g} s simulated."
     return Section(
         "Table 3: run time by step",
         [
-            Table(columns, rows, frozenset(columns), caption),
+            Table(columns, rows, NUMERIC | {"Newton iterations", "tip error (m)"}, caption),
             Lesson(
                 f"At a step of 1 s the tip is off by up to {quantity(coarse_error)} m, of a motion that "
                 f"spans {quantity(span)} m: quick, and of no use."

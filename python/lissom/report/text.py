@@ -7,7 +7,17 @@ from ..results import COUNTERS, Run
 from ..results import statistics as numbers
 from . import motion
 
-METHODS = {"newmark": "Newmark (implicit, β = 1/4, γ = 1/2)", "rk45": "Dormand-Prince 5(4) (explicit)"}
+METHODS = {
+    "newmark": "Newmark (implicit, β = 1/4, γ = 1/2)",
+    "hht": "Hilber-Hughes-Taylor (implicit)",
+    "generalised_alpha": "generalised alpha (implicit)",
+    "rk45": "Dormand-Prince 5(4) (explicit)",
+    "dop853": "Dormand-Prince 8(5,3) (explicit)",
+    "radau": "Radau IIA of order 5 (implicit)",
+}
+
+#: Methods whose step the scene gives.
+FIXED_STEP = ("newmark", "hht", "generalised_alpha")
 
 
 def is_rod(run: Run) -> bool:
@@ -69,7 +79,7 @@ def statistics(run: Run) -> list[tuple[str, str]]:
     found = numbers(run)
     settings = run.scene.simulation
     rows = [("method", METHODS[settings.method])]
-    if settings.method == "newmark":
+    if settings.method in FIXED_STEP:
         rows += [("step", quantity(settings.step, "s")), ("Jacobian", settings.jacobian)]
     rows += [
         ("tolerances", f"relative {settings.rtol:g}, absolute {settings.atol:g}"),
@@ -91,7 +101,7 @@ def summary(run: Run) -> list[tuple[str, str]]:
     found = numbers(run)
     settings, counters = run.scene.simulation, found["counters"]
     method = METHODS[settings.method]
-    if settings.method == "newmark":
+    if settings.method in FIXED_STEP:
         method += f", step {quantity(settings.step, 's')}, {settings.jacobian} Jacobian"
     rows = [("method", method)]
     shown = ("steps", "newton_iterations", "nfev")
