@@ -12,6 +12,10 @@ from ._lissom import Model, Rod
 Array = NDArray[np.float64]
 
 
+#: Energies that move by less than this, relative to the largest part, are at rest.
+ROUNDING = 1e3 * float(np.finfo(float).eps)
+
+
 @dataclass(frozen=True)
 class Balance:
     """Energies in joules at each time of a motion, arrays of shape (m,).
@@ -45,13 +49,14 @@ class Balance:
     def drift(self) -> float:
         """Largest change of the total, relative to the largest energy that moved; zero if nothing moved."""
         defect = float(np.max(np.abs(self.total - self.total[0])))
-        return defect / self.scale if self.scale > self.rest_level else 0.0
+        return defect / self.scale if self.moves else 0.0
 
     @property
-    def rest_level(self) -> float:
-        """Energies below this are rounding of the parts, in joules."""
+    def moves(self) -> bool:
+        """False where all that moves is rounding of the parts."""
         parts = (self.kinetic, self.elastic, self.gravitational, self.loads)
-        return 1e3 * float(np.finfo(float).eps) * max(float(np.max(np.abs(part))) for part in parts)
+        largest = max(float(np.max(np.abs(part))) for part in parts)
+        return self.scale > ROUNDING * largest
 
 
 def balance(model: Model, t: Array, q: Array, v: Array) -> Balance:

@@ -78,8 +78,7 @@ def run(scene: Path, output: Path | None, no_report: bool) -> int:
     try:
         files = results.write(done, target, _report if reporting else None)
     except OSError as error:
-        click.echo(f"{target} could not be written: {error}", err=True)
-        return FAILED
+        return _unwritten(target, error)
     _summarise(done, target, files)
     if results.missing("xarray", "h5netcdf", "h5py"):
         _note("Without xarray and h5netcdf the trajectory is an .npz file", "files")
@@ -116,7 +115,8 @@ def check(scenes: tuple[Path, ...]) -> int:
 def lab(output: Path) -> int:
     """Rerun the numerical-methods lab: its nine figures and three tables, beside the report's own numbers.
 
-    Takes about a minute. Exit code: 0 done, 2 bad input, 130 interrupted (nothing is written then).
+    Takes some seconds. Exit code: 0 done, 1 it could not be written, 2 bad input, 130 interrupted (nothing is
+    written then).
     """
     from . import results
 
@@ -128,6 +128,8 @@ def lab(output: Path) -> int:
         files = numerical_lab.write(output, _bar)
     except results.NotOurs as error:
         raise click.UsageError(str(error)) from None
+    except OSError as error:
+        return _unwritten(output, error)
     for file in files:
         click.echo(file)
     return 0
@@ -219,11 +221,16 @@ def _summarise(done: Run, target: Path, files: Sequence[Path]) -> None:
 
     outcome, good = text.outcome(done)
     click.echo(click.style(f"{done.scene.name}: {outcome}", bold=True, fg=None if good else "red"))
-    rows = [*text.summary(done), ("results", f"{target}{'/' if not str(target).endswith('/') else ''}")]
+    rows = [*text.summary(done), ("results", f"{target}/")]
     rows += [("", file.name) for file in files]
     width = max(len(name) for name, _ in rows)
     for name, value in rows:
         click.echo(f"  {name:<{width}}  {value}")
+
+
+def _unwritten(target: Path, error: OSError) -> int:
+    click.echo(f"{target} could not be written: {error}", err=True)
+    return FAILED
 
 
 def _note(what: str, extra: str) -> None:

@@ -292,10 +292,12 @@ def atomic_folder(target: Path) -> Iterator[Path]:
     Results of an earlier run stand until that moment, then they are replaced.
     """
     check_target(target)
-    target = target.absolute()
+    target = target.resolve()
     target.parent.mkdir(parents=True, exist_ok=True)
     partial = target.with_name(f".{target.name}.partial-{os.getpid()}")
     replaced = target.with_name(f".{target.name}.replaced-{os.getpid()}")
+    # A process that was killed may have had this number.
+    shutil.rmtree(partial, ignore_errors=True)
     partial.mkdir()
     try:
         yield partial

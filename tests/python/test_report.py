@@ -191,6 +191,8 @@ def test_the_balance_closes_under_moments_forces_and_damping(damping):
 def test_a_rod_at_rest_has_no_drift():
     hanging = run((SCENES / "lab-hanging.toml").read_text())
     assert hanging.balance.drift == 0.0
+    assert not hanging.balance.moves
+    assert dict(report.text.summary(hanging))["energy drift"] == "none: nothing moves"
 
 
 def test_sections_reach_from_base_to_tip_and_meet_the_joints(tentacle):

@@ -114,8 +114,8 @@ def figure_8(rod: Rod, motions: dict[float, Any], reference: Any) -> Section:
                 "Three more things that the lab's code did and that cost accuracy or convergence: the "
                 "gravity part of the tangent used the strain's variation instead of the frame's rotation; "
                 "the first step started from q̈ = 0 instead of M q̈ = forces; the predictor reused q̈. "
-                "lissom's tangent is exact, its first step solves for q̈, and its corrector ends at the same "
-                "state whatever it started from."
+                "lissom's tangent is exact, its first step solves for q̈, and every step is iterated until "
+                "it has converged, or refused."
             ),
         ],
     )

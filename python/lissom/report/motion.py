@@ -31,6 +31,9 @@ MAX_PATH = 3000
 #: Diagonal of the box around a rod, in plotly's units, in which the camera's distance is about 1.8.
 SPACE_SIZE = 1.65
 
+#: Largest height of that box that still fits into the view.
+SPACE_HEIGHT = 1.1
+
 #: Windings of the drawn spring.
 WINDINGS = 11
 
@@ -192,7 +195,7 @@ def _space(points: Array, margin: float) -> dict[str, Any]:
     low, high = centre - 0.5 * size, centre + 0.5 * size
     thin = int(np.argmin(size))
     eye = {0: (1.6, -0.7, 0.55), 1: (0.45, -1.6, 0.45), 2: (0.55, -1.15, 1.3)}[thin]
-    ratio = SPACE_SIZE * size / float(np.linalg.norm(size))
+    ratio = size * min(SPACE_SIZE / float(np.linalg.norm(size)), SPACE_HEIGHT / float(size[2]))
     axes = {
         f"{name}axis": {
             "range": [float(a), float(b)],
