@@ -11,7 +11,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 from types import FrameType, TracebackType
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
@@ -200,7 +200,7 @@ def _simulate(scene: Scene) -> Run:
     return Run(scene, motion, interrupted=motion.status == "interrupted")
 
 
-def _bar(total: float, what: str, unit: str):  # type: ignore[no-untyped-def]  # tqdm has no types
+def _bar(total: float, what: str, unit: str) -> Any:
     """A progress bar on stderr; nothing where that is not a terminal."""
     from tqdm import tqdm
 
