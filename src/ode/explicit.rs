@@ -5,7 +5,7 @@ use super::controller::StepControl;
 use super::dense::Form;
 use super::dormand_prince_5::DORMAND_PRINCE_5;
 use super::dormand_prince_8::DORMAND_PRINCE_8;
-use super::initial_step::scaled;
+use super::norm::{all_finite, scaled};
 use super::options::Controller;
 use super::pair::{ErrorEstimate, Extension, Pair, combine};
 use super::status::Status;
@@ -79,7 +79,7 @@ impl Explicit {
             self.attempt(state, system, t_new, h)?;
             let error = self.error_norm(state, h_abs);
             let f_new = &self.stages[self.pair.stages() * n..][..n];
-            if error < 1.0 && state.y_new.iter().chain(f_new).all(|v| v.is_finite()) {
+            if error < 1.0 && all_finite(&state.y_new) && all_finite(f_new) {
                 self.look_for_stiffness(state, h_abs);
                 let f_new = &self.stages[self.pair.stages() * n..][..n];
                 state.accept(t_new, f_new);
@@ -88,7 +88,7 @@ impl Explicit {
             }
             state.counters.rejected += 1;
             was_rejected = true;
-            finite = self.stages[..(self.pair.stages() + 1) * n].iter().all(|k| k.is_finite());
+            finite = all_finite(&self.stages[..(self.pair.stages() + 1) * n]);
             h_abs *= self.control.after_rejection(if finite { error } else { f64::NAN });
         }
     }

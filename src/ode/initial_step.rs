@@ -1,6 +1,7 @@
 //! The size of the first step (Hairer, Norsett and Wanner 1993, section II.4, "Starting step size").
 
 use super::System;
+use super::norm::scaled_norm;
 use super::options::Tolerances;
 use crate::error::Interrupted;
 
@@ -16,18 +17,6 @@ const ZERO_DERIVATIVE: f64 = 1e-15;
 const ZERO_DERIVATIVE_FACTOR: f64 = 1e-3;
 /// The first step is at most that times the first guess (ibid., step f).
 const LARGEST_GROWTH: f64 = 100.0;
-
-/// `value / scale`, where nothing is nothing even when no tolerance is left to measure it with (a component that stays
-/// 0, with an absolute tolerance of 0).
-pub(super) fn scaled(value: f64, scale: f64) -> f64 {
-    if value == 0.0 { 0.0 } else { value / scale }
-}
-
-/// Root mean square of `values[i] / scale[i]`.
-pub(super) fn scaled_norm(values: &[f64], scale: &[f64]) -> f64 {
-    let sum: f64 = values.iter().zip(scale).map(|(&value, &scale)| scaled(value, scale).powi(2)).sum();
-    sum.sqrt() / (values.len() as f64).sqrt()
-}
 
 /// Where an integration starts.
 pub(super) struct Start<'a> {

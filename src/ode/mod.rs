@@ -36,6 +36,7 @@ mod events;
 mod explicit;
 mod first_order;
 mod initial_step;
+mod norm;
 mod options;
 mod pair;
 mod radau;

@@ -7,7 +7,7 @@
 
 use super::dense::{Form, StepPolynomial};
 use super::differences::{DifferencedJacobian, Place, Sparsity};
-use super::initial_step::scaled_norm;
+use super::norm::{all_finite, scaled_norm};
 use super::status::Status;
 use super::stepper::{Advance, State};
 use super::{JacobianKind, System};
@@ -213,7 +213,7 @@ impl Radau {
             h_abs = h.abs();
             let Some(newton) = self.solve_stages(state, system, t_new, h)? else {
                 state.counters.rejected += 1;
-                finite = self.f.iter().chain(self.jacobian.as_slice()).all(|v| v.is_finite());
+                finite = all_finite(&self.f) && all_finite(self.jacobian.as_slice());
                 h_abs *= DIVERGENCE_FACTOR;
                 continue;
             };
@@ -227,7 +227,7 @@ impl Radau {
             if error <= 1.0 {
                 state.counters.nfev += 1;
                 system.rhs(t_new, &state.y_new, &mut self.argument)?;
-                finite = state.y_new.iter().chain(&self.argument).all(|v| v.is_finite());
+                finite = all_finite(&state.y_new) && all_finite(&self.argument);
                 if finite {
                     let constant_jacobian = system.jacobian_kind() == JacobianKind::Constant;
                     self.accept(state, t_new, &newton, (h_abs, error, factor), constant_jacobian);
@@ -306,7 +306,7 @@ impl Radau {
                 state.counters.nfev += 1;
                 system.rhs(t, &self.argument, &mut self.f[stage * n..][..n])?;
             }
-            if !self.f.iter().all(|f| f.is_finite()) {
+            if !all_finite(&self.f) {
                 return Ok(None);
             }
             self.newton_update(h);

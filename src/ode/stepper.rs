@@ -2,6 +2,7 @@
 
 use super::dense::{DenseOutput, Form, StepPolynomial};
 use super::explicit::Explicit;
+use super::norm::all_finite;
 use super::options::{Method, Options, Tolerances};
 use super::radau::Radau;
 use super::status::Status;
@@ -118,6 +119,8 @@ pub struct Stepper {
     max_steps: usize,
     first_step: Option<f64>,
     started: bool,
+    // The right-hand side at the start is finite.
+    is_defined: bool,
     status: Option<Status>,
     // The polynomial of the last step, once asked for.
     interpolant: Vec<f64>,
@@ -159,6 +162,7 @@ impl Stepper {
             max_steps: options.max_steps,
             first_step: options.first_step,
             started: false,
+            is_defined: true,
             status: None,
             interpolant,
             has_interpolant: false,
@@ -174,6 +178,7 @@ impl Stepper {
         let state = &mut self.state;
         system.rhs(state.t, &state.y, &mut state.f)?;
         state.counters.nfev += 1;
+        self.is_defined = all_finite(&state.f);
         state.h_abs = match self.first_step {
             Some(first_step) => first_step,
             None if state.y.is_empty() || state.t == state.t_end => 0.0,
@@ -214,7 +219,7 @@ impl Stepper {
             state.t = state.t_end;
             self.has_interpolant = false;
             Some(Status::Finished)
-        } else if !state.f.iter().all(|f| f.is_finite()) {
+        } else if !self.is_defined {
             Some(Status::NonFinite)
         } else if state.counters.accepted >= self.max_steps {
             Some(Status::TooManySteps)
