@@ -2,12 +2,12 @@
 
     python benches/python/work_precision.py -o DIR [--quick] [--problem NAME ...] [--solver TEXT ...]
 
-Needs numpy, scipy, numba and matplotlib; takes scikit-sundae, diffrax and numbalsoda where they can be imported,
-and says so where they cannot. Writes DIR/work_precision.json, .md and .png.
+Needs numpy, scipy, numba and matplotlib; takes scikit-sundae, diffrax and numbalsoda where they can be
+imported, and says so where they cannot. Writes DIR/work_precision.json, .md and .png.
 
-Error: largest component of the difference to a reference solution at the end of the interval (relative to each
-component for the stiff problems). Run time: the shortest of several runs; compilation is not part of it (the time
-of the first run is in the JSON file).
+Error: largest component of the difference to a reference solution at the end of the interval (relative to
+each component for the stiff problems). Run time: the shortest of several runs, without compilation; that of
+the first run is in the JSON file.
 """
 
 import argparse
@@ -344,7 +344,7 @@ def markdown(curves, left_out, machine):
         "",
         "## Goals",
         "",
-        "Ratios of run times at equal error (smallest / median / largest): how many times faster lissom is.",
+        "How many times faster lissom is at equal error: smallest / median / largest.",
         "",
     ]
     lines += ["| | problem | ratio | goal |", "|---|---|---|---|"]
