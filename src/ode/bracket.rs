@@ -93,4 +93,13 @@ mod tests {
         assert!((zero(|t| if t < 0.7 { -1.0 } else { 1.0 }, 0.0, 1.0) - 0.7).abs() < 1e-15);
         assert_eq!(zero(|t| t, 0.0, 1.0), 0.0);
     }
+
+    proptest::proptest! {
+        #[test]
+        fn the_zero_of_a_cubic(root in -1.0f64..1.0, slope in 1e-6f64..1e6, curvature in 0.0f64..1e6) {
+            let f = |t: f64| (t - root) * (slope + curvature * (t - root) * (t - root));
+            let found = zero(f, -2.0, 1.5);
+            proptest::prop_assert!((found - root).abs() <= 4.0 * f64::EPSILON * (1.0 + root.abs()));
+        }
+    }
 }
