@@ -4,8 +4,10 @@ use std::f64::consts::PI;
 use std::num::NonZeroUsize;
 
 use lissom::error::Interrupted;
+use lissom::linalg::Matrix;
 use lissom::ode::{
-    Controller, Direction, Event, Method, Options, Output, Solution, Status, Stepper, System, solve,
+    Controller, Counters, Direction, Event, JacobianKind, Method, Options, Output, Solution, Sparsity,
+    Status, Stepper, System, solve,
 };
 
 /// A system from a function.
@@ -241,6 +243,77 @@ fn stiffness_is_noticed_and_the_remedy_named() {
     }
 }
 
+/// `y' = A y` with a stiff matrix, exact solution `(e^-t + e^-1000t, e^-t - e^-1000t) / 2`.
+struct StiffLinear {
+    kind: JacobianKind,
+    jacobians: usize,
+}
+
+impl System for StiffLinear {
+    fn n(&self) -> usize {
+        2
+    }
+    fn rhs(&mut self, _: f64, y: &[f64], dydt: &mut [f64]) -> Result<(), Interrupted> {
+        dydt[0] = -500.5 * y[0] + 499.5 * y[1];
+        dydt[1] = 499.5 * y[0] - 500.5 * y[1];
+        Ok(())
+    }
+    fn jacobian_kind(&self) -> JacobianKind {
+        self.kind
+    }
+    fn jacobian(&mut self, _: f64, _: &[f64], jacobian: &mut Matrix) -> Result<(), Interrupted> {
+        self.jacobians += 1;
+        jacobian.copy_from_slice(&[-500.5, 499.5, 499.5, -500.5]);
+        Ok(())
+    }
+}
+
+#[test]
+fn radau_takes_every_kind_of_jacobian() {
+    let options =
+        Options { rtol: 1e-8.into(), atol: 1e-10.into(), method: Method::Radau, ..Options::default() };
+    for kind in [JacobianKind::Differenced, JacobianKind::Given, JacobianKind::Constant] {
+        let mut system = StiffLinear { kind, jacobians: 0 };
+        let solution = run(&mut system, (0.0, 2.0), &[1.0, 0.0], &options, &Output::default());
+        let (t, y) = last(&solution);
+        let exact = 0.5 * (-t).exp();
+        assert!(y.iter().all(|y| (y - exact).abs() < 1e-7), "{kind:?} {y:?}");
+        let Counters { nfev_jacobian, njev, nlu, .. } = solution.counters;
+        // An explicit method would need more than 1000 steps for stability alone.
+        assert!(nlu > 0 && solution.counters.accepted < 600, "{:?}", solution.counters);
+        match kind {
+            // A column whose differences say nothing is computed again.
+            JacobianKind::Differenced => assert!(nfev_jacobian >= 2 * njev && system.jacobians == 0),
+            JacobianKind::Given => assert_eq!((nfev_jacobian, system.jacobians), (0, njev)),
+            JacobianKind::Constant => assert_eq!((nfev_jacobian, njev, system.jacobians), (0, 0, 1)),
+        }
+    }
+}
+
+#[test]
+fn an_interrupted_step_can_be_tried_again() {
+    struct Moody(bool);
+    impl System for Moody {
+        fn n(&self) -> usize {
+            1
+        }
+        fn rhs(&mut self, _: f64, y: &[f64], dydt: &mut [f64]) -> Result<(), Interrupted> {
+            dydt[0] = -y[0];
+            if self.0 { Err(Interrupted) } else { Ok(()) }
+        }
+    }
+    for method in METHODS {
+        let options = Options { method, ..Options::default() };
+        let stepper = || Stepper::new(1, (0.0, 3.0), &[1.0], &options).unwrap();
+        let (mut smooth, mut interrupted) = (stepper(), stepper());
+        while smooth.step(&mut Moody(false)).unwrap().is_none() {
+            assert_eq!(interrupted.step(&mut Moody(true)), Err(Interrupted));
+            interrupted.step(&mut Moody(false)).unwrap();
+            assert_eq!((interrupted.t(), interrupted.y()), (smooth.t(), smooth.y()));
+        }
+    }
+}
+
 #[test]
 fn bad_input_is_refused_with_all_its_problems() {
     let refused = |t_span, y0: &[f64], options: &Options, output: &Output| {
@@ -265,4 +338,7 @@ fn bad_input_is_refused_with_all_its_problems() {
         let options = Options { first_step: Some(first_step), ..Options::default() };
         assert_eq!(Stepper::new(1, (0.0, 1.0), &[1.0], &options).is_ok(), ok);
     }
+    let sparsity = Some(Sparsity::new(2, [(0, 0)]).unwrap());
+    let options = Options { method: Method::Radau, sparsity, ..Options::default() };
+    assert_eq!(refused((0.0, 1.0), &[1.0], &options, &Output::default()), ["jac_sparsity"]);
 }

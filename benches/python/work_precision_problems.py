@@ -103,21 +103,19 @@ def pleiades():
         return np.concatenate([vx, vz, (masses * dx / cubed).sum(axis=1), (masses * dz / cubed).sum(axis=1)])
 
     def write(t, y, dydt, args):
-        for i in range(STARS):
+        for i in range(2 * STARS):
             dydt[i] = y[2 * STARS + i]
-            dydt[STARS + i] = y[3 * STARS + i]
-            ax = 0.0
-            az = 0.0
-            for j in range(STARS):
-                if j != i:
-                    dx = y[j] - y[i]
-                    dz = y[STARS + j] - y[STARS + i]
-                    squared = dx * dx + dz * dz
-                    factor = (j + 1.0) / (squared * np.sqrt(squared))
-                    ax += factor * dx
-                    az += factor * dz
-            dydt[2 * STARS + i] = ax
-            dydt[3 * STARS + i] = az
+            dydt[2 * STARS + i] = 0.0
+        for i in range(STARS):
+            for j in range(i):
+                dx = y[j] - y[i]
+                dz = y[STARS + j] - y[STARS + i]
+                squared = dx * dx + dz * dz
+                factor = 1.0 / (squared * np.sqrt(squared))
+                dydt[2 * STARS + i] += (j + 1.0) * factor * dx
+                dydt[3 * STARS + i] += (j + 1.0) * factor * dz
+                dydt[2 * STARS + j] -= (i + 1.0) * factor * dx
+                dydt[3 * STARS + j] -= (i + 1.0) * factor * dz
 
     def jax(jnp):
         weights = jnp.asarray(masses)

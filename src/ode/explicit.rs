@@ -21,8 +21,10 @@ const THIRD_ORDER_WEIGHT: f64 = 0.01;
 #[derive(Clone, Debug)]
 pub(super) struct Explicit {
     pair: &'static Pair,
-    // n numbers a stage.
+    // n numbers a stage: those of the step that is being tried...
     stages: Vec<f64>,
+    // ...and those of the last one that was accepted.
+    accepted_stages: Vec<f64>,
     // The argument of the last stage that was evaluated.
     argument: Vec<f64>,
     // The error estimate relative to the tolerances.
@@ -44,6 +46,7 @@ impl Explicit {
         Self {
             pair,
             stages: vec![0.0; pair.kept_stages() * n],
+            accepted_stages: vec![0.0; pair.kept_stages() * n],
             argument: vec![0.0; n],
             relative_error: vec![0.0; n],
             control: StepControl::new(controller, pair.error_order),
@@ -78,11 +81,11 @@ impl Explicit {
             h_abs = h.abs();
             self.attempt(state, system, t_new, h)?;
             let error = self.error_norm(state, h_abs);
-            let f_new = &self.stages[self.pair.stages() * n..][..n];
-            if error < 1.0 && all_finite(&state.y_new) && all_finite(f_new) {
+            let f_new = self.pair.stages() * n..(self.pair.stages() + 1) * n;
+            if error < 1.0 && all_finite(&state.y_new) && all_finite(&self.stages[f_new.clone()]) {
                 self.look_for_stiffness(state, h_abs);
-                let f_new = &self.stages[self.pair.stages() * n..][..n];
-                state.accept(t_new, f_new);
+                state.accept(t_new, &self.stages[f_new]);
+                std::mem::swap(&mut self.stages, &mut self.accepted_stages);
                 state.h_abs = h_abs * self.control.after_acceptance(error, was_rejected);
                 return Ok(Advance::Accepted);
             }
@@ -147,11 +150,13 @@ impl Explicit {
     pub(super) fn error_estimate(&self, h: f64) -> Vec<f64> {
         let mut estimate = vec![0.0; self.argument.len()];
         match self.pair.error {
-            ErrorEstimate::Difference(row) => combine(&self.stages, row, &mut estimate, |_, sum| sum * h),
+            ErrorEstimate::Difference(row) => {
+                combine(&self.accepted_stages, row, &mut estimate, |_, sum| sum * h);
+            }
             ErrorEstimate::Combined { fifth, third } => {
                 let mut rough = estimate.clone();
-                combine(&self.stages, fifth, &mut estimate, |_, sum| sum * h);
-                combine(&self.stages, third, &mut rough, |_, sum| sum * h);
+                combine(&self.accepted_stages, fifth, &mut estimate, |_, sum| sum * h);
+                combine(&self.accepted_stages, third, &mut rough, |_, sum| sum * h);
                 for (value, rough) in estimate.iter_mut().zip(rough) {
                     let size = value.hypot(THIRD_ORDER_WEIGHT.sqrt() * rough);
                     *value *= if size > 0.0 { value.abs() / size } else { 1.0 };
@@ -188,26 +193,26 @@ impl Explicit {
         match self.pair.extension {
             Extension::Monomial(rows) => {
                 for (row, out) in rows.iter().zip(coefficients[n..].chunks_exact_mut(n)) {
-                    combine(&self.stages, row, out, |_, sum| sum * h);
+                    combine(&self.accepted_stages, row, out, |_, sum| sum * h);
                 }
             }
             Extension::Nested { c, a, d } => {
                 for (extra, (row, c)) in a.iter().zip(c).enumerate() {
                     let stage = self.pair.stages() + 1 + extra;
-                    let (known, rest) = self.stages.split_at_mut(stage * n);
+                    let (known, rest) = self.accepted_stages.split_at_mut(stage * n);
                     shift(&state.y_old, h, known, row, &mut self.argument);
                     state.counters.nfev += 1;
                     system.rhs(state.t_old + c * h, &self.argument, &mut rest[..n])?;
                 }
                 for i in 0..n {
                     let difference = state.y[i] - state.y_old[i];
-                    let (f_old, f) = (self.stages[i], state.f[i]);
+                    let (f_old, f) = (self.accepted_stages[i], state.f[i]);
                     coefficients[n + i] = difference;
                     coefficients[2 * n + i] = h * f_old - difference;
                     coefficients[3 * n + i] = 2.0 * difference - h * (f + f_old);
                 }
                 for (row, out) in d.iter().zip(coefficients[4 * n..].chunks_exact_mut(n)) {
-                    combine(&self.stages, row, out, |_, sum| sum * h);
+                    combine(&self.accepted_stages, row, out, |_, sum| sum * h);
                 }
             }
         }

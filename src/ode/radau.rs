@@ -89,6 +89,7 @@ pub(super) struct Radau {
     error: Vec<f64>,
     scale: Vec<f64>,
     // The last accepted step.
+    accepted_error: Vec<f64>,
     polynomial: Vec<f64>,
     last: Option<LastStep>,
 }
@@ -132,6 +133,7 @@ impl Radau {
             f: vec![0.0; STAGES * n],
             argument: vec![0.0; n],
             error: vec![0.0; n],
+            accepted_error: vec![0.0; n],
             scale: vec![0.0; n],
             polynomial: vec![0.0; (STAGES + 1) * n],
             last: None,
@@ -145,7 +147,7 @@ impl Radau {
 
     /// The error estimate of the last accepted step.
     pub(super) fn error_estimate(&self) -> &[f64] {
-        &self.error
+        &self.accepted_error
     }
 
     /// Evaluates the first Jacobian.
@@ -425,6 +427,7 @@ impl Radau {
                 *value = (0..STAGES).map(|stage| row[stage] * self.z[stage * n + i]).sum();
             }
         }
+        std::mem::swap(&mut self.error, &mut self.accepted_error);
         self.last = Some(LastStep { t_old: state.t_old, t: state.t, h_abs, error });
         self.jacobian_is_current = constant_jacobian;
         self.jacobian_is_wanted =

@@ -91,10 +91,11 @@ fn run<S: System + ?Sized>(
     stepper.start(system)?;
     let mut search = EventSearch::new(events, recorder.output.event_samples, stepper.t(), stepper.y())?;
     loop {
-        let status = stepper.step(system)?;
-        if status.is_some_and(|status| status != Status::Finished) {
-            return Ok(status.unwrap_or(Status::Finished));
-        }
+        let finished = match stepper.step(system)? {
+            None => false,
+            Some(Status::Finished) => true,
+            Some(failure) => return Ok(failure),
+        };
         let mut end = stepper.t();
         let mut terminated = false;
         if !events.is_empty() && stepper.t() != stepper.t_old() {
@@ -114,8 +115,8 @@ fn run<S: System + ?Sized>(
         if terminated {
             return Ok(Status::Event);
         }
-        if let Some(status) = status {
-            return Ok(status);
+        if finished {
+            return Ok(Status::Finished);
         }
     }
 }

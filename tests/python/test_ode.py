@@ -642,6 +642,26 @@ def test_stepping_is_what_solve_ivp_does(solver, t_bound):
 
 
 @pytest.mark.parametrize("solver", CLASSES)
+def test_the_last_step_outlives_a_failed_one(solver):
+    stepper = solver(lambda t, y: [np.nan] if t > 0.3 else -y, 0.0, [1.0], 2.0)
+    while stepper.status == "running":
+        y_old, old = stepper.y, stepper.t_old
+        if stepper.t > 0.0:
+            before = stepper.error_estimate()
+            sol = stepper.dense_output()
+        stepper.step()
+    assert stepper.status == "failed"
+    np.testing.assert_array_equal(stepper.y, y_old)
+    np.testing.assert_array_equal(stepper.error_estimate(), before)
+    fresh = solver(lambda t, y: [np.nan] if t > 0.3 else -y, 0.0, [1.0], 2.0)
+    while fresh.status == "running":
+        fresh.step()
+    # Asked for only now.
+    times = np.linspace(old, stepper.t, 5)
+    np.testing.assert_array_equal(fresh.dense_output()(times), sol(times))
+
+
+@pytest.mark.parametrize("solver", CLASSES)
 def test_a_failed_stepper_says_why(solver):
     stepper = solver(lambda t, y: y**2, 0.0, [1.0], 2.0)
     message = None
