@@ -11,7 +11,7 @@ use super::norm::{all_finite, scaled_norm};
 use super::status::Status;
 use super::stepper::{Advance, State};
 use super::{JacobianKind, System};
-use crate::error::Interrupted;
+use crate::error::{Interrupted, InvalidInput};
 use crate::linalg::{ComplexLu, Lu, Matrix, Singular};
 
 /// Stages of the method.
@@ -114,10 +114,12 @@ impl Radau {
     /// Order of the embedded formula.
     pub(super) const ERROR_ORDER: f64 = 3.0;
 
-    pub(super) fn new(n: usize, rtol: &[f64], sparsity: Option<Sparsity>) -> Self {
+    /// Memory for `n` equations; fails when there is not enough of it.
+    pub(super) fn new(n: usize, rtol: &[f64], sparsity: Option<Sparsity>) -> Result<Self, InvalidInput> {
+        check_memory(n, sparsity.as_ref().map_or(n, Sparsity::groups))?;
         let rtol = rtol.iter().copied().fold(1.0, f64::min);
         let rounding = NEWTON_TOLERANCE_IN_ROUNDING_UNITS * f64::EPSILON / rtol;
-        Self {
+        Ok(Self {
             newton_tolerance: rounding.max(NEWTON_TOLERANCE.min(rtol.sqrt())),
             differences: DifferencedJacobian::new(n, sparsity),
             jacobian: Matrix::zeros(n, n),
@@ -137,7 +139,7 @@ impl Radau {
             scale: vec![0.0; n],
             polynomial: vec![0.0; (STAGES + 1) * n],
             last: None,
-        }
+        })
     }
 
     /// The collocation polynomial of the last accepted step.
@@ -435,6 +437,24 @@ impl Radau {
         let keep = !self.jacobian_is_wanted && factor < SMALLEST_GROWTH;
         state.h_abs = h_abs * if keep { 1.0 } else { factor.min(LARGEST_FACTOR) };
     }
+}
+
+/// Can the matrices be allocated? To find out later would end the process.
+fn check_memory(n: usize, groups: usize) -> Result<(), InvalidInput> {
+    /// The Jacobian, the real matrix and its factors, and the complex factors, which count twice.
+    const SQUARE_MATRICES: usize = 5;
+    /// Arguments and values of a differenced Jacobian, a column for each group.
+    const COLUMNS_OF_A_GROUP: usize = 2;
+    let columns = SQUARE_MATRICES.saturating_mul(n).saturating_add(COLUMNS_OF_A_GROUP.saturating_mul(groups));
+    let numbers = columns.saturating_mul(n);
+    if Vec::<f64>::new().try_reserve_exact(numbers).is_ok() {
+        return Ok(());
+    }
+    let gigabytes = numbers as f64 * size_of::<f64>() as f64 / 1e9;
+    let expected = format!(
+        "a system whose dense matrices fit in memory; these take {gigabytes:.1} GB, which an explicit method does not"
+    );
+    Err(InvalidInput::new("y0", format_args!("{n} values"), expected))
 }
 
 /// Factor of the step size from the errors and sizes of two steps (Gustafsson 1994; Hairer and Wanner 1996,

@@ -137,7 +137,7 @@ impl Stepper {
             Method::Rk45 => Scheme::Explicit(Explicit::dormand_prince_5(n, options.controller)),
             Method::Dop853 => Scheme::Explicit(Explicit::dormand_prince_8(n, options.controller)),
             Method::Radau => {
-                Scheme::Radau(Box::new(Radau::new(n, &tolerances.rtol, options.sparsity.clone())))
+                Scheme::Radau(Box::new(Radau::new(n, &tolerances.rtol, options.sparsity.clone())?))
             }
         };
         let interpolant = vec![0.0; scheme.form().vectors() * n];

@@ -557,6 +557,11 @@ def test_a_constant_jacobian_is_never_evaluated():
     np.testing.assert_allclose(result.y[:, -1], expm(3.0 * matrix) @ [1.0, 0.0], rtol=1e-4)
 
 
+def test_a_system_too_large_for_dense_matrices_is_refused():
+    with pytest.raises(ValueError, match=r"y0: got 1000000 values, .* take 56000.0 GB"):
+        lissom.solve_ivp(decay, (0.0, 1.0), np.zeros(1_000_000), "Radau")
+
+
 def test_a_jacobian_pattern_saves_evaluations():
     n = 60
     pattern = np.eye(n) + np.eye(n, k=1) + np.eye(n, k=-1)
