@@ -5,10 +5,12 @@
 
 mod pack;
 mod rotation;
+mod symmetric;
 mod twist;
 mod vector;
 
 pub use pack::{LANES, Pack, Packed, Scalar, weighted_sum};
 pub use rotation::{Quaternion, Rotation};
+pub use symmetric::Symmetric;
 pub use twist::{Twist, Wrench};
 pub use vector::Vector;

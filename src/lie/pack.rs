@@ -62,12 +62,21 @@ impl Pack {
 
     #[inline(always)]
     fn zip(self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
-        Self(std::array::from_fn(|i| f(self.0[i], other.0[i])))
+        // A plain loop: array::from_fn is not always inlined, and vectorised only where it is.
+        let mut result = self;
+        for (a, &b) in result.0.iter_mut().zip(&other.0) {
+            *a = f(*a, b);
+        }
+        result
     }
 
     #[inline(always)]
     fn map(self, f: impl Fn(f64) -> f64) -> Self {
-        Self(self.0.map(f))
+        let mut result = self;
+        for a in &mut result.0 {
+            *a = f(*a);
+        }
+        result
     }
 
     /// The sum of the lanes.

@@ -97,6 +97,21 @@ impl Quaternion<f64> {
     }
 }
 
+impl Quaternion<Pack> {
+    /// The quaternion in one lane.
+    #[inline(always)]
+    pub fn lane(&self, lane: usize) -> Quaternion<f64> {
+        Quaternion { w: self.w.0[lane], v: self.v.lane(lane) }
+    }
+
+    /// Puts a quaternion in one lane.
+    #[inline(always)]
+    pub fn set_lane(&mut self, lane: usize, quaternion: Quaternion<f64>) {
+        self.w.0[lane] = quaternion.w;
+        self.v.set_lane(lane, quaternion.v);
+    }
+}
+
 /// A rotation matrix by its columns: the body axes in world coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[allow(missing_docs, reason = "the body axes")]

@@ -2,7 +2,7 @@
 
 use std::ops::{Add, AddAssign, Mul, Neg, Sub};
 
-use super::{LANES, Pack, Packed, Scalar};
+use super::{Pack, Packed, Scalar};
 
 /// A vector of space.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -75,10 +75,12 @@ impl Vector<Pack> {
         Vector { x: self.x.sum(), y: self.y.sum(), z: self.z.sum() }
     }
 
-    /// Lane by lane from vectors.
+    /// Puts a vector in one lane.
     #[inline(always)]
-    pub fn from_lanes(v: [Vector<f64>; LANES]) -> Self {
-        Self { x: Pack(v.map(|v| v.x)), y: Pack(v.map(|v| v.y)), z: Pack(v.map(|v| v.z)) }
+    pub fn set_lane(&mut self, lane: usize, v: Vector<f64>) {
+        self.x.0[lane] = v.x;
+        self.y.0[lane] = v.y;
+        self.z.0[lane] = v.z;
     }
 }
 

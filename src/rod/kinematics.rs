@@ -33,15 +33,16 @@ impl SegmentPlan {
     /// Curvature at the Magnus points; `basis(point, degree)` is the basis there.
     #[inline(always)]
     fn curvatures<T: Scalar>(&self, q: &[f64], basis: impl Fn(usize, usize) -> T) -> [Vector<T>; 3] {
-        std::array::from_fn(|point| {
-            let mut kappa: [T; 3] = std::array::from_fn(|i| T::splat(self.reference_strain[i]));
-            for component in self.components.iter().filter(|component| component.strain < 3) {
-                for k in 0..component.modes {
-                    kappa[component.strain] += basis(point, k) * q[component.first + k];
+        let [x, y, z, ..] = self.reference_strain.map(T::splat);
+        let mut kappa = [[x, y, z]; 3];
+        for component in self.components.iter().filter(|component| component.strain < 3) {
+            for (k, &q) in q[component.first..][..component.modes].iter().enumerate() {
+                for (point, kappa) in kappa.iter_mut().enumerate() {
+                    kappa[component.strain] += basis(point, k) * q;
                 }
             }
-            Vector::new(kappa[0], kappa[1], kappa[2])
-        })
+        }
+        kappa.map(|[x, y, z]| Vector::new(x, y, z))
     }
 
     /// `sum_k phi_k q_k` of every strain at the nodes of one pack; components that do not exist are zero.
@@ -90,16 +91,12 @@ pub(super) fn update(plan: &Plan, work: &mut Workspace, q: &[f64]) {
             let basis =
                 |point: usize, k: usize| segment.magnus_basis[(point * segment.degrees + k) * packs + pack];
             let step = Quaternion::exp(magnus_step(segment.steps[pack], segment.curvatures(q, basis)));
-            let mut lanes = [orientation; LANES];
-            for (lane, here) in lanes.iter_mut().enumerate() {
-                orientation = orientation.times(Quaternion { w: step.w.0[lane], v: step.v.lane(lane) });
-                *here = orientation;
+            let mut here = step;
+            for lane in 0..LANES {
+                orientation = orientation.times(step.lane(lane));
+                here.set_lane(lane, orientation);
             }
-            let lanes = Quaternion {
-                w: Pack(std::array::from_fn(|lane| lanes[lane].w)),
-                v: Vector::from_lanes(std::array::from_fn(|lane| lanes[lane].v)),
-            };
-            rotation[pack] = lanes.normalised().rotation();
+            rotation[pack] = here.normalised().rotation();
         }
         let basis = |point: usize, k: usize| segment.last_magnus_basis[point * segment.degrees + k];
         let last = Quaternion::exp(magnus_step(segment.last_step, segment.curvatures(q, basis)));

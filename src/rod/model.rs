@@ -48,6 +48,65 @@ impl RodModel {
     }
 }
 
+// The sweeps are compiled once for every instruction set that pulp knows and run with the best the machine has. They are
+// structs, not closures: what pulp compiles must be inlined into its caller, which a closure promises to nobody.
+
+struct InverseDynamics<'a> {
+    plan: &'a Plan,
+    work: &'a mut Workspace,
+    state: [&'a [f64]; 3],
+    tau: &'a mut [f64],
+}
+
+impl pulp::NullaryFnOnce for InverseDynamics<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let [q, qd, qdd] = self.state;
+        inverse_dynamics::update(self.plan, self.work, q, qd, qdd);
+        inverse_dynamics::project(self.plan, self.work, q, qd, self.tau);
+    }
+}
+
+struct Tangent<'a> {
+    plan: &'a Plan,
+    work: &'a mut Workspace,
+    memory: &'a mut TangentWorkspace,
+    state: [&'a [f64]; 3],
+    weights: [f64; 3],
+    tangent: &'a mut Matrix,
+}
+
+impl pulp::NullaryFnOnce for Tangent<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let [q, qd, qdd] = self.state;
+        inverse_dynamics::update(self.plan, self.work, q, qd, qdd);
+        tangent::weighted_tangent(self.plan, self.work, self.memory, self.weights, self.tangent);
+    }
+}
+
+struct MassMatrix<'a> {
+    plan: &'a Plan,
+    work: &'a mut Workspace,
+    memory: &'a mut TangentWorkspace,
+    q: &'a [f64],
+    mass: &'a mut Matrix,
+}
+
+impl pulp::NullaryFnOnce for MassMatrix<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        kinematics::update(self.plan, self.work, self.q);
+        tangent::weighted_tangent(self.plan, self.work, self.memory, [0.0, 0.0, 1.0], self.mass);
+    }
+}
+
 impl Model for RodModel {
     fn n(&self) -> usize {
         self.plan.n
@@ -55,13 +114,7 @@ impl Model for RodModel {
 
     fn inverse_dynamics(&mut self, q: &[f64], qd: &[f64], qdd: &[f64], tau: &mut [f64]) {
         let Self { arch, plan, work, .. } = self;
-        arch.dispatch(
-            #[inline(always)]
-            || {
-                inverse_dynamics::update(plan, work, q, qd, qdd);
-                inverse_dynamics::project(plan, work, q, qd, tau);
-            },
-        );
+        arch.dispatch(InverseDynamics { plan, work, state: [q, qd, qdd], tau });
     }
 
     fn weighted_tangent(
@@ -73,26 +126,15 @@ impl Model for RodModel {
         tangent: &mut Matrix,
     ) {
         let Self { arch, plan, work, tangent: memory, .. } = self;
-        arch.dispatch(
-            #[inline(always)]
-            || {
-                inverse_dynamics::update(plan, work, q, qd, qdd);
-                tangent::weighted_tangent(plan, work, memory, weights, tangent);
-            },
-        );
+        let state = [q, qd, qdd];
+        arch.dispatch(Tangent { plan, work, memory, state, weights, tangent });
     }
 
     /// `M = int Psi^T N Psi`, which is the tangent with respect to `qdd`: symmetric to rounding because the quadrature
     /// sums by parts exactly, and made so to the last bit.
     fn mass_matrix(&mut self, q: &[f64], mass: &mut Matrix) {
         let Self { arch, plan, work, tangent: memory, .. } = self;
-        arch.dispatch(
-            #[inline(always)]
-            || {
-                kinematics::update(plan, work, q);
-                tangent::weighted_tangent(plan, work, memory, [0.0, 0.0, 1.0], mass);
-            },
-        );
+        arch.dispatch(MassMatrix { plan, work, memory, q, mass });
         for k in 0..self.plan.n {
             for j in 0..k {
                 let mean = 0.5 * (mass[(j, k)] + mass[(k, j)]);

@@ -16,105 +16,66 @@
 //! `int S_j . H = Psi_j . H_end + int Psi_j . (N Z + C Y - w_q ad_S^T F)`.
 //!
 //! Outside its own segment a coordinate's Y and Z are constant; its H is constant before the segment, and linear in (Y, Z)
-//! behind it: the blocks between different segments have rank 15 at most and cost a few products an entry. How far the
+//! behind it: the blocks between different segments have rank 12 at most and cost a few products an entry. How far the
 //! material turns appears only where a dead load at the tip asks for it.
 
-use super::inertia::{self, Inertia};
+use super::inertia::{self, Gyroscope, Inertia};
 use super::plan::{Plan, SegmentPlan};
 use super::workspace::Workspace;
 use crate::lie::{Pack, Scalar, Twist, Vector, Wrench, weighted_sum};
 use crate::linalg::Matrix;
 
-/// What the rest of the rod, from a place to the tip, answers to variations that are constant along it: `N Z + C Y` with
-/// N and C as six columns each.
-#[derive(Clone, Copy, Debug)]
-struct Rest {
-    inertia: [Wrench<f64>; 6],
-    gyroscopic: [Wrench<f64>; 6],
-}
-
-impl Rest {
-    const NOTHING: Self = {
-        let zero = Vector { x: 0.0, y: 0.0, z: 0.0 };
-        let zero = Wrench { moment: zero, force: zero };
-        Self { inertia: [zero; 6], gyroscopic: [zero; 6] }
-    };
-
-    fn wrench(&self, z: Twist<f64>, y: Twist<f64>) -> Wrench<f64> {
-        apply(&self.inertia, z) + apply(&self.gyroscopic, y)
-    }
-
-    /// Adds a body (a pack of nodes, or a single one) that moves with `velocity`.
-    fn add(&mut self, mut body: impl FnMut(Twist<f64>) -> (Wrench<f64>, Wrench<f64>)) {
-        for i in 0..6 {
-            let mut unit = [0.0; 6];
-            unit[i] = 1.0;
-            let (inertia, gyroscopic) = body(Twist::from_array(unit));
-            self.inertia[i] += inertia;
-            self.gyroscopic[i] += gyroscopic;
-        }
-    }
-}
-
-#[inline(always)]
-fn apply(columns: &[Wrench<f64>; 6], twist: Twist<f64>) -> Wrench<f64> {
-    columns.iter().zip(twist.to_array()).fold(Wrench::zero(), |sum, (&column, factor)| sum + column * factor)
-}
-
-#[inline(always)]
-fn apply_transposed(columns: &[Wrench<f64>; 6], twist: Twist<f64>) -> Wrench<f64> {
-    Wrench::from_array(columns.map(|column| twist.dot(column)))
-}
-
-/// What is left of a coordinate outside its own segment.
+/// What a coordinate is outside its own segment.
 #[derive(Clone, Copy, Debug)]
 struct Coordinate {
-    /// `int S_j` over the segment.
+    /// Psi at the end of the segment.
     shape: Twist<f64>,
-    /// As a column: Y, Z and the turn of all that lies behind the segment; H of all that lies before it.
-    y: Twist<f64>,
+    /// As a column: the angular part of Y, and Z, of all that lies behind the segment, and how far it turns.
+    y: Vector<f64>,
     z: Twist<f64>,
     turn: Vector<f64>,
-    before: Wrench<f64>,
-    /// H at the end of its own segment.
+    /// As a column: H at the end of the segment, and of all that lies before it.
     end: Wrench<f64>,
-    /// As a row: products with Z, Y and turn of the coordinates of earlier segments.
+    before: Wrench<f64>,
+    /// As a row: products with y, z and turn of the coordinates of earlier segments.
+    row_y: Vector<f64>,
     row_z: Wrench<f64>,
-    row_y: Wrench<f64>,
     row_turn: Vector<f64>,
 }
 
 impl Coordinate {
-    const ZERO: Self = {
-        let zero = Vector { x: 0.0, y: 0.0, z: 0.0 };
-        let twist = Twist { angular: zero, linear: zero };
-        let wrench = Wrench { moment: zero, force: zero };
+    fn zero() -> Self {
         Self {
-            shape: twist,
-            y: twist,
-            z: twist,
-            turn: zero,
-            before: wrench,
-            end: wrench,
-            row_z: wrench,
-            row_y: wrench,
-            row_turn: zero,
+            shape: Twist::zero(),
+            y: Vector::zero(),
+            z: Twist::zero(),
+            turn: Vector::zero(),
+            end: Wrench::zero(),
+            before: Wrench::zero(),
+            row_y: Vector::zero(),
+            row_z: Wrench::zero(),
+            row_turn: Vector::zero(),
         }
-    };
+    }
 }
 
-/// Memory of the tangent: blocks of one segment at a time, and what is left of every coordinate.
+/// Memory of the tangent: one segment at a time, and what is left of every coordinate.
 #[derive(Clone, Debug)]
 pub(super) struct TangentWorkspace {
     coordinates: Vec<Coordinate>,
-    /// Per component of the segment and pack: S, ad_V S, (ad_A + ad_V ad_V) S and ad_S^T F of a unit strain.
+    /// Per pack, times the quadrature weights: N and C.
+    inertia: Vec<Inertia<Pack>>,
+    gyroscope: Vec<Gyroscope<Pack>>,
+    /// Per component of the segment and pack: S, ad_V S, (ad_A + ad_V ad_V) S and w_q ad_S^T F of a unit strain.
     shape: Vec<Twist<Pack>>,
     shape_rate: Vec<Twist<Pack>>,
     shape_acceleration: Vec<Twist<Pack>>,
     load: Vec<Wrench<Pack>>,
-    /// Per pack, for the column at hand.
+    /// Per pack, for the column at hand: an integrand, Psi' and Psi''.
     integrand: Vec<Twist<Pack>>,
-    /// Per coordinate of the segment and pack: Psi, and the weighted change of the force.
+    psi_rate: Vec<Twist<Pack>>,
+    psi_acceleration: Vec<Twist<Pack>>,
+    /// Per coordinate of the segment and pack: Psi, and the change of the force times the quadrature weights.
     psi: Vec<Twist<Pack>>,
     source: Vec<Wrench<Pack>>,
 }
@@ -126,12 +87,16 @@ impl TangentWorkspace {
         let blocks = largest(|segment| segment.packs * segment.components.len());
         let columns = largest(|segment| segment.packs * segment.n);
         Self {
-            coordinates: vec![Coordinate::ZERO; plan.n],
+            coordinates: vec![Coordinate::zero(); plan.n],
+            inertia: vec![Inertia::zero(); packs],
+            gyroscope: vec![Gyroscope::zero(); packs],
             shape: vec![Twist::zero(); blocks],
             shape_rate: vec![Twist::zero(); blocks],
             shape_acceleration: vec![Twist::zero(); blocks],
             load: vec![Wrench::zero(); blocks],
             integrand: vec![Twist::zero(); packs],
+            psi_rate: vec![Twist::zero(); packs],
+            psi_acceleration: vec![Twist::zero(); packs],
             psi: vec![Twist::zero(); columns],
             source: vec![Wrench::zero(); columns],
         }
@@ -144,8 +109,15 @@ struct Weights {
     q: f64,
     v: f64,
     a: f64,
-    /// The mass matrix alone: Y and the loads vanish.
+    /// The mass matrix alone: Y and the loads vanish, and the motion need not be known.
     is_mass_only: bool,
+}
+
+/// What all that lies behind a place, tip included, answers to variations that are constant along it.
+#[derive(Clone, Copy, Debug)]
+struct Rest {
+    inertia: Inertia<f64>,
+    gyroscope: Gyroscope<f64>,
 }
 
 /// `w_q dtau/dq + w_v dtau/dqd + w_a dtau/dqdd` with the motion up to date (for the mass matrix, weights (0, 0, w_a), the
@@ -162,16 +134,20 @@ pub(super) fn weighted_tangent(
     let weights = Weights { q, v, a, is_mass_only: q == 0.0 && v == 0.0 };
     let mut rest = tip(plan, work, weights);
     for (s, segment) in plan.segments.iter().enumerate().rev() {
-        pointwise(segment, work, memory, weights);
+        bodies(segment, work, memory, weights);
+        shapes(segment, work, memory, weights);
         for (c, component) in segment.components.iter().enumerate() {
             for degree in 0..component.modes {
-                column(plan, segment, work, memory, weights, &rest, (c, degree), s > 0);
+                column(plan, segment, work, memory, weights, &rest, c, degree);
+                if s > 0 {
+                    row(plan, segment, work, memory, weights, &rest, component.first + degree);
+                }
             }
         }
         block(segment, memory, tangent);
         elasticity(segment, weights, tangent);
         if s > 0 {
-            add_segment(segment, work, weights, &mut rest);
+            add_segment(segment, memory, weights, &mut rest);
         }
     }
     couple(plan, memory, tangent);
@@ -180,45 +156,46 @@ pub(super) fn weighted_tangent(
 /// The mass at the tip.
 #[inline(always)]
 fn tip(plan: &Plan, work: &Workspace, weights: Weights) -> Rest {
-    let mut rest = Rest::NOTHING;
+    let mut rest = Rest { inertia: Inertia::zero(), gyroscope: Gyroscope::zero() };
     if plan.tip_mass > 0.0 {
         let body = inertia::of_tip(plan, work);
-        let velocity = work.stations[plan.segments.len()].velocity;
-        rest.add(|unit| answer(&body, velocity, weights, unit));
+        rest.inertia = body.weighted(1.0);
+        if !weights.is_mass_only {
+            let velocity = work.stations[plan.segments.len()].velocity;
+            rest.gyroscope = Gyroscope::new(&rest.inertia, velocity, body.momentum(velocity));
+        }
     }
     rest
 }
 
+/// N and C of all nodes, times the quadrature weights.
 #[inline(always)]
-fn answer<T: Scalar>(
-    body: &Inertia<T>,
-    velocity: Twist<T>,
-    weights: Weights,
-    unit: Twist<T>,
-) -> (Wrench<T>, Wrench<T>) {
-    let gyroscopic = if weights.is_mass_only {
-        Wrench::zero()
-    } else {
-        body.gyroscopic(velocity, body.momentum(velocity), unit)
-    };
-    (body.momentum(unit), gyroscopic)
-}
-
-#[inline(always)]
-fn add_segment(segment: &SegmentPlan, work: &Workspace, weights: Weights, rest: &mut Rest) {
+fn bodies(segment: &SegmentPlan, work: &Workspace, memory: &mut TangentWorkspace, weights: Weights) {
     for pack in 0..segment.packs {
-        let body = inertia::of_nodes(segment, work, pack);
-        let velocity = work.velocity[segment.first_pack + pack];
-        rest.add(|unit| {
-            let (inertia, gyroscopic) = answer(&body, velocity, weights, unit.splat());
-            ((inertia * segment.weights[pack]).sum(), (gyroscopic * segment.weights[pack]).sum())
-        });
+        let node = segment.first_pack + pack;
+        let weight = segment.weights[pack];
+        let inertia = inertia::of_nodes(segment, work, pack).weighted(weight);
+        memory.inertia[pack] = inertia;
+        if !weights.is_mass_only {
+            memory.gyroscope[pack] =
+                Gyroscope::new(&inertia, work.velocity[node], work.momentum[node] * weight);
+        }
     }
 }
 
-/// S, ad_V S, (ad_A + ad_V ad_V) S and ad_S^T F of a unit of each strain component at all nodes.
 #[inline(always)]
-fn pointwise(segment: &SegmentPlan, work: &Workspace, memory: &mut TangentWorkspace, weights: Weights) {
+fn add_segment(segment: &SegmentPlan, memory: &TangentWorkspace, weights: Weights, rest: &mut Rest) {
+    for pack in 0..segment.packs {
+        rest.inertia.add(memory.inertia[pack].sum());
+        if !weights.is_mass_only {
+            rest.gyroscope.add(memory.gyroscope[pack].sum());
+        }
+    }
+}
+
+/// S, ad_V S, (ad_A + ad_V ad_V) S and w_q ad_S^T F of a unit of each strain component at all nodes.
+#[inline(always)]
+fn shapes(segment: &SegmentPlan, work: &Workspace, memory: &mut TangentWorkspace, weights: Weights) {
     for (c, component) in segment.components.iter().enumerate() {
         for pack in 0..segment.packs {
             let node = segment.first_pack + pack;
@@ -242,8 +219,8 @@ fn pointwise(segment: &SegmentPlan, work: &Workspace, memory: &mut TangentWorksp
     }
 }
 
-/// The coordinate (component, degree): Psi and the weighted change of the force at the nodes, and what is left of it
-/// outside its segment.
+/// The column of a component and degree: Psi and the change of the force at the nodes, and what the coordinate is outside
+/// its segment.
 #[allow(clippy::too_many_arguments, reason = "one sweep, its inputs named one by one")]
 #[inline(always)]
 fn column(
@@ -253,78 +230,77 @@ fn column(
     memory: &mut TangentWorkspace,
     weights: Weights,
     rest: &Rest,
-    (c, degree): (usize, usize),
-    has_earlier_segments: bool,
+    c: usize,
+    degree: usize,
 ) {
     let packs = segment.packs;
     let k = segment.components[c].first + degree;
     let blocks = c * packs..(c + 1) * packs;
     let columns = (k - segment.first) * packs..(k - segment.first + 1) * packs;
-    let basis = &segment.basis[degree * packs..(degree + 1) * packs];
+    let degrees = degree * packs..(degree + 1) * packs;
+    let (basis, weighted_basis) = (&segment.basis[degrees.clone()], &segment.weighted_basis[degrees]);
     let [w_q, w_v, w_a] = [weights.q, weights.v, weights.a].map(Pack::splat);
+
+    let integrand = &mut memory.integrand[..packs];
     let psi = &mut memory.psi[columns.clone()];
     let source = &mut memory.source[columns];
-    let integrand = &mut memory.integrand[..packs];
-
-    let shape =
-        integral(segment, basis, &memory.shape[blocks.clone()], integrand, |pack, value| psi[pack] = value);
-    let (mut y, mut z) = (Twist::zero(), shape * weights.a);
+    let inertia = &memory.inertia[..packs];
+    let shape = integrate(segment, basis, &memory.shape[blocks.clone()], integrand, psi);
+    let mut coordinate = Coordinate { shape, z: shape * weights.a, ..Coordinate::zero() };
+    let mut total = Wrench::zero();
     if weights.is_mass_only {
         for pack in 0..packs {
-            source[pack] = inertia::of_nodes(segment, work, pack).momentum(psi[pack] * w_a);
+            source[pack] = inertia[pack].momentum(psi[pack] * w_a);
+            total += source[pack];
         }
+        coordinate.end = rest.inertia.momentum(coordinate.z);
     } else {
-        // Y and Z stand in `source` until both are there.
-        let rate = integral(segment, basis, &memory.shape_rate[blocks.clone()], integrand, |pack, value| {
-            source[pack] = Wrench { moment: value.angular, force: value.linear };
-        });
-        y = shape * weights.v + rate * weights.q;
-        z += rate * (2.0 * weights.v);
-        let load = &memory.load[blocks.clone()];
-        z += integral(segment, basis, &memory.shape_acceleration[blocks], integrand, |pack, value| {
-            let node = segment.first_pack + pack;
-            let rate = Twist { angular: source[pack].moment, linear: source[pack].force };
-            let y = psi[pack] * w_v + rate * w_q;
-            let z = psi[pack] * w_a + rate * (w_v + w_v) + value * w_q;
-            let body = inertia::of_nodes(segment, work, pack);
-            source[pack] = body.momentum(z) + body.gyroscopic(work.velocity[node], work.momentum[node], y)
-                - load[pack] * basis[pack];
-        }) * weights.q;
+        let psi_rate = &mut memory.psi_rate[..packs];
+        let psi_acceleration = &mut memory.psi_acceleration[..packs];
+        let rate = integrate(segment, basis, &memory.shape_rate[blocks.clone()], integrand, psi_rate);
+        let acceleration = integrate(
+            segment,
+            basis,
+            &memory.shape_acceleration[blocks.clone()],
+            integrand,
+            psi_acceleration,
+        );
+        let load = &memory.load[blocks];
+        for pack in 0..packs {
+            let y = psi[pack].angular * w_v + psi_rate[pack].angular * w_q;
+            let z = psi[pack] * w_a + psi_rate[pack] * (w_v + w_v) + psi_acceleration[pack] * w_q;
+            source[pack] = inertia[pack].momentum(z) + memory.gyroscope[pack].times(y)
+                - load[pack] * weighted_basis[pack];
+            total += source[pack];
+        }
+        coordinate.y = shape.angular * weights.v + rate.angular * weights.q;
+        coordinate.z += rate * (2.0 * weights.v) + acceleration * weights.q;
+        coordinate.turn = shape.angular * weights.q;
+        coordinate.end = rest.inertia.momentum(coordinate.z) + rest.gyroscope.times(coordinate.y);
+        if plan.has_tip_load {
+            coordinate.end += dead_load_response(plan, work, coordinate.turn);
+        }
     }
-    let mut total = Wrench::zero();
-    for pack in 0..packs {
-        source[pack] = source[pack] * segment.weights[pack];
-        total += source[pack];
-    }
-
-    let turn = shape.angular * weights.q;
-    let mut end = rest.wrench(z, y);
-    if plan.has_tip_load && !weights.is_mass_only {
-        end += dead_load_response(plan, work, turn);
-    }
-    let mut coordinate = Coordinate { shape, y, z, turn, end, before: end + total.sum(), ..Coordinate::ZERO };
-    if has_earlier_segments {
-        row(plan, segment, work, weights, rest, psi, &mut coordinate);
-    }
+    coordinate.before = coordinate.end + total.sum();
     memory.coordinates[k] = coordinate;
 }
 
-/// Integrals of `basis * values` up to the nodes, given pack by pack to `store`; returns the whole integral.
+/// Integrals of `basis * values` from the segment's base to the nodes; returns the integral over the segment.
 #[inline(always)]
-fn integral(
+fn integrate(
     segment: &SegmentPlan,
     basis: &[Pack],
     values: &[Twist<Pack>],
     integrand: &mut [Twist<Pack>],
-    mut store: impl FnMut(usize, Twist<Pack>),
+    integrals: &mut [Twist<Pack>],
 ) -> Twist<f64> {
     let mut total = Twist::zero();
     for (pack, integrand) in integrand.iter_mut().enumerate() {
         *integrand = values[pack] * basis[pack];
         total += *integrand * segment.weights[pack];
     }
-    for pack in 0..segment.packs {
-        store(pack, weighted_sum(Twist::zero(), segment.row(&segment.from_base, pack), integrand));
+    for (pack, integral) in integrals.iter_mut().enumerate() {
+        *integral = weighted_sum(Twist::zero(), segment.row(&segment.from_base, pack), integrand);
     }
     total.sum()
 }
@@ -335,6 +311,41 @@ fn dead_load_response(plan: &Plan, work: &Workspace, turn: Vector<f64>) -> Wrenc
     let tip = work.stations[plan.segments.len()].position;
     let force = plan.tip_force.cross(turn);
     -Wrench { moment: tip.cross(force) + plan.tip_moment.cross(turn), force }
+}
+
+/// What the row of coordinate `j` multiplies in the columns of earlier segments: the transposes of `N Z + C Y` and of the
+/// dead load, summed from the places where its S acts to the tip.
+#[inline(always)]
+fn row(
+    plan: &Plan,
+    segment: &SegmentPlan,
+    work: &Workspace,
+    memory: &mut TangentWorkspace,
+    weights: Weights,
+    rest: &Rest,
+    j: usize,
+) {
+    let psi = &memory.psi[(j - segment.first) * segment.packs..][..segment.packs];
+    let coordinate = &mut memory.coordinates[j];
+    let shape = coordinate.shape;
+    let mut row_z = Wrench::<Pack>::zero();
+    for (psi, inertia) in psi.iter().zip(&memory.inertia) {
+        row_z += inertia.momentum(*psi);
+    }
+    coordinate.row_z = row_z.sum() + rest.inertia.momentum(shape);
+    if weights.is_mass_only {
+        return;
+    }
+    let mut row_y = Vector::<Pack>::zero();
+    for (psi, gyroscope) in psi.iter().zip(&memory.gyroscope) {
+        row_y += gyroscope.transposed_times(*psi);
+    }
+    coordinate.row_y = row_y.sum() + rest.gyroscope.transposed_times(shape);
+    if plan.has_tip_load {
+        let tip = work.stations[plan.segments.len()].position;
+        let motion = shape.angular.cross(tip) + shape.linear;
+        coordinate.row_turn = -(motion.cross(plan.tip_force) + shape.angular.cross(plan.tip_moment));
+    }
 }
 
 /// The block of the segment: `Psi_j . H_end + int Psi_j . source`.
@@ -354,38 +365,6 @@ fn block(segment: &SegmentPlan, memory: &TangentWorkspace, tangent: &mut Matrix)
             }
             *entry = row.shape.dot(end) + sum.sum();
         }
-    }
-}
-
-/// What the row of a coordinate multiplies in the columns of earlier segments: the transposes of `N Z + C Y` and of the
-/// dead load, summed from the places where its S acts to the tip.
-#[inline(always)]
-fn row(
-    plan: &Plan,
-    segment: &SegmentPlan,
-    work: &Workspace,
-    weights: Weights,
-    rest: &Rest,
-    psi: &[Twist<Pack>],
-    coordinate: &mut Coordinate,
-) {
-    let (mut row_z, mut row_y) = (Wrench::<Pack>::zero(), Wrench::<Pack>::zero());
-    for (pack, &psi) in psi.iter().enumerate() {
-        let node = segment.first_pack + pack;
-        let body = inertia::of_nodes(segment, work, pack);
-        row_z += body.momentum(psi) * segment.weights[pack];
-        if !weights.is_mass_only {
-            let transposed = body.gyroscopic_transposed(work.velocity[node], work.momentum[node], psi);
-            row_y += transposed * segment.weights[pack];
-        }
-    }
-    let shape = coordinate.shape;
-    coordinate.row_z = row_z.sum() + apply_transposed(&rest.inertia, shape);
-    coordinate.row_y = row_y.sum() + apply_transposed(&rest.gyroscopic, shape);
-    if plan.has_tip_load {
-        let tip = work.stations[plan.segments.len()].position;
-        let motion = shape.angular.cross(tip) + shape.linear;
-        coordinate.row_turn = -(motion.cross(plan.tip_force) + shape.angular.cross(plan.tip_moment));
     }
 }
 
