@@ -115,7 +115,7 @@ mod tests {
 
     #[test]
     fn columns_count_characters_not_bytes() {
-        assert_eq!(line_and_column("a\n é = x", 7), (2, 6));
+        assert_eq!(line_and_column("a\n é = x", 8), (2, 6));
         assert_eq!(line_and_column("", 0), (1, 1));
         assert_eq!(line_and_column("a", 99), (1, 2));
     }
