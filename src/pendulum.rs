@@ -96,10 +96,11 @@ impl Model for SpringPendulum {
         let [wq, wqd, wqdd] = weights;
         let r = length + q[1];
         let (sin, cos) = q[0].sin_cos();
-        tangent[(0, 0)] = m * r * (-wq * g * sin + wqd * 2.0 * qd[1] + wqdd * r);
-        tangent[(0, 1)] = m * (wq * (2.0 * (r * qdd[0] + qd[1] * qd[0]) + g * cos) + wqd * 2.0 * r * qd[0]);
-        tangent[(1, 0)] = m * (wq * g * cos - wqd * 2.0 * r * qd[0]);
-        tangent[(1, 1)] = wq * (k - m * qd[0] * qd[0]) + wqdd * m;
+        let [t11, t21, t12, t22] = tangent.as_mut_slice() else { panic!("a tangent of two coordinates") };
+        *t11 = m * r * (-wq * g * sin + wqd * 2.0 * qd[1] + wqdd * r);
+        *t12 = m * (wq * (2.0 * (r * qdd[0] + qd[1] * qd[0]) + g * cos) + wqd * 2.0 * r * qd[0]);
+        *t21 = m * (wq * g * cos - wqd * 2.0 * r * qd[0]);
+        *t22 = wq * (k - m * qd[0] * qd[0]) + wqdd * m;
     }
 
     fn tangent_cost(&self) -> f64 {

@@ -6,9 +6,27 @@
 
 use super::lu::Singular;
 
+/// Calls a function whose first argument is a size, with the smallest sizes as constants so that its loops are unrolled.
+macro_rules! with_size {
+    ($function:ident($n:expr $(, $argument:expr)*)) => {
+        match $n {
+            1 => $function(1 $(, $argument)*),
+            2 => $function(2 $(, $argument)*),
+            3 => $function(3 $(, $argument)*),
+            4 => $function(4 $(, $argument)*),
+            n => $function(n $(, $argument)*),
+        }
+    };
+}
+
 /// Factorises the n x n matrix `a` (by columns) in place. Row k was exchanged with row `pivots[k]`.
 pub(super) fn factorise(a: &mut [f64], pivots: &mut [usize]) -> Result<(), Singular> {
-    let n = pivots.len();
+    with_size!(factorise_sized(pivots.len(), a, pivots))
+}
+
+#[inline(always)]
+fn factorise_sized(n: usize, a: &mut [f64], pivots: &mut [usize]) -> Result<(), Singular> {
+    assert!(pivots.len() == n && a.len() == n * n, "sizes of a matrix");
     for k in 0..n {
         let (left, right) = a.split_at_mut((k + 1) * n);
         let column = &mut left[k * n..];
@@ -42,8 +60,12 @@ pub(super) fn factorise(a: &mut [f64], pivots: &mut [usize]) -> Result<(), Singu
 
 /// Solves `A x = b` in place.
 pub(super) fn solve(factors: &[f64], pivots: &[usize], b: &mut [f64]) {
-    let n = pivots.len();
-    assert!(b.len() == n && factors.len() == n * n, "sizes of a linear system");
+    with_size!(solve_sized(pivots.len(), factors, pivots, b));
+}
+
+#[inline(always)]
+fn solve_sized(n: usize, factors: &[f64], pivots: &[usize], b: &mut [f64]) {
+    assert!(b.len() == n && pivots.len() == n && factors.len() == n * n, "sizes of a linear system");
     for k in 0..n {
         let l = &factors[k * n..(k + 1) * n];
         if pivots[k] != k {

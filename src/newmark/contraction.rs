@@ -3,13 +3,15 @@
 /// Predicted rates are taken that much larger than measured ones say.
 const CAUTION: f64 = 2.0;
 
-/// The factor between distance and rate may fall that fast from one measurement to the next, and is taken to grow that
-/// fast when it is not measured, so that it is measured again every now and then.
-const FALL: f64 = 0.8;
-const AGEING: f64 = 1.1;
+/// The factor between distance and rate may fall that fast from one measurement to the next: it differs with the
+/// direction of the motion.
+const FALL: f64 = 0.9;
 
-/// Rates are not predicted below that: the error of a differenced Jacobian.
-const SMALLEST_RATE: f64 = 1e-7;
+/// A prediction serves that many steps in a row; then the rate is measured again.
+const STEPS_WITHOUT_MEASUREMENT: u32 = 16;
+
+/// Rates are neither predicted nor trusted below that, where errors of a differenced Jacobian and rounding begin.
+const SMALLEST_RATE: f64 = 1e-6;
 
 /// With a rate above that an iteration is not worth its price.
 const SLOWEST_RATE: f64 = 0.5;
@@ -19,36 +21,50 @@ const SLOWEST_RATE: f64 = 0.5;
 /// that iterations measure. A wrong Jacobian shows as a factor that is too large to predict any convergence.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Contraction {
-    rate_by_distance: f64,
+    /// The factor as far as it is known for certain: what ends an iteration relies on it.
+    cautious: f64,
+    /// The factor that was measured last: what is worth a try follows from it.
+    hopeful: f64,
+    unmeasured_steps: u32,
 }
 
 impl Contraction {
     /// Nothing is known: every rate must be measured.
     pub(super) fn unknown() -> Self {
-        Self { rate_by_distance: f64::INFINITY }
+        Self { cautious: f64::INFINITY, hopeful: 0.0, unmeasured_steps: 0 }
     }
 
-    /// The rate that is expected at a distance.
-    pub(super) fn predict(&self, distance: f64) -> f64 {
-        if distance == 0.0 {
-            return SMALLEST_RATE;
+    /// The rate that is certain enough at a distance to end an iteration; infinite when it must be measured.
+    pub(super) fn bound(&self, distance: f64) -> f64 {
+        if self.cautious.is_infinite() || self.unmeasured_steps >= STEPS_WITHOUT_MEASUREMENT {
+            return f64::INFINITY;
         }
-        (CAUTION * self.rate_by_distance * distance).max(SMALLEST_RATE)
+        (CAUTION * self.cautious * distance).max(SMALLEST_RATE)
     }
 
-    /// Learns from the rate that was measured at a distance.
-    pub(super) fn measured(&mut self, rate: f64, distance: f64) {
-        let found = rate / distance;
-        if self.rate_by_distance.is_finite() {
-            self.rate_by_distance = found.max(FALL * self.rate_by_distance);
-        } else if !found.is_nan() {
-            self.rate_by_distance = found;
+    /// The rate that is to be expected at a distance.
+    pub(super) fn expect(&self, distance: f64) -> f64 {
+        (self.hopeful * distance).max(SMALLEST_RATE)
+    }
+
+    /// Learns from the rate that was measured at a distance. A rate that may owe itself to rounding is no more than an
+    /// upper bound.
+    pub(super) fn measured(&mut self, rate: f64, distance: f64, may_be_rounding: bool) {
+        self.unmeasured_steps = 0;
+        if may_be_rounding || rate <= SMALLEST_RATE {
+            let upper = rate.max(SMALLEST_RATE) / distance;
+            self.cautious = self.cautious.min(upper);
+            self.hopeful = self.hopeful.min(upper);
+        } else {
+            self.hopeful = rate / distance;
+            let memory = if self.cautious.is_finite() { FALL * self.cautious } else { 0.0 };
+            self.cautious = self.hopeful.max(memory);
         }
     }
 
-    /// Grows older by a step in which nothing was measured.
-    pub(super) fn age(&mut self) {
-        self.rate_by_distance *= AGEING;
+    /// Counts a step in which nothing was measured.
+    pub(super) fn not_measured(&mut self) {
+        self.unmeasured_steps += 1;
     }
 }
 
@@ -61,7 +77,7 @@ pub(super) fn remaining_error(size: f64, rate: f64) -> f64 {
 /// that is not worth trying.
 pub(super) fn iterations_needed(size: f64, rate: f64) -> f64 {
     let mut error = remaining_error(size, rate);
-    if !(rate <= SLOWEST_RATE && error.is_finite()) {
+    if !error.is_finite() || rate > SLOWEST_RATE {
         return f64::INFINITY;
     }
     let mut iterations = 1.0;

@@ -13,18 +13,27 @@ use super::{Counters, Failure, System};
 use crate::error::Interrupted;
 use crate::linalg::{Lu, Matrix};
 
-/// Iterations before a solve is given up, or started anew on the next rung of the ladder.
+/// Iterations before a solve is started anew on the next rung of the ladder, and before it is given up.
 const MAX_ITERATIONS: usize = 20;
+const MAX_FULL_ITERATIONS: usize = 50;
 
 /// The error that a step leaves must be that much smaller than the tolerances: these errors have the same sign step after
 /// step, so that they add up.
-const SAFETY: f64 = 0.01;
+const SAFETY: f64 = 0.1;
 
 /// An increment of that fraction of what is tolerated is believed without a contraction rate.
 const NEGLIGIBLE: f64 = 1e-3;
 
-/// Accelerations are not asked to be better than that many rounding units of the displacements would be felt after a step.
-const ROUNDING: f64 = 8.0 * f64::EPSILON;
+/// Increments that do not contract are rounding errors when they are at most that many times as large as those which a
+/// change of the state by [`ROUNDING`] of its size causes.
+const ROUNDING_NOISE: f64 = 8.0;
+const ROUNDING: f64 = 4.0 * f64::EPSILON;
+
+/// A first increment up to that many times as large as in the last step makes the steps similar.
+const SIMILAR: f64 = 10.0;
+
+/// Increments are not shortened to less than that (NLEQ1's default for highly nonlinear problems; Nowak and Weimann 1991).
+const SHORTEST_INCREMENT: f64 = 1e-4;
 
 /// About as many iterations does a fresh Jacobian need.
 const FRESH_ITERATIONS: f64 = 2.0;
@@ -39,6 +48,14 @@ struct Kept {
     cost: f64,
 }
 
+impl Kept {
+    /// A Jacobian should be replaced when a step costs more with it than the average of those that it has served, its own
+    /// evaluation included: a fresh one lowers the average.
+    fn is_beaten_by(&self, cost: f64) -> bool {
+        cost * self.steps > self.cost
+    }
+}
+
 /// Newton's method with its memory for systems of one size.
 #[derive(Clone, Debug)]
 pub(super) struct Corrector {
@@ -51,8 +68,14 @@ pub(super) struct Corrector {
     q_jacobian: Vec<f64>,
     v_jacobian: Vec<f64>,
     contraction: Contraction,
+    /// Size of the first increment of the last step.
+    first_size: f64,
     residual: Vec<f64>,
     increment: Vec<f64>,
+    /// Where an increment begins that may be shortened, and its full length.
+    start: Vec<f64>,
+    direction: Vec<f64>,
+    perturbed: Trial,
     rtol: Vec<f64>,
     atol: Vec<f64>,
     /// One over what is tolerated in each acceleration.
@@ -71,8 +94,12 @@ impl Corrector {
             q_jacobian: vec![0.0; n],
             v_jacobian: vec![0.0; n],
             contraction: Contraction::unknown(),
+            first_size: f64::INFINITY,
             residual: vec![0.0; n],
             increment: vec![0.0; n],
+            start: vec![0.0; n],
+            direction: vec![0.0; n],
+            perturbed: Trial::new(n),
             rtol,
             atol,
             inverse_tolerance: vec![0.0; n],
@@ -92,7 +119,7 @@ impl Corrector {
     /// Finds the accelerations of `trial` at which the residual vanishes, starting from `guess`. `h` is the step size.
     /// On failure the trial is left anywhere.
     ///
-    /// The ladder: the kept Jacobian, one of this step, one in every iteration, failure.
+    /// The ladder: the kept Jacobian, one of this step, one in every iteration with increments that may be shortened, failure.
     pub(super) fn solve<S: System + ?Sized>(
         &mut self,
         system: &mut S,
@@ -102,12 +129,13 @@ impl Corrector {
         counters: &mut Counters,
     ) -> Result<Result<(), Failure>, Interrupted> {
         trial.set(guess);
-        self.set_tolerances(trial, h);
+        self.set_tolerances(trial);
         if self.kept.is_some_and(|kept| kept.weights == trial.weights) {
             if self.with_kept_jacobian(system, trial, h, counters)?.is_ok() {
                 return Ok(Ok(()));
             }
             counters.reuse_failures += 1;
+            self.contraction = Contraction::unknown();
             trial.set(guess);
         }
         self.kept = None;
@@ -116,13 +144,14 @@ impl Corrector {
                 return Ok(Ok(()));
             }
             self.kept = None;
+            self.contraction = Contraction::unknown();
             counters.full_newton += 1;
             trial.set(guess);
         }
         self.with_fresh_jacobians(system, trial, h, counters)
     }
 
-    /// Newton's method with the kept Jacobian, or with one of this step if there is none or it turns out to be slow.
+    /// Newton's method with the kept Jacobian, or with one of this step where there is none or it is too slow.
     fn with_kept_jacobian<S: System + ?Sized>(
         &mut self,
         system: &mut S,
@@ -132,78 +161,96 @@ impl Corrector {
     ) -> Result<Result<(), Failure>, Interrupted> {
         let jacobian_cost = self.jacobian.cost(system);
         let mut cost = 0.0;
+        let mut renew = !self.kept_jacobian_pays(trial, h);
         let mut is_fresh = false;
-        // Of the increment before, with the same Jacobian.
-        let mut last_size = f64::NAN;
+        // Size of the increment before with the same Jacobian.
+        let mut last_size = None;
+        let mut first_size = None;
         for _ in 0..MAX_ITERATIONS {
             self.evaluate_residual(system, trial, counters)?;
             cost += 1.0;
-            let (mut size, mut rate) = (f64::NAN, f64::NAN);
-            let must_renew = match self.kept {
-                None => true,
-                Some(kept) => {
-                    size = self.compute_increment();
-                    if !size.is_finite() {
-                        return Ok(Err(Failure::NonFinite));
-                    }
-                    rate = size / last_size;
-                    let expected_rate = if rate.is_nan() {
-                        self.contraction.predict(self.distance_from_jacobian(trial, h))
-                    } else {
-                        self.contraction.measured(rate, self.distance_from_jacobian(trial, h));
-                        rate
-                    };
-                    if rate >= 1.0 && !(size <= 1.0 && last_size <= 1.0) {
-                        return Ok(Err(Failure::NotConverged));
-                    }
-                    let needed = iterations_needed(size, expected_rate);
-                    if is_fresh {
-                        needed > jacobian_cost + FRESH_ITERATIONS
-                    } else {
-                        // A Jacobian is replaced when a step costs more with it than the average of the steps that it
-                        // has served, its own evaluation included: a fresh one lowers the average.
-                        (cost - 1.0 + needed) * kept.steps > kept.cost
-                    }
-                }
-            };
-            // No contraction between tolerable increments: they are rounding errors. (A Jacobian that is far too large does
-            // contract, if slowly.)
-            let is_rounding = rate >= 1.0;
-            let is_negligible = size <= NEGLIGIBLE;
-            if must_renew && !is_rounding && !is_negligible {
-                if let Err(failure) = self.evaluate_jacobian(system, trial, h, counters)? {
-                    return Ok(Err(failure));
-                }
-                cost += jacobian_cost;
-                is_fresh = true;
-                self.kept = Some(Kept { weights: trial.weights, steps: 0.0, cost: 0.0 });
+            let mut size = f64::NAN;
+            let mut measured_rate = None;
+            if !renew {
                 size = self.compute_increment();
-                rate = f64::NAN;
+                measured_rate = last_size.map(|last_size| size / last_size);
+            }
+            if let Some(rate) = measured_rate {
                 if !size.is_finite() {
                     return Ok(Err(Failure::NonFinite));
                 }
+                if rate >= 1.0 {
+                    if !self.is_rounding(size, system, trial, counters)? {
+                        return Ok(Err(Failure::NotConverged));
+                    }
+                    self.count_step(cost);
+                    return Ok(Ok(()));
+                }
+                let distance = self.distance_from_jacobian(trial, h);
+                self.contraction.measured(rate, distance, size <= NEGLIGIBLE);
+                let needed = iterations_needed(size, rate);
+                renew = match self.kept {
+                    _ if needed == 1.0 => false,
+                    Some(kept) if !is_fresh => kept.is_beaten_by(cost - 1.0 + needed),
+                    _ => needed > jacobian_cost + FRESH_ITERATIONS,
+                };
             }
+            if renew {
+                if let Err(failure) = self.evaluate_jacobian(system, trial, h, counters)? {
+                    return Ok(Err(failure));
+                }
+                self.kept = Some(Kept { weights: trial.weights, steps: 0.0, cost: 0.0 });
+                cost += jacobian_cost;
+                size = self.compute_increment();
+                measured_rate = None;
+                renew = false;
+                is_fresh = true;
+            }
+            if !size.is_finite() {
+                return Ok(Err(Failure::NonFinite));
+            }
+            let first_size = *first_size.get_or_insert(size);
             trial.subtract(&self.increment);
-            let is_measured = !rate.is_nan();
-            if !is_measured {
-                rate = self.contraction.predict(self.distance_from_jacobian(trial, h));
-            }
-            if is_rounding || size <= NEGLIGIBLE || remaining_error(size, rate) <= 1.0 {
-                if !is_measured {
-                    self.contraction.age();
+            let rate = match measured_rate {
+                Some(rate) => rate,
+                // A step that begins unlike the last one may be of another kind.
+                None if size <= SIMILAR * self.first_size => {
+                    self.contraction.bound(self.distance_from_jacobian(trial, h))
                 }
-                if let Some(kept) = &mut self.kept {
-                    kept.steps += 1.0;
-                    kept.cost += cost;
+                None => f64::INFINITY,
+            };
+            if size <= NEGLIGIBLE || remaining_error(size, rate) <= 1.0 {
+                if measured_rate.is_none() {
+                    self.contraction.not_measured();
                 }
+                self.first_size = first_size;
+                self.count_step(cost);
                 return Ok(Ok(()));
             }
-            last_size = size;
+            last_size = Some(size);
         }
         Ok(Err(Failure::NotConverged))
     }
 
-    /// Newton's method as in the textbook.
+    /// Whether a kept Jacobian is expected to be cheaper than a fresh one in a step that begins like the last one.
+    fn kept_jacobian_pays(&self, trial: &Trial, h: f64) -> bool {
+        self.kept.is_some_and(|kept| {
+            let iterations = |distance| iterations_needed(self.first_size, self.contraction.expect(distance));
+            let needed = iterations(self.distance_from_jacobian(trial, h));
+            self.first_size <= NEGLIGIBLE || needed <= iterations(0.0) || !kept.is_beaten_by(needed)
+        })
+    }
+
+    /// Counts a step that was solved with the kept Jacobian.
+    fn count_step(&mut self, cost: f64) {
+        if let Some(kept) = &mut self.kept {
+            kept.steps += 1.0;
+            kept.cost += cost;
+        }
+    }
+
+    /// Newton's method with a fresh Jacobian in every iteration, and increments that are shortened until the next one with
+    /// the same Jacobian would be smaller (restricted natural monotonicity test, Deuflhard 2011, section 3.3).
     fn with_fresh_jacobians<S: System + ?Sized>(
         &mut self,
         system: &mut S,
@@ -211,9 +258,8 @@ impl Corrector {
         h: f64,
         counters: &mut Counters,
     ) -> Result<Result<(), Failure>, Interrupted> {
-        let mut last_size = f64::NAN;
-        for _ in 0..MAX_ITERATIONS {
-            self.evaluate_residual(system, trial, counters)?;
+        self.evaluate_residual(system, trial, counters)?;
+        for _ in 0..MAX_FULL_ITERATIONS {
             if let Err(failure) = self.evaluate_jacobian(system, trial, h, counters)? {
                 return Ok(Err(failure));
             }
@@ -221,13 +267,34 @@ impl Corrector {
             if !size.is_finite() {
                 return Ok(Err(Failure::NonFinite));
             }
-            trial.subtract(&self.increment);
-            let rate = size / last_size;
-            let is_rounding = rate >= 1.0 && size <= 1.0 && last_size <= 1.0;
-            if is_rounding || size <= NEGLIGIBLE || remaining_error(size, rate) <= 1.0 {
+            self.start.copy_from_slice(&trial.a);
+            self.direction.copy_from_slice(&self.increment);
+            let mut length = 1.0;
+            let next_size = loop {
+                for (increment, direction) in self.increment.iter_mut().zip(&self.direction) {
+                    *increment = length * direction;
+                }
+                trial.set(&self.start);
+                trial.subtract(&self.increment);
+                if size <= NEGLIGIBLE {
+                    return Ok(Ok(()));
+                }
+                self.evaluate_residual(system, trial, counters)?;
+                let next_size = self.compute_increment();
+                if next_size <= (1.0 - 0.25 * length) * size {
+                    break next_size;
+                }
+                if length == 1.0 && self.is_rounding(next_size, system, trial, counters)? {
+                    return Ok(Ok(()));
+                }
+                length *= 0.5;
+                if length < SHORTEST_INCREMENT {
+                    return Ok(Err(Failure::NotConverged));
+                }
+            };
+            if length == 1.0 && remaining_error(size, next_size / size) <= 1.0 {
                 return Ok(Ok(()));
             }
-            last_size = size;
         }
         Ok(Err(Failure::NotConverged))
     }
@@ -251,9 +318,6 @@ impl Corrector {
         h: f64,
         counters: &mut Counters,
     ) -> Result<Result<(), Failure>, Interrupted> {
-        if !self.residual.iter().all(|r| r.is_finite()) {
-            return Ok(Err(Failure::NonFinite));
-        }
         self.jacobian.evaluate(system, trial, &self.residual, h, &mut self.matrix, counters)?;
         self.q_jacobian.copy_from_slice(&trial.q);
         self.v_jacobian.copy_from_slice(&trial.v);
@@ -265,14 +329,47 @@ impl Corrector {
         })
     }
 
-    /// Computes the next increment from the residual; returns its root mean square in units of what is tolerated, not finite
-    /// where the increment is not.
+    /// Computes the next increment from the residual; returns its size.
     fn compute_increment(&mut self) -> f64 {
         self.increment.copy_from_slice(&self.residual);
         self.lu.solve(&mut self.increment);
+        self.size_of_increment()
+    }
+
+    /// Root mean square of the increment in units of what is tolerated; not finite where the increment is not.
+    fn size_of_increment(&self) -> f64 {
         let sum: f64 =
             self.increment.iter().zip(&self.inverse_tolerance).map(|(d, w)| (d * w) * (d * w)).sum();
         (sum / self.increment.len().max(1) as f64).sqrt()
+    }
+
+    /// Whether increments of that size at `trial`, where the residual has been evaluated, are rounding errors. Overwrites the
+    /// increment.
+    fn is_rounding<S: System + ?Sized>(
+        &mut self,
+        size: f64,
+        system: &mut S,
+        trial: &Trial,
+        counters: &mut Counters,
+    ) -> Result<bool, Interrupted> {
+        let Trial { q, v, a, .. } = &mut self.perturbed;
+        for ((to, from), weight) in
+            [(q, &trial.q), (v, &trial.v), (a, &trial.a)].into_iter().zip(trial.weights)
+        {
+            for i in 0..to.len() {
+                // Both signs, so that no rigid motion hides the effect.
+                let rounding = if i % 2 == 0 { ROUNDING } else { -ROUNDING };
+                to[i] = from[i] + rounding * (from[i].abs() + weight * trial.a[i].abs());
+            }
+        }
+        let Trial { q, v, a, .. } = &self.perturbed;
+        system.residual(trial.t, q, v, a, &mut self.increment)?;
+        counters.nfev += 1;
+        for (change, residual) in self.increment.iter_mut().zip(&self.residual) {
+            *change -= residual;
+        }
+        self.lu.solve(&mut self.increment);
+        Ok(size <= ROUNDING_NOISE * self.size_of_increment())
     }
 
     /// How far displacements, and what velocities move in a step, are from where the Jacobian was evaluated.
@@ -285,11 +382,9 @@ impl Corrector {
         (displacement + h * h * velocity).sqrt()
     }
 
-    fn set_tolerances(&mut self, trial: &Trial, h: f64) {
-        let rounding = ROUNDING / (h * h);
+    fn set_tolerances(&mut self, trial: &Trial) {
         for i in 0..self.inverse_tolerance.len() {
-            let tolerance = SAFETY * (self.atol[i] + self.rtol[i] * trial.a[i].abs())
-                + rounding * (trial.q[i].abs() + h * trial.v[i].abs());
+            let tolerance = SAFETY * (self.atol[i] + self.rtol[i] * trial.a[i].abs());
             self.inverse_tolerance[i] = 1.0 / tolerance.max(f64::MIN_POSITIVE);
         }
     }

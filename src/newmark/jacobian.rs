@@ -3,8 +3,8 @@
 use super::trial::Trial;
 use super::{Counters, System};
 use crate::error::Interrupted;
-use crate::linalg::Matrix;
-use crate::roots::{self, Derivative, Differences};
+use crate::linalg::{Matrix, norm_inf};
+use crate::roots::{self, CENTRAL_INCREMENT, Derivative, Differences, FORWARD_INCREMENT};
 
 /// Jacobians of one kind, with memory for repeated use at one size.
 #[derive(Clone, Debug)]
@@ -14,9 +14,13 @@ pub(super) struct Jacobian {
     shifted: Trial,
     zeros: Vec<f64>,
     scale: Vec<f64>,
-    /// Smallest displacements that count: where the absolute tolerance takes over from the relative one.
+    /// Smallest sizes that count: where the absolute tolerance takes over from the relative one.
     smallest: Vec<f64>,
 }
+
+/// Differences change accelerations by at most this fraction of the largest one: equations that are not linear in them
+/// have a derivative there, too.
+const LARGEST_CHANGE: f64 = 0.1;
 
 impl Jacobian {
     pub(super) fn new(derivative: Derivative, rtol: &[f64], atol: &[f64]) -> Self {
@@ -44,8 +48,8 @@ impl Jacobian {
     /// `jacobian <- dr/da` at `trial`, where the residual is `residual`.
     ///
     /// Differences move the accelerations so that the displacements move by the usual fraction of their size (of
-    /// velocities or accelerations, where the scheme leaves displacements alone). That size is at least what the
-    /// coordinate moves within `h`, and `atol / rtol`.
+    /// velocities or accelerations, where the scheme leaves displacements alone), but not by more than [`LARGEST_CHANGE`].
+    /// The size of a displacement is at least what it moves within `h`; no size is below `atol / rtol`.
     pub(super) fn evaluate<S: System + ?Sized>(
         &mut self,
         system: &mut S,
@@ -69,9 +73,13 @@ impl Jacobian {
         } else {
             (h * h, 1.0)
         };
+        let increment =
+            if self.derivative == Derivative::Central { CENTRAL_INCREMENT } else { FORWARD_INCREMENT };
+        let largest_acceleration = norm_inf(&trial.a);
         for i in 0..n {
             let size = trial.q[i].abs().max(h * trial.v[i].abs()).max(h * h * trial.a[i].abs());
-            self.scale[i] = size.max(self.smallest[i]) / unit_of_time;
+            let largest = LARGEST_CHANGE * largest_acceleration.max(self.smallest[i]) * lead / increment;
+            self.scale[i] = (size.max(self.smallest[i]) / unit_of_time).min(largest);
         }
         let mut moved = Moved { system, trial, lead, shifted: &mut self.shifted, evaluations: 0 };
         moved.shifted.t = trial.t;

@@ -449,3 +449,61 @@ fn hermite(x: f64, h: f64, value: [f64; 2], derivative: [f64; 2]) -> f64 {
     y * y * ((1.0 + 2.0 * x) * value[0] + x * h * derivative[0])
         + x * x * ((1.0 + 2.0 * y) * value[1] - y * h * derivative[1])
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::newmark::{FreeMotion, Parameters};
+    use crate::pendulum::SpringPendulum;
+
+    /// A change of the step must not cost the methods with algorithmic accelerations their order.
+    #[test]
+    fn order_two_with_steps_that_change_all_the_time() {
+        let mut pendulum = SpringPendulum::new(1.0, 1.0, 10.0, 9.81).unwrap();
+        let mut angle_at_one = |scheme: Scheme, h: f64| {
+            let options = Options { scheme, rtol: 1e-12.into(), ..Options::new(h) };
+            let mut stepper = Stepper::new(2, (0.0, 1.0), &[-0.7, 0.5], &[0.0, 0.0], &options).unwrap();
+            let mut system = FreeMotion(&mut pendulum);
+            stepper.start(&mut system).unwrap();
+            for k in 0.. {
+                let step = if k % 3 == 0 { 0.25 * h } else { h };
+                let is_last = stepper.t() + step * (1.0 + ROUNDING_OF_STEPS) >= 1.0;
+                let t_new = if is_last { 1.0 } else { stepper.t() + step };
+                let step = t_new - stepper.t();
+                stepper.attempt(&mut system, t_new, step).unwrap().unwrap();
+                stepper.accept(t_new, step);
+                if is_last {
+                    break;
+                }
+            }
+            stepper.q()[0]
+        };
+        for name in ["newmark", "hht", "generalised_alpha"] {
+            let scheme = Scheme::by_name(name, &Parameters::default()).unwrap();
+            // Richardson: differences of successive halvings fall by a factor of 4.
+            let angles = [0, 1, 2, 3].map(|k| angle_at_one(scheme, 0.01 / f64::from(1 << k)));
+            for k in 0..2 {
+                let ratio = (angles[k] - angles[k + 1]) / (angles[k + 1] - angles[k + 2]);
+                assert!((ratio - 4.0).abs() < 0.4, "{name}: {ratio}");
+            }
+        }
+    }
+
+    #[test]
+    fn cubic_polynomials_are_interpolated_exactly() {
+        let (f, df) = (|x: f64| x * x * x - 2.0 * x + 1.0, |x: f64| 3.0 * x * x - 2.0);
+        let (start, h) = (0.5, 2.0);
+        for x in [0.0, 0.3, 0.5, 0.9, 1.0] {
+            let found = hermite(x, h, [f(start), f(start + h)], [df(start), df(start + h)]);
+            assert!((found - f(start + x * h)).abs() < 1e-14, "{x}");
+        }
+    }
+
+    #[test]
+    fn steps_are_counted_without_their_rounding() {
+        assert_eq!(number_of_steps(1.1, 0.1), 11);
+        assert_eq!(number_of_steps(1.100001, 0.1), 12);
+        assert_eq!(number_of_steps(1e300, 1e-300), usize::MAX);
+        assert_eq!(number_of_steps(0.0, 0.1), 0);
+    }
+}
