@@ -34,6 +34,8 @@ use crate::rod::{Pose, Rod, RodModel, STRAIN_NAMES, STRAINS, Segment};
 ///     Strain free of stress: torsion, bend_y, bend_z (radians per metre), stretch, shear_y, shear_z.
 /// shear_correction : float
 ///     Factor of the shear stiffness G A.
+/// nodes : int, optional
+///     Quadrature nodes, rounded up to a multiple of four; by default what the modes need for bends up to about half a turn.
 ///
 /// Raises
 /// ------
@@ -46,8 +48,8 @@ pub(crate) struct PySegment(pub(crate) Segment);
 #[pymethods]
 impl PySegment {
     #[new]
-    #[pyo3(signature = (length, radius, young_modulus, shear_modulus, density, modes, retardation_time=0.0, reference_strain=None, shear_correction=1.0),
-           text_signature = "(length, radius, young_modulus, shear_modulus, density, modes, retardation_time=0.0, reference_strain=(0, 0, 0, 1, 0, 0), shear_correction=1.0)")]
+    #[pyo3(signature = (length, radius, young_modulus, shear_modulus, density, modes, retardation_time=0.0, reference_strain=None, shear_correction=1.0, nodes=None),
+           text_signature = "(length, radius, young_modulus, shear_modulus, density, modes, retardation_time=0.0, reference_strain=(0, 0, 0, 1, 0, 0), shear_correction=1.0, nodes=None)")]
     #[allow(clippy::too_many_arguments, reason = "the signature of the Python class")]
     fn new(
         length: f64,
@@ -59,12 +61,14 @@ impl PySegment {
         retardation_time: f64,
         reference_strain: Option<&Bound<'_, PyAny>>,
         shear_correction: f64,
+        nodes: Option<usize>,
     ) -> PyResult<Self> {
         let mut segment = Segment {
             radius: radii(radius)?,
             modes: mode_numbers(modes)?,
             retardation_time,
             shear_correction,
+            nodes,
             ..Segment::straight(length, 0.0, young_modulus, shear_modulus, density)
         };
         if let Some(strain) = reference_strain {
@@ -132,6 +136,12 @@ impl PySegment {
         self.0.shear_correction
     }
 
+    /// Quadrature nodes asked for; None for what the modes need. `Rod.nodes` tells what is used.
+    #[getter]
+    fn nodes(&self) -> Option<usize> {
+        self.0.nodes
+    }
+
     fn __repr__(&self) -> String {
         let Segment { length, radius, young_modulus, shear_modulus, density, modes, .. } = &self.0;
         let modes: Vec<String> = STRAIN_NAMES
@@ -144,12 +154,13 @@ impl PySegment {
         format!(
             "Segment(length={length:?}, radius=({:?}, {:?}), young_modulus={young_modulus:?}, \
              shear_modulus={shear_modulus:?}, density={density:?}, modes={{{}}}, retardation_time={:?}, \
-             reference_strain=({a:?}, {b:?}, {c:?}, {d:?}, {e:?}, {f:?}), shear_correction={:?})",
+             reference_strain=({a:?}, {b:?}, {c:?}, {d:?}, {e:?}, {f:?}), shear_correction={:?}, nodes={})",
             radius[0],
             radius[1],
             modes.join(", "),
             self.0.retardation_time,
-            self.0.shear_correction
+            self.0.shear_correction,
+            self.0.nodes.map_or("None".to_string(), |nodes| nodes.to_string())
         )
     }
 
@@ -158,11 +169,33 @@ impl PySegment {
     fn __getnewargs__<'py>(
         &self,
         py: Python<'py>,
-    ) -> PyResult<(f64, (f64, f64), f64, f64, f64, Bound<'py, PyDict>, f64, Bound<'py, PyTuple>, f64)> {
+    ) -> PyResult<(
+        f64,
+        (f64, f64),
+        f64,
+        f64,
+        f64,
+        Bound<'py, PyDict>,
+        f64,
+        Bound<'py, PyTuple>,
+        f64,
+        Option<usize>,
+    )> {
         let Segment { length, young_modulus, shear_modulus, density, .. } = self.0;
         let (modes, strain) = (self.modes(py)?, self.reference_strain(py)?);
         let (time, correction) = (self.0.retardation_time, self.0.shear_correction);
-        Ok((length, self.radius(), young_modulus, shear_modulus, density, modes, time, strain, correction))
+        Ok((
+            length,
+            self.radius(),
+            young_modulus,
+            shear_modulus,
+            density,
+            modes,
+            time,
+            strain,
+            correction,
+            self.0.nodes,
+        ))
     }
 }
 

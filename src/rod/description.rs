@@ -14,6 +14,9 @@ pub const STRAIGHT: [f64; STRAINS] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0];
 /// Most modes of one strain component in one segment: beyond, Legendre modes cost conditioning and buy no accuracy.
 pub const MAX_MODES: usize = 64;
 
+/// Most quadrature nodes of one segment.
+pub const MAX_NODES: usize = 256;
+
 /// Most generalised coordinates of a rod: its dense Jacobian then takes 128 MiB.
 pub const MAX_COORDINATES: usize = 4096;
 
@@ -41,6 +44,9 @@ pub struct Segment {
     pub reference_strain: [f64; STRAINS],
     /// Shear correction factor k_s of the shear stiffness k_s G A.
     pub shear_correction: f64,
+    /// Quadrature nodes, rounded up to a multiple of four; `None` takes what the modes need for bends up to about half a
+    /// turn (`docs/rod.md`).
+    pub nodes: Option<usize>,
 }
 
 impl Segment {
@@ -56,6 +62,7 @@ impl Segment {
             retardation_time: 0.0,
             reference_strain: STRAIGHT,
             shear_correction: 1.0,
+            nodes: None,
         }
     }
 
@@ -106,6 +113,14 @@ impl Segment {
             );
         }
         check.positive(self.shear_correction, "shear_correction", "1 unless the section asks for less");
+        if let Some(nodes) = self.nodes {
+            check.require(
+                (1..=MAX_NODES).contains(&nodes),
+                "nodes",
+                nodes,
+                &format!("between 1 and {MAX_NODES} quadrature nodes, or none for what the modes need"),
+            );
+        }
         check.finish()
     }
 }

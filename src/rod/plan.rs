@@ -126,7 +126,8 @@ impl SegmentPlan {
     fn new(segment: &Segment, first: usize, first_pack: usize) -> Self {
         let degrees = segment.modes.iter().copied().max().unwrap_or(0);
         let is_tapered = segment.radius[0] != segment.radius[1];
-        let nodes = degrees + NODES_BEYOND_MODES + if is_tapered { NODES_FOR_TAPER } else { 0 };
+        let needed = degrees + NODES_BEYOND_MODES + if is_tapered { NODES_FOR_TAPER } else { 0 };
+        let nodes = segment.nodes.unwrap_or(needed);
         // Whole packs: the rounding up costs nothing and buys accuracy.
         let packs = nodes.div_ceil(LANES);
         let nodes = packs * LANES;

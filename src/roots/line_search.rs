@@ -40,7 +40,8 @@ impl Newton {
             tried = length;
             // phi(length) - phi(0) with phi = |R|^2 / 2, in units of |R|^2.
             let change = 0.5 * ((norm / residual_norm).powi(2) - 1.0);
-            if change <= -ARMIJO * length * promised {
+            // The first condition says more where the promise drowns in rounding.
+            if norm < residual_norm && change <= -ARMIJO * length * promised {
                 return Ok(Trial::Taken { norm, length });
             }
             let next = if change.is_finite() {

@@ -128,6 +128,7 @@ fn rod_segment(written: &Segment, i: usize, shape: &mut Shape) -> rod::Segment {
         retardation_time: written.retardation_time,
         reference_strain: written.reference_strain.unwrap_or(plain.reference_strain),
         shear_correction: written.shear_correction.unwrap_or(plain.shear_correction),
+        nodes: written.nodes,
         ..plain
     }
 }

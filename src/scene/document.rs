@@ -123,6 +123,9 @@ pub(super) struct Segment {
     /// Shear correction factor of the section. Default: 1.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(super) shear_correction: Option<f64>,
+    /// Quadrature nodes, rounded up to a multiple of four. Default: what the modes need for bends up to about half a turn.
+    #[schemars(range(min = 1))]
+    pub(super) nodes: Option<usize>,
 }
 
 /// A constant or linearly tapered radius.

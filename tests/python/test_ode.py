@@ -1,11 +1,9 @@
 """`solve_ivp` and the step-by-step solvers as their users meet them."""
 
-import doctest
 import inspect
 import operator
 import signal
 import threading
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -20,19 +18,6 @@ from reference import ode as reference
 METHODS = ["RK45", "DOP853", "Radau"]
 EXPLICIT = ["RK45", "DOP853"]
 CLASSES = [lissom.RK45, lissom.DOP853, lissom.Radau]
-
-
-# Documentation and tests share the examples.
-
-
-def test_the_examples_of_the_documentation():
-    page = Path(__file__).parents[2] / "docs" / "ode.md"
-    failed, attempted = doctest.testfile(str(page), module_relative=False)
-    assert (failed, attempted > 15) == (0, True)
-    for documented in (lissom.solve_ivp, lissom.RK45):
-        example = doctest.DocTestParser().get_doctest(documented.__doc__, {}, "example", None, None)
-        assert example.examples
-        assert doctest.DocTestRunner().run(example).failed == 0
 
 
 def decay(t, y):

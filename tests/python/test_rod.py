@@ -214,7 +214,7 @@ def parts(energy):
 
 
 def arguments_of(segment):
-    names = inspect.signature(lissom.Segment).parameters
+    names = inspect.signature(lissom.Segment).parameters.keys() - {"nodes"}
     return {name: getattr(segment, name) for name in names}
 
 
@@ -327,6 +327,20 @@ def test_rods_can_be_copied_and_pickled(duplicate):
     )
 
 
+def test_quadrature_nodes_may_be_chosen():
+    def rod(nodes):
+        return lissom.Rod([lissom.Segment(**(rich_segments()[0] | {"nodes": nodes}))])
+
+    assert rod(32).nodes == (32,)
+    assert rod(9).nodes == (12,)
+    states = random_states(rich_rod(), seed=3)
+    exact, default, coarse = (
+        rod(nodes).inverse_dynamics(*(state[: rod(nodes).n] for state in states)) for nodes in (64, None, 4)
+    )
+    assert_allclose(default, exact, rtol=0, atol=1e-7 * np.abs(exact).max())
+    assert np.abs(coarse - exact).max() > 1e-7 * np.abs(exact).max()
+
+
 def test_a_rod_tells_what_it_was_made_of():
     rod = rich_rod().lissom
     wanted = SimpleNamespace(**rich_segments()[0])
@@ -334,6 +348,7 @@ def test_a_rod_tells_what_it_was_made_of():
     assert arguments_of(segment) == vars(wanted)
     assert segment == lissom.Segment(**rich_segments()[0])
     assert segment != rod.segments[1]
+    assert segment.nodes is None
     assert rod.length == pytest.approx(1.35)
     assert rod.base_orientation == (0.8, 0.2, -0.4, 0.4)
     assert rod.tip_mass == 0.05

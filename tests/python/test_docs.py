@@ -1,0 +1,38 @@
+"""What the documentation shows is what happens."""
+
+import doctest
+import re
+from pathlib import Path
+
+import pytest
+
+import lissom
+
+ROOT = Path(__file__).parents[2]
+PAGES = sorted(ROOT.glob("docs/*.md"))
+PAGES_WITH_EXAMPLES = [page for page in PAGES if ">>>" in page.read_text()]
+DOCUMENTED = [name for name in lissom.__all__ if ">>>" in (getattr(lissom, name).__doc__ or "")]
+
+
+@pytest.mark.parametrize("page", PAGES_WITH_EXAMPLES, ids=lambda page: page.name)
+def test_examples_of_a_page(page):
+    assert doctest.testfile(str(page), module_relative=False).failed == 0
+
+
+@pytest.mark.parametrize("name", DOCUMENTED)
+def test_examples_of_a_docstring(name):
+    example = doctest.DocTestParser().get_doctest(getattr(lissom, name).__doc__, {}, name, None, None)
+    assert doctest.DocTestRunner().run(example).failed == 0
+
+
+def test_there_are_examples():
+    assert {"ode.md", "rod.md", "roots.md"} <= {page.name for page in PAGES_WITH_EXAMPLES}
+    assert {"root", "solve_ivp"} <= set(DOCUMENTED)
+
+
+@pytest.mark.parametrize(
+    "page", [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *PAGES], ids=lambda page: page.name
+)
+def test_links_lead_somewhere(page):
+    for target in re.findall(r"\]\((?!https?:|#)([^)#]+)", page.read_text()):
+        assert (page.parent / target).exists(), target
