@@ -413,8 +413,8 @@ fn a_linear_system_takes_one_iteration_a_step_and_one_jacobian() {
     let Counters { steps, nfev, njev, nlu, newton_iterations, .. } = found.counters;
     assert_eq!((steps, njev, nlu), (1000, 2, 2), "one Jacobian at the start, one for all steps");
     assert_eq!(nfev, newton_iterations);
-    // One step in sixteen measures the rate of convergence.
-    assert!(nfev <= 1080, "{nfev}");
+    // One step in sixteen measures the rate of convergence, and those that begin unlike the last one.
+    assert!(nfev <= 1130, "{nfev}");
 }
 
 #[test]
@@ -446,6 +446,32 @@ fn all_jacobians_find_the_same_motion_whether_kept_or_not() {
                     let error = found.iter().zip(&exact).fold(0.0_f64, |m, (x, y)| m.max((x - y).abs()));
                     assert!(error < 1e-5, "{derivative:?}, {predictor:?}, {reuse_jacobian}: {error:e}");
                 }
+            }
+        }
+    }
+}
+
+/// Neither a tolerance of zero nor forces that dwarf the inertia of the first guess may look like a singular mass matrix.
+#[test]
+fn the_size_of_accelerations_need_not_be_known() {
+    for derivative in [Derivative::Analytic, Derivative::Forward, Derivative::Central] {
+        for predictor in [Predictor::Best, Predictor::Zero] {
+            for (frequency, atol) in
+                [(2.0, 0.0), (2.0, 1e-9), (1e4, 0.0), (1e4, 1e-9), (1e8, 0.0), (1e8, 1e-9)]
+            {
+                let mut system = Linear::oscillator(frequency, 0.0);
+                let options =
+                    Options { derivative, predictor, atol: atol.into(), ..Options::new(0.1 / frequency) };
+                let t_end = 1.0 / frequency;
+                let found = scalar_run(&mut system, t_end, (1.0, 0.0), &options);
+                let what = format!("{derivative:?}, {predictor:?}, {frequency:e}, {atol:e}");
+                assert!(found.status.is_success(), "{what}: {}", found.message);
+                assert!((last(&found.q) - 1.0_f64.cos()).abs() < 1e-3, "{what}: {}", last(&found.q));
+                assert!(found.counters.njev <= 3, "{what}: {:?}", found.counters);
+                // At rest at the origin nothing tells any size.
+                let found = scalar_run(&mut system, t_end, (0.0, 0.0), &options);
+                assert!(found.status.is_success(), "{what}: {}", found.message);
+                assert_eq!(last(&found.q), 0.0, "{what}");
             }
         }
     }

@@ -29,8 +29,13 @@ const NEGLIGIBLE: f64 = 1e-3;
 const ROUNDING_NOISE: f64 = 8.0;
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
-/// A first increment up to that many times as large as in the last step makes the steps similar.
-const SIMILAR: f64 = 10.0;
+/// A first increment that differs from the one of the last step by up to that fraction of it makes the steps similar. A
+/// Jacobian that jumps (contact, dry friction) makes a larger difference.
+const SIMILAR: f64 = 0.5;
+
+/// Tolerances are not below that (without `atol`, where accelerations are guessed to be zero): the squares of increments in
+/// units of them must not overflow. Rounding then ends the iteration.
+const SMALLEST_TOLERANCE: f64 = 1e-100;
 
 /// Increments are not shortened to less than that (NLEQ1's default for highly nonlinear problems; Nowak and Weimann 1991).
 const SHORTEST_INCREMENT: f64 = 1e-4;
@@ -68,7 +73,9 @@ pub(super) struct Corrector {
     q_jacobian: Vec<f64>,
     v_jacobian: Vec<f64>,
     contraction: Contraction,
-    /// Size of the first increment of the last step.
+    /// The first increment of this step, of the last one, and its size.
+    first: Vec<f64>,
+    last_first: Vec<f64>,
     first_size: f64,
     residual: Vec<f64>,
     increment: Vec<f64>,
@@ -94,6 +101,8 @@ impl Corrector {
             q_jacobian: vec![0.0; n],
             v_jacobian: vec![0.0; n],
             contraction: Contraction::unknown(),
+            first: vec![0.0; n],
+            last_first: vec![0.0; n],
             first_size: f64::INFINITY,
             residual: vec![0.0; n],
             increment: vec![0.0; n],
@@ -116,8 +125,8 @@ impl Corrector {
         self.inverse_tolerance[coordinate]
     }
 
-    /// Finds the accelerations of `trial` at which the residual vanishes, starting from `guess`. `h` is the step size.
-    /// On failure the trial is left anywhere.
+    /// Finds the accelerations of `trial` at which the residual vanishes, starting from `guess`. `last` are those at the start
+    /// of the step: the larger ones of both tell what is tolerated. `h` is the step size. On failure the trial is left anywhere.
     ///
     /// The ladder: the kept Jacobian, one of this step, one in every iteration with increments that may be shortened, failure.
     pub(super) fn solve<S: System + ?Sized>(
@@ -125,11 +134,12 @@ impl Corrector {
         system: &mut S,
         trial: &mut Trial,
         guess: &[f64],
+        last: &[f64],
         h: f64,
         counters: &mut Counters,
     ) -> Result<Result<(), Failure>, Interrupted> {
         trial.set(guess);
-        self.set_tolerances(trial);
+        self.set_tolerances(guess, last);
         if self.kept.is_some_and(|kept| kept.weights == trial.weights) {
             if self.with_kept_jacobian(system, trial, h, counters)?.is_ok() {
                 return Ok(Ok(()));
@@ -165,7 +175,8 @@ impl Corrector {
         let mut is_fresh = false;
         // Size of the increment before with the same Jacobian.
         let mut last_size = None;
-        let mut first_size = None;
+        // Size of the first increment, and whether it is like that of the last step.
+        let mut first = None;
         for _ in 0..MAX_ITERATIONS {
             self.evaluate_residual(system, trial, counters)?;
             cost += 1.0;
@@ -209,14 +220,18 @@ impl Corrector {
             if !size.is_finite() {
                 return Ok(Err(Failure::NonFinite));
             }
-            let first_size = *first_size.get_or_insert(size);
+            let (first_size, is_similar) = match first {
+                Some(first) => first,
+                None => {
+                    self.first.copy_from_slice(&self.increment);
+                    *first.insert((size, self.is_similar_to_last_step()))
+                }
+            };
             trial.subtract(&self.increment);
             let rate = match measured_rate {
                 Some(rate) => rate,
                 // A step that begins unlike the last one may be of another kind.
-                None if size <= SIMILAR * self.first_size => {
-                    self.contraction.bound(self.distance_from_jacobian(trial, h))
-                }
+                None if is_similar => self.contraction.bound(self.distance_from_jacobian(trial, h)),
                 None => f64::INFINITY,
             };
             if size <= NEGLIGIBLE || remaining_error(size, rate) <= 1.0 {
@@ -224,12 +239,19 @@ impl Corrector {
                     self.contraction.not_measured();
                 }
                 self.first_size = first_size;
+                std::mem::swap(&mut self.first, &mut self.last_first);
                 self.count_step(cost);
                 return Ok(Ok(()));
             }
             last_size = Some(size);
         }
         Ok(Err(Failure::NotConverged))
+    }
+
+    /// Whether the first increment is nearly that of the last step, or both are tolerable.
+    fn is_similar_to_last_step(&self) -> bool {
+        let difference = self.size_of((0..self.first.len()).map(|i| self.first[i] - self.last_first[i]));
+        difference <= SIMILAR * self.first_size.max(1.0) && self.first_size.is_finite()
     }
 
     /// Whether a kept Jacobian is expected to be cheaper than a fresh one in a step that begins like the last one.
@@ -338,9 +360,12 @@ impl Corrector {
 
     /// Root mean square of the increment in units of what is tolerated; not finite where the increment is not.
     fn size_of_increment(&self) -> f64 {
-        let sum: f64 =
-            self.increment.iter().zip(&self.inverse_tolerance).map(|(d, w)| (d * w) * (d * w)).sum();
-        (sum / self.increment.len().max(1) as f64).sqrt()
+        self.size_of(self.increment.iter().copied())
+    }
+
+    fn size_of(&self, accelerations: impl Iterator<Item = f64>) -> f64 {
+        let sum: f64 = accelerations.zip(&self.inverse_tolerance).map(|(a, w)| (a * w) * (a * w)).sum();
+        (sum / self.inverse_tolerance.len().max(1) as f64).sqrt()
     }
 
     /// Whether increments of that size at `trial`, where the residual has been evaluated, are rounding errors. Overwrites the
@@ -382,10 +407,11 @@ impl Corrector {
         (displacement + h * h * velocity).sqrt()
     }
 
-    fn set_tolerances(&mut self, trial: &Trial) {
+    fn set_tolerances(&mut self, guess: &[f64], last: &[f64]) {
         for i in 0..self.inverse_tolerance.len() {
-            let tolerance = SAFETY * (self.atol[i] + self.rtol[i] * trial.a[i].abs());
-            self.inverse_tolerance[i] = 1.0 / tolerance.max(f64::MIN_POSITIVE);
+            let size = guess[i].abs().max(last[i].abs());
+            let tolerance = SAFETY * (self.atol[i] + self.rtol[i] * size);
+            self.inverse_tolerance[i] = 1.0 / tolerance.max(SMALLEST_TOLERANCE);
         }
     }
 }

@@ -22,6 +22,19 @@ pub(super) struct Jacobian {
 /// have a derivative there, too.
 const LARGEST_CHANGE: f64 = 0.1;
 
+/// The size of what is zero and has no absolute tolerance (MINPACK's choice in `fdjac1`).
+const SIZE_OF_ZERO: f64 = 1.0;
+
+/// Sizes below that, over the relative increment, would make increments that underflow.
+const SMALLEST_SIZE: f64 = 1e-290;
+
+/// Differences are repeated with larger increments while the residual changes by less than that fraction of its size,
+/// which is little more than its rounding: the 3/4th power of the rounding unit (Salane 1986).
+const VISIBLE_CHANGE: f64 = 1.8e-12;
+
+/// That often at most; increments then are larger by the square of the usual relative one.
+const ENLARGEMENTS: usize = 2;
+
 impl Jacobian {
     pub(super) fn new(derivative: Derivative, rtol: &[f64], atol: &[f64]) -> Self {
         let n = rtol.len();
@@ -32,7 +45,7 @@ impl Jacobian {
             shifted: Trial::new(memory),
             zeros: vec![0.0; memory],
             scale: vec![0.0; memory],
-            smallest: rtol.iter().zip(atol).map(|(r, a)| (a / r).max(f64::MIN_POSITIVE / r)).collect(),
+            smallest: rtol.iter().zip(atol).map(|(r, a)| a / r).collect(),
         }
     }
 
@@ -47,9 +60,10 @@ impl Jacobian {
 
     /// `jacobian <- dr/da` at `trial`, where the residual is `residual`.
     ///
-    /// Differences move the accelerations so that the displacements move by the usual fraction of their size (of
-    /// velocities or accelerations, where the scheme leaves displacements alone), but not by more than [`LARGEST_CHANGE`].
-    /// The size of a displacement is at least what it moves within `h`; no size is below `atol / rtol`.
+    /// Differences move the accelerations so that displacements, or velocities times `h`, move by the usual fraction of a
+    /// displacement's size, but not by more than [`LARGEST_CHANGE`].
+    /// The size of a displacement is at least what it moves within `h`; no size is below `atol / rtol`. Where forces are so
+    /// large that the residual hides the change, it is enlarged.
     pub(super) fn evaluate<S: System + ?Sized>(
         &mut self,
         system: &mut S,
@@ -63,41 +77,63 @@ impl Jacobian {
         if self.derivative == Derivative::Analytic {
             return system.tangent(trial.t, &trial.q, &trial.v, &trial.a, trial.weights, jacobian);
         }
-        let n = trial.a.len();
         let [wq, wv, _] = trial.weights;
-        // What moves by the usual fraction, and by how much it moves with the accelerations.
-        let (unit_of_time, lead) = if wq > 0.0 {
-            (1.0, wq)
-        } else if wv > 0.0 {
-            (h, wv)
-        } else {
-            (h * h, 1.0)
-        };
+        // How far displacements, or velocities times h, move with the accelerations.
+        let reach = wq.max(h * wv);
+        let reach = if reach > 0.0 { reach } else { h * h };
         let increment =
             if self.derivative == Derivative::Central { CENTRAL_INCREMENT } else { FORWARD_INCREMENT };
         let largest_acceleration = norm_inf(&trial.a);
-        for i in 0..n {
-            let size = trial.q[i].abs().max(h * trial.v[i].abs()).max(h * h * trial.a[i].abs());
-            let largest = LARGEST_CHANGE * largest_acceleration.max(self.smallest[i]) * lead / increment;
-            self.scale[i] = (size.max(self.smallest[i]) / unit_of_time).min(largest);
+        for i in 0..trial.a.len() {
+            let moved = trial.q[i].abs().max(h * trial.v[i].abs()).max(h * h * trial.a[i].abs());
+            let size = moved.max(self.smallest[i]);
+            let size = if size < SMALLEST_SIZE { SIZE_OF_ZERO } else { size };
+            // Accelerations of zero are a guess and say nothing about their size.
+            let largest = if largest_acceleration > 0.0 {
+                LARGEST_CHANGE * largest_acceleration.max(self.smallest[i]) / increment
+            } else {
+                f64::INFINITY
+            };
+            self.scale[i] = (size / reach).min(largest);
         }
-        let mut moved = Moved { system, trial, lead, shifted: &mut self.shifted, evaluations: 0 };
+        let visible = VISIBLE_CHANGE * norm_inf(residual);
+        let mut moved = Moved { system, trial, shifted: &mut self.shifted, evaluations: 0 };
         moved.shifted.t = trial.t;
-        let result = match self.derivative {
-            Derivative::Central => self.differences.central(&mut moved, &self.zeros, &self.scale, jacobian),
-            _ => self.differences.forward(&mut moved, &self.zeros, residual, &self.scale, jacobian),
-        };
+        let mut result = Ok(());
+        for _ in 0..=ENLARGEMENTS {
+            result = match self.derivative {
+                Derivative::Central => {
+                    self.differences.central(&mut moved, &self.zeros, &self.scale, jacobian)
+                }
+                _ => self.differences.forward(&mut moved, &self.zeros, residual, &self.scale, jacobian),
+            };
+            let is_lost = increment * largest_change(jacobian, &self.scale) < visible;
+            if result.is_err() || !is_lost {
+                break;
+            }
+            self.scale.iter_mut().for_each(|scale| *scale /= increment);
+        }
         counters.nfev_jacobian += moved.evaluations;
-        *jacobian *= lead;
         result
     }
 }
 
-/// The residual of a step as a function of how far its leading quantity has moved from a trial.
+/// The largest change of a residual whose unknowns move by `scale`, one at a time; infinite where it is not finite.
+fn largest_change(jacobian: &Matrix, scale: &[f64]) -> f64 {
+    let mut largest = 0.0_f64;
+    for (column, scale) in jacobian.column_iter().zip(scale) {
+        for entry in column.iter() {
+            let change = (entry * scale).abs();
+            largest = if change.is_finite() { largest.max(change) } else { f64::INFINITY };
+        }
+    }
+    largest
+}
+
+/// The residual of a step as a function of how far the accelerations have moved from a trial.
 struct Moved<'a, S: ?Sized> {
     system: &'a mut S,
     trial: &'a Trial,
-    lead: f64,
     shifted: &'a mut Trial,
     evaluations: usize,
 }
@@ -108,7 +144,7 @@ impl<S: System + ?Sized> roots::System for Moved<'_, S> {
     }
 
     fn residual(&mut self, x: &[f64], residual: &mut [f64]) -> Result<(), Interrupted> {
-        let [wq, wv, wa] = self.trial.weights.map(|weight| weight / self.lead);
+        let [wq, wv, wa] = self.trial.weights;
         for (i, x) in x.iter().enumerate() {
             self.shifted.q[i] = self.trial.q[i] + wq * x;
             self.shifted.v[i] = self.trial.v[i] + wv * x;

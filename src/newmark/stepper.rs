@@ -124,8 +124,8 @@ impl Stepper {
             trial.q_base.copy_from_slice(&self.q);
             trial.v_base.copy_from_slice(&self.v);
             self.guessed.fill(0.0);
-            let solved =
-                self.corrector.solve(system, trial, &self.guessed, self.options.dt, &mut self.counters)?;
+            let (guess, h) = (&self.guessed, self.options.dt);
+            let solved = self.corrector.solve(system, trial, guess, &self.a, h, &mut self.counters)?;
             self.corrector.forget_jacobian();
             match solved {
                 Ok(()) => self.a.copy_from_slice(&trial.a),
@@ -261,7 +261,7 @@ impl Stepper {
                 }
             }
         }
-        self.corrector.solve(system, trial, &self.guessed, h, &mut self.counters)
+        self.corrector.solve(system, trial, &self.guessed, &self.a, h, &mut self.counters)
     }
 
     /// Takes the trial as the new state.
@@ -386,7 +386,7 @@ impl Stepper {
             Status::NoInitialAcceleration(Failure::SingularJacobian) => format!(
                 "The accelerations at t = {t} could not be found: the mass matrix (the derivative of the residual with \
                  respect to them) is singular at the start. Change the initial state, give every coordinate a mass, or \
-                 give `a0`."
+                 give the accelerations (`a0` of `newmark`)."
             ),
             Status::NoInitialAcceleration(Failure::NonFinite) => format!(
                 "The accelerations at t = {t} could not be found: the residual or its derivative is NaN or infinite at \
@@ -394,7 +394,7 @@ impl Stepper {
             ),
             Status::NoInitialAcceleration(Failure::NotConverged) => format!(
                 "The accelerations at t = {t} could not be found: Newton's method did not converge from zero. Check the \
-                 Jacobian, loosen `atol` or `rtol`, or give `a0`."
+                 Jacobian, loosen `atol` or `rtol`, or give the accelerations (`a0` of `newmark`)."
             ),
             Status::StepFailed(Failure::NotConverged) => format!(
                 "Newton's method did not converge in the step from t = {t} (step size {h}); the result ends there. \

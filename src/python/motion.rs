@@ -280,21 +280,27 @@ pub(super) fn predictor(name: &str) -> PyResult<Predictor> {
 }
 
 /// Step sizes from the arguments `adaptive`, `max_step` and `min_step`.
-pub(super) fn step_size(adaptive: bool, max_step: f64, min_step: f64) -> PyResult<StepSize> {
+pub(super) fn step_size(adaptive: bool, max_step: Option<f64>, min_step: f64) -> PyResult<StepSize> {
     if adaptive {
-        return Ok(StepSize::Adaptive { max_step, min_step });
+        return Ok(StepSize::Adaptive { max_step: max_step.unwrap_or(f64::INFINITY), min_step });
     }
-    for (name, value, default) in [("max_step", max_step, f64::INFINITY), ("min_step", min_step, 0.0)] {
-        if value != default {
-            return Err(PyValueError::new_err(format!(
-                "{name}: got {value:?}, expected nothing: it is for adaptive steps (adaptive=True)"
-            )));
-        }
+    let given = [("max_step", max_step), ("min_step", Some(min_step).filter(|&min_step| min_step != 0.0))];
+    match given.into_iter().find_map(|(name, value)| Some((name, value?))) {
+        None => Ok(StepSize::Fixed),
+        Some((name, value)) => Err(PyValueError::new_err(format!(
+            "{name}: got {value:?}, expected nothing: it is for adaptive steps (adaptive=True)"
+        ))),
     }
-    Ok(StepSize::Fixed)
 }
 
 /// Times from the argument `t_eval`.
 pub(super) fn times(t_eval: Option<&Bound<'_, PyAny>>) -> PyResult<Option<Vec<f64>>> {
     t_eval.map(|times| convert::vector(times, "t_eval")).transpose()
+}
+
+/// The limit from the argument `max_steps`; none by default.
+pub(super) fn step_limit(max_steps: Option<i64>) -> PyResult<usize> {
+    let Some(limit) = max_steps else { return Ok(usize::MAX) };
+    usize::try_from(limit)
+        .map_err(|_| PyValueError::new_err(format!("max_steps: got {limit}, expected a number >= 0")))
 }

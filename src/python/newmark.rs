@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyString, PyTuple};
 
 use super::convert;
-use super::motion::{PyMotionResult, finish, predictor, scheme, step_size, times};
+use super::motion::{PyMotionResult, finish, predictor, scheme, step_limit, step_size, times};
 use super::ode::function::{matrix_of, read_vector};
 use super::ode::options::tolerance;
 use super::ode::system::{SharedRaised, unpack};
@@ -51,7 +51,7 @@ use crate::simulate::Simulation;
 ///     squared, respectively.
 /// adaptive : bool
 ///     Whether step sizes follow from an error estimate.
-/// max_step, min_step : float
+/// max_step, min_step : float, optional
 ///     Bounds of adaptive steps.
 /// max_steps : int, optional
 ///     Largest number of accepted steps; unlimited by default.
@@ -94,11 +94,11 @@ use crate::simulate::Simulation;
 #[pyo3(
     signature = (
         residual, t_span, q0, v0, *, dt, beta=0.25, gamma=0.5, jac=None, method="newmark", alpha=None, rho_inf=None,
-        rtol=None, atol=None, adaptive=false, max_step=f64::INFINITY, min_step=0.0, max_steps=None, t_eval=None,
+        rtol=None, atol=None, adaptive=false, max_step=None, min_step=0.0, max_steps=None, t_eval=None,
         a0=None, predictor="best", reuse_jacobian=true, args=None, callback=None
     ),
     text_signature = "(residual, t_span, q0, v0, *, dt, beta=0.25, gamma=0.5, jac='forward', method='newmark', \
-                      alpha=None, rho_inf=None, rtol=1e-06, atol=1e-09, adaptive=False, max_step=inf, min_step=0.0, \
+                      alpha=None, rho_inf=None, rtol=1e-06, atol=1e-09, adaptive=False, max_step=None, min_step=0.0, \
                       max_steps=None, t_eval=None, a0=None, predictor='best', reuse_jacobian=True, args=None, \
                       callback=None)"
 )]
@@ -119,9 +119,9 @@ pub(crate) fn newmark<'py>(
     rtol: Option<&Bound<'py, PyAny>>,
     atol: Option<&Bound<'py, PyAny>>,
     adaptive: bool,
-    max_step: f64,
+    max_step: Option<f64>,
     min_step: f64,
-    max_steps: Option<usize>,
+    max_steps: Option<i64>,
     t_eval: Option<&Bound<'py, PyAny>>,
     a0: Option<&Bound<'py, PyAny>>,
     predictor: &str,
@@ -150,7 +150,7 @@ pub(crate) fn newmark<'py>(
         predictor: self::predictor(predictor)?,
         reuse_jacobian,
         initial_acceleration: a0.map(|a0| convert::vector(a0, "a0")).transpose()?,
-        max_steps: max_steps.unwrap_or(usize::MAX),
+        max_steps: step_limit(max_steps)?,
         ..defaults
     };
     let t_eval = times(t_eval)?;

@@ -6,9 +6,9 @@ use pyo3::prelude::*;
 use super::callback::Raised;
 use super::convert;
 use super::model::PyModel;
-use super::motion::{PyMotionResult, Ticker, finish, predictor, scheme, step_size, times};
+use super::motion::{PyMotionResult, Ticker, finish, predictor, scheme, step_limit, step_size, times};
 use super::ode::options::tolerance;
-use crate::error::{Interrupted, InvalidInput};
+use crate::error::{Checker, Interrupted, InvalidInput};
 use crate::newmark;
 use crate::ode;
 use crate::roots::Derivative;
@@ -54,7 +54,7 @@ use crate::simulate::Method;
 /// adaptive : bool
 ///     Whether the Newmark family chooses its steps by an error estimate, beginning with `dt`. The other methods always
 ///     choose theirs.
-/// max_step, min_step : float
+/// max_step, min_step : float, optional
 ///     Bounds of adaptive steps, seconds.
 /// max_steps : int, optional
 ///     Largest number of accepted steps; unlimited by default.
@@ -88,11 +88,11 @@ use crate::simulate::Method;
     signature = (
         model, t_end, *, q0=None, v0=None, method="newmark", dt=1e-2, jac="analytic", rtol=None, atol=None,
         t_eval=None, progress=None, beta=0.25, gamma=0.5, alpha=None, rho_inf=None, adaptive=false,
-        max_step=f64::INFINITY, min_step=0.0, max_steps=None, predictor="best", reuse_jacobian=true
+        max_step=None, min_step=0.0, max_steps=None, predictor="best", reuse_jacobian=true
     ),
     text_signature = "(model, t_end, *, q0=None, v0=None, method='newmark', dt=0.01, jac='analytic', rtol=1e-06, \
                       atol=1e-09, t_eval=None, progress=None, beta=0.25, gamma=0.5, alpha=None, rho_inf=None, \
-                      adaptive=False, max_step=inf, min_step=0.0, max_steps=None, predictor='best', \
+                      adaptive=False, max_step=None, min_step=0.0, max_steps=None, predictor='best', \
                       reuse_jacobian=True)"
 )]
 #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python function")]
@@ -114,9 +114,9 @@ pub(crate) fn simulate<'py>(
     alpha: Option<f64>,
     rho_inf: Option<f64>,
     adaptive: bool,
-    max_step: f64,
+    max_step: Option<f64>,
     min_step: f64,
-    max_steps: Option<usize>,
+    max_steps: Option<i64>,
     predictor: &str,
     reuse_jacobian: bool,
 ) -> PyResult<PyMotionResult> {
@@ -139,7 +139,7 @@ pub(crate) fn simulate<'py>(
     let defaults = newmark::Options::new(dt);
     let rtol = rtol.map_or(Ok(defaults.rtol.clone()), |rtol| tolerance(rtol, "rtol"))?;
     let atol = atol.map_or(Ok(defaults.atol.clone()), |atol| tolerance(atol, "atol"))?;
-    let max_steps = max_steps.unwrap_or(usize::MAX);
+    let max_steps = step_limit(max_steps)?;
     let first_order = match method {
         "rk45" => Some(ode::Method::Rk45),
         "dop853" => Some(ode::Method::Dop853),
@@ -152,9 +152,9 @@ pub(crate) fn simulate<'py>(
             Method::FirstOrder {
                 options: ode::Options {
                     method: first_order,
-                    rtol: twice(rtol),
-                    atol: twice(atol),
-                    max_step,
+                    rtol: twice(rtol, n, "rtol")?,
+                    atol: twice(atol, n, "atol")?,
+                    max_step: max_step.unwrap_or(f64::INFINITY),
                     min_step,
                     max_steps,
                     ..ode::Options::default()
@@ -209,11 +209,12 @@ fn derivative(jac: &str) -> PyResult<Derivative> {
 }
 
 /// Tolerances of the coordinates as those of coordinates and velocities.
-fn twice(tolerance: ode::Tolerance) -> ode::Tolerance {
-    match tolerance {
-        ode::Tolerance::Each(values) => ode::Tolerance::Each([values.as_slice(), values.as_slice()].concat()),
-        same => same,
-    }
+fn twice(tolerance: ode::Tolerance, n: usize, name: &str) -> Result<ode::Tolerance, InvalidInput> {
+    let ode::Tolerance::Each(values) = tolerance else { return Ok(tolerance) };
+    let mut checker = Checker::new();
+    checker.length(&values, n, name);
+    checker.finish()?;
+    Ok(ode::Tolerance::Each([values.as_slice(), values.as_slice()].concat()))
 }
 
 fn refuse_newmark_options(
