@@ -2,7 +2,7 @@
 
 use lissom::linalg::Matrix;
 use lissom::model::{ForwardScratch, Model};
-use lissom::rod::{Rod, RodModel, Segment};
+use lissom::rod::{Kernel, Rod, RodModel, Segment};
 use proptest::prelude::*;
 
 fn lab_segment(modes: usize) -> Segment {
@@ -304,4 +304,110 @@ proptest! {
         }
         prop_assert!((r.x.cross(r.y).dot(r.z) - 1.0).abs() < 1e-14);
     }
+}
+
+/// Random rods that stay in a plane: bend about y or about z, stretch and shear in the plane, taper, curved reference, any
+/// base, loads in and out of the plane.
+fn planar_rods() -> impl Strategy<Value = Rod> {
+    let segment = (
+        (0.2..2.0, 0.005..0.03, 0.005..0.03, 0.0..0.1),
+        (0usize..6, 0usize..3, 0usize..3),
+        (-1.0..1.0, 0.9..1.1, -0.1..0.1),
+    );
+    let vector = || prop::array::uniform3(-3.0..3.0);
+    (any::<bool>(), prop::collection::vec(segment, 1..4), [vector(), vector(), vector(), vector()], 0.0..1.0)
+        .prop_map(|(about_y, segments, [axis, gravity, force, moment], tip_mass)| {
+            let [bend, shear] = if about_y { [1, 5] } else { [2, 4] };
+            let segments = segments.into_iter().map(|(body, modes, reference)| {
+                let (length, base, tip, retardation_time) = body;
+                let mut segment = Segment {
+                    radius: [base, tip],
+                    retardation_time,
+                    ..Segment::straight(length, base, 1e6, 4e5, 1000.0)
+                };
+                segment.modes[bend] = modes.0;
+                segment.modes[3] = modes.1;
+                segment.modes[shear] = modes.2;
+                segment.reference_strain[bend] = reference.0;
+                segment.reference_strain[3] = reference.1;
+                segment.reference_strain[shear] = reference.2;
+                segment
+            });
+            let [x, y, z]: [f64; 3] = axis;
+            let norm = (1.0 + x * x + y * y + z * z).sqrt();
+            Rod {
+                base_position: [0.5, -1.0, 2.0],
+                base_orientation: [1.0 / norm, x / norm, y / norm, z / norm],
+                gravity,
+                tip_force: force,
+                tip_moment: moment,
+                tip_mass,
+                ..Rod::new(segments.collect())
+            }
+        })
+}
+
+fn assert_equal_to_rounding(a: &[f64], b: &[f64], what: &str) {
+    let largest = a.iter().chain(b).fold(0.0, |m: f64, x| m.max(x.abs()));
+    for (i, (a, b)) in a.iter().zip(b).enumerate() {
+        assert!((a - b).abs() <= 1e-12 * largest, "{what} {i}: {a:e} in the plane, {b:e} in space");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 64, ..ProptestConfig::default() })]
+    #[test]
+    fn the_planar_kernel_agrees_with_the_spatial_one_to_rounding(rod in planar_rods(), phase in 0.0..6.0) {
+        let mut planar = RodModel::new(&rod).unwrap();
+        let mut spatial = RodModel::spatial(&rod).unwrap();
+        prop_assert_eq!((planar.kernel(), spatial.kernel()), (Kernel::Planar, Kernel::Spatial));
+        prop_assert_eq!(planar.nodes(), spatial.nodes());
+        let n = planar.n();
+        let (q, qd, qdd) = (state(n, 1.0, phase), state(n, 2.0, 1.0 + phase), state(n, 10.0, 2.0));
+        assert_equal_to_rounding(
+            &residual(&mut planar, [&q, &qd, &qdd]),
+            &residual(&mut spatial, [&q, &qd, &qdd]),
+            "force",
+        );
+        let [mut a, mut b] = [Matrix::zeros(n, n), Matrix::zeros(n, n)];
+        for weights in [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1e-4, 1e-2, 1.0]] {
+            planar.weighted_tangent(&q, &qd, &qdd, weights, &mut a);
+            spatial.weighted_tangent(&q, &qd, &qdd, weights, &mut b);
+            assert_equal_to_rounding(a.as_slice(), b.as_slice(), "tangent");
+        }
+        planar.mass_matrix(&q, &mut a);
+        spatial.mass_matrix(&q, &mut b);
+        assert_equal_to_rounding(a.as_slice(), b.as_slice(), "mass matrix");
+        let energies = |model: &mut RodModel| {
+            let energy = model.energy(&q, &qd);
+            [energy.kinetic, energy.elastic, energy.gravitational, energy.loads]
+        };
+        assert_equal_to_rounding(&energies(&mut planar), &energies(&mut spatial), "energy");
+        for x in [0.0, 0.1, 0.5 * rod.length(), rod.length()] {
+            let poses = [planar.pose(&q, x), spatial.pose(&q, x)];
+            let [a, b] = poses.map(|pose| {
+                let rotation = [pose.rotation.x, pose.rotation.y, pose.rotation.z].map(|axis| axis.to_array());
+                [rotation[0], rotation[1], rotation[2], pose.position.to_array()].concat()
+            });
+            assert_equal_to_rounding(&a, &b, "pose");
+        }
+    }
+}
+
+#[test]
+fn the_planar_kernel_is_taken_where_the_rod_stays_in_a_plane() {
+    let kernel = |modes, reference_strain| {
+        let segment = Segment { modes, reference_strain, ..Segment::straight(1.0, 0.01, 1e6, 4e5, 1000.0) };
+        let straight =
+            Segment { modes: [0, 1, 0, 0, 0, 0], ..Segment::straight(1.0, 0.01, 1e6, 4e5, 1000.0) };
+        RodModel::new(&Rod::new(vec![segment, straight])).unwrap().kernel()
+    };
+    let straight = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0];
+    assert_eq!(kernel([0, 3, 0, 2, 0, 1], straight), Kernel::Planar);
+    assert_eq!(kernel([0, 0, 0, 0, 0, 0], [0.0, 1.0, 0.0, 1.0, 0.0, 0.3]), Kernel::Planar);
+    // Torsion, two bends (here in different segments), shear out of the plane, a reference that twists.
+    assert_eq!(kernel([1, 3, 0, 0, 0, 0], straight), Kernel::Spatial);
+    assert_eq!(kernel([0, 0, 3, 0, 0, 0], straight), Kernel::Spatial);
+    assert_eq!(kernel([0, 3, 0, 0, 1, 0], straight), Kernel::Spatial);
+    assert_eq!(kernel([0, 3, 0, 0, 0, 0], [0.1, 0.0, 0.0, 1.0, 0.0, 0.0]), Kernel::Spatial);
 }

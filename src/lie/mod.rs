@@ -1,16 +1,24 @@
-//! SO(3) and SE(3): vectors, rotations, twists and wrenches.
+//! Rigid motions in space and in the plane: vectors, rotations, twists and wrenches.
 //!
-//! Everything is generic over a [`Scalar`]: `f64` for one point of a rod, [`Pack`] for several points at once.
-//! Twists are (angular; linear) and wrenches (moment; force), both seen from the origin of the inertial frame.
+//! Everything is generic over a [`Scalar`]: `f64` for one point of a rod, [`Pack`] for several points at once; what sweeps
+//! along a rod, over a [`Geometry`] as well. Twists are (angular; linear) and wrenches (moment; force), both seen from the
+//! origin of the inertial frame.
 
+mod geometry;
 mod pack;
+mod planar;
 mod rotation;
+mod sine_cosine;
+mod spatial;
 mod symmetric;
 mod twist;
 mod vector;
 
-pub use pack::{LANES, Pack, Packed, Scalar, weighted_sum};
+pub use geometry::{Cross, Geometry, SecondMoment, VectorSpace};
+pub use pack::{LANES, Pack, Scalar, weighted_sum};
+pub use planar::{Planar, Plane, PlaneRotation, PlaneVector, Turn};
 pub use rotation::{Quaternion, Rotation};
+pub use spatial::Spatial;
 pub use symmetric::Symmetric;
 pub use twist::{Twist, Wrench};
 pub use vector::Vector;

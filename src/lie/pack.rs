@@ -22,9 +22,9 @@ pub trait Scalar:
     fn sqrt(self) -> Self;
     /// One over every lane.
     fn reciprocal(self) -> Self;
-    /// Cosine and sine of every lane.
-    fn cos_sin(self) -> (Self, Self);
-    /// Largest lane.
+    /// Sine and cosine of every lane, one by one, for angles of any size.
+    fn slow_sine_cosine(self) -> (Self, Self);
+    /// Largest lane; NaN where a lane is NaN.
     fn largest(self) -> f64;
 }
 
@@ -42,8 +42,8 @@ impl Scalar for f64 {
         1.0 / self
     }
     #[inline(always)]
-    fn cos_sin(self) -> (Self, Self) {
-        (self.cos(), self.sin())
+    fn slow_sine_cosine(self) -> (Self, Self) {
+        self.sin_cos()
     }
     #[inline(always)]
     fn largest(self) -> f64 {
@@ -147,29 +147,31 @@ impl Scalar for Pack {
         self.map(|a| 1.0 / a)
     }
     #[inline(always)]
-    fn cos_sin(self) -> (Self, Self) {
-        (self.map(f64::cos), self.map(f64::sin))
+    fn slow_sine_cosine(self) -> (Self, Self) {
+        (self.map(f64::sin), self.map(f64::cos))
     }
     #[inline(always)]
     fn largest(self) -> f64 {
-        self.0.iter().fold(f64::NEG_INFINITY, |m, &a| m.max(a))
+        let [a, b, c, d] = self.0;
+        let larger = |a: f64, b: f64| if a > b || a.is_nan() { a } else { b };
+        larger(larger(a, b), larger(c, d))
     }
 }
 
-/// Vector quantities at [`LANES`] points, of which integrals are weighted sums.
-pub trait Packed: Copy + AddAssign + Mul<Pack, Output = Self> {
-    /// What stands in `lane`, in every lane.
-    fn broadcast(&self, lane: usize) -> Self;
-}
-
 /// `start + sum_l weights[l] values_l`, where `values_l` is the quantity in lane `l` counted through all packs:
-/// with the rows of an integration matrix as weights, the integral up to [`LANES`] nodes at once.
+/// with the rows of an integration matrix as weights, the integral up to [`LANES`] nodes at once. `broadcast` puts what
+/// stands in one lane into every lane.
 #[inline(always)]
-pub fn weighted_sum<V: Packed>(start: V, weights: &[Pack], values: &[V]) -> V {
+pub fn weighted_sum<V: Copy + AddAssign + Mul<Pack, Output = V>>(
+    start: V,
+    weights: &[Pack],
+    values: &[V],
+    broadcast: impl Fn(&V, usize) -> V,
+) -> V {
     let mut sum = start;
     for (weights, value) in weights.chunks_exact(LANES).zip(values) {
         for (lane, &weight) in weights.iter().enumerate() {
-            sum += value.broadcast(lane) * weight;
+            sum += broadcast(value, lane) * weight;
         }
     }
     sum

@@ -1,5 +1,6 @@
 //! Rotations: unit quaternions to compose them, matrices to apply them.
 
+use super::sine_cosine::sine_cosine;
 use super::{Pack, Scalar, Vector};
 
 /// A unit quaternion (w, x, y, z) that turns body axes into world axes.
@@ -54,7 +55,7 @@ impl<T: Scalar> Quaternion<T> {
         } else {
             // Lanes with a vanishing angle divide by at least this; their rotation vector is as small.
             let half_angle = (squared_half_angle + T::splat(f64::MIN_POSITIVE)).sqrt();
-            let (cosine, sine) = half_angle.cos_sin();
+            let (sine, cosine) = sine_cosine(half_angle);
             (cosine, sine * half_angle.reciprocal())
         };
         Self { w: cosine, v: omega * (sine_over_angle * 0.5) }

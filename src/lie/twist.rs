@@ -1,34 +1,28 @@
-//! Twists and wrenches: se(3) and its dual.
+//! Twists and wrenches: se(3) or se(2), and its dual.
 
 use std::ops::{Add, AddAssign, Mul, Neg, Sub};
 
-use super::{Pack, Packed, Scalar, Vector};
+use super::{Cross, Geometry, Pack, Scalar, VectorSpace};
 
-/// A velocity-like element of se(3): (angular; linear).
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Twist<T> {
+/// A velocity-like element of the Lie algebra: (angular; linear).
+#[derive(Clone, Copy, Debug)]
+pub struct Twist<G: Geometry, T: Scalar> {
     /// Angular part.
-    pub angular: Vector<T>,
+    pub angular: G::Axial<T>,
     /// Linear part, of the point of the body that passes the origin.
-    pub linear: Vector<T>,
+    pub linear: G::Vector<T>,
 }
 
-/// A force-like element of the dual of se(3): (moment; force).
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Wrench<T> {
+/// A force-like element of its dual: (moment; force).
+#[derive(Clone, Copy, Debug)]
+pub struct Wrench<G: Geometry, T: Scalar> {
     /// Moment about the origin.
-    pub moment: Vector<T>,
+    pub moment: G::Axial<T>,
     /// Force.
-    pub force: Vector<T>,
+    pub force: G::Vector<T>,
 }
 
-impl<T: Scalar> Twist<T> {
-    /// The zero twist.
-    #[inline(always)]
-    pub fn zero() -> Self {
-        Self { angular: Vector::zero(), linear: Vector::zero() }
-    }
-
+impl<G: Geometry, T: Scalar> Twist<G, T> {
     /// Lie bracket: `ad_self other`.
     #[inline(always)]
     pub fn bracket(self, other: Self) -> Self {
@@ -40,7 +34,7 @@ impl<T: Scalar> Twist<T> {
 
     /// The adjoint of the bracket on wrenches: `ad_self^T wrench`.
     #[inline(always)]
-    pub fn bracket_transposed(self, wrench: Wrench<T>) -> Wrench<T> {
+    pub fn bracket_transposed(self, wrench: Wrench<G, T>) -> Wrench<G, T> {
         Wrench {
             moment: wrench.moment.cross(self.angular) + wrench.force.cross(self.linear),
             force: wrench.force.cross(self.angular),
@@ -49,22 +43,38 @@ impl<T: Scalar> Twist<T> {
 
     /// Power of a wrench on this twist.
     #[inline(always)]
-    pub fn dot(self, wrench: Wrench<T>) -> T {
+    pub fn dot(self, wrench: Wrench<G, T>) -> T {
         self.angular.dot(wrench.moment) + self.linear.dot(wrench.force)
-    }
-}
-
-impl<T: Scalar> Wrench<T> {
-    /// The zero wrench.
-    #[inline(always)]
-    pub fn zero() -> Self {
-        Self { moment: Vector::zero(), force: Vector::zero() }
     }
 }
 
 macro_rules! linear_operations {
     ($name:ident, $first:ident, $second:ident) => {
-        impl<T: Scalar> Add for $name<T> {
+        impl<G: Geometry, T: Scalar> $name<G, T> {
+            /// Zero.
+            #[inline(always)]
+            pub fn zero() -> Self {
+                Self { $first: VectorSpace::zero(), $second: VectorSpace::zero() }
+            }
+
+            /// Applies a function to every component.
+            #[inline(always)]
+            pub fn map<U: Scalar>(&self, f: impl Fn(&T) -> U) -> $name<G, U> {
+                $name { $first: G::map_axial(&self.$first, &f), $second: G::map_vector(&self.$second, &f) }
+            }
+
+            /// A component, the angular ones first.
+            #[inline(always)]
+            pub fn component_mut(&mut self, index: usize) -> &mut T {
+                if index < G::ANGULAR {
+                    G::axial_component(&mut self.$first, index)
+                } else {
+                    G::vector_component(&mut self.$second, index - G::ANGULAR)
+                }
+            }
+        }
+
+        impl<G: Geometry, T: Scalar> Add for $name<G, T> {
             type Output = Self;
             #[inline(always)]
             fn add(self, other: Self) -> Self {
@@ -72,14 +82,14 @@ macro_rules! linear_operations {
             }
         }
 
-        impl<T: Scalar> AddAssign for $name<T> {
+        impl<G: Geometry, T: Scalar> AddAssign for $name<G, T> {
             #[inline(always)]
             fn add_assign(&mut self, other: Self) {
                 *self = *self + other;
             }
         }
 
-        impl<T: Scalar> Sub for $name<T> {
+        impl<G: Geometry, T: Scalar> Sub for $name<G, T> {
             type Output = Self;
             #[inline(always)]
             fn sub(self, other: Self) -> Self {
@@ -87,7 +97,7 @@ macro_rules! linear_operations {
             }
         }
 
-        impl<T: Scalar> Neg for $name<T> {
+        impl<G: Geometry, T: Scalar> Neg for $name<G, T> {
             type Output = Self;
             #[inline(always)]
             fn neg(self) -> Self {
@@ -95,7 +105,7 @@ macro_rules! linear_operations {
             }
         }
 
-        impl<T: Scalar> Mul<T> for $name<T> {
+        impl<G: Geometry, T: Scalar> Mul<T> for $name<G, T> {
             type Output = Self;
             #[inline(always)]
             fn mul(self, factor: T) -> Self {
@@ -103,46 +113,25 @@ macro_rules! linear_operations {
             }
         }
 
-        impl $name<f64> {
-            /// The six components in an array.
-            pub fn to_array(self) -> [f64; 6] {
-                let ([a, b, c], [d, e, f]) = (self.$first.to_array(), self.$second.to_array());
-                [a, b, c, d, e, f]
-            }
-
-            /// From its six components.
-            pub fn from_array([a, b, c, d, e, f]: [f64; 6]) -> Self {
-                Self { $first: [a, b, c].into(), $second: [d, e, f].into() }
-            }
-
+        impl<G: Geometry> $name<G, f64> {
             /// The same in every lane.
             #[inline(always)]
-            pub fn splat(self) -> $name<Pack> {
-                $name {
-                    $first: Vector::splat(self.$first.to_array()),
-                    $second: Vector::splat(self.$second.to_array()),
-                }
+            pub fn splat(self) -> $name<G, Pack> {
+                self.map(|&component| Pack::splat(component))
             }
         }
 
-        impl Packed for $name<Pack> {
+        impl<G: Geometry> $name<G, Pack> {
+            /// What stands in one lane, in every lane.
             #[inline(always)]
-            fn broadcast(&self, lane: usize) -> Self {
-                Self { $first: self.$first.broadcast(lane), $second: self.$second.broadcast(lane) }
-            }
-        }
-
-        impl $name<Pack> {
-            /// What stands in one lane.
-            #[inline(always)]
-            pub fn lane(&self, lane: usize) -> $name<f64> {
-                $name { $first: self.$first.lane(lane), $second: self.$second.lane(lane) }
+            pub fn broadcast(&self, lane: usize) -> Self {
+                self.map(|pack| Pack::splat(pack.0[lane]))
             }
 
             /// The sum over the lanes.
             #[inline(always)]
-            pub fn sum(self) -> $name<f64> {
-                $name { $first: self.$first.sum(), $second: self.$second.sum() }
+            pub fn sum(self) -> $name<G, f64> {
+                self.map(|pack| pack.sum())
             }
         }
     };

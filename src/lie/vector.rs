@@ -2,7 +2,7 @@
 
 use std::ops::{Add, AddAssign, Mul, Neg, Sub};
 
-use super::{Pack, Packed, Scalar};
+use super::{Pack, Scalar};
 
 /// A vector of space.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -40,6 +40,16 @@ impl<T: Scalar> Vector<T> {
             self.z * other.x - self.x * other.z,
             self.x * other.y - self.y * other.x,
         )
+    }
+
+    /// Component 0, 1 or 2.
+    #[inline(always)]
+    pub fn component_mut(&mut self, index: usize) -> &mut T {
+        match index {
+            0 => &mut self.x,
+            1 => &mut self.y,
+            _ => &mut self.z,
+        }
     }
 
     /// Scalar product.
@@ -81,13 +91,6 @@ impl Vector<Pack> {
         self.x.0[lane] = v.x;
         self.y.0[lane] = v.y;
         self.z.0[lane] = v.z;
-    }
-}
-
-impl Packed for Vector<Pack> {
-    #[inline(always)]
-    fn broadcast(&self, lane: usize) -> Self {
-        Self::splat(self.lane(lane).to_array())
     }
 }
 

@@ -359,7 +359,7 @@ impl PyRod {
     #[getter]
     fn nodes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
         let kinematics = self.kinematics.lock().unwrap_or_else(PoisonError::into_inner);
-        PyTuple::new(py, kinematics.plan().nodes())
+        PyTuple::new(py, kinematics.nodes())
     }
 
     /// Poses of sections.

@@ -11,9 +11,34 @@ pub fn legendre(x: f64, values: &mut [f64]) {
     }
 }
 
+/// Writes the integrals of `P_0 .. P_{values.len()-1}` from 0 to `x` (shifted):
+/// `int P_k = (P_{k+1} - P_{k-1}) / (2 (2k + 1))`, and `int P_0 = x`.
+pub(super) fn integrals(x: f64, values: &mut [f64]) {
+    let mut polynomials = vec![0.0; values.len() + 1];
+    legendre(x, &mut polynomials);
+    for (k, value) in values.iter_mut().enumerate() {
+        *value = match k {
+            0 => x,
+            _ => (polynomials[k + 1] - polynomials[k - 1]) / (2.0 * (2.0 * k as f64 + 1.0)),
+        };
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn integrals_of_known_polynomials() {
+        for x in [0.0, 0.2, 0.5, 1.0] {
+            let mut values = [0.0; 3];
+            integrals(x, &mut values);
+            let wanted = [x, x * x - x, 2.0 * x.powi(3) - 3.0 * x * x + x];
+            for (value, wanted) in values.iter().zip(wanted) {
+                assert!((value - wanted).abs() < 1e-15, "{value} is not {wanted} at {x}");
+            }
+        }
+    }
 
     #[test]
     fn known_polynomials() {

@@ -2,12 +2,13 @@
 
 use super::inertia;
 use super::plan::Plan;
+use super::turning::Turning;
 use super::workspace::Workspace;
-use crate::lie::Pack;
+use crate::lie::{Pack, VectorSpace};
 use crate::model::Energy;
 
 /// Energies with the motion of (q, qd) up to date.
-pub(super) fn energy(plan: &Plan, work: &Workspace, q: &[f64]) -> Energy {
+pub(super) fn energy<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, q: &[f64]) -> Energy {
     let mut energy = Energy { elastic: 0.5 * quadratic_form(plan, q, |_| 1.0), ..Energy::default() };
     let mut twice_kinetic = Pack::ZERO;
     for segment in &plan.segments {
@@ -16,27 +17,29 @@ pub(super) fn energy(plan: &Plan, work: &Workspace, q: &[f64]) -> Energy {
             let weight = segment.weights[pack];
             twice_kinetic += work.velocity[node].dot(work.momentum[node]) * weight;
             let mass = (segment.mass[pack] * weight).sum();
-            let moment = (work.position[node] * (segment.mass[pack] * weight)).sum();
-            energy.gravitational -= plan.gravity.dot(moment + plan.base_position * mass);
+            let moment =
+                G::map_vector(&(work.position[node] * (segment.mass[pack] * weight)), |pack: &Pack| {
+                    pack.sum()
+                });
+            energy.gravitational += mass * plan.gravity_potential - plan.gravity.dot(moment);
         }
     }
     let tip = &work.stations[plan.segments.len()];
-    let position = plan.base_position + tip.position;
     let mut kinetic = 0.5 * twice_kinetic.sum();
     if plan.tip_mass > 0.0 {
         kinetic += 0.5 * tip.velocity.dot(inertia::of_tip(plan, work).momentum(tip.velocity));
-        energy.gravitational -= plan.tip_mass * plan.gravity.dot(position);
+        energy.gravitational += plan.tip_mass * (plan.gravity_potential - plan.gravity.dot(tip.position));
     }
-    Energy { kinetic, loads: -plan.tip_force.dot(position), ..energy }
+    Energy { kinetic, loads: plan.load_potential - plan.tip_force.dot(tip.position), ..energy }
 }
 
 /// Power of Kelvin-Voigt damping, `qd D qd`.
-pub(super) fn dissipated_power(plan: &Plan, qd: &[f64]) -> f64 {
+pub(super) fn dissipated_power<G: Turning>(plan: &Plan<G>, qd: &[f64]) -> f64 {
     quadratic_form(plan, qd, |retardation_time| retardation_time)
 }
 
 /// `sum_segments factor(mu) x K x`.
-fn quadratic_form(plan: &Plan, x: &[f64], factor: impl Fn(f64) -> f64) -> f64 {
+fn quadratic_form<G: Turning>(plan: &Plan<G>, x: &[f64], factor: impl Fn(f64) -> f64) -> f64 {
     let mut total = 0.0;
     for segment in &plan.segments {
         let factor = factor(segment.retardation_time);

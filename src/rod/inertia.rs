@@ -2,61 +2,61 @@
 //! lies behind a place.
 
 use super::plan::{Plan, SegmentPlan};
+use super::turning::Turning;
 use super::workspace::Workspace;
-use crate::lie::{Pack, Scalar, Symmetric, Twist, Vector, Wrench};
+use crate::lie::{Cross, Geometry, Pack, Scalar, SecondMoment, Twist, VectorSpace, Wrench};
 
 /// Inertia per length of a circular section.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct SectionInertia<T> {
+pub(super) struct SectionInertia<G: Geometry, T: Scalar> {
     pub(super) mass: T,
     /// About a diameter; about the axis it is twice that, as for every circle.
     pub(super) rotary: T,
-    pub(super) axis: Vector<T>,
-    pub(super) position: Vector<T>,
+    pub(super) axis: G::Vector<T>,
+    pub(super) position: G::Vector<T>,
 }
 
-impl<T: Scalar> SectionInertia<T> {
+impl<G: Geometry, T: Scalar> SectionInertia<G, T> {
     /// Momentum of a twist, `N V`.
     #[inline(always)]
-    pub(super) fn momentum(&self, twist: Twist<T>) -> Wrench<T> {
+    pub(super) fn momentum(&self, twist: Twist<G, T>) -> Wrench<G, T> {
         let Twist { angular, linear } = twist;
         let momentum = (linear + angular.cross(self.position)) * self.mass;
-        let spin = (angular + self.axis * self.axis.dot(angular)) * self.rotary;
+        let spin = G::spin(self.rotary, self.axis, angular);
         Wrench { moment: spin + self.position.cross(momentum), force: momentum }
     }
 
     /// The same inertia, times `weight`, as one that can be added to others.
     #[inline(always)]
-    pub(super) fn weighted(&self, weight: T) -> Inertia<T> {
+    pub(super) fn weighted(&self, weight: T) -> Inertia<G, T> {
         let (mass, rotary) = (self.mass * weight, self.rotary * weight);
-        let first_moment = self.position * mass;
-        let second_moment = Symmetric::diagonal(rotary + self.position.dot(first_moment))
-            + Symmetric::square(self.axis) * rotary
-            - Symmetric::square(self.position) * mass;
-        Inertia { mass, first_moment, second_moment }
+        Inertia {
+            mass,
+            first_moment: self.position * mass,
+            second_moment: G::section(mass, rotary, self.axis, self.position),
+        }
     }
 }
 
 /// Any inertia: mass, first moment (mass times position of the centre) and second moment about the origin.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Inertia<T> {
+pub(super) struct Inertia<G: Geometry, T: Scalar> {
     pub(super) mass: T,
-    pub(super) first_moment: Vector<T>,
-    pub(super) second_moment: Symmetric<T>,
+    pub(super) first_moment: G::Vector<T>,
+    pub(super) second_moment: G::SecondMoment<T>,
 }
 
-impl<T: Scalar> Inertia<T> {
+impl<G: Geometry, T: Scalar> Inertia<G, T> {
     #[inline(always)]
     pub(super) fn zero() -> Self {
-        let zero = T::splat(0.0);
-        Self { mass: zero, first_moment: Vector::zero(), second_moment: Symmetric::diagonal(zero) }
+        Self { mass: T::splat(0.0), first_moment: VectorSpace::zero(), second_moment: SecondMoment::zero() }
     }
 
     /// `N z`.
     #[inline(always)]
-    pub(super) fn momentum(&self, z: Twist<T>) -> Wrench<T> {
+    pub(super) fn momentum(&self, z: Twist<G, T>) -> Wrench<G, T> {
         Wrench {
-            moment: self.second_moment.times(z.angular) + self.first_moment.cross(z.linear),
+            moment: G::angular_momentum(&self.second_moment, z.angular) + self.first_moment.cross(z.linear),
             force: z.linear * self.mass + z.angular.cross(self.first_moment),
         }
     }
@@ -69,14 +69,14 @@ impl<T: Scalar> Inertia<T> {
     }
 }
 
-impl Inertia<Pack> {
+impl<G: Geometry> Inertia<G, Pack> {
     /// The sum over the lanes.
     #[inline(always)]
-    pub(super) fn sum(self) -> Inertia<f64> {
+    pub(super) fn sum(self) -> Inertia<G, f64> {
         Inertia {
             mass: self.mass.sum(),
-            first_moment: self.first_moment.sum(),
-            second_moment: self.second_moment.sum(),
+            first_moment: G::map_vector(&self.first_moment, |pack: &Pack| pack.sum()),
+            second_moment: G::map_second_moment(&self.second_moment, |pack: &Pack| pack.sum()),
         }
     }
 }
@@ -86,43 +86,41 @@ impl Inertia<Pack> {
 /// belongs to the linear part of Y cancels, and `C Y = (B y - h x y; -2 l x y)` with the angular part y of Y and
 /// `B = -(J [w] + (J [w])^T) - (c v^T + v c^T) + 2 (c . v) 1`.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Gyroscope<T> {
-    symmetric: Symmetric<T>,
-    momentum: Wrench<T>,
+pub(super) struct Gyroscope<G: Geometry, T: Scalar> {
+    symmetric: G::SecondMoment<T>,
+    momentum: Wrench<G, T>,
 }
 
-impl<T: Scalar> Gyroscope<T> {
+impl<G: Geometry, T: Scalar> Gyroscope<G, T> {
     #[inline(always)]
     pub(super) fn zero() -> Self {
-        Self { symmetric: Symmetric::diagonal(T::splat(0.0)), momentum: Wrench::zero() }
+        Self { symmetric: SecondMoment::zero(), momentum: Wrench::zero() }
     }
 
     /// Of a body with this inertia, velocity and momentum.
     #[inline(always)]
-    pub(super) fn new(inertia: &Inertia<T>, velocity: Twist<T>, momentum: Wrench<T>) -> Self {
+    pub(super) fn new(inertia: &Inertia<G, T>, velocity: Twist<G, T>, momentum: Wrench<G, T>) -> Self {
         let Twist { angular, linear } = velocity;
-        let turned = inertia.second_moment.rows().map(|row| row.cross(angular));
-        let overlap = inertia.first_moment.dot(linear);
-        let symmetric = Symmetric::diagonal(overlap + overlap)
-            - Symmetric::sum_with_transpose(turned)
-            - Symmetric::product(inertia.first_moment, linear);
+        let symmetric = G::gyroscopic(&inertia.second_moment, inertia.first_moment, angular, linear);
         Self { symmetric, momentum }
     }
 
     /// `C Y`, given the angular part of Y.
     #[inline(always)]
-    pub(super) fn times(&self, y: Vector<T>) -> Wrench<T> {
+    pub(super) fn times(&self, y: G::Axial<T>) -> Wrench<G, T> {
         Wrench {
-            moment: self.symmetric.times(y) + y.cross(self.momentum.moment),
+            moment: G::angular_momentum(&self.symmetric, y) + y.cross(self.momentum.moment),
             force: y.cross(self.momentum.force + self.momentum.force),
         }
     }
 
     /// `C^T psi`: its linear part is zero, this is the angular part.
     #[inline(always)]
-    pub(super) fn transposed_times(&self, psi: Twist<T>) -> Vector<T> {
+    pub(super) fn transposed_times(&self, psi: Twist<G, T>) -> G::Axial<T> {
         let force = self.momentum.force + self.momentum.force;
-        self.symmetric.times(psi.angular) + self.momentum.moment.cross(psi.angular) + force.cross(psi.linear)
+        G::angular_momentum(&self.symmetric, psi.angular)
+            + self.momentum.moment.cross(psi.angular)
+            + force.cross(psi.linear)
     }
 
     #[inline(always)]
@@ -132,29 +130,37 @@ impl<T: Scalar> Gyroscope<T> {
     }
 }
 
-impl Gyroscope<Pack> {
+impl<G: Geometry> Gyroscope<G, Pack> {
     /// The sum over the lanes.
     #[inline(always)]
-    pub(super) fn sum(self) -> Gyroscope<f64> {
-        Gyroscope { symmetric: self.symmetric.sum(), momentum: self.momentum.sum() }
+    pub(super) fn sum(self) -> Gyroscope<G, f64> {
+        Gyroscope {
+            symmetric: G::map_second_moment(&self.symmetric, |pack: &Pack| pack.sum()),
+            momentum: self.momentum.sum(),
+        }
     }
 }
 
 /// The inertia per length at one pack of nodes, with the kinematics up to date.
 #[inline(always)]
-pub(super) fn of_nodes(segment: &SegmentPlan, work: &Workspace, pack: usize) -> SectionInertia<Pack> {
+pub(super) fn of_nodes<G: Turning>(
+    frame: G::Frame,
+    segment: &SegmentPlan<G>,
+    work: &Workspace<G>,
+    pack: usize,
+) -> SectionInertia<G, Pack> {
     let node = segment.first_pack + pack;
     SectionInertia {
         mass: segment.mass[pack],
         rotary: segment.rotary_inertia[pack],
-        axis: work.rotation[node].x,
+        axis: G::rod_axis(frame, &work.rotation[node]),
         position: work.position[node],
     }
 }
 
 /// The point mass at the tip, with the kinematics up to date.
 #[inline(always)]
-pub(super) fn of_tip(plan: &Plan, work: &Workspace) -> SectionInertia<f64> {
+pub(super) fn of_tip<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> SectionInertia<G, f64> {
     let position = work.stations[plan.segments.len()].position;
-    SectionInertia { mass: plan.tip_mass, rotary: 0.0, axis: Vector::zero(), position }
+    SectionInertia { mass: plan.tip_mass, rotary: 0.0, axis: VectorSpace::zero(), position }
 }

@@ -4,32 +4,36 @@
 //! V = int S qd, A = -(0; g) + int [S qdd + ad_V (S qd)], F = F_tip + int (N A - ad_V^T N V), Q_j = int S_j . F.
 
 use super::inertia;
-use super::kinematics;
 use super::plan::{Plan, SegmentPlan};
+use super::turning::Turning;
 use super::workspace::Workspace;
-use crate::lie::{Pack, Rotation, Twist, Vector, Wrench, weighted_sum};
+use crate::lie::{Cross, Pack, Twist, Wrench, weighted_sum};
 
 /// Twist of a body-frame strain at a place: `Ad_g (angular; linear)`.
 #[inline(always)]
-fn carried(
-    rotation: &Rotation<Pack>,
-    position: Vector<Pack>,
-    strain: [Pack; 6],
+fn carried<G: Turning>(
+    rotation: &G::Rotation<Pack>,
+    position: G::Vector<Pack>,
+    strain: Twist<G, Pack>,
     is_extensible: bool,
-) -> Twist<Pack> {
-    let [a, b, c, d, e, f] = strain;
-    let angular = rotation.apply(Vector::new(a, b, c));
+) -> Twist<G, Pack> {
+    let angular = G::rotate_axial(rotation, strain.angular);
     let mut linear = position.cross(angular);
     if is_extensible {
-        linear += rotation.apply(Vector::new(d, e, f));
+        linear += G::rotate(rotation, strain.linear);
     }
     Twist { angular, linear }
 }
 
-/// Kinematics, motion and internal wrench of a state, unless they are there already.
+/// Motion and internal wrench of a state whose kinematics are up to date, unless they are there already.
 #[inline(always)]
-pub(super) fn update(plan: &Plan, work: &mut Workspace, q: &[f64], qd: &[f64], qdd: &[f64]) {
-    kinematics::update(plan, work, q);
+pub(super) fn update<G: Turning>(
+    plan: &Plan<G>,
+    work: &mut Workspace<G>,
+    q: &[f64],
+    qd: &[f64],
+    qdd: &[f64],
+) {
     let n = plan.n;
     let known = &mut work.motion_of;
     if known[..n] == *q && known[n..2 * n] == *qd && known[2 * n..] == *qdd {
@@ -39,7 +43,7 @@ pub(super) fn update(plan: &Plan, work: &mut Workspace, q: &[f64], qd: &[f64], q
     known[n..2 * n].copy_from_slice(qd);
     known[2 * n..].copy_from_slice(qdd);
     for (s, segment) in plan.segments.iter().enumerate() {
-        sweep_out(segment, s, work, qd, qdd);
+        sweep_out(plan.frame, segment, s, work, qd, qdd);
     }
     let mut end = tip_wrench(plan, work);
     for segment in plan.segments.iter().rev() {
@@ -48,7 +52,14 @@ pub(super) fn update(plan: &Plan, work: &mut Workspace, q: &[f64], qd: &[f64], q
 }
 
 #[inline(always)]
-fn sweep_out(segment: &SegmentPlan, s: usize, work: &mut Workspace, qd: &[f64], qdd: &[f64]) {
+fn sweep_out<G: Turning>(
+    frame: G::Frame,
+    segment: &SegmentPlan<G>,
+    s: usize,
+    work: &mut Workspace<G>,
+    qd: &[f64],
+    qdd: &[f64],
+) {
     let nodes = segment.node_packs();
     let base = work.stations[s];
     for pack in 0..segment.packs {
@@ -62,7 +73,7 @@ fn sweep_out(segment: &SegmentPlan, s: usize, work: &mut Workspace, qd: &[f64], 
     for pack in 0..segment.packs {
         let node = segment.first_pack + pack;
         let row = segment.row(&segment.from_base, pack);
-        let velocity = weighted_sum(base.velocity.splat(), row, &work.rate[nodes.clone()]);
+        let velocity = weighted_sum(base.velocity.splat(), row, &work.rate[nodes.clone()], Twist::broadcast);
         work.velocity[node] = velocity;
         work.acceleration_rate[node] += velocity.bracket(work.rate[node]);
         end.velocity += (work.rate[node] * segment.weights[pack]).sum();
@@ -71,9 +82,9 @@ fn sweep_out(segment: &SegmentPlan, s: usize, work: &mut Workspace, qd: &[f64], 
     for pack in 0..segment.packs {
         let node = segment.first_pack + pack;
         let row = segment.row(&segment.from_base, pack);
-        let acceleration =
-            weighted_sum(base.acceleration.splat(), row, &work.acceleration_rate[nodes.clone()]);
-        let inertia = inertia::of_nodes(segment, work, pack);
+        let rates = &work.acceleration_rate[nodes.clone()];
+        let acceleration = weighted_sum(base.acceleration.splat(), row, rates, Twist::broadcast);
+        let inertia = inertia::of_nodes(frame, segment, work, pack);
         let velocity = work.velocity[node];
         let momentum = inertia.momentum(velocity);
         work.acceleration[node] = acceleration;
@@ -87,7 +98,7 @@ fn sweep_out(segment: &SegmentPlan, s: usize, work: &mut Workspace, qd: &[f64], 
 
 /// Wrench that the tip's mass needs, less the dead loads.
 #[inline(always)]
-fn tip_wrench(plan: &Plan, work: &Workspace) -> Wrench<f64> {
+fn tip_wrench<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> Wrench<G, f64> {
     let mut wrench = Wrench::zero();
     let tip = &work.stations[plan.segments.len()];
     if plan.has_tip_load {
@@ -104,13 +115,17 @@ fn tip_wrench(plan: &Plan, work: &Workspace) -> Wrench<f64> {
 
 /// Internal wrench at the nodes, from that at the segment's end; returns that at its base.
 #[inline(always)]
-fn sweep_back(segment: &SegmentPlan, work: &mut Workspace, end: Wrench<f64>) -> Wrench<f64> {
+fn sweep_back<G: Turning>(
+    segment: &SegmentPlan<G>,
+    work: &mut Workspace<G>,
+    end: Wrench<G, f64>,
+) -> Wrench<G, f64> {
     let nodes = segment.node_packs();
     let mut total = Wrench::zero();
     for pack in 0..segment.packs {
         let node = segment.first_pack + pack;
         let row = segment.row(&segment.to_end, pack);
-        work.internal[node] = weighted_sum(end.splat(), row, &work.force[nodes.clone()]);
+        work.internal[node] = weighted_sum(end.splat(), row, &work.force[nodes.clone()], Wrench::broadcast);
         total += work.force[node] * segment.weights[pack];
     }
     end + total.sum()
@@ -118,7 +133,13 @@ fn sweep_back(segment: &SegmentPlan, work: &mut Workspace, end: Wrench<f64>) -> 
 
 /// `tau = Q + K q + D qd` of the state that was last given to [`update`].
 #[inline(always)]
-pub(super) fn project(plan: &Plan, work: &Workspace, q: &[f64], qd: &[f64], tau: &mut [f64]) {
+pub(super) fn project<G: Turning>(
+    plan: &Plan<G>,
+    work: &Workspace<G>,
+    q: &[f64],
+    qd: &[f64],
+    tau: &mut [f64],
+) {
     for segment in &plan.segments {
         let range = segment.first..segment.first + segment.n;
         tau[range].fill(0.0);
@@ -126,12 +147,14 @@ pub(super) fn project(plan: &Plan, work: &Workspace, q: &[f64], qd: &[f64], tau:
             let node = segment.first_pack + pack;
             let rotation = &work.rotation[node];
             let Wrench { moment, force } = work.internal[node];
-            let moment = rotation.apply_transposed(moment - work.position[node].cross(force));
-            let force = rotation.apply_transposed(force);
-            let wrench = [moment.x, moment.y, moment.z, force.x, force.y, force.z];
+            let mut wrench = Wrench::<G, Pack> {
+                moment: G::rotate_axial_back(rotation, moment - work.position[node].cross(force)),
+                force: G::rotate_back(rotation, force),
+            };
             for component in &segment.components {
+                let wrench = *wrench.component_mut(component.index);
                 for k in 0..component.modes {
-                    let product = segment.weighted_basis[k * segment.packs + pack] * wrench[component.strain];
+                    let product = segment.weighted_basis[k * segment.packs + pack] * wrench;
                     tau[component.first + k] += product.sum();
                 }
             }

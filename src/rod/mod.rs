@@ -14,15 +14,17 @@ mod model;
 mod plan;
 mod quadrature;
 mod section;
+mod sweeps;
 mod tangent;
+mod turning;
 mod workspace;
 
 pub use basis::legendre;
 pub use description::{
-    MAX_COORDINATES, MAX_MODES, QUATERNION_TOLERANCE, Rod, STRAIGHT, STRAIN_NAMES, STRAINS, Segment,
+    MAX_COORDINATES, MAX_MODES, MAX_NODES, QUATERNION_TOLERANCE, Rod, STRAIGHT, STRAIN_NAMES, STRAINS,
+    Segment,
 };
 pub use kinematics::Pose;
-pub use model::RodModel;
-pub use plan::Plan;
+pub use model::{Kernel, RodModel};
 pub use quadrature::Gauss;
 pub use section::Section;

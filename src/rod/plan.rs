@@ -1,11 +1,11 @@
 //! A rod compiled for computing: everything that does not change with the state, computed once.
 
 use super::basis::legendre;
-use super::description::{Rod, STRAIGHT, STRAINS, Segment};
+use super::description::{Rod, STRAIGHT, Segment};
 use super::quadrature::Gauss;
 use super::section::Section;
-use crate::error::InvalidInput;
-use crate::lie::{LANES, Pack, Quaternion, Vector};
+use super::turning::Turning;
+use crate::lie::{LANES, Pack, Quaternion, Rotation, Twist, Vector};
 use crate::linalg::Matrix;
 
 /// Nodes that a segment needs beyond its number of modes: two integrations (strain to velocity, velocity to force) and
@@ -16,32 +16,32 @@ const NODES_BEYOND_MODES: usize = 9;
 /// A linearly tapered radius enters the second moment of area with its fourth power.
 const NODES_FOR_TAPER: usize = 4;
 
-/// Offsets of the three Gauss points of a Magnus step of order six (Blanes, Casas, Oteo and Ros 2009, section 5.4).
-pub(super) fn magnus_points() -> [f64; 3] {
-    let offset = 15f64.sqrt() / 10.0;
-    [0.5 - offset, 0.5, 0.5 + offset]
-}
-
-/// A rod compiled for computing.
+/// A rod compiled for computing, in the frame of its base: the origin there, and axes along the body axes there.
 #[derive(Clone, Debug)]
-pub struct Plan {
+pub(super) struct Plan<G: Turning> {
     pub(super) n: usize,
-    pub(super) segments: Vec<SegmentPlan>,
+    pub(super) segments: Vec<SegmentPlan<G>>,
     /// Packs of nodes of all segments together.
     pub(super) packs: usize,
+    /// Where the frame lies in the rod's space.
+    pub(super) frame: G::Frame,
+    /// The base in the world.
     pub(super) base_position: Vector<f64>,
-    pub(super) base_orientation: Quaternion<f64>,
-    pub(super) gravity: Vector<f64>,
-    pub(super) tip_force: Vector<f64>,
-    pub(super) tip_moment: Vector<f64>,
+    pub(super) base_rotation: Rotation<f64>,
+    pub(super) gravity: G::Vector<f64>,
+    pub(super) tip_force: G::Vector<f64>,
+    pub(super) tip_moment: G::Axial<f64>,
     pub(super) tip_mass: f64,
     /// Whether a dead load acts at the tip.
     pub(super) has_tip_load: bool,
+    /// Potential of gravity of a kilogram at the base, and of the dead force at the base.
+    pub(super) gravity_potential: f64,
+    pub(super) load_potential: f64,
 }
 
 /// One segment of a [`Plan`].
 #[derive(Clone, Debug)]
-pub(super) struct SegmentPlan {
+pub(super) struct SegmentPlan<G: Turning> {
     pub(super) length: f64,
     /// First coordinate and number of coordinates.
     pub(super) first: usize,
@@ -60,17 +60,9 @@ pub(super) struct SegmentPlan {
     pub(super) basis: Vec<Pack>,
     /// Basis times quadrature weights.
     pub(super) weighted_basis: Vec<Pack>,
-    /// Steps of the rotation: to the first node, then from node to node.
-    pub(super) steps: Vec<Pack>,
-    /// Basis at the Magnus points of these steps: entry `[(point * degrees + degree) * packs + pack]`.
-    pub(super) magnus_basis: Vec<Pack>,
-    /// The last step of the rotation, from the last node to the end, and its basis `[point * degrees + degree]`.
-    pub(super) last_step: f64,
-    pub(super) last_magnus_basis: Vec<f64>,
-    /// Largest number of modes of a component.
-    pub(super) degrees: usize,
+    pub(super) turning: G::Constants,
     pub(super) components: Vec<Component>,
-    pub(super) reference_strain: [f64; STRAINS],
+    pub(super) reference_strain: Twist<G, f64>,
     /// Whether stretch or shear can differ from those of a straight rod.
     pub(super) is_extensible: bool,
     pub(super) mass: Vec<Pack>,
@@ -81,8 +73,8 @@ pub(super) struct SegmentPlan {
 /// A strain component that exists in a segment.
 #[derive(Clone, Debug)]
 pub(super) struct Component {
-    /// Index of the strain, 0..6.
-    pub(super) strain: usize,
+    /// Index among the strains of the geometry.
+    pub(super) index: usize,
     pub(super) modes: usize,
     /// First coordinate.
     pub(super) first: usize,
@@ -90,40 +82,50 @@ pub(super) struct Component {
     pub(super) stiffness: Matrix,
 }
 
-impl Plan {
-    /// Compiles a rod; refuses one that is not valid.
-    pub fn new(rod: &Rod) -> Result<Self, InvalidInput> {
-        rod.validate()?;
+/// The values of a function of the node, [`LANES`] to a pack.
+pub(super) fn packed(nodes: usize, f: impl Fn(usize) -> f64) -> Vec<Pack> {
+    (0..nodes / LANES).map(|pack| Pack(std::array::from_fn(|lane| f(pack * LANES + lane)))).collect()
+}
+
+impl<G: Turning> Plan<G> {
+    /// Compiles a valid rod for a frame that it does not leave.
+    pub(super) fn new(rod: &Rod, frame: G::Frame) -> Self {
         let mut segments = Vec::with_capacity(rod.segments.len());
         let (mut first, mut first_pack) = (0, 0);
         for segment in &rod.segments {
-            let plan = SegmentPlan::new(segment, first, first_pack);
+            let plan = SegmentPlan::new(segment, frame, first, first_pack);
             first += plan.n;
             first_pack += plan.packs;
             segments.push(plan);
         }
-        Ok(Self {
+        let base_rotation = Quaternion::from_array(rod.base_orientation).rotation();
+        let in_frame = |v: [f64; 3]| base_rotation.apply_transposed(v.into());
+        let base_position: Vector<f64> = rod.base_position.into();
+        Self {
             n: first,
             segments,
             packs: first_pack,
-            base_position: rod.base_position.into(),
-            base_orientation: Quaternion::from_array(rod.base_orientation),
-            gravity: rod.gravity.into(),
-            tip_force: rod.tip_force.into(),
-            tip_moment: rod.tip_moment.into(),
+            frame,
+            base_position,
+            base_rotation,
+            gravity: G::vector_of(frame, in_frame(rod.gravity)),
+            tip_force: G::vector_of(frame, in_frame(rod.tip_force)),
+            tip_moment: G::axial_of(frame, in_frame(rod.tip_moment)),
             tip_mass: rod.tip_mass,
             has_tip_load: rod.tip_force.iter().chain(&rod.tip_moment).any(|&x| x != 0.0),
-        })
+            gravity_potential: -base_position.dot(rod.gravity.into()),
+            load_potential: -base_position.dot(rod.tip_force.into()),
+        }
     }
 
     /// Quadrature nodes of each segment.
-    pub fn nodes(&self) -> Vec<usize> {
+    pub(super) fn nodes(&self) -> Vec<usize> {
         self.segments.iter().map(|segment| segment.gauss.nodes.len()).collect()
     }
 }
 
-impl SegmentPlan {
-    fn new(segment: &Segment, first: usize, first_pack: usize) -> Self {
+impl<G: Turning> SegmentPlan<G> {
+    fn new(segment: &Segment, frame: G::Frame, first: usize, first_pack: usize) -> Self {
         let degrees = segment.modes.iter().copied().max().unwrap_or(0);
         let is_tapered = segment.radius[0] != segment.radius[1];
         let needed = degrees + NODES_BEYOND_MODES + if is_tapered { NODES_FOR_TAPER } else { 0 };
@@ -134,48 +136,36 @@ impl SegmentPlan {
         let gauss = Gauss::new(nodes);
         let length = segment.length;
 
-        let pack = |f: &dyn Fn(usize) -> f64| -> Vec<Pack> {
-            (0..packs).map(|p| Pack(std::array::from_fn(|lane| f(p * LANES + lane)))).collect()
-        };
+        let pack = |f: &dyn Fn(usize) -> f64| packed(nodes, f);
         let up_to: Vec<Vec<f64>> = gauss.nodes.iter().map(|&x| gauss.weights_up_to(x)).collect();
         let matrix = |f: &dyn Fn(usize, usize) -> f64| -> Vec<Pack> {
             let entry = |p: usize, l: usize| Pack(std::array::from_fn(|lane| f(p * LANES + lane, l)));
             (0..packs).flat_map(|p| (0..nodes).map(move |l| (p, l))).map(|(p, l)| entry(p, l)).collect()
         };
-        let basis_at = |x: f64| {
-            let mut values = vec![0.0; degrees];
-            legendre(x, &mut values);
-            values
-        };
-        let at_nodes: Vec<Vec<f64>> = gauss.nodes.iter().map(|&x| basis_at(x)).collect();
-
-        let start = |i: usize| if i == 0 { 0.0 } else { gauss.nodes[i - 1] };
-        let last = gauss.nodes[nodes - 1];
-        let points = magnus_points();
-        let mut magnus_basis = Vec::with_capacity(3 * degrees * packs);
-        let mut last_magnus_basis = Vec::with_capacity(3 * degrees);
-        for point in points {
-            let values: Vec<Vec<f64>> =
-                (0..nodes).map(|i| basis_at(start(i) + point * (gauss.nodes[i] - start(i)))).collect();
-            for degree in 0..degrees {
-                magnus_basis.extend(pack(&|i| values[i][degree]));
-            }
-            last_magnus_basis.extend(basis_at(last + point * (1.0 - last)));
-        }
+        let at_nodes: Vec<Vec<f64>> = gauss
+            .nodes
+            .iter()
+            .map(|&x| {
+                let mut values = vec![0.0; degrees];
+                legendre(x, &mut values);
+                values
+            })
+            .collect();
 
         let mut components = Vec::new();
         let mut next = first;
+        let mut reference_strain = Twist::zero();
         for (strain, &modes) in segment.modes.iter().enumerate() {
             if modes > 0 {
-                components.push(Component {
-                    strain,
-                    modes,
-                    first: next,
-                    stiffness: stiffness(segment, strain, modes),
-                });
+                let stiffness = stiffness(segment, strain, modes);
+                let index = G::strain_index(frame, strain);
+                components.push(Component { index, modes, first: next, stiffness });
                 next += modes;
             }
         }
+        let [a, b, c, d, e, f] = segment.reference_strain;
+        reference_strain.angular = G::axial_of(frame, [a, b, c].into());
+        reference_strain.linear = G::vector_of(frame, [d, e, f].into());
         let sections: Vec<Section> = gauss.nodes.iter().map(|&x| Section::at(segment, x)).collect();
         let is_extensible = segment.modes[3..].iter().any(|&modes| modes > 0)
             || segment.reference_strain[3..] != STRAIGHT[3..];
@@ -193,13 +183,9 @@ impl SegmentPlan {
             weighted_basis: (0..degrees)
                 .flat_map(|k| pack(&|i| length * gauss.weights[i] * at_nodes[i][k]))
                 .collect(),
-            steps: pack(&|i| length * (gauss.nodes[i] - start(i))),
-            magnus_basis,
-            last_step: length * (1.0 - last),
-            last_magnus_basis,
-            degrees,
+            turning: G::constants(segment, frame, &gauss, &components),
             components,
-            reference_strain: segment.reference_strain,
+            reference_strain,
             is_extensible,
             mass: pack(&|i| sections[i].mass),
             rotary_inertia: pack(&|i| sections[i].rotary_inertia),
@@ -217,6 +203,20 @@ impl SegmentPlan {
     pub(super) fn row<'a>(&self, matrix: &'a [Pack], pack: usize) -> &'a [Pack] {
         let nodes = self.packs * LANES;
         &matrix[pack * nodes..(pack + 1) * nodes]
+    }
+
+    /// `sum_k phi_k q_k` of every strain at the nodes of one pack; components that do not exist are zero.
+    #[inline(always)]
+    pub(super) fn field(&self, q: &[f64], pack: usize) -> Twist<G, Pack> {
+        let mut field = Twist::zero();
+        for component in &self.components {
+            let mut sum = Pack::ZERO;
+            for (k, &q) in q[component.first..][..component.modes].iter().enumerate() {
+                sum += self.basis[k * self.packs + pack] * q;
+            }
+            *field.component_mut(component.index) = sum;
+        }
+        field
     }
 }
 

@@ -21,68 +21,69 @@
 
 use super::inertia::{self, Gyroscope, Inertia};
 use super::plan::{Plan, SegmentPlan};
+use super::turning::Turning;
 use super::workspace::Workspace;
-use crate::lie::{Pack, Scalar, Twist, Vector, Wrench, weighted_sum};
+use crate::lie::{Cross, Geometry, Pack, Scalar, Twist, VectorSpace, Wrench, weighted_sum};
 use crate::linalg::Matrix;
 
 /// What a coordinate is outside its own segment.
 #[derive(Clone, Copy, Debug)]
-struct Coordinate {
+struct Coordinate<G: Geometry> {
     /// Psi at the end of the segment.
-    shape: Twist<f64>,
+    shape: Twist<G, f64>,
     /// As a column: the angular part of Y, and Z, of all that lies behind the segment, and how far it turns.
-    y: Vector<f64>,
-    z: Twist<f64>,
-    turn: Vector<f64>,
+    y: G::Axial<f64>,
+    z: Twist<G, f64>,
+    turn: G::Axial<f64>,
     /// As a column: H at the end of the segment, and of all that lies before it.
-    end: Wrench<f64>,
-    before: Wrench<f64>,
+    end: Wrench<G, f64>,
+    before: Wrench<G, f64>,
     /// As a row: products with y, z and turn of the coordinates of earlier segments.
-    row_y: Vector<f64>,
-    row_z: Wrench<f64>,
-    row_turn: Vector<f64>,
+    row_y: G::Axial<f64>,
+    row_z: Wrench<G, f64>,
+    row_turn: G::Axial<f64>,
 }
 
-impl Coordinate {
+impl<G: Geometry> Coordinate<G> {
     fn zero() -> Self {
         Self {
             shape: Twist::zero(),
-            y: Vector::zero(),
+            y: VectorSpace::zero(),
             z: Twist::zero(),
-            turn: Vector::zero(),
+            turn: VectorSpace::zero(),
             end: Wrench::zero(),
             before: Wrench::zero(),
-            row_y: Vector::zero(),
+            row_y: VectorSpace::zero(),
             row_z: Wrench::zero(),
-            row_turn: Vector::zero(),
+            row_turn: VectorSpace::zero(),
         }
     }
 }
 
 /// Memory of the tangent: one segment at a time, and what is left of every coordinate.
 #[derive(Clone, Debug)]
-pub(super) struct TangentWorkspace {
-    coordinates: Vec<Coordinate>,
+pub(super) struct TangentWorkspace<G: Geometry> {
+    coordinates: Vec<Coordinate<G>>,
     /// Per pack, times the quadrature weights: N and C.
-    inertia: Vec<Inertia<Pack>>,
-    gyroscope: Vec<Gyroscope<Pack>>,
+    inertia: Vec<Inertia<G, Pack>>,
+    gyroscope: Vec<Gyroscope<G, Pack>>,
     /// Per component of the segment and pack: S, ad_V S, (ad_A + ad_V ad_V) S and w_q ad_S^T F of a unit strain.
-    shape: Vec<Twist<Pack>>,
-    shape_rate: Vec<Twist<Pack>>,
-    shape_acceleration: Vec<Twist<Pack>>,
-    load: Vec<Wrench<Pack>>,
+    shape: Vec<Twist<G, Pack>>,
+    shape_rate: Vec<Twist<G, Pack>>,
+    shape_acceleration: Vec<Twist<G, Pack>>,
+    load: Vec<Wrench<G, Pack>>,
     /// Per pack, for the column at hand: an integrand, Psi' and Psi''.
-    integrand: Vec<Twist<Pack>>,
-    psi_rate: Vec<Twist<Pack>>,
-    psi_acceleration: Vec<Twist<Pack>>,
+    integrand: Vec<Twist<G, Pack>>,
+    psi_rate: Vec<Twist<G, Pack>>,
+    psi_acceleration: Vec<Twist<G, Pack>>,
     /// Per coordinate of the segment and pack: Psi, and the change of the force times the quadrature weights.
-    psi: Vec<Twist<Pack>>,
-    source: Vec<Wrench<Pack>>,
+    psi: Vec<Twist<G, Pack>>,
+    source: Vec<Wrench<G, Pack>>,
 }
 
-impl TangentWorkspace {
-    pub(super) fn new(plan: &Plan) -> Self {
-        let largest = |size: fn(&SegmentPlan) -> usize| plan.segments.iter().map(size).max().unwrap_or(0);
+impl<G: Turning> TangentWorkspace<G> {
+    pub(super) fn new(plan: &Plan<G>) -> Self {
+        let largest = |size: fn(&SegmentPlan<G>) -> usize| plan.segments.iter().map(size).max().unwrap_or(0);
         let packs = largest(|segment| segment.packs);
         let blocks = largest(|segment| segment.packs * segment.components.len());
         let columns = largest(|segment| segment.packs * segment.n);
@@ -115,18 +116,18 @@ struct Weights {
 
 /// What all that lies behind a place, tip included, answers to variations that are constant along it.
 #[derive(Clone, Copy, Debug)]
-struct Rest {
-    inertia: Inertia<f64>,
-    gyroscope: Gyroscope<f64>,
+struct Rest<G: Geometry> {
+    inertia: Inertia<G, f64>,
+    gyroscope: Gyroscope<G, f64>,
 }
 
 /// `w_q dtau/dq + w_v dtau/dqd + w_a dtau/dqdd` with the motion up to date (for the mass matrix, weights (0, 0, w_a), the
 /// kinematics are enough).
 #[inline(always)]
-pub(super) fn weighted_tangent(
-    plan: &Plan,
-    work: &Workspace,
-    memory: &mut TangentWorkspace,
+pub(super) fn weighted_tangent<G: Turning>(
+    plan: &Plan<G>,
+    work: &Workspace<G>,
+    memory: &mut TangentWorkspace<G>,
     weights: [f64; 3],
     tangent: &mut Matrix,
 ) {
@@ -134,7 +135,7 @@ pub(super) fn weighted_tangent(
     let weights = Weights { q, v, a, is_mass_only: q == 0.0 && v == 0.0 };
     let mut rest = tip(plan, work, weights);
     for (s, segment) in plan.segments.iter().enumerate().rev() {
-        bodies(segment, work, memory, weights);
+        bodies(plan, segment, work, memory, weights);
         shapes(segment, work, memory, weights);
         for (c, component) in segment.components.iter().enumerate() {
             for degree in 0..component.modes {
@@ -155,7 +156,7 @@ pub(super) fn weighted_tangent(
 
 /// The mass at the tip.
 #[inline(always)]
-fn tip(plan: &Plan, work: &Workspace, weights: Weights) -> Rest {
+fn tip<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, weights: Weights) -> Rest<G> {
     let mut rest = Rest { inertia: Inertia::zero(), gyroscope: Gyroscope::zero() };
     if plan.tip_mass > 0.0 {
         let body = inertia::of_tip(plan, work);
@@ -170,11 +171,17 @@ fn tip(plan: &Plan, work: &Workspace, weights: Weights) -> Rest {
 
 /// N and C of all nodes, times the quadrature weights.
 #[inline(always)]
-fn bodies(segment: &SegmentPlan, work: &Workspace, memory: &mut TangentWorkspace, weights: Weights) {
+fn bodies<G: Turning>(
+    plan: &Plan<G>,
+    segment: &SegmentPlan<G>,
+    work: &Workspace<G>,
+    memory: &mut TangentWorkspace<G>,
+    weights: Weights,
+) {
     for pack in 0..segment.packs {
         let node = segment.first_pack + pack;
         let weight = segment.weights[pack];
-        let inertia = inertia::of_nodes(segment, work, pack).weighted(weight);
+        let inertia = inertia::of_nodes(plan.frame, segment, work, pack).weighted(weight);
         memory.inertia[pack] = inertia;
         if !weights.is_mass_only {
             memory.gyroscope[pack] =
@@ -184,7 +191,12 @@ fn bodies(segment: &SegmentPlan, work: &Workspace, memory: &mut TangentWorkspace
 }
 
 #[inline(always)]
-fn add_segment(segment: &SegmentPlan, memory: &TangentWorkspace, weights: Weights, rest: &mut Rest) {
+fn add_segment<G: Turning>(
+    segment: &SegmentPlan<G>,
+    memory: &TangentWorkspace<G>,
+    weights: Weights,
+    rest: &mut Rest<G>,
+) {
     for pack in 0..segment.packs {
         rest.inertia.add(memory.inertia[pack].sum());
         if !weights.is_mass_only {
@@ -195,15 +207,22 @@ fn add_segment(segment: &SegmentPlan, memory: &TangentWorkspace, weights: Weight
 
 /// S, ad_V S, (ad_A + ad_V ad_V) S and w_q ad_S^T F of a unit of each strain component at all nodes.
 #[inline(always)]
-fn shapes(segment: &SegmentPlan, work: &Workspace, memory: &mut TangentWorkspace, weights: Weights) {
+fn shapes<G: Turning>(
+    segment: &SegmentPlan<G>,
+    work: &Workspace<G>,
+    memory: &mut TangentWorkspace<G>,
+    weights: Weights,
+) {
     for (c, component) in segment.components.iter().enumerate() {
         for pack in 0..segment.packs {
             let node = segment.first_pack + pack;
-            let axis = work.rotation[node].axis(component.strain % 3);
-            let shape = if component.strain < 3 {
+            let rotation = &work.rotation[node];
+            let shape = if component.index < G::ANGULAR {
+                let axis = G::angular_axis(rotation, component.index);
                 Twist { angular: axis, linear: work.position[node].cross(axis) }
             } else {
-                Twist { angular: Vector::zero(), linear: axis }
+                let axis = G::linear_axis(rotation, component.index - G::ANGULAR);
+                Twist { angular: VectorSpace::zero(), linear: axis }
             };
             let block = c * segment.packs + pack;
             memory.shape[block] = shape;
@@ -223,13 +242,13 @@ fn shapes(segment: &SegmentPlan, work: &Workspace, memory: &mut TangentWorkspace
 /// its segment.
 #[allow(clippy::too_many_arguments, reason = "one sweep, its inputs named one by one")]
 #[inline(always)]
-fn column(
-    plan: &Plan,
-    segment: &SegmentPlan,
-    work: &Workspace,
-    memory: &mut TangentWorkspace,
+fn column<G: Turning>(
+    plan: &Plan<G>,
+    segment: &SegmentPlan<G>,
+    work: &Workspace<G>,
+    memory: &mut TangentWorkspace<G>,
     weights: Weights,
-    rest: &Rest,
+    rest: &Rest<G>,
     c: usize,
     degree: usize,
 ) {
@@ -287,27 +306,32 @@ fn column(
 
 /// Integrals of `basis * values` from the segment's base to the nodes; returns the integral over the segment.
 #[inline(always)]
-fn integrate(
-    segment: &SegmentPlan,
+fn integrate<G: Turning>(
+    segment: &SegmentPlan<G>,
     basis: &[Pack],
-    values: &[Twist<Pack>],
-    integrand: &mut [Twist<Pack>],
-    integrals: &mut [Twist<Pack>],
-) -> Twist<f64> {
+    values: &[Twist<G, Pack>],
+    integrand: &mut [Twist<G, Pack>],
+    integrals: &mut [Twist<G, Pack>],
+) -> Twist<G, f64> {
     let mut total = Twist::zero();
     for (pack, integrand) in integrand.iter_mut().enumerate() {
         *integrand = values[pack] * basis[pack];
         total += *integrand * segment.weights[pack];
     }
     for (pack, integral) in integrals.iter_mut().enumerate() {
-        *integral = weighted_sum(Twist::zero(), segment.row(&segment.from_base, pack), integrand);
+        *integral =
+            weighted_sum(Twist::zero(), segment.row(&segment.from_base, pack), integrand, Twist::broadcast);
     }
     total.sum()
 }
 
 /// H that a dead load at the tip leaves when everything behind the segment turns by `turn`.
 #[inline(always)]
-fn dead_load_response(plan: &Plan, work: &Workspace, turn: Vector<f64>) -> Wrench<f64> {
+fn dead_load_response<G: Turning>(
+    plan: &Plan<G>,
+    work: &Workspace<G>,
+    turn: G::Axial<f64>,
+) -> Wrench<G, f64> {
     let tip = work.stations[plan.segments.len()].position;
     let force = plan.tip_force.cross(turn);
     -Wrench { moment: tip.cross(force) + plan.tip_moment.cross(turn), force }
@@ -316,19 +340,19 @@ fn dead_load_response(plan: &Plan, work: &Workspace, turn: Vector<f64>) -> Wrenc
 /// What the row of coordinate `j` multiplies in the columns of earlier segments: the transposes of `N Z + C Y` and of the
 /// dead load, summed from the places where its S acts to the tip.
 #[inline(always)]
-fn row(
-    plan: &Plan,
-    segment: &SegmentPlan,
-    work: &Workspace,
-    memory: &mut TangentWorkspace,
+fn row<G: Turning>(
+    plan: &Plan<G>,
+    segment: &SegmentPlan<G>,
+    work: &Workspace<G>,
+    memory: &mut TangentWorkspace<G>,
     weights: Weights,
-    rest: &Rest,
+    rest: &Rest<G>,
     j: usize,
 ) {
     let psi = &memory.psi[(j - segment.first) * segment.packs..][..segment.packs];
     let coordinate = &mut memory.coordinates[j];
     let shape = coordinate.shape;
-    let mut row_z = Wrench::<Pack>::zero();
+    let mut row_z = Wrench::<G, Pack>::zero();
     for (psi, inertia) in psi.iter().zip(&memory.inertia) {
         row_z += inertia.momentum(*psi);
     }
@@ -336,11 +360,12 @@ fn row(
     if weights.is_mass_only {
         return;
     }
-    let mut row_y = Vector::<Pack>::zero();
+    let mut row_y = G::Axial::<Pack>::zero();
     for (psi, gyroscope) in psi.iter().zip(&memory.gyroscope) {
         row_y += gyroscope.transposed_times(*psi);
     }
-    coordinate.row_y = row_y.sum() + rest.gyroscope.transposed_times(shape);
+    coordinate.row_y =
+        G::map_axial(&row_y, |pack: &Pack| pack.sum()) + rest.gyroscope.transposed_times(shape);
     if plan.has_tip_load {
         let tip = work.stations[plan.segments.len()].position;
         let motion = shape.angular.cross(tip) + shape.linear;
@@ -350,7 +375,7 @@ fn row(
 
 /// The block of the segment: `Psi_j . H_end + int Psi_j . source`.
 #[inline(always)]
-fn block(segment: &SegmentPlan, memory: &TangentWorkspace, tangent: &mut Matrix) {
+fn block<G: Turning>(segment: &SegmentPlan<G>, memory: &TangentWorkspace<G>, tangent: &mut Matrix) {
     let own = segment.first..segment.first + segment.n;
     for k in own.clone() {
         let end = memory.coordinates[k].end;
@@ -370,7 +395,7 @@ fn block(segment: &SegmentPlan, memory: &TangentWorkspace, tangent: &mut Matrix)
 
 /// Adds `w_q K + w_v D`.
 #[inline(always)]
-fn elasticity(segment: &SegmentPlan, weights: Weights, tangent: &mut Matrix) {
+fn elasticity<G: Turning>(segment: &SegmentPlan<G>, weights: Weights, tangent: &mut Matrix) {
     let factor = weights.q + weights.v * segment.retardation_time;
     if factor == 0.0 {
         return;
@@ -386,7 +411,7 @@ fn elasticity(segment: &SegmentPlan, weights: Weights, tangent: &mut Matrix) {
 
 /// The blocks between different segments.
 #[inline(always)]
-fn couple(plan: &Plan, memory: &TangentWorkspace, tangent: &mut Matrix) {
+fn couple<G: Turning>(plan: &Plan<G>, memory: &TangentWorkspace<G>, tangent: &mut Matrix) {
     for segment in &plan.segments {
         for k in segment.first..segment.first + segment.n {
             let column = &memory.coordinates[k];

@@ -1,0 +1,127 @@
+//! What the sweeps along a rod ask of the space that it moves in: three dimensions, or a plane.
+//!
+//! In a plane, angular velocities and moments have one component and all turns commute: the same formulas with fewer numbers.
+
+use std::fmt::Debug;
+use std::ops::{Add, AddAssign, Mul, Neg, Sub};
+
+use super::{Rotation, Scalar, Vector};
+
+/// Sums and multiples.
+pub trait VectorSpace<T: Scalar>:
+    Copy
+    + Debug
+    + Add<Output = Self>
+    + AddAssign
+    + Sub<Output = Self>
+    + Neg<Output = Self>
+    + Mul<T, Output = Self>
+{
+    /// The zero vector.
+    fn zero() -> Self;
+    /// Scalar product.
+    fn dot(self, other: Self) -> T;
+}
+
+/// The vector product, where it makes sense.
+pub trait Cross<Other> {
+    /// What the product is.
+    type Output;
+    /// Vector product.
+    fn cross(self, other: Other) -> Self::Output;
+}
+
+/// Second moments about the origin, which take angular velocities to angular momenta.
+pub trait SecondMoment: Copy + Debug + Add<Output = Self> + AddAssign {
+    /// No inertia.
+    fn zero() -> Self;
+}
+
+/// The space of a rod: [`super::Spatial`] or [`super::Planar`].
+pub trait Geometry: Copy + Debug + Send + Sync + 'static {
+    /// Where this space lies in the three-dimensional one.
+    type Frame: Copy + Debug + Send + Sync;
+    /// Angular velocities and moments.
+    type Axial<T: Scalar>: VectorSpace<T>
+        + Cross<Self::Axial<T>, Output = Self::Axial<T>>
+        + Cross<Self::Vector<T>, Output = Self::Vector<T>>;
+    /// Positions, velocities and forces.
+    type Vector<T: Scalar>: VectorSpace<T>
+        + Cross<Self::Axial<T>, Output = Self::Vector<T>>
+        + Cross<Self::Vector<T>, Output = Self::Axial<T>>;
+    /// Rotations ready to be applied.
+    type Rotation<T: Scalar>: Copy + Debug;
+    /// Second moments of inertia.
+    type SecondMoment<T: Scalar>: SecondMoment;
+
+    /// Components of an angular velocity; those of a strain are these and then the ones of a vector.
+    const ANGULAR: usize;
+
+    /// Applies a function to every component.
+    fn map_axial<T: Scalar, U: Scalar>(a: &Self::Axial<T>, f: impl Fn(&T) -> U) -> Self::Axial<U>;
+    /// Applies a function to every component.
+    fn map_vector<T: Scalar, U: Scalar>(v: &Self::Vector<T>, f: impl Fn(&T) -> U) -> Self::Vector<U>;
+    /// Applies a function to every entry.
+    fn map_second_moment<T: Scalar, U: Scalar>(
+        m: &Self::SecondMoment<T>,
+        f: impl Fn(&T) -> U,
+    ) -> Self::SecondMoment<U>;
+    /// Applies a function to every entry.
+    fn map_rotation<T: Scalar, U: Scalar>(r: &Self::Rotation<T>, f: impl Fn(&T) -> U) -> Self::Rotation<U>;
+
+    /// Component of an angular velocity.
+    fn axial_component<T: Scalar>(a: &mut Self::Axial<T>, index: usize) -> &mut T;
+    /// Component of a vector.
+    fn vector_component<T: Scalar>(v: &mut Self::Vector<T>, index: usize) -> &mut T;
+
+    /// No rotation.
+    fn unrotated<T: Scalar>() -> Self::Rotation<T>;
+    /// Takes body axes to those of the frame.
+    fn rotate<T: Scalar>(r: &Self::Rotation<T>, v: Self::Vector<T>) -> Self::Vector<T>;
+    /// Takes the axes of the frame to those of the body.
+    fn rotate_back<T: Scalar>(r: &Self::Rotation<T>, v: Self::Vector<T>) -> Self::Vector<T>;
+    /// [`Self::rotate`] of angular velocities and moments.
+    fn rotate_axial<T: Scalar>(r: &Self::Rotation<T>, a: Self::Axial<T>) -> Self::Axial<T>;
+    /// [`Self::rotate_back`] of angular velocities and moments.
+    fn rotate_axial_back<T: Scalar>(r: &Self::Rotation<T>, a: Self::Axial<T>) -> Self::Axial<T>;
+    /// The first rotation after the second.
+    fn compose<T: Scalar>(first: &Self::Rotation<T>, second: &Self::Rotation<T>) -> Self::Rotation<T>;
+    /// Angular velocity about one body axis.
+    fn angular_axis<T: Scalar>(r: &Self::Rotation<T>, index: usize) -> Self::Axial<T>;
+    /// Direction of one body axis.
+    fn linear_axis<T: Scalar>(r: &Self::Rotation<T>, index: usize) -> Self::Vector<T>;
+    /// Direction of the body axis along the rod.
+    fn rod_axis<T: Scalar>(frame: Self::Frame, r: &Self::Rotation<T>) -> Self::Vector<T>;
+
+    /// Angular momentum of a circular section about its centre, with rotary inertia `rotary` about a diameter and twice that
+    /// about its axis.
+    fn spin<T: Scalar>(rotary: T, axis: Self::Vector<T>, angular: Self::Axial<T>) -> Self::Axial<T>;
+    /// Second moments of such a section about the origin.
+    fn section<T: Scalar>(
+        mass: T,
+        rotary: T,
+        axis: Self::Vector<T>,
+        position: Self::Vector<T>,
+    ) -> Self::SecondMoment<T>;
+    /// Angular momentum of second moments.
+    fn angular_momentum<T: Scalar>(m: &Self::SecondMoment<T>, angular: Self::Axial<T>) -> Self::Axial<T>;
+    /// `-(J [w] + (J [w])^T) - (c v^T + v c^T) + 2 (c . v) 1` of second moments J, first moment c, angular velocity w and
+    /// linear velocity v.
+    fn gyroscopic<T: Scalar>(
+        m: &Self::SecondMoment<T>,
+        first_moment: Self::Vector<T>,
+        angular: Self::Axial<T>,
+        linear: Self::Vector<T>,
+    ) -> Self::SecondMoment<T>;
+
+    /// Index of a strain (0..6) among the components of this space.
+    fn strain_index(frame: Self::Frame, strain: usize) -> usize;
+    /// What of a three-dimensional angular velocity or moment lies in this space.
+    fn axial_of(frame: Self::Frame, a: Vector<f64>) -> Self::Axial<f64>;
+    /// What of a three-dimensional vector lies in this space.
+    fn vector_of(frame: Self::Frame, v: Vector<f64>) -> Self::Vector<f64>;
+    /// The vector in three dimensions.
+    fn in_space(frame: Self::Frame, v: Self::Vector<f64>) -> Vector<f64>;
+    /// The rotation in three dimensions.
+    fn rotation_in_space(frame: Self::Frame, r: &Self::Rotation<f64>) -> Rotation<f64>;
+}

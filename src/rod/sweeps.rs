@@ -1,0 +1,155 @@
+//! The sweeps along a rod with their memory, run with the best instruction set that the machine has.
+
+use std::sync::Arc;
+
+use super::description::Rod;
+use super::kinematics::{self, Pose};
+use super::plan::Plan;
+use super::tangent::{self, TangentWorkspace};
+use super::turning::Turning;
+use super::workspace::Workspace;
+use super::{energy, inverse_dynamics};
+use crate::linalg::Matrix;
+use crate::model::Energy;
+
+/// A rod compiled for one geometry, with its memory.
+#[derive(Clone, Debug)]
+pub(super) struct Sweeps<G: Turning> {
+    arch: pulp::Arch,
+    plan: Arc<Plan<G>>,
+    work: Workspace<G>,
+    tangent: TangentWorkspace<G>,
+    zeros: Vec<f64>,
+}
+
+// The sweeps are compiled once for every instruction set that pulp knows. They are structs, not closures: what pulp compiles
+// must be inlined into its caller, which a closure promises to nobody.
+
+struct Kinematics<'a, G: Turning> {
+    plan: &'a Plan<G>,
+    work: &'a mut Workspace<G>,
+    q: &'a [f64],
+}
+
+impl<G: Turning> pulp::NullaryFnOnce for Kinematics<'_, G> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        kinematics::update(self.plan, self.work, self.q);
+    }
+}
+
+struct Motion<'a, G: Turning> {
+    plan: &'a Plan<G>,
+    work: &'a mut Workspace<G>,
+    state: [&'a [f64]; 3],
+}
+
+impl<G: Turning> pulp::NullaryFnOnce for Motion<'_, G> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let [q, qd, qdd] = self.state;
+        inverse_dynamics::update(self.plan, self.work, q, qd, qdd);
+    }
+}
+
+struct Projection<'a, G: Turning> {
+    plan: &'a Plan<G>,
+    work: &'a Workspace<G>,
+    q: &'a [f64],
+    qd: &'a [f64],
+    tau: &'a mut [f64],
+}
+
+impl<G: Turning> pulp::NullaryFnOnce for Projection<'_, G> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        inverse_dynamics::project(self.plan, self.work, self.q, self.qd, self.tau);
+    }
+}
+
+struct Tangent<'a, G: Turning> {
+    plan: &'a Plan<G>,
+    work: &'a Workspace<G>,
+    memory: &'a mut TangentWorkspace<G>,
+    weights: [f64; 3],
+    tangent: &'a mut Matrix,
+}
+
+impl<G: Turning> pulp::NullaryFnOnce for Tangent<'_, G> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        tangent::weighted_tangent(self.plan, self.work, self.memory, self.weights, self.tangent);
+    }
+}
+
+impl<G: Turning> Sweeps<G> {
+    /// Compiles a valid rod for a frame that it does not leave.
+    pub(super) fn new(rod: &Rod, frame: G::Frame) -> Self {
+        let plan = Arc::new(Plan::new(rod, frame));
+        Self {
+            arch: pulp::Arch::new(),
+            work: Workspace::new(&plan),
+            tangent: TangentWorkspace::new(&plan),
+            zeros: vec![0.0; plan.n],
+            plan,
+        }
+    }
+
+    pub(super) fn plan(&self) -> &Plan<G> {
+        &self.plan
+    }
+
+    fn update_kinematics(&mut self, q: &[f64]) {
+        let Self { arch, plan, work, .. } = self;
+        arch.dispatch(Kinematics { plan, work, q });
+    }
+
+    fn update_motion(&mut self, state: [&[f64]; 3]) {
+        self.update_kinematics(state[0]);
+        let Self { arch, plan, work, .. } = self;
+        arch.dispatch(Motion { plan, work, state });
+    }
+
+    pub(super) fn pose(&mut self, q: &[f64], x: f64) -> Pose {
+        self.update_kinematics(q);
+        kinematics::pose(&self.plan, &self.work, q, x)
+    }
+
+    pub(super) fn inverse_dynamics(&mut self, state: [&[f64]; 3], tau: &mut [f64]) {
+        self.update_motion(state);
+        let Self { arch, plan, work, .. } = self;
+        let [q, qd, _] = state;
+        arch.dispatch(Projection { plan, work, q, qd, tau });
+    }
+
+    pub(super) fn weighted_tangent(&mut self, state: [&[f64]; 3], weights: [f64; 3], tangent: &mut Matrix) {
+        self.update_motion(state);
+        let Self { arch, plan, work, tangent: memory, .. } = self;
+        arch.dispatch(Tangent { plan, work, memory, weights, tangent });
+    }
+
+    pub(super) fn mass_matrix(&mut self, q: &[f64], mass: &mut Matrix) {
+        self.update_kinematics(q);
+        let Self { arch, plan, work, tangent: memory, .. } = self;
+        arch.dispatch(Tangent { plan, work, memory, weights: [0.0, 0.0, 1.0], tangent: mass });
+    }
+
+    pub(super) fn energy(&mut self, q: &[f64], qd: &[f64]) -> Energy {
+        self.update_kinematics(q);
+        let Self { arch, plan, work, zeros, .. } = self;
+        arch.dispatch(Motion { plan, work, state: [q, qd, zeros] });
+        energy::energy(plan, work, q)
+    }
+
+    pub(super) fn dissipated_power(&self, qd: &[f64]) -> f64 {
+        energy::dissipated_power(&self.plan, qd)
+    }
+}
