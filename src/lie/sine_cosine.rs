@@ -7,27 +7,26 @@ use super::Scalar;
 const LARGEST_ANGLE: f64 = 1e6;
 
 /// pi/2 in two parts of 33 bits and a rest (fdlibm 5.3, e_rem_pio2.c: pio2_1, pio2_2, pio2_2t).
-const HALF_PI: [f64; 3] =
-    [1.570_796_326_734_125_614_17, 6.077_100_506_303_965_976_60e-11, 2.022_266_248_795_950_631_54e-21];
+const HALF_PI: [f64; 3] = [1.570_796_326_734_125_6, 6.077_100_506_303_966e-11, 2.022_266_248_795_950_6e-21];
 
 /// Taylor-like coefficients of sin x / x in x^2, below 2^-58 on [-pi/4, pi/4] (fdlibm 5.3, k_sin.c: S1 to S6).
 const SINE: [f64; 6] = [
-    -1.666_666_666_666_663_243_48e-1,
-    8.333_333_333_322_489_461_24e-3,
-    -1.984_126_982_985_794_931_34e-4,
-    2.755_731_370_707_006_767_89e-6,
-    -2.505_076_025_340_686_341_95e-8,
-    1.589_690_995_211_550_102_21e-10,
+    -1.666_666_666_666_663_2e-1,
+    8.333_333_333_322_49e-3,
+    -1.984_126_982_985_795e-4,
+    2.755_731_370_707_006_8e-6,
+    -2.505_076_025_340_686_3e-8,
+    1.589_690_995_211_55e-10,
 ];
 
 /// Those of cos x beyond 1 - x^2/2 (fdlibm 5.3, k_cos.c: C1 to C6).
 const COSINE: [f64; 6] = [
-    4.166_666_666_666_660_190_37e-2,
-    -1.388_888_888_887_410_957_49e-3,
-    2.480_158_728_947_672_941_78e-5,
-    -2.755_731_435_139_066_330_35e-7,
-    2.087_572_321_298_174_827_90e-9,
-    -1.135_964_755_778_819_482_65e-11,
+    4.166_666_666_666_66e-2,
+    -1.388_888_888_887_411e-3,
+    2.480_158_728_947_673e-5,
+    -2.755_731_435_139_066_3e-7,
+    2.087_572_321_298_175e-9,
+    -1.135_964_755_778_819_5e-11,
 ];
 
 /// Adding and subtracting this rounds numbers below 2^51 to integers.
@@ -46,8 +45,8 @@ fn polynomial<T: Scalar>(coefficients: &[f64; 6], x: T) -> T {
 /// `(sin x, cos x)`, exact to about a unit in the last place of 1.
 #[inline(always)]
 pub(super) fn sine_cosine<T: Scalar>(x: T) -> (T, T) {
-    // Written so that NaN takes the slow way.
-    if !((x * x).largest() <= LARGEST_ANGLE * LARGEST_ANGLE) {
+    let largest = (x * x).largest();
+    if largest > LARGEST_ANGLE * LARGEST_ANGLE || largest.is_nan() {
         return x.slow_sine_cosine();
     }
     let one = T::splat(1.0);

@@ -11,7 +11,7 @@ use pyo3::types::{PyDict, PyTuple};
 use super::convert;
 use super::model::PyModel;
 use crate::error::{Checker, InvalidInput};
-use crate::rod::{Pose, Rod, RodModel, STRAIN_NAMES, STRAINS, Segment};
+use crate::rod::{Kernel, Pose, Rod, RodModel, STRAIN_NAMES, STRAINS, Segment};
 
 /// A piece of rod of one material, with a circular section that may taper linearly.
 ///
@@ -360,6 +360,15 @@ impl PyRod {
     fn nodes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
         let kinematics = self.kinematics.lock().unwrap_or_else(PoisonError::into_inner);
         PyTuple::new(py, kinematics.nodes())
+    }
+
+    /// What the rod is computed by: "planar" where its modes and reference strains keep it in one plane, else "spatial".
+    #[getter]
+    fn kernel(&self) -> &'static str {
+        match self.kinematics.lock().unwrap_or_else(PoisonError::into_inner).kernel() {
+            Kernel::Planar => "planar",
+            Kernel::Spatial => "spatial",
+        }
     }
 
     /// Poses of sections.

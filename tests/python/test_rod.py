@@ -350,6 +350,8 @@ def test_a_rod_tells_what_it_was_made_of():
     assert segment != rod.segments[1]
     assert segment.nodes is None
     assert rod.length == pytest.approx(1.35)
+    assert rod.kernel == "spatial"
+    assert lissom.Rod([lissom.Segment(1.0, 1e-3, 210e9, 80e9, 7800.0, {"bend_y": 3})]).kernel == "planar"
     assert rod.base_orientation == (0.8, 0.2, -0.4, 0.4)
     assert rod.tip_mass == 0.05
     assert eval(repr(segment), {"Segment": lissom.Segment}) == segment
