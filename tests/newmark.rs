@@ -477,6 +477,20 @@ fn the_size_of_accelerations_need_not_be_known() {
     }
 }
 
+/// Without a relative tolerance, an absolute one must not make the increments of differences huge.
+#[test]
+fn differences_without_a_relative_tolerance() {
+    let mut pendulum = SpringPendulum::new(1.0, 1.0, 10.0, 9.81).unwrap();
+    for derivative in [Derivative::Analytic, Derivative::Forward, Derivative::Central] {
+        let options = Options { derivative, rtol: 0.0.into(), atol: 1e-3.into(), ..Options::new(0.01) };
+        let found = run(&mut FreeMotion(&mut pendulum), 1.0, &[-0.7, 0.5], &[0.0, 0.0], &options);
+        assert!(found.status.is_success(), "{derivative:?}: {}", found.message);
+        let Counters { reuse_failures, full_newton, newton_iterations, .. } = found.counters;
+        assert_eq!((reuse_failures, full_newton), (0, 0), "{derivative:?}");
+        assert!(newton_iterations < 250, "{derivative:?}: {newton_iterations}");
+    }
+}
+
 /// A tangent that is wrong by a factor slows Newton's method down; it must not make it believe in convergence.
 #[test]
 fn a_wrong_tangent_does_not_give_a_wrong_motion() {

@@ -10,6 +10,10 @@ const BLIND: f64 = 0.01;
 /// oscillations can be lost unnoticed, their displacements being small (the choice of OrdinaryDiffEq.jl).
 const SMALLEST_VELOCITY_COEFFICIENT: f64 = 0.01;
 
+/// Accelerations that change by less than that fraction have not changed: rounding, also that of differenced Jacobians in
+/// Newton's method, explains as much.
+const UNCHANGED: f64 = 1e-12;
+
 /// Step sizes are chosen that much smaller than the estimate says, and change at most by these factors (the usual
 /// choices: Hairer, Norsett and Wanner 1993, section II.4).
 const SAFETY: f64 = 0.9;
@@ -51,7 +55,11 @@ impl ErrorEstimate {
         let n = rtol.len();
         let mut sum = 0.0;
         for i in 0..n {
-            let change = h * (a[1][i] - a[0][i]);
+            let change = a[1][i] - a[0][i];
+            if change.abs() <= UNCHANGED * a[0][i].abs() {
+                continue;
+            }
+            let change = h * change;
             let tolerance = |x: &[&[f64]; 2]| atol[i] + rtol[i] * x[0][i].abs().max(x[1][i].abs());
             let displacement = self.displacement * h * change;
             let velocity = self.velocity * change;

@@ -10,11 +10,14 @@ use crate::roots::{self, CENTRAL_INCREMENT, Derivative, Differences, FORWARD_INC
 #[derive(Clone, Debug)]
 pub(super) struct Jacobian {
     derivative: Derivative,
+    /// Relative increment of the differences.
+    increment: f64,
     differences: Differences,
     shifted: Trial,
     zeros: Vec<f64>,
     scale: Vec<f64>,
-    /// Smallest sizes that count: where the absolute tolerance takes over from the relative one.
+    /// Smallest sizes that count: where the absolute tolerance takes over from the relative one. Increments of that size
+    /// are not above the absolute tolerance.
     smallest: Vec<f64>,
 }
 
@@ -39,13 +42,15 @@ impl Jacobian {
     pub(super) fn new(derivative: Derivative, rtol: &[f64], atol: &[f64]) -> Self {
         let n = rtol.len();
         let memory = if derivative == Derivative::Analytic { 0 } else { n };
+        let increment = if derivative == Derivative::Central { CENTRAL_INCREMENT } else { FORWARD_INCREMENT };
         Self {
             derivative,
+            increment,
             differences: Differences::new(memory, memory),
             shifted: Trial::new(memory),
             zeros: vec![0.0; memory],
             scale: vec![0.0; memory],
-            smallest: rtol.iter().zip(atol).map(|(r, a)| a / r).collect(),
+            smallest: rtol.iter().zip(atol).map(|(rtol, atol)| atol / rtol.max(increment)).collect(),
         }
     }
 
@@ -62,7 +67,7 @@ impl Jacobian {
     ///
     /// Differences move the accelerations so that displacements, or velocities times `h`, move by the usual fraction of a
     /// displacement's size, but not by more than [`LARGEST_CHANGE`].
-    /// The size of a displacement is at least what it moves within `h`; no size is below `atol / rtol`. Where forces are so
+    /// The size of a displacement is at least what it moves within `h`; no size is below `self.smallest`. Where forces are so
     /// large that the residual hides the change, it is enlarged.
     pub(super) fn evaluate<S: System + ?Sized>(
         &mut self,
@@ -81,8 +86,7 @@ impl Jacobian {
         // How far displacements, or velocities times h, move with the accelerations.
         let reach = wq.max(h * wv);
         let reach = if reach > 0.0 { reach } else { h * h };
-        let increment =
-            if self.derivative == Derivative::Central { CENTRAL_INCREMENT } else { FORWARD_INCREMENT };
+        let increment = self.increment;
         let largest_acceleration = norm_inf(&trial.a);
         for i in 0..trial.a.len() {
             let moved = trial.q[i].abs().max(h * trial.v[i].abs()).max(h * h * trial.a[i].abs());
