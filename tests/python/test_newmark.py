@@ -65,8 +65,8 @@ def slope(x, y):
 
 
 def errors_of_solution(found, residual, rtol, atol):
-    """Every step of average acceleration again from its start, to rounding: how far off were they,
-    in units of what is tolerated?"""
+    """Accelerations of average acceleration against those of the same steps solved to rounding,
+    in units of what is tolerated."""
     errors = []
     for i, dt in enumerate(np.diff(found.t)):
         t, q, v, a = found.t[i + 1], found.q[i], found.v[i], found.a[i]
