@@ -4,6 +4,7 @@ import doctest
 import inspect
 import signal
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -85,6 +86,9 @@ def errors_of_solution(found, residual, rtol, atol):
 
 
 def test_the_examples_of_the_documentation():
+    page = Path(__file__).parents[2] / "docs" / "newmark.md"
+    failed, attempted = doctest.testfile(str(page), module_relative=False)
+    assert (failed, attempted > 15) == (0, True)
     for documented in (lissom.newmark, lissom.simulate):
         example = doctest.DocTestParser().get_doctest(documented.__doc__, {}, "example", None, None)
         assert example.examples
@@ -265,6 +269,12 @@ def test_equations_may_be_combined_at_will(system, seed):
 
 
 # ---------------------------------------------------------------------------------------------------- theory
+
+
+def test_the_table_of_the_documentation():
+    """Parameters of the alpha methods, and the names of all of them."""
+    page = (Path(__file__).parents[2] / "docs" / "newmark.md").read_text()
+    assert all(f'| `"{name}"' in page for name in PRESETS)
 
 
 @pytest.mark.parametrize("method", PRESETS)
