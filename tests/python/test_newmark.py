@@ -272,7 +272,7 @@ def test_equations_may_be_combined_at_will(system, seed):
 
 
 def test_the_table_of_the_documentation():
-    """Parameters of the alpha methods, and the names of all of them."""
+    """It names all presets."""
     page = (Path(__file__).parents[2] / "docs" / "newmark.md").read_text()
     assert all(f'| `"{name}"' in page for name in PRESETS)
 
