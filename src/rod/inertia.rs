@@ -141,21 +141,17 @@ impl<G: Geometry> Gyroscope<G, Pack> {
     }
 }
 
-/// The inertia per length at one pack of nodes, with the kinematics up to date.
+/// The inertia per length at one pack of nodes with this rotation and position.
 #[inline(always)]
 pub(super) fn of_nodes<G: Turning>(
     frame: G::Frame,
     segment: &SegmentPlan<G>,
-    work: &Workspace<G>,
     pack: usize,
+    rotation: &G::Rotation<Pack>,
+    position: G::Vector<Pack>,
 ) -> SectionInertia<G, Pack> {
-    let node = segment.first_pack + pack;
-    SectionInertia {
-        mass: segment.mass[pack],
-        rotary: segment.rotary_inertia[pack],
-        axis: G::rod_axis(frame, &work.rotation[node]),
-        position: work.position[node],
-    }
+    let (mass, rotary) = (segment.mass[pack], segment.rotary_inertia[pack]);
+    SectionInertia { mass, rotary, axis: G::rod_axis(frame, rotation), position }
 }
 
 /// The point mass at the tip, with the kinematics up to date.

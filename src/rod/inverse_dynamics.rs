@@ -60,40 +60,46 @@ fn sweep_out<G: Turning>(
     qd: &[f64],
     qdd: &[f64],
 ) {
+    // Slices of one length, so that no index below needs a check.
+    let packs = segment.packs;
     let nodes = segment.node_packs();
+    let rotation = &work.rotation[nodes.clone()][..packs];
+    let position = &work.position[nodes.clone()][..packs];
+    let rate = &mut work.rate[nodes.clone()][..packs];
+    let acceleration_rate = &mut work.acceleration_rate[nodes.clone()][..packs];
+    let velocity = &mut work.velocity[nodes.clone()][..packs];
+    let acceleration = &mut work.acceleration[nodes.clone()][..packs];
+    let momentum = &mut work.momentum[nodes.clone()][..packs];
+    let force = &mut work.force[nodes][..packs];
+    let weights = &segment.weights[..packs];
+
     let base = work.stations[s];
-    for pack in 0..segment.packs {
-        let node = segment.first_pack + pack;
-        let place = (&work.rotation[node], work.position[node]);
-        work.rate[node] = carried(place.0, place.1, segment.field(qd, pack), segment.is_extensible);
-        work.acceleration_rate[node] =
-            carried(place.0, place.1, segment.field(qdd, pack), segment.is_extensible);
+    segment.fields(qd, rate);
+    segment.fields(qdd, acceleration_rate);
+    for pack in 0..packs {
+        let place = (&rotation[pack], position[pack]);
+        rate[pack] = carried(place.0, place.1, rate[pack], segment.is_extensible);
+        acceleration_rate[pack] = carried(place.0, place.1, acceleration_rate[pack], segment.is_extensible);
     }
-    let mut end = base;
-    for pack in 0..segment.packs {
-        let node = segment.first_pack + pack;
-        let row = segment.row(&segment.from_base, pack);
-        let velocity = weighted_sum(base.velocity.splat(), row, &work.rate[nodes.clone()], Twist::broadcast);
-        work.velocity[node] = velocity;
-        work.acceleration_rate[node] += velocity.bracket(work.rate[node]);
-        end.velocity += (work.rate[node] * segment.weights[pack]).sum();
-        end.acceleration += (work.acceleration_rate[node] * segment.weights[pack]).sum();
+    let mut change = (Twist::zero(), Twist::zero());
+    let start = base.velocity.splat();
+    for (pack, row) in segment.rows(&segment.from_base).enumerate() {
+        velocity[pack] = weighted_sum(start, row, rate, Twist::broadcast);
+        acceleration_rate[pack] += velocity[pack].bracket(rate[pack]);
+        change.0 += rate[pack] * weights[pack];
+        change.1 += acceleration_rate[pack] * weights[pack];
     }
-    for pack in 0..segment.packs {
-        let node = segment.first_pack + pack;
-        let row = segment.row(&segment.from_base, pack);
-        let rates = &work.acceleration_rate[nodes.clone()];
-        let acceleration = weighted_sum(base.acceleration.splat(), row, rates, Twist::broadcast);
-        let inertia = inertia::of_nodes(frame, segment, work, pack);
-        let velocity = work.velocity[node];
-        let momentum = inertia.momentum(velocity);
-        work.acceleration[node] = acceleration;
-        work.momentum[node] = momentum;
-        work.force[node] = inertia.momentum(acceleration) - velocity.bracket_transposed(momentum);
+    let start = base.acceleration.splat();
+    for (pack, row) in segment.rows(&segment.from_base).enumerate() {
+        acceleration[pack] = weighted_sum(start, row, acceleration_rate, Twist::broadcast);
+        let inertia = inertia::of_nodes(frame, segment, pack, &rotation[pack], position[pack]);
+        momentum[pack] = inertia.momentum(velocity[pack]);
+        force[pack] =
+            inertia.momentum(acceleration[pack]) - velocity[pack].bracket_transposed(momentum[pack]);
     }
     let next = &mut work.stations[s + 1];
-    next.velocity = end.velocity;
-    next.acceleration = end.acceleration;
+    next.velocity = base.velocity + change.0.sum();
+    next.acceleration = base.acceleration + change.1.sum();
 }
 
 /// Wrench that the tip's mass needs, less the dead loads.
@@ -121,12 +127,13 @@ fn sweep_back<G: Turning>(
     end: Wrench<G, f64>,
 ) -> Wrench<G, f64> {
     let nodes = segment.node_packs();
+    let force = &work.force[nodes.clone()][..segment.packs];
+    let internal = &mut work.internal[nodes][..segment.packs];
     let mut total = Wrench::zero();
-    for pack in 0..segment.packs {
-        let node = segment.first_pack + pack;
-        let row = segment.row(&segment.to_end, pack);
-        work.internal[node] = weighted_sum(end.splat(), row, &work.force[nodes.clone()], Wrench::broadcast);
-        total += work.force[node] * segment.weights[pack];
+    let start = end.splat();
+    for (pack, row) in segment.rows(&segment.to_end).enumerate() {
+        internal[pack] = weighted_sum(start, row, force, Wrench::broadcast);
+        total += force[pack] * segment.weights[pack];
     }
     end + total.sum()
 }
@@ -135,39 +142,37 @@ fn sweep_back<G: Turning>(
 #[inline(always)]
 pub(super) fn project<G: Turning>(
     plan: &Plan<G>,
-    work: &Workspace<G>,
+    work: &mut Workspace<G>,
     q: &[f64],
     qd: &[f64],
     tau: &mut [f64],
 ) {
     for segment in &plan.segments {
-        let range = segment.first..segment.first + segment.n;
-        tau[range].fill(0.0);
-        for pack in 0..segment.packs {
-            let node = segment.first_pack + pack;
-            let rotation = &work.rotation[node];
-            let Wrench { moment, force } = work.internal[node];
-            let mut wrench = Wrench::<G, Pack> {
-                moment: G::rotate_axial_back(rotation, moment - work.position[node].cross(force)),
-                force: G::rotate_back(rotation, force),
+        let packs = segment.packs;
+        let nodes = segment.node_packs();
+        let rotation = &work.rotation[nodes.clone()][..packs];
+        let position = &work.position[nodes.clone()][..packs];
+        let internal = &work.internal[nodes.clone()][..packs];
+        let body = &mut work.body[nodes][..packs];
+        for pack in 0..packs {
+            let Wrench { moment, force } = internal[pack];
+            body[pack] = Wrench {
+                moment: G::rotate_axial_back(&rotation[pack], moment - position[pack].cross(force)),
+                force: G::rotate_back(&rotation[pack], force),
             };
-            for component in &segment.components {
-                let wrench = *wrench.component_mut(component.index);
-                for k in 0..component.modes {
-                    let product = segment.weighted_basis[k * segment.packs + pack] * wrench;
-                    tau[component.first + k] += product.sum();
-                }
-            }
         }
+        let mu = segment.retardation_time;
         for component in &segment.components {
-            let mu = segment.retardation_time;
-            for j in 0..component.modes {
-                let mut sum = 0.0;
-                for k in 0..component.modes {
-                    let index = component.first + k;
-                    sum += component.stiffness[(j, k)] * (q[index] + mu * qd[index]);
+            let own = component.first..component.first + component.modes;
+            let (q, qd) = (&q[own.clone()], &qd[own.clone()]);
+            let tau = &mut tau[own];
+            let rows = segment.weighted_basis.chunks_exact(packs);
+            for ((j, tau), row) in tau.iter_mut().enumerate().zip(rows) {
+                let mut sum = Pack::ZERO;
+                for (&weight, wrench) in row.iter().zip(body.iter_mut()) {
+                    sum += weight * *wrench.component_mut(component.index);
                 }
-                tau[component.first + j] += sum;
+                *tau = sum.sum() + component.elastic_force(j, q, qd, mu);
             }
         }
     }

@@ -80,6 +80,19 @@ pub(super) struct Component {
     pub(super) first: usize,
     /// `int phi_j H phi_k`, modes x modes.
     pub(super) stiffness: Matrix,
+    /// Whether that is diagonal.
+    pub(super) is_orthogonal: bool,
+}
+
+impl Component {
+    /// Row `j` of `K (q + mu qd)`, of this component's coordinates.
+    #[inline(always)]
+    pub(super) fn elastic_force(&self, j: usize, q: &[f64], qd: &[f64], mu: f64) -> f64 {
+        if self.is_orthogonal {
+            return self.stiffness[(j, j)] * (q[j] + mu * qd[j]);
+        }
+        (0..self.modes).map(|k| self.stiffness[(j, k)] * (q[k] + mu * qd[k])).sum()
+    }
 }
 
 /// The values of a function of the node, [`LANES`] to a pack.
@@ -159,7 +172,13 @@ impl<G: Turning> SegmentPlan<G> {
             if modes > 0 {
                 let stiffness = stiffness(segment, strain, modes);
                 let index = G::strain_index(frame, strain);
-                components.push(Component { index, modes, first: next, stiffness });
+                components.push(Component {
+                    index,
+                    modes,
+                    first: next,
+                    stiffness,
+                    is_orthogonal: !is_tapered,
+                });
                 next += modes;
             }
         }
@@ -203,6 +222,26 @@ impl<G: Turning> SegmentPlan<G> {
     pub(super) fn row<'a>(&self, matrix: &'a [Pack], pack: usize) -> &'a [Pack] {
         let nodes = self.packs * LANES;
         &matrix[pack * nodes..(pack + 1) * nodes]
+    }
+
+    /// The rows of an integration matrix.
+    #[inline(always)]
+    pub(super) fn rows<'a>(&self, matrix: &'a [Pack]) -> std::slice::ChunksExact<'a, Pack> {
+        matrix.chunks_exact(self.packs * LANES)
+    }
+
+    /// [`Self::field`] at all nodes.
+    #[inline(always)]
+    pub(super) fn fields(&self, q: &[f64], fields: &mut [Twist<G, Pack>]) {
+        fields.fill(Twist::zero());
+        for component in &self.components {
+            let rows = self.basis.chunks_exact(self.packs);
+            for (&q, row) in q[component.first..][..component.modes].iter().zip(rows) {
+                for (field, &basis) in fields.iter_mut().zip(row) {
+                    *field.component_mut(component.index) += basis * q;
+                }
+            }
+        }
     }
 
     /// `sum_k phi_k q_k` of every strain at the nodes of one pack; components that do not exist are zero.

@@ -58,7 +58,7 @@ impl<G: Turning> pulp::NullaryFnOnce for Motion<'_, G> {
 
 struct Projection<'a, G: Turning> {
     plan: &'a Plan<G>,
-    work: &'a Workspace<G>,
+    work: &'a mut Workspace<G>,
     q: &'a [f64],
     qd: &'a [f64],
     tau: &'a mut [f64],

@@ -181,7 +181,8 @@ fn bodies<G: Turning>(
     for pack in 0..segment.packs {
         let node = segment.first_pack + pack;
         let weight = segment.weights[pack];
-        let inertia = inertia::of_nodes(plan.frame, segment, work, pack).weighted(weight);
+        let inertia = inertia::of_nodes(plan.frame, segment, pack, &work.rotation[node], work.position[node])
+            .weighted(weight);
         memory.inertia[pack] = inertia;
         if !weights.is_mass_only {
             memory.gyroscope[pack] =

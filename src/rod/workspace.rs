@@ -36,6 +36,8 @@ pub(super) struct Workspace<G: Turning> {
     pub(super) force: Vec<Wrench<G, Pack>>,
     /// Internal wrench F.
     pub(super) internal: Vec<Wrench<G, Pack>>,
+    /// The same in body axes, about the node.
+    pub(super) body: Vec<Wrench<G, Pack>>,
     /// The coordinates of which rotation and position are here, and the state of which the rest is here.
     pub(super) kinematics_of: Vec<f64>,
     pub(super) motion_of: Vec<f64>,
@@ -63,7 +65,8 @@ impl<G: Turning> Workspace<G> {
             acceleration: twists,
             momentum: wrenches.clone(),
             force: wrenches.clone(),
-            internal: wrenches,
+            internal: wrenches.clone(),
+            body: wrenches,
             // NaN equals nothing, and nor does an entry too many where there are no coordinates: both are computed first.
             kinematics_of: vec![f64::NAN; plan.n + 1],
             motion_of: vec![f64::NAN; 3 * plan.n],
