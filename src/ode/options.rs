@@ -142,11 +142,10 @@ impl Output {
         checker.require(self.event_samples > 0, "event_samples", self.event_samples, "a whole number > 0");
         let times = self.t_eval.as_deref().unwrap_or_default();
         let (low, high) = (t0.min(t_end), t0.max(t_end));
-        let inside = format!("a time within t_span, between {low} and {high}");
-        for (i, &t) in times.iter().enumerate() {
-            if !checker.require(t >= low && t <= high, &format!("t_eval[{i}]"), t, &inside) {
-                break;
-            }
+        let is_inside = |t: &f64| (low..=high).contains(t);
+        if let Some(i) = times.iter().position(|t| !is_inside(t)) {
+            let inside = format!("a time within t_span, between {low} and {high}");
+            checker.require(false, &format!("t_eval[{i}]"), times[i], &inside);
         }
         let direction = if t_end < t0 { -1.0 } else { 1.0 };
         if let Some(i) = times.windows(2).position(|pair| direction * (pair[1] - pair[0]) <= 0.0) {
