@@ -101,6 +101,17 @@ pub(crate) fn matrix_out<'py>(py: Python<'py>, matrix: &Matrix) -> Bound<'py, Py
         .to_pyarray(py)
 }
 
+/// A number of things; refuses negative ones by the name of the argument.
+pub(crate) fn count(number: i64, name: &str) -> PyResult<usize> {
+    usize::try_from(number)
+        .map_err(|_| PyValueError::new_err(format!("{name}: got {number}, expected a whole number >= 0")))
+}
+
+/// The limit from the argument `max_steps`; none by default.
+pub(crate) fn step_limit(max_steps: Option<i64>) -> PyResult<usize> {
+    max_steps.map_or(Ok(usize::MAX), |limit| count(limit, "max_steps"))
+}
+
 /// What a value is, for an error message: its shape and dtype, or its type.
 pub(crate) fn describe(value: &Bound<'_, PyAny>) -> String {
     let attribute = |name: &str| value.getattr(name).and_then(|a| a.str()).map(|s| s.to_string()).ok();

@@ -297,10 +297,3 @@ pub(super) fn step_size(adaptive: bool, max_step: Option<f64>, min_step: f64) ->
 pub(super) fn times(t_eval: Option<&Bound<'_, PyAny>>) -> PyResult<Option<Vec<f64>>> {
     t_eval.map(|times| convert::vector(times, "t_eval")).transpose()
 }
-
-/// The limit from the argument `max_steps`; none by default.
-pub(super) fn step_limit(max_steps: Option<i64>) -> PyResult<usize> {
-    let Some(limit) = max_steps else { return Ok(usize::MAX) };
-    usize::try_from(limit)
-        .map_err(|_| PyValueError::new_err(format!("max_steps: got {limit}, expected a number >= 0")))
-}

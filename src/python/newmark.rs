@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyString, PyTuple};
 
 use super::convert;
-use super::motion::{PyMotionResult, finish, predictor, scheme, step_limit, step_size, times};
+use super::motion::{PyMotionResult, finish, predictor, scheme, step_size, times};
 use super::ode::function::{matrix_of, read_vector};
 use super::ode::options::tolerance;
 use super::ode::system::{SharedRaised, unpack};
@@ -150,7 +150,7 @@ pub(crate) fn newmark<'py>(
         predictor: self::predictor(predictor)?,
         reuse_jacobian,
         initial_acceleration: a0.map(|a0| convert::vector(a0, "a0")).transpose()?,
-        max_steps: step_limit(max_steps)?,
+        max_steps: convert::step_limit(max_steps)?,
         ..defaults
     };
     let t_eval = times(t_eval)?;

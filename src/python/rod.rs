@@ -61,14 +61,14 @@ impl PySegment {
         retardation_time: f64,
         reference_strain: Option<&Bound<'_, PyAny>>,
         shear_correction: f64,
-        nodes: Option<usize>,
+        nodes: Option<i64>,
     ) -> PyResult<Self> {
         let mut segment = Segment {
             radius: radii(radius)?,
             modes: mode_numbers(modes)?,
             retardation_time,
             shear_correction,
-            nodes,
+            nodes: nodes.map(|nodes| convert::count(nodes, "nodes")).transpose()?,
             ..Segment::straight(length, 0.0, young_modulus, shear_modulus, density)
         };
         if let Some(strain) = reference_strain {

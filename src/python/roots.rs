@@ -6,7 +6,8 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyFloat, PyString, PyTuple};
 
 use super::callback::Raised;
-use super::convert::{describe, matrix_of, matrix_out, scalar_or_vector, vector_of};
+
+use super::convert::{count, describe, matrix_of, matrix_out, scalar_or_vector, vector_of};
 use super::errors::ConvergenceError;
 use crate::error::{Checker, Interrupted, InvalidInput};
 use crate::linalg::Matrix;
@@ -317,7 +318,7 @@ pub(crate) fn root<'py>(
     jac: Option<Bound<'py, PyAny>>,
     method: &str,
     tol: f64,
-    max_iter: usize,
+    max_iter: i64,
     xtol: f64,
     xtol_abs: f64,
     x_scale: Option<Bound<'py, PyAny>>,
@@ -338,7 +339,7 @@ pub(crate) fn root<'py>(
         derivative: derivative_of(&jac)?,
         residual_tolerance: tol,
         step_tolerance: StepTolerance { absolute: xtol_abs, relative: xtol },
-        max_iterations: max_iter,
+        max_iterations: count(max_iter, "max_iter")?,
         reuse: if keep_jacobian { Reuse::WithinSolve } else { Reuse::Never },
         longest_step: max_step,
         accelerate,

@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 use super::callback::Raised;
 use super::convert;
 use super::model::PyModel;
-use super::motion::{PyMotionResult, Ticker, finish, predictor, scheme, step_limit, step_size, times};
+use super::motion::{PyMotionResult, Ticker, finish, predictor, scheme, step_size, times};
 use super::ode::options::tolerance;
 use crate::error::{Checker, Interrupted, InvalidInput};
 use crate::newmark;
@@ -139,7 +139,7 @@ pub(crate) fn simulate<'py>(
     let defaults = newmark::Options::new(dt);
     let rtol = rtol.map_or(Ok(defaults.rtol.clone()), |rtol| tolerance(rtol, "rtol"))?;
     let atol = atol.map_or(Ok(defaults.atol.clone()), |atol| tolerance(atol, "atol"))?;
-    let max_steps = step_limit(max_steps)?;
+    let max_steps = convert::step_limit(max_steps)?;
     let first_order = match method {
         "rk45" => Some(ode::Method::Rk45),
         "dop853" => Some(ode::Method::Dop853),

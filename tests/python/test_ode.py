@@ -342,6 +342,18 @@ def test_a_right_hand_side_that_is_not_finite_is_reported(method, bad):
     assert result.t.tolist() == [0.0]
 
 
+@pytest.mark.parametrize("name", ["max_steps", "event_samples"])
+def test_negative_numbers_of_things_are_refused(name):
+    with pytest.raises(ValueError, match=f"{name}: got -1, expected a whole number >= 0"):
+        lissom.solve_ivp(decay, (0, 1), [1.0], **{name: -1})
+
+
+@pytest.mark.parametrize("solver", CLASSES)
+def test_a_negative_limit_of_steps_is_refused(solver):
+    with pytest.raises(ValueError, match="max_steps: got -1"):
+        solver(decay, 0, [1.0], 1, max_steps=-1)
+
+
 @pytest.mark.parametrize("method", METHODS)
 def test_limits_are_reported_with_their_names(method):
     result = lissom.solve_ivp(oscillator, (0.0, 100.0), [1.0, 0.0], method, max_steps=5)

@@ -52,6 +52,7 @@ def test_what_is_right_is_taken():
         ({"reference_strain": (0, np.nan, 0, 1, 0, 0)}, r"reference_strain.*NaN"),
         ({"reference_strain": (0, 0, 0, 1, 0)}, r"reference_strain: expected 6 values, got 5"),
         ({"shear_correction": 0.0}, r"shear_correction: got 0"),
+        ({"nodes": -1}, r"nodes: got -1.*whole number"),
         ({"nodes": 0}, r"nodes: got 0.*between 1 and 256"),
         ({"nodes": 257}, r"nodes: got 257.*between 1 and 256"),
         ({"modes": {"bendy": 1}}, r"bendy.*bend_y"),

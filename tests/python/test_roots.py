@@ -216,6 +216,11 @@ def test_reruns_are_bit_identical_also_in_threads():
         assert set(pool.map(run, range(16))) == {run()}
 
 
+def test_a_negative_limit_of_iterations_is_refused():
+    with pytest.raises(ValueError, match="max_iter: got -1, expected a whole number >= 0"):
+        lissom.root(circle_and_hyperbola, [3.0, 1.0], max_iter=-1)
+
+
 def test_the_rate_is_quadratic():
     history = lissom.root(
         circle_and_hyperbola, [3, 1], jac=circle_and_hyperbola_jac, tol=1e-14, history=True

@@ -123,11 +123,11 @@ pub(super) fn solve_ivp<'py>(
     first_step: Option<f64>,
     max_step: Option<f64>,
     min_step: f64,
-    max_steps: Option<usize>,
+    max_steps: Option<i64>,
     jac: Option<&Bound<'py, PyAny>>,
     jac_sparsity: Option<&Bound<'py, PyAny>>,
     controller: &str,
-    event_samples: Option<usize>,
+    event_samples: Option<i64>,
     callback: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<PyOdeResult> {
     let t_span = interval(t_span)?;
@@ -138,7 +138,7 @@ pub(super) fn solve_ivp<'py>(
         first_step,
         max_step: max_step.unwrap_or(f64::INFINITY),
         min_step,
-        max_steps: max_steps.unwrap_or(usize::MAX),
+        max_steps: convert::step_limit(max_steps)?,
         controller: options::controller(controller)?,
         sparsity: jac_sparsity.map(|pattern| options::sparsity(pattern, y0.len())).transpose()?,
         ..Options::default()
@@ -155,7 +155,7 @@ pub(super) fn solve_ivp<'py>(
         ..Output::default()
     };
     if let Some(event_samples) = event_samples {
-        output.event_samples = event_samples;
+        output.event_samples = convert::count(event_samples, "event_samples")?;
     }
     let raised = SharedRaised::default();
     let parts = Parts { fun, args, jac, vectorized, method: options.method, n: y0.len() };

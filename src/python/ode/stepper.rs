@@ -10,6 +10,7 @@ use super::options;
 use super::result::PyDenseOutput;
 use super::system::{Parts, PySystem, SharedRaised};
 use crate::ode::{Method, Options, Status, Stepper, System, tableau};
+use crate::python::convert;
 
 /// An integration step by step: the base class of `RK45`, `DOP853` and `Radau`.
 ///
@@ -389,7 +390,7 @@ macro_rules! explicit_solver {
                 first_step: Option<f64>,
                 max_step: Option<f64>,
                 min_step: f64,
-                max_steps: Option<usize>,
+                max_steps: Option<i64>,
                 vectorized: bool,
                 controller: &str,
             ) -> PyResult<PyClassInitializer<Self>> {
@@ -398,7 +399,7 @@ macro_rules! explicit_solver {
                     first_step,
                     max_step: max_step.unwrap_or(f64::INFINITY),
                     min_step,
-                    max_steps: max_steps.unwrap_or(usize::MAX),
+                    max_steps: convert::step_limit(max_steps)?,
                     controller: options::controller(controller)?,
                     ..Options::default()
                 };
@@ -457,7 +458,7 @@ impl PyRadau {
         first_step: Option<f64>,
         max_step: Option<f64>,
         min_step: f64,
-        max_steps: Option<usize>,
+        max_steps: Option<i64>,
         vectorized: bool,
         jac: Option<&Bound<'_, PyAny>>,
         jac_sparsity: Option<&Bound<'_, PyAny>>,
@@ -467,7 +468,7 @@ impl PyRadau {
             first_step,
             max_step: max_step.unwrap_or(f64::INFINITY),
             min_step,
-            max_steps: max_steps.unwrap_or(usize::MAX),
+            max_steps: convert::step_limit(max_steps)?,
             sparsity: jac_sparsity
                 .map(|pattern| options::sparsity(pattern, options::initial_state(y0)?.len()))
                 .transpose()?,
