@@ -6,7 +6,6 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyFloat, PyString, PyTuple};
 
 use super::callback::Raised;
-
 use super::convert::{count, describe, matrix_of, matrix_out, scalar_or_vector, vector_of};
 use super::errors::ConvergenceError;
 use crate::error::{Checker, Interrupted, InvalidInput};

@@ -366,7 +366,7 @@ def test_any_array_will_do(make):
         ("adaptive: .*an option of the Newmark family", {"method": "rk45", "adaptive": True}),
         (r"max_step: .*adaptive steps \(adaptive=True\)", {"max_step": 0.1}),
         (r"min_step: .*adaptive steps \(adaptive=True\)", {"min_step": 0.1}),
-        ("max_steps: got -3, expected a number >= 0", {"max_steps": -3}),
+        ("max_steps: got -3, expected a whole number >= 0", {"max_steps": -3}),
         ('predictor: got "none"', {"predictor": "none"}),
         ("adaptive: .* blind", {"method": "linear_acceleration", "adaptive": True}),
         ("number of output times: got .*4 GiB", {"t_end": 1e9, "dt": 1e-3}),
