@@ -18,7 +18,7 @@ import lissom
 REPETITIONS = 15
 STEP = 1e-2
 
-# Seconds, tables 1 and 2 of the report, which names no Jacobian. Its explicit run of the released rod never ended.
+# Seconds, tables 1 and 2 of the report, which names no Jacobian; one of its runs never ended.
 REPORT_RELEASED = {"implicit": 46.239, "explicit": float("inf")}
 REPORT_HANGING = {"implicit": 5.8227, "explicit": 5.6295}
 REPORT_PENDULUM = {
