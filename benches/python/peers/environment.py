@@ -1,0 +1,66 @@
+"""A virtual environment for every code that lissom is compared with, made from its public package."""
+
+import json
+import os
+import subprocess
+import sys
+import venv
+from dataclasses import dataclass
+from pathlib import Path
+
+SCRIPTS = Path(__file__).parent
+# Name, script, requirement.
+PEERS = {
+    "pyelastica": ("pyelastica.py", "pyelastica==1.0.0"),
+    "mujoco": ("mujoco_cable.py", "mujoco==3.3.2"),
+    "soromox": ("soromox_gvs.py", "soromox==0.5.0"),
+}
+# Written last, so that an environment without it is known to be unfinished.
+STAMP = "requirement.txt"
+
+
+class Unavailable(Exception):
+    """A peer that cannot be installed or measured here; says why."""
+
+
+@dataclass(frozen=True)
+class Measured:
+    """Versions of a peer's packages and its runs; `failure` says why there are not more."""
+
+    versions: dict[str, str]
+    runs: list[dict]
+    failure: str | None
+
+
+def interpreter(name: str, folder: Path) -> Path:
+    """The Python of a peer's environment, which is made if it is not there."""
+    _, requirement = PEERS[name]
+    environment = folder / name
+    python, stamp = environment / "bin" / "python", environment / STAMP
+    if stamp.is_file() and stamp.read_text() == requirement:
+        return python
+    print(f"installing {requirement} in {environment}", file=sys.stderr)
+    venv.create(environment, with_pip=True, clear=True)
+    command = [python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", requirement]
+    result = subprocess.run(command, capture_output=True, text=True)
+    if result.returncode != 0:
+        lines = result.stderr.strip().splitlines()
+        raise Unavailable(f"cannot be installed: {lines[-1] if lines else 'pip does not say why'}")
+    stamp.write_text(requirement)
+    return python
+
+
+def measure(name: str, folder: Path, quick: bool) -> Measured:
+    """Measure a peer by its own interpreter."""
+    script, _ = PEERS[name]
+    command = [interpreter(name, folder), SCRIPTS / script, *(["--quick"] if quick else [])]
+    # What this interpreter finds on PYTHONPATH is not the peer's.
+    surroundings = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
+    result = subprocess.run(command, stdout=subprocess.PIPE, text=True, env=surroundings)
+    lines = [json.loads(line) for line in result.stdout.splitlines() if line.startswith("{")]
+    if not lines:
+        raise Unavailable(f"its script ended with {result.returncode} before the first run")
+    failure = (
+        None if result.returncode == 0 else f"ended with {result.returncode} after {len(lines) - 1} runs"
+    )
+    return Measured(lines[0]["versions"], lines[1:], failure)

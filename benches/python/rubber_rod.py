@@ -1,0 +1,90 @@
+"""Run time against error for a rubber rod that is let go: lissom, PyElastica, MuJoCo's cable, SoRoMoX.
+
+    python benches/python/rubber_rod.py [-o DIR] [--quick] [--peers NAME ...]
+
+Needs lissom built in release mode, numpy and matplotlib. Makes a virtual environment for each of the others
+in DIR/environments, once, from their public packages; one that cannot be installed is named with the reason.
+Everything is measured in this one invocation, one after the other. Writes DIR/rubber_rod.json (all runs
+with their tips), .md (tables) and .png (plot).
+
+Error: largest distance of the tip, over the whole second, from a reference that has converged in modes, steps
+and quadrature nodes. Run time: the shortest of several runs from the state at rest to the tip's positions,
+without building and compiling the model.
+"""
+
+import argparse
+import json
+import os
+import platform
+import sys
+from pathlib import Path
+
+import numpy as np
+import rubber_rod_lissom
+import rubber_rod_report
+from peers.cases import LONGEST_RUN, QUICK_LONGEST_RUN
+from peers.environment import PEERS, Unavailable, measure
+
+import lissom
+
+
+def processor() -> str:
+    """The processor's name where Linux tells it."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+    except OSError:
+        return platform.processor() or platform.machine()
+    names = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
+    return names[0] if names else platform.machine()
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("-o", "--output", type=Path, default=Path("results/rubber_rod"))
+    parser.add_argument("--quick", action="store_true", help="only runs of a few seconds")
+    parser.add_argument("--peers", nargs="*", choices=list(PEERS), default=list(PEERS), help="all by default")
+    arguments = parser.parse_args()
+    if lissom._lissom.build_profile != "release":
+        sys.exit("This is a debug build of lissom; build it in release mode first.")
+    longest = QUICK_LONGEST_RUN if arguments.quick else LONGEST_RUN
+
+    machine = [
+        f"- {processor()}, {os.cpu_count()} cores, {platform.system()}, Python {platform.python_version()}",
+        f"- load at the start: {os.getloadavg()[0]:.2f}",
+        "- `python benches/python/rubber_rod.py" + (" --quick`" if arguments.quick else "`"),
+    ]
+    references, changes = rubber_rod_lissom.references(arguments.quick)
+    runs = list(rubber_rod_lissom.runs(arguments.quick, longest))
+    versions = {"lissom": {"lissom": lissom.__version__, "numpy": np.__version__}}
+    left_out = {}
+    for name in arguments.peers:
+        try:
+            peer = measure(name, arguments.output.resolve() / "environments", arguments.quick)
+        except Unavailable as reason:
+            left_out[name] = str(reason)
+            continue
+        versions[name] = peer.versions
+        runs += peer.runs
+        if peer.failure is not None:
+            left_out[f"the rest of {name}"] = peer.failure
+
+    arguments.output.mkdir(parents=True, exist_ok=True)
+    data = {
+        "machine": machine,
+        "versions": versions,
+        "left_out": left_out,
+        "reference_changes": changes,
+        "references": {name: tips.tolist() for name, tips in references.items()},
+        "runs": runs,
+    }
+    (arguments.output / "rubber_rod.json").write_text(json.dumps(data))
+    text = rubber_rod_report.markdown(runs, references, changes, left_out, machine, versions)
+    (arguments.output / "rubber_rod.md").write_text(text)
+    rubber_rod_report.plot(runs, references, arguments.output / "rubber_rod.png")
+    print(text)
+
+
+if __name__ == "__main__":
+    main()
