@@ -56,7 +56,8 @@ def measure(name: str, folder: Path, quick: bool) -> Measured:
     command = [interpreter(name, folder), SCRIPTS / script, *(["--quick"] if quick else [])]
     # What this interpreter finds on PYTHONPATH is not the peer's.
     surroundings = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
-    result = subprocess.run(command, stdout=subprocess.PIPE, text=True, env=surroundings)
+    # There, because MuJoCo writes its log where it runs.
+    result = subprocess.run(command, stdout=subprocess.PIPE, text=True, env=surroundings, cwd=folder)
     lines = [json.loads(line) for line in result.stdout.splitlines() if line.startswith("{")]
     if not lines:
         raise Unavailable(f"its script ended with {result.returncode} before the first run")
