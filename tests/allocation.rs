@@ -1,0 +1,126 @@
+//! Steps allocate nothing: all memory is there before the first one.
+#![allow(unsafe_code, reason = "an allocator that counts")]
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+
+use lissom::linalg::Matrix;
+use lissom::model::{ForwardScratch, Model};
+use lissom::newmark::{self, FreeMotion};
+use lissom::ode::{self, FirstOrder};
+use lissom::rod::{Rod, RodModel, Segment};
+
+thread_local! {
+    static ALLOCATIONS: Cell<usize> = const { Cell::new(0) };
+}
+
+struct Counting;
+
+// SAFETY: everything is passed on to the system's allocator.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        ALLOCATIONS.with(|count| count.set(count.get() + 1));
+        unsafe { System.alloc(layout) }
+    }
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        unsafe { System.dealloc(pointer, layout) }
+    }
+    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        ALLOCATIONS.with(|count| count.set(count.get() + 1));
+        unsafe { System.realloc(pointer, layout, size) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+fn allocations(run: impl FnOnce()) -> usize {
+    let before = ALLOCATIONS.with(Cell::get);
+    run();
+    ALLOCATIONS.with(Cell::get) - before
+}
+
+/// A planar and a spatial rod of one and of several segments, with few and with many coordinates.
+fn models() -> Vec<RodModel> {
+    let segment =
+        |modes| Segment { modes, retardation_time: 0.01, ..Segment::straight(0.3, 0.01, 1e6, 4e5, 1e3) };
+    let rods = [
+        vec![segment([0, 3, 0, 0, 0, 0])],
+        vec![segment([0, 0, 2, 1, 1, 0]); 3],
+        vec![segment([2, 2, 2, 0, 0, 0]); 2],
+        vec![segment([3, 3, 3, 3, 3, 3]); 3],
+    ];
+    rods.map(|segments| {
+        RodModel::new(&Rod { tip_mass: 0.01, tip_force: [0.1; 3], ..Rod::new(segments) }).unwrap()
+    })
+    .into()
+}
+
+#[test]
+fn counting_works() {
+    assert_eq!(allocations(|| drop(vec![0.0; 100])), 1);
+}
+
+#[test]
+fn sweeps_allocate_nothing() {
+    for mut model in models() {
+        let n = model.n();
+        let (q, qd, qdd) = (vec![0.1; n], vec![0.2; n], vec![0.3; n]);
+        let mut tau = vec![0.0; n];
+        let mut tangent = Matrix::zeros(n, n);
+        let mut scratch = ForwardScratch::new(n);
+        let count = allocations(|| {
+            model.inverse_dynamics(&q, &qd, &qdd, &mut tau);
+            model.weighted_tangent(&q, &qd, &qdd, [1e-4, 1e-2, 1.0], &mut tangent);
+            model.mass_matrix(&qd, &mut tangent);
+            model.energy(&q, &qd);
+            model.forward_dynamics(&qdd, &qd, &mut tau, &mut scratch).unwrap();
+        });
+        assert_eq!(count, 0, "{n} coordinates");
+    }
+}
+
+#[test]
+fn implicit_steps_allocate_nothing() {
+    for mut model in models() {
+        let n = model.n();
+        let zeros = vec![0.0; n];
+        for options in [
+            newmark::Options::new(1e-3),
+            newmark::Options {
+                step_size: newmark::StepSize::Adaptive { max_step: f64::INFINITY, min_step: 0.0 },
+                ..newmark::Options::new(1e-3)
+            },
+        ] {
+            let mut stepper = newmark::Stepper::new(n, (0.0, 10.0), &zeros, &zeros, &options).unwrap();
+            let mut system = FreeMotion(&mut model);
+            stepper.start(&mut system).unwrap();
+            stepper.step(&mut system).unwrap();
+            let count = allocations(|| {
+                for _ in 0..50 {
+                    stepper.step(&mut system).unwrap();
+                }
+            });
+            assert_eq!((count, stepper.counters().steps), (0, 51), "{n} coordinates");
+        }
+    }
+}
+
+#[test]
+fn explicit_steps_allocate_nothing() {
+    for model in models() {
+        let zeros = vec![0.0; 2 * model.n()];
+        let mut system = FirstOrder::new(model);
+        for method in [ode::Method::Rk45, ode::Method::Dop853, ode::Method::Radau] {
+            let options = ode::Options { method, ..ode::Options::default() };
+            let mut stepper = ode::Stepper::new(zeros.len(), (0.0, 10.0), &zeros, &options).unwrap();
+            stepper.step(&mut system).unwrap();
+            let count = allocations(|| {
+                for _ in 0..20 {
+                    stepper.step(&mut system).unwrap();
+                }
+            });
+            assert_eq!(count, 0, "{method:?}, {} equations", zeros.len());
+        }
+    }
+}
