@@ -99,7 +99,7 @@ def tips_of(rod: lissom.Rod, **options) -> np.ndarray:
     motion = lissom.simulate(rod, DURATION, t_eval=TIMES, **options)
     if not motion.success:
         return np.full((TIMES.size, 3), math.inf)
-    return np.array([rod.pose(q, rod.length)[:3, 3] for q in motion.q])
+    return rod.pose(motion.q, rod.length)[:, :3, 3]
 
 
 def difference(one: np.ndarray, other: np.ndarray) -> float:

@@ -230,7 +230,7 @@ def shapes(run: Run, rod: Rod) -> tuple[NDArray[np.intp], Array]:
     """Indices of the times at which the centre line is kept; its positions (times, sections, 3) in metres."""
     at = run.instants(MAX_SHAPES)
     stations = sections(rod)
-    return at, np.array([rod.pose(q, stations)[:, :3, 3] for q in run.q[at]])
+    return at, rod.pose(run.q[at], stations)[..., :3, 3]
 
 
 def missing(*modules: str) -> list[str]:

@@ -69,6 +69,26 @@ pub(crate) fn finite_vector_of(value: &Bound<'_, PyAny>, n: usize, name: &str) -
     Ok(vector)
 }
 
+/// One vector of `n` finite entries, or the rows of an array of them one after the other with their number.
+pub(crate) fn finite_rows_of(
+    value: &Bound<'_, PyAny>,
+    n: usize,
+    name: &str,
+) -> PyResult<(Vec<f64>, Option<usize>)> {
+    let rows: Option<PyArrayLike2<'_, f64, AllowTypeChange>> =
+        if is_complex(value) { None } else { value.extract().ok() };
+    let Some(rows) = rows else { return Ok((finite_vector_of(value, n, name)?, None)) };
+    let rows = rows.as_array();
+    if rows.ncols() != n {
+        let (k, columns) = rows.dim();
+        return Err(PyValueError::new_err(format!("{name}: expected shape (k, {n}), got ({k}, {columns})")));
+    }
+    if let Some(((i, j), x)) = rows.indexed_iter().find(|(_, x)| !x.is_finite()) {
+        return Err(PyValueError::new_err(format!("{name}[{i}, {j}]: got {x}, expected a finite number")));
+    }
+    Ok((rows.iter().copied().collect(), Some(rows.nrows())))
+}
+
 /// A matrix of exactly `shape` (rows, columns), from any memory layout.
 pub(crate) fn matrix_of(value: &Bound<'_, PyAny>, shape: (usize, usize), name: &str) -> PyResult<Matrix> {
     let wrong = || {

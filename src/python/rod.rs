@@ -2,8 +2,7 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use numpy::ndarray::Array3;
-use numpy::{IntoPyArray, ToPyArray};
+use numpy::{IntoPyArray, PyArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
@@ -11,7 +10,8 @@ use pyo3::types::{PyDict, PyTuple};
 use super::convert;
 use super::model::PyModel;
 use crate::error::{Checker, InvalidInput};
-use crate::rod::{Kernel, Pose, Rod, RodModel, STRAIN_NAMES, STRAINS, Segment};
+use crate::lie::Rotation;
+use crate::rod::{Kernel, Place, Pose, Rod, RodModel, STRAIN_NAMES, STRAINS, Segment};
 
 /// A piece of rod of one material, with a circular section that may taper linearly.
 ///
@@ -199,6 +199,16 @@ impl PySegment {
     }
 }
 
+/// The homogeneous matrix of a pose, row by row.
+fn homogeneous(pose: &Pose) -> [f64; 16] {
+    let Pose { rotation: Rotation { x, y, z }, position: p } = *pose;
+    let rows = [x.x, y.x, z.x, p.x, x.y, y.y, z.y, p.y, x.z, y.z, z.z, p.z];
+    let mut matrix = [0.0; 16];
+    matrix[..12].copy_from_slice(&rows);
+    matrix[15] = 1.0;
+    matrix
+}
+
 fn radii(value: &Bound<'_, PyAny>) -> PyResult<[f64; 2]> {
     if let Ok(radius) = value.extract::<f64>() {
         return Ok([radius; 2]);
@@ -375,21 +385,22 @@ impl PyRod {
     ///
     /// Parameters
     /// ----------
-    /// q : array_like, shape (n,)
-    ///     Coordinates.
+    /// q : array_like, shape (n,) or (k, n)
+    ///     Coordinates, or those of k states.
     /// X : float or array_like, shape (m,)
     ///     Arc lengths of the unstretched rod, 0 <= X <= length, metres.
     ///
     /// Returns
     /// -------
-    /// pose : ndarray, shape (4, 4) for a number, (m, 4, 4) for an array
+    /// pose : ndarray, shape (4, 4) for a number, (m, 4, 4) for an array; (k, 4, 4) and (k, m, 4, 4) for k states
     ///     Homogeneous transformations from body to world: ``pose[..., :3, :3]`` has the body axes as columns,
     ///     ``pose[..., :3, 3]`` is the position in metres.
     #[pyo3(signature = (q, X))]
     #[allow(non_snake_case, reason = "X is the arc length of the unstretched rod everywhere in this field")]
     fn pose<'py>(&self, q: &Bound<'py, PyAny>, X: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         let py = q.py();
-        let q = convert::finite_vector_of(q, self.description.coordinates(), "q")?;
+        let n = self.description.coordinates();
+        let (states, number_of_states) = convert::finite_rows_of(q, n, "q")?;
         let (places, is_number) = match X.extract::<f64>() {
             Ok(place) => (vec![place], true),
             Err(_) => (convert::vector(X, "X")?, false),
@@ -402,21 +413,18 @@ impl PyRod {
         }
         // Locked only now: nothing of Python runs from here on.
         let mut model = self.kinematics.lock().unwrap_or_else(PoisonError::into_inner);
-        let mut poses = Array3::zeros((places.len(), 4, 4));
-        for (mut matrix, &place) in poses.outer_iter_mut().zip(&places) {
-            let Pose { rotation, position } = model.pose(&q, place);
-            for (column, vector) in [rotation.x, rotation.y, rotation.z, position].into_iter().enumerate() {
-                for (row, value) in vector.to_array().into_iter().enumerate() {
-                    matrix[[row, column]] = value;
-                }
+        let places: Vec<Place> = places.into_iter().map(|x| model.place(x)).collect();
+        let rows = number_of_states.unwrap_or(1);
+        let mut poses = Vec::with_capacity(16 * rows * places.len());
+        for row in 0..rows {
+            let q = &states[row * n..(row + 1) * n];
+            for place in &places {
+                poses.extend(homogeneous(&model.pose_at(q, place)));
             }
-            matrix[[3, 3]] = 1.0;
         }
-        if is_number {
-            Ok(poses.index_axis(numpy::ndarray::Axis(0), 0).to_pyarray(py).into_any())
-        } else {
-            Ok(poses.into_pyarray(py).into_any())
-        }
+        let shape: Vec<usize> =
+            number_of_states.into_iter().chain((!is_number).then_some(places.len())).chain([4, 4]).collect();
+        Ok(poses.into_pyarray(py).reshape(shape)?.into_any())
     }
 
     fn __repr__(&self) -> String {

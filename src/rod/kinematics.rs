@@ -65,8 +65,20 @@ pub(super) fn update<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, q: &[f
     }
 }
 
-/// The pose at arc length `x` in [0, L], with the kinematics up to date.
-pub(super) fn pose<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, q: &[f64], x: f64) -> Pose {
+/// A place along a rod, prepared for finding its pose in many states.
+#[derive(Clone, Debug)]
+pub struct Place {
+    segment: usize,
+    /// Fraction of the segment's length.
+    x: f64,
+    /// Nodes of the segment before the place.
+    before: usize,
+    /// Weights of the integral from the segment's base, times its length.
+    weights: Vec<f64>,
+}
+
+/// The place at arc length `x` of the unstretched rod, clamped to [0, L].
+pub(super) fn place<G: Turning>(plan: &Plan<G>, x: f64) -> Place {
     let (mut s, mut start) = (0, 0.0);
     while s + 1 < plan.segments.len() && x > start + plan.segments[s].length {
         start += plan.segments[s].length;
@@ -75,24 +87,29 @@ pub(super) fn pose<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, q: &[f64], x
     let segment = &plan.segments[s];
     // Rounding of the sum of lengths must not lead outside.
     let x = ((x - start) / segment.length).clamp(0.0, 1.0);
-    let nodes = &segment.gauss.nodes;
-    let before = nodes.partition_point(|&node| node <= x);
+    let before = segment.gauss.nodes.partition_point(|&node| node <= x);
+    let weights = segment.gauss.weights_up_to(x).into_iter().map(|weight| weight * segment.length).collect();
+    Place { segment: s, x, before, weights }
+}
 
-    // The rotation of the node before x, turned on from there.
-    let (from, rotation) = match before {
-        0 => (0.0, G::matrix(work.stations[s].orientation)),
+/// The pose at a place, with the kinematics up to date.
+pub(super) fn pose<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, q: &[f64], place: &Place) -> Pose {
+    let segment = &plan.segments[place.segment];
+    let station = &work.stations[place.segment];
+    // The rotation of the node before, turned on from there.
+    let (from, rotation) = match place.before {
+        0 => (0.0, G::matrix(station.orientation)),
         i => {
             let packs = &work.rotation[segment.first_pack + (i - 1) / LANES];
-            (nodes[i - 1], G::map_rotation(packs, |entry: &Pack| entry.0[(i - 1) % LANES]))
+            (segment.gauss.nodes[i - 1], G::map_rotation(packs, |entry: &Pack| entry.0[(i - 1) % LANES]))
         }
     };
-    let rotation = G::compose(&rotation, &G::between(segment, q, from, x));
+    let rotation = G::compose(&rotation, &G::between(segment, q, from, place.x));
 
-    let mut position = work.stations[s].position;
+    let mut position = station.position;
     let slopes = &work.slope[segment.node_packs()];
-    for (i, weight) in segment.gauss.weights_up_to(x).into_iter().enumerate() {
-        let slope = G::map_vector(&slopes[i / LANES], |component: &Pack| component.0[i % LANES]);
-        position += slope * (weight * segment.length);
+    for (i, &weight) in place.weights.iter().enumerate() {
+        position += G::map_vector(&slopes[i / LANES], |component: &Pack| component.0[i % LANES]) * weight;
     }
     let base = &plan.base_rotation;
     let Rotation { x, y, z } = G::rotation_in_space(plan.frame, &rotation);

@@ -24,7 +24,7 @@ pub use description::{
     MAX_COORDINATES, MAX_MODES, MAX_NODES, QUATERNION_TOLERANCE, Rod, STRAIGHT, STRAIN_NAMES, STRAINS,
     Segment,
 };
-pub use kinematics::Pose;
+pub use kinematics::{Place, Pose};
 pub use model::{Kernel, RodModel};
 pub use quadrature::Gauss;
 pub use section::Section;

@@ -1,7 +1,7 @@
 //! A compiled rod with its memory: what the integrators work with.
 
 use super::description::{Rod, STRAIGHT};
-use super::kinematics::Pose;
+use super::kinematics::{Place, Pose};
 use super::sweeps::Sweeps;
 use crate::error::InvalidInput;
 use crate::lie::{Planar, Plane, Spatial};
@@ -91,7 +91,17 @@ impl RodModel {
     /// The pose at arc length `x` of the unstretched rod, 0 <= x <= L (clamped there): the body axes and the position in
     /// the world.
     pub fn pose(&mut self, q: &[f64], x: f64) -> Pose {
-        on_sweeps!(&mut self.sweeps, sweeps => sweeps.pose(q, x))
+        self.pose_at(q, &self.place(x))
+    }
+
+    /// The place at arc length `x` of the unstretched rod, clamped to [0, L], for [`Self::pose_at`].
+    pub fn place(&self, x: f64) -> Place {
+        on_sweeps!(&self.sweeps, sweeps => sweeps.place(x))
+    }
+
+    /// The pose at a place of this rod. Several places of one state cost little more than one.
+    pub fn pose_at(&mut self, q: &[f64], place: &Place) -> Pose {
+        on_sweeps!(&mut self.sweeps, sweeps => sweeps.pose(q, place))
     }
 }
 

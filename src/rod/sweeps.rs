@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::description::Rod;
-use super::kinematics::{self, Pose};
+use super::kinematics::{self, Place, Pose};
 use super::plan::Plan;
 use super::tangent::{self, TangentWorkspace};
 use super::turning::Turning;
@@ -118,9 +118,13 @@ impl<G: Turning> Sweeps<G> {
         arch.dispatch(Motion { plan, work, state });
     }
 
-    pub(super) fn pose(&mut self, q: &[f64], x: f64) -> Pose {
+    pub(super) fn place(&self, x: f64) -> Place {
+        kinematics::place(&self.plan, x)
+    }
+
+    pub(super) fn pose(&mut self, q: &[f64], place: &Place) -> Pose {
         self.update_kinematics(q);
-        kinematics::pose(&self.plan, &self.work, q, x)
+        kinematics::pose(&self.plan, &self.work, q, place)
     }
 
     pub(super) fn inverse_dynamics(&mut self, state: [&[f64]; 3], tau: &mut [f64]) {

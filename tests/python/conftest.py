@@ -1,6 +1,7 @@
 """Settings of all Python tests."""
 
 import os
+import signal
 
 from hypothesis import settings
 
@@ -10,6 +11,9 @@ settings.load_profile("lissom")
 
 
 def pytest_configure(config):
-    """Marks of SciPy's tests of `solve_ivp`, which test_scipy_ivp.py runs."""
+    """Lets Ctrl-C through, and names the marks of SciPy's tests that test_scipy_ivp.py runs."""
+    # Shells let jobs in the background ignore Ctrl-C, and Python follows them.
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
     for mark in ("thread_unsafe", "fail_slow", "slow"):
         config.addinivalue_line("markers", f"{mark}: a mark of SciPy's tests")

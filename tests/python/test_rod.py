@@ -336,6 +336,21 @@ def test_rods_can_be_copied_and_pickled(duplicate):
     )
 
 
+def test_poses_of_many_states():
+    rod = rich_rod().lissom
+    states = np.random.default_rng(1).normal(size=(5, rod.n))
+    places = [0.0, 0.3, rod.length]
+    each = np.array([rod.pose(q, places) for q in states])
+    assert np.array_equal(rod.pose(states, places), each)
+    assert np.array_equal(rod.pose(states.tolist(), 0.3), each[:, 1])
+    assert rod.pose(states[:0], places).shape == (0, 3, 4, 4)
+    with pytest.raises(ValueError, match=rf"q: expected shape \(k, {rod.n}\), got \(5, {rod.n - 1}\)"):
+        rod.pose(states[:, 1:], places)
+    states[3, 2] = np.nan
+    with pytest.raises(ValueError, match=r"q\[3, 2\]: got NaN, expected a finite number"):
+        rod.pose(states, places)
+
+
 def test_quadrature_nodes_may_be_chosen():
     def rod(nodes):
         return lissom.Rod([lissom.Segment(**(rich_segments()[0] | {"nodes": nodes}))])

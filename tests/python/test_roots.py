@@ -216,11 +216,6 @@ def test_reruns_are_bit_identical_also_in_threads():
         assert set(pool.map(run, range(16))) == {run()}
 
 
-def test_a_negative_limit_of_iterations_is_refused():
-    with pytest.raises(ValueError, match="max_iter: got -1, expected a whole number >= 0"):
-        lissom.root(circle_and_hyperbola, [3.0, 1.0], max_iter=-1)
-
-
 def test_the_rate_is_quadratic():
     history = lissom.root(
         circle_and_hyperbola, [3, 1], jac=circle_and_hyperbola_jac, tol=1e-14, history=True
@@ -679,7 +674,7 @@ def test_ctrl_c_stops_a_search_among_builtin_functions():
         ({"tol": -1.0}, ValueError, "^tol: got -1, expected a finite number >= 0"),
         ({"tol": np.nan, "xtol_abs": np.inf}, ValueError, "^tol: got NaN.*\nxtol_abs: got inf"),
         ({"xtol": -1.0}, ValueError, "^xtol: got -1"),
-        ({"max_iter": -1}, OverflowError, "negative"),
+        ({"max_iter": -1}, ValueError, "^max_iter: got -1, expected a whole number >= 0"),
         ({"max_step": 0.0}, ValueError, "^max_step: got 0"),
         ({"x_scale": [1.0, 0.0]}, ValueError, r"x_scale\[1\]"),
         ({"x_scale": [1.0]}, ValueError, "x_scale: expected 2 values"),

@@ -141,7 +141,7 @@ def figure_9(t: Any, conditions: Any, determinants: Any) -> Section:
 
 def tip(rod: Rod, q: Any) -> Any:
     """Positions of the tip, (x, z) for each state."""
-    return np.array([rod.pose(state, rod.length)[[0, 2], 3] for state in q])
+    return rod.pose(q, rod.length)[:, [0, 2], 3]
 
 
 def tip_error(rod: Rod, motion: Any, reference: Any) -> float:

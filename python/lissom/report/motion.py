@@ -119,7 +119,7 @@ def _rod(run: Run, rod: Rod) -> Any:
     at = run.instants(MAX_FRAMES)
     frames = [go.Frame(data=moving(run.q[i]), traces=[0, 1], name=str(k)) for k, i in enumerate(at)]
     figure.frames = frames
-    every = np.concatenate([rod.pose(run.q[i], stations)[:, :3, 3] for i in at] + [tip_path])
+    every = np.concatenate([rod.pose(run.q[at], stations)[..., :3, 3].reshape(-1, 3), tip_path])
     figure.update_layout(
         **theme.layout(
             640,
@@ -179,7 +179,7 @@ def _faces(stations: int) -> NDArray[np.int32]:
 
 
 def _tips(run: Run, rod: Rod) -> Array:
-    return np.array([rod.pose(q, rod.length)[:3, 3] for q in run.q[run.instants(MAX_PATH)]])
+    return rod.pose(run.q[run.instants(MAX_PATH)], rod.length)[:, :3, 3]
 
 
 def _xyz(points: Array) -> dict[str, Array]:
