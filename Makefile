@@ -41,6 +41,7 @@ test-rust: $(VENV)/test.stamp ## formatting, lints and tests of the Rust crate
 	cargo clippy --locked --all-targets -- -D warnings
 	cargo clippy --locked --all-targets --features python -- -D warnings
 	cargo test --locked
+	$(BIN)/python benches/python/instructions.py
 
 test-python: build-for-test ## formatting, types and tests of the Python package
 	$(BIN)/ruff format --check .

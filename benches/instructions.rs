@@ -1,0 +1,119 @@
+//! Fixed cases whose instructions are counted: `python benches/python/instructions.py`.
+//!
+//! `instructions CASE COUNT` computes a case so many times; the difference of two counts is the cost of the case alone.
+
+use std::hint::black_box;
+
+use lissom::linalg::Matrix;
+use lissom::model::{ForwardScratch, Model};
+use lissom::newmark::{self, FreeMotion};
+use lissom::ode::{self, FirstOrder};
+use lissom::pendulum::SpringPendulum;
+use lissom::rod::{Rod, RodModel, Segment};
+
+/// The lab's rod: three coordinates in a plane.
+fn lab() -> RodModel {
+    let segment = Segment {
+        modes: [0, 3, 0, 0, 0, 0],
+        retardation_time: 1e-4,
+        ..Segment::straight(1.0, 1e-3, 210e9, 80e9, 7800.0)
+    };
+    RodModel::new(&Rod::new(vec![segment])).expect("a valid rod")
+}
+
+/// Two soft segments in space with `modes` each.
+fn two(modes: [usize; 6]) -> RodModel {
+    let segment = Segment { modes, retardation_time: 0.01, ..Segment::straight(0.3, 0.01, 1e6, 4e5, 1000.0) };
+    RodModel::new(&Rod::new(vec![segment; 2])).expect("a valid rod")
+}
+
+fn rod(name: &str) -> RodModel {
+    match name {
+        "lab-3" => lab(),
+        "two-12" => two([2, 2, 2, 0, 0, 0]),
+        "two-36" => two([3; 6]),
+        _ => panic!("no rod is called {name}"),
+    }
+}
+
+/// Shapes that differ from one evaluation to the next, so that nothing is known from the last one.
+fn shape(n: usize, i: usize) -> Vec<f64> {
+    let mut q = vec![0.1; n];
+    q[0] += 0.01 * (i % 2) as f64;
+    q
+}
+
+fn residual(model: &mut RodModel, count: usize) {
+    let n = model.n();
+    let (qd, qdd, mut tau) = (vec![0.2; n], vec![0.3; n], vec![0.0; n]);
+    let shapes = [shape(n, 0), shape(n, 1)];
+    for i in 0..count {
+        model.inverse_dynamics(black_box(&shapes[i % 2]), &qd, &qdd, &mut tau);
+    }
+}
+
+fn tangent(model: &mut RodModel, count: usize) {
+    let n = model.n();
+    let (q, qd, qdd, mut tangent) = (shape(n, 0), vec![0.2; n], vec![0.3; n], Matrix::zeros(n, n));
+    for _ in 0..count {
+        model.weighted_tangent(black_box(&q), &qd, &qdd, [1e-4, 1e-2, 1.0], &mut tangent);
+    }
+}
+
+fn forward(model: &mut RodModel, count: usize) {
+    let n = model.n();
+    let (qd, mut qdd, mut scratch) = (vec![0.2; n], vec![0.0; n], ForwardScratch::new(n));
+    let shapes = [shape(n, 0), shape(n, 1)];
+    for i in 0..count {
+        model
+            .forward_dynamics(black_box(&shapes[i % 2]), &qd, &mut qdd, &mut scratch)
+            .expect("a regular mass");
+    }
+}
+
+fn newmark_steps<M: Model>(model: &mut M, q0: &[f64], count: usize) {
+    let v0 = vec![0.0; q0.len()];
+    let options = newmark::Options::new(1e-2);
+    let mut stepper = newmark::Stepper::new(q0.len(), (0.0, 1e9), q0, &v0, &options).expect("valid options");
+    let mut system = FreeMotion(model);
+    for _ in 0..count {
+        stepper.step(&mut system).expect("nothing interrupts");
+    }
+}
+
+fn explicit_steps<M: Model>(model: M, q0: &[f64], count: usize) {
+    let y0 = [q0, &vec![0.0; q0.len()]].concat();
+    let options = ode::Options { rtol: 1e-6.into(), atol: 1e-9.into(), ..ode::Options::default() };
+    let mut stepper = ode::Stepper::new(y0.len(), (0.0, 1e9), &y0, &options).expect("valid options");
+    let mut system = FirstOrder::new(model);
+    for _ in 0..count {
+        stepper.step(&mut system).expect("nothing interrupts");
+    }
+}
+
+fn main() {
+    // `cargo bench` adds `--bench`.
+    let arguments: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with("--")).collect();
+    let [case, count] = &arguments[..] else { return };
+    let count: usize = count.parse().expect("a number of repetitions");
+    let (kind, name) = case.split_once('/').expect("a case such as residual/lab-3");
+    let pendulum_start = [-0.785, 0.5];
+    match (kind, name) {
+        ("residual", _) => residual(&mut rod(name), count),
+        ("tangent", _) => tangent(&mut rod(name), count),
+        ("forward", _) => forward(&mut rod(name), count),
+        ("newmark", "pendulum") => newmark_steps(&mut SpringPendulum::default(), &pendulum_start, count),
+        ("rk45", "pendulum") => explicit_steps(SpringPendulum::default(), &pendulum_start, count),
+        ("newmark", _) => {
+            let mut model = rod(name);
+            let q0 = vec![0.0; model.n()];
+            newmark_steps(&mut model, &q0, count);
+        }
+        ("rk45", _) => {
+            let model = rod(name);
+            let q0 = vec![0.0; model.n()];
+            explicit_steps(model, &q0, count);
+        }
+        _ => panic!("no case is called {case}"),
+    }
+}

@@ -1,0 +1,117 @@
+"""Instructions of fixed cases, counted by callgrind: unlike run times they repeat exactly.
+
+    python benches/python/instructions.py            # count and compare with benches/instructions.json
+    python benches/python/instructions.py --update   # count and write that file
+
+Fails when a case needs more than five percent more instructions than the file says. Counts belong to one
+compiler and one kind of machine: with another compiler, without valgrind or without AVX2 nothing is compared,
+and the output says why. Part of `make test`.
+"""
+
+import argparse
+import json
+import platform
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+COUNTS = ROOT / "benches" / "instructions.json"
+GROWTH = 1.05
+
+# The number of repetitions that is counted: steps differ from one another, sweeps do not.
+CASES = {
+    **{
+        f"{kind}/{rod}": 100
+        for kind in ("residual", "tangent", "forward")
+        for rod in ("lab-3", "two-12", "two-36")
+    },
+    "newmark/lab-3": 300,
+    "newmark/two-12": 100,
+    "newmark/pendulum": 1000,
+    "rk45/lab-3": 100,
+    "rk45/pendulum": 1000,
+}
+
+
+def output_of(*command: str) -> str:
+    return subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True).stdout
+
+
+def build() -> str:
+    """The compiled cases."""
+    messages = output_of(
+        "cargo",
+        "bench",
+        "--locked",
+        "--quiet",
+        "--bench",
+        "instructions",
+        "--no-run",
+        "--message-format=json",
+    )
+    artifacts = (json.loads(line) for line in messages.splitlines())
+    return next(a["executable"] for a in artifacts if a.get("target", {}).get("name") == "instructions")
+
+
+def instructions(executable: str, case: str, count: int) -> int:
+    command = ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", executable, case, str(count)]
+    done = subprocess.run(command, check=True, capture_output=True, text=True)
+    return int(done.stderr.split("Collected :")[1].split()[0])
+
+
+def count(executable: str) -> dict[str, int]:
+    """Instructions of one repetition of each case, without what starting takes."""
+    counts = {}
+    for case, repetitions in CASES.items():
+        few, many = (instructions(executable, case, n * repetitions) for n in (1, 2))
+        counts[case] = round((many - few) / repetitions)
+    return counts
+
+
+def obstacle() -> str | None:
+    """Why nothing can be counted here."""
+    if shutil.which("valgrind") is None:
+        return "valgrind is not installed"
+    cpu = Path("/proc/cpuinfo")
+    if platform.machine() != "x86_64" or not cpu.exists() or " avx2 " not in cpu.read_text():
+        return "the counts are those of x86-64 with AVX2"
+    return None
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description="Count the instructions of fixed cases.")
+    parser.add_argument("--update", action="store_true", help=f"write {COUNTS.relative_to(ROOT)}")
+    options = parser.parse_args()
+    if reason := obstacle():
+        print(f"Instructions are not counted: {reason}.")
+        return 0
+    compiler = output_of("rustc", "--version").strip()
+    known = json.loads(COUNTS.read_text()) if COUNTS.exists() else {"compiler": None, "instructions": {}}
+    if not options.update and known["compiler"] != compiler:
+        print(
+            f"Instructions are not compared: they were counted with {known['compiler']}, this is {compiler}."
+        )
+        return 0
+    counts = count(build())
+    grown = []
+    for case, now in counts.items():
+        before = known["instructions"].get(case)
+        change = "" if before is None else f"{100 * (now / before - 1):+6.1f} %"
+        print(f"{case:20} {now:>9,} {change}")
+        if before is not None and now > GROWTH * before:
+            grown.append(case)
+    if options.update:
+        COUNTS.write_text(json.dumps({"compiler": compiler, "instructions": counts}, indent=1) + "\n")
+    elif missing := counts.keys() ^ known["instructions"].keys():
+        print(f"Run with --update: {', '.join(sorted(missing))} changed its name or is new.")
+        return 1
+    elif grown:
+        print(f"More than five percent more: {', '.join(grown)}. If that is wanted, run with --update.")
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
