@@ -1,4 +1,4 @@
-"""The command line: ``lissom run``, ``lissom check``, ``lissom lab``, ``lissom schema``.
+"""The command line: ``lissom run``, ``lissom check``, ``lissom explain``, ``lissom lab``, ``lissom schema``.
 
 Exit codes: 0 done, 1 the simulation failed or could not be written, 2 bad input, 130 interrupted.
 What needs plotly or xarray is imported where it is used, so that ``--help`` is quick.
@@ -108,6 +108,26 @@ def check(scenes: tuple[Path, ...]) -> int:
         else:
             click.echo(f"{path}: good, {scene.model.n} generalised coordinates")
     return 0 if good else BAD_INPUT
+
+
+@commands.command()
+@click.argument("scene", type=SCENE)
+def explain(scene: Path) -> int:
+    """Say what SCENE is compiled to and what its steps cost.
+
+    Prints what is computed, what is skipped, and why; then makes some steps and measures them. Nothing is
+    written. Exit code: 0 done, 2 bad input.
+    """
+    from .report import text
+
+    loaded = _load(scene)
+    click.echo(loaded.model.explain(), nl=False)
+    click.echo("  steps")
+    rows = text.cost_of_steps(loaded)
+    width = max(len(name) for name, _ in rows)
+    for name, value in rows:
+        click.echo(f"    {name:<{width}}  {value}")
+    return 0
 
 
 @commands.command()

@@ -36,6 +36,12 @@ impl PySpringPendulum {
 
 #[pymethods]
 impl PySpringPendulum {
+    /// What is computed for this model; to be printed.
+    #[allow(clippy::unused_self, reason = "a method of every model")]
+    fn explain(&self) -> &'static str {
+        "Spring pendulum with 2 coordinates: everything in closed form, nothing to skip\n"
+    }
+
     #[new]
     #[pyo3(signature = (length=1.0, mass=1.0, stiffness=10.0, gravity=9.81))]
     fn new(length: f64, mass: f64, stiffness: f64, gravity: f64) -> PyResult<PyClassInitializer<Self>> {

@@ -381,6 +381,11 @@ impl PyRod {
         }
     }
 
+    /// What is computed for this rod, what is skipped because it has no part in it, and why; to be printed.
+    fn explain(&self) -> String {
+        self.kinematics.lock().unwrap_or_else(PoisonError::into_inner).explanation().to_string()
+    }
+
     /// Poses of sections.
     ///
     /// Parameters

@@ -7,6 +7,7 @@
 mod basis;
 mod description;
 mod energy;
+mod explanation;
 mod inertia;
 mod inverse_dynamics;
 mod kinematics;
@@ -24,6 +25,7 @@ pub use description::{
     MAX_COORDINATES, MAX_MODES, MAX_NODES, QUATERNION_TOLERANCE, Rod, STRAIGHT, STRAIN_NAMES, STRAINS,
     Segment,
 };
+pub use explanation::Explanation;
 pub use kinematics::{Place, Pose};
 pub use model::{Kernel, RodModel};
 pub use quadrature::Gauss;

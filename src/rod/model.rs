@@ -1,6 +1,9 @@
 //! A compiled rod with its memory: what the integrators work with.
 
+use std::sync::Arc;
+
 use super::description::{Rod, STRAIGHT};
+use super::explanation::Explanation;
 use super::kinematics::{Place, Pose};
 use super::sweeps::Sweeps;
 use crate::error::InvalidInput;
@@ -40,12 +43,22 @@ impl Kernel {
 #[derive(Clone, Debug)]
 pub struct RodModel {
     sweeps: AnySweeps,
+    explanation: Arc<Explanation>,
 }
 
 #[derive(Clone, Debug)]
 enum AnySweeps {
     Planar(Sweeps<Planar>),
     Spatial(Sweeps<Spatial>),
+}
+
+impl AnySweeps {
+    fn kernel(&self) -> Kernel {
+        match self {
+            Self::Planar(_) => Kernel::Planar,
+            Self::Spatial(_) => Kernel::Spatial,
+        }
+    }
 }
 
 /// Calls a method of whatever sweeps there are.
@@ -66,21 +79,29 @@ impl RodModel {
             Some(plane) => AnySweeps::Planar(Sweeps::new(rod, plane)),
             None => AnySweeps::Spatial(Sweeps::new(rod, ())),
         };
-        Ok(Self { sweeps })
+        Ok(Self::with(rod, sweeps))
     }
 
     /// Compiles `rod` for the spatial kernel even where a planar one would do: to compare them.
     pub fn spatial(rod: &Rod) -> Result<Self, InvalidInput> {
         rod.validate()?;
-        Ok(Self { sweeps: AnySweeps::Spatial(Sweeps::new(rod, ())) })
+        Ok(Self::with(rod, AnySweeps::Spatial(Sweeps::new(rod, ()))))
+    }
+
+    fn with(rod: &Rod, sweeps: AnySweeps) -> Self {
+        let nodes = on_sweeps!(&sweeps, sweeps => sweeps.plan().nodes());
+        let explanation = Explanation::new(rod, sweeps.kernel(), &nodes);
+        Self { sweeps, explanation: Arc::new(explanation) }
+    }
+
+    /// What is computed for this rod, what is skipped, and why.
+    pub fn explanation(&self) -> &Explanation {
+        &self.explanation
     }
 
     /// The kernel in use.
     pub fn kernel(&self) -> Kernel {
-        match self.sweeps {
-            AnySweeps::Planar(_) => Kernel::Planar,
-            AnySweeps::Spatial(_) => Kernel::Spatial,
-        }
+        self.sweeps.kernel()
     }
 
     /// Quadrature nodes of each segment.

@@ -91,6 +91,26 @@ def test_a_good_scene_is_simulated_and_written(scene, tmp_path):
     assert 0.0 <= summary["energy_drift"] < 1e-2
 
 
+def test_a_scene_is_explained(scene, tmp_path):
+    done = lissom_command("explain", scene(WIRE), cwd=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    computed, rest = done.stdout.split("  skipped\n")
+    skipped, steps = rest.split("  steps\n")
+    assert "2 coordinates, planar kernel" in computed
+    assert "bend_y 2" in computed
+    assert "motion in space" in skipped
+    assert "stretch and shear" in skipped
+    assert "a step" in steps
+    assert [path.name for path in tmp_path.iterdir()] == ["wire.toml"], "nothing is written"
+
+
+@pytest.mark.parametrize("name", ["lab-pendulum", "tentacle"])
+def test_shipped_scenes_are_explained(name, tmp_path):
+    done = lissom_command("explain", SCENES / f"{name}.toml", cwd=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "a step" in done.stdout
+
+
 def test_the_trajectory_is_the_one_of_simulate(scene, tmp_path):
     xarray = pytest.importorskip("xarray")
     path = scene(WIRE)

@@ -365,6 +365,12 @@ def test_quadrature_nodes_may_be_chosen():
     assert np.abs(coarse - exact).max() > 1e-7 * np.abs(exact).max()
 
 
+def test_a_rod_explains_what_is_skipped():
+    text = rich_rod().lissom.explain()
+    assert "spatial kernel" in text
+    assert text.index("loads at the tip") < text.index("skipped")
+
+
 def test_a_rod_tells_what_it_was_made_of():
     rod = rich_rod().lissom
     wanted = SimpleNamespace(**rich_segments()[0])

@@ -82,8 +82,9 @@ def figure_5(coarse: MotionResult, reference: MotionResult) -> Section:
     else:
         found = (
             f"the path has left the pendulum's after the first step, and at {coarse.t[-1]:g} s Newton's "
-            "method finds no solution of the step's equations. lissom says so and stops; a loop that accepts "
-            "the step anyway goes on with something else."
+            "method does not converge: the step's equations may have several solutions far from the last "
+            "state, or none. lissom says so and stops; a loop that accepts the step anyway goes on with "
+            "something else."
         )
     return Section(
         "Figure 5: a step of 1 s",

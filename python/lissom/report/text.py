@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from .._lissom import Rod
+import numpy as np
+
+from .._lissom import MotionResult, Rod, Scene, simulate
 from ..results import COUNTERS, Run
 from ..results import statistics as numbers
 from . import motion
@@ -18,6 +20,10 @@ METHODS = {
 
 #: Counters that people look for first.
 SHOWN_COUNTERS = ("steps", "newton_iterations", "nfev")
+
+#: Steps and runs that `lissom explain` measures.
+MEASURED_STEPS = 100
+MEASURED_RUNS = 3
 
 #: Methods whose step the scene gives.
 FIXED_STEP = ("newmark", "hht", "generalised_alpha")
@@ -103,6 +109,48 @@ def statistics(run: Run) -> list[tuple[str, str]]:
         ("message", found["message"]),
     ]
     return rows
+
+
+def cost_of_steps(scene: Scene) -> list[tuple[str, str]]:
+    """What the first steps of a scene cost on this machine; the fastest of several runs."""
+    settings = scene.simulation
+    # The whole scene for methods that choose their steps: they may make few.
+    is_fixed = settings.method in FIXED_STEP
+    duration = min(settings.duration, MEASURED_STEPS * settings.step) if is_fixed else settings.duration
+    runs = [_first_steps(scene, duration) for _ in range(MEASURED_RUNS)]
+    stats = min(runs, key=lambda motion: motion.stats.wall_time).stats
+    rows = [("method", METHODS[settings.method])]
+    if stats.steps == 0:
+        return [*rows, ("message", runs[0].message)]
+    if is_fixed:
+        rows += [
+            ("step", f"{quantity(settings.step, 's')}, {settings.jacobian} Jacobian"),
+            ("Newton iterations", f"{stats.newton_iterations / stats.steps:.2f} a step"),
+            ("Jacobians", f"{stats.njev / stats.steps:.2g} a step"),
+        ]
+    cost = stats.wall_time / stats.steps
+    rows.append(
+        ("cost", f"{quantity(cost, 's')} a step, {quantity(stats.wall_time, 's')} for {stats.steps} steps")
+    )
+    if is_fixed:
+        whole = cost * np.ceil(settings.duration / settings.step)
+        rows.append(("whole scene", f"about {quantity(whole, 's')}, without output and report"))
+    return rows
+
+
+def _first_steps(scene: Scene, duration: float) -> MotionResult:
+    settings = scene.simulation
+    return simulate(
+        scene.model,
+        duration,
+        q0=scene.q0,
+        v0=scene.v0,
+        method=settings.method,
+        dt=settings.step,
+        jac=settings.jacobian,
+        rtol=settings.rtol,
+        atol=settings.atol,
+    )
 
 
 def summary(run: Run) -> list[tuple[str, str]]:

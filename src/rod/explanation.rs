@@ -1,0 +1,178 @@
+//! What a rod was compiled to, in words: what is computed, what is skipped, and why.
+
+use std::fmt::{self, Write};
+
+use super::description::{Rod, STRAIGHT, STRAIN_NAMES, Segment};
+use super::model::Kernel;
+
+/// What is computed for a rod and what is not, each with its reason.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Explanation {
+    /// One line on the whole.
+    pub summary: String,
+    /// What is computed: a subject and what is to be said of it.
+    pub computed: Vec<(String, String)>,
+    /// What costs nothing because the rod does not have it, likewise.
+    pub skipped: Vec<(String, String)>,
+}
+
+impl Explanation {
+    /// Explains a valid rod that is computed by `kernel` with so many nodes in each segment.
+    pub(super) fn new(rod: &Rod, kernel: Kernel, nodes: &[usize]) -> Self {
+        let (n, segments) = (rod.coordinates(), rod.segments.len());
+        let summary = format!(
+            "Rod of {} with {}, {} kernel",
+            counted(segments, "segment"),
+            counted(n, "coordinate"),
+            match kernel {
+                Kernel::Planar => "planar",
+                Kernel::Spatial => "spatial",
+            }
+        );
+        let mut explanation = Self { summary, computed: Vec::new(), skipped: Vec::new() };
+        explanation.kernel(kernel);
+        for (s, (segment, &nodes)) in rod.segments.iter().zip(nodes).enumerate() {
+            explanation.segment(s + 1, segment, nodes);
+        }
+        explanation.loads(rod);
+        explanation
+    }
+
+    fn add(&mut self, is_computed: bool, what: impl Into<String>, why: impl Into<String>) {
+        let list = if is_computed { &mut self.computed } else { &mut self.skipped };
+        list.push((what.into(), why.into()));
+    }
+
+    fn kernel(&mut self, kernel: Kernel) {
+        match kernel {
+            Kernel::Planar => {
+                self.add(true, "motion in a plane", "one angular and two linear components");
+                self.add(
+                    false,
+                    "motion in space",
+                    "modes and reference strains stay in one plane of the base",
+                );
+            }
+            Kernel::Spatial => {
+                self.add(true, "motion in space", "modes or reference strains leave every plane of the base");
+            }
+        }
+    }
+
+    fn segment(&mut self, number: usize, segment: &Segment, nodes: usize) {
+        let what = |part: &str| format!("segment {number}, {part}");
+        let (present, absent): (Vec<usize>, Vec<usize>) =
+            (0..STRAIN_NAMES.len()).partition(|&strain| segment.modes[strain] > 0);
+        let named = |strains: &[usize], name: &dyn Fn(usize) -> String| {
+            strains.iter().map(|&strain| name(strain)).collect::<Vec<_>>().join(", ")
+        };
+        let with_modes = |strain| format!("{} {}", STRAIN_NAMES[strain], segment.modes[strain]);
+        let mut strains = named(&present, &with_modes);
+        if strains.is_empty() {
+            strains.push_str("none: the segment is rigid");
+        }
+        self.add(true, what("modes"), strains);
+        if !absent.is_empty() {
+            let names = named(&absent, &|strain| STRAIN_NAMES[strain].to_owned());
+            self.add(false, what("strains"), format!("{names}: no modes, they keep their reference"));
+        }
+        let is_extensible = segment.modes[3..].iter().any(|&modes| modes > 0);
+        if !is_extensible && segment.reference_strain[3..] == STRAIGHT[3..] {
+            self.add(false, what("stretch and shear"), "the tangent of the rod is its body axis");
+        }
+        let is_tapered = segment.radius[0] != segment.radius[1];
+        let reason = match segment.nodes {
+            Some(_) => "as asked for, in whole packs of 4",
+            None if is_tapered => "what its modes and its taper need, in whole packs of 4",
+            None => "what its modes need, in whole packs of 4",
+        };
+        self.add(true, what("quadrature"), format!("{nodes} nodes: {reason}"));
+        if !is_tapered {
+            self.add(
+                false,
+                what("coupling of modes by stiffness"),
+                "constant section: the basis is orthogonal",
+            );
+        }
+        if segment.retardation_time > 0.0 {
+            let time = segment.retardation_time;
+            self.add(true, what("damping"), format!("stiffness times the retardation time, {time} s"));
+        } else {
+            self.add(false, what("damping"), "the retardation time is zero");
+        }
+    }
+
+    fn loads(&mut self, rod: &Rod) {
+        let is_zero = |v: [f64; 3]| v.iter().all(|&x| x == 0.0);
+        if is_zero(rod.gravity) {
+            self.add(false, "gravity", "zero");
+        } else {
+            self.add(true, "gravity", "at no cost: an acceleration of the base");
+        }
+        let is_loaded = !is_zero(rod.tip_force) || !is_zero(rod.tip_moment);
+        self.add(is_loaded, "loads at the tip", if is_loaded { "dead force or moment" } else { "none" });
+        let has_mass = rod.tip_mass > 0.0;
+        self.add(has_mass, "mass at the tip", if has_mass { "a point" } else { "none" });
+    }
+}
+
+fn counted(number: usize, what: &str) -> String {
+    format!("{number} {what}{}", if number == 1 { "" } else { "s" })
+}
+
+impl fmt::Display for Explanation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.summary)?;
+        let width = self.computed.iter().chain(&self.skipped).map(|(what, _)| what.len()).max().unwrap_or(0);
+        for (title, list) in [("computed", &self.computed), ("skipped", &self.skipped)] {
+            write!(f, "\n  {title}")?;
+            for (what, why) in list {
+                write!(f, "\n    {what:<width$}  {why}")?;
+            }
+        }
+        f.write_char('\n')
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::RodModel;
+    use super::*;
+
+    #[test]
+    fn what_a_rod_lacks_is_skipped_and_what_it_has_is_computed() {
+        let plain =
+            Segment { modes: [0, 3, 0, 0, 0, 0], ..Segment::straight(1.0, 1e-3, 210e9, 80e9, 7800.0) };
+        let rich = Segment {
+            modes: [1; 6],
+            radius: [2e-3, 1e-3],
+            retardation_time: 0.1,
+            nodes: Some(9),
+            ..plain.clone()
+        };
+        let has = |list: &[(String, String)], text: &str| list.iter().any(|(what, _)| what == text);
+        let explain = |rod: &Rod| RodModel::new(rod).unwrap().explanation().clone();
+
+        let simple = explain(&Rod::new(vec![plain]));
+        assert_eq!(simple.summary, "Rod of 1 segment with 3 coordinates, planar kernel");
+        for skipped in [
+            "motion in space",
+            "segment 1, damping",
+            "segment 1, strains",
+            "loads at the tip",
+            "mass at the tip",
+        ] {
+            assert!(has(&simple.skipped, skipped) && !has(&simple.computed, skipped), "{skipped}");
+        }
+        assert!(simple.to_string().contains("12 nodes: what its modes need"));
+
+        let loaded =
+            Rod { tip_force: [1.0, 0.0, 0.0], tip_mass: 0.1, gravity: [0.0; 3], ..Rod::new(vec![rich]) };
+        let full = explain(&loaded);
+        for computed in ["motion in space", "segment 1, damping", "loads at the tip", "mass at the tip"] {
+            assert!(has(&full.computed, computed) && !has(&full.skipped, computed), "{computed}");
+        }
+        assert_eq!(full.skipped, [("gravity".to_owned(), "zero".to_owned())]);
+        assert!(full.to_string().contains("12 nodes: as asked for"));
+    }
+}
