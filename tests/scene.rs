@@ -443,6 +443,26 @@ fn what_does_not_fit_in_memory_is_refused() {
 }
 
 #[test]
+fn numbers_of_steps_and_states_that_overflow_are_refused() {
+    const MANY: &str = "got more than 1.80e308";
+    for (settings, key, least) in [
+        ("duration = 1e300\nstep = 1e-300", "14:8: simulation.step", "at least 1.00e290"),
+        ("duration = 1e308\nstep = 1e-2", "14:8: simulation.step", "at least 1.00e298"),
+        ("duration = 1e308\nmethod = 'rk45'\nstep = 1e-2", "15:8: simulation.step", "at least 1.19e301"),
+        (
+            "duration = 1e300\nmethod = 'rk45'\noutput = { step = 1e-300 }",
+            "15:19: simulation.output.step",
+            "at least 1.19e293",
+        ),
+    ] {
+        let found = problems(&changed("duration = 3", settings));
+        assert_eq!(found.len(), 1, "{found:?}");
+        assert!(found[0].starts_with(&format!("{key}: {MANY} st")), "{found:?}");
+        assert!(found[0].ends_with(least), "{found:?}");
+    }
+}
+
+#[test]
 fn settings_are_checked() {
     refused(
         "duration = 3",
@@ -558,6 +578,19 @@ proptest! {
         let end = (cut + length).min(GOOD.len());
         let text = format!("{}{insert}{}", &GOOD[..cut], &GOOD[end..]);
         let _ = Scene::parse(&text, "s.toml").map_err(|error| error.to_string());
+    }
+
+    /// Whatever the times, they are refused, or few enough to be listed.
+    #[test]
+    fn accepted_times_can_be_listed(times in prop::array::uniform3(-323..309i32), method in prop::sample::select(&["newmark", "rk45"])) {
+        let [duration, step, output] = times;
+        let settings = format!("duration = 1e{duration}\nstep = 1e{step}\noutput.step = 1e{output}\nmethod = '{method}'");
+        if let Ok(scene) = Scene::parse(&changed("duration = 3", &settings), "s.toml") {
+            // The longest admissible list takes 64 MB.
+            let times = scene.simulation.output_times().expect("an output step is given");
+            prop_assert_eq!(times.last(), Some(&scene.simulation.duration));
+            prop_assert!(times.is_sorted_by(|a, b| a < b));
+        }
     }
 
     /// Whatever value a key has, it is read or refused, never a panic.

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import signal
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType, TracebackType
 from typing import TYPE_CHECKING, Any, NoReturn
@@ -47,7 +48,9 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
 def commands() -> None:
     """Simulate soft rods.
 
-    A scene is a TOML file that describes a rod and how to simulate it; docs/scenes.md lists its keys.
+    A scene is a TOML file that describes a rod and how to simulate it.
+
+    "lissom schema" lists its keys.
     """
 
 
@@ -58,9 +61,10 @@ def commands() -> None:
 )
 @click.option("--no-report", is_flag=True, help="Write the trajectory only.")
 def run(scene: Path, output: Path | None, no_report: bool) -> int:
-    """Simulate SCENE and write its trajectory and an HTML report.
+    """Simulate SCENE; write results and a report.
 
-    The results folder appears when everything in it is complete; results of an earlier run are replaced.
+    The results folder, with the trajectory and an HTML report, appears when everything in it is complete.
+    Results of an earlier run are replaced; a folder with anything else in it is refused.
 
     Exit code: 0 done; 1 the simulation failed (what was computed is written); 2 bad input (nothing is
     written); 130 interrupted with Ctrl-C (what was computed is written).
@@ -73,11 +77,14 @@ def run(scene: Path, output: Path | None, no_report: bool) -> int:
         results.check_target(target)
     except results.NotOurs as error:
         raise click.UsageError(str(error)) from None
-    done = _simulate(loaded)
+    except OSError as error:
+        return _unwritten(target, error)
+    with _refusals_of(scene):
+        done = _simulate(loaded)
     reporting = not no_report and not results.missing("plotly")
     try:
         files = results.write(done, target, _report if reporting else None)
-    except OSError as error:
+    except (OSError, results.NotOurs) as error:
         return _unwritten(target, error)
     _summarise(done, target, files)
     if results.missing("xarray", "h5netcdf", "h5py"):
@@ -92,7 +99,9 @@ def run(scene: Path, output: Path | None, no_report: bool) -> int:
 @commands.command()
 @click.argument("scenes", type=SCENE, nargs=-1, required=True, metavar="SCENE...")
 def check(scenes: tuple[Path, ...]) -> int:
-    """Say everything that is wrong with each SCENE, without simulating it.
+    """Say what is wrong with scenes.
+
+    Everything that is wrong with each SCENE is listed, nothing is simulated.
 
     Exit code: 0 all are good, 2 at least one is not.
     """
@@ -123,7 +132,8 @@ def explain(scene: Path) -> int:
     loaded = _load(scene)
     click.echo(loaded.model.explain(), nl=False)
     click.echo("  steps")
-    rows = text.cost_of_steps(loaded)
+    with _refusals_of(scene):
+        rows = text.cost_of_steps(loaded)
     width = max(len(name) for name, _ in rows)
     for name, value in rows:
         click.echo(f"    {name:<{width}}  {value}")
@@ -131,12 +141,22 @@ def explain(scene: Path) -> int:
 
 
 @commands.command()
-@click.option("-o", "--output", type=FOLDER, default=Path("results/lab"), show_default=True, metavar="DIR")
+@click.option(
+    "-o",
+    "--output",
+    type=FOLDER,
+    default=Path("results/lab"),
+    show_default=True,
+    metavar="DIR",
+    help="Folder for the results.",
+)
 def lab(output: Path) -> int:
-    """Rerun the numerical-methods lab: its nine figures and three tables, beside the report's own numbers.
+    """Rerun the numerical-methods lab.
 
-    Takes some seconds. Exit code: 0 done, 1 it could not be written, 2 bad input, 130 interrupted (nothing is
-    written then).
+    Its nine figures and three tables, beside the report's own numbers; takes some seconds. Earlier results in
+    the folder are replaced; a folder with anything else in it is refused.
+
+    Exit code: 0 done, 1 it could not be written, 2 bad input, 130 interrupted (nothing is written then).
     """
     from . import results
 
@@ -157,7 +177,7 @@ def lab(output: Path) -> int:
 
 @commands.command()
 def schema() -> int:
-    """Print the JSON Schema of scene files, for editors."""
+    """Print the keys of scenes, as a JSON Schema."""
     from ._lissom import Scene
 
     click.echo(Scene.schema(), nl=False)
@@ -182,6 +202,16 @@ def _read(path: Path) -> Scene:
         return Scene.load(path)
     except OSError as error:
         raise click.UsageError(f"{path} cannot be read: {error.strerror}") from None
+
+
+@contextmanager
+def _refusals_of(path: Path) -> Iterator[None]:
+    """Within it, what ``simulate`` finds wrong with a scene is one line and the end of the program."""
+    try:
+        yield
+    except ValueError as error:
+        click.echo(f"{path}: {' '.join(str(error).split())}", err=True)
+        raise click.exceptions.Exit(BAD_INPUT) from None
 
 
 class _Interruption:
@@ -248,7 +278,7 @@ def _summarise(done: Run, target: Path, files: Sequence[Path]) -> None:
         click.echo(f"  {name:<{width}}  {value}")
 
 
-def _unwritten(target: Path, error: OSError) -> int:
+def _unwritten(target: Path, error: Exception) -> int:
     click.echo(f"{target} could not be written: {error}", err=True)
     return FAILED
 

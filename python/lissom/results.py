@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import importlib.util
 import json
-import os
+import re
+import secrets
 import shutil
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -25,8 +26,21 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-#: Name of the file that marks a folder as results of lissom.
+#: Name of the file that marks a folder as results of lissom, by its key MARK.
 SUMMARY = "summary.json"
+MARK = "lissom"
+
+#: Every file that lissom writes into a folder of results.
+OWN_FILES = frozenset({"trajectory.nc", "trajectory.npz", "report.html", "lab.html", SUMMARY})
+
+#: How the names of folders begin that hold results until they are complete.
+PARTIAL = ".lissom-partial-"
+
+#: What messages of the solvers call options of ``simulate`` that have other names in a scene.
+SCENE_KEYS = {"dt": "step", "jac": "jacobian", "t_eval": "output.step"}
+
+#: Advice of the solvers that a scene cannot follow.
+NOT_FOR_SCENES = ", or give the accelerations (`a0` of `newmark`)"
 
 #: Most instants at which the centre line is kept: more than a screen can show or an eye can see.
 MAX_SHAPES = 2000
@@ -100,6 +114,11 @@ class Run:
         return self.motion.a if self._has_states else np.full_like(self.q, np.nan)
 
     @property
+    def message(self) -> str:
+        """How it ended, in the words of a scene."""
+        return in_words_of_a_scene(self.motion.message)
+
+    @property
     def _has_states(self) -> bool:
         return len(self.motion.t) > 0
 
@@ -131,6 +150,12 @@ class Run:
         return instants(len(self.t), most)
 
 
+def in_words_of_a_scene(message: str) -> str:
+    """A message of a solver without names of options that a scene does not have."""
+    advice = message.replace(NOT_FOR_SCENES, "")
+    return re.sub(r"`(\w+)`", lambda name: f"`{SCENE_KEYS.get(name[1], name[1])}`", advice)
+
+
 def instants(count: int, most: int) -> NDArray[np.intp]:
     """At most ``most`` of ``count`` indices, evenly spread, first and last included."""
     return np.unique(np.linspace(0, count - 1, min(most, count)).round().astype(np.intp))
@@ -153,9 +178,9 @@ def statistics(run: Run) -> dict[str, Any]:
     counters = {name: getattr(stats, name) for name in COUNTERS}
     return {
         "scene": run.scene.name,
-        "lissom": __version__,
+        MARK: __version__,
         "outcome": "interrupted" if run.interrupted else "finished" if run.motion.success else "failed",
-        "message": str(run.motion.message),
+        "message": run.message,
         "method": settings.method,
         "coordinates": run.scene.model.n,
         "simulated_seconds": simulated,
@@ -272,46 +297,73 @@ def write_summary(numbers: dict[str, Any], folder: Path) -> None:
 
 
 class NotOurs(Exception):
-    """A folder that lissom did not write, so that it must not be replaced."""
+    """A folder that lissom did not write, so that nothing in it may be replaced."""
 
 
 def check_target(folder: Path) -> None:
-    """Raise NotOurs unless ``folder`` may be written: it is absent, empty, or results of an earlier run."""
+    """Raise NotOurs unless ``folder`` may be written: it is absent, empty, or has results of lissom alone."""
     if not folder.exists():
         return
     if not folder.is_dir():
         raise NotOurs(f"{folder} is a file; name another folder with -o")
-    if any(folder.iterdir()) and not (folder / SUMMARY).is_file():
-        raise NotOurs(f"{folder} has files that lissom did not write; name another folder with -o")
+    found = sorted(path for path in folder.iterdir() if not path.name.startswith(PARTIAL))
+    foreign = [path.name for path in found if not is_own(path)]
+    if not foreign and found and not is_own_summary(folder / SUMMARY):
+        foreign = [path.name for path in found]
+    if foreign:
+        more = f" and {len(foreign) - 1} more" if len(foreign) > 1 else ""
+        raise NotOurs(
+            f"{folder} has {foreign[0]}{more}, which lissom did not write; name another folder with -o, "
+            "or move what is yours out of this one"
+        )
+
+
+def is_own(path: Path) -> bool:
+    """Whether lissom writes files of this name."""
+    return path.name in OWN_FILES and path.is_file() and not path.is_symlink()
+
+
+def is_own_summary(path: Path) -> bool:
+    """Whether lissom wrote this summary."""
+    try:
+        numbers = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError):
+        return False
+    return isinstance(numbers, dict) and isinstance(numbers.get(MARK), str)
 
 
 @contextmanager
 def atomic_folder(target: Path) -> Iterator[Path]:
-    """A new folder that becomes ``target`` when the block ends well, and vanishes when it doesn't.
+    """A new folder whose files go to ``target`` when the block ends well, and vanish when it doesn't.
 
-    Results of an earlier run stand until that moment, then they are replaced.
+    An absent target appears whole. In one that exists, files of an earlier run stand until that moment; then
+    they are replaced one by one, the summary last. Other files are never touched.
     """
     check_target(target)
     target = target.resolve()
-    target.parent.mkdir(parents=True, exist_ok=True)
-    partial = target.with_name(f".{target.name}.partial-{os.getpid()}")
-    replaced = target.with_name(f".{target.name}.replaced-{os.getpid()}")
-    # A process that was killed may have had this number.
-    shutil.rmtree(partial, ignore_errors=True)
+    exists = target.exists()
+    # Within the target, if there is one: beside it there may be another file system.
+    where = target if exists else target.parent
+    where.mkdir(parents=True, exist_ok=True)
+    partial = where / f"{PARTIAL}{secrets.token_hex(8)}"
     partial.mkdir()
     try:
         yield partial
-        if target.exists():
-            target.rename(replaced)
-        try:
+        if exists:
+            replace(partial, target)
+        else:
             partial.rename(target)
-        except OSError:
-            if replaced.exists():
-                replaced.rename(target)
-            raise
     finally:
-        for leftover in (partial, replaced):
-            shutil.rmtree(leftover, ignore_errors=True)
+        shutil.rmtree(partial, ignore_errors=True)
+
+
+def replace(new: Path, target: Path) -> None:
+    """Move the files of ``new`` into ``target`` and remove what lissom wrote there earlier."""
+    written = sorted((path.name for path in new.iterdir()), key=lambda name: name == SUMMARY)
+    for stale in OWN_FILES.difference(written):
+        (target / stale).unlink(missing_ok=True)
+    for name in written:
+        (new / name).replace(target / name)
 
 
 def write(run: Run, target: Path, report: Callable[[Run, Path], None] | None) -> list[Path]:
@@ -322,7 +374,7 @@ def write(run: Run, target: Path, report: Callable[[Run, Path], None] | None) ->
     run : Run
         What was simulated.
     target : Path
-        The folder, replaced as a whole if it holds earlier results.
+        The folder; earlier results in it are replaced, anything else in it is an error (NotOurs).
     report : callable or None
         Writes the report of the run to a file.
     """

@@ -225,29 +225,40 @@ impl Simulation {
         check.finish()
     }
 
-    /// Refuses a run of a model of `n` coordinates that would not end or not fit in memory.
+    /// Refuses a run of a model of `n` coordinates that would not end or not fit in memory. Says nothing about times
+    /// that [`Self::validate`] refuses.
     fn check_size(&self, n: usize) -> Result<(), InvalidInput> {
-        let mut check = Checker::new();
-        let steps = self.duration / self.step;
-        if self.method.has_fixed_step() && steps.is_finite() {
-            let least = self.duration / MAX_STEPS;
-            let expected = format!("at most {MAX_STEPS:e} of them: a step of at least {least:.2e}");
-            check.require(steps <= MAX_STEPS, "step", format_args!("{steps:.2e} steps"), &expected);
-        }
         let (kept_every, place) = match self.output_step {
             Some(step) => (step, "output.step"),
             None => (self.step, "step"),
         };
+        let mut check = Checker::new();
+        if ![self.duration, self.step, kept_every].iter().all(|time| time.is_finite() && *time > 0.0) {
+            return check.finish();
+        }
+        // The quotients may be infinite: too many, like any other number that is too large.
+        let steps = self.duration / self.step;
+        if self.method.has_fixed_step() {
+            let least = self.duration / MAX_STEPS;
+            let found = format!("{} steps", count(steps));
+            let expected = format!("at most {MAX_STEPS:e} of them: a step of at least {least:.2e}");
+            check.require(steps <= MAX_STEPS, "step", found, &expected);
+        }
         let bytes_per_state = (8 * (3 * n + NUMBERS_PER_STATE)) as f64;
         let states = self.duration / kept_every;
-        if check.is_ok() && states.is_finite() {
-            let least = self.duration * bytes_per_state / MAX_RESULT_BYTES;
-            let found = format!("{states:.2e} states of {bytes_per_state} bytes to keep");
+        if check.is_ok() {
+            let least = self.duration * (bytes_per_state / MAX_RESULT_BYTES);
+            let found = format!("{} states of {bytes_per_state} bytes to keep", count(states));
             let expected = format!("at most 1 GiB: an output.step of at least {least:.2e}");
-            check.require(states * bytes_per_state <= MAX_RESULT_BYTES, place, found, &expected);
+            check.require(states <= MAX_RESULT_BYTES / bytes_per_state, place, found, &expected);
         }
         check.finish()
     }
+}
+
+/// A large number in words that hold even where it overflowed.
+fn count(number: f64) -> String {
+    if number.is_finite() { format!("{number:.2e}") } else { format!("more than {:.2e}", f64::MAX) }
 }
 
 /// Notes the complaints of a constructor at the keys of the file, unless the value there is a stand-in.

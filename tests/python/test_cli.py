@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 import lissom
+from lissom import cli, results
 
 SCENES = Path(__file__).parents[2] / "scenes"
 
@@ -144,27 +145,121 @@ def test_only_the_wanted_quantities_are_written(scene, tmp_path):
     assert not kept & {"v", "a", "position"}
 
 
+def files_in(folder):
+    """Names and contents of all files below a folder."""
+    return {path.relative_to(folder): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
 def test_earlier_results_are_replaced_as_a_whole(scene, tmp_path):
     path = scene(WIRE)
-    assert lissom_command("run", path, cwd=tmp_path).returncode == 0
+    bare = lissom_command("run", path, without=["xarray"], cwd=tmp_path)
+    assert bare.returncode == 0
     results = tmp_path / "results" / "wire"
-    (results / "stale").touch()
+    earlier = files_in(results)
+    assert {str(name) for name in earlier} == {"trajectory.npz", "report.html", "summary.json"}
     assert lissom_command("run", path, "--no-report", cwd=tmp_path).returncode == 0
     assert {found.name for found in results.iterdir()} == {"trajectory.nc", "summary.json"}
+    assert (results / "summary.json").read_bytes() != earlier[Path("summary.json")], "run times differ"
     assert no_leftovers(tmp_path)
 
 
-def test_a_folder_of_others_is_left_alone(scene, tmp_path):
+#: Files of folders that are not results of lissom, with the one that the refusal names.
+FOREIGN = {
+    "any files": ({"chapter.txt": "precious"}, "chapter.txt"),
+    "a project with a summary of its own": (
+        {"summary.json": '{"lissom": 1}', ".git/HEAD": "ref", "src/main.c": "int main;"},
+        ".git",
+    ),
+    "a summary without our key": ({"summary.json": '{"total": 3}'}, "summary.json"),
+    "a summary that is no table": ({"summary.json": '["lissom"]'}, "summary.json"),
+    "a summary that is no JSON": ({"summary.json": "lissom"}, "summary.json"),
+    "a report without our summary": ({"report.html": "<p>mine</p>"}, "report.html"),
+    "notes among our results": ({"summary.json": '{"lissom": "0.1.0"}', "notes.md": "mine"}, "notes.md"),
+    "a folder with a name of ours": ({"summary.json": '{"lissom": "0.1.0"}', "lab.html/x": "y"}, "lab.html"),
+}
+
+
+@pytest.mark.parametrize("command", ["run", "lab"])
+@pytest.mark.parametrize(("files", "named"), FOREIGN.values(), ids=FOREIGN)
+def test_a_folder_of_others_is_left_alone(command, files, named, scene, tmp_path):
     target = tmp_path / "thesis"
-    target.mkdir()
-    (target / "chapter.txt").write_text("precious")
-    done = lissom_command("run", scene(WIRE), "-o", target, cwd=tmp_path)
+    for name, text in files.items():
+        (target / name).parent.mkdir(parents=True, exist_ok=True)
+        (target / name).write_text(text)
+    before = files_in(target)
+    # Nobody waits for a simulation that is refused.
+    arguments = ["run", scene(ENDLESS)] if command == "run" else ["lab"]
+    done = lissom_command(*arguments, "-o", target, cwd=tmp_path)
     assert done.returncode == 2
-    assert "lissom did not write" in done.stderr
-    assert [path.name for path in target.iterdir()] == ["chapter.txt"]
-    file = lissom_command("run", scene(WIRE), "-o", target / "chapter.txt", cwd=tmp_path)
-    assert file.returncode == 2
-    assert (target / "chapter.txt").read_text() == "precious"
+    assert re.search(
+        rf"has {re.escape(named)}( and \d more)?, which lissom did not write; name another", done.stderr
+    )
+    assert files_in(target) == before
+
+
+def test_a_file_is_no_folder(scene, tmp_path):
+    path = scene(ENDLESS)
+    done = lissom_command("run", path, "-o", path, cwd=tmp_path)
+    assert done.returncode == 2
+    assert "is a file; name another folder" in done.stderr
+    assert path.read_text() == ENDLESS
+
+
+def test_a_link_among_the_results_is_not_followed(scene, tmp_path):
+    path = scene(WIRE)
+    assert lissom_command("run", path, "-o", "out", cwd=tmp_path).returncode == 0
+    (tmp_path / "precious").write_text("mine")
+    (tmp_path / "out" / "report.html").unlink()
+    (tmp_path / "out" / "report.html").symlink_to(tmp_path / "precious")
+    assert lissom_command("run", path, "-o", "out", cwd=tmp_path).returncode == 2
+    assert (tmp_path / "precious").read_text() == "mine"
+
+
+def test_the_current_folder_stays_where_it_is(scene, tmp_path):
+    """It is refused with its foreign files, and written into when it is empty or has results."""
+    path = scene(WIRE)
+    for folder in (".", ".."):
+        (tmp_path / "inner").mkdir(exist_ok=True)
+        cwd = tmp_path if folder == "." else tmp_path / "inner"
+        done = lissom_command("run", path, "-o", folder, cwd=cwd)
+        assert done.returncode == 2, done.stdout
+        assert "lissom did not write" in done.stderr
+    assert files_in(tmp_path) == {Path("wire.toml"): WIRE.encode()}
+    inner = tmp_path / "inner"
+    identity = inner.stat().st_ino
+    for _ in range(2):
+        done = lissom_command("run", path, "-o", ".", "--no-report", cwd=inner)
+        assert done.returncode == 0, done.stderr
+        assert {found.name for found in inner.iterdir()} == {"trajectory.nc", "summary.json"}
+    assert inner.stat().st_ino == identity
+    assert {found.name for found in tmp_path.iterdir()} == {"wire.toml", "inner"}
+
+
+def test_results_that_cannot_be_completed_leave_the_earlier_ones(tmp_path):
+    with results.atomic_folder(tmp_path / "out") as folder:
+        results.write_summary({results.MARK: "0.1.0"}, folder)
+    before = files_in(tmp_path)
+    assert set(before) == {Path("out/summary.json")}
+
+    def fill_the_disk():
+        with results.atomic_folder(tmp_path / "out") as folder:
+            (folder / "summary.json").touch()
+            raise OSError("the disk is full")
+
+    with pytest.raises(OSError, match="full"):
+        fill_the_disk()
+    assert files_in(tmp_path) == before
+    assert no_leftovers(tmp_path)
+
+
+def test_what_a_killed_run_left_is_in_nobodys_way(tmp_path):
+    leftover = tmp_path / "out" / f"{results.PARTIAL}0"
+    leftover.mkdir(parents=True)
+    results.check_target(tmp_path / "out")
+    with results.atomic_folder(tmp_path / "out") as folder:
+        results.write_summary({results.MARK: "0.1.0"}, folder)
+    assert {found.name for found in (tmp_path / "out").iterdir()} == {"summary.json", leftover.name}
+    results.check_target(tmp_path / "out")
 
 
 @pytest.mark.parametrize("command", ["run", "check"])
@@ -202,8 +297,50 @@ def test_a_failed_simulation_ends_with_1_and_keeps_what_there_is(scene, tmp_path
     done = lissom_command("run", path, "-o", "out", cwd=tmp_path)
     assert done.returncode == 1
     assert "Failed at 0 s" in done.stdout
+    assert "give every coordinate a mass." in done.stdout
+    assert "`a0`" not in done.stdout, "a scene has no such key"
     assert json.loads((tmp_path / "out" / "summary.json").read_text())["outcome"] == "failed"
     assert (tmp_path / "out" / "report.html").exists()
+
+
+def test_messages_speak_of_keys_of_the_scene():
+    class Motion:
+        message = "Reduce `dt` or use adaptive steps; loosen `rtol`, or ask for fewer times with `t_eval`."
+
+    run = results.Run(lissom.Scene.loads(WIRE), Motion())
+    said = "Reduce `step` or use adaptive steps; loosen `rtol`, or ask for fewer times with `output.step`."
+    assert run.message == said
+
+
+@pytest.mark.parametrize("command", ["run", "check"])
+@pytest.mark.parametrize(
+    ("settings", "key"),
+    [
+        ("duration = 1e300\nmethod = 'rk45'\noutput = { step = 1e-300 }", "simulation.output.step"),
+        ("duration = 1e300\nstep = 1e-300", "simulation.step"),
+        ("duration = 1e308\nstep = 1e-2", "simulation.step"),
+    ],
+)
+def test_runs_without_end_are_refused(command, settings, key, scene, tmp_path):
+    path = scene(WIRE.replace("duration = 0.1", settings))
+    done = lissom_command(command, path, cwd=tmp_path)
+    assert done.returncode == 2
+    assert f" {key}: got more than 1.80e308 st" in done.stderr
+    assert "Traceback" not in done.stderr
+    assert list(tmp_path.iterdir()) == [path], "nothing is written"
+
+
+def test_what_simulate_refuses_is_one_line(scene, tmp_path, monkeypatch, capsys):
+    def refuse(_):
+        raise ValueError("dt: got 3,\n  expected 4")
+
+    path = scene(WIRE)
+    monkeypatch.setattr(cli, "_simulate", refuse)
+    with pytest.raises(SystemExit) as ended:
+        cli.main(["run", str(path), "-o", str(tmp_path / "out")])
+    assert ended.value.code == 2
+    assert capsys.readouterr().err == f"{path}: dt: got 3, expected 4\n"
+    assert not (tmp_path / "out").exists()
 
 
 def test_an_interrupted_run_keeps_what_it_has(scene, tmp_path):
@@ -256,7 +393,10 @@ def test_what_cannot_be_written_is_said(scene, tmp_path):
 def test_help_and_version_are_good_and_quick(tmp_path):
     top = lissom_command("--help", cwd=tmp_path)
     assert top.returncode == 0
-    for command in ("run", "check", "lab", "schema"):
+    assert "..." not in top.stdout.split("Commands:")[1], "no line is cut off"
+    assert '"lissom schema"' in top.stdout
+    assert "docs/" not in top.stdout, "installed packages have no such folder"
+    for command in ("run", "check", "explain", "lab", "schema"):
         assert re.search(rf"^  {command} ", top.stdout, re.MULTILINE)
         its = lissom_command(command, "-h", cwd=tmp_path)
         assert its.returncode == 0

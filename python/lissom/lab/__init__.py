@@ -14,7 +14,7 @@ from typing import Any
 
 from .._lissom import __version__
 from ..report import page
-from ..results import SUMMARY, atomic_folder
+from ..results import MARK, SUMMARY, atomic_folder
 from . import pendulum, rod, roots
 from .part import Part
 
@@ -39,7 +39,7 @@ def write(target: Path, bar: Callable[[float, str, str], Any]) -> list[Path]:
                 parts[name] = compute()
                 progress.update(1)
         (folder / "lab.html").write_text(page.render(build(list(parts.values()))), encoding="utf-8")
-        numbers = {"lissom": __version__, **{name: part.numbers for name, part in parts.items()}}
+        numbers = {MARK: __version__, **{name: part.numbers for name, part in parts.items()}}
         (folder / SUMMARY).write_text(
             json.dumps(plain(numbers), indent=2, allow_nan=False) + "\n", encoding="utf-8"
         )

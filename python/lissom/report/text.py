@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .._lissom import MotionResult, Rod, Scene, simulate
-from ..results import COUNTERS, Run
+from ..results import COUNTERS, Run, in_words_of_a_scene
 from ..results import statistics as numbers
 from . import motion
 
@@ -73,7 +73,7 @@ def outcome(run: Run) -> tuple[str, bool]:
     if run.interrupted:
         return f"Interrupted at {quantity(float(run.t[-1]))} s; what was computed until then is shown.", False
     if not run.motion.success:
-        return f"Failed at {quantity(float(run.t[-1]))} s: {run.motion.message}", False
+        return f"Failed at {quantity(float(run.t[-1]))} s: {run.message}", False
     return "Finished.", True
 
 
@@ -121,7 +121,7 @@ def cost_of_steps(scene: Scene) -> list[tuple[str, str]]:
     stats = min(runs, key=lambda motion: motion.stats.wall_time).stats
     rows = [("method", METHODS[settings.method])]
     if stats.steps == 0:
-        return [*rows, ("message", runs[0].message)]
+        return [*rows, ("message", in_words_of_a_scene(runs[0].message))]
     if is_fixed:
         rows += [
             ("step", f"{quantity(settings.step, 's')}, {settings.jacobian} Jacobian"),
