@@ -56,6 +56,18 @@ impl fmt::Display for InvalidInput {
 
 impl std::error::Error for InvalidInput {}
 
+/// A number in a message: very large and very small ones with an exponent instead of hundreds of digits.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Number(pub(crate) f64);
+
+impl fmt::Display for Number {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self(value) = *self;
+        let is_handy = value == 0.0 || !value.is_finite() || (1e-6..1e16).contains(&value.abs());
+        if is_handy { write!(f, "{value}") } else { write!(f, "{value:e}") }
+    }
+}
+
 /// Collects the problems of an input, so that all of them are reported at once.
 #[derive(Debug, Default)]
 pub struct Checker {
@@ -83,20 +95,20 @@ impl Checker {
     /// `value` must be finite and positive; `unit` ends the sentence, such as `metres`.
     pub fn positive(&mut self, value: f64, place: &str, unit: &str) -> bool {
         let expected = format!("a finite number > 0 ({unit})");
-        self.require(value.is_finite() && value > 0.0, place, value, &expected)
+        self.require(value.is_finite() && value > 0.0, place, Number(value), &expected)
     }
 
     /// `value` must be finite and not negative.
     pub fn non_negative(&mut self, value: f64, place: &str, unit: &str) -> bool {
         let expected = format!("a finite number >= 0 ({unit})");
-        self.require(value.is_finite() && value >= 0.0, place, value, &expected)
+        self.require(value.is_finite() && value >= 0.0, place, Number(value), &expected)
     }
 
     /// Every entry of `values` must be finite; the place of an offender is `place[i]`.
     pub fn finite(&mut self, values: &[f64], place: &str) -> bool {
         let mut ok = true;
         for (i, &value) in values.iter().enumerate() {
-            ok &= self.require(value.is_finite(), &format!("{place}[{i}]"), value, "a finite number");
+            ok &= self.require(value.is_finite(), &format!("{place}[{i}]"), Number(value), "a finite number");
         }
         ok
     }
@@ -138,3 +150,22 @@ impl Checker {
 /// Who asked keeps the reason; the core only passes this on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Interrupted;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_in_messages_are_short() {
+        let texts = [0.0, -0.000001, 0.1, -12.5, 9e15, f64::INFINITY, 1e-300, -1e300, 5e-324]
+            .map(|value| Number(value).to_string());
+        assert_eq!(
+            texts,
+            ["0", "-0.000001", "0.1", "-12.5", "9000000000000000", "inf", "1e-300", "-1e300", "5e-324"]
+        );
+        let mut checker = Checker::new();
+        checker.positive(-1e-300, "dt", "seconds");
+        let error = checker.finish().unwrap_err();
+        assert_eq!(error.to_string(), "dt: got -1e-300, expected a finite number > 0 (seconds)");
+    }
+}

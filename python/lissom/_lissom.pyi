@@ -203,7 +203,7 @@ class RK45(OdeSolver):
     C: ClassVar[NDArray[np.float64]]
     def __new__(
         cls,
-        fun: Callable[..., Any] | Model | Any,
+        fun: Callable[..., Any] | int | Model | Any,
         t0: float,
         y0: ArrayLike,
         t_bound: float,
@@ -225,7 +225,7 @@ class DOP853(OdeSolver):
     C: ClassVar[NDArray[np.float64]]
     def __new__(
         cls,
-        fun: Callable[..., Any] | Model | Any,
+        fun: Callable[..., Any] | int | Model | Any,
         t0: float,
         y0: ArrayLike,
         t_bound: float,
@@ -244,7 +244,7 @@ class DOP853(OdeSolver):
 class Radau(OdeSolver):
     def __new__(
         cls,
-        fun: Callable[..., Any] | Model | Any,
+        fun: Callable[..., Any] | int | Model | Any,
         t0: float,
         y0: ArrayLike,
         t_bound: float,
@@ -262,7 +262,7 @@ class Radau(OdeSolver):
     ) -> Self: ...
 
 def solve_ivp(
-    fun: Callable[..., Any] | Model | Any,
+    fun: Callable[..., Any] | int | Model | Any,
     t_span: tuple[float, float] | ArrayLike,
     y0: ArrayLike,
     method: Literal["RK45", "DOP853", "Radau"] | type[OdeSolver] = "RK45",
@@ -535,7 +535,7 @@ def newmark(
     predictor: Literal["best", "last", "zero"] = "best",
     reuse_jacobian: bool = True,
     args: tuple[Any, ...] | None = None,
-    callback: Callable[[float, NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]], bool | None]
+    callback: Callable[[float, NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]], object]
     | None = None,
 ) -> MotionResult: ...
 def simulate(
@@ -550,7 +550,7 @@ def simulate(
     rtol: ArrayLike = 1e-06,
     atol: ArrayLike = 1e-09,
     t_eval: ArrayLike | None = None,
-    progress: Callable[[float], bool | None] | None = None,
+    progress: Callable[[float], object] | None = None,
     beta: float = 0.25,
     gamma: float = 0.5,
     alpha: float | None = None,

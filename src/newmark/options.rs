@@ -1,7 +1,7 @@
 //! What a caller chooses, with its validation.
 
 use super::Scheme;
-use crate::error::{Checker, InvalidInput};
+use crate::error::{Checker, InvalidInput, Number};
 use crate::ode::Tolerance;
 use crate::roots::Derivative;
 
@@ -99,10 +99,11 @@ impl Options {
         let atol = self.atol.expand(n, "atol", &mut checker);
         rtol.iter_mut().for_each(|rtol| *rtol = rtol.max(SMALLEST_RTOL));
         if let StepSize::Adaptive { max_step, min_step } = self.step_size {
-            checker.require(max_step > 0.0, "max_step", max_step, "a number > 0");
+            checker.require(max_step > 0.0, "max_step", Number(max_step), "a number > 0");
             checker.non_negative(min_step, "min_step", "of the time");
             let ordered = min_step <= max_step || min_step.is_nan() || max_step.is_nan();
-            checker.require(ordered, "min_step", min_step, &format!("at most max_step = {max_step}"));
+            let expected = format!("at most max_step = {}", Number(max_step));
+            checker.require(ordered, "min_step", Number(min_step), &expected);
             self.scheme.check_error_estimate(&mut checker);
         }
         checker.finish()?;
@@ -126,8 +127,8 @@ pub(crate) fn check_start(
 fn check_problem(n: usize, (t0, t_end): (f64, f64), q0: &[f64], v0: &[f64], dt: f64, checker: &mut Checker) {
     checker.require(t0.is_finite(), "t_span[0]", t0, "a finite number");
     if checker.require(t_end.is_finite(), "t_span[1]", t_end, "a finite number") && t0.is_finite() {
-        let expected = format!("at least t_span[0] = {t0}: the methods go forward in time");
-        checker.require(t_end >= t0, "t_span[1]", t_end, &expected);
+        let expected = format!("at least t_span[0] = {}: the methods go forward in time", Number(t0));
+        checker.require(t_end >= t0, "t_span[1]", Number(t_end), &expected);
     }
     for (values, place) in [(q0, "q0"), (v0, "v0")] {
         checker.length(values, n, place);
@@ -135,6 +136,6 @@ fn check_problem(n: usize, (t0, t_end): (f64, f64), q0: &[f64], v0: &[f64], dt: 
     }
     let is_visible = t_end == t0 || t0 + dt > t0 && t_end - dt < t_end;
     if checker.positive(dt, "dt", "of the time") && t0.is_finite() && t_end.is_finite() {
-        checker.require(is_visible, "dt", dt, "a step that rounding of the time does not swallow");
+        checker.require(is_visible, "dt", Number(dt), "a step that rounding of the time does not swallow");
     }
 }

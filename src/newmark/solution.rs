@@ -3,7 +3,7 @@
 use super::options::{Options, StepSize};
 use super::stepper::Stepper;
 use super::{Counters, Status, System};
-use crate::error::{Checker, Interrupted, InvalidInput};
+use crate::error::{Checker, Interrupted, InvalidInput, Number};
 
 /// A motion and how it came about. What was computed before a failure or an interruption is kept.
 #[derive(Clone, Debug)]
@@ -117,8 +117,8 @@ fn check_times(times: &[f64], (t0, t_end): (f64, f64)) -> Result<(), InvalidInpu
     let mut checker = Checker::new();
     let is_wrong = |i: usize| !(t0..=t_end).contains(&times[i]) || (i > 0 && times[i] <= times[i - 1]);
     if let Some(i) = (0..times.len()).find(|&i| is_wrong(i)) {
-        let expected = format!("a time in t_span = [{t0}, {t_end}] after the one before");
-        checker.require(false, &format!("t_eval[{i}]"), times[i], &expected);
+        let expected = format!("a time in t_span = [{}, {}] after the one before", Number(t0), Number(t_end));
+        checker.require(false, &format!("t_eval[{i}]"), Number(times[i]), &expected);
     }
     checker.finish()
 }

@@ -5,7 +5,7 @@ use super::error_estimate::{Ends, ErrorEstimate};
 use super::options::{Options, Predictor, StepSize};
 use super::trial::Trial;
 use super::{Counters, Failure, Scheme, Status, System};
-use crate::error::{Interrupted, InvalidInput};
+use crate::error::{Interrupted, InvalidInput, Number};
 
 /// A step must be that many spacings of floating-point numbers long at least.
 const SMALLEST_STEP_IN_SPACINGS: f64 = 10.0;
@@ -378,8 +378,7 @@ impl Stepper {
 
     /// A status of this integration in words, with what to change when it is not the wanted one.
     pub fn explain(&self, status: Status) -> String {
-        let Self { t, t_end, .. } = *self;
-        let h = self.options.dt;
+        let [t, t_end, h] = [self.t, self.t_end, self.options.dt].map(Number);
         let limit = self.scheme.stability_limit();
         match status {
             Status::Finished => "The end of the interval was reached.".to_owned(),

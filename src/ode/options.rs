@@ -1,7 +1,7 @@
 //! What a caller chooses, with its validation.
 
 use super::differences::Sparsity;
-use crate::error::{Checker, InvalidInput};
+use crate::error::{Checker, InvalidInput, Number};
 
 /// Integration method.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -144,14 +144,14 @@ impl Output {
         let (low, high) = (t0.min(t_end), t0.max(t_end));
         let is_inside = |t: &f64| (low..=high).contains(t);
         if let Some(i) = times.iter().position(|t| !is_inside(t)) {
-            let inside = format!("a time within t_span, between {low} and {high}");
-            checker.require(false, &format!("t_eval[{i}]"), times[i], &inside);
+            let inside = format!("a time within t_span, between {} and {}", Number(low), Number(high));
+            checker.require(false, &format!("t_eval[{i}]"), Number(times[i]), &inside);
         }
         let direction = if t_end < t0 { -1.0 } else { 1.0 };
         if let Some(i) = times.windows(2).position(|pair| direction * (pair[1] - pair[0]) <= 0.0) {
             let order = if direction > 0.0 { "larger" } else { "smaller" };
-            let expected = format!("a time {order} than t_eval[{i}] = {}", times[i]);
-            checker.require(false, &format!("t_eval[{}]", i + 1), times[i + 1], &expected);
+            let expected = format!("a time {order} than t_eval[{i}] = {}", Number(times[i]));
+            checker.require(false, &format!("t_eval[{}]", i + 1), Number(times[i + 1]), &expected);
         }
         checker.finish()
     }
@@ -191,14 +191,19 @@ impl Options {
             && checker.positive(first_step, "first_step", "of the time")
         {
             let length = (t_end - t0).abs();
-            let expected = format!("at most the length of t_span, {length}");
-            checker.require(first_step <= length || length.is_nan(), "first_step", first_step, &expected);
+            let expected = format!("at most the length of t_span, {}", Number(length));
+            checker.require(
+                first_step <= length || length.is_nan(),
+                "first_step",
+                Number(first_step),
+                &expected,
+            );
         }
-        checker.require(self.max_step > 0.0, "max_step", self.max_step, "a number > 0");
+        checker.require(self.max_step > 0.0, "max_step", Number(self.max_step), "a number > 0");
         checker.non_negative(self.min_step, "min_step", "of the time");
         if self.max_step > 0.0 && self.min_step > self.max_step {
-            let expected = format!("at most max_step, {}", self.max_step);
-            checker.require(false, "min_step", self.min_step, &expected);
+            let expected = format!("at most max_step, {}", Number(self.max_step));
+            checker.require(false, "min_step", Number(self.min_step), &expected);
         }
         if let Some(sparsity) = &self.sparsity {
             let expected = format!("one of {n} equations");

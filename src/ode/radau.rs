@@ -73,6 +73,7 @@ pub(super) struct Radau {
     differences: DifferencedJacobian,
     jacobian: Matrix,
     jacobian_is_current: bool,
+    jacobian_is_finite: bool,
     // The next step is to begin with a new one.
     jacobian_is_wanted: bool,
     shifted: Matrix,
@@ -124,6 +125,7 @@ impl Radau {
             differences: DifferencedJacobian::new(n, sparsity),
             jacobian: Matrix::zeros(n, n),
             jacobian_is_current: false,
+            jacobian_is_finite: true,
             jacobian_is_wanted: false,
             shifted: Matrix::zeros(n, n),
             real: Lu::new(n),
@@ -162,6 +164,7 @@ impl Radau {
             JacobianKind::Constant => {
                 system.jacobian(state.t, &state.y, &mut self.jacobian)?;
                 self.jacobian_is_current = true;
+                self.jacobian_is_finite = all_finite(self.jacobian.as_slice());
                 Ok(())
             }
             JacobianKind::Given | JacobianKind::Differenced => self.evaluate_jacobian(state, system),
@@ -185,6 +188,7 @@ impl Radau {
         }
         state.counters.njev += 1;
         self.jacobian_is_current = true;
+        self.jacobian_is_finite = all_finite(self.jacobian.as_slice());
         self.jacobian_is_wanted = false;
         self.factorised_for = None;
         Ok(())
@@ -216,8 +220,11 @@ impl Radau {
             let (t_new, h) = state.step_to(h_abs);
             h_abs = h.abs();
             let Some(newton) = self.solve_stages(state, system, t_new, h)? else {
+                if !self.jacobian_is_finite {
+                    return Ok(Advance::Failed(Status::NonFiniteJacobian));
+                }
                 state.counters.rejected += 1;
-                finite = all_finite(&self.f) && all_finite(self.jacobian.as_slice());
+                finite = all_finite(&self.f);
                 h_abs *= DIVERGENCE_FACTOR;
                 continue;
             };
@@ -243,6 +250,7 @@ impl Radau {
             h_abs *= if finite { factor.max(SMALLEST_FACTOR) } else { DIVERGENCE_FACTOR };
         }
     }
+
     /// Solves for the stages of a step, with a fresh Jacobian if the old one does not do; `None` when the Newton
     /// iteration does not converge.
     fn solve_stages<S: System + ?Sized>(
@@ -253,6 +261,9 @@ impl Radau {
         h: f64,
     ) -> Result<Option<Converged>, Interrupted> {
         loop {
+            if !self.jacobian_is_finite {
+                return Ok(None);
+            }
             if self.factorise(state, h).is_ok() {
                 let converged = self.iterate(state, system, t_new, h)?;
                 if converged.is_some() || self.jacobian_is_current {

@@ -13,6 +13,8 @@ pub enum Status {
     StepTooSmall,
     /// The right-hand side or the state is NaN or infinite however small the step.
     NonFinite,
+    /// An implicit method met a Jacobian that is NaN or infinite, which no smaller step can mend.
+    NonFiniteJacobian,
     /// The right-hand side, an event or the monitor asked to stop.
     Interrupted,
 }
@@ -31,6 +33,7 @@ impl Status {
             Self::TooManySteps => "too_many_steps",
             Self::StepTooSmall => "step_too_small",
             Self::NonFinite => "non_finite",
+            Self::NonFiniteJacobian => "non_finite_jacobian",
             Self::Interrupted => "interrupted",
         }
     }

@@ -7,7 +7,7 @@ use super::options::{Method, Options, Tolerances};
 use super::radau::Radau;
 use super::status::Status;
 use super::{System, initial_step};
-use crate::error::{Interrupted, InvalidInput};
+use crate::error::{Interrupted, InvalidInput, Number};
 
 /// What an integration has cost.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -343,7 +343,9 @@ impl Stepper {
 
     /// A status of this integration in words, with what to change when it is not the wanted one.
     pub fn explain(&self, status: Status) -> String {
-        let State { t, t_end, min_step, .. } = self.state;
+        let smallest_is_min_step =
+            self.state.min_step > 0.0 && self.state.smallest_step() == self.state.min_step;
+        let [t, t_end, min_step] = [self.state.t, self.state.t_end, self.state.min_step].map(Number);
         let mut message = match status {
             Status::Finished => "The end of the integration interval was reached.".to_owned(),
             // SciPy's words: programs compare them.
@@ -353,7 +355,7 @@ impl Stepper {
                  `max_steps`, or loosen `rtol` and `atol`.",
                 self.max_steps
             ),
-            Status::StepTooSmall if min_step > 0.0 && self.state.smallest_step() == min_step => format!(
+            Status::StepTooSmall if smallest_is_min_step => format!(
                 "The required step size is less than `min_step` = {min_step} at t = {t}: decrease `min_step`, or \
                  loosen `rtol` and `atol`."
             ),
@@ -364,11 +366,15 @@ impl Stepper {
             ),
             Status::NonFinite => format!(
                 "The right-hand side is NaN or infinite at or right after t = {t}, however small the step: check it \
-                 at that point (the last state of the result), or end the interval before."
+                 at that point, or end the interval before."
+            ),
+            Status::NonFiniteJacobian => format!(
+                "The Jacobian of the right-hand side is NaN or infinite at t = {t}: check `jac`, or without it the \
+                 right-hand side next to the state at that point; or end the interval before."
             ),
             Status::Interrupted => format!("The integration was stopped at t = {t}, as asked for."),
         };
-        if let Some(t) = self.state.stiff_at {
+        if let Some(t) = self.state.stiff_at.map(Number) {
             message.push_str(&format!(
                 " The problem seems to be stiff at t = {t}: stability, not accuracy, limits the steps of this \
                  explicit method; `method=\"Radau\"` would need far fewer."

@@ -1,5 +1,7 @@
 //! Exceptions of Python callbacks and Ctrl-C: kept here while the core unwinds with [`Interrupted`].
 
+use pyo3::PyClass;
+use pyo3::exceptions::{PyKeyboardInterrupt, PyStopIteration};
 use pyo3::prelude::*;
 
 use crate::error::Interrupted;
@@ -24,4 +26,29 @@ impl Raised {
             None => Ok(()),
         }
     }
+}
+
+/// What a callback that watches a computation wants: it goes on unless the callback has returned True or raised StopIteration.
+/// Other values, such as arrays, have no meaning.
+pub(crate) fn wants_to_stop(py: Python<'_>, returned: PyResult<Bound<'_, PyAny>>) -> PyResult<bool> {
+    match returned {
+        Ok(value) => Ok(value.extract::<bool>().unwrap_or(false)),
+        Err(error) if error.is_instance_of::<PyStopIteration>(py) => Ok(true),
+        Err(error) => Err(error),
+    }
+}
+
+/// The exception that ended a computation; Ctrl-C keeps what was computed, as the attribute `result` of the
+/// KeyboardInterrupt.
+pub(crate) fn with_result<T>(py: Python<'_>, error: PyErr, result: impl FnOnce() -> PyResult<T>) -> PyErr
+where
+    T: PyClass + Into<PyClassInitializer<T>>,
+{
+    if !error.is_instance_of::<PyKeyboardInterrupt>(py) {
+        return error;
+    }
+    let kept = result()
+        .and_then(|result| Py::new(py, result))
+        .and_then(|result| error.value(py).setattr("result", result));
+    kept.err().unwrap_or(error)
 }

@@ -9,13 +9,16 @@ use std::ffi::CString;
 
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyCapsule, PyCapsuleMethods, PyTuple};
+use pyo3::types::{PyCapsule, PyCapsuleMethods, PyInt, PyTuple};
 
 /// `void f(double t, const double *y, double *out, const double *args)`.
 type Signature = unsafe extern "C" fn(f64, *const f64, *mut f64, *const f64);
 
 /// The signature for messages.
 const SIGNATURE: &str = "void (double t, const double *y, double *out, const double *args)";
+
+/// Linux (mmap_min_addr), macOS and Windows map nothing below: smaller integers, truth values among them, are no addresses.
+const LOWEST_ADDRESS: usize = 1 << 16;
 
 /// A C function with the signature of a right-hand side, and what it needs to be called.
 #[derive(Debug)]
@@ -38,8 +41,9 @@ enum Parameters {
 }
 
 impl CompiledFunction {
-    /// The compiled function behind a Python object: one with an integer `address` (`numba.cfunc`) or a
-    /// `scipy.LowLevelCallable`; `None` for other objects. It reads `inputs` states and writes `outputs` numbers.
+    /// The compiled function behind a Python object: one with an integer `address` (`numba.cfunc`), a
+    /// `scipy.LowLevelCallable`, a function of ctypes or an address; `None` for other objects. It reads `inputs` states
+    /// and writes `outputs` numbers.
     ///
     /// `args`, if any, are the numbers that its last argument points to.
     pub(super) fn find(
@@ -91,7 +95,18 @@ fn address(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Option<(usize, Opti
     if let Some(address) = value.getattr_opt("address")?
         && let Ok(address) = address.extract::<usize>()
     {
-        check_types(value, name)?;
+        if let Some(function) = value.getattr_opt("ctypes")? {
+            check_types(&function, name)?;
+        }
+        return Ok(Some((address, None)));
+    }
+    if value.is_instance_of::<PyInt>()
+        && let Ok(address) = value.extract::<usize>()
+        && address >= LOWEST_ADDRESS
+    {
+        return Ok(Some((address, None)));
+    }
+    if let Some(address) = address_of_ctypes(value, name)? {
         return Ok(Some((address, None)));
     }
     let is_low_level = value.get_type().name().is_ok_and(|name| name == "LowLevelCallable");
@@ -115,10 +130,27 @@ fn address(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Option<(usize, Opti
     Ok(Some((address, (user_data != 0).then_some(user_data))))
 }
 
-/// Compares the types of a `numba.cfunc`, as its ctypes equivalent tells them, with the signature.
-fn check_types(value: &Bound<'_, PyAny>, name: &str) -> PyResult<()> {
-    let Some(ctypes) = value.getattr_opt("ctypes")? else { return Ok(()) };
-    let types: Vec<Bound<'_, PyAny>> = ctypes.getattr("argtypes")?.extract()?;
+/// Address of a function of ctypes, such as `numba.cfunc.ctypes`.
+fn address_of_ctypes(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Option<usize>> {
+    // Spares other callables the import.
+    if !value.hasattr("argtypes")? {
+        return Ok(None);
+    }
+    let ctypes = value.py().import("ctypes")?;
+    if !value.is_instance(&ctypes.getattr("_CFuncPtr")?)? {
+        return Ok(None);
+    }
+    check_types(value, name)?;
+    let pointer = ctypes.call_method1("cast", (value, ctypes.getattr("c_void_p")?))?;
+    // The value of a null pointer is None.
+    Ok(Some(pointer.getattr("value")?.extract::<Option<usize>>()?.unwrap_or(0)))
+}
+
+/// Compares the types of a function of ctypes with the signature.
+fn check_types(ctypes: &Bound<'_, PyAny>, name: &str) -> PyResult<()> {
+    // None where they were not declared.
+    let types: Option<Vec<Bound<'_, PyAny>>> = ctypes.getattr("argtypes")?.extract()?;
+    let types = types.unwrap_or_default();
     let names = types
         .iter()
         .map(|argument| argument.getattr("__name__")?.extract::<String>())

@@ -3,11 +3,12 @@
 use std::time::{Duration, Instant};
 
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
-use pyo3::exceptions::{PyKeyboardInterrupt, PyValueError};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
+use super::callback::with_result;
 use super::convert;
-use crate::newmark::{Counters, Parameters, Predictor, Scheme, StepSize};
+use crate::newmark::{Counters, Predictor, StepSize};
 use crate::simulate::{Simulation, Statistics};
 
 /// Result of `simulate` and `newmark`. On failure or interruption: everything that was computed.
@@ -24,7 +25,7 @@ use crate::simulate::{Simulation, Statistics};
 ///     True when the end of the interval was reached.
 /// status : str
 ///     'finished', 'interrupted' (as the callback asked), 'no_initial_acceleration', 'newton_not_converged',
-///     'singular_jacobian', 'non_finite', 'step_too_small' or 'too_many_steps'.
+///     'singular_jacobian', 'non_finite', 'non_finite_jacobian' (method 'radau'), 'step_too_small' or 'too_many_steps'.
 /// message : str
 ///     The status in words, and what to change.
 #[pyclass(name = "MotionResult", module = "lissom", frozen, get_all)]
@@ -198,8 +199,7 @@ impl PyStatistics {
     }
 }
 
-/// The result of a run, or the exception that ended it. Ctrl-C keeps what was computed: as the attribute `result` of the
-/// KeyboardInterrupt.
+/// The result of a run, or the exception that ended it, which on Ctrl-C has the result as an attribute.
 pub(super) fn finish(
     py: Python<'_>,
     simulation: Simulation,
@@ -207,12 +207,7 @@ pub(super) fn finish(
 ) -> PyResult<PyMotionResult> {
     match raised {
         Ok(()) => PyMotionResult::new(py, simulation),
-        Err(error) => {
-            if error.is_instance_of::<PyKeyboardInterrupt>(py) {
-                error.value(py).setattr("result", Py::new(py, PyMotionResult::new(py, simulation)?)?)?;
-            }
-            Err(error)
-        }
+        Err(error) => Err(with_result(py, error, || PyMotionResult::new(py, simulation))),
     }
 }
 
@@ -246,26 +241,6 @@ impl Ticker {
         }
         due
     }
-}
-
-/// The scheme that was asked for by name and parameters.
-pub(super) fn scheme(
-    method: &str,
-    beta: f64,
-    gamma: f64,
-    alpha: Option<f64>,
-    rho_inf: Option<f64>,
-) -> PyResult<Scheme> {
-    // The defaults of beta and gamma contradict no method.
-    let defaults = Scheme::AVERAGE_ACCELERATION;
-    let given = |value: f64, default: f64| (method == "newmark" || value != default).then_some(value);
-    let parameters = Parameters {
-        beta: given(beta, defaults.beta()),
-        gamma: given(gamma, defaults.gamma()),
-        alpha,
-        rho_inf,
-    };
-    Ok(Scheme::by_name(method, &parameters)?)
 }
 
 pub(super) fn predictor(name: &str) -> PyResult<Predictor> {

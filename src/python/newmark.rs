@@ -7,14 +7,15 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyString, PyTuple};
 
+use super::callback::wants_to_stop;
 use super::convert;
-use super::motion::{PyMotionResult, finish, predictor, scheme, step_size, times};
+use super::motion::{PyMotionResult, finish, predictor, step_size, times};
 use super::ode::function::{matrix_of, read_vector};
 use super::ode::options::tolerance;
 use super::ode::system::{SharedRaised, unpack};
 use crate::error::Interrupted;
 use crate::linalg::Matrix;
-use crate::newmark::{Options, Stepper, System, solve};
+use crate::newmark::{Options, Parameters, Scheme, Stepper, System, solve};
 use crate::roots::Derivative;
 use crate::simulate::Simulation;
 
@@ -32,7 +33,7 @@ use crate::simulate::Simulation;
 /// dt : float
 ///     Step size, or with `adaptive` the first one. The last step is shorter if it must be.
 /// beta, gamma : float
-///     Parameters of method 'newmark'; the defaults are the average acceleration rule.
+///     Parameters of method 'newmark', and of no other; the defaults are the average acceleration rule.
 /// jac : {'forward', 'central'} or callable
 ///     Jacobian of a step: by forward differences (n more evaluations), by central differences (2n), or from
 ///     ``jac(t, q, v, a, *args)``, which returns the three (n, n) derivatives of the residual with respect to q, v and a.
@@ -67,8 +68,8 @@ use crate::simulate::Simulation;
 /// args : tuple, optional
 ///     Further arguments of `residual` and `jac`.
 /// callback : callable, optional
-///     Called as ``callback(t, q, v, a)`` after every accepted step; returning True ends the integration, whose result then
-///     has the status 'interrupted'.
+///     Called as ``callback(t, q, v, a)`` after every accepted step. Returning True or raising StopIteration ends the
+///     integration, whose result then has the status 'interrupted'.
 ///
 /// Returns
 /// -------
@@ -93,7 +94,7 @@ use crate::simulate::Simulation;
 #[pyfunction]
 #[pyo3(
     signature = (
-        residual, t_span, q0, v0, *, dt, beta=0.25, gamma=0.5, jac=None, method="newmark", alpha=None, rho_inf=None,
+        residual, t_span, q0, v0, *, dt, beta=None, gamma=None, jac=None, method="newmark", alpha=None, rho_inf=None,
         rtol=None, atol=None, adaptive=false, max_step=None, min_step=0.0, max_steps=None, t_eval=None,
         a0=None, predictor="best", reuse_jacobian=true, args=None, callback=None
     ),
@@ -110,8 +111,8 @@ pub(crate) fn newmark<'py>(
     q0: &Bound<'py, PyAny>,
     v0: &Bound<'py, PyAny>,
     dt: f64,
-    beta: f64,
-    gamma: f64,
+    beta: Option<f64>,
+    gamma: Option<f64>,
     jac: Option<&Bound<'py, PyAny>>,
     method: &str,
     alpha: Option<f64>,
@@ -142,7 +143,7 @@ pub(crate) fn newmark<'py>(
     let defaults = Options::new(dt);
     let (derivative, jac) = derivative(jac)?;
     let options = Options {
-        scheme: scheme(method, beta, gamma, alpha, rho_inf)?,
+        scheme: Scheme::by_name(method, &Parameters { beta, gamma, alpha, rho_inf })?,
         step_size: step_size(adaptive, max_step, min_step)?,
         derivative,
         rtol: rtol.map_or(Ok(defaults.rtol.clone()), |rtol| tolerance(rtol, "rtol"))?,
@@ -160,11 +161,8 @@ pub(crate) fn newmark<'py>(
     let mut monitor = |_: &mut Equations<'_, 'py>, stepper: &Stepper| {
         let Some(callback) = callback else { return Ok(()) };
         let (q, v, a) = (stepper.q(), stepper.v(), stepper.a());
-        let stop = raised.catch(
-            callback
-                .call1((stepper.t(), q.to_pyarray(py), v.to_pyarray(py), a.to_pyarray(py)))
-                .and_then(|stop| stop.is_truthy()),
-        )?;
+        let state = (stepper.t(), q.to_pyarray(py), v.to_pyarray(py), a.to_pyarray(py));
+        let stop = raised.catch(wants_to_stop(py, callback.call1(state)))?;
         if stop { Err(Interrupted) } else { Ok(()) }
     };
     let solution = solve(&mut system, t_span, &q0, &v0, &options, t_eval.as_deref(), &mut monitor)?;

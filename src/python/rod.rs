@@ -199,6 +199,9 @@ impl PySegment {
     }
 }
 
+/// So many poses of the largest rods take some milliseconds.
+const POSES_BETWEEN_SIGNALS: usize = 256;
+
 /// The homogeneous matrix of a pose, row by row.
 fn homogeneous(pose: &Pose) -> [f64; 16] {
     let Pose { rotation: Rotation { x, y, z }, position: p } = *pose;
@@ -416,15 +419,23 @@ impl PyRod {
                 "X: got {place}, expected arc lengths in [0, {length}] (metres)"
             )));
         }
-        // Locked only now: nothing of Python runs from here on.
-        let mut model = self.kinematics.lock().unwrap_or_else(PoisonError::into_inner);
-        let places: Vec<Place> = places.into_iter().map(|x| model.place(x)).collect();
+        // Locked for one place or pose at a time: signal handlers may ask this very rod.
+        let model = || self.kinematics.lock().unwrap_or_else(PoisonError::into_inner);
+        let answer_signals = |done: usize| {
+            if done.is_multiple_of(POSES_BETWEEN_SIGNALS) { py.check_signals() } else { Ok(()) }
+        };
+        let places = places
+            .into_iter()
+            .enumerate()
+            .map(|(i, x)| answer_signals(i).map(|()| model().place(x)))
+            .collect::<PyResult<Vec<Place>>>()?;
         let rows = number_of_states.unwrap_or(1);
         let mut poses = Vec::with_capacity(16 * rows * places.len());
         for row in 0..rows {
             let q = &states[row * n..(row + 1) * n];
             for place in &places {
-                poses.extend(homogeneous(&model.pose_at(q, place)));
+                answer_signals(poses.len() / 16)?;
+                poses.extend(homogeneous(&model().pose_at(q, place)));
             }
         }
         let shape: Vec<usize> =

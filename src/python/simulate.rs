@@ -3,13 +3,13 @@
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 
-use super::callback::Raised;
+use super::callback::{Raised, wants_to_stop};
 use super::convert;
 use super::model::PyModel;
-use super::motion::{PyMotionResult, Ticker, finish, predictor, scheme, step_size, times};
+use super::motion::{PyMotionResult, Ticker, finish, predictor, step_size, times};
 use super::ode::options::tolerance;
 use crate::error::{Checker, Interrupted, InvalidInput};
-use crate::newmark;
+use crate::newmark::{self, Parameters, Scheme};
 use crate::ode;
 use crate::roots::Derivative;
 use crate::simulate::Method;
@@ -33,7 +33,8 @@ use crate::simulate::Method;
 ///     Step size of the Newmark family, seconds; the last step is shorter if it must be. For the other methods the
 ///     distance of the times that are returned.
 /// jac : {'analytic', 'forward', 'central'}
-///     Jacobian of an implicit step: exact, by forward differences (n more evaluations), by central differences (2n).
+///     Jacobian of a step of the Newmark family: exact, by forward differences (n more evaluations), by central differences
+///     (2n). 'radau' always has the exact one.
 /// rtol, atol : float or array_like of shape (n,)
 ///     Newmark family: a step is solved until the estimated error left in acceleration i is far below
 ///     ``atol[i] + rtol[i] * abs(a[i])``. Adaptive steps (and the other methods): the local errors of coordinate and velocity i are
@@ -42,10 +43,10 @@ use crate::simulate::Method;
 /// t_eval : array_like, optional
 ///     Increasing times at which the motion is wanted. By default every step (Newmark family) or every `dt`.
 /// progress : callable, optional
-///     Called as ``progress(t)`` at the first step and then about twenty times a second; returning True stops the run,
-///     whose result then has the status 'interrupted'. Exceptions come through unchanged.
+///     Called as ``progress(t)`` at the first step and then about twenty times a second. Returning True or raising
+///     StopIteration stops the run, whose result then has the status 'interrupted'. Other exceptions come through unchanged.
 /// beta, gamma : float
-///     Parameters of method 'newmark'.
+///     Parameters of method 'newmark', and of no other.
 /// alpha : float, optional
 ///     Parameter of method 'hht', in [-1/3, 0]; -0.1 by default.
 /// rho_inf : float, optional
@@ -73,7 +74,7 @@ use crate::simulate::Method;
 /// Raises
 /// ------
 /// ValueError, TypeError
-///     If an argument makes no sense, or if the result would not fit in memory.
+///     If an argument makes no sense or is none of the method's, or if the result would not fit in memory.
 /// KeyboardInterrupt
 ///     On Ctrl-C; its attribute `result` is the MotionResult of what was computed.
 ///
@@ -86,9 +87,9 @@ use crate::simulate::Method;
 #[pyfunction]
 #[pyo3(
     signature = (
-        model, t_end, *, q0=None, v0=None, method="newmark", dt=1e-2, jac="analytic", rtol=None, atol=None,
-        t_eval=None, progress=None, beta=0.25, gamma=0.5, alpha=None, rho_inf=None, adaptive=false,
-        max_step=None, min_step=0.0, max_steps=None, predictor="best", reuse_jacobian=true
+        model, t_end, *, q0=None, v0=None, method="newmark", dt=1e-2, jac=None, rtol=None, atol=None,
+        t_eval=None, progress=None, beta=None, gamma=None, alpha=None, rho_inf=None, adaptive=None,
+        max_step=None, min_step=0.0, max_steps=None, predictor=None, reuse_jacobian=None
     ),
     text_signature = "(model, t_end, *, q0=None, v0=None, method='newmark', dt=0.01, jac='analytic', rtol=1e-06, \
                       atol=1e-09, t_eval=None, progress=None, beta=0.25, gamma=0.5, alpha=None, rho_inf=None, \
@@ -104,21 +105,21 @@ pub(crate) fn simulate<'py>(
     v0: Option<&Bound<'py, PyAny>>,
     method: &str,
     dt: f64,
-    jac: &str,
+    jac: Option<&str>,
     rtol: Option<&Bound<'py, PyAny>>,
     atol: Option<&Bound<'py, PyAny>>,
     t_eval: Option<&Bound<'py, PyAny>>,
     progress: Option<&Bound<'py, PyAny>>,
-    beta: f64,
-    gamma: f64,
+    beta: Option<f64>,
+    gamma: Option<f64>,
     alpha: Option<f64>,
     rho_inf: Option<f64>,
-    adaptive: bool,
+    adaptive: Option<bool>,
     max_step: Option<f64>,
     min_step: f64,
     max_steps: Option<i64>,
-    predictor: &str,
-    reuse_jacobian: bool,
+    predictor: Option<&str>,
+    reuse_jacobian: Option<bool>,
 ) -> PyResult<PyMotionResult> {
     let Ok(model) = model.cast::<PyModel>() else {
         return Err(PyTypeError::new_err(format!(
@@ -135,7 +136,6 @@ pub(crate) fn simulate<'py>(
     };
     let (q0, v0) = (state(q0, "q0")?, state(v0, "v0")?);
     let t_eval = times(t_eval)?;
-    let derivative = derivative(jac)?;
     let defaults = newmark::Options::new(dt);
     let rtol = rtol.map_or(Ok(defaults.rtol.clone()), |rtol| tolerance(rtol, "rtol"))?;
     let atol = atol.map_or(Ok(defaults.atol.clone()), |atol| tolerance(atol, "atol"))?;
@@ -148,7 +148,19 @@ pub(crate) fn simulate<'py>(
     };
     let method = match first_order {
         Some(first_order) => {
-            refuse_newmark_options(method, beta, gamma, alpha, rho_inf, adaptive)?;
+            refuse_newmark_options(
+                method,
+                [
+                    ("jac", jac.is_some()),
+                    ("beta", beta.is_some()),
+                    ("gamma", gamma.is_some()),
+                    ("alpha", alpha.is_some()),
+                    ("rho_inf", rho_inf.is_some()),
+                    ("adaptive", adaptive.is_some()),
+                    ("predictor", predictor.is_some()),
+                    ("reuse_jacobian", reuse_jacobian.is_some()),
+                ],
+            )?;
             Method::FirstOrder {
                 options: ode::Options {
                     method: first_order,
@@ -163,14 +175,14 @@ pub(crate) fn simulate<'py>(
             }
         }
         None => Method::Newmark(newmark::Options {
-            scheme: scheme(method, beta, gamma, alpha, rho_inf)
-                .map_err(|error| name_all_methods(py, error))?,
-            step_size: step_size(adaptive, max_step, min_step)?,
-            derivative,
+            scheme: Scheme::by_name(method, &Parameters { beta, gamma, alpha, rho_inf })
+                .map_err(name_all_methods)?,
+            step_size: step_size(adaptive.unwrap_or(false), max_step, min_step)?,
+            derivative: jac.map_or(Ok(Derivative::Analytic), derivative)?,
             rtol,
             atol,
-            predictor: self::predictor(predictor)?,
-            reuse_jacobian,
+            predictor: predictor.map_or(Ok(defaults.predictor), self::predictor)?,
+            reuse_jacobian: reuse_jacobian.unwrap_or(defaults.reuse_jacobian),
             max_steps,
             ..defaults
         }),
@@ -183,14 +195,14 @@ pub(crate) fn simulate<'py>(
             if !ticker.tick() {
                 return Ok(());
             }
-            let go_on = raised.catch(Python::attach(|py| {
+            let stop = raised.catch(Python::attach(|py| {
                 py.check_signals()?;
                 match &progress {
-                    Some(progress) => Ok(!progress.bind(py).call1((t,))?.is_truthy()?),
-                    None => Ok(true),
+                    Some(progress) => wants_to_stop(py, progress.bind(py).call1((t,))),
+                    None => Ok(false),
                 }
             }))?;
-            if go_on { Ok(()) } else { Err(Interrupted) }
+            if stop { Err(Interrupted) } else { Ok(()) }
         };
         model.simulate(t_end, &q0, &v0, &method, t_eval.as_deref(), &mut monitor)
     });
@@ -217,22 +229,12 @@ fn twice(tolerance: ode::Tolerance, n: usize, name: &str) -> Result<ode::Toleran
     Ok(ode::Tolerance::Each([values.as_slice(), values.as_slice()].concat()))
 }
 
+/// A first-order method takes none of these options, whether its value is the default or not.
 fn refuse_newmark_options(
     method: &str,
-    beta: f64,
-    gamma: f64,
-    alpha: Option<f64>,
-    rho_inf: Option<f64>,
-    adaptive: bool,
+    options: impl IntoIterator<Item = (&'static str, bool)>,
 ) -> PyResult<()> {
-    let given = [
-        ("beta", beta != 0.25),
-        ("gamma", gamma != 0.5),
-        ("alpha", alpha.is_some()),
-        ("rho_inf", rho_inf.is_some()),
-        ("adaptive", adaptive),
-    ];
-    match given.into_iter().find(|&(_, is_given)| is_given) {
+    match options.into_iter().find(|&(_, is_given)| is_given) {
         None => Ok(()),
         Some((name, _)) => Err(PyValueError::new_err(format!(
             "{name}: expected nothing: it is an option of the Newmark family, the method is {method:?}"
@@ -241,13 +243,13 @@ fn refuse_newmark_options(
 }
 
 /// The names of the Newmark family are not all that this function takes.
-fn name_all_methods(py: Python<'_>, error: PyErr) -> PyErr {
-    let message = error.value(py).to_string();
-    if message.starts_with("method: ") {
-        PyValueError::new_err(format!("{message}, \"rk45\", \"dop853\", \"radau\""))
-    } else {
-        error
+fn name_all_methods(mut error: InvalidInput) -> InvalidInput {
+    for problem in &mut error.problems {
+        if problem.place == "method" {
+            problem.expected.push_str(", \"rk45\", \"dop853\", \"radau\"");
+        }
     }
+    error
 }
 
 /// The core's interval begins at 0.

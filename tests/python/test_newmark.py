@@ -888,6 +888,24 @@ def test_wrong_types_are_refused(message, options):
     refuse(TypeError, message, **options)
 
 
+@pytest.mark.parametrize(
+    "method",
+    ["average_acceleration", "linear_acceleration", "central_difference", "hht", "generalised_alpha"],
+)
+@pytest.mark.parametrize(("name", "default"), [("beta", 0.25), ("gamma", 0.5)])
+def test_parameters_of_other_methods_are_refused_even_with_their_defaults(method, name, default):
+    refuse(
+        ValueError,
+        f"{name}: got {default}, expected nothing: .* has no {name}",
+        method=method,
+        **{name: default},
+    )
+
+
+def test_extreme_numbers_in_messages_are_short():
+    refuse(ValueError, "^dt: got -1e-300, expected a finite number > 0", dt=-1e-300)
+
+
 def test_all_problems_are_reported_at_once():
     refuse(ValueError, r"(?s)v0\[0\]: got NaN.*dt: got -1", v0=[np.nan], dt=-1.0)
     refuse(ValueError, r"(?s)beta: got -1.*gamma: got 0", beta=-1.0, gamma=0.0)
@@ -1032,9 +1050,16 @@ def test_callbacks_see_every_step_and_may_stop():
     )
     expected = np.column_stack([found.t, found.q, found.v, found.a])
     assert_array_equal(seen, expected[1:])
-    found = lissom.newmark(oscillator, (0, 1), [1], [0], dt=0.125, callback=lambda t, q, v, a: t >= 0.5)
-    assert (found.success, found.status, found.t[-1]) == (False, "interrupted", 0.5)
-    assert "stopped at t = 0.5, as asked for" in found.message
+
+    def raise_at_half(t, q, v, a):
+        if t >= 0.5:
+            raise StopIteration
+        return q  # without meaning, like all values but True
+
+    for callback in (raise_at_half, lambda t, q, v, a: t >= 0.5, lambda t, q, v, a: np.float64(t) >= 0.5):
+        found = lissom.newmark(oscillator, (0, 1), [1], [0], dt=0.125, callback=callback)
+        assert (found.success, found.status, found.t[-1]) == (False, "interrupted", 0.5)
+        assert "stopped at t = 0.5, as asked for" in found.message
 
 
 def test_results_cannot_be_changed_by_accident():

@@ -167,7 +167,7 @@ def test_the_initial_state_is_not_changed():
         ({"t_eval": [1.0, 0.5]}, ValueError, r"t_eval\[1\]: got 0.5, expected a time larger than"),
         ({"t_eval": [1.0, 20.0]}, ValueError, r"t_eval\[1\]: got 20, expected a time within t_span"),
         ({"t_eval": [[1.0], [2.0]]}, TypeError, "t_eval: expected a one-dimensional array"),
-        ({"events": 3}, TypeError, "'int' object is not iterable"),
+        ({"events": 3}, TypeError, "events: expected a callable or a list of them, got int"),
         ({"events": [3]}, TypeError, r"events\[0\]: expected a callable, got int"),
         ({"args": 3}, TypeError, "Supplied 'args' cannot be unpacked"),
         ({"method": "Radau", "jac": np.eye(3)}, ValueError, r"jac: expected shape \(2, 2\), got \(3, 3\)"),
@@ -372,6 +372,46 @@ def test_a_component_that_stays_zero_needs_no_tolerance(method):
     np.testing.assert_array_equal(result.y[0], 0.0)
 
 
+@pytest.mark.parametrize("jac", [lambda t, y: [[np.nan if t > 0.5 else -1.0]], [[np.inf]]])
+def test_a_jacobian_that_is_not_finite_is_named_at_once(jac):
+    result = lissom.solve_ivp(lambda t, y: -(y**3), (0.0, 10.0), [1.0], "Radau", jac=jac)
+    assert (result.success, result.reason) == (False, "non_finite_jacobian")
+    assert result.nrejected < 10
+    last = str(result.t[-1]).removesuffix(".0")
+    assert (
+        f"The Jacobian of the right-hand side is NaN or infinite at t = {last}: check `jac`" in result.message
+    )
+
+
+@pytest.mark.parametrize(
+    ("events", "message"),
+    [
+        (3, "events: expected a callable or a list of them, got int"),
+        ([lambda t, y: y[0], 3], r"events\[1\]: expected a callable, got int"),
+    ],
+)
+def test_wrong_events_are_named(events, message):
+    with pytest.raises(TypeError, match=message):
+        lissom.solve_ivp(decay, (0.0, 1.0), [1.0], events=events)
+
+
+def test_wrong_directions_of_events_are_named():
+    def event(t, y):
+        return y[0]
+
+    event.direction = "up"
+    with pytest.raises(TypeError, match=r"events\[0\].direction: expected a number, got str"):
+        lissom.solve_ivp(decay, (0.0, 1.0), [1.0], events=event)
+
+
+def test_extreme_numbers_in_messages_are_short():
+    with pytest.raises(ValueError, match="max_step: got -1e-300, expected") as caught:
+        lissom.solve_ivp(decay, (0.0, 1.0), [1.0], max_step=-1e-300)
+    assert len(str(caught.value)) < 100
+    result = lissom.solve_ivp(decay, (-1e300, 0.0), [1.0], max_steps=0)
+    assert "was reached at t = -1e300, before" in result.message
+
+
 class Unusual(Exception):
     """An exception with a payload."""
 
@@ -436,14 +476,18 @@ def ctrl_c_soon():
 @pytest.mark.usefixtures("ctrl_c_soon")
 @pytest.mark.parametrize("method", METHODS)
 def test_ctrl_c_stops_a_python_callback(method):
-    with pytest.raises(KeyboardInterrupt):
-        lissom.solve_ivp(oscillator, (0.0, 1e9), [1.0, 0.0], method, t_eval=[1e9])
+    with pytest.raises(KeyboardInterrupt) as caught:
+        lissom.solve_ivp(oscillator, (0.0, 1e9), [1.0, 0.0], method, t_eval=[0.0, 0.1, 1e9])
+    kept = caught.value.result
+    assert (kept.success, kept.reason, kept.t.tolist()) == (False, "interrupted", [0.0, 0.1])
+    assert kept.y[0] == pytest.approx(np.cos(kept.t), abs=1e-2)
 
 
 @pytest.mark.usefixtures("ctrl_c_soon")
 def test_ctrl_c_stops_a_native_run():
-    with pytest.raises(KeyboardInterrupt):
-        lissom.solve_ivp(lissom.SpringPendulum(), (0.0, 1e9), [0.1, 0.1, 0.0, 0.0], t_eval=[1e9])
+    with pytest.raises(KeyboardInterrupt) as caught:
+        lissom.solve_ivp(lissom.SpringPendulum(), (0.0, 1e9), [0.1, 0.1, 0.0, 0.0], t_eval=[0.5, 1e9])
+    assert (caught.value.result.reason, caught.value.result.t.tolist()) == ("interrupted", [0.5])
 
 
 @pytest.mark.usefixtures("ctrl_c_soon")
@@ -470,11 +514,12 @@ def test_the_callback_sees_every_step_and_can_stop(method):
     def stop(t, y):
         if t > 3.0:
             raise StopIteration
-        return True  # without meaning, like all values
+        return y  # without meaning, like all values but True
 
-    result = lissom.solve_ivp(oscillator, (0.0, 10.0), [1.0, 0.0], method, callback=stop)
-    assert (result.success, result.status, result.reason) == (False, -1, "interrupted")
-    assert 3.0 < result.t[-1] < 10.0
+    for callback in (stop, lambda t, y: t > 3.0, lambda t, y: np.float64(t) > 3.0):
+        result = lissom.solve_ivp(oscillator, (0.0, 10.0), [1.0, 0.0], method, callback=callback)
+        assert (result.success, result.status, result.reason) == (False, -1, "interrupted")
+        assert result.t[-2] <= 3.0 < result.t[-1] < 10.0
 
 
 # ---------------------------------------------------------------------------------------------- controllers

@@ -47,7 +47,11 @@ def robertson_jacobian(t, y, jac, args):
 
 
 @pytest.mark.parametrize("method", METHODS)
-@pytest.mark.parametrize("wrap", [lambda f: f, lambda f: LowLevelCallable(f.ctypes)])
+@pytest.mark.parametrize(
+    "wrap",
+    [lambda f: f, lambda f: LowLevelCallable(f.ctypes), lambda f: f.ctypes, lambda f: f.address],
+    ids=["cfunc", "LowLevelCallable", "ctypes", "address"],
+)
 def test_a_compiled_function_gives_what_python_gives(method, wrap):
     problem = reference.pendulum()
     times = np.linspace(*problem.t_span, 31)
@@ -81,7 +85,16 @@ def test_user_data_of_a_low_level_callable_takes_the_place_of_args():
         lissom.solve_ivp(fun, (0.0, 3.0), [1.0, 0.0], args=numbers)
 
 
-@pytest.mark.parametrize("jac", [None, robertson_jacobian, reference.robertson_jacobian])
+@pytest.mark.parametrize(
+    "jac",
+    [
+        None,
+        robertson_jacobian,
+        robertson_jacobian.ctypes,
+        robertson_jacobian.address,
+        reference.robertson_jacobian,
+    ],
+)
 def test_jacobians_of_compiled_functions(jac):
     problem = reference.robertson()
     options = {"method": "Radau", "rtol": 1e-8, "atol": 1e-12}
@@ -115,7 +128,8 @@ def test_steppers_take_compiled_functions():
 def test_other_signatures_are_refused():
     two = numba.cfunc(types.double(types.double, types.double))(lambda x, y: x + y)
     returning = numba.cfunc(types.double(types.double, POINTER, POINTER, POINTER))(lambda t, y, d, a: t)
-    for wrong in (two, returning, LowLevelCallable(two.ctypes)):
+    undeclared = ctypes.CDLL(None).atan2
+    for wrong in (two, returning, LowLevelCallable(two.ctypes), two.ctypes, undeclared):
         with pytest.raises(
             TypeError, match=r"fun: expected a compiled function of signature void \(double t"
         ):
@@ -128,8 +142,20 @@ def test_other_signatures_are_refused():
     class Null:
         address = 0
 
-    with pytest.raises(ValueError, match="the address of the compiled function is 0"):
-        lissom.solve_ivp(Null(), (0.0, 1.0), [1.0, 0.0])
+    null = ctypes.cast(None, ctypes.CFUNCTYPE(None, ctypes.c_double, *[ctypes.c_void_p] * 3))
+    for nothing in (Null(), null):
+        with pytest.raises(ValueError, match="the address of the compiled function is 0"):
+            lissom.solve_ivp(nothing, (0.0, 1.0), [1.0, 0.0])
+
+
+@pytest.mark.parametrize("number", [True, False, 0, 3, -1, 2**16 - 1, 2**64])
+def test_numbers_that_are_no_addresses_are_refused(number):
+    with pytest.raises(TypeError, match=r"fun: expected a callable, a compiled function .*, got (int|bool)"):
+        lissom.solve_ivp(number, (0.0, 1.0), [1.0, 0.0])
+    with pytest.raises(
+        TypeError, match=r"jac: expected a two-dimensional array of real numbers, got (int|bool)"
+    ):
+        lissom.solve_ivp(pendulum, (0.0, 1.0), [1.0, 0.0], "Radau", jac=number)
 
 
 def test_the_interpreter_is_free_meanwhile():

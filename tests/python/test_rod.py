@@ -3,6 +3,8 @@
 import copy
 import inspect
 import pickle
+import signal
+import time
 from types import SimpleNamespace
 
 import numpy as np
@@ -349,6 +351,36 @@ def test_poses_of_many_states():
     states[3, 2] = np.nan
     with pytest.raises(ValueError, match=r"q\[3, 2\]: got NaN, expected a finite number"):
         rod.pose(states, places)
+
+
+@pytest.mark.parametrize("size", [(4000, 1), (1, 4000)], ids=["states", "places"])
+def test_ctrl_c_stops_poses(size):
+    """In a small part of the second that all of them take; the handler may ask the same rod."""
+    rod = rich_rod().lissom
+    straight = np.zeros(rod.n)
+
+    def interrupt(*_):
+        rod.pose(straight, 0.0)
+        raise KeyboardInterrupt
+
+    def seconds(states, places):
+        start = time.perf_counter()
+        try:
+            rod.pose(np.zeros((states, rod.n)), np.full(places, rod.length))
+        except KeyboardInterrupt:
+            return time.perf_counter() - start, True
+        return time.perf_counter() - start, False
+
+    size = [1 if number == 1 else int(number / seconds(*size)[0]) for number in size]
+    before = signal.signal(signal.SIGALRM, interrupt)
+    signal.setitimer(signal.ITIMER_REAL, 0.05)
+    try:
+        taken, stopped = seconds(*size)
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
+    assert stopped
+    assert taken < 0.5
 
 
 def test_quadrature_nodes_may_be_chosen():

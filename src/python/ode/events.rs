@@ -21,7 +21,13 @@ pub(super) fn from_python(
     let functions: Vec<Bound<'_, PyAny>> = if events.is_callable() {
         vec![events.clone()]
     } else {
-        events.try_iter()?.collect::<PyResult<_>>()?
+        let wrong = |_| {
+            PyTypeError::new_err(format!(
+                "events: expected a callable or a list of them, got {}",
+                convert::describe(events)
+            ))
+        };
+        events.try_iter().map_err(wrong)?.collect::<PyResult<_>>()?
     };
     functions
         .iter()
@@ -43,7 +49,12 @@ fn from_callable(
         )));
     }
     let direction: f64 = match event.getattr_opt("direction")? {
-        Some(value) => value.extract()?,
+        Some(value) => value.extract().map_err(|_| {
+            PyTypeError::new_err(format!(
+                "{place}.direction: expected a number, got {}",
+                convert::describe(&value)
+            ))
+        })?,
         None => 0.0,
     };
     let direction = if direction > 0.0 {

@@ -9,13 +9,14 @@ pub(super) mod system;
 
 use std::time::{Duration, Instant};
 
-use pyo3::exceptions::{PyStopIteration, PyTypeError};
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyString;
 
 pub(super) use result::{PyDenseOutput, PyOdeResult};
 pub(super) use stepper::{PyDop853, PyOdeSolver, PyRadau, PyRk45};
 
+use super::callback::{wants_to_stop, with_result};
 use super::convert;
 use crate::error::{Interrupted, InvalidInput};
 use crate::ode::{Event, Options, Output, Solution, Stepper, solve};
@@ -30,9 +31,10 @@ use system::{Parts, PySystem, SharedRaised};
 /// ----------
 /// fun : callable, compiled function or Model
 ///     The right-hand side. A callable ``fun(t, y, *args)`` gets a float and an array of shape (n,), its own to keep, and
-///     returns n numbers. Much faster: a compiled function without Python in between, given as a `numba.cfunc` or a
-///     `scipy.LowLevelCallable` of the C signature ``void (double t, const double *y, double *dydt, const double *args)``
-///     (a function that does not keep to it crashes the process); or a model of lissom, whose free motion is then
+///     returns n numbers. Much faster: a compiled function without Python in between, given as a `numba.cfunc`, a
+///     `scipy.LowLevelCallable`, a function of ctypes or an address (int), of the C signature
+///     ``void (double t, const double *y, double *dydt, const double *args)`` (a function that does not keep to it crashes the
+///     process, and an address is trusted altogether); or a model of lissom, whose free motion is then
 ///     integrated with ``y = (q, qd)``. Both of these release the GIL.
 /// t_span : (t0, tf)
 ///     The interval. `tf` may be infinite, or before `t0`. Nothing is evaluated beyond it.
@@ -74,8 +76,8 @@ use system::{Parts, PySystem, SharedRaised};
 /// event_samples : int
 ///     Into how many parts a step is divided when looking for events; 1 looks at its ends only.
 /// callback : callable, optional
-///     Called as ``callback(t, y)`` after every accepted step, for progress; its value is ignored. Raising StopIteration
-///     ends the integration, and the result holds what was computed.
+///     Called as ``callback(t, y)`` after every accepted step, for progress. Returning True or raising StopIteration ends
+///     the integration, and the result holds what was computed.
 ///
 /// Returns
 /// -------
@@ -87,6 +89,8 @@ use system::{Parts, PySystem, SharedRaised};
 /// ValueError, TypeError
 ///     If an argument, or what `fun`, `jac` or an event returns, makes no sense. Exceptions of these come through
 ///     unchanged. Numerical failures do not raise: see `success`, `reason` and `message`.
+/// KeyboardInterrupt
+///     On Ctrl-C; its attribute `result` is the OdeResult of what was computed.
 ///
 /// Examples
 /// --------
@@ -171,9 +175,10 @@ pub(super) fn solve_ivp<'py>(
         let callback = callback.map(|callback| Function::new(callback, None));
         run_attached(py, &mut system, t_span, &y0, (&options, &output), &mut events, callback, &raised)
     };
-    // An exception comes first: the solution says no more than that there was one.
-    raised.raise()?;
     let solution = solution?;
+    if let Err(error) = raised.raise() {
+        return Err(with_result(py, error, || PyOdeResult::new(py, solution, has_events)));
+    }
     if solution.rtol_raised {
         options::warn_of_raised_rtol(py)?;
     }
@@ -231,10 +236,8 @@ fn run_attached(
     let mut monitor = |stepper: &Stepper| {
         raised.catch(py.check_signals())?;
         let Some(callback) = &callback else { return Ok(()) };
-        match callback.call(py, stepper.t(), stepper.y()) {
-            Err(error) if error.is_instance_of::<PyStopIteration>(py) => Err(Interrupted),
-            result => raised.catch(result.map(|_| ())),
-        }
+        let stop = raised.catch(wants_to_stop(py, callback.call(py, stepper.t(), stepper.y())))?;
+        if stop { Err(Interrupted) } else { Ok(()) }
     };
     solve(system, t_span, y0, options, output, events, &mut monitor)
 }

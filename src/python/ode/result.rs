@@ -37,7 +37,8 @@ use crate::ode::{DenseOutput, Occurrences, Solution, Status};
 /// status : int
 ///     0: the end of the interval was reached. 1: a terminal event occurred. -1: neither, see `reason`.
 /// reason : str
-///     'finished', 'event', 'too_many_steps', 'step_too_small', 'non_finite' or 'interrupted' (by `callback`).
+///     'finished', 'event', 'too_many_steps', 'step_too_small', 'non_finite', 'non_finite_jacobian' or 'interrupted' (by
+///     `callback`).
 /// message : str
 ///     The reason in words, and what to change.
 /// success : bool

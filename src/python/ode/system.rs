@@ -97,8 +97,8 @@ impl PySystem {
         }
         if !fun.is_callable() {
             return Err(PyTypeError::new_err(format!(
-                "fun: expected a callable, a compiled function (numba.cfunc, scipy.LowLevelCallable) or a model of \
-                 lissom, got {}",
+                "fun: expected a callable, a compiled function (numba.cfunc, scipy.LowLevelCallable, ctypes, an address) \
+                 or a model of lissom, got {}",
                 convert::describe(fun)
             )));
         }
