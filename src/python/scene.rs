@@ -202,7 +202,10 @@ impl PyScene {
         arguments.set_item("v0", self.v0(py))?;
         arguments.set_item("method", method(simulation))?;
         arguments.set_item("dt", simulation.step)?;
-        arguments.set_item("jac", jacobian(simulation))?;
+        // The other methods have none, and say so.
+        if simulation.method.has_fixed_step() {
+            arguments.set_item("jac", jacobian(simulation))?;
+        }
         arguments.set_item("rtol", simulation.rtol)?;
         arguments.set_item("atol", simulation.atol)?;
         if let Some(times) = simulation.output_times() {

@@ -105,6 +105,14 @@ def test_a_scene_is_explained(scene, tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["wire.toml"], "nothing is written"
 
 
+@pytest.mark.parametrize("method", ["newmark", "hht", "generalised_alpha", "rk45", "dop853", "radau"])
+def test_every_method_runs_and_is_explained(method, scene, tmp_path):
+    path = scene(WIRE.replace("[simulation]", f'[simulation]\nmethod = "{method}"'))
+    for command in (["run", path, "--no-report"], ["explain", path]):
+        done = lissom_command(*command, cwd=tmp_path)
+        assert (done.returncode, done.stderr) == (0, ""), method
+
+
 @pytest.mark.parametrize("name", ["lab-pendulum", "tentacle"])
 def test_shipped_scenes_are_explained(name, tmp_path):
     done = lissom_command("explain", SCENES / f"{name}.toml", cwd=tmp_path)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from .._lissom import MotionResult, Rod, Scene, simulate
@@ -140,6 +142,7 @@ def cost_of_steps(scene: Scene) -> list[tuple[str, str]]:
 
 def _first_steps(scene: Scene, duration: float) -> MotionResult:
     settings = scene.simulation
+    jacobian: dict[str, Any] = {"jac": settings.jacobian} if settings.method in FIXED_STEP else {}
     return simulate(
         scene.model,
         duration,
@@ -147,9 +150,9 @@ def _first_steps(scene: Scene, duration: float) -> MotionResult:
         v0=scene.v0,
         method=settings.method,
         dt=settings.step,
-        jac=settings.jacobian,
         rtol=settings.rtol,
         atol=settings.atol,
+        **jacobian,
     )
 
 
