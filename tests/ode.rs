@@ -291,6 +291,29 @@ fn radau_takes_every_kind_of_jacobian() {
 }
 
 #[test]
+fn a_jacobian_that_is_promised_but_missing_ends_with_a_status() {
+    struct Promise(JacobianKind);
+    impl System for Promise {
+        fn n(&self) -> usize {
+            1
+        }
+        fn rhs(&mut self, _: f64, y: &[f64], dydt: &mut [f64]) -> Result<(), Interrupted> {
+            dydt[0] = -y[0];
+            Ok(())
+        }
+        fn jacobian_kind(&self) -> JacobianKind {
+            self.0
+        }
+    }
+    let options = Options { method: Method::Radau, ..Options::default() };
+    for kind in [JacobianKind::Given, JacobianKind::Constant] {
+        let solution = run(&mut Promise(kind), (0.0, 1.0), &[1.0], &options, &Output::default());
+        assert_eq!(solution.status, Status::NonFiniteJacobian, "{kind:?}");
+        assert!(solution.counters.rejected < 5, "{kind:?}: {} rejected steps", solution.counters.rejected);
+    }
+}
+
+#[test]
 fn an_interrupted_step_can_be_tried_again() {
     struct Moody(bool);
     impl System for Moody {

@@ -81,10 +81,11 @@ pub trait System {
         JacobianKind::Differenced
     }
 
-    /// `jacobian <- df/dy` (n x n); called when [`Self::jacobian_kind`] says that it can be, and then to be
-    /// implemented.
-    fn jacobian(&mut self, _t: f64, _y: &[f64], _jacobian: &mut Matrix) -> Result<(), Interrupted> {
-        unimplemented!("a system with a Jacobian of its own implements `jacobian`")
+    /// `jacobian <- df/dy` (n x n); called when [`Self::jacobian_kind`] says that it can be. Where it is not
+    /// implemented it is not a number, which ends the integration with [`Status::NonFiniteJacobian`].
+    fn jacobian(&mut self, _t: f64, _y: &[f64], jacobian: &mut Matrix) -> Result<(), Interrupted> {
+        jacobian.fill(f64::NAN);
+        Ok(())
     }
 }
 

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray
 
 import lissom
 from lissom import cli, results
@@ -121,7 +122,6 @@ def test_shipped_scenes_are_explained(name, tmp_path):
 
 
 def test_the_trajectory_is_the_one_of_simulate(scene, tmp_path):
-    xarray = pytest.importorskip("xarray")
     path = scene(WIRE)
     assert lissom_command("run", path, "-o", tmp_path / "out", "--no-report", cwd=tmp_path).returncode == 0
     loaded = lissom.Scene.load(path)

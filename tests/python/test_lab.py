@@ -6,11 +6,9 @@ import sys
 
 import numpy as np
 import pytest
-
-pytest.importorskip("plotly")
 from tqdm import tqdm
 
-from lissom import lab  # needs plotly
+from lissom import lab
 from lissom.lab import part, pendulum, rod, roots
 
 

@@ -9,11 +9,9 @@ import numpy as np
 import pytest
 
 import lissom
+from lissom import report
 from lissom.balance import balance
 from lissom.results import Run, dataset, instants, sections
-
-pytest.importorskip("plotly")
-from lissom import report  # needs plotly
 
 SCENES = Path(__file__).parents[2] / "scenes"
 
@@ -204,7 +202,6 @@ def test_sections_reach_from_base_to_tip_and_meet_the_joints(tentacle):
 
 
 def test_the_dataset_names_every_coordinate(tentacle):
-    pytest.importorskip("xarray")
     data = dataset(tentacle)
     assert list(data.coordinate.values) == [
         "segment0.torsion.0",
