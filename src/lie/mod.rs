@@ -4,6 +4,7 @@
 //! along a rod, over a [`Geometry`] as well. Twists are (angular; linear) and wrenches (moment; force), both seen from the
 //! origin of the inertial frame.
 
+mod counted;
 mod geometry;
 mod pack;
 mod planar;
@@ -14,6 +15,7 @@ mod symmetric;
 mod twist;
 mod vector;
 
+pub use counted::{Counted, products};
 pub use geometry::{Cross, Geometry, SecondMoment, VectorSpace};
 pub use pack::{LANES, Pack, Scalar, weighted_sum};
 pub use planar::{Planar, Plane, PlaneRotation, PlaneVector, Turn};

@@ -11,7 +11,7 @@ use super::convert;
 use super::model::PyModel;
 use crate::error::{Checker, InvalidInput};
 use crate::lie::Rotation;
-use crate::rod::{Kernel, Place, Pose, Rod, RodModel, STRAIN_NAMES, STRAINS, Segment};
+use crate::rod::{Kernel, Multiplications, Place, Pose, Rod, RodModel, STRAIN_NAMES, STRAINS, Segment};
 
 /// A piece of rod of one material, with a circular section that may taper linearly.
 ///
@@ -384,7 +384,27 @@ impl PyRod {
         }
     }
 
-    /// What is computed for this rod, what is skipped because it has no part in it, and why; to be printed.
+    /// Multiplications of doubles that one evaluation takes, by what is evaluated.
+    ///
+    /// ``"residual"``: inverse dynamics; ``"tangent"``: the Jacobian of an implicit step, where the residual is known;
+    /// ``"mass_matrix"``: where the shape is known; ``"factorisation"`` (LU) and ``"solution"`` of a step's linear system.
+    /// A multiply-add counts as one.
+    #[getter]
+    fn multiplications<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let kinematics = self.kinematics.lock().unwrap_or_else(PoisonError::into_inner);
+        let Multiplications { residual, tangent, mass_matrix, factorisation, solution } =
+            kinematics.multiplications();
+        let counts = PyDict::new(py);
+        counts.set_item("residual", residual)?;
+        counts.set_item("tangent", tangent)?;
+        counts.set_item("mass_matrix", mass_matrix)?;
+        counts.set_item("factorisation", factorisation)?;
+        counts.set_item("solution", solution)?;
+        Ok(counts)
+    }
+
+    /// What is computed for this rod, what is skipped because it has no part in it, and why, and how many multiplications
+    /// the evaluations take; to be printed.
     fn explain(&self) -> String {
         self.kinematics.lock().unwrap_or_else(PoisonError::into_inner).explanation().to_string()
     }

@@ -2,6 +2,7 @@
 
 use std::fmt::{self, Write};
 
+use super::cost::Multiplications;
 use super::description::{Rod, STRAIGHT, STRAIN_NAMES, Segment};
 use super::model::Kernel;
 
@@ -14,11 +15,13 @@ pub struct Explanation {
     pub computed: Vec<(String, String)>,
     /// What costs nothing because the rod does not have it, likewise.
     pub skipped: Vec<(String, String)>,
+    /// What evaluations cost, likewise.
+    pub cost: Vec<(String, String)>,
 }
 
 impl Explanation {
-    /// Explains a valid rod that is computed by `kernel` with so many nodes in each segment.
-    pub(super) fn new(rod: &Rod, kernel: Kernel, nodes: &[usize]) -> Self {
+    /// Explains a valid rod that is computed by `kernel` with so many nodes in each segment, and what that costs.
+    pub(super) fn new(rod: &Rod, kernel: Kernel, nodes: &[usize], cost: &Multiplications) -> Self {
         let (n, segments) = (rod.coordinates(), rod.segments.len());
         let summary = format!(
             "Rod of {} with {}, {} kernel",
@@ -29,7 +32,7 @@ impl Explanation {
                 Kernel::Spatial => "spatial",
             }
         );
-        let mut explanation = Self { summary, computed: Vec::new(), skipped: Vec::new() };
+        let mut explanation = Self { summary, computed: Vec::new(), skipped: Vec::new(), cost: costs(cost) };
         explanation.kernel(kernel);
         for (s, (segment, &nodes)) in rod.segments.iter().zip(nodes).enumerate() {
             explanation.segment(s + 1, segment, nodes);
@@ -116,6 +119,33 @@ impl Explanation {
     }
 }
 
+/// The costs by name.
+fn costs(cost: &Multiplications) -> Vec<(String, String)> {
+    let Multiplications { residual, tangent, mass_matrix, factorisation, solution } = *cost;
+    [
+        ("residual", residual),
+        ("Jacobian", tangent),
+        ("factorisation", factorisation),
+        ("solution", solution),
+        ("mass matrix", mass_matrix),
+    ]
+    .map(|(what, number)| (what.to_owned(), format!("{} multiplications", grouped(number))))
+    .into()
+}
+
+/// A number with commas between thousands.
+fn grouped(number: u64) -> String {
+    let digits = number.to_string();
+    let mut text = String::new();
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}
+
 fn counted(number: usize, what: &str) -> String {
     format!("{number} {what}{}", if number == 1 { "" } else { "s" })
 }
@@ -123,8 +153,9 @@ fn counted(number: usize, what: &str) -> String {
 impl fmt::Display for Explanation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.summary)?;
-        let width = self.computed.iter().chain(&self.skipped).map(|(what, _)| what.len()).max().unwrap_or(0);
-        for (title, list) in [("computed", &self.computed), ("skipped", &self.skipped)] {
+        let lists = [("computed", &self.computed), ("skipped", &self.skipped), ("cost", &self.cost)];
+        let width = lists.iter().flat_map(|(_, list)| *list).map(|(what, _)| what.len()).max().unwrap_or(0);
+        for (title, list) in lists {
             write!(f, "\n  {title}")?;
             for (what, why) in list {
                 write!(f, "\n    {what:<width$}  {why}")?;
@@ -165,6 +196,8 @@ mod tests {
             assert!(has(&simple.skipped, skipped) && !has(&simple.computed, skipped), "{skipped}");
         }
         assert!(simple.to_string().contains("12 nodes: what its modes need"));
+        assert_eq!([0, 999, 1000, 1_234_567].map(grouped), ["0", "999", "1,000", "1,234,567"]);
+        assert!(has(&simple.cost, "residual") && simple.to_string().contains("8 multiplications"));
 
         let loaded =
             Rod { tip_force: [1.0, 0.0, 0.0], tip_mass: 0.1, gravity: [0.0; 3], ..Rod::new(vec![rich]) };

@@ -7,16 +7,16 @@ use super::inertia;
 use super::plan::{Plan, SegmentPlan};
 use super::turning::Turning;
 use super::workspace::Workspace;
-use crate::lie::{Cross, Pack, Twist, Wrench, weighted_sum};
+use crate::lie::{Cross, Pack, Scalar, Twist, Wrench, weighted_sum};
 
 /// Twist of a body-frame strain at a place: `Ad_g (angular; linear)`.
 #[inline(always)]
-fn carried<G: Turning>(
-    rotation: &G::Rotation<Pack>,
-    position: G::Vector<Pack>,
-    strain: Twist<G, Pack>,
+pub(super) fn carried<G: Turning, T: Scalar>(
+    rotation: &G::Rotation<T>,
+    position: G::Vector<T>,
+    strain: Twist<G, T>,
     is_extensible: bool,
-) -> Twist<G, Pack> {
+) -> Twist<G, T> {
     let angular = G::rotate_axial(rotation, strain.angular);
     let mut linear = position.cross(angular);
     if is_extensible {

@@ -5,6 +5,7 @@
 //! `tangent` (how they change with the motion, and the mass matrix), `energy`.
 
 mod basis;
+mod cost;
 mod description;
 mod energy;
 mod explanation;
@@ -21,6 +22,7 @@ mod turning;
 mod workspace;
 
 pub use basis::legendre;
+pub use cost::Multiplications;
 pub use description::{
     MAX_COORDINATES, MAX_MODES, MAX_NODES, QUATERNION_TOLERANCE, Rod, STRAIGHT, STRAIN_NAMES, STRAINS,
     Segment,

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::cost::{self, Multiplications};
 use super::description::{Rod, STRAIGHT};
 use super::explanation::Explanation;
 use super::kinematics::{Place, Pose};
@@ -90,13 +91,19 @@ impl RodModel {
 
     fn with(rod: &Rod, sweeps: AnySweeps) -> Self {
         let nodes = on_sweeps!(&sweeps, sweeps => sweeps.plan().nodes());
-        let explanation = Explanation::new(rod, sweeps.kernel(), &nodes);
+        let cost = on_sweeps!(&sweeps, sweeps => cost::multiplications(sweeps.plan()));
+        let explanation = Explanation::new(rod, sweeps.kernel(), &nodes, &cost);
         Self { sweeps, explanation: Arc::new(explanation) }
     }
 
     /// What is computed for this rod, what is skipped, and why.
     pub fn explanation(&self) -> &Explanation {
         &self.explanation
+    }
+
+    /// The multiplications that one evaluation of each kind takes.
+    pub fn multiplications(&self) -> Multiplications {
+        on_sweeps!(&self.sweeps, sweeps => cost::multiplications(sweeps.plan()))
     }
 
     /// The kernel in use.

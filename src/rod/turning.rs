@@ -1,10 +1,13 @@
 //! How rotations follow from the curvature: by Magnus steps in space, by a sum in the plane.
 
 use super::basis::{integrals, legendre};
+use super::cost::Products;
 use super::description::Segment;
 use super::plan::{Component, SegmentPlan, packed};
 use super::quadrature::Gauss;
-use crate::lie::{Geometry, LANES, Pack, Planar, PlaneRotation, Quaternion, Scalar, Spatial, Vector};
+use crate::lie::{
+    Counted, Geometry, LANES, Pack, Planar, PlaneRotation, Quaternion, Scalar, Spatial, Vector, products,
+};
 
 /// A geometry whose rotations can be found from the curvature.
 pub(super) trait Turning: Geometry {
@@ -34,6 +37,9 @@ pub(super) trait Turning: Geometry {
         orientation: Self::Orientation,
         rotations: &mut [Self::Rotation<Pack>],
     ) -> Self::Orientation;
+
+    /// What [`Self::turn`] costs.
+    fn products_of_turn(segment: &SegmentPlan<Self>) -> Products;
 
     /// The rotation from one place of a segment to another, as fractions of its length.
     fn between(segment: &SegmentPlan<Self>, q: &[f64], from: f64, to: f64) -> Self::Rotation<f64>;
@@ -183,6 +189,19 @@ impl Turning for Spatial {
         orientation.times(last).normalised()
     }
 
+    fn products_of_turn(segment: &SegmentPlan<Self>) -> Products {
+        let q = vec![0.0; segment.first + segment.n];
+        let here = Quaternion { w: Counted, v: Vector::zero() };
+        let step =
+            products(|| Quaternion::exp(magnus_step(Counted, curvatures(segment, &q, |_, _| Counted))));
+        let composed = products(|| here.times(here));
+        let [packs, nodes] = [segment.packs, segment.packs * LANES].map(|number| number as u64);
+        Products {
+            packs: packs * (step + products(|| here.normalised().rotation())),
+            singles: (nodes + 1) * composed + step + products(|| here.normalised()),
+        }
+    }
+
     fn between(segment: &SegmentPlan<Self>, q: &[f64], from: f64, to: f64) -> Self::Rotation<f64> {
         let values = magnus_basis(from, to, segment.turning.degrees);
         let kappa = curvatures(segment, q, |point, k| values[point][k]);
@@ -251,6 +270,12 @@ impl Turning for Planar {
         }
         let mean = segment.reference_strain.angular.0 + q.first().copied().unwrap_or(0.0);
         orientation + at_end * mean
+    }
+
+    fn products_of_turn(segment: &SegmentPlan<Self>) -> Products {
+        let modes = segment.components.iter().find(|component| component.index == 0).map_or(0, |c| c.modes);
+        let turned = modes as u64 + products(|| PlaneRotation::by(Counted));
+        Products { packs: segment.packs as u64 * turned, singles: 1 }
     }
 
     fn between(segment: &SegmentPlan<Self>, q: &[f64], from: f64, to: f64) -> PlaneRotation<f64> {

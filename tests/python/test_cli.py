@@ -97,11 +97,15 @@ def test_a_scene_is_explained(scene, tmp_path):
     done = lissom_command("explain", scene(WIRE), cwd=tmp_path)
     assert (done.returncode, done.stderr) == (0, "")
     computed, rest = done.stdout.split("  skipped\n")
-    skipped, steps = rest.split("  steps\n")
+    skipped, rest = rest.split("  cost\n")
+    cost, steps = rest.split("  steps\n")
     assert "2 coordinates, planar kernel" in computed
     assert "bend_y 2" in computed
     assert "motion in space" in skipped
     assert "stretch and shear" in skipped
+    for evaluation in ("residual", "Jacobian", "factorisation", "solution", "mass matrix"):
+        assert re.search(rf"{evaluation} +[\d,]+ multiplications\n", cost), evaluation
+    assert re.search(r"multiplications +[\d,]+ a step", steps)
     assert "a step" in steps
     assert [path.name for path in tmp_path.iterdir()] == ["wire.toml"], "nothing is written"
 

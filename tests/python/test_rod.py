@@ -404,6 +404,24 @@ def test_a_rod_explains_what_is_skipped():
     assert text.index("loads at the tip") < text.index("skipped")
 
 
+def test_a_rod_tells_how_many_multiplications_it_takes():
+    def multiplications(modes, segments=1, nodes=12):
+        finger = lissom.Segment(0.2, 0.01, 3e5, 1e5, 1070.0, modes, nodes=nodes)
+        return lissom.Rod([finger] * segments).multiplications
+
+    planar = multiplications({"bend_y": 3})
+    assert planar["factorisation"] == 8  # (n^3 - n) / 3
+    assert planar["solution"] == 9
+    assert rich_rod().lissom.multiplications.keys() == planar.keys()
+    # A curve out of the plane costs at least the components that appear.
+    assert multiplications({"bend_y": 3, "torsion": 1})["residual"] > 2 * planar["residual"]
+    # Linear in segments, quadratic in coordinates at most (design goals).
+    one, two, four = (multiplications({"bend_y": 3}, segments) for segments in (1, 2, 4))
+    assert four["residual"] == 4 * one["residual"] == 2 * two["residual"]
+    assert four["tangent"] < 16 * one["tangent"]
+    assert multiplications({"bend_y": 3}, nodes=24)["residual"] < 4 * planar["residual"]
+
+
 def test_a_rod_tells_what_it_was_made_of():
     rod = rich_rod().lissom
     wanted = SimpleNamespace(**rich_segments()[0])

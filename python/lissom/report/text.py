@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from .._lissom import MotionResult, Rod, Scene, simulate
+from .._lissom import MotionResult, Rod, Scene, Statistics, simulate
 from ..results import COUNTERS, Run, in_words_of_a_scene
 from ..results import statistics as numbers
 from . import motion
@@ -131,6 +131,9 @@ def cost_of_steps(scene: Scene) -> list[tuple[str, str]]:
             ("Jacobians", f"{stats.njev / stats.steps:.2g} a step"),
         ]
     cost = stats.wall_time / stats.steps
+    if is_fixed and isinstance(scene.model, Rod):
+        products = multiplications(scene.model, stats) / stats.steps
+        rows.append(("multiplications", f"{products:,.0f} a step, {1e-9 * products / cost:.2g} a nanosecond"))
     rows.append(
         ("cost", f"{quantity(cost, 's')} a step, {quantity(stats.wall_time, 's')} for {stats.steps} steps")
     )
@@ -138,6 +141,17 @@ def cost_of_steps(scene: Scene) -> list[tuple[str, str]]:
         whole = cost * np.ceil(settings.duration / settings.step)
         rows.append(("whole scene", f"about {quantity(whole, 's')}, without output and report"))
     return rows
+
+
+def multiplications(rod: Rod, stats: Statistics) -> int:
+    """What the steps of a Newmark method multiplied: in residuals, Jacobians and linear systems."""
+    one = rod.multiplications
+    return (
+        (stats.nfev + stats.nfev_jac) * one["residual"]
+        + (stats.njev * one["tangent"] if stats.nfev_jac == 0 else 0)
+        + stats.nlu * one["factorisation"]
+        + stats.nfev * one["solution"]
+    )
 
 
 def _first_steps(scene: Scene, duration: float) -> MotionResult:

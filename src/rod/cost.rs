@@ -1,0 +1,307 @@
+//! What a plan costs: the products of doubles that its sweeps form.
+//!
+//! The loops are those of the sweeps, line by line; what stands in them is not a number taken from a formula but the
+//! formula itself, evaluated with [`Counted`] numbers. A test counts what the sweeps really do.
+
+use super::inertia::{Gyroscope, Inertia, SectionInertia};
+use super::inverse_dynamics::carried;
+use super::plan::{Plan, SegmentPlan};
+use super::turning::Turning;
+use crate::lie::{Counted, Cross, LANES, Twist, VectorSpace, Wrench, products};
+
+/// Numbers of products of two doubles. A multiply-add counts as one; sums, quotients, roots and comparisons are not
+/// counted. Where rotations are computed by a series for small angles and by another formula for large ones, those of small
+/// angles count; a few products that a sweep forms once are left out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Multiplications {
+    /// One inverse dynamics, of a state in which nothing is known.
+    pub residual: u64,
+    /// One weighted tangent at a state whose residual is known, as it is in Newton's method.
+    pub tangent: u64,
+    /// One mass matrix at a shape that is known.
+    pub mass_matrix: u64,
+    /// One LU factorisation of a tangent.
+    pub factorisation: u64,
+    /// The solution of one system with it.
+    pub solution: u64,
+}
+
+/// Products of packs and of single numbers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Products {
+    pub(super) packs: u64,
+    pub(super) singles: u64,
+}
+
+impl Products {
+    fn total(self) -> u64 {
+        LANES as u64 * self.packs + self.singles
+    }
+}
+
+impl std::ops::AddAssign for Products {
+    fn add_assign(&mut self, other: Self) {
+        self.packs += other.packs;
+        self.singles += other.singles;
+    }
+}
+
+/// What is counted of a plan.
+pub(super) fn multiplications<G: Turning>(plan: &Plan<G>) -> Multiplications {
+    let n = plan.n as u64;
+    let mut residual = kinematics(plan);
+    residual += motion(plan);
+    residual += projection(plan);
+    Multiplications {
+        residual: residual.total(),
+        tangent: tangent(plan, false).total(),
+        mass_matrix: tangent(plan, true).total(),
+        // n - 1 - k multipliers and their square, for every pivot k.
+        factorisation: n * n.saturating_sub(1) / 2 + n * n.saturating_sub(1) * (2 * n).saturating_sub(1) / 6,
+        solution: n * n,
+    }
+}
+
+/// Values of the kinds that the formulas take.
+struct Kinds<G: Turning> {
+    twist: Twist<G, Counted>,
+    wrench: Wrench<G, Counted>,
+    axial: G::Axial<Counted>,
+    vector: G::Vector<Counted>,
+    rotation: G::Rotation<Counted>,
+    section: SectionInertia<G, Counted>,
+    inertia: Inertia<G, Counted>,
+    gyroscope: Gyroscope<G, Counted>,
+}
+
+impl<G: Turning> Kinds<G> {
+    fn new() -> Self {
+        let vector = VectorSpace::zero();
+        Self {
+            twist: Twist::zero(),
+            wrench: Wrench::zero(),
+            axial: VectorSpace::zero(),
+            vector,
+            rotation: G::unrotated(),
+            section: SectionInertia { mass: Counted, rotary: Counted, axis: vector, position: vector },
+            inertia: Inertia::zero(),
+            gyroscope: Gyroscope::zero(),
+        }
+    }
+
+    /// Inertial force of a body that moves: its momentum, and how that changes.
+    fn force(&self) -> u64 {
+        2 * products(|| self.section.momentum(self.twist))
+            + products(|| self.twist.bracket_transposed(self.wrench))
+    }
+}
+
+/// Packs, nodes and coordinates of a segment.
+fn sizes<G: Turning>(segment: &SegmentPlan<G>) -> (u64, u64, u64) {
+    (segment.packs as u64, (segment.packs * LANES) as u64, segment.n as u64)
+}
+
+/// [`super::kinematics::update`].
+pub(super) fn kinematics<G: Turning>(plan: &Plan<G>) -> Products {
+    let k = Kinds::<G>::new();
+    let mut count = Products::default();
+    for segment in &plan.segments {
+        let (packs, nodes, modes) = sizes(segment);
+        count += G::products_of_turn(segment);
+        if segment.is_extensible {
+            count.packs += packs * (modes + products(|| G::rotate(&k.rotation, k.vector)));
+        }
+        let scaled = products(|| k.vector * Counted);
+        count.packs += packs * (nodes * scaled + scaled);
+    }
+    count
+}
+
+/// [`super::inverse_dynamics::update`].
+pub(super) fn motion<G: Turning>(plan: &Plan<G>) -> Products {
+    let k = Kinds::<G>::new();
+    let scaled = products(|| k.twist * Counted);
+    let mut count = Products::default();
+    for segment in &plan.segments {
+        let (packs, nodes, modes) = sizes(segment);
+        let carried = products(|| carried::<G, _>(&k.rotation, k.vector, k.twist, segment.is_extensible));
+        let out = 2 * (modes + carried + nodes * scaled + scaled) + products(|| k.twist.bracket(k.twist));
+        let back = nodes * scaled + scaled;
+        count.packs += packs * (out + k.force() + back);
+    }
+    if plan.has_tip_load {
+        count.singles += products(|| k.vector.cross(k.vector));
+    }
+    if plan.tip_mass > 0.0 {
+        count.singles += k.force();
+    }
+    count
+}
+
+/// [`super::inverse_dynamics::project`].
+pub(super) fn projection<G: Turning>(plan: &Plan<G>) -> Products {
+    let k = Kinds::<G>::new();
+    let body = products(|| {
+        let moment = G::rotate_axial_back(&k.rotation, k.vector.cross(k.vector));
+        (moment, G::rotate_back(&k.rotation, k.vector))
+    });
+    let mut count = Products::default();
+    for segment in &plan.segments {
+        let (packs, _, modes) = sizes(segment);
+        count.packs += packs * (body + modes);
+        for component in &segment.components {
+            let modes = component.modes as u64;
+            count.singles += 2 * modes * if component.is_orthogonal { 1 } else { modes };
+        }
+    }
+    count
+}
+
+/// [`super::tangent::weighted_tangent`] with all weights, or of the mass matrix alone.
+pub(super) fn tangent<G: Turning>(plan: &Plan<G>, is_mass_only: bool) -> Products {
+    let k = Kinds::<G>::new();
+    let momentum = products(|| k.inertia.momentum(k.twist));
+    let gyroscopic = products(|| k.gyroscope.times(k.axial));
+    let transposed = products(|| k.gyroscope.transposed_times(k.twist));
+    let scaled = products(|| k.twist * Counted);
+    let scaled_axial = products(|| k.axial * Counted);
+    let dot = products(|| k.twist.dot(k.wrench));
+    let axial_dot = products(|| k.axial.dot(k.axial));
+    let bracket = products(|| k.twist.bracket(k.twist));
+    let bracket_transposed = products(|| k.twist.bracket_transposed(k.wrench));
+
+    let mut count = Products::default();
+    if plan.tip_mass > 0.0 {
+        count.singles += bodies(&k, is_mass_only);
+    }
+    for (s, segment) in plan.segments.iter().enumerate() {
+        let (packs, nodes, modes) = sizes(segment);
+        // Bodies and shapes.
+        count.packs += packs * bodies(&k, is_mass_only);
+        for component in &segment.components {
+            if component.index < G::ANGULAR {
+                count.packs += packs * products(|| k.vector.cross(k.axial));
+            }
+            if !is_mass_only {
+                count.packs += packs * (3 * bracket + bracket_transposed + scaled);
+            }
+        }
+        // Columns.
+        let integral = packs * (2 * scaled + nodes * scaled);
+        if is_mass_only {
+            count.packs += modes * (integral + packs * (scaled + momentum));
+            count.singles += modes * (scaled + momentum);
+        } else {
+            let source = 2 * scaled_axial + 3 * scaled + momentum + gyroscopic + scaled;
+            count.packs += modes * (3 * integral + packs * source);
+            count.singles += modes * (3 * scaled + 3 * scaled_axial + momentum + gyroscopic);
+            if plan.has_tip_load {
+                count.singles += modes * dead_load(&k);
+            }
+        }
+        // Rows.
+        if s > 0 {
+            count.packs += modes * packs * momentum;
+            count.singles += modes * momentum;
+            if !is_mass_only {
+                count.packs += modes * packs * transposed;
+                count.singles += modes * transposed;
+                if plan.has_tip_load {
+                    count.singles += modes * dead_load(&k);
+                }
+            }
+        }
+        // Block, stiffness and damping, blocks beside it.
+        count.packs += modes * modes * packs * dot;
+        count.singles += modes * modes * dot;
+        if !is_mass_only {
+            count.singles += segment.components.iter().map(|c| (c.modes * c.modes) as u64).sum::<u64>();
+        }
+        let before = segment.first as u64;
+        let behind = plan.n as u64 - before - modes;
+        count.singles += modes * (before * dot + behind * (dot + 2 * axial_dot));
+    }
+    count
+}
+
+/// Inertia of a node or of the tip's mass, and what its motion makes of it.
+fn bodies<G: Turning>(k: &Kinds<G>, is_mass_only: bool) -> u64 {
+    let inertia = products(|| k.section.weighted(Counted));
+    let moving = products(|| Gyroscope::new(&k.inertia, k.twist, k.wrench * Counted));
+    if is_mass_only { inertia } else { inertia + moving }
+}
+
+/// What a dead load at the tip answers to a turn, or to a row.
+fn dead_load<G: Turning>(k: &Kinds<G>) -> u64 {
+    let turned = products(|| (k.vector.cross(k.axial), k.axial.cross(k.axial)));
+    turned + products(|| k.vector.cross(k.vector))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::description::{Rod, Segment};
+    use super::super::tangent::TangentWorkspace;
+    use super::super::workspace::Workspace;
+    use super::super::{inverse_dynamics, kinematics as sweep, tangent as exact_tangent};
+    use super::*;
+    use crate::lie::{Planar, Plane, Spatial};
+    use crate::linalg::Matrix;
+
+    /// A rod of several segments with a load and a mass at its tip, so that nothing is skipped but what the modes skip.
+    fn rod(modes: &[[usize; 6]], is_tapered: bool) -> Rod {
+        let segments = modes.iter().map(|&modes| Segment {
+            modes,
+            radius: if is_tapered { [0.02, 0.01] } else { [0.02; 2] },
+            retardation_time: 0.01,
+            ..Segment::straight(0.3, 0.02, 1e6, 4e5, 1000.0)
+        });
+        Rod { tip_force: [0.1, 0.0, 0.2], tip_mass: 0.01, ..Rod::new(segments.collect()) }
+    }
+
+    /// Products of packs are counted by the packs themselves while the sweeps run.
+    fn assert_counts<G: Turning>(rod: &Rod, frame: G::Frame) {
+        let plan = Plan::<G>::new(rod, frame);
+        let (mut work, mut memory) = (Workspace::new(&plan), TangentWorkspace::new(&plan));
+        let (q, mut tau) = (vec![0.01; plan.n], vec![0.0; plan.n]);
+        let mut matrix = Matrix::zeros(plan.n, plan.n);
+        let counted = products(|| sweep::update(&plan, &mut work, &q));
+        assert_eq!(counted, kinematics(&plan).packs, "kinematics");
+        let mut tangent_of = |work: &Workspace<G>, weights| {
+            products(|| exact_tangent::weighted_tangent(&plan, work, &mut memory, weights, &mut matrix))
+        };
+        assert_eq!(tangent_of(&work, [0.0, 0.0, 1.0]), tangent(&plan, true).packs, "mass matrix");
+        let counted = products(|| inverse_dynamics::update(&plan, &mut work, &q, &q, &q));
+        assert_eq!(counted, motion(&plan).packs, "motion");
+        assert_eq!(tangent_of(&work, [1e-4, 1e-2, 1.0]), tangent(&plan, false).packs, "tangent");
+        let counted = products(|| inverse_dynamics::project(&plan, &mut work, &q, &q, &mut tau));
+        assert_eq!(counted, projection(&plan).packs, "projection");
+    }
+
+    #[test]
+    fn the_sweeps_form_as_many_products_of_packs_as_are_counted() {
+        let planar: [&[[usize; 6]]; 3] = [
+            &[[0, 3, 0, 0, 0, 0]],
+            &[[0, 9, 0, 2, 0, 1], [0, 0, 0, 0, 0, 0], [0, 1, 0, 0, 0, 0]],
+            &[[0, 0, 0, 1, 0, 0], [0, 2, 0, 0, 0, 3]],
+        ];
+        let spatial: [&[[usize; 6]]; 3] =
+            [&[[2, 2, 2, 0, 0, 0]; 2], &[[3; 6]; 2], &[[1, 4, 0, 0, 2, 0], [0, 0, 7, 0, 0, 0], [0; 6]]];
+        for is_tapered in [false, true] {
+            for modes in planar {
+                assert_counts::<Planar>(&rod(modes, is_tapered), Plane::ABOUT_Y);
+            }
+            for modes in spatial.into_iter().chain(planar) {
+                assert_counts::<Spatial>(&rod(modes, is_tapered), ());
+            }
+        }
+    }
+
+    #[test]
+    fn a_factorisation_costs_a_third_of_the_cube() {
+        let of = |segments: usize| {
+            multiplications(&Plan::<Spatial>::new(&rod(&vec![[2, 2, 2, 0, 0, 0]; segments], false), ()))
+        };
+        assert_eq!((of(1).factorisation, of(1).solution), ((6 * 6 * 6 - 6) / 3, 36));
+        assert_eq!(of(2).factorisation, (12 * 12 * 12 - 12) / 3);
+    }
+}
