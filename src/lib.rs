@@ -1,6 +1,8 @@
 //! lissom makes soft rods move.
 
+pub mod balance;
 pub mod error;
+mod hermite;
 pub mod lie;
 pub mod linalg;
 pub mod model;

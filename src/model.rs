@@ -65,6 +65,21 @@ pub trait Model {
     /// Power that damping takes out of the motion, in watts, never negative.
     fn dissipated_power(&mut self, q: &[f64], qd: &[f64]) -> f64;
 
+    /// False where [`Self::dissipated_power`] is zero whatever the state, so that a run does not integrate it.
+    fn is_damped(&self) -> bool {
+        true
+    }
+
+    /// Power that what has no potential (moments of fixed direction, say) puts into the motion, in watts.
+    fn supplied_power(&mut self, _q: &[f64], _qd: &[f64]) -> f64 {
+        0.0
+    }
+
+    /// False where [`Self::supplied_power`] is zero whatever the state, so that a run does not integrate it.
+    fn is_driven(&self) -> bool {
+        false
+    }
+
     /// The time at which explicitly time-dependent parts (loads, base motion) are evaluated from now on.
     fn set_time(&mut self, _t: f64) {}
 

@@ -129,6 +129,10 @@ impl Model for SpringPendulum {
         0.0
     }
 
+    fn is_damped(&self) -> bool {
+        false
+    }
+
     /// In closed form: the mass matrix is diagonal.
     #[inline]
     fn forward_dynamics(

@@ -2,6 +2,7 @@
 
 use std::time::Instant;
 
+use crate::balance::{Balance, Flow, FlowMeter, Rule, State};
 use crate::error::{Interrupted, InvalidInput};
 use crate::model::Model;
 use crate::newmark::{self, FreeMotion, check_points, number_of_steps};
@@ -70,6 +71,8 @@ pub struct Simulation {
     pub a: Vec<f64>,
     /// Number of coordinates n.
     pub n: usize,
+    /// Energy that has flowed out of and into the motion up to these times, integrated along the run.
+    pub flow: Flow,
     /// What it has cost.
     pub statistics: Statistics,
     /// How it ended.
@@ -78,11 +81,18 @@ pub struct Simulation {
     pub message: String,
 }
 
+impl Simulation {
+    /// The energy balance of this motion of `model`: one evaluation of its energy for each of the times.
+    pub fn balance<M: Model + ?Sized>(&self, model: &mut M) -> Balance {
+        Balance::new(model, &self.t, &self.q, &self.v, &self.flow)
+    }
+}
+
 /// The free motion of `model` from `q0`, `v0` over `[0, t_end]`. `t_eval` are increasing times at which it is wanted.
 /// `monitor` sees the time after every accepted step and may stop the run; the status then says so.
 ///
 /// Fails before any evaluation when an argument is wrong, or when the result would not fit in memory.
-pub fn simulate<M: Model>(
+pub fn simulate<M: Model + Clone>(
     mut model: M,
     t_end: f64,
     q0: &[f64],
@@ -94,9 +104,17 @@ pub fn simulate<M: Model>(
     let start = Instant::now();
     let mut simulation = match method {
         Method::Newmark(options) => {
+            let mut meter = FlowMeter::new(&mut model, Rule::Mean, [q0, v0], t_eval);
             let mut system = FreeMotion(&mut model);
-            let mut monitor = |_: &mut FreeMotion<'_, M>, stepper: &newmark::Stepper| monitor(stepper.t());
-            newmark::solve(&mut system, (0.0, t_end), q0, v0, options, t_eval, &mut monitor)?.into()
+            let mut monitor = |system: &mut FreeMotion<'_, M>, stepper: &newmark::Stepper| {
+                if let Some(meter) = &mut meter {
+                    let state = State { t: stepper.t(), q: stepper.q(), v: stepper.v(), a: stepper.a() };
+                    meter.step(system.0, state);
+                }
+                monitor(stepper.t())
+            };
+            let solution = newmark::solve(&mut system, (0.0, t_end), q0, v0, options, t_eval, &mut monitor)?;
+            Simulation::new(solution, meter)
         }
         Method::FirstOrder { options, dt } => {
             first_order(model, t_end, [q0, v0], (options, *dt), t_eval, monitor)?
@@ -106,15 +124,23 @@ pub fn simulate<M: Model>(
     Ok(simulation)
 }
 
-impl From<newmark::Solution> for Simulation {
-    fn from(solution: newmark::Solution) -> Self {
+impl Simulation {
+    fn new(solution: newmark::Solution, meter: Option<FlowMeter<'_>>) -> Self {
         let newmark::Solution { t, q, v, a, n, counters, status, message } = solution;
+        let flow = meter.map_or_else(Flow::default, |meter| meter.into_flow(t.len()));
         let statistics = Statistics { wall_time: 0.0, counters };
-        Self { t, q, v, a, n, statistics, status: Status::Newmark(status), message }
+        Self { t, q, v, a, n, flow, statistics, status: Status::Newmark(status), message }
     }
 }
 
-fn first_order<M: Model>(
+impl From<newmark::Solution> for Simulation {
+    /// A motion whose model, and so whose flow of energy, is not known.
+    fn from(solution: newmark::Solution) -> Self {
+        Self::new(solution, None)
+    }
+}
+
+fn first_order<M: Model + Clone>(
     model: M,
     t_end: f64,
     [q0, v0]: [&[f64]; 2],
@@ -128,9 +154,18 @@ fn first_order<M: Model>(
         Some(times) => times.to_vec(),
         None => grid(n, t_end, dt)?,
     });
+    let mut observed = model.clone();
+    let output_times = output.t_eval.clone();
+    let mut meter = FlowMeter::new(&mut observed, Rule::Quintic, [q0, v0], output_times.as_deref());
     let mut system = FirstOrder::new(model);
     let y0 = [q0, v0].concat();
-    let mut monitor = |stepper: &ode::Stepper| monitor(stepper.t());
+    let mut monitor = |stepper: &ode::Stepper| {
+        if let Some(meter) = &mut meter {
+            let ((q, v), a) = (stepper.y().split_at(n), &stepper.rate()[n..]);
+            meter.step(&mut observed, State { t: stepper.t(), q, v, a });
+        }
+        monitor(stepper.t())
+    };
     let solution = ode::solve(&mut system, (0.0, t_end), &y0, options, &output, &mut [], &mut monitor)?;
     let points = solution.t.len();
     let mut states = [(); 3].map(|()| Vec::with_capacity(points * n));
@@ -156,7 +191,8 @@ fn first_order<M: Model>(
     };
     let statistics = Statistics { wall_time: 0.0, counters };
     let status = Status::FirstOrder(solution.status);
-    Ok(Simulation { t: solution.t, q, v, a, n, statistics, status, message: solution.message })
+    let flow = meter.map_or_else(Flow::default, |meter| meter.into_flow(points));
+    Ok(Simulation { t: solution.t, q, v, a, n, flow, statistics, status, message: solution.message })
 }
 
 /// The times 0, dt, 2 dt, ... and `t_end`.

@@ -3,6 +3,7 @@
 from ._lissom import (
     DOP853,
     RK45,
+    Balance,
     ConvergenceError,
     DenseOutput,
     Energy,
@@ -34,6 +35,7 @@ from ._lissom import (
 __all__ = [
     "DOP853",
     "RK45",
+    "Balance",
     "ConvergenceError",
     "DenseOutput",
     "Energy",

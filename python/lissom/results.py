@@ -18,8 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ._lissom import MotionResult, Rod, Scene, __version__
-from .balance import Balance, balance
+from ._lissom import Balance, MotionResult, Rod, Scene, __version__
 
 if TYPE_CHECKING:
     import xarray
@@ -125,7 +124,17 @@ class Run:
     @cached_property
     def balance(self) -> Balance:
         """Energy balance at the times kept."""
-        return balance(self.scene.model, self.t, self.q, self.v)
+        if self._has_states and self.motion.balance is not None:
+            return self.motion.balance
+        energy = self.scene.model.energy(self.scene.q0, self.scene.v0)
+        return Balance(
+            kinetic=[energy.kinetic],
+            elastic=[energy.elastic],
+            gravitational=[energy.gravitational],
+            loads=[energy.loads],
+            dissipated=[0.0],
+            work=[0.0],
+        )
 
     @cached_property
     def coordinates(self) -> list[Coordinate]:

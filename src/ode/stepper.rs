@@ -306,6 +306,11 @@ impl Stepper {
         &self.state.y
     }
 
+    /// The right-hand side at the current state.
+    pub(crate) fn rate(&self) -> &[f64] {
+        &self.state.f
+    }
+
     /// Time before the last step; the start when no step was made.
     pub fn t_old(&self) -> f64 {
         self.state.t_old

@@ -5,6 +5,7 @@
 
 #![allow(missing_docs, reason = "docstrings of this module are written for Python's help()")]
 
+mod balance;
 mod callback;
 mod compiled;
 mod convert;
@@ -25,6 +26,8 @@ use pyo3::prelude::*;
 mod _lissom {
     use super::*;
 
+    #[pymodule_export]
+    use super::balance::PyBalance;
     #[pymodule_export]
     use super::errors::{ConvergenceError, LissomError};
     #[pymodule_export]

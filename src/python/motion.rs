@@ -5,9 +5,13 @@ use std::time::{Duration, Instant};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use pyo3::sync::PyOnceLock;
 
+use super::balance::PyBalance;
 use super::callback::with_result;
 use super::convert;
+use super::model::Native;
+use crate::balance::{Balance, Flow};
 use crate::newmark::{Counters, Predictor, StepSize};
 use crate::simulate::{Simulation, Statistics};
 
@@ -21,6 +25,9 @@ use crate::simulate::{Simulation, Statistics};
 ///     Coordinates, velocities and accelerations at these times: ``q[i]`` is the state at ``t[i]``.
 /// stats : Statistics
 ///     What it has cost.
+/// balance : Balance or None
+///     Energy balance at these times; None for `newmark`, which knows no energies. What damping dissipates is integrated along
+///     the run, with every step of it; the energies are computed when they are first asked for, one evaluation a time.
 /// success : bool
 ///     True when the end of the interval was reached.
 /// status : str
@@ -28,21 +35,37 @@ use crate::simulate::{Simulation, Statistics};
 ///     'singular_jacobian', 'non_finite', 'non_finite_jacobian' (method 'radau'), 'step_too_small' or 'too_many_steps'.
 /// message : str
 ///     The status in words, and what to change.
-#[pyclass(name = "MotionResult", module = "lissom", frozen, get_all)]
+#[pyclass(name = "MotionResult", module = "lissom", frozen)]
 pub(crate) struct PyMotionResult {
+    #[pyo3(get)]
     t: Py<PyArray1<f64>>,
+    #[pyo3(get)]
     q: Py<PyArray2<f64>>,
+    #[pyo3(get)]
     v: Py<PyArray2<f64>>,
+    #[pyo3(get)]
     a: Py<PyArray2<f64>>,
+    #[pyo3(get)]
     stats: Py<PyStatistics>,
+    #[pyo3(get)]
     success: bool,
+    #[pyo3(get)]
     status: &'static str,
+    #[pyo3(get)]
     message: String,
+    /// What moved, if that is known.
+    model: Option<Box<dyn Native>>,
+    flow: Flow,
+    balance: PyOnceLock<Py<PyBalance>>,
 }
 
 impl PyMotionResult {
-    pub(super) fn new(py: Python<'_>, simulation: Simulation) -> PyResult<Self> {
-        let Simulation { t, q, v, a, n, statistics, status, message } = simulation;
+    pub(super) fn new(
+        py: Python<'_>,
+        simulation: Simulation,
+        model: Option<Box<dyn Native>>,
+    ) -> PyResult<Self> {
+        let Simulation { t, q, v, a, n, flow, statistics, status, message } = simulation;
         let points = t.len();
         let rows = |values: Vec<f64>| {
             values.into_pyarray(py).reshape([points, n]).map(Bound::<PyArray2<f64>>::unbind)
@@ -56,12 +79,29 @@ impl PyMotionResult {
             success: status.is_success(),
             status: status.name(),
             message,
+            model,
+            flow,
+            balance: PyOnceLock::new(),
         })
     }
 }
 
 #[pymethods]
 impl PyMotionResult {
+    /// Energy balance at the times of the result; None for `newmark`, which knows no energies.
+    #[getter]
+    fn balance(&self, py: Python<'_>) -> PyResult<Option<Py<PyBalance>>> {
+        let Some(model) = &self.model else { return Ok(None) };
+        let balance = self.balance.get_or_try_init(py, || {
+            let mut model = model.boxed_clone();
+            let [q, v] = [&self.q, &self.v].map(|states| states.bind(py).to_vec());
+            let (t, q, v) = (self.t.bind(py).to_vec()?, q?, v?);
+            let balance = py.detach(|| Balance::new(&mut *model, &t, &q, &v, &self.flow));
+            Py::new(py, PyBalance::from_core(py, balance))
+        })?;
+        Ok(Some(balance.clone_ref(py)))
+    }
+
     fn __repr__(&self, py: Python<'_>) -> String {
         let dims = self.q.bind(py).dims();
         let (points, n) = (dims[0], dims[1]);
@@ -203,11 +243,12 @@ impl PyStatistics {
 pub(super) fn finish(
     py: Python<'_>,
     simulation: Simulation,
+    model: Option<Box<dyn Native>>,
     raised: PyResult<()>,
 ) -> PyResult<PyMotionResult> {
     match raised {
-        Ok(()) => PyMotionResult::new(py, simulation),
-        Err(error) => Err(with_result(py, error, || PyMotionResult::new(py, simulation))),
+        Ok(()) => PyMotionResult::new(py, simulation, model),
+        Err(error) => Err(with_result(py, error, || PyMotionResult::new(py, simulation, model))),
     }
 }
 

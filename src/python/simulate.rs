@@ -206,7 +206,7 @@ pub(crate) fn simulate<'py>(
         };
         model.simulate(t_end, &q0, &v0, &method, t_eval.as_deref(), &mut monitor)
     });
-    finish(py, simulation.map_err(with_python_names)?, raised.into_result())
+    finish(py, simulation.map_err(with_python_names)?, Some(model), raised.into_result())
 }
 
 fn derivative(jac: &str) -> PyResult<Derivative> {

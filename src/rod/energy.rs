@@ -38,6 +38,11 @@ pub(super) fn dissipated_power<G: Turning>(plan: &Plan<G>, qd: &[f64]) -> f64 {
     quadratic_form(plan, qd, |retardation_time| retardation_time)
 }
 
+/// Power of the tip moment, which has no potential, with the motion of (q, qd) up to date.
+pub(super) fn supplied_power<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> f64 {
+    plan.tip_moment.dot(work.stations[plan.segments.len()].velocity.angular)
+}
+
 /// `sum_segments factor(mu) x K x`.
 fn quadratic_form<G: Turning>(plan: &Plan<G>, x: &[f64], factor: impl Fn(f64) -> f64) -> f64 {
     let mut total = 0.0;

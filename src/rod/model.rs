@@ -173,4 +173,15 @@ impl Model for RodModel {
     fn dissipated_power(&mut self, _q: &[f64], qd: &[f64]) -> f64 {
         on_sweeps!(&self.sweeps, sweeps => sweeps.dissipated_power(qd))
     }
+    fn is_damped(&self) -> bool {
+        on_sweeps!(&self.sweeps, sweeps => sweeps.plan().is_damped())
+    }
+
+    fn supplied_power(&mut self, q: &[f64], qd: &[f64]) -> f64 {
+        on_sweeps!(&mut self.sweeps, sweeps => sweeps.supplied_power(q, qd))
+    }
+
+    fn is_driven(&self) -> bool {
+        on_sweeps!(&self.sweeps, sweeps => sweeps.plan().has_tip_moment())
+    }
 }

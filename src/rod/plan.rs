@@ -5,7 +5,7 @@ use super::description::{Rod, STRAIGHT, Segment};
 use super::quadrature::Gauss;
 use super::section::Section;
 use super::turning::Turning;
-use crate::lie::{LANES, Pack, Quaternion, Rotation, Twist, Vector};
+use crate::lie::{LANES, Pack, Quaternion, Rotation, Twist, Vector, VectorSpace};
 use crate::linalg::Matrix;
 
 /// Nodes that a segment needs beyond its number of modes: two integrations (strain to velocity, velocity to force) and
@@ -129,6 +129,16 @@ impl<G: Turning> Plan<G> {
             gravity_potential: -base_position.dot(rod.gravity.into()),
             load_potential: -base_position.dot(rod.tip_force.into()),
         }
+    }
+
+    /// Whether any segment is damped.
+    pub(super) fn is_damped(&self) -> bool {
+        self.segments.iter().any(|segment| segment.retardation_time > 0.0)
+    }
+
+    /// Whether a moment acts at the tip.
+    pub(super) fn has_tip_moment(&self) -> bool {
+        self.tip_moment.dot(self.tip_moment) > 0.0
     }
 
     /// Quadrature nodes of each segment.

@@ -156,4 +156,10 @@ impl<G: Turning> Sweeps<G> {
     pub(super) fn dissipated_power(&self, qd: &[f64]) -> f64 {
         energy::dissipated_power(&self.plan, qd)
     }
+    pub(super) fn supplied_power(&mut self, q: &[f64], qd: &[f64]) -> f64 {
+        self.update_kinematics(q);
+        let Self { arch, plan, work, zeros, .. } = self;
+        arch.dispatch(Motion { plan, work, state: [q, qd, zeros] });
+        energy::supplied_power(plan, work)
+    }
 }

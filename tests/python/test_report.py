@@ -1,4 +1,4 @@
-"""The report of a run, and the energy balance that it shows."""
+"""The report of a run."""
 
 import json
 import re
@@ -10,7 +10,6 @@ import pytest
 
 import lissom
 from lissom import report
-from lissom.balance import balance
 from lissom.results import Run, dataset, instants, sections
 
 SCENES = Path(__file__).parents[2] / "scenes"
@@ -157,33 +156,6 @@ def test_long_runs_are_thinned_out():
     assert kept[0] == 0
     assert kept[-1] == 10**6 - 1
     np.testing.assert_array_equal(instants(3, 2000), [0, 1, 2])
-
-
-def test_the_balance_of_a_linear_motion_is_exact_whatever_the_step():
-    """Average acceleration keeps kinetic + elastic + dissipated of a linear system exactly."""
-    wire = lissom.Segment(1.0, 1e-3, 210e9, 80e9, 7800.0, {"bend_y": 2}, retardation_time=0.02)
-    rod = lissom.Rod([wire], gravity=(0.0, 0.0, 0.0))
-    tiny = 1e-7
-    motion = lissom.simulate(rod, 1.0, q0=[tiny, -tiny], dt=1e-2, rtol=1e-12, atol=1e-30)
-    found = balance(rod, motion.t, motion.q, motion.v)
-    assert found.dissipated[-1] > 0.1 * found.scale, "a good part is dissipated"
-    assert found.drift < 1e-9
-
-
-@pytest.mark.parametrize("damping", [0.0, 0.01])
-def test_the_balance_closes_under_moments_forces_and_damping(damping):
-    segment = lissom.Segment(
-        0.2, 0.01, 3e5, 1e5, 1070.0, {"torsion": 2, "bend_y": 2, "bend_z": 2}, retardation_time=damping
-    )
-    rod = lissom.Rod([segment], tip_force=(0.0, 0.02, 0.0), tip_moment=(1e-3, 2e-3, -1e-3), tip_mass=0.01)
-    drifts = []
-    for dt in (2e-3, 1e-3):
-        motion = lissom.simulate(rod, 0.4, dt=dt)
-        found = balance(rod, motion.t, motion.q, motion.v)
-        assert abs(found.work[-1]) > 0.01 * found.scale, "the moment works"
-        drifts.append(found.drift)
-    assert drifts[0] < 2e-2
-    assert drifts[1] < 0.4 * drifts[0], "second order"
 
 
 def test_a_rod_at_rest_has_no_drift():

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from .._lissom import MotionResult, SpringPendulum, simulate
-from ..balance import balance
 from ..report import theme
 from ..report.page import Figure, Lesson, Section, Table
 from ..report.text import quantity
@@ -132,7 +131,8 @@ def long_runs(pendulum: SpringPendulum) -> list[dict[str, Any]]:
         for method, options in variants.items():
             simulation = partial(simulate, pendulum, LONG, q0=START, **options)
             motion, numbers = timed_run(beside[method], simulation)
-            drift = balance(pendulum, motion.t, motion.q, motion.v).drift
+            assert motion.balance is not None, "a model was simulated"
+            drift = motion.balance.drift
             runs.append({"step": step, "method": method, **numbers, "energy_drift": drift})
     return runs
 
@@ -172,7 +172,7 @@ def table_1(runs: list[dict[str, Any]]) -> Section:
 
 def energies(pendulum: SpringPendulum, motion: Any) -> tuple[Any, Any]:
     """Change of the total energy along a motion, by the right kinetic energy and by the report's."""
-    right = balance(pendulum, motion.t, motion.q, motion.v)
+    right = motion.balance
     r = pendulum.length + motion.q[:, 1]
     printed = 0.5 * pendulum.mass * (motion.v[:, 1] ** 2 + motion.v[:, 0] ** 2 / r**2)
     wrong = printed + right.elastic + right.gravitational

@@ -1,0 +1,257 @@
+//! The energy balance of a motion: where the energy is, and what left or entered the system on the way.
+
+use crate::hermite::{Quintic, cubic};
+use crate::model::{Energy, ForwardScratch, Model};
+
+/// Energies that move by less than this, relative to the largest part, are at rest.
+const ROUNDING: f64 = 1e3 * f64::EPSILON;
+
+/// Nodes on [0, 1] and weights of the Gauss-Legendre formula of order 6.
+const GAUSS: [(f64, f64); 3] =
+    [(0.112_701_665_379_258_31, 5.0 / 18.0), (0.5, 8.0 / 18.0), (0.887_298_334_620_741_7, 5.0 / 18.0)];
+
+/// Energy that has flowed out of and into a motion since its start, in joules, at each of its times. Empty where the model
+/// has no such flow.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Flow {
+    /// What damping has taken out.
+    pub dissipated: Vec<f64>,
+    /// Work of what has no potential, such as moments of fixed direction.
+    pub work: Vec<f64>,
+}
+
+/// Energies in joules at each time of a motion.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Balance {
+    /// What the states have.
+    pub energies: Vec<Energy>,
+    /// What damping has taken out so far.
+    pub dissipated: Vec<f64>,
+    /// Work that loads without a potential have put in so far.
+    pub work: Vec<f64>,
+}
+
+impl Balance {
+    /// The balance of a motion through the states (q, v), n numbers each, with these flows. One evaluation of the energy a
+    /// state.
+    pub fn new<M: Model + ?Sized>(model: &mut M, t: &[f64], q: &[f64], v: &[f64], flow: &Flow) -> Self {
+        let n = model.n();
+        let energies = (0..t.len()).map(|i| {
+            model.set_time(t[i]);
+            model.energy(&q[i * n..][..n], &v[i * n..][..n])
+        });
+        let energies: Vec<Energy> = energies.collect();
+        let flow_of = |flow: &[f64]| if flow.is_empty() { vec![0.0; energies.len()] } else { flow.to_vec() };
+        Self { dissipated: flow_of(&flow.dissipated), work: flow_of(&flow.work), energies }
+    }
+
+    /// Kinetic + elastic + gravitational + loads + dissipated - work, at each time: what an exact motion keeps constant.
+    pub fn total(&self) -> Vec<f64> {
+        let flows = self.dissipated.iter().zip(&self.work);
+        self.energies.iter().zip(flows).map(|(energy, (out, work))| energy.total() + out - work).collect()
+    }
+
+    /// The largest energy that moved: kinetic energy reached, or range of another part, in joules.
+    pub fn scale(&self) -> f64 {
+        let parts: [&dyn Fn(usize) -> f64; 5] = [
+            &|i| self.energies[i].elastic,
+            &|i| self.energies[i].gravitational,
+            &|i| self.energies[i].loads,
+            &|i| self.dissipated[i],
+            &|i| self.work[i],
+        ];
+        let range = |part: &dyn Fn(usize) -> f64| {
+            let values = (0..self.energies.len()).map(part);
+            let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
+                (low.min(value), high.max(value))
+            });
+            (high - low).max(0.0)
+        };
+        let kinetic = self.energies.iter().map(|energy| energy.kinetic).fold(0.0, f64::max);
+        parts.into_iter().map(range).fold(kinetic, f64::max)
+    }
+
+    /// False where all that moves is rounding of the parts.
+    pub fn moves(&self) -> bool {
+        let size = |energy: &Energy| {
+            [energy.kinetic, energy.elastic, energy.gravitational, energy.loads].map(f64::abs)
+        };
+        let largest = self.energies.iter().flat_map(size).fold(0.0, f64::max);
+        self.scale() > ROUNDING * largest
+    }
+
+    /// The largest defect: change of the total, relative to the largest energy that moved; zero if nothing moved.
+    pub fn drift(&self) -> f64 {
+        let total = self.total();
+        let Some(first) = total.first().filter(|_| self.moves()) else { return 0.0 };
+        total.iter().map(|value| (value - first).abs()).fold(0.0, f64::max) / self.scale()
+    }
+}
+
+/// How flows are integrated over a step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Rule {
+    /// One power, of the mean of the states at the ends. With every step of the average-acceleration rule, the balance of a
+    /// linear system is then exact.
+    Mean,
+    /// Three powers, along the quintic polynomial through the states at the ends: order 5.
+    Quintic,
+}
+
+/// A state on the way.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct State<'a> {
+    pub(crate) t: f64,
+    pub(crate) q: &'a [f64],
+    pub(crate) v: &'a [f64],
+    pub(crate) a: &'a [f64],
+}
+
+/// Integrates the powers of a model along its motion, step by step; only those that it has.
+#[derive(Clone, Debug)]
+pub(crate) struct FlowMeter<'a> {
+    is_damped: bool,
+    is_driven: bool,
+    rule: Rule,
+    t_eval: Option<&'a [f64]>,
+    t: f64,
+    q: Vec<f64>,
+    v: Vec<f64>,
+    a: Vec<f64>,
+    q_between: Vec<f64>,
+    v_between: Vec<f64>,
+    /// Dissipated energy and work so far.
+    total: [f64; 2],
+    flow: Flow,
+}
+
+impl<'a> FlowMeter<'a> {
+    /// A meter at the start of a motion whose flow is wanted at the times `t_eval`, or after every step; `None` for a model
+    /// without flows.
+    pub(crate) fn new<M: Model + ?Sized>(
+        model: &mut M,
+        rule: Rule,
+        [q0, v0]: [&[f64]; 2],
+        t_eval: Option<&'a [f64]>,
+    ) -> Option<Self> {
+        let (is_damped, is_driven) = (model.is_damped(), model.is_driven());
+        if !is_damped && !is_driven {
+            return None;
+        }
+        let n = model.n();
+        let mut a = vec![0.0; n];
+        if rule == Rule::Quintic {
+            model.set_time(0.0);
+            // Where there are no accelerations there will be no steps.
+            let _ = model.forward_dynamics(q0, v0, &mut a, &mut ForwardScratch::new(n));
+        }
+        let (q_between, v_between) = (vec![0.0; n], vec![0.0; n]);
+        let mut meter = Self {
+            is_damped,
+            is_driven,
+            rule,
+            t_eval,
+            t: 0.0,
+            q: q0.to_vec(),
+            v: v0.to_vec(),
+            a,
+            q_between,
+            v_between,
+            total: [0.0; 2],
+            flow: Flow::default(),
+        };
+        let points = t_eval.map_or(0, <[f64]>::len);
+        meter.flow.dissipated.reserve(points);
+        meter.flow.work.reserve(points);
+        if t_eval.is_none_or(|times| times.first() == Some(&0.0)) {
+            meter.record([0.0; 2]);
+        }
+        Some(meter)
+    }
+
+    /// Takes note of an accepted step to this state.
+    pub(crate) fn step<M: Model + ?Sized>(&mut self, model: &mut M, state: State<'_>) {
+        let h = state.t - self.t;
+        let before = self.total;
+        let parts: &[(f64, f64)] = if self.rule == Rule::Mean { &[(0.5, 1.0)] } else { &GAUSS };
+        for &(x, weight) in parts {
+            if self.rule == Rule::Mean {
+                for i in 0..self.q.len() {
+                    self.q_between[i] = 0.5 * (self.q[i] + state.q[i]);
+                    self.v_between[i] = 0.5 * (self.v[i] + state.v[i]);
+                }
+            } else {
+                let quintic = Quintic::at(x, h);
+                for i in 0..self.q.len() {
+                    let start = [self.q[i], self.v[i], self.a[i]];
+                    let [q, v, _] = quintic.motion(start, [state.q[i], state.v[i], state.a[i]]);
+                    (self.q_between[i], self.v_between[i]) = (q, v);
+                }
+            }
+            let powers = self.powers(model, self.t + x * h, &self.q_between, &self.v_between);
+            for (total, power) in self.total.iter_mut().zip(powers) {
+                *total += h * weight * power;
+            }
+        }
+        match self.t_eval {
+            None => self.record(self.total),
+            Some(times) => self.record_up_to(model, times, &state, before),
+        }
+        self.t = state.t;
+        self.q.copy_from_slice(state.q);
+        self.v.copy_from_slice(state.v);
+        self.a.copy_from_slice(state.a);
+    }
+
+    /// The flow at the first `points` of the times that were wanted.
+    pub(crate) fn into_flow(mut self, points: usize) -> Flow {
+        self.flow.dissipated.truncate(points);
+        self.flow.work.truncate(points);
+        self.flow
+    }
+
+    /// Dissipated power and power of what has no potential, in watts.
+    fn powers<M: Model + ?Sized>(&self, model: &mut M, t: f64, q: &[f64], v: &[f64]) -> [f64; 2] {
+        model.set_time(t);
+        let dissipated = if self.is_damped { model.dissipated_power(q, v) } else { 0.0 };
+        let supplied = if self.is_driven { model.supplied_power(q, v) } else { 0.0 };
+        [dissipated, supplied]
+    }
+
+    fn record(&mut self, total: [f64; 2]) {
+        if self.is_damped {
+            self.flow.dissipated.push(total[0]);
+        }
+        if self.is_driven {
+            self.flow.work.push(total[1]);
+        }
+    }
+
+    /// Records the wanted times within the step to `state`: between its ends by the cubic polynomial of energies and powers.
+    fn record_up_to<M: Model + ?Sized>(
+        &mut self,
+        model: &mut M,
+        times: &[f64],
+        state: &State<'_>,
+        before: [f64; 2],
+    ) {
+        let mut powers = None;
+        let recorded = |meter: &Self| meter.flow.dissipated.len().max(meter.flow.work.len());
+        while let Some(&t) = times.get(recorded(self))
+            && t <= state.t
+        {
+            if t == state.t {
+                self.record(self.total);
+                continue;
+            }
+            let [start, end] = *powers.get_or_insert_with(|| {
+                let start = self.powers(model, self.t, &self.q, &self.v);
+                [start, self.powers(model, state.t, state.q, state.v)]
+            });
+            let h = state.t - self.t;
+            let x = (t - self.t) / h;
+            let total = self.total;
+            self.record(std::array::from_fn(|i| cubic(x, h, [before[i], total[i]], [start[i], end[i]])));
+        }
+    }
+}

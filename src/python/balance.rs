@@ -1,0 +1,133 @@
+//! `lissom.Balance`.
+
+use numpy::{IntoPyArray, PyArray1};
+use pyo3::prelude::*;
+
+use super::convert;
+use crate::balance::Balance;
+use crate::error::Checker;
+use crate::model::Energy;
+
+/// The energy balance of a motion: where the energy is at each of its times, in joules, and what left or entered the system.
+///
+/// Attributes
+/// ----------
+/// kinetic, elastic, gravitational, loads : ndarray, shape (m,)
+///     Energies of the states; `loads` is the potential of the dead forces.
+/// dissipated : ndarray, shape (m,)
+///     Energy that damping has taken out so far.
+/// work : ndarray, shape (m,)
+///     Work that tip moments have put in so far: a moment of fixed direction has no potential.
+/// total : ndarray, shape (m,)
+///     kinetic + elastic + gravitational + loads + dissipated - work: what an exact motion keeps constant.
+/// scale : float
+///     The largest energy that moved: kinetic energy reached, or range of another part.
+/// drift : float
+///     The largest defect: change of the total, relative to `scale`; zero if nothing moved.
+/// moves : bool
+///     False where all that moves is rounding of the parts.
+#[pyclass(name = "Balance", module = "lissom", frozen)]
+pub(crate) struct PyBalance {
+    balance: Balance,
+    #[pyo3(get)]
+    kinetic: Py<PyArray1<f64>>,
+    #[pyo3(get)]
+    elastic: Py<PyArray1<f64>>,
+    #[pyo3(get)]
+    gravitational: Py<PyArray1<f64>>,
+    #[pyo3(get)]
+    loads: Py<PyArray1<f64>>,
+    #[pyo3(get)]
+    dissipated: Py<PyArray1<f64>>,
+    #[pyo3(get)]
+    work: Py<PyArray1<f64>>,
+    #[pyo3(get)]
+    total: Py<PyArray1<f64>>,
+}
+
+impl PyBalance {
+    pub(super) fn from_core(py: Python<'_>, balance: Balance) -> Self {
+        let array = |values: Vec<f64>| values.into_pyarray(py).unbind();
+        let energies = |part: fn(&Energy) -> f64| array(balance.energies.iter().map(part).collect());
+        Self {
+            kinetic: energies(|energy| energy.kinetic),
+            elastic: energies(|energy| energy.elastic),
+            gravitational: energies(|energy| energy.gravitational),
+            loads: energies(|energy| energy.loads),
+            dissipated: array(balance.dissipated.clone()),
+            work: array(balance.work.clone()),
+            total: array(balance.total()),
+            balance,
+        }
+    }
+}
+
+#[pymethods]
+impl PyBalance {
+    #[new]
+    #[pyo3(signature = (*, kinetic, elastic, gravitational, loads, dissipated, work))]
+    fn new(
+        py: Python<'_>,
+        kinetic: &Bound<'_, PyAny>,
+        elastic: &Bound<'_, PyAny>,
+        gravitational: &Bound<'_, PyAny>,
+        loads: &Bound<'_, PyAny>,
+        dissipated: &Bound<'_, PyAny>,
+        work: &Bound<'_, PyAny>,
+    ) -> PyResult<Self> {
+        let kinetic = convert::vector(kinetic, "kinetic")?;
+        let others = [
+            (elastic, "elastic"),
+            (gravitational, "gravitational"),
+            (loads, "loads"),
+            (dissipated, "dissipated"),
+            (work, "work"),
+        ];
+        let mut checker = Checker::new();
+        let mut values = Vec::with_capacity(others.len());
+        for (value, name) in others {
+            let value = convert::vector(value, name)?;
+            checker.length(&value, kinetic.len(), name);
+            values.push(value);
+        }
+        checker.finish()?;
+        let energies = (0..kinetic.len()).map(|i| Energy {
+            kinetic: kinetic[i],
+            elastic: values[0][i],
+            gravitational: values[1][i],
+            loads: values[2][i],
+        });
+        let energies = energies.collect();
+        let [.., dissipated, work] = &mut values[..] else { unreachable!("five parts") };
+        let balance =
+            Balance { energies, dissipated: std::mem::take(dissipated), work: std::mem::take(work) };
+        Ok(Self::from_core(py, balance))
+    }
+
+    /// The largest energy that moved, joules.
+    #[getter]
+    fn scale(&self) -> f64 {
+        self.balance.scale()
+    }
+
+    /// The largest defect, relative to the largest energy that moved.
+    #[getter]
+    fn drift(&self) -> f64 {
+        self.balance.drift()
+    }
+
+    /// False where all that moves is rounding of the parts.
+    #[getter]
+    fn moves(&self) -> bool {
+        self.balance.moves()
+    }
+
+    fn __repr__(&self) -> String {
+        format!(
+            "Balance(<{} times>, drift={:.1e} of the {:.3e} J that moved)",
+            self.balance.energies.len(),
+            self.drift(),
+            self.scale()
+        )
+    }
+}

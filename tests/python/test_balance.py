@@ -1,0 +1,97 @@
+"""The energy balance that every run returns."""
+
+import numpy as np
+import pytest
+
+import lissom
+
+
+def finger(damping=0.0, **loads):
+    segment = lissom.Segment(
+        0.2, 0.01, 3e5, 1e5, 1070.0, {"torsion": 2, "bend_y": 2, "bend_z": 2}, retardation_time=damping
+    )
+    return lissom.Rod([segment], tip_mass=0.01, **loads)
+
+
+MOMENT = {"tip_force": (0.0, 0.02, 0.0), "tip_moment": (1e-3, 2e-3, -1e-3)}
+
+
+def test_the_balance_of_a_linear_motion_is_exact_whatever_the_step():
+    """Average acceleration keeps kinetic + elastic + dissipated of a linear system exactly."""
+    wire = lissom.Segment(1.0, 1e-3, 210e9, 80e9, 7800.0, {"bend_y": 2}, retardation_time=0.02)
+    rod = lissom.Rod([wire], gravity=(0.0, 0.0, 0.0))
+    tiny = 1e-7
+    motion = lissom.simulate(rod, 1.0, q0=[tiny, -tiny], dt=1e-2, rtol=1e-12, atol=1e-30)
+    found = motion.balance
+    assert found.dissipated[-1] > 0.1 * found.scale, "a good part is dissipated"
+    assert found.drift < 1e-9
+
+
+@pytest.mark.parametrize("damping", [0.0, 0.01])
+def test_the_balance_closes_under_moments_forces_and_damping(damping):
+    drifts = []
+    for dt in (2e-3, 1e-3):
+        found = lissom.simulate(finger(damping, **MOMENT), 0.4, dt=dt).balance
+        assert abs(found.work[-1]) > 0.01 * found.scale, "the moment works"
+        drifts.append(found.drift)
+    assert drifts[0] < 2e-2
+    assert drifts[1] < 0.4 * drifts[0], "second order"
+
+
+@pytest.mark.parametrize("method", ["rk45", "dop853", "radau"])
+def test_the_balance_of_an_accurate_motion_closes(method):
+    rod = finger(0.01, **MOMENT)
+    found = lissom.simulate(rod, 0.3, dt=0.01, method=method, rtol=1e-9, atol=1e-11).balance
+    assert abs(found.work[-1]) > 0.01 * found.scale
+    assert found.dissipated[-1] > 0.01 * found.scale
+    assert found.drift < 1e-5
+
+
+def test_what_flowed_does_not_depend_on_the_times_that_are_kept():
+    """It is integrated with every step, not from the times kept alone."""
+    rod = finger(0.01, **MOMENT)
+    every = lissom.simulate(rod, 0.3, dt=1e-3).balance
+    few = lissom.simulate(rod, 0.3, dt=1e-3, t_eval=[0.0, 0.1, 0.15025, 0.3]).balance
+    at = [0, 100, 300]
+    np.testing.assert_array_equal(few.dissipated[[0, 1, 3]], every.dissipated[at])
+    np.testing.assert_array_equal(few.work[[0, 1, 3]], every.work[at])
+    between = every.dissipated[150] + 0.25 * (every.dissipated[151] - every.dissipated[150])
+    assert abs(few.dissipated[2] - between) < 1e-3 * (every.dissipated[151] - every.dissipated[150])
+
+
+def test_no_damping_and_no_moment_no_flow():
+    found = lissom.simulate(finger(), 0.1).balance
+    assert not found.dissipated.any()
+    assert not found.work.any()
+    assert found.dissipated.shape == found.total.shape == (11,)
+
+
+def test_the_power_of_the_flows_is_that_of_the_forces():
+    """What damping and the moment do to the generalised forces, times the velocities, is what flows."""
+    rod, free = finger(0.01, **MOMENT), finger(0.0, tip_force=MOMENT["tip_force"])
+    generator = np.random.default_rng(1)
+    q, v = generator.normal(size=(2, rod.n))
+    rest = np.zeros(rod.n)
+    change = v @ (rod.inverse_dynamics(q, v, rest) - free.inverse_dynamics(q, v, rest))
+    dt = 1e-11
+    found = lissom.simulate(rod, dt, q0=q, v0=v, dt=dt).balance
+    assert abs((found.dissipated[-1] - found.work[-1]) / dt - change) < 1e-5 * abs(change)
+
+
+def test_the_balance_is_computed_once():
+    motion = lissom.simulate(finger(), 0.1)
+    assert motion.balance is motion.balance
+
+
+def test_newmark_knows_no_energies():
+    motion = lissom.newmark(lambda t, q, v, a: a + q, (0, 1), [1.0], [0.0], dt=0.1)
+    assert motion.balance is None
+
+
+def test_a_balance_of_given_energies():
+    zeros = np.zeros(3)
+    parts = dict.fromkeys(("gravitational", "loads", "dissipated", "work"), zeros)
+    found = lissom.Balance(kinetic=[0.0, 1.0, 2.0], elastic=[2.0, 1.0, 0.0], **parts)
+    assert (found.drift, found.scale, found.moves) == (0.0, 2.0, True)
+    with pytest.raises(ValueError, match="work: got 2 values, expected 3 values"):
+        lissom.Balance(kinetic=zeros, elastic=zeros, **{**parts, "work": [0.0, 0.0]})
