@@ -347,50 +347,93 @@ fn planar_rods() -> impl Strategy<Value = Rod> {
         })
 }
 
+/// Random rods of all kinds: each strain, taper, damping, curvature of reference, load and mass is there or is not.
+fn rods() -> impl Strategy<Value = Rod> {
+    let or_zero = |range: std::ops::Range<f64>| prop_oneof![Just(0.0), range];
+    let segment = (
+        (0.2..2.0, 0.005..0.03, prop_oneof![Just(1.0), 0.3..1.5], or_zero(0.0..0.1)),
+        prop::array::uniform6(0usize..4),
+        prop_oneof![Just([0.0; 6]), prop::array::uniform6(-0.3..0.3)],
+    );
+    let vector = |size: f64| prop_oneof![Just([0.0; 3]), prop::array::uniform3(-size..size)];
+    let loads = (vector(10.0), vector(1.0), vector(0.1), or_zero(0.0..0.5));
+    (prop::collection::vec(segment, 1..4), loads).prop_map(
+        |(segments, (gravity, force, moment, tip_mass))| {
+            let segments =
+                segments.into_iter().map(|((length, radius, taper, retardation_time), modes, bent)| {
+                    let mut segment = Segment {
+                        radius: [radius, taper * radius],
+                        modes,
+                        retardation_time,
+                        ..Segment::straight(length, radius, 1e6, 4e5, 1000.0)
+                    };
+                    segment.reference_strain.iter_mut().zip(bent).for_each(|(strain, bent)| *strain += bent);
+                    segment
+                });
+            let base_orientation = [0.8, 0.2, -0.4, 0.4];
+            let rod = Rod { gravity, base_orientation, tip_mass, ..Rod::new(segments.collect()) };
+            Rod { tip_force: force, tip_moment: moment, ..rod }
+        },
+    )
+}
+
 fn assert_equal_to_rounding(a: &[f64], b: &[f64], what: &str) {
     let largest = a.iter().chain(b).fold(0.0, |m: f64, x| m.max(x.abs()));
     for (i, (a, b)) in a.iter().zip(b).enumerate() {
-        assert!((a - b).abs() <= 1e-12 * largest, "{what} {i}: {a:e} in the plane, {b:e} in space");
+        assert!((a - b).abs() <= 1e-12 * largest, "{what} {i}: {a:e} and {b:e}");
+    }
+}
+
+/// Everything that two models of one rod compute is the same but for rounding.
+fn assert_same_rod(rod: &Rod, a: &mut RodModel, b: &mut RodModel, phase: f64) {
+    assert_eq!(a.nodes(), b.nodes());
+    let n = a.n();
+    let (q, qd, qdd) = (state(n, 1.0, phase), state(n, 2.0, 1.0 + phase), state(n, 10.0, 2.0));
+    assert_equal_to_rounding(&residual(a, [&q, &qd, &qdd]), &residual(b, [&q, &qd, &qdd]), "force");
+    let [mut left, mut right] = [Matrix::zeros(n, n), Matrix::zeros(n, n)];
+    for weights in [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1e-4, 1e-2, 1.0]] {
+        a.weighted_tangent(&q, &qd, &qdd, weights, &mut left);
+        b.weighted_tangent(&q, &qd, &qdd, weights, &mut right);
+        assert_equal_to_rounding(left.as_slice(), right.as_slice(), "tangent");
+    }
+    a.mass_matrix(&q, &mut left);
+    b.mass_matrix(&q, &mut right);
+    assert_equal_to_rounding(left.as_slice(), right.as_slice(), "mass matrix");
+    let energies = |model: &mut RodModel| {
+        let energy = model.energy(&q, &qd);
+        [energy.kinetic, energy.elastic, energy.gravitational, energy.loads]
+    };
+    assert_equal_to_rounding(&energies(a), &energies(b), "energy");
+    let power = |model: &mut RodModel| [model.dissipated_power(&q, &qd)];
+    assert_equal_to_rounding(&power(a), &power(b), "dissipated power");
+    for x in [0.0, 0.1, 0.5 * rod.length(), rod.length()] {
+        let [left, right] = [&mut *a, &mut *b].map(|model| {
+            let pose = model.pose(&q, x);
+            let rotation = [pose.rotation.x, pose.rotation.y, pose.rotation.z].map(|axis| axis.to_array());
+            [rotation[0], rotation[1], rotation[2], pose.position.to_array()].concat()
+        });
+        assert_equal_to_rounding(&left, &right, "pose");
     }
 }
 
 proptest! {
     #![proptest_config(ProptestConfig { cases: 64, ..ProptestConfig::default() })]
+
     #[test]
     fn the_planar_kernel_agrees_with_the_spatial_one_to_rounding(rod in planar_rods(), phase in 0.0..6.0) {
         let mut planar = RodModel::new(&rod).unwrap();
         let mut spatial = RodModel::spatial(&rod).unwrap();
         prop_assert_eq!((planar.kernel(), spatial.kernel()), (Kernel::Planar, Kernel::Spatial));
-        prop_assert_eq!(planar.nodes(), spatial.nodes());
-        let n = planar.n();
-        let (q, qd, qdd) = (state(n, 1.0, phase), state(n, 2.0, 1.0 + phase), state(n, 10.0, 2.0));
-        assert_equal_to_rounding(
-            &residual(&mut planar, [&q, &qd, &qdd]),
-            &residual(&mut spatial, [&q, &qd, &qdd]),
-            "force",
-        );
-        let [mut a, mut b] = [Matrix::zeros(n, n), Matrix::zeros(n, n)];
-        for weights in [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1e-4, 1e-2, 1.0]] {
-            planar.weighted_tangent(&q, &qd, &qdd, weights, &mut a);
-            spatial.weighted_tangent(&q, &qd, &qdd, weights, &mut b);
-            assert_equal_to_rounding(a.as_slice(), b.as_slice(), "tangent");
-        }
-        planar.mass_matrix(&q, &mut a);
-        spatial.mass_matrix(&q, &mut b);
-        assert_equal_to_rounding(a.as_slice(), b.as_slice(), "mass matrix");
-        let energies = |model: &mut RodModel| {
-            let energy = model.energy(&q, &qd);
-            [energy.kinetic, energy.elastic, energy.gravitational, energy.loads]
-        };
-        assert_equal_to_rounding(&energies(&mut planar), &energies(&mut spatial), "energy");
-        for x in [0.0, 0.1, 0.5 * rod.length(), rod.length()] {
-            let poses = [planar.pose(&q, x), spatial.pose(&q, x)];
-            let [a, b] = poses.map(|pose| {
-                let rotation = [pose.rotation.x, pose.rotation.y, pose.rotation.z].map(|axis| axis.to_array());
-                [rotation[0], rotation[1], rotation[2], pose.position.to_array()].concat()
-            });
-            assert_equal_to_rounding(&a, &b, "pose");
-        }
+        assert_same_rod(&rod, &mut planar, &mut spatial, phase);
+    }
+
+    #[test]
+    fn what_is_skipped_makes_no_difference(rod in prop_oneof![planar_rods(), rods()], phase in 0.0..6.0) {
+        let mut skipping = RodModel::new(&rod).unwrap();
+        let mut complete = RodModel::with_nothing_skipped(&rod).unwrap();
+        assert_same_rod(&rod, &mut skipping, &mut complete, phase);
+        prop_assert!(skipping.multiplications().residual <= complete.multiplications().residual);
+        prop_assert!(skipping.multiplications().tangent <= complete.multiplications().tangent);
     }
 }
 

@@ -132,7 +132,7 @@ pub(super) fn motion<G: Turning>(plan: &Plan<G>) -> Products {
     if plan.has_tip_load {
         count.singles += products(|| k.vector.cross(k.vector));
     }
-    if plan.tip_mass > 0.0 {
+    if plan.has_tip_mass {
         count.singles += k.force();
     }
     count
@@ -171,7 +171,7 @@ pub(super) fn tangent<G: Turning>(plan: &Plan<G>, is_mass_only: bool) -> Product
     let bracket_transposed = products(|| k.twist.bracket_transposed(k.wrench));
 
     let mut count = Products::default();
-    if plan.tip_mass > 0.0 {
+    if plan.has_tip_mass {
         count.singles += bodies(&k, is_mass_only);
     }
     for (s, segment) in plan.segments.iter().enumerate() {

@@ -26,7 +26,7 @@ pub(super) fn energy<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, q: &[f64])
     }
     let tip = &work.stations[plan.segments.len()];
     let mut kinetic = 0.5 * twice_kinetic.sum();
-    if plan.tip_mass > 0.0 {
+    if plan.has_tip_mass {
         kinetic += 0.5 * tip.velocity.dot(inertia::of_tip(plan, work).momentum(tip.velocity));
         energy.gravitational += plan.tip_mass * (plan.gravity_potential - plan.gravity.dot(tip.position));
     }

@@ -111,7 +111,7 @@ fn tip_wrench<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> Wrench<G, f64>
         let moment = tip.position.cross(plan.tip_force) + plan.tip_moment;
         wrench = wrench - Wrench { moment, force: plan.tip_force };
     }
-    if plan.tip_mass > 0.0 {
+    if plan.has_tip_mass {
         let inertia = inertia::of_tip(plan, work);
         let momentum = inertia.momentum(tip.velocity);
         wrench += inertia.momentum(tip.acceleration) - tip.velocity.bracket_transposed(momentum);

@@ -6,6 +6,7 @@ use super::cost::{self, Multiplications};
 use super::description::{Rod, STRAIGHT};
 use super::explanation::Explanation;
 use super::kinematics::{Place, Pose};
+use super::plan::Plan;
 use super::sweeps::Sweeps;
 use crate::error::InvalidInput;
 use crate::lie::{Planar, Plane, Spatial};
@@ -77,8 +78,8 @@ impl RodModel {
     pub fn new(rod: &Rod) -> Result<Self, InvalidInput> {
         rod.validate()?;
         let sweeps = match Kernel::plane(rod) {
-            Some(plane) => AnySweeps::Planar(Sweeps::new(rod, plane)),
-            None => AnySweeps::Spatial(Sweeps::new(rod, ())),
+            Some(plane) => AnySweeps::Planar(Sweeps::new(Plan::new(rod, plane))),
+            None => AnySweeps::Spatial(Sweeps::new(Plan::new(rod, ()))),
         };
         Ok(Self::with(rod, sweeps))
     }
@@ -86,7 +87,15 @@ impl RodModel {
     /// Compiles `rod` for the spatial kernel even where a planar one would do: to compare them.
     pub fn spatial(rod: &Rod) -> Result<Self, InvalidInput> {
         rod.validate()?;
-        Ok(Self::with(rod, AnySweeps::Spatial(Sweeps::new(rod, ()))))
+        Ok(Self::with(rod, AnySweeps::Spatial(Sweeps::new(Plan::new(rod, ())))))
+    }
+
+    /// Compiles `rod` for the spatial kernel with everything computed that could be skipped, zeros included: to compare
+    /// them.
+    pub fn with_nothing_skipped(rod: &Rod) -> Result<Self, InvalidInput> {
+        rod.validate()?;
+        let plan = Plan::new(rod, ()).with_nothing_skipped();
+        Ok(Self::with(rod, AnySweeps::Spatial(Sweeps::new(plan))))
     }
 
     fn with(rod: &Rod, sweeps: AnySweeps) -> Self {

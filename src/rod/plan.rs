@@ -1,7 +1,7 @@
 //! A rod compiled for computing: everything that does not change with the state, computed once.
 
 use super::basis::legendre;
-use super::description::{Rod, STRAIGHT, Segment};
+use super::description::{Rod, STRAIGHT, STRAINS, Segment};
 use super::quadrature::Gauss;
 use super::section::Section;
 use super::turning::Turning;
@@ -32,7 +32,8 @@ pub(super) struct Plan<G: Turning> {
     pub(super) tip_force: G::Vector<f64>,
     pub(super) tip_moment: G::Axial<f64>,
     pub(super) tip_mass: f64,
-    /// Whether a dead load acts at the tip.
+    /// Whether there is a mass, and whether a dead load acts, at the tip.
+    pub(super) has_tip_mass: bool,
     pub(super) has_tip_load: bool,
     /// Potential of gravity of a kilogram at the base, and of the dead force at the base.
     pub(super) gravity_potential: f64,
@@ -125,6 +126,7 @@ impl<G: Turning> Plan<G> {
             tip_force: G::vector_of(frame, in_frame(rod.tip_force)),
             tip_moment: G::axial_of(frame, in_frame(rod.tip_moment)),
             tip_mass: rod.tip_mass,
+            has_tip_mass: rod.tip_mass > 0.0,
             has_tip_load: rod.tip_force.iter().chain(&rod.tip_moment).any(|&x| x != 0.0),
             gravity_potential: -base_position.dot(rod.gravity.into()),
             load_potential: -base_position.dot(rod.tip_force.into()),
@@ -139,6 +141,31 @@ impl<G: Turning> Plan<G> {
     /// Whether a moment acts at the tip.
     pub(super) fn has_tip_moment(&self) -> bool {
         self.tip_moment.dot(self.tip_moment) > 0.0
+    }
+
+    /// The same plan, of a rod in space, with everything computed that could be skipped: absent strains and loads of zero
+    /// included.
+    pub(super) fn with_nothing_skipped(mut self) -> Self {
+        self.has_tip_mass = true;
+        self.has_tip_load = true;
+        for segment in &mut self.segments {
+            segment.is_extensible = true;
+            for component in &mut segment.components {
+                component.is_orthogonal = false;
+            }
+            for index in 0..STRAINS {
+                if segment.components.iter().all(|component| component.index != index) {
+                    segment.components.push(Component {
+                        index,
+                        modes: 0,
+                        first: segment.first,
+                        stiffness: Matrix::zeros(0, 0),
+                        is_orthogonal: false,
+                    });
+                }
+            }
+        }
+        self
     }
 
     /// Quadrature nodes of each segment.

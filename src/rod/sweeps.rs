@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use super::description::Rod;
 use super::kinematics::{self, Place, Pose};
 use super::plan::Plan;
 use super::tangent::{self, TangentWorkspace};
@@ -91,15 +90,14 @@ impl<G: Turning> pulp::NullaryFnOnce for Tangent<'_, G> {
 }
 
 impl<G: Turning> Sweeps<G> {
-    /// Compiles a valid rod for a frame that it does not leave.
-    pub(super) fn new(rod: &Rod, frame: G::Frame) -> Self {
-        let plan = Arc::new(Plan::new(rod, frame));
+    /// Memory and the machine's best instructions for a plan.
+    pub(super) fn new(plan: Plan<G>) -> Self {
         Self {
             arch: pulp::Arch::new(),
             work: Workspace::new(&plan),
             tangent: TangentWorkspace::new(&plan),
             zeros: vec![0.0; plan.n],
-            plan,
+            plan: Arc::new(plan),
         }
     }
 

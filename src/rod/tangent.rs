@@ -158,7 +158,7 @@ pub(super) fn weighted_tangent<G: Turning>(
 #[inline(always)]
 fn tip<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, weights: Weights) -> Rest<G> {
     let mut rest = Rest { inertia: Inertia::zero(), gyroscope: Gyroscope::zero() };
-    if plan.tip_mass > 0.0 {
+    if plan.has_tip_mass {
         let body = inertia::of_tip(plan, work);
         rest.inertia = body.weighted(1.0);
         if !weights.is_mass_only {
