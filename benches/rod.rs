@@ -1,14 +1,25 @@
-//! Inverse dynamics, tangent and forward dynamics of rods: `cargo bench --bench rod`.
+//! Inverse dynamics, tangents, forward dynamics and Newmark steps of rods: `cargo bench --bench rod`.
+//!
+//! `kernels` are rods of 3 to 36 coordinates, `scaling` rods of many segments or modes, `machine` is how fast this machine
+//! multiplies and adds. `benches/python/suite.py` makes tables of the results.
 
 use std::hint::black_box;
+use std::time::Duration;
 
-use criterion::{Criterion, criterion_group, criterion_main};
+use criterion::measurement::WallTime;
+use criterion::{BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main};
 use lissom::linalg::Matrix;
 use lissom::model::{ForwardScratch, Model};
+use lissom::newmark::{self, FreeMotion};
 use lissom::rod::{Rod, RodModel, Segment};
+use pulp::Simd;
+
+/// Steps of Newmark's method from the rod at rest, and their size in seconds.
+const STEPS: usize = 100;
+const STEP: f64 = 1e-2;
 
 /// Rods with 3 (planar), 12, 18, 24 and 36 coordinates (spatial, two segments).
-fn rods() -> Vec<(&'static str, RodModel)> {
+fn rods() -> Vec<(&'static str, Rod)> {
     let soft =
         |modes| Segment { modes, retardation_time: 0.01, ..Segment::straight(0.3, 0.01, 1e6, 4e5, 1000.0) };
     let lab = Segment {
@@ -16,49 +27,156 @@ fn rods() -> Vec<(&'static str, RodModel)> {
         retardation_time: 1e-4,
         ..Segment::straight(1.0, 1e-3, 210e9, 80e9, 7800.0)
     };
-    let two = |modes| RodModel::new(&Rod::new(vec![soft(modes), soft(modes)])).unwrap();
+    let two = |modes| Rod::new(vec![soft(modes), soft(modes)]);
     vec![
-        ("lab3", RodModel::new(&Rod::new(vec![lab])).unwrap()),
-        ("two12", two([2, 2, 2, 0, 0, 0])),
-        ("two18", two([2, 2, 2, 1, 1, 1])),
-        ("two24", two([2, 2, 2, 2, 2, 2])),
-        ("two36", two([3, 3, 3, 3, 3, 3])),
+        ("lab-3", Rod::new(vec![lab])),
+        ("two-12", two([2, 2, 2, 0, 0, 0])),
+        ("two-18", two([2, 2, 2, 1, 1, 1])),
+        ("two-24", two([2, 2, 2, 2, 2, 2])),
+        ("two-36", two([3, 3, 3, 3, 3, 3])),
     ]
 }
 
-fn sweeps(criterion: &mut Criterion) {
-    for (name, mut model) in rods() {
-        let n = model.n();
-        let (mut q, qd, qdd) = (vec![0.1; n], vec![0.2; n], vec![0.3; n]);
-        let mut tau = vec![0.0; n];
-        let mut tangent = Matrix::zeros(n, n);
-        let mut flip = 1.0;
-        criterion.bench_function(&format!("inverse dynamics/{name}"), |bencher| {
-            bencher.iter(|| {
-                // A new state each time: the model remembers the last one.
-                flip = -flip;
-                q[0] = 0.1 + 0.01 * flip;
-                model.inverse_dynamics(black_box(&q), &qd, &qdd, &mut tau);
-            });
+/// One metre of soft rod in so many segments, each with so many modes of torsion and of both bends.
+fn chain(segments: usize, modes: usize) -> Rod {
+    let segment = Segment {
+        modes: [modes, modes, modes, 0, 0, 0],
+        retardation_time: 0.01,
+        ..Segment::straight(1.0 / segments as f64, 0.01, 1e6, 4e5, 1000.0)
+    };
+    Rod::new(vec![segment; segments])
+}
+
+/// A residual at a new state, and a tangent at a known one.
+fn sweeps(group: &mut BenchmarkGroup<'_, WallTime>, name: &str, rod: &Rod) {
+    let mut model = RodModel::new(rod).unwrap();
+    let n = model.n();
+    let (mut q, qd, qdd) = (vec![0.1; n], vec![0.2; n], vec![0.3; n]);
+    let mut tau = vec![0.0; n];
+    let mut tangent = Matrix::zeros(n, n);
+    let mut flip = 1.0;
+    group.bench_function(format!("residual of {name}"), |bencher| {
+        bencher.iter(|| {
+            // A new state each time: the model remembers the last one.
+            flip = -flip;
+            q[0] = 0.1 + 0.01 * flip;
+            model.inverse_dynamics(black_box(&q), &qd, &qdd, &mut tau);
         });
-        criterion.bench_function(&format!("tangent at a known state/{name}"), |bencher| {
-            bencher
-                .iter(|| model.weighted_tangent(black_box(&q), &qd, &qdd, [1e-4, 1e-2, 1.0], &mut tangent));
+    });
+    group.bench_function(format!("tangent of {name}"), |bencher| {
+        bencher.iter(|| model.weighted_tangent(black_box(&q), &qd, &qdd, [1e-4, 1e-2, 1.0], &mut tangent));
+    });
+}
+
+fn forward(group: &mut BenchmarkGroup<'_, WallTime>, name: &str, rod: &Rod) {
+    let mut model = RodModel::new(rod).unwrap();
+    let n = model.n();
+    let (mut q, qd, mut qdd, mut scratch) =
+        (vec![0.1; n], vec![0.2; n], vec![0.0; n], ForwardScratch::new(n));
+    let mut flip = 1.0;
+    group.bench_function(format!("forward dynamics of {name}"), |bencher| {
+        bencher.iter(|| {
+            flip = -flip;
+            q[0] = 0.1 + 0.01 * flip;
+            model.forward_dynamics(black_box(&q), &qd, &mut qdd, &mut scratch).unwrap();
         });
-        let mut scratch = ForwardScratch::new(n);
-        criterion.bench_function(&format!("forward dynamics/{name}"), |bencher| {
-            bencher.iter(|| {
-                flip = -flip;
-                q[0] = 0.1 + 0.01 * flip;
-                model.forward_dynamics(black_box(&q), &qd, &mut tau, &mut scratch).unwrap();
-            });
+    });
+}
+
+/// The first steps of the rod that is let go: later ones, when it comes to rest, would be cheaper.
+fn newmark_steps(group: &mut BenchmarkGroup<'_, WallTime>, name: &str, rod: &Rod, steps: usize) {
+    let mut model = RodModel::new(rod).unwrap();
+    let rest = vec![0.0; model.n()];
+    let options = newmark::Options::new(STEP);
+    let t_span = (0.0, steps as f64 * STEP);
+    group.throughput(Throughput::Elements(steps as u64));
+    group.bench_function(format!("{steps} Newmark steps of {name}"), |bencher| {
+        bencher.iter(|| {
+            let mut system = FreeMotion(&mut model);
+            let mut stepper = newmark::Stepper::new(rest.len(), t_span, &rest, &rest, &options).unwrap();
+            while stepper.step(&mut system).unwrap().is_none() {}
+            black_box(stepper.q()[0])
         });
+    });
+}
+
+fn kernels(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("kernels");
+    for (name, rod) in rods() {
+        sweeps(&mut group, name, &rod);
+        forward(&mut group, name, &rod);
+        newmark_steps(&mut group, name, &rod, STEPS);
     }
+    group.finish();
+}
+
+/// Doublings of the segments; modes up to where the quadrature nodes are many.
+fn scaling(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("scaling");
+    group.measurement_time(Duration::from_millis(500)).sample_size(10);
+    for segments in [1, 2, 4, 8, 16, 32, 64, 128] {
+        let (rod, name) = (chain(segments, 1), format!("{segments} segments"));
+        sweeps(&mut group, &name, &rod);
+        newmark_steps(&mut group, &name, &rod, STEPS / 10);
+    }
+    for modes in [1, 2, 3, 4, 6, 8, 12, 16] {
+        let (rod, name) = (chain(1, modes), format!("{modes} modes"));
+        sweeps(&mut group, &name, &rod);
+        newmark_steps(&mut group, &name, &rod, STEPS / 10);
+    }
+    group.finish();
+}
+
+/// Independent chains of multiply-adds: enough of them to hide the latency of two units with registers of any width.
+const CHAINS: usize = 12;
+const LINKS: usize = 1000;
+
+struct MultiplyAdds;
+
+impl pulp::WithSimd for MultiplyAdds {
+    type Output = f64;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> f64 {
+        // Each chain tends to addend / (1 - factor): no overflow, no denormal numbers.
+        let factor = simd.splat_f64s(black_box(0.5));
+        let addend = simd.splat_f64s(black_box(1.0));
+        let mut chains: [_; CHAINS] = std::array::from_fn(|i| simd.splat_f64s(i as f64));
+        for _ in 0..LINKS {
+            for chain in &mut chains {
+                *chain = simd.mul_add_e_f64s(*chain, factor, addend);
+            }
+        }
+        chains.into_iter().map(|chain| simd.reduce_sum_f64s(chain)).sum()
+    }
+}
+
+/// Numbers in a register of the widest kind.
+struct Width;
+
+impl pulp::WithSimd for Width {
+    type Output = usize;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> usize {
+        S::F64_LANES
+    }
+}
+
+fn machine(criterion: &mut Criterion) {
+    let arch = pulp::Arch::new();
+    let width = arch.dispatch(Width);
+    let mut group = criterion.benchmark_group("machine");
+    group.throughput(Throughput::Elements((CHAINS * LINKS * width) as u64));
+    group.bench_function(format!("multiply-adds of {width} doubles"), |bencher| {
+        bencher.iter(|| arch.dispatch(black_box(MultiplyAdds)));
+    });
+    group.finish();
 }
 
 criterion_group! {
     name = benches;
-    config = Criterion::default().warm_up_time(std::time::Duration::from_millis(300)).measurement_time(std::time::Duration::from_secs(1)).sample_size(30);
-    targets = sweeps
+    config = Criterion::default().warm_up_time(Duration::from_millis(200)).measurement_time(Duration::from_secs(1)).sample_size(30);
+    targets = machine, kernels, scaling
 }
 criterion_main!(benches);

@@ -5,7 +5,8 @@
 mod cholesky;
 mod complex_lu;
 mod lu;
-mod small_lu;
+pub mod small_cholesky;
+pub mod small_lu;
 mod svd;
 
 pub use cholesky::{Cholesky, NotPositiveDefinite};

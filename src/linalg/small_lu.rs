@@ -20,7 +20,7 @@ macro_rules! with_size {
 }
 
 /// Factorises the n x n matrix `a` (by columns) in place. Row k was exchanged with row `pivots[k]`.
-pub(super) fn factorise(a: &mut [f64], pivots: &mut [usize]) -> Result<(), Singular> {
+pub fn factorise(a: &mut [f64], pivots: &mut [usize]) -> Result<(), Singular> {
     with_size!(factorise_sized(pivots.len(), a, pivots))
 }
 
@@ -59,7 +59,7 @@ fn factorise_sized(n: usize, a: &mut [f64], pivots: &mut [usize]) -> Result<(), 
 }
 
 /// Solves `A x = b` in place.
-pub(super) fn solve(factors: &[f64], pivots: &[usize], b: &mut [f64]) {
+pub fn solve(factors: &[f64], pivots: &[usize], b: &mut [f64]) {
     with_size!(solve_sized(pivots.len(), factors, pivots, b));
 }
 
@@ -87,7 +87,7 @@ fn solve_sized(n: usize, factors: &[f64], pivots: &[usize], b: &mut [f64]) {
 }
 
 /// Solves `A^T x = b` in place.
-pub(super) fn solve_transposed(factors: &[f64], pivots: &[usize], b: &mut [f64]) {
+pub fn solve_transposed(factors: &[f64], pivots: &[usize], b: &mut [f64]) {
     let n = pivots.len();
     for k in 0..n {
         let u = &factors[k * n..(k + 1) * n];
