@@ -3,6 +3,8 @@
 
 JOBS ?= 2
 RESULTS ?= results
+PARTS ?= lab kernels limit scaling rubber_rod
+QUICK ?=
 
 VENV := .venv
 BIN := $(VENV)/bin
@@ -19,7 +21,7 @@ unexport CONDA_PREFIX
 unexport PYTHONPATH
 unexport PYTHONHOME
 
-.PHONY: help demo test test-rust test-python build build-for-test format lock clean
+.PHONY: help demo bench test test-rust test-python build build-for-test format lock clean
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -49,6 +51,9 @@ test-python: build-for-test ## formatting, types and tests of the Python package
 	$(BIN)/mypy --strict
 	$(BIN)/python -m mypy.stubtest lissom._lissom --allowlist tests/python/stubtest-allowlist.txt
 	$(BIN)/python -m pytest -n $(JOBS)
+
+bench: build-for-test ## measure, and write docs/benchmarks.md (PARTS="lab kernels", QUICK=1)
+	$(BIN)/python benches/python/suite.py --parts $(PARTS) $(if $(QUICK),--quick)
 
 build: $(VENV)/demo.stamp ## build the package in release mode into .venv
 	@.ci/toolchain cargo

@@ -67,32 +67,42 @@ def cases() -> Iterator[Case]:
         yield from pendulum_cases(dt, report)
 
 
-def measure(run: Callable[[], Any]) -> tuple[float, Any]:
+def measure(run: Callable[[], Any], repetitions: int) -> tuple[float, Any]:
     """Median wall time of a simulation as its caller sees it, in seconds, and its result."""
     times = []
-    for _ in range(REPETITIONS):
+    for _ in range(repetitions):
         start = time.perf_counter()
         result = run()
         times.append(time.perf_counter() - start)
     return statistics.median(times), result
 
 
+def rows(repetitions: int = REPETITIONS) -> Iterator[dict[str, Any]]:
+    """Every case: the report's seconds (None where the run never ended), ours, evaluations, how it ended."""
+    for name, report, run in cases():
+        seconds, result = measure(run, repetitions)
+        end = "finished" if result.success else f"{result.status} at t = {result.t[-1]:g} s"
+        yield {
+            "case": name,
+            "report": report if np.isfinite(report) else None,
+            "seconds": seconds,
+            "nfev": result.stats.nfev,
+            "end": end,
+        }
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description="Run times of the lab's scenes beside the lab report's.")
     parser.add_argument("--json", type=Path, help="write the numbers there")
     options = parser.parse_args()
-    rows = []
+    found = []
     print("| | the lab's report | lissom | |\n|---|---|---|---|")
-    for name, report, run in cases():
-        seconds, result = measure(run)
-        end = "finished" if result.success else f"{result.status} at t = {result.t[-1]:g} s"
-        rows.append(
-            {"case": name, "report": report, "seconds": seconds, "nfev": result.stats.nfev, "end": end}
-        )
-        quoted = f"{report:.4g} s" if np.isfinite(report) else "never ends"
-        print(f"| {name} | {quoted} | {1e3 * seconds:.3g} ms | {end} |")
+    for row in rows():
+        found.append(row)
+        quoted = "never ends" if row["report"] is None else f"{row['report']:.4g} s"
+        print(f"| {row['case']} | {quoted} | {1e3 * row['seconds']:.3g} ms | {row['end']} |")
     if options.json:
-        options.json.write_text(json.dumps(rows, indent=1) + "\n")
+        options.json.write_text(json.dumps(found, indent=1) + "\n")
 
 
 if __name__ == "__main__":

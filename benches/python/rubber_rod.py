@@ -22,20 +22,51 @@ from pathlib import Path
 import numpy as np
 import rubber_rod_lissom
 import rubber_rod_report
+from machine import processor
 from peers.cases import LONGEST_RUN, QUICK_LONGEST_RUN
 from peers.environment import PEERS, Unavailable, measure
 
 import lissom
 
 
-def processor() -> str:
-    """The processor's name where Linux tells it."""
-    try:
-        lines = Path("/proc/cpuinfo").read_text().splitlines()
-    except OSError:
-        return platform.processor() or platform.machine()
-    names = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
-    return names[0] if names else platform.machine()
+def run(output: Path, quick: bool, peers: list[str]) -> str:
+    """Measure lissom and the peers one after the other; write the files, return the tables."""
+    longest = QUICK_LONGEST_RUN if quick else LONGEST_RUN
+    system = f"{processor()}, {os.cpu_count()} cores, {platform.system()}, Python {platform.python_version()}"
+    machine = [
+        f"- {system}",
+        f"- load at the start: {os.getloadavg()[0]:.2f}",
+        "- `python benches/python/rubber_rod.py" + (" --quick`" if quick else "`"),
+    ]
+    references, changes = rubber_rod_lissom.references(quick)
+    runs = list(rubber_rod_lissom.runs(quick, longest))
+    versions = {"lissom": {"lissom": lissom.__version__, "numpy": np.__version__}}
+    left_out = {}
+    for name in peers:
+        try:
+            peer = measure(name, output.resolve() / "environments", quick)
+        except Unavailable as reason:
+            left_out[name] = str(reason)
+            continue
+        versions[name] = peer.versions
+        runs += peer.runs
+        if peer.failure is not None:
+            left_out[f"the rest of {name}"] = peer.failure
+
+    output.mkdir(parents=True, exist_ok=True)
+    data = {
+        "machine": machine,
+        "versions": versions,
+        "left_out": left_out,
+        "reference_changes": changes,
+        "references": {name: tips.tolist() for name, tips in references.items()},
+        "runs": runs,
+    }
+    (output / "rubber_rod.json").write_text(json.dumps(data))
+    text = rubber_rod_report.markdown(runs, references, changes, left_out, machine, versions)
+    (output / "rubber_rod.md").write_text(text)
+    rubber_rod_report.plot(runs, references, output / "rubber_rod.png")
+    return text
 
 
 def main() -> None:
@@ -48,42 +79,7 @@ def main() -> None:
     arguments = parser.parse_args()
     if lissom._lissom.build_profile != "release":
         sys.exit("This is a debug build of lissom; build it in release mode first.")
-    longest = QUICK_LONGEST_RUN if arguments.quick else LONGEST_RUN
-
-    machine = [
-        f"- {processor()}, {os.cpu_count()} cores, {platform.system()}, Python {platform.python_version()}",
-        f"- load at the start: {os.getloadavg()[0]:.2f}",
-        "- `python benches/python/rubber_rod.py" + (" --quick`" if arguments.quick else "`"),
-    ]
-    references, changes = rubber_rod_lissom.references(arguments.quick)
-    runs = list(rubber_rod_lissom.runs(arguments.quick, longest))
-    versions = {"lissom": {"lissom": lissom.__version__, "numpy": np.__version__}}
-    left_out = {}
-    for name in arguments.peers:
-        try:
-            peer = measure(name, arguments.output.resolve() / "environments", arguments.quick)
-        except Unavailable as reason:
-            left_out[name] = str(reason)
-            continue
-        versions[name] = peer.versions
-        runs += peer.runs
-        if peer.failure is not None:
-            left_out[f"the rest of {name}"] = peer.failure
-
-    arguments.output.mkdir(parents=True, exist_ok=True)
-    data = {
-        "machine": machine,
-        "versions": versions,
-        "left_out": left_out,
-        "reference_changes": changes,
-        "references": {name: tips.tolist() for name, tips in references.items()},
-        "runs": runs,
-    }
-    (arguments.output / "rubber_rod.json").write_text(json.dumps(data))
-    text = rubber_rod_report.markdown(runs, references, changes, left_out, machine, versions)
-    (arguments.output / "rubber_rod.md").write_text(text)
-    rubber_rod_report.plot(runs, references, arguments.output / "rubber_rod.png")
-    print(text)
+    print(run(arguments.output, arguments.quick, arguments.peers))
 
 
 if __name__ == "__main__":

@@ -1,0 +1,177 @@
+"""Tables and plots of the benchmark suite, and the sections of docs/benchmarks.md that hold them."""
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+#: What a goal counts as reached within (distance to the limit).
+LIMIT_GOAL = 4.0
+
+#: Published by the authors of CROSP, a C++ library, on another machine: seconds by coordinates.
+CROSP_RESIDUAL = {18: 0.28e-3}
+CROSP_TANGENT = {18: 5.4e-3}
+
+Row = Mapping[str, Any]
+
+
+def time(seconds: float | None) -> str:
+    """A time with three digits in the unit that suits it; a dash for none."""
+    if seconds is None:
+        return "–"
+    for unit, size in (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6)):
+        if seconds >= size:
+            return f"{seconds / size:.3g} {unit}"
+    return f"{seconds * 1e9:.3g} ns"
+
+
+def table(columns: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
+    """A Markdown table."""
+    lines = [columns, ["---"] * len(columns), *rows]
+    return "\n".join("| " + " | ".join(str(cell) for cell in line) + " |" for line in lines)
+
+
+def order(sizes: Sequence[float], times: Sequence[float]) -> float:
+    """Exponent p of time ~ size^p, by least squares in logarithms."""
+    x, y = ([math.log(value) for value in values] for values in (sizes, times))
+    x_mean, y_mean = sum(x) / len(x), sum(y) / len(y)
+    spread = sum((a - x_mean) ** 2 for a in x)
+    return sum((a - x_mean) * (b - y_mean) for a, b in zip(x, y, strict=True)) / spread
+
+
+def lab(data: Row) -> str:
+    rows = [
+        (
+            row["case"],
+            "never ends" if row["report"] is None else f"{row['report']:.4g} s",
+            time(row["seconds"]),
+            row["end"],
+        )
+        for row in data["rows"]
+    ]
+    return table(("", "the lab's report", "lissom", ""), rows)
+
+
+def kernels(data: Row) -> str:
+    rows = []
+    for row in data["rows"]:
+        cells = [time(row[kind]) for kind in ("residual", "forward", "tangent", "step")]
+        numpy = [time(row["numpy"].get(kind)) for kind in ("residual", "forward")]
+        published = [time(figures.get(row["coordinates"])) for figures in (CROSP_RESIDUAL, CROSP_TANGENT)]
+        rows.append((row["rod"], row["coordinates"], *cells, *numpy, *published))
+    columns = (
+        "rod",
+        "coordinates",
+        "inverse dynamics",
+        "forward dynamics",
+        "tangent",
+        "Newmark step",
+        "NumPy reference, inverse",
+        "NumPy reference, forward",
+        "CROSP, inverse*",
+        "CROSP, Jacobian*",
+    )
+    return table(columns, rows)
+
+
+def scaling(data: Row) -> str:
+    parts = []
+    for kind, rows in data["rows"].items():
+        columns = (kind, "coordinates", "inverse dynamics", "tangent", "Newmark step")
+        cells = [
+            (row[kind], row["coordinates"], *(time(row[what]) for what in ("residual", "tangent", "step")))
+            for row in rows
+        ]
+        orders = growth(kind, rows)
+        said = ", ".join(f"{what} {exponent:.2f}" for what, exponent in orders.items())
+        parts.append(
+            f"{table(columns, cells)}\n\nExponent of the growth over the larger half of these: {said}."
+        )
+    return "\n\n".join(parts)
+
+
+def growth(kind: str, rows: Sequence[Row]) -> dict[str, float]:
+    """How times grow over the larger half of the sizes."""
+    rows = rows[len(rows) // 2 :]
+    sizes = [row[kind] for row in rows]
+    names = {"residual": "inverse dynamics", "tangent": "tangent", "step": "Newmark step"}
+    return {name: order(sizes, [row[key] for row in rows]) for key, name in names.items()}
+
+
+def limit(data: Row) -> str:
+    rows = []
+    for row in data["rows"]:
+        for kind, name in (
+            ("residual", "inverse dynamics"),
+            ("tangent", "tangent"),
+            ("step", "Newmark step"),
+        ):
+            products, seconds = row["products"][kind], row["seconds"][kind]
+            least = products / data["products_per_second"]
+            ratio = seconds / least
+            reached = "reached" if ratio <= LIMIT_GOAL else "not reached"
+            rows.append(
+                (row["rod"], name, f"{products:,.0f}", time(least), time(seconds), f"{ratio:.1f}", reached)
+            )
+    columns = ("rod", "", "multiplications", "limit", "measured", "measured / limit", f"goal: {LIMIT_GOAL:g}")
+    rate = (
+        f"This machine multiplies and adds {1e-9 * data['products_per_second']:.1f} doubles a nanosecond "
+        f"({data['lanes']} at once in one register, independent chains)."
+    )
+    return f"{rate}\n\n{table(columns, rows)}"
+
+
+def with_section(page: str, name: str, text: str) -> str:
+    """The page with the text between its marks ``<!-- name -->`` and ``<!-- /name -->``.
+
+    Raises
+    ------
+    ValueError
+        If the page does not have these marks, once and in this order.
+    """
+    start, end = f"<!-- {name} -->", f"<!-- /{name} -->"
+    found = re.findall(f"{re.escape(start)}.*?{re.escape(end)}", page, re.DOTALL)
+    if len(found) != 1 or page.count(start) != 1 or page.count(end) != 1:
+        raise ValueError(f"expected {start} and then {end}, each once")
+    return page.replace(found[0], f"{start}\n{text.strip()}\n{end}")
+
+
+def section(text: str, data: Row) -> str:
+    """A table below what it was measured on."""
+    return f"{data['machine']}; `{data['command']}`.\n\n{text}"
+
+
+def plot(parts: Mapping[str, Row], path: Path) -> None:
+    """Kernels beside the machine's limit, and scaling."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    figure, axes = plt.subplots(1, 3, figsize=(16, 4.8))
+    kinds = {"residual": "inverse dynamics", "tangent": "tangent", "step": "Newmark step"}
+    for color, (kind, name) in enumerate(kinds.items()):
+        style = {"color": f"C{color}"}
+        if "limit" in parts:
+            rows = parts["limit"]["rows"]
+            sizes = [row["coordinates"] for row in rows]
+            rate = parts["limit"]["products_per_second"]
+            axes[0].loglog(sizes, [row["seconds"][kind] for row in rows], "o-", label=name, **style)
+            least = [row["products"][kind] / rate for row in rows]
+            axes[0].loglog(sizes, least, ":", label=f"{name}, limit", **style)
+        if "scaling" in parts:
+            for axis, (size, rows) in zip(axes[1:], parts["scaling"]["rows"].items(), strict=True):
+                axis.loglog(
+                    [row[size] for row in rows], [row[kind] for row in rows], "o-", label=name, **style
+                )
+                axis.set(xlabel=size, ylabel="seconds")
+    axes[0].set(title="Kernels, and what the machine allows", xlabel="coordinates", ylabel="seconds")
+    axes[1].set_title("One metre in many segments, three coordinates each")
+    axes[2].set_title("One segment, many modes of torsion and both bends")
+    for axis in axes:
+        axis.grid(alpha=0.3)
+        if axis.lines:
+            axis.legend(fontsize=8)
+    figure.tight_layout()
+    figure.savefig(path, dpi=110)

@@ -1,0 +1,141 @@
+"""The benchmark suite's tables: what stands in them follows from what was measured."""
+
+import json
+import re
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+ROOT = Path(__file__).parents[2]
+sys.path.insert(0, str(ROOT / "benches" / "python"))
+import native  # noqa: E402
+import suite_report as report  # noqa: E402
+import suite_rods  # noqa: E402
+
+KERNEL = {
+    "rod": "two-18",
+    "coordinates": 18,
+    "residual": 1.5e-6,
+    "forward": 4e-6,
+    "tangent": 5.25e-6,
+    "step": 1e-5,
+    "numpy": {"residual": 0.25, "forward": 3.5},
+}
+
+
+def cells(table):
+    """The cells of a Markdown table, line by line."""
+    lines = [line for line in table.splitlines() if line.startswith("|")]
+    return [[cell.strip() for cell in line.strip("|").split("|")] for line in lines]
+
+
+@pytest.mark.parametrize(
+    ("seconds", "text"),
+    [(1.25e-9, "1.25 ns"), (1e-6, "1 µs"), (0.0123, "12.3 ms"), (61.0, "61 s"), (None, "–")],
+)
+def test_times_have_the_unit_that_suits_them(seconds, text):
+    assert report.time(seconds) == text
+
+
+def test_tables_are_rectangular():
+    limit = {
+        "lanes": 8,
+        "products_per_second": 2e10,
+        "rows": [
+            {
+                "rod": "lab-3",
+                "coordinates": 3,
+                "products": {"residual": 2000, "tangent": 6000, "step": 9000},
+                "seconds": {"residual": 2e-7, "tangent": 3e-6, "step": 1.8e-6},
+            }
+        ],
+    }
+    sizes = [{"segments": size, "coordinates": 3 * size, "residual": 1e-6 * size} for size in (1, 2, 4, 8)]
+    scaling = {"rows": {"segments": [row | {"tangent": 1e-6, "step": 2e-6} for row in sizes]}}
+    lab = {"rows": [{"case": "rod", "report": None, "seconds": 1e-3, "end": "finished"}]}
+    for table in (
+        report.kernels({"rows": [KERNEL]}),
+        report.limit(limit),
+        report.scaling(scaling),
+        report.lab(lab),
+    ):
+        assert len({len(line) for line in cells(table)}) == 1
+    # 2000 products at 20 a nanosecond take 100 ns.
+    residual, tangent, step = cells(report.limit(limit))[2:]
+    assert residual[2:] == ["2,000", "100 ns", "200 ns", "2.0", "reached"]
+    assert tangent[-2:] == ["10.0", "not reached"]
+    assert step[-2:] == ["4.0", "reached"]
+    assert "inverse dynamics 1.00, tangent 0.00" in report.scaling(scaling)
+    assert "never ends" in report.lab(lab)
+
+
+def test_published_figures_stand_with_their_number_of_coordinates_alone():
+    own, other = cells(report.kernels({"rows": [KERNEL, KERNEL | {"coordinates": 12}]}))[2:]
+    assert own[-2:] == ["280 µs", "5.4 ms"]
+    assert other[-2:] == ["–", "–"]
+
+
+@pytest.mark.parametrize("exponent", [0.0, 1.0, 2.5])
+def test_the_order_of_a_power_law_is_its_exponent(exponent):
+    sizes = [1, 2, 4, 8]
+    assert report.order(sizes, [3e-6 * size**exponent for size in sizes]) == pytest.approx(exponent)
+
+
+def test_a_section_is_replaced_between_its_marks_and_nothing_else():
+    page = "before\n<!-- lab -->\nold\n<!-- /lab -->\nafter\n<!-- limit -->\n<!-- /limit -->\n"
+    new = report.with_section(page, "lab", "new\n")
+    assert new == page.replace("old", "new")
+    assert report.with_section(new, "lab", "new") == new
+    assert "both" in report.with_section(new, "limit", "both")
+    for wrong in ("no marks", "<!-- lab --> no end", page + page):
+        with pytest.raises(ValueError, match="each once"):
+            report.with_section(wrong, "lab", "new")
+
+
+def test_the_page_has_a_section_for_every_part():
+    source = (ROOT / "benches" / "python" / "suite.py").read_text()
+    parts = re.findall(r'"(\w+)": measure_\1', source)
+    assert len(parts) == 5
+    page = (ROOT / "docs" / "benchmarks.md").read_text()
+    for part in parts:
+        report.with_section(page, part, "")
+
+
+def test_rods_are_those_of_the_rust_benchmarks():
+    for name, arguments in suite_rods.KERNELS.items():
+        assert suite_rods.rod(arguments).n == int(name.split("-")[1])
+    source = (ROOT / "benches" / "rod.rs").read_text()
+    assert f"segments in {list(suite_rods.SEGMENTS)}" in source
+    assert f"modes in {list(suite_rods.MODES)}" in source
+    assert f"STEPS: usize = {suite_rods.STEPS};" in source
+    assert float(re.search(r"STEP: f64 = (\S+);", source)[1]) == suite_rods.STEP
+
+
+def test_estimates_are_what_criterion_wrote(tmp_path):
+    for name, nanoseconds, throughput in (("a step", 1500.0, None), ("steps", 3e5, {"Elements": 100})):
+        folder = tmp_path / name / "new"
+        folder.mkdir(parents=True)
+        benchmark = {"function_id": name, "throughput": throughput}
+        (folder / "benchmark.json").write_text(json.dumps(benchmark))
+        interval = {"lower_bound": 0.9 * nanoseconds, "upper_bound": 1.2 * nanoseconds}
+        median = {"point_estimate": nanoseconds, "confidence_interval": interval}
+        (folder / "estimates.json").write_text(json.dumps({"median": median}))
+    found = native.estimates(tmp_path)
+    assert found["a step"].each == found["a step"].seconds == pytest.approx(1.5e-6)
+    assert found["steps"].each == pytest.approx(3e-6)
+    assert found["steps"].low < found["steps"].seconds < found["steps"].high
+
+
+def test_plots_are_drawn_of_whatever_parts_there_are(tmp_path):
+    row = {
+        "coordinates": 3,
+        "products": {"residual": 2000, "tangent": 6000, "step": 9000},
+        "seconds": {"residual": 2e-7, "tangent": 3e-6, "step": 1.8e-6},
+    }
+    limit = {"products_per_second": 2e10, "rows": [row, row | {"coordinates": 12}]}
+    report.plot({}, tmp_path / "nothing.png")
+    report.plot({"limit": limit}, tmp_path / "limit.png")
+    assert (tmp_path / "limit.png").stat().st_size > (tmp_path / "nothing.png").stat().st_size > 0
+    assert np.isfinite(report.order([1, 2], [1.0, 1.0]))
