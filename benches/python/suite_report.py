@@ -172,6 +172,9 @@ def plot(parts: Mapping[str, Row], path: Path) -> None:
     for axis in axes:
         axis.grid(alpha=0.3)
         if axis.lines:
+            sizes = axis.lines[0].get_xdata()
+            axis.set_xticks(sizes, [f"{size:g}" for size in sizes])
+            axis.minorticks_off()
             axis.legend(fontsize=8)
     figure.tight_layout()
     figure.savefig(path, dpi=110)
