@@ -16,3 +16,4 @@ pub mod roots;
 #[cfg(feature = "scene")]
 pub mod scene;
 pub mod simulate;
+pub mod statics;

@@ -50,6 +50,17 @@ pub trait Model {
         tangent: &mut Matrix,
     );
 
+    /// The part of `tau` at rest that is there without any load: that of elasticity, `K q` of a rod.
+    fn elastic_forces(&mut self, q: &[f64], tau: &mut [f64]);
+
+    /// The derivative of [`Self::elastic_forces`], symmetric.
+    fn elastic_tangent(&mut self, q: &[f64], tangent: &mut Matrix);
+
+    /// Changes of the coordinates that count as large, all > 0: what makes coordinates of different units comparable.
+    fn typical_coordinates(&self, sizes: &mut [f64]) {
+        sizes.fill(1.0);
+    }
+
     /// About how many inverse dynamics cost as much as a weighted tangent: decides when an implicit step renews its
     /// Jacobian.
     fn tangent_cost(&self) -> f64 {

@@ -103,6 +103,22 @@ impl Model for SpringPendulum {
         *t22 = wq * (k - m * qd[0] * qd[0]) + wqdd * m;
     }
 
+    fn elastic_forces(&mut self, q: &[f64], tau: &mut [f64]) {
+        tau[0] = 0.0;
+        tau[1] = self.stiffness * q[1];
+    }
+
+    fn elastic_tangent(&mut self, _q: &[f64], tangent: &mut Matrix) {
+        tangent.fill(0.0);
+        tangent[(1, 1)] = self.stiffness;
+    }
+
+    /// One radian, and the length of the spring.
+    fn typical_coordinates(&self, sizes: &mut [f64]) {
+        sizes[0] = 1.0;
+        sizes[1] = self.length;
+    }
+
     fn tangent_cost(&self) -> f64 {
         1.0
     }

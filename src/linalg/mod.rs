@@ -4,6 +4,7 @@
 
 mod cholesky;
 mod complex_lu;
+mod eigen;
 mod lu;
 pub mod small_cholesky;
 pub mod small_lu;
@@ -11,6 +12,7 @@ mod svd;
 
 pub use cholesky::{Cholesky, NotPositiveDefinite};
 pub use complex_lu::ComplexLu;
+pub use eigen::{Complex, eigen, eigenvalues, symmetric_eigen, symmetric_eigenvalues};
 pub use lu::{Lu, Singular};
 pub use svd::{MinimumNorm, condition_number, minimum_norm_solution, singular_values};
 

@@ -3,9 +3,9 @@
 use std::fmt;
 use std::num::NonZeroUsize;
 
-use super::bracket::{Point, find_zero};
 use super::dense::StepPolynomial;
 use crate::error::Interrupted;
+use crate::roots::bracket::{Point, find_zero};
 
 /// Which zero crossings count.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

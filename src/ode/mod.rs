@@ -26,7 +26,6 @@
 //! # Ok::<(), lissom::error::InvalidInput>(())
 //! ```
 
-mod bracket;
 mod controller;
 mod dense;
 mod differences;

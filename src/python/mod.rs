@@ -19,6 +19,7 @@ mod rod;
 mod roots;
 mod scene;
 mod simulate;
+mod statics;
 
 use pyo3::prelude::*;
 
@@ -49,6 +50,10 @@ mod _lissom {
     use super::scene::{PyScene, PySceneProblem, PySimulation, SceneError};
     #[pymodule_export]
     use super::simulate::simulate;
+    #[pymodule_export]
+    use super::statics::{
+        PyContinuationResult, PyCriticalPoint, PyEquilibriumPath, PyStaticsResult, continuation, statics,
+    };
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

@@ -7,6 +7,7 @@
 mod basis;
 mod cost;
 mod description;
+mod elasticity;
 mod energy;
 mod explanation;
 mod inertia;

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use super::cost::{self, Multiplications};
 use super::description::{Rod, STRAIGHT};
+use super::elasticity;
 use super::explanation::Explanation;
 use super::kinematics::{Place, Pose};
 use super::plan::Plan;
@@ -160,6 +161,19 @@ impl Model for RodModel {
         tangent: &mut Matrix,
     ) {
         on_sweeps!(&mut self.sweeps, sweeps => sweeps.weighted_tangent([q, qd, qdd], weights, tangent));
+    }
+
+    fn elastic_forces(&mut self, q: &[f64], tau: &mut [f64]) {
+        on_sweeps!(&self.sweeps, sweeps => elasticity::forces(sweeps.plan(), q, tau));
+    }
+
+    fn elastic_tangent(&mut self, _q: &[f64], tangent: &mut Matrix) {
+        on_sweeps!(&self.sweeps, sweeps => elasticity::stiffness(sweeps.plan(), tangent));
+    }
+
+    /// A radian over the rod's length, and a stretch or shear of one.
+    fn typical_coordinates(&self, sizes: &mut [f64]) {
+        on_sweeps!(&self.sweeps, sweeps => elasticity::typical_coordinates(sweeps.plan(), sizes));
     }
 
     /// `M = int Psi^T N Psi`, which is the tangent with respect to `qdd`: symmetric to rounding because the quadrature

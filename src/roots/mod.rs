@@ -34,6 +34,7 @@
 //! # Ok::<(), Interrupted>(())
 //! ```
 
+pub(crate) mod bracket;
 mod check;
 mod convergence;
 mod difference;

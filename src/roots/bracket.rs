@@ -9,15 +9,15 @@ const MAX_ITERATIONS: usize = 2200;
 
 /// A point of a function.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Point {
-    pub(super) t: f64,
-    pub(super) value: f64,
+pub(crate) struct Point {
+    pub(crate) t: f64,
+    pub(crate) value: f64,
 }
 
 /// Brent's method (Brent 1973, "Algorithms for Minimization without Derivatives", chapter 4): inverse quadratic
 /// interpolation or the secant, safeguarded by bisection. The values at `a` and `b` must have different signs, or one
 /// of them be zero.
-pub(super) fn find_zero(
+pub(crate) fn find_zero(
     mut a: Point,
     mut b: Point,
     mut function: impl FnMut(f64) -> Result<f64, Interrupted>,

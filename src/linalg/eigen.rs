@@ -1,0 +1,89 @@
+//! Eigenvalues of dense matrices, by faer. All of these functions allocate.
+
+use super::{Matrix, view};
+
+/// A complex number.
+pub type Complex = nalgebra::Complex<f64>;
+
+/// Eigenvalues of a symmetric matrix (its lower triangle is read), smallest first; `None` when it is not finite. Cost: 4/3 n^3
+/// flops.
+pub fn symmetric_eigenvalues(a: &Matrix) -> Option<Vec<f64>> {
+    if !is_finite(a) {
+        return None;
+    }
+    view(a).self_adjoint_eigenvalues(faer::Side::Lower).ok()
+}
+
+/// Eigenvalues of a symmetric matrix (its lower triangle is read), smallest first, with orthonormal eigenvectors as columns;
+/// `None` when it is not finite. Cost: about 9 n^3 flops.
+pub fn symmetric_eigen(a: &Matrix) -> Option<(Vec<f64>, Matrix)> {
+    if !is_finite(a) {
+        return None;
+    }
+    let evd = view(a).self_adjoint_eigen(faer::Side::Lower).ok()?;
+    let (values, vectors) = (evd.S().column_vector(), evd.U());
+    let n = a.nrows();
+    Some(((0..n).map(|i| values[i]).collect(), Matrix::from_fn(n, n, |i, j| vectors[(i, j)])))
+}
+
+/// Eigenvalues of a square matrix, in no particular order; `None` when it is not finite. Cost: about 10 n^3 flops.
+pub fn eigenvalues(a: &Matrix) -> Option<Vec<Complex>> {
+    if !is_finite(a) {
+        return None;
+    }
+    view(a).eigenvalues().ok()
+}
+
+/// Eigenvalues of a square matrix, in no particular order, each with its right eigenvector, of norm one; `None` when it is
+/// not finite. Cost: about 25 n^3 flops.
+pub fn eigen(a: &Matrix) -> Option<Vec<(Complex, Vec<Complex>)>> {
+    if !is_finite(a) {
+        return None;
+    }
+    let evd = view(a).eigen().ok()?;
+    let (values, vectors) = (evd.S().column_vector(), evd.U());
+    let n = a.nrows();
+    let pairs = (0..n).map(|k| {
+        let vector: Vec<Complex> = (0..n).map(|i| vectors[(i, k)]).collect();
+        let norm = vector.iter().map(Complex::norm_sqr).sum::<f64>().sqrt();
+        (values[k], vector.into_iter().map(|x| x / norm).collect())
+    });
+    Some(pairs.collect())
+}
+
+fn is_finite(a: &Matrix) -> bool {
+    a.iter().all(|x| x.is_finite())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn symmetric_matrices() {
+        let a = Matrix::from_row_slice(3, 3, &[2.0, -1.0, 0.0, -1.0, 2.0, -1.0, 0.0, -1.0, 2.0]);
+        let exact = [2.0 - 2f64.sqrt(), 2.0, 2.0 + 2f64.sqrt()];
+        let (values, vectors) = symmetric_eigen(&a).unwrap();
+        for (i, exact) in exact.into_iter().enumerate() {
+            assert!((values[i] - exact).abs() < 1e-14);
+            let vector = vectors.column(i);
+            assert!((&a * vector - vector * exact).norm() < 1e-14);
+        }
+        assert_eq!(symmetric_eigenvalues(&a).unwrap().len(), 3);
+        assert!(symmetric_eigenvalues(&(a * f64::NAN)).is_none());
+        assert!(symmetric_eigenvalues(&Matrix::zeros(0, 0)).unwrap().is_empty());
+    }
+
+    #[test]
+    fn a_rotation_has_complex_eigenvalues() {
+        let a = Matrix::from_row_slice(2, 2, &[0.0, -3.0, 3.0, 0.0]);
+        for (value, vector) in eigen(&a).unwrap() {
+            assert!(value.re.abs() < 1e-14 && (value.im.abs() - 3.0).abs() < 1e-14);
+            let residual = Complex::from(-3.0) * vector[1] - value * vector[0];
+            assert!(residual.norm() < 1e-14);
+        }
+        assert_eq!(eigenvalues(&a).unwrap().len(), 2);
+        assert!(eigen(&Matrix::from_element(2, 2, f64::INFINITY)).is_none());
+        assert!(eigenvalues(&Matrix::from_element(2, 2, f64::NAN)).is_none());
+    }
+}

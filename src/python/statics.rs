@@ -1,0 +1,485 @@
+//! `lissom.statics` and `lissom.continuation`.
+
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::PyList;
+
+use super::callback::Raised;
+use super::convert;
+use super::model::{Native, PyModel};
+use super::motion::Ticker;
+use crate::error::{Interrupted, InvalidInput};
+use crate::statics::{
+    self as core, ContinuationOptions, Counters, CriticalPoint, Equilibrium, Options, Path, Stability, Start,
+};
+
+/// A point of a path of equilibria at which the tangent stiffness is singular.
+///
+/// Attributes
+/// ----------
+/// kind : {'limit', 'bifurcation'}
+///     The load factor has an extremum there (snap-through), or paths cross (buckling).
+/// index : int
+///     It lies behind this point of the path and before the next one.
+/// load_factor : float
+///     Part of the loads.
+/// q : ndarray, shape (n,)
+///     Coordinates.
+/// directions : ndarray, shape (m, n)
+///     The directions without stiffness; m is 1, or more where several modes buckle at once. Each has norm one when divided
+///     by the typical sizes of the coordinates: about a radian of bending.
+#[pyclass(name = "CriticalPoint", module = "lissom", frozen, get_all)]
+pub(crate) struct PyCriticalPoint {
+    kind: &'static str,
+    index: usize,
+    load_factor: f64,
+    q: Py<PyArray1<f64>>,
+    directions: Py<PyArray2<f64>>,
+}
+
+impl PyCriticalPoint {
+    fn new(py: Python<'_>, point: CriticalPoint) -> PyResult<Self> {
+        let CriticalPoint { kind, index, load_factor, q, directions } = point;
+        let directions = rows(py, directions, q.len())?;
+        Ok(Self { kind: kind.name(), index, load_factor, q: q.into_pyarray(py).unbind(), directions })
+    }
+}
+
+#[pymethods]
+impl PyCriticalPoint {
+    fn __repr__(&self) -> String {
+        format!("<CriticalPoint {} at load factor {:.6}>", self.kind, self.load_factor)
+    }
+}
+
+/// Equilibria one after the other, and the critical points between them.
+///
+/// Attributes
+/// ----------
+/// load_factor : ndarray, shape (m,)
+///     Part of the loads, gravity included, that acts.
+/// q : ndarray, shape (m, n)
+///     Coordinates.
+/// lowest_eigenvalue : ndarray, shape (m,)
+///     Smallest eigenvalue of the tangent stiffness relative to the elastic one: one without load, zero at critical points,
+///     negative where the equilibrium is unstable.
+/// stability : list of str or None
+///     As in StaticsResult.
+/// critical_points : list of CriticalPoint
+///     In the order of the path.
+#[pyclass(name = "EquilibriumPath", module = "lissom", frozen, get_all)]
+pub(crate) struct PyEquilibriumPath {
+    load_factor: Py<PyArray1<f64>>,
+    q: Py<PyArray2<f64>>,
+    lowest_eigenvalue: Py<PyArray1<f64>>,
+    stability: Vec<Option<&'static str>>,
+    critical_points: Py<PyList>,
+}
+
+impl PyEquilibriumPath {
+    fn new(py: Python<'_>, path: Path, n: usize) -> PyResult<Py<Self>> {
+        let Path { load_factor, q, lowest, stability, critical } = path;
+        let critical_points = PyList::empty(py);
+        for point in critical {
+            critical_points.append(Bound::new(py, PyCriticalPoint::new(py, point)?)?)?;
+        }
+        let q = rows(py, q, n)?;
+        let path = Self {
+            load_factor: load_factor.into_pyarray(py).unbind(),
+            q,
+            lowest_eigenvalue: lowest.into_pyarray(py).unbind(),
+            stability: stability.into_iter().map(|stability| stability.map(Stability::name)).collect(),
+            critical_points: critical_points.unbind(),
+        };
+        Py::new(py, path)
+    }
+}
+
+#[pymethods]
+impl PyEquilibriumPath {
+    fn __repr__(&self, py: Python<'_>) -> String {
+        let (points, critical) = (self.stability.len(), self.critical_points.bind(py).len());
+        format!("<EquilibriumPath of {points} points, {critical} of them critical in between>")
+    }
+}
+
+fn rows(py: Python<'_>, values: Vec<f64>, n: usize) -> PyResult<Py<PyArray2<f64>>> {
+    let count = values.len().checked_div(n).unwrap_or(0);
+    values.into_pyarray(py).reshape([count, n]).map(Bound::<PyArray2<f64>>::unbind)
+}
+
+/// An equilibrium, or how far the search for it came.
+///
+/// Attributes
+/// ----------
+/// q : ndarray, shape (n,)
+///     Coordinates; after a failure those of the last good state.
+/// success : bool
+///     True when `q` is in equilibrium under the whole load.
+/// status : str
+///     'converged', 'let_go' (in equilibrium, but the path of loading ended before and the model was let go there),
+///     'step_too_small', 'too_many_steps', 'iteration_limit', 'stalled', 'non_finite', or for method 'newton' a status of
+///     RootResult.
+/// message : str
+///     The status in words, what to change, and what is remarkable about the equilibrium.
+/// load_factor : float
+///     Part of the loads that acts at `q`: 1 unless the search failed.
+/// residual_norm : float
+///     Joules: generalised forces times typical sizes of the coordinates, before the last step.
+/// step_norm : float
+///     Last Newton step, divided by the typical sizes: about the error of `q`. NaN where none was taken.
+/// is_stable : bool or None
+///     Whether small disturbances stay small; None after a failure, or where the mass matrix is singular.
+/// stability : str or None
+///     'stable', 'neutral' (no stiffness in some direction), 'divergence' or 'flutter'. By the eigenvalues of the tangent
+///     stiffness where the loads have a potential, else by those of the undamped motion.
+/// lowest_eigenvalue : float
+///     Smallest eigenvalue of the (symmetric part of the) tangent stiffness relative to the elastic one: one without load,
+///     zero at critical points.
+/// path : EquilibriumPath or None
+///     The path of loading, where one was followed.
+/// nit, nfev, njev : int
+///     Newton iterations, evaluations of the forces, of their tangent.
+#[pyclass(name = "StaticsResult", module = "lissom", frozen, get_all)]
+pub(crate) struct PyStaticsResult {
+    q: Py<PyArray1<f64>>,
+    success: bool,
+    status: &'static str,
+    message: String,
+    load_factor: f64,
+    residual_norm: f64,
+    step_norm: f64,
+    is_stable: Option<bool>,
+    stability: Option<&'static str>,
+    lowest_eigenvalue: f64,
+    path: Option<Py<PyEquilibriumPath>>,
+    nit: usize,
+    nfev: usize,
+    njev: usize,
+}
+
+#[pymethods]
+impl PyStaticsResult {
+    fn __repr__(&self) -> String {
+        format!(
+            "<StaticsResult: {}, load factor {}, {}, {} iterations>",
+            self.status,
+            self.load_factor,
+            self.stability.unwrap_or("stability unknown"),
+            self.nit
+        )
+    }
+}
+
+/// What `continuation` returns.
+///
+/// Attributes
+/// ----------
+/// path : EquilibriumPath
+///     What was found, up to the failure if there was one.
+/// success : bool
+///     True when the path was followed to one of its bounds.
+/// status : str
+///     'finished', 'no_start' (no equilibrium near `q0`), 'step_too_small' or 'too_many_steps'.
+/// message : str
+///     The status in words, and what to change.
+/// nit, nfev, njev : int
+///     Newton iterations, evaluations of the forces, of their tangent.
+#[pyclass(name = "ContinuationResult", module = "lissom", frozen, get_all)]
+pub(crate) struct PyContinuationResult {
+    path: Py<PyEquilibriumPath>,
+    success: bool,
+    status: &'static str,
+    message: String,
+    nit: usize,
+    nfev: usize,
+    njev: usize,
+}
+
+#[pymethods]
+impl PyContinuationResult {
+    fn __repr__(&self, py: Python<'_>) -> String {
+        format!("<ContinuationResult: {}, {}>", self.status, self.path.bind(py).get().__repr__(py))
+    }
+}
+
+/// Find an equilibrium of a model at rest.
+///
+/// Without `q0` the loads, gravity included, grow from nothing, in as few steps as Newton's method needs to stay on the path of
+/// equilibria that begins at the unloaded shape. It is followed around limit points, and bifurcations on it are reported.
+/// With `q0` the model is let go from that shape and slides downhill into a stable equilibrium.
+///
+/// Parameters
+/// ----------
+/// model : Model
+///     A `Rod` or a `SpringPendulum`.
+/// q0 : array_like, shape (n,), optional
+///     A shape to start from under the whole load.
+/// load_steps : 'auto', int or array_like
+///     Parts of the load at which the path of loading has to stop: none but the whole ('auto'), so many equal ones, or these
+///     (increasing, the last one 1). More steps in between are made where needed.
+/// method : {'auto', 'load_path', 'descent', 'newton'}
+///     'load_path' and 'descent' are the ways described above, which 'auto' chooses by `q0`. 'newton' looks for the nearest
+///     equilibrium, stable or not, by Newton's method in a trust region, from `q0` or from zero.
+/// t : float
+///     The time at which loads that depend on it are taken, seconds.
+/// tol : float
+///     The search ends with a Newton step below this number; it is measured in radians of the whole rod, stretch and shear.
+/// max_iter : int
+///     Largest number of Newton iterations of 'descent' and 'newton'.
+/// max_steps : int
+///     Largest number of steps of 'load_path'.
+///
+/// Returns
+/// -------
+/// StaticsResult
+///     `q`, `success`, `status`, `message`, `is_stable`, `path` and more. A numerical failure does not raise.
+///
+/// Raises
+/// ------
+/// ValueError, TypeError
+///     If an argument makes no sense.
+///
+/// Examples
+/// --------
+/// >>> import lissom
+/// >>> wire = lissom.Segment(1.0, 1e-3, 210e9, 80e9, 7800, modes={"bend_y": 3})
+/// >>> sagging = lissom.statics(lissom.Rod([wire]))
+/// >>> sagging.success, sagging.stability, sagging.q.round(6)
+/// (True, 'stable', array([ 0.238212, -0.358564,  0.121461]))
+#[pyfunction]
+#[pyo3(signature = (model, q0=None, *, load_steps=None, method="auto", t=0.0, tol=None, max_iter=None, max_steps=None),
+       text_signature = "(model, q0=None, *, load_steps='auto', method='auto', t=0.0, tol=1e-10, max_iter=500, max_steps=500)")]
+#[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python function")]
+pub(crate) fn statics<'py>(
+    py: Python<'py>,
+    model: &Bound<'py, PyAny>,
+    q0: Option<&Bound<'py, PyAny>>,
+    load_steps: Option<&Bound<'py, PyAny>>,
+    method: &str,
+    t: f64,
+    tol: Option<f64>,
+    max_iter: Option<i64>,
+    max_steps: Option<i64>,
+) -> PyResult<PyStaticsResult> {
+    let mut model = native(model, t)?;
+    let n = model.n();
+    let q0 = q0.map(|q0| convert::finite_vector_of(q0, n, "q0")).transpose()?;
+    let defaults = Options::default();
+    let start = match (method, q0) {
+        ("auto" | "load_path", None) => Start::Unloaded { stops: stops(load_steps)? },
+        ("auto", Some(q0)) => Start::Descent(q0),
+        ("descent", q0) => Start::Descent(q0.unwrap_or_else(|| vec![0.0; n])),
+        ("newton", q0) => Start::Newton(q0.unwrap_or_else(|| vec![0.0; n])),
+        ("load_path", Some(_)) => {
+            return Err(PyValueError::new_err(
+                "q0: expected nothing: the path of loading begins at the unloaded shape; \"descent\" and \"newton\" take one",
+            ));
+        }
+        _ => {
+            return Err(PyValueError::new_err(format!(
+                "method: got {method:?}, expected \"auto\", \"load_path\", \"descent\" or \"newton\""
+            )));
+        }
+    };
+    let has_path = matches!(start, Start::Unloaded { .. });
+    if load_steps.is_some() && !has_path {
+        return Err(PyValueError::new_err(
+            "load_steps: expected nothing: with `q0`, \"descent\" and \"newton\" the whole load acts from the start",
+        ));
+    }
+    let options = Options {
+        start,
+        tolerance: tol.unwrap_or(defaults.tolerance),
+        max_iterations: count(max_iter, "max_iter", defaults.max_iterations)?,
+        max_steps: count(max_steps, "max_steps", defaults.max_steps)?,
+    };
+    let found = run(py, |monitor| core::equilibrium(&mut *model, &options, monitor))?;
+    let Equilibrium {
+        q,
+        load_factor,
+        status,
+        message,
+        residual_norm,
+        step_norm,
+        stability,
+        lowest,
+        path,
+        counters,
+    } = found;
+    let Counters { iterations, forces, tangents } = counters;
+    let path = if path.load_factor.is_empty() { None } else { Some(PyEquilibriumPath::new(py, path, n)?) };
+    Ok(PyStaticsResult {
+        q: q.into_pyarray(py).unbind(),
+        success: status.is_success(),
+        status: status.name(),
+        message,
+        load_factor,
+        residual_norm,
+        step_norm,
+        is_stable: stability.map(|stability| stability == Stability::Stable),
+        stability: stability.map(Stability::name),
+        lowest_eigenvalue: lowest,
+        path,
+        nit: iterations,
+        nfev: forces,
+        njev: tangents,
+    })
+}
+
+/// Follow the path of equilibria of a model at rest over the load factor, through limit points and onto branches.
+///
+/// Parameters
+/// ----------
+/// model : Model
+///     A `Rod` or a `SpringPendulum`.
+/// q0 : array_like, shape (n,), optional
+///     Coordinates of the equilibrium at which the path begins, or near it; zero by default.
+/// load_factor : float
+///     Part of the loads, gravity included, that acts there.
+/// direction : array_like, shape (n,), optional
+///     The direction in which the path leaves: one of the `directions` of a bifurcation, or its opposite, to follow the branches
+///     there. By default it leaves towards larger load factors.
+/// bounds : (float, float)
+///     Load factors at which the path ends.
+/// max_step : float
+///     Longest step, measured in radians of the whole rod, stretch, shear and the load factor together.
+/// max_steps : int
+///     Largest number of steps.
+/// t : float
+///     The time at which loads that depend on it are taken, seconds.
+/// tol : float
+///     As for `statics`.
+///
+/// Returns
+/// -------
+/// ContinuationResult
+///     `path` with its `load_factor`, `q`, `stability` and `critical_points`; `success`, `status`, `message`.
+///
+/// Raises
+/// ------
+/// ValueError, TypeError
+///     If an argument makes no sense.
+///
+/// Examples
+/// --------
+/// A column under one and a half times its buckling load, first straight, then buckled to one side:
+///
+/// >>> import numpy as np, lissom
+/// >>> column = lissom.Segment(1.0, 0.01, 1e9, 4e8, 1000, modes={"bend_y": 4})
+/// >>> buckling_load = np.pi**2 / 4 * 1e9 * np.pi / 4 * 0.01**4
+/// >>> rod = lissom.Rod([column], gravity=(0, 0, 0), tip_force=(-1.5 * buckling_load, 0, 0))
+/// >>> point = lissom.continuation(rod).path.critical_points[0]
+/// >>> point.kind, round(1.5 * point.load_factor, 5)
+/// ('bifurcation', 1.0)
+/// >>> buckled = lissom.continuation(
+/// ...     rod, point.q, load_factor=point.load_factor, direction=point.directions[0]
+/// ... )
+/// >>> buckled.success, buckled.path.stability[-1]
+/// (True, 'stable')
+#[pyfunction]
+#[pyo3(signature = (model, q0=None, *, load_factor=0.0, direction=None, bounds=(0.0, 1.0), max_step=None, max_steps=None, t=0.0, tol=None),
+       text_signature = "(model, q0=None, *, load_factor=0.0, direction=None, bounds=(0.0, 1.0), max_step=0.25, max_steps=500, t=0.0, tol=1e-10)")]
+#[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python function")]
+pub(crate) fn continuation<'py>(
+    py: Python<'py>,
+    model: &Bound<'py, PyAny>,
+    q0: Option<&Bound<'py, PyAny>>,
+    load_factor: f64,
+    direction: Option<&Bound<'py, PyAny>>,
+    bounds: (f64, f64),
+    max_step: Option<f64>,
+    max_steps: Option<i64>,
+    t: f64,
+    tol: Option<f64>,
+) -> PyResult<PyContinuationResult> {
+    let mut model = native(model, t)?;
+    let n = model.n();
+    let vector = |value: Option<&Bound<'py, PyAny>>, name| {
+        value.map(|value| convert::finite_vector_of(value, n, name)).transpose()
+    };
+    let defaults = ContinuationOptions::default();
+    let options = ContinuationOptions {
+        q0: vector(q0, "q0")?,
+        load_factor,
+        direction: vector(direction, "direction")?,
+        bounds: bounds.into(),
+        max_step: max_step.unwrap_or(defaults.max_step),
+        max_steps: count(max_steps, "max_steps", defaults.max_steps)?,
+        tolerance: tol.unwrap_or(defaults.tolerance),
+    };
+    let found = run(py, |monitor| core::continuation(&mut *model, &options, monitor))?;
+    let Counters { iterations, forces, tangents } = found.counters;
+    Ok(PyContinuationResult {
+        path: PyEquilibriumPath::new(py, found.path, n)?,
+        success: found.status.is_success(),
+        status: found.status.name(),
+        message: found.message,
+        nit: iterations,
+        nfev: forces,
+        njev: tangents,
+    })
+}
+
+/// A copy of a model for a search of its own, at a time.
+pub(super) fn native(model: &Bound<'_, PyAny>, t: f64) -> PyResult<Box<dyn Native>> {
+    let Ok(model) = model.cast::<PyModel>() else {
+        return Err(PyTypeError::new_err(format!(
+            "model: expected a Model (Rod, SpringPendulum), got {}",
+            convert::describe(model)
+        )));
+    };
+    if !t.is_finite() {
+        return Err(PyValueError::new_err(format!("t: got {t}, expected a finite number (seconds)")));
+    }
+    let mut model = model.get().native();
+    model.set_time(t);
+    Ok(model)
+}
+
+/// A computation without the interpreter, which hears Ctrl-C.
+fn run<T: Send>(
+    py: Python<'_>,
+    search: impl FnOnce(
+        &mut dyn FnMut() -> Result<(), Interrupted>,
+    ) -> Result<Result<T, Interrupted>, InvalidInput>
+    + Send,
+) -> PyResult<T> {
+    let mut raised = Raised::default();
+    let mut ticker = Ticker::new();
+    let found = py.detach(|| {
+        search(&mut || {
+            if !ticker.tick() {
+                return Ok(());
+            }
+            raised.catch(Python::attach(|py| py.check_signals()))
+        })
+    })?;
+    raised.into_result()?;
+    Ok(found.expect("only signals interrupt, and theirs is raised above"))
+}
+
+fn stops(load_steps: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<f64>> {
+    let Some(value) = load_steps else { return Ok(vec![1.0]) };
+    if value.extract::<String>().is_ok_and(|text| text == "auto") {
+        return Ok(vec![1.0]);
+    }
+    if let Ok(steps) = value.extract::<i64>() {
+        let steps = convert::count(steps, "load_steps")?;
+        if steps == 0 {
+            return Err(PyValueError::new_err("load_steps: got 0, expected a whole number >= 1"));
+        }
+        return Ok((1..=steps).map(|i| i as f64 / steps as f64).collect());
+    }
+    convert::vector(value, "load_steps").map_err(|_| {
+        PyTypeError::new_err(format!(
+            "load_steps: expected \"auto\", a whole number or an array of parts of the load, got {}",
+            convert::describe(value)
+        ))
+    })
+}
+
+fn count(value: Option<i64>, name: &str, default: usize) -> PyResult<usize> {
+    value.map_or(Ok(default), |value| convert::count(value, name))
+}

@@ -1,0 +1,34 @@
+//! What a rod answers to deformation alone: `K q`.
+
+use super::plan::Plan;
+use super::turning::Turning;
+use crate::linalg::Matrix;
+
+/// `K q`.
+pub(super) fn forces<G: Turning>(plan: &Plan<G>, q: &[f64], tau: &mut [f64]) {
+    for component in plan.segments.iter().flat_map(|segment| &segment.components) {
+        let own = component.first..component.first + component.modes;
+        let q = &q[own.clone()];
+        for (j, tau) in tau[own].iter_mut().enumerate() {
+            *tau = component.elastic_force(j, q, q, 0.0);
+        }
+    }
+}
+
+/// `K`.
+pub(super) fn stiffness<G: Turning>(plan: &Plan<G>, stiffness: &mut Matrix) {
+    stiffness.fill(0.0);
+    for component in plan.segments.iter().flat_map(|segment| &segment.components) {
+        let (first, modes) = (component.first, component.modes);
+        stiffness.view_mut((first, first), (modes, modes)).copy_from(&component.stiffness);
+    }
+}
+
+/// For every coordinate of curvature a radian over the rod's length, one for the others.
+pub(super) fn typical_coordinates<G: Turning>(plan: &Plan<G>, sizes: &mut [f64]) {
+    let length: f64 = plan.segments.iter().map(|segment| segment.length).sum();
+    for component in plan.segments.iter().flat_map(|segment| &segment.components) {
+        let size = if component.index < G::ANGULAR { 1.0 / length } else { 1.0 };
+        sizes[component.first..component.first + component.modes].fill(size);
+    }
+}

@@ -1,0 +1,156 @@
+//! What came of a search for equilibria.
+
+use super::equations::Counters;
+use super::path::{CriticalKind, Path};
+use super::stability::Stability;
+use crate::roots;
+
+/// How a search ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Status {
+    /// In equilibrium under the whole load.
+    Converged,
+    /// In equilibrium under the whole load; but the path of loading ended before, and the model was let go there.
+    LetGo,
+    /// A continuation reached one of its bounds.
+    Finished,
+    /// There is no equilibrium near the start.
+    NoStart,
+    /// Steps along the path became too small.
+    StepTooSmall,
+    /// The limit of steps along the path was reached.
+    TooManySteps,
+    /// The limit of iterations was reached.
+    IterationLimit,
+    /// No step goes downhill.
+    Stalled,
+    /// Forces or stiffnesses are not finite.
+    NonFinite,
+    /// Newton's method from the start failed.
+    Newton(roots::Status),
+}
+
+impl Status {
+    /// True when what was asked for was found.
+    pub fn is_success(self) -> bool {
+        matches!(self, Self::Converged | Self::LetGo | Self::Finished)
+    }
+
+    /// A stable name in lower case.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Converged => "converged",
+            Self::LetGo => "let_go",
+            Self::Finished => "finished",
+            Self::NoStart => "no_start",
+            Self::StepTooSmall => "step_too_small",
+            Self::TooManySteps => "too_many_steps",
+            Self::IterationLimit => "iteration_limit",
+            Self::Stalled => "stalled",
+            Self::NonFinite => "non_finite",
+            Self::Newton(status) => status.name(),
+        }
+    }
+
+    fn message(self, load_factor: f64) -> String {
+        match self {
+            Self::Converged => "The forces are in equilibrium.".to_owned(),
+            Self::LetGo => format!(
+                "The forces are in equilibrium. The path of loading ended at load factor {load_factor:.6}, where the model \
+                 was let go: what it came to rest in need not be reached by loading it slowly."
+            ),
+            Self::Finished => "The path was followed to a bound of the load factor.".to_owned(),
+            Self::NoStart => format!(
+                "There is no equilibrium near `q0` at load factor {load_factor:.6}. Give a better `q0`, such as the `q` of \
+                 `statics`."
+            ),
+            Self::StepTooSmall => format!(
+                "The path of equilibria could not be followed beyond load factor {load_factor:.6}; `q` is the last one \
+                 found. Look there for two paths that almost touch; add a small load that prefers one of them, give a \
+                 shape `q0` to be let go, or give the rod more quadrature `nodes`."
+            ),
+            Self::TooManySteps => format!(
+                "The limit of steps was reached at load factor {load_factor:.6}; `q` is the last equilibrium found. \
+                 Allow more `max_steps`, or give a shape `q0` to be let go."
+            ),
+            Self::IterationLimit => "The limit of iterations was reached; `q` is the last shape. If there is any equilibrium, \
+                 allow more `max_iter` or start closer to it; under follower loads there may be none that is stable."
+                .to_owned(),
+            Self::Stalled => "No step goes downhill, yet the forces are not in equilibrium; `q` is the last shape. Start \
+                 somewhere else; if that ends here too, give the rod more quadrature `nodes`: its discretised forces need not \
+                 have a potential where it is bent sharply."
+                .to_owned(),
+            Self::NonFinite => "Forces or stiffnesses are NaN or infinite. Start from a smaller `q0`.".to_owned(),
+            Self::Newton(status) => status.message().to_owned(),
+        }
+    }
+}
+
+/// An equilibrium, or how far the search for it came.
+#[derive(Clone, Debug)]
+pub struct Equilibrium {
+    /// Coordinates, shape (n,); after a failure those of the last good state.
+    pub q: Vec<f64>,
+    /// Part of the loads that acts there.
+    pub load_factor: f64,
+    /// How the search ended.
+    pub status: Status,
+    /// The status in words, what to change, and what is remarkable about the equilibrium.
+    pub message: String,
+    /// `|s R|` in joules: generalised forces times typical coordinates, before the last step.
+    pub residual_norm: f64,
+    /// `|dq / s|` of the last Newton step: about the error of q.
+    pub step_norm: f64,
+    /// What small disturbances do; `None` where that is unknown.
+    pub stability: Option<Stability>,
+    /// Smallest eigenvalue of the tangent stiffness relative to the elastic one: one without load, zero at critical points.
+    pub lowest: f64,
+    /// The path of loading; empty where none was followed.
+    pub path: Path,
+    /// What it has cost.
+    pub counters: Counters,
+}
+
+/// A path of equilibria.
+#[derive(Clone, Debug)]
+pub struct Continuation {
+    /// The path.
+    pub path: Path,
+    /// Why it ended.
+    pub status: Status,
+    /// The status in words, and what to change.
+    pub message: String,
+    /// What it has cost.
+    pub counters: Counters,
+}
+
+/// The status in words, with what stability and critical points say. `end` is where the path of loading ended.
+pub(super) fn message(status: Status, end: f64, stability: Option<Stability>, path: &Path) -> String {
+    let mut message = status.message(end);
+    if status == Status::Finished || !status.is_success() {
+        return message;
+    }
+    match stability {
+        Some(Stability::Stable) => {}
+        Some(Stability::Neutral) => {
+            message += " In some direction it has no stiffness: it is a critical point, or free to turn.";
+        }
+        Some(Stability::Divergence) => {
+            message += " It is unstable: small disturbances lead away from it.";
+            let crossing = path.critical.iter().find(|point| point.kind == CriticalKind::Bifurcation);
+            message += &match crossing {
+                Some(point) => format!(
+                    " The path of loading crossed a bifurcation at load factor {:.6}: give `q0`, a shape a little off in the \
+                     direction found there, to reach the buckled equilibria.",
+                    point.load_factor
+                ),
+                None => " Give `q0`, a shape a little off, to be let go.".to_owned(),
+            };
+        }
+        Some(Stability::Flutter) => {
+            message += " It is unstable: without damping, small disturbances grow as oscillations (flutter).";
+        }
+        None => message += " Its stability is unknown: the mass matrix is singular there.",
+    }
+    message
+}

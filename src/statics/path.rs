@@ -1,0 +1,390 @@
+//! The path of equilibria over the load factor, by pseudo-arclength continuation (Keller 1977, "Numerical solution of
+//! bifurcation and nonlinear eigenvalue problems").
+//!
+//! Arc length is measured in scaled coordinates and the load factor together: one radian of the whole rod counts as much
+//! as the whole load. Steps are as long as Newton's method contracts well (den Heijer and Rheinboldt 1981, "On steplength
+//! algorithms for a class of continuation methods"), and each one is checked: when stiffnesses have changed sign, the
+//! critical points in between are found; when there are none, the step has jumped to another path and is taken back.
+
+use super::corrector::{Corrected, Corrector, State};
+use super::equations::Equations;
+use super::stability::{Stability, Stiffness, Test};
+use crate::error::Interrupted;
+use crate::linalg::{dot, norm};
+use crate::roots::bracket::{Point, find_zero};
+
+/// The first contraction rate that steps aim at: about four iterations a step.
+const WANTED_RATE: f64 = 0.1;
+
+/// How much longer the next step may be.
+const LARGEST_GROWTH: f64 = 4.0;
+
+/// How much shorter a step that failed is tried again.
+const CUT: f64 = 0.25;
+
+/// The step that is tried where the distance to the goal is unknown.
+const FIRST_STEP: f64 = 1.0;
+
+/// First step away from a bifurcation, where two paths are still close together.
+const FIRST_STEP_OF_BRANCH: f64 = 0.1;
+
+/// Steps shorter than that are not worth going on with.
+const SHORTEST_STEP: f64 = 1e-9;
+
+/// A step that ends farther from where its direction pointed, relative to its length, is tried again shorter. The load factor
+/// is looked at for itself: where a little load moves much, paths of very different loads are close to each other.
+const LARGEST_DEVIATION: f64 = 0.5;
+
+/// So is one in which the path turns by more than 60 degrees: it may have come to another path.
+const SMALLEST_COSINE: f64 = 0.5;
+
+/// A stiffness that has changed sign was zero in between if it can be made that small, relative to its values before and
+/// after.
+const ZERO: f64 = 1e-5;
+
+/// A path leaves in the direction that is asked for where the smallest stiffness is below that part of the elastic one; elsewhere
+/// there is only one path.
+const CRITICAL: f64 = 1e-6;
+
+/// Critical points that close to each other, relative to the step, are one.
+const SAME: f64 = 1e-5;
+
+/// How a path is followed.
+#[derive(Clone, Debug)]
+pub(super) struct Course {
+    /// Load factors at which the path ends.
+    pub(super) bounds: [f64; 2],
+    /// Increasing load factors up to the upper bound, it included, at which a step has to end.
+    pub(super) stops: Vec<f64>,
+    pub(super) max_step: f64,
+    pub(super) max_steps: usize,
+    pub(super) tolerance: f64,
+}
+
+/// What a critical point is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CriticalKind {
+    /// The load factor has an extremum: beyond it there is no equilibrium nearby (snap-through).
+    Limit,
+    /// Paths cross (buckling).
+    Bifurcation,
+}
+
+impl CriticalKind {
+    /// As one word in lower case.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Limit => "limit",
+            Self::Bifurcation => "bifurcation",
+        }
+    }
+}
+
+/// A point of a path at which a stiffness is zero.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CriticalPoint {
+    /// What it is.
+    pub kind: CriticalKind,
+    /// It lies behind this point of the path and before the next one.
+    pub index: usize,
+    /// Load factor.
+    pub load_factor: f64,
+    /// Coordinates, shape (n,).
+    pub q: Vec<f64>,
+    /// Directions without stiffness, one after the other, n numbers each; each of norm one in the scaled coordinates.
+    pub directions: Vec<f64>,
+}
+
+/// Equilibria in the order in which they were found, and the critical points between them.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Path {
+    /// Load factors, shape (m,).
+    pub load_factor: Vec<f64>,
+    /// Coordinates one after the other, n numbers each.
+    pub q: Vec<f64>,
+    /// Smallest eigenvalue of the tangent stiffness relative to the elastic one, shape (m,).
+    pub lowest: Vec<f64>,
+    /// What small disturbances do, shape (m,); `None` where the mass matrix is singular.
+    pub stability: Vec<Option<Stability>>,
+    /// Critical points.
+    pub critical: Vec<CriticalPoint>,
+}
+
+/// Why a path ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum End {
+    UpperBound,
+    LowerBound,
+    StepTooSmall,
+    TooManySteps,
+}
+
+/// The last equilibrium of a path.
+#[derive(Clone, Debug)]
+pub(super) struct Place {
+    pub(super) state: State,
+    /// Of the path there, of scaled norm one.
+    direction: Vec<f64>,
+    pub(super) stiffness: Stiffness,
+    pub(super) corrected: Corrected,
+}
+
+/// Equilibria followed one after the other.
+pub(super) struct Follower<'a, 'b> {
+    pub(super) equations: &'a mut Equations<'b>,
+    pub(super) corrector: Corrector,
+    pub(super) path: Path,
+    course: Course,
+    is_branch: bool,
+    /// Scaled change of the coordinates with the load factor at the start.
+    compliance: f64,
+}
+
+impl<'a, 'b> Follower<'a, 'b> {
+    pub(super) fn new(equations: &'a mut Equations<'b>, course: Course) -> Self {
+        let corrector = Corrector::new(equations.n());
+        Self { equations, corrector, path: Path::default(), course, is_branch: false, compliance: 0.0 }
+    }
+
+    /// The equilibrium near `start` at its load factor, from which the path goes to larger load factors, or along
+    /// `direction` (coordinates) where that is given, to that side of it. `None` when there is none nearby.
+    pub(super) fn start(
+        &mut self,
+        mut start: State,
+        direction: Option<&[f64]>,
+    ) -> Result<Option<Place>, Interrupted> {
+        let n = start.q.len();
+        let mut at_load_factor = vec![0.0; n + 1];
+        at_load_factor[n] = 1.0;
+        let mut corrected = Corrected { rate: 0.0, step_norm: 0.0, residual_norm: 0.0 };
+        self.corrector.evaluate(self.equations, &start)?;
+        corrected.residual_norm = norm(&self.corrector.residual);
+        let reference = self.equations.reference_stiffness(&self.corrector.tangent);
+        let is_equilibrium = self
+            .corrector
+            .residual
+            .iter()
+            .zip(&reference)
+            .all(|(residual, stiffness)| residual.abs() <= self.course.tolerance * stiffness);
+        // Where a branch begins the tangent is singular, so that what is an equilibrium already is left alone.
+        if !is_equilibrium {
+            match self.corrector.correct(
+                self.equations,
+                &mut start,
+                &at_load_factor,
+                self.course.tolerance,
+            )? {
+                Some(done) => corrected = done,
+                None => return Ok(None),
+            }
+            self.corrector.evaluate(self.equations, &start)?;
+        }
+        let stiffness = Stiffness::new(self.equations, &self.corrector.tangent);
+        let forward: Vec<f64> = match direction {
+            Some(direction) => {
+                let scaled = direction.iter().zip(&self.equations.sizes).map(|(d, s)| d / s);
+                let scaled: Vec<f64> = scaled.chain([0.0]).collect();
+                let size = norm(&scaled);
+                scaled.into_iter().map(|x| x / size).collect()
+            }
+            None => at_load_factor,
+        };
+        self.is_branch = direction.is_some() && stiffness.smallest() <= CRITICAL;
+        let direction = if self.is_branch { Some(forward) } else { self.corrector.direction(&forward) };
+        let Some(direction) = direction else { return Ok(None) };
+        // Along a branch nothing is known of it; the deviation of the whole state has to do.
+        self.compliance = if self.is_branch { 0.0 } else { norm(&direction[..n]) / direction[n].abs() };
+        let place = Place { state: start, direction, stiffness, corrected };
+        self.record(&place)?;
+        Ok(Some(place))
+    }
+
+    /// Follows the path from a place to an end of its course; the place goes along.
+    pub(super) fn follow(&mut self, place: &mut Place) -> Result<End, Interrupted> {
+        let mut step = if self.is_branch { FIRST_STEP_OF_BRANCH } else { f64::INFINITY };
+        for _ in 0..self.course.max_steps {
+            let target = self.target(place);
+            loop {
+                let rate = place.direction[place.state.q.len()];
+                let to_target = (target - place.state.load_factor) / rate;
+                let longest = step.min(self.course.max_step);
+                let is_landing = to_target > 0.0 && to_target <= longest;
+                let mut length = if is_landing { to_target } else { longest };
+                if !length.is_finite() {
+                    length = FIRST_STEP;
+                }
+                let landing = is_landing.then_some(target);
+                if let Some(next) = self.step(place, length, landing)? {
+                    let growth = (WANTED_RATE / next.corrected.rate).sqrt().min(LARGEST_GROWTH);
+                    step = length * growth;
+                    *place = next;
+                    break;
+                }
+                step = length * CUT;
+                if step < SHORTEST_STEP {
+                    return Ok(End::StepTooSmall);
+                }
+            }
+            self.record(place)?;
+            let [lower, upper] = self.course.bounds;
+            if place.state.load_factor >= upper {
+                return Ok(End::UpperBound);
+            }
+            if place.state.load_factor <= lower {
+                return Ok(End::LowerBound);
+            }
+        }
+        Ok(End::TooManySteps)
+    }
+
+    /// The load factor that the path goes to next.
+    fn target(&self, place: &Place) -> f64 {
+        let State { q, load_factor } = &place.state;
+        if place.direction[q.len()] < 0.0 {
+            return self.course.bounds[0];
+        }
+        let next = self.course.stops.iter().find(|stop| **stop > *load_factor);
+        next.copied().unwrap_or(self.course.bounds[1])
+    }
+
+    /// A step of that length, or to the load factor of `landing`. `None` when it has to be shorter.
+    fn step(
+        &mut self,
+        place: &Place,
+        length: f64,
+        landing: Option<f64>,
+    ) -> Result<Option<Place>, Interrupted> {
+        let mut state = place.state.clone();
+        state.advance(&place.direction, length, &self.equations.sizes);
+        let (predicted, sizes) = (state.clone(), self.equations.sizes.clone());
+        let allowance =
+            (length / self.compliance).max((predicted.load_factor - place.state.load_factor).abs());
+        let is_near = |state: &State| {
+            norm(&state.since(&predicted, &sizes)) <= LARGEST_DEVIATION * length
+                && (state.load_factor - predicted.load_factor).abs() <= LARGEST_DEVIATION * allowance
+        };
+        let corrected = match landing {
+            Some(target) => self.land(&mut state, target)?.filter(|_| is_near(&state)),
+            None => {
+                let tolerance = self.course.tolerance;
+                let along =
+                    self.corrector.correct(self.equations, &mut state, &place.direction, tolerance)?;
+                let along = along.filter(|_| is_near(&state));
+                match (along, self.passed(place, &state)) {
+                    (Some(_), Some(target)) => {
+                        let whole = state.since(&place.state, &self.equations.sizes);
+                        let part = (target - place.state.load_factor) / whole[place.state.q.len()];
+                        state = place.state.clone();
+                        state.advance(&whole, part, &self.equations.sizes);
+                        self.land(&mut state, target)?
+                    }
+                    (along, _) => along,
+                }
+            }
+        };
+        let Some(corrected) = corrected else { return Ok(None) };
+        self.corrector.evaluate(self.equations, &state)?;
+        let stiffness = Stiffness::new(self.equations, &self.corrector.tangent);
+        let direction = self.corrector.direction(&place.direction);
+        // At a bifurcation there is no single direction: a step just beyond will find one.
+        let Some(direction) = direction.filter(|_| stiffness.lowest.is_finite()) else { return Ok(None) };
+        if dot(&direction, &place.direction) < SMALLEST_COSINE {
+            return Ok(None);
+        }
+        let next = Place { state, direction, stiffness, corrected };
+        Ok(self.find_critical_points(place, &next)?.then_some(next))
+    }
+
+    /// The equilibrium near a state at the load factor `target`.
+    fn land(&mut self, state: &mut State, target: f64) -> Result<Option<Corrected>, Interrupted> {
+        state.load_factor = target;
+        let mut at_load_factor = vec![0.0; state.q.len() + 1];
+        at_load_factor[state.q.len()] = 1.0;
+        self.corrector.correct(self.equations, state, &at_load_factor, self.course.tolerance)
+    }
+
+    /// The load factor between a place and a state at which the path has to stop.
+    fn passed(&self, place: &Place, state: &State) -> Option<f64> {
+        let (from, to) = (place.state.load_factor, state.load_factor);
+        let stop = self.course.stops.iter().find(|stop| from < **stop && **stop < to);
+        stop.copied().or((to < self.course.bounds[0]).then_some(self.course.bounds[0]))
+    }
+
+    /// Finds the critical points between two places. False when there should be some but are none.
+    fn find_critical_points(&mut self, from: &Place, to: &Place) -> Result<bool, Interrupted> {
+        // A branch that starts at a critical point has it behind.
+        let tests = if self.is_branch && self.path.load_factor.len() == 1 {
+            Vec::new()
+        } else {
+            from.stiffness.tests_until(&to.stiffness)
+        };
+        let sizes = self.equations.sizes.clone();
+        let whole = to.state.since(&from.state, &sizes);
+        let mut found: Vec<(f64, usize, State)> = Vec::new();
+        for test in tests {
+            let (a, b) = (from.stiffness.value(test), to.stiffness.value(test));
+            let (mut state, mut value) = (from.state.clone(), a);
+            // Moments that are fixed in space have a potential at some states and none in between: no eigenvalue can be
+            // followed there.
+            let mut is_mixed = false;
+            let at = find_zero(Point { t: 0.0, value: a }, Point { t: 1.0, value: b }, |t| {
+                state = from.state.clone();
+                state.advance(&whole, t, &sizes);
+                let tolerance = self.course.tolerance;
+                let corrected =
+                    self.corrector.correct(self.equations, &mut state, &from.direction, tolerance)?;
+                value = f64::NAN;
+                if corrected.is_some() {
+                    self.corrector.evaluate(self.equations, &state)?;
+                    let stiffness = Stiffness::new(self.equations, &self.corrector.tangent);
+                    is_mixed |= matches!(test, Test::Eigenvalue(_)) && !stiffness.is_symmetric;
+                    value = stiffness.value(test);
+                }
+                Ok(value)
+            })?;
+            if is_mixed {
+                continue;
+            }
+            let is_zero = value.abs() <= ZERO * a.abs().max(b.abs());
+            if !is_zero {
+                return Ok(false);
+            }
+            match found.iter_mut().find(|(other, ..)| (other - at).abs() <= SAME) {
+                Some((_, multiplicity, _)) => *multiplicity += 1,
+                None => found.push((at, 1, state)),
+            }
+        }
+        found.sort_by(|a, b| a.0.total_cmp(&b.0));
+        for (_, multiplicity, state) in found {
+            self.corrector.evaluate(self.equations, &state)?;
+            let stiffness = Stiffness::new(self.equations, &self.corrector.tangent);
+            let Some((directions, is_pushed)) = stiffness.softest(multiplicity, &self.corrector.load) else {
+                return Ok(false);
+            };
+            let directions = directions
+                .into_iter()
+                .flat_map(|direction| {
+                    direction.into_iter().zip(&sizes).map(|(d, s)| d * s).collect::<Vec<_>>()
+                })
+                .collect();
+            self.path.critical.push(CriticalPoint {
+                kind: if is_pushed { CriticalKind::Limit } else { CriticalKind::Bifurcation },
+                index: self.path.load_factor.len() - 1,
+                load_factor: state.load_factor,
+                q: state.q,
+                directions,
+            });
+        }
+        Ok(true)
+    }
+
+    fn record(&mut self, place: &Place) -> Result<(), Interrupted> {
+        self.corrector.evaluate(self.equations, &place.state)?;
+        let stability = place.stiffness.stability(self.equations, &place.state.q, &self.corrector.tangent)?;
+        self.path.load_factor.push(place.state.load_factor);
+        self.path.q.extend_from_slice(&place.state.q);
+        self.path.lowest.push(place.stiffness.lowest);
+        self.path.stability.push(stability);
+        Ok(())
+    }
+}

@@ -1,0 +1,453 @@
+"""Statics: exact and published shapes, independent references, buckling, stability, honest failures."""
+
+import inspect
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import lissom
+from reference import statics as reference
+from rod_cases import random_rods
+
+L, R, E, G = 1.0, 0.01, 1e9, 4e8
+EI = E * np.pi / 4 * R**4
+EULER = np.pi**2 / 4 * EI / L**2
+
+
+def rod(modes, *, density=1000.0, gravity=(0, 0, 0), nodes=None, **loads):
+    segment = lissom.Segment(L, R, E, G, density, modes=modes, nodes=nodes)
+    return lissom.Rod([segment], gravity=gravity, **loads)
+
+
+def tip(rod, q):
+    return rod.pose(q, rod.length)[:3, 3]
+
+
+def column(ratio, modes=None, **loads):
+    return rod(modes or {"bend_y": 8}, nodes=24, tip_force=(-ratio * EULER, 0, 0), **loads)
+
+
+def unbalanced(model, q):
+    """Largest generalised force that is left, relative to the elastic ones of a radian."""
+    zero = np.zeros(model.n)
+    stiffness = model.tangent(zero, zero, zero)[0].diagonal()
+    return np.abs(model.inverse_dynamics(q, zero, zero) / np.abs(stiffness).max()).max()
+
+
+class TestKnownShapes:
+    @pytest.mark.parametrize("turns", [1, 2])
+    @pytest.mark.parametrize(
+        "modes", [{"bend_y": 1}, {"bend_y": 1, "bend_z": 1, "torsion": 1}, {"bend_y": 3, "stretch": 2}]
+    )
+    def test_a_moment_rolls_the_rod_up_to_circles(self, turns, modes):
+        rolled = rod(modes, nodes=24, tip_moment=(0, 2 * np.pi * turns * EI / L, 0))
+        found = lissom.statics(rolled)
+        assert found.success, found.message
+        q = dict(zip(_names(rolled), found.q, strict=True))
+        assert q.pop(("bend_y", 0)) == pytest.approx(2 * np.pi * turns, rel=1e-12)
+        assert np.abs(list(q.values())).max(initial=0.0) < 1e-9
+        np.testing.assert_allclose(tip(rolled, found.q), 0, atol=1e-11)
+
+    @pytest.mark.parametrize(
+        ("alpha", "shortening", "deflection", "angle"),
+        [
+            (1, 0.05643324, 0.30172077, 0.46135195),
+            (5, 0.38762836, 0.71379152, 1.21536812),
+            (10, 0.55499560, 0.81060902, 1.43028554),
+        ],
+    )
+    def test_elastica(self, alpha, shortening, deflection, angle):
+        model = rod({"bend_y": 10}, nodes=24, tip_force=(0, 0, -alpha * EI))
+        found = lissom.statics(model)
+        assert found.success
+        assert found.is_stable
+        np.testing.assert_allclose(tip(model, found.q), [1 - shortening, 0, -deflection], atol=1e-8)
+        assert 0.5 * found.q[0] * 2 == pytest.approx(angle, abs=1e-8)  # the mean curvature is the tip's angle
+
+    @pytest.mark.parametrize(
+        ("load", "x", "z"), [(5, 0.8466571800, -0.4959050446), (20, 0.4452320522, -0.8298814434)]
+    )
+    def test_heavy_elastica(self, load, x, z):
+        density = load * EI / (9.81 * np.pi * R**2)
+        model = rod({"bend_y": 12}, nodes=28, density=density, gravity=(0, 0, -9.81))
+        found = lissom.statics(model)
+        assert found.success
+        assert found.is_stable
+        np.testing.assert_allclose(tip(model, found.q), [x, 0, z], atol=1e-9)
+
+    @pytest.mark.parametrize(
+        ("force", "moment", "weight"),
+        [((0.0, -100.0), 0.0, 0.0), ((30.0, 20.0), 3.0, 10.0), ((-1.5, -0.4), -2.0, 40.0)],
+    )
+    def test_a_boundary_value_problem_has_the_same_solution(self, force, moment, weight):
+        """Loads in units of the bending stiffness."""
+        model = rod(
+            {"bend_y": 16},
+            nodes=40,
+            density=weight * EI / (9.81 * np.pi * R**2) or 1e-6,
+            gravity=(0, 0, -9.81) if weight else (0, 0, 0),
+            tip_force=(force[0] * EI, 0, force[1] * EI),
+            tip_moment=(0, moment * EI, 0),
+        )
+        found = lissom.statics(model)
+        exact = reference.planar_rod(1.0, 1.0, weight=weight, force=force, moment=moment)
+        assert found.success
+        np.testing.assert_allclose(tip(model, found.q)[[0, 2]], [exact.x, exact.z], atol=2e-7)
+        assert found.q[0] == pytest.approx(exact.angle, abs=2e-7)
+
+    def test_a_very_flexible_rod_hangs_straight_down(self):
+        density = 1e5 * EI / (9.81 * np.pi * R**2)
+        model = rod({"bend_y": 24}, nodes=64, density=density, gravity=(0, 0, -9.81))
+        found = lissom.statics(model)
+        assert found.success
+        assert found.is_stable
+        # The infinitely long hanging elastica bends within the length sqrt(EI / (w L)) of the clamp: the tip
+        # is at sqrt(2) times it in x, and 2 - sqrt(2) times it is lost in z.
+        bend = np.sqrt(1e-5)
+        x, _, z = tip(model, found.q)
+        assert x == pytest.approx(np.sqrt(2) * bend, rel=0.15)
+        assert 1 + z == pytest.approx((2 - np.sqrt(2)) * bend, rel=0.2, abs=1e-3)
+
+    @pytest.mark.parametrize(
+        ("modes", "q", "tip_xz"),
+        [
+            (1, [0.2408062382], None),
+            (2, [0.2381234153, -0.3586538798], None),
+            (3, [0.238212308, -0.3585635333, 0.1214608904], (0.9818006251, -0.1775638079)),
+            (10, None, (0.981801548109, -0.177564708339)),
+        ],
+    )
+    def test_the_lab_wire_sags(self, modes, q, tip_xz):
+        model = _wire(modes)
+        found = lissom.statics(model)
+        assert found.success
+        assert found.is_stable
+        if q is not None:
+            np.testing.assert_allclose(found.q, q, atol=2e-10)
+        if tip_xz is not None:
+            np.testing.assert_allclose(tip(model, found.q)[[0, 2]], tip_xz, atol=2e-10)
+
+    def test_the_hanging_wire_is_straight(self):
+        found = lissom.statics(_wire(3, orientation=(0.7071068, 0, 0.7071068, 0)))
+        np.testing.assert_allclose(found.q, 0, atol=1e-6)
+        assert found.is_stable
+        assert found.lowest_eigenvalue > 1
+
+    @pytest.mark.parametrize(
+        ("force", "published"),
+        [
+            # Simo and Vu-Quoc (1986), Bathe and Bolourchi (1979): as quoted, to a few percent.
+            (300, (-11.9, -7.0, 40.2)),
+            (450, (-18.5, -10.8, 48.5)),
+            (600, (-23.5, -13.6, 53.5)),
+        ],
+    )
+    def test_45_degree_bend(self, force, published):
+        model = _bend(force)
+        found = lissom.statics(model)
+        moved = tip(model, found.q) - tip(model, np.zeros(model.n))
+        assert found.success
+        assert found.is_stable
+        np.testing.assert_allclose(moved, published, atol=0.1)
+        if force == 600:
+            np.testing.assert_allclose(moved, (-23.560582, -13.604632, 53.475478), atol=2e-6)
+
+
+def _names(model):
+    return [
+        (strain, degree)
+        for segment in model.segments
+        for strain, number in segment.modes.items()
+        for degree in range(number)
+    ]
+
+
+def _wire(modes, orientation=(1, 0, 0, 0)):
+    segment = lissom.Segment(1.0, 1e-3, 210e9, 80e9, 7800, modes={"bend_y": modes})
+    return lissom.Rod([segment], base_orientation=orientation)
+
+
+def _bend(force):
+    """R = 100, 1 x 1 section, E = 1e7, G = 5e6, GJ = G/6, ks = 5/6: as a circle of radius 1/sqrt(3)."""
+    radius = 1 / np.sqrt(3)
+    area = np.pi * radius**2
+    names = ["torsion", "bend_y", "bend_z", "stretch", "shear_y", "shear_z"]
+    segment = lissom.Segment(
+        100 * np.pi / 4,
+        radius,
+        1e7 / area,
+        5e6 / area,
+        1.0,
+        modes=dict.fromkeys(names, 8),
+        reference_strain=(0, 0, 1 / 100, 1, 0, 0),
+        shear_correction=5 / 6,
+        nodes=24,
+    )
+    return lissom.Rod([segment], gravity=(0, 0, 0), tip_force=(0, 0, force))
+
+
+class TestBuckling:
+    def test_the_straight_column_is_found_with_its_bifurcation(self):
+        found = lissom.statics(column(2.0))
+        assert found.success
+        assert found.stability == "divergence"
+        assert found.is_stable is False
+        np.testing.assert_allclose(found.q, 0, atol=1e-12)
+        (point,) = found.path.critical_points
+        assert point.kind == "bifurcation"
+        assert 2.0 * point.load_factor == pytest.approx(1.0, abs=1e-9)
+        assert "bifurcation at load factor 0.500000" in found.message
+        # The lowest eigenvalue is nearly 1 - P / P_Euler.
+        assert found.lowest_eigenvalue == pytest.approx(-1.0, rel=0.05)
+
+    @pytest.mark.parametrize("ratio", [1.02, 1.5, 3.0])
+    @pytest.mark.parametrize("side", [1, -1])
+    def test_both_branches_by_a_seed(self, ratio, side):
+        model = column(ratio)
+        found = lissom.statics(model, q0=side * 1e-3 * np.eye(model.n)[0])
+        x, deflection, angle = reference.buckled_column(ratio)
+        assert found.success
+        assert found.is_stable
+        np.testing.assert_allclose(tip(model, found.q), [x, 0, -side * deflection], atol=1e-6)
+        assert found.q[0] == pytest.approx(side * angle, abs=1e-6)
+
+    @pytest.mark.parametrize("side", [1, -1])
+    def test_both_branches_by_continuation_from_the_bifurcation(self, side):
+        model = column(1.5)
+        (point,) = lissom.continuation(model).path.critical_points
+        branch = lissom.continuation(
+            model, point.q, load_factor=point.load_factor, direction=side * point.directions[0]
+        )
+        assert branch.success
+        assert branch.path.load_factor[-1] == 1
+        assert branch.path.stability[1:] == ["stable"] * (len(branch.path.stability) - 1)
+        for q, load_factor in zip(branch.path.q[1:], branch.path.load_factor[1:], strict=True):
+            if 1.5 * load_factor > 1.001:
+                x, deflection, _ = reference.buckled_column(1.5 * load_factor)
+                np.testing.assert_allclose(np.abs(tip(model, q)), [x, 0, deflection], atol=1e-6)
+        q0 = 1e-3 * np.sign(branch.path.q[-1][0]) * np.eye(model.n)[0]
+        np.testing.assert_allclose(branch.path.q[-1], lissom.statics(model, q0).q, atol=1e-8)
+
+    def test_a_round_column_buckles_in_two_directions_at_once(self):
+        modes = {"torsion": 2, "bend_y": 5, "bend_z": 5}
+        found = lissom.statics(column(1.5, modes))
+        (point,) = found.path.critical_points
+        assert point.directions.shape == (2, 12)
+        assert np.linalg.matrix_rank(point.directions) == 2
+        # It may buckle anywhere around: one direction is free.
+        buckled = lissom.statics(column(1.5, modes), q0=1e-2 * point.directions.sum(axis=0))
+        assert buckled.success
+        assert buckled.stability == "neutral"
+        assert buckled.is_stable is False
+
+    def test_higher_buckling_loads(self):
+        loads = [10 * point.load_factor for point in lissom.statics(column(10)).path.critical_points]
+        np.testing.assert_allclose(loads, [1, 9], rtol=1e-6)
+
+    @pytest.mark.parametrize("push", [1e-2, 1e-4, 1e-6])
+    def test_an_imperfect_column_bends_to_its_side(self, push):
+        """The whole load at once would lead to the unstable straight shape, or to the wrong side."""
+        found = lissom.statics(column(2.0, gravity=(0, 0, push), density=1e4))
+        x, deflection, _ = reference.buckled_column(2.0)
+        assert found.success
+        assert found.is_stable
+        np.testing.assert_allclose(tip(column(2.0), found.q), [x, 0, deflection], atol=10 * push)
+        assert found.path.critical_points == []
+
+    def test_the_wrong_side_has_a_limit_point(self):
+        """A column pushed to one side can stand on the other one until the load falls below a limit."""
+        push = 0.02 * EULER
+        model = rod({"bend_y": 6}, nodes=24, tip_force=(-2 * EULER, 0, push))
+        wrong = lissom.statics(model, q0=0.5 * np.eye(6)[0])
+        assert wrong.is_stable
+        assert tip(model, wrong.q)[2] < 0
+        path = lissom.continuation(model, wrong.q, load_factor=1.0, direction=-wrong.q).path
+        limit, *_ = path.critical_points
+        assert limit.kind == "limit"
+        assert path.load_factor[limit.index] > limit.load_factor < 1.0
+        assert path.stability[0] == "stable"
+        assert path.stability[limit.index + 1] == "divergence"
+        assert abs(path.load_factor.min() - limit.load_factor) < 0.05
+        assert path.load_factor[-1] == 1
+
+    def test_stability_is_that_of_differences(self):
+        for model, q0 in [(column(2.0), None), (column(2.0), np.eye(8)[0]), (_bend(450), None)]:
+            found = lissom.statics(model, q0)
+            zero, step = np.zeros(model.n), 1e-5
+            stiffness = np.transpose(
+                [
+                    (
+                        model.inverse_dynamics(found.q + d, zero, zero)
+                        - model.inverse_dynamics(found.q - d, zero, zero)
+                    )
+                    for d in step * np.eye(model.n)
+                ]
+            )
+            scale = 1 / np.sqrt(model.tangent(zero, zero, zero)[0].diagonal().clip(1e-30))
+            lowest = np.linalg.eigvalsh(scale[:, None] * (stiffness + stiffness.T) / (4 * step) * scale)[0]
+            assert found.is_stable == (lowest > 0)
+
+
+class TestWays:
+    @pytest.mark.parametrize("steps", [1, 4, [0.3, 1.0]])
+    def test_the_way_does_not_change_the_end(self, steps):
+        model = rod({"bend_y": 6}, tip_force=(0, 0, -8 * EI))
+        found = lissom.statics(model, load_steps=steps)
+        np.testing.assert_allclose(found.q, lissom.statics(model).q, atol=1e-9)
+        stops = steps if isinstance(steps, list) else np.arange(1, steps + 1) / steps
+        assert set(stops) <= set(found.path.load_factor)
+        assert all(
+            unbalanced(_part(model, part), q) < 1e-9
+            for part, q in zip(found.path.load_factor, found.path.q, strict=True)
+        )
+
+    def test_the_defaults_are_the_documented_ones(self):
+        model = rod({"bend_y": 4}, tip_force=(0, 0, -3 * EI))
+        for function in (lissom.statics, lissom.continuation):
+            given = {
+                name: parameter.default
+                for name, parameter in inspect.signature(function).parameters.items()
+                if name not in ("model", "q0", "direction")
+            }
+            default, explicit = function(model), function(model, **given)
+            assert default.nit == explicit.nit
+            np.testing.assert_array_equal(default.path.q, explicit.path.q)
+
+    def test_newtons_method_finds_what_is_near(self):
+        pendulum = lissom.SpringPendulum()
+        up = lissom.statics(pendulum, q0=(1.5, -1.0), method="newton")
+        assert up.success
+        assert up.stability == "divergence"
+        assert up.path is None
+        np.testing.assert_allclose(up.q, [np.pi / 2, -0.981], atol=1e-10)
+
+    @given(st.floats(-10, 10), st.floats(-0.5, 2.0))
+    def test_a_pendulum_comes_to_hang(self, angle, elongation):
+        found = lissom.statics(lissom.SpringPendulum(), q0=(angle, elongation))
+        assert found.success
+        if found.is_stable:
+            assert np.sin(found.q[0]) == pytest.approx(-1)
+            assert found.q[1] == pytest.approx(0.981)
+
+    def test_a_pendulum_has_no_shape_without_load(self):
+        found = lissom.statics(lissom.SpringPendulum())
+        assert found.is_stable
+        assert found.path is None
+        np.testing.assert_allclose(found.q, [-np.pi / 2, 0.981], atol=1e-9)
+
+    @settings(max_examples=25)
+    @given(random_rods(), st.booleans())
+    def test_random_rods_come_to_rest(self, case, from_unloaded):
+        model = case.lissom
+        found = lissom.statics(model, None if from_unloaded else np.zeros(model.n))
+        if found.success:
+            assert found.load_factor == 1
+            assert unbalanced(model, found.q) < 1e-6
+        else:
+            assert found.status in ("iteration_limit", "stalled", "step_too_small", "too_many_steps")
+            assert np.isfinite(found.q).all()
+
+    def test_results_repeat_to_the_last_bit(self):
+        model = _bend(450)
+        np.testing.assert_array_equal(lissom.statics(model).q, lissom.statics(model).q)
+
+
+def _part(model, part):
+    return lissom.Rod(
+        model.segments,
+        gravity=part * np.array(model.gravity),
+        tip_force=part * np.array(model.tip_force),
+        tip_moment=part * np.array(model.tip_moment),
+    )
+
+
+class TestFailures:
+    def test_a_path_that_is_cut_short_is_let_go(self):
+        model = rod({"bend_y": 6}, nodes=24, tip_force=(0, 0, -100 * EI))
+        found = lissom.statics(model, max_steps=1)
+        assert found.success
+        assert found.status == "let_go"
+        assert "let go" in found.message
+        np.testing.assert_allclose(found.q, lissom.statics(model).q, atol=1e-8)
+
+    def test_limits_keep_the_last_state(self):
+        model = rod({"bend_y": 6}, nodes=24, tip_force=(0, 0, -100 * EI))
+        found = lissom.statics(model, max_steps=1, max_iter=1)
+        assert not found.success
+        assert found.status == "too_many_steps"
+        assert found.is_stable is None
+        assert 0 < found.load_factor < 1
+        assert "max_steps" in found.message
+        assert unbalanced(_part(model, found.load_factor), found.q) < 1e-9
+        found = lissom.statics(model, np.zeros(6), max_iter=2)
+        assert not found.success
+        assert found.status == "iteration_limit"
+        assert "max_iter" in found.message
+        found = lissom.continuation(model, max_steps=2)
+        assert not found.success
+        assert found.status == "too_many_steps"
+        assert len(found.path.load_factor) == 3
+
+    def test_forces_that_overflow(self):
+        found = lissom.statics(rod({"bend_y": 1, "stretch": 1}, gravity=(0, 0, -9.81)), q0=[1.0, 1e308])
+        assert not found.success
+        assert found.status == "non_finite"
+
+    def test_no_equilibrium_at_the_start(self):
+        model = rod({"bend_y": 6}, nodes=24, tip_force=(0, 0, -100 * EI))
+        found = lissom.continuation(model, 30 * np.ones(6), load_factor=0.5)
+        assert not found.success
+        assert found.status == "no_start"
+        assert "q0" in found.message
+        assert len(found.path.load_factor) == 0
+
+    @pytest.mark.parametrize(
+        ("arguments", "message"),
+        [
+            ({"q0": [1.0]}, "q0: expected 2 values, got 1"),
+            ({"q0": [np.nan, 0]}, "q0.0.: got NaN"),
+            ({"method": "magic"}, 'method: got "magic", expected "auto"'),
+            ({"load_steps": 0}, "load_steps: got 0"),
+            ({"load_steps": -1}, "load_steps: got -1"),
+            ({"load_steps": [0.5, 0.2, 1]}, "load_steps: got .*, expected increasing parts"),
+            ({"load_steps": [0.5]}, "the last one 1"),
+            ({"load_steps": 3, "q0": [0, 0]}, "load_steps: expected nothing"),
+            ({"method": "load_path", "q0": [0, 0]}, "q0: expected nothing"),
+            ({"tol": 0.0}, "tol: got 0, expected a finite number > 0"),
+            ({"max_iter": -1}, "max_iter: got -1"),
+            ({"t": np.inf}, "t: got inf"),
+        ],
+    )
+    def test_wrong_arguments_of_statics(self, arguments, message):
+        with pytest.raises(ValueError, match=message):
+            lissom.statics(_wire(2), **arguments)
+
+    @pytest.mark.parametrize(
+        ("arguments", "message"),
+        [
+            ({"direction": [0, 0]}, "direction: got zero"),
+            ({"bounds": (1, 0)}, "bounds: got"),
+            ({"load_factor": 2.0}, "load_factor: got 2, expected a number between the bounds 0 and 1"),
+            ({"max_step": 0.0}, "max_step: got 0"),
+        ],
+    )
+    def test_wrong_arguments_of_continuation(self, arguments, message):
+        with pytest.raises(ValueError, match=message):
+            lissom.continuation(_wire(2), **arguments)
+
+    def test_wrong_types(self):
+        for function in (lissom.statics, lissom.continuation):
+            with pytest.raises(TypeError, match="model: expected a Model"):
+                function("wire")
+        with pytest.raises(TypeError, match="load_steps: expected"):
+            lissom.statics(_wire(2), load_steps="many")
+
+    def test_results_are_frozen_and_have_names(self):
+        found = lissom.statics(column(1.5))
+        with pytest.raises(AttributeError):
+            found.success = False
+        assert repr(found).startswith("<StaticsResult: converged, load factor 1, divergence, ")
+        assert repr(found.path.critical_points) == "[<CriticalPoint bifurcation at load factor 0.666667>]"
+        assert repr(found.path) == "<EquilibriumPath of 2 points, 1 of them critical in between>"
