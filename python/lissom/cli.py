@@ -131,12 +131,13 @@ def explain(scene: Path) -> int:
 
     loaded = _load(scene)
     click.echo(loaded.model.explain(), nl=False)
-    click.echo("  steps")
     with _refusals_of(scene):
-        rows = text.cost_of_steps(loaded)
-    width = max(len(name) for name, _ in rows)
-    for name, value in rows:
-        click.echo(f"    {name:<{width}}  {value}")
+        steps = text.cost_of_steps(loaded)
+    for title, rows in (("output", text.outputs(loaded)), ("steps", steps)):
+        click.echo(f"  {title}")
+        width = max(len(name) for name, _ in rows)
+        for name, value in rows:
+            click.echo(f"    {name:<{width}}  {value}")
     return 0
 
 

@@ -185,6 +185,7 @@ def statistics(run: Run) -> dict[str, Any]:
     stats = run.motion.stats
     wall_time = stats.wall_time
     counters = {name: getattr(stats, name) for name in COUNTERS}
+    with_energy = "energy" in run.wants
     return {
         "scene": run.scene.name,
         MARK: __version__,
@@ -195,8 +196,8 @@ def statistics(run: Run) -> dict[str, Any]:
         "simulated_seconds": simulated,
         "wall_seconds": wall_time,
         "times_real_time": simulated / wall_time if wall_time > 0.0 else None,
-        "energy_drift": run.balance.drift,
-        "energy_moved_joules": run.balance.scale,
+        "energy_drift": run.balance.drift if with_energy else None,
+        "energy_moved_joules": run.balance.scale if with_energy else None,
         "counters": counters,
     }
 

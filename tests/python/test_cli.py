@@ -15,7 +15,7 @@ import pytest
 import xarray
 
 import lissom
-from lissom import cli, results
+from lissom import cli, report, results
 
 SCENES = Path(__file__).parents[2] / "scenes"
 
@@ -98,13 +98,16 @@ def test_a_scene_is_explained(scene, tmp_path):
     assert (done.returncode, done.stderr) == (0, "")
     computed, rest = done.stdout.split("  skipped\n")
     skipped, rest = rest.split("  cost\n")
-    cost, steps = rest.split("  steps\n")
+    cost, rest = rest.split("  output\n")
+    output, steps = rest.split("  steps\n")
     assert "2 coordinates, planar kernel" in computed
     assert "bend_y 2" in computed
     assert "motion in space" in skipped
     assert "stretch and shear" in skipped
     for evaluation in ("residual", "Jacobian", "factorisation", "solution", "mass matrix"):
         assert re.search(rf"{evaluation} +[\d,]+ multiplications\n", cost), evaluation
+    assert re.search(r"coordinates +every 10 ms", output)
+    assert "not wanted" not in output
     assert re.search(r"multiplications +[\d,]+ a step", steps)
     assert "a step" in steps
     assert [path.name for path in tmp_path.iterdir()] == ["wire.toml"], "nothing is written"
@@ -145,6 +148,25 @@ def test_the_trajectory_is_the_one_of_simulate(scene, tmp_path):
         np.testing.assert_allclose(data.position[-1, -1], tip, atol=1e-15)
         energies = [loaded.model.energy(q, v).kinetic for q, v in zip(motion.q, motion.v, strict=True)]
         np.testing.assert_array_equal(data.energy_kinetic, energies)
+
+
+def test_energies_that_are_not_wanted_are_not_computed(scene, tmp_path):
+    path = scene(WIRE + "output = { quantities = ['velocity'] }\n")
+    done = lissom_command("explain", path, cwd=tmp_path)
+    for quantity in ("acceleration", "energy", "shape"):
+        assert re.search(rf"{quantity} +not wanted\n", done.stdout)
+    assert re.search(r"velocity +at no cost\n", done.stdout)
+
+    loaded = lissom.Scene.load(path)
+    run = results.Run(loaded, loaded.run())
+    numbers = results.statistics(run)
+    report.build(run)
+    assert numbers["energy_drift"] is numbers["energy_moved_joules"] is None
+    assert "balance" not in vars(run), "nobody asked for it"
+    done = lissom_command("run", path, cwd=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "not computed: the scene does not ask for energies" in done.stdout
+    assert ">Energy<" not in (tmp_path / "results" / "wire" / "report.html").read_text()
 
 
 def test_only_the_wanted_quantities_are_written(scene, tmp_path):

@@ -19,8 +19,15 @@ def build(run: Run) -> page.Page:
         page.Section("Motion", [page.Figure(motion.animation(run), text.animation(run))]),
         *([page.Section("Tip", [page.Figure(curves.tip(run))])] if text.is_rod(run) else []),
         page.Section("Coordinates", [page.Figure(curves.coordinates(run), text.coordinates(run))]),
-        page.Section(
-            "Energy", [page.Figure(curves.energies(run)), page.Figure(curves.drift(run), text.energy(run))]
+        *(
+            [
+                page.Section(
+                    "Energy",
+                    [page.Figure(curves.energies(run)), page.Figure(curves.drift(run), text.energy(run))],
+                )
+            ]
+            if "energy" in run.wants
+            else []
         ),
         page.Section("Solver", [page.Table(("", ""), text.statistics(run))]),
         page.Section("Scene", [page.Source("The scene file of this run", run.scene.text)]),

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from .._lissom import MotionResult, Rod, Scene, Statistics, simulate
-from ..results import COUNTERS, Run, in_words_of_a_scene
+from ..results import COUNTERS, MAX_SHAPES, SECTIONS_PER_SEGMENT, Run, in_words_of_a_scene
 from ..results import statistics as numbers
 from . import motion
 
@@ -52,6 +52,8 @@ def pace(ratio: float) -> str:
 
 def drift(run: Run) -> str:
     """The energy drift in words."""
+    if "energy" not in run.wants:
+        return "not computed: the scene does not ask for energies"
     if not run.balance.moves:
         return "none: nothing moves"
     moved = quantity(run.balance.scale, "J")
@@ -87,7 +89,7 @@ def tiles(run: Run) -> list[tuple[str, str]]:
     if found["times_real_time"] is not None:
         tiles.append((pace(found["times_real_time"]), "as fast as real time"))
     tiles += [(f"{counters[name]:,}", COUNTERS[name]) for name in SHOWN_COUNTERS if counters[name]]
-    if run.balance.moves:
+    if "energy" in run.wants and run.balance.moves:
         tiles.append((quantity(found["energy_drift"], digits=2), "energy drift, relative"))
     return tiles
 
@@ -111,6 +113,23 @@ def statistics(run: Run) -> list[tuple[str, str]]:
         ("message", found["message"]),
     ]
     return rows
+
+
+def outputs(scene: Scene) -> list[tuple[str, str]]:
+    """What a run of the scene keeps, what that costs beyond the steps, and what is left out."""
+    settings, wants = scene.simulation, scene.simulation.quantities
+    is_newmark = settings.method in FIXED_STEP
+    kept = settings.output_step or settings.step
+    costs = {
+        "velocity": "at no cost",
+        "acceleration": "at no cost: steps solve for it" if is_newmark else "one evaluation each time",
+        "energy": "one evaluation each time, and the power of damping in every step",
+        "shape": f"{SECTIONS_PER_SEGMENT} sections a segment, at {MAX_SHAPES} times at most",
+    }
+    if not isinstance(scene.model, Rod):
+        del costs["shape"]
+    rows = [("coordinates", f"every {quantity(kept, 's')}")]
+    return rows + [(name, cost if name in wants else "not wanted") for name, cost in costs.items()]
 
 
 def cost_of_steps(scene: Scene) -> list[tuple[str, str]]:
