@@ -428,6 +428,17 @@ proptest! {
     }
 
     #[test]
+    fn portable_instructions_agree_with_the_best_of_this_machine(
+        rod in prop_oneof![planar_rods(), rods()],
+        phase in 0.0..6.0,
+    ) {
+        let mut best = RodModel::new(&rod).unwrap();
+        let mut portable = RodModel::portable(&rod).unwrap();
+        prop_assert_eq!(best.kernel(), portable.kernel());
+        assert_same_rod(&rod, &mut best, &mut portable, phase);
+    }
+
+    #[test]
     fn what_is_skipped_makes_no_difference(rod in prop_oneof![planar_rods(), rods()], phase in 0.0..6.0) {
         let mut skipping = RodModel::new(&rod).unwrap();
         let mut complete = RodModel::with_nothing_skipped(&rod).unwrap();

@@ -73,6 +73,14 @@ impl Scalar for Counted {
     fn splat(_: f64) -> Self {
         Self
     }
+    fn mul_add(self, _: Self, _: Self) -> Self {
+        note(1);
+        Self
+    }
+    fn mul_sub_from(self, _: Self, _: Self) -> Self {
+        note(1);
+        Self
+    }
     fn sqrt(self) -> Self {
         Self
     }

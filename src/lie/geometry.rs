@@ -5,7 +5,7 @@
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, Mul, Neg, Sub};
 
-use super::{Rotation, Scalar, Vector};
+use super::{Lanes, Rotation, Scalar, Vector};
 
 /// Sums and multiples.
 pub trait VectorSpace<T: Scalar>:
@@ -19,8 +19,12 @@ pub trait VectorSpace<T: Scalar>:
 {
     /// The zero vector.
     fn zero() -> Self;
+    /// `self + other * factor`.
+    fn add_scaled(self, other: Self, factor: T) -> Self;
     /// Scalar product.
     fn dot(self, other: Self) -> T;
+    /// `self . other + sum`.
+    fn dot_add(self, other: Self, sum: T) -> T;
 }
 
 /// The vector product, where it makes sense.
@@ -29,6 +33,8 @@ pub trait Cross<Other> {
     type Output;
     /// Vector product.
     fn cross(self, other: Other) -> Self::Output;
+    /// `self x other + sum`.
+    fn cross_add(self, other: Other, sum: Self::Output) -> Self::Output;
 }
 
 /// Second moments about the origin, which take angular velocities to angular momenta.
@@ -37,8 +43,10 @@ pub trait SecondMoment: Copy + Debug + Add<Output = Self> + AddAssign {
     fn zero() -> Self;
 }
 
-/// The space of a rod: [`super::Spatial`] or [`super::Planar`].
+/// The space of a rod, [`super::Spatial`] or [`super::Planar`], and the numbers that it is computed with.
 pub trait Geometry: Copy + Debug + Send + Sync + 'static {
+    /// What holds the values at neighbouring nodes.
+    type Pack: Lanes;
     /// Where this space lies in the three-dimensional one.
     type Frame: Copy + Debug + Send + Sync;
     /// Angular velocities and moments.

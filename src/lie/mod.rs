@@ -17,7 +17,7 @@ mod vector;
 
 pub use counted::{Counted, products};
 pub use geometry::{Cross, Geometry, SecondMoment, VectorSpace};
-pub use pack::{LANES, Pack, Scalar, weighted_sum};
+pub use pack::{LANES, Lanes, Pack, Scalar, weighted_sum};
 pub use planar::{Planar, Plane, PlaneRotation, PlaneVector, Turn};
 pub use rotation::{Quaternion, Rotation};
 pub use spatial::Spatial;

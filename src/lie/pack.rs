@@ -21,6 +21,10 @@ pub trait Scalar:
 {
     /// The number in every lane.
     fn splat(value: f64) -> Self;
+    /// `self * factor + addend`.
+    fn mul_add(self, factor: Self, addend: Self) -> Self;
+    /// `minuend - self * factor`.
+    fn mul_sub_from(self, factor: Self, minuend: Self) -> Self;
     /// The square root of every lane.
     fn sqrt(self) -> Self;
     /// One over every lane.
@@ -35,6 +39,14 @@ impl Scalar for f64 {
     #[inline(always)]
     fn splat(value: f64) -> Self {
         value
+    }
+    #[inline(always)]
+    fn mul_add(self, factor: Self, addend: Self) -> Self {
+        self * factor + addend
+    }
+    #[inline(always)]
+    fn mul_sub_from(self, factor: Self, minuend: Self) -> Self {
+        minuend - self * factor
     }
     #[inline(always)]
     fn sqrt(self) -> Self {
@@ -54,15 +66,49 @@ impl Scalar for f64 {
     }
 }
 
-/// [`LANES`] doubles, such as the values of a quantity at neighbouring nodes of a rod.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+/// Several doubles, such as the values of a quantity at neighbouring nodes of a rod.
+pub trait Lanes: Scalar {
+    /// Whether [`Scalar::mul_add`] is one instruction.
+    const FUSED: bool;
+    /// From the numbers in the lanes.
+    fn from_lanes(lanes: [f64; LANES]) -> Self;
+    /// The number in one lane.
+    fn lane(&self, lane: usize) -> f64;
+    /// Puts a number in one lane.
+    fn set_lane(&mut self, lane: usize, value: f64);
+    /// The sum of the lanes.
+    fn sum(self) -> f64;
+}
+
+/// [`LANES`] doubles in a register. `FUSED` is for machines that multiply and add in one instruction, with one rounding;
+/// elsewhere that would be a slow function, so that there are two kinds of packs.
+#[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(align(32))]
-pub struct Pack(pub [f64; LANES]);
+pub struct Pack<const FUSED: bool>([f64; LANES]);
 
-impl Pack {
-    /// Zero in every lane.
-    pub const ZERO: Self = Self([0.0; LANES]);
+impl<const FUSED: bool> Lanes for Pack<FUSED> {
+    const FUSED: bool = FUSED;
 
+    #[inline(always)]
+    fn from_lanes(lanes: [f64; LANES]) -> Self {
+        Self(lanes)
+    }
+    #[inline(always)]
+    fn lane(&self, lane: usize) -> f64 {
+        self.0[lane]
+    }
+    #[inline(always)]
+    fn set_lane(&mut self, lane: usize, value: f64) {
+        self.0[lane] = value;
+    }
+    #[inline(always)]
+    fn sum(self) -> f64 {
+        // Halves onto each other, as registers are added up.
+        (self.0[0] + self.0[2]) + (self.0[1] + self.0[3])
+    }
+}
+
+impl<const FUSED: bool> Pack<FUSED> {
     #[inline(always)]
     fn zip(self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
         // A plain loop: array::from_fn is not always inlined, and vectorised only where it is.
@@ -81,15 +127,9 @@ impl Pack {
         }
         result
     }
-
-    /// The sum of the lanes.
-    #[inline(always)]
-    pub fn sum(self) -> f64 {
-        (self.0[0] + self.0[1]) + (self.0[2] + self.0[3])
-    }
 }
 
-impl Add for Pack {
+impl<const FUSED: bool> Add for Pack<FUSED> {
     type Output = Self;
     #[inline(always)]
     fn add(self, other: Self) -> Self {
@@ -97,14 +137,14 @@ impl Add for Pack {
     }
 }
 
-impl AddAssign for Pack {
+impl<const FUSED: bool> AddAssign for Pack<FUSED> {
     #[inline(always)]
     fn add_assign(&mut self, other: Self) {
         *self = *self + other;
     }
 }
 
-impl Sub for Pack {
+impl<const FUSED: bool> Sub for Pack<FUSED> {
     type Output = Self;
     #[inline(always)]
     fn sub(self, other: Self) -> Self {
@@ -112,7 +152,7 @@ impl Sub for Pack {
     }
 }
 
-impl Mul for Pack {
+impl<const FUSED: bool> Mul for Pack<FUSED> {
     type Output = Self;
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
@@ -122,7 +162,7 @@ impl Mul for Pack {
     }
 }
 
-impl Mul<f64> for Pack {
+impl<const FUSED: bool> Mul<f64> for Pack<FUSED> {
     type Output = Self;
     #[inline(always)]
     fn mul(self, factor: f64) -> Self {
@@ -132,7 +172,7 @@ impl Mul<f64> for Pack {
     }
 }
 
-impl Neg for Pack {
+impl<const FUSED: bool> Neg for Pack<FUSED> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
@@ -140,10 +180,30 @@ impl Neg for Pack {
     }
 }
 
-impl Scalar for Pack {
+impl<const FUSED: bool> Scalar for Pack<FUSED> {
     #[inline(always)]
     fn splat(value: f64) -> Self {
         Self([value; LANES])
+    }
+    #[inline(always)]
+    fn mul_add(self, factor: Self, addend: Self) -> Self {
+        #[cfg(test)]
+        note(1);
+        let mut result = addend;
+        for ((c, &a), &b) in result.0.iter_mut().zip(&self.0).zip(&factor.0) {
+            *c = if FUSED { a.mul_add(b, *c) } else { a * b + *c };
+        }
+        result
+    }
+    #[inline(always)]
+    fn mul_sub_from(self, factor: Self, minuend: Self) -> Self {
+        #[cfg(test)]
+        note(1);
+        let mut result = minuend;
+        for ((c, &a), &b) in result.0.iter_mut().zip(&self.0).zip(&factor.0) {
+            *c = if FUSED { (-a).mul_add(b, *c) } else { *c - a * b };
+        }
+        result
     }
     #[inline(always)]
     fn sqrt(self) -> Self {
@@ -166,19 +226,19 @@ impl Scalar for Pack {
 }
 
 /// `start + sum_l weights[l] values_l`, where `values_l` is the quantity in lane `l` counted through all packs:
-/// with the rows of an integration matrix as weights, the integral up to [`LANES`] nodes at once. `broadcast` puts what
-/// stands in one lane into every lane.
+/// with the rows of an integration matrix as weights, the integral up to [`LANES`] nodes at once. `add_lane`
+/// adds what stands in one lane, times a weight, to every lane.
 #[inline(always)]
-pub fn weighted_sum<V: Copy + AddAssign + Mul<Pack, Output = V>>(
+pub fn weighted_sum<P: Lanes, V: Copy>(
     start: V,
-    weights: &[Pack],
+    weights: &[P],
     values: &[V],
-    broadcast: impl Fn(&V, usize) -> V,
+    add_lane: impl Fn(V, &V, usize, P) -> V,
 ) -> V {
     let mut sum = start;
     for (weights, value) in weights.chunks_exact(LANES).zip(values) {
         for (lane, &weight) in weights.iter().enumerate() {
-            sum += broadcast(value, lane) * weight;
+            sum = add_lane(sum, value, lane, weight);
         }
     }
     sum

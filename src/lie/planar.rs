@@ -4,11 +4,11 @@ use std::ops::{Add, AddAssign, Mul, Neg, Sub};
 
 use super::geometry::{Cross, Geometry, SecondMoment, VectorSpace};
 use super::sine_cosine::sine_cosine;
-use super::{Rotation, Scalar, Vector};
+use super::{Pack, Rotation, Scalar, Vector};
 
-/// Motions in a plane that contains the rod.
+/// Motions in a plane that contains the rod, computed with [`Pack<FUSED>`].
 #[derive(Clone, Copy, Debug)]
-pub struct Planar;
+pub struct Planar<const FUSED: bool>;
 
 /// A plane by the axes of the frame (0, 1, 2 for x, y, z): `first x second = normal`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -94,8 +94,16 @@ impl<T: Scalar> VectorSpace<T> for Turn<T> {
         Self(T::splat(0.0))
     }
     #[inline(always)]
+    fn add_scaled(self, other: Self, factor: T) -> Self {
+        Self(other.0.mul_add(factor, self.0))
+    }
+    #[inline(always)]
     fn dot(self, other: Self) -> T {
         self.0 * other.0
+    }
+    #[inline(always)]
+    fn dot_add(self, other: Self, sum: T) -> T {
+        self.0.mul_add(other.0, sum)
     }
 }
 
@@ -105,8 +113,16 @@ impl<T: Scalar> VectorSpace<T> for PlaneVector<T> {
         Self { a: T::splat(0.0), b: T::splat(0.0) }
     }
     #[inline(always)]
+    fn add_scaled(self, other: Self, factor: T) -> Self {
+        Self { a: other.a.mul_add(factor, self.a), b: other.b.mul_add(factor, self.b) }
+    }
+    #[inline(always)]
     fn dot(self, other: Self) -> T {
-        self.a * other.a + self.b * other.b
+        self.a.mul_add(other.a, self.b * other.b)
+    }
+    #[inline(always)]
+    fn dot_add(self, other: Self, sum: T) -> T {
+        self.a.mul_add(other.a, self.b.mul_add(other.b, sum))
     }
 }
 
@@ -124,13 +140,21 @@ impl<T: Scalar> Cross<Self> for Turn<T> {
     fn cross(self, _: Self) -> Self {
         Self(T::splat(0.0))
     }
+    #[inline(always)]
+    fn cross_add(self, _: Self, sum: Self) -> Self {
+        sum
+    }
 }
 
 impl<T: Scalar> Cross<PlaneVector<T>> for Turn<T> {
     type Output = PlaneVector<T>;
     #[inline(always)]
     fn cross(self, v: PlaneVector<T>) -> PlaneVector<T> {
-        PlaneVector { a: -(self.0 * v.b), b: self.0 * v.a }
+        PlaneVector { a: self.0.mul_sub_from(v.b, T::splat(0.0)), b: self.0 * v.a }
+    }
+    #[inline(always)]
+    fn cross_add(self, v: PlaneVector<T>, sum: PlaneVector<T>) -> PlaneVector<T> {
+        PlaneVector { a: self.0.mul_sub_from(v.b, sum.a), b: self.0.mul_add(v.a, sum.b) }
     }
 }
 
@@ -138,7 +162,11 @@ impl<T: Scalar> Cross<Turn<T>> for PlaneVector<T> {
     type Output = Self;
     #[inline(always)]
     fn cross(self, turn: Turn<T>) -> Self {
-        Self { a: self.b * turn.0, b: -(self.a * turn.0) }
+        Self { a: self.b * turn.0, b: self.a.mul_sub_from(turn.0, T::splat(0.0)) }
+    }
+    #[inline(always)]
+    fn cross_add(self, turn: Turn<T>, sum: Self) -> Self {
+        Self { a: self.b.mul_add(turn.0, sum.a), b: self.a.mul_sub_from(turn.0, sum.b) }
     }
 }
 
@@ -146,7 +174,11 @@ impl<T: Scalar> Cross<Self> for PlaneVector<T> {
     type Output = Turn<T>;
     #[inline(always)]
     fn cross(self, other: Self) -> Turn<T> {
-        Turn(self.a * other.b - self.b * other.a)
+        Turn(self.b.mul_sub_from(other.a, self.a * other.b))
+    }
+    #[inline(always)]
+    fn cross_add(self, other: Self, sum: Turn<T>) -> Turn<T> {
+        Turn(self.a.mul_add(other.b, self.b.mul_sub_from(other.a, sum.0)))
     }
 }
 
@@ -165,7 +197,8 @@ impl<T: Scalar> PlaneRotation<T> {
     }
 }
 
-impl Geometry for Planar {
+impl<const FUSED: bool> Geometry for Planar<FUSED> {
+    type Pack = Pack<FUSED>;
     type Frame = Plane;
     type Axial<T: Scalar> = Turn<T>;
     type Vector<T: Scalar> = PlaneVector<T>;
@@ -207,7 +240,7 @@ impl Geometry for Planar {
     #[inline(always)]
     fn rotate<T: Scalar>(r: &PlaneRotation<T>, v: PlaneVector<T>) -> PlaneVector<T> {
         let [a, b] = r.axes();
-        a * v.a + b * v.b
+        (a * v.a).add_scaled(b, v.b)
     }
     #[inline(always)]
     fn rotate_back<T: Scalar>(r: &PlaneRotation<T>, v: PlaneVector<T>) -> PlaneVector<T> {
@@ -248,7 +281,7 @@ impl Geometry for Planar {
     }
     #[inline(always)]
     fn section<T: Scalar>(mass: T, rotary: T, _: PlaneVector<T>, position: PlaneVector<T>) -> Turn<T> {
-        Turn(rotary + position.dot(position * mass))
+        Turn(position.dot_add(position * mass, rotary))
     }
     #[inline(always)]
     fn angular_momentum<T: Scalar>(m: &Turn<T>, turn: Turn<T>) -> Turn<T> {

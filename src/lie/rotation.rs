@@ -1,7 +1,7 @@
 //! Rotations: unit quaternions to compose them, matrices to apply them.
 
 use super::sine_cosine::sine_cosine;
-use super::{Pack, Scalar, Vector};
+use super::{Lanes, Scalar, Vector};
 
 /// A unit quaternion (w, x, y, z) that turns body axes into world axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,7 +42,7 @@ const SINE: [f64; 9] = [
 
 #[inline(always)]
 fn polynomial<T: Scalar>(coefficients: &[f64; 9], x: T) -> T {
-    coefficients.iter().rev().fold(T::splat(0.0), |sum, &c| sum * x + T::splat(c))
+    coefficients.iter().rev().fold(T::splat(0.0), |sum, &c| sum.mul_add(x, T::splat(c)))
 }
 
 impl<T: Scalar> Quaternion<T> {
@@ -65,15 +65,15 @@ impl<T: Scalar> Quaternion<T> {
     #[inline(always)]
     pub fn times(self, other: Self) -> Self {
         Self {
-            w: self.w * other.w - self.v.dot(other.v),
-            v: other.v * self.w + self.v * other.w + self.v.cross(other.v),
+            w: (-self.v).dot_add(other.v, self.w * other.w),
+            v: self.v.cross_add(other.v, (other.v * self.w).add_scaled(self.v, other.w)),
         }
     }
 
     /// The same rotation with norm 1 to rounding.
     #[inline(always)]
     pub fn normalised(self) -> Self {
-        let factor = (self.w * self.w + self.v.dot(self.v)).sqrt().reciprocal();
+        let factor = self.v.dot_add(self.v, self.w * self.w).sqrt().reciprocal();
         Self { w: self.w * factor, v: self.v * factor }
     }
 
@@ -98,17 +98,17 @@ impl Quaternion<f64> {
     }
 }
 
-impl Quaternion<Pack> {
+impl<P: Lanes> Quaternion<P> {
     /// The quaternion in one lane.
     #[inline(always)]
     pub fn lane(&self, lane: usize) -> Quaternion<f64> {
-        Quaternion { w: self.w.0[lane], v: self.v.lane(lane) }
+        Quaternion { w: self.w.lane(lane), v: self.v.lane(lane) }
     }
 
     /// Puts a quaternion in one lane.
     #[inline(always)]
     pub fn set_lane(&mut self, lane: usize, quaternion: Quaternion<f64>) {
-        self.w.0[lane] = quaternion.w;
+        self.w.set_lane(lane, quaternion.w);
         self.v.set_lane(lane, quaternion.v);
     }
 }
@@ -126,7 +126,7 @@ impl<T: Scalar> Rotation<T> {
     /// World coordinates of a vector given in body axes.
     #[inline(always)]
     pub fn apply(&self, v: Vector<T>) -> Vector<T> {
-        self.x * v.x + self.y * v.y + self.z * v.z
+        (self.x * v.x).add_scaled(self.y, v.y).add_scaled(self.z, v.z)
     }
 
     /// Body coordinates of a vector given in world axes.
@@ -142,7 +142,7 @@ impl<T: Scalar> Rotation<T> {
     }
 }
 
-impl Rotation<Pack> {
+impl<P: Lanes> Rotation<P> {
     /// The rotation in one lane.
     #[inline(always)]
     pub fn lane(&self, lane: usize) -> Rotation<f64> {
@@ -152,6 +152,7 @@ impl Rotation<Pack> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::Pack;
     use super::*;
 
     #[test]
@@ -164,8 +165,8 @@ mod tests {
                 v * angle.cos() + axis.cross(v) * angle.sin() + axis * (axis.dot(v) * (1.0 - angle.cos()));
             let difference = rotation.apply(v) - wanted;
             assert!(difference.dot(difference).sqrt() < 4e-15, "angle {angle}: {difference:?}");
-            let packed = Quaternion::exp(Vector::<Pack>::splat((axis * angle).to_array())).rotation().lane(2);
-            assert_eq!(packed, rotation, "lanes do what scalars do");
+            let omega = Vector::<Pack<false>>::splat((axis * angle).to_array());
+            assert_eq!(Quaternion::exp(omega).rotation().lane(2), rotation, "lanes do what scalars do");
         }
     }
 

@@ -39,7 +39,7 @@ fn round<T: Scalar>(x: T) -> T {
 
 #[inline(always)]
 fn polynomial<T: Scalar>(coefficients: &[f64; 6], x: T) -> T {
-    coefficients.iter().rev().fold(T::splat(0.0), |sum, &c| sum * x + T::splat(c))
+    coefficients.iter().rev().fold(T::splat(0.0), |sum, &c| sum.mul_add(x, T::splat(c)))
 }
 
 /// `(sin x, cos x)`, exact to about a unit in the last place of 1.
@@ -73,7 +73,7 @@ pub(super) fn sine_cosine<T: Scalar>(x: T) -> (T, T) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Pack;
+    use super::super::{Lanes, Pack};
     use super::*;
 
     #[test]
@@ -86,16 +86,20 @@ mod tests {
             let (sine, cosine) = sine_cosine(angle);
             assert!((sine - angle.sin()).abs() <= f64::EPSILON, "sin {angle} is not {sine}");
             assert!((cosine - angle.cos()).abs() <= f64::EPSILON, "cos {angle} is not {cosine}");
-            let packed = sine_cosine(Pack([angle, 0.3, angle, -2.0]));
+            let lanes = [angle, 0.3, angle, -2.0];
+            let packed = sine_cosine(Pack::<false>::from_lanes(lanes));
+            let fused = sine_cosine(Pack::<true>::from_lanes(lanes));
             if angle.abs() <= LARGEST_ANGLE {
                 assert_eq!(
-                    (packed.0.0[2].to_bits(), packed.1.0[2].to_bits()),
+                    (packed.0.lane(2).to_bits(), packed.1.lane(2).to_bits()),
                     (sine.to_bits(), cosine.to_bits())
                 );
             }
+            assert!((fused.0.lane(2) - angle.sin()).abs() <= f64::EPSILON);
+            assert!((fused.1.lane(2) - angle.cos()).abs() <= f64::EPSILON);
         }
         assert!(sine_cosine(f64::NAN).0.is_nan() && sine_cosine(f64::INFINITY).1.is_nan());
-        let (sine, _) = sine_cosine(Pack([0.5, f64::NAN, 0.5, 0.5]));
-        assert!(sine.0[1].is_nan() && sine.0[0] == 0.5f64.sin());
+        let (sine, _) = sine_cosine(Pack::<false>::from_lanes([0.5, f64::NAN, 0.5, 0.5]));
+        assert!(sine.lane(1).is_nan() && sine.lane(0) == 0.5f64.sin());
     }
 }

@@ -1,11 +1,11 @@
 //! The space of three dimensions.
 
 use super::geometry::{Cross, Geometry, SecondMoment, VectorSpace};
-use super::{Rotation, Scalar, Symmetric, Vector};
+use super::{Pack, Rotation, Scalar, Symmetric, Vector};
 
-/// Motions in three dimensions.
+/// Motions in three dimensions, computed with [`Pack<FUSED>`].
 #[derive(Clone, Copy, Debug)]
-pub struct Spatial;
+pub struct Spatial<const FUSED: bool>;
 
 impl<T: Scalar> VectorSpace<T> for Vector<T> {
     #[inline(always)]
@@ -13,8 +13,16 @@ impl<T: Scalar> VectorSpace<T> for Vector<T> {
         Self::zero()
     }
     #[inline(always)]
+    fn add_scaled(self, other: Self, factor: T) -> Self {
+        self.add_scaled(other, factor)
+    }
+    #[inline(always)]
     fn dot(self, other: Self) -> T {
         self.dot(other)
+    }
+    #[inline(always)]
+    fn dot_add(self, other: Self, sum: T) -> T {
+        self.dot_add(other, sum)
     }
 }
 
@@ -23,6 +31,10 @@ impl<T: Scalar> Cross<Self> for Vector<T> {
     #[inline(always)]
     fn cross(self, other: Self) -> Self {
         self.cross(other)
+    }
+    #[inline(always)]
+    fn cross_add(self, other: Self, sum: Self) -> Self {
+        self.cross_add(other, sum)
     }
 }
 
@@ -33,7 +45,8 @@ impl<T: Scalar> SecondMoment for Symmetric<T> {
     }
 }
 
-impl Geometry for Spatial {
+impl<const FUSED: bool> Geometry for Spatial<FUSED> {
+    type Pack = Pack<FUSED>;
     type Frame = ();
     type Axial<T: Scalar> = Vector<T>;
     type Vector<T: Scalar> = Vector<T>;
@@ -109,7 +122,7 @@ impl Geometry for Spatial {
 
     #[inline(always)]
     fn spin<T: Scalar>(rotary: T, axis: Vector<T>, angular: Vector<T>) -> Vector<T> {
-        (angular + axis * axis.dot(angular)) * rotary
+        angular.add_scaled(axis, axis.dot(angular)) * rotary
     }
     #[inline(always)]
     fn section<T: Scalar>(mass: T, rotary: T, axis: Vector<T>, position: Vector<T>) -> Symmetric<T> {

@@ -2,7 +2,7 @@
 
 use std::ops::{Add, AddAssign, Mul, Sub};
 
-use super::{Pack, Scalar, Vector};
+use super::{Lanes, Scalar, Vector};
 
 /// A symmetric matrix by its six different entries.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -69,7 +69,7 @@ impl<T: Scalar> Symmetric<T> {
     }
 }
 
-impl Symmetric<Pack> {
+impl<P: Lanes> Symmetric<P> {
     /// The sum of the matrices in the lanes.
     #[inline(always)]
     pub fn sum(self) -> Symmetric<f64> {

@@ -2,7 +2,7 @@
 
 use std::ops::{Add, AddAssign, Mul, Neg, Sub};
 
-use super::{Cross, Geometry, Pack, Scalar, VectorSpace};
+use super::{Cross, Geometry, Lanes, Scalar, VectorSpace};
 
 /// A velocity-like element of the Lie algebra: (angular; linear).
 #[derive(Clone, Copy, Debug)]
@@ -28,7 +28,16 @@ impl<G: Geometry, T: Scalar> Twist<G, T> {
     pub fn bracket(self, other: Self) -> Self {
         Self {
             angular: self.angular.cross(other.angular),
-            linear: self.linear.cross(other.angular) + self.angular.cross(other.linear),
+            linear: self.linear.cross_add(other.angular, self.angular.cross(other.linear)),
+        }
+    }
+
+    /// `ad_self other + sum`.
+    #[inline(always)]
+    pub fn bracket_add(self, other: Self, sum: Self) -> Self {
+        Self {
+            angular: self.angular.cross_add(other.angular, sum.angular),
+            linear: self.linear.cross_add(other.angular, self.angular.cross_add(other.linear, sum.linear)),
         }
     }
 
@@ -36,7 +45,7 @@ impl<G: Geometry, T: Scalar> Twist<G, T> {
     #[inline(always)]
     pub fn bracket_transposed(self, wrench: Wrench<G, T>) -> Wrench<G, T> {
         Wrench {
-            moment: wrench.moment.cross(self.angular) + wrench.force.cross(self.linear),
+            moment: wrench.moment.cross_add(self.angular, wrench.force.cross(self.linear)),
             force: wrench.force.cross(self.angular),
         }
     }
@@ -44,7 +53,13 @@ impl<G: Geometry, T: Scalar> Twist<G, T> {
     /// Power of a wrench on this twist.
     #[inline(always)]
     pub fn dot(self, wrench: Wrench<G, T>) -> T {
-        self.angular.dot(wrench.moment) + self.linear.dot(wrench.force)
+        self.dot_add(wrench, T::splat(0.0))
+    }
+
+    /// The same, added to a sum.
+    #[inline(always)]
+    pub fn dot_add(self, wrench: Wrench<G, T>, sum: T) -> T {
+        self.angular.dot_add(wrench.moment, self.linear.dot_add(wrench.force, sum))
     }
 }
 
@@ -61,6 +76,15 @@ macro_rules! linear_operations {
             #[inline(always)]
             pub fn map<U: Scalar>(&self, f: impl Fn(&T) -> U) -> $name<G, U> {
                 $name { $first: G::map_axial(&self.$first, &f), $second: G::map_vector(&self.$second, &f) }
+            }
+
+            /// `self + other * factor`.
+            #[inline(always)]
+            pub fn add_scaled(self, other: Self, factor: T) -> Self {
+                Self {
+                    $first: self.$first.add_scaled(other.$first, factor),
+                    $second: self.$second.add_scaled(other.$second, factor),
+                }
             }
 
             /// A component, the angular ones first.
@@ -116,16 +140,16 @@ macro_rules! linear_operations {
         impl<G: Geometry> $name<G, f64> {
             /// The same in every lane.
             #[inline(always)]
-            pub fn splat(self) -> $name<G, Pack> {
-                self.map(|&component| Pack::splat(component))
+            pub fn splat(self) -> $name<G, G::Pack> {
+                self.map(|&component| G::Pack::splat(component))
             }
         }
 
-        impl<G: Geometry> $name<G, Pack> {
-            /// What stands in one lane, in every lane.
+        impl<G: Geometry, P: Lanes> $name<G, P> {
+            /// `self + weight * other`, of which one lane counts for all.
             #[inline(always)]
-            pub fn broadcast(&self, lane: usize) -> Self {
-                self.map(|pack| Pack::splat(pack.0[lane]))
+            pub fn add_lane(self, other: &Self, lane: usize, weight: P) -> Self {
+                self.add_scaled(other.map(|pack| P::splat(pack.lane(lane))), weight)
             }
 
             /// The sum over the lanes.

@@ -2,7 +2,7 @@
 
 use std::ops::{Add, AddAssign, Mul, Neg, Sub};
 
-use super::{Pack, Scalar};
+use super::{Lanes, Scalar};
 
 /// A vector of space.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -36,9 +36,29 @@ impl<T: Scalar> Vector<T> {
     #[inline(always)]
     pub fn cross(self, other: Self) -> Self {
         Self::new(
-            self.y * other.z - self.z * other.y,
-            self.z * other.x - self.x * other.z,
-            self.x * other.y - self.y * other.x,
+            self.z.mul_sub_from(other.y, self.y * other.z),
+            self.x.mul_sub_from(other.z, self.z * other.x),
+            self.y.mul_sub_from(other.x, self.x * other.y),
+        )
+    }
+
+    /// `self x other + sum`.
+    #[inline(always)]
+    pub fn cross_add(self, other: Self, sum: Self) -> Self {
+        Self::new(
+            self.y.mul_add(other.z, self.z.mul_sub_from(other.y, sum.x)),
+            self.z.mul_add(other.x, self.x.mul_sub_from(other.z, sum.y)),
+            self.x.mul_add(other.y, self.y.mul_sub_from(other.x, sum.z)),
+        )
+    }
+
+    /// `self + other * factor`.
+    #[inline(always)]
+    pub fn add_scaled(self, other: Self, factor: T) -> Self {
+        Self::new(
+            other.x.mul_add(factor, self.x),
+            other.y.mul_add(factor, self.y),
+            other.z.mul_add(factor, self.z),
         )
     }
 
@@ -55,7 +75,13 @@ impl<T: Scalar> Vector<T> {
     /// Scalar product.
     #[inline(always)]
     pub fn dot(self, other: Self) -> T {
-        self.x * other.x + self.y * other.y + self.z * other.z
+        self.x.mul_add(other.x, self.y.mul_add(other.y, self.z * other.z))
+    }
+
+    /// `self . other + sum`.
+    #[inline(always)]
+    pub fn dot_add(self, other: Self, sum: T) -> T {
+        self.x.mul_add(other.x, self.y.mul_add(other.y, self.z.mul_add(other.z, sum)))
     }
 }
 
@@ -72,11 +98,11 @@ impl From<[f64; 3]> for Vector<f64> {
     }
 }
 
-impl Vector<Pack> {
+impl<P: Lanes> Vector<P> {
     /// The vector in one lane.
     #[inline(always)]
     pub fn lane(&self, lane: usize) -> Vector<f64> {
-        Vector { x: self.x.0[lane], y: self.y.0[lane], z: self.z.0[lane] }
+        Vector { x: self.x.lane(lane), y: self.y.lane(lane), z: self.z.lane(lane) }
     }
 
     /// The sum of the vectors in the lanes.
@@ -88,9 +114,9 @@ impl Vector<Pack> {
     /// Puts a vector in one lane.
     #[inline(always)]
     pub fn set_lane(&mut self, lane: usize, v: Vector<f64>) {
-        self.x.0[lane] = v.x;
-        self.y.0[lane] = v.y;
-        self.z.0[lane] = v.z;
+        self.x.set_lane(lane, v.x);
+        self.y.set_lane(lane, v.y);
+        self.z.set_lane(lane, v.z);
     }
 }
 

@@ -288,10 +288,10 @@ mod tests {
             [&[[2, 2, 2, 0, 0, 0]; 2], &[[3; 6]; 2], &[[1, 4, 0, 0, 2, 0], [0, 0, 7, 0, 0, 0], [0; 6]]];
         for is_tapered in [false, true] {
             for modes in planar {
-                assert_counts::<Planar>(&rod(modes, is_tapered), Plane::ABOUT_Y);
+                assert_counts::<Planar<true>>(&rod(modes, is_tapered), Plane::ABOUT_Y);
             }
             for modes in spatial.into_iter().chain(planar) {
-                assert_counts::<Spatial>(&rod(modes, is_tapered), ());
+                assert_counts::<Spatial<true>>(&rod(modes, is_tapered), ());
             }
         }
     }
@@ -299,7 +299,7 @@ mod tests {
     #[test]
     fn a_factorisation_costs_a_third_of_the_cube() {
         let of = |segments: usize| {
-            multiplications(&Plan::<Spatial>::new(&rod(&vec![[2, 2, 2, 0, 0, 0]; segments], false), ()))
+            multiplications(&Plan::<Spatial<true>>::new(&rod(&vec![[2, 2, 2, 0, 0, 0]; segments], false), ()))
         };
         assert_eq!((of(1).factorisation, of(1).solution), ((6 * 6 * 6 - 6) / 3, 36));
         assert_eq!(of(2).factorisation, (12 * 12 * 12 - 12) / 3);

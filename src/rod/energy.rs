@@ -4,13 +4,13 @@ use super::inertia;
 use super::plan::Plan;
 use super::turning::Turning;
 use super::workspace::Workspace;
-use crate::lie::{Pack, VectorSpace};
+use crate::lie::{Lanes, Scalar, VectorSpace};
 use crate::model::Energy;
 
 /// Energies with the motion of (q, qd) up to date.
 pub(super) fn energy<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, q: &[f64]) -> Energy {
     let mut energy = Energy { elastic: 0.5 * quadratic_form(plan, q, |_| 1.0), ..Energy::default() };
-    let mut twice_kinetic = Pack::ZERO;
+    let mut twice_kinetic = G::Pack::splat(0.0);
     for segment in &plan.segments {
         for pack in 0..segment.packs {
             let node = segment.first_pack + pack;
@@ -18,7 +18,7 @@ pub(super) fn energy<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, q: &[f64])
             twice_kinetic += work.velocity[node].dot(work.momentum[node]) * weight;
             let mass = (segment.mass[pack] * weight).sum();
             let moment =
-                G::map_vector(&(work.position[node] * (segment.mass[pack] * weight)), |pack: &Pack| {
+                G::map_vector(&(work.position[node] * (segment.mass[pack] * weight)), |pack: &G::Pack| {
                     pack.sum()
                 });
             energy.gravitational += mass * plan.gravity_potential - plan.gravity.dot(moment);

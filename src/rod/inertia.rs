@@ -4,7 +4,7 @@
 use super::plan::{Plan, SegmentPlan};
 use super::turning::Turning;
 use super::workspace::Workspace;
-use crate::lie::{Cross, Geometry, Pack, Scalar, SecondMoment, Twist, VectorSpace, Wrench};
+use crate::lie::{Cross, Geometry, Lanes, Scalar, SecondMoment, Twist, VectorSpace, Wrench};
 
 /// Inertia per length of a circular section.
 #[derive(Clone, Copy, Debug)]
@@ -21,9 +21,9 @@ impl<G: Geometry, T: Scalar> SectionInertia<G, T> {
     #[inline(always)]
     pub(super) fn momentum(&self, twist: Twist<G, T>) -> Wrench<G, T> {
         let Twist { angular, linear } = twist;
-        let momentum = (linear + angular.cross(self.position)) * self.mass;
+        let momentum = angular.cross_add(self.position, linear) * self.mass;
         let spin = G::spin(self.rotary, self.axis, angular);
-        Wrench { moment: spin + self.position.cross(momentum), force: momentum }
+        Wrench { moment: self.position.cross_add(momentum, spin), force: momentum }
     }
 
     /// The same inertia, times `weight`, as one that can be added to others.
@@ -56,8 +56,10 @@ impl<G: Geometry, T: Scalar> Inertia<G, T> {
     #[inline(always)]
     pub(super) fn momentum(&self, z: Twist<G, T>) -> Wrench<G, T> {
         Wrench {
-            moment: G::angular_momentum(&self.second_moment, z.angular) + self.first_moment.cross(z.linear),
-            force: z.linear * self.mass + z.angular.cross(self.first_moment),
+            moment: self
+                .first_moment
+                .cross_add(z.linear, G::angular_momentum(&self.second_moment, z.angular)),
+            force: z.angular.cross_add(self.first_moment, z.linear * self.mass),
         }
     }
 
@@ -69,14 +71,14 @@ impl<G: Geometry, T: Scalar> Inertia<G, T> {
     }
 }
 
-impl<G: Geometry> Inertia<G, Pack> {
+impl<G: Geometry> Inertia<G, G::Pack> {
     /// The sum over the lanes.
     #[inline(always)]
     pub(super) fn sum(self) -> Inertia<G, f64> {
         Inertia {
             mass: self.mass.sum(),
-            first_moment: G::map_vector(&self.first_moment, |pack: &Pack| pack.sum()),
-            second_moment: G::map_second_moment(&self.second_moment, |pack: &Pack| pack.sum()),
+            first_moment: G::map_vector(&self.first_moment, |pack: &G::Pack| pack.sum()),
+            second_moment: G::map_second_moment(&self.second_moment, |pack: &G::Pack| pack.sum()),
         }
     }
 }
@@ -109,7 +111,7 @@ impl<G: Geometry, T: Scalar> Gyroscope<G, T> {
     #[inline(always)]
     pub(super) fn times(&self, y: G::Axial<T>) -> Wrench<G, T> {
         Wrench {
-            moment: G::angular_momentum(&self.symmetric, y) + y.cross(self.momentum.moment),
+            moment: y.cross_add(self.momentum.moment, G::angular_momentum(&self.symmetric, y)),
             force: y.cross(self.momentum.force + self.momentum.force),
         }
     }
@@ -118,9 +120,10 @@ impl<G: Geometry, T: Scalar> Gyroscope<G, T> {
     #[inline(always)]
     pub(super) fn transposed_times(&self, psi: Twist<G, T>) -> G::Axial<T> {
         let force = self.momentum.force + self.momentum.force;
-        G::angular_momentum(&self.symmetric, psi.angular)
-            + self.momentum.moment.cross(psi.angular)
-            + force.cross(psi.linear)
+        force.cross_add(
+            psi.linear,
+            self.momentum.moment.cross_add(psi.angular, G::angular_momentum(&self.symmetric, psi.angular)),
+        )
     }
 
     #[inline(always)]
@@ -130,12 +133,12 @@ impl<G: Geometry, T: Scalar> Gyroscope<G, T> {
     }
 }
 
-impl<G: Geometry> Gyroscope<G, Pack> {
+impl<G: Geometry> Gyroscope<G, G::Pack> {
     /// The sum over the lanes.
     #[inline(always)]
     pub(super) fn sum(self) -> Gyroscope<G, f64> {
         Gyroscope {
-            symmetric: G::map_second_moment(&self.symmetric, |pack: &Pack| pack.sum()),
+            symmetric: G::map_second_moment(&self.symmetric, |pack: &G::Pack| pack.sum()),
             momentum: self.momentum.sum(),
         }
     }
@@ -147,9 +150,9 @@ pub(super) fn of_nodes<G: Turning>(
     frame: G::Frame,
     segment: &SegmentPlan<G>,
     pack: usize,
-    rotation: &G::Rotation<Pack>,
-    position: G::Vector<Pack>,
-) -> SectionInertia<G, Pack> {
+    rotation: &G::Rotation<G::Pack>,
+    position: G::Vector<G::Pack>,
+) -> SectionInertia<G, G::Pack> {
     let (mass, rotary) = (segment.mass[pack], segment.rotary_inertia[pack]);
     SectionInertia { mass, rotary, axis: G::rod_axis(frame, rotation), position }
 }

@@ -7,7 +7,7 @@ use super::inertia;
 use super::plan::{Plan, SegmentPlan};
 use super::turning::Turning;
 use super::workspace::Workspace;
-use crate::lie::{Cross, Pack, Scalar, Twist, Wrench, weighted_sum};
+use crate::lie::{Cross, Lanes, Scalar, Twist, Wrench, weighted_sum};
 
 /// Twist of a body-frame strain at a place: `Ad_g (angular; linear)`.
 #[inline(always)]
@@ -84,14 +84,14 @@ fn sweep_out<G: Turning>(
     let mut change = (Twist::zero(), Twist::zero());
     let start = base.velocity.splat();
     for (pack, row) in segment.rows(&segment.from_base).enumerate() {
-        velocity[pack] = weighted_sum(start, row, rate, Twist::broadcast);
-        acceleration_rate[pack] += velocity[pack].bracket(rate[pack]);
-        change.0 += rate[pack] * weights[pack];
-        change.1 += acceleration_rate[pack] * weights[pack];
+        velocity[pack] = weighted_sum(start, row, rate, Twist::add_lane);
+        acceleration_rate[pack] = velocity[pack].bracket_add(rate[pack], acceleration_rate[pack]);
+        change.0 = change.0.add_scaled(rate[pack], weights[pack]);
+        change.1 = change.1.add_scaled(acceleration_rate[pack], weights[pack]);
     }
     let start = base.acceleration.splat();
     for (pack, row) in segment.rows(&segment.from_base).enumerate() {
-        acceleration[pack] = weighted_sum(start, row, acceleration_rate, Twist::broadcast);
+        acceleration[pack] = weighted_sum(start, row, acceleration_rate, Twist::add_lane);
         let inertia = inertia::of_nodes(frame, segment, pack, &rotation[pack], position[pack]);
         momentum[pack] = inertia.momentum(velocity[pack]);
         force[pack] =
@@ -132,8 +132,8 @@ fn sweep_back<G: Turning>(
     let mut total = Wrench::zero();
     let start = end.splat();
     for (pack, row) in segment.rows(&segment.to_end).enumerate() {
-        internal[pack] = weighted_sum(start, row, force, Wrench::broadcast);
-        total += force[pack] * segment.weights[pack];
+        internal[pack] = weighted_sum(start, row, force, Wrench::add_lane);
+        total = total.add_scaled(force[pack], segment.weights[pack]);
     }
     end + total.sum()
 }
@@ -157,7 +157,7 @@ pub(super) fn project<G: Turning>(
         for pack in 0..packs {
             let Wrench { moment, force } = internal[pack];
             body[pack] = Wrench {
-                moment: G::rotate_axial_back(&rotation[pack], moment - position[pack].cross(force)),
+                moment: G::rotate_axial_back(&rotation[pack], (-position[pack]).cross_add(force, moment)),
                 force: G::rotate_back(&rotation[pack], force),
             };
         }
@@ -168,9 +168,9 @@ pub(super) fn project<G: Turning>(
             let tau = &mut tau[own];
             let rows = segment.weighted_basis.chunks_exact(packs);
             for ((j, tau), row) in tau.iter_mut().enumerate().zip(rows) {
-                let mut sum = Pack::ZERO;
+                let mut sum = G::Pack::splat(0.0);
                 for (&weight, wrench) in row.iter().zip(body.iter_mut()) {
-                    sum += weight * *wrench.component_mut(component.index);
+                    sum = weight.mul_add(*wrench.component_mut(component.index), sum);
                 }
                 *tau = sum.sum() + component.elastic_force(j, q, qd, mu);
             }

@@ -3,7 +3,7 @@
 use super::plan::{Plan, SegmentPlan};
 use super::turning::Turning;
 use super::workspace::Workspace;
-use crate::lie::{LANES, Pack, Rotation, Scalar, Vector, VectorSpace, weighted_sum};
+use crate::lie::{LANES, Lanes, Rotation, Scalar, Vector, VectorSpace, weighted_sum};
 
 /// A place of a rod in the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,10 +21,10 @@ fn slope<G: Turning>(
     frame: G::Frame,
     q: &[f64],
     pack: usize,
-    rotation: &G::Rotation<Pack>,
-) -> G::Vector<Pack> {
+    rotation: &G::Rotation<G::Pack>,
+) -> G::Vector<G::Pack> {
     if segment.is_extensible {
-        let reference = G::map_vector(&segment.reference_strain.linear, |&x| Pack::splat(x));
+        let reference = G::map_vector(&segment.reference_strain.linear, |&x| G::Pack::splat(x));
         G::rotate(rotation, segment.field(q, pack).linear + reference)
     } else {
         G::rod_axis(frame, rotation)
@@ -51,17 +51,20 @@ pub(super) fn update<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, q: &[f
         for (pack, (slope, rotation)) in slopes.iter_mut().zip(rotations.iter()).enumerate() {
             *slope = self::slope(segment, plan.frame, q, pack, rotation);
         }
-        let start = G::map_vector(&base.position, |&x| Pack::splat(x));
-        let mut total = G::Vector::<Pack>::zero();
+        let start = G::map_vector(&base.position, |&x| G::Pack::splat(x));
+        let mut total = G::Vector::<G::Pack>::zero();
         let positions = &mut work.position[segment.node_packs()];
         for (pack, position) in positions.iter_mut().enumerate() {
             let row = segment.row(&segment.from_base, pack);
-            *position = weighted_sum(start, row, slopes, |slope, lane| {
-                G::map_vector(slope, |component: &Pack| Pack::splat(component.0[lane]))
+            *position = weighted_sum(start, row, slopes, |sum, slope, lane, weight| {
+                sum.add_scaled(
+                    G::map_vector(slope, |component: &G::Pack| G::Pack::splat(component.lane(lane))),
+                    weight,
+                )
             });
-            total += slopes[pack] * segment.weights[pack];
+            total = total.add_scaled(slopes[pack], segment.weights[pack]);
         }
-        end.position = base.position + G::map_vector(&total, |pack: &Pack| pack.sum());
+        end.position = base.position + G::map_vector(&total, |pack: &G::Pack| pack.sum());
     }
 }
 
@@ -101,7 +104,10 @@ pub(super) fn pose<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, q: &[f64], p
         0 => (0.0, G::matrix(station.orientation)),
         i => {
             let packs = &work.rotation[segment.first_pack + (i - 1) / LANES];
-            (segment.gauss.nodes[i - 1], G::map_rotation(packs, |entry: &Pack| entry.0[(i - 1) % LANES]))
+            (
+                segment.gauss.nodes[i - 1],
+                G::map_rotation(packs, |entry: &G::Pack| entry.lane((i - 1) % LANES)),
+            )
         }
     };
     let rotation = G::compose(&rotation, &G::between(segment, q, from, place.x));
@@ -109,7 +115,8 @@ pub(super) fn pose<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, q: &[f64], p
     let mut position = station.position;
     let slopes = &work.slope[segment.node_packs()];
     for (i, &weight) in place.weights.iter().enumerate() {
-        position += G::map_vector(&slopes[i / LANES], |component: &Pack| component.0[i % LANES]) * weight;
+        position +=
+            G::map_vector(&slopes[i / LANES], |component: &G::Pack| component.lane(i % LANES)) * weight;
     }
     let base = &plan.base_rotation;
     let Rotation { x, y, z } = G::rotation_in_space(plan.frame, &rotation);

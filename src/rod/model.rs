@@ -8,7 +8,7 @@ use super::elasticity;
 use super::explanation::Explanation;
 use super::kinematics::{Place, Pose};
 use super::plan::Plan;
-use super::sweeps::Sweeps;
+use super::sweeps::{self, Sweeps};
 use crate::error::InvalidInput;
 use crate::lie::{Planar, Plane, Spatial};
 use crate::linalg::Matrix;
@@ -51,15 +51,27 @@ pub struct RodModel {
 
 #[derive(Clone, Debug)]
 enum AnySweeps {
-    Planar(Sweeps<Planar>),
-    Spatial(Sweeps<Spatial>),
+    Planar(Sweeps<Planar<true>>),
+    Spatial(Sweeps<Spatial<true>>),
+    PortablePlanar(Sweeps<Planar<false>>),
+    PortableSpatial(Sweeps<Spatial<false>>),
 }
 
 impl AnySweeps {
+    /// The sweeps for a valid rod, in a plane where one is given, with fused packs or with portable ones.
+    fn new(rod: &Rod, plane: Option<Plane>, is_fused: bool) -> Self {
+        match (plane, is_fused) {
+            (Some(plane), true) => Self::Planar(Sweeps::new(Plan::new(rod, plane))),
+            (Some(plane), false) => Self::PortablePlanar(Sweeps::new(Plan::new(rod, plane))),
+            (None, true) => Self::Spatial(Sweeps::new(Plan::new(rod, ()))),
+            (None, false) => Self::PortableSpatial(Sweeps::new(Plan::new(rod, ()))),
+        }
+    }
+
     fn kernel(&self) -> Kernel {
         match self {
-            Self::Planar(_) => Kernel::Planar,
-            Self::Spatial(_) => Kernel::Spatial,
+            Self::Planar(_) | Self::PortablePlanar(_) => Kernel::Planar,
+            Self::Spatial(_) | Self::PortableSpatial(_) => Kernel::Spatial,
         }
     }
 }
@@ -70,33 +82,42 @@ macro_rules! on_sweeps {
         match $model {
             AnySweeps::Planar($sweeps) => $call,
             AnySweeps::Spatial($sweeps) => $call,
+            AnySweeps::PortablePlanar($sweeps) => $call,
+            AnySweeps::PortableSpatial($sweeps) => $call,
         }
     };
 }
 
 impl RodModel {
-    /// Compiles `rod` for the simplest kernel; refuses a rod that is not valid, with everything that is wrong with it.
+    /// Compiles `rod` for the simplest kernel and the best instructions of this machine; refuses a rod that is not valid,
+    /// with everything that is wrong with it.
     pub fn new(rod: &Rod) -> Result<Self, InvalidInput> {
         rod.validate()?;
-        let sweeps = match Kernel::plane(rod) {
-            Some(plane) => AnySweeps::Planar(Sweeps::new(Plan::new(rod, plane))),
-            None => AnySweeps::Spatial(Sweeps::new(Plan::new(rod, ()))),
-        };
-        Ok(Self::with(rod, sweeps))
+        Ok(Self::with(rod, AnySweeps::new(rod, Kernel::plane(rod), sweeps::machine_has_fused())))
+    }
+
+    /// Compiles `rod` for the instructions that all machines have, even where there are better ones: to compare them.
+    pub fn portable(rod: &Rod) -> Result<Self, InvalidInput> {
+        rod.validate()?;
+        Ok(Self::with(rod, AnySweeps::new(rod, Kernel::plane(rod), false)))
     }
 
     /// Compiles `rod` for the spatial kernel even where a planar one would do: to compare them.
     pub fn spatial(rod: &Rod) -> Result<Self, InvalidInput> {
         rod.validate()?;
-        Ok(Self::with(rod, AnySweeps::Spatial(Sweeps::new(Plan::new(rod, ())))))
+        Ok(Self::with(rod, AnySweeps::new(rod, None, sweeps::machine_has_fused())))
     }
 
     /// Compiles `rod` for the spatial kernel with everything computed that could be skipped, zeros included: to compare
     /// them.
     pub fn with_nothing_skipped(rod: &Rod) -> Result<Self, InvalidInput> {
         rod.validate()?;
-        let plan = Plan::new(rod, ()).with_nothing_skipped();
-        Ok(Self::with(rod, AnySweeps::Spatial(Sweeps::new(plan))))
+        let sweeps = if sweeps::machine_has_fused() {
+            AnySweeps::Spatial(Sweeps::new(Plan::new(rod, ()).with_nothing_skipped()))
+        } else {
+            AnySweeps::PortableSpatial(Sweeps::new(Plan::new(rod, ()).with_nothing_skipped()))
+        };
+        Ok(Self::with(rod, sweeps))
     }
 
     fn with(rod: &Rod, sweeps: AnySweeps) -> Self {

@@ -5,7 +5,7 @@ use super::description::{Rod, STRAIGHT, STRAINS, Segment};
 use super::quadrature::Gauss;
 use super::section::Section;
 use super::turning::Turning;
-use crate::lie::{LANES, Pack, Quaternion, Rotation, Twist, Vector, VectorSpace};
+use crate::lie::{LANES, Lanes, Quaternion, Rotation, Scalar, Twist, Vector, VectorSpace};
 use crate::linalg::Matrix;
 
 /// Nodes that a segment needs beyond its number of modes: two integrations (strain to velocity, velocity to force) and
@@ -52,22 +52,22 @@ pub(super) struct SegmentPlan<G: Turning> {
     pub(super) packs: usize,
     pub(super) gauss: Gauss,
     /// Quadrature weights, times the length.
-    pub(super) weights: Vec<Pack>,
+    pub(super) weights: Vec<G::Pack>,
     /// Integration matrix from the segment's base to the nodes, times the length: entry `[pack * nodes + l]`.
-    pub(super) from_base: Vec<Pack>,
+    pub(super) from_base: Vec<G::Pack>,
     /// The same from the nodes to the segment's end.
-    pub(super) to_end: Vec<Pack>,
+    pub(super) to_end: Vec<G::Pack>,
     /// Basis at the nodes: entry `[degree * packs + pack]`.
-    pub(super) basis: Vec<Pack>,
+    pub(super) basis: Vec<G::Pack>,
     /// Basis times quadrature weights.
-    pub(super) weighted_basis: Vec<Pack>,
+    pub(super) weighted_basis: Vec<G::Pack>,
     pub(super) turning: G::Constants,
     pub(super) components: Vec<Component>,
     pub(super) reference_strain: Twist<G, f64>,
     /// Whether stretch or shear can differ from those of a straight rod.
     pub(super) is_extensible: bool,
-    pub(super) mass: Vec<Pack>,
-    pub(super) rotary_inertia: Vec<Pack>,
+    pub(super) mass: Vec<G::Pack>,
+    pub(super) rotary_inertia: Vec<G::Pack>,
     pub(super) retardation_time: f64,
 }
 
@@ -97,8 +97,8 @@ impl Component {
 }
 
 /// The values of a function of the node, [`LANES`] to a pack.
-pub(super) fn packed(nodes: usize, f: impl Fn(usize) -> f64) -> Vec<Pack> {
-    (0..nodes / LANES).map(|pack| Pack(std::array::from_fn(|lane| f(pack * LANES + lane)))).collect()
+pub(super) fn packed<P: Lanes>(nodes: usize, f: impl Fn(usize) -> f64) -> Vec<P> {
+    (0..nodes / LANES).map(|pack| P::from_lanes(std::array::from_fn(|lane| f(pack * LANES + lane)))).collect()
 }
 
 impl<G: Turning> Plan<G> {
@@ -188,8 +188,9 @@ impl<G: Turning> SegmentPlan<G> {
 
         let pack = |f: &dyn Fn(usize) -> f64| packed(nodes, f);
         let up_to: Vec<Vec<f64>> = gauss.nodes.iter().map(|&x| gauss.weights_up_to(x)).collect();
-        let matrix = |f: &dyn Fn(usize, usize) -> f64| -> Vec<Pack> {
-            let entry = |p: usize, l: usize| Pack(std::array::from_fn(|lane| f(p * LANES + lane, l)));
+        let matrix = |f: &dyn Fn(usize, usize) -> f64| -> Vec<G::Pack> {
+            let entry =
+                |p: usize, l: usize| G::Pack::from_lanes(std::array::from_fn(|lane| f(p * LANES + lane, l)));
             (0..packs).flat_map(|p| (0..nodes).map(move |l| (p, l))).map(|(p, l)| entry(p, l)).collect()
         };
         let at_nodes: Vec<Vec<f64>> = gauss
@@ -256,26 +257,27 @@ impl<G: Turning> SegmentPlan<G> {
     }
 
     /// The row of an integration matrix (`from_base` or `to_end`) that leads to pack `pack`.
-    pub(super) fn row<'a>(&self, matrix: &'a [Pack], pack: usize) -> &'a [Pack] {
+    pub(super) fn row<'a>(&self, matrix: &'a [G::Pack], pack: usize) -> &'a [G::Pack] {
         let nodes = self.packs * LANES;
         &matrix[pack * nodes..(pack + 1) * nodes]
     }
 
     /// The rows of an integration matrix.
     #[inline(always)]
-    pub(super) fn rows<'a>(&self, matrix: &'a [Pack]) -> std::slice::ChunksExact<'a, Pack> {
+    pub(super) fn rows<'a>(&self, matrix: &'a [G::Pack]) -> std::slice::ChunksExact<'a, G::Pack> {
         matrix.chunks_exact(self.packs * LANES)
     }
 
     /// [`Self::field`] at all nodes.
     #[inline(always)]
-    pub(super) fn fields(&self, q: &[f64], fields: &mut [Twist<G, Pack>]) {
+    pub(super) fn fields(&self, q: &[f64], fields: &mut [Twist<G, G::Pack>]) {
         fields.fill(Twist::zero());
         for component in &self.components {
             let rows = self.basis.chunks_exact(self.packs);
             for (&q, row) in q[component.first..][..component.modes].iter().zip(rows) {
                 for (field, &basis) in fields.iter_mut().zip(row) {
-                    *field.component_mut(component.index) += basis * q;
+                    let entry = field.component_mut(component.index);
+                    *entry = basis.mul_add(G::Pack::splat(q), *entry);
                 }
             }
         }
@@ -283,12 +285,12 @@ impl<G: Turning> SegmentPlan<G> {
 
     /// `sum_k phi_k q_k` of every strain at the nodes of one pack; components that do not exist are zero.
     #[inline(always)]
-    pub(super) fn field(&self, q: &[f64], pack: usize) -> Twist<G, Pack> {
+    pub(super) fn field(&self, q: &[f64], pack: usize) -> Twist<G, G::Pack> {
         let mut field = Twist::zero();
         for component in &self.components {
-            let mut sum = Pack::ZERO;
+            let mut sum = G::Pack::splat(0.0);
             for (k, &q) in q[component.first..][..component.modes].iter().enumerate() {
-                sum += self.basis[k * self.packs + pack] * q;
+                sum = self.basis[k * self.packs + pack].mul_add(G::Pack::splat(q), sum);
             }
             *field.component_mut(component.index) = sum;
         }

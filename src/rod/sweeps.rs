@@ -8,8 +8,15 @@ use super::tangent::{self, TangentWorkspace};
 use super::turning::Turning;
 use super::workspace::Workspace;
 use super::{energy, inverse_dynamics};
+use crate::lie::Lanes;
 use crate::linalg::Matrix;
 use crate::model::Energy;
+
+/// Whether this machine multiplies and adds in one instruction: it does with every instruction set that pulp chooses but the
+/// one which all machines have.
+pub(super) fn machine_has_fused() -> bool {
+    !matches!(pulp::Arch::new(), pulp::Arch::Scalar)
+}
 
 /// A rod compiled for one geometry, with its memory.
 #[derive(Clone, Debug)]
@@ -105,15 +112,21 @@ impl<G: Turning> Sweeps<G> {
         &self.plan
     }
 
+    /// Runs a sweep with the instructions that its packs are for.
+    #[inline(always)]
+    fn run<Sweep: pulp::NullaryFnOnce>(arch: pulp::Arch, sweep: Sweep) -> Sweep::Output {
+        if G::Pack::FUSED { arch.dispatch(sweep) } else { sweep.call() }
+    }
+
     fn update_kinematics(&mut self, q: &[f64]) {
         let Self { arch, plan, work, .. } = self;
-        arch.dispatch(Kinematics { plan, work, q });
+        Self::run(*arch, Kinematics { plan, work, q });
     }
 
     fn update_motion(&mut self, state: [&[f64]; 3]) {
         self.update_kinematics(state[0]);
         let Self { arch, plan, work, .. } = self;
-        arch.dispatch(Motion { plan, work, state });
+        Self::run(*arch, Motion { plan, work, state });
     }
 
     pub(super) fn place(&self, x: f64) -> Place {
@@ -129,25 +142,25 @@ impl<G: Turning> Sweeps<G> {
         self.update_motion(state);
         let Self { arch, plan, work, .. } = self;
         let [q, qd, _] = state;
-        arch.dispatch(Projection { plan, work, q, qd, tau });
+        Self::run(*arch, Projection { plan, work, q, qd, tau });
     }
 
     pub(super) fn weighted_tangent(&mut self, state: [&[f64]; 3], weights: [f64; 3], tangent: &mut Matrix) {
         self.update_motion(state);
         let Self { arch, plan, work, tangent: memory, .. } = self;
-        arch.dispatch(Tangent { plan, work, memory, weights, tangent });
+        Self::run(*arch, Tangent { plan, work, memory, weights, tangent });
     }
 
     pub(super) fn mass_matrix(&mut self, q: &[f64], mass: &mut Matrix) {
         self.update_kinematics(q);
         let Self { arch, plan, work, tangent: memory, .. } = self;
-        arch.dispatch(Tangent { plan, work, memory, weights: [0.0, 0.0, 1.0], tangent: mass });
+        Self::run(*arch, Tangent { plan, work, memory, weights: [0.0, 0.0, 1.0], tangent: mass });
     }
 
     pub(super) fn energy(&mut self, q: &[f64], qd: &[f64]) -> Energy {
         self.update_kinematics(q);
         let Self { arch, plan, work, zeros, .. } = self;
-        arch.dispatch(Motion { plan, work, state: [q, qd, zeros] });
+        Self::run(*arch, Motion { plan, work, state: [q, qd, zeros] });
         energy::energy(plan, work, q)
     }
 

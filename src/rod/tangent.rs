@@ -23,7 +23,7 @@ use super::inertia::{self, Gyroscope, Inertia};
 use super::plan::{Plan, SegmentPlan};
 use super::turning::Turning;
 use super::workspace::Workspace;
-use crate::lie::{Cross, Geometry, Pack, Scalar, Twist, VectorSpace, Wrench, weighted_sum};
+use crate::lie::{Cross, Geometry, Lanes, Scalar, Twist, VectorSpace, Wrench, weighted_sum};
 use crate::linalg::Matrix;
 
 /// What a coordinate is outside its own segment.
@@ -65,20 +65,20 @@ impl<G: Geometry> Coordinate<G> {
 pub(super) struct TangentWorkspace<G: Geometry> {
     coordinates: Vec<Coordinate<G>>,
     /// Per pack, times the quadrature weights: N and C.
-    inertia: Vec<Inertia<G, Pack>>,
-    gyroscope: Vec<Gyroscope<G, Pack>>,
+    inertia: Vec<Inertia<G, G::Pack>>,
+    gyroscope: Vec<Gyroscope<G, G::Pack>>,
     /// Per component of the segment and pack: S, ad_V S, (ad_A + ad_V ad_V) S and w_q ad_S^T F of a unit strain.
-    shape: Vec<Twist<G, Pack>>,
-    shape_rate: Vec<Twist<G, Pack>>,
-    shape_acceleration: Vec<Twist<G, Pack>>,
-    load: Vec<Wrench<G, Pack>>,
+    shape: Vec<Twist<G, G::Pack>>,
+    shape_rate: Vec<Twist<G, G::Pack>>,
+    shape_acceleration: Vec<Twist<G, G::Pack>>,
+    load: Vec<Wrench<G, G::Pack>>,
     /// Per pack, for the column at hand: an integrand, Psi' and Psi''.
-    integrand: Vec<Twist<G, Pack>>,
-    psi_rate: Vec<Twist<G, Pack>>,
-    psi_acceleration: Vec<Twist<G, Pack>>,
+    integrand: Vec<Twist<G, G::Pack>>,
+    psi_rate: Vec<Twist<G, G::Pack>>,
+    psi_acceleration: Vec<Twist<G, G::Pack>>,
     /// Per coordinate of the segment and pack: Psi, and the change of the force times the quadrature weights.
-    psi: Vec<Twist<G, Pack>>,
-    source: Vec<Wrench<G, Pack>>,
+    psi: Vec<Twist<G, G::Pack>>,
+    source: Vec<Wrench<G, G::Pack>>,
 }
 
 impl<G: Turning> TangentWorkspace<G> {
@@ -232,8 +232,9 @@ fn shapes<G: Turning>(
                 let rate = velocity.bracket(shape);
                 memory.shape_rate[block] = rate;
                 memory.shape_acceleration[block] =
-                    work.acceleration[node].bracket(shape) + velocity.bracket(rate);
-                memory.load[block] = shape.bracket_transposed(work.internal[node]) * Pack::splat(weights.q);
+                    velocity.bracket_add(rate, work.acceleration[node].bracket(shape));
+                memory.load[block] =
+                    shape.bracket_transposed(work.internal[node]) * G::Pack::splat(weights.q);
             }
         }
     }
@@ -259,7 +260,7 @@ fn column<G: Turning>(
     let columns = (k - segment.first) * packs..(k - segment.first + 1) * packs;
     let degrees = degree * packs..(degree + 1) * packs;
     let (basis, weighted_basis) = (&segment.basis[degrees.clone()], &segment.weighted_basis[degrees]);
-    let [w_q, w_v, w_a] = [weights.q, weights.v, weights.a].map(Pack::splat);
+    let [w_q, w_v, w_a] = [weights.q, weights.v, weights.a].map(G::Pack::splat);
 
     let integrand = &mut memory.integrand[..packs];
     let psi = &mut memory.psi[columns.clone()];
@@ -287,10 +288,12 @@ fn column<G: Turning>(
         );
         let load = &memory.load[blocks];
         for pack in 0..packs {
-            let y = psi[pack].angular * w_v + psi_rate[pack].angular * w_q;
-            let z = psi[pack] * w_a + psi_rate[pack] * (w_v + w_v) + psi_acceleration[pack] * w_q;
-            source[pack] = inertia[pack].momentum(z) + memory.gyroscope[pack].times(y)
-                - load[pack] * weighted_basis[pack];
+            let y = (psi[pack].angular * w_v).add_scaled(psi_rate[pack].angular, w_q);
+            let z = (psi[pack] * w_a)
+                .add_scaled(psi_rate[pack], w_v + w_v)
+                .add_scaled(psi_acceleration[pack], w_q);
+            source[pack] = inertia[pack].momentum(z) + memory.gyroscope[pack].times(y);
+            source[pack] = source[pack].add_scaled(load[pack], -weighted_basis[pack]);
             total += source[pack];
         }
         coordinate.y = shape.angular * weights.v + rate.angular * weights.q;
@@ -309,19 +312,19 @@ fn column<G: Turning>(
 #[inline(always)]
 fn integrate<G: Turning>(
     segment: &SegmentPlan<G>,
-    basis: &[Pack],
-    values: &[Twist<G, Pack>],
-    integrand: &mut [Twist<G, Pack>],
-    integrals: &mut [Twist<G, Pack>],
+    basis: &[G::Pack],
+    values: &[Twist<G, G::Pack>],
+    integrand: &mut [Twist<G, G::Pack>],
+    integrals: &mut [Twist<G, G::Pack>],
 ) -> Twist<G, f64> {
     let mut total = Twist::zero();
     for (pack, integrand) in integrand.iter_mut().enumerate() {
         *integrand = values[pack] * basis[pack];
-        total += *integrand * segment.weights[pack];
+        total = total.add_scaled(*integrand, segment.weights[pack]);
     }
     for (pack, integral) in integrals.iter_mut().enumerate() {
         *integral =
-            weighted_sum(Twist::zero(), segment.row(&segment.from_base, pack), integrand, Twist::broadcast);
+            weighted_sum(Twist::zero(), segment.row(&segment.from_base, pack), integrand, Twist::add_lane);
     }
     total.sum()
 }
@@ -353,7 +356,7 @@ fn row<G: Turning>(
     let psi = &memory.psi[(j - segment.first) * segment.packs..][..segment.packs];
     let coordinate = &mut memory.coordinates[j];
     let shape = coordinate.shape;
-    let mut row_z = Wrench::<G, Pack>::zero();
+    let mut row_z = Wrench::<G, G::Pack>::zero();
     for (psi, inertia) in psi.iter().zip(&memory.inertia) {
         row_z += inertia.momentum(*psi);
     }
@@ -361,12 +364,12 @@ fn row<G: Turning>(
     if weights.is_mass_only {
         return;
     }
-    let mut row_y = G::Axial::<Pack>::zero();
+    let mut row_y = G::Axial::<G::Pack>::zero();
     for (psi, gyroscope) in psi.iter().zip(&memory.gyroscope) {
         row_y += gyroscope.transposed_times(*psi);
     }
     coordinate.row_y =
-        G::map_axial(&row_y, |pack: &Pack| pack.sum()) + rest.gyroscope.transposed_times(shape);
+        G::map_axial(&row_y, |pack: &G::Pack| pack.sum()) + rest.gyroscope.transposed_times(shape);
     if plan.has_tip_load {
         let tip = work.stations[plan.segments.len()].position;
         let motion = shape.angular.cross(tip) + shape.linear;
@@ -385,9 +388,9 @@ fn block<G: Turning>(segment: &SegmentPlan<G>, memory: &TangentWorkspace<G>, tan
         let entries = &mut column.as_mut_slice()[own.clone()];
         for (j, (entry, row)) in entries.iter_mut().zip(&memory.coordinates[own.clone()]).enumerate() {
             let psi = &memory.psi[j * segment.packs..][..segment.packs];
-            let mut sum = Pack::ZERO;
+            let mut sum = G::Pack::splat(0.0);
             for (psi, source) in psi.iter().zip(source) {
-                sum += psi.dot(*source);
+                sum = psi.dot_add(*source, sum);
             }
             *entry = row.shape.dot(end) + sum.sum();
         }

@@ -6,7 +6,7 @@ use super::description::Segment;
 use super::plan::{Component, SegmentPlan, packed};
 use super::quadrature::Gauss;
 use crate::lie::{
-    Counted, Geometry, LANES, Pack, Planar, PlaneRotation, Quaternion, Scalar, Spatial, Vector, products,
+    Counted, Geometry, LANES, Planar, PlaneRotation, Quaternion, Scalar, Spatial, Vector, products,
 };
 
 /// A geometry whose rotations can be found from the curvature.
@@ -35,7 +35,7 @@ pub(super) trait Turning: Geometry {
         segment: &SegmentPlan<Self>,
         q: &[f64],
         orientation: Self::Orientation,
-        rotations: &mut [Self::Rotation<Pack>],
+        rotations: &mut [Self::Rotation<Self::Pack>],
     ) -> Self::Orientation;
 
     /// What [`Self::turn`] costs.
@@ -100,11 +100,11 @@ fn magnus_step<T: Scalar>(h: T, kappa: [Vector<T>; 3]) -> Vector<T> {
 
 /// Magnus steps from the base to the first node, from node to node, and from the last node to the end.
 #[derive(Clone, Debug)]
-pub(super) struct MagnusSteps {
+pub(super) struct MagnusSteps<P> {
     /// Lengths of all steps but the last.
-    steps: Vec<Pack>,
+    steps: Vec<P>,
     /// Basis at the Magnus points of these steps: entry `[(point * degrees + degree) * packs + pack]`.
-    basis: Vec<Pack>,
+    basis: Vec<P>,
     /// The last step, and its basis `[point * degrees + degree]`.
     last_step: f64,
     last_basis: Vec<f64>,
@@ -114,26 +114,28 @@ pub(super) struct MagnusSteps {
 
 /// Curvature at the Magnus points; `basis(point, degree)` is the basis there.
 #[inline(always)]
-fn curvatures<T: Scalar>(
-    segment: &SegmentPlan<Spatial>,
+fn curvatures<const FUSED: bool, T: Scalar>(
+    segment: &SegmentPlan<Spatial<FUSED>>,
     q: &[f64],
     basis: impl Fn(usize, usize) -> T,
 ) -> [Vector<T>; 3] {
     let reference = segment.reference_strain.angular.to_array();
     let mut kappa = [Vector::splat(reference); 3];
-    for component in segment.components.iter().filter(|component| component.index < Spatial::ANGULAR) {
+    for component in segment.components.iter().filter(|component| component.index < Spatial::<FUSED>::ANGULAR)
+    {
         for (k, &q) in q[component.first..][..component.modes].iter().enumerate() {
             for (point, kappa) in kappa.iter_mut().enumerate() {
-                *kappa.component_mut(component.index) += basis(point, k) * q;
+                let entry = kappa.component_mut(component.index);
+                *entry = basis(point, k).mul_add(T::splat(q), *entry);
             }
         }
     }
     kappa
 }
 
-impl Turning for Spatial {
+impl<const FUSED: bool> Turning for Spatial<FUSED> {
     type Orientation = Quaternion<f64>;
-    type Constants = MagnusSteps;
+    type Constants = MagnusSteps<Self::Pack>;
 
     fn start() -> Quaternion<f64> {
         Quaternion { w: 1.0, v: Vector::zero() }
@@ -143,7 +145,12 @@ impl Turning for Spatial {
         orientation.rotation()
     }
 
-    fn constants(segment: &Segment, (): (), gauss: &Gauss, components: &[Component]) -> MagnusSteps {
+    fn constants(
+        segment: &Segment,
+        (): (),
+        gauss: &Gauss,
+        components: &[Component],
+    ) -> MagnusSteps<Self::Pack> {
         let degrees = angular_degrees::<Self>(components);
         let nodes = gauss.nodes.len();
         let start = |i: usize| if i == 0 { 0.0 } else { gauss.nodes[i - 1] };
@@ -153,7 +160,7 @@ impl Turning for Spatial {
         let mut basis = Vec::with_capacity(3 * degrees * nodes / LANES);
         for point in 0..3 {
             for degree in 0..degrees {
-                basis.extend(packed(nodes, |i| values[i][point][degree]));
+                basis.extend(packed::<Self::Pack>(nodes, |i| values[i][point][degree]));
             }
         }
         MagnusSteps {
@@ -170,7 +177,7 @@ impl Turning for Spatial {
         segment: &SegmentPlan<Self>,
         q: &[f64],
         mut orientation: Quaternion<f64>,
-        rotations: &mut [Self::Rotation<Pack>],
+        rotations: &mut [Self::Rotation<Self::Pack>],
     ) -> Quaternion<f64> {
         let magnus = &segment.turning;
         for (pack, rotation) in rotations.iter_mut().enumerate() {
@@ -211,17 +218,17 @@ impl Turning for Spatial {
 
 /// The angle that a unit of each coordinate turns the rod by.
 #[derive(Clone, Debug)]
-pub(super) struct Angles {
+pub(super) struct Angles<P> {
     /// Up to the nodes, for the reference strain and then by degree: entry `[degree * packs + pack]`.
-    reference: Vec<Pack>,
-    at_nodes: Vec<Pack>,
+    reference: Vec<P>,
+    at_nodes: Vec<P>,
     /// Up to the end: Legendre polynomials beyond the first have no mean.
     at_end: f64,
 }
 
-impl Turning for Planar {
+impl<const FUSED: bool> Turning for Planar<FUSED> {
     type Orientation = f64;
-    type Constants = Angles;
+    type Constants = Angles<Self::Pack>;
 
     fn start() -> f64 {
         0.0
@@ -231,7 +238,12 @@ impl Turning for Planar {
         PlaneRotation::by(angle)
     }
 
-    fn constants(segment: &Segment, frame: Self::Frame, gauss: &Gauss, components: &[Component]) -> Angles {
+    fn constants(
+        segment: &Segment,
+        frame: Self::Frame,
+        gauss: &Gauss,
+        components: &[Component],
+    ) -> Angles<Self::Pack> {
         let degrees = angular_degrees::<Self>(components);
         let nodes = gauss.nodes.len();
         let up_to: Vec<Vec<f64>> = gauss
@@ -256,15 +268,15 @@ impl Turning for Planar {
         segment: &SegmentPlan<Self>,
         q: &[f64],
         orientation: f64,
-        rotations: &mut [PlaneRotation<Pack>],
+        rotations: &mut [PlaneRotation<Self::Pack>],
     ) -> f64 {
         let Angles { reference, at_nodes, at_end } = &segment.turning;
         let bend = segment.components.iter().find(|component| component.index == 0);
         let q = bend.map_or(&[][..], |bend| &q[bend.first..][..bend.modes]);
         for (pack, rotation) in rotations.iter_mut().enumerate() {
-            let mut angle = reference[pack] + Pack::splat(orientation);
+            let mut angle = reference[pack] + Self::Pack::splat(orientation);
             for (k, &q) in q.iter().enumerate() {
-                angle += at_nodes[k * segment.packs + pack] * q;
+                angle = at_nodes[k * segment.packs + pack].mul_add(Self::Pack::splat(q), angle);
             }
             *rotation = PlaneRotation::by(angle);
         }

@@ -2,7 +2,7 @@
 
 use super::plan::Plan;
 use super::turning::Turning;
-use crate::lie::{Pack, Twist, VectorSpace, Wrench};
+use crate::lie::{Twist, VectorSpace, Wrench};
 
 /// Where a segment begins or ends: orientation and position, and the motion there.
 #[derive(Clone, Copy, Debug)]
@@ -20,24 +20,24 @@ pub(super) struct Station<G: Turning> {
 pub(super) struct Workspace<G: Turning> {
     /// Base, ends of the segments: one more than there are segments.
     pub(super) stations: Vec<Station<G>>,
-    pub(super) rotation: Vec<G::Rotation<Pack>>,
-    pub(super) position: Vec<G::Vector<Pack>>,
+    pub(super) rotation: Vec<G::Rotation<G::Pack>>,
+    pub(super) position: Vec<G::Vector<G::Pack>>,
     /// Derivative of the position along the rod.
-    pub(super) slope: Vec<G::Vector<Pack>>,
+    pub(super) slope: Vec<G::Vector<G::Pack>>,
     /// `S qd`: derivative of the velocity along the rod.
-    pub(super) rate: Vec<Twist<G, Pack>>,
+    pub(super) rate: Vec<Twist<G, G::Pack>>,
     /// `S qdd + ad_V (S qd)`: derivative of the acceleration along the rod.
-    pub(super) acceleration_rate: Vec<Twist<G, Pack>>,
-    pub(super) velocity: Vec<Twist<G, Pack>>,
-    pub(super) acceleration: Vec<Twist<G, Pack>>,
+    pub(super) acceleration_rate: Vec<Twist<G, G::Pack>>,
+    pub(super) velocity: Vec<Twist<G, G::Pack>>,
+    pub(super) acceleration: Vec<Twist<G, G::Pack>>,
     /// Momentum per length, `N V`.
-    pub(super) momentum: Vec<Wrench<G, Pack>>,
+    pub(super) momentum: Vec<Wrench<G, G::Pack>>,
     /// Inertial force per length, gravity included: `N A - ad_V^T N V`.
-    pub(super) force: Vec<Wrench<G, Pack>>,
+    pub(super) force: Vec<Wrench<G, G::Pack>>,
     /// Internal wrench F.
-    pub(super) internal: Vec<Wrench<G, Pack>>,
+    pub(super) internal: Vec<Wrench<G, G::Pack>>,
     /// The same in body axes, about the node.
-    pub(super) body: Vec<Wrench<G, Pack>>,
+    pub(super) body: Vec<Wrench<G, G::Pack>>,
     /// The coordinates of which rotation and position are here, and the state of which the rest is here.
     pub(super) kinematics_of: Vec<f64>,
     pub(super) motion_of: Vec<f64>,
