@@ -174,3 +174,55 @@ impl<G: Turning> Sweeps<G> {
         energy::supplied_power(plan, work)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::description::{Rod, Segment};
+    use super::*;
+    use crate::lie::{Planar, Plane, Spatial};
+
+    /// All instruction sets of this machine that pulp knows, the widest last.
+    fn instruction_sets() -> Vec<pulp::Arch> {
+        #[cfg(target_arch = "x86_64")]
+        {
+            use pulp::x86::{V3, V4};
+            let wide = [V3::try_new().map(pulp::Arch::V3), V4::try_new().map(pulp::Arch::V4)];
+            std::iter::once(pulp::Arch::Scalar).chain(wide.into_iter().flatten()).collect()
+        }
+        #[cfg(not(target_arch = "x86_64"))]
+        vec![pulp::Arch::Scalar, pulp::Arch::new()]
+    }
+
+    /// Forces, tangent and mass matrix of a fixed state.
+    fn results<G: Turning>(plan: &Plan<G>, arch: pulp::Arch) -> (Vec<f64>, Matrix, Matrix) {
+        let mut sweeps = Sweeps { arch, ..Sweeps::new(plan.clone()) };
+        let n = plan.n;
+        let [q, qd, qdd] =
+            [1.0, 2.0, 10.0].map(|size| (0..n).map(|i| size * (1.7 * i as f64).cos()).collect::<Vec<_>>());
+        let (mut tau, mut tangent, mut mass) = (vec![0.0; n], Matrix::zeros(n, n), Matrix::zeros(n, n));
+        sweeps.inverse_dynamics([&q, &qd, &qdd], &mut tau);
+        sweeps.weighted_tangent([&q, &qd, &qdd], [1e-4, 1e-2, 1.0], &mut tangent);
+        sweeps.mass_matrix(&q, &mut mass);
+        (tau, tangent, mass)
+    }
+
+    #[test]
+    fn every_instruction_set_gives_the_same_bits() {
+        fn check<G: Turning>(plan: &Plan<G>) {
+            let sets = instruction_sets();
+            let wanted = results(plan, sets[0]);
+            assert!(wanted.0.iter().any(|&force| force != 0.0));
+            for &arch in &sets[1..] {
+                assert_eq!(results(plan, arch), wanted, "{arch:?}");
+            }
+        }
+        let segment =
+            |modes| Segment { modes, radius: [0.02, 0.01], ..Segment::straight(0.7, 0.02, 1e6, 4e5, 1000.0) };
+        let planar = Rod { tip_mass: 0.1, ..Rod::new(vec![segment([0, 5, 0, 2, 0, 1]); 2]) };
+        let spatial = Rod { tip_force: [0.1, 0.2, 0.3], ..Rod::new(vec![segment([2, 3, 4, 1, 1, 1]); 2]) };
+        check(&Plan::<Planar<true>>::new(&planar, Plane::ABOUT_Y));
+        check(&Plan::<Planar<false>>::new(&planar, Plane::ABOUT_Y));
+        check(&Plan::<Spatial<true>>::new(&spatial, ()));
+        check(&Plan::<Spatial<false>>::new(&spatial, ()));
+    }
+}
