@@ -9,6 +9,7 @@ use lissom::model::{ForwardScratch, Model};
 use lissom::newmark::{self, FreeMotion};
 use lissom::ode::{self, FirstOrder};
 use lissom::pendulum::SpringPendulum;
+use lissom::radau;
 use lissom::rod::{Rod, RodModel, Segment};
 
 /// The lab's rod: three coordinates in a plane.
@@ -81,9 +82,20 @@ fn newmark_steps<M: Model>(model: &mut M, q0: &[f64], count: usize) {
     }
 }
 
-fn explicit_steps<M: Model>(model: M, q0: &[f64], count: usize) {
+fn radau_steps(model: &mut RodModel, count: usize) {
+    let zeros = vec![0.0; model.n()];
+    let options = radau::Options { rtol: 1e-6.into(), atol: 1e-9.into(), ..radau::Options::default() };
+    let mut stepper =
+        radau::Stepper::new(zeros.len(), (0.0, 1e9), &zeros, &zeros, &options).expect("valid options");
+    let mut system = FreeMotion(model);
+    for _ in 0..count {
+        stepper.step(&mut system).expect("nothing interrupts");
+    }
+}
+
+fn first_order_steps<M: Model>(method: ode::Method, model: M, q0: &[f64], count: usize) {
     let y0 = [q0, &vec![0.0; q0.len()]].concat();
-    let options = ode::Options { rtol: 1e-6.into(), atol: 1e-9.into(), ..ode::Options::default() };
+    let options = ode::Options { method, rtol: 1e-6.into(), atol: 1e-9.into(), ..ode::Options::default() };
     let mut stepper = ode::Stepper::new(y0.len(), (0.0, 1e9), &y0, &options).expect("valid options");
     let mut system = FirstOrder::new(model);
     for _ in 0..count {
@@ -103,16 +115,20 @@ fn main() {
         ("tangent", _) => tangent(&mut rod(name), count),
         ("forward", _) => forward(&mut rod(name), count),
         ("newmark", "pendulum") => newmark_steps(&mut SpringPendulum::default(), &pendulum_start, count),
-        ("rk45", "pendulum") => explicit_steps(SpringPendulum::default(), &pendulum_start, count),
+        ("rk45", "pendulum") => {
+            first_order_steps(ode::Method::Rk45, SpringPendulum::default(), &pendulum_start, count)
+        }
         ("newmark", _) => {
             let mut model = rod(name);
             let q0 = vec![0.0; model.n()];
             newmark_steps(&mut model, &q0, count);
         }
-        ("rk45", _) => {
+        ("radau", _) => radau_steps(&mut rod(name), count),
+        ("rk45" | "radau of first order", _) => {
             let model = rod(name);
             let q0 = vec![0.0; model.n()];
-            explicit_steps(model, &q0, count);
+            let method = if kind == "rk45" { ode::Method::Rk45 } else { ode::Method::Radau };
+            first_order_steps(method, model, &q0, count);
         }
         _ => panic!("no case is called {case}"),
     }

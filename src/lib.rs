@@ -11,6 +11,7 @@ pub mod ode;
 pub mod pendulum;
 #[cfg(feature = "python")]
 mod python;
+pub mod radau;
 pub mod rod;
 pub mod roots;
 #[cfg(feature = "scene")]

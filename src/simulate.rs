@@ -7,12 +7,20 @@ use crate::error::{Interrupted, InvalidInput};
 use crate::model::Model;
 use crate::newmark::{self, FreeMotion, check_points, number_of_steps};
 use crate::ode::{self, FirstOrder, Output};
+use crate::radau;
 
 /// How a motion is computed.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Method {
     /// By the Newmark family, through the inverse dynamics and their tangent.
     Newmark(newmark::Options),
+    /// By Radau IIA of order 5, through the inverse dynamics and their tangent.
+    Radau {
+        /// How to integrate; the tolerances are those of displacements and velocities.
+        options: radau::Options,
+        /// Distance of the output times where none are asked for.
+        dt: f64,
+    },
     /// As a system of first order, through the forward dynamics.
     FirstOrder {
         /// How to integrate; the tolerances are those of displacements and velocities.
@@ -34,8 +42,8 @@ pub struct Statistics {
 /// Why a run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Status {
-    /// Of the Newmark family.
-    Newmark(newmark::Status),
+    /// Of the Newmark family or of Radau IIA.
+    SecondOrder(newmark::Status),
     /// Of a first-order method.
     FirstOrder(ode::Status),
 }
@@ -44,7 +52,7 @@ impl Status {
     /// True when the end of the interval was reached.
     pub fn is_success(self) -> bool {
         match self {
-            Self::Newmark(status) => status.is_success(),
+            Self::SecondOrder(status) => status.is_success(),
             Self::FirstOrder(status) => status.is_success(),
         }
     }
@@ -52,7 +60,7 @@ impl Status {
     /// The status as one word, such as `finished` or `interrupted`.
     pub fn name(self) -> &'static str {
         match self {
-            Self::Newmark(status) => status.name(),
+            Self::SecondOrder(status) => status.name(),
             Self::FirstOrder(status) => status.name(),
         }
     }
@@ -105,15 +113,30 @@ pub fn simulate<M: Model + Clone>(
     let mut simulation = match method {
         Method::Newmark(options) => {
             let mut meter = FlowMeter::new(&mut model, Rule::Mean, [q0, v0], t_eval);
-            let mut system = FreeMotion(&mut model);
             let mut monitor = |system: &mut FreeMotion<'_, M>, stepper: &newmark::Stepper| {
-                if let Some(meter) = &mut meter {
-                    let state = State { t: stepper.t(), q: stepper.q(), v: stepper.v(), a: stepper.a() };
-                    meter.step(system.0, state);
-                }
+                let state = State { t: stepper.t(), q: stepper.q(), v: stepper.v(), a: stepper.a() };
+                measure(&mut meter, system, state);
                 monitor(stepper.t())
             };
+            let mut system = FreeMotion(&mut model);
             let solution = newmark::solve(&mut system, (0.0, t_end), q0, v0, options, t_eval, &mut monitor)?;
+            Simulation::new(solution, meter)
+        }
+        Method::Radau { options, dt } => {
+            newmark::check_start(model.n(), (0.0, t_end), q0, v0, *dt)?;
+            let times = match t_eval {
+                Some(times) => times.to_vec(),
+                None => grid(model.n(), t_end, *dt)?,
+            };
+            let mut meter = FlowMeter::new(&mut model, Rule::Quintic, [q0, v0], Some(&times));
+            let mut monitor = |system: &mut FreeMotion<'_, M>, stepper: &radau::Stepper| {
+                let state = State { t: stepper.t(), q: stepper.q(), v: stepper.v(), a: stepper.a() };
+                measure(&mut meter, system, state);
+                monitor(stepper.t())
+            };
+            let mut system = FreeMotion(&mut model);
+            let solution =
+                radau::solve(&mut system, (0.0, t_end), q0, v0, options, Some(&times), &mut monitor)?;
             Simulation::new(solution, meter)
         }
         Method::FirstOrder { options, dt } => {
@@ -124,12 +147,18 @@ pub fn simulate<M: Model + Clone>(
     Ok(simulation)
 }
 
+fn measure<M: Model>(meter: &mut Option<FlowMeter<'_>>, system: &mut FreeMotion<'_, M>, state: State<'_>) {
+    if let Some(meter) = meter {
+        meter.step(system.0, state);
+    }
+}
+
 impl Simulation {
     fn new(solution: newmark::Solution, meter: Option<FlowMeter<'_>>) -> Self {
         let newmark::Solution { t, q, v, a, n, counters, status, message } = solution;
         let flow = meter.map_or_else(Flow::default, |meter| meter.into_flow(t.len()));
         let statistics = Statistics { wall_time: 0.0, counters };
-        Self { t, q, v, a, n, flow, statistics, status: Status::Newmark(status), message }
+        Self { t, q, v, a, n, flow, statistics, status: Status::SecondOrder(status), message }
     }
 }
 

@@ -8,6 +8,7 @@ use lissom::linalg::Matrix;
 use lissom::model::{ForwardScratch, Model};
 use lissom::newmark::{self, FreeMotion};
 use lissom::ode::{self, FirstOrder};
+use lissom::radau;
 use lissom::rod::{Rod, RodModel, Segment};
 
 thread_local! {
@@ -107,7 +108,26 @@ fn implicit_steps_allocate_nothing() {
 }
 
 #[test]
-fn explicit_steps_allocate_nothing() {
+fn radau_steps_allocate_nothing() {
+    for mut model in models() {
+        let n = model.n();
+        let zeros = vec![0.0; n];
+        let options = radau::Options { rtol: 1e-3.into(), atol: 1e-5.into(), ..radau::Options::default() };
+        let mut stepper = radau::Stepper::new(n, (0.0, 10.0), &zeros, &zeros, &options).unwrap();
+        let mut system = FreeMotion(&mut model);
+        stepper.start(&mut system).unwrap();
+        stepper.step(&mut system).unwrap();
+        let count = allocations(|| {
+            for _ in 0..20 {
+                stepper.step(&mut system).unwrap();
+            }
+        });
+        assert_eq!((count, stepper.counters().steps), (0, 21), "{n} coordinates");
+    }
+}
+
+#[test]
+fn steps_of_first_order_allocate_nothing() {
     for model in models() {
         let zeros = vec![0.0; 2 * model.n()];
         let mut system = FirstOrder::new(model);

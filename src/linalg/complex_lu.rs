@@ -1,4 +1,4 @@
-//! LU factorisation of complex matrices that are a complex multiple of the identity minus a real matrix.
+//! LU factorisation of complex matrices that are made of real ones.
 
 use dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::lu::partial_pivoting::{factor, solve};
@@ -7,8 +7,8 @@ use faer::{Conj, MatMut, MatRef, Par, c64};
 
 use super::{Matrix, Singular};
 
-/// `P (s I - A) = L U` for a complex number s and a real matrix A, with memory for repeated use at one size: the
-/// systems of an implicit Runge-Kutta method for a conjugate pair of eigenvalues of its coefficient matrix.
+/// `P (s I - A) = L U` for a complex number s and a real matrix A, or `P (A + i B) = L U`, with memory for repeated use at one
+/// size: the systems of an implicit Runge-Kutta method for a conjugate pair of eigenvalues of its coefficient matrix.
 pub struct ComplexLu {
     n: usize,
     factors: Vec<c64>,
@@ -66,6 +66,19 @@ impl ComplexLu {
         for i in 0..n {
             self.factors[i * n + i] += c64::new(shift.0, shift.1);
         }
+        self.factorise_in_place()
+    }
+
+    /// Factorises `real + i imaginary`, at the same cost.
+    pub fn factorise_sum(&mut self, real: &Matrix, imaginary: &Matrix) -> Result<(), Singular> {
+        for ((factor, &re), &im) in self.factors.iter_mut().zip(real.as_slice()).zip(imaginary.as_slice()) {
+            *factor = c64::new(re, im);
+        }
+        self.factorise_in_place()
+    }
+
+    fn factorise_in_place(&mut self) -> Result<(), Singular> {
+        let n = self.n;
         factor::lu_in_place(
             MatMut::from_column_major_slice_mut(&mut self.factors, n, n),
             &mut self.row_permutation,
@@ -121,6 +134,20 @@ mod tests {
         lu.clone().solve(&mut re, &mut im);
         for i in 0..3 {
             assert!((re[i] - x[i].re).abs() < 1e-14 && (im[i] - x[i].im).abs() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn solves_sums() {
+        let re = Matrix::from_row_slice(2, 2, &[1.0, 2.0, -1.0, 0.5]);
+        let im = Matrix::from_row_slice(2, 2, &[0.0, -3.0, 1.0, 1.0]);
+        // (re + i im) (1 + i, 2)
+        let (mut real, mut imaginary) = ([5.0, -1.0], [-5.0, 2.0]);
+        let mut lu = ComplexLu::new(2);
+        lu.factorise_sum(&re, &im).unwrap();
+        lu.solve(&mut real, &mut imaginary);
+        for (found, expected) in real.iter().chain(&imaginary).zip([1.0, 2.0, 1.0, 0.0]) {
+            assert!((found - expected).abs() < 1e-14, "{real:?} {imaginary:?}");
         }
     }
 

@@ -42,5 +42,5 @@ pub use stepper::Stepper;
 pub use system::{FreeMotion, System};
 
 pub(crate) use options::check_start;
-pub(crate) use solution::check_points;
+pub(crate) use solution::{Steps, check_points, check_times, collect, points_in_memory};
 pub(crate) use stepper::number_of_steps;

@@ -29,7 +29,7 @@ pub struct Solution {
 /// Largest memory for the states of a result, in bytes (4 GiB): beyond it a slip in the step size is likelier than a wish.
 const LARGEST_RESULT: usize = 1 << 32;
 
-fn points_in_memory(n: usize) -> usize {
+pub(crate) fn points_in_memory(n: usize) -> usize {
     LARGEST_RESULT / (size_of::<f64>() * (1 + 3 * n))
 }
 
@@ -76,9 +76,63 @@ pub fn solve<S: System + ?Sized>(
         None => 1,
     };
     check_points(points, n)?;
+    Ok(collect(system, &mut stepper, n, points, t_eval, monitor))
+}
+
+/// An integration of second-order equations of motion that is carried out step by step.
+pub(crate) trait Steps<S: ?Sized> {
+    /// Solves for the accelerations at the start; `Some(status)` when there are none.
+    fn start(&mut self, system: &mut S) -> Result<Option<Status>, Interrupted>;
+    /// Makes one accepted step; `Some(status)` when the integration is over.
+    fn step(&mut self, system: &mut S) -> Result<Option<Status>, Interrupted>;
+    /// Current time.
+    fn t(&self) -> f64;
+    /// Current displacements, velocities and accelerations.
+    fn state(&self) -> [&[f64]; 3];
+    /// Those at a time within the last step.
+    fn interpolate(&self, t: f64, q: &mut [f64], v: &mut [f64], a: &mut [f64]);
+    /// What it has cost so far.
+    fn counters(&self) -> Counters;
+    /// A status in words.
+    fn explain(&self, status: Status) -> String;
+}
+
+impl<S: System + ?Sized> Steps<S> for Stepper {
+    fn start(&mut self, system: &mut S) -> Result<Option<Status>, Interrupted> {
+        self.start(system)
+    }
+    fn step(&mut self, system: &mut S) -> Result<Option<Status>, Interrupted> {
+        self.step(system)
+    }
+    fn t(&self) -> f64 {
+        self.t()
+    }
+    fn state(&self) -> [&[f64]; 3] {
+        [self.q(), self.v(), self.a()]
+    }
+    fn interpolate(&self, t: f64, q: &mut [f64], v: &mut [f64], a: &mut [f64]) {
+        self.interpolate(t, q, v, a);
+    }
+    fn counters(&self) -> Counters {
+        self.counters()
+    }
+    fn explain(&self, status: Status) -> String {
+        self.explain(status)
+    }
+}
+
+/// Carries an integration of `n` coordinates to its end, with memory for `points` states.
+pub(crate) fn collect<S: ?Sized, I: Steps<S>>(
+    system: &mut S,
+    stepper: &mut I,
+    n: usize,
+    points: usize,
+    t_eval: Option<&[f64]>,
+    monitor: &mut dyn FnMut(&mut S, &I) -> Result<(), Interrupted>,
+) -> Solution {
     let mut recorder = Recorder::new(n, points, t_eval);
-    let status = run(system, &mut stepper, &mut recorder, monitor).unwrap_or(Status::Interrupted);
-    Ok(Solution {
+    let status = run(system, stepper, &mut recorder, monitor).unwrap_or(Status::Interrupted);
+    Solution {
         t: recorder.t,
         q: recorder.q,
         v: recorder.v,
@@ -87,14 +141,14 @@ pub fn solve<S: System + ?Sized>(
         counters: stepper.counters(),
         message: stepper.explain(status),
         status,
-    })
+    }
 }
 
-fn run<S: System + ?Sized>(
+fn run<S: ?Sized, I: Steps<S>>(
     system: &mut S,
-    stepper: &mut Stepper,
+    stepper: &mut I,
     recorder: &mut Recorder<'_>,
-    monitor: &mut dyn FnMut(&mut S, &Stepper) -> Result<(), Interrupted>,
+    monitor: &mut dyn FnMut(&mut S, &I) -> Result<(), Interrupted>,
 ) -> Result<Status, Interrupted> {
     if let Some(status) = stepper.start(system)? {
         return Ok(status);
@@ -113,7 +167,7 @@ fn run<S: System + ?Sized>(
     }
 }
 
-fn check_times(times: &[f64], (t0, t_end): (f64, f64)) -> Result<(), InvalidInput> {
+pub(crate) fn check_times(times: &[f64], (t0, t_end): (f64, f64)) -> Result<(), InvalidInput> {
     let mut checker = Checker::new();
     let is_wrong = |i: usize| !(t0..=t_end).contains(&times[i]) || (i > 0 && times[i] <= times[i - 1]);
     if let Some(i) = (0..times.len()).find(|&i| is_wrong(i)) {
@@ -138,13 +192,13 @@ impl<'a> Recorder<'a> {
         Self { t_eval, t: Vec::with_capacity(points), q: states(), v: states(), a: states() }
     }
 
-    fn start(&mut self, stepper: &Stepper) {
+    fn start<S: ?Sized, I: Steps<S>>(&mut self, stepper: &I) {
         if self.t_eval.is_none_or(|times| times.first() == Some(&stepper.t())) {
             self.push(stepper);
         }
     }
 
-    fn step(&mut self, stepper: &Stepper) {
+    fn step<S: ?Sized, I: Steps<S>>(&mut self, stepper: &I) {
         let Some(times) = self.t_eval else {
             return self.push(stepper);
         };
@@ -153,7 +207,7 @@ impl<'a> Recorder<'a> {
         {
             self.t.push(t);
             let end = self.q.len();
-            let n = stepper.q().len();
+            let n = stepper.state()[0].len();
             for states in [&mut self.q, &mut self.v, &mut self.a] {
                 states.resize(end + n, 0.0);
             }
@@ -161,10 +215,10 @@ impl<'a> Recorder<'a> {
         }
     }
 
-    fn push(&mut self, stepper: &Stepper) {
+    fn push<S: ?Sized, I: Steps<S>>(&mut self, stepper: &I) {
         self.t.push(stepper.t());
-        self.q.extend_from_slice(stepper.q());
-        self.v.extend_from_slice(stepper.v());
-        self.a.extend_from_slice(stepper.a());
+        for (states, values) in [&mut self.q, &mut self.v, &mut self.a].into_iter().zip(stepper.state()) {
+            states.extend_from_slice(values);
+        }
     }
 }

@@ -19,18 +19,18 @@ const ZERO_DERIVATIVE_FACTOR: f64 = 1e-3;
 const LARGEST_GROWTH: f64 = 100.0;
 
 /// Where an integration starts.
-pub(super) struct Start<'a> {
-    pub(super) t0: f64,
-    pub(super) t_end: f64,
-    pub(super) direction: f64,
-    pub(super) y0: &'a [f64],
-    pub(super) f0: &'a [f64],
-    pub(super) max_step: f64,
+pub(crate) struct Start<'a> {
+    pub(crate) t0: f64,
+    pub(crate) t_end: f64,
+    pub(crate) direction: f64,
+    pub(crate) y0: &'a [f64],
+    pub(crate) f0: &'a [f64],
+    pub(crate) max_step: f64,
 }
 
 /// Chooses the first step for an error estimate of order `error_order`; one evaluation, never beyond the end.
 /// May be NaN when the problem is not finite.
-pub(super) fn select<S: System + ?Sized>(
+pub(crate) fn select<S: System + ?Sized>(
     system: &mut S,
     start: &Start<'_>,
     tolerances: &Tolerances,

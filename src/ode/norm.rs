@@ -2,17 +2,17 @@
 
 /// `value / scale`, where nothing is nothing even when no tolerance is left to measure it with (a component that stays
 /// 0, with an absolute tolerance of 0).
-pub(super) fn scaled(value: f64, scale: f64) -> f64 {
+pub(crate) fn scaled(value: f64, scale: f64) -> f64 {
     if value == 0.0 { 0.0 } else { value / scale }
 }
 
 /// Root mean square of `values[i] / scale[i]`.
-pub(super) fn scaled_norm(values: &[f64], scale: &[f64]) -> f64 {
+pub(crate) fn scaled_norm(values: &[f64], scale: &[f64]) -> f64 {
     let sum: f64 = values.iter().zip(scale).map(|(&value, &scale)| scaled(value, scale).powi(2)).sum();
     sum.sqrt() / (values.len() as f64).sqrt()
 }
 
 /// True when no entry is infinite or NaN. Without a branch for each entry: 0 times such an entry is NaN.
-pub(super) fn all_finite(values: &[f64]) -> bool {
+pub(crate) fn all_finite(values: &[f64]) -> bool {
     values.iter().map(|value| value * 0.0).sum::<f64>() == 0.0
 }

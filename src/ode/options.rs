@@ -162,16 +162,16 @@ const SMALLEST_RTOL_IN_ROUNDING_UNITS: f64 = 100.0;
 
 /// Validated tolerances, one of each kind for each component.
 #[derive(Clone, Debug)]
-pub(super) struct Tolerances {
-    pub(super) rtol: Vec<f64>,
-    pub(super) atol: Vec<f64>,
+pub(crate) struct Tolerances {
+    pub(crate) rtol: Vec<f64>,
+    pub(crate) atol: Vec<f64>,
     /// Some rtol was too small for the arithmetic and has been raised.
     pub(super) rtol_raised: bool,
 }
 
 impl Options {
     /// Checks the options together with the problem that they are for.
-    pub(super) fn check(
+    pub(crate) fn check(
         &self,
         n: usize,
         (t0, t_end): (f64, f64),

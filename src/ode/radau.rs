@@ -1,4 +1,4 @@
-//! The Radau IIA method of order 5 with three stages (Hairer and Wanner 1996, "Solving Ordinary Differential Equations
+//! The Radau IIA method of order 5 for systems of first order (Hairer and Wanner 1996, "Solving Ordinary Differential Equations
 //! II", section IV.8, and their code RADAU5).
 //!
 //! The stages `z_i = y(t + c_i h) - y` solve `z = h (A x I) F(z)`. With the eigenvalues of the inverse of A, one real
@@ -8,63 +8,23 @@
 use super::dense::{Form, StepPolynomial};
 use super::differences::{DifferencedJacobian, Place, Sparsity};
 use super::norm::{all_finite, scaled_norm};
+use super::radau_iia::{
+    self, C, Converged, DIVERGENCE_FACTOR, E, Iteration, MU_COMPLEX, MU_REAL, SMALLEST_FACTOR, SQRT_6,
+    STAGES, StepError, T, T_INVERSE, Verdict, is_same_size, next_size, norm_of_stages, step_factor,
+    transform,
+};
 use super::status::Status;
 use super::stepper::{Advance, State};
 use super::{JacobianKind, System};
 use crate::error::{Interrupted, InvalidInput};
 use crate::linalg::{ComplexLu, Lu, Matrix, Singular};
 
-/// Stages of the method.
-const STAGES: usize = 3;
-const SQRT_6: f64 = 2.449489742783178;
-/// Times of the stages (Hairer and Wanner 1996, table IV.5.6).
-const C: [f64; STAGES] = [(4.0 - SQRT_6) / 10.0, (4.0 + SQRT_6) / 10.0, 1.0];
-/// Weights of the stages in the error estimate, times the real eigenvalue (ibid., eq. IV.8.18).
-const E: [f64; STAGES] = [(-13.0 - 7.0 * SQRT_6) / 3.0, (-13.0 + 7.0 * SQRT_6) / 3.0, -1.0 / 3.0];
-/// Real eigenvalue of the inverse of A, `3 + 3^(2/3) - 3^(1/3)` (ibid., eq. IV.8.15).
-const MU_REAL: f64 = 3.637834252744496;
-/// One of the pair, `3 + (3^(1/3) - 3^(2/3)) / 2 - i (3^(5/6) + 3^(7/6)) / 2`.
-const MU_COMPLEX: (f64, f64) = (2.6810828736277523, -3.0504301992474105);
-/// The transformation T (RADAU5).
-const T: [[f64; STAGES]; STAGES] = [
-    [0.09443876248897524, -0.1412552950209542, 0.03002919410514742],
-    [0.2502131229653333, 0.20412935229379994, -0.3829421127572619],
-    [1.0, 1.0, 0.0],
-];
-/// Its inverse (RADAU5).
-const T_INVERSE: [[f64; STAGES]; STAGES] = [
-    [4.178718591551904, 0.32768282076106237, 0.5233764454994495],
-    [-4.178718591551904, -0.32768282076106237, 0.47662355450055044],
-    [0.5028726349457868, -2.571926949855605, 0.5960392048282249],
-];
 /// The collocation polynomial: coefficient of `x^(j+1)` from the stages in row j.
 const POLYNOMIAL: [[f64; STAGES]; STAGES] = [
     [13.0 / 3.0 + 7.0 * SQRT_6 / 3.0, 13.0 / 3.0 - 7.0 * SQRT_6 / 3.0, 1.0 / 3.0],
     [-23.0 / 3.0 - 22.0 * SQRT_6 / 3.0, -23.0 / 3.0 + 22.0 * SQRT_6 / 3.0, -8.0 / 3.0],
     [10.0 / 3.0 + 5.0 * SQRT_6, 10.0 / 3.0 - 5.0 * SQRT_6, 10.0 / 3.0],
 ];
-
-/// Newton iterations before the step is cut; SciPy's number (RADAU5: 7).
-const NEWTON_ITERATIONS: usize = 6;
-/// The iteration error is kept that much below the tolerances (RADAU5: FNEWT)...
-const NEWTON_TOLERANCE: f64 = 0.03;
-/// ...but not below so many rounding units over the relative tolerance (RADAU5).
-const NEWTON_TOLERANCE_IN_ROUNDING_UNITS: f64 = 10.0;
-/// Step factor when the Newton iteration does not converge (RADAU5).
-const DIVERGENCE_FACTOR: f64 = 0.5;
-/// Bounds of the step factor (SciPy; RADAU5: 1/8 and 5).
-const SMALLEST_FACTOR: f64 = 0.2;
-const LARGEST_FACTOR: f64 = 10.0;
-/// A factor between 1 and this keeps the step, and with it the factorisations (RADAU5: QUOT2).
-const SMALLEST_GROWTH: f64 = 1.2;
-/// Safety factor of a step with the fewest iterations (RADAU5: SAFE).
-const SAFETY: f64 = 0.9;
-/// The Jacobian is kept when Newton converges at least that fast (RADAU5: THET)...
-const FAST_RATE: f64 = 1e-3;
-/// ...or in so few iterations (SciPy).
-const FEW_ITERATIONS: usize = 2;
-/// Step sizes count as equal up to the rounding of the times that they connect.
-const SAME_SIZE: f64 = 1e-8;
 
 /// Radau IIA with its memory.
 #[derive(Clone, Debug)]
@@ -95,33 +55,23 @@ pub(super) struct Radau {
     last: Option<LastStep>,
 }
 
-/// What the prediction of the next step needs of the last one.
+/// The last step: where its polynomial lies, and what the choice of the next size needs of it.
 #[derive(Clone, Copy, Debug)]
 struct LastStep {
     t_old: f64,
     t: f64,
-    h_abs: f64,
-    error: f64,
-}
-
-/// A Newton iteration that converged.
-struct Converged {
-    iterations: usize,
-    rate: f64,
+    sized: StepError,
 }
 
 impl Radau {
     pub(super) const FORM: Form = Form::Monomial { degree: STAGES };
-    /// Order of the embedded formula.
-    pub(super) const ERROR_ORDER: f64 = 3.0;
+    pub(super) const ERROR_ORDER: f64 = radau_iia::ERROR_ORDER;
 
     /// Memory for `n` equations; fails when there is not enough of it.
     pub(super) fn new(n: usize, rtol: &[f64], sparsity: Option<Sparsity>) -> Result<Self, InvalidInput> {
         check_memory(n, sparsity.as_ref().map_or(n, Sparsity::groups))?;
-        let rtol = rtol.iter().copied().fold(1.0, f64::min);
-        let rounding = NEWTON_TOLERANCE_IN_ROUNDING_UNITS * f64::EPSILON / rtol;
         Ok(Self {
-            newton_tolerance: rounding.max(NEWTON_TOLERANCE.min(rtol.sqrt())),
+            newton_tolerance: Iteration::tolerance(rtol.iter().copied().fold(1.0, f64::min)),
             differences: DifferencedJacobian::new(n, sparsity),
             jacobian: Matrix::zeros(n, n),
             jacobian_is_current: false,
@@ -231,17 +181,15 @@ impl Radau {
             finite = true;
             self.evaluate_error(state, system, h, was_rejected)?;
             let error = scaled_norm(&self.error, &self.scale);
-            // Fewer iterations allow larger steps (Hairer and Wanner 1996, eq. IV.8.21).
-            let allowed = 2 * NEWTON_ITERATIONS + 1;
-            let used = 2 * NEWTON_ITERATIONS + newton.iterations;
-            let factor = SAFETY * allowed as f64 / used as f64 * predict_factor(h_abs, error, last);
+            let sized = StepError { h_abs, error };
+            let factor = step_factor(sized, last.map(|last| last.sized), newton.iterations);
             if error <= 1.0 {
                 state.counters.nfev += 1;
                 system.rhs(t_new, &state.y_new, &mut self.argument)?;
                 finite = all_finite(&state.y_new) && all_finite(&self.argument);
                 if finite {
                     let constant_jacobian = system.jacobian_kind() == JacobianKind::Constant;
-                    self.accept(state, t_new, &newton, (h_abs, error, factor), constant_jacobian);
+                    self.accept(state, t_new, &newton, (sized, factor), constant_jacobian);
                     return Ok(Advance::Accepted);
                 }
             }
@@ -278,7 +226,7 @@ impl Radau {
 
     /// Factorises `mu / h - J` for the real and the complex eigenvalue, unless that has been done.
     fn factorise(&mut self, state: &mut State, h: f64) -> Result<(), Singular> {
-        if self.factorised_for.is_some_and(|size| (h / size - 1.0).abs() <= SAME_SIZE) {
+        if self.factorised_for.is_some_and(|size| is_same_size(h, size)) {
             return Ok(());
         }
         self.factorised_for = None;
@@ -309,8 +257,8 @@ impl Radau {
         for i in 0..n {
             self.scale[i] = state.tolerances.atol[i] + state.y[i].abs() * state.tolerances.rtol[i];
         }
-        let mut previous_norm: Option<f64> = None;
-        for iteration in 1..=NEWTON_ITERATIONS {
+        let mut iteration = Iteration::new(self.newton_tolerance);
+        loop {
             for (stage, c) in C.into_iter().enumerate() {
                 let z = &self.z[stage * n..][..n];
                 for ((argument, y), z) in self.argument.iter_mut().zip(&state.y).zip(z) {
@@ -325,31 +273,21 @@ impl Radau {
                 return Ok(None);
             }
             self.newton_update(h);
-            let norm = self.dw.chunks_exact(n).map(|dw| scaled_norm(dw, &self.scale).powi(2)).sum::<f64>();
-            let norm = (norm / STAGES as f64).sqrt();
-            let rate = previous_norm.map(|previous| norm / previous);
-            if let Some(rate) = rate {
-                // What the iterations that are left can achieve (ibid., eq. IV.8.11).
-                let left = (NEWTON_ITERATIONS + 1 - iteration) as i32;
-                let hopeless = rate.powi(left) / (1.0 - rate) * norm > self.newton_tolerance;
-                if rate >= 1.0 || rate.is_nan() || hopeless {
-                    return Ok(None);
-                }
+            let verdict = iteration.judge(norm_of_stages(&self.dw, &self.scale));
+            if matches!(verdict, Verdict::Diverges) {
+                return Ok(None);
             }
             for (w, dw) in self.w.iter_mut().zip(&self.dw) {
                 *w += dw;
             }
             transform(&T, &self.w, &mut self.z);
-            let rate = rate.unwrap_or(f64::INFINITY);
-            if norm == 0.0 || rate / (1.0 - rate) * norm < self.newton_tolerance && rate < 1.0 {
+            if let Verdict::Converged(converged) = verdict {
                 for ((y_new, y), z) in state.y_new.iter_mut().zip(&state.y).zip(&self.z[2 * n..]) {
                     *y_new = y + z;
                 }
-                return Ok(Some(Converged { iterations: iteration, rate }));
+                return Ok(Some(converged));
             }
-            previous_norm = Some(norm);
         }
-        Ok(None)
     }
 
     /// First guess of the stages: the polynomial of the last step, continued.
@@ -429,7 +367,7 @@ impl Radau {
         state: &mut State,
         t_new: f64,
         newton: &Converged,
-        (h_abs, error, factor): (f64, f64, f64),
+        (sized, factor): (StepError, f64),
         constant_jacobian: bool,
     ) {
         let n = state.y.len();
@@ -441,12 +379,10 @@ impl Radau {
             }
         }
         std::mem::swap(&mut self.error, &mut self.accepted_error);
-        self.last = Some(LastStep { t_old: state.t_old, t: state.t, h_abs, error });
+        self.last = Some(LastStep { t_old: state.t_old, t: state.t, sized });
         self.jacobian_is_current = constant_jacobian;
-        self.jacobian_is_wanted =
-            newton.iterations > FEW_ITERATIONS && newton.rate > FAST_RATE && !constant_jacobian;
-        let keep = !self.jacobian_is_wanted && factor < SMALLEST_GROWTH;
-        state.h_abs = h_abs * if keep { 1.0 } else { factor.min(LARGEST_FACTOR) };
+        self.jacobian_is_wanted = newton.wants_jacobian() && !constant_jacobian;
+        state.h_abs = next_size(sized.h_abs, factor, self.jacobian_is_wanted);
     }
 }
 
@@ -466,25 +402,4 @@ fn check_memory(n: usize, groups: usize) -> Result<(), InvalidInput> {
         "a system whose dense matrices fit in memory; these take {gigabytes:.1} GB, which an explicit method does not"
     );
     Err(InvalidInput::new("y0", format_args!("{n} values"), expected))
-}
-
-/// Factor of the step size from the errors and sizes of two steps (Gustafsson 1994; Hairer and Wanner 1996,
-/// eq. IV.8.25).
-fn predict_factor(h_abs: f64, error: f64, last: Option<LastStep>) -> f64 {
-    let exponent = 1.0 / (Radau::ERROR_ORDER + 1.0);
-    let trend = match last {
-        Some(last) if error > 0.0 => h_abs / last.h_abs * (last.error / error).powf(exponent),
-        _ => 1.0,
-    };
-    trend.min(1.0) * error.powf(-exponent)
-}
-
-/// `out_i <- sum_j matrix[i][j] vectors_j`.
-fn transform(matrix: &[[f64; STAGES]; STAGES], vectors: &[f64], out: &mut [f64]) {
-    let n = vectors.len() / STAGES;
-    for (row, out) in matrix.iter().zip(out.chunks_exact_mut(n)) {
-        for (i, value) in out.iter_mut().enumerate() {
-            *value = (0..STAGES).map(|stage| row[stage] * vectors[stage * n + i]).sum();
-        }
-    }
 }

@@ -11,6 +11,7 @@ use super::ode::options::tolerance;
 use crate::error::{Checker, Interrupted, InvalidInput};
 use crate::newmark::{self, Parameters, Scheme};
 use crate::ode;
+use crate::radau;
 use crate::roots::Derivative;
 use crate::simulate::Method;
 
@@ -27,8 +28,8 @@ use crate::simulate::Method;
 /// method : str
 ///     Implicit, of second order, through the inverse dynamics: 'newmark' (average acceleration unless `beta` and `gamma`
 ///     say otherwise), 'average_acceleration', 'linear_acceleration', 'fox_goodwin', 'central_difference', 'hht' (takes
-///     `alpha`), 'generalised_alpha' (takes `rho_inf`). Explicit, adaptive, through the forward dynamics: 'rk45', 'dop853';
-///     implicit, adaptive, for stiff models: 'radau'.
+///     `alpha`), 'generalised_alpha' (takes `rho_inf`); of order 5, adaptive: 'radau' (Radau IIA). Explicit, adaptive, through
+///     the forward dynamics: 'rk45', 'dop853'.
 /// dt : float
 ///     Step size of the Newmark family, seconds; the last step is shorter if it must be. For the other methods the
 ///     distance of the times that are returned.
@@ -143,37 +144,47 @@ pub(crate) fn simulate<'py>(
     let first_order = match method {
         "rk45" => Some(ode::Method::Rk45),
         "dop853" => Some(ode::Method::Dop853),
-        "radau" => Some(ode::Method::Radau),
         _ => None,
     };
+    if first_order.is_some() || method == "radau" {
+        refuse_newmark_options(
+            method,
+            [
+                ("jac", jac.is_some()),
+                ("beta", beta.is_some()),
+                ("gamma", gamma.is_some()),
+                ("alpha", alpha.is_some()),
+                ("rho_inf", rho_inf.is_some()),
+                ("adaptive", adaptive.is_some()),
+                ("predictor", predictor.is_some()),
+                ("reuse_jacobian", reuse_jacobian.is_some()),
+            ],
+        )?;
+    }
     let method = match first_order {
-        Some(first_order) => {
-            refuse_newmark_options(
-                method,
-                [
-                    ("jac", jac.is_some()),
-                    ("beta", beta.is_some()),
-                    ("gamma", gamma.is_some()),
-                    ("alpha", alpha.is_some()),
-                    ("rho_inf", rho_inf.is_some()),
-                    ("adaptive", adaptive.is_some()),
-                    ("predictor", predictor.is_some()),
-                    ("reuse_jacobian", reuse_jacobian.is_some()),
-                ],
-            )?;
-            Method::FirstOrder {
-                options: ode::Options {
-                    method: first_order,
-                    rtol: twice(rtol, n, "rtol")?,
-                    atol: twice(atol, n, "atol")?,
-                    max_step: max_step.unwrap_or(f64::INFINITY),
-                    min_step,
-                    max_steps,
-                    ..ode::Options::default()
-                },
-                dt,
-            }
-        }
+        None if method == "radau" => Method::Radau {
+            options: radau::Options {
+                rtol: twice(rtol, n, "rtol")?,
+                atol: twice(atol, n, "atol")?,
+                first_step: None,
+                max_step: max_step.unwrap_or(f64::INFINITY),
+                min_step,
+                max_steps,
+            },
+            dt,
+        },
+        Some(first_order) => Method::FirstOrder {
+            options: ode::Options {
+                method: first_order,
+                rtol: twice(rtol, n, "rtol")?,
+                atol: twice(atol, n, "atol")?,
+                max_step: max_step.unwrap_or(f64::INFINITY),
+                min_step,
+                max_steps,
+                ..ode::Options::default()
+            },
+            dt,
+        },
         None => Method::Newmark(newmark::Options {
             scheme: Scheme::by_name(method, &Parameters { beta, gamma, alpha, rho_inf })
                 .map_err(name_all_methods)?,
@@ -229,7 +240,7 @@ fn twice(tolerance: ode::Tolerance, n: usize, name: &str) -> Result<ode::Toleran
     Ok(ode::Tolerance::Each([values.as_slice(), values.as_slice()].concat()))
 }
 
-/// A first-order method takes none of these options, whether its value is the default or not.
+/// A method outside of the Newmark family takes none of these options, whether its value is the default or not.
 fn refuse_newmark_options(
     method: &str,
     options: impl IntoIterator<Item = (&'static str, bool)>,

@@ -14,7 +14,7 @@ from reference import newmark as reference
 from reference import pendulum as pendulum_reference
 
 NEWMARK = list(reference.PRESETS)
-FIRST_ORDER = ["rk45", "dop853", "radau"]
+ADAPTIVE = ["rk45", "dop853", "radau"]
 START = {"q0": [-0.7, 0.5], "v0": [0.3, -0.2]}
 
 
@@ -121,7 +121,7 @@ def spring_and_mass(t, y):
     return [vx, vz, pull * x, pull * z - 9.81]
 
 
-@pytest.mark.parametrize("method", FIRST_ORDER)
+@pytest.mark.parametrize("method", ADAPTIVE)
 def test_the_pendulum_against_scipy_in_other_coordinates(method):
     times = np.linspace(0.0, 5.0, 11)
     found = simulate(pendulum(), 5.0, method=method, rtol=1e-10, atol=1e-12, t_eval=times, **START)
@@ -136,7 +136,7 @@ def test_the_pendulum_against_scipy_in_other_coordinates(method):
         assert_allclose(pendulum_reference.inverse_dynamics(q, v, a), 0.0, atol=1e-7)
 
 
-@pytest.mark.parametrize("method", FIRST_ORDER)
+@pytest.mark.parametrize("method", ADAPTIVE)
 def test_a_rod_against_scipy(method):
     model, times = rod(), np.linspace(0.0, 0.5, 6)
     n = model.n
@@ -234,7 +234,7 @@ def test_all_jacobians_find_the_same_motion(method, name):
 
 def test_all_methods_agree():
     exact = simulate(pendulum(), 1.0, method="dop853", rtol=1e-11, atol=1e-11, t_eval=[1.0], **START)
-    for method in (*NEWMARK, "generalized_alpha", *FIRST_ORDER):
+    for method in (*NEWMARK, "generalized_alpha", *ADAPTIVE):
         found = simulate(pendulum(), 1.0, method=method, dt=1e-3, **START)
         assert_allclose(found.q[-1], exact.q[-1], atol=1e-4)
     for options in (
@@ -249,7 +249,7 @@ def test_all_methods_agree():
 # ------------------------------------------------------------------------------------------ times and steps
 
 
-@pytest.mark.parametrize("method", ["newmark", "generalised_alpha", *FIRST_ORDER])
+@pytest.mark.parametrize("method", ["newmark", "generalised_alpha", *ADAPTIVE])
 def test_times(method):
     found = simulate(pendulum(), 0.55, method=method, dt=0.1, **START)
     assert_allclose(found.t, [0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.55])
@@ -408,17 +408,17 @@ def test_reruns_are_equal_bit_by_bit():
 
 def test_a_singular_start():
     """The spring is compressed to a point: the angle has no inertia there."""
-    for method in ("newmark", "hht"):
+    for method in ("newmark", "hht", "radau"):
         found = lissom.simulate(pendulum(), 1.0, q0=[0.0, -1.0], method=method)
         assert (found.success, found.status, found.t.size) == (False, "no_initial_acceleration", 0)
         assert "mass matrix" in found.message
         assert found.q.shape == (0, 2)
-    for method in FIRST_ORDER:
+    for method in ("rk45", "dop853"):
         found = lissom.simulate(pendulum(), 1.0, q0=[0.0, -1.0], method=method)
         assert (found.success, found.status) == (False, "non_finite")
 
 
-@pytest.mark.parametrize("method", ["newmark", *FIRST_ORDER])
+@pytest.mark.parametrize("method", ["newmark", *ADAPTIVE])
 def test_the_step_limit(method):
     found = lissom.simulate(pendulum(), 1.0, method=method, max_steps=5, dt=1e-3, **START)
     assert (found.success, found.status, found.stats.steps) == (False, "too_many_steps", 5)

@@ -1,0 +1,64 @@
+//! What a caller chooses, with its validation.
+
+use crate::error::InvalidInput;
+use crate::newmark::check_start;
+use crate::ode::{self, Tolerance, Tolerances};
+
+/// How to integrate.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Options {
+    /// Relative tolerance, one for all or one for each of the n displacements and then of the n velocities: local errors are kept
+    /// below `atol + rtol |y|`, y standing for either, in the root mean square over all of them. 1e-6 unless said
+    /// otherwise; values below 100 rounding units are raised to that.
+    pub rtol: Tolerance,
+    /// Absolute tolerance, likewise; 1e-9 unless said otherwise.
+    pub atol: Tolerance,
+    /// Size of the first step; chosen from the problem when `None`.
+    pub first_step: Option<f64>,
+    /// Largest step size; infinite unless said otherwise.
+    pub max_step: f64,
+    /// Smallest step size; 0 unless said otherwise (ten spacings of floating-point numbers at t always count). The last step may be
+    /// shorter.
+    pub min_step: f64,
+    /// Largest number of accepted steps; no limit unless said otherwise.
+    pub max_steps: usize,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            rtol: 1e-6.into(),
+            atol: 1e-9.into(),
+            first_step: None,
+            max_step: f64::INFINITY,
+            min_step: 0.0,
+            max_steps: usize::MAX,
+        }
+    }
+}
+
+impl Options {
+    /// Checks the options together with the problem that they are for; returns the tolerances of the 2n numbers.
+    pub(super) fn check(
+        &self,
+        n: usize,
+        t_span: (f64, f64),
+        q0: &[f64],
+        v0: &[f64],
+    ) -> Result<Tolerances, InvalidInput> {
+        let (t0, t_end) = t_span;
+        let any_step = if t_end > t0 { t_end - t0 } else { 1.0 };
+        check_start(n, t_span, q0, v0, any_step)?;
+        let options = ode::Options {
+            method: ode::Method::Radau,
+            rtol: self.rtol.clone(),
+            atol: self.atol.clone(),
+            first_step: self.first_step,
+            max_step: self.max_step,
+            min_step: self.min_step,
+            max_steps: self.max_steps,
+            ..ode::Options::default()
+        };
+        options.check(2 * n, t_span, &[q0, v0].concat())
+    }
+}

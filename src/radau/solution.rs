@@ -1,0 +1,34 @@
+//! Integration over an interval, with the states that are asked for on the way.
+
+use super::{Options, Stepper};
+use crate::error::{Interrupted, InvalidInput};
+use crate::newmark::{Solution, System, check_points, check_times, collect, points_in_memory};
+
+/// Integrates the equations of motion over `t_span` from displacements `q0` and velocities `v0`. `t_eval` are increasing
+/// times at which the motion is wanted, all steps if `None`. `monitor` sees the system and the stepper after every accepted
+/// step and may stop the integration, as may the system; the status is then
+/// [`Status::Interrupted`](crate::newmark::Status::Interrupted).
+///
+/// Fails before any evaluation when an argument is wrong. Memory: `1 + 3 n` numbers for every point of the output.
+pub fn solve<S: System + ?Sized>(
+    system: &mut S,
+    t_span: (f64, f64),
+    q0: &[f64],
+    v0: &[f64],
+    options: &Options,
+    t_eval: Option<&[f64]>,
+    monitor: &mut dyn FnMut(&mut S, &Stepper) -> Result<(), Interrupted>,
+) -> Result<Solution, InvalidInput> {
+    let n = system.n();
+    let mut options = options.clone();
+    if t_eval.is_none() {
+        options.max_steps = options.max_steps.min(points_in_memory(n));
+    }
+    let mut stepper = Stepper::new(n, t_span, q0, v0, &options)?;
+    if let Some(times) = t_eval {
+        check_times(times, t_span)?;
+    }
+    let points = t_eval.map_or(1, <[f64]>::len);
+    check_points(points, n)?;
+    Ok(collect(system, &mut stepper, n, points, t_eval, monitor))
+}

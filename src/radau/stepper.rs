@@ -1,0 +1,372 @@
+//! Integration step by step.
+
+use super::Options;
+use super::stages::{Stages, Start};
+use crate::error::{Interrupted, InvalidInput, Number};
+use crate::hermite::Quintic;
+use crate::linalg::Lu;
+use crate::newmark::{self, Counters, Failure, Status, Steps, System};
+use crate::ode::norm::all_finite;
+use crate::ode::radau_iia::{
+    DIVERGENCE_FACTOR, ERROR_ORDER, SMALLEST_FACTOR, StepError, next_size, step_factor,
+};
+use crate::ode::{self, Tolerances, initial_step};
+
+/// A step must be that many spacings of floating-point numbers long at least (SciPy).
+const SMALLEST_STEP_IN_SPACINGS: f64 = 10.0;
+
+/// A remainder of the interval of less than that fraction of a step is added to it.
+const REMAINDER: f64 = 1e-9;
+
+/// An integration that is carried out step by step. All memory is allocated at the start.
+///
+/// The stepper does not own the equations of motion; the same ones, which must know their
+/// [tangent](System::tangent), must be given to every call.
+#[derive(Clone, Debug)]
+pub struct Stepper {
+    /// Solves for the accelerations at the start.
+    initial: Box<newmark::Stepper>,
+    tolerances: Tolerances,
+    options: Options,
+    t: f64,
+    t_end: f64,
+    q: Vec<f64>,
+    v: Vec<f64>,
+    a: Vec<f64>,
+    t_old: f64,
+    q_old: Vec<f64>,
+    v_old: Vec<f64>,
+    a_old: Vec<f64>,
+    stages: Stages,
+    /// Scale of the errors of displacements and velocities.
+    scale: Vec<f64>,
+    /// Size of the next step.
+    h: f64,
+    last: Option<StepError>,
+    tangents_are_wanted: bool,
+    counters: Counters,
+    started: bool,
+    status: Option<Status>,
+}
+
+impl Stepper {
+    /// Prepares the integration of `n` coordinates from `q0`, `v0` over `t_span`. Evaluates nothing yet.
+    pub fn new(
+        n: usize,
+        t_span: (f64, f64),
+        q0: &[f64],
+        v0: &[f64],
+        options: &Options,
+    ) -> Result<Self, InvalidInput> {
+        let tolerances = options.check(n, t_span, q0, v0)?;
+        let (t0, t_end) = t_span;
+        let any_step = if t_end > t0 { t_end - t0 } else { 1.0 };
+        let initial = newmark::Stepper::new(n, t_span, q0, v0, &newmark::Options::new(any_step))?;
+        let smallest_rtol = tolerances.rtol.iter().copied().fold(1.0, f64::min);
+        let zeros = vec![0.0; n];
+        Ok(Self {
+            initial: Box::new(initial),
+            tolerances,
+            options: options.clone(),
+            t: t0,
+            t_end,
+            q: q0.to_vec(),
+            v: v0.to_vec(),
+            a: zeros.clone(),
+            t_old: t0,
+            q_old: q0.to_vec(),
+            v_old: v0.to_vec(),
+            a_old: zeros,
+            stages: Stages::new(n, smallest_rtol),
+            scale: vec![0.0; 2 * n],
+            h: 0.0,
+            last: None,
+            tangents_are_wanted: false,
+            counters: Counters::default(),
+            started: false,
+            status: None,
+        })
+    }
+
+    /// Solves for the accelerations at the start and chooses the first step. [`Self::step`] does this when it has not been
+    /// done. `Some(status)` when there are none that could be found.
+    pub fn start<S: System + ?Sized>(&mut self, system: &mut S) -> Result<Option<Status>, Interrupted> {
+        if self.started {
+            return Ok(self.status);
+        }
+        self.status = self.initial.start(system)?;
+        self.counters = self.initial.counters();
+        self.a.copy_from_slice(self.initial.a());
+        self.a_old.copy_from_slice(&self.a);
+        if self.status.is_none() && self.t < self.t_end {
+            let start = Start { t: self.t, q: &self.q, v: &self.v, a: &self.a };
+            self.stages.evaluate_tangents(system, &start, &mut self.counters)?;
+            self.h = match self.options.first_step {
+                Some(first_step) => first_step,
+                None => self.select_first_step(system)?,
+            };
+        }
+        self.started = true;
+        Ok(self.status)
+    }
+
+    fn select_first_step<S: System + ?Sized>(&mut self, system: &mut S) -> Result<f64, Interrupted> {
+        let n = self.q.len();
+        let mut mass = Lu::new(n);
+        if n == 0 || mass.factorise(self.stages.mass()).is_err() {
+            return Ok(self.t_end - self.t);
+        }
+        let mut motion = NearStart { system, a0: &self.a, mass, residual: vec![0.0; n] };
+        let (y0, f0) = ([&self.q[..], &self.v].concat(), [&self.v[..], &self.a].concat());
+        let start = initial_step::Start {
+            t0: self.t,
+            t_end: self.t_end,
+            direction: 1.0,
+            y0: &y0,
+            f0: &f0,
+            max_step: self.options.max_step,
+        };
+        self.counters.nfev += 1;
+        initial_step::select(&mut motion, &start, &self.tolerances, ERROR_ORDER)
+    }
+
+    /// Makes one accepted step. `Some(status)` when the integration is over: the end was reached, or no step could be
+    /// made, which leaves the state as it was. After an interruption the state is that of the last accepted step, and
+    /// stepping may be tried again.
+    ///
+    /// # Panics
+    /// When the integration was over before.
+    pub fn step<S: System + ?Sized>(&mut self, system: &mut S) -> Result<Option<Status>, Interrupted> {
+        assert!(self.status.is_none(), "the integration is over");
+        if self.start(system)?.is_some() {
+            return Ok(self.status);
+        }
+        self.status = if self.t == self.t_end {
+            Some(Status::Finished)
+        } else if self.counters.steps >= self.options.max_steps {
+            Some(Status::TooManySteps)
+        } else {
+            self.advance(system)?
+        };
+        if self.status.is_none() && self.t == self.t_end {
+            self.status = Some(Status::Finished);
+        }
+        Ok(self.status)
+    }
+
+    /// Makes one accepted step of at most the size that is proposed.
+    fn advance<S: System + ?Sized>(&mut self, system: &mut S) -> Result<Option<Status>, Interrupted> {
+        let smallest = self.options.min_step.max(SMALLEST_STEP_IN_SPACINGS * (self.t.next_up() - self.t));
+        let mut h = self.h.clamp(smallest.min(self.options.max_step), self.options.max_step);
+        let start = Start { t: self.t, q: &self.q, v: &self.v, a: &self.a };
+        if std::mem::take(&mut self.tangents_are_wanted) {
+            self.stages.evaluate_tangents(system, &start, &mut self.counters)?;
+        }
+        let mut was_rejected = false;
+        let mut failure = Failure::NotConverged;
+        loop {
+            let is_last = self.t + h * (1.0 + REMAINDER) >= self.t_end;
+            if h < smallest && !(is_last && !was_rejected) || h.is_nan() {
+                return Ok(Some(match failure {
+                    Failure::NotConverged => Status::StepTooSmall,
+                    failure => Status::StepFailed(failure),
+                }));
+            }
+            let t_new = if is_last { self.t_end } else { self.t + h };
+            h = t_new - self.t;
+            set_scale(&mut self.scale, &self.tolerances, [start.q, start.v], [start.q, start.v]);
+            let newton =
+                match self.stages.solve(system, &start, (h, t_new), &self.scale, &mut self.counters)? {
+                    Ok(newton) => newton,
+                    Err(found) => {
+                        failure = found;
+                        self.counters.unsolved += 1;
+                        was_rejected = true;
+                        h *= DIVERGENCE_FACTOR;
+                        continue;
+                    }
+                };
+            failure = Failure::NotConverged;
+            let end = [&self.stages.q[..], &self.stages.v];
+            set_scale(&mut self.scale, &self.tolerances, [start.q, start.v], end);
+            let scale = &self.scale;
+            let error = self.stages.error(system, &start, h, scale, was_rejected, &mut self.counters)?;
+            let sized = StepError { h_abs: h, error };
+            let factor = step_factor(sized, self.last, newton.iterations);
+            let finite = all_finite(&self.stages.q) && all_finite(&self.stages.v);
+            if error <= 1.0 && finite {
+                self.tangents_are_wanted = newton.wants_jacobian() && !self.stages.have_own_tangents();
+                // The rest of the interval says nothing about the size of the step after it.
+                self.h = next_size(h, factor, self.tangents_are_wanted);
+                self.last = Some(sized);
+                self.accept(t_new, h);
+                return Ok(None);
+            }
+            self.counters.rejected += 1;
+            was_rejected = true;
+            h *= if finite { factor.max(SMALLEST_FACTOR) } else { DIVERGENCE_FACTOR };
+        }
+    }
+
+    /// Takes the last stage as the new state.
+    fn accept(&mut self, t_new: f64, h: f64) {
+        let n = self.q.len();
+        self.t_old = self.t;
+        self.t = t_new;
+        std::mem::swap(&mut self.q_old, &mut self.q);
+        std::mem::swap(&mut self.v_old, &mut self.v);
+        std::mem::swap(&mut self.a_old, &mut self.a);
+        self.q.copy_from_slice(&self.stages.q);
+        self.v.copy_from_slice(&self.stages.v);
+        self.a.copy_from_slice(&self.stages.a[self.stages.a.len() - n..]);
+        self.stages.accept(h);
+        self.stages.forget_start();
+        self.counters.steps += 1;
+    }
+
+    /// Current time.
+    pub fn t(&self) -> f64 {
+        self.t
+    }
+
+    /// Current displacements.
+    pub fn q(&self) -> &[f64] {
+        &self.q
+    }
+
+    /// Current velocities.
+    pub fn v(&self) -> &[f64] {
+        &self.v
+    }
+
+    /// Current accelerations: those that balance the equations of motion, to the tolerance of the step.
+    pub fn a(&self) -> &[f64] {
+        &self.a
+    }
+
+    /// Time before the last step; the start when no step was made.
+    pub fn t_old(&self) -> f64 {
+        self.t_old
+    }
+
+    /// What the integration has cost so far.
+    pub fn counters(&self) -> Counters {
+        self.counters
+    }
+
+    /// `None` while the integration goes on.
+    pub fn status(&self) -> Option<Status> {
+        self.status
+    }
+
+    /// State at a time within the last step: the polynomial of degree five through displacements, velocities and accelerations at
+    /// both ends, and its derivatives; of order 5, 4 and 3. At the ends it is the state there, bit by bit.
+    pub fn interpolate(&self, t: f64, q: &mut [f64], v: &mut [f64], a: &mut [f64]) {
+        let ends =
+            [(self.t_old, [&self.q_old, &self.v_old, &self.a_old]), (self.t, [&self.q, &self.v, &self.a])];
+        if let Some((_, state)) = ends.iter().find(|(end, _)| *end == t) {
+            for (out, values) in [q, v, a].into_iter().zip(state) {
+                out.copy_from_slice(values);
+            }
+            return;
+        }
+        let h = self.t - self.t_old;
+        let quintic = Quintic::at((t - self.t_old) / h, h);
+        for i in 0..q.len() {
+            let start = [self.q_old[i], self.v_old[i], self.a_old[i]];
+            [q[i], v[i], a[i]] = quintic.motion(start, [self.q[i], self.v[i], self.a[i]]);
+        }
+    }
+
+    /// A status of this integration in words, with what to change when it is not the wanted one.
+    pub fn explain(&self, status: Status) -> String {
+        let [t, h] = [self.t, self.h].map(Number);
+        match status {
+            Status::StepFailed(Failure::NonFinite) => format!(
+                "The residual or its Jacobian became NaN or infinite right after t = {t}, however small the step; the result \
+                 ends there. Check the equations of motion near the last state."
+            ),
+            Status::StepFailed(_) => format!(
+                "The Jacobian of the step from t = {t} (step size {h}) is singular, however small the step; the result ends \
+                 there: the equations of motion do not determine the accelerations."
+            ),
+            Status::StepTooSmall => format!(
+                "The step size fell below its limit at t = {t} after {} rejected and {} unsolved steps: loosen `rtol` and \
+                 `atol` (with an `atol` of 0, a coordinate that passes through 0 has no tolerance left), reduce `min_step`, or \
+                 check the equations of motion there for a singularity.",
+                self.counters.rejected, self.counters.unsolved
+            ),
+            Status::TooManySteps => format!(
+                "The limit of {} steps was reached at t = {t}, before the end of the interval, {}: increase `max_steps`, or \
+                 loosen `rtol` and `atol`.",
+                self.options.max_steps,
+                Number(self.t_end)
+            ),
+            Status::Interrupted => format!("The integration was stopped at t = {t}, as asked for."),
+            Status::Finished | Status::NoInitialAcceleration(_) => self.initial.explain(status),
+        }
+    }
+}
+
+impl<S: System + ?Sized> Steps<S> for Stepper {
+    fn start(&mut self, system: &mut S) -> Result<Option<Status>, Interrupted> {
+        self.start(system)
+    }
+    fn step(&mut self, system: &mut S) -> Result<Option<Status>, Interrupted> {
+        self.step(system)
+    }
+    fn t(&self) -> f64 {
+        self.t()
+    }
+    fn state(&self) -> [&[f64]; 3] {
+        [self.q(), self.v(), self.a()]
+    }
+    fn interpolate(&self, t: f64, q: &mut [f64], v: &mut [f64], a: &mut [f64]) {
+        self.interpolate(t, q, v, a);
+    }
+    fn counters(&self) -> Counters {
+        self.counters()
+    }
+    fn explain(&self, status: Status) -> String {
+        self.explain(status)
+    }
+}
+
+/// `scale <- atol + rtol max(|start|, |end|)` of displacements and velocities.
+fn set_scale(scale: &mut [f64], tolerances: &Tolerances, start: [&[f64]; 2], end: [&[f64]; 2]) {
+    let sizes = start
+        .iter()
+        .zip(end)
+        .flat_map(|(start, end)| start.iter().zip(end).map(|(start, end)| start.abs().max(end.abs())));
+    for ((scale, size), (rtol, atol)) in
+        scale.iter_mut().zip(sizes).zip(tolerances.rtol.iter().zip(&tolerances.atol))
+    {
+        *scale = atol + rtol * size;
+    }
+}
+
+/// The motion as a system of first order, with the mass matrix of the start: good enough to choose the first step.
+struct NearStart<'a, S: ?Sized> {
+    system: &'a mut S,
+    a0: &'a [f64],
+    mass: Lu,
+    residual: Vec<f64>,
+}
+
+impl<S: System + ?Sized> ode::System for NearStart<'_, S> {
+    fn n(&self) -> usize {
+        2 * self.a0.len()
+    }
+
+    fn rhs(&mut self, t: f64, y: &[f64], dydt: &mut [f64]) -> Result<(), Interrupted> {
+        let n = self.a0.len();
+        let (q, v) = y.split_at(n);
+        self.system.residual(t, q, v, self.a0, &mut self.residual)?;
+        self.mass.solve(&mut self.residual);
+        dydt[..n].copy_from_slice(v);
+        for i in 0..n {
+            dydt[n + i] = self.a0[i] - self.residual[i];
+        }
+        Ok(())
+    }
+}
