@@ -31,8 +31,6 @@ CASES = {
     "newmark/lab-3": 300,
     "newmark/two-12": 100,
     "newmark/pendulum": 1000,
-    "radau/two-12": 50,
-    "radau of first order/two-12": 50,
     "rk45/lab-3": 100,
     "rk45/pendulum": 1000,
 }
