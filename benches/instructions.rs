@@ -116,7 +116,7 @@ fn main() {
         ("forward", _) => forward(&mut rod(name), count),
         ("newmark", "pendulum") => newmark_steps(&mut SpringPendulum::default(), &pendulum_start, count),
         ("rk45", "pendulum") => {
-            first_order_steps(ode::Method::Rk45, SpringPendulum::default(), &pendulum_start, count)
+            first_order_steps(ode::Method::Rk45, SpringPendulum::default(), &pendulum_start, count);
         }
         ("newmark", _) => {
             let mut model = rod(name);

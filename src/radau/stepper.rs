@@ -166,7 +166,7 @@ impl Stepper {
         let mut failure = Failure::NotConverged;
         loop {
             let is_last = self.t + h * (1.0 + REMAINDER) >= self.t_end;
-            if h < smallest && !(is_last && !was_rejected) || h.is_nan() {
+            if h.is_nan() || h < smallest && (was_rejected || !is_last) {
                 return Ok(Some(match failure {
                     Failure::NotConverged => Status::StepTooSmall,
                     failure => Status::StepFailed(failure),
