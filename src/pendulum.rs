@@ -1,6 +1,7 @@
 //! The spring pendulum: a point mass on a massless spring that swings in a vertical plane.
 
 use crate::error::{Checker, InvalidInput};
+use crate::lie::sine_cosine;
 use crate::linalg::Matrix;
 use crate::model::{Energy, ForwardScratch, Model, SingularMass};
 
@@ -78,7 +79,7 @@ impl Model for SpringPendulum {
     fn inverse_dynamics(&mut self, q: &[f64], qd: &[f64], qdd: &[f64], tau: &mut [f64]) {
         let Self { length, mass: m, stiffness: k, gravity: g } = *self;
         let r = length + q[1];
-        let (sin, cos) = q[0].sin_cos();
+        let (sin, cos) = sine_cosine(q[0]);
         tau[0] = m * r * (r * qdd[0] + 2.0 * qd[1] * qd[0] + g * cos);
         tau[1] = m * (qdd[1] - r * qd[0] * qd[0] + g * sin) + k * q[1];
     }
@@ -95,7 +96,7 @@ impl Model for SpringPendulum {
         let Self { length, mass: m, stiffness: k, gravity: g } = *self;
         let [wq, wqd, wqdd] = weights;
         let r = length + q[1];
-        let (sin, cos) = q[0].sin_cos();
+        let (sin, cos) = sine_cosine(q[0]);
         let [t11, t21, t12, t22] = tangent.as_mut_slice() else { panic!("a tangent of two coordinates") };
         *t11 = m * r * (-wq * g * sin + wqd * 2.0 * qd[1] + wqdd * r);
         *t12 = m * (wq * (2.0 * (r * qdd[0] + qd[1] * qd[0]) + g * cos) + wqd * 2.0 * r * qd[0]);
@@ -159,7 +160,7 @@ impl Model for SpringPendulum {
         _scratch: &mut ForwardScratch,
     ) -> Result<(), SingularMass> {
         let r = self.length + q[1];
-        let (sin, cos) = q[0].sin_cos();
+        let (sin, cos) = sine_cosine(q[0]);
         qdd[0] = -(2.0 * qd[1] * qd[0] + self.gravity * cos) / r;
         qdd[1] = r * qd[0] * qd[0] - self.gravity * sin - self.stiffness / self.mass * q[1];
         if qdd[0].is_finite() && qdd[1].is_finite() { Ok(()) } else { Err(SingularMass) }

@@ -20,6 +20,7 @@ pub use geometry::{Cross, Geometry, SecondMoment, VectorSpace};
 pub use pack::{LANES, Lanes, Pack, Scalar, weighted_sum};
 pub use planar::{Planar, Plane, PlaneRotation, PlaneVector, Turn};
 pub use rotation::{Quaternion, Rotation};
+pub use sine_cosine::sine_cosine;
 pub use spatial::Spatial;
 pub use symmetric::Symmetric;
 pub use twist::{Twist, Wrench};

@@ -44,7 +44,7 @@ fn polynomial<T: Scalar>(coefficients: &[f64; 6], x: T) -> T {
 
 /// `(sin x, cos x)`, exact to about a unit in the last place of 1.
 #[inline(always)]
-pub(super) fn sine_cosine<T: Scalar>(x: T) -> (T, T) {
+pub fn sine_cosine<T: Scalar>(x: T) -> (T, T) {
     let largest = (x * x).largest();
     if largest > LARGEST_ANGLE * LARGEST_ANGLE || largest.is_nan() {
         return x.slow_sine_cosine();
