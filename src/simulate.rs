@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use crate::balance::{Balance, Flow, FlowMeter, Rule, State};
 use crate::error::{Interrupted, InvalidInput};
-use crate::model::Model;
+use crate::model::{ForwardScratch, Model};
 use crate::newmark::{self, FreeMotion, check_points, number_of_steps};
 use crate::ode::{self, FirstOrder, Output};
 use crate::radau;
@@ -75,8 +75,8 @@ pub struct Simulation {
     pub q: Vec<f64>,
     /// Velocities, likewise.
     pub v: Vec<f64>,
-    /// Accelerations, likewise.
-    pub a: Vec<f64>,
+    /// Accelerations, likewise; `None` where the method does not solve for them: [`Self::accelerations`] does.
+    pub a: Option<Vec<f64>>,
     /// Number of coordinates n.
     pub n: usize,
     /// Energy that has flowed out of and into the motion up to these times, integrated along the run.
@@ -90,6 +90,11 @@ pub struct Simulation {
 }
 
 impl Simulation {
+    /// The accelerations of this motion of `model`: those of the run, or by one forward dynamics for each of the times.
+    pub fn accelerations<M: Model + ?Sized>(&self, model: &mut M) -> Vec<f64> {
+        self.a.clone().unwrap_or_else(|| accelerations(model, &self.t, &self.q, &self.v))
+    }
+
     /// The energy balance of this motion of `model`: one evaluation of its energy for each of the times.
     pub fn balance<M: Model + ?Sized>(&self, model: &mut M) -> Balance {
         Balance::new(model, &self.t, &self.q, &self.v, &self.flow)
@@ -158,7 +163,7 @@ impl Simulation {
         let newmark::Solution { t, q, v, a, n, counters, status, message } = solution;
         let flow = meter.map_or_else(Flow::default, |meter| meter.into_flow(t.len()));
         let statistics = Statistics { wall_time: 0.0, counters };
-        Self { t, q, v, a, n, flow, statistics, status: Status::SecondOrder(status), message }
+        Self { t, q, v, a: Some(a), n, flow, statistics, status: Status::SecondOrder(status), message }
     }
 }
 
@@ -197,17 +202,13 @@ fn first_order<M: Model + Clone>(
     };
     let solution = ode::solve(&mut system, (0.0, t_end), &y0, options, &output, &mut [], &mut monitor)?;
     let points = solution.t.len();
-    let mut states = [(); 3].map(|()| Vec::with_capacity(points * n));
-    let mut rate = vec![0.0; 2 * n];
-    for (i, &t) in solution.t.iter().enumerate() {
-        let y = solution.state(i);
-        let rates = ode::System::rhs(&mut system, t, y, &mut rate);
-        debug_assert!(rates.is_ok(), "forward dynamics do not interrupt");
-        for (states, values) in states.iter_mut().zip([&y[..n], &y[n..], &rate[n..]]) {
-            states.extend_from_slice(values);
-        }
+    let mut states = [(); 2].map(|()| Vec::with_capacity(points * n));
+    for y in (0..points).map(|i| solution.state(i)) {
+        let (q, v) = y.split_at(n);
+        states[0].extend_from_slice(q);
+        states[1].extend_from_slice(v);
     }
-    let [q, v, a] = states;
+    let [q, v] = states;
     let ode::Counters { accepted, rejected, nfev, nfev_jacobian, njev, nlu, .. } = solution.counters;
     let counters = newmark::Counters {
         steps: accepted,
@@ -221,7 +222,25 @@ fn first_order<M: Model + Clone>(
     let statistics = Statistics { wall_time: 0.0, counters };
     let status = Status::FirstOrder(solution.status);
     let flow = meter.map_or_else(Flow::default, |meter| meter.into_flow(points));
-    Ok(Simulation { t: solution.t, q, v, a, n, flow, statistics, status, message: solution.message })
+    Ok(Simulation { t: solution.t, q, v, a: None, n, flow, statistics, status, message: solution.message })
+}
+
+/// Accelerations of the free motion at these times and states, n numbers each; NaN where the mass matrix is singular.
+pub(crate) fn accelerations<M: Model + ?Sized>(model: &mut M, t: &[f64], q: &[f64], v: &[f64]) -> Vec<f64> {
+    let n = model.n();
+    let mut scratch = ForwardScratch::new(n);
+    let mut a = vec![0.0; t.len() * n];
+    for (i, &t) in t.iter().enumerate() {
+        let here = i * n..(i + 1) * n;
+        model.set_time(t);
+        if model
+            .forward_dynamics(&q[here.clone()], &v[here.clone()], &mut a[here.clone()], &mut scratch)
+            .is_err()
+        {
+            a[here].fill(f64::NAN);
+        }
+    }
+    a
 }
 
 /// The times 0, dt, 2 dt, ... and `t_end`.

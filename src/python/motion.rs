@@ -13,7 +13,7 @@ use super::convert;
 use super::model::Native;
 use crate::balance::{Balance, Flow};
 use crate::newmark::{Counters, Predictor, StepSize};
-use crate::simulate::{Simulation, Statistics};
+use crate::simulate::{Simulation, Statistics, accelerations};
 
 /// Result of `simulate` and `newmark`. On failure or interruption: everything that was computed.
 ///
@@ -22,7 +22,8 @@ use crate::simulate::{Simulation, Statistics};
 /// t : ndarray, shape (m,)
 ///     Times, seconds.
 /// q, v, a : ndarray, shape (m, n)
-///     Coordinates, velocities and accelerations at these times: ``q[i]`` is the state at ``t[i]``.
+///     Coordinates, velocities and accelerations at these times: ``q[i]`` is the state at ``t[i]``. Explicit methods do
+///     not solve for accelerations: `a` is then computed when it is first asked for, one evaluation a time.
 /// stats : Statistics
 ///     What it has cost.
 /// balance : Balance or None
@@ -43,8 +44,8 @@ pub(crate) struct PyMotionResult {
     q: Py<PyArray2<f64>>,
     #[pyo3(get)]
     v: Py<PyArray2<f64>>,
-    #[pyo3(get)]
-    a: Py<PyArray2<f64>>,
+    /// Filled when they are first asked for, where the method does not solve for them.
+    a: PyOnceLock<Py<PyArray2<f64>>>,
     #[pyo3(get)]
     stats: Py<PyStatistics>,
     #[pyo3(get)]
@@ -70,11 +71,16 @@ impl PyMotionResult {
         let rows = |values: Vec<f64>| {
             values.into_pyarray(py).reshape([points, n]).map(Bound::<PyArray2<f64>>::unbind)
         };
+        let known = PyOnceLock::new();
+        if let Some(a) = a {
+            let a = rows(a)?;
+            known.get_or_init(py, || a);
+        }
         Ok(Self {
             t: t.into_pyarray(py).unbind(),
             q: rows(q)?,
             v: rows(v)?,
-            a: rows(a)?,
+            a: known,
             stats: Py::new(py, PyStatistics(statistics))?,
             success: status.is_success(),
             status: status.name(),
@@ -86,16 +92,36 @@ impl PyMotionResult {
     }
 }
 
+impl PyMotionResult {
+    /// Copies of the times, coordinates and velocities.
+    fn states(&self, py: Python<'_>) -> PyResult<(Vec<f64>, [Vec<f64>; 2])> {
+        Ok((self.t.bind(py).to_vec()?, [self.q.bind(py).to_vec()?, self.v.bind(py).to_vec()?]))
+    }
+}
+
 #[pymethods]
 impl PyMotionResult {
+    /// Accelerations at the times of the result, shape (m, n).
+    #[getter]
+    fn a(&self, py: Python<'_>) -> PyResult<Py<PyArray2<f64>>> {
+        let a = self.a.get_or_try_init(py, || {
+            let mut model =
+                self.model.as_ref().expect("all other runs solve for accelerations").boxed_clone();
+            let (t, [q, v]) = self.states(py)?;
+            let dims = [t.len(), model.n()];
+            let a = py.detach(|| accelerations(&mut *model, &t, &q, &v));
+            Ok::<_, PyErr>(a.into_pyarray(py).reshape(dims)?.unbind())
+        })?;
+        Ok(a.clone_ref(py))
+    }
+
     /// Energy balance at the times of the result; None for `newmark`, which knows no energies.
     #[getter]
     fn balance(&self, py: Python<'_>) -> PyResult<Option<Py<PyBalance>>> {
         let Some(model) = &self.model else { return Ok(None) };
         let balance = self.balance.get_or_try_init(py, || {
             let mut model = model.boxed_clone();
-            let [q, v] = [&self.q, &self.v].map(|states| states.bind(py).to_vec());
-            let (t, q, v) = (self.t.bind(py).to_vec()?, q?, v?);
+            let (t, [q, v]) = self.states(py)?;
             let balance = py.detach(|| Balance::new(&mut *model, &t, &q, &v, &self.flow));
             Py::new(py, PyBalance::from_core(py, balance))
         })?;

@@ -30,6 +30,9 @@ MEASURED_RUNS = 3
 #: Methods whose step the scene gives.
 FIXED_STEP = ("newmark", "hht", "generalised_alpha")
 
+#: Methods that evaluate accelerations, but do not solve for them.
+EXPLICIT = ("rk45", "dop853")
+
 
 def is_rod(run: Run) -> bool:
     """True for a rod, false for the pendulum."""
@@ -118,11 +121,11 @@ def statistics(run: Run) -> list[tuple[str, str]]:
 def outputs(scene: Scene) -> list[tuple[str, str]]:
     """What a run of the scene keeps, what that costs beyond the steps, and what is left out."""
     settings, wants = scene.simulation, scene.simulation.quantities
-    is_newmark = settings.method in FIXED_STEP
+    is_explicit = settings.method in EXPLICIT
     kept = settings.output_step or settings.step
     costs = {
         "velocity": "at no cost",
-        "acceleration": "at no cost: steps solve for it" if is_newmark else "one evaluation each time",
+        "acceleration": "one evaluation each time" if is_explicit else "at no cost: steps solve for it",
         "energy": "one evaluation each time, and the power of damping in every step",
         "shape": f"{SECTIONS_PER_SEGMENT} sections a segment, at {MAX_SHAPES} times at most",
     }
