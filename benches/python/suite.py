@@ -15,6 +15,7 @@ import argparse
 import json
 import sys
 import time
+import traceback
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -212,17 +213,25 @@ def main() -> None:
     start = time.perf_counter()
     path = options.output / "benchmarks.json"
     parts: dict[str, Data] = json.loads(path.read_text()) if path.exists() else {}
+    failed = []
     for name in options.parts:
         say(f"part {name}")
         described = {
             "machine": machine.description(),
             "command": f"make bench PARTS={name}" + (" QUICK=1" if options.quick else ""),
         }
-        parts[name] = described | PARTS[name](options.quick)
-        # Each part as soon as it is there: the next one may fail.
-        write(parts, [name], options.output)
+        try:
+            parts[name] = described | PARTS[name](options.quick)
+            # Each part as soon as it is there.
+            write(parts, [name], options.output)
+        except Exception:
+            # The other parts are worth having.
+            traceback.print_exc()
+            failed.append(name)
     seconds = time.perf_counter() - start
     say(f"{', '.join(options.parts)} in {seconds:.0f} s; see {options.output / 'benchmarks.md'}")
+    if failed:
+        sys.exit(f"Failed: {', '.join(failed)}")
 
 
 if __name__ == "__main__":

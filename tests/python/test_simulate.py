@@ -524,3 +524,13 @@ def test_other_threads_run_meanwhile():
     for thread in threads:
         thread.join(20.0)
     assert [result.status for result in results] == ["interrupted"] * 2
+
+
+def test_accelerations_of_explicit_runs_are_those_of_the_forward_dynamics():
+    pendulum = lissom.SpringPendulum()
+    for method in ("rk45", "dop853"):
+        motion = lissom.simulate(pendulum, 0.2, q0=[-0.8, 0.5], method=method, t_eval=[0.0, 0.1, 0.2])
+        states = zip(motion.q, motion.v, strict=True)
+        wanted = [pendulum.forward_dynamics(q, v) for q, v in states]
+        assert motion.a is motion.a
+        assert_allclose(motion.a, wanted, rtol=1e-14)

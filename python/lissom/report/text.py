@@ -132,7 +132,8 @@ def outputs(scene: Scene) -> list[tuple[str, str]]:
     if not isinstance(scene.model, Rod):
         del costs["shape"]
     rows = [("coordinates", f"every {quantity(kept, 's')}")]
-    return rows + [(name, cost if name in wants else "not wanted") for name, cost in costs.items()]
+    rows += [(name, cost if name in wants else "not wanted") for name, cost in costs.items()]
+    return rows
 
 
 def cost_of_steps(scene: Scene) -> list[tuple[str, str]]:
