@@ -6,6 +6,7 @@ mod hermite;
 pub mod lie;
 pub mod linalg;
 pub mod model;
+pub mod modes;
 pub mod newmark;
 pub mod ode;
 pub mod pendulum;

@@ -13,6 +13,7 @@ from ._lissom import (
     JacobianCheck,
     LissomError,
     Model,
+    ModesResult,
     MotionResult,
     OdeResult,
     OdeSolver,
@@ -31,12 +32,14 @@ from ._lissom import (
     check_jacobian,
     continuation,
     jacobian,
+    modes,
     newmark,
     root,
     simulate,
     solve_ivp,
     statics,
 )
+from .linear import LinearModel, linearise
 
 __all__ = [
     "DOP853",
@@ -49,8 +52,10 @@ __all__ = [
     "Energy",
     "EquilibriumPath",
     "JacobianCheck",
+    "LinearModel",
     "LissomError",
     "Model",
+    "ModesResult",
     "MotionResult",
     "OdeResult",
     "OdeSolver",
@@ -69,6 +74,8 @@ __all__ = [
     "check_jacobian",
     "continuation",
     "jacobian",
+    "linearise",
+    "modes",
     "newmark",
     "root",
     "simulate",

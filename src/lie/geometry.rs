@@ -126,6 +126,8 @@ pub trait Geometry: Copy + Debug + Send + Sync + 'static {
     fn strain_index(frame: Self::Frame, strain: usize) -> usize;
     /// What of a three-dimensional angular velocity or moment lies in this space.
     fn axial_of(frame: Self::Frame, a: Vector<f64>) -> Self::Axial<f64>;
+    /// The angular velocity or moment in three dimensions.
+    fn axial_in_space(frame: Self::Frame, a: Self::Axial<f64>) -> Vector<f64>;
     /// What of a three-dimensional vector lies in this space.
     fn vector_of(frame: Self::Frame, v: Vector<f64>) -> Self::Vector<f64>;
     /// The vector in three dimensions.

@@ -305,6 +305,11 @@ impl<const FUSED: bool> Geometry for Planar<FUSED> {
     fn axial_of(plane: Plane, a: Vector<f64>) -> Turn<f64> {
         Turn(a.to_array()[plane.normal])
     }
+    fn axial_in_space(plane: Plane, a: Turn<f64>) -> Vector<f64> {
+        let mut space = [0.0; 3];
+        space[plane.normal] = a.0;
+        space.into()
+    }
     fn vector_of(plane: Plane, v: Vector<f64>) -> PlaneVector<f64> {
         let v = v.to_array();
         PlaneVector { a: v[plane.axes[0]], b: v[plane.axes[1]] }

@@ -157,6 +157,10 @@ impl<const FUSED: bool> Geometry for Spatial<FUSED> {
         a
     }
     #[inline(always)]
+    fn axial_in_space((): (), a: Vector<f64>) -> Vector<f64> {
+        a
+    }
+    #[inline(always)]
     fn vector_of((): (), v: Vector<f64>) -> Vector<f64> {
         v
     }

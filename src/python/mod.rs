@@ -11,6 +11,7 @@ mod compiled;
 mod convert;
 mod errors;
 mod model;
+mod modes;
 mod motion;
 mod newmark;
 mod ode;
@@ -33,6 +34,8 @@ mod _lissom {
     use super::errors::{ConvergenceError, LissomError};
     #[pymodule_export]
     use super::model::{PyEnergy, PyModel};
+    #[pymodule_export]
+    use super::modes::{PyModesResult, modes};
     #[pymodule_export]
     use super::motion::{PyMotionResult, PyStatistics};
     #[pymodule_export]

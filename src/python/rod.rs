@@ -2,7 +2,7 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use numpy::{IntoPyArray, PyArrayMethods};
+use numpy::{IntoPyArray, PyArray2, PyArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
@@ -11,6 +11,7 @@ use super::convert;
 use super::model::PyModel;
 use crate::error::{Checker, InvalidInput};
 use crate::lie::Rotation;
+use crate::linalg::Matrix;
 use crate::rod::{Kernel, Multiplications, Place, Pose, Rod, RodModel, STRAIN_NAMES, STRAINS, Segment};
 
 /// A piece of rod of one material, with a circular section that may taper linearly.
@@ -461,6 +462,37 @@ impl PyRod {
         let shape: Vec<usize> =
             number_of_states.into_iter().chain((!is_number).then_some(places.len())).chain([4, 4]).collect();
         Ok(poses.into_pyarray(py).reshape(shape)?.into_any())
+    }
+
+    /// Jacobian of the pose at a place along the rod.
+    ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (n,)
+    ///     Coordinates.
+    /// X : float
+    ///     Arc length of the unstretched rod from its base, metres.
+    ///
+    /// Returns
+    /// -------
+    /// jacobian : ndarray, shape (6, n)
+    ///     ``jacobian @ qd`` is the angular velocity of the section at X and the velocity of its centre, in world axes;
+    ///     ``jacobian.T @ wrench`` are the generalised forces of a moment and a force that act there.
+    #[pyo3(signature = (q, X))]
+    #[allow(non_snake_case, reason = "X is the arc length of the unstretched rod everywhere in this field")]
+    fn jacobian<'py>(&self, q: &Bound<'py, PyAny>, X: f64) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let q_values = convert::finite_vector_of(q, self.description.coordinates(), "q")?;
+        let length = self.description.length();
+        if !(0.0..=length).contains(&X) {
+            return Err(PyValueError::new_err(format!(
+                "X: got {X}, expected an arc length in [0, {length}] (metres)"
+            )));
+        }
+        let mut jacobian = Matrix::zeros(6, q_values.len());
+        let mut model = self.kinematics.lock().unwrap_or_else(PoisonError::into_inner);
+        let place = model.place(X);
+        model.jacobian_at(&q_values, &place, &mut jacobian);
+        Ok(convert::matrix_out(q.py(), &jacobian))
     }
 
     fn __repr__(&self) -> String {

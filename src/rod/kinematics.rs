@@ -3,7 +3,7 @@
 use super::plan::{Plan, SegmentPlan};
 use super::turning::Turning;
 use super::workspace::Workspace;
-use crate::lie::{LANES, Lanes, Rotation, Scalar, Vector, VectorSpace, weighted_sum};
+use crate::lie::{Cross, LANES, Lanes, Rotation, Scalar, Twist, Vector, VectorSpace, weighted_sum};
 
 /// A place of a rod in the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -112,16 +112,36 @@ pub(super) fn pose<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, q: &[f64], p
     };
     let rotation = G::compose(&rotation, &G::between(segment, q, from, place.x));
 
-    let mut position = station.position;
-    let slopes = &work.slope[segment.node_packs()];
-    for (i, &weight) in place.weights.iter().enumerate() {
-        position +=
-            G::map_vector(&slopes[i / LANES], |component: &G::Pack| component.lane(i % LANES)) * weight;
-    }
+    let position = position(plan, work, place);
     let base = &plan.base_rotation;
     let Rotation { x, y, z } = G::rotation_in_space(plan.frame, &rotation);
     Pose {
         rotation: Rotation { x: base.apply(x), y: base.apply(y), z: base.apply(z) },
         position: plan.base_position + base.apply(G::in_space(plan.frame, position)),
     }
+}
+
+/// The position of a place in the frame, with the kinematics up to date.
+fn position<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, place: &Place) -> G::Vector<f64> {
+    let mut position = work.stations[place.segment].position;
+    let slopes = &work.slope[plan.segments[place.segment].node_packs()];
+    for (i, &weight) in place.weights.iter().enumerate() {
+        position +=
+            G::map_vector(&slopes[i / LANES], |component: &G::Pack| component.lane(i % LANES)) * weight;
+    }
+    position
+}
+
+/// Angular velocity of a place and velocity of its point, in world axes, with the motion up to date.
+pub(super) fn velocity<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, place: &Place) -> [Vector<f64>; 2] {
+    let Twist { mut angular, mut linear } = work.stations[place.segment].velocity;
+    let rates = &work.rate[plan.segments[place.segment].node_packs()];
+    for (i, &weight) in place.weights.iter().enumerate() {
+        let (rate, lane) = (&rates[i / LANES], i % LANES);
+        angular += G::map_axial(&rate.angular, |component: &G::Pack| component.lane(lane)) * weight;
+        linear += G::map_vector(&rate.linear, |component: &G::Pack| component.lane(lane)) * weight;
+    }
+    let velocity = linear + angular.cross(position(plan, work, place));
+    let base = &plan.base_rotation;
+    [base.apply(G::axial_in_space(plan.frame, angular)), base.apply(G::in_space(plan.frame, velocity))]
 }

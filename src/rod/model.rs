@@ -162,6 +162,25 @@ impl RodModel {
     pub fn pose_at(&mut self, q: &[f64], place: &Place) -> Pose {
         on_sweeps!(&mut self.sweeps, sweeps => sweeps.pose(q, place))
     }
+
+    /// The Jacobian of the pose at a place, 6 x n: angular velocity and velocity of its point, in world axes, for unit rates
+    /// of the coordinates; `Psi = int S`, moved from the base to the point. Its transpose takes a moment and a force that act
+    /// there to generalised forces. Costs about n inverse dynamics.
+    pub fn jacobian_at(&mut self, q: &[f64], place: &Place, jacobian: &mut Matrix) {
+        let mut unit = vec![0.0; q.len()];
+        // What a moving base contributes has nothing to do with the coordinates.
+        let rest = on_sweeps!(&mut self.sweeps, sweeps => sweeps.velocity(q, &unit, place));
+        for k in 0..q.len() {
+            unit[k] = 1.0;
+            let velocity = on_sweeps!(&mut self.sweeps, sweeps => sweeps.velocity(q, &unit, place));
+            unit[k] = 0.0;
+            for (half, (velocity, rest)) in velocity.into_iter().zip(rest).enumerate() {
+                for (i, x) in (velocity - rest).to_array().into_iter().enumerate() {
+                    jacobian[(3 * half + i, k)] = x;
+                }
+            }
+        }
+    }
 }
 
 impl Model for RodModel {

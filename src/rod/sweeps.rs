@@ -9,6 +9,7 @@ use super::turning::Turning;
 use super::workspace::Workspace;
 use super::{energy, inverse_dynamics};
 use crate::lie::Lanes;
+use crate::lie::Vector;
 use crate::linalg::Matrix;
 use crate::model::Energy;
 
@@ -136,6 +137,14 @@ impl<G: Turning> Sweeps<G> {
     pub(super) fn pose(&mut self, q: &[f64], place: &Place) -> Pose {
         self.update_kinematics(q);
         kinematics::pose(&self.plan, &self.work, q, place)
+    }
+
+    /// Angular velocity of a place and velocity of its point, in world axes.
+    pub(super) fn velocity(&mut self, q: &[f64], qd: &[f64], place: &Place) -> [Vector<f64>; 2] {
+        self.update_kinematics(q);
+        let Self { arch, plan, work, zeros, .. } = self;
+        arch.dispatch(Motion { plan, work, state: [q, qd, zeros] });
+        kinematics::velocity(plan, work, place)
     }
 
     pub(super) fn inverse_dynamics(&mut self, state: [&[f64]; 3], tau: &mut [f64]) {

@@ -1,0 +1,184 @@
+"""Linear models of small motions about an equilibrium, for control: ``x' = A x + B u``, ``y = C x + D u``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ._lissom import LissomError, Model, Rod
+
+Array = NDArray[np.float64]
+
+#: Axes of the world.
+AXES = "xyz"
+
+
+@dataclass(frozen=True)
+class LinearModel:
+    """A linear model ``x' = A x + B u``, ``y = C x + D u`` of small motions about an equilibrium.
+
+    All signals are deviations from their values at the equilibrium. ``control.ss(*model)`` and
+    ``scipy.signal.StateSpace(*model)`` take it as it is: iterating gives A, B, C, D.
+
+    Attributes
+    ----------
+    A : ndarray, shape (2 n, 2 n)
+        The states are the n coordinates and the n velocities.
+    B : ndarray, shape (2 n, p)
+        Inputs.
+    C : ndarray, shape (r, 2 n)
+        Outputs.
+    D : ndarray, shape (r, p)
+        Zero: no output follows a force at once.
+    states, inputs, outputs : tuple of str
+        Names.
+    """
+
+    A: Array
+    B: Array
+    C: Array
+    D: Array
+    states: tuple[str, ...]
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+
+    def __iter__(self) -> Iterator[Array]:
+        """A, B, C, D."""
+        return iter((self.A, self.B, self.C, self.D))
+
+
+def linearise(
+    model: Model,
+    q: ArrayLike,
+    inputs: str | Sequence[str] = "forces",
+    outputs: str | Sequence[str] = "coordinates",
+) -> LinearModel:
+    """Linearise the motion of a model about an equilibrium, exactly: by the tangents, not by differences.
+
+    Parameters
+    ----------
+    model : Model
+        A `Rod` or a `SpringPendulum`.
+    q : array_like, shape (n,)
+        Coordinates of the equilibrium, such as the `q` of `statics`. Elsewhere the model is that of
+        the motion about rest with constant generalised forces that hold it there.
+    inputs : str or sequence of str
+        What acts: 'forces' (the n generalised forces); for rods 'tip_force' and 'tip_moment' (three
+        components each in world axes), or a component of them such as 'tip_force_z'.
+    outputs : str or sequence of str
+        What is measured: 'coordinates', 'velocities' (n each); for rods 'tip_position', 'tip_rotation' (a
+        small rotation vector), 'tip_velocity', 'tip_angular_velocity' (three components each in world axes),
+        or a component of them such as 'tip_position_z'.
+
+    Returns
+    -------
+    LinearModel
+        `A`, `B`, `C`, `D` and the names of `states`, `inputs`, `outputs`.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If an argument makes no sense.
+    LissomError
+        The mass matrix is not positive definite.
+
+    Examples
+    --------
+    >>> import lissom
+    >>> wire = lissom.Segment(1.0, 1e-3, 210e9, 80e9, 7800, modes={"bend_y": 3}, retardation_time=1e-4)
+    >>> rod = lissom.Rod([wire])
+    >>> linear = lissom.linearise(rod, lissom.statics(rod).q, inputs="tip_force_z", outputs="tip_position_z")
+    >>> linear.A.shape, linear.B.shape, linear.C.shape
+    ((6, 6), (6, 1), (1, 6))
+    >>> linear.inputs, linear.outputs
+    (('tip_force_z',), ('tip_position_z',))
+    """
+    if not isinstance(model, Model):
+        raise TypeError(f"model: expected a Model (Rod, SpringPendulum), got {type(model).__name__}")
+    n = model.n
+    q = np.asarray(q, float)
+    rest = np.zeros(n)
+    stiffness, damping, mass = model.tangent(q, rest, rest)
+    force_names, forces = _signals("inputs", inputs, _forces(model, q))
+    output_names, rows = _signals("outputs", outputs, _measurements(model, q))
+    try:
+        np.linalg.cholesky(mass)
+    except np.linalg.LinAlgError:
+        raise LissomError(
+            "the mass matrix at q is not positive definite: no acceleration exists there; look at "
+            "numpy.linalg.cond(model.mass_matrix(q))"
+        ) from None
+    solved = np.linalg.solve(mass, np.hstack([-stiffness, -damping, forces.T]))
+    A = np.vstack([np.hstack([np.zeros((n, n)), np.eye(n)]), solved[:, : 2 * n]])
+    B = np.vstack([np.zeros((n, len(force_names))), solved[:, 2 * n :]])
+    states = [f"q{i}" for i in range(n)] + [f"v{i}" for i in range(n)]
+    return LinearModel(
+        A, B, rows, np.zeros((len(output_names), len(force_names))), tuple(states), force_names, output_names
+    )
+
+
+#: Names of signals of one kind, with the rows of the matrix that belongs to them.
+Group = tuple[list[str], Callable[[], Array]]
+
+
+def _forces(model: Model, q: Array) -> dict[str, Group]:
+    """Generalised forces of unit inputs, as rows."""
+    n = model.n
+    groups: dict[str, Group] = {"forces": ([f"force{i}" for i in range(n)], lambda: np.eye(n))}
+    if isinstance(model, Rod):
+        rod = model
+        groups["tip_force"] = (_components("tip_force"), lambda: rod.jacobian(q, rod.length)[3:])
+        groups["tip_moment"] = (_components("tip_moment"), lambda: rod.jacobian(q, rod.length)[:3])
+    return groups
+
+
+def _measurements(model: Model, q: Array) -> dict[str, Group]:
+    """Outputs of unit states, as rows."""
+    n = model.n
+    of_q, of_v = np.eye(2 * n)[:n], np.eye(2 * n)[n:]
+    groups: dict[str, Group] = {
+        "coordinates": ([f"q{i}" for i in range(n)], lambda: of_q),
+        "velocities": ([f"v{i}" for i in range(n)], lambda: of_v),
+    }
+    if isinstance(model, Rod):
+        rod = model
+
+        def tip(half: slice, states: Array) -> Callable[[], Array]:
+            return lambda: rod.jacobian(q, rod.length)[half] @ states
+
+        angular, linear = slice(3), slice(3, 6)
+        for name, half, states in [
+            ("tip_position", linear, of_q),
+            ("tip_rotation", angular, of_q),
+            ("tip_velocity", linear, of_v),
+            ("tip_angular_velocity", angular, of_v),
+        ]:
+            groups[name] = (_components(name), tip(half, states))
+    return groups
+
+
+def _components(name: str) -> list[str]:
+    return [f"{name}_{axis}" for axis in AXES]
+
+
+def _signals(
+    argument: str, wanted: str | Sequence[str], groups: dict[str, Group]
+) -> tuple[tuple[str, ...], Array]:
+    """Names and rows of the signals that are asked for, groups or single ones."""
+    names: list[str] = []
+    rows: list[Array] = []
+    for name in [wanted] if isinstance(wanted, str) else list(wanted):
+        group = next((key for key, (members, _) in groups.items() if name == key or name in members), None)
+        if group is None:
+            expected = ", ".join(repr(key) for key in groups)
+            raise ValueError(f"{argument}: got {name!r}, expected {expected} or a component of them")
+        members, matrix = groups[group]
+        chosen = members if name == group else [name]
+        names += chosen
+        rows.append(matrix()[[members.index(member) for member in chosen]])
+    if not rows:
+        raise ValueError(f"{argument}: got none, expected at least one")
+    return tuple(names), np.vstack(rows)

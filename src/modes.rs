@@ -1,0 +1,264 @@
+//! Natural vibrations about an equilibrium: frequencies, damping and shapes of `M x'' + D x' + K x = 0`.
+
+use crate::linalg::{Complex, Matrix, eigen, symmetric_eigen};
+use crate::model::Model;
+
+/// Stiffness and damping are symmetric when no entry differs from its mirror image by more than this part of the matrix's
+/// largest one in scaled coordinates.
+const SYMMETRIC: f64 = 1e-6;
+
+/// Damping that couples the undamped modes so little that eigenvalues change by less than this part is taken for
+/// uncoupled: they change with the square of the coupling.
+const UNCOUPLED: f64 = 1e-9;
+
+/// The vibrations of a model, slowest first.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Modes {
+    /// Natural frequencies in rad/s, shape (m,): of the undamped motion where damping does not couple its modes, else `|s|`
+    /// of the eigenvalue s. Zero where an undamped motion diverges.
+    pub frequency: Vec<f64>,
+    /// Damping ratios, shape (m,): negative where the motion grows; above one where it creeps back.
+    pub damping: Vec<f64>,
+    /// Eigenvalues s of the motions exp(s t), shape (m,): of conjugate pairs the one with positive imaginary part, of a pair of
+    /// real ones in uncoupled motions the larger one.
+    pub eigenvalues: Vec<Complex>,
+    /// Shapes as columns, n x m. Where damping does not couple them, real and of modal mass one (`phi^T M phi = 1`), m = n; else
+    /// of modal mass one with their conjugates (`phi^H M phi = 1`), and m between n and 2 n.
+    pub shapes: Vec<Complex>,
+    /// Whether shapes are real: without damping, or with damping that does not couple the undamped modes.
+    pub is_classical: bool,
+    /// `|s R|` in joules, as in statics: zero at an equilibrium.
+    pub residual_norm: f64,
+}
+
+/// Why there are no modes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NoModes {
+    /// The mass matrix is not positive definite.
+    SingularMass,
+    /// Masses, stiffnesses or damping are not finite.
+    NonFinite,
+}
+
+/// The matrices of small motions, in scaled coordinates x = q / s.
+struct SmallMotions {
+    mass: Matrix,
+    damping: Matrix,
+    stiffness: Matrix,
+    sizes: Vec<f64>,
+}
+
+/// The vibrations of `model` about rest at `q`, at the time last set. Cost: some 10 n^3 flops, or some 200 n^3 where damping
+/// couples the modes or loads have no potential.
+pub fn modes(model: &mut dyn Model, q: &[f64]) -> Result<Modes, NoModes> {
+    let n = model.n();
+    let rest = vec![0.0; n];
+    let mut sizes = rest.clone();
+    model.typical_coordinates(&mut sizes);
+    let mut residual = rest.clone();
+    model.inverse_dynamics(q, &rest, &rest, &mut residual);
+    let residual_norm = residual.iter().zip(&sizes).map(|(r, s)| (r * s) * (r * s)).sum::<f64>().sqrt();
+    let [stiffness, damping] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].map(|weights| {
+        let mut tangent = Matrix::zeros(n, n);
+        model.weighted_tangent(q, &rest, &rest, weights, &mut tangent);
+        scaled(tangent, &sizes)
+    });
+    let mut mass = Matrix::zeros(n, n);
+    model.mass_matrix(q, &mut mass);
+    let motions = SmallMotions { mass: scaled(mass, &sizes), damping, stiffness, sizes };
+    if [&motions.mass, &motions.damping, &motions.stiffness].iter().any(|a| a.iter().any(|x| !x.is_finite()))
+    {
+        return Err(NoModes::NonFinite);
+    }
+    let mut modes = if is_symmetric(&motions.stiffness) && is_symmetric(&motions.damping) {
+        motions.symmetric()?
+    } else {
+        motions.general()?
+    };
+    modes.residual_norm = residual_norm;
+    Ok(modes)
+}
+
+fn scaled(mut a: Matrix, sizes: &[f64]) -> Matrix {
+    for k in 0..sizes.len() {
+        for j in 0..sizes.len() {
+            a[(j, k)] *= sizes[j] * sizes[k];
+        }
+    }
+    a
+}
+
+/// Compares each entry with the diagonal ones of its row and column.
+fn is_symmetric(a: &Matrix) -> bool {
+    let n = a.nrows();
+    let size = |i: usize| a.row(i).iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+    let sizes: Vec<f64> = (0..n).map(size).collect();
+    (0..n).all(|j| (0..j).all(|i| (a[(i, j)] - a[(j, i)]).abs() <= SYMMETRIC * (sizes[i] * sizes[j]).sqrt()))
+}
+
+fn symmetric_part(a: &Matrix) -> Matrix {
+    (a + a.transpose()) * 0.5
+}
+
+/// Symmetric `L^-1 A L^-T`.
+fn reduced(a: &Matrix, lower: &Matrix) -> Option<Matrix> {
+    let mut half = a.clone();
+    lower.solve_lower_triangular_mut(&mut half).then_some(())?;
+    let mut whole = half.transpose();
+    lower.solve_lower_triangular_mut(&mut whole).then_some(whole.transpose())
+}
+
+impl SmallMotions {
+    fn n(&self) -> usize {
+        self.sizes.len()
+    }
+
+    /// Undamped modes first, then what damping makes of them.
+    fn symmetric(&self) -> Result<Modes, NoModes> {
+        let (squares, shapes) = self.undamped()?;
+        let damping = shapes.transpose() * symmetric_part(&self.damping) * &shapes;
+        let n = self.n();
+        let is_uncoupled = (0..n).all(|j| {
+            (0..j).all(|i| {
+                let gap = (squares[i] - squares[j]).abs();
+                damping[(i, j)].powi(2) <= UNCOUPLED * gap
+            })
+        });
+        if !is_uncoupled {
+            let stiffness = Matrix::from_diagonal(&squares.clone().into());
+            return self.coupled(&stiffness, &damping, &shapes);
+        }
+        let mut modes = Modes::empty(true);
+        for (i, &square) in squares.iter().enumerate() {
+            let half = 0.5 * damping[(i, i)];
+            let discriminant = half * half - square;
+            let eigenvalue = if discriminant < 0.0 {
+                Complex::new(-half, (-discriminant).sqrt())
+            } else if square > 0.0 {
+                // The larger of two negative roots, without cancellation.
+                Complex::from(-square / (half + discriminant.sqrt()))
+            } else {
+                Complex::from(-half + discriminant.sqrt())
+            };
+            let frequency = square.max(0.0).sqrt();
+            modes.frequency.push(frequency);
+            modes.damping.push(if frequency > 0.0 { half / frequency } else { -1.0 });
+            modes.eigenvalues.push(eigenvalue);
+            modes.shapes.extend((0..n).map(|k| Complex::from(self.sizes[k] * shapes[(k, i)])));
+        }
+        Ok(modes)
+    }
+
+    /// Squares of the undamped frequencies, smallest first, and shapes of modal mass one.
+    fn undamped(&self) -> Result<(Vec<f64>, Matrix), NoModes> {
+        let stiffness = symmetric_part(&self.stiffness);
+        // The large eigenvalues of a matrix are its accurate ones: those of K^-1 M belong to the slow motions, which are
+        // millions of times slower than shear waves across a wire.
+        let by_stiffness = stiffness.clone().cholesky().and_then(|factor| {
+            let lower = factor.l();
+            let (_, vectors) = symmetric_eigen(&reduced(&self.mass, &lower)?)?;
+            let mut shapes = vectors;
+            lower.tr_solve_lower_triangular_mut(&mut shapes).then_some(shapes)
+        });
+        let shapes = match by_stiffness {
+            Some(shapes) => Some(shapes),
+            None => {
+                let lower = self.mass.clone().cholesky().ok_or(NoModes::SingularMass)?.l();
+                reduced(&stiffness, &lower).and_then(|a| symmetric_eigen(&a)).and_then(|(_, vectors)| {
+                    let mut shapes = vectors;
+                    lower.tr_solve_lower_triangular_mut(&mut shapes).then_some(shapes)
+                })
+            }
+        };
+        let shapes = shapes.ok_or(NoModes::NonFinite)?;
+        // Rayleigh's quotient has twice the digits of the shape.
+        let mut order: Vec<(f64, usize)> = Vec::with_capacity(self.n());
+        for (k, shape) in shapes.column_iter().enumerate() {
+            let mass = shape.dot(&(&self.mass * shape));
+            order.push((shape.dot(&(&stiffness * shape)) / mass, k));
+        }
+        order.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let ordered = Matrix::from_fn(self.n(), self.n(), |i, j| shapes[(i, order[j].1)]);
+        // Fast shapes are the less accurate ones: what they have of slower ones is taken out of them.
+        let lower = symmetric_part(&(ordered.transpose() * &self.mass * &ordered))
+            .cholesky()
+            .ok_or(NoModes::SingularMass)?
+            .l();
+        let mut rows = ordered.transpose();
+        if !lower.solve_lower_triangular_mut(&mut rows) {
+            return Err(NoModes::SingularMass);
+        }
+        let mut shapes = rows.transpose();
+        let mut squares = Vec::with_capacity(self.n());
+        for mut shape in shapes.column_iter_mut() {
+            // The sign of an eigenvector is arbitrary; ours makes the largest entry positive.
+            let largest = shape.iter().fold(0.0_f64, |m, x| if x.abs() > m.abs() { *x } else { m });
+            if largest < 0.0 {
+                shape.neg_mut();
+            }
+            squares.push(shape.dot(&(&stiffness * &shape)));
+        }
+        Ok((squares, shapes))
+    }
+
+    /// Loads without potential: by the mass matrix.
+    fn general(&self) -> Result<Modes, NoModes> {
+        let lower = self.mass.clone().cholesky().ok_or(NoModes::SingularMass)?.l();
+        let stiffness = reduced(&self.stiffness, &lower).ok_or(NoModes::SingularMass)?;
+        let damping = reduced(&self.damping, &lower).ok_or(NoModes::SingularMass)?;
+        let mut basis = Matrix::identity(self.n(), self.n());
+        lower.tr_solve_lower_triangular_mut(&mut basis).then_some(()).ok_or(NoModes::SingularMass)?;
+        self.coupled(&stiffness, &damping, &basis)
+    }
+
+    /// The modes of `y'' + D y' + K y = 0` with x = basis y, where the basis has modal masses one: eigenvalues of the state
+    /// matrix.
+    fn coupled(&self, stiffness: &Matrix, damping: &Matrix, basis: &Matrix) -> Result<Modes, NoModes> {
+        let n = self.n();
+        let mut state = Matrix::zeros(2 * n, 2 * n);
+        // Velocities are divided by a typical frequency, so that both halves are of one size.
+        let unit = stiffness.norm().sqrt().sqrt().max(f64::MIN_POSITIVE);
+        for i in 0..n {
+            state[(i, n + i)] = unit;
+            for j in 0..n {
+                state[(n + i, j)] = -stiffness[(i, j)] / unit;
+                state[(n + i, n + j)] = -damping[(i, j)];
+            }
+        }
+        let mut pairs = eigen(&state).ok_or(NoModes::NonFinite)?;
+        // Of a conjugate pair one is enough. A mode that diverges without oscillation comes first.
+        pairs.retain(|(value, _)| value.im >= 0.0);
+        let frequency = |value: &Complex| if value.im == 0.0 && value.re > 0.0 { 0.0 } else { value.norm() };
+        pairs.sort_by(|(a, _), (b, _)| frequency(a).total_cmp(&frequency(b)).then(b.re.total_cmp(&a.re)));
+        let mut modes = Modes::empty(false);
+        for (value, vector) in pairs {
+            let size = vector[..n].iter().map(Complex::norm_sqr).sum::<f64>().sqrt();
+            // A unit of modal mass, with its largest entry real and positive.
+            let shape: Vec<Complex> = (0..n)
+                .map(|i| self.sizes[i] * (0..n).map(|j| vector[j] * (basis[(i, j)] / size)).sum::<Complex>())
+                .collect();
+            let largest = (0..n)
+                .map(|i| shape[i] / self.sizes[i])
+                .fold(Complex::from(0.0), |m, x| if x.norm() > m.norm() { x } else { m });
+            let phase = largest / largest.norm();
+            modes.frequency.push(frequency(&value));
+            modes.damping.push(if value.norm() > 0.0 { -value.re / value.norm() } else { 0.0 });
+            modes.eigenvalues.push(value);
+            modes.shapes.extend(shape.into_iter().map(|x| x / phase));
+        }
+        Ok(modes)
+    }
+}
+
+impl Modes {
+    fn empty(is_classical: bool) -> Self {
+        Self {
+            frequency: Vec::new(),
+            damping: Vec::new(),
+            eigenvalues: Vec::new(),
+            shapes: Vec::new(),
+            is_classical,
+            residual_norm: 0.0,
+        }
+    }
+}

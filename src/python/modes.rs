@@ -1,0 +1,133 @@
+//! `lissom.modes`.
+
+use numpy::{Complex64, IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
+use pyo3::prelude::*;
+
+use super::convert;
+use super::errors::LissomError;
+use super::statics::native;
+use crate::modes::{self as core, Modes, NoModes};
+
+/// Natural vibrations about an equilibrium, slowest first.
+///
+/// Attributes
+/// ----------
+/// frequency : ndarray, shape (m,)
+///     Natural frequencies, hertz. Where damping does not couple the undamped modes theirs, else ``abs(eigenvalue) / (2 pi)``.
+///     Zero where a motion grows without oscillation.
+/// angular_frequency : ndarray, shape (m,)
+///     The same in radians per second.
+/// damping_ratio : ndarray, shape (m,)
+///     Negative where the motion grows, above one where it creeps back without oscillation.
+/// eigenvalues : ndarray of complex, shape (m,)
+///     s of the motions ``exp(s t)``, per second: of conjugate pairs the one with positive imaginary part; of the two real ones of
+///     a mode that creeps, where damping does not couple modes, the slower.
+/// shapes : ndarray, shape (n, m)
+///     Shapes as columns, in generalised coordinates, of modal mass one: ``shapes.conj().T @ M @ shapes`` has ones on its
+///     diagonal. Real and orthogonal with m = n if `is_classical`, else complex, with n <= m <= 2 n.
+/// is_classical : bool
+///     True without damping, or with damping that does not couple the undamped modes.
+/// is_stable : bool
+///     True when no motion grows.
+/// residual_norm : float
+///     Generalised forces at `q` times typical sizes of the coordinates, joules: nearly zero at an equilibrium. Elsewhere the
+///     modes are those of the model held there by constant generalised forces.
+#[pyclass(name = "ModesResult", module = "lissom", frozen, get_all)]
+pub(crate) struct PyModesResult {
+    frequency: Py<PyArray1<f64>>,
+    angular_frequency: Py<PyArray1<f64>>,
+    damping_ratio: Py<PyArray1<f64>>,
+    eigenvalues: Py<PyArray1<Complex64>>,
+    shapes: Py<PyAny>,
+    is_classical: bool,
+    is_stable: bool,
+    residual_norm: f64,
+}
+
+#[pymethods]
+impl PyModesResult {
+    fn __repr__(&self, py: Python<'_>) -> String {
+        let frequency = self.frequency.bind(py).readonly();
+        let first: Vec<String> =
+            frequency.as_array().iter().take(3).map(|frequency| format!("{frequency:.6}")).collect();
+        let count = frequency.len().unwrap_or(0);
+        let more = if count > 3 { ", ..." } else { "" };
+        let stable = if self.is_stable { "stable" } else { "unstable" };
+        format!("<ModesResult: {count} modes, {stable}, {}{more} Hz>", first.join(", "))
+    }
+}
+
+/// Natural frequencies, damping ratios and shapes of small vibrations about an equilibrium.
+///
+/// Parameters
+/// ----------
+/// model : Model
+///     A `Rod` or a `SpringPendulum`.
+/// q : array_like, shape (n,)
+///     Coordinates of the equilibrium, such as the `q` of `statics`.
+/// t : float
+///     The time at which loads that depend on it are taken, seconds.
+///
+/// Returns
+/// -------
+/// ModesResult
+///     `frequency` (hertz), `angular_frequency`, `damping_ratio`, `eigenvalues`, `shapes`, `is_classical`, `is_stable`.
+///
+/// Raises
+/// ------
+/// ValueError, TypeError
+///     If an argument makes no sense.
+/// LissomError
+///     The mass matrix is not positive definite, or the tangent not finite.
+///
+/// Examples
+/// --------
+/// >>> import lissom
+/// >>> wire = lissom.Segment(1.0, 1e-3, 210e9, 80e9, 7800, modes={"bend_y": 6})
+/// >>> rod = lissom.Rod([wire], gravity=(0, 0, 0))
+/// >>> lissom.modes(rod, [0] * 6).frequency[:3].round(4)
+/// array([ 1.4518,  9.0983, 25.4829])
+#[pyfunction]
+#[pyo3(signature = (model, q, *, t=0.0))]
+pub(crate) fn modes<'py>(
+    py: Python<'py>,
+    model: &Bound<'py, PyAny>,
+    q: &Bound<'py, PyAny>,
+    t: f64,
+) -> PyResult<PyModesResult> {
+    /// Eigenvalues whose real part is smaller than this part of their size are rounding.
+    const ROUNDING: f64 = 1e-9;
+    let mut model = native(model, t)?;
+    let q = convert::finite_vector_of(q, model.n(), "q")?;
+    let found = py.detach(|| core::modes(&mut *model, &q)).map_err(|failure| {
+        LissomError::new_err(match failure {
+            NoModes::SingularMass => {
+                "the mass matrix at q is not positive definite: there are no modes; look at \
+                 numpy.linalg.cond(model.mass_matrix(q))"
+            }
+            NoModes::NonFinite => "masses, stiffnesses or damping at q are NaN or infinite: there are no modes; take a smaller q",
+        })
+    })?;
+    let Modes { frequency, damping, eigenvalues, shapes, is_classical, residual_norm } = found;
+    let (n, m) = (q.len(), frequency.len());
+    let entry = |i: usize, j: usize| shapes[j * n + i];
+    let rows = (0..n).flat_map(|i| (0..m).map(move |j| (i, j)));
+    let shapes = if is_classical {
+        let real: Vec<f64> = rows.map(|(i, j)| entry(i, j).re).collect();
+        real.into_pyarray(py).reshape([n, m]).map(Bound::<PyArray2<f64>>::into_any)?
+    } else {
+        let complex: Vec<Complex64> = rows.map(|(i, j)| entry(i, j)).collect();
+        complex.into_pyarray(py).reshape([n, m]).map(Bound::<PyArray2<Complex64>>::into_any)?
+    };
+    let hertz: Vec<f64> = frequency.iter().map(|omega| omega / std::f64::consts::TAU).collect();
+    Ok(PyModesResult {
+        is_stable: eigenvalues.iter().all(|s| s.re <= ROUNDING * s.norm()),
+        frequency: hertz.into_pyarray(py).unbind(),
+        angular_frequency: frequency.into_pyarray(py).unbind(),
+        damping_ratio: damping.into_pyarray(py).unbind(),
+        eigenvalues: eigenvalues.into_pyarray(py).unbind(),
+        shapes: shapes.unbind(),
+        is_classical,
+        residual_norm,
+    })
+}
