@@ -2,6 +2,7 @@
 
 import json
 import os
+import statistics
 import subprocess
 import tempfile
 from dataclasses import dataclass
@@ -11,16 +12,18 @@ ROOT = Path(__file__).parents[2]
 
 #: Seconds of measuring and number of samples for each benchmark.
 FULL = ("--warm-up-time", "0.2", "--measurement-time", "1", "--sample-size", "30")
-QUICK = ("--warm-up-time", "0.05", "--measurement-time", "0.1", "--sample-size", "10")
+QUICK = ("--warm-up-time", "0.05", "--measurement-time", "0.2", "--sample-size", "20")
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """A median time with its confidence interval, in seconds, and how many things were done in it."""
+    """The time of the fastest sample and the median, in seconds, and how many things are done in it.
+
+    Whatever else runs on the machine makes samples slower, never faster.
+    """
 
     seconds: float
-    low: float
-    high: float
+    median: float
     elements: int = 1
 
     @property
@@ -56,11 +59,10 @@ def measure(group: str, quick: bool) -> dict[str, Estimate]:
 def estimates(folder: Path) -> dict[str, Estimate]:
     """What criterion wrote about a group."""
     found = {}
-    for path in sorted(folder.glob("*/new/estimates.json")):
+    for path in sorted(folder.glob("*/new/sample.json")):
         benchmark = json.loads((path.parent / "benchmark.json").read_text())
-        median = json.loads(path.read_text())["median"]
-        interval = median["confidence_interval"]
+        sample = json.loads(path.read_text())
+        times = [1e-9 * time / count for time, count in zip(sample["times"], sample["iters"], strict=True)]
         elements = (benchmark["throughput"] or {}).get("Elements", 1)
-        times = [median["point_estimate"], interval["lower_bound"], interval["upper_bound"]]
-        found[benchmark["function_id"]] = Estimate(*(1e-9 * time for time in times), elements)
+        found[benchmark["function_id"]] = Estimate(min(times), statistics.median(times), elements)
     return found

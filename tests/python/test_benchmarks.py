@@ -119,13 +119,13 @@ def test_estimates_are_what_criterion_wrote(tmp_path):
         folder.mkdir(parents=True)
         benchmark = {"function_id": name, "throughput": throughput}
         (folder / "benchmark.json").write_text(json.dumps(benchmark))
-        interval = {"lower_bound": 0.9 * nanoseconds, "upper_bound": 1.2 * nanoseconds}
-        median = {"point_estimate": nanoseconds, "confidence_interval": interval}
-        (folder / "estimates.json").write_text(json.dumps({"median": median}))
+        iters = [1.0, 2.0, 3.0]
+        sample = {"iters": iters, "times": [1.5 * nanoseconds, 2 * nanoseconds, 3.6 * nanoseconds]}
+        (folder / "sample.json").write_text(json.dumps(sample))
     found = native.estimates(tmp_path)
     assert found["a step"].each == found["a step"].seconds == pytest.approx(1.5e-6)
     assert found["steps"].each == pytest.approx(3e-6)
-    assert found["steps"].low < found["steps"].seconds < found["steps"].high
+    assert found["steps"].median == pytest.approx(3.6e-4)
 
 
 def test_plots_are_drawn_of_whatever_parts_there_are(tmp_path):
