@@ -1,4 +1,4 @@
-"""The command line: ``lissom run``, ``lissom check``, ``lissom explain``, ``lissom lab``, ``lissom schema``.
+"""The command line: ``lissom run``, ``statics``, ``modes``, ``check``, ``explain``, ``lab``, ``schema``.
 
 Exit codes: 0 done, 1 the simulation failed or could not be written, 2 bad input, 130 interrupted.
 What needs plotly or xarray is imported where it is used, so that ``--help`` is quick.
@@ -21,6 +21,7 @@ from . import __version__
 if TYPE_CHECKING:
     from ._lissom import Scene
     from .results import Run
+    from .studies import ModesStudy, StaticsStudy
 
 FAILED = 1
 BAD_INPUT = 2
@@ -94,6 +95,85 @@ def run(scene: Path, output: Path | None, no_report: bool) -> int:
     if done.interrupted:
         return INTERRUPTED
     return 0 if done.motion.success else FAILED
+
+
+@commands.command()
+@click.argument("scene", type=SCENE)
+@click.option(
+    "-o",
+    "--output",
+    type=FOLDER,
+    help="Folder for the results; results/NAME-statics unless given.",
+    metavar="DIR",
+)
+@click.option(
+    "--from-start", is_flag=True, help="Let go from the scene's q0 instead of loading from nothing."
+)
+@click.option("--no-report", is_flag=True, help="Write the numbers only.")
+def statics(scene: Path, output: Path | None, from_start: bool, no_report: bool) -> int:
+    """Find the shape in which SCENE rests.
+
+    The loads grow from nothing; stability and buckling on the way are reported. The settings of the
+    simulation are not used.
+
+    Exit code: 0 done; 1 no equilibrium was found (the last good state is written); 2 bad input (nothing is
+    written); 130 interrupted.
+    """
+    from . import studies
+    from .report import studies as words
+
+    loaded = _load(scene)
+    target = _study_target(scene, output, "statics")
+    done = studies.study_statics(loaded, from_start)
+    files = _write_study(done, target, no_report)
+    outcome, good = words.outcome(done)
+    _say(loaded.name, outcome, good, words.summary(done), target, files)
+    if done.found.message:
+        click.echo(done.found.message)
+    return 0 if done.found.success else FAILED
+
+
+@commands.command()
+@click.argument("scene", type=SCENE)
+@click.option(
+    "-o",
+    "--output",
+    type=FOLDER,
+    help="Folder for the results; results/NAME-modes unless given.",
+    metavar="DIR",
+)
+@click.option("--at-start", is_flag=True, help="About the scene's q0 as it is, instead of its equilibrium.")
+@click.option("--no-report", is_flag=True, help="Write the numbers only.")
+def modes(scene: Path, output: Path | None, at_start: bool, no_report: bool) -> int:
+    """Find the natural frequencies and shapes of SCENE.
+
+    About the equilibrium that "lissom statics" finds. The report animates the slowest ones.
+
+    Exit code: 0 done; 1 there are none, or no equilibrium was found; 2 bad input; 130 interrupted.
+    """
+    from . import studies
+    from ._lissom import LissomError
+    from .report import studies as words
+
+    loaded = _load(scene)
+    target = _study_target(scene, output, "modes")
+    try:
+        done = studies.study_modes(loaded, at_start)
+    except LissomError as error:
+        click.echo(f"{loaded.name}: {error}", err=True)
+        return FAILED
+    if done.statics is not None and not done.statics.found.success:
+        click.echo(f"{loaded.name}: {done.statics.found.message}", err=True)
+        return FAILED
+    files = _write_study(done, target, no_report)
+    stable = done.found.is_stable
+    rows = [
+        (f"mode {number}", f"{hertz} Hz, damping ratio {ratio}")
+        for number, hertz, ratio, _ in words.table(done)[: words.LISTED]
+    ]
+    outcome = f"{len(done.found.frequency)} modes, " + ("stable" if stable else "unstable")
+    _say(loaded.name, outcome, stable, rows, target, files)
+    return 0
 
 
 @commands.command()
@@ -271,12 +351,52 @@ def _summarise(done: Run, target: Path, files: Sequence[Path]) -> None:
     from .report import text
 
     outcome, good = text.outcome(done)
-    click.echo(click.style(f"{done.scene.name}: {outcome}", bold=True, fg=None if good else "red"))
-    rows = [*text.summary(done), ("results", f"{target}/")]
-    rows += [("", file.name) for file in files]
+    _say(done.scene.name, outcome, good, text.summary(done), target, files)
+
+
+def _say(
+    name: str,
+    outcome: str,
+    good: bool,
+    facts: Sequence[tuple[str, str]],
+    target: Path,
+    files: Sequence[Path],
+) -> None:
+    """What was done, and where its results are."""
+    click.echo(click.style(f"{name}: {outcome}", bold=True, fg=None if good else "red"))
+    rows = [*facts, ("results", f"{target}/"), *(("", file.name) for file in files)]
     width = max(len(name) for name, _ in rows)
     for name, value in rows:
         click.echo(f"  {name:<{width}}  {value}")
+
+
+def _study_target(scene: Path, output: Path | None, study: str) -> Path:
+    """The folder for the results of a study, or the end of the program when it must not be written."""
+    from . import results
+
+    target = output if output is not None else Path("results") / f"{scene.stem}-{study}"
+    try:
+        results.check_target(target)
+    except results.NotOurs as error:
+        raise click.UsageError(str(error)) from None
+    except OSError as error:
+        raise click.exceptions.Exit(_unwritten(target, error)) from None
+    return target
+
+
+def _write_study(done: StaticsStudy | ModesStudy, target: Path, no_report: bool) -> list[Path]:
+    """Write a study; the end of the program when that cannot be done."""
+    from . import results, studies
+    from .report import studies as report
+
+    reporting = not no_report and not results.missing("plotly")
+    try:
+        files = studies.write(done, target, report.write if reporting else None)
+    except (OSError, results.NotOurs) as error:
+        raise click.exceptions.Exit(_unwritten(target, error)) from None
+    if not no_report and not reporting:
+        _note("Without plotly there is no report", "report")
+    return files
 
 
 def _unwritten(target: Path, error: Exception) -> int:

@@ -30,7 +30,17 @@ SUMMARY = "summary.json"
 MARK = "lissom"
 
 #: Every file that lissom writes into a folder of results.
-OWN_FILES = frozenset({"trajectory.nc", "trajectory.npz", "report.html", "lab.html", SUMMARY})
+OWN_FILES = frozenset(
+    {
+        "trajectory.nc",
+        "trajectory.npz",
+        "equilibrium.npz",
+        "modes.npz",
+        "report.html",
+        "lab.html",
+        SUMMARY,
+    }
+)
 
 #: How the names of folders begin that hold results until they are complete.
 PARTIAL = ".lissom-partial-"

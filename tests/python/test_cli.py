@@ -451,3 +451,79 @@ def test_shipped_scenes_run(path, tmp_path):
     done = lissom_command("run", path, "-o", "out", cwd=tmp_path)
     assert done.returncode == 0, done.stdout + done.stderr
     assert (tmp_path / "out" / "report.html").stat().st_size < 9e6
+
+
+def test_the_shape_at_rest_is_written(scene, tmp_path):
+    path = scene(WIRE)
+    done = lissom_command("statics", path, cwd=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "A wire: In equilibrium, stable" in done.stdout
+    folder = tmp_path / "results" / "wire-statics"
+    assert {file.name for file in folder.iterdir()} == {"equilibrium.npz", "report.html", "summary.json"}
+    q = lissom.statics(lissom.Scene.load(path).model).q
+    with np.load(folder / "equilibrium.npz") as kept:
+        np.testing.assert_array_equal(kept["q"], q)
+        assert kept["path_load_factor"][-1] == 1
+    summary = json.loads((folder / "summary.json").read_text())
+    assert (summary["study"], summary["outcome"], summary["stability"]) == ("statics", "finished", "stable")
+    assert summary["q"] == q.tolist()
+    assert "plotly" in (folder / "report.html").read_text()
+    # A second time the results are replaced; letting go from the scene's q0 leads to the same shape.
+    done = lissom_command("statics", path, "--from-start", "--no-report", cwd=tmp_path)
+    assert done.returncode == 0
+    assert {file.name for file in folder.iterdir()} == {"equilibrium.npz", "summary.json"}
+    np.testing.assert_allclose(json.loads((folder / "summary.json").read_text())["q"], q, rtol=1e-8)
+
+
+def test_natural_modes_are_written(scene, tmp_path):
+    path = scene(WIRE)
+    done = lissom_command("modes", path, "-o", "modes", cwd=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "A wire: 2 modes, stable" in done.stdout
+    assert re.search(r"mode 1 +1\.4\d+ Hz, damping ratio 0\n", done.stdout)
+    folder = tmp_path / "modes"
+    assert {file.name for file in folder.iterdir()} == {"modes.npz", "report.html", "summary.json"}
+    model = lissom.Scene.load(path).model
+    found = lissom.modes(model, lissom.statics(model).q)
+    summary = json.loads((folder / "summary.json").read_text())
+    assert summary["frequency"] == found.frequency.tolist()
+    with np.load(folder / "modes.npz") as kept:
+        np.testing.assert_array_equal(kept["shapes"], found.shapes)
+    report_text = (folder / "report.html").read_text()
+    assert "Mode 1: 1.4" in report_text
+    done = lissom_command("modes", path, "-o", "modes", "--at-start", "--no-report", cwd=tmp_path)
+    assert done.returncode == 0
+    at_start = json.loads((folder / "summary.json").read_text())
+    assert at_start["frequency"] == lissom.modes(model, [0, 0]).frequency.tolist()
+    assert at_start["equilibrium"] is None
+
+
+@pytest.mark.parametrize("command", ["statics", "modes"])
+def test_studies_of_shipped_scenes(command, tmp_path):
+    for name in ("lab-pendulum", "tentacle"):
+        done = lissom_command(command, SCENES / f"{name}.toml", cwd=tmp_path)
+        assert (done.returncode, done.stderr) == (0, ""), name
+
+
+@pytest.mark.parametrize("command", ["statics", "modes"])
+def test_studies_refuse_bad_scenes_and_folders_of_others(command, scene, tmp_path):
+    done = lissom_command(command, scene(WIRE.replace("length", "lenght"), "bad.toml"), cwd=tmp_path)
+    assert done.returncode == 2
+    assert "did you mean `length`?" in done.stderr
+    assert not (tmp_path / "results").exists()
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "thesis.txt").write_text("precious")
+    done = lissom_command(command, scene(WIRE), "-o", "mine", cwd=tmp_path)
+    assert done.returncode == 2
+    assert "which lissom did not write" in done.stderr
+    done = lissom_command(command, scene(WIRE), without=["plotly"], cwd=tmp_path)
+    assert done.returncode == 0
+    assert "Without plotly there is no report" in done.stderr
+
+
+def test_a_scene_without_modes(scene, tmp_path):
+    text = "version = 1\n[pendulum]\nlength = 1.0\nq0 = [0, -1.0]\n[simulation]\nduration = 1\n"
+    done = lissom_command("modes", scene(text), "--at-start", cwd=tmp_path)
+    assert done.returncode == 1
+    assert "mass matrix at q is not positive definite" in done.stderr
+    assert not (tmp_path / "results").exists()

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from .._lissom import Rod, SpringPendulum
 from ..results import Run, sections
+from ..studies import Slides
 from . import theme
 
 Array = NDArray[np.float64]
@@ -38,7 +39,11 @@ SPACE_HEIGHT = 1.1
 WINDINGS = 11
 
 
-def animation(run: Run) -> Any:
+#: What can be animated: shapes of a scene's model at instants.
+Animated = Run | Slides
+
+
+def animation(run: Animated) -> Any:
     """The motion as a plotly figure with play, pause and a slider."""
     model = run.scene.model
     if isinstance(model, Rod):
@@ -47,7 +52,7 @@ def animation(run: Run) -> Any:
     return _pendulum(run, model)
 
 
-def _pace(run: Run, frames: NDArray[np.intp]) -> float:
+def _pace(run: Animated, frames: NDArray[np.intp]) -> float:
     """Milliseconds a frame: real time where that can be watched."""
     if len(frames) < 2:
         return PACE[1]
@@ -55,11 +60,15 @@ def _pace(run: Run, frames: NDArray[np.intp]) -> float:
     return float(np.clip(milliseconds, *PACE))
 
 
+def _label(run: Animated) -> tuple[str, str]:
+    return run.label if isinstance(run, Slides) else ("t = ", " s")
+
+
 def _labels(times: Array) -> list[str]:
     return [f"{time:.3g}" if time < 1.0 else f"{time:.2f}" for time in times]
 
 
-def _rod(run: Run, rod: Rod) -> Any:
+def _rod(run: Animated, rod: Rod) -> Any:
     import plotly.graph_objects as go
 
     stations = sections(rod)
@@ -128,7 +137,7 @@ def _rod(run: Run, rod: Rod) -> Any:
             legend={"orientation": "h", "y": 1.0, "x": 0.5, "xanchor": "center", "yanchor": "top"},
             uirevision="kept",
         ),
-        **theme.player(frames, _labels(run.t[at]), _pace(run, at)),
+        **theme.player(frames, _labels(run.t[at]), _pace(run, at), label=_label(run)),
     )
     return figure
 
@@ -178,7 +187,7 @@ def _faces(stations: int) -> NDArray[np.int32]:
     return np.concatenate(faces).astype(np.int32)
 
 
-def _tips(run: Run, rod: Rod) -> Array:
+def _tips(run: Animated, rod: Rod) -> Array:
     return rod.pose(run.q[run.instants(MAX_PATH)], rod.length)[:, :3, 3]
 
 
@@ -220,7 +229,7 @@ def _space(points: Array, margin: float) -> dict[str, Any]:
     }
 
 
-def _pendulum(run: Run, pendulum: SpringPendulum) -> Any:
+def _pendulum(run: Animated, pendulum: SpringPendulum) -> Any:
     import plotly.graph_objects as go
 
     path = _masses(pendulum, run.q[run.instants(MAX_PATH)])
@@ -262,7 +271,7 @@ def _pendulum(run: Run, pendulum: SpringPendulum) -> Any:
             xaxis=theme.axis("x (m)", range=[low[0], high[0]]),
             yaxis=theme.axis("y (m)", range=[low[1], high[1]], scaleanchor="x", scaleratio=1),
         ),
-        **theme.player(frames, _labels(run.t[at]), _pace(run, at), y=-0.12),
+        **theme.player(frames, _labels(run.t[at]), _pace(run, at), label=_label(run), y=-0.12),
     )
     return figure
 

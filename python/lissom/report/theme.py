@@ -71,8 +71,14 @@ def axis(title: str, **changes: Any) -> dict[str, Any]:
     return base | changes
 
 
-def player(frames: list[Any], labels: list[str], frame_milliseconds: float, y: float = 0.0) -> dict[str, Any]:
-    """Play and pause buttons and a slider for an animated figure."""
+def player(
+    frames: list[Any],
+    labels: list[str],
+    frame_milliseconds: float,
+    label: tuple[str, str] = ("t = ", " s"),
+    y: float = 0.0,
+) -> dict[str, Any]:
+    """Play and pause buttons and a slider for an animated figure; ``label`` stands around those of frames."""
     pace = {"frame": {"duration": frame_milliseconds, "redraw": True}, "transition": {"duration": 0}}
     still = {"frame": {"duration": 0, "redraw": True}, "transition": {"duration": 0}, "mode": "immediate"}
     buttons = [
@@ -112,7 +118,7 @@ def player(frames: list[Any], labels: list[str], frame_milliseconds: float, y: f
                 "y": y,
                 "yanchor": "top",
                 "pad": {"t": 4},
-                "currentvalue": {"prefix": "t = ", "suffix": " s", "xanchor": "left"},
+                "currentvalue": {"prefix": label[0], "suffix": label[1], "xanchor": "left"},
                 "ticklen": 0,
                 "minorticklen": 0,
                 "bgcolor": BUTTON,

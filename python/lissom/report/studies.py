@@ -1,0 +1,192 @@
+"""The reports of equilibria and of natural modes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .._lissom import EquilibriumPath, Rod
+from ..results import Array, sections
+from ..studies import ModesStudy, Slides, StaticsStudy
+from . import motion, page, theme
+from .text import quantity
+
+#: Modes that are animated; the table has all of them.
+ANIMATED = 4
+
+#: Frames of one vibration.
+FRAMES = 25
+
+#: Largest deflection of an animated mode, relative to the rod's length; in coordinates for a pendulum.
+AMPLITUDE = 0.15
+
+#: Modes in the table of the command line.
+LISTED = 10
+
+
+def write(study: StaticsStudy | ModesStudy, path: Path) -> None:
+    """Write the report of a study to ``path``. Needs plotly."""
+    built = statics(study) if isinstance(study, StaticsStudy) else modes(study)
+    path.write_text(page.render(built), encoding="utf-8")
+
+
+def statics(study: StaticsStudy) -> page.Page:
+    """What the report of an equilibrium says."""
+    found, path = study.found, study.found.path
+    if path is None:
+        load_factor, q = np.array([0.0, 1.0]), np.stack([study.scene.q0, found.q])
+        label, caption = ("", ""), "0 is the start, 1 the equilibrium."
+    else:
+        load_factor, q = path.load_factor, path.q
+        label, caption = ("load factor ", ""), "Equilibria while the loads grow."
+    slides = Slides(study.scene, load_factor, q, label)
+    sections_ = [page.Section("Shape", [page.Figure(motion.animation(slides), caption)])]
+    if path is not None:
+        sections_.append(page.Section("Stiffness", _stiffness(path)))
+    sections_ += [
+        page.Section("Result", [found.message, page.Table(("", ""), summary(study))]),
+        page.Section("Scene", [page.Source("The scene file", study.scene.text)]),
+    ]
+    return page.Page(
+        title=study.scene.name,
+        lead="Equilibrium at rest, " + ("let go from q0." if study.from_start else "loaded from nothing."),
+        outcome=outcome(study),
+        sections=sections_,
+    )
+
+
+def outcome(study: StaticsStudy) -> tuple[str, bool]:
+    """How it went, and whether that is good."""
+    found = study.found
+    if not found.success:
+        return f"Failed: {found.status}", False
+    return f"In equilibrium, {found.stability or 'stability unknown'}", bool(found.is_stable)
+
+
+def summary(study: StaticsStudy) -> list[tuple[str, str]]:
+    """The equilibrium in words and numbers."""
+    found, model = study.found, study.scene.model
+    rows: list[tuple[str, str]] = [("stability", found.stability or "unknown")]
+    if isinstance(model, Rod):
+        x, y, z = model.pose(found.q, model.length)[:3, 3]
+        rows.append(("tip", f"({x:.6g}, {y:.6g}, {z:.6g}) m"))
+    rows += [
+        ("lowest stiffness", f"{found.lowest_eigenvalue:.4g} of the elastic one"),
+        ("Newton iterations", str(found.nit)),
+        ("time", quantity(study.wall_time, "s")),
+    ]
+    if found.path is not None:
+        rows += [
+            (point.kind, f"at load factor {point.load_factor:.6g}") for point in found.path.critical_points
+        ]
+    return rows
+
+
+def _stiffness(path: EquilibriumPath) -> list[page.Part]:
+    import plotly.graph_objects as go
+
+    figure = go.Figure(
+        [
+            go.Scatter(
+                x=path.load_factor,
+                y=path.lowest_eigenvalue,
+                mode="lines+markers",
+                line={"color": theme.BLUE},
+                name="lowest eigenvalue",
+            ),
+            go.Scatter(
+                x=[point.load_factor for point in path.critical_points],
+                y=[0.0 for _ in path.critical_points],
+                mode="markers",
+                marker={"color": theme.RED, "size": 10},
+                name="critical points",
+            ),
+        ]
+    )
+    figure.update_layout(
+        **theme.layout(
+            320, xaxis=theme.axis("load factor"), yaxis=theme.axis("stiffness / elastic stiffness")
+        )
+    )
+    return [page.Figure(figure, "Smallest eigenvalue of the tangent stiffness; unstable below zero.")]
+
+
+def modes(study: ModesStudy) -> page.Page:
+    """What the report of natural modes says."""
+    count = min(ANIMATED, len(study.found.frequency))
+    animated = [
+        page.Section(
+            f"Mode {k + 1}: {frequency(study, k)}",
+            [page.Figure(motion.animation(_vibration(study, k)), "Deflections are exaggerated or reduced.")],
+        )
+        for k in range(count)
+    ]
+    return page.Page(
+        title=study.scene.name,
+        lead="Natural modes about "
+        + ("the initial shape." if study.statics is None else "the equilibrium at rest."),
+        outcome=("Stable" if study.found.is_stable else "Unstable", study.found.is_stable),
+        sections=[
+            page.Section("Modes", [page.Table(COLUMNS, table(study), frozenset(COLUMNS))]),
+            *animated,
+            page.Section("Scene", [page.Source("The scene file", study.scene.text)]),
+        ],
+    )
+
+
+#: Columns of the table of modes.
+COLUMNS = ("mode", "frequency (Hz)", "damping ratio", "decay rate (1/s)")
+
+
+def table(study: ModesStudy) -> list[tuple[str, str, str, str]]:
+    """The modes in numbers."""
+    found = study.found
+    return [
+        (str(k + 1), f"{hertz:.6g}", f"{ratio:.4g}", f"{-s.real + 0.0:.4g}")
+        for k, (hertz, ratio, s) in enumerate(
+            zip(found.frequency, found.damping_ratio, found.eigenvalues, strict=True)
+        )
+    ]
+
+
+def frequency(study: ModesStudy, k: int) -> str:
+    """The frequency of a mode in words."""
+    hertz = study.found.frequency[k]
+    return f"{hertz:.4g} Hz" if hertz > 0 else "grows without oscillation"
+
+
+def _vibration(study: ModesStudy, k: int) -> Slides:
+    """One period of a mode."""
+    phase = np.linspace(0.0, 2.0 * np.pi, FRAMES)
+    shape = study.found.shapes[:, k]
+    shape = shape * (AMPLITUDE / _deflection(study, shape))
+    hertz = study.found.frequency[k]
+    period = 1.0 / hertz if hertz > 0 else 1.0
+    q = study.q + np.real(np.exp(1j * phase)[:, None] * shape)
+    return Slides(study.scene, phase / (2.0 * np.pi) * period, q)
+
+
+def _deflection(study: ModesStudy, shape: Any) -> float:
+    """Largest deflection of a shape, relative to the rod's length; of a pendulum its largest coordinate."""
+    model = study.scene.model
+    if not isinstance(model, Rod):
+        return float(np.abs(shape).max())
+
+    def largest(part: Array) -> float:
+        # Of small motions: the shape itself may be a bend of many turns.
+        size = float(np.abs(part).max()) * model.length
+        if size == 0.0:
+            return 0.0
+        small = part * (1e-4 / size)
+        bent, straight = (model.pose(q, sections(model))[:, :3, 3] for q in (study.q + small, study.q))
+        return float(np.linalg.norm(bent - straight, axis=1).max()) * (size / 1e-4) / model.length
+
+    deflection = float(np.hypot(largest(np.real(shape)), largest(np.imag(shape))))
+    # Torsion of a straight rod deflects nothing: a radian of it is shown.
+    return (
+        deflection
+        if deflection > 1e-9 * float(np.abs(shape).max()) * model.length
+        else float(np.abs(shape).max() * model.length * AMPLITUDE)
+    )

@@ -1,0 +1,149 @@
+"""Equilibria and natural modes of scenes, and their folders on disk."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ._lissom import ModesResult, Scene, StaticsResult, __version__, modes, statics
+from .results import MARK, SUMMARY, atomic_folder, instants, write_summary
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Slides:
+    """Shapes of a scene's model to be shown one after the other."""
+
+    scene: Scene
+    #: What the shapes are labelled by, shape (m,): times in seconds, or load factors.
+    t: Array
+    #: Coordinates, shape (m, n).
+    q: Array
+    #: The labels' name and unit.
+    label: tuple[str, str] = ("t = ", " s")
+
+    def instants(self, most: int) -> NDArray[np.intp]:
+        """Indices of at most so many shapes, evenly spread, first and last included."""
+        return instants(len(self.t), most)
+
+
+@dataclass(frozen=True)
+class StaticsStudy:
+    """A scene at rest."""
+
+    scene: Scene
+    found: StaticsResult
+    #: Whether it was let go from the scene's q0, not loaded from nothing.
+    from_start: bool
+    wall_time: float
+
+    @property
+    def numbers(self) -> dict[str, Any]:
+        """What was found, as plain JSON."""
+        found = self.found
+        path = found.path
+        return {
+            "scene": self.scene.name,
+            MARK: __version__,
+            "study": "statics",
+            "outcome": "finished" if found.success else "failed",
+            "status": found.status,
+            "message": found.message,
+            "load_factor": found.load_factor,
+            "stability": found.stability,
+            "lowest_eigenvalue": found.lowest_eigenvalue if np.isfinite(found.lowest_eigenvalue) else None,
+            "coordinates": self.scene.model.n,
+            "q": found.q.tolist(),
+            "critical_points": [
+                {"kind": point.kind, "load_factor": point.load_factor}
+                for point in (path.critical_points if path else [])
+            ],
+            "newton_iterations": found.nit,
+            "wall_seconds": self.wall_time,
+        }
+
+    def arrays(self) -> dict[str, Any]:
+        """What ``equilibrium.npz`` keeps."""
+        kept: dict[str, Any] = {"q": self.found.q, "scene": np.array(self.scene.text)}
+        if self.found.path is not None:
+            kept |= {"path_load_factor": self.found.path.load_factor, "path_q": self.found.path.q}
+        return kept
+
+
+@dataclass(frozen=True)
+class ModesStudy:
+    """Natural modes of a scene about a shape."""
+
+    scene: Scene
+    #: How that shape was found; None where it is the scene's q0.
+    statics: StaticsStudy | None
+    q: Array
+    found: ModesResult
+
+    @property
+    def numbers(self) -> dict[str, Any]:
+        """What was found, as plain JSON."""
+        found = self.found
+        return {
+            "scene": self.scene.name,
+            MARK: __version__,
+            "study": "modes",
+            "outcome": "finished",
+            "equilibrium": None if self.statics is None else self.statics.found.stability,
+            "coordinates": self.scene.model.n,
+            "q": self.q.tolist(),
+            "is_stable": found.is_stable,
+            "frequency": found.frequency.tolist(),
+            "damping_ratio": found.damping_ratio.tolist(),
+            "eigenvalues": [[s.real, s.imag] for s in found.eigenvalues.tolist()],
+        }
+
+    def arrays(self) -> dict[str, Any]:
+        """What ``modes.npz`` keeps."""
+        found = self.found
+        return {
+            "q": self.q,
+            "frequency": found.frequency,
+            "damping_ratio": found.damping_ratio,
+            "eigenvalues": found.eigenvalues,
+            "shapes": found.shapes,
+            "scene": np.array(self.scene.text),
+        }
+
+
+def study_statics(scene: Scene, from_start: bool = False) -> StaticsStudy:
+    """The equilibrium of a scene: loaded from nothing, or let go from its q0."""
+    start = time.perf_counter()
+    found = statics(scene.model, scene.q0 if from_start else None)
+    return StaticsStudy(scene, found, from_start, time.perf_counter() - start)
+
+
+def study_modes(scene: Scene, at_start: bool = False) -> ModesStudy:
+    """The modes of a scene about its equilibrium, or about its q0 as it is."""
+    if at_start:
+        return ModesStudy(scene, None, scene.q0, modes(scene.model, scene.q0))
+    rest = study_statics(scene)
+    return ModesStudy(scene, rest, rest.found.q, modes(scene.model, rest.found.q))
+
+
+def write(
+    study: StaticsStudy | ModesStudy, target: Path, report: Callable[[Any, Path], None] | None
+) -> list[Path]:
+    """Write the results folder of a study; return its files. Raises NotOurs like ``results.write``."""
+    name = "equilibrium.npz" if isinstance(study, StaticsStudy) else "modes.npz"
+    with atomic_folder(target) as folder:
+        np.savez_compressed(folder / name, **study.arrays())
+        files = [target / name]
+        if report is not None:
+            report(study, folder / "report.html")
+            files.append(target / "report.html")
+        write_summary(study.numbers, folder)
+        files.append(target / SUMMARY)
+    return files
