@@ -1,5 +1,6 @@
 //! lissom makes soft rods move.
 
+pub mod accuracy;
 pub mod balance;
 pub mod error;
 mod hermite;

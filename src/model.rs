@@ -76,6 +76,21 @@ pub trait Model {
     /// Power that damping takes out of the motion, in watts, never negative.
     fn dissipated_power(&mut self, q: &[f64], qd: &[f64]) -> f64;
 
+    /// Where the tip is, in the frame of the model, in metres: what an accuracy is measured at.
+    fn tip(&mut self, q: &[f64]) -> [f64; 3];
+
+    /// The length of the model, in metres: what errors of the tip are relative to.
+    fn length(&self) -> f64;
+
+    /// The same system with more modes and nodes, and which of its coordinates are those of this one; `None` for a system that is not
+    /// discretised.
+    fn refined(&self) -> Option<(Self, Vec<usize>)>
+    where
+        Self: Sized,
+    {
+        None
+    }
+
     /// False where [`Self::dissipated_power`] is zero whatever the state, so that a run does not integrate it.
     fn is_damped(&self) -> bool {
         true

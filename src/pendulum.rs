@@ -142,6 +142,15 @@ impl Model for SpringPendulum {
         }
     }
 
+    fn tip(&mut self, q: &[f64]) -> [f64; 3] {
+        let (r, (sin, cos)) = (self.length + q[1], q[0].sin_cos());
+        [r * cos, r * sin, 0.0]
+    }
+
+    fn length(&self) -> f64 {
+        self.length
+    }
+
     fn dissipated_power(&mut self, _q: &[f64], _qd: &[f64]) -> f64 {
         0.0
     }

@@ -35,6 +35,10 @@ pub enum Method {
 pub struct Statistics {
     /// Seconds from the start to the end of the run, on the wall clock.
     pub wall_time: f64,
+    /// Estimated error of the tip by the steps in time, relative to the model's length; only of runs to an accuracy.
+    pub time_error: Option<f64>,
+    /// Estimated error of the tip by the number of modes and nodes, likewise; only where there are any.
+    pub space_error: Option<f64>,
     /// What was counted. For first-order methods `nfev` are forward dynamics.
     pub counters: newmark::Counters,
 }
@@ -46,6 +50,8 @@ pub enum Status {
     SecondOrder(newmark::Status),
     /// Of a first-order method.
     FirstOrder(ode::Status),
+    /// The end was reached, but not the accuracy that was asked for.
+    AccuracyNotReached,
 }
 
 impl Status {
@@ -54,6 +60,7 @@ impl Status {
         match self {
             Self::SecondOrder(status) => status.is_success(),
             Self::FirstOrder(status) => status.is_success(),
+            Self::AccuracyNotReached => false,
         }
     }
 
@@ -62,6 +69,7 @@ impl Status {
         match self {
             Self::SecondOrder(status) => status.name(),
             Self::FirstOrder(status) => status.name(),
+            Self::AccuracyNotReached => "accuracy_not_reached",
         }
     }
 }
@@ -162,7 +170,7 @@ impl Simulation {
     fn new(solution: newmark::Solution, meter: Option<FlowMeter<'_>>) -> Self {
         let newmark::Solution { t, q, v, a, n, counters, status, message } = solution;
         let flow = meter.map_or_else(Flow::default, |meter| meter.into_flow(t.len()));
-        let statistics = Statistics { wall_time: 0.0, counters };
+        let statistics = Statistics { counters, ..Statistics::default() };
         Self { t, q, v, a: Some(a), n, flow, statistics, status: Status::SecondOrder(status), message }
     }
 }
@@ -219,7 +227,7 @@ fn first_order<M: Model + Clone>(
         nlu,
         ..newmark::Counters::default()
     };
-    let statistics = Statistics { wall_time: 0.0, counters };
+    let statistics = Statistics { counters, ..Statistics::default() };
     let status = Status::FirstOrder(solution.status);
     let flow = meter.map_or_else(Flow::default, |meter| meter.into_flow(points));
     Ok(Simulation { t: solution.t, q, v, a: None, n, flow, statistics, status, message: solution.message })

@@ -30,6 +30,12 @@ impl Model for Generic {
     fn energy(&mut self, q: &[f64], qd: &[f64]) -> Energy {
         self.0.energy(q, qd)
     }
+    fn tip(&mut self, q: &[f64]) -> [f64; 3] {
+        self.0.tip(q)
+    }
+    fn length(&self) -> f64 {
+        self.0.length()
+    }
     fn dissipated_power(&mut self, q: &[f64], qd: &[f64]) -> f64 {
         self.0.dissipated_power(q, qd)
     }

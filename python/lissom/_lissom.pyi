@@ -497,6 +497,10 @@ class Statistics:
     @property
     def wall_time(self) -> float: ...
     @property
+    def time_error(self) -> float | None: ...
+    @property
+    def space_error(self) -> float | None: ...
+    @property
     def steps(self) -> int: ...
     @property
     def rejected(self) -> int: ...
@@ -582,7 +586,7 @@ def simulate(
     *,
     q0: ArrayLike | None = None,
     v0: ArrayLike | None = None,
-    method: _NewmarkMethod | Literal["rk45", "dop853", "radau"] = "newmark",
+    method: _NewmarkMethod | Literal["rk45", "dop853", "radau", "auto"] = "newmark",
     dt: float = 0.01,
     jac: Literal["analytic", "forward", "central"] = "analytic",
     rtol: ArrayLike = 1e-06,

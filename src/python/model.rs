@@ -7,6 +7,7 @@ use pyo3::prelude::*;
 
 use super::convert;
 use super::errors::LissomError;
+use crate::accuracy;
 use crate::error::{Interrupted, InvalidInput};
 use crate::linalg::Matrix;
 use crate::model::{self, ForwardScratch};
@@ -34,6 +35,17 @@ pub(crate) trait Native: model::Model + Send + Sync {
         t_eval: Option<&[f64]>,
         monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
     ) -> Result<Simulation, InvalidInput>;
+
+    /// [`accuracy::simulate_to_accuracy`] of a copy.
+    fn simulate_to_accuracy(
+        &self,
+        t_end: f64,
+        q0: &[f64],
+        v0: &[f64],
+        request: accuracy::Request,
+        t_eval: Option<&[f64]>,
+        monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
+    ) -> Result<Simulation, InvalidInput>;
 }
 
 impl<M: model::Model + Clone + Send + Sync + 'static> Native for M {
@@ -55,6 +67,18 @@ impl<M: model::Model + Clone + Send + Sync + 'static> Native for M {
         monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
     ) -> Result<Simulation, InvalidInput> {
         simulate::simulate(self.clone(), t_end, q0, v0, method, t_eval, monitor)
+    }
+
+    fn simulate_to_accuracy(
+        &self,
+        t_end: f64,
+        q0: &[f64],
+        v0: &[f64],
+        request: accuracy::Request,
+        t_eval: Option<&[f64]>,
+        monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
+    ) -> Result<Simulation, InvalidInput> {
+        accuracy::simulate_to_accuracy(self.clone(), t_end, q0, v0, request, t_eval, monitor)
     }
 }
 

@@ -33,7 +33,8 @@ use crate::simulate::{Simulation, Statistics, accelerations};
 ///     True when the end of the interval was reached.
 /// status : str
 ///     'finished', 'interrupted' (as the callback asked), 'no_initial_acceleration', 'newton_not_converged',
-///     'singular_jacobian', 'non_finite', 'non_finite_jacobian' (method 'radau'), 'step_too_small' or 'too_many_steps'.
+///     'singular_jacobian', 'non_finite', 'non_finite_jacobian' (method 'radau'), 'step_too_small', 'too_many_steps' or
+///     'accuracy_not_reached' (method 'auto').
 /// message : str
 ///     The status in words, and what to change.
 #[pyclass(name = "MotionResult", module = "lissom", frozen)]
@@ -147,6 +148,9 @@ impl PyMotionResult {
 /// ----------
 /// wall_time : float
 ///     Seconds.
+/// time_error, space_error : float or None
+///     Estimated errors of the tip by the steps in time and by the number of modes and nodes, relative to the model's length; None
+///     unless the method is 'auto'.
 /// steps : int
 ///     Accepted steps.
 /// rejected : int
@@ -181,6 +185,18 @@ impl PyStatistics {
     #[getter]
     fn wall_time(&self) -> f64 {
         self.0.wall_time
+    }
+
+    /// Estimated error of the tip by the steps in time, relative to the model's length; None unless the method is 'auto'.
+    #[getter]
+    fn time_error(&self) -> Option<f64> {
+        self.0.time_error
+    }
+
+    /// Estimated error of the tip by the number of modes and nodes, likewise; None where there are none.
+    #[getter]
+    fn space_error(&self) -> Option<f64> {
+        self.0.space_error
     }
 
     /// Accepted steps.

@@ -8,6 +8,7 @@ use super::convert;
 use super::model::PyModel;
 use super::motion::{PyMotionResult, Ticker, finish, predictor, step_size, times};
 use super::ode::options::tolerance;
+use crate::accuracy;
 use crate::error::{Checker, Interrupted, InvalidInput};
 use crate::newmark::{self, Parameters, Scheme};
 use crate::ode;
@@ -29,7 +30,8 @@ use crate::simulate::Method;
 ///     Implicit, of second order, through the inverse dynamics: 'newmark' (average acceleration unless `beta` and `gamma`
 ///     say otherwise), 'average_acceleration', 'linear_acceleration', 'fox_goodwin', 'central_difference', 'hht' (takes
 ///     `alpha`), 'generalised_alpha' (takes `rho_inf`); of order 5, adaptive: 'radau' (Radau IIA). Explicit, adaptive, through
-///     the forward dynamics: 'rk45', 'dop853'.
+///     the forward dynamics: 'rk45', 'dop853'. 'auto' takes the accuracy that is wanted (`rtol`), chooses between the last ones by
+///     the stiffness of the model, and runs until an estimate of the error says that it is met; see ``docs/accuracy.md``.
 /// dt : float
 ///     Step size of the Newmark family, seconds; the last step is shorter if it must be. For the other methods the
 ///     distance of the times that are returned.
@@ -40,7 +42,8 @@ use crate::simulate::Method;
 ///     Newmark family: a step is solved until the estimated error left in acceleration i is far below
 ///     ``atol[i] + rtol[i] * abs(a[i])``. Adaptive steps (and the other methods): the local errors of coordinate and velocity i are
 ///     kept below ``atol[i] + rtol[i] * abs(q[i])`` and ``atol[i] + rtol[i] * abs(v[i])``, as root mean squares.
-///     `atol` is in the unit of q, of q per second and of q per second squared, respectively.
+///     `atol` is in the unit of q, of q per second and of q per second squared, respectively. 'auto': `rtol` (1e-4 by default) is
+///     the largest error of the tip relative to the model's length, and there is no `atol`.
 /// t_eval : array_like, optional
 ///     Increasing times at which the motion is wanted. By default every step (Newmark family) or every `dt`.
 /// progress : callable, optional
@@ -137,7 +140,31 @@ pub(crate) fn simulate<'py>(
     };
     let (q0, v0) = (state(q0, "q0")?, state(v0, "v0")?);
     let t_eval = times(t_eval)?;
+    if method == "auto" {
+        refuse_newmark_options(
+            method,
+            [
+                ("jac", jac.is_some()),
+                ("beta", beta.is_some()),
+                ("gamma", gamma.is_some()),
+                ("alpha", alpha.is_some()),
+                ("rho_inf", rho_inf.is_some()),
+                ("adaptive", adaptive.is_some()),
+                ("predictor", predictor.is_some()),
+                ("reuse_jacobian", reuse_jacobian.is_some()),
+                ("atol", atol.is_some()),
+                ("max_step", max_step.is_some()),
+                ("min_step", min_step != 0.0),
+                ("max_steps", max_steps.is_some()),
+            ],
+        )?;
+    }
     let defaults = newmark::Options::new(dt);
+    let request = match (method, rtol) {
+        ("auto", Some(rtol)) => Some(accuracy::Request { tolerance: rtol.extract()?, dt }),
+        ("auto", None) => Some(accuracy::Request { tolerance: accuracy::DEFAULT_TOLERANCE, dt }),
+        _ => None,
+    };
     let rtol = rtol.map_or(Ok(defaults.rtol.clone()), |rtol| tolerance(rtol, "rtol"))?;
     let atol = atol.map_or(Ok(defaults.atol.clone()), |atol| tolerance(atol, "atol"))?;
     let max_steps = convert::step_limit(max_steps)?;
@@ -185,6 +212,7 @@ pub(crate) fn simulate<'py>(
             },
             dt,
         },
+        None if request.is_some() => Method::Newmark(defaults),
         None => Method::Newmark(newmark::Options {
             scheme: Scheme::by_name(method, &Parameters { beta, gamma, alpha, rho_inf })
                 .map_err(name_all_methods)?,
@@ -215,7 +243,12 @@ pub(crate) fn simulate<'py>(
             }))?;
             if stop { Err(Interrupted) } else { Ok(()) }
         };
-        model.simulate(t_end, &q0, &v0, &method, t_eval.as_deref(), &mut monitor)
+        match request {
+            Some(request) => {
+                model.simulate_to_accuracy(t_end, &q0, &v0, request, t_eval.as_deref(), &mut monitor)
+            }
+            None => model.simulate(t_end, &q0, &v0, &method, t_eval.as_deref(), &mut monitor),
+        }
     });
     finish(py, simulation.map_err(with_python_names)?, Some(model), raised.into_result())
 }
@@ -247,6 +280,9 @@ fn refuse_newmark_options(
 ) -> PyResult<()> {
     match options.into_iter().find(|&(_, is_given)| is_given) {
         None => Ok(()),
+        Some((name, _)) if method == "auto" => Err(PyValueError::new_err(format!(
+            "{name}: expected nothing: the method is \"auto\", which takes `rtol` and chooses the rest"
+        ))),
         Some((name, _)) => Err(PyValueError::new_err(format!(
             "{name}: expected nothing: it is an option of the Newmark family, the method is {method:?}"
         ))),
@@ -257,7 +293,7 @@ fn refuse_newmark_options(
 fn name_all_methods(mut error: InvalidInput) -> InvalidInput {
     for problem in &mut error.problems {
         if problem.place == "method" {
-            problem.expected.push_str(", \"rk45\", \"dop853\", \"radau\"");
+            problem.expected.push_str(", \"rk45\", \"dop853\", \"radau\", \"auto\"");
         }
     }
     error

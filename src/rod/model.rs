@@ -47,6 +47,7 @@ impl Kernel {
 pub struct RodModel {
     sweeps: AnySweeps,
     explanation: Arc<Explanation>,
+    rod: Arc<Rod>,
 }
 
 #[derive(Clone, Debug)]
@@ -124,7 +125,7 @@ impl RodModel {
         let nodes = on_sweeps!(&sweeps, sweeps => sweeps.plan().nodes());
         let cost = on_sweeps!(&sweeps, sweeps => cost::multiplications(sweeps.plan()));
         let explanation = Explanation::new(rod, sweeps.kernel(), &nodes, &cost);
-        Self { sweeps, explanation: Arc::new(explanation) }
+        Self { sweeps, explanation: Arc::new(explanation), rod: Arc::new(rod.clone()) }
     }
 
     /// What is computed for this rod, what is skipped, and why.
@@ -236,6 +237,32 @@ impl Model for RodModel {
     fn dissipated_power(&mut self, _q: &[f64], qd: &[f64]) -> f64 {
         on_sweeps!(&self.sweeps, sweeps => sweeps.dissipated_power(qd))
     }
+    fn tip(&mut self, q: &[f64]) -> [f64; 3] {
+        let position = self.pose(q, f64::INFINITY).position;
+        [position.x, position.y, position.z]
+    }
+
+    fn length(&self) -> f64 {
+        self.rod.length()
+    }
+
+    /// Two more modes of every strain that has any.
+    fn refined(&self) -> Option<(Self, Vec<usize>)> {
+        const MORE_MODES: usize = 2;
+        const MORE_NODES: usize = 8;
+        let mut finer = Rod::clone(&self.rod);
+        let (mut places, mut first) = (Vec::with_capacity(self.n()), 0);
+        for (segment, nodes) in finer.segments.iter_mut().zip(self.nodes()) {
+            for modes in segment.modes.iter_mut().filter(|modes| **modes > 0) {
+                places.extend(first..first + *modes);
+                *modes += MORE_MODES;
+                first += *modes;
+            }
+            segment.nodes = Some(nodes + MORE_NODES);
+        }
+        Some((Self::new(&finer).ok()?, places))
+    }
+
     fn is_damped(&self) -> bool {
         on_sweeps!(&self.sweeps, sweeps => sweeps.plan().is_damped())
     }

@@ -346,7 +346,10 @@ def test_any_array_will_do(make):
         (r"v0\[1\]: got NaN", {"v0": [0.0, np.nan]}),
         ("dt: got 0, expected", {"dt": 0.0}),
         ("dt: got -1, expected", {"dt": -1.0, "method": "rk45"}),
-        ('method: got "euler", expected one of "newmark", .*"rk45", "dop853", "radau"$', {"method": "euler"}),
+        (
+            'method: got "euler", expected one of "newmark", .*"rk45", "dop853", "radau", "auto"$',
+            {"method": "euler"},
+        ),
         ('jac: got "exact", expected "analytic", "forward" or "central"', {"jac": "exact"}),
         ("rtol: got -1", {"rtol": -1.0}),
         ("rtol: got 3 values, expected 2", {"rtol": [1e-3] * 3}),

@@ -1,0 +1,84 @@
+//! Explicit or implicit: by what the largest rate of the model allows and what the accuracy needs.
+
+use std::f64::consts::TAU;
+
+use super::spectrum::Spectrum;
+use crate::model::Model;
+
+/// Vibrations whose tip moves by less than this part of the tolerance need not be resolved.
+const VISIBLE: f64 = 0.1;
+
+/// DOP853 is stable for steps below 6.1 over the largest rate (Hairer and Wanner 1996, section IV.2); with room for a rate that grows.
+const EXPLICIT_STABILITY: f64 = 4.0;
+
+/// Steps that accuracy takes, times the largest frequency that is to be resolved: `EXPLICIT_STEP tolerance^(1/8)`, `IMPLICIT_STEP
+/// tolerance^(1/5)`. Measured on the lab's rod.
+const EXPLICIT_STEP: f64 = 6.0;
+const IMPLICIT_STEP: f64 = 4.0;
+
+/// What a step costs, in inverse dynamics: twelve forward dynamics; some three iterations of three residuals, and the tangents.
+const EXPLICIT_COST: f64 = 30.0;
+const IMPLICIT_COST: f64 = 20.0;
+
+/// Which method, and why.
+#[derive(Clone, Debug)]
+pub(super) struct Choice {
+    /// DOP853, or else Radau.
+    pub(super) is_explicit: bool,
+    /// What relates errors of velocities to those of coordinates, in rad/s: between the lowest frequency and the largest one that is
+    /// to be resolved.
+    pub(super) frequency: f64,
+    /// One sentence.
+    pub(super) reason: String,
+}
+
+impl Choice {
+    /// Without a spectrum.
+    pub(super) fn implicit() -> Self {
+        Self { is_explicit: false, frequency: 1.0, reason: "Method: radau.".to_owned() }
+    }
+
+    /// Compares the costs of a second of motion.
+    pub(super) fn new<M: Model>(model: &mut M, q0: &[f64], spectrum: &Spectrum, tolerance: f64) -> Self {
+        let tip = model.tip(q0);
+        let length = model.length();
+        let mut moves_tip = |amplitude: &[f64]| {
+            let q: Vec<f64> = q0.iter().zip(amplitude).map(|(q, x)| q + x).collect();
+            let moved = model.tip(&q);
+            let distance = moved.iter().zip(tip).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt();
+            // Amplitudes beyond any range are visible.
+            distance.is_nan() || distance > VISIBLE * tolerance * length
+        };
+        let rate = spectrum.modes.iter().map(|mode| mode.rate()).fold(0.0, f64::max);
+        let slowest = spectrum.modes.iter().map(|mode| mode.frequency).filter(|&w| w > 0.0);
+        let slowest = slowest.fold(f64::INFINITY, f64::min);
+        let resolved =
+            spectrum.modes.iter().filter(|mode| !mode.is_overdamped() && moves_tip(&mode.amplitude));
+        let resolved = resolved.map(|mode| mode.frequency).fold(0.0, f64::max);
+        if !slowest.is_finite() {
+            return Self {
+                is_explicit: true,
+                frequency: 1.0,
+                reason: "Method: dop853, because nothing in the model is stiff.".to_owned(),
+            };
+        }
+        let resolved = resolved.max(slowest);
+        let stable = EXPLICIT_STABILITY / rate;
+        let explicit = stable.min(EXPLICIT_STEP * tolerance.powf(1.0 / 8.0) / resolved);
+        let implicit = IMPLICIT_STEP * tolerance.powf(1.0 / 5.0) / resolved;
+        let is_explicit = EXPLICIT_COST / explicit <= IMPLICIT_COST / implicit;
+        let (highest, wanted) = (rate / TAU, resolved / TAU);
+        let reason = if is_explicit {
+            format!(
+                "Method: dop853, because its largest rate, {highest:.3} Hz, allows explicit steps of {stable:.1e} s, and the \
+                 accuracy takes steps of {explicit:.1e} s anyway, for vibrations of up to {wanted:.3} Hz."
+            )
+        } else {
+            format!(
+                "Method: radau, because its largest rate, {highest:.3} Hz, limits explicit steps to {stable:.1e} s, while the \
+                 accuracy takes implicit ones of {implicit:.1e} s, for vibrations of up to {wanted:.3} Hz."
+            )
+        };
+        Self { is_explicit, frequency: (slowest * resolved).sqrt(), reason }
+    }
+}

@@ -1,0 +1,139 @@
+"""Accuracy on request: what was asked for is reached, and what is said about the errors is true."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import lissom
+
+SCENES = Path(__file__).parents[2] / "scenes"
+HANGING = (0.5**0.5, 0.0, 0.5**0.5, 0.0)
+STEP = 0.02
+
+
+def wire(modes=3, **options):
+    segment = lissom.Segment(1.0, 1e-3, 210e9, 80e9, 7800.0, {"bend_y": modes}, retardation_time=1e-4)
+    return lissom.Rod([segment], **options)
+
+
+def rubber(**modes):
+    return lissom.Rod([lissom.Segment(1.0, 0.02, 5e6, 5e6 / 3, 1000.0, modes)])
+
+
+def two_segments():
+    modes = {"torsion": 2, "bend_y": 2, "bend_z": 2}
+    segment = lissom.Segment(0.3, 0.02, 1e6, 4e5, 1e3, modes, retardation_time=0.01)
+    return lissom.Rod([segment, segment], tip_force=(0.0, 0.05, 0.0))
+
+
+def tentacle():
+    return lissom.Scene.load(SCENES / "tentacle.toml").model
+
+
+GALLERY = {
+    "lab horizontal": (wire, 3.0),
+    "lab hanging": (lambda: wire(base_orientation=HANGING), 3.0),
+    "tentacle": (tentacle, 1.0),
+    "rubber rod": (lambda: rubber(bend_y=5), 1.0),
+    "two segments": (two_segments, 1.0),
+}
+
+
+def tips(rod, motion):
+    return rod.pose(motion.q, [rod.length])[:, 0, :3, 3]
+
+
+def distance(rod, motion, other, other_rod=None):
+    difference = tips(rod, motion) - tips(other_rod or rod, other)
+    return np.linalg.norm(difference, axis=1).max() / rod.length
+
+
+@pytest.mark.parametrize("name", GALLERY)
+def test_the_time_error_is_what_was_asked_for_and_what_is_said(name):
+    make, t_end = GALLERY[name]
+    rod = make()
+    exact = lissom.simulate(rod, t_end, method="radau", rtol=1e-9, atol=1e-10, dt=STEP)
+    for tolerance in (1e-2, 1e-4, 1e-6):
+        found = lissom.simulate(rod, t_end, method="auto", rtol=tolerance, dt=STEP)
+        error = distance(rod, found, exact)
+        assert found.success, found.message
+        assert error < 3 * tolerance
+        assert found.stats.time_error <= tolerance
+        if error > 1e-8:  # what the reference leaves
+            assert 0.1 < found.stats.time_error / error < 10
+
+
+@pytest.mark.parametrize(
+    ("coarse", "converged"),
+    [(wire(3), wire(10)), (rubber(bend_y=4), rubber(bend_y=12))],
+    ids=["lab horizontal", "rubber rod"],
+)
+def test_the_space_error_is_what_more_modes_change(coarse, converged):
+    found = lissom.simulate(coarse, 0.5, method="auto", rtol=1e-5, dt=STEP)
+    exact = lissom.simulate(converged, 0.5, method="auto", rtol=1e-6, dt=STEP)
+    error = distance(coarse, found, exact, converged)
+    assert 0.1 < found.stats.space_error / error < 10
+    assert "give it more" in found.message
+
+
+def test_a_stiff_model_gets_the_implicit_method_and_a_soft_one_the_explicit_one():
+    stiff = lissom.simulate(rubber(bend_y=2, stretch=2, shear_z=2), 0.02, method="auto", rtol=1e-2, dt=STEP)
+    soft = lissom.simulate(wire(), 0.1, method="auto", rtol=1e-6, dt=STEP)
+    still = lissom.simulate(wire(base_orientation=HANGING), 0.1, method="auto", dt=STEP)
+    very_stiff = lissom.Segment(0.3, 0.02, 1e6, 4e5, 1e3, {"bend_y": 2, "stretch": 2}, retardation_time=0.1)
+    damped = lissom.simulate(lissom.Rod([very_stiff]), 0.1, method="auto", dt=STEP)
+    assert stiff.success
+    assert "Method: dop853, because its largest rate, 48.782 Hz" in soft.message
+    assert "Method: radau, because its largest rate" in still.message
+    assert "Method: radau, because its largest rate" in damped.message
+
+
+def test_chaos_is_not_called_accurate():
+    motion = lissom.simulate(lissom.SpringPendulum(), 300.0, q0=[1.5, 0.5], method="auto", rtol=1e-8, dt=1.0)
+    assert (motion.success, motion.status) == (False, "accuracy_not_reached")
+    assert "shorten the time" in motion.message
+    assert motion.t[-1] == 300.0
+    assert motion.stats.time_error > 1e-8
+
+
+def test_no_errors_are_claimed_by_other_methods():
+    stats = lissom.simulate(wire(), 0.1).stats
+    assert (stats.time_error, stats.space_error) == (None, None)
+    stats = lissom.simulate(lissom.SpringPendulum(), 0.1, method="auto").stats
+    assert stats.time_error is not None
+    assert stats.space_error is None
+
+
+def test_the_default_accuracy():
+    rod = wire()
+    default = lissom.simulate(rod, 0.5, method="auto", dt=STEP)
+    explicit = lissom.simulate(rod, 0.5, method="auto", rtol=1e-4, dt=STEP)
+    np.testing.assert_array_equal(default.q, explicit.q)
+
+
+@pytest.mark.parametrize(
+    ("problem", "options"),
+    [
+        ("rtol: got 1, expected a number in .*length", {"rtol": 1.0}),
+        ("rtol: got 1e-15", {"rtol": 1e-15}),
+        ("rtol: got NaN", {"rtol": float("nan")}),
+        ('atol: expected nothing: the method is "auto"', {"atol": 1e-6}),
+        ('beta: expected nothing: the method is "auto"', {"beta": 0.25}),
+        ("dt: got 0", {"dt": 0.0}),
+    ],
+)
+def test_what_makes_no_sense_is_refused(problem, options):
+    with pytest.raises(ValueError, match=problem):
+        lissom.simulate(wire(), 0.1, method="auto", **options)
+
+
+def test_a_stopped_run_is_an_interrupted_one():
+    motion = lissom.simulate(wire(), 3.0, method="auto", progress=lambda t: True)
+    assert (motion.success, motion.status) == (False, "interrupted")
+
+
+def test_two_runs_the_same_bits():
+    first, second = (lissom.simulate(two_segments(), 0.3, method="auto", dt=STEP) for _ in range(2))
+    np.testing.assert_array_equal(first.q, second.q)
+    assert first.stats.time_error == second.stats.time_error
