@@ -4,8 +4,8 @@
 
 use std::hint::black_box;
 
-use lissom::linalg::Matrix;
-use lissom::model::{ForwardScratch, Model};
+use lissom::linalg::{ChainLu, Matrix};
+use lissom::model::{Chain, ForwardScratch, Model};
 use lissom::newmark::{self, FreeMotion};
 use lissom::ode::{self, FirstOrder};
 use lissom::pendulum::SpringPendulum;
@@ -28,7 +28,21 @@ fn two(modes: [usize; 6]) -> RodModel {
     RodModel::new(&Rod::new(vec![segment; 2])).expect("a valid rod")
 }
 
+/// A chain of so many soft segments in space with two modes of bending each.
+fn chain(segments: &str) -> RodModel {
+    let segment = Segment {
+        modes: [0, 1, 1, 0, 0, 0],
+        retardation_time: 0.01,
+        ..Segment::straight(0.1, 0.01, 1e6, 4e5, 1000.0)
+    };
+    let segments = vec![segment; segments.parse().expect("a number of segments")];
+    RodModel::new(&Rod::new(segments)).expect("a valid rod")
+}
+
 fn rod(name: &str) -> RodModel {
+    if let Some(segments) = name.strip_prefix("chain-") {
+        return chain(segments);
+    }
     match name {
         "lab-3" => lab(),
         "two-12" => two([2, 2, 2, 0, 0, 0]),
@@ -63,12 +77,28 @@ fn tangent(model: &mut RodModel, count: usize) {
 
 fn forward(model: &mut RodModel, count: usize) {
     let n = model.n();
-    let (qd, mut qdd, mut scratch) = (vec![0.2; n], vec![0.0; n], ForwardScratch::new(n));
+    let (qd, mut qdd, mut scratch) = (vec![0.2; n], vec![0.0; n], ForwardScratch::of(model));
     let shapes = [shape(n, 0), shape(n, 1)];
     for i in 0..count {
         model
             .forward_dynamics(black_box(&shapes[i % 2]), &qd, &mut qdd, &mut scratch)
             .expect("a regular mass");
+    }
+}
+
+/// What an iteration of Newton's method takes that renews its Jacobian.
+fn newton(model: &mut RodModel, count: usize) {
+    let n = model.n();
+    let (qd, qdd, mut tau) = (vec![0.2; n], vec![0.3; n], vec![0.0; n]);
+    let shapes = [shape(n, 0), shape(n, 1)];
+    let Chain { mut tangent, .. } = model.chain().expect("a chain");
+    let mut lu = ChainLu::new(&tangent);
+    for i in 0..count {
+        let q = &shapes[i % 2];
+        model.inverse_dynamics(black_box(q), &qd, &qdd, &mut tau);
+        model.chain_tangent(q, &qd, &qdd, [1e-4, 1e-2, 1.0], &mut tangent);
+        lu.factorise(&tangent).expect("a regular tangent");
+        lu.solve(&mut tau);
     }
 }
 
@@ -113,6 +143,7 @@ fn main() {
     match (kind, name) {
         ("residual", _) => residual(&mut rod(name), count),
         ("tangent", _) => tangent(&mut rod(name), count),
+        ("newton", _) => newton(&mut rod(name), count),
         ("forward", _) => forward(&mut rod(name), count),
         ("newmark", "pendulum") => newmark_steps(&mut SpringPendulum::default(), &pendulum_start, count),
         ("rk45", "pendulum") => {

@@ -63,8 +63,16 @@ fn sweeps(group: &mut BenchmarkGroup<'_, WallTime>, name: &str, rod: &Rod) {
             model.inverse_dynamics(black_box(&q), &qd, &qdd, &mut tau);
         });
     });
+    // As a step asks for it.
+    let mut chain = model.chain().map(|chain| chain.tangent);
     group.bench_function(format!("tangent of {name}"), |bencher| {
-        bencher.iter(|| model.weighted_tangent(black_box(&q), &qd, &qdd, [1e-4, 1e-2, 1.0], &mut tangent));
+        bencher.iter(|| {
+            let (q, weights) = (black_box(&q), [1e-4, 1e-2, 1.0]);
+            match &mut chain {
+                Some(chain) => model.chain_tangent(q, &qd, &qdd, weights, chain),
+                None => model.weighted_tangent(q, &qd, &qdd, weights, &mut tangent),
+            }
+        });
     });
 }
 
@@ -72,7 +80,7 @@ fn forward(group: &mut BenchmarkGroup<'_, WallTime>, name: &str, rod: &Rod) {
     let mut model = RodModel::new(rod).unwrap();
     let n = model.n();
     let (mut q, qd, mut qdd, mut scratch) =
-        (vec![0.1; n], vec![0.2; n], vec![0.0; n], ForwardScratch::new(n));
+        (vec![0.1; n], vec![0.2; n], vec![0.0; n], ForwardScratch::of(&model));
     let mut flip = 1.0;
     group.bench_function(format!("forward dynamics of {name}"), |bencher| {
         bencher.iter(|| {

@@ -1,6 +1,6 @@
 //! What every mechanical system of lissom offers to the integrators.
 
-use crate::linalg::{Cholesky, Matrix};
+use crate::linalg::{ChainLu, ChainMatrix, Cholesky, Matrix};
 
 /// The energies of a state, in joules.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -25,6 +25,15 @@ impl Energy {
 /// The mass matrix was not positive definite (or not finite), so that no acceleration exists.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SingularMass;
+
+/// The matrices of a model that is a chain, as zeros: their structure.
+#[derive(Clone, Debug)]
+pub struct Chain {
+    /// For [`Model::chain_tangent`].
+    pub tangent: ChainMatrix,
+    /// For [`Model::chain_mass_matrix`].
+    pub mass: ChainMatrix,
+}
 
 /// A mechanical system with generalised coordinates `q` (n of them), velocities `qd`, accelerations `qdd`.
 ///
@@ -70,6 +79,29 @@ pub trait Model {
     /// The symmetric positive definite mass matrix.
     fn mass_matrix(&mut self, q: &[f64], mass: &mut Matrix);
 
+    /// The structure of tangent and mass matrix, when the model is a chain so long that it is cheaper to evaluate and solve with
+    /// them as such. Allocates; not for step loops.
+    fn chain(&self) -> Option<Chain> {
+        None
+    }
+
+    /// [`Self::weighted_tangent`] of a model that is a chain.
+    fn chain_tangent(
+        &mut self,
+        _q: &[f64],
+        _qd: &[f64],
+        _qdd: &[f64],
+        _weights: [f64; 3],
+        _tangent: &mut ChainMatrix,
+    ) {
+        unreachable!("the model is no chain");
+    }
+
+    /// [`Self::mass_matrix`] of a model that is a chain; symmetric to rounding.
+    fn chain_mass_matrix(&mut self, _q: &[f64], _mass: &mut ChainMatrix) {
+        unreachable!("the model is no chain");
+    }
+
     /// The energies of a state.
     fn energy(&mut self, q: &[f64], qd: &[f64]) -> Energy;
 
@@ -109,8 +141,8 @@ pub trait Model {
     /// The time at which explicitly time-dependent parts (loads, base motion) are evaluated from now on.
     fn set_time(&mut self, _t: f64) {}
 
-    /// Accelerations of the free motion: `qdd` with `tau(q, qd, qdd) = 0`, by a Cholesky solve of
-    /// `M qdd = -tau(q, qd, 0)`. `scratch` must be of this model's size.
+    /// Accelerations of the free motion: `qdd` with `tau(q, qd, qdd) = 0`, by a solve of `M qdd = -tau(q, qd, 0)`: Cholesky's,
+    /// or that of a chain. `scratch` must be of this model.
     fn forward_dynamics(
         &mut self,
         q: &[f64],
@@ -118,14 +150,24 @@ pub trait Model {
         qdd: &mut [f64],
         scratch: &mut ForwardScratch,
     ) -> Result<(), SingularMass> {
+        let ForwardScratch { bias, mass } = scratch;
         qdd.fill(0.0);
-        self.inverse_dynamics(q, qd, qdd, &mut scratch.bias);
-        self.mass_matrix(q, &mut scratch.mass);
-        scratch.cholesky.factorise(&scratch.mass).map_err(|_| SingularMass)?;
-        for (acceleration, bias) in qdd.iter_mut().zip(&scratch.bias) {
-            *acceleration = -bias;
+        self.inverse_dynamics(q, qd, qdd, bias);
+        for (acceleration, bias) in qdd.iter_mut().zip(bias) {
+            *acceleration = -*bias;
         }
-        scratch.cholesky.solve(qdd);
+        match mass {
+            Mass::Dense { matrix, cholesky } => {
+                self.mass_matrix(q, matrix);
+                cholesky.factorise(matrix).map_err(|_| SingularMass)?;
+                cholesky.solve(qdd);
+            }
+            Mass::Chain { matrix, lu } => {
+                self.chain_mass_matrix(q, matrix);
+                lu.factorise(matrix).map_err(|_| SingularMass)?;
+                lu.solve(qdd);
+            }
+        }
         Ok(())
     }
 }
@@ -134,13 +176,32 @@ pub trait Model {
 #[derive(Clone, Debug)]
 pub struct ForwardScratch {
     bias: Vec<f64>,
-    mass: Matrix,
-    cholesky: Cholesky,
+    mass: Mass,
+}
+
+/// The mass matrix and its factors.
+#[derive(Clone, Debug)]
+#[allow(clippy::large_enum_variant, reason = "there is one, and it is not moved")]
+enum Mass {
+    Dense { matrix: Matrix, cholesky: Cholesky },
+    Chain { matrix: ChainMatrix, lu: ChainLu },
 }
 
 impl ForwardScratch {
-    /// Scratch for a model of `n` coordinates.
+    /// Scratch for a model of `n` coordinates that is no chain, or is to be treated as if it were none.
     pub fn new(n: usize) -> Self {
-        Self { bias: vec![0.0; n], mass: Matrix::zeros(n, n), cholesky: Cholesky::new(n) }
+        let mass = Mass::Dense { matrix: Matrix::zeros(n, n), cholesky: Cholesky::new(n) };
+        Self { bias: vec![0.0; n], mass }
+    }
+
+    /// Scratch for `model`.
+    pub fn of<M: Model + ?Sized>(model: &M) -> Self {
+        match model.chain() {
+            Some(Chain { mass, .. }) => {
+                let lu = ChainLu::new(&mass);
+                Self { bias: vec![0.0; model.n()], mass: Mass::Chain { matrix: mass, lu } }
+            }
+            None => Self::new(model.n()),
+        }
     }
 }

@@ -4,8 +4,8 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
-use lissom::linalg::Matrix;
-use lissom::model::{ForwardScratch, Model};
+use lissom::linalg::{ChainLu, Matrix};
+use lissom::model::{Chain, ForwardScratch, Model};
 use lissom::newmark::{self, FreeMotion};
 use lissom::ode::{self, FirstOrder};
 use lissom::radau;
@@ -41,7 +41,7 @@ fn allocations(run: impl FnOnce()) -> usize {
     ALLOCATIONS.with(Cell::get) - before
 }
 
-/// A planar and a spatial rod of one and of several segments, with few and with many coordinates.
+/// A planar and a spatial rod of one and of several segments, with few and with many coordinates; long chains.
 fn models() -> Vec<RodModel> {
     let segment =
         |modes| Segment { modes, retardation_time: 0.01, ..Segment::straight(0.3, 0.01, 1e6, 4e5, 1e3) };
@@ -49,7 +49,9 @@ fn models() -> Vec<RodModel> {
         vec![segment([0, 3, 0, 0, 0, 0])],
         vec![segment([0, 0, 2, 1, 1, 0]); 3],
         vec![segment([2, 2, 2, 0, 0, 0]); 2],
-        vec![segment([3, 3, 3, 3, 3, 3]); 3],
+        vec![segment([3, 3, 3, 3, 3, 3]); 2],
+        vec![segment([0, 2, 0, 0, 0, 0]); 12],
+        vec![segment([1, 1, 1, 1, 1, 1]); 6],
     ];
     rods.map(|segments| {
         RodModel::new(&Rod { tip_mass: 0.01, tip_force: [0.1; 3], ..Rod::new(segments) }).unwrap()
@@ -69,7 +71,7 @@ fn sweeps_allocate_nothing() {
         let (q, qd, qdd) = (vec![0.1; n], vec![0.2; n], vec![0.3; n]);
         let mut tau = vec![0.0; n];
         let mut tangent = Matrix::zeros(n, n);
-        let mut scratch = ForwardScratch::new(n);
+        let mut scratch = ForwardScratch::of(&model);
         let count = allocations(|| {
             model.inverse_dynamics(&q, &qd, &qdd, &mut tau);
             model.weighted_tangent(&q, &qd, &qdd, [1e-4, 1e-2, 1.0], &mut tangent);
@@ -79,6 +81,33 @@ fn sweeps_allocate_nothing() {
         });
         assert_eq!(count, 0, "{n} coordinates");
     }
+}
+
+#[test]
+fn chains_allocate_nothing() {
+    let mut chains = 0;
+    for mut model in models() {
+        let Some(Chain { mut tangent, mut mass }) = model.chain() else { continue };
+        chains += 1;
+        let n = model.n();
+        let (q, qd, qdd) = (vec![0.1; n], vec![0.2; n], vec![0.3; n]);
+        let mut x = vec![1.0; n];
+        for mass_only in [false, true] {
+            let matrix = if mass_only { &mut mass } else { &mut tangent };
+            let mut lu = ChainLu::new(matrix);
+            let count = allocations(|| {
+                if mass_only {
+                    model.chain_mass_matrix(&q, matrix);
+                } else {
+                    model.chain_tangent(&q, &qd, &qdd, [1e-4, 1e-2, 1.0], matrix);
+                }
+                lu.factorise(matrix).unwrap();
+                lu.solve(&mut x);
+            });
+            assert_eq!(count, 0, "{n} coordinates");
+        }
+    }
+    assert_eq!(chains, 2);
 }
 
 #[test]

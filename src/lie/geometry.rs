@@ -64,6 +64,8 @@ pub trait Geometry: Copy + Debug + Send + Sync + 'static {
 
     /// Components of an angular velocity; those of a strain are these and then the ones of a vector.
     const ANGULAR: usize;
+    /// Components of a twist.
+    const COMPONENTS: usize;
 
     /// Applies a function to every component.
     fn map_axial<T: Scalar, U: Scalar>(a: &Self::Axial<T>, f: impl Fn(&T) -> U) -> Self::Axial<U>;

@@ -206,6 +206,7 @@ impl<const FUSED: bool> Geometry for Planar<FUSED> {
     type SecondMoment<T: Scalar> = Turn<T>;
 
     const ANGULAR: usize = 1;
+    const COMPONENTS: usize = 3;
 
     #[inline(always)]
     fn map_axial<T: Scalar, U: Scalar>(turn: &Turn<T>, f: impl Fn(&T) -> U) -> Turn<U> {

@@ -54,6 +54,7 @@ impl<const FUSED: bool> Geometry for Spatial<FUSED> {
     type SecondMoment<T: Scalar> = Symmetric<T>;
 
     const ANGULAR: usize = 3;
+    const COMPONENTS: usize = 6;
 
     #[inline(always)]
     fn map_axial<T: Scalar, U: Scalar>(a: &Vector<T>, f: impl Fn(&T) -> U) -> Vector<U> {

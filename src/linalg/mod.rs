@@ -1,7 +1,8 @@
-//! Dense linear algebra: the only place that names the solvers of nalgebra and faer.
+//! Linear algebra, dense and of chains: the only place that names the solvers of nalgebra and faer.
 //!
 //! Factorisations own their memory, sized once, so that factorising and solving allocate nothing.
 
+mod chain;
 mod cholesky;
 mod complex_lu;
 mod eigen;
@@ -10,6 +11,7 @@ pub mod small_cholesky;
 pub mod small_lu;
 mod svd;
 
+pub use chain::{ChainLu, ChainMatrix, Generators};
 pub use cholesky::{Cholesky, NotPositiveDefinite};
 pub use complex_lu::ComplexLu;
 pub use eigen::{Complex, eigen, eigenvalues, symmetric_eigen, symmetric_eigenvalues};

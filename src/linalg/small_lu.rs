@@ -86,6 +86,42 @@ fn solve_sized(n: usize, factors: &[f64], pivots: &[usize], b: &mut [f64]) {
     }
 }
 
+/// Solves `A X = B` in place, with `columns` right-hand sides that are stored by rows.
+#[inline(always)]
+pub(super) fn solve_rows(factors: &[f64], pivots: &[usize], columns: usize, b: &mut [f64]) {
+    let n = pivots.len();
+    assert!(b.len() == n * columns && factors.len() == n * n, "sizes of linear systems");
+    let row = |k: usize| k * columns..(k + 1) * columns;
+    for k in 0..n {
+        for i in 0..columns {
+            b.swap(k * columns + i, pivots[k] * columns + i);
+        }
+        let (above, below) = b.split_at_mut((k + 1) * columns);
+        let x = &above[row(k)];
+        for i in k + 1..n {
+            subtract(&mut below[row(i - k - 1)], x, factors[k * n + i]);
+        }
+    }
+    for k in (0..n).rev() {
+        let (above, below) = b.split_at_mut(k * columns);
+        let x = &mut below[..columns];
+        for x in x.iter_mut() {
+            *x *= factors[k * n + k];
+        }
+        for i in 0..k {
+            subtract(&mut above[row(i)], x, factors[k * n + i]);
+        }
+    }
+}
+
+/// `y <- y - factor x`.
+#[inline(always)]
+fn subtract(y: &mut [f64], x: &[f64], factor: f64) {
+    for (y, x) in y.iter_mut().zip(x) {
+        *y -= factor * x;
+    }
+}
+
 /// Solves `A^T x = b` in place.
 pub fn solve_transposed(factors: &[f64], pivots: &[usize], b: &mut [f64]) {
     let n = pivots.len();

@@ -7,11 +7,11 @@
 
 use super::contraction::{Contraction, iterations_needed, remaining_error};
 use super::jacobian::Jacobian;
+use super::linear_system::LinearSystem;
 use super::options::Options;
 use super::trial::Trial;
 use super::{Counters, Failure, System};
 use crate::error::Interrupted;
-use crate::linalg::{Lu, Matrix};
 
 /// Iterations before a solve is started anew on the next rung of the ladder, and before it is given up.
 const MAX_ITERATIONS: usize = 20;
@@ -67,8 +67,7 @@ pub(super) struct Corrector {
     jacobian: Jacobian,
     reuse: bool,
     kept: Option<Kept>,
-    matrix: Matrix,
-    lu: Lu,
+    linear: LinearSystem,
     /// Where the Jacobian was evaluated.
     q_jacobian: Vec<f64>,
     v_jacobian: Vec<f64>,
@@ -96,8 +95,7 @@ impl Corrector {
             jacobian: Jacobian::new(options.derivative, &rtol, &atol),
             reuse: options.reuse_jacobian,
             kept: None,
-            matrix: Matrix::zeros(n, n),
-            lu: Lu::new(n),
+            linear: LinearSystem::empty(),
             q_jacobian: vec![0.0; n],
             v_jacobian: vec![0.0; n],
             contraction: Contraction::unknown(),
@@ -113,6 +111,11 @@ impl Corrector {
             atol,
             inverse_tolerance: vec![0.0; n],
         }
+    }
+
+    /// Prepares the memory for the Jacobians of `system`. Comes before the first solve.
+    pub(super) fn prepare<S: System + ?Sized>(&mut self, system: &S) {
+        self.linear = self.jacobian.linear_system(system);
     }
 
     /// Forgets the kept Jacobian.
@@ -340,21 +343,17 @@ impl Corrector {
         h: f64,
         counters: &mut Counters,
     ) -> Result<Result<(), Failure>, Interrupted> {
-        self.jacobian.evaluate(system, trial, &self.residual, h, &mut self.matrix, counters)?;
+        self.jacobian.evaluate(system, trial, &self.residual, h, &mut self.linear, counters)?;
         self.q_jacobian.copy_from_slice(&trial.q);
         self.v_jacobian.copy_from_slice(&trial.v);
         counters.nlu += 1;
-        Ok(match self.lu.factorise(&self.matrix) {
-            Ok(()) => Ok(()),
-            Err(_) if self.matrix.iter().all(|entry| entry.is_finite()) => Err(Failure::SingularJacobian),
-            Err(_) => Err(Failure::NonFinite),
-        })
+        Ok(self.linear.factorise())
     }
 
     /// Computes the next increment from the residual; returns its size.
     fn compute_increment(&mut self) -> f64 {
         self.increment.copy_from_slice(&self.residual);
-        self.lu.solve(&mut self.increment);
+        self.linear.solve(&mut self.increment);
         self.size_of_increment()
     }
 
@@ -393,7 +392,7 @@ impl Corrector {
         for (change, residual) in self.increment.iter_mut().zip(&self.residual) {
             *change -= residual;
         }
-        self.lu.solve(&mut self.increment);
+        self.linear.solve(&mut self.increment);
         Ok(size <= ROUNDING_NOISE * self.size_of_increment())
     }
 

@@ -1,5 +1,6 @@
 //! The Jacobian of a step: the derivative of its residual with respect to the accelerations.
 
+use super::linear_system::LinearSystem;
 use super::trial::Trial;
 use super::{Counters, System};
 use crate::error::Interrupted;
@@ -54,6 +55,11 @@ impl Jacobian {
         }
     }
 
+    /// Memory for the Jacobians of `system`.
+    pub(super) fn linear_system<S: System + ?Sized>(&self, system: &S) -> LinearSystem {
+        LinearSystem::new(system, self.derivative)
+    }
+
     /// The cost of an evaluation, in residual evaluations.
     pub(super) fn cost<S: System + ?Sized>(&self, system: &S) -> f64 {
         match self.derivative {
@@ -63,7 +69,7 @@ impl Jacobian {
         }
     }
 
-    /// `jacobian <- dr/da` at `trial`, where the residual is `residual`.
+    /// `dr/da` at `trial`, where the residual is `residual`.
     ///
     /// Differences move the accelerations so that displacements, or velocities times `h`, move by the usual fraction of a
     /// displacement's size, but not by more than [`LARGEST_CHANGE`].
@@ -75,13 +81,20 @@ impl Jacobian {
         trial: &Trial,
         residual: &[f64],
         h: f64,
-        jacobian: &mut Matrix,
+        linear: &mut LinearSystem,
         counters: &mut Counters,
     ) -> Result<(), Interrupted> {
         counters.njev += 1;
-        if self.derivative == Derivative::Analytic {
-            return system.tangent(trial.t, &trial.q, &trial.v, &trial.a, trial.weights, jacobian);
-        }
+        let Trial { t, q, v, a, weights, .. } = trial;
+        let jacobian = match linear {
+            LinearSystem::Chain { jacobian, .. } => {
+                return system.chain_tangent(*t, q, v, a, *weights, jacobian);
+            }
+            LinearSystem::Dense { jacobian, .. } if self.derivative == Derivative::Analytic => {
+                return system.tangent(*t, q, v, a, *weights, jacobian);
+            }
+            LinearSystem::Dense { jacobian, .. } => jacobian,
+        };
         let [wq, wv, _] = trial.weights;
         // How far displacements, or velocities times h, move with the accelerations.
         let reach = wq.max(h * wv);

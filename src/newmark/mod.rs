@@ -26,6 +26,7 @@ mod contraction;
 mod corrector;
 mod error_estimate;
 mod jacobian;
+mod linear_system;
 mod options;
 mod scheme;
 mod solution;

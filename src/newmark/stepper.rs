@@ -25,7 +25,7 @@ enum Guess {
     Extrapolated,
 }
 
-/// An integration that is carried out step by step. All memory is allocated at the start.
+/// An integration that is carried out step by step. All memory is allocated until the accelerations at the start are known.
 ///
 /// The stepper does not own the equations of motion; the same ones must be given to every call.
 #[derive(Clone, Debug)]
@@ -116,6 +116,7 @@ impl Stepper {
         if self.started {
             return Ok(self.status);
         }
+        self.corrector.prepare(system);
         if let Some(a0) = &self.options.initial_acceleration {
             self.a.copy_from_slice(a0);
         } else {

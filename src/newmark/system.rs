@@ -1,7 +1,7 @@
 //! Second-order equations of motion, and free motions of models as such.
 
 use crate::error::Interrupted;
-use crate::linalg::Matrix;
+use crate::linalg::{ChainMatrix, Matrix};
 use crate::model::Model;
 
 /// Equations of motion `r(t, q, v, a) = 0` for displacements q, velocities v and accelerations a, n of each.
@@ -31,6 +31,25 @@ pub trait System {
         weights: [f64; 3],
         tangent: &mut Matrix,
     ) -> Result<(), Interrupted>;
+
+    /// The structure of the tangent (as zeros) where that is a chain's matrix and cheaper to solve with: then
+    /// [`Self::chain_tangent`] is called in place of [`Self::tangent`].
+    fn chain(&self) -> Option<ChainMatrix> {
+        None
+    }
+
+    /// The tangent of a system that is a chain.
+    fn chain_tangent(
+        &mut self,
+        _t: f64,
+        _q: &[f64],
+        _v: &[f64],
+        _a: &[f64],
+        _weights: [f64; 3],
+        _tangent: &mut ChainMatrix,
+    ) -> Result<(), Interrupted> {
+        unreachable!("the system is no chain");
+    }
 
     /// About how many residuals cost as much as a tangent: decides when a fresh one pays.
     fn tangent_cost(&self) -> f64 {
@@ -73,6 +92,25 @@ impl<M: Model + ?Sized> System for FreeMotion<'_, M> {
     ) -> Result<(), Interrupted> {
         self.0.set_time(t);
         self.0.weighted_tangent(q, v, a, weights, tangent);
+        Ok(())
+    }
+
+    fn chain(&self) -> Option<ChainMatrix> {
+        self.0.chain().map(|chain| chain.tangent)
+    }
+
+    #[inline]
+    fn chain_tangent(
+        &mut self,
+        t: f64,
+        q: &[f64],
+        v: &[f64],
+        a: &[f64],
+        weights: [f64; 3],
+        tangent: &mut ChainMatrix,
+    ) -> Result<(), Interrupted> {
+        self.0.set_time(t);
+        self.0.chain_tangent(q, v, a, weights, tangent);
         Ok(())
     }
 

@@ -25,9 +25,9 @@ impl<M: Model> FirstOrder<M> {
     pub fn new(model: M) -> Self {
         let n = model.n();
         Self {
-            model,
             n,
-            scratch: ForwardScratch::new(n),
+            scratch: ForwardScratch::of(&model),
+            model,
             mass: Matrix::zeros(n, n),
             tangent: Matrix::zeros(n, n),
             acceleration: vec![0.0; n],

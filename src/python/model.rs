@@ -100,8 +100,8 @@ struct Memory {
 
 impl PyModel {
     pub(crate) fn new(model: impl Native + 'static) -> Self {
-        let n = model.n();
-        Self { n, memory: Mutex::new(Memory { model: Box::new(model), forward: ForwardScratch::new(n) }) }
+        let (n, forward) = (model.n(), ForwardScratch::of(&model));
+        Self { n, memory: Mutex::new(Memory { model: Box::new(model), forward }) }
     }
 
     /// A copy of the model for a run of its own.

@@ -3,8 +3,10 @@
 //! The loops are those of the sweeps, line by line; what stands in them is not a number taken from a formula but the
 //! formula itself, evaluated with [`Counted`] numbers. A test counts what the sweeps really do.
 
+use super::chain;
 use super::inertia::{Gyroscope, Inertia, SectionInertia};
 use super::inverse_dynamics::carried;
+use super::model::Solve;
 use super::plan::{Plan, SegmentPlan};
 use super::turning::Turning;
 use crate::lie::{Counted, Cross, LANES, Twist, VectorSpace, Wrench, products};
@@ -46,20 +48,45 @@ impl std::ops::AddAssign for Products {
     }
 }
 
-/// What is counted of a plan.
-pub(super) fn multiplications<G: Turning>(plan: &Plan<G>) -> Multiplications {
+/// What is counted of a plan whose linear systems are solved that way.
+pub(super) fn multiplications<G: Turning>(plan: &Plan<G>, solve: Solve) -> Multiplications {
     let n = plan.n as u64;
     let mut residual = kinematics(plan);
     residual += motion(plan);
     residual += projection(plan);
+    let [tangent, mass] = [false, true].map(|is_mass_only| tangent(plan, is_mass_only).total());
+    let (coupling, [factorisation, solution]) = match solve {
+        Solve::Dense => (coupling(plan), [lu(n), n * n]),
+        Solve::Chain => (0, chain(plan)),
+    };
     Multiplications {
         residual: residual.total(),
-        tangent: tangent(plan, false).total(),
-        mass_matrix: tangent(plan, true).total(),
-        // n - 1 - k multipliers and their square, for every pivot k.
-        factorisation: n * n.saturating_sub(1) / 2 + n * n.saturating_sub(1) * (2 * n).saturating_sub(1) / 6,
-        solution: n * n,
+        tangent: tangent + coupling,
+        mass_matrix: mass + coupling,
+        factorisation,
+        solution,
     }
+}
+
+/// LU factorisation: n - 1 - k multipliers and their square, for every pivot k.
+fn lu(n: u64) -> u64 {
+    n * n.saturating_sub(1) / 2 + n * n.saturating_sub(1) * (2 * n).saturating_sub(1) / 6
+}
+
+/// [`crate::linalg::ChainLu`]: factorisation and solution.
+fn chain<G: Turning>(plan: &Plan<G>) -> [u64; 2] {
+    let [upper, lower] = chain::ranks(plan).map(|rank| rank as u64);
+    let last = plan.segments.len() - 1;
+    let mut count = [0, 0];
+    for (s, segment) in plan.segments.iter().enumerate() {
+        let m = segment.n as u64;
+        let (is_before, is_behind) = (u64::from(s < last), u64::from(s > 0));
+        let elimination = is_before * (m * upper * lower + m * m * upper);
+        let response = is_behind * (2 * m * upper * lower + m * m * lower);
+        count[0] += lu(m) + elimination + response;
+        count[1] += m * m + 2 * m * upper + m * lower * (1 + is_behind);
+    }
+    count
 }
 
 /// Values of the kinds that the formulas take.
@@ -157,7 +184,8 @@ pub(super) fn projection<G: Turning>(plan: &Plan<G>) -> Products {
     count
 }
 
-/// [`super::tangent::weighted_tangent`] with all weights, or of the mass matrix alone.
+/// [`super::tangent::weighted_tangent`] with all weights, or of the mass matrix alone, without the blocks between different
+/// segments.
 pub(super) fn tangent<G: Turning>(plan: &Plan<G>, is_mass_only: bool) -> Products {
     let k = Kinds::<G>::new();
     let momentum = products(|| k.inertia.momentum(k.twist));
@@ -166,7 +194,6 @@ pub(super) fn tangent<G: Turning>(plan: &Plan<G>, is_mass_only: bool) -> Product
     let scaled = products(|| k.twist * Counted);
     let scaled_axial = products(|| k.axial * Counted);
     let dot = products(|| k.twist.dot(k.wrench));
-    let axial_dot = products(|| k.axial.dot(k.axial));
     let bracket = products(|| k.twist.bracket(k.twist));
     let bracket_transposed = products(|| k.twist.bracket_transposed(k.wrench));
 
@@ -211,17 +238,27 @@ pub(super) fn tangent<G: Turning>(plan: &Plan<G>, is_mass_only: bool) -> Product
                 }
             }
         }
-        // Block, stiffness and damping, blocks beside it.
+        // Block, stiffness and damping.
         count.packs += modes * modes * packs * dot;
         count.singles += modes * modes * dot;
         if !is_mass_only {
             count.singles += segment.components.iter().map(|c| (c.modes * c.modes) as u64).sum::<u64>();
         }
-        let before = segment.first as u64;
-        let behind = plan.n as u64 - before - modes;
-        count.singles += modes * (before * dot + behind * (dot + 2 * axial_dot));
     }
     count
+}
+
+/// What a dense tangent forms for the blocks between different segments.
+fn coupling<G: Turning>(plan: &Plan<G>) -> u64 {
+    let k = Kinds::<G>::new();
+    let dot = products(|| k.twist.dot(k.wrench));
+    let axial_dot = products(|| k.axial.dot(k.axial));
+    let of_segment = |segment: &SegmentPlan<G>| {
+        let (before, modes) = (segment.first as u64, segment.n as u64);
+        let behind = plan.n as u64 - before - modes;
+        modes * (before * dot + behind * (dot + 2 * axial_dot))
+    };
+    plan.segments.iter().map(of_segment).sum()
 }
 
 /// Inertia of a node or of the tip's mass, and what its motion makes of it.
@@ -240,7 +277,7 @@ fn dead_load<G: Turning>(k: &Kinds<G>) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::super::description::{Rod, Segment};
-    use super::super::tangent::TangentWorkspace;
+    use super::super::tangent::{Tangent, TangentWorkspace};
     use super::super::workspace::Workspace;
     use super::super::{inverse_dynamics, kinematics as sweep, tangent as exact_tangent};
     use super::*;
@@ -267,7 +304,8 @@ mod tests {
         let counted = products(|| sweep::update(&plan, &mut work, &q));
         assert_eq!(counted, kinematics(&plan).packs, "kinematics");
         let mut tangent_of = |work: &Workspace<G>, weights| {
-            products(|| exact_tangent::weighted_tangent(&plan, work, &mut memory, weights, &mut matrix))
+            let to = Tangent::Dense(&mut matrix);
+            products(|| exact_tangent::weighted_tangent(&plan, work, &mut memory, weights, to))
         };
         assert_eq!(tangent_of(&work, [0.0, 0.0, 1.0]), tangent(&plan, true).packs, "mass matrix");
         let counted = products(|| inverse_dynamics::update(&plan, &mut work, &q, &q, &q));
@@ -299,9 +337,26 @@ mod tests {
     #[test]
     fn a_factorisation_costs_a_third_of_the_cube() {
         let of = |segments: usize| {
-            multiplications(&Plan::<Spatial<true>>::new(&rod(&vec![[2, 2, 2, 0, 0, 0]; segments], false), ()))
+            let rod = rod(&vec![[2, 2, 2, 0, 0, 0]; segments], false);
+            multiplications(&Plan::<Spatial<true>>::new(&rod, ()), Solve::Dense)
         };
         assert_eq!((of(1).factorisation, of(1).solution), ((6 * 6 * 6 - 6) / 3, 36));
         assert_eq!(of(2).factorisation, (12 * 12 * 12 - 12) / 3);
+    }
+
+    #[test]
+    fn a_chain_costs_as_much_for_every_segment_more() {
+        let of = |segments: usize, solve| {
+            let rod = rod(&vec![[2, 2, 2, 0, 0, 0]; segments], false);
+            let count = multiplications(&Plan::<Spatial<true>>::new(&rod, ()), solve);
+            [count.residual, count.tangent, count.mass_matrix, count.factorisation, count.solution]
+        };
+        let [four, five, nine, ten] = [4, 5, 9, 10].map(|segments| of(segments, Solve::Chain));
+        for i in 0..four.len() {
+            assert_eq!(ten[i] - nine[i], five[i] - four[i], "{i}");
+        }
+        let dense = of(10, Solve::Dense);
+        assert_eq!(dense[0], ten[0]);
+        assert!((1..5).all(|i| dense[i] > ten[i]), "{dense:?} {ten:?}");
     }
 }

@@ -4,7 +4,7 @@ use std::fmt::{self, Write};
 
 use super::cost::Multiplications;
 use super::description::{Rod, STRAIGHT, STRAIN_NAMES, Segment};
-use super::model::Kernel;
+use super::model::{COORDINATES_OF_A_CHAIN, Kernel, SEGMENTS_OF_A_CHAIN, Solve};
 
 /// What is computed for a rod and what is not, each with its reason.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -20,8 +20,15 @@ pub struct Explanation {
 }
 
 impl Explanation {
-    /// Explains a valid rod that is computed by `kernel` with so many nodes in each segment, and what that costs.
-    pub(super) fn new(rod: &Rod, kernel: Kernel, nodes: &[usize], cost: &Multiplications) -> Self {
+    /// Explains a valid rod that is computed by `kernel` and solved by `solve` with so many nodes in each segment, and what that
+    /// costs.
+    pub(super) fn new(
+        rod: &Rod,
+        kernel: Kernel,
+        solve: Solve,
+        nodes: &[usize],
+        cost: &Multiplications,
+    ) -> Self {
         let (n, segments) = (rod.coordinates(), rod.segments.len());
         let summary = format!(
             "Rod of {} with {}, {} kernel",
@@ -38,6 +45,7 @@ impl Explanation {
             explanation.segment(s + 1, segment, nodes);
         }
         explanation.loads(rod);
+        explanation.solve(solve);
         explanation
     }
 
@@ -116,6 +124,19 @@ impl Explanation {
         self.add(is_loaded, "loads at the tip", if is_loaded { "dead force or moment" } else { "none" });
         let has_mass = rod.tip_mass > 0.0;
         self.add(has_mass, "mass at the tip", if has_mass { "a point" } else { "none" });
+    }
+
+    fn solve(&mut self, solve: Solve) {
+        let sweeps = "linear systems by sweeps along the segments";
+        let limit =
+            format!("from {SEGMENTS_OF_A_CHAIN} segments and {COORDINATES_OF_A_CHAIN} coordinates on");
+        match solve {
+            Solve::Chain => {
+                self.add(true, sweeps, "their cost is that of the segments one by one");
+                self.add(false, "blocks between segments", format!("not formed: dearer {limit}"));
+            }
+            Solve::Dense => self.add(false, sweeps, format!("cheaper {limit}")),
+        }
     }
 }
 
@@ -205,7 +226,28 @@ mod tests {
         for computed in ["motion in space", "segment 1, damping", "loads at the tip", "mass at the tip"] {
             assert!(has(&full.computed, computed) && !has(&full.skipped, computed), "{computed}");
         }
-        assert_eq!(full.skipped, [("gravity".to_owned(), "zero".to_owned())]);
+        let skipped: Vec<&str> = full.skipped.iter().map(|(what, _)| what.as_str()).collect();
+        assert_eq!(skipped, ["gravity", "linear systems by sweeps along the segments"]);
         assert!(full.to_string().contains("12 nodes: as asked for"));
+    }
+
+    #[test]
+    fn long_chains_are_solved_by_sweeps() {
+        let segment =
+            Segment { modes: [0, 2, 0, 0, 0, 0], ..Segment::straight(0.1, 1e-3, 210e9, 80e9, 7800.0) };
+        let explain = |segments: usize, modes| {
+            let segment = Segment { modes: [0, modes, 0, 0, 0, 0], ..segment.clone() };
+            RodModel::new(&Rod::new(vec![segment; segments])).unwrap().explanation().clone()
+        };
+        let sweeps = "linear systems by sweeps along the segments";
+        for (segments, modes) in [(1, 40), (2, 20), (9, 2)] {
+            let explanation = explain(segments, modes);
+            assert!(explanation.skipped.iter().any(|(what, _)| what == sweeps), "{segments} {modes}");
+            assert!(explanation.to_string().contains("cheaper from 3 segments and 20 coordinates on"));
+        }
+        for (segments, modes) in [(3, 7), (10, 2), (20, 1)] {
+            let explanation = explain(segments, modes);
+            assert!(explanation.computed.iter().any(|(what, _)| what == sweeps), "{segments} {modes}");
+        }
     }
 }

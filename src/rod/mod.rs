@@ -2,9 +2,10 @@
 //!
 //! `description` is what a rod is, in plain data; `plan` is the same compiled for computing. The sweeps of [`RodModel`] read
 //! the plan and work in a `workspace`: `kinematics` (where the rod is), `inverse_dynamics` (what forces a motion needs),
-//! `tangent` (how they change with the motion, and the mass matrix), `energy`.
+//! `tangent` (how they change with the motion, and the mass matrix; `chain` for long rods), `energy`.
 
 mod basis;
+mod chain;
 mod cost;
 mod description;
 mod elasticity;
@@ -30,6 +31,6 @@ pub use description::{
 };
 pub use explanation::Explanation;
 pub use kinematics::{Place, Pose};
-pub use model::{Kernel, RodModel};
+pub use model::{Kernel, RodModel, Solve};
 pub use quadrature::Gauss;
 pub use section::Section;

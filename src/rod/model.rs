@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::chain;
 use super::cost::{self, Multiplications};
 use super::description::{Rod, STRAIGHT};
 use super::elasticity;
@@ -9,10 +10,11 @@ use super::explanation::Explanation;
 use super::kinematics::{Place, Pose};
 use super::plan::Plan;
 use super::sweeps::{self, Sweeps};
+use super::tangent::Tangent;
 use crate::error::InvalidInput;
 use crate::lie::{Planar, Plane, Spatial};
-use crate::linalg::Matrix;
-use crate::model::{Energy, Model};
+use crate::linalg::{ChainMatrix, Matrix};
+use crate::model::{Chain, Energy, Model};
 
 /// What a rod is computed by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,10 +44,44 @@ impl Kernel {
     }
 }
 
+/// How a rod's linear systems, of the Newton iteration and of the forward dynamics, are solved.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Solve {
+    /// With all entries of the matrix; cost n^3.
+    Dense,
+    /// By sweeps along the segments ([`crate::linalg::ChainLu`]); cost linear in their number.
+    Chain,
+}
+
+impl Solve {
+    /// The cheaper one for a rod.
+    fn cheapest(rod: &Rod) -> Self {
+        let is_long =
+            rod.segments.len() >= SEGMENTS_OF_A_CHAIN && rod.coordinates() >= COORDINATES_OF_A_CHAIN;
+        if is_long { Self::Chain } else { Self::Dense }
+    }
+}
+
+/// From that many coordinates and segments on a chain's solve is cheaper. Instructions of residual, tangent, factorisation
+/// and solve as a chain, relative to the dense ones (callgrind, x86-64, 2026), for segments of so many coordinates:
+///
+/// | coordinates a segment | relative instructions at so many segments (coordinates) |
+/// |---|---|
+/// | 1, planar | 1.03 at 8 (8), 1.00 at 12 (12), 0.97 at 16 (16) |
+/// | 2, planar | 1.02 at 4 (8), 0.98 at 6 (12), 0.94 at 8 (16), 0.86 at 12 (24) |
+/// | 2, spatial | 1.04 at 6 (12), 1.02 at 8 (16), 0.98 at 10 (20) |
+/// | 4, spatial | 1.05 at 3 (12), 1.02 at 4 (16), 0.98 at 5 (20), 0.97 at 6 (24) |
+/// | 6, spatial | 1.05 at 2 (12), 0.99 at 3 (18), 0.98 at 4 (24) |
+/// | 12, spatial | 1.00 at 2 (24) |
+/// | 18, spatial | 0.99 at 2 (36), 0.94 at 3 (54) |
+pub(super) const COORDINATES_OF_A_CHAIN: usize = 20;
+pub(super) const SEGMENTS_OF_A_CHAIN: usize = 3;
+
 /// A Cosserat rod ready to be moved. Clones share what does not change and have memory of their own.
 #[derive(Clone, Debug)]
 pub struct RodModel {
     sweeps: AnySweeps,
+    solve: Solve,
     explanation: Arc<Explanation>,
     rod: Arc<Rod>,
 }
@@ -90,23 +126,28 @@ macro_rules! on_sweeps {
 }
 
 impl RodModel {
-    /// Compiles `rod` for the simplest kernel and the best instructions of this machine; refuses a rod that is not valid,
-    /// with everything that is wrong with it.
+    /// Compiles `rod` for the simplest kernel, the best instructions of this machine and the cheapest solve; refuses a rod that
+    /// is not valid, with everything that is wrong with it.
     pub fn new(rod: &Rod) -> Result<Self, InvalidInput> {
+        Self::with_solve(rod, Solve::cheapest(rod))
+    }
+
+    /// The same with a solve that need not be the cheapest: to compare them.
+    pub fn with_solve(rod: &Rod, solve: Solve) -> Result<Self, InvalidInput> {
         rod.validate()?;
-        Ok(Self::with(rod, AnySweeps::new(rod, Kernel::plane(rod), sweeps::machine_has_fused())))
+        Ok(Self::with(rod, AnySweeps::new(rod, Kernel::plane(rod), sweeps::machine_has_fused()), solve))
     }
 
     /// Compiles `rod` for the instructions that all machines have, even where there are better ones: to compare them.
     pub fn portable(rod: &Rod) -> Result<Self, InvalidInput> {
         rod.validate()?;
-        Ok(Self::with(rod, AnySweeps::new(rod, Kernel::plane(rod), false)))
+        Ok(Self::with(rod, AnySweeps::new(rod, Kernel::plane(rod), false), Solve::cheapest(rod)))
     }
 
     /// Compiles `rod` for the spatial kernel even where a planar one would do: to compare them.
     pub fn spatial(rod: &Rod) -> Result<Self, InvalidInput> {
         rod.validate()?;
-        Ok(Self::with(rod, AnySweeps::new(rod, None, sweeps::machine_has_fused())))
+        Ok(Self::with(rod, AnySweeps::new(rod, None, sweeps::machine_has_fused()), Solve::cheapest(rod)))
     }
 
     /// Compiles `rod` for the spatial kernel with everything computed that could be skipped, zeros included: to compare
@@ -118,14 +159,14 @@ impl RodModel {
         } else {
             AnySweeps::PortableSpatial(Sweeps::new(Plan::new(rod, ()).with_nothing_skipped()))
         };
-        Ok(Self::with(rod, sweeps))
+        Ok(Self::with(rod, sweeps, Solve::cheapest(rod)))
     }
 
-    fn with(rod: &Rod, sweeps: AnySweeps) -> Self {
+    fn with(rod: &Rod, sweeps: AnySweeps, solve: Solve) -> Self {
         let nodes = on_sweeps!(&sweeps, sweeps => sweeps.plan().nodes());
-        let cost = on_sweeps!(&sweeps, sweeps => cost::multiplications(sweeps.plan()));
-        let explanation = Explanation::new(rod, sweeps.kernel(), &nodes, &cost);
-        Self { sweeps, explanation: Arc::new(explanation), rod: Arc::new(rod.clone()) }
+        let cost = on_sweeps!(&sweeps, sweeps => cost::multiplications(sweeps.plan(), solve));
+        let explanation = Explanation::new(rod, sweeps.kernel(), solve, &nodes, &cost);
+        Self { sweeps, solve, explanation: Arc::new(explanation), rod: Arc::new(rod.clone()) }
     }
 
     /// What is computed for this rod, what is skipped, and why.
@@ -135,12 +176,17 @@ impl RodModel {
 
     /// The multiplications that one evaluation of each kind takes.
     pub fn multiplications(&self) -> Multiplications {
-        on_sweeps!(&self.sweeps, sweeps => cost::multiplications(sweeps.plan()))
+        on_sweeps!(&self.sweeps, sweeps => cost::multiplications(sweeps.plan(), self.solve))
     }
 
     /// The kernel in use.
     pub fn kernel(&self) -> Kernel {
         self.sweeps.kernel()
+    }
+
+    /// How linear systems are solved.
+    pub fn solve(&self) -> Solve {
+        self.solve
     }
 
     /// Quadrature nodes of each segment.
@@ -201,6 +247,7 @@ impl Model for RodModel {
         weights: [f64; 3],
         tangent: &mut Matrix,
     ) {
+        let tangent = Tangent::Dense(tangent);
         on_sweeps!(&mut self.sweeps, sweeps => sweeps.weighted_tangent([q, qd, qdd], weights, tangent));
     }
 
@@ -220,7 +267,7 @@ impl Model for RodModel {
     /// `M = int Psi^T N Psi`, which is the tangent with respect to `qdd`: symmetric to rounding because the quadrature
     /// sums by parts exactly, and made so to the last bit.
     fn mass_matrix(&mut self, q: &[f64], mass: &mut Matrix) {
-        on_sweeps!(&mut self.sweeps, sweeps => sweeps.mass_matrix(q, mass));
+        on_sweeps!(&mut self.sweeps, sweeps => sweeps.mass_matrix(q, Tangent::Dense(mass)));
         for k in 0..mass.ncols() {
             for j in 0..k {
                 let mean = 0.5 * (mass[(j, k)] + mass[(k, j)]);
@@ -228,6 +275,31 @@ impl Model for RodModel {
                 mass[(k, j)] = mean;
             }
         }
+    }
+
+    fn chain(&self) -> Option<Chain> {
+        (self.solve == Solve::Chain).then(|| {
+            on_sweeps!(&self.sweeps, sweeps => {
+                let plan = sweeps.plan();
+                Chain { tangent: chain::tangent(plan), mass: chain::mass(plan) }
+            })
+        })
+    }
+
+    fn chain_tangent(
+        &mut self,
+        q: &[f64],
+        qd: &[f64],
+        qdd: &[f64],
+        weights: [f64; 3],
+        tangent: &mut ChainMatrix,
+    ) {
+        let tangent = Tangent::Chain(tangent);
+        on_sweeps!(&mut self.sweeps, sweeps => sweeps.weighted_tangent([q, qd, qdd], weights, tangent));
+    }
+
+    fn chain_mass_matrix(&mut self, q: &[f64], mass: &mut ChainMatrix) {
+        on_sweeps!(&mut self.sweeps, sweeps => sweeps.mass_matrix(q, Tangent::Chain(mass)));
     }
 
     fn energy(&mut self, q: &[f64], qd: &[f64]) -> Energy {

@@ -4,13 +4,11 @@ use std::sync::Arc;
 
 use super::kinematics::{self, Place, Pose};
 use super::plan::Plan;
-use super::tangent::{self, TangentWorkspace};
+use super::tangent::{self, Tangent, TangentWorkspace};
 use super::turning::Turning;
 use super::workspace::Workspace;
 use super::{energy, inverse_dynamics};
-use crate::lie::Lanes;
-use crate::lie::Vector;
-use crate::linalg::Matrix;
+use crate::lie::{Lanes, Vector};
 use crate::model::Energy;
 
 /// Whether this machine multiplies and adds in one instruction: it does with every instruction set that pulp chooses but the
@@ -80,15 +78,15 @@ impl<G: Turning> pulp::NullaryFnOnce for Projection<'_, G> {
     }
 }
 
-struct Tangent<'a, G: Turning> {
+struct WeightedTangent<'a, G: Turning> {
     plan: &'a Plan<G>,
     work: &'a Workspace<G>,
     memory: &'a mut TangentWorkspace<G>,
     weights: [f64; 3],
-    tangent: &'a mut Matrix,
+    tangent: Tangent<'a>,
 }
 
-impl<G: Turning> pulp::NullaryFnOnce for Tangent<'_, G> {
+impl<G: Turning> pulp::NullaryFnOnce for WeightedTangent<'_, G> {
     type Output = ();
 
     #[inline(always)]
@@ -154,16 +152,16 @@ impl<G: Turning> Sweeps<G> {
         Self::run(*arch, Projection { plan, work, q, qd, tau });
     }
 
-    pub(super) fn weighted_tangent(&mut self, state: [&[f64]; 3], weights: [f64; 3], tangent: &mut Matrix) {
+    pub(super) fn weighted_tangent(&mut self, state: [&[f64]; 3], weights: [f64; 3], tangent: Tangent<'_>) {
         self.update_motion(state);
         let Self { arch, plan, work, tangent: memory, .. } = self;
-        Self::run(*arch, Tangent { plan, work, memory, weights, tangent });
+        Self::run(*arch, WeightedTangent { plan, work, memory, weights, tangent });
     }
 
-    pub(super) fn mass_matrix(&mut self, q: &[f64], mass: &mut Matrix) {
+    pub(super) fn mass_matrix(&mut self, q: &[f64], mass: Tangent<'_>) {
         self.update_kinematics(q);
         let Self { arch, plan, work, tangent: memory, .. } = self;
-        Self::run(*arch, Tangent { plan, work, memory, weights: [0.0, 0.0, 1.0], tangent: mass });
+        Self::run(*arch, WeightedTangent { plan, work, memory, weights: [0.0, 0.0, 1.0], tangent: mass });
     }
 
     pub(super) fn energy(&mut self, q: &[f64], qd: &[f64]) -> Energy {
@@ -189,6 +187,7 @@ mod tests {
     use super::super::description::{Rod, Segment};
     use super::*;
     use crate::lie::{Planar, Plane, Spatial};
+    use crate::linalg::Matrix;
 
     /// All instruction sets of this machine that pulp knows, the widest last.
     fn instruction_sets() -> Vec<pulp::Arch> {
@@ -210,8 +209,8 @@ mod tests {
             [1.0, 2.0, 10.0].map(|size| (0..n).map(|i| size * (1.7 * i as f64).cos()).collect::<Vec<_>>());
         let (mut tau, mut tangent, mut mass) = (vec![0.0; n], Matrix::zeros(n, n), Matrix::zeros(n, n));
         sweeps.inverse_dynamics([&q, &qd, &qdd], &mut tau);
-        sweeps.weighted_tangent([&q, &qd, &qdd], [1e-4, 1e-2, 1.0], &mut tangent);
-        sweeps.mass_matrix(&q, &mut mass);
+        sweeps.weighted_tangent([&q, &qd, &qdd], [1e-4, 1e-2, 1.0], Tangent::Dense(&mut tangent));
+        sweeps.mass_matrix(&q, Tangent::Dense(&mut mass));
         (tau, tangent, mass)
     }
 

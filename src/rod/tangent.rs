@@ -19,29 +19,30 @@
 //! behind it: the blocks between different segments have rank 12 at most and cost a few products an entry. How far the
 //! material turns appears only where a dead load at the tip asks for it.
 
+use super::chain;
 use super::inertia::{self, Gyroscope, Inertia};
 use super::plan::{Plan, SegmentPlan};
 use super::turning::Turning;
 use super::workspace::Workspace;
 use crate::lie::{Cross, Geometry, Lanes, Scalar, Twist, VectorSpace, Wrench, weighted_sum};
-use crate::linalg::Matrix;
+use crate::linalg::{ChainMatrix, Matrix};
 
 /// What a coordinate is outside its own segment.
 #[derive(Clone, Copy, Debug)]
-struct Coordinate<G: Geometry> {
+pub(super) struct Coordinate<G: Geometry> {
     /// Psi at the end of the segment.
-    shape: Twist<G, f64>,
+    pub(super) shape: Twist<G, f64>,
     /// As a column: the angular part of Y, and Z, of all that lies behind the segment, and how far it turns.
-    y: G::Axial<f64>,
-    z: Twist<G, f64>,
-    turn: G::Axial<f64>,
+    pub(super) y: G::Axial<f64>,
+    pub(super) z: Twist<G, f64>,
+    pub(super) turn: G::Axial<f64>,
     /// As a column: H at the end of the segment, and of all that lies before it.
     end: Wrench<G, f64>,
-    before: Wrench<G, f64>,
+    pub(super) before: Wrench<G, f64>,
     /// As a row: products with y, z and turn of the coordinates of earlier segments.
-    row_y: G::Axial<f64>,
-    row_z: Wrench<G, f64>,
-    row_turn: G::Axial<f64>,
+    pub(super) row_y: G::Axial<f64>,
+    pub(super) row_z: Wrench<G, f64>,
+    pub(super) row_turn: G::Axial<f64>,
 }
 
 impl<G: Geometry> Coordinate<G> {
@@ -121,15 +122,37 @@ struct Rest<G: Geometry> {
     gyroscope: Gyroscope<G, f64>,
 }
 
+/// Where a tangent goes: all entries, or what a chain's matrix is made of.
+#[derive(Debug)]
+pub(super) enum Tangent<'a> {
+    Dense(&'a mut Matrix),
+    Chain(&'a mut ChainMatrix),
+}
+
+impl Tangent<'_> {
+    /// The entries from the first one of the diagonal block of segment `s` on, by columns, and how many lie between columns.
+    #[inline(always)]
+    fn block<G: Turning>(&mut self, s: usize, segment: &SegmentPlan<G>) -> (&mut [f64], usize) {
+        match self {
+            Self::Dense(matrix) => {
+                let n = matrix.nrows();
+                let first = (segment.first * (n + 1)).min(n * n);
+                (&mut matrix.as_mut_slice()[first..], n)
+            }
+            Self::Chain(matrix) => (matrix.blocks[s].as_mut_slice(), segment.n),
+        }
+    }
+}
+
 /// `w_q dtau/dq + w_v dtau/dqd + w_a dtau/dqdd` with the motion up to date (for the mass matrix, weights (0, 0, w_a), the
-/// kinematics are enough).
+/// kinematics are enough). A chain's matrix must have the structure of [`chain_matrix`].
 #[inline(always)]
 pub(super) fn weighted_tangent<G: Turning>(
     plan: &Plan<G>,
     work: &Workspace<G>,
     memory: &mut TangentWorkspace<G>,
     weights: [f64; 3],
-    tangent: &mut Matrix,
+    mut tangent: Tangent<'_>,
 ) {
     let [q, v, a] = weights;
     let weights = Weights { q, v, a, is_mass_only: q == 0.0 && v == 0.0 };
@@ -145,13 +168,17 @@ pub(super) fn weighted_tangent<G: Turning>(
                 }
             }
         }
-        block(segment, memory, tangent);
-        elasticity(segment, weights, tangent);
+        let (entries, stride) = tangent.block(s, segment);
+        block(segment, memory, entries, stride);
+        elasticity(segment, weights, entries, stride);
         if s > 0 {
             add_segment(segment, memory, weights, &mut rest);
         }
     }
-    couple(plan, memory, tangent);
+    match tangent {
+        Tangent::Dense(matrix) => couple(plan, memory, matrix),
+        Tangent::Chain(matrix) => chain::generate(&memory.coordinates, matrix),
+    }
 }
 
 /// The mass at the tip.
@@ -379,35 +406,40 @@ fn row<G: Turning>(
 
 /// The block of the segment: `Psi_j . H_end + int Psi_j . source`.
 #[inline(always)]
-fn block<G: Turning>(segment: &SegmentPlan<G>, memory: &TangentWorkspace<G>, tangent: &mut Matrix) {
-    let own = segment.first..segment.first + segment.n;
-    for k in own.clone() {
-        let end = memory.coordinates[k].end;
-        let source = &memory.source[(k - segment.first) * segment.packs..][..segment.packs];
-        let mut column = tangent.column_mut(k);
-        let entries = &mut column.as_mut_slice()[own.clone()];
-        for (j, (entry, row)) in entries.iter_mut().zip(&memory.coordinates[own.clone()]).enumerate() {
+fn block<G: Turning>(
+    segment: &SegmentPlan<G>,
+    memory: &TangentWorkspace<G>,
+    block: &mut [f64],
+    stride: usize,
+) {
+    let own = &memory.coordinates[segment.first..][..segment.n];
+    for (k, column) in own.iter().enumerate() {
+        let source = &memory.source[k * segment.packs..][..segment.packs];
+        let entries = &mut block[k * stride..][..segment.n];
+        for (j, (entry, row)) in entries.iter_mut().zip(own).enumerate() {
             let psi = &memory.psi[j * segment.packs..][..segment.packs];
             let mut sum = G::Pack::splat(0.0);
             for (psi, source) in psi.iter().zip(source) {
                 sum = psi.dot_add(*source, sum);
             }
-            *entry = row.shape.dot(end) + sum.sum();
+            *entry = row.shape.dot(column.end) + sum.sum();
         }
     }
 }
 
 /// Adds `w_q K + w_v D`.
 #[inline(always)]
-fn elasticity<G: Turning>(segment: &SegmentPlan<G>, weights: Weights, tangent: &mut Matrix) {
+fn elasticity<G: Turning>(segment: &SegmentPlan<G>, weights: Weights, block: &mut [f64], stride: usize) {
     let factor = weights.q + weights.v * segment.retardation_time;
     if factor == 0.0 {
         return;
     }
     for component in &segment.components {
+        let first = component.first - segment.first;
         for k in 0..component.modes {
-            for j in 0..component.modes {
-                tangent[(component.first + j, component.first + k)] += factor * component.stiffness[(j, k)];
+            let entries = &mut block[(first + k) * stride + first..][..component.modes];
+            for (j, entry) in entries.iter_mut().enumerate() {
+                *entry += factor * component.stiffness[(j, k)];
             }
         }
     }

@@ -1,0 +1,58 @@
+//! The linear systems of Newton's method: a Jacobian with its factors.
+
+use super::{Failure, System};
+use crate::linalg::{ChainLu, ChainMatrix, Lu, Matrix, Singular};
+use crate::roots::Derivative;
+
+/// A Jacobian and its factorisation, with memory for repeated use.
+#[derive(Clone, Debug)]
+#[allow(clippy::large_enum_variant, reason = "there is one for an integration, and it is not moved")]
+pub(super) enum LinearSystem {
+    Dense { jacobian: Matrix, lu: Lu },
+    Chain { jacobian: ChainMatrix, lu: ChainLu },
+}
+
+impl LinearSystem {
+    /// Memory for a system of no coordinates.
+    pub(super) fn empty() -> Self {
+        Self::dense(0)
+    }
+
+    /// Memory for the Jacobian of a system; differences do not see whether it is a chain.
+    pub(super) fn new<S: System + ?Sized>(system: &S, derivative: Derivative) -> Self {
+        let chain = if derivative == Derivative::Analytic { system.chain() } else { None };
+        match chain {
+            Some(jacobian) => Self::Chain { lu: ChainLu::new(&jacobian), jacobian },
+            None => Self::dense(system.n()),
+        }
+    }
+
+    fn dense(n: usize) -> Self {
+        Self::Dense { jacobian: Matrix::zeros(n, n), lu: Lu::new(n) }
+    }
+
+    /// Factorises the Jacobian.
+    pub(super) fn factorise(&mut self) -> Result<(), Failure> {
+        let factorised = match self {
+            Self::Dense { jacobian, lu } => lu.factorise(jacobian),
+            Self::Chain { jacobian, lu } => lu.factorise(jacobian),
+        };
+        factorised
+            .map_err(|Singular| if self.is_finite() { Failure::SingularJacobian } else { Failure::NonFinite })
+    }
+
+    fn is_finite(&self) -> bool {
+        match self {
+            Self::Dense { jacobian, .. } => jacobian.iter().all(|entry| entry.is_finite()),
+            Self::Chain { jacobian, .. } => jacobian.is_finite(),
+        }
+    }
+
+    /// Solves with the factors, in place.
+    pub(super) fn solve(&mut self, b: &mut [f64]) {
+        match self {
+            Self::Dense { lu, .. } => lu.solve(b),
+            Self::Chain { lu, .. } => lu.solve(b),
+        }
+    }
+}

@@ -1,0 +1,88 @@
+//! The tangent of a long rod as the matrix of a chain, which is evaluated and solved with in linear time.
+//!
+//! All that passes from one segment to others is a wrench towards the base and, towards the tip, Z, the angular part of Y and,
+//! where a dead load asks for it, the turn of the material (see `tangent`). In the inertial frame none of them changes on
+//! the way.
+
+use super::plan::Plan;
+use super::tangent::Coordinate;
+use super::turning::Turning;
+use crate::lie::{Geometry, Twist, Wrench};
+use crate::linalg::ChainMatrix;
+
+/// The zero matrix of a tangent's structure.
+pub(super) fn tangent<G: Turning>(plan: &Plan<G>) -> ChainMatrix {
+    let [upper, lower] = ranks(plan);
+    ChainMatrix::zeros(&sizes(plan), upper, lower)
+}
+
+/// The zero matrix of a mass matrix's structure: accelerations alone pass to the tip.
+pub(super) fn mass<G: Turning>(plan: &Plan<G>) -> ChainMatrix {
+    ChainMatrix::zeros(&sizes(plan), G::COMPONENTS, G::COMPONENTS)
+}
+
+/// How many numbers pass towards the base, and how many towards the tip.
+pub(super) fn ranks<G: Turning>(plan: &Plan<G>) -> [usize; 2] {
+    let turn = if plan.has_tip_load { G::ANGULAR } else { 0 };
+    [G::COMPONENTS, G::COMPONENTS + G::ANGULAR + turn]
+}
+
+fn sizes<G: Turning>(plan: &Plan<G>) -> Vec<usize> {
+    plan.segments.iter().map(|segment| segment.n).collect()
+}
+
+/// The blocks between different segments, by their generators.
+#[inline(always)]
+pub(super) fn generate<G: Geometry>(coordinates: &[Coordinate<G>], matrix: &mut ChainMatrix) {
+    let (wrench, rank) = (matrix.upper.rows.nrows(), matrix.lower.rows.nrows());
+    assert!(wrench == G::COMPONENTS && rank >= G::COMPONENTS, "the structure of a rod's tangent");
+    let ChainMatrix { upper, lower, .. } = matrix;
+    let upper = upper
+        .rows
+        .as_mut_slice()
+        .chunks_exact_mut(wrench)
+        .zip(upper.columns.as_mut_slice().chunks_exact_mut(wrench));
+    let lower = lower
+        .rows
+        .as_mut_slice()
+        .chunks_exact_mut(rank)
+        .zip(lower.columns.as_mut_slice().chunks_exact_mut(rank));
+    for (coordinate, ((upper_row, upper_column), (lower_row, lower_column))) in
+        coordinates.iter().zip(upper.zip(lower))
+    {
+        write_twist(coordinate.shape, upper_row);
+        write_wrench(coordinate.before, upper_column);
+        let (row_z, row) = lower_row.split_at_mut(G::COMPONENTS);
+        let (z, column) = lower_column.split_at_mut(G::COMPONENTS);
+        write_wrench(coordinate.row_z, row_z);
+        write_twist(coordinate.z, z);
+        // A mass matrix has no place for what is zero there, nor has a rod without dead loads.
+        let parts = [(coordinate.row_y, coordinate.y), (coordinate.row_turn, coordinate.turn)];
+        let places = row.chunks_exact_mut(G::ANGULAR).zip(column.chunks_exact_mut(G::ANGULAR));
+        for ((from_row, from_column), (row, column)) in parts.into_iter().zip(places) {
+            write_axial::<G>(from_row, row);
+            write_axial::<G>(from_column, column);
+        }
+    }
+}
+
+#[inline(always)]
+fn write_twist<G: Geometry>(mut twist: Twist<G, f64>, to: &mut [f64]) {
+    for (index, entry) in to.iter_mut().enumerate() {
+        *entry = *twist.component_mut(index);
+    }
+}
+
+#[inline(always)]
+fn write_wrench<G: Geometry>(mut wrench: Wrench<G, f64>, to: &mut [f64]) {
+    for (index, entry) in to.iter_mut().enumerate() {
+        *entry = *wrench.component_mut(index);
+    }
+}
+
+#[inline(always)]
+fn write_axial<G: Geometry>(mut axial: G::Axial<f64>, to: &mut [f64]) {
+    for (index, entry) in to.iter_mut().enumerate() {
+        *entry = *G::axial_component(&mut axial, index);
+    }
+}

@@ -1,0 +1,427 @@
+//! Long chains: their matrices and solves against the dense ones, for random generators and random rods.
+
+use lissom::error::Interrupted;
+use lissom::linalg::{ChainLu, ChainMatrix, Lu, Matrix, Singular};
+use lissom::model::{Chain, ForwardScratch, Model};
+use lissom::newmark::{self, Failure, FreeMotion, Status, System};
+use lissom::rod::{Rod, RodModel, Segment, Solve};
+use lissom::roots::Derivative;
+use proptest::prelude::*;
+
+fn largest(v: &[f64]) -> f64 {
+    v.iter().fold(0.0, |m: f64, x| m.max(x.abs()))
+}
+
+fn difference(a: &[f64], b: &[f64]) -> f64 {
+    assert_eq!(a.len(), b.len());
+    a.iter().zip(b).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()))
+}
+
+/// Numbers in [-1, 1] that look random.
+fn numbers(seed: u64) -> impl FnMut() -> f64 {
+    let mut state = seed;
+    move || {
+        // Knuth's MMIX generator.
+        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (state >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    }
+}
+
+/// A matrix of random generators; `dominance` is added to the diagonal.
+fn random_chain(sizes: &[usize], ranks: [usize; 2], dominance: f64, seed: u64) -> ChainMatrix {
+    let mut next = numbers(seed);
+    let mut chain = ChainMatrix::zeros(sizes, ranks[0], ranks[1]);
+    let ChainMatrix { blocks, upper, lower } = &mut chain;
+    for part in [&mut upper.rows, &mut upper.columns, &mut lower.rows, &mut lower.columns] {
+        part.iter_mut().for_each(|entry| *entry = next());
+    }
+    for block in blocks {
+        block.iter_mut().for_each(|entry| *entry = next());
+        (0..block.nrows()).for_each(|i| block[(i, i)] += dominance);
+    }
+    chain
+}
+
+/// An entry as the definition says it.
+fn entry_by_definition(chain: &ChainMatrix, j: usize, k: usize) -> f64 {
+    let mut block_of = Vec::new();
+    let mut first_of = Vec::new();
+    for (s, block) in chain.blocks.iter().enumerate() {
+        let first = block_of.len();
+        block_of.extend(std::iter::repeat_n(s, block.nrows()));
+        first_of.extend(std::iter::repeat_n(first, block.nrows()));
+    }
+    match block_of[j].cmp(&block_of[k]) {
+        std::cmp::Ordering::Less => chain.upper.rows.column(j).dot(&chain.upper.columns.column(k)),
+        std::cmp::Ordering::Greater => chain.lower.rows.column(j).dot(&chain.lower.columns.column(k)),
+        std::cmp::Ordering::Equal => chain.blocks[block_of[j]][(j - first_of[j], k - first_of[k])],
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(128))]
+
+    #[test]
+    fn a_chain_matrix_multiplies_and_solves_like_the_dense_one(
+        sizes in prop::collection::vec(0usize..20, 0..9), ranks in prop::array::uniform2(0usize..13), seed: u64,
+    ) {
+        let n: usize = sizes.iter().sum();
+        let chain = random_chain(&sizes, ranks, 4.0 * n as f64, seed);
+        let dense = chain.to_dense();
+        prop_assert_eq!((chain.n(), dense.shape()), (n, (n, n)));
+        for j in 0..n {
+            for k in 0..n {
+                prop_assert!((dense[(j, k)] - entry_by_definition(&chain, j, k)).abs() < 1e-14, "({j}, {k})");
+            }
+        }
+        let mut next = numbers(seed ^ 1);
+        let x: Vec<f64> = (0..n).map(|_| next()).collect();
+        let mut b = vec![f64::NAN; n];
+        chain.multiply(&x, &mut b);
+        let product = &dense * nalgebra::DVector::from_column_slice(&x);
+        prop_assert!(difference(&b, product.as_slice()) <= 1e-12 * (1.0 + largest(&b)));
+        let mut lu = ChainLu::new(&chain);
+        lu.factorise(&chain).unwrap();
+        let mut found = b.clone();
+        lu.solve(&mut found);
+        prop_assert!(difference(&found, &x) < 1e-13, "{:e}", difference(&found, &x));
+    }
+
+    /// Without dominance there are large Schur complements and small ones, but also solutions of Newton's kind.
+    #[test]
+    fn an_indefinite_matrix_is_solved_or_refused(
+        sizes in prop::collection::vec(1usize..7, 2..9), ranks in prop::array::uniform2(1usize..13), seed: u64,
+    ) {
+        let chain = random_chain(&sizes, ranks, 0.0, seed);
+        let n = chain.n();
+        let mut next = numbers(seed ^ 1);
+        let x: Vec<f64> = (0..n).map(|_| next()).collect();
+        let mut b = vec![0.0; n];
+        chain.multiply(&x, &mut b);
+        let mut lu = ChainLu::new(&chain);
+        prop_assume!(lu.factorise(&chain).is_ok());
+        lu.solve(&mut b);
+        let dense = chain.to_dense();
+        let mut dense_lu = Lu::new(n);
+        prop_assume!(dense_lu.factorise(&dense).is_ok());
+        let condition = 1.0 / dense_lu.reciprocal_condition();
+        prop_assert!(difference(&b, &x) < 1e-10 * condition, "{:e} {:e}", difference(&b, &x), condition);
+    }
+}
+
+/// Rods of any modes, segments without any included, of both kernels, with and without loads, mass and damping.
+fn rods() -> impl Strategy<Value = Rod> {
+    let modes = prop_oneof![
+        1 => Just([0; 6]),
+        3 => prop::array::uniform6(0usize..3),
+        3 => prop::array::uniform3(0usize..3).prop_map(|[bend, stretch, shear]| [0, bend, 0, stretch, 0, shear]),
+    ];
+    let segment = (0.1..0.4, 0.008..0.02, 0.008..0.02, prop_oneof![Just(0.0), 0.001..0.1], modes);
+    let vector = || prop::array::uniform3(-1.0..1.0);
+    let load = || prop_oneof![Just([0.0; 3]), vector()];
+    let planar = any::<bool>();
+    (prop::collection::vec(segment, 1..9), [load(), load()], prop_oneof![Just(0.0), 0.01..0.2], planar)
+        .prop_map(|(segments, [tip_force, tip_moment], tip_mass, planar)| {
+            let segments = segments.into_iter().map(|(length, base, tip, retardation_time, modes)| Segment {
+                radius: [base, tip],
+                modes: if planar { [0, modes[1], 0, modes[3], 0, modes[5]] } else { modes },
+                retardation_time,
+                ..Segment::straight(length, base, 3e5, 1.1e5, 1000.0)
+            });
+            Rod {
+                base_orientation: [0.8, 0.2, -0.4, 0.4],
+                tip_force,
+                tip_moment,
+                tip_mass,
+                ..Rod::new(segments.collect())
+            }
+        })
+}
+
+/// A state of size `scale` that is different in every coordinate.
+fn state(n: usize, scale: f64, phase: f64) -> Vec<f64> {
+    (0..n).map(|i| scale * (1.7 * i as f64 + phase).sin()).collect()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(96))]
+
+    #[test]
+    fn tangents_of_random_rods_are_chains(rod in rods(), phase in 0.0..6.0) {
+        let mut model = RodModel::with_solve(&rod, Solve::Chain).unwrap();
+        let n = model.n();
+        let (q, qd, qdd) = (state(n, 1.0, phase), state(n, 2.0, 1.0 + phase), state(n, 10.0, 2.0));
+        let Chain { mut tangent, mut mass } = model.chain().unwrap();
+        let mut dense = Matrix::zeros(n, n);
+        for weights in [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1e-4, 1e-2, 1.0]] {
+            model.weighted_tangent(&q, &qd, &qdd, weights, &mut dense);
+            model.chain_tangent(&q, &qd, &qdd, weights, &mut tangent);
+            let (found, scale) = (tangent.to_dense(), largest(dense.as_slice()));
+            prop_assert!(difference(found.as_slice(), dense.as_slice()) <= 1e-14 * scale);
+        }
+        model.chain_mass_matrix(&q, &mut mass);
+        model.mass_matrix(&q, &mut dense);
+        let (found, scale) = (mass.to_dense(), largest(dense.as_slice()));
+        prop_assert!(difference(found.as_slice(), dense.as_slice()) <= 1e-14 * scale);
+    }
+
+    /// The error of both solves grows with the condition of the matrix; that of the chain stays in its order of magnitude.
+    #[test]
+    fn random_rods_are_solved_as_chains_as_well_as_densely(rod in rods(), phase in 0.0..6.0) {
+        let mut model = RodModel::with_solve(&rod, Solve::Chain).unwrap();
+        let n = model.n();
+        let (q, qd, qdd) = (state(n, 1.0, phase), state(n, 2.0, 1.0 + phase), state(n, 10.0, 2.0));
+        let Chain { mut tangent, .. } = model.chain().unwrap();
+        let mut chain_lu = ChainLu::new(&tangent);
+        let mut lu = Lu::new(n);
+        for h in [1e-3, 1e-2] {
+            model.chain_tangent(&q, &qd, &qdd, [0.25 * h * h, 0.5 * h, 1.0], &mut tangent);
+            chain_lu.factorise(&tangent).unwrap();
+            lu.factorise(&tangent.to_dense()).unwrap();
+            let x = state(n, 1.0, 0.5);
+            let mut b = vec![0.0; n];
+            tangent.multiply(&x, &mut b);
+            chain_lu.solve(&mut b);
+            let bound = 1e-15 * (10.0 + 1.0 / lu.reciprocal_condition());
+            prop_assert!(difference(&b, &x) <= bound, "{:e} > {:e}", difference(&b, &x), bound);
+        }
+    }
+
+    #[test]
+    fn forward_dynamics_of_chains_balance_the_equations_of_motion(rod in rods(), phase in 0.0..6.0) {
+        let mut model = RodModel::with_solve(&rod, Solve::Chain).unwrap();
+        let n = model.n();
+        let (q, qd, zero) = (state(n, 0.7, phase), state(n, 2.0, 1.0), vec![0.0; n]);
+        let (mut qdd, mut tau) = (vec![0.0; n], vec![0.0; n]);
+        model.inverse_dynamics(&q, &qd, &zero, &mut tau);
+        let scale = largest(&tau);
+        let mut scratch = ForwardScratch::of(&model);
+        model.forward_dynamics(&q, &qd, &mut qdd, &mut scratch).unwrap();
+        model.inverse_dynamics(&q, &qd, &qdd, &mut tau);
+        prop_assert!(largest(&tau) <= 1e-10 * scale, "{:e} of {:e}", largest(&tau), scale);
+    }
+}
+
+fn soft(modes: [usize; 6]) -> Segment {
+    Segment { modes, retardation_time: 0.01, ..Segment::straight(0.1, 0.01, 1e6, 4e5, 1000.0) }
+}
+
+fn motion(rod: &Rod, solve: Solve, options: &newmark::Options) -> newmark::Solution {
+    let mut model = RodModel::with_solve(rod, solve).unwrap();
+    assert_eq!(model.solve(), solve);
+    let zero = vec![0.0; model.n()];
+    newmark::solve(&mut FreeMotion(&mut model), (0.0, 0.3), &zero, &zero, options, None, &mut |_, _| Ok(()))
+        .unwrap()
+}
+
+/// The steps differ by what Newton's method leaves: rounding, with tight tolerances.
+#[test]
+fn motions_agree_with_those_of_the_dense_solve() {
+    let options = newmark::Options { rtol: 1e-10.into(), atol: 1e-10.into(), ..newmark::Options::new(5e-3) };
+    for (segments, modes) in [(1, [1, 2, 2, 0, 0, 0]), (5, [1, 1, 1, 1, 0, 0]), (12, [0, 2, 0, 0, 0, 0])] {
+        let rod = Rod {
+            tip_mass: 0.02,
+            tip_force: [0.0, if modes[2] > 0 { 0.1 } else { 0.0 }, 0.1],
+            ..Rod::new(vec![soft(modes); segments])
+        };
+        let [dense, chain] = [Solve::Dense, Solve::Chain].map(|solve| motion(&rod, solve, &options));
+        for motion in [&dense, &chain] {
+            assert_eq!(motion.status, Status::Finished, "{}", motion.message);
+        }
+        let far = difference(&dense.q, &chain.q);
+        assert!(far < 1e-8 * largest(&dense.q), "{segments} segments: {far:e}");
+        assert_eq!(dense.counters.newton_iterations, chain.counters.newton_iterations);
+    }
+}
+
+/// A hundred segments: rounding grows with the condition of the mass matrix in both solves alike.
+#[test]
+fn a_hundred_segments_move_as_the_dense_solve_says() {
+    let link = Segment { length: 0.02, ..soft([0, 1, 1, 0, 0, 0]) };
+    let rod = Rod { tip_force: [0.0, 0.05, 0.0], ..Rod::new(vec![link; 100]) };
+    let mut model = RodModel::new(&rod).unwrap();
+    let n = model.n();
+    let (q, qd, zero) = (state(n, 0.3, 0.1), state(n, 0.5, 1.0), vec![0.0; n]);
+    let left = [ForwardScratch::new(n), ForwardScratch::of(&model)].map(|mut scratch| {
+        let (mut qdd, mut tau) = (vec![0.0; n], vec![0.0; n]);
+        model.forward_dynamics(&q, &qd, &mut qdd, &mut scratch).unwrap();
+        model.inverse_dynamics(&q, &qd, &qdd, &mut tau);
+        let found = largest(&tau);
+        model.inverse_dynamics(&q, &qd, &zero, &mut tau);
+        found / largest(&tau)
+    });
+    assert!(left[1] < 10.0 * left[0] + 1e-14, "dense {:e}, chain {:e}", left[0], left[1]);
+    let options = newmark::Options::new(1e-2);
+    let [dense, chain] = [Solve::Dense, Solve::Chain].map(|solve| motion(&rod, solve, &options));
+    assert_eq!(chain.status, Status::Finished, "{}", chain.message);
+    let far = difference(&dense.q, &chain.q);
+    assert!(far < 1e-6 * largest(&dense.q), "{far:e}");
+}
+
+#[test]
+fn a_singular_or_non_finite_chain_is_refused() {
+    let sizes = [2, 3, 1, 2];
+    let good = random_chain(&sizes, [3, 4], 30.0, 7);
+    let mut lu = ChainLu::new(&good);
+    // Two equal rows.
+    let mut singular = good.clone();
+    singular.blocks[1].set_row(1, &good.blocks[1].row(0).into_owned());
+    singular.upper.rows.set_column(3, &good.upper.rows.column(2).into_owned());
+    singular.lower.rows.set_column(3, &good.lower.rows.column(2).into_owned());
+    assert_eq!(lu.factorise(&singular), Err(Singular));
+    // Every number that has a place in the matrix.
+    let n = good.n();
+    let poisoned = |poison: &dyn Fn(&mut ChainMatrix)| {
+        let mut bad = good.clone();
+        poison(&mut bad);
+        assert!(!bad.is_finite());
+        assert!(!bad.to_dense().iter().all(|entry| entry.is_finite()));
+        bad
+    };
+    for bad in [f64::NAN, f64::INFINITY] {
+        for s in 0..sizes.len() {
+            for entry in 0..good.blocks[s].len() {
+                assert_eq!(lu.factorise(&poisoned(&|a| a.blocks[s][entry] = bad)), Err(Singular));
+            }
+        }
+        for coordinate in 0..n {
+            let (is_first, is_last) = (coordinate < sizes[0], coordinate >= n - 2);
+            if !is_last {
+                assert_eq!(lu.factorise(&poisoned(&|a| a.upper.rows[(1, coordinate)] = bad)), Err(Singular));
+                assert_eq!(
+                    lu.factorise(&poisoned(&|a| a.lower.columns[(1, coordinate)] = bad)),
+                    Err(Singular)
+                );
+            }
+            if !is_first {
+                assert_eq!(
+                    lu.factorise(&poisoned(&|a| a.upper.columns[(1, coordinate)] = bad)),
+                    Err(Singular)
+                );
+                assert_eq!(lu.factorise(&poisoned(&|a| a.lower.rows[(1, coordinate)] = bad)), Err(Singular));
+            }
+        }
+    }
+    assert_eq!(lu.factorise(&good), Ok(()));
+}
+
+/// A regular matrix whose last block is singular: what elimination without exchanges between blocks cannot solve is refused.
+#[test]
+fn a_singular_schur_complement_of_a_regular_matrix_is_refused() {
+    let mut chain = ChainMatrix::zeros(&[1, 1], 1, 1);
+    for generators in [&mut chain.upper, &mut chain.lower] {
+        generators.rows.fill(1.0);
+        generators.columns.fill(1.0);
+    }
+    chain.blocks[0][(0, 0)] = 1.0;
+    assert_eq!(chain.to_dense(), Matrix::from_row_slice(2, 2, &[1.0, 1.0, 1.0, 0.0]));
+    assert_eq!(Lu::new(2).factorise(&chain.to_dense()), Ok(()));
+    assert_eq!(ChainLu::new(&chain).factorise(&chain), Err(Singular));
+}
+
+/// `a = f` for two coordinates, one block each, whose tangent is `tangent` from t = 0.5 on.
+struct Two {
+    tangent: ChainMatrix,
+}
+
+impl System for Two {
+    fn n(&self) -> usize {
+        2
+    }
+    fn residual(
+        &mut self,
+        _t: f64,
+        _q: &[f64],
+        _v: &[f64],
+        a: &[f64],
+        residual: &mut [f64],
+    ) -> Result<(), Interrupted> {
+        residual.copy_from_slice(&[a[0] - 1.0, a[1] + 2.0]);
+        Ok(())
+    }
+    fn tangent(
+        &mut self,
+        _t: f64,
+        _q: &[f64],
+        _v: &[f64],
+        _a: &[f64],
+        _weights: [f64; 3],
+        _tangent: &mut Matrix,
+    ) -> Result<(), Interrupted> {
+        unreachable!("a chain")
+    }
+    fn chain(&self) -> Option<ChainMatrix> {
+        Some(ChainMatrix::zeros(&[1, 1], 1, 1))
+    }
+    fn chain_tangent(
+        &mut self,
+        t: f64,
+        _q: &[f64],
+        _v: &[f64],
+        _a: &[f64],
+        _weights: [f64; 3],
+        tangent: &mut ChainMatrix,
+    ) -> Result<(), Interrupted> {
+        if t < 0.5 {
+            for block in &mut tangent.blocks {
+                block[(0, 0)] = 1.0;
+            }
+        } else {
+            tangent.clone_from(&self.tangent);
+        }
+        Ok(())
+    }
+}
+
+#[test]
+fn a_step_with_a_singular_chain_ends_with_a_status_that_says_so() {
+    let zeros = ChainMatrix::zeros(&[1, 1], 1, 1);
+    let mut infinite = zeros.clone();
+    infinite.blocks[0][(0, 0)] = f64::INFINITY;
+    for (tangent, failure) in [(zeros, Failure::SingularJacobian), (infinite, Failure::NonFinite)] {
+        let options = newmark::Options { reuse_jacobian: false, ..newmark::Options::new(0.1) };
+        let mut system = Two { tangent };
+        let zero = [0.0; 2];
+        let found = newmark::solve(&mut system, (0.0, 1.0), &zero, &zero, &options, None, &mut |_, _| Ok(()))
+            .unwrap();
+        assert_eq!(found.status, Status::StepFailed(failure), "{}", found.message);
+        assert_eq!(found.t.len(), 5);
+        assert_eq!(found.a[..2], [1.0, -2.0]);
+    }
+}
+
+/// Differences do not see that a system is a chain: they give the same motion through a dense Jacobian.
+#[test]
+fn differenced_jacobians_of_chains_are_dense() {
+    let rod = Rod::new(vec![soft([0, 1, 1, 0, 0, 0]); 3]);
+    let options = newmark::Options::new(5e-3);
+    let differences = newmark::Options { derivative: Derivative::Central, ..options.clone() };
+    let [exact, differenced] = [options, differences].map(|options| motion(&rod, Solve::Chain, &options));
+    assert_eq!([exact.counters.nfev_jacobian > 0, differenced.counters.nfev_jacobian > 0], [false, true]);
+    assert!(difference(&exact.q, &differenced.q) < 1e-4 * largest(&exact.q));
+}
+
+#[test]
+fn long_rods_are_chains_by_default_and_short_ones_are_not() {
+    let solve = |segments, modes| RodModel::new(&Rod::new(vec![soft(modes); segments])).unwrap().solve();
+    assert_eq!(solve(1, [4; 6]), Solve::Dense);
+    assert_eq!(solve(2, [4; 6]), Solve::Dense);
+    assert_eq!(solve(9, [0, 2, 0, 0, 0, 0]), Solve::Dense);
+    assert_eq!(solve(10, [0, 2, 0, 0, 0, 0]), Solve::Chain);
+    assert_eq!(solve(128, [0, 1, 1, 0, 0, 0]), Solve::Chain);
+    let short = RodModel::new(&Rod::new(vec![soft([0, 1, 0, 0, 0, 0])])).unwrap();
+    assert!(short.chain().is_none() && FreeMotion(&mut short.clone()).chain().is_none());
+}
+
+/// What a step costs grows with the number of segments: residual, tangent, factorisation and solution form the same
+/// number of products for every segment more, and a Newmark run needs as many of them.
+#[test]
+fn the_cost_of_a_long_chain_grows_with_its_length() {
+    let model = |segments| RodModel::new(&Rod::new(vec![soft([0, 1, 1, 0, 0, 0]); segments])).unwrap();
+    let total = |segments| {
+        let cost = model(segments).multiplications();
+        cost.residual + cost.tangent + cost.factorisation + cost.solution
+    };
+    let ratio = total(100) as f64 / total(10) as f64;
+    assert!((9.9..10.2).contains(&ratio), "{ratio}");
+}
