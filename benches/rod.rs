@@ -171,14 +171,28 @@ impl pulp::WithSimd for Width {
     }
 }
 
+/// The instruction sets of this machine that pulp knows and that multiply and add in one instruction, or the only one there is.
+fn instruction_sets() -> Vec<pulp::Arch> {
+    #[cfg(target_arch = "x86_64")]
+    {
+        use pulp::x86::{V3, V4};
+        let fused = [V3::try_new().map(pulp::Arch::V3), V4::try_new().map(pulp::Arch::V4)];
+        if fused.iter().any(Option::is_some) {
+            return fused.into_iter().flatten().collect();
+        }
+    }
+    vec![pulp::Arch::new()]
+}
+
 fn machine(criterion: &mut Criterion) {
-    let arch = pulp::Arch::new();
-    let width = arch.dispatch(Width);
     let mut group = criterion.benchmark_group("machine");
-    group.throughput(Throughput::Elements((CHAINS * LINKS * width) as u64));
-    group.bench_function(format!("multiply-adds of {width} doubles"), |bencher| {
-        bencher.iter(|| arch.dispatch(black_box(MultiplyAdds)));
-    });
+    for arch in instruction_sets() {
+        let width = arch.dispatch(Width);
+        group.throughput(Throughput::Elements((CHAINS * LINKS * width) as u64));
+        group.bench_function(format!("multiply-adds of {width} doubles"), |bencher| {
+            bencher.iter(|| arch.dispatch(black_box(MultiplyAdds)));
+        });
+    }
     group.finish();
 }
 

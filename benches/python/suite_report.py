@@ -115,9 +115,10 @@ def limit(data: Row) -> str:
                 (row["rod"], name, f"{products:,.0f}", time(least), time(seconds), f"{ratio:.1f}", reached)
             )
     columns = ("rod", "", "multiplications", "limit", "measured", "measured / limit", f"goal: {LIMIT_GOAL:g}")
+    widths = " and ".join(f"{1e-9 * rate:.1f} by {width}" for width, rate in data["rates"].items())
     rate = (
-        f"This machine multiplies and adds {1e-9 * data['products_per_second']:.1f} doubles a nanosecond "
-        f"({data['lanes']} at once in one register, independent chains)."
+        f"This machine multiplies and adds {1e-9 * data['products_per_second']:.1f} doubles a nanosecond at "
+        f"most ({widths} in one register; lissom computes with registers of 4)."
     )
     return f"{rate}\n\n{table(columns, rows)}"
 

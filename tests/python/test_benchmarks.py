@@ -41,7 +41,7 @@ def test_times_have_the_unit_that_suits_them(seconds, text):
 
 def test_tables_are_rectangular():
     limit = {
-        "lanes": 8,
+        "rates": {4: 1.5e10, 8: 2e10},
         "products_per_second": 2e10,
         "rows": [
             {
@@ -62,6 +62,7 @@ def test_tables_are_rectangular():
         report.lab(lab),
     ):
         assert len({len(line) for line in cells(table)}) == 1
+    assert "20.0 doubles a nanosecond at most (15.0 by 4 and 20.0 by 8" in report.limit(limit)
     # 2000 products at 20 a nanosecond take 100 ns.
     residual, tangent, step = cells(report.limit(limit))[2:]
     assert residual[2:] == ["2,000", "100 ns", "200 ns", "2.0", "reached"]
