@@ -11,7 +11,7 @@ use criterion::{BenchmarkGroup, Criterion, Throughput, criterion_group, criterio
 use lissom::linalg::Matrix;
 use lissom::model::{ForwardScratch, Model};
 use lissom::newmark::{self, FreeMotion};
-use lissom::rod::{Rod, RodModel, Segment};
+use lissom::rod::{Rod, RodModel, Segment, Solve};
 use pulp::Simd;
 
 /// Steps of Newmark's method from the rod at rest, and their size in seconds.
@@ -92,8 +92,7 @@ fn forward(group: &mut BenchmarkGroup<'_, WallTime>, name: &str, rod: &Rod) {
 }
 
 /// The first steps of the rod that is let go: later ones, when it comes to rest, would be cheaper.
-fn newmark_steps(group: &mut BenchmarkGroup<'_, WallTime>, name: &str, rod: &Rod, steps: usize) {
-    let mut model = RodModel::new(rod).unwrap();
+fn newmark_steps(group: &mut BenchmarkGroup<'_, WallTime>, name: &str, mut model: RodModel, steps: usize) {
     let rest = vec![0.0; model.n()];
     let options = newmark::Options::new(STEP);
     let t_span = (0.0, steps as f64 * STEP);
@@ -113,7 +112,7 @@ fn kernels(criterion: &mut Criterion) {
     for (name, rod) in rods() {
         sweeps(&mut group, name, &rod);
         forward(&mut group, name, &rod);
-        newmark_steps(&mut group, name, &rod, STEPS);
+        newmark_steps(&mut group, name, RodModel::new(&rod).unwrap(), STEPS);
     }
     group.finish();
 }
@@ -121,16 +120,17 @@ fn kernels(criterion: &mut Criterion) {
 /// Doublings of the segments; modes up to where the quadrature nodes are many.
 fn scaling(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("scaling");
-    group.measurement_time(Duration::from_millis(500)).sample_size(10);
     for segments in [1, 2, 4, 8, 16, 32, 64, 128] {
         let (rod, name) = (chain(segments, 1), format!("{segments} segments"));
         sweeps(&mut group, &name, &rod);
-        newmark_steps(&mut group, &name, &rod, STEPS / 10);
+        newmark_steps(&mut group, &name, RodModel::new(&rod).unwrap(), STEPS / 10);
+        let dense = RodModel::with_solve(&rod, Solve::Dense).unwrap();
+        newmark_steps(&mut group, &format!("{name}, dense"), dense, STEPS / 10);
     }
     for modes in [1, 2, 3, 4, 6, 8, 12, 16] {
         let (rod, name) = (chain(1, modes), format!("{modes} modes"));
         sweeps(&mut group, &name, &rod);
-        newmark_steps(&mut group, &name, &rod, STEPS / 10);
+        newmark_steps(&mut group, &name, RodModel::new(&rod).unwrap(), STEPS / 10);
     }
     group.finish();
 }

@@ -141,8 +141,12 @@ def measure_scaling(quick: bool) -> Data:
             "step": found[f"{STEPS // 10} Newmark steps of {name}"].each,
         }
 
-    modes = [row("modes", size, 3 * size) for size in MODES]
-    return {"rows": {"segments": [row("segments", size, 3 * size) for size in SEGMENTS], "modes": modes}}
+    segments = [
+        row("segments", size, 3 * size)
+        | {"dense_step": found[f"{STEPS // 10} Newmark steps of {size} segments, dense"].each}
+        for size in SEGMENTS
+    ]
+    return {"rows": {"segments": segments, "modes": [row("modes", size, 3 * size) for size in MODES]}}
 
 
 def measure_rubber_rod(quick: bool) -> Data:

@@ -75,28 +75,27 @@ def kernels(data: Row) -> str:
     return table(columns, rows)
 
 
+#: What is measured of growing rods; the last one of segments alone.
+GROWING = {
+    "residual": "inverse dynamics",
+    "tangent": "tangent",
+    "step": "Newmark step",
+    "dense_step": "Newmark step with dense solves",
+}
+
+
 def scaling(data: Row) -> str:
     parts = []
     for kind, rows in data["rows"].items():
-        columns = (kind, "coordinates", "inverse dynamics", "tangent", "Newmark step")
-        cells = [
-            (row[kind], row["coordinates"], *(time(row[what]) for what in ("residual", "tangent", "step")))
-            for row in rows
-        ]
-        orders = growth(kind, rows)
-        said = ", ".join(f"{what} {exponent:.2f}" for what, exponent in orders.items())
-        parts.append(
-            f"{table(columns, cells)}\n\nExponent of the growth over the larger half of these: {said}."
-        )
+        names = {key: name for key, name in GROWING.items() if key in rows[0]}
+        cells = [(row[kind], row["coordinates"], *(time(row[key]) for key in names)) for row in rows]
+        # Over the larger half of the sizes.
+        large = rows[len(rows) // 2 :]
+        sizes = [row[kind] for row in large]
+        orders = [f"{name} {order(sizes, [row[key] for row in large]):.2f}" for key, name in names.items()]
+        found = table((kind, "coordinates", *names.values()), cells)
+        parts.append(f"{found}\n\nExponent of the growth over the larger half of these: {', '.join(orders)}.")
     return "\n\n".join(parts)
-
-
-def growth(kind: str, rows: Sequence[Row]) -> dict[str, float]:
-    """How times grow over the larger half of the sizes."""
-    rows = rows[len(rows) // 2 :]
-    sizes = [row[kind] for row in rows]
-    names = {"residual": "inverse dynamics", "tangent": "tangent", "step": "Newmark step"}
-    return {name: order(sizes, [row[key] for row in rows]) for key, name in names.items()}
 
 
 def limit(data: Row) -> str:
@@ -151,10 +150,9 @@ def plot(parts: Mapping[str, Row], path: Path) -> None:
     import matplotlib.pyplot as plt
 
     figure, axes = plt.subplots(1, 3, figsize=(16, 4.8))
-    kinds = {"residual": "inverse dynamics", "tangent": "tangent", "step": "Newmark step"}
-    for color, (kind, name) in enumerate(kinds.items()):
+    for color, (kind, name) in enumerate(GROWING.items()):
         style = {"color": f"C{color}"}
-        if "limit" in parts:
+        if "limit" in parts and kind in parts["limit"]["rows"][0]["products"]:
             rows = parts["limit"]["rows"]
             sizes = [row["coordinates"] for row in rows]
             rate = parts["limit"]["products_per_second"]
@@ -163,9 +161,9 @@ def plot(parts: Mapping[str, Row], path: Path) -> None:
             axes[0].loglog(sizes, least, ":", label=f"{name}, limit", **style)
         if "scaling" in parts:
             for axis, (size, rows) in zip(axes[1:], parts["scaling"]["rows"].items(), strict=True):
-                axis.loglog(
-                    [row[size] for row in rows], [row[kind] for row in rows], "o-", label=name, **style
-                )
+                if kind in rows[0]:
+                    times = [row[kind] for row in rows]
+                    axis.loglog([row[size] for row in rows], times, "o-", label=name, **style)
                 axis.set(xlabel=size, ylabel="seconds")
     axes[0].set(title="Kernels, and what the machine allows", xlabel="coordinates", ylabel="seconds")
     axes[1].set_title("One metre in many segments, three coordinates each")
