@@ -262,3 +262,42 @@ impl Modes {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pendulum::SpringPendulum;
+
+    #[test]
+    fn a_hanging_pendulum_swings_and_bounces() {
+        let mut pendulum = SpringPendulum::default();
+        let elongation = pendulum.mass() * pendulum.gravity() / pendulum.stiffness();
+        let modes = modes(&mut pendulum, &[-std::f64::consts::FRAC_PI_2, elongation]).unwrap();
+        let exact = [(9.81 / (1.0 + elongation)).sqrt(), 10f64.sqrt()];
+        for (found, exact) in modes.frequency.iter().zip(exact) {
+            assert!((found / exact - 1.0).abs() < 1e-14, "{found} is not {exact}");
+        }
+        assert!(modes.is_classical && modes.residual_norm < 1e-14);
+    }
+
+    /// Two masses between springs with one damper: against the characteristic polynomial.
+    #[test]
+    fn damping_that_couples_has_complex_shapes() {
+        let motions = SmallMotions {
+            mass: Matrix::from_diagonal(&vec![1.0, 2.0].into()),
+            damping: Matrix::from_row_slice(2, 2, &[0.5, 0.0, 0.0, 0.0]),
+            stiffness: Matrix::from_row_slice(2, 2, &[5.0, -2.0, -2.0, 3.0]),
+            sizes: vec![1.0, 1.0],
+        };
+        let modes = motions.symmetric().unwrap();
+        assert!(!modes.is_classical && modes.frequency.len() == 2);
+        for (k, s) in modes.eigenvalues.iter().enumerate() {
+            let determinant = (s * s + s * 0.5 + 5.0) * (s * s * 2.0 + 3.0) - 4.0;
+            assert!(determinant.norm() < 1e-12 && s.re < 0.0 && s.im > 0.0);
+            let shape = &modes.shapes[2 * k..2 * k + 2];
+            let first = (s * s + s * 0.5 + 5.0) * shape[0] - shape[1] * 2.0;
+            assert!(first.norm() < 1e-12);
+            assert!((shape[0].norm_sqr() + 2.0 * shape[1].norm_sqr() - 1.0).abs() < 1e-12);
+        }
+    }
+}

@@ -1,6 +1,8 @@
 """Statics: exact and published shapes, independent references, buckling, stability, honest failures."""
 
 import inspect
+import signal
+import threading
 
 import numpy as np
 import pytest
@@ -443,6 +445,13 @@ class TestFailures:
                 function("wire")
         with pytest.raises(TypeError, match="load_steps: expected"):
             lissom.statics(_wire(2), load_steps="many")
+
+    def test_ctrl_c_is_heard(self):
+        timer = threading.Timer(0.1, signal.raise_signal, [signal.SIGINT])
+        timer.start()
+        with pytest.raises(KeyboardInterrupt):
+            lissom.continuation(column(0.5), max_step=1e-7, max_steps=10**7)
+        timer.join()
 
     def test_results_are_frozen_and_have_names(self):
         found = lissom.statics(column(1.5))
