@@ -254,7 +254,7 @@ fn words_are_checked_with_advice() {
         "duration = 3\nmethod = \"newmrk\"\njacobian = 3",
         &[
             "14:10: simulation.method: got \"newmrk\"; did you mean \"newmark\"? Expected \"newmark\" or \"hht\" or \
-             \"generalised_alpha\" or \"rk45\" or \"dop853\" or \"radau\"",
+             \"generalised_alpha\" or \"rk45\" or \"dop853\" or \"radau\" or \"auto\"",
             "15:12: simulation.jacobian: got 3; expected \"analytic\" or \"forward\" or \"central\"",
         ],
     );

@@ -206,6 +206,8 @@ def statistics(run: Run) -> dict[str, Any]:
         "simulated_seconds": simulated,
         "wall_seconds": wall_time,
         "times_real_time": simulated / wall_time if wall_time > 0.0 else None,
+        "time_error": stats.time_error,
+        "space_error": stats.space_error,
         "energy_drift": run.balance.drift if with_energy else None,
         "energy_moved_joules": run.balance.scale if with_energy else None,
         "counters": counters,

@@ -31,6 +31,17 @@ pub struct Request {
     pub dt: f64,
 }
 
+impl Request {
+    /// Refuses accuracies that cannot be asked for.
+    pub fn validate(&self) -> Result<(), InvalidInput> {
+        let mut checker = Checker::new();
+        let range = SMALLEST_TOLERANCE..=LARGEST_TOLERANCE;
+        let expected = "a number in [1e-11, 0.1]: the error of the tip relative to the model's length";
+        checker.require(range.contains(&self.tolerance), "rtol", Number(self.tolerance), expected);
+        checker.finish()
+    }
+}
+
 /// What can be asked for: rounding of a run leaves about a hundredth of the first; with the second the estimate would say nothing.
 const SMALLEST_TOLERANCE: f64 = 1e-11;
 const LARGEST_TOLERANCE: f64 = 0.1;
@@ -68,11 +79,7 @@ pub fn simulate_to_accuracy<M: Model + Clone>(
     monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
 ) -> Result<Simulation, InvalidInput> {
     let clock = Instant::now();
-    let mut checker = Checker::new();
-    let range = SMALLEST_TOLERANCE..=LARGEST_TOLERANCE;
-    let expected = "a number in [1e-11, 0.1]: the error of the tip relative to the model's length";
-    checker.require(range.contains(&request.tolerance), "rtol", Number(request.tolerance), expected);
-    checker.finish()?;
+    request.validate()?;
     crate::newmark::check_start(model.n(), (0.0, t_end), q0, v0, request.dt)?;
     let choice = match Spectrum::new(&mut model, q0, v0) {
         Some(spectrum) => Choice::new(&mut model, q0, &spectrum, request.tolerance),

@@ -207,7 +207,9 @@ impl PyScene {
             arguments.set_item("jac", jacobian(simulation))?;
         }
         arguments.set_item("rtol", simulation.rtol)?;
-        arguments.set_item("atol", simulation.atol)?;
+        if simulation.method != Method::Auto {
+            arguments.set_item("atol", simulation.atol)?;
+        }
         if let Some(times) = simulation.output_times() {
             arguments.set_item("t_eval", times.to_pyarray(py))?;
         }
@@ -265,7 +267,7 @@ impl PySimulation {
         jacobian(&self.0)
     }
 
-    /// Relative tolerance.
+    /// Relative tolerance; with method "auto" the accuracy that is wanted.
     #[getter]
     fn rtol(&self) -> f64 {
         self.0.rtol
@@ -304,6 +306,7 @@ fn method(simulation: &Simulation) -> &'static str {
         Method::Rk45 => "rk45",
         Method::Dop853 => "dop853",
         Method::Radau => "radau",
+        Method::Auto => "auto",
     }
 }
 

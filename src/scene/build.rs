@@ -1,13 +1,14 @@
 //! From a document to a scene: the physics is checked by the constructors that everybody uses, and their
 //! complaints are carried back to the lines of the file.
 
+use crate::accuracy;
 use crate::error::{Checker, InvalidInput};
 use crate::pendulum::SpringPendulum;
 use crate::rod;
 
 use super::document::{Document, Output, Segment, Simulation as Settings};
 use super::shape::Shape;
-use super::{Model, Quantity, Simulation};
+use super::{Method, Model, Quantity, Simulation};
 
 /// Largest result that a scene may ask for; more would not fit in the memory of an ordinary machine.
 const MAX_RESULT_BYTES: f64 = (1u64 << 30) as f64;
@@ -174,11 +175,34 @@ fn pendulum(document: &Document, shape: &mut Shape) -> Option<(Model, [Vec<f64>;
 
 fn simulation(written: &Settings, n: usize, shape: &mut Shape) -> Simulation {
     let default = Simulation::lasting(written.duration);
+    let method = match (written.method, written.tolerance) {
+        (Some(method), _) => method,
+        (None, Some(_)) => Method::Auto,
+        (None, None) => default.method,
+    };
+    let is_auto = method == Method::Auto;
+    if !is_auto && written.tolerance.is_some() {
+        let right = "remove the method to have it chosen, or give rtol and atol instead";
+        shape.refuse("simulation.tolerance", "the method does not take it", right);
+    }
+    for (key, value) in [("rtol", written.rtol), ("atol", written.atol)] {
+        if is_auto && value.is_some() {
+            let right = "give tolerance instead, the largest error of the tip relative to the length";
+            shape.refuse(&format!("simulation.{key}"), "method \"auto\" does not take it", right);
+        }
+    }
+    if let Some(tolerance) = written.tolerance
+        && is_auto
+    {
+        let checked = accuracy::Request { tolerance, dt: default.step }.validate();
+        report(checked, shape, |_| "simulation.tolerance".to_owned());
+    }
+    let default_rtol = if is_auto { accuracy::DEFAULT_TOLERANCE } else { default.rtol };
     let simulation = Simulation {
-        method: written.method,
+        method,
         step: written.step.unwrap_or(default.step),
         jacobian: written.jacobian,
-        rtol: written.rtol.unwrap_or(default.rtol),
+        rtol: written.tolerance.or(written.rtol).unwrap_or(default_rtol),
         atol: written.atol.unwrap_or(default.atol),
         output_step: written.output.step,
         quantities: quantities(&written.output),

@@ -201,9 +201,12 @@ pub(super) struct Simulation {
     /// Simulated time in seconds.
     #[schemars(extend("exclusiveMinimum" = 0), example = 1.0)]
     pub(super) duration: f64,
-    /// Time integrator. Default: "newmark".
-    #[serde(default)]
-    pub(super) method: Method,
+    /// Time integrator. Default: "newmark", or "auto" where a tolerance is given.
+    pub(super) method: Option<Method>,
+    /// Accuracy that is wanted: the largest error of the tip relative to the length of the model. Method and steps are chosen to meet
+    /// it. Only with method "auto", whose default is 1e-4.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub(super) tolerance: Option<f64>,
     /// Time step of the methods with a fixed step, in seconds. Default: 0.01. The others choose their own steps.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(super) step: Option<f64>,
@@ -244,6 +247,8 @@ pub enum Method {
     Dop853,
     /// The implicit Runge-Kutta method Radau IIA of order 5, for stiff models, with steps chosen by the error.
     Radau,
+    /// DOP853 or Radau, whichever suits the model, with steps that meet the tolerance.
+    Auto,
 }
 
 impl Method {

@@ -66,7 +66,7 @@ pub struct Simulation {
     pub step: f64,
     /// Jacobian of the equations of a fixed step.
     pub jacobian: Jacobian,
-    /// Relative tolerance.
+    /// Relative tolerance; with [`Method::Auto`] the accuracy that is wanted.
     pub rtol: f64,
     /// Absolute tolerance.
     pub atol: f64,

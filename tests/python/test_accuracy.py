@@ -137,3 +137,30 @@ def test_two_runs_the_same_bits():
     first, second = (lissom.simulate(two_segments(), 0.3, method="auto", dt=STEP) for _ in range(2))
     np.testing.assert_array_equal(first.q, second.q)
     assert first.stats.time_error == second.stats.time_error
+
+
+def test_a_scene_with_a_tolerance():
+    text = (SCENES / "lab-horizontal.toml").read_text()
+    settings = 'method = "newmark"\nstep = 1e-2\njacobian = "analytic"\n'
+    assert settings in text
+    scene = lissom.Scene.loads(text.replace(settings, "tolerance = 1e-5\n").replace("3.0", "0.5"))
+    assert (scene.simulation.method, scene.simulation.rtol) == ("auto", 1e-5)
+    motion = scene.run()
+    assert motion.success
+    assert motion.stats.time_error <= 1e-5
+    np.testing.assert_array_equal(motion.q, lissom.simulate(scene.model, 0.5, method="auto", rtol=1e-5).q)
+
+
+@pytest.mark.parametrize(
+    ("problem", "settings"),
+    [
+        ("simulation.tolerance: the method does not take it", 'method = "rk45"\ntolerance = 1e-4'),
+        ("simulation.rtol: method .auto. does not take it", "tolerance = 1e-4\nrtol = 1e-3"),
+        ("simulation.tolerance: got 1", "tolerance = 1.0"),
+    ],
+)
+def test_what_makes_no_sense_in_a_scene_is_refused(problem, settings):
+    text = (SCENES / "lab-horizontal.toml").read_text()
+    text = text.replace('method = "newmark"\nstep = 1e-2\njacobian = "analytic"', settings)
+    with pytest.raises(lissom.SceneError, match=problem):
+        lissom.Scene.loads(text)

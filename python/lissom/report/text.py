@@ -18,6 +18,7 @@ METHODS = {
     "rk45": "Dormand-Prince 5(4) (explicit)",
     "dop853": "Dormand-Prince 8(5,3) (explicit)",
     "radau": "Radau IIA of order 5 (implicit)",
+    "auto": "chosen for the accuracy",
 }
 
 #: Counters that people look for first.
@@ -105,7 +106,7 @@ def statistics(run: Run) -> list[tuple[str, str]]:
     if settings.method in FIXED_STEP:
         rows += [("step", quantity(settings.step, "s")), ("Jacobian", settings.jacobian)]
     rows += [
-        ("tolerances", f"relative {settings.rtol:g}, absolute {settings.atol:g}"),
+        tolerances(run),
         ("simulated", quantity(found["simulated_seconds"]) + " s"),
         ("states kept", f"{len(run.t):,}"),
         ("run time", quantity(run.motion.stats.wall_time, "s")),
@@ -116,6 +117,16 @@ def statistics(run: Run) -> list[tuple[str, str]]:
         ("message", found["message"]),
     ]
     return rows
+
+
+def tolerances(run: Run) -> tuple[str, str]:
+    """What was asked for, and what was reached."""
+    settings, stats = run.scene.simulation, run.motion.stats
+    if settings.method != "auto":
+        return "tolerances", f"relative {settings.rtol:g}, absolute {settings.atol:g}"
+    errors = {"in time": stats.time_error, "in space": stats.space_error}
+    reached = [f"{error:.0e} {where}" for where, error in errors.items() if error is not None]
+    return "error of the tip", f"{', '.join(reached) or 'unknown'}; {settings.rtol:g} was asked for"
 
 
 def outputs(scene: Scene) -> list[tuple[str, str]]:
@@ -179,7 +190,9 @@ def multiplications(rod: Rod, stats: Statistics) -> int:
 
 def _first_steps(scene: Scene, duration: float) -> MotionResult:
     settings = scene.simulation
-    jacobian: dict[str, Any] = {"jac": settings.jacobian} if settings.method in FIXED_STEP else {}
+    options: dict[str, Any] = {"jac": settings.jacobian} if settings.method in FIXED_STEP else {}
+    if settings.method != "auto":
+        options["atol"] = settings.atol
     return simulate(
         scene.model,
         duration,
@@ -188,8 +201,7 @@ def _first_steps(scene: Scene, duration: float) -> MotionResult:
         method=settings.method,
         dt=settings.step,
         rtol=settings.rtol,
-        atol=settings.atol,
-        **jacobian,
+        **options,
     )
 
 
@@ -201,6 +213,8 @@ def summary(run: Run) -> list[tuple[str, str]]:
     if settings.method in FIXED_STEP:
         method += f", step {quantity(settings.step, 's')}, {settings.jacobian} Jacobian"
     rows = [("method", method)]
+    if settings.method == "auto":
+        rows.append(tolerances(run))
     rows += [(COUNTERS[name], f"{counters[name]:,}") for name in SHOWN_COUNTERS if counters[name]]
     pace_of = found["times_real_time"]
     time = quantity(run.motion.stats.wall_time, "s")
