@@ -33,7 +33,11 @@ fn sizes<G: Turning>(plan: &Plan<G>) -> Vec<usize> {
 
 /// The blocks between different segments, by their generators.
 #[inline(always)]
-pub(super) fn generate<G: Geometry>(coordinates: &[Coordinate<G>], matrix: &mut ChainMatrix) {
+pub(super) fn generate<G: Geometry>(
+    coordinates: &[Coordinate<G>],
+    is_mass_only: bool,
+    matrix: &mut ChainMatrix,
+) {
     let (wrench, rank) = (matrix.upper.rows.nrows(), matrix.lower.rows.nrows());
     assert!(wrench == G::COMPONENTS && rank >= G::COMPONENTS, "the structure of a rod's tangent");
     let ChainMatrix { upper, lower, .. } = matrix;
@@ -54,9 +58,17 @@ pub(super) fn generate<G: Geometry>(coordinates: &[Coordinate<G>], matrix: &mut 
         write_wrench(coordinate.before, upper_column);
         let (row_z, row) = lower_row.split_at_mut(G::COMPONENTS);
         let (z, column) = lower_column.split_at_mut(G::COMPONENTS);
+        if is_mass_only {
+            // Symmetric: the rows of one half are the columns of the other.
+            write_wrench(coordinate.before, row_z);
+            write_twist(coordinate.shape, z);
+            row.fill(0.0);
+            column.fill(0.0);
+            continue;
+        }
         write_wrench(coordinate.row_z, row_z);
         write_twist(coordinate.z, z);
-        // A mass matrix has no place for what is zero there, nor has a rod without dead loads.
+        // A rod without dead loads has no place for what is zero there.
         let parts = [(coordinate.row_y, coordinate.y), (coordinate.row_turn, coordinate.turn)];
         let places = row.chunks_exact_mut(G::ANGULAR).zip(column.chunks_exact_mut(G::ANGULAR));
         for ((from_row, from_column), (row, column)) in parts.into_iter().zip(places) {

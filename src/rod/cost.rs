@@ -55,14 +55,14 @@ pub(super) fn multiplications<G: Turning>(plan: &Plan<G>, solve: Solve) -> Multi
     residual += motion(plan);
     residual += projection(plan);
     let [tangent, mass] = [false, true].map(|is_mass_only| tangent(plan, is_mass_only).total());
-    let (coupling, [factorisation, solution]) = match solve {
+    let (couplings, [factorisation, solution]) = match solve {
         Solve::Dense => (coupling(plan), [lu(n), n * n]),
-        Solve::Chain => (0, chain(plan)),
+        Solve::Chain => ([0, 0], chain(plan)),
     };
     Multiplications {
         residual: residual.total(),
-        tangent: tangent + coupling,
-        mass_matrix: mass + coupling,
+        tangent: tangent + couplings[0],
+        mass_matrix: mass + couplings[1],
         factorisation,
         solution,
     }
@@ -227,20 +227,19 @@ pub(super) fn tangent<G: Turning>(plan: &Plan<G>, is_mass_only: bool) -> Product
             }
         }
         // Rows.
-        if s > 0 {
+        if s > 0 && !is_mass_only {
             count.packs += modes * packs * momentum;
             count.singles += modes * momentum;
-            if !is_mass_only {
-                count.packs += modes * packs * transposed;
-                count.singles += modes * transposed;
-                if plan.has_tip_load {
-                    count.singles += modes * dead_load(&k);
-                }
+            count.packs += modes * packs * transposed;
+            count.singles += modes * transposed;
+            if plan.has_tip_load {
+                count.singles += modes * dead_load(&k);
             }
         }
-        // Block, stiffness and damping.
-        count.packs += modes * modes * packs * dot;
-        count.singles += modes * modes * dot;
+        // Block, of which a mass matrix needs half, stiffness and damping.
+        let entries = if is_mass_only { modes * (modes + 1) / 2 } else { modes * modes };
+        count.packs += entries * packs * dot;
+        count.singles += entries * dot;
         if !is_mass_only {
             count.singles += segment.components.iter().map(|c| (c.modes * c.modes) as u64).sum::<u64>();
         }
@@ -248,17 +247,19 @@ pub(super) fn tangent<G: Turning>(plan: &Plan<G>, is_mass_only: bool) -> Product
     count
 }
 
-/// What a dense tangent forms for the blocks between different segments.
-fn coupling<G: Turning>(plan: &Plan<G>) -> u64 {
+/// What a dense tangent forms for the blocks between different segments, and what a mass matrix does for half of them.
+fn coupling<G: Turning>(plan: &Plan<G>) -> [u64; 2] {
     let k = Kinds::<G>::new();
     let dot = products(|| k.twist.dot(k.wrench));
     let axial_dot = products(|| k.axial.dot(k.axial));
-    let of_segment = |segment: &SegmentPlan<G>| {
+    let mut count = [0, 0];
+    for segment in &plan.segments {
         let (before, modes) = (segment.first as u64, segment.n as u64);
         let behind = plan.n as u64 - before - modes;
-        modes * (before * dot + behind * (dot + 2 * axial_dot))
-    };
-    plan.segments.iter().map(of_segment).sum()
+        count[0] += modes * (before * dot + behind * (dot + 2 * axial_dot));
+        count[1] += modes * before * dot;
+    }
+    count
 }
 
 /// Inertia of a node or of the tip's mass, and what its motion makes of it.

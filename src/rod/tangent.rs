@@ -163,21 +163,22 @@ pub(super) fn weighted_tangent<G: Turning>(
         for (c, component) in segment.components.iter().enumerate() {
             for degree in 0..component.modes {
                 column(plan, segment, work, memory, weights, &rest, c, degree);
-                if s > 0 {
-                    row(plan, segment, work, memory, weights, &rest, component.first + degree);
+                // A mass matrix is symmetric: its rows are its columns.
+                if s > 0 && !weights.is_mass_only {
+                    row(plan, segment, work, memory, &rest, component.first + degree);
                 }
             }
         }
         let (entries, stride) = tangent.block(s, segment);
-        block(segment, memory, entries, stride);
+        block(segment, memory, weights, entries, stride);
         elasticity(segment, weights, entries, stride);
         if s > 0 {
             add_segment(segment, memory, weights, &mut rest);
         }
     }
     match tangent {
-        Tangent::Dense(matrix) => couple(plan, memory, matrix),
-        Tangent::Chain(matrix) => chain::generate(&memory.coordinates, matrix),
+        Tangent::Dense(matrix) => couple(plan, memory, weights, matrix),
+        Tangent::Chain(matrix) => chain::generate(&memory.coordinates, weights.is_mass_only, matrix),
     }
 }
 
@@ -376,7 +377,6 @@ fn row<G: Turning>(
     segment: &SegmentPlan<G>,
     work: &Workspace<G>,
     memory: &mut TangentWorkspace<G>,
-    weights: Weights,
     rest: &Rest<G>,
     j: usize,
 ) {
@@ -388,9 +388,6 @@ fn row<G: Turning>(
         row_z += inertia.momentum(*psi);
     }
     coordinate.row_z = row_z.sum() + rest.inertia.momentum(shape);
-    if weights.is_mass_only {
-        return;
-    }
     let mut row_y = G::Axial::<G::Pack>::zero();
     for (psi, gyroscope) in psi.iter().zip(&memory.gyroscope) {
         row_y += gyroscope.transposed_times(*psi);
@@ -404,27 +401,64 @@ fn row<G: Turning>(
     }
 }
 
-/// The block of the segment: `Psi_j . H_end + int Psi_j . source`.
+/// Rows whose products with a column are formed together, so that it is loaded once for all of them.
+const ROWS: usize = 4;
+
+/// The block of the segment: `Psi_j . H_end + int Psi_j . source`. That of a mass matrix is computed above the diagonal.
 #[inline(always)]
 fn block<G: Turning>(
     segment: &SegmentPlan<G>,
     memory: &TangentWorkspace<G>,
+    weights: Weights,
     block: &mut [f64],
     stride: usize,
 ) {
-    let own = &memory.coordinates[segment.first..][..segment.n];
+    let (n, packs) = (segment.n, segment.packs);
+    let own = &memory.coordinates[segment.first..][..n];
     for (k, column) in own.iter().enumerate() {
-        let source = &memory.source[k * segment.packs..][..segment.packs];
-        let entries = &mut block[k * stride..][..segment.n];
-        for (j, (entry, row)) in entries.iter_mut().zip(own).enumerate() {
-            let psi = &memory.psi[j * segment.packs..][..segment.packs];
-            let mut sum = G::Pack::splat(0.0);
-            for (psi, source) in psi.iter().zip(source) {
-                sum = psi.dot_add(*source, sum);
-            }
-            *entry = row.shape.dot(column.end) + sum.sum();
+        let source = &memory.source[k * packs..][..packs];
+        let rows = if weights.is_mass_only { k + 1 } else { n };
+        let entries = &mut block[k * stride..][..rows];
+        let mut psi = memory.psi.chunks_exact(ROWS * packs);
+        let mut groups = entries.chunks_exact_mut(ROWS);
+        for (entries, psi) in (&mut groups).zip(&mut psi) {
+            entries.copy_from_slice(&products::<G, ROWS>(psi, source));
+        }
+        let first = rows / ROWS * ROWS;
+        for (entry, psi) in
+            groups.into_remainder().iter_mut().zip(memory.psi[first * packs..].chunks_exact(packs))
+        {
+            [*entry] = products::<G, 1>(psi, source);
+        }
+        for (entry, row) in entries.iter_mut().zip(own) {
+            *entry += row.shape.dot(column.end);
         }
     }
+    if weights.is_mass_only {
+        for k in 0..n {
+            for j in 0..k {
+                block[j * stride + k] = block[k * stride + j];
+            }
+        }
+    }
+}
+
+/// `int Psi_j . source` of several rows, whose Psi stand one after the other.
+#[inline(always)]
+fn products<G: Turning, const ROWS: usize>(
+    psi: &[Twist<G, G::Pack>],
+    source: &[Wrench<G, G::Pack>],
+) -> [f64; ROWS] {
+    // Slices of one length, so that no index below needs a check.
+    let packs = source.len();
+    let rows: [_; ROWS] = std::array::from_fn(|row| &psi[row * packs..][..packs]);
+    let mut sums = [G::Pack::splat(0.0); ROWS];
+    for (pack, source) in source.iter().enumerate() {
+        for (sum, psi) in sums.iter_mut().zip(&rows) {
+            *sum = psi[pack].dot_add(*source, *sum);
+        }
+    }
+    sums.map(Lanes::sum)
 }
 
 /// Adds `w_q K + w_v D`.
@@ -447,7 +481,7 @@ fn elasticity<G: Turning>(segment: &SegmentPlan<G>, weights: Weights, block: &mu
 
 /// The blocks between different segments.
 #[inline(always)]
-fn couple<G: Turning>(plan: &Plan<G>, memory: &TangentWorkspace<G>, tangent: &mut Matrix) {
+fn couple<G: Turning>(plan: &Plan<G>, memory: &TangentWorkspace<G>, weights: Weights, tangent: &mut Matrix) {
     for segment in &plan.segments {
         for k in segment.first..segment.first + segment.n {
             let column = &memory.coordinates[k];
@@ -455,6 +489,12 @@ fn couple<G: Turning>(plan: &Plan<G>, memory: &TangentWorkspace<G>, tangent: &mu
             let entries = entries.as_mut_slice();
             for (entry, row) in entries[..segment.first].iter_mut().zip(&memory.coordinates) {
                 *entry = row.shape.dot(column.before);
+            }
+            if weights.is_mass_only {
+                for j in 0..segment.first {
+                    tangent[(k, j)] = tangent[(j, k)];
+                }
+                continue;
             }
             let behind = segment.first + segment.n;
             for (entry, row) in entries[behind..].iter_mut().zip(&memory.coordinates[behind..]) {
