@@ -82,6 +82,7 @@ pub(super) const SEGMENTS_OF_A_CHAIN: usize = 3;
 pub struct RodModel {
     sweeps: AnySweeps,
     solve: Solve,
+    multiplications: Multiplications,
     explanation: Arc<Explanation>,
     rod: Arc<Rod>,
 }
@@ -166,7 +167,8 @@ impl RodModel {
         let nodes = on_sweeps!(&sweeps, sweeps => sweeps.plan().nodes());
         let cost = on_sweeps!(&sweeps, sweeps => cost::multiplications(sweeps.plan(), solve));
         let explanation = Explanation::new(rod, sweeps.kernel(), solve, &nodes, &cost);
-        Self { sweeps, solve, explanation: Arc::new(explanation), rod: Arc::new(rod.clone()) }
+        let rod = Arc::new(rod.clone());
+        Self { sweeps, solve, multiplications: cost, explanation: Arc::new(explanation), rod }
     }
 
     /// What is computed for this rod, what is skipped, and why.
@@ -176,7 +178,7 @@ impl RodModel {
 
     /// The multiplications that one evaluation of each kind takes.
     pub fn multiplications(&self) -> Multiplications {
-        on_sweeps!(&self.sweeps, sweeps => cost::multiplications(sweeps.plan(), self.solve))
+        self.multiplications
     }
 
     /// The kernel in use.
@@ -262,6 +264,12 @@ impl Model for RodModel {
     /// A radian over the rod's length, and a stretch or shear of one.
     fn typical_coordinates(&self, sizes: &mut [f64]) {
         on_sweeps!(&self.sweeps, sweeps => elasticity::typical_coordinates(sweeps.plan(), sizes));
+    }
+
+    /// By the products that both form, the factorisation included.
+    fn tangent_cost(&self) -> f64 {
+        let Multiplications { residual, tangent, factorisation, .. } = self.multiplications;
+        (tangent + factorisation) as f64 / residual.max(1) as f64
     }
 
     /// `M = int Psi^T N Psi`, which is the tangent with respect to `qdd`: symmetric to rounding because the quadrature
