@@ -135,6 +135,13 @@ impl Checker {
         }
     }
 
+    /// Takes over the problems of the same input that were found elsewhere.
+    pub fn all(&mut self, result: Result<(), InvalidInput>) {
+        if let Err(error) = result {
+            self.problems.extend(error.problems);
+        }
+    }
+
     /// True while nothing is wrong.
     pub fn is_ok(&self) -> bool {
         self.problems.is_empty()

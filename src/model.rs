@@ -11,7 +11,7 @@ pub struct Energy {
     pub elastic: f64,
     /// Potential energy in the gravity field, zero at the world's origin.
     pub gravitational: f64,
-    /// Potential energy of the dead loads.
+    /// Potential energy of the loads that have one.
     pub loads: f64,
 }
 

@@ -2,7 +2,7 @@
 
 use lissom::linalg::Matrix;
 use lissom::model::{ForwardScratch, Model};
-use lissom::rod::{Kernel, Rod, RodModel, Segment};
+use lissom::rod::{Body, Extent, Frame, Kernel, Load, Rod, RodModel, Segment};
 use proptest::prelude::*;
 
 fn lab_segment(modes: usize) -> Segment {
@@ -39,8 +39,35 @@ fn rich_rod() -> Rod {
         tip_force: [0.05, -0.1, 0.2],
         tip_moment: [0.003, 0.002, -0.004],
         tip_mass: 0.05,
+        loads: rich_loads(),
+        bodies: rich_bodies(),
         ..Rod::new(vec![first, second, third])
     }
+}
+
+/// Loads of every kind, concentrated and spread, on the segments and where they meet.
+fn rich_loads() -> Vec<Load> {
+    let load = |extent, frame, force, moment| Load { extent, frame, force, moment };
+    vec![
+        load(Extent::Tip, Frame::Body, [0.1, -0.2, 0.1], [0.004, 0.002, -0.003]),
+        load(Extent::At(0.25), Frame::World, [0.2, 0.3, -0.4], [0.01, -0.02, 0.03]),
+        load(Extent::At(0.25), Frame::Body, [-0.3, 0.1, 0.2], [0.02, 0.01, 0.01]),
+        load(Extent::At(0.4), Frame::World, [0.1, -0.1, 0.3], [0.0; 3]),
+        load(Extent::At(0.9), Frame::Body, [0.0, 0.0, 0.5], [0.0; 3]),
+        load(Extent::Along([0.0, 1.35]), Frame::World, [0.1, 0.4, -0.2], [0.02, 0.0, 0.01]),
+        load(Extent::Along([0.3, 1.2]), Frame::Body, [0.05, -0.3, 0.2], [0.01, 0.02, -0.01]),
+    ]
+}
+
+fn rich_bodies() -> Vec<Body> {
+    let inertia = [[2e-4, 1e-5, 0.0], [1e-5, 3e-4, -2e-5], [0.0, -2e-5, 4e-4]];
+    let body = |at, mass| Body { at, mass, centre: [0.02, -0.01, 0.03], inertia };
+    vec![
+        body(None, 0.04),
+        body(Some(0.1), 0.1),
+        Body { at: Some(0.6), ..Body::point(0.03) },
+        body(Some(1.1), 0.2),
+    ]
 }
 
 /// A state of size `scale` that is different in every coordinate.
@@ -147,11 +174,11 @@ fn forward_dynamics_inverts_inverse_dynamics() {
 
 #[test]
 fn power_of_the_residual_is_the_rate_of_the_energy() {
-    let rod = Rod { tip_moment: [0.0; 3], ..rich_rod() };
-    let mut model = RodModel::new(&rod).unwrap();
+    let mut model = RodModel::new(&rich_rod()).unwrap();
     let n = model.n();
     let (q, qd, qdd) = (state(n, 0.3, 0.3), state(n, 1.0, 1.0), state(n, 5.0, 2.0));
     let power: f64 = residual(&mut model, [&q, &qd, &qdd]).iter().zip(&qd).map(|(tau, v)| tau * v).sum();
+    let power = power + model.supplied_power(&q, &qd);
     let h = 1e-5;
     let moved = |model: &mut RodModel, t: f64| {
         let q: Vec<f64> = (0..n).map(|i| q[i] + t * qd[i] + 0.5 * t * t * qdd[i]).collect();
@@ -289,6 +316,40 @@ proptest! {
         }
     }
 
+    /// A load or a body inside a segment acts as if a segment ended there.
+    #[test]
+    fn loads_and_bodies_need_no_end_of_a_segment(
+        x in 0.05..0.95f64, kappa in prop::array::uniform3(-1.0..1.0f64),
+        rate in prop::array::uniform3(-2.0..2.0f64), (mut loads, mut bodies) in loads_and_bodies(),
+    ) {
+        for load in &mut loads {
+            load.extent = match load.extent {
+                Extent::At(_) => Extent::At(x),
+                Extent::Along(_) => Extent::Along([x, 1.0]),
+                Extent::Tip => Extent::Tip,
+            };
+        }
+        bodies.iter_mut().for_each(|body| body.at = body.at.map(|_| x));
+        let modes = [1, 1, 1, 0, 0, 0];
+        let segment = |length| Segment { modes, ..Segment::straight(length, 0.01, 1e6, 4e5, 1000.0) };
+        let rod = |segments| RodModel::new(&Rod::new(segments).with(loads.clone(), bodies.clone())).unwrap();
+        let mut whole = rod(vec![segment(1.0)]);
+        let mut split = rod(vec![segment(x), segment(1.0 - x)]);
+        let twice = |v: [f64; 3]| [v, v].concat();
+        let wanted = residual(&mut split, [&twice(kappa), &twice(rate), &twice(rate)]);
+        for (i, tau) in residual(&mut whole, [&kappa, &rate, &rate]).iter().enumerate() {
+            let wanted = wanted[i] + wanted[3 + i];
+            prop_assert!((tau - wanted).abs() < 1e-8 * (1.0 + wanted.abs()), "{} is not {}", tau, wanted);
+        }
+        let powers = [
+            (whole.supplied_power(&kappa, &rate), split.supplied_power(&twice(kappa), &twice(rate))),
+            (whole.energy(&kappa, &rate).total(), split.energy(&twice(kappa), &twice(rate)).total()),
+        ];
+        for (found, wanted) in powers {
+            prop_assert!((found - wanted).abs() < 1e-8 * (1.0 + wanted.abs()), "{} is not {}", found, wanted);
+        }
+    }
+
     /// Rotations stay proper for any bending, several full turns included.
     #[test]
     fn rotations_stay_proper(q in prop::collection::vec(-60.0..60.0f64, 9), x in 0.0..1.0f64) {
@@ -315,8 +376,14 @@ fn planar_rods() -> impl Strategy<Value = Rod> {
         (-1.0..1.0, 0.9..1.1, -0.1..0.1),
     );
     let vector = || prop::array::uniform3(-3.0..3.0);
-    (any::<bool>(), prop::collection::vec(segment, 1..4), [vector(), vector(), vector(), vector()], 0.0..1.0)
-        .prop_map(|(about_y, segments, [axis, gravity, force, moment], tip_mass)| {
+    (
+        any::<bool>(),
+        prop::collection::vec(segment, 1..4),
+        [vector(), vector(), vector(), vector()],
+        0.0..1.0,
+        loads_and_bodies(),
+    )
+        .prop_map(|(about_y, segments, [axis, gravity, force, moment], tip_mass, (loads, bodies))| {
             let [bend, shear] = if about_y { [1, 5] } else { [2, 4] };
             let segments = segments.into_iter().map(|(body, modes, reference)| {
                 let (length, base, tip, retardation_time) = body;
@@ -344,6 +411,7 @@ fn planar_rods() -> impl Strategy<Value = Rod> {
                 tip_mass,
                 ..Rod::new(segments.collect())
             }
+            .with(loads, bodies)
         })
 }
 
@@ -375,6 +443,48 @@ fn rods() -> impl Strategy<Value = Rod> {
             Rod { tip_force: force, tip_moment: moment, ..rod }
         },
     )
+}
+
+/// Any loads and bodies, their places as fractions of a length that is not known yet.
+fn loads_and_bodies() -> impl Strategy<Value = (Vec<Load>, Vec<Body>)> {
+    let vector = || prop::array::uniform3(-3.0..3.0);
+    let extent = prop_oneof![
+        Just(Extent::Tip),
+        (0.0..1.0).prop_map(Extent::At),
+        (0.0..0.5, 0.5..1.0).prop_map(|(from, to)| Extent::Along([from, to])),
+    ];
+    let load = (extent, any::<bool>(), vector(), vector()).prop_map(|(extent, is_dead, force, moment)| {
+        Load { extent, frame: if is_dead { Frame::World } else { Frame::Body }, force, moment }
+    });
+    let body = (prop::option::of(0.0..1.0), 0.0..1.0, prop::array::uniform3(-0.1..0.1)).prop_map(
+        |(at, mass, centre)| {
+            let inertia = [[2e-3, 1e-4, 0.0], [1e-4, 3e-3, -2e-4], [0.0, -2e-4, 4e-3]];
+            Body { at, mass, centre, inertia }
+        },
+    );
+    (prop::collection::vec(load, 0..4), prop::collection::vec(body, 0..3))
+}
+
+trait With {
+    /// The rod with these loads and bodies, at fractions of its length.
+    fn with(self, loads: Vec<Load>, bodies: Vec<Body>) -> Self;
+}
+
+impl With for Rod {
+    fn with(self, mut loads: Vec<Load>, mut bodies: Vec<Body>) -> Self {
+        let length = self.length();
+        for load in &mut loads {
+            load.extent = match load.extent {
+                Extent::Tip => Extent::Tip,
+                Extent::At(x) => Extent::At(x * length),
+                Extent::Along(ends) => Extent::Along(ends.map(|x| x * length)),
+            };
+        }
+        for body in &mut bodies {
+            body.at = body.at.map(|x| x * length);
+        }
+        Self { loads, bodies, ..self }
+    }
 }
 
 fn assert_equal_to_rounding(a: &[f64], b: &[f64], what: &str) {

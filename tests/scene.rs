@@ -138,6 +138,57 @@ output = { step = 0.1, quantities = ["shape", "energy"] }
 }
 
 #[test]
+fn loads_and_bodies_are_read() {
+    let scene = changed(
+        "[[rod.segment]]",
+        "[[rod.load]]\nforce = [0, 0, 1]\nat = 0.5\n[[rod.load]]\nmoment = [0, 2, 0]\nalong = [0.1, 1]\nframe = 'body'\n\
+         [[rod.body]]\nmass = 0.1\n[[rod.body]]\nmass = 0.2\nat = 0.3\ncentre = [0, 0, 0.1]\n\
+         inertia = [[3, 0, 0], [0, 2, 0], [0, 0, 2]]\n[[rod.segment]]",
+    );
+    let rod = rod_of(&scene);
+    let force = rod::Load { extent: rod::Extent::At(0.5), force: [0.0, 0.0, 1.0], ..rod::Load::at_tip() };
+    let moment = rod::Load {
+        extent: rod::Extent::Along([0.1, 1.0]),
+        frame: rod::Frame::Body,
+        moment: [0.0, 2.0, 0.0],
+        ..rod::Load::at_tip()
+    };
+    assert_eq!(rod.loads, [force, moment]);
+    let inertia = [[3.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 2.0]];
+    let body = rod::Body { at: Some(0.3), mass: 0.2, centre: [0.0, 0.0, 0.1], inertia };
+    assert_eq!(rod.bodies, [rod::Body::point(0.1), body]);
+}
+
+#[test]
+fn impossible_loads_and_bodies_are_refused() {
+    let with = |text: &str| problems(&changed("[[rod.segment]]", &format!("{text}\n[[rod.segment]]")));
+    assert_eq!(
+        with("[[rod.load]]\nforce = [0, 0, 1]\nat = 1.5"),
+        ["6:6: rod[0].load[0].at: got 1.5; expected an arc length in [0, 1] (metres)"]
+    );
+    assert_eq!(
+        with("[[rod.load]]\nforce = [0, 0, 1]\nat = 0.5\nalong = [0, 1]"),
+        ["7:9: rod[0].load[0].along: both at and along are given; keep one of them"]
+    );
+    assert_eq!(
+        with("[[rod.load]]\nframe = 'bdoy'\nforce = [0, 0, 1]"),
+        ["5:9: rod[0].load[0].frame: got \"bdoy\"; did you mean \"body\"? Expected \"world\" or \"body\""]
+    );
+    assert_eq!(
+        with("[[rod.load]]\nat = 0.5"),
+        ["4:1: rod[0].load[0]: neither force nor moment; add one of them"]
+    );
+    assert_eq!(
+        with("[[rod.body]]\nmass = 1\ninertia = [[1, 0, 0], [0, 1, 0]]"),
+        ["6:11: rod[0].body[0].inertia: got an array of 2; expected an array of 3 rows"]
+    );
+    assert_eq!(
+        with("[[rod.body]]\nmass = -1"),
+        ["5:8: rod[0].body[0].mass: got -1; expected a finite number >= 0 (kilograms)"]
+    );
+}
+
+#[test]
 fn a_pendulum_is_read() {
     let text = "version = 1\n[pendulum]\nlength = 2\nq0 = [-0.5, 0.5]\n[simulation]\nduration = 1\n";
     let scene = Scene::parse(text, "s.toml").expect("the scene is good");

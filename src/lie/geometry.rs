@@ -113,6 +113,11 @@ pub trait Geometry: Copy + Debug + Send + Sync + 'static {
         axis: Self::Vector<T>,
         position: Self::Vector<T>,
     ) -> Self::SecondMoment<T>;
+    /// Second moments given in body axes, in the axes of the frame.
+    fn rotate_second_moment<T: Scalar>(
+        r: &Self::Rotation<T>,
+        m: &Self::SecondMoment<T>,
+    ) -> Self::SecondMoment<T>;
     /// Angular momentum of second moments.
     fn angular_momentum<T: Scalar>(m: &Self::SecondMoment<T>, angular: Self::Axial<T>) -> Self::Axial<T>;
     /// `-(J [w] + (J [w])^T) - (c v^T + v c^T) + 2 (c . v) 1` of second moments J, first moment c, angular velocity w and
@@ -132,6 +137,8 @@ pub trait Geometry: Copy + Debug + Send + Sync + 'static {
     fn axial_in_space(frame: Self::Frame, a: Self::Axial<f64>) -> Vector<f64>;
     /// What of a three-dimensional vector lies in this space.
     fn vector_of(frame: Self::Frame, v: Vector<f64>) -> Self::Vector<f64>;
+    /// What of three-dimensional second moments (a symmetric matrix by its rows) lies in this space.
+    fn second_moment_of(frame: Self::Frame, m: [[f64; 3]; 3]) -> Self::SecondMoment<f64>;
     /// The vector in three dimensions.
     fn in_space(frame: Self::Frame, v: Self::Vector<f64>) -> Vector<f64>;
     /// The rotation in three dimensions.

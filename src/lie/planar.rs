@@ -285,6 +285,10 @@ impl<const FUSED: bool> Geometry for Planar<FUSED> {
         Turn(position.dot_add(position * mass, rotary))
     }
     #[inline(always)]
+    fn rotate_second_moment<T: Scalar>(_: &PlaneRotation<T>, m: &Turn<T>) -> Turn<T> {
+        *m
+    }
+    #[inline(always)]
     fn angular_momentum<T: Scalar>(m: &Turn<T>, turn: Turn<T>) -> Turn<T> {
         turn * m.0
     }
@@ -314,6 +318,9 @@ impl<const FUSED: bool> Geometry for Planar<FUSED> {
     fn vector_of(plane: Plane, v: Vector<f64>) -> PlaneVector<f64> {
         let v = v.to_array();
         PlaneVector { a: v[plane.axes[0]], b: v[plane.axes[1]] }
+    }
+    fn second_moment_of(plane: Plane, m: [[f64; 3]; 3]) -> Turn<f64> {
+        Turn(m[plane.normal][plane.normal])
     }
     fn in_space(plane: Plane, v: PlaneVector<f64>) -> Vector<f64> {
         let mut space = [0.0; 3];

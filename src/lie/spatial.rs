@@ -131,6 +131,15 @@ impl<const FUSED: bool> Geometry for Spatial<FUSED> {
             - Symmetric::square(position) * mass
     }
     #[inline(always)]
+    fn rotate_second_moment<T: Scalar>(r: &Rotation<T>, m: &Symmetric<T>) -> Symmetric<T> {
+        Symmetric::square(r.x) * m.xx
+            + Symmetric::square(r.y) * m.yy
+            + Symmetric::square(r.z) * m.zz
+            + Symmetric::product(r.x, r.y) * m.xy
+            + Symmetric::product(r.x, r.z) * m.xz
+            + Symmetric::product(r.y, r.z) * m.yz
+    }
+    #[inline(always)]
     fn angular_momentum<T: Scalar>(m: &Symmetric<T>, angular: Vector<T>) -> Vector<T> {
         m.times(angular)
     }
@@ -164,6 +173,10 @@ impl<const FUSED: bool> Geometry for Spatial<FUSED> {
     #[inline(always)]
     fn vector_of((): (), v: Vector<f64>) -> Vector<f64> {
         v
+    }
+    #[inline(always)]
+    fn second_moment_of((): (), m: [[f64; 3]; 3]) -> Symmetric<f64> {
+        Symmetric { xx: m[0][0], yy: m[1][1], zz: m[2][2], xy: m[0][1], xz: m[0][2], yz: m[1][2] }
     }
     #[inline(always)]
     fn in_space((): (), v: Vector<f64>) -> Vector<f64> {

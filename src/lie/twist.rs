@@ -63,6 +63,20 @@ impl<G: Geometry, T: Scalar> Twist<G, T> {
     }
 }
 
+impl<G: Geometry, T: Scalar> Wrench<G, T> {
+    /// About the origin, what acts as this moment and force at `position`.
+    #[inline(always)]
+    pub fn at(self, position: G::Vector<T>) -> Self {
+        Self { moment: position.cross(self.force) + self.moment, force: self.force }
+    }
+
+    /// In the axes of the frame, what is given in those of the body.
+    #[inline(always)]
+    pub fn rotated(self, rotation: &G::Rotation<T>) -> Self {
+        Self { moment: G::rotate_axial(rotation, self.moment), force: G::rotate(rotation, self.force) }
+    }
+}
+
 macro_rules! linear_operations {
     ($name:ident, $first:ident, $second:ident) => {
         impl<G: Geometry, T: Scalar> $name<G, T> {

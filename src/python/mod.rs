@@ -10,6 +10,7 @@ mod callback;
 mod compiled;
 mod convert;
 mod errors;
+mod load;
 mod model;
 mod modes;
 mod motion;
@@ -32,6 +33,8 @@ mod _lissom {
     use super::balance::PyBalance;
     #[pymodule_export]
     use super::errors::{ConvergenceError, LissomError};
+    #[pymodule_export]
+    use super::load::{PyBody, PyLoad};
     #[pymodule_export]
     use super::model::{PyEnergy, PyModel};
     #[pymodule_export]

@@ -274,6 +274,25 @@ impl PyModel {
         let (q, qd) = (self.state(q, "q")?, self.state(qd, "qd")?);
         Ok(self.memory().model.dissipated_power(&q, &qd))
     }
+
+    /// Power that loads without a potential put into a motion: follower loads and moments.
+    ///
+    /// Linear in `qd`. Without damping the energy of a free motion grows by this power.
+    ///
+    /// Parameters
+    /// ----------
+    /// q, qd : array_like, shape (n,)
+    ///     Coordinates, velocities.
+    ///
+    /// Returns
+    /// -------
+    /// power : float
+    ///     Watts.
+    #[pyo3(signature = (q, qd))]
+    fn supplied_power(&self, q: &Bound<'_, PyAny>, qd: &Bound<'_, PyAny>) -> PyResult<f64> {
+        let (q, qd) = (self.state(q, "q")?, self.state(qd, "qd")?);
+        Ok(self.memory().model.supplied_power(&q, &qd))
+    }
 }
 
 /// Energies of a state, in joules.
@@ -300,7 +319,7 @@ impl PyEnergy {
         self.0.gravitational
     }
 
-    /// Potential energy of the dead loads.
+    /// Potential energy of the loads that have one: dead forces.
     #[getter]
     fn loads(&self) -> f64 {
         self.0.loads

@@ -3,11 +3,14 @@
 use std::sync::{Mutex, PoisonError};
 
 use numpy::{IntoPyArray, PyArray2, PyArrayMethods};
+use pyo3::PyClass;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
+use pyo3::pyclass::boolean_struct::True;
 use pyo3::types::{PyDict, PyTuple};
 
 use super::convert;
+use super::load::{PyBody, PyLoad};
 use super::model::PyModel;
 use crate::error::{Checker, InvalidInput};
 use crate::lie::Rotation;
@@ -249,7 +252,7 @@ fn mode_numbers(modes: &Bound<'_, PyDict>) -> PyResult<[usize; STRAINS]> {
     Ok(numbers)
 }
 
-/// A Cosserat rod: segments in a row, clamped at the base, with dead loads and a point mass at the tip.
+/// A Cosserat rod: segments in a row, clamped at the base, with loads and rigid bodies on it.
 ///
 /// The coordinates are the strain modes: segment by segment, then strain by strain (torsion, bend_y, bend_z, stretch,
 /// shear_y, shear_z), then by degree of the Legendre polynomial.
@@ -269,6 +272,10 @@ fn mode_numbers(modes: &Bound<'_, PyDict>) -> PyResult<[usize; STRAINS]> {
 ///     energy.
 /// tip_mass : float
 ///     Point mass at the tip, kilograms.
+/// loads : sequence of Load
+///     Further forces and moments, anywhere on the rod.
+/// bodies : sequence of Body
+///     Further rigid bodies, anywhere on the rod.
 ///
 /// Raises
 /// ------
@@ -292,8 +299,9 @@ impl PyRod {
 #[pymethods]
 impl PyRod {
     #[new]
-    #[pyo3(signature = (segments, base_position=None, base_orientation=None, gravity=None, tip_force=None, tip_moment=None, tip_mass=0.0),
-           text_signature = "(segments, base_position=(0, 0, 0), base_orientation=(1, 0, 0, 0), gravity=(0, 0, -9.81), tip_force=(0, 0, 0), tip_moment=(0, 0, 0), tip_mass=0.0)")]
+    #[pyo3(signature = (segments, base_position=None, base_orientation=None, gravity=None, tip_force=None, tip_moment=None, tip_mass=0.0, *, loads=None, bodies=None),
+           text_signature = "(segments, base_position=(0, 0, 0), base_orientation=(1, 0, 0, 0), gravity=(0, 0, -9.81), tip_force=(0, 0, 0), tip_moment=(0, 0, 0), tip_mass=0.0, *, loads=(), bodies=())")]
+    #[allow(clippy::too_many_arguments, reason = "the signature of the Python class")]
     fn new(
         segments: &Bound<'_, PyAny>,
         base_position: Option<&Bound<'_, PyAny>>,
@@ -302,8 +310,17 @@ impl PyRod {
         tip_force: Option<&Bound<'_, PyAny>>,
         tip_moment: Option<&Bound<'_, PyAny>>,
         tip_mass: f64,
+        loads: Option<&Bound<'_, PyAny>>,
+        bodies: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<PyClassInitializer<Self>> {
-        let mut rod = Rod { tip_mass, ..Rod::new(segments_in(segments)?) };
+        let segments = instances(segments, "segments", |segment: &PySegment| segment.0.clone())?;
+        let mut rod = Rod { tip_mass, ..Rod::new(segments) };
+        if let Some(loads) = loads {
+            rod.loads = instances(loads, "loads", |load: &PyLoad| load.0.clone())?;
+        }
+        if let Some(bodies) = bodies {
+            rod.bodies = instances(bodies, "bodies", |body: &PyBody| body.0.clone())?;
+        }
         let mut vectors = [
             (base_position, &mut rod.base_position, "base_position"),
             (gravity, &mut rod.gravity, "gravity"),
@@ -367,6 +384,18 @@ impl PyRod {
     #[getter]
     fn tip_mass(&self) -> f64 {
         self.description.tip_mass
+    }
+
+    /// Further loads.
+    #[getter]
+    fn loads<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        PyTuple::new(py, self.description.loads.iter().cloned().map(PyLoad))
+    }
+
+    /// Further rigid bodies.
+    #[getter]
+    fn bodies<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        PyTuple::new(py, self.description.bodies.iter().cloned().map(PyBody))
     }
 
     /// Number of quadrature nodes of each segment.
@@ -506,29 +535,41 @@ impl PyRod {
     }
 
     /// For copies and pickles.
-    #[allow(clippy::type_complexity, reason = "the arguments of the constructor")]
-    fn __getnewargs__<'py>(
+    fn __getnewargs_ex__<'py>(
         &self,
         py: Python<'py>,
-    ) -> PyResult<(Bound<'py, PyTuple>, [f64; 3], [f64; 4], [f64; 3], [f64; 3], [f64; 3], f64)> {
+    ) -> PyResult<((Bound<'py, PyTuple>,), Bound<'py, PyDict>)> {
         let rod = &self.description;
-        let segments = self.segments(py)?;
-        let (position, orientation) = (rod.base_position, rod.base_orientation);
-        Ok((segments, position, orientation, rod.gravity, rod.tip_force, rod.tip_moment, rod.tip_mass))
+        let arguments = PyDict::new(py);
+        arguments.set_item("base_position", rod.base_position)?;
+        arguments.set_item("base_orientation", rod.base_orientation)?;
+        arguments.set_item("gravity", rod.gravity)?;
+        arguments.set_item("tip_force", rod.tip_force)?;
+        arguments.set_item("tip_moment", rod.tip_moment)?;
+        arguments.set_item("tip_mass", rod.tip_mass)?;
+        arguments.set_item("loads", self.loads(py)?)?;
+        arguments.set_item("bodies", self.bodies(py)?)?;
+        Ok(((self.segments(py)?,), arguments))
     }
 }
 
-fn segments_in(value: &Bound<'_, PyAny>) -> PyResult<Vec<Segment>> {
+/// What `core` makes of the instances of a class of ours in a sequence.
+fn instances<C: PyClass<Frozen = True> + Sync, T>(
+    value: &Bound<'_, PyAny>,
+    name: &str,
+    core: impl Fn(&C) -> T,
+) -> PyResult<Vec<T>> {
     let wrong = |found: &Bound<'_, PyAny>| {
         PyTypeError::new_err(format!(
-            "segments: expected a sequence of lissom.Segment, got {}",
+            "{name}: expected a sequence of lissom.{}, got {}",
+            C::NAME,
             convert::describe(found)
         ))
     };
-    let mut segments = Vec::new();
+    let mut instances = Vec::new();
     for item in value.try_iter().map_err(|_| wrong(value))? {
         let item = item?;
-        segments.push(item.cast::<PySegment>().map_err(|_| wrong(&item))?.get().0.clone());
+        instances.push(core(item.cast::<C>().map_err(|_| wrong(&item))?.get()));
     }
-    Ok(segments)
+    Ok(instances)
 }

@@ -23,7 +23,7 @@ pub(super) fn mass<G: Turning>(plan: &Plan<G>) -> ChainMatrix {
 
 /// How many numbers pass towards the base, and how many towards the tip.
 pub(super) fn ranks<G: Turning>(plan: &Plan<G>) -> [usize; 2] {
-    let turn = if plan.has_tip_load { G::ANGULAR } else { 0 };
+    let turn = if plan.has_dead_loads { G::ANGULAR } else { 0 };
     [G::COMPONENTS, G::COMPONENTS + G::ANGULAR + turn]
 }
 

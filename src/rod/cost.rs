@@ -121,6 +121,12 @@ impl<G: Turning> Kinds<G> {
         2 * products(|| self.section.momentum(self.twist))
             + products(|| self.twist.bracket_transposed(self.wrench))
     }
+
+    /// A load that is spread along the nodes, about them.
+    fn spread(&self, is_dead: bool) -> u64 {
+        let wrench = products(|| self.wrench * Counted);
+        if is_dead { wrench } else { wrench + products(|| self.wrench.rotated(&self.rotation)) }
+    }
 }
 
 /// Packs, nodes and coordinates of a segment.
@@ -140,6 +146,10 @@ pub(super) fn kinematics<G: Turning>(plan: &Plan<G>) -> Products {
         }
         let scaled = products(|| k.vector * Counted);
         count.packs += packs * (nodes * scaled + scaled);
+        let points = &plan.points[segment.points.all()];
+        count.packs += segment.points.inside.len() as u64 * packs * scaled;
+        let bodies = points.iter().filter(|point| point.body.is_some()).count() as u64;
+        count.singles += bodies * products(|| k.inertia.carried(&k.rotation, k.vector));
     }
     count
 }
@@ -155,12 +165,19 @@ pub(super) fn motion<G: Turning>(plan: &Plan<G>) -> Products {
         let out = 2 * (modes + carried + nodes * scaled + scaled) + products(|| k.twist.bracket(k.twist));
         let back = nodes * scaled + scaled;
         count.packs += packs * (out + k.force() + back);
-    }
-    if plan.has_tip_load {
-        count.singles += products(|| k.vector.cross(k.vector));
-    }
-    if plan.has_tip_mass {
-        count.singles += k.force();
+        // To the points inside and back from them.
+        count.packs += segment.points.inside.len() as u64 * packs * 3 * scaled;
+        for point in &plan.points[segment.points.all()] {
+            let at = products(|| k.wrench.at(k.vector));
+            count.singles += point.loads.len() as u64 * at;
+            if point.body.is_some() {
+                count.singles += 2 * products(|| k.inertia.momentum(k.twist))
+                    + products(|| k.twist.bracket_transposed(k.wrench));
+            }
+        }
+        for spread in &segment.spread {
+            count.packs += packs * (k.spread(spread.is_dead(plan)) + products(|| k.wrench.at(k.vector)));
+        }
     }
     count
 }
@@ -198,9 +215,6 @@ pub(super) fn tangent<G: Turning>(plan: &Plan<G>, is_mass_only: bool) -> Product
     let bracket_transposed = products(|| k.twist.bracket_transposed(k.wrench));
 
     let mut count = Products::default();
-    if plan.has_tip_mass {
-        count.singles += bodies(&k, is_mass_only);
-    }
     for (s, segment) in plan.segments.iter().enumerate() {
         let (packs, nodes, modes) = sizes(segment);
         // Bodies and shapes.
@@ -222,18 +236,35 @@ pub(super) fn tangent<G: Turning>(plan: &Plan<G>, is_mass_only: bool) -> Product
             let source = 2 * scaled_axial + 3 * scaled + momentum + gyroscopic + scaled;
             count.packs += modes * (3 * integral + packs * source);
             count.singles += modes * (3 * scaled + 3 * scaled_axial + momentum + gyroscopic);
-            if plan.has_tip_load {
-                count.singles += modes * dead_load(&k);
+            if plan.has_dead_loads {
+                count.singles += modes * gyroscopic;
             }
+        }
+        // Loads that are spread, and points inside.
+        let dead = segment.spread.iter().filter(|spread| spread.is_dead(plan)).count() as u64;
+        let is_dead = dead > 0 && !is_mass_only;
+        if is_dead {
+            let load = k.spread(true) + scaled + products(|| Gyroscope::of_dead_load(k.wrench, k.vector));
+            count.packs += packs * (dead * load + modes * (gyroscopic + scaled_axial));
+        }
+        let integrals = if is_mass_only { 1 } else { 3 };
+        let inside = segment.points.inside.len() as u64;
+        count.packs += inside * modes * integrals * packs * scaled;
+        count.singles += inside * modes * (momentum + modes * dot);
+        if !is_mass_only {
+            count.singles += inside * modes * (2 * gyroscopic + 3 * scaled + 3 * scaled_axial);
         }
         // Rows.
         if s > 0 && !is_mass_only {
             count.packs += modes * packs * momentum;
             count.singles += modes * momentum;
             count.packs += modes * packs * transposed;
-            count.singles += modes * transposed;
-            if plan.has_tip_load {
-                count.singles += modes * dead_load(&k);
+            count.singles += modes * transposed + inside * modes * 2 * transposed;
+            if plan.has_dead_loads {
+                count.singles += modes * transposed;
+            }
+            if is_dead {
+                count.packs += modes * packs * transposed;
             }
         }
         // Block, of which a mass matrix needs half, stiffness and damping.
@@ -262,22 +293,18 @@ fn coupling<G: Turning>(plan: &Plan<G>) -> [u64; 2] {
     count
 }
 
-/// Inertia of a node or of the tip's mass, and what its motion makes of it.
+/// Inertia of a node, and what its motion makes of it.
 fn bodies<G: Turning>(k: &Kinds<G>, is_mass_only: bool) -> u64 {
     let inertia = products(|| k.section.weighted(Counted));
     let moving = products(|| Gyroscope::new(&k.inertia, k.twist, k.wrench * Counted));
     if is_mass_only { inertia } else { inertia + moving }
 }
 
-/// What a dead load at the tip answers to a turn, or to a row.
-fn dead_load<G: Turning>(k: &Kinds<G>) -> u64 {
-    let turned = products(|| (k.vector.cross(k.axial), k.axial.cross(k.axial)));
-    turned + products(|| k.vector.cross(k.vector))
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::body::Body;
     use super::super::description::{Rod, Segment};
+    use super::super::load::{Extent, Frame, Load};
     use super::super::tangent::{Tangent, TangentWorkspace};
     use super::super::workspace::Workspace;
     use super::super::{inverse_dynamics, kinematics as sweep, tangent as exact_tangent};
@@ -293,7 +320,15 @@ mod tests {
             retardation_time: 0.01,
             ..Segment::straight(0.3, 0.02, 1e6, 4e5, 1000.0)
         });
-        Rod { tip_force: [0.1, 0.0, 0.2], tip_mass: 0.01, ..Rod::new(segments.collect()) }
+        let load = Load { force: [0.1, 0.0, 0.2], ..Load::at_tip() };
+        let loads = vec![
+            load.clone(),
+            Load { extent: Extent::At(0.1), frame: Frame::Body, ..load.clone() },
+            Load { extent: Extent::Along([0.0, 0.2]), ..load.clone() },
+            Load { extent: Extent::Along([0.1, 0.3]), frame: Frame::Body, ..load },
+        ];
+        let bodies = vec![Body { at: Some(0.2), ..Body::point(0.01) }];
+        Rod { tip_mass: 0.01, loads, bodies, ..Rod::new(segments.collect()) }
     }
 
     /// Products of packs are counted by the packs themselves while the sweeps run.

@@ -1,5 +1,7 @@
-//! What a rod is, in plain data: segments in a row, a base, loads at the tip.
+//! What a rod is, in plain data: segments in a row, a base, loads and bodies.
 
+use super::body::Body;
+use super::load::Load;
 use crate::error::{Checker, InvalidInput};
 
 /// Number of strain components.
@@ -125,7 +127,7 @@ impl Segment {
     }
 }
 
-/// A rod: segments in a row, clamped at its base, with dead loads and a point mass at its tip.
+/// A rod: segments in a row, clamped at its base, with loads and rigid bodies on it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rod {
     /// The segments from base to tip; each continues where the one before ends.
@@ -142,6 +144,10 @@ pub struct Rod {
     pub tip_moment: [f64; 3],
     /// Point mass at the tip, in kilograms.
     pub tip_mass: f64,
+    /// Further loads.
+    pub loads: Vec<Load>,
+    /// Further rigid bodies.
+    pub bodies: Vec<Body>,
 }
 
 impl Rod {
@@ -155,12 +161,27 @@ impl Rod {
             tip_force: [0.0; 3],
             tip_moment: [0.0; 3],
             tip_mass: 0.0,
+            loads: Vec::new(),
+            bodies: Vec::new(),
         }
     }
 
     /// Number of generalised coordinates.
     pub fn coordinates(&self) -> usize {
         self.segments.iter().map(Segment::coordinates).sum()
+    }
+
+    /// All loads, those at the tip that have names of their own included, as far as they are not zero.
+    pub(super) fn all_loads(&self) -> impl Iterator<Item = Load> {
+        let tip = Load { force: self.tip_force, moment: self.tip_moment, ..Load::at_tip() };
+        let is_load = |load: &Load| load.force.iter().chain(&load.moment).any(|&x| x != 0.0);
+        std::iter::once(tip).chain(self.loads.iter().cloned()).filter(is_load)
+    }
+
+    /// All bodies, the mass at the tip included, as far as they are not zero.
+    pub(super) fn all_bodies(&self) -> impl Iterator<Item = Body> {
+        let is_body = |body: &Body| body.mass != 0.0 || body.inertia != [[0.0; 3]; 3];
+        std::iter::once(Body::point(self.tip_mass)).chain(self.bodies.iter().cloned()).filter(is_body)
     }
 
     /// Length of the unstretched rod in metres.
@@ -198,6 +219,12 @@ impl Rod {
         check.finite(&self.tip_force, "tip_force");
         check.finite(&self.tip_moment, "tip_moment");
         check.non_negative(self.tip_mass, "tip_mass", "kilograms");
+        for (i, load) in self.loads.iter().enumerate() {
+            check.nested(&format!("loads[{i}]"), load.validate(self.length()));
+        }
+        for (i, body) in self.bodies.iter().enumerate() {
+            check.nested(&format!("bodies[{i}]"), body.validate(self.length()));
+        }
         check.finish()
     }
 }

@@ -1,6 +1,6 @@
 //! Energies of a state, and the power that damping takes out of it.
 
-use super::inertia;
+use super::load::Frame;
 use super::plan::Plan;
 use super::turning::Turning;
 use super::workspace::Workspace;
@@ -24,23 +24,68 @@ pub(super) fn energy<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, q: &[f64])
             energy.gravitational += mass * plan.gravity_potential - plan.gravity.dot(moment);
         }
     }
-    let tip = &work.stations[plan.segments.len()];
-    let mut kinetic = 0.5 * twice_kinetic.sum();
-    if plan.has_tip_mass {
-        kinetic += 0.5 * tip.velocity.dot(inertia::of_tip(plan, work).momentum(tip.velocity));
-        energy.gravitational += plan.tip_mass * (plan.gravity_potential - plan.gravity.dot(tip.position));
+    energy.kinetic = 0.5 * twice_kinetic.sum();
+    energy.gravitational += plan.body_potential;
+    for point in &work.points {
+        energy.kinetic += 0.5 * point.velocity.dot(point.momentum);
+        energy.gravitational +=
+            point.inertia.mass * plan.gravity_potential - plan.gravity.dot(point.inertia.first_moment);
     }
-    Energy { kinetic, loads: plan.load_potential - plan.tip_force.dot(tip.position), ..energy }
+    energy.loads = plan.load_potential - dead_forces(plan, work);
+    energy
+}
+
+/// Dead forces times the positions where they act.
+fn dead_forces<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> f64 {
+    let mut sum = 0.0;
+    for (point, state) in plan.points.iter().zip(&work.points) {
+        for &load in point.loads.iter().filter(|&&load| plan.loads[load].frame == Frame::World) {
+            sum += work.acting[load].force.dot(state.position);
+        }
+    }
+    for segment in &plan.segments {
+        for spread in segment.spread.iter().filter(|spread| spread.is_dead(plan)) {
+            for pack in 0..segment.packs {
+                let node = segment.first_pack + pack;
+                let force = spread.wrench(plan, work, pack, &work.rotation[node]).force;
+                sum += (force.dot(work.position[node]) * segment.weights[pack]).sum();
+            }
+        }
+    }
+    sum
+}
+
+/// Power of the loads that have no potential, with the motion of (q, qd) up to date.
+pub(super) fn supplied_power<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> f64 {
+    let mut power = 0.0;
+    for (point, state) in plan.points.iter().zip(&work.points) {
+        for &load in &point.loads {
+            let mut wrench = point.wrench(load, plan, work, state);
+            if plan.loads[load].frame == Frame::World {
+                wrench.force = VectorSpace::zero();
+            }
+            power += state.velocity.dot(wrench.at(state.position));
+        }
+    }
+    for segment in &plan.segments {
+        for spread in &segment.spread {
+            for pack in 0..segment.packs {
+                let node = segment.first_pack + pack;
+                let mut wrench = spread.wrench(plan, work, pack, &work.rotation[node]);
+                if spread.is_dead(plan) {
+                    wrench.force = VectorSpace::zero();
+                }
+                let power_of_nodes = work.velocity[node].dot(wrench.at(work.position[node]));
+                power += (power_of_nodes * segment.weights[pack]).sum();
+            }
+        }
+    }
+    power
 }
 
 /// Power of Kelvin-Voigt damping, `qd D qd`.
 pub(super) fn dissipated_power<G: Turning>(plan: &Plan<G>, qd: &[f64]) -> f64 {
     quadratic_form(plan, qd, |retardation_time| retardation_time)
-}
-
-/// Power of the tip moment, which has no potential, with the motion of (q, qd) up to date.
-pub(super) fn supplied_power<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> f64 {
-    plan.tip_moment.dot(work.stations[plan.segments.len()].velocity.angular)
 }
 
 /// `sum_segments factor(mu) x K x`.

@@ -2,8 +2,10 @@
 
 use std::fmt::{self, Write};
 
+use super::body::Body;
 use super::cost::Multiplications;
 use super::description::{Rod, STRAIGHT, STRAIN_NAMES, Segment};
+use super::load::{Extent, Frame, Load};
 use super::model::{COORDINATES_OF_A_CHAIN, Kernel, SEGMENTS_OF_A_CHAIN, Solve};
 
 /// What is computed for a rod and what is not, each with its reason.
@@ -120,10 +122,30 @@ impl Explanation {
         } else {
             self.add(true, "gravity", "at no cost: an acceleration of the base");
         }
-        let is_loaded = !is_zero(rod.tip_force) || !is_zero(rod.tip_moment);
-        self.add(is_loaded, "loads at the tip", if is_loaded { "dead force or moment" } else { "none" });
-        let has_mass = rod.tip_mass > 0.0;
-        self.add(has_mass, "mass at the tip", if has_mass { "a point" } else { "none" });
+        self.loads_of(rod, "dead loads", Frame::World, "the tangent knows that they keep their direction");
+        self.loads_of(
+            rod,
+            "follower loads",
+            Frame::Body,
+            "they turn with the rod, at no cost in the tangent",
+        );
+        let bodies: Vec<Body> = rod.all_bodies().collect();
+        let is_point = |body: &&Body| body.centre == [0.0; 3] && body.inertia == [[0.0; 3]; 3];
+        let points = bodies.iter().filter(is_point).count();
+        let kinds = kinds([(points, "point"), (bodies.len() - points, "rigid")]);
+        let has_bodies = !bodies.is_empty();
+        self.add(has_bodies, "bodies on the rod", if has_bodies { &kinds } else { "none" });
+    }
+
+    fn loads_of(&mut self, rod: &Rod, what: &str, frame: Frame, remark: &str) {
+        let loads: Vec<Load> = rod.all_loads().filter(|load| load.frame == frame).collect();
+        let spread = loads.iter().filter(|load| matches!(load.extent, Extent::Along(_))).count();
+        let kinds = kinds([(loads.len() - spread, "concentrated"), (spread, "spread")]);
+        if kinds.is_empty() {
+            self.add(false, what, "none");
+        } else {
+            self.add(true, what, format!("{kinds}: {remark}"));
+        }
     }
 
     fn solve(&mut self, solve: Solve) {
@@ -171,6 +193,12 @@ fn counted(number: usize, what: &str) -> String {
     format!("{number} {what}{}", if number == 1 { "" } else { "s" })
 }
 
+/// Numbers of several kinds, those that there are: `2 concentrated, 1 spread`.
+fn kinds(kinds: [(usize, &str); 2]) -> String {
+    let present = kinds.iter().filter(|(number, _)| *number > 0);
+    present.map(|(number, kind)| format!("{number} {kind}")).collect::<Vec<_>>().join(", ")
+}
+
 impl fmt::Display for Explanation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.summary)?;
@@ -211,8 +239,9 @@ mod tests {
             "motion in space",
             "segment 1, damping",
             "segment 1, strains",
-            "loads at the tip",
-            "mass at the tip",
+            "dead loads",
+            "follower loads",
+            "bodies on the rod",
         ] {
             assert!(has(&simple.skipped, skipped) && !has(&simple.computed, skipped), "{skipped}");
         }
@@ -223,11 +252,11 @@ mod tests {
         let loaded =
             Rod { tip_force: [1.0, 0.0, 0.0], tip_mass: 0.1, gravity: [0.0; 3], ..Rod::new(vec![rich]) };
         let full = explain(&loaded);
-        for computed in ["motion in space", "segment 1, damping", "loads at the tip", "mass at the tip"] {
+        for computed in ["motion in space", "segment 1, damping", "dead loads", "bodies on the rod"] {
             assert!(has(&full.computed, computed) && !has(&full.skipped, computed), "{computed}");
         }
         let skipped: Vec<&str> = full.skipped.iter().map(|(what, _)| what.as_str()).collect();
-        assert_eq!(skipped, ["gravity", "linear systems by sweeps along the segments"]);
+        assert_eq!(skipped, ["gravity", "follower loads", "linear systems by sweeps along the segments"]);
         assert!(full.to_string().contains("12 nodes: as asked for"));
     }
 

@@ -1,9 +1,8 @@
-//! Inertia seen from the origin of the inertial frame, `N = Ad_g^-T M Ad_g^-1`: of a section, of a point mass, of all that
-//! lies behind a place.
+//! Inertia seen from the origin of the inertial frame, `N = Ad_g^-T M Ad_g^-1`: of a section, of a body, of all that lies behind
+//! a place; and how wrenches change when what they act on turns.
 
-use super::plan::{Plan, SegmentPlan};
+use super::plan::SegmentPlan;
 use super::turning::Turning;
-use super::workspace::Workspace;
 use crate::lie::{Cross, Geometry, Lanes, Scalar, SecondMoment, Twist, VectorSpace, Wrench};
 
 /// Inertia per length of a circular section.
@@ -63,6 +62,23 @@ impl<G: Geometry, T: Scalar> Inertia<G, T> {
         }
     }
 
+    /// About the origin and in the axes of the frame, what is given about a place and in the axes of a section there.
+    #[inline(always)]
+    pub(super) fn carried(&self, rotation: &G::Rotation<T>, position: G::Vector<T>) -> Self {
+        let Self { mass, first_moment, ref second_moment } = *self;
+        let first_moment = G::rotate(rotation, first_moment);
+        let none = SecondMoment::zero();
+        let (zero, nowhere) = (VectorSpace::zero(), VectorSpace::zero());
+        Self {
+            mass,
+            first_moment: first_moment + position * mass,
+            // The parallel-axis theorem: the mass seen from afar, and what its offset adds to that.
+            second_moment: G::rotate_second_moment(rotation, second_moment)
+                + G::section(mass, T::splat(0.0), nowhere, position)
+                + G::gyroscopic(&none, position, zero, first_moment),
+        }
+    }
+
     #[inline(always)]
     pub(super) fn add(&mut self, other: Self) {
         self.mass += other.mass;
@@ -83,6 +99,8 @@ impl<G: Geometry> Inertia<G, G::Pack> {
     }
 }
 
+/// A wrench that is linear in how fast, or how far, the material turns: `(B y - h x y; -2 l x y)`.
+///
 /// Change of the inertial force of a body moving with V under the variation `Y = dV - ad_Psi V`:
 /// `C Y = -(N ad_V + ad_V^T N) Y - ad_Y^T N V`. Written out with momentum `N V = (h; l)` and the moments of N, all that
 /// belongs to the linear part of Y cancels, and `C Y = (B y - h x y; -2 l x y)` with the angular part y of Y and
@@ -105,6 +123,17 @@ impl<G: Geometry, T: Scalar> Gyroscope<G, T> {
         let Twist { angular, linear } = velocity;
         let symmetric = G::gyroscopic(&inertia.second_moment, inertia.first_moment, angular, linear);
         Self { symmetric, momentum }
+    }
+
+    /// The change of what a rod needs against a dead load, as its material sees it: with a force p and a moment m at r that
+    /// is `-(r x (p x y) + m x y; p x y)` for a turn by y. The symmetric part of the moment is that of `p r^T - r . p`.
+    #[inline(always)]
+    pub(super) fn of_dead_load(load: Wrench<G, T>, position: G::Vector<T>) -> Self {
+        let half_force = load.force * T::splat(0.5);
+        Self {
+            symmetric: G::gyroscopic(&SecondMoment::zero(), position, VectorSpace::zero(), half_force),
+            momentum: Wrench { moment: load.moment + position.cross(half_force), force: half_force },
+        }
     }
 
     /// `C Y`, given the angular part of Y.
@@ -155,11 +184,4 @@ pub(super) fn of_nodes<G: Turning>(
 ) -> SectionInertia<G, G::Pack> {
     let (mass, rotary) = (segment.mass[pack], segment.rotary_inertia[pack]);
     SectionInertia { mass, rotary, axis: G::rod_axis(frame, rotation), position }
-}
-
-/// The point mass at the tip, with the kinematics up to date.
-#[inline(always)]
-pub(super) fn of_tip<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> SectionInertia<G, f64> {
-    let position = work.stations[plan.segments.len()].position;
-    SectionInertia { mass: plan.tip_mass, rotary: 0.0, axis: VectorSpace::zero(), position }
 }

@@ -1,10 +1,12 @@
 //! One sweep out for the motion, one sweep back for the forces: `tau = Q + K q + D qd`.
 //!
 //! In the inertial frame the recursions along the rod are plain integrals (design: section 4):
-//! V = int S qd, A = -(0; g) + int [S qdd + ad_V (S qd)], F = F_tip + int (N A - ad_V^T N V), Q_j = int S_j . F.
+//! V = int S qd, A = -(0; g) + int [S qdd + ad_V (S qd)], F = int (N A - ad_V^T N V - loads), Q_j = int S_j . F.
 
 use super::inertia;
 use super::plan::{Plan, SegmentPlan};
+use super::points;
+use super::spread;
 use super::turning::Turning;
 use super::workspace::Workspace;
 use crate::lie::{Cross, Lanes, Scalar, Twist, Wrench, weighted_sum};
@@ -44,10 +46,13 @@ pub(super) fn update<G: Turning>(
     known[2 * n..].copy_from_slice(qdd);
     for (s, segment) in plan.segments.iter().enumerate() {
         sweep_out(plan.frame, segment, s, work, qd, qdd);
+        spread::act(plan, segment, work);
+        points::drive(plan, segment, s, work);
     }
-    let mut end = tip_wrench(plan, work);
+    let mut end = Wrench::zero();
     for segment in plan.segments.iter().rev() {
-        end = sweep_back(segment, work, end);
+        end = sweep_back(segment, work, end + points::at_end(segment, work));
+        end += points::carry(plan, segment, work);
     }
 }
 
@@ -100,23 +105,6 @@ fn sweep_out<G: Turning>(
     let next = &mut work.stations[s + 1];
     next.velocity = base.velocity + change.0.sum();
     next.acceleration = base.acceleration + change.1.sum();
-}
-
-/// Wrench that the tip's mass needs, less the dead loads.
-#[inline(always)]
-fn tip_wrench<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> Wrench<G, f64> {
-    let mut wrench = Wrench::zero();
-    let tip = &work.stations[plan.segments.len()];
-    if plan.has_tip_load {
-        let moment = tip.position.cross(plan.tip_force) + plan.tip_moment;
-        wrench = wrench - Wrench { moment, force: plan.tip_force };
-    }
-    if plan.has_tip_mass {
-        let inertia = inertia::of_tip(plan, work);
-        let momentum = inertia.momentum(tip.velocity);
-        wrench += inertia.momentum(tip.acceleration) - tip.velocity.bracket_transposed(momentum);
-    }
-    wrench
 }
 
 /// Internal wrench at the nodes, from that at the segment's end; returns that at its base.

@@ -1,7 +1,8 @@
 //! Where the rod is: rotations from the curvature, positions by integration.
 
 use super::plan::{Plan, SegmentPlan};
-use super::turning::Turning;
+use super::points;
+use super::turning::{Passage, Turning};
 use super::workspace::Workspace;
 use crate::lie::{Cross, LANES, Lanes, Rotation, Scalar, Twist, Vector, VectorSpace, weighted_sum};
 
@@ -65,53 +66,66 @@ pub(super) fn update<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, q: &[f
             total = total.add_scaled(slopes[pack], segment.weights[pack]);
         }
         end.position = base.position + G::map_vector(&total, |pack: &G::Pack| pack.sum());
+        points::find(plan, segment, s, work, q);
     }
 }
 
 /// A place along a rod, prepared for finding its pose in many states.
 #[derive(Clone, Debug)]
 pub struct Place {
-    segment: usize,
+    pub(super) segment: usize,
     /// Fraction of the segment's length.
-    x: f64,
-    /// Nodes of the segment before the place.
+    pub(super) x: f64,
+    /// Nodes of the segment before the place, and the way from the last of them (from the segment's base if there is none).
     before: usize,
+    passage: Passage,
     /// Weights of the integral from the segment's base, times its length.
-    weights: Vec<f64>,
+    pub(super) weights: Vec<f64>,
 }
 
 /// The place at arc length `x` of the unstretched rod, clamped to [0, L].
-pub(super) fn place<G: Turning>(plan: &Plan<G>, x: f64) -> Place {
+pub(super) fn place<G: Turning>(segments: &[SegmentPlan<G>], x: f64) -> Place {
     let (mut s, mut start) = (0, 0.0);
-    while s + 1 < plan.segments.len() && x > start + plan.segments[s].length {
-        start += plan.segments[s].length;
+    while s + 1 < segments.len() && x > start + segments[s].length {
+        start += segments[s].length;
         s += 1;
     }
-    let segment = &plan.segments[s];
     // Rounding of the sum of lengths must not lead outside.
-    let x = ((x - start) / segment.length).clamp(0.0, 1.0);
+    place_in(segments, s, ((x - start) / segments[s].length).clamp(0.0, 1.0))
+}
+
+/// The place at the fraction `x` of segment `s`.
+pub(super) fn place_in<G: Turning>(segments: &[SegmentPlan<G>], s: usize, x: f64) -> Place {
+    let segment = &segments[s];
     let before = segment.gauss.nodes.partition_point(|&node| node <= x);
+    let from = if before == 0 { 0.0 } else { segment.gauss.nodes[before - 1] };
+    let passage = G::passage(segment, from, x);
     let weights = segment.gauss.weights_up_to(x).into_iter().map(|weight| weight * segment.length).collect();
-    Place { segment: s, x, before, weights }
+    Place { segment: s, x, before, passage, weights }
+}
+
+/// The rotation at a place, with those of the nodes up to date.
+#[inline(always)]
+pub(super) fn rotation_at<G: Turning>(
+    segment: &SegmentPlan<G>,
+    work: &Workspace<G>,
+    q: &[f64],
+    place: &Place,
+) -> G::Rotation<f64> {
+    let before = match place.before {
+        0 => G::matrix(work.stations[place.segment].orientation),
+        i => {
+            let packs = &work.rotation[segment.first_pack + (i - 1) / LANES];
+            G::map_rotation(packs, |entry: &G::Pack| entry.lane((i - 1) % LANES))
+        }
+    };
+    G::compose(&before, &G::pass(segment, q, &place.passage))
 }
 
 /// The pose at a place, with the kinematics up to date.
 pub(super) fn pose<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, q: &[f64], place: &Place) -> Pose {
     let segment = &plan.segments[place.segment];
-    let station = &work.stations[place.segment];
-    // The rotation of the node before, turned on from there.
-    let (from, rotation) = match place.before {
-        0 => (0.0, G::matrix(station.orientation)),
-        i => {
-            let packs = &work.rotation[segment.first_pack + (i - 1) / LANES];
-            (
-                segment.gauss.nodes[i - 1],
-                G::map_rotation(packs, |entry: &G::Pack| entry.lane((i - 1) % LANES)),
-            )
-        }
-    };
-    let rotation = G::compose(&rotation, &G::between(segment, q, from, place.x));
-
+    let rotation = rotation_at(segment, work, q, place);
     let position = position(plan, work, place);
     let base = &plan.base_rotation;
     let Rotation { x, y, z } = G::rotation_in_space(plan.frame, &rotation);

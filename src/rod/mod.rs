@@ -2,9 +2,11 @@
 //!
 //! `description` is what a rod is, in plain data; `plan` is the same compiled for computing. The sweeps of [`RodModel`] read
 //! the plan and work in a `workspace`: `kinematics` (where the rod is), `inverse_dynamics` (what forces a motion needs),
-//! `tangent` (how they change with the motion, and the mass matrix; `chain` for long rods), `energy`.
+//! `points` (what is concentrated at places of the rod), `tangent` (how the forces change with the motion, and the mass
+//! matrix; `chain` for long rods), `energy`.
 
 mod basis;
+mod body;
 mod chain;
 mod cost;
 mod description;
@@ -14,16 +16,21 @@ mod explanation;
 mod inertia;
 mod inverse_dynamics;
 mod kinematics;
+mod load;
 mod model;
 mod plan;
+mod point_tangent;
+mod points;
 mod quadrature;
 mod section;
+mod spread;
 mod sweeps;
 mod tangent;
 mod turning;
 mod workspace;
 
 pub use basis::legendre;
+pub use body::Body;
 pub use cost::Multiplications;
 pub use description::{
     MAX_COORDINATES, MAX_MODES, MAX_NODES, QUATERNION_TOLERANCE, Rod, STRAIGHT, STRAIN_NAMES, STRAINS,
@@ -31,6 +38,7 @@ pub use description::{
 };
 pub use explanation::Explanation;
 pub use kinematics::{Place, Pose};
+pub use load::{Extent, Frame, Load};
 pub use model::{Kernel, RodModel, Solve};
 pub use quadrature::Gauss;
 pub use section::Section;

@@ -340,11 +340,12 @@ impl Model for RodModel {
         on_sweeps!(&self.sweeps, sweeps => sweeps.plan().is_damped())
     }
 
+    /// Of follower loads and of moments: a moment that keeps its direction in space has no potential.
     fn supplied_power(&mut self, q: &[f64], qd: &[f64]) -> f64 {
         on_sweeps!(&mut self.sweeps, sweeps => sweeps.supplied_power(q, qd))
     }
 
     fn is_driven(&self) -> bool {
-        on_sweeps!(&self.sweeps, sweeps => sweeps.plan().has_tip_moment())
+        on_sweeps!(&self.sweeps, sweeps => sweeps.plan().is_driven())
     }
 }

@@ -2,10 +2,13 @@
 
 use super::basis::legendre;
 use super::description::{Rod, STRAIGHT, STRAINS, Segment};
+use super::load::{Extent, Frame};
+use super::points::{self, Point, Points};
 use super::quadrature::Gauss;
 use super::section::Section;
+use super::spread::{self, Spread};
 use super::turning::Turning;
-use crate::lie::{LANES, Lanes, Quaternion, Rotation, Scalar, Twist, Vector, VectorSpace};
+use crate::lie::{LANES, Lanes, Quaternion, Rotation, Scalar, Twist, Vector, VectorSpace, Wrench};
 use crate::linalg::Matrix;
 
 /// Nodes that a segment needs beyond its number of modes: two integrations (strain to velocity, velocity to force) and
@@ -29,15 +32,24 @@ pub(super) struct Plan<G: Turning> {
     pub(super) base_position: Vector<f64>,
     pub(super) base_rotation: Rotation<f64>,
     pub(super) gravity: G::Vector<f64>,
-    pub(super) tip_force: G::Vector<f64>,
-    pub(super) tip_moment: G::Axial<f64>,
-    pub(super) tip_mass: f64,
-    /// Whether there is a mass, and whether a dead load acts, at the tip.
-    pub(super) has_tip_mass: bool,
-    pub(super) has_tip_load: bool,
-    /// Potential of gravity of a kilogram at the base, and of the dead force at the base.
+    pub(super) loads: Vec<Load<G>>,
+    /// What is concentrated at places, in their order.
+    pub(super) points: Vec<Point<G>>,
+    /// Whether a dead load acts anywhere.
+    pub(super) has_dead_loads: bool,
+    /// Potential of gravity of a kilogram at the base; potential of the bodies that no motion changes.
     pub(super) gravity_potential: f64,
+    pub(super) body_potential: f64,
+    /// Potential of the dead forces if all of them acted at the base.
     pub(super) load_potential: f64,
+}
+
+/// A load, with its wrench about the place where it acts: in the axes of the plan if it is dead, else in those of the section.
+#[derive(Clone, Debug)]
+pub(super) struct Load<G: Turning> {
+    pub(super) extent: Extent,
+    pub(super) frame: Frame,
+    pub(super) wrench: Wrench<G, f64>,
 }
 
 /// One segment of a [`Plan`].
@@ -69,6 +81,9 @@ pub(super) struct SegmentPlan<G: Turning> {
     pub(super) mass: Vec<G::Pack>,
     pub(super) rotary_inertia: Vec<G::Pack>,
     pub(super) retardation_time: f64,
+    /// What is spread along it, and what is concentrated at places of it.
+    pub(super) spread: Vec<Spread<G>>,
+    pub(super) points: Points,
 }
 
 /// A strain component that exists in a segment.
@@ -115,21 +130,38 @@ impl<G: Turning> Plan<G> {
         let base_rotation = Quaternion::from_array(rod.base_orientation).rotation();
         let in_frame = |v: [f64; 3]| base_rotation.apply_transposed(v.into());
         let base_position: Vector<f64> = rod.base_position.into();
+        let gravity = G::vector_of(frame, in_frame(rod.gravity));
+        let mut loads = Vec::new();
+        let mut load_potential = 0.0;
+        for load in rod.all_loads() {
+            let axes = |v: [f64; 3]| if load.frame == Frame::World { in_frame(v) } else { v.into() };
+            let moment = G::axial_of(frame, axes(load.moment));
+            let force = G::vector_of(frame, axes(load.force));
+            loads.push(Load { extent: load.extent, frame: load.frame, wrench: Wrench { moment, force } });
+            if load.frame == Frame::World {
+                let amount = if let Extent::Along([from, to]) = load.extent { to - from } else { 1.0 };
+                load_potential -= amount * base_position.dot(load.force.into());
+            }
+        }
+        // In a plane, bodies beside it lie higher or lower by the same whatever the rod does.
+        let out_of_plane = in_frame(rod.gravity) - G::in_space(frame, gravity);
+        let body_potential =
+            rod.all_bodies().map(|body| -body.mass * out_of_plane.dot(body.centre.into())).sum();
+        spread::compile(&mut segments, &loads);
         Self {
             n: first,
-            segments,
             packs: first_pack,
             frame,
             base_position,
             base_rotation,
-            gravity: G::vector_of(frame, in_frame(rod.gravity)),
-            tip_force: G::vector_of(frame, in_frame(rod.tip_force)),
-            tip_moment: G::axial_of(frame, in_frame(rod.tip_moment)),
-            tip_mass: rod.tip_mass,
-            has_tip_mass: rod.tip_mass > 0.0,
-            has_tip_load: rod.tip_force.iter().chain(&rod.tip_moment).any(|&x| x != 0.0),
+            gravity,
+            points: points::compile(frame, &mut segments, &loads, rod.all_bodies()),
+            has_dead_loads: loads.iter().any(|load| load.frame == Frame::World),
+            segments,
+            loads,
             gravity_potential: -base_position.dot(rod.gravity.into()),
-            load_potential: -base_position.dot(rod.tip_force.into()),
+            body_potential,
+            load_potential,
         }
     }
 
@@ -138,16 +170,19 @@ impl<G: Turning> Plan<G> {
         self.segments.iter().any(|segment| segment.retardation_time > 0.0)
     }
 
-    /// Whether a moment acts at the tip.
-    pub(super) fn has_tip_moment(&self) -> bool {
-        self.tip_moment.dot(self.tip_moment) > 0.0
+    /// Whether a load has no potential.
+    pub(super) fn is_driven(&self) -> bool {
+        let has_moment = |load: &Load<G>| load.wrench.moment.dot(load.wrench.moment) > 0.0;
+        self.loads.iter().any(|load| load.frame == Frame::Body || has_moment(load))
     }
 
     /// The same plan, of a rod in space, with everything computed that could be skipped: absent strains and loads of zero
     /// included.
     pub(super) fn with_nothing_skipped(mut self) -> Self {
-        self.has_tip_mass = true;
-        self.has_tip_load = true;
+        self.has_dead_loads = true;
+        for point in &mut self.points {
+            point.is_oriented = true;
+        }
         for segment in &mut self.segments {
             segment.is_extensible = true;
             for component in &mut segment.components {
@@ -247,6 +282,8 @@ impl<G: Turning> SegmentPlan<G> {
             mass: pack(&|i| sections[i].mass),
             rotary_inertia: pack(&|i| sections[i].rotary_inertia),
             retardation_time: segment.retardation_time,
+            spread: Vec::new(),
+            points: Points::default(),
             gauss,
         }
     }

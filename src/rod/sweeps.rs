@@ -129,7 +129,7 @@ impl<G: Turning> Sweeps<G> {
     }
 
     pub(super) fn place(&self, x: f64) -> Place {
-        kinematics::place(&self.plan, x)
+        kinematics::place(&self.plan.segments, x)
     }
 
     pub(super) fn pose(&mut self, q: &[f64], place: &Place) -> Pose {

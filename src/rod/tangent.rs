@@ -17,11 +17,12 @@
 //!
 //! Outside its own segment a coordinate's Y and Z are constant; its H is constant before the segment, and linear in (Y, Z)
 //! behind it: the blocks between different segments have rank 12 at most and cost a few products an entry. How far the
-//! material turns appears only where a dead load at the tip asks for it.
+//! material turns appears only where dead loads ask for it; follower loads turn with the material and change nothing that it sees.
 
 use super::chain;
 use super::inertia::{self, Gyroscope, Inertia};
 use super::plan::{Plan, SegmentPlan};
+use super::point_tangent::{self, PointTangents};
 use super::turning::Turning;
 use super::workspace::Workspace;
 use crate::lie::{Cross, Geometry, Lanes, Scalar, Twist, VectorSpace, Wrench, weighted_sum};
@@ -68,6 +69,9 @@ pub(super) struct TangentWorkspace<G: Geometry> {
     /// Per pack, times the quadrature weights: N and C.
     inertia: Vec<Inertia<G, G::Pack>>,
     gyroscope: Vec<Gyroscope<G, G::Pack>>,
+    /// Per pack, times the quadrature weights: that of the dead loads that are spread along the segment.
+    dead: Vec<Gyroscope<G, G::Pack>>,
+    points: PointTangents<G>,
     /// Per component of the segment and pack: S, ad_V S, (ad_A + ad_V ad_V) S and w_q ad_S^T F of a unit strain.
     shape: Vec<Twist<G, G::Pack>>,
     shape_rate: Vec<Twist<G, G::Pack>>,
@@ -92,6 +96,8 @@ impl<G: Turning> TangentWorkspace<G> {
             coordinates: vec![Coordinate::zero(); plan.n],
             inertia: vec![Inertia::zero(); packs],
             gyroscope: vec![Gyroscope::zero(); packs],
+            dead: vec![Gyroscope::zero(); packs],
+            points: PointTangents::new(plan),
             shape: vec![Twist::zero(); blocks],
             shape_rate: vec![Twist::zero(); blocks],
             shape_acceleration: vec![Twist::zero(); blocks],
@@ -107,19 +113,21 @@ impl<G: Turning> TangentWorkspace<G> {
 
 /// The weights of a tangent, with what they make unnecessary.
 #[derive(Clone, Copy, Debug)]
-struct Weights {
-    q: f64,
-    v: f64,
-    a: f64,
+pub(super) struct Weights {
+    pub(super) q: f64,
+    pub(super) v: f64,
+    pub(super) a: f64,
     /// The mass matrix alone: Y and the loads vanish, and the motion need not be known.
-    is_mass_only: bool,
+    pub(super) is_mass_only: bool,
 }
 
 /// What all that lies behind a place, tip included, answers to variations that are constant along it.
 #[derive(Clone, Copy, Debug)]
-struct Rest<G: Geometry> {
-    inertia: Inertia<G, f64>,
-    gyroscope: Gyroscope<G, f64>,
+pub(super) struct Rest<G: Geometry> {
+    pub(super) inertia: Inertia<G, f64>,
+    pub(super) gyroscope: Gyroscope<G, f64>,
+    /// That of the dead loads.
+    pub(super) dead: Gyroscope<G, f64>,
 }
 
 /// Where a tangent goes: all entries, or what a chain's matrix is made of.
@@ -156,8 +164,10 @@ pub(super) fn weighted_tangent<G: Turning>(
 ) {
     let [q, v, a] = weights;
     let weights = Weights { q, v, a, is_mass_only: q == 0.0 && v == 0.0 };
-    let mut rest = tip(plan, work, weights);
+    let mut rest = Rest { inertia: Inertia::zero(), gyroscope: Gyroscope::zero(), dead: Gyroscope::zero() };
     for (s, segment) in plan.segments.iter().enumerate().rev() {
+        point_tangent::add_to_rest(plan, work, segment.points.at_end.clone(), weights, &mut rest);
+        memory.points.prepare(plan, segment, work, weights);
         bodies(plan, segment, work, memory, weights);
         shapes(segment, work, memory, weights);
         for (c, component) in segment.components.iter().enumerate() {
@@ -165,7 +175,7 @@ pub(super) fn weighted_tangent<G: Turning>(
                 column(plan, segment, work, memory, weights, &rest, c, degree);
                 // A mass matrix is symmetric: its rows are its columns.
                 if s > 0 && !weights.is_mass_only {
-                    row(plan, segment, work, memory, &rest, component.first + degree);
+                    row(plan, segment, work, memory, weights, &rest, component.first + degree);
                 }
             }
         }
@@ -173,28 +183,13 @@ pub(super) fn weighted_tangent<G: Turning>(
         block(segment, memory, weights, entries, stride);
         elasticity(segment, weights, entries, stride);
         if s > 0 {
-            add_segment(segment, memory, weights, &mut rest);
+            add_segment(plan, segment, work, memory, weights, &mut rest);
         }
     }
     match tangent {
         Tangent::Dense(matrix) => couple(plan, memory, weights, matrix),
         Tangent::Chain(matrix) => chain::generate(&memory.coordinates, weights.is_mass_only, matrix),
     }
-}
-
-/// The mass at the tip.
-#[inline(always)]
-fn tip<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, weights: Weights) -> Rest<G> {
-    let mut rest = Rest { inertia: Inertia::zero(), gyroscope: Gyroscope::zero() };
-    if plan.has_tip_mass {
-        let body = inertia::of_tip(plan, work);
-        rest.inertia = body.weighted(1.0);
-        if !weights.is_mass_only {
-            let velocity = work.stations[plan.segments.len()].velocity;
-            rest.gyroscope = Gyroscope::new(&rest.inertia, velocity, body.momentum(velocity));
-        }
-    }
-    rest
 }
 
 /// N and C of all nodes, times the quadrature weights.
@@ -217,11 +212,40 @@ fn bodies<G: Turning>(
                 Gyroscope::new(&inertia, work.velocity[node], work.momentum[node] * weight);
         }
     }
+    if has_dead_loads(plan, segment, weights) {
+        spread(plan, segment, work, memory);
+    }
+}
+
+/// Whether dead loads are spread along the segment, and matter.
+#[inline(always)]
+fn has_dead_loads<G: Turning>(plan: &Plan<G>, segment: &SegmentPlan<G>, weights: Weights) -> bool {
+    !weights.is_mass_only && segment.spread.iter().any(|spread| spread.is_dead(plan))
+}
+
+/// The gyroscopes of the dead loads that are spread along the segment.
+#[inline(always)]
+fn spread<G: Turning>(
+    plan: &Plan<G>,
+    segment: &SegmentPlan<G>,
+    work: &Workspace<G>,
+    memory: &mut TangentWorkspace<G>,
+) {
+    memory.dead[..segment.packs].fill(Gyroscope::zero());
+    for spread in segment.spread.iter().filter(|spread| spread.is_dead(plan)) {
+        for pack in 0..segment.packs {
+            let node = segment.first_pack + pack;
+            let load = spread.wrench(plan, work, pack, &work.rotation[node]) * segment.weights[pack];
+            memory.dead[pack].add(Gyroscope::of_dead_load(load, work.position[node]));
+        }
+    }
 }
 
 #[inline(always)]
 fn add_segment<G: Turning>(
+    plan: &Plan<G>,
     segment: &SegmentPlan<G>,
+    work: &Workspace<G>,
     memory: &TangentWorkspace<G>,
     weights: Weights,
     rest: &mut Rest<G>,
@@ -232,6 +256,12 @@ fn add_segment<G: Turning>(
             rest.gyroscope.add(memory.gyroscope[pack].sum());
         }
     }
+    if has_dead_loads(plan, segment, weights) {
+        for dead in &memory.dead[..segment.packs] {
+            rest.dead.add(dead.sum());
+        }
+    }
+    point_tangent::add_to_rest(plan, work, segment.points.inside.clone(), weights, rest);
 }
 
 /// S, ad_V S, (ad_A + ad_V ad_V) S and w_q ad_S^T F of a unit of each strain component at all nodes.
@@ -295,6 +325,11 @@ fn column<G: Turning>(
     let source = &mut memory.source[columns];
     let inertia = &memory.inertia[..packs];
     let shape = integrate(segment, basis, &memory.shape[blocks.clone()], integrand, psi);
+    let points = &mut memory.points;
+    let has_points = !segment.points.inside.is_empty();
+    if has_points {
+        points.shape(plan, segment, weights, k - segment.first, integrand);
+    }
     let mut coordinate = Coordinate { shape, z: shape * weights.a, ..Coordinate::zero() };
     let mut total = Wrench::zero();
     if weights.is_mass_only {
@@ -307,6 +342,9 @@ fn column<G: Turning>(
         let psi_rate = &mut memory.psi_rate[..packs];
         let psi_acceleration = &mut memory.psi_acceleration[..packs];
         let rate = integrate(segment, basis, &memory.shape_rate[blocks.clone()], integrand, psi_rate);
+        if has_points {
+            points.rate(plan, segment, weights, integrand);
+        }
         let acceleration = integrate(
             segment,
             basis,
@@ -314,6 +352,9 @@ fn column<G: Turning>(
             integrand,
             psi_acceleration,
         );
+        if has_points {
+            points.acceleration(plan, segment, weights, integrand);
+        }
         let load = &memory.load[blocks];
         for pack in 0..packs {
             let y = (psi[pack].angular * w_v).add_scaled(psi_rate[pack].angular, w_q);
@@ -324,15 +365,25 @@ fn column<G: Turning>(
             source[pack] = source[pack].add_scaled(load[pack], -weighted_basis[pack]);
             total += source[pack];
         }
+        if has_dead_loads(plan, segment, weights) {
+            for pack in 0..packs {
+                let change = memory.dead[pack].times(psi[pack].angular * w_q);
+                source[pack] += change;
+                total += change;
+            }
+        }
         coordinate.y = shape.angular * weights.v + rate.angular * weights.q;
         coordinate.z += rate * (2.0 * weights.v) + acceleration * weights.q;
         coordinate.turn = shape.angular * weights.q;
         coordinate.end = rest.inertia.momentum(coordinate.z) + rest.gyroscope.times(coordinate.y);
-        if plan.has_tip_load {
-            coordinate.end += dead_load_response(plan, work, coordinate.turn);
+        if plan.has_dead_loads {
+            coordinate.end += rest.dead.times(coordinate.turn);
         }
     }
     coordinate.before = coordinate.end + total.sum();
+    if has_points {
+        coordinate.before += points.sources(segment, work, weights, k - segment.first);
+    }
     memory.coordinates[k] = coordinate;
 }
 
@@ -357,26 +408,15 @@ fn integrate<G: Turning>(
     total.sum()
 }
 
-/// H that a dead load at the tip leaves when everything behind the segment turns by `turn`.
-#[inline(always)]
-fn dead_load_response<G: Turning>(
-    plan: &Plan<G>,
-    work: &Workspace<G>,
-    turn: G::Axial<f64>,
-) -> Wrench<G, f64> {
-    let tip = work.stations[plan.segments.len()].position;
-    let force = plan.tip_force.cross(turn);
-    -Wrench { moment: tip.cross(force) + plan.tip_moment.cross(turn), force }
-}
-
 /// What the row of coordinate `j` multiplies in the columns of earlier segments: the transposes of `N Z + C Y` and of the
-/// dead load, summed from the places where its S acts to the tip.
+/// dead loads, summed from the places where its S acts to the tip.
 #[inline(always)]
 fn row<G: Turning>(
     plan: &Plan<G>,
     segment: &SegmentPlan<G>,
     work: &Workspace<G>,
     memory: &mut TangentWorkspace<G>,
+    weights: Weights,
     rest: &Rest<G>,
     j: usize,
 ) {
@@ -388,16 +428,23 @@ fn row<G: Turning>(
         row_z += inertia.momentum(*psi);
     }
     coordinate.row_z = row_z.sum() + rest.inertia.momentum(shape);
+    if !segment.points.inside.is_empty() {
+        memory.points.row(segment, work, weights, j - segment.first, coordinate);
+    }
     let mut row_y = G::Axial::<G::Pack>::zero();
     for (psi, gyroscope) in psi.iter().zip(&memory.gyroscope) {
         row_y += gyroscope.transposed_times(*psi);
     }
-    coordinate.row_y =
+    coordinate.row_y +=
         G::map_axial(&row_y, |pack: &G::Pack| pack.sum()) + rest.gyroscope.transposed_times(shape);
-    if plan.has_tip_load {
-        let tip = work.stations[plan.segments.len()].position;
-        let motion = shape.angular.cross(tip) + shape.linear;
-        coordinate.row_turn = -(motion.cross(plan.tip_force) + shape.angular.cross(plan.tip_moment));
+    if plan.has_dead_loads {
+        coordinate.row_turn += rest.dead.transposed_times(shape);
+        if has_dead_loads(plan, segment, weights) {
+            for (psi, dead) in psi.iter().zip(&memory.dead) {
+                coordinate.row_turn +=
+                    G::map_axial(&dead.transposed_times(*psi), |pack: &G::Pack| pack.sum());
+            }
+        }
     }
 }
 
@@ -432,6 +479,11 @@ fn block<G: Turning>(
         }
         for (entry, row) in entries.iter_mut().zip(own) {
             *entry += row.shape.dot(column.end);
+        }
+        if !segment.points.inside.is_empty() {
+            for (j, entry) in entries.iter_mut().enumerate() {
+                *entry += memory.points.entry(segment, j, k);
+            }
         }
     }
     if weights.is_mass_only {

@@ -41,8 +41,20 @@ pub(super) trait Turning: Geometry {
     /// What [`Self::turn`] costs.
     fn products_of_turn(segment: &SegmentPlan<Self>) -> Products;
 
-    /// The rotation from one place of a segment to another, as fractions of its length.
-    fn between(segment: &SegmentPlan<Self>, q: &[f64], from: f64, to: f64) -> Self::Rotation<f64>;
+    /// Prepares the way from one place of a segment to another, given as fractions of its length.
+    fn passage(segment: &SegmentPlan<Self>, from: f64, to: f64) -> Passage;
+
+    /// The rotation along a passage.
+    fn pass(segment: &SegmentPlan<Self>, q: &[f64], passage: &Passage) -> Self::Rotation<f64>;
+}
+
+/// The way from one place of a segment to another.
+#[derive(Clone, Debug)]
+pub(super) struct Passage {
+    /// Its length, signed.
+    step: f64,
+    /// In space: the basis at the Magnus points, `[point * degrees + degree]`. In the plane: its integrals.
+    basis: Vec<f64>,
 }
 
 /// The largest number of modes of an angular strain.
@@ -209,10 +221,16 @@ impl<const FUSED: bool> Turning for Spatial<FUSED> {
         }
     }
 
-    fn between(segment: &SegmentPlan<Self>, q: &[f64], from: f64, to: f64) -> Self::Rotation<f64> {
-        let values = magnus_basis(from, to, segment.turning.degrees);
-        let kappa = curvatures(segment, q, |point, k| values[point][k]);
-        Quaternion::exp(magnus_step((to - from) * segment.length, kappa)).rotation()
+    fn passage(segment: &SegmentPlan<Self>, from: f64, to: f64) -> Passage {
+        let basis = magnus_basis(from, to, segment.turning.degrees).concat();
+        Passage { step: (to - from) * segment.length, basis }
+    }
+
+    #[inline(always)]
+    fn pass(segment: &SegmentPlan<Self>, q: &[f64], passage: &Passage) -> Self::Rotation<f64> {
+        let degrees = segment.turning.degrees;
+        let kappa = curvatures(segment, q, |point, k| passage.basis[point * degrees + k]);
+        Quaternion::exp(magnus_step(passage.step, kappa)).rotation()
     }
 }
 
@@ -271,8 +289,7 @@ impl<const FUSED: bool> Turning for Planar<FUSED> {
         rotations: &mut [PlaneRotation<Self::Pack>],
     ) -> f64 {
         let Angles { reference, at_nodes, at_end } = &segment.turning;
-        let bend = segment.components.iter().find(|component| component.index == 0);
-        let q = bend.map_or(&[][..], |bend| &q[bend.first..][..bend.modes]);
+        let q = bend(segment).map_or(&[][..], |bend| &q[bend.first..][..bend.modes]);
         for (pack, rotation) in rotations.iter_mut().enumerate() {
             let mut angle = reference[pack] + Self::Pack::splat(orientation);
             for (k, &q) in q.iter().enumerate() {
@@ -290,19 +307,31 @@ impl<const FUSED: bool> Turning for Planar<FUSED> {
         Products { packs: segment.packs as u64 * turned, singles: 1 }
     }
 
-    fn between(segment: &SegmentPlan<Self>, q: &[f64], from: f64, to: f64) -> PlaneRotation<f64> {
-        let mut angle = segment.reference_strain.angular.0 * (to - from);
-        if let Some(bend) = segment.components.iter().find(|component| component.index == 0) {
-            let up_to = |x| {
-                let mut values = vec![0.0; bend.modes];
-                integrals(x, &mut values);
-                values
-            };
-            let (start, end) = (up_to(from), up_to(to));
-            for k in 0..bend.modes {
-                angle += q[bend.first + k] * (end[k] - start[k]);
+    fn passage(segment: &SegmentPlan<Self>, from: f64, to: f64) -> Passage {
+        let modes = bend(segment).map_or(0, |bend| bend.modes);
+        let up_to = |x| {
+            let mut values = vec![0.0; modes];
+            integrals(x, &mut values);
+            values
+        };
+        let basis =
+            up_to(to).iter().zip(up_to(from)).map(|(to, from)| segment.length * (to - from)).collect();
+        Passage { step: (to - from) * segment.length, basis }
+    }
+
+    #[inline(always)]
+    fn pass(segment: &SegmentPlan<Self>, q: &[f64], passage: &Passage) -> PlaneRotation<f64> {
+        let mut angle = segment.reference_strain.angular.0 * passage.step;
+        if let Some(bend) = bend(segment) {
+            for (q, integral) in q[bend.first..][..bend.modes].iter().zip(&passage.basis) {
+                angle += q * integral;
             }
         }
-        PlaneRotation::by(angle * segment.length)
+        PlaneRotation::by(angle)
     }
+}
+
+/// Bending, if the segment has it.
+fn bend<const FUSED: bool>(segment: &SegmentPlan<Planar<FUSED>>) -> Option<&Component> {
+    segment.components.iter().find(|component| component.index == 0)
 }

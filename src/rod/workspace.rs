@@ -1,6 +1,7 @@
 //! The memory of all sweeps along a rod, sized by the plan: nothing is allocated after construction.
 
 use super::plan::Plan;
+use super::points::PointState;
 use super::turning::Turning;
 use crate::lie::{Twist, VectorSpace, Wrench};
 
@@ -38,6 +39,9 @@ pub(super) struct Workspace<G: Turning> {
     pub(super) internal: Vec<Wrench<G, G::Pack>>,
     /// The same in body axes, about the node.
     pub(super) body: Vec<Wrench<G, G::Pack>>,
+    /// What is known of the plan's points, and the wrenches of its loads.
+    pub(super) points: Vec<PointState<G>>,
+    pub(super) acting: Vec<Wrench<G, f64>>,
     /// The coordinates of which rotation and position are here, and the state of which the rest is here.
     pub(super) kinematics_of: Vec<f64>,
     pub(super) motion_of: Vec<f64>,
@@ -67,6 +71,8 @@ impl<G: Turning> Workspace<G> {
             force: wrenches.clone(),
             internal: wrenches.clone(),
             body: wrenches,
+            points: vec![PointState::new(); plan.points.len()],
+            acting: plan.loads.iter().map(|load| load.wrench).collect(),
             // NaN equals nothing, and nor does an entry too many where there are no coordinates: both are computed first.
             kinematics_of: vec![f64::NAN; plan.n + 1],
             motion_of: vec![f64::NAN; 3 * plan.n],

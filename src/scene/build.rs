@@ -6,7 +6,7 @@ use crate::error::{Checker, InvalidInput};
 use crate::pendulum::SpringPendulum;
 use crate::rod;
 
-use super::document::{Document, Output, Segment, Simulation as Settings};
+use super::document::{Body, Document, Frame, Load, Output, Segment, Simulation as Settings};
 use super::shape::Shape;
 use super::{Method, Model, Quantity, Simulation};
 
@@ -68,6 +68,8 @@ fn rod(document: &Document, shape: &mut Shape) -> Option<(Model, [Vec<f64>; 2])>
         tip_force: written.tip_force,
         tip_moment: written.tip_moment,
         tip_mass: written.tip_mass,
+        loads: written.load.iter().enumerate().map(|(i, load)| rod_load(load, i, shape)).collect(),
+        bodies: written.body.iter().map(rod_body).collect(),
         ..rod::Rod::new(segments)
     };
     let rod = rod::Rod { gravity: document.scene.gravity.unwrap_or(rod.gravity), ..rod };
@@ -134,12 +136,39 @@ fn rod_segment(written: &Segment, i: usize, shape: &mut Shape) -> rod::Segment {
     }
 }
 
+fn rod_load(written: &Load, i: usize, shape: &mut Shape) -> rod::Load {
+    let &Load { force, moment, at, along, frame } = written;
+    let place = format!("rod[0].load[{i}]");
+    if at.is_some() && along.is_some() {
+        shape.refuse(&format!("{place}.along"), "both at and along are given", "keep one of them");
+    }
+    if force == [0.0; 3] && moment == [0.0; 3] && shape.is_readable(&place) {
+        shape.refuse(&place, "neither force nor moment", "add one of them");
+    }
+    let extent = match (at, along) {
+        (Some(x), _) => rod::Extent::At(x),
+        (None, Some(ends)) => rod::Extent::Along(ends),
+        (None, None) => rod::Extent::Tip,
+    };
+    let frame = match frame {
+        Frame::World => rod::Frame::World,
+        Frame::Body => rod::Frame::Body,
+    };
+    rod::Load { extent, frame, force, moment }
+}
+
+fn rod_body(written: &Body) -> rod::Body {
+    let &Body { mass, at, centre, inertia } = written;
+    rod::Body { at, mass, centre, inertia }
+}
+
 /// The key in the file of a place in a [`rod::Rod`].
 fn rod_place(place: &str, segments: &[Segment]) -> String {
     if place.starts_with("gravity") {
         return format!("scene.{place}");
     }
     let mut key = place.replace("segments", "segment").replace("base_", "base.");
+    key = key.replace("loads[", "load[").replace("bodies[", "body[");
     for (i, segment) in segments.iter().enumerate() {
         if segment.shear_modulus.is_none() && key == format!("segment[{i}].shear_modulus") {
             key = format!("segment[{i}].poisson_ratio");

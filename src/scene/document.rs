@@ -44,7 +44,7 @@ pub(super) struct General {
     pub(super) gravity: Option<[f64; 3]>,
 }
 
-/// A rod: segments in a row, clamped at its base, with dead loads and a point mass at its tip.
+/// A rod: segments in a row, clamped at its base, with loads and rigid bodies on it.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Rod {
@@ -60,6 +60,12 @@ pub(super) struct Rod {
     /// Point mass at the tip, in kilograms. Default: 0.
     #[serde(default)]
     pub(super) tip_mass: f64,
+    /// Further forces and moments, anywhere on the rod.
+    #[serde(default)]
+    pub(super) load: Vec<Load>,
+    /// Further rigid bodies, anywhere on the rod.
+    #[serde(default)]
+    pub(super) body: Vec<Body>,
     /// Initial generalised coordinates, one per mode: segment by segment, in the order torsion, bend_y, bend_z,
     /// stretch, shear_y, shear_z, then by degree. Default: all zero, the stress-free rod.
     pub(super) q0: Option<Vec<f64>>,
@@ -68,6 +74,55 @@ pub(super) struct Rod {
     /// The segments from base to tip; each continues where the one before ends.
     #[schemars(length(min = 1), example = Vec::<Segment>::new())]
     pub(super) segment: Vec<Segment>,
+}
+
+/// A force and a moment on a rod, at one place or spread along a part of it.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Load {
+    /// Force in newtons; in newtons per metre of the unstretched rod where the load is spread. Default: [0, 0, 0].
+    #[serde(default)]
+    pub(super) force: [f64; 3],
+    /// Moment in newton metres; in newtons where the load is spread. Default: [0, 0, 0].
+    #[serde(default)]
+    pub(super) moment: [f64; 3],
+    /// Arc length of the unstretched rod where the load acts, in metres. Default: the tip.
+    #[schemars(range(min = 0.0))]
+    pub(super) at: Option<f64>,
+    /// Spreads the load evenly from one arc length to another, in metres, instead.
+    pub(super) along: Option<[f64; 2]>,
+    /// Axes of force and moment. Default: "world".
+    #[serde(default)]
+    pub(super) frame: Frame,
+}
+
+/// The axes in which a load keeps its direction.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum Frame {
+    /// Those of the world: a dead load.
+    #[default]
+    World,
+    /// Those of the section that it acts on, with which it turns: a follower load.
+    Body,
+}
+
+/// A rigid body fixed to a section of a rod.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Body {
+    /// Mass in kilograms.
+    #[schemars(range(min = 0.0), example = 0.1)]
+    pub(super) mass: f64,
+    /// Arc length of the unstretched rod where the body is fixed, in metres. Default: the tip.
+    #[schemars(range(min = 0.0))]
+    pub(super) at: Option<f64>,
+    /// Its centre of mass seen from the section's centre, in the section's axes, in metres. Default: [0, 0, 0].
+    #[serde(default)]
+    pub(super) centre: [f64; 3],
+    /// Inertia tensor about its centre of mass in the section's axes, in kg m^2: three rows. Default: zero, a point.
+    #[serde(default)]
+    pub(super) inertia: [[f64; 3]; 3],
 }
 
 /// Pose of a clamped end.

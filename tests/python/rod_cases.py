@@ -8,12 +8,20 @@ from reference import rod as reference
 
 
 class Case:
-    """One rod in both implementations; `segments` are dicts of arguments."""
+    """One rod in both implementations; `segments`, `loads` and `bodies` are dicts of arguments."""
 
-    def __init__(self, segments, **rod):
-        self.arguments = {"segments": segments} | rod
-        self.lissom = lissom.Rod([lissom.Segment(**segment) for segment in segments], **rod)
-        self.reference = reference.Rod([reference.Segment(**segment) for segment in segments], **rod)
+    def __init__(self, segments, loads=(), bodies=(), **rod):
+        self.arguments = {"segments": segments, "loads": loads, "bodies": bodies} | rod
+
+        def build(package):
+            return package.Rod(
+                [package.Segment(**segment) for segment in segments],
+                loads=[package.Load(**load) for load in loads],
+                bodies=[package.Body(**body) for body in bodies],
+                **rod,
+            )
+
+        self.lissom, self.reference = build(lissom), build(reference)
         self.length = sum(segment["length"] for segment in segments)
         self.coordinate_scale = np.concatenate([coordinate_scale(segment) for segment in segments])
 
@@ -64,6 +72,28 @@ def rich_segments():
     ]
 
 
+def rich_loads():
+    """Every kind of load, on segments and where they meet."""
+    return [
+        {"force": (0.1, -0.2, 0.1), "moment": (0.004, 0.002, -0.003), "frame": "body"},
+        {"force": (0.2, 0.3, -0.4), "moment": (0.01, -0.02, 0.03), "at": 0.25},
+        {"force": (-0.3, 0.1, 0.2), "moment": (0.02, 0.01, 0.01), "at": 0.25, "frame": "body"},
+        {"force": (0.1, -0.1, 0.3), "at": 0.4},
+        {"force": (0, 0, 0.5), "at": 0.9, "frame": "body"},
+        {"force": (0.1, 0.4, -0.2), "moment": (0.02, 0, 0.01), "along": (0, 1.35)},
+        {"force": (0.05, -0.3, 0.2), "moment": (0.01, 0.02, -0.01), "along": (0.3, 1.2), "frame": "body"},
+    ]
+
+
+def rich_bodies():
+    inertia = ((2e-4, 1e-5, 0), (1e-5, 3e-4, -2e-5), (0, -2e-5, 4e-4))
+    return [
+        {"mass": 0.04, "centre": (0.02, -0.01, 0.03), "inertia": inertia},
+        {"mass": 0.1, "at": 0.1, "centre": (-0.01, 0.02, 0.01), "inertia": (1e-4, 2e-4, 2.5e-4)},
+        {"mass": 0.03, "at": 0.6},
+    ]
+
+
 def rich_rod(**changes):
     arguments = {
         "base_position": (0.3, -2.0, 1.0),
@@ -72,6 +102,8 @@ def rich_rod(**changes):
         "tip_force": (0.05, -0.1, 0.2),
         "tip_moment": (0.003, 0.002, -0.004),
         "tip_mass": 0.05,
+        "loads": rich_loads(),
+        "bodies": rich_bodies(),
     }
     return Case(rich_segments(), **(arguments | changes))
 
@@ -108,14 +140,45 @@ def random_segments(draw):
 
 
 @st.composite
+def random_loads(draw, length):
+    """A dead or follower load at the tip, at a place or along a part of a rod."""
+    load = {
+        "force": draw(vectors(2.0)),
+        "moment": draw(vectors(0.5)),
+        "frame": draw(st.sampled_from(["world", "body"])),
+    }
+    at = st.floats(0.05, 0.95).map(lambda x: x * length)
+    place = draw(st.sampled_from(["tip", "at", "along"]))
+    if place == "at":
+        load["at"] = draw(at)
+    elif place == "along":
+        load["along"] = (draw(st.floats(0, 0.04)) * length, draw(at))
+    return load
+
+
+@st.composite
+def random_bodies(draw, length):
+    """A point or a body with everything, anywhere."""
+    place = st.floats(0.05, 0.95).map(lambda x: x * length)
+    body = {"mass": draw(st.floats(0.01, 0.5)), "at": draw(st.none() | place)}
+    if draw(st.booleans()):
+        body["centre"] = draw(vectors(0.05))
+        body["inertia"] = ((2e-3, 1e-4, 0), (1e-4, 3e-3, -2e-4), (0, -2e-4, 4e-3))
+    return body
+
+
+@st.composite
 def random_rods(draw):
     """A rod of one to three random segments with at least one coordinate, anywhere, with all loads."""
     segments = draw(st.lists(random_segments(), min_size=1, max_size=3))
     if not any(number for segment in segments for number in segment["modes"].values()):
         segments[-1]["modes"] = {"bend_y": 1}
     orientation = np.array([draw(st.floats(0.1, 1)), *draw(vectors(1.0))])
+    length = sum(segment["length"] for segment in segments)
     return Case(
         segments,
+        loads=draw(st.lists(random_loads(length), max_size=1)),
+        bodies=draw(st.lists(random_bodies(length), max_size=1)),
         base_position=draw(vectors(10.0)),
         base_orientation=tuple(orientation / np.linalg.norm(orientation)),
         gravity=draw(vectors(10.0)),

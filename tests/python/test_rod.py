@@ -16,7 +16,16 @@ from scipy.spatial.transform import Rotation
 
 import lissom
 from reference.rod import STRAINS
-from rod_cases import Case, random_rods, random_states, rich_rod, rich_segments, seeds
+from rod_cases import (
+    Case,
+    random_rods,
+    random_states,
+    rich_bodies,
+    rich_loads,
+    rich_rod,
+    rich_segments,
+    seeds,
+)
 
 # What the quadrature leaves of segments that turn by up to about half a turn, relative to the largest force.
 QUADRATURE = 1e-8
@@ -141,8 +150,13 @@ def test_mass_matrix_column_by_column(case, seed):
 def moment_of_loads(rod):
     """How large moments about the base are; generalised forces follow by differences of them."""
     mass = sum(s.density * np.pi * max(s.radius) ** 2 * s.length for s in rod.segments)
-    weight = (mass + rod.tip_mass) * np.linalg.norm(rod.gravity)
-    return (weight + np.linalg.norm(rod.tip_force)) * rod.length + np.linalg.norm(rod.tip_moment)
+    bodies = rod.tip_mass + sum(body.mass for body in rod.bodies)
+    weight = (mass + bodies) * np.linalg.norm(rod.gravity)
+    moment = (weight + np.linalg.norm(rod.tip_force)) * rod.length + np.linalg.norm(rod.tip_moment)
+    for load in rod.loads:
+        amount = 1.0 if load.along is None else np.ptp(load.along)
+        moment += amount * (np.linalg.norm(load.force) * rod.length + np.linalg.norm(load.moment))
+    return moment
 
 
 @given(random_rods(), seeds)
@@ -199,6 +213,56 @@ def test_tangents_against_the_reference():
         assert_allclose(tangent, wanted, rtol=0, atol=1e-8 * np.abs(wanted).max())
 
 
+@pytest.mark.parametrize("load", rich_loads(), ids=repr)
+def test_power_of_each_load(load):
+    """What a load needs of the generalised forces is its power, or the rate of its potential."""
+    load = load | {"at": load["at"] * 0.7} if "at" in load else load
+    segments, bodies = rich_segments(), rich_bodies()
+    loaded, free = Case(segments, loads=[load]), Case(segments)
+    with_bodies = Case(segments, loads=[load], bodies=bodies)
+    q, qd, _ = random_states(loaded, seed=8)
+    rest = np.zeros_like(q)
+    tau = [case.reference.inverse_dynamics(q, rest, rest) for case in (free, loaded)]
+    h = 1e-4
+    potential = np.subtract(*(loaded.lissom.energy(q + step * qd, rest).loads for step in (h, -h))) / (2 * h)
+    power = qd @ (tau[0] - tau[1])
+    for rod in (loaded.lissom, with_bodies.lissom):
+        assert_allclose(rod.supplied_power(q, qd) - potential, power, rtol=1e-6)
+        assert_allclose(rod.supplied_power(q, -2 * qd), -2 * rod.supplied_power(q, qd), rtol=1e-12)
+
+
+def test_default_arguments_of_load_and_body_are_the_documented_ones():
+    load = lissom.Load(force=(1, 2, 3))
+    assert load == lissom.Load(force=(1, 2, 3), moment=(0, 0, 0), at=None, along=None, frame="world")
+    body = lissom.Body(0.3)
+    assert body == lissom.Body(0.3, at=None, centre=(0, 0, 0), inertia=(0, 0, 0))
+    segments = [lissom.Segment(**segment) for segment in rich_segments()]
+    q, qd, qdd = random_states(Case(rich_segments()), seed=9)
+    length = sum(segment.length for segment in segments)
+    at_tip = lissom.Rod(segments, loads=[load], bodies=[body])
+    spelled = [
+        lissom.Rod(segments, tip_force=(1, 2, 3), tip_mass=0.3),
+        lissom.Rod(
+            segments, loads=[lissom.Load(force=(1, 2, 3), at=length)], bodies=[lissom.Body(0.3, at=length)]
+        ),
+    ]
+    for rod in spelled:
+        assert_allclose(rod.inverse_dynamics(q, qd, qdd), at_tip.inverse_dynamics(q, qd, qdd), rtol=1e-13)
+
+
+def test_loads_and_bodies_are_copied_and_pickled():
+    rod = rich_rod().lissom
+    for load in rod.loads:
+        assert copy.copy(load) == pickle.loads(pickle.dumps(load)) == load
+        assert eval(repr(load), {"Load": lissom.Load}) == load
+    for body in rod.bodies:
+        assert copy.copy(body) == pickle.loads(pickle.dumps(body)) == body
+        assert eval(repr(body), {"Body": lissom.Body}) == body
+    twin = pickle.loads(pickle.dumps(rod))
+    assert twin.loads == rod.loads
+    assert twin.bodies == rod.bodies
+
+
 @given(random_rods(), seeds)
 def test_power_goes_into_energy_and_damping(case, seed):
     # A dead moment has no potential, so that its power is not in the energy.
@@ -228,6 +292,14 @@ def arguments_of(segment):
     return {name: getattr(segment, name) for name in names}
 
 
+def turned_load(load, turn):
+    """Follower loads turn with the base, dead ones do not."""
+    force, moment = load.force, load.moment
+    if load.frame == "world":
+        force, moment = turn.apply(force), turn.apply(moment)
+    return lissom.Load(force=force, moment=moment, at=load.at, along=load.along, frame=load.frame)
+
+
 @given(random_rods(), seeds)
 def test_rotating_base_gravity_and_loads_together_rotates_the_motion(case, seed):
     turn = Rotation.random(rng=np.random.default_rng(seed))
@@ -243,6 +315,8 @@ def test_rotating_base_gravity_and_loads_together_rotates_the_motion(case, seed)
         tip_force=turn.apply(rod.tip_force),
         tip_moment=turn.apply(rod.tip_moment),
         tip_mass=rod.tip_mass,
+        loads=[turned_load(load, turn) for load in rod.loads],
+        bodies=rod.bodies,
     )
     tau = rod.inverse_dynamics(q, qd, qdd)
     atol = 1e-12 * np.abs(tau).max() + 1e-14 * moment_of_loads(rod)
@@ -401,7 +475,7 @@ def test_quadrature_nodes_may_be_chosen():
 def test_a_rod_explains_what_is_skipped():
     text = rich_rod().lissom.explain()
     assert "spatial kernel" in text
-    assert text.index("loads at the tip") < text.index("skipped")
+    assert text.index("dead loads") < text.index("follower loads") < text.index("skipped")
 
 
 def test_a_rod_tells_how_many_multiplications_it_takes():

@@ -108,6 +108,61 @@ def test_impossible_rods(arguments, message):
         rod(**arguments)
 
 
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({}, r"force: got neither force nor moment"),
+        ({"force": (0, 0)}, r"force: expected 3 values, got 2"),
+        ({"moment": (0, 0, np.nan)}, r"moment\[2\]: got NaN"),
+        ({"force": (0, 0, 1), "at": -0.1}, r"at: got -0\.1.*arc length >= 0"),
+        ({"force": (0, 0, 1), "at": np.inf}, r"at: got inf"),
+        ({"force": (0, 0, 1), "along": (0.2, 0.1)}, r"along\[1\]: got 0\.1.*> along\[0\] = 0\.2"),
+        ({"force": (0, 0, 1), "along": (0.2,)}, r"along: expected 2 values, got 1"),
+        ({"force": (0, 0, 1), "along": (0, 1), "at": 0.5}, r"along: got both at and along"),
+        ({"force": (0, 0, 1), "frame": "tip"}, r"frame: got 'tip'.*'world' or 'body'"),
+    ],
+)
+def test_impossible_loads(arguments, message):
+    with pytest.raises(ValueError, match=message):
+        lissom.Load(**arguments)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"mass": -1.0}, r"mass: got -1"),
+        ({"mass": 1.0, "at": -0.1}, r"at: got -0\.1"),
+        ({"mass": 1.0, "centre": (0, np.nan, 0)}, r"centre\[1\]: got NaN"),
+        ({"mass": 1.0, "inertia": (1, 2)}, r"inertia: expected shape \(3,\) or \(3, 3\)"),
+        ({"mass": 1.0, "inertia": (1, 1, 3)}, r"inertia.*principal moments 1, 1, 3"),
+        ({"mass": 1.0, "inertia": ((1, 0.1, 0), (0, 1, 0), (0, 0, 1))}, r"inertia.*symmetric"),
+    ],
+)
+def test_impossible_bodies(arguments, message):
+    with pytest.raises(ValueError, match=message):
+        lissom.Body(**arguments)
+
+
+def test_loads_and_bodies_beyond_the_end_of_the_rod():
+    with pytest.raises(ValueError, match=r"loads\[0\]\.at: got 0\.6.*\[0, 0\.5\]"):
+        rod(loads=[lissom.Load(force=(0, 0, 1), at=0.6)])
+    with pytest.raises(ValueError, match=r"loads\[0\]\.along\[1\]: got 0\.6"):
+        rod(loads=[lissom.Load(force=(0, 0, 1), along=(0.1, 0.6))])
+    with pytest.raises(ValueError, match=r"bodies\[0\]\.at: got 0\.6"):
+        rod(bodies=[lissom.Body(0.1, at=0.6)])
+
+
+def test_wrong_types_of_loads_and_bodies():
+    with pytest.raises(TypeError, match=r"loads.*lissom\.Load"):
+        rod(loads=[lissom.Body(1.0)])
+    with pytest.raises(TypeError, match=r"bodies.*lissom\.Body"):
+        rod(bodies=lissom.Body(1.0))
+    with pytest.raises(TypeError, match="inertia"):
+        lissom.Body(1.0, inertia="round")
+    with pytest.raises(TypeError, match="force"):
+        lissom.Load(force="down")
+
+
 def test_a_rod_needs_segments():
     with pytest.raises(ValueError, match="segments"):
         lissom.Rod([])
@@ -223,4 +278,6 @@ def test_help_shows_the_defaults():
         "tip_force": (0, 0, 0),
         "tip_moment": (0, 0, 0),
         "tip_mass": 0.0,
+        "loads": (),
+        "bodies": (),
     }

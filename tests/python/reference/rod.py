@@ -7,7 +7,8 @@ of continuum and soft robots: a strain parameterization based approach", IEEE T-
 
 Inward, for the body wrench F that the rest of the rod needs and the generalised forces tau:
 
-    F' = ad_xi^T F - (M eta_t - ad_eta^T M eta - gravity)
+    F' = ad_xi^T F - (M eta_t - ad_eta^T M eta - gravity - loads per length)
+    F jumps by what a body there needs less the loads there
     tau = int (B Phi)^T (F + H (xi - xi0) + mu H xi_t)
 
 Twists and wrenches are angular first, a subscript t is a time derivative. Slow on purpose: nothing is shared
@@ -32,7 +33,7 @@ ATOL = 1e-13
 
 
 class Energy(NamedTuple):
-    """Joules. `loads` counts the tip force only: a constant spatial moment has no potential."""
+    """Joules. `loads` counts dead forces only: moments and follower loads have no potential."""
 
     kinetic: float
     elastic: float
@@ -100,6 +101,45 @@ class Segment:
         return self.stiffness(X) * (self.basis(X) @ (q + self.retardation_time * qd))
 
 
+@dataclass(frozen=True)
+class Load:
+    """Same arguments as `lissom.Load`."""
+
+    force: Sequence[float] = (0, 0, 0)
+    moment: Sequence[float] = (0, 0, 0)
+    at: float | None = None
+    along: Sequence[float] | None = None
+    frame: str = "world"
+
+    def wrench(self, R):
+        """Body wrench at a section turned by R, per length where the load is spread, (6,)."""
+        turn = R.T if self.frame == "world" else np.eye(3)
+        return np.concatenate([turn @ self.moment, turn @ self.force])
+
+    def potential(self, p):
+        return -np.dot(self.force, p) if self.frame == "world" else 0.0
+
+
+@dataclass(frozen=True)
+class Body:
+    """Same arguments as `lissom.Body`."""
+
+    mass: float
+    at: float | None = None
+    centre: Sequence[float] = (0, 0, 0)
+    inertia: Sequence = (0, 0, 0)
+
+    @property
+    def matrix(self):
+        """Inertia of twists of the section, (6, 6)."""
+        inertia = np.array(self.inertia, float)
+        to_centre = np.block([[np.eye(3), np.zeros((3, 3))], [-hat(self.centre), np.eye(3)]])
+        about_centre = np.zeros((6, 6))
+        about_centre[:3, :3] = np.diag(inertia) if inertia.ndim == 1 else inertia
+        about_centre[3:, 3:] = self.mass * np.eye(3)
+        return to_centre.T @ about_centre @ to_centre
+
+
 def hat(w):
     """Matrix of the cross product with w."""
     return np.array([[0, -w[2], w[1]], [w[2], 0, -w[0]], [-w[1], w[0], 0]])
@@ -135,13 +175,17 @@ class Rod:
         tip_force=(0, 0, 0),
         tip_moment=(0, 0, 0),
         tip_mass=0.0,
+        loads=(),
+        bodies=(),
     ):
         w, x, y, z = base_orientation
         R = Rotation.from_quat([x, y, z, w]).as_matrix()
         self.base = np.concatenate([R.ravel(), base_position, np.zeros(6)])
         self.segments = list(segments)
-        self.gravity, self.tip_force, self.tip_moment = map(np.asarray, (gravity, tip_force, tip_moment))
-        self.tip_mass = tip_mass
+        self.gravity = np.asarray(gravity)
+        self.loads = [Load(tip_force, tip_moment), *loads]
+        self.bodies = [Body(tip_mass), *bodies]
+        self.starts = np.cumsum([0, *(segment.length for segment in self.segments)])
         ends = np.cumsum([0, *(segment.n for segment in self.segments)])
         self.dofs = [slice(start, end) for start, end in pairwise(ends)]
         self.n = ends[-1]
@@ -149,12 +193,11 @@ class Rod:
     def poses(self, q, X):
         """Poses (m, 4, 4) at arc lengths X (m,), counted from the rod's base."""
         q, rest, poses = np.asarray(q, float), np.zeros(self.n), np.tile(np.eye(4), (len(X), 1, 1))
-        starts = np.cumsum([0, *(segment.length for segment in self.segments)])
         ends = self._outward(q, rest, np.empty((self.n, 0)))
         for pose, at in zip(poses, X, strict=True):
-            i = min(np.searchsorted(starts, at, side="right"), len(self.segments)) - 1
+            i = min(np.searchsorted(self.starts, at, side="right"), len(self.segments)) - 1
             rate = self._motion_rate(i, q, rest, np.empty((self.n, 0)))
-            R, p, *_ = unpack(integrate(rate, 0, at - starts[i], ends[i][0])[-1])
+            R, p, *_ = unpack(integrate(rate, 0, at - self.starts[i], ends[i][0])[-1])
             pose[:3, :3], pose[:3, 3] = R, p
         return poses
 
@@ -182,7 +225,7 @@ class Rod:
     def mass_matrix(self, q):
         """Column by column: what unit accelerations need of a rod that neither gravity nor loads act on."""
         free = copy(self)
-        free.gravity, free.tip_force, free.tip_moment = np.zeros((3, 3))
+        free.gravity, free.loads = np.zeros(3), []
         return free._forces_of_motion(np.asarray(q, float), np.zeros(self.n), np.eye(self.n))
 
     def forward_dynamics(self, q, qd):
@@ -192,50 +235,79 @@ class Rod:
     def energy(self, q, qd):
         """Energies in joules; the gravitational one is zero at the world's origin."""
         q, qd, none = np.asarray(q, float), np.asarray(qd, float), np.empty((self.n, 0))
-        elastic, state = 0.0, np.concatenate([self.base, [0.0, 0.0]])
+        elastic, state = 0.0, np.concatenate([self.base, [0.0, 0.0, 0.0]])
         for i, segment in enumerate(self.segments):
             dof, motion_rate = self.dofs[i], self._motion_rate(i, q, qd, none)
-
-            def rate(X, state, segment=segment, motion_rate=motion_rate):
-                _, p, eta, _ = unpack(state[:18])
-                inertia = segment.inertia(X)
-                densities = [eta @ (inertia * eta) / 2, -inertia[3] * self.gravity @ p]
-                return np.concatenate([motion_rate(X, state[:18]), densities])
 
             def strain_energy(X, segment=segment, dof=dof):
                 return (segment.basis(X) @ q[dof]) @ segment.stress(X, q[dof], 0 * q[dof]) / 2
 
-            state = integrate(rate, 0, segment.length, state)[-1]
             elastic += quad_vec(strain_energy, 0, segment.length, epsrel=RTOL)[0]
-        _, p, eta, _ = unpack(state[:18])
-        kinetic = state[18] + self.tip_mass * eta[3:] @ eta[3:] / 2
-        gravitational = state[19] - self.tip_mass * self.gravity @ p
-        return Energy(kinetic, elastic, gravitational, -self.tip_force @ p)
+            for X0, X1, spread in self._pieces(i):
+
+                def rate(X, state, segment=segment, motion_rate=motion_rate, spread=spread):
+                    _, p, eta, _ = unpack(state[:18])
+                    inertia = segment.inertia(X)
+                    loads = sum(load.potential(p) for load in spread)
+                    densities = [eta @ (inertia * eta) / 2, -inertia[3] * self.gravity @ p, loads]
+                    return np.concatenate([motion_rate(X, state[:18]), densities])
+
+                state = integrate(rate, X0, X1, state)[-1]
+                R, p, eta, _ = unpack(state[:18])
+                for body in self._there(self.bodies, i, X1):
+                    kinetic = eta @ body.matrix @ eta / 2
+                    state[18:20] += kinetic, -body.mass * self.gravity @ (p + R @ body.centre)
+                state[20] += sum(load.potential(p) for load in self._there(self.loads, i, X1))
+        return Energy(state[18], elastic, state[19], state[20])
+
+    def _there(self, things, i, X):
+        """Those of the loads or bodies that are at the place X > 0 of segment i."""
+        at = self.starts[i] + X
+        places = [self.starts[-1] if thing.at is None else thing.at for thing in things]
+        spread = [getattr(thing, "along", None) is not None for thing in things]
+        return [
+            thing
+            for thing, place, along in zip(things, places, spread, strict=True)
+            if not along and np.isclose(place, at, rtol=0, atol=1e-12)
+        ]
+
+    def _pieces(self, i):
+        """Where segment i is smooth: from, to, and the loads that are spread there."""
+        start, length = self.starts[i], self.segments[i].length
+        places = [thing.at for thing in (*self.loads, *self.bodies) if thing.at is not None]
+        spread = [load for load in self.loads if load.along is not None]
+        places += [end for load in spread for end in load.along]
+        inside = [at - start for at in places if 1e-12 < at - start < length - 1e-12]
+        for X0, X1 in pairwise(np.unique([0, *inside, length])):
+            middle = start + (X0 + X1) / 2
+            yield X0, X1, [load for load in spread if load.along[0] < middle < load.along[1]]
 
     def _forces_of_motion(self, q, qd, qdd):
         """What inertia, gravity and the loads at the tip need, (n, m)."""
         m = qdd.shape[1]
         paths = self._outward(q, qd, qdd)
-        F = self._tip_wrench(paths[-1][-1])
         # Absolute tolerances follow the largest force of each motion: a rod may weigh a gram or a ton.
-        loads = [self._load(i, 0, y) for i, path in enumerate(paths) for y in path]
-        largest = np.abs([F, *loads]).max(axis=(0, 1))
+        loads = [self._load(i, 0, y, self.loads) for i, path in enumerate(paths) for y in path]
+        ends = [self._at_point(i, self.segments[i].length, path[-1]) for i, path in enumerate(paths)]
+        largest = np.abs([*ends, *loads]).max(axis=(0, 1))
 
-        tau = np.empty((self.n, m))
+        F, tau = np.zeros((6, m)), np.empty((self.n, m))
         for i, segment in reversed(list(enumerate(self.segments))):
             dof, motion_rate, size = self.dofs[i], self._motion_rate(i, q, qd, qdd), 18 + 6 * m
-
-            def rate(X, state, i=i, segment=segment, motion_rate=motion_rate, size=size):
-                y, F = state[:size], state[size : size + 6 * m].reshape(6, m)
-                F_X = ad(self._strain(i, X, q)).T @ F - self._load(i, X, y)
-                tau_X = -segment.basis(X).T @ F
-                return np.concatenate([motion_rate(X, y), F_X.ravel(), tau_X.ravel()])
-
-            start = np.concatenate([paths[i][-1], F.ravel(), np.zeros(segment.n * m)])
             scale = np.concatenate([np.ones(size), np.tile(np.where(largest > 0, largest, 1), 6 + segment.n)])
-            end = integrate(rate, segment.length, 0, start, ATOL * scale)[-1]
-            F = end[size : size + 6 * m].reshape(6, m)
-            tau[dof] = end[size + 6 * m :].reshape(-1, m)
+            state = np.concatenate([paths[i][-1], F.ravel(), np.zeros(segment.n * m)])
+            for X0, X1, spread in reversed(list(self._pieces(i))):
+
+                def rate(X, state, i=i, segment=segment, motion_rate=motion_rate, size=size, spread=spread):
+                    y, F = state[:size], state[size : size + 6 * m].reshape(6, m)
+                    F_X = ad(self._strain(i, X, q)).T @ F - self._load(i, X, y, spread)
+                    tau_X = -segment.basis(X).T @ F
+                    return np.concatenate([motion_rate(X, y), F_X.ravel(), tau_X.ravel()])
+
+                state[size : size + 6 * m] += self._at_point(i, X1, state[:size]).ravel()
+                state = integrate(rate, X1, X0, state, ATOL * scale)[-1]
+            F = state[size : size + 6 * m].reshape(6, m)
+            tau[dof] = state[size + 6 * m :].reshape(-1, m)
         return tau
 
     def _strain(self, i, X, q):
@@ -268,17 +340,21 @@ class Rod:
             y = paths[-1][-1]
         return paths
 
-    def _load(self, i, X, y):
-        """Body wrench per length that inertia needs beyond what gravity gives, (6, m)."""
+    def _load(self, i, X, y, spread):
+        """Body wrench per length that inertia needs beyond what gravity and spread loads give, (6, m)."""
         R, _, eta, eta_t = unpack(y)
         M = self.segments[i].inertia(X)[:, None]
         weight = np.concatenate([np.zeros(3), R.T @ self.gravity])
-        return M * eta_t - (ad(eta).T @ (M[:, 0] * eta))[:, None] - M * weight[:, None]
+        given = sum((load.wrench(R) for load in spread), np.zeros(6))
+        return M * eta_t - (ad(eta).T @ (M[:, 0] * eta))[:, None] - M * weight[:, None] - given[:, None]
 
-    def _tip_wrench(self, y):
-        """Body wrench that the point mass needs beyond what gravity and the dead loads give, (6, m)."""
+    def _at_point(self, i, X, y):
+        """Body wrench that the bodies at a place need beyond what gravity and loads give, (6, m)."""
         R, _, eta, eta_t = unpack(y)
-        acceleration = eta_t[3:] + np.cross(eta[:3], eta[3:])[:, None] - (R.T @ self.gravity)[:, None]
-        force = self.tip_mass * acceleration - (R.T @ self.tip_force)[:, None]
-        moment = np.broadcast_to(-(R.T @ self.tip_moment)[:, None], force.shape)
-        return np.vstack([moment, force])
+        weight = np.concatenate([np.zeros(3), R.T @ self.gravity])[:, None]
+        wrench = np.zeros_like(eta_t)
+        for body in self._there(self.bodies, i, X):
+            wrench += body.matrix @ (eta_t - weight) - (ad(eta).T @ body.matrix @ eta)[:, None]
+        for load in self._there(self.loads, i, X):
+            wrench -= load.wrench(R)[:, None]
+        return wrench

@@ -1,0 +1,253 @@
+//! `lissom.Load` and `lissom.Body`.
+
+use numpy::PyArray2;
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use super::convert;
+use crate::error::Checker;
+use crate::rod::{Body, Extent, Frame, Load};
+
+/// A force and a moment on a rod, at one place or spread along a part of it.
+///
+/// Parameters
+/// ----------
+/// force : array_like, shape (3,)
+///     Newtons; newtons per metre of the unstretched rod where the load is spread.
+/// moment : array_like, shape (3,)
+///     Newton metres; newtons where the load is spread.
+/// at : float, optional
+///     Arc length of the unstretched rod where the load acts, metres; by default the tip.
+/// along : (float, float), optional
+///     Spreads the load evenly from one arc length to another instead.
+/// frame : {'world', 'body'}
+///     The axes of `force` and `moment`: those of the world, in which the load keeps its direction (a dead load), or those of the
+///     section that it acts on, with which it turns (a follower load).
+///
+/// Raises
+/// ------
+/// ValueError
+///     Naming every parameter that makes no sense; a place beyond the end is found out by the `Rod`.
+///
+/// Examples
+/// --------
+/// >>> import lissom
+/// >>> wind = lissom.Load(force=(0, 0.2, 0), along=(0, 0.4))
+/// >>> thrust = lissom.Load(force=(-1, 0, 0), frame="body")
+/// >>> wire = lissom.Segment(0.4, 1e-3, 2e11, 8e10, 7800, {"bend_y": 3, "bend_z": 3})
+/// >>> rod = lissom.Rod([wire], loads=[wind, thrust])
+#[pyclass(name = "Load", module = "lissom", frozen, eq)]
+#[derive(Clone, PartialEq)]
+pub(crate) struct PyLoad(pub(crate) Load);
+
+#[pymethods]
+impl PyLoad {
+    #[new]
+    #[pyo3(
+        signature = (*, force=None, moment=None, at=None, along=None, frame="world"),
+        text_signature = "(*, force=(0, 0, 0), moment=(0, 0, 0), at=None, along=None, frame='world')"
+    )]
+    fn new(
+        force: Option<&Bound<'_, PyAny>>,
+        moment: Option<&Bound<'_, PyAny>>,
+        at: Option<f64>,
+        along: Option<&Bound<'_, PyAny>>,
+        frame: &str,
+    ) -> PyResult<Self> {
+        let mut check = Checker::new();
+        check.require(at.is_none() || along.is_none(), "along", "both at and along", "one of them");
+        check.require(
+            force.is_some() || moment.is_some(),
+            "force",
+            "neither force nor moment",
+            "one of them, or both",
+        );
+        let frame = match frame {
+            "world" => Frame::World,
+            "body" => Frame::Body,
+            other => {
+                check.require(false, "frame", format_args!("'{other}'"), "'world' or 'body'");
+                Frame::World
+            }
+        };
+        let extent = match (at, along) {
+            (Some(x), _) => Extent::At(x),
+            (None, Some(along)) => Extent::Along(convert::array_of(along, "along")?),
+            (None, None) => Extent::Tip,
+        };
+        let vector = |value: Option<&Bound<'_, PyAny>>, name| {
+            value.map_or(Ok([0.0; 3]), |value| convert::array_of(value, name))
+        };
+        let load = Load { extent, frame, force: vector(force, "force")?, moment: vector(moment, "moment")? };
+        // How long the rod is will be known later.
+        check.all(load.validate(f64::INFINITY));
+        check.finish()?;
+        Ok(Self(load))
+    }
+
+    /// Force in newtons, or newtons per metre.
+    #[getter]
+    fn force(&self) -> (f64, f64, f64) {
+        self.0.force.into()
+    }
+
+    /// Moment in newton metres, or newtons.
+    #[getter]
+    fn moment(&self) -> (f64, f64, f64) {
+        self.0.moment.into()
+    }
+
+    /// Arc length where it acts, metres; None for the tip or a spread load.
+    #[getter]
+    fn at(&self) -> Option<f64> {
+        if let Extent::At(x) = self.0.extent { Some(x) } else { None }
+    }
+
+    /// Arc lengths between which it is spread, metres, or None.
+    #[getter]
+    fn along(&self) -> Option<(f64, f64)> {
+        if let Extent::Along(ends) = self.0.extent { Some(ends.into()) } else { None }
+    }
+
+    /// The axes that it keeps its direction in: 'world' or 'body'.
+    #[getter]
+    fn frame(&self) -> &'static str {
+        match self.0.frame {
+            Frame::World => "world",
+            Frame::Body => "body",
+        }
+    }
+
+    fn __repr__(&self) -> String {
+        let place = match self.0.extent {
+            Extent::Tip => String::new(),
+            Extent::At(x) => format!(", at={x:?}"),
+            Extent::Along([from, to]) => format!(", along=({from:?}, {to:?})"),
+        };
+        let (force, moment, frame) = (self.force(), self.moment(), self.frame());
+        format!("Load(force={force:?}, moment={moment:?}{place}, frame='{frame}')")
+    }
+
+    /// For copies and pickles.
+    fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> PyResult<((), Bound<'py, PyDict>)> {
+        let arguments = PyDict::new(py);
+        arguments.set_item("force", self.force())?;
+        arguments.set_item("moment", self.moment())?;
+        arguments.set_item("at", self.at())?;
+        arguments.set_item("along", self.along())?;
+        arguments.set_item("frame", self.frame())?;
+        Ok(((), arguments))
+    }
+}
+
+/// A rigid body fixed to a section of a rod.
+///
+/// Parameters
+/// ----------
+/// mass : float
+///     Kilograms.
+/// at : float, optional
+///     Arc length of the unstretched rod where it is fixed, metres; by default the tip.
+/// centre : array_like, shape (3,)
+///     Its centre of mass seen from the section's centre, in the section's axes, metres.
+/// inertia : array_like, shape (3,) or (3, 3)
+///     Moments of inertia about its centre of mass and axes parallel to the section's, kg m^2: three principal ones, or the whole
+///     symmetric tensor.
+///
+/// Raises
+/// ------
+/// ValueError
+///     Naming every parameter that makes no sense, such as an inertia tensor that no body has.
+///
+/// Examples
+/// --------
+/// >>> import lissom
+/// >>> gripper = lissom.Body(0.1, centre=(0.03, 0, 0), inertia=(2e-5, 5e-5, 5e-5))
+/// >>> wire = lissom.Segment(0.4, 1e-3, 2e11, 8e10, 7800, {"bend_y": 3})
+/// >>> rod = lissom.Rod([wire], bodies=[gripper, lissom.Body(0.01, at=0.2)])
+#[pyclass(name = "Body", module = "lissom", frozen, eq)]
+#[derive(Clone, PartialEq)]
+pub(crate) struct PyBody(pub(crate) Body);
+
+#[pymethods]
+impl PyBody {
+    #[new]
+    #[pyo3(
+        signature = (mass, *, at=None, centre=None, inertia=None),
+        text_signature = "(mass, *, at=None, centre=(0, 0, 0), inertia=(0, 0, 0))"
+    )]
+    fn new(
+        mass: f64,
+        at: Option<f64>,
+        centre: Option<&Bound<'_, PyAny>>,
+        inertia: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        let mut body = Body { at, ..Body::point(mass) };
+        if let Some(centre) = centre {
+            body.centre = convert::array_of(centre, "centre")?;
+        }
+        if let Some(inertia) = inertia {
+            body.inertia = tensor(inertia)?;
+        }
+        body.validate(f64::INFINITY)?;
+        Ok(Self(body))
+    }
+
+    /// Mass in kilograms.
+    #[getter]
+    fn mass(&self) -> f64 {
+        self.0.mass
+    }
+
+    /// Arc length where it is fixed, metres; None for the tip.
+    #[getter]
+    fn at(&self) -> Option<f64> {
+        self.0.at
+    }
+
+    /// Centre of mass in the section's axes, metres.
+    #[getter]
+    fn centre(&self) -> (f64, f64, f64) {
+        self.0.centre.into()
+    }
+
+    /// Inertia tensor about the centre of mass in the section's axes, shape (3, 3), kg m^2.
+    #[getter]
+    fn inertia<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let rows: Vec<Vec<f64>> = self.0.inertia.iter().map(|row| row.to_vec()).collect();
+        Ok(PyArray2::from_vec2(py, &rows)?)
+    }
+
+    fn __repr__(&self) -> String {
+        let Body { at, mass, inertia, .. } = &self.0;
+        let at = at.map_or(String::new(), |x| format!(", at={x:?}"));
+        format!("Body({mass:?}{at}, centre={:?}, inertia={inertia:?})", self.centre())
+    }
+
+    /// For copies and pickles.
+    fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> PyResult<((f64,), Bound<'py, PyDict>)> {
+        let arguments = PyDict::new(py);
+        arguments.set_item("at", self.at())?;
+        arguments.set_item("centre", self.centre())?;
+        arguments.set_item("inertia", self.0.inertia)?;
+        Ok(((self.0.mass,), arguments))
+    }
+}
+
+/// An inertia tensor from itself or from its diagonal.
+fn tensor(value: &Bound<'_, PyAny>) -> PyResult<[[f64; 3]; 3]> {
+    if let Ok(matrix) = convert::matrix_of(value, (3, 3), "inertia") {
+        return Ok(std::array::from_fn(|i| std::array::from_fn(|j| matrix[(i, j)])));
+    }
+    let wrong = |_| {
+        PyValueError::new_err(format!(
+            "inertia: expected shape (3,) or (3, 3), got {}",
+            convert::describe(value)
+        ))
+    };
+    let [x, y, z] = convert::array_of(value, "inertia").map_err(|error| {
+        if error.is_instance_of::<PyTypeError>(value.py()) { error } else { wrong(error) }
+    })?;
+    Ok([[x, 0.0, 0.0], [0.0, y, 0.0], [0.0, 0.0, z]])
+}

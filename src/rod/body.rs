@@ -1,0 +1,92 @@
+//! Rigid bodies on a rod, in plain data.
+
+use nalgebra::Matrix3;
+
+use super::load::check_place;
+use crate::error::{Checker, InvalidInput};
+
+/// Inertia tensors may violate symmetry and the inequalities of principal moments by this much of their largest entry:
+/// rounding of whoever computed them.
+const INERTIA_TOLERANCE: f64 = 1e-9;
+
+/// A rigid body fixed to a section of the rod.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Body {
+    /// Arc length from the base of the section that it is fixed to, in metres; `None` is the tip.
+    pub at: Option<f64>,
+    /// Mass in kilograms.
+    pub mass: f64,
+    /// Centre of mass seen from the section's centre, in the section's axes, in metres.
+    pub centre: [f64; 3],
+    /// Inertia tensor about the centre of mass, in the section's axes, in kg m^2: rows of a symmetric matrix.
+    pub inertia: [[f64; 3]; 3],
+}
+
+impl Body {
+    /// A point mass at the tip.
+    pub fn point(mass: f64) -> Self {
+        Self { at: None, mass, centre: [0.0; 3], inertia: [[0.0; 3]; 3] }
+    }
+
+    /// Everything that is wrong with this body on a rod of this length (infinite where it is not known yet).
+    pub fn validate(&self, length: f64) -> Result<(), InvalidInput> {
+        let mut check = Checker::new();
+        if let Some(x) = self.at {
+            check_place(&mut check, x, "at", length);
+        }
+        check.non_negative(self.mass, "mass", "kilograms");
+        check.finite(&self.centre, "centre");
+        let is_finite = [0, 1, 2].map(|i| check.finite(&self.inertia[i], &format!("inertia[{i}]")));
+        if is_finite == [true; 3] {
+            let inertia = Matrix3::from_fn(|i, j| self.inertia[i][j]);
+            let rounding = INERTIA_TOLERANCE * inertia.amax();
+            let is_symmetric = (inertia - inertia.transpose()).amax() <= rounding;
+            if check.require(is_symmetric, "inertia", "a matrix that is not symmetric", "a symmetric matrix")
+            {
+                let mut moments = inertia.symmetric_eigenvalues();
+                moments.as_mut_slice().sort_by(f64::total_cmp);
+                let [a, b, c] = moments.into();
+                check.require(
+                    a >= -rounding && a + b >= c - rounding,
+                    "inertia",
+                    format_args!("the principal moments {a}, {b}, {c}"),
+                    "moments >= 0, none larger than the other two together, as every body has",
+                );
+            }
+        }
+        check.finish()
+    }
+
+    /// Inertia tensor about the section's centre, in the section's axes: the parallel-axis theorem.
+    pub(super) fn inertia_about_section(&self) -> [[f64; 3]; 3] {
+        let c = self.centre;
+        let square: f64 = c.iter().map(|x| x * x).sum();
+        std::array::from_fn(|i| {
+            std::array::from_fn(|j| {
+                let identity = if i == j { square } else { 0.0 };
+                self.inertia[i][j] + self.mass * (identity - c[i] * c[j])
+            })
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn inertia_tensors_that_no_body_has_are_refused() {
+        let with = |inertia| Body { inertia, ..Body::point(1.0) }.validate(1.0).is_ok();
+        assert!(with([[2.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]));
+        assert!(!with([[2.1, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]), "larger than the others");
+        assert!(!with([[1.0, 0.1, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]), "not symmetric");
+        assert!(!with([[1.0, 2.0, 0.0], [2.0, 1.0, 0.0], [0.0, 0.0, 1.0]]), "negative");
+        assert!(!with([[f64::NAN, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]), "not finite");
+    }
+
+    #[test]
+    fn the_parallel_axis_theorem() {
+        let body = Body { mass: 2.0, centre: [1.0, 0.0, 3.0], ..Body::point(2.0) };
+        assert_eq!(body.inertia_about_section(), [[18.0, 0.0, -6.0], [0.0, 20.0, 0.0], [-6.0, 0.0, 2.0]]);
+    }
+}

@@ -1,0 +1,192 @@
+//! The part that points have in the tangent: more places, beside the nodes, where Psi is known and the forces change.
+
+use super::inertia::Gyroscope;
+use super::load::Frame;
+use super::plan::{Plan, SegmentPlan};
+use super::tangent::{Coordinate, Rest, Weights};
+use super::turning::Turning;
+use super::workspace::Workspace;
+use crate::lie::{Geometry, Twist, VectorSpace, Wrench};
+
+/// Memory for the points inside one segment at a time.
+#[derive(Clone, Debug)]
+pub(super) struct PointTangents<G: Geometry> {
+    /// Per point: the gyroscope of its bodies, and that of its dead loads.
+    gyroscope: Vec<Gyroscope<G, f64>>,
+    dead: Vec<Gyroscope<G, f64>>,
+    /// Per point, of the column at hand: the angular part of Y, and Z.
+    y: Vec<G::Axial<f64>>,
+    z: Vec<Twist<G, f64>>,
+    /// Per coordinate of the segment and point: Psi, and the change of the force.
+    psi: Vec<Twist<G, f64>>,
+    source: Vec<Wrench<G, f64>>,
+}
+
+impl<G: Turning> PointTangents<G> {
+    pub(super) fn new(plan: &Plan<G>) -> Self {
+        let largest = |size: fn(&SegmentPlan<G>) -> usize| plan.segments.iter().map(size).max().unwrap_or(0);
+        let points = largest(|segment| segment.points.inside.len());
+        let columns = largest(|segment| segment.points.inside.len() * segment.n);
+        Self {
+            gyroscope: vec![Gyroscope::zero(); points],
+            dead: vec![Gyroscope::zero(); points],
+            y: vec![VectorSpace::zero(); points],
+            z: vec![Twist::zero(); points],
+            psi: vec![Twist::zero(); columns],
+            source: vec![Wrench::zero(); columns],
+        }
+    }
+
+    /// Gyroscopes of the points inside a segment.
+    #[inline(always)]
+    pub(super) fn prepare(
+        &mut self,
+        plan: &Plan<G>,
+        segment: &SegmentPlan<G>,
+        work: &Workspace<G>,
+        weights: Weights,
+    ) {
+        if weights.is_mass_only {
+            return;
+        }
+        for (i, p) in segment.points.inside.clone().enumerate() {
+            (self.gyroscope[i], self.dead[i]) = gyroscopes(plan, work, p);
+        }
+    }
+
+    /// Psi at the points, of coordinate `k` of the segment: its integrand is given at the nodes.
+    #[inline(always)]
+    pub(super) fn shape(
+        &mut self,
+        plan: &Plan<G>,
+        segment: &SegmentPlan<G>,
+        weights: Weights,
+        k: usize,
+        integrand: &[Twist<G, G::Pack>],
+    ) {
+        let points = &plan.points[segment.points.inside.clone()];
+        for (i, point) in points.iter().enumerate() {
+            let psi = point.reach().integral(integrand);
+            self.psi[k * points.len() + i] = psi;
+            self.y[i] = psi.angular * weights.v;
+            self.z[i] = psi * weights.a;
+        }
+    }
+
+    /// The same of Psi'.
+    #[inline(always)]
+    pub(super) fn rate(
+        &mut self,
+        plan: &Plan<G>,
+        segment: &SegmentPlan<G>,
+        weights: Weights,
+        integrand: &[Twist<G, G::Pack>],
+    ) {
+        for (i, point) in plan.points[segment.points.inside.clone()].iter().enumerate() {
+            let rate = point.reach().integral(integrand);
+            self.y[i] += rate.angular * weights.q;
+            self.z[i] += rate * (2.0 * weights.v);
+        }
+    }
+
+    /// The same of Psi''.
+    #[inline(always)]
+    pub(super) fn acceleration(
+        &mut self,
+        plan: &Plan<G>,
+        segment: &SegmentPlan<G>,
+        weights: Weights,
+        integrand: &[Twist<G, G::Pack>],
+    ) {
+        for (i, point) in plan.points[segment.points.inside.clone()].iter().enumerate() {
+            self.z[i] += point.reach().integral(integrand) * weights.q;
+        }
+    }
+
+    /// The change of the forces at the points for coordinate `k`; returns their sum.
+    #[inline(always)]
+    pub(super) fn sources(
+        &mut self,
+        segment: &SegmentPlan<G>,
+        work: &Workspace<G>,
+        weights: Weights,
+        k: usize,
+    ) -> Wrench<G, f64> {
+        let mut total = Wrench::zero();
+        let states = &work.points[segment.points.inside.clone()];
+        for (i, state) in states.iter().enumerate() {
+            let column = k * states.len() + i;
+            let mut source = state.inertia.momentum(self.z[i]);
+            if !weights.is_mass_only {
+                let turn = self.psi[column].angular * weights.q;
+                source += self.gyroscope[i].times(self.y[i]) + self.dead[i].times(turn);
+            }
+            self.source[column] = source;
+            total += source;
+        }
+        total
+    }
+
+    /// What the points contribute to entry (j, k) of the segment's block.
+    #[inline(always)]
+    pub(super) fn entry(&self, segment: &SegmentPlan<G>, j: usize, k: usize) -> f64 {
+        let points = segment.points.inside.len();
+        let columns = |k: usize| k * points..(k + 1) * points;
+        self.psi[columns(j)].iter().zip(&self.source[columns(k)]).map(|(psi, source)| psi.dot(*source)).sum()
+    }
+
+    /// Adds what the points contribute to the row of coordinate `j` of the segment.
+    #[inline(always)]
+    pub(super) fn row(
+        &self,
+        segment: &SegmentPlan<G>,
+        work: &Workspace<G>,
+        weights: Weights,
+        j: usize,
+        row: &mut Coordinate<G>,
+    ) {
+        let states = &work.points[segment.points.inside.clone()];
+        for (i, state) in states.iter().enumerate() {
+            let psi = self.psi[j * states.len() + i];
+            row.row_z += state.inertia.momentum(psi);
+            if !weights.is_mass_only {
+                row.row_y += self.gyroscope[i].transposed_times(psi);
+                row.row_turn += self.dead[i].transposed_times(psi);
+            }
+        }
+    }
+}
+
+/// Gyroscopes of what is at a point: of the bodies, and of the dead loads.
+#[inline(always)]
+fn gyroscopes<G: Turning>(
+    plan: &Plan<G>,
+    work: &Workspace<G>,
+    p: usize,
+) -> (Gyroscope<G, f64>, Gyroscope<G, f64>) {
+    let state = &work.points[p];
+    let mut dead = Gyroscope::zero();
+    for &load in plan.points[p].loads.iter().filter(|&&load| plan.loads[load].frame == Frame::World) {
+        dead.add(Gyroscope::of_dead_load(work.acting[load], state.position));
+    }
+    (Gyroscope::new(&state.inertia, state.velocity, state.momentum), dead)
+}
+
+/// Adds the points of one kind of a segment, those inside or those at its end, to what lies behind a place.
+#[inline(always)]
+pub(super) fn add_to_rest<G: Turning>(
+    plan: &Plan<G>,
+    work: &Workspace<G>,
+    points: std::ops::Range<usize>,
+    weights: Weights,
+    rest: &mut Rest<G>,
+) {
+    for p in points {
+        rest.inertia.add(work.points[p].inertia);
+        if !weights.is_mass_only {
+            let (gyroscope, dead) = gyroscopes(plan, work, p);
+            rest.gyroscope.add(gyroscope);
+            rest.dead.add(dead);
+        }
+    }
+}
