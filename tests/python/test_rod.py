@@ -430,7 +430,7 @@ def test_poses_of_many_states():
 
 @pytest.mark.parametrize("size", [(4000, 1), (1, 4000)], ids=["states", "places"])
 def test_ctrl_c_stops_poses(size):
-    """In a small part of the second that all of them take; the handler may ask the same rod."""
+    """Long before the three seconds that all of them take; the handler may ask the same rod."""
     rod = rich_rod().lissom
     straight = np.zeros(rod.n)
 
@@ -446,7 +446,7 @@ def test_ctrl_c_stops_poses(size):
             return time.perf_counter() - start, True
         return time.perf_counter() - start, False
 
-    size = [1 if number == 1 else int(number / seconds(*size)[0]) for number in size]
+    size = [1 if number == 1 else int(3 * number / seconds(*size)[0]) for number in size]
     before = signal.signal(signal.SIGALRM, interrupt)
     signal.setitimer(signal.ITIMER_REAL, 0.05)
     try:
@@ -455,7 +455,7 @@ def test_ctrl_c_stops_poses(size):
         signal.setitimer(signal.ITIMER_REAL, 0.0)
         signal.signal(signal.SIGALRM, before)
     assert stopped
-    assert taken < 0.5
+    assert taken < 1.5
 
 
 def test_quadrature_nodes_may_be_chosen():

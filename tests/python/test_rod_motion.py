@@ -6,7 +6,7 @@ from numpy.testing import assert_allclose
 from scipy.spatial.transform import Rotation
 
 import lissom
-from rod_cases import rich_rod
+from rod_cases import Case, rich_loads, rich_rod
 
 LAB_TIMES = [0.1, 0.5, 1.0, 3.0]
 LAB_TIPS = [
@@ -63,10 +63,15 @@ def test_energy_is_conserved_as_the_step_is_refined():
 
 
 def undamped_rich_rod():
-    """Three spatial segments with a force and a mass at the tip, everything conservative."""
-    rod = rich_rod(tip_moment=(0, 0, 0)).arguments
-    segments = [lissom.Segment(**(segment | {"retardation_time": 0.0})) for segment in rod.pop("segments")]
-    return lissom.Rod(segments, **rod)
+    """Three spatial segments with dead forces and bodies, everything conservative."""
+    forces = [
+        {name: value for name, value in load.items() if name != "moment"}
+        for load in rich_loads()
+        if load.get("frame") != "body"
+    ]
+    rod = rich_rod(tip_moment=(0, 0, 0), loads=forces).arguments
+    segments = [segment | {"retardation_time": 0.0} for segment in rod["segments"]]
+    return Case(**(rod | {"segments": segments})).lissom
 
 
 def test_energy_of_a_spatial_rod_is_conserved_to_the_tolerance():
@@ -103,10 +108,18 @@ def test_rotating_everything_rotates_the_motion():
         name: turn.apply(straight[name]) for name in ("base_position", "gravity", "tip_force", "tip_moment")
     }
     turned["base_orientation"] = (w, x, y, z)
+    turned["loads"] = [
+        load
+        | {
+            name: turn.apply(load[name])
+            for name in ("force", "moment")
+            if name in load and load.get("frame") != "body"
+        }
+        for load in straight["loads"]
+    ]
     motions, rods = [], []
     for arguments in (straight, turned):
-        segments = [lissom.Segment(**segment) for segment in arguments["segments"]]
-        rods.append(lissom.Rod(segments, **{k: v for k, v in arguments.items() if k != "segments"}))
+        rods.append(Case(**arguments).lissom)
         motions.append(lissom.simulate(rods[-1], 0.3, dt=5e-3))
     assert_allclose(motions[1].q, motions[0].q, atol=1e-7 * np.abs(motions[0].q).max())
     tip, turned_tip = (
