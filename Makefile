@@ -21,7 +21,7 @@ unexport CONDA_PREFIX
 unexport PYTHONPATH
 unexport PYTHONHOME
 
-.PHONY: help demo bench test test-rust test-python build build-for-test format lock clean
+.PHONY: help demo bench validate test test-rust test-python build build-for-test format lock clean
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -54,6 +54,9 @@ test-python: build-for-test ## formatting, types and tests of the Python package
 
 bench: build-for-test ## measure, and write docs/benchmarks.md (PARTS="lab kernels", QUICK=1)
 	$(BIN)/python benches/python/suite.py --parts $(PARTS) $(if $(QUICK),--quick)
+
+validate: build ## ask questions with known answers, and write docs/validation.md
+	$(BIN)/lissom validate -o "$(RESULTS)/validation" --update-docs docs/validation.md
 
 build: $(VENV)/demo.stamp ## build the package in release mode into .venv
 	@.ci/toolchain cargo

@@ -1,6 +1,8 @@
-"""The command line: ``lissom run``, ``statics``, ``modes``, ``check``, ``explain``, ``lab``, ``schema``.
+"""The command line: ``lissom run``, ``statics``, ``modes``, ``check``, ``explain``, ``lab``, ``validate``,
+``schema``.
 
-Exit codes: 0 done, 1 the simulation failed or could not be written, 2 bad input, 130 interrupted.
+Exit codes: 0 done, 1 the simulation failed or could not be written, 2 bad input, 3 a case of the validation
+gallery is outside its tolerance, 130 interrupted.
 What needs plotly or xarray is imported where it is used, so that ``--help`` is quick.
 """
 
@@ -22,9 +24,11 @@ if TYPE_CHECKING:
     from ._lissom import Scene
     from .results import Run
     from .studies import ModesStudy, StaticsStudy
+    from .validation import Outcome
 
 FAILED = 1
 BAD_INPUT = 2
+OUTSIDE_TOLERANCE = 3
 INTERRUPTED = 130
 
 SCENE = click.Path(exists=True, dir_okay=False, path_type=Path)
@@ -254,6 +258,71 @@ def lab(output: Path) -> int:
     for file in files:
         click.echo(file)
     return 0
+
+
+@commands.command()
+@click.option(
+    "-o",
+    "--output",
+    type=FOLDER,
+    default=Path("results/validation"),
+    show_default=True,
+    metavar="DIR",
+    help="Folder for the report and the numbers.",
+)
+@click.option(
+    "--update-docs",
+    type=click.Path(dir_okay=False, path_type=Path),
+    metavar="FILE",
+    help="Write the table as Markdown to FILE as well.",
+)
+@click.option("--no-report", is_flag=True, help="Write the numbers only.")
+def validate(output: Path, update_docs: Path | None, no_report: bool) -> int:
+    """Ask questions with known answers.
+
+    Closed forms, the same equations solved by other means, published numbers; takes some seconds. Prints a
+    table, and writes an HTML report with a plot for each case, and the numbers.
+
+    Exit code: 0 all cases are within their tolerance; 1 it could not be written; 2 bad input; 3 a case is
+    outside its tolerance; 130 interrupted (nothing is written then).
+    """
+    from . import results, validation
+    from .report import validation as report
+    from .validation import table
+
+    try:
+        results.check_target(output)
+    except results.NotOurs as error:
+        raise click.UsageError(str(error)) from None
+    except OSError as error:
+        return _unwritten(output, error)
+    click.echo(click.style(table.head(), bold=True))
+    outcomes = validation.run_all(validation.CASES, _say_outcome)
+    reporting = not no_report and not results.missing("plotly")
+    try:
+        files = validation.write(outcomes, output, report.write if reporting else None)
+        if update_docs is not None:
+            update_docs.write_text(table.markdown(outcomes), encoding="utf-8")
+            files.append(update_docs)
+    except results.NotOurs as error:
+        raise click.UsageError(str(error)) from None
+    except OSError as error:
+        return _unwritten(output, error)
+    good = all(outcome.good for outcome in outcomes)
+    click.echo(click.style(table.verdict(outcomes), bold=True, fg=None if good else "red"))
+    for file in files:
+        click.echo(f"  {file}")
+    if not no_report and not reporting:
+        _note("Without plotly there is no report", "report")
+    return 0 if good else OUTSIDE_TOLERANCE
+
+
+def _say_outcome(outcome: Outcome) -> None:
+    from .validation import table
+
+    click.echo(click.style(table.line(outcome), fg=None if outcome.good else "red"))
+    if outcome.failure:
+        click.echo(f"  {outcome.failure}", err=True)
 
 
 @commands.command()

@@ -430,7 +430,7 @@ def test_help_and_version_are_good_and_quick(tmp_path):
     assert "..." not in top.stdout.split("Commands:")[1], "no line is cut off"
     assert '"lissom schema"' in top.stdout
     assert "docs/" not in top.stdout, "installed packages have no such folder"
-    for command in ("run", "check", "explain", "lab", "schema"):
+    for command in ("run", "check", "explain", "lab", "validate", "schema"):
         assert re.search(rf"^  {command} ", top.stdout, re.MULTILINE)
         its = lissom_command(command, "-h", cwd=tmp_path)
         assert its.returncode == 0

@@ -1,0 +1,341 @@
+"""Wanted values: closed forms, and equations solved by means that share nothing with lissom's rods.
+
+NumPy is all that this takes. Planar rods are solved by Chebyshev collocation, rods in space by shooting.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cache, partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Vector = tuple[float, float]
+#: Positions, rotations and internal moments of sections, world axes.
+State = tuple[Array, Array, Array]
+
+#: Differences in Newton's method for small systems, relative: between rounding and truncation.
+DIFFERENCE = 1e-6
+#: Newton's method has converged when a step is no longer than this.
+SMALL_STEP = 1e-11
+MOST_STEPS = 50
+
+#: Points of Gauss-Legendre quadrature and of Chebyshev collocation: enough for rounding accuracy here.
+GAUSS_POINTS = 80
+CHEBYSHEV_DEGREE = 48
+
+#: Steps of the classical Runge-Kutta method along a rod in space.
+STEPS_ALONG = 120
+
+
+def bisect(function: Callable[[float], float], low: float, high: float) -> float:
+    """The root of a function that changes sign between two points, to rounding."""
+    rising = function(high) > 0.0
+    while True:
+        middle = 0.5 * (low + high)
+        if not low < middle < high:
+            return middle
+        if (function(middle) > 0.0) == rising:
+            high = middle
+        else:
+            low = middle
+
+
+def newton(residual: Callable[[Array], Array], x: Array) -> Array:
+    """Newton's method with forward differences."""
+    for _ in range(MOST_STEPS):
+        value = residual(x)
+        steps = DIFFERENCE * np.maximum(1.0, np.abs(x))
+        columns = [
+            (residual(x + step * unit) - value) / step
+            for step, unit in zip(steps, np.eye(len(x)), strict=True)
+        ]
+        change = -np.linalg.solve(np.transpose(columns), value)
+        x = x + change
+        if np.abs(change).max() <= SMALL_STEP * max(1.0, np.abs(x).max()):
+            return x
+    raise ArithmeticError("Newton's method has not converged")
+
+
+def elliptic(k: float, start: float = 0.0) -> Vector:
+    """Legendre's integrals of the first and second kind with modulus k, from ``start`` to pi / 2."""
+    nodes, weights = _gauss()
+    angle = start + (0.5 * np.pi - start) * 0.5 * (nodes + 1.0)
+    root = np.sqrt(1.0 - (k * np.sin(angle)) ** 2)
+    half = 0.5 * (0.5 * np.pi - start)
+    return float(half * weights @ (1.0 / root)), float(half * weights @ root)
+
+
+@cache
+def _gauss() -> tuple[Array, Array]:
+    nodes, weights = np.polynomial.legendre.leggauss(GAUSS_POINTS)
+    return nodes, weights
+
+
+def elastica(alpha: float) -> tuple[float, float, float]:
+    """Tip of a cantilever under a transverse tip force alpha E I / L^2: x / L, deflection / L, angle.
+
+    Bisshopp and Drucker (1945), Large deflection of cantilever beams, Quarterly of Applied Mathematics 3.
+    """
+
+    def integrals(angle: float) -> tuple[float, float]:
+        k = np.sqrt(0.5 * (1.0 + np.sin(angle)))
+        return elliptic(k, float(np.arcsin(np.sqrt(0.5) / k)))
+
+    angle = bisect(lambda angle: integrals(angle)[0] - np.sqrt(alpha), 1e-6, 0.5 * np.pi - 1e-6)
+    deflection = float(1.0 - 2.0 * integrals(angle)[1] / np.sqrt(alpha))
+    return float(np.sqrt(2.0 * np.sin(angle) / alpha)), deflection, angle
+
+
+def buckled_column(ratio: float) -> tuple[float, float, float]:
+    """Tip of a clamped-free column under ``ratio`` > 1 times its Euler load: x / L, deflection / L, angle.
+
+    Timoshenko and Gere (1961), Theory of Elastic Stability, section 2.7.
+    """
+    length = 0.5 * np.pi * np.sqrt(ratio)
+    k = bisect(lambda k: elliptic(k)[0] - length, 0.0, 1.0 - 1e-9)
+    first, second = elliptic(k)
+    return 2.0 * second / first - 1.0, float(2.0 * k / length), 2.0 * float(np.arcsin(k))
+
+
+def self_buckling() -> float:
+    """Weight per length, in E I / L^3, under which a standing column bends over.
+
+    Greenhill (1881), Determination of the greatest height consistent with stability: 9 j^2 / 4 with the
+    first zero j of the Bessel function of order -1/3, here by its power series.
+    """
+
+    def bessel(x: float) -> float:
+        term, total = 1.0, 1.0
+        for m in range(1, 40):
+            term *= -((0.5 * x) ** 2) / (m * (m - 1.0 / 3.0))
+            total += term
+        return total
+
+    return 2.25 * bisect(bessel, 1.0, 3.0) ** 2
+
+
+def becks_column() -> float:
+    """Follower force, in E I / L^2, under which a cantilever flutters.
+
+    Beck (1952), Die Knicklast des einseitig eingespannten, tangential gedrückten Stabes, ZAMP 3: where two
+    roots of the frequency equation meet, so that its derivative vanishes as well.
+    """
+
+    def equation(p: float, w: float) -> float:
+        root = np.hypot(0.5 * p, w)
+        slow, fast = np.sqrt(root - 0.5 * p), np.sqrt(root + 0.5 * p)
+        return float(
+            p**2 + 2.0 * w**2 * (1.0 + np.cosh(slow) * np.cos(fast)) + p * w * np.sinh(slow) * np.sin(fast)
+        )
+
+    def meeting(x: Array) -> Array:
+        p, w = x
+        slope = (equation(p, w + 1e-4) - equation(p, w - 1e-4)) / 2e-4
+        return np.array([equation(p, w), slope])
+
+    return float(newton(meeting, np.array([20.0, 11.0]))[0])
+
+
+def cantilever_roots(count: int) -> Array:
+    """The first roots b of cos b cosh b = -1: frequencies are b^2 sqrt(E I / (rho A L^4)) / 2 pi."""
+
+    def equation(b: float) -> float:
+        return float(np.cos(b) + 1.0 / np.cosh(b))
+
+    return np.array([bisect(equation, np.pi * i, np.pi * (i + 1)) for i in range(count)])
+
+
+def timoshenko_frequencies(
+    EI: float, GA: float, mass: float, rotary: float, length: float, count: int
+) -> Array:
+    """Angular frequencies of a clamped-free beam with shear and rotary inertia (Timoshenko 1921).
+
+    ``mass`` and ``rotary`` inertia are per length, ``GA`` with the shear correction. Zeros of the part of the
+    transfer matrix that moment and shear force at the clamp have to get through to a free end.
+    """
+
+    def free_end(omega: float) -> float:
+        # (deflection, slope, moment, shear force) along the beam.
+        change = np.array(
+            [
+                [0.0, 1.0, 0.0, 1.0 / GA],
+                [0.0, 0.0, 1.0 / EI, 0.0],
+                [0.0, -rotary * omega**2, 0.0, -1.0],
+                [-mass * omega**2, 0.0, 0.0, 0.0],
+            ]
+        )
+        values, vectors = np.linalg.eig(change)
+        transfer = (vectors * np.exp(values * length)) @ np.linalg.inv(vectors)
+        return float(np.linalg.det(transfer[2:, 2:].real))
+
+    slender = cantilever_roots(count) ** 2 * np.sqrt(EI / mass) / length**2
+    grid = np.linspace(0.05 * slender[0], 1.05 * slender[-1], 1500)
+    signs = np.array([free_end(omega) for omega in grid]) > 0.0
+    changes = np.flatnonzero(signs[1:] != signs[:-1])[:count]
+    return np.array([bisect(free_end, grid[i], grid[i + 1]) for i in changes])
+
+
+@dataclass(frozen=True)
+class PlanarShape:
+    """A rod in the plane: angles above the horizontal and positions at points along it, base first."""
+
+    X: Array
+    angle: Array
+    x: Array
+    z: Array
+
+
+def planar_rod(
+    length: float,
+    bending: Callable[[Array], Array],
+    *,
+    weight: Callable[[Array], Array] | None = None,
+    force: Vector = (0.0, 0.0),
+    moment: float = 0.0,
+    follows: bool = False,
+    EA: float = np.inf,
+    GA: float = np.inf,
+    parts: int = 10,
+    degree: int = CHEBYSHEV_DEGREE,
+) -> PlanarShape:
+    """A clamped rod at rest (Reissner 1972), reached by growing loads in so many ``parts``.
+
+    ``bending`` and ``weight`` per length are functions of X; the weight acts along -z. ``force`` (x, z) acts
+    at the tip, in the axes of the tip if it ``follows``.
+    """
+    nodes, derivative = _chebyshev(degree)
+    X = 0.5 * length * (1.0 + nodes)
+    D = derivative * 2.0 / length
+    # Antiderivative that vanishes at the base: D without the base's row and column, inverted.
+    integral = np.zeros_like(D)
+    integral[1:, 1:] = np.linalg.inv(D[1:, 1:])
+    load = np.zeros_like(X) if weight is None else weight(X)
+    weight_beyond = (integral @ load)[-1] - integral @ load
+    stiffness = bending(X)
+
+    def slopes(part: float, angle: Array) -> tuple[Array, Array, Array, Array]:
+        """Those of x and z, and the internal force."""
+        fx, fz = force
+        if follows:
+            cos, sin = np.cos(angle[-1]), np.sin(angle[-1])
+            fx, fz = fx * cos - fz * sin, fx * sin + fz * cos
+        nx, nz = part * fx + 0.0 * X, part * (fz - weight_beyond)
+        cos, sin = np.cos(angle), np.sin(angle)
+        stretch = 1.0 + (nx * cos + nz * sin) / EA
+        shear = (nz * cos - nx * sin) / GA
+        return stretch * cos - shear * sin, stretch * sin + shear * cos, nx, nz
+
+    def residual(part: float, angle: Array) -> Array:
+        dx, dz, nx, nz = slopes(part, angle)
+        bend = stiffness * (D @ angle)
+        balance = (D @ bend + dx * nz - dz * nx) * length**2 / stiffness[0]
+        balance[0] = angle[0]
+        balance[-1] = (bend[-1] - part * moment) * length / stiffness[0]
+        return np.asarray(balance)
+
+    angle = np.zeros_like(X)
+    for part in np.linspace(0.0, 1.0, parts + 1)[1:]:
+        angle = newton(partial(residual, float(part)), angle)
+    dx, dz, _, _ = slopes(1.0, angle)
+    return PlanarShape(X, angle, integral @ dx, integral @ dz)
+
+
+def _chebyshev(degree: int) -> tuple[Array, Array]:
+    """Extreme points of a Chebyshev polynomial from -1 to 1, and differentiation there.
+
+    Trefethen (2000), Spectral Methods in MATLAB, chapter 6.
+    """
+    nodes = -np.cos(np.pi * np.arange(degree + 1) / degree)
+    signs = (-1.0) ** np.arange(degree + 1)
+    signs[[0, -1]] *= 2.0
+    difference = nodes[:, None] - nodes[None]
+    D = np.outer(signs, 1.0 / signs) / (difference + np.eye(degree + 1))
+    return nodes, D - np.diag(D.sum(axis=1))
+
+
+@cache
+def space_rod(
+    length: float,
+    stiffness: tuple[float, ...],
+    curvature: tuple[float, float, float],
+    forces: tuple[tuple[float, float, float], ...],
+) -> tuple[Array, ...]:
+    """Centre lines, shape (points, 3), of a clamped rod in space under dead tip forces, one after the other.
+
+    ``stiffness`` is that of (torsion, bend_y, bend_z, stretch, shear_y, shear_z), ``curvature`` that of the
+    unloaded rod. Shooting for the moment at the clamp, as much as carries the force to a tip without moment.
+    """
+    bending, straining = np.array(stiffness[:3]), np.array(stiffness[3:])
+    unloaded, along = np.array(curvature), np.array([1.0, 0.0, 0.0])
+    h = length / STEPS_ALONG
+
+    def slopes(state: State, n: Array) -> State:
+        _, R, m = state
+        kappa = unloaded + np.einsum("...ji,...j->...i", R, m) / bending
+        nu = along + np.einsum("...ji,j->...i", R, n) / straining
+        dr = np.einsum("...ij,...j->...i", R, nu)
+        # R' = R hat(kappa): its rows r change by r x kappa.
+        return dr, np.cross(R, kappa[..., None, :]), -np.cross(dr, n)
+
+    def moved(state: State, step: float, slope: State) -> State:
+        r, R, m = (y + step * k for y, k in zip(state, slope, strict=True))
+        return r, R, m
+
+    def shoot(moments: Array, n: Array) -> tuple[Array, Array]:
+        """Positions along the rods and moments at the tips for moments at the clamp, shape (k, 3)."""
+        state = (np.zeros_like(moments), np.tile(np.eye(3), (len(moments), 1, 1)), moments)
+        line = [state[0]]
+        for _ in range(STEPS_ALONG):
+            k1 = slopes(state, n)
+            k2 = slopes(moved(state, 0.5 * h, k1), n)
+            k3 = slopes(moved(state, 0.5 * h, k2), n)
+            k4 = slopes(moved(state, h, k3), n)
+            for k, weight in ((k1, 1.0), (k2, 2.0), (k3, 2.0), (k4, 1.0)):
+                state = moved(state, h * weight / 6.0, k)
+            line.append(state[0])
+        return np.array(line), state[2]
+
+    lines, moment = [], np.zeros(3)
+    for force in forces:
+        n = np.array(force)
+        for _ in range(MOST_STEPS):
+            size = DIFFERENCE * max(1.0, float(np.abs(moment).max()))
+            _, left = shoot(moment + size * np.vstack([np.zeros(3), np.eye(3)]), n)
+            change = -np.linalg.solve((left[1:] - left[0]).T / size, left[0])
+            moment = moment + change
+            if np.abs(change).max() <= 1e-9 * max(1.0, float(np.abs(moment).max())):
+                break
+        else:
+            raise ArithmeticError("shooting has not converged")
+        lines.append(shoot(moment[None], n)[0][:, 0])
+    return tuple(lines)
+
+
+def helix(moment: Sequence[float], bending: float, X: Array) -> Array:
+    """Centre line of a round rod, clamped along x, under a moment that is constant in space, (points, 3).
+
+    The tangent turns about the moment at the rate |M| / (E I) whatever the torsional stiffness is, since the
+    part of the moment along the tangent does not bend.
+    """
+    size = float(np.linalg.norm(moment))
+    axis = np.array(moment) / size
+    along = axis[0] * axis
+    across = np.array([1.0, 0.0, 0.0]) - along
+    rate = size / bending
+    turn = rate * X[:, None]
+    return np.asarray(
+        along * X[:, None] + (np.sin(turn) * across + (1.0 - np.cos(turn)) * np.cross(axis, across)) / rate
+    )
+
+
+def catenary(weight: float, pull: float, X: Array) -> tuple[Array, Array]:
+    """A rope between two points at the same height, by arc length: x and z; ``pull`` is horizontal."""
+    middle = 0.5 * X[-1]
+    slope = weight * (X - middle) / pull
+    x = pull / weight * (np.arcsinh(slope) - np.arcsinh(slope[0]))
+    z = pull / weight * (np.hypot(1.0, slope) - np.hypot(1.0, slope[0]))
+    return x, z
