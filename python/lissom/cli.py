@@ -185,11 +185,13 @@ def modes(scene: Path, output: Path | None, at_start: bool, no_report: bool) -> 
 def check(scenes: tuple[Path, ...]) -> int:
     """Say what is wrong with scenes.
 
-    Everything that is wrong with each SCENE is listed, nothing is simulated.
+    Everything that is wrong with each SCENE is listed, nothing is simulated. Of a good one
+    it is said what its step, its modes and its method can show.
 
     Exit code: 0 all are good, 2 at least one is not.
     """
     from ._lissom import SceneError
+    from .advice import advice
 
     good = True
     for path in scenes:
@@ -200,6 +202,8 @@ def check(scenes: tuple[Path, ...]) -> int:
             good = False
         else:
             click.echo(f"{path}: good, {scene.model.n} generalised coordinates")
+            for sentence in advice(scene):
+                click.echo(f"  {sentence}")
     return 0 if good else BAD_INPUT
 
 

@@ -1,0 +1,220 @@
+"""Advice on a scene before it is run: what its step, modes and method can show, computed from its model."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ._lissom import (
+    DOP853,
+    RK45,
+    LissomError,
+    Model,
+    Rod,
+    Scene,
+    Segment,
+    SimulationSettings,
+    modes,
+    statics,
+)
+
+FIXED_STEP = ("newmark", "hht", "generalised_alpha")
+EXPLICIT: dict[str, type[RK45] | type[DOP853]] = {"rk45": RK45, "dop853": DOP853}
+
+#: A period of this many steps is resolved; average acceleration makes it (2 pi / 10)^2 / 12 (3 %) longer.
+STEPS_PER_PERIOD = 10
+
+#: A natural frequency counts as right when it changes by less with more modes of every strain.
+RIGHT = 0.01
+MORE_MODES = 4
+
+#: So many right ones are enough: the fastest ones of any model are wrong, and seldom move.
+ENOUGH = 3
+
+#: Length over radius below which the deflection by shear is looked at.
+SLENDER = 10.0
+
+#: Steps that stability takes for each that resolves the slowest vibration: a model with more counts as stiff.
+STIFF = 30.0
+
+#: Growth in a step that counts as stable: undamped oscillations may grow by the method's own error.
+STABLE_GROWTH = 1e-3
+
+#: Larger models are not looked at, so that checking stays quick.
+MOST_COORDINATES = 100
+
+#: The shear strain in the direction in which a bending strain deflects.
+SHEAR_OF = {"bend_y": "shear_z", "bend_z": "shear_y"}
+
+
+def advice(scene: Scene) -> list[str]:
+    """What is worth knowing about a scene before it is run, one sentence or two each; often nothing.
+
+    Natural frequencies are those about the equilibrium of the model. They are left out where none is found,
+    and for models of more than 100 coordinates.
+    """
+    model = scene.model
+    said = about_shear(model) if isinstance(model, Rod) else []
+    found = Vibrations.of(model)
+    if found is None:
+        return said
+    said += about_step(found, scene.simulation)
+    said += about_stability(found, scene.simulation)
+    richer = Vibrations.of(with_more_modes(model)) if isinstance(model, Rod) else None
+    if richer is not None:
+        said += about_modes(found, richer)
+    return said
+
+
+@dataclass(frozen=True)
+class Vibrations:
+    """How a model moves about its equilibrium."""
+
+    #: Natural frequencies of what oscillates, in hertz, the slowest first.
+    frequencies: NDArray[np.float64]
+    #: Eigenvalue of the fastest motion, in 1/s.
+    fastest: complex
+
+    @classmethod
+    def of(cls, model: Model) -> Vibrations | None:
+        """Nothing where there is no equilibrium or the model is large."""
+        if not 0 < model.n <= MOST_COORDINATES:
+            return None
+        rest = statics(model)
+        if not rest.success:
+            return None
+        try:
+            found = modes(model, rest.q)
+        except LissomError:
+            return None
+        oscillates = (found.frequency > 0.0) & (np.abs(found.damping_ratio) < 1.0)
+        fastest = found.eigenvalues[np.abs(found.eigenvalues).argmax()]
+        return cls(found.frequency[oscillates], complex(fastest))
+
+
+def about_step(found: Vibrations, settings: SimulationSettings) -> list[str]:
+    """Which natural frequencies a fixed step resolves, unless it is all of them."""
+    frequencies, step = found.frequencies, settings.step
+    if settings.method not in FIXED_STEP:
+        return []
+    resolved = int(np.count_nonzero(frequencies * step * STEPS_PER_PERIOD <= 1.0))
+    if resolved == len(frequencies):
+        return []
+    which = f"the first {resolved}" if resolved else "none"
+    following = frequencies[resolved]
+    needed = 1.0 / (STEPS_PER_PERIOD * following)
+    return [
+        f"The step of {step:g} s resolves {which} of {len(frequencies)} natural frequencies; "
+        f"the next, {following:.3g} Hz, takes steps of {needed:.2g} s ({STEPS_PER_PERIOD} a period)."
+    ]
+
+
+def about_stability(found: Vibrations, settings: SimulationSettings) -> list[str]:
+    """The step at which an explicit method is stable, where that is what costs."""
+    if settings.method not in EXPLICIT or not len(found.frequencies):
+        return []
+    stable = stable_step(EXPLICIT[settings.method], found.fastest)
+    useful = 1.0 / (STEPS_PER_PERIOD * found.frequencies[0])
+    if useful < STIFF * stable:
+        return []
+    steps = settings.duration / stable
+    return [
+        f'Method "{settings.method}" is stable with steps below {stable:.1e} s only, because of a rate of '
+        f"{abs(found.fastest):.3g} per second: {steps:.2g} steps or more, while the slowest vibration, "
+        f"{found.frequencies[0]:.3g} Hz, takes steps of {useful:.2g} s. "
+        'Methods "radau" and "newmark" have no such limit.'
+    ]
+
+
+def about_modes(found: Vibrations, richer: Vibrations) -> list[str]:
+    """How right the natural frequencies are, unless three of them or more are."""
+    count = min(len(found.frequencies), len(richer.frequencies))
+    if count == 0:
+        return []
+    frequencies, right = found.frequencies[:count], richer.frequencies[:count]
+    errors = np.abs(frequencies / right - 1.0)
+    good = int(np.count_nonzero(errors <= RIGHT))
+    if good >= ENOUGH:
+        return []
+    worst = int(errors.argmax())
+    return [
+        f"{good} of {count} natural frequencies are right to {RIGHT:.0%}: "
+        f"with {MORE_MODES} more modes of every strain the first changes by {errors[0]:.0e}, "
+        f"and number {worst + 1}, {frequencies[worst]:.3g} Hz, becomes {right[worst]:.3g} Hz "
+        f"({errors[worst]:.0%} off)."
+    ]
+
+
+def about_shear(rod: Rod) -> list[str]:
+    """What shear would add to the deflection of a thick rod that has none."""
+    radius = max(max(segment.radius) for segment in rod.segments)
+    slenderness = rod.length / radius
+    rigid = {
+        shear
+        for segment in rod.segments
+        for bend, shear in SHEAR_OF.items()
+        if segment.modes.get(bend, 0) and not segment.modes.get(shear, 0)
+    }
+    if slenderness >= SLENDER or not rigid:
+        return []
+    added = max(shear_deflection(segment, rod.length) for segment in rod.segments)
+    strains = " and ".join(sorted(rigid))
+    return [
+        f"The rod's length is only {slenderness:.2g} times its radius, and {strains} has no modes: "
+        f"shear would add {added:.1%} to its deflection under a force at the tip."
+    ]
+
+
+def shear_deflection(segment: Segment, length: float) -> float:
+    """Deflection by shear over that by bending, of a cantilever of its section under a force at the tip.
+
+    F L / (k G A) over F L^3 / (3 E I), with I = A r^2 / 4 (Timoshenko 1921).
+    """
+    ratio = max(segment.radius) / length
+    return 0.75 * segment.young_modulus / (segment.shear_correction * segment.shear_modulus) * ratio**2
+
+
+def stable_step(method: type[RK45] | type[DOP853], eigenvalue: complex) -> float:
+    """Largest step up to which an explicit method keeps exp(eigenvalue t) from growing.
+
+    By its stability function R(z) = 1 + z b^T (1 - z A)^-1 e (Hairer and Wanner 1996, section IV.2).
+    """
+    A, b = np.asarray(method.A), np.asarray(method.B)
+    stages = len(b)
+    powers = [b @ np.linalg.matrix_power(A[:stages, :stages], k) @ np.ones(stages) for k in range(stages)]
+    polynomial = np.array([1.0, *powers])
+    sizes = np.linspace(0.0, 2.0 * stages, 1000 * stages)
+    growth = np.abs(np.polynomial.polynomial.polyval(sizes * eigenvalue / abs(eigenvalue), polynomial))
+    unstable = np.flatnonzero(growth > 1.0 + STABLE_GROWTH)
+    return float(sizes[unstable[0]] / abs(eigenvalue))
+
+
+def with_more_modes(rod: Rod) -> Rod:
+    """The same rod with four more modes of each strain that it has."""
+    segments = [
+        Segment(
+            segment.length,
+            segment.radius,
+            segment.young_modulus,
+            segment.shear_modulus,
+            segment.density,
+            {strain: count + MORE_MODES for strain, count in segment.modes.items() if count},
+            segment.retardation_time,
+            segment.reference_strain,
+            segment.shear_correction,
+        )
+        for segment in rod.segments
+    ]
+    return Rod(
+        segments,
+        rod.base_position,
+        rod.base_orientation,
+        rod.gravity,
+        rod.tip_force,
+        rod.tip_moment,
+        rod.tip_mass,
+        loads=rod.loads,
+        bodies=rod.bodies,
+    )
