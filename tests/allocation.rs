@@ -9,7 +9,7 @@ use lissom::model::{Chain, ForwardScratch, Model};
 use lissom::newmark::{self, FreeMotion};
 use lissom::ode::{self, FirstOrder};
 use lissom::radau;
-use lissom::rod::{Rod, RodModel, Segment};
+use lissom::rod::{Body, Extent, Frame, Load, Rod, RodModel, Segment};
 
 thread_local! {
     static ALLOCATIONS: Cell<usize> = const { Cell::new(0) };
@@ -41,7 +41,8 @@ fn allocations(run: impl FnOnce()) -> usize {
     ALLOCATIONS.with(Cell::get) - before
 }
 
-/// A planar and a spatial rod of one and of several segments, with few and with many coordinates; long chains.
+/// A planar and a spatial rod of one and of several segments, with few and with many coordinates; long chains. With loads and masses
+/// at the tip alone, and inside segments as well.
 fn models() -> Vec<RodModel> {
     let segment =
         |modes| Segment { modes, retardation_time: 0.01, ..Segment::straight(0.3, 0.01, 1e6, 4e5, 1e3) };
@@ -53,10 +54,22 @@ fn models() -> Vec<RodModel> {
         vec![segment([0, 2, 0, 0, 0, 0]); 12],
         vec![segment([1, 1, 1, 1, 1, 1]); 6],
     ];
-    rods.map(|segments| {
-        RodModel::new(&Rod { tip_mass: 0.01, tip_force: [0.1; 3], ..Rod::new(segments) }).unwrap()
-    })
-    .into()
+    let load = |extent, frame| Load { extent, frame, force: [0.0, 0.0, 0.1], moment: [0.0; 3] };
+    rods.into_iter()
+        .flat_map(|segments| {
+            let tip = Rod { tip_mass: 0.01, tip_force: [0.1; 3], ..Rod::new(segments) };
+            let inside = Rod {
+                loads: vec![
+                    load(Extent::At(0.1), Frame::Body),
+                    load(Extent::Along([0.0, 0.2]), Frame::World),
+                ],
+                bodies: vec![Body { at: Some(0.15), ..Body::point(0.01) }],
+                ..tip.clone()
+            };
+            [tip, inside]
+        })
+        .map(|rod| RodModel::new(&rod).unwrap())
+        .collect()
 }
 
 #[test]
@@ -107,7 +120,7 @@ fn chains_allocate_nothing() {
             assert_eq!(count, 0, "{n} coordinates");
         }
     }
-    assert_eq!(chains, 2);
+    assert_eq!(chains, 4);
 }
 
 #[test]
