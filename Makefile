@@ -21,7 +21,7 @@ unexport CONDA_PREFIX
 unexport PYTHONPATH
 unexport PYTHONHOME
 
-.PHONY: help demo bench validate test test-rust test-python build build-for-test format lock clean
+.PHONY: help demo bench validate stress test test-rust test-python build build-for-test format lock clean
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -57,6 +57,9 @@ bench: build-for-test ## measure, and write docs/benchmarks.md (PARTS="lab kerne
 
 validate: build ## ask questions with known answers, and write docs/validation.md
 	$(BIN)/lissom validate -o "$(RESULTS)/validation" --update-docs docs/validation.md
+
+stress: build ## try hard cases, and compare with the committed table (QUICK=1)
+	$(BIN)/lissom stress -o $(RESULTS)/stress $(if $(QUICK),--quick)
 
 build: $(VENV)/demo.stamp ## build the package in release mode into .venv
 	@.ci/toolchain cargo

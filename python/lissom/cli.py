@@ -1,8 +1,8 @@
 """The command line: ``lissom run``, ``statics``, ``modes``, ``check``, ``explain``, ``lab``, ``validate``,
-``schema``.
+``stress``, ``schema``.
 
 Exit codes: 0 done, 1 the simulation failed or could not be written, 2 bad input, 3 a case of the validation
-gallery is outside its tolerance, 130 interrupted.
+gallery is outside its tolerance or the stress test regressed, 130 interrupted.
 What needs plotly or xarray is imported where it is used, so that ``--help`` is quick.
 """
 
@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import signal
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType, TracebackType
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 FAILED = 1
 BAD_INPUT = 2
 OUTSIDE_TOLERANCE = 3
+REGRESSED = 3
 INTERRUPTED = 130
 
 SCENE = click.Path(exists=True, dir_okay=False, path_type=Path)
@@ -327,6 +328,79 @@ def _say_outcome(outcome: Outcome) -> None:
     click.echo(click.style(table.line(outcome), fg=None if outcome.good else "red"))
     if outcome.failure:
         click.echo(f"  {outcome.failure}", err=True)
+
+
+@commands.command()
+@click.option(
+    "-o",
+    "--output",
+    type=FOLDER,
+    default=Path("results/stress"),
+    show_default=True,
+    metavar="DIR",
+    help="Folder for the results.",
+)
+@click.option(
+    "--quick", is_flag=True, help="A part of the cases, a few seconds; the whole takes some minutes."
+)
+@click.option(
+    "--update", is_flag=True, help="Make what comes out the table that later runs are held against."
+)
+@click.option("--no-report", is_flag=True, help="Write the numbers only.")
+def stress(output: Path, quick: bool, update: bool, no_report: bool) -> int:
+    """Try hard cases: does each end well, or say why not?
+
+    Slenderness, stiffness, sizes, time steps, many turns, buckling, ill-posed input and more. Every case
+    ends as accurate, slow, refused or failed with a reason; "wrong" is a wrong result that was called
+    success. A report with a heat map for every group is written.
+
+    Exit code: 0 nothing became worse than in the committed table; 3 something did, or is wrong; 1 the results
+    could not be written; 2 bad input; 130 interrupted (nothing is written then).
+    """
+    from . import results
+    from . import stress as matrix
+    from .stress import table
+
+    if update and quick:
+        raise click.UsageError("--update takes the whole matrix: leave --quick out")
+    try:
+        results.check_target(output)
+    except results.NotOurs as error:
+        raise click.UsageError(str(error)) from None
+    except OSError as error:
+        return _unwritten(output, error)
+    with _bar(len(matrix.GROUPS), "Stress test", "groups") as bar:
+        done = matrix.run(quick, lambda title: bar.update(1))
+    found = table.of(done)
+    if update:
+        click.echo(table.update(found))
+    expected = table.committed()
+    worse = table.regressions(found, expected)
+    report: Callable[..., None] | None = None
+    reporting = not no_report and not results.missing("plotly")
+    if reporting:
+        from .report import stress as pages
+
+        report = pages.write
+    try:
+        files = matrix.write(done, output, quick, worse, report)
+    except (OSError, results.NotOurs) as error:
+        return _unwritten(output, error)
+    counts = [(group.group.title, _counts(group.counts)) for group in done]
+    outcome = "nothing regressed" if not worse else f"{len(worse)} cells regressed or are wrong"
+    _say("Stress test", outcome, not worse, [*counts, ("all", _counts(matrix.total(done)))], output, files)
+    for cell in worse:
+        click.echo(cell, err=True)
+    better = table.improvements(found, expected)
+    if better:
+        click.echo(f"{better} cells are new or better than in the committed table; --update keeps that.")
+    if not no_report and not reporting:
+        _note("Without plotly there is no report", "report")
+    return REGRESSED if worse else 0
+
+
+def _counts(counts: Mapping[Any, int]) -> str:
+    return ", ".join(f"{count} {kind}" for kind, count in counts.items() if count)
 
 
 @commands.command()
