@@ -28,9 +28,13 @@ CASES = {
         for kind in ("residual", "tangent", "forward")
         for rod in ("lab-3", "two-12", "two-36")
     },
+    "newton/chain-16": 20,
+    "newton/chain-64": 5,
+    "forward/chain-64": 5,
     "newmark/lab-3": 300,
     "newmark/two-12": 100,
     "newmark/pendulum": 1000,
+    "radau/two-12": 20,
     "rk45/lab-3": 100,
     "rk45/pendulum": 1000,
 }
