@@ -140,18 +140,21 @@ pub(crate) fn simulate<'py>(
     };
     let (q0, v0) = (state(q0, "q0")?, state(v0, "v0")?);
     let t_eval = times(t_eval)?;
+    let of_newmark = [
+        ("jac", jac.is_some()),
+        ("beta", beta.is_some()),
+        ("gamma", gamma.is_some()),
+        ("alpha", alpha.is_some()),
+        ("rho_inf", rho_inf.is_some()),
+        ("adaptive", adaptive.is_some()),
+        ("predictor", predictor.is_some()),
+        ("reuse_jacobian", reuse_jacobian.is_some()),
+    ];
     if method == "auto" {
+        refuse_newmark_options(method, of_newmark)?;
         refuse_newmark_options(
             method,
             [
-                ("jac", jac.is_some()),
-                ("beta", beta.is_some()),
-                ("gamma", gamma.is_some()),
-                ("alpha", alpha.is_some()),
-                ("rho_inf", rho_inf.is_some()),
-                ("adaptive", adaptive.is_some()),
-                ("predictor", predictor.is_some()),
-                ("reuse_jacobian", reuse_jacobian.is_some()),
                 ("atol", atol.is_some()),
                 ("max_step", max_step.is_some()),
                 ("min_step", min_step != 0.0),
@@ -174,19 +177,7 @@ pub(crate) fn simulate<'py>(
         _ => None,
     };
     if first_order.is_some() || method == "radau" {
-        refuse_newmark_options(
-            method,
-            [
-                ("jac", jac.is_some()),
-                ("beta", beta.is_some()),
-                ("gamma", gamma.is_some()),
-                ("alpha", alpha.is_some()),
-                ("rho_inf", rho_inf.is_some()),
-                ("adaptive", adaptive.is_some()),
-                ("predictor", predictor.is_some()),
-                ("reuse_jacobian", reuse_jacobian.is_some()),
-            ],
-        )?;
+        refuse_newmark_options(method, of_newmark)?;
     }
     let method = match first_order {
         None if method == "radau" => Method::Radau {
