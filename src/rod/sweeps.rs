@@ -159,7 +159,7 @@ impl<G: Turning> Sweeps<G> {
     pub(super) fn velocity(&mut self, q: &[f64], qd: &[f64], place: &Place) -> [Vector<f64>; 2] {
         self.update_kinematics(q);
         let Self { arch, plan, work, zeros, .. } = self;
-        arch.dispatch(Motion { plan, work, state: [q, qd, zeros] });
+        Self::run(*arch, Motion { plan, work, state: [q, qd, zeros] });
         kinematics::velocity(plan, work, place)
     }
 
@@ -195,7 +195,7 @@ impl<G: Turning> Sweeps<G> {
     pub(super) fn supplied_power(&mut self, q: &[f64], qd: &[f64]) -> f64 {
         self.update_kinematics(q);
         let Self { arch, plan, work, zeros, .. } = self;
-        arch.dispatch(Motion { plan, work, state: [q, qd, zeros] });
+        Self::run(*arch, Motion { plan, work, state: [q, qd, zeros] });
         energy::supplied_power(plan, work)
     }
 }
