@@ -45,7 +45,7 @@ pub(crate) fn scalar_or_vector(value: &Bound<'_, PyAny>, name: &str) -> PyResult
 }
 
 /// True for complex arrays and numbers, which NumPy would turn into their real parts.
-fn is_complex(value: &Bound<'_, PyAny>) -> bool {
+pub(crate) fn is_complex(value: &Bound<'_, PyAny>) -> bool {
     let kind = value.getattr("dtype").and_then(|dtype| dtype.getattr("kind"));
     kind.is_ok_and(|kind| kind.eq("c").unwrap_or(false)) || value.is_instance_of::<PyComplex>()
 }

@@ -17,6 +17,7 @@ mod motion;
 mod newmark;
 mod ode;
 mod pendulum;
+mod profile;
 mod rod;
 mod roots;
 mod scene;
@@ -47,6 +48,8 @@ mod _lissom {
     use super::ode::{PyDenseOutput, PyDop853, PyOdeResult, PyOdeSolver, PyRadau, PyRk45, solve_ivp};
     #[pymodule_export]
     use super::pendulum::PySpringPendulum;
+    #[pymodule_export]
+    use super::profile::PyProfile;
     #[pymodule_export]
     use super::rod::{PyRod, PySegment};
     #[pymodule_export]

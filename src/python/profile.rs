@@ -1,0 +1,330 @@
+//! `lissom.Profile`, and numbers along a segment from whatever Python gives: an array, a table, a callable.
+
+#![allow(dead_code, reason = "segments are about to take profiles")]
+
+use numpy::{AllowTypeChange, IntoPyArray, PyArray1, PyArrayDyn, PyArrayLikeDyn, PyArrayMethods};
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList, PyTuple};
+
+use super::convert;
+use crate::error::{Checker, InvalidInput};
+use crate::rod::{Parts, Profile, Unsampled};
+
+/// Numbers as a function of the arc length of a segment: what a `Segment` makes of a table or of a function.
+///
+/// A table is interpolated by cubics that do not overshoot (SciPy's ``PchipInterpolator``). A function is followed by a Chebyshev
+/// polynomial, of as high a degree as rounding asks for (128 at most). Give either `stations` and `values` or
+/// `coefficients`. Calling a profile evaluates it.
+///
+/// Parameters
+/// ----------
+/// length : float
+///     Length of the segment, metres.
+/// stations : array_like, shape (m,)
+///     Increasing arc lengths from 0 to `length`, metres.
+/// values : array_like, shape (m, ...)
+///     The values at the stations.
+/// coefficients : array_like, shape (d + 1, ...)
+///     Coefficients of Chebyshev's polynomials ``T_k(2 X / length - 1)``.
+///
+/// Raises
+/// ------
+/// ValueError
+///     Naming what makes no sense.
+///
+/// Examples
+/// --------
+/// >>> import lissom
+/// >>> line = lissom.Profile(2.0, stations=(0, 2), values=(1, 3))
+/// >>> line([0, 0.5, 2]).tolist()
+/// [1.0, 1.5, 3.0]
+#[pyclass(name = "Profile", module = "lissom", frozen, eq)]
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct PyProfile {
+    length: f64,
+    /// Of the values at one place.
+    shape: Vec<usize>,
+    /// Stations of a table; none for a polynomial.
+    stations: Option<Vec<f64>>,
+    /// Values at the stations, or coefficients, one after the other.
+    rows: Vec<Vec<f64>>,
+}
+
+#[pymethods]
+impl PyProfile {
+    #[new]
+    #[pyo3(signature = (length, *, stations=None, values=None, coefficients=None))]
+    fn new(
+        length: f64,
+        stations: Option<&Bound<'_, PyAny>>,
+        values: Option<&Bound<'_, PyAny>>,
+        coefficients: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        let mut check = Checker::new();
+        check.positive(length, "length", "metres");
+        check.finish()?;
+        let (stations, (rows, shape)) = match (stations, values, coefficients) {
+            (Some(stations), Some(values), None) => {
+                (Some(convert::vector(stations, "stations")?), rows(values, "values")?)
+            }
+            (None, None, Some(coefficients)) => (None, rows(coefficients, "coefficients")?),
+            _ => {
+                return Err(PyValueError::new_err(
+                    "a profile: expected either stations and values, or coefficients",
+                ));
+            }
+        };
+        let profile = Self { length, shape, stations, rows };
+        for column in 0..profile.width() {
+            profile.column(column)?.validate(length)?;
+        }
+        Ok(profile)
+    }
+
+    /// Length of the segment, metres.
+    #[getter]
+    fn length(&self) -> f64 {
+        self.length
+    }
+
+    /// Arc lengths of a table, metres, or None.
+    #[getter]
+    fn stations<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<f64>>> {
+        self.stations.as_ref().map(|stations| PyArray1::from_slice(py, stations))
+    }
+
+    /// Values of a table, shape (m, ...), or None.
+    #[getter]
+    fn values<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArrayDyn<f64>>>> {
+        self.stations.as_ref().map(|_| self.array(py)).transpose()
+    }
+
+    /// Coefficients of a polynomial, shape (d + 1, ...), or None.
+    #[getter]
+    fn coefficients<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArrayDyn<f64>>>> {
+        if self.stations.is_some() { Ok(None) } else { self.array(py).map(Some) }
+    }
+
+    /// The values at arc lengths.
+    ///
+    /// Parameters
+    /// ----------
+    /// X : float or array_like, shape (k,)
+    ///     Arc lengths from the segment's base, 0 <= X <= length, metres.
+    ///
+    /// Returns
+    /// -------
+    /// values : ndarray, of the shape of a value, or shape (k, ...)
+    #[pyo3(signature = (X))]
+    #[allow(non_snake_case, reason = "X is the arc length of the unstretched rod everywhere in this field")]
+    fn __call__<'py>(&self, X: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let (places, is_number) = convert::scalar_or_vector(X, "X")?;
+        let length = self.length;
+        if let Some(place) = places.iter().find(|place| !(0.0..=length).contains(*place)) {
+            return Err(PyValueError::new_err(format!(
+                "X: got {place}, expected arc lengths in [0, {length}] (metres)"
+            )));
+        }
+        let columns = (0..self.width()).map(|column| self.column(column)).collect::<Result<Vec<_>, _>>()?;
+        let values: Vec<f64> =
+            places.iter().flat_map(|x| columns.iter().map(move |column| column.at(x / length)[0])).collect();
+        let leading = (!is_number).then_some(places.len());
+        let shape: Vec<usize> = leading.into_iter().chain(self.shape.iter().copied()).collect();
+        values.into_pyarray(X.py()).reshape(shape)
+    }
+
+    fn __repr__(&self) -> String {
+        let number = self.rows.len();
+        let kind = match self.stations {
+            Some(_) => format!("table of {number} stations"),
+            None => format!("polynomial of degree {}", number - 1),
+        };
+        format!("<lissom.Profile: {kind} over {:?} m, values of shape {:?}>", self.length, self.shape)
+    }
+
+    /// For copies and pickles.
+    fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> PyResult<((f64,), Bound<'py, PyDict>)> {
+        let arguments = PyDict::new(py);
+        match self.stations(py) {
+            Some(stations) => {
+                arguments.set_item("stations", stations)?;
+                arguments.set_item("values", self.array(py)?)?;
+            }
+            None => arguments.set_item("coefficients", self.array(py)?)?,
+        }
+        Ok(((self.length,), arguments))
+    }
+}
+
+impl PyProfile {
+    /// Numbers of one value.
+    fn width(&self) -> usize {
+        self.shape.iter().product()
+    }
+
+    fn array<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let shape: Vec<usize> = [self.rows.len()].into_iter().chain(self.shape.iter().copied()).collect();
+        self.rows.concat().into_pyarray(py).reshape(shape)
+    }
+
+    /// One of the numbers.
+    fn column(&self, column: usize) -> Result<Profile<1>, InvalidInput> {
+        let rows: Vec<[f64; 1]> = self.rows.iter().map(|row| [row[column]]).collect();
+        match &self.stations {
+            Some(stations) => Profile::table(stations, &rows),
+            None => Profile::polynomial(&rows),
+        }
+    }
+}
+
+/// Rows of numbers, and the shape of a row.
+fn rows(value: &Bound<'_, PyAny>, name: &str) -> PyResult<(Vec<Vec<f64>>, Vec<usize>)> {
+    let wrong = || {
+        let found = convert::describe(value);
+        PyTypeError::new_err(format!("{name}: expected an array of real numbers, got {found}"))
+    };
+    if convert::is_complex(value) {
+        return Err(wrong());
+    }
+    let array: PyArrayLikeDyn<'_, f64, AllowTypeChange> = value.extract().map_err(|_| wrong())?;
+    let array = array.as_array();
+    let Some((_, shape)) = array.shape().split_first() else { return Err(wrong()) };
+    Ok((array.outer_iter().map(|row| row.iter().copied().collect()).collect(), shape.to_vec()))
+}
+
+/// One value of this shape, which has `N` numbers.
+fn value_of<const N: usize>(value: &Bound<'_, PyAny>, shape: &[usize], name: &str) -> PyResult<[f64; N]> {
+    let packed = PyTuple::new(value.py(), [value])?;
+    let (mut rows, found) = rows(&packed, name)
+        .map_err(|_| PyTypeError::new_err(wrong_value(name, shape, &convert::describe(value))))?;
+    if found != shape {
+        let message = wrong_value(name, shape, &format!("an array of shape {found:?}"));
+        return Err(PyValueError::new_err(message));
+    }
+    Ok(rows.remove(0).try_into().expect("the shape has N entries"))
+}
+
+fn wrong_value(name: &str, shape: &[usize], found: &str) -> String {
+    let expected = match shape {
+        [] => "a number".to_owned(),
+        shape => format!("an array of shape {shape:?}"),
+    };
+    format!(
+        "{name}: expected {expected}, a table (stations, values) or a function of the arc length X, got {found}"
+    )
+}
+
+/// Numbers along a segment of this length from Python, a value of which has this shape with `N` entries: a constant value, a
+/// pair of stations (metres) and values, a function of the arc length from the segment's base in metres, or a `lissom.Profile`.
+pub(crate) fn profile<const N: usize>(
+    value: &Bound<'_, PyAny>,
+    shape: &[usize],
+    length: f64,
+    name: &str,
+) -> PyResult<Profile<N>> {
+    if let Ok(profile) = value.cast::<PyProfile>() {
+        return of_profile(profile.get(), shape, length, name);
+    }
+    if value.is_callable() {
+        return of_function(value, shape, length, name);
+    }
+    if let Some((stations, values)) = pair(value)? {
+        let stations = convert::vector(&stations, &format!("{name}, stations"))?;
+        let (rows, found) = rows(&values, &format!("{name}, values"))?;
+        let number = rows.len();
+        let profile = PyProfile { length, shape: found, stations: Some(stations), rows };
+        if profile.shape != shape {
+            return Err(PyValueError::new_err(format!(
+                "{name}, values: expected {} of shape {shape:?}, one for each station, got {number} of shape {:?}",
+                profile.stations.map_or(0, |stations| stations.len()),
+                profile.shape,
+            )));
+        }
+        return of_profile(&profile, shape, length, name);
+    }
+    Ok(value_of(value, shape, name)?.into())
+}
+
+/// The profile as Python sees it.
+pub(crate) fn to_python<const N: usize>(profile: &Profile<N>, shape: &[usize], length: f64) -> PyProfile {
+    let rows = |rows: &[[f64; N]]| rows.iter().map(|row| row.to_vec()).collect();
+    let (stations, rows) = match profile.parts() {
+        Parts::Constant(value) => (None, vec![value.to_vec()]),
+        Parts::Table(stations, values) => (Some(stations.to_vec()), rows(values)),
+        Parts::Polynomial(coefficients) => (None, rows(coefficients)),
+    };
+    PyProfile { length, shape: shape.to_vec(), stations, rows }
+}
+
+/// Stations and values, where `value` is a pair of arrays.
+fn pair<'py>(value: &Bound<'py, PyAny>) -> PyResult<Option<(Bound<'py, PyAny>, Bound<'py, PyAny>)>> {
+    if !value.is_instance_of::<PyTuple>() && !value.is_instance_of::<PyList>() {
+        return Ok(None);
+    }
+    let items = value.try_iter()?.collect::<PyResult<Vec<_>>>()?;
+    match <[_; 2]>::try_from(items) {
+        Ok([stations, values]) if stations.len().is_ok() => Ok(Some((stations, values))),
+        _ => Ok(None),
+    }
+}
+
+fn of_profile<const N: usize>(
+    profile: &PyProfile,
+    shape: &[usize],
+    length: f64,
+    name: &str,
+) -> PyResult<Profile<N>> {
+    if profile.shape != shape {
+        let found = format!("a profile with values of shape {:?}", profile.shape);
+        return Err(PyValueError::new_err(wrong_value(name, shape, &found)));
+    }
+    if profile.length != length {
+        return Err(PyValueError::new_err(format!(
+            "{name}: got a profile over {} m, expected one over the segment's length, {length} m",
+            profile.length
+        )));
+    }
+    let rows: Vec<[f64; N]> =
+        profile.rows.iter().map(|row| row[..].try_into().expect("the shape has N entries")).collect();
+    let found = match &profile.stations {
+        Some(stations) => Profile::table(stations, &rows).and_then(|profile| {
+            profile.validate(length)?;
+            Ok(profile)
+        }),
+        None => Profile::polynomial(&rows),
+    };
+    let mut check = Checker::new();
+    match check.nested(name, found) {
+        Some(profile) => Ok(profile),
+        None => Err(check.finish().expect_err("nothing was found").into()),
+    }
+}
+
+fn of_function<const N: usize>(
+    function: &Bound<'_, PyAny>,
+    shape: &[usize],
+    length: f64,
+    name: &str,
+) -> PyResult<Profile<N>> {
+    if !(length.is_finite() && length > 0.0) {
+        // The length is refused with the other parameters.
+        return Ok([0.0; N].into());
+    }
+    let sampled = Profile::sampled(|x| {
+        function.py().check_signals()?;
+        let value = function.call1((x * length,))?;
+        value_of(&value, shape, &format!("{name}(X)"))
+    });
+    sampled.map_err(|problem| match problem {
+        Unsampled::Failed(error) => error,
+        Unsampled::NonFinite { x, value, .. } => PyValueError::new_err(format!(
+            "{name}: got {value} at X = {}, expected finite numbers",
+            x * length
+        )),
+        Unsampled::NotSmooth { x } => PyValueError::new_err(format!(
+            "{name}: does not become smooth at X = {:.4}: split the segment there, or give a table (stations, values)",
+            x * length
+        )),
+    })
+}

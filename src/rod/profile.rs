@@ -1,0 +1,582 @@
+//! Numbers that vary along a segment: constant, from a table, or a polynomial that follows a function.
+
+use std::f64::consts::PI;
+
+use crate::error::{Checker, InvalidInput};
+
+/// Most entries of a table: more than quadrature could see.
+pub const MAX_STATIONS: usize = 4096;
+
+/// Highest degree of a polynomial that follows a function: quadrature of a segment resolves no more.
+pub const MAX_DEGREE: usize = 128;
+
+/// Lowest degree with which the search for it begins.
+const FIRST_DEGREE: usize = 8;
+
+/// Coefficients below this part of the largest value are rounding: a few units in the last place, as the values of any
+/// function have them (Aurentz and Trefethen 2017, section 2, accept as much).
+const ROUNDING: f64 = 16.0 * f64::EPSILON;
+
+/// Where a polynomial is compared with its function beside the points that it was made from: places of no symmetry, for functions
+/// that vanish at all points (the "sample test" of Chebfun; Driscoll, Hale and Trefethen 2014, section 8).
+const TEST_PLACES: [f64; 2] = [0.178_392_652_145_97, 0.642_871_953_401_23];
+
+/// How far the function may be from the polynomial there, as a part of its largest value.
+const TEST_TOLERANCE: f64 = 1e-11;
+
+/// A last station counts as the end of its segment within this part of the length.
+const STATION_TOLERANCE: f64 = 1e-9;
+
+/// `N` numbers as a function of the fraction x in [0, 1] of a segment's length.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Profile<const N: usize> {
+    kind: Kind<N>,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+enum Kind<const N: usize> {
+    Constant([f64; N]),
+    Table(Table<N>),
+    /// Coefficients of Chebyshev's polynomials `T_k(2 x - 1)`, at least one.
+    Polynomial(Vec<[f64; N]>),
+}
+
+/// A table interpolated by cubics: without overshoot, with continuous slope.
+#[derive(Clone, Debug, PartialEq)]
+struct Table<const N: usize> {
+    /// Increasing from zero; what the last one is does not matter.
+    stations: Vec<f64>,
+    values: Vec<[f64; N]>,
+    /// Derivatives with respect to the station.
+    slopes: Vec<[f64; N]>,
+}
+
+/// What a profile consists of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Parts<'a, const N: usize> {
+    /// The same everywhere.
+    Constant(&'a [f64; N]),
+    /// Stations from zero on, and the values there.
+    Table(&'a [f64], &'a [[f64; N]]),
+    /// Coefficients of Chebyshev's polynomials `T_k(2 x - 1)`.
+    Polynomial(&'a [[f64; N]]),
+}
+
+/// Why no polynomial follows a function.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Unsampled<E> {
+    /// The function failed.
+    Failed(E),
+    /// Its value number `entry` at the fraction `x` is not finite.
+    NonFinite {
+        /// Where.
+        x: f64,
+        /// Which of the numbers.
+        entry: usize,
+        /// What it is.
+        value: f64,
+    },
+    /// No polynomial of degree [`MAX_DEGREE`] or less follows it; it is farthest from one near the fraction `x`.
+    NotSmooth {
+        /// Where.
+        x: f64,
+    },
+}
+
+impl<const N: usize> From<[f64; N]> for Profile<N> {
+    fn from(value: [f64; N]) -> Self {
+        Self { kind: Kind::Constant(value) }
+    }
+}
+
+impl<const N: usize> Profile<N> {
+    /// The values at increasing stations from 0 to the segment's length, with cubics in between: shape-preserving with continuous
+    /// slope (Fritsch and Butland 1984, the PCHIP of MATLAB and SciPy), exact where the values lie on a line. Refuses tables
+    /// that are none.
+    pub fn table(stations: &[f64], values: &[[f64; N]]) -> Result<Self, InvalidInput> {
+        let mut check = Checker::new();
+        let number = stations.len();
+        check.require(
+            (2..=MAX_STATIONS).contains(&number),
+            "stations",
+            format_args!("{number} of them"),
+            &format!("between 2 and {MAX_STATIONS} stations"),
+        );
+        check.require(
+            values.len() == number,
+            "values",
+            format_args!("{} rows", values.len()),
+            &format!("one row for each of the {number} stations"),
+        );
+        if check.finite(stations, "stations") && check.is_ok() {
+            check.require(stations[0] == 0.0, "stations[0]", stations[0], "0, the segment's base");
+            for (i, pair) in stations.windows(2).enumerate() {
+                let expected = format!("more than stations[{i}] = {}", pair[0]);
+                check.require(pair[0] < pair[1], &format!("stations[{}]", i + 1), pair[1], &expected);
+            }
+        }
+        for (i, row) in values.iter().enumerate() {
+            check.finite(row, &format!("values[{i}]"));
+        }
+        check.finish()?;
+        let mut slopes = vec![[0.0; N]; number];
+        for entry in 0..N {
+            let column: Vec<f64> = values.iter().map(|row| row[entry]).collect();
+            for (slope, found) in slopes.iter_mut().zip(slopes_of(stations, &column)) {
+                slope[entry] = found;
+            }
+        }
+        Ok(Self { kind: Kind::Table(Table { stations: stations.to_vec(), values: values.to_vec(), slopes }) })
+    }
+
+    /// The polynomial with these coefficients of Chebyshev's polynomials `T_k(2 x - 1)`.
+    pub fn polynomial(coefficients: &[[f64; N]]) -> Result<Self, InvalidInput> {
+        let mut check = Checker::new();
+        let number = coefficients.len();
+        check.require(
+            (1..=MAX_DEGREE + 1).contains(&number),
+            "coefficients",
+            format_args!("{number} rows"),
+            &format!("between 1 and {} rows", MAX_DEGREE + 1),
+        );
+        for (k, row) in coefficients.iter().enumerate() {
+            check.finite(row, &format!("coefficients[{k}]"));
+        }
+        check.finish()?;
+        Ok(Self::of_coefficients(coefficients.to_vec()))
+    }
+
+    fn of_coefficients(mut coefficients: Vec<[f64; N]>) -> Self {
+        while coefficients.len() > 1 && coefficients.last() == Some(&[0.0; N]) {
+            coefficients.pop();
+        }
+        match coefficients[..] {
+            [only] => only.into(),
+            _ => Self { kind: Kind::Polynomial(coefficients) },
+        }
+    }
+
+    /// The polynomial that follows a function of the fraction x to rounding: interpolated at Chebyshev's points, twice as many until
+    /// the last coefficients are rounding (Chebfun's way: Battles and Trefethen 2004). Calls the function at most
+    /// [`MAX_DEGREE`] + 3 times.
+    pub fn sampled<E>(mut function: impl FnMut(f64) -> Result<[f64; N], E>) -> Result<Self, Unsampled<E>> {
+        let mut sample = |x: f64| {
+            let values = function(x).map_err(Unsampled::Failed)?;
+            match values.iter().position(|value| !value.is_finite()) {
+                Some(entry) => Err(Unsampled::NonFinite { x, entry, value: values[entry] }),
+                None => Ok(values),
+            }
+        };
+        let mut degree = FIRST_DEGREE;
+        let mut values =
+            (0..=degree).map(|j| sample(chebyshev_point(j, degree))).collect::<Result<Vec<_>, _>>()?;
+        loop {
+            let (coefficients, is_resolved) = resolve(&values);
+            let profile = Self::of_coefficients(coefficients);
+            if is_resolved {
+                let mut farthest = (0.0, 0.0);
+                for x in TEST_PLACES {
+                    let distance = relative_distance(&profile.at(x), &sample(x)?, &largest(&values));
+                    farthest = if distance > farthest.0 { (distance, x) } else { farthest };
+                }
+                if farthest.0 <= TEST_TOLERANCE {
+                    return Ok(profile);
+                }
+            }
+            if degree == MAX_DEGREE {
+                // What the polynomial of half the degree misses at the points between its own.
+                let coarse = values.iter().copied().step_by(2).collect::<Vec<_>>();
+                let coarse = Self::of_coefficients(resolve(&coarse).0);
+                let sizes = largest(&values);
+                let places = (0..=degree).map(|j| chebyshev_point(j, degree));
+                let distances = places
+                    .zip(&values)
+                    .map(|(x, value)| (x, relative_distance(&coarse.at(x), value, &sizes)));
+                let farthest = distances.fold((0.0, 0.0), |a, b| if b.1 > a.1 { b } else { a });
+                return Err(Unsampled::NotSmooth { x: farthest.0 });
+            }
+            // Chebyshev's points of half the degree are every other one.
+            degree *= 2;
+            let mut known = values.into_iter();
+            values = (0..=degree)
+                .map(|j| match j % 2 {
+                    0 => Ok(known.next().expect("every other point is known")),
+                    _ => sample(chebyshev_point(j, degree)),
+                })
+                .collect::<Result<Vec<_>, _>>()?;
+        }
+    }
+
+    /// What it consists of.
+    pub fn parts(&self) -> Parts<'_, N> {
+        match &self.kind {
+            Kind::Constant(value) => Parts::Constant(value),
+            Kind::Table(table) => Parts::Table(&table.stations, &table.values),
+            Kind::Polynomial(coefficients) => Parts::Polynomial(coefficients),
+        }
+    }
+
+    /// The value where it is the same everywhere and was given so.
+    pub fn constant(&self) -> Option<[f64; N]> {
+        if let Kind::Constant(value) = self.kind { Some(value) } else { None }
+    }
+
+    /// Whether it is the same everywhere.
+    pub fn is_constant(&self) -> bool {
+        (0..N).all(|entry| self.is_entry_constant(entry).is_some())
+    }
+
+    /// The number `entry` if it is the same everywhere.
+    pub fn is_entry_constant(&self, entry: usize) -> Option<f64> {
+        let first = match &self.kind {
+            Kind::Constant(value) => value[entry],
+            Kind::Table(table) => {
+                let first = table.values[0][entry];
+                table.values.iter().all(|row| row[entry] == first).then_some(first)?
+            }
+            Kind::Polynomial(coefficients) => {
+                coefficients[1..].iter().all(|row| row[entry] == 0.0).then_some(coefficients[0][entry])?
+            }
+        };
+        Some(first)
+    }
+
+    /// A table must end where a segment of this length does.
+    pub fn validate(&self, length: f64) -> Result<(), InvalidInput> {
+        let mut check = Checker::new();
+        if let Kind::Table(table) = &self.kind {
+            let last = table.stations.len() - 1;
+            let end = table.stations[last];
+            let is_sensible = length.is_finite() && length > 0.0;
+            check.require(
+                !is_sensible || (end - length).abs() <= STATION_TOLERANCE * length,
+                &format!("stations[{last}]"),
+                end,
+                &format!("{length}, the segment's length (metres)"),
+            );
+        }
+        check.finish()
+    }
+
+    /// The values at the fraction `x` in [0, 1].
+    pub fn at(&self, x: f64) -> [f64; N] {
+        match &self.kind {
+            Kind::Constant(value) => *value,
+            Kind::Table(table) => table.at(x),
+            Kind::Polynomial(coefficients) => clenshaw(coefficients, 2.0 * x - 1.0),
+        }
+    }
+
+    /// The integrals of the values from the fraction 0 to `x`, exact: `int_0^x p(y) dy`.
+    pub fn integral(&self, x: f64) -> [f64; N] {
+        match &self.kind {
+            Kind::Constant(value) => value.map(|value| value * x),
+            Kind::Table(table) => table.integral(x),
+            Kind::Polynomial(coefficients) => {
+                let antiderivative = antiderivative(coefficients);
+                let [from, to] = [-1.0, 2.0 * x - 1.0].map(|t| clenshaw(&antiderivative, t));
+                std::array::from_fn(|i| 0.5 * (to[i] - from[i]))
+            }
+        }
+    }
+
+    /// Degree of the polynomial, or of that which a table would make if its cubics were one; zero for a constant.
+    pub fn degree(&self) -> usize {
+        match &self.kind {
+            Kind::Constant(_) => 0,
+            Kind::Table(table) if table.stations.len() == 2 => 1,
+            Kind::Table(table) => table.stations.len() + 1,
+            Kind::Polynomial(coefficients) => coefficients.len() - 1,
+        }
+    }
+
+    /// The numbers one by one.
+    pub fn columns(&self) -> [Profile<1>; N] {
+        let column =
+            |rows: &[[f64; N]], entry: usize| rows.iter().map(|row| [row[entry]]).collect::<Vec<_>>();
+        std::array::from_fn(|entry| match &self.kind {
+            Kind::Constant(value) => [value[entry]].into(),
+            Kind::Table(Table { stations, values, slopes }) => Profile {
+                kind: Kind::Table(Table {
+                    stations: stations.clone(),
+                    values: column(values, entry),
+                    slopes: column(slopes, entry),
+                }),
+            },
+            Kind::Polynomial(coefficients) => Profile { kind: Kind::Polynomial(column(coefficients, entry)) },
+        })
+    }
+}
+
+impl<const N: usize> Table<N> {
+    /// The interval of a station, the station seen from its start, and its length.
+    fn interval(&self, x: f64) -> (usize, f64, f64) {
+        let last = self.stations.len() - 1;
+        let station = x * self.stations[last];
+        let i = self.stations.partition_point(|&other| other <= station).clamp(1, last) - 1;
+        (i, station - self.stations[i], self.stations[i + 1] - self.stations[i])
+    }
+
+    /// Value at the start, slope there, and the two higher coefficients of the cubic of interval `i`.
+    fn cubic(&self, i: usize, entry: usize) -> [f64; 4] {
+        let width = self.stations[i + 1] - self.stations[i];
+        let secant = (self.values[i + 1][entry] - self.values[i][entry]) / width;
+        let [start, end] = [self.slopes[i][entry], self.slopes[i + 1][entry]];
+        let square = (3.0 * secant - 2.0 * start - end) / width;
+        [self.values[i][entry], start, square, (start + end - 2.0 * secant) / (width * width)]
+    }
+
+    fn at(&self, x: f64) -> [f64; N] {
+        let (i, s, _) = self.interval(x);
+        std::array::from_fn(|entry| {
+            let [a, b, c, d] = self.cubic(i, entry);
+            a + s * (b + s * (c + s * d))
+        })
+    }
+
+    fn integral(&self, x: f64) -> [f64; N] {
+        let (i, s, _) = self.interval(x);
+        let end = self.stations[self.stations.len() - 1];
+        std::array::from_fn(|entry| {
+            let part = |i: usize, s: f64| {
+                let [a, b, c, d] = self.cubic(i, entry);
+                s * (a + s * (b / 2.0 + s * (c / 3.0 + s * d / 4.0)))
+            };
+            let before: f64 = (0..i).map(|i| part(i, self.stations[i + 1] - self.stations[i])).sum();
+            (before + part(i, s)) / end
+        })
+    }
+}
+
+/// Slopes of a table: the weighted harmonic mean of the secants on both sides, zero between secants of different signs (Fritsch and
+/// Butland 1984); at the ends the parabola through three values, held back where it would overshoot (Moler 2004, section
+/// 3.6).
+fn slopes_of(stations: &[f64], values: &[f64]) -> Vec<f64> {
+    let last = stations.len() - 1;
+    let widths: Vec<f64> = stations.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let secants: Vec<f64> = (0..last).map(|i| (values[i + 1] - values[i]) / widths[i]).collect();
+    if last == 1 {
+        return vec![secants[0]; 2];
+    }
+    let end = |[h0, h1]: [f64; 2], [d0, d1]: [f64; 2]| {
+        let slope = ((2.0 * h0 + h1) * d0 - h0 * d1) / (h0 + h1);
+        if slope * d0 <= 0.0 {
+            0.0
+        } else if d0 * d1 <= 0.0 && slope.abs() > 3.0 * d0.abs() {
+            3.0 * d0
+        } else {
+            slope
+        }
+    };
+    let inside = |i: usize| {
+        let ([h0, h1], [d0, d1]) = ([widths[i - 1], widths[i]], [secants[i - 1], secants[i]]);
+        if d0 * d1 <= 0.0 {
+            return 0.0;
+        }
+        let (w0, w1) = (2.0 * h1 + h0, h1 + 2.0 * h0);
+        (w0 + w1) / (w0 / d0 + w1 / d1)
+    };
+    (0..=last)
+        .map(|i| match i {
+            0 => end([widths[0], widths[1]], [secants[0], secants[1]]),
+            i if i == last => {
+                end([widths[last - 1], widths[last - 2]], [secants[last - 1], secants[last - 2]])
+            }
+            i => inside(i),
+        })
+        .collect()
+}
+
+/// Chebyshev's point `j` of `degree + 1` on [0, 1], in ascending order.
+fn chebyshev_point(j: usize, degree: usize) -> f64 {
+    // Of the sine, which is symmetric to rounding.
+    let angle = PI * (2.0 * j as f64 - degree as f64) / (2 * degree) as f64;
+    0.5 + 0.5 * angle.sin()
+}
+
+/// The largest magnitude of each number.
+fn largest<const N: usize>(values: &[[f64; N]]) -> [f64; N] {
+    std::array::from_fn(|entry| values.iter().fold(0.0, |size: f64, row| size.max(row[entry].abs())))
+}
+
+/// The largest distance of two rows relative to these sizes.
+fn relative_distance<const N: usize>(a: &[f64; N], b: &[f64; N], sizes: &[f64; N]) -> f64 {
+    (0..N).map(|i| if a[i] == b[i] { 0.0 } else { (a[i] - b[i]).abs() / sizes[i] }).fold(0.0, f64::max)
+}
+
+/// The coefficients of the polynomial through values at Chebyshev's points, without those that are rounding, and whether the last
+/// quarter of them was rounding.
+fn resolve<const N: usize>(values: &[[f64; N]]) -> (Vec<[f64; N]>, bool) {
+    let degree = values.len() - 1;
+    let sizes = largest(values);
+    let mut coefficients = vec![[0.0; N]; degree + 1];
+    for entry in 0..N {
+        let is_constant = values.iter().all(|row| row[entry] == values[0][entry]);
+        if is_constant {
+            // Without the rounding of the sums, so that a strain of a plane stays in it.
+            coefficients[0][entry] = values[0][entry];
+            continue;
+        }
+        // Discrete cosine transform (Trefethen 2013, chapter 3): t_j = -cos(pi j / degree), T_k(t_j) = (-1)^k cos(pi j k / degree).
+        for (k, row) in coefficients.iter_mut().enumerate() {
+            let is_end = |index: usize| index == 0 || index == degree;
+            let sum: f64 = values
+                .iter()
+                .enumerate()
+                .map(|(j, value)| {
+                    let cosine = (PI * ((j * k) % (2 * degree)) as f64 / degree as f64).cos();
+                    value[entry] * cosine * if is_end(j) { 0.5 } else { 1.0 }
+                })
+                .sum();
+            let sign = if k % 2 == 0 { 1.0 } else { -1.0 };
+            row[entry] = sign * sum * if is_end(k) { 1.0 } else { 2.0 } / degree as f64;
+        }
+    }
+    let is_rounding = |row: &[f64; N]| (0..N).all(|i| row[i].abs() <= ROUNDING * sizes[i]);
+    let kept = coefficients.iter().rposition(|row| !is_rounding(row)).map_or(1, |last| last + 1);
+    let is_resolved = 4 * kept <= 3 * degree;
+    coefficients.truncate(kept);
+    for row in &mut coefficients {
+        for (value, size) in row.iter_mut().zip(sizes) {
+            if value.abs() <= ROUNDING * size {
+                *value = 0.0;
+            }
+        }
+    }
+    (coefficients, is_resolved)
+}
+
+/// `sum_k c_k T_k(t)` (Clenshaw 1955).
+fn clenshaw<const N: usize>(coefficients: &[[f64; N]], t: f64) -> [f64; N] {
+    std::array::from_fn(|entry| {
+        let (mut here, mut before) = (0.0, 0.0);
+        for row in coefficients[1..].iter().rev() {
+            (here, before) = (row[entry] + 2.0 * t * here - before, here);
+        }
+        coefficients[0][entry] + t * here - before
+    })
+}
+
+/// Coefficients of an antiderivative with respect to t: `int T_k = T_{k+1} / (2 (k+1)) - T_{k-1} / (2 (k-1))`.
+fn antiderivative<const N: usize>(coefficients: &[[f64; N]]) -> Vec<[f64; N]> {
+    let of = |k: usize, entry: usize| coefficients.get(k).map_or(0.0, |row| row[entry]);
+    (0..=coefficients.len())
+        .map(|k| {
+            std::array::from_fn(|entry| match k {
+                0 => 0.0,
+                1 => of(0, entry) - of(2, entry) / 2.0,
+                k => (of(k - 1, entry) - of(k + 1, entry)) / (2 * k) as f64,
+            })
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::convert::Infallible;
+
+    use super::*;
+
+    fn sampled(f: impl Fn(f64) -> [f64; 2]) -> Result<Profile<2>, Unsampled<Infallible>> {
+        Profile::sampled(|x| Ok(f(x)))
+    }
+
+    #[test]
+    fn constants_and_lines_are_exact() {
+        let constant = Profile::from([1.5, -2.0]);
+        assert!(constant.is_constant() && constant.at(0.3) == [1.5, -2.0]);
+        assert_eq!(constant.integral(0.5), [0.75, -1.0]);
+        let flat = Profile::table(&[0.0, 0.1, 0.4], &[[1.5], [1.5], [1.5]]).unwrap();
+        assert!(flat.is_constant() && flat.at(0.7) == [1.5] && flat.constant().is_none());
+        for stations in [vec![0.0, 2.0], vec![0.0, 0.1, 0.7, 2.0], vec![0.0, 0.5, 1.0, 1.9, 2.0]] {
+            let values: Vec<[f64; 1]> = stations.iter().map(|s| [3.0 - 2.0 * s]).collect();
+            let line = Profile::table(&stations, &values).unwrap();
+            assert!(!line.is_constant());
+            for x in [0.0, 0.01, 0.3, 0.62, 1.0] {
+                assert!((line.at(x)[0] - (3.0 - 4.0 * x)).abs() < 1e-14, "{x}");
+                assert!((line.integral(x)[0] - (3.0 * x - 2.0 * x * x)).abs() < 1e-14, "{x}");
+            }
+        }
+    }
+
+    #[test]
+    fn tables_keep_their_values_and_do_not_overshoot() {
+        let stations = [0.0, 0.2, 0.3, 0.7, 1.1, 1.5];
+        let values = [[0.0], [0.1], [2.0], [2.1], [2.1], [-1.0]];
+        let table = Profile::table(&stations, &values).unwrap();
+        for (station, value) in stations.iter().zip(values) {
+            assert!((table.at(station / 1.5)[0] - value[0]).abs() < 1e-14);
+        }
+        let fine: Vec<f64> = (0..=1500).map(|i| table.at(f64::from(i) / 1500.0)[0]).collect();
+        for (i, pair) in fine.windows(2).enumerate() {
+            assert!(if i < 700 { pair[1] >= pair[0] - 1e-14 } else { pair[1] <= pair[0] + 1e-12 }, "{i}");
+            assert!((pair[1] - pair[0]).abs() < 0.05, "continuous at {i}");
+        }
+        // The trapezoidal rule of what is integrated exactly.
+        let sum: f64 = fine.windows(2).map(|pair| 0.5 * (pair[0] + pair[1]) / 1500.0).sum();
+        assert!((table.integral(1.0)[0] - sum).abs() < 1e-5);
+    }
+
+    #[test]
+    fn smooth_functions_become_polynomials() {
+        let profile = sampled(|x| [(3.0 * x).sin(), 2.0 * x * x - x]).unwrap();
+        assert!(profile.degree() < 20 && !profile.is_constant());
+        for x in [0.0, 0.123, 0.5, 0.87, 1.0] {
+            let [sine, square] = profile.at(x);
+            assert!((sine - (3.0 * x).sin()).abs() < 1e-14 && (square - 2.0 * x * x + x).abs() < 1e-14);
+            let [sine, square] = profile.integral(x);
+            assert!((sine - (1.0 - (3.0 * x).cos()) / 3.0).abs() < 1e-14);
+            assert!((square - (2.0 * x.powi(3) / 3.0 - x * x / 2.0)).abs() < 1e-14);
+        }
+        assert_eq!(sampled(|x| [x, 7.0]).unwrap().is_entry_constant(1), Some(7.0));
+        assert_eq!(sampled(|_| [1.0, 7.0]).unwrap().constant(), Some([1.0, 7.0]));
+    }
+
+    #[test]
+    fn rough_functions_are_refused_where_they_are_rough() {
+        for kink in [0.25, 0.4] {
+            let Err(Unsampled::NotSmooth { x }) = sampled(|x| [(x - kink).abs(), 1.0]) else {
+                panic!("smooth")
+            };
+            assert!((x - kink).abs() < 0.02, "{x} is not near {kink}");
+            let step = sampled(|x| [if x < kink { 0.0 } else { 1.0 }, 1.0]);
+            let Err(Unsampled::NotSmooth { x }) = step else { panic!("smooth") };
+            assert!((x - kink).abs() < 0.02, "{x} is not near {kink}");
+        }
+        // Vanishes at the first points, but not between them.
+        let hidden = sampled(|x| [((2.0 * x - 1.0).acos() * 8.0).sin(), 0.0]);
+        assert!(matches!(hidden, Err(Unsampled::NotSmooth { .. })));
+        let pole = sampled(|x| [1.0, 1.0 / (x - 0.5)]);
+        assert!(matches!(pole, Err(Unsampled::NonFinite { x: 0.5, entry: 1, .. })));
+        let failed: Result<Profile<1>, _> = Profile::sampled(|x| if x < 0.9 { Ok([x]) } else { Err("no") });
+        assert_eq!(failed, Err(Unsampled::Failed("no")));
+    }
+
+    #[test]
+    fn tables_that_are_none_are_refused() {
+        let message =
+            |stations: &[f64], values: &[[f64; 1]]| Profile::table(stations, values).unwrap_err().to_string();
+        assert!(message(&[0.0], &[[1.0]]).contains("between 2 and"));
+        assert!(message(&[0.0, 1.0], &[[1.0]]).contains("one row for each of the 2 stations"));
+        assert!(message(&[0.1, 1.0], &[[1.0], [2.0]]).starts_with("stations[0]: got 0.1, expected 0"));
+        assert!(message(&[0.0, 1.0, 1.0], &[[1.0]; 3]).contains("stations[2]: got 1, expected more than"));
+        assert!(message(&[0.0, 1.0], &[[1.0], [f64::NAN]]).contains("values[1][0]: got NaN"));
+        let table = Profile::table(&[0.0, 1.0], &[[1.0], [2.0]]).unwrap();
+        assert!(table.validate(1.0).is_ok());
+        let error = table.validate(2.0).unwrap_err().to_string();
+        assert_eq!(error, "stations[1]: got 1, expected 2, the segment's length (metres)");
+        assert!(Profile::<1>::polynomial(&[]).is_err());
+    }
+
+    #[test]
+    fn columns_are_profiles_of_their_own() {
+        let table = Profile::table(&[0.0, 0.3, 1.0], &[[1.0, 4.0], [2.0, 3.0], [2.5, -1.0]]).unwrap();
+        let polynomial = sampled(|x| [x.exp(), x.cos()]).unwrap();
+        for profile in [table, polynomial, [1.0, 2.0].into()] {
+            for (entry, column) in profile.columns().iter().enumerate() {
+                assert_eq!(column.at(0.4)[0], profile.at(0.4)[entry]);
+                assert_eq!(column.integral(0.4)[0], profile.integral(0.4)[entry]);
+            }
+        }
+    }
+}
