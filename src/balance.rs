@@ -1,5 +1,6 @@
 //! The energy balance of a motion: where the energy is, and what left or entered the system on the way.
 
+use crate::error::Interrupted;
 use crate::hermite::{Quintic, cubic};
 use crate::model::{Energy, ForwardScratch, Model};
 
@@ -34,15 +35,21 @@ pub struct Balance {
 impl Balance {
     /// The balance of a motion through the states (q, v), n numbers each, with these flows. One evaluation of the energy a
     /// state.
-    pub fn new<M: Model + ?Sized>(model: &mut M, t: &[f64], q: &[f64], v: &[f64], flow: &Flow) -> Self {
+    pub fn new<M: Model + ?Sized>(
+        model: &mut M,
+        t: &[f64],
+        q: &[f64],
+        v: &[f64],
+        flow: &Flow,
+    ) -> Result<Self, Interrupted> {
         let n = model.n();
         let energies = (0..t.len()).map(|i| {
-            model.set_time(t[i]);
-            model.energy(&q[i * n..][..n], &v[i * n..][..n])
+            model.set_time(t[i])?;
+            Ok(model.energy(&q[i * n..][..n], &v[i * n..][..n]))
         });
-        let energies: Vec<Energy> = energies.collect();
+        let energies = energies.collect::<Result<Vec<Energy>, Interrupted>>()?;
         let flow_of = |flow: &[f64]| if flow.is_empty() { vec![0.0; energies.len()] } else { flow.to_vec() };
-        Self { dissipated: flow_of(&flow.dissipated), work: flow_of(&flow.work), energies }
+        Ok(Self { dissipated: flow_of(&flow.dissipated), work: flow_of(&flow.work), energies })
     }
 
     /// Kinetic + elastic + gravitational + loads + dissipated - work, at each time: what an exact motion keeps constant.
@@ -91,8 +98,8 @@ impl Balance {
 /// How flows are integrated over a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Rule {
-    /// One power, of the mean of the states at the ends. With every step of the average-acceleration rule, the balance of a
-    /// linear system is then exact.
+    /// One power, of the mean of the states at the ends; the mean of two where loads vary, with those of the ends. With every step
+    /// of the average-acceleration rule, the balance of a linear system is then exact.
     Mean,
     /// Three powers, along the quintic polynomial through the states at the ends: order 5.
     Quintic,
@@ -141,9 +148,10 @@ impl<'a> FlowMeter<'a> {
         let n = model.n();
         let mut a = vec![0.0; n];
         if rule == Rule::Quintic {
-            model.set_time(0.0);
-            // Where there are no accelerations there will be no steps.
-            let _ = model.forward_dynamics(q0, v0, &mut a, &mut ForwardScratch::new(n));
+            // Where there are no loads or no accelerations there will be no steps.
+            if model.set_time(0.0).is_ok() {
+                let _ = model.forward_dynamics(q0, v0, &mut a, &mut ForwardScratch::new(n));
+            }
         }
         let (q_between, v_between) = (vec![0.0; n], vec![0.0; n]);
         let mut meter = Self {
@@ -170,10 +178,18 @@ impl<'a> FlowMeter<'a> {
     }
 
     /// Takes note of an accepted step to this state.
-    pub(crate) fn step<M: Model + ?Sized>(&mut self, model: &mut M, state: State<'_>) {
+    pub(crate) fn step<M: Model + ?Sized>(
+        &mut self,
+        model: &mut M,
+        state: State<'_>,
+    ) -> Result<(), Interrupted> {
         let h = state.t - self.t;
         let before = self.total;
-        let parts: &[(f64, f64)] = if self.rule == Rule::Mean { &[(0.5, 1.0)] } else { &GAUSS };
+        let parts: &[(f64, f64)] = match self.rule {
+            Rule::Mean if model.varies_in_time() => &[(0.0, 0.5), (1.0, 0.5)],
+            Rule::Mean => &[(0.5, 1.0)],
+            Rule::Quintic => &GAUSS,
+        };
         for &(x, weight) in parts {
             if self.rule == Rule::Mean {
                 for i in 0..self.q.len() {
@@ -188,34 +204,47 @@ impl<'a> FlowMeter<'a> {
                     (self.q_between[i], self.v_between[i]) = (q, v);
                 }
             }
-            let powers = self.powers(model, self.t + x * h, &self.q_between, &self.v_between);
+            let powers = self.powers(model, self.t + x * h, &self.q_between, &self.v_between)?;
             for (total, power) in self.total.iter_mut().zip(powers) {
                 *total += h * weight * power;
             }
         }
         match self.t_eval {
             None => self.record(self.total),
-            Some(times) => self.record_up_to(model, times, &state, before),
+            Some(times) => self.record_up_to(model, times, &state, before)?,
         }
         self.t = state.t;
         self.q.copy_from_slice(state.q);
         self.v.copy_from_slice(state.v);
         self.a.copy_from_slice(state.a);
+        Ok(())
     }
 
     /// The flow at the first `points` of the times that were wanted.
     pub(crate) fn into_flow(mut self, points: usize) -> Flow {
-        self.flow.dissipated.truncate(points);
-        self.flow.work.truncate(points);
+        // A run that was stopped while its last step was being measured lacks that.
+        let flows = [
+            (self.is_damped, &mut self.flow.dissipated, self.total[0]),
+            (self.is_driven, &mut self.flow.work, self.total[1]),
+        ];
+        for (_, flow, total) in flows.into_iter().filter(|(is_there, ..)| *is_there) {
+            flow.resize(points, total);
+        }
         self.flow
     }
 
     /// Dissipated power and power of what has no potential, in watts.
-    fn powers<M: Model + ?Sized>(&self, model: &mut M, t: f64, q: &[f64], v: &[f64]) -> [f64; 2] {
-        model.set_time(t);
+    fn powers<M: Model + ?Sized>(
+        &self,
+        model: &mut M,
+        t: f64,
+        q: &[f64],
+        v: &[f64],
+    ) -> Result<[f64; 2], Interrupted> {
+        model.set_time(t)?;
         let dissipated = if self.is_damped { model.dissipated_power(q, v) } else { 0.0 };
         let supplied = if self.is_driven { model.supplied_power(q, v) } else { 0.0 };
-        [dissipated, supplied]
+        Ok([dissipated, supplied])
     }
 
     fn record(&mut self, total: [f64; 2]) {
@@ -234,7 +263,7 @@ impl<'a> FlowMeter<'a> {
         times: &[f64],
         state: &State<'_>,
         before: [f64; 2],
-    ) {
+    ) -> Result<(), Interrupted> {
         let mut powers = None;
         let recorded = |meter: &Self| meter.flow.dissipated.len().max(meter.flow.work.len());
         while let Some(&t) = times.get(recorded(self))
@@ -244,14 +273,18 @@ impl<'a> FlowMeter<'a> {
                 self.record(self.total);
                 continue;
             }
-            let [start, end] = *powers.get_or_insert_with(|| {
-                let start = self.powers(model, self.t, &self.q, &self.v);
-                [start, self.powers(model, state.t, state.q, state.v)]
-            });
+            let [start, end] = match powers {
+                Some(known) => known,
+                None => *powers.insert([
+                    self.powers(model, self.t, &self.q, &self.v)?,
+                    self.powers(model, state.t, state.q, state.v)?,
+                ]),
+            };
             let h = state.t - self.t;
             let x = (t - self.t) / h;
             let total = self.total;
             self.record(std::array::from_fn(|i| cubic(x, h, [before[i], total[i]], [start[i], end[i]])));
         }
+        Ok(())
     }
 }

@@ -18,5 +18,6 @@ pub mod rod;
 pub mod roots;
 #[cfg(feature = "scene")]
 pub mod scene;
+pub mod signal;
 pub mod simulate;
 pub mod statics;

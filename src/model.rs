@@ -1,5 +1,6 @@
 //! What every mechanical system of lissom offers to the integrators.
 
+use crate::error::Interrupted;
 use crate::linalg::{ChainLu, ChainMatrix, Cholesky, Matrix};
 
 /// The energies of a state, in joules.
@@ -128,7 +129,7 @@ pub trait Model {
         true
     }
 
-    /// Power that what has no potential (moments of fixed direction, say) puts into the motion, in watts.
+    /// Power that what has no potential (moments of fixed direction, loads that vary) puts into the motion, in watts.
     fn supplied_power(&mut self, _q: &[f64], _qd: &[f64]) -> f64 {
         0.0
     }
@@ -138,8 +139,17 @@ pub trait Model {
         false
     }
 
-    /// The time at which explicitly time-dependent parts (loads, base motion) are evaluated from now on.
-    fn set_time(&mut self, _t: f64) {}
+    /// True where something of the model depends on time by itself, so that [`Self::set_time`] has to be called before anything
+    /// is evaluated.
+    fn varies_in_time(&self) -> bool {
+        false
+    }
+
+    /// The time, in seconds, at which what depends on it by itself (loads that vary) is evaluated from now on. Fails where a function
+    /// of time that somebody else provides does.
+    fn set_time(&mut self, _t: f64) -> Result<(), Interrupted> {
+        Ok(())
+    }
 
     /// Accelerations of the free motion: `qdd` with `tau(q, qd, qdd) = 0`, by a solve of `M qdd = -tau(q, qd, 0)`: Cholesky's,
     /// or that of a chain. `scratch` must be of this model.

@@ -99,12 +99,15 @@ pub struct Simulation {
 
 impl Simulation {
     /// The accelerations of this motion of `model`: those of the run, or by one forward dynamics for each of the times.
-    pub fn accelerations<M: Model + ?Sized>(&self, model: &mut M) -> Vec<f64> {
-        self.a.clone().unwrap_or_else(|| accelerations(model, &self.t, &self.q, &self.v))
+    pub fn accelerations<M: Model + ?Sized>(&self, model: &mut M) -> Result<Vec<f64>, Interrupted> {
+        match &self.a {
+            Some(a) => Ok(a.clone()),
+            None => accelerations(model, &self.t, &self.q, &self.v),
+        }
     }
 
     /// The energy balance of this motion of `model`: one evaluation of its energy for each of the times.
-    pub fn balance<M: Model + ?Sized>(&self, model: &mut M) -> Balance {
+    pub fn balance<M: Model + ?Sized>(&self, model: &mut M) -> Result<Balance, Interrupted> {
         Balance::new(model, &self.t, &self.q, &self.v, &self.flow)
     }
 }
@@ -128,7 +131,7 @@ pub fn simulate<M: Model + Clone>(
             let mut meter = FlowMeter::new(&mut model, Rule::Mean, [q0, v0], t_eval);
             let mut monitor = |system: &mut FreeMotion<'_, M>, stepper: &newmark::Stepper| {
                 let state = State { t: stepper.t(), q: stepper.q(), v: stepper.v(), a: stepper.a() };
-                measure(&mut meter, system, state);
+                measure(&mut meter, system, state)?;
                 monitor(stepper.t())
             };
             let mut system = FreeMotion(&mut model);
@@ -144,7 +147,7 @@ pub fn simulate<M: Model + Clone>(
             let mut meter = FlowMeter::new(&mut model, Rule::Quintic, [q0, v0], Some(&times));
             let mut monitor = |system: &mut FreeMotion<'_, M>, stepper: &radau::Stepper| {
                 let state = State { t: stepper.t(), q: stepper.q(), v: stepper.v(), a: stepper.a() };
-                measure(&mut meter, system, state);
+                measure(&mut meter, system, state)?;
                 monitor(stepper.t())
             };
             let mut system = FreeMotion(&mut model);
@@ -160,9 +163,14 @@ pub fn simulate<M: Model + Clone>(
     Ok(simulation)
 }
 
-fn measure<M: Model>(meter: &mut Option<FlowMeter<'_>>, system: &mut FreeMotion<'_, M>, state: State<'_>) {
-    if let Some(meter) = meter {
-        meter.step(system.0, state);
+fn measure<M: Model>(
+    meter: &mut Option<FlowMeter<'_>>,
+    system: &mut FreeMotion<'_, M>,
+    state: State<'_>,
+) -> Result<(), Interrupted> {
+    match meter {
+        Some(meter) => meter.step(system.0, state),
+        None => Ok(()),
     }
 }
 
@@ -204,7 +212,7 @@ fn first_order<M: Model + Clone>(
     let mut monitor = |stepper: &ode::Stepper| {
         if let Some(meter) = &mut meter {
             let ((q, v), a) = (stepper.y().split_at(n), &stepper.rate()[n..]);
-            meter.step(&mut observed, State { t: stepper.t(), q, v, a });
+            meter.step(&mut observed, State { t: stepper.t(), q, v, a })?;
         }
         monitor(stepper.t())
     };
@@ -234,13 +242,18 @@ fn first_order<M: Model + Clone>(
 }
 
 /// Accelerations of the free motion at these times and states, n numbers each; NaN where the mass matrix is singular.
-pub(crate) fn accelerations<M: Model + ?Sized>(model: &mut M, t: &[f64], q: &[f64], v: &[f64]) -> Vec<f64> {
+pub(crate) fn accelerations<M: Model + ?Sized>(
+    model: &mut M,
+    t: &[f64],
+    q: &[f64],
+    v: &[f64],
+) -> Result<Vec<f64>, Interrupted> {
     let n = model.n();
     let mut scratch = ForwardScratch::new(n);
     let mut a = vec![0.0; t.len() * n];
     for (i, &t) in t.iter().enumerate() {
         let here = i * n..(i + 1) * n;
-        model.set_time(t);
+        model.set_time(t)?;
         if model
             .forward_dynamics(&q[here.clone()], &v[here.clone()], &mut a[here.clone()], &mut scratch)
             .is_err()
@@ -248,7 +261,7 @@ pub(crate) fn accelerations<M: Model + ?Sized>(model: &mut M, t: &[f64], q: &[f6
             a[here].fill(f64::NAN);
         }
     }
-    a
+    Ok(a)
 }
 
 /// The times 0, dt, 2 dt, ... and `t_end`.

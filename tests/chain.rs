@@ -159,8 +159,8 @@ fn loaded_rods() -> impl Strategy<Value = Rod> {
                     _ => Extent::Along([x * length, (x + width) * length]),
                 },
                 frame: if is_dead { Frame::World } else { Frame::Body },
-                force,
-                moment,
+                force: force.into(),
+                moment: moment.into(),
             });
             let bodies = bodies.into_iter().map(|(at, mass, centre): (Option<f64>, f64, [f64; 3])| Body {
                 at: at.map(|x| x * length),

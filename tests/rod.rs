@@ -47,7 +47,12 @@ fn rich_rod() -> Rod {
 
 /// Loads of every kind, concentrated and spread, on the segments and where they meet.
 fn rich_loads() -> Vec<Load> {
-    let load = |extent, frame, force, moment| Load { extent, frame, force, moment };
+    let load = |extent, frame, force: [f64; 3], moment: [f64; 3]| Load {
+        extent,
+        frame,
+        force: force.into(),
+        moment: moment.into(),
+    };
     vec![
         load(Extent::Tip, Frame::Body, [0.1, -0.2, 0.1], [0.004, 0.002, -0.003]),
         load(Extent::At(0.25), Frame::World, [0.2, 0.3, -0.4], [0.01, -0.02, 0.03]),
@@ -454,7 +459,8 @@ fn loads_and_bodies() -> impl Strategy<Value = (Vec<Load>, Vec<Body>)> {
         (0.0..0.5, 0.5..1.0).prop_map(|(from, to)| Extent::Along([from, to])),
     ];
     let load = (extent, any::<bool>(), vector(), vector()).prop_map(|(extent, is_dead, force, moment)| {
-        Load { extent, frame: if is_dead { Frame::World } else { Frame::Body }, force, moment }
+        let frame = if is_dead { Frame::World } else { Frame::Body };
+        Load { extent, frame, force: force.into(), moment: moment.into() }
     });
     let body = (prop::option::of(0.0..1.0), 0.0..1.0, prop::array::uniform3(-0.1..0.1)).prop_map(
         |(at, mass, centre)| {

@@ -146,11 +146,12 @@ fn loads_and_bodies_are_read() {
          inertia = [[3, 0, 0], [0, 2, 0], [0, 0, 2]]\n[[rod.segment]]",
     );
     let rod = rod_of(&scene);
-    let force = rod::Load { extent: rod::Extent::At(0.5), force: [0.0, 0.0, 1.0], ..rod::Load::at_tip() };
+    let force =
+        rod::Load { extent: rod::Extent::At(0.5), force: [0.0, 0.0, 1.0].into(), ..rod::Load::at_tip() };
     let moment = rod::Load {
         extent: rod::Extent::Along([0.1, 1.0]),
         frame: rod::Frame::Body,
-        moment: [0.0, 2.0, 0.0],
+        moment: [0.0, 2.0, 0.0].into(),
         ..rod::Load::at_tip()
     };
     assert_eq!(rod.loads, [force, moment]);

@@ -55,6 +55,8 @@ def linearise(
     q: ArrayLike,
     inputs: str | Sequence[str] = "forces",
     outputs: str | Sequence[str] = "coordinates",
+    *,
+    t: float = 0.0,
 ) -> LinearModel:
     """Linearise the motion of a model about an equilibrium, exactly: by the tangents, not by differences.
 
@@ -72,6 +74,8 @@ def linearise(
         What is measured: 'coordinates', 'velocities' (n each); for rods 'tip_position', 'tip_rotation' (a
         small rotation vector), 'tip_velocity', 'tip_angular_velocity' (three components each in world axes),
         or a component of them such as 'tip_position_z'.
+    t : float
+        The time at which what varies by itself is taken, seconds.
 
     Returns
     -------
@@ -101,7 +105,7 @@ def linearise(
     n = model.n
     q = np.asarray(q, float)
     rest = np.zeros(n)
-    stiffness, damping, mass = model.tangent(q, rest, rest)
+    stiffness, damping, mass = model.tangent(q, rest, rest, t=t)
     force_names, forces = _signals("inputs", inputs, _forces(model, q))
     output_names, rows = _signals("outputs", outputs, _measurements(model, q))
     try:

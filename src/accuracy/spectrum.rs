@@ -38,10 +38,10 @@ impl Vibration {
 }
 
 impl Spectrum {
-    /// `None` where the mass matrix is not positive definite, or something is not finite. About 20 n^3 flops.
+    /// `None` where the mass matrix is not positive definite, something is not finite, or a function of time fails. About 20 n^3 flops.
     pub(super) fn new<M: Model>(model: &mut M, q0: &[f64], v0: &[f64]) -> Option<Self> {
         let n = model.n();
-        model.set_time(0.0);
+        model.set_time(0.0).ok()?;
         let mut a0 = vec![0.0; n];
         model.forward_dynamics(q0, v0, &mut a0, &mut ForwardScratch::new(n)).ok()?;
         let mut mass = Matrix::zeros(n, n);

@@ -75,7 +75,7 @@ impl<M: Model + ?Sized> System for FreeMotion<'_, M> {
         a: &[f64],
         residual: &mut [f64],
     ) -> Result<(), Interrupted> {
-        self.0.set_time(t);
+        self.0.set_time(t)?;
         self.0.inverse_dynamics(q, v, a, residual);
         Ok(())
     }
@@ -90,7 +90,7 @@ impl<M: Model + ?Sized> System for FreeMotion<'_, M> {
         weights: [f64; 3],
         tangent: &mut Matrix,
     ) -> Result<(), Interrupted> {
-        self.0.set_time(t);
+        self.0.set_time(t)?;
         self.0.weighted_tangent(q, v, a, weights, tangent);
         Ok(())
     }
@@ -109,7 +109,7 @@ impl<M: Model + ?Sized> System for FreeMotion<'_, M> {
         weights: [f64; 3],
         tangent: &mut ChainMatrix,
     ) -> Result<(), Interrupted> {
-        self.0.set_time(t);
+        self.0.set_time(t)?;
         self.0.chain_tangent(q, v, a, weights, tangent);
         Ok(())
     }

@@ -51,7 +51,7 @@ impl<M: Model> System for FirstOrder<M> {
         let (q, qd) = y.split_at(self.n);
         let (velocity, acceleration) = dydt.split_at_mut(self.n);
         velocity.copy_from_slice(qd);
-        self.model.set_time(t);
+        self.model.set_time(t)?;
         if self.model.forward_dynamics(q, qd, acceleration, &mut self.scratch).is_err() {
             acceleration.fill(f64::NAN);
         }
@@ -66,7 +66,7 @@ impl<M: Model> System for FirstOrder<M> {
     fn jacobian(&mut self, t: f64, y: &[f64], jacobian: &mut Matrix) -> Result<(), Interrupted> {
         let n = self.n;
         let (q, qd) = y.split_at(n);
-        self.model.set_time(t);
+        self.model.set_time(t)?;
         self.model.mass_matrix(q, &mut self.mass);
         let regular = self.model.forward_dynamics(q, qd, &mut self.acceleration, &mut self.scratch).is_ok()
             && self.cholesky.factorise(&self.mass).is_ok();

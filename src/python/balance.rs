@@ -13,11 +13,11 @@ use crate::model::Energy;
 /// Attributes
 /// ----------
 /// kinetic, elastic, gravitational, loads : ndarray, shape (m,)
-///     Energies of the states; `loads` is the potential of the dead forces.
+///     Energies of the states; `loads` is the potential of the constant dead forces.
 /// dissipated : ndarray, shape (m,)
 ///     Energy that damping has taken out so far.
 /// work : ndarray, shape (m,)
-///     Work that tip moments have put in so far: a moment of fixed direction has no potential.
+///     Work of the loads without a potential so far: moments of fixed direction, follower loads, forces that vary in time.
 /// total : ndarray, shape (m,)
 ///     kinetic + elastic + gravitational + loads + dissipated - work: what an exact motion keeps constant.
 /// scale : float

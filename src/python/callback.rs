@@ -1,5 +1,7 @@
 //! Exceptions of Python callbacks and Ctrl-C: kept here while the core unwinds with [`Interrupted`].
 
+use std::cell::RefCell;
+
 use pyo3::PyClass;
 use pyo3::exceptions::{PyKeyboardInterrupt, PyStopIteration};
 use pyo3::prelude::*;
@@ -19,13 +21,34 @@ impl Raised {
         })
     }
 
-    /// The exception that was caught, if any.
+    /// The exception that was caught, if any, here or by a function of time.
     pub(crate) fn into_result(self) -> PyResult<()> {
-        match self.0 {
-            Some(error) => Err(error),
-            None => Ok(()),
-        }
+        let of_function = raised_by_function();
+        self.0.map_or(of_function, Err)
     }
+}
+
+thread_local! {
+    /// The exception of a function of time that the core called in this thread: such a function belongs to a model that several threads
+    /// may run at once, and so cannot keep it.
+    static RAISED_BY_FUNCTION: RefCell<Option<PyErr>> = const { RefCell::new(None) };
+}
+
+/// Keeps the exception of a function of time.
+pub(crate) fn keep(error: PyErr) -> Interrupted {
+    RAISED_BY_FUNCTION.replace(Some(error));
+    Interrupted
+}
+
+/// The exception that a function of time has raised in this thread since this was last asked, if any.
+pub(crate) fn raised_by_function() -> PyResult<()> {
+    RAISED_BY_FUNCTION.take().map_or(Ok(()), Err)
+}
+
+/// What a computation found, or the exception of the function of time that stopped it.
+pub(crate) fn or_raised<T>(result: Result<T, Interrupted>) -> PyResult<T> {
+    raised_by_function()?;
+    Ok(result.expect("only functions of time stop it, and they keep their exceptions"))
 }
 
 /// What a callback that watches a computation wants: it goes on unless the callback has returned True or raised StopIteration.

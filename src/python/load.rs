@@ -6,17 +6,21 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use super::convert;
+use super::signal::{signal_of, signal_out};
 use crate::error::Checker;
 use crate::rod::{Body, Extent, Frame, Load};
+use crate::signal::Signal;
 
 /// A force and a moment on a rod, at one place or spread along a part of it.
 ///
 /// Parameters
 /// ----------
-/// force : array_like, shape (3,)
-///     Newtons; newtons per metre of the unstretched rod where the load is spread.
-/// moment : array_like, shape (3,)
-///     Newton metres; newtons where the load is spread.
+/// force : array_like, shape (3,); or (times, values), Harmonic or callable
+///     Newtons; newtons per metre of the unstretched rod where the load is spread. A force that varies in time is a table (`times` in
+///     seconds, `values` of shape (m, 3); straight lines between them, held before and after), a `Harmonic`, or a function of the time
+///     in seconds that returns three numbers.
+/// moment : array_like, shape (3,); or (times, values), Harmonic or callable
+///     Newton metres; newtons where the load is spread. Likewise.
 /// at : float, optional
 ///     Arc length of the unstretched rod where the load acts, metres; by default the tip.
 /// along : (float, float), optional
@@ -35,8 +39,9 @@ use crate::rod::{Body, Extent, Frame, Load};
 /// >>> import lissom
 /// >>> wind = lissom.Load(force=(0, 0.2, 0), along=(0, 0.4))
 /// >>> thrust = lissom.Load(force=(-1, 0, 0), frame="body")
+/// >>> knock = lissom.Load(force=([0.0, 0.01, 0.02], [[0, 0, 0], [0, 0, 5], [0, 0, 0]]), at=0.2)
 /// >>> wire = lissom.Segment(0.4, 1e-3, 2e11, 8e10, 7800, {"bend_y": 3, "bend_z": 3})
-/// >>> rod = lissom.Rod([wire], loads=[wind, thrust])
+/// >>> rod = lissom.Rod([wire], loads=[wind, thrust, knock])
 #[pyclass(name = "Load", module = "lissom", frozen, eq)]
 #[derive(Clone, PartialEq)]
 pub(crate) struct PyLoad(pub(crate) Load);
@@ -76,26 +81,26 @@ impl PyLoad {
             (None, Some(along)) => Extent::Along(convert::array_of(along, "along")?),
             (None, None) => Extent::Tip,
         };
-        let vector = |value: Option<&Bound<'_, PyAny>>, name| {
-            value.map_or(Ok([0.0; 3]), |value| convert::array_of(value, name))
+        let signal = |value: Option<&Bound<'_, PyAny>>, name| {
+            value.map_or(Ok(Signal::default()), |value| signal_of(value, name))
         };
-        let load = Load { extent, frame, force: vector(force, "force")?, moment: vector(moment, "moment")? };
+        let load = Load { extent, frame, force: signal(force, "force")?, moment: signal(moment, "moment")? };
         // How long the rod is will be known later.
         check.all(load.validate(f64::INFINITY));
         check.finish()?;
         Ok(Self(load))
     }
 
-    /// Force in newtons, or newtons per metre.
+    /// Force in newtons, or newtons per metre; as given where it varies in time.
     #[getter]
-    fn force(&self) -> (f64, f64, f64) {
-        self.0.force.into()
+    fn force<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        signal_out(py, &self.0.force)
     }
 
-    /// Moment in newton metres, or newtons.
+    /// Moment in newton metres, or newtons; as given where it varies in time.
     #[getter]
-    fn moment(&self) -> (f64, f64, f64) {
-        self.0.moment.into()
+    fn moment<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        signal_out(py, &self.0.moment)
     }
 
     /// Arc length where it acts, metres; None for the tip or a spread load.
@@ -119,21 +124,21 @@ impl PyLoad {
         }
     }
 
-    fn __repr__(&self) -> String {
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
         let place = match self.0.extent {
             Extent::Tip => String::new(),
             Extent::At(x) => format!(", at={x:?}"),
             Extent::Along([from, to]) => format!(", along=({from:?}, {to:?})"),
         };
-        let (force, moment, frame) = (self.force(), self.moment(), self.frame());
-        format!("Load(force={force:?}, moment={moment:?}{place}, frame='{frame}')")
+        let (force, moment, frame) = (self.force(py)?.repr()?, self.moment(py)?.repr()?, self.frame());
+        Ok(format!("Load(force={force}, moment={moment}{place}, frame='{frame}')"))
     }
 
     /// For copies and pickles.
     fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> PyResult<((), Bound<'py, PyDict>)> {
         let arguments = PyDict::new(py);
-        arguments.set_item("force", self.force())?;
-        arguments.set_item("moment", self.moment())?;
+        arguments.set_item("force", self.force(py)?)?;
+        arguments.set_item("moment", self.moment(py)?)?;
         arguments.set_item("at", self.at())?;
         arguments.set_item("along", self.along())?;
         arguments.set_item("frame", self.frame())?;

@@ -21,6 +21,7 @@ mod profile;
 mod rod;
 mod roots;
 mod scene;
+mod signal;
 mod simulate;
 mod statics;
 
@@ -57,6 +58,8 @@ mod _lissom {
 
     #[pymodule_export]
     use super::scene::{PyScene, PySceneProblem, PySimulation, SceneError};
+    #[pymodule_export]
+    use super::signal::PyHarmonic;
     #[pymodule_export]
     use super::simulate::simulate;
     #[pymodule_export]

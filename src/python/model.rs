@@ -3,8 +3,10 @@
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use numpy::{IntoPyArray, PyArray1, PyArray2};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
+use super::callback::or_raised;
 use super::convert;
 use super::errors::LissomError;
 use crate::accuracy;
@@ -89,6 +91,7 @@ impl<M: model::Model + Clone + Send + Sync + 'static> Native for M {
 #[pyclass(name = "Model", module = "lissom", subclass, frozen)]
 pub(crate) struct PyModel {
     n: usize,
+    varies_in_time: bool,
     memory: Mutex<Memory>,
 }
 
@@ -98,10 +101,17 @@ struct Memory {
     forward: ForwardScratch,
 }
 
+impl Clone for Memory {
+    fn clone(&self) -> Self {
+        Self { model: self.model.boxed_clone(), forward: self.forward.clone() }
+    }
+}
+
 impl PyModel {
     pub(crate) fn new(model: impl Native + 'static) -> Self {
-        let (n, forward) = (model.n(), ForwardScratch::of(&model));
-        Self { n, memory: Mutex::new(Memory { model: Box::new(model), forward }) }
+        let (n, varies_in_time) = (model.n(), model.varies_in_time());
+        let forward = ForwardScratch::of(&model);
+        Self { n, varies_in_time, memory: Mutex::new(Memory { model: Box::new(model), forward }) }
     }
 
     /// A copy of the model for a run of its own.
@@ -114,9 +124,29 @@ impl PyModel {
         self.memory.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    /// What `evaluate` makes of the model at a time.
+    fn at<T>(&self, t: f64, evaluate: impl FnOnce(&mut Memory) -> T) -> PyResult<T> {
+        check_time(t)?;
+        if !self.varies_in_time {
+            return Ok(evaluate(&mut self.memory()));
+        }
+        // A copy: functions of time may be Python code, which may ask this very model.
+        let mut memory = self.memory().clone();
+        or_raised(memory.model.set_time(t))?;
+        Ok(evaluate(&mut memory))
+    }
+
     fn state(&self, value: &Bound<'_, PyAny>, name: &str) -> PyResult<Vec<f64>> {
         convert::finite_vector_of(value, self.n, name)
     }
+}
+
+/// Refuses a time that is none.
+pub(super) fn check_time(t: f64) -> PyResult<()> {
+    if t.is_finite() {
+        return Ok(());
+    }
+    Err(PyValueError::new_err(format!("t: got {t}, expected a finite number (seconds)")))
 }
 
 #[pymethods]
@@ -135,21 +165,24 @@ impl PyModel {
     /// ----------
     /// q, qd, qdd : array_like, shape (n,)
     ///     Coordinates, velocities, accelerations.
+    /// t : float
+    ///     The time at which what varies by itself is taken, seconds.
     ///
     /// Returns
     /// -------
     /// tau : ndarray, shape (n,)
-    #[pyo3(signature = (q, qd, qdd))]
+    #[pyo3(signature = (q, qd, qdd, *, t=0.0))]
     fn inverse_dynamics<'py>(
         &self,
         py: Python<'py>,
         q: &Bound<'py, PyAny>,
         qd: &Bound<'py, PyAny>,
         qdd: &Bound<'py, PyAny>,
+        t: f64,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let (q, qd, qdd) = (self.state(q, "q")?, self.state(qd, "qd")?, self.state(qdd, "qdd")?);
         let mut tau = vec![0.0; self.n];
-        self.memory().model.inverse_dynamics(&q, &qd, &qdd, &mut tau);
+        self.at(t, |memory| memory.model.inverse_dynamics(&q, &qd, &qdd, &mut tau))?;
         Ok(tau.into_pyarray(py))
     }
 
@@ -182,6 +215,8 @@ impl PyModel {
     /// ----------
     /// q, qd : array_like, shape (n,)
     ///     Coordinates, velocities.
+    /// t : float
+    ///     The time at which what varies by itself is taken, seconds.
     ///
     /// Returns
     /// -------
@@ -192,17 +227,19 @@ impl PyModel {
     /// ------
     /// LissomError
     ///     The mass matrix is not positive definite, so that no acceleration exists.
-    #[pyo3(signature = (q, qd))]
+    #[pyo3(signature = (q, qd, *, t=0.0))]
     fn forward_dynamics<'py>(
         &self,
         py: Python<'py>,
         q: &Bound<'py, PyAny>,
         qd: &Bound<'py, PyAny>,
+        t: f64,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let (q, qd) = (self.state(q, "q")?, self.state(qd, "qd")?);
         let mut qdd = vec![0.0; self.n];
-        let Memory { model, forward } = &mut *self.memory();
-        model.forward_dynamics(&q, &qd, &mut qdd, forward).map_err(|_| {
+        let found =
+            self.at(t, |Memory { model, forward }| model.forward_dynamics(&q, &qd, &mut qdd, forward))?;
+        found.map_err(|_| {
             LissomError::new_err(format!(
                 "the mass matrix at q = {q:?} is not positive definite (or not finite): no acceleration exists there; \
                  look at numpy.linalg.cond(model.mass_matrix(q))"
@@ -217,12 +254,14 @@ impl PyModel {
     /// ----------
     /// q, qd, qdd : array_like, shape (n,)
     ///     Coordinates, velocities, accelerations.
+    /// t : float
+    ///     The time at which what varies by itself is taken, seconds.
     ///
     /// Returns
     /// -------
     /// dtau_dq, dtau_dqd, dtau_dqdd : ndarray, shape (n, n)
     ///     ``dtau_dq[i, j]`` is the derivative of ``tau[i]`` with respect to ``q[j]``. The last one is the mass matrix.
-    #[pyo3(signature = (q, qd, qdd))]
+    #[pyo3(signature = (q, qd, qdd, *, t=0.0))]
     #[allow(clippy::type_complexity, reason = "the type is the documentation: three (n, n) arrays")]
     fn tangent<'py>(
         &self,
@@ -230,13 +269,16 @@ impl PyModel {
         q: &Bound<'py, PyAny>,
         qd: &Bound<'py, PyAny>,
         qdd: &Bound<'py, PyAny>,
+        t: f64,
     ) -> PyResult<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>)> {
         let (q, qd, qdd) = (self.state(q, "q")?, self.state(qd, "qd")?, self.state(qdd, "qdd")?);
-        let mut tangents = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|weights| {
-            let mut tangent = Matrix::zeros(self.n, self.n);
-            self.memory().model.weighted_tangent(&q, &qd, &qdd, weights, &mut tangent);
-            tangent
-        });
+        let mut tangents = self.at(t, |memory| {
+            [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|weights| {
+                let mut tangent = Matrix::zeros(self.n, self.n);
+                memory.model.weighted_tangent(&q, &qd, &qdd, weights, &mut tangent);
+                tangent
+            })
+        })?;
         let [dq, dqd, dqdd] = tangents.each_mut().map(|tangent| convert::matrix_out(py, tangent));
         Ok((dq, dqd, dqdd))
     }
@@ -247,15 +289,17 @@ impl PyModel {
     /// ----------
     /// q, qd : array_like, shape (n,)
     ///     Coordinates, velocities.
+    /// t : float
+    ///     The time at which what varies by itself is taken, seconds.
     ///
     /// Returns
     /// -------
     /// energy : Energy
     ///     In joules: ``kinetic``, ``elastic``, ``gravitational``, ``loads`` and their sum ``total``.
-    #[pyo3(signature = (q, qd))]
-    fn energy(&self, q: &Bound<'_, PyAny>, qd: &Bound<'_, PyAny>) -> PyResult<PyEnergy> {
+    #[pyo3(signature = (q, qd, *, t=0.0))]
+    fn energy(&self, q: &Bound<'_, PyAny>, qd: &Bound<'_, PyAny>, t: f64) -> PyResult<PyEnergy> {
         let (q, qd) = (self.state(q, "q")?, self.state(qd, "qd")?);
-        Ok(PyEnergy(self.memory().model.energy(&q, &qd)))
+        Ok(PyEnergy(self.at(t, |memory| memory.model.energy(&q, &qd))?))
     }
 
     /// Power that damping takes out of a motion.
@@ -275,7 +319,7 @@ impl PyModel {
         Ok(self.memory().model.dissipated_power(&q, &qd))
     }
 
-    /// Power that loads without a potential put into a motion: follower loads and moments.
+    /// Power that loads without a potential put into a motion: follower loads, moments, and forces that vary in time.
     ///
     /// Linear in `qd`. Without damping the energy of a free motion grows by this power.
     ///
@@ -283,15 +327,17 @@ impl PyModel {
     /// ----------
     /// q, qd : array_like, shape (n,)
     ///     Coordinates, velocities.
+    /// t : float
+    ///     The time at which what varies by itself is taken, seconds.
     ///
     /// Returns
     /// -------
     /// power : float
     ///     Watts.
-    #[pyo3(signature = (q, qd))]
-    fn supplied_power(&self, q: &Bound<'_, PyAny>, qd: &Bound<'_, PyAny>) -> PyResult<f64> {
+    #[pyo3(signature = (q, qd, *, t=0.0))]
+    fn supplied_power(&self, q: &Bound<'_, PyAny>, qd: &Bound<'_, PyAny>, t: f64) -> PyResult<f64> {
         let (q, qd) = (self.state(q, "q")?, self.state(qd, "qd")?);
-        Ok(self.memory().model.supplied_power(&q, &qd))
+        self.at(t, |memory| memory.model.supplied_power(&q, &qd))
     }
 }
 
@@ -319,7 +365,7 @@ impl PyEnergy {
         self.0.gravitational
     }
 
-    /// Potential energy of the loads that have one: dead forces.
+    /// Potential energy of the loads that have one: constant dead forces.
     #[getter]
     fn loads(&self) -> f64 {
         self.0.loads

@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 
 use super::balance::PyBalance;
-use super::callback::with_result;
+use super::callback::{or_raised, with_result};
 use super::convert;
 use super::model::Native;
 use crate::balance::{Balance, Flow};
@@ -110,7 +110,7 @@ impl PyMotionResult {
                 self.model.as_ref().expect("all other runs solve for accelerations").boxed_clone();
             let (t, [q, v]) = self.states(py)?;
             let dims = [t.len(), model.n()];
-            let a = py.detach(|| accelerations(&mut *model, &t, &q, &v));
+            let a = or_raised(py.detach(|| accelerations(&mut *model, &t, &q, &v)))?;
             Ok::<_, PyErr>(a.into_pyarray(py).reshape(dims)?.unbind())
         })?;
         Ok(a.clone_ref(py))
@@ -123,7 +123,7 @@ impl PyMotionResult {
         let balance = self.balance.get_or_try_init(py, || {
             let mut model = model.boxed_clone();
             let (t, [q, v]) = self.states(py)?;
-            let balance = py.detach(|| Balance::new(&mut *model, &t, &q, &v, &self.flow));
+            let balance = or_raised(py.detach(|| Balance::new(&mut *model, &t, &q, &v, &self.flow)))?;
             Py::new(py, PyBalance::from_core(py, balance))
         })?;
         Ok(Some(balance.clone_ref(py)))

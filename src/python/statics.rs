@@ -5,9 +5,9 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyList;
 
-use super::callback::Raised;
+use super::callback::{Raised, or_raised};
 use super::convert;
-use super::model::{Native, PyModel};
+use super::model::{Native, PyModel, check_time};
 use super::motion::Ticker;
 use crate::error::{Interrupted, InvalidInput};
 use crate::statics::{
@@ -430,11 +430,9 @@ pub(super) fn native(model: &Bound<'_, PyAny>, t: f64) -> PyResult<Box<dyn Nativ
             convert::describe(model)
         )));
     };
-    if !t.is_finite() {
-        return Err(PyValueError::new_err(format!("t: got {t}, expected a finite number (seconds)")));
-    }
+    check_time(t)?;
     let mut model = model.get().native();
-    model.set_time(t);
+    or_raised(model.set_time(t))?;
     Ok(model)
 }
 

@@ -171,7 +171,7 @@ impl Stages {
         start: &Start<'_>,
         h: f64,
         counters: &mut Counters,
-    ) -> Result<Result<(), Singular>, Interrupted> {
+    ) -> Result<Result<(), Failure>, Interrupted> {
         let (n, x) = (self.n, h / MU_REAL);
         counters.njev += 1;
         counters.nlu += STAGES;
@@ -181,7 +181,8 @@ impl Stages {
             let t = start.t + c * h;
             system.tangent(t, &self.q, &self.v, a, [x * x, x, 1.0], &mut self.stage_matrix)?;
             if self.stage_systems[stage].factorise(&self.stage_matrix).is_err() {
-                return Ok(Err(Singular));
+                let is_finite = all_finite(self.stage_matrix.as_slice());
+                return Ok(Err(if is_finite { Failure::SingularJacobian } else { Failure::NonFinite }));
             }
         }
         Ok(Ok(()))
@@ -226,8 +227,8 @@ impl Stages {
     ) -> Result<Result<Converged, Failure>, Interrupted> {
         let n = self.n;
         self.predict(start, h);
-        if by_stage && self.factorise_stages(system, start, h, counters)?.is_err() {
-            return Ok(Err(Failure::SingularJacobian));
+        if by_stage && let Err(failure) = self.factorise_stages(system, start, h, counters)? {
+            return Ok(Err(failure));
         }
         transform(&T_INVERSE, &self.a, &mut self.w);
         let mut iteration = Iteration::new(self.newton_tolerance);

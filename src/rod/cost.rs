@@ -320,7 +320,7 @@ mod tests {
             retardation_time: 0.01,
             ..Segment::straight(0.3, 0.02, 1e6, 4e5, 1000.0)
         });
-        let load = Load { force: [0.1, 0.0, 0.2], ..Load::at_tip() };
+        let load = Load { force: [0.1, 0.0, 0.2].into(), ..Load::at_tip() };
         let loads = vec![
             load.clone(),
             Load { extent: Extent::At(0.1), frame: Frame::Body, ..load.clone() },

@@ -173,8 +173,8 @@ impl Rod {
 
     /// All loads, those at the tip that have names of their own included, as far as they are not zero.
     pub(super) fn all_loads(&self) -> impl Iterator<Item = Load> {
-        let tip = Load { force: self.tip_force, moment: self.tip_moment, ..Load::at_tip() };
-        let is_load = |load: &Load| load.force.iter().chain(&load.moment).any(|&x| x != 0.0);
+        let tip = Load { force: self.tip_force.into(), moment: self.tip_moment.into(), ..Load::at_tip() };
+        let is_load = |load: &Load| !load.force.is_zero() || !load.moment.is_zero();
         std::iter::once(tip).chain(self.loads.iter().cloned()).filter(is_load)
     }
 

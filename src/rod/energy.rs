@@ -1,6 +1,5 @@
 //! Energies of a state, and the power that damping takes out of it.
 
-use super::load::Frame;
 use super::plan::Plan;
 use super::turning::Turning;
 use super::workspace::Workspace;
@@ -35,16 +34,16 @@ pub(super) fn energy<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, q: &[f64])
     energy
 }
 
-/// Dead forces times the positions where they act.
+/// Constant dead forces times the positions where they act.
 fn dead_forces<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> f64 {
     let mut sum = 0.0;
     for (point, state) in plan.points.iter().zip(&work.points) {
-        for &load in point.loads.iter().filter(|&&load| plan.loads[load].frame == Frame::World) {
+        for &load in point.loads.iter().filter(|&&load| plan.loads[load].has_potential) {
             sum += work.acting[load].force.dot(state.position);
         }
     }
     for segment in &plan.segments {
-        for spread in segment.spread.iter().filter(|spread| spread.is_dead(plan)) {
+        for spread in segment.spread.iter().filter(|spread| plan.loads[spread.load].has_potential) {
             for pack in 0..segment.packs {
                 let node = segment.first_pack + pack;
                 let force = spread.wrench(plan, work, pack, &work.rotation[node]).force;
@@ -61,7 +60,7 @@ pub(super) fn supplied_power<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) ->
     for (point, state) in plan.points.iter().zip(&work.points) {
         for &load in &point.loads {
             let mut wrench = point.wrench(load, plan, work, state);
-            if plan.loads[load].frame == Frame::World {
+            if plan.loads[load].has_potential {
                 wrench.force = VectorSpace::zero();
             }
             power += state.velocity.dot(wrench.at(state.position));
@@ -72,7 +71,7 @@ pub(super) fn supplied_power<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) ->
             for pack in 0..segment.packs {
                 let node = segment.first_pack + pack;
                 let mut wrench = spread.wrench(plan, work, pack, &work.rotation[node]);
-                if spread.is_dead(plan) {
+                if plan.loads[spread.load].has_potential {
                     wrench.force = VectorSpace::zero();
                 }
                 let power_of_nodes = work.velocity[node].dot(wrench.at(work.position[node]));

@@ -129,6 +129,13 @@ impl Explanation {
             Frame::Body,
             "they turn with the rod, at no cost in the tangent",
         );
+        let varying = rod.all_loads().filter(Load::varies_in_time).count();
+        if varying > 0 {
+            let what = counted(varying, "load");
+            self.add(true, "functions of time", format!("{what}: evaluated once for each time"));
+        } else {
+            self.add(false, "functions of time", "none: no load varies by itself");
+        }
         let bodies: Vec<Body> = rod.all_bodies().collect();
         let is_point = |body: &&Body| body.centre == [0.0; 3] && body.inertia == [[0.0; 3]; 3];
         let points = bodies.iter().filter(is_point).count();
@@ -256,7 +263,9 @@ mod tests {
             assert!(has(&full.computed, computed) && !has(&full.skipped, computed), "{computed}");
         }
         let skipped: Vec<&str> = full.skipped.iter().map(|(what, _)| what.as_str()).collect();
-        assert_eq!(skipped, ["gravity", "follower loads", "linear systems by sweeps along the segments"]);
+        let absent =
+            ["gravity", "follower loads", "functions of time", "linear systems by sweeps along the segments"];
+        assert_eq!(skipped, absent);
         assert!(full.to_string().contains("12 nodes: as asked for"));
     }
 

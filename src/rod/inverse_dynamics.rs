@@ -38,9 +38,10 @@ pub(super) fn update<G: Turning>(
 ) {
     let n = plan.n;
     let known = &mut work.motion_of;
-    if known[..n] == *q && known[n..2 * n] == *qd && known[2 * n..] == *qdd {
+    if work.motion_is_known && known[..n] == *q && known[n..2 * n] == *qd && known[2 * n..] == *qdd {
         return;
     }
+    work.motion_is_known = true;
     known[..n].copy_from_slice(q);
     known[n..2 * n].copy_from_slice(qd);
     known[2 * n..].copy_from_slice(qdd);

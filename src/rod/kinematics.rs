@@ -41,7 +41,7 @@ pub(super) fn update<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, q: &[f
     work.kinematics_of.clear();
     work.kinematics_of.extend_from_slice(q);
     // Whatever was computed of the motion belongs to another shape.
-    work.motion_of.fill(f64::NAN);
+    work.motion_is_known = false;
     for (s, segment) in plan.segments.iter().enumerate() {
         let rotations = &mut work.rotation[segment.node_packs()];
         let base = work.stations[s];

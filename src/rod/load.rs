@@ -1,6 +1,7 @@
 //! Forces and moments on a rod, in plain data.
 
 use crate::error::{Checker, InvalidInput};
+use crate::signal::Signal;
 
 /// Where along the unstretched rod a load acts, by arc length from the base in metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,15 +31,20 @@ pub struct Load {
     /// What it keeps its direction in.
     pub frame: Frame,
     /// Force in newtons; per metre of the unstretched rod where it is spread.
-    pub force: [f64; 3],
+    pub force: Signal<3>,
     /// Moment in newton metres, or in newtons where it is spread.
-    pub moment: [f64; 3],
+    pub moment: Signal<3>,
 }
 
 impl Load {
     /// No load yet at the tip, in world axes: a start for `..` syntax.
     pub fn at_tip() -> Self {
-        Self { extent: Extent::Tip, frame: Frame::World, force: [0.0; 3], moment: [0.0; 3] }
+        Self { extent: Extent::Tip, frame: Frame::World, force: Signal::default(), moment: Signal::default() }
+    }
+
+    /// Whether its force or its moment depends on time by itself.
+    pub(super) fn varies_in_time(&self) -> bool {
+        self.force.constant().is_none() || self.moment.constant().is_none()
     }
 
     /// Everything that is wrong with this load on a rod of this length (infinite where it is not known yet).
@@ -56,8 +62,8 @@ impl Load {
                 }
             }
         }
-        check.finite(&self.force, "force");
-        check.finite(&self.moment, "moment");
+        self.force.check(&mut check, "force");
+        self.moment.check(&mut check, "moment");
         check.finish()
     }
 }

@@ -27,6 +27,7 @@ mod section;
 mod spread;
 mod sweeps;
 mod tangent;
+mod timing;
 mod turning;
 mod workspace;
 

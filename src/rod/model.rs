@@ -11,7 +11,7 @@ use super::kinematics::{Place, Pose};
 use super::plan::Plan;
 use super::sweeps::{self, Sweeps};
 use super::tangent::Tangent;
-use crate::error::InvalidInput;
+use crate::error::{Interrupted, InvalidInput};
 use crate::lie::{Planar, Plane, Spatial};
 use crate::linalg::{ChainMatrix, Matrix};
 use crate::model::{Chain, Energy, Model};
@@ -340,12 +340,21 @@ impl Model for RodModel {
         on_sweeps!(&self.sweeps, sweeps => sweeps.plan().is_damped())
     }
 
-    /// Of follower loads and of moments: a moment that keeps its direction in space has no potential.
+    /// Of follower loads, of loads that vary in time and of moments: a moment that keeps its direction in space has no potential.
     fn supplied_power(&mut self, q: &[f64], qd: &[f64]) -> f64 {
         on_sweeps!(&mut self.sweeps, sweeps => sweeps.supplied_power(q, qd))
     }
 
     fn is_driven(&self) -> bool {
         on_sweeps!(&self.sweeps, sweeps => sweeps.plan().is_driven())
+    }
+
+    fn varies_in_time(&self) -> bool {
+        on_sweeps!(&self.sweeps, sweeps => sweeps.plan().varies_in_time)
+    }
+
+    #[inline]
+    fn set_time(&mut self, t: f64) -> Result<(), Interrupted> {
+        on_sweeps!(&mut self.sweeps, sweeps => sweeps.set_time(t))
     }
 }

@@ -2,7 +2,7 @@
 
 use super::basis::legendre;
 use super::description::{Rod, STRAIGHT, STRAINS, Segment};
-use super::load::{Extent, Frame};
+use super::load::{self, Extent, Frame};
 use super::points::{self, Point, Points};
 use super::quadrature::Gauss;
 use super::section::Section;
@@ -10,6 +10,7 @@ use super::spread::{self, Spread};
 use super::turning::Turning;
 use crate::lie::{LANES, Lanes, Quaternion, Rotation, Scalar, Twist, Vector, VectorSpace, Wrench};
 use crate::linalg::Matrix;
+use crate::signal::Signal;
 
 /// Nodes that a segment needs beyond its number of modes: two integrations (strain to velocity, velocity to force) and
 /// a rotation by up to about half a turn cost this many degrees of the polynomials; see `docs/rod.md` for the measured
@@ -35,21 +36,28 @@ pub(super) struct Plan<G: Turning> {
     pub(super) loads: Vec<Load<G>>,
     /// What is concentrated at places, in their order.
     pub(super) points: Vec<Point<G>>,
-    /// Whether a dead load acts anywhere.
+    /// Whether a dead load acts anywhere, and whether a load depends on time by itself.
     pub(super) has_dead_loads: bool,
+    pub(super) varies_in_time: bool,
     /// Potential of gravity of a kilogram at the base; potential of the bodies that no motion changes.
     pub(super) gravity_potential: f64,
     pub(super) body_potential: f64,
-    /// Potential of the dead forces if all of them acted at the base.
+    /// Potential of the constant dead forces if all of them acted at the base.
     pub(super) load_potential: f64,
 }
 
-/// A load, with its wrench about the place where it acts: in the axes of the plan if it is dead, else in those of the section.
+/// A load. Its wrench about the place where it acts, in the axes of the plan if it is dead, else in those of the section, stands in the
+/// workspace: it may change with time.
 #[derive(Clone, Debug)]
 pub(super) struct Load<G: Turning> {
     pub(super) extent: Extent,
     pub(super) frame: Frame,
+    /// The wrench, as far as it is constant.
     pub(super) wrench: Wrench<G, f64>,
+    /// Force and moment, where one of them varies.
+    pub(super) signals: Option<[Signal<3>; 2]>,
+    /// Whether its force has a potential: a constant dead force.
+    pub(super) has_potential: bool,
 }
 
 /// One segment of a [`Plan`].
@@ -131,18 +139,15 @@ impl<G: Turning> Plan<G> {
         let in_frame = |v: [f64; 3]| base_rotation.apply_transposed(v.into());
         let base_position: Vector<f64> = rod.base_position.into();
         let gravity = G::vector_of(frame, in_frame(rod.gravity));
-        let mut loads = Vec::new();
         let mut load_potential = 0.0;
         for load in rod.all_loads() {
-            let axes = |v: [f64; 3]| if load.frame == Frame::World { in_frame(v) } else { v.into() };
-            let moment = G::axial_of(frame, axes(load.moment));
-            let force = G::vector_of(frame, axes(load.force));
-            loads.push(Load { extent: load.extent, frame: load.frame, wrench: Wrench { moment, force } });
-            if load.frame == Frame::World {
+            if let (Frame::World, Some(force)) = (load.frame, load.force.constant()) {
                 let amount = if let Extent::Along([from, to]) = load.extent { to - from } else { 1.0 };
-                load_potential -= amount * base_position.dot(load.force.into());
+                load_potential -= amount * base_position.dot(force.into());
             }
         }
+        let loads: Vec<Load<G>> =
+            rod.all_loads().map(|load| Load::new(load, frame, &base_rotation)).collect();
         // In a plane, bodies beside it lie higher or lower by the same whatever the rod does.
         let out_of_plane = in_frame(rod.gravity) - G::in_space(frame, gravity);
         let body_potential =
@@ -157,6 +162,7 @@ impl<G: Turning> Plan<G> {
             gravity,
             points: points::compile(frame, &mut segments, &loads, rod.all_bodies()),
             has_dead_loads: loads.iter().any(|load| load.frame == Frame::World),
+            varies_in_time: loads.iter().any(|load| load.signals.is_some()),
             segments,
             loads,
             gravity_potential: -base_position.dot(rod.gravity.into()),
@@ -173,7 +179,8 @@ impl<G: Turning> Plan<G> {
     /// Whether a load has no potential.
     pub(super) fn is_driven(&self) -> bool {
         let has_moment = |load: &Load<G>| load.wrench.moment.dot(load.wrench.moment) > 0.0;
-        self.loads.iter().any(|load| load.frame == Frame::Body || has_moment(load))
+        let is_driven = |load: &Load<G>| !load.has_potential || load.signals.is_some() || has_moment(load);
+        self.loads.iter().any(is_driven)
     }
 
     /// The same plan, of a rod in space, with everything computed that could be skipped: absent strains and loads of zero
@@ -207,6 +214,39 @@ impl<G: Turning> Plan<G> {
     pub(super) fn nodes(&self) -> Vec<usize> {
         self.segments.iter().map(|segment| segment.gauss.nodes.len()).collect()
     }
+}
+
+impl<G: Turning> Load<G> {
+    fn new(load: load::Load, frame: G::Frame, base_rotation: &Rotation<f64>) -> Self {
+        let constant = [&load.force, &load.moment].map(|signal| signal.constant().unwrap_or_default());
+        Self {
+            extent: load.extent,
+            frame: load.frame,
+            wrench: wrench(constant, load.frame, frame, base_rotation),
+            has_potential: load.frame == Frame::World && load.force.constant().is_some(),
+            signals: load.varies_in_time().then_some([load.force, load.moment]),
+        }
+    }
+
+    /// The wrench before any time is set: NaN where it depends on it.
+    pub(super) fn at_first(&self) -> Wrench<G, f64> {
+        if self.signals.is_some() { self.wrench * f64::NAN } else { self.wrench }
+    }
+}
+
+/// The wrench of a force and a moment in the axes that a load keeps its direction in: those of the world are turned into those of the
+/// plan.
+pub(super) fn wrench<G: Turning>(
+    [force, moment]: [[f64; 3]; 2],
+    axes: Frame,
+    frame: G::Frame,
+    base_rotation: &Rotation<f64>,
+) -> Wrench<G, f64> {
+    let [force, moment] = [force, moment].map(|v| match axes {
+        Frame::World => base_rotation.apply_transposed(v.into()),
+        Frame::Body => v.into(),
+    });
+    Wrench { moment: G::axial_of(frame, moment), force: G::vector_of(frame, force) }
 }
 
 impl<G: Turning> SegmentPlan<G> {

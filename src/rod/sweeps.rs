@@ -7,7 +7,8 @@ use super::plan::Plan;
 use super::tangent::{self, Tangent, TangentWorkspace};
 use super::turning::Turning;
 use super::workspace::Workspace;
-use super::{energy, inverse_dynamics};
+use super::{energy, inverse_dynamics, timing};
+use crate::error::Interrupted;
 use crate::lie::{Lanes, Vector};
 use crate::model::Energy;
 
@@ -144,6 +145,14 @@ impl<G: Turning> Sweeps<G> {
         self.update_kinematics(state[0]);
         let Self { arch, plan, work, .. } = self;
         Self::run(*arch, Motion { plan, work, state });
+    }
+
+    /// Takes what varies with time at this time.
+    pub(super) fn set_time(&mut self, t: f64) -> Result<(), Interrupted> {
+        if self.plan.varies_in_time && self.work.time != t {
+            timing::set(&self.plan, &mut self.work, t)?;
+        }
+        Ok(())
     }
 
     pub(super) fn place(&self, x: f64) -> Place {

@@ -42,9 +42,12 @@ pub(super) struct Workspace<G: Turning> {
     /// What is known of the plan's points, and the wrenches of its loads.
     pub(super) points: Vec<PointState<G>>,
     pub(super) acting: Vec<Wrench<G, f64>>,
-    /// The coordinates of which rotation and position are here, and the state of which the rest is here.
+    /// The time that loads that vary are taken at; NaN until it is set.
+    pub(super) time: f64,
+    /// The coordinates of which rotation and position are here, and the state of which the rest is here, if it is.
     pub(super) kinematics_of: Vec<f64>,
     pub(super) motion_of: Vec<f64>,
+    pub(super) motion_is_known: bool,
 }
 
 impl<G: Turning> Workspace<G> {
@@ -72,10 +75,13 @@ impl<G: Turning> Workspace<G> {
             internal: wrenches.clone(),
             body: wrenches,
             points: vec![PointState::new(); plan.points.len()],
-            acting: plan.loads.iter().map(|load| load.wrench).collect(),
-            // NaN equals nothing, and nor does an entry too many where there are no coordinates: both are computed first.
+            // NaN too, where no time is set that it depends on.
+            acting: plan.loads.iter().map(|load| load.at_first()).collect(),
+            time: f64::NAN,
+            // NaN equals nothing, and nor does an entry too many where there are no coordinates: these are computed first.
             kinematics_of: vec![f64::NAN; plan.n + 1],
             motion_of: vec![f64::NAN; 3 * plan.n],
+            motion_is_known: false,
         }
     }
 }

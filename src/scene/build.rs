@@ -1,12 +1,17 @@
 //! From a document to a scene: the physics is checked by the constructors that everybody uses, and their
 //! complaints are carried back to the lines of the file.
 
+use std::sync::Arc;
+
 use crate::accuracy;
 use crate::error::{Checker, InvalidInput};
 use crate::pendulum::SpringPendulum;
 use crate::rod;
+use crate::signal::{Harmonic, Signal, Table};
 
-use super::document::{Body, Document, Frame, Load, Output, Segment, Simulation as Settings};
+use super::document::{
+    Body, Document, Frame, Load, Output, Segment, Simulation as Settings, VaryingVector, Vector,
+};
 use super::shape::Shape;
 use super::{Method, Model, Quantity, Simulation};
 
@@ -137,12 +142,14 @@ fn rod_segment(written: &Segment, i: usize, shape: &mut Shape) -> rod::Segment {
 }
 
 fn rod_load(written: &Load, i: usize, shape: &mut Shape) -> rod::Load {
-    let &Load { force, moment, at, along, frame } = written;
+    let &Load { ref force, ref moment, at, along, frame } = written;
     let place = format!("rod[0].load[{i}]");
     if at.is_some() && along.is_some() {
         shape.refuse(&format!("{place}.along"), "both at and along are given", "keep one of them");
     }
-    if force == [0.0; 3] && moment == [0.0; 3] && shape.is_readable(&place) {
+    let [force, moment] = [("force", force), ("moment", moment)]
+        .map(|(key, written)| vector(written, &format!("{place}.{key}"), shape));
+    if force.is_zero() && moment.is_zero() && shape.is_readable(&place) {
         shape.refuse(&place, "neither force nor moment", "add one of them");
     }
     let extent = match (at, along) {
@@ -155,6 +162,48 @@ fn rod_load(written: &Load, i: usize, shape: &mut Shape) -> rod::Load {
         Frame::Body => rod::Frame::Body,
     };
     rod::Load { extent, frame, force, moment }
+}
+
+/// A vector as it is written at `place`.
+fn vector(written: &Vector, place: &str, shape: &mut Shape) -> Signal<3> {
+    let written = match written {
+        Vector::Constant(value) => return Signal::Constant(*value),
+        Vector::Varying(written) => written,
+    };
+    let VaryingVector { times, values, amplitude, frequency, phase, mean, rate } = written;
+    // Where what is written makes no sense.
+    let stand_in = Signal::Harmonic(Harmonic::zero());
+    let is_table = times.is_some() || values.is_some();
+    let is_harmonic =
+        frequency.is_some() || phase.is_some() || [amplitude, mean, rate].iter().any(|x| x.is_some());
+    if is_table && is_harmonic {
+        let right = "keep either times and values, or amplitude, frequency, phase, mean and rate";
+        shape.refuse(place, "both a table and a formula", right);
+    } else if !is_table && !is_harmonic && shape.is_readable(place) {
+        let right = "add times and values, or amplitude and frequency";
+        shape.refuse(place, "nothing that varies in time", right);
+    }
+    if !is_table {
+        return Signal::Harmonic(Harmonic {
+            mean: mean.unwrap_or_default(),
+            rate: rate.unwrap_or_default(),
+            amplitude: amplitude.unwrap_or_default(),
+            frequency: frequency.unwrap_or_default(),
+            phase: phase.unwrap_or_default(),
+        });
+    }
+    let missing =
+        [("times", times.is_none()), ("values", values.is_none())].into_iter().find(|(_, missing)| *missing);
+    if let Some((key, _)) = missing {
+        let here = format!("{place}.{key}");
+        if shape.is_readable(&here) {
+            shape.refuse(place, format!("{key} are missing"), "give times and values, as many of each");
+        }
+        return stand_in;
+    }
+    let table = Table::new(times.clone().unwrap_or_default(), values.clone().unwrap_or_default());
+    let table = report(table, shape, |problem| format!("{place}.{problem}"));
+    table.map_or(stand_in, |table| Signal::Table(Arc::new(table)))
 }
 
 fn rod_body(written: &Body) -> rod::Body {

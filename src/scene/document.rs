@@ -80,12 +80,13 @@ pub(super) struct Rod {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Load {
-    /// Force in newtons; in newtons per metre of the unstretched rod where the load is spread. Default: [0, 0, 0].
+    /// Force in newtons; in newtons per metre of the unstretched rod where the load is spread; a table where it varies in time.
+    /// Default: [0, 0, 0].
     #[serde(default)]
-    pub(super) force: [f64; 3],
-    /// Moment in newton metres; in newtons where the load is spread. Default: [0, 0, 0].
+    pub(super) force: Vector,
+    /// Moment in newton metres; in newtons where the load is spread; a table where it varies in time. Default: [0, 0, 0].
     #[serde(default)]
-    pub(super) moment: [f64; 3],
+    pub(super) moment: Vector,
     /// Arc length of the unstretched rod where the load acts, in metres. Default: the tip.
     #[schemars(range(min = 0.0))]
     pub(super) at: Option<f64>,
@@ -94,6 +95,43 @@ pub(super) struct Load {
     /// Axes of force and moment. Default: "world".
     #[serde(default)]
     pub(super) frame: Frame,
+}
+
+/// A vector that is constant or varies in time.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub(super) enum Vector {
+    /// Always the same.
+    Constant([f64; 3]),
+    /// A function of time.
+    Varying(VaryingVector),
+}
+
+impl Default for Vector {
+    fn default() -> Self {
+        Self::Constant([0.0; 3])
+    }
+}
+
+/// A vector as a function of time: either times and values, or mean + rate t + amplitude sin(2 pi frequency t + phase).
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct VaryingVector {
+    /// Times in seconds, increasing, for the values.
+    pub(super) times: Option<Vec<f64>>,
+    /// Values at the times, with straight lines between them, held before the first and after the last.
+    pub(super) values: Option<Vec<[f64; 3]>>,
+    /// Largest deviation from the steady part. Default: [0, 0, 0].
+    pub(super) amplitude: Option<[f64; 3]>,
+    /// Oscillations per second, in hertz. Default: 0.
+    #[schemars(range(min = 0.0))]
+    pub(super) frequency: Option<f64>,
+    /// Phase at time zero, in radians. Default: 0.
+    pub(super) phase: Option<f64>,
+    /// Steady part at time zero. Default: [0, 0, 0].
+    pub(super) mean: Option<[f64; 3]>,
+    /// Growth of the steady part per second. Default: [0, 0, 0].
+    pub(super) rate: Option<[f64; 3]>,
 }
 
 /// The axes in which a load keeps its direction.

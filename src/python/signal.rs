@@ -1,0 +1,269 @@
+//! `lissom.Harmonic`, and what else can be a function of time: numbers, tables, callables.
+
+use std::any::Any;
+use std::sync::Arc;
+
+use numpy::{AllowTypeChange, IntoPyArray, PyArray2, PyArrayLike2};
+use pyo3::IntoPyObjectExt;
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList, PyTuple};
+
+use super::callback::keep;
+use super::convert;
+use super::ode::function::read_vector;
+use crate::error::{Checker, Interrupted};
+use crate::signal::{Evaluate, Function, Harmonic, Signal, Table};
+
+/// A steady part and an oscillation: ``mean + rate * t + amplitude * sin(2 * pi * frequency * t + phase)``.
+///
+/// Parameters
+/// ----------
+/// amplitude : float or array_like, shape (3,)
+///     Largest deviation from the steady part; for a force or a moment one number for each axis.
+/// frequency : float
+///     Oscillations per second, hertz.
+/// phase : float
+///     Phase at time zero, radians.
+/// mean : float or array_like, shape (3,)
+///     Steady part at time zero.
+/// rate : float or array_like, shape (3,)
+///     Growth of the steady part per second.
+///
+/// Raises
+/// ------
+/// ValueError
+///     Naming every parameter that makes no sense.
+///
+/// Examples
+/// --------
+/// >>> import lissom
+/// >>> lissom.Load(force=lissom.Harmonic((0, 0, 0.1), 2.5))
+/// Load(force=Harmonic((0.0, 0.0, 0.1), 2.5), moment=(0.0, 0.0, 0.0), frame='world')
+#[pyclass(name = "Harmonic", module = "lissom", frozen, eq)]
+#[derive(Clone, PartialEq)]
+pub(crate) struct PyHarmonic {
+    /// Of numbers, only the first component.
+    harmonic: Harmonic<3>,
+    is_number: bool,
+}
+
+#[pymethods]
+impl PyHarmonic {
+    #[new]
+    #[pyo3(
+        signature = (amplitude=None, frequency=0.0, *, phase=0.0, mean=None, rate=None),
+        text_signature = "(amplitude=0, frequency=0.0, *, phase=0.0, mean=0, rate=0)"
+    )]
+    fn new(
+        amplitude: Option<&Bound<'_, PyAny>>,
+        frequency: f64,
+        phase: f64,
+        mean: Option<&Bound<'_, PyAny>>,
+        rate: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        let mut harmonic = Harmonic { frequency, phase, ..Harmonic::zero() };
+        let mut is_number = None;
+        let parts = [
+            (amplitude, &mut harmonic.amplitude, "amplitude"),
+            (mean, &mut harmonic.mean, "mean"),
+            (rate, &mut harmonic.rate, "rate"),
+        ];
+        for (value, part, name) in parts {
+            let Some(value) = value else { continue };
+            let (values, is_one) = convert::scalar_or_vector(value, name)?;
+            let expected = if *is_number.get_or_insert(is_one) { 1 } else { 3 };
+            if values.len() != expected || is_one != (expected == 1) {
+                let wanted = if expected == 1 { "a number, as the others are" } else { "three numbers" };
+                let found = convert::describe(value);
+                return Err(PyValueError::new_err(format!("{name}: expected {wanted}, got {found}")));
+            }
+            part[..expected].copy_from_slice(&values);
+        }
+        harmonic.validate()?;
+        Ok(Self { harmonic, is_number: is_number.unwrap_or(true) })
+    }
+
+    /// Largest deviation from the steady part.
+    #[getter]
+    fn amplitude<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.part(py, self.harmonic.amplitude)
+    }
+
+    /// Oscillations per second, hertz.
+    #[getter]
+    fn frequency(&self) -> f64 {
+        self.harmonic.frequency
+    }
+
+    /// Phase at time zero, radians.
+    #[getter]
+    fn phase(&self) -> f64 {
+        self.harmonic.phase
+    }
+
+    /// Steady part at time zero.
+    #[getter]
+    fn mean<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.part(py, self.harmonic.mean)
+    }
+
+    /// Growth of the steady part per second.
+    #[getter]
+    fn rate<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.part(py, self.harmonic.rate)
+    }
+
+    fn __repr__(&self) -> String {
+        let Harmonic { mean, rate, amplitude, frequency, phase } = self.harmonic;
+        let part = |[x, y, z]: [f64; 3]| {
+            if self.is_number { format!("{x:?}") } else { format!("({x:?}, {y:?}, {z:?})") }
+        };
+        let mut text = format!("Harmonic({}, {frequency:?}", part(amplitude));
+        if phase != 0.0 {
+            text += &format!(", phase={phase:?}");
+        }
+        for (name, value) in [("mean", mean), ("rate", rate)] {
+            if value != [0.0; 3] {
+                text += &format!(", {name}={}", part(value));
+            }
+        }
+        text + ")"
+    }
+
+    /// For copies and pickles.
+    #[allow(clippy::type_complexity, reason = "the arguments of the constructor")]
+    fn __getnewargs_ex__<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<((Bound<'py, PyAny>, f64), Bound<'py, PyDict>)> {
+        let arguments = PyDict::new(py);
+        arguments.set_item("phase", self.harmonic.phase)?;
+        arguments.set_item("mean", self.mean(py)?)?;
+        arguments.set_item("rate", self.rate(py)?)?;
+        Ok(((self.amplitude(py)?, self.harmonic.frequency), arguments))
+    }
+}
+
+impl PyHarmonic {
+    fn part<'py>(&self, py: Python<'py>, [x, y, z]: [f64; 3]) -> PyResult<Bound<'py, PyAny>> {
+        if self.is_number { x.into_bound_py_any(py) } else { (x, y, z).into_bound_py_any(py) }
+    }
+
+    /// The signal of N numbers, if it has as many.
+    fn signal<const N: usize>(&self, name: &str) -> PyResult<Signal<N>> {
+        let own = if self.is_number { 1 } else { 3 };
+        if own != N {
+            let numbers = |n: usize| if n == 1 { "one number" } else { "three numbers" };
+            return Err(PyValueError::new_err(format!(
+                "{name}: expected a Harmonic of {}, got one of {}",
+                numbers(N),
+                numbers(own)
+            )));
+        }
+        let Harmonic { mean, rate, amplitude, frequency, phase } = self.harmonic;
+        let part = |values: [f64; 3]| std::array::from_fn(|i| values[i]);
+        let (mean, rate, amplitude) = (part(mean), part(rate), part(amplitude));
+        Ok(Signal::Harmonic(Harmonic { mean, rate, amplitude, frequency, phase }))
+    }
+
+    fn from_core<const N: usize>(harmonic: &Harmonic<N>) -> Self {
+        let Harmonic { mean, rate, amplitude, frequency, phase } = *harmonic;
+        let part = |values: [f64; N]| std::array::from_fn(|i| values.get(i).copied().unwrap_or(0.0));
+        let (mean, rate, amplitude) = (part(mean), part(rate), part(amplitude));
+        Self { harmonic: Harmonic { mean, rate, amplitude, frequency, phase }, is_number: N == 1 }
+    }
+}
+
+/// N numbers, a table `(times, values)`, a [`PyHarmonic`] or a callable of time.
+pub(super) fn signal_of<const N: usize>(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Signal<N>> {
+    if let Ok(harmonic) = value.cast::<PyHarmonic>() {
+        return harmonic.get().signal(name);
+    }
+    if value.is_callable() {
+        let name = format!("{name}(t)");
+        return Ok(Signal::Function(Function(Arc::new(Callable { callable: value.clone().unbind(), name }))));
+    }
+    let is_pair =
+        (value.is_instance_of::<PyTuple>() || value.is_instance_of::<PyList>()) && value.len()? == 2;
+    if is_pair { table(value, name) } else { Ok(Signal::Constant(convert::array_of(value, name)?)) }
+}
+
+/// A table from a pair of times and values.
+fn table<const N: usize>(pair: &Bound<'_, PyAny>, name: &str) -> PyResult<Signal<N>> {
+    let times = convert::vector(&pair.get_item(0)?, &format!("{name}.times"))?;
+    let values = pair.get_item(1)?;
+    let place = format!("{name}.values");
+    let rows: Vec<[f64; N]> = if N == 1 {
+        convert::vector(&values, &place)?.into_iter().map(|x| [x; N]).collect()
+    } else {
+        let wrong = || {
+            PyTypeError::new_err(format!(
+                "{place}: expected an array of shape ({}, {N}), got {}",
+                times.len(),
+                convert::describe(&values)
+            ))
+        };
+        let array: PyArrayLike2<'_, f64, AllowTypeChange> = values.extract().map_err(|_| wrong())?;
+        let array = array.as_array();
+        if array.ncols() != N {
+            return Err(wrong());
+        }
+        array.outer_iter().map(|row| std::array::from_fn(|i| row[i])).collect()
+    };
+    let mut check = Checker::new();
+    let table = check.nested(name, Table::new(times, rows));
+    check.finish()?;
+    Ok(Signal::Table(Arc::new(table.expect("nothing is wrong with it"))))
+}
+
+/// What a signal is in Python: what it was made of.
+pub(super) fn signal_out<'py, const N: usize>(
+    py: Python<'py>,
+    signal: &Signal<N>,
+) -> PyResult<Bound<'py, PyAny>> {
+    match signal {
+        Signal::Constant(value) if N == 1 => value[0].into_bound_py_any(py),
+        Signal::Constant(value) => Ok(PyTuple::new(py, value)?.into_any()),
+        Signal::Harmonic(harmonic) => PyHarmonic::from_core(harmonic).into_bound_py_any(py),
+        Signal::Table(table) => {
+            let times = table.times().to_vec().into_pyarray(py);
+            let values = if N == 1 {
+                table.values().as_flattened().to_vec().into_pyarray(py).into_any()
+            } else {
+                let rows: Vec<Vec<f64>> = table.values().iter().map(|row| row.to_vec()).collect();
+                PyArray2::from_vec2(py, &rows)?.into_any()
+            };
+            (times, values).into_bound_py_any(py)
+        }
+        Signal::Function(Function(function)) => {
+            let function: &dyn Any = function.as_ref();
+            let callable = function.downcast_ref::<Callable>().expect("Python's functions are callables");
+            Ok(callable.callable.bind(py).clone())
+        }
+    }
+}
+
+/// A callable of time.
+#[derive(Debug)]
+struct Callable {
+    callable: Py<PyAny>,
+    /// What messages call its value.
+    name: String,
+}
+
+impl<const N: usize> Evaluate<N> for Callable {
+    fn value(&self, t: f64) -> Result<[f64; N], Interrupted> {
+        Python::attach(|py| {
+            let value = self.callable.bind(py).call1((t,))?;
+            let mut values = [0.0; N];
+            read_vector(&value, &mut values, &self.name)?;
+            Ok(values)
+        })
+        .map_err(keep)
+    }
+
+    fn identity(&self) -> usize {
+        self.callable.as_ptr() as usize
+    }
+}
