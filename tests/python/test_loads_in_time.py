@@ -409,7 +409,11 @@ def test_harmonic_signals_are_plain_data():
         (([0, np.inf], [[0, 0, 1]] * 2), ValueError, r"force\.times\[1\]: got inf"),
         (([0, 1], [[0, 1], [2, 3]]), TypeError, r"force\.values: expected an array of shape \(2, 3\)"),
         (([0, 1], "ab"), TypeError, r"force\.values"),
-        (lissom.Harmonic(0.1, 2.0), ValueError, "force: expected a Harmonic of three numbers, got one of one"),
+        (
+            lissom.Harmonic(0.1, 2.0),
+            ValueError,
+            "force: expected a Harmonic of three numbers, got one of one",
+        ),
         ((1, 2, 3, 4), ValueError, "force: expected 3 values"),
         ("up", TypeError, "force"),
     ],
