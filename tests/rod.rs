@@ -2,7 +2,9 @@
 
 use lissom::linalg::Matrix;
 use lissom::model::{ForwardScratch, Model};
-use lissom::rod::{Body, Extent, Frame, Kernel, Load, Rod, RodModel, Segment};
+use lissom::rod::{
+    Basis, Body, Extent, Frame, Kernel, Load, Profile, Rod, RodModel, STRAIGHT, Segment, Solve,
+};
 use proptest::prelude::*;
 
 fn lab_segment(modes: usize) -> Segment {
@@ -23,7 +25,7 @@ fn rich_rod() -> Rod {
         radius: [0.02, 0.015],
         modes: [2, 3, 1, 1, 2, 1],
         retardation_time: 0.01,
-        reference_strain: [0.3, -0.5, 0.2, 1.02, 0.01, -0.02],
+        reference_strain: [0.3, -0.5, 0.2, 1.02, 0.01, -0.02].into(),
         shear_correction: 0.9,
         ..Segment::straight(0.4, 0.02, 3e5, 1.1e5, 1100.0)
     };
@@ -400,9 +402,9 @@ fn planar_rods() -> impl Strategy<Value = Rod> {
                 segment.modes[bend] = modes.0;
                 segment.modes[3] = modes.1;
                 segment.modes[shear] = modes.2;
-                segment.reference_strain[bend] = reference.0;
-                segment.reference_strain[3] = reference.1;
-                segment.reference_strain[shear] = reference.2;
+                let mut strain = STRAIGHT;
+                (strain[bend], strain[3], strain[shear]) = reference;
+                segment.reference_strain = strain.into();
                 segment
             });
             let [x, y, z]: [f64; 3] = axis;
@@ -440,7 +442,8 @@ fn rods() -> impl Strategy<Value = Rod> {
                         retardation_time,
                         ..Segment::straight(length, radius, 1e6, 4e5, 1000.0)
                     };
-                    segment.reference_strain.iter_mut().zip(bent).for_each(|(strain, bent)| *strain += bent);
+                    let strain: [f64; 6] = std::array::from_fn(|i| STRAIGHT[i] + bent[i]);
+                    segment.reference_strain = strain.into();
                     segment
                 });
             let base_orientation = [0.8, 0.2, -0.4, 0.4];
@@ -564,9 +567,57 @@ proptest! {
     }
 }
 
+/// Two segments of a basis, tapered and damped, whose reference strain varies; the same number of modes of these strains.
+fn rod_in(basis: Basis, strains: &[usize]) -> Rod {
+    let bent = |bend: f64, stretch: f64| [0.0, bend, 0.0, stretch, 0.0, 0.1 * bend];
+    let table = Profile::table(&[0.0, 0.1, 0.4], &[bent(0.0, 1.0), bent(2.0, 1.1), bent(-1.0, 1.0)]).unwrap();
+    let line = Profile::polynomial(&[bent(1.0, 1.0), bent(0.5, 0.05)]).unwrap();
+    let segments = [(table, 4), (line, 6)].map(|(reference_strain, number)| {
+        let mut modes = [0; 6];
+        strains.iter().for_each(|&strain| modes[strain] = number);
+        Segment {
+            radius: [0.02, 0.015],
+            modes,
+            basis,
+            retardation_time: 0.01,
+            reference_strain,
+            ..Segment::straight(0.4, 0.02, 1e6, 4e5, 1000.0)
+        }
+    });
+    let loads =
+        vec![Load { extent: Extent::Along([0.1, 0.6]), force: [0.1, 0.0, 0.2].into(), ..Load::at_tip() }];
+    let bodies = vec![Body { at: Some(0.25), ..Body::point(0.1) }];
+    Rod { tip_force: [0.1, 0.2, 0.3], loads, bodies, ..Rod::new(segments.into()) }
+}
+
+#[test]
+fn all_kernels_and_solves_agree_in_every_basis() {
+    for basis in Basis::ALL {
+        let flat = rod_in(basis, &[1, 3]);
+        let mut planar = RodModel::new(&flat).unwrap();
+        assert_eq!(planar.kernel(), Kernel::Planar);
+        assert_same_rod(&flat, &mut planar, &mut RodModel::spatial(&flat).unwrap(), 0.3);
+
+        let rod = rod_in(basis, &[0, 1, 2, 5]);
+        let mut best = RodModel::new(&rod).unwrap();
+        assert_same_rod(&rod, &mut best, &mut RodModel::portable(&rod).unwrap(), 0.7);
+        assert_same_rod(&rod, &mut best, &mut RodModel::with_nothing_skipped(&rod).unwrap(), 1.1);
+
+        let mut chain = RodModel::with_solve(&rod, Solve::Chain).unwrap();
+        let n = chain.n();
+        let (q, qd, qdd) = (state(n, 1.0, 0.2), state(n, 2.0, 1.2), state(n, 10.0, 2.0));
+        let mut dense = Matrix::zeros(n, n);
+        best.weighted_tangent(&q, &qd, &qdd, [1e-4, 1e-2, 1.0], &mut dense);
+        let mut tangent = chain.chain().expect("a chain was asked for").tangent;
+        chain.chain_tangent(&q, &qd, &qdd, [1e-4, 1e-2, 1.0], &mut tangent);
+        assert_equal_to_rounding(tangent.to_dense().as_slice(), dense.as_slice(), "chain");
+    }
+}
+
 #[test]
 fn the_planar_kernel_is_taken_where_the_rod_stays_in_a_plane() {
-    let kernel = |modes, reference_strain| {
+    let kernel = |modes, reference_strain: [f64; 6]| {
+        let reference_strain = reference_strain.into();
         let segment = Segment { modes, reference_strain, ..Segment::straight(1.0, 0.01, 1e6, 4e5, 1000.0) };
         let straight =
             Segment { modes: [0, 1, 0, 0, 0, 0], ..Segment::straight(1.0, 0.01, 1e6, 4e5, 1000.0) };

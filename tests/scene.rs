@@ -113,7 +113,7 @@ output = { step = 0.1, quantities = ["shape", "energy"] }
         radius: [2e-3, 1e-3],
         modes: [1; 6],
         retardation_time: 1e-3,
-        reference_strain: [1.0, 2.0, 3.0, 1.0, 5.0, 6.0],
+        reference_strain: [1.0, 2.0, 3.0, 1.0, 5.0, 6.0].into(),
         shear_correction: 0.9,
         ..rod::Segment::straight(2.0, 1.0, 3e5, 1e5, 1000.0)
     };
@@ -135,6 +135,49 @@ output = { step = 0.1, quantities = ["shape", "energy"] }
     assert_eq!((simulation.rtol, simulation.atol), (1e-8, 1e-10));
     assert_eq!(simulation.output_step, Some(0.1));
     assert_eq!(simulation.quantities, [Quantity::Energy, Quantity::Shape]);
+}
+
+const WIRE: &str = r#"
+version = 1
+[[rod]]
+[[rod.segment]]
+length = 2.0
+radius = 1e-3
+young_modulus = 3e5
+shear_modulus = 1e5
+density = 1000
+modes.bend_y = 4
+reference_strain = { stations = [0, 0.5, 2], values = [[0, 1, 0, 1, 0, 0], [0, 2, 0, 1, 0, 0], [0, 0, 0, 1, 0, 0]] }
+basis = "hermite"
+[simulation]
+duration = 1
+"#;
+
+#[test]
+fn bases_and_tables_of_reference_strains_are_read() {
+    let values = [1.0, 2.0, 0.0].map(|bend| [0.0, bend, 0.0, 1.0, 0.0, 0.0]);
+    let segment = rod::Segment {
+        modes: [0, 4, 0, 0, 0, 0],
+        basis: rod::Basis::Hermite,
+        reference_strain: rod::Profile::table(&[0.0, 0.5, 2.0], &values).unwrap(),
+        ..rod::Segment::straight(2.0, 1e-3, 3e5, 1e5, 1000.0)
+    };
+    assert_eq!(rod_of(WIRE).segments, [segment]);
+    for basis in rod::Basis::ALL {
+        let text = WIRE.replace("hermite", basis.name());
+        assert_eq!(rod_of(&text).segments[0].basis, basis);
+    }
+    for (from, to, expected) in [
+        ("hermite", "hermit", "did you mean \"hermite\""),
+        ("bend_y = 4", "bend_y = 5", "even number of Hermite modes"),
+        ("0.5, 2]", "0.5, 1.5]", "the segment's length"),
+        ("0.5, 2]", "2.5, 2]", "more than stations[1]"),
+        (", [0, 0, 0, 1, 0, 0]]", "]", "one row for each of the 3 stations"),
+        ("{ stations", "{ places", "stations"),
+    ] {
+        let found = problems(&WIRE.replace(from, to));
+        assert!(found.iter().any(|problem| problem.contains(expected)), "{to}: {found:?}");
+    }
 }
 
 #[test]

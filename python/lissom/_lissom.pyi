@@ -390,9 +390,18 @@ class Segment:
         density: float,
         modes: dict[str, int],
         retardation_time: float = 0.0,
-        reference_strain: ArrayLike = (0, 0, 0, 1, 0, 0),
+        reference_strain: ArrayLike | tuple[ArrayLike, ArrayLike] | Callable[[float], ArrayLike] | Profile = (
+            0,
+            0,
+            0,
+            1,
+            0,
+            0,
+        ),
         shear_correction: float = 1.0,
         nodes: int | None = None,
+        *,
+        basis: Literal["legendre", "chebyshev", "monomial", "piecewise_constant", "hermite"] = "legendre",
     ) -> Segment: ...
     @property
     def length(self) -> float: ...
@@ -409,14 +418,18 @@ class Segment:
     @property
     def retardation_time(self) -> float: ...
     @property
-    def reference_strain(self) -> tuple[float, float, float, float, float, float]: ...
+    def reference_strain(self) -> tuple[float, float, float, float, float, float] | Profile: ...
     @property
     def shear_correction(self) -> float: ...
     @property
     def nodes(self) -> int | None: ...
+    @property
+    def basis(
+        self,
+    ) -> Literal["legendre", "chebyshev", "monomial", "piecewise_constant", "hermite"]: ...
     def __eq__(self, other: object, /) -> bool: ...
     def __ne__(self, other: object, /) -> bool: ...
-    def __getnewargs__(self) -> tuple[Any, ...]: ...
+    def __getnewargs_ex__(self) -> tuple[tuple[()], dict[str, Any]]: ...
 
 #: Three numbers, or what varies in time: (times, values), a Harmonic, or a function of time.
 _Vector: TypeAlias = ArrayLike | tuple[ArrayLike, ArrayLike] | Harmonic | Callable[[float], ArrayLike]

@@ -204,6 +204,7 @@ def with_more_modes(rod: Rod) -> Rod:
             segment.retardation_time,
             segment.reference_strain,
             segment.shear_correction,
+            basis=segment.basis,
         )
         for segment in rod.segments
     ]

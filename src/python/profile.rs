@@ -1,7 +1,5 @@
 //! `lissom.Profile`, and numbers along a segment from whatever Python gives: an array, a table, a callable.
 
-#![allow(dead_code, reason = "segments are about to take profiles")]
-
 use numpy::{AllowTypeChange, IntoPyArray, PyArray1, PyArrayDyn, PyArrayLikeDyn, PyArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -39,6 +37,10 @@ use crate::rod::{Parts, Profile, Unsampled};
 /// >>> line = lissom.Profile(2.0, stations=(0, 2), values=(1, 3))
 /// >>> line([0, 0.5, 2]).tolist()
 /// [1.0, 1.5, 3.0]
+/// >>> wire = lissom.Segment(2.0, 1e-3, 2e11, 8e10, 7800, {"bend_y": 3},
+/// ...                       reference_strain=lambda X: (0, 0.3 * X, 0, 1, 0, 0))
+/// >>> round(float(wire.reference_strain(1.5)[1]), 12)
+/// 0.45
 #[pyclass(name = "Profile", module = "lissom", frozen, eq)]
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct PyProfile {
@@ -199,6 +201,9 @@ fn value_of<const N: usize>(value: &Bound<'_, PyAny>, shape: &[usize], name: &st
     let (mut rows, found) = rows(&packed, name)
         .map_err(|_| PyTypeError::new_err(wrong_value(name, shape, &convert::describe(value))))?;
     if found != shape {
+        if let ([expected], [found]) = (shape, &found[..]) {
+            return Err(PyValueError::new_err(format!("{name}: expected {expected} values, got {found}")));
+        }
         let message = wrong_value(name, shape, &format!("an array of shape {found:?}"));
         return Err(PyValueError::new_err(message));
     }

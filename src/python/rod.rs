@@ -3,19 +3,22 @@
 use std::sync::{Mutex, PoisonError};
 
 use numpy::{IntoPyArray, PyArray2, PyArrayMethods};
-use pyo3::PyClass;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::pyclass::boolean_struct::True;
 use pyo3::types::{PyDict, PyTuple};
+use pyo3::{IntoPyObjectExt, PyClass};
 
 use super::convert;
 use super::load::{PyBody, PyLoad};
 use super::model::PyModel;
+use super::profile;
 use crate::error::{Checker, InvalidInput};
 use crate::lie::Rotation;
 use crate::linalg::Matrix;
-use crate::rod::{Kernel, Multiplications, Place, Pose, Rod, RodModel, STRAIN_NAMES, STRAINS, Segment};
+use crate::rod::{
+    Basis, Kernel, Multiplications, Place, Pose, Rod, RodModel, STRAIN_NAMES, STRAINS, Segment,
+};
 
 /// A piece of rod of one material, with a circular section that may taper linearly.
 ///
@@ -30,16 +33,22 @@ use crate::rod::{Kernel, Multiplications, Place, Pose, Rod, RodModel, STRAIN_NAM
 /// density : float
 ///     Kilograms per cubic metre.
 /// modes : dict of str to int
-///     Number of shifted Legendre modes of each strain: keys ``"torsion"``, ``"bend_y"``, ``"bend_z"``, ``"stretch"``,
+///     Number of modes of each strain: keys ``"torsion"``, ``"bend_y"``, ``"bend_z"``, ``"stretch"``,
 ///     ``"shear_y"``, ``"shear_z"``; what is not named has none and keeps its reference strain.
 /// retardation_time : float
 ///     Kelvin-Voigt damping is this time, in seconds, times the stiffness.
-/// reference_strain : array_like, shape (6,)
-///     Strain free of stress: torsion, bend_y, bend_z (radians per metre), stretch, shear_y, shear_z.
+/// reference_strain : array_like, shape (6,), or table or callable or Profile
+///     Strain free of stress: torsion, bend_y, bend_z (radians per metre), stretch, shear_y, shear_z. A table is a pair of
+///     stations (arc lengths from 0 to `length`, metres) and values, shape (m, 6), interpolated without overshoot; a callable is
+///     given the arc length from the segment's base. See `Profile`.
 /// shear_correction : float
 ///     Factor of the shear stiffness G A.
 /// nodes : int, optional
 ///     Quadrature nodes, rounded up to a multiple of four; by default what the modes need for bends up to about half a turn.
+/// basis : {'legendre', 'chebyshev', 'monomial', 'piecewise_constant', 'hermite'}
+///     What the modes are, as functions of x = X / length: Legendre or Chebyshev polynomials of 2 x - 1, powers of x, one on
+///     each of so many equal pieces, or cubics with value and slope (times the distance of the knots) at equally spaced knots, two
+///     modes a knot. In the last two all strains have the same number of modes, or none.
 ///
 /// Raises
 /// ------
@@ -52,8 +61,8 @@ pub(crate) struct PySegment(pub(crate) Segment);
 #[pymethods]
 impl PySegment {
     #[new]
-    #[pyo3(signature = (length, radius, young_modulus, shear_modulus, density, modes, retardation_time=0.0, reference_strain=None, shear_correction=1.0, nodes=None),
-           text_signature = "(length, radius, young_modulus, shear_modulus, density, modes, retardation_time=0.0, reference_strain=(0, 0, 0, 1, 0, 0), shear_correction=1.0, nodes=None)")]
+    #[pyo3(signature = (length, radius, young_modulus, shear_modulus, density, modes, retardation_time=0.0, reference_strain=None, shear_correction=1.0, nodes=None, *, basis="legendre"),
+           text_signature = "(length, radius, young_modulus, shear_modulus, density, modes, retardation_time=0.0, reference_strain=(0, 0, 0, 1, 0, 0), shear_correction=1.0, nodes=None, *, basis='legendre')")]
     #[allow(clippy::too_many_arguments, reason = "the signature of the Python class")]
     fn new(
         length: f64,
@@ -66,17 +75,23 @@ impl PySegment {
         reference_strain: Option<&Bound<'_, PyAny>>,
         shear_correction: f64,
         nodes: Option<i64>,
+        basis: &str,
     ) -> PyResult<Self> {
+        let basis = Basis::named(basis).ok_or_else(|| {
+            let names = Basis::ALL.map(Basis::name);
+            PyValueError::new_err(format!("basis: got '{basis}', expected one of {names:?}"))
+        })?;
         let mut segment = Segment {
             radius: radii(radius)?,
             modes: mode_numbers(modes)?,
+            basis,
             retardation_time,
             shear_correction,
             nodes: nodes.map(|nodes| convert::count(nodes, "nodes")).transpose()?,
             ..Segment::straight(length, 0.0, young_modulus, shear_modulus, density)
         };
         if let Some(strain) = reference_strain {
-            segment.reference_strain = convert::array_of(strain, "reference_strain")?;
+            segment.reference_strain = profile::profile(strain, &[STRAINS], length, "reference_strain")?;
         }
         segment.validate()?;
         Ok(Self(segment))
@@ -128,10 +143,20 @@ impl PySegment {
         self.0.retardation_time
     }
 
-    /// Strain free of stress: torsion, bend_y, bend_z, stretch, shear_y, shear_z.
+    /// What the modes are: 'legendre', 'chebyshev', 'monomial', 'piecewise_constant' or 'hermite'.
     #[getter]
-    fn reference_strain<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
-        PyTuple::new(py, self.0.reference_strain)
+    fn basis(&self) -> &'static str {
+        self.0.basis.name()
+    }
+
+    /// Strain free of stress: torsion, bend_y, bend_z, stretch, shear_y, shear_z; a Profile where it varies.
+    #[getter]
+    fn reference_strain<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let profile = &self.0.reference_strain;
+        match profile.constant() {
+            Some(strain) => Ok(PyTuple::new(py, strain)?.into_any()),
+            None => profile::to_python(profile, &[STRAINS], self.0.length).into_bound_py_any(py),
+        }
     }
 
     /// Factor of the shear stiffness G A.
@@ -146,7 +171,7 @@ impl PySegment {
         self.0.nodes
     }
 
-    fn __repr__(&self) -> String {
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
         let Segment { length, radius, young_modulus, shear_modulus, density, modes, .. } = &self.0;
         let modes: Vec<String> = STRAIN_NAMES
             .iter()
@@ -154,52 +179,40 @@ impl PySegment {
             .filter(|(_, number)| **number > 0)
             .map(|(name, number)| format!("'{name}': {number}"))
             .collect();
-        let [a, b, c, d, e, f] = self.0.reference_strain;
-        format!(
+        let strain = match self.0.reference_strain.constant() {
+            Some([a, b, c, d, e, f]) => format!("({a:?}, {b:?}, {c:?}, {d:?}, {e:?}, {f:?})"),
+            None => self.reference_strain(py)?.repr()?.to_string(),
+        };
+        Ok(format!(
             "Segment(length={length:?}, radius=({:?}, {:?}), young_modulus={young_modulus:?}, \
              shear_modulus={shear_modulus:?}, density={density:?}, modes={{{}}}, retardation_time={:?}, \
-             reference_strain=({a:?}, {b:?}, {c:?}, {d:?}, {e:?}, {f:?}), shear_correction={:?}, nodes={})",
+             reference_strain={strain}, shear_correction={:?}, nodes={}, basis='{}')",
             radius[0],
             radius[1],
             modes.join(", "),
             self.0.retardation_time,
             self.0.shear_correction,
-            self.0.nodes.map_or("None".to_string(), |nodes| nodes.to_string())
-        )
+            self.0.nodes.map_or("None".to_string(), |nodes| nodes.to_string()),
+            self.basis()
+        ))
     }
 
     /// For copies and pickles.
-    #[allow(clippy::type_complexity, reason = "the arguments of the constructor")]
-    fn __getnewargs__<'py>(
-        &self,
-        py: Python<'py>,
-    ) -> PyResult<(
-        f64,
-        (f64, f64),
-        f64,
-        f64,
-        f64,
-        Bound<'py, PyDict>,
-        f64,
-        Bound<'py, PyTuple>,
-        f64,
-        Option<usize>,
-    )> {
-        let Segment { length, young_modulus, shear_modulus, density, .. } = self.0;
-        let (modes, strain) = (self.modes(py)?, self.reference_strain(py)?);
-        let (time, correction) = (self.0.retardation_time, self.0.shear_correction);
-        Ok((
-            length,
-            self.radius(),
-            young_modulus,
-            shear_modulus,
-            density,
-            modes,
-            time,
-            strain,
-            correction,
-            self.0.nodes,
-        ))
+    fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> PyResult<((), Bound<'py, PyDict>)> {
+        let segment = &self.0;
+        let arguments = PyDict::new(py);
+        arguments.set_item("length", segment.length)?;
+        arguments.set_item("radius", self.radius())?;
+        arguments.set_item("young_modulus", segment.young_modulus)?;
+        arguments.set_item("shear_modulus", segment.shear_modulus)?;
+        arguments.set_item("density", segment.density)?;
+        arguments.set_item("modes", self.modes(py)?)?;
+        arguments.set_item("retardation_time", segment.retardation_time)?;
+        arguments.set_item("reference_strain", self.reference_strain(py)?)?;
+        arguments.set_item("shear_correction", segment.shear_correction)?;
+        arguments.set_item("nodes", segment.nodes)?;
+        arguments.set_item("basis", self.basis())?;
+        Ok(((), arguments))
     }
 }
 
@@ -255,7 +268,8 @@ fn mode_numbers(modes: &Bound<'_, PyDict>) -> PyResult<[usize; STRAINS]> {
 /// A Cosserat rod: segments in a row, clamped at the base, with loads and rigid bodies on it.
 ///
 /// The coordinates are the strain modes: segment by segment, then strain by strain (torsion, bend_y, bend_z, stretch,
-/// shear_y, shear_z), then by degree of the Legendre polynomial.
+/// shear_y, shear_z), then by number of the mode (for Legendre polynomials by degree). Segments of piecewise constant strain are
+/// ordered piece by piece first, as if they were segments.
 ///
 /// Parameters
 /// ----------

@@ -302,9 +302,11 @@ fn bodies<G: Turning>(k: &Kinds<G>, is_mass_only: bool) -> u64 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::basis::Basis;
     use super::super::body::Body;
-    use super::super::description::{Rod, Segment};
+    use super::super::description::{Rod, STRAIGHT, Segment};
     use super::super::load::{Extent, Frame, Load};
+    use super::super::profile::Profile;
     use super::super::tangent::{Tangent, TangentWorkspace};
     use super::super::workspace::Workspace;
     use super::super::{inverse_dynamics, kinematics as sweep, tangent as exact_tangent};
@@ -367,6 +369,23 @@ mod tests {
             for modes in spatial.into_iter().chain(planar) {
                 assert_counts::<Spatial<true>>(&rod(modes, is_tapered), ());
             }
+        }
+    }
+
+    #[test]
+    fn other_bases_and_reference_strains_that_vary_are_counted_too() {
+        let stations = [0.0, 0.1, 0.3];
+        let strains = [[0.0, 1.0, 0.0, 1.0, 0.0, 0.0], [0.0, 2.0, 0.0, 1.1, 0.0, 0.0], STRAIGHT];
+        for basis in Basis::ALL {
+            let mut planar = rod(&[[0, 4, 0, 4, 0, 0]; 2], false);
+            let mut spatial = rod(&[[4, 4, 4, 0, 0, 0], [2, 2, 0, 2, 0, 2]], true);
+            for segment in planar.segments.iter_mut().chain(&mut spatial.segments) {
+                segment.basis = basis;
+                segment.reference_strain = Profile::table(&stations, &strains).unwrap();
+            }
+            assert_counts::<Planar<true>>(&planar, Plane::ABOUT_Y);
+            assert_counts::<Spatial<true>>(&planar, ());
+            assert_counts::<Spatial<true>>(&spatial, ());
         }
     }
 

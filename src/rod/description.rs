@@ -1,7 +1,9 @@
 //! What a rod is, in plain data: segments in a row, a base, loads and bodies.
 
+use super::basis::Basis;
 use super::body::Body;
 use super::load::Load;
+use super::profile::Profile;
 use crate::error::{Checker, InvalidInput};
 
 /// Number of strain components.
@@ -38,12 +40,15 @@ pub struct Segment {
     pub shear_modulus: f64,
     /// Density in kg/m^3.
     pub density: f64,
-    /// Number of shifted Legendre modes of each strain component, in the order of [`STRAIN_NAMES`].
+    /// Number of modes of each strain component, in the order of [`STRAIN_NAMES`]. Of piecewise constant strains the number of
+    /// pieces; of Hermite's cubics twice the number of knots. In these two bases all strains have the same number, or none.
     pub modes: [usize; STRAINS],
+    /// What the modes are.
+    pub basis: Basis,
     /// Kelvin-Voigt retardation time mu in seconds: damping is mu times stiffness.
     pub retardation_time: f64,
     /// Strain at which the segment is free of stress.
-    pub reference_strain: [f64; STRAINS],
+    pub reference_strain: Profile<STRAINS>,
     /// Shear correction factor k_s of the shear stiffness k_s G A.
     pub shear_correction: f64,
     /// Quadrature nodes, rounded up to a multiple of four; `None` takes what the modes need for bends up to about half a
@@ -61,8 +66,9 @@ impl Segment {
             shear_modulus,
             density,
             modes: [0; STRAINS],
+            basis: Basis::Legendre,
             retardation_time: 0.0,
-            reference_strain: STRAIGHT,
+            reference_strain: STRAIGHT.into(),
             shear_correction: 1.0,
             nodes: None,
         }
@@ -105,15 +111,9 @@ impl Segment {
                 &format!("at most {MAX_MODES} modes"),
             );
         }
+        self.check_basis(&mut check);
         check.non_negative(self.retardation_time, "retardation_time", "seconds");
-        if check.finite(&self.reference_strain, "reference_strain") {
-            check.require(
-                self.reference_strain[3] > 0.0,
-                "reference_strain[3]",
-                self.reference_strain[3],
-                "a stretch > 0 (1 for an unstretched rod)",
-            );
-        }
+        self.check_reference_strain(&mut check);
         check.positive(self.shear_correction, "shear_correction", "1 unless the section asks for less");
         if let Some(nodes) = self.nodes {
             check.require(
@@ -124,6 +124,47 @@ impl Segment {
             );
         }
         check.finish()
+    }
+
+    /// The numbers of modes must be those of the basis.
+    fn check_basis(&self, check: &mut Checker) {
+        if self.basis.is_nested() {
+            return;
+        }
+        let present: Vec<(usize, &str)> =
+            self.modes.into_iter().zip(STRAIN_NAMES).filter(|(modes, _)| *modes > 0).collect();
+        if let [(first, first_name), others @ ..] = &present[..] {
+            if self.basis == Basis::Hermite {
+                let expected = "an even number of Hermite modes: value and slope at each knot";
+                check.require(first % 2 == 0, &format!("modes.{first_name}"), first, expected);
+            }
+            for (modes, name) in others {
+                let expected = format!(
+                    "{first} as modes.{first_name} has, or none: strains of the basis \"{}\" share their {}",
+                    self.basis.name(),
+                    if self.basis == Basis::Hermite { "knots" } else { "pieces" }
+                );
+                check.require(modes == first, &format!("modes.{name}"), modes, &expected);
+            }
+        }
+    }
+
+    /// The reference strain must be finite and stretch the segment by a positive factor everywhere.
+    fn check_reference_strain(&self, check: &mut Checker) {
+        /// Where a strain that varies is looked at.
+        const PLACES: usize = 256;
+        const EXPECTED: &str = "a stretch > 0 (1 for an unstretched rod)";
+        if let Some(strain) = self.reference_strain.constant() {
+            if check.finite(&strain, "reference_strain") {
+                check.require(strain[3] > 0.0, "reference_strain[3]", strain[3], EXPECTED);
+            }
+        } else if check.nested("reference_strain", self.reference_strain.validate(self.length)).is_some() {
+            let places = (0..=PLACES).map(|i| i as f64 / PLACES as f64);
+            let stretches = places.map(|x| (x, self.reference_strain.at(x)[3]));
+            let (x, smallest) = stretches.min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0.0, 1.0));
+            let found = format_args!("{smallest} at X = {}", x * self.length).to_string();
+            check.require(smallest > 0.0, "reference_strain[3]", found, EXPECTED);
+        }
     }
 }
 

@@ -2,11 +2,15 @@
 
 use std::fmt::{self, Write};
 
+use super::basis::Basis;
 use super::body::Body;
 use super::cost::Multiplications;
 use super::description::{Rod, STRAIGHT, STRAIN_NAMES, Segment};
 use super::load::{Extent, Frame, Load};
 use super::model::{COORDINATES_OF_A_CHAIN, Kernel, SEGMENTS_OF_A_CHAIN, Solve};
+use super::piece;
+use super::plan;
+use super::profile::Parts;
 
 /// What is computed for a rod and what is not, each with its reason.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -90,17 +94,33 @@ impl Explanation {
             self.add(false, what("strains"), format!("{names}: no modes, they keep their reference"));
         }
         let is_extensible = segment.modes[3..].iter().any(|&modes| modes > 0);
-        if !is_extensible && segment.reference_strain[3..] == STRAIGHT[3..] {
+        let is_straight =
+            |strain: usize| segment.reference_strain.is_entry_constant(strain) == Some(STRAIGHT[strain]);
+        if !is_extensible && (3..STRAIGHT.len()).all(is_straight) {
             self.add(false, what("stretch and shear"), "the tangent of the rod is its body axis");
         }
+        self.basis(&what, segment);
         let is_tapered = segment.radius[0] != segment.radius[1];
+        let mut needs = vec!["its modes"];
+        if is_tapered {
+            needs.push("its taper");
+        }
+        if segment.reference_strain.degree() > 0 {
+            needs.push("its reference strain");
+        }
         let reason = match segment.nodes {
-            Some(_) => "as asked for, in whole packs of 4",
-            None if is_tapered => "what its modes and its taper need, in whole packs of 4",
-            None => "what its modes need, in whole packs of 4",
+            Some(_) => "as asked for".to_owned(),
+            None => format!("what {} need", needs.join(" and ")),
         };
-        self.add(true, what("quadrature"), format!("{nodes} nodes: {reason}"));
-        if !is_tapered {
+        self.add(true, what("quadrature"), format!("{nodes} nodes: {reason}, in whole packs of 4"));
+        if !segment.basis.is_orthogonal() {
+            let condition = plan::condition_of_stiffness(segment);
+            self.add(
+                true,
+                what("coupling of modes by stiffness"),
+                format!("the basis is not orthogonal: condition number {condition:.0e}"),
+            );
+        } else if !is_tapered {
             self.add(
                 false,
                 what("coupling of modes by stiffness"),
@@ -113,6 +133,30 @@ impl Explanation {
         } else {
             self.add(false, what("damping"), "the retardation time is zero");
         }
+    }
+
+    /// What is not the usual: other modes than Legendre's, a reference strain that varies.
+    fn basis(&mut self, what: &dyn Fn(&str) -> String, segment: &Segment) {
+        let modes = segment.modes.into_iter().max().unwrap_or(0);
+        let basis = match segment.basis {
+            Basis::Legendre => None,
+            Basis::Chebyshev => Some("Chebyshev polynomials".to_owned()),
+            Basis::Monomial => Some("powers of X / L".to_owned()),
+            Basis::PiecewiseConstant => Some(format!(
+                "constant strain on {}, each computed as a segment of its own",
+                counted(piece::number(segment), "piece")
+            )),
+            Basis::Hermite => Some(format!("Hermite's cubics between {}", counted(modes / 2, "knot"))),
+        };
+        if let Some(basis) = basis {
+            self.add(true, what("basis"), basis);
+        }
+        let varies = match segment.reference_strain.parts() {
+            Parts::Constant(_) => return,
+            Parts::Table(stations, _) => format!("a table of {} stations", stations.len()),
+            Parts::Polynomial(coefficients) => format!("a polynomial of degree {}", coefficients.len() - 1),
+        };
+        self.add(true, what("reference strain"), format!("{varies} in X: at no cost once compiled"));
     }
 
     fn loads(&mut self, rod: &Rod) {
@@ -267,6 +311,26 @@ mod tests {
             ["gravity", "follower loads", "functions of time", "linear systems by sweeps along the segments"];
         assert_eq!(skipped, absent);
         assert!(full.to_string().contains("12 nodes: as asked for"));
+    }
+
+    #[test]
+    fn the_basis_and_what_it_costs_in_conditioning_are_told() {
+        let said = |basis, modes| {
+            let modes = [0, modes, 0, 0, 0, 0];
+            let segment = Segment { modes, basis, ..Segment::straight(1.0, 1e-3, 210e9, 80e9, 7800.0) };
+            RodModel::new(&Rod::new(vec![segment])).unwrap().explanation().to_string()
+        };
+        assert!(!said(Basis::Legendre, 4).contains("segment 1, basis"));
+        assert!(said(Basis::Chebyshev, 4).contains("Chebyshev polynomials"));
+        // Hilbert's matrix of four rows (Todd 1954: 1.6e4).
+        assert!(said(Basis::Monomial, 4).contains("powers of X / L"));
+        assert!(said(Basis::Monomial, 4).contains("not orthogonal: condition number 2e4"));
+        assert!(said(Basis::Hermite, 6).contains("Hermite's cubics between 3 knots"));
+        let pieces = said(Basis::PiecewiseConstant, 3);
+        assert!(pieces.contains("constant strain on 3 pieces, each computed as a segment of its own"));
+        assert!(
+            pieces.contains("36 nodes: what its modes need") && pieces.contains("the basis is orthogonal")
+        );
     }
 
     #[test]

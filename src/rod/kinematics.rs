@@ -25,8 +25,7 @@ fn slope<G: Turning>(
     rotation: &G::Rotation<G::Pack>,
 ) -> G::Vector<G::Pack> {
     if segment.is_extensible {
-        let reference = G::map_vector(&segment.reference_strain.linear, |&x| G::Pack::splat(x));
-        G::rotate(rotation, segment.field(q, pack).linear + reference)
+        G::rotate(rotation, segment.field(q, pack).linear + segment.reference_slope[pack])
     } else {
         G::rod_axis(frame, rotation)
     }

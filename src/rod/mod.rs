@@ -18,6 +18,7 @@ mod inverse_dynamics;
 mod kinematics;
 mod load;
 mod model;
+mod piece;
 mod plan;
 mod point_tangent;
 mod points;
@@ -31,7 +32,7 @@ mod timing;
 mod turning;
 mod workspace;
 
-pub use basis::legendre;
+pub use basis::{Basis, legendre};
 pub use body::Body;
 pub use cost::Multiplications;
 pub use description::{

@@ -8,6 +8,7 @@ use super::description::{Rod, STRAIGHT};
 use super::elasticity;
 use super::explanation::Explanation;
 use super::kinematics::{Place, Pose};
+use super::piece;
 use super::plan::Plan;
 use super::sweeps::{self, Sweeps};
 use super::tangent::Tangent;
@@ -36,7 +37,8 @@ impl Kernel {
             };
             rod.segments.iter().all(|segment| {
                 (0..STRAIGHT.len()).filter(|&strain| !is_inside(strain)).all(|strain| {
-                    segment.modes[strain] == 0 && segment.reference_strain[strain] == STRAIGHT[strain]
+                    segment.modes[strain] == 0
+                        && segment.reference_strain.is_entry_constant(strain) == Some(STRAIGHT[strain])
                 })
             })
         };
@@ -56,8 +58,8 @@ pub enum Solve {
 impl Solve {
     /// The cheaper one for a rod.
     fn cheapest(rod: &Rod) -> Self {
-        let is_long =
-            rod.segments.len() >= SEGMENTS_OF_A_CHAIN && rod.coordinates() >= COORDINATES_OF_A_CHAIN;
+        let segments: usize = rod.segments.iter().map(piece::number).sum();
+        let is_long = segments >= SEGMENTS_OF_A_CHAIN && rod.coordinates() >= COORDINATES_OF_A_CHAIN;
         if is_long { Self::Chain } else { Self::Dense }
     }
 }
@@ -164,7 +166,7 @@ impl RodModel {
     }
 
     fn with(rod: &Rod, sweeps: AnySweeps, solve: Solve) -> Self {
-        let nodes = on_sweeps!(&sweeps, sweeps => sweeps.plan().nodes());
+        let nodes = nodes(rod, &on_sweeps!(&sweeps, sweeps => sweeps.plan().nodes()));
         let cost = on_sweeps!(&sweeps, sweeps => cost::multiplications(sweeps.plan(), solve));
         let explanation = Explanation::new(rod, sweeps.kernel(), solve, &nodes, &cost);
         let rod = Arc::new(rod.clone());
@@ -193,7 +195,7 @@ impl RodModel {
 
     /// Quadrature nodes of each segment.
     pub fn nodes(&self) -> Vec<usize> {
-        on_sweeps!(&self.sweeps, sweeps => sweeps.plan().nodes())
+        nodes(&self.rod, &on_sweeps!(&self.sweeps, sweeps => sweeps.plan().nodes()))
     }
 
     /// The pose at arc length `x` of the unstretched rod, 0 <= x <= L (clamped there): the body axes and the position in
@@ -230,6 +232,12 @@ impl RodModel {
             }
         }
     }
+}
+
+/// Nodes of each segment, from those of the pieces.
+fn nodes(rod: &Rod, of_pieces: &[usize]) -> Vec<usize> {
+    let mut of_pieces = of_pieces.iter();
+    rod.segments.iter().map(|segment| of_pieces.by_ref().take(piece::number(segment)).sum()).collect()
 }
 
 impl Model for RodModel {
@@ -319,10 +327,13 @@ impl Model for RodModel {
         self.rod.length()
     }
 
-    /// Two more modes of every strain that has any.
+    /// Two more modes of every strain that has any, where these leave the others as they are.
     fn refined(&self) -> Option<(Self, Vec<usize>)> {
         const MORE_MODES: usize = 2;
         const MORE_NODES: usize = 8;
+        if self.rod.segments.iter().any(|segment| !segment.basis.is_nested()) {
+            return None;
+        }
         let mut finer = Rod::clone(&self.rod);
         let (mut places, mut first) = (Vec::with_capacity(self.n()), 0);
         for (segment, nodes) in finer.segments.iter_mut().zip(self.nodes()) {

@@ -1,11 +1,10 @@
 //! A rod compiled for computing: everything that does not change with the state, computed once.
 
-use super::basis::legendre;
 use super::description::{Rod, STRAIGHT, STRAINS, Segment};
 use super::load::{self, Extent, Frame};
+use super::piece::{self, Piece};
 use super::points::{self, Point, Points};
 use super::quadrature::Gauss;
-use super::section::Section;
 use super::spread::{self, Spread};
 use super::turning::Turning;
 use crate::lie::{LANES, Lanes, Quaternion, Rotation, Scalar, Twist, Vector, VectorSpace, Wrench};
@@ -19,6 +18,9 @@ const NODES_BEYOND_MODES: usize = 9;
 
 /// A linearly tapered radius enters the second moment of area with its fourth power.
 const NODES_FOR_TAPER: usize = 4;
+
+/// Nodes that every rule of a row needs beyond its share, by the part of the segment that the widest one covers.
+const NODES_AT_KINKS: usize = 3;
 
 /// A rod compiled for computing, in the frame of its base: the origin there, and axes along the body axes there.
 #[derive(Clone, Debug)]
@@ -60,7 +62,7 @@ pub(super) struct Load<G: Turning> {
     pub(super) has_potential: bool,
 }
 
-/// One segment of a [`Plan`].
+/// One segment of a [`Plan`]: a segment of the rod, or a piece of one.
 #[derive(Clone, Debug)]
 pub(super) struct SegmentPlan<G: Turning> {
     pub(super) length: f64,
@@ -83,7 +85,10 @@ pub(super) struct SegmentPlan<G: Turning> {
     pub(super) weighted_basis: Vec<G::Pack>,
     pub(super) turning: G::Constants,
     pub(super) components: Vec<Component>,
-    pub(super) reference_strain: Twist<G, f64>,
+    /// What is computed.
+    pub(super) piece: Piece,
+    /// Linear part of the reference strain at the nodes.
+    pub(super) reference_slope: Vec<G::Vector<G::Pack>>,
     /// Whether stretch or shear can differ from those of a straight rod.
     pub(super) is_extensible: bool,
     pub(super) mass: Vec<G::Pack>,
@@ -129,8 +134,8 @@ impl<G: Turning> Plan<G> {
     pub(super) fn new(rod: &Rod, frame: G::Frame) -> Self {
         let mut segments = Vec::with_capacity(rod.segments.len());
         let (mut first, mut first_pack) = (0, 0);
-        for segment in &rod.segments {
-            let plan = SegmentPlan::new(segment, frame, first, first_pack);
+        for piece in rod.segments.iter().flat_map(piece::of) {
+            let plan = SegmentPlan::new(piece, frame, first, first_pack);
             first += plan.n;
             first_pack += plan.packs;
             segments.push(plan);
@@ -250,16 +255,12 @@ pub(super) fn wrench<G: Turning>(
 }
 
 impl<G: Turning> SegmentPlan<G> {
-    fn new(segment: &Segment, frame: G::Frame, first: usize, first_pack: usize) -> Self {
-        let degrees = segment.modes.iter().copied().max().unwrap_or(0);
-        let is_tapered = segment.radius[0] != segment.radius[1];
-        let needed = degrees + NODES_BEYOND_MODES + if is_tapered { NODES_FOR_TAPER } else { 0 };
-        let nodes = segment.nodes.unwrap_or(needed);
-        // Whole packs: the rounding up costs nothing and buys accuracy.
-        let packs = nodes.div_ceil(LANES);
-        let nodes = packs * LANES;
-        let gauss = Gauss::new(nodes);
-        let length = segment.length;
+    fn new(piece: Piece, frame: G::Frame, first: usize, first_pack: usize) -> Self {
+        let degrees = piece.degrees();
+        let gauss = quadrature(&piece);
+        let nodes = gauss.nodes.len();
+        let packs = nodes / LANES;
+        let length = piece.length();
 
         let pack = |f: &dyn Fn(usize) -> f64| packed(nodes, f);
         let up_to: Vec<Vec<f64>> = gauss.nodes.iter().map(|&x| gauss.weights_up_to(x)).collect();
@@ -273,34 +274,48 @@ impl<G: Turning> SegmentPlan<G> {
             .iter()
             .map(|&x| {
                 let mut values = vec![0.0; degrees];
-                legendre(x, &mut values);
+                piece.basis.values(x, &mut values);
                 values
             })
             .collect();
 
         let mut components = Vec::new();
         let mut next = first;
-        let mut reference_strain = Twist::zero();
-        for (strain, &modes) in segment.modes.iter().enumerate() {
+        for (strain, &modes) in piece.modes.iter().enumerate() {
             if modes > 0 {
-                let stiffness = stiffness(segment, strain, modes);
+                let stiffness = stiffness(&piece, strain, modes);
                 let index = G::strain_index(frame, strain);
                 components.push(Component {
                     index,
                     modes,
                     first: next,
                     stiffness,
-                    is_orthogonal: !is_tapered,
+                    is_orthogonal: !is_tapered(&piece) && piece.basis.is_orthogonal(),
                 });
                 next += modes;
             }
         }
-        let [a, b, c, d, e, f] = segment.reference_strain;
-        reference_strain.angular = G::axial_of(frame, [a, b, c].into());
-        reference_strain.linear = G::vector_of(frame, [d, e, f].into());
-        let sections: Vec<Section> = gauss.nodes.iter().map(|&x| Section::at(segment, x)).collect();
-        let is_extensible = segment.modes[3..].iter().any(|&modes| modes > 0)
-            || segment.reference_strain[3..] != STRAIGHT[3..];
+        let reference_slope = (0..packs)
+            .map(|pack| {
+                let at = |lane: usize| {
+                    let [.., d, e, f] = piece.reference(gauss.nodes[pack * LANES + lane]);
+                    G::vector_of(frame, [d, e, f].into())
+                };
+                let mut slope = G::Vector::<G::Pack>::zero();
+                for index in 0..G::COMPONENTS - G::ANGULAR {
+                    *G::vector_component(&mut slope, index) =
+                        G::Pack::from_lanes(std::array::from_fn(|lane| {
+                            *G::vector_component(&mut at(lane), index)
+                        }));
+                }
+                slope
+            })
+            .collect();
+        let sections: Vec<_> = gauss.nodes.iter().map(|&x| piece.section(x)).collect();
+        let is_straight = |strain: usize| {
+            piece.segment.reference_strain.is_entry_constant(strain) == Some(STRAIGHT[strain])
+        };
+        let is_extensible = piece.modes[3..].iter().any(|&modes| modes > 0) || !(3..STRAINS).all(is_straight);
 
         Self {
             length,
@@ -315,16 +330,17 @@ impl<G: Turning> SegmentPlan<G> {
             weighted_basis: (0..degrees)
                 .flat_map(|k| pack(&|i| length * gauss.weights[i] * at_nodes[i][k]))
                 .collect(),
-            turning: G::constants(segment, frame, &gauss, &components),
+            turning: G::constants(&piece, frame, &gauss, &components),
             components,
-            reference_strain,
+            reference_slope,
             is_extensible,
             mass: pack(&|i| sections[i].mass),
             rotary_inertia: pack(&|i| sections[i].rotary_inertia),
-            retardation_time: segment.retardation_time,
+            retardation_time: piece.segment.retardation_time,
             spread: Vec::new(),
             points: Points::default(),
             gauss,
+            piece,
         }
     }
 
@@ -375,23 +391,64 @@ impl<G: Turning> SegmentPlan<G> {
     }
 }
 
+fn is_tapered(piece: &Piece) -> bool {
+    piece.segment.radius[0] != piece.segment.radius[1]
+}
+
+/// The nodes of a piece: whole packs of them, the same number between any two places where the basis or the reference strain has a
+/// kink.
+fn quadrature(piece: &Piece) -> Gauss {
+    let breaks = piece.breaks();
+    let rules = breaks.len() + 1;
+    let beyond = NODES_BEYOND_MODES + if is_tapered(piece) { NODES_FOR_TAPER } else { 0 };
+    let needed = piece.degree() + 1 + beyond;
+    let of_rule = match (piece.segment.nodes, rules) {
+        (Some(nodes), _) => nodes.div_ceil(rules),
+        (None, 1) => needed,
+        (None, _) => (needed as f64 * widest(&breaks)).ceil() as usize + NODES_AT_KINKS,
+    };
+    // Whole packs: the rounding up costs nothing and buys accuracy.
+    let whole = (of_rule..).find(|of_rule| (rules * of_rule).is_multiple_of(LANES));
+    Gauss::composite(whole.unwrap_or(of_rule), &breaks)
+}
+
+/// The largest distance between these places of (0, 1), and of its ends.
+fn widest(breaks: &[f64]) -> f64 {
+    let ends = breaks.iter().chain(&[1.0]);
+    [0.0].iter().chain(breaks).zip(ends).map(|(from, to)| to - from).fold(0.0, f64::max)
+}
+
+/// The largest condition number of the stiffness of a strain, in the 2-norm.
+pub(super) fn condition_of_stiffness(segment: &Segment) -> f64 {
+    let condition = |piece: Piece| {
+        let present = (0..STRAINS).filter(|&strain| piece.modes[strain] > 0);
+        let of_strain = |strain: usize| {
+            let singular = stiffness(&piece, strain, piece.modes[strain]).singular_values();
+            singular.max() / singular.min()
+        };
+        present.map(of_strain).fold(1.0, f64::max)
+    };
+    piece::of(segment).map(condition).fold(1.0, f64::max)
+}
+
 /// `int phi_j H phi_k` of one strain component: exact, for a constant as for a tapered section.
-fn stiffness(segment: &Segment, strain: usize, modes: usize) -> Matrix {
+fn stiffness(piece: &Piece, strain: usize, modes: usize) -> Matrix {
     // Degree 2 (modes - 1) + 4, the radius to the fourth power.
-    let gauss = Gauss::new(modes + 2);
+    let breaks = piece.basis.breaks(modes);
+    let gauss = Gauss::composite(piece.basis.degree(modes) + 3, &breaks);
     let mut stiffness = Matrix::zeros(modes, modes);
     let mut phi = vec![0.0; modes];
     for (&x, &weight) in gauss.nodes.iter().zip(&gauss.weights) {
-        legendre(x, &mut phi);
-        let scale = segment.length * weight * Section::at(segment, x).stiffness[strain];
+        piece.basis.values(x, &mut phi);
+        let scale = piece.length() * weight * piece.section(x).stiffness[strain];
         for j in 0..modes {
             for k in 0..modes {
                 stiffness[(j, k)] += scale * phi[j] * phi[k];
             }
         }
     }
-    if segment.radius[0] == segment.radius[1] {
-        // Legendre polynomials are orthogonal: what stands off the diagonal is rounding.
+    if !is_tapered(piece) && piece.basis.is_orthogonal() {
+        // What stands off the diagonal is rounding.
         stiffness = Matrix::from_diagonal(&stiffness.diagonal());
     }
     stiffness

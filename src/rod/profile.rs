@@ -280,14 +280,19 @@ impl<const N: usize> Profile<N> {
         }
     }
 
-    /// Degree of the polynomial, or of that which a table would make if its cubics were one; zero for a constant.
+    /// Degree of the polynomial, between the stations if it is a table; zero for a constant.
     pub fn degree(&self) -> usize {
         match &self.kind {
             Kind::Constant(_) => 0,
             Kind::Table(table) if table.stations.len() == 2 => 1,
-            Kind::Table(table) => table.stations.len() + 1,
+            Kind::Table(_) => 3,
             Kind::Polynomial(coefficients) => coefficients.len() - 1,
         }
+    }
+
+    /// The stations of a table; none of what is smooth.
+    pub fn stations(&self) -> &[f64] {
+        if let Kind::Table(table) = &self.kind { &table.stations } else { &[] }
     }
 
     /// The numbers one by one.

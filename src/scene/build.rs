@@ -10,7 +10,8 @@ use crate::rod;
 use crate::signal::{Harmonic, Signal, Table};
 
 use super::document::{
-    Body, Document, Frame, Load, Output, Segment, Simulation as Settings, VaryingVector, Vector,
+    Basis, Body, Document, Frame, Load, Output, ReferenceStrain, Segment, Simulation as Settings,
+    StrainTable, VaryingVector, Vector,
 };
 use super::shape::Shape;
 use super::{Method, Model, Quantity, Simulation};
@@ -130,14 +131,34 @@ fn rod_segment(written: &Segment, i: usize, shape: &mut Shape) -> rod::Segment {
     };
     let young_modulus = if shape.is_readable(&young) { young_modulus } else { shear_modulus };
     let plain = rod::Segment::straight(written.length, 0.0, young_modulus, shear_modulus, written.density);
+    let reference_strain = match &written.reference_strain {
+        None => None,
+        Some(ReferenceStrain::Constant(strain)) => Some((*strain).into()),
+        Some(ReferenceStrain::Table(_)) if !shape.is_readable(&place("reference_strain")) => None,
+        Some(ReferenceStrain::Table(StrainTable { stations, values })) => {
+            let key = place("reference_strain");
+            report(rod::Profile::table(stations, values), shape, |place| format!("{key}.{place}"))
+        }
+    };
     rod::Segment {
+        basis: basis(written.basis),
         radius: written.radius.ends(),
         modes: written.modes.counts(),
         retardation_time: written.retardation_time,
-        reference_strain: written.reference_strain.unwrap_or(plain.reference_strain),
+        reference_strain: reference_strain.unwrap_or(plain.reference_strain),
         shear_correction: written.shear_correction.unwrap_or(plain.shear_correction),
         nodes: written.nodes,
         ..plain
+    }
+}
+
+fn basis(written: Basis) -> rod::Basis {
+    match written {
+        Basis::Legendre => rod::Basis::Legendre,
+        Basis::Chebyshev => rod::Basis::Chebyshev,
+        Basis::Monomial => rod::Basis::Monomial,
+        Basis::PiecewiseConstant => rod::Basis::PiecewiseConstant,
+        Basis::Hermite => rod::Basis::Hermite,
     }
 }
 

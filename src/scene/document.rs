@@ -203,22 +203,74 @@ pub(super) struct Segment {
     /// Density in kg/m^3.
     #[schemars(extend("exclusiveMinimum" = 0), example = 1e3)]
     pub(super) density: f64,
-    /// Number of modes (shifted Legendre polynomials) of each strain. Default of each: 0, the strain is suppressed.
+    /// Number of modes of each strain. Default of each: 0, the strain is suppressed.
     #[schemars(example = Modes { bend_y: 3, ..Modes::default() })]
     pub(super) modes: Modes,
+    /// What the modes are. Default: "legendre".
+    #[serde(default)]
+    pub(super) basis: Basis,
     /// Kelvin-Voigt retardation time in seconds: damping is this times stiffness. Default: 0, undamped.
     #[serde(default)]
     #[schemars(range(min = 0.0))]
     pub(super) retardation_time: f64,
     /// Strain at which the segment is free of stress: [torsion, bend_y, bend_z, stretch, shear_y, shear_z], the
-    /// first three in 1/m. Default: [0, 0, 0, 1, 0, 0], straight.
-    pub(super) reference_strain: Option<[f64; 6]>,
+    /// first three in 1/m; or a table of such strains along the segment. Default: [0, 0, 0, 1, 0, 0], straight.
+    pub(super) reference_strain: Option<ReferenceStrain>,
     /// Shear correction factor of the section. Default: 1.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(super) shear_correction: Option<f64>,
     /// Quadrature nodes, rounded up to a multiple of four. Default: what the modes need for bends up to about half a turn.
     #[schemars(range(min = 1))]
     pub(super) nodes: Option<usize>,
+}
+
+/// The functions that strains are expanded in.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum Basis {
+    /// Shifted Legendre polynomials.
+    #[default]
+    Legendre,
+    /// Shifted Chebyshev polynomials.
+    Chebyshev,
+    /// Powers of X over the segment's length.
+    Monomial,
+    /// Constant on equally long pieces, as many as there are modes.
+    PiecewiseConstant,
+    /// Cubic Hermite interpolation of value and slope at equally spaced knots: two modes a knot.
+    Hermite,
+}
+
+/// A strain that is the same along the segment, or varies.
+#[derive(Clone, Debug, Deserialize, Serialize, JsonSchema)]
+#[serde(untagged)]
+pub(super) enum ReferenceStrain {
+    /// The same everywhere.
+    Constant([f64; 6]),
+    /// From a table.
+    Table(StrainTable),
+}
+
+/// Strains at places of a segment, with smooth interpolation that does not overshoot.
+#[derive(Clone, Debug, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct StrainTable {
+    /// Increasing arc lengths from the segment's base, in metres: the first is 0, the last the segment's length.
+    #[schemars(length(min = 2), example = StrainTable::stations())]
+    pub(super) stations: Vec<f64>,
+    /// The strain at each: [torsion, bend_y, bend_z, stretch, shear_y, shear_z].
+    #[schemars(length(min = 2), example = StrainTable::values())]
+    pub(super) values: Vec<[f64; 6]>,
+}
+
+impl StrainTable {
+    fn stations() -> [f64; 2] {
+        [0.0, 1.0]
+    }
+
+    fn values() -> [[f64; 6]; 2] {
+        [[0.0, 0.0, 0.0, 1.0, 0.0, 0.0]; 2]
+    }
 }
 
 /// A constant or linearly tapered radius.

@@ -272,6 +272,7 @@ def test_help_shows_the_defaults():
         "reference_strain": (0, 0, 0, 1, 0, 0),
         "shear_correction": 1.0,
         "nodes": None,
+        "basis": "legendre",
         "base_position": (0, 0, 0),
         "base_orientation": (1, 0, 0, 0),
         "gravity": (0, 0, -9.81),

@@ -71,5 +71,6 @@ def _copy(part: Segment, **changes: Any) -> Segment:
         "reference_strain",
         "shear_correction",
         "nodes",
+        "basis",
     )
     return Segment(**({name: getattr(part, name) for name in names} | changes))
