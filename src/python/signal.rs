@@ -184,8 +184,9 @@ pub(super) fn signal_of<const N: usize>(value: &Bound<'_, PyAny>, name: &str) ->
         let name = format!("{name}(t)");
         return Ok(Signal::Function(Function(Arc::new(Callable { callable: value.clone().unbind(), name }))));
     }
-    let is_pair =
-        (value.is_instance_of::<PyTuple>() || value.is_instance_of::<PyList>()) && value.len()? == 2;
+    let is_sequence = value.is_instance_of::<PyTuple>() || value.is_instance_of::<PyList>();
+    // Two numbers are no table, but a vector that is too short.
+    let is_pair = is_sequence && value.len()? == 2 && value.get_item(0)?.len().is_ok();
     if is_pair { table(value, name) } else { Ok(Signal::Constant(convert::array_of(value, name)?)) }
 }
 

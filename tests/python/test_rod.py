@@ -79,6 +79,7 @@ def test_default_arguments_of_segment_and_rod_are_the_documented_ones():
         "retardation_time": 0.0,
         "reference_strain": (0, 0, 0, 1, 0, 0),
         "shear_correction": 1.0,
+        "basis": "legendre",
     }
     rod = lissom.Rod([lissom.Segment(**segment)])
     explicit = lissom.Rod(
@@ -288,7 +289,7 @@ def parts(energy):
 
 
 def arguments_of(segment):
-    names = inspect.signature(lissom.Segment).parameters.keys() - {"nodes"}
+    names = inspect.signature(lissom.Segment).parameters.keys() - {"nodes", "basis"}
     return {name: getattr(segment, name) for name in names}
 
 
