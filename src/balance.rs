@@ -127,6 +127,7 @@ pub(crate) struct FlowMeter<'a> {
     a: Vec<f64>,
     q_between: Vec<f64>,
     v_between: Vec<f64>,
+    a_between: Vec<f64>,
     /// Dissipated energy and work so far.
     total: [f64; 2],
     flow: Flow,
@@ -147,13 +148,13 @@ impl<'a> FlowMeter<'a> {
         }
         let n = model.n();
         let mut a = vec![0.0; n];
-        if rule == Rule::Quintic {
+        if rule == Rule::Quintic || model.varies_in_time() {
             // Where there are no loads or no accelerations there will be no steps.
             if model.set_time(0.0).is_ok() {
                 let _ = model.forward_dynamics(q0, v0, &mut a, &mut ForwardScratch::new(n));
             }
         }
-        let (q_between, v_between) = (vec![0.0; n], vec![0.0; n]);
+        let [q_between, v_between, a_between] = [(); 3].map(|()| vec![0.0; n]);
         let mut meter = Self {
             is_damped,
             is_driven,
@@ -165,6 +166,7 @@ impl<'a> FlowMeter<'a> {
             a,
             q_between,
             v_between,
+            a_between,
             total: [0.0; 2],
             flow: Flow::default(),
         };
@@ -195,16 +197,18 @@ impl<'a> FlowMeter<'a> {
                 for i in 0..self.q.len() {
                     self.q_between[i] = 0.5 * (self.q[i] + state.q[i]);
                     self.v_between[i] = 0.5 * (self.v[i] + state.v[i]);
+                    self.a_between[i] = 0.5 * (self.a[i] + state.a[i]);
                 }
             } else {
                 let quintic = Quintic::at(x, h);
                 for i in 0..self.q.len() {
                     let start = [self.q[i], self.v[i], self.a[i]];
-                    let [q, v, _] = quintic.motion(start, [state.q[i], state.v[i], state.a[i]]);
-                    (self.q_between[i], self.v_between[i]) = (q, v);
+                    let [q, v, a] = quintic.motion(start, [state.q[i], state.v[i], state.a[i]]);
+                    (self.q_between[i], self.v_between[i], self.a_between[i]) = (q, v, a);
                 }
             }
-            let powers = self.powers(model, self.t + x * h, &self.q_between, &self.v_between)?;
+            let powers =
+                self.powers(model, self.t + x * h, [&self.q_between, &self.v_between, &self.a_between])?;
             for (total, power) in self.total.iter_mut().zip(powers) {
                 *total += h * weight * power;
             }
@@ -238,12 +242,11 @@ impl<'a> FlowMeter<'a> {
         &self,
         model: &mut M,
         t: f64,
-        q: &[f64],
-        v: &[f64],
+        [q, v, a]: [&[f64]; 3],
     ) -> Result<[f64; 2], Interrupted> {
         model.set_time(t)?;
         let dissipated = if self.is_damped { model.dissipated_power(q, v) } else { 0.0 };
-        let supplied = if self.is_driven { model.supplied_power(q, v) } else { 0.0 };
+        let supplied = if self.is_driven { model.supplied_power(q, v, a) } else { 0.0 };
         Ok([dissipated, supplied])
     }
 
@@ -276,8 +279,8 @@ impl<'a> FlowMeter<'a> {
             let [start, end] = match powers {
                 Some(known) => known,
                 None => *powers.insert([
-                    self.powers(model, self.t, &self.q, &self.v)?,
-                    self.powers(model, state.t, state.q, state.v)?,
+                    self.powers(model, self.t, [&self.q, &self.v, &self.a])?,
+                    self.powers(model, state.t, [state.q, state.v, state.a])?,
                 ]),
             };
             let h = state.t - self.t;

@@ -129,8 +129,9 @@ pub trait Model {
         true
     }
 
-    /// Power that what has no potential (moments of fixed direction, loads that vary) puts into the motion, in watts.
-    fn supplied_power(&mut self, _q: &[f64], _qd: &[f64]) -> f64 {
+    /// Power that what has no potential (moments of fixed direction, loads that vary, a base that is moved) puts into the motion, in
+    /// watts. The accelerations matter where a base is moved.
+    fn supplied_power(&mut self, _q: &[f64], _qd: &[f64], _qdd: &[f64]) -> f64 {
         0.0
     }
 
@@ -139,13 +140,18 @@ pub trait Model {
         false
     }
 
+    /// The times, in seconds, between which the model is known; beyond, what depends on time by itself is NaN.
+    fn time_span(&self) -> [f64; 2] {
+        [f64::NEG_INFINITY, f64::INFINITY]
+    }
+
     /// True where something of the model depends on time by itself, so that [`Self::set_time`] has to be called before anything
     /// is evaluated.
     fn varies_in_time(&self) -> bool {
         false
     }
 
-    /// The time, in seconds, at which what depends on it by itself (loads that vary) is evaluated from now on. Fails where a function
+    /// The time, in seconds, at which what depends on it by itself (loads that vary, a base that is moved) is evaluated from now on. Fails where a function
     /// of time that somebody else provides does.
     fn set_time(&mut self, _t: f64) -> Result<(), Interrupted> {
         Ok(())

@@ -126,6 +126,7 @@ pub fn simulate<M: Model + Clone>(
     monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
 ) -> Result<Simulation, InvalidInput> {
     let start = Instant::now();
+    check_span(model.time_span(), t_end)?;
     let mut simulation = match method {
         Method::Newmark(options) => {
             let mut meter = FlowMeter::new(&mut model, Rule::Mean, [q0, v0], t_eval);
@@ -161,6 +162,16 @@ pub fn simulate<M: Model + Clone>(
     };
     simulation.statistics.wall_time = start.elapsed().as_secs_f64();
     Ok(simulation)
+}
+
+/// A motion must end before the model is no longer known.
+fn check_span([from, to]: [f64; 2], t_end: f64) -> Result<(), InvalidInput> {
+    if from > 0.0 || t_end > to {
+        let expected =
+            format!("a run within [{from}, {to}] (seconds), where the motion of the base is known");
+        return Err(InvalidInput::new("t_end", format_args!("a run from 0 to {t_end}"), expected));
+    }
+    Ok(())
 }
 
 fn measure<M: Model>(

@@ -185,7 +185,7 @@ fn power_of_the_residual_is_the_rate_of_the_energy() {
     let n = model.n();
     let (q, qd, qdd) = (state(n, 0.3, 0.3), state(n, 1.0, 1.0), state(n, 5.0, 2.0));
     let power: f64 = residual(&mut model, [&q, &qd, &qdd]).iter().zip(&qd).map(|(tau, v)| tau * v).sum();
-    let power = power + model.supplied_power(&q, &qd);
+    let power = power + model.supplied_power(&q, &qd, &qdd);
     let h = 1e-5;
     let moved = |model: &mut RodModel, t: f64| {
         let q: Vec<f64> = (0..n).map(|i| q[i] + t * qd[i] + 0.5 * t * t * qdd[i]).collect();
@@ -349,7 +349,10 @@ proptest! {
             prop_assert!((tau - wanted).abs() < 1e-8 * (1.0 + wanted.abs()), "{} is not {}", tau, wanted);
         }
         let powers = [
-            (whole.supplied_power(&kappa, &rate), split.supplied_power(&twice(kappa), &twice(rate))),
+            (
+                whole.supplied_power(&kappa, &rate, &rate),
+                split.supplied_power(&twice(kappa), &twice(rate), &twice(rate)),
+            ),
             (whole.energy(&kappa, &rate).total(), split.energy(&twice(kappa), &twice(rate)).total()),
         ];
         for (found, wanted) in powers {

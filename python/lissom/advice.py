@@ -218,4 +218,5 @@ def with_more_modes(rod: Rod) -> Rod:
         rod.tip_mass,
         loads=rod.loads,
         bodies=rod.bodies,
+        base_motion=rod.base_motion,
     )

@@ -106,8 +106,8 @@ def linearise(
     q = np.asarray(q, float)
     rest = np.zeros(n)
     stiffness, damping, mass = model.tangent(q, rest, rest, t=t)
-    force_names, forces = _signals("inputs", inputs, _forces(model, q))
-    output_names, rows = _signals("outputs", outputs, _measurements(model, q))
+    force_names, forces = _signals("inputs", inputs, _forces(model, q, t))
+    output_names, rows = _signals("outputs", outputs, _measurements(model, q, t))
     try:
         np.linalg.cholesky(mass)
     except np.linalg.LinAlgError:
@@ -128,18 +128,18 @@ def linearise(
 Group = tuple[list[str], Callable[[], Array]]
 
 
-def _forces(model: Model, q: Array) -> dict[str, Group]:
+def _forces(model: Model, q: Array, t: float) -> dict[str, Group]:
     """Generalised forces of unit inputs, as rows."""
     n = model.n
     groups: dict[str, Group] = {"forces": ([f"force{i}" for i in range(n)], lambda: np.eye(n))}
     if isinstance(model, Rod):
         rod = model
-        groups["tip_force"] = (_components("tip_force"), lambda: rod.jacobian(q, rod.length)[3:])
-        groups["tip_moment"] = (_components("tip_moment"), lambda: rod.jacobian(q, rod.length)[:3])
+        groups["tip_force"] = (_components("tip_force"), lambda: rod.jacobian(q, rod.length, t=t)[3:])
+        groups["tip_moment"] = (_components("tip_moment"), lambda: rod.jacobian(q, rod.length, t=t)[:3])
     return groups
 
 
-def _measurements(model: Model, q: Array) -> dict[str, Group]:
+def _measurements(model: Model, q: Array, t: float) -> dict[str, Group]:
     """Outputs of unit states, as rows."""
     n = model.n
     of_q, of_v = np.eye(2 * n)[:n], np.eye(2 * n)[n:]
@@ -151,7 +151,7 @@ def _measurements(model: Model, q: Array) -> dict[str, Group]:
         rod = model
 
         def tip(half: slice, states: Array) -> Callable[[], Array]:
-            return lambda: rod.jacobian(q, rod.length)[half] @ states
+            return lambda: rod.jacobian(q, rod.length, t=t)[half] @ states
 
         angular, linear = slice(3), slice(3, 6)
         for name, half, states in [

@@ -277,7 +277,7 @@ def shapes(run: Run, rod: Rod) -> tuple[NDArray[np.intp], Array]:
     """Indices of the times at which the centre line is kept; its positions (times, sections, 3) in metres."""
     at = run.instants(MAX_SHAPES)
     stations = sections(rod)
-    return at, rod.pose(run.q[at], stations)[..., :3, 3]
+    return at, rod.pose(run.q[at], stations, t=run.t[at])[..., :3, 3]
 
 
 def missing(*modules: str) -> list[str]:

@@ -6,6 +6,7 @@
 #![allow(missing_docs, reason = "docstrings of this module are written for Python's help()")]
 
 mod balance;
+mod base;
 mod callback;
 mod compiled;
 mod convert;
@@ -33,6 +34,8 @@ mod _lissom {
 
     #[pymodule_export]
     use super::balance::PyBalance;
+    #[pymodule_export]
+    use super::base::PyBaseMotion;
     #[pymodule_export]
     use super::errors::{ConvergenceError, LissomError};
     #[pymodule_export]

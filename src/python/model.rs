@@ -126,7 +126,7 @@ impl PyModel {
 
     /// What `evaluate` makes of the model at a time.
     fn at<T>(&self, t: f64, evaluate: impl FnOnce(&mut Memory) -> T) -> PyResult<T> {
-        check_time(t)?;
+        check_time(t, self.memory().model.time_span())?;
         if !self.varies_in_time {
             return Ok(evaluate(&mut self.memory()));
         }
@@ -141,12 +141,18 @@ impl PyModel {
     }
 }
 
-/// Refuses a time that is none.
-pub(super) fn check_time(t: f64) -> PyResult<()> {
-    if t.is_finite() {
+/// Refuses a time that is none, or at which a model is not known.
+pub(super) fn check_time(t: f64, [from, to]: [f64; 2]) -> PyResult<()> {
+    if t.is_finite() && (from..=to).contains(&t) {
         return Ok(());
     }
-    Err(PyValueError::new_err(format!("t: got {t}, expected a finite number (seconds)")))
+    let is_unbounded = from == f64::NEG_INFINITY && to == f64::INFINITY;
+    let expected = if t.is_finite() && !is_unbounded {
+        format!("a time in [{from}, {to}] (seconds), where the motion of the base is known")
+    } else {
+        "a finite number (seconds)".to_owned()
+    };
+    Err(PyValueError::new_err(format!("t: got {t}, expected {expected}")))
 }
 
 #[pymethods]
@@ -319,14 +325,16 @@ impl PyModel {
         Ok(self.memory().model.dissipated_power(&q, &qd))
     }
 
-    /// Power that loads without a potential put into a motion: follower loads, moments, and forces that vary in time.
+    /// Power that what has no potential puts into a motion: follower loads, moments, forces that vary in time, a base that moves.
     ///
-    /// Linear in `qd`. Without damping the energy of a free motion grows by this power.
+    /// Without damping the energy of a free motion grows by this power.
     ///
     /// Parameters
     /// ----------
     /// q, qd : array_like, shape (n,)
     ///     Coordinates, velocities.
+    /// qdd : array_like, shape (n,), optional
+    ///     Accelerations: they matter where the base moves. By default those of the free motion.
     /// t : float
     ///     The time at which what varies by itself is taken, seconds.
     ///
@@ -334,10 +342,27 @@ impl PyModel {
     /// -------
     /// power : float
     ///     Watts.
-    #[pyo3(signature = (q, qd, *, t=0.0))]
-    fn supplied_power(&self, q: &Bound<'_, PyAny>, qd: &Bound<'_, PyAny>, t: f64) -> PyResult<f64> {
+    #[pyo3(signature = (q, qd, qdd=None, *, t=0.0))]
+    fn supplied_power(
+        &self,
+        q: &Bound<'_, PyAny>,
+        qd: &Bound<'_, PyAny>,
+        qdd: Option<&Bound<'_, PyAny>>,
+        t: f64,
+    ) -> PyResult<f64> {
+        let qdd = qdd.map(|qdd| self.state(qdd, "qdd")).transpose()?;
         let (q, qd) = (self.state(q, "q")?, self.state(qd, "qd")?);
-        self.at(t, |memory| memory.model.supplied_power(&q, &qd))
+        self.at(t, |Memory { model, forward }| {
+            let qdd = qdd.unwrap_or_else(|| {
+                let mut free = vec![0.0; q.len()];
+                // Without accelerations there is no free motion.
+                if model.varies_in_time() && model.forward_dynamics(&q, &qd, &mut free, forward).is_err() {
+                    free.fill(f64::NAN);
+                }
+                free
+            });
+            model.supplied_power(&q, &qd, &qdd)
+        })
     }
 }
 

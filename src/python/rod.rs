@@ -2,20 +2,23 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use numpy::{IntoPyArray, PyArray2, PyArrayMethods};
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::pyclass::boolean_struct::True;
 use pyo3::types::{PyDict, PyTuple};
 use pyo3::{IntoPyObjectExt, PyClass};
 
+use super::base::PyBaseMotion;
+use super::callback::or_raised;
 use super::convert;
 use super::load::{PyBody, PyLoad};
-use super::model::PyModel;
+use super::model::{PyModel, check_time};
 use super::profile;
 use crate::error::{Checker, InvalidInput};
 use crate::lie::Rotation;
 use crate::linalg::Matrix;
+use crate::model::Model;
 use crate::rod::{
     Basis, Kernel, Multiplications, Place, Pose, Rod, RodModel, STRAIN_NAMES, STRAINS, Segment,
 };
@@ -290,6 +293,8 @@ fn mode_numbers(modes: &Bound<'_, PyDict>) -> PyResult<[usize; STRAINS]> {
 ///     Further forces and moments, anywhere on the rod.
 /// bodies : sequence of Body
 ///     Further rigid bodies, anywhere on the rod.
+/// base_motion : BaseMotion, optional
+///     How the base moves from its position and orientation; it rests by default.
 ///
 /// Raises
 /// ------
@@ -310,11 +315,44 @@ impl PyRod {
     }
 }
 
+impl PyRod {
+    /// The times between which the motion of the base is known.
+    fn span(&self) -> [f64; 2] {
+        self.kinematics.lock().unwrap_or_else(PoisonError::into_inner).time_span()
+    }
+
+    /// A copy of the model at a time.
+    fn at(&self, t: f64) -> PyResult<RodModel> {
+        check_time(t, self.span())?;
+        let mut model = self.kinematics.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        if self.description.base_motion.is_some() {
+            or_raised(model.set_time(t))?;
+        }
+        Ok(model)
+    }
+
+    /// The times of so many states, or one for all of them.
+    fn times(&self, t: Option<&Bound<'_, PyAny>>, states: Option<usize>) -> PyResult<Vec<f64>> {
+        let Some(t) = t else { return Ok(vec![0.0]) };
+        let (times, is_number) = convert::scalar_or_vector(t, "t")?;
+        if !is_number && Some(times.len()) != states {
+            let expected =
+                states.map_or("a number".to_owned(), |k| format!("a number or {k} times, one a state"));
+            return Err(PyValueError::new_err(format!(
+                "t: expected {expected}, got {}",
+                convert::describe(t)
+            )));
+        }
+        times.iter().try_for_each(|&t| check_time(t, self.span()))?;
+        Ok(times)
+    }
+}
+
 #[pymethods]
 impl PyRod {
     #[new]
-    #[pyo3(signature = (segments, base_position=None, base_orientation=None, gravity=None, tip_force=None, tip_moment=None, tip_mass=0.0, *, loads=None, bodies=None),
-           text_signature = "(segments, base_position=(0, 0, 0), base_orientation=(1, 0, 0, 0), gravity=(0, 0, -9.81), tip_force=(0, 0, 0), tip_moment=(0, 0, 0), tip_mass=0.0, *, loads=(), bodies=())")]
+    #[pyo3(signature = (segments, base_position=None, base_orientation=None, gravity=None, tip_force=None, tip_moment=None, tip_mass=0.0, *, loads=None, bodies=None, base_motion=None),
+           text_signature = "(segments, base_position=(0, 0, 0), base_orientation=(1, 0, 0, 0), gravity=(0, 0, -9.81), tip_force=(0, 0, 0), tip_moment=(0, 0, 0), tip_mass=0.0, *, loads=(), bodies=(), base_motion=None)")]
     #[allow(clippy::too_many_arguments, reason = "the signature of the Python class")]
     fn new(
         segments: &Bound<'_, PyAny>,
@@ -326,6 +364,7 @@ impl PyRod {
         tip_mass: f64,
         loads: Option<&Bound<'_, PyAny>>,
         bodies: Option<&Bound<'_, PyAny>>,
+        base_motion: Option<&Bound<'_, PyBaseMotion>>,
     ) -> PyResult<PyClassInitializer<Self>> {
         let segments = instances(segments, "segments", |segment: &PySegment| segment.0.clone())?;
         let mut rod = Rod { tip_mass, ..Rod::new(segments) };
@@ -335,6 +374,7 @@ impl PyRod {
         if let Some(bodies) = bodies {
             rod.bodies = instances(bodies, "bodies", |body: &PyBody| body.0.clone())?;
         }
+        rod.base_motion = base_motion.map(|motion| motion.get().0.clone());
         let mut vectors = [
             (base_position, &mut rod.base_position, "base_position"),
             (gravity, &mut rod.gravity, "gravity"),
@@ -374,6 +414,12 @@ impl PyRod {
     #[getter]
     fn base_orientation(&self) -> (f64, f64, f64, f64) {
         self.description.base_orientation.into()
+    }
+
+    /// How the base moves; None where it rests.
+    #[getter]
+    fn base_motion(&self) -> Option<PyBaseMotion> {
+        self.description.base_motion.clone().map(PyBaseMotion)
     }
 
     /// Gravity in the world, metres per second squared.
@@ -461,15 +507,22 @@ impl PyRod {
     ///     Coordinates, or those of k states.
     /// X : float or array_like, shape (m,)
     ///     Arc lengths of the unstretched rod, 0 <= X <= length, metres.
+    /// t : float or array_like, shape (k,)
+    ///     The time, or those of k states, at which a base that moves is taken, seconds.
     ///
     /// Returns
     /// -------
     /// pose : ndarray, shape (4, 4) for a number, (m, 4, 4) for an array; (k, 4, 4) and (k, m, 4, 4) for k states
     ///     Homogeneous transformations from body to world: ``pose[..., :3, :3]`` has the body axes as columns,
     ///     ``pose[..., :3, 3]`` is the position in metres.
-    #[pyo3(signature = (q, X))]
+    #[pyo3(signature = (q, X, *, t=None), text_signature = "($self, q, X, *, t=0.0)")]
     #[allow(non_snake_case, reason = "X is the arc length of the unstretched rod everywhere in this field")]
-    fn pose<'py>(&self, q: &Bound<'py, PyAny>, X: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+    fn pose<'py>(
+        &self,
+        q: &Bound<'py, PyAny>,
+        X: &Bound<'py, PyAny>,
+        t: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
         let py = q.py();
         let n = self.description.coordinates();
         let (states, number_of_states) = convert::finite_rows_of(q, n, "q")?;
@@ -483,8 +536,12 @@ impl PyRod {
                 "X: got {place}, expected arc lengths in [0, {length}] (metres)"
             )));
         }
+        let rows = number_of_states.unwrap_or(1);
+        let times = self.times(t, number_of_states)?;
         // Locked for one place or pose at a time: signal handlers may ask this very rod.
         let model = || self.kinematics.lock().unwrap_or_else(PoisonError::into_inner);
+        // Functions of time may do so while they are called.
+        let mut moving = self.description.base_motion.is_some().then(|| model().clone());
         let answer_signals = |done: usize| {
             if done.is_multiple_of(POSES_BETWEEN_SIGNALS) { py.check_signals() } else { Ok(()) }
         };
@@ -493,13 +550,19 @@ impl PyRod {
             .enumerate()
             .map(|(i, x)| answer_signals(i).map(|()| model().place(x)))
             .collect::<PyResult<Vec<Place>>>()?;
-        let rows = number_of_states.unwrap_or(1);
         let mut poses = Vec::with_capacity(16 * rows * places.len());
         for row in 0..rows {
             let q = &states[row * n..(row + 1) * n];
+            if let Some(moving) = &mut moving {
+                or_raised(moving.set_time(times[row % times.len()]))?;
+            }
             for place in &places {
                 answer_signals(poses.len() / 16)?;
-                poses.extend(homogeneous(&model().pose_at(q, place)));
+                let pose = match &mut moving {
+                    Some(moving) => moving.pose_at(q, place),
+                    None => model().pose_at(q, place),
+                };
+                poses.extend(homogeneous(&pose));
             }
         }
         let shape: Vec<usize> =
@@ -515,15 +578,17 @@ impl PyRod {
     ///     Coordinates.
     /// X : float
     ///     Arc length of the unstretched rod from its base, metres.
+    /// t : float
+    ///     The time at which a base that moves is taken, seconds.
     ///
     /// Returns
     /// -------
     /// jacobian : ndarray, shape (6, n)
     ///     ``jacobian @ qd`` is the angular velocity of the section at X and the velocity of its centre, in world axes;
     ///     ``jacobian.T @ wrench`` are the generalised forces of a moment and a force that act there.
-    #[pyo3(signature = (q, X))]
+    #[pyo3(signature = (q, X, *, t=0.0))]
     #[allow(non_snake_case, reason = "X is the arc length of the unstretched rod everywhere in this field")]
-    fn jacobian<'py>(&self, q: &Bound<'py, PyAny>, X: f64) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn jacobian<'py>(&self, q: &Bound<'py, PyAny>, X: f64, t: f64) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let q_values = convert::finite_vector_of(q, self.description.coordinates(), "q")?;
         let length = self.description.length();
         if !(0.0..=length).contains(&X) {
@@ -532,10 +597,44 @@ impl PyRod {
             )));
         }
         let mut jacobian = Matrix::zeros(6, q_values.len());
-        let mut model = self.kinematics.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut model = self.at(t)?;
         let place = model.place(X);
         model.jacobian_at(&q_values, &place, &mut jacobian);
         Ok(convert::matrix_out(q.py(), &jacobian))
+    }
+
+    /// Moment and force that the base exerts on the rod in a motion.
+    ///
+    /// Parameters
+    /// ----------
+    /// q, qd, qdd : array_like, shape (n,)
+    ///     Coordinates, velocities, accelerations.
+    /// t : float
+    ///     The time at which what varies by itself is taken, seconds.
+    ///
+    /// Returns
+    /// -------
+    /// wrench : ndarray, shape (6,)
+    ///     Moment about the base, newton metres, and force, newtons, in world axes.
+    #[pyo3(signature = (q, qd, qdd, *, t=0.0))]
+    fn base_wrench<'py>(
+        &self,
+        py: Python<'py>,
+        q: &Bound<'py, PyAny>,
+        qd: &Bound<'py, PyAny>,
+        qdd: &Bound<'py, PyAny>,
+        t: f64,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let n = self.description.coordinates();
+        let state = |value, name| convert::finite_vector_of(value, n, name);
+        let (q, qd, qdd) = (state(q, "q")?, state(qd, "qd")?, state(qdd, "qdd")?);
+        check_time(t, self.span())?;
+        // What holds a rod in its plane is known in space alone.
+        let mut model = RodModel::spatial(&self.description)?;
+        or_raised(model.set_time(t))?;
+        let wrench = model.base_wrench(&q, &qd, &qdd);
+        let wrench: Vec<f64> = wrench.into_iter().flat_map(|half| half.to_array()).collect();
+        Ok(wrench.into_pyarray(py))
     }
 
     fn __repr__(&self) -> String {
@@ -563,6 +662,7 @@ impl PyRod {
         arguments.set_item("tip_mass", rod.tip_mass)?;
         arguments.set_item("loads", self.loads(py)?)?;
         arguments.set_item("bodies", self.bodies(py)?)?;
+        arguments.set_item("base_motion", self.base_motion())?;
         Ok(((self.segments(py)?,), arguments))
     }
 }

@@ -13,7 +13,8 @@ use super::callback::keep;
 use super::convert;
 use super::ode::function::read_vector;
 use crate::error::{Checker, Interrupted};
-use crate::signal::{Evaluate, Function, Harmonic, Signal, Table};
+use crate::rod::quaternion_motion;
+use crate::signal::{Evaluate, Function, Harmonic, Motion, Signal, Table};
 
 /// A steady part and an oscillation: ``mean + rate * t + amplitude * sin(2 * pi * frequency * t + phase)``.
 ///
@@ -245,6 +246,18 @@ pub(super) fn signal_out<'py, const N: usize>(
     }
 }
 
+/// A quaternion has as many numbers.
+const QUATERNION: usize = 4;
+
+/// The three parts of what a callable returned in place of N numbers, if it did.
+fn parts_of<'py>(value: &Bound<'py, PyAny>, n: usize) -> Option<[Bound<'py, PyAny>; 3]> {
+    if value.len().ok()? != 3 {
+        return None;
+    }
+    let parts = [value.get_item(0).ok()?, value.get_item(1).ok()?, value.get_item(2).ok()?];
+    (n == 1 || parts[0].len().is_ok()).then_some(parts)
+}
+
 /// A callable of time.
 #[derive(Debug)]
 struct Callable {
@@ -260,6 +273,29 @@ impl<const N: usize> Evaluate<N> for Callable {
             let mut values = [0.0; N];
             read_vector(&value, &mut values, &self.name)?;
             Ok(values)
+        })
+        .map_err(keep)
+    }
+
+    fn motion(&self, t: f64) -> Result<Option<Motion<N>>, Interrupted> {
+        Python::attach(|py| {
+            let value = self.callable.bind(py).call1((t,))?;
+            let Some(parts) = parts_of(&value, N) else { return Ok(None) };
+            let mut read = [[0.0; N]; 3];
+            let names = ["value", "velocity", "acceleration"].map(|part| format!("{} ({part})", self.name));
+            if N == QUATERNION {
+                let mut angular = [[0.0; 3]; 2];
+                read_vector(&parts[0], &mut read[0], &names[0])?;
+                read_vector(&parts[1], &mut angular[0], &names[1])?;
+                read_vector(&parts[2], &mut angular[1], &names[2])?;
+                let quaternion: [f64; QUATERNION] = std::array::from_fn(|i| read[0][i]);
+                let motion = quaternion_motion(quaternion, angular);
+                return Ok(Some(motion.map(|part| std::array::from_fn(|i| part[i]))));
+            }
+            for ((part, read), name) in parts.iter().zip(&mut read).zip(&names) {
+                read_vector(part, read, name)?;
+            }
+            Ok(Some(read))
         })
         .map_err(keep)
     }

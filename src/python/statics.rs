@@ -430,8 +430,8 @@ pub(super) fn native(model: &Bound<'_, PyAny>, t: f64) -> PyResult<Box<dyn Nativ
             convert::describe(model)
         )));
     };
-    check_time(t)?;
     let mut model = model.get().native();
+    check_time(t, model.time_span())?;
     or_raised(model.set_time(t))?;
     Ok(model)
 }

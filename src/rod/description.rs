@@ -1,5 +1,6 @@
 //! What a rod is, in plain data: segments in a row, a base, loads and bodies.
 
+use super::base::BaseMotion;
 use super::basis::Basis;
 use super::body::Body;
 use super::load::Load;
@@ -177,6 +178,8 @@ pub struct Rod {
     pub base_position: [f64; 3],
     /// Orientation of the base: quaternion (w, x, y, z) that turns body axes into world axes; normalised on use.
     pub base_orientation: [f64; 4],
+    /// How the base moves from there; it rests if `None`.
+    pub base_motion: Option<BaseMotion>,
     /// Gravity in the world, in m/s^2.
     pub gravity: [f64; 3],
     /// Dead force at the tip in world axes, in newtons.
@@ -198,6 +201,7 @@ impl Rod {
             segments,
             base_position: [0.0; 3],
             base_orientation: [1.0, 0.0, 0.0, 0.0],
+            base_motion: None,
             gravity: [0.0, 0.0, -9.81],
             tip_force: [0.0; 3],
             tip_moment: [0.0; 3],
@@ -255,6 +259,9 @@ impl Rod {
                 format_args!("a quaternion of norm {norm}"),
                 "a quaternion (w, x, y, z) of norm 1",
             );
+        }
+        if let Some(motion) = &self.base_motion {
+            check.nested("base_motion", motion.validate());
         }
         check.finite(&self.gravity, "gravity");
         check.finite(&self.tip_force, "tip_force");

@@ -3,11 +3,12 @@
 use super::plan::Plan;
 use super::turning::Turning;
 use super::workspace::Workspace;
-use crate::lie::{Lanes, Scalar, VectorSpace};
+use crate::lie::{Lanes, Scalar, Twist, VectorSpace};
 use crate::model::Energy;
 
 /// Energies with the motion of (q, qd) up to date.
 pub(super) fn energy<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, q: &[f64]) -> Energy {
+    let surroundings = &work.surroundings;
     let mut energy = Energy { elastic: 0.5 * quadratic_form(plan, q, |_| 1.0), ..Energy::default() };
     let mut twice_kinetic = G::Pack::splat(0.0);
     for segment in &plan.segments {
@@ -20,18 +21,40 @@ pub(super) fn energy<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, q: &[f64])
                 G::map_vector(&(work.position[node] * (segment.mass[pack] * weight)), |pack: &G::Pack| {
                     pack.sum()
                 });
-            energy.gravitational += mass * plan.gravity_potential - plan.gravity.dot(moment);
+            energy.gravitational += mass * surroundings.gravity_potential - surroundings.gravity.dot(moment);
         }
     }
     energy.kinetic = 0.5 * twice_kinetic.sum();
-    energy.gravitational += plan.body_potential;
+    energy.gravitational += surroundings.body_potential;
     for point in &work.points {
         energy.kinetic += 0.5 * point.velocity.dot(point.momentum);
-        energy.gravitational +=
-            point.inertia.mass * plan.gravity_potential - plan.gravity.dot(point.inertia.first_moment);
+        energy.gravitational += point.inertia.mass * surroundings.gravity_potential
+            - surroundings.gravity.dot(point.inertia.first_moment);
     }
-    energy.loads = plan.load_potential - dead_forces(plan, work);
+    if plan.world.motion.is_some() {
+        energy.kinetic += kinetic_energy_of_frame(plan, work);
+    }
+    energy.loads = surroundings.load_potential - dead_forces(plan, work);
     energy
+}
+
+/// What the velocity of the frame adds to the kinetic energy in it: `v . p + m v^2 / 2` with the momentum p in the frame.
+fn kinetic_energy_of_frame<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> f64 {
+    let (mut mass, mut momentum) = (0.0, G::Vector::<f64>::zero());
+    for segment in &plan.segments {
+        for pack in 0..segment.packs {
+            let node = segment.first_pack + pack;
+            let weight = segment.weights[pack];
+            mass += (segment.mass[pack] * weight).sum();
+            momentum += G::map_vector(&(work.momentum[node].force * weight), |pack: &G::Pack| pack.sum());
+        }
+    }
+    for point in &work.points {
+        mass += point.inertia.mass;
+        momentum += point.momentum.force;
+    }
+    let velocity = work.surroundings.velocity;
+    velocity.dot(momentum) + 0.5 * mass * velocity.dot(velocity)
 }
 
 /// Constant dead forces times the positions where they act.
@@ -54,16 +77,20 @@ fn dead_forces<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> f64 {
     sum
 }
 
-/// Power of the loads that have no potential, with the motion of (q, qd) up to date.
+/// Power of the loads that have no potential, and of the base if it moves, with the motion of (q, qd, qdd) up to date.
 pub(super) fn supplied_power<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> f64 {
+    let frame = Twist { angular: VectorSpace::zero(), linear: work.surroundings.velocity };
     let mut power = 0.0;
+    if plan.world.motion.is_some() {
+        power += (work.stations[0].velocity + frame).dot(work.base_wrench);
+    }
     for (point, state) in plan.points.iter().zip(&work.points) {
         for &load in &point.loads {
             let mut wrench = point.wrench(load, plan, work, state);
             if plan.loads[load].has_potential {
                 wrench.force = VectorSpace::zero();
             }
-            power += state.velocity.dot(wrench.at(state.position));
+            power += (state.velocity + frame).dot(wrench.at(state.position));
         }
     }
     for segment in &plan.segments {
@@ -74,7 +101,8 @@ pub(super) fn supplied_power<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) ->
                 if plan.loads[spread.load].has_potential {
                     wrench.force = VectorSpace::zero();
                 }
-                let power_of_nodes = work.velocity[node].dot(wrench.at(work.position[node]));
+                let velocity = work.velocity[node] + frame.splat();
+                let power_of_nodes = velocity.dot(wrench.at(work.position[node]));
                 power += (power_of_nodes * segment.weights[pack]).sum();
             }
         }

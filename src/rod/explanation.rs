@@ -46,7 +46,7 @@ impl Explanation {
             }
         );
         let mut explanation = Self { summary, computed: Vec::new(), skipped: Vec::new(), cost: costs(cost) };
-        explanation.kernel(kernel);
+        explanation.kernel(rod, kernel);
         for (s, (segment, &nodes)) in rod.segments.iter().zip(nodes).enumerate() {
             explanation.segment(s + 1, segment, nodes);
         }
@@ -60,7 +60,7 @@ impl Explanation {
         list.push((what.into(), why.into()));
     }
 
-    fn kernel(&mut self, kernel: Kernel) {
+    fn kernel(&mut self, rod: &Rod, kernel: Kernel) {
         match kernel {
             Kernel::Planar => {
                 self.add(true, "motion in a plane", "one angular and two linear components");
@@ -71,7 +71,12 @@ impl Explanation {
                 );
             }
             Kernel::Spatial => {
-                self.add(true, "motion in space", "modes or reference strains leave every plane of the base");
+                let at_rest = Rod { base_motion: None, ..rod.clone() };
+                let why = match Kernel::plane(&at_rest) {
+                    Some(_) => "the motion of the base may leave the plane of the rod",
+                    None => "modes or reference strains leave every plane of the base",
+                };
+                self.add(true, "motion in space", why);
             }
         }
     }
@@ -179,6 +184,15 @@ impl Explanation {
             self.add(true, "functions of time", format!("{what}: evaluated once for each time"));
         } else {
             self.add(false, "functions of time", "none: no load varies by itself");
+        }
+        if rod.base_motion.is_some() {
+            self.add(
+                true,
+                "motion of the base",
+                "velocity and acceleration of its first section, at no cost",
+            );
+        } else {
+            self.add(false, "motion of the base", "none: it rests");
         }
         let bodies: Vec<Body> = rod.all_bodies().collect();
         let is_point = |body: &&Body| body.centre == [0.0; 3] && body.inertia == [[0.0; 3]; 3];
@@ -307,8 +321,13 @@ mod tests {
             assert!(has(&full.computed, computed) && !has(&full.skipped, computed), "{computed}");
         }
         let skipped: Vec<&str> = full.skipped.iter().map(|(what, _)| what.as_str()).collect();
-        let absent =
-            ["gravity", "follower loads", "functions of time", "linear systems by sweeps along the segments"];
+        let absent = [
+            "gravity",
+            "follower loads",
+            "functions of time",
+            "motion of the base",
+            "linear systems by sweeps along the segments",
+        ];
         assert_eq!(skipped, absent);
         assert!(full.to_string().contains("12 nodes: as asked for"));
     }

@@ -55,6 +55,7 @@ pub(super) fn update<G: Turning>(
         end = sweep_back(segment, work, end + points::at_end(segment, work));
         end += points::carry(plan, segment, work);
     }
+    work.base_wrench = end;
 }
 
 #[inline(always)]

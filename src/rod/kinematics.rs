@@ -126,16 +126,16 @@ pub(super) fn pose<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, q: &[f64], p
     let segment = &plan.segments[place.segment];
     let rotation = rotation_at(segment, work, q, place);
     let position = position(plan, work, place);
-    let base = &plan.base_rotation;
+    let base = &work.surroundings.base.rotation;
     let Rotation { x, y, z } = G::rotation_in_space(plan.frame, &rotation);
     Pose {
         rotation: Rotation { x: base.apply(x), y: base.apply(y), z: base.apply(z) },
-        position: plan.base_position + base.apply(G::in_space(plan.frame, position)),
+        position: work.surroundings.base.position + base.apply(G::in_space(plan.frame, position)),
     }
 }
 
 /// The position of a place in the frame, with the kinematics up to date.
-fn position<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, place: &Place) -> G::Vector<f64> {
+pub(super) fn position<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, place: &Place) -> G::Vector<f64> {
     let mut position = work.stations[place.segment].position;
     let slopes = &work.slope[plan.segments[place.segment].node_packs()];
     for (i, &weight) in place.weights.iter().enumerate() {
@@ -155,6 +155,8 @@ pub(super) fn velocity<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, place: &
         linear += G::map_vector(&rate.linear, |component: &G::Pack| component.lane(lane)) * weight;
     }
     let velocity = linear + angular.cross(position(plan, work, place));
-    let base = &plan.base_rotation;
-    [base.apply(G::axial_in_space(plan.frame, angular)), base.apply(G::in_space(plan.frame, velocity))]
+    let base = &work.surroundings.base;
+    let turned = |v| base.rotation.apply(v);
+    let velocity = turned(G::in_space(plan.frame, velocity)) + base.velocity;
+    [turned(G::axial_in_space(plan.frame, angular)), velocity]
 }

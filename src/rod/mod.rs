@@ -5,6 +5,7 @@
 //! `points` (what is concentrated at places of the rod), `tangent` (how the forces change with the motion, and the mass
 //! matrix; `chain` for long rods), `energy`.
 
+mod base;
 mod basis;
 mod body;
 mod chain;
@@ -26,12 +27,13 @@ mod profile;
 mod quadrature;
 mod section;
 mod spread;
+mod surroundings;
 mod sweeps;
 mod tangent;
-mod timing;
 mod turning;
 mod workspace;
 
+pub use base::{BaseMotion, BaseRotation, quaternion_motion};
 pub use basis::{Basis, legendre};
 pub use body::Body;
 pub use cost::Multiplications;

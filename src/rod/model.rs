@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::base::BaseMotion;
 use super::chain;
 use super::cost::{self, Multiplications};
 use super::description::{Rod, STRAIGHT};
@@ -13,7 +14,7 @@ use super::plan::Plan;
 use super::sweeps::{self, Sweeps};
 use super::tangent::Tangent;
 use crate::error::{Interrupted, InvalidInput};
-use crate::lie::{Planar, Plane, Spatial};
+use crate::lie::{Planar, Plane, Quaternion, Spatial, Vector};
 use crate::linalg::{ChainMatrix, Matrix};
 use crate::model::{Chain, Energy, Model};
 
@@ -27,9 +28,9 @@ pub enum Kernel {
 }
 
 impl Kernel {
-    /// The plane that a rod cannot leave, if there is one: that of the modes. Loads out of the plane do not move the rod,
-    /// wherever gravity points.
-    fn plane(rod: &Rod) -> Option<Plane> {
+    /// The plane that a rod cannot leave, if there is one: that of the modes, unless the base may leave it. Loads out of the plane do not
+    /// move the rod, wherever gravity points.
+    pub(super) fn plane(rod: &Rod) -> Option<Plane> {
         let stays_in = |plane: &Plane| {
             let is_inside = |strain: usize| match strain {
                 0..3 => strain == plane.normal,
@@ -42,7 +43,11 @@ impl Kernel {
                 })
             })
         };
-        [Plane::ABOUT_Y, Plane::ABOUT_Z].into_iter().find(stays_in)
+        let base = Quaternion::from_array(rod.base_orientation).rotation();
+        let base_stays_in = |plane: &Plane| {
+            rod.base_motion.as_ref().is_none_or(|motion| motion.stays_across(base.axis(plane.normal)))
+        };
+        [Plane::ABOUT_Y, Plane::ABOUT_Z].into_iter().filter(stays_in).find(base_stays_in)
     }
 }
 
@@ -214,6 +219,12 @@ impl RodModel {
         on_sweeps!(&mut self.sweeps, sweeps => sweeps.pose(q, place))
     }
 
+    /// Moment and force that the base exerts on the rod in a motion, about the base and in world axes; of a planar rod what lies in
+    /// its plane.
+    pub fn base_wrench(&mut self, q: &[f64], qd: &[f64], qdd: &[f64]) -> [Vector<f64>; 2] {
+        on_sweeps!(&mut self.sweeps, sweeps => sweeps.base_wrench([q, qd, qdd]))
+    }
+
     /// The Jacobian of the pose at a place, 6 x n: angular velocity and velocity of its point, in world axes, for unit rates
     /// of the coordinates; `Psi = int S`, moved from the base to the point. Its transpose takes a moment and a force that act
     /// there to generalised forces. Costs about n inverse dynamics.
@@ -319,8 +330,8 @@ impl Model for RodModel {
         on_sweeps!(&self.sweeps, sweeps => sweeps.dissipated_power(qd))
     }
     fn tip(&mut self, q: &[f64]) -> [f64; 3] {
-        let position = self.pose(q, f64::INFINITY).position;
-        [position.x, position.y, position.z]
+        let tip = self.place(f64::INFINITY);
+        on_sweeps!(&mut self.sweeps, sweeps => sweeps.position(q, &tip)).to_array()
     }
 
     fn length(&self) -> f64 {
@@ -351,13 +362,18 @@ impl Model for RodModel {
         on_sweeps!(&self.sweeps, sweeps => sweeps.plan().is_damped())
     }
 
-    /// Of follower loads, of loads that vary in time and of moments: a moment that keeps its direction in space has no potential.
-    fn supplied_power(&mut self, q: &[f64], qd: &[f64]) -> f64 {
-        on_sweeps!(&mut self.sweeps, sweeps => sweeps.supplied_power(q, qd))
+    /// Of follower loads, of loads that vary in time, of moments (one that keeps its direction in space has no potential), and of a base
+    /// that is moved.
+    fn supplied_power(&mut self, q: &[f64], qd: &[f64], qdd: &[f64]) -> f64 {
+        on_sweeps!(&mut self.sweeps, sweeps => sweeps.supplied_power([q, qd, qdd]))
     }
 
     fn is_driven(&self) -> bool {
         on_sweeps!(&self.sweeps, sweeps => sweeps.plan().is_driven())
+    }
+
+    fn time_span(&self) -> [f64; 2] {
+        self.rod.base_motion.as_ref().map_or([f64::NEG_INFINITY, f64::INFINITY], BaseMotion::span)
     }
 
     fn varies_in_time(&self) -> bool {

@@ -6,8 +6,9 @@ use super::piece::{self, Piece};
 use super::points::{self, Point, Points};
 use super::quadrature::Gauss;
 use super::spread::{self, Spread};
+use super::surroundings::World;
 use super::turning::Turning;
-use crate::lie::{LANES, Lanes, Quaternion, Rotation, Scalar, Twist, Vector, VectorSpace, Wrench};
+use crate::lie::{LANES, Lanes, Rotation, Scalar, Twist, VectorSpace, Wrench};
 use crate::linalg::Matrix;
 use crate::signal::Signal;
 
@@ -31,21 +32,13 @@ pub(super) struct Plan<G: Turning> {
     pub(super) packs: usize,
     /// Where the frame lies in the rod's space.
     pub(super) frame: G::Frame,
-    /// The base in the world.
-    pub(super) base_position: Vector<f64>,
-    pub(super) base_rotation: Rotation<f64>,
-    pub(super) gravity: G::Vector<f64>,
+    pub(super) world: World,
     pub(super) loads: Vec<Load<G>>,
     /// What is concentrated at places, in their order.
     pub(super) points: Vec<Point<G>>,
-    /// Whether a dead load acts anywhere, and whether a load depends on time by itself.
+    /// Whether a dead load acts anywhere, and whether the base or a load depends on time by itself.
     pub(super) has_dead_loads: bool,
     pub(super) varies_in_time: bool,
-    /// Potential of gravity of a kilogram at the base; potential of the bodies that no motion changes.
-    pub(super) gravity_potential: f64,
-    pub(super) body_potential: f64,
-    /// Potential of the constant dead forces if all of them acted at the base.
-    pub(super) load_potential: f64,
 }
 
 /// A load. Its wrench about the place where it acts, in the axes of the plan if it is dead, else in those of the section, stands in the
@@ -56,10 +49,11 @@ pub(super) struct Load<G: Turning> {
     pub(super) frame: Frame,
     /// The wrench, as far as it is constant.
     pub(super) wrench: Wrench<G, f64>,
-    /// Force and moment, where one of them varies.
+    /// Force and moment, where the wrench varies: because one of them does, or the base moves and the load is dead.
     pub(super) signals: Option<[Signal<3>; 2]>,
-    /// Whether its force has a potential: a constant dead force.
+    /// Whether its force has a potential: a constant dead force. No moment has one.
     pub(super) has_potential: bool,
+    pub(super) has_moment: bool,
 }
 
 /// One segment of a [`Plan`]: a segment of the rod, or a piece of one.
@@ -140,39 +134,21 @@ impl<G: Turning> Plan<G> {
             first_pack += plan.packs;
             segments.push(plan);
         }
-        let base_rotation = Quaternion::from_array(rod.base_orientation).rotation();
-        let in_frame = |v: [f64; 3]| base_rotation.apply_transposed(v.into());
-        let base_position: Vector<f64> = rod.base_position.into();
-        let gravity = G::vector_of(frame, in_frame(rod.gravity));
-        let mut load_potential = 0.0;
-        for load in rod.all_loads() {
-            if let (Frame::World, Some(force)) = (load.frame, load.force.constant()) {
-                let amount = if let Extent::Along([from, to]) = load.extent { to - from } else { 1.0 };
-                load_potential -= amount * base_position.dot(force.into());
-            }
-        }
+        let world = World::new(rod);
+        let is_moving = world.motion.is_some();
         let loads: Vec<Load<G>> =
-            rod.all_loads().map(|load| Load::new(load, frame, &base_rotation)).collect();
-        // In a plane, bodies beside it lie higher or lower by the same whatever the rod does.
-        let out_of_plane = in_frame(rod.gravity) - G::in_space(frame, gravity);
-        let body_potential =
-            rod.all_bodies().map(|body| -body.mass * out_of_plane.dot(body.centre.into())).sum();
+            rod.all_loads().map(|load| Load::new(load, frame, &world.base.rotation, is_moving)).collect();
         spread::compile(&mut segments, &loads);
         Self {
             n: first,
             packs: first_pack,
             frame,
-            base_position,
-            base_rotation,
-            gravity,
             points: points::compile(frame, &mut segments, &loads, rod.all_bodies()),
             has_dead_loads: loads.iter().any(|load| load.frame == Frame::World),
-            varies_in_time: loads.iter().any(|load| load.signals.is_some()),
+            varies_in_time: is_moving || loads.iter().any(|load| load.signals.is_some()),
             segments,
             loads,
-            gravity_potential: -base_position.dot(rod.gravity.into()),
-            body_potential,
-            load_potential,
+            world,
         }
     }
 
@@ -181,11 +157,9 @@ impl<G: Turning> Plan<G> {
         self.segments.iter().any(|segment| segment.retardation_time > 0.0)
     }
 
-    /// Whether a load has no potential.
+    /// Whether the base moves or a load has no potential.
     pub(super) fn is_driven(&self) -> bool {
-        let has_moment = |load: &Load<G>| load.wrench.moment.dot(load.wrench.moment) > 0.0;
-        let is_driven = |load: &Load<G>| !load.has_potential || load.signals.is_some() || has_moment(load);
-        self.loads.iter().any(is_driven)
+        self.world.motion.is_some() || self.loads.iter().any(|load| !load.has_potential || load.has_moment)
     }
 
     /// The same plan, of a rod in space, with everything computed that could be skipped: absent strains and loads of zero
@@ -222,14 +196,17 @@ impl<G: Turning> Plan<G> {
 }
 
 impl<G: Turning> Load<G> {
-    fn new(load: load::Load, frame: G::Frame, base_rotation: &Rotation<f64>) -> Self {
+    fn new(load: load::Load, frame: G::Frame, base_rotation: &Rotation<f64>, base_moves: bool) -> Self {
         let constant = [&load.force, &load.moment].map(|signal| signal.constant().unwrap_or_default());
+        let wrench: Wrench<G, f64> = wrench(constant, load.frame, frame, base_rotation);
+        let varies = load.varies_in_time() || (base_moves && load.frame == Frame::World);
         Self {
             extent: load.extent,
             frame: load.frame,
-            wrench: wrench(constant, load.frame, frame, base_rotation),
             has_potential: load.frame == Frame::World && load.force.constant().is_some(),
-            signals: load.varies_in_time().then_some([load.force, load.moment]),
+            has_moment: load.moment.constant().is_none() || wrench.moment.dot(wrench.moment) > 0.0,
+            signals: varies.then_some([load.force, load.moment]),
+            wrench,
         }
     }
 

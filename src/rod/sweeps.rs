@@ -7,9 +7,9 @@ use super::plan::Plan;
 use super::tangent::{self, Tangent, TangentWorkspace};
 use super::turning::Turning;
 use super::workspace::Workspace;
-use super::{energy, inverse_dynamics, timing};
+use super::{energy, inverse_dynamics, surroundings};
 use crate::error::Interrupted;
-use crate::lie::{Lanes, Vector};
+use crate::lie::{Lanes, Vector, Wrench};
 use crate::model::Energy;
 
 /// Whether this machine multiplies and adds in one instruction: 64-bit ARM does, and x86-64 with the wide instruction sets
@@ -150,7 +150,7 @@ impl<G: Turning> Sweeps<G> {
     /// Takes what varies with time at this time.
     pub(super) fn set_time(&mut self, t: f64) -> Result<(), Interrupted> {
         if self.plan.varies_in_time && self.work.time != t {
-            timing::set(&self.plan, &mut self.work, t)?;
+            surroundings::set(&self.plan, &mut self.work, t)?;
         }
         Ok(())
     }
@@ -201,11 +201,25 @@ impl<G: Turning> Sweeps<G> {
     pub(super) fn dissipated_power(&self, qd: &[f64]) -> f64 {
         energy::dissipated_power(&self.plan, qd)
     }
-    pub(super) fn supplied_power(&mut self, q: &[f64], qd: &[f64]) -> f64 {
+
+    pub(super) fn supplied_power(&mut self, state: [&[f64]; 3]) -> f64 {
+        self.update_motion(state);
+        energy::supplied_power(&self.plan, &self.work)
+    }
+
+    /// Moment and force that the base exerts on the rod, in world axes.
+    pub(super) fn base_wrench(&mut self, state: [&[f64]; 3]) -> [Vector<f64>; 2] {
+        self.update_motion(state);
+        let Wrench { moment, force } = self.work.base_wrench;
+        let rotation = &self.work.surroundings.base.rotation;
+        let frame = self.plan.frame;
+        [G::axial_in_space(frame, moment), G::in_space(frame, force)].map(|v| rotation.apply(v))
+    }
+
+    /// Position of a place in the frame of the base.
+    pub(super) fn position(&mut self, q: &[f64], place: &Place) -> Vector<f64> {
         self.update_kinematics(q);
-        let Self { arch, plan, work, zeros, .. } = self;
-        Self::run(*arch, Motion { plan, work, state: [q, qd, zeros] });
-        energy::supplied_power(plan, work)
+        G::in_space(self.plan.frame, kinematics::position(&self.plan, &self.work, place))
     }
 }
 

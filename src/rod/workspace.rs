@@ -2,6 +2,7 @@
 
 use super::plan::Plan;
 use super::points::PointState;
+use super::surroundings::Surroundings;
 use super::turning::Turning;
 use crate::lie::{Twist, VectorSpace, Wrench};
 
@@ -42,8 +43,11 @@ pub(super) struct Workspace<G: Turning> {
     /// What is known of the plan's points, and the wrenches of its loads.
     pub(super) points: Vec<PointState<G>>,
     pub(super) acting: Vec<Wrench<G, f64>>,
-    /// The time that loads that vary are taken at; NaN until it is set.
+    /// The time that base and loads are taken at where they vary, NaN until it is set; and what the world is then.
     pub(super) time: f64,
+    pub(super) surroundings: Surroundings<G>,
+    /// What the base exerts on the rod.
+    pub(super) base_wrench: Wrench<G, f64>,
     /// The coordinates of which rotation and position are here, and the state of which the rest is here, if it is.
     pub(super) kinematics_of: Vec<f64>,
     pub(super) motion_of: Vec<f64>,
@@ -52,12 +56,10 @@ pub(super) struct Workspace<G: Turning> {
 
 impl<G: Turning> Workspace<G> {
     pub(super) fn new(plan: &Plan<G>) -> Self {
-        let station = Station {
-            orientation: G::start(),
-            position: VectorSpace::zero(),
-            velocity: Twist::zero(),
-            acceleration: Twist { angular: VectorSpace::zero(), linear: -plan.gravity },
-        };
+        let surroundings = Surroundings::at_first(&plan.world, plan.frame);
+        let (velocity, acceleration) = surroundings.motion(&plan.world, plan.frame);
+        let station =
+            Station { orientation: G::start(), position: VectorSpace::zero(), velocity, acceleration };
         let vectors = vec![VectorSpace::zero(); plan.packs];
         let twists = vec![Twist::zero(); plan.packs];
         let wrenches = vec![Wrench::zero(); plan.packs];
@@ -78,6 +80,8 @@ impl<G: Turning> Workspace<G> {
             // NaN too, where no time is set that it depends on.
             acting: plan.loads.iter().map(|load| load.at_first()).collect(),
             time: f64::NAN,
+            surroundings,
+            base_wrench: Wrench::zero(),
             // NaN equals nothing, and nor does an entry too many where there are no coordinates: these are computed first.
             kinematics_of: vec![f64::NAN; plan.n + 1],
             motion_of: vec![f64::NAN; 3 * plan.n],

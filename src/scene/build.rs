@@ -10,8 +10,8 @@ use crate::rod;
 use crate::signal::{Harmonic, Signal, Table};
 
 use super::document::{
-    Basis, Body, Document, Frame, Load, Output, ReferenceStrain, Segment, Simulation as Settings,
-    StrainTable, VaryingVector, Vector,
+    BaseMotion, Basis, Body, Document, Frame, Load, Orientations, Output, ReferenceStrain, Segment,
+    Simulation as Settings, StrainTable, VaryingNumber, VaryingVector, Vector,
 };
 use super::shape::Shape;
 use super::{Method, Model, Quantity, Simulation};
@@ -68,7 +68,9 @@ fn rod(document: &Document, shape: &mut Shape) -> Option<(Model, [Vec<f64>; 2])>
     let written = &document.rod[0];
     let segments: Vec<_> =
         written.segment.iter().enumerate().map(|(i, segment)| rod_segment(segment, i, shape)).collect();
+    let moving = written.base_motion.as_ref();
     let rod = rod::Rod {
+        base_motion: moving.map(|written| base_motion(written, document.simulation.duration, shape)),
         base_position: written.base.position,
         base_orientation: written.base.orientation,
         tip_force: written.tip_force,
@@ -187,44 +189,126 @@ fn rod_load(written: &Load, i: usize, shape: &mut Shape) -> rod::Load {
 
 /// A vector as it is written at `place`.
 fn vector(written: &Vector, place: &str, shape: &mut Shape) -> Signal<3> {
-    let written = match written {
-        Vector::Constant(value) => return Signal::Constant(*value),
-        Vector::Varying(written) => written,
-    };
-    let VaryingVector { times, values, amplitude, frequency, phase, mean, rate } = written;
-    // Where what is written makes no sense.
-    let stand_in = Signal::Harmonic(Harmonic::zero());
-    let is_table = times.is_some() || values.is_some();
-    let is_harmonic =
-        frequency.is_some() || phase.is_some() || [amplitude, mean, rate].iter().any(|x| x.is_some());
-    if is_table && is_harmonic {
-        let right = "keep either times and values, or amplitude, frequency, phase, mean and rate";
-        shape.refuse(place, "both a table and a formula", right);
-    } else if !is_table && !is_harmonic && shape.is_readable(place) {
-        let right = "add times and values, or amplitude and frequency";
-        shape.refuse(place, "nothing that varies in time", right);
+    match written {
+        Vector::Constant(value) => Signal::Constant(*value),
+        Vector::Varying(written) => varying_vector(written, place, shape),
     }
-    if !is_table {
-        return Signal::Harmonic(Harmonic {
-            mean: mean.unwrap_or_default(),
-            rate: rate.unwrap_or_default(),
-            amplitude: amplitude.unwrap_or_default(),
+}
+
+fn varying_vector(written: &VaryingVector, place: &str, shape: &mut Shape) -> Signal<3> {
+    let VaryingVector { times, values, amplitude, frequency, phase, mean, rate } = written.clone();
+    let parts = Parts { times, values, amplitude, frequency, phase, mean, rate };
+    parts.signal(place, shape)
+}
+
+fn varying_number(written: &VaryingNumber, place: &str, shape: &mut Shape) -> Signal<1> {
+    let VaryingNumber { times, values, amplitude, frequency, phase, mean, rate } = written.clone();
+    let values = values.map(|values| values.into_iter().map(|x| [x]).collect());
+    let [amplitude, mean, rate] = [amplitude, mean, rate].map(|part| part.map(|x| [x]));
+    Parts { times, values, amplitude, frequency, phase, mean, rate }.signal(place, shape)
+}
+
+/// What a function of time of N numbers is written with.
+struct Parts<const N: usize> {
+    times: Option<Vec<f64>>,
+    values: Option<Vec<[f64; N]>>,
+    amplitude: Option<[f64; N]>,
+    frequency: Option<f64>,
+    phase: Option<f64>,
+    mean: Option<[f64; N]>,
+    rate: Option<[f64; N]>,
+}
+
+impl<const N: usize> Parts<N> {
+    /// The signal; a stand-in where what is written makes no sense.
+    fn signal(self, place: &str, shape: &mut Shape) -> Signal<N> {
+        let Self { times, values, amplitude, frequency, phase, mean, rate } = self;
+        let is_table = times.is_some() || values.is_some();
+        let is_harmonic = frequency.is_some()
+            || phase.is_some()
+            || [amplitude, mean, rate].iter().any(|part| part.is_some());
+        if is_table && is_harmonic {
+            let right = "keep either times and values, or amplitude, frequency, phase, mean and rate";
+            shape.refuse(place, "both a table and a formula", right);
+        } else if !is_table && !is_harmonic && shape.is_readable(place) {
+            let right = "add times and values, or amplitude and frequency";
+            shape.refuse(place, "nothing that varies in time", right);
+        }
+        let none = [0.0; N];
+        let harmonic = Harmonic {
+            mean: mean.unwrap_or(none),
+            rate: rate.unwrap_or(none),
+            amplitude: amplitude.unwrap_or(none),
             frequency: frequency.unwrap_or_default(),
             phase: phase.unwrap_or_default(),
-        });
-    }
-    let missing =
-        [("times", times.is_none()), ("values", values.is_none())].into_iter().find(|(_, missing)| *missing);
-    if let Some((key, _)) = missing {
-        let here = format!("{place}.{key}");
-        if shape.is_readable(&here) {
-            shape.refuse(place, format!("{key} are missing"), "give times and values, as many of each");
+        };
+        match (times, values) {
+            (None, None) => Signal::Harmonic(harmonic),
+            (Some(times), Some(values)) => table(times, values, place, shape),
+            (times, _) => {
+                let missing = if times.is_none() { "times" } else { "values" };
+                if shape.is_readable(&format!("{place}.{missing}")) {
+                    shape.refuse(
+                        place,
+                        format!("{missing} are missing"),
+                        "give times and values, as many of each",
+                    );
+                }
+                Signal::Harmonic(harmonic)
+            }
         }
-        return stand_in;
     }
-    let table = Table::new(times.clone().unwrap_or_default(), values.clone().unwrap_or_default());
-    let table = report(table, shape, |problem| format!("{place}.{problem}"));
-    table.map_or(stand_in, |table| Signal::Table(Arc::new(table)))
+}
+
+/// A table, or a stand-in for one that makes no sense.
+fn table<const N: usize>(
+    times: Vec<f64>,
+    values: Vec<[f64; N]>,
+    place: &str,
+    shape: &mut Shape,
+) -> Signal<N> {
+    let table = report(Table::new(times, values), shape, |problem| format!("{place}.{problem}"));
+    table.map_or(Signal::Harmonic(Harmonic::zero()), |table| Signal::Table(Arc::new(table)))
+}
+
+fn base_motion(written: &BaseMotion, duration: f64, shape: &mut Shape) -> rod::BaseMotion {
+    let place = |key: &str| format!("rod[0].base_motion.{key}");
+    let BaseMotion { translation, axis, angle, rotation } = written;
+    if rotation.is_some() && (axis.is_some() || angle.is_some()) {
+        shape.refuse(&place("rotation"), "both rotation and axis or angle", "keep one of the two ways");
+    }
+    if axis.is_some() != angle.is_some() {
+        let (given, missing) = if axis.is_some() { ("axis", "angle") } else { ("angle", "axis") };
+        if shape.is_readable(&place(missing)) {
+            shape.refuse(&place(given), format!("{given} without {missing}"), format!("add {missing}"));
+        }
+    }
+    let problems = shape.problems.len();
+    let mut motion = rod::BaseMotion::rest();
+    if let Some(translation) = translation {
+        motion.translation = varying_vector(translation, &place("translation"), shape);
+    }
+    if let (&Some(axis), Some(angle)) = (axis, angle) {
+        let angle = varying_number(angle, &place("angle"), shape);
+        motion.rotation = rod::BaseRotation::About { axis, angle };
+    }
+    if let Some(Orientations { times, values }) = rotation {
+        let quaternions = table(times.clone(), values.clone(), &place("rotation"), shape);
+        if matches!(quaternions, Signal::Table(_)) {
+            motion.rotation = rod::BaseRotation::By(quaternions);
+        }
+    }
+    let [from, to] = motion.span();
+    let is_known = problems == shape.problems.len() && shape.is_readable("simulation.duration");
+    if is_known && (from > 0.0 || duration > to) {
+        let right = format!("its tables cover the run from 0 to {duration} s");
+        shape.refuse(
+            "rod[0].base_motion",
+            format!("known from {from} to {to} s"),
+            format!("expected that {right}"),
+        );
+    }
+    motion
 }
 
 fn rod_body(written: &Body) -> rod::Body {
@@ -237,7 +321,8 @@ fn rod_place(place: &str, segments: &[Segment]) -> String {
     if place.starts_with("gravity") {
         return format!("scene.{place}");
     }
-    let mut key = place.replace("segments", "segment").replace("base_", "base.");
+    let mut key = place.replace("segments", "segment").replace("base_position", "base.position");
+    key = key.replace("base_orientation", "base.orientation");
     key = key.replace("loads[", "load[").replace("bodies[", "body[");
     for (i, segment) in segments.iter().enumerate() {
         if segment.shear_modulus.is_none() && key == format!("segment[{i}].shear_modulus") {

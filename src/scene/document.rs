@@ -51,6 +51,8 @@ pub(super) struct Rod {
     /// Pose of the clamped end.
     #[serde(default)]
     pub(super) base: Base,
+    /// How the base moves from there, as a function of time. Default: it rests.
+    pub(super) base_motion: Option<BaseMotion>,
     /// Dead force at the tip, in world axes, in newtons. Default: [0, 0, 0].
     #[serde(default)]
     pub(super) tip_force: [f64; 3],
@@ -178,6 +180,53 @@ impl Default for Base {
     fn default() -> Self {
         Self { position: [0.0; 3], orientation: [1.0, 0.0, 0.0, 0.0] }
     }
+}
+
+/// How a clamped end moves. Tables are cubic splines here, twice continuously differentiable, and must cover the duration.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct BaseMotion {
+    /// Displacement in the world, in metres. Default: none.
+    pub(super) translation: Option<VaryingVector>,
+    /// Axis of the rotation in the world, of any length.
+    pub(super) axis: Option<[f64; 3]>,
+    /// Angle about the axis, in radians.
+    pub(super) angle: Option<VaryingNumber>,
+    /// Instead of axis and angle: orientations that come after that of the base.
+    pub(super) rotation: Option<Orientations>,
+}
+
+/// A number as a function of time: either times and values, or mean + rate t + amplitude sin(2 pi frequency t + phase).
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct VaryingNumber {
+    /// Times in seconds, increasing, for the values.
+    pub(super) times: Option<Vec<f64>>,
+    /// Values at the times.
+    pub(super) values: Option<Vec<f64>>,
+    /// Largest deviation from the steady part. Default: 0.
+    pub(super) amplitude: Option<f64>,
+    /// Oscillations per second, in hertz. Default: 0.
+    #[schemars(range(min = 0.0))]
+    pub(super) frequency: Option<f64>,
+    /// Phase at time zero, in radians. Default: 0.
+    pub(super) phase: Option<f64>,
+    /// Steady part at time zero. Default: 0.
+    pub(super) mean: Option<f64>,
+    /// Growth of the steady part per second. Default: 0.
+    pub(super) rate: Option<f64>,
+}
+
+/// Orientations at some times.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Orientations {
+    /// Times in seconds, increasing.
+    #[schemars(example = vec![0.0, 1.0])]
+    pub(super) times: Vec<f64>,
+    /// Unit quaternions [w, x, y, z] at the times, less than a right angle from one to the next.
+    #[schemars(example = vec![[1.0, 0.0, 0.0, 0.0]; 2])]
+    pub(super) values: Vec<[f64; 4]>,
 }
 
 /// A piece of rod of one material, with circular section. Give either shear_modulus or poisson_ratio.

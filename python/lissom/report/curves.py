@@ -85,7 +85,7 @@ def tip(run: Run) -> Any:
     rod = run.scene.model
     assert isinstance(rod, Rod), "only rods have a tip"
     at = run.instants(MAX_POINTS)
-    positions = rod.pose(run.q[at], rod.length)[:, :3, 3]
+    positions = rod.pose(run.q[at], rod.length, t=run.t[at])[:, :3, 3]
     traces = [
         go.Scatter(x=run.t[at], y=positions[:, i], name=name, line={"color": colour, "width": 1.8})
         for i, (name, colour) in enumerate(zip("xyz", (theme.RED, theme.GREEN, theme.BLUE), strict=True))

@@ -76,8 +76,8 @@ def _rod(run: Animated, rod: Rod) -> Any:
     faces = _faces(len(stations))
     tip_path = _tips(run, rod)
 
-    def tube(q: Array) -> go.Mesh3d:
-        pose = rod.pose(q, stations)
+    def tube(i: int) -> go.Mesh3d:
+        pose = _poses(run, rod, i, stations)
         x, y, z = _skin(pose, radius).T.astype(np.float32)
         return go.Mesh3d(
             x=x,
@@ -94,19 +94,19 @@ def _rod(run: Animated, rod: Rod) -> Any:
             name="rod",
         )
 
-    def moving(q: Array) -> list[Any]:
+    def moving(i: int) -> list[Any]:
         """What changes from frame to frame: the positions alone."""
-        x, y, z = _skin(rod.pose(q, stations), radius).T.astype(np.float32)
-        tip = rod.pose(q, rod.length)[:3, 3]
+        x, y, z = _skin(_poses(run, rod, i, stations), radius).T.astype(np.float32)
+        tip = _poses(run, rod, i, rod.length)[:3, 3]
         return [go.Mesh3d(x=x, y=y, z=z), go.Scatter3d(x=tip[:1], y=tip[1:2], z=tip[2:])]
 
-    first = rod.pose(run.q[0], stations)[:, :3, 3]
+    first = _poses(run, rod, 0, stations)[:, :3, 3]
     tip = first[-1]
     line = {"mode": "lines", "hoverinfo": "skip"}
     dot = {"size": 4, "color": theme.ORANGE}
     figure = go.Figure(
         [
-            tube(run.q[0]),
+            tube(0),
             go.Scatter3d(
                 x=tip[:1], y=tip[1:2], z=tip[2:], mode="markers", marker=dot, name="tip", hoverinfo="skip"
             ),
@@ -126,9 +126,9 @@ def _rod(run: Animated, rod: Rod) -> Any:
         ]
     )
     at = run.instants(MAX_FRAMES)
-    frames = [go.Frame(data=moving(run.q[i]), traces=[0, 1], name=str(k)) for k, i in enumerate(at)]
+    frames = [go.Frame(data=moving(i), traces=[0, 1], name=str(k)) for k, i in enumerate(at)]
     figure.frames = frames
-    every = np.concatenate([rod.pose(run.q[at], stations)[..., :3, 3].reshape(-1, 3), tip_path])
+    every = np.concatenate([_poses(run, rod, at, stations)[..., :3, 3].reshape(-1, 3), tip_path])
     figure.update_layout(
         **theme.layout(
             640,
@@ -187,8 +187,14 @@ def _faces(stations: int) -> NDArray[np.int32]:
     return np.concatenate(faces).astype(np.int32)
 
 
+def _poses(run: Animated, rod: Rod, at: Any, places: Any) -> Array:
+    """Poses at some instants; slides show the rod as it is at time zero."""
+    return rod.pose(run.q[at], places, t=0.0 if isinstance(run, Slides) else run.t[at])
+
+
 def _tips(run: Animated, rod: Rod) -> Array:
-    return rod.pose(run.q[run.instants(MAX_PATH)], rod.length)[:, :3, 3]
+    at = run.instants(MAX_PATH)
+    return _poses(run, rod, at, rod.length)[:, :3, 3]
 
 
 def _xyz(points: Array) -> dict[str, Array]:

@@ -77,14 +77,14 @@ def reference(rod: Rod, times: Array, **state: Any) -> MotionResult | None:
     return None
 
 
-def tip(rod: Rod, q: Array) -> Array:
+def tip(rod: Rod, motion: MotionResult) -> Array:
     """Positions of the tip, shape (m, 3)."""
-    return np.asarray(rod.pose(q, [rod.length])[:, 0, :3, 3])
+    return np.asarray(rod.pose(motion.q, [rod.length], t=motion.t)[:, 0, :3, 3])
 
 
 def tip_error(rod: Rod, motion: MotionResult, right: MotionResult) -> float:
     """Largest distance between the tips, relative to the rod's length."""
-    return float(np.abs(tip(rod, motion.q) - tip(rod, right.q)).max()) / rod.length
+    return float(np.abs(tip(rod, motion) - tip(rod, right)).max()) / rod.length
 
 
 def failure(found: MotionResult | StaticsResult) -> Outcome:

@@ -56,6 +56,7 @@ def changed(like: Rod, segments: Iterable[Segment]) -> Rod:
         tip_mass=like.tip_mass,
         loads=like.loads,
         bodies=like.bodies,
+        base_motion=like.base_motion,
     )
 
 

@@ -57,7 +57,7 @@ def path(length: float, method: str) -> Array:
     if method in FIXED:
         options["dt"] = duration / STEPS
     motion = judge.run(rod, duration, method=method, t_eval=times, **options)
-    return judge.tip(rod, motion.q) / length if motion.success else np.full((1, 3), np.nan)
+    return judge.tip(rod, motion) / length if motion.success else np.full((1, 3), np.nan)
 
 
 FIXED = ("newmark", "generalised_alpha")

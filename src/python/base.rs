@@ -1,0 +1,144 @@
+//! `lissom.BaseMotion`.
+
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use super::convert;
+use super::signal::{signal_of, signal_out};
+use crate::error::Checker;
+use crate::rod::{BaseMotion, BaseRotation};
+
+/// How the base of a rod moves: prescribed as a function of time.
+///
+/// The base of a rod is at ``base_position + translation(t)``, and its axes are those of ``base_orientation`` turned by
+/// ``rotation(t)``, or by ``angle(t)`` about `axis`, about its own point.
+///
+/// Parameters
+/// ----------
+/// translation : (times, values), Harmonic or callable
+///     Displacement in world axes, three numbers, metres. Zero by default.
+/// axis : array_like, shape (3,), optional
+///     Axis of the rotation in world axes, of any length.
+/// angle : (times, values), Harmonic or callable
+///     Angle about `axis`, one number, radians.
+/// rotation : (times, values) or callable, optional
+///     Instead of axis and angle: unit quaternion (w, x, y, z), four numbers, that turns the base in the world.
+///
+/// Raises
+/// ------
+/// ValueError
+///     Naming every parameter that makes no sense.
+///
+/// Notes
+/// -----
+/// The motion needs velocities and accelerations. A table is a cubic spline, twice continuously differentiable; of quaternions in R^4
+/// and normalised, with less than a right angle from one to the next. It must cover the time of a run. A callable returns the value, of
+/// which central differences of order 8 are taken (nine values, 1 ms apart), or a tuple of it with its velocity and its acceleration:
+/// of `translation` in m/s and m/s^2, of `angle` in rad/s and rad/s^2, of `rotation` the angular velocity and the angular acceleration
+/// in world axes, three numbers each.
+///
+/// Examples
+/// --------
+/// >>> import lissom
+/// >>> blade = lissom.Segment(1.0, 0.01, 7e10, 2.6e10, 2700, {"bend_z": 4})
+/// >>> rotor = lissom.BaseMotion(axis=(0, 0, 1), angle=lissom.Harmonic(rate=20.0))
+/// >>> lissom.Rod([blade], base_motion=rotor).kernel
+/// 'planar'
+/// >>> shaken = lissom.BaseMotion(translation=lissom.Harmonic((0, 0.01, 0), 5.0))
+/// >>> rod = lissom.Rod([blade], base_motion=shaken)
+#[pyclass(name = "BaseMotion", module = "lissom", frozen, eq)]
+#[derive(Clone, PartialEq)]
+pub(crate) struct PyBaseMotion(pub(crate) BaseMotion);
+
+#[pymethods]
+impl PyBaseMotion {
+    #[new]
+    #[pyo3(
+        signature = (*, translation=None, axis=None, angle=None, rotation=None),
+        text_signature = "(*, translation=(0, 0, 0), axis=None, angle=None, rotation=None)"
+    )]
+    fn new(
+        translation: Option<&Bound<'_, PyAny>>,
+        axis: Option<&Bound<'_, PyAny>>,
+        angle: Option<&Bound<'_, PyAny>>,
+        rotation: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        let mut check = Checker::new();
+        check.require(
+            rotation.is_none() || (axis.is_none() && angle.is_none()),
+            "rotation",
+            "both rotation and axis or angle",
+            "one of the two ways",
+        );
+        check.require(angle.is_none() || axis.is_some(), "axis", "none", "the axis of the angle");
+        check.require(axis.is_none() || angle.is_some(), "angle", "none", "an angle about the axis");
+        check.finish()?;
+        let mut motion = BaseMotion::rest();
+        if let Some(translation) = translation {
+            motion.translation = signal_of(translation, "translation")?;
+        }
+        if let (Some(axis), Some(angle)) = (axis, angle) {
+            let (axis, angle) = (convert::array_of(axis, "axis")?, signal_of(angle, "angle")?);
+            motion.rotation = BaseRotation::About { axis, angle };
+        }
+        if let Some(rotation) = rotation {
+            motion.rotation = BaseRotation::By(signal_of(rotation, "rotation")?);
+        }
+        motion.validate()?;
+        Ok(Self(motion))
+    }
+
+    /// Displacement in world axes, metres, as given.
+    #[getter]
+    fn translation<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        signal_out(py, &self.0.translation)
+    }
+
+    /// Axis of the rotation in world axes; None without one.
+    #[getter]
+    fn axis(&self) -> Option<(f64, f64, f64)> {
+        match &self.0.rotation {
+            BaseRotation::About { axis, angle } if !angle.is_zero() => Some((*axis).into()),
+            _ => None,
+        }
+    }
+
+    /// Angle about the axis, radians, as given; None without one.
+    #[getter]
+    fn angle<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
+        match &self.0.rotation {
+            BaseRotation::About { angle, .. } if !angle.is_zero() => signal_out(py, angle).map(Some),
+            _ => Ok(None),
+        }
+    }
+
+    /// Quaternions of the rotation, as given; None where it is about an axis.
+    #[getter]
+    fn rotation<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
+        match &self.0.rotation {
+            BaseRotation::By(quaternion) => signal_out(py, quaternion).map(Some),
+            BaseRotation::About { .. } => Ok(None),
+        }
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        let mut text = format!("BaseMotion(translation={}", self.translation(py)?.repr()?);
+        if let (Some(axis), Some(angle)) = (self.axis(), self.angle(py)?) {
+            text += &format!(", axis={axis:?}, angle={}", angle.repr()?);
+        }
+        if let Some(rotation) = self.rotation(py)? {
+            text += &format!(", rotation={}", rotation.repr()?);
+        }
+        Ok(text + ")")
+    }
+
+    /// For copies and pickles.
+    fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> PyResult<((), Bound<'py, PyDict>)> {
+        let arguments = PyDict::new(py);
+        arguments.set_item("translation", self.translation(py)?)?;
+        arguments.set_item("axis", self.axis())?;
+        arguments.set_item("angle", self.angle(py)?)?;
+        arguments.set_item("rotation", self.rotation(py)?)?;
+        Ok(((), arguments))
+    }
+}

@@ -1,0 +1,117 @@
+//! What depends on the time by itself, taken at a time: the base, the world seen from it, and the loads that vary.
+
+use super::base::{Base, MovingBase};
+use super::description::Rod;
+use super::load::{Extent, Frame};
+use super::plan::{self, Plan};
+use super::turning::Turning;
+use super::workspace::Workspace;
+use crate::error::Interrupted;
+use crate::lie::{Twist, Vector, VectorSpace};
+
+/// What the base and the world are, whatever the time.
+#[derive(Clone, Debug)]
+pub(super) struct World {
+    /// The base at rest, and how it moves if it does.
+    pub(super) base: Base,
+    pub(super) motion: Option<MovingBase>,
+    gravity: Vector<f64>,
+    /// The sum of the constant dead forces.
+    dead_force: Vector<f64>,
+    /// Masses of the bodies times their offsets from the sections.
+    body_moment: Vector<f64>,
+}
+
+impl World {
+    pub(super) fn new(rod: &Rod) -> Self {
+        let mut dead_force = Vector::zero();
+        for load in rod.all_loads() {
+            if let (Frame::World, Some(force)) = (load.frame, load.force.constant()) {
+                let amount = if let Extent::Along([from, to]) = load.extent { to - from } else { 1.0 };
+                dead_force += Vector::from(force) * amount;
+            }
+        }
+        let mut body_moment = Vector::zero();
+        for body in rod.all_bodies() {
+            body_moment += Vector::from(body.centre) * body.mass;
+        }
+        let moving = |motion| MovingBase::new(motion, rod.base_position, rod.base_orientation);
+        Self {
+            base: Base::at(rod.base_position, rod.base_orientation),
+            motion: rod.base_motion.as_ref().map(moving),
+            gravity: rod.gravity.into(),
+            dead_force,
+            body_moment,
+        }
+    }
+}
+
+/// The world seen from the base.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Surroundings<G: Turning> {
+    pub(super) base: Base,
+    pub(super) gravity: G::Vector<f64>,
+    /// Velocity of the frame, in its own axes: that of the base's point.
+    pub(super) velocity: G::Vector<f64>,
+    /// Potential of gravity of a kilogram at the base; potential of the bodies that no motion changes.
+    pub(super) gravity_potential: f64,
+    pub(super) body_potential: f64,
+    /// Potential of the constant dead forces if all of them acted at the base.
+    pub(super) load_potential: f64,
+}
+
+impl<G: Turning> Surroundings<G> {
+    /// Before any time is set: NaN where the base moves.
+    pub(super) fn at_first(world: &World, frame: G::Frame) -> Self {
+        let base = if world.motion.is_some() { world.base.unknown() } else { world.base };
+        Self::new(world, frame, base)
+    }
+
+    fn new(world: &World, frame: G::Frame, base: Base) -> Self {
+        let gravity_of_base = base.rotation.apply_transposed(world.gravity);
+        let gravity = G::vector_of(frame, gravity_of_base);
+        // In a plane, bodies beside it lie higher or lower by the same whatever the rod does.
+        let out_of_plane = gravity_of_base - G::in_space(frame, gravity);
+        Self {
+            gravity,
+            velocity: G::vector_of(frame, base.rotation.apply_transposed(base.velocity)),
+            gravity_potential: -base.position.dot(world.gravity),
+            body_potential: -out_of_plane.dot(world.body_moment),
+            load_potential: -base.position.dot(world.dead_force),
+            base,
+        }
+    }
+
+    /// Velocity and acceleration, minus gravity, of the base in its own frame, in which its point rests for the moment.
+    pub(super) fn motion(&self, world: &World, frame: G::Frame) -> (Twist<G, f64>, Twist<G, f64>) {
+        if world.motion.is_none() {
+            return (Twist::zero(), Twist { angular: VectorSpace::zero(), linear: -self.gravity });
+        }
+        let seen = |v: Vector<f64>| self.base.rotation.apply_transposed(v);
+        let axial = |v| G::axial_of(frame, seen(v));
+        let linear = G::vector_of(frame, seen(self.base.acceleration)) - self.gravity;
+        (
+            Twist { angular: axial(self.base.angular_velocity), linear: VectorSpace::zero() },
+            Twist { angular: axial(self.base.angular_acceleration), linear },
+        )
+    }
+}
+
+/// Takes base and loads at the time `t`. Where a function of time fails, no time is set.
+pub(super) fn set<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, t: f64) -> Result<(), Interrupted> {
+    work.time = f64::NAN;
+    work.motion_is_known = false;
+    if let Some(motion) = &plan.world.motion {
+        work.surroundings = Surroundings::new(&plan.world, plan.frame, motion.at(t)?);
+        let base = &mut work.stations[0];
+        (base.velocity, base.acceleration) = work.surroundings.motion(&plan.world, plan.frame);
+    }
+    for (load, acting) in plan.loads.iter().zip(&mut work.acting) {
+        if let Some([force, moment]) = &load.signals {
+            let now = [force.at(t)?, moment.at(t)?];
+            *acting = plan::wrench(now, load.frame, plan.frame, &work.surroundings.base.rotation);
+        }
+    }
+    work.time = t;
+    Ok(())
+}
