@@ -9,7 +9,7 @@ use lissom::model::{Chain, ForwardScratch, Model};
 use lissom::newmark::{self, FreeMotion};
 use lissom::ode::{self, FirstOrder};
 use lissom::radau;
-use lissom::rod::{Body, Extent, Frame, Load, Rod, RodModel, Segment};
+use lissom::rod::{BaseMotion, Body, Extent, Frame, Load, Rod, RodModel, Segment};
 use lissom::signal::{Harmonic, Signal};
 
 thread_local! {
@@ -71,6 +71,7 @@ fn models() -> Vec<RodModel> {
             };
             let varying = Rod {
                 loads: vec![Load { force: swing.clone(), ..load(Extent::Along([0.1, 0.2]), Frame::World) }],
+                base_motion: Some(BaseMotion { translation: swing.clone(), ..BaseMotion::rest() }),
                 ..tip.clone()
             };
             [tip, inside, varying]

@@ -38,6 +38,7 @@ pub struct Scene {
 
 /// What a scene simulates.
 #[derive(Clone, Debug, PartialEq)]
+#[allow(clippy::large_enum_variant, reason = "there is one in a scene")]
 pub enum Model {
     /// A Cosserat rod.
     Rod(rod::Rod),

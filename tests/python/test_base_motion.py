@@ -94,7 +94,7 @@ def test_tangents_are_derivatives(segments):
 def test_poses_and_jacobians_are_those_of_the_base_at_the_time():
     rod = rod_of(WILD["callable"], base_position=(1.0, 2.0, 3.0), base_orientation=(0.8, 0.0, 0.6, 0.0))
     fixed = rod_of(None, base_orientation=(0.8, 0.0, 0.6, 0.0))
-    q, v, _ = states(rod.n)
+    q, _, _ = states(rod.n)
     places = [0.0, 0.25, 0.6]
     times = np.array([0.0, 0.5, 1.1])
     found = rod.pose([q, q, 2 * q], places, t=times)
@@ -229,7 +229,7 @@ def test_rotations_with_given_angular_velocities_are_those_by_differences():
 
 @pytest.mark.parametrize("form", WILD)
 def test_energy_grows_by_the_power_through_the_base(form):
-    """dE/dt = power of base and loads + tau . qd along any motion, E by differences of the energies in the world."""
+    """dE/dt = power of base and loads + tau . qd along any motion; dE/dt by differences."""
     loads = [lissom.Load(force=(0.1, 0.2, -0.3)), lissom.Load(force=(0.3, 0, 0.1), at=0.3, frame="body")]
     body = lissom.Body(0.1, at=0.4, centre=(0.02, 0.01, 0.0), inertia=(1e-4, 2e-4, 2e-4))
     rod = rod_of(WILD[form], loads=loads, bodies=[body])
@@ -292,8 +292,10 @@ def test_a_turning_rod_stretches_as_centrifugal_force_asks():
     ("speed", "frequency"), [(0.0, 3.5160), (2.0, 4.1373), (6.0, 7.3604), (12.0, 13.1702)]
 )
 def test_frequencies_of_a_turning_beam_are_the_published_ones(speed, frequency):
-    """Flapping of a uniform clamped beam without hub, frequencies and speeds times L^2 sqrt(rho A / EI) (Wright, Smith,
-    Thresher and Wang 1982, table 2)."""
+    """Flapping of a uniform clamped beam without hub, frequencies and speeds times L^2 sqrt(rho A / EI).
+
+    Wright, Smith, Thresher and Wang 1982, Vibration modes of centrifugally stiffened beams, J. Appl. Mech.
+    """
     slender = {**FLAT, "radius": 1e-3, "young_modulus": 1e9, "shear_modulus": 4e8, "modes": {"bend_y": 6}}
     unit = np.sqrt(1e9 * 1e-6 / 4 / 1100.0) / 0.6**2
     motion = lissom.BaseMotion(axis=(0, 0, 1), angle=lissom.Harmonic(rate=speed * unit))

@@ -10,13 +10,19 @@ from pathlib import Path
 
 from .._lissom import __version__
 from ..results import MARK, SUMMARY, atomic_folder, write_summary
-from . import buckling, dynamics, frequencies, statics
+from . import buckling, dynamics, frequencies, rotation, statics
 from .case import Case, Outcome, run
 
 __all__ = ["CASES", "Case", "Outcome", "run", "run_all", "write"]
 
 #: All cases, in the order of the table.
-CASES: tuple[Case, ...] = (*statics.CASES, *buckling.CASES, *frequencies.CASES, *dynamics.CASES)
+CASES: tuple[Case, ...] = (
+    *statics.CASES,
+    *buckling.CASES,
+    *frequencies.CASES,
+    *dynamics.CASES,
+    *rotation.CASES,
+)
 
 
 def run_all(

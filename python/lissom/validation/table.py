@@ -52,9 +52,8 @@ AFTER = """
 
 These cases need what rods cannot do yet; nothing easier stands in for them unsaid.
 
-- Spin-up manoeuvre of a flexible beam (Simo and Vu-Quoc 1986): a base that moves as prescribed.
-- Right-angle frame in motion (Simo and Vu-Quoc 1988): loads that vary in time, sections with given inertia.
-  Its statics are above, in linear theory.
+- Right-angle frame in motion (Simo and Vu-Quoc 1988): sections with given inertia. Its statics are above, in
+  linear theory.
 - Buckling by twist (Greenhill 1883, 2 π E I / L): the far end held in bearings. A cantilever under an end
   moment has no buckled equilibrium. Greenhill's standing column and Beck's column are above.
 - A catenary between two supports, frames with hinges, deep arches: rods that are held at both ends.

@@ -2,9 +2,10 @@
 
     tau_j = int [rho A (x'' - g) . dx/dq_j + h' . dtheta/dq_j] dX + m (x_tip'' - g) . dx_tip/dq_j + (K q)_j
 
-Places x and rotations R in the world are the base's pose times what the reference rod says of the shape; everything else is their
-numerical differentiation: in time along a motion (x'', the angular velocity, the rate of the angular momentum h of the sections),
-and with the coordinates. No moving frame, no velocities along the rod. Right to about seven digits.
+Places x and rotations R in the world are the base's pose times what the reference rod says of the shape;
+everything else is their numerical differentiation: in time along a motion (x'', the angular velocity, the
+rate of the angular momentum h of the sections), and with the coordinates. No moving frame, no velocities
+along the rod. Right to about seven digits.
 """
 
 import numpy as np
@@ -20,7 +21,7 @@ SECOND = np.array([-1, 16, -30, 16, -1]) / 12.0
 
 
 def generalised_forces(rod, base, q, qd, qdd, t, tip_mass=0.0, gravity=(0, 0, 0)):
-    """Of a reference rod of one segment of constant radius without loads whose own base is at rest at the origin.
+    """Of a reference rod of one segment of constant radius without loads, its own base at rest at the origin.
 
     `base` is a function of time that returns the rotation matrix and the position of the base.
     """
