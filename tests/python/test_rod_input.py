@@ -281,4 +281,5 @@ def test_help_shows_the_defaults():
         "tip_mass": 0.0,
         "loads": (),
         "bodies": (),
+        "base_motion": None,
     }
