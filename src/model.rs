@@ -60,7 +60,7 @@ pub trait Model {
         tangent: &mut Matrix,
     );
 
-    /// The part of `tau` at rest that is there without any load: that of elasticity, `K q` of a rod.
+    /// The part of `tau` at rest that is there without any load: that of elasticity, `K q` of a rod without supports.
     fn elastic_forces(&mut self, q: &[f64], tau: &mut [f64]);
 
     /// The derivative of [`Self::elastic_forces`], symmetric.

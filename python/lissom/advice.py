@@ -219,4 +219,6 @@ def with_more_modes(rod: Rod) -> Rod:
         loads=rod.loads,
         bodies=rod.bodies,
         base_motion=rod.base_motion,
+        supports=rod.supports,
+        fluid=rod.fluid,
     )

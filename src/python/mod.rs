@@ -11,6 +11,7 @@ mod callback;
 mod compiled;
 mod convert;
 mod errors;
+mod fluid;
 mod load;
 mod model;
 mod modes;
@@ -25,6 +26,7 @@ mod scene;
 mod signal;
 mod simulate;
 mod statics;
+mod support;
 
 use pyo3::prelude::*;
 
@@ -38,6 +40,8 @@ mod _lissom {
     use super::base::PyBaseMotion;
     #[pymodule_export]
     use super::errors::{ConvergenceError, LissomError};
+    #[pymodule_export]
+    use super::fluid::PyFluid;
     #[pymodule_export]
     use super::load::{PyBody, PyLoad};
     #[pymodule_export]
@@ -69,6 +73,8 @@ mod _lissom {
     use super::statics::{
         PyContinuationResult, PyCriticalPoint, PyEquilibriumPath, PyStaticsResult, continuation, statics,
     };
+    #[pymodule_export]
+    use super::support::PySupport;
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

@@ -12,9 +12,11 @@ use pyo3::{IntoPyObjectExt, PyClass};
 use super::base::PyBaseMotion;
 use super::callback::or_raised;
 use super::convert;
+use super::fluid::PyFluid;
 use super::load::{PyBody, PyLoad};
 use super::model::{PyModel, check_time};
 use super::profile;
+use super::support::PySupport;
 use crate::error::{Checker, InvalidInput};
 use crate::lie::Rotation;
 use crate::linalg::Matrix;
@@ -295,6 +297,10 @@ fn mode_numbers(modes: &Bound<'_, PyDict>) -> PyResult<[usize; STRAINS]> {
 ///     Further rigid bodies, anywhere on the rod.
 /// base_motion : BaseMotion, optional
 ///     How the base moves from its position and orientation; it rests by default.
+/// supports : sequence of Support
+///     Springs and dampers to the world, anywhere on the rod.
+/// fluid : Fluid, optional
+///     What surrounds the rod; by default nothing does.
 ///
 /// Raises
 /// ------
@@ -351,8 +357,8 @@ impl PyRod {
 #[pymethods]
 impl PyRod {
     #[new]
-    #[pyo3(signature = (segments, base_position=None, base_orientation=None, gravity=None, tip_force=None, tip_moment=None, tip_mass=0.0, *, loads=None, bodies=None, base_motion=None),
-           text_signature = "(segments, base_position=(0, 0, 0), base_orientation=(1, 0, 0, 0), gravity=(0, 0, -9.81), tip_force=(0, 0, 0), tip_moment=(0, 0, 0), tip_mass=0.0, *, loads=(), bodies=(), base_motion=None)")]
+    #[pyo3(signature = (segments, base_position=None, base_orientation=None, gravity=None, tip_force=None, tip_moment=None, tip_mass=0.0, *, loads=None, bodies=None, base_motion=None, supports=None, fluid=None),
+           text_signature = "(segments, base_position=(0, 0, 0), base_orientation=(1, 0, 0, 0), gravity=(0, 0, -9.81), tip_force=(0, 0, 0), tip_moment=(0, 0, 0), tip_mass=0.0, *, loads=(), bodies=(), base_motion=None, supports=(), fluid=None)")]
     #[allow(clippy::too_many_arguments, reason = "the signature of the Python class")]
     fn new(
         segments: &Bound<'_, PyAny>,
@@ -365,9 +371,12 @@ impl PyRod {
         loads: Option<&Bound<'_, PyAny>>,
         bodies: Option<&Bound<'_, PyAny>>,
         base_motion: Option<&Bound<'_, PyBaseMotion>>,
+        supports: Option<&Bound<'_, PyAny>>,
+        fluid: Option<&Bound<'_, PyFluid>>,
     ) -> PyResult<PyClassInitializer<Self>> {
         let segments = instances(segments, "segments", |segment: &PySegment| segment.0.clone())?;
-        let mut rod = Rod { tip_mass, ..Rod::new(segments) };
+        let fluid = fluid.map(|fluid| fluid.get().0.clone());
+        let mut rod = Rod { tip_mass, fluid, ..Rod::new(segments) };
         if let Some(loads) = loads {
             rod.loads = instances(loads, "loads", |load: &PyLoad| load.0.clone())?;
         }
@@ -375,6 +384,9 @@ impl PyRod {
             rod.bodies = instances(bodies, "bodies", |body: &PyBody| body.0.clone())?;
         }
         rod.base_motion = base_motion.map(|motion| motion.get().0.clone());
+        if let Some(supports) = supports {
+            rod.supports = instances(supports, "supports", |support: &PySupport| support.0.clone())?;
+        }
         let mut vectors = [
             (base_position, &mut rod.base_position, "base_position"),
             (gravity, &mut rod.gravity, "gravity"),
@@ -456,6 +468,18 @@ impl PyRod {
     #[getter]
     fn bodies<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
         PyTuple::new(py, self.description.bodies.iter().cloned().map(PyBody))
+    }
+
+    /// Springs and dampers to the world.
+    #[getter]
+    fn supports<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        PyTuple::new(py, self.description.supports.iter().cloned().map(PySupport))
+    }
+
+    /// What surrounds the rod, or None.
+    #[getter]
+    fn fluid(&self) -> Option<PyFluid> {
+        self.description.fluid.clone().map(PyFluid)
     }
 
     /// Number of quadrature nodes of each segment.
@@ -663,6 +687,8 @@ impl PyRod {
         arguments.set_item("loads", self.loads(py)?)?;
         arguments.set_item("bodies", self.bodies(py)?)?;
         arguments.set_item("base_motion", self.base_motion())?;
+        arguments.set_item("supports", self.supports(py)?)?;
+        arguments.set_item("fluid", self.fluid())?;
         Ok(((self.segments(py)?,), arguments))
     }
 }

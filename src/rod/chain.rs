@@ -1,7 +1,8 @@
 //! The tangent of a long rod as the matrix of a chain, which is evaluated and solved with in linear time.
 //!
 //! All that passes from one segment to others is a wrench towards the base and, towards the tip, Z, the angular part of Y and,
-//! where a dead load asks for it, the turn of the material (see `tangent`). In the inertial frame none of them changes on
+//! where a dead load asks for it, the turn of the material; where there are springs or a fluid, the whole of Y and of the
+//! displacement (see `tangent`). In the inertial frame none of them changes on
 //! the way.
 
 use super::plan::Plan;
@@ -24,7 +25,8 @@ pub(super) fn mass<G: Turning>(plan: &Plan<G>) -> ChainMatrix {
 /// How many numbers pass towards the base, and how many towards the tip.
 pub(super) fn ranks<G: Turning>(plan: &Plan<G>) -> [usize; 2] {
     let turn = if plan.has_dead_loads { G::ANGULAR } else { 0 };
-    [G::COMPONENTS, G::COMPONENTS + G::ANGULAR + turn]
+    let lower = if plan.has_responses { 3 * G::COMPONENTS } else { G::COMPONENTS + G::ANGULAR + turn };
+    [G::COMPONENTS, lower]
 }
 
 fn sizes<G: Turning>(plan: &Plan<G>) -> Vec<usize> {
@@ -70,10 +72,21 @@ pub(super) fn generate<G: Geometry>(
         write_twist(coordinate.z, z);
         // A rod without dead loads has no place for what is zero there.
         let parts = [(coordinate.row_y, coordinate.y), (coordinate.row_turn, coordinate.turn)];
+        let (row, row_linear) = row.split_at_mut(row.len().min(2 * G::ANGULAR));
+        let (column, column_linear) = column.split_at_mut(row.len());
         let places = row.chunks_exact_mut(G::ANGULAR).zip(column.chunks_exact_mut(G::ANGULAR));
         for ((from_row, from_column), (row, column)) in parts.into_iter().zip(places) {
             write_axial::<G>(from_row, row);
             write_axial::<G>(from_column, column);
+        }
+        // Nor does one without springs and fluid.
+        let parts =
+            [(coordinate.row_y_linear, coordinate.y_linear), (coordinate.row_shift, coordinate.shift)];
+        let linear = G::COMPONENTS - G::ANGULAR;
+        let places = row_linear.chunks_exact_mut(linear).zip(column_linear.chunks_exact_mut(linear));
+        for ((from_row, from_column), (row, column)) in parts.into_iter().zip(places) {
+            write_vector::<G>(from_row, row);
+            write_vector::<G>(from_column, column);
         }
     }
 }
@@ -96,5 +109,12 @@ fn write_wrench<G: Geometry>(mut wrench: Wrench<G, f64>, to: &mut [f64]) {
 fn write_axial<G: Geometry>(mut axial: G::Axial<f64>, to: &mut [f64]) {
     for (index, entry) in to.iter_mut().enumerate() {
         *entry = *G::axial_component(&mut axial, index);
+    }
+}
+
+#[inline(always)]
+fn write_vector<G: Geometry>(mut vector: G::Vector<f64>, to: &mut [f64]) {
+    for (index, entry) in to.iter_mut().enumerate() {
+        *entry = *G::vector_component(&mut vector, index);
     }
 }

@@ -4,16 +4,18 @@
 //! formula itself, evaluated with [`Counted`] numbers. A test counts what the sweeps really do.
 
 use super::chain;
+use super::immersion;
 use super::inertia::{Gyroscope, Inertia, SectionInertia};
 use super::inverse_dynamics::carried;
 use super::model::Solve;
 use super::plan::{Plan, SegmentPlan};
+use super::response::Response;
 use super::turning::Turning;
 use crate::lie::{Counted, Cross, LANES, Twist, VectorSpace, Wrench, products};
 
 /// Numbers of products of two doubles. A multiply-add counts as one; sums, quotients, roots and comparisons are not
 /// counted. Where rotations are computed by a series for small angles and by another formula for large ones, those of small
-/// angles count; a few products that a sweep forms once are left out.
+/// angles count; a few products that a sweep forms once, those of supports among them, are left out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Multiplications {
     /// One inverse dynamics, of a state in which nothing is known.
@@ -99,6 +101,7 @@ struct Kinds<G: Turning> {
     section: SectionInertia<G, Counted>,
     inertia: Inertia<G, Counted>,
     gyroscope: Gyroscope<G, Counted>,
+    response: Response<G, Counted>,
 }
 
 impl<G: Turning> Kinds<G> {
@@ -113,6 +116,7 @@ impl<G: Turning> Kinds<G> {
             section: SectionInertia { mass: Counted, rotary: Counted, axis: vector, position: vector },
             inertia: Inertia::zero(),
             gyroscope: Gyroscope::zero(),
+            response: Response::zero(),
         }
     }
 
@@ -175,6 +179,9 @@ pub(super) fn motion<G: Turning>(plan: &Plan<G>) -> Products {
                     + products(|| k.twist.bracket_transposed(k.wrench));
             }
         }
+        if let Some(immersion) = plan.immersion.as_ref().filter(|_| segment.immersed.is_some()) {
+            count.packs += packs * immersion::costs(immersion)[0];
+        }
         for spread in &segment.spread {
             count.packs += packs * (k.spread(spread.is_dead(plan)) + products(|| k.wrench.at(k.vector)));
         }
@@ -208,6 +215,7 @@ pub(super) fn tangent<G: Turning>(plan: &Plan<G>, is_mass_only: bool) -> Product
     let momentum = products(|| k.inertia.momentum(k.twist));
     let gyroscopic = products(|| k.gyroscope.times(k.axial));
     let transposed = products(|| k.gyroscope.transposed_times(k.twist));
+    let response = products(|| k.response.to(k.twist, k.twist, k.twist));
     let scaled = products(|| k.twist * Counted);
     let scaled_axial = products(|| k.axial * Counted);
     let dot = products(|| k.twist.dot(k.wrench));
@@ -249,19 +257,40 @@ pub(super) fn tangent<G: Turning>(plan: &Plan<G>, is_mass_only: bool) -> Product
         }
         let integrals = if is_mass_only { 1 } else { 3 };
         let inside = segment.points.inside.len() as u64;
+        let points = &plan.points[segment.points.inside.clone()];
+        let supported = points.iter().filter(|point| !point.anchors.is_empty()).count() as u64;
         count.packs += inside * modes * integrals * packs * scaled;
         count.singles += inside * modes * (momentum + modes * dot);
         if !is_mass_only {
-            count.singles += inside * modes * (2 * gyroscopic + 3 * scaled + 3 * scaled_axial);
+            count.singles += inside * modes * (2 * gyroscopic + 6 * scaled);
+            count.singles += supported * modes * response;
+            if plan.has_responses {
+                count.singles += modes * (response + 3 * scaled);
+            }
+        }
+        // The fluid: responses, columns, and rows below.
+        let immersion = plan.immersion.as_ref().filter(|_| segment.immersed.is_some());
+        let immersed = u64::from(immersion.is_some());
+        if let Some(immersion) = immersion {
+            let [_, all, of_mass] = immersion::costs(immersion);
+            let inertia = products(|| k.response.inertia.times_add(k.twist, k.wrench));
+            count.packs += packs * if is_mass_only { of_mass } else { all };
+            count.packs +=
+                modes * packs * if is_mass_only { inertia + scaled } else { response + 6 * scaled };
+            count.singles += if is_mass_only { modes * inertia } else { 0 };
         }
         // Rows.
         if s > 0 && !is_mass_only {
+            count.packs += immersed * modes * packs * products(|| k.response.transposed_times(k.twist));
             count.packs += modes * packs * momentum;
             count.singles += modes * momentum;
             count.packs += modes * packs * transposed;
             count.singles += modes * transposed + inside * modes * 2 * transposed;
             if plan.has_dead_loads {
                 count.singles += modes * transposed;
+            }
+            if plan.has_responses {
+                count.singles += (1 + supported) * modes * response;
             }
             if is_dead {
                 count.packs += modes * packs * transposed;
@@ -283,11 +312,12 @@ fn coupling<G: Turning>(plan: &Plan<G>) -> [u64; 2] {
     let k = Kinds::<G>::new();
     let dot = products(|| k.twist.dot(k.wrench));
     let axial_dot = products(|| k.axial.dot(k.axial));
+    let linear_dot = if plan.has_responses { products(|| k.vector.dot(k.vector)) } else { 0 };
     let mut count = [0, 0];
     for segment in &plan.segments {
         let (before, modes) = (segment.first as u64, segment.n as u64);
         let behind = plan.n as u64 - before - modes;
-        count[0] += modes * (before * dot + behind * (dot + 2 * axial_dot));
+        count[0] += modes * (before * dot + behind * (dot + 2 * axial_dot + 2 * linear_dot));
         count[1] += modes * before * dot;
     }
     count
@@ -305,8 +335,10 @@ mod tests {
     use super::super::basis::Basis;
     use super::super::body::Body;
     use super::super::description::{Rod, STRAIGHT, Segment};
+    use super::super::fluid::Fluid;
     use super::super::load::{Extent, Frame, Load};
     use super::super::profile::Profile;
+    use super::super::support::Support;
     use super::super::tangent::{Tangent, TangentWorkspace};
     use super::super::workspace::Workspace;
     use super::super::{inverse_dynamics, kinematics as sweep, tangent as exact_tangent};
@@ -330,7 +362,9 @@ mod tests {
             Load { extent: Extent::Along([0.1, 0.3]), frame: Frame::Body, ..load },
         ];
         let bodies = vec![Body { at: Some(0.2), ..Body::point(0.01) }];
-        Rod { tip_mass: 0.01, loads, bodies, ..Rod::new(segments.collect()) }
+        let supports = vec![Support { at: Some(0.1), stiffness: [1.0; 3], ..Support::at_tip() }];
+        let fluid = Fluid { viscous_drag: [0.1; 2], velocity: [1.0; 3], ..Fluid::ideal(900.0) };
+        Rod { tip_mass: 0.01, loads, bodies, supports, fluid: Some(fluid), ..Rod::new(segments.collect()) }
     }
 
     /// Products of packs are counted by the packs themselves while the sweeps run.

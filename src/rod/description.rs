@@ -3,8 +3,10 @@
 use super::base::BaseMotion;
 use super::basis::Basis;
 use super::body::Body;
+use super::fluid::Fluid;
 use super::load::Load;
 use super::profile::Profile;
+use super::support::Support;
 use crate::error::{Checker, InvalidInput};
 
 /// Number of strain components.
@@ -192,6 +194,10 @@ pub struct Rod {
     pub loads: Vec<Load>,
     /// Further rigid bodies.
     pub bodies: Vec<Body>,
+    /// Springs and dampers to the world.
+    pub supports: Vec<Support>,
+    /// The fluid around it.
+    pub fluid: Option<Fluid>,
 }
 
 impl Rod {
@@ -208,6 +214,8 @@ impl Rod {
             tip_mass: 0.0,
             loads: Vec::new(),
             bodies: Vec::new(),
+            supports: Vec::new(),
+            fluid: None,
         }
     }
 
@@ -227,6 +235,14 @@ impl Rod {
     pub(super) fn all_bodies(&self) -> impl Iterator<Item = Body> {
         let is_body = |body: &Body| body.mass != 0.0 || body.inertia != [[0.0; 3]; 3];
         std::iter::once(Body::point(self.tip_mass)).chain(self.bodies.iter().cloned()).filter(is_body)
+    }
+
+    /// The same rod with nothing on it but its supports: what it answers to deformation with.
+    pub(super) fn unloaded(&self) -> Self {
+        let Self { base_position, base_orientation, .. } = *self;
+        let supports = self.supports.clone();
+        let gravity = [0.0; 3];
+        Self { base_position, base_orientation, gravity, supports, ..Self::new(self.segments.clone()) }
     }
 
     /// Length of the unstretched rod in metres.
@@ -272,6 +288,23 @@ impl Rod {
         }
         for (i, body) in self.bodies.iter().enumerate() {
             check.nested(&format!("bodies[{i}]"), body.validate(self.length()));
+        }
+        for (i, support) in self.supports.iter().enumerate() {
+            check.nested(&format!("supports[{i}]"), support.validate(self.length()));
+        }
+        if self.base_motion.is_some() {
+            let fixed = [(!self.supports.is_empty(), "supports"), (self.fluid.is_some(), "fluid")];
+            for (is_there, name) in fixed {
+                check.require(
+                    !is_there,
+                    name,
+                    "some, of a rod whose base moves",
+                    "none: the base must rest with them",
+                );
+            }
+        }
+        if let Some(fluid) = &self.fluid {
+            check.nested("fluid", fluid.validate());
         }
         check.finish()
     }

@@ -1,6 +1,9 @@
 //! Energies of a state, and the power that damping takes out of it.
 
+use super::anchor::Anchor;
+use super::immersion;
 use super::plan::Plan;
+use super::points::PointState;
 use super::turning::Turning;
 use super::workspace::Workspace;
 use crate::lie::{Lanes, Scalar, Twist, VectorSpace};
@@ -34,8 +37,25 @@ pub(super) fn energy<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, q: &[f64])
     if plan.world.motion.is_some() {
         energy.kinetic += kinetic_energy_of_frame(plan, work);
     }
+    for (anchor, state) in held(plan, work) {
+        energy.elastic += anchor.energy(plan.frame, state);
+    }
     energy.loads = surroundings.load_potential - dead_forces(plan, work);
+    let fluid = immersion::exchange(plan, work);
+    energy.kinetic += fluid.kinetic;
+    energy.loads += fluid.potential;
     energy
+}
+
+/// The supports, with what is known of the sections that they hold.
+fn held<'a, G: Turning>(
+    plan: &'a Plan<G>,
+    work: &'a Workspace<G>,
+) -> impl Iterator<Item = (&'a Anchor, &'a PointState<G>)> {
+    let points = plan.points.iter().zip(&work.points);
+    points.flat_map(move |(point, state)| {
+        point.anchors.iter().map(move |&anchor| (&plan.anchors[anchor], state))
+    })
 }
 
 /// What the velocity of the frame adds to the kinetic energy in it: `v . p + m v^2 / 2` with the momentum p in the frame.
@@ -80,7 +100,7 @@ fn dead_forces<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> f64 {
 /// Power of the loads that have no potential, and of the base if it moves, with the motion of (q, qd, qdd) up to date.
 pub(super) fn supplied_power<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> f64 {
     let frame = Twist { angular: VectorSpace::zero(), linear: work.surroundings.velocity };
-    let mut power = 0.0;
+    let mut power = immersion::exchange(plan, work).supplied;
     if plan.world.motion.is_some() {
         power += (work.stations[0].velocity + frame).dot(work.base_wrench);
     }
@@ -111,8 +131,15 @@ pub(super) fn supplied_power<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) ->
 }
 
 /// Power of Kelvin-Voigt damping, `qd D qd`.
-pub(super) fn dissipated_power<G: Turning>(plan: &Plan<G>, qd: &[f64]) -> f64 {
+pub(super) fn power_of_damping<G: Turning>(plan: &Plan<G>, qd: &[f64]) -> f64 {
     quadratic_form(plan, qd, |retardation_time| retardation_time)
+}
+
+/// Power that anything but the rod's own material takes out of its motion, with that of (q, qd) up to date.
+pub(super) fn power_of_resistance<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> f64 {
+    let dampers: f64 =
+        held(plan, work).map(|(anchor, state)| anchor.dissipated_power(plan.frame, state)).sum();
+    dampers + immersion::exchange(plan, work).dissipated
 }
 
 /// `sum_segments factor(mu) x K x`.

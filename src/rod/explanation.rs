@@ -51,6 +51,7 @@ impl Explanation {
             explanation.segment(s + 1, segment, nodes);
         }
         explanation.loads(rod);
+        explanation.fluid(rod);
         explanation.solve(solve);
         explanation
     }
@@ -200,6 +201,41 @@ impl Explanation {
         let kinds = kinds([(points, "point"), (bodies.len() - points, "rigid")]);
         let has_bodies = !bodies.is_empty();
         self.add(has_bodies, "bodies on the rod", if has_bodies { &kinds } else { "none" });
+        match rod.supports.len() {
+            0 => self.add(false, "supports", "none"),
+            number => {
+                let supports = counted(number, "place");
+                self.add(
+                    true,
+                    "supports",
+                    format!("springs at {supports}: part of elasticity, not of the loads"),
+                );
+            }
+        }
+    }
+
+    fn fluid(&mut self, rod: &Rod) {
+        let Some(fluid) = &rod.fluid else {
+            self.add(false, "fluid", "none");
+            return;
+        };
+        let has_viscous = fluid.viscous_drag != [0.0; 2];
+        let has_quadratic = fluid.density > 0.0 && fluid.drag_coefficients != [0.0; 2];
+        let drag = match (has_viscous, has_quadratic) {
+            (true, true) => "viscous and quadratic",
+            (true, false) => "viscous",
+            (false, true) => "quadratic",
+            (false, false) => "its coefficients are zero",
+        };
+        self.add(fluid.has_drag(), "drag of the fluid", drag);
+        let (mass, none) = ("across the axis of each section", "its coefficient or the density is zero");
+        let has_mass = fluid.has_added_mass();
+        self.add(has_mass, "added mass of the fluid", if has_mass { mass } else { none });
+        let is_borne = fluid.bears(rod.gravity);
+        let why = if is_borne { "a dead load along the rod" } else { "not asked for, or without weight" };
+        self.add(is_borne, "buoyancy", why);
+        let is_moving = fluid.velocity != [0.0; 3];
+        self.add(is_moving, "current", if is_moving { "uniform and steady" } else { "the fluid is at rest" });
     }
 
     fn loads_of(&mut self, rod: &Rod, what: &str, frame: Frame, remark: &str) {
@@ -307,6 +343,8 @@ mod tests {
             "dead loads",
             "follower loads",
             "bodies on the rod",
+            "supports",
+            "fluid",
         ] {
             assert!(has(&simple.skipped, skipped) && !has(&simple.computed, skipped), "{skipped}");
         }
@@ -326,6 +364,8 @@ mod tests {
             "follower loads",
             "functions of time",
             "motion of the base",
+            "supports",
+            "fluid",
             "linear systems by sweeps along the segments",
         ];
         assert_eq!(skipped, absent);

@@ -3,6 +3,7 @@
 //! In the inertial frame the recursions along the rod are plain integrals (design: section 4):
 //! V = int S qd, A = -(0; g) + int [S qdd + ad_V (S qd)], F = int (N A - ad_V^T N V - loads), Q_j = int S_j . F.
 
+use super::immersion;
 use super::inertia;
 use super::plan::{Plan, SegmentPlan};
 use super::points;
@@ -48,6 +49,7 @@ pub(super) fn update<G: Turning>(
     for (s, segment) in plan.segments.iter().enumerate() {
         sweep_out(plan.frame, segment, s, work, qd, qdd);
         spread::act(plan, segment, work);
+        immersion::act(plan, segment, work);
         points::drive(plan, segment, s, work);
     }
     let mut end = Wrench::zero();

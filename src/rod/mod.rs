@@ -5,6 +5,7 @@
 //! `points` (what is concentrated at places of the rod), `tangent` (how the forces change with the motion, and the mass
 //! matrix; `chain` for long rods), `energy`.
 
+mod anchor;
 mod base;
 mod basis;
 mod body;
@@ -14,6 +15,8 @@ mod description;
 mod elasticity;
 mod energy;
 mod explanation;
+mod fluid;
+mod immersion;
 mod inertia;
 mod inverse_dynamics;
 mod kinematics;
@@ -25,8 +28,10 @@ mod point_tangent;
 mod points;
 mod profile;
 mod quadrature;
+mod response;
 mod section;
 mod spread;
+mod support;
 mod surroundings;
 mod sweeps;
 mod tangent;
@@ -42,9 +47,11 @@ pub use description::{
     Segment,
 };
 pub use explanation::Explanation;
+pub use fluid::Fluid;
 pub use kinematics::{Place, Pose};
 pub use load::{Extent, Frame, Load};
 pub use model::{Kernel, RodModel, Solve};
 pub use profile::{MAX_DEGREE, MAX_STATIONS, Parts, Profile, Unsampled};
 pub use quadrature::Gauss;
 pub use section::Section;
+pub use support::Support;

@@ -88,6 +88,8 @@ pub(super) const SEGMENTS_OF_A_CHAIN: usize = 3;
 #[derive(Clone, Debug)]
 pub struct RodModel {
     sweeps: AnySweeps,
+    /// Those of the rod without its loads, where that is more than stiffness times coordinates: where it has supports.
+    unloaded: Option<Box<AnySweeps>>,
     solve: Solve,
     multiplications: Multiplications,
     explanation: Arc<Explanation>,
@@ -110,6 +112,16 @@ impl AnySweeps {
             (Some(plane), false) => Self::PortablePlanar(Sweeps::new(Plan::new(rod, plane))),
             (None, true) => Self::Spatial(Sweeps::new(Plan::new(rod, ()))),
             (None, false) => Self::PortableSpatial(Sweeps::new(Plan::new(rod, ()))),
+        }
+    }
+
+    /// The sweeps for another rod, of the same kind.
+    fn with_rod(&self, rod: &Rod) -> Self {
+        match self {
+            Self::Planar(sweeps) => Self::Planar(sweeps.with_rod(rod)),
+            Self::Spatial(sweeps) => Self::Spatial(sweeps.with_rod(rod)),
+            Self::PortablePlanar(sweeps) => Self::PortablePlanar(sweeps.with_rod(rod)),
+            Self::PortableSpatial(sweeps) => Self::PortableSpatial(sweeps.with_rod(rod)),
         }
     }
 
@@ -174,8 +186,9 @@ impl RodModel {
         let nodes = nodes(rod, &on_sweeps!(&sweeps, sweeps => sweeps.plan().nodes()));
         let cost = on_sweeps!(&sweeps, sweeps => cost::multiplications(sweeps.plan(), solve));
         let explanation = Explanation::new(rod, sweeps.kernel(), solve, &nodes, &cost);
+        let unloaded = (!rod.supports.is_empty()).then(|| Box::new(sweeps.with_rod(&rod.unloaded())));
         let rod = Arc::new(rod.clone());
-        Self { sweeps, solve, multiplications: cost, explanation: Arc::new(explanation), rod }
+        Self { sweeps, unloaded, solve, multiplications: cost, explanation: Arc::new(explanation), rod }
     }
 
     /// What is computed for this rod, what is skipped, and why.
@@ -272,12 +285,21 @@ impl Model for RodModel {
         on_sweeps!(&mut self.sweeps, sweeps => sweeps.weighted_tangent([q, qd, qdd], weights, tangent));
     }
 
+    /// `K q`, and what the supports answer.
     fn elastic_forces(&mut self, q: &[f64], tau: &mut [f64]) {
-        on_sweeps!(&self.sweeps, sweeps => elasticity::forces(sweeps.plan(), q, tau));
+        match self.unloaded.as_deref_mut() {
+            Some(unloaded) => on_sweeps!(unloaded, sweeps => sweeps.forces_at_rest(q, tau)),
+            None => on_sweeps!(&self.sweeps, sweeps => elasticity::forces(sweeps.plan(), q, tau)),
+        }
     }
 
-    fn elastic_tangent(&mut self, _q: &[f64], tangent: &mut Matrix) {
-        on_sweeps!(&self.sweeps, sweeps => elasticity::stiffness(sweeps.plan(), tangent));
+    fn elastic_tangent(&mut self, q: &[f64], tangent: &mut Matrix) {
+        match self.unloaded.as_deref_mut() {
+            Some(unloaded) => {
+                on_sweeps!(unloaded, sweeps => sweeps.tangent_at_rest(q, Tangent::Dense(tangent)));
+            }
+            None => on_sweeps!(&self.sweeps, sweeps => elasticity::stiffness(sweeps.plan(), tangent)),
+        }
     }
 
     /// A radian over the rod's length, and a stretch or shear of one.
@@ -326,9 +348,10 @@ impl Model for RodModel {
         on_sweeps!(&mut self.sweeps, sweeps => sweeps.energy(q, qd))
     }
 
-    fn dissipated_power(&mut self, _q: &[f64], qd: &[f64]) -> f64 {
-        on_sweeps!(&self.sweeps, sweeps => sweeps.dissipated_power(qd))
+    fn dissipated_power(&mut self, q: &[f64], qd: &[f64]) -> f64 {
+        on_sweeps!(&mut self.sweeps, sweeps => sweeps.dissipated_power(q, qd))
     }
+
     fn tip(&mut self, q: &[f64]) -> [f64; 3] {
         let tip = self.place(f64::INFINITY);
         on_sweeps!(&mut self.sweeps, sweeps => sweeps.position(q, &tip)).to_array()

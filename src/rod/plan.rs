@@ -1,6 +1,8 @@
 //! A rod compiled for computing: everything that does not change with the state, computed once.
 
+use super::anchor::{self, Anchor};
 use super::description::{Rod, STRAIGHT, STRAINS, Segment};
+use super::immersion::{self, Immersed, Immersion};
 use super::load::{self, Extent, Frame};
 use super::piece::{self, Piece};
 use super::points::{self, Point, Points};
@@ -36,9 +38,15 @@ pub(super) struct Plan<G: Turning> {
     pub(super) loads: Vec<Load<G>>,
     /// What is concentrated at places, in their order.
     pub(super) points: Vec<Point<G>>,
+    /// The springs to the world.
+    pub(super) anchors: Vec<Anchor>,
+    /// The fluid around it, where that answers to motion.
+    pub(super) immersion: Option<Immersion<G>>,
     /// Whether a dead load acts anywhere, and whether the base or a load depends on time by itself.
     pub(super) has_dead_loads: bool,
     pub(super) varies_in_time: bool,
+    /// Whether anything responds to the motion of its place other than by its inertia.
+    pub(super) has_responses: bool,
 }
 
 /// A load. Its wrench about the place where it acts, in the axes of the plan if it is dead, else in those of the section, stands in the
@@ -91,6 +99,8 @@ pub(super) struct SegmentPlan<G: Turning> {
     /// What is spread along it, and what is concentrated at places of it.
     pub(super) spread: Vec<Spread<G>>,
     pub(super) points: Points,
+    /// The fluid around it, where that answers to motion.
+    pub(super) immersed: Option<Immersed<G>>,
 }
 
 /// A strain component that exists in a segment.
@@ -139,33 +149,54 @@ impl<G: Turning> Plan<G> {
         let loads: Vec<Load<G>> =
             rod.all_loads().map(|load| Load::new(load, frame, &world.base.rotation, is_moving)).collect();
         spread::compile(&mut segments, &loads);
-        Self {
+        let (points, supported) =
+            points::compile(frame, &mut segments, &loads, rod.all_bodies(), &rod.supports);
+        let mut plan = Self {
             n: first,
             packs: first_pack,
             frame,
-            points: points::compile(frame, &mut segments, &loads, rod.all_bodies()),
+            points,
+            anchors: Vec::new(),
+            immersion: None,
+            has_responses: !rod.supports.is_empty(),
             has_dead_loads: loads.iter().any(|load| load.frame == Frame::World),
             varies_in_time: is_moving || loads.iter().any(|load| load.signals.is_some()),
             segments,
             loads,
             world,
+        };
+        if !rod.supports.is_empty() {
+            plan.anchors = anchor::compile(&plan, &rod.supports, &supported);
         }
+        if let Some(fluid) = &rod.fluid {
+            immersion::compile(&mut plan, rod, fluid);
+        }
+        plan
     }
 
-    /// Whether any segment is damped.
+    /// Whether anything but the rod's own material takes energy out of its motion.
+    pub(super) fn is_resisted(&self) -> bool {
+        self.anchors.iter().any(Anchor::is_damped) || self.immersion.is_some_and(|fluid| fluid.has_drag)
+    }
+
+    /// Whether motion loses energy.
     pub(super) fn is_damped(&self) -> bool {
-        self.segments.iter().any(|segment| segment.retardation_time > 0.0)
+        self.segments.iter().any(|segment| segment.retardation_time > 0.0) || self.is_resisted()
     }
 
     /// Whether the base moves or a load has no potential.
     pub(super) fn is_driven(&self) -> bool {
-        self.world.motion.is_some() || self.loads.iter().any(|load| !load.has_potential || load.has_moment)
+        let is_driven = |load: &Load<G>| !load.has_potential || load.has_moment;
+        self.world.motion.is_some()
+            || self.loads.iter().any(is_driven)
+            || self.immersion.is_some_and(|fluid| fluid.is_driving())
     }
 
     /// The same plan, of a rod in space, with everything computed that could be skipped: absent strains and loads of zero
     /// included.
     pub(super) fn with_nothing_skipped(mut self) -> Self {
         self.has_dead_loads = true;
+        self.has_responses = true;
         for point in &mut self.points {
             point.is_oriented = true;
         }
@@ -316,6 +347,7 @@ impl<G: Turning> SegmentPlan<G> {
             retardation_time: piece.segment.retardation_time,
             spread: Vec::new(),
             points: Points::default(),
+            immersed: None,
             gauss,
             piece,
         }

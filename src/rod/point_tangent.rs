@@ -3,10 +3,12 @@
 use super::inertia::Gyroscope;
 use super::load::Frame;
 use super::plan::{Plan, SegmentPlan};
+use super::points::Point;
+use super::response::Response;
 use super::tangent::{Coordinate, Rest, Weights};
 use super::turning::Turning;
 use super::workspace::Workspace;
-use crate::lie::{Geometry, Twist, VectorSpace, Wrench};
+use crate::lie::{Geometry, Twist, Wrench};
 
 /// Memory for the points inside one segment at a time.
 #[derive(Clone, Debug)]
@@ -14,8 +16,10 @@ pub(super) struct PointTangents<G: Geometry> {
     /// Per point: the gyroscope of its bodies, and that of its dead loads.
     gyroscope: Vec<Gyroscope<G, f64>>,
     dead: Vec<Gyroscope<G, f64>>,
-    /// Per point, of the column at hand: the angular part of Y, and Z.
-    y: Vec<G::Axial<f64>>,
+    /// Per point: the response of its supports, if it has any.
+    response: Vec<Option<Response<G, f64>>>,
+    /// Per point, of the column at hand: Y and Z.
+    y: Vec<Twist<G, f64>>,
     z: Vec<Twist<G, f64>>,
     /// Per coordinate of the segment and point: Psi, and the change of the force.
     psi: Vec<Twist<G, f64>>,
@@ -30,7 +34,8 @@ impl<G: Turning> PointTangents<G> {
         Self {
             gyroscope: vec![Gyroscope::zero(); points],
             dead: vec![Gyroscope::zero(); points],
-            y: vec![VectorSpace::zero(); points],
+            response: vec![None; points],
+            y: vec![Twist::zero(); points],
             z: vec![Twist::zero(); points],
             psi: vec![Twist::zero(); columns],
             source: vec![Wrench::zero(); columns],
@@ -51,6 +56,7 @@ impl<G: Turning> PointTangents<G> {
         }
         for (i, p) in segment.points.inside.clone().enumerate() {
             (self.gyroscope[i], self.dead[i]) = gyroscopes(plan, work, p);
+            self.response[i] = response(plan, work, p);
         }
     }
 
@@ -68,7 +74,7 @@ impl<G: Turning> PointTangents<G> {
         for (i, point) in points.iter().enumerate() {
             let psi = point.reach().integral(integrand);
             self.psi[k * points.len() + i] = psi;
-            self.y[i] = psi.angular * weights.v;
+            self.y[i] = psi * weights.v;
             self.z[i] = psi * weights.a;
         }
     }
@@ -84,7 +90,7 @@ impl<G: Turning> PointTangents<G> {
     ) {
         for (i, point) in plan.points[segment.points.inside.clone()].iter().enumerate() {
             let rate = point.reach().integral(integrand);
-            self.y[i] += rate.angular * weights.q;
+            self.y[i] += rate * weights.q;
             self.z[i] += rate * (2.0 * weights.v);
         }
     }
@@ -118,8 +124,12 @@ impl<G: Turning> PointTangents<G> {
             let column = k * states.len() + i;
             let mut source = state.inertia.momentum(self.z[i]);
             if !weights.is_mass_only {
-                let turn = self.psi[column].angular * weights.q;
-                source += self.gyroscope[i].times(self.y[i]) + self.dead[i].times(turn);
+                let displacement = self.psi[column] * weights.q;
+                source +=
+                    self.gyroscope[i].times(self.y[i].angular) + self.dead[i].times(displacement.angular);
+                if let Some(response) = &self.response[i] {
+                    source += response.to(displacement, self.y[i], self.z[i]);
+                }
             }
             self.source[column] = source;
             total += source;
@@ -152,6 +162,9 @@ impl<G: Turning> PointTangents<G> {
             if !weights.is_mass_only {
                 row.row_y += self.gyroscope[i].transposed_times(psi);
                 row.row_turn += self.dead[i].transposed_times(psi);
+                if let Some(response) = &self.response[i] {
+                    row.answer(response, psi);
+                }
             }
         }
     }
@@ -172,6 +185,17 @@ fn gyroscopes<G: Turning>(
     (Gyroscope::new(&state.inertia, state.velocity, state.momentum), dead)
 }
 
+/// What the supports of a point answer to, if it has any.
+#[inline(always)]
+fn response<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, p: usize) -> Option<Response<G, f64>> {
+    let Point { anchors, .. } = &plan.points[p];
+    let mut sum = (!anchors.is_empty()).then(Response::zero)?;
+    for &anchor in anchors {
+        sum.add(plan.anchors[anchor].response(plan.frame, &work.points[p]));
+    }
+    Some(sum)
+}
+
 /// Adds the points of one kind of a segment, those inside or those at its end, to what lies behind a place.
 #[inline(always)]
 pub(super) fn add_to_rest<G: Turning>(
@@ -187,6 +211,9 @@ pub(super) fn add_to_rest<G: Turning>(
             let (gyroscope, dead) = gyroscopes(plan, work, p);
             rest.gyroscope.add(gyroscope);
             rest.dead.add(dead);
+            if let Some(response) = response(plan, work, p) {
+                rest.response.add(response);
+            }
         }
     }
 }

@@ -1,4 +1,4 @@
-//! What is concentrated at places of the rod: forces, moments, rigid bodies.
+//! What is concentrated at places of the rod: forces, moments, rigid bodies, springs to the world.
 //!
 //! A place X inside a segment is reached by the weights u_l of the integral up to it: what lies there moves by
 //! `Psi(X) = sum_l u_l S_l`. A wrench W there has the generalised forces `Psi_j(X) . W = sum_l w_l S_j,l . (u_l / w_l) W` with the
@@ -12,6 +12,7 @@ use super::inertia::Inertia;
 use super::kinematics::{self, Place};
 use super::load::{Extent, Frame};
 use super::plan::{Load, Plan, SegmentPlan, packed};
+use super::support::Support;
 use super::turning::Turning;
 use super::workspace::Workspace;
 use crate::lie::{Lanes, Twist, VectorSpace, Wrench};
@@ -26,6 +27,8 @@ pub(super) struct Point<G: Turning> {
     pub(super) body: Option<Inertia<G, f64>>,
     /// The loads that act there.
     pub(super) loads: Vec<usize>,
+    /// The anchors of the springs that hold it.
+    pub(super) anchors: Vec<usize>,
     /// Whether it matters how the section is turned.
     pub(super) is_oriented: bool,
 }
@@ -82,14 +85,15 @@ impl Points {
     }
 }
 
-/// All that is concentrated on a rod with these segments, in the order of the places; tells the segments which points are
-/// theirs.
+/// All that is concentrated on a rod with these segments, in the order of the places, and at which of these points each
+/// support acts; tells the segments which points are theirs.
 pub(super) fn compile<G: Turning>(
     frame: G::Frame,
     segments: &mut [SegmentPlan<G>],
     loads: &[Load<G>],
     bodies: impl Iterator<Item = Body>,
-) -> Vec<Point<G>> {
+    supports: &[Support],
+) -> (Vec<Point<G>>, Vec<usize>) {
     let length: f64 = segments.iter().map(|segment| segment.length).sum();
     let mut points: Vec<Point<G>> = Vec::new();
     for (l, load) in loads.iter().enumerate() {
@@ -113,6 +117,11 @@ pub(super) fn compile<G: Turning>(
             second_moment,
         });
     }
+    for (a, support) in supports.iter().enumerate() {
+        let point = point_at(&mut points, segments, support.at.unwrap_or(length));
+        point.anchors.push(a);
+        point.is_oriented = true;
+    }
     let order = |point: &Point<G>| (point.place.segment, point.place.x);
     points.sort_by(|a, b| order(a).partial_cmp(&order(b)).expect("places are finite"));
     for (s, segment) in segments.iter_mut().enumerate() {
@@ -121,7 +130,9 @@ pub(super) fn compile<G: Turning>(
         let inside = points[first..end].iter().filter(|point| point.inside.is_some()).count();
         segment.points = Points { inside: first..first + inside, at_end: first + inside..end };
     }
-    points
+    let holds = |a: usize| points.iter().position(|point| point.anchors.contains(&a));
+    let supported = (0..supports.len()).filter_map(holds).collect();
+    (points, supported)
 }
 
 /// The point at arc length `x` of the rod, a new one if there is none yet.
@@ -150,7 +161,7 @@ impl<G: Turning> Point<G> {
                 share: packed(nodes, |i| place.weights[i] / weight(i)),
             }
         });
-        Self { place, inside, body: None, loads: Vec::new(), is_oriented: false }
+        Self { place, inside, body: None, loads: Vec::new(), anchors: Vec::new(), is_oriented: false }
     }
 
     /// How the nodes reach a point that [`Points::inside`] names.
@@ -250,6 +261,9 @@ pub(super) fn drive<G: Turning>(plan: &Plan<G>, segment: &SegmentPlan<G>, s: usi
         }
         for &load in &point.loads {
             state.force = state.force - point.wrench(load, plan, work, &state).at(state.position);
+        }
+        for &anchor in &point.anchors {
+            state.force = state.force - plan.anchors[anchor].wrench(plan.frame, &state).at(state.position);
         }
         work.points[p] = state;
     }

@@ -9,6 +9,8 @@ use super::description::{STRAINS, Segment};
 pub struct Section {
     /// Stiffness per length of each strain: diag(G J, E I, E I, E A, k_s G A, k_s G A).
     pub stiffness: [f64; STRAINS],
+    /// Area A, in m^2.
+    pub area: f64,
     /// Mass per length rho A, in kg/m.
     pub mass: f64,
     /// Rotary inertia per length about a diameter, rho I, in kg m; about the axis it is twice that.
@@ -32,6 +34,7 @@ impl Section {
                 segment.shear_correction * shear * area,
                 segment.shear_correction * shear * area,
             ],
+            area,
             mass: segment.density * area,
             rotary_inertia: segment.density * second_moment,
         }

@@ -17,7 +17,7 @@ pub(super) struct World {
     pub(super) motion: Option<MovingBase>,
     gravity: Vector<f64>,
     /// The sum of the constant dead forces.
-    dead_force: Vector<f64>,
+    pub(super) dead_force: Vector<f64>,
     /// Masses of the bodies times their offsets from the sections.
     body_moment: Vector<f64>,
 }

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::description::Rod;
 use super::kinematics::{self, Place, Pose};
 use super::plan::Plan;
 use super::tangent::{self, Tangent, TangentWorkspace};
@@ -115,6 +116,11 @@ impl<G: Turning> Sweeps<G> {
         }
     }
 
+    /// Those for another rod in the same frame.
+    pub(super) fn with_rod(&self, rod: &Rod) -> Self {
+        Self::new(Plan::new(rod, self.plan.frame))
+    }
+
     pub(super) fn plan(&self) -> &Plan<G> {
         &self.plan
     }
@@ -198,8 +204,31 @@ impl<G: Turning> Sweeps<G> {
         energy::energy(plan, work, q)
     }
 
-    pub(super) fn dissipated_power(&self, qd: &[f64]) -> f64 {
-        energy::dissipated_power(&self.plan, qd)
+    pub(super) fn dissipated_power(&mut self, q: &[f64], qd: &[f64]) -> f64 {
+        let power = energy::power_of_damping(&self.plan, qd);
+        if !self.plan.is_resisted() {
+            return power;
+        }
+        self.update_kinematics(q);
+        let Self { arch, plan, work, zeros, .. } = self;
+        Self::run(*arch, Motion { plan, work, state: [q, qd, zeros] });
+        power + energy::power_of_resistance(plan, work)
+    }
+
+    /// `tau(q, 0, 0)`.
+    pub(super) fn forces_at_rest(&mut self, q: &[f64], tau: &mut [f64]) {
+        self.update_kinematics(q);
+        let Self { arch, plan, work, zeros, .. } = self;
+        Self::run(*arch, Motion { plan, work, state: [q, zeros, zeros] });
+        Self::run(*arch, Projection { plan, work, q, qd: zeros, tau });
+    }
+
+    /// Its derivative.
+    pub(super) fn tangent_at_rest(&mut self, q: &[f64], tangent: Tangent<'_>) {
+        self.update_kinematics(q);
+        let Self { arch, plan, work, zeros, tangent: memory } = self;
+        Self::run(*arch, Motion { plan, work, state: [q, zeros, zeros] });
+        Self::run(*arch, WeightedTangent { plan, work, memory, weights: [1.0, 0.0, 0.0], tangent });
     }
 
     pub(super) fn supplied_power(&mut self, state: [&[f64]; 3]) -> f64 {

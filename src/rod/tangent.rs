@@ -15,14 +15,18 @@
 //! segment, Y and Z are sums of these three, and by summation by parts (exact for this quadrature)
 //! `int S_j . H = Psi_j . H_end + int Psi_j . (N Z + C Y - w_q ad_S^T F)`.
 //!
+//! Springs and the fluid answer to the whole of Y and of the displacement `w_q Psi` (see `response`).
+//!
 //! Outside its own segment a coordinate's Y and Z are constant; its H is constant before the segment, and linear in (Y, Z)
 //! behind it: the blocks between different segments have rank 12 at most and cost a few products an entry. How far the
-//! material turns appears only where dead loads ask for it; follower loads turn with the material and change nothing that it sees.
+//! material turns appears only where dead loads ask for it (the whole of Y and of its displacement, where springs or fluid do); follower loads turn with the material and change nothing that it sees.
 
 use super::chain;
+use super::immersion;
 use super::inertia::{self, Gyroscope, Inertia};
 use super::plan::{Plan, SegmentPlan};
 use super::point_tangent::{self, PointTangents};
+use super::response::Response;
 use super::turning::Turning;
 use super::workspace::Workspace;
 use crate::lie::{Cross, Geometry, Lanes, Scalar, Twist, VectorSpace, Wrench, weighted_sum};
@@ -37,6 +41,9 @@ pub(super) struct Coordinate<G: Geometry> {
     pub(super) y: G::Axial<f64>,
     pub(super) z: Twist<G, f64>,
     pub(super) turn: G::Axial<f64>,
+    /// As a column, only where there are responses: the linear part of Y, and that of the displacement.
+    pub(super) y_linear: G::Vector<f64>,
+    pub(super) shift: G::Vector<f64>,
     /// As a column: H at the end of the segment, and of all that lies before it.
     end: Wrench<G, f64>,
     pub(super) before: Wrench<G, f64>,
@@ -44,6 +51,9 @@ pub(super) struct Coordinate<G: Geometry> {
     pub(super) row_y: G::Axial<f64>,
     pub(super) row_z: Wrench<G, f64>,
     pub(super) row_turn: G::Axial<f64>,
+    /// As a row, likewise: products with y_linear and shift.
+    pub(super) row_y_linear: G::Vector<f64>,
+    pub(super) row_shift: G::Vector<f64>,
 }
 
 impl<G: Geometry> Coordinate<G> {
@@ -58,7 +68,32 @@ impl<G: Geometry> Coordinate<G> {
             row_y: VectorSpace::zero(),
             row_z: Wrench::zero(),
             row_turn: VectorSpace::zero(),
+            y_linear: VectorSpace::zero(),
+            shift: VectorSpace::zero(),
+            row_y_linear: VectorSpace::zero(),
+            row_shift: VectorSpace::zero(),
         }
+    }
+
+    /// As a row: adds what a response at a place that moves with `psi` multiplies.
+    #[inline(always)]
+    pub(super) fn answer(&mut self, response: &Response<G, f64>, psi: Twist<G, f64>) {
+        self.add_rows(response.transposed_times(psi));
+    }
+
+    /// The same of a pack of nodes.
+    #[inline(always)]
+    fn answer_nodes(&mut self, response: &Response<G, G::Pack>, psi: Twist<G, G::Pack>) {
+        self.add_rows(response.transposed_times(psi).map(Wrench::sum));
+    }
+
+    #[inline(always)]
+    fn add_rows(&mut self, [displacement, y, z]: [Wrench<G, f64>; 3]) {
+        self.row_z += z;
+        self.row_y += y.moment;
+        self.row_y_linear += y.force;
+        self.row_turn += displacement.moment;
+        self.row_shift += displacement.force;
     }
 }
 
@@ -72,6 +107,8 @@ pub(super) struct TangentWorkspace<G: Geometry> {
     /// Per pack, times the quadrature weights: that of the dead loads that are spread along the segment.
     dead: Vec<Gyroscope<G, G::Pack>>,
     points: PointTangents<G>,
+    /// Per pack, times the quadrature weights: that of the fluid, if there is one.
+    response: Vec<Response<G, G::Pack>>,
     /// Per component of the segment and pack: S, ad_V S, (ad_A + ad_V ad_V) S and w_q ad_S^T F of a unit strain.
     shape: Vec<Twist<G, G::Pack>>,
     shape_rate: Vec<Twist<G, G::Pack>>,
@@ -98,6 +135,7 @@ impl<G: Turning> TangentWorkspace<G> {
             gyroscope: vec![Gyroscope::zero(); packs],
             dead: vec![Gyroscope::zero(); packs],
             points: PointTangents::new(plan),
+            response: vec![Response::zero(); if plan.immersion.is_some() { packs } else { 0 }],
             shape: vec![Twist::zero(); blocks],
             shape_rate: vec![Twist::zero(); blocks],
             shape_acceleration: vec![Twist::zero(); blocks],
@@ -128,6 +166,8 @@ pub(super) struct Rest<G: Geometry> {
     pub(super) gyroscope: Gyroscope<G, f64>,
     /// That of the dead loads.
     pub(super) dead: Gyroscope<G, f64>,
+    /// That of springs and fluid.
+    pub(super) response: Response<G, f64>,
 }
 
 /// Where a tangent goes: all entries, or what a chain's matrix is made of.
@@ -164,7 +204,12 @@ pub(super) fn weighted_tangent<G: Turning>(
 ) {
     let [q, v, a] = weights;
     let weights = Weights { q, v, a, is_mass_only: q == 0.0 && v == 0.0 };
-    let mut rest = Rest { inertia: Inertia::zero(), gyroscope: Gyroscope::zero(), dead: Gyroscope::zero() };
+    let mut rest = Rest {
+        inertia: Inertia::zero(),
+        gyroscope: Gyroscope::zero(),
+        dead: Gyroscope::zero(),
+        response: Response::zero(),
+    };
     for (s, segment) in plan.segments.iter().enumerate().rev() {
         point_tangent::add_to_rest(plan, work, segment.points.at_end.clone(), weights, &mut rest);
         memory.points.prepare(plan, segment, work, weights);
@@ -215,6 +260,7 @@ fn bodies<G: Turning>(
     if has_dead_loads(plan, segment, weights) {
         spread(plan, segment, work, memory);
     }
+    immersion::respond(plan, segment, work, weights.is_mass_only, &mut memory.response);
 }
 
 /// Whether dead loads are spread along the segment, and matter.
@@ -259,6 +305,11 @@ fn add_segment<G: Turning>(
     if has_dead_loads(plan, segment, weights) {
         for dead in &memory.dead[..segment.packs] {
             rest.dead.add(dead.sum());
+        }
+    }
+    if segment.immersed.is_some() {
+        for response in &memory.response[..segment.packs] {
+            rest.response.add(response.sum());
         }
     }
     point_tangent::add_to_rest(plan, work, segment.points.inside.clone(), weights, rest);
@@ -338,6 +389,14 @@ fn column<G: Turning>(
             total += source[pack];
         }
         coordinate.end = rest.inertia.momentum(coordinate.z);
+        if segment.immersed.is_some() {
+            for (pack, response) in memory.response[..packs].iter().enumerate() {
+                let change = response.inertia.times_add(psi[pack] * w_a, Wrench::zero());
+                source[pack] += change;
+                total += change;
+            }
+            coordinate.end = rest.response.inertia.times_add(coordinate.z, coordinate.end);
+        }
     } else {
         let psi_rate = &mut memory.psi_rate[..packs];
         let psi_acceleration = &mut memory.psi_acceleration[..packs];
@@ -372,12 +431,29 @@ fn column<G: Turning>(
                 total += change;
             }
         }
+        if segment.immersed.is_some() {
+            for (pack, response) in memory.response[..packs].iter().enumerate() {
+                let y = (psi[pack] * w_v).add_scaled(psi_rate[pack], w_q);
+                let z = (psi[pack] * w_a)
+                    .add_scaled(psi_rate[pack], w_v + w_v)
+                    .add_scaled(psi_acceleration[pack], w_q);
+                let change = response.to(psi[pack] * w_q, y, z);
+                source[pack] += change;
+                total += change;
+            }
+        }
         coordinate.y = shape.angular * weights.v + rate.angular * weights.q;
         coordinate.z += rate * (2.0 * weights.v) + acceleration * weights.q;
         coordinate.turn = shape.angular * weights.q;
         coordinate.end = rest.inertia.momentum(coordinate.z) + rest.gyroscope.times(coordinate.y);
         if plan.has_dead_loads {
             coordinate.end += rest.dead.times(coordinate.turn);
+        }
+        if plan.has_responses {
+            let y = shape * weights.v + rate * weights.q;
+            let displacement = shape * weights.q;
+            (coordinate.y_linear, coordinate.shift) = (y.linear, displacement.linear);
+            coordinate.end += rest.response.to(displacement, y, coordinate.z);
         }
     }
     coordinate.before = coordinate.end + total.sum();
@@ -437,6 +513,14 @@ fn row<G: Turning>(
     }
     coordinate.row_y +=
         G::map_axial(&row_y, |pack: &G::Pack| pack.sum()) + rest.gyroscope.transposed_times(shape);
+    if plan.has_responses {
+        coordinate.answer(&rest.response, shape);
+        if segment.immersed.is_some() {
+            for (&psi, response) in psi.iter().zip(&memory.response) {
+                coordinate.answer_nodes(response, psi);
+            }
+        }
+    }
     if plan.has_dead_loads {
         coordinate.row_turn += rest.dead.transposed_times(shape);
         if has_dead_loads(plan, segment, weights) {
@@ -551,6 +635,11 @@ fn couple<G: Turning>(plan: &Plan<G>, memory: &TangentWorkspace<G>, weights: Wei
             let behind = segment.first + segment.n;
             for (entry, row) in entries[behind..].iter_mut().zip(&memory.coordinates[behind..]) {
                 *entry = column.z.dot(row.row_z) + column.y.dot(row.row_y) + column.turn.dot(row.row_turn);
+            }
+            if plan.has_responses {
+                for (entry, row) in entries[behind..].iter_mut().zip(&memory.coordinates[behind..]) {
+                    *entry += column.y_linear.dot(row.row_y_linear) + column.shift.dot(row.row_shift);
+                }
             }
         }
     }

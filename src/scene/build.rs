@@ -10,8 +10,8 @@ use crate::rod;
 use crate::signal::{Harmonic, Signal, Table};
 
 use super::document::{
-    BaseMotion, Basis, Body, Document, Frame, Load, Orientations, Output, ReferenceStrain, Segment,
-    Simulation as Settings, StrainTable, VaryingNumber, VaryingVector, Vector,
+    BaseMotion, Basis, Body, Document, Fluid, Frame, Load, Orientations, Output, ReferenceStrain, Segment,
+    Simulation as Settings, StrainTable, Support, VaryingNumber, VaryingVector, Vector,
 };
 use super::shape::Shape;
 use super::{Method, Model, Quantity, Simulation};
@@ -78,6 +78,8 @@ fn rod(document: &Document, shape: &mut Shape) -> Option<(Model, [Vec<f64>; 2])>
         tip_mass: written.tip_mass,
         loads: written.load.iter().enumerate().map(|(i, load)| rod_load(load, i, shape)).collect(),
         bodies: written.body.iter().map(rod_body).collect(),
+        supports: written.support.iter().map(rod_support).collect(),
+        fluid: written.fluid.as_ref().map(rod_fluid),
         ..rod::Rod::new(segments)
     };
     let rod = rod::Rod { gravity: document.scene.gravity.unwrap_or(rod.gravity), ..rod };
@@ -316,6 +318,30 @@ fn rod_body(written: &Body) -> rod::Body {
     rod::Body { at, mass, centre, inertia }
 }
 
+fn rod_support(written: &Support) -> rod::Support {
+    rod::Support {
+        at: written.at,
+        stiffness: written.stiffness.numbers(),
+        rotational_stiffness: written.rotational_stiffness.numbers(),
+        damping: written.damping.numbers(),
+        rotational_damping: written.rotational_damping.numbers(),
+        position: written.position,
+        orientation: written.orientation,
+    }
+}
+
+fn rod_fluid(written: &Fluid) -> rod::Fluid {
+    let default = rod::Fluid::ideal(written.density);
+    rod::Fluid {
+        velocity: written.velocity,
+        viscous_drag: written.viscous_drag,
+        drag_coefficients: written.drag_coefficients,
+        added_mass_coefficient: written.added_mass_coefficient.unwrap_or(default.added_mass_coefficient),
+        is_buoyant: written.buoyancy.unwrap_or(default.is_buoyant),
+        ..default
+    }
+}
+
 /// The key in the file of a place in a [`rod::Rod`].
 fn rod_place(place: &str, segments: &[Segment]) -> String {
     if place.starts_with("gravity") {
@@ -323,7 +349,7 @@ fn rod_place(place: &str, segments: &[Segment]) -> String {
     }
     let mut key = place.replace("segments", "segment").replace("base_position", "base.position");
     key = key.replace("base_orientation", "base.orientation");
-    key = key.replace("loads[", "load[").replace("bodies[", "body[");
+    key = key.replace("loads[", "load[").replace("bodies[", "body[").replace("supports[", "support[");
     for (i, segment) in segments.iter().enumerate() {
         if segment.shear_modulus.is_none() && key == format!("segment[{i}].shear_modulus") {
             key = format!("segment[{i}].poisson_ratio");

@@ -68,6 +68,11 @@ pub(super) struct Rod {
     /// Further rigid bodies, anywhere on the rod.
     #[serde(default)]
     pub(super) body: Vec<Body>,
+    /// Springs and dampers to the world, anywhere on the rod.
+    #[serde(default)]
+    pub(super) support: Vec<Support>,
+    /// What surrounds the rod. Default: nothing.
+    pub(super) fluid: Option<Fluid>,
     /// Initial generalised coordinates, one per mode: segment by segment, in the order torsion, bend_y, bend_z,
     /// stretch, shear_y, shear_z, then by degree. Default: all zero, the stress-free rod.
     pub(super) q0: Option<Vec<f64>>,
@@ -163,6 +168,81 @@ pub(super) struct Body {
     /// Inertia tensor about its centre of mass in the section's axes, in kg m^2: three rows. Default: zero, a point.
     #[serde(default)]
     pub(super) inertia: [[f64; 3]; 3],
+}
+
+/// Springs and dampers between a section of a rod and a fixed pose in the world, the anchor.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Support {
+    /// Arc length of the unstretched rod of the section that is held, in metres. Default: the tip.
+    #[schemars(range(min = 0.0))]
+    pub(super) at: Option<f64>,
+    /// Stiffness in N/m: one number, or three along the axes of the anchor. Default: 0.
+    #[serde(default)]
+    pub(super) stiffness: PerAxis,
+    /// Rotational stiffness in N m/rad: one number, or three about the axes of the anchor. Default: 0.
+    #[serde(default)]
+    pub(super) rotational_stiffness: PerAxis,
+    /// Viscous damping in N s/m: one number, or three along the axes of the anchor. Default: 0.
+    #[serde(default)]
+    pub(super) damping: PerAxis,
+    /// Viscous damping of rotation in N m s/rad: one number, or three about the axes of the anchor. Default: 0.
+    #[serde(default)]
+    pub(super) rotational_damping: PerAxis,
+    /// Position of the anchor in the world, in metres. Default: where the section is when all coordinates are zero.
+    pub(super) position: Option<[f64; 3]>,
+    /// Orientation of the anchor: unit quaternion [w, x, y, z] that turns its axes into world axes. Default: that of the section
+    /// when all coordinates are zero, x along the rod.
+    pub(super) orientation: Option<[f64; 4]>,
+}
+
+/// A fluid of infinite extent around the whole rod, which flows uniformly and steadily far from it.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Fluid {
+    /// Density in kg/m^3.
+    #[schemars(range(min = 0.0), example = 1e3)]
+    pub(super) density: f64,
+    /// Velocity far from the rod, in the world, in m/s. Default: [0, 0, 0].
+    #[serde(default)]
+    pub(super) velocity: [f64; 3],
+    /// Viscous drag per length and velocity, in N s/m^2: [across the rod's axis, along it]. Default: [0, 0].
+    #[serde(default)]
+    pub(super) viscous_drag: [f64; 2],
+    /// Coefficients of the quadratic drag: [across the rod's axis, along it]. Default: [0, 0].
+    #[serde(default)]
+    pub(super) drag_coefficients: [f64; 2],
+    /// Mass of the fluid that moves with the rod across its axis, relative to the fluid that it displaces. Default: 1.
+    #[schemars(range(min = 0.0))]
+    pub(super) added_mass_coefficient: Option<f64>,
+    /// Whether the fluid bears the rod with the weight of what it displaces. Default: true.
+    pub(super) buoyancy: Option<bool>,
+}
+
+/// The same for all axes, or one number for each.
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, JsonSchema)]
+#[serde(untagged)]
+pub(super) enum PerAxis {
+    /// The same for all axes.
+    All(f64),
+    /// One for each axis.
+    Each([f64; 3]),
+}
+
+impl Default for PerAxis {
+    fn default() -> Self {
+        Self::All(0.0)
+    }
+}
+
+impl PerAxis {
+    /// The three numbers.
+    pub(super) fn numbers(self) -> [f64; 3] {
+        match self {
+            Self::All(number) => [number; 3],
+            Self::Each(numbers) => numbers,
+        }
+    }
 }
 
 /// Pose of a clamped end.

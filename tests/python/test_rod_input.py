@@ -282,4 +282,6 @@ def test_help_shows_the_defaults():
         "loads": (),
         "bodies": (),
         "base_motion": None,
+        "supports": (),
+        "fluid": None,
     }

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from .._lissom import __version__
 from ..results import MARK, SUMMARY, atomic_folder, write_summary
-from . import buckling, dynamics, frequencies, rotation, statics
+from . import buckling, dynamics, frequencies, rotation, statics, supports
 from .case import Case, Outcome, run
 
 __all__ = ["CASES", "Case", "Outcome", "run", "run_all", "write"]
@@ -19,6 +19,7 @@ __all__ = ["CASES", "Case", "Outcome", "run", "run_all", "write"]
 CASES: tuple[Case, ...] = (
     *statics.CASES,
     *buckling.CASES,
+    *supports.CASES,
     *frequencies.CASES,
     *dynamics.CASES,
     *rotation.CASES,

@@ -140,6 +140,27 @@ def becks_column() -> float:
     return float(newton(meeting, np.array([20.0, 11.0]))[0])
 
 
+def greenhill_root() -> float:
+    """The first positive root of tan u = u, 4.4934.
+
+    A shaft between clamps under an axial moment M buckles when M L / (2 E I) is that (Greenhill 1883, On the
+    strength of shafting when exposed both to torsion and to end thrust; Love 1927, section 272), a column
+    between a clamp and a pin when P L^2 / (E I) is its square.
+    """
+    return bisect(lambda u: float(np.sin(u) - u * np.cos(u)), np.pi, 1.5 * np.pi)
+
+
+def held_beam_roots(count: int, *, is_clamped: bool) -> Array:
+    """The first roots b of tan b = tanh b, of a beam between a clamp and a pin; of cos b cosh b = 1, between
+    two clamps: frequencies are b^2 sqrt(E I / (rho A L^4)) / 2 pi."""
+
+    def equation(b: float) -> float:
+        return float(np.cos(b) - 1.0 / np.cosh(b) if is_clamped else np.sin(b) - np.cos(b) * np.tanh(b))
+
+    low = np.pi if is_clamped else 0.75 * np.pi
+    return np.array([bisect(equation, low + np.pi * i, low + np.pi * (i + 1)) for i in range(count)])
+
+
 def cantilever_roots(count: int) -> Array:
     """The first roots b of cos b cosh b = -1: frequencies are b^2 sqrt(E I / (rho A L^4)) / 2 pi."""
 
@@ -242,6 +263,36 @@ def planar_rod(
         angle = newton(partial(residual, float(part)), angle)
     dx, dz, _, _ = slopes(1.0, angle)
     return PlanarShape(X, angle, integral @ dx, integral @ dz)
+
+
+def held_planar_rod(length: float, bending: float, weight: float) -> PlanarShape:
+    """A clamped heavy rod whose tip is held at the height and in the direction of the base, and may slide."""
+
+    def shape(unknown: Array) -> PlanarShape:
+        return planar_rod(
+            length,
+            lambda X: bending + 0.0 * X,
+            weight=lambda X: weight + 0.0 * X,
+            force=(0.0, float(unknown[0])),
+            moment=float(unknown[1]),
+        )
+
+    def residual(unknown: Array) -> Array:
+        found = shape(unknown)
+        return np.array([found.z[-1] / length, found.angle[-1]])
+
+    linear = np.array([weight * length / 2.0, -weight * length**2 / 12.0])
+    return shape(newton(residual, linear))
+
+
+def interpolated(X: Array, values: Array, at: float) -> float:
+    """The polynomial through values, as collocation gives them, at a place between (barycentric formula)."""
+    scale = 4.0 / (X.max() - X.min())
+    weights = np.array([1.0 / np.prod(scale * (x - np.delete(X, i))) for i, x in enumerate(X)])
+    if at in X:
+        return float(values[list(X).index(at)])
+    shares = weights / (at - X)
+    return float(shares @ values / shares.sum())
 
 
 def _chebyshev(degree: int) -> tuple[Array, Array]:

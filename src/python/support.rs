@@ -1,0 +1,151 @@
+//! `lissom.Support`.
+
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use super::convert;
+use crate::rod::Support;
+
+/// Springs and dampers between a section of a rod and a fixed pose in the world, its anchor.
+///
+/// For small turns the rotational springs answer like ordinary ones; a turn by any angle about one axis of the anchor alone meets
+/// the moment ``rotational_stiffness * sin(angle)``. With ``rotational_stiffness=(0, k, k)`` the direction of the rod is held and
+/// its twist is free, through any number of turns.
+///
+/// Parameters
+/// ----------
+/// stiffness : float or array_like, shape (3,)
+///     Along the axes of the anchor, newtons per metre; one number stands for all three.
+/// rotational_stiffness : float or array_like, shape (3,)
+///     About the axes of the anchor, newton metres per radian.
+/// damping, rotational_damping : float or array_like, shape (3,)
+///     Viscous, along and about the axes of the anchor: newton seconds per metre, newton metre seconds per radian.
+/// at : float, optional
+///     Arc length of the unstretched rod of the section that is held, metres; by default the tip.
+/// position : array_like, shape (3,), optional
+///     Of the anchor in the world, metres; by default where the section is when all coordinates are zero.
+/// orientation : array_like, shape (4,), optional
+///     Of the anchor: unit quaternion (w, x, y, z) that turns its axes into those of the world; by default that of the section when
+///     all coordinates are zero, its x axis along the rod.
+///
+/// Raises
+/// ------
+/// ValueError
+///     Naming every parameter that makes no sense; a place beyond the end is found out by the `Rod`.
+///
+/// Examples
+/// --------
+/// >>> import lissom
+/// >>> wire = lissom.Segment(0.4, 1e-3, 2e11, 8e10, 7800, {"bend_y": 5})
+/// >>> prop = lissom.Support(stiffness=(0, 0, 1e4))
+/// >>> rod = lissom.Rod([wire], supports=[prop])
+#[pyclass(name = "Support", module = "lissom", frozen, eq)]
+#[derive(Clone, PartialEq)]
+pub(crate) struct PySupport(pub(crate) Support);
+
+#[pymethods]
+impl PySupport {
+    #[new]
+    #[pyo3(
+        signature = (*, stiffness=None, rotational_stiffness=None, damping=None, rotational_damping=None, at=None, position=None, orientation=None),
+        text_signature = "(*, stiffness=0.0, rotational_stiffness=0.0, damping=0.0, rotational_damping=0.0, at=None, position=None, orientation=None)"
+    )]
+    fn new(
+        stiffness: Option<&Bound<'_, PyAny>>,
+        rotational_stiffness: Option<&Bound<'_, PyAny>>,
+        damping: Option<&Bound<'_, PyAny>>,
+        rotational_damping: Option<&Bound<'_, PyAny>>,
+        at: Option<f64>,
+        position: Option<&Bound<'_, PyAny>>,
+        orientation: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        let support = Support {
+            at,
+            stiffness: per_axis(stiffness, "stiffness")?,
+            rotational_stiffness: per_axis(rotational_stiffness, "rotational_stiffness")?,
+            damping: per_axis(damping, "damping")?,
+            rotational_damping: per_axis(rotational_damping, "rotational_damping")?,
+            position: position.map(|value| convert::array_of(value, "position")).transpose()?,
+            orientation: orientation.map(|value| convert::array_of(value, "orientation")).transpose()?,
+        };
+        // How long the rod is will be known later.
+        support.validate(f64::INFINITY)?;
+        Ok(Self(support))
+    }
+
+    /// Stiffness along the axes of the anchor, newtons per metre.
+    #[getter]
+    fn stiffness(&self) -> (f64, f64, f64) {
+        self.0.stiffness.into()
+    }
+
+    /// Rotational stiffness about the axes of the anchor, newton metres per radian.
+    #[getter]
+    fn rotational_stiffness(&self) -> (f64, f64, f64) {
+        self.0.rotational_stiffness.into()
+    }
+
+    /// Damping along the axes of the anchor, newton seconds per metre.
+    #[getter]
+    fn damping(&self) -> (f64, f64, f64) {
+        self.0.damping.into()
+    }
+
+    /// Damping of rotation about the axes of the anchor, newton metre seconds per radian.
+    #[getter]
+    fn rotational_damping(&self) -> (f64, f64, f64) {
+        self.0.rotational_damping.into()
+    }
+
+    /// Arc length of the section that is held, metres; None for the tip.
+    #[getter]
+    fn at(&self) -> Option<f64> {
+        self.0.at
+    }
+
+    /// Position of the anchor in the world, metres; None for where the section is when all coordinates are zero.
+    #[getter]
+    fn position(&self) -> Option<(f64, f64, f64)> {
+        self.0.position.map(Into::into)
+    }
+
+    /// Orientation of the anchor, quaternion (w, x, y, z) as given; None for that of the section when all coordinates are zero.
+    #[getter]
+    fn orientation(&self) -> Option<(f64, f64, f64, f64)> {
+        self.0.orientation.map(Into::into)
+    }
+
+    fn __repr__(&self) -> String {
+        let mut parts = vec![
+            format!("stiffness={:?}", self.stiffness()),
+            format!("rotational_stiffness={:?}", self.rotational_stiffness()),
+            format!("damping={:?}", self.damping()),
+            format!("rotational_damping={:?}", self.rotational_damping()),
+        ];
+        parts.extend(self.at().map(|x| format!("at={x:?}")));
+        parts.extend(self.position().map(|position| format!("position={position:?}")));
+        parts.extend(self.orientation().map(|orientation| format!("orientation={orientation:?}")));
+        format!("Support({})", parts.join(", "))
+    }
+
+    /// For copies and pickles.
+    fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> PyResult<((), Bound<'py, PyDict>)> {
+        let arguments = PyDict::new(py);
+        arguments.set_item("stiffness", self.stiffness())?;
+        arguments.set_item("rotational_stiffness", self.rotational_stiffness())?;
+        arguments.set_item("damping", self.damping())?;
+        arguments.set_item("rotational_damping", self.rotational_damping())?;
+        arguments.set_item("at", self.at())?;
+        arguments.set_item("position", self.position())?;
+        arguments.set_item("orientation", self.orientation())?;
+        Ok(((), arguments))
+    }
+}
+
+/// Three numbers, or one for all three.
+fn per_axis(value: Option<&Bound<'_, PyAny>>, name: &str) -> PyResult<[f64; 3]> {
+    value.map_or(Ok([0.0; 3]), |value| match value.extract::<f64>() {
+        Ok(number) => Ok([number; 3]),
+        Err(_) => convert::array_of(value, name),
+    })
+}

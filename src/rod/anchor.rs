@@ -1,0 +1,156 @@
+//! A support compiled for computing. There are few of them: all is done in three dimensions, of which a plane takes its part.
+
+use super::kinematics;
+use super::plan::Plan;
+use super::points::PointState;
+use super::response::{Linear, Response};
+use super::support::Support;
+use super::turning::Turning;
+use super::workspace::Workspace;
+use crate::lie::{Cross, Quaternion, Rotation, Symmetric, Twist, Vector, Wrench};
+
+/// An anchor with its springs and dampers, in the frame of the plan.
+#[derive(Clone, Debug)]
+pub(super) struct Anchor {
+    position: Vector<f64>,
+    axes: Rotation<f64>,
+    stiffness: Symmetric<f64>,
+    damping: Symmetric<f64>,
+    /// The factors c of the potential of rotation (see [`Support`]).
+    turning: [f64; 3],
+    rotational_damping: Symmetric<f64>,
+}
+
+/// The section at a support, in three dimensions.
+#[derive(Clone, Copy, Debug)]
+struct Section {
+    offset: Vector<f64>,
+    axes: [Vector<f64>; 3],
+    angular: Vector<f64>,
+    velocity: Vector<f64>,
+}
+
+/// Compiles the supports of a rod, of which `at` says at which points of the plan they act.
+pub(super) fn compile<G: Turning>(plan: &Plan<G>, supports: &[Support], at: &[usize]) -> Vec<Anchor> {
+    // Where the sections are when all coordinates are zero.
+    let mut work = Workspace::new(plan);
+    kinematics::update(plan, &mut work, &vec![0.0; plan.n]);
+    let base = &plan.world.base.rotation;
+    let in_frame = |v: Vector<f64>| base.apply_transposed(v);
+    let compiled = |(support, &p): (&Support, &usize)| {
+        let state = &work.points[p];
+        let position = match support.position {
+            Some(position) => in_frame(Vector::from(position) - plan.world.base.position),
+            None => G::in_space(plan.frame, state.position),
+        };
+        let axes = match support.orientation {
+            Some(orientation) => {
+                let Rotation { x, y, z } = Quaternion::from_array(orientation).rotation();
+                Rotation { x: in_frame(x), y: in_frame(y), z: in_frame(z) }
+            }
+            None => G::rotation_in_space(plan.frame, &state.rotation),
+        };
+        let about = |diagonal: [f64; 3]| {
+            let mut sum = Symmetric::diagonal(0.0);
+            for (i, value) in diagonal.into_iter().enumerate() {
+                sum += Symmetric::square(axes.axis(i)) * value;
+            }
+            sum
+        };
+        let [x, y, z] = support.rotational_stiffness.map(|stiffness| 0.5 * stiffness);
+        Anchor {
+            position,
+            stiffness: about(support.stiffness),
+            damping: about(support.damping),
+            turning: [y + z - x, z + x - y, x + y - z],
+            rotational_damping: about(support.rotational_damping),
+            axes,
+        }
+    };
+    supports.iter().zip(at).map(compiled).collect()
+}
+
+impl Anchor {
+    pub(super) fn is_damped(&self) -> bool {
+        let none = Symmetric::diagonal(0.0);
+        self.damping != none || self.rotational_damping != none
+    }
+
+    fn section<G: Turning>(&self, frame: G::Frame, state: &PointState<G>) -> Section {
+        let Twist { angular, linear } = state.velocity;
+        let Rotation { x, y, z } = G::rotation_in_space(frame, &state.rotation);
+        Section {
+            offset: G::in_space(frame, state.position) - self.position,
+            axes: [x, y, z],
+            angular: G::axial_in_space(frame, angular),
+            velocity: G::in_space(frame, linear + angular.cross(state.position)),
+        }
+    }
+
+    /// Moment and force on the section.
+    fn moment_and_force(&self, section: &Section) -> [Vector<f64>; 2] {
+        let mut moment = -self.rotational_damping.times(section.angular);
+        for (i, axis) in section.axes.into_iter().enumerate() {
+            moment += axis.cross(self.axes.axis(i)) * self.turning[i];
+        }
+        [moment, -(self.stiffness.times(section.offset) + self.damping.times(section.velocity))]
+    }
+
+    /// The wrench on the section, about its centre.
+    #[inline(always)]
+    pub(super) fn wrench<G: Turning>(&self, frame: G::Frame, state: &PointState<G>) -> Wrench<G, f64> {
+        let [moment, force] = self.moment_and_force(&self.section(frame, state));
+        Wrench { moment: G::axial_of(frame, moment), force: G::vector_of(frame, force) }
+    }
+
+    /// How what the section needs against it changes: the force f by `delta f - theta x f` for a turn by theta, as it is seen from
+    /// the turning material, and the moment likewise.
+    #[inline(always)]
+    pub(super) fn response<G: Turning>(&self, frame: G::Frame, state: &PointState<G>) -> Response<G, f64> {
+        let section = self.section(frame, state);
+        let [moment, force] = self.moment_and_force(&section);
+        let about_origin = |moment: Vector<f64>, force: Vector<f64>| {
+            let need = Wrench { moment: G::axial_of(frame, -moment), force: G::vector_of(frame, -force) };
+            need.at(state.position)
+        };
+        let local = |twist: Twist<G, f64>| {
+            let linear = twist.linear + twist.angular.cross(state.position);
+            [G::axial_in_space(frame, twist.angular), G::in_space(frame, linear)]
+        };
+        Response {
+            stiffness: Linear::of(|displacement| {
+                let [turn, shift] = local(displacement);
+                let mut turned = -self.rotational_damping.times(turn.cross(section.angular));
+                for (i, axis) in section.axes.into_iter().enumerate() {
+                    turned += turn.cross(axis).cross(self.axes.axis(i)) * self.turning[i];
+                }
+                let shifted =
+                    -(self.stiffness.times(shift) + self.damping.times(turn.cross(section.velocity)));
+                about_origin(turned - turn.cross(moment), shifted - turn.cross(force))
+            }),
+            damping: Linear::of(|y| {
+                let [angular, velocity] = local(y);
+                about_origin(-self.rotational_damping.times(angular), -self.damping.times(velocity))
+            }),
+            inertia: Linear::zero(),
+        }
+    }
+
+    /// Potential energy of the springs.
+    pub(super) fn energy<G: Turning>(&self, frame: G::Frame, state: &PointState<G>) -> f64 {
+        let section = self.section(frame, state);
+        let mut energy = 0.5 * section.offset.dot(self.stiffness.times(section.offset));
+        for (i, axis) in section.axes.into_iter().enumerate() {
+            // 1 - a . e without cancellation, of unit vectors.
+            let chord = axis - self.axes.axis(i);
+            energy += 0.5 * self.turning[i] * chord.dot(chord);
+        }
+        energy
+    }
+
+    /// Power that the dampers take out of the motion.
+    pub(super) fn dissipated_power<G: Turning>(&self, frame: G::Frame, state: &PointState<G>) -> f64 {
+        let Section { angular, velocity, .. } = self.section(frame, state);
+        velocity.dot(self.damping.times(velocity)) + angular.dot(self.rotational_damping.times(angular))
+    }
+}

@@ -1,0 +1,399 @@
+//! What the fluid around a rod does to it, at the nodes: drag and added mass. Buoyancy is a dead load that is spread.
+//!
+//! With the current U = (0; u), uniform and steady, the twist of a section relative to the fluid is `V_r = V - U`. Its drag
+//! is a force -h at the section. The added mass has the momentum `N_a V_r`, `N_a` seen from the origin like the inertia N but
+//! with mass across the axis only; in the frame that moves with the current Kirchhoff's equations hold, and back in the
+//! frame of the rod the section needs
+//!
+//! ```text
+//! N_a (A_k + ad_V U) - ad_{V_r}^T N_a V_r,    A_k = A + (0; g), the acceleration without gravity
+//! ```
+//!
+//! Its energy is `1/2 V . N_a V - 1/2 U . N_a U`: the second term, a potential, turns rods across the current.
+//!
+//! As the moving material sees it (see `tangent`), with Psi standing for `w_q Psi`, V_r varies by `Y_r = Y + ad_Psi U` and A_k by
+//! `Z - ad_V Y - ad_Psi (0; g)`.
+
+use super::description::Rod;
+use super::fluid::Fluid;
+use super::load::{Extent, Frame};
+use super::plan::{Load, Plan, SegmentPlan, packed};
+use super::response::{Linear, Response};
+use super::spread::Spread;
+use super::turning::Turning;
+use super::workspace::Workspace;
+use crate::lie::{Counted, Cross, Geometry, Lanes, Scalar, Twist, Vector, VectorSpace, Wrench, products};
+
+/// The fluid of a plan.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Immersion<G: Geometry> {
+    /// Velocity u, in the frame.
+    pub(super) current: G::Vector<f64>,
+    /// Squared velocity out of the plane that the rod moves in: it only adds to the speed.
+    pub(super) crossing: f64,
+    pub(super) has_drag: bool,
+    pub(super) has_added_mass: bool,
+}
+
+impl<G: Geometry> Immersion<G> {
+    /// Whether its current can put energy into the motion.
+    pub(super) fn is_driving(&self) -> bool {
+        self.has_drag && self.current.dot(self.current) + self.crossing > 0.0
+    }
+}
+
+/// What a segment meets in its fluid, at the nodes and per length.
+#[derive(Clone, Debug)]
+pub(super) struct Immersed<G: Geometry> {
+    /// `C_a rho A`.
+    added_mass: Vec<G::Pack>,
+    drag: Vec<Drag<G::Pack>>,
+}
+
+/// Drag per length: viscous `c_n` and `c_t`, quadratic `rho d C_n / 2` and `pi rho d C_t / 2`.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Drag<T> {
+    pub(super) viscous: [T; 2],
+    pub(super) quadratic: [T; 2],
+}
+
+/// The fluid as a section meets it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Stream<G: Geometry, T: Scalar> {
+    pub(super) axis: G::Vector<T>,
+    pub(super) position: G::Vector<T>,
+    pub(super) current: G::Vector<T>,
+    pub(super) crossing: T,
+}
+
+/// Motion across the axis and along it, with its speeds.
+#[derive(Clone, Copy, Debug)]
+struct Relative<G: Geometry, T: Scalar> {
+    across: G::Vector<T>,
+    along: T,
+    /// Speeds, never zero: what has no direction has the direction zero.
+    speeds: [T; 2],
+}
+
+/// Immerses the segments of a plan in the fluid of a rod, which bears them.
+pub(super) fn compile<G: Turning>(plan: &mut Plan<G>, rod: &Rod, fluid: &Fluid) {
+    let Fluid { density, added_mass_coefficient, .. } = *fluid;
+    let base = plan.world.base.rotation;
+    let turned = base.apply_transposed(fluid.velocity.into());
+    let current = G::vector_of(plan.frame, turned);
+    let out_of_plane = turned - G::in_space(plan.frame, current);
+    let immersion = Immersion {
+        current,
+        crossing: out_of_plane.dot(out_of_plane),
+        has_drag: fluid.has_drag(),
+        has_added_mass: fluid.has_added_mass(),
+    };
+    let is_felt = immersion.has_drag || immersion.has_added_mass;
+    let is_borne = fluid.bears(rod.gravity);
+    let buoyancy = plan.loads.len();
+    let mut volume = 0.0;
+    for segment in &mut plan.segments {
+        let nodes = &segment.gauss.nodes;
+        let areas: Vec<f64> = nodes.iter().map(|&x| segment.piece.section(x).area).collect();
+        let diameter = |i: usize| (4.0 * areas[i] / std::f64::consts::PI).sqrt();
+        if is_felt {
+            let constant = |value: f64| move |_: usize| value;
+            let [across, along] = fluid.viscous_drag.map(|c| packed::<G::Pack>(nodes.len(), constant(c)));
+            let [normal, tangential] = fluid.drag_coefficients;
+            let quadratic = |c: f64| packed::<G::Pack>(nodes.len(), |i| 0.5 * density * diameter(i) * c);
+            let (normal, tangential) = (quadratic(normal), quadratic(std::f64::consts::PI * tangential));
+            let drag = |pack: usize| Drag {
+                viscous: [across[pack], along[pack]],
+                quadratic: [normal[pack], tangential[pack]],
+            };
+            segment.immersed = Some(Immersed {
+                added_mass: packed(nodes.len(), |i| added_mass_coefficient * density * areas[i]),
+                drag: (0..segment.packs).map(drag).collect(),
+            });
+        }
+        if is_borne {
+            let weights = segment.gauss.weights.iter().zip(&areas);
+            volume += segment.length * weights.map(|(weight, area)| weight * area).sum::<f64>();
+            segment.spread.push(Spread { load: buoyancy, density: packed(nodes.len(), |i| areas[i]) });
+        }
+    }
+    if is_borne {
+        let weight = Vector::from(rod.gravity) * -density;
+        let force = G::vector_of(plan.frame, base.apply_transposed(weight));
+        let wrench = Wrench { moment: VectorSpace::zero(), force };
+        let extent = Extent::Along([0.0, rod.length()]);
+        plan.loads.push(Load {
+            extent,
+            frame: Frame::World,
+            wrench,
+            signals: None,
+            has_potential: true,
+            has_moment: false,
+        });
+        plan.has_dead_loads = true;
+        plan.world.dead_force += weight * volume;
+    }
+    if is_felt {
+        plan.has_responses = true;
+        plan.immersion = Some(immersion);
+    }
+}
+
+impl<T: Scalar> Drag<T> {
+    fn weighted(&self, weight: T) -> Self {
+        Self { viscous: self.viscous.map(|c| c * weight), quadratic: self.quadratic.map(|c| c * weight) }
+    }
+
+    /// Drag over velocity, across the axis and along it.
+    #[inline(always)]
+    fn factors<G: Geometry>(&self, relative: &Relative<G, T>) -> [T; 2] {
+        let factor = |i: usize| self.quadratic[i].mul_add(relative.speeds[i], self.viscous[i]);
+        [factor(0), factor(1)]
+    }
+
+    /// h, the drag backwards.
+    #[inline(always)]
+    fn force<G: Geometry>(&self, stream: &Stream<G, T>, relative: &Relative<G, T>) -> G::Vector<T> {
+        let [across, along] = self.factors(relative);
+        (relative.across * across).add_scaled(stream.axis, relative.along * along)
+    }
+
+    /// The change of h with the relative velocity.
+    #[inline(always)]
+    fn change<G: Geometry>(
+        &self,
+        stream: &Stream<G, T>,
+        relative: &Relative<G, T>,
+        change: G::Vector<T>,
+    ) -> G::Vector<T> {
+        let [across, along] = self.factors(relative);
+        let of_along = stream.axis.dot(change);
+        let of_across = change.add_scaled(stream.axis, -of_along);
+        // |v| v is differentiable everywhere, also at rest: |v| w + v (v . w) / |v|.
+        let of_speed = relative.across.dot(of_across) * relative.speeds[0].reciprocal();
+        let stiffer = along + self.quadratic[1] * relative.speeds[1];
+        (of_across * across)
+            .add_scaled(relative.across, self.quadratic[0] * of_speed)
+            .add_scaled(stream.axis, of_along * stiffer)
+    }
+}
+
+impl<G: Geometry, T: Scalar> Stream<G, T> {
+    #[inline(always)]
+    fn translation(linear: G::Vector<T>) -> Twist<G, T> {
+        Twist { angular: VectorSpace::zero(), linear }
+    }
+
+    #[inline(always)]
+    fn current(&self) -> Twist<G, T> {
+        Self::translation(self.current)
+    }
+
+    /// Velocity of the section's centre.
+    #[inline(always)]
+    fn velocity(&self, twist: Twist<G, T>) -> G::Vector<T> {
+        twist.angular.cross_add(self.position, twist.linear)
+    }
+
+    #[inline(always)]
+    fn relative(&self, twist: Twist<G, T>) -> Relative<G, T> {
+        let velocity = self.velocity(twist) - self.current;
+        let along = self.axis.dot(velocity);
+        let across = velocity.add_scaled(self.axis, -along);
+        let least = T::splat(f64::MIN_POSITIVE);
+        let speeds = [across.dot_add(across, self.crossing + least), along.mul_add(along, least)];
+        Relative { across, along, speeds: speeds.map(Scalar::sqrt) }
+    }
+
+    /// `N_a` times a twist.
+    #[inline(always)]
+    fn added_momentum(&self, mass: T, twist: Twist<G, T>) -> Wrench<G, T> {
+        let velocity = self.velocity(twist);
+        let across = velocity.add_scaled(self.axis, -self.axis.dot(velocity));
+        self.at_section(across * mass)
+    }
+
+    #[inline(always)]
+    fn at_section(&self, force: G::Vector<T>) -> Wrench<G, T> {
+        Wrench { moment: VectorSpace::zero(), force }.at(self.position)
+    }
+
+    /// What the added mass needs in a motion, with the acceleration less gravity.
+    #[inline(always)]
+    pub(super) fn added_force(
+        &self,
+        mass: T,
+        gravity: G::Vector<T>,
+        velocity: Twist<G, T>,
+        acceleration: Twist<G, T>,
+    ) -> Wrench<G, T> {
+        let relative = velocity - self.current();
+        let linear = velocity.angular.cross_add(self.current, acceleration.linear + gravity);
+        let felt = Twist { angular: acceleration.angular, linear };
+        self.added_momentum(mass, felt) - relative.bracket_transposed(self.added_momentum(mass, relative))
+    }
+
+    /// What is needed against the drag.
+    #[inline(always)]
+    pub(super) fn drag_force(&self, drag: &Drag<T>, velocity: Twist<G, T>) -> Wrench<G, T> {
+        self.at_section(drag.force(self, &self.relative(velocity)))
+    }
+
+    /// The response of both.
+    #[inline(always)]
+    pub(super) fn response(
+        &self,
+        mass: T,
+        drag: &Drag<T>,
+        gravity: G::Vector<T>,
+        velocity: Twist<G, T>,
+    ) -> Response<G, T> {
+        let current = self.current();
+        let relative_twist = velocity - current;
+        let momentum = self.added_momentum(mass, relative_twist);
+        let relative = self.relative(velocity);
+        // For changes of V_r, and of A_k + ad_V U.
+        let change = |motion: Twist<G, T>, felt: Twist<G, T>| {
+            let added = self.added_momentum(mass, felt)
+                - motion.bracket_transposed(momentum)
+                - relative_twist.bracket_transposed(self.added_momentum(mass, motion));
+            added + self.at_section(drag.change(self, &relative, self.velocity(motion)))
+        };
+        Response {
+            stiffness: Linear::of(|displacement| {
+                let turn: G::Axial<T> = displacement.angular;
+                let turned = |v: G::Vector<T>| Self::translation(turn.cross(v));
+                let motion = turned(self.current);
+                change(motion, -turned(gravity) - velocity.bracket(motion))
+            }),
+            damping: Linear::of(|y| change(y, -(velocity + current).bracket(y))),
+            inertia: self.inertia(mass),
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn inertia(&self, mass: T) -> Linear<G, T> {
+        Linear::of(|z| self.added_momentum(mass, z))
+    }
+}
+
+/// Products of what the fluid asks of a node in a motion, and of its response: all of it, or that of the added mass alone.
+pub(super) fn costs<G: Turning>(immersion: &Immersion<G>) -> [u64; 3] {
+    let (vector, twist) = (VectorSpace::zero(), Twist::zero());
+    let stream = Stream::<G, Counted> { axis: vector, position: vector, current: vector, crossing: Counted };
+    let drag = Drag { viscous: [Counted; 2], quadratic: [Counted; 2] };
+    let mut force = 0;
+    if immersion.has_added_mass {
+        force += products(|| stream.added_force(Counted, vector, twist, twist));
+    }
+    if immersion.has_drag {
+        force += products(|| stream.drag_force(&drag, twist));
+    }
+    let weighted = products(|| drag.weighted(Counted)) + 1;
+    let response = products(|| stream.response(Counted, &drag, vector, twist));
+    [force, weighted + response, 1 + products(|| stream.inertia(Counted))]
+}
+
+/// The fluid as a pack of nodes meets it.
+#[inline(always)]
+fn stream<G: Turning>(
+    plan: &Plan<G>,
+    immersion: &Immersion<G>,
+    work: &Workspace<G>,
+    node: usize,
+) -> Stream<G, G::Pack> {
+    Stream {
+        axis: G::rod_axis(plan.frame, &work.rotation[node]),
+        position: work.position[node],
+        current: splat::<G>(immersion.current),
+        crossing: G::Pack::splat(immersion.crossing),
+    }
+}
+
+#[inline(always)]
+fn splat<G: Geometry>(v: G::Vector<f64>) -> G::Vector<G::Pack> {
+    G::map_vector(&v, |&x| G::Pack::splat(x))
+}
+
+/// Adds what the fluid asks for to what the motion of a segment needs.
+#[inline(always)]
+pub(super) fn act<G: Turning>(plan: &Plan<G>, segment: &SegmentPlan<G>, work: &mut Workspace<G>) {
+    let (Some(immersion), Some(immersed)) = (&plan.immersion, &segment.immersed) else { return };
+    for pack in 0..segment.packs {
+        let node = segment.first_pack + pack;
+        let stream = stream(plan, immersion, work, node);
+        let velocity = work.velocity[node];
+        if immersion.has_added_mass {
+            let mass = immersed.added_mass[pack];
+            let gravity = splat::<G>(work.surroundings.gravity);
+            work.force[node] += stream.added_force(mass, gravity, velocity, work.acceleration[node]);
+        }
+        if immersion.has_drag {
+            work.force[node] += stream.drag_force(&immersed.drag[pack], velocity);
+        }
+    }
+}
+
+/// Responses of the nodes of an immersed segment, times the quadrature weights; of the added mass alone, where nothing else is
+/// asked for.
+#[inline(always)]
+pub(super) fn respond<G: Turning>(
+    plan: &Plan<G>,
+    segment: &SegmentPlan<G>,
+    work: &Workspace<G>,
+    is_mass_only: bool,
+    responses: &mut [Response<G, G::Pack>],
+) {
+    let (Some(immersion), Some(immersed)) = (&plan.immersion, &segment.immersed) else { return };
+    for (pack, response) in responses[..segment.packs].iter_mut().enumerate() {
+        let node = segment.first_pack + pack;
+        let weight = segment.weights[pack];
+        let stream = stream(plan, immersion, work, node);
+        let mass = immersed.added_mass[pack] * weight;
+        if is_mass_only {
+            response.inertia = stream.inertia(mass);
+        } else {
+            let drag = immersed.drag[pack].weighted(weight);
+            *response =
+                stream.response(mass, &drag, splat::<G>(work.surroundings.gravity), work.velocity[node]);
+        }
+    }
+}
+
+/// What the fluid has of energy and takes of power, with the motion up to date.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Exchange {
+    /// Kinetic energy of the added mass, and its potential in the current.
+    pub(super) kinetic: f64,
+    pub(super) potential: f64,
+    /// Power that drag takes out of the motion relative to the fluid, and power that the current puts in.
+    pub(super) dissipated: f64,
+    pub(super) supplied: f64,
+}
+
+pub(super) fn exchange<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> Exchange {
+    let mut sum = Exchange::default();
+    let Some(immersion) = &plan.immersion else { return sum };
+    for segment in &plan.segments {
+        let Some(immersed) = &segment.immersed else { continue };
+        for pack in 0..segment.packs {
+            let node = segment.first_pack + pack;
+            let weight = segment.weights[pack];
+            let stream = stream(plan, immersion, work, node);
+            let twist = work.velocity[node];
+            let half_mass = immersed.added_mass[pack] * weight * 0.5;
+            let across = |v: G::Vector<G::Pack>| v.add_scaled(stream.axis, -stream.axis.dot(v));
+            let [moving, streaming] = [stream.velocity(twist), stream.current].map(across);
+            sum.kinetic += (moving.dot(moving) * half_mass).sum();
+            sum.potential -= (streaming.dot_add(streaming, stream.crossing) * half_mass).sum();
+            let relative = stream.relative(twist);
+            let drag = immersed.drag[pack].weighted(weight);
+            let force = drag.force(&stream, &relative);
+            let crossing = drag.factors(&relative)[0] * stream.crossing;
+            let supplied = crossing - force.dot(stream.current);
+            sum.supplied += supplied.sum();
+            sum.dissipated += (force.dot(stream.velocity(twist)) + supplied).sum();
+        }
+    }
+    sum
+}
