@@ -20,4 +20,5 @@ pub mod roots;
 pub mod scene;
 pub mod signal;
 pub mod simulate;
+mod spectrum;
 pub mod statics;

@@ -1,6 +1,6 @@
 //! What every mechanical system of lissom offers to the integrators.
 
-use crate::error::Interrupted;
+use crate::error::{Interrupted, InvalidInput};
 use crate::linalg::{ChainLu, ChainMatrix, Cholesky, Matrix};
 
 /// The energies of a state, in joules.
@@ -115,9 +115,33 @@ pub trait Model {
     /// The length of the model, in metres: what errors of the tip are relative to.
     fn length(&self) -> f64;
 
+    /// False where what is computed of this shape means nothing, because the discretisation cannot follow it.
+    fn resolves(&self, _q: &[f64]) -> bool {
+        true
+    }
+
+    /// Refuses a shape that the model does not resolve; `place` is the name of `q`.
+    fn check_shape(&self, q: &[f64], place: &str) -> Result<(), InvalidInput> {
+        if self.resolves(q) {
+            return Ok(());
+        }
+        let found = "a rod that turns by more than half a turn between neighbouring quadrature nodes";
+        let expected = "a shape that the nodes resolve: smaller curvatures, more `nodes`, or more segments";
+        Err(InvalidInput::new(place, found, expected))
+    }
+
     /// The same system with more modes and nodes, and which of its coordinates are those of this one; `None` for a system that is not
     /// discretised.
     fn refined(&self) -> Option<(Self, Vec<usize>)>
+    where
+        Self: Sized,
+    {
+        None
+    }
+
+    /// The same system in the same coordinates with so many times the quadrature nodes that it has by default; `None` where it leaves none
+    /// open, or would have too many.
+    fn with_nodes_times(&self, _factor: usize) -> Option<Self>
     where
         Self: Sized,
     {

@@ -3,11 +3,25 @@
 use std::time::Instant;
 
 use crate::balance::{Balance, Flow, FlowMeter, Rule, State};
-use crate::error::{Interrupted, InvalidInput};
+use crate::error::{Interrupted, InvalidInput, Number};
 use crate::model::{ForwardScratch, Model};
 use crate::newmark::{self, FreeMotion, check_points, number_of_steps};
 use crate::ode::{self, FirstOrder, Output};
 use crate::radau;
+use crate::spectrum::Spectrum;
+
+/// Steps that stability may force on an explicit method, unless the caller says how many there may be: some seconds of work.
+const STIFF_STEPS: usize = 100_000;
+
+/// Accepted steps after which that is looked at for the first time.
+const FIRST_LOOK: usize = 256;
+
+/// Steps longer than this part of the stable ones are limited by the largest rate: by stability, or because it is followed.
+const LIMITED: f64 = 0.1;
+
+/// Nobody wants to follow it where it is so many times the highest frequency that moves the tip by this part of the length.
+const MANY_TIMES: f64 = 10.0;
+const VISIBLE: f64 = 1e-5;
 
 /// How a motion is computed.
 #[derive(Clone, Debug, PartialEq)]
@@ -52,6 +66,10 @@ pub enum Status {
     FirstOrder(ode::Status),
     /// The end was reached, but not the accuracy that was asked for.
     AccuracyNotReached,
+    /// The motion left the shapes that the model resolves.
+    Unresolved,
+    /// Stability would force more steps on an explicit method than are sensible.
+    Stiff,
 }
 
 impl Status {
@@ -60,7 +78,7 @@ impl Status {
         match self {
             Self::SecondOrder(status) => status.is_success(),
             Self::FirstOrder(status) => status.is_success(),
-            Self::AccuracyNotReached => false,
+            Self::AccuracyNotReached | Self::Unresolved | Self::Stiff => false,
         }
     }
 
@@ -70,6 +88,8 @@ impl Status {
             Self::SecondOrder(status) => status.name(),
             Self::FirstOrder(status) => status.name(),
             Self::AccuracyNotReached => "accuracy_not_reached",
+            Self::Unresolved => "unresolved",
+            Self::Stiff => "stiff",
         }
     }
 }
@@ -115,7 +135,8 @@ impl Simulation {
 /// The free motion of `model` from `q0`, `v0` over `[0, t_end]`. `t_eval` are increasing times at which it is wanted.
 /// `monitor` sees the time after every accepted step and may stop the run; the status then says so.
 ///
-/// Fails before any evaluation when an argument is wrong, or when the result would not fit in memory.
+/// Fails before any evaluation when an argument is wrong, when the model does not resolve `q0`, or when the result would not fit in
+/// memory.
 pub fn simulate<M: Model + Clone>(
     mut model: M,
     t_end: f64,
@@ -126,21 +147,24 @@ pub fn simulate<M: Model + Clone>(
     monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
 ) -> Result<Simulation, InvalidInput> {
     let start = Instant::now();
+    newmark::check_start(model.n(), (0.0, t_end), q0, v0, method.dt())?;
+    model.check_shape(q0, "q0")?;
     check_span(model.time_span(), t_end)?;
+    let mut stop = None;
     let mut simulation = match method {
         Method::Newmark(options) => {
             let mut meter = FlowMeter::new(&mut model, Rule::Mean, [q0, v0], t_eval);
             let mut monitor = |system: &mut FreeMotion<'_, M>, stepper: &newmark::Stepper| {
                 let state = State { t: stepper.t(), q: stepper.q(), v: stepper.v(), a: stepper.a() };
                 measure(&mut meter, system, state)?;
-                monitor(stepper.t())
+                stop = Stop::where_unresolved(system.0, stepper.t(), stepper.q());
+                if stop.is_some() { Err(Interrupted) } else { monitor(stepper.t()) }
             };
             let mut system = FreeMotion(&mut model);
             let solution = newmark::solve(&mut system, (0.0, t_end), q0, v0, options, t_eval, &mut monitor)?;
             Simulation::new(solution, meter)
         }
         Method::Radau { options, dt } => {
-            newmark::check_start(model.n(), (0.0, t_end), q0, v0, *dt)?;
             let times = match t_eval {
                 Some(times) => times.to_vec(),
                 None => grid(model.n(), t_end, *dt)?,
@@ -149,7 +173,8 @@ pub fn simulate<M: Model + Clone>(
             let mut monitor = |system: &mut FreeMotion<'_, M>, stepper: &radau::Stepper| {
                 let state = State { t: stepper.t(), q: stepper.q(), v: stepper.v(), a: stepper.a() };
                 measure(&mut meter, system, state)?;
-                monitor(stepper.t())
+                stop = Stop::where_unresolved(system.0, stepper.t(), stepper.q());
+                if stop.is_some() { Err(Interrupted) } else { monitor(stepper.t()) }
             };
             let mut system = FreeMotion(&mut model);
             let solution =
@@ -157,9 +182,13 @@ pub fn simulate<M: Model + Clone>(
             Simulation::new(solution, meter)
         }
         Method::FirstOrder { options, dt } => {
-            first_order(model, t_end, [q0, v0], (options, *dt), t_eval, monitor)?
+            first_order(model, t_end, [q0, v0], (options, *dt), t_eval, &mut stop, monitor)?
         }
     };
+    if let Some(stop) = stop {
+        simulation.status = stop.status;
+        simulation.message = stop.message;
+    }
     simulation.statistics.wall_time = start.elapsed().as_secs_f64();
     Ok(simulation)
 }
@@ -172,6 +201,82 @@ fn check_span([from, to]: [f64; 2], t_end: f64) -> Result<(), InvalidInput> {
         return Err(InvalidInput::new("t_end", format_args!("a run from 0 to {t_end}"), expected));
     }
     Ok(())
+}
+
+impl Method {
+    /// Size of fixed steps, or distance of output times.
+    fn dt(&self) -> f64 {
+        match self {
+            Self::Newmark(options) => options.dt,
+            Self::Radau { dt, .. } | Self::FirstOrder { dt, .. } => *dt,
+        }
+    }
+}
+
+/// Why a run is ended although its method could go on.
+struct Stop {
+    status: Status,
+    message: String,
+}
+
+impl Stop {
+    fn where_unresolved<M: Model + ?Sized>(model: &M, t: f64, q: &[f64]) -> Option<Self> {
+        if model.resolves(q) {
+            return None;
+        }
+        let message = format!(
+            "At t = {} the rod turns by more than half a turn between neighbouring quadrature nodes: the last state says nothing \
+             about the motion. Take shorter steps; if that ends here too, give the segment more `nodes`.",
+            Number(t)
+        );
+        Some(Self { status: Status::Unresolved, message })
+    }
+}
+
+/// Looks at an explicit run now and then: whether stability limits its steps, and how many it would still take.
+struct StiffnessWatch {
+    limit: f64,
+    allowed: usize,
+    /// Accepted steps and time of the last look, and accepted steps of the next one.
+    last: (usize, f64),
+    next: usize,
+}
+
+impl StiffnessWatch {
+    fn new(options: &ode::Options) -> Option<Self> {
+        let limit = ode::stability_limit(options.method)?;
+        let allowed = if options.max_steps == usize::MAX { STIFF_STEPS } else { options.max_steps };
+        Some(Self { limit, allowed, last: (0, 0.0), next: FIRST_LOOK })
+    }
+
+    fn look<M: Model>(&mut self, model: &mut M, stepper: &ode::Stepper) -> Option<Stop> {
+        let (t, accepted) = (stepper.t(), stepper.counters().accepted);
+        if accepted < self.next {
+            return None;
+        }
+        let step = (t - self.last.1) / (accepted - self.last.0) as f64;
+        self.last = (accepted, t);
+        self.next = 2 * accepted;
+        let left = ((stepper.t_end() - t) / step).ceil();
+        if accepted as f64 + left <= self.allowed as f64 {
+            return None;
+        }
+        let (q, v) = stepper.y().split_at(model.n());
+        let spectrum = Spectrum::new(model, t, q, v)?;
+        let rate = spectrum.rate();
+        let visible = spectrum.highest_visible(model, q, VISIBLE * model.length());
+        if step * rate < LIMITED * self.limit || rate < MANY_TIMES * visible {
+            return None;
+        }
+        let message = format!(
+            "The model is stiff: its largest rate at t = {}, {rate:.1e} per second, limits explicit steps to {:.1e} s, whatever the \
+             accuracy, and the rest of the time would take about {left:.0} of them. Use method \"radau\", which no rate limits, or \
+             \"auto\"; or allow that many `max_steps`.",
+            Number(t),
+            self.limit / rate
+        );
+        Some(Stop { status: Status::Stiff, message })
+    }
 }
 
 fn measure<M: Model>(
@@ -207,10 +312,10 @@ fn first_order<M: Model + Clone>(
     [q0, v0]: [&[f64]; 2],
     (options, dt): (&ode::Options, f64),
     t_eval: Option<&[f64]>,
+    stop: &mut Option<Stop>,
     monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
 ) -> Result<Simulation, InvalidInput> {
     let n = model.n();
-    newmark::check_start(n, (0.0, t_end), q0, v0, dt)?;
     let output = Output::at(match t_eval {
         Some(times) => times.to_vec(),
         None => grid(n, t_end, dt)?,
@@ -218,14 +323,19 @@ fn first_order<M: Model + Clone>(
     let mut observed = model.clone();
     let output_times = output.t_eval.clone();
     let mut meter = FlowMeter::new(&mut observed, Rule::Quintic, [q0, v0], output_times.as_deref());
+    let mut watch = StiffnessWatch::new(options);
     let mut system = FirstOrder::new(model);
     let y0 = [q0, v0].concat();
     let mut monitor = |stepper: &ode::Stepper| {
+        let ((q, v), a) = (stepper.y().split_at(n), &stepper.rate()[n..]);
         if let Some(meter) = &mut meter {
-            let ((q, v), a) = (stepper.y().split_at(n), &stepper.rate()[n..]);
             meter.step(&mut observed, State { t: stepper.t(), q, v, a })?;
         }
-        monitor(stepper.t())
+        *stop = Stop::where_unresolved(&observed, stepper.t(), q);
+        if stop.is_none() {
+            *stop = watch.as_mut().and_then(|watch| watch.look(&mut observed, stepper));
+        }
+        if stop.is_some() { Err(Interrupted) } else { monitor(stepper.t()) }
     };
     let solution = ode::solve(&mut system, (0.0, t_end), &y0, options, &output, &mut [], &mut monitor)?;
     let points = solution.t.len();

@@ -623,7 +623,7 @@ fn a_value_that_cannot_be_read_causes_no_other_complaint() {
         &["7:17: rod[0].segment[0].young_modulus: got the text \"hard\"; expected a number"],
     );
     let text = changed("{ bend_y = 3 }", "3").replace("[[rod.segment]]", "q0 = [1, 2]\n[[rod.segment]]");
-    assert_eq!(problems(&text), ["11:9: rod[0].segment[0].modes: got 3; expected a table"]);
+    assert_eq!(problems(&text), ["11:9: rod[0].segment[0].modes: got 3; expected \"auto\" or a table"]);
 }
 
 #[test]

@@ -752,6 +752,8 @@ class MotionResult:
     @property
     def balance(self) -> Balance | None: ...
     @property
+    def model(self) -> Model | None: ...
+    @property
     def success(self) -> bool: ...
     @property
     def status(self) -> str: ...
@@ -820,6 +822,14 @@ def simulate(
     predictor: Literal["best", "last", "zero"] = "best",
     reuse_jacobian: bool = True,
 ) -> MotionResult: ...
+def choose_modes(
+    rod: Rod,
+    t_end: float,
+    *,
+    rtol: float = 0.0001,
+    dt: float = 0.01,
+    segments: Sequence[int] | None = None,
+) -> Rod: ...
 
 _Stability = Literal["stable", "neutral", "divergence", "flutter"]
 

@@ -2,8 +2,8 @@
 
 use std::f64::consts::TAU;
 
-use super::spectrum::Spectrum;
 use crate::model::Model;
+use crate::spectrum::Spectrum;
 
 /// Vibrations whose tip moves by less than this part of the tolerance need not be resolved.
 const VISIBLE: f64 = 0.1;
@@ -40,21 +40,10 @@ impl Choice {
 
     /// Compares the costs of a second of motion.
     pub(super) fn new<M: Model>(model: &mut M, q0: &[f64], spectrum: &Spectrum, tolerance: f64) -> Self {
-        let tip = model.tip(q0);
-        let length = model.length();
-        let mut moves_tip = |amplitude: &[f64]| {
-            let q: Vec<f64> = q0.iter().zip(amplitude).map(|(q, x)| q + x).collect();
-            let moved = model.tip(&q);
-            let distance = moved.iter().zip(tip).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt();
-            // Amplitudes beyond any range are visible.
-            distance.is_nan() || distance > VISIBLE * tolerance * length
-        };
-        let rate = spectrum.modes.iter().map(|mode| mode.rate()).fold(0.0, f64::max);
+        let rate = spectrum.rate();
         let slowest = spectrum.modes.iter().map(|mode| mode.frequency).filter(|&w| w > 0.0);
         let slowest = slowest.fold(f64::INFINITY, f64::min);
-        let resolved =
-            spectrum.modes.iter().filter(|mode| !mode.is_overdamped() && moves_tip(&mode.amplitude));
-        let resolved = resolved.map(|mode| mode.frequency).fold(0.0, f64::max);
+        let resolved = spectrum.highest_visible(model, q0, VISIBLE * tolerance * model.length());
         if !slowest.is_finite() {
             return Self {
                 is_explicit: true,

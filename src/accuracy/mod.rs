@@ -6,10 +6,11 @@
 //!
 //! The time error is measured, not trusted: every run is compared with one at a tolerance ten times tighter, of which the
 //! difference tells the error (tolerance proportionality; Hairer, Norsett and Wanner 1993, section II.4), and tightened until it is
-//! met. The space error is the difference that two more modes of every strain make, with more nodes.
+//! met. The space error is the difference that two more modes of every strain make, with more nodes; where more nodes alone make one, they
+//! are taken.
 
 mod choice;
-mod spectrum;
+mod modes;
 
 use std::time::Instant;
 
@@ -19,8 +20,10 @@ use crate::ode;
 use crate::radau;
 use crate::simulate::{Method, Simulation, Status, simulate};
 
+use crate::spectrum::Spectrum;
+pub use modes::{Modes, choose_modes};
+
 use choice::Choice;
-use spectrum::Spectrum;
 
 /// What is asked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,9 +32,16 @@ pub struct Request {
     pub tolerance: f64,
     /// Distance of the output times where none are asked for.
     pub dt: f64,
+    /// Largest number of accepted steps of each of the runs.
+    pub max_steps: usize,
 }
 
 impl Request {
+    /// With the limit of steps that holds where nothing is said.
+    pub fn new(tolerance: f64, dt: f64) -> Self {
+        Self { tolerance, dt, max_steps: DEFAULT_MAX_STEPS }
+    }
+
     /// Refuses accuracies that cannot be asked for.
     pub fn validate(&self) -> Result<(), InvalidInput> {
         let mut checker = Checker::new();
@@ -49,6 +59,23 @@ const LARGEST_TOLERANCE: f64 = 0.1;
 /// What is asked for where nothing is said.
 pub const DEFAULT_TOLERANCE: f64 = 1e-4;
 
+/// Differences that grow by this factor from the first half of the time to the second one multiply: the others grow with the time and its
+/// square.
+const GROWTH: f64 = 100.0;
+
+/// Tolerance of the tightest run that shows the space error, and difference by more nodes that calls for them, relative to what is
+/// asked for.
+const SPACE_TOLERANCE: f64 = 0.1;
+const NODES_TOLERANCE: f64 = 0.3;
+
+/// Tolerance of the first run that shows the space error: that is large as a rule, and found by a cheap run if it is so many times the
+/// tolerance.
+const FIRST_SPACE_TOLERANCE: f64 = 1e-3;
+const CLEAR: f64 = 3.0;
+
+/// Steps of a run where nothing is said about them: some minutes of work, so that no request works without end.
+pub const DEFAULT_MAX_STEPS: usize = 1_000_000;
+
 /// Each run's tolerance over that of the next one, with which it is compared.
 const TIGHTENING: f64 = 10.0;
 
@@ -64,8 +91,9 @@ const RUNS: usize = 6;
 /// Tightest tolerance of a run; below, rounding rules.
 const SMALLEST_RUN_TOLERANCE: f64 = 1e-13;
 
-/// The free motion of `model` from `q0`, `v0` over `[0, t_end]`, to an accuracy. `t_eval` are increasing times at which it is wanted.
-/// `monitor` sees the time after every accepted step of every run and may stop it.
+/// The free motion of `model` from `q0`, `v0` over `[0, t_end]`, to an accuracy; and a model with more quadrature nodes that took its place,
+/// where it leaves their number open and the accuracy needs them. `t_eval` are increasing times at which the
+/// motion is wanted. `monitor` sees the time after every accepted step of every run and may stop it.
 ///
 /// The statistics of the result have the estimated errors, and the counters of the run that is returned; the wall time is that of all
 /// of them. Where the accuracy could not be reached, the status says so.
@@ -77,32 +105,43 @@ pub fn simulate_to_accuracy<M: Model + Clone>(
     request: Request,
     t_eval: Option<&[f64]>,
     monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
-) -> Result<Simulation, InvalidInput> {
+) -> Result<(Simulation, Option<M>), InvalidInput> {
     let clock = Instant::now();
     request.validate()?;
     crate::newmark::check_start(model.n(), (0.0, t_end), q0, v0, request.dt)?;
-    let choice = match Spectrum::new(&mut model, q0, v0) {
-        Some(spectrum) => Choice::new(&mut model, q0, &spectrum, request.tolerance),
-        // There are no accelerations: the method says so.
-        None => Choice::implicit(),
+    let original = model.clone();
+    let mut factor = 1;
+    let mut found = loop {
+        let plan = Plan::new(&mut model, t_end, [q0, v0], request, t_eval);
+        let mut found = plan.to_accuracy(monitor)?;
+        let more_nodes = original.with_nodes_times(2 * factor);
+        if found.status.is_success() {
+            plan.add_space_error(&mut found, monitor)?;
+        }
+        let Some(more_nodes) = more_nodes else { break found };
+        if !plan.needs_nodes(&found, &more_nodes, monitor)? {
+            break found;
+        }
+        factor *= 2;
+        model = more_nodes;
     };
-    let plan = Plan { model: &model, choice: &choice, t_end, dt: request.dt, t_eval };
-    let mut found = plan.to_accuracy(q0, v0, request.tolerance, monitor)?;
-    if found.status.is_success() {
-        plan.add_space_error(&mut found, q0, v0, request.tolerance, monitor)?;
+    if factor > 1 {
+        found.simulation.message.push_str(&format!(" It takes {factor} times as many nodes as by default."));
     }
-    found.simulation.message = format!("{} {}", found.simulation.message, choice.reason);
+    found.simulation.message.push(' ');
+    found.simulation.message.push_str(&found.reason);
     found.simulation.statistics.wall_time = clock.elapsed().as_secs_f64();
     found.simulation.status = found.status;
-    Ok(found.simulation)
+    Ok((found.simulation, (factor > 1).then_some(model)))
 }
 
-/// What all runs have in common.
+/// What all runs of a model have in common.
 struct Plan<'a, M> {
     model: &'a M,
-    choice: &'a Choice,
+    choice: Choice,
     t_end: f64,
-    dt: f64,
+    start: [&'a [f64]; 2],
+    request: Request,
     t_eval: Option<&'a [f64]>,
 }
 
@@ -112,31 +151,52 @@ struct Found {
     status: Status,
     /// Its tolerance.
     tolerance: f64,
+    /// Where the tip is at its times.
+    tips: Vec<[f64; 3]>,
+    /// Why it has the method that it has.
+    reason: String,
 }
 
-impl<M: Model + Clone> Plan<'_, M> {
+impl<'a, M: Model + Clone> Plan<'a, M> {
+    fn new(
+        model: &'a mut M,
+        t_end: f64,
+        [q0, v0]: [&'a [f64]; 2],
+        request: Request,
+        t_eval: Option<&'a [f64]>,
+    ) -> Self {
+        let choice = match Spectrum::new(model, 0.0, q0, v0) {
+            Some(spectrum) => Choice::new(model, q0, &spectrum, request.tolerance),
+            // There are no accelerations: the method says so.
+            None => Choice::implicit(),
+        };
+        Self { model, choice, t_end, start: [q0, v0], request, t_eval }
+    }
+
     /// Runs of ever tighter tolerances, until the estimated time error of one is below the tolerance.
     fn to_accuracy(
         &self,
-        q0: &[f64],
-        v0: &[f64],
-        tolerance: f64,
         monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
     ) -> Result<Found, InvalidInput> {
+        let tolerance = self.request.tolerance;
         let mut of_run = FIRST_TOLERANCE * tolerance;
         let mut previous: Option<(f64, Vec<[f64; 3]>)> = None;
         let mut runs = 0;
         loop {
-            let mut simulation = self.run(self.model.clone(), q0, v0, of_run, monitor)?;
+            let mut simulation = self.run(of_run, monitor)?;
             runs += 1;
             let mut status = simulation.status;
-            if !status.is_success() {
-                return Ok(Found { simulation, status, tolerance: of_run });
-            }
             let tips = tips(&mut self.model.clone(), &simulation);
+            let reason = self.choice.reason.clone();
+            if !status.is_success() {
+                return Ok(Found { simulation, status, tolerance: of_run, tips, reason });
+            }
             let estimate = previous.take().map(|(looser, others)| {
                 let ratio = (looser / of_run).powf(self.choice.exponent());
-                distance(&tips, &others) / (ratio - 1.0) / self.model.length()
+                let distances = distances(&tips, &others);
+                // Where errors multiply, what is left of them need not fall with the tolerance.
+                let fall = if grows(&distances) { 1.0 } else { ratio - 1.0 };
+                largest(&distances) / fall / self.model.length()
             });
             let Some(error) = estimate else {
                 previous = Some((of_run, tips));
@@ -156,7 +216,7 @@ impl<M: Model + Clone> Plan<'_, M> {
                          energies (`balance`) instead of states."
                     )
                 };
-                return Ok(Found { simulation, status, tolerance: of_run });
+                return Ok(Found { simulation, status, tolerance: of_run, tips, reason });
             }
             let factor = (AIM * tolerance / error).clamp(1e-3, 1.0 / TIGHTENING);
             previous = Some((of_run, tips));
@@ -164,16 +224,14 @@ impl<M: Model + Clone> Plan<'_, M> {
         }
     }
 
-    /// Compares with the run of a finer model, if there is one.
+    /// Compares with the run of a finer model, if there is one: by the method that suits that one, and no more accurate than it takes
+    /// to tell an error of the size of the tolerance.
     fn add_space_error(
         &self,
         found: &mut Found,
-        q0: &[f64],
-        v0: &[f64],
-        tolerance: f64,
         monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
     ) -> Result<(), InvalidInput> {
-        let Some((finer, places)) = self.model.refined() else { return Ok(()) };
+        let Some((mut finer, places)) = self.model.refined() else { return Ok(()) };
         let embed = |values: &[f64]| {
             let mut all = vec![0.0; finer.n()];
             for (&place, &value) in places.iter().zip(values) {
@@ -181,20 +239,31 @@ impl<M: Model + Clone> Plan<'_, M> {
             }
             all
         };
-        let (q0, v0) = (embed(q0), embed(v0));
-        let other = self.run(finer.clone(), &q0, &v0, found.tolerance, monitor)?;
-        if !other.status.is_success() {
-            if other.status.name() == "interrupted" {
-                found.status = other.status;
+        let [q0, v0] = self.start.map(embed);
+        let tightest = found.tolerance.max(SPACE_TOLERANCE * self.request.tolerance);
+        let plan = Plan::new(&mut finer, self.t_end, [&q0, &v0], self.request, self.t_eval);
+        let mut tolerance = FIRST_SPACE_TOLERANCE.max(tightest);
+        let error = loop {
+            let other = plan.run(tolerance, monitor)?;
+            if !other.status.is_success() {
+                if other.status.name() == "interrupted" {
+                    found.status = other.status;
+                }
+                found
+                    .simulation
+                    .message
+                    .push_str(" The space error is unknown: the run with more modes failed.");
+                return Ok(());
             }
-            found.simulation.message.push_str(" The space error is unknown: the run with more modes failed.");
-            return Ok(());
-        }
-        let (fine, coarse) =
-            (tips(&mut finer.clone(), &other), tips(&mut self.model.clone(), &found.simulation));
-        let error = distance(&fine, &coarse) / self.model.length();
+            let fine = tips(&mut plan.model.clone(), &other);
+            let error = largest(&distances(&fine, &found.tips)) / self.model.length();
+            if tolerance <= tightest || error > CLEAR * tolerance {
+                break error;
+            }
+            tolerance = tightest;
+        };
         found.simulation.statistics.space_error = Some(error);
-        let verdict = if error <= tolerance {
+        let verdict = if error <= self.request.tolerance {
             format!(" The space error is {error:.0e}.")
         } else {
             format!(
@@ -205,15 +274,39 @@ impl<M: Model + Clone> Plan<'_, M> {
         Ok(())
     }
 
+    /// Whether a model with more nodes moves differently: asked only where the space error is too large or unknown.
+    fn needs_nodes(
+        &self,
+        found: &Found,
+        more_nodes: &M,
+        monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
+    ) -> Result<bool, InvalidInput> {
+        if found.status == Status::Unresolved {
+            return Ok(true);
+        }
+        let tolerance = self.request.tolerance;
+        let space_error = found.simulation.statistics.space_error;
+        let is_met = space_error.is_some_and(|error| error <= tolerance);
+        if !found.status.is_success() || is_met {
+            return Ok(false);
+        }
+        let Self { t_end, start, request, t_eval, .. } = *self;
+        let plan = Plan { model: more_nodes, choice: self.choice.clone(), t_end, start, request, t_eval };
+        // What is small beside the error by the modes does not matter either.
+        let matters = (NODES_TOLERANCE * tolerance).max(SPACE_TOLERANCE * space_error.unwrap_or(0.0));
+        let other = plan.run(found.tolerance.max(matters / CLEAR), monitor)?;
+        let apart = distances(&tips(&mut more_nodes.clone(), &other), &found.tips);
+        Ok(other.status.is_success() && largest(&apart) > matters * self.model.length())
+    }
+
     fn run(
         &self,
-        mut model: M,
-        q0: &[f64],
-        v0: &[f64],
         tolerance: f64,
         monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
     ) -> Result<Simulation, InvalidInput> {
-        let method = self.choice.method(&mut model, tolerance, self.dt);
+        let mut model = self.model.clone();
+        let method = self.choice.method(&mut model, tolerance, self.request);
+        let [q0, v0] = self.start;
         simulate(model, self.t_end, q0, v0, &method, self.t_eval, monitor)
     }
 }
@@ -226,7 +319,8 @@ impl Choice {
     }
 
     /// The method at a tolerance for errors of coordinates relative to their typical sizes, and of velocities likewise.
-    fn method<M: Model>(&self, model: &mut M, tolerance: f64, dt: f64) -> Method {
+    fn method<M: Model>(&self, model: &mut M, tolerance: f64, request: Request) -> Method {
+        let Request { dt, max_steps, .. } = request;
         let n = model.n();
         let mut sizes = vec![0.0; n];
         model.typical_coordinates(&mut sizes);
@@ -237,6 +331,7 @@ impl Choice {
                 method: ode::Method::Dop853,
                 rtol: 0.0.into(),
                 atol: atol.into(),
+                max_steps,
                 ..ode::Options::default()
             };
             Method::FirstOrder { options, dt }
@@ -244,6 +339,7 @@ impl Choice {
             let options = radau::Options {
                 rtol: (1e-2 * tolerance).into(),
                 atol: atol.into(),
+                max_steps,
                 ..radau::Options::default()
             };
             Method::Radau { options, dt }
@@ -256,9 +352,19 @@ fn tips<M: Model>(model: &mut M, simulation: &Simulation) -> Vec<[f64; 3]> {
     simulation.q.chunks_exact(simulation.n.max(1)).map(|q| model.tip(q)).collect()
 }
 
-/// The largest distance of two paths.
-fn distance(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
+/// The distances of two paths at each of their times.
+fn distances(a: &[[f64; 3]], b: &[[f64; 3]]) -> Vec<f64> {
     let apart =
         |(a, b): (&[f64; 3], &[f64; 3])| a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt();
-    a.iter().zip(b).map(apart).fold(0.0, f64::max)
+    a.iter().zip(b).map(apart).collect()
+}
+
+fn largest(distances: &[f64]) -> f64 {
+    distances.iter().copied().fold(0.0, f64::max)
+}
+
+/// Whether the distances are far larger in the second half of the time than in the first one.
+fn grows(distances: &[f64]) -> bool {
+    let (first, second) = distances.split_at(distances.len() / 2);
+    largest(second) > GROWTH * largest(first) && largest(first) > 0.0
 }

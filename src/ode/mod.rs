@@ -51,6 +51,7 @@ pub use events::{Direction, Event, EventFunction};
 pub use first_order::FirstOrder;
 pub(crate) use options::Tolerances;
 pub use options::{Controller, Method, Options, Output, Tolerance};
+pub(crate) use pair::stability_limit;
 pub use pair::{Tableau, tableau};
 pub use solution::{Occurrences, Solution, solve};
 pub use status::Status;

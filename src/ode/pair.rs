@@ -41,13 +41,23 @@ pub struct Tableau {
     pub c: Vec<f64>,
 }
 
+/// The pair of an explicit method; `None` for an implicit one.
+fn pair(method: Method) -> Option<&'static Pair> {
+    match method {
+        Method::Rk45 => Some(&DORMAND_PRINCE_5),
+        Method::Dop853 => Some(&DORMAND_PRINCE_8),
+        Method::Radau => None,
+    }
+}
+
+/// Largest stable `|h lambda|` of an explicit method, roughly; `None` for an implicit one.
+pub(crate) fn stability_limit(method: Method) -> Option<f64> {
+    pair(method).map(|pair| pair.stability_limit)
+}
+
 /// The tableau of an explicit method; `None` for an implicit one.
 pub fn tableau(method: Method) -> Option<Tableau> {
-    let pair = match method {
-        Method::Rk45 => &DORMAND_PRINCE_5,
-        Method::Dop853 => &DORMAND_PRINCE_8,
-        Method::Radau => return None,
-    };
+    let pair = pair(method)?;
     let dense = |row: Row| {
         let mut values = vec![0.0; pair.stages()];
         row.iter().for_each(|&(stage, weight)| values[stage] = weight);

@@ -68,7 +68,7 @@ mod _lissom {
     #[pymodule_export]
     use super::signal::PyHarmonic;
     #[pymodule_export]
-    use super::simulate::simulate;
+    use super::simulate::{choose_modes, simulate};
     #[pymodule_export]
     use super::statics::{
         PyContinuationResult, PyCriticalPoint, PyEquilibriumPath, PyStaticsResult, continuation, statics,

@@ -1,5 +1,6 @@
 //! The base class of all models: what [`crate::model::Model`] offers, with checked arrays.
 
+use std::any::Any;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use numpy::{IntoPyArray, PyArray1, PyArray2};
@@ -14,6 +15,7 @@ use crate::error::{Interrupted, InvalidInput};
 use crate::linalg::Matrix;
 use crate::model::{self, ForwardScratch};
 use crate::ode::{self, FirstOrder};
+use crate::rod::{Rod, RodModel};
 use crate::simulate::{self, Simulation};
 
 /// A native model whose concrete type only its constructor knows.
@@ -38,7 +40,7 @@ pub(crate) trait Native: model::Model + Send + Sync {
         monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
     ) -> Result<Simulation, InvalidInput>;
 
-    /// [`accuracy::simulate_to_accuracy`] of a copy.
+    /// [`accuracy::simulate_to_accuracy`] of a copy; with the model in its place, if there is one.
     fn simulate_to_accuracy(
         &self,
         t_end: f64,
@@ -47,7 +49,10 @@ pub(crate) trait Native: model::Model + Send + Sync {
         request: accuracy::Request,
         t_eval: Option<&[f64]>,
         monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
-    ) -> Result<Simulation, InvalidInput>;
+    ) -> Result<(Simulation, Option<Box<dyn Native>>), InvalidInput>;
+
+    /// What it was compiled from, if it is a rod.
+    fn rod(&self) -> Option<&Rod>;
 }
 
 impl<M: model::Model + Clone + Send + Sync + 'static> Native for M {
@@ -79,8 +84,14 @@ impl<M: model::Model + Clone + Send + Sync + 'static> Native for M {
         request: accuracy::Request,
         t_eval: Option<&[f64]>,
         monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
-    ) -> Result<Simulation, InvalidInput> {
-        accuracy::simulate_to_accuracy(self.clone(), t_end, q0, v0, request, t_eval, monitor)
+    ) -> Result<(Simulation, Option<Box<dyn Native>>), InvalidInput> {
+        let (simulation, model) =
+            accuracy::simulate_to_accuracy(self.clone(), t_end, q0, v0, request, t_eval, monitor)?;
+        Ok((simulation, model.map(|model| Box::new(model) as Box<dyn Native>)))
+    }
+
+    fn rod(&self) -> Option<&Rod> {
+        (self as &dyn Any).downcast_ref().map(RodModel::description)
     }
 }
 

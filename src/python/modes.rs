@@ -99,6 +99,7 @@ pub(crate) fn modes<'py>(
     const ROUNDING: f64 = 1e-9;
     let mut model = native(model, t)?;
     let q = convert::finite_vector_of(q, model.n(), "q")?;
+    model.check_shape(&q, "q")?;
     let found = py.detach(|| core::modes(&mut *model, &q)).map_err(|failure| {
         LissomError::new_err(match failure {
             NoModes::SingularMass => {

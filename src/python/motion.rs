@@ -8,10 +8,12 @@ use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 
 use super::balance::PyBalance;
-use super::callback::{or_raised, with_result};
+use super::callback::{Raised, or_raised, with_result};
 use super::convert;
-use super::model::Native;
+use super::model::PyModel;
 use crate::balance::{Balance, Flow};
+use crate::error::Interrupted;
+
 use crate::newmark::{Counters, Predictor, StepSize};
 use crate::simulate::{Simulation, Statistics, accelerations};
 
@@ -29,12 +31,15 @@ use crate::simulate::{Simulation, Statistics, accelerations};
 /// balance : Balance or None
 ///     Energy balance at these times; None for `newmark`, which knows no energies. What damping dissipates is integrated along
 ///     the run, with every step of it; the energies are computed when they are first asked for, one evaluation a time.
+/// model : Model or None
+///     What moved: the model that was given; method 'auto' may put one with more quadrature nodes in its place. None for `newmark`.
 /// success : bool
 ///     True when the end of the interval was reached.
 /// status : str
 ///     'finished', 'interrupted' (as the callback asked), 'no_initial_acceleration', 'newton_not_converged',
-///     'singular_jacobian', 'non_finite', 'non_finite_jacobian' (method 'radau'), 'step_too_small', 'too_many_steps' or
-///     'accuracy_not_reached' (method 'auto').
+///     'singular_jacobian', 'non_finite', 'non_finite_jacobian' (method 'radau'), 'step_too_small', 'too_many_steps',
+///     'accuracy_not_reached' (method 'auto'), 'stiff' (explicit methods: the largest rate of the model would take far too many
+///     steps) or 'unresolved' (the rod turns by more than half a turn between neighbouring quadrature nodes).
 /// message : str
 ///     The status in words, and what to change.
 #[pyclass(name = "MotionResult", module = "lissom", frozen)]
@@ -55,18 +60,14 @@ pub(crate) struct PyMotionResult {
     status: &'static str,
     #[pyo3(get)]
     message: String,
-    /// What moved, if that is known.
-    model: Option<Box<dyn Native>>,
+    #[pyo3(get)]
+    model: Option<Py<PyModel>>,
     flow: Flow,
     balance: PyOnceLock<Py<PyBalance>>,
 }
 
 impl PyMotionResult {
-    pub(super) fn new(
-        py: Python<'_>,
-        simulation: Simulation,
-        model: Option<Box<dyn Native>>,
-    ) -> PyResult<Self> {
+    pub(super) fn new(py: Python<'_>, simulation: Simulation, model: Option<Py<PyModel>>) -> PyResult<Self> {
         let Simulation { t, q, v, a, n, flow, statistics, status, message } = simulation;
         let points = t.len();
         let rows = |values: Vec<f64>| {
@@ -106,8 +107,8 @@ impl PyMotionResult {
     #[getter]
     fn a(&self, py: Python<'_>) -> PyResult<Py<PyArray2<f64>>> {
         let a = self.a.get_or_try_init(py, || {
-            let mut model =
-                self.model.as_ref().expect("all other runs solve for accelerations").boxed_clone();
+            let model = self.model.as_ref().expect("all other runs solve for accelerations");
+            let mut model = model.get().native();
             let (t, [q, v]) = self.states(py)?;
             let dims = [t.len(), model.n()];
             let a = or_raised(py.detach(|| accelerations(&mut *model, &t, &q, &v)))?;
@@ -121,7 +122,7 @@ impl PyMotionResult {
     fn balance(&self, py: Python<'_>) -> PyResult<Option<Py<PyBalance>>> {
         let Some(model) = &self.model else { return Ok(None) };
         let balance = self.balance.get_or_try_init(py, || {
-            let mut model = model.boxed_clone();
+            let mut model = model.get().native();
             let (t, [q, v]) = self.states(py)?;
             let balance = or_raised(py.detach(|| Balance::new(&mut *model, &t, &q, &v, &self.flow)))?;
             Py::new(py, PyBalance::from_core(py, balance))
@@ -285,12 +286,23 @@ impl PyStatistics {
 pub(super) fn finish(
     py: Python<'_>,
     simulation: Simulation,
-    model: Option<Box<dyn Native>>,
+    model: Option<Py<PyModel>>,
     raised: PyResult<()>,
 ) -> PyResult<PyMotionResult> {
     match raised {
         Ok(()) => PyMotionResult::new(py, simulation, model),
         Err(error) => Err(with_result(py, error, || PyMotionResult::new(py, simulation, model))),
+    }
+}
+
+/// A monitor that answers Ctrl-C, and nothing else.
+pub(super) fn signals(raised: &mut Raised) -> impl FnMut(f64) -> Result<(), Interrupted> {
+    let mut ticker = Ticker::new();
+    move |_| {
+        if ticker.tick() {
+            raised.catch(Python::attach(|py| py.check_signals()))?;
+        }
+        Ok(())
     }
 }
 

@@ -314,6 +314,11 @@ pub(crate) struct PyRod {
 }
 
 impl PyRod {
+    /// What it was made from.
+    pub(crate) fn description(&self) -> &Rod {
+        &self.description
+    }
+
     pub(crate) fn initializer(description: Rod) -> Result<PyClassInitializer<Self>, InvalidInput> {
         let model = RodModel::new(&description)?;
         let rod = Self { description, kinematics: Mutex::new(model.clone()) };

@@ -8,7 +8,10 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple};
 
+use super::callback::Raised;
+use super::errors::LissomError;
 use super::model::PyModel;
+use super::motion::signals;
 use super::pendulum::PySpringPendulum;
 use super::rod::PyRod;
 use crate::scene::{
@@ -226,7 +229,17 @@ impl PyScene {
 }
 
 impl PyScene {
-    fn new(py: Python<'_>, scene: Scene) -> PyResult<Self> {
+    fn new(py: Python<'_>, mut scene: Scene) -> PyResult<Self> {
+        if !scene.open_modes.is_empty() {
+            let mut raised = Raised::default();
+            let chosen = py.detach(|| scene.choose_modes(&mut signals(&mut raised)));
+            raised.into_result()?;
+            if let Some(modes) = chosen?
+                && !modes.status.is_success()
+            {
+                return Err(LissomError::new_err(format!("{}: modes: {}", scene.name, modes.message)));
+            }
+        }
         let model = match &scene.model {
             Model::Rod(rod) => Bound::new(py, PyRod::initializer(rod.clone())?)?.into_super(),
             Model::Pendulum(pendulum) => {

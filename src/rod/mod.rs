@@ -28,6 +28,7 @@ mod point_tangent;
 mod points;
 mod profile;
 mod quadrature;
+mod resolution;
 mod response;
 mod section;
 mod spread;

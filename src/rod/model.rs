@@ -11,6 +11,7 @@ use super::explanation::Explanation;
 use super::kinematics::{Place, Pose};
 use super::piece;
 use super::plan::Plan;
+use super::resolution;
 use super::sweeps::{self, Sweeps};
 use super::tangent::Tangent;
 use crate::error::{Interrupted, InvalidInput};
@@ -191,6 +192,11 @@ impl RodModel {
         Self { sweeps, unloaded, solve, multiplications: cost, explanation: Arc::new(explanation), rod }
     }
 
+    /// What it was compiled from.
+    pub fn description(&self) -> &Rod {
+        &self.rod
+    }
+
     /// What is computed for this rod, what is skipped, and why.
     pub fn explanation(&self) -> &Explanation {
         &self.explanation
@@ -361,6 +367,11 @@ impl Model for RodModel {
         self.rod.length()
     }
 
+    /// False where it turns by more than half a turn between neighbouring quadrature nodes.
+    fn resolves(&self, q: &[f64]) -> bool {
+        on_sweeps!(&self.sweeps, sweeps => resolution::resolves(sweeps.plan(), q))
+    }
+
     /// Two more modes of every strain that has any, where these leave the others as they are.
     fn refined(&self) -> Option<(Self, Vec<usize>)> {
         const MORE_MODES: usize = 2;
@@ -379,6 +390,15 @@ impl Model for RodModel {
             segment.nodes = Some(nodes + MORE_NODES);
         }
         Some((Self::new(&finer).ok()?, places))
+    }
+
+    fn with_nodes_times(&self, factor: usize) -> Option<Self> {
+        let mut finer = Rod::clone(&self.rod);
+        for (segment, nodes) in finer.segments.iter_mut().zip(self.nodes()) {
+            let of_piece = nodes / piece::number(segment);
+            segment.nodes.get_or_insert(factor * of_piece);
+        }
+        (finer != *self.rod).then(|| Self::new(&finer).ok()).flatten()
     }
 
     fn is_damped(&self) -> bool {

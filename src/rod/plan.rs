@@ -75,6 +75,9 @@ pub(super) struct SegmentPlan<G: Turning> {
     pub(super) first_pack: usize,
     pub(super) packs: usize,
     pub(super) gauss: Gauss,
+    /// Between neighbouring nodes, or the ends and the nodes next to them, in metres; zero where twisting turns nothing, because the
+    /// segment is straight.
+    pub(super) largest_gap: f64,
     /// Quadrature weights, times the length.
     pub(super) weights: Vec<G::Pack>,
     /// Integration matrix from the segment's base to the nodes, times the length: entry `[pack * nodes + l]`.
@@ -325,8 +328,12 @@ impl<G: Turning> SegmentPlan<G> {
         };
         let is_extensible = piece.modes[3..].iter().any(|&modes| modes > 0) || !(3..STRAINS).all(is_straight);
 
+        let [_, bend_y, bend_z, _, shear_y, shear_z] = piece.modes;
+        let turns = bend_y + bend_z + shear_y + shear_z > 0 || !(1..STRAINS).all(is_straight);
+
         Self {
             length,
+            largest_gap: if turns { length * gauss.largest_gap() } else { 0.0 },
             first,
             n: next - first,
             first_pack,

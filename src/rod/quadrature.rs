@@ -51,6 +51,13 @@ impl Gauss {
         composite
     }
 
+    /// The largest distance between neighbouring nodes, or between an end and the node next to it.
+    pub(super) fn largest_gap(&self) -> f64 {
+        let before = std::iter::once(&0.0).chain(&self.nodes);
+        let gaps = self.nodes.iter().chain([&1.0]).zip(before).map(|(node, before)| node - before);
+        gaps.fold(0.0, f64::max)
+    }
+
     /// Weights `w_l(x) = int_0^x l_l` of the integral from 0 to `x` of the polynomial through the values at the nodes:
     /// exact for polynomials of degree m - 1. `l_l(x) = w_l sum_k (2k+1) P_k(x_l) P_k(x)` and
     /// `int P_k = (P_{k+1} - P_{k-1}) / (2 (2k+1))` on [0, 1].

@@ -10,8 +10,8 @@ use crate::rod;
 use crate::signal::{Harmonic, Signal, Table};
 
 use super::document::{
-    BaseMotion, Basis, Body, Document, Fluid, Frame, Load, Orientations, Output, ReferenceStrain, Segment,
-    Simulation as Settings, StrainTable, Support, VaryingNumber, VaryingVector, Vector,
+    BaseMotion, Basis, Body, Document, Fluid, Frame, Load, ModeChoice, Orientations, Output, ReferenceStrain,
+    Segment, Simulation as Settings, StrainTable, Support, VaryingNumber, VaryingVector, Vector,
 };
 use super::shape::Shape;
 use super::{Method, Model, Quantity, Simulation};
@@ -29,11 +29,43 @@ const NUMBERS_PER_STATE: usize = 7;
 /// are meaningful only if there are none.
 pub(super) fn build(document: &Document, shape: &mut Shape) -> Option<(Model, [Vec<f64>; 2], Simulation)> {
     let model = model(document, shape);
+    check_open_modes(document, shape);
     let n = model.as_ref().map_or(0, |(model, _)| model.coordinates());
     let simulation = simulation(&document.simulation, n, shape);
     let (model, state) = model?;
     Some((model, state, simulation))
 }
+
+/// Segments of the rod whose modes the scene leaves open.
+pub(super) fn open_modes(document: &Document) -> Vec<usize> {
+    let segments = document.rod.first().map_or(&[][..], |rod| &rod.segment);
+    let is_open = |segment: &Segment| matches!(segment.modes, ModeChoice::Open(_));
+    (0..segments.len()).filter(|&i| is_open(&segments[i])).collect()
+}
+
+fn check_open_modes(document: &Document, shape: &mut Shape) {
+    for i in open_modes(document) {
+        let place = format!("rod[0].segment[{i}].modes");
+        let settings = &document.simulation;
+        if settings.tolerance.is_none()
+            && settings.method != Some(Method::Auto)
+            && shape.is_readable("simulation")
+        {
+            let right =
+                "give simulation.tolerance, such as 1e-4, to which the modes are chosen; or the modes";
+            shape.refuse(&place, "\"auto\" without a tolerance", right);
+        }
+        for (key, values) in [("q0", &document.rod[0].q0), ("v0", &document.rod[0].v0)] {
+            if values.is_some() {
+                let right = "give the modes as well, one value belongs to each; or start at rest without it";
+                shape.refuse(&format!("rod[0].{key}"), "given, but the modes are \"auto\"", right);
+            }
+        }
+    }
+}
+
+/// Where the modes are open, the model has these until they are chosen.
+const UNTIL_CHOSEN: [usize; 6] = [0, 1, 1, 0, 0, 0];
 
 fn model(document: &Document, shape: &mut Shape) -> Option<(Model, [Vec<f64>; 2])> {
     match (document.rod.as_slice(), &document.pendulum) {
@@ -95,7 +127,9 @@ fn rod(document: &Document, shape: &mut Shape) -> Option<(Model, [Vec<f64>; 2])>
     let state = [("q0", &written.q0), ("v0", &written.v0)].map(|(key, values)| {
         let values = values.clone().unwrap_or_else(|| vec![0.0; n.unwrap_or(0)]);
         let mut check = Checker::new();
-        if let Some(n) = n {
+        if let Some(n) = n
+            && open_modes(document).is_empty()
+        {
             let wanted = format!("{n} values, one for each mode of the rod");
             check.require(values.len() == n, key, format_args!("{} values", values.len()), &wanted);
         }
@@ -147,7 +181,10 @@ fn rod_segment(written: &Segment, i: usize, shape: &mut Shape) -> rod::Segment {
     rod::Segment {
         basis: basis(written.basis),
         radius: written.radius.ends(),
-        modes: written.modes.counts(),
+        modes: match written.modes {
+            ModeChoice::Open(_) => UNTIL_CHOSEN,
+            ModeChoice::Given(modes) => modes.counts(),
+        },
         retardation_time: written.retardation_time,
         reference_strain: reference_strain.unwrap_or(plain.reference_strain),
         shear_correction: written.shear_correction.unwrap_or(plain.shear_correction),
@@ -404,7 +441,7 @@ fn simulation(written: &Settings, n: usize, shape: &mut Shape) -> Simulation {
     if let Some(tolerance) = written.tolerance
         && is_auto
     {
-        let checked = accuracy::Request { tolerance, dt: default.step }.validate();
+        let checked = accuracy::Request::new(tolerance, default.step).validate();
         report(checked, shape, |_| "simulation.tolerance".to_owned());
     }
     let default_rtol = if is_auto { accuracy::DEFAULT_TOLERANCE } else { default.rtol };

@@ -332,9 +332,10 @@ pub(super) struct Segment {
     /// Density in kg/m^3.
     #[schemars(extend("exclusiveMinimum" = 0), example = 1e3)]
     pub(super) density: f64,
-    /// Number of modes of each strain. Default of each: 0, the strain is suppressed.
+    /// Number of modes of each strain. Default of each: 0, the strain is suppressed. "auto":
+    /// what the tolerance of the simulation takes, chosen by trial motions when the scene is read.
     #[schemars(example = Modes { bend_y: 3, ..Modes::default() })]
-    pub(super) modes: Modes,
+    pub(super) modes: ModeChoice,
     /// What the modes are. Default: "legendre".
     #[serde(default)]
     pub(super) basis: Basis,
@@ -420,6 +421,23 @@ impl Radius {
             Self::Tapered(ends) => ends,
         }
     }
+}
+
+/// Who chooses the modes.
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, JsonSchema)]
+#[serde(untagged)]
+pub(super) enum ModeChoice {
+    /// lissom.
+    Open(Auto),
+    /// The scene.
+    Given(Modes),
+}
+
+/// The word "auto".
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum Auto {
+    Auto,
 }
 
 /// Number of modes of each strain.

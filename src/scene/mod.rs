@@ -11,6 +11,8 @@ mod shape;
 
 use toml::de::{DeTable, DeValue};
 
+use crate::accuracy::{self, Modes};
+use crate::error::{Interrupted, InvalidInput};
 use crate::pendulum::SpringPendulum;
 use crate::rod;
 
@@ -34,6 +36,8 @@ pub struct Scene {
     pub v0: Vec<f64>,
     /// How it is simulated.
     pub simulation: Simulation,
+    /// Segments of the rod whose modes are open: [`Scene::choose_modes`] chooses them.
+    pub open_modes: Vec<usize>,
 }
 
 /// What a scene simulates.
@@ -127,6 +131,7 @@ impl Scene {
         let built = build::build(&document, &mut shape);
         match built {
             Some((model, [q0, v0], simulation)) if shape.problems.is_empty() => Ok(Self {
+                open_modes: build::open_modes(&document),
                 name: document.scene.name.unwrap_or_else(|| stem(file)),
                 text: text.to_owned(),
                 model,
@@ -154,6 +159,28 @@ impl Scene {
                 Err(SceneError::new(file, &text, shape.problems))
             }
         }
+    }
+
+    /// Chooses the modes that the scene leaves open, by trial motions to its tolerance; `monitor` may stop them. The status says
+    /// whether that succeeded: only then is the model the one that is meant. Nothing to do where no modes are open.
+    pub fn choose_modes(
+        &mut self,
+        monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
+    ) -> Result<Option<Modes>, InvalidInput> {
+        let Model::Rod(rod) = &self.model else { return Ok(None) };
+        if self.open_modes.is_empty() {
+            return Ok(None);
+        }
+        let Simulation { duration, rtol, step, output_step, .. } = self.simulation;
+        let request = accuracy::Request::new(rtol, output_step.unwrap_or(step).min(duration));
+        let modes = accuracy::choose_modes(rod, &self.open_modes, duration, request, monitor)?;
+        if modes.status.is_success() {
+            let n = modes.rod.coordinates();
+            (self.q0, self.v0) = (vec![0.0; n], vec![0.0; n]);
+            self.model = Model::Rod(modes.rod.clone());
+            self.open_modes.clear();
+        }
+        Ok(Some(modes))
     }
 
     /// The JSON Schema of scene files, for editors; the one in `scenes/` is this text.

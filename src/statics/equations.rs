@@ -55,6 +55,11 @@ impl<'a> Equations<'a> {
         self.sizes.len()
     }
 
+    /// False where what is computed of this shape means nothing.
+    pub(super) fn resolves(&self, q: &[f64]) -> bool {
+        self.model.resolves(q)
+    }
+
     /// The scaled residual, and its derivative with respect to the load factor.
     pub(super) fn residual(
         &mut self,

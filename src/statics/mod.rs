@@ -37,13 +37,16 @@ pub type Monitor<'a> = &'a mut dyn FnMut() -> Result<(), Interrupted>;
 /// An equilibrium of `model`, at the time last set. Some tens of evaluations of its forces and tangent for moderate bending,
 /// some hundreds for very large one. The result holds the last good state whatever happens.
 ///
-/// Fails before any evaluation when an option is wrong.
+/// Fails before any evaluation when an option is wrong, or when the model does not resolve the start.
 pub fn equilibrium(
     model: &mut dyn Model,
     options: &Options,
     monitor: Monitor<'_>,
 ) -> Result<Result<Equilibrium, Interrupted>, InvalidInput> {
     options.check(model.n())?;
+    if let Start::Descent(q0) | Start::Newton(q0) = &options.start {
+        model.check_shape(q0, "q0")?;
+    }
     let mut equations = Equations::new(model, monitor);
     Ok(match &options.start {
         Start::Unloaded { stops } => load(&mut equations, stops, options),
@@ -54,13 +57,16 @@ pub fn equilibrium(
 
 /// The path of equilibria of `model` over the load factor, at the time last set.
 ///
-/// Fails before any evaluation when an option is wrong.
+/// Fails before any evaluation when an option is wrong, or when the model does not resolve the start.
 pub fn continuation(
     model: &mut dyn Model,
     options: &ContinuationOptions,
     monitor: Monitor<'_>,
 ) -> Result<Result<Continuation, Interrupted>, InvalidInput> {
     options.check(model.n())?;
+    if let Some(q0) = &options.q0 {
+        model.check_shape(q0, "q0")?;
+    }
     let mut equations = Equations::new(model, monitor);
     Ok(follow(&mut equations, options))
 }
@@ -226,7 +232,10 @@ struct Found {
 
 /// Adds what the tangent says.
 fn judge(equations: &mut Equations<'_>, found: Found, path: Path) -> Result<Equilibrium, Interrupted> {
-    let Found { status, state, step_norm, residual_norm } = found;
+    let Found { mut status, state, step_norm, residual_norm } = found;
+    if status.is_success() && !equations.resolves(&state.q) {
+        status = Status::Unresolved;
+    }
     let mut corrector = Corrector::new(equations.n());
     corrector.evaluate(equations, &state)?;
     let stiffness = Stiffness::new(equations, &corrector.tangent);

@@ -26,6 +26,8 @@ pub enum Status {
     Stalled,
     /// Forces or stiffnesses are not finite.
     NonFinite,
+    /// What was found is a shape that the model does not resolve.
+    Unresolved,
     /// Newton's method from the start failed.
     Newton(roots::Status),
 }
@@ -48,6 +50,7 @@ impl Status {
             Self::IterationLimit => "iteration_limit",
             Self::Stalled => "stalled",
             Self::NonFinite => "non_finite",
+            Self::Unresolved => "unresolved",
             Self::Newton(status) => status.name(),
         }
     }
@@ -81,6 +84,9 @@ impl Status {
                  have a potential where it is bent sharply."
                 .to_owned(),
             Self::NonFinite => "Forces or stiffnesses are NaN or infinite. Start from a smaller `q0`.".to_owned(),
+            Self::Unresolved => "The shape that was found turns by more than half a turn between neighbouring quadrature nodes, so it \
+                 is none of the rod's. Give the segment more `nodes`."
+                .to_owned(),
             Self::Newton(status) => status.message().to_owned(),
         }
     }

@@ -348,7 +348,8 @@ class TestWays:
             assert found.load_factor == 1
             assert unbalanced(model, found.q) < 1e-6
         else:
-            assert found.status in ("iteration_limit", "stalled", "step_too_small", "too_many_steps")
+            limits = ("iteration_limit", "stalled", "step_too_small", "too_many_steps", "unresolved")
+            assert found.status in limits
             assert np.isfinite(found.q).all()
 
     def test_results_repeat_to_the_last_bit(self):
@@ -367,7 +368,7 @@ def _part(model, part):
 
 class TestFailures:
     def test_a_path_that_is_cut_short_is_let_go(self):
-        model = rod({"bend_y": 6}, nodes=24, tip_force=(0, 0, -100 * EI))
+        model = rod({"bend_y": 6}, nodes=64, tip_force=(0, 0, -100 * EI))
         found = lissom.statics(model, max_steps=1)
         assert found.success
         assert found.status == "let_go"
@@ -375,7 +376,7 @@ class TestFailures:
         np.testing.assert_allclose(found.q, lissom.statics(model).q, atol=1e-8)
 
     def test_limits_keep_the_last_state(self):
-        model = rod({"bend_y": 6}, nodes=24, tip_force=(0, 0, -100 * EI))
+        model = rod({"bend_y": 6}, nodes=64, tip_force=(0, 0, -100 * EI))
         found = lissom.statics(model, max_steps=1, max_iter=1)
         assert not found.success
         assert found.status == "too_many_steps"
@@ -398,7 +399,7 @@ class TestFailures:
         assert found.status == "non_finite"
 
     def test_no_equilibrium_at_the_start(self):
-        model = rod({"bend_y": 6}, nodes=24, tip_force=(0, 0, -100 * EI))
+        model = rod({"bend_y": 6}, nodes=64, tip_force=(0, 0, -100 * EI))
         found = lissom.continuation(model, 30 * np.ones(6), load_factor=0.5)
         assert not found.success
         assert found.status == "no_start"

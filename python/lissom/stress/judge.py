@@ -107,6 +107,10 @@ def right_motion(error: float, evaluations: int, what: str) -> Outcome:
 def requested(rod: Rod, times: Array, right: MotionResult | None, **state: Any) -> Outcome:
     """``method="auto"``: success claims that the tip is right."""
     motion = run(rod, float(times[-1]), method="auto", rtol=REQUEST, t_eval=times, **state)
+    if isinstance(motion.model, Rod) and motion.model.nodes != rod.nodes:
+        # More nodes were chosen: another discretisation, with a reference of its own.
+        rod = motion.model
+        right = reference(rod, times, **state)
     outcome = _compared(rod, motion, right)
     if (
         outcome.kind in ("accurate", "slow")

@@ -46,6 +46,8 @@ def energy(case: str, method: str, steps: int) -> Outcome:
     if not np.isfinite(motion.q).all():
         return Outcome("wrong", "the states are not finite", None, cost)
     early = short_error(model, method, dt, state)
+    if early is None:
+        return Outcome("failed", f"nothing to compare with after {judge.DEADLINE:g} s", None, cost)
     if early > SHORT_TOLERANCE:
         return Outcome("wrong", f"off by {early:.1e} after {SHORT:g} s", early, cost)
     drift = judge.defect(motion)
@@ -56,11 +58,13 @@ def energy(case: str, method: str, steps: int) -> Outcome:
     )
 
 
-def short_error(model: Model, method: str, dt: float, state: Start) -> float:
-    """Largest error of the coordinates in the first seconds, relative to the largest coordinate."""
+def short_error(model: Model, method: str, dt: float, state: Start) -> float | None:
+    """Largest error in the first seconds, by the largest coordinate; None where a run does not end."""
     times = np.linspace(0.0, SHORT, INSTANTS)
     found = judge.run(model, SHORT, method=method, dt=dt, t_eval=times, **state)
     right = judge.run(model, SHORT, method="radau", rtol=1e-9, atol=1e-11, t_eval=times, **state)
+    if not (found.success and right.success):
+        return None
     return float(np.abs(found.q - right.q).max() / np.abs(right.q).max())
 
 

@@ -1,28 +1,28 @@
-//! What can vibrate, how fast, and how far the start sets it off.
+//! What can vibrate about a state, how fast, and how far that state sets it off.
 
 use crate::linalg::{Matrix, symmetric_eigen};
 use crate::model::{ForwardScratch, Model};
 
 /// Vibrations about the start, `M x'' + C x' + K x = 0`, without the coupling by damping.
 #[derive(Clone, Debug)]
-pub(super) struct Spectrum {
-    pub(super) modes: Vec<Vibration>,
+pub(crate) struct Spectrum {
+    pub(crate) modes: Vec<Vibration>,
 }
 
 /// One vibration.
 #[derive(Clone, Debug)]
-pub(super) struct Vibration {
+pub(crate) struct Vibration {
     /// Natural frequency in rad/s; zero where the motion diverges.
-    pub(super) frequency: f64,
+    pub(crate) frequency: f64,
     /// Modal damping over modal mass, in 1/s.
-    pub(super) damping: f64,
+    pub(crate) damping: f64,
     /// How far the coordinates go from the start: amplitude times shape.
-    pub(super) amplitude: Vec<f64>,
+    pub(crate) amplitude: Vec<f64>,
 }
 
 impl Vibration {
     /// Magnitude of the fastest of its two eigenvalues, in 1/s: what limits an explicit step.
-    pub(super) fn rate(&self) -> f64 {
+    pub(crate) fn rate(&self) -> f64 {
         let half = 0.5 * self.damping.abs();
         if self.is_overdamped() {
             half + (half * half - self.frequency.powi(2)).sqrt()
@@ -32,16 +32,36 @@ impl Vibration {
     }
 
     /// Creeps back instead of oscillating.
-    pub(super) fn is_overdamped(&self) -> bool {
+    pub(crate) fn is_overdamped(&self) -> bool {
         0.5 * self.damping.abs() > self.frequency
     }
 }
 
 impl Spectrum {
+    /// The largest rate, in 1/s: what limits explicit steps.
+    pub(crate) fn rate(&self) -> f64 {
+        self.modes.iter().map(Vibration::rate).fold(0.0, f64::max)
+    }
+
+    /// The highest frequency, in rad/s, of the vibrations that oscillate and move the tip by more than `distance` metres; zero if
+    /// there are none.
+    pub(crate) fn highest_visible<M: Model>(&self, model: &mut M, q: &[f64], distance: f64) -> f64 {
+        let tip = model.tip(q);
+        let mut moves_tip = |amplitude: &[f64]| {
+            let moved: Vec<f64> = q.iter().zip(amplitude).map(|(q, x)| q + x).collect();
+            let moved = model.tip(&moved);
+            let by = moved.iter().zip(tip).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt();
+            // Amplitudes beyond any range are visible.
+            by.is_nan() || by > distance
+        };
+        let visible = self.modes.iter().filter(|mode| !mode.is_overdamped() && moves_tip(&mode.amplitude));
+        visible.map(|mode| mode.frequency).fold(0.0, f64::max)
+    }
+
     /// `None` where the mass matrix is not positive definite, something is not finite, or a function of time fails. About 20 n^3 flops.
-    pub(super) fn new<M: Model>(model: &mut M, q0: &[f64], v0: &[f64]) -> Option<Self> {
+    pub(crate) fn new<M: Model>(model: &mut M, t: f64, q0: &[f64], v0: &[f64]) -> Option<Self> {
         let n = model.n();
-        model.set_time(0.0).ok()?;
+        model.set_time(t).ok()?;
         let mut a0 = vec![0.0; n];
         model.forward_dynamics(q0, v0, &mut a0, &mut ForwardScratch::new(n)).ok()?;
         let mut mass = Matrix::zeros(n, n);

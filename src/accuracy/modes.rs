@@ -1,0 +1,207 @@
+//! How many modes of each strain a motion takes.
+
+use super::choice::Choice;
+use super::{Request, distances, largest, tips};
+use crate::error::{Checker, Interrupted, InvalidInput};
+use crate::linalg::Matrix;
+use crate::model::Model;
+use crate::rod::{MAX_MODES, Rod, RodModel, STRAINS};
+use crate::simulate::{Simulation, Status, simulate};
+use crate::spectrum::Spectrum;
+
+/// Modes to begin with: of bending two, of the other strains none.
+const FIRST_MODES: [usize; STRAINS] = [0, 2, 2, 0, 0, 0];
+
+/// More modes that a strain is tried with, if it has any, and if it has none.
+const MORE_MODES: usize = 2;
+const ANY_MODES: usize = 1;
+
+/// A mode is kept if it moves the tip by this part of the tolerance; after each verification that fails, by a smaller one.
+const KEPT: f64 = 0.1;
+const SMALLER: f64 = 0.25;
+
+/// Tolerance in time of the trials, relative to what is asked for.
+const TRIAL_TOLERANCE: f64 = 0.3;
+
+/// Trials until the accuracy counts as out of reach.
+const TRIALS: usize = 24;
+
+/// States of a trial that are looked at.
+const STATES: usize = 32;
+
+/// What came of a choice of modes.
+#[derive(Clone, Debug)]
+pub struct Modes {
+    /// The rod with them.
+    pub rod: Rod,
+    /// What the last trial with more of them changed at the tip, relative to the length; `None` where there was no such trial.
+    pub space_error: Option<f64>,
+    /// `Finished`, or why there is no choice: the status of the trial that failed, or [`Status::AccuracyNotReached`].
+    pub status: Status,
+    /// The status in words.
+    pub message: String,
+}
+
+/// Chooses the numbers of modes of the segments `open` of a rod such that its motion from rest over `[0, t_end]` has the accuracy that is
+/// asked for, as far as modes go: by trials with more modes of every strain, of which those are kept that move the tip. `monitor` sees
+/// the time after every step of every trial and may stop it.
+///
+/// Strains that a perfectly symmetric motion does not set off get no modes. Costs some five to fifteen motions.
+pub fn choose_modes(
+    rod: &Rod,
+    open: &[usize],
+    t_end: f64,
+    request: Request,
+    monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
+) -> Result<Modes, InvalidInput> {
+    request.validate()?;
+    let mut check = Checker::new();
+    check.positive(t_end, "t_end", "seconds");
+    for &segment in open {
+        let expected = format!("a segment of the rod, 0 to {}", rod.segments.len().saturating_sub(1));
+        let is_there = check.require(segment < rod.segments.len(), "segments", segment, &expected);
+        let is_nested = is_there && rod.segments[segment].basis.is_nested();
+        let (place, expected) =
+            (format!("segments[{segment}].basis"), "polynomials over the segment, such as \"legendre\"");
+        check.require(!is_there || is_nested, &place, "piecewise functions", expected);
+    }
+    check.finish()?;
+    let mut trials = Trials { open, t_end, request, monitor };
+    let mut modes = vec![FIRST_MODES; open.len()];
+    let mut kept = KEPT;
+    let mut space_error = None;
+    for _ in 0..TRIALS {
+        let more: Vec<[usize; STRAINS]> = modes.iter().map(|modes| modes.map(more)).collect();
+        let fine = match trials.run(rod, &more)? {
+            Ok(trial) => trial,
+            Err(failed) => return Ok(failed.choice(rod.clone(), space_error)),
+        };
+        let needed = trials.needed(&fine, &more, kept * request.tolerance);
+        let is_enough =
+            needed.iter().flatten().zip(modes.iter().flatten()).all(|(needed, modes)| needed <= modes);
+        if !is_enough {
+            // What was needed once stays: less may only show that a trial was too coarse.
+            for (modes, needed) in modes.iter_mut().flatten().zip(needed.iter().flatten()) {
+                *modes = (*modes).max(*needed);
+            }
+            continue;
+        }
+        let coarse = match trials.run(rod, &needed)? {
+            Ok(trial) => trial,
+            Err(failed) => return Ok(failed.choice(rod.clone(), space_error)),
+        };
+        let error = largest(&distances(&fine.tips, &coarse.tips)) / rod.length();
+        space_error = Some(error);
+        if error <= request.tolerance {
+            let message = format!("The modes leave a space error of {error:.0e} of the length.");
+            return Ok(Modes { rod: coarse.rod, space_error, status: fine.simulation.status, message });
+        }
+        kept *= SMALLER;
+        modes = more;
+    }
+    let message = format!(
+        "No number of modes was found that reaches {:.0e}: cut the rod into more segments, or ask for less.",
+        request.tolerance
+    );
+    Ok(Modes { rod: with_modes(rod, open, &modes), space_error, status: Status::AccuracyNotReached, message })
+}
+
+/// What a strain is tried with.
+fn more(modes: usize) -> usize {
+    if modes == 0 { ANY_MODES } else { (modes + MORE_MODES).min(MAX_MODES) }
+}
+
+fn with_modes(rod: &Rod, open: &[usize], modes: &[[usize; STRAINS]]) -> Rod {
+    let mut rod = rod.clone();
+    for (&segment, &modes) in open.iter().zip(modes) {
+        rod.segments[segment].modes = modes;
+    }
+    rod
+}
+
+/// What all trials have in common.
+struct Trials<'a> {
+    open: &'a [usize],
+    t_end: f64,
+    request: Request,
+    monitor: &'a mut dyn FnMut(f64) -> Result<(), Interrupted>,
+}
+
+/// A motion with so many modes.
+struct Trial {
+    rod: Rod,
+    model: RodModel,
+    simulation: Simulation,
+    tips: Vec<[f64; 3]>,
+}
+
+/// A motion that did not reach its end.
+struct Failed(Simulation);
+
+impl Failed {
+    fn choice(self, rod: Rod, space_error: Option<f64>) -> Modes {
+        let Simulation { status, message, .. } = self.0;
+        let message = format!("No modes were chosen, because a trial failed. {message}");
+        Modes { rod, space_error, status, message }
+    }
+}
+
+impl Trials<'_> {
+    fn run(&mut self, rod: &Rod, modes: &[[usize; STRAINS]]) -> Result<Result<Trial, Failed>, InvalidInput> {
+        let rod = with_modes(rod, self.open, modes);
+        let mut model = RodModel::new(&rod)?;
+        let rest = vec![0.0; model.n()];
+        let tolerance = TRIAL_TOLERANCE * self.request.tolerance;
+        let choice = match Spectrum::new(&mut model, 0.0, &rest, &rest) {
+            Some(spectrum) => Choice::new(&mut model, &rest, &spectrum, tolerance),
+            None => Choice::implicit(),
+        };
+        let method = choice.method(&mut model, tolerance, self.request);
+        let simulation = simulate(model.clone(), self.t_end, &rest, &rest, &method, None, self.monitor)?;
+        if !simulation.status.is_success() {
+            return Ok(Err(Failed(simulation)));
+        }
+        let tips = tips(&mut model, &simulation);
+        Ok(Ok(Trial { rod, model, simulation, tips }))
+    }
+
+    /// The least numbers of modes beyond which none moves the tip by more than `tolerance` times the length, to first order.
+    fn needed(&self, trial: &Trial, modes: &[[usize; STRAINS]], tolerance: f64) -> Vec<[usize; STRAINS]> {
+        let moved = trial.moved();
+        let mut needed = vec![[0; STRAINS]; modes.len()];
+        for ((needed, modes), &segment) in needed.iter_mut().zip(modes).zip(self.open) {
+            let mut first: usize =
+                trial.rod.segments[..segment].iter().map(|segment| segment.coordinates()).sum();
+            for (needed, &modes) in needed.iter_mut().zip(modes) {
+                let own = &moved[first..first + modes];
+                *needed = own
+                    .iter()
+                    .rposition(|&moved| moved > tolerance * trial.rod.length())
+                    .map_or(0, |k| k + 1);
+                first += modes;
+            }
+        }
+        needed
+    }
+}
+
+impl Trial {
+    /// How far each coordinate has moved the tip at most, to first order: metres.
+    fn moved(&self) -> Vec<f64> {
+        let mut model = self.model.clone();
+        let n = model.n();
+        let tip = model.place(f64::INFINITY);
+        let mut jacobian = Matrix::zeros(6, n);
+        let mut moved = vec![0.0_f64; n];
+        let states = self.simulation.q.chunks_exact(n.max(1));
+        let every = states.len().div_ceil(STATES).max(1);
+        for q in states.rev().step_by(every) {
+            model.jacobian_at(q, &tip, &mut jacobian);
+            for (k, moved) in moved.iter_mut().enumerate() {
+                let velocity = (3..6).map(|i| jacobian[(i, k)].powi(2)).sum::<f64>().sqrt();
+                *moved = moved.max(velocity * q[k].abs());
+            }
+        }
+        moved
+    }
+}

@@ -1,0 +1,42 @@
+//! Whether the quadrature nodes can follow a shape.
+
+use std::f64::consts::PI;
+
+use super::plan::{Plan, SegmentPlan};
+use super::turning::Turning;
+use crate::lie::{LANES, Lanes, Twist, VectorSpace};
+
+/// Gauss-Legendre quadrature converges once there are more than pi nodes in a full turn of what it integrates (Trefethen 2000,
+/// Spectral Methods in MATLAB, chapter 9; the nodes are farthest apart in the middle, by pi / 2 of the mean): here, while the rod turns
+/// by less than this between neighbouring nodes. Beyond, poses are those of another shape.
+const LARGEST_TURN: f64 = PI;
+
+/// Whether the rod turns by less than half a turn between all neighbouring nodes, as far as its coordinates say.
+pub(super) fn resolves<G: Turning>(plan: &Plan<G>, q: &[f64]) -> bool {
+    plan.segments.iter().all(|segment| {
+        // No basis function exceeds one: mostly the coordinates alone tell.
+        let angular = segment.components.iter().filter(|component| component.index < G::ANGULAR);
+        let bound: f64 =
+            angular.flat_map(|component| &q[component.first..][..component.modes]).map(|q| q.abs()).sum();
+        bound * segment.largest_gap < LARGEST_TURN || largest_turn(segment, q) < LARGEST_TURN
+    })
+}
+
+/// The largest turn between neighbouring nodes, by the curvature at both of them; NaN where that is not finite.
+fn largest_turn<G: Turning>(segment: &SegmentPlan<G>, q: &[f64]) -> f64 {
+    let curvature = |node: usize| {
+        let field = segment.field(q, node / LANES);
+        let angular = Twist::<G, f64> {
+            angular: G::map_axial(&field.angular, |pack: &G::Pack| pack.lane(node % LANES)),
+            linear: VectorSpace::zero(),
+        };
+        angular.angular.dot(angular.angular).sqrt()
+    };
+    let nodes = &segment.gauss.nodes;
+    let ends = |i: usize| (if i == 0 { 0.0 } else { nodes[i - 1] }, nodes.get(i + 1).copied().unwrap_or(1.0));
+    let turns = (0..nodes.len()).map(|i| {
+        let (before, after) = ends(i);
+        curvature(i) * segment.length * (nodes[i] - before).max(after - nodes[i])
+    });
+    turns.fold(0.0, |largest: f64, turn| if turn <= largest { largest } else { turn })
+}
