@@ -4,7 +4,7 @@ use lissom::error::Interrupted;
 use lissom::linalg::{ChainLu, ChainMatrix, Lu, Matrix, Singular};
 use lissom::model::{Chain, ForwardScratch, Model};
 use lissom::newmark::{self, Failure, FreeMotion, Status, System};
-use lissom::rod::{Rod, RodModel, Segment, Solve};
+use lissom::rod::{Rod, RodModel, Section, Segment, Solve};
 use lissom::roots::Derivative;
 use proptest::prelude::*;
 
@@ -123,7 +123,7 @@ fn rods() -> impl Strategy<Value = Rod> {
     (prop::collection::vec(segment, 1..9), [load(), load()], prop_oneof![Just(0.0), 0.01..0.2], planar)
         .prop_map(|(segments, [tip_force, tip_moment], tip_mass, planar)| {
             let segments = segments.into_iter().map(|(length, base, tip, retardation_time, modes)| Segment {
-                radius: [base, tip],
+                section: Section::circle([base, tip]),
                 modes: if planar { [0, modes[1], 0, modes[3], 0, modes[5]] } else { modes },
                 retardation_time,
                 ..Segment::straight(length, base, 3e5, 1.1e5, 1000.0)

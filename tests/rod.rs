@@ -3,7 +3,8 @@
 use lissom::linalg::Matrix;
 use lissom::model::{ForwardScratch, Model};
 use lissom::rod::{
-    Basis, Body, Extent, Frame, Kernel, Load, Profile, Rod, RodModel, STRAIGHT, Segment, Solve,
+    Basis, Body, Extent, Frame, GivenSection, Kernel, Load, Profile, Rod, RodModel, STRAIGHT, Section,
+    SectionProperties, Segment, Shape, Solve,
 };
 use proptest::prelude::*;
 
@@ -22,16 +23,16 @@ fn lab_rod(modes: usize) -> RodModel {
 /// A soft rod that uses everything there is.
 fn rich_rod() -> Rod {
     let first = Segment {
-        radius: [0.02, 0.015],
+        section: Section::circle([0.02, 0.015]),
         modes: [2, 3, 1, 1, 2, 1],
         retardation_time: 0.01,
         reference_strain: [0.3, -0.5, 0.2, 1.02, 0.01, -0.02].into(),
-        shear_correction: 0.9,
+        shear_correction: 0.9.into(),
         ..Segment::straight(0.4, 0.02, 3e5, 1.1e5, 1100.0)
     };
     let second = Segment { modes: [1, 2, 2, 0, 0, 0], ..Segment::straight(0.7, 0.015, 2e5, 0.8e5, 900.0) };
     let third = Segment {
-        radius: [0.012, 0.006],
+        section: Section::circle([0.012, 0.006]),
         modes: [0, 2, 0, 1, 0, 1],
         ..Segment::straight(0.25, 0.0, 4e5, 1.5e5, 1000.0)
     };
@@ -288,7 +289,7 @@ fn the_same_call_gives_the_same_bits() {
 fn everything_wrong_with_a_rod_is_reported_at_once() {
     let mut rod = rich_rod();
     rod.segments[1].length = -1.0;
-    rod.segments[2].radius[1] = f64::NAN;
+    rod.segments[2].section = Section::circle([0.012, f64::NAN]);
     rod.segments[2].shear_modulus = 1e4;
     rod.base_orientation = [0.0; 4];
     let error = RodModel::new(&rod).unwrap_err();
@@ -381,7 +382,7 @@ proptest! {
 /// base, loads in and out of the plane.
 fn planar_rods() -> impl Strategy<Value = Rod> {
     let segment = (
-        (0.2..2.0, 0.005..0.03, 0.005..0.03, 0.0..0.1),
+        (0.2..2.0, 0.005..0.03, 0.005..0.03, 0.0..0.1, 0..KINDS),
         (0usize..6, 0usize..3, 0usize..3),
         (-1.0..1.0, 0.9..1.1, -0.1..0.1),
     );
@@ -396,12 +397,8 @@ fn planar_rods() -> impl Strategy<Value = Rod> {
         .prop_map(|(about_y, segments, [axis, gravity, force, moment], tip_mass, (loads, bodies))| {
             let [bend, shear] = if about_y { [1, 5] } else { [2, 4] };
             let segments = segments.into_iter().map(|(body, modes, reference)| {
-                let (length, base, tip, retardation_time) = body;
-                let mut segment = Segment {
-                    radius: [base, tip],
-                    retardation_time,
-                    ..Segment::straight(length, base, 1e6, 4e5, 1000.0)
-                };
+                let (length, base, tip, retardation_time, kind) = body;
+                let mut segment = Segment { retardation_time, ..segment_of(kind, length, [base, tip]) };
                 segment.modes[bend] = modes.0;
                 segment.modes[3] = modes.1;
                 segment.modes[shear] = modes.2;
@@ -425,11 +422,44 @@ fn planar_rods() -> impl Strategy<Value = Rod> {
         })
 }
 
+/// Numbers of [`segment_of`].
+const KINDS: usize = 5;
+
+/// A segment of rubber with one of all kinds of sections, about as thick as a circle with these radii.
+fn segment_of(kind: usize, length: f64, [base, tip]: [f64; 2]) -> Segment {
+    let circle = Segment {
+        section: Section::circle([base, tip]),
+        ..Segment::straight(length, base, 1e6, 4e5, 1000.0)
+    };
+    let shape = match kind {
+        0 => return circle,
+        1 => Shape::Rectangle { width: [base, tip], height: [2.0 * tip, 1.5 * base] },
+        2 => Shape::Ellipse { semi_axis_y: [base; 2], semi_axis_z: [1.5 * tip; 2] },
+        3 => Shape::HollowCircle { outer: [base, tip], inner: [0.5 * base, 0.7 * tip] },
+        _ => {
+            // Everything is coupled with everything; the mass lies beside the axis.
+            let mut stiffness = SectionProperties::at(&circle, 0.0).stiffness;
+            let size: [f64; 6] = std::array::from_fn(|i| stiffness[i][i].sqrt());
+            for (i, row) in stiffness.iter_mut().enumerate() {
+                for (j, entry) in row.iter_mut().enumerate() {
+                    *entry += 0.1 * size[i] * size[j];
+                }
+            }
+            let [mass, moment] = [3000.0 * base * base, 1000.0 * base.powi(4)];
+            let inertia =
+                [[2.0, 0.1, -0.2], [0.1, 1.0, 0.3], [-0.2, 0.3, 1.5]].map(|row| row.map(|x| moment * x));
+            let centre = [0.3 * base, -0.2 * tip];
+            return Segment::given(length, GivenSection { stiffness, mass, inertia, centre });
+        }
+    };
+    Segment { section: Section::Shape(shape), ..circle }
+}
+
 /// Random rods of all kinds: each strain, taper, damping, curvature of reference, load and mass is there or is not.
 fn rods() -> impl Strategy<Value = Rod> {
     let or_zero = |range: std::ops::Range<f64>| prop_oneof![Just(0.0), range];
     let segment = (
-        (0.2..2.0, 0.005..0.03, prop_oneof![Just(1.0), 0.3..1.5], or_zero(0.0..0.1)),
+        (0.2..2.0, 0.005..0.03, prop_oneof![Just(1.0), 0.3..1.5], or_zero(0.0..0.1), 0..KINDS),
         prop::array::uniform6(0usize..4),
         prop_oneof![Just([0.0; 6]), prop::array::uniform6(-0.3..0.3)],
     );
@@ -438,13 +468,9 @@ fn rods() -> impl Strategy<Value = Rod> {
     (prop::collection::vec(segment, 1..4), loads).prop_map(
         |(segments, (gravity, force, moment, tip_mass))| {
             let segments =
-                segments.into_iter().map(|((length, radius, taper, retardation_time), modes, bent)| {
-                    let mut segment = Segment {
-                        radius: [radius, taper * radius],
-                        modes,
-                        retardation_time,
-                        ..Segment::straight(length, radius, 1e6, 4e5, 1000.0)
-                    };
+                segments.into_iter().map(|((length, radius, taper, retardation_time, kind), modes, bent)| {
+                    let plain = segment_of(kind, length, [radius, taper * radius]);
+                    let mut segment = Segment { modes, retardation_time, ..plain };
                     let strain: [f64; 6] = std::array::from_fn(|i| STRAIGHT[i] + bent[i]);
                     segment.reference_strain = strain.into();
                     segment
@@ -579,7 +605,7 @@ fn rod_in(basis: Basis, strains: &[usize]) -> Rod {
         let mut modes = [0; 6];
         strains.iter().for_each(|&strain| modes[strain] = number);
         Segment {
-            radius: [0.02, 0.015],
+            section: Section::circle([0.02, 0.015]),
             modes,
             basis,
             retardation_time: 0.01,

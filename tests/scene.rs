@@ -110,11 +110,11 @@ output = { step = 0.1, quantities = ["shape", "energy"] }
     assert_eq!(scene.q0, [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
     assert_eq!(scene.v0, [7.0, 6.0, 5.0, 4.0, 3.0, 2.0, 1.0]);
     let first = rod::Segment {
-        radius: [2e-3, 1e-3],
+        section: rod::Section::circle([2e-3, 1e-3]),
         modes: [1; 6],
         retardation_time: 1e-3,
         reference_strain: [1.0, 2.0, 3.0, 1.0, 5.0, 6.0].into(),
-        shear_correction: 0.9,
+        shear_correction: 0.9.into(),
         ..rod::Segment::straight(2.0, 1.0, 3e5, 1e5, 1000.0)
     };
     let second =
@@ -419,7 +419,8 @@ fn impossible_physics_is_refused() {
         "shear_modulus = 60e9",
         &[
             "8:17: rod[0].segment[0].shear_modulus: got 60000000000 (Poisson's ratio E/(2G) - 1 = 0.7500); expected a \
-           shear modulus with Poisson's ratio in (-1, 0.5]",
+           shear modulus with Poisson's ratio in (-1, 0.5], as isotropic materials have; others are described by a \
+           given section",
         ],
     );
     refused(
@@ -464,6 +465,141 @@ fn impossible_physics_is_refused() {
 fn a_poisson_ratio_of_one_half_is_a_ratio_like_any_other() {
     let rod = rod_of(&changed("shear_modulus = 80e9", "poisson_ratio = 0.5"));
     assert_eq!(rod.segments[0].shear_modulus, 70e9);
+}
+
+#[test]
+fn sections_are_read() {
+    let segment = |section: &str| rod_of(&changed("radius = 1e-3", section)).segments.remove(0);
+    let circle = segment("radius = [1e-3, 2e-3]");
+    assert_eq!(segment("section = { shape = 'circle', radius = [1e-3, 2e-3] }"), circle);
+    let shapes = [
+        (
+            "section = { shape = 'hollow_circle', outer = 2e-3, inner = [0, 1e-3] }",
+            rod::Shape::HollowCircle { outer: [2e-3; 2], inner: [0.0, 1e-3] },
+        ),
+        (
+            "section = { shape = 'rectangle', width = 2e-3, height = 1e-3 }",
+            rod::Shape::Rectangle { width: [2e-3; 2], height: [1e-3; 2] },
+        ),
+        (
+            "section = { shape = 'ellipse', semi_axis_y = 2e-3, semi_axis_z = 1e-3 }",
+            rod::Shape::Ellipse { semi_axis_y: [2e-3; 2], semi_axis_z: [1e-3; 2] },
+        ),
+    ];
+    for (text, shape) in shapes {
+        assert_eq!(segment(text), rod::Segment { section: rod::Section::Shape(shape), ..circle.clone() });
+    }
+    let corrections = [
+        ("0.9", rod::ShearCorrection::Factors([0.9; 2])),
+        ("[0.8, 0.9]", rod::ShearCorrection::Factors([0.8, 0.9])),
+        ("'cowper'", rod::ShearCorrection::Cowper),
+    ];
+    for (text, correction) in corrections {
+        let found = segment(&format!("radius = 1e-3\nshear_correction = {text}"));
+        assert_eq!(found.shear_correction, correction);
+    }
+}
+
+const MATERIAL: &str = "radius = 1e-3\nyoung_modulus = 210e9\nshear_modulus = 80e9\ndensity = 7800\n";
+
+#[test]
+fn given_sections_are_read_and_take_no_material() {
+    let text = changed(
+        MATERIAL,
+        "section = { shape = 'given', stiffness = [1, 2, 3, 4, 5, 6], mass = 0.1, inertia = [1, 2, 3], centre = [0, 1] }\n",
+    );
+    let given = rod::GivenSection {
+        stiffness: rod::diagonal([1.0, 2.0, 3.0, 4.0, 5.0, 6.0]),
+        mass: 0.1,
+        inertia: rod::diagonal([1.0, 2.0, 3.0]),
+        centre: [0.0, 1.0],
+    };
+    let wanted = rod::Segment { modes: [0, 3, 0, 0, 0, 0], ..rod::Segment::given(1.0, given) };
+    assert_eq!(rod_of(&text).segments, [wanted]);
+
+    let rows = "[[2,0,0,0,0,0],[0,2,0,0,0,1],[0,0,2,0,0,0],[0,0,0,2,0,0],[0,0,0,0,2,0],[0,1,0,0,0,2]]";
+    let full = changed(MATERIAL, &format!("section = {{ shape = 'given', stiffness = {rows}, mass = 1 }}\n"));
+    let rod::Section::Given(section) = rod_of(&full).segments.remove(0).section else { panic!("given") };
+    assert_eq!([section.stiffness[1][5], section.stiffness[5][1]], [1.0; 2]);
+
+    refused(
+        "radius = 1e-3",
+        "section = { shape = 'given', stiffness = [1, 2, 3, 4, 5, 6], mass = 0.1 }",
+        &["young_modulus = 210e9", "shear_modulus = 80e9", "density = 7800"]
+            .iter()
+            .enumerate()
+            .map(|(i, key)| {
+                let (key, value) = key.split_once(" = ").unwrap();
+                let _ = value;
+                let column = key.len() + 4;
+                format!(
+                    "{}:{column}: rod[0].segment[0].{key}: a given section does not take it; remove it: the section's \
+                     stiffness and mass are all that is needed",
+                    i + 7
+                )
+            })
+            .collect::<Vec<_>>()
+            .iter()
+            .map(String::as_str)
+            .collect::<Vec<_>>(),
+    );
+}
+
+#[test]
+fn sections_that_are_none_are_refused() {
+    let here = "rod[0].segment[0]";
+    refused("radius = 1e-3\n", "", &[&format!("4:3: {here}: neither radius nor section; add one of them")]);
+    refused(
+        "density = 7800\n",
+        "",
+        &[&format!("4:3: {here}.density: missing; add density: Density in kg/m^3")],
+    );
+    for (section, expected) in [
+        (
+            "{ shape = 'rectangle', width = 1e-3 }",
+            "6:1: rod[0].segment[0].section.height: missing; a rectangle takes width and height",
+        ),
+        (
+            "{ shape = 'rectangle', width = 1e-3, height = 0.0 }",
+            "6:51: rod[0].segment[0].section.height: got 0; expected a finite number > 0 (metres)",
+        ),
+        (
+            "{ shape = 'circle', radius = [1e-3, -1e-3] }",
+            "6:43: rod[0].segment[0].section.radius[1]: got -0.001; expected a finite number > 0 (metres)",
+        ),
+        (
+            "{ shape = 'circle', radius = 1e-3, width = 1 }",
+            "6:46: rod[0].segment[0].section.width: a circle does not take it; a circle takes radius",
+        ),
+        (
+            "{ shape = 'hollow_circle', outer = 1e-3, inner = 2e-3 }",
+            "6:52: rod[0].segment[0].section.inner: got [0.002, 0.002]; expected less than the outer radius",
+        ),
+        (
+            "{ shape = 'square', width = 1 }",
+            "6:21: rod[0].segment[0].section.shape: got \"square\"; expected \"circle\" or \"hollow_circle\" or \
+             \"rectangle\" or \"ellipse\" or \"given\"",
+        ),
+    ] {
+        refused("radius = 1e-3", &format!("section = {section}"), &[expected]);
+    }
+    refused(
+        "radius = 1e-3",
+        "radius = 1e-3\nsection = { shape = 'circle', radius = 1 }",
+        &["7:1: rod[0].segment[0].section: both radius and section are given; keep one of them"],
+    );
+    let given = |stiffness: &str| {
+        let section = format!("section = {{ shape = 'given', stiffness = {stiffness}, mass = 1 }}\n");
+        problems(&changed(MATERIAL, &section))
+    };
+    assert_eq!(
+        given("[1, 0, 1, 1, 1, 1]"),
+        [
+            "6:44: rod[0].segment[0].section.stiffness[1][1]: got 0; expected a positive stiffness, as bend_y has modes"
+        ]
+    );
+    let [problem] = &given("[1, 2, 3]")[..] else { panic!("one problem") };
+    assert!(problem.contains("section.stiffness: got an array of 3; expected an array of 6"), "{problem}");
 }
 
 #[test]

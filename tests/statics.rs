@@ -6,7 +6,7 @@ use lissom::error::Interrupted;
 use lissom::linalg::Matrix;
 use lissom::model::Model;
 use lissom::pendulum::SpringPendulum;
-use lissom::rod::{Rod, RodModel, Segment};
+use lissom::rod::{Rod, RodModel, Section, Segment};
 use lissom::statics::{
     ContinuationOptions, CriticalKind, Options, Stability, Start, Status, continuation, equilibrium,
 };
@@ -72,7 +72,7 @@ fn a_monitor_stops_every_search() {
 #[test]
 fn elastic_forces_are_those_of_an_unloaded_rod() {
     let segment = Segment { modes: [2, 3, 2, 1, 1, 1], ..Segment::straight(0.7, 0.02, 1e7, 4e6, 1e3) };
-    let tapered = Segment { radius: [0.02, 0.01], ..segment.clone() };
+    let tapered = Segment { section: Section::circle([0.02, 0.01]), ..segment.clone() };
     let free = Rod { gravity: [0.0; 3], ..Rod::new(vec![segment, tapered]) };
     let mut model = RodModel::new(&free).unwrap();
     let n = model.n();

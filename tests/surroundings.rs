@@ -2,7 +2,7 @@
 
 use lissom::linalg::Matrix;
 use lissom::model::{Chain, ForwardScratch, Model};
-use lissom::rod::{BaseMotion, Fluid, Frame, Kernel, Load, Rod, RodModel, Segment, Solve, Support};
+use lissom::rod::{BaseMotion, Fluid, Frame, Kernel, Load, Rod, RodModel, Section, Segment, Solve, Support};
 use proptest::prelude::*;
 
 /// A state of size `scale` that is different in every coordinate.
@@ -83,7 +83,7 @@ fn rich_fluid() -> Fluid {
 /// A soft rod that uses everything there is.
 fn rich_rod() -> Rod {
     let first = Segment {
-        radius: [0.02, 0.015],
+        section: Section::circle([0.02, 0.015]),
         modes: [2, 3, 1, 1, 2, 1],
         retardation_time: 0.01,
         reference_strain: [0.3, -0.5, 0.2, 1.02, 0.01, -0.02].into(),
@@ -273,7 +273,7 @@ fn rods() -> impl Strategy<Value = Rod> {
     (prop::collection::vec(segment, 1..6), any::<bool>(), around, vectors(1.0), any::<bool>()).prop_map(
         |(segments, is_planar, (mut supports, fluid), tip_force, is_dead)| {
             let segments = segments.into_iter().map(|(length, base, tip, retardation_time, modes)| Segment {
-                radius: [base, tip],
+                section: Section::circle([base, tip]),
                 modes: if is_planar { [0, modes[1], 0, modes[3], 0, modes[5]] } else { modes },
                 retardation_time,
                 ..Segment::straight(length, base, 3e5, 1.1e5, 1000.0)

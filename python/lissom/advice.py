@@ -45,6 +45,9 @@ STABLE_GROWTH = 1e-3
 #: Larger models are not looked at, so that checking stays quick.
 MOST_COORDINATES = 100
 
+#: The strains in their order.
+STRAINS = ("torsion", "bend_y", "bend_z", "stretch", "shear_y", "shear_z")
+
 #: The shear strain in the direction in which a bending strain deflects.
 SHEAR_OF = {"bend_y": "shear_z", "bend_z": "shear_y"}
 
@@ -149,8 +152,10 @@ def about_modes(found: Vibrations, richer: Vibrations) -> list[str]:
 
 def about_shear(rod: Rod) -> list[str]:
     """What shear would add to the deflection of a thick rod that has none."""
-    radius = max(max(segment.radius) for segment in rod.segments)
-    slenderness = rod.length / radius
+    widest = max(
+        size for segment in rod.segments for x in (0.0, 1.0) for size in segment.section.half_extents(x)
+    )
+    slenderness = rod.length / widest
     rigid = {
         shear
         for segment in rod.segments
@@ -161,8 +166,10 @@ def about_shear(rod: Rod) -> list[str]:
         return []
     added = max(shear_deflection(segment, rod.length) for segment in rod.segments)
     strains = " and ".join(sorted(rigid))
+    is_round = all(segment.section.shape in ("circle", "hollow_circle") for segment in rod.segments)
+    size = "its radius" if is_round else "half its width"
     return [
-        f"The rod's length is only {slenderness:.2g} times its radius, and {strains} has no modes: "
+        f"The rod's length is only {slenderness:.2g} times {size}, and {strains} has no modes: "
         f"shear would add {added:.1%} to its deflection under a force at the tip."
     ]
 
@@ -170,10 +177,16 @@ def about_shear(rod: Rod) -> list[str]:
 def shear_deflection(segment: Segment, length: float) -> float:
     """Deflection by shear over that by bending, of a cantilever of its section under a force at the tip.
 
-    F L / (k G A) over F L^3 / (3 E I), with I = A r^2 / 4 (Timoshenko 1921).
+    F L / (k G A) over F L^3 / (3 E I), the larger one of both ends and both planes (Timoshenko 1921).
     """
-    ratio = max(segment.radius) / length
-    return 0.75 * segment.young_modulus / (segment.shear_correction * segment.shear_modulus) * ratio**2
+    planes = [
+        (STRAINS.index(bend), STRAINS.index(shear))
+        for bend, shear in SHEAR_OF.items()
+        if segment.modes.get(bend, 0)
+    ]
+    stiffness = [np.diag(segment.stiffness(X)) for X in (0.0, segment.length)]
+    ratios = [H[bend] / H[shear] for H in stiffness for bend, shear in planes if H[shear] > 0.0]
+    return 3.0 * max(ratios, default=0.0) / length**2
 
 
 def stable_step(method: type[RK45] | type[DOP853], eigenvalue: complex) -> float:
@@ -195,16 +208,11 @@ def with_more_modes(rod: Rod) -> Rod:
     """The same rod with four more modes of each strain that it has."""
     segments = [
         Segment(
-            segment.length,
-            segment.radius,
-            segment.young_modulus,
-            segment.shear_modulus,
-            segment.density,
-            {strain: count + MORE_MODES for strain, count in segment.modes.items() if count},
-            segment.retardation_time,
-            segment.reference_strain,
-            segment.shear_correction,
-            basis=segment.basis,
+            **segment.__getnewargs_ex__()[1]
+            | {
+                "modes": {strain: count + MORE_MODES for strain, count in segment.modes.items() if count},
+                "nodes": None,
+            },
         )
         for segment in rod.segments
     ]

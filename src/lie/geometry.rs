@@ -60,7 +60,7 @@ pub trait Geometry: Copy + Debug + Send + Sync + 'static {
     /// Rotations ready to be applied.
     type Rotation<T: Scalar>: Copy + Debug;
     /// Second moments of inertia.
-    type SecondMoment<T: Scalar>: SecondMoment;
+    type SecondMoment<T: Scalar>: SecondMoment + Mul<T, Output = Self::SecondMoment<T>>;
 
     /// Components of an angular velocity; those of a strain are these and then the ones of a vector.
     const ANGULAR: usize;
@@ -137,6 +137,9 @@ pub trait Geometry: Copy + Debug + Send + Sync + 'static {
     fn axial_in_space(frame: Self::Frame, a: Self::Axial<f64>) -> Vector<f64>;
     /// What of a three-dimensional vector lies in this space.
     fn vector_of(frame: Self::Frame, v: Vector<f64>) -> Self::Vector<f64>;
+    /// The rotary inertia of a section with this inertia tensor, if it looks like a circle from this space: the same about all
+    /// of its diameters that the section turns about, and twice that about its axis.
+    fn rotary_inertia(frame: Self::Frame, m: [[f64; 3]; 3]) -> Option<f64>;
     /// What of three-dimensional second moments (a symmetric matrix by its rows) lies in this space.
     fn second_moment_of(frame: Self::Frame, m: [[f64; 3]; 3]) -> Self::SecondMoment<f64>;
     /// The vector in three dimensions.

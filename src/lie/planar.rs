@@ -319,6 +319,9 @@ impl<const FUSED: bool> Geometry for Planar<FUSED> {
         let v = v.to_array();
         PlaneVector { a: v[plane.axes[0]], b: v[plane.axes[1]] }
     }
+    fn rotary_inertia(plane: Plane, m: [[f64; 3]; 3]) -> Option<f64> {
+        Some(m[plane.normal][plane.normal])
+    }
     fn second_moment_of(plane: Plane, m: [[f64; 3]; 3]) -> Turn<f64> {
         Turn(m[plane.normal][plane.normal])
     }

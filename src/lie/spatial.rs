@@ -174,6 +174,12 @@ impl<const FUSED: bool> Geometry for Spatial<FUSED> {
     fn vector_of((): (), v: Vector<f64>) -> Vector<f64> {
         v
     }
+    fn rotary_inertia((): (), m: [[f64; 3]; 3]) -> Option<f64> {
+        let about_diameter = m[1][1];
+        let circle =
+            [[2.0 * about_diameter, 0.0, 0.0], [0.0, about_diameter, 0.0], [0.0, 0.0, about_diameter]];
+        (m == circle).then_some(about_diameter)
+    }
     #[inline(always)]
     fn second_moment_of((): (), m: [[f64; 3]; 3]) -> Symmetric<f64> {
         Symmetric { xx: m[0][0], yy: m[1][1], zz: m[2][2], xy: m[0][1], xz: m[0][2], yz: m[1][2] }

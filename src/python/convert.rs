@@ -7,6 +7,7 @@ use pyo3::types::{PyComplex, PyString};
 
 use crate::error::{Checker, InvalidInput};
 use crate::linalg::Matrix;
+use crate::rod::diagonal;
 
 impl From<InvalidInput> for PyErr {
     fn from(error: InvalidInput) -> Self {
@@ -144,4 +145,18 @@ pub(crate) fn describe(value: &Bound<'_, PyAny>) -> String {
 /// A vector of a fixed number of entries.
 pub(crate) fn array_of<const N: usize>(value: &Bound<'_, PyAny>, name: &str) -> PyResult<[f64; N]> {
     Ok(vector_of(value, N, name)?.try_into().expect("vector_of returns exactly N values"))
+}
+
+/// A square matrix of `N` rows, or its diagonal.
+pub(crate) fn symmetric_of<const N: usize>(value: &Bound<'_, PyAny>, name: &str) -> PyResult<[[f64; N]; N]> {
+    if let Ok(matrix) = matrix_of(value, (N, N), name) {
+        return Ok(std::array::from_fn(|i| std::array::from_fn(|j| matrix[(i, j)])));
+    }
+    array_of(value, name).map(diagonal).map_err(|error| {
+        if error.is_instance_of::<PyTypeError>(value.py()) {
+            return error;
+        }
+        let found = describe(value);
+        PyValueError::new_err(format!("{name}: expected shape ({N},) or ({N}, {N}), got {found}"))
+    })
 }

@@ -1,7 +1,6 @@
 //! `lissom.Load` and `lissom.Body`.
 
 use numpy::PyArray2;
-use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -193,7 +192,7 @@ impl PyBody {
             body.centre = convert::array_of(centre, "centre")?;
         }
         if let Some(inertia) = inertia {
-            body.inertia = tensor(inertia)?;
+            body.inertia = convert::symmetric_of(inertia, "inertia")?;
         }
         body.validate(f64::INFINITY)?;
         Ok(Self(body))
@@ -238,21 +237,4 @@ impl PyBody {
         arguments.set_item("inertia", self.0.inertia)?;
         Ok(((self.0.mass,), arguments))
     }
-}
-
-/// An inertia tensor from itself or from its diagonal.
-fn tensor(value: &Bound<'_, PyAny>) -> PyResult<[[f64; 3]; 3]> {
-    if let Ok(matrix) = convert::matrix_of(value, (3, 3), "inertia") {
-        return Ok(std::array::from_fn(|i| std::array::from_fn(|j| matrix[(i, j)])));
-    }
-    let wrong = |_| {
-        PyValueError::new_err(format!(
-            "inertia: expected shape (3,) or (3, 3), got {}",
-            convert::describe(value)
-        ))
-    };
-    let [x, y, z] = convert::array_of(value, "inertia").map_err(|error| {
-        if error.is_instance_of::<PyTypeError>(value.py()) { error } else { wrong(error) }
-    })?;
-    Ok([[x, 0.0, 0.0], [0.0, y, 0.0], [0.0, 0.0, z]])
 }

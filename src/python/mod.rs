@@ -23,6 +23,7 @@ mod profile;
 mod rod;
 mod roots;
 mod scene;
+mod section;
 mod signal;
 mod simulate;
 mod statics;
@@ -65,6 +66,8 @@ mod _lissom {
 
     #[pymodule_export]
     use super::scene::{PyScene, PySceneProblem, PySimulation, SceneError};
+    #[pymodule_export]
+    use super::section::PySection;
     #[pymodule_export]
     use super::signal::PyHarmonic;
     #[pymodule_export]

@@ -16,27 +16,29 @@ use super::fluid::PyFluid;
 use super::load::{PyBody, PyLoad};
 use super::model::{PyModel, check_time};
 use super::profile;
+use super::section::{self, PySection};
 use super::support::PySupport;
 use crate::error::{Checker, InvalidInput};
 use crate::lie::Rotation;
 use crate::linalg::Matrix;
 use crate::model::Model;
 use crate::rod::{
-    Basis, Kernel, Multiplications, Place, Pose, Rod, RodModel, STRAIN_NAMES, STRAINS, Segment,
+    Basis, Kernel, Multiplications, Place, Pose, Rod, RodModel, STRAIN_NAMES, STRAINS, Section,
+    SectionProperties, Segment, Shape, ShearCorrection,
 };
 
-/// A piece of rod of one material, with a circular section that may taper linearly.
+/// A piece of rod with one kind of section.
 ///
 /// Parameters
 /// ----------
 /// length : float
 ///     Metres.
-/// radius : float or (float, float)
-///     Radius, or radii at the segment's base and tip, in metres.
-/// young_modulus, shear_modulus : float
-///     E and G in pascals, with Poisson's ratio E/(2G) - 1 in (-1, 0.5].
-/// density : float
-///     Kilograms per cubic metre.
+/// radius : float or (float, float), optional
+///     Radius of a circular section, or radii at the segment's base and tip, in metres. Either this or `section`.
+/// young_modulus, shear_modulus : float, optional
+///     E and G in pascals, with Poisson's ratio E/(2G) - 1 in (-1, 0.5]. Needed unless the section is given.
+/// density : float, optional
+///     Kilograms per cubic metre. Needed unless the section is given.
 /// modes : dict of str to int
 ///     Number of modes of each strain: keys ``"torsion"``, ``"bend_y"``, ``"bend_z"``, ``"stretch"``,
 ///     ``"shear_y"``, ``"shear_z"``; what is not named has none and keeps its reference strain.
@@ -46,14 +48,17 @@ use crate::rod::{
 ///     Strain free of stress: torsion, bend_y, bend_z (radians per metre), stretch, shear_y, shear_z. A table is a pair of
 ///     stations (arc lengths from 0 to `length`, metres) and values, shape (m, 6), interpolated without overshoot; a callable is
 ///     given the arc length from the segment's base. See `Profile`.
-/// shear_correction : float
-///     Factor of the shear stiffness G A.
+/// shear_correction : float, (float, float) or 'cowper'
+///     Factor of the shear stiffness G A, factors for shear along y and along z, or those of Cowper (1966) for the shape and
+///     Poisson's ratio.
 /// nodes : int, optional
 ///     Quadrature nodes, rounded up to a multiple of four; by default what the modes need for bends up to about half a turn.
 /// basis : {'legendre', 'chebyshev', 'monomial', 'piecewise_constant', 'hermite'}
 ///     What the modes are, as functions of x = X / length: Legendre or Chebyshev polynomials of 2 x - 1, powers of x, one on
 ///     each of so many equal pieces, or cubics with value and slope (times the distance of the knots) at equally spaced knots, two
 ///     modes a knot. In the last two all strains have the same number of modes, or none.
+/// section : Section, optional
+///     A section of another shape, or one of given stiffness and inertia.
 ///
 /// Raises
 /// ------
@@ -66,37 +71,63 @@ pub(crate) struct PySegment(pub(crate) Segment);
 #[pymethods]
 impl PySegment {
     #[new]
-    #[pyo3(signature = (length, radius, young_modulus, shear_modulus, density, modes, retardation_time=0.0, reference_strain=None, shear_correction=1.0, nodes=None, *, basis="legendre"),
-           text_signature = "(length, radius, young_modulus, shear_modulus, density, modes, retardation_time=0.0, reference_strain=(0, 0, 0, 1, 0, 0), shear_correction=1.0, nodes=None, *, basis='legendre')")]
+    #[pyo3(signature = (length, radius=None, young_modulus=None, shear_modulus=None, density=None, modes=None, retardation_time=0.0, reference_strain=None, shear_correction=None, nodes=None, *, basis="legendre", section=None),
+           text_signature = "(length, radius=None, young_modulus=None, shear_modulus=None, density=None, modes=None, retardation_time=0.0, reference_strain=(0, 0, 0, 1, 0, 0), shear_correction=1.0, nodes=None, *, basis='legendre', section=None)")]
     #[allow(clippy::too_many_arguments, reason = "the signature of the Python class")]
     fn new(
         length: f64,
-        radius: &Bound<'_, PyAny>,
-        young_modulus: f64,
-        shear_modulus: f64,
-        density: f64,
-        modes: &Bound<'_, PyDict>,
+        radius: Option<&Bound<'_, PyAny>>,
+        young_modulus: Option<f64>,
+        shear_modulus: Option<f64>,
+        density: Option<f64>,
+        modes: Option<&Bound<'_, PyDict>>,
         retardation_time: f64,
         reference_strain: Option<&Bound<'_, PyAny>>,
-        shear_correction: f64,
+        shear_correction: Option<&Bound<'_, PyAny>>,
         nodes: Option<i64>,
         basis: &str,
+        section: Option<&PySection>,
     ) -> PyResult<Self> {
         let basis = Basis::named(basis).ok_or_else(|| {
             let names = Basis::ALL.map(Basis::name);
             PyValueError::new_err(format!("basis: got '{basis}', expected one of {names:?}"))
         })?;
+        let mut check = Checker::new();
+        let section = match (radius, section) {
+            (Some(radius), None) => Section::circle(section::size(radius, "radius")?),
+            (None, Some(section)) => section.0.clone(),
+            (radius, _) => {
+                let found =
+                    if radius.is_some() { "both radius and section" } else { "neither radius nor section" };
+                check.require(false, "radius", found, "one of them");
+                Section::circle([1.0; 2])
+            }
+        };
+        if let Section::Shape(_) = section {
+            let material =
+                [(young_modulus, "young_modulus"), (shear_modulus, "shear_modulus"), (density, "density")];
+            for (value, name) in material {
+                check.require(value.is_some(), name, "none", "a number, unless the section is given");
+            }
+        }
+        let expected = "a dict such as {'bend_y': 3}";
+        check.require(modes.is_some(), "modes", "none", expected);
+        check.finish()?;
+        let [young_modulus, shear_modulus, density] =
+            [young_modulus, shear_modulus, density].map(Option::unwrap_or_default);
         let mut segment = Segment {
-            radius: radii(radius)?,
-            modes: mode_numbers(modes)?,
+            section,
+            modes: modes.map_or(Ok([0; STRAINS]), mode_numbers)?,
             basis,
             retardation_time,
-            shear_correction,
             nodes: nodes.map(|nodes| convert::count(nodes, "nodes")).transpose()?,
             ..Segment::straight(length, 0.0, young_modulus, shear_modulus, density)
         };
         if let Some(strain) = reference_strain {
             segment.reference_strain = profile::profile(strain, &[STRAINS], length, "reference_strain")?;
+        }
+        if let Some(correction) = shear_correction {
+            segment.shear_correction = section::shear_correction(correction)?;
         }
         segment.validate()?;
         Ok(Self(segment))
@@ -108,28 +139,37 @@ impl PySegment {
         self.0.length
     }
 
-    /// Radius at the base and at the tip, in metres.
+    /// Radius of a circular section at the base and at the tip, in metres; None for other sections.
     #[getter]
-    fn radius(&self) -> (f64, f64) {
-        self.0.radius.into()
+    fn radius(&self) -> Option<(f64, f64)> {
+        match self.0.section {
+            Section::Shape(Shape::Circle { radius }) => Some(radius.into()),
+            _ => None,
+        }
     }
 
-    /// Young's modulus in pascals.
+    /// What it looks like across.
     #[getter]
-    fn young_modulus(&self) -> f64 {
-        self.0.young_modulus
+    fn section(&self) -> PySection {
+        PySection(self.0.section.clone())
     }
 
-    /// Shear modulus in pascals.
+    /// Young's modulus in pascals; None where the section is given.
     #[getter]
-    fn shear_modulus(&self) -> f64 {
-        self.0.shear_modulus
+    fn young_modulus(&self) -> Option<f64> {
+        self.of_material(self.0.young_modulus)
     }
 
-    /// Density in kilograms per cubic metre.
+    /// Shear modulus in pascals; None where the section is given.
     #[getter]
-    fn density(&self) -> f64 {
-        self.0.density
+    fn shear_modulus(&self) -> Option<f64> {
+        self.of_material(self.0.shear_modulus)
+    }
+
+    /// Density in kilograms per cubic metre; None where the section is given.
+    #[getter]
+    fn density(&self) -> Option<f64> {
+        self.of_material(self.0.density)
     }
 
     /// Number of modes of each strain that has any.
@@ -164,10 +204,10 @@ impl PySegment {
         }
     }
 
-    /// Factor of the shear stiffness G A.
+    /// Factor of the shear stiffness G A, factors for y and for z, or 'cowper'.
     #[getter]
-    fn shear_correction(&self) -> f64 {
-        self.0.shear_correction
+    fn shear_correction<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        section::shear_correction_out(py, self.0.shear_correction)
     }
 
     /// Quadrature nodes asked for; None for what the modes need. `Rod.nodes` tells what is used.
@@ -176,8 +216,43 @@ impl PySegment {
         self.0.nodes
     }
 
+    /// Stiffness per length of the strains at arc length X from the segment's base.
+    ///
+    /// Parameters
+    /// ----------
+    /// X : float
+    ///     Metres, from 0 to the segment's length.
+    ///
+    /// Returns
+    /// -------
+    /// numpy.ndarray, shape (6, 6)
+    ///     In the order torsion, bend_y, bend_z, stretch, shear_y, shear_z; of shapes diagonal.
+    #[pyo3(signature = (X=0.0))]
+    #[allow(non_snake_case, reason = "arc length is X everywhere")]
+    fn stiffness<'py>(&self, py: Python<'py>, X: f64) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        section::rows(py, &self.properties(X)?.stiffness)
+    }
+
+    /// Inertia per length at arc length X from the segment's base.
+    ///
+    /// Parameters
+    /// ----------
+    /// X : float
+    ///     Metres, from 0 to the segment's length.
+    ///
+    /// Returns
+    /// -------
+    /// numpy.ndarray, shape (6, 6)
+    ///     Takes a twist (angular velocity, velocity of the rod's axis) to the momentum per length (angular about the axis, linear),
+    ///     all in the section's axes.
+    #[pyo3(signature = (X=0.0))]
+    #[allow(non_snake_case, reason = "arc length is X everywhere")]
+    fn inertia<'py>(&self, py: Python<'py>, X: f64) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        section::rows(py, &self.properties(X)?.inertia_matrix())
+    }
+
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
-        let Segment { length, radius, young_modulus, shear_modulus, density, modes, .. } = &self.0;
+        let Segment { length, section, modes, retardation_time, nodes, .. } = &self.0;
         let modes: Vec<String> = STRAIN_NAMES
             .iter()
             .zip(modes)
@@ -188,36 +263,63 @@ impl PySegment {
             Some([a, b, c, d, e, f]) => format!("({a:?}, {b:?}, {c:?}, {d:?}, {e:?}, {f:?})"),
             None => self.reference_strain(py)?.repr()?.to_string(),
         };
-        Ok(format!(
-            "Segment(length={length:?}, radius=({:?}, {:?}), young_modulus={young_modulus:?}, \
-             shear_modulus={shear_modulus:?}, density={density:?}, modes={{{}}}, retardation_time={:?}, \
-             reference_strain={strain}, shear_correction={:?}, nodes={}, basis='{}')",
-            radius[0],
-            radius[1],
-            modes.join(", "),
-            self.0.retardation_time,
-            self.0.shear_correction,
-            self.0.nodes.map_or("None".to_string(), |nodes| nodes.to_string()),
-            self.basis()
-        ))
+        let mut arguments = vec![format!("length={length:?}")];
+        match section {
+            Section::Shape(Shape::Circle { radius: [base, tip] }) => {
+                arguments.push(format!("radius=({base:?}, {tip:?})"));
+            }
+            section => arguments.push(format!("section={}", PySection(section.clone()).__repr__())),
+        }
+        if let Section::Shape(_) = section {
+            let Segment { young_modulus, shear_modulus, density, .. } = &self.0;
+            arguments.push(format!(
+                "young_modulus={young_modulus:?}, shear_modulus={shear_modulus:?}, density={density:?}"
+            ));
+        }
+        arguments.push(format!("modes={{{}}}, retardation_time={retardation_time:?}", modes.join(", ")));
+        arguments.push(format!("reference_strain={strain}"));
+        arguments.push(match self.0.shear_correction {
+            ShearCorrection::Cowper => "shear_correction='cowper'".to_owned(),
+            ShearCorrection::Factors(factors) => section::sized("shear_correction", factors),
+        });
+        arguments.push(format!("nodes={}", nodes.map_or("None".to_owned(), |nodes| nodes.to_string())));
+        arguments.push(format!("basis='{}'", self.basis()));
+        Ok(format!("Segment({})", arguments.join(", ")))
     }
 
     /// For copies and pickles.
     fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> PyResult<((), Bound<'py, PyDict>)> {
-        let segment = &self.0;
         let arguments = PyDict::new(py);
-        arguments.set_item("length", segment.length)?;
-        arguments.set_item("radius", self.radius())?;
-        arguments.set_item("young_modulus", segment.young_modulus)?;
-        arguments.set_item("shear_modulus", segment.shear_modulus)?;
-        arguments.set_item("density", segment.density)?;
+        arguments.set_item("length", self.0.length)?;
+        match self.radius() {
+            Some(radius) => arguments.set_item("radius", radius)?,
+            None => arguments.set_item("section", self.section())?,
+        }
+        arguments.set_item("young_modulus", self.young_modulus())?;
+        arguments.set_item("shear_modulus", self.shear_modulus())?;
+        arguments.set_item("density", self.density())?;
         arguments.set_item("modes", self.modes(py)?)?;
-        arguments.set_item("retardation_time", segment.retardation_time)?;
+        arguments.set_item("retardation_time", self.0.retardation_time)?;
         arguments.set_item("reference_strain", self.reference_strain(py)?)?;
-        arguments.set_item("shear_correction", segment.shear_correction)?;
-        arguments.set_item("nodes", segment.nodes)?;
+        arguments.set_item("shear_correction", self.shear_correction(py)?)?;
+        arguments.set_item("nodes", self.0.nodes)?;
         arguments.set_item("basis", self.basis())?;
         Ok(((), arguments))
+    }
+}
+
+impl PySegment {
+    /// What belongs to a material: nothing where the section is given.
+    fn of_material(&self, value: f64) -> Option<f64> {
+        matches!(self.0.section, Section::Shape(_)).then_some(value)
+    }
+
+    fn properties(&self, at: f64) -> PyResult<SectionProperties> {
+        let length = self.0.length;
+        if (0.0..=length).contains(&at) {
+            return Ok(SectionProperties::at(&self.0, at / length));
+        }
+        Err(PyValueError::new_err(format!("X: got {at}, expected an arc length from 0 to {length} (metres)")))
     }
 }
 
@@ -232,16 +334,6 @@ fn homogeneous(pose: &Pose) -> [f64; 16] {
     matrix[..12].copy_from_slice(&rows);
     matrix[15] = 1.0;
     matrix
-}
-
-fn radii(value: &Bound<'_, PyAny>) -> PyResult<[f64; 2]> {
-    if let Ok(radius) = value.extract::<f64>() {
-        return Ok([radius; 2]);
-    }
-    value.extract::<[f64; 2]>().map_err(|_| {
-        let found = convert::describe(value);
-        PyTypeError::new_err(format!("radius: expected a number or (r_base, r_tip), in metres, got {found}"))
-    })
 }
 
 fn mode_numbers(modes: &Bound<'_, PyDict>) -> PyResult<[usize; STRAINS]> {

@@ -36,38 +36,47 @@ impl Body {
         }
         check.non_negative(self.mass, "mass", "kilograms");
         check.finite(&self.centre, "centre");
-        let is_finite = [0, 1, 2].map(|i| check.finite(&self.inertia[i], &format!("inertia[{i}]")));
-        if is_finite == [true; 3] {
-            let inertia = Matrix3::from_fn(|i, j| self.inertia[i][j]);
-            let rounding = INERTIA_TOLERANCE * inertia.amax();
-            let is_symmetric = (inertia - inertia.transpose()).amax() <= rounding;
-            if check.require(is_symmetric, "inertia", "a matrix that is not symmetric", "a symmetric matrix")
-            {
-                let mut moments = inertia.symmetric_eigenvalues();
-                moments.as_mut_slice().sort_by(f64::total_cmp);
-                let [a, b, c] = moments.into();
-                check.require(
-                    a >= -rounding && a + b >= c - rounding,
-                    "inertia",
-                    format_args!("the principal moments {a}, {b}, {c}"),
-                    "moments >= 0, none larger than the other two together, as every body has",
-                );
-            }
-        }
+        check_inertia(&mut check, &self.inertia);
         check.finish()
     }
 
-    /// Inertia tensor about the section's centre, in the section's axes: the parallel-axis theorem.
+    /// Inertia tensor about the section's centre, in the section's axes.
     pub(super) fn inertia_about_section(&self) -> [[f64; 3]; 3] {
-        let c = self.centre;
-        let square: f64 = c.iter().map(|x| x * x).sum();
-        std::array::from_fn(|i| {
-            std::array::from_fn(|j| {
-                let identity = if i == j { square } else { 0.0 };
-                self.inertia[i][j] + self.mass * (identity - c[i] * c[j])
-            })
-        })
+        carried_inertia(self.mass, self.centre, &self.inertia)
     }
+}
+
+/// Notes what no body's inertia tensor about its centre of mass can be.
+pub(super) fn check_inertia(check: &mut Checker, inertia: &[[f64; 3]; 3]) {
+    let is_finite = [0, 1, 2].map(|i| check.finite(&inertia[i], &format!("inertia[{i}]")));
+    if is_finite != [true; 3] {
+        return;
+    }
+    let inertia = Matrix3::from_fn(|i, j| inertia[i][j]);
+    let rounding = INERTIA_TOLERANCE * inertia.amax();
+    let is_symmetric = (inertia - inertia.transpose()).amax() <= rounding;
+    if check.require(is_symmetric, "inertia", "a matrix that is not symmetric", "a symmetric matrix") {
+        let mut moments = inertia.symmetric_eigenvalues();
+        moments.as_mut_slice().sort_by(f64::total_cmp);
+        let [a, b, c] = moments.into();
+        check.require(
+            a >= -rounding && a + b >= c - rounding,
+            "inertia",
+            format_args!("the principal moments {a}, {b}, {c}"),
+            "moments >= 0, none larger than the other two together, as every body has",
+        );
+    }
+}
+
+/// An inertia tensor about the centre of mass, seen from where that centre is at `c`: the parallel-axis theorem.
+pub(super) fn carried_inertia(mass: f64, c: [f64; 3], inertia: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
+    let square: f64 = c.iter().map(|x| x * x).sum();
+    std::array::from_fn(|i| {
+        std::array::from_fn(|j| {
+            let identity = if i == j { square } else { 0.0 };
+            inertia[i][j] + mass * (identity - c[i] * c[j])
+        })
+    })
 }
 
 #[cfg(test)]

@@ -5,10 +5,10 @@
 
 use super::chain;
 use super::immersion;
-use super::inertia::{Gyroscope, Inertia, SectionInertia};
+use super::inertia::{Gyroscope, Inertia, SectionInertia, Seen};
 use super::inverse_dynamics::carried;
 use super::model::Solve;
-use super::plan::{Plan, SegmentPlan};
+use super::plan::{Coupling, Moments, Plan, SegmentPlan};
 use super::response::Response;
 use super::turning::Turning;
 use crate::lie::{Counted, Cross, LANES, Twist, VectorSpace, Wrench, products};
@@ -120,10 +120,26 @@ impl<G: Turning> Kinds<G> {
         }
     }
 
-    /// Inertial force of a body that moves: its momentum, and how that changes.
-    fn force(&self) -> u64 {
-        2 * products(|| self.section.momentum(self.twist))
-            + products(|| self.twist.bracket_transposed(self.wrench))
+    /// Inertial force of sections that move: their momentum, and how that changes.
+    fn force(&self, moments: &Moments<G>) -> u64 {
+        let momenta = match moments {
+            Moments::Round(_) => 2 * products(|| self.section.momentum(self.twist)),
+            Moments::General(_) => self.carried() + 2 * products(|| self.inertia.momentum(self.twist)),
+        };
+        momenta + products(|| self.twist.bracket_transposed(self.wrench))
+    }
+
+    /// The inertia of sections, times quadrature weights.
+    fn weighted(&self, moments: &Moments<G>) -> u64 {
+        match moments {
+            Moments::Round(_) => products(|| self.section.weighted(Counted)),
+            Moments::General(_) => self.carried() + products(|| self.inertia.weighted(Counted)),
+        }
+    }
+
+    /// Inertia seen from afar.
+    fn carried(&self) -> u64 {
+        products(|| self.inertia.carried(&self.rotation, self.vector))
     }
 
     /// A load that is spread along the nodes, about them.
@@ -153,7 +169,7 @@ pub(super) fn kinematics<G: Turning>(plan: &Plan<G>) -> Products {
         let points = &plan.points[segment.points.all()];
         count.packs += segment.points.inside.len() as u64 * packs * scaled;
         let bodies = points.iter().filter(|point| point.body.is_some()).count() as u64;
-        count.singles += bodies * products(|| k.inertia.carried(&k.rotation, k.vector));
+        count.singles += bodies * k.carried();
     }
     count
 }
@@ -168,7 +184,7 @@ pub(super) fn motion<G: Turning>(plan: &Plan<G>) -> Products {
         let carried = products(|| carried::<G, _>(&k.rotation, k.vector, k.twist, segment.is_extensible));
         let out = 2 * (modes + carried + nodes * scaled + scaled) + products(|| k.twist.bracket(k.twist));
         let back = nodes * scaled + scaled;
-        count.packs += packs * (out + k.force() + back);
+        count.packs += packs * (out + k.force(&segment.moments) + back);
         // To the points inside and back from them.
         count.packs += segment.points.inside.len() as u64 * packs * 3 * scaled;
         for point in &plan.points[segment.points.all()] {
@@ -204,6 +220,7 @@ pub(super) fn projection<G: Turning>(plan: &Plan<G>) -> Products {
             let modes = component.modes as u64;
             count.singles += 2 * modes * if component.is_orthogonal { 1 } else { modes };
         }
+        count.singles += 4 * segment.couplings.iter().map(coupled).sum::<u64>();
     }
     count
 }
@@ -226,7 +243,7 @@ pub(super) fn tangent<G: Turning>(plan: &Plan<G>, is_mass_only: bool) -> Product
     for (s, segment) in plan.segments.iter().enumerate() {
         let (packs, nodes, modes) = sizes(segment);
         // Bodies and shapes.
-        count.packs += packs * bodies(&k, is_mass_only);
+        count.packs += packs * bodies(&k, &segment.moments, is_mass_only);
         for component in &segment.components {
             if component.index < G::ANGULAR {
                 count.packs += packs * products(|| k.vector.cross(k.axial));
@@ -302,6 +319,7 @@ pub(super) fn tangent<G: Turning>(plan: &Plan<G>, is_mass_only: bool) -> Product
         count.singles += entries * dot;
         if !is_mass_only {
             count.singles += segment.components.iter().map(|c| (c.modes * c.modes) as u64).sum::<u64>();
+            count.singles += segment.couplings.iter().map(coupled).sum::<u64>();
         }
     }
     count
@@ -324,10 +342,14 @@ fn coupling<G: Turning>(plan: &Plan<G>) -> [u64; 2] {
 }
 
 /// Inertia of a node, and what its motion makes of it.
-fn bodies<G: Turning>(k: &Kinds<G>, is_mass_only: bool) -> u64 {
-    let inertia = products(|| k.section.weighted(Counted));
+fn bodies<G: Turning>(k: &Kinds<G>, moments: &Moments<G>, is_mass_only: bool) -> u64 {
     let moving = products(|| Gyroscope::new(&k.inertia, k.twist, k.wrench * Counted));
-    if is_mass_only { inertia } else { inertia + moving }
+    k.weighted(moments) + if is_mass_only { 0 } else { moving }
+}
+
+/// Entries of a stiffness between components.
+fn coupled(coupling: &Coupling) -> u64 {
+    coupling.stiffness.len() as u64
 }
 
 #[cfg(test)]
@@ -338,6 +360,7 @@ mod tests {
     use super::super::fluid::Fluid;
     use super::super::load::{Extent, Frame, Load};
     use super::super::profile::Profile;
+    use super::super::section::Section;
     use super::super::support::Support;
     use super::super::tangent::{Tangent, TangentWorkspace};
     use super::super::workspace::Workspace;
@@ -350,7 +373,7 @@ mod tests {
     fn rod(modes: &[[usize; 6]], is_tapered: bool) -> Rod {
         let segments = modes.iter().map(|&modes| Segment {
             modes,
-            radius: if is_tapered { [0.02, 0.01] } else { [0.02; 2] },
+            section: Section::circle(if is_tapered { [0.02, 0.01] } else { [0.02; 2] }),
             retardation_time: 0.01,
             ..Segment::straight(0.3, 0.02, 1e6, 4e5, 1000.0)
         });

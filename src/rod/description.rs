@@ -6,6 +6,7 @@ use super::body::Body;
 use super::fluid::Fluid;
 use super::load::Load;
 use super::profile::Profile;
+use super::section::{GivenSection, Section, ShearCorrection};
 use super::support::Support;
 use crate::error::{Checker, InvalidInput};
 
@@ -30,14 +31,14 @@ pub const MAX_COORDINATES: usize = 4096;
 /// A quaternion whose norm is off by more than this is refused as a mistake rather than normalised.
 pub const QUATERNION_TOLERANCE: f64 = 1e-3;
 
-/// A piece of rod of one material, with linearly tapered circular section.
+/// A piece of rod with one kind of section.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Segment {
     /// Length in metres.
     pub length: f64,
-    /// Radius at the segment's base and at its tip, in metres.
-    pub radius: [f64; 2],
-    /// Young's modulus E in pascals.
+    /// What it looks like across.
+    pub section: Section,
+    /// Young's modulus E in pascals; zero, as G and the density, where the section has stiffness and inertia of its own.
     pub young_modulus: f64,
     /// Shear modulus G in pascals.
     pub shear_modulus: f64,
@@ -52,8 +53,8 @@ pub struct Segment {
     pub retardation_time: f64,
     /// Strain at which the segment is free of stress.
     pub reference_strain: Profile<STRAINS>,
-    /// Shear correction factor k_s of the shear stiffness k_s G A.
-    pub shear_correction: f64,
+    /// Shear correction factors k of the shear stiffness k G A of a shape; one unless asked for.
+    pub shear_correction: ShearCorrection,
     /// Quadrature nodes, rounded up to a multiple of four; `None` takes what the modes need for bends up to about half a
     /// turn (`docs/rod.md`).
     pub nodes: Option<usize>,
@@ -64,7 +65,7 @@ impl Segment {
     pub fn straight(length: f64, radius: f64, young_modulus: f64, shear_modulus: f64, density: f64) -> Self {
         Self {
             length,
-            radius: [radius; 2],
+            section: Section::circle([radius; 2]),
             young_modulus,
             shear_modulus,
             density,
@@ -72,9 +73,31 @@ impl Segment {
             basis: Basis::Legendre,
             retardation_time: 0.0,
             reference_strain: STRAIGHT.into(),
-            shear_correction: 1.0,
+            shear_correction: 1.0.into(),
             nodes: None,
         }
+    }
+
+    /// A straight segment with a given section, without modes: a start for `..` syntax.
+    pub fn given(length: f64, section: GivenSection) -> Self {
+        let section = Section::Given(Box::new(section));
+        Self { section, ..Self::straight(length, 0.0, 0.0, 0.0, 0.0) }
+    }
+
+    /// Its mass times how far the centres of its sections lie from its axis, in their axes.
+    pub(super) fn mass_offset(&self) -> [f64; 3] {
+        match &self.section {
+            Section::Shape(_) => [0.0; 3],
+            Section::Given(given) => {
+                let [y, z] = given.centre.map(|offset| offset * given.mass * self.length);
+                [0.0, y, z]
+            }
+        }
+    }
+
+    /// Poisson's ratio of an isotropic material, E / (2 G) - 1.
+    pub(super) fn poisson_ratio(&self) -> f64 {
+        self.young_modulus / (2.0 * self.shear_modulus) - 1.0
     }
 
     /// Number of generalised coordinates of this segment.
@@ -84,28 +107,10 @@ impl Segment {
 
     /// Everything that is wrong with this segment.
     pub fn validate(&self) -> Result<(), InvalidInput> {
-        /// E <= 3 G is Poisson's ratio <= 1/2; this much rounding is forgiven, so that 0.5 itself can be written.
-        const POISSON_ROUNDING: f64 = 1e-9;
         let mut check = Checker::new();
         check.positive(self.length, "length", "metres");
-        if self.radius[0].to_bits() == self.radius[1].to_bits() {
-            check.positive(self.radius[0], "radius", "metres");
-        } else {
-            check.positive(self.radius[0], "radius[0]", "metres");
-            check.positive(self.radius[1], "radius[1]", "metres");
-        }
-        let young = check.positive(self.young_modulus, "young_modulus", "pascals");
-        let shear = check.positive(self.shear_modulus, "shear_modulus", "pascals");
-        if young && shear {
-            let poisson = self.young_modulus / (2.0 * self.shear_modulus) - 1.0;
-            check.require(
-                poisson <= 0.5 + POISSON_ROUNDING,
-                "shear_modulus",
-                format_args!("{} (Poisson's ratio E/(2G) - 1 = {poisson:.4})", self.shear_modulus),
-                "a shear modulus with Poisson's ratio in (-1, 0.5]",
-            );
-        }
-        check.positive(self.density, "density", "kg/m^3");
+        self.section.check(&mut check, &self.modes);
+        self.check_material(&mut check);
         for (modes, name) in self.modes.iter().zip(STRAIN_NAMES) {
             check.require(
                 *modes <= MAX_MODES,
@@ -117,7 +122,6 @@ impl Segment {
         self.check_basis(&mut check);
         check.non_negative(self.retardation_time, "retardation_time", "seconds");
         self.check_reference_strain(&mut check);
-        check.positive(self.shear_correction, "shear_correction", "1 unless the section asks for less");
         if let Some(nodes) = self.nodes {
             check.require(
                 (1..=MAX_NODES).contains(&nodes),
@@ -167,6 +171,50 @@ impl Segment {
             let (x, smallest) = stretches.min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0.0, 1.0));
             let found = format_args!("{smallest} at X = {}", x * self.length).to_string();
             check.require(smallest > 0.0, "reference_strain[3]", found, EXPECTED);
+        }
+    }
+
+    fn check_material(&self, check: &mut Checker) {
+        /// E <= 3 G is Poisson's ratio <= 1/2; this much rounding is forgiven, so that 0.5 itself can be written.
+        const POISSON_ROUNDING: f64 = 1e-9;
+        if let Section::Given(_) = self.section {
+            let moduli = [
+                (self.young_modulus, "young_modulus"),
+                (self.shear_modulus, "shear_modulus"),
+                (self.density, "density"),
+            ];
+            for (value, name) in moduli {
+                check.require(value == 0.0, name, value, "nothing: a given section has all that it needs");
+            }
+            check.require(
+                self.shear_correction == ShearCorrection::from(1.0),
+                "shear_correction",
+                format_args!("{:?}", self.shear_correction),
+                "nothing: the stiffness of a given section is complete",
+            );
+            return;
+        }
+        let young = check.positive(self.young_modulus, "young_modulus", "pascals");
+        let shear = check.positive(self.shear_modulus, "shear_modulus", "pascals");
+        if young && shear {
+            let poisson = self.poisson_ratio();
+            check.require(
+                poisson <= 0.5 + POISSON_ROUNDING,
+                "shear_modulus",
+                format_args!("{} (Poisson's ratio E/(2G) - 1 = {poisson:.4})", self.shear_modulus),
+                "a shear modulus with Poisson's ratio in (-1, 0.5], as isotropic materials have; others are described \
+                 by a given section",
+            );
+        }
+        check.positive(self.density, "density", "kg/m^3");
+        if let ShearCorrection::Factors([y, z]) = self.shear_correction {
+            let unit = "1 unless the section asks for less";
+            if y.to_bits() == z.to_bits() {
+                check.positive(y, "shear_correction", unit);
+            } else {
+                check.positive(y, "shear_correction[0]", unit);
+                check.positive(z, "shear_correction[1]", unit);
+            }
         }
     }
 }
@@ -305,6 +353,13 @@ impl Rod {
         }
         if let Some(fluid) = &self.fluid {
             check.nested("fluid", fluid.validate());
+            let given = self.segments.iter().position(|segment| matches!(segment.section, Section::Given(_)));
+            check.require(
+                given.is_none(),
+                "fluid",
+                format_args!("a fluid around segments[{}], whose section is given", given.unwrap_or(0)),
+                "sections with an outline that a fluid can flow around",
+            );
         }
         check.finish()
     }

@@ -8,10 +8,13 @@ use crate::linalg::Matrix;
 pub(super) fn forces<G: Turning>(plan: &Plan<G>, q: &[f64], tau: &mut [f64]) {
     for component in plan.segments.iter().flat_map(|segment| &segment.components) {
         let own = component.first..component.first + component.modes;
-        let q = &q[own.clone()];
+        let own_q = &q[own.clone()];
         for (j, tau) in tau[own].iter_mut().enumerate() {
-            *tau = component.elastic_force(j, q, q, 0.0);
+            *tau = component.elastic_force(j, own_q, own_q, 0.0);
         }
+    }
+    for coupling in plan.segments.iter().flat_map(|segment| &segment.couplings) {
+        coupling.add_elastic_force(q, q, 0.0, tau);
     }
 }
 
@@ -21,6 +24,12 @@ pub(super) fn stiffness<G: Turning>(plan: &Plan<G>, stiffness: &mut Matrix) {
     for component in plan.segments.iter().flat_map(|segment| &segment.components) {
         let (first, modes) = (component.first, component.modes);
         stiffness.view_mut((first, first), (modes, modes)).copy_from(&component.stiffness);
+    }
+    for coupling in plan.segments.iter().flat_map(|segment| &segment.couplings) {
+        let [row, column] = coupling.first;
+        let (rows, columns) = coupling.stiffness.shape();
+        stiffness.view_mut((row, column), (rows, columns)).copy_from(&coupling.stiffness);
+        stiffness.view_mut((column, row), (columns, rows)).copy_from(&coupling.stiffness.transpose());
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::anchor::Anchor;
 use super::immersion;
-use super::plan::Plan;
+use super::plan::{Moments, Plan};
 use super::points::PointState;
 use super::turning::Turning;
 use super::workspace::Workspace;
@@ -20,10 +20,11 @@ pub(super) fn energy<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, q: &[f64])
             let weight = segment.weights[pack];
             twice_kinetic += work.velocity[node].dot(work.momentum[node]) * weight;
             let mass = (segment.mass[pack] * weight).sum();
-            let moment =
-                G::map_vector(&(work.position[node] * (segment.mass[pack] * weight)), |pack: &G::Pack| {
-                    pack.sum()
-                });
+            let mut moment = work.position[node] * (segment.mass[pack] * weight);
+            if let Moments::General(sections) = &segment.moments {
+                moment += G::rotate(&work.rotation[node], sections[pack].first_moment) * weight;
+            }
+            let moment = G::map_vector(&moment, |pack: &G::Pack| pack.sum());
             energy.gravitational += mass * surroundings.gravity_potential - surroundings.gravity.dot(moment);
         }
     }
@@ -152,6 +153,14 @@ fn quadratic_form<G: Turning>(plan: &Plan<G>, x: &[f64], factor: impl Fn(f64) ->
             for j in 0..component.modes {
                 for k in 0..component.modes {
                     total += factor * x[j] * component.stiffness[(j, k)] * x[k];
+                }
+            }
+        }
+        for coupling in &segment.couplings {
+            let [rows, columns] = coupling.coordinates();
+            for (j, row) in rows.enumerate() {
+                for (k, column) in columns.clone().enumerate() {
+                    total += 2.0 * factor * x[row] * coupling.stiffness[(j, k)] * x[column];
                 }
             }
         }

@@ -11,6 +11,7 @@ use super::model::{COORDINATES_OF_A_CHAIN, Kernel, SEGMENTS_OF_A_CHAIN, Solve};
 use super::piece;
 use super::plan;
 use super::profile::Parts;
+use super::section::{Section, Shape};
 
 /// What is computed for a rod and what is not, each with its reason.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -105,8 +106,9 @@ impl Explanation {
         if !is_extensible && (3..STRAIGHT.len()).all(is_straight) {
             self.add(false, what("stretch and shear"), "the tangent of the rod is its body axis");
         }
+        self.section(&what("section"), &what("coupling of strains"), segment);
         self.basis(&what, segment);
-        let is_tapered = segment.radius[0] != segment.radius[1];
+        let is_tapered = !segment.section.is_constant();
         let mut needs = vec!["its modes"];
         if is_tapered {
             needs.push("its taper");
@@ -163,6 +165,30 @@ impl Explanation {
             Parts::Polynomial(coefficients) => format!("a polynomial of degree {}", coefficients.len() - 1),
         };
         self.add(true, what("reference strain"), format!("{varies} in X: at no cost once compiled"));
+    }
+
+    /// Nothing is said of circles: they are what everything else is compared with.
+    fn section(&mut self, what: &str, coupling: &str, segment: &Segment) {
+        match &segment.section {
+            Section::Shape(Shape::Circle { .. }) => {}
+            Section::Shape(shape @ Shape::HollowCircle { .. }) => {
+                self.add(true, what, format!("{}: at the cost of a circle", shape.name()));
+            }
+            Section::Shape(shape) => {
+                let why = "at the cost of a circle in a plane; in space its inertia turns with it";
+                self.add(true, what, format!("{}: {why}", shape.name()));
+            }
+            Section::Given(given) => {
+                self.add(true, what, "given stiffness and inertia");
+                let pairs: Vec<String> = given
+                    .coupled(&segment.modes)
+                    .map(|[i, j]| format!("{} with {}", STRAIN_NAMES[i], STRAIN_NAMES[j]))
+                    .collect();
+                let is_coupled = !pairs.is_empty();
+                let none = "the stiffness between the strains that have modes is zero";
+                self.add(is_coupled, coupling, if is_coupled { pairs.join(", ") } else { none.to_owned() });
+            }
+        }
     }
 
     fn loads(&mut self, rod: &Rod) {
@@ -317,7 +343,7 @@ impl fmt::Display for Explanation {
 
 #[cfg(test)]
 mod tests {
-    use super::super::RodModel;
+    use super::super::{GivenSection, RodModel, diagonal};
     use super::*;
 
     #[test]
@@ -326,7 +352,7 @@ mod tests {
             Segment { modes: [0, 3, 0, 0, 0, 0], ..Segment::straight(1.0, 1e-3, 210e9, 80e9, 7800.0) };
         let rich = Segment {
             modes: [1; 6],
-            radius: [2e-3, 1e-3],
+            section: Section::circle([2e-3, 1e-3]),
             retardation_time: 0.1,
             nodes: Some(9),
             ..plain.clone()
@@ -390,6 +416,33 @@ mod tests {
         assert!(
             pieces.contains("36 nodes: what its modes need") && pieces.contains("the basis is orthogonal")
         );
+    }
+
+    #[test]
+    fn sections_that_are_no_circles_are_named() {
+        let mut section = GivenSection {
+            stiffness: diagonal([1.0; 6]),
+            mass: 1.0,
+            inertia: [[0.0; 3]; 3],
+            centre: [0.0; 2],
+        };
+        let explain = |segment: Segment| {
+            let segment = Segment { modes: [1, 1, 0, 0, 0, 0], ..segment };
+            RodModel::new(&Rod::new(vec![segment])).unwrap().explanation().clone()
+        };
+        let find = |list: &[(String, String)], subject: &str| {
+            list.iter().find(|(what, _)| what == subject).map(|(_, why)| why.clone())
+        };
+        let coupling = "segment 1, coupling of strains";
+        assert!(find(&explain(Segment::given(1.0, section.clone())).skipped, coupling).is_some());
+        for (i, j) in [(0, 1), (0, 5)] {
+            (section.stiffness[i][j], section.stiffness[j][i]) = (0.1, 0.1);
+        }
+        let coupled = explain(Segment::given(1.0, section));
+        assert_eq!(find(&coupled.computed, coupling).as_deref(), Some("torsion with bend_y"));
+        let rectangle = Section::Shape(Shape::Rectangle { width: [0.1; 2], height: [0.2; 2] });
+        let named = explain(Segment { section: rectangle, ..Segment::straight(1.0, 0.1, 1e6, 4e5, 1e3) });
+        assert!(find(&named.computed, "segment 1, section").unwrap().starts_with("rectangle"));
     }
 
     #[test]

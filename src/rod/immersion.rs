@@ -94,7 +94,7 @@ pub(super) fn compile<G: Turning>(plan: &mut Plan<G>, rod: &Rod, fluid: &Fluid) 
     let mut volume = 0.0;
     for segment in &mut plan.segments {
         let nodes = &segment.gauss.nodes;
-        let areas: Vec<f64> = nodes.iter().map(|&x| segment.piece.section(x).area).collect();
+        let areas: Vec<f64> = nodes.iter().map(|&x| segment.piece.section(x).outline_area).collect();
         let diameter = |i: usize| (4.0 * areas[i] / std::f64::consts::PI).sqrt();
         if is_felt {
             let constant = |value: f64| move |_: usize| value;

@@ -1,11 +1,10 @@
 //! Inertia seen from the origin of the inertial frame, `N = Ad_g^-T M Ad_g^-1`: of a section, of a body, of all that lies behind
 //! a place; and how wrenches change when what they act on turns.
 
-use super::plan::SegmentPlan;
 use super::turning::Turning;
-use crate::lie::{Cross, Geometry, Lanes, Scalar, SecondMoment, Twist, VectorSpace, Wrench};
+use crate::lie::{Cross, Geometry, LANES, Lanes, Scalar, SecondMoment, Twist, VectorSpace, Wrench};
 
-/// Inertia per length of a circular section.
+/// Inertia per length of a section that looks round, seen from the origin.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SectionInertia<G: Geometry, T: Scalar> {
     pub(super) mass: T,
@@ -13,28 +12,6 @@ pub(super) struct SectionInertia<G: Geometry, T: Scalar> {
     pub(super) rotary: T,
     pub(super) axis: G::Vector<T>,
     pub(super) position: G::Vector<T>,
-}
-
-impl<G: Geometry, T: Scalar> SectionInertia<G, T> {
-    /// Momentum of a twist, `N V`.
-    #[inline(always)]
-    pub(super) fn momentum(&self, twist: Twist<G, T>) -> Wrench<G, T> {
-        let Twist { angular, linear } = twist;
-        let momentum = angular.cross_add(self.position, linear) * self.mass;
-        let spin = G::spin(self.rotary, self.axis, angular);
-        Wrench { moment: self.position.cross_add(momentum, spin), force: momentum }
-    }
-
-    /// The same inertia, times `weight`, as one that can be added to others.
-    #[inline(always)]
-    pub(super) fn weighted(&self, weight: T) -> Inertia<G, T> {
-        let (mass, rotary) = (self.mass * weight, self.rotary * weight);
-        Inertia {
-            mass,
-            first_moment: self.position * mass,
-            second_moment: G::section(mass, rotary, self.axis, self.position),
-        }
-    }
 }
 
 /// Any inertia: mass, first moment (mass times position of the centre) and second moment about the origin.
@@ -49,6 +26,13 @@ impl<G: Geometry, T: Scalar> Inertia<G, T> {
     #[inline(always)]
     pub(super) fn zero() -> Self {
         Self { mass: T::splat(0.0), first_moment: VectorSpace::zero(), second_moment: SecondMoment::zero() }
+    }
+
+    /// That of a round section, about its centre and in its axes.
+    pub(super) fn round(frame: G::Frame, mass: T, rotary: T) -> Self {
+        let axis = G::rod_axis(frame, &G::unrotated());
+        let centre = VectorSpace::zero();
+        Self { mass, first_moment: centre, second_moment: G::section(mass, rotary, axis, centre) }
     }
 
     /// `N z`.
@@ -85,6 +69,27 @@ impl<G: Geometry, T: Scalar> Inertia<G, T> {
         self.first_moment += other.first_moment;
         self.second_moment += other.second_moment;
     }
+}
+
+/// The values of a function of the node, [`LANES`] to a pack.
+pub(super) fn packed<G: Geometry>(
+    nodes: usize,
+    f: impl Fn(usize) -> Inertia<G, f64>,
+) -> Vec<Inertia<G, G::Pack>> {
+    let only = |lane: usize| G::Pack::from_lanes(std::array::from_fn(|i| f64::from(u8::from(i == lane))));
+    let pack = |pack: usize| {
+        let mut sum = Inertia::zero();
+        for lane in 0..LANES {
+            let Inertia { mass, first_moment, second_moment } = f(pack * LANES + lane);
+            sum.add(Inertia {
+                mass: only(lane) * mass,
+                first_moment: G::map_vector(&first_moment, |&x| only(lane) * x),
+                second_moment: G::map_second_moment(&second_moment, |&x| only(lane) * x),
+            });
+        }
+        sum
+    };
+    (0..nodes / LANES).map(pack).collect()
 }
 
 impl<G: Geometry> Inertia<G, G::Pack> {
@@ -173,15 +178,100 @@ impl<G: Geometry> Gyroscope<G, G::Pack> {
     }
 }
 
-/// The inertia per length at one pack of nodes with this rotation and position.
-#[inline(always)]
-pub(super) fn of_nodes<G: Turning>(
-    frame: G::Frame,
-    segment: &SegmentPlan<G>,
-    pack: usize,
-    rotation: &G::Rotation<G::Pack>,
-    position: G::Vector<G::Pack>,
-) -> SectionInertia<G, G::Pack> {
-    let (mass, rotary) = (segment.mass[pack], segment.rotary_inertia[pack]);
-    SectionInertia { mass, rotary, axis: G::rod_axis(frame, rotation), position }
+/// Inertia per length of a segment's sections, as it can be seen from the origin.
+pub(super) trait Sections<G: Turning> {
+    type Seen: Seen<G, G::Pack>;
+
+    /// At one pack of nodes with this rotation and position.
+    fn seen(
+        &self,
+        frame: G::Frame,
+        pack: usize,
+        rotation: &G::Rotation<G::Pack>,
+        position: G::Vector<G::Pack>,
+    ) -> Self::Seen;
+}
+
+/// Inertia about the origin.
+pub(super) trait Seen<G: Geometry, T: Scalar> {
+    /// Momentum of a twist, `N V`.
+    fn momentum(&self, twist: Twist<G, T>) -> Wrench<G, T>;
+    /// The same inertia, times `weight`, as one that can be added to others.
+    fn weighted(&self, weight: T) -> Inertia<G, T>;
+}
+
+/// Sections that look round: mass and rotary inertia.
+pub(super) struct Round<'a, G: Turning> {
+    pub(super) mass: &'a [G::Pack],
+    pub(super) rotary: &'a [G::Pack],
+}
+
+impl<G: Turning> Sections<G> for Round<'_, G> {
+    type Seen = SectionInertia<G, G::Pack>;
+
+    #[inline(always)]
+    fn seen(
+        &self,
+        frame: G::Frame,
+        pack: usize,
+        rotation: &G::Rotation<G::Pack>,
+        position: G::Vector<G::Pack>,
+    ) -> Self::Seen {
+        let (mass, rotary) = (self.mass[pack], self.rotary[pack]);
+        SectionInertia { mass, rotary, axis: G::rod_axis(frame, rotation), position }
+    }
+}
+
+impl<G: Geometry, T: Scalar> Seen<G, T> for SectionInertia<G, T> {
+    #[inline(always)]
+    fn momentum(&self, twist: Twist<G, T>) -> Wrench<G, T> {
+        let Twist { angular, linear } = twist;
+        let momentum = angular.cross_add(self.position, linear) * self.mass;
+        let spin = G::spin(self.rotary, self.axis, angular);
+        Wrench { moment: self.position.cross_add(momentum, spin), force: momentum }
+    }
+
+    #[inline(always)]
+    fn weighted(&self, weight: T) -> Inertia<G, T> {
+        let (mass, rotary) = (self.mass * weight, self.rotary * weight);
+        Inertia {
+            mass,
+            first_moment: self.position * mass,
+            second_moment: G::section(mass, rotary, self.axis, self.position),
+        }
+    }
+}
+
+/// Sections of any inertia, about the rod's axis and in their axes.
+pub(super) struct General<'a, G: Turning>(pub(super) &'a [Inertia<G, G::Pack>]);
+
+impl<G: Turning> Sections<G> for General<'_, G> {
+    type Seen = Inertia<G, G::Pack>;
+
+    #[inline(always)]
+    fn seen(
+        &self,
+        _: G::Frame,
+        pack: usize,
+        rotation: &G::Rotation<G::Pack>,
+        position: G::Vector<G::Pack>,
+    ) -> Self::Seen {
+        self.0[pack].carried(rotation, position)
+    }
+}
+
+impl<G: Geometry, T: Scalar> Seen<G, T> for Inertia<G, T> {
+    #[inline(always)]
+    fn momentum(&self, twist: Twist<G, T>) -> Wrench<G, T> {
+        self.momentum(twist)
+    }
+
+    #[inline(always)]
+    fn weighted(&self, weight: T) -> Inertia<G, T> {
+        Self {
+            mass: self.mass * weight,
+            first_moment: self.first_moment * weight,
+            second_moment: self.second_moment * weight,
+        }
+    }
 }

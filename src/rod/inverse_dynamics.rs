@@ -4,8 +4,8 @@
 //! V = int S qd, A = -(0; g) + int [S qdd + ad_V (S qd)], F = int (N A - ad_V^T N V - loads), Q_j = int S_j . F.
 
 use super::immersion;
-use super::inertia;
-use super::plan::{Plan, SegmentPlan};
+use super::inertia::{General, Round, Sections, Seen};
+use super::plan::{Moments, Plan, SegmentPlan};
 use super::points;
 use super::spread;
 use super::turning::Turning;
@@ -47,7 +47,15 @@ pub(super) fn update<G: Turning>(
     known[n..2 * n].copy_from_slice(qd);
     known[2 * n..].copy_from_slice(qdd);
     for (s, segment) in plan.segments.iter().enumerate() {
-        sweep_out(plan.frame, segment, s, work, qd, qdd);
+        match &segment.moments {
+            Moments::Round(rotary) => {
+                let sections = Round { mass: &segment.mass, rotary };
+                sweep_out(plan.frame, segment, &sections, s, work, qd, qdd);
+            }
+            Moments::General(sections) => {
+                sweep_out(plan.frame, segment, &General(sections), s, work, qd, qdd);
+            }
+        }
         spread::act(plan, segment, work);
         immersion::act(plan, segment, work);
         points::drive(plan, segment, s, work);
@@ -64,6 +72,7 @@ pub(super) fn update<G: Turning>(
 fn sweep_out<G: Turning>(
     frame: G::Frame,
     segment: &SegmentPlan<G>,
+    sections: &impl Sections<G>,
     s: usize,
     work: &mut Workspace<G>,
     qd: &[f64],
@@ -101,7 +110,7 @@ fn sweep_out<G: Turning>(
     let start = base.acceleration.splat();
     for (pack, row) in segment.rows(&segment.from_base).enumerate() {
         acceleration[pack] = weighted_sum(start, row, acceleration_rate, Twist::add_lane);
-        let inertia = inertia::of_nodes(frame, segment, pack, &rotation[pack], position[pack]);
+        let inertia = sections.seen(frame, pack, &rotation[pack], position[pack]);
         momentum[pack] = inertia.momentum(velocity[pack]);
         force[pack] =
             inertia.momentum(acceleration[pack]) - velocity[pack].bracket_transposed(momentum[pack]);
@@ -166,6 +175,9 @@ pub(super) fn project<G: Turning>(
                 }
                 *tau = sum.sum() + component.elastic_force(j, q, qd, mu);
             }
+        }
+        for coupling in &segment.couplings {
+            coupling.add_elastic_force(q, qd, mu, tau);
         }
     }
 }

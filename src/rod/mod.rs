@@ -54,5 +54,5 @@ pub use load::{Extent, Frame, Load};
 pub use model::{Kernel, RodModel, Solve};
 pub use profile::{MAX_DEGREE, MAX_STATIONS, Parts, Profile, Unsampled};
 pub use quadrature::Gauss;
-pub use section::Section;
+pub use section::{GivenSection, Section, SectionProperties, Shape, ShearCorrection, diagonal};
 pub use support::Support;

@@ -2,7 +2,7 @@
 
 use super::basis::Basis;
 use super::description::{STRAINS, Segment};
-use super::section::Section;
+use super::section::SectionProperties;
 
 /// Tables of so many stations have quadrature begin anew at each. Of longer ones the kinks are small, and seen by one rule.
 const MAX_STATIONS: usize = 17;
@@ -83,8 +83,8 @@ impl Piece {
         self.from + self.part * x
     }
 
-    pub(super) fn section(&self, x: f64) -> Section {
-        Section::at(&self.segment, self.place(x))
+    pub(super) fn section(&self, x: f64) -> SectionProperties {
+        SectionProperties::at(&self.segment, self.place(x))
     }
 
     /// The reference strain.

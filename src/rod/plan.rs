@@ -3,10 +3,12 @@
 use super::anchor::{self, Anchor};
 use super::description::{Rod, STRAIGHT, STRAINS, Segment};
 use super::immersion::{self, Immersed, Immersion};
+use super::inertia::{self, Inertia};
 use super::load::{self, Extent, Frame};
 use super::piece::{self, Piece};
 use super::points::{self, Point, Points};
 use super::quadrature::Gauss;
+use super::section::{Section, SectionProperties};
 use super::spread::{self, Spread};
 use super::surroundings::World;
 use super::turning::Turning;
@@ -24,6 +26,9 @@ const NODES_FOR_TAPER: usize = 4;
 
 /// Nodes that every rule of a row needs beyond its share, by the part of the segment that the widest one covers.
 const NODES_AT_KINKS: usize = 3;
+/// Nodes that a stiffness takes beyond its modes where it is no polynomial along the rod: quotients of sizes converge like
+/// their nearest pole, and these nodes leave rounding for tapers as steep as 1 to 10.
+const NODES_FOR_QUOTIENTS: usize = 30;
 
 /// A rod compiled for computing, in the frame of its base: the origin there, and axes along the body axes there.
 #[derive(Clone, Debug)]
@@ -96,8 +101,11 @@ pub(super) struct SegmentPlan<G: Turning> {
     pub(super) reference_slope: Vec<G::Vector<G::Pack>>,
     /// Whether stretch or shear can differ from those of a straight rod.
     pub(super) is_extensible: bool,
+    /// Stiffness between components, where strains are coupled.
+    pub(super) couplings: Vec<Coupling>,
+    /// Mass per length at the nodes.
     pub(super) mass: Vec<G::Pack>,
-    pub(super) rotary_inertia: Vec<G::Pack>,
+    pub(super) moments: Moments<G>,
     pub(super) retardation_time: f64,
     /// What is spread along it, and what is concentrated at places of it.
     pub(super) spread: Vec<Spread<G>>,
@@ -128,6 +136,70 @@ impl Component {
             return self.stiffness[(j, j)] * (q[j] + mu * qd[j]);
         }
         (0..self.modes).map(|k| self.stiffness[(j, k)] * (q[k] + mu * qd[k])).sum()
+    }
+}
+
+/// The stiffness between two strain components of a segment, `int phi_j H phi_k` of the first by the second: K has it above
+/// the diagonal, and its transpose below.
+#[derive(Clone, Debug)]
+pub(super) struct Coupling {
+    /// First coordinates.
+    pub(super) first: [usize; 2],
+    pub(super) stiffness: Matrix,
+}
+
+impl Coupling {
+    /// The coordinates of both components.
+    #[inline(always)]
+    pub(super) fn coordinates(&self) -> [std::ops::Range<usize>; 2] {
+        let (rows, columns) = self.stiffness.shape();
+        [self.first[0]..self.first[0] + rows, self.first[1]..self.first[1] + columns]
+    }
+
+    /// Adds this part of `K (q + mu qd)`.
+    #[inline(always)]
+    pub(super) fn add_elastic_force(&self, q: &[f64], qd: &[f64], mu: f64, tau: &mut [f64]) {
+        let [rows, columns] = self.coordinates();
+        for (j, row) in rows.enumerate() {
+            for (k, column) in columns.clone().enumerate() {
+                let stiffness = self.stiffness[(j, k)];
+                tau[row] += stiffness * (q[column] + mu * qd[column]);
+                tau[column] += stiffness * (q[row] + mu * qd[row]);
+            }
+        }
+    }
+}
+
+/// How the mass of a segment's sections is spread across.
+#[derive(Clone, Debug)]
+pub(super) enum Moments<G: Turning> {
+    /// Alike in all directions of the space that the rod moves in: the rotary inertia per length at the nodes.
+    Round(Vec<G::Pack>),
+    /// Any: the inertia per length at the nodes, about the rod's axis and in the section's axes.
+    General(Vec<Inertia<G, G::Pack>>),
+}
+
+impl<G: Turning> Moments<G> {
+    fn new(frame: G::Frame, sections: &[SectionProperties]) -> Self {
+        let nodes = sections.len();
+        let is_centred = |section: &SectionProperties| {
+            let centre = G::vector_of(frame, section.centre.into());
+            centre.dot(centre) == 0.0
+        };
+        let round = |section: &SectionProperties| {
+            is_centred(section).then(|| G::rotary_inertia(frame, section.inertia_about_axis())).flatten()
+        };
+        match sections.iter().map(round).collect::<Option<Vec<f64>>>() {
+            Some(rotary) => Self::Round(packed(nodes, |i| rotary[i])),
+            None => Self::General(inertia::packed(nodes, |i| {
+                let section = &sections[i];
+                Inertia {
+                    mass: section.mass,
+                    first_moment: G::vector_of(frame, section.centre.into()) * section.mass,
+                    second_moment: G::second_moment_of(frame, section.inertia_about_axis()),
+                }
+            })),
+        }
     }
 }
 
@@ -208,6 +280,8 @@ impl<G: Turning> Plan<G> {
             for component in &mut segment.components {
                 component.is_orthogonal = false;
             }
+            segment.moments = segment.general_moments(self.frame);
+            segment.couple_all();
             for index in 0..STRAINS {
                 if segment.components.iter().all(|component| component.index != index) {
                     segment.components.push(Component {
@@ -294,7 +368,7 @@ impl<G: Turning> SegmentPlan<G> {
         let mut next = first;
         for (strain, &modes) in piece.modes.iter().enumerate() {
             if modes > 0 {
-                let stiffness = stiffness(&piece, strain, modes);
+                let stiffness = stiffness(&piece, [strain; 2]);
                 let index = G::strain_index(frame, strain);
                 components.push(Component {
                     index,
@@ -346,17 +420,44 @@ impl<G: Turning> SegmentPlan<G> {
                 .flat_map(|k| pack(&|i| length * gauss.weights[i] * at_nodes[i][k]))
                 .collect(),
             turning: G::constants(&piece, frame, &gauss, &components),
+            couplings: couplings(&piece, first),
             components,
             reference_slope,
             is_extensible,
             mass: pack(&|i| sections[i].mass),
-            rotary_inertia: pack(&|i| sections[i].rotary_inertia),
+            moments: Moments::new(frame, &sections),
             retardation_time: piece.segment.retardation_time,
             spread: Vec::new(),
             points: Points::default(),
             immersed: None,
             gauss,
             piece,
+        }
+    }
+
+    /// The moments of its sections as those of any.
+    fn general_moments(&self, frame: G::Frame) -> Moments<G> {
+        match &self.moments {
+            Moments::General(_) => self.moments.clone(),
+            Moments::Round(rotary) => Moments::General(
+                self.mass
+                    .iter()
+                    .zip(rotary)
+                    .map(|(&mass, &rotary)| Inertia::round(frame, mass, rotary))
+                    .collect(),
+            ),
+        }
+    }
+
+    /// Couples all components that are not coupled yet, by zeros.
+    fn couple_all(&mut self) {
+        for (i, a) in self.components.iter().enumerate() {
+            for b in &self.components[i + 1..] {
+                let first = [a.first, b.first];
+                if self.couplings.iter().all(|coupling| coupling.first != first) {
+                    self.couplings.push(Coupling { first, stiffness: Matrix::zeros(a.modes, b.modes) });
+                }
+            }
         }
     }
 
@@ -408,7 +509,7 @@ impl<G: Turning> SegmentPlan<G> {
 }
 
 fn is_tapered(piece: &Piece) -> bool {
-    piece.segment.radius[0] != piece.segment.radius[1]
+    !piece.segment.section.is_constant()
 }
 
 /// The nodes of a piece: whole packs of them, the same number between any two places where the basis or the reference strain has a
@@ -439,7 +540,7 @@ pub(super) fn condition_of_stiffness(segment: &Segment) -> f64 {
     let condition = |piece: Piece| {
         let present = (0..STRAINS).filter(|&strain| piece.modes[strain] > 0);
         let of_strain = |strain: usize| {
-            let singular = stiffness(&piece, strain, piece.modes[strain]).singular_values();
+            let singular = stiffness(&piece, [strain; 2]).singular_values();
             singular.max() / singular.min()
         };
         present.map(of_strain).fold(1.0, f64::max)
@@ -447,25 +548,37 @@ pub(super) fn condition_of_stiffness(segment: &Segment) -> f64 {
     piece::of(segment).map(condition).fold(1.0, f64::max)
 }
 
-/// `int phi_j H phi_k` of one strain component: exact, for a constant as for a tapered section.
-fn stiffness(piece: &Piece, strain: usize, modes: usize) -> Matrix {
+/// `int phi_j H phi_k` of a strain component, or between two: exact where the section is a circle or constant.
+fn stiffness(piece: &Piece, strains: [usize; 2]) -> Matrix {
+    let [rows, columns] = strains.map(|strain| piece.modes[strain]);
+    let modes = rows.max(columns);
     // Degree 2 (modes - 1) + 4, the radius to the fourth power.
-    let breaks = piece.basis.breaks(modes);
-    let gauss = Gauss::composite(piece.basis.degree(modes) + 3, &breaks);
-    let mut stiffness = Matrix::zeros(modes, modes);
+    let beyond = if piece.segment.section.is_polynomial() { 3 } else { NODES_FOR_QUOTIENTS };
+    let gauss = Gauss::composite(piece.basis.degree(modes) + beyond, &piece.basis.breaks(modes));
+    let mut stiffness = Matrix::zeros(rows, columns);
     let mut phi = vec![0.0; modes];
+    let is_orthogonal = !is_tapered(piece) && piece.basis.is_orthogonal();
     for (&x, &weight) in gauss.nodes.iter().zip(&gauss.weights) {
         piece.basis.values(x, &mut phi);
-        let scale = piece.length() * weight * piece.section(x).stiffness[strain];
-        for j in 0..modes {
-            for k in 0..modes {
-                stiffness[(j, k)] += scale * phi[j] * phi[k];
+        let [row, column] = strains;
+        let scale = piece.length() * weight * piece.section(x).stiffness[row][column];
+        for j in 0..rows {
+            for k in 0..columns {
+                // What stands off the diagonal of an orthogonal basis is rounding where the section is constant.
+                if j == k || !is_orthogonal {
+                    stiffness[(j, k)] += scale * phi[j] * phi[k];
+                }
             }
         }
     }
-    if !is_tapered(piece) && piece.basis.is_orthogonal() {
-        // What stands off the diagonal is rounding.
-        stiffness = Matrix::from_diagonal(&stiffness.diagonal());
-    }
     stiffness
+}
+
+/// The stiffness between different strains of a piece whose first coordinate is `first`.
+fn couplings(piece: &Piece, first: usize) -> Vec<Coupling> {
+    let Section::Given(given) = &piece.segment.section else { return Vec::new() };
+    let start = |strain: usize| first + piece.modes[..strain].iter().sum::<usize>();
+    let coupling =
+        |strains: [usize; 2]| Coupling { first: strains.map(start), stiffness: stiffness(piece, strains) };
+    given.coupled(&piece.modes).map(coupling).collect()
 }

@@ -18,7 +18,7 @@ pub(super) struct World {
     gravity: Vector<f64>,
     /// The sum of the constant dead forces.
     pub(super) dead_force: Vector<f64>,
-    /// Masses of the bodies times their offsets from the sections.
+    /// Masses of bodies and sections times their offsets from the rod's axis.
     body_moment: Vector<f64>,
 }
 
@@ -34,6 +34,9 @@ impl World {
         let mut body_moment = Vector::zero();
         for body in rod.all_bodies() {
             body_moment += Vector::from(body.centre) * body.mass;
+        }
+        for segment in &rod.segments {
+            body_moment += Vector::from(segment.mass_offset());
         }
         let moving = |motion| MovingBase::new(motion, rod.base_position, rod.base_orientation);
         Self {
@@ -53,7 +56,7 @@ pub(super) struct Surroundings<G: Turning> {
     pub(super) gravity: G::Vector<f64>,
     /// Velocity of the frame, in its own axes: that of the base's point.
     pub(super) velocity: G::Vector<f64>,
-    /// Potential of gravity of a kilogram at the base; potential of the bodies that no motion changes.
+    /// Potential of gravity of a kilogram at the base; potential of the masses that no motion changes.
     pub(super) gravity_potential: f64,
     pub(super) body_potential: f64,
     /// Potential of the constant dead forces if all of them acted at the base.
@@ -70,7 +73,7 @@ impl<G: Turning> Surroundings<G> {
     fn new(world: &World, frame: G::Frame, base: Base) -> Self {
         let gravity_of_base = base.rotation.apply_transposed(world.gravity);
         let gravity = G::vector_of(frame, gravity_of_base);
-        // In a plane, bodies beside it lie higher or lower by the same whatever the rod does.
+        // In a plane, masses beside it lie higher or lower by the same whatever the rod does.
         let out_of_plane = gravity_of_base - G::in_space(frame, gravity);
         Self {
             gravity,

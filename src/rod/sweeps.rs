@@ -255,6 +255,7 @@ impl<G: Turning> Sweeps<G> {
 #[cfg(test)]
 mod tests {
     use super::super::description::{Rod, Segment};
+    use super::super::section::Section;
     use super::*;
     use crate::lie::{Planar, Plane, Spatial};
     use crate::linalg::Matrix;
@@ -293,8 +294,11 @@ mod tests {
                 assert_eq!(pair[0], pair[1]);
             }
         }
-        let segment =
-            |modes| Segment { modes, radius: [0.02, 0.01], ..Segment::straight(0.7, 0.02, 1e6, 4e5, 1000.0) };
+        let segment = |modes| Segment {
+            modes,
+            section: Section::circle([0.02, 0.01]),
+            ..Segment::straight(0.7, 0.02, 1e6, 4e5, 1000.0)
+        };
         let planar = Rod { tip_mass: 0.1, ..Rod::new(vec![segment([0, 5, 0, 2, 0, 1]); 2]) };
         let spatial = Rod { tip_force: [0.1, 0.2, 0.3], ..Rod::new(vec![segment([2, 3, 4, 1, 1, 1]); 2]) };
         check(&Plan::<Planar<true>>::new(&planar, Plane::ABOUT_Y));

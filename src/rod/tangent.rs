@@ -23,8 +23,8 @@
 
 use super::chain;
 use super::immersion;
-use super::inertia::{self, Gyroscope, Inertia};
-use super::plan::{Plan, SegmentPlan};
+use super::inertia::{General, Gyroscope, Inertia, Round, Sections, Seen};
+use super::plan::{Moments, Plan, SegmentPlan};
 use super::point_tangent::{self, PointTangents};
 use super::response::Response;
 use super::turning::Turning;
@@ -213,7 +213,19 @@ pub(super) fn weighted_tangent<G: Turning>(
     for (s, segment) in plan.segments.iter().enumerate().rev() {
         point_tangent::add_to_rest(plan, work, segment.points.at_end.clone(), weights, &mut rest);
         memory.points.prepare(plan, segment, work, weights);
-        bodies(plan, segment, work, memory, weights);
+        match &segment.moments {
+            Moments::Round(rotary) => {
+                let sections = Round { mass: &segment.mass, rotary };
+                bodies(plan, segment, &sections, work, memory, weights);
+            }
+            Moments::General(sections) => {
+                bodies(plan, segment, &General(sections), work, memory, weights);
+            }
+        }
+        if has_dead_loads(plan, segment, weights) {
+            spread(plan, segment, work, memory);
+        }
+        immersion::respond(plan, segment, work, weights.is_mass_only, &mut memory.response);
         shapes(segment, work, memory, weights);
         for (c, component) in segment.components.iter().enumerate() {
             for degree in 0..component.modes {
@@ -242,6 +254,7 @@ pub(super) fn weighted_tangent<G: Turning>(
 fn bodies<G: Turning>(
     plan: &Plan<G>,
     segment: &SegmentPlan<G>,
+    sections: &impl Sections<G>,
     work: &Workspace<G>,
     memory: &mut TangentWorkspace<G>,
     weights: Weights,
@@ -249,18 +262,14 @@ fn bodies<G: Turning>(
     for pack in 0..segment.packs {
         let node = segment.first_pack + pack;
         let weight = segment.weights[pack];
-        let inertia = inertia::of_nodes(plan.frame, segment, pack, &work.rotation[node], work.position[node])
-            .weighted(weight);
+        let seen = sections.seen(plan.frame, pack, &work.rotation[node], work.position[node]);
+        let inertia = seen.weighted(weight);
         memory.inertia[pack] = inertia;
         if !weights.is_mass_only {
             memory.gyroscope[pack] =
                 Gyroscope::new(&inertia, work.velocity[node], work.momentum[node] * weight);
         }
     }
-    if has_dead_loads(plan, segment, weights) {
-        spread(plan, segment, work, memory);
-    }
-    immersion::respond(plan, segment, work, weights.is_mass_only, &mut memory.response);
 }
 
 /// Whether dead loads are spread along the segment, and matter.
@@ -610,6 +619,16 @@ fn elasticity<G: Turning>(segment: &SegmentPlan<G>, weights: Weights, block: &mu
             let entries = &mut block[(first + k) * stride + first..][..component.modes];
             for (j, entry) in entries.iter_mut().enumerate() {
                 *entry += factor * component.stiffness[(j, k)];
+            }
+        }
+    }
+    for coupling in &segment.couplings {
+        let [rows, columns] = coupling.coordinates();
+        for (j, row) in rows.map(|row| row - segment.first).enumerate() {
+            for (k, column) in columns.clone().map(|column| column - segment.first).enumerate() {
+                let stiffness = factor * coupling.stiffness[(j, k)];
+                block[column * stride + row] += stiffness;
+                block[row * stride + column] += stiffness;
             }
         }
     }

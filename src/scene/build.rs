@@ -13,6 +13,7 @@ use super::document::{
     BaseMotion, Basis, Body, Document, Fluid, Frame, Load, ModeChoice, Orientations, Output, ReferenceStrain,
     Segment, Simulation as Settings, StrainTable, Support, VaryingNumber, VaryingVector, Vector,
 };
+use super::section;
 use super::shape::Shape;
 use super::{Method, Model, Quantity, Simulation};
 
@@ -141,56 +142,80 @@ fn rod(document: &Document, shape: &mut Shape) -> Option<(Model, [Vec<f64>; 2])>
 }
 
 fn rod_segment(written: &Segment, i: usize, shape: &mut Shape) -> rod::Segment {
-    let place = |key: &str| format!("rod[0].segment[{i}].{key}");
-    let [young, shear, poisson] = ["young_modulus", "shear_modulus", "poisson_ratio"].map(place);
-    let young_modulus = written.young_modulus;
-    // Where a modulus is unknown, one that fits the other avoids a problem that the user doesn't have.
-    let shear_modulus = match (written.shear_modulus, written.poisson_ratio) {
-        (Some(_), Some(_)) => {
-            shape.refuse(&poisson, "both poisson_ratio and shear_modulus are given", "keep one of them");
-            young_modulus
+    let here = format!("rod[0].segment[{i}]");
+    let section = section::section(written, &here, shape);
+    let plain = match section {
+        rod::Section::Given(section) => {
+            section::refuse_material(written, &here, shape);
+            rod::Segment::given(written.length, *section)
         }
-        (Some(modulus), None) => modulus,
-        (None, Some(ratio)) => {
-            if ratio > -1.0 && ratio <= 0.5 {
-                young_modulus / (2.0 * (1.0 + ratio))
-            } else {
-                shape.refuse(&poisson, format!("got {ratio}"), "expected a Poisson's ratio in (-1, 0.5]");
-                young_modulus
-            }
-        }
-        (None, None) => {
-            if shape.is_readable(&shear) && shape.is_readable(&poisson) {
-                let here = format!("rod[0].segment[{i}]");
-                shape.refuse(&here, "neither shear_modulus nor poisson_ratio", "add one of them");
-            }
-            young_modulus
+        section => {
+            let [young_modulus, shear_modulus, density] = material(written, &here, shape);
+            let plain = rod::Segment::straight(written.length, 0.0, young_modulus, shear_modulus, density);
+            rod::Segment { section, shear_correction: section::shear_correction(written), ..plain }
         }
     };
-    let young_modulus = if shape.is_readable(&young) { young_modulus } else { shear_modulus };
-    let plain = rod::Segment::straight(written.length, 0.0, young_modulus, shear_modulus, written.density);
+    let key = format!("{here}.reference_strain");
     let reference_strain = match &written.reference_strain {
         None => None,
         Some(ReferenceStrain::Constant(strain)) => Some((*strain).into()),
-        Some(ReferenceStrain::Table(_)) if !shape.is_readable(&place("reference_strain")) => None,
+        Some(ReferenceStrain::Table(_)) if !shape.is_readable(&key) => None,
         Some(ReferenceStrain::Table(StrainTable { stations, values })) => {
-            let key = place("reference_strain");
             report(rod::Profile::table(stations, values), shape, |place| format!("{key}.{place}"))
         }
     };
     rod::Segment {
         basis: basis(written.basis),
-        radius: written.radius.ends(),
         modes: match written.modes {
             ModeChoice::Open(_) => UNTIL_CHOSEN,
             ModeChoice::Given(modes) => modes.counts(),
         },
         retardation_time: written.retardation_time,
         reference_strain: reference_strain.unwrap_or(plain.reference_strain),
-        shear_correction: written.shear_correction.unwrap_or(plain.shear_correction),
         nodes: written.nodes,
         ..plain
     }
+}
+
+/// Young's modulus, shear modulus and density. Where one is unknown, a value that fits the others avoids a problem that the user
+/// doesn't have.
+fn material(written: &Segment, here: &str, shape: &mut Shape) -> [f64; 3] {
+    const STAND_IN: f64 = 1.0;
+    let place = |key: &str| format!("{here}.{key}");
+    let [young, shear, poisson, density] =
+        ["young_modulus", "shear_modulus", "poisson_ratio", "density"].map(place);
+    for (value, key, what) in [
+        (written.young_modulus, &young, "young_modulus: Young's modulus E in pascals"),
+        (written.density, &density, "density: Density in kg/m^3"),
+    ] {
+        if value.is_none() && shape.is_readable(key) {
+            shape.refuse(key, "missing", format!("add {what}"));
+            shape.replaced.insert(key.clone());
+        }
+    }
+    let modulus = written.young_modulus.or(written.shear_modulus).unwrap_or(STAND_IN);
+    let shear_modulus = match (written.shear_modulus, written.poisson_ratio) {
+        (Some(_), Some(_)) => {
+            shape.refuse(&poisson, "both poisson_ratio and shear_modulus are given", "keep one of them");
+            modulus
+        }
+        (Some(modulus), None) => modulus,
+        (None, Some(ratio)) => {
+            if ratio > -1.0 && ratio <= 0.5 {
+                modulus / (2.0 * (1.0 + ratio))
+            } else {
+                shape.refuse(&poisson, format!("got {ratio}"), "expected a Poisson's ratio in (-1, 0.5]");
+                modulus
+            }
+        }
+        (None, None) => {
+            if shape.is_readable(&shear) && shape.is_readable(&poisson) {
+                shape.refuse(here, "neither shear_modulus nor poisson_ratio", "add one of them");
+            }
+            modulus
+        }
+    };
+    [written.young_modulus.unwrap_or(shear_modulus), shear_modulus, written.density.unwrap_or(STAND_IN)]
 }
 
 fn basis(written: Basis) -> rod::Basis {
@@ -388,8 +413,15 @@ fn rod_place(place: &str, segments: &[Segment]) -> String {
     key = key.replace("base_orientation", "base.orientation");
     key = key.replace("loads[", "load[").replace("bodies[", "body[").replace("supports[", "support[");
     for (i, segment) in segments.iter().enumerate() {
-        if segment.shear_modulus.is_none() && key == format!("segment[{i}].shear_modulus") {
-            key = format!("segment[{i}].poisson_ratio");
+        let here = format!("segment[{i}]");
+        if segment.shear_modulus.is_none() && key == format!("{here}.shear_modulus") {
+            key = format!("{here}.poisson_ratio");
+        }
+        // A circle that stands in a table of its own.
+        if segment.section.is_some()
+            && let Some(end) = key.strip_prefix(&format!("{here}.radius"))
+        {
+            key = format!("{here}.section.radius{end}");
         }
     }
     format!("rod[0].{key}")

@@ -309,29 +309,31 @@ pub(super) struct Orientations {
     pub(super) values: Vec<[f64; 4]>,
 }
 
-/// A piece of rod of one material, with circular section. Give either shear_modulus or poisson_ratio.
+/// A piece of rod with one kind of section: a radius or another shape with its material (and either shear_modulus or
+/// poisson_ratio), or a section of given stiffness and inertia, which needs no material.
 #[derive(Debug, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-#[schemars(extend("oneOf" = [{"required": ["shear_modulus"]}, {"required": ["poisson_ratio"]}]))]
+#[schemars(extend("oneOf" = [{"required": ["radius"]}, {"required": ["section"]}]))]
 pub(super) struct Segment {
     /// Length in metres.
     #[schemars(extend("exclusiveMinimum" = 0), example = 1.0)]
     pub(super) length: f64,
-    /// Radius in metres: one number, or [at the segment's base, at its tip] for a linear taper.
-    #[schemars(example = 1e-2)]
-    pub(super) radius: Radius,
-    /// Young's modulus E in pascals.
-    #[schemars(extend("exclusiveMinimum" = 0), example = 1e6)]
-    pub(super) young_modulus: f64,
+    /// Radius of a circular section in metres: one number, or [at the segment's base, at its tip] for a linear taper.
+    pub(super) radius: Option<Size>,
+    /// A section of another kind, instead of the radius.
+    pub(super) section: Option<Section>,
+    /// Young's modulus E in pascals. Required unless the section is given.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub(super) young_modulus: Option<f64>,
     /// Shear modulus G in pascals.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(super) shear_modulus: Option<f64>,
     /// Poisson's ratio nu in (-1, 0.5], instead of the shear modulus: G = E / (2 (1 + nu)).
     #[schemars(extend("exclusiveMinimum" = -1, "maximum" = 0.5))]
     pub(super) poisson_ratio: Option<f64>,
-    /// Density in kg/m^3.
-    #[schemars(extend("exclusiveMinimum" = 0), example = 1e3)]
-    pub(super) density: f64,
+    /// Density in kg/m^3. Required unless the section is given.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub(super) density: Option<f64>,
     /// Number of modes of each strain. Default of each: 0, the strain is suppressed. "auto":
     /// what the tolerance of the simulation takes, chosen by trial motions when the scene is read.
     #[schemars(example = Modes { bend_y: 3, ..Modes::default() })]
@@ -346,9 +348,9 @@ pub(super) struct Segment {
     /// Strain at which the segment is free of stress: [torsion, bend_y, bend_z, stretch, shear_y, shear_z], the
     /// first three in 1/m; or a table of such strains along the segment. Default: [0, 0, 0, 1, 0, 0], straight.
     pub(super) reference_strain: Option<ReferenceStrain>,
-    /// Shear correction factor of the section. Default: 1.
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub(super) shear_correction: Option<f64>,
+    /// Shear correction: one factor, [of shear along y, along z], or "cowper" for those of the shape and Poisson's ratio.
+    /// Default: 1.
+    pub(super) shear_correction: Option<ShearCorrection>,
     /// Quadrature nodes, rounded up to a multiple of four. Default: what the modes need for bends up to about half a turn.
     #[schemars(range(min = 1))]
     pub(super) nodes: Option<usize>,
@@ -403,21 +405,73 @@ impl StrainTable {
     }
 }
 
-/// A constant or linearly tapered radius.
+/// What a segment looks like across. Each shape takes its sizes in metres, one number or [at the segment's base, at its tip]:
+/// circle: radius; hollow_circle: outer, inner; rectangle: width, height; ellipse: semi_axis_y, semi_axis_z; given: stiffness,
+/// mass, inertia, centre.
+#[derive(Debug, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Section {
+    /// Kind of section.
+    #[schemars(example = SectionKind::Given)]
+    pub(super) shape: SectionKind,
+    /// Radius of a circle, in metres.
+    pub(super) radius: Option<Size>,
+    /// Outer radius of a hollow circle, in metres.
+    pub(super) outer: Option<Size>,
+    /// Inner radius of a hollow circle, in metres.
+    pub(super) inner: Option<Size>,
+    /// Width of a rectangle along body y, in metres.
+    pub(super) width: Option<Size>,
+    /// Height of a rectangle along body z, in metres.
+    pub(super) height: Option<Size>,
+    /// Semi-axis of an ellipse along body y, in metres.
+    pub(super) semi_axis_y: Option<Size>,
+    /// Semi-axis of an ellipse along body z, in metres.
+    pub(super) semi_axis_z: Option<Size>,
+    /// Stiffness per length of a given section, in the order torsion, bend_y, bend_z, stretch, shear_y, shear_z: six rows of a
+    /// symmetric matrix, or its diagonal. In N m^2 between angular strains, N between linear ones, N m between both.
+    pub(super) stiffness: Option<Stiffness>,
+    /// Mass per length of a given section, in kg/m.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub(super) mass: Option<f64>,
+    /// Inertia tensor per length of a given section about its centre of mass, in its axes, in kg m: three rows of a symmetric
+    /// matrix, or its diagonal. Default: zero.
+    pub(super) inertia: Option<Inertia>,
+    /// Centre of mass of a given section along body y and z, seen from the rod's axis, in metres. Default: [0, 0].
+    pub(super) centre: Option<[f64; 2]>,
+}
+
+/// Kind of section.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum SectionKind {
+    /// A circle, with a radius.
+    Circle,
+    /// A hollow circle: outer and inner radius.
+    HollowCircle,
+    /// A rectangle: width along body y and height along body z.
+    Rectangle,
+    /// An ellipse, with its semi-axes along body y and z.
+    Ellipse,
+    /// Given stiffness and inertia.
+    Given,
+}
+
+/// A constant or linearly tapered size.
 #[derive(Clone, Copy, Debug, Deserialize, Serialize, JsonSchema)]
 #[serde(untagged)]
-pub(super) enum Radius {
+pub(super) enum Size {
     /// The same along the segment, in metres.
     Constant(f64),
     /// At the segment's base and at its tip, in metres.
     Tapered([f64; 2]),
 }
 
-impl Radius {
-    /// Radius at both ends.
+impl Size {
+    /// The size at both ends.
     pub(super) fn ends(self) -> [f64; 2] {
         match self {
-            Self::Constant(radius) => [radius; 2],
+            Self::Constant(size) => [size; 2],
             Self::Tapered(ends) => ends,
         }
     }
@@ -438,6 +492,45 @@ pub(super) enum ModeChoice {
 #[serde(rename_all = "snake_case")]
 pub(super) enum Auto {
     Auto,
+}
+
+/// A symmetric matrix of the strains.
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, JsonSchema)]
+#[serde(untagged)]
+pub(super) enum Stiffness {
+    /// Its diagonal.
+    Diagonal([f64; 6]),
+    /// Its rows.
+    Full([[f64; 6]; 6]),
+}
+
+/// A symmetric matrix of the axes.
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, JsonSchema)]
+#[serde(untagged)]
+pub(super) enum Inertia {
+    /// Its diagonal.
+    Diagonal([f64; 3]),
+    /// Its rows.
+    Full([[f64; 3]; 3]),
+}
+
+/// Factors of the shear stiffness.
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, JsonSchema)]
+#[serde(untagged)]
+pub(super) enum ShearCorrection {
+    /// The same for both directions.
+    Factor(f64),
+    /// Of shear along body y and along body z.
+    Factors([f64; 2]),
+    /// By a rule.
+    Rule(ShearRule),
+}
+
+/// A rule for the shear correction.
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum ShearRule {
+    Cowper,
 }
 
 /// Number of modes of each strain.

@@ -7,6 +7,7 @@
 mod build;
 mod diagnostics;
 mod document;
+mod section;
 mod shape;
 
 use toml::de::{DeTable, DeValue};

@@ -128,7 +128,10 @@ impl<'a> Reader<'a> {
         let schema = self.resolve(schema);
         if let Some(branches) = schema["anyOf"].as_array() {
             let mut branches = branches.iter().map(|branch| self.resolve(branch));
-            if let Some(branch) = branches.clone().find(|branch| accepts(branch, value.get_ref())) {
+            // Of several kinds of arrays the one whose items are of the right kind, if there is one.
+            let accepted = branches.clone().filter(|branch| accepts(branch, value.get_ref()));
+            let best = accepted.clone().find(|branch| accepts_first_item(branch, value.get_ref()));
+            if let Some(branch) = best.or_else(|| accepted.clone().next()) {
                 return self.value(value, branch, place);
             }
             let expected: Vec<String> = branches.by_ref().map(|branch| self.expected(branch)).collect();
@@ -336,6 +339,12 @@ fn accepts(schema: &Json, value: &DeValue<'_>) -> bool {
         Some("object") => value.is_table(),
         _ => false,
     }
+}
+
+/// True when the first item of an array has the type that the schema wants, or there is none.
+fn accepts_first_item(schema: &Json, value: &DeValue<'_>) -> bool {
+    let first = value.as_array().and_then(|array| array.first());
+    first.is_none_or(|item| accepts(&schema["items"], item.get_ref()))
 }
 
 /// True for tables and arrays of tables.

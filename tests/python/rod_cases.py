@@ -1,4 +1,7 @@
-"""Rods to test with: each built twice from the same arguments, by lissom and by the NumPy reference."""
+"""Rods to test with: each built twice from the same arguments, by lissom and by the NumPy reference.
+
+A section is a pair, the name of what makes it and its arguments.
+"""
 
 import numpy as np
 from hypothesis import strategies as st
@@ -15,7 +18,7 @@ class Case:
 
         def build(package):
             return package.Rod(
-                [package.Segment(**segment) for segment in segments],
+                [package.Segment(**with_section(segment, package)) for segment in segments],
                 loads=[package.Load(**load) for load in loads],
                 bodies=[package.Body(**body) for body in bodies],
                 **rod,
@@ -27,6 +30,14 @@ class Case:
 
     def __repr__(self):
         return f"Case(**{self.arguments})"
+
+
+def with_section(segment, package):
+    """The arguments of a segment with its section made by this package."""
+    if "section" not in segment:
+        return segment
+    shape, parameters = segment["section"]
+    return segment | {"section": getattr(package.Section, shape)(**parameters)}
 
 
 def coordinate_scale(segment):
@@ -68,6 +79,41 @@ def rich_segments():
             "shear_modulus": 1.5e5,
             "density": 1000.0,
             "modes": {"bend_y": 2, "stretch": 1, "shear_z": 1},
+        },
+    ]
+
+
+#: A stiffness with every coupling there is, for rods of some centimetres of rubber.
+COUPLED = np.diag([0.02, 0.05, 0.03, 300.0, 90.0, 110.0]) + 0.1 * np.outer(
+    *[np.sqrt([0.02, 0.05, 0.03, 300.0, 90.0, 110.0])] * 2
+)
+
+
+def mixed_segments():
+    """One segment of each section that is no circle, with all strains."""
+    every = {"torsion": 1, "bend_y": 2, "bend_z": 2, "stretch": 1, "shear_y": 1, "shear_z": 1}
+    rubber = {"young_modulus": 3e5, "shear_modulus": 1.1e5, "density": 1100.0, "modes": every}
+    heavy = {"inertia": [(2e-4, 1e-5, 2e-5), (1e-5, 1.5e-4, -3e-5), (2e-5, -3e-5, 1e-4)], "mass": 0.7}
+    return [
+        {"length": 0.4, "section": ("rectangle", {"width": (0.03, 0.02), "height": 0.015}), **rubber},
+        {
+            "length": 0.3,
+            "section": ("ellipse", {"semi_axis_y": (0.01, 0.012), "semi_axis_z": (0.02, 0.01)}),
+            "shear_correction": (0.8, 0.9),
+            "retardation_time": 0.01,
+            **rubber,
+        },
+        {
+            "length": 0.25,
+            "section": ("given", {"stiffness": COUPLED, "centre": (0.004, -0.007), **heavy}),
+            "modes": every,
+            "retardation_time": 0.02,
+            "reference_strain": (0.2, -0.4, 0.3, 1.01, 0.01, -0.02),
+        },
+        {
+            "length": 0.2,
+            "section": ("hollow_circle", {"outer": (0.02, 0.015), "inner": (0.01, 0.012)}),
+            **rubber,
         },
     ]
 
@@ -119,6 +165,27 @@ def vectors(size):
 
 
 @st.composite
+def random_sections(draw, size):
+    """A radius or another shape, with every size drawn from `size`."""
+    shape, names = draw(
+        st.sampled_from(
+            [
+                ("radius", ()),
+                ("hollow_circle", ("outer",)),
+                ("rectangle", ("width", "height")),
+                ("ellipse", ("semi_axis_y", "semi_axis_z")),
+            ]
+        )
+    )
+    if shape == "radius":
+        return {"radius": draw(size)}
+    sizes = {name: draw(size) for name in names}
+    if shape == "hollow_circle":
+        sizes["inner"] = tuple(draw(st.floats(0, 0.9)) * np.broadcast_to(sizes["outer"], 2))
+    return {"section": (shape, sizes)}
+
+
+@st.composite
 def random_segments(draw):
     """A segment of any length but one, from a stiff wire to soft rubber."""
     length = draw(st.floats(0.2, 3.0).filter(lambda x: abs(x - 1) > 0.05))
@@ -126,9 +193,9 @@ def random_segments(draw):
     young_modulus = 10 ** draw(st.floats(4, 9))
     bend = st.floats(-0.5, 0.5).map(lambda angle: angle / length)
     shear = st.floats(-0.1, 0.1)
-    return {
+    size = st.one_of(radius, st.tuples(radius, radius))
+    return draw(random_sections(size)) | {
         "length": length,
-        "radius": draw(st.one_of(radius, st.tuples(radius, radius))),
         "young_modulus": young_modulus,
         "shear_modulus": young_modulus / (2 * (1 + draw(st.floats(-0.2, 0.5)))),
         "density": draw(st.floats(500, 8000)),

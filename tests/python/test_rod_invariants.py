@@ -147,8 +147,12 @@ class Units:
             "reference_strain": np.array([1 / self.length] * 3 + [1.0] * 3),
         }
         arguments = self.arguments(segment, size)
-        if isinstance(segment["radius"], tuple):
+        if isinstance(segment.get("radius"), tuple):
             arguments["radius"] = tuple(arguments["radius"])
+        if "section" in segment:
+            shape, sizes = segment["section"]
+            scaled = {name: (self.length * np.asarray(value)).tolist() for name, value in sizes.items()}
+            arguments["section"] = getattr(lissom.Section, shape)(**scaled)
         return lissom.Segment(**arguments)
 
     def load(self, load):

@@ -72,13 +72,13 @@ def _rod(run: Animated, rod: Rod) -> Any:
     import plotly.graph_objects as go
 
     stations = sections(rod)
-    radius = np.maximum(_radius(rod, stations), LEAST_RADIUS * rod.length)
+    outline = _outline(rod, stations)
     faces = _faces(len(stations))
     tip_path = _tips(run, rod)
 
     def tube(i: int) -> go.Mesh3d:
         pose = _poses(run, rod, i, stations)
-        x, y, z = _skin(pose, radius).T.astype(np.float32)
+        x, y, z = _skin(pose, outline).T.astype(np.float32)
         return go.Mesh3d(
             x=x,
             y=y,
@@ -96,7 +96,7 @@ def _rod(run: Animated, rod: Rod) -> Any:
 
     def moving(i: int) -> list[Any]:
         """What changes from frame to frame: the positions alone."""
-        x, y, z = _skin(_poses(run, rod, i, stations), radius).T.astype(np.float32)
+        x, y, z = _skin(_poses(run, rod, i, stations), outline).T.astype(np.float32)
         tip = _poses(run, rod, i, rod.length)[:3, 3]
         return [go.Mesh3d(x=x, y=y, z=z), go.Scatter3d(x=tip[:1], y=tip[1:2], z=tip[2:])]
 
@@ -133,7 +133,7 @@ def _rod(run: Animated, rod: Rod) -> Any:
         **theme.layout(
             640,
             margin={"l": 0, "r": 0, "t": 10, "b": 90},
-            scene=_space(every, margin=2.0 * float(radius.max())),
+            scene=_space(every, margin=2.0 * float(np.abs(outline).max())),
             legend={"orientation": "h", "y": 1.0, "x": 0.5, "xanchor": "center", "yanchor": "top"},
             uirevision="kept",
         ),
@@ -142,25 +142,30 @@ def _rod(run: Animated, rod: Rod) -> Any:
     return figure
 
 
-def _radius(rod: Rod, stations: Array) -> Array:
-    """Radius at arc lengths; at a joint of two segments, the one before."""
+def _outline(rod: Rod, stations: Array) -> Array:
+    """Corners of the sections in their y and z, (stations, CORNERS, 2); at a joint, of the one before."""
+    angle = 2.0 * np.pi * np.arange(CORNERS) / CORNERS
+    round_corners = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    # Rays half a corner further meet a square's corners too.
+    rays = np.stack([np.cos(angle + np.pi / CORNERS), np.sin(angle + np.pi / CORNERS)], axis=-1)
+    square_corners = rays / np.abs(rays).max(axis=1, keepdims=True)
     ends = np.cumsum([segment.length for segment in rod.segments])
-    radius = np.empty_like(stations)
+    outline = np.empty((len(stations), CORNERS, 2))
     for k, station in enumerate(stations):
         i = min(int(np.searchsorted(ends, station)), len(ends) - 1)
         segment = rod.segments[i]
-        base, tip = segment.radius
-        radius[k] = base + (tip - base) * (station - (ends[i] - segment.length)) / segment.length
-    return radius
+        fraction = (station - (ends[i] - segment.length)) / segment.length
+        size = np.array(segment.section.half_extents(min(max(fraction, 0.0), 1.0)))
+        corners = square_corners if segment.section.shape == "rectangle" else round_corners
+        outline[k] = np.maximum(size, LEAST_RADIUS * rod.length) * corners
+    return outline
 
 
-def _skin(pose: Array, radius: Array) -> Array:
+def _skin(pose: Array, outline: Array) -> Array:
     """Vertices of a tube, shape (vertices, 3): middle of the base, rings of corners, middle of the tip."""
-    angle = 2.0 * np.pi * np.arange(CORNERS) / CORNERS
-    centre = pose[:, None, :3, 3]
-    across = np.cos(angle)[:, None] * pose[:, None, :3, 1] + np.sin(angle)[:, None] * pose[:, None, :3, 2]
-    rings = (centre + radius[:, None, None] * across).reshape(-1, 3)
-    return np.concatenate([pose[:1, :3, 3], rings, pose[-1:, :3, 3]])
+    centre, y, z = (pose[:, None, :3, column] for column in (3, 1, 2))
+    rings = centre + outline[..., :1] * y + outline[..., 1:] * z
+    return np.concatenate([pose[:1, :3, 3], rings.reshape(-1, 3), pose[-1:, :3, 3]])
 
 
 def _along(fraction: Array) -> Array:

@@ -229,7 +229,10 @@ def animation(run: Run) -> str:
     if not isinstance(model, Rod):
         return "The mass on its spring, with the path it takes. Axes are to scale."
     note = "The coloured body is the rod, from its clamped base (dark) to its tip (yellow). Axes are to scale"
-    if min(min(segment.radius) for segment in model.segments) < motion.LEAST_RADIUS * model.length:
+    sizes = [
+        size for segment in model.segments for x in (0.0, 1.0) for size in segment.section.half_extents(x)
+    ]
+    if min(sizes) < motion.LEAST_RADIUS * model.length:
         return note + "; the rod itself is drawn thicker than it is."
     return note + "."
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from .._lissom import Load, Rod, Segment
+from .._lissom import Load, Rod, Section, Segment
 from . import exact
 from .case import Answer, Array, Case
 from .rods import (
@@ -247,18 +247,11 @@ def thick_shape() -> exact.PlanarShape:
 def thick(values: Any) -> Answer:
     """A beam that shears as much as it bends."""
     modes = {"bend_y": 4, "stretch": 4, "shear_z": 4}
-    # Segments take materials with a Poisson's ratio of at most 1/2; this one has 49. Only k G A matters here.
-    shear = THICK["young_modulus"] / 2.5
-    correction = THICK_CORRECTION * THICK["shear_modulus"] / shear
-    segment = Segment(
-        THICK["length"],
-        THICK["radius"],
-        THICK["young_modulus"],
-        shear,
-        5000.0,
-        modes,
-        shear_correction=correction,
-    )
+    # No isotropic material has a Poisson's ratio of 49: the section is given as it is.
+    EI, EA, GA = thick_stiffness()
+    GJ = THICK["shear_modulus"] * 2.0 * EI / THICK["young_modulus"]
+    section = Section.given((GJ, EI, EI, EA, GA, GA), mass=5000.0 * np.pi * THICK["radius"] ** 2)
+    segment = Segment(THICK["length"], section=section, modes=modes)
     rod = Rod([segment], gravity=WEIGHTLESS, tip_force=(0.0, 0.0, THICK_FORCE))
     X = np.linspace(0.0, THICK["length"], 25)
     return at_rest([("lissom", rod)], values, lambda: [("linear theory", X, thick_deflection(X))])
@@ -486,8 +479,8 @@ CASES = (
     Case(
         "Timoshenko cantilever",
         THEME,
-        "The same beam without linearisation. Its Poisson's ratio of 49 is no material's, and refused; the "
-        "rod is given its shear stiffness k G A instead.",
+        "The same beam without linearisation. Its Poisson's ratio of 49 is no isotropic material's, so the "
+        "stiffness of its section is given.",
         "Reissner's equations, Chebyshev collocation",
         "computed",
         "tip x, z (m)",

@@ -46,18 +46,73 @@ class Energy(NamedTuple):
 
 
 @dataclass(frozen=True)
+class Section:
+    """Made like `lissom.Section`; sizes may be pairs, at base and tip."""
+
+    shape: str
+    parameters: Mapping[str, object]
+
+    @staticmethod
+    def circle(radius):
+        return Section("circle", {"radius": radius})
+
+    @staticmethod
+    def hollow_circle(outer, inner):
+        return Section("hollow_circle", {"outer": outer, "inner": inner})
+
+    @staticmethod
+    def rectangle(width, height):
+        return Section("rectangle", {"width": width, "height": height})
+
+    @staticmethod
+    def ellipse(semi_axis_y, semi_axis_z):
+        return Section("ellipse", {"semi_axis_y": semi_axis_y, "semi_axis_z": semi_axis_z})
+
+    @staticmethod
+    def given(stiffness, mass, inertia=(0, 0, 0), centre=(0, 0)):
+        parameters = {"stiffness": stiffness, "mass": mass, "inertia": inertia, "centre": centre}
+        return Section("given", parameters)
+
+    def sizes(self, x):
+        """Sizes at the fraction x of the segment."""
+        for size in self.parameters.values():
+            base, tip = np.broadcast_to(size, 2)
+            yield base + (tip - base) * x
+
+    def figure(self, x):
+        """Area, second moments of area about y and z, torsion constant."""
+        if self.shape in ("circle", "hollow_circle"):
+            outer, inner = (*self.sizes(x), 0.0)[:2]
+            A, I = np.pi * (outer**2 - inner**2), np.pi * (outer**4 - inner**4) / 4
+            return A, I, I, 2 * I
+        if self.shape == "rectangle":
+            w, h = self.sizes(x)
+            return w * h, w * h**3 / 12, h * w**3 / 12, torsion_of_rectangle(max(w, h), min(w, h))
+        a, b = self.sizes(x)
+        A = np.pi * a * b
+        return A, A * b**2 / 4, A * a**2 / 4, A * a**2 * b**2 / (a**2 + b**2)
+
+
+def torsion_of_rectangle(a, b):
+    """Prandtl's membrane over a x b with a >= b, developed along the short side: sines across a."""
+    n = np.arange(1, 4000, 2)
+    return b * a**3 / 3 * (1 - 192 * a / (np.pi**5 * b) * np.sum(np.tanh(n * np.pi * b / (2 * a)) / n**5.0))
+
+
+@dataclass(frozen=True)
 class Segment:
     """Same arguments as `lissom.Segment`."""
 
     length: float
-    radius: float | Sequence[float]
-    young_modulus: float
-    shear_modulus: float
-    density: float
-    modes: Mapping[str, int]
+    radius: float | Sequence[float] | None = None
+    young_modulus: float | None = None
+    shear_modulus: float | None = None
+    density: float | None = None
+    modes: Mapping[str, int] | None = None
     retardation_time: float = 0.0
     reference_strain: Sequence[float] = (0, 0, 0, 1, 0, 0)
-    shear_correction: float = 1.0
+    shear_correction: float | Sequence[float] = 1.0
+    section: Section | None = None
 
     @cached_property
     def coordinates(self):
@@ -78,27 +133,36 @@ class Segment:
         ]
         return B_Phi
 
-    def section(self, X):
-        """Area A and second moment of area I of the circular section at X."""
-        base, tip = np.broadcast_to(self.radius, 2)
-        radius = base + (tip - base) * X / self.length
-        return np.pi * radius**2, np.pi * radius**4 / 4
+    @property
+    def shape(self):
+        return self.section if self.section is not None else Section.circle(self.radius)
 
     def stiffness(self, X):
-        """Diagonal of H(X)."""
-        A, I = self.section(X)
-        EA, EI = self.young_modulus * A, self.young_modulus * I
-        GA, GJ = self.shear_correction * self.shear_modulus * A, self.shear_modulus * 2 * I
-        return np.array([GJ, EI, EI, EA, GA, GA])
+        """H(X), (6, 6)."""
+        if self.shape.shape == "given":
+            H = np.array(self.shape.parameters["stiffness"], float)
+            return np.diag(H) if H.ndim == 1 else H
+        A, I_y, I_z, J = self.shape.figure(X / self.length)
+        E, G = self.young_modulus, self.shear_modulus
+        k_y, k_z = np.broadcast_to(self.shear_correction, 2)
+        return np.diag([G * J, E * I_y, E * I_z, E * A, k_y * G * A, k_z * G * A])
 
     def inertia(self, X):
-        """Diagonal of the inertia per length M(X)."""
-        A, I = self.section(X)
-        return self.density * np.array([2 * I, I, I, A, A, A])
+        """Inertia per length M(X) of twists of the section, as that of a body one metre long, (6, 6)."""
+        if self.shape.shape == "given":
+            given = self.shape.parameters
+            return Body(given["mass"], centre=(0, *given["centre"]), inertia=given["inertia"]).matrix
+        A, I_y, I_z, _ = self.shape.figure(X / self.length)
+        return self.density * np.diag([I_y + I_z, I_y, I_z, A, A, A])
+
+    @property
+    def centre(self):
+        """Centre of mass of the sections in their axes, (3,)."""
+        return np.array([0, *self.shape.parameters.get("centre", (0, 0))], float)
 
     def stress(self, X, q, qd):
         """Elastic and damping part of the internal wrench."""
-        return self.stiffness(X) * (self.basis(X) @ (q + self.retardation_time * qd))
+        return self.stiffness(X) @ (self.basis(X) @ (q + self.retardation_time * qd))
 
 
 @dataclass(frozen=True)
@@ -246,10 +310,11 @@ class Rod:
             for X0, X1, spread in self._pieces(i):
 
                 def rate(X, state, segment=segment, motion_rate=motion_rate, spread=spread):
-                    _, p, eta, _ = unpack(state[:18])
+                    R, p, eta, _ = unpack(state[:18])
                     inertia = segment.inertia(X)
                     loads = sum(load.potential(p) for load in spread)
-                    densities = [eta @ (inertia * eta) / 2, -inertia[3] * self.gravity @ p, loads]
+                    weight = inertia[3, 3] * self.gravity
+                    densities = [eta @ inertia @ eta / 2, -weight @ (p + R @ segment.centre), loads]
                     return np.concatenate([motion_rate(X, state[:18]), densities])
 
                 state = integrate(rate, X0, X1, state)[-1]
@@ -343,10 +408,10 @@ class Rod:
     def _load(self, i, X, y, spread):
         """Body wrench per length that inertia needs beyond what gravity and spread loads give, (6, m)."""
         R, _, eta, eta_t = unpack(y)
-        M = self.segments[i].inertia(X)[:, None]
+        M = self.segments[i].inertia(X)
         weight = np.concatenate([np.zeros(3), R.T @ self.gravity])
         given = sum((load.wrench(R) for load in spread), np.zeros(6))
-        return M * eta_t - (ad(eta).T @ (M[:, 0] * eta))[:, None] - M * weight[:, None] - given[:, None]
+        return M @ eta_t - (ad(eta).T @ M @ eta + M @ weight + given)[:, None]
 
     def _at_point(self, i, X, y):
         """Body wrench that the bodies at a place need beyond what gravity and loads give, (6, m)."""

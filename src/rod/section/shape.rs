@@ -1,0 +1,267 @@
+//! Plane figures and their constants: area, second moments, torsion, shear.
+
+use std::f64::consts::PI;
+
+use super::torsion;
+use crate::error::Checker;
+
+/// A figure about its centre, its sizes in metres along body y and z: numbers at one place of a rod, pairs along one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[allow(missing_docs, reason = "the sizes of plane figures")]
+pub enum Shape<Size> {
+    Circle {
+        radius: Size,
+    },
+    HollowCircle {
+        outer: Size,
+        inner: Size,
+    },
+    /// Width along y, height along z.
+    Rectangle {
+        width: Size,
+        height: Size,
+    },
+    Ellipse {
+        semi_axis_y: Size,
+        semi_axis_z: Size,
+    },
+}
+
+impl<Size> Shape<Size> {
+    /// Its name, as scenes write it.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Circle { .. } => "circle",
+            Self::HollowCircle { .. } => "hollow_circle",
+            Self::Rectangle { .. } => "rectangle",
+            Self::Ellipse { .. } => "ellipse",
+        }
+    }
+
+    /// The sizes with their names.
+    pub fn sizes(&self) -> Vec<(&'static str, &Size)> {
+        match self {
+            Self::Circle { radius } => vec![("radius", radius)],
+            Self::HollowCircle { outer, inner } => vec![("outer", outer), ("inner", inner)],
+            Self::Rectangle { width, height } => vec![("width", width), ("height", height)],
+            Self::Ellipse { semi_axis_y, semi_axis_z } => {
+                vec![("semi_axis_y", semi_axis_y), ("semi_axis_z", semi_axis_z)]
+            }
+        }
+    }
+
+    /// The same figure in other sizes.
+    pub fn map<Other>(&self, f: impl Fn(&Size) -> Other) -> Shape<Other> {
+        match self {
+            Self::Circle { radius } => Shape::Circle { radius: f(radius) },
+            Self::HollowCircle { outer, inner } => Shape::HollowCircle { outer: f(outer), inner: f(inner) },
+            Self::Rectangle { width, height } => Shape::Rectangle { width: f(width), height: f(height) },
+            Self::Ellipse { semi_axis_y, semi_axis_z } => {
+                Shape::Ellipse { semi_axis_y: f(semi_axis_y), semi_axis_z: f(semi_axis_z) }
+            }
+        }
+    }
+}
+
+impl Shape<[f64; 2]> {
+    /// The figure at the fraction `x` in [0, 1] of the way from base to tip.
+    pub fn at(&self, x: f64) -> Shape<f64> {
+        self.map(|[base, tip]| base + (tip - base) * x)
+    }
+
+    /// Whether it is the same everywhere.
+    pub fn is_constant(&self) -> bool {
+        self.sizes().iter().all(|(_, [base, tip])| base == tip)
+    }
+
+    pub(super) fn check(&self, check: &mut Checker) {
+        let is_hollow = matches!(self, Self::HollowCircle { .. });
+        for (name, [base, tip]) in self.sizes() {
+            // A hollow circle may close: its inner radius may be zero.
+            let mut size = |size: f64, name: &str| match is_hollow && name.starts_with("inner") {
+                true => check.non_negative(size, name, "metres"),
+                false => check.positive(size, name, "metres"),
+            };
+            if base.to_bits() == tip.to_bits() {
+                size(*base, name);
+            } else {
+                size(*base, &format!("{name}[0]"));
+                size(*tip, &format!("{name}[1]"));
+            }
+        }
+        if let Self::HollowCircle { outer, inner } = self {
+            let is_inside = (0..2).all(|end| inner[end].is_nan() || inner[end] < outer[end]);
+            check.require(is_inside, "inner", format_args!("{inner:?}"), "less than the outer radius");
+        }
+    }
+}
+
+impl Shape<f64> {
+    /// Area A in m^2.
+    pub fn area(&self) -> f64 {
+        match *self {
+            Self::Circle { radius } => PI * radius.powi(2),
+            Self::HollowCircle { outer, inner } => PI * (outer - inner) * (outer + inner),
+            Self::Rectangle { width, height } => width * height,
+            Self::Ellipse { semi_axis_y, semi_axis_z } => PI * semi_axis_y * semi_axis_z,
+        }
+    }
+
+    /// Area within the outline in m^2, with what is hollow.
+    pub fn outline_area(&self) -> f64 {
+        match *self {
+            Self::HollowCircle { outer, .. } => PI * outer.powi(2),
+            _ => self.area(),
+        }
+    }
+
+    /// Second moments of area `I_y = int z^2 dA` and `I_z = int y^2 dA` in m^4, of bending about y and about z.
+    pub fn second_moments(&self) -> [f64; 2] {
+        match *self {
+            Self::Circle { radius } => [PI * radius.powi(4) / 4.0; 2],
+            Self::HollowCircle { outer, inner } => [self.area() * (outer.powi(2) + inner.powi(2)) / 4.0; 2],
+            Self::Rectangle { width, height } => {
+                [width * height.powi(3) / 12.0, height * width.powi(3) / 12.0]
+            }
+            Self::Ellipse { semi_axis_y, semi_axis_z } => {
+                [self.area() * semi_axis_z.powi(2) / 4.0, self.area() * semi_axis_y.powi(2) / 4.0]
+            }
+        }
+    }
+
+    /// Saint-Venant's torsion constant J_t in m^4: the torsional stiffness is G J_t. The polar moment I_y + I_z of circles; less
+    /// than that for all others, whose sections warp.
+    pub fn torsion_constant(&self) -> f64 {
+        match *self {
+            Self::Circle { .. } | Self::HollowCircle { .. } => {
+                let [second_moment, _] = self.second_moments();
+                2.0 * second_moment
+            }
+            Self::Rectangle { width, height } => torsion::rectangle(width, height),
+            // Saint-Venant (1855), exact.
+            Self::Ellipse { semi_axis_y: a, semi_axis_z: b } => {
+                PI * a.powi(3) * b.powi(3) / (a.powi(2) + b.powi(2))
+            }
+        }
+    }
+
+    /// Cowper's shear correction factors for shear along y and along z at Poisson's ratio `poisson` (Cowper 1966, "The shear
+    /// coefficient in Timoshenko's beam theory", Journal of Applied Mechanics 33, table 1).
+    pub fn cowper(&self, poisson: f64) -> [f64; 2] {
+        match *self {
+            Self::Circle { .. } => [6.0 * (1.0 + poisson) / (7.0 + 6.0 * poisson); 2],
+            Self::HollowCircle { outer, inner } => {
+                let square = (inner / outer).powi(2);
+                let sum = (1.0 + square).powi(2);
+                let below = (7.0 + 6.0 * poisson) * sum + (20.0 + 12.0 * poisson) * square;
+                [6.0 * (1.0 + poisson) * sum / below; 2]
+            }
+            Self::Rectangle { .. } => [10.0 * (1.0 + poisson) / (12.0 + 11.0 * poisson); 2],
+            Self::Ellipse { semi_axis_y, semi_axis_z } => {
+                // Of the axis along the shear force and the one across it.
+                let factor = |along: f64, across: f64| {
+                    let (a, b) = (along.powi(2), across.powi(2));
+                    let below =
+                        (40.0 + 37.0 * poisson) * a * a + (16.0 + 10.0 * poisson) * a * b + poisson * b * b;
+                    12.0 * (1.0 + poisson) * a * (3.0 * a + b) / below
+                };
+                [factor(semi_axis_y, semi_axis_z), factor(semi_axis_z, semi_axis_y)]
+            }
+        }
+    }
+
+    /// How far it reaches from its centre along y and along z, in metres.
+    pub fn half_extents(&self) -> [f64; 2] {
+        match *self {
+            Self::Circle { radius } => [radius; 2],
+            Self::HollowCircle { outer, .. } => [outer; 2],
+            Self::Rectangle { width, height } => [width / 2.0, height / 2.0],
+            Self::Ellipse { semi_axis_y, semi_axis_z } => [semi_axis_y, semi_axis_z],
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::quadrature::Gauss;
+    use super::*;
+
+    fn ellipse(a: f64, b: f64) -> Shape<f64> {
+        Shape::Ellipse { semi_axis_y: a, semi_axis_z: b }
+    }
+
+    fn assert_near(value: f64, wanted: f64, tolerance: f64, what: &str) {
+        assert!((value - wanted).abs() <= tolerance * wanted.abs(), "{what}: {value}, not {wanted}");
+    }
+
+    /// Widths along y at the height z, outer less inner, and the greatest height: the figure's outline alone.
+    fn chord(shape: Shape<f64>, z: f64) -> [f64; 2] {
+        let ellipse = |a: f64, b: f64| 2.0 * a * (1.0 - (z / b).powi(2)).max(0.0).sqrt();
+        match shape {
+            Shape::Circle { radius } => [ellipse(radius, radius), 0.0],
+            Shape::HollowCircle { outer, inner } => [ellipse(outer, outer), ellipse(inner, inner)],
+            Shape::Rectangle { width, .. } => [width, 0.0],
+            Shape::Ellipse { semi_axis_y, semi_axis_z } => [ellipse(semi_axis_y, semi_axis_z), 0.0],
+        }
+    }
+
+    #[test]
+    fn moments_are_the_integrals_over_the_figure() {
+        let shapes = [
+            Shape::Circle { radius: 0.3 },
+            Shape::HollowCircle { outer: 0.5, inner: 0.2 },
+            Shape::Rectangle { width: 0.4, height: 0.9 },
+            ellipse(0.7, 0.2),
+        ];
+        let gauss = Gauss::new(60);
+        for shape in shapes {
+            let [_, top] = shape.half_extents();
+            let mut kinks = vec![0.0, top];
+            if let Shape::HollowCircle { inner, .. } = shape {
+                kinks.insert(1, inner);
+            }
+            let [mut area, mut second_y, mut second_z] = [0.0; 3];
+            for ends in kinks.windows(2) {
+                for (&node, &weight) in gauss.nodes.iter().zip(&gauss.weights) {
+                    // z = from + (to - from) sin: the outline has a vertical tangent at the top.
+                    let (angle, length) = (node * PI / 2.0, ends[1] - ends[0]);
+                    let z = ends[0] + length * angle.sin();
+                    let weight = 2.0 * weight * length * angle.cos() * PI / 2.0;
+                    let [outer, inner] = chord(shape, z);
+                    area += weight * (outer - inner);
+                    second_y += weight * (outer - inner) * z * z;
+                    second_z += weight * (outer.powi(3) - inner.powi(3)) / 12.0;
+                }
+            }
+            assert_near(shape.area(), area, 1e-7, "area");
+            assert_near(shape.second_moments()[0], second_y, 1e-7, "about y");
+            assert_near(shape.second_moments()[1], second_z, 1e-7, "about z");
+        }
+    }
+
+    #[test]
+    fn a_figure_that_looks_like_another_has_its_constants() {
+        let circle = Shape::Circle { radius: 0.3 };
+        for other in [ellipse(0.3, 0.3), Shape::HollowCircle { outer: 0.3, inner: 0.0 }] {
+            assert_near(other.area(), circle.area(), 1e-15, "area");
+            assert_near(other.second_moments()[1], circle.second_moments()[0], 1e-15, "second moment");
+            assert_near(other.torsion_constant(), circle.torsion_constant(), 1e-15, "torsion");
+            for (own, wanted) in other.cowper(0.3).into_iter().zip(circle.cowper(0.3)) {
+                assert_near(own, wanted, 1e-15, "shear");
+            }
+        }
+    }
+
+    #[test]
+    fn shear_corrections_have_their_published_values_and_limits() {
+        // Cowper 1966, table 2, at Poisson's ratio 0.3; a thin tube has 2 (1 + nu) / (4 + 3 nu).
+        let rectangle = Shape::Rectangle { width: 1.0, height: 3.0 };
+        assert_near(rectangle.cowper(0.0)[0], 5.0 / 6.0, 1e-15, "rectangle");
+        assert_near(rectangle.cowper(0.3)[1], 0.850, 1e-3, "rectangle");
+        assert_near(Shape::Circle { radius: 2.0 }.cowper(0.3)[0], 0.886, 1e-3, "circle");
+        let tube = Shape::HollowCircle { outer: 1.0, inner: 1.0 - 1e-9 };
+        assert_near(tube.cowper(0.3)[0], 2.0 * 1.3 / 4.9, 1e-9, "tube");
+        // A thin ellipse along the force: the shear flow of beam theory, parabolic over the chord, gives 9/10.
+        assert_near(ellipse(1.0, 1e-6).cowper(0.0)[0], 0.9, 1e-9, "ellipse");
+    }
+}

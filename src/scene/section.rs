@@ -1,0 +1,132 @@
+//! The section of a segment, from the keys that say what it is.
+
+use super::document::{Inertia, Section, SectionKind, Segment, ShearCorrection, ShearRule, Size, Stiffness};
+use super::shape::Shape;
+use crate::rod;
+
+/// The section of the segment at `here`. A stand-in where a problem is noted.
+pub(super) fn section(written: &Segment, here: &str, shape: &mut Shape) -> rod::Section {
+    let [radius, table] = ["radius", "section"].map(|key| format!("{here}.{key}"));
+    match (written.radius, &written.section) {
+        (Some(_), Some(_)) => {
+            shape.refuse(&table, "both radius and section are given", "keep one of them");
+            shape.replaced.insert(radius);
+            shape.replaced.insert(table);
+            STAND_IN
+        }
+        (Some(radius), None) => rod::Section::circle(radius.ends()),
+        (None, Some(section)) => of_table(section, &table, shape),
+        (None, None) => {
+            if shape.is_readable(&radius) && shape.is_readable(&table) {
+                shape.refuse(here, "neither radius nor section", "add one of them");
+                shape.replaced.insert(radius);
+            }
+            STAND_IN
+        }
+    }
+}
+
+const STAND_IN: rod::Section = rod::Section::Shape(rod::Shape::Circle { radius: [1.0; 2] });
+
+/// Notes that a given section is made of no material.
+pub(super) fn refuse_material(written: &Segment, here: &str, shape: &mut Shape) {
+    let keys = [
+        ("young_modulus", written.young_modulus.is_some()),
+        ("shear_modulus", written.shear_modulus.is_some()),
+        ("poisson_ratio", written.poisson_ratio.is_some()),
+        ("density", written.density.is_some()),
+        ("shear_correction", written.shear_correction.is_some()),
+    ];
+    for (key, _) in keys.into_iter().filter(|(_, is_there)| *is_there) {
+        let right = "remove it: the section's stiffness and mass are all that is needed";
+        shape.refuse(&format!("{here}.{key}"), "a given section does not take it", right);
+    }
+}
+
+/// The shear correction of a shape.
+pub(super) fn shear_correction(written: &Segment) -> rod::ShearCorrection {
+    match written.shear_correction {
+        None => 1.0.into(),
+        Some(ShearCorrection::Factor(factor)) => factor.into(),
+        Some(ShearCorrection::Factors(factors)) => rod::ShearCorrection::Factors(factors),
+        Some(ShearCorrection::Rule(ShearRule::Cowper)) => rod::ShearCorrection::Cowper,
+    }
+}
+
+fn of_table(written: &Section, here: &str, shape: &mut Shape) -> rod::Section {
+    if !shape.is_readable(&format!("{here}.shape")) {
+        // Which of the other keys belong here is unknown.
+        shape.replaced.insert(here.to_owned());
+        return STAND_IN;
+    }
+    let (name, keys): (_, &[&str]) = match written.shape {
+        SectionKind::Circle => ("a circle", &["radius"]),
+        SectionKind::HollowCircle => ("a hollow circle", &["outer", "inner"]),
+        SectionKind::Rectangle => ("a rectangle", &["width", "height"]),
+        SectionKind::Ellipse => ("an ellipse", &["semi_axis_y", "semi_axis_z"]),
+        SectionKind::Given => ("a given section", &["stiffness", "mass"]),
+    };
+    let optional: &[&str] = if written.shape == SectionKind::Given { &["inertia", "centre"] } else { &[] };
+    let is_there = [
+        ("radius", written.radius.is_some()),
+        ("outer", written.outer.is_some()),
+        ("inner", written.inner.is_some()),
+        ("width", written.width.is_some()),
+        ("height", written.height.is_some()),
+        ("semi_axis_y", written.semi_axis_y.is_some()),
+        ("semi_axis_z", written.semi_axis_z.is_some()),
+        ("stiffness", written.stiffness.is_some()),
+        ("mass", written.mass.is_some()),
+        ("inertia", written.inertia.is_some()),
+        ("centre", written.centre.is_some()),
+    ];
+    let mut is_complete = true;
+    for (key, is_there) in is_there {
+        let place = format!("{here}.{key}");
+        if keys.contains(&key) && !is_there {
+            is_complete = false;
+            if shape.is_readable(&place) {
+                shape.refuse(&place, "missing", format!("{name} takes {}", keys.join(" and ")));
+            }
+        } else if is_there && !keys.contains(&key) && !optional.contains(&key) {
+            let right = format!("{name} takes {}", [keys, optional].concat().join(", "));
+            shape.refuse(&place, format!("{name} does not take it"), right);
+        }
+    }
+    if !is_complete {
+        shape.replaced.insert(here.to_owned());
+        return STAND_IN;
+    }
+    let size = |size: Option<Size>| size.map_or([1.0; 2], Size::ends);
+    rod::Section::Shape(match written.shape {
+        SectionKind::Circle => rod::Shape::Circle { radius: size(written.radius) },
+        SectionKind::HollowCircle => {
+            rod::Shape::HollowCircle { outer: size(written.outer), inner: size(written.inner) }
+        }
+        SectionKind::Rectangle => {
+            rod::Shape::Rectangle { width: size(written.width), height: size(written.height) }
+        }
+        SectionKind::Ellipse => rod::Shape::Ellipse {
+            semi_axis_y: size(written.semi_axis_y),
+            semi_axis_z: size(written.semi_axis_z),
+        },
+        SectionKind::Given => return rod::Section::Given(Box::new(given(written))),
+    })
+}
+
+fn given(written: &Section) -> rod::GivenSection {
+    rod::GivenSection {
+        stiffness: match written.stiffness {
+            Some(Stiffness::Full(rows)) => rows,
+            Some(Stiffness::Diagonal(diagonal)) => rod::diagonal(diagonal),
+            None => [[0.0; 6]; 6],
+        },
+        mass: written.mass.unwrap_or(0.0),
+        inertia: match written.inertia {
+            Some(Inertia::Full(rows)) => rows,
+            Some(Inertia::Diagonal(diagonal)) => rod::diagonal(diagonal),
+            None => [[0.0; 3]; 3],
+        },
+        centre: written.centre.unwrap_or([0.0; 2]),
+    }
+}
