@@ -149,14 +149,17 @@ pub(crate) fn array_of<const N: usize>(value: &Bound<'_, PyAny>, name: &str) -> 
 
 /// A square matrix of `N` rows, or its diagonal.
 pub(crate) fn symmetric_of<const N: usize>(value: &Bound<'_, PyAny>, name: &str) -> PyResult<[[f64; N]; N]> {
-    if let Ok(matrix) = matrix_of(value, (N, N), name) {
-        return Ok(std::array::from_fn(|i| std::array::from_fn(|j| matrix[(i, j)])));
-    }
-    array_of(value, name).map(diagonal).map_err(|error| {
+    let of_another_size = |error: PyErr| {
         if error.is_instance_of::<PyTypeError>(value.py()) {
             return error;
         }
         let found = describe(value);
         PyValueError::new_err(format!("{name}: expected shape ({N},) or ({N}, {N}), got {found}"))
-    })
+    };
+    match matrix_of(value, (N, N), name) {
+        Ok(matrix) => Ok(std::array::from_fn(|i| std::array::from_fn(|j| matrix[(i, j)]))),
+        // Two dimensions, but not these.
+        Err(error) if error.is_instance_of::<PyValueError>(value.py()) => Err(of_another_size(error)),
+        Err(_) => array_of(value, name).map(diagonal).map_err(of_another_size),
+    }
 }

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from .._lissom import Load, Rod, Segment, continuation, modes
+from .._lissom import Load, Rod, Section, Segment, continuation, modes
 from . import exact
 from .case import Answer, Array, Case, Curve, Plot
-from .rods import BENDING, GRAVITY, LENGTH, WEIGHTLESS, at_rest, density_for, round_rod, tip
+from .rods import BENDING, GRAVITY, LENGTH, SHEAR, WEIGHTLESS, YOUNG, at_rest, density_for, round_rod, tip
 
 THEME = "Buckling"
 
@@ -55,6 +55,30 @@ def standing() -> Answer:
         gravity=(-GRAVITY, 0.0, 0.0),
     )
     return lowest_eigenvalues(rod, 12.0, "ρ A g L³ / (E I)")
+
+
+# Deep narrow beam
+
+#: Ten times as high as wide, along body z; the force at the tip in sqrt(E I_z G J_t) / L^2.
+DEEP = Section.rectangle(width=0.01, height=0.1)
+DEEP_FORCE = 8.0
+
+
+def sideways() -> Answer:
+    """A cantilever that is loaded in its stiff plane."""
+    segment = Segment(
+        LENGTH,
+        section=DEEP,
+        young_modulus=YOUNG,
+        shear_modulus=SHEAR,
+        density=1000.0,
+        modes={"torsion": 10, "bend_z": 10},
+        nodes=28,
+    )
+    twist, _, bend, *_ = np.diag(segment.stiffness())
+    force = (0.0, 0.0, -DEEP_FORCE * np.sqrt(twist * bend) / LENGTH**2)
+    rod = Rod([segment], gravity=WEIGHTLESS, tip_force=force)
+    return lowest_eigenvalues(rod, DEEP_FORCE, "P L² / √(E I_z G J_t)")
 
 
 # Buckled columns
@@ -177,6 +201,18 @@ CASES = (
         "critical ρ A g L³ / (E I)",
         lambda: [exact.self_buckling()],
         standing,
+        1e-9,
+    ),
+    Case(
+        "Deep narrow beam",
+        THEME,
+        "A cantilever with a rectangular section, ten times as high as wide, under a force at the tip in its "
+        "stiff plane, in which it is rigid. It tips over sideways; 10 modes of torsion and of bending.",
+        "Prandtl 1899, first zero of a Bessel function",
+        "exact",
+        "critical P L² / √(E I_z G J_t)",
+        lambda: [exact.lateral_buckling()],
+        sideways,
         1e-9,
     ),
     Case(

@@ -118,6 +118,23 @@ def self_buckling() -> float:
     return 2.25 * bisect(bessel, 1.0, 3.0) ** 2
 
 
+def lateral_buckling() -> float:
+    """Force at the tip, in sqrt(E I_z G J_t) / L^2, under which a deep narrow cantilever tips over sideways.
+
+    Prandtl (1899), Kipp-Erscheinungen, 4.0126: twice the first zero of the Bessel function of order -1/4,
+    here by its power series.
+    """
+
+    def bessel(x: float) -> float:
+        term, total = 1.0, 1.0
+        for m in range(1, 40):
+            term *= -((0.5 * x) ** 2) / (m * (m - 0.25))
+            total += term
+        return total
+
+    return 2.0 * bisect(bessel, 1.0, 3.0)
+
+
 def becks_column() -> float:
     """Follower force, in E I / L^2, under which a cantilever flutters.
 

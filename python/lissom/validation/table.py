@@ -52,8 +52,7 @@ AFTER = """
 
 These cases need what rods cannot do yet; nothing easier stands in for them unsaid.
 
-- Right-angle frame in motion (Simo and Vu-Quoc 1988): sections with given inertia. Its statics are above, in
-  linear theory.
+- Right-angle frame in motion (Simo and Vu-Quoc 1988): not asked yet. Its statics are above, in linear theory.
 - Buckling by twist (Greenhill 1883, 2 π E I / L): the far end held in bearings. A cantilever under an end
   moment has no buckled equilibrium. Greenhill's standing column and Beck's column are above.
 - A catenary between two supports, frames with hinges, deep arches: rods that are held at both ends.
