@@ -267,7 +267,7 @@ impl<G: Geometry, T: Scalar> Seen<G, T> for Inertia<G, T> {
     }
 
     #[inline(always)]
-    fn weighted(&self, weight: T) -> Inertia<G, T> {
+    fn weighted(&self, weight: T) -> Self {
         Self {
             mass: self.mass * weight,
             first_moment: self.first_moment * weight,

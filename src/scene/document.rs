@@ -495,13 +495,13 @@ pub(super) enum Auto {
 }
 
 /// A symmetric matrix of the strains.
-#[derive(Clone, Copy, Debug, Deserialize, Serialize, JsonSchema)]
+#[derive(Clone, Debug, Deserialize, Serialize, JsonSchema)]
 #[serde(untagged)]
 pub(super) enum Stiffness {
     /// Its diagonal.
     Diagonal([f64; 6]),
     /// Its rows.
-    Full([[f64; 6]; 6]),
+    Full(Box<[[f64; 6]; 6]>),
 }
 
 /// A symmetric matrix of the axes.

@@ -116,9 +116,9 @@ fn of_table(written: &Section, here: &str, shape: &mut Shape) -> rod::Section {
 
 fn given(written: &Section) -> rod::GivenSection {
     rod::GivenSection {
-        stiffness: match written.stiffness {
-            Some(Stiffness::Full(rows)) => rows,
-            Some(Stiffness::Diagonal(diagonal)) => rod::diagonal(diagonal),
+        stiffness: match &written.stiffness {
+            Some(Stiffness::Full(rows)) => **rows,
+            Some(Stiffness::Diagonal(diagonal)) => rod::diagonal(*diagonal),
             None => [[0.0; 6]; 6],
         },
         mass: written.mass.unwrap_or(0.0),

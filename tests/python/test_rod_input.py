@@ -268,6 +268,8 @@ def test_help_shows_the_defaults():
         if parameter.default is not parameter.empty
     }
     assert defaults == {
+        # What each kind of section asks for is said when it is missing.
+        **dict.fromkeys(("radius", "young_modulus", "shear_modulus", "density", "modes", "section")),
         "retardation_time": 0.0,
         "reference_strain": (0, 0, 0, 1, 0, 0),
         "shear_correction": 1.0,

@@ -30,9 +30,10 @@ impl GivenSection {
     /// Everything that is wrong with this section, whatever modes it is given.
     pub fn validate(&self) -> Result<(), InvalidInput> {
         let mut check = Checker::new();
-        let is_finite = (0..STRAINS).fold(true, |is_finite, i| {
-            check.finite(&self.stiffness[i], &format!("stiffness[{i}]")) && is_finite
-        });
+        let mut is_finite = true;
+        for (i, row) in self.stiffness.iter().enumerate() {
+            is_finite &= check.finite(row, &format!("stiffness[{i}]"));
+        }
         if is_finite {
             let size = |i: usize, j: usize| (self.stiffness[i][i] * self.stiffness[j][j]).abs().sqrt();
             for i in 0..STRAINS {

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 /// `sum 1/n^5` over odd n, which is 31/32 zeta(5) (OEIS A013663).
-const ODD_FIFTH_POWERS: f64 = 31.0 / 32.0 * 1.036_927_755_143_369_9;
+const ODD_FIFTH_POWERS: f64 = 31.0 / 32.0 * 1.036_927_755_143_37;
 
 /// Terms of the series below; the first that is left out is exp(-11 pi) / 11^5, 1e-20.
 const TERMS: u32 = 5;
