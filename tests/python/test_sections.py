@@ -269,6 +269,24 @@ def test_the_energy_balance_of_a_run_closes(segment):
     assert balance.drift < 1e-6
 
 
+def test_what_a_fluid_makes_way_for():
+    """Buoyancy and added mass of a closed tube are those of a full one; a given section has no outline."""
+    modes = {"bend_y": 2}
+    tube = lissom.Segment(0.5, section=Section.hollow_circle(0.02, 0.015), modes=modes, **STEEL)
+    full = lissom.Segment(0.5, 0.02, modes=modes, **STEEL)
+    rest = np.zeros(2)
+    water = lissom.Fluid(1000.0)
+    forces = []
+    for segment in (tube, full):
+        dry, wet = lissom.Rod([segment]), lissom.Rod([segment], fluid=water)
+        forces.append(wet.inverse_dynamics(rest, rest, rest) - dry.inverse_dynamics(rest, rest, rest))
+    assert abs(forces[0]).max() > 0
+    assert_allclose(forces[0], forces[1], rtol=1e-9)
+    given = lissom.Segment(0.5, section=SECTIONS[4], modes=modes)
+    with pytest.raises(ValueError, match=r"fluid: got a fluid around segments\[1\], whose section is given"):
+        lissom.Rod([full, given], fluid=water)
+
+
 def test_scenes_take_sections():
     text = """
 version = 1

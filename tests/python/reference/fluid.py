@@ -49,7 +49,7 @@ class Rod(rod.Rod):
     def _load(self, i, X, y, spread):
         wrench = super()._load(i, X, y, spread)
         R, _, eta, eta_t = rod.unpack(y)
-        area, _ = self.segments[i].section(X)
+        area = self.segments[i].outline_area(X)
         current = R.T @ np.asarray(self.fluid.velocity, float)
         relative = eta - np.concatenate([np.zeros(3), current])
         relative_t = eta_t.copy()

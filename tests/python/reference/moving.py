@@ -39,7 +39,7 @@ def generalised_forces(rod, base, q, qd, qdd, t, tip_mass=0.0, gravity=(0, 0, 0)
     motion = [world(q + qd * s + 0.5 * qdd * s * s, t + s) for s in times]
     rotations, positions = (np.array(part) for part in zip(*motion, strict=True))
     acceleration = np.tensordot(SECOND, positions[2:7], 1) / DT**2 - np.array(gravity)
-    area, second_moment = segment.section(0.0)
+    area, second_moment, *_ = segment.shape.figure(0.0)
     inertia = segment.density * second_moment * np.diag([2.0, 1.0, 1.0])
 
     def angular_momentum(k):
@@ -58,7 +58,7 @@ def generalised_forces(rod, base, q, qd, qdd, t, tip_mass=0.0, gravity=(0, 0, 0)
     stiffness = np.array(
         [
             sum(
-                w * segment.basis(x).T @ (segment.stiffness(x) * segment.basis(x)[:, j])
+                w * segment.basis(x).T @ segment.stiffness(x) @ segment.basis(x)[:, j]
                 for w, x in zip(weights, X, strict=False)
             )
             for j in range(len(q))

@@ -155,6 +155,13 @@ class Segment:
         A, I_y, I_z, _ = self.shape.figure(X / self.length)
         return self.density * np.diag([I_y + I_z, I_y, I_z, A, A, A])
 
+    def outline_area(self, X):
+        """Area within the outline, a hole included."""
+        if self.shape.shape == "hollow_circle":
+            outer, _ = self.shape.sizes(X / self.length)
+            return np.pi * outer**2
+        return self.shape.figure(X / self.length)[0]
+
     @property
     def centre(self):
         """Centre of mass of the sections in their axes, (3,)."""
