@@ -590,7 +590,11 @@ fn sections_that_are_none_are_refused() {
             "rod[0].segment[0].section.stiffness[1][1]: got 0; expected a positive stiffness, as bend_y has modes"
         ]
     );
-    let [problem] = &given("[1, 2, 3]")[..] else { panic!("one problem") };
+    let unknown = unplaced(&changed(MATERIAL, "section = { shape = 'givn' }\n"));
+    let [problem] = &unknown[..] else { panic!("not one problem: {unknown:#?}") };
+    assert!(problem.contains("section.shape: got \"givn\"; did you mean \"given\"?"), "{problem}");
+    let found = given("[1, 2, 3]");
+    let [problem] = &found[..] else { panic!("not one problem: {found:#?}") };
     assert!(problem.contains("section.stiffness: got an array of 3; expected an array of 6"), "{problem}");
 }
 

@@ -28,8 +28,18 @@ pub(super) fn section(written: &Segment, here: &str, shape: &mut Shape) -> rod::
 
 const STAND_IN: rod::Section = rod::Section::Shape(rod::Shape::Circle { radius: [1.0; 2] });
 
+/// In place of a section that may be a given one, for which no material is missing.
+fn given_stand_in() -> rod::Section {
+    let (stiffness, inertia) = (rod::diagonal([1.0; 6]), rod::diagonal([0.0; 3]));
+    rod::Section::Given(Box::new(rod::GivenSection { stiffness, mass: 1.0, inertia, centre: [0.0; 2] }))
+}
+
 /// Notes that a given section is made of no material.
 pub(super) fn refuse_material(written: &Segment, here: &str, shape: &mut Shape) {
+    if !shape.is_readable(&format!("{here}.section.shape")) {
+        // Whether the section is a given one is unknown.
+        return;
+    }
     let keys = [
         ("young_modulus", written.young_modulus.is_some()),
         ("shear_modulus", written.shear_modulus.is_some()),
@@ -57,7 +67,7 @@ fn of_table(written: &Section, here: &str, shape: &mut Shape) -> rod::Section {
     if !shape.is_readable(&format!("{here}.shape")) {
         // Which of the other keys belong here is unknown.
         shape.replaced.insert(here.to_owned());
-        return STAND_IN;
+        return given_stand_in();
     }
     let (name, keys): (_, &[&str]) = match written.shape {
         SectionKind::Circle => ("a circle", &["radius"]),
@@ -95,7 +105,7 @@ fn of_table(written: &Section, here: &str, shape: &mut Shape) -> rod::Section {
     }
     if !is_complete {
         shape.replaced.insert(here.to_owned());
-        return STAND_IN;
+        return if written.shape == SectionKind::Given { given_stand_in() } else { STAND_IN };
     }
     let size = |size: Option<Size>| size.map_or([1.0; 2], Size::ends);
     rod::Section::Shape(match written.shape {
