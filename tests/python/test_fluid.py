@@ -12,7 +12,7 @@ from numpy.testing import assert_allclose
 import lissom
 from reference import fluid as reference
 from reference import rod as reference_rod
-from rod_cases import random_segments, rich_segments
+from rod_cases import random_segments, rich_segments, with_section
 
 AREA = np.pi * 1e-4
 
@@ -108,12 +108,14 @@ def test_explained():
 def both(segments, fluid, *, nodes=None, **rod):
     return (
         lissom.Rod(
-            [lissom.Segment(**segment, nodes=nodes) for segment in segments],
+            [lissom.Segment(**with_section(segment, lissom), nodes=nodes) for segment in segments],
             fluid=lissom.Fluid(**fluid),
             **rod,
         ),
         reference.Rod(
-            [reference_rod.Segment(**segment) for segment in segments], fluid=reference.Fluid(**fluid), **rod
+            [reference_rod.Segment(**with_section(segment, reference_rod)) for segment in segments],
+            fluid=reference.Fluid(**fluid),
+            **rod,
         ),
     )
 
