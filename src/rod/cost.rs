@@ -400,13 +400,13 @@ mod tests {
         assert_eq!(counted, kinematics(&plan).packs, "kinematics");
         let mut tangent_of = |work: &Workspace<G>, weights| {
             let to = Tangent::Dense(&mut matrix);
-            products(|| exact_tangent::weighted_tangent(&plan, work, &mut memory, weights, to))
+            products(|| exact_tangent::weighted_tangent::<G, false>(&plan, work, &mut memory, weights, to))
         };
         assert_eq!(tangent_of(&work, [0.0, 0.0, 1.0]), tangent(&plan, true).packs, "mass matrix");
-        let counted = products(|| inverse_dynamics::update(&plan, &mut work, &q, &q, &q));
+        let counted = products(|| inverse_dynamics::update::<G, false>(&plan, &mut work, &q, &q, &q));
         assert_eq!(counted, motion(&plan).packs, "motion");
         assert_eq!(tangent_of(&work, [1e-4, 1e-2, 1.0]), tangent(&plan, false).packs, "tangent");
-        let counted = products(|| inverse_dynamics::project(&plan, &mut work, &q, &q, &mut tau));
+        let counted = products(|| inverse_dynamics::project::<G, false>(&plan, &mut work, &q, &q, &mut tau));
         assert_eq!(counted, projection(&plan).packs, "projection");
     }
 

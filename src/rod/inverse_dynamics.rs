@@ -28,9 +28,10 @@ pub(super) fn carried<G: Turning, T: Scalar>(
     Twist { angular, linear }
 }
 
-/// Motion and internal wrench of a state whose kinematics are up to date, unless they are there already.
+/// Motion and internal wrench of a state whose kinematics are up to date, unless they are there already. `PLAIN`: of a plan that
+/// [is plain](Plan::is_plain).
 #[inline(always)]
-pub(super) fn update<G: Turning>(
+pub(super) fn update<G: Turning, const PLAIN: bool>(
     plan: &Plan<G>,
     work: &mut Workspace<G>,
     q: &[f64],
@@ -52,12 +53,15 @@ pub(super) fn update<G: Turning>(
                 let sections = Round { mass: &segment.mass, rotary };
                 sweep_out(plan.frame, segment, &sections, s, work, qd, qdd);
             }
+            Moments::General(_) if PLAIN => unreachable!("sections of plain rods look round"),
             Moments::General(sections) => {
                 sweep_out(plan.frame, segment, &General(sections), s, work, qd, qdd);
             }
         }
         spread::act(plan, segment, work);
-        immersion::act(plan, segment, work);
+        if !PLAIN {
+            immersion::act(plan, segment, work);
+        }
         points::drive(plan, segment, s, work);
     }
     let mut end = Wrench::zero();
@@ -141,7 +145,7 @@ fn sweep_back<G: Turning>(
 
 /// `tau = Q + K q + D qd` of the state that was last given to [`update`].
 #[inline(always)]
-pub(super) fn project<G: Turning>(
+pub(super) fn project<G: Turning, const PLAIN: bool>(
     plan: &Plan<G>,
     work: &mut Workspace<G>,
     q: &[f64],
@@ -176,8 +180,10 @@ pub(super) fn project<G: Turning>(
                 *tau = sum.sum() + component.elastic_force(j, q, qd, mu);
             }
         }
-        for coupling in &segment.couplings {
-            coupling.add_elastic_force(q, qd, mu, tau);
+        if !PLAIN {
+            for coupling in &segment.couplings {
+                coupling.add_elastic_force(q, qd, mu, tau);
+            }
         }
     }
 }

@@ -30,13 +30,14 @@ fn run_portably<Sweep: pulp::NullaryFnOnce>(sweep: Sweep) -> Sweep::Output {
 #[derive(Clone, Debug)]
 pub(super) struct Sweeps<G: Turning> {
     arch: pulp::Arch,
+    is_plain: bool,
     plan: Arc<Plan<G>>,
     work: Workspace<G>,
     tangent: TangentWorkspace<G>,
     zeros: Vec<f64>,
 }
 
-// The sweeps are compiled once for every instruction set that pulp knows. They are structs, not closures: what pulp compiles
+// The sweeps are compiled once for every instruction set that pulp knows, and once for plain rods. They are structs, not closures: what pulp compiles
 // must be inlined into its caller, which a closure promises to nobody.
 
 struct Kinematics<'a, G: Turning> {
@@ -54,23 +55,23 @@ impl<G: Turning> pulp::NullaryFnOnce for Kinematics<'_, G> {
     }
 }
 
-struct Motion<'a, G: Turning> {
+struct Motion<'a, G: Turning, const PLAIN: bool> {
     plan: &'a Plan<G>,
     work: &'a mut Workspace<G>,
     state: [&'a [f64]; 3],
 }
 
-impl<G: Turning> pulp::NullaryFnOnce for Motion<'_, G> {
+impl<G: Turning, const PLAIN: bool> pulp::NullaryFnOnce for Motion<'_, G, PLAIN> {
     type Output = ();
 
     #[inline(always)]
     fn call(self) {
         let [q, qd, qdd] = self.state;
-        inverse_dynamics::update(self.plan, self.work, q, qd, qdd);
+        inverse_dynamics::update::<G, PLAIN>(self.plan, self.work, q, qd, qdd);
     }
 }
 
-struct Projection<'a, G: Turning> {
+struct Projection<'a, G: Turning, const PLAIN: bool> {
     plan: &'a Plan<G>,
     work: &'a mut Workspace<G>,
     q: &'a [f64],
@@ -78,16 +79,16 @@ struct Projection<'a, G: Turning> {
     tau: &'a mut [f64],
 }
 
-impl<G: Turning> pulp::NullaryFnOnce for Projection<'_, G> {
+impl<G: Turning, const PLAIN: bool> pulp::NullaryFnOnce for Projection<'_, G, PLAIN> {
     type Output = ();
 
     #[inline(always)]
     fn call(self) {
-        inverse_dynamics::project(self.plan, self.work, self.q, self.qd, self.tau);
+        inverse_dynamics::project::<G, PLAIN>(self.plan, self.work, self.q, self.qd, self.tau);
     }
 }
 
-struct WeightedTangent<'a, G: Turning> {
+struct WeightedTangent<'a, G: Turning, const PLAIN: bool> {
     plan: &'a Plan<G>,
     work: &'a Workspace<G>,
     memory: &'a mut TangentWorkspace<G>,
@@ -95,12 +96,13 @@ struct WeightedTangent<'a, G: Turning> {
     tangent: Tangent<'a>,
 }
 
-impl<G: Turning> pulp::NullaryFnOnce for WeightedTangent<'_, G> {
+impl<G: Turning, const PLAIN: bool> pulp::NullaryFnOnce for WeightedTangent<'_, G, PLAIN> {
     type Output = ();
 
     #[inline(always)]
     fn call(self) {
-        tangent::weighted_tangent(self.plan, self.work, self.memory, self.weights, self.tangent);
+        let Self { plan, work, memory, weights, tangent } = self;
+        tangent::weighted_tangent::<G, PLAIN>(plan, work, memory, weights, tangent);
     }
 }
 
@@ -109,6 +111,7 @@ impl<G: Turning> Sweeps<G> {
     pub(super) fn new(plan: Plan<G>) -> Self {
         Self {
             arch: pulp::Arch::new(),
+            is_plain: plan.is_plain(),
             work: Workspace::new(&plan),
             tangent: TangentWorkspace::new(&plan),
             zeros: vec![0.0; plan.n],
@@ -149,8 +152,43 @@ impl<G: Turning> Sweeps<G> {
 
     fn update_motion(&mut self, state: [&[f64]; 3]) {
         self.update_kinematics(state[0]);
-        let Self { arch, plan, work, .. } = self;
-        Self::run(*arch, Motion { plan, work, state });
+        let Self { arch, is_plain, plan, work, .. } = self;
+        if *is_plain {
+            Self::run(*arch, Motion::<G, true> { plan, work, state });
+        } else {
+            Self::run(*arch, Motion::<G, false> { plan, work, state });
+        }
+    }
+
+    fn project(&mut self, q: &[f64], qd: &[f64], tau: &mut [f64]) {
+        let Self { arch, is_plain, plan, work, .. } = self;
+        if *is_plain {
+            Self::run(*arch, Projection::<G, true> { plan, work, q, qd, tau });
+        } else {
+            Self::run(*arch, Projection::<G, false> { plan, work, q, qd, tau });
+        }
+    }
+
+    fn differentiate(&mut self, weights: [f64; 3], tangent: Tangent<'_>) {
+        let Self { arch, is_plain, plan, work, tangent: memory, .. } = self;
+        if *is_plain {
+            Self::run(*arch, WeightedTangent::<G, true> { plan, work, memory, weights, tangent });
+        } else {
+            Self::run(*arch, WeightedTangent::<G, false> { plan, work, memory, weights, tangent });
+        }
+    }
+
+    /// Calls with as many zeros as there are coordinates.
+    fn with_zeros<T>(&mut self, f: impl FnOnce(&mut Self, &[f64]) -> T) -> T {
+        let zeros = std::mem::take(&mut self.zeros);
+        let result = f(self, &zeros);
+        self.zeros = zeros;
+        result
+    }
+
+    /// The motion of a state without accelerations.
+    fn update_velocities(&mut self, q: &[f64], qd: &[f64]) {
+        self.with_zeros(|sweeps, zeros| sweeps.update_motion([q, qd, zeros]));
     }
 
     /// Takes what varies with time at this time.
@@ -172,36 +210,29 @@ impl<G: Turning> Sweeps<G> {
 
     /// Angular velocity of a place and velocity of its point, in world axes.
     pub(super) fn velocity(&mut self, q: &[f64], qd: &[f64], place: &Place) -> [Vector<f64>; 2] {
-        self.update_kinematics(q);
-        let Self { arch, plan, work, zeros, .. } = self;
-        Self::run(*arch, Motion { plan, work, state: [q, qd, zeros] });
-        kinematics::velocity(plan, work, place)
+        self.update_velocities(q, qd);
+        kinematics::velocity(&self.plan, &self.work, place)
     }
 
     pub(super) fn inverse_dynamics(&mut self, state: [&[f64]; 3], tau: &mut [f64]) {
         self.update_motion(state);
-        let Self { arch, plan, work, .. } = self;
         let [q, qd, _] = state;
-        Self::run(*arch, Projection { plan, work, q, qd, tau });
+        self.project(q, qd, tau);
     }
 
     pub(super) fn weighted_tangent(&mut self, state: [&[f64]; 3], weights: [f64; 3], tangent: Tangent<'_>) {
         self.update_motion(state);
-        let Self { arch, plan, work, tangent: memory, .. } = self;
-        Self::run(*arch, WeightedTangent { plan, work, memory, weights, tangent });
+        self.differentiate(weights, tangent);
     }
 
     pub(super) fn mass_matrix(&mut self, q: &[f64], mass: Tangent<'_>) {
         self.update_kinematics(q);
-        let Self { arch, plan, work, tangent: memory, .. } = self;
-        Self::run(*arch, WeightedTangent { plan, work, memory, weights: [0.0, 0.0, 1.0], tangent: mass });
+        self.differentiate([0.0, 0.0, 1.0], mass);
     }
 
     pub(super) fn energy(&mut self, q: &[f64], qd: &[f64]) -> Energy {
-        self.update_kinematics(q);
-        let Self { arch, plan, work, zeros, .. } = self;
-        Self::run(*arch, Motion { plan, work, state: [q, qd, zeros] });
-        energy::energy(plan, work, q)
+        self.update_velocities(q, qd);
+        energy::energy(&self.plan, &self.work, q)
     }
 
     pub(super) fn dissipated_power(&mut self, q: &[f64], qd: &[f64]) -> f64 {
@@ -209,26 +240,18 @@ impl<G: Turning> Sweeps<G> {
         if !self.plan.is_resisted() {
             return power;
         }
-        self.update_kinematics(q);
-        let Self { arch, plan, work, zeros, .. } = self;
-        Self::run(*arch, Motion { plan, work, state: [q, qd, zeros] });
-        power + energy::power_of_resistance(plan, work)
+        self.update_velocities(q, qd);
+        power + energy::power_of_resistance(&self.plan, &self.work)
     }
 
     /// `tau(q, 0, 0)`.
     pub(super) fn forces_at_rest(&mut self, q: &[f64], tau: &mut [f64]) {
-        self.update_kinematics(q);
-        let Self { arch, plan, work, zeros, .. } = self;
-        Self::run(*arch, Motion { plan, work, state: [q, zeros, zeros] });
-        Self::run(*arch, Projection { plan, work, q, qd: zeros, tau });
+        self.with_zeros(|sweeps, zeros| sweeps.inverse_dynamics([q, zeros, zeros], tau));
     }
 
     /// Its derivative.
     pub(super) fn tangent_at_rest(&mut self, q: &[f64], tangent: Tangent<'_>) {
-        self.update_kinematics(q);
-        let Self { arch, plan, work, zeros, tangent: memory } = self;
-        Self::run(*arch, Motion { plan, work, state: [q, zeros, zeros] });
-        Self::run(*arch, WeightedTangent { plan, work, memory, weights: [1.0, 0.0, 0.0], tangent });
+        self.with_zeros(|sweeps, zeros| sweeps.weighted_tangent([q, zeros, zeros], [1.0, 0.0, 0.0], tangent));
     }
 
     pub(super) fn supplied_power(&mut self, state: [&[f64]; 3]) -> f64 {
@@ -273,8 +296,8 @@ mod tests {
     }
 
     /// Forces, tangent and mass matrix of a fixed state.
-    fn results<G: Turning>(plan: &Plan<G>, arch: pulp::Arch) -> (Vec<f64>, Matrix, Matrix) {
-        let mut sweeps = Sweeps { arch, ..Sweeps::new(plan.clone()) };
+    fn results<G: Turning>(plan: &Plan<G>, arch: pulp::Arch, is_plain: bool) -> (Vec<f64>, Matrix, Matrix) {
+        let mut sweeps = Sweeps { arch, is_plain, ..Sweeps::new(plan.clone()) };
         let n = plan.n;
         let [q, qd, qdd] =
             [1.0, 2.0, 10.0].map(|size| (0..n).map(|i| size * (1.7 * i as f64).cos()).collect::<Vec<_>>());
@@ -286,9 +309,11 @@ mod tests {
     }
 
     #[test]
-    fn every_instruction_set_gives_the_same_bits() {
+    fn every_instruction_set_gives_the_same_bits_with_sweeps_for_plain_rods_or_for_all() {
         fn check<G: Turning>(plan: &Plan<G>) {
-            let results: Vec<_> = instruction_sets().into_iter().map(|arch| results(plan, arch)).collect();
+            assert!(plan.is_plain());
+            let both = |arch| [true, false].map(|is_plain| results(plan, arch, is_plain));
+            let results: Vec<_> = instruction_sets().into_iter().flat_map(both).collect();
             for pair in results.windows(2) {
                 assert!(pair[0].0.iter().any(|&force| force != 0.0));
                 assert_eq!(pair[0], pair[1]);

@@ -193,9 +193,10 @@ impl Tangent<'_> {
 }
 
 /// `w_q dtau/dq + w_v dtau/dqd + w_a dtau/dqdd` with the motion up to date (for the mass matrix, weights (0, 0, w_a), the
-/// kinematics are enough). A chain's matrix must have the structure of [`chain_matrix`].
+/// kinematics are enough). A chain's matrix must have the structure of [`chain_matrix`]. `PLAIN`: of a plan that
+/// [is plain](Plan::is_plain).
 #[inline(always)]
-pub(super) fn weighted_tangent<G: Turning>(
+pub(super) fn weighted_tangent<G: Turning, const PLAIN: bool>(
     plan: &Plan<G>,
     work: &Workspace<G>,
     memory: &mut TangentWorkspace<G>,
@@ -218,6 +219,7 @@ pub(super) fn weighted_tangent<G: Turning>(
                 let sections = Round { mass: &segment.mass, rotary };
                 bodies(plan, segment, &sections, work, memory, weights);
             }
+            Moments::General(_) if PLAIN => unreachable!("sections of plain rods look round"),
             Moments::General(sections) => {
                 bodies(plan, segment, &General(sections), work, memory, weights);
             }
@@ -225,26 +227,28 @@ pub(super) fn weighted_tangent<G: Turning>(
         if has_dead_loads(plan, segment, weights) {
             spread(plan, segment, work, memory);
         }
-        immersion::respond(plan, segment, work, weights.is_mass_only, &mut memory.response);
+        if !PLAIN {
+            immersion::respond(plan, segment, work, weights.is_mass_only, &mut memory.response);
+        }
         shapes(segment, work, memory, weights);
         for (c, component) in segment.components.iter().enumerate() {
             for degree in 0..component.modes {
-                column(plan, segment, work, memory, weights, &rest, c, degree);
+                column::<G, PLAIN>(plan, segment, work, memory, weights, &rest, c, degree);
                 // A mass matrix is symmetric: its rows are its columns.
                 if s > 0 && !weights.is_mass_only {
-                    row(plan, segment, work, memory, weights, &rest, component.first + degree);
+                    row::<G, PLAIN>(plan, segment, work, memory, weights, &rest, component.first + degree);
                 }
             }
         }
         let (entries, stride) = tangent.block(s, segment);
         block(segment, memory, weights, entries, stride);
-        elasticity(segment, weights, entries, stride);
+        elasticity::<G, PLAIN>(segment, weights, entries, stride);
         if s > 0 {
-            add_segment(plan, segment, work, memory, weights, &mut rest);
+            add_segment::<G, PLAIN>(plan, segment, work, memory, weights, &mut rest);
         }
     }
     match tangent {
-        Tangent::Dense(matrix) => couple(plan, memory, weights, matrix),
+        Tangent::Dense(matrix) => couple::<G, PLAIN>(plan, memory, weights, matrix),
         Tangent::Chain(matrix) => chain::generate(&memory.coordinates, weights.is_mass_only, matrix),
     }
 }
@@ -297,7 +301,7 @@ fn spread<G: Turning>(
 }
 
 #[inline(always)]
-fn add_segment<G: Turning>(
+fn add_segment<G: Turning, const PLAIN: bool>(
     plan: &Plan<G>,
     segment: &SegmentPlan<G>,
     work: &Workspace<G>,
@@ -316,7 +320,7 @@ fn add_segment<G: Turning>(
             rest.dead.add(dead.sum());
         }
     }
-    if segment.immersed.is_some() {
+    if !PLAIN && segment.immersed.is_some() {
         for response in &memory.response[..segment.packs] {
             rest.response.add(response.sum());
         }
@@ -362,7 +366,7 @@ fn shapes<G: Turning>(
 /// its segment.
 #[allow(clippy::too_many_arguments, reason = "one sweep, its inputs named one by one")]
 #[inline(always)]
-fn column<G: Turning>(
+fn column<G: Turning, const PLAIN: bool>(
     plan: &Plan<G>,
     segment: &SegmentPlan<G>,
     work: &Workspace<G>,
@@ -398,7 +402,7 @@ fn column<G: Turning>(
             total += source[pack];
         }
         coordinate.end = rest.inertia.momentum(coordinate.z);
-        if segment.immersed.is_some() {
+        if !PLAIN && segment.immersed.is_some() {
             for (pack, response) in memory.response[..packs].iter().enumerate() {
                 let change = response.inertia.times_add(psi[pack] * w_a, Wrench::zero());
                 source[pack] += change;
@@ -440,7 +444,7 @@ fn column<G: Turning>(
                 total += change;
             }
         }
-        if segment.immersed.is_some() {
+        if !PLAIN && segment.immersed.is_some() {
             for (pack, response) in memory.response[..packs].iter().enumerate() {
                 let y = (psi[pack] * w_v).add_scaled(psi_rate[pack], w_q);
                 let z = (psi[pack] * w_a)
@@ -458,7 +462,7 @@ fn column<G: Turning>(
         if plan.has_dead_loads {
             coordinate.end += rest.dead.times(coordinate.turn);
         }
-        if plan.has_responses {
+        if !PLAIN && plan.has_responses {
             let y = shape * weights.v + rate * weights.q;
             let displacement = shape * weights.q;
             (coordinate.y_linear, coordinate.shift) = (y.linear, displacement.linear);
@@ -496,7 +500,7 @@ fn integrate<G: Turning>(
 /// What the row of coordinate `j` multiplies in the columns of earlier segments: the transposes of `N Z + C Y` and of the
 /// dead loads, summed from the places where its S acts to the tip.
 #[inline(always)]
-fn row<G: Turning>(
+fn row<G: Turning, const PLAIN: bool>(
     plan: &Plan<G>,
     segment: &SegmentPlan<G>,
     work: &Workspace<G>,
@@ -522,9 +526,9 @@ fn row<G: Turning>(
     }
     coordinate.row_y +=
         G::map_axial(&row_y, |pack: &G::Pack| pack.sum()) + rest.gyroscope.transposed_times(shape);
-    if plan.has_responses {
+    if !PLAIN && plan.has_responses {
         coordinate.answer(&rest.response, shape);
-        if segment.immersed.is_some() {
+        if !PLAIN && segment.immersed.is_some() {
             for (&psi, response) in psi.iter().zip(&memory.response) {
                 coordinate.answer_nodes(response, psi);
             }
@@ -608,7 +612,12 @@ fn products<G: Turning, const ROWS: usize>(
 
 /// Adds `w_q K + w_v D`.
 #[inline(always)]
-fn elasticity<G: Turning>(segment: &SegmentPlan<G>, weights: Weights, block: &mut [f64], stride: usize) {
+fn elasticity<G: Turning, const PLAIN: bool>(
+    segment: &SegmentPlan<G>,
+    weights: Weights,
+    block: &mut [f64],
+    stride: usize,
+) {
     let factor = weights.q + weights.v * segment.retardation_time;
     if factor == 0.0 {
         return;
@@ -621,6 +630,9 @@ fn elasticity<G: Turning>(segment: &SegmentPlan<G>, weights: Weights, block: &mu
                 *entry += factor * component.stiffness[(j, k)];
             }
         }
+    }
+    if PLAIN {
+        return;
     }
     for coupling in &segment.couplings {
         let [rows, columns] = coupling.coordinates();
@@ -636,7 +648,12 @@ fn elasticity<G: Turning>(segment: &SegmentPlan<G>, weights: Weights, block: &mu
 
 /// The blocks between different segments.
 #[inline(always)]
-fn couple<G: Turning>(plan: &Plan<G>, memory: &TangentWorkspace<G>, weights: Weights, tangent: &mut Matrix) {
+fn couple<G: Turning, const PLAIN: bool>(
+    plan: &Plan<G>,
+    memory: &TangentWorkspace<G>,
+    weights: Weights,
+    tangent: &mut Matrix,
+) {
     for segment in &plan.segments {
         for k in segment.first..segment.first + segment.n {
             let column = &memory.coordinates[k];
@@ -655,7 +672,7 @@ fn couple<G: Turning>(plan: &Plan<G>, memory: &TangentWorkspace<G>, weights: Wei
             for (entry, row) in entries[behind..].iter_mut().zip(&memory.coordinates[behind..]) {
                 *entry = column.z.dot(row.row_z) + column.y.dot(row.row_y) + column.turn.dot(row.row_turn);
             }
-            if plan.has_responses {
+            if !PLAIN && plan.has_responses {
                 for (entry, row) in entries[behind..].iter_mut().zip(&memory.coordinates[behind..]) {
                     *entry += column.y_linear.dot(row.row_y_linear) + column.shift.dot(row.row_shift);
                 }
