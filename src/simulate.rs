@@ -269,10 +269,9 @@ impl StiffnessWatch {
             return None;
         }
         let message = format!(
-            "The model is stiff: its largest rate at t = {}, {rate:.1e} per second, limits explicit steps to {:.1e} s, whatever the \
+            "The model is stiff: its largest rate at t = {t:.1e} s, {rate:.1e} per second, limits explicit steps to {:.1e} s, whatever the \
              accuracy, and the rest of the time would take about {left:.0} of them. Use method \"radau\", which no rate limits, or \
              \"auto\"; or allow that many `max_steps`.",
-            Number(t),
             self.limit / rate
         );
         Some(Stop { status: Status::Stiff, message })

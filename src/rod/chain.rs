@@ -6,7 +6,7 @@
 //! the way.
 
 use super::plan::Plan;
-use super::tangent::Coordinate;
+use super::tangent::{Coordinate, Shift};
 use super::turning::Turning;
 use crate::lie::{Geometry, Twist, Wrench};
 use crate::linalg::ChainMatrix;
@@ -37,6 +37,7 @@ fn sizes<G: Turning>(plan: &Plan<G>) -> Vec<usize> {
 #[inline(always)]
 pub(super) fn generate<G: Geometry>(
     coordinates: &[Coordinate<G>],
+    shifts: &[Shift<G>],
     is_mass_only: bool,
     matrix: &mut ChainMatrix,
 ) {
@@ -53,8 +54,8 @@ pub(super) fn generate<G: Geometry>(
         .as_mut_slice()
         .chunks_exact_mut(rank)
         .zip(lower.columns.as_mut_slice().chunks_exact_mut(rank));
-    for (coordinate, ((upper_row, upper_column), (lower_row, lower_column))) in
-        coordinates.iter().zip(upper.zip(lower))
+    for (k, (coordinate, ((upper_row, upper_column), (lower_row, lower_column)))) in
+        coordinates.iter().zip(upper.zip(lower)).enumerate()
     {
         write_twist(coordinate.shape, upper_row);
         write_wrench(coordinate.before, upper_column);
@@ -80,8 +81,8 @@ pub(super) fn generate<G: Geometry>(
             write_axial::<G>(from_column, column);
         }
         // Nor does one without springs and fluid.
-        let parts =
-            [(coordinate.row_y_linear, coordinate.y_linear), (coordinate.row_shift, coordinate.shift)];
+        let Some(shift) = shifts.get(k) else { continue };
+        let parts = [(shift.row_y, shift.y), (shift.row_displacement, shift.displacement)];
         let linear = G::COMPONENTS - G::ANGULAR;
         let places = row_linear.chunks_exact_mut(linear).zip(column_linear.chunks_exact_mut(linear));
         for ((from_row, from_column), (row, column)) in parts.into_iter().zip(places) {

@@ -5,7 +5,7 @@ use super::load::Frame;
 use super::plan::{Plan, SegmentPlan};
 use super::points::Point;
 use super::response::Response;
-use super::tangent::{Coordinate, Rest, Weights};
+use super::tangent::{Coordinate, Rest, Row, Weights};
 use super::turning::Turning;
 use super::workspace::Workspace;
 use crate::lie::{Geometry, Twist, Wrench};
@@ -162,9 +162,17 @@ impl<G: Turning> PointTangents<G> {
             if !weights.is_mass_only {
                 row.row_y += self.gyroscope[i].transposed_times(psi);
                 row.row_turn += self.dead[i].transposed_times(psi);
-                if let Some(response) = &self.response[i] {
-                    row.answer(response, psi);
-                }
+            }
+        }
+    }
+
+    /// Adds what the responses of the points contribute to it.
+    #[inline(always)]
+    pub(super) fn answer(&self, segment: &SegmentPlan<G>, j: usize, row: &mut Row<'_, G>) {
+        let points = segment.points.inside.len();
+        for (response, &psi) in self.response.iter().zip(&self.psi[j * points..][..points]) {
+            if let Some(response) = response {
+                row.answer(response, psi);
             }
         }
     }

@@ -41,9 +41,6 @@ pub(super) struct Coordinate<G: Geometry> {
     pub(super) y: G::Axial<f64>,
     pub(super) z: Twist<G, f64>,
     pub(super) turn: G::Axial<f64>,
-    /// As a column, only where there are responses: the linear part of Y, and that of the displacement.
-    pub(super) y_linear: G::Vector<f64>,
-    pub(super) shift: G::Vector<f64>,
     /// As a column: H at the end of the segment, and of all that lies before it.
     end: Wrench<G, f64>,
     pub(super) before: Wrench<G, f64>,
@@ -51,9 +48,6 @@ pub(super) struct Coordinate<G: Geometry> {
     pub(super) row_y: G::Axial<f64>,
     pub(super) row_z: Wrench<G, f64>,
     pub(super) row_turn: G::Axial<f64>,
-    /// As a row, likewise: products with y_linear and shift.
-    pub(super) row_y_linear: G::Vector<f64>,
-    pub(super) row_shift: G::Vector<f64>,
 }
 
 impl<G: Geometry> Coordinate<G> {
@@ -68,14 +62,36 @@ impl<G: Geometry> Coordinate<G> {
             row_y: VectorSpace::zero(),
             row_z: Wrench::zero(),
             row_turn: VectorSpace::zero(),
-            y_linear: VectorSpace::zero(),
-            shift: VectorSpace::zero(),
-            row_y_linear: VectorSpace::zero(),
-            row_shift: VectorSpace::zero(),
         }
     }
+}
 
-    /// As a row: adds what a response at a place that moves with `psi` multiplies.
+/// What else a coordinate is outside its own segment, where there are responses.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Shift<G: Geometry> {
+    /// As a column: the linear part of Y, and that of the displacement.
+    pub(super) y: G::Vector<f64>,
+    pub(super) displacement: G::Vector<f64>,
+    /// As a row: products with both.
+    pub(super) row_y: G::Vector<f64>,
+    pub(super) row_displacement: G::Vector<f64>,
+}
+
+impl<G: Geometry> Shift<G> {
+    fn zero() -> Self {
+        let zero = VectorSpace::zero();
+        Self { y: zero, displacement: zero, row_y: zero, row_displacement: zero }
+    }
+}
+
+/// A coordinate as a row, to which responses are added.
+pub(super) struct Row<'a, G: Geometry> {
+    pub(super) coordinate: &'a mut Coordinate<G>,
+    pub(super) shift: &'a mut Shift<G>,
+}
+
+impl<G: Geometry> Row<'_, G> {
+    /// Adds what a response at a place that moves with `psi` multiplies.
     #[inline(always)]
     pub(super) fn answer(&mut self, response: &Response<G, f64>, psi: Twist<G, f64>) {
         self.add_rows(response.transposed_times(psi));
@@ -89,11 +105,11 @@ impl<G: Geometry> Coordinate<G> {
 
     #[inline(always)]
     fn add_rows(&mut self, [displacement, y, z]: [Wrench<G, f64>; 3]) {
-        self.row_z += z;
-        self.row_y += y.moment;
-        self.row_y_linear += y.force;
-        self.row_turn += displacement.moment;
-        self.row_shift += displacement.force;
+        self.coordinate.row_z += z;
+        self.coordinate.row_y += y.moment;
+        self.shift.row_y += y.force;
+        self.coordinate.row_turn += displacement.moment;
+        self.shift.row_displacement += displacement.force;
     }
 }
 
@@ -101,6 +117,8 @@ impl<G: Geometry> Coordinate<G> {
 #[derive(Clone, Debug)]
 pub(super) struct TangentWorkspace<G: Geometry> {
     coordinates: Vec<Coordinate<G>>,
+    /// Only where there are responses.
+    shifts: Vec<Shift<G>>,
     /// Per pack, times the quadrature weights: N and C.
     inertia: Vec<Inertia<G, G::Pack>>,
     gyroscope: Vec<Gyroscope<G, G::Pack>>,
@@ -131,6 +149,7 @@ impl<G: Turning> TangentWorkspace<G> {
         let columns = largest(|segment| segment.packs * segment.n);
         Self {
             coordinates: vec![Coordinate::zero(); plan.n],
+            shifts: vec![Shift::zero(); if plan.has_responses { plan.n } else { 0 }],
             inertia: vec![Inertia::zero(); packs],
             gyroscope: vec![Gyroscope::zero(); packs],
             dead: vec![Gyroscope::zero(); packs],
@@ -249,7 +268,9 @@ pub(super) fn weighted_tangent<G: Turning, const PLAIN: bool>(
     }
     match tangent {
         Tangent::Dense(matrix) => couple::<G, PLAIN>(plan, memory, weights, matrix),
-        Tangent::Chain(matrix) => chain::generate(&memory.coordinates, weights.is_mass_only, matrix),
+        Tangent::Chain(matrix) => {
+            chain::generate(&memory.coordinates, &memory.shifts, weights.is_mass_only, matrix);
+        }
     }
 }
 
@@ -465,7 +486,7 @@ fn column<G: Turning, const PLAIN: bool>(
         if !PLAIN && plan.has_responses {
             let y = shape * weights.v + rate * weights.q;
             let displacement = shape * weights.q;
-            (coordinate.y_linear, coordinate.shift) = (y.linear, displacement.linear);
+            memory.shifts[k] = Shift { y: y.linear, displacement: displacement.linear, ..Shift::zero() };
             coordinate.end += rest.response.to(displacement, y, coordinate.z);
         }
     }
@@ -519,6 +540,10 @@ fn row<G: Turning, const PLAIN: bool>(
     coordinate.row_z = row_z.sum() + rest.inertia.momentum(shape);
     if !segment.points.inside.is_empty() {
         memory.points.row(segment, work, weights, j - segment.first, coordinate);
+        if !PLAIN && plan.has_responses {
+            let mut row = Row { coordinate, shift: &mut memory.shifts[j] };
+            memory.points.answer(segment, j - segment.first, &mut row);
+        }
     }
     let mut row_y = G::Axial::<G::Pack>::zero();
     for (psi, gyroscope) in psi.iter().zip(&memory.gyroscope) {
@@ -527,10 +552,11 @@ fn row<G: Turning, const PLAIN: bool>(
     coordinate.row_y +=
         G::map_axial(&row_y, |pack: &G::Pack| pack.sum()) + rest.gyroscope.transposed_times(shape);
     if !PLAIN && plan.has_responses {
-        coordinate.answer(&rest.response, shape);
+        let mut row = Row { coordinate, shift: &mut memory.shifts[j] };
+        row.answer(&rest.response, shape);
         if !PLAIN && segment.immersed.is_some() {
             for (&psi, response) in psi.iter().zip(&memory.response) {
-                coordinate.answer_nodes(response, psi);
+                row.answer_nodes(response, psi);
             }
         }
     }
@@ -673,8 +699,9 @@ fn couple<G: Turning, const PLAIN: bool>(
                 *entry = column.z.dot(row.row_z) + column.y.dot(row.row_y) + column.turn.dot(row.row_turn);
             }
             if !PLAIN && plan.has_responses {
-                for (entry, row) in entries[behind..].iter_mut().zip(&memory.coordinates[behind..]) {
-                    *entry += column.y_linear.dot(row.row_y_linear) + column.shift.dot(row.row_shift);
+                let column = &memory.shifts[k];
+                for (entry, row) in entries[behind..].iter_mut().zip(&memory.shifts[behind..]) {
+                    *entry += column.y.dot(row.row_y) + column.displacement.dot(row.row_displacement);
                 }
             }
         }
