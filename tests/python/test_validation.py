@@ -1,23 +1,29 @@
 """The validation gallery: all of it within tolerance, and honest where it is not."""
 
 import json
+import sys
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.linalg import eigh
 from scipy.special import ellipeinc, ellipkinc, jn_zeros, jv
 
 from lissom import validation
 from lissom.cli import commands
 from lissom.report import validation as report
-from lissom.validation import exact, table
-from lissom.validation.case import Answer, Plot
+from lissom.validation import exact, peers, table
+from lissom.validation.case import Answer, Package, Plot
 
 DOCS = Path(__file__).parents[2] / "docs" / "validation.md"
 CASES = {case.name: case for case in validation.CASES}
 QUICK = ("Roll-up to a circle", "Euler column")
+#: PyElastica is no dependency of the tests; where it is installed, its cases are run like all.
+HERE = [case.name for case in validation.CASES if case.needs is None or not case.needs.missing]
+NOWHERE = Package("Nowhere", module="a_module_that_is_nowhere", install="pip install nowhere")
 
 
 @pytest.fixture(scope="module")
@@ -39,7 +45,7 @@ def lissom_validate(*arguments):
     return commands.main(["validate", *arguments], prog_name="lissom", standalone_mode=False)
 
 
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("name", HERE)
 def test_case(outcomes, name):
     outcome = next(outcome for outcome in outcomes if outcome.case.name == name)
     assert outcome.good, outcome.numbers
@@ -52,7 +58,7 @@ def test_case(outcomes, name):
         assert np.isfinite(y).all()
 
 
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("name", HERE)
 def test_tolerances_are_not_idle(outcomes, name):
     """A value that is wrong by twice the tolerance is found out."""
     outcome = next(outcome for outcome in outcomes if outcome.case.name == name)
@@ -69,7 +75,11 @@ def test_names_are_unique_and_all_are_documented():
     for case in validation.CASES:
         assert f"| {case.name} | {case.source}; *{case.origin}* |" in page
         assert case.setting in page
-    assert f"All {len(CASES)} cases are within their tolerance." in page
+    rows = [line for line in page.splitlines() if line.startswith("| ") and not line.startswith("| case")]
+    left_out = sum("not run: " in row for row in rows)
+    assert len(rows) == len(CASES)
+    assert f"All {len(CASES) - left_out} cases are within their tolerance." in page
+    assert left_out <= len(peers.CASES)
 
 
 class TestCommand:
@@ -116,6 +126,37 @@ class TestCommand:
         assert case["error"] is None
         assert case["good"] is False
 
+    def test_what_is_not_installed_is_left_out_and_named(self, few, tmp_path, capsys, monkeypatch):
+        unasked = replace(few[1], name="Beside another", needs=NOWHERE, solve=lambda: pytest.fail("ran"))
+        monkeypatch.setattr(validation, "CASES", (few[0], unasked))
+        page = tmp_path / "page.md"
+        assert lissom_validate("-o", str(tmp_path / "out"), "--update-docs", str(page)) == 0
+        reason = "not run: Nowhere is not installed (pip install nowhere)"
+        printed = capsys.readouterr().out
+        assert any(
+            line.startswith("Beside another") and line.endswith(reason) for line in printed.splitlines()
+        )
+        assert "All 1 cases are within their tolerance. Not run: 1." in printed
+        assert f"| – | {reason} | – |" in page.read_text()
+        numbers = json.loads((tmp_path / "out" / "summary.json").read_text())
+        assert numbers["good"] is True
+        case = numbers["cases"][1]
+        assert case["good"] is None
+        assert case["run_seconds"] is None
+        assert f"not run: {case['not_run']}" == reason
+        html = (tmp_path / "out" / "report.html").read_text()
+        assert "Not run: Nowhere is not installed (pip install nowhere)." in html
+        assert html.count('class="figure"') == 1
+
+    def test_what_is_left_out_does_not_hide_a_bad_case(self, few, tmp_path, capsys, monkeypatch):
+        bad = replace(few[0], wanted=lambda: [0.0, 0.0, 6.2])
+        monkeypatch.setattr(validation, "CASES", (bad, replace(few[1], needs=NOWHERE)))
+        assert lissom_validate("-o", str(tmp_path / "out"), "--no-report") == 3
+        assert (
+            "1 of 1 cases are outside their tolerance: Roll-up to a circle. Not run: 1."
+            in capsys.readouterr().out
+        )
+
     def test_a_folder_of_others_is_refused_before_work(self, tmp_path, monkeypatch):
         monkeypatch.setattr(validation, "run_all", lambda *_: pytest.fail("ran"))
         (tmp_path / "thesis.tex").write_text("x")
@@ -128,6 +169,113 @@ def test_the_report_has_a_section_for_each_case(outcomes):
     page = report.build(outcomes)
     assert [section.title for section in page.sections[1:]] == list(CASES)
     assert page.outcome == (table.verdict(outcomes), True)
+
+
+class FakeElastica:
+    """As much of PyElastica as is used: a rod that falls as a whole, and what it was made and run with."""
+
+    OneEndFixedBC = GravityForces = object
+
+    def __init__(self):
+        self.rod = SimpleNamespace(shear_matrix=np.zeros((3, 3, 10)), position_collection=np.zeros((3, 11)))
+        self.made, self.used, self.steps, self.finalized = (), [], [], False
+        self.CosseratRod = SimpleNamespace(straight_rod=self.straight_rod)
+        self.Constraints = type("Constraints", (), {"constrain": lambda _, rod: self.using(rod)})
+        self.Forcing = type("Forcing", (), {"add_forcing_to": lambda _, rod: self.using(rod)})
+        self.BaseSystemCollection = type(
+            "BaseSystemCollection",
+            (),
+            {"append": lambda *_: None, "finalize": lambda _: setattr(self, "finalized", True)},
+        )
+
+    def straight_rod(self, *made, **materials):
+        self.made, self.materials = made, materials
+        elements, start, direction, _, length, *_ = made
+        along = np.linspace(0.0, length, elements + 1)
+        self.rod.position_collection = start[:, None] + direction[:, None] * along
+        return self.rod
+
+    def using(self, rod):
+        assert rod is self.rod
+        return SimpleNamespace(using=lambda what, **settings: self.used.append(settings))
+
+    def PositionVerlet(self):
+        return SimpleNamespace(step=self.step)
+
+    def step(self, simulator, now, step):
+        assert self.finalized
+        self.steps.append(step)
+        self.rod.position_collection[2] -= step
+        return now + step
+
+
+@pytest.fixture(scope="module")
+def tips():
+    """Paths of lissom's tip by the stiffening in stretch and shear."""
+    return {stiffening: peers.lissom_tips(stiffening) for stiffening in (1.0, peers.STIFFENING)}
+
+
+class TestPyElastica:
+    """What is done with its answers, and how it is asked, without it."""
+
+    @pytest.fixture
+    def converging(self, tips, monkeypatch):
+        """Elements whose error is a power of their length."""
+        monkeypatch.setattr(peers, "lissom_tips", tips.__getitem__)
+
+        def with_order(order, gap=0.0):
+            def peer_tips(elements, stiffening):
+                error = 3.0 * (peers.LENGTH / (elements - 0.5)) ** order
+                return tips[stiffening] + gap + error * np.sin(3.0 * peers.TIMES)[:, None] * [1.0, 0.0, -1.0]
+
+            monkeypatch.setattr(peers, "peer_tips", peer_tips)
+            return [validation.run(replace(case, needs=None)) for case in peers.CASES]
+
+        return with_order
+
+    def test_elements_of_second_order_are_good(self, converging):
+        outcomes = converging(2)
+        assert [outcome.good for outcome in outcomes] == [True] * 3
+        assert outcomes[1].error < 1e-12
+        assert outcomes[2].found == pytest.approx([2.0], abs=1e-10)
+
+    @pytest.mark.parametrize("order", [1, 3])
+    def test_elements_of_another_order_are_not(self, converging, order):
+        *_, refined = converging(order)
+        assert refined.outside
+        assert refined.found == pytest.approx([order], abs=1e-10)
+
+    def test_elements_that_go_elsewhere_are_not(self, converging):
+        rubber, stiffened, refined = converging(2, gap=1e-3)
+        assert [rubber.good, stiffened.good, refined.good] == [True, False, False]
+
+    def test_what_does_not_reach_the_end_is_not_good(self, converging):
+        assert not any(outcome.good for outcome in converging(2, gap=np.nan))
+
+    @pytest.mark.parametrize("stiffening", [1.0, 100.0])
+    def test_how_it_is_asked(self, monkeypatch, stiffening):
+        fake = FakeElastica()
+        monkeypatch.setitem(sys.modules, "elastica", fake)
+        assert peers.PYELASTICA.missing == ""
+        path = peers.peer_tips.__wrapped__(10, stiffening)
+        elements, start, _, _, length, radius, density = fake.made
+        assert elements == 10
+        # The middle of the first element is at the clamp, the last node at the tip.
+        assert start[0] + 0.5 * length / elements == pytest.approx(0.0, abs=1e-15)
+        assert start[0] + length == pytest.approx(peers.LENGTH)
+        assert (radius, density) == (peers.RADIUS, peers.DENSITY)
+        assert fake.materials == {"youngs_modulus": peers.YOUNG, "shear_modulus": peers.SHEAR}
+        assert fake.rod.shear_matrix[0, 0] == pytest.approx(stiffening * peers.SHEAR * peers.AREA)
+        assert fake.used[0] == {"constrained_position_idx": (0,), "constrained_director_idx": (0,)}
+        np.testing.assert_array_equal(fake.used[1]["acc_gravity"], [0.0, 0.0, -9.81])
+        assert max(fake.steps) <= 0.45 * peers.largest_stable_step(length / elements, stiffening)
+        np.testing.assert_allclose(path[:, 2], -peers.TIMES, atol=1e-12)
+        np.testing.assert_allclose(path[:, 0], peers.LENGTH)
+
+    def test_it_is_missing_where_it_is_not_installed(self):
+        assert NOWHERE.missing == "Nowhere is not installed (pip install nowhere)"
+        assert peers.PYELASTICA.missing in ("", "PyElastica is not installed (pip install pyelastica)")
+        assert {case.needs for case in peers.CASES} == {peers.PYELASTICA}
 
 
 class TestExactValues:
@@ -176,6 +324,29 @@ class TestExactValues:
             [x * cos - z * sin, x * sin + z * cos, -end[0]],
             rtol=1e-8,
         )
+
+    def test_rotor_blade(self):
+        """Wright and others (1982) as reprinted to three digits by Bir (2009), AIAA 2009-1035, table 3a."""
+        printed = "3.516 3.682 4.137 4.797 5.585 6.450 7.360 8.300 9.257 10.226 11.202 12.184 13.170"
+        found = [exact.flapping_blade(float(speed)) for speed in range(13)]
+        np.testing.assert_allclose(found, [float(value) for value in printed.split()], atol=5.1e-4)
+        assert found[0] == pytest.approx(exact.cantilever_roots(1)[0] ** 2, rel=1e-12)
+
+    def test_rotor_blade_by_its_energies(self):
+        """Rayleigh and Ritz with polynomials, which come from above."""
+        x, weights = np.polynomial.legendre.leggauss(40)
+        x, weights = 0.5 * (x + 1), 0.5 * weights
+        shapes = [
+            np.polynomial.Polynomial([0, 0, 1])
+            * np.polynomial.Legendre.basis(k, [0, 1]).convert(kind=np.polynomial.Polynomial)
+            for k in range(12)
+        ]
+        w, slope, bend = (np.array([shape.deriv(order)(x) for shape in shapes]) for order in range(3))
+        mass, elastic = (a @ (weights[:, None] * a.T) for a in (w, bend))
+        pull = slope @ ((0.5 * weights * (1 - x**2))[:, None] * slope.T)
+        for speed in (3.0, 12.0):
+            square = eigh(elastic + speed**2 * pull, mass, eigvals_only=True)[0]
+            assert exact.flapping_blade(speed) == pytest.approx(np.sqrt(square), rel=1e-9)
 
     def test_newton_that_does_not_converge_says_so(self):
         with pytest.raises(ArithmeticError, match="has not converged"):

@@ -30,15 +30,19 @@ def write(outcomes: Sequence[Outcome], path: Path) -> None:
 def build(outcomes: Sequence[Outcome]) -> page.Page:
     """What the report says."""
     good = sum(outcome.good for outcome in outcomes)
+    asked = sum(not outcome.not_run for outcome in outcomes)
     caption = "Of several values the one that is furthest off; the others are below."
     overview = page.Table(COLUMNS, [_row(outcome) for outcome in outcomes], NUMERIC, caption)
     return page.Page(
         title="Validation gallery",
         lead=LEAD,
-        outcome=(table.verdict(outcomes), good == len(outcomes)),
+        outcome=(table.verdict(outcomes), good == asked),
         tiles=[
-            (f"{good} of {len(outcomes)}", "within tolerance"),
-            (quantity(sum(outcome.seconds for outcome in outcomes), "s"), "lissom's time, all cases"),
+            (f"{good} of {asked}", "within tolerance"),
+            (
+                quantity(sum(outcome.seconds for outcome in outcomes if not outcome.not_run), "s"),
+                "lissom's time, all cases",
+            ),
         ],
         sections=[page.Section("All cases", [overview]), *map(_section, outcomes)],
         contents=True,
@@ -46,6 +50,8 @@ def build(outcomes: Sequence[Outcome]) -> page.Page:
 
 
 def _row(outcome: Outcome) -> tuple[str, ...]:
+    if outcome.not_run:
+        return outcome.case.name, table.source(outcome.case), "–", "–", "–", "–", "–", "not run"
     wanted, found = table.worst(outcome)
     return (
         outcome.case.name,
@@ -65,6 +71,8 @@ def _measures(outcome: Outcome) -> tuple[str, str, str]:
 def _section(outcome: Outcome) -> page.Section:
     case = outcome.case
     parts: list[page.Part] = [case.setting]
+    if outcome.not_run:
+        return page.Section(case.name, [*parts, page.Lesson(f"Not run: {outcome.not_run}.")])
     if outcome.failure:
         parts.append(page.Lesson(outcome.failure))
     if outcome.plot is not None:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import sys
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from importlib.util import find_spec
 from statistics import median
 from typing import Any, Literal
 
@@ -54,6 +56,22 @@ class Answer:
 
 
 @dataclass(frozen=True)
+class Package:
+    """A Python package that some cases need."""
+
+    name: str
+    module: str
+    #: The command that installs it.
+    install: str
+
+    @property
+    def missing(self) -> str:
+        """Why it cannot be used here; nothing if it can."""
+        found = self.module in sys.modules or find_spec(self.module) is not None
+        return "" if found else f"{self.name} is not installed ({self.install})"
+
+
+@dataclass(frozen=True)
 class Case:
     """One question with a known answer."""
 
@@ -72,11 +90,13 @@ class Case:
     tolerance: float
     #: What errors are divided by; the largest wanted value unless given.
     scale: float | None = None
+    #: Without it the case is not run.
+    needs: Package | None = None
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """A case that was run."""
+    """A case that was run, or why it was not."""
 
     case: Case
     wanted: Array
@@ -87,11 +107,18 @@ class Outcome:
     seconds: float
     plot: Plot | None
     failure: str = ""
+    #: What the case needs and is not here; then nothing else counts.
+    not_run: str = ""
 
     @property
     def good(self) -> bool:
-        """Whether the error is within the tolerance."""
-        return self.error <= self.case.tolerance
+        """Whether the case was run and its error is within the tolerance."""
+        return not self.not_run and self.error <= self.case.tolerance
+
+    @property
+    def outside(self) -> bool:
+        """Whether the case was run and its error is not."""
+        return not self.not_run and not self.good
 
     @property
     def numbers(self) -> dict[str, Any]:
@@ -107,14 +134,18 @@ class Outcome:
             "found": [value if np.isfinite(value) else None for value in self.found.tolist()],
             "error": self.error if np.isfinite(self.error) else None,
             "tolerance": case.tolerance,
-            "good": self.good,
+            "good": None if self.not_run else self.good,
             "failure": self.failure,
-            "run_seconds": self.seconds,
+            "not_run": self.not_run,
+            "run_seconds": None if self.not_run else self.seconds,
         }
 
 
 def run(case: Case) -> Outcome:
-    """Ask lissom, take the time, compare."""
+    """Ask lissom, take the time, compare; not where what the case needs is missing."""
+    if case.needs is not None and case.needs.missing:
+        nothing = np.empty(0)
+        return Outcome(case, nothing, nothing, np.inf, np.nan, None, not_run=case.needs.missing)
     wanted = np.atleast_1d(np.asarray(case.wanted(), dtype=float))
     times: list[float] = []
     while sum(times) < TIMING_SECONDS and len(times) < MOST_REPEATS:

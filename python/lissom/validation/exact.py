@@ -27,6 +27,11 @@ MOST_STEPS = 50
 GAUSS_POINTS = 80
 CHEBYSHEV_DEGREE = 48
 
+#: Frequencies at which a frequency equation is looked at for changes of its sign.
+FREQUENCY_GRID = 1000
+#: Terms of a power series: more change nothing at the speeds of the gallery.
+SERIES_TERMS = 120
+
 #: Steps of the classical Runge-Kutta method along a rod in space.
 STEPS_ALONG = 120
 
@@ -215,6 +220,74 @@ def timoshenko_frequencies(
     signs = np.array([free_end(omega) for omega in grid]) > 0.0
     changes = np.flatnonzero(signs[1:] != signs[:-1])[:count]
     return np.array([bisect(free_end, grid[i], grid[i + 1]) for i in changes])
+
+
+def frame_frequencies(
+    leg: float,
+    stiffness: Sequence[float],
+    mass: float,
+    inertia: Sequence[float],
+    count: int,
+    highest: float,
+) -> Array:
+    """Angular frequencies, up to ``highest``, of two equal legs at a right angle, clamped at one end.
+
+    ``stiffness`` is that of (torsion, bend_y, bend_z, stretch, shear_y, shear_z); ``mass``, and ``inertia``
+    about the axes of the section, are per length. Small vibrations of Timoshenko's beam in space: along a leg
+    the rotation theta, the displacement u, the moment m and the force n change by
+
+        theta' = m / (G J, E I, E I),         u' = n / (E A, G A, G A) + theta x e_x,
+        m' = -w^2 rho I theta - e_x x n,      n' = -w^2 rho A u.
+
+    Zeros of the part of the transfer matrix that moment and force at the clamp have to get through to a free
+    end.
+    """
+    turned = np.kron(np.eye(4), [[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    across = np.cross(np.eye(3), [1.0, 0.0, 0.0]).T
+    # Units of rotation, displacement, moment and force in which all entries are of one size.
+    soft = float(np.min(stiffness[:3]))
+    units = np.repeat([1.0, leg, soft / leg, soft / leg**2], 3)
+
+    def free_end(omega: float) -> float:
+        change = np.zeros((12, 12))
+        change[:6, 6:] = np.diag(1.0 / np.array(stiffness))
+        change[3:6, :3] = change[6:9, 9:] = across
+        change[6:9, :3] = -(omega**2) * np.diag(inertia)
+        change[9:, 3:6] = -(omega**2) * mass * np.eye(3)
+        values, vectors = np.linalg.eig(change * units / units[:, None])
+        transfer = ((vectors * np.exp(values * leg)) @ np.linalg.inv(vectors)).real
+        return float(np.linalg.det((transfer @ turned @ transfer)[6:, 6:]))
+
+    grid = np.linspace(highest / FREQUENCY_GRID, highest, FREQUENCY_GRID).tolist()
+    signs = np.array([free_end(omega) for omega in grid]) > 0.0
+    changes = np.flatnonzero(signs[1:] != signs[:-1])[:count]
+    return np.array([bisect(free_end, grid[i], grid[i + 1]) for i in changes])
+
+
+def flapping_blade(speed: float) -> float:
+    """First flapping frequency of a blade clamped at the axis of its rotation, times L^2 sqrt(rho A / (E I)).
+
+    Power series of w'''' - speed^2 / 2 ((1 - x^2) w')' = frequency^2 w, the ``speed`` in the same unit, as in
+    Wright, Smith, Thresher and Wang (1982), Vibration modes of centrifugally stiffened beams, Journal of
+    Applied Mechanics 49.
+    """
+    k = np.arange(SERIES_TERMS + 2)
+
+    def free_end(frequency: float) -> float:
+        ends = []
+        for start in np.eye(2):
+            # At a clamp the series begins with x^2 and x^3.
+            a = np.zeros(SERIES_TERMS + 4)
+            a[2:4] = start
+            for i in range(SERIES_TERMS):
+                pull = 0.5 * speed**2 * (i + 1) * ((i + 2) * a[i + 2] - i * a[i])
+                a[i + 4] = (pull + frequency**2 * a[i]) / ((i + 4) * (i + 3) * (i + 2) * (i + 1))
+            bend = (k + 2) * (k + 1) * a[2:]
+            ends.append((bend.sum(), k @ bend))
+        return float(np.linalg.det(ends))
+
+    # Between that of a string that turns, the speed itself, and what Southwell's sum of squares cannot reach.
+    return bisect(free_end, max(3.0, speed), float(np.hypot(4.0, 1.2 * speed)))
 
 
 @dataclass(frozen=True)
