@@ -115,18 +115,25 @@ pub trait Model {
     /// The length of the model, in metres: what errors of the tip are relative to.
     fn length(&self) -> f64;
 
-    /// False where what is computed of this shape means nothing, because the discretisation cannot follow it.
-    fn resolves(&self, _q: &[f64]) -> bool {
-        true
+    /// How many times as many quadrature nodes this shape takes as there are; `None` where they resolve it. What is computed of other
+    /// shapes means nothing.
+    fn shortage_of_nodes(&self, _q: &[f64]) -> Option<f64> {
+        None
+    }
+
+    /// Whether the discretisation can follow this shape.
+    fn resolves(&self, q: &[f64]) -> bool {
+        self.shortage_of_nodes(q).is_none()
     }
 
     /// Refuses a shape that the model does not resolve; `place` is the name of `q`.
     fn check_shape(&self, q: &[f64], place: &str) -> Result<(), InvalidInput> {
-        if self.resolves(q) {
-            return Ok(());
-        }
+        let Some(shortage) = self.shortage_of_nodes(q) else { return Ok(()) };
         let found = "a rod that turns by more than half a turn between neighbouring quadrature nodes";
-        let expected = "a shape that the nodes resolve: smaller curvatures, more `nodes`, or more segments";
+        let expected = format!(
+            "a shape that the nodes resolve: smaller curvatures, more segments, or more `nodes`{}",
+            at_least(shortage)
+        );
         Err(InvalidInput::new(place, found, expected))
     }
 
@@ -244,4 +251,11 @@ impl ForwardScratch {
             None => Self::new(model.n()),
         }
     }
+}
+
+/// ", at least 3 times as many": how many nodes a shape takes that they do not resolve, where that is a number anyone would ask for.
+pub(crate) fn at_least(shortage: f64) -> String {
+    /// More is no shape to be resolved but a state that has left all bounds.
+    const MOST: f64 = 1000.0;
+    if shortage < MOST { format!(", at least {:.0} times as many", shortage.ceil()) } else { String::new() }
 }

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use crate::balance::{Balance, Flow, FlowMeter, Rule, State};
 use crate::error::{Interrupted, InvalidInput, Number};
-use crate::model::{ForwardScratch, Model};
+use crate::model::{ForwardScratch, Model, at_least};
 use crate::newmark::{self, FreeMotion, check_points, number_of_steps};
 use crate::ode::{self, FirstOrder, Output};
 use crate::radau;
@@ -221,13 +221,12 @@ struct Stop {
 
 impl Stop {
     fn where_unresolved<M: Model + ?Sized>(model: &M, t: f64, q: &[f64]) -> Option<Self> {
-        if model.resolves(q) {
-            return None;
-        }
+        let shortage = model.shortage_of_nodes(q)?;
         let message = format!(
             "At t = {} the rod turns by more than half a turn between neighbouring quadrature nodes: the last state says nothing \
-             about the motion. Take shorter steps; if that ends here too, give the segment more `nodes`.",
-            Number(t)
+             about the motion. Take shorter steps; if that ends here too, give the segment more `nodes`{}.",
+            Number(t),
+            at_least(shortage)
         );
         Some(Self { status: Status::Unresolved, message })
     }

@@ -367,9 +367,9 @@ impl Model for RodModel {
         self.rod.length()
     }
 
-    /// False where it turns by more than half a turn between neighbouring quadrature nodes.
-    fn resolves(&self, q: &[f64]) -> bool {
-        on_sweeps!(&self.sweeps, sweeps => resolution::resolves(sweeps.plan(), q))
+    /// Some where it turns by more than half a turn between neighbouring quadrature nodes.
+    fn shortage_of_nodes(&self, q: &[f64]) -> Option<f64> {
+        on_sweeps!(&self.sweeps, sweeps => resolution::shortage(sweeps.plan(), q))
     }
 
     /// Two more modes of every strain that has any, where these leave the others as they are.

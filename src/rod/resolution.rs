@@ -11,15 +11,21 @@ use crate::lie::{LANES, Lanes, Twist, VectorSpace};
 /// by less than this between neighbouring nodes. Beyond, poses are those of another shape.
 const LARGEST_TURN: f64 = PI;
 
-/// Whether the rod turns by less than half a turn between all neighbouring nodes, as far as its coordinates say.
-pub(super) fn resolves<G: Turning>(plan: &Plan<G>, q: &[f64]) -> bool {
-    plan.segments.iter().all(|segment| {
+/// How many times as many nodes the shape takes as there are, as far as its coordinates say; `None` where the rod turns by less than
+/// half a turn between all neighbouring nodes.
+pub(super) fn shortage<G: Turning>(plan: &Plan<G>, q: &[f64]) -> Option<f64> {
+    let turn = |segment: &SegmentPlan<G>| {
         // No basis function exceeds one: mostly the coordinates alone tell.
         let angular = segment.components.iter().filter(|component| component.index < G::ANGULAR);
         let bound: f64 =
             angular.flat_map(|component| &q[component.first..][..component.modes]).map(|q| q.abs()).sum();
-        bound * segment.largest_gap < LARGEST_TURN || largest_turn(segment, q) < LARGEST_TURN
-    })
+        let bound = bound * segment.largest_gap;
+        if bound < LARGEST_TURN { bound } else { largest_turn(segment, q) }
+    };
+    let turns = plan.segments.iter().map(turn);
+    let largest = turns.fold(0.0, |largest: f64, turn| if turn <= largest { largest } else { turn });
+    let is_resolved = largest < LARGEST_TURN;
+    (!is_resolved).then_some(largest / LARGEST_TURN)
 }
 
 /// The largest turn between neighbouring nodes, by the curvature at both of them; NaN where that is not finite.

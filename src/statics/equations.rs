@@ -55,9 +55,9 @@ impl<'a> Equations<'a> {
         self.sizes.len()
     }
 
-    /// False where what is computed of this shape means nothing.
-    pub(super) fn resolves(&self, q: &[f64]) -> bool {
-        self.model.resolves(q)
+    /// How many times as many nodes a shape takes that the model does not resolve.
+    pub(super) fn shortage_of_nodes(&self, q: &[f64]) -> Option<f64> {
+        self.model.shortage_of_nodes(q)
     }
 
     /// The scaled residual, and its derivative with respect to the load factor.

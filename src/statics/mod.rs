@@ -28,7 +28,7 @@ use stability::Stiffness;
 
 use crate::error::{Interrupted, InvalidInput};
 use crate::linalg::{Matrix, norm};
-use crate::model::Model;
+use crate::model::{Model, at_least};
 use crate::roots;
 
 /// What a search may ask before every evaluation: whether to go on.
@@ -233,7 +233,8 @@ struct Found {
 /// Adds what the tangent says.
 fn judge(equations: &mut Equations<'_>, found: Found, path: Path) -> Result<Equilibrium, Interrupted> {
     let Found { mut status, state, step_norm, residual_norm } = found;
-    if status.is_success() && !equations.resolves(&state.q) {
+    let shortage = if status.is_success() { equations.shortage_of_nodes(&state.q) } else { None };
+    if shortage.is_some() {
         status = Status::Unresolved;
     }
     let mut corrector = Corrector::new(equations.n());
@@ -241,8 +242,12 @@ fn judge(equations: &mut Equations<'_>, found: Found, path: Path) -> Result<Equi
     let stiffness = Stiffness::new(equations, &corrector.tangent);
     let stability = stiffness.stability(equations, &state.q, &corrector.tangent)?;
     let load_factor = state.load_factor;
+    let mut message = outcome::message(status, load_factor, stability, &path);
+    if let Some(shortage) = shortage {
+        message = format!("{}{}.", message.trim_end_matches('.'), at_least(shortage));
+    }
     Ok(Equilibrium {
-        message: outcome::message(status, load_factor, stability, &path),
+        message,
         load_factor,
         q: state.q,
         status,

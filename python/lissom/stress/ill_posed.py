@@ -65,8 +65,7 @@ def built(parameter: str, value: float) -> Outcome:
 
 
 def run(method: str, options: dict[str, Any]) -> Outcome:
-    """A motion of the lab's wire under such arguments. Success has to be finite and to keep the energy "
-    "balance."""
+    """A motion of the lab's wire under such arguments. Success has to be finite and to keep its energy."""
     rod = rods.rod(WIRE)
     given = {"t_end": DURATION, "method": method, **options}
     if method in ("radau", "rk45"):

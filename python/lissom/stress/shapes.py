@@ -14,8 +14,10 @@ from .cell import Cell, Group, Outcome
 
 TURNS = (0.25, 0.5, 1.0, 2.0, 5.0, 10.0, 50.0)
 
-#: Quadrature nodes of rods that are wound up: enough for the largest of the motions' turns.
+#: Quadrature nodes of rods that are wound up: enough for the largest of the motions' turns; and those that the
+#: circles get for every turn (resolving a turn takes more than pi), where these are more than the default.
 NODES = 128
+NODES_OF_TURN = 8
 
 #: Largest error of a circle's curvature, relative.
 CIRCLE_TOLERANCE = 1e-9
@@ -39,7 +41,9 @@ def circle(turns: float, modes: dict[str, int]) -> Outcome:
     radius = float(rods.SOFT["radius"])
     stiffness = float(rods.SOFT["young_modulus"]) * np.pi / 4.0 * radius**4
     loaded = {"gravity": (0.0, 0.0, 0.0), "tip_moment": (0.0, stiffness * right, 0.0)}
-    rod = rods.rod(modes=modes, of_rod=loaded)
+    default = rods.rod(modes=modes, of_rod=loaded)
+    nodes = max(default.nodes[0], round(NODES_OF_TURN * turns))
+    rod = rods.rod(modes=modes, nodes=nodes, of_rod=loaded)
     found = statics(rod)
     if not found.success:
         return judge.failure(found)
@@ -69,7 +73,8 @@ def circles() -> Group:
             for turns in TURNS
             for name, modes in shapes.items()
         ],
-        "Equilibria under a moment at the tip, loaded from nothing, compared with the circle.",
+        "Equilibria under a moment at the tip, loaded from nothing, compared with the circle. "
+        f"{NODES_OF_TURN} nodes a turn.",
     )
 
 
