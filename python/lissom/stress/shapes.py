@@ -17,7 +17,7 @@ TURNS = (0.25, 0.5, 1.0, 2.0, 5.0, 10.0, 50.0)
 #: Quadrature nodes of rods that are wound up: enough for the largest of the motions' turns; and those that the
 #: circles get for every turn (resolving a turn takes more than pi), where these are more than the default.
 NODES = 128
-NODES_OF_TURN = 8
+NODES_OF_TURN = 5
 
 #: Largest error of a circle's curvature, relative.
 CIRCLE_TOLERANCE = 1e-9
