@@ -50,11 +50,10 @@ other codes) or *published*. But for the prototype's and Exudyn's they are compu
 AFTER = """
 ## What is missing
 
-These cases need what rods cannot do yet; nothing easier stands in for them unsaid.
+Nothing easier stands in for these cases unsaid.
 
-- Buckling by twist (Greenhill 1883, 2 π E I / L): the far end held in bearings. A cantilever under an end
-  moment has no buckled equilibrium. Greenhill's standing column and Beck's column are above.
-- A catenary between two supports, frames with hinges, deep arches: rods that are held at both ends.
+- Frames with hinges, and a catenary hung from two hooks: a rod's base is clamped, and segments are joined
+  rigidly. (The far end can be held in any way, see above.)
 - Published curves of the follower force and of the right-angle frame in motion: they are known to us as
   drawings only, so that these cases stand beside the same equations solved by other means and by another
   code.
