@@ -9,7 +9,7 @@ use lissom::model::{Chain, ForwardScratch, Model};
 use lissom::newmark::{self, FreeMotion};
 use lissom::ode::{self, FirstOrder};
 use lissom::radau;
-use lissom::rod::{BaseMotion, Body, Extent, Frame, Load, Rod, RodModel, Segment};
+use lissom::rod::{BaseMotion, Body, Extent, Fluid, Frame, Load, Rod, RodModel, Segment, Support};
 use lissom::signal::{Harmonic, Signal};
 
 thread_local! {
@@ -72,6 +72,8 @@ fn models() -> Vec<RodModel> {
             let varying = Rod {
                 loads: vec![Load { force: swing.clone(), ..load(Extent::Along([0.1, 0.2]), Frame::World) }],
                 base_motion: Some(BaseMotion { translation: swing.clone(), ..BaseMotion::rest() }),
+                supports: vec![Support { stiffness: [1.0; 3], damping: [0.1; 3], ..Support::at_tip() }],
+                fluid: Some(Fluid { drag_coefficients: [1.2, 0.01], ..Fluid::ideal(1000.0) }),
                 ..tip.clone()
             };
             [tip, inside, varying]

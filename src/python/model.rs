@@ -325,15 +325,17 @@ impl PyModel {
     /// ----------
     /// q, qd : array_like, shape (n,)
     ///     Coordinates, velocities.
+    /// t : float
+    ///     The time at which what varies by itself is taken, seconds: a base that moves drags the rod through its surroundings.
     ///
     /// Returns
     /// -------
     /// power : float
     ///     Watts, never negative.
-    #[pyo3(signature = (q, qd))]
-    fn dissipated_power(&self, q: &Bound<'_, PyAny>, qd: &Bound<'_, PyAny>) -> PyResult<f64> {
+    #[pyo3(signature = (q, qd, *, t=0.0))]
+    fn dissipated_power(&self, q: &Bound<'_, PyAny>, qd: &Bound<'_, PyAny>, t: f64) -> PyResult<f64> {
         let (q, qd) = (self.state(q, "q")?, self.state(qd, "qd")?);
-        Ok(self.memory().model.dissipated_power(&q, &qd))
+        self.at(t, |memory| memory.model.dissipated_power(&q, &qd))
     }
 
     /// Power that what has no potential puts into a motion: follower loads, moments, forces that vary in time, a base that moves.

@@ -23,10 +23,11 @@ use crate::rod::Support;
 /// at : float, optional
 ///     Arc length of the unstretched rod of the section that is held, metres; by default the tip.
 /// position : array_like, shape (3,), optional
-///     Of the anchor in the world, metres; by default where the section is when all coordinates are zero.
+///     Of the anchor in the world, metres; by default where the section is when all coordinates are zero and the base is at its
+///     ``base_position``, whatever its motion.
 /// orientation : array_like, shape (4,), optional
-///     Of the anchor: unit quaternion (w, x, y, z) that turns its axes into those of the world; by default that of the section when
-///     all coordinates are zero, its x axis along the rod.
+///     Of the anchor: unit quaternion (w, x, y, z) that turns its axes into those of the world; by default that of the section then, its
+///     x axis along the rod.
 ///
 /// Raises
 /// ------

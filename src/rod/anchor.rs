@@ -1,5 +1,6 @@
 //! A support compiled for computing. There are few of them: all is done in three dimensions, of which a plane takes its part.
 
+use super::base::Base;
 use super::kinematics;
 use super::plan::Plan;
 use super::points::PointState;
@@ -9,16 +10,27 @@ use super::turning::Turning;
 use super::workspace::Workspace;
 use crate::lie::{Cross, Quaternion, Rotation, Symmetric, Twist, Vector, Wrench};
 
-/// An anchor with its springs and dampers, in the frame of the plan.
-#[derive(Clone, Debug)]
+/// An anchor with its springs and dampers, in the frame of a base.
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Anchor {
     position: Vector<f64>,
     axes: Rotation<f64>,
+    /// In the frame, which follows the base: zero where that rests.
+    velocity: Vector<f64>,
+    along_axes: AlongAxes,
     stiffness: Symmetric<f64>,
     damping: Symmetric<f64>,
     /// The factors c of the potential of rotation (see [`Support`]).
     turning: [f64; 3],
     rotational_damping: Symmetric<f64>,
+}
+
+/// What a support has along and about the axes of its anchor.
+#[derive(Clone, Copy, Debug)]
+struct AlongAxes {
+    stiffness: [f64; 3],
+    damping: [f64; 3],
+    rotational_damping: [f64; 3],
 }
 
 /// The section at a support, in three dimensions.
@@ -30,7 +42,7 @@ struct Section {
     velocity: Vector<f64>,
 }
 
-/// Compiles the supports of a rod, of which `at` says at which points of the plan they act.
+/// Compiles the supports of a rod, of which `at` says at which points of the plan they act, in the frame of the base at rest.
 pub(super) fn compile<G: Turning>(plan: &Plan<G>, supports: &[Support], at: &[usize]) -> Vec<Anchor> {
     // Where the sections are when all coordinates are zero.
     let mut work = Workspace::new(plan);
@@ -50,6 +62,16 @@ pub(super) fn compile<G: Turning>(plan: &Plan<G>, supports: &[Support], at: &[us
             }
             None => G::rotation_in_space(plan.frame, &state.rotation),
         };
+        let [x, y, z] = support.rotational_stiffness.map(|stiffness| 0.5 * stiffness);
+        let turning = [y + z - x, z + x - y, x + y - z];
+        let &Support { stiffness, damping, rotational_damping, .. } = support;
+        Anchor::new(position, axes, turning, AlongAxes { stiffness, damping, rotational_damping })
+    };
+    supports.iter().zip(at).map(compiled).collect()
+}
+
+impl Anchor {
+    fn new(position: Vector<f64>, axes: Rotation<f64>, turning: [f64; 3], along_axes: AlongAxes) -> Self {
         let about = |diagonal: [f64; 3]| {
             let mut sum = Symmetric::diagonal(0.0);
             for (i, value) in diagonal.into_iter().enumerate() {
@@ -57,20 +79,29 @@ pub(super) fn compile<G: Turning>(plan: &Plan<G>, supports: &[Support], at: &[us
             }
             sum
         };
-        let [x, y, z] = support.rotational_stiffness.map(|stiffness| 0.5 * stiffness);
-        Anchor {
+        Self {
+            stiffness: about(along_axes.stiffness),
+            damping: about(along_axes.damping),
+            rotational_damping: about(along_axes.rotational_damping),
+            velocity: Vector::from([0.0; 3]),
             position,
-            stiffness: about(support.stiffness),
-            damping: about(support.damping),
-            turning: [y + z - x, z + x - y, x + y - z],
-            rotational_damping: about(support.rotational_damping),
             axes,
+            turning,
+            along_axes,
         }
-    };
-    supports.iter().zip(at).map(compiled).collect()
-}
+    }
 
-impl Anchor {
+    /// An anchor in the frame of the base at rest as it is seen from where the base is now.
+    pub(super) fn seen_from(&self, base: &Base, at_rest: &Base) -> Self {
+        let turned = |v: Vector<f64>| base.rotation.apply_transposed(at_rest.rotation.apply(v));
+        let to_anchor = at_rest.position - base.position;
+        let position = base.rotation.apply_transposed(to_anchor) + turned(self.position);
+        let Rotation { x, y, z } = self.axes;
+        let axes = Rotation { x: turned(x), y: turned(y), z: turned(z) };
+        let velocity = -base.rotation.apply_transposed(base.velocity);
+        Self { velocity, ..Self::new(position, axes, self.turning, self.along_axes) }
+    }
+
     pub(super) fn is_damped(&self) -> bool {
         let none = Symmetric::diagonal(0.0);
         self.damping != none || self.rotational_damping != none
@@ -93,7 +124,8 @@ impl Anchor {
         for (i, axis) in section.axes.into_iter().enumerate() {
             moment += axis.cross(self.axes.axis(i)) * self.turning[i];
         }
-        [moment, -(self.stiffness.times(section.offset) + self.damping.times(section.velocity))]
+        let velocity = section.velocity - self.velocity;
+        [moment, -(self.stiffness.times(section.offset) + self.damping.times(velocity))]
     }
 
     /// The wrench on the section, about its centre.
@@ -151,6 +183,7 @@ impl Anchor {
     /// Power that the dampers take out of the motion.
     pub(super) fn dissipated_power<G: Turning>(&self, frame: G::Frame, state: &PointState<G>) -> f64 {
         let Section { angular, velocity, .. } = self.section(frame, state);
+        let velocity = velocity - self.velocity;
         velocity.dot(self.damping.times(velocity)) + angular.dot(self.rotational_damping.times(angular))
     }
 }

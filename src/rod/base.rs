@@ -2,8 +2,9 @@
 //!
 //! A base that moves is followed by an inertial frame: at every time the one that coincides with the base and moves with its point.
 //! In it the base never leaves its place, so that the kinematics along the rod know nothing of its motion. What is left of it are the
-//! angular velocity and the acceleration at the first station, from which the sweeps carry them on, and the directions of gravity and
-//! of dead loads. A base in free fall so makes a rod weightless to the last bit, and one of constant velocity changes nothing.
+//! angular velocity and the acceleration at the first station, from which the sweeps carry them on, and how the base sees the world:
+//! the directions of gravity and of dead loads, the velocity of the fluid, the anchors of supports. In empty space a base in free
+//! fall so makes a rod weightless to the last bit, and one of constant velocity changes nothing.
 
 use crate::error::{Checker, Interrupted, InvalidInput, Number};
 use crate::lie::{Quaternion, Rotation, Vector};
@@ -162,6 +163,18 @@ impl Base {
             acceleration: zero,
             angular_velocity: zero,
             angular_acceleration: zero,
+        }
+    }
+
+    /// The same place and axes, at rest there.
+    pub(super) fn at_rest(&self) -> Self {
+        let zero = Vector::from([0.0; 3]);
+        Self {
+            velocity: zero,
+            acceleration: zero,
+            angular_velocity: zero,
+            angular_acceleration: zero,
+            ..*self
         }
     }
 

@@ -196,7 +196,7 @@ pub(super) fn motion<G: Turning>(plan: &Plan<G>) -> Products {
             }
         }
         if let Some(immersion) = plan.immersion.as_ref().filter(|_| segment.immersed.is_some()) {
-            count.packs += packs * immersion::costs(immersion)[0];
+            count.packs += packs * immersion::costs::<G>(immersion)[0];
         }
         for spread in &segment.spread {
             count.packs += packs * (k.spread(spread.is_dead(plan)) + products(|| k.wrench.at(k.vector)));
@@ -289,7 +289,7 @@ pub(super) fn tangent<G: Turning>(plan: &Plan<G>, is_mass_only: bool) -> Product
         let immersion = plan.immersion.as_ref().filter(|_| segment.immersed.is_some());
         let immersed = u64::from(immersion.is_some());
         if let Some(immersion) = immersion {
-            let [_, all, of_mass] = immersion::costs(immersion);
+            let [_, all, of_mass] = immersion::costs::<G>(immersion);
             let inertia = products(|| k.response.inertia.times_add(k.twist, k.wrench));
             count.packs += packs * if is_mass_only { of_mass } else { all };
             count.packs +=

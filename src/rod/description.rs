@@ -340,17 +340,6 @@ impl Rod {
         for (i, support) in self.supports.iter().enumerate() {
             check.nested(&format!("supports[{i}]"), support.validate(self.length()));
         }
-        if self.base_motion.is_some() {
-            let fixed = [(!self.supports.is_empty(), "supports"), (self.fluid.is_some(), "fluid")];
-            for (is_there, name) in fixed {
-                check.require(
-                    !is_there,
-                    name,
-                    "some, of a rod whose base moves",
-                    "none: the base must rest with them",
-                );
-            }
-        }
         if let Some(fluid) = &self.fluid {
             check.nested("fluid", fluid.validate());
             let given = self.segments.iter().position(|segment| matches!(segment.section, Section::Given(_)));

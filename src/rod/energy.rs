@@ -55,7 +55,7 @@ fn held<'a, G: Turning>(
 ) -> impl Iterator<Item = (&'a Anchor, &'a PointState<G>)> {
     let points = plan.points.iter().zip(&work.points);
     points.flat_map(move |(point, state)| {
-        point.anchors.iter().map(move |&anchor| (&plan.anchors[anchor], state))
+        point.anchors.iter().map(move |&anchor| (&work.anchors[anchor], state))
     })
 }
 

@@ -212,14 +212,16 @@ impl Explanation {
         } else {
             self.add(false, "functions of time", "none: no load varies by itself");
         }
-        if rod.base_motion.is_some() {
-            self.add(
-                true,
-                "motion of the base",
-                "velocity and acceleration of its first section, at no cost",
-            );
-        } else {
-            self.add(false, "motion of the base", "none: it rests");
+        match &rod.base_motion {
+            Some(_) if rod.supports.is_empty() && rod.fluid.is_none() => {
+                let what = "velocity and acceleration of its first section, at no cost";
+                self.add(true, "motion of the base", what);
+            }
+            Some(_) => {
+                let what = "velocity and acceleration of its first section; sees the world around it once for each time";
+                self.add(true, "motion of the base", what);
+            }
+            None => self.add(false, "motion of the base", "none: it rests"),
         }
         let bodies: Vec<Body> = rod.all_bodies().collect();
         let is_point = |body: &&Body| body.centre == [0.0; 3] && body.inertia == [[0.0; 3]; 3];

@@ -1,6 +1,6 @@
 //! What the fluid around a rod does to it, at the nodes: drag and added mass. Buoyancy is a dead load that is spread.
 //!
-//! With the current U = (0; u), uniform and steady, the twist of a section relative to the fluid is `V_r = V - U`. Its drag
+//! With the current U = (0; u), in the frame uniform and steady at every time, the twist of a section relative to the fluid is `V_r = V - U`. Its drag
 //! is a force -h at the section. The added mass has the momentum `N_a V_r`, `N_a` seen from the origin like the inertia N but
 //! with mass across the axis only; in the frame that moves with the current Kirchhoff's equations hold, and back in the
 //! frame of the rod the section needs
@@ -9,37 +9,28 @@
 //! N_a (A_k + ad_V U) - ad_{V_r}^T N_a V_r,    A_k = A + (0; g), the acceleration without gravity
 //! ```
 //!
-//! Its energy is `1/2 V . N_a V - 1/2 U . N_a U`: the second term, a potential, turns rods across the current.
+//! Its energy is `1/2 V . N_a V - 1/2 U . N_a U` with the velocities in the world: the second term, a potential, turns rods across
+//! the current.
 //!
 //! As the moving material sees it (see `tangent`), with Psi standing for `w_q Psi`, V_r varies by `Y_r = Y + ad_Psi U` and A_k by
 //! `Z - ad_V Y - ad_Psi (0; g)`.
 
 use super::description::Rod;
 use super::fluid::Fluid;
-use super::load::{Extent, Frame};
+use super::load::{self, Extent};
 use super::plan::{Load, Plan, SegmentPlan, packed};
 use super::response::{Linear, Response};
 use super::spread::Spread;
+use super::surroundings::World;
 use super::turning::Turning;
 use super::workspace::Workspace;
 use crate::lie::{Counted, Cross, Geometry, Lanes, Scalar, Twist, Vector, VectorSpace, Wrench, products};
 
-/// The fluid of a plan.
+/// What the fluid of a plan does.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Immersion<G: Geometry> {
-    /// Velocity u, in the frame.
-    pub(super) current: G::Vector<f64>,
-    /// Squared velocity out of the plane that the rod moves in: it only adds to the speed.
-    pub(super) crossing: f64,
+pub(super) struct Immersion {
     pub(super) has_drag: bool,
     pub(super) has_added_mass: bool,
-}
-
-impl<G: Geometry> Immersion<G> {
-    /// Whether its current can put energy into the motion.
-    pub(super) fn is_driving(&self) -> bool {
-        self.has_drag && self.current.dot(self.current) + self.crossing > 0.0
-    }
 }
 
 /// What a segment meets in its fluid, at the nodes and per length.
@@ -78,16 +69,7 @@ struct Relative<G: Geometry, T: Scalar> {
 /// Immerses the segments of a plan in the fluid of a rod, which bears them.
 pub(super) fn compile<G: Turning>(plan: &mut Plan<G>, rod: &Rod, fluid: &Fluid) {
     let Fluid { density, added_mass_coefficient, .. } = *fluid;
-    let base = plan.world.base.rotation;
-    let turned = base.apply_transposed(fluid.velocity.into());
-    let current = G::vector_of(plan.frame, turned);
-    let out_of_plane = turned - G::in_space(plan.frame, current);
-    let immersion = Immersion {
-        current,
-        crossing: out_of_plane.dot(out_of_plane),
-        has_drag: fluid.has_drag(),
-        has_added_mass: fluid.has_added_mass(),
-    };
+    let immersion = Immersion { has_drag: fluid.has_drag(), has_added_mass: fluid.has_added_mass() };
     let is_felt = immersion.has_drag || immersion.has_added_mass;
     let is_borne = fluid.bears(rod.gravity);
     let buoyancy = plan.loads.len();
@@ -118,20 +100,13 @@ pub(super) fn compile<G: Turning>(plan: &mut Plan<G>, rod: &Rod, fluid: &Fluid) 
         }
     }
     if is_borne {
-        let weight = Vector::from(rod.gravity) * -density;
-        let force = G::vector_of(plan.frame, base.apply_transposed(weight));
-        let wrench = Wrench { moment: VectorSpace::zero(), force };
+        let weight = rod.gravity.map(|g| -density * g);
         let extent = Extent::Along([0.0, rod.length()]);
-        plan.loads.push(Load {
-            extent,
-            frame: Frame::World,
-            wrench,
-            signals: None,
-            has_potential: true,
-            has_moment: false,
-        });
+        let load = load::Load { force: weight.into(), extent, ..load::Load::at_tip() };
+        let World { base, motion, .. } = &plan.world;
+        plan.loads.push(Load::new(load, plan.frame, &base.rotation, motion.is_some()));
         plan.has_dead_loads = true;
-        plan.world.dead_force += weight * volume;
+        plan.world.dead_force += Vector::from(weight) * volume;
     }
     if is_felt {
         plan.has_responses = true;
@@ -278,7 +253,7 @@ impl<G: Geometry, T: Scalar> Stream<G, T> {
 }
 
 /// Products of what the fluid asks of a node in a motion, and of its response: all of it, or that of the added mass alone.
-pub(super) fn costs<G: Turning>(immersion: &Immersion<G>) -> [u64; 3] {
+pub(super) fn costs<G: Turning>(immersion: &Immersion) -> [u64; 3] {
     let (vector, twist) = (VectorSpace::zero(), Twist::zero());
     let stream = Stream::<G, Counted> { axis: vector, position: vector, current: vector, crossing: Counted };
     let drag = Drag { viscous: [Counted; 2], quadratic: [Counted; 2] };
@@ -296,17 +271,12 @@ pub(super) fn costs<G: Turning>(immersion: &Immersion<G>) -> [u64; 3] {
 
 /// The fluid as a pack of nodes meets it.
 #[inline(always)]
-fn stream<G: Turning>(
-    plan: &Plan<G>,
-    immersion: &Immersion<G>,
-    work: &Workspace<G>,
-    node: usize,
-) -> Stream<G, G::Pack> {
+fn stream<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, node: usize) -> Stream<G, G::Pack> {
     Stream {
         axis: G::rod_axis(plan.frame, &work.rotation[node]),
         position: work.position[node],
-        current: splat::<G>(immersion.current),
-        crossing: G::Pack::splat(immersion.crossing),
+        current: splat::<G>(work.surroundings.current),
+        crossing: G::Pack::splat(work.surroundings.crossing),
     }
 }
 
@@ -321,7 +291,7 @@ pub(super) fn act<G: Turning>(plan: &Plan<G>, segment: &SegmentPlan<G>, work: &m
     let (Some(immersion), Some(immersed)) = (&plan.immersion, &segment.immersed) else { return };
     for pack in 0..segment.packs {
         let node = segment.first_pack + pack;
-        let stream = stream(plan, immersion, work, node);
+        let stream = stream(plan, work, node);
         let velocity = work.velocity[node];
         if immersion.has_added_mass {
             let mass = immersed.added_mass[pack];
@@ -344,11 +314,11 @@ pub(super) fn respond<G: Turning>(
     is_mass_only: bool,
     responses: &mut [Response<G, G::Pack>],
 ) {
-    let (Some(immersion), Some(immersed)) = (&plan.immersion, &segment.immersed) else { return };
+    let Some(immersed) = &segment.immersed else { return };
     for (pack, response) in responses[..segment.packs].iter_mut().enumerate() {
         let node = segment.first_pack + pack;
         let weight = segment.weights[pack];
-        let stream = stream(plan, immersion, work, node);
+        let stream = stream(plan, work, node);
         let mass = immersed.added_mass[pack] * weight;
         if is_mass_only {
             response.inertia = stream.inertia(mass);
@@ -373,26 +343,27 @@ pub(super) struct Exchange {
 
 pub(super) fn exchange<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> Exchange {
     let mut sum = Exchange::default();
-    let Some(immersion) = &plan.immersion else { return sum };
+    let frame = splat::<G>(work.surroundings.velocity);
     for segment in &plan.segments {
         let Some(immersed) = &segment.immersed else { continue };
         for pack in 0..segment.packs {
             let node = segment.first_pack + pack;
             let weight = segment.weights[pack];
-            let stream = stream(plan, immersion, work, node);
+            let stream = stream(plan, work, node);
             let twist = work.velocity[node];
             let half_mass = immersed.added_mass[pack] * weight * 0.5;
             let across = |v: G::Vector<G::Pack>| v.add_scaled(stream.axis, -stream.axis.dot(v));
-            let [moving, streaming] = [stream.velocity(twist), stream.current].map(across);
+            let [velocity, current] = [stream.velocity(twist), stream.current].map(|v| v + frame);
+            let [moving, streaming] = [velocity, current].map(across);
             sum.kinetic += (moving.dot(moving) * half_mass).sum();
             sum.potential -= (streaming.dot_add(streaming, stream.crossing) * half_mass).sum();
             let relative = stream.relative(twist);
             let drag = immersed.drag[pack].weighted(weight);
             let force = drag.force(&stream, &relative);
             let crossing = drag.factors(&relative)[0] * stream.crossing;
-            let supplied = crossing - force.dot(stream.current);
+            let supplied = crossing - force.dot(current);
             sum.supplied += supplied.sum();
-            sum.dissipated += (force.dot(stream.velocity(twist)) + supplied).sum();
+            sum.dissipated += (force.dot(velocity) + supplied).sum();
         }
     }
     sum

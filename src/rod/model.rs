@@ -192,6 +192,16 @@ impl RodModel {
         Self { sweeps, unloaded, solve, multiplications: cost, explanation: Arc::new(explanation), rod }
     }
 
+    /// The rod without its loads, where that is not stiffness alone; it rests where the base is.
+    fn unloaded(&mut self) -> Option<&mut AnySweeps> {
+        let unloaded = self.unloaded.as_deref_mut()?;
+        if self.rod.base_motion.is_some() {
+            let base = on_sweeps!(&self.sweeps, sweeps => sweeps.base());
+            on_sweeps!(&mut *unloaded, sweeps => sweeps.place_base(&base));
+        }
+        Some(unloaded)
+    }
+
     /// What it was compiled from.
     pub fn description(&self) -> &Rod {
         &self.rod
@@ -293,14 +303,14 @@ impl Model for RodModel {
 
     /// `K q`, and what the supports answer.
     fn elastic_forces(&mut self, q: &[f64], tau: &mut [f64]) {
-        match self.unloaded.as_deref_mut() {
+        match self.unloaded() {
             Some(unloaded) => on_sweeps!(unloaded, sweeps => sweeps.forces_at_rest(q, tau)),
             None => on_sweeps!(&self.sweeps, sweeps => elasticity::forces(sweeps.plan(), q, tau)),
         }
     }
 
     fn elastic_tangent(&mut self, q: &[f64], tangent: &mut Matrix) {
-        match self.unloaded.as_deref_mut() {
+        match self.unloaded() {
             Some(unloaded) => {
                 on_sweeps!(unloaded, sweeps => sweeps.tangent_at_rest(q, Tangent::Dense(tangent)));
             }

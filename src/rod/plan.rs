@@ -43,10 +43,10 @@ pub(super) struct Plan<G: Turning> {
     pub(super) loads: Vec<Load<G>>,
     /// What is concentrated at places, in their order.
     pub(super) points: Vec<Point<G>>,
-    /// The springs to the world.
+    /// The springs to the world, in the frame of the base at rest.
     pub(super) anchors: Vec<Anchor>,
     /// The fluid around it, where that answers to motion.
-    pub(super) immersion: Option<Immersion<G>>,
+    pub(super) immersion: Option<Immersion>,
     /// Whether a dead load acts anywhere, and whether the base or a load depends on time by itself.
     pub(super) has_dead_loads: bool,
     pub(super) varies_in_time: bool,
@@ -276,7 +276,7 @@ impl<G: Turning> Plan<G> {
         let is_driven = |load: &Load<G>| !load.has_potential || load.has_moment;
         self.world.motion.is_some()
             || self.loads.iter().any(is_driven)
-            || self.immersion.is_some_and(|fluid| fluid.is_driving())
+            || self.immersion.is_some_and(|fluid| fluid.has_drag && self.world.has_current())
     }
 
     /// The same plan, of a rod in space, with everything computed that could be skipped: absent strains and loads of zero
@@ -316,7 +316,12 @@ impl<G: Turning> Plan<G> {
 }
 
 impl<G: Turning> Load<G> {
-    fn new(load: load::Load, frame: G::Frame, base_rotation: &Rotation<f64>, base_moves: bool) -> Self {
+    pub(super) fn new(
+        load: load::Load,
+        frame: G::Frame,
+        base_rotation: &Rotation<f64>,
+        base_moves: bool,
+    ) -> Self {
         let constant = [&load.force, &load.moment].map(|signal| signal.constant().unwrap_or_default());
         let wrench: Wrench<G, f64> = wrench(constant, load.frame, frame, base_rotation);
         let varies = load.varies_in_time() || (base_moves && load.frame == Frame::World);

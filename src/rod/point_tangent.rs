@@ -199,7 +199,7 @@ fn response<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, p: usize) -> Option
     let Point { anchors, .. } = &plan.points[p];
     let mut sum = (!anchors.is_empty()).then(Response::zero)?;
     for &anchor in anchors {
-        sum.add(plan.anchors[anchor].response(plan.frame, &work.points[p]));
+        sum.add(work.anchors[anchor].response(plan.frame, &work.points[p]));
     }
     Some(sum)
 }

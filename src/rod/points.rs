@@ -263,7 +263,7 @@ pub(super) fn drive<G: Turning>(plan: &Plan<G>, segment: &SegmentPlan<G>, s: usi
             state.force = state.force - point.wrench(load, plan, work, &state).at(state.position);
         }
         for &anchor in &point.anchors {
-            state.force = state.force - plan.anchors[anchor].wrench(plan.frame, &state).at(state.position);
+            state.force = state.force - work.anchors[anchor].wrench(plan.frame, &state).at(state.position);
         }
         work.points[p] = state;
     }

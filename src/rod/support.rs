@@ -29,10 +29,11 @@ pub struct Support {
     pub damping: [f64; 3],
     /// Viscous damping of rotation about the axes of the anchor, in N m s/rad.
     pub rotational_damping: [f64; 3],
-    /// Position of the anchor in the world, in metres; `None` is where the section is when all coordinates are zero.
+    /// Position of the anchor in the world, in metres; `None` is where the section is when all coordinates are zero and
+    /// the base is at its place, without its motion.
     pub position: Option<[f64; 3]>,
     /// Orientation of the anchor: quaternion (w, x, y, z) that turns its axes into those of the world, normalised on use; `None`
-    /// is that of the section when all coordinates are zero.
+    /// is that of the section then.
     pub orientation: Option<[f64; 4]>,
 }
 

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::base::Base;
 use super::description::Rod;
 use super::kinematics::{self, Place, Pose};
 use super::plan::Plan;
@@ -197,6 +198,16 @@ impl<G: Turning> Sweeps<G> {
             surroundings::set(&self.plan, &mut self.work, t)?;
         }
         Ok(())
+    }
+
+    /// The base at the time that is set.
+    pub(super) fn base(&self) -> Base {
+        self.work.surroundings.base
+    }
+
+    /// Places the base of a rod without base motion.
+    pub(super) fn place_base(&mut self, base: &Base) {
+        surroundings::place(&self.plan, &mut self.work, base);
     }
 
     pub(super) fn place(&self, x: f64) -> Place {

@@ -1,8 +1,9 @@
 //! The memory of all sweeps along a rod, sized by the plan: nothing is allocated after construction.
 
+use super::anchor::Anchor;
 use super::plan::Plan;
 use super::points::PointState;
-use super::surroundings::Surroundings;
+use super::surroundings::{self, Surroundings};
 use super::turning::Turning;
 use crate::lie::{Twist, VectorSpace, Wrench};
 
@@ -43,9 +44,11 @@ pub(super) struct Workspace<G: Turning> {
     /// What is known of the plan's points, and the wrenches of its loads.
     pub(super) points: Vec<PointState<G>>,
     pub(super) acting: Vec<Wrench<G, f64>>,
-    /// The time that base and loads are taken at where they vary, NaN until it is set; and what the world is then.
+    /// The time that base and loads are taken at where they vary, NaN until it is set; and what the world and the anchors of the
+    /// supports are then.
     pub(super) time: f64,
     pub(super) surroundings: Surroundings<G>,
+    pub(super) anchors: Vec<Anchor>,
     /// What the base exerts on the rod.
     pub(super) base_wrench: Wrench<G, f64>,
     /// The coordinates of which rotation and position are here, and the state of which the rest is here, if it is.
@@ -58,6 +61,10 @@ impl<G: Turning> Workspace<G> {
     pub(super) fn new(plan: &Plan<G>) -> Self {
         let surroundings = Surroundings::at_first(&plan.world, plan.frame);
         let (velocity, acceleration) = surroundings.motion(&plan.world, plan.frame);
+        let anchors = match &plan.world.motion {
+            Some(_) => surroundings::seen_anchors(plan, &surroundings.base).collect(),
+            None => plan.anchors.clone(),
+        };
         let station =
             Station { orientation: G::start(), position: VectorSpace::zero(), velocity, acceleration };
         let vectors = vec![VectorSpace::zero(); plan.packs];
@@ -81,6 +88,7 @@ impl<G: Turning> Workspace<G> {
             acting: plan.loads.iter().map(|load| load.at_first()).collect(),
             time: f64::NAN,
             surroundings,
+            anchors,
             base_wrench: Wrench::zero(),
             // NaN equals nothing, and nor does an entry too many where there are no coordinates: these are computed first.
             kinematics_of: vec![f64::NAN; plan.n + 1],

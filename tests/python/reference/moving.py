@@ -74,6 +74,21 @@ def axial(skew):
     )
 
 
+def body_twist(base, t):
+    """Body twist of the base and its rate at a time, from its poses around it: orders 4."""
+    rotations, positions = (
+        np.array(part) for part in zip(*(base(t + DT * k) for k in range(-2, 3)), strict=True)
+    )
+    to_body = rotations[2].T
+    velocity = to_body @ np.tensordot(FIRST, positions, 1) / DT
+    acceleration = to_body @ np.tensordot(SECOND, positions, 1) / DT**2
+    angular = axial(to_body @ np.tensordot(FIRST, rotations, 1)[None] / DT)[0]
+    # R'' = R ([angular rate] + [angular]^2), of which the square is symmetric.
+    angular_rate = axial(to_body @ np.tensordot(SECOND, rotations, 1)[None] / DT**2)[0]
+    eta_t = np.concatenate([angular_rate, acceleration - np.cross(angular, velocity)])
+    return np.concatenate([angular, velocity]), eta_t
+
+
 def pose(translation, rotation_vector):
     """The base as a function of time, from functions of time."""
     return lambda t: (Rotation.from_rotvec(rotation_vector(t)).as_matrix(), np.array(translation(t)))

@@ -252,6 +252,7 @@ class Rod:
         w, x, y, z = base_orientation
         R = Rotation.from_quat([x, y, z, w]).as_matrix()
         self.base = np.concatenate([R.ravel(), base_position, np.zeros(6)])
+        self.base_rate = np.zeros(6)
         self.segments = list(segments)
         self.gravity = np.asarray(gravity)
         self.loads = [Load(tip_force, tip_moment), *loads]
@@ -260,6 +261,12 @@ class Rod:
         ends = np.cumsum([0, *(segment.n for segment in self.segments)])
         self.dofs = [slice(start, end) for start, end in pairwise(ends)]
         self.n = ends[-1]
+
+    def on_base(self, R, p, eta, eta_t):
+        """The same rod when its base is there and moves with this body twist and its rate."""
+        moved = copy(self)
+        moved.base, moved.base_rate = np.concatenate([np.ravel(R), p, eta]), np.asarray(eta_t, float)
+        return moved
 
     def poses(self, q, X):
         """Poses (m, 4, 4) at arc lengths X (m,), counted from the rod's base."""
@@ -406,7 +413,7 @@ class Rod:
 
     def _outward(self, q, qd, qdd):
         """States along every segment, base to tip."""
-        paths, y = [], np.concatenate([self.base, np.zeros(6 * qdd.shape[1])])
+        paths, y = [], np.concatenate([self.base, np.repeat(self.base_rate, qdd.shape[1])])
         for i, segment in enumerate(self.segments):
             paths.append(integrate(self._motion_rate(i, q, qd, qdd), 0, segment.length, y))
             y = paths[-1][-1]
