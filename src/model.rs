@@ -115,6 +115,17 @@ pub trait Model {
     /// The length of the model, in metres: what errors of the tip are relative to.
     fn length(&self) -> f64;
 
+    /// How far in time a step from `t` may go that cannot pass unseen over something that drives the system: adaptive methods
+    /// end a step there. Infinite where nothing does, or nothing is known of it.
+    fn horizon(&self, _t: f64) -> f64 {
+        f64::INFINITY
+    }
+
+    /// The shortest period of what drives the system, in seconds.
+    fn shortest_period(&self) -> f64 {
+        f64::INFINITY
+    }
+
     /// How many times as many quadrature nodes this shape takes as there are; `None` where they resolve it. What is computed of other
     /// shapes means nothing.
     fn shortage_of_nodes(&self, _q: &[f64]) -> Option<f64> {

@@ -51,6 +51,28 @@ impl<const N: usize> Signal<N> {
         self.constant() == Some([0.0; N])
     }
 
+    /// How far a step from `t` may go that cannot pass over a part of this signal unseen: to the next time of a table, by a quarter of a
+    /// period. Of a function nothing is known.
+    pub fn horizon(&self, t: f64) -> f64 {
+        /// Four looks a period see every oscillation.
+        const LOOKS: f64 = 4.0;
+        match self {
+            Self::Constant(_) | Self::Function(_) => f64::INFINITY,
+            Self::Harmonic(_) => t + self.period() / LOOKS,
+            Self::Table(table) => table.next_time(t),
+        }
+    }
+
+    /// The period of its oscillation in seconds; infinite where it has none.
+    pub fn period(&self) -> f64 {
+        match self {
+            Self::Harmonic(harmonic) if harmonic.amplitude.iter().any(|&amplitude| amplitude != 0.0) => {
+                harmonic.frequency.recip()
+            }
+            _ => f64::INFINITY,
+        }
+    }
+
     /// Everything that is wrong with this signal, which stands at `place`.
     pub fn check(&self, check: &mut Checker, place: &str) {
         match self {
@@ -119,6 +141,12 @@ pub struct Table<const N: usize> {
 }
 
 impl<const N: usize> Table<N> {
+    /// The first of its times after `t`; infinite behind the last.
+    fn next_time(&self, t: f64) -> f64 {
+        let next = self.times.partition_point(|&time| time <= t);
+        self.times.get(next).copied().unwrap_or(f64::INFINITY)
+    }
+
     /// Values at times in seconds, which must increase; at least two.
     pub fn new(times: Vec<f64>, values: Vec<[f64; N]>) -> Result<Self, InvalidInput> {
         let mut check = Checker::new();

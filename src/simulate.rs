@@ -5,7 +5,7 @@ use std::time::Instant;
 use crate::balance::{Balance, Flow, FlowMeter, Rule, State};
 use crate::error::{Interrupted, InvalidInput, Number};
 use crate::model::{ForwardScratch, Model, at_least};
-use crate::newmark::{self, FreeMotion, check_points, number_of_steps};
+use crate::newmark::{self, FreeMotion, StepSize, check_points, number_of_steps};
 use crate::ode::{self, FirstOrder, Output};
 use crate::radau;
 use crate::spectrum::Spectrum;
@@ -150,6 +150,7 @@ pub fn simulate<M: Model + Clone>(
     newmark::check_start(model.n(), (0.0, t_end), q0, v0, method.dt())?;
     model.check_shape(q0, "q0")?;
     check_span(model.time_span(), t_end)?;
+    check_step(method, model.shortest_period())?;
     let mut stop = None;
     let mut simulation = match method {
         Method::Newmark(options) => {
@@ -191,6 +192,23 @@ pub fn simulate<M: Model + Clone>(
     }
     simulation.statistics.wall_time = start.elapsed().as_secs_f64();
     Ok(simulation)
+}
+
+/// Fixed steps must see what oscillates: from half a period on it looks like something slower (Nyquist), or like nothing.
+fn check_step(method: &Method, shortest_period: f64) -> Result<(), InvalidInput> {
+    if let Method::Newmark(newmark::Options { dt, step_size: StepSize::Fixed, .. }) = *method
+        && dt >= 0.5 * shortest_period
+    {
+        let found = format_args!(
+            "{} s for a load or a base motion with a period of {} s",
+            Number(dt),
+            Number(shortest_period)
+        )
+        .to_string();
+        let expected = "less than half a period (a twentieth follows it)";
+        return Err(InvalidInput::new("dt", found, expected));
+    }
+    Ok(())
 }
 
 /// A motion must end before the model is no longer known.

@@ -34,12 +34,14 @@ pub struct Request {
     pub dt: f64,
     /// Largest number of accepted steps of each of the runs.
     pub max_steps: usize,
+    /// Largest step of all runs, in seconds: for loads of which nobody knows when they act. Infinite unless said otherwise.
+    pub max_step: f64,
 }
 
 impl Request {
     /// With the limit of steps that holds where nothing is said.
     pub fn new(tolerance: f64, dt: f64) -> Self {
-        Self { tolerance, dt, max_steps: DEFAULT_MAX_STEPS }
+        Self { tolerance, dt, max_steps: DEFAULT_MAX_STEPS, max_step: f64::INFINITY }
     }
 
     /// Refuses accuracies that cannot be asked for.
@@ -48,6 +50,7 @@ impl Request {
         let range = SMALLEST_TOLERANCE..=LARGEST_TOLERANCE;
         let expected = "a number in [1e-11, 0.1]: the error of the tip relative to the model's length";
         checker.require(range.contains(&self.tolerance), "rtol", Number(self.tolerance), expected);
+        checker.require(self.max_step > 0.0, "max_step", Number(self.max_step), "a number > 0");
         checker.finish()
     }
 }
@@ -320,7 +323,7 @@ impl Choice {
 
     /// The method at a tolerance for errors of coordinates relative to their typical sizes, and of velocities likewise.
     fn method<M: Model>(&self, model: &mut M, tolerance: f64, request: Request) -> Method {
-        let Request { dt, max_steps, .. } = request;
+        let Request { dt, max_steps, max_step, .. } = request;
         let n = model.n();
         let mut sizes = vec![0.0; n];
         model.typical_coordinates(&mut sizes);
@@ -332,6 +335,7 @@ impl Choice {
                 rtol: 0.0.into(),
                 atol: atol.into(),
                 max_steps,
+                max_step,
                 ..ode::Options::default()
             };
             Method::FirstOrder { options, dt }
@@ -340,6 +344,7 @@ impl Choice {
                 rtol: (1e-2 * tolerance).into(),
                 atol: atol.into(),
                 max_steps,
+                max_step,
                 ..radau::Options::default()
             };
             Method::Radau { options, dt }

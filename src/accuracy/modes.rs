@@ -94,6 +94,9 @@ pub fn choose_modes(
         space_error = Some(error);
         if error <= request.tolerance {
             let message = format!("The modes leave a space error of {error:.0e} of the length.");
+            if coarse.model.n() == 0 {
+                return Ok(unmoved(rod, open, error, fine.simulation.status));
+            }
             return Ok(Modes { rod: coarse.rod, space_error, status: fine.simulation.status, message });
         }
         kept *= SMALLER;
@@ -104,6 +107,15 @@ pub fn choose_modes(
         request.tolerance
     );
     Ok(Modes { rod: with_modes(rod, open, &modes), space_error, status: Status::AccuracyNotReached, message })
+}
+
+/// Where nothing moves by as much as was asked for.
+fn unmoved(rod: &Rod, open: &[usize], error: f64, status: Status) -> Modes {
+    let one_bend = [0, 1, 0, 0, 0, 0];
+    let message = "Nothing moves the tip by as much as the accuracy: one mode of bending is there because a rod needs one. If a load \
+                   was meant to, look at its times and at its size.";
+    let rod = with_modes(rod, open, &vec![one_bend; open.len()]);
+    Modes { rod, space_error: Some(error), status, message: message.to_owned() }
 }
 
 /// What a strain is tried with.

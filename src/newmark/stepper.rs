@@ -194,12 +194,13 @@ impl Stepper {
         let smallest = min_step.max(SMALLEST_STEP_IN_SPACINGS * (self.t.next_up() - self.t));
         let mut h = self.h;
         let mut rejected = false;
+        let end = self.t_end.min(system.horizon(self.t));
         loop {
             if h < smallest {
                 return Ok(Some(Status::StepTooSmall));
             }
-            let is_last = self.t + h * (1.0 + ROUNDING_OF_STEPS) >= self.t_end;
-            let t_new = if is_last { self.t_end } else { self.t + h };
+            let is_last = self.t + h * (1.0 + ROUNDING_OF_STEPS) >= end;
+            let t_new = if is_last { end } else { self.t + h };
             let step = t_new - self.t;
             if self.attempt(system, t_new, step)?.is_err() {
                 self.counters.unsolved += 1;
@@ -215,7 +216,7 @@ impl Stepper {
             let error = estimate.error(step, &ends, &self.rtol, &self.atol);
             let factor = estimate.factor(error, rejected);
             if error <= 1.0 {
-                // The rest of the interval says nothing about the size of the step after it.
+                // The rest of the way says nothing about the size of the step after it.
                 self.h = (if is_last { h.max(factor * step) } else { factor * h }).min(max_step);
                 self.accept(t_new, step);
                 return Ok(None);

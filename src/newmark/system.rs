@@ -51,6 +51,11 @@ pub trait System {
         unreachable!("the system is no chain");
     }
 
+    /// How far an adaptive step from `t` may go that cannot pass unseen over something that drives the system; the step ends there.
+    fn horizon(&self, _t: f64) -> f64 {
+        f64::INFINITY
+    }
+
     /// About how many residuals cost as much as a tangent: decides when a fresh one pays.
     fn tangent_cost(&self) -> f64 {
         3.0
@@ -64,6 +69,10 @@ pub struct FreeMotion<'a, M: ?Sized>(pub &'a mut M);
 impl<M: Model + ?Sized> System for FreeMotion<'_, M> {
     fn n(&self) -> usize {
         self.0.n()
+    }
+
+    fn horizon(&self, t: f64) -> f64 {
+        self.0.horizon(t)
     }
 
     #[inline]

@@ -77,6 +77,7 @@ impl Explicit {
             if h_abs < smallest {
                 return Ok(Advance::Failed(if finite { Status::StepTooSmall } else { Status::NonFinite }));
             }
+            let wanted = h_abs;
             let (t_new, h) = state.step_to(h_abs);
             h_abs = h.abs();
             self.attempt(state, system, t_new, h)?;
@@ -86,7 +87,10 @@ impl Explicit {
                 self.look_for_stiffness(state, h_abs);
                 state.accept(t_new, &self.stages[f_new]);
                 std::mem::swap(&mut self.stages, &mut self.accepted_stages);
-                state.h_abs = h_abs * self.control.after_acceptance(error, was_rejected);
+                // The way to the horizon says nothing about the size of the step after it.
+                let is_at_horizon = t_new == state.horizon && t_new != state.t_end;
+                let least = if is_at_horizon { wanted } else { 0.0 };
+                state.h_abs = least.max(h_abs * self.control.after_acceptance(error, was_rejected));
                 return Ok(Advance::Accepted);
             }
             state.counters.rejected += 1;

@@ -58,6 +58,10 @@ impl<M: Model> System for FirstOrder<M> {
         Ok(())
     }
 
+    fn horizon(&self, t: f64) -> f64 {
+        self.model.horizon(t)
+    }
+
     fn jacobian_kind(&self) -> JacobianKind {
         JacobianKind::Given
     }

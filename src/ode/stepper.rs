@@ -31,6 +31,8 @@ pub struct Counters {
 pub(super) struct State {
     pub(super) t: f64,
     pub(super) t_end: f64,
+    /// Where the next step ends at the latest: at the end, or at the system's horizon.
+    pub(super) horizon: f64,
     /// 1 forward, -1 backward in time.
     pub(super) direction: f64,
     pub(super) y: Vec<f64>,
@@ -53,6 +55,9 @@ pub(super) struct State {
 /// A step must be that many spacings of floating-point numbers long at least (SciPy).
 const SMALLEST_STEP_IN_SPACINGS: f64 = 10.0;
 
+/// A step is stretched by this part of its size to end at the horizon.
+const REMAINDER: f64 = 0.01;
+
 impl State {
     /// The smallest step that is allowed at the current time.
     pub(super) fn smallest_step(&self) -> f64 {
@@ -60,11 +65,21 @@ impl State {
         self.min_step.max(SMALLEST_STEP_IN_SPACINGS * (next - self.t).abs())
     }
 
-    /// End and size of a step of the wanted size that does not go beyond the end of the interval.
+    /// Looks up how far the next step may go.
+    fn look_ahead<S: System + ?Sized>(&mut self, system: &S) {
+        self.horizon = self.t_end;
+        if self.direction > 0.0 {
+            self.horizon = self.t_end.min(system.horizon(self.t));
+        }
+    }
+
+    /// End and size of a step of the wanted size that does not go beyond the end of the interval, nor beyond the horizon, which it
+    /// reaches if hardly anything would be left.
     pub(super) fn step_to(&self, h_abs: f64) -> (f64, f64) {
         let mut t_new = self.t + h_abs * self.direction;
-        if self.direction * (t_new - self.t_end) > 0.0 {
-            t_new = self.t_end;
+        let stretched = if self.horizon == self.t_end { t_new } else { t_new + REMAINDER * h_abs };
+        if self.direction * (stretched - self.horizon) > 0.0 {
+            t_new = self.horizon;
         }
         (t_new, t_new - self.t)
     }
@@ -145,6 +160,7 @@ impl Stepper {
             state: State {
                 t: t0,
                 t_end,
+                horizon: t_end,
                 direction: if t_end < t0 { -1.0 } else { 1.0 },
                 y: y0.to_vec(),
                 f: vec![0.0; n],
@@ -224,6 +240,7 @@ impl Stepper {
         } else if state.counters.accepted >= self.max_steps {
             Some(Status::TooManySteps)
         } else {
+            state.look_ahead(system);
             let advance = match &mut self.scheme {
                 Scheme::Explicit(explicit) => explicit.advance(state, system)?,
                 Scheme::Radau(radau) => radau.advance(state, system)?,

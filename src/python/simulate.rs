@@ -62,7 +62,8 @@ use crate::simulate::Method;
 ///     Whether the Newmark family chooses its steps by an error estimate, beginning with `dt`. The other methods always
 ///     choose theirs.
 /// max_step, min_step : float, optional
-///     Bounds of adaptive steps, seconds.
+///     Bounds of adaptive steps, seconds ('auto': `max_step` only). They end at the times of tables and take at least four steps a
+///     period of harmonic loads and base motions; pulses of a callable are only seen for sure with a `max_step` shorter than them.
 /// max_steps : int, optional
 ///     Largest number of accepted steps; unlimited by default. 'auto': of each of its runs, a million by default.
 /// predictor : {'best', 'last', 'zero'}
@@ -155,10 +156,7 @@ pub(crate) fn simulate<'py>(
     ];
     if method == "auto" {
         refuse_newmark_options(method, of_newmark)?;
-        refuse_newmark_options(
-            method,
-            [("atol", atol.is_some()), ("max_step", max_step.is_some()), ("min_step", min_step != 0.0)],
-        )?;
+        refuse_newmark_options(method, [("atol", atol.is_some()), ("min_step", min_step != 0.0)])?;
     }
     let defaults = newmark::Options::new(dt);
     let request = match (method, rtol) {
@@ -170,7 +168,11 @@ pub(crate) fn simulate<'py>(
         Some(tolerance) => {
             let default = accuracy::Request::new(tolerance, dt);
             let limit = max_steps.map(|limit| convert::count(limit, "max_steps")).transpose()?;
-            Some(accuracy::Request { max_steps: limit.unwrap_or(default.max_steps), ..default })
+            Some(accuracy::Request {
+                max_steps: limit.unwrap_or(default.max_steps),
+                max_step: max_step.unwrap_or(default.max_step),
+                ..default
+            })
         }
         None => None,
     };

@@ -18,6 +18,9 @@ const SMALLEST_STEP_IN_SPACINGS: f64 = 10.0;
 /// A remainder of the interval of less than that fraction of a step is added to it.
 const REMAINDER: f64 = 1e-9;
 
+/// The same for a step that ends at the system's horizon.
+const REMAINDER_AT_HORIZON: f64 = 0.01;
+
 /// An integration that is carried out step by step. All memory is allocated at the start.
 ///
 /// The stepper does not own the equations of motion; the same ones, which must know their
@@ -141,7 +144,10 @@ impl Stepper {
         if self.start(system)?.is_some() {
             return Ok(self.status);
         }
-        self.status = if self.t == self.t_end {
+        self.status = if self.t == self.t_end || self.q.is_empty() {
+            // Nothing moves.
+            self.t_old = self.t;
+            self.t = self.t_end;
             Some(Status::Finished)
         } else if self.counters.steps >= self.options.max_steps {
             Some(Status::TooManySteps)
@@ -164,15 +170,19 @@ impl Stepper {
         }
         let mut was_rejected = false;
         let mut failure = Failure::NotConverged;
+        let horizon = system.horizon(self.t);
+        let (end, remainder) =
+            if horizon < self.t_end { (horizon, REMAINDER_AT_HORIZON) } else { (self.t_end, REMAINDER) };
         loop {
-            let is_last = self.t + h * (1.0 + REMAINDER) >= self.t_end;
+            let wanted = h;
+            let is_last = self.t + h * (1.0 + remainder) >= end;
             if h.is_nan() || h < smallest && (was_rejected || !is_last) {
                 return Ok(Some(match failure {
                     Failure::NotConverged => Status::StepTooSmall,
                     failure => Status::StepFailed(failure),
                 }));
             }
-            let t_new = if is_last { self.t_end } else { self.t + h };
+            let t_new = if is_last { end } else { self.t + h };
             h = t_new - self.t;
             set_scale(&mut self.scale, &self.tolerances, [start.q, start.v], [start.q, start.v]);
             let newton =
@@ -196,8 +206,9 @@ impl Stepper {
             let finite = all_finite(&self.stages.q) && all_finite(&self.stages.v);
             if error <= 1.0 && finite {
                 self.tangents_are_wanted = newton.wants_jacobian() && !self.stages.have_own_tangents();
-                // The rest of the interval says nothing about the size of the step after it.
-                self.h = next_size(h, factor, self.tangents_are_wanted);
+                // The rest of the way says nothing about the size of the step after it.
+                let least = if t_new == horizon { wanted } else { 0.0 };
+                self.h = least.max(next_size(h, factor, self.tangents_are_wanted));
                 self.last = Some(sized);
                 self.accept(t_new, h);
                 return Ok(None);

@@ -72,6 +72,24 @@ impl BaseMotion {
         check.finish()
     }
 
+    /// How far a step from `t` may go that cannot pass over a part of it unseen ([`Signal::horizon`]).
+    pub fn horizon(&self, t: f64) -> f64 {
+        let of_rotation = match &self.rotation {
+            BaseRotation::About { angle, .. } => angle.horizon(t),
+            BaseRotation::By(quaternion) => quaternion.horizon(t),
+        };
+        self.translation.horizon(t).min(of_rotation)
+    }
+
+    /// Its shortest period in seconds; infinite where nothing oscillates.
+    pub fn period(&self) -> f64 {
+        let of_rotation = match &self.rotation {
+            BaseRotation::About { angle, .. } => angle.period(),
+            BaseRotation::By(quaternion) => quaternion.period(),
+        };
+        self.translation.period().min(of_rotation)
+    }
+
     /// The times between which the motion is known.
     pub fn span(&self) -> [f64; 2] {
         let translation = span(&self.translation);

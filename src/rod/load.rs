@@ -47,6 +47,16 @@ impl Load {
         self.force.constant().is_none() || self.moment.constant().is_none()
     }
 
+    /// How far a step from `t` may go that cannot pass over a part of it unseen ([`Signal::horizon`]).
+    pub fn horizon(&self, t: f64) -> f64 {
+        self.force.horizon(t).min(self.moment.horizon(t))
+    }
+
+    /// Its shortest period in seconds; infinite where nothing oscillates.
+    pub fn period(&self) -> f64 {
+        self.force.period().min(self.moment.period())
+    }
+
     /// Everything that is wrong with this load on a rod of this length (infinite where it is not known yet).
     pub fn validate(&self, length: f64) -> Result<(), InvalidInput> {
         let mut check = Checker::new();

@@ -9,6 +9,7 @@ use super::description::{Rod, STRAIGHT};
 use super::elasticity;
 use super::explanation::Explanation;
 use super::kinematics::{Place, Pose};
+use super::load::Load;
 use super::piece;
 use super::plan::Plan;
 use super::resolution;
@@ -375,6 +376,16 @@ impl Model for RodModel {
 
     fn length(&self) -> f64 {
         self.rod.length()
+    }
+
+    fn horizon(&self, t: f64) -> f64 {
+        let of_base = self.rod.base_motion.iter().map(|motion| motion.horizon(t));
+        self.rod.loads.iter().map(|load| load.horizon(t)).chain(of_base).fold(f64::INFINITY, f64::min)
+    }
+
+    fn shortest_period(&self) -> f64 {
+        let of_base = self.rod.base_motion.iter().map(BaseMotion::period);
+        self.rod.loads.iter().map(Load::period).chain(of_base).fold(f64::INFINITY, f64::min)
     }
 
     /// Some where it turns by more than half a turn between neighbouring quadrature nodes.

@@ -1,5 +1,7 @@
 //! A rod compiled for computing: everything that does not change with the state, computed once.
 
+use std::f64::consts::PI;
+
 use super::anchor::{self, Anchor};
 use super::description::{Rod, STRAIGHT, STRAINS, Segment};
 use super::immersion::{self, Immersed, Immersion};
@@ -83,6 +85,9 @@ pub(super) struct SegmentPlan<G: Turning> {
     /// Between neighbouring nodes, or the ends and the nodes next to them, in metres; zero where twisting turns nothing, because the
     /// segment is straight.
     pub(super) largest_gap: f64,
+    /// Of the reference strain, at the nodes: radians per metre.
+    pub(super) reference_curvature: Vec<G::Axial<f64>>,
+    pub(super) largest_reference_curvature: f64,
     /// Quadrature weights, times the length.
     pub(super) weights: Vec<G::Pack>,
     /// Integration matrix from the segment's base to the nodes, times the length: entry `[pack * nodes + l]`.
@@ -436,6 +441,15 @@ impl<G: Turning> SegmentPlan<G> {
             weighted_basis: (0..degrees)
                 .flat_map(|k| pack(&|i| length * gauss.weights[i] * at_nodes[i][k]))
                 .collect(),
+            largest_reference_curvature: largest_reference_curvature(&piece, &gauss.nodes),
+            reference_curvature: gauss
+                .nodes
+                .iter()
+                .map(|&x| {
+                    let [a, b, c, ..] = piece.reference(x);
+                    G::axial_of(frame, [a, b, c].into())
+                })
+                .collect(),
             turning: G::constants(&piece, frame, &gauss, &components),
             couplings: couplings(&piece, first),
             components,
@@ -535,7 +549,7 @@ fn quadrature(piece: &Piece) -> Gauss {
     let breaks = piece.breaks();
     let rules = breaks.len() + 1;
     let beyond = NODES_BEYOND_MODES + if is_tapered(piece) { NODES_FOR_TAPER } else { 0 };
-    let needed = piece.degree() + 1 + beyond;
+    let needed = piece.degree() + 1 + beyond + nodes_for_turns(piece);
     let of_rule = match (piece.segment.nodes, rules) {
         (Some(nodes), _) => nodes.div_ceil(rules),
         (None, 1) => needed,
@@ -544,6 +558,26 @@ fn quadrature(piece: &Piece) -> Gauss {
     // Whole packs: the rounding up costs nothing and buys accuracy.
     let whole = (of_rule..).find(|of_rule| (rules * of_rule).is_multiple_of(LANES));
     Gauss::composite(whole.unwrap_or(of_rule), &breaks)
+}
+
+/// Nodes for a reference strain that turns the rod by more than the half turn that [`NODES_BEYOND_MODES`] are for. Polynomials follow
+/// `exp(i k x)` on (-1, 1) once their degree is beyond k (Boyd 2001, section 2.4): half the turn in radians. Products of two such
+/// functions are integrated by half as many nodes as they have degrees.
+fn nodes_for_turns(piece: &Piece) -> usize {
+    /// Places that are looked at.
+    const LOOKS: usize = 32;
+    let places: Vec<f64> = (0..=LOOKS).map(|i| i as f64 / LOOKS as f64).collect();
+    let turn = largest_reference_curvature(piece, &places) * piece.length();
+    (0.5 * (turn - PI)).max(0.0).ceil() as usize
+}
+
+/// The largest curvature or twist of the reference strain at these places.
+fn largest_reference_curvature(piece: &Piece, places: &[f64]) -> f64 {
+    let curvature = |&x: &f64| {
+        let [a, b, c, ..] = piece.reference(x);
+        (a * a + b * b + c * c).sqrt()
+    };
+    places.iter().map(curvature).fold(0.0, f64::max)
 }
 
 /// The largest distance between these places of (0, 1), and of its ends.

@@ -19,7 +19,7 @@ pub(super) fn shortage<G: Turning>(plan: &Plan<G>, q: &[f64]) -> Option<f64> {
         let angular = segment.components.iter().filter(|component| component.index < G::ANGULAR);
         let bound: f64 =
             angular.flat_map(|component| &q[component.first..][..component.modes]).map(|q| q.abs()).sum();
-        let bound = bound * segment.largest_gap;
+        let bound = (bound + segment.largest_reference_curvature) * segment.largest_gap;
         if bound < LARGEST_TURN { bound } else { largest_turn(segment, q) }
     };
     let turns = plan.segments.iter().map(turn);
@@ -28,7 +28,7 @@ pub(super) fn shortage<G: Turning>(plan: &Plan<G>, q: &[f64]) -> Option<f64> {
     (!is_resolved).then_some(largest / LARGEST_TURN)
 }
 
-/// The largest turn between neighbouring nodes, by the curvature at both of them; NaN where that is not finite.
+/// The largest turn between neighbouring nodes, by the curvature at both of them, that of the reference strain included; NaN where that is not finite.
 fn largest_turn<G: Turning>(segment: &SegmentPlan<G>, q: &[f64]) -> f64 {
     let curvature = |node: usize| {
         let field = segment.field(q, node / LANES);
@@ -36,7 +36,8 @@ fn largest_turn<G: Turning>(segment: &SegmentPlan<G>, q: &[f64]) -> f64 {
             angular: G::map_axial(&field.angular, |pack: &G::Pack| pack.lane(node % LANES)),
             linear: VectorSpace::zero(),
         };
-        angular.angular.dot(angular.angular).sqrt()
+        let total = angular.angular + segment.reference_curvature[node];
+        total.dot(total).sqrt()
     };
     let nodes = &segment.gauss.nodes;
     let ends = |i: usize| (if i == 0 { 0.0 } else { nodes[i - 1] }, nodes.get(i + 1).copied().unwrap_or(1.0));

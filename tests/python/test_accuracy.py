@@ -291,3 +291,9 @@ def test_what_makes_no_sense_in_a_scene_is_refused(problem, settings):
     text = text.replace('method = "newmark"\nstep = 1e-2\njacobian = "analytic"', settings)
     with pytest.raises(lissom.SceneError, match=problem):
         lissom.Scene.loads(text)
+
+
+def test_where_nothing_moves_one_mode_is_left():
+    segment = lissom.Segment(0.4, 0.01, 3e5, 1e5, 1070.0, {"bend_y": 1}, retardation_time=0.02)
+    rod = lissom.Rod([segment], gravity=(0, 0, 0))
+    assert lissom.choose_modes(rod, 0.1, rtol=1e-3).n == 1

@@ -471,3 +471,56 @@ def test_scenes_take_tables_and_harmonic_loads():
         "rod[0].load[0].force.frequency",
         "rod[0].load[1].moment.times[1]",
     ]
+
+
+def _soft_arm(force) -> lissom.Rod:
+    segment = lissom.Segment(0.4, (0.012, 0.006), 3e5, 1e5, 1070.0, {"bend_y": 4}, retardation_time=0.02)
+    return lissom.Rod([segment], gravity=(0, 0, 0), loads=[lissom.Load(force=force)])
+
+
+PULSE = ([0.5, 0.51, 0.52], [[0, 0, 0], [0, 0, 1.0], [0, 0, 0]])
+
+
+@pytest.mark.parametrize(
+    ("method", "options", "tolerance"),
+    [
+        ("auto", {"rtol": 1e-2}, 3e-2),
+        ("auto", {"rtol": 1e-5}, 3e-5),
+        ("radau", {}, 1e-4),
+        ("rk45", {}, 1e-4),
+        ("dop853", {}, 1e-4),
+        ("newmark", {"adaptive": True}, 1e-3),
+    ],
+)
+def test_no_method_steps_over_a_pulse_from_rest(method, options, tolerance):
+    rod = _soft_arm(PULSE)
+    right = lissom.simulate(rod, 1.0, method="radau", rtol=1e-9, atol=1e-11, max_step=1e-3)
+    found = lissom.simulate(rod, 1.0, method=method, **options)
+    assert found.success
+    tips = [rod.pose(motion.q[-1], 0.4)[:3, 3] for motion in (right, found)]
+    assert np.linalg.norm(tips[0] - rod.pose(np.zeros(rod.n), 0.4)[:3, 3]) > 0.04
+    assert np.linalg.norm(tips[1] - tips[0]) <= tolerance * 0.4
+
+
+def test_a_pulse_of_a_callable_is_seen_with_a_largest_step():
+    rod = _soft_arm(lambda t: (0, 0, 1.0 if 0.9 < t < 0.902 else 0.0))
+    found = lissom.simulate(rod, 1.0, method="auto", rtol=1e-2, max_step=1e-3)
+    assert found.success
+    assert np.abs(found.q).max() > 0.1
+
+
+def test_fixed_steps_that_cannot_see_an_oscillation_are_refused():
+    rod = _soft_arm(lissom.Harmonic((0, 0, 1.0), 100.0))
+    with pytest.raises(ValueError, match=r"dt: got 0\.01 s .* period of 0\.01 s, expected less than half"):
+        lissom.simulate(rod, 0.1, dt=0.01)
+    assert lissom.simulate(rod, 0.1, dt=0.004).success
+
+
+@pytest.mark.parametrize(
+    "options", [{"adaptive": True}, {"method": "radau"}, {"method": "rk45"}, {"method": "auto"}]
+)
+def test_adaptive_steps_see_every_oscillation(options):
+    rod = _soft_arm(lissom.Harmonic((0, 0, 1e-3), 100.0))
+    right = lissom.simulate(rod, 0.1, method="radau", rtol=1e-10, atol=1e-13, max_step=2e-4)
+    found = lissom.simulate(rod, 0.1, **options)
+    assert np.abs(found.q[-1] - right.q[-1]).max() < 0.05 * np.abs(right.q).max()

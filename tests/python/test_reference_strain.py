@@ -277,3 +277,29 @@ def test_profiles_that_are_refused(arguments, message):
         lissom.Profile(1.0, **arguments)
     with pytest.raises(ValueError, match="X: got 2"):
         lissom.Profile(1.0, coefficients=[1.0])(2.0)
+
+
+@pytest.mark.parametrize("turns", [0.25, 1.0, 4.25, 8.25, 20.25])
+def test_rods_that_are_wound_at_rest_are_resolved_by_default(turns):
+    curvature = 2.0 * np.pi * turns
+
+    def wound(nodes=None):
+        reference = (0, curvature, 0, 1, 0, 0)
+        segment = lissom.Segment(1.0, 1e-3, 2e9, 8e8, 1200.0, {"bend_y": 2}, 0.0, reference, nodes=nodes)
+        return lissom.Rod([segment])
+
+    rod = wound()
+    tip = rod.pose([0.0, 0.0], 1.0)[[0, 2], 3]
+    exact = np.array([np.sin(curvature), np.cos(curvature) - 1.0]) / curvature
+    np.testing.assert_allclose(tip, exact, atol=1e-12)
+    many = wound(3 * rod.nodes[0])
+    state = ([0.1, 0.2], [0.3, -0.1], [1.0, 2.0])
+    right = many.inverse_dynamics(*state)
+    np.testing.assert_allclose(rod.inverse_dynamics(*state), right, atol=1e-9 * np.abs(right).max())
+
+
+def test_a_wound_rest_shape_that_the_nodes_miss_is_refused():
+    reference = (0, 2.0 * np.pi * 20.0, 0, 1, 0, 0)
+    segment = lissom.Segment(1.0, 1e-3, 2e9, 8e8, 1200.0, {"bend_y": 2}, reference_strain=reference, nodes=12)
+    with pytest.raises(ValueError, match="q0: got a rod that turns by more than half a turn"):
+        lissom.simulate(lissom.Rod([segment]), 0.1)

@@ -14,8 +14,8 @@ from .cell import Cell, Group, Outcome
 
 TURNS = (0.25, 0.5, 1.0, 2.0, 5.0, 10.0, 50.0)
 
-#: Quadrature nodes of rods that are wound up: enough for the largest of the motions' turns; and those that the
-#: circles get for every turn (resolving a turn takes more than pi), where these are more than the default.
+#: Quadrature nodes of rods that are wound up: enough for the largest of the motions' turns; and those that
+#: the circles get for every turn (resolving a turn takes more than pi), where that is more.
 NODES = 128
 NODES_OF_TURN = 5
 

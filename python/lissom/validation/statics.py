@@ -505,7 +505,8 @@ CASES = (
         "Catenary limit",
         THEME,
         "A rod so heavy that it is nearly a rope: w = 10⁴ E I / L³. Clamped in the direction of a "
-        "catenary's end, with the pull of its other end as a tip force. A rod differs from a rope by about E I / (H L²) there; 16 modes.",
+        "catenary's end, with the pull of its other end as a tip force. A rod differs from a rope by about "
+        "E I / (H L²) there; 16 modes.",
         "Leibniz and Bernoulli 1691, limit of no stiffness",
         "exact",
         "tip x, z (m)",
