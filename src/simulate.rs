@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use crate::balance::{Balance, Flow, FlowMeter, Rule, State};
-use crate::error::{Interrupted, InvalidInput, Number};
+use crate::error::{Checker, Interrupted, InvalidInput, Number};
 use crate::model::{ForwardScratch, Model, at_least};
 use crate::newmark::{self, FreeMotion, StepSize, check_points, number_of_steps};
 use crate::ode::{self, FirstOrder, Output};
@@ -150,7 +150,9 @@ pub fn simulate<M: Model + Clone>(
     newmark::check_start(model.n(), (0.0, t_end), q0, v0, method.dt())?;
     model.check_shape(q0, "q0")?;
     check_span(model.time_span(), t_end)?;
-    check_step(method, model.shortest_period())?;
+    if let Method::Newmark(newmark::Options { dt, step_size: StepSize::Fixed, .. }) = *method {
+        check_step(dt, model.shortest_period())?;
+    }
     let mut stop = None;
     let mut simulation = match method {
         Method::Newmark(options) => {
@@ -195,20 +197,19 @@ pub fn simulate<M: Model + Clone>(
 }
 
 /// Fixed steps must see what oscillates: from half a period on it looks like something slower (Nyquist), or like nothing.
-fn check_step(method: &Method, shortest_period: f64) -> Result<(), InvalidInput> {
-    if let Method::Newmark(newmark::Options { dt, step_size: StepSize::Fixed, .. }) = *method
-        && dt >= 0.5 * shortest_period
-    {
-        let found = format_args!(
+pub(crate) fn check_step(dt: f64, shortest_period: f64) -> Result<(), InvalidInput> {
+    let mut check = Checker::new();
+    check.require(
+        dt < 0.5 * shortest_period,
+        "dt",
+        format_args!(
             "{} s for a load or a base motion with a period of {} s",
             Number(dt),
             Number(shortest_period)
-        )
-        .to_string();
-        let expected = "less than half a period (a twentieth follows it)";
-        return Err(InvalidInput::new("dt", found, expected));
-    }
-    Ok(())
+        ),
+        "less than half a period (a twentieth follows it)",
+    );
+    check.finish()
 }
 
 /// A motion must end before the model is no longer known.

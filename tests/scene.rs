@@ -599,6 +599,17 @@ fn sections_that_are_none_are_refused() {
 }
 
 #[test]
+fn fixed_steps_that_cannot_see_an_oscillation_are_refused() {
+    let load =
+        "[[rod.load]]\nforce = { amplitude = [0, 0, 1], frequency = 100 }\n\n[simulation]\nstep = 0.01";
+    let [problem] = &unplaced(&changed("[simulation]", load))[..] else { panic!("not one problem") };
+    assert!(
+        problem.contains("simulation.step: got 0.01 s for a load or a base motion with a period of 0.01 s"),
+        "{problem}"
+    );
+}
+
+#[test]
 fn a_scene_needs_exactly_one_body() {
     let simulation = "[simulation]\nduration = 1\n";
     assert_eq!(

@@ -298,6 +298,12 @@ impl Rod {
         self.segments.iter().map(|segment| segment.length).sum()
     }
 
+    /// The shortest period of its loads and of the motion of its base, in seconds; infinite where nothing oscillates.
+    pub fn shortest_period(&self) -> f64 {
+        let of_base = self.base_motion.iter().map(BaseMotion::period);
+        self.loads.iter().map(Load::period).chain(of_base).fold(f64::INFINITY, f64::min)
+    }
+
     /// Everything that is wrong with this rod and its segments.
     pub fn validate(&self) -> Result<(), InvalidInput> {
         let mut check = Checker::new();

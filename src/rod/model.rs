@@ -9,7 +9,6 @@ use super::description::{Rod, STRAIGHT};
 use super::elasticity;
 use super::explanation::Explanation;
 use super::kinematics::{Place, Pose};
-use super::load::Load;
 use super::piece;
 use super::plan::Plan;
 use super::resolution;
@@ -384,8 +383,7 @@ impl Model for RodModel {
     }
 
     fn shortest_period(&self) -> f64 {
-        let of_base = self.rod.base_motion.iter().map(BaseMotion::period);
-        self.rod.loads.iter().map(Load::period).chain(of_base).fold(f64::INFINITY, f64::min)
+        self.rod.shortest_period()
     }
 
     /// Some where it turns by more than half a turn between neighbouring quadrature nodes.

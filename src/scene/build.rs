@@ -8,6 +8,7 @@ use crate::error::{Checker, InvalidInput};
 use crate::pendulum::SpringPendulum;
 use crate::rod;
 use crate::signal::{Harmonic, Signal, Table};
+use crate::simulate::check_step;
 
 use super::document::{
     BaseMotion, Basis, Body, Document, Fluid, Frame, Load, ModeChoice, Orientations, Output, ReferenceStrain,
@@ -34,6 +35,12 @@ pub(super) fn build(document: &Document, shape: &mut Shape) -> Option<(Model, [V
     let n = model.as_ref().map_or(0, |(model, _)| model.coordinates());
     let simulation = simulation(&document.simulation, n, shape);
     let (model, state) = model?;
+    if let Model::Rod(rod) = &model
+        && simulation.method.has_fixed_step()
+    {
+        let checked = check_step(simulation.step, rod.shortest_period());
+        report(checked, shape, |_| "simulation.step".to_owned());
+    }
     Some((model, state, simulation))
 }
 
