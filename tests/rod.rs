@@ -423,7 +423,7 @@ fn planar_rods() -> impl Strategy<Value = Rod> {
 }
 
 /// Numbers of [`segment_of`].
-const KINDS: usize = 5;
+const KINDS: usize = 6;
 
 /// A segment of rubber with one of all kinds of sections, about as thick as a circle with these radii.
 fn segment_of(kind: usize, length: f64, [base, tip]: [f64; 2]) -> Segment {
@@ -431,11 +431,17 @@ fn segment_of(kind: usize, length: f64, [base, tip]: [f64; 2]) -> Segment {
         section: Section::circle([base, tip]),
         ..Segment::straight(length, base, 1e6, 4e5, 1000.0)
     };
+    let linear = |base: f64, tip: f64| Profile::linear([[base], [tip]]);
     let shape = match kind {
         0 => return circle,
-        1 => Shape::Rectangle { width: [base, tip], height: [2.0 * tip, 1.5 * base] },
-        2 => Shape::Ellipse { semi_axis_y: [base; 2], semi_axis_z: [1.5 * tip; 2] },
-        3 => Shape::HollowCircle { outer: [base, tip], inner: [0.5 * base, 0.7 * tip] },
+        1 => Shape::Rectangle { width: linear(base, tip), height: linear(2.0 * tip, 1.5 * base) },
+        2 => Shape::Ellipse { semi_axis_y: base.into(), semi_axis_z: (1.5 * tip).into() },
+        3 => Shape::HollowCircle { outer: linear(base, tip), inner: linear(0.5 * base, 0.7 * tip) },
+        4 => {
+            let radii = [base, 0.5 * (base + tip), 0.6 * tip, tip].map(|radius| [radius]);
+            let stations = [0.0, 0.3 * length, 0.7 * length, length];
+            Shape::Circle { radius: Profile::table(&stations, &radii).expect("a table") }
+        }
         _ => {
             // Everything is coupled with everything; the mass lies beside the axis.
             let mut stiffness = SectionProperties::at(&circle, 0.0).stiffness;
@@ -448,8 +454,13 @@ fn segment_of(kind: usize, length: f64, [base, tip]: [f64; 2]) -> Segment {
             let [mass, moment] = [3000.0 * base * base, 1000.0 * base.powi(4)];
             let inertia =
                 [[2.0, 0.1, -0.2], [0.1, 1.0, 0.3], [-0.2, 0.3, 1.5]].map(|row| row.map(|x| moment * x));
-            let centre = [0.3 * base, -0.2 * tip];
-            return Segment::given(length, GivenSection { stiffness, mass, inertia, centre });
+            let given = GivenSection {
+                stiffness: stiffness.into(),
+                mass: mass.into(),
+                inertia: inertia.into(),
+                centre: [0.3 * base, -0.2 * tip].into(),
+            };
+            return Segment::given(length, given);
         }
     };
     Segment { section: Section::Shape(shape), ..circle }

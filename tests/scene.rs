@@ -301,7 +301,7 @@ fn wrong_types_are_refused() {
     refused(
         "radius = 1e-3",
         "radius = true",
-        &["6:10: rod[0].segment[0].radius: got true; expected a number or an array of 2 numbers"],
+        &["6:10: rod[0].segment[0].radius: got true; expected a number or an array of 2 numbers or a table"],
     );
     refused(
         "radius = 1e-3",
@@ -475,20 +475,26 @@ fn sections_are_read() {
     let shapes = [
         (
             "section = { shape = 'hollow_circle', outer = 2e-3, inner = [0, 1e-3] }",
-            rod::Shape::HollowCircle { outer: [2e-3; 2], inner: [0.0, 1e-3] },
+            rod::Shape::HollowCircle { outer: 2e-3.into(), inner: rod::Profile::linear([[0.0], [1e-3]]) },
         ),
         (
             "section = { shape = 'rectangle', width = 2e-3, height = 1e-3 }",
-            rod::Shape::Rectangle { width: [2e-3; 2], height: [1e-3; 2] },
+            rod::Shape::Rectangle { width: 2e-3.into(), height: 1e-3.into() },
         ),
         (
             "section = { shape = 'ellipse', semi_axis_y = 2e-3, semi_axis_z = 1e-3 }",
-            rod::Shape::Ellipse { semi_axis_y: [2e-3; 2], semi_axis_z: [1e-3; 2] },
+            rod::Shape::Ellipse { semi_axis_y: 2e-3.into(), semi_axis_z: 1e-3.into() },
         ),
     ];
     for (text, shape) in shapes {
         assert_eq!(segment(text), rod::Segment { section: rod::Section::Shape(shape), ..circle.clone() });
     }
+    let table = "{ stations = [0, 0.4, 1], values = [1e-3, 3e-3, 2e-3] }";
+    let radius = rod::Profile::table(&[0.0, 0.4, 1.0], &[[1e-3], [3e-3], [2e-3]]).expect("a table");
+    let section = rod::Section::Shape(rod::Shape::Circle { radius });
+    let wanted = rod::Segment { section, ..circle.clone() };
+    assert_eq!(segment(&format!("radius = {table}")), wanted);
+    assert_eq!(segment(&format!("section = {{ shape = 'circle', radius = {table} }}")), wanted);
     let corrections = [
         ("0.9", rod::ShearCorrection::Factors([0.9; 2])),
         ("[0.8, 0.9]", rod::ShearCorrection::Factors([0.8, 0.9])),
@@ -509,10 +515,10 @@ fn given_sections_are_read_and_take_no_material() {
         "section = { shape = 'given', stiffness = [1, 2, 3, 4, 5, 6], mass = 0.1, inertia = [1, 2, 3], centre = [0, 1] }\n",
     );
     let given = rod::GivenSection {
-        stiffness: rod::diagonal([1.0, 2.0, 3.0, 4.0, 5.0, 6.0]),
-        mass: 0.1,
-        inertia: rod::diagonal([1.0, 2.0, 3.0]),
-        centre: [0.0, 1.0],
+        stiffness: rod::diagonal([1.0, 2.0, 3.0, 4.0, 5.0, 6.0]).into(),
+        mass: 0.1.into(),
+        inertia: rod::diagonal([1.0, 2.0, 3.0]).into(),
+        centre: [0.0, 1.0].into(),
     };
     let wanted = rod::Segment { modes: [0, 3, 0, 0, 0, 0], ..rod::Segment::given(1.0, given) };
     assert_eq!(rod_of(&text).segments, [wanted]);
@@ -520,7 +526,8 @@ fn given_sections_are_read_and_take_no_material() {
     let rows = "[[2,0,0,0,0,0],[0,2,0,0,0,1],[0,0,2,0,0,0],[0,0,0,2,0,0],[0,0,0,0,2,0],[0,1,0,0,0,2]]";
     let full = changed(MATERIAL, &format!("section = {{ shape = 'given', stiffness = {rows}, mass = 1 }}\n"));
     let rod::Section::Given(section) = rod_of(&full).segments.remove(0).section else { panic!("given") };
-    assert_eq!([section.stiffness[1][5], section.stiffness[5][1]], [1.0; 2]);
+    let stiffness = section.at(0.3).stiffness;
+    assert_eq!([stiffness[1][5], stiffness[5][1]], [1.0; 2]);
 
     let text =
         changed("radius = 1e-3", "section = { shape = 'given', stiffness = [1, 2, 3, 4, 5, 6], mass = 0.1 }");

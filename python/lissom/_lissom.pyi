@@ -381,24 +381,30 @@ class Profile:
     def __ne__(self, other: object, /) -> bool: ...
     def __getnewargs_ex__(self) -> tuple[tuple[float], dict[str, Any]]: ...
 
+# A number, a pair (base, tip), or a function of the arc length: a table, a callable or a profile.
+_Size: TypeAlias = (
+    float | tuple[float, float] | tuple[ArrayLike, ArrayLike] | Callable[[float], float] | Profile
+)
+_Along: TypeAlias = ArrayLike | tuple[ArrayLike, ArrayLike] | Callable[[float], ArrayLike] | Profile
+
 @final
 class Section:
     @staticmethod
-    def circle(radius: float | tuple[float, float]) -> Section: ...
+    def circle(radius: _Size, *, length: float | None = None) -> Section: ...
     @staticmethod
-    def hollow_circle(outer: float | tuple[float, float], inner: float | tuple[float, float]) -> Section: ...
+    def hollow_circle(outer: _Size, inner: _Size, *, length: float | None = None) -> Section: ...
     @staticmethod
-    def rectangle(width: float | tuple[float, float], height: float | tuple[float, float]) -> Section: ...
+    def rectangle(width: _Size, height: _Size, *, length: float | None = None) -> Section: ...
     @staticmethod
-    def ellipse(
-        semi_axis_y: float | tuple[float, float], semi_axis_z: float | tuple[float, float]
-    ) -> Section: ...
+    def ellipse(semi_axis_y: _Size, semi_axis_z: _Size, *, length: float | None = None) -> Section: ...
     @staticmethod
     def given(
-        stiffness: ArrayLike,
-        mass: float,
-        inertia: ArrayLike = (0, 0, 0),
-        centre: ArrayLike = (0, 0),
+        stiffness: _Along,
+        mass: float | tuple[ArrayLike, ArrayLike] | Callable[[float], float] | Profile,
+        inertia: _Along = (0, 0, 0),
+        centre: _Along = (0, 0),
+        *,
+        length: float | None = None,
     ) -> Section: ...
     @property
     def shape(self) -> Literal["circle", "hollow_circle", "rectangle", "ellipse", "given"]: ...
@@ -418,13 +424,13 @@ class Segment:
     def __new__(
         cls,
         length: float,
-        radius: float | tuple[float, float] | None = None,
+        radius: _Size | None = None,
         young_modulus: float | None = None,
         shear_modulus: float | None = None,
         density: float | None = None,
         modes: dict[str, int] | None = None,
         retardation_time: float = 0.0,
-        reference_strain: ArrayLike | tuple[ArrayLike, ArrayLike] | Callable[[float], ArrayLike] | Profile = (
+        reference_strain: _Along = (
             0,
             0,
             0,
@@ -441,7 +447,7 @@ class Segment:
     @property
     def length(self) -> float: ...
     @property
-    def radius(self) -> tuple[float, float] | None: ...
+    def radius(self) -> tuple[float, float] | Profile | None: ...
     @property
     def section(self) -> Section: ...
     @property

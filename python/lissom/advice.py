@@ -36,6 +36,9 @@ ENOUGH = 3
 #: Length over radius below which the deflection by shear is looked at.
 SLENDER = 10.0
 
+#: Places between which a section is not looked at.
+PLACES = 32
+
 #: Steps that stability takes for each that resolves the slowest vibration: a model with more counts as stiff.
 STIFF = 30.0
 
@@ -150,11 +153,15 @@ def about_modes(found: Vibrations, richer: Vibrations) -> list[str]:
     ]
 
 
+def half_extents(segment: Segment) -> list[float]:
+    """How far a segment reaches from its axis along y and along z, at its ends and at places in between."""
+    places = (i / PLACES for i in range(PLACES + 1))
+    return [size for x in places for size in segment.section.half_extents(x)]
+
+
 def about_shear(rod: Rod) -> list[str]:
     """What shear would add to the deflection of a thick rod that has none."""
-    widest = max(
-        size for segment in rod.segments for x in (0.0, 1.0) for size in segment.section.half_extents(x)
-    )
+    widest = max(size for segment in rod.segments for size in half_extents(segment))
     slenderness = rod.length / widest
     rigid = {
         shear

@@ -136,7 +136,7 @@ impl PyProfile {
         values.into_pyarray(X.py()).reshape(shape)
     }
 
-    fn __repr__(&self) -> String {
+    pub(super) fn __repr__(&self) -> String {
         let number = self.rows.len();
         let kind = match self.stations {
             Some(_) => format!("table of {number} stations"),
@@ -200,19 +200,36 @@ fn value_of<const N: usize>(value: &Bound<'_, PyAny>, shape: &[usize], name: &st
     let packed = PyTuple::new(value.py(), [value])?;
     let (mut rows, found) = rows(&packed, name)
         .map_err(|_| PyTypeError::new_err(wrong_value(name, shape, &convert::describe(value))))?;
-    if found != shape {
+    if !stands_for(&found, shape) {
         if let ([expected], [found]) = (shape, &found[..]) {
             return Err(PyValueError::new_err(format!("{name}: expected {expected} values, got {found}")));
         }
         let message = wrong_value(name, shape, &format!("an array of shape {found:?}"));
         return Err(PyValueError::new_err(message));
     }
-    Ok(rows.remove(0).try_into().expect("the shape has N entries"))
+    Ok(numbers(&rows.remove(0)))
+}
+
+/// Whether a value of one shape stands for one of another: itself, or the diagonal of a square matrix.
+fn stands_for(found: &[usize], shape: &[usize]) -> bool {
+    found == shape || matches!((found, shape), ([n], [rows, _]) if n == rows)
+}
+
+/// The numbers of a value that stands for one with `N` numbers.
+fn numbers<const N: usize>(value: &[f64]) -> [f64; N] {
+    let n = value.len();
+    // Every n + 1st entry of n x n lies on the diagonal.
+    std::array::from_fn(|i| match n == N {
+        true => value[i],
+        false if i % (n + 1) == 0 => value[i / (n + 1)],
+        false => 0.0,
+    })
 }
 
 fn wrong_value(name: &str, shape: &[usize], found: &str) -> String {
     let expected = match shape {
         [] => "a number".to_owned(),
+        [rows, columns] => format!("an array of shape ({rows},) or ({rows}, {columns})"),
         shape => format!("an array of shape {shape:?}"),
     };
     format!(
@@ -234,12 +251,12 @@ pub(crate) fn profile<const N: usize>(
     if value.is_callable() {
         return of_function(value, shape, length, name);
     }
-    if let Some((stations, values)) = pair(value)? {
+    if let Some((stations, values)) = table(value)? {
         let stations = convert::vector(&stations, &format!("{name}, stations"))?;
         let (rows, found) = rows(&values, &format!("{name}, values"))?;
         let number = rows.len();
         let profile = PyProfile { length, shape: found, stations: Some(stations), rows };
-        if profile.shape != shape {
+        if !stands_for(&profile.shape, shape) {
             return Err(PyValueError::new_err(format!(
                 "{name}, values: expected {} of shape {shape:?}, one for each station, got {number} of shape {:?}",
                 profile.stations.map_or(0, |stations| stations.len()),
@@ -256,14 +273,34 @@ pub(crate) fn to_python<const N: usize>(profile: &Profile<N>, shape: &[usize], l
     let rows = |rows: &[[f64; N]]| rows.iter().map(|row| row.to_vec()).collect();
     let (stations, rows) = match profile.parts() {
         Parts::Constant(value) => (None, vec![value.to_vec()]),
+        // (base + tip)/2 and (tip - base)/2 are the coefficients of one and 2 x - 1.
+        Parts::Linear([base, tip]) => {
+            let [mean, slope] = [1.0, -1.0].map(|sign| (0..N).map(move |i| 0.5 * (tip[i] + sign * base[i])));
+            (None, vec![mean.collect(), slope.collect()])
+        }
         Parts::Table(stations, values) => (Some(stations.to_vec()), rows(values)),
         Parts::Polynomial(coefficients) => (None, rows(coefficients)),
     };
     PyProfile { length, shape: shape.to_vec(), stations, rows }
 }
 
+/// The length in metres that a table or a `lissom.Profile` is over; none of anything else.
+pub(crate) fn length_of(value: &Bound<'_, PyAny>) -> PyResult<Option<f64>> {
+    if let Ok(profile) = value.cast::<PyProfile>() {
+        return Ok(Some(profile.get().length));
+    }
+    let Some((stations, _)) = table(value)? else { return Ok(None) };
+    // Stations that are none are refused when the table is read.
+    Ok(convert::vector(&stations, "stations").ok().and_then(|stations| stations.last().copied()))
+}
+
+/// Whether `value` is a function of the arc length: a table, a callable or a `lissom.Profile`.
+pub(crate) fn varies(value: &Bound<'_, PyAny>) -> PyResult<bool> {
+    Ok(value.is_instance_of::<PyProfile>() || value.is_callable() || table(value)?.is_some())
+}
+
 /// Stations and values, where `value` is a pair of arrays.
-fn pair<'py>(value: &Bound<'py, PyAny>) -> PyResult<Option<(Bound<'py, PyAny>, Bound<'py, PyAny>)>> {
+fn table<'py>(value: &Bound<'py, PyAny>) -> PyResult<Option<(Bound<'py, PyAny>, Bound<'py, PyAny>)>> {
     if !value.is_instance_of::<PyTuple>() && !value.is_instance_of::<PyList>() {
         return Ok(None);
     }
@@ -280,7 +317,7 @@ fn of_profile<const N: usize>(
     length: f64,
     name: &str,
 ) -> PyResult<Profile<N>> {
-    if profile.shape != shape {
+    if !stands_for(&profile.shape, shape) {
         let found = format!("a profile with values of shape {:?}", profile.shape);
         return Err(PyValueError::new_err(wrong_value(name, shape, &found)));
     }
@@ -290,8 +327,7 @@ fn of_profile<const N: usize>(
             profile.length
         )));
     }
-    let rows: Vec<[f64; N]> =
-        profile.rows.iter().map(|row| row[..].try_into().expect("the shape has N entries")).collect();
+    let rows: Vec<[f64; N]> = profile.rows.iter().map(|row| numbers(row)).collect();
     let found = match &profile.stations {
         Some(stations) => Profile::table(stations, &rows).and_then(|profile| {
             profile.validate(length)?;

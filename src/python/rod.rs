@@ -33,8 +33,9 @@ use crate::rod::{
 /// ----------
 /// length : float
 ///     Metres.
-/// radius : float or (float, float), optional
-///     Radius of a circular section, or radii at the segment's base and tip, in metres. Either this or `section`.
+/// radius : float or (float, float) or table or callable or Profile, optional
+///     Radius of a circular section in metres: one number, radii at the segment's base and tip, or a function of the arc length X
+///     as `reference_strain` takes it. Either this or `section`.
 /// young_modulus, shear_modulus : float, optional
 ///     E and G in pascals, with Poisson's ratio E/(2G) - 1 in (-1, 0.5]. Needed unless the section is given.
 /// density : float, optional
@@ -94,8 +95,16 @@ impl PySegment {
         })?;
         let mut check = Checker::new();
         let section = match (radius, section) {
-            (Some(radius), None) => Section::circle(section::size(radius, "radius")?),
-            (None, Some(section)) => section.0.clone(),
+            (Some(radius), None) => {
+                Section::Shape(Shape::Circle { radius: section::size(radius, Some(length), "radius")? })
+            }
+            (None, Some(PySection { section, length: over })) => {
+                if let Some(over) = *over {
+                    let expected = format!("one for the segment's length, {length} m");
+                    check.require(over == length, "section", format_args!("one for {over} m"), &expected);
+                }
+                section.clone()
+            }
             (radius, _) => {
                 let found =
                     if radius.is_some() { "both radius and section" } else { "neither radius nor section" };
@@ -139,19 +148,21 @@ impl PySegment {
         self.0.length
     }
 
-    /// Radius of a circular section at the base and at the tip, in metres; None for other sections.
+    /// Radius of a circular section at the base and at the tip, in metres, or a Profile; None for other sections.
     #[getter]
-    fn radius(&self) -> Option<(f64, f64)> {
-        match self.0.section {
-            Section::Shape(Shape::Circle { radius }) => Some(radius.into()),
-            _ => None,
+    fn radius<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
+        match &self.0.section {
+            Section::Shape(Shape::Circle { radius }) => {
+                section::size_out(py, radius, self.0.length).map(Some)
+            }
+            _ => Ok(None),
         }
     }
 
     /// What it looks like across.
     #[getter]
     fn section(&self) -> PySection {
-        PySection(self.0.section.clone())
+        PySection::of(&self.0)
     }
 
     /// Young's modulus in pascals; None where the section is given.
@@ -265,10 +276,11 @@ impl PySegment {
         };
         let mut arguments = vec![format!("length={length:?}")];
         match section {
-            Section::Shape(Shape::Circle { radius: [base, tip] }) => {
-                arguments.push(format!("radius=({base:?}, {tip:?})"));
+            Section::Shape(Shape::Circle { radius }) => {
+                let radius = section::size_out(py, radius, *length)?;
+                arguments.push(format!("radius={}", radius.repr()?));
             }
-            section => arguments.push(format!("section={}", PySection(section.clone()).__repr__())),
+            _ => arguments.push(format!("section={}", self.section().__repr__())),
         }
         if let Section::Shape(_) = section {
             let Segment { young_modulus, shear_modulus, density, .. } = &self.0;
@@ -280,7 +292,7 @@ impl PySegment {
         arguments.push(format!("reference_strain={strain}"));
         arguments.push(match self.0.shear_correction {
             ShearCorrection::Cowper => "shear_correction='cowper'".to_owned(),
-            ShearCorrection::Factors(factors) => section::sized("shear_correction", factors),
+            ShearCorrection::Factors(factors) => section::pair("shear_correction", factors),
         });
         arguments.push(format!("nodes={}", nodes.map_or("None".to_owned(), |nodes| nodes.to_string())));
         arguments.push(format!("basis='{}'", self.basis()));
@@ -291,7 +303,7 @@ impl PySegment {
     fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> PyResult<((), Bound<'py, PyDict>)> {
         let arguments = PyDict::new(py);
         arguments.set_item("length", self.0.length)?;
-        match self.radius() {
+        match self.radius(py)? {
             Some(radius) => arguments.set_item("radius", radius)?,
             None => arguments.set_item("section", self.section())?,
         }

@@ -1,18 +1,25 @@
 //! `lissom.Section`.
 
+use std::fmt::Debug;
+
 use numpy::PyArray2;
+use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString, PyTuple};
 
 use super::convert;
-use crate::rod::{GivenSection, Section, Shape, ShearCorrection};
+use super::profile;
+use crate::error::Checker;
+use crate::rod::{GivenSection, Parts, Profile, Section, Segment, Shape, ShearCorrection};
 
 /// What a segment looks like across: a shape of its material, or given stiffness and inertia.
 ///
 /// Made by `Section.circle`, `Section.hollow_circle`, `Section.rectangle`, `Section.ellipse` and `Section.given`. Sizes are
-/// metres, one number or a pair (at the segment's base, at its tip) for a linear taper. Width lies along body y, height along
-/// body z. Methods take the place as the fraction `x` of the segment's length, from 0 to 1.
+/// metres: one number, a pair (at the segment's base, at its tip) for a linear taper, or a function of the arc length X from the
+/// segment's base, as a table (stations, values), a callable or a `Profile`. Callables need `length`, the segment's in metres, beside
+/// them. Width lies along body y, height along body z. Methods take the place as the fraction `x` of the segment's length, from 0
+/// to 1.
 ///
 /// Examples
 /// --------
@@ -20,20 +27,48 @@ use crate::rod::{GivenSection, Section, Shape, ShearCorrection};
 /// >>> strip = lissom.Section.rectangle(width=0.002, height=(0.02, 0.01))
 /// >>> blade = lissom.Segment(0.3, section=strip, young_modulus=2e11, shear_modulus=8e10, density=7800,
 /// ...                        modes={"torsion": 3, "bend_z": 4})
+/// >>> horn = lissom.Section.circle(lambda X: 0.01 * 2.0 ** (-X / 0.3), length=0.3)
+/// >>> bulb = lissom.Section.circle(([0.0, 0.2, 0.3], [0.01, 0.02, 0.005]))
 #[pyclass(name = "Section", module = "lissom", frozen, eq)]
 #[derive(Clone, PartialEq)]
-pub(crate) struct PySection(pub(crate) Section);
+pub(crate) struct PySection {
+    pub(crate) section: Section,
+    /// Length of the segment that it belongs to, where numbers of it are functions of the arc length.
+    pub(crate) length: Option<f64>,
+}
 
 impl PySection {
-    fn new(section: Section) -> PyResult<Self> {
-        section.validate()?;
-        Ok(Self(section))
+    fn new(section: Section, length: Option<f64>) -> PyResult<Self> {
+        // Without a length nothing depends on X.
+        section.validate(length.unwrap_or(1.0))?;
+        Ok(Self { length: length.filter(|_| varies(&section)), section })
+    }
+
+    /// That of a segment.
+    pub(super) fn of(segment: &Segment) -> Self {
+        let section = segment.section.clone();
+        Self { length: varies(&section).then_some(segment.length), section }
+    }
+
+    /// The shape that `make` puts together from sizes by their names.
+    fn with_sizes<const N: usize>(
+        sizes: [(&Bound<'_, PyAny>, &str); N],
+        length: Option<f64>,
+        make: impl FnOnce([Profile<1>; N]) -> Shape<Profile<1>>,
+    ) -> PyResult<Self> {
+        let length = length_of(length, &sizes)?;
+        let mut read = Vec::with_capacity(N);
+        for (value, name) in sizes {
+            read.push(size(value, length, name)?);
+        }
+        let read = read.try_into().expect("as many as there were");
+        Self::new(Section::Shape(make(read)), length)
     }
 
     /// The shape at a fraction of the segment.
     fn shape_at(&self, x: f64) -> PyResult<Shape<f64>> {
         check_fraction(x)?;
-        match &self.0 {
+        match &self.section {
             Section::Shape(shape) => Ok(shape.at(x)),
             Section::Given(_) => Err(PyValueError::new_err(
                 "a given section has no shape, only its stiffness and inertia: see Segment.stiffness and Segment.inertia",
@@ -48,69 +83,92 @@ impl PySection {
     ///
     /// Parameters
     /// ----------
-    /// radius : float or (float, float)
-    ///     Metres; at base and tip where it tapers.
+    /// radius : float or (float, float) or table or callable or Profile
+    ///     Metres; at base and tip where it tapers linearly, or as a function of the arc length X.
+    /// length : float, optional
+    ///     Length of the segment in metres, which callables need.
     ///
     /// Returns
     /// -------
     /// Section
     #[staticmethod]
-    fn circle(radius: &Bound<'_, PyAny>) -> PyResult<Self> {
-        Self::new(Section::circle(size(radius, "radius")?))
+    #[pyo3(signature = (radius, *, length=None))]
+    fn circle(radius: &Bound<'_, PyAny>, length: Option<f64>) -> PyResult<Self> {
+        Self::with_sizes([(radius, "radius")], length, |[radius]| Shape::Circle { radius })
     }
 
     /// A tube.
     ///
     /// Parameters
     /// ----------
-    /// outer, inner : float or (float, float)
+    /// outer, inner : float or (float, float) or table or callable or Profile
     ///     Radii in metres; the inner one may be zero.
+    /// length : float, optional
+    ///     Length of the segment in metres, which callables need.
     ///
     /// Returns
     /// -------
     /// Section
     #[staticmethod]
-    fn hollow_circle(outer: &Bound<'_, PyAny>, inner: &Bound<'_, PyAny>) -> PyResult<Self> {
-        let (outer, inner) = (size(outer, "outer")?, size(inner, "inner")?);
-        Self::new(Section::Shape(Shape::HollowCircle { outer, inner }))
+    #[pyo3(signature = (outer, inner, *, length=None))]
+    fn hollow_circle(
+        outer: &Bound<'_, PyAny>,
+        inner: &Bound<'_, PyAny>,
+        length: Option<f64>,
+    ) -> PyResult<Self> {
+        let sizes = [(outer, "outer"), (inner, "inner")];
+        Self::with_sizes(sizes, length, |[outer, inner]| Shape::HollowCircle { outer, inner })
     }
 
     /// A rectangle.
     ///
     /// Parameters
     /// ----------
-    /// width, height : float or (float, float)
+    /// width, height : float or (float, float) or table or callable or Profile
     ///     Whole sides along body y and along body z, metres.
+    /// length : float, optional
+    ///     Length of the segment in metres, which callables need.
     ///
     /// Returns
     /// -------
     /// Section
     #[staticmethod]
-    fn rectangle(width: &Bound<'_, PyAny>, height: &Bound<'_, PyAny>) -> PyResult<Self> {
-        let (width, height) = (size(width, "width")?, size(height, "height")?);
-        Self::new(Section::Shape(Shape::Rectangle { width, height }))
+    #[pyo3(signature = (width, height, *, length=None))]
+    fn rectangle(width: &Bound<'_, PyAny>, height: &Bound<'_, PyAny>, length: Option<f64>) -> PyResult<Self> {
+        let sizes = [(width, "width"), (height, "height")];
+        Self::with_sizes(sizes, length, |[width, height]| Shape::Rectangle { width, height })
     }
 
     /// An ellipse.
     ///
     /// Parameters
     /// ----------
-    /// semi_axis_y, semi_axis_z : float or (float, float)
+    /// semi_axis_y, semi_axis_z : float or (float, float) or table or callable or Profile
     ///     Half its width along body y and half its height along body z, metres.
+    /// length : float, optional
+    ///     Length of the segment in metres, which callables need.
     ///
     /// Returns
     /// -------
     /// Section
     #[staticmethod]
-    fn ellipse(semi_axis_y: &Bound<'_, PyAny>, semi_axis_z: &Bound<'_, PyAny>) -> PyResult<Self> {
-        let semi_axis_y = size(semi_axis_y, "semi_axis_y")?;
-        let semi_axis_z = size(semi_axis_z, "semi_axis_z")?;
-        Self::new(Section::Shape(Shape::Ellipse { semi_axis_y, semi_axis_z }))
+    #[pyo3(signature = (semi_axis_y, semi_axis_z, *, length=None))]
+    fn ellipse(
+        semi_axis_y: &Bound<'_, PyAny>,
+        semi_axis_z: &Bound<'_, PyAny>,
+        length: Option<f64>,
+    ) -> PyResult<Self> {
+        let sizes = [(semi_axis_y, "semi_axis_y"), (semi_axis_z, "semi_axis_z")];
+        Self::with_sizes(sizes, length, |[semi_axis_y, semi_axis_z]| Shape::Ellipse {
+            semi_axis_y,
+            semi_axis_z,
+        })
     }
 
     /// Stiffness and inertia as they are: composites, profiles computed elsewhere, test cases.
     ///
-    /// Its segment takes no moduli and no density.
+    /// Its segment takes no moduli and no density. Each may also be a function of the arc length X from the segment's base: a
+    /// table (stations, values), a callable (which needs `length`) or a `Profile`, with values of these shapes.
     ///
     /// Parameters
     /// ----------
@@ -124,53 +182,87 @@ impl PySection {
     ///     Inertia tensor per length about the centre of mass, in the section's axes, kg m, or its diagonal.
     /// centre : array_like, shape (2,)
     ///     Centre of mass along body y and z, seen from the rod's axis, metres.
+    /// length : float, optional
+    ///     Length of the segment in metres, which callables need.
     ///
     /// Returns
     /// -------
     /// Section
     #[staticmethod]
     #[pyo3(
-        signature = (stiffness, mass, inertia=None, centre=None),
-        text_signature = "(stiffness, mass, inertia=(0, 0, 0), centre=(0, 0))"
+        signature = (stiffness, mass, inertia=None, centre=None, *, length=None),
+        text_signature = "(stiffness, mass, inertia=(0, 0, 0), centre=(0, 0), *, length=None)"
     )]
     fn given(
         stiffness: &Bound<'_, PyAny>,
-        mass: f64,
+        mass: &Bound<'_, PyAny>,
         inertia: Option<&Bound<'_, PyAny>>,
         centre: Option<&Bound<'_, PyAny>>,
+        length: Option<f64>,
     ) -> PyResult<Self> {
-        Self::new(Section::Given(Box::new(GivenSection {
-            stiffness: convert::symmetric_of(stiffness, "stiffness")?,
-            mass,
-            inertia: inertia.map_or(Ok([[0.0; 3]; 3]), |value| convert::symmetric_of(value, "inertia"))?,
-            centre: centre.map_or(Ok([0.0; 2]), |value| convert::array_of(value, "centre"))?,
-        })))
+        let optional = [(inertia, "inertia"), (centre, "centre")];
+        let optional = optional.into_iter().filter_map(|(value, name)| Some((value?, name)));
+        let values: Vec<_> = [(stiffness, "stiffness"), (mass, "mass")].into_iter().chain(optional).collect();
+        let length = length_of(length, &values)?;
+        let given = GivenSection {
+            stiffness: match function(stiffness, &[6, 6], length, "stiffness")? {
+                Some(function) => function,
+                None => convert::symmetric_of::<6>(stiffness, "stiffness")?.into(),
+            },
+            mass: match function(mass, &[], length, "mass")? {
+                Some(function) => function,
+                None => mass.extract::<f64>().map_err(|_| wrong("mass", "a number (kg/m)", mass))?.into(),
+            },
+            inertia: match inertia {
+                None => [0.0; 9].into(),
+                Some(inertia) => match function(inertia, &[3, 3], length, "inertia")? {
+                    Some(function) => function,
+                    None => convert::symmetric_of::<3>(inertia, "inertia")?.into(),
+                },
+            },
+            centre: match centre {
+                None => [0.0; 2].into(),
+                Some(centre) => match function(centre, &[2], length, "centre")? {
+                    Some(function) => function,
+                    None => convert::array_of::<2>(centre, "centre")?.into(),
+                },
+            },
+        };
+        Self::new(Section::Given(Box::new(given)), length)
     }
 
     /// Kind of section: 'circle', 'hollow_circle', 'rectangle', 'ellipse' or 'given'.
     #[getter]
     fn shape(&self) -> &'static str {
-        match &self.0 {
+        match &self.section {
             Section::Shape(shape) => shape.name(),
             Section::Given(_) => "given",
         }
     }
 
-    /// What it was made with, by name: sizes at base and tip, or stiffness, mass, inertia and centre.
+    /// What it was made with, by name: sizes at base and tip, or stiffness, mass, inertia and centre; a Profile for each function of X.
     #[getter]
     fn parameters<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let parameters = PyDict::new(py);
-        match &self.0 {
+        let length = self.length.unwrap_or(1.0);
+        match &self.section {
             Section::Shape(shape) => {
-                for (name, &[base, tip]) in shape.sizes() {
-                    parameters.set_item(name, (base, tip))?;
+                for (name, size) in shape.sizes() {
+                    parameters.set_item(name, size_out(py, size, length)?)?;
                 }
             }
             Section::Given(given) => {
-                parameters.set_item("stiffness", rows(py, &given.stiffness)?)?;
-                parameters.set_item("mass", given.mass)?;
-                parameters.set_item("inertia", rows(py, &given.inertia)?)?;
-                parameters.set_item("centre", <(f64, f64)>::from(given.centre))?;
+                let GivenSection { stiffness, mass, inertia, centre } = &**given;
+                let at_base = given.at(0.0);
+                let [_, y, z] = at_base.centre;
+                let constant = rows(py, &at_base.stiffness)?.into_any();
+                parameters.set_item("stiffness", given_out(py, stiffness, &[6, 6], length, constant)?)?;
+                let constant = at_base.mass.into_pyobject(py)?.into_any();
+                parameters.set_item("mass", given_out(py, mass, &[], length, constant)?)?;
+                let constant = rows(py, &at_base.inertia)?.into_any();
+                parameters.set_item("inertia", given_out(py, inertia, &[3, 3], length, constant)?)?;
+                let constant = (y, z).into_pyobject(py)?.into_any();
+                parameters.set_item("centre", given_out(py, centre, &[2], length, constant)?)?;
             }
         }
         Ok(parameters)
@@ -206,18 +298,26 @@ impl PySection {
     #[pyo3(signature = (x=0.0))]
     fn half_extents(&self, x: f64) -> PyResult<(f64, f64)> {
         check_fraction(x)?;
-        Ok(self.0.half_extents(x).into())
+        Ok(self.section.half_extents(x).into())
     }
 
     pub(super) fn __repr__(&self) -> String {
-        let parameters = match &self.0 {
-            Section::Shape(shape) => shape.sizes().iter().map(|(name, ends)| sized(name, **ends)).collect(),
-            Section::Given(given) => vec![
-                format!("stiffness={:?}", given.stiffness),
-                format!("mass={:?}", given.mass),
-                format!("inertia={:?}", given.inertia),
-                format!("centre={:?}", <(f64, f64)>::from(given.centre)),
-            ],
+        let length = self.length.unwrap_or(1.0);
+        let parameters = match &self.section {
+            Section::Shape(shape) => {
+                shape.sizes().into_iter().map(|(name, size)| sized(name, size, length)).collect()
+            }
+            Section::Given(given) => {
+                let GivenSection { stiffness, mass, inertia, centre } = &**given;
+                let at_base = given.at(0.0);
+                let [_, y, z] = at_base.centre;
+                vec![
+                    parameter("stiffness", stiffness, &[6, 6], length, &at_base.stiffness),
+                    parameter("mass", mass, &[], length, &at_base.mass),
+                    parameter("inertia", inertia, &[3, 3], length, &at_base.inertia),
+                    parameter("centre", centre, &[2], length, &(y, z)),
+                ]
+            }
         };
         format!("Section.{}({})", self.shape(), parameters.join(", "))
     }
@@ -229,9 +329,109 @@ impl PySection {
     }
 }
 
-/// A size in a `repr`: one number where it does not taper.
-pub(super) fn sized(name: &str, [base, tip]: [f64; 2]) -> String {
-    if base == tip { format!("{name}={base:?}") } else { format!("{name}=({base:?}, {tip:?})") }
+/// Whether numbers of it are functions of the arc length, other than sizes that are linear.
+fn varies(section: &Section) -> bool {
+    match section {
+        Section::Shape(shape) => shape.sizes().iter().any(|(_, size)| size.ends().is_none()),
+        Section::Given(given) => {
+            let GivenSection { stiffness, mass, inertia, centre } = &**given;
+            stiffness.constant().is_none()
+                || mass.constant().is_none()
+                || inertia.constant().is_none()
+                || centre.constant().is_none()
+        }
+    }
+}
+
+/// The length of the segment: as it is given beside the values, or the one that a table or a profile among them is over.
+fn length_of(given: Option<f64>, values: &[(&Bound<'_, PyAny>, &str)]) -> PyResult<Option<f64>> {
+    if let Some(length) = given {
+        let mut check = Checker::new();
+        check.positive(length, "length", "metres");
+        check.finish()?;
+        return Ok(given);
+    }
+    for (value, _) in values {
+        let length = profile::length_of(value)?;
+        if length.is_some() {
+            return Ok(length);
+        }
+    }
+    Ok(None)
+}
+
+/// A function of the arc length, if the value is one.
+fn function<const N: usize>(
+    value: &Bound<'_, PyAny>,
+    shape: &[usize],
+    length: Option<f64>,
+    name: &str,
+) -> PyResult<Option<Profile<N>>> {
+    if !profile::varies(value)? {
+        return Ok(None);
+    }
+    let length = length.ok_or_else(|| {
+        PyValueError::new_err(format!(
+            "{name}: got a function of the arc length X, expected length= beside it, the segment's (metres)"
+        ))
+    })?;
+    profile::profile(value, shape, length, name).map(Some)
+}
+
+fn wrong(name: &str, expected: &str, value: &Bound<'_, PyAny>) -> PyErr {
+    let found = convert::describe(value);
+    PyTypeError::new_err(format!(
+        "{name}: expected {expected}, a table (stations, values) or a function of the arc length X, got {found}"
+    ))
+}
+
+/// A size as Python has it: at base and tip, or a profile.
+pub(super) fn size_out<'py>(py: Python<'py>, size: &Profile<1>, length: f64) -> PyResult<Bound<'py, PyAny>> {
+    match size.ends() {
+        Some([[base], [tip]]) => Ok((base, tip).into_pyobject(py)?.into_any()),
+        None => profile::to_python(size, &[], length).into_bound_py_any(py),
+    }
+}
+
+/// What a section is given, as Python has it: the value where it is constant, or a profile.
+fn given_out<'py, const N: usize>(
+    py: Python<'py>,
+    profile: &Profile<N>,
+    shape: &[usize],
+    length: f64,
+    constant: Bound<'py, PyAny>,
+) -> PyResult<Bound<'py, PyAny>> {
+    match profile.parts() {
+        Parts::Constant(_) => Ok(constant),
+        _ => profile::to_python(profile, shape, length).into_bound_py_any(py),
+    }
+}
+
+/// What a section is given, in a `repr`.
+fn parameter<const N: usize>(
+    name: &str,
+    profile: &Profile<N>,
+    shape: &[usize],
+    length: f64,
+    constant: &dyn Debug,
+) -> String {
+    match profile.parts() {
+        Parts::Constant(_) => format!("{name}={constant:?}"),
+        _ => format!("{name}={}", profile::to_python(profile, shape, length).__repr__()),
+    }
+}
+
+/// A size in a `repr`: one number where it does not vary.
+fn sized(name: &str, size: &Profile<1>, length: f64) -> String {
+    match size.ends() {
+        Some([[base], [tip]]) => pair(name, [base, tip]),
+        None => format!("{name}={}", profile::to_python(size, &[], length).__repr__()),
+    }
+}
+
+/// Two numbers in a `repr`: one where they are the same.
+pub(super) fn pair(name: &str, [first, second]: [f64; 2]) -> String {
+    if first == second { format!("{name}={first:?}") } else { format!("{name}=({first:?}, {second:?})") }
 }
 
 fn check_fraction(x: f64) -> PyResult<()> {
@@ -251,15 +451,17 @@ pub(super) fn rows<'py, const N: usize>(
     Ok(PyArray2::from_vec2(py, &rows)?)
 }
 
-/// A constant or linearly tapered size.
-pub(super) fn size(value: &Bound<'_, PyAny>, name: &str) -> PyResult<[f64; 2]> {
+/// A size along a segment of this length. A pair of numbers is (base, tip), a pair of arrays a table.
+pub(super) fn size(value: &Bound<'_, PyAny>, length: Option<f64>, name: &str) -> PyResult<Profile<1>> {
     if let Ok(size) = value.extract::<f64>() {
-        return Ok([size; 2]);
+        return Ok(size.into());
     }
-    value.extract::<[f64; 2]>().map_err(|_| {
-        let found = convert::describe(value);
-        PyTypeError::new_err(format!("{name}: expected a number or (base, tip), in metres, got {found}"))
-    })
+    if let Some(function) = function(value, &[], length, name)? {
+        return Ok(function);
+    }
+    let ends: [f64; 2] =
+        value.extract().map_err(|_| wrong(name, "a number or (base, tip) in metres", value))?;
+    Ok(Profile::linear(ends.map(|end| [end])))
 }
 
 /// A shear correction: a factor, one for each direction, or a rule.

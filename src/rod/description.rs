@@ -89,7 +89,7 @@ impl Segment {
         match &self.section {
             Section::Shape(_) => [0.0; 3],
             Section::Given(given) => {
-                let [y, z] = given.centre.map(|offset| offset * given.mass * self.length);
+                let [y, z] = given.first_moment().map(|moment| moment * self.length);
                 [0.0, y, z]
             }
         }
@@ -109,7 +109,7 @@ impl Segment {
     pub fn validate(&self) -> Result<(), InvalidInput> {
         let mut check = Checker::new();
         check.positive(self.length, "length", "metres");
-        self.section.check(&mut check, &self.modes);
+        self.section.check(&mut check, self.length, &self.modes);
         self.check_material(&mut check);
         for (modes, name) in self.modes.iter().zip(STRAIN_NAMES) {
             check.require(

@@ -10,8 +10,8 @@ use super::load::{Extent, Frame, Load};
 use super::model::{COORDINATES_OF_A_CHAIN, Kernel, SEGMENTS_OF_A_CHAIN, Solve};
 use super::piece;
 use super::plan;
-use super::profile::Parts;
-use super::section::{Section, Shape};
+use super::profile::{Parts, Profile};
+use super::section::{GivenSection, Section, Shape};
 
 /// What is computed for a rod and what is not, each with its reason.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -159,27 +159,43 @@ impl Explanation {
         if let Some(basis) = basis {
             self.add(true, what("basis"), basis);
         }
-        let varies = match segment.reference_strain.parts() {
-            Parts::Constant(_) => return,
-            Parts::Table(stations, _) => format!("a table of {} stations", stations.len()),
-            Parts::Polynomial(coefficients) => format!("a polynomial of degree {}", coefficients.len() - 1),
-        };
-        self.add(true, what("reference strain"), format!("{varies} in X: at no cost once compiled"));
+        if let Some(varies) = varies(&segment.reference_strain) {
+            self.add(true, what("reference strain"), format!("{varies} in X: at no cost once compiled"));
+        }
     }
 
-    /// Nothing is said of circles: they are what everything else is compared with.
+    /// Nothing is said of circles that are constant or taper linearly: they are what everything else is compared with.
     fn section(&mut self, what: &str, coupling: &str, segment: &Segment) {
+        let profiles: Vec<Option<String>> = match &segment.section {
+            Section::Shape(shape) => {
+                shape.sizes().into_iter().map(|(name, size)| named(name, size)).collect()
+            }
+            Section::Given(given) => {
+                let GivenSection { stiffness, mass, inertia, centre } = &**given;
+                vec![
+                    named("stiffness", stiffness),
+                    named("mass", mass),
+                    named("inertia", inertia),
+                    named("centre", centre),
+                ]
+            }
+        };
+        let profiles: Vec<String> = profiles.into_iter().flatten().collect();
+        let along = match profiles.is_empty() {
+            true => String::new(),
+            false => format!("; in X {}", profiles.join(", ")),
+        };
         match &segment.section {
-            Section::Shape(Shape::Circle { .. }) => {}
-            Section::Shape(shape @ Shape::HollowCircle { .. }) => {
-                self.add(true, what, format!("{}: at the cost of a circle", shape.name()));
+            Section::Shape(Shape::Circle { .. }) if along.is_empty() => {}
+            Section::Shape(shape @ (Shape::Circle { .. } | Shape::HollowCircle { .. })) => {
+                self.add(true, what, format!("{}: at the cost of a circle{along}", shape.name()));
             }
             Section::Shape(shape) => {
                 let why = "at the cost of a circle in a plane; in space its inertia turns with it";
-                self.add(true, what, format!("{}: {why}", shape.name()));
+                self.add(true, what, format!("{}: {why}{along}", shape.name()));
             }
             Section::Given(given) => {
-                self.add(true, what, "given stiffness and inertia");
+                self.add(true, what, format!("given stiffness and inertia{along}"));
                 let pairs: Vec<String> = given
                     .coupled(&segment.modes)
                     .map(|[i, j]| format!("{} with {}", STRAIN_NAMES[i], STRAIN_NAMES[j]))
@@ -343,9 +359,22 @@ impl fmt::Display for Explanation {
     }
 }
 
+/// How numbers vary that are neither constant nor linear.
+fn varies<const N: usize>(profile: &Profile<N>) -> Option<String> {
+    match profile.parts() {
+        Parts::Constant(_) | Parts::Linear(_) => None,
+        Parts::Table(stations, _) => Some(format!("a table of {} stations", stations.len())),
+        Parts::Polynomial(coefficients) => Some(format!("a polynomial of degree {}", coefficients.len() - 1)),
+    }
+}
+
+fn named<const N: usize>(name: &str, profile: &Profile<N>) -> Option<String> {
+    varies(profile).map(|varies| format!("{name} {varies}"))
+}
+
 #[cfg(test)]
 mod tests {
-    use super::super::{GivenSection, RodModel, diagonal};
+    use super::super::{RodModel, diagonal};
     use super::*;
 
     #[test]
@@ -422,11 +451,11 @@ mod tests {
 
     #[test]
     fn sections_that_are_no_circles_are_named() {
-        let mut section = GivenSection {
-            stiffness: diagonal([1.0; 6]),
-            mass: 1.0,
-            inertia: [[0.0; 3]; 3],
-            centre: [0.0; 2],
+        let given = |stiffness: [[f64; 6]; 6]| GivenSection {
+            stiffness: stiffness.into(),
+            mass: 1.0.into(),
+            inertia: [0.0; 9].into(),
+            centre: [0.0; 2].into(),
         };
         let explain = |segment: Segment| {
             let segment = Segment { modes: [1, 1, 0, 0, 0, 0], ..segment };
@@ -436,15 +465,21 @@ mod tests {
             list.iter().find(|(what, _)| what == subject).map(|(_, why)| why.clone())
         };
         let coupling = "segment 1, coupling of strains";
-        assert!(find(&explain(Segment::given(1.0, section.clone())).skipped, coupling).is_some());
+        assert!(find(&explain(Segment::given(1.0, given(diagonal([1.0; 6])))).skipped, coupling).is_some());
+        let mut stiffness = diagonal([1.0; 6]);
         for (i, j) in [(0, 1), (0, 5)] {
-            (section.stiffness[i][j], section.stiffness[j][i]) = (0.1, 0.1);
+            (stiffness[i][j], stiffness[j][i]) = (0.1, 0.1);
         }
-        let coupled = explain(Segment::given(1.0, section));
+        let coupled = explain(Segment::given(1.0, given(stiffness)));
         assert_eq!(find(&coupled.computed, coupling).as_deref(), Some("torsion with bend_y"));
-        let rectangle = Section::Shape(Shape::Rectangle { width: [0.1; 2], height: [0.2; 2] });
+        let rectangle = Section::Shape(Shape::Rectangle { width: 0.1.into(), height: 0.2.into() });
         let named = explain(Segment { section: rectangle, ..Segment::straight(1.0, 0.1, 1e6, 4e5, 1e3) });
         assert!(find(&named.computed, "segment 1, section").unwrap().starts_with("rectangle"));
+        let radius = Profile::table(&[0.0, 0.5, 1.0], &[[0.1], [0.2], [0.1]]).unwrap();
+        let bulb = Section::Shape(Shape::Circle { radius });
+        let varies = explain(Segment { section: bulb, ..Segment::straight(1.0, 0.1, 1e6, 4e5, 1e3) });
+        let why = "circle: at the cost of a circle; in X radius a table of 3 stations";
+        assert_eq!(find(&varies.computed, "segment 1, section").as_deref(), Some(why));
     }
 
     #[test]

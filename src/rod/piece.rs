@@ -54,28 +54,56 @@ impl Piece {
         self.modes.iter().copied().max().unwrap_or(0)
     }
 
-    /// Degree of the polynomials, between any two breaks, that the modes and the reference strain are.
+    /// Degree of the polynomials, between any two breaks, that the modes and the reference strain are; where a table has too many
+    /// stations for breaks, as many as it has.
     pub(super) fn degree(&self) -> usize {
         let reference = &self.segment.reference_strain;
-        let of_reference = if reference.stations().len() > MAX_STATIONS {
-            reference.stations().len()
-        } else {
-            reference.degree()
-        };
-        self.basis.degree(self.degrees()).max(of_reference)
+        let longest = self.tables().map(<[f64]>::len).filter(|&stations| stations > MAX_STATIONS).max();
+        let of_reference = if reference.stations().len() > MAX_STATIONS { 0 } else { reference.degree() };
+        self.basis.degree(self.degrees()).max(of_reference).max(longest.unwrap_or(0))
     }
 
-    /// Places inside (0, 1) where the basis or the reference strain has a kink.
+    /// Stations of the reference strain and of what varies of the section.
+    fn tables(&self) -> impl Iterator<Item = &[f64]> {
+        let variations = self.segment.section.variations();
+        let of_section = variations.into_iter().map(|variation| variation.stations);
+        of_section.chain([self.segment.reference_strain.stations()])
+    }
+
+    /// Places inside (0, 1) where the basis, the reference strain or the section has a kink.
     pub(super) fn breaks(&self) -> Vec<f64> {
-        let mut breaks = self.basis.breaks(self.degrees());
-        let stations = self.segment.reference_strain.stations();
-        if let (Some(end), 3..=MAX_STATIONS) = (stations.last(), stations.len()) {
+        self.with_stations(
+            self.basis.breaks(self.degrees()),
+            self.tables().filter(|stations| stations.len() <= MAX_STATIONS),
+        )
+    }
+
+    /// Places inside (0, 1) where so many modes or the section have a kink, however many those are: the stiffness is integrated
+    /// once.
+    pub(super) fn breaks_of_stiffness(&self, modes: usize) -> Vec<f64> {
+        let variations = self.segment.section.variations();
+        let stations = variations.iter().map(|variation| variation.stations);
+        self.with_stations(self.basis.breaks(modes), stations)
+    }
+
+    /// These places with the stations of tables, which are arc lengths of the segment.
+    fn with_stations<'a>(&self, mut breaks: Vec<f64>, tables: impl Iterator<Item = &'a [f64]>) -> Vec<f64> {
+        let number = breaks.len();
+        for stations in tables.filter(|stations| stations.len() > 2) {
+            let end = stations[stations.len() - 1];
             breaks.extend(stations.iter().map(|station| (station / end - self.from) / self.part));
+        }
+        if breaks.len() > number {
             breaks.retain(|&x| x > SAME_PLACE && x < 1.0 - SAME_PLACE);
             breaks.sort_by(f64::total_cmp);
             breaks.dedup_by(|a, b| *a - *b < SAME_PLACE);
         }
         breaks
+    }
+
+    /// Degree of the polynomials, between any two stations, that the section's numbers are.
+    pub(super) fn degree_of_section(&self) -> usize {
+        self.segment.section.variations().iter().map(|variation| variation.degree).max().unwrap_or(0)
     }
 
     /// The fraction of the segment's length.

@@ -23,11 +23,12 @@ use crate::signal::Signal;
 /// error.
 const NODES_BEYOND_MODES: usize = 9;
 
-/// A linearly tapered radius enters the second moment of area with its fourth power.
+/// A linearly tapered radius enters the second moment of area with its fourth power, and takes so many nodes.
 const NODES_FOR_TAPER: usize = 4;
 
 /// Nodes that every rule of a row needs beyond its share, by the part of the segment that the widest one covers.
 const NODES_AT_KINKS: usize = 3;
+
 /// Nodes that a stiffness takes beyond its modes where it is no polynomial along the rod: quotients of sizes converge like
 /// their nearest pole, and these nodes leave rounding for tapers as steep as 1 to 10.
 const NODES_FOR_QUOTIENTS: usize = 30;
@@ -543,12 +544,12 @@ fn is_tapered(piece: &Piece) -> bool {
     !piece.segment.section.is_constant()
 }
 
-/// The nodes of a piece: whole packs of them, the same number between any two places where the basis or the reference strain has a
-/// kink.
+/// The nodes of a piece: whole packs of them, the same number between any two places where the basis, the reference strain or
+/// the section has a kink.
 fn quadrature(piece: &Piece) -> Gauss {
     let breaks = piece.breaks();
     let rules = breaks.len() + 1;
-    let beyond = NODES_BEYOND_MODES + if is_tapered(piece) { NODES_FOR_TAPER } else { 0 };
+    let beyond = NODES_BEYOND_MODES + nodes_for_taper(piece.segment.section.degree_of_inertia());
     let needed = piece.degree() + 1 + beyond + nodes_for_turns(piece);
     let of_rule = match (piece.segment.nodes, rules) {
         (Some(nodes), _) => nodes.div_ceil(rules),
@@ -580,6 +581,11 @@ fn largest_reference_curvature(piece: &Piece, places: &[f64]) -> f64 {
     places.iter().map(curvature).fold(0.0, f64::max)
 }
 
+/// Nodes for inertia of this degree along the rod. Beyond a linear taper, each node integrates two degrees more.
+fn nodes_for_taper(degree: usize) -> usize {
+    degree.min(NODES_FOR_TAPER) + degree.saturating_sub(NODES_FOR_TAPER).div_ceil(2)
+}
+
 /// The largest distance between these places of (0, 1), and of its ends.
 fn widest(breaks: &[f64]) -> f64 {
     let ends = breaks.iter().chain(&[1.0]);
@@ -599,13 +605,14 @@ pub(super) fn condition_of_stiffness(segment: &Segment) -> f64 {
     piece::of(segment).map(condition).fold(1.0, f64::max)
 }
 
-/// `int phi_j H phi_k` of a strain component, or between two: exact where the section is a circle or constant.
+/// `int phi_j H phi_k` of a strain component, or between two: exact where the section is a circle, given or constant.
 fn stiffness(piece: &Piece, strains: [usize; 2]) -> Matrix {
     let [rows, columns] = strains.map(|strain| piece.modes[strain]);
     let modes = rows.max(columns);
-    // Degree 2 (modes - 1) + 4, the radius to the fourth power.
+    // Degree 2 (modes - 1) + 4, a linear radius to the fourth power; and 4 for each degree more.
     let beyond = if piece.segment.section.is_polynomial() { 3 } else { NODES_FOR_QUOTIENTS };
-    let gauss = Gauss::composite(piece.basis.degree(modes) + beyond, &piece.basis.breaks(modes));
+    let beyond = beyond + 2 * piece.degree_of_section().saturating_sub(1);
+    let gauss = Gauss::composite(piece.basis.degree(modes) + beyond, &piece.breaks_of_stiffness(modes));
     let mut stiffness = Matrix::zeros(rows, columns);
     let mut phi = vec![0.0; modes];
     let is_orthogonal = !is_tapered(piece) && piece.basis.is_orthogonal();

@@ -1,4 +1,4 @@
-//! Numbers that vary along a segment: constant, from a table, or a polynomial that follows a function.
+//! Numbers that vary along a segment: constant, linear, from a table, or a polynomial that follows a function.
 
 use std::f64::consts::PI;
 
@@ -36,6 +36,8 @@ pub struct Profile<const N: usize> {
 #[derive(Clone, Debug, PartialEq)]
 enum Kind<const N: usize> {
     Constant([f64; N]),
+    /// At base and tip.
+    Linear([[f64; N]; 2]),
     Table(Table<N>),
     /// Coefficients of Chebyshev's polynomials `T_k(2 x - 1)`, at least one.
     Polynomial(Vec<[f64; N]>),
@@ -56,6 +58,8 @@ struct Table<const N: usize> {
 pub enum Parts<'a, const N: usize> {
     /// The same everywhere.
     Constant(&'a [f64; N]),
+    /// The values at base and tip, linear in between.
+    Linear(&'a [[f64; N]; 2]),
     /// Stations from zero on, and the values there.
     Table(&'a [f64], &'a [[f64; N]]),
     /// Coefficients of Chebyshev's polynomials `T_k(2 x - 1)`.
@@ -89,7 +93,36 @@ impl<const N: usize> From<[f64; N]> for Profile<N> {
     }
 }
 
+impl From<f64> for Profile<1> {
+    fn from(value: f64) -> Self {
+        [value].into()
+    }
+}
+
+impl<const R: usize, const C: usize, const N: usize> From<[[f64; C]; R]> for Profile<N> {
+    /// A matrix that is the same everywhere, row by row: N = R C.
+    fn from(rows: [[f64; C]; R]) -> Self {
+        const { assert!(N == R * C, "as many numbers as the matrix has entries") };
+        std::array::from_fn(|i| rows[i / C][i % C]).into()
+    }
+}
+
+/// How numbers vary along a segment that are not constant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Variation<'a> {
+    /// Degree of the polynomials between any two stations.
+    pub(super) degree: usize,
+    /// The stations of a table; none of what is smooth.
+    pub(super) stations: &'a [f64],
+}
+
 impl<const N: usize> Profile<N> {
+    /// Linear between the values at base and tip; constant where they are the same.
+    pub fn linear(ends: [[f64; N]; 2]) -> Self {
+        let [base, tip] = ends.map(|end| end.map(f64::to_bits));
+        Self { kind: if base == tip { Kind::Constant(ends[0]) } else { Kind::Linear(ends) } }
+    }
+
     /// The values at increasing stations from 0 to the segment's length, with cubics in between: shape-preserving with continuous
     /// slope (Fritsch and Butland 1984, the PCHIP of MATLAB and SciPy), exact where the values lie on a line. Refuses tables
     /// that are none.
@@ -211,6 +244,7 @@ impl<const N: usize> Profile<N> {
     pub fn parts(&self) -> Parts<'_, N> {
         match &self.kind {
             Kind::Constant(value) => Parts::Constant(value),
+            Kind::Linear(ends) => Parts::Linear(ends),
             Kind::Table(table) => Parts::Table(&table.stations, &table.values),
             Kind::Polynomial(coefficients) => Parts::Polynomial(coefficients),
         }
@@ -219,6 +253,15 @@ impl<const N: usize> Profile<N> {
     /// The value where it is the same everywhere and was given so.
     pub fn constant(&self) -> Option<[f64; N]> {
         if let Kind::Constant(value) = self.kind { Some(value) } else { None }
+    }
+
+    /// The values at base and tip where it was given by them, or as a constant.
+    pub fn ends(&self) -> Option<[[f64; N]; 2]> {
+        match self.kind {
+            Kind::Constant(value) => Some([value; 2]),
+            Kind::Linear(ends) => Some(ends),
+            _ => None,
+        }
     }
 
     /// Whether it is the same everywhere.
@@ -230,6 +273,7 @@ impl<const N: usize> Profile<N> {
     pub fn is_entry_constant(&self, entry: usize) -> Option<f64> {
         let first = match &self.kind {
             Kind::Constant(value) => value[entry],
+            Kind::Linear([base, tip]) => (base[entry] == tip[entry]).then_some(base[entry])?,
             Kind::Table(table) => {
                 let first = table.values[0][entry];
                 table.values.iter().all(|row| row[entry] == first).then_some(first)?
@@ -262,6 +306,7 @@ impl<const N: usize> Profile<N> {
     pub fn at(&self, x: f64) -> [f64; N] {
         match &self.kind {
             Kind::Constant(value) => *value,
+            Kind::Linear([base, tip]) => std::array::from_fn(|i| base[i] + (tip[i] - base[i]) * x),
             Kind::Table(table) => table.at(x),
             Kind::Polynomial(coefficients) => clenshaw(coefficients, 2.0 * x - 1.0),
         }
@@ -271,6 +316,9 @@ impl<const N: usize> Profile<N> {
     pub fn integral(&self, x: f64) -> [f64; N] {
         match &self.kind {
             Kind::Constant(value) => value.map(|value| value * x),
+            Kind::Linear([base, tip]) => {
+                std::array::from_fn(|i| x * (base[i] + (tip[i] - base[i]) * x / 2.0))
+            }
             Kind::Table(table) => table.integral(x),
             Kind::Polynomial(coefficients) => {
                 let antiderivative = antiderivative(coefficients);
@@ -284,6 +332,7 @@ impl<const N: usize> Profile<N> {
     pub fn degree(&self) -> usize {
         match &self.kind {
             Kind::Constant(_) => 0,
+            Kind::Linear(_) => 1,
             Kind::Table(table) if table.stations.len() == 2 => 1,
             Kind::Table(_) => 3,
             Kind::Polynomial(coefficients) => coefficients.len() - 1,
@@ -295,12 +344,18 @@ impl<const N: usize> Profile<N> {
         if let Kind::Table(table) = &self.kind { &table.stations } else { &[] }
     }
 
+    /// How it varies, if it does.
+    pub(super) fn variation(&self) -> Option<Variation<'_>> {
+        (!self.is_constant()).then(|| Variation { degree: self.degree(), stations: self.stations() })
+    }
+
     /// The numbers one by one.
     pub fn columns(&self) -> [Profile<1>; N] {
         let column =
             |rows: &[[f64; N]], entry: usize| rows.iter().map(|row| [row[entry]]).collect::<Vec<_>>();
         std::array::from_fn(|entry| match &self.kind {
             Kind::Constant(value) => [value[entry]].into(),
+            Kind::Linear(ends) => Profile::linear(ends.map(|end| [end[entry]])),
             Kind::Table(Table { stations, values, slopes }) => Profile {
                 kind: Kind::Table(Table {
                     stations: stations.clone(),
@@ -484,6 +539,24 @@ mod tests {
 
     fn sampled(f: impl Fn(f64) -> [f64; 2]) -> Result<Profile<2>, Unsampled<Infallible>> {
         Profile::sampled(|x| Ok(f(x)))
+    }
+
+    #[test]
+    fn linear_profiles_are_tables_of_two_stations() {
+        let line = Profile::linear([[1.0, 5.0], [4.0, 5.0]]);
+        let table = Profile::table(&[0.0, 2.0], &[[1.0, 5.0], [4.0, 5.0]]).unwrap();
+        for x in [0.0, 0.3, 1.0] {
+            assert_eq!(line.at(x), table.at(x));
+            let difference = line.integral(x)[0] - table.integral(x)[0];
+            assert!(difference.abs() < 1e-15 && (line.integral(x)[1] - 5.0 * x).abs() < 1e-15);
+        }
+        assert_eq!((line.degree(), line.ends()), (1, Some([[1.0, 5.0], [4.0, 5.0]])));
+        assert_eq!([line.is_entry_constant(0), line.is_entry_constant(1)], [None, Some(5.0)]);
+        assert_eq!(line.columns(), [Profile::linear([[1.0], [4.0]]), 5.0.into()]);
+        assert_eq!(Profile::linear([[2.0]; 2]), 2.0.into());
+        assert_eq!((table.ends(), table.variation().map(|variation| variation.degree)), (None, Some(1)));
+        let matrix: Profile<6> = [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]].into();
+        assert_eq!(matrix.constant(), Some([1.0, 2.0, 3.0, 4.0, 5.0, 6.0]));
     }
 
     #[test]

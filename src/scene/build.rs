@@ -572,7 +572,11 @@ fn count(number: f64) -> String {
 }
 
 /// Notes the complaints of a constructor at the keys of the file, unless the value there is a stand-in.
-fn report<T>(result: Result<T, InvalidInput>, shape: &mut Shape, key: impl Fn(&str) -> String) -> Option<T> {
+pub(super) fn report<T>(
+    result: Result<T, InvalidInput>,
+    shape: &mut Shape,
+    key: impl Fn(&str) -> String,
+) -> Option<T> {
     let error = match result {
         Ok(value) => return Some(value),
         Err(error) => error,

@@ -318,7 +318,8 @@ pub(super) struct Segment {
     /// Length in metres.
     #[schemars(extend("exclusiveMinimum" = 0), example = 1.0)]
     pub(super) length: f64,
-    /// Radius of a circular section in metres: one number, or [at the segment's base, at its tip] for a linear taper.
+    /// Radius of a circular section in metres: one number, [at the segment's base, at its tip] for a linear taper, or a table along
+    /// the segment.
     pub(super) radius: Option<Size>,
     /// A section of another kind, instead of the radius.
     pub(super) section: Option<Section>,
@@ -405,8 +406,8 @@ impl StrainTable {
     }
 }
 
-/// What a segment looks like across. Each shape takes its sizes in metres, one number or [at the segment's base, at its tip]:
-/// circle: radius; hollow_circle: outer, inner; rectangle: width, height; ellipse: semi_axis_y, semi_axis_z; given: stiffness,
+/// What a segment looks like across. Each shape takes its sizes in metres, one number, [at the segment's base, at its tip] or
+/// a table along the segment. circle: radius; hollow_circle: outer, inner; rectangle: width, height; ellipse: semi_axis_y, semi_axis_z; given: stiffness,
 /// mass, inertia, centre.
 #[derive(Debug, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -457,24 +458,28 @@ pub(super) enum SectionKind {
     Given,
 }
 
-/// A constant or linearly tapered size.
-#[derive(Clone, Copy, Debug, Deserialize, Serialize, JsonSchema)]
+/// A size that is constant, tapers linearly or follows a table.
+#[derive(Clone, Debug, Deserialize, Serialize, JsonSchema)]
 #[serde(untagged)]
 pub(super) enum Size {
     /// The same along the segment, in metres.
     Constant(f64),
     /// At the segment's base and at its tip, in metres.
     Tapered([f64; 2]),
+    /// From a table.
+    Table(SizeTable),
 }
 
-impl Size {
-    /// The size at both ends.
-    pub(super) fn ends(self) -> [f64; 2] {
-        match self {
-            Self::Constant(size) => [size; 2],
-            Self::Tapered(ends) => ends,
-        }
-    }
+/// Sizes at places of a segment, with smooth interpolation that does not overshoot.
+#[derive(Clone, Debug, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct SizeTable {
+    /// Increasing arc lengths from the segment's base, in metres: the first is 0, the last the segment's length.
+    #[schemars(length(min = 2), example = StrainTable::stations())]
+    pub(super) stations: Vec<f64>,
+    /// The size at each, in metres.
+    #[schemars(length(min = 2), example = vec![1.0, 1.0])]
+    pub(super) values: Vec<f64>,
 }
 
 /// Who chooses the modes.

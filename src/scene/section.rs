@@ -1,37 +1,62 @@
 //! The section of a segment, from the keys that say what it is.
 
-use super::document::{Inertia, Section, SectionKind, Segment, ShearCorrection, ShearRule, Size, Stiffness};
+use super::build::report;
+use super::document::{
+    Inertia, Section, SectionKind, Segment, ShearCorrection, ShearRule, Size, SizeTable, Stiffness,
+};
 use super::shape::Shape;
 use crate::rod;
 
 /// The section of the segment at `here`. A stand-in where a problem is noted.
 pub(super) fn section(written: &Segment, here: &str, shape: &mut Shape) -> rod::Section {
     let [radius, table] = ["radius", "section"].map(|key| format!("{here}.{key}"));
-    match (written.radius, &written.section) {
+    match (&written.radius, &written.section) {
         (Some(_), Some(_)) => {
             shape.refuse(&table, "both radius and section are given", "keep one of them");
             shape.replaced.insert(radius);
             shape.replaced.insert(table);
-            STAND_IN
+            stand_in()
         }
-        (Some(radius), None) => rod::Section::circle(radius.ends()),
+        (Some(written), None) => {
+            rod::Section::Shape(rod::Shape::Circle { radius: size(written, &radius, shape) })
+        }
         (None, Some(section)) => of_table(section, &table, shape),
         (None, None) => {
             if shape.is_readable(&radius) && shape.is_readable(&table) {
                 shape.refuse(here, "neither radius nor section", "add one of them");
                 shape.replaced.insert(radius);
             }
-            STAND_IN
+            stand_in()
         }
     }
 }
 
-const STAND_IN: rod::Section = rod::Section::Shape(rod::Shape::Circle { radius: [1.0; 2] });
+fn stand_in() -> rod::Section {
+    rod::Section::circle([1.0; 2])
+}
+
+/// The size that is written at `place`; one metre where a problem is noted.
+fn size(written: &Size, place: &str, shape: &mut Shape) -> rod::Profile<1> {
+    match written {
+        Size::Constant(size) => (*size).into(),
+        Size::Tapered(ends) => rod::Profile::linear(ends.map(|end| [end])),
+        Size::Table(_) if !shape.is_readable(place) => 1.0.into(),
+        Size::Table(SizeTable { stations, values }) => {
+            let values: Vec<[f64; 1]> = values.iter().map(|&value| [value]).collect();
+            let table = rod::Profile::table(stations, &values);
+            report(table, shape, |problem| format!("{place}.{problem}")).unwrap_or(1.0.into())
+        }
+    }
+}
 
 /// In place of a section that may be a given one, for which no material is missing.
 fn given_stand_in() -> rod::Section {
-    let (stiffness, inertia) = (rod::diagonal([1.0; 6]), rod::diagonal([0.0; 3]));
-    rod::Section::Given(Box::new(rod::GivenSection { stiffness, mass: 1.0, inertia, centre: [0.0; 2] }))
+    rod::Section::Given(Box::new(rod::GivenSection {
+        stiffness: rod::diagonal([1.0; 6]).into(),
+        mass: 1.0.into(),
+        inertia: [0.0; 9].into(),
+        centre: [0.0; 2].into(),
+    }))
 }
 
 /// Notes that a given section is made of no material.
@@ -105,20 +130,24 @@ fn of_table(written: &Section, here: &str, shape: &mut Shape) -> rod::Section {
     }
     if !is_complete {
         shape.replaced.insert(here.to_owned());
-        return if written.shape == SectionKind::Given { given_stand_in() } else { STAND_IN };
+        return if written.shape == SectionKind::Given { given_stand_in() } else { stand_in() };
     }
-    let size = |size: Option<Size>| size.map_or([1.0; 2], Size::ends);
+    let mut size = |key: &str, written: &Option<Size>| {
+        written.as_ref().map_or(1.0.into(), |written| size(written, &format!("{here}.{key}"), shape))
+    };
     rod::Section::Shape(match written.shape {
-        SectionKind::Circle => rod::Shape::Circle { radius: size(written.radius) },
-        SectionKind::HollowCircle => {
-            rod::Shape::HollowCircle { outer: size(written.outer), inner: size(written.inner) }
-        }
-        SectionKind::Rectangle => {
-            rod::Shape::Rectangle { width: size(written.width), height: size(written.height) }
-        }
+        SectionKind::Circle => rod::Shape::Circle { radius: size("radius", &written.radius) },
+        SectionKind::HollowCircle => rod::Shape::HollowCircle {
+            outer: size("outer", &written.outer),
+            inner: size("inner", &written.inner),
+        },
+        SectionKind::Rectangle => rod::Shape::Rectangle {
+            width: size("width", &written.width),
+            height: size("height", &written.height),
+        },
         SectionKind::Ellipse => rod::Shape::Ellipse {
-            semi_axis_y: size(written.semi_axis_y),
-            semi_axis_z: size(written.semi_axis_z),
+            semi_axis_y: size("semi_axis_y", &written.semi_axis_y),
+            semi_axis_z: size("semi_axis_z", &written.semi_axis_z),
         },
         SectionKind::Given => return rod::Section::Given(Box::new(given(written))),
     })
@@ -127,16 +156,16 @@ fn of_table(written: &Section, here: &str, shape: &mut Shape) -> rod::Section {
 fn given(written: &Section) -> rod::GivenSection {
     rod::GivenSection {
         stiffness: match &written.stiffness {
-            Some(Stiffness::Full(rows)) => **rows,
-            Some(Stiffness::Diagonal(diagonal)) => rod::diagonal(*diagonal),
-            None => [[0.0; 6]; 6],
+            Some(Stiffness::Full(rows)) => (**rows).into(),
+            Some(Stiffness::Diagonal(diagonal)) => rod::diagonal(*diagonal).into(),
+            None => [0.0; 36].into(),
         },
-        mass: written.mass.unwrap_or(0.0),
+        mass: written.mass.unwrap_or(0.0).into(),
         inertia: match written.inertia {
-            Some(Inertia::Full(rows)) => rows,
-            Some(Inertia::Diagonal(diagonal)) => rod::diagonal(diagonal),
-            None => [[0.0; 3]; 3],
+            Some(Inertia::Full(rows)) => rows.into(),
+            Some(Inertia::Diagonal(diagonal)) => rod::diagonal(diagonal).into(),
+            None => [0.0; 9].into(),
         },
-        centre: written.centre.unwrap_or([0.0; 2]),
+        centre: written.centre.unwrap_or([0.0; 2]).into(),
     }
 }

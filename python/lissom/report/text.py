@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from .._lissom import MotionResult, Rod, Scene, Statistics, simulate
+from ..advice import half_extents
 from ..results import COUNTERS, MAX_SHAPES, SECTIONS_PER_SEGMENT, Run, in_words_of_a_scene
 from ..results import statistics as numbers
 from . import motion
@@ -229,9 +230,7 @@ def animation(run: Run) -> str:
     if not isinstance(model, Rod):
         return "The mass on its spring, with the path it takes. Axes are to scale."
     note = "The coloured body is the rod, from its clamped base (dark) to its tip (yellow). Axes are to scale"
-    sizes = [
-        size for segment in model.segments for x in (0.0, 1.0) for size in segment.section.half_extents(x)
-    ]
+    sizes = [size for segment in model.segments for size in half_extents(segment)]
     if min(sizes) < motion.LEAST_RADIUS * model.length:
         return note + "; the rod itself is drawn thicker than it is."
     return note + "."

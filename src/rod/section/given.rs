@@ -4,6 +4,9 @@ use nalgebra::Matrix6;
 
 use super::super::body;
 use super::super::description::{STRAIN_NAMES, STRAINS};
+use super::super::profile::{Profile, Variation};
+use super::super::quadrature::Gauss;
+use super::SectionProperties;
 use crate::error::{Checker, InvalidInput};
 
 /// A stiffness may violate symmetry by this much of its entries' size: rounding of whoever computed it.
@@ -12,77 +15,157 @@ const SYMMETRY_TOLERANCE: f64 = 1e-9;
 /// The least eigenvalue of a stiffness with its diagonal scaled to one: below, it is singular to rounding.
 const LEAST_EIGENVALUE: f64 = 1e-12;
 
-/// A section by its stiffness and inertia per length: of composites, of profiles computed elsewhere, of test cases.
+/// A section by its stiffness and inertia per length: of composites, of profiles computed elsewhere, of test cases. Matrices are
+/// their rows, one after the other.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GivenSection {
     /// Stiffness per length H of the strains in the order of [`STRAIN_NAMES`]: a symmetric matrix, positive definite on the
     /// strains that have modes. N m^2 between angular strains, N between linear ones, N m between one and another.
-    pub stiffness: [[f64; STRAINS]; STRAINS],
+    pub stiffness: Profile<{ STRAINS * STRAINS }>,
     /// Mass per length in kg/m.
-    pub mass: f64,
-    /// Inertia tensor per length about the centre of mass, in the section's axes, in kg m: rows of a symmetric matrix.
-    pub inertia: [[f64; 3]; 3],
+    pub mass: Profile<1>,
+    /// Inertia tensor per length about the centre of mass, in the section's axes, in kg m: a symmetric matrix.
+    pub inertia: Profile<9>,
     /// Centre of mass along y and z, seen from the rod's axis, in metres.
-    pub centre: [f64; 2],
+    pub centre: Profile<2>,
 }
 
 impl GivenSection {
-    /// Everything that is wrong with this section, whatever modes it is given.
-    pub fn validate(&self) -> Result<(), InvalidInput> {
+    /// Its properties at the fraction `x` in [0, 1] of the way from base to tip.
+    pub fn at(&self, x: f64) -> SectionProperties {
+        let [y, z] = self.centre.at(x);
+        SectionProperties {
+            stiffness: matrix(&self.stiffness.at(x)),
+            outline_area: 0.0,
+            mass: self.mass.at(x)[0],
+            centre: [0.0, y, z],
+            inertia: matrix(&self.inertia.at(x)),
+        }
+    }
+
+    /// Whether it is the same everywhere.
+    pub fn is_constant(&self) -> bool {
+        self.variations().is_empty()
+    }
+
+    /// How its numbers vary, of those that do.
+    pub(super) fn variations(&self) -> Vec<Variation<'_>> {
+        let Self { stiffness, mass, inertia, centre } = self;
+        [stiffness.variation(), mass.variation(), inertia.variation(), centre.variation()]
+            .into_iter()
+            .flatten()
+            .collect()
+    }
+
+    /// Degree of the polynomials, between any two stations, that its inertia about the rod's axis is.
+    pub(super) fn degree_of_inertia(&self) -> usize {
+        let degree = |variation: Option<Variation<'_>>| variation.map_or(0, |variation| variation.degree);
+        let of_offset = degree(self.mass.variation()) + 2 * degree(self.centre.variation());
+        degree(self.inertia.variation()).max(of_offset)
+    }
+
+    /// Everything that is wrong with this section along a segment of this length, whatever modes it is given.
+    pub(super) fn validate(&self, length: f64) -> Result<(), InvalidInput> {
+        let Self { stiffness, mass, inertia, centre } = self;
         let mut check = Checker::new();
-        let mut is_finite = true;
-        for (i, row) in self.stiffness.iter().enumerate() {
-            is_finite &= check.finite(row, &format!("stiffness[{i}]"));
-        }
-        if is_finite {
-            let size = |i: usize, j: usize| (self.stiffness[i][i] * self.stiffness[j][j]).abs().sqrt();
-            for i in 0..STRAINS {
-                for j in 0..i {
-                    let [below, above] = [self.stiffness[i][j], self.stiffness[j][i]];
-                    let largest = size(i, j).max(below.abs()).max(above.abs());
-                    check.require(
-                        (below - above).abs() <= SYMMETRY_TOLERANCE * largest,
-                        &format!("stiffness[{i}][{j}]"),
-                        format_args!("{below}, but {above} at [{j}][{i}]"),
-                        "a symmetric matrix",
-                    );
-                }
-            }
-        }
-        check.positive(self.mass, "mass", "kg/m");
-        body::check_inertia(&mut check, &self.inertia);
-        check.finite(&self.centre, "centre");
+        check.nested("stiffness", stiffness.validate(length));
+        check.nested("mass", mass.validate(length));
+        check.nested("inertia", inertia.validate(length));
+        check.nested("centre", centre.validate(length));
+        check.all(super::validate_along(&self.variations(), length, |x| validate(&self.at(x))));
         check.finish()
     }
 
     /// Pairs of strains with modes that the stiffness couples, in their order.
     pub(in super::super) fn coupled(&self, modes: &[usize; STRAINS]) -> impl Iterator<Item = [usize; 2]> {
         let pairs = (0..STRAINS).flat_map(|i| (i + 1..STRAINS).map(move |j| [i, j]));
-        pairs.filter(move |&[i, j]| modes[i] > 0 && modes[j] > 0 && self.stiffness[i][j] != 0.0)
+        let is_coupled = |i, j| self.stiffness.is_entry_constant(STRAINS * i + j) != Some(0.0);
+        pairs.filter(move |&[i, j]| modes[i] > 0 && modes[j] > 0 && is_coupled(i, j))
     }
 
     /// Refuses a stiffness under which a motion in these strains would store no energy.
-    pub(super) fn check_stiffness(&self, check: &mut Checker, modes: &[usize; STRAINS]) {
-        let present: Vec<usize> = (0..STRAINS).filter(|&strain| modes[strain] > 0).collect();
-        let mut is_positive = true;
-        for &i in &present {
-            let place = format!("section.stiffness[{i}][{i}]");
-            let expected = format!("a positive stiffness, as {} has modes", STRAIN_NAMES[i]);
-            let stiffness = self.stiffness[i][i];
-            is_positive &= check.require(stiffness > 0.0, &place, stiffness, &expected);
+    pub(super) fn validate_stiffness(
+        &self,
+        length: f64,
+        modes: &[usize; STRAINS],
+    ) -> Result<(), InvalidInput> {
+        let variation = Vec::from_iter(self.stiffness.variation());
+        super::validate_along(&variation, length, |x| check_definite(&matrix(&self.stiffness.at(x)), modes))
+    }
+
+    /// The integral of mass times centre along the fraction x.
+    pub(in super::super) fn first_moment(&self) -> [f64; 2] {
+        let variations = [self.mass.variation(), self.centre.variation()];
+        let degree: usize = variations.iter().flatten().map(|variation| variation.degree).sum();
+        let gauss = Gauss::composite(degree / 2 + 1, &super::breaks(&self.variations()));
+        let mut sum = [0.0; 2];
+        for (&x, weight) in gauss.nodes.iter().zip(&gauss.weights) {
+            let mass = weight * self.mass.at(x)[0];
+            for (sum, offset) in sum.iter_mut().zip(self.centre.at(x)) {
+                *sum += offset * mass;
+            }
         }
-        if !is_positive {
-            return;
+        sum
+    }
+}
+
+/// The square matrix with these entries, row by row.
+fn matrix<const N: usize, const ENTRIES: usize>(entries: &[f64; ENTRIES]) -> [[f64; N]; N] {
+    std::array::from_fn(|i| std::array::from_fn(|j| entries[N * i + j]))
+}
+
+/// Everything that is wrong with a section at one place, whatever modes it is given.
+fn validate(section: &SectionProperties) -> Result<(), InvalidInput> {
+    let mut check = Checker::new();
+    let stiffness = &section.stiffness;
+    let mut is_finite = true;
+    for (i, row) in stiffness.iter().enumerate() {
+        is_finite &= check.finite(row, &format!("stiffness[{i}]"));
+    }
+    if is_finite {
+        let size = |i: usize, j: usize| (stiffness[i][i] * stiffness[j][j]).abs().sqrt();
+        for i in 0..STRAINS {
+            for j in 0..i {
+                let [below, above] = [stiffness[i][j], stiffness[j][i]];
+                let largest = size(i, j).max(below.abs()).max(above.abs());
+                check.require(
+                    (below - above).abs() <= SYMMETRY_TOLERANCE * largest,
+                    &format!("stiffness[{i}][{j}]"),
+                    format_args!("{below}, but {above} at [{j}][{i}]"),
+                    "a symmetric matrix",
+                );
+            }
         }
+    }
+    check.positive(section.mass, "mass", "kg/m");
+    body::check_inertia(&mut check, &section.inertia);
+    check.finite(&section.centre[1..], "centre");
+    check.finish()
+}
+
+/// Refuses a stiffness that is not positive definite on the strains that have modes.
+fn check_definite(
+    stiffness: &[[f64; STRAINS]; STRAINS],
+    modes: &[usize; STRAINS],
+) -> Result<(), InvalidInput> {
+    let mut check = Checker::new();
+    let present: Vec<usize> = (0..STRAINS).filter(|&strain| modes[strain] > 0).collect();
+    for &i in &present {
+        let place = format!("stiffness[{i}][{i}]");
+        let expected = format!("a positive stiffness, as {} has modes", STRAIN_NAMES[i]);
+        check.require(stiffness[i][i] > 0.0, &place, stiffness[i][i], &expected);
+    }
+    if check.is_ok() {
         let scaled = Matrix6::from_fn(|i, j| match present.contains(&i) && present.contains(&j) {
-            true => self.stiffness[i][j] / (self.stiffness[i][i] * self.stiffness[j][j]).sqrt(),
+            true => stiffness[i][j] / (stiffness[i][i] * stiffness[j][j]).sqrt(),
             false => f64::from(u8::from(i == j)),
         });
         check.require(
             scaled.symmetric_eigenvalues().min() >= LEAST_EIGENVALUE,
-            "section.stiffness",
+            "stiffness",
             "a matrix that is not positive definite",
             "a positive definite matrix of the strains that have modes",
         );
     }
+    check.finish()
 }

@@ -9,30 +9,44 @@ mod torsion;
 pub use given::GivenSection;
 pub use shape::Shape;
 
+use std::convert::Infallible;
+
 use super::body;
 use super::description::{STRAINS, Segment};
+use super::profile::{Profile, Variation};
 use crate::error::{Checker, InvalidInput};
+
+/// Where a section that varies is looked at: at so many places beside the stations of its tables.
+const PLACES: usize = 256;
 
 /// What a segment looks like across.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Section {
-    /// A plane figure of the segment's material, its sizes linear between base and tip.
-    Shape(Shape<[f64; 2]>),
+    /// A plane figure of the segment's material, its sizes in metres.
+    Shape(Shape<Profile<1>>),
     /// Stiffness and inertia as they are.
     Given(Box<GivenSection>),
 }
 
 impl Section {
-    /// A circle with these radii at base and tip, in metres.
+    /// A circle with these radii at base and tip, in metres, linear in between.
     pub fn circle(radius: [f64; 2]) -> Self {
-        Self::Shape(Shape::Circle { radius })
+        Self::Shape(Shape::Circle { radius: Profile::linear(radius.map(|radius| [radius])) })
     }
 
     /// Whether it is the same everywhere.
     pub fn is_constant(&self) -> bool {
         match self {
             Self::Shape(shape) => shape.is_constant(),
-            Self::Given(_) => true,
+            Self::Given(given) => given.is_constant(),
+        }
+    }
+
+    /// How its numbers vary, of those that do.
+    pub(super) fn variations(&self) -> Vec<Variation<'_>> {
+        match self {
+            Self::Shape(shape) => shape.variations(),
+            Self::Given(given) => given.variations(),
         }
     }
 
@@ -42,42 +56,100 @@ impl Section {
         match self {
             Self::Shape(shape) => shape.at(x).half_extents(),
             Self::Given(given) => {
+                let given = given.at(x);
                 // An ellipse's radius of gyration is half its semi-axis. What reaches along y turns about z.
                 [2, 1].map(|axis| 2.0 * (given.inertia[axis][axis] / given.mass).sqrt())
             }
         }
     }
 
-    /// Everything that is wrong with this section by itself.
-    pub fn validate(&self) -> Result<(), InvalidInput> {
+    /// Everything that is wrong with this section by itself, along a segment of this length in metres.
+    pub fn validate(&self, length: f64) -> Result<(), InvalidInput> {
         match self {
-            Self::Shape(shape) => {
-                let mut check = Checker::new();
-                shape.check(&mut check);
-                check.finish()
-            }
-            Self::Given(given) => given.validate(),
+            Self::Shape(shape) => shape.validate(length),
+            Self::Given(given) => given.validate(length),
         }
     }
 
-    /// Notes everything that is wrong with this section in a segment with these modes.
-    pub(super) fn check(&self, check: &mut Checker, modes: &[usize; STRAINS]) {
+    /// Notes everything that is wrong with this section in a segment of this length with these modes.
+    pub(super) fn check(&self, check: &mut Checker, length: f64, modes: &[usize; STRAINS]) {
         match self {
             // A circle is known by its radius alone.
-            Self::Shape(Shape::Circle { .. }) => check.all(self.validate()),
-            Self::Shape(_) => _ = check.nested("section", self.validate()),
+            Self::Shape(Shape::Circle { .. }) => check.all(self.validate(length)),
+            Self::Shape(_) => _ = check.nested("section", self.validate(length)),
             Self::Given(given) => {
-                if check.nested("section", self.validate()).is_some() {
-                    given.check_stiffness(check, modes);
+                if check.nested("section", self.validate(length)).is_some() {
+                    check.nested("section", given.validate_stiffness(length, modes));
                 }
             }
         }
     }
 
-    /// Whether its stiffness is a polynomial along the rod, of degree four at most.
+    /// Whether its stiffness is a polynomial along the rod between any two stations, of a circle the fourth power of the radius.
     pub(super) fn is_polynomial(&self) -> bool {
-        matches!(self, Self::Shape(Shape::Circle { .. })) || self.is_constant()
+        !matches!(
+            self,
+            Self::Shape(Shape::HollowCircle { .. } | Shape::Rectangle { .. } | Shape::Ellipse { .. })
+        ) || self.is_constant()
     }
+
+    /// Degree of the polynomials, between any two stations, that mass and inertia per length are. Of a shape whose sizes follow
+    /// functions that of a polynomial that follows to rounding: less than sizes to the fourth power could have.
+    pub(super) fn degree_of_inertia(&self) -> usize {
+        let shape = match self {
+            Self::Given(given) => return given.degree_of_inertia(),
+            Self::Shape(shape) => shape,
+        };
+        let variations = shape.variations();
+        let degree = 4 * variations.iter().map(|variation| variation.degree).max().unwrap_or(0);
+        if degree <= 4 || variations.iter().any(|variation| !variation.stations.is_empty()) {
+            return degree;
+        }
+        let followed = Profile::sampled(|x| {
+            let shape = shape.at(x);
+            let [about_y, about_z] = shape.second_moments();
+            Ok::<_, Infallible>([shape.area(), about_y, about_z])
+        });
+        followed.map_or(degree, |polynomial| polynomial.degree().min(degree))
+    }
+}
+
+/// Where in (0, 1) tables have stations, in their order.
+fn breaks(variations: &[Variation<'_>]) -> Vec<f64> {
+    let mut breaks: Vec<f64> =
+        variations.iter().flat_map(fractions).filter(|&x| x > 0.0 && x < 1.0).collect();
+    breaks.sort_by(f64::total_cmp);
+    breaks.dedup();
+    breaks
+}
+
+/// The stations of a table as fractions of its length.
+fn fractions<'a>(variation: &Variation<'a>) -> impl Iterator<Item = f64> + use<'a> {
+    let stations = variation.stations;
+    let end = stations.last().copied().unwrap_or(1.0);
+    stations.iter().map(move |station| station / end)
+}
+
+/// What is wrong with numbers along a segment of this length, at the first place where anything is.
+fn validate_along(
+    variations: &[Variation<'_>],
+    length: f64,
+    validate: impl Fn(f64) -> Result<(), InvalidInput>,
+) -> Result<(), InvalidInput> {
+    if variations.is_empty() {
+        return validate(0.0);
+    }
+    let evenly = (0..=PLACES).map(|i| i as f64 / PLACES as f64);
+    let mut places: Vec<f64> = evenly.chain(variations.iter().flat_map(fractions)).collect();
+    places.sort_by(f64::total_cmp);
+    places.into_iter().try_for_each(|x| {
+        validate(x).map_err(|mut error| {
+            for problem in &mut error.problems {
+                problem.found += &format!(" at X = {}", x * length);
+            }
+            error
+        })
+    })
 }
 
 /// Factors by which the shear stiffness is less than G A.
@@ -116,16 +188,7 @@ impl SectionProperties {
     pub fn at(segment: &Segment, x: f64) -> Self {
         match &segment.section {
             Section::Shape(shape) => Self::of_shape(segment, &shape.at(x)),
-            Section::Given(given) => {
-                let [y, z] = given.centre;
-                Self {
-                    stiffness: given.stiffness,
-                    outline_area: 0.0,
-                    mass: given.mass,
-                    centre: [0.0, y, z],
-                    inertia: given.inertia,
-                }
-            }
+            Section::Given(given) => given.at(x),
         }
     }
 

@@ -2,10 +2,11 @@
 
 use std::f64::consts::PI;
 
+use super::super::profile::{Profile, Variation};
 use super::torsion;
-use crate::error::Checker;
+use crate::error::{Checker, InvalidInput};
 
-/// A figure about its centre, its sizes in metres along body y and z: numbers at one place of a rod, pairs along one.
+/// A figure about its centre, its sizes in metres along body y and z: numbers at one place of a rod, profiles along one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[allow(missing_docs, reason = "the sizes of plane figures")]
 pub enum Shape<Size> {
@@ -38,6 +39,10 @@ impl<Size> Shape<Size> {
         }
     }
 
+    fn is_hollow(&self) -> bool {
+        matches!(self, Self::HollowCircle { .. })
+    }
+
     /// The sizes with their names.
     pub fn sizes(&self) -> Vec<(&'static str, &Size)> {
         match self {
@@ -63,40 +68,78 @@ impl<Size> Shape<Size> {
     }
 }
 
-impl Shape<[f64; 2]> {
+impl Shape<Profile<1>> {
     /// The figure at the fraction `x` in [0, 1] of the way from base to tip.
     pub fn at(&self, x: f64) -> Shape<f64> {
-        self.map(|[base, tip]| base + (tip - base) * x)
+        self.map(|size| size.at(x)[0])
     }
 
     /// Whether it is the same everywhere.
     pub fn is_constant(&self) -> bool {
-        self.sizes().iter().all(|(_, [base, tip])| base == tip)
+        self.sizes().iter().all(|(_, size)| size.is_constant())
     }
 
-    pub(super) fn check(&self, check: &mut Checker) {
-        let is_hollow = matches!(self, Self::HollowCircle { .. });
-        for (name, [base, tip]) in self.sizes() {
-            // A hollow circle may close: its inner radius may be zero.
-            let mut size = |size: f64, name: &str| match is_hollow && name.starts_with("inner") {
-                true => check.non_negative(size, name, "metres"),
-                false => check.positive(size, name, "metres"),
-            };
+    /// How its sizes vary, of those that do.
+    pub(super) fn variations(&self) -> Vec<Variation<'_>> {
+        self.sizes().into_iter().filter_map(|(_, size)| size.variation()).collect()
+    }
+
+    /// Everything that is wrong with it along a segment of this length.
+    pub(super) fn validate(&self, length: f64) -> Result<(), InvalidInput> {
+        let mut check = Checker::new();
+        for (name, size) in self.sizes() {
+            check.nested(name, size.validate(length));
+        }
+        if self.sizes().iter().all(|(_, size)| size.ends().is_some()) {
+            self.check_ends(&mut check);
+        } else {
+            check.all(super::validate_along(&self.variations(), length, |x| self.at(x).validate()));
+        }
+        check.finish()
+    }
+
+    /// Sizes that are linear are right where they are right at both ends.
+    fn check_ends(&self, check: &mut Checker) {
+        let ends = self.map(|size| size.ends().unwrap_or_default().map(|[size]| size));
+        let is_hollow = ends.is_hollow();
+        for (name, [base, tip]) in ends.sizes() {
             if base.to_bits() == tip.to_bits() {
-                size(*base, name);
+                check_size(check, is_hollow, name, *base, name);
             } else {
-                size(*base, &format!("{name}[0]"));
-                size(*tip, &format!("{name}[1]"));
+                check_size(check, is_hollow, name, *base, &format!("{name}[0]"));
+                check_size(check, is_hollow, name, *tip, &format!("{name}[1]"));
             }
         }
-        if let Self::HollowCircle { outer, inner } = self {
+        if let Shape::HollowCircle { outer, inner } = ends {
             let is_inside = (0..2).all(|end| inner[end].is_nan() || inner[end] < outer[end]);
-            check.require(is_inside, "inner", format_args!("{inner:?}"), "less than the outer radius");
+            check.require(is_inside, "inner", format_args!("{inner:?}"), INSIDE);
         }
     }
 }
 
+const INSIDE: &str = "less than the outer radius";
+
+/// Notes a size that none can be. A hollow circle may close: its inner radius may be zero.
+fn check_size(check: &mut Checker, is_hollow: bool, name: &str, size: f64, place: &str) {
+    match is_hollow && name == "inner" {
+        true => check.non_negative(size, place, "metres"),
+        false => check.positive(size, place, "metres"),
+    };
+}
+
 impl Shape<f64> {
+    /// Everything that is wrong with it.
+    fn validate(&self) -> Result<(), InvalidInput> {
+        let mut check = Checker::new();
+        for (name, size) in self.sizes() {
+            check_size(&mut check, self.is_hollow(), name, *size, name);
+        }
+        if let Self::HollowCircle { outer, inner } = *self {
+            check.require(inner.is_nan() || inner < outer, "inner", inner, INSIDE);
+        }
+        check.finish()
+    }
+
     /// Area A in m^2.
     pub fn area(&self) -> f64 {
         match *self {
