@@ -171,6 +171,13 @@ pub trait Model {
         true
     }
 
+    /// True where more than the damping of what the model is made of depends on velocities: drag, a current, a base that moves. The
+    /// stability of an equilibrium is then that of the whole linearised motion, for a current also gives the stiffness its
+    /// unsymmetric part, and a turning base its negative one.
+    fn has_velocity_forces(&self) -> bool {
+        false
+    }
+
     /// Power that what has no potential (moments of fixed direction, loads that vary, a base that is moved) puts into the motion, in
     /// watts. The accelerations matter where a base is moved.
     fn supplied_power(&mut self, _q: &[f64], _qd: &[f64], _qdd: &[f64]) -> f64 {

@@ -11,6 +11,9 @@ const SYMMETRIC: f64 = 1e-6;
 /// uncoupled: they change with the square of the coupling.
 const UNCOUPLED: f64 = 1e-9;
 
+/// Eigenvalues whose real part is smaller than this part of their size are rounding.
+const ROUNDING: f64 = 1e-9;
+
 /// The vibrations of a model, slowest first.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Modes {
@@ -41,11 +44,11 @@ pub enum NoModes {
 }
 
 /// The matrices of small motions, in scaled coordinates x = q / s.
-struct SmallMotions {
-    mass: Matrix,
-    damping: Matrix,
-    stiffness: Matrix,
-    sizes: Vec<f64>,
+pub(crate) struct SmallMotions {
+    pub(crate) mass: Matrix,
+    pub(crate) damping: Matrix,
+    pub(crate) stiffness: Matrix,
+    pub(crate) sizes: Vec<f64>,
 }
 
 /// The vibrations of `model` about rest at `q`, at the time last set. Cost: some 10 n^3 flops, or some 200 n^3 where damping
@@ -66,20 +69,11 @@ pub fn modes(model: &mut dyn Model, q: &[f64]) -> Result<Modes, NoModes> {
     let mut mass = Matrix::zeros(n, n);
     model.mass_matrix(q, &mut mass);
     let motions = SmallMotions { mass: scaled(mass, &sizes), damping, stiffness, sizes };
-    if [&motions.mass, &motions.damping, &motions.stiffness].iter().any(|a| a.iter().any(|x| !x.is_finite()))
-    {
-        return Err(NoModes::NonFinite);
-    }
-    let mut modes = if is_symmetric(&motions.stiffness) && is_symmetric(&motions.damping) {
-        motions.symmetric()?
-    } else {
-        motions.general()?
-    };
-    modes.residual_norm = residual_norm;
-    Ok(modes)
+    Ok(Modes { residual_norm, ..motions.modes()? })
 }
 
-fn scaled(mut a: Matrix, sizes: &[f64]) -> Matrix {
+/// `S A S` with the sizes on the diagonal of S.
+pub(crate) fn scaled(mut a: Matrix, sizes: &[f64]) -> Matrix {
     for k in 0..sizes.len() {
         for j in 0..sizes.len() {
             a[(j, k)] *= sizes[j] * sizes[k];
@@ -89,7 +83,7 @@ fn scaled(mut a: Matrix, sizes: &[f64]) -> Matrix {
 }
 
 /// Compares each entry with the diagonal ones of its row and column.
-fn is_symmetric(a: &Matrix) -> bool {
+pub(crate) fn is_symmetric(a: &Matrix) -> bool {
     let n = a.nrows();
     let size = |i: usize| a.row(i).iter().fold(0.0_f64, |m, x| m.max(x.abs()));
     let sizes: Vec<f64> = (0..n).map(size).collect();
@@ -111,6 +105,19 @@ fn reduced(a: &Matrix, lower: &Matrix) -> Option<Matrix> {
 impl SmallMotions {
     fn n(&self) -> usize {
         self.sizes.len()
+    }
+
+    /// Their modes; the residual is not known here.
+    pub(crate) fn modes(&self) -> Result<Modes, NoModes> {
+        let is_finite = |a: &Matrix| a.iter().all(|x| x.is_finite());
+        if ![&self.mass, &self.damping, &self.stiffness].into_iter().all(is_finite) {
+            return Err(NoModes::NonFinite);
+        }
+        if is_symmetric(&self.stiffness) && is_symmetric(&self.damping) {
+            self.symmetric()
+        } else {
+            self.general()
+        }
     }
 
     /// Undamped modes first, then what damping makes of them.
@@ -251,6 +258,11 @@ impl SmallMotions {
 }
 
 impl Modes {
+    /// Eigenvalues of the motions that grow.
+    pub fn growing(&self) -> impl Iterator<Item = Complex> {
+        self.eigenvalues.iter().copied().filter(|s| s.re > ROUNDING * s.norm())
+    }
+
     fn empty(is_classical: bool) -> Self {
         Self {
             frequency: Vec::new(),

@@ -85,7 +85,7 @@ def linearise(
     Raises
     ------
     ValueError, TypeError
-        If an argument makes no sense.
+        If an argument makes no sense, or `q` is a shape that the model does not resolve.
     LissomError
         The mass matrix is not positive definite.
 
@@ -104,6 +104,7 @@ def linearise(
         raise TypeError(f"model: expected a Model (Rod, SpringPendulum), got {type(model).__name__}")
     n = model.n
     q = np.asarray(q, float)
+    model.check_shape(q)
     rest = np.zeros(n)
     stiffness, damping, mass = model.tangent(q, rest, rest, t=t)
     force_names, forces = _signals("inputs", inputs, _forces(model, q, t))
@@ -153,14 +154,23 @@ def _measurements(model: Model, q: Array, t: float) -> dict[str, Group]:
         def tip(half: slice, states: Array) -> Callable[[], Array]:
             return lambda: rod.jacobian(q, rod.length, t=t)[half] @ states
 
+        def tip_velocity() -> Array:
+            moved = rod.jacobian(q, rod.length, t=t)[linear]
+            velocity = moved @ of_v
+            if rod.base_motion is not None:
+                # The farther out, the faster; the angular velocity is the same everywhere.
+                angular_velocity = rod.velocity(q, np.zeros(n), 0.0, t=t)[angular]
+                velocity += np.cross(angular_velocity, moved, axisb=0, axisc=0) @ of_q
+            return velocity
+
         angular, linear = slice(3), slice(3, 6)
-        for name, half, states in [
-            ("tip_position", linear, of_q),
-            ("tip_rotation", angular, of_q),
-            ("tip_velocity", linear, of_v),
-            ("tip_angular_velocity", angular, of_v),
+        for name, rows in [
+            ("tip_position", tip(linear, of_q)),
+            ("tip_rotation", tip(angular, of_q)),
+            ("tip_velocity", tip_velocity),
+            ("tip_angular_velocity", tip(angular, of_v)),
         ]:
-            groups[name] = (_components(name), tip(half, states))
+            groups[name] = (_components(name), rows)
     return groups
 
 

@@ -174,6 +174,25 @@ impl PyModel {
         self.n
     }
 
+    /// Refuse a shape that the model does not resolve.
+    ///
+    /// What is computed of such a shape means nothing. `statics`, `modes`, `linearise` and runs refuse it by themselves.
+    ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (n,)
+    ///     Coordinates.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     The rod turns by more than half a turn between neighbouring quadrature nodes.
+    #[pyo3(signature = (q))]
+    fn check_shape(&self, q: &Bound<'_, PyAny>) -> PyResult<()> {
+        let q = self.state(q, "q")?;
+        Ok(self.memory().model.check_shape(&q, "q")?)
+    }
+
     /// Generalised forces that a motion needs.
     ///
     /// Elasticity, damping, gravity and dead loads are included: the result is zero in free motion.

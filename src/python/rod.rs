@@ -446,6 +446,15 @@ impl PyRod {
         Ok(model)
     }
 
+    /// Refuses an arc length beyond the rod.
+    fn check_place(&self, x: f64) -> PyResult<()> {
+        let length = self.description.length();
+        if (0.0..=length).contains(&x) {
+            return Ok(());
+        }
+        Err(PyValueError::new_err(format!("X: got {x}, expected an arc length in [0, {length}] (metres)")))
+    }
+
     /// The times of so many states, or one for all of them.
     fn times(&self, t: Option<&Bound<'_, PyAny>>, states: Option<usize>) -> PyResult<Vec<f64>> {
         let Some(t) = t else { return Ok(vec![0.0]) };
@@ -717,23 +726,54 @@ impl PyRod {
     /// Returns
     /// -------
     /// jacobian : ndarray, shape (6, n)
-    ///     ``jacobian @ qd`` is the angular velocity of the section at X and the velocity of its centre, in world axes;
+    ///     ``jacobian @ qd`` is the angular velocity of the section at X and the velocity of its centre, in world axes, on a base
+    ///     that does not move (else `velocity` adds that of the base);
     ///     ``jacobian.T @ wrench`` are the generalised forces of a moment and a force that act there.
     #[pyo3(signature = (q, X, *, t=0.0))]
     #[allow(non_snake_case, reason = "X is the arc length of the unstretched rod everywhere in this field")]
     fn jacobian<'py>(&self, q: &Bound<'py, PyAny>, X: f64, t: f64) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let q_values = convert::finite_vector_of(q, self.description.coordinates(), "q")?;
-        let length = self.description.length();
-        if !(0.0..=length).contains(&X) {
-            return Err(PyValueError::new_err(format!(
-                "X: got {X}, expected an arc length in [0, {length}] (metres)"
-            )));
-        }
+        self.check_place(X)?;
         let mut jacobian = Matrix::zeros(6, q_values.len());
         let mut model = self.at(t)?;
         let place = model.place(X);
         model.jacobian_at(&q_values, &place, &mut jacobian);
         Ok(convert::matrix_out(q.py(), &jacobian))
+    }
+
+    /// Velocity of a place along the rod.
+    ///
+    /// Parameters
+    /// ----------
+    /// q, qd : array_like, shape (n,)
+    ///     Coordinates, velocities.
+    /// X : float
+    ///     Arc length of the unstretched rod from its base, metres.
+    /// t : float
+    ///     The time at which a base that moves is taken, seconds.
+    ///
+    /// Returns
+    /// -------
+    /// velocity : ndarray, shape (6,)
+    ///     Angular velocity of the section at X, rad/s, and velocity of its centre, m/s, in world axes, with those of the base.
+    #[pyo3(signature = (q, qd, X, *, t=0.0))]
+    #[allow(non_snake_case, reason = "X is the arc length of the unstretched rod everywhere in this field")]
+    fn velocity<'py>(
+        &self,
+        py: Python<'py>,
+        q: &Bound<'py, PyAny>,
+        qd: &Bound<'py, PyAny>,
+        X: f64,
+        t: f64,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let n = self.description.coordinates();
+        let (q, qd) = (convert::finite_vector_of(q, n, "q")?, convert::finite_vector_of(qd, n, "qd")?);
+        self.check_place(X)?;
+        let mut model = self.at(t)?;
+        let place = model.place(X);
+        let velocity: Vec<f64> =
+            model.velocity_at(&q, &qd, &place).into_iter().flat_map(|half| half.to_array()).collect();
+        Ok(velocity.into_pyarray(py))
     }
 
     /// Moment and force that the base exerts on the rod in a motion.

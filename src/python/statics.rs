@@ -133,7 +133,8 @@ fn rows(py: Python<'_>, values: Vec<f64>, n: usize) -> PyResult<Py<PyArray2<f64>
 ///     Whether small disturbances stay small; None after a failure, or where the mass matrix is singular.
 /// stability : str or None
 ///     'stable', 'neutral' (no stiffness in some direction), 'divergence' or 'flutter'. By the eigenvalues of the tangent
-///     stiffness where the loads have a potential, else by those of the undamped motion.
+///     stiffness where the loads have a potential, else by those of the undamped motion; with drag, in a current and on a base that
+///     moves by those of the motion with all its damping and Coriolis forces, as `modes` has them.
 /// lowest_eigenvalue : float
 ///     Smallest eigenvalue of the (symmetric part of the) tangent stiffness relative to the elastic one: one without load,
 ///     zero at critical points.
@@ -307,6 +308,7 @@ pub(crate) fn statics<'py>(
         lowest,
         path,
         counters,
+        counts_velocities: _,
     } = found;
     let Counters { iterations, forces, tangents } = counters;
     let path = if path.load_factor.is_empty() { None } else { Some(PyEquilibriumPath::new(py, path, n)?) };

@@ -254,16 +254,21 @@ impl RodModel {
         on_sweeps!(&mut self.sweeps, sweeps => sweeps.base_wrench([q, qd, qdd]))
     }
 
+    /// Angular velocity of the section at a place and velocity of its point, in world axes, that of a base that moves included.
+    pub fn velocity_at(&mut self, q: &[f64], qd: &[f64], place: &Place) -> [Vector<f64>; 2] {
+        on_sweeps!(&mut self.sweeps, sweeps => sweeps.velocity(q, qd, place))
+    }
+
     /// The Jacobian of the pose at a place, 6 x n: angular velocity and velocity of its point, in world axes, for unit rates
     /// of the coordinates; `Psi = int S`, moved from the base to the point. Its transpose takes a moment and a force that act
     /// there to generalised forces. Costs about n inverse dynamics.
     pub fn jacobian_at(&mut self, q: &[f64], place: &Place, jacobian: &mut Matrix) {
         let mut unit = vec![0.0; q.len()];
         // What a moving base contributes has nothing to do with the coordinates.
-        let rest = on_sweeps!(&mut self.sweeps, sweeps => sweeps.velocity(q, &unit, place));
+        let rest = self.velocity_at(q, &unit, place);
         for k in 0..q.len() {
             unit[k] = 1.0;
-            let velocity = on_sweeps!(&mut self.sweeps, sweeps => sweeps.velocity(q, &unit, place));
+            let velocity = self.velocity_at(q, &unit, place);
             unit[k] = 0.0;
             for (half, (velocity, rest)) in velocity.into_iter().zip(rest).enumerate() {
                 for (i, x) in (velocity - rest).to_array().into_iter().enumerate() {
@@ -422,6 +427,10 @@ impl Model for RodModel {
 
     fn is_damped(&self) -> bool {
         on_sweeps!(&self.sweeps, sweeps => sweeps.plan().is_damped())
+    }
+
+    fn has_velocity_forces(&self) -> bool {
+        on_sweeps!(&self.sweeps, sweeps => sweeps.plan().has_velocity_forces())
     }
 
     /// Of follower loads, of loads that vary in time, of moments (one that keeps its direction in space has no potential), and of a base

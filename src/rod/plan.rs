@@ -277,6 +277,12 @@ impl<G: Turning> Plan<G> {
         self.segments.iter().any(|segment| segment.retardation_time > 0.0) || self.is_resisted()
     }
 
+    /// Whether drag, a current or the motion of the base make forces depend on velocities.
+    pub(super) fn has_velocity_forces(&self) -> bool {
+        let flows = |fluid: Immersion| fluid.has_drag || (fluid.has_added_mass && self.world.has_current());
+        self.world.motion.is_some() || self.immersion.is_some_and(flows)
+    }
+
     /// Whether the base moves or a load has no potential.
     pub(super) fn is_driven(&self) -> bool {
         let is_driven = |load: &Load<G>| !load.has_potential || load.has_moment;

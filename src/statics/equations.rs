@@ -3,6 +3,7 @@
 use crate::error::Interrupted;
 use crate::linalg::Matrix;
 use crate::model::Model;
+use crate::modes::{SmallMotions, scaled};
 
 /// What a search has cost.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -107,13 +108,27 @@ impl<'a> Equations<'a> {
             .collect()
     }
 
+    /// Whether the model has forces that depend on velocities, besides the damping of its material.
+    pub(super) fn has_velocity_forces(&self) -> bool {
+        self.model.has_velocity_forces()
+    }
+
     /// The mass matrix in scaled coordinates.
-    pub(super) fn mass(&mut self, q: &[f64], mass: &mut Matrix) {
-        self.model.mass_matrix(q, mass);
-        for k in 0..q.len() {
-            for j in 0..q.len() {
-                mass[(j, k)] *= self.sizes[j] * self.sizes[k];
-            }
+    pub(super) fn mass(&mut self, q: &[f64]) -> Matrix {
+        let mut mass = Matrix::zeros(q.len(), q.len());
+        self.model.mass_matrix(q, &mut mass);
+        scaled(mass, &self.sizes)
+    }
+
+    /// Small motions about an equilibrium with its scaled tangent. What depends on velocities is not scaled by the load factor.
+    pub(super) fn small_motions(&mut self, q: &[f64], tangent: &Matrix) -> SmallMotions {
+        let mut damping = Matrix::zeros(q.len(), q.len());
+        self.model.weighted_tangent(q, &self.rest, &self.rest, [0.0, 1.0, 0.0], &mut damping);
+        SmallMotions {
+            mass: self.mass(q),
+            damping: scaled(damping, &self.sizes),
+            stiffness: tangent.clone(),
+            sizes: self.sizes.clone(),
         }
     }
 }

@@ -24,7 +24,7 @@ use corrector::{Corrector, State};
 use descent::Descent;
 use equations::Equations;
 use path::{Course, End, Follower};
-use stability::Stiffness;
+use stability::{Judgement, Stiffness};
 
 use crate::error::{Interrupted, InvalidInput};
 use crate::linalg::{Matrix, norm};
@@ -135,7 +135,10 @@ fn load(equations: &mut Equations<'_>, stops: &[f64], options: &Options) -> Resu
     let last = place.state.clone();
     let released = let_go(equations, &place.state.q, options)?;
     if released.status.is_success() {
-        let message = outcome::message(Status::LetGo, reached, released.stability, &path);
+        let judgement = released
+            .stability
+            .map(|stability| Judgement { stability, counts_velocities: released.counts_velocities });
+        let message = outcome::message(Status::LetGo, reached, judgement, &path);
         return Ok(Equilibrium { status: Status::LetGo, message, path, ..released });
     }
     let found = Found {
@@ -240,12 +243,13 @@ fn judge(equations: &mut Equations<'_>, found: Found, path: Path) -> Result<Equi
     let mut corrector = Corrector::new(equations.n());
     corrector.evaluate(equations, &state)?;
     let stiffness = Stiffness::new(equations, &corrector.tangent);
-    let stability = stiffness.stability(equations, &state.q, &corrector.tangent)?;
+    let judgement = stiffness.stability(equations, &state.q, &corrector.tangent);
     let load_factor = state.load_factor;
-    let mut message = outcome::message(status, load_factor, stability, &path);
+    let mut message = outcome::message(status, load_factor, judgement, &path);
     if let Some(shortage) = shortage {
         message = format!("{}{}.", message.trim_end_matches('.'), at_least(shortage));
     }
+    let judgement = judgement.filter(|_| status.is_success());
     Ok(Equilibrium {
         message,
         load_factor,
@@ -253,7 +257,8 @@ fn judge(equations: &mut Equations<'_>, found: Found, path: Path) -> Result<Equi
         status,
         residual_norm: if residual_norm.is_nan() { norm(&corrector.residual) } else { residual_norm },
         step_norm,
-        stability: stability.filter(|_| status.is_success()),
+        stability: judgement.map(|judgement| judgement.stability),
+        counts_velocities: judgement.is_some_and(|judgement| judgement.counts_velocities),
         lowest: stiffness.lowest,
         path,
         counters: equations.counters,

@@ -2,7 +2,7 @@
 
 use super::equations::Counters;
 use super::path::{CriticalKind, Path};
-use super::stability::Stability;
+use super::stability::{Judgement, Stability};
 use crate::roots;
 
 /// How a search ended.
@@ -109,6 +109,9 @@ pub struct Equilibrium {
     pub step_norm: f64,
     /// What small disturbances do; `None` where that is unknown.
     pub stability: Option<Stability>,
+    /// Whether that counts forces that depend on velocities (drag, Coriolis forces): where the model has such and stiffness does not
+    /// decide.
+    pub counts_velocities: bool,
     /// Smallest eigenvalue of the tangent stiffness relative to the elastic one: one without load, zero at critical points.
     pub lowest: f64,
     /// The path of loading; empty where none was followed.
@@ -131,12 +134,16 @@ pub struct Continuation {
 }
 
 /// The status in words, with what stability and critical points say. `end` is where the path of loading ended.
-pub(super) fn message(status: Status, end: f64, stability: Option<Stability>, path: &Path) -> String {
+pub(super) fn message(status: Status, end: f64, judgement: Option<Judgement>, path: &Path) -> String {
     let mut message = status.message(end);
     if status == Status::Finished || !status.is_success() {
         return message;
     }
-    match stability {
+    let counts_velocities = judgement.is_some_and(|judgement| judgement.counts_velocities);
+    match judgement.map(|judgement| judgement.stability) {
+        Some(Stability::Stable) if counts_velocities => {
+            message += " It is stable with damping, drag and Coriolis forces; without them it need not be.";
+        }
         Some(Stability::Stable) => {}
         Some(Stability::Neutral) => {
             message += " In some direction it has no stiffness: it is a critical point, or free to turn.";
@@ -152,6 +159,9 @@ pub(super) fn message(status: Status, end: f64, stability: Option<Stability>, pa
                 ),
                 None => " Give `q0`, a shape a little off, to be let go.".to_owned(),
             };
+        }
+        Some(Stability::Flutter) if counts_velocities => {
+            message += " It is unstable: with damping, drag and Coriolis forces, small disturbances grow as oscillations (flutter).";
         }
         Some(Stability::Flutter) => {
             message += " It is unstable: without damping, small disturbances grow as oscillations (flutter).";

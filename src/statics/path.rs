@@ -380,11 +380,11 @@ impl<'a, 'b> Follower<'a, 'b> {
 
     fn record(&mut self, place: &Place) -> Result<(), Interrupted> {
         self.corrector.evaluate(self.equations, &place.state)?;
-        let stability = place.stiffness.stability(self.equations, &place.state.q, &self.corrector.tangent)?;
+        let judgement = place.stiffness.stability(self.equations, &place.state.q, &self.corrector.tangent);
         self.path.load_factor.push(place.state.load_factor);
         self.path.q.extend_from_slice(&place.state.q);
         self.path.lowest.push(place.stiffness.lowest);
-        self.path.stability.push(stability);
+        self.path.stability.push(judgement.map(|judgement| judgement.stability));
         Ok(())
     }
 }

@@ -1,8 +1,9 @@
-//! Whether an equilibrium is stable, from its tangent stiffness.
+//! Whether an equilibrium is stable: from its tangent stiffness, and where forces depend on velocities from the whole linearised
+//! motion.
 
 use super::equations::Equations;
-use crate::error::Interrupted;
-use crate::linalg::{Matrix, eigenvalues, symmetric_eigen, symmetric_eigenvalues};
+use crate::linalg::{Complex, Matrix, eigenvalues, symmetric_eigen, symmetric_eigenvalues};
+use crate::modes;
 
 /// A tangent is symmetric, so that its loads have a potential, when no entry differs from its mirror image by more than this
 /// part of the stiffnesses it couples. Above what the quadrature of strongly bent rods leaves, below what any follower load
@@ -16,7 +17,7 @@ const ROUNDING: f64 = 100.0 * f64::EPSILON;
 /// be what rounding makes of two equal real ones.
 const FLUTTER: f64 = 1e-5;
 
-/// What small disturbances of an equilibrium do, without damping.
+/// What small disturbances of an equilibrium do: without damping, unless a fluid or a moving base make forces depend on velocities.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stability {
     /// They stay small.
@@ -25,7 +26,7 @@ pub enum Stability {
     Neutral,
     /// They grow away from the equilibrium.
     Divergence,
-    /// They grow as oscillations, which follower loads can do.
+    /// They grow as oscillations, which follower loads, currents and turning bases can do.
     Flutter,
 }
 
@@ -39,6 +40,14 @@ impl Stability {
             Self::Flutter => "flutter",
         }
     }
+}
+
+/// A stability, and what it is that of.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Judgement {
+    pub(super) stability: Stability,
+    /// Whether forces that depend on velocities have been counted; where stiffness alone decides they need not be.
+    pub(super) counts_velocities: bool,
 }
 
 /// What changes its sign at a critical point.
@@ -134,34 +143,38 @@ impl Stiffness {
         Some((directions.collect(), is_pushed))
     }
 
-    /// What small disturbances do. Asks the mass matrix only where the loads have no potential; `None` when that is
+    /// What small disturbances do. Asks mass and damping only where stiffness alone does not decide; `None` when the mass matrix is
     /// singular or the tangent not finite.
     pub(super) fn stability(
         &self,
         equations: &mut Equations<'_>,
         q: &[f64],
         tangent: &Matrix,
-    ) -> Result<Option<Stability>, Interrupted> {
+    ) -> Option<Judgement> {
         let rounding = ROUNDING * q.len() as f64;
+        let of_stiffness = |stability| Some(Judgement { stability, counts_velocities: false });
         if self.is_symmetric {
-            return Ok(match self.lowest {
-                lowest if lowest.is_nan() => None,
-                lowest if lowest.abs() <= rounding => Some(Stability::Neutral),
-                lowest if lowest < 0.0 => Some(Stability::Divergence),
-                _ => Some(Stability::Stable),
-            });
+            match self.lowest {
+                lowest if lowest.is_nan() => return None,
+                lowest if lowest.abs() <= rounding => return of_stiffness(Stability::Neutral),
+                // Neither damping nor gyroscopic forces can change that (Thomson and Tait 1879; Chetaev 1961).
+                lowest if lowest > 0.0 => return of_stiffness(Stability::Stable),
+                _ if !equations.has_velocity_forces() => return of_stiffness(Stability::Divergence),
+                _ => {}
+            }
         }
-        let mut mass = Matrix::zeros(q.len(), q.len());
-        equations.mass(q, &mut mass);
-        let Some(motion) =
-            mass.cholesky().map(|factors| factors.solve(tangent)).and_then(|a| eigenvalues(&a))
-        else {
-            return Ok(None);
-        };
+        if equations.has_velocity_forces() {
+            return self.stability_in_motion(equations, q, tangent, rounding);
+        }
+        let motion = equations
+            .mass(q)
+            .cholesky()
+            .map(|factors| factors.solve(tangent))
+            .and_then(|a| eigenvalues(&a))?;
         // M qdd + K q = 0 has solutions exp(i omega t) with omega^2 an eigenvalue of M^-1 K.
-        let is_flutter = motion.iter().any(|value| value.im.abs() > FLUTTER * value.norm());
+        let is_flutter = motion.iter().any(|value| is_complex(*value));
         let is_divergence = motion.iter().any(|value| value.re < 0.0);
-        Ok(Some(if self.value(Test::Determinant).abs() <= rounding {
+        of_stiffness(if self.value(Test::Determinant).abs() <= rounding {
             Stability::Neutral
         } else if is_divergence && !is_flutter {
             Stability::Divergence
@@ -169,8 +182,38 @@ impl Stiffness {
             Stability::Flutter
         } else {
             Stability::Stable
-        }))
+        })
     }
+
+    /// That of `M qdd + D qd + K q = 0`.
+    fn stability_in_motion(
+        &self,
+        equations: &mut Equations<'_>,
+        q: &[f64],
+        tangent: &Matrix,
+        rounding: f64,
+    ) -> Option<Judgement> {
+        let motions = equations.small_motions(q, tangent);
+        // Without gyroscopic forces damping does not help against a negative stiffness.
+        if self.is_symmetric && modes::is_symmetric(&motions.damping) {
+            return Some(Judgement { stability: Stability::Divergence, counts_velocities: false });
+        }
+        let found = motions.modes().ok()?;
+        let stability = if self.smallest() <= rounding {
+            Stability::Neutral
+        } else if found.growing().any(is_complex) {
+            Stability::Flutter
+        } else if found.growing().next().is_some() {
+            Stability::Divergence
+        } else {
+            Stability::Stable
+        };
+        Some(Judgement { stability, counts_velocities: true })
+    }
+}
+
+fn is_complex(value: Complex) -> bool {
+    value.im.abs() > FLUTTER * value.norm()
 }
 
 fn symmetric_part(a: &Matrix) -> Matrix {

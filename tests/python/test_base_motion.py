@@ -304,6 +304,79 @@ def test_frequencies_of_a_turning_beam_are_the_published_ones(speed, frequency):
     assert found == pytest.approx(frequency, rel=2e-4)
 
 
+@pytest.mark.parametrize(
+    ("speed", "damping", "stability"),
+    [
+        (0.0, 0.0, "stable"),
+        (0.5, 0.0, "stable"),
+        (1.5, 0.0, "stable"),
+        (0.5, 1e-3, "stable"),
+        (1.5, 1e-3, "flutter"),
+    ],
+)
+def test_a_round_shaft_whirls_above_its_critical_speed_where_it_is_damped(speed, damping, stability):
+    """The shaft sees omega -+ Omega; internal damping drives the slow whirl (Kimball 1924)."""
+    segment = {**ARM, "modes": {"bend_y": 3, "bend_z": 3}, "retardation_time": damping}
+    slow = lissom.modes(rod_of(None, segment, gravity=WEIGHTLESS), np.zeros(6)).angular_frequency[0]
+    motion = lissom.BaseMotion(axis=(1, 0, 0), angle=lissom.Harmonic(rate=speed * slow))
+    rod = rod_of(motion, segment, gravity=WEIGHTLESS)
+    found = lissom.statics(rod)
+    modes = lissom.modes(rod, found.q)
+    if damping == 0:
+        assert modes.angular_frequency[0] == pytest.approx(abs(1 - speed) * slow, rel=1e-2)
+    assert found.stability == found.path.stability[-1] == stability
+    assert found.is_stable == modes.is_stable
+    assert (found.lowest_eigenvalue < 0) == (speed > 1)
+    assert ("with damping, drag and Coriolis forces" in found.message) == (speed > 1)
+
+
+def test_a_shaft_of_one_plane_is_flung_out_above_its_critical_speed():
+    """Without the other plane there are no Coriolis forces that could keep it."""
+    segment = {**ARM, "modes": {"bend_y": 3}}
+    slow = lissom.modes(rod_of(None, segment, gravity=WEIGHTLESS), np.zeros(3)).angular_frequency[0]
+    motion = lissom.BaseMotion(axis=(1, 0, 0), angle=lissom.Harmonic(rate=1.5 * slow))
+    rod = rod_of(motion, segment, gravity=WEIGHTLESS)
+    found = lissom.statics(rod)
+    assert found.stability == "divergence"
+    assert not lissom.modes(rod, found.q).is_stable
+
+
+def _tip(rod, q, t):
+    """Velocity and angular velocity of the tip of a shape that does not change, by differences of poses."""
+    step = 1e-4
+    before, now, after = (rod.pose(q, rod.length, t=t + dt) for dt in (-step, 0.0, step))
+    rate = (after - before) / (2 * step)
+    spin = rate[:3, :3] @ now[:3, :3].T
+    return np.array([*rate[:3, 3], spin[2, 1], spin[0, 2], spin[1, 0]])
+
+
+@pytest.mark.parametrize(
+    "motion", [lissom.BaseMotion(axis=(0, 0, 1), angle=lissom.Harmonic(rate=10.0)), WILD["callable"]]
+)
+def test_linear_models_see_velocities_of_a_turning_base(motion):
+    rod = rod_of(motion, base_position=(1.0, 2.0, 3.0), base_orientation=(0.8, 0.0, 0.6, 0.0))
+    (q, qd, _), t, step = states(rod.n), 0.7, 1e-4
+    wanted = np.transpose(
+        [(_tip(rod, q + d, t) - _tip(rod, q - d, t)) / (2 * step) for d in step * np.eye(rod.n)]
+    )
+    outputs = ["tip_velocity", "tip_angular_velocity"]
+    linear = lissom.linearise(rod, q, outputs=outputs, t=t)
+    jacobian = rod.jacobian(q, rod.length, t=t)
+    assert np.abs(linear.C[:3, : rod.n]).max() > 0.1
+    np.testing.assert_allclose(linear.C[:, : rod.n], wanted, atol=1e-5)
+    np.testing.assert_array_equal(linear.C[:, rod.n :], jacobian[[3, 4, 5, 0, 1, 2]])
+    velocity = rod.velocity(q, qd, rod.length, t=t)
+    np.testing.assert_allclose(velocity - jacobian @ qd, _tip(rod, q, t)[[3, 4, 5, 0, 1, 2]], atol=1e-5)
+
+
+def test_velocities_are_asked_for_along_the_rod_only():
+    rod = rod_of(None)
+    with pytest.raises(ValueError, match=r"X: got 0.7, expected an arc length in .0, 0.6."):
+        rod.velocity(np.zeros(rod.n), np.zeros(rod.n), 0.7)
+    with pytest.raises(ValueError, match="qd: expected 6 values, got 1"):
+        rod.velocity(np.zeros(rod.n), [0.0], 0.1)
+
+
 # ------------------------------------------------------------------------------------------- callables, data
 
 

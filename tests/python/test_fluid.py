@@ -243,6 +243,36 @@ def test_a_current_bends_a_rod_and_the_motion_comes_to_rest_there():
     assert_allclose(run.q[-1], found.q, rtol=0, atol=1e-6 * np.abs(found.q).max())
 
 
+def test_drag_keeps_a_cable_in_a_current():
+    """Its stiffness is that of follower loads, and alone would let it flutter."""
+    cable = lissom.Segment(1.0, 0.003, 1e6, 1e6 / 3, 2000.0, {"bend_y": 8})
+    down = (np.sqrt(0.5), 0, np.sqrt(0.5), 0)
+    stream = lissom.Fluid(1000.0, (0.5, 0, 0), drag_coefficients=(1.2, 0.01))
+    rod = lissom.Rod([cable], base_orientation=down, fluid=stream)
+    found = lissom.statics(rod)
+    zero = np.zeros(rod.n)
+    stiffness, _, mass = rod.tangent(found.q, zero, zero)
+    assert np.abs(np.linalg.eigvals(np.linalg.solve(mass, stiffness)).imag).max() > 1
+    modes = lissom.modes(rod, found.q)
+    assert modes.is_stable
+    assert modes.damping_ratio.min() > 0.1
+    assert found.stability == "stable"
+    assert found.path.stability[-1] == "stable"
+    assert "with damping, drag and Coriolis forces" in found.message
+    push = 1e-3 * np.random.default_rng(1).standard_normal(rod.n)
+    motion = lissom.simulate(rod, 10.0, q0=found.q + push, method="radau", rtol=1e-6)
+    assert_allclose(motion.q[-1], found.q, atol=1e-4)
+
+
+def test_drag_does_not_save_a_column_from_buckling():
+    column = {"strains": ("bend_y",), "tip_force": (-1.2 * np.pi**2 / 4 * 1e8 * np.pi / 4 * 1e-8, 0, 0)}
+    for fluid in [None, lissom.Fluid(1000.0, viscous_drag=(50.0, 1.0)), lissom.Fluid(1000.0, (0, 0.1, 0))]:
+        rod = arm(fluid, **column)
+        found = lissom.statics(rod)
+        assert found.stability == "divergence"
+        assert not lissom.modes(rod, found.q).is_stable
+
+
 def test_a_stiff_rod_across_a_stream_bends_like_a_beam():
     """Linear beam under the load 1/2 rho d C u^2: deflection w L^4 / 8 E I."""
     fluid = lissom.Fluid(1000.0, (0, 0, 1e-3), drag_coefficients=(1.2, 0.0), added_mass_coefficient=0)

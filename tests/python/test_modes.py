@@ -300,6 +300,15 @@ class TestLinearModels:
         with pytest.raises(ValueError, match=message):
             lissom.linearise(wire({"bend_y": 1}), [0], **arguments)
 
+    def test_shapes_that_no_node_resolves_are_refused_as_by_modes(self):
+        model, q = wire({"bend_y": 2}), [1e4, 0.0]
+        for function in (lissom.modes, lissom.linearise):
+            with pytest.raises(ValueError, match="q: got a rod that turns by more than half a turn between"):
+                function(model, q)
+        with pytest.raises(ValueError, match="more `nodes`, at least"):
+            model.check_shape(q)
+        assert model.check_shape([1.0, 0.0]) is None
+
     def test_a_pendulum_has_no_tip(self):
         with pytest.raises(ValueError, match="expected 'forces' or a component"):
             lissom.linearise(lissom.SpringPendulum(), [0, 0], inputs="tip_force")
