@@ -132,11 +132,6 @@ pub trait Model {
         None
     }
 
-    /// Whether the discretisation can follow this shape.
-    fn resolves(&self, q: &[f64]) -> bool {
-        self.shortage_of_nodes(q).is_none()
-    }
-
     /// Refuses a shape that the model does not resolve; `place` is the name of `q`.
     fn check_shape(&self, q: &[f64], place: &str) -> Result<(), InvalidInput> {
         let Some(shortage) = self.shortage_of_nodes(q) else { return Ok(()) };

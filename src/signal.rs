@@ -52,13 +52,13 @@ impl<const N: usize> Signal<N> {
     }
 
     /// How far a step from `t` may go that cannot pass over a part of this signal unseen: to the next time of a table, by a quarter of a
-    /// period. Of a function nothing is known.
+    /// period. Always beyond `t`; infinite for a function, of which nothing is known.
     pub fn horizon(&self, t: f64) -> f64 {
         /// Four looks a period see every oscillation.
         const LOOKS: f64 = 4.0;
         match self {
             Self::Constant(_) | Self::Function(_) => f64::INFINITY,
-            Self::Harmonic(_) => t + self.period() / LOOKS,
+            Self::Harmonic(_) => (t + self.period() / LOOKS).max(t.next_up()),
             Self::Table(table) => table.next_time(t),
         }
     }

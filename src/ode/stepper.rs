@@ -55,9 +55,6 @@ pub(super) struct State {
 /// A step must be that many spacings of floating-point numbers long at least (SciPy).
 const SMALLEST_STEP_IN_SPACINGS: f64 = 10.0;
 
-/// A step is stretched by this part of its size to end at the horizon.
-const REMAINDER: f64 = 0.01;
-
 impl State {
     /// The smallest step that is allowed at the current time.
     pub(super) fn smallest_step(&self) -> f64 {
@@ -73,12 +70,10 @@ impl State {
         }
     }
 
-    /// End and size of a step of the wanted size that does not go beyond the end of the interval, nor beyond the horizon, which it
-    /// reaches if hardly anything would be left.
+    /// End and size of a step of the wanted size that does not go beyond the horizon.
     pub(super) fn step_to(&self, h_abs: f64) -> (f64, f64) {
         let mut t_new = self.t + h_abs * self.direction;
-        let stretched = if self.horizon == self.t_end { t_new } else { t_new + REMAINDER * h_abs };
-        if self.direction * (stretched - self.horizon) > 0.0 {
+        if self.direction * (t_new - self.horizon) > 0.0 {
             t_new = self.horizon;
         }
         (t_new, t_new - self.t)

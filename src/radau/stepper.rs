@@ -15,11 +15,8 @@ use crate::ode::{self, Tolerances, initial_step};
 /// A step must be that many spacings of floating-point numbers long at least (SciPy).
 const SMALLEST_STEP_IN_SPACINGS: f64 = 10.0;
 
-/// A remainder of the interval of less than that fraction of a step is added to it.
+/// A remainder of the way of less than that fraction of a step is added to it.
 const REMAINDER: f64 = 1e-9;
-
-/// The same for a step that ends at the system's horizon.
-const REMAINDER_AT_HORIZON: f64 = 0.01;
 
 /// An integration that is carried out step by step. All memory is allocated at the start.
 ///
@@ -171,11 +168,10 @@ impl Stepper {
         let mut was_rejected = false;
         let mut failure = Failure::NotConverged;
         let horizon = system.horizon(self.t);
-        let (end, remainder) =
-            if horizon < self.t_end { (horizon, REMAINDER_AT_HORIZON) } else { (self.t_end, REMAINDER) };
+        let end = self.t_end.min(horizon);
         loop {
             let wanted = h;
-            let is_last = self.t + h * (1.0 + remainder) >= end;
+            let is_last = self.t + h * (1.0 + REMAINDER) >= end;
             if h.is_nan() || h < smallest && (was_rejected || !is_last) {
                 return Ok(Some(match failure {
                     Failure::NotConverged => Status::StepTooSmall,

@@ -298,6 +298,13 @@ impl Rod {
         self.segments.iter().map(|segment| segment.length).sum()
     }
 
+    /// How far a step from `t` may go that cannot pass over a part of its loads and of the motion of its base unseen
+    /// ([`crate::signal::Signal::horizon`]).
+    pub fn horizon(&self, t: f64) -> f64 {
+        let of_base = self.base_motion.iter().map(|motion| motion.horizon(t));
+        self.loads.iter().map(|load| load.horizon(t)).chain(of_base).fold(f64::INFINITY, f64::min)
+    }
+
     /// The shortest period of its loads and of the motion of its base, in seconds; infinite where nothing oscillates.
     pub fn shortest_period(&self) -> f64 {
         let of_base = self.base_motion.iter().map(BaseMotion::period);

@@ -383,8 +383,7 @@ impl Model for RodModel {
     }
 
     fn horizon(&self, t: f64) -> f64 {
-        let of_base = self.rod.base_motion.iter().map(|motion| motion.horizon(t));
-        self.rod.loads.iter().map(|load| load.horizon(t)).chain(of_base).fold(f64::INFINITY, f64::min)
+        self.rod.horizon(t)
     }
 
     fn shortest_period(&self) -> f64 {

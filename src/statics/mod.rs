@@ -28,7 +28,7 @@ use stability::{Judgement, Stiffness};
 
 use crate::error::{Interrupted, InvalidInput};
 use crate::linalg::{Matrix, norm};
-use crate::model::{Model, at_least};
+use crate::model::Model;
 use crate::roots;
 
 /// What a search may ask before every evaluation: whether to go on.
@@ -245,10 +245,10 @@ fn judge(equations: &mut Equations<'_>, found: Found, path: Path) -> Result<Equi
     let stiffness = Stiffness::new(equations, &corrector.tangent);
     let judgement = stiffness.stability(equations, &state.q, &corrector.tangent);
     let load_factor = state.load_factor;
-    let mut message = outcome::message(status, load_factor, judgement, &path);
-    if let Some(shortage) = shortage {
-        message = format!("{}{}.", message.trim_end_matches('.'), at_least(shortage));
-    }
+    let message = match shortage {
+        Some(shortage) => outcome::unresolved(shortage),
+        None => outcome::message(status, load_factor, judgement, &path),
+    };
     let judgement = judgement.filter(|_| status.is_success());
     Ok(Equilibrium {
         message,

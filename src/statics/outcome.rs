@@ -3,6 +3,7 @@
 use super::equations::Counters;
 use super::path::{CriticalKind, Path};
 use super::stability::{Judgement, Stability};
+use crate::model::at_least;
 use crate::roots;
 
 /// How a search ended.
@@ -84,9 +85,8 @@ impl Status {
                  have a potential where it is bent sharply."
                 .to_owned(),
             Self::NonFinite => "Forces or stiffnesses are NaN or infinite. Start from a smaller `q0`.".to_owned(),
-            Self::Unresolved => "The shape that was found turns by more than half a turn between neighbouring quadrature nodes, so it \
-                 is none of the rod's. Give the segment more `nodes`."
-                .to_owned(),
+            // How many nodes it takes is not known here.
+            Self::Unresolved => unresolved(f64::INFINITY),
             Self::Newton(status) => status.message().to_owned(),
         }
     }
@@ -131,6 +131,15 @@ pub struct Continuation {
     pub message: String,
     /// What it has cost.
     pub counters: Counters,
+}
+
+/// [`Status::Unresolved`] in words, for a shape that takes so many times as many nodes as there are.
+pub(super) fn unresolved(shortage: f64) -> String {
+    format!(
+        "The shape that was found turns by more than half a turn between neighbouring quadrature nodes, so it is none of the rod's. Give \
+         the segment more `nodes`{}.",
+        at_least(shortage)
+    )
 }
 
 /// The status in words, with what stability and critical points say. `end` is where the path of loading ended.

@@ -5,9 +5,51 @@ A section is a pair, the name of what makes it and its arguments.
 
 import numpy as np
 from hypothesis import strategies as st
+from numpy.testing import assert_allclose
+from scipy.spatial.transform import Rotation
 
 import lissom
 from reference import rod as reference
+
+#: Springs and dampers of all kinds at the tip and inside, as arguments.
+TWO_SUPPORTS = [
+    {"stiffness": (20, 40, 5), "rotational_stiffness": (0.1, 0.4, 0.2)},
+    {
+        "at": 0.25,
+        "stiffness": (30, 10, 50),
+        "rotational_stiffness": (0.5, 0, 0.1),
+        "damping": (0.2, 0.1, 0.3),
+        "rotational_damping": (0.01, 0.03, 0.02),
+        "position": (0.4, -1.9, 1.1),
+        "orientation": (0.5, 0.5, -0.5, 0.5),
+    },
+]
+
+
+# The motion of a base in all directions.
+
+
+def drift(t):
+    return np.array([0.3 * np.sin(2 * t), 0.2 * t**2, 0.1 * np.cos(3 * t)])
+
+
+def turn(t):
+    """A rotation vector that changes its direction."""
+    return np.array([0.5 * np.sin(t), 0.8 * t, 0.3 * np.cos(2 * t)])
+
+
+def quaternion(t):
+    return Rotation.from_rotvec(turn(t)).as_quat(scalar_first=True)
+
+
+def assert_tangents_agree_with_differences(rod, state):
+    """The three tangents of a state, shape (3, n), against central differences of the forces."""
+    for which, exact in enumerate(rod.tangent(*state)):
+        for k in range(rod.n):
+            change = np.zeros_like(state)
+            change[which, k] = 1e-5
+            difference = rod.inverse_dynamics(*(state + change)) - rod.inverse_dynamics(*(state - change))
+            assert_allclose(exact[:, k], difference / 2e-5, atol=1e-8 * max(1, np.abs(exact).max()))
 
 
 class Case:

@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 import lissom
 from reference import moving
 from reference import rod as reference
+from rod_cases import drift, quaternion, turn
 
 ARM = {
     "length": 0.6,
@@ -29,19 +30,6 @@ def rod_of(motion, segment=ARM, **options):
 
 def states(n, seed=1, size=0.3):
     return size * np.random.default_rng(seed).standard_normal((3, n))
-
-
-def drift(t):
-    return np.array([0.3 * np.sin(2 * t), 0.2 * t**2, 0.1 * np.cos(3 * t)])
-
-
-def turn(t):
-    """A rotation vector that changes its direction."""
-    return np.array([0.5 * np.sin(t), 0.8 * t, 0.3 * np.cos(2 * t)])
-
-
-def quaternion(t):
-    return Rotation.from_rotvec(turn(t)).as_quat(scalar_first=True)
 
 
 TIMES = np.linspace(0.0, 2.0, 401)

@@ -12,19 +12,10 @@ from numpy.testing import assert_allclose
 import lissom
 from reference import rod as reference_rod
 from reference import supports as reference
-from rod_cases import rich_segments
+from rod_cases import TWO_SUPPORTS, rich_segments
 
 SUPPORTS = [
-    {"stiffness": (20, 40, 5), "rotational_stiffness": (0.1, 0.4, 0.2)},
-    {
-        "at": 0.25,
-        "stiffness": (30, 10, 50),
-        "rotational_stiffness": (0.5, 0, 0.1),
-        "damping": (0.2, 0.1, 0.3),
-        "rotational_damping": (0.01, 0.03, 0.02),
-        "position": (0.4, -1.9, 1.1),
-        "orientation": (0.5, 0.5, -0.5, 0.5),
-    },
+    *TWO_SUPPORTS,
     {"at": 0.4, "stiffness": (5, 5, 5)},
 ]
 

@@ -12,7 +12,16 @@ from reference import fluid as reference_fluid
 from reference import moving
 from reference import rod as reference_rod
 from reference import supports as reference_supports
-from rod_cases import random_segments, rich_segments, vectors, with_section
+from rod_cases import (
+    TWO_SUPPORTS,
+    drift,
+    quaternion,
+    random_segments,
+    rich_segments,
+    turn,
+    vectors,
+    with_section,
+)
 
 FLUID = {
     "density": 800.0,
@@ -22,16 +31,7 @@ FLUID = {
     "added_mass_coefficient": 0.9,
 }
 SUPPORTS = [
-    {"stiffness": (20, 40, 5), "rotational_stiffness": (0.1, 0.4, 0.2)},
-    {
-        "at": 0.25,
-        "stiffness": (30, 10, 50),
-        "rotational_stiffness": (0.5, 0, 0.1),
-        "damping": (0.2, 0.1, 0.3),
-        "rotational_damping": (0.01, 0.03, 0.02),
-        "position": (0.4, -1.9, 1.1),
-        "orientation": (0.5, 0.5, -0.5, 0.5),
-    },
+    *TWO_SUPPORTS,
     {"at": 0.4, "damping": (1, 2, 0.5)},
 ]
 BASE = {"base_position": (0.3, -2.0, 1.0), "base_orientation": (0.8, 0.2, -0.4, 0.4)}
@@ -41,19 +41,6 @@ LINE_MASS, AREA = 1000 * np.pi * 1e-4, np.pi * 1e-4
 
 class Surrounded(reference_fluid.Rod, reference_supports.Rod):
     """The reference in a fluid and on supports."""
-
-
-def drift(t):
-    return np.array([0.3 * np.sin(2 * t), 0.2 * t**2, 0.1 * np.cos(3 * t)])
-
-
-def turn(t):
-    """A rotation vector that changes its direction."""
-    return np.array([0.5 * np.sin(t), 0.8 * t, 0.3 * np.cos(2 * t)])
-
-
-def quaternion(t):
-    return Rotation.from_rotvec(turn(t)).as_quat(scalar_first=True)
 
 
 WILD = lissom.BaseMotion(translation=drift, rotation=quaternion)
