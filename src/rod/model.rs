@@ -101,14 +101,17 @@ pub struct RodModel {
 enum AnySweeps {
     Planar(Sweeps<Planar<true>>),
     Spatial(Sweeps<Spatial<true>>),
-    PortablePlanar(Sweeps<Planar<false>>),
-    PortableSpatial(Sweeps<Spatial<false>>),
+    PortablePlanar(Sweeps<Planar<PORTABLE>>),
+    PortableSpatial(Sweeps<Spatial<PORTABLE>>),
 }
+
+/// Fused packs even there in development builds, which compile the sweeps once.
+const PORTABLE: bool = cfg!(lissom_dev);
 
 impl AnySweeps {
     /// The sweeps for a valid rod, in a plane where one is given, with fused packs or with portable ones.
     fn new(rod: &Rod, plane: Option<Plane>, is_fused: bool) -> Self {
-        match (plane, is_fused) {
+        match (plane, is_fused || cfg!(lissom_dev)) {
             (Some(plane), true) => Self::Planar(Sweeps::new(Plan::new(rod, plane))),
             (Some(plane), false) => Self::PortablePlanar(Sweeps::new(Plan::new(rod, plane))),
             (None, true) => Self::Spatial(Sweeps::new(Plan::new(rod, ()))),

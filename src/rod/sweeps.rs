@@ -17,7 +17,7 @@ use crate::model::Energy;
 /// Whether this machine multiplies and adds in one instruction: 64-bit ARM does, and x86-64 with the wide instruction sets
 /// that pulp knows.
 pub(super) fn machine_has_fused() -> bool {
-    cfg!(any(target_arch = "x86_64", target_arch = "aarch64"))
+    cfg!(lissom_dev) || cfg!(any(target_arch = "x86_64", target_arch = "aarch64"))
         && !matches!(pulp::Arch::new(), pulp::Arch::Scalar)
 }
 
@@ -112,7 +112,7 @@ impl<G: Turning> Sweeps<G> {
     pub(super) fn new(plan: Plan<G>) -> Self {
         Self {
             arch: pulp::Arch::new(),
-            is_plain: plan.is_plain(),
+            is_plain: plan.is_plain() && !cfg!(lissom_dev),
             work: Workspace::new(&plan),
             tangent: TangentWorkspace::new(&plan),
             zeros: vec![0.0; plan.n],
@@ -133,7 +133,7 @@ impl<G: Turning> Sweeps<G> {
     /// instructions, where they would be slow.
     #[inline(always)]
     fn run<Sweep: pulp::NullaryFnOnce>(arch: pulp::Arch, sweep: Sweep) -> Sweep::Output {
-        if !G::Pack::FUSED {
+        if !G::Pack::FUSED || cfg!(lissom_dev) {
             return run_portably(sweep);
         }
         #[cfg(target_arch = "x86_64")]
@@ -154,7 +154,7 @@ impl<G: Turning> Sweeps<G> {
     fn update_motion(&mut self, state: [&[f64]; 3]) {
         self.update_kinematics(state[0]);
         let Self { arch, is_plain, plan, work, .. } = self;
-        if *is_plain {
+        if *is_plain && !cfg!(lissom_dev) {
             Self::run(*arch, Motion::<G, true> { plan, work, state });
         } else {
             Self::run(*arch, Motion::<G, false> { plan, work, state });
@@ -163,7 +163,7 @@ impl<G: Turning> Sweeps<G> {
 
     fn project(&mut self, q: &[f64], qd: &[f64], tau: &mut [f64]) {
         let Self { arch, is_plain, plan, work, .. } = self;
-        if *is_plain {
+        if *is_plain && !cfg!(lissom_dev) {
             Self::run(*arch, Projection::<G, true> { plan, work, q, qd, tau });
         } else {
             Self::run(*arch, Projection::<G, false> { plan, work, q, qd, tau });
@@ -172,7 +172,7 @@ impl<G: Turning> Sweeps<G> {
 
     fn differentiate(&mut self, weights: [f64; 3], tangent: Tangent<'_>) {
         let Self { arch, is_plain, plan, work, tangent: memory, .. } = self;
-        if *is_plain {
+        if *is_plain && !cfg!(lissom_dev) {
             Self::run(*arch, WeightedTangent::<G, true> { plan, work, memory, weights, tangent });
         } else {
             Self::run(*arch, WeightedTangent::<G, false> { plan, work, memory, weights, tangent });
