@@ -30,6 +30,9 @@ STEPS_PER_PERIOD = 10
 RIGHT = 0.01
 MORE_MODES = 4
 
+#: Most modes of a strain that a segment may have.
+MOST_MODES = 64
+
 #: So many right ones are enough: the fastest ones of any model are wrong, and seldom move.
 ENOUGH = 3
 
@@ -68,7 +71,7 @@ def advice(scene: Scene) -> list[str]:
         return said
     said += about_step(found, scene.simulation)
     said += about_stability(found, scene.simulation)
-    richer = Vibrations.of(with_more_modes(model)) if isinstance(model, Rod) else None
+    richer = Vibrations.of(with_more_modes(model)) if isinstance(model, Rod) and takes_more(model) else None
     if richer is not None:
         said += about_modes(found, richer)
     return said
@@ -209,6 +212,12 @@ def stable_step(method: type[RK45] | type[DOP853], eigenvalue: complex) -> float
     growth = np.abs(np.polynomial.polynomial.polyval(sizes * eigenvalue / abs(eigenvalue), polynomial))
     unstable = np.flatnonzero(growth > 1.0 + STABLE_GROWTH)
     return float(sizes[unstable[0]] / abs(eigenvalue))
+
+
+def takes_more(rod: Rod) -> bool:
+    """Whether every strain that the rod has may have four more modes."""
+    most = max(count for segment in rod.segments for count in segment.modes.values())
+    return most + MORE_MODES <= MOST_MODES
 
 
 def with_more_modes(rod: Rod) -> Rod:

@@ -170,7 +170,8 @@ impl<'a> Reader<'a> {
                 Some(number.into())
             }
             DeValue::String(text) => Some(text.as_ref().into()),
-            DeValue::Boolean(_) | DeValue::Datetime(_) => unreachable!("no key of a scene has these types"),
+            DeValue::Boolean(value) => Some((*value).into()),
+            DeValue::Datetime(_) => unreachable!("no key of a scene has this type"),
         }
     }
 
@@ -309,6 +310,7 @@ impl<'a> Reader<'a> {
             Some("number") => "a number".to_owned(),
             Some("integer") => "an integer >= 0".to_owned(),
             Some("string") => "text in quotes".to_owned(),
+            Some("boolean") => "true or false".to_owned(),
             Some("object") => "a table".to_owned(),
             Some("array") => {
                 let items = self.resolve(&schema["items"]);
@@ -335,6 +337,7 @@ fn accepts(schema: &Json, value: &DeValue<'_>) -> bool {
         Some("number") => value.is_float() || value.is_integer(),
         Some("integer") => value.is_integer(),
         Some("string") => value.is_str(),
+        Some("boolean") => value.is_bool(),
         Some("array") => value.is_array(),
         Some("object") => value.is_table(),
         _ => false,
