@@ -94,12 +94,12 @@ def run(scene: Path, output: Path | None, no_report: bool) -> int:
     loaded = _load(scene)
     target = output if output is not None else Path("results") / scene.stem
     with _results_folder(target) as folder:
+        report = _report_of_run if _reports(no_report) else None
         with _refusals_of(scene):
             done = _simulate(loaded)
-        report = _report_of_run if _reports(no_report) else None
         saved = _save(folder, lambda partial: results.write(done, partial, report))
     _summarise(done, saved)
-    if results.missing("xarray", "h5netcdf", "h5py"):
+    if results.missing(*results.FILES):
         _note("Without xarray and h5netcdf the trajectory is an .npz file", "files")
     return saved.code if done.motion.success or done.interrupted else FAILED
 

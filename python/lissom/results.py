@@ -36,6 +36,9 @@ MAX_SHAPES = 2000
 #: Sections along each segment at which the centre line is kept.
 SECTIONS_PER_SEGMENT = 24
 
+#: Modules that write NetCDF.
+FILES = ("xarray", "h5netcdf", "h5py")
+
 #: Counters of the solvers, by their names in ``MotionResult.stats``, in the order in which they are shown.
 COUNTERS = {
     "steps": "steps",
@@ -270,14 +273,13 @@ def write_trajectory(run: Run, folder: Path) -> str:
     The file is made in memory: HDF5 that cannot write to its own file ends the process.
     """
     failure = ""
-    if not missing("xarray", "h5netcdf", "h5py"):
-        try:
-            content = dataset(run).to_netcdf(engine="h5netcdf")
-        except Exception as error:
-            failure = in_words(error)
-        else:
-            (folder / "trajectory.nc").write_bytes(content)
-            return ""
+    try:
+        content = None if missing(*FILES) else dataset(run).to_netcdf(engine="h5netcdf")
+    except Exception as error:
+        content, failure = None, in_words(error)
+    if content is not None:
+        (folder / "trajectory.nc").write_bytes(content)
+        return ""
     np.savez_compressed(folder / "trajectory.npz", **arrays(run))
     return failure
 

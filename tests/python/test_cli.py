@@ -4,10 +4,12 @@ import json
 import os
 import pty
 import re
+import resource
 import signal
 import subprocess
 import sys
 import termios
+import time
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +17,7 @@ import pytest
 import xarray
 
 import lissom
-from lissom import cli, report, results
+from lissom import cli, folders, report, results
 
 SCENES = Path(__file__).parents[2] / "scenes"
 
@@ -45,12 +47,34 @@ output.step = 1e-2
 """
 
 
-def lissom_command(*arguments, without=(), cwd):
-    """Run the command; modules in ``without`` cannot be imported."""
+#: Makes the import of a module an occasion to do something.
+AT_IMPORT = """
+import os, shutil, signal, sys
+
+class Finder:
+    def find_spec(self, name, path=None, target=None):
+        if name in at:
+            at.pop(name)()
+
+def interrupt(times=1):
+    for _ in range(times):
+        os.kill(os.getpid(), signal.SIGINT)
+
+def fail():
+    raise RuntimeError("broken\\ninstallation")
+
+at = {}
+sys.meta_path.insert(0, Finder())
+"""
+
+
+def lissom_command(*arguments, without=(), at_import="", cwd, **options):
+    """Run the command; modules in ``without`` cannot be imported, others are an occasion for something."""
     hide = f"import sys; sys.modules.update(dict.fromkeys({list(without)!r}))"
-    program = f"{hide}; from lissom.cli import main; main()"
+    occasions = f"{AT_IMPORT}\nat.update({at_import})" if at_import else ""
+    program = f"{hide}\n{occasions}\nfrom lissom.__main__ import main; main()"
     command = [sys.executable, "-c", program, *map(str, arguments)]
-    return subprocess.run(command, cwd=cwd, capture_output=True, text=True, timeout=100)
+    return subprocess.run(command, cwd=cwd, capture_output=True, text=True, timeout=100, **options)
 
 
 @pytest.fixture
@@ -67,7 +91,7 @@ def scene(tmp_path):
 
 def no_leftovers(folder):
     """No partial folder stands around."""
-    return not [path for path in folder.rglob(".*") if "partial" in path.name or "replaced" in path.name]
+    return not list(folder.rglob(f"{folders.PARTIAL}*"))
 
 
 def test_a_good_scene_is_simulated_and_written(scene, tmp_path):
@@ -270,14 +294,15 @@ def test_the_current_folder_stays_where_it_is(scene, tmp_path):
 
 
 def test_results_that_cannot_be_completed_leave_the_earlier_ones(tmp_path):
-    with results.atomic_folder(tmp_path / "out") as folder:
-        results.write_summary({results.MARK: "0.1.0"}, folder)
+    with folders.Folder(tmp_path / "out") as folder:
+        results.write_summary({folders.MARK: "0.1.0"}, folder.partial)
+        assert folder.publish() == ["summary.json"]
     before = files_in(tmp_path)
     assert set(before) == {Path("out/summary.json")}
 
     def fill_the_disk():
-        with results.atomic_folder(tmp_path / "out") as folder:
-            (folder / "summary.json").touch()
+        with folders.Folder(tmp_path / "out") as folder:
+            (folder.partial / "summary.json").touch()
             raise OSError("the disk is full")
 
     with pytest.raises(OSError, match="full"):
@@ -286,14 +311,51 @@ def test_results_that_cannot_be_completed_leave_the_earlier_ones(tmp_path):
     assert no_leftovers(tmp_path)
 
 
-def test_what_a_killed_run_left_is_in_nobodys_way(tmp_path):
-    leftover = tmp_path / "out" / f"{results.PARTIAL}0"
+def test_folders_that_a_run_made_go_with_it(tmp_path):
+    (tmp_path / "mine").mkdir()
+    with folders.Folder(tmp_path / "mine" / "a" / "b") as folder:
+        assert folder.partial.is_dir()
+    assert list(tmp_path.rglob("*")) == [tmp_path / "mine"]
+
+
+def test_what_killed_runs_left_is_removed(tmp_path):
+    leftover = tmp_path / "out" / f"{folders.PARTIAL}0"
     leftover.mkdir(parents=True)
-    results.check_target(tmp_path / "out")
-    with results.atomic_folder(tmp_path / "out") as folder:
-        results.write_summary({results.MARK: "0.1.0"}, folder)
-    assert {found.name for found in (tmp_path / "out").iterdir()} == {"summary.json", leftover.name}
-    results.check_target(tmp_path / "out")
+    (leftover / "trajectory.nc").write_text("half")
+    folders.check_target(tmp_path / "out")
+    with folders.Folder(tmp_path / "out") as folder:
+        assert not leftover.exists()
+        results.write_summary({folders.MARK: "0.1.0"}, folder.partial)
+        folder.publish()
+    assert {found.name for found in (tmp_path / "out").iterdir()} == {"summary.json"}
+    folders.check_target(tmp_path / "out")
+
+
+@pytest.mark.parametrize(
+    "command", [["run"], ["statics"], ["modes"], ["lab"], ["validate"], ["stress", "--quick"]]
+)
+def test_a_second_run_into_a_folder_is_refused_before_work(command, scene, tmp_path):
+    takes_scene = command[0] in ("run", "statics", "modes")
+    arguments = [*command, *([scene(ENDLESS)] if takes_scene else []), "-o", "out"]
+    with folders.Folder(tmp_path / "out") as folder:
+        done = lissom_command(*arguments, cwd=tmp_path)
+        assert done.returncode == 2
+        assert "another run of lissom is writing into out" in done.stderr
+        assert folder.partial.is_dir(), "and it goes on"
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_killed_run_holds_no_folder(scene, tmp_path):
+    command = [sys.executable, "-m", "lissom", "run", scene(ENDLESS), "-o", "out"]
+    with subprocess.Popen(command, cwd=tmp_path) as process:
+        try:
+            while not list(tmp_path.glob(f"out/{folders.PARTIAL}*")):
+                assert process.poll() is None
+        finally:
+            process.kill()
+    assert not no_leftovers(tmp_path)
+    assert lissom_command("run", scene(WIRE), "-o", "out", "--no-report", cwd=tmp_path).returncode == 0
+    assert no_leftovers(tmp_path)
 
 
 @pytest.mark.parametrize("command", ["run", "check"])
@@ -389,7 +451,10 @@ def test_an_interrupted_run_keeps_what_it_has(scene, tmp_path):
             shown = b""
             while not re.search(rb"Simulating: +\d+%\|.*\| [1-9][\d.]*/1e\+03 s", shown):
                 shown += os.read(ours, 1000)
-            process.send_signal(signal.SIGINT)
+            # An impatient user.
+            for _ in range(5):
+                process.send_signal(signal.SIGINT)
+                time.sleep(0.01)
             said, _ = process.communicate(timeout=60)
         finally:
             process.kill()
@@ -400,6 +465,108 @@ def test_an_interrupted_run_keeps_what_it_has(scene, tmp_path):
     assert summary["outcome"] == "interrupted"
     assert 0.0 < summary["simulated_seconds"] < 1000.0
     assert (tmp_path / "out" / "trajectory.nc").exists()
+    assert no_leftovers(tmp_path)
+
+
+#: What is imported by and by until the first step.
+EARLY = (
+    "lissom.cli",
+    "click.core",
+    "numpy",
+    "numpy._core.multiarray",
+    "numpy.linalg",
+    "lissom._lissom",
+    "tqdm",
+)
+
+
+@pytest.mark.parametrize("module", EARLY)
+def test_ctrl_c_before_the_first_step_is_a_word(module, scene, tmp_path):
+    interrupt = f"{{{module!r}: lambda: interrupt(3)}}"
+    done = lissom_command("run", scene(ENDLESS), "-o", "out", at_import=interrupt, cwd=tmp_path)
+    assert (done.returncode, done.stderr.lstrip()) == (130, "Interrupted; nothing was written.\n")
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("command", ["run", "statics", "modes"])
+def test_ctrl_c_while_saving_loses_nothing(command, scene, tmp_path):
+    at_import = "{'plotly.graph_objects': lambda: interrupt(3), 'h5netcdf': lambda: interrupt(2)}"
+    done = lissom_command(command, scene(WIRE), "-o", "out", at_import=at_import, cwd=tmp_path)
+    assert done.returncode == 130
+    assert set(done.stderr.splitlines()) == {cli.SAVING}
+    assert json.loads((tmp_path / "out" / "summary.json").read_text())["outcome"] == "finished"
+    assert len(files_in(tmp_path / "out")) == 3
+    assert no_leftovers(tmp_path)
+
+
+def test_ctrl_c_keeps_the_parts_that_are_done(tmp_path):
+    """The lab's second part imports nothing new, but plotly is first imported in its first one."""
+    program = "from lissom import lab, cli; import os, signal\n"
+    program += "lab.PARTS['pendulum'] = lambda: os.kill(os.getpid(), signal.SIGINT)\n"
+    program += "from lissom.__main__ import main; main()"
+    command = [sys.executable, "-c", program, "lab", "-o", "lab"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=100)
+    assert (done.returncode, done.stderr) == (130, "")
+    numbers = json.loads((tmp_path / "lab" / "summary.json").read_text())
+    assert set(numbers) == {"lissom", "roots"}
+    assert (tmp_path / "lab" / "lab.html").exists()
+
+
+@pytest.mark.parametrize("command", ["run", "statics", "modes"])
+def test_a_report_that_fails_costs_the_report(command, scene, tmp_path):
+    broken = "{'plotly.graph_objects': fail}"
+    done = lissom_command(command, scene(WIRE), "-o", "out", at_import=broken, cwd=tmp_path)
+    assert done.returncode == 1
+    assert done.stderr == "The report could not be written: RuntimeError: broken installation\n"
+    assert (
+        f"A wire: {'2 modes' if command == 'modes' else 'Finished' if command == 'run' else 'In equ'}"
+        in done.stdout
+    )
+    names = {found.name for found in (tmp_path / "out").iterdir()}
+    assert len(names) == 2
+    assert "summary.json" in names
+
+
+def test_a_trajectory_that_h5netcdf_cannot_write_is_written_by_numpy(scene, tmp_path):
+    done = lissom_command(
+        "run", scene(WIRE), "-o", "out", "--no-report", at_import="{'h5netcdf.core': fail}", cwd=tmp_path
+    )
+    assert done.returncode == 1
+    assert "trajectory.nc could not be written, trajectory.npz was: RuntimeError: broken" in done.stderr
+    assert {found.name for found in (tmp_path / "out").iterdir()} == {"trajectory.npz", "summary.json"}
+
+
+def test_results_whose_folder_has_gone_are_written_elsewhere(scene, tmp_path):
+    (tmp_path / "elsewhere").mkdir()
+    environment = os.environ | {"TMPDIR": str(tmp_path / "elsewhere")}
+    gone = "{'h5netcdf': lambda: shutil.rmtree('out')}"
+    done = lissom_command("run", scene(WIRE), "-o", "out", at_import=gone, cwd=tmp_path, env=environment)
+    assert done.returncode == 1
+    assert "out could not be written: " in done.stderr
+    (folder,) = (tmp_path / "elsewhere").iterdir()
+    assert f"The results are in {folder} instead." in done.stderr
+    assert {path.name for path in folder.iterdir()} == {"trajectory.nc", "report.html", "summary.json"}
+
+
+@pytest.mark.parametrize("limit", [0, 20_000])
+@pytest.mark.parametrize("without", [[], ["xarray"]], ids=["netcdf", "npz"])
+def test_a_full_disk_is_said_and_leaves_the_earlier_results(limit, without, scene, tmp_path):
+    """No file may grow beyond a limit: none is seen before the first step, 20 kB by the trajectory."""
+    path = scene(WIRE.replace("[simulation]", "[simulation]\nstep = 1e-4"))
+    with folders.Folder(tmp_path / "out") as folder:
+        results.write_summary({folders.MARK: "0.1.0"}, folder.partial)
+        folder.publish()
+    before = files_in(tmp_path)
+    done = lissom_command(
+        *("run", path, "-o", "out"),
+        without=without,
+        cwd=tmp_path,
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)),
+    )
+    assert done.returncode == 1, done.stderr
+    assert done.stderr.startswith("out could not be written: [Errno 27] File too large")
+    assert "Traceback" not in done.stderr
+    assert files_in(tmp_path) == before
     assert no_leftovers(tmp_path)
 
 
@@ -418,7 +585,8 @@ def test_what_an_extra_is_missing_for_is_said(scene, tmp_path):
 
 def test_what_cannot_be_written_is_said(scene, tmp_path):
     (tmp_path / "file").touch()
-    done = lissom_command("run", scene(WIRE), "-o", "file/out", cwd=tmp_path)
+    # Nobody waits for a simulation whose results have no place.
+    done = lissom_command("run", scene(ENDLESS), "-o", "file/out", cwd=tmp_path)
     assert done.returncode == 1
     assert "could not be written" in done.stderr
     assert "Traceback" not in done.stderr
