@@ -9,7 +9,7 @@ QUICK ?=
 VENV := .venv
 BIN := $(VENV)/bin
 LAB_SCENES := $(sort $(wildcard scenes/lab-*.toml))
-COMPILE := uv pip compile --quiet --universal --python-version 3.11 --upgrade \
+COMPILE := uv pip compile --quiet --universal --python-version 3.11 --upgrade --generate-hashes \
 	--no-emit-index-url --no-emit-find-links --no-annotate --all-extras pyproject.toml
 
 # The tools must act on .venv whatever environment the caller has activated.
@@ -21,7 +21,7 @@ unexport CONDA_PREFIX
 unexport PYTHONPATH
 unexport PYTHONHOME
 
-.PHONY: help demo bench validate stress test test-rust test-python build build-for-test format lock clean
+.PHONY: help demo bench validate stress test test-rust test-python build build-for-test format lock audit clean
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -74,9 +74,12 @@ format: $(VENV)/test.stamp ## format all sources
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
 
-lock: ## choose the newest versions for requirements/*.txt (needs uv)
+lock: ## choose the newest versions for requirements/*.txt, with hashes (needs uv)
 	UV_CUSTOM_COMPILE_COMMAND="make lock" $(COMPILE) --group build --output-file requirements/demo.txt
 	UV_CUSTOM_COMPILE_COMMAND="make lock" $(COMPILE) --group test --output-file requirements/test.txt
+
+audit: ## licences, sources and known weaknesses of the crates (needs cargo-deny)
+	cargo deny --locked check
 
 clean: ## remove .venv, build products and results
 	rm -rf $(VENV) target $(RESULTS) python/lissom/*.so
@@ -84,5 +87,5 @@ clean: ## remove .venv, build products and results
 $(VENV)/%.stamp: requirements/%.txt pyproject.toml
 	@.ci/toolchain cargo
 	@test -x $(BIN)/python || { python=$$(.ci/toolchain python) && "$$python" -m venv $(VENV); }
-	$(BIN)/python -m pip install --quiet --requirement $<
+	$(BIN)/python -m pip install --quiet --require-hashes --requirement $<
 	@touch $@

@@ -165,7 +165,8 @@ def half_extents(segment: Segment) -> list[float]:
 def about_shear(rod: Rod) -> list[str]:
     """What shear would add to the deflection of a thick rod that has none."""
     widest = max(size for segment in rod.segments for size in half_extents(segment))
-    slenderness = rod.length / widest
+    # A given section without inertia has no size.
+    slenderness = rod.length / widest if widest > 0.0 else np.inf
     rigid = {
         shear
         for segment in rod.segments

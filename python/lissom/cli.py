@@ -131,7 +131,8 @@ def statics(scene: Path, output: Path | None, from_start: bool, no_report: bool)
     loaded = _load(scene)
     target = output if output is not None else Path("results") / f"{scene.stem}-statics"
     with _results_folder(target) as folder:
-        done = studies.study_statics(loaded, from_start)
+        with _refusals_of(scene):
+            done = studies.study_statics(loaded, from_start)
         saved = _save_study(done, folder, no_report)
     return _say_statics(done, saved)
 
@@ -164,7 +165,8 @@ def modes(scene: Path, output: Path | None, at_start: bool, no_report: bool) -> 
     with _results_folder(target) as folder:
         rest = None if at_start else studies.study_statics(loaded)
         try:
-            done = studies.study_modes(loaded, rest)
+            with _refusals_of(scene):
+                done = studies.study_modes(loaded, rest)
         except (LissomError, KeyboardInterrupt) as error:
             if rest is not None:
                 return _say_statics(rest, _save_study(rest, folder, no_report), str(error) or "interrupted")
@@ -433,7 +435,7 @@ def _load(path: Path) -> Scene:
 
 @contextmanager
 def _refusals_of(path: Path) -> Iterator[None]:
-    """Within it, what ``simulate`` finds wrong with a scene is one line and the end of the program."""
+    """Within it, what the solvers find wrong with a scene is one line and the end of the program."""
     try:
         yield
     except ValueError as error:

@@ -210,7 +210,8 @@ def dataset(run: Run) -> xarray.Dataset:
             "unit": ("coordinate", units, {"long_name": "unit of the coordinate"}),
         },
         attrs={
-            "title": run.scene.name,
+            # HDF5 has no text with NUL in it.
+            "title": run.scene.name.replace("\0", "\N{REPLACEMENT CHARACTER}"),
             "source": f"lissom {__version__}",
             "scene": run.scene.text,
             "statistics": json.dumps(plain(statistics(run))),

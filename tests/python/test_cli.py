@@ -12,12 +12,13 @@ import termios
 import time
 from pathlib import Path
 
+import click
 import numpy as np
 import pytest
 import xarray
 
 import lissom
-from lissom import cli, folders, report, results
+from lissom import cli, folders, report, results, studies
 
 SCENES = Path(__file__).parents[2] / "scenes"
 
@@ -695,3 +696,130 @@ def test_a_scene_without_modes(scene, tmp_path):
     assert done.returncode == 1
     assert "mass matrix at q is not positive definite" in done.stderr
     assert not (tmp_path / "results").exists()
+
+
+def rod_scene(simulation="duration = 0.02", rod="", **changes):
+    """The wire with other keys of its segment, or without some."""
+    keys = {
+        "length": 1.0,
+        "radius": 1e-3,
+        "young_modulus": 210e9,
+        "shear_modulus": 80e9,
+        "density": 7800,
+        "modes": "{ bend_y = 2 }",
+    } | changes
+    segment = "\n".join(f"{key} = {value}" for key, value in keys.items() if value is not None)
+    return f"version = 1\n[[rod]]\n{rod}\n[[rod.segment]]\n{segment}\n[simulation]\n{simulation}\n"
+
+
+GIVEN = dict.fromkeys(("radius", "young_modulus", "shear_modulus", "density")) | {
+    "section": '{ shape = "given", stiffness = [1, 1, 1, 100, 100, 100], mass = 0.1 }'
+}
+
+#: Scenes that are valid, and not what anybody thinks of.
+ODD = {
+    "a name with NUL": '[scene]\nname = "a\\u0000b"\n' + rod_scene(),
+    "a name of nothing": '[scene]\nname = ""\n' + rod_scene(),
+    "a section without size": rod_scene(**GIVEN),
+    "a section without size, twisted": rod_scene(**GIVEN | {"modes": "{ torsion = 1 }"}),
+    "torsion alone": rod_scene(modes="{ torsion = 1 }", simulation="duration = 1e-4\nmethod = 'radau'"),
+    "no gravity": "[scene]\ngravity = [0, 0, 0]\n" + rod_scene(),
+    "coordinates that no node resolves": rod_scene(rod="q0 = [1e8, 1e8]"),
+    "velocities beyond doubles": rod_scene(
+        rod="v0 = [1e200, 0]", simulation="duration = 0.1\nmethod = 'rk45'"
+    ),
+    "a load beyond doubles": rod_scene(rod="tip_force = [0, 0, 1e300]"),
+    "open modes of it": rod_scene(
+        rod="tip_force = [1e300, 0, 1e300]", modes="'auto'", simulation="duration = 0.1\ntolerance = 1e-2"
+    ),
+    "nothing kept": rod_scene(simulation="duration = 0.1\noutput = { quantities = [] }"),
+    "a moment of time": rod_scene(simulation="duration = 1e-300"),
+    "an atom": rod_scene(length=1e-9, radius=1e-12),
+    "a pendulum in its hinge": "[pendulum]\nq0 = [0, -1]\n[simulation]\nduration = 0.1\n",
+    "a spring of nothing": "[pendulum]\nmass = 1e300\nstiffness = 1e-300\n[simulation]\nduration = 0.1\n",
+}
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ["check"],
+        ["explain"],
+        ["run", "-o", "out"],
+        ["statics", "-o", "out"],
+        ["statics", "--from-start", "-o", "out"],
+        ["modes", "-o", "out"],
+        ["modes", "--at-start", "-o", "out"],
+    ],
+    ids=lambda command: "-".join(word.strip("-") for word in command),
+)
+@pytest.mark.parametrize("name", ODD)
+def test_odd_scenes_end_with_words(name, command, scene, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    text = (
+        ODD[name]
+        if ODD[name].startswith("version")
+        else "version = 1\n" + ODD[name].replace("version = 1\n", "")
+    )
+    path = scene(text)
+    try:
+        code = cli.commands.main([command[0], str(path), *command[1:]], standalone_mode=False)
+    except click.ClickException as refusal:
+        code = refusal.exit_code
+    assert code in (0, 1, 2)
+    said = capsys.readouterr()
+    assert re.search(r"\bnan\b", said.out) is None
+    assert not said.err or "Warning" not in said.err
+    assert no_leftovers(tmp_path)
+    if (tmp_path / "out").exists():
+        assert "trajectory.npz" not in {path.name for path in (tmp_path / "out").iterdir()}
+        assert json.loads((tmp_path / "out" / "summary.json").read_text())
+
+
+@pytest.mark.parametrize("count", [60, 61, 64])
+def test_check_advises_on_every_number_of_modes(count, scene, tmp_path):
+    """Four more than 60 are as many as a strain may have."""
+    path = scene(rod_scene(modes=f"{{ torsion = {count} }}", simulation="duration = 1\nmethod = 'radau'"))
+    done = lissom_command("check", path, cwd=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert f"good, {count} generalised coordinates" in done.stdout
+
+
+def test_open_modes_that_cannot_be_chosen_are_a_message(scene, tmp_path):
+    path = scene("version = 1\n" + ODD["open modes of it"].replace("version = 1\n", ""))
+    for command, code in (("check", 2), ("run", 1), ("statics", 1), ("modes", 1), ("explain", 1)):
+        done = lissom_command(command, path, cwd=tmp_path)
+        assert done.returncode == code
+        assert re.fullmatch(
+            rf"{path}: .*modes: No modes were chosen, because a trial failed.*\n", done.stderr
+        )
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def unresolved(model, q0=None):
+    """Statics that give up at once."""
+    return lissom.statics(model, q0, method="newton", max_iter=1)
+
+
+def test_modes_without_an_equilibrium_are_what_statics_found(scene, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(studies, "statics", unresolved)
+    path = scene(rod_scene(young_modulus=1e5, shear_modulus=4e4, radius=0.01, density=1000))
+    assert cli.commands.main(["modes", str(path), "-o", "out"], standalone_mode=False) == 1
+    assert "Failed: " in capsys.readouterr().out
+    assert {found.name for found in (tmp_path / "out").iterdir()} == {
+        "equilibrium.npz",
+        "report.html",
+        "summary.json",
+    }
+    assert json.loads((tmp_path / "out" / "summary.json").read_text())["outcome"] == "failed"
+
+
+def test_modes_that_are_interrupted_keep_the_equilibrium(scene, tmp_path, monkeypatch):
+    def interrupted(model, q):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(studies, "modes", interrupted)
+    arguments = ["modes", str(scene(WIRE)), "-o", str(tmp_path / "out"), "--no-report"]
+    assert cli.commands.main(arguments, standalone_mode=False) == 1
+    assert (tmp_path / "out" / "equilibrium.npz").exists()

@@ -72,8 +72,9 @@ def summary(study: StaticsStudy) -> list[tuple[str, str]]:
     if isinstance(model, Rod):
         x, y, z = model.pose(found.q, model.length)[:3, 3]
         rows.append(("tip", f"({x:.6g}, {y:.6g}, {z:.6g}) m"))
+    lowest = found.lowest_eigenvalue
     rows += [
-        ("lowest stiffness", f"{found.lowest_eigenvalue:.4g} of the elastic one"),
+        ("lowest stiffness", f"{lowest:.4g} of the elastic one" if np.isfinite(lowest) else "unknown"),
         ("Newton iterations", str(found.nit)),
         ("time", quantity(study.wall_time, "s")),
     ]
