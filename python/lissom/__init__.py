@@ -107,13 +107,12 @@ __all__ = [
 if not TYPE_CHECKING:
 
     def __getattr__(name):
-        if name not in __all__:
+        if name != "_lissom" and name not in __all__:
             raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-        # The extension finds NumPy imported: where that is missing or interrupted, Python says so.
-        from . import linear
-        from . import _lissom  # isort: skip
+        from importlib import import_module
 
-        found = vars(_lissom) | vars(linear)
+        # The second finds NumPy imported by the first: where that is missing or interrupted, Python says so.
+        found = vars(import_module("lissom.linear")) | vars(import_module("lissom._lissom"))
         globals().update({known: found[known] for known in __all__})
         return globals()[name]
 

@@ -13,13 +13,13 @@ import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 
 import click
 
 from . import __version__
 from .folders import Folder, NotOurs
-from .interruption import interruption
+from .interruption import SAVING, STOPPING, interruption
 
 if TYPE_CHECKING:
     from ._lissom import Scene
@@ -27,17 +27,11 @@ if TYPE_CHECKING:
     from .studies import ModesStudy, StaticsStudy
     from .validation import Outcome
 
-T = TypeVar("T")
-
 FAILED = 1
 BAD_INPUT = 2
 OUTSIDE_TOLERANCE = 3
 REGRESSED = 3
 INTERRUPTED = 130
-
-#: What Ctrl-C is answered where it raises nothing.
-STOPPING = "The simulation stops at its next step; what it computed is saved."
-SAVING = "What was computed is being saved; that ends by itself."
 
 SCENE = click.Path(exists=True, dir_okay=False, path_type=Path)
 FOLDER = click.Path(path_type=Path)
@@ -165,6 +159,7 @@ def modes(scene: Path, output: Path | None, at_start: bool, no_report: bool) -> 
     with _results_folder(target) as folder:
         rest = None if at_start else studies.study_statics(loaded)
         try:
+            interruption.answer()
             with _refusals_of(scene):
                 done = studies.study_modes(loaded, rest)
         except (LissomError, KeyboardInterrupt) as error:
@@ -259,7 +254,7 @@ def lab(output: Path) -> int:
     from . import lab as numerical_lab
 
     with _results_folder(output) as folder:
-        parts = dict(_until_interrupted(numerical_lab.compute(_bar)))
+        parts = dict(interruption.collect(numerical_lab.compute(_bar)))
         saved = _save(folder, lambda partial: numerical_lab.write(parts, partial))
     for file in saved.files:
         click.echo(saved.target / file)
@@ -304,7 +299,7 @@ def validate(output: Path, update_docs: Path | None, no_report: bool) -> int:
 
     with _results_folder(output) as folder:
         click.echo(click.style(table.head(), bold=True))
-        outcomes = _until_interrupted(said(validation.run_all(validation.CASES)))
+        outcomes = interruption.collect(said(validation.run_all(validation.CASES)))
         pages = report.write if _reports(no_report) else None
         saved = _save(folder, lambda partial: validation.write(outcomes, partial, pages))
     good = not any(outcome.outside for outcome in outcomes)
@@ -369,7 +364,7 @@ def stress(output: Path, quick: bool, update: bool, no_report: bool) -> int:
                 bar.update(1)
 
     with _results_folder(output) as folder:
-        done = _until_interrupted(counted(matrix.run(quick)))
+        done = interruption.collect(counted(matrix.run(quick)))
         found, expected = table.of(done), table.committed()
         if update and not interruption.requested:
             try:
@@ -457,19 +452,6 @@ def _simulate(scene: Scene) -> Run:
 
         motion = scene.run(progress=progress)
     return Run(scene, motion, interrupted=motion.status == "interrupted")
-
-
-def _until_interrupted(computed: Iterable[T]) -> list[T]:
-    """What is computed until Ctrl-C, which is deferred from then on; KeyboardInterrupt if that is nothing."""
-    found: list[T] = []
-    try:
-        # Not a loop of Python's: between its steps Ctrl-C would lose what has just been computed.
-        found.extend(computed)
-    except KeyboardInterrupt:
-        if not found:
-            raise
-    interruption.defer(SAVING)
-    return found
 
 
 def _bar(total: float, what: str, unit: str) -> Any:

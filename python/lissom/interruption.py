@@ -8,7 +8,18 @@ from __future__ import annotations
 import os
 import signal
 import time
-from types import FrameType
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+    from types import FrameType
+    from typing import TypeVar
+
+    T = TypeVar("T")
+
+#: What Ctrl-C is answered where it raises nothing.
+STOPPING = "The simulation stops at its next step; what it computed is saved."
+SAVING = "What was computed is being saved; that ends by itself."
 
 #: Seconds after a KeyboardInterrupt in which another Ctrl-C raises none, so that cleaning up ends.
 CALM = 1.0
@@ -38,6 +49,19 @@ class Interruption:
         """From here on Ctrl-C is noted, and answered by a word alone."""
         self._raises = False
         self._word = f"{word}\n".encode() if word else b""
+
+    def collect(self, computed: Iterable[T]) -> list[T]:
+        """What is computed until Ctrl-C, which is deferred then; KeyboardInterrupt if that is nothing."""
+        found: list[T] = []
+        try:
+            # Not a loop of Python's, between whose steps Ctrl-C would lose what has just been computed.
+            found.extend(computed)
+            self.defer(SAVING)
+        except KeyboardInterrupt:
+            self.defer(SAVING)
+            if not found:
+                raise
+        return found
 
     def _hear(self, number: int, frame: FrameType | None) -> None:
         self.requested = True

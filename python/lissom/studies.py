@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from ._lissom import LissomError, ModesResult, Scene, StaticsResult, __version__, modes, statics
 from .folders import MARK
+from .interruption import interruption
 from .results import instants, write_report, write_summary
 
 Array = NDArray[np.float64]
@@ -122,7 +123,7 @@ class ModesStudy:
 def study_statics(scene: Scene, from_start: bool = False) -> StaticsStudy:
     """The equilibrium of a scene: loaded from nothing, or let go from its q0."""
     start = time.perf_counter()
-    found = statics(scene.model, scene.q0 if from_start else None)
+    (found,) = interruption.collect(map(statics, [scene.model], [scene.q0 if from_start else None]))
     return StaticsStudy(scene, found, from_start, time.perf_counter() - start)
 
 
@@ -131,11 +132,11 @@ def study_modes(scene: Scene, rest: StaticsStudy | None) -> ModesStudy:
 
     Raises LissomError where there are none, or no equilibrium.
     """
-    if rest is None:
-        return ModesStudy(scene, None, scene.q0, modes(scene.model, scene.q0))
-    if not rest.found.success:
+    if rest is not None and not rest.found.success:
         raise LissomError(rest.found.message)
-    return ModesStudy(scene, rest, rest.found.q, modes(scene.model, rest.found.q))
+    q = scene.q0 if rest is None else rest.found.q
+    (found,) = interruption.collect(map(modes, [scene.model], [q]))
+    return ModesStudy(scene, rest, q, found)
 
 
 def write(

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use crate::accuracy;
 use crate::error::{Checker, InvalidInput};
+use crate::model::Model as _;
 use crate::pendulum::SpringPendulum;
 use crate::rod;
 use crate::signal::{Harmonic, Signal, Table};
@@ -40,6 +41,13 @@ pub(super) fn build(document: &Document, shape: &mut Shape) -> Option<(Model, [V
     {
         let checked = check_step(simulation.step, rod.shortest_period());
         report(checked, shape, |_| "simulation.step".to_owned());
+    }
+    if let Model::Rod(rod) = &model
+        && shape.problems.is_empty()
+        && let Ok(compiled) = rod::RodModel::new(rod)
+    {
+        let checked = compiled.check_shape(&state[0], "q0");
+        report(checked, shape, |place| format!("rod[0].{place}"));
     }
     Some((model, state, simulation))
 }

@@ -19,6 +19,7 @@ import xarray
 
 import lissom
 from lissom import cli, folders, report, results, studies
+from lissom.interruption import SAVING, Interruption
 
 SCENES = Path(__file__).parents[2] / "scenes"
 
@@ -494,7 +495,7 @@ def test_ctrl_c_while_saving_loses_nothing(command, scene, tmp_path):
     at_import = "{'plotly.graph_objects': lambda: interrupt(3), 'h5netcdf': lambda: interrupt(2)}"
     done = lissom_command(command, scene(WIRE), "-o", "out", at_import=at_import, cwd=tmp_path)
     assert done.returncode == 130
-    assert set(done.stderr.splitlines()) == {cli.SAVING}
+    assert set(done.stderr.splitlines()) == {SAVING}
     assert json.loads((tmp_path / "out" / "summary.json").read_text())["outcome"] == "finished"
     assert len(files_in(tmp_path / "out")) == 3
     assert no_leftovers(tmp_path)
@@ -511,6 +512,51 @@ def test_ctrl_c_keeps_the_parts_that_are_done(tmp_path):
     numbers = json.loads((tmp_path / "lab" / "summary.json").read_text())
     assert set(numbers) == {"lissom", "roots"}
     assert (tmp_path / "lab" / "lab.html").exists()
+
+
+@pytest.fixture
+def interruption():
+    """One that hears Ctrl-C in this process."""
+    previous = signal.getsignal(signal.SIGINT)
+    found = Interruption()
+    found.install()
+    yield found
+    signal.signal(signal.SIGINT, previous)
+
+
+def test_what_is_computed_until_ctrl_c_is_collected(interruption, capfd):
+    def numbers(first):
+        yield from range(first)
+        os.kill(os.getpid(), signal.SIGINT)
+        yield first
+
+    interruption.answer()
+    assert interruption.collect(range(3)) == [0, 1, 2]
+    assert not interruption.requested
+    interruption.answer()
+    assert interruption.collect(numbers(3)) == [0, 1, 2]
+    os.kill(os.getpid(), signal.SIGINT)
+    assert capfd.readouterr().err == "What was computed is being saved; that ends by itself.\n"
+    with pytest.raises(KeyboardInterrupt):
+        interruption.answer()
+
+
+def test_ctrl_c_before_anything_is_computed_is_an_interrupt(interruption):
+    def nothing():
+        os.kill(os.getpid(), signal.SIGINT)
+        yield 1
+
+    interruption.answer()
+    with pytest.raises(KeyboardInterrupt):
+        interruption.collect(nothing())
+
+
+def test_impatience_does_not_disturb_what_cleans_up(interruption):
+    interruption.answer()
+    with pytest.raises(KeyboardInterrupt):
+        os.kill(os.getpid(), signal.SIGINT)
+    os.kill(os.getpid(), signal.SIGINT)
+    assert interruption.requested
 
 
 @pytest.mark.parametrize("command", ["run", "statics", "modes"])
