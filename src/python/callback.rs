@@ -1,12 +1,54 @@
 //! Exceptions of Python callbacks and Ctrl-C: kept here while the core unwinds with [`Interrupted`].
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 
 use pyo3::PyClass;
-use pyo3::exceptions::{PyKeyboardInterrupt, PyStopIteration};
+use pyo3::call::PyCallArgs;
+use pyo3::exceptions::{PyKeyboardInterrupt, PyRecursionError, PyStopIteration};
 use pyo3::prelude::*;
 
 use crate::error::Interrupted;
+
+/// Most computations that wait for Python code in one thread: a function of one that begins the next, and so on. Python counts its
+/// own calls, but a thousand of them with a computation in each is more than the stack of a thread. Sixteen are deeper than any
+/// shooting method of somebody sane and take a tenth of the smallest usual stack, one megabyte.
+const MAX_NESTED: usize = 16;
+
+thread_local! {
+    static NESTED: Cell<usize> = const { Cell::new(0) };
+}
+
+/// Python code that runs within a computation: counted as long as this lives.
+#[derive(Debug)]
+pub(crate) struct Nested(());
+
+impl Nested {
+    pub(crate) fn enter() -> PyResult<Self> {
+        let depth = NESTED.get();
+        if depth == MAX_NESTED {
+            return Err(PyRecursionError::new_err(format!(
+                "a function that lissom calls has called lissom again, {MAX_NESTED} levels deep"
+            )));
+        }
+        NESTED.set(depth + 1);
+        Ok(Self(()))
+    }
+}
+
+impl Drop for Nested {
+    fn drop(&mut self) {
+        NESTED.set(NESTED.get() - 1);
+    }
+}
+
+/// Calls a function of the user: every call out of a computation goes through here.
+pub(crate) fn call<'py>(
+    function: &Bound<'py, PyAny>,
+    arguments: impl PyCallArgs<'py>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let _nested = Nested::enter()?;
+    function.call1(arguments)
+}
 
 /// Keeps the exception that stopped a computation, to raise it unchanged afterwards.
 #[derive(Debug, Default)]

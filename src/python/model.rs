@@ -10,6 +10,7 @@ use pyo3::prelude::*;
 use super::callback::or_raised;
 use super::convert;
 use super::errors::LissomError;
+use super::record::{self, Reduced};
 use crate::accuracy;
 use crate::error::{Interrupted, InvalidInput};
 use crate::linalg::Matrix;
@@ -170,7 +171,7 @@ pub(super) fn check_time(t: f64, [from, to]: [f64; 2]) -> PyResult<()> {
 impl PyModel {
     /// Number of generalised coordinates.
     #[getter]
-    fn n(&self) -> usize {
+    pub(super) fn n(&self) -> usize {
         self.n
     }
 
@@ -439,5 +440,16 @@ impl PyEnergy {
         format!(
             "Energy(kinetic={kinetic:?}, elastic={elastic:?}, gravitational={gravitational:?}, loads={loads:?})"
         )
+    }
+
+    /// For copies and pickles.
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        let model::Energy { kinetic, elastic, gravitational, loads } = self.0;
+        record::reduce_to::<Self>(py, (kinetic, elastic, gravitational, loads))
+    }
+
+    #[staticmethod]
+    fn _restore(kinetic: f64, elastic: f64, gravitational: f64, loads: f64) -> Self {
+        Self(model::Energy { kinetic, elastic, gravitational, loads })
     }
 }

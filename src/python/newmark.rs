@@ -7,7 +7,7 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyString, PyTuple};
 
-use super::callback::wants_to_stop;
+use super::callback::{call, wants_to_stop};
 use super::convert;
 use super::motion::{PyMotionResult, finish, predictor, step_size, times};
 use super::ode::function::{matrix_of, read_vector};
@@ -162,7 +162,7 @@ pub(crate) fn newmark<'py>(
         let Some(callback) = callback else { return Ok(()) };
         let (q, v, a) = (stepper.q(), stepper.v(), stepper.a());
         let state = (stepper.t(), q.to_pyarray(py), v.to_pyarray(py), a.to_pyarray(py));
-        let stop = raised.catch(wants_to_stop(py, callback.call1(state)))?;
+        let stop = raised.catch(wants_to_stop(py, call(callback, state)))?;
         if stop { Err(Interrupted) } else { Ok(()) }
     };
     let solution = solve(&mut system, t_span, &q0, &v0, &options, t_eval.as_deref(), &mut monitor)?;
@@ -206,9 +206,11 @@ impl<'py> Equations<'_, 'py> {
         let [q, v, a] = state.map(|x| x.to_pyarray(py).into_any());
         let t = t.into_pyobject(py)?.into_any();
         match &self.args {
-            None => function.call1((t, q, v, a)),
-            Some(args) => function
-                .call1(PyTuple::new(py, [t, q, v, a].into_iter().chain(args.iter()).collect::<Vec<_>>())?),
+            None => call(function, (t, q, v, a)),
+            Some(args) => {
+                let arguments: Vec<_> = [t, q, v, a].into_iter().chain(args.iter()).collect();
+                call(function, PyTuple::new(py, arguments)?)
+            }
         }
     }
 

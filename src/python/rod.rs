@@ -3,6 +3,7 @@
 use std::sync::{Mutex, PoisonError};
 
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
+use pyo3::class::{PyTraverseError, PyVisit};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::pyclass::boolean_struct::True;
@@ -17,6 +18,7 @@ use super::load::{PyBody, PyLoad};
 use super::model::{PyModel, check_time};
 use super::profile;
 use super::section::{self, PySection};
+use super::signal::Functions;
 use super::support::PySupport;
 use crate::error::{Checker, InvalidInput};
 use crate::lie::Rotation;
@@ -413,6 +415,7 @@ fn mode_numbers(modes: &Bound<'_, PyDict>) -> PyResult<[usize; STRAINS]> {
 #[pyclass(name = "Rod", module = "lissom", extends = PyModel, frozen)]
 pub(crate) struct PyRod {
     description: Rod,
+    functions: Functions,
     // A model of its own for kinematics: that of the base class is only known as a Model.
     kinematics: Mutex<RodModel>,
 }
@@ -423,10 +426,17 @@ impl PyRod {
         &self.description
     }
 
-    pub(crate) fn initializer(description: Rod) -> Result<PyClassInitializer<Self>, InvalidInput> {
-        let model = RodModel::new(&description)?;
-        let rod = Self { description, kinematics: Mutex::new(model.clone()) };
-        Ok(PyClassInitializer::from(PyModel::new(model)).add_subclass(rod))
+    /// Python objects with the functions of this rod must still be alive.
+    pub(crate) fn initializer(description: Rod) -> PyResult<PyClassInitializer<Self>> {
+        Python::attach(|py| {
+            let functions = Functions::of_rod(py, &description)?;
+            let (model, kinematics) = py.detach(|| {
+                let model = RodModel::new(&description)?;
+                let kinematics = Mutex::new(model.clone());
+                Ok::<_, InvalidInput>((PyModel::new(model), kinematics))
+            })?;
+            Ok(PyClassInitializer::from(model).add_subclass(Self { description, functions, kinematics }))
+        })
     }
 }
 
@@ -496,12 +506,12 @@ impl PyRod {
         let fluid = fluid.map(|fluid| fluid.get().0.clone());
         let mut rod = Rod { tip_mass, fluid, ..Rod::new(segments) };
         if let Some(loads) = loads {
-            rod.loads = instances(loads, "loads", |load: &PyLoad| load.0.clone())?;
+            rod.loads = instances(loads, "loads", |load: &PyLoad| load.load().clone())?;
         }
         if let Some(bodies) = bodies {
             rod.bodies = instances(bodies, "bodies", |body: &PyBody| body.0.clone())?;
         }
-        rod.base_motion = base_motion.map(|motion| motion.get().0.clone());
+        rod.base_motion = base_motion.map(|motion| motion.get().motion().clone());
         if let Some(supports) = supports {
             rod.supports = instances(supports, "supports", |support: &PySupport| support.0.clone())?;
         }
@@ -519,7 +529,7 @@ impl PyRod {
         if let Some(orientation) = base_orientation {
             rod.base_orientation = convert::array_of(orientation, "base_orientation")?;
         }
-        Ok(Self::initializer(rod)?)
+        Self::initializer(rod)
     }
 
     /// The segments, from base to tip.
@@ -548,8 +558,8 @@ impl PyRod {
 
     /// How the base moves; None where it rests.
     #[getter]
-    fn base_motion(&self) -> Option<PyBaseMotion> {
-        self.description.base_motion.clone().map(PyBaseMotion)
+    fn base_motion(&self, py: Python<'_>) -> PyResult<Option<PyBaseMotion>> {
+        self.description.base_motion.as_ref().map(|motion| PyBaseMotion::of(py, motion)).transpose()
     }
 
     /// Gravity in the world, metres per second squared.
@@ -579,7 +589,8 @@ impl PyRod {
     /// Further loads.
     #[getter]
     fn loads<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
-        PyTuple::new(py, self.description.loads.iter().cloned().map(PyLoad))
+        let loads = self.description.loads.iter().map(|load| PyLoad::of(py, load));
+        PyTuple::new(py, loads.collect::<PyResult<Vec<_>>>()?)
     }
 
     /// Further rigid bodies.
@@ -668,10 +679,7 @@ impl PyRod {
         let py = q.py();
         let n = self.description.coordinates();
         let (states, number_of_states) = convert::finite_rows_of(q, n, "q")?;
-        let (places, is_number) = match X.extract::<f64>() {
-            Ok(place) => (vec![place], true),
-            Err(_) => (convert::vector(X, "X")?, false),
-        };
+        let (places, is_number) = convert::scalar_or_vector(X, "X")?;
         let length = self.description.length();
         if let Some(place) = places.iter().find(|place| !(0.0..=length).contains(*place)) {
             return Err(PyValueError::new_err(format!(
@@ -680,35 +688,39 @@ impl PyRod {
         }
         let rows = number_of_states.unwrap_or(1);
         let times = self.times(t, number_of_states)?;
-        // Locked for one place or pose at a time: signal handlers may ask this very rod.
-        let model = || self.kinematics.lock().unwrap_or_else(PoisonError::into_inner);
-        // Functions of time may do so while they are called.
-        let mut moving = self.description.base_motion.is_some().then(|| model().clone());
-        let answer_signals = |done: usize| {
-            if done.is_multiple_of(POSES_BETWEEN_SIGNALS) { py.check_signals() } else { Ok(()) }
-        };
-        let places = places
-            .into_iter()
-            .enumerate()
-            .map(|(i, x)| answer_signals(i).map(|()| model().place(x)))
-            .collect::<PyResult<Vec<Place>>>()?;
-        let mut poses = Vec::with_capacity(16 * rows * places.len());
-        for row in 0..rows {
-            let q = &states[row * n..(row + 1) * n];
-            if let Some(moving) = &mut moving {
-                or_raised(moving.set_time(times[row % times.len()]))?;
-            }
-            for place in &places {
-                answer_signals(poses.len() / 16)?;
-                let pose = match &mut moving {
-                    Some(moving) => moving.pose_at(q, place),
-                    None => model().pose_at(q, place),
-                };
-                poses.extend(homogeneous(&pose));
-            }
-        }
         let shape: Vec<usize> =
             number_of_states.into_iter().chain((!is_number).then_some(places.len())).chain([4, 4]).collect();
+        // Locked without the interpreter, and for one place or pose at a time: signal handlers may ask this very rod.
+        let model = || self.kinematics.lock().unwrap_or_else(PoisonError::into_inner);
+        let answer_signals = |done: usize| {
+            let is_time = done > 0 && done.is_multiple_of(POSES_BETWEEN_SIGNALS);
+            if is_time { Python::attach(|py| py.check_signals()) } else { Ok(()) }
+        };
+        let poses = py.detach(|| {
+            // Functions of time may ask it while they are called.
+            let mut moving = self.description.base_motion.is_some().then(|| model().clone());
+            let places = places
+                .into_iter()
+                .enumerate()
+                .map(|(i, x)| answer_signals(i).map(|()| model().place(x)))
+                .collect::<PyResult<Vec<Place>>>()?;
+            let mut poses = Vec::with_capacity(16 * rows * places.len());
+            for row in 0..rows {
+                let q = &states[row * n..(row + 1) * n];
+                if let Some(moving) = &mut moving {
+                    or_raised(moving.set_time(times[row % times.len()]))?;
+                }
+                for place in &places {
+                    answer_signals(poses.len() / 16)?;
+                    let pose = match &mut moving {
+                        Some(moving) => moving.pose_at(q, place),
+                        None => model().pose_at(q, place),
+                    };
+                    poses.extend(homogeneous(&pose));
+                }
+            }
+            Ok::<_, PyErr>(poses)
+        })?;
         Ok(poses.into_pyarray(py).reshape(shape)?.into_any())
     }
 
@@ -835,10 +847,14 @@ impl PyRod {
         arguments.set_item("tip_mass", rod.tip_mass)?;
         arguments.set_item("loads", self.loads(py)?)?;
         arguments.set_item("bodies", self.bodies(py)?)?;
-        arguments.set_item("base_motion", self.base_motion())?;
+        arguments.set_item("base_motion", self.base_motion(py)?)?;
         arguments.set_item("supports", self.supports(py)?)?;
         arguments.set_item("fluid", self.fluid())?;
         Ok(((self.segments(py)?,), arguments))
+    }
+
+    fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
+        self.functions.traverse(&visit)
     }
 }
 

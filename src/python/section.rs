@@ -211,7 +211,7 @@ impl PySection {
             },
             mass: match function(mass, &[], length, "mass")? {
                 Some(function) => function,
-                None => mass.extract::<f64>().map_err(|_| wrong("mass", "a number (kg/m)", mass))?.into(),
+                None => convert::number(mass).map_err(|_| wrong("mass", "a number (kg/m)", mass))?.into(),
             },
             inertia: match inertia {
                 None => [0.0; 9].into(),
@@ -453,14 +453,14 @@ pub(super) fn rows<'py, const N: usize>(
 
 /// A size along a segment of this length. A pair of numbers is (base, tip), a pair of arrays a table.
 pub(super) fn size(value: &Bound<'_, PyAny>, length: Option<f64>, name: &str) -> PyResult<Profile<1>> {
-    if let Ok(size) = value.extract::<f64>() {
+    if let Ok(size) = convert::number(value) {
         return Ok(size.into());
     }
     if let Some(function) = function(value, &[], length, name)? {
         return Ok(function);
     }
-    let ends: [f64; 2] =
-        value.extract().map_err(|_| wrong(name, "a number or (base, tip) in metres", value))?;
+    let ends: [f64; 2] = convert::array_of(value, name)
+        .map_err(|_| wrong(name, "a number or (base, tip) in metres", value))?;
     Ok(Profile::linear(ends.map(|end| [end])))
 }
 
@@ -474,10 +474,10 @@ pub(super) fn shear_correction(value: &Bound<'_, PyAny>) -> PyResult<ShearCorrec
             ))),
         };
     }
-    if let Ok(factor) = value.extract::<f64>() {
+    if let Ok(factor) = convert::number(value) {
         return Ok(factor.into());
     }
-    value.extract::<[f64; 2]>().map(ShearCorrection::Factors).map_err(|_| {
+    convert::array_of::<2>(value, "shear_correction").map(ShearCorrection::Factors).map_err(|_| {
         let found = convert::describe(value);
         PyTypeError::new_err(format!(
             "shear_correction: expected a factor, (one for y, one for z), or 'cowper', got {found}"

@@ -3,7 +3,7 @@
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 
-use super::callback::{Raised, wants_to_stop};
+use super::callback::{Raised, call, wants_to_stop};
 use super::convert;
 use super::errors::LissomError;
 use super::model::PyModel;
@@ -236,7 +236,7 @@ pub(crate) fn simulate<'py>(
             let stop = raised.catch(Python::attach(|py| {
                 py.check_signals()?;
                 match &progress {
-                    Some(progress) => wants_to_stop(py, progress.bind(py).call1((t,))),
+                    Some(progress) => wants_to_stop(py, call(progress.bind(py), (t,))),
                     None => Ok(false),
                 }
             }))?;

@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
 use super::super::convert;
-use super::function::Function;
+use super::function::{Function, read_vector};
 use super::system::SharedRaised;
 use crate::ode::{Direction, Event};
 
@@ -49,7 +49,7 @@ fn from_callable(
         )));
     }
     let direction: f64 = match event.getattr_opt("direction")? {
-        Some(value) => value.extract().map_err(|_| {
+        Some(value) => convert::number(&value).map_err(|_| {
             PyTypeError::new_err(format!(
                 "{place}.direction: expected a number, got {}",
                 convert::describe(&value)
@@ -73,12 +73,9 @@ fn from_callable(
     let evaluate = move |t: f64, y: &[f64]| {
         raised.catch(Python::attach(|py| {
             let value = function.call(py, t, y)?;
-            value.extract::<f64>().map_err(|_| {
-                PyTypeError::new_err(format!(
-                    "{name}: expected a real number, got {}",
-                    convert::describe(&value)
-                ))
-            })
+            let mut number = [0.0];
+            read_vector(&value, &mut number, &name)?;
+            Ok(number[0])
         }))
     };
     Ok(Event { terminal, ..Event::new(evaluate).direction(direction) })
