@@ -76,6 +76,13 @@ thread_local! {
     static RAISED_BY_FUNCTION: RefCell<Option<PyErr>> = const { RefCell::new(None) };
 }
 
+/// Refuses to call a function of time while the exception of one waits to be raised: the core may be on its way out through code that
+/// asks once more, and the first exception is the one that matters.
+pub(crate) fn none_is_kept() -> Result<(), Interrupted> {
+    let is_kept = RAISED_BY_FUNCTION.with_borrow(Option::is_some);
+    if is_kept { Err(Interrupted) } else { Ok(()) }
+}
+
 /// Keeps the exception of a function of time.
 pub(crate) fn keep(error: PyErr) -> Interrupted {
     RAISED_BY_FUNCTION.replace(Some(error));

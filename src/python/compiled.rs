@@ -99,7 +99,9 @@ fn address(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Option<(usize, Opti
     if is_instance(value, "numba.core.ccallback", "CFunc")? {
         let function = value.getattr("ctypes")?;
         if !is_instance(&function, "ctypes", "_CFuncPtr")? {
-            return Err(PyTypeError::new_err(format!("{name}: expected a numba.cfunc with a function of ctypes")));
+            return Err(PyTypeError::new_err(format!(
+                "{name}: expected a numba.cfunc with a function of ctypes"
+            )));
         }
         return Ok(Some((address_of_ctypes(&function, name)?, None)));
     }

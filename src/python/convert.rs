@@ -1,8 +1,6 @@
 //! Arrays in and out, with messages that name the argument.
 
-use numpy::{
-    PyArray2, PyArrayDyn, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods, ToPyArray,
-};
+use numpy::{PyArray2, PyArrayDyn, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods, ToPyArray};
 use pyo3::exceptions::{PyOverflowError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
@@ -197,23 +195,26 @@ pub(crate) fn optional_number(value: &Bound<'_, PyAny>) -> PyResult<Option<f64>>
     if value.is_none() { Ok(None) } else { number(value).map(Some) }
 }
 
+const VECTOR: &str = "a one-dimensional array of real numbers";
+
 /// A vector from an array-like of one dimension.
 pub(crate) fn vector(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Vec<f64>> {
-    const EXPECTED: &str = "a one-dimensional array of real numbers";
-    let Numbers { values, shape } = numbers(value, name, EXPECTED)?;
+    let Numbers { values, shape } = numbers(value, name, VECTOR)?;
     match shape.len() {
         1 => Ok(values),
-        _ => Err(PyTypeError::new_err(format!("{name}: expected {EXPECTED}, got {}", describe(value)))),
+        _ => Err(PyTypeError::new_err(format!("{name}: expected {VECTOR}, got {}", describe(value)))),
     }
 }
 
 /// A vector from an array-like, or a single number, which makes a vector of one; says which it was.
 pub(crate) fn scalar_or_vector(value: &Bound<'_, PyAny>, name: &str) -> PyResult<(Vec<f64>, bool)> {
-    const EXPECTED: &str = "a number or a one-dimensional array of real numbers";
-    let Numbers { values, shape } = numbers(value, name, EXPECTED)?;
+    if let Ok(number) = value.cast::<PyFloat>() {
+        return Ok((vec![number.value()], true));
+    }
+    let Numbers { values, shape } = numbers(value, name, VECTOR)?;
     match shape.len() {
         0 | 1 => Ok((values, shape.is_empty())),
-        _ => Err(PyTypeError::new_err(format!("{name}: expected {EXPECTED}, got {}", describe(value)))),
+        _ => Err(PyTypeError::new_err(format!("{name}: expected {VECTOR}, got {}", describe(value)))),
     }
 }
 
@@ -271,7 +272,11 @@ const MATRIX: &str = "a two-dimensional array of real numbers";
 
 /// A matrix of exactly `shape` (rows, columns).
 pub(crate) fn matrix_of(value: &Bound<'_, PyAny>, shape: (usize, usize), name: &str) -> PyResult<Matrix> {
-    numbers(value, name, MATRIX)?.matrix(shape, name)
+    let found = numbers(value, name, MATRIX)?;
+    if found.shape.len() != 2 {
+        return Err(PyTypeError::new_err(format!("{name}: expected {MATRIX}, got {}", describe(value))));
+    }
+    found.matrix(shape, name)
 }
 
 impl Numbers {

@@ -74,7 +74,7 @@ impl PyLoad {
     fn new(
         force: Option<&Bound<'_, PyAny>>,
         moment: Option<&Bound<'_, PyAny>>,
-        at: Option<f64>,
+        #[pyo3(from_py_with = convert::optional_number)] at: Option<f64>,
         along: Option<&Bound<'_, PyAny>>,
         frame: &str,
     ) -> PyResult<Self> {
@@ -206,8 +206,8 @@ impl PyBody {
         text_signature = "(mass, *, at=None, centre=(0, 0, 0), inertia=(0, 0, 0))"
     )]
     fn new(
-        mass: f64,
-        at: Option<f64>,
+        #[pyo3(from_py_with = convert::number)] mass: f64,
+        #[pyo3(from_py_with = convert::optional_number)] at: Option<f64>,
         centre: Option<&Bound<'_, PyAny>>,
         inertia: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {

@@ -215,7 +215,7 @@ impl PyModel {
         q: &Bound<'py, PyAny>,
         qd: &Bound<'py, PyAny>,
         qdd: &Bound<'py, PyAny>,
-        t: f64,
+        #[pyo3(from_py_with = convert::number)] t: f64,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let (q, qd, qdd) = (self.state(q, "q")?, self.state(qd, "qd")?, self.state(qdd, "qdd")?);
         let mut tau = vec![0.0; self.n];
@@ -270,7 +270,7 @@ impl PyModel {
         py: Python<'py>,
         q: &Bound<'py, PyAny>,
         qd: &Bound<'py, PyAny>,
-        t: f64,
+        #[pyo3(from_py_with = convert::number)] t: f64,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let (q, qd) = (self.state(q, "q")?, self.state(qd, "qd")?);
         let mut qdd = vec![0.0; self.n];
@@ -306,7 +306,7 @@ impl PyModel {
         q: &Bound<'py, PyAny>,
         qd: &Bound<'py, PyAny>,
         qdd: &Bound<'py, PyAny>,
-        t: f64,
+        #[pyo3(from_py_with = convert::number)] t: f64,
     ) -> PyResult<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>)> {
         let (q, qd, qdd) = (self.state(q, "q")?, self.state(qd, "qd")?, self.state(qdd, "qdd")?);
         let mut tangents = self.at(t, |memory| {
@@ -334,7 +334,12 @@ impl PyModel {
     /// energy : Energy
     ///     In joules: ``kinetic``, ``elastic``, ``gravitational``, ``loads`` and their sum ``total``.
     #[pyo3(signature = (q, qd, *, t=0.0))]
-    fn energy(&self, q: &Bound<'_, PyAny>, qd: &Bound<'_, PyAny>, t: f64) -> PyResult<PyEnergy> {
+    fn energy(
+        &self,
+        q: &Bound<'_, PyAny>,
+        qd: &Bound<'_, PyAny>,
+        #[pyo3(from_py_with = convert::number)] t: f64,
+    ) -> PyResult<PyEnergy> {
         let (q, qd) = (self.state(q, "q")?, self.state(qd, "qd")?);
         Ok(PyEnergy(self.at(t, |memory| memory.model.energy(&q, &qd))?))
     }
@@ -353,7 +358,12 @@ impl PyModel {
     /// power : float
     ///     Watts, never negative.
     #[pyo3(signature = (q, qd, *, t=0.0))]
-    fn dissipated_power(&self, q: &Bound<'_, PyAny>, qd: &Bound<'_, PyAny>, t: f64) -> PyResult<f64> {
+    fn dissipated_power(
+        &self,
+        q: &Bound<'_, PyAny>,
+        qd: &Bound<'_, PyAny>,
+        #[pyo3(from_py_with = convert::number)] t: f64,
+    ) -> PyResult<f64> {
         let (q, qd) = (self.state(q, "q")?, self.state(qd, "qd")?);
         self.at(t, |memory| memory.model.dissipated_power(&q, &qd))
     }
@@ -381,7 +391,7 @@ impl PyModel {
         q: &Bound<'_, PyAny>,
         qd: &Bound<'_, PyAny>,
         qdd: Option<&Bound<'_, PyAny>>,
-        t: f64,
+        #[pyo3(from_py_with = convert::number)] t: f64,
     ) -> PyResult<f64> {
         let qdd = qdd.map(|qdd| self.state(qdd, "qdd")).transpose()?;
         let (q, qd) = (self.state(q, "q")?, self.state(qd, "qd")?);

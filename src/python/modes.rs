@@ -105,7 +105,7 @@ pub(crate) fn modes<'py>(
     py: Python<'py>,
     model: &Bound<'py, PyAny>,
     q: &Bound<'py, PyAny>,
-    t: f64,
+    #[pyo3(from_py_with = convert::number)] t: f64,
 ) -> PyResult<PyModesResult> {
     let mut model = native(model, t)?;
     let q = convert::finite_vector_of(q, model.n(), "q")?;

@@ -59,7 +59,7 @@ impl PyProfile {
     #[new]
     #[pyo3(signature = (length, *, stations=None, values=None, coefficients=None))]
     fn new(
-        length: f64,
+        #[pyo3(from_py_with = convert::number)] length: f64,
         stations: Option<&Bound<'_, PyAny>>,
         values: Option<&Bound<'_, PyAny>>,
         coefficients: Option<&Bound<'_, PyAny>>,

@@ -78,13 +78,13 @@ impl PySegment {
            text_signature = "(length, radius=None, young_modulus=None, shear_modulus=None, density=None, modes=None, retardation_time=0.0, reference_strain=(0, 0, 0, 1, 0, 0), shear_correction=1.0, nodes=None, *, basis='legendre', section=None)")]
     #[allow(clippy::too_many_arguments, reason = "the signature of the Python class")]
     fn new(
-        length: f64,
+        #[pyo3(from_py_with = convert::number)] length: f64,
         radius: Option<&Bound<'_, PyAny>>,
-        young_modulus: Option<f64>,
-        shear_modulus: Option<f64>,
-        density: Option<f64>,
+        #[pyo3(from_py_with = convert::optional_number)] young_modulus: Option<f64>,
+        #[pyo3(from_py_with = convert::optional_number)] shear_modulus: Option<f64>,
+        #[pyo3(from_py_with = convert::optional_number)] density: Option<f64>,
         modes: Option<&Bound<'_, PyDict>>,
-        retardation_time: f64,
+        #[pyo3(from_py_with = convert::number)] retardation_time: f64,
         reference_strain: Option<&Bound<'_, PyAny>>,
         shear_correction: Option<&Bound<'_, PyAny>>,
         nodes: Option<i64>,
@@ -242,7 +242,11 @@ impl PySegment {
     ///     In the order torsion, bend_y, bend_z, stretch, shear_y, shear_z; of shapes diagonal.
     #[pyo3(signature = (X=0.0))]
     #[allow(non_snake_case, reason = "arc length is X everywhere")]
-    fn stiffness<'py>(&self, py: Python<'py>, X: f64) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn stiffness<'py>(
+        &self,
+        py: Python<'py>,
+        #[pyo3(from_py_with = convert::number)] X: f64,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         section::rows(py, &self.properties(X)?.stiffness)
     }
 
@@ -260,7 +264,11 @@ impl PySegment {
     ///     all in the section's axes.
     #[pyo3(signature = (X=0.0))]
     #[allow(non_snake_case, reason = "arc length is X everywhere")]
-    fn inertia<'py>(&self, py: Python<'py>, X: f64) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn inertia<'py>(
+        &self,
+        py: Python<'py>,
+        #[pyo3(from_py_with = convert::number)] X: f64,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         section::rows(py, &self.properties(X)?.inertia_matrix())
     }
 
@@ -495,7 +503,7 @@ impl PyRod {
         gravity: Option<&Bound<'_, PyAny>>,
         tip_force: Option<&Bound<'_, PyAny>>,
         tip_moment: Option<&Bound<'_, PyAny>>,
-        tip_mass: f64,
+        #[pyo3(from_py_with = convert::number)] tip_mass: f64,
         loads: Option<&Bound<'_, PyAny>>,
         bodies: Option<&Bound<'_, PyAny>>,
         base_motion: Option<&Bound<'_, PyBaseMotion>>,
@@ -743,7 +751,12 @@ impl PyRod {
     ///     ``jacobian.T @ wrench`` are the generalised forces of a moment and a force that act there.
     #[pyo3(signature = (q, X, *, t=0.0))]
     #[allow(non_snake_case, reason = "X is the arc length of the unstretched rod everywhere in this field")]
-    fn jacobian<'py>(&self, q: &Bound<'py, PyAny>, X: f64, t: f64) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn jacobian<'py>(
+        &self,
+        q: &Bound<'py, PyAny>,
+        #[pyo3(from_py_with = convert::number)] X: f64,
+        #[pyo3(from_py_with = convert::number)] t: f64,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let q_values = convert::finite_vector_of(q, self.description.coordinates(), "q")?;
         self.check_place(X)?;
         let mut jacobian = Matrix::zeros(6, q_values.len());
@@ -775,8 +788,8 @@ impl PyRod {
         py: Python<'py>,
         q: &Bound<'py, PyAny>,
         qd: &Bound<'py, PyAny>,
-        X: f64,
-        t: f64,
+        #[pyo3(from_py_with = convert::number)] X: f64,
+        #[pyo3(from_py_with = convert::number)] t: f64,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let n = self.description.coordinates();
         let (q, qd) = (convert::finite_vector_of(q, n, "q")?, convert::finite_vector_of(qd, n, "qd")?);
@@ -808,7 +821,7 @@ impl PyRod {
         q: &Bound<'py, PyAny>,
         qd: &Bound<'py, PyAny>,
         qdd: &Bound<'py, PyAny>,
-        t: f64,
+        #[pyo3(from_py_with = convert::number)] t: f64,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let n = self.description.coordinates();
         let state = |value, name| convert::finite_vector_of(value, n, name);

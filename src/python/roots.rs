@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyFloat, PyString, PyTuple};
 
 use super::callback::{Raised, call};
-use super::convert::{count, describe, matrix_out, numbers, scalar_or_vector, vector_of};
+use super::convert::{self, count, describe, matrix_out, numbers, scalar_or_vector, vector_of};
 use super::errors::ConvergenceError;
 use super::record::{self, ReadOnly, Reduced};
 use crate::error::{Checker, Interrupted, InvalidInput};
@@ -344,13 +344,13 @@ pub(crate) fn root<'py>(
     args: Option<Bound<'py, PyTuple>>,
     jac: Option<Bound<'py, PyAny>>,
     method: &str,
-    tol: f64,
+    #[pyo3(from_py_with = convert::number)] tol: f64,
     max_iter: i64,
-    xtol: f64,
-    xtol_abs: f64,
+    #[pyo3(from_py_with = convert::number)] xtol: f64,
+    #[pyo3(from_py_with = convert::number)] xtol_abs: f64,
     x_scale: Option<Bound<'py, PyAny>>,
     f_scale: Option<Bound<'py, PyAny>>,
-    max_step: Option<f64>,
+    #[pyo3(from_py_with = convert::optional_number)] max_step: Option<f64>,
     keep_jacobian: bool,
     accelerate: bool,
     history: bool,

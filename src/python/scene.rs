@@ -367,7 +367,8 @@ impl PySimulation {
         let (method, jacobian, quantities) = names;
         let (duration, step, rtol, atol) = numbers;
         let (method, jacobian) = (setting_of(&METHODS, &method)?, setting_of(&JACOBIANS, &jacobian)?);
-        let quantities = quantities.iter().map(|name| setting_of(&QUANTITIES, name)).collect::<PyResult<_>>()?;
+        let quantities =
+            quantities.iter().map(|name| setting_of(&QUANTITIES, name)).collect::<PyResult<_>>()?;
         Ok(Self(Simulation { duration, method, step, jacobian, rtol, atol, output_step, quantities }))
     }
 }

@@ -10,7 +10,7 @@ use pyo3::exceptions::{PyReferenceError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple, PyWeakrefMethods, PyWeakrefReference};
 
-use super::callback::{call, keep};
+use super::callback::{call, keep, none_is_kept};
 use super::convert;
 use super::ode::function::read_vector;
 use crate::error::{Checker, Interrupted};
@@ -59,8 +59,8 @@ impl PyHarmonic {
     )]
     fn new(
         amplitude: Option<&Bound<'_, PyAny>>,
-        frequency: f64,
-        phase: f64,
+        #[pyo3(from_py_with = convert::number)] frequency: f64,
+        #[pyo3(from_py_with = convert::number)] phase: f64,
         mean: Option<&Bound<'_, PyAny>>,
         rate: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
@@ -358,6 +358,7 @@ impl Callable {
 
 impl<const N: usize> Evaluate<N> for Callable {
     fn value(&self, t: f64) -> Result<[f64; N], Interrupted> {
+        none_is_kept()?;
         Python::attach(|py| {
             let value = self.call(py, t)?;
             let mut values = [0.0; N];
@@ -368,6 +369,7 @@ impl<const N: usize> Evaluate<N> for Callable {
     }
 
     fn motion(&self, t: f64) -> Result<Option<Motion<N>>, Interrupted> {
+        none_is_kept()?;
         Python::attach(|py| {
             let value = self.call(py, t)?;
             let Some(parts) = parts_of(&value, N) else { return Ok(None) };

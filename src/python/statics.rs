@@ -322,8 +322,8 @@ pub(crate) fn statics<'py>(
     q0: Option<&Bound<'py, PyAny>>,
     load_steps: Option<&Bound<'py, PyAny>>,
     method: &str,
-    t: f64,
-    tol: Option<f64>,
+    #[pyo3(from_py_with = convert::number)] t: f64,
+    #[pyo3(from_py_with = convert::optional_number)] tol: Option<f64>,
     max_iter: Option<i64>,
     max_steps: Option<i64>,
 ) -> PyResult<PyStaticsResult> {
@@ -444,20 +444,20 @@ pub(crate) fn statics<'py>(
 /// >>> buckled.success, buckled.path.stability[-1]
 /// (True, 'stable')
 #[pyfunction]
-#[pyo3(signature = (model, q0=None, *, load_factor=0.0, direction=None, bounds=(0.0, 1.0), max_step=None, max_steps=None, t=0.0, tol=None),
+#[pyo3(signature = (model, q0=None, *, load_factor=0.0, direction=None, bounds=None, max_step=None, max_steps=None, t=0.0, tol=None),
        text_signature = "(model, q0=None, *, load_factor=0.0, direction=None, bounds=(0.0, 1.0), max_step=0.25, max_steps=500, t=0.0, tol=1e-10)")]
 #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python function")]
 pub(crate) fn continuation<'py>(
     py: Python<'py>,
     model: &Bound<'py, PyAny>,
     q0: Option<&Bound<'py, PyAny>>,
-    load_factor: f64,
+    #[pyo3(from_py_with = convert::number)] load_factor: f64,
     direction: Option<&Bound<'py, PyAny>>,
-    bounds: (f64, f64),
-    max_step: Option<f64>,
+    bounds: Option<&Bound<'py, PyAny>>,
+    #[pyo3(from_py_with = convert::optional_number)] max_step: Option<f64>,
     max_steps: Option<i64>,
-    t: f64,
-    tol: Option<f64>,
+    #[pyo3(from_py_with = convert::number)] t: f64,
+    #[pyo3(from_py_with = convert::optional_number)] tol: Option<f64>,
 ) -> PyResult<PyContinuationResult> {
     let mut model = native(model, t)?;
     let n = model.n();
@@ -469,7 +469,7 @@ pub(crate) fn continuation<'py>(
         q0: vector(q0, "q0")?,
         load_factor,
         direction: vector(direction, "direction")?,
-        bounds: bounds.into(),
+        bounds: bounds.map_or(Ok(defaults.bounds), |bounds| convert::array_of(bounds, "bounds"))?,
         max_step: max_step.unwrap_or(defaults.max_step),
         max_steps: count(max_steps, "max_steps", defaults.max_steps)?,
         tolerance: tol.unwrap_or(defaults.tolerance),

@@ -56,7 +56,7 @@ impl PySupport {
         rotational_stiffness: Option<&Bound<'_, PyAny>>,
         damping: Option<&Bound<'_, PyAny>>,
         rotational_damping: Option<&Bound<'_, PyAny>>,
-        at: Option<f64>,
+        #[pyo3(from_py_with = convert::optional_number)] at: Option<f64>,
         position: Option<&Bound<'_, PyAny>>,
         orientation: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {

@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
 use super::super::convert;
-use super::function::{Function, read_vector};
+use super::function::Function;
 use super::system::SharedRaised;
 use crate::ode::{Direction, Event};
 
@@ -73,9 +73,15 @@ fn from_callable(
     let evaluate = move |t: f64, y: &[f64]| {
         raised.catch(Python::attach(|py| {
             let value = function.call(py, t, y)?;
-            let mut number = [0.0];
-            read_vector(&value, &mut number, &name)?;
-            Ok(number[0])
+            match convert::scalar_or_vector(&value, &name) {
+                // An array of one entry will do.
+                Ok((number, _)) if number.len() == 1 => Ok(number[0]),
+                Err(error) if !error.is_instance_of::<PyTypeError>(py) => Err(error),
+                _ => Err(PyTypeError::new_err(format!(
+                    "{name}: expected a real number, got {}",
+                    convert::describe(&value)
+                ))),
+            }
         }))
     };
     Ok(Event { terminal, ..Event::new(evaluate).direction(direction) })

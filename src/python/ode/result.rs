@@ -227,7 +227,10 @@ impl PyDenseOutput {
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
         let DenseParts { is_nested, vectors, n, times, last_step_end, coefficients } = self.0.parts();
         let array = |values: &[f64]| PyArray1::from_slice(py, values);
-        record::reduce_to::<Self>(py, (is_nested, vectors, n, array(times), last_step_end, array(coefficients)))
+        record::reduce_to::<Self>(
+            py,
+            (is_nested, vectors, n, array(times), last_step_end, array(coefficients)),
+        )
     }
 
     #[staticmethod]

@@ -124,7 +124,12 @@ impl PySystem {
         }
         let system = model.get().native().first_order();
         let n = system.n();
-        Ok(Self { n, rhs: RightHandSide::Native(system, model.clone().unbind()), jacobian: Jacobian::Native, raised })
+        Ok(Self {
+            n,
+            rhs: RightHandSide::Native(system, model.clone().unbind()),
+            jacobian: Jacobian::Native,
+            raised,
+        })
     }
 
     /// True when no Python code runs in an evaluation.
@@ -135,7 +140,9 @@ impl PySystem {
 
     pub(super) fn traverse(&self, visit: &PyVisit<'_>) -> Result<(), PyTraverseError> {
         match &self.rhs {
-            RightHandSide::Python(function) | RightHandSide::Vectorized(function) => function.traverse(visit)?,
+            RightHandSide::Python(function) | RightHandSide::Vectorized(function) => {
+                function.traverse(visit)?
+            }
             RightHandSide::Compiled(function) => function.traverse(visit)?,
             RightHandSide::Native(_, model) => visit.call(model)?,
         }
