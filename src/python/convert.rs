@@ -152,6 +152,13 @@ pub(crate) fn kind_of(value: &Bound<'_, PyAny>) -> Option<char> {
     kind.extract().ok()
 }
 
+/// Whether it has entries, and is no number.
+pub(crate) fn is_array(value: &Bound<'_, PyAny>) -> bool {
+    // NumPy's own numbers have `__array__`, too, but no dimensions.
+    let is_scalar = || value.getattr("ndim").is_ok_and(|ndim| ndim.eq(0).unwrap_or(false));
+    value.len().is_ok() || (value.hasattr("__array__").unwrap_or(false) && !is_scalar())
+}
+
 /// Whether it is a number by itself, and not an array, which NumPy knows better: fractions and decimals are, booleans are not.
 fn is_number(value: &Bound<'_, PyAny>) -> PyResult<bool> {
     if value.is_instance_of::<PyBool>() || value.hasattr("__array__")? {

@@ -309,7 +309,7 @@ fn table<'py>(value: &Bound<'py, PyAny>) -> PyResult<Option<(Bound<'py, PyAny>, 
     }
     let items = value.try_iter()?.collect::<PyResult<Vec<_>>>()?;
     match <[_; 2]>::try_from(items) {
-        Ok([stations, values]) if stations.len().is_ok() => Ok(Some((stations, values))),
+        Ok([stations, values]) if convert::is_array(&stations) => Ok(Some((stations, values))),
         _ => Ok(None),
     }
 }

@@ -267,7 +267,7 @@ pub(super) fn signal_of<const N: usize>(
     }
     let is_sequence = value.is_instance_of::<PyTuple>() || value.is_instance_of::<PyList>();
     // Two numbers are no table, but a vector that is too short.
-    let is_pair = is_sequence && value.len()? == 2 && value.get_item(0)?.len().is_ok();
+    let is_pair = is_sequence && value.len()? == 2 && convert::is_array(&value.get_item(0)?);
     if is_pair { table(value, name) } else { Ok(Signal::Constant(convert::array_of(value, name)?)) }
 }
 
@@ -331,7 +331,7 @@ fn parts_of<'py>(value: &Bound<'py, PyAny>, n: usize) -> Option<[Bound<'py, PyAn
         return None;
     }
     let parts = [value.get_item(0).ok()?, value.get_item(1).ok()?, value.get_item(2).ok()?];
-    (n == 1 || parts[0].len().is_ok()).then_some(parts)
+    (n == 1 || convert::is_array(&parts[0])).then_some(parts)
 }
 
 /// A callable of time.

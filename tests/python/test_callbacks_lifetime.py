@@ -372,7 +372,7 @@ def longest_pause(work):
     return time.perf_counter() - start, pause
 
 
-BIG = lissom.Segment(1.0, 1e-2, 1e6, 4e5, 1000, dict.fromkeys(["bend_y", "bend_z", "torsion"], 16), nodes=400)
+BIG = lissom.Segment(1.0, 1e-2, 1e6, 4e5, 1000, dict.fromkeys(["bend_y", "bend_z", "torsion"], 16), nodes=256)
 BIG_ROD = lissom.Rod([BIG])
 MANY = "version = 1\n[[rod]]\n" + 150 * (
     "[[rod.segment]]\nlength = 0.4\nradius = 1e-3\nyoung_modulus = 2e11\nshear_modulus = 8e10\ndensity = 7800.0\n"

@@ -89,6 +89,14 @@ pub(crate) fn read_vector(value: &Bound<'_, PyAny>, out: &mut [f64], name: &str)
     }
 }
 
+/// Reads n real numbers that a callable returned in place of a column of them.
+pub(crate) fn read_column(value: &Bound<'_, PyAny>, out: &mut [f64], name: &str) -> PyResult<()> {
+    if value.is_none() {
+        return read_vector(value, out, name);
+    }
+    copy(&convert::numbers(value, &format!("value of {name}"), "a column of real numbers")?.values, out, name)
+}
+
 /// False where there is something else than floats and integers, or nothing.
 fn read_numbers<'py>(numbers: impl Iterator<Item = Bound<'py, PyAny>>, out: &mut [f64]) -> bool {
     numbers.zip(out).all(|(number, out)| {

@@ -11,7 +11,7 @@ use super::super::callback::Raised;
 use super::super::compiled::CompiledFunction;
 use super::super::convert;
 use super::super::model::PyModel;
-use super::function::{Function, matrix_of, read_matrix, read_vector};
+use super::function::{Function, matrix_of, read_column, read_matrix, read_vector};
 use crate::error::Interrupted;
 use crate::linalg::Matrix;
 use crate::ode::{JacobianKind, Method, System};
@@ -204,8 +204,7 @@ impl System for PySystem {
             })),
             RightHandSide::Vectorized(function) => self.raised.catch(Python::attach(|py| {
                 let value = function.call_columns(py, t, &Matrix::from_column_slice(y.len(), 1, y))?;
-                let value = value.call_method0("ravel").unwrap_or(value);
-                read_vector(&value, dydt, "fun")
+                read_column(&value, dydt, "fun")
             })),
         }
     }
