@@ -20,6 +20,7 @@ mod newmark;
 mod ode;
 mod pendulum;
 mod profile;
+mod record;
 mod rod;
 mod roots;
 mod scene;

@@ -10,6 +10,7 @@ use pyo3::prelude::*;
 use super::callback::or_raised;
 use super::convert;
 use super::errors::LissomError;
+use super::record::{self, Reduced};
 use crate::accuracy;
 use crate::error::{Interrupted, InvalidInput};
 use crate::linalg::Matrix;
@@ -170,7 +171,7 @@ pub(super) fn check_time(t: f64, [from, to]: [f64; 2]) -> PyResult<()> {
 impl PyModel {
     /// Number of generalised coordinates.
     #[getter]
-    fn n(&self) -> usize {
+    pub(super) fn n(&self) -> usize {
         self.n
     }
 
@@ -214,7 +215,7 @@ impl PyModel {
         q: &Bound<'py, PyAny>,
         qd: &Bound<'py, PyAny>,
         qdd: &Bound<'py, PyAny>,
-        t: f64,
+        #[pyo3(from_py_with = convert::number)] t: f64,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let (q, qd, qdd) = (self.state(q, "q")?, self.state(qd, "qd")?, self.state(qdd, "qdd")?);
         let mut tau = vec![0.0; self.n];
@@ -269,7 +270,7 @@ impl PyModel {
         py: Python<'py>,
         q: &Bound<'py, PyAny>,
         qd: &Bound<'py, PyAny>,
-        t: f64,
+        #[pyo3(from_py_with = convert::number)] t: f64,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let (q, qd) = (self.state(q, "q")?, self.state(qd, "qd")?);
         let mut qdd = vec![0.0; self.n];
@@ -305,7 +306,7 @@ impl PyModel {
         q: &Bound<'py, PyAny>,
         qd: &Bound<'py, PyAny>,
         qdd: &Bound<'py, PyAny>,
-        t: f64,
+        #[pyo3(from_py_with = convert::number)] t: f64,
     ) -> PyResult<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>)> {
         let (q, qd, qdd) = (self.state(q, "q")?, self.state(qd, "qd")?, self.state(qdd, "qdd")?);
         let mut tangents = self.at(t, |memory| {
@@ -333,7 +334,12 @@ impl PyModel {
     /// energy : Energy
     ///     In joules: ``kinetic``, ``elastic``, ``gravitational``, ``loads`` and their sum ``total``.
     #[pyo3(signature = (q, qd, *, t=0.0))]
-    fn energy(&self, q: &Bound<'_, PyAny>, qd: &Bound<'_, PyAny>, t: f64) -> PyResult<PyEnergy> {
+    fn energy(
+        &self,
+        q: &Bound<'_, PyAny>,
+        qd: &Bound<'_, PyAny>,
+        #[pyo3(from_py_with = convert::number)] t: f64,
+    ) -> PyResult<PyEnergy> {
         let (q, qd) = (self.state(q, "q")?, self.state(qd, "qd")?);
         Ok(PyEnergy(self.at(t, |memory| memory.model.energy(&q, &qd))?))
     }
@@ -352,7 +358,12 @@ impl PyModel {
     /// power : float
     ///     Watts, never negative.
     #[pyo3(signature = (q, qd, *, t=0.0))]
-    fn dissipated_power(&self, q: &Bound<'_, PyAny>, qd: &Bound<'_, PyAny>, t: f64) -> PyResult<f64> {
+    fn dissipated_power(
+        &self,
+        q: &Bound<'_, PyAny>,
+        qd: &Bound<'_, PyAny>,
+        #[pyo3(from_py_with = convert::number)] t: f64,
+    ) -> PyResult<f64> {
         let (q, qd) = (self.state(q, "q")?, self.state(qd, "qd")?);
         self.at(t, |memory| memory.model.dissipated_power(&q, &qd))
     }
@@ -380,7 +391,7 @@ impl PyModel {
         q: &Bound<'_, PyAny>,
         qd: &Bound<'_, PyAny>,
         qdd: Option<&Bound<'_, PyAny>>,
-        t: f64,
+        #[pyo3(from_py_with = convert::number)] t: f64,
     ) -> PyResult<f64> {
         let qdd = qdd.map(|qdd| self.state(qdd, "qdd")).transpose()?;
         let (q, qd) = (self.state(q, "q")?, self.state(qd, "qd")?);
@@ -439,5 +450,16 @@ impl PyEnergy {
         format!(
             "Energy(kinetic={kinetic:?}, elastic={elastic:?}, gravitational={gravitational:?}, loads={loads:?})"
         )
+    }
+
+    /// For copies and pickles.
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        let model::Energy { kinetic, elastic, gravitational, loads } = self.0;
+        record::reduce_to::<Self>(py, (kinetic, elastic, gravitational, loads))
+    }
+
+    #[staticmethod]
+    fn _restore(kinetic: f64, elastic: f64, gravitational: f64, loads: f64) -> Self {
+        Self(model::Energy { kinetic, elastic, gravitational, loads })
     }
 }

@@ -3,7 +3,7 @@
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 
-use super::callback::{Raised, wants_to_stop};
+use super::callback::{Raised, call, wants_to_stop};
 use super::convert;
 use super::errors::LissomError;
 use super::model::PyModel;
@@ -107,23 +107,23 @@ use crate::simulate::Method;
 pub(crate) fn simulate<'py>(
     py: Python<'py>,
     model: &Bound<'py, PyAny>,
-    t_end: f64,
+    #[pyo3(from_py_with = convert::number)] t_end: f64,
     q0: Option<&Bound<'py, PyAny>>,
     v0: Option<&Bound<'py, PyAny>>,
     method: &str,
-    dt: f64,
+    #[pyo3(from_py_with = convert::number)] dt: f64,
     jac: Option<&str>,
     rtol: Option<&Bound<'py, PyAny>>,
     atol: Option<&Bound<'py, PyAny>>,
     t_eval: Option<&Bound<'py, PyAny>>,
     progress: Option<&Bound<'py, PyAny>>,
-    beta: Option<f64>,
-    gamma: Option<f64>,
-    alpha: Option<f64>,
-    rho_inf: Option<f64>,
+    #[pyo3(from_py_with = convert::optional_number)] beta: Option<f64>,
+    #[pyo3(from_py_with = convert::optional_number)] gamma: Option<f64>,
+    #[pyo3(from_py_with = convert::optional_number)] alpha: Option<f64>,
+    #[pyo3(from_py_with = convert::optional_number)] rho_inf: Option<f64>,
     adaptive: Option<bool>,
-    max_step: Option<f64>,
-    min_step: f64,
+    #[pyo3(from_py_with = convert::optional_number)] max_step: Option<f64>,
+    #[pyo3(from_py_with = convert::number)] min_step: f64,
     max_steps: Option<i64>,
     predictor: Option<&str>,
     reuse_jacobian: Option<bool>,
@@ -236,7 +236,7 @@ pub(crate) fn simulate<'py>(
             let stop = raised.catch(Python::attach(|py| {
                 py.check_signals()?;
                 match &progress {
-                    Some(progress) => wants_to_stop(py, progress.bind(py).call1((t,))),
+                    Some(progress) => wants_to_stop(py, call(progress.bind(py), (t,))),
                     None => Ok(false),
                 }
             }))?;
@@ -305,9 +305,9 @@ pub(crate) fn simulate<'py>(
 pub(crate) fn choose_modes(
     py: Python<'_>,
     rod: PyRef<'_, PyRod>,
-    t_end: f64,
-    rtol: f64,
-    dt: f64,
+    #[pyo3(from_py_with = convert::number)] t_end: f64,
+    #[pyo3(from_py_with = convert::number)] rtol: f64,
+    #[pyo3(from_py_with = convert::number)] dt: f64,
     segments: Option<Vec<usize>>,
 ) -> PyResult<Py<PyRod>> {
     let description = rod.description().clone();

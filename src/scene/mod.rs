@@ -176,12 +176,19 @@ impl Scene {
         let request = accuracy::Request::new(rtol, output_step.unwrap_or(step).min(duration));
         let modes = accuracy::choose_modes(rod, &self.open_modes, duration, request, monitor)?;
         if modes.status.is_success() {
-            let n = modes.rod.coordinates();
-            (self.q0, self.v0) = (vec![0.0; n], vec![0.0; n]);
-            self.model = Model::Rod(modes.rod.clone());
-            self.open_modes.clear();
+            self.set_rod(modes.rod.clone());
         }
         Ok(Some(modes))
+    }
+
+    /// Puts a rod in the place of its own: one whose open modes were chosen.
+    pub fn set_rod(&mut self, rod: rod::Rod) {
+        let n = rod.coordinates();
+        if self.q0.len() != n {
+            (self.q0, self.v0) = (vec![0.0; n], vec![0.0; n]);
+        }
+        self.model = Model::Rod(rod);
+        self.open_modes.clear();
     }
 
     /// The JSON Schema of scene files, for editors; the one in `scenes/` is this text.
