@@ -134,11 +134,12 @@ pub(crate) struct FlowMeter<'a> {
 }
 
 impl<'a> FlowMeter<'a> {
-    /// A meter at the start of a motion whose flow is wanted at the times `t_eval`, or after every step; `None` for a model
+    /// A meter at the start `t0` of a motion whose flow is wanted at the times `t_eval`, or after every step; `None` for a model
     /// without flows.
     pub(crate) fn new<M: Model + ?Sized>(
         model: &mut M,
         rule: Rule,
+        t0: f64,
         [q0, v0]: [&[f64]; 2],
         t_eval: Option<&'a [f64]>,
     ) -> Option<Self> {
@@ -150,7 +151,7 @@ impl<'a> FlowMeter<'a> {
         let mut a = vec![0.0; n];
         if rule == Rule::Quintic || model.varies_in_time() {
             // Where there are no loads or no accelerations there will be no steps.
-            if model.set_time(0.0).is_ok() {
+            if model.set_time(t0).is_ok() {
                 let _ = model.forward_dynamics(q0, v0, &mut a, &mut ForwardScratch::new(n));
             }
         }
@@ -160,7 +161,7 @@ impl<'a> FlowMeter<'a> {
             is_driven,
             rule,
             t_eval,
-            t: 0.0,
+            t: t0,
             q: q0.to_vec(),
             v: v0.to_vec(),
             a,
@@ -173,7 +174,7 @@ impl<'a> FlowMeter<'a> {
         let points = t_eval.map_or(0, <[f64]>::len);
         meter.flow.dissipated.reserve(points);
         meter.flow.work.reserve(points);
-        if t_eval.is_none_or(|times| times.first() == Some(&0.0)) {
+        if t_eval.is_none_or(|times| times.first() == Some(&t0)) {
             meter.record([0.0; 2]);
         }
         Some(meter)

@@ -248,6 +248,14 @@ pub(crate) fn differences<const N: usize>(
     Ok([here, first.map(|x| x / h), second.map(|x| x / (h * h))])
 }
 
+/// Whether a time lies between two others, or beyond them by rounding only: that of the last step of a run.
+pub(crate) fn covers([from, to]: [f64; 2], t: f64) -> bool {
+    /// Rounding of a time, relative to the length of the interval.
+    const ROUNDING: f64 = 1e-12;
+    let margin = if (to - from).is_finite() { ROUNDING * (to - from) } else { 0.0 };
+    (from - margin..=to + margin).contains(&t)
+}
+
 /// Cubic spline through the values of a table, twice continuously differentiable, with the ends that need no further condition: the
 /// first two pieces are one cubic, and the last two (de Boor 1978, chapter IV, "not-a-knot"). Known between its ends, NaN beyond.
 #[derive(Clone, Debug)]
@@ -273,11 +281,7 @@ impl<const N: usize> Spline<N> {
 
     /// The value and its first two derivatives.
     pub(crate) fn motion(&self, t: f64) -> Motion<N> {
-        /// Times beyond the ends by this part of the whole are the ends: rounding of a last step.
-        const ROUNDING: f64 = 1e-12;
-        let (first, last) = (self.times[0], self.times[self.times.len() - 1]);
-        let margin = ROUNDING * (last - first);
-        if !(first - margin..=last + margin).contains(&t) {
+        if !covers([self.times[0], self.times[self.times.len() - 1]], t) {
             return [[f64::NAN; N]; 3];
         }
         let i = self.times.partition_point(|&time| time <= t).clamp(1, self.times.len() - 1) - 1;

@@ -8,6 +8,7 @@ use crate::model::{ForwardScratch, Model, at_least};
 use crate::newmark::{self, FreeMotion, StepSize, check_points, number_of_steps};
 use crate::ode::{self, FirstOrder, Output};
 use crate::radau;
+use crate::signal::covers;
 use crate::spectrum::Spectrum;
 
 /// Steps that stability may force on an explicit method, unless the caller says how many there may be: some seconds of work.
@@ -132,14 +133,15 @@ impl Simulation {
     }
 }
 
-/// The free motion of `model` from `q0`, `v0` over `[0, t_end]`. `t_eval` are increasing times at which it is wanted.
+/// The free motion of `model` from `q0`, `v0` over `t_span`, from its start to its end. `t_eval` are increasing times at which it is
+/// wanted.
 /// `monitor` sees the time after every accepted step and may stop the run; the status then says so.
 ///
 /// Fails before any evaluation when an argument is wrong, when the model does not resolve `q0`, or when the result would not fit in
 /// memory.
 pub fn simulate<M: Model + Clone>(
     mut model: M,
-    t_end: f64,
+    t_span: (f64, f64),
     q0: &[f64],
     v0: &[f64],
     method: &Method,
@@ -147,16 +149,16 @@ pub fn simulate<M: Model + Clone>(
     monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
 ) -> Result<Simulation, InvalidInput> {
     let start = Instant::now();
-    newmark::check_start(model.n(), (0.0, t_end), q0, v0, method.dt())?;
+    newmark::check_start(model.n(), t_span, q0, v0, method.dt())?;
     model.check_shape(q0, "q0")?;
-    check_span(model.time_span(), t_end)?;
+    check_span(model.time_span(), t_span)?;
     if let Method::Newmark(newmark::Options { dt, step_size: StepSize::Fixed, .. }) = *method {
         check_step(dt, model.shortest_period())?;
     }
     let mut stop = None;
     let mut simulation = match method {
         Method::Newmark(options) => {
-            let mut meter = FlowMeter::new(&mut model, Rule::Mean, [q0, v0], t_eval);
+            let mut meter = FlowMeter::new(&mut model, Rule::Mean, t_span.0, [q0, v0], t_eval);
             let mut monitor = |system: &mut FreeMotion<'_, M>, stepper: &newmark::Stepper| {
                 let state = State { t: stepper.t(), q: stepper.q(), v: stepper.v(), a: stepper.a() };
                 measure(&mut meter, system, state)?;
@@ -164,15 +166,15 @@ pub fn simulate<M: Model + Clone>(
                 if stop.is_some() { Err(Interrupted) } else { monitor(stepper.t()) }
             };
             let mut system = FreeMotion(&mut model);
-            let solution = newmark::solve(&mut system, (0.0, t_end), q0, v0, options, t_eval, &mut monitor)?;
+            let solution = newmark::solve(&mut system, t_span, q0, v0, options, t_eval, &mut monitor)?;
             Simulation::new(solution, meter)
         }
         Method::Radau { options, dt } => {
             let times = match t_eval {
                 Some(times) => times.to_vec(),
-                None => grid(model.n(), t_end, *dt)?,
+                None => grid(model.n(), t_span, *dt)?,
             };
-            let mut meter = FlowMeter::new(&mut model, Rule::Quintic, [q0, v0], Some(&times));
+            let mut meter = FlowMeter::new(&mut model, Rule::Quintic, t_span.0, [q0, v0], Some(&times));
             let mut monitor = |system: &mut FreeMotion<'_, M>, stepper: &radau::Stepper| {
                 let state = State { t: stepper.t(), q: stepper.q(), v: stepper.v(), a: stepper.a() };
                 measure(&mut meter, system, state)?;
@@ -181,11 +183,11 @@ pub fn simulate<M: Model + Clone>(
             };
             let mut system = FreeMotion(&mut model);
             let solution =
-                radau::solve(&mut system, (0.0, t_end), q0, v0, options, Some(&times), &mut monitor)?;
+                radau::solve(&mut system, t_span, q0, v0, options, Some(&times), &mut monitor)?;
             Simulation::new(solution, meter)
         }
         Method::FirstOrder { options, dt } => {
-            first_order(model, t_end, [q0, v0], (options, *dt), t_eval, &mut stop, monitor)?
+            first_order(model, t_span, [q0, v0], (options, *dt), t_eval, &mut stop, monitor)?
         }
     };
     if let Some(stop) = stop {
@@ -213,11 +215,14 @@ pub(crate) fn check_step(dt: f64, shortest_period: f64) -> Result<(), InvalidInp
 }
 
 /// A motion must end before the model is no longer known.
-fn check_span([from, to]: [f64; 2], t_end: f64) -> Result<(), InvalidInput> {
-    if from > 0.0 || t_end > to {
+fn check_span(known: [f64; 2], (t0, t_end): (f64, f64)) -> Result<(), InvalidInput> {
+    let starts = covers(known, t0);
+    if !starts || !covers(known, t_end) {
+        let [from, to] = known;
         let expected =
             format!("a run within [{from}, {to}] (seconds), where the motion of the base is known");
-        return Err(InvalidInput::new("t_end", format_args!("a run from 0 to {t_end}"), expected));
+        let place = if starts { "t_span[1]" } else { "t_span[0]" };
+        return Err(InvalidInput::new(place, format_args!("a run from {t0} to {t_end}"), expected));
     }
     Ok(())
 }
@@ -261,10 +266,10 @@ struct StiffnessWatch {
 }
 
 impl StiffnessWatch {
-    fn new(options: &ode::Options) -> Option<Self> {
+    fn new(options: &ode::Options, t0: f64) -> Option<Self> {
         let limit = ode::stability_limit(options.method)?;
         let allowed = if options.max_steps == usize::MAX { STIFF_STEPS } else { options.max_steps };
-        Some(Self { limit, allowed, last: (0, 0.0), next: FIRST_LOOK })
+        Some(Self { limit, allowed, last: (0, t0), next: FIRST_LOOK })
     }
 
     fn look<M: Model>(&mut self, model: &mut M, stepper: &ode::Stepper) -> Option<Stop> {
@@ -325,7 +330,7 @@ impl From<newmark::Solution> for Simulation {
 
 fn first_order<M: Model + Clone>(
     model: M,
-    t_end: f64,
+    t_span: (f64, f64),
     [q0, v0]: [&[f64]; 2],
     (options, dt): (&ode::Options, f64),
     t_eval: Option<&[f64]>,
@@ -335,12 +340,13 @@ fn first_order<M: Model + Clone>(
     let n = model.n();
     let output = Output::at(match t_eval {
         Some(times) => times.to_vec(),
-        None => grid(n, t_end, dt)?,
+        None => grid(n, t_span, dt)?,
     });
     let mut observed = model.clone();
     let output_times = output.t_eval.clone();
-    let mut meter = FlowMeter::new(&mut observed, Rule::Quintic, [q0, v0], output_times.as_deref());
-    let mut watch = StiffnessWatch::new(options);
+    let mut meter =
+        FlowMeter::new(&mut observed, Rule::Quintic, t_span.0, [q0, v0], output_times.as_deref());
+    let mut watch = StiffnessWatch::new(options, t_span.0);
     let mut system = FirstOrder::new(model);
     let y0 = [q0, v0].concat();
     let mut monitor = |stepper: &ode::Stepper| {
@@ -354,7 +360,7 @@ fn first_order<M: Model + Clone>(
         }
         if stop.is_some() { Err(Interrupted) } else { monitor(stepper.t()) }
     };
-    let solution = ode::solve(&mut system, (0.0, t_end), &y0, options, &output, &mut [], &mut monitor)?;
+    let solution = ode::solve(&mut system, t_span, &y0, options, &output, &mut [], &mut monitor)?;
     let points = solution.t.len();
     let mut states = [(); 2].map(|()| Vec::with_capacity(points * n));
     for y in (0..points).map(|i| solution.state(i)) {
@@ -402,11 +408,11 @@ pub(crate) fn accelerations<M: Model + ?Sized>(
     Ok(a)
 }
 
-/// The times 0, dt, 2 dt, ... and `t_end`.
-fn grid(n: usize, t_end: f64, dt: f64) -> Result<Vec<f64>, InvalidInput> {
-    let steps = number_of_steps(t_end, dt);
+/// The times `t0`, `t0 + dt`, `t0 + 2 dt`, ... and `t_end`.
+fn grid(n: usize, (t0, t_end): (f64, f64), dt: f64) -> Result<Vec<f64>, InvalidInput> {
+    let steps = number_of_steps(t_end - t0, dt);
     check_points(steps.saturating_add(1), n)?;
-    let mut times: Vec<f64> = (0..steps).map(|i| i as f64 * dt).collect();
+    let mut times: Vec<f64> = (0..steps).map(|i| t0 + i as f64 * dt).collect();
     times.push(t_end);
     Ok(times)
 }
