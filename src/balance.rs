@@ -68,31 +68,36 @@ impl Balance {
             &|i| self.work[i],
         ];
         let range = |part: &dyn Fn(usize) -> f64| {
-            let values = (0..self.energies.len()).map(part);
-            let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
-                (low.min(value), high.max(value))
-            });
-            (high - low).max(0.0)
+            let values = || (0..self.energies.len()).map(part);
+            // Without times nothing moves.
+            if self.energies.is_empty() { 0.0 } else { largest(values()) + largest(values().map(|x| -x)) }
         };
-        let kinetic = self.energies.iter().map(|energy| energy.kinetic).fold(0.0, f64::max);
-        parts.into_iter().map(range).fold(kinetic, f64::max)
+        let kinetic = self.energies.iter().map(|energy| energy.kinetic);
+        largest(parts.into_iter().map(range).chain(kinetic).chain([0.0]))
     }
 
-    /// False where all that moves is rounding of the parts.
+    /// False where all that moves is rounding of the parts. What is not known moves.
     pub fn moves(&self) -> bool {
         let size = |energy: &Energy| {
             [energy.kinetic, energy.elastic, energy.gravitational, energy.loads].map(f64::abs)
         };
-        let largest = self.energies.iter().flat_map(size).fold(0.0, f64::max);
-        self.scale() > ROUNDING * largest
+        let rounding = ROUNDING * largest(self.energies.iter().flat_map(size).chain([0.0]));
+        let scale = self.scale();
+        !scale.is_finite() || scale > rounding
     }
 
-    /// The largest defect: change of the total, relative to the largest energy that moved; zero if nothing moved.
+    /// The largest defect: change of the total, relative to the largest energy that moved; zero if nothing moved, NaN where an energy
+    /// is not finite.
     pub fn drift(&self) -> f64 {
         let total = self.total();
         let Some(first) = total.first().filter(|_| self.moves()) else { return 0.0 };
-        total.iter().map(|value| (value - first).abs()).fold(0.0, f64::max) / self.scale()
+        largest(total.iter().map(|value| (value - first).abs())) / self.scale()
     }
+}
+
+/// The largest of some numbers; NaN if one of them is, which `f64::max` passes over.
+fn largest(values: impl Iterator<Item = f64>) -> f64 {
+    values.fold(f64::NEG_INFINITY, |most, value| if most >= value || most.is_nan() { most } else { value })
 }
 
 /// How flows are integrated over a step.

@@ -2,6 +2,7 @@
 
 pub mod accuracy;
 pub mod balance;
+mod derivatives;
 pub mod error;
 mod hermite;
 pub mod lie;
@@ -21,4 +22,5 @@ pub mod scene;
 pub mod signal;
 pub mod simulate;
 mod spectrum;
+mod unseen;
 pub mod statics;

@@ -10,6 +10,7 @@ use crate::ode::{self, FirstOrder, Output};
 use crate::radau;
 use crate::signal::covers;
 use crate::spectrum::Spectrum;
+use crate::unseen::Unseen;
 
 /// Steps that stability may force on an explicit method, unless the caller says how many there may be: some seconds of work.
 const STIFF_STEPS: usize = 100_000;
@@ -116,6 +117,8 @@ pub struct Simulation {
     pub status: Status,
     /// The status in words, with what to change when it is not the wanted one.
     pub message: String,
+    /// Why the motion may be far from the right one although the method has nothing against it; the message ends with it.
+    pub doubt: Option<String>,
 }
 
 impl Simulation {
@@ -158,16 +161,27 @@ pub fn simulate<M: Model + Clone>(
     let mut stop = None;
     let mut simulation = match method {
         Method::Newmark(options) => {
+            let mut unseen = match options.step_size {
+                StepSize::Fixed => Unseen::new(&mut model, t_span, [q0, v0], options.dt),
+                StepSize::Adaptive { .. } => None,
+            };
             let mut meter = FlowMeter::new(&mut model, Rule::Mean, t_span.0, [q0, v0], t_eval);
             let mut monitor = |system: &mut FreeMotion<'_, M>, stepper: &newmark::Stepper| {
                 let state = State { t: stepper.t(), q: stepper.q(), v: stepper.v(), a: stepper.a() };
                 measure(&mut meter, system, state)?;
+                if let Some(unseen) = &mut unseen {
+                    unseen.step(state.t, state.a);
+                }
                 stop = Stop::where_unresolved(system.0, stepper.t(), stepper.q());
                 if stop.is_some() { Err(Interrupted) } else { monitor(stepper.t()) }
             };
             let mut system = FreeMotion(&mut model);
             let solution = newmark::solve(&mut system, t_span, q0, v0, options, t_eval, &mut monitor)?;
-            Simulation::new(solution, meter)
+            let mut simulation = Simulation::new(solution, meter);
+            if simulation.status.is_success() {
+                simulation.doubt = unseen.and_then(|unseen| unseen.verdict(&mut model, q0));
+            }
+            simulation.because(model.not_finite())
         }
         Method::Radau { options, dt } => {
             let times = match t_eval {
@@ -184,7 +198,7 @@ pub fn simulate<M: Model + Clone>(
             let mut system = FreeMotion(&mut model);
             let solution =
                 radau::solve(&mut system, t_span, q0, v0, options, Some(&times), &mut monitor)?;
-            Simulation::new(solution, meter)
+            Simulation::new(solution, meter).because(model.not_finite())
         }
         Method::FirstOrder { options, dt } => {
             first_order(model, t_span, [q0, v0], (options, *dt), t_eval, &mut stop, monitor)?
@@ -193,6 +207,9 @@ pub fn simulate<M: Model + Clone>(
     if let Some(stop) = stop {
         simulation.status = stop.status;
         simulation.message = stop.message;
+    }
+    if let Some(doubt) = &simulation.doubt {
+        simulation.message = format!("{} {doubt}", simulation.message);
     }
     simulation.statistics.wall_time = start.elapsed().as_secs_f64();
     Ok(simulation)
@@ -317,7 +334,17 @@ impl Simulation {
         let newmark::Solution { t, q, v, a, n, counters, status, message } = solution;
         let flow = meter.map_or_else(Flow::default, |meter| meter.into_flow(t.len()));
         let statistics = Statistics { counters, ..Statistics::default() };
-        Self { t, q, v, a: Some(a), n, flow, statistics, status: Status::SecondOrder(status), message }
+        Self { t, q, v, a: Some(a), n, flow, statistics, status: Status::SecondOrder(status), message, doubt: None }
+    }
+}
+
+impl Simulation {
+    /// Names what of the model was not finite where this run ended early.
+    fn because(mut self, not_finite: Option<String>) -> Self {
+        if let Some(what) = not_finite.filter(|_| !self.status.is_success()) {
+            self.message.push_str(&format!(" The cause: {what}."));
+        }
+        self
     }
 }
 
@@ -382,7 +409,10 @@ fn first_order<M: Model + Clone>(
     let statistics = Statistics { counters, ..Statistics::default() };
     let status = Status::FirstOrder(solution.status);
     let flow = meter.map_or_else(Flow::default, |meter| meter.into_flow(points));
-    Ok(Simulation { t: solution.t, q, v, a: None, n, flow, statistics, status, message: solution.message })
+    let message = solution.message;
+    let simulation =
+        Simulation { t: solution.t, q, v, a: None, n, flow, statistics, status, message, doubt: None };
+    Ok(simulation.because(system.model().not_finite()))
 }
 
 /// Accelerations of the free motion at these times and states, n numbers each; NaN where the mass matrix is singular.

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import signal
 import sys
+import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -466,16 +467,20 @@ class _Interruption:
 
 def _simulate(scene: Scene) -> Run:
     """Simulate with a progress bar; Ctrl-C ends the simulation, not the program."""
+    from ._lissom import AccuracyWarning
     from .results import Run
 
-    duration = scene.simulation.duration
-    with _Interruption() as interruption, _bar(duration, "Simulating", "s") as bar:
+    settings = scene.simulation
+    with _Interruption() as interruption, _bar(settings.duration, "Simulating", "s") as bar:
 
         def progress(t: float) -> bool:
-            bar.update(t - bar.n)
+            bar.update(t - settings.t0 - bar.n)
             return interruption.requested
 
-        motion = scene.run(progress=progress)
+        with warnings.catch_warnings():
+            # The summary says it.
+            warnings.simplefilter("ignore", AccuracyWarning)
+            motion = scene.run(progress=progress)
     return Run(scene, motion, interrupted=motion.status == "interrupted")
 
 

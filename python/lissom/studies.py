@@ -121,16 +121,17 @@ class ModesStudy:
 def study_statics(scene: Scene, from_start: bool = False) -> StaticsStudy:
     """The equilibrium of a scene: loaded from nothing, or let go from its q0."""
     start = time.perf_counter()
-    found = statics(scene.model, scene.q0 if from_start else None)
+    found = statics(scene.model, scene.q0 if from_start else None, t=scene.simulation.t0)
     return StaticsStudy(scene, found, from_start, time.perf_counter() - start)
 
 
 def study_modes(scene: Scene, at_start: bool = False) -> ModesStudy:
     """The modes of a scene about its equilibrium, or about its q0 as it is."""
+    t0 = scene.simulation.t0
     if at_start:
-        return ModesStudy(scene, None, scene.q0, modes(scene.model, scene.q0))
+        return ModesStudy(scene, None, scene.q0, modes(scene.model, scene.q0, t=t0))
     rest = study_statics(scene)
-    return ModesStudy(scene, rest, rest.found.q, modes(scene.model, rest.found.q))
+    return ModesStudy(scene, rest, rest.found.q, modes(scene.model, rest.found.q, t=t0))
 
 
 def write(

@@ -146,6 +146,9 @@ impl PyModel {
         // A copy: functions of time may be Python code, which may ask this very model.
         let mut memory = self.memory().clone();
         or_raised(memory.model.set_time(t))?;
+        if let Some(what) = memory.model.not_finite() {
+            return Err(PyValueError::new_err(format!("{what}, expected finite numbers")));
+        }
         Ok(evaluate(&mut memory))
     }
 

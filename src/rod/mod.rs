@@ -24,6 +24,7 @@ mod load;
 mod model;
 mod piece;
 mod plan;
+mod prescribed;
 mod point_tangent;
 mod points;
 mod profile;
