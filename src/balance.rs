@@ -72,7 +72,7 @@ impl Balance {
             // Without times nothing moves.
             if self.energies.is_empty() { 0.0 } else { largest(values()) + largest(values().map(|x| -x)) }
         };
-        let kinetic = self.energies.iter().map(|energy| energy.kinetic);
+        let kinetic = self.energies.iter().map(|energy| energy.kinetic.abs());
         largest(parts.into_iter().map(range).chain(kinetic).chain([0.0]))
     }
 
@@ -83,7 +83,7 @@ impl Balance {
         };
         let rounding = ROUNDING * largest(self.energies.iter().flat_map(size).chain([0.0]));
         let scale = self.scale();
-        !scale.is_finite() || scale > rounding
+        !scale.is_finite() || !rounding.is_finite() || scale > rounding
     }
 
     /// The largest defect: change of the total, relative to the largest energy that moved; zero if nothing moved, NaN where an energy

@@ -9,7 +9,7 @@ use crate::error::Interrupted;
 use crate::signal::Motion;
 
 /// The largest distance in seconds: so far a function is asked before and after a run.
-pub const REACH: f64 = 4e-3;
+pub(crate) const REACH: f64 = 4e-3;
 
 /// Each distance over the next one: the golden ratio. No oscillation has a period of which all distances are multiples, so that none
 /// looks like rest.
@@ -121,8 +121,7 @@ impl<const N: usize> Tableau<N> {
         for j in 1..COLUMNS.min(self.rows + 1) {
             power *= RATIO * RATIO;
             let (left, corner) = (self.row[j - 1], above[j - 1]);
-            let entry: [f64; N] =
-                std::array::from_fn(|i| left[i] + (left[i] - corner[i]) / (power - 1.0));
+            let entry: [f64; N] = std::array::from_fn(|i| left[i] + (left[i] - corner[i]) / (power - 1.0));
             let apart = |other: [f64; N]| size(&std::array::from_fn::<f64, N, _>(|i| entry[i] - other[i]));
             let error = apart(left).max(apart(corner));
             if error < self.best.error {
@@ -161,10 +160,19 @@ mod tests {
                 assert!(hertz > 10.0 || calls <= 12, "{calls} calls at {hertz} Hz");
                 // Rounding of 0.3 in second differences over milliseconds.
                 let [first, second] = [found.first, found.second].map(|estimate| estimate.value[0]);
-                assert!((first - wanted[0]).abs() <= 1e-5 * 1e-3 * omega + 1e-10, "{hertz} Hz at {t}: {found:?}");
-                assert!((second - wanted[1]).abs() <= 1e-5 * 1e-3 * omega * omega + 1e-7, "{hertz} Hz at {t}: {found:?}");
+                assert!(
+                    (first - wanted[0]).abs() <= 1e-5 * 1e-3 * omega + 1e-10,
+                    "{hertz} Hz at {t}: {found:?}"
+                );
+                assert!(
+                    (second - wanted[1]).abs() <= 1e-5 * 1e-3 * omega * omega + 1e-7,
+                    "{hertz} Hz at {t}: {found:?}"
+                );
                 let off = (second - wanted[1]).abs();
-                assert!(off <= found.second.error.max(1e-7) * 3.0, "the error is no estimate: {off} {found:?}");
+                assert!(
+                    off <= found.second.error.max(1e-7) * 3.0,
+                    "the error is no estimate: {off} {found:?}"
+                );
             }
         }
     }

@@ -22,5 +22,5 @@ pub mod scene;
 pub mod signal;
 pub mod simulate;
 mod spectrum;
-mod unseen;
 pub mod statics;
+mod unseen;

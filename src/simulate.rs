@@ -196,8 +196,7 @@ pub fn simulate<M: Model + Clone>(
                 if stop.is_some() { Err(Interrupted) } else { monitor(stepper.t()) }
             };
             let mut system = FreeMotion(&mut model);
-            let solution =
-                radau::solve(&mut system, t_span, q0, v0, options, Some(&times), &mut monitor)?;
+            let solution = radau::solve(&mut system, t_span, q0, v0, options, Some(&times), &mut monitor)?;
             Simulation::new(solution, meter).because(model.not_finite())
         }
         Method::FirstOrder { options, dt } => {
@@ -334,7 +333,18 @@ impl Simulation {
         let newmark::Solution { t, q, v, a, n, counters, status, message } = solution;
         let flow = meter.map_or_else(Flow::default, |meter| meter.into_flow(t.len()));
         let statistics = Statistics { counters, ..Statistics::default() };
-        Self { t, q, v, a: Some(a), n, flow, statistics, status: Status::SecondOrder(status), message, doubt: None }
+        Self {
+            t,
+            q,
+            v,
+            a: Some(a),
+            n,
+            flow,
+            statistics,
+            status: Status::SecondOrder(status),
+            message,
+            doubt: None,
+        }
     }
 }
 
@@ -371,8 +381,7 @@ fn first_order<M: Model + Clone>(
     });
     let mut observed = model.clone();
     let output_times = output.t_eval.clone();
-    let mut meter =
-        FlowMeter::new(&mut observed, Rule::Quintic, t_span.0, [q0, v0], output_times.as_deref());
+    let mut meter = FlowMeter::new(&mut observed, Rule::Quintic, t_span.0, [q0, v0], output_times.as_deref());
     let mut watch = StiffnessWatch::new(options, t_span.0);
     let mut system = FirstOrder::new(model);
     let y0 = [q0, v0].concat();

@@ -6,6 +6,7 @@
 //! frequency, are its distance from its equilibrium, if it is slow beside what drives it; where it is fast, it follows almost without
 //! acceleration, and so counts as little as it should.
 
+use crate::error::Number;
 use crate::linalg::Matrix;
 use crate::model::Model;
 use crate::spectrum::Spectrum;
@@ -124,9 +125,9 @@ impl Unseen {
         }
         let hertz = vibration.frequency / std::f64::consts::TAU;
         Some(format!(
-            "The step of {:.3} s does not resolve a vibration of {hertz:.3} Hz that moves the tip by {:.1} % of the length: the tip is wrong \
+            "The step of {} s does not resolve a vibration of {hertz:.3} Hz that moves the tip by {:.1} % of the length: the tip is wrong \
              by about {:.1} %. Take steps of {:.1e} s, adaptive ones, or method \"auto\".",
-            self.dt,
+            Number(self.dt),
             100.0 * moved,
             100.0 * error,
             1.0 / (STEPS_PER_PERIOD * hertz)

@@ -734,7 +734,12 @@ impl PyRod {
     ///     ``jacobian.T @ wrench`` are the generalised forces of a moment and a force that act there.
     #[pyo3(signature = (q, X, *, t=None))]
     #[allow(non_snake_case, reason = "X is the arc length of the unstretched rod everywhere in this field")]
-    fn jacobian<'py>(&self, q: &Bound<'py, PyAny>, X: f64, t: Option<f64>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn jacobian<'py>(
+        &self,
+        q: &Bound<'py, PyAny>,
+        X: f64,
+        t: Option<f64>,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let q_values = convert::finite_vector_of(q, self.description.coordinates(), "q")?;
         self.check_place(X)?;
         let mut jacobian = Matrix::zeros(6, q_values.len());

@@ -250,7 +250,8 @@ pub(crate) fn simulate<'py>(
                 model.simulate_to_accuracy((t0, t_end), &q0, &v0, request, t_eval.as_deref(), &mut monitor)
             }
             None => {
-                let simulation = model.simulate((t0, t_end), &q0, &v0, &method, t_eval.as_deref(), &mut monitor);
+                let simulation =
+                    model.simulate((t0, t_end), &q0, &v0, &method, t_eval.as_deref(), &mut monitor);
                 simulation.map(|simulation| (simulation, None))
             }
         }

@@ -6,9 +6,9 @@
 //! the directions of gravity and of dead loads, the velocity of the fluid, the anchors of supports. In empty space a base in free
 //! fall so makes a rod weightless to the last bit, and one of constant velocity changes nothing.
 
+use super::prescribed::{Prescribed, nearer};
 use crate::error::{Checker, Interrupted, InvalidInput, Number};
 use crate::lie::{Quaternion, Rotation, Vector};
-use super::prescribed::{Prescribed, nearer};
 use crate::signal::{Harmonic, Motion, Signal, Spline, Table};
 
 /// Largest angle, as the cosine of its half, between neighbouring orientations of a table: a right angle. With more between them

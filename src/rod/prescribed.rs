@@ -121,14 +121,14 @@ impl<const N: usize> Prescribed<N> {
         if !found.are_known {
             return Ok(None);
         }
-        let estimates = [("velocity", found.first), ("acceleration", found.second)];
+        let estimates = [("a velocity", found.first), ("an acceleration", found.second)];
         for (k, (name, estimate)) in estimates.into_iter().enumerate() {
             let given = &given[k + 1];
             let apart: [f64; N] = std::array::from_fn(|i| given[i] - estimate.value[i]);
             let scale = found.scales()[k].max(size(given));
             if size(&apart) > AGREEMENT * scale + TIMES_ERROR * estimate.error {
                 return Ok(Some(format!(
-                    "a value and a {name} that contradict each other at t = {}: the {name} differs by {:.1e} from differences of \
+                    "a value and {name} that contradict each other at t = {}: that differs by {:.1e} from differences of \
                      the values, {:.1e}",
                     Number(t),
                     size(&apart),

@@ -182,7 +182,8 @@ impl Scene {
         }
         let Simulation { duration, rtol, step, output_step, .. } = self.simulation;
         let request = accuracy::Request::new(rtol, output_step.unwrap_or(step).min(duration));
-        let modes = accuracy::choose_modes(rod, &self.open_modes, self.simulation.t_span(), request, monitor)?;
+        let modes =
+            accuracy::choose_modes(rod, &self.open_modes, self.simulation.t_span(), request, monitor)?;
         if modes.status.is_success() {
             let n = modes.rod.coordinates();
             (self.q0, self.v0) = (vec![0.0; n], vec![0.0; n]);
