@@ -110,17 +110,21 @@ pub(crate) fn wants_to_stop(py: Python<'_>, returned: PyResult<Bound<'_, PyAny>>
     }
 }
 
-/// The exception that ended a computation; Ctrl-C keeps what was computed, as the attribute `result` of the
-/// KeyboardInterrupt.
+/// The exception that ended a computation, with what was computed as its attribute `result`. Exceptions that take no attributes come
+/// without it, and so does one that has such an attribute of its own.
 pub(crate) fn with_result<T>(py: Python<'_>, error: PyErr, result: impl FnOnce() -> PyResult<T>) -> PyErr
 where
     T: PyClass + Into<PyClassInitializer<T>>,
 {
-    if !error.is_instance_of::<PyKeyboardInterrupt>(py) {
+    let exception = error.value(py);
+    if exception.hasattr("result").unwrap_or(true) {
         return error;
     }
     let kept = result()
         .and_then(|result| Py::new(py, result))
-        .and_then(|result| error.value(py).setattr("result", result));
-    kept.err().unwrap_or(error)
+        .and_then(|result| exception.setattr("result", result));
+    match kept {
+        Err(failure) if error.is_instance_of::<PyKeyboardInterrupt>(py) => failure,
+        _ => error,
+    }
 }

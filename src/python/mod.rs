@@ -41,7 +41,7 @@ mod _lissom {
     #[pymodule_export]
     use super::base::PyBaseMotion;
     #[pymodule_export]
-    use super::errors::{ConvergenceError, LissomError};
+    use super::errors::{AccuracyWarning, ConvergenceError, LissomError};
     #[pymodule_export]
     use super::fluid::PyFluid;
     #[pymodule_export]

@@ -1,5 +1,6 @@
 //! What `newmark` and `simulate` return, and what their options have in common.
 
+use std::ffi::CString;
 use std::time::{Duration, Instant};
 
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
@@ -11,6 +12,7 @@ use pyo3::sync::PyOnceLock;
 use super::balance::PyBalance;
 use super::callback::{Raised, or_raised, with_result};
 use super::convert;
+use super::errors::AccuracyWarning;
 use super::model::PyModel;
 use super::record::{self, ReadOnly, Reduced};
 use crate::balance::{Balance, Flow};
@@ -44,6 +46,9 @@ use crate::simulate::{Simulation, Statistics, accelerations};
 ///     steps) or 'unresolved' (the rod turns by more than half a turn between neighbouring quadrature nodes).
 /// message : str
 ///     The status in words, and what to change.
+/// doubt : str or None
+///     Why the motion may be far from the right one although the method has nothing against it: fixed steps that do not see a
+///     vibration. The message ends with it, and `simulate` warns of it (`AccuracyWarning`).
 #[pyclass(name = "MotionResult", module = "lissom", frozen)]
 pub(crate) struct PyMotionResult {
     #[pyo3(get)]
@@ -63,6 +68,8 @@ pub(crate) struct PyMotionResult {
     #[pyo3(get)]
     message: String,
     #[pyo3(get)]
+    doubt: Option<String>,
+    #[pyo3(get)]
     model: Option<Py<PyModel>>,
     flow: Flow,
     balance: PyOnceLock<Py<PyBalance>>,
@@ -70,7 +77,7 @@ pub(crate) struct PyMotionResult {
 
 impl PyMotionResult {
     pub(super) fn new(py: Python<'_>, simulation: Simulation, model: Option<Py<PyModel>>) -> PyResult<Self> {
-        let Simulation { t, q, v, a, n, flow, statistics, status, message } = simulation;
+        let Simulation { t, q, v, a, n, flow, statistics, status, message, doubt } = simulation;
         let points = t.len();
         let rows = |values: Vec<f64>| ReadOnly::new(values.into_pyarray(py).reshape([points, n])?);
         let known = PyOnceLock::new();
@@ -87,6 +94,7 @@ impl PyMotionResult {
             success: status.is_success(),
             status: status.name().to_owned(),
             message,
+            doubt,
             model,
             flow,
             balance: PyOnceLock::new(),
@@ -374,14 +382,19 @@ impl PyStatistics {
     }
 }
 
-/// The result of a run, or the exception that ended it, which on Ctrl-C has the result as an attribute.
+/// The result of a run, of whose doubts Python is warned; or the exception that ended it, with the result as an attribute.
 pub(super) fn finish(
     py: Python<'_>,
     simulation: Simulation,
     model: Option<Py<PyModel>>,
     raised: PyResult<()>,
 ) -> PyResult<PyMotionResult> {
-    match raised {
+    let doubt = simulation.doubt.clone();
+    let warned = || match doubt {
+        Some(doubt) => PyErr::warn(py, &py.get_type::<AccuracyWarning>(), &CString::new(doubt)?, 1),
+        None => Ok(()),
+    };
+    match raised.and_then(|()| warned()) {
         Ok(()) => PyMotionResult::new(py, simulation, model),
         Err(error) => Err(with_result(py, error, || PyMotionResult::new(py, simulation, model))),
     }

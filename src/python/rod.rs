@@ -15,7 +15,7 @@ use super::callback::or_raised;
 use super::convert;
 use super::fluid::PyFluid;
 use super::load::{PyBody, PyLoad};
-use super::model::{PyModel, check_time};
+use super::model::{PyModel, check_time, time_of_state};
 use super::profile;
 use super::section::{self, PySection};
 use super::signal::Functions;
@@ -455,7 +455,8 @@ impl PyRod {
     }
 
     /// A copy of the model at a time.
-    fn at(&self, t: f64) -> PyResult<RodModel> {
+    fn at(&self, t: Option<f64>) -> PyResult<RodModel> {
+        let t = time_of_state(t, self.description.base_motion.is_some())?;
         check_time(t, self.span())?;
         let mut model = self.kinematics.lock().unwrap_or_else(PoisonError::into_inner).clone();
         if self.description.base_motion.is_some() {
@@ -475,7 +476,9 @@ impl PyRod {
 
     /// The times of so many states, or one for all of them.
     fn times(&self, t: Option<&Bound<'_, PyAny>>, states: Option<usize>) -> PyResult<Vec<f64>> {
-        let Some(t) = t else { return Ok(vec![0.0]) };
+        let Some(t) = t else {
+            return time_of_state(None, self.description.base_motion.is_some()).map(|t| vec![t]);
+        };
         let (times, is_number) = convert::scalar_or_vector(t, "t")?;
         if !is_number && Some(times.len()) != states {
             let expected =
@@ -668,15 +671,15 @@ impl PyRod {
     ///     Coordinates, or those of k states.
     /// X : float or array_like, shape (m,)
     ///     Arc lengths of the unstretched rod, 0 <= X <= length, metres.
-    /// t : float or array_like, shape (k,)
-    ///     The time, or those of k states, at which a base that moves is taken, seconds.
+    /// t : float or array_like, shape (k,), optional
+    ///     The time, or those of k states, seconds; needed where the base moves.
     ///
     /// Returns
     /// -------
     /// pose : ndarray, shape (4, 4) for a number, (m, 4, 4) for an array; (k, 4, 4) and (k, m, 4, 4) for k states
     ///     Homogeneous transformations from body to world: ``pose[..., :3, :3]`` has the body axes as columns,
     ///     ``pose[..., :3, 3]`` is the position in metres.
-    #[pyo3(signature = (q, X, *, t=None), text_signature = "($self, q, X, *, t=0.0)")]
+    #[pyo3(signature = (q, X, *, t=None))]
     #[allow(non_snake_case, reason = "X is the arc length of the unstretched rod everywhere in this field")]
     fn pose<'py>(
         &self,
@@ -740,8 +743,8 @@ impl PyRod {
     ///     Coordinates.
     /// X : float
     ///     Arc length of the unstretched rod from its base, metres.
-    /// t : float
-    ///     The time at which a base that moves is taken, seconds.
+    /// t : float, optional
+    ///     The time of the state, seconds; needed where the base moves.
     ///
     /// Returns
     /// -------
@@ -749,13 +752,13 @@ impl PyRod {
     ///     ``jacobian @ qd`` is the angular velocity of the section at X and the velocity of its centre, in world axes, on a base
     ///     that does not move (else `velocity` adds that of the base);
     ///     ``jacobian.T @ wrench`` are the generalised forces of a moment and a force that act there.
-    #[pyo3(signature = (q, X, *, t=0.0))]
+    #[pyo3(signature = (q, X, *, t=None))]
     #[allow(non_snake_case, reason = "X is the arc length of the unstretched rod everywhere in this field")]
     fn jacobian<'py>(
         &self,
         q: &Bound<'py, PyAny>,
         #[pyo3(from_py_with = convert::number)] X: f64,
-        #[pyo3(from_py_with = convert::number)] t: f64,
+        #[pyo3(from_py_with = convert::optional_number)] t: Option<f64>,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let q_values = convert::finite_vector_of(q, self.description.coordinates(), "q")?;
         self.check_place(X)?;
@@ -774,14 +777,14 @@ impl PyRod {
     ///     Coordinates, velocities.
     /// X : float
     ///     Arc length of the unstretched rod from its base, metres.
-    /// t : float
-    ///     The time at which a base that moves is taken, seconds.
+    /// t : float, optional
+    ///     The time of the state, seconds; needed where the base moves.
     ///
     /// Returns
     /// -------
     /// velocity : ndarray, shape (6,)
     ///     Angular velocity of the section at X, rad/s, and velocity of its centre, m/s, in world axes, with those of the base.
-    #[pyo3(signature = (q, qd, X, *, t=0.0))]
+    #[pyo3(signature = (q, qd, X, *, t=None))]
     #[allow(non_snake_case, reason = "X is the arc length of the unstretched rod everywhere in this field")]
     fn velocity<'py>(
         &self,
@@ -789,7 +792,7 @@ impl PyRod {
         q: &Bound<'py, PyAny>,
         qd: &Bound<'py, PyAny>,
         #[pyo3(from_py_with = convert::number)] X: f64,
-        #[pyo3(from_py_with = convert::number)] t: f64,
+        #[pyo3(from_py_with = convert::optional_number)] t: Option<f64>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let n = self.description.coordinates();
         let (q, qd) = (convert::finite_vector_of(q, n, "q")?, convert::finite_vector_of(qd, n, "qd")?);
@@ -807,28 +810,29 @@ impl PyRod {
     /// ----------
     /// q, qd, qdd : array_like, shape (n,)
     ///     Coordinates, velocities, accelerations.
-    /// t : float
-    ///     The time at which what varies by itself is taken, seconds.
+    /// t : float, optional
+    ///     The time of the state, seconds; needed where loads vary or the base moves.
     ///
     /// Returns
     /// -------
     /// wrench : ndarray, shape (6,)
     ///     Moment about the base, newton metres, and force, newtons, in world axes.
-    #[pyo3(signature = (q, qd, qdd, *, t=0.0))]
+    #[pyo3(signature = (q, qd, qdd, *, t=None))]
     fn base_wrench<'py>(
         &self,
         py: Python<'py>,
         q: &Bound<'py, PyAny>,
         qd: &Bound<'py, PyAny>,
         qdd: &Bound<'py, PyAny>,
-        #[pyo3(from_py_with = convert::number)] t: f64,
+        #[pyo3(from_py_with = convert::optional_number)] t: Option<f64>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let n = self.description.coordinates();
         let state = |value, name| convert::finite_vector_of(value, n, name);
         let (q, qd, qdd) = (state(q, "q")?, state(qd, "qd")?, state(qdd, "qdd")?);
-        check_time(t, self.span())?;
         // What holds a rod in its plane is known in space alone.
         let mut model = RodModel::spatial(&self.description)?;
+        let t = time_of_state(t, model.varies_in_time())?;
+        check_time(t, self.span())?;
         or_raised(model.set_time(t))?;
         let wrench = model.base_wrench(&q, &qd, &qdd);
         let wrench: Vec<f64> = wrench.into_iter().flat_map(|half| half.to_array()).collect();

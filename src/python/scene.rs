@@ -225,6 +225,8 @@ impl PyScene {
     fn run<'py>(&self, py: Python<'py>, options: Option<&Bound<'py, PyDict>>) -> PyResult<Bound<'py, PyAny>> {
         let simulation = &self.scene.simulation;
         let arguments = PyDict::new(py);
+        let (t0, t_end) = simulation.t_span();
+        arguments.set_item("t0", t0)?;
         arguments.set_item("q0", self.q0(py))?;
         arguments.set_item("v0", self.v0(py))?;
         arguments.set_item("method", method(simulation))?;
@@ -244,7 +246,7 @@ impl PyScene {
             arguments.update(options.as_mapping())?;
         }
         let simulate = py.import("lissom")?.getattr("simulate")?;
-        simulate.call((self.model(py), simulation.duration), Some(&arguments))
+        simulate.call((self.model(py), t_end), Some(&arguments))
     }
 
     fn __repr__(&self) -> String {
@@ -305,6 +307,12 @@ impl PySimulation {
     #[getter]
     fn duration(&self) -> f64 {
         self.0.duration
+    }
+
+    /// Time at the start, seconds.
+    #[getter]
+    fn t0(&self) -> f64 {
+        self.0.t0
     }
 
     /// Time integrator, a method of ``lissom.simulate``.

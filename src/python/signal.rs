@@ -392,6 +392,10 @@ impl<const N: usize> Evaluate<N> for Callable {
         .map_err(keep)
     }
 
+    fn refuse(&self, found: String, expected: &str) -> Interrupted {
+        keep(PyValueError::new_err(format!("{}: got {found}, expected {expected}", self.name)))
+    }
+
     fn identity(&self) -> usize {
         self.identity
     }
