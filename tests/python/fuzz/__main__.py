@@ -8,7 +8,7 @@ import os
 import sys
 import time
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +16,8 @@ import numpy as np
 from fuzz import judge, minimise, pool
 
 HARNESSES = ("scenes", "api", "solvers")
+FOUND = Path(__file__).parent / "corpus" / "found"
+OPEN = Path(__file__).parent / "corpus" / "open.txt"
 
 
 @dataclass(frozen=True)
@@ -38,21 +40,37 @@ def random_case(harness, seed: int, number: int) -> Case:
     return Case(f"seed {seed}, case {number}", harness.make(rng), harness.SUFFIX)
 
 
-def corpus(harness) -> list[Case]:
+def found_before(harness) -> list[Case]:
+    """The corpus of what was found: "<harness>-<what>.<suffix>"."""
     return [
         Case(path.name, path.read_bytes(), path.suffix)
-        for path in sorted(harness.CORPUS.iterdir())
-        if path.suffix == harness.SUFFIX
+        for path in sorted(FOUND.glob(f"{harness.NAME}-*{harness.SUFFIX}"))
     ]
 
 
+def known_faults() -> set[str]:
+    """Signatures of faults that are known and not mended yet."""
+    return set(filter(None, OPEN.read_text(encoding="utf-8").splitlines()))
+
+
 def cases(harness, seed: int, deadline: float, count: int | None):
-    """The corpus, then random cases until the time or their number is over."""
-    yield from corpus(harness)
+    """What was found before, then random cases until the time or their number is over."""
+    yield from found_before(harness)
     for number in itertools.count() if count is None else range(count):
         if time.monotonic() > deadline:
             return
         yield random_case(harness, seed, number)
+
+
+@dataclass
+class Fault:
+    """The first case with a signature, and all places where the signature was seen."""
+
+    harness: str
+    name: str
+    outcome: judge.Outcome
+    places: Counter = field(default_factory=Counter)
+    path: Path | None = None
 
 
 class Findings:
@@ -61,8 +79,7 @@ class Findings:
     def __init__(self, folder: Path | None) -> None:
         self.folder = folder
         self.counts: dict[str, Counter] = {}
-        self.faults: dict[str, list] = {}
-        self.example: dict[str, str] = {}
+        self.faults: dict[str, Fault] = {}
 
     def of(self, harness):
         counts = self.counts.setdefault(harness.NAME, Counter())
@@ -71,14 +88,13 @@ class Findings:
             counts[outcome.verdict] += 1
             if not outcome.bad:
                 return
-            known = self.faults.get(outcome.signature)
-            if known:
-                known[0] += 1
-                return
-            print(f"{harness.NAME}, {case.name}: {outcome.signature}", flush=True)
-            self.faults[outcome.signature] = [1, harness.NAME, case.name, outcome, None]
-            if self.folder is not None:
-                self.faults[outcome.signature][4] = self._store(harness, case, outcome, worker)
+            fault = self.faults.get(outcome.signature)
+            if fault is None:
+                print(f"{harness.NAME}, {case.name}: {outcome.signature}", flush=True)
+                fault = self.faults[outcome.signature] = Fault(harness.NAME, case.name, outcome)
+                if self.folder is not None:
+                    fault.path = self._store(harness, case, outcome, worker)
+            fault.places[outcome.place] += 1
 
         return done
 
@@ -107,24 +123,23 @@ class Findings:
 
     def report(self) -> str:
         lines = []
-        for count, harness, name, outcome, path in self.faults.values():
-            lines += [f"\n{count} x {outcome.signature}", f"    {harness}, {name}"]
-            lines += [f"    {line}" for line in outcome.detail.splitlines()[:6]]
-            if path is not None:
-                lines.append(f"    again: make fuzz FUZZ_FILES={path}")
+        for signature, fault in self.faults.items():
+            lines += [f"\n{fault.places.total()} x {signature}", f"    {fault.harness}, {fault.name}"]
+            lines += [f"    {line}" for line in fault.outcome.detail.splitlines()[:6]]
+            lines.append("    at: " + ", ".join(f"{place} ({n})" for place, n in fault.places.most_common()))
+            if fault.path is not None:
+                lines.append(f"    again: make fuzz FUZZ_FILES={fault.path}")
         return "\n".join(lines)
 
 
 def again(paths: list[Path], limit: float) -> int:
-    """Run stored cases; the harness is known by the ending and by the first word of the name or the folder."""
+    """Run stored cases; the first word of a name says by which harness."""
     bad = 0
     with pool.Worker(limit) as worker:
         for path in paths:
             path = path.resolve()
-            name = next(
-                (n for n in HARNESSES if path.name.startswith(f"{n}-") or n in path.parent.parts[-1:]),
-                "scenes" if path.suffix == ".toml" else "api",
-            )
+            word = path.name.partition("-")[0]
+            name = word if word in HARNESSES else "scenes" if path.suffix == ".toml" else "api"
             outcome = worker.run(importlib.import_module(f"fuzz.{name}"), path.read_bytes(), path.suffix)
             print(f"{path.name}: {outcome.verdict} {outcome.signature}\n    {outcome.detail}")
             bad += outcome.bad

@@ -1,11 +1,12 @@
 """What may come out of a case, and what is a finding.
 
-A case ends with a verdict, a detail for people and a signature, which is equal for cases with the same fault.
+A case ends with a verdict, a detail for people, the place that was tried, and a signature, which is equal for cases
+with the same fault.
 """
 
 import re
 import signal
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields, is_dataclass
 
 import numpy as np
 
@@ -29,6 +30,7 @@ class Outcome:
     verdict: str
     detail: str = ""
     signature: str = ""
+    place: str = ""
 
     @property
     def bad(self) -> bool:
@@ -38,11 +40,15 @@ class Outcome:
         return asdict(self)
 
 
-def found(verdict, where, detail) -> Outcome:
-    """A finding: the signature is where and the detail without its numbers and names of files."""
+def found(verdict, place, detail, everywhere=None) -> Outcome:
+    """A finding. Its signature is the place and the detail without numbers and names.
+
+    `everywhere` is the signature instead of them for a fault that does not depend on the place.
+    """
     words = re.sub(r"'[^']*'|\"[^\"]*\"|`[^`]*`", "'…'", str(detail)[:400])
     words = re.sub(r"[-+]?(\d[\d_.]*(e[-+]?\d+)?|\binf\b|\bNaN\b|\bnan\b)", "#", words)
-    return Outcome(verdict, str(detail)[:4000], f"{verdict} | {where} | {words[:160]}")
+    signature = everywhere or f"{place} | {' '.join(words.split())[:160]}"
+    return Outcome(verdict, str(detail)[:4000], f"{verdict} | {signature}", place)
 
 
 def of_exception(error, where, expected) -> Outcome:
@@ -52,7 +58,7 @@ def of_exception(error, where, expected) -> Outcome:
     if kind == "PanicException" or "panicked" in message:
         return found("panic", where, message)
     if len(message) > LONGEST_MESSAGE:
-        return Outcome("message", f"{len(message)} characters: {message[:300]}", f"message | {where} | length")
+        return found("message", where, f"{len(message)} characters: {message[:300]}", "too long")
     if isinstance(error, expected):
         if not message.strip() and not isinstance(error, MemoryError):
             return found("message", where, f"{kind} without a message")
@@ -64,14 +70,20 @@ def of_death(code: int, where: str, said: str) -> Outcome:
     """What the death of a worker means."""
     name = signal.Signals(-code).name if code < 0 else f"exit code {code}"
     last = [line for line in said.splitlines() if line.strip()]
-    words = last[0] if last else ""
+    words = last[-1] if last else ""
     for line in last:
         if re.search(r"memory allocation|panicked|overflow|Fatal|capacity", line):
             words = line
             break
     if name == "SIGXCPU":
         return found("hang", where, "does not end, and does not hear Ctrl-C")
+    if "memory allocation" in words or "capacity overflow" in words:
+        return found("crash", where, f"{name}: {words}", "memory that cannot be had")
     return found("crash", where, f"{name}: {words}")
+
+
+#: Attributes whose NaN is documented to mean that there is nothing.
+NAN_MEANS_NONE = {"step_norm"}
 
 
 def has_nan(value) -> bool:
@@ -91,7 +103,7 @@ def nan_in(result) -> str | None:
     if getattr(result, "success", True) is False:
         return None
     for name in public(result):
-        if has_nan(getattr(result, name)):
+        if name not in NAN_MEANS_NONE and has_nan(getattr(result, name)):
             return name
     return None
 
@@ -100,6 +112,8 @@ def public(value) -> list[str]:
     """The public attributes of an object of the package that hold data."""
     if not type(value).__module__.startswith("lissom"):
         return []
+    if is_dataclass(value):
+        return [field.name for field in fields(value)]
     return [
         name
         for name in dir(type(value))

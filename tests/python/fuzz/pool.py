@@ -14,8 +14,8 @@ import fuzz
 import lissom
 from fuzz import judge
 
-#: Wall-clock time over processor time: a busy machine, and then a deadlock.
-WALL = 6.0
+#: Wall-clock time over processor time beyond which it is a deadlock: more than a busy machine makes of it.
+WALL = 30.0
 #: Resident memory of a worker beyond that of a fresh one above which it is replaced, bytes.
 REPLACED = 256 * 2**20
 

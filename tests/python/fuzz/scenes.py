@@ -20,6 +20,7 @@ from lissom import cli
 
 NAME = "scenes"
 SUFFIX = ".toml"
+#: Where mutations start: small scenes that set every key between them, and the examples.
 CORPUS = Path(__file__).parent / "corpus" / NAME
 EXAMPLES = Path(__file__).parents[3] / "scenes"
 
@@ -41,11 +42,7 @@ COMPARED = 0.3
 
 def _seeds() -> list[dict]:
     paths = [*sorted(CORPUS.glob("*.toml")), *sorted(EXAMPLES.glob("*.toml"))]
-    trees = []
-    for path in paths:
-        with contextlib.suppress(tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError):
-            trees.append(tomllib.loads(path.read_bytes().decode()))
-    return [tree for tree in trees if "simulation" in tree]
+    return [tomllib.loads(path.read_text(encoding="utf-8")) for path in paths]
 
 
 SCHEMA = mutate.Schema(lissom.Scene.schema())
@@ -139,7 +136,7 @@ def _ended(code: int, said: str, name: str, codes: tuple[int, ...]) -> judge.Out
     if "Traceback (most recent" in said or "panicked at" in said:
         return judge.found("exception", name, f"traceback: {said[-500:]}")
     if len(said) > judge.LONGEST_MESSAGE:
-        return judge.found("message", name, "length of the output")
+        return judge.found("message", name, f"{len(said)} characters: {said[:300]}", "too long")
     if code not in codes:
         after = ", though check calls it good" if name != "check" else ""
         return judge.found("exception", name, f"exit code {code}{after}: {said[-500:].partition(': ')[2]}")

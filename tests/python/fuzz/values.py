@@ -132,6 +132,8 @@ def difference(one, other) -> str | None:
         one, other = np.asarray(one), np.asarray(other)
         equal = one.shape == other.shape and np.array_equal(one, other, equal_nan=one.dtype.kind in "fc")
         return None if equal else "values"
+    if isinstance(one, dict):
+        return difference(list(one.items()), list(other.items()))
     if isinstance(one, tuple | list):
         if len(one) != len(other):
             return "length"
@@ -193,13 +195,15 @@ class BadFloat:
     __repr__ = __str__
 
 
-class Endless:
-    """A sequence without an end, which says that it has three items."""
+class LyingLength:
+    """A sequence that says that it has two items."""
 
     def __len__(self):
-        return 3
+        return 2
 
     def __getitem__(self, index):
+        if index > 1000:
+            raise IndexError
         return 1.0
 
 
@@ -336,11 +340,20 @@ def callback(good, kind, what, after=0, call=None):
 def protocol(value):
     """Everything that any object of the package can be asked; copies are equal to it."""
     repr(value), str(value)
-    assert value == value, "not equal to itself"
-    assert not value == 3.5
+    if not type(value).__module__.startswith("lissom") or isinstance(value, lissom.OdeSolver):
+        return value  # solvers are in the middle of something
     for name in judge.public(value):
         getattr(value, name)
-    for copied in (copy.copy(value), copy.deepcopy(value), pickle.loads(pickle.dumps(value))):
+    if not isinstance(value, tuple):
+        assert value == value, "not equal to itself"
+        assert not value == 3.5
+    try:
+        copies = copy.copy(value), copy.deepcopy(value), pickle.loads(pickle.dumps(value))
+    except (AttributeError, pickle.PicklingError) as error:
+        if "lambda" in str(error):  # the script's own, which no pickle can hold
+            return value
+        raise
+    for copied in copies:
         different = difference(value, copied)
         if different:
             raise AssertionError(f"the copy of a {type(value).__name__} differs: {different}")
