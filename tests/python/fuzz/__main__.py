@@ -1,6 +1,7 @@
-"""``python -m fuzz``: tries cases for a bounded time, and says what it found; or runs files of cases again."""
+"""``python -m fuzz``: tries cases for a bounded time, and says what it found; or runs stored cases again."""
 
 import argparse
+import contextlib
 import hashlib
 import importlib
 import itertools
@@ -171,10 +172,11 @@ def main() -> int:
         return 1 if outcome.bad else 0
     print(f"seed {seed}, {given.seconds:g} s, {given.jobs} processes", flush=True)
     findings = Findings(given.findings)
-    for harness in harnesses:
-        deadline = time.monotonic() + given.seconds / len(harnesses)
-        todo = cases(harness, seed, deadline, given.count)
-        pool.run_all(harness, todo, given.jobs, given.limit, findings.of(harness))
+    with contextlib.suppress(KeyboardInterrupt):
+        for harness in harnesses:
+            deadline = time.monotonic() + given.seconds / len(harnesses)
+            todo = cases(harness, seed, deadline, given.count)
+            pool.run_all(harness, todo, given.jobs, given.limit, findings.of(harness))
     print(findings.report())
     print()
     print(findings.table())

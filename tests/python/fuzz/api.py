@@ -1,8 +1,8 @@
-"""The Python API: every public callable, found in `__all__` and in the stubs, called in ways that make no sense.
+"""The Python API: every public callable, in `__all__` and in the stubs, called in ways that make no sense.
 
 A case is a script that stands alone. `call()` is what is tried; further names say how to judge it:
-`forbidden`, an argument that must be refused; `layouts`, whose result must be the same with plain arrays, to the
-last bit; `watched`, a callback whose value must be refused; `works`, that it must not be.
+`forbidden`, an argument that must be refused; `layouts`, a result that must be the same with plain arrays,
+to the last bit; `watched`, a callback whose value must be refused; `works`, a call that must not be.
 """
 
 import ast
@@ -18,6 +18,7 @@ import numpy as np
 import lissom
 from fuzz import judge
 from fuzz import values as v
+from fuzz.recipes import CHOICES, EDGE, NO_NUMBER, OPAQUE, RECIPES, WISHES
 
 NAME = "api"
 SUFFIX = ".py"
@@ -83,430 +84,6 @@ def discover() -> dict[str, Function]:
     return functions
 
 
-# How each is called.
-
-
-def _a(*values):
-    return f"v.array({list(values)})"
-
-
-_IVP = {
-    "fun": "lambda t, y: -y",
-    "t0": "0.0",
-    "t_bound": "1.0",
-    "y0": _a(1.0, 2.0),
-    "rtol": "1e-4",
-    "atol": "1e-6",
-    "first_step": "0.1",
-    "max_step": "0.5",
-    "min_step": "0.0",
-    "max_steps": "1000",
-    "vectorized": "False",
-}
-_STATE = {"q": _a(0.1, 0.2), "qd": _a(0.3, -0.1), "qdd": _a(-0.2, 0.5), "t": "0.1"}
-_MODEL = "v.MODELS['{model}']()"
-_ENERGIES = ("kinetic", "elastic", "gravitational", "loads", "dissipated", "work")
-_TABLE = "([0.0, 0.1, 0.2], [0.01, 0.02, 0.015])"
-_STRAIN = "lambda X: (0, 0.1 * X, 0, 1, 0, 0)"
-_TURN = "lambda t: (np.cos(t / 2), np.sin(t / 2), 0, 0)"
-
-#: Arguments with which a callable works. A list has alternatives. Those of methods start at an object, `self`.
-#: A new callable without an entry here fails a test.
-RECIPES: dict[str, dict | list[dict]] = {
-    "DOP853": _IVP | {"controller": "'PI'"},
-    "RK45": _IVP | {"controller": "'I'"},
-    "Radau": _IVP | {"jac": "lambda t, y: -np.eye(2)"},
-    "Balance": {name: _a(1.0, 0.5, 0.2) for name in _ENERGIES},
-    "BaseMotion": [
-        {"translation": "lambda t: (t, 0, 0.1 * t * t)", "axis": _a(0.0, 0.0, 1.0), "angle": "lambda t: t"},
-        {"translation": "([0, 1, 2], [[0, 0, 0], [0, 0, 1], [0, 0, 1]])", "rotation": _TURN},
-        {"axis": "(0, 1, 0)", "angle": "lissom.Harmonic(0.1, 2.0)"},
-    ],
-    "Body": {"mass": "0.1", "at": "0.1", "centre": _a(0.0, 0.0, 0.01), "inertia": _a(1e-5, 1e-5, 1e-5)},
-    "Fluid": {
-        "density": "1000.0",
-        "velocity": _a(0.0, 0.1, 0.0),
-        "viscous_drag": _a(0.1, 0.1),
-        "drag_coefficients": _a(1.0, 0.1),
-        "added_mass_coefficient": "1.0",
-        "buoyancy": "True",
-    },
-    "Harmonic": {
-        "amplitude": _a(0.0, 0.0, 1.0),
-        "frequency": "2.0",
-        "phase": "0.1",
-        "mean": _a(0.0, 1.0, 0.0),
-        "rate": _a(0.0, 0.0, 0.1),
-    },
-    "LinearModel": {
-        "A": "np.eye(2)",
-        "B": "np.eye(2)",
-        "C": "np.eye(2)",
-        "D": "np.eye(2)",
-        "states": "('a', 'b')",
-        "inputs": "('a', 'b')",
-        "outputs": "('a', 'b')",
-    },
-    "Load": [
-        {"force": _a(0.0, 0.0, 1.0), "moment": _a(0.0, 0.1, 0.0), "at": "0.1", "frame": "'body'"},
-        {"force": "lambda t: (0, 0, t)", "along": _a(0.0, 0.1)},
-        {"moment": "([0, 1], [[0, 0, 0], [0, 0, 1]])"},
-    ],
-    "Profile": [
-        {"length": "0.2", "stations": _a(0.0, 0.1, 0.2), "values": _a(1.0, 2.0, 1.0)},
-        {"length": "0.2", "coefficients": _a(1.0, 0.1)},
-    ],
-    "Profile.__call__": {"self": "lissom.Profile(0.2, coefficients=[1.0, 0.1])", "X": _a(0.0, 0.1)},
-    "Rod": {
-        "segments": "[v.segment(), v.segment()]",
-        "base_position": _a(0.0, 0.0, 1.0),
-        "base_orientation": _a(1.0, 0.0, 0.0, 0.0),
-        "gravity": _a(0.0, 0.0, -9.81),
-        "tip_force": _a(0.0, 0.1, 0.0),
-        "tip_moment": _a(0.0, 0.1, 0.0),
-        "tip_mass": "0.1",
-        "loads": "[lissom.Load(force=(0, 0, 1), at=0.1)]",
-        "bodies": "[lissom.Body(0.1, at=0.1)]",
-        "base_motion": "lissom.BaseMotion(translation=lissom.Harmonic((0, 0, 0.01), 2.0))",
-        "supports": "[lissom.Support(stiffness=3.0)]",
-        "fluid": "lissom.Fluid(1000.0)",
-    },
-    "Rod.explain": {"self": _MODEL},
-    "Rod.pose": {"self": "v.moving()", "q": _a(0.1, 0.2), "X": _a(0.0, 0.1, 0.2), "t": "0.1"},
-    "Rod.jacobian": {"self": "v.moving()", "q": _a(0.1, 0.2), "X": "0.1", "t": "0.1"},
-    "Rod.velocity": {"self": "v.moving()", "q": _a(0.1, 0.2), "qd": _a(0.1, 0.2), "X": "0.1", "t": "0.1"},
-    "Rod.base_wrench": {"self": "v.moving()"} | _STATE,
-    "Scene.load": {"path": "'scene.toml'"},
-    "Scene.loads": {"text": "v.scene().text", "name": "'a'"},
-    "Scene.schema": {},
-    "Scene.run": {"self": "v.scene()"},
-    "Section.circle": [{"radius": "0.01", "length": "0.2"}, {"radius": "lambda X: 0.01 + X", "length": "0.2"}],
-    "Section.hollow_circle": {"outer": "(0.02, 0.01)", "inner": "0.005", "length": "0.2"},
-    "Section.rectangle": [
-        {"width": "lambda X: 0.01 + X", "height": "0.02", "length": "0.2"},
-        {"width": "0.01", "height": _TABLE, "length": "0.2"},
-    ],
-    "Section.ellipse": {"semi_axis_y": "0.01", "semi_axis_z": "(0.01, 0.02)", "length": "0.2"},
-    "Section.given": [
-        {
-            "stiffness": _a(1.0, 1.0, 1.0, 100.0, 50.0, 50.0),
-            "mass": "0.1",
-            "inertia": _a(1e-5, 1e-5, 1e-5),
-            "centre": _a(0.001, 0.0),
-            "length": "0.2",
-        },
-        {"stiffness": "lambda X: np.ones(6)", "mass": "lambda X: 0.1 + X", "length": "0.2"},
-    ],
-    "Section.area": {"self": "lissom.Section.circle((0.01, 0.02))", "x": "0.1"},
-    "Section.second_moments": {"self": "lissom.Section.rectangle(0.01, 0.02)", "x": "0.1"},
-    "Section.torsion_constant": {"self": "lissom.Section.rectangle(0.01, 0.02)", "x": "0.1"},
-    "Section.cowper": {"self": "lissom.Section.hollow_circle(0.02, 0.01)", "poisson_ratio": "0.3", "x": "0.1"},
-    "Section.half_extents": {"self": "lissom.Section.ellipse(0.01, 0.02)", "x": "0.1"},
-    "Segment": [
-        {
-            "length": "0.2",
-            "radius": "(0.01, 0.02)",
-            "young_modulus": "3e5",
-            "shear_modulus": "1e5",
-            "density": "1000.0",
-            "modes": "{'bend_y': 2, 'torsion': 1}",
-            "retardation_time": "0.01",
-            "reference_strain": _a(0.0, 1.0, 0.0, 1.0, 0.0, 0.0),
-            "shear_correction": "0.9",
-            "nodes": "16",
-            "basis": "'chebyshev'",
-        },
-        {
-            "length": "0.2",
-            "radius": "lambda X: 0.01 + 0.1 * X",
-            "young_modulus": "3e5",
-            "shear_modulus": "1e5",
-            "density": "1000.0",
-            "modes": "{'bend_y': 2}",
-            "reference_strain": _STRAIN,
-            "shear_correction": "'cowper'",
-        },
-        {"length": "0.2", "modes": "{'stretch': 1}", "section": "lissom.Section.given(np.ones(6), 0.1)"},
-    ],
-    "Segment.stiffness": {"self": "v.segment()", "X": "0.1"},
-    "Segment.inertia": {"self": "v.segment()", "X": "0.1"},
-    "SpringPendulum": {"length": "1.0", "mass": "1.0", "stiffness": "10.0", "gravity": "9.81"},
-    "SpringPendulum.explain": {"self": "v.pendulum()"},
-    "Support": {
-        "stiffness": _a(1.0, 2.0, 3.0),
-        "rotational_stiffness": _a(0.1, 0.1, 0.1),
-        "damping": "0.1",
-        "rotational_damping": "0.1",
-        "at": "0.1",
-        "position": _a(0.1, 0.0, 0.0),
-        "orientation": _a(1.0, 0.0, 0.0, 0.0),
-    },
-    "Model.check_shape": {"self": _MODEL, "q": _a(0.1, 0.2)},
-    "Model.inverse_dynamics": {"self": _MODEL} | _STATE,
-    "Model.mass_matrix": {"self": _MODEL, "q": _a(0.1, 0.2)},
-    "Model.forward_dynamics": {"self": _MODEL} | {k: e for k, e in _STATE.items() if k != "qdd"},
-    "Model.tangent": {"self": _MODEL} | _STATE,
-    "Model.energy": {"self": _MODEL} | {k: e for k, e in _STATE.items() if k != "qdd"},
-    "Model.dissipated_power": {"self": _MODEL} | {k: e for k, e in _STATE.items() if k != "qdd"},
-    "Model.supplied_power": {"self": _MODEL} | _STATE,
-    "DenseOutput.__call__": {
-        "self": "lissom.solve_ivp(lambda t, y: -y, (0, 1), [1.0, 2.0], dense_output=True).sol",
-        "t": _a(0.0, 0.5),
-    },
-    "OdeSolver.step": {"self": "v.stepper('{solver}')"},
-    "OdeSolver.dense_output": {"self": "v.stepper('{solver}')"},
-    "OdeSolver.error_estimate": {"self": "v.stepper('{solver}')"},
-    "check_jacobian": {
-        "fun": "lambda x: x * x",
-        "jac": "lambda x: np.diag(2 * x)",
-        "x": _a(1.0, 2.0),
-        "x_scale": _a(1.0, 1.0),
-    },
-    "choose_modes": {
-        "rod": "v.planar()",
-        "t_end": "0.02",
-        "rtol": "1e-1",
-        "dt": "0.01",
-        "segments": "[0]",
-    },
-    "continuation": {
-        "model": _MODEL,
-        "q0": _a(0.0, 0.0),
-        "load_factor": "0.0",
-        "direction": _a(1.0, 0.0),
-        "bounds": "(0.0, 1.0)",
-        "max_step": "0.25",
-        "max_steps": "20",
-        "t": "0.0",
-        "tol": "1e-8",
-    },
-    "jacobian": {
-        "fun": "lambda x: x * x",
-        "x": _a(1.0, 2.0),
-        "method": "'forward'",
-        "x_scale": _a(1.0, 1.0),
-        "args": "()",
-    },
-    "linearise": {"model": _MODEL, "q": _a(0.1, 0.2), "inputs": "'forces'", "outputs": "'coordinates'", "t": "0.1"},
-    "modes": {"model": _MODEL, "q": _a(0.1, 0.2), "t": "0.1"},
-    "newmark": {
-        "residual": "lambda t, q, v, a: a + 0.1 * v + q",
-        "t_span": "(0.0, 0.2)",
-        "q0": _a(1.0, 0.0),
-        "v0": _a(0.0, 1.0),
-        "dt": "0.05",
-        "rtol": "1e-6",
-        "atol": "1e-9",
-        "jac": "lambda t, q, v, a: (np.eye(2), 0.1 * np.eye(2), np.eye(2))",
-        "adaptive": "True",
-        "max_step": "0.1",
-        "max_steps": "200",
-        "t_eval": _a(0.0, 0.1, 0.2),
-        "a0": _a(-1.0, -0.1),
-        "callback": "lambda t, q, v, a: None",
-    },
-    "root": {
-        "fun": "lambda x: x * x - 2.0",
-        "x0": _a(1.0, 2.0),
-        "jac": "lambda x: np.diag(2 * x)",
-        "method": "'trust_region'",
-        "tol": "1e-8",
-        "max_iter": "50",
-        "xtol": "1e-8",
-        "x_scale": _a(1.0, 1.0),
-        "f_scale": _a(1.0, 1.0),
-        "max_step": "10.0",
-        "history": "True",
-    },
-    "simulate": {
-        "model": _MODEL,
-        "t_end": "0.05",
-        "q0": _a(0.1, 0.2),
-        "v0": _a(0.0, 0.0),
-        "method": "'{method}'",
-        "dt": "0.01",
-        "rtol": "1e-4",
-        "t_eval": _a(0.0, 0.01, 0.05),
-        "progress": "lambda t: None",
-        "max_steps": "500",
-    },
-    "solve_ivp": {
-        "fun": "lambda t, y: -y",
-        "t_span": "(0.0, 1.0)",
-        "y0": _a(1.0, 2.0),
-        "method": "'{solver}'",
-        "t_eval": _a(0.0, 0.5, 1.0),
-        "dense_output": "True",
-        "events": "lambda t, y: y[0] - 0.5",
-        "rtol": "1e-4",
-        "atol": _a(1e-6, 1e-6),
-        "max_steps": "1000",
-        "callback": "lambda t, y: None",
-    },
-    "statics": [
-        {"model": _MODEL, "load_steps": "5", "t": "0.0", "tol": "1e-8", "max_iter": "50", "max_steps": "50"},
-        {"model": _MODEL, "load_steps": _a(0.0, 0.5, 1.0), "method": "'load_path'"},
-        {"model": _MODEL, "q0": _a(0.0, 0.0), "method": "'descent'"},
-    ],
-}
-#: Classes that only functions make, and exceptions: calling them must raise, or make an exception.
-RECIPES |= {
-    name: {}
-    for name in (
-        "ContinuationResult ConvergenceError CriticalPoint DenseOutput Energy EquilibriumPath JacobianCheck "
-        "LissomError Model ModesResult MotionResult OdeResult OdeSolver RootResult Scene SceneError SceneProblem "
-        "Section SimulationSettings StaticsResult Statistics"
-    ).split()
-}
-#: What fills the braces.
-CHOICES = {
-    "model": list(v.MODELS),
-    "solver": ["RK45", "DOP853", "Radau"],
-    "method": ["newmark", "hht", "generalised_alpha", "rk45", "dop853", "radau", "auto", "central_difference"],
-}
-#: Parameters whose values are not judged as numbers: anything may be passed on.
-OPAQUE = {"args", "options"}
-#: Callbacks whose values are a wish, not a number.
-WISHES = {"callback", "progress"}
-
-#: No number, though NumPy makes one of some.
-NO_NUMBER = [
-    "'0.5'",
-    "b'0.5'",
-    "['0.1', '0.2']",
-    "np.array(['0.1', '0.2'])",
-    "np.datetime64(1, 's')",
-    "np.array([1, 2], dtype='m8[s]')",
-    "np.ma.masked_array([0.1, 0.2], [False, True])",
-    "0.1 + 0.2j",
-    "np.array([0.1, 0.2j])",
-    "{}",
-    "{1.0, 2.0}",
-    "lissom.Rod",
-    "np",
-    "Ellipsis",
-    "lambda: 3",
-    "v.pendulum()",
-    "[None, None]",
-    "np.array([None, 1.0])",
-    "np.zeros(2, dtype=[('a', 'f8'), ('b', 'i4')])",
-    "v.Address()",
-    "v.nested()",
-    "[[0.1], [0.1, 0.2]]",
-]
-#: Numbers and shapes at the edge: refused, or taken, but neither a crash nor NaN.
-EDGE = [
-    "None",
-    "True",
-    "0",
-    "0.0",
-    "-0.0",
-    "-1",
-    "1",
-    "2",
-    "3",
-    "65",
-    "10**6",
-    "10**9",
-    "2**31",
-    "2**63",
-    "2**64",
-    "-(2**63)",
-    "10**400",
-    "1e-320",
-    "5e-324",
-    "1e-300",
-    "1e-30",
-    "1e15",
-    "1e100",
-    "1e300",
-    "1.7976931348623157e308",
-    "float('inf')",
-    "-float('inf')",
-    "float('nan')",
-    "np.float32(0.1)",
-    "np.float16(0.1)",
-    "np.longdouble('0.1')",
-    "np.int8(3)",
-    "np.array(0.1)",
-    "np.array([0.1])",
-    "np.array([[0.1, 0.2]])",
-    "np.array([[0.1], [0.2]])",
-    "np.zeros((0,))",
-    "np.zeros((0, 2))",
-    "np.zeros((2, 0))",
-    "np.zeros((2,) * 20)",
-    "np.zeros(3)",
-    "np.zeros(1000)",
-    "np.full(2, np.nan)",
-    "np.full(2, np.inf)",
-    "np.full(2, 1e308)",
-    "np.full(2, 5e-324)",
-    "np.full(6, 1e300)",
-    "np.full(3, 1e160)",
-    "np.array([1e-300, 1e300])",
-    "np.broadcast_to(0.5, (10**5,))",
-    "np.broadcast_to(0.5, (10**7,))",
-    "np.broadcast_to(0.5, (2**40,))",
-    "np.broadcast_to(0.5, (2**20, 2**20))",
-    "np.array([True, False])",
-    "np.array([1, 2], dtype='u1')",
-    "np.array([0.1, 0.2], dtype=object)",
-    "np.array([1, 2], dtype='>i2')",
-    "np.asmatrix([[0.1, 0.2]])",
-    "range(2)",
-    "range(10**9)",
-    "iter([0.1, 0.2])",
-    "(x for x in (0.1, 0.2))",
-    "memoryview(np.array([0.1, 0.2]))",
-    "bytearray(16)",
-    "[]",
-    "()",
-    "''",
-    "'\\0'",
-    "'\\ud800'",
-    "'x' * 10**6",
-    "[[[[[]]]]]",
-    "[0.1] * 10**5",
-    "([0.0, 1.0], [0.1, 0.2])",
-    "([0.0, np.nan], [0.1, 0.2])",
-    "([1.0, 0.0], [0.1, 0.2])",
-    "([0.0, 5e-324], [1e308, -1e308])",
-    "([], [])",
-    "v.BadFloat()",
-    "v.LyingLength()",
-    "v.LyingArray()",
-    "v.segment()",
-    "[v.segment()] * 300",
-    "[v.segment(), None]",
-    "lissom.Harmonic(1e308, 1e308)",
-    "lissom.Harmonic(0.1, 1e-300)",
-    "lissom.Harmonic((0, 0, 0.1), 1.0)",
-    "lissom.Profile(0.2, coefficients=[0.1])",
-    "lissom.Profile(1e-300, coefficients=[0.1] * 60)",
-    "lissom.Section.circle(0.01)",
-    "lambda *a: 0.1",
-    "lambda *a: np.nan",
-    "lambda *a: v._raise(v.Boom())",
-    "lambda *a: (0, 0, 0, 1, 0, 0)",
-    "lambda *a: (0, 1e15, 0, 1, 0, 0)",
-    "lambda *a: 1e300",
-    "lambda *a: -1.0",
-    "lambda *a: np.zeros(10**7)",
-    "{'bend_y': 64}",
-    "{'bend_y': 10**12}",
-    "{'bend_y': True}",
-    "{'bend_y': 2.0}",
-    "{0: 1}",
-    "{'bend_y': None}",
-    "'newton'",
-    "'RK45'",
-    "'Radau'",
-    "'auto'",
-    "'central'",
-]
-
-
 # Making cases.
 
 
@@ -517,7 +94,9 @@ def make(rng: np.random.Generator) -> bytes:
     recipe = RECIPES[name]
     recipe = dict(recipe[rng.integers(len(recipe))] if isinstance(recipe, list) else recipe)
     recipe = {key: _fill(text, rng) for key, text in recipe.items()}
-    others = [key for key in recipe if key != "self" and rng.random() < 0.25 and key in OPTIONAL.get(name, ())]
+    others = [
+        key for key in recipe if key != "self" and rng.random() < 0.25 and key in OPTIONAL.get(name, ())
+    ]
     for key in others:
         del recipe[key]
     changed = [_callback, _layout, _no_number, _edge][rng.choice(4, p=[0.3, 0.15, 0.2, 0.35])]
@@ -560,7 +139,9 @@ def _numeric(annotation: str) -> bool:
 
 def _no_number(function, arguments, rng) -> str:
     """One argument is no number where only a number makes sense."""
-    known = [key for key, annotation in function.parameters.items() if _numeric(annotation) and key not in OPAQUE]
+    known = [
+        key for key, annotation in function.parameters.items() if _numeric(annotation) and key not in OPAQUE
+    ]
     if not known:
         return _edge(function, arguments, rng)
     key, value = str(rng.choice(known)), str(rng.choice(NO_NUMBER))
@@ -589,17 +170,23 @@ def _callback(function, arguments, rng) -> str:
         return _edge(function, arguments, rng)
     key = str(rng.choice(known))
     kind = str(rng.choice(v.KINDS))
-    table = {"nonsense": v.NONSENSE, "error": v.ERRORS, "number": v.NUMBERS, "deed": v.DEEDS, "layout": v.LAYOUTS}
+    table = {
+        "nonsense": v.NONSENSE,
+        "error": v.ERRORS,
+        "number": v.NUMBERS,
+        "deed": v.DEEDS,
+        "layout": v.LAYOUTS,
+    }
     what = str(rng.choice(list(table[kind]))) if kind in table else ""
     after = int(rng.choice([0, 0, 1, 2, 5, 20]))
     good = arguments[key]
     arguments[key] = f"v.callback({good}, {kind!r}, {what!r}, {after}, lambda: call())"
-    judged = f"watched = {key!r}\n\n" if kind == "nonsense" and key not in WISHES or kind == "error" else ""
+    judged = f"watched = {key!r}\n\n" if kind == "nonsense" and key not in WISHES else ""
     return HEAD + judged + script(function, arguments)
 
 
 def protocols() -> dict[str, bytes]:
-    """A script for each callable: it works, and what it returns can be shown, compared, copied and pickled."""
+    """A script for each callable: it works, and its result can be shown, compared, copied and pickled."""
     scripts = {}
     for name, recipes in RECIPES.items():
         if name == "Scene.load":

@@ -1,7 +1,7 @@
 """What may come out of a case, and what is a finding.
 
-A case ends with a verdict, a detail for people, the place that was tried, and a signature, which is equal for cases
-with the same fault.
+A case ends with a verdict, a detail for people, the place that was tried, and a signature, which is equal for
+cases with the same fault.
 """
 
 import re
@@ -17,7 +17,7 @@ BAD = ("panic", "crash", "hang", "memory", "exception", "message", "nan", "silen
 
 #: Processor time of a case in seconds. Long work must hear Ctrl-C then.
 LIMIT = 10.0
-#: Resident memory that a case may add, bytes. No generator asks for a model or a run that needs a tenth of it.
+#: Resident memory that a case may add, bytes. No model and no run that is asked for needs a tenth of it.
 MEMORY = 512 * 2**20
 #: Characters of a message beyond which nobody reads it.
 LONGEST_MESSAGE = 50_000

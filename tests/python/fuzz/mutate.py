@@ -289,7 +289,9 @@ def duplicate(tree, rng, schema):
     spots = [(inside, key) for inside, key in places(tree) if isinstance(inside, list)]
     if spots:
         inside, key = _one(spots, rng)
-        inside[key:key] = [copy.deepcopy(inside[key]) for _ in range(int(_one([1, 1, 2, 10, 100, 1000], rng)))]
+        inside[key:key] = [
+            copy.deepcopy(inside[key]) for _ in range(int(_one([1, 1, 2, 10, 100, 1000], rng)))
+        ]
     return tree
 
 
@@ -297,7 +299,9 @@ def misspell(tree, rng, schema):
     spots = [(inside, key) for inside, key in places(tree) if isinstance(inside, dict)]
     inside, key = _one(spots, rng)
     cut = int(rng.integers(len(key) + 1))
-    inside[_one([key[:cut] + key[cut + 1 :], key.upper(), key + "\u0000", "", "a" * 1000], rng)] = inside.pop(key)
+    inside[_one([key[:cut] + key[cut + 1 :], key.upper(), key + "\u0000", "", "a" * 1000], rng)] = inside.pop(
+        key
+    )
     return tree
 
 
@@ -370,7 +374,9 @@ def mutate_text(text: bytes, rng) -> bytes:
         elif kind == 2:
             data[start:start] = data[start:end] * int(_one([1, 2, 100], rng))
         elif kind == 3:
-            data[start:start] = _one([b"\x00", b"\xff", b"\xef\xbb\xbf", b"\r", b"\r\n", b'"', b"'''", b"#"], rng)
+            data[start:start] = _one(
+                [b"\x00", b"\xff", b"\xef\xbb\xbf", b"\r", b"\r\n", b'"', b"'''", b"#"], rng
+            )
         elif kind == 4:
             lines.insert(int(rng.integers(len(lines))), _one(lines, rng))
             data = bytearray(b"\n".join(lines))

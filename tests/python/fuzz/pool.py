@@ -62,6 +62,7 @@ class Worker:
             cwd=self.folder,
             env=environment,
             bufsize=0,
+            start_new_session=True,  # Ctrl-C is for the parent
         )
         self.fresh = 0
         if self._answer(120.0) is None:
@@ -129,7 +130,12 @@ def run_all(harness, cases, jobs: int, limit: float, done) -> None:
     threads = [threading.Thread(target=work) for _ in range(jobs)]
     for thread in threads:
         thread.start()
-    for thread in threads:
-        thread.join()
+    try:
+        for thread in threads:
+            thread.join()
+    except KeyboardInterrupt as error:
+        failures.append(error)  # the cases that run are ended, no more are started
+        for thread in threads:
+            thread.join()
     if failures:
         raise failures[0]

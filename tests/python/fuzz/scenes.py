@@ -1,4 +1,4 @@
-"""Scenes: mutated, through the command line as it is, `check` first, and then, when it is good and small, the others."""
+"""Scenes: mutated, through the command line: `check`, and where that is good, `run` and another one."""
 
 import contextlib
 import io
@@ -32,7 +32,7 @@ STEPS = 1000
 KEPT = 5000
 #: Scenes that are run with a report as well, one in so many: drawing takes a second.
 REPORTS = 12
-#: The tip's error over the tolerance beyond which a success of "auto" is wrong: the factor of docs/accuracy.md.
+#: The tip's error over the tolerance beyond which a success of "auto" is wrong, that of the stress test.
 FACTOR = 3.0
 #: The same of the adaptive methods, whose tolerances are those of single steps.
 LOCAL_FACTOR = 1e4
@@ -51,11 +51,8 @@ SEEDS = _seeds()
 
 def make(rng: np.random.Generator) -> bytes:
     """A scene of the corpus or of the examples, changed; one in ten made from the schema alone."""
-    if rng.random() < 0.1:
-        tree = SCHEMA.value(SCHEMA.root, rng)
-    else:
-        tree = SEEDS[int(rng.integers(len(SEEDS)))]
-    tree = mutate.mutate_tree(tree, rng, SCHEMA)
+    start = SCHEMA.value(SCHEMA.root, rng) if rng.random() < 0.1 else SEEDS[int(rng.integers(len(SEEDS)))]
+    tree = mutate.mutate_tree(start, rng, SCHEMA)
     text = mutate.write(tree).encode(errors="surrogatepass")
     return mutate.mutate_text(text, rng) if rng.random() < 0.12 else text
 
@@ -214,5 +211,7 @@ def tighter(scene) -> judge.Outcome:
     if 10 * unsure > limit:
         return judge.Outcome("done", "no reference")
     if not error <= limit:
-        return judge.found("wrong", settings.method, f"the tip is off by {error:.2g} of the length, allowed {limit:.2g}")
+        return judge.found(
+            "wrong", settings.method, f"the tip is off by {error:.2g} of the length, allowed {limit:.2g}"
+        )
     return judge.Outcome("done", f"error {error:.1e}")

@@ -1,7 +1,7 @@
 """Solvers: random equations with poles, jumps, regions without values and stiffness, beside SciPy.
 
-A case is a script that defines `problem`. A success is wrong where SciPy's far tighter runs, which must agree with each
-other, end elsewhere while SciPy's own run with the tolerances of the case ends near them.
+A case is a script that defines `problem`. A success is wrong where SciPy's far tighter runs, which must agree
+with each other, end elsewhere while SciPy's own run with the tolerances of the case ends near them.
 """
 
 import traceback
@@ -18,13 +18,13 @@ NAME = "solvers"
 SUFFIX = ".py"
 
 HEAD = "import numpy as np\n\n"
-#: Errors count in units of the tolerance, atol + rtol |y|. Tolerances are those of steps: errors add up and grow.
+#: Errors count in units of the tolerance, atol + rtol |y|, which is that of a step: errors add up and grow.
 #: A success is wrong beyond `ALLOWED` units and `WORSE` times what SciPy's run of the same method is off.
 ALLOWED = 300.0
 WORSE = 30.0
 #: The same for Newmark's method, which SciPy does not have; its velocities are held to the tolerance as well.
 NEWMARK_ALLOWED = 3000.0
-#: Evaluations after which a case is given up, and after which SciPy is: it may not end where the problem has no solution.
+#: Evaluations after which a case is given up, and after which SciPy is: what has no solution may not end.
 EVALUATIONS = 200_000
 #: A run of SciPy takes at least so many steps, so that it does not step over what is short.
 LEAST_STEPS = 300
@@ -66,18 +66,18 @@ def _terms(rng, n) -> str:
         f"np.log(y + {c})",
         f"np.where(t > {c}, np.nan, {b}) * np.ones({n})",
         f"np.where(y > {c}, np.inf, {b})",
-        f"np.arcsin(y)",
+        "np.arcsin(y)",
         f"{b} * y ** 2",
         f"{b} * y ** 3",
         f"np.exp({b} * y)",
         f"{b} * np.sin({w} * t) * np.ones({n})",
         f"{a} * np.exp(-(({c} - t) * 1e3) ** 2) * np.ones({n})",
-        f"np.sqrt(np.abs(y))",
+        "np.sqrt(np.abs(y))",
         f"{b} * np.abs(y) ** (1 / 3)",
         f"1e308 * np.ones({n})",
-        f"1e200 * y",
-        f"1e-200 * y",
-        f"0.0 * y",
+        "1e200 * y",
+        "1e-200 * y",
+        "0.0 * y",
         f"{b} * np.roll(y, 1) * t",
     ]
     if n >= 2:
@@ -93,7 +93,9 @@ def _sum(rng, make, n) -> str:
 
 
 def _text(**entries) -> str:
-    return HEAD + "problem = {\n" + "".join(f"    {key!r}: {text},\n" for key, text in entries.items()) + "}\n"
+    return (
+        HEAD + "problem = {\n" + "".join(f"    {key!r}: {text},\n" for key, text in entries.items()) + "}\n"
+    )
 
 
 def _ivp(rng) -> str:
@@ -138,7 +140,7 @@ def _equations(rng, n) -> str:
                 f"np.sqrt(x - {c}) - {b}",
                 f"np.log(x - {c})",
                 f"np.exp(x) - {b}",
-                f"np.exp(-x)",
+                "np.exp(-x)",
                 f"np.arctan({a} * (x - {c}))",
                 f"np.tan(x - {c})",
                 f"np.abs(x - {c})",
@@ -152,7 +154,7 @@ def _equations(rng, n) -> str:
                 f"np.roll(x, 1) * x - {b}",
                 f"np.full({n}, x.sum() - {b})",
                 f"np.full({n}, np.nan)",
-                f"0.0 * x",
+                "0.0 * x",
             ]
         )
     )
@@ -371,7 +373,9 @@ def _run_newmark(problem, place) -> judge.Outcome:
     if not adaptive:
         return judge.Outcome("done", "fixed steps promise no accuracy")
     n = len(q0)
-    ends = reference(lambda t, y: np.concatenate([y[n:], force(t, y[:n], y[n:])]), (0, end), np.append(q0, v0))
+    ends = reference(
+        lambda t, y: np.concatenate([y[n:], force(t, y[:n], y[n:])]), (0, end), np.append(q0, v0)
+    )
     if ends is None:
         return judge.Outcome("undecided", "SciPy finds no end")
     if units(ends[0], ends[1], rtol, atol) > 1.0:

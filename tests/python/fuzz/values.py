@@ -346,7 +346,7 @@ def protocol(value):
         getattr(value, name)
     if not isinstance(value, tuple):
         assert value == value, "not equal to itself"
-        assert not value == 3.5
+        assert value != 3.5
     try:
         copies = copy.copy(value), copy.deepcopy(value), pickle.loads(pickle.dumps(value))
     except (AttributeError, pickle.PicklingError) as error:
