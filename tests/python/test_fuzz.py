@@ -9,7 +9,7 @@ from fuzz import api, judge, minimise, mutate, pool, scenes, solvers, values
 from fuzz.__main__ import Findings, cases, found_before, known_faults, random_case
 
 #: Random cases of each harness, some seconds each.
-SOME = {"scenes": 25, "api": 250, "solvers": 40}
+SOME = {"scenes": 15, "api": 200, "solvers": 20}
 BY_NAME = {harness.NAME: harness for harness in (scenes, api, solvers)}
 
 

@@ -7,6 +7,7 @@ to the last bit; `watched`, a callback whose value must be refused; `works`, a c
 
 import ast
 import inspect
+import re
 import sys
 import traceback
 import typing
@@ -18,7 +19,7 @@ import numpy as np
 import lissom
 from fuzz import judge
 from fuzz import values as v
-from fuzz.recipes import CHOICES, EDGE, NO_NUMBER, OPAQUE, RECIPES, WISHES
+from fuzz.recipes import CALLABLES, CHOICES, EDGE, NO_NUMBER, OPAQUE, RECIPES, WISHES
 
 NAME = "api"
 SUFFIX = ".py"
@@ -86,6 +87,9 @@ def discover() -> dict[str, Function]:
 
 # Making cases.
 
+#: Values that are whole numbers.
+WHOLE = re.compile(r"True|np\.int|-?\(?[\d*()]+$")
+
 
 def make(rng: np.random.Generator) -> bytes:
     """A random script."""
@@ -126,8 +130,15 @@ def _edge(function, arguments, rng) -> str:
     if not known:
         return (HEAD + script(function, arguments)).replace("(\n    )", f"({rng.choice(EDGE)})")
     for _ in range(int(rng.choice([1, 1, 1, 2, 3]))):
-        arguments[str(rng.choice(known))] = str(rng.choice(EDGE))
+        key, value = str(rng.choice(known)), str(rng.choice(EDGE))
+        if not (_address(function.parameters[key]) and WHOLE.match(value)):
+            arguments[key] = value
     return HEAD + script(function, arguments)
+
+
+def _address(annotation: str) -> bool:
+    """Whether a whole number is the address of machine code, which the caller answers for."""
+    return "Callable" in annotation and " int " in annotation
 
 
 def _numeric(annotation: str) -> bool:
@@ -145,7 +156,7 @@ def _no_number(function, arguments, rng) -> str:
     if not known:
         return _edge(function, arguments, rng)
     key, value = str(rng.choice(known)), str(rng.choice(NO_NUMBER))
-    if value.startswith("lambda") and "Callable" in function.parameters[key] + ALIASES:
+    if value in CALLABLES and any(word in function.parameters[key] for word in TAKE_FUNCTIONS):
         return _edge(function, arguments, rng)
     arguments[key] = value
     return HEAD + f"forbidden = {f'{key}: {value}'!r}\n\n" + script(function, arguments)
@@ -226,8 +237,8 @@ OPTIONAL = _optional()
 NAMES = sorted(FUNCTIONS)
 WEIGHTS = np.array([0.3 + len(FUNCTIONS[name].parameters) for name in NAMES])
 WEIGHTS /= WEIGHTS.sum()
-#: The stubs' own names for annotations that include functions.
-ALIASES = "Callable"
+#: Annotations that include functions, those of the stubs' own names too.
+TAKE_FUNCTIONS = ("Callable", "_Size", "_Along", "_Vector")
 
 
 # Running and judging.

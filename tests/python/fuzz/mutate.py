@@ -196,7 +196,7 @@ class Schema:
         if kind == "boolean":
             return bool(rng.random() < 0.5)
         if kind == "integer":
-            return int(rng.integers(0, 5))
+            return int(rng.integers(node.get("minimum", 0), node.get("maximum", 4) + 1))
         if kind == "number":
             sign = 1 if "minimum" in node or "exclusiveMinimum" in node else rng.choice([-1, 1])
             return float(_one([0.0, 1.0, sign * 10 ** rng.uniform(-4, 3)], rng))
@@ -349,11 +349,17 @@ TREE = [
 ]
 
 
+#: Those after which a scene is often still one.
+GENTLE = [(scale_number, 6), (add_key, 3), (replace_number, 1)]
+
+
 def mutate_tree(tree: dict, rng, schema: Schema) -> dict:
-    weights = np.array([weight for _, weight in TREE])
+    """Some mutations, or, as often, one or two gentle ones."""
     tree = copy.deepcopy(tree)
-    for _ in range(int(_one([1, 1, 2, 3, 6], rng))):
-        change = TREE[rng.choice(len(TREE), p=weights / weights.sum())][0]
+    table, counts = (GENTLE, [1, 1, 2]) if rng.random() < 0.5 else (TREE, [1, 1, 2, 3, 6])
+    weights = np.array([weight for _, weight in table])
+    for _ in range(int(_one(counts, rng))):
+        change = table[rng.choice(len(table), p=weights / weights.sum())][0]
         if tree:
             tree = change(tree, rng, schema)
     return tree

@@ -331,6 +331,8 @@ NO_NUMBER = [
     "v.nested()",
     "[[0.1], [0.1, 0.2]]",
 ]
+#: Those of them that are functions.
+CALLABLES = ("lissom.Rod", "lambda: 3")
 #: Numbers and shapes at the edge: refused, or taken, but neither a crash nor NaN.
 EDGE = [
     "None",

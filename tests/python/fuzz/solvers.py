@@ -22,8 +22,8 @@ HEAD = "import numpy as np\n\n"
 #: A success is wrong beyond `ALLOWED` units and `WORSE` times what SciPy's run of the same method is off.
 ALLOWED = 300.0
 WORSE = 30.0
-#: The same for Newmark's method, which SciPy does not have; its velocities are held to the tolerance as well.
-NEWMARK_ALLOWED = 3000.0
+#: The same for Newmark's method, which SciPy does not have and whose errors add up faster.
+NEWMARK_ALLOWED = 1e4
 #: Evaluations after which a case is given up, and after which SciPy is: what has no solution may not end.
 EVALUATIONS = 200_000
 #: A run of SciPy takes at least so many steps, so that it does not step over what is short.

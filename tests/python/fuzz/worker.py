@@ -18,7 +18,7 @@ from fuzz import judge
 #: Address space beyond what the process takes after its imports, bytes: four times what a case may touch.
 ADDRESS_SPACE = 2 * 2**30
 #: Ctrl-C comes again after this many seconds of processor time, and this many later the process dies.
-PATIENCE = 3.0
+PATIENCE = 2.0
 #: `ru_maxrss` counts kibibytes, and bytes on macOS.
 UNIT = 1 if sys.platform == "darwin" else 1024
 
