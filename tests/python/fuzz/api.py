@@ -252,8 +252,7 @@ def where(path: Path) -> str:
     """What the script calls."""
     for line in path.read_text(encoding="utf-8", errors="replace").splitlines():
         if line.startswith("    return "):
-            text = line[11:].rstrip("(")
-            return text.split("(")[-1] if text.startswith("lissom") else text.rpartition(".")[2].split("(")[0]
+            return line[11:].rstrip("(").rpartition(").")[2].removesuffix("()")
     return path.stem
 
 

@@ -206,6 +206,8 @@ def tighter(scene) -> judge.Outcome:
     tips = [tip(scene, found.q[-1]) for found in (result, *references)]
     unsure = float(np.linalg.norm(tips[1] - tips[2]))
     error = float(np.linalg.norm(tips[0] - tips[1]))
+    if settings.method != "auto":  # relative to what moves
+        error /= max(1.0, float(np.linalg.norm(tips[1])))
     if settings.method == "auto":
         limit = FACTOR * settings.rtol
     else:

@@ -294,6 +294,8 @@ def _run_ivp(problem, place) -> judge.Outcome:
         return judge.found("wrong", place, "success, but the end is elsewhere")
     if found.sol is not None:
         between = found.sol(found.t)
+        if not np.isfinite(between).all():
+            return judge.found("nan", place, "the dense output of a success is not finite")
         scale = np.abs(found.y).max() + atol
         if not np.abs(between - found.y).max() <= 1e-3 * scale:
             return judge.found("wrong", place, "the dense output does not meet the states")
