@@ -8,7 +8,10 @@ import lissom
 from fuzz import api, judge, minimise, mutate, pool, scenes, solvers, values
 from fuzz.__main__ import Findings, cases, found_before, known_faults, random_case
 
-#: Random cases of each harness, some seconds each.
+# Some seconds on an idle machine.
+pytestmark = pytest.mark.timeout(600)
+
+#: Random cases of each harness.
 SOME = {"scenes": 15, "api": 200, "solvers": 20}
 BY_NAME = {harness.NAME: harness for harness in (scenes, api, solvers)}
 

@@ -1,7 +1,6 @@
 """``python -m fuzz``: tries cases for a bounded time, and says what it found; or runs stored cases again."""
 
 import argparse
-import contextlib
 import hashlib
 import importlib
 import itertools
@@ -122,10 +121,12 @@ class Findings:
         rows.append(["all", *(str(sum(self.counts[name].values())) for name in names)])
         return "\n".join("| " + " | ".join(row) + " |" for row in rows)
 
-    def report(self) -> str:
+    def report(self, known: set[str]) -> str:
+        """Each fault, where it was seen and how to see it again."""
         lines = []
         for signature, fault in self.faults.items():
-            lines += [f"\n{fault.places.total()} x {signature}", f"    {fault.harness}, {fault.name}"]
+            head = f"\n{fault.places.total()} x {signature}" + (" (known)" if signature in known else "")
+            lines += [head, f"    {fault.harness}, {fault.name}"]
             lines += [f"    {line}" for line in fault.outcome.detail.splitlines()[:6]]
             lines.append("    at: " + ", ".join(f"{place} ({n})" for place, n in fault.places.most_common()))
             if fault.path is not None:
@@ -172,14 +173,17 @@ def main() -> int:
         return 1 if outcome.bad else 0
     print(f"seed {seed}, {given.seconds:g} s, {given.jobs} processes", flush=True)
     findings = Findings(given.findings)
-    with contextlib.suppress(KeyboardInterrupt):
+    try:
         for harness in harnesses:
             deadline = time.monotonic() + given.seconds / len(harnesses)
             todo = cases(harness, seed, deadline, given.count)
             pool.run_all(harness, todo, given.jobs, given.limit, findings.of(harness))
-    print(findings.report())
-    print()
-    print(findings.table())
+    except KeyboardInterrupt:
+        print("interrupted")
+    finally:
+        print(findings.report(known_faults()))
+        print()
+        print(findings.table())
     return 1 if findings.faults else 0
 
 

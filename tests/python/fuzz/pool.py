@@ -25,7 +25,7 @@ class Worker:
 
     def __init__(self, limit: float) -> None:
         self.limit = limit
-        self.folder = Path(tempfile.mkdtemp(prefix="lissom-fuzz-"))
+        self.folder = Path(tempfile.mkdtemp(prefix="fuzz-"))
         self.process: subprocess.Popen | None = None
         self.fresh = 0
 
