@@ -39,7 +39,8 @@ use crate::simulate::{Simulation, Statistics, accelerations};
 ///     'finished', 'interrupted' (as the callback asked), 'no_initial_acceleration', 'newton_not_converged',
 ///     'singular_jacobian', 'non_finite', 'non_finite_jacobian' (method 'radau'), 'step_too_small', 'too_many_steps',
 ///     'accuracy_not_reached' (method 'auto'), 'stiff' (explicit methods: the largest rate of the model would take far too many
-///     steps) or 'unresolved' (the rod turns by more than half a turn between neighbouring quadrature nodes).
+///     steps), 'unresolved' (the rod turns by more than half a turn between neighbouring quadrature nodes) or 'inverted' (its stretch is
+///     not positive somewhere).
 /// message : str
 ///     The status in words, and what to change.
 #[pyclass(name = "MotionResult", module = "lissom", frozen)]

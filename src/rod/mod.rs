@@ -28,7 +28,6 @@ mod point_tangent;
 mod points;
 mod profile;
 mod quadrature;
-mod resolution;
 mod response;
 mod section;
 mod spread;
@@ -37,6 +36,7 @@ mod surroundings;
 mod sweeps;
 mod tangent;
 mod turning;
+mod validity;
 mod workspace;
 
 pub use base::{BaseMotion, BaseRotation, quaternion_motion};

@@ -11,13 +11,13 @@ use super::explanation::Explanation;
 use super::kinematics::{Place, Pose};
 use super::piece;
 use super::plan::Plan;
-use super::resolution;
 use super::sweeps::{self, Sweeps};
 use super::tangent::Tangent;
+use super::validity;
 use crate::error::{Interrupted, InvalidInput};
 use crate::lie::{Planar, Plane, Quaternion, Spatial, Vector};
 use crate::linalg::{ChainMatrix, Matrix};
-use crate::model::{Chain, Energy, Model};
+use crate::model::{Chain, Energy, Flaw, Model};
 
 /// What a rod is computed by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -393,9 +393,8 @@ impl Model for RodModel {
         self.rod.shortest_period()
     }
 
-    /// Some where it turns by more than half a turn between neighbouring quadrature nodes.
-    fn shortage_of_nodes(&self, q: &[f64]) -> Option<f64> {
-        on_sweeps!(&self.sweeps, sweeps => resolution::shortage(sweeps.plan(), q))
+    fn flaw(&self, q: &[f64]) -> Option<Flaw> {
+        on_sweeps!(&self.sweeps, sweeps => validity::flaw(sweeps.plan(), q))
     }
 
     /// Two more modes of every strain that has any, where these leave the others as they are.
