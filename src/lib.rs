@@ -21,4 +21,6 @@ pub mod scene;
 pub mod signal;
 pub mod simulate;
 mod spectrum;
+pub mod springs;
+pub mod stability;
 pub mod statics;

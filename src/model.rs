@@ -2,6 +2,7 @@
 
 use crate::error::{Interrupted, InvalidInput};
 use crate::linalg::{ChainLu, ChainMatrix, Cholesky, Matrix};
+use crate::springs::Springs;
 
 /// The energies of a state, in joules.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -107,6 +108,17 @@ pub trait Model {
 
     /// The derivative of [`Self::elastic_forces`], symmetric.
     fn elastic_tangent(&mut self, q: &[f64], tangent: &mut Matrix);
+
+    /// How many forces its springs to the world have.
+    fn springs(&self) -> usize {
+        0
+    }
+
+    /// Its springs in a shape, with the forces that they have there. Some evaluations of the forces for each; not for step loops.
+    fn linearise_springs(&mut self, _q: &[f64], _springs: &mut Springs) {}
+
+    /// From now on forces and tangents at rest take these for the springs' forces, whatever the shape, until they get `None`.
+    fn hold_springs(&mut self, _forces: Option<&[f64]>) {}
 
     /// Changes of the coordinates that count as large, all > 0: what makes coordinates of different units comparable.
     fn typical_coordinates(&self, sizes: &mut [f64]) {

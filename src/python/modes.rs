@@ -7,6 +7,7 @@ use super::convert;
 use super::errors::LissomError;
 use super::statics::native;
 use crate::modes::{self as core, Modes, NoModes};
+use crate::stability::Stability;
 
 /// Natural vibrations about an equilibrium, slowest first.
 ///
@@ -28,7 +29,10 @@ use crate::modes::{self as core, Modes, NoModes};
 /// is_classical : bool
 ///     True without damping, or with damping that does not couple the undamped modes.
 /// is_stable : bool
-///     True when no motion grows.
+///     True when `stability` is 'stable'.
+/// stability : str or None
+///     'stable', 'neutral' (no stiffness in some direction), 'divergence' or 'flutter': that of the model as it is, with all its damping,
+///     drag and Coriolis forces, as `statics` has it. None where nothing can be said.
 /// residual_norm : float
 ///     Generalised forces at `q` times typical sizes of the coordinates, joules: nearly zero at an equilibrium. Elsewhere the
 ///     modes are those of the model held there by constant generalised forces.
@@ -41,6 +45,7 @@ pub(crate) struct PyModesResult {
     shapes: Py<PyAny>,
     is_classical: bool,
     is_stable: bool,
+    stability: Option<&'static str>,
     residual_norm: f64,
 }
 
@@ -52,7 +57,7 @@ impl PyModesResult {
             frequency.as_array().iter().take(3).map(|frequency| format!("{frequency:.6}")).collect();
         let count = frequency.len().unwrap_or(0);
         let more = if count > 3 { ", ..." } else { "" };
-        let stable = if self.is_stable { "stable" } else { "unstable" };
+        let stable = self.stability.unwrap_or("stability unknown");
         format!("<ModesResult: {count} modes, {stable}, {}{more} Hz>", first.join(", "))
     }
 }
@@ -107,8 +112,8 @@ pub(crate) fn modes<'py>(
             NoModes::NonFinite => "masses, stiffnesses or damping at q are NaN or infinite: there are no modes; take a smaller q",
         })
     })?;
-    let is_stable = found.growing().next().is_none();
-    let Modes { frequency, damping, eigenvalues, shapes, is_classical, residual_norm } = found;
+    let stability = found.stability.map(Stability::name);
+    let Modes { frequency, damping, eigenvalues, shapes, is_classical, residual_norm, stability: _ } = found;
     let (n, m) = (q.len(), frequency.len());
     let entry = |i: usize, j: usize| shapes[j * n + i];
     let rows = (0..n).flat_map(|i| (0..m).map(move |j| (i, j)));
@@ -121,7 +126,8 @@ pub(crate) fn modes<'py>(
     };
     let hertz: Vec<f64> = frequency.iter().map(|omega| omega / std::f64::consts::TAU).collect();
     Ok(PyModesResult {
-        is_stable,
+        is_stable: stability == Some(Stability::Stable.name()),
+        stability,
         frequency: hertz.into_pyarray(py).unbind(),
         angular_frequency: frequency.into_pyarray(py).unbind(),
         damping_ratio: damping.into_pyarray(py).unbind(),
