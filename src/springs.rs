@@ -25,6 +25,8 @@ pub struct Springs {
     pub inverse_root: Matrix,
     /// S: stiffness that has no real root, or nearly none; m x m, symmetric.
     pub rest: Matrix,
+    /// Potential energy of the springs, in joules.
+    pub energy: f64,
 }
 
 impl Springs {
@@ -37,6 +39,7 @@ impl Springs {
             root: square.clone(),
             inverse_root: square.clone(),
             rest: square,
+            energy: 0.0,
         }
     }
 

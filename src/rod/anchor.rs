@@ -31,6 +31,7 @@ pub(super) struct Anchor {
 pub(super) struct Held {
     pub(super) forces: [Vector<f64>; 2],
     pub(super) stiffness: [Symmetric<f64>; 2],
+    pub(super) energy: f64,
     /// Principal stiffnesses below these, smallest first, are not relied on: turned far, rotational springs soften, and push away in
     /// the end.
     pub(super) firm: [[f64; 3]; 2],
@@ -179,6 +180,7 @@ impl Anchor {
         Held {
             forces: self.elastic(&section),
             stiffness: [hessian, self.stiffness],
+            energy: self.energy(frame, state),
             firm: [firm([y + z, z + x, x + y], FIRM), firm(self.along_axes.stiffness, 0.0)],
         }
     }

@@ -366,7 +366,8 @@ impl Model for RodModel {
 
     fn linearise_springs(&mut self, q: &[f64], springs: &mut Springs) {
         let found = on_sweeps!(&mut self.sweeps, sweeps => sweeps.springs(q));
-        for (a, Held { forces, stiffness, firm }) in found.into_iter().enumerate() {
+        springs.energy = found.iter().map(|held| held.energy).sum();
+        for (a, Held { forces, stiffness, firm, .. }) in found.into_iter().enumerate() {
             for half in 0..2 {
                 let first = 6 * a + 3 * half;
                 springs.forces[first..first + 3].copy_from_slice(&forces[half].to_array());

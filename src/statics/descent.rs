@@ -70,11 +70,10 @@ pub(super) fn descend(
         equations.restore(state, FIRST_RESTORING);
         *state = equations.state(std::mem::take(&mut state.q), state.load_factor)?;
     }
-    let (mut residual, mut load, mut x) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
-    let mut trial_residual = residual.clone();
+    let mut x = vec![0.0; n];
     let (mut cholesky, mut lu) = (Cholesky::new(n), Lu::new(n));
     let (mut radius, mut shift) = (FIRST_RADIUS, 0.0);
-    equations.residual(&state.q, state.load_factor, &mut residual, &mut load)?;
+    let mut here = equations.downhill(state)?;
     for _ in 0..max_iterations {
         equations.counters.iterations += 1;
         let Some(linear) = equations.linearise(state)? else { return Ok(Descent::NonFinite) };
@@ -111,9 +110,8 @@ pub(super) fn descend(
                 return Ok(Descent::Converged { step_norm: length, residual_norm });
             }
             equations.restore(&mut trial, RESTORING);
-            equations.residual(&trial.q, trial.load_factor, &mut trial_residual, &mut load)?;
-            let whole = trial.since(state, &equations.sizes);
-            let work = 0.5 * (dot(&residual, &whole.scaled[..n]) + dot(&trial_residual, &whole.scaled[..n]));
+            let there = equations.downhill(&trial)?;
+            let work = here.work(&there, &trial.since(state, &equations.sizes));
             // Half of R.x + x.K x with (K + shift) x = -R.
             let promised = 0.5 * (dot(&linear.residual, &x) - shift * dot(&x, &x));
             let inverted = equations.flaw(&trial.q).filter(|flaw| matches!(flaw, Flaw::Inverted { .. }));
@@ -123,10 +121,10 @@ pub(super) fn descend(
             } else if ratio > GOOD && length > 0.5 * radius {
                 radius = (2.0 * radius).min(LARGEST_RADIUS);
             }
-            let is_better = norm(&trial_residual) < norm(&residual) && inverted.is_none();
+            let is_better = there.residual_norm < here.residual_norm && inverted.is_none();
             if ratio > TAKEN || length <= TRUSTED && is_better {
                 *state = trial;
-                std::mem::swap(&mut residual, &mut trial_residual);
+                here = there;
                 break;
             }
             flaw = inverted;

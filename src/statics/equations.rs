@@ -1,7 +1,7 @@
 //! The equations of equilibrium of a model under a part of its loads.
 
 use crate::error::Interrupted;
-use crate::linalg::{Matrix, norm};
+use crate::linalg::{Matrix, dot, norm};
 use crate::model::{Flaw, Model};
 use crate::modes::SmallMotions;
 use crate::springs::{self, Natural, Springs, scaled};
@@ -60,6 +60,21 @@ pub(super) struct Linear {
     springs: Option<Springs>,
     /// Scaled norm of the residual at the forces of the springs that the state has.
     pub(super) residual_norm: f64,
+}
+
+/// A state as a descent sees it.
+#[derive(Clone, Debug)]
+pub(super) struct Downhill {
+    residual: Vec<f64>,
+    energy: f64,
+    pub(super) residual_norm: f64,
+}
+
+impl Downhill {
+    /// The work of a step from here to another state, by the trapezoidal rule.
+    pub(super) fn work(&self, other: &Self, step: &Step) -> f64 {
+        0.5 * (dot(&self.residual, &step.scaled) + dot(&other.residual, &step.scaled)) + (other.energy - self.energy)
+    }
 }
 
 impl Step {
@@ -191,6 +206,22 @@ impl<'a> Equations<'a> {
         load: &mut [f64],
     ) -> Result<(), Interrupted> {
         self.forces(q, load_factor, None, residual, load)
+    }
+
+    /// What a step's work is told from: the scaled residual without the springs, their energy, and the norm of the residual at the forces
+    /// that the state has. The force of a stiff spring is rounding times stiffness; its energy is not.
+    pub(super) fn downhill(&mut self, state: &State) -> Result<Downhill, Interrupted> {
+        let n = state.q.len();
+        let (mut residual, mut load) = (vec![0.0; n], vec![0.0; n]);
+        let springs = springs::linearised(self.model, &state.q, &self.sizes);
+        let held = springs.is_some().then_some(&state.forces[..]);
+        self.forces(&state.q, state.load_factor, held, &mut residual, &mut load)?;
+        let residual_norm = norm(&residual);
+        if springs.is_some() {
+            let none = vec![0.0; state.forces.len()];
+            self.forces(&state.q, state.load_factor, Some(&none), &mut residual, &mut load)?;
+        }
+        Ok(Downhill { residual, energy: springs.map_or(0.0, |springs| springs.energy), residual_norm })
     }
 
     /// The scaled tangents `dR/dq`, and of what is elastic, at springs' forces of their own or at those that are held.
