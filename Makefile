@@ -25,11 +25,7 @@ unexport CONDA_PREFIX
 unexport PYTHONPATH
 unexport PYTHONHOME
 
-<<<<<<< HEAD
-.PHONY: help demo bench validate stress test test-rust test-python build build-for-test format lock audit clean
-=======
-.PHONY: help demo bench validate stress fuzz test test-rust test-python build build-for-test format lock clean
->>>>>>> w-fuzz
+.PHONY: help demo bench validate stress test test-rust test-python build build-for-test format lock fuzz audit clean
 .DEFAULT_GOAL := help
 
 help: ## list the targets

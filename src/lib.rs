@@ -22,5 +22,7 @@ pub mod scene;
 pub mod signal;
 pub mod simulate;
 mod spectrum;
+pub mod springs;
+pub mod stability;
 pub mod statics;
 mod unseen;

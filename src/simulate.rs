@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use crate::balance::{Balance, Flow, FlowMeter, Rule, State};
 use crate::error::{Checker, Interrupted, InvalidInput, Number};
-use crate::model::{ForwardScratch, Model, at_least};
+use crate::model::{Flaw, ForwardScratch, Model, at_least};
 use crate::newmark::{self, FreeMotion, StepSize, check_points, number_of_steps};
 use crate::ode::{self, FirstOrder, Output};
 use crate::radau;
@@ -70,6 +70,8 @@ pub enum Status {
     AccuracyNotReached,
     /// The motion left the shapes that the model resolves.
     Unresolved,
+    /// The motion turned the rod inside out.
+    Inverted,
     /// Stability would force more steps on an explicit method than are sensible.
     Stiff,
 }
@@ -80,7 +82,7 @@ impl Status {
         match self {
             Self::SecondOrder(status) => status.is_success(),
             Self::FirstOrder(status) => status.is_success(),
-            Self::AccuracyNotReached | Self::Unresolved | Self::Stiff => false,
+            Self::AccuracyNotReached | Self::Unresolved | Self::Inverted | Self::Stiff => false,
         }
     }
 
@@ -91,6 +93,7 @@ impl Status {
             Self::FirstOrder(status) => status.name(),
             Self::AccuracyNotReached => "accuracy_not_reached",
             Self::Unresolved => "unresolved",
+            Self::Inverted => "inverted",
             Self::Stiff => "stiff",
         }
     }
@@ -172,7 +175,7 @@ pub fn simulate<M: Model + Clone>(
                 if let Some(unseen) = &mut unseen {
                     unseen.step(state.t, state.a);
                 }
-                stop = Stop::where_unresolved(system.0, stepper.t(), stepper.q());
+                stop = Stop::where_flawed(system.0, stepper.t(), stepper.q());
                 if stop.is_some() { Err(Interrupted) } else { monitor(stepper.t()) }
             };
             let mut system = FreeMotion(&mut model);
@@ -192,7 +195,7 @@ pub fn simulate<M: Model + Clone>(
             let mut monitor = |system: &mut FreeMotion<'_, M>, stepper: &radau::Stepper| {
                 let state = State { t: stepper.t(), q: stepper.q(), v: stepper.v(), a: stepper.a() };
                 measure(&mut meter, system, state)?;
-                stop = Stop::where_unresolved(system.0, stepper.t(), stepper.q());
+                stop = Stop::where_flawed(system.0, stepper.t(), stepper.q());
                 if stop.is_some() { Err(Interrupted) } else { monitor(stepper.t()) }
             };
             let mut system = FreeMotion(&mut model);
@@ -260,15 +263,23 @@ struct Stop {
 }
 
 impl Stop {
-    fn where_unresolved<M: Model + ?Sized>(model: &M, t: f64, q: &[f64]) -> Option<Self> {
-        let shortage = model.shortage_of_nodes(q)?;
+    fn where_flawed<M: Model + ?Sized>(model: &M, t: f64, q: &[f64]) -> Option<Self> {
+        let flaw = model.flaw(q)?;
+        let (status, cure) = match flaw {
+            Flaw::Unresolved { shortage } => (
+                Status::Unresolved,
+                format!("; if that ends here too, give the segment more `nodes`{}", at_least(shortage)),
+            ),
+            Flaw::Inverted { .. } => (
+                Status::Inverted,
+                "; if that ends here too, linear elasticity in the stretch does not hold".to_owned(),
+            ),
+        };
         let message = format!(
-            "At t = {} the rod turns by more than half a turn between neighbouring quadrature nodes: the last state says nothing \
-             about the motion. Take shorter steps; if that ends here too, give the segment more `nodes`{}.",
+            "At t = {} the rod {flaw}: the last state says nothing about the motion. Take shorter steps{cure}.",
             Number(t),
-            at_least(shortage)
         );
-        Some(Self { status: Status::Unresolved, message })
+        Some(Self { status, message })
     }
 }
 
@@ -390,7 +401,7 @@ fn first_order<M: Model + Clone>(
         if let Some(meter) = &mut meter {
             meter.step(&mut observed, State { t: stepper.t(), q, v, a })?;
         }
-        *stop = Stop::where_unresolved(&observed, stepper.t(), q);
+        *stop = Stop::where_flawed(&observed, stepper.t(), q);
         if stop.is_none() {
             *stop = watch.as_mut().and_then(|watch| watch.look(&mut observed, stepper));
         }

@@ -16,7 +16,7 @@ pub use cholesky::{Cholesky, NotPositiveDefinite};
 pub use complex_lu::ComplexLu;
 pub use eigen::{Complex, eigen, eigenvalues, symmetric_eigen, symmetric_eigenvalues};
 pub use lu::{Lu, Singular};
-pub use svd::{MinimumNorm, condition_number, minimum_norm_solution, singular_values};
+pub use svd::{MinimumNorm, condition_number, full_svd, minimum_norm_solution, singular_values};
 
 /// A dense matrix of doubles, stored by columns.
 pub type Matrix = nalgebra::DMatrix<f64>;

@@ -39,6 +39,21 @@ pub fn minimum_norm_solution(a: &Matrix, b: &[f64]) -> Option<MinimumNorm> {
     norm(&x).is_finite().then_some(MinimumNorm { x, rank })
 }
 
+/// `A = U diag(s) V^T` with square U and V, and the singular values s, largest first; `None` when `a` is not finite. Allocates.
+pub fn full_svd(a: &Matrix) -> Option<(Matrix, Vec<f64>, Matrix)> {
+    if !a.iter().all(|v| v.is_finite()) {
+        return None;
+    }
+    let svd = view(a).svd().ok()?;
+    let (u, s, v) = (svd.U(), svd.S().column_vector(), svd.V());
+    let (m, n) = a.shape();
+    Some((
+        Matrix::from_fn(m, m, |i, j| u[(i, j)]),
+        (0..m.min(n)).map(|i| s[i]).collect(),
+        Matrix::from_fn(n, n, |i, j| v[(i, j)]),
+    ))
+}
+
 /// Singular values of `a`, largest first; `None` when `a` is not finite. Allocates.
 pub fn singular_values(a: &Matrix) -> Option<Vec<f64>> {
     if !a.iter().all(|v| v.is_finite()) {

@@ -205,7 +205,7 @@ impl PyModel {
     /// Raises
     /// ------
     /// ValueError
-    ///     The rod turns by more than half a turn between neighbouring quadrature nodes.
+    ///     The rod turns by more than half a turn between neighbouring quadrature nodes, or is turned inside out.
     #[pyo3(signature = (q))]
     fn check_shape(&self, q: &Bound<'_, PyAny>) -> PyResult<()> {
         let q = self.state(q, "q")?;

@@ -8,6 +8,7 @@ use super::errors::LissomError;
 use super::record::{self, ReadOnly, Reduced};
 use super::statics::native;
 use crate::modes::{self as core, Modes, NoModes};
+use crate::stability::Stability;
 
 /// Natural vibrations about an equilibrium, slowest first.
 ///
@@ -29,7 +30,10 @@ use crate::modes::{self as core, Modes, NoModes};
 /// is_classical : bool
 ///     True without damping, or with damping that does not couple the undamped modes.
 /// is_stable : bool
-///     True when no motion grows.
+///     True when `stability` is 'stable'.
+/// stability : str or None
+///     'stable', 'neutral' (no stiffness in some direction), 'divergence' or 'flutter': that of the model as it is, with all its damping,
+///     drag and Coriolis forces, as `statics` has it. None where nothing can be said.
 /// residual_norm : float
 ///     Generalised forces at `q` times typical sizes of the coordinates, joules: nearly zero at an equilibrium. Elsewhere the
 ///     modes are those of the model held there by constant generalised forces.
@@ -43,6 +47,7 @@ pub(crate) struct PyModesResult {
     shapes: ReadOnly,
     is_classical: bool,
     is_stable: bool,
+    stability: Option<String>,
     residual_norm: f64,
 }
 
@@ -54,7 +59,7 @@ impl PyModesResult {
             frequency.as_array().iter().take(3).map(|frequency| format!("{frequency:.6}")).collect();
         let count = frequency.len().unwrap_or(0);
         let more = if count > 3 { ", ..." } else { "" };
-        let stable = if self.is_stable { "stable" } else { "unstable" };
+        let stable = self.stability.as_deref().unwrap_or("stability unknown");
         format!("<ModesResult: {count} modes, {stable}, {}{more} Hz>", first.join(", "))
     }
 
@@ -119,8 +124,8 @@ pub(crate) fn modes<'py>(
             NoModes::NonFinite => "masses, stiffnesses or damping at q are NaN or infinite: there are no modes; take a smaller q",
         })
     })?;
-    let is_stable = found.growing().next().is_none();
-    let Modes { frequency, damping, eigenvalues, shapes, is_classical, residual_norm } = found;
+    let stability = found.stability.map(Stability::name);
+    let Modes { frequency, damping, eigenvalues, shapes, is_classical, residual_norm, stability: _ } = found;
     let (n, m) = (q.len(), frequency.len());
     let entry = |i: usize, j: usize| shapes[j * n + i];
     let rows = (0..n).flat_map(|i| (0..m).map(move |j| (i, j)));

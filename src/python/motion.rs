@@ -43,7 +43,8 @@ use crate::simulate::{Simulation, Statistics, accelerations};
 ///     'finished', 'interrupted' (as the callback asked), 'no_initial_acceleration', 'newton_not_converged',
 ///     'singular_jacobian', 'non_finite', 'non_finite_jacobian' (method 'radau'), 'step_too_small', 'too_many_steps',
 ///     'accuracy_not_reached' (method 'auto'), 'stiff' (explicit methods: the largest rate of the model would take far too many
-///     steps) or 'unresolved' (the rod turns by more than half a turn between neighbouring quadrature nodes).
+///     steps), 'unresolved' (the rod turns by more than half a turn between neighbouring quadrature nodes) or 'inverted' (its stretch is
+///     not positive somewhere).
 /// message : str
 ///     The status in words, and what to change.
 /// doubt : str or None
@@ -152,10 +153,10 @@ impl PyMotionResult {
 
     /// For copies and pickles.
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
-        let Self { t, q, v, a, stats, success, status, message, model, flow, balance: _ } = self;
+        let Self { t, q, v, a, stats, success, status, message, doubt, model, flow, balance: _ } = self;
         let states = (t, q, v, a.get(py));
         let flow = (flow.dissipated.as_slice(), flow.work.as_slice());
-        record::reduce_to::<Self>(py, (states, flow, (stats, *success, status, message), model))
+        record::reduce_to::<Self>(py, (states, flow, (stats, *success, status, message, doubt), model))
     }
 
     #[staticmethod]
@@ -164,7 +165,7 @@ impl PyMotionResult {
         py: Python<'_>,
         states: (Py<PyAny>, Py<PyAny>, Py<PyAny>, Option<Py<PyAny>>),
         flow: (Vec<f64>, Vec<f64>),
-        outcome: (Py<PyStatistics>, bool, String, String),
+        outcome: (Py<PyStatistics>, bool, String, String, Option<String>),
         model: Option<Py<PyModel>>,
     ) -> PyResult<Self> {
         let t = convert::vector(states.0.bind(py), "t")?;
@@ -186,11 +187,11 @@ impl PyMotionResult {
         let of_model = model.as_ref().map_or(n, |model| model.get().n());
         check.require(of_model == n, "model", of_model, "a model of as many coordinates");
         check.finish()?;
-        let (stats, success, status, message) = outcome;
+        let (stats, success, status, message, doubt) = outcome;
         let (q, v) = (rows(&states.1, "q")?, rows(&states.2, "v")?);
         let flow = Flow { dissipated: flow.0, work: flow.1 };
         let (t, balance) = (ReadOnly::new(t.into_pyarray(py))?, PyOnceLock::new());
-        Ok(Self { t, q, v, a, stats, success, status, message, model, flow, balance })
+        Ok(Self { t, q, v, a, stats, success, status, message, doubt, model, flow, balance })
     }
 
     fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {

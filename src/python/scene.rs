@@ -360,24 +360,24 @@ impl PySimulation {
 
     /// For copies and pickles.
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Reduced<'py>> {
-        let Simulation { duration, method: _, step, jacobian: _, rtol, atol, output_step, quantities: _ } =
+        let Simulation { t0, duration, method: _, step, jacobian: _, rtol, atol, output_step, quantities: _ } =
             slf.get().0;
         let names = (method(&slf.get().0), jacobian(&slf.get().0), slf.get().quantities(slf.py())?);
-        record::reduce_to::<Self>(slf.py(), (names, (duration, step, rtol, atol), output_step))
+        record::reduce_to::<Self>(slf.py(), (names, (t0, duration, step, rtol, atol), output_step))
     }
 
     #[staticmethod]
     fn _restore(
         names: (String, String, Vec<String>),
-        numbers: (f64, f64, f64, f64),
+        numbers: (f64, f64, f64, f64, f64),
         output_step: Option<f64>,
     ) -> PyResult<Self> {
         let (method, jacobian, quantities) = names;
-        let (duration, step, rtol, atol) = numbers;
+        let (t0, duration, step, rtol, atol) = numbers;
         let (method, jacobian) = (setting_of(&METHODS, &method)?, setting_of(&JACOBIANS, &jacobian)?);
         let quantities =
             quantities.iter().map(|name| setting_of(&QUANTITIES, name)).collect::<PyResult<_>>()?;
-        Ok(Self(Simulation { duration, method, step, jacobian, rtol, atol, output_step, quantities }))
+        Ok(Self(Simulation { t0, duration, method, step, jacobian, rtol, atol, output_step, quantities }))
     }
 }
 

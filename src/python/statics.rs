@@ -76,8 +76,8 @@ impl PyCriticalPoint {
 /// q : ndarray, shape (m, n)
 ///     Coordinates.
 /// lowest_eigenvalue : ndarray, shape (m,)
-///     Smallest eigenvalue of the tangent stiffness relative to the elastic one: one without load, zero at critical points,
-///     negative where the equilibrium is unstable.
+///     Smallest eigenvalue of the tangent stiffness relative to that of the material and of springs: one without load, zero at critical
+///     points, negative where the equilibrium is unstable.
 /// stability : list of str or None
 ///     As in StaticsResult.
 /// critical_points : list of CriticalPoint
@@ -152,7 +152,8 @@ fn named(stability: Stability) -> String {
 ///     True when `q` is in equilibrium under the whole load.
 /// status : str
 ///     'converged', 'let_go' (in equilibrium, but the path of loading ended before and the model was let go there),
-///     'step_too_small', 'too_many_steps', 'iteration_limit', 'stalled', 'non_finite', or for method 'newton' a status of
+///     'step_too_small', 'too_many_steps', 'iteration_limit', 'stalled', 'non_finite', 'unresolved' (the rod turns by more than half a
+///     turn between neighbouring quadrature nodes), 'inverted' (it is turned inside out: its stretch is not positive somewhere), or for method 'newton' a status of
 ///     RootResult.
 /// message : str
 ///     The status in words, what to change, and what is remarkable about the equilibrium.
@@ -165,12 +166,13 @@ fn named(stability: Stability) -> String {
 /// is_stable : bool or None
 ///     Whether small disturbances stay small; None after a failure, or where the mass matrix is singular.
 /// stability : str or None
-///     'stable', 'neutral' (no stiffness in some direction), 'divergence' or 'flutter'. By the eigenvalues of the tangent
-///     stiffness where the loads have a potential, else by those of the undamped motion; with drag, in a current and on a base that
-///     moves by those of the motion with all its damping and Coriolis forces, as `modes` has them.
+///     'stable', 'neutral' (no stiffness in some direction), 'divergence' or 'flutter': that of the motions of the model as it is, with
+///     all its damping, drag and Coriolis forces, as `modes` has it.
+/// undamped_stability : str or None
+///     The same without any force that depends on velocities. Under follower loads the two differ, either way.
 /// lowest_eigenvalue : float
-///     Smallest eigenvalue of the (symmetric part of the) tangent stiffness relative to the elastic one: one without load,
-///     zero at critical points.
+///     Smallest eigenvalue of the (symmetric part of the) tangent stiffness relative to that of the material and of springs: one
+///     without load, zero at critical points.
 /// path : EquilibriumPath or None
 ///     The path of loading, where one was followed.
 /// nit, nfev, njev : int
@@ -187,6 +189,7 @@ pub(crate) struct PyStaticsResult {
     step_norm: f64,
     is_stable: Option<bool>,
     stability: Option<String>,
+    undamped_stability: Option<String>,
     lowest_eigenvalue: f64,
     path: Option<Py<PyEquilibriumPath>>,
     nit: usize,
@@ -230,7 +233,7 @@ impl PyStaticsResult {
 /// success : bool
 ///     True when the path was followed to one of its bounds.
 /// status : str
-///     'finished', 'no_start' (no equilibrium near `q0`), 'step_too_small' or 'too_many_steps'.
+///     'finished', 'no_start' (no equilibrium near `q0`), 'step_too_small', 'too_many_steps', 'unresolved' or 'inverted'.
 /// message : str
 ///     The status in words, and what to change.
 /// nit, nfev, njev : int
@@ -367,11 +370,10 @@ pub(crate) fn statics<'py>(
         message,
         residual_norm,
         step_norm,
-        stability,
+        verdict,
         lowest,
         path,
         counters,
-        counts_velocities: _,
     } = found;
     let Counters { iterations, forces, tangents } = counters;
     let path = if path.load_factor.is_empty() { None } else { Some(PyEquilibriumPath::new(py, path, n)?) };
@@ -383,8 +385,9 @@ pub(crate) fn statics<'py>(
         load_factor,
         residual_norm,
         step_norm,
-        is_stable: stability.map(|stability| stability == Stability::Stable),
-        stability: stability.map(named),
+        is_stable: verdict.map(|verdict| verdict.stability == Stability::Stable),
+        stability: verdict.map(|verdict| verdict.stability.name().to_owned()),
+        undamped_stability: verdict.map(|verdict| verdict.undamped.name().to_owned()),
         lowest_eigenvalue: lowest,
         path,
         nit: iterations,

@@ -29,7 +29,6 @@ mod points;
 mod prescribed;
 mod profile;
 mod quadrature;
-mod resolution;
 mod response;
 mod section;
 mod spread;
@@ -38,6 +37,7 @@ mod surroundings;
 mod sweeps;
 mod tangent;
 mod turning;
+mod validity;
 mod workspace;
 
 pub use base::{BaseMotion, BaseRotation, quaternion_motion};

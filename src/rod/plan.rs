@@ -14,6 +14,7 @@ use super::section::{Section, SectionProperties};
 use super::spread::{self, Spread};
 use super::surroundings::World;
 use super::turning::Turning;
+use super::validity::Stretch;
 use crate::lie::{LANES, Lanes, Rotation, Scalar, Twist, VectorSpace, Wrench};
 use crate::linalg::Matrix;
 use crate::signal::Signal;
@@ -105,6 +106,8 @@ pub(super) struct SegmentPlan<G: Turning> {
     pub(super) piece: Piece,
     /// Linear part of the reference strain at the nodes.
     pub(super) reference_slope: Vec<G::Vector<G::Pack>>,
+    /// Its stretch, where it has modes of that.
+    pub(super) stretch: Option<Stretch>,
     /// Whether stretch or shear can differ from those of a straight rod.
     pub(super) is_extensible: bool,
     /// Stiffness between components, where strains are coupled.
@@ -409,6 +412,8 @@ impl<G: Turning> SegmentPlan<G> {
                 next += modes;
             }
         }
+        let before_stretch: usize = piece.modes[..3].iter().sum();
+        let stretch = (piece.modes[3] > 0).then(|| Stretch::new(&piece, &gauss, first + before_stretch));
         let reference_slope = (0..packs)
             .map(|pack| {
                 let at = |lane: usize| {
@@ -461,6 +466,7 @@ impl<G: Turning> SegmentPlan<G> {
             couplings: couplings(&piece, first),
             components,
             reference_slope,
+            stretch,
             is_extensible,
             mass: pack(&|i| sections[i].mass),
             moments: Moments::new(frame, &sections),

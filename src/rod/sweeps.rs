@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::anchor::Held;
 use super::base::Base;
 use super::description::Rod;
 use super::kinematics::{self, Place, Pose};
@@ -262,6 +263,29 @@ impl<G: Turning> Sweeps<G> {
         }
         self.update_velocities(q, qd);
         power + energy::power_of_resistance(&self.plan, &self.work)
+    }
+
+    /// Takes moments and forces (six numbers for each support) for those of the springs, until it gets none.
+    pub(super) fn hold_springs(&mut self, forces: Option<&[f64]>) {
+        self.work.motion_is_known = false;
+        for (a, anchor) in self.work.anchors.iter_mut().enumerate() {
+            anchor.hold(forces.map(|forces| {
+                [0, 3].map(|part| Vector::from(std::array::from_fn(|i| forces[6 * a + part + i])))
+            }));
+        }
+    }
+
+    /// The springs of the supports, in their order.
+    pub(super) fn springs(&mut self, q: &[f64]) -> Vec<Held> {
+        self.update_kinematics(q);
+        let (plan, work) = (&*self.plan, &self.work);
+        let points = plan.points.iter().zip(&work.points);
+        let mut found: Vec<_> = points
+            .flat_map(|(point, state)| point.anchors.iter().map(move |&anchor| (anchor, state)))
+            .map(|(a, state)| (a, work.anchors[a].springs(plan.frame, state)))
+            .collect();
+        found.sort_by_key(|(a, _)| *a);
+        found.into_iter().map(|(_, springs)| springs).collect()
     }
 
     /// `tau(q, 0, 0)`.
