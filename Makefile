@@ -5,6 +5,10 @@ JOBS ?= 2
 RESULTS ?= results
 PARTS ?= lab kernels limit scaling rubber_rod
 QUICK ?=
+FUZZ_SECONDS ?= 300
+FUZZ_HARNESS ?= scenes api solvers
+FUZZ_SEED ?=
+FUZZ_FILES ?=
 
 VENV := .venv
 BIN := $(VENV)/bin
@@ -21,7 +25,11 @@ unexport CONDA_PREFIX
 unexport PYTHONPATH
 unexport PYTHONHOME
 
+<<<<<<< HEAD
 .PHONY: help demo bench validate stress test test-rust test-python build build-for-test format lock audit clean
+=======
+.PHONY: help demo bench validate stress fuzz test test-rust test-python build build-for-test format lock clean
+>>>>>>> w-fuzz
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -60,6 +68,10 @@ validate: build ## ask questions with known answers, and write docs/validation.m
 
 stress: build ## try hard cases, and compare with the committed table (QUICK=1)
 	$(BIN)/lissom stress -o $(RESULTS)/stress $(if $(QUICK),--quick)
+
+fuzz: build-for-test ## try random input (FUZZ_SECONDS=300, FUZZ_SEED=1, FUZZ_HARNESS="scenes api solvers", FUZZ_FILES=...)
+	PYTHONPATH=tests/python $(BIN)/python -m fuzz $(if $(FUZZ_FILES),$(FUZZ_FILES),--seconds $(FUZZ_SECONDS) --jobs $(JOBS) \
+		--harness $(FUZZ_HARNESS) $(if $(FUZZ_SEED),--seed $(FUZZ_SEED)) --findings $(RESULTS)/fuzz)
 
 build: $(VENV)/demo.stamp ## build the package in release mode into .venv
 	@.ci/toolchain cargo

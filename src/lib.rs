@@ -2,6 +2,7 @@
 
 pub mod accuracy;
 pub mod balance;
+mod derivatives;
 pub mod error;
 mod hermite;
 pub mod lie;
@@ -22,3 +23,4 @@ pub mod signal;
 pub mod simulate;
 mod spectrum;
 pub mod statics;
+mod unseen;

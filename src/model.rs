@@ -201,6 +201,11 @@ pub trait Model {
         Ok(())
     }
 
+    /// What of the model is not finite at the time that is set, in words, so that nothing follows from it; `None` where all is.
+    fn not_finite(&self) -> Option<String> {
+        None
+    }
+
     /// Accelerations of the free motion: `qdd` with `tau(q, qd, qdd) = 0`, by a solve of `M qdd = -tau(q, qd, 0)`: Cholesky's,
     /// or that of a chain. `scratch` must be of this model.
     fn forward_dynamics(

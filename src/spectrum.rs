@@ -16,6 +16,8 @@ pub(crate) struct Vibration {
     pub(crate) frequency: f64,
     /// Modal damping over modal mass, in 1/s.
     pub(crate) damping: f64,
+    /// Its shape, of modal mass one.
+    pub(crate) shape: Vec<f64>,
     /// How far the coordinates go from the start: amplitude times shape.
     pub(crate) amplitude: Vec<f64>,
 }
@@ -92,7 +94,8 @@ impl Spectrum {
             let damping = (0..n)
                 .map(|i| shape[i] * (0..n).map(|j| damping[(i, j)] * shape[j]).sum::<f64>())
                 .sum::<f64>();
-            Vibration { frequency, damping, amplitude }
+            let shape = shape.iter().copied().collect();
+            Vibration { frequency, damping, shape, amplitude }
         });
         Some(Self { modes: modes.collect() })
     }

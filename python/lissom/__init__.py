@@ -6,6 +6,7 @@ if TYPE_CHECKING:
     from ._lissom import (
         DOP853,
         RK45,
+        AccuracyWarning,
         Balance,
         BaseMotion,
         Body,
@@ -56,6 +57,7 @@ if TYPE_CHECKING:
 __all__ = [
     "DOP853",
     "RK45",
+    "AccuracyWarning",
     "Balance",
     "BaseMotion",
     "Body",

@@ -66,12 +66,13 @@ def advice(scene: Scene) -> list[str]:
     """
     model = scene.model
     said = about_shear(model) if isinstance(model, Rod) else []
-    found = Vibrations.of(model)
+    t0 = scene.simulation.t0
+    found = Vibrations.of(model, t0)
     if found is None:
         return said
     said += about_step(found, scene.simulation)
     said += about_stability(found, scene.simulation)
-    richer = Vibrations.of(with_more_modes(model)) if isinstance(model, Rod) and takes_more(model) else None
+    richer = Vibrations.of(with_more_modes(model), t0) if isinstance(model, Rod) and takes_more(model) else None
     if richer is not None:
         said += about_modes(found, richer)
     return said
@@ -87,15 +88,15 @@ class Vibrations:
     fastest: complex
 
     @classmethod
-    def of(cls, model: Model) -> Vibrations | None:
-        """Nothing where there is no equilibrium or the model is large."""
+    def of(cls, model: Model, t: float = 0.0) -> Vibrations | None:
+        """Those at a time; nothing where there is no equilibrium or the model is large."""
         if not 0 < model.n <= MOST_COORDINATES:
             return None
-        rest = statics(model)
+        rest = statics(model, t=t)
         if not rest.success:
             return None
         try:
-            found = modes(model, rest.q)
+            found = modes(model, rest.q, t=t)
         except LissomError:
             return None
         oscillates = (found.frequency > 0.0) & (np.abs(found.damping_ratio) < 1.0)

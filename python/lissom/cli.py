@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import sys
 import tempfile
+import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -440,17 +441,21 @@ def _refusals_of(path: Path) -> Iterator[None]:
 
 def _simulate(scene: Scene) -> Run:
     """Simulate with a progress bar. From the first step on Ctrl-C ends the simulation, not the program."""
+    from ._lissom import AccuracyWarning
     from .results import Run
 
-    duration = scene.simulation.duration
-    with _bar(duration, "Simulating", "s") as bar:
+    settings = scene.simulation
+    with _bar(settings.duration, "Simulating", "s") as bar:
 
         def progress(t: float) -> bool:
             interruption.defer(STOPPING)
-            bar.update(t - bar.n)
+            bar.update(t - settings.t0 - bar.n)
             return interruption.requested
 
-        motion = scene.run(progress=progress)
+        with warnings.catch_warnings():
+            # The summary says it.
+            warnings.simplefilter("ignore", AccuracyWarning)
+            motion = scene.run(progress=progress)
     return Run(scene, motion, interrupted=motion.status == "interrupted")
 
 

@@ -30,6 +30,9 @@ SCENE_KEYS = {"dt": "step", "jac": "jacobian", "t_eval": "output.step"}
 #: Advice of the solvers that a scene cannot follow.
 NOT_FOR_SCENES = ", or give the accelerations (`a0` of `newmark`)"
 
+#: What is said of a run whose energies are not finite.
+NO_ENERGIES = "Its energy balance is not finite: energies overflow or are NaN."
+
 #: Most instants at which the centre line is kept: more than a screen can show or an eye can see.
 MAX_SHAPES = 2000
 
@@ -87,7 +90,7 @@ class Run:
     @cached_property
     def t(self) -> Array:
         """Times in seconds, shape (m,). A run that failed at once has its initial state, so that m > 0."""
-        return self.motion.t if self._has_states else np.zeros(1)
+        return self.motion.t if self._has_states else np.array([self.scene.simulation.t0])
 
     @cached_property
     def q(self) -> Array:
@@ -107,7 +110,13 @@ class Run:
     @property
     def message(self) -> str:
         """How it ended, in the words of a scene."""
-        return in_words_of_a_scene(self.motion.message)
+        message = in_words_of_a_scene(self.motion.message)
+        return message if self.has_energies else f"{message} {NO_ENERGIES}"
+
+    @property
+    def has_energies(self) -> bool:
+        """False where energies that the scene asked for are not finite."""
+        return "energy" not in self.wants or bool(np.isfinite(self.balance.drift))
 
     @property
     def _has_states(self) -> bool:
@@ -118,7 +127,7 @@ class Run:
         """Energy balance at the times kept."""
         if self._has_states and self.motion.balance is not None:
             return self.motion.balance
-        energy = self.scene.model.energy(self.scene.q0, self.scene.v0)
+        energy = self.scene.model.energy(self.scene.q0, self.scene.v0, t=self.scene.simulation.t0)
         return Balance(
             kinetic=[energy.kinetic],
             elastic=[energy.elastic],
@@ -190,8 +199,8 @@ def statistics(run: Run) -> dict[str, Any]:
         "times_real_time": simulated / wall_time if wall_time > 0.0 else None,
         "time_error": stats.time_error,
         "space_error": stats.space_error,
-        "energy_drift": run.balance.drift if with_energy else None,
-        "energy_moved_joules": run.balance.scale if with_energy else None,
+        "energy_drift": run.balance.drift if with_energy and run.has_energies else None,
+        "energy_moved_joules": run.balance.scale if with_energy and run.has_energies else None,
         "counters": counters,
     }
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -123,7 +124,7 @@ class ModesStudy:
 def study_statics(scene: Scene, from_start: bool = False) -> StaticsStudy:
     """The equilibrium of a scene: loaded from nothing, or let go from its q0."""
     start = time.perf_counter()
-    (found,) = interruption.collect(map(statics, [scene.model], [scene.q0 if from_start else None]))
+    (found,) = interruption.collect(map(partial(statics, t=scene.simulation.t0), [scene.model], [scene.q0 if from_start else None]))
     return StaticsStudy(scene, found, from_start, time.perf_counter() - start)
 
 
@@ -135,7 +136,7 @@ def study_modes(scene: Scene, rest: StaticsStudy | None) -> ModesStudy:
     if rest is not None and not rest.found.success:
         raise LissomError(rest.found.message)
     q = scene.q0 if rest is None else rest.found.q
-    (found,) = interruption.collect(map(modes, [scene.model], [q]))
+    (found,) = interruption.collect(map(partial(modes, t=scene.simulation.t0), [scene.model], [q]))
     return ModesStudy(scene, rest, q, found)
 
 

@@ -94,7 +94,7 @@ const RUNS: usize = 6;
 /// Tightest tolerance of a run; below, rounding rules.
 const SMALLEST_RUN_TOLERANCE: f64 = 1e-13;
 
-/// The free motion of `model` from `q0`, `v0` over `[0, t_end]`, to an accuracy; and a model with more quadrature nodes that took its place,
+/// The free motion of `model` from `q0`, `v0` over `t_span`, to an accuracy; and a model with more quadrature nodes that took its place,
 /// where it leaves their number open and the accuracy needs them. `t_eval` are increasing times at which the
 /// motion is wanted. `monitor` sees the time after every accepted step of every run and may stop it.
 ///
@@ -102,7 +102,7 @@ const SMALLEST_RUN_TOLERANCE: f64 = 1e-13;
 /// of them. Where the accuracy could not be reached, the status says so.
 pub fn simulate_to_accuracy<M: Model + Clone>(
     mut model: M,
-    t_end: f64,
+    t_span: (f64, f64),
     q0: &[f64],
     v0: &[f64],
     request: Request,
@@ -111,11 +111,11 @@ pub fn simulate_to_accuracy<M: Model + Clone>(
 ) -> Result<(Simulation, Option<M>), InvalidInput> {
     let clock = Instant::now();
     request.validate()?;
-    crate::newmark::check_start(model.n(), (0.0, t_end), q0, v0, request.dt)?;
+    crate::newmark::check_start(model.n(), t_span, q0, v0, request.dt)?;
     let original = model.clone();
     let mut factor = 1;
     let mut found = loop {
-        let plan = Plan::new(&mut model, t_end, [q0, v0], request, t_eval);
+        let plan = Plan::new(&mut model, t_span, [q0, v0], request, t_eval);
         let mut found = plan.to_accuracy(monitor)?;
         let more_nodes = original.with_nodes_times(2 * factor);
         if found.status.is_success() {
@@ -142,7 +142,7 @@ pub fn simulate_to_accuracy<M: Model + Clone>(
 struct Plan<'a, M> {
     model: &'a M,
     choice: Choice,
-    t_end: f64,
+    t_span: (f64, f64),
     start: [&'a [f64]; 2],
     request: Request,
     t_eval: Option<&'a [f64]>,
@@ -163,17 +163,17 @@ struct Found {
 impl<'a, M: Model + Clone> Plan<'a, M> {
     fn new(
         model: &'a mut M,
-        t_end: f64,
+        t_span: (f64, f64),
         [q0, v0]: [&'a [f64]; 2],
         request: Request,
         t_eval: Option<&'a [f64]>,
     ) -> Self {
-        let choice = match Spectrum::new(model, 0.0, q0, v0) {
+        let choice = match Spectrum::new(model, t_span.0, q0, v0) {
             Some(spectrum) => Choice::new(model, q0, &spectrum, request.tolerance),
             // There are no accelerations: the method says so.
             None => Choice::implicit(),
         };
-        Self { model, choice, t_end, start: [q0, v0], request, t_eval }
+        Self { model, choice, t_span, start: [q0, v0], request, t_eval }
     }
 
     /// Runs of ever tighter tolerances, until the estimated time error of one is below the tolerance.
@@ -244,7 +244,7 @@ impl<'a, M: Model + Clone> Plan<'a, M> {
         };
         let [q0, v0] = self.start.map(embed);
         let tightest = found.tolerance.max(SPACE_TOLERANCE * self.request.tolerance);
-        let plan = Plan::new(&mut finer, self.t_end, [&q0, &v0], self.request, self.t_eval);
+        let plan = Plan::new(&mut finer, self.t_span, [&q0, &v0], self.request, self.t_eval);
         let mut tolerance = FIRST_SPACE_TOLERANCE.max(tightest);
         let error = loop {
             let other = plan.run(tolerance, monitor)?;
@@ -293,8 +293,8 @@ impl<'a, M: Model + Clone> Plan<'a, M> {
         if !found.status.is_success() || is_met {
             return Ok(false);
         }
-        let Self { t_end, start, request, t_eval, .. } = *self;
-        let plan = Plan { model: more_nodes, choice: self.choice.clone(), t_end, start, request, t_eval };
+        let Self { t_span, start, request, t_eval, .. } = *self;
+        let plan = Plan { model: more_nodes, choice: self.choice.clone(), t_span, start, request, t_eval };
         // What is small beside the error by the modes does not matter either.
         let matters = (NODES_TOLERANCE * tolerance).max(SPACE_TOLERANCE * space_error.unwrap_or(0.0));
         let other = plan.run(found.tolerance.max(matters / CLEAR), monitor)?;
@@ -310,7 +310,7 @@ impl<'a, M: Model + Clone> Plan<'a, M> {
         let mut model = self.model.clone();
         let method = self.choice.method(&mut model, tolerance, self.request);
         let [q0, v0] = self.start;
-        simulate(model, self.t_end, q0, v0, &method, self.t_eval, monitor)
+        simulate(model, self.t_span, q0, v0, &method, self.t_eval, monitor)
     }
 }
 

@@ -20,6 +20,7 @@ mod newmark;
 mod ode;
 mod pendulum;
 mod profile;
+mod record;
 mod rod;
 mod roots;
 mod scene;
@@ -40,7 +41,7 @@ mod _lissom {
     #[pymodule_export]
     use super::base::PyBaseMotion;
     #[pymodule_export]
-    use super::errors::{ConvergenceError, LissomError};
+    use super::errors::{AccuracyWarning, ConvergenceError, LissomError};
     #[pymodule_export]
     use super::fluid::PyFluid;
     #[pymodule_export]

@@ -5,6 +5,7 @@ use pyo3::prelude::*;
 
 use super::convert;
 use super::errors::LissomError;
+use super::record::{self, ReadOnly, Reduced};
 use super::statics::native;
 use crate::modes::{self as core, Modes, NoModes};
 
@@ -33,12 +34,13 @@ use crate::modes::{self as core, Modes, NoModes};
 ///     Generalised forces at `q` times typical sizes of the coordinates, joules: nearly zero at an equilibrium. Elsewhere the
 ///     modes are those of the model held there by constant generalised forces.
 #[pyclass(name = "ModesResult", module = "lissom", frozen, get_all)]
+#[derive(FromPyObject)]
 pub(crate) struct PyModesResult {
-    frequency: Py<PyArray1<f64>>,
-    angular_frequency: Py<PyArray1<f64>>,
-    damping_ratio: Py<PyArray1<f64>>,
-    eigenvalues: Py<PyArray1<Complex64>>,
-    shapes: Py<PyAny>,
+    frequency: ReadOnly<PyArray1<f64>>,
+    angular_frequency: ReadOnly<PyArray1<f64>>,
+    damping_ratio: ReadOnly<PyArray1<f64>>,
+    eigenvalues: ReadOnly<PyArray1<Complex64>>,
+    shapes: ReadOnly,
     is_classical: bool,
     is_stable: bool,
     residual_norm: f64,
@@ -54,6 +56,16 @@ impl PyModesResult {
         let more = if count > 3 { ", ..." } else { "" };
         let stable = if self.is_stable { "stable" } else { "unstable" };
         format!("<ModesResult: {count} modes, {stable}, {}{more} Hz>", first.join(", "))
+    }
+
+    /// For copies and pickles.
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Reduced<'py>> {
+        record::reduce(slf)
+    }
+
+    #[staticmethod]
+    fn _restore(state: Self) -> Self {
+        state
     }
 }
 
@@ -93,7 +105,7 @@ pub(crate) fn modes<'py>(
     py: Python<'py>,
     model: &Bound<'py, PyAny>,
     q: &Bound<'py, PyAny>,
-    t: f64,
+    #[pyo3(from_py_with = convert::number)] t: f64,
 ) -> PyResult<PyModesResult> {
     let mut model = native(model, t)?;
     let q = convert::finite_vector_of(q, model.n(), "q")?;
@@ -122,11 +134,11 @@ pub(crate) fn modes<'py>(
     let hertz: Vec<f64> = frequency.iter().map(|omega| omega / std::f64::consts::TAU).collect();
     Ok(PyModesResult {
         is_stable,
-        frequency: hertz.into_pyarray(py).unbind(),
-        angular_frequency: frequency.into_pyarray(py).unbind(),
-        damping_ratio: damping.into_pyarray(py).unbind(),
-        eigenvalues: eigenvalues.into_pyarray(py).unbind(),
-        shapes: shapes.unbind(),
+        frequency: ReadOnly::new(hertz.into_pyarray(py))?,
+        angular_frequency: ReadOnly::new(frequency.into_pyarray(py))?,
+        damping_ratio: ReadOnly::new(damping.into_pyarray(py))?,
+        eigenvalues: ReadOnly::new(eigenvalues.into_pyarray(py))?,
+        shapes: ReadOnly::new(shapes)?,
         is_classical,
         residual_norm,
     })

@@ -8,7 +8,7 @@ use super::load::Load;
 use super::profile::Profile;
 use super::section::{GivenSection, Section, ShearCorrection};
 use super::support::Support;
-use crate::error::{Checker, InvalidInput};
+use crate::error::{Checker, InvalidInput, Number};
 
 /// Number of strain components.
 pub const STRAINS: usize = 6;
@@ -309,6 +309,19 @@ impl Rod {
     pub fn shortest_period(&self) -> f64 {
         let of_base = self.base_motion.iter().map(BaseMotion::period);
         self.loads.iter().map(Load::period).chain(of_base).fold(f64::INFINITY, f64::min)
+    }
+
+    /// The first of its loads that is not finite at a time, in words.
+    pub(super) fn not_finite(&self, t: f64) -> Option<String> {
+        let of_load = |(i, load): (usize, &Load)| {
+            let signals = [("force", &load.force), ("moment", &load.moment)];
+            let (name, value) = signals.into_iter().find_map(|(name, signal)| {
+                let value = signal.at(t).ok()?.into_iter().find(|x| !x.is_finite())?;
+                Some((name, value))
+            })?;
+            Some(format!("loads[{i}].{name} is {value} at t = {}", Number(t)))
+        };
+        self.loads.iter().enumerate().find_map(of_load)
     }
 
     /// Everything that is wrong with this rod and its segments.

@@ -26,6 +26,7 @@ mod piece;
 mod plan;
 mod point_tangent;
 mod points;
+mod prescribed;
 mod profile;
 mod quadrature;
 mod resolution;

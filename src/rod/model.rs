@@ -453,6 +453,11 @@ impl Model for RodModel {
         on_sweeps!(&self.sweeps, sweeps => sweeps.plan().varies_in_time)
     }
 
+    fn not_finite(&self) -> Option<String> {
+        let t = on_sweeps!(&self.sweeps, sweeps => sweeps.time_without_loads())?;
+        self.rod.not_finite(t)
+    }
+
     #[inline]
     fn set_time(&mut self, t: f64) -> Result<(), Interrupted> {
         on_sweeps!(&mut self.sweeps, sweeps => sweeps.set_time(t))

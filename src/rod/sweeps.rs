@@ -11,14 +11,15 @@ use super::turning::Turning;
 use super::workspace::Workspace;
 use super::{energy, inverse_dynamics, surroundings};
 use crate::error::Interrupted;
-use crate::lie::{Lanes, Vector, Wrench};
+use crate::lie::{Lanes, Vector, VectorSpace, Wrench};
 use crate::model::Energy;
 
 /// Whether this machine multiplies and adds in one instruction: 64-bit ARM does, and x86-64 with the wide instruction sets
 /// that pulp knows.
 pub(super) fn machine_has_fused() -> bool {
-    cfg!(lissom_dev) || cfg!(any(target_arch = "x86_64", target_arch = "aarch64"))
-        && !matches!(pulp::Arch::new(), pulp::Arch::Scalar)
+    cfg!(lissom_dev)
+        || cfg!(any(target_arch = "x86_64", target_arch = "aarch64"))
+            && !matches!(pulp::Arch::new(), pulp::Arch::Scalar)
 }
 
 /// Runs a sweep with the instructions that all machines have. Never inlined: these copies are only needed once.
@@ -198,6 +199,14 @@ impl<G: Turning> Sweeps<G> {
             surroundings::set(&self.plan, &mut self.work, t)?;
         }
         Ok(())
+    }
+
+    /// The time that is set, where a load is not finite then; NaN where none could be set.
+    pub(super) fn time_without_loads(&self) -> Option<f64> {
+        let is_finite = |wrench: &Wrench<G, f64>| {
+            (wrench.force.dot(wrench.force) + wrench.moment.dot(wrench.moment)).is_finite()
+        };
+        (!self.work.acting.iter().all(is_finite)).then_some(self.work.time)
     }
 
     /// The base at the time that is set.

@@ -4,11 +4,11 @@
 use std::sync::Arc;
 
 use crate::accuracy;
-use crate::error::{Checker, InvalidInput};
+use crate::error::{Checker, InvalidInput, Number};
 use crate::model::Model as _;
 use crate::pendulum::SpringPendulum;
 use crate::rod;
-use crate::signal::{Harmonic, Signal, Table};
+use crate::signal::{Harmonic, Signal, Table, covers};
 use crate::simulate::check_step;
 
 use super::document::{
@@ -118,7 +118,7 @@ fn rod(document: &Document, shape: &mut Shape) -> Option<(Model, [Vec<f64>; 2])>
         written.segment.iter().enumerate().map(|(i, segment)| rod_segment(segment, i, shape)).collect();
     let moving = written.base_motion.as_ref();
     let rod = rod::Rod {
-        base_motion: moving.map(|written| base_motion(written, document.simulation.duration, shape)),
+        base_motion: moving.map(|written| base_motion(written, &document.simulation, shape)),
         base_position: written.base.position,
         base_orientation: written.base.orientation,
         tip_force: written.tip_force,
@@ -350,7 +350,7 @@ fn table<const N: usize>(
     table.map_or(Signal::Harmonic(Harmonic::zero()), |table| Signal::Table(Arc::new(table)))
 }
 
-fn base_motion(written: &BaseMotion, duration: f64, shape: &mut Shape) -> rod::BaseMotion {
+fn base_motion(written: &BaseMotion, settings: &Settings, shape: &mut Shape) -> rod::BaseMotion {
     let place = |key: &str| format!("rod[0].base_motion.{key}");
     let BaseMotion { translation, axis, angle, rotation } = written;
     if rotation.is_some() && (axis.is_some() || angle.is_some()) {
@@ -378,9 +378,11 @@ fn base_motion(written: &BaseMotion, duration: f64, shape: &mut Shape) -> rod::B
         }
     }
     let [from, to] = motion.span();
-    let is_known = problems == shape.problems.len() && shape.is_readable("simulation.duration");
-    if is_known && (from > 0.0 || duration > to) {
-        let right = format!("its tables cover the run from 0 to {duration} s");
+    let of_run = ["simulation.duration", "simulation.t0"];
+    let is_known = problems == shape.problems.len() && of_run.iter().all(|key| shape.is_readable(key));
+    let (t0, t_end) = (settings.t0, settings.t0 + settings.duration);
+    if is_known && !(covers([from, to], t0) && covers([from, to], t_end)) {
+        let right = format!("its tables cover the run from {t0} to {t_end} s");
         shape.refuse(
             "rod[0].base_motion",
             format!("known from {from} to {to} s"),
@@ -493,6 +495,7 @@ fn simulation(written: &Settings, n: usize, shape: &mut Shape) -> Simulation {
     }
     let default_rtol = if is_auto { accuracy::DEFAULT_TOLERANCE } else { default.rtol };
     let simulation = Simulation {
+        t0: written.t0,
         method,
         step: written.step.unwrap_or(default.step),
         jacobian: written.jacobian,
@@ -526,6 +529,7 @@ impl Simulation {
         let mut check = Checker::new();
         let duration = check.positive(self.duration, "duration", "seconds");
         check.positive(self.step, "step", "seconds");
+        check.require(self.t0.is_finite(), "t0", Number(self.t0), "a finite number (seconds)");
         check.non_negative(self.rtol, "rtol", "relative");
         check.non_negative(self.atol, "atol", "absolute");
         check.require(

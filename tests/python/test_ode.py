@@ -193,7 +193,7 @@ def test_wrong_options_are_refused(options, error, message):
         ((decay, (0.0, 1.0), [np.inf]), ValueError, r"y0\[0\]: got inf"),
         ((decay, (0.0, 1.0), 1.0), TypeError, "y0: expected a one-dimensional array"),
         ((decay, (0.0, 1.0), [[1.0]]), TypeError, "y0: expected a one-dimensional array"),
-        ((decay, (0.0, 1.0), ["a"]), TypeError, "y0: expected a one-dimensional array"),
+        ((decay, (0.0, 1.0), ["a"]), TypeError, r"y0\[0\]: expected a real number, got 'a'"),
     ],
 )
 def test_wrong_arguments_are_refused(arguments, error, message):
