@@ -72,7 +72,9 @@ def advice(scene: Scene) -> list[str]:
         return said
     said += about_step(found, scene.simulation)
     said += about_stability(found, scene.simulation)
-    richer = Vibrations.of(with_more_modes(model), t0) if isinstance(model, Rod) and takes_more(model) else None
+    richer = (
+        Vibrations.of(with_more_modes(model), t0) if isinstance(model, Rod) and takes_more(model) else None
+    )
     if richer is not None:
         said += about_modes(found, richer)
     return said

@@ -124,7 +124,9 @@ class ModesStudy:
 def study_statics(scene: Scene, from_start: bool = False) -> StaticsStudy:
     """The equilibrium of a scene: loaded from nothing, or let go from its q0."""
     start = time.perf_counter()
-    (found,) = interruption.collect(map(partial(statics, t=scene.simulation.t0), [scene.model], [scene.q0 if from_start else None]))
+    (found,) = interruption.collect(
+        map(partial(statics, t=scene.simulation.t0), [scene.model], [scene.q0 if from_start else None])
+    )
     return StaticsStudy(scene, found, from_start, time.perf_counter() - start)
 
 

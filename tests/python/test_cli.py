@@ -842,9 +842,9 @@ def test_open_modes_that_cannot_be_chosen_are_a_message(scene, tmp_path):
     assert list(tmp_path.iterdir()) == [path]
 
 
-def unresolved(model, q0=None):
+def unresolved(model, q0=None, **options):
     """Statics that give up at once."""
-    return lissom.statics(model, q0, method="newton", max_iter=1)
+    return lissom.statics(model, q0, method="newton", max_iter=1, **options)
 
 
 def test_modes_without_an_equilibrium_are_what_statics_found(scene, tmp_path, monkeypatch, capsys):
@@ -862,7 +862,7 @@ def test_modes_without_an_equilibrium_are_what_statics_found(scene, tmp_path, mo
 
 
 def test_modes_that_are_interrupted_keep_the_equilibrium(scene, tmp_path, monkeypatch):
-    def interrupted(model, q):
+    def interrupted(model, q, **options):
         raise KeyboardInterrupt
 
     monkeypatch.setattr(studies, "modes", interrupted)

@@ -119,6 +119,7 @@ inertia = [[2e-6, 0, 0], [0, 1e-6, 0], [0, 0, 1e-6]]
 centre = [0.01, 0]
 [simulation]
 duration = 0.5
+t0 = 0.25
 method = "newmark"
 step = 1e-3
 jacobian = "central"

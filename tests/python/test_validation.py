@@ -30,7 +30,7 @@ NOWHERE = Package("Nowhere", module="a_module_that_is_nowhere", install="pip ins
 def outcomes():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(validation.case, "MOST_REPEATS", 1)
-        return validation.run_all(validation.CASES)
+        return list(validation.run_all(validation.CASES))
 
 
 @pytest.fixture
