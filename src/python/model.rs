@@ -126,7 +126,12 @@ impl PyModel {
         // A base that is held elsewhere takes its place from a time, whichever it is.
         let depends_on_time = model.rod().map_or(varies_in_time, Rod::depends_on_time);
         let forward = ForwardScratch::of(&model);
-        Self { n, varies_in_time, depends_on_time, memory: Mutex::new(Memory { model: Box::new(model), forward }) }
+        Self {
+            n,
+            varies_in_time,
+            depends_on_time,
+            memory: Mutex::new(Memory { model: Box::new(model), forward }),
+        }
     }
 
     /// A copy of the model for a run of its own.
