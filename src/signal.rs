@@ -141,9 +141,12 @@ pub struct Table<const N: usize> {
 }
 
 impl<const N: usize> Table<N> {
-    /// The first of its times after `t`; infinite behind the last.
+    /// The first of its times after `t`; infinite behind the last. One that only rounding of times separates from `t` is `t`: a step to
+    /// it would be all rounding.
     fn next_time(&self, t: f64) -> f64 {
-        let next = self.times.partition_point(|&time| time <= t);
+        let apart = (self.times[self.times.len() - 1] - self.times[0]) / self.times.len() as f64;
+        let margin = rounding_of_times(apart, t);
+        let next = self.times.partition_point(|&time| time <= t + margin);
         self.times.get(next).copied().unwrap_or(f64::INFINITY)
     }
 
@@ -223,6 +226,19 @@ pub trait Evaluate<const N: usize>: std::any::Any + Debug + Send + Sync {
 
 /// A value with its first and its second derivative.
 pub type Motion<const N: usize> = [[f64; N]; 3];
+
+/// The end of a step from `t` that goes as far as it may: the horizon, unless only rounding of times separates that from the end of the
+/// run, which a step of its own would not survive.
+pub(crate) fn end_of_step(t: f64, t_end: f64, horizon: f64) -> f64 {
+    if t_end - horizon <= rounding_of_times(t_end - t, t_end) { t_end } else { horizon }
+}
+
+/// How far times that are meant to be the same may be apart, near `t`, where those that are not are so far `apart`.
+fn rounding_of_times(apart: f64, t: f64) -> f64 {
+    const PART: f64 = 1e-9;
+    const UNITS: f64 = 8.0;
+    (PART * apart).max(UNITS * f64::EPSILON * t.abs())
+}
 
 /// Whether a time lies between two others, or beyond them by rounding only: that of the last step of a run.
 pub(crate) fn covers([from, to]: [f64; 2], t: f64) -> bool {

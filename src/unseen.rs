@@ -17,14 +17,11 @@ const WORTH_A_WARNING: f64 = 1e-2;
 /// Models of more coordinates are not looked at: their spectrum would cost more than a short run.
 const MOST_COORDINATES: usize = 100;
 
-/// Steps a period that resolve a vibration: average acceleration makes it (2 pi / 20)^2 / 12 (0.8 %) longer.
-const STEPS_PER_PERIOD: f64 = 20.0;
-
 /// The vibrations of a model about its start, and how strong each was so far.
 #[derive(Clone, Debug)]
 pub(crate) struct Unseen {
     dt: f64,
-    t_end: f64,
+    t_span: (f64, f64),
     vibrations: Vec<Vibration>,
 }
 
@@ -57,7 +54,7 @@ impl Unseen {
     /// nothing could be wrong.
     pub(crate) fn new<M: Model>(
         model: &mut M,
-        (t0, t_end): (f64, f64),
+        t_span: (f64, f64),
         [q0, v0]: [&[f64]; 2],
         dt: f64,
     ) -> Option<Self> {
@@ -65,7 +62,7 @@ impl Unseen {
         if n > MOST_COORDINATES {
             return None;
         }
-        let spectrum = Spectrum::new(model, t0, q0, v0)?;
+        let spectrum = Spectrum::new(model, t_span.0, q0, v0)?;
         let mut mass = Matrix::zeros(n, n);
         model.mass_matrix(q0, &mut mass);
         let oscillates = |mode: &&crate::spectrum::Vibration| mode.frequency > 0.0 && !mode.is_overdamped();
@@ -82,17 +79,17 @@ impl Unseen {
                 distance: 0.0,
             }
         });
-        let mut unseen = Self { dt, t_end, vibrations: vibrations.collect() };
+        let mut unseen = Self { dt, t_span, vibrations: vibrations.collect() };
         let mut a0 = vec![0.0; n];
         let mut scratch = crate::model::ForwardScratch::of(model);
         model.forward_dynamics(q0, v0, &mut a0, &mut scratch).ok()?;
-        unseen.step(t0, &a0);
+        unseen.step(t_span.0, &a0);
         Some(unseen)
     }
 
     /// Takes note of the accelerations after a step.
     pub(crate) fn step(&mut self, t: f64, a: &[f64]) {
-        let left = self.t_end - t;
+        let left = self.t_span.1 - t;
         for vibration in &mut self.vibrations {
             let distance = vibration.weights.iter().zip(a).map(|(weight, a)| weight * a).sum::<f64>().abs();
             // No growth is more than two.
@@ -124,13 +121,20 @@ impl Unseen {
             return None;
         }
         let hertz = vibration.frequency / std::f64::consts::TAU;
+        // With short steps the drift of the phase is w^3 h^2 / 12: half of what is worth a warning.
+        let time = self.t_span.1 - self.t_span.0;
+        let enough = |(moved, vibration): &(f64, &Vibration)| {
+            let drift = 0.5 * WORTH_A_WARNING / (moved * time.min(1.0 / vibration.decay));
+            (12.0 * drift / vibration.frequency.powi(3)).sqrt()
+        };
+        let step = movements.iter().map(enough).fold(self.dt, f64::min);
         Some(format!(
             "The step of {} s does not resolve a vibration of {hertz:.3} Hz that moves the tip by {:.1} % of the length: the tip is wrong \
              by about {:.1} %. Take steps of {:.1e} s, adaptive ones, or method \"auto\".",
             Number(self.dt),
             100.0 * moved,
             100.0 * error,
-            1.0 / (STEPS_PER_PERIOD * hertz)
+            step
         ))
     }
 }

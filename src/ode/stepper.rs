@@ -8,6 +8,7 @@ use super::radau::Radau;
 use super::status::Status;
 use super::{System, initial_step};
 use crate::error::{Interrupted, InvalidInput, Number};
+use crate::signal::end_of_step;
 
 /// What an integration has cost.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -66,7 +67,7 @@ impl State {
     fn look_ahead<S: System + ?Sized>(&mut self, system: &S) {
         self.horizon = self.t_end;
         if self.direction > 0.0 {
-            self.horizon = self.t_end.min(system.horizon(self.t));
+            self.horizon = end_of_step(self.t, self.t_end, system.horizon(self.t));
         }
     }
 

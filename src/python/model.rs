@@ -105,6 +105,7 @@ impl<M: model::Model + Clone + Send + Sync + 'static> Native for M {
 pub(crate) struct PyModel {
     n: usize,
     varies_in_time: bool,
+    depends_on_time: bool,
     memory: Mutex<Memory>,
 }
 
@@ -123,8 +124,15 @@ impl Clone for Memory {
 impl PyModel {
     pub(crate) fn new(model: impl Native + 'static) -> Self {
         let (n, varies_in_time) = (model.n(), model.varies_in_time());
+        // A base that is held elsewhere takes its place from a time, whichever it is.
+        let depends_on_time = model.rod().map_or(varies_in_time, Rod::depends_on_time);
         let forward = ForwardScratch::of(&model);
-        Self { n, varies_in_time, memory: Mutex::new(Memory { model: Box::new(model), forward }) }
+        Self {
+            n,
+            varies_in_time,
+            depends_on_time,
+            memory: Mutex::new(Memory { model: Box::new(model), forward }),
+        }
     }
 
     /// A copy of the model for a run of its own.
@@ -139,7 +147,7 @@ impl PyModel {
 
     /// What `evaluate` makes of the model at the time of a state.
     fn at<T>(&self, t: Option<f64>, evaluate: impl FnOnce(&mut Memory) -> T) -> PyResult<T> {
-        let t = time_of_state(t, self.varies_in_time)?;
+        let t = time_of_state(t, self.depends_on_time)?;
         check_time(t, self.memory().model.time_span())?;
         if !self.varies_in_time {
             return Ok(evaluate(&mut self.memory()));

@@ -456,7 +456,7 @@ impl PyRod {
 
     /// A copy of the model at a time.
     fn at(&self, t: Option<f64>) -> PyResult<RodModel> {
-        let t = time_of_state(t, self.description.base_motion.is_some())?;
+        let t = time_of_state(t, self.description.is_moved())?;
         check_time(t, self.span())?;
         let mut model = self.kinematics.lock().unwrap_or_else(PoisonError::into_inner).clone();
         if self.description.base_motion.is_some() {
@@ -477,7 +477,7 @@ impl PyRod {
     /// The times of so many states, or one for all of them.
     fn times(&self, t: Option<&Bound<'_, PyAny>>, states: Option<usize>) -> PyResult<Vec<f64>> {
         let Some(t) = t else {
-            return time_of_state(None, self.description.base_motion.is_some()).map(|t| vec![t]);
+            return time_of_state(None, self.description.is_moved()).map(|t| vec![t]);
         };
         let (times, is_number) = convert::scalar_or_vector(t, "t")?;
         if !is_number && Some(times.len()) != states {
@@ -831,7 +831,7 @@ impl PyRod {
         let (q, qd, qdd) = (state(q, "q")?, state(qd, "qd")?, state(qdd, "qdd")?);
         // What holds a rod in its plane is known in space alone.
         let mut model = RodModel::spatial(&self.description)?;
-        let t = time_of_state(t, model.varies_in_time())?;
+        let t = time_of_state(t, self.description.depends_on_time())?;
         check_time(t, self.span())?;
         or_raised(model.set_time(t))?;
         let wrench = model.base_wrench(&q, &qd, &qdd);

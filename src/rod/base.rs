@@ -101,6 +101,15 @@ impl BaseMotion {
         [translation[0].max(rotation[0]), translation[1].min(rotation[1])]
     }
 
+    /// Whether the base is always where it is.
+    pub fn is_constant(&self) -> bool {
+        let turns = match &self.rotation {
+            BaseRotation::About { angle, .. } => angle.constant().is_none(),
+            BaseRotation::By(_) => true,
+        };
+        self.translation.constant().is_some() && !turns
+    }
+
     /// Whether it certainly leaves the base in the plane across `normal`, a unit vector in the world.
     pub(super) fn stays_across(&self, normal: Vector<f64>) -> bool {
         let is_across = |v: &[f64; 3]| {

@@ -311,6 +311,16 @@ impl Rod {
         self.loads.iter().map(Load::period).chain(of_base).fold(f64::INFINITY, f64::min)
     }
 
+    /// Whether where the rod is depends on time by itself: its base moves.
+    pub fn is_moved(&self) -> bool {
+        self.base_motion.as_ref().is_some_and(|motion| !motion.is_constant())
+    }
+
+    /// Whether anything of it depends on time by itself.
+    pub fn depends_on_time(&self) -> bool {
+        self.is_moved() || self.loads.iter().any(Load::varies_in_time)
+    }
+
     /// The first of its loads that is not finite at a time, in words.
     pub(super) fn not_finite(&self, t: f64) -> Option<String> {
         let of_load = |(i, load): (usize, &Load)| {

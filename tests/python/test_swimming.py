@@ -224,7 +224,12 @@ def test_a_straight_rod_swung_in_a_fluid_meets_the_integrals_of_the_drag(strains
     """About z with w and dw/dt: v = w x across, so that all is an integral of powers of x."""
     speed, rate, t = 3.0, 5.0, 0.4
     rho, viscous, coefficient, added = 800.0, 0.4, 1.2, 0.9
-    spin = lissom.BaseMotion(axis=(0, 0, 1), angle=lambda t: (0.0, speed, rate))
+
+    def swing(now):
+        since = now - t
+        return speed * since + 0.5 * rate * since**2, speed + rate * since, rate
+
+    spin = lissom.BaseMotion(axis=(0, 0, 1), angle=swing)
     fluid = lissom.Fluid(
         rho,
         viscous_drag=(viscous, 0.1),
