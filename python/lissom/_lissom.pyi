@@ -969,7 +969,7 @@ def continuation(
     *,
     load_factor: float = 0.0,
     direction: ArrayLike | None = None,
-    bounds: tuple[float, float] = (0.0, 1.0),
+    bounds: ArrayLike = (0.0, 1.0),
     max_step: float = 0.25,
     max_steps: int = 500,
     t: float = 0.0,
