@@ -81,6 +81,7 @@ class Balance:
     def drift(self) -> float: ...
     @property
     def moves(self) -> bool: ...
+    def __getnewargs_ex__(self) -> tuple[tuple[()], dict[str, Any]]: ...
 
 @final
 class SpringPendulum(Model):
@@ -737,6 +738,8 @@ class SimulationSettings:
     def output_step(self) -> float | None: ...
     @property
     def quantities(self) -> tuple[str, ...]: ...
+    def __eq__(self, other: object, /) -> bool: ...
+    def __ne__(self, other: object, /) -> bool: ...
 
 @final
 class Scene:
@@ -984,7 +987,7 @@ def continuation(
     *,
     load_factor: float = 0.0,
     direction: ArrayLike | None = None,
-    bounds: tuple[float, float] = (0.0, 1.0),
+    bounds: ArrayLike = (0.0, 1.0),
     max_step: float = 0.25,
     max_steps: int = 500,
     t: float = 0.0,

@@ -194,7 +194,7 @@ pub(crate) fn number(value: &Bound<'_, PyAny>) -> PyResult<f64> {
     if is_one {
         return value.extract();
     }
-    Err(PyTypeError::new_err(format!("must be real number, not {}", describe_entry(value))))
+    Err(PyTypeError::new_err(format!("must be real number, not {}", describe(value))))
 }
 
 /// A number, or None.

@@ -101,7 +101,11 @@ def solve(fun, y0=VECTOR, method="Radau", **options):
 
 
 def newmark(value=lambda x: x, jac=False):
-    options = {"jac": lambda t, q, v, a: [value(x) for x in (STIFFNESS, 0.25 * STIFFNESS, np.eye(N))]} if jac else {}
+    options = (
+        {"jac": lambda t, q, v, a: [value(x) for x in (STIFFNESS, 0.25 * STIFFNESS, np.eye(N))]}
+        if jac
+        else {}
+    )
     result = lissom.newmark(
         lambda t, q, v, a: value(a + STIFFNESS @ q), (0.0, 1.0), VECTOR, STATES[1], dt=0.25, **options
     )
@@ -207,16 +211,16 @@ PLACES = {
     ),
     "Segment, reference_strain": (
         np.array([0.0, 0.5, 0.0, 1.0, 0.0, 0.0]),
-        lambda x: lissom.Segment(
-            1.0, 1e-3, 2e11, 8e10, 7800, {"bend_y": 1}, reference_strain=x
-        ).reference_strain,
+        lambda x: (
+            lissom.Segment(1.0, 1e-3, 2e11, 8e10, 7800, {"bend_y": 1}, reference_strain=x).reference_strain
+        ),
     ),
     "Segment, radius": (np.array([0.5, 0.25]), lambda x: lissom.Section.circle(x).parameters["radius"]),
     "Segment, shear_correction": (
         np.array([0.5, 0.75]),
-        lambda x: lissom.Segment(
-            1.0, 1e-3, 2e11, 8e10, 7800, {"bend_y": 1}, shear_correction=x
-        ).shear_correction,
+        lambda x: (
+            lissom.Segment(1.0, 1e-3, 2e11, 8e10, 7800, {"bend_y": 1}, shear_correction=x).shear_correction
+        ),
     ),
     "Section.given, stiffness": (np.diag([4.0, 2.0, 3.0, 4.0, 5.0, 6.0]), lambda x: section("stiffness", x)),
     "Section.given, diagonal": (np.array([4.0, 2.0, 3.0, 4.0, 5.0, 6.0]), lambda x: section("stiffness", x)),
@@ -249,9 +253,7 @@ PLACES = {
     "Fluid, viscous_drag": (np.array([0.5, 0.25]), lambda x: lissom.Fluid(1e3, viscous_drag=x).viscous_drag),
     "Balance": (
         VECTOR**2,
-        lambda x: lissom.Balance(
-            kinetic=x, elastic=x, gravitational=x, loads=x, dissipated=x, work=x
-        ).total,
+        lambda x: lissom.Balance(kinetic=x, elastic=x, gravitational=x, loads=x, dissipated=x, work=x).total,
     ),
     "linearise, q": (lissom.statics(ROD).q.round(6), lambda x: lissom.linearise(ROD, np.asarray(x, float)).A),
 }
@@ -259,27 +261,31 @@ PLACES = {
 #: Every function of the user that returns arrays: what makes a result of the function that wraps them.
 CALLBACKS = {
     "root, fun": lambda wrap: lissom.root(lambda y: wrap(STIFFNESS @ y - VECTOR), VECTOR).x,
-    "root, jac": lambda wrap: lissom.root(
-        lambda y: STIFFNESS @ y - VECTOR, VECTOR, jac=lambda y: wrap(STIFFNESS)
-    ).x,
+    "root, jac": lambda wrap: (
+        lissom.root(lambda y: STIFFNESS @ y - VECTOR, VECTOR, jac=lambda y: wrap(STIFFNESS)).x
+    ),
     "jacobian, fun": lambda wrap: lissom.jacobian(lambda y: wrap(np.round(y * 2**20) / 2**20), VECTOR),
-    "check_jacobian, jac": lambda wrap: lissom.check_jacobian(
-        lambda y: STIFFNESS @ y, lambda y: wrap(STIFFNESS + np.eye(N)), VECTOR
-    ).relative_difference,
+    "check_jacobian, jac": lambda wrap: (
+        lissom.check_jacobian(
+            lambda y: STIFFNESS @ y, lambda y: wrap(STIFFNESS + np.eye(N)), VECTOR
+        ).relative_difference
+    ),
     "solve_ivp, fun": lambda wrap: solve(lambda t, y: wrap(VECTOR * (t > 0.5)), method="RK45"),
     "solve_ivp, vectorized": lambda wrap: solve(
         lambda t, y: wrap(np.repeat(VECTOR[:, None], y.shape[1], axis=1)), vectorized=True
     ),
     "solve_ivp, jac": lambda wrap: solve(lambda t, y: -STIFFNESS @ y, jac=lambda t, y: wrap(-STIFFNESS)),
     "newmark, residual": lambda wrap: newmark(lambda x: wrap(np.round(x * 2.0**6) / 2.0**6)),
-    "newmark, jac": lambda wrap: lissom.newmark(
-        lambda t, q, v, a: a + STIFFNESS @ q,
-        (0.0, 1.0),
-        VECTOR,
-        STATES[1],
-        dt=0.25,
-        jac=lambda t, q, v, a: [wrap(x) for x in (STIFFNESS, np.zeros((N, N)), np.eye(N))],
-    ).q,
+    "newmark, jac": lambda wrap: (
+        lissom.newmark(
+            lambda t, q, v, a: a + STIFFNESS @ q,
+            (0.0, 1.0),
+            VECTOR,
+            STATES[1],
+            dt=0.25,
+            jac=lambda t, q, v, a: [wrap(x) for x in (STIFFNESS, np.zeros((N, N)), np.eye(N))],
+        ).q
+    ),
     "Load, force": driven,
     "BaseMotion, translation": shaken,
     "Segment, reference_strain": strained,
@@ -322,7 +328,9 @@ def test_arrays_without_strides():
 
 @pytest.mark.parametrize("dtype", ["i1", "i4", "i8", "u1", "u8", ">i4"])
 def test_integers_are_numbers(dtype):
-    np.testing.assert_array_equal(ROD.mass_matrix(np.array([1, 0, 1], dtype)), ROD.mass_matrix([1.0, 0.0, 1.0]))
+    np.testing.assert_array_equal(
+        ROD.mass_matrix(np.array([1, 0, 1], dtype)), ROD.mass_matrix([1.0, 0.0, 1.0])
+    )
     assert lissom.Rod([WIRE], gravity=np.array([1, 2, 3], dtype)).gravity == (1.0, 2.0, 3.0)
 
 
@@ -432,7 +440,15 @@ def test_numbers_are_no_booleans_and_the_like(value):
 
 
 def test_numbers_may_be_of_any_real_type():
-    for value in (2, 2.0, np.float32(2.0), np.int8(2), np.array(2), fractions.Fraction(4, 2), decimal.Decimal(2)):
+    for value in (
+        2,
+        2.0,
+        np.float32(2.0),
+        np.int8(2),
+        np.array(2),
+        fractions.Fraction(4, 2),
+        decimal.Decimal(2),
+    ):
         assert lissom.Body(value).mass == 2.0
     assert lissom.simulate(ROD, 0.02, max_step=None).success
 

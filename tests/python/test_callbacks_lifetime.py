@@ -1,4 +1,4 @@
-"""Functions of the user within native computations: who keeps them, how deep they may go, what runs beside them."""
+"""Functions of the user in native computations: who keeps them, how deep they go, what runs beside them."""
 
 import functools
 import gc
@@ -131,15 +131,18 @@ class Method(Thing):
         return (0.0, 0.0, 1e-6)
 
 
+THROUGH = {
+    "closure": function_of,
+    "method": lambda thing: thing.force,
+    "partial": lambda thing: functools.partial(Method.force, thing),
+}
+
+
 @pytest.mark.parametrize("kind", MAKERS)
-@pytest.mark.parametrize("through", ["closure", "method", "partial"])
+@pytest.mark.parametrize("through", THROUGH)
 def test_cycles_through_functions_are_freed(kind, through):
     thing = Method()
-    function = {
-        "closure": lambda: function_of(thing),
-        "method": lambda: thing.force,
-        "partial": lambda: functools.partial(Method.force, thing),
-    }[through]()
+    function = THROUGH[through](thing)
     thing.made = MAKERS[kind](function)
     ghost = weakref.ref(thing)
     gc.collect()
@@ -147,7 +150,7 @@ def test_cycles_through_functions_are_freed(kind, through):
     # Alive, and nothing of it has been collected meanwhile.
     for made in thing.made:
         if isinstance(made, lissom.Model):
-            assert made.energy([0.0] * made.n, [0.0] * made.n, t=0.5).total == pytest.approx(0.0, abs=1e9)
+            assert math.isfinite(made.energy([0.0] * made.n, [0.0] * made.n, t=0.5).total)
         elif isinstance(made, lissom.OdeSolver):
             made.step()
     del thing, function, made
@@ -176,7 +179,9 @@ def test_functions_live_as_long_as_what_calls_them():
     stepper.step()
     assert loads[0].force(1.0) == (0.0, 0.0, 1e-6)
     assert base.translation(1.0) == [1e-3] * 3
-    assert lissom.Rod([WIRE], loads=loads, base_motion=base).energy([0.0] * 3, [0.0] * 3, t=1.0).total < np.inf
+    assert (
+        lissom.Rod([WIRE], loads=loads, base_motion=base).energy([0.0] * 3, [0.0] * 3, t=1.0).total < np.inf
+    )
 
 
 def test_callables_without_weak_references_will_do():
@@ -208,7 +213,10 @@ def simulated(function):
 NESTED = {
     "simulate": lambda f: simulated(lambda t: (0.0, 0.0, f(t))),
     "simulate, auto": lambda f: lissom.simulate(
-        lissom.Rod([WIRE], loads=[lissom.Load(force=lambda t: (0.0, 0.0, f(t)))]), 0.02, method="auto", rtol=1e-2
+        lissom.Rod([WIRE], loads=[lissom.Load(force=lambda t: (0.0, 0.0, f(t)))]),
+        0.02,
+        method="auto",
+        rtol=1e-2,
     ),
     "progress": lambda f: lissom.simulate(lissom.Rod([WIRE]), 0.02, progress=lambda t: f(t) is None),
     "base": lambda f: lissom.Rod(
@@ -216,21 +224,15 @@ NESTED = {
     ).pose([0.0] * 3, 0.1),
     "solve_ivp": lambda f: lissom.solve_ivp(lambda t, y: [f(t)], (0.0, 1.0), [1.0]),
     "Radau": lambda f: lissom.solve_ivp(lambda t, y: [f(t)], (0.0, 1.0), [1.0], "Radau"),
-    "events": lambda f: lissom.solve_ivp(
-        lambda t, y: -y, (0.0, 1.0), [1.0], events=lambda t, y: f(t) or 1.0
-    ),
+    "events": lambda f: lissom.solve_ivp(lambda t, y: -y, (0.0, 1.0), [1.0], events=lambda t, y: f(t) or 1.0),
     "RK45": lambda f: lissom.RK45(lambda t, y: [f(t)], 0.0, [1.0], 1.0).step(),
-    "newmark": lambda f: lissom.newmark(
-        lambda t, q, v, a: a + f(t), (0.0, 1.0), [0.0], [0.0], dt=0.5
-    ),
+    "newmark": lambda f: lissom.newmark(lambda t, q, v, a: a + f(t), (0.0, 1.0), [0.0], [0.0], dt=0.5),
     "root": lambda f: lissom.root(lambda x: x - f(x), 1.0),
     "jacobian": lambda f: lissom.jacobian(lambda x: x - f(x), 1.0),
     "statics": lambda f: lissom.statics(
         lissom.Rod([WIRE], loads=[lissom.Load(force=lambda t: (0.0, 0.0, f(t)))])
     ),
-    "Segment": lambda f: lissom.Segment(
-        0.4, lambda X: 1e-3 + f(X), 2e11, 8e10, 7800, {"bend_y": 3}
-    ),
+    "Segment": lambda f: lissom.Segment(0.4, lambda X: 1e-3 + f(X), 2e11, 8e10, 7800, {"bend_y": 3}),
     "__array__": lambda f: lissom.root(lambda x: x, Converting(f)),
 }
 
@@ -304,7 +306,7 @@ def test_the_first_exception_ends_a_computation():
             raise ValueError(f"call {len(calls)}")
 
         rod = lissom.Rod([WIRE], loads=[lissom.Load(force=force)])
-        with pytest.raises(ValueError, match="call 1$"):
+        with pytest.raises(ValueError, match=r"call 1$"):
             lissom.simulate(rod, 0.02, method=method)
         assert len(calls) == 1
 
@@ -360,7 +362,7 @@ def test_one_model_from_eight_threads_gives_the_same_bits():
 
 
 def longest_pause(work):
-    """Runs native work in a thread; returns its time and the longest time for which this thread could not run."""
+    """Runs native work in a thread; returns its time and the longest for which this thread could not run."""
     thread = threading.Thread(target=work)
     pause, start = 0.0, time.perf_counter()
     thread.start()
@@ -374,10 +376,16 @@ def longest_pause(work):
 
 BIG = lissom.Segment(1.0, 1e-2, 1e6, 4e5, 1000, dict.fromkeys(["bend_y", "bend_z", "torsion"], 16), nodes=256)
 BIG_ROD = lissom.Rod([BIG])
-MANY = "version = 1\n[[rod]]\n" + 150 * (
-    "[[rod.segment]]\nlength = 0.4\nradius = 1e-3\nyoung_modulus = 2e11\nshear_modulus = 8e10\ndensity = 7800.0\n"
-    "modes = { bend_y = 3 }\n"
-) + "[simulation]\nduration = 1.0\n"
+MANY = (
+    "version = 1\n[[rod]]\n"
+    + 150
+    * (
+        "[[rod.segment]]\nlength = 0.4\nradius = 1e-3\n"
+        "young_modulus = 2e11\nshear_modulus = 8e10\ndensity = 7800.0\n"
+        "modes = { bend_y = 3 }\n"
+    )
+    + "[simulation]\nduration = 1.0\n"
+)
 
 
 @pytest.mark.parametrize(

@@ -177,7 +177,9 @@ def test_functions_are_known_by_their_types_alone():
     for imposter in (Imposter(), LowLevelImposter((2**20, None, None))):
         with pytest.raises(TypeError, match="fun: expected a callable, a compiled function"):
             lissom.solve_ivp(imposter, (0.0, 1.0), [1.0, 0.0])
-        with pytest.raises(TypeError, match="jac: expected a two-dimensional array|jac.*: expected a real number"):
+        with pytest.raises(
+            TypeError, match=r"jac: expected a two-dimensional array|jac.*: expected a real number"
+        ):
             lissom.solve_ivp(pendulum, (0.0, 1.0), [1.0, 0.0], "Radau", jac=imposter)
 
     class Callable(Imposter):

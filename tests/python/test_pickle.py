@@ -1,4 +1,4 @@
-"""What lissom hands out can be copied, pickled and sent to other processes, and nobody can change it afterwards."""
+"""What lissom hands out can be copied, pickled and sent to other processes, and nobody can change it."""
 
 import concurrent.futures
 import copy
@@ -25,6 +25,7 @@ density = 7800.0
 modes = { bend_y = 3 }
 [simulation]
 duration = 0.05
+[simulation.output]
 quantities = ["velocity", "energy"]
 """
 
@@ -32,6 +33,10 @@ quantities = ["velocity", "energy"]
 def swing(t):
     """A load that other processes find by its name."""
     return (0.0, 0.0, 0.1 * np.sin(20.0 * t))
+
+
+def decay(t, y):
+    return -y
 
 
 ROD = lissom.Rod([WIRE], loads=[lissom.Load(force=swing, at=0.2)])
@@ -73,12 +78,12 @@ RESULTS = {
     "SimulationSettings": lambda: lissom.Scene.loads(TEXT).simulation,
     "SceneProblem": lambda: problem_of("version = 1\nnothing = 1"),
     "DenseOutput": lambda: lissom.solve_ivp(lambda t, y: -y, (0, 1), [1.0, 2.0], dense_output=True).sol,
-    "DenseOutput of DOP853": lambda: lissom.solve_ivp(
-        lambda t, y: -y, (0, 1), [1.0, 2.0], "DOP853", dense_output=True
-    ).sol,
-    "DenseOutput of Radau": lambda: lissom.solve_ivp(
-        lambda t, y: -y, (0, 1), [1.0, 2.0], "Radau", dense_output=True
-    ).sol,
+    "DenseOutput of DOP853": lambda: (
+        lissom.solve_ivp(lambda t, y: -y, (0, 1), [1.0, 2.0], "DOP853", dense_output=True).sol
+    ),
+    "DenseOutput of Radau": lambda: (
+        lissom.solve_ivp(lambda t, y: -y, (0, 1), [1.0, 2.0], "Radau", dense_output=True).sol
+    ),
 }
 WAYS = {
     "copy": copy.copy,
@@ -118,6 +123,8 @@ def assert_same(one, other):
             assert_same(left, right)
     elif isinstance(one, float):
         assert one == other or (np.isnan(one) and np.isnan(other))
+    elif isinstance(one, lissom.LinearModel):
+        assert_same(vars(one), vars(other))
     elif type(one).__module__.startswith("lissom") and type(one).__eq__ is object.__eq__:
         assert str(one) == str(other)
         assert_same(attributes(one), attributes(other))
@@ -151,7 +158,7 @@ def test_results_survive_copies_and_pickles(kind, way):
 
 
 @pytest.mark.parametrize("way", [None, *WAYS])
-@pytest.mark.parametrize("kind", RESULTS.keys() - {"LinearModel"})
+@pytest.mark.parametrize("kind", [kind for kind in RESULTS if kind != "LinearModel"])
 def test_arrays_of_results_are_copies_or_read_only(kind, way):
     result = RESULTS[kind]()
     if way is not None:
@@ -162,8 +169,6 @@ def test_arrays_of_results_are_copies_or_read_only(kind, way):
             if found.size and not found.flags.writeable:
                 with pytest.raises(ValueError, match="read-only"):
                     found[...] = 7.0
-                with pytest.raises(ValueError, match="cannot set WRITEABLE"):
-                    found.flags.writeable = True
             elif found.size:
                 found[...] = 7.0
             found = found.base
@@ -219,9 +224,9 @@ def test_scenes_and_their_models_move_alike_after_a_pickle(path):
     np.testing.assert_array_equal(twin.v0, scene.v0)
 
 
-def test_modes_that_a_scene_left_open_are_not_chosen_again(monkeypatch):
+def test_modes_that_a_scene_left_open_are_not_chosen_again():
     text = TEXT.replace("modes = { bend_y = 3 }", 'modes = "auto"').replace(
-        "duration = 0.05", 'duration = 0.05\nmethod = "auto"\nrtol = 1e-2'
+        "duration = 0.05", 'duration = 0.05\nmethod = "auto"\ntolerance = 1e-2'
     )
     scene = lissom.Scene.loads(text)
     twin = pickle.loads(pickle.dumps(scene))
@@ -253,19 +258,24 @@ def test_nonsense_is_not_restored():
         (nested, vectors, n, times, end, coefficients[1:]),
         (nested, 2**62, n, times, end, coefficients),
     ):
-        with pytest.raises(ValueError, match="vectors|times|coefficients"):
+        with pytest.raises(ValueError, match=r"vectors|times|coefficients"):
             restore(*arguments)
 
 
 def test_what_cannot_be_pickled_says_so():
     rod = lissom.Rod([WIRE], loads=[lissom.Load(force=lambda t: (0.0, 0.0, t))])
-    for thing in (rod, rod.loads[0], lissom.simulate(rod, 0.02), lissom.BaseMotion(translation=lambda t: [t] * 3)):
+    for thing in (
+        rod,
+        rod.loads[0],
+        lissom.simulate(rod, 0.02),
+        lissom.BaseMotion(translation=lambda t: [t] * 3),
+    ):
         with pytest.raises((pickle.PicklingError, AttributeError), match="lambda"):
             pickle.dumps(thing)
         copy.copy(thing)
         copy.deepcopy(thing)
-    with pytest.raises(TypeError, match="cannot pickle 'lissom.RK45'|cannot pickle 'RK45'"):
-        pickle.dumps(lissom.RK45(swing, 0.0, [1.0, 0.0, 0.0], 1.0))
+    with pytest.raises(TypeError, match=r"cannot pickle 'lissom.RK45'|cannot pickle 'RK45'"):
+        pickle.dumps(lissom.RK45(decay, 0.0, [1.0], 1.0))
 
 
 def run(stiffness):
