@@ -78,6 +78,7 @@ class Findings:
 
     def __init__(self, folder: Path | None) -> None:
         self.folder = folder
+        self.known = known_faults()
         self.counts: dict[str, Counter] = {}
         self.faults: dict[str, Fault] = {}
 
@@ -92,7 +93,7 @@ class Findings:
             if fault is None:
                 print(f"{harness.NAME}, {case.name}: {outcome.signature}", flush=True)
                 fault = self.faults[outcome.signature] = Fault(harness.NAME, case.name, outcome)
-                if self.folder is not None:
+                if self.folder is not None and outcome.signature not in self.known:
                     fault.path = self._store(harness, case, outcome, worker)
             fault.places[outcome.place] += 1
 
@@ -121,11 +122,11 @@ class Findings:
         rows.append(["all", *(str(sum(self.counts[name].values())) for name in names)])
         return "\n".join("| " + " | ".join(row) + " |" for row in rows)
 
-    def report(self, known: set[str]) -> str:
+    def report(self) -> str:
         """Each fault, where it was seen and how to see it again."""
         lines = []
         for signature, fault in self.faults.items():
-            head = f"\n{fault.places.total()} x {signature}" + (" (known)" if signature in known else "")
+            head = f"\n{fault.places.total()} x {signature}" + (" (known)" if signature in self.known else "")
             lines += [head, f"    {fault.harness}, {fault.name}"]
             lines += [f"    {line}" for line in fault.outcome.detail.splitlines()[:6]]
             lines.append("    at: " + ", ".join(f"{place} ({n})" for place, n in fault.places.most_common()))
@@ -181,7 +182,7 @@ def main() -> int:
     except KeyboardInterrupt:
         print("interrupted")
     finally:
-        print(findings.report(known_faults()))
+        print(findings.report())
         print()
         print(findings.table())
     return 1 if findings.faults else 0

@@ -16,6 +16,8 @@ from fuzz import judge
 
 #: Wall-clock time over processor time beyond which it is a deadlock: more than a busy machine makes of it.
 WALL = 30.0
+#: Seconds for the start of a worker: imports, on a machine that does much else.
+START = 600.0
 #: Resident memory of a worker beyond that of a fresh one above which it is replaced, bytes.
 REPLACED = 256 * 2**20
 
@@ -65,7 +67,7 @@ class Worker:
             start_new_session=True,  # Ctrl-C is for the parent
         )
         self.fresh = 0
-        if self._answer(120.0) is None:
+        if self._answer(START) is None:
             self.close()
             raise RuntimeError(f"the worker did not start: {self._said()}")
 
