@@ -193,7 +193,9 @@ pub trait Model {
                 "a shape that the nodes resolve: smaller curvatures, more segments, or more `nodes`{}",
                 at_least(shortage)
             ),
-            Flaw::Inverted { .. } => "a stretch (reference strain and modes together) > 0 all along".to_owned(),
+            Flaw::Inverted { .. } => {
+                "a stretch (reference strain and modes together) > 0 all along".to_owned()
+            }
         };
         Err(InvalidInput::new(place, format_args!("a rod that {flaw}"), expected))
     }

@@ -275,7 +275,8 @@ impl SmallMotions {
         let fast: Pairs = eigen(&state_matrix(stiffness, damping)).ok_or(NoModes::NonFinite)?;
         let fast = fast.into_iter().map(|(value, vector)| (value, times(basis, &vector[..n]))).collect();
         let slow = self.inverse().and_then(|inverse| eigen(&inverse));
-        let slow = slow.map(|pairs| pairs.into_iter().map(|(value, vector)| (value, vector[..n].to_vec())).collect());
+        let slow = slow
+            .map(|pairs| pairs.into_iter().map(|(value, vector)| (value, vector[..n].to_vec())).collect());
         let mut pairs: Pairs = merged(slow, fast);
         // Of a conjugate pair one is enough. A mode that diverges without oscillation comes first.
         pairs.retain(|(value, _)| value.im >= 0.0);

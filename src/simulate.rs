@@ -249,9 +249,10 @@ impl Stop {
                 Status::Unresolved,
                 format!("; if that ends here too, give the segment more `nodes`{}", at_least(shortage)),
             ),
-            Flaw::Inverted { .. } => {
-                (Status::Inverted, "; if that ends here too, linear elasticity in the stretch does not hold".to_owned())
-            }
+            Flaw::Inverted { .. } => (
+                Status::Inverted,
+                "; if that ends here too, linear elasticity in the stretch does not hold".to_owned(),
+            ),
         };
         let message = format!(
             "At t = {} the rod {flaw}: the last state says nothing about the motion. Take shorter steps{cure}.",

@@ -155,10 +155,7 @@ impl Anchor {
     fn moment_and_force(&self, section: &Section) -> [Vector<f64>; 2] {
         let [moment, force] = self.held.unwrap_or_else(|| self.elastic(section));
         let velocity = section.velocity - self.velocity;
-        [
-            moment - self.rotational_damping.times(section.angular),
-            force - self.damping.times(velocity),
-        ]
+        [moment - self.rotational_damping.times(section.angular), force - self.damping.times(velocity)]
     }
 
     /// The springs at a section. A turn by theta changes the moment m by `-H theta + theta x m / 2`, with the Hessian
@@ -168,7 +165,8 @@ impl Anchor {
         let mut hessian = Symmetric::diagonal(0.0);
         for (i, axis) in section.axes.into_iter().enumerate() {
             let to = self.axes.axis(i);
-            hessian += (Symmetric::diagonal(to.dot(axis)) - Symmetric::product(to, axis) * 0.5) * self.turning[i];
+            hessian +=
+                (Symmetric::diagonal(to.dot(axis)) - Symmetric::product(to, axis) * 0.5) * self.turning[i];
         }
         let [x, y, z] = self.turning;
         let firm = |[x, y, z]: [f64; 3], part: f64| {
@@ -184,7 +182,6 @@ impl Anchor {
             firm: [firm([y + z, z + x, x + y], FIRM), firm(self.along_axes.stiffness, 0.0)],
         }
     }
-
 
     /// The wrench on the section, about its centre.
     #[inline(always)]

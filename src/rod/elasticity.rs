@@ -53,7 +53,8 @@ pub(super) fn write_roots(stiffness: &Symmetric<f64>, firm: [f64; 3], first: usi
         let is_firm = value > firm[k];
         for i in 0..3 {
             springs.root[(first + i, first + k)] = if is_firm { axes[(i, k)] * value.sqrt() } else { 0.0 };
-            springs.inverse_root[(first + k, first + i)] = if is_firm { axes[(i, k)] / value.sqrt() } else { 0.0 };
+            springs.inverse_root[(first + k, first + i)] =
+                if is_firm { axes[(i, k)] / value.sqrt() } else { 0.0 };
         }
         for i in 0..3 {
             for j in 0..3 {

@@ -196,7 +196,15 @@ impl RodModel {
         let explanation = Explanation::new(rod, sweeps.kernel(), solve, &nodes, &cost);
         let unloaded = (!rod.supports.is_empty()).then(|| Box::new(sweeps.with_rod(&rod.unloaded())));
         let rod = Arc::new(rod.clone());
-        Self { sweeps, unloaded, solve, multiplications: cost, explanation: Arc::new(explanation), rod, held: None }
+        Self {
+            sweeps,
+            unloaded,
+            solve,
+            multiplications: cost,
+            explanation: Arc::new(explanation),
+            rod,
+            held: None,
+        }
     }
 
     /// The rod without its loads, where that is not stiffness alone; it rests where the base is.

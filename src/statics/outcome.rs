@@ -175,8 +175,12 @@ pub(super) fn message(status: Status, end: f64, verdict: Option<Verdict>, path: 
         message += match undamped {
             Stability::Stable => " Without damping, drag and Coriolis forces it would be stable.",
             Stability::Neutral => " Without damping, drag and Coriolis forces it would be neutral.",
-            Stability::Divergence => " It owes that to damping, drag or Coriolis forces: without them it would diverge.",
-            Stability::Flutter => " It owes that to damping, drag or Coriolis forces: without them it would flutter.",
+            Stability::Divergence => {
+                " It owes that to damping, drag or Coriolis forces: without them it would diverge."
+            }
+            Stability::Flutter => {
+                " It owes that to damping, drag or Coriolis forces: without them it would flutter."
+            }
         };
     }
     message
