@@ -294,3 +294,98 @@ pub(crate) fn linearised(model: &mut dyn Model, q: &[f64], sizes: &[f64]) -> Opt
         springs
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rod::{Rod, RodModel, Segment, Support};
+
+    /// A bent and twisted rod on two supports, one of them stiff.
+    fn held_rod(stiffness: f64) -> (RodModel, Vec<f64>) {
+        let segment = Segment { modes: [2, 3, 3, 1, 1, 1], ..Segment::straight(0.7, 0.05, 1e6, 4e5, 1000.0) };
+        let supports = vec![
+            Support {
+                at: Some(0.3),
+                stiffness: [5.0, 20.0, 0.0],
+                rotational_stiffness: [0.1, 2.0, 0.5],
+                ..Support::at_tip()
+            },
+            Support {
+                stiffness: [stiffness; 3],
+                rotational_stiffness: [0.0, stiffness, stiffness],
+                ..Support::at_tip()
+            },
+        ];
+        let rod = Rod { supports, tip_force: [1.0, 2.0, 3.0], ..Rod::new(vec![segment]) };
+        let model = RodModel::new(&rod).unwrap();
+        let q = (0..model.n()).map(|i| 0.1 * (1.7 * i as f64).cos()).collect();
+        (model, q)
+    }
+
+    /// Forces and tangent at held forces, put together again with the springs, are those of the rod.
+    #[test]
+    fn held_forces_and_springs_are_the_whole() {
+        let (mut model, q) = held_rod(300.0);
+        let n = q.len();
+        let rest = vec![0.0; n];
+        let springs = linearised(&mut model, &q, &vec![1.0; n]).unwrap();
+        let whole = |model: &mut RodModel| {
+            let (mut tau, mut tangent) = (vec![0.0; n], Matrix::zeros(n, n));
+            model.inverse_dynamics(&q, &rest, &rest, &mut tau);
+            model.weighted_tangent(&q, &rest, &rest, [1.0, 0.0, 0.0], &mut tangent);
+            (tau, tangent)
+        };
+        let (tau, tangent) = whole(&mut model);
+        model.hold_springs(Some(&springs.forces));
+        let (held_tau, held_tangent) = whole(&mut model);
+        model.hold_springs(None);
+        let size = norm(&tau);
+        assert!(tau.iter().zip(&held_tau).all(|(a, b)| (a - b).abs() < 1e-12 * size));
+        let stiffness = &springs.root * springs.root.transpose() + &springs.rest;
+        let together = held_tangent + springs.jacobian.tr_mul(&(stiffness * &springs.jacobian));
+        assert!((&together - &tangent).norm() < 1e-9 * tangent.norm());
+        assert_eq!(whole(&mut model).0, tau);
+    }
+
+    #[test]
+    fn forces_change_as_they_say() {
+        let (mut model, q) = held_rod(300.0);
+        let n = q.len();
+        let at = |model: &mut RodModel, q: &[f64]| linearised(model, q, &vec![1.0; n]).unwrap();
+        let springs = at(&mut model, &q);
+        let dq: Vec<f64> = (0..n).map(|i| (0.9 * i as f64).sin()).collect();
+        let moved = |h: f64| -> Vec<f64> { q.iter().zip(&dq).map(|(q, dq)| q + h * dq).collect() };
+        const H: f64 = 1e-5;
+        let (after, before) = (at(&mut model, &moved(H)), at(&mut model, &moved(-H)));
+        let changes = springs.changes(&dq);
+        // Moments change by half of their turn as well, which tangents have from the held ones.
+        for i in (0..changes.len()).filter(|i| i % 6 >= 3) {
+            let difference = (after.forces[i] - before.forces[i]) / (2.0 * H);
+            assert!(
+                (changes[i] - difference).abs() < 1e-6 * norm(&changes),
+                "{i}: {} {difference}",
+                changes[i]
+            );
+        }
+        let work = (after.energy - before.energy) / (2.0 * H);
+        let moved = &springs.jacobian * nalgebra::DVector::from_column_slice(&dq);
+        let power: f64 = moved.iter().zip(&springs.forces).map(|(rate, force)| -rate * force).sum();
+        assert!((work - power).abs() < 1e-6 * power.abs());
+    }
+
+    #[test]
+    fn stiffness_is_one_in_natural_coordinates() {
+        for stiffness in [1.0, 1e8, 1e16] {
+            let (mut model, q) = held_rod(stiffness);
+            let sizes = vec![1.0; q.len()];
+            let material = material(&mut model, &q, &sizes);
+            let springs = linearised(&mut model, &q, &sizes).unwrap();
+            let natural = Natural::new(&material, Some(&springs), Vec::new).unwrap();
+            let one = natural.matrix(&material) + &natural.springs * natural.springs.transpose();
+            assert!((one - Matrix::identity(q.len(), q.len())).norm() < 1e-12);
+            let basis = natural.basis();
+            let springs = basis.tr_mul(&springs.jacobian.transpose()) * &springs.root;
+            assert!((springs - &natural.springs).norm() < 1e-6);
+        }
+    }
+}

@@ -63,11 +63,7 @@ pub(crate) fn verdict(motions: &SmallMotions) -> Option<Verdict> {
     let same = |stability| Some(Verdict { stability, undamped: stability });
     let is_damped = damping.iter().any(|x| *x != 0.0);
     if is_symmetric(stiffness) {
-        let undamped = match lowest(stiffness)? {
-            lowest if lowest.abs() <= rounding => Stability::Neutral,
-            lowest if lowest > 0.0 => Stability::Stable,
-            _ => Stability::Divergence,
-        };
+        let undamped = of_stiffness(lowest(stiffness)?, n)?.undamped;
         let size = damping.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
         let dissipates = lowest(damping)? >= -rounding * size;
         let is_gyroscopic = !crate::modes::is_symmetric(damping);
@@ -80,6 +76,18 @@ pub(crate) fn verdict(motions: &SmallMotions) -> Option<Verdict> {
     let undamped = without_damping(motions, rounding)?;
     let stability = if is_damped { in_motion(motions, rounding)? } else { undamped };
     Some(Verdict { stability, undamped })
+}
+
+/// That of motions with a symmetric stiffness of n natural coordinates, the smallest eigenvalue of which is given, where all that depends on
+/// velocities is friction. `None` where it is NaN.
+pub(crate) fn of_stiffness(lowest: f64, n: usize) -> Option<Verdict> {
+    let stability = match lowest {
+        lowest if lowest.is_nan() => return None,
+        lowest if lowest.abs() <= ROUNDING * n as f64 => Stability::Neutral,
+        lowest if lowest > 0.0 => Stability::Stable,
+        _ => Stability::Divergence,
+    };
+    Some(Verdict { stability, undamped: stability })
 }
 
 /// That of `M x'' + K x = 0`: its solutions are `exp(i omega t)` with `1 / omega^2` an eigenvalue of `K^-1 M`.

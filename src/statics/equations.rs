@@ -1,10 +1,12 @@
 //! The equations of equilibrium of a model under a part of its loads.
 
+use super::stability::Stiffness;
 use crate::error::Interrupted;
 use crate::linalg::{Matrix, dot, norm};
 use crate::model::{Flaw, Model};
 use crate::modes::SmallMotions;
 use crate::springs::{self, Natural, Springs, scaled};
+use crate::stability::{self, Verdict};
 
 /// What a search has cost.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -291,8 +293,21 @@ impl<'a> Equations<'a> {
         }
     }
 
+    /// What small disturbances of an equilibrium do. Asks mass and damping only where stiffness alone does not decide.
+    pub(super) fn verdict(
+        &mut self,
+        state: &State,
+        linear: &Linear,
+        stiffness: &Stiffness,
+    ) -> Option<Verdict> {
+        if stiffness.is_symmetric && !self.model.has_velocity_forces() {
+            return stability::of_stiffness(stiffness.lowest, state.q.len());
+        }
+        stability::verdict(&self.small_motions(state, linear))
+    }
+
     /// Small motions about an equilibrium. What depends on velocities is not scaled by the load factor.
-    pub(super) fn small_motions(&mut self, state: &State, linear: &Linear) -> SmallMotions {
+    fn small_motions(&mut self, state: &State, linear: &Linear) -> SmallMotions {
         let n = state.q.len();
         let [mut damping, mut mass] = [Matrix::zeros(n, n), Matrix::zeros(n, n)];
         self.model.weighted_tangent(&state.q, &self.rest, &self.rest, [0.0, 1.0, 0.0], &mut damping);

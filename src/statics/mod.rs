@@ -29,7 +29,6 @@ use crate::error::{Interrupted, InvalidInput};
 use crate::linalg::Matrix;
 use crate::model::Model;
 use crate::roots;
-use crate::stability::verdict;
 pub use crate::stability::{Stability, Verdict};
 
 /// What a search may ask before every evaluation: whether to go on.
@@ -240,10 +239,13 @@ fn judge(equations: &mut Equations<'_>, found: Found, path: Path) -> Result<Equi
         status = Status::Flawed(flaw);
     }
     let linear = equations.linearise(&state)?;
-    let verdict = linear
-        .as_ref()
-        .filter(|_| status.is_success())
-        .and_then(|linear| verdict(&equations.small_motions(&state, linear)));
+    let stiffness = linear.as_ref().map(Stiffness::new);
+    let verdict = match (&linear, &stiffness) {
+        (Some(linear), Some(stiffness)) if status.is_success() => {
+            equations.verdict(&state, linear, stiffness)
+        }
+        _ => None,
+    };
     let load_factor = state.load_factor;
     let own_norm = linear.as_ref().map_or(f64::NAN, |linear| linear.residual_norm);
     Ok(Equilibrium {
@@ -254,7 +256,7 @@ fn judge(equations: &mut Equations<'_>, found: Found, path: Path) -> Result<Equi
         residual_norm: if residual_norm.is_nan() { own_norm } else { residual_norm },
         step_norm,
         verdict,
-        lowest: linear.map_or(f64::NAN, |linear| Stiffness::new(&linear).lowest),
+        lowest: stiffness.map_or(f64::NAN, |stiffness| stiffness.lowest),
         path,
         counters: equations.counters,
     })

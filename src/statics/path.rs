@@ -13,7 +13,7 @@ use crate::error::Interrupted;
 use crate::linalg::{dot, norm, norm_inf};
 use crate::model::Flaw;
 use crate::roots::bracket::{Point, find_zero};
-use crate::stability::{Stability, verdict};
+use crate::stability::Stability;
 
 /// The first contraction rate that steps aim at: about four iterations a step.
 const WANTED_RATE: f64 = 0.1;
@@ -391,7 +391,7 @@ impl<'a, 'b> Follower<'a, 'b> {
     }
 
     fn record(&mut self, place: &Place) {
-        let verdict = verdict(&self.equations.small_motions(&place.state, &place.linear));
+        let verdict = self.equations.verdict(&place.state, &place.linear, &place.stiffness);
         self.path.load_factor.push(place.state.load_factor);
         self.path.q.extend_from_slice(&place.state.q);
         self.path.lowest.push(place.stiffness.lowest);
