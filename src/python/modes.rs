@@ -3,9 +3,9 @@
 use numpy::{Complex64, IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 
-use super::convert;
 use super::errors::LissomError;
 use super::statics::native;
+use super::{background, convert};
 use crate::modes::{self as core, Modes, NoModes};
 
 /// Natural vibrations about an equilibrium, slowest first.
@@ -98,7 +98,13 @@ pub(crate) fn modes<'py>(
     let mut model = native(model, t)?;
     let q = convert::finite_vector_of(q, model.n(), "q")?;
     model.check_shape(&q, "q")?;
-    let found = py.detach(|| core::modes(&mut *model, &q)).map_err(|failure| {
+    let n = q.len();
+    let found = if n < background::LARGE {
+        py.detach(|| core::modes(&mut *model, &q))
+    } else {
+        background::run(py, move |_| core::modes(&mut *model, &q))?
+    };
+    let found = found.map_err(|failure| {
         LissomError::new_err(match failure {
             NoModes::SingularMass => {
                 "the mass matrix at q is not positive definite: there are no modes; look at \
@@ -109,7 +115,7 @@ pub(crate) fn modes<'py>(
     })?;
     let is_stable = found.growing().next().is_none();
     let Modes { frequency, damping, eigenvalues, shapes, is_classical, residual_norm } = found;
-    let (n, m) = (q.len(), frequency.len());
+    let m = frequency.len();
     let entry = |i: usize, j: usize| shapes[j * n + i];
     let rows = (0..n).flat_map(|i| (0..m).map(move |j| (i, j)));
     let shapes = if is_classical {

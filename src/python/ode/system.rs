@@ -10,6 +10,7 @@ use super::super::callback::Raised;
 use super::super::compiled::CompiledFunction;
 use super::super::convert;
 use super::super::model::PyModel;
+use super::super::motion::Ticker;
 use super::function::{Function, matrix_of, read_matrix, read_vector};
 use crate::error::Interrupted;
 use crate::linalg::Matrix;
@@ -39,6 +40,7 @@ pub(super) struct PySystem {
     rhs: RightHandSide,
     jacobian: Jacobian,
     raised: SharedRaised,
+    ticker: Ticker,
 }
 
 enum RightHandSide {
@@ -93,7 +95,7 @@ impl PySystem {
                 )));
             }
             let jacobian = Jacobian::find(jac, n, None, numbers.as_deref())?;
-            return Ok(Self { n, rhs: RightHandSide::Compiled(compiled), jacobian, raised });
+            return Ok(Self::of(n, RightHandSide::Compiled(compiled), jacobian, raised));
         }
         if !fun.is_callable() {
             return Err(PyTypeError::new_err(format!(
@@ -107,7 +109,19 @@ impl PySystem {
         let function = Function::new(fun, args.as_ref());
         let rhs =
             if vectorized { RightHandSide::Vectorized(function) } else { RightHandSide::Python(function) };
-        Ok(Self { n, rhs, jacobian, raised })
+        Ok(Self::of(n, rhs, jacobian, raised))
+    }
+
+    fn of(n: usize, rhs: RightHandSide, jacobian: Jacobian, raised: SharedRaised) -> Self {
+        Self { n, rhs, jacobian, raised, ticker: Ticker::new() }
+    }
+
+    /// Answers Ctrl-C where no Python code runs that would. Steps that are rejected count, too, hence not from a monitor.
+    fn look_for_signals(&mut self) -> Result<(), Interrupted> {
+        if !self.ticker.tick() {
+            return Ok(());
+        }
+        self.raised.catch(Python::attach(|py| py.check_signals()))
     }
 
     fn from_model(
@@ -122,7 +136,7 @@ impl PySystem {
         }
         let system = model.get().native().first_order();
         let n = system.n();
-        Ok(Self { n, rhs: RightHandSide::Native(system), jacobian: Jacobian::Native, raised })
+        Ok(Self::of(n, RightHandSide::Native(system), Jacobian::Native, raised))
     }
 
     /// True when no Python code runs in an evaluation.
@@ -170,6 +184,9 @@ impl System for PySystem {
     }
 
     fn rhs(&mut self, t: f64, y: &[f64], dydt: &mut [f64]) -> Result<(), Interrupted> {
+        if matches!(self.rhs, RightHandSide::Compiled(_) | RightHandSide::Native(_)) {
+            self.look_for_signals()?;
+        }
         match &mut self.rhs {
             RightHandSide::Native(system) => system.rhs(t, y, dydt),
             RightHandSide::Compiled(function) => {
