@@ -25,7 +25,7 @@ unexport CONDA_PREFIX
 unexport PYTHONPATH
 unexport PYTHONHOME
 
-.PHONY: help demo bench validate stress test test-rust test-python build build-for-test format lock fuzz audit clean
+.PHONY: help demo bench validate stress test test-rust test-python test-checked test-sanitized build build-for-test format lock fuzz audit clean
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -55,6 +55,11 @@ test-python: build-for-test ## formatting, types and tests of the Python package
 	$(BIN)/mypy --strict
 	$(BIN)/python -m mypy.stubtest lissom._lissom --allowlist tests/python/stubtest-allowlist.txt
 	$(BIN)/python -m pytest -n $(JOBS)
+
+test-checked: $(VENV)/test.stamp ## the Python tests with debug assertions and overflow checks (slow)
+	@.ci/toolchain cargo
+	$(BIN)/maturin develop --profile checked --locked
+	$(BIN)/python -m pytest -n $(JOBS); status=$$?; $(MAKE) build-for-test; exit $$status
 
 bench: build-for-test ## measure, and write docs/benchmarks.md (PARTS="lab kernels", QUICK=1)
 	$(BIN)/python benches/python/suite.py --parts $(PARTS) $(if $(QUICK),--quick)

@@ -7,6 +7,7 @@ pub mod error;
 mod hermite;
 pub mod lie;
 pub mod linalg;
+mod memory;
 pub mod model;
 pub mod modes;
 pub mod newmark;

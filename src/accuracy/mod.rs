@@ -189,8 +189,12 @@ impl<'a, M: Model + Clone> Plan<'a, M> {
             let mut simulation = self.run(of_run, monitor)?;
             runs += 1;
             let mut status = simulation.status;
-            let tips = tips(&mut self.model.clone(), &simulation);
+            let looked = tips(&mut self.model.clone(), &simulation, monitor);
             let reason = self.choice.reason.clone();
+            if looked.is_err() {
+                (simulation.message, status) = interrupted();
+            }
+            let tips = looked.unwrap_or_default();
             if !status.is_success() {
                 return Ok(Found { simulation, status, tolerance: of_run, tips, reason });
             }
@@ -258,7 +262,10 @@ impl<'a, M: Model + Clone> Plan<'a, M> {
                     .push_str(" The space error is unknown: the run with more modes failed.");
                 return Ok(());
             }
-            let fine = tips(&mut plan.model.clone(), &other);
+            let Ok(fine) = tips(&mut plan.model.clone(), &other, monitor) else {
+                (found.simulation.message, found.status) = interrupted();
+                return Ok(());
+            };
             let error = largest(&distances(&fine, &found.tips)) / self.model.length();
             if tolerance <= tightest || error > CLEAR * tolerance {
                 break error;
@@ -298,7 +305,8 @@ impl<'a, M: Model + Clone> Plan<'a, M> {
         // What is small beside the error by the modes does not matter either.
         let matters = (NODES_TOLERANCE * tolerance).max(SPACE_TOLERANCE * space_error.unwrap_or(0.0));
         let other = plan.run(found.tolerance.max(matters / CLEAR), monitor)?;
-        let apart = distances(&tips(&mut more_nodes.clone(), &other), &found.tips);
+        let Ok(tips) = tips(&mut more_nodes.clone(), &other, monitor) else { return Ok(false) };
+        let apart = distances(&tips, &found.tips);
         Ok(other.status.is_success() && largest(&apart) > matters * self.model.length())
     }
 
@@ -352,9 +360,28 @@ impl Choice {
     }
 }
 
-/// Where the tip is at all times.
-fn tips<M: Model>(model: &mut M, simulation: &Simulation) -> Vec<[f64; 3]> {
-    simulation.q.chunks_exact(simulation.n.max(1)).map(|q| model.tip(q)).collect()
+/// Where the tip is at all times. `monitor` sees the end of the run now and then and may stop it.
+fn tips<M: Model>(
+    model: &mut M,
+    simulation: &Simulation,
+    monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
+) -> Result<Vec<[f64; 3]>, Interrupted> {
+    /// Tips cost less than steps do.
+    const TIPS_BETWEEN: usize = 16;
+    let end = simulation.t.last().copied().unwrap_or(0.0);
+    let tip = |(i, q): (usize, &[f64])| {
+        if i.is_multiple_of(TIPS_BETWEEN) {
+            monitor(end)?;
+        }
+        Ok(model.tip(q))
+    };
+    simulation.q.chunks_exact(simulation.n.max(1)).enumerate().map(tip).collect()
+}
+
+/// What a run says that was stopped after its end, when its error was looked for.
+fn interrupted() -> (String, Status) {
+    let status = crate::newmark::Status::Interrupted;
+    ("The run was stopped, as asked for, before its error was known.".to_owned(), Status::SecondOrder(status))
 }
 
 /// The distances of two paths at each of their times.

@@ -177,7 +177,10 @@ impl Trials<'_> {
         if !simulation.status.is_success() {
             return Ok(Err(Failed(simulation)));
         }
-        let tips = tips(&mut model, &simulation);
+        let Ok(tips) = tips(&mut model, &simulation, self.monitor) else {
+            let (message, status) = super::interrupted();
+            return Ok(Err(Failed(Simulation { message, status, ..simulation })));
+        };
         Ok(Ok(Trial { rod, model, simulation, tips }))
     }
 

@@ -3,10 +3,10 @@
 use numpy::{Complex64, IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 
-use super::convert;
 use super::errors::LissomError;
 use super::record::{self, ReadOnly, Reduced};
 use super::statics::native;
+use super::{background, convert};
 use crate::modes::{self as core, Modes, NoModes};
 use crate::stability::Stability;
 
@@ -115,7 +115,13 @@ pub(crate) fn modes<'py>(
     let mut model = native(model, t)?;
     let q = convert::finite_vector_of(q, model.n(), "q")?;
     model.check_shape(&q, "q")?;
-    let found = py.detach(|| core::modes(&mut *model, &q)).map_err(|failure| {
+    let n = q.len();
+    let found = if n < background::LARGE {
+        py.detach(|| core::modes(&mut *model, &q))
+    } else {
+        background::run(py, move |_| core::modes(&mut *model, &q))?
+    };
+    let found = found.map_err(|failure| {
         LissomError::new_err(match failure {
             NoModes::SingularMass => {
                 "the mass matrix at q is not positive definite: there are no modes; look at \
@@ -126,7 +132,7 @@ pub(crate) fn modes<'py>(
     })?;
     let stability = found.stability.map(Stability::name);
     let Modes { frequency, damping, eigenvalues, shapes, is_classical, residual_norm, stability: _ } = found;
-    let (n, m) = (q.len(), frequency.len());
+    let m = frequency.len();
     let entry = |i: usize, j: usize| shapes[j * n + i];
     let rows = (0..n).flat_map(|i| (0..m).map(move |j| (i, j)));
     let shapes = if is_classical {
@@ -138,7 +144,8 @@ pub(crate) fn modes<'py>(
     };
     let hertz: Vec<f64> = frequency.iter().map(|omega| omega / std::f64::consts::TAU).collect();
     Ok(PyModesResult {
-        is_stable,
+        is_stable: stability == Some(Stability::Stable.name()),
+        stability: stability.map(str::to_owned),
         frequency: ReadOnly::new(hertz.into_pyarray(py))?,
         angular_frequency: ReadOnly::new(frequency.into_pyarray(py))?,
         damping_ratio: ReadOnly::new(damping.into_pyarray(py))?,

@@ -415,30 +415,42 @@ pub(super) fn signals(raised: &mut Raised) -> impl FnMut(f64) -> Result<(), Inte
 /// Says when to look at signals and to report progress: at the first step, then about twenty times a second.
 pub(super) struct Ticker {
     last: Option<Instant>,
+    // When the clock was looked at, how many steps ago, and after how many it will be.
+    looked: Instant,
     steps: u32,
+    stride: u32,
 }
 
 impl Ticker {
     /// Not noticed by a user who waits, nor in the run time.
     const INTERVAL: Duration = Duration::from_millis(50);
-    /// Steps between two looks at the clock, which costs as much as a step of a small system. So many steps of the largest
-    /// systems take a second or so.
-    const STEPS: u32 = 32;
+    /// Most steps between two looks at the clock, which costs as much as a step of a small system.
+    const STEPS: u32 = 64;
+    /// Looks that far apart are too frequent, or too rare.
+    const FREQUENT: Duration = Duration::from_millis(2);
+    const RARE: Duration = Duration::from_millis(10);
 
     pub(super) fn new() -> Self {
-        Self { last: None, steps: 0 }
+        Self { last: None, looked: Instant::now(), steps: 0, stride: 1 }
     }
 
     /// Counts a step; true when it is time.
     pub(super) fn tick(&mut self) -> bool {
         self.steps += 1;
-        let due = match self.last {
-            None => true,
-            Some(_) if !self.steps.is_multiple_of(Self::STEPS) => false,
-            Some(last) => last.elapsed() >= Self::INTERVAL,
-        };
+        if self.steps < self.stride {
+            return false;
+        }
+        let now = Instant::now();
+        let since = now - self.looked;
+        if since < Self::FREQUENT {
+            self.stride = (2 * self.stride).min(Self::STEPS);
+        } else if since > Self::RARE {
+            self.stride = (self.stride / 8).max(1);
+        }
+        (self.looked, self.steps) = (now, 0);
+        let due = self.last.is_none_or(|last| now - last >= Self::INTERVAL);
         if due {
-            self.last = Some(Instant::now());
+            self.last = Some(now);
         }
         due
     }

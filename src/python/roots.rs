@@ -377,6 +377,7 @@ pub(crate) fn root<'py>(
     let args = args.unwrap_or_else(|| PyTuple::empty(py));
     let function = (options.derivative == Derivative::Analytic).then_some(&jac);
     let mut system = PyFunctions::new(fun, function, &args, &x, scalar)?;
+    Newton::check_memory(system.unknowns, system.equations)?;
     let x_scale = scale(x_scale.as_ref(), system.unknowns, "x_scale")?;
     let f_scale = scale(f_scale.as_ref(), system.equations, "f_scale")?;
     let mut newton = Newton::new(system.unknowns, system.equations).with_scales(&x_scale, &f_scale)?;
@@ -449,6 +450,7 @@ pub(crate) fn jacobian<'py>(
     let mut system = PyFunctions::new(fun, None, &args, &x, scalar)?;
     let (m, n) = (system.equations, system.unknowns);
     let x_scale = positive_scale(x_scale.as_ref(), n)?;
+    Differences::check_memory(n, m)?;
     let mut jacobian = Matrix::zeros(m, n);
     let residual = system.first.take().expect("fun was evaluated at x");
     let mut differences = Differences::new(n, m);
@@ -499,6 +501,7 @@ pub(crate) fn check_jacobian_of<'py>(
     }
     let args = args.unwrap_or_else(|| PyTuple::empty(py));
     let mut system = PyFunctions::new(fun, Some(jac), &args, &x, scalar)?;
+    Differences::check_memory(system.unknowns, system.equations)?;
     let x_scale = positive_scale(x_scale.as_ref(), x.len())?;
     let checked = check_jacobian(&mut system, &x, &x_scale);
     let Ok(check) = checked else {

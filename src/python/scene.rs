@@ -24,8 +24,8 @@ create_exception!(
     lissom,
     SceneError,
     PyValueError,
-    "A scene that was refused: ``problems`` lists everything that is wrong with it (SceneProblem, in the order of the\n\
-     file), the message shows each with the line it is about."
+    "A scene that was refused: ``problems`` lists what is wrong with it (SceneProblem, in the order of the file, the first\n\
+     hundred), the message shows each with the line it is about, and at its end the number of those left out."
 );
 
 /// One thing that is wrong with a scene. As a string: ``file:line:column: key: what is wrong; what would be right``.

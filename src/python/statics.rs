@@ -6,6 +6,7 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyList;
 
+use super::background;
 use super::callback::{Raised, or_raised};
 use super::convert;
 use super::model::{Native, PyModel, check_time};
@@ -362,7 +363,7 @@ pub(crate) fn statics<'py>(
         max_iterations: count(max_iter, "max_iter", defaults.max_iterations)?,
         max_steps: count(max_steps, "max_steps", defaults.max_steps)?,
     };
-    let found = run(py, |monitor| core::equilibrium(&mut *model, &options, monitor))?;
+    let found = run(py, n, move |monitor| core::equilibrium(&mut *model, &options, monitor))?;
     let Equilibrium {
         q,
         load_factor,
@@ -477,7 +478,7 @@ pub(crate) fn continuation<'py>(
         max_steps: count(max_steps, "max_steps", defaults.max_steps)?,
         tolerance: tol.unwrap_or(defaults.tolerance),
     };
-    let found = run(py, |monitor| core::continuation(&mut *model, &options, monitor))?;
+    let found = run(py, n, move |monitor| core::continuation(&mut *model, &options, monitor))?;
     let Counters { iterations, forces, tangents } = found.counters;
     Ok(PyContinuationResult {
         path: PyEquilibriumPath::new(py, found.path, n)?,
@@ -504,14 +505,20 @@ pub(super) fn native(model: &Bound<'_, PyAny>, t: f64) -> PyResult<Box<dyn Nativ
     Ok(model)
 }
 
-/// A computation without the interpreter, which hears Ctrl-C.
-fn run<T: Send>(
+/// A computation of a model of `n` coordinates without the interpreter, which hears Ctrl-C.
+fn run<T: Send + 'static>(
     py: Python<'_>,
+    n: usize,
     search: impl FnOnce(
         &mut dyn FnMut() -> Result<(), Interrupted>,
     ) -> Result<Result<T, Interrupted>, InvalidInput>
-    + Send,
+    + Send
+    + 'static,
 ) -> PyResult<T> {
+    if n >= background::LARGE {
+        let found = background::run(py, move |abandoned| search(&mut || abandoned.check()))??;
+        return Ok(found.expect("only whoever has gone abandons it"));
+    }
     let mut raised = Raised::default();
     let mut ticker = Ticker::new();
     let found = py.detach(|| {
@@ -533,8 +540,11 @@ fn stops(load_steps: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<f64>> {
     }
     if let Ok(steps) = value.extract::<i64>() {
         let steps = convert::count(steps, "load_steps")?;
-        if steps == 0 {
-            return Err(PyValueError::new_err("load_steps: got 0, expected a whole number >= 1"));
+        if !(1..=core::MAX_STOPS).contains(&steps) {
+            return Err(PyValueError::new_err(format!(
+                "load_steps: got {steps}, expected a whole number between 1 and {}",
+                core::MAX_STOPS
+            )));
         }
         return Ok((1..=steps).map(|i| i as f64 / steps as f64).collect());
     }

@@ -45,8 +45,8 @@ pub use basis::{Basis, legendre};
 pub use body::Body;
 pub use cost::Multiplications;
 pub use description::{
-    MAX_COORDINATES, MAX_MODES, MAX_NODES, QUATERNION_TOLERANCE, Rod, STRAIGHT, STRAIN_NAMES, STRAINS,
-    Segment,
+    MAX_COORDINATES, MAX_MODES, MAX_NODES, MAX_OWN_NODES, QUATERNION_TOLERANCE, Rod, STRAIGHT, STRAIN_NAMES,
+    STRAINS, Segment,
 };
 pub use explanation::Explanation;
 pub use fluid::Fluid;

@@ -49,6 +49,14 @@ pub(super) fn build(document: &Document, shape: &mut Shape) -> Option<(Model, [V
         let checked = compiled.check_shape(&state[0], "q0");
         report(checked, shape, |place| format!("rod[0].{place}"));
     }
+    if let Model::Rod(rod) = &model {
+        let oscillations = simulation.duration / rod.shortest_period();
+        if oscillations > MAX_STEPS && shape.is_readable("simulation.duration") {
+            let wrong = format!("{} oscillations of a load or of the base", count(oscillations));
+            let right = format!("expected at most {MAX_STEPS:e}: a shorter duration, or a lower frequency");
+            shape.refuse("simulation.duration", wrong, right);
+        }
+    }
     Some((model, state, simulation))
 }
 
@@ -429,16 +437,15 @@ fn rod_place(place: &str, segments: &[Segment]) -> String {
     let mut key = place.replace("segments", "segment").replace("base_position", "base.position");
     key = key.replace("base_orientation", "base.orientation");
     key = key.replace("loads[", "load[").replace("bodies[", "body[").replace("supports[", "support[");
-    for (i, segment) in segments.iter().enumerate() {
-        let here = format!("segment[{i}]");
-        if segment.shear_modulus.is_none() && key == format!("{here}.shear_modulus") {
-            key = format!("{here}.poisson_ratio");
-        }
-        // A circle that stands in a table of its own.
-        if segment.section.is_some()
-            && let Some(end) = key.strip_prefix(&format!("{here}.radius"))
-        {
-            key = format!("{here}.section.radius{end}");
+    let of_segment = key.strip_prefix("segment[").and_then(|rest| rest.split_once("]."));
+    if let Some((i, place)) = of_segment
+        && let Some(segment) = i.parse::<usize>().ok().and_then(|i| segments.get(i))
+    {
+        if segment.shear_modulus.is_none() && place == "shear_modulus" {
+            key = format!("segment[{i}].poisson_ratio");
+        } else if segment.section.is_some() && place.starts_with("radius") {
+            // A circle that stands in a table of its own.
+            key = format!("segment[{i}].section.{place}");
         }
     }
     format!("rod[0].{key}")

@@ -16,7 +16,7 @@ mod path;
 mod stability;
 
 pub use equations::Counters;
-pub use options::{ContinuationOptions, Options, Start};
+pub use options::{ContinuationOptions, MAX_STOPS, Options, Start};
 pub use outcome::{Continuation, Equilibrium, Status};
 pub use path::{CriticalKind, CriticalPoint, Path};
 

@@ -7,8 +7,6 @@ mod result;
 mod stepper;
 pub(super) mod system;
 
-use std::time::{Duration, Instant};
-
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyString;
@@ -169,7 +167,8 @@ pub(super) fn solve_ivp<'py>(
         None => Vec::new(),
     };
     let solution = if system.is_native() && events.is_empty() && callback.is_none() {
-        py.detach(|| run_detached(&mut system, t_span, &y0, &options, &output, &raised))
+        // The system itself looks for signals.
+        py.detach(|| solve(&mut system, t_span, &y0, &options, &output, &mut [], &mut |_| Ok(())))
     } else {
         let callback = callback.map(|callback| Function::new(callback, None));
         run_attached(py, &mut system, t_span, &y0, (&options, &output), &mut events, callback, &raised)
@@ -193,30 +192,6 @@ pub(super) fn interval(t_span: &Bound<'_, PyAny>) -> PyResult<(f64, f64)> {
             convert::describe(t_span)
         ))),
     }
-}
-
-/// Integration that runs no Python code; looks for signals from time to time.
-fn run_detached(
-    system: &mut PySystem,
-    t_span: (f64, f64),
-    y0: &[f64],
-    options: &Options,
-    output: &Output,
-    raised: &SharedRaised,
-) -> Result<Solution, InvalidInput> {
-    /// Not noticed by a user who waits, nor in the run time.
-    const POLL_INTERVAL: Duration = Duration::from_millis(50);
-    /// Steps between two looks at the clock, which costs more than a step of a small system.
-    const STEPS: usize = 64;
-    let mut last_poll = Instant::now();
-    let mut monitor = |stepper: &Stepper| {
-        if stepper.counters().accepted.is_multiple_of(STEPS) && last_poll.elapsed() > POLL_INTERVAL {
-            last_poll = Instant::now();
-            raised.catch(Python::attach(|py| py.check_signals()))?;
-        }
-        Ok(())
-    };
-    solve(system, t_span, y0, options, output, &mut [], &mut monitor)
 }
 
 /// Integration that calls back into Python.

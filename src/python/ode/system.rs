@@ -11,6 +11,7 @@ use super::super::callback::Raised;
 use super::super::compiled::CompiledFunction;
 use super::super::convert;
 use super::super::model::PyModel;
+use super::super::motion::Ticker;
 use super::function::{Function, matrix_of, read_column, read_matrix, read_vector};
 use crate::error::Interrupted;
 use crate::linalg::Matrix;
@@ -40,6 +41,7 @@ pub(super) struct PySystem {
     rhs: RightHandSide,
     jacobian: Jacobian,
     raised: SharedRaised,
+    ticker: Ticker,
 }
 
 enum RightHandSide {
@@ -95,7 +97,7 @@ impl PySystem {
                 )));
             }
             let jacobian = Jacobian::find(jac, n, None, numbers.as_deref())?;
-            return Ok(Self { n, rhs: RightHandSide::Compiled(compiled), jacobian, raised });
+            return Ok(Self::of(n, RightHandSide::Compiled(compiled), jacobian, raised));
         }
         if !fun.is_callable() {
             return Err(PyTypeError::new_err(format!(
@@ -109,7 +111,19 @@ impl PySystem {
         let function = Function::new(fun, args.as_ref());
         let rhs =
             if vectorized { RightHandSide::Vectorized(function) } else { RightHandSide::Python(function) };
-        Ok(Self { n, rhs, jacobian, raised })
+        Ok(Self::of(n, rhs, jacobian, raised))
+    }
+
+    fn of(n: usize, rhs: RightHandSide, jacobian: Jacobian, raised: SharedRaised) -> Self {
+        Self { n, rhs, jacobian, raised, ticker: Ticker::new() }
+    }
+
+    /// Answers Ctrl-C where no Python code runs that would. Steps that are rejected count, too, hence not from a monitor.
+    fn look_for_signals(&mut self) -> Result<(), Interrupted> {
+        if !self.ticker.tick() {
+            return Ok(());
+        }
+        self.raised.catch(Python::attach(|py| py.check_signals()))
     }
 
     fn from_model(
@@ -124,12 +138,8 @@ impl PySystem {
         }
         let system = model.get().native().first_order();
         let n = system.n();
-        Ok(Self {
-            n,
-            rhs: RightHandSide::Native(system, model.clone().unbind()),
-            jacobian: Jacobian::Native,
-            raised,
-        })
+        let native = RightHandSide::Native(system, model.clone().unbind());
+        Ok(Self::of(n, native, Jacobian::Native, raised))
     }
 
     /// True when no Python code runs in an evaluation.
@@ -192,6 +202,9 @@ impl System for PySystem {
     }
 
     fn rhs(&mut self, t: f64, y: &[f64], dydt: &mut [f64]) -> Result<(), Interrupted> {
+        if matches!(self.rhs, RightHandSide::Compiled(_) | RightHandSide::Native(..)) {
+            self.look_for_signals()?;
+        }
         match &mut self.rhs {
             RightHandSide::Native(system, _) => system.rhs(t, y, dydt),
             RightHandSide::Compiled(function) => {
