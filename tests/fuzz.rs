@@ -1,6 +1,7 @@
 //! Fuzzing of scenes and rods: the committed corpus, and so many mutations of it, the same ones every time.
 //!
-//! `LISSOM_FUZZ_RUNS=100000 cargo test --test fuzz` tries more than the default number; `LISSOM_FUZZ_SEED` others. An input that
+//! `LISSOM_FUZZ_RUNS=100000 cargo test --test fuzz` tries more than the default number; `LISSOM_FUZZ_SEED` others; an input that
+//! ends in a new way is added to the corpus with `LISSOM_FUZZ_GROW=1`. An input that
 //! breaks something is written to `target/fuzz`; it belongs into `tests/fuzz/corpus` once it is mended. `fuzz/` runs the same targets under
 //! cargo-fuzz, which looks for new paths through the code by itself.
 
@@ -41,10 +42,13 @@ const SCENE: Target =
 const PLAN: Target = Target { name: "plan", run: plan::fuzz_plan, mutate: mutate::mutate_bytes, runs: 500 };
 
 impl Target {
+    fn folder(&self) -> PathBuf {
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fuzz/corpus").join(self.name)
+    }
+
     fn corpus(&self) -> Vec<Vec<u8>> {
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fuzz/corpus").join(self.name);
         let mut paths: Vec<PathBuf> =
-            fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+            fs::read_dir(self.folder()).unwrap().map(|entry| entry.unwrap().path()).collect();
         paths.sort();
         paths.iter().map(|path| fs::read(path).unwrap()).collect()
     }
@@ -53,6 +57,10 @@ impl Target {
     fn keep(&self, input: &[u8]) -> PathBuf {
         let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("fuzz");
         fs::create_dir_all(&folder).unwrap();
+        self.write(&folder, input)
+    }
+
+    fn write(&self, folder: &Path, input: &[u8]) -> PathBuf {
         let sum = input.iter().fold(0u64, |sum, &byte| Random(sum ^ u64::from(byte)).next());
         let path = folder.join(format!("{}-{sum:016x}", self.name));
         fs::write(&path, input).unwrap();
@@ -61,6 +69,12 @@ impl Target {
 
     /// Runs the target on the corpus and on mutations of it.
     fn test(&self) {
+        if let Some(path) = std::env::var_os("LISSOM_FUZZ_INPUT") {
+            if path.to_string_lossy().contains(self.name) {
+                eprintln!("{}", (self.run)(&fs::read(path).unwrap()));
+            }
+            return;
+        }
         let corpus = self.corpus();
         assert!(!corpus.is_empty(), "no corpus");
         let number = |name: &str| std::env::var(name).ok().map(|text| text.parse().expect(name));
@@ -73,12 +87,19 @@ impl Target {
         });
         let mut outcomes = BTreeMap::new();
         let mut broken = Vec::new();
+        let grows = std::env::var_os("LISSOM_FUZZ_GROW").is_some();
         let mut slowest = Duration::ZERO;
         let mut run = |input: Vec<u8>| {
             let clock = Instant::now();
             started.send(input.clone()).expect("the watch goes on");
             match catch_unwind(AssertUnwindSafe(|| (self.run)(&input))) {
-                Ok(outcome) => *outcomes.entry(outcome).or_insert(0) += 1,
+                Ok(outcome) => {
+                    let times = outcomes.entry(outcome).or_insert(0);
+                    *times += 1;
+                    if *times == 1 && grows {
+                        self.write(&self.folder(), &input);
+                    }
+                }
                 Err(_) => broken.push(self.keep(&input)),
             }
             slowest = slowest.max(clock.elapsed());

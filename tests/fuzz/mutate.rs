@@ -4,10 +4,10 @@ use super::source::EXTREMES;
 
 /// The generator of Steele, Lea and Flood (2014), SplitMix64.
 #[derive(Debug)]
-pub struct Random(pub u64);
+pub(crate) struct Random(pub(crate) u64);
 
 impl Random {
-    pub fn next(&mut self) -> u64 {
+    pub(crate) fn next(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
         let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
@@ -15,17 +15,17 @@ impl Random {
     }
 
     /// A number below `end`; zero where there is none.
-    pub fn below(&mut self, end: usize) -> usize {
+    pub(crate) fn below(&mut self, end: usize) -> usize {
         (self.next() % (end.max(1) as u64)) as usize
     }
 
-    pub fn bytes(&mut self, most: usize) -> Vec<u8> {
+    pub(crate) fn bytes(&mut self, most: usize) -> Vec<u8> {
         (0..self.below(most + 1)).map(|_| self.next() as u8).collect()
     }
 }
 
 /// Changes bytes here and there.
-pub fn mutate_bytes(random: &mut Random, input: &[u8], other: &[u8]) -> Vec<u8> {
+pub(crate) fn mutate_bytes(random: &mut Random, input: &[u8], other: &[u8]) -> Vec<u8> {
     let mut bytes = input.to_vec();
     for _ in 0..1 + random.below(4) {
         let at = random.below(bytes.len() + 1);
@@ -80,7 +80,7 @@ fn value(random: &mut Random) -> String {
 }
 
 /// Changes a scene line by line: values, lines twice, away, from another scene, tables in tables, many of them.
-pub fn mutate_scene(random: &mut Random, input: &[u8], other: &[u8]) -> Vec<u8> {
+pub(crate) fn mutate_scene(random: &mut Random, input: &[u8], other: &[u8]) -> Vec<u8> {
     if random.below(5) == 0 {
         return mutate_bytes(random, input, other);
     }

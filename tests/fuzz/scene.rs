@@ -10,7 +10,7 @@ const LONGEST_MESSAGE: usize = 1_000_000;
 const COMPILED: usize = 200;
 
 /// Does what `lissom check` would do with a file. Panics where anything is wrong; says what came of it.
-pub fn fuzz_scene(bytes: &[u8]) -> String {
+pub(crate) fn fuzz_scene(bytes: &[u8]) -> String {
     let scene = match Scene::from_bytes(bytes, "fuzz.toml") {
         Ok(scene) => scene,
         Err(error) => {

@@ -2,7 +2,7 @@
 //! change of the meaning. Bytes that are missing are zero, which means the simplest choice.
 
 /// Numbers at which formulas break.
-pub const EXTREMES: [f64; 28] = [
+pub(crate) const EXTREMES: [f64; 28] = [
     0.0,
     -0.0,
     f64::NAN,
@@ -35,10 +35,10 @@ pub const EXTREMES: [f64; 28] = [
 
 /// The bytes that are left.
 #[derive(Debug)]
-pub struct Source<'a>(pub &'a [u8]);
+pub(crate) struct Source<'a>(pub(crate) &'a [u8]);
 
 impl Source<'_> {
-    pub fn byte(&mut self) -> u8 {
+    pub(crate) fn byte(&mut self) -> u8 {
         match self.0 {
             [first, rest @ ..] => {
                 self.0 = rest;
@@ -49,18 +49,18 @@ impl Source<'_> {
     }
 
     /// A number below `end`.
-    pub fn below(&mut self, end: usize) -> usize {
+    pub(crate) fn below(&mut self, end: usize) -> usize {
         let number = usize::from(self.byte());
         if end > 256 { (256 * number + usize::from(self.byte())) % end } else { number % end }
     }
 
     /// True once in so many times.
-    pub fn one_in(&mut self, times: usize) -> bool {
+    pub(crate) fn one_in(&mut self, times: usize) -> bool {
         self.below(times) == times - 1
     }
 
     /// The usual number, or rarely any other.
-    pub fn near(&mut self, usual: f64) -> f64 {
+    pub(crate) fn near(&mut self, usual: f64) -> f64 {
         match self.byte() {
             0..=199 => usual,
             200..=219 => usual * (self.byte() as f64 / 128.0),
@@ -71,22 +71,22 @@ impl Source<'_> {
     }
 
     /// So many numbers, mostly zero.
-    pub fn zeros<const N: usize>(&mut self) -> [f64; N] {
+    pub(crate) fn zeros<const N: usize>(&mut self) -> [f64; N] {
         std::array::from_fn(|_| if self.one_in(4) { self.near(0.1) } else { 0.0 })
     }
 
     /// The numbers, or rarely others.
-    pub fn like<const N: usize>(&mut self, usual: [f64; N]) -> [f64; N] {
+    pub(crate) fn like<const N: usize>(&mut self, usual: [f64; N]) -> [f64; N] {
         usual.map(|number| self.near(number))
     }
 
     /// Something, or nothing.
-    pub fn maybe<T>(&mut self, times: usize, make: impl FnOnce(&mut Self) -> T) -> Option<T> {
+    pub(crate) fn maybe<T>(&mut self, times: usize, make: impl FnOnce(&mut Self) -> T) -> Option<T> {
         if self.one_in(times) { Some(make(self)) } else { None }
     }
 
     /// Up to `most` things, mostly few.
-    pub fn some<T>(&mut self, most: usize, mut make: impl FnMut(&mut Self) -> T) -> Vec<T> {
+    pub(crate) fn some<T>(&mut self, most: usize, mut make: impl FnMut(&mut Self) -> T) -> Vec<T> {
         let number = self.below(most + 1).min(self.below(most + 1));
         (0..number).map(|_| make(self)).collect()
     }
