@@ -145,11 +145,15 @@ impl SmallMotions {
         if ![&self.mass, &self.damping, &self.stiffness].into_iter().all(is_finite) {
             return Err(NoModes::NonFinite);
         }
-        if is_symmetric(&self.stiffness) && is_symmetric(&self.damping) {
-            self.symmetric()
+        let modes = if is_symmetric(&self.stiffness) && is_symmetric(&self.damping) {
+            self.symmetric()?
         } else {
-            self.general()
-        }
+            self.general()?
+        };
+        // Products of what is finite may overflow.
+        let numbers = modes.frequency.iter().chain(&modes.damping).copied();
+        let complex = modes.eigenvalues.iter().chain(&modes.shapes).flat_map(|number| [number.re, number.im]);
+        if numbers.chain(complex).all(f64::is_finite) { Ok(modes) } else { Err(NoModes::NonFinite) }
     }
 
     /// Undamped modes first, then what damping makes of them.

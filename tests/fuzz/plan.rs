@@ -51,7 +51,7 @@ pub(crate) fn fuzz_plan(bytes: &[u8]) -> String {
     outcome.push(format!("resolved {is_resolved}"));
     evaluate(&mut model, &q, &v);
     if let Ok(modes) = lissom::modes::modes(&mut model, &rest) {
-        assert!(modes.frequency.iter().all(|frequency| frequency.is_finite()), "frequencies of modes");
+        assert!(all_finite(&modes.frequency) && all_finite(&modes.damping), "modes that are not finite");
         outcome.push("modes".to_owned());
     }
     let dt = source.near(1e-2);
