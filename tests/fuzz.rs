@@ -5,6 +5,8 @@
 //! breaks something is written to `target/fuzz`; it belongs into `tests/fuzz/corpus` once it is mended. `fuzz/` runs the same targets under
 //! cargo-fuzz, which looks for new paths through the code by itself.
 
+#![allow(clippy::print_stderr, reason = "a fuzzer says what it tried and what it found")]
+
 #[path = "fuzz/mutate.rs"]
 mod mutate;
 #[path = "fuzz/plan.rs"]
@@ -82,7 +84,7 @@ impl Target {
         let seed = number("LISSOM_FUZZ_SEED").unwrap_or(0) as u64;
         let (started, inputs) = channel();
         let watch = thread::spawn({
-            let target = Target { ..*self };
+            let target = Self { ..*self };
             move || target.watch(&inputs)
         });
         let mut outcomes = BTreeMap::new();

@@ -37,15 +37,15 @@ pub(super) fn method(value: &Bound<'_, PyAny>) -> PyResult<Method> {
 
 /// The initial state.
 pub(super) fn initial_state(y0: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
-    convert::vector(y0, "y0").or_else(|error| {
+    convert::vector(y0, "y0").map_err(|error| {
         let is_complex = |numpy: Bound<'_, PyModule>| numpy.call_method1("iscomplexobj", (y0,))?.is_truthy();
         // What NumPy makes no array of is refused for that.
         if y0.py().import("numpy").and_then(is_complex).unwrap_or(false) {
-            return Err(PyTypeError::new_err(
+            return PyTypeError::new_err(
                 "y0: complex states are not supported; integrate the n real and n imaginary parts as 2n components",
-            ));
+            );
         }
-        Err(error)
+        error
     })
 }
 

@@ -151,7 +151,7 @@ impl PySystem {
     pub(super) fn traverse(&self, visit: &PyVisit<'_>) -> Result<(), PyTraverseError> {
         match &self.rhs {
             RightHandSide::Python(function) | RightHandSide::Vectorized(function) => {
-                function.traverse(visit)?
+                function.traverse(visit)?;
             }
             RightHandSide::Compiled(function) => function.traverse(visit)?,
             RightHandSide::Native(_, model) => visit.call(model)?,
