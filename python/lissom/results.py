@@ -110,8 +110,7 @@ class Run:
     @property
     def message(self) -> str:
         """How it ended, in the words of a scene."""
-        message = in_words_of_a_scene(self.motion.message)
-        return message if self.has_energies else f"{message} {NO_ENERGIES}"
+        return in_words_of_a_scene(self.motion.message)
 
     @property
     def has_energies(self) -> bool:
@@ -191,7 +190,7 @@ def statistics(run: Run) -> dict[str, Any]:
         "scene": run.scene.name,
         MARK: __version__,
         "outcome": "interrupted" if run.interrupted else "finished" if run.motion.success else "failed",
-        "message": run.message,
+        "message": run.message if run.has_energies else f"{run.message} {NO_ENERGIES}",
         "method": settings.method,
         "coordinates": run.scene.model.n,
         "simulated_seconds": simulated,

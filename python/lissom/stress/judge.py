@@ -3,12 +3,23 @@
 from __future__ import annotations
 
 import time
+import warnings
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from .._lissom import Model, ModesResult, MotionResult, Rod, StaticsResult, modes, simulate, statics
+from .._lissom import (
+    AccuracyWarning,
+    Model,
+    ModesResult,
+    MotionResult,
+    Rod,
+    StaticsResult,
+    modes,
+    simulate,
+    statics,
+)
 from ..results import Array
 from .cell import SLOW_EVALUATIONS, Outcome, one_line
 
@@ -56,7 +67,10 @@ TIGHTER, SHORTER = 1e-3, 0.1
 def run(model: Model, t_end: float, deadline: float = DEADLINE, **options: Any) -> MotionResult:
     """Simulate, but not for longer than the deadline."""
     end = time.monotonic() + deadline
-    return simulate(model, t_end, progress=lambda t: time.monotonic() > end, **options)
+    with warnings.catch_warnings():
+        # What fixed steps do not see is judged here.
+        warnings.simplefilter("ignore", AccuracyWarning)
+        return simulate(model, t_end, progress=lambda t: time.monotonic() > end, **options)
 
 
 def tolerances(rod: Rod, tolerance: float = ADAPTIVE_TOLERANCE) -> dict[str, Any]:
