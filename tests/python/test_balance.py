@@ -151,6 +151,7 @@ def test_reports_of_energies_that_are_not_finite_say_so(tmp_path):
     assert not good
     assert "energy balance is not finite" in said
     assert dict(text.summary(run))["energy drift"].startswith("NaN")
+    (tmp_path / "out").mkdir()
     results.write(run, tmp_path / "out", None)
     numbers = json.loads((tmp_path / "out" / "summary.json").read_text())
     assert numbers["energy_drift"] is None

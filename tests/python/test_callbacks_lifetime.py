@@ -221,7 +221,7 @@ NESTED = {
     "progress": lambda f: lissom.simulate(lissom.Rod([WIRE]), 0.02, progress=lambda t: f(t) is None),
     "base": lambda f: lissom.Rod(
         [WIRE], base_motion=lissom.BaseMotion(translation=lambda t: [f(t)] * 3)
-    ).pose([0.0] * 3, 0.1),
+    ).pose([0.0] * 3, 0.1, t=0.0),
     "solve_ivp": lambda f: lissom.solve_ivp(lambda t, y: [f(t)], (0.0, 1.0), [1.0]),
     "Radau": lambda f: lissom.solve_ivp(lambda t, y: [f(t)], (0.0, 1.0), [1.0], "Radau"),
     "events": lambda f: lissom.solve_ivp(lambda t, y: -y, (0.0, 1.0), [1.0], events=lambda t, y: f(t) or 1.0),

@@ -72,7 +72,7 @@ RESULTS = {
     "modes, complex": lambda: lissom.modes(
         lissom.Rod([WIRE], supports=[lissom.Support(stiffness=1.0, damping=3.0)]), [0.0] * 3
     ),
-    "Energy": lambda: ROD.energy([0.1] * 3, [0.2] * 3),
+    "Energy": lambda: ROD.energy([0.1] * 3, [0.2] * 3, t=0.0),
     "LinearModel": lambda: lissom.linearise(COLUMN, [0.0] * 3),
     "Scene": lambda: lissom.Scene.loads(TEXT, "wire.toml"),
     "SimulationSettings": lambda: lissom.Scene.loads(TEXT).simulation,
