@@ -482,7 +482,9 @@ class TestInverted:
     #: E A
     LIMIT = 4e4 * np.pi * 1e-4
 
-    @pytest.mark.parametrize("modes", [{"stretch": 3}, {"stretch": 1, "bend_y": 3}, {"stretch": 2, "torsion": 1}])
+    @pytest.mark.parametrize(
+        "modes", [{"stretch": 3}, {"stretch": 1, "bend_y": 3}, {"stretch": 2, "torsion": 1}]
+    )
     def test_a_rod_cannot_be_pressed_beyond_its_stiffness(self, modes):
         found = lissom.statics(self.pressed(20.0, **modes))
         assert (found.success, found.status, found.stability) == (False, "inverted", None)
@@ -539,7 +541,13 @@ def follower(force, retardation_time, modes=8):
     """Beck's column: one metre, E I = 1, rho A = 1."""
     young = 1 / (np.pi / 4 * 1e-12)
     segment = lissom.Segment(
-        1.0, 1e-3, young, 0.4 * young, 1 / (np.pi * 1e-6), {"bend_y": modes}, retardation_time=retardation_time
+        1.0,
+        1e-3,
+        young,
+        0.4 * young,
+        1 / (np.pi * 1e-6),
+        {"bend_y": modes},
+        retardation_time=retardation_time,
     )
     load = lissom.Load(force=(-force, 0, 0), frame="body")
     return lissom.Rod([segment], gravity=(0, 0, 0), loads=[load])
@@ -547,7 +555,9 @@ def follower(force, retardation_time, modes=8):
 
 class TestVerdicts:
     @pytest.mark.parametrize(
-        ("retardation_time", "critical"), [(0.0, 20.0509), (1e-6, 10.94), (1e-4, 10.94)], ids=["none", "tiny", "small"]
+        ("retardation_time", "critical"),
+        [(0.0, 20.0509), (1e-6, 10.94), (1e-4, 10.94)],
+        ids=["none", "tiny", "small"],
     )
     def test_becks_column(self, retardation_time, critical):
         """Beck 1952; Bolotin 1963: vanishing internal damping halves the critical load."""
@@ -581,7 +591,7 @@ class TestVerdicts:
 
     @pytest.mark.parametrize("seed", range(12))
     def test_statics_and_modes_agree_and_eigenvalues_prove_them(self, seed):
-        """Random tapered rods under follower loads, with damping and without: NumPy's eigenvalues of the linear model."""
+        """Random tapered rods under follower loads, damped or not: NumPy's eigenvalues of the linear model."""
         random = np.random.default_rng(seed)
         strains = ("torsion", "bend_y", "bend_z", *("stretch",) * (seed % 2))
         segment = lissom.Segment(
@@ -610,7 +620,9 @@ class TestVerdicts:
 
     def test_without_load_the_lowest_eigenvalue_is_one(self):
         """Tapered rods, sections with couplings, rods on springs."""
-        tapered = lissom.Segment(1.0, (0.02, 0.002), 1e7, 4e6, 1000, dict.fromkeys(("torsion", "bend_y", "bend_z", "stretch"), 4))
+        tapered = lissom.Segment(
+            1.0, (0.02, 0.002), 1e7, 4e6, 1000, dict.fromkeys(("torsion", "bend_y", "bend_z", "stretch"), 4)
+        )
         held = lissom.Support(stiffness=1e5, rotational_stiffness=1e3)
         for supports in ([], [held]):
             rod = lissom.Rod([tapered], gravity=(0, 0, 0), supports=supports)
