@@ -34,9 +34,9 @@ const LARGEST_SHIFT: f64 = 1e12;
 /// Steps as short as that are taken without looking at their work, which is rounding then.
 const TRUSTED: f64 = 1e-6;
 
-/// How often a trial's springs are made to carry what they should: two or three do it for steps within the region; and at the start,
+/// How often at most a trial's springs are made to carry what they should, each time to about twice as many digits; and at the start,
 /// which may be far from where stiff springs let the model be.
-const RESTORING: usize = 4;
+const RESTORING: usize = 8;
 const FIRST_RESTORING: usize = 50;
 
 /// How a descent ended.

@@ -172,16 +172,13 @@ pub(super) fn message(status: Status, end: f64, verdict: Option<Verdict>, path: 
     if let Some(Verdict { stability, undamped }) = verdict
         && stability != undamped
     {
-        message += match undamped {
-            Stability::Stable => " Without damping, drag and Coriolis forces it would be stable.",
-            Stability::Neutral => " Without damping, drag and Coriolis forces it would be neutral.",
-            Stability::Divergence => {
-                " It owes that to damping, drag or Coriolis forces: without them it would diverge."
-            }
-            Stability::Flutter => {
-                " It owes that to damping, drag or Coriolis forces: without them it would flutter."
-            }
+        let would = match undamped {
+            Stability::Stable => "be stable",
+            Stability::Neutral => "be neutral",
+            Stability::Divergence => "diverge",
+            Stability::Flutter => "flutter",
         };
+        message += &format!(" Without damping, drag and Coriolis forces it would {would}.");
     }
     message
 }

