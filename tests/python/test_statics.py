@@ -591,7 +591,7 @@ class TestVerdicts:
 
     @pytest.mark.parametrize("seed", range(12))
     def test_statics_and_modes_agree_and_eigenvalues_prove_them(self, seed):
-        """Random tapered rods under follower loads, damped or not: NumPy's eigenvalues of the linear model."""
+        """Random tapered rods under follower loads, damped or not, beside NumPy's eigenvalues."""
         random = np.random.default_rng(seed)
         strains = ("torsion", "bend_y", "bend_z", *("stretch",) * (seed % 2))
         segment = lissom.Segment(

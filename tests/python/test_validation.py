@@ -45,8 +45,7 @@ def lissom_validate(*arguments):
     return commands.main(["validate", *arguments], prog_name="lissom", standalone_mode=False)
 
 
-#: The path of a twisted shaft between clamps stalls at its double bifurcation since the springs' forces are unknowns of statics
-#: (docs/statics.md): open.
+#: The path of a twisted shaft between clamps stalls at its double bifurcation: open.
 STALLS = "Twisted shaft"
 
 

@@ -200,7 +200,7 @@ RECIPES: dict[str, dict | list[dict]] = {
         "direction": _a(1.0, 0.0),
         "bounds": "(0.0, 1.0)",
         "max_step": "0.25",
-        "max_steps": "20",
+        "max_steps": "200",
         "t": "0.0",
         "tol": "1e-8",
     },
@@ -281,7 +281,8 @@ RECIPES: dict[str, dict | list[dict]] = {
 }
 #: Classes that only functions make, and exceptions: calling them must raise, or make an exception.
 _UNMADE = """
-AccuracyWarning ContinuationResult ConvergenceError CriticalPoint DenseOutput Energy EquilibriumPath JacobianCheck
+AccuracyWarning ContinuationResult ConvergenceError
+CriticalPoint DenseOutput Energy EquilibriumPath JacobianCheck
 LissomError Model ModesResult MotionResult OdeResult OdeSolver RootResult Scene SceneError
 SceneProblem Section SimulationSettings StaticsResult Statistics
 """
