@@ -197,7 +197,7 @@ RECIPES: dict[str, dict | list[dict]] = {
         "model": _MODEL,
         "q0": _a(0.0, 0.0),
         "load_factor": "0.0",
-        "direction": _a(1.0, 0.0),
+        "direction": _a(0.0, 1.0),
         "bounds": "(0.0, 1.0)",
         "max_step": "0.25",
         "max_steps": "200",
