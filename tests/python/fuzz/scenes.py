@@ -183,14 +183,16 @@ def tighter(scene) -> judge.Outcome:
     moves = isinstance(scene.model, lissom.Rod) and scene.model.base_motion is not None
     if settings.duration > COMPARED or moves or settings.method in ("newmark", "hht", "generalised_alpha"):
         return judge.Outcome("done")
-    ends = [settings.duration]
+    end = settings.t0 + settings.duration
+    ends = [end]
     result = scene.run(t_eval=ends, max_steps=20_000)
     if not result.success:
         return judge.Outcome("failed", result.message)
     references = [
         lissom.simulate(
             scene.model,
-            settings.duration,
+            end,
+            t0=settings.t0,
             q0=scene.q0,
             v0=scene.v0,
             method=method,
