@@ -6,7 +6,8 @@ use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use lissom::linalg::{ChainLu, Lu, Matrix};
 use lissom::model::{Chain, Model};
 use lissom::newmark::{self, FreeMotion};
-use lissom::rod::{Rod, RodModel, Segment, Solve};
+use lissom::robot::{Rod, RodModel, Solve};
+use lissom::rod::Segment;
 
 const SEGMENTS: [usize; 8] = [1, 2, 4, 8, 16, 32, 64, 128];
 const SOLVES: [(Solve, &str); 2] = [(Solve::Chain, "chain"), (Solve::Dense, "dense")];

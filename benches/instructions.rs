@@ -10,7 +10,8 @@ use lissom::newmark::{self, FreeMotion};
 use lissom::ode::{self, FirstOrder};
 use lissom::pendulum::SpringPendulum;
 use lissom::radau;
-use lissom::rod::{Rod, RodModel, Segment};
+use lissom::robot::{Rod, RodModel};
+use lissom::rod::Segment;
 
 /// The lab's rod: three coordinates in a plane.
 fn lab() -> RodModel {

@@ -11,7 +11,8 @@ use criterion::{BenchmarkGroup, Criterion, Throughput, criterion_group, criterio
 use lissom::linalg::Matrix;
 use lissom::model::{ForwardScratch, Model};
 use lissom::newmark::{self, FreeMotion};
-use lissom::rod::{Rod, RodModel, Segment, Solve};
+use lissom::robot::{Rod, RodModel, Solve};
+use lissom::rod::Segment;
 use pulp::Simd;
 
 /// Steps of Newmark's method from the rod at rest, and their size in seconds.

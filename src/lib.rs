@@ -2,11 +2,13 @@
 
 pub mod accuracy;
 pub mod balance;
+pub mod body;
 mod derivatives;
 pub mod error;
 mod hermite;
 pub mod lie;
 pub mod linalg;
+pub mod load;
 mod memory;
 pub mod model;
 pub mod modes;
@@ -16,6 +18,7 @@ pub mod pendulum;
 #[cfg(feature = "python")]
 mod python;
 pub mod radau;
+pub mod robot;
 pub mod rod;
 pub mod roots;
 #[cfg(feature = "scene")]
@@ -26,4 +29,6 @@ mod spectrum;
 pub mod springs;
 pub mod stability;
 pub mod statics;
+pub mod support;
 mod unseen;
+pub mod world;

@@ -298,7 +298,9 @@ pub(crate) fn linearised(model: &mut dyn Model, q: &[f64], sizes: &[f64]) -> Opt
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::rod::{Rod, RodModel, Segment, Support};
+    use crate::robot::{Rod, RodModel};
+    use crate::rod::Segment;
+    use crate::support::Support;
 
     /// A bent and twisted rod on two supports, one of them stiff.
     fn held_rod(stiffness: f64) -> (RodModel, Vec<f64>) {

@@ -4,13 +4,18 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
+use lissom::body::Body;
 use lissom::linalg::{ChainLu, Matrix};
+use lissom::load::{Extent, Frame, Load};
 use lissom::model::{Chain, ForwardScratch, Model};
 use lissom::newmark::{self, FreeMotion};
 use lissom::ode::{self, FirstOrder};
 use lissom::radau;
-use lissom::rod::{BaseMotion, Body, Extent, Fluid, Frame, Load, Rod, RodModel, Segment, Support};
+use lissom::robot::{Rod, RodModel};
+use lissom::rod::Segment;
 use lissom::signal::{Harmonic, Signal};
+use lissom::support::Support;
+use lissom::world::{BaseMotion, Fluid};
 
 thread_local! {
     static ALLOCATIONS: Cell<usize> = const { Cell::new(0) };

@@ -4,7 +4,8 @@ use lissom::error::Interrupted;
 use lissom::linalg::{ChainLu, ChainMatrix, Lu, Matrix, Singular};
 use lissom::model::{Chain, ForwardScratch, Model};
 use lissom::newmark::{self, Failure, FreeMotion, Status, System};
-use lissom::rod::{Rod, RodModel, Section, Segment, Solve};
+use lissom::robot::{Rod, RodModel, Solve};
+use lissom::rod::{Section, Segment};
 use lissom::roots::Derivative;
 use proptest::prelude::*;
 
@@ -145,7 +146,8 @@ fn state(n: usize, scale: f64, phase: f64) -> Vec<f64> {
 
 /// The same with loads and bodies anywhere.
 fn loaded_rods() -> impl Strategy<Value = Rod> {
-    use lissom::rod::{Body, Extent, Frame, Load};
+    use lissom::body::Body;
+    use lissom::load::{Extent, Frame, Load};
     let vector = || prop::array::uniform3(-1.0..1.0);
     let load = (0usize..3, any::<bool>(), 0.0..0.6, 0.1..0.4, vector(), vector());
     let body = (prop::option::of(0.0..1.0), 0.01..0.2, prop::array::uniform3(-0.02..0.02));

@@ -2,15 +2,15 @@
 
 use std::time::{Duration, Instant};
 
+use lissom::body::Body;
 use lissom::error::{Interrupted, InvalidInput};
 use lissom::newmark;
 use lissom::ode::{self, Method, Options, Output, Status};
-use lissom::rod::{
-    Basis, Body, GivenSection, MAX_OWN_NODES, Profile, Rod, RodModel, Section, Segment, Shape, Support,
-    diagonal,
-};
+use lissom::robot::{Rod, RodModel};
+use lissom::rod::{Basis, GivenSection, MAX_OWN_NODES, Profile, Section, Segment, Shape, diagonal};
 use lissom::roots::{Differences, Newton};
 use lissom::scene::Scene;
+use lissom::support::Support;
 
 /// What is refused is refused at once, in a build with debug assertions on a busy machine.
 const AT_ONCE: Duration = Duration::from_secs(5);

@@ -7,7 +7,8 @@ use lissom::newmark::{FreeMotion, Solution, System};
 use lissom::ode::{self, FirstOrder, Output};
 use lissom::pendulum::SpringPendulum;
 use lissom::radau::{Options, Stepper, solve};
-use lissom::rod::{Rod, RodModel, Segment};
+use lissom::robot::{Rod, RodModel};
+use lissom::rod::Segment;
 
 fn two_segments() -> RodModel {
     let segment = Segment {

@@ -1,11 +1,11 @@
 //! The Cosserat rod: tangents, mass matrix, energies, and the lab rod's published numbers.
 
+use lissom::body::Body;
 use lissom::linalg::Matrix;
+use lissom::load::{Extent, Frame, Load};
 use lissom::model::{ForwardScratch, Model};
-use lissom::rod::{
-    Basis, Body, Extent, Frame, GivenSection, Kernel, Load, Profile, Rod, RodModel, STRAIGHT, Section,
-    SectionProperties, Segment, Shape, Solve,
-};
+use lissom::robot::{Kernel, Rod, RodModel, Solve};
+use lissom::rod::{Basis, GivenSection, Profile, STRAIGHT, Section, SectionProperties, Segment, Shape};
 use proptest::prelude::*;
 
 fn lab_segment(modes: usize) -> Segment {

@@ -1,6 +1,6 @@
 //! Scene files: what is read, and every kind of complaint with its exact line and column.
 
-use lissom::rod;
+use lissom::{body, load, robot, rod};
 use lissom::scene::{Jacobian, Method, Model, Quantity, Scene};
 use proptest::prelude::*;
 
@@ -38,7 +38,7 @@ fn refused(from: &str, to: &str, expected: &[&str]) {
     assert_eq!(problems(&changed(from, to)), expected, "{to}");
 }
 
-fn rod_of(text: &str) -> rod::Rod {
+fn rod_of(text: &str) -> robot::Rod {
     match Scene::parse(text, "s.toml").expect("the scene is good").model {
         Model::Rod(rod) => rod,
         Model::Pendulum(_) => panic!("the scene has a rod"),
@@ -52,7 +52,7 @@ fn left_out_keys_have_the_defaults_of_the_rod() {
     assert_eq!(scene.text, GOOD);
     let segment =
         rod::Segment { modes: [0, 3, 0, 0, 0, 0], ..rod::Segment::straight(1.0, 1e-3, 210e9, 80e9, 7800.0) };
-    assert_eq!(scene.model, Model::Rod(rod::Rod::new(vec![segment])));
+    assert_eq!(scene.model, Model::Rod(robot::Rod::new(vec![segment])));
     assert_eq!((scene.q0, scene.v0), (vec![0.0; 3], vec![0.0; 3]));
     let simulation = scene.simulation;
     assert_eq!(simulation.duration, 3.0);
@@ -119,14 +119,14 @@ output = { step = 0.1, quantities = ["shape", "energy"] }
     };
     let second =
         rod::Segment { modes: [0, 0, 1, 0, 0, 0], ..rod::Segment::straight(1.0, 1e-3, 3e5, 1e5, 1000.0) };
-    let expected = rod::Rod {
+    let expected = robot::Rod {
         base_position: [1.0, 2.0, 3.0],
         base_orientation: [0.0, 1.0, 0.0, 0.0],
         gravity: [1.0, 2.0, 3.0],
         tip_force: [4.0, 5.0, 6.0],
         tip_moment: [7.0, 8.0, 9.0],
         tip_mass: 0.5,
-        ..rod::Rod::new(vec![first, second])
+        ..robot::Rod::new(vec![first, second])
     };
     assert_eq!(scene.model, Model::Rod(expected));
     let simulation = scene.simulation;
@@ -190,17 +190,17 @@ fn loads_and_bodies_are_read() {
     );
     let rod = rod_of(&scene);
     let force =
-        rod::Load { extent: rod::Extent::At(0.5), force: [0.0, 0.0, 1.0].into(), ..rod::Load::at_tip() };
-    let moment = rod::Load {
-        extent: rod::Extent::Along([0.1, 1.0]),
-        frame: rod::Frame::Body,
+        load::Load { extent: load::Extent::At(0.5), force: [0.0, 0.0, 1.0].into(), ..load::Load::at_tip() };
+    let moment = load::Load {
+        extent: load::Extent::Along([0.1, 1.0]),
+        frame: load::Frame::Body,
         moment: [0.0, 2.0, 0.0].into(),
-        ..rod::Load::at_tip()
+        ..load::Load::at_tip()
     };
     assert_eq!(rod.loads, [force, moment]);
     let inertia = [[3.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 2.0]];
-    let body = rod::Body { at: Some(0.3), mass: 0.2, centre: [0.0, 0.0, 0.1], inertia };
-    assert_eq!(rod.bodies, [rod::Body::point(0.1), body]);
+    let body = body::Body { at: Some(0.3), mass: 0.2, centre: [0.0, 0.0, 0.1], inertia };
+    assert_eq!(rod.bodies, [body::Body::point(0.1), body]);
 }
 
 #[test]

@@ -6,7 +6,8 @@ use lissom::error::Interrupted;
 use lissom::linalg::Matrix;
 use lissom::model::Model;
 use lissom::pendulum::SpringPendulum;
-use lissom::rod::{Rod, RodModel, Section, Segment};
+use lissom::robot::{Rod, RodModel};
+use lissom::rod::{Section, Segment};
 use lissom::statics::{
     ContinuationOptions, CriticalKind, Options, Stability, Start, Status, continuation, equilibrium,
 };

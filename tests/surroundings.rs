@@ -1,11 +1,13 @@
 //! What surrounds a rod: elastic supports and a fluid, also where its base moves along them.
 
 use lissom::linalg::Matrix;
+use lissom::load::{Frame, Load};
 use lissom::model::{Chain, ForwardScratch, Model};
-use lissom::rod::{
-    BaseMotion, BaseRotation, Fluid, Frame, Kernel, Load, Rod, RodModel, Section, Segment, Solve, Support,
-};
+use lissom::robot::{Kernel, Rod, RodModel, Solve};
+use lissom::rod::{Section, Segment};
 use lissom::signal::{Harmonic, Signal};
+use lissom::support::Support;
+use lissom::world::{BaseMotion, BaseRotation, Fluid};
 use proptest::prelude::*;
 
 /// The time at which all is asked for.

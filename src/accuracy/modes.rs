@@ -5,7 +5,8 @@ use super::{Request, distances, largest, tips};
 use crate::error::{Checker, Interrupted, InvalidInput, Number};
 use crate::linalg::Matrix;
 use crate::model::Model;
-use crate::rod::{MAX_MODES, Rod, RodModel, STRAINS};
+use crate::robot::{Rod, RodModel};
+use crate::rod::{MAX_MODES, STRAINS};
 use crate::simulate::{Simulation, Status, simulate};
 use crate::spectrum::Spectrum;
 

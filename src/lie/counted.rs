@@ -95,6 +95,29 @@ impl Scalar for Counted {
     }
 }
 
+/// Products of packs and of single numbers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Products {
+    /// Of packs.
+    pub packs: u64,
+    /// Of single numbers.
+    pub singles: u64,
+}
+
+impl Products {
+    /// Of doubles.
+    pub fn total(self) -> u64 {
+        super::LANES as u64 * self.packs + self.singles
+    }
+}
+
+impl AddAssign for Products {
+    fn add_assign(&mut self, other: Self) {
+        self.packs += other.packs;
+        self.singles += other.singles;
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::{Quaternion, Vector};

@@ -15,11 +15,11 @@ mod symmetric;
 mod twist;
 mod vector;
 
-pub use counted::{Counted, products};
+pub use counted::{Counted, Products, products};
 pub use geometry::{Cross, Geometry, SecondMoment, VectorSpace};
 pub use pack::{LANES, Lanes, Pack, Scalar, weighted_sum};
 pub use planar::{Planar, Plane, PlaneRotation, PlaneVector, Turn};
-pub use rotation::{Quaternion, Rotation};
+pub use rotation::{QUATERNION_TOLERANCE, Quaternion, Rotation};
 pub use sine_cosine::sine_cosine;
 pub use spatial::Spatial;
 pub use symmetric::Symmetric;

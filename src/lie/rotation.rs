@@ -3,6 +3,9 @@
 use super::sine_cosine::sine_cosine;
 use super::{Lanes, Scalar, Vector};
 
+/// A quaternion whose norm is off by more than this is refused as a mistake rather than normalised.
+pub const QUATERNION_TOLERANCE: f64 = 1e-3;
+
 /// A unit quaternion (w, x, y, z) that turns body axes into world axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[allow(missing_docs, reason = "the components of a quaternion")]

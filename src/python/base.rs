@@ -7,7 +7,7 @@ use pyo3::types::PyDict;
 use super::convert;
 use super::signal::{Functions, signal_of, signal_out};
 use crate::error::Checker;
-use crate::rod::{BaseMotion, BaseRotation};
+use crate::world::{BaseMotion, BaseRotation};
 
 /// How the base of a rod moves: prescribed as a function of time.
 ///

@@ -4,7 +4,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use super::convert;
-use crate::rod::Fluid;
+use crate::world::Fluid;
 
 /// A fluid of infinite extent around a whole rod, which flows uniformly and steadily far from it.
 ///

@@ -7,8 +7,9 @@ use pyo3::types::PyDict;
 
 use super::convert;
 use super::signal::{Functions, signal_of, signal_out};
+use crate::body::Body;
 use crate::error::Checker;
-use crate::rod::{Body, Extent, Frame, Load};
+use crate::load::{Extent, Frame, Load};
 use crate::signal::Signal;
 
 /// A force and a moment on a rod, at one place or spread along a part of it.

@@ -16,7 +16,7 @@ use crate::error::{Interrupted, InvalidInput};
 use crate::linalg::Matrix;
 use crate::model::{self, ForwardScratch};
 use crate::ode::{self, FirstOrder};
-use crate::rod::{Rod, RodModel};
+use crate::robot::{Rod, RodModel};
 use crate::signal::covers;
 use crate::simulate::{self, Simulation};
 

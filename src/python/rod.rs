@@ -25,10 +25,8 @@ use crate::error::{Checker, InvalidInput};
 use crate::lie::Rotation;
 use crate::linalg::Matrix;
 use crate::model::Model;
-use crate::rod::{
-    Basis, Kernel, Multiplications, Place, Pose, Rod, RodModel, STRAIN_NAMES, STRAINS, Section,
-    SectionProperties, Segment, Shape, ShearCorrection,
-};
+use crate::robot::{Kernel, Multiplications, Place, Pose, Rod, RodModel};
+use crate::rod::{Basis, STRAIN_NAMES, STRAINS, Section, SectionProperties, Segment, Shape, ShearCorrection};
 
 /// A piece of rod with one kind of section.
 ///

@@ -14,8 +14,10 @@ use super::callback::{call, keep, none_is_kept};
 use super::convert;
 use super::ode::function::read_vector;
 use crate::error::{Checker, Interrupted};
-use crate::rod::{BaseMotion, BaseRotation, Load, Rod, quaternion_motion};
+use crate::load::Load;
+use crate::robot::Rod;
 use crate::signal::{Evaluate, Function, Harmonic, Motion, Signal, Table};
+use crate::world::{BaseMotion, BaseRotation, quaternion_motion};
 
 /// A steady part and an oscillation: ``mean + rate * t + amplitude * sin(2 * pi * frequency * t + phase)``.
 ///

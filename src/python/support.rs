@@ -4,7 +4,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use super::convert;
-use crate::rod::Support;
+use crate::support::Support;
 
 /// Springs and dampers between a section of a rod and a fixed pose in the world, its anchor.
 ///

@@ -53,12 +53,12 @@ impl Basis {
     }
 
     /// The pieces, each computed as a segment of its own, that this number of modes makes.
-    pub(super) fn pieces(self, modes: usize) -> usize {
+    pub(crate) fn pieces(self, modes: usize) -> usize {
         if self == Self::PiecewiseConstant { modes.max(1) } else { 1 }
     }
 
     /// Places inside (0, 1) where derivatives jump: quadrature begins anew there.
-    pub(super) fn breaks(self, modes: usize) -> Vec<f64> {
+    pub(crate) fn breaks(self, modes: usize) -> Vec<f64> {
         match self {
             Self::Hermite => {
                 let intervals = hermite_intervals(modes);
@@ -69,7 +69,7 @@ impl Basis {
     }
 
     /// Degree of this number of functions, between any two breaks; zero of none.
-    pub(super) fn degree(self, modes: usize) -> usize {
+    pub(crate) fn degree(self, modes: usize) -> usize {
         match self {
             Self::Legendre | Self::Chebyshev | Self::Monomial => modes.saturating_sub(1),
             Self::PiecewiseConstant => 0,
@@ -89,7 +89,7 @@ impl Basis {
     }
 
     /// Writes their integrals from 0 to `x`.
-    pub(super) fn integrals(self, x: f64, values: &mut [f64]) {
+    pub(crate) fn integrals(self, x: f64, values: &mut [f64]) {
         match self {
             Self::Legendre => legendre_integrals(x, values),
             Self::Chebyshev => chebyshev_integrals(x, values),

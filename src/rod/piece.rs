@@ -1,8 +1,9 @@
 //! The part of a segment that is computed as one: the whole of it, or a piece of constant strain.
 
 use super::basis::Basis;
-use super::description::{STRAINS, Segment};
 use super::section::SectionProperties;
+use super::segment::Segment;
+use super::strain::STRAINS;
 
 /// Tables of so many stations have quadrature begin anew at each. Of longer ones the kinks are small, and seen by one rule.
 const MAX_STATIONS: usize = 17;
@@ -12,23 +13,23 @@ const SAME_PLACE: f64 = 1e-9;
 
 /// A piece of a segment. Places in it are fractions of its own length.
 #[derive(Clone, Debug)]
-pub(super) struct Piece {
-    pub(super) segment: Segment,
+pub(crate) struct Piece {
+    pub(crate) segment: Segment,
     /// Modes of each strain, and what they are.
-    pub(super) modes: [usize; STRAINS],
-    pub(super) basis: Basis,
+    pub(crate) modes: [usize; STRAINS],
+    pub(crate) basis: Basis,
     /// Where it begins and how long it is, as fractions of the segment's length.
     from: f64,
     part: f64,
 }
 
 /// How many pieces a segment has.
-pub(super) fn number(segment: &Segment) -> usize {
+pub(crate) fn number(segment: &Segment) -> usize {
     segment.basis.pieces(segment.modes.iter().copied().max().unwrap_or(0))
 }
 
 /// The pieces of a segment, from base to tip.
-pub(super) fn of(segment: &Segment) -> impl Iterator<Item = Piece> + '_ {
+pub(crate) fn of(segment: &Segment) -> impl Iterator<Item = Piece> + '_ {
     let number = number(segment);
     let modes = match segment.basis {
         Basis::PiecewiseConstant => segment.modes.map(|modes| modes.min(1)),
@@ -45,18 +46,18 @@ pub(super) fn of(segment: &Segment) -> impl Iterator<Item = Piece> + '_ {
 
 impl Piece {
     /// Length in metres.
-    pub(super) fn length(&self) -> f64 {
+    pub(crate) fn length(&self) -> f64 {
         self.segment.length * self.part
     }
 
     /// The largest number of modes of a strain.
-    pub(super) fn degrees(&self) -> usize {
+    pub(crate) fn degrees(&self) -> usize {
         self.modes.iter().copied().max().unwrap_or(0)
     }
 
     /// Degree of the polynomials, between any two breaks, that the modes and the reference strain are; where a table has too many
     /// stations for breaks, as many as it has.
-    pub(super) fn degree(&self) -> usize {
+    pub(crate) fn degree(&self) -> usize {
         let reference = &self.segment.reference_strain;
         let longest = self.tables().map(<[f64]>::len).filter(|&stations| stations > MAX_STATIONS).max();
         let of_reference = if reference.stations().len() > MAX_STATIONS { 0 } else { reference.degree() };
@@ -71,7 +72,7 @@ impl Piece {
     }
 
     /// Places inside (0, 1) where the basis, the reference strain or the section has a kink.
-    pub(super) fn breaks(&self) -> Vec<f64> {
+    pub(crate) fn breaks(&self) -> Vec<f64> {
         self.with_stations(
             self.basis.breaks(self.degrees()),
             self.tables().filter(|stations| stations.len() <= MAX_STATIONS),
@@ -80,7 +81,7 @@ impl Piece {
 
     /// Places inside (0, 1) where so many modes or the section have a kink, however many those are: the stiffness is integrated
     /// once.
-    pub(super) fn breaks_of_stiffness(&self, modes: usize) -> Vec<f64> {
+    pub(crate) fn breaks_of_stiffness(&self, modes: usize) -> Vec<f64> {
         let variations = self.segment.section.variations();
         let stations = variations.iter().map(|variation| variation.stations);
         self.with_stations(self.basis.breaks(modes), stations)
@@ -102,7 +103,7 @@ impl Piece {
     }
 
     /// Degree of the polynomials, between any two stations, that the section's numbers are.
-    pub(super) fn degree_of_section(&self) -> usize {
+    pub(crate) fn degree_of_section(&self) -> usize {
         self.segment.section.variations().iter().map(|variation| variation.degree).max().unwrap_or(0)
     }
 
@@ -111,17 +112,17 @@ impl Piece {
         self.from + self.part * x
     }
 
-    pub(super) fn section(&self, x: f64) -> SectionProperties {
+    pub(crate) fn section(&self, x: f64) -> SectionProperties {
         SectionProperties::at(&self.segment, self.place(x))
     }
 
     /// The reference strain.
-    pub(super) fn reference(&self, x: f64) -> [f64; STRAINS] {
+    pub(crate) fn reference(&self, x: f64) -> [f64; STRAINS] {
         self.segment.reference_strain.at(self.place(x))
     }
 
     /// Its integral from one fraction to another.
-    pub(super) fn reference_between(&self, from: f64, to: f64) -> [f64; STRAINS] {
+    pub(crate) fn reference_between(&self, from: f64, to: f64) -> [f64; STRAINS] {
         let profile = &self.segment.reference_strain;
         if let Some(strain) = profile.constant() {
             return strain.map(|strain| strain * (to - from));

@@ -109,11 +109,11 @@ impl<const R: usize, const C: usize, const N: usize> From<[[f64; C]; R]> for Pro
 
 /// How numbers vary along a segment that are not constant.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Variation<'a> {
+pub(crate) struct Variation<'a> {
     /// Degree of the polynomials between any two stations.
-    pub(super) degree: usize,
+    pub(crate) degree: usize,
     /// The stations of a table; none of what is smooth.
-    pub(super) stations: &'a [f64],
+    pub(crate) stations: &'a [f64],
 }
 
 impl<const N: usize> Profile<N> {
@@ -345,7 +345,7 @@ impl<const N: usize> Profile<N> {
     }
 
     /// How it varies, if it does.
-    pub(super) fn variation(&self) -> Option<Variation<'_>> {
+    pub(crate) fn variation(&self) -> Option<Variation<'_>> {
         (!self.is_constant()).then(|| Variation { degree: self.degree(), stations: self.stations() })
     }
 

@@ -54,7 +54,7 @@ impl Gauss {
     }
 
     /// The largest distance between neighbouring nodes, or between an end and the node next to it.
-    pub(super) fn largest_gap(&self) -> f64 {
+    pub(crate) fn largest_gap(&self) -> f64 {
         let before = std::iter::once(&0.0).chain(&self.nodes);
         let gaps = self.nodes.iter().chain([&1.0]).zip(before).map(|(node, before)| node - before);
         gaps.fold(0.0, f64::max)

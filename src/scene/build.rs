@@ -4,12 +4,17 @@
 use std::sync::Arc;
 
 use crate::accuracy;
+use crate::body;
 use crate::error::{Checker, InvalidInput, Number};
+use crate::load;
 use crate::model::Model as _;
 use crate::pendulum::SpringPendulum;
+use crate::robot;
 use crate::rod;
 use crate::signal::{Harmonic, Signal, Table, covers};
 use crate::simulate::check_step;
+use crate::support;
+use crate::world;
 
 use super::document::{
     BaseMotion, Basis, Body, Document, Fluid, Frame, Load, ModeChoice, Orientations, Output, ReferenceStrain,
@@ -44,7 +49,7 @@ pub(super) fn build(document: &Document, shape: &mut Shape) -> Option<(Model, [V
     }
     if let Model::Rod(rod) = &model
         && shape.problems.is_empty()
-        && let Ok(compiled) = rod::RodModel::new(rod)
+        && let Ok(compiled) = robot::RodModel::new(rod)
     {
         let checked = compiled.check_shape(&state[0], "q0");
         report(checked, shape, |place| format!("rod[0].{place}"));
@@ -125,7 +130,7 @@ fn rod(document: &Document, shape: &mut Shape) -> Option<(Model, [Vec<f64>; 2])>
     let segments: Vec<_> =
         written.segment.iter().enumerate().map(|(i, segment)| rod_segment(segment, i, shape)).collect();
     let moving = written.base_motion.as_ref();
-    let rod = rod::Rod {
+    let rod = robot::Rod {
         base_motion: moving.map(|written| base_motion(written, &document.simulation, shape)),
         base_position: written.base.position,
         base_orientation: written.base.orientation,
@@ -136,9 +141,9 @@ fn rod(document: &Document, shape: &mut Shape) -> Option<(Model, [Vec<f64>; 2])>
         bodies: written.body.iter().map(rod_body).collect(),
         supports: written.support.iter().map(rod_support).collect(),
         fluid: written.fluid.as_ref().map(rod_fluid),
-        ..rod::Rod::new(segments)
+        ..robot::Rod::new(segments)
     };
-    let rod = rod::Rod { gravity: document.scene.gravity.unwrap_or(rod.gravity), ..rod };
+    let rod = robot::Rod { gravity: document.scene.gravity.unwrap_or(rod.gravity), ..rod };
     let valid = report(rod.validate(), shape, |place| rod_place(place, &written.segment)).is_some();
     let n = (valid && shape.is_readable("rod[0].segment")).then(|| rod.coordinates());
     if n == Some(0) {
@@ -251,7 +256,7 @@ fn basis(written: Basis) -> rod::Basis {
     }
 }
 
-fn rod_load(written: &Load, i: usize, shape: &mut Shape) -> rod::Load {
+fn rod_load(written: &Load, i: usize, shape: &mut Shape) -> load::Load {
     let &Load { ref force, ref moment, at, along, frame } = written;
     let place = format!("rod[0].load[{i}]");
     if at.is_some() && along.is_some() {
@@ -263,15 +268,15 @@ fn rod_load(written: &Load, i: usize, shape: &mut Shape) -> rod::Load {
         shape.refuse(&place, "neither force nor moment", "add one of them");
     }
     let extent = match (at, along) {
-        (Some(x), _) => rod::Extent::At(x),
-        (None, Some(ends)) => rod::Extent::Along(ends),
-        (None, None) => rod::Extent::Tip,
+        (Some(x), _) => load::Extent::At(x),
+        (None, Some(ends)) => load::Extent::Along(ends),
+        (None, None) => load::Extent::Tip,
     };
     let frame = match frame {
-        Frame::World => rod::Frame::World,
-        Frame::Body => rod::Frame::Body,
+        Frame::World => load::Frame::World,
+        Frame::Body => load::Frame::Body,
     };
-    rod::Load { extent, frame, force, moment }
+    load::Load { extent, frame, force, moment }
 }
 
 /// A vector as it is written at `place`.
@@ -358,7 +363,7 @@ fn table<const N: usize>(
     table.map_or(Signal::Harmonic(Harmonic::zero()), |table| Signal::Table(Arc::new(table)))
 }
 
-fn base_motion(written: &BaseMotion, settings: &Settings, shape: &mut Shape) -> rod::BaseMotion {
+fn base_motion(written: &BaseMotion, settings: &Settings, shape: &mut Shape) -> world::BaseMotion {
     let place = |key: &str| format!("rod[0].base_motion.{key}");
     let BaseMotion { translation, axis, angle, rotation } = written;
     if rotation.is_some() && (axis.is_some() || angle.is_some()) {
@@ -371,18 +376,18 @@ fn base_motion(written: &BaseMotion, settings: &Settings, shape: &mut Shape) -> 
         }
     }
     let problems = shape.problems.len();
-    let mut motion = rod::BaseMotion::rest();
+    let mut motion = world::BaseMotion::rest();
     if let Some(translation) = translation {
         motion.translation = varying_vector(translation, &place("translation"), shape);
     }
     if let (&Some(axis), Some(angle)) = (axis, angle) {
         let angle = varying_number(angle, &place("angle"), shape);
-        motion.rotation = rod::BaseRotation::About { axis, angle };
+        motion.rotation = world::BaseRotation::About { axis, angle };
     }
     if let Some(Orientations { times, values }) = rotation {
         let quaternions = table(times.clone(), values.clone(), &place("rotation"), shape);
         if matches!(quaternions, Signal::Table(_)) {
-            motion.rotation = rod::BaseRotation::By(quaternions);
+            motion.rotation = world::BaseRotation::By(quaternions);
         }
     }
     let [from, to] = motion.span();
@@ -400,13 +405,13 @@ fn base_motion(written: &BaseMotion, settings: &Settings, shape: &mut Shape) -> 
     motion
 }
 
-fn rod_body(written: &Body) -> rod::Body {
+fn rod_body(written: &Body) -> body::Body {
     let &Body { mass, at, centre, inertia } = written;
-    rod::Body { at, mass, centre, inertia }
+    body::Body { at, mass, centre, inertia }
 }
 
-fn rod_support(written: &Support) -> rod::Support {
-    rod::Support {
+fn rod_support(written: &Support) -> support::Support {
+    support::Support {
         at: written.at,
         stiffness: written.stiffness.numbers(),
         rotational_stiffness: written.rotational_stiffness.numbers(),
@@ -417,9 +422,9 @@ fn rod_support(written: &Support) -> rod::Support {
     }
 }
 
-fn rod_fluid(written: &Fluid) -> rod::Fluid {
-    let default = rod::Fluid::ideal(written.density);
-    rod::Fluid {
+fn rod_fluid(written: &Fluid) -> world::Fluid {
+    let default = world::Fluid::ideal(written.density);
+    world::Fluid {
         velocity: written.velocity,
         viscous_drag: written.viscous_drag,
         drag_coefficients: written.drag_coefficients,
@@ -429,7 +434,7 @@ fn rod_fluid(written: &Fluid) -> rod::Fluid {
     }
 }
 
-/// The key in the file of a place in a [`rod::Rod`].
+/// The key in the file of a place in a [`robot::Rod`].
 fn rod_place(place: &str, segments: &[Segment]) -> String {
     if place.starts_with("gravity") {
         return format!("scene.{place}");

@@ -15,7 +15,7 @@ use toml::de::{DeTable, DeValue};
 use crate::accuracy::{self, Modes};
 use crate::error::{Interrupted, InvalidInput};
 use crate::pendulum::SpringPendulum;
-use crate::rod;
+use crate::robot;
 
 pub use diagnostics::{SceneError, SceneProblem};
 pub use document::{Jacobian, Method, Quantity};
@@ -46,7 +46,7 @@ pub struct Scene {
 #[allow(clippy::large_enum_variant, reason = "there is one in a scene")]
 pub enum Model {
     /// A Cosserat rod.
-    Rod(rod::Rod),
+    Rod(robot::Rod),
     /// The spring pendulum.
     Pendulum(SpringPendulum),
 }
@@ -191,7 +191,7 @@ impl Scene {
     }
 
     /// Puts a rod in the place of its own: one whose open modes were chosen.
-    pub fn set_rod(&mut self, rod: rod::Rod) {
+    pub fn set_rod(&mut self, rod: robot::Rod) {
         let n = rod.coordinates();
         if self.q0.len() != n {
             (self.q0, self.v0) = (vec![0.0; n], vec![0.0; n]);

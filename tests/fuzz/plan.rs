@@ -1,13 +1,17 @@
 //! Any rod: it is refused, or it compiles, can be evaluated, and what is called a success is finite.
 
+use lissom::body::Body;
 use lissom::error::Interrupted;
 use lissom::linalg::Matrix;
+use lissom::load::{Extent, Frame, Load};
 use lissom::model::{ForwardScratch, Model};
+use lissom::robot::{Rod, RodModel};
 use lissom::rod::{
-    BaseMotion, BaseRotation, Basis, Body, Extent, Fluid, Frame, GivenSection, Load, Profile, Rod, RodModel,
-    STRAIGHT, Section, Segment, Shape, ShearCorrection, Support, diagonal,
+    Basis, GivenSection, Profile, STRAIGHT, Section, Segment, Shape, ShearCorrection, diagonal,
 };
 use lissom::signal::{Harmonic, Signal, Table};
+use lissom::support::Support;
+use lissom::world::{BaseMotion, BaseRotation, Fluid};
 use lissom::{newmark, statics};
 
 use super::source::Source;

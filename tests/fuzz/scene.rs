@@ -1,6 +1,6 @@
 //! Any bytes for a scene file: they are refused with a message, or they are a scene whose every number the simulator accepts.
 
-use lissom::rod::RodModel;
+use lissom::robot::RodModel;
 use lissom::scene::{Model, Scene};
 
 /// A message is for a person: a hundred problems with their lines.

@@ -2,12 +2,14 @@
 
 use nalgebra::Matrix6;
 
-use super::super::body;
-use super::super::description::{STRAIN_NAMES, STRAINS};
-use super::super::profile::{Profile, Variation};
-use super::super::quadrature::Gauss;
-use super::{LARGEST, SectionProperties};
+use super::along::LARGEST;
+use super::along::{breaks, validate_along};
+use super::properties::SectionProperties;
+use crate::body;
 use crate::error::{Checker, InvalidInput};
+use crate::rod::profile::{Profile, Variation};
+use crate::rod::quadrature::Gauss;
+use crate::rod::strain::{STRAIN_NAMES, STRAINS};
 
 /// A stiffness may violate symmetry by this much of its entries' size: rounding of whoever computed it.
 const SYMMETRY_TOLERANCE: f64 = 1e-9;
@@ -49,7 +51,7 @@ impl GivenSection {
     }
 
     /// How its numbers vary, of those that do.
-    pub(super) fn variations(&self) -> Vec<Variation<'_>> {
+    pub(crate) fn variations(&self) -> Vec<Variation<'_>> {
         let Self { stiffness, mass, inertia, centre } = self;
         [stiffness.variation(), mass.variation(), inertia.variation(), centre.variation()]
             .into_iter()
@@ -58,46 +60,46 @@ impl GivenSection {
     }
 
     /// Degree of the polynomials, between any two stations, that its inertia about the rod's axis is.
-    pub(super) fn degree_of_inertia(&self) -> usize {
+    pub(crate) fn degree_of_inertia(&self) -> usize {
         let degree = |variation: Option<Variation<'_>>| variation.map_or(0, |variation| variation.degree);
         let of_offset = degree(self.mass.variation()) + 2 * degree(self.centre.variation());
         degree(self.inertia.variation()).max(of_offset)
     }
 
     /// Everything that is wrong with this section along a segment of this length, whatever modes it is given.
-    pub(super) fn validate(&self, length: f64) -> Result<(), InvalidInput> {
+    pub(crate) fn validate(&self, length: f64) -> Result<(), InvalidInput> {
         let Self { stiffness, mass, inertia, centre } = self;
         let mut check = Checker::new();
         check.nested("stiffness", stiffness.validate(length));
         check.nested("mass", mass.validate(length));
         check.nested("inertia", inertia.validate(length));
         check.nested("centre", centre.validate(length));
-        check.all(super::validate_along(&self.variations(), length, |x| validate(&self.at(x))));
+        check.all(validate_along(&self.variations(), length, |x| validate(&self.at(x))));
         check.finish()
     }
 
     /// Pairs of strains with modes that the stiffness couples, in their order.
-    pub(in super::super) fn coupled(&self, modes: &[usize; STRAINS]) -> impl Iterator<Item = [usize; 2]> {
+    pub(crate) fn coupled(&self, modes: &[usize; STRAINS]) -> impl Iterator<Item = [usize; 2]> {
         let pairs = (0..STRAINS).flat_map(|i| (i + 1..STRAINS).map(move |j| [i, j]));
         let is_coupled = |i, j| self.stiffness.is_entry_constant(STRAINS * i + j) != Some(0.0);
         pairs.filter(move |&[i, j]| modes[i] > 0 && modes[j] > 0 && is_coupled(i, j))
     }
 
     /// Refuses a stiffness under which a motion in these strains would store no energy.
-    pub(super) fn validate_stiffness(
+    pub(crate) fn validate_stiffness(
         &self,
         length: f64,
         modes: &[usize; STRAINS],
     ) -> Result<(), InvalidInput> {
         let variation = Vec::from_iter(self.stiffness.variation());
-        super::validate_along(&variation, length, |x| check_definite(&matrix(&self.stiffness.at(x)), modes))
+        validate_along(&variation, length, |x| check_definite(&matrix(&self.stiffness.at(x)), modes))
     }
 
     /// The integral of mass times centre along the fraction x.
-    pub(in super::super) fn first_moment(&self) -> [f64; 2] {
+    pub(crate) fn first_moment(&self) -> [f64; 2] {
         let variations = [self.mass.variation(), self.centre.variation()];
         let degree: usize = variations.iter().flatten().map(|variation| variation.degree).sum();
-        let gauss = Gauss::composite(degree / 2 + 1, &super::breaks(&self.variations()));
+        let gauss = Gauss::composite(degree / 2 + 1, &breaks(&self.variations()));
         let mut sum = [0.0; 2];
         for (&x, weight) in gauss.nodes.iter().zip(&gauss.weights) {
             let mass = weight * self.mass.at(x)[0];

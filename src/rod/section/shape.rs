@@ -2,9 +2,10 @@
 
 use std::f64::consts::PI;
 
-use super::super::profile::{Profile, Variation};
+use super::along::validate_along;
 use super::torsion;
 use crate::error::{Checker, InvalidInput};
+use crate::rod::profile::{Profile, Variation};
 
 /// A figure about its centre, its sizes in metres along body y and z: numbers at one place of a rod, profiles along one.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -80,12 +81,12 @@ impl Shape<Profile<1>> {
     }
 
     /// How its sizes vary, of those that do.
-    pub(super) fn variations(&self) -> Vec<Variation<'_>> {
+    pub(crate) fn variations(&self) -> Vec<Variation<'_>> {
         self.sizes().into_iter().filter_map(|(_, size)| size.variation()).collect()
     }
 
     /// Everything that is wrong with it along a segment of this length.
-    pub(super) fn validate(&self, length: f64) -> Result<(), InvalidInput> {
+    pub(crate) fn validate(&self, length: f64) -> Result<(), InvalidInput> {
         let mut check = Checker::new();
         for (name, size) in self.sizes() {
             check.nested(name, size.validate(length));
@@ -93,7 +94,7 @@ impl Shape<Profile<1>> {
         if self.sizes().iter().all(|(_, size)| size.ends().is_some()) {
             self.check_ends(&mut check);
         } else {
-            check.all(super::validate_along(&self.variations(), length, |x| self.at(x).validate()));
+            check.all(validate_along(&self.variations(), length, |x| self.at(x).validate()));
         }
         check.finish()
     }

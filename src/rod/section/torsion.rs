@@ -14,7 +14,7 @@ const TERMS: u32 = 5;
 ///
 /// As tanh x = 1 - 2 / (exp(2 x) + 1) the sum is a number less a series that converges like exp(-n pi a/b): to rounding in a few
 /// terms.
-pub(super) fn rectangle(width: f64, height: f64) -> f64 {
+pub(crate) fn rectangle(width: f64, height: f64) -> f64 {
     let (a, b) = (width.max(height), width.min(height));
     let mut sum = ODD_FIFTH_POWERS;
     for term in 0..TERMS {

@@ -1,0 +1,101 @@
+//! Rigid bodies on a rod, in plain data.
+
+use nalgebra::Matrix3;
+
+use crate::error::{Checker, InvalidInput};
+use crate::load::check_place;
+
+/// Inertia tensors may violate symmetry and the inequalities of principal moments by this much of their largest entry:
+/// rounding of whoever computed them.
+const INERTIA_TOLERANCE: f64 = 1e-9;
+
+/// A rigid body fixed to a section of the rod.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Body {
+    /// Arc length from the base of the section that it is fixed to, in metres; `None` is the tip.
+    pub at: Option<f64>,
+    /// Mass in kilograms.
+    pub mass: f64,
+    /// Centre of mass seen from the section's centre, in the section's axes, in metres.
+    pub centre: [f64; 3],
+    /// Inertia tensor about the centre of mass, in the section's axes, in kg m^2: rows of a symmetric matrix.
+    pub inertia: [[f64; 3]; 3],
+}
+
+impl Body {
+    /// A point mass at the tip.
+    pub fn point(mass: f64) -> Self {
+        Self { at: None, mass, centre: [0.0; 3], inertia: [[0.0; 3]; 3] }
+    }
+
+    /// Everything that is wrong with this body on a rod of this length (infinite where it is not known yet).
+    pub fn validate(&self, length: f64) -> Result<(), InvalidInput> {
+        let mut check = Checker::new();
+        if let Some(x) = self.at {
+            check_place(&mut check, x, "at", length);
+        }
+        check.non_negative(self.mass, "mass", "kilograms");
+        check.finite(&self.centre, "centre");
+        check_inertia(&mut check, &self.inertia);
+        check.finish()
+    }
+
+    /// Inertia tensor about the section's centre, in the section's axes.
+    pub(crate) fn inertia_about_section(&self) -> [[f64; 3]; 3] {
+        carried_inertia(self.mass, self.centre, &self.inertia)
+    }
+}
+
+/// Notes what no body's inertia tensor about its centre of mass can be.
+pub(crate) fn check_inertia(check: &mut Checker, inertia: &[[f64; 3]; 3]) {
+    let is_finite = [0, 1, 2].map(|i| check.finite(&inertia[i], &format!("inertia[{i}]")));
+    if is_finite != [true; 3] {
+        return;
+    }
+    let inertia = Matrix3::from_fn(|i, j| inertia[i][j]);
+    let rounding = INERTIA_TOLERANCE * inertia.amax();
+    let is_symmetric = (inertia - inertia.transpose()).amax() <= rounding;
+    if check.require(is_symmetric, "inertia", "a matrix that is not symmetric", "a symmetric matrix") {
+        let mut moments = inertia.symmetric_eigenvalues();
+        moments.as_mut_slice().sort_by(f64::total_cmp);
+        let [a, b, c] = moments.into();
+        check.require(
+            a >= -rounding && a + b >= c - rounding,
+            "inertia",
+            format_args!("the principal moments {a}, {b}, {c}"),
+            "moments >= 0, none larger than the other two together, as every body has",
+        );
+    }
+}
+
+/// An inertia tensor about the centre of mass, seen from where that centre is at `c`: the parallel-axis theorem.
+pub(crate) fn carried_inertia(mass: f64, c: [f64; 3], inertia: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
+    let square: f64 = c.iter().map(|x| x * x).sum();
+    std::array::from_fn(|i| {
+        std::array::from_fn(|j| {
+            let identity = if i == j { square } else { 0.0 };
+            inertia[i][j] + mass * (identity - c[i] * c[j])
+        })
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn inertia_tensors_that_no_body_has_are_refused() {
+        let with = |inertia| Body { inertia, ..Body::point(1.0) }.validate(1.0).is_ok();
+        assert!(with([[2.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]));
+        assert!(!with([[2.1, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]), "larger than the others");
+        assert!(!with([[1.0, 0.1, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]), "not symmetric");
+        assert!(!with([[1.0, 2.0, 0.0], [2.0, 1.0, 0.0], [0.0, 0.0, 1.0]]), "negative");
+        assert!(!with([[f64::NAN, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]), "not finite");
+    }
+
+    #[test]
+    fn the_parallel_axis_theorem() {
+        let body = Body { mass: 2.0, centre: [1.0, 0.0, 3.0], ..Body::point(2.0) };
+        assert_eq!(body.inertia_about_section(), [[18.0, 0.0, -6.0], [0.0, 20.0, 0.0], [-6.0, 0.0, 2.0]]);
+    }
+}

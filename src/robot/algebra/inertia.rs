@@ -1,0 +1,276 @@
+//! Inertia seen from the origin of the inertial frame, `N = Ad_g^-T M Ad_g^-1`: of a section, of a body, of all that lies behind
+//! a place; and how wrenches change when what they act on turns.
+
+use crate::lie::{Cross, Geometry, LANES, Lanes, Scalar, SecondMoment, Twist, VectorSpace, Wrench};
+
+/// Inertia per length of a section that looks round, seen from the origin.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SectionInertia<G: Geometry, T: Scalar> {
+    pub(crate) mass: T,
+    /// About a diameter; about the axis it is twice that, as for every circle.
+    pub(crate) rotary: T,
+    pub(crate) axis: G::Vector<T>,
+    pub(crate) position: G::Vector<T>,
+}
+
+/// Any inertia: mass, first moment (mass times position of the centre) and second moment about the origin.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Inertia<G: Geometry, T: Scalar> {
+    pub(crate) mass: T,
+    pub(crate) first_moment: G::Vector<T>,
+    pub(crate) second_moment: G::SecondMoment<T>,
+}
+
+impl<G: Geometry, T: Scalar> Inertia<G, T> {
+    #[inline(always)]
+    pub(crate) fn zero() -> Self {
+        Self { mass: T::splat(0.0), first_moment: VectorSpace::zero(), second_moment: SecondMoment::zero() }
+    }
+
+    /// That of a round section, about its centre and in its axes.
+    pub(crate) fn round(frame: G::Frame, mass: T, rotary: T) -> Self {
+        let axis = G::rod_axis(frame, &G::unrotated());
+        let centre = VectorSpace::zero();
+        Self { mass, first_moment: centre, second_moment: G::section(mass, rotary, axis, centre) }
+    }
+
+    /// `N z`.
+    #[inline(always)]
+    pub(crate) fn momentum(&self, z: Twist<G, T>) -> Wrench<G, T> {
+        Wrench {
+            moment: self
+                .first_moment
+                .cross_add(z.linear, G::angular_momentum(&self.second_moment, z.angular)),
+            force: z.angular.cross_add(self.first_moment, z.linear * self.mass),
+        }
+    }
+
+    /// About the origin and in the axes of the frame, what is given about a place and in the axes of a section there.
+    #[inline(always)]
+    pub(crate) fn carried(&self, rotation: &G::Rotation<T>, position: G::Vector<T>) -> Self {
+        let Self { mass, first_moment, ref second_moment } = *self;
+        let first_moment = G::rotate(rotation, first_moment);
+        let none = SecondMoment::zero();
+        let (zero, nowhere) = (VectorSpace::zero(), VectorSpace::zero());
+        Self {
+            mass,
+            first_moment: first_moment + position * mass,
+            // The parallel-axis theorem: the mass seen from afar, and what its offset adds to that.
+            second_moment: G::rotate_second_moment(rotation, second_moment)
+                + G::section(mass, T::splat(0.0), nowhere, position)
+                + G::gyroscopic(&none, position, zero, first_moment),
+        }
+    }
+
+    #[inline(always)]
+    pub(crate) fn add(&mut self, other: Self) {
+        self.mass += other.mass;
+        self.first_moment += other.first_moment;
+        self.second_moment += other.second_moment;
+    }
+}
+
+/// The values of a function of the node, [`LANES`] to a pack.
+pub(crate) fn packed<G: Geometry>(
+    nodes: usize,
+    f: impl Fn(usize) -> Inertia<G, f64>,
+) -> Vec<Inertia<G, G::Pack>> {
+    let only = |lane: usize| G::Pack::from_lanes(std::array::from_fn(|i| f64::from(u8::from(i == lane))));
+    let pack = |pack: usize| {
+        let mut sum = Inertia::zero();
+        for lane in 0..LANES {
+            let Inertia { mass, first_moment, second_moment } = f(pack * LANES + lane);
+            sum.add(Inertia {
+                mass: only(lane) * mass,
+                first_moment: G::map_vector(&first_moment, |&x| only(lane) * x),
+                second_moment: G::map_second_moment(&second_moment, |&x| only(lane) * x),
+            });
+        }
+        sum
+    };
+    (0..nodes / LANES).map(pack).collect()
+}
+
+impl<G: Geometry> Inertia<G, G::Pack> {
+    /// The sum over the lanes.
+    #[inline(always)]
+    pub(crate) fn sum(self) -> Inertia<G, f64> {
+        Inertia {
+            mass: self.mass.sum(),
+            first_moment: G::map_vector(&self.first_moment, |pack: &G::Pack| pack.sum()),
+            second_moment: G::map_second_moment(&self.second_moment, |pack: &G::Pack| pack.sum()),
+        }
+    }
+}
+
+/// A wrench that is linear in how fast, or how far, the material turns: `(B y - h x y; -2 l x y)`.
+///
+/// Change of the inertial force of a body moving with V under the variation `Y = dV - ad_Psi V`:
+/// `C Y = -(N ad_V + ad_V^T N) Y - ad_Y^T N V`. Written out with momentum `N V = (h; l)` and the moments of N, all that
+/// belongs to the linear part of Y cancels, and `C Y = (B y - h x y; -2 l x y)` with the angular part y of Y and
+/// `B = -(J [w] + (J [w])^T) - (c v^T + v c^T) + 2 (c . v) 1`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Gyroscope<G: Geometry, T: Scalar> {
+    symmetric: G::SecondMoment<T>,
+    momentum: Wrench<G, T>,
+}
+
+impl<G: Geometry, T: Scalar> Gyroscope<G, T> {
+    #[inline(always)]
+    pub(crate) fn zero() -> Self {
+        Self { symmetric: SecondMoment::zero(), momentum: Wrench::zero() }
+    }
+
+    /// Of a body with this inertia, velocity and momentum.
+    #[inline(always)]
+    pub(crate) fn new(inertia: &Inertia<G, T>, velocity: Twist<G, T>, momentum: Wrench<G, T>) -> Self {
+        let Twist { angular, linear } = velocity;
+        let symmetric = G::gyroscopic(&inertia.second_moment, inertia.first_moment, angular, linear);
+        Self { symmetric, momentum }
+    }
+
+    /// The change of what a rod needs against a dead load, as its material sees it: with a force p and a moment m at r that
+    /// is `-(r x (p x y) + m x y; p x y)` for a turn by y. The symmetric part of the moment is that of `p r^T - r . p`.
+    #[inline(always)]
+    pub(crate) fn of_dead_load(load: Wrench<G, T>, position: G::Vector<T>) -> Self {
+        let half_force = load.force * T::splat(0.5);
+        Self {
+            symmetric: G::gyroscopic(&SecondMoment::zero(), position, VectorSpace::zero(), half_force),
+            momentum: Wrench { moment: load.moment + position.cross(half_force), force: half_force },
+        }
+    }
+
+    /// `C Y`, given the angular part of Y.
+    #[inline(always)]
+    pub(crate) fn times(&self, y: G::Axial<T>) -> Wrench<G, T> {
+        Wrench {
+            moment: y.cross_add(self.momentum.moment, G::angular_momentum(&self.symmetric, y)),
+            force: y.cross(self.momentum.force + self.momentum.force),
+        }
+    }
+
+    /// `C^T psi`: its linear part is zero, this is the angular part.
+    #[inline(always)]
+    pub(crate) fn transposed_times(&self, psi: Twist<G, T>) -> G::Axial<T> {
+        let force = self.momentum.force + self.momentum.force;
+        force.cross_add(
+            psi.linear,
+            self.momentum.moment.cross_add(psi.angular, G::angular_momentum(&self.symmetric, psi.angular)),
+        )
+    }
+
+    #[inline(always)]
+    pub(crate) fn add(&mut self, other: Self) {
+        self.symmetric += other.symmetric;
+        self.momentum += other.momentum;
+    }
+}
+
+impl<G: Geometry> Gyroscope<G, G::Pack> {
+    /// The sum over the lanes.
+    #[inline(always)]
+    pub(crate) fn sum(self) -> Gyroscope<G, f64> {
+        Gyroscope {
+            symmetric: G::map_second_moment(&self.symmetric, |pack: &G::Pack| pack.sum()),
+            momentum: self.momentum.sum(),
+        }
+    }
+}
+
+/// Inertia per length of a segment's sections, as it can be seen from the origin.
+pub(crate) trait Sections<G: Geometry> {
+    type Seen: Seen<G, G::Pack>;
+
+    /// At one pack of nodes with this rotation and position.
+    fn seen(
+        &self,
+        frame: G::Frame,
+        pack: usize,
+        rotation: &G::Rotation<G::Pack>,
+        position: G::Vector<G::Pack>,
+    ) -> Self::Seen;
+}
+
+/// Inertia about the origin.
+pub(crate) trait Seen<G: Geometry, T: Scalar> {
+    /// Momentum of a twist, `N V`.
+    fn momentum(&self, twist: Twist<G, T>) -> Wrench<G, T>;
+    /// The same inertia, times `weight`, as one that can be added to others.
+    fn weighted(&self, weight: T) -> Inertia<G, T>;
+}
+
+/// Sections that look round: mass and rotary inertia.
+pub(crate) struct Round<'a, G: Geometry> {
+    pub(crate) mass: &'a [G::Pack],
+    pub(crate) rotary: &'a [G::Pack],
+}
+
+impl<G: Geometry> Sections<G> for Round<'_, G> {
+    type Seen = SectionInertia<G, G::Pack>;
+
+    #[inline(always)]
+    fn seen(
+        &self,
+        frame: G::Frame,
+        pack: usize,
+        rotation: &G::Rotation<G::Pack>,
+        position: G::Vector<G::Pack>,
+    ) -> Self::Seen {
+        let (mass, rotary) = (self.mass[pack], self.rotary[pack]);
+        SectionInertia { mass, rotary, axis: G::rod_axis(frame, rotation), position }
+    }
+}
+
+impl<G: Geometry, T: Scalar> Seen<G, T> for SectionInertia<G, T> {
+    #[inline(always)]
+    fn momentum(&self, twist: Twist<G, T>) -> Wrench<G, T> {
+        let Twist { angular, linear } = twist;
+        let momentum = angular.cross_add(self.position, linear) * self.mass;
+        let spin = G::spin(self.rotary, self.axis, angular);
+        Wrench { moment: self.position.cross_add(momentum, spin), force: momentum }
+    }
+
+    #[inline(always)]
+    fn weighted(&self, weight: T) -> Inertia<G, T> {
+        let (mass, rotary) = (self.mass * weight, self.rotary * weight);
+        Inertia {
+            mass,
+            first_moment: self.position * mass,
+            second_moment: G::section(mass, rotary, self.axis, self.position),
+        }
+    }
+}
+
+/// Sections of any inertia, about the rod's axis and in their axes.
+pub(crate) struct General<'a, G: Geometry>(pub(crate) &'a [Inertia<G, G::Pack>]);
+
+impl<G: Geometry> Sections<G> for General<'_, G> {
+    type Seen = Inertia<G, G::Pack>;
+
+    #[inline(always)]
+    fn seen(
+        &self,
+        _: G::Frame,
+        pack: usize,
+        rotation: &G::Rotation<G::Pack>,
+        position: G::Vector<G::Pack>,
+    ) -> Self::Seen {
+        self.0[pack].carried(rotation, position)
+    }
+}
+
+impl<G: Geometry, T: Scalar> Seen<G, T> for Inertia<G, T> {
+    #[inline(always)]
+    fn momentum(&self, twist: Twist<G, T>) -> Wrench<G, T> {
+        self.momentum(twist)
+    }
+
+    #[inline(always)]
+    fn weighted(&self, weight: T) -> Self {
+        Self {
+            mass: self.mass * weight,
+            first_moment: self.first_moment * weight,
+            second_moment: self.second_moment * weight,
+        }
+    }
+}

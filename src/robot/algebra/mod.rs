@@ -1,0 +1,4 @@
+//! Inertia and responses of bodies, seen from the origin.
+
+pub(crate) mod inertia;
+pub(crate) mod response;

@@ -1,0 +1,37 @@
+//! Supports made into anchors of a plan.
+
+use crate::lie::{Quaternion, Rotation, Vector};
+use crate::robot::kernel::kinematics;
+use crate::robot::kernel::turning::Turning;
+use crate::robot::plan::Plan;
+use crate::robot::plan::anchor::{AlongAxes, Anchor};
+use crate::robot::state::Workspace;
+use crate::support::Support;
+
+/// Compiles the supports of a rod, of which `at` says at which points of the plan they act, in the frame of the base at rest.
+pub(crate) fn compile<G: Turning>(plan: &Plan<G>, supports: &[Support], at: &[usize]) -> Vec<Anchor> {
+    // Where the sections are when all coordinates are zero.
+    let mut work = Workspace::new(plan);
+    kinematics::update(plan, &mut work, &vec![0.0; plan.n]);
+    let base = &plan.world.base.rotation;
+    let in_frame = |v: Vector<f64>| base.apply_transposed(v);
+    let compiled = |(support, &p): (&Support, &usize)| {
+        let state = &work.points[p];
+        let position = match support.position {
+            Some(position) => in_frame(Vector::from(position) - plan.world.base.position),
+            None => G::in_space(plan.frame, state.position),
+        };
+        let axes = match support.orientation {
+            Some(orientation) => {
+                let Rotation { x, y, z } = Quaternion::from_array(orientation).rotation();
+                Rotation { x: in_frame(x), y: in_frame(y), z: in_frame(z) }
+            }
+            None => G::rotation_in_space(plan.frame, &state.rotation),
+        };
+        let [x, y, z] = support.rotational_stiffness.map(|stiffness| 0.5 * stiffness);
+        let turning = [y + z - x, z + x - y, x + y - z];
+        let &Support { stiffness, damping, rotational_damping, .. } = support;
+        Anchor::new(position, axes, turning, AlongAxes { stiffness, damping, rotational_damping })
+    };
+    supports.iter().zip(at).map(compiled).collect()
+}

@@ -1,0 +1,51 @@
+//! Loads made into parts of a plan.
+
+use crate::lie::{Rotation, VectorSpace, Wrench};
+use crate::load::{Extent, Frame};
+use crate::robot::kernel::turning::Turning;
+use crate::robot::plan::load::{Load, Spread};
+use crate::robot::plan::piece::PiecePlan;
+use crate::robot::plan::{load, packed};
+
+impl<G: Turning> Load<G> {
+    pub(crate) fn new(
+        load: crate::load::Load,
+        frame: G::Frame,
+        base_rotation: &Rotation<f64>,
+        base_moves: bool,
+    ) -> Self {
+        let constant = [&load.force, &load.moment].map(|signal| signal.constant().unwrap_or_default());
+        let wrench: Wrench<G, f64> = load::wrench(constant, load.frame, frame, base_rotation);
+        let varies = load.varies_in_time() || (base_moves && load.frame == Frame::World);
+        Self {
+            extent: load.extent,
+            frame: load.frame,
+            has_potential: load.frame == Frame::World && load.force.constant().is_some(),
+            has_moment: load.moment.constant().is_none() || wrench.moment.dot(wrench.moment) > 0.0,
+            signals: varies.then_some([load.force, load.moment]),
+            wrench,
+        }
+    }
+}
+
+/// Tells the segments what is spread along them.
+pub(crate) fn compile<G: Turning>(segments: &mut [PiecePlan<G>], loads: &[Load<G>]) {
+    let mut start = 0.0;
+    for segment in segments {
+        let end = start + segment.length;
+        let mut integral = None;
+        for (load, Load { extent, .. }) in loads.iter().enumerate() {
+            let &Extent::Along([from, to]) = extent else { continue };
+            if to <= start || from >= end {
+                continue;
+            }
+            let gauss = &segment.gauss;
+            let integral = integral.get_or_insert_with(|| gauss.integral());
+            let up_to = |x: f64| integral.weights_up_to(((x - start) / segment.length).clamp(0.0, 1.0));
+            let (from, to) = (up_to(from), up_to(to));
+            let density = packed(from.len(), |i| (to[i] - from[i]) / gauss.weights[i]);
+            segment.spread.push(Spread { load, density });
+        }
+        start = end;
+    }
+}

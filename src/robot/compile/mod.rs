@@ -1,0 +1,57 @@
+//! A rod in plain data made into a plan.
+
+mod anchor;
+mod immersion;
+mod load;
+mod piece;
+mod points;
+
+use crate::load::Frame;
+use crate::robot::description::Rod;
+use crate::robot::kernel::turning::Turning;
+use crate::robot::plan::Plan;
+use crate::robot::plan::load::Load;
+use crate::robot::plan::piece::PiecePlan;
+use crate::robot::plan::world::World;
+
+impl<G: Turning> Plan<G> {
+    /// Compiles a valid rod for a frame that it does not leave.
+    pub(crate) fn new(rod: &Rod, frame: G::Frame) -> Self {
+        let mut segments = Vec::with_capacity(rod.segments.len());
+        let (mut first, mut first_pack) = (0, 0);
+        for piece in rod.segments.iter().flat_map(crate::rod::piece::of) {
+            let plan = PiecePlan::new(piece, frame, first, first_pack);
+            first += plan.n;
+            first_pack += plan.packs;
+            segments.push(plan);
+        }
+        let world = World::new(rod);
+        let is_moving = world.motion.is_some();
+        let loads: Vec<Load<G>> =
+            rod.all_loads().map(|load| Load::new(load, frame, &world.base.rotation, is_moving)).collect();
+        load::compile(&mut segments, &loads);
+        let (points, supported) =
+            points::compile(frame, &mut segments, &loads, rod.all_bodies(), &rod.supports);
+        let mut plan = Self {
+            n: first,
+            packs: first_pack,
+            frame,
+            points,
+            anchors: Vec::new(),
+            immersion: None,
+            has_responses: !rod.supports.is_empty(),
+            has_dead_loads: loads.iter().any(|load| load.frame == Frame::World),
+            varies_in_time: is_moving || loads.iter().any(|load| load.signals.is_some()),
+            segments,
+            loads,
+            world,
+        };
+        if !rod.supports.is_empty() {
+            plan.anchors = anchor::compile(&plan, &rod.supports, &supported);
+        }
+        if let Some(fluid) = &rod.fluid {
+            immersion::compile(&mut plan, rod, fluid);
+        }
+        plan
+    }
+}

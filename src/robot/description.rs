@@ -1,0 +1,194 @@
+//! What a rod is, in plain data: segments in a row, a base, loads and bodies.
+
+use crate::body::Body;
+use crate::error::{Checker, InvalidInput, Number};
+use crate::lie::QUATERNION_TOLERANCE;
+use crate::load::Load;
+use crate::rod::{Section, Segment};
+use crate::support::Support;
+use crate::world::{BaseMotion, Fluid};
+
+/// Most numbers in the integration matrices of a rod, the squares of the numbers of nodes: 1 GiB in two matrices.
+const MAX_INTEGRATION: f64 = (1u64 << 26) as f64;
+
+/// Most generalised coordinates of a rod: its dense Jacobian then takes 128 MiB.
+pub const MAX_COORDINATES: usize = 4096;
+
+/// A rod: segments in a row, clamped at its base, with loads and rigid bodies on it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rod {
+    /// The segments from base to tip; each continues where the one before ends.
+    pub segments: Vec<Segment>,
+    /// Position of the base in the world, in metres.
+    pub base_position: [f64; 3],
+    /// Orientation of the base: quaternion (w, x, y, z) that turns body axes into world axes; normalised on use.
+    pub base_orientation: [f64; 4],
+    /// How the base moves from there; it rests if `None`.
+    pub base_motion: Option<BaseMotion>,
+    /// Gravity in the world, in m/s^2.
+    pub gravity: [f64; 3],
+    /// Dead force at the tip in world axes, in newtons.
+    pub tip_force: [f64; 3],
+    /// Dead moment at the tip in world axes, in newton metres. A constant spatial moment has no potential.
+    pub tip_moment: [f64; 3],
+    /// Point mass at the tip, in kilograms.
+    pub tip_mass: f64,
+    /// Further loads.
+    pub loads: Vec<Load>,
+    /// Further rigid bodies.
+    pub bodies: Vec<Body>,
+    /// Springs and dampers to the world.
+    pub supports: Vec<Support>,
+    /// The fluid around it.
+    pub fluid: Option<Fluid>,
+}
+
+impl Rod {
+    /// A rod at the origin along world x, under standard gravity along -z, without tip loads.
+    pub fn new(segments: Vec<Segment>) -> Self {
+        Self {
+            segments,
+            base_position: [0.0; 3],
+            base_orientation: [1.0, 0.0, 0.0, 0.0],
+            base_motion: None,
+            gravity: [0.0, 0.0, -9.81],
+            tip_force: [0.0; 3],
+            tip_moment: [0.0; 3],
+            tip_mass: 0.0,
+            loads: Vec::new(),
+            bodies: Vec::new(),
+            supports: Vec::new(),
+            fluid: None,
+        }
+    }
+
+    /// Number of generalised coordinates.
+    pub fn coordinates(&self) -> usize {
+        self.segments.iter().map(Segment::coordinates).sum()
+    }
+
+    /// All loads, those at the tip that have names of their own included, as far as they are not zero.
+    pub(crate) fn all_loads(&self) -> impl Iterator<Item = Load> {
+        let tip = Load { force: self.tip_force.into(), moment: self.tip_moment.into(), ..Load::at_tip() };
+        let is_load = |load: &Load| !load.force.is_zero() || !load.moment.is_zero();
+        std::iter::once(tip).chain(self.loads.iter().cloned()).filter(is_load)
+    }
+
+    /// All bodies, the mass at the tip included, as far as they are not zero.
+    pub(crate) fn all_bodies(&self) -> impl Iterator<Item = Body> {
+        let is_body = |body: &Body| body.mass != 0.0 || body.inertia != [[0.0; 3]; 3];
+        std::iter::once(Body::point(self.tip_mass)).chain(self.bodies.iter().cloned()).filter(is_body)
+    }
+
+    /// The same rod with nothing on it but its supports: what it answers to deformation with.
+    pub(crate) fn unloaded(&self) -> Self {
+        let Self { base_position, base_orientation, .. } = *self;
+        let supports = self.supports.clone();
+        let gravity = [0.0; 3];
+        Self { base_position, base_orientation, gravity, supports, ..Self::new(self.segments.clone()) }
+    }
+
+    /// Length of the unstretched rod in metres.
+    pub fn length(&self) -> f64 {
+        self.segments.iter().map(|segment| segment.length).sum()
+    }
+
+    /// How far a step from `t` may go that cannot pass over a part of its loads and of the motion of its base unseen
+    /// ([`crate::signal::Signal::horizon`]).
+    pub fn horizon(&self, t: f64) -> f64 {
+        let of_base = self.base_motion.iter().map(|motion| motion.horizon(t));
+        self.loads.iter().map(|load| load.horizon(t)).chain(of_base).fold(f64::INFINITY, f64::min)
+    }
+
+    /// The shortest period of its loads and of the motion of its base, in seconds; infinite where nothing oscillates.
+    pub fn shortest_period(&self) -> f64 {
+        let of_base = self.base_motion.iter().map(BaseMotion::period);
+        self.loads.iter().map(Load::period).chain(of_base).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Whether where the rod is depends on time by itself: its base moves.
+    pub fn is_moved(&self) -> bool {
+        self.base_motion.as_ref().is_some_and(|motion| !motion.is_constant())
+    }
+
+    /// Whether anything of it depends on time by itself.
+    pub fn depends_on_time(&self) -> bool {
+        self.is_moved() || self.loads.iter().any(Load::varies_in_time)
+    }
+
+    /// The first of its loads that is not finite at a time, in words.
+    pub(crate) fn not_finite(&self, t: f64) -> Option<String> {
+        let of_load = |(i, load): (usize, &Load)| {
+            let signals = [("force", &load.force), ("moment", &load.moment)];
+            let (name, value) = signals.into_iter().find_map(|(name, signal)| {
+                let value = signal.at(t).ok()?.into_iter().find(|x| !x.is_finite())?;
+                Some((name, value))
+            })?;
+            Some(format!("loads[{i}].{name} is {value} at t = {}", Number(t)))
+        };
+        self.loads.iter().enumerate().find_map(of_load)
+    }
+
+    /// Everything that is wrong with this rod and its segments.
+    pub fn validate(&self) -> Result<(), InvalidInput> {
+        let mut check = Checker::new();
+        check.require(!self.segments.is_empty(), "segments", "none", "at least one segment");
+        for (i, segment) in self.segments.iter().enumerate() {
+            check.nested(&format!("segments[{i}]"), segment.validate());
+        }
+        if check.is_ok() {
+            let n = self.coordinates();
+            check.require(
+                n <= MAX_COORDINATES,
+                "segments",
+                format_args!("{n} modes in all"),
+                &format!("at most {MAX_COORDINATES} modes in all segments together"),
+            );
+            let numbers: f64 = self.segments.iter().map(Segment::integration).sum();
+            check.require(
+                numbers <= MAX_INTEGRATION,
+                "segments",
+                format_args!("{:.1} GB of integration matrices", numbers * 16e-9),
+                "fewer quadrature nodes: their square in each segment counts",
+            );
+        }
+        check.finite(&self.base_position, "base_position");
+        if check.finite(&self.base_orientation, "base_orientation") {
+            let norm = self.base_orientation.iter().map(|x| x * x).sum::<f64>().sqrt();
+            check.require(
+                (norm - 1.0).abs() <= QUATERNION_TOLERANCE,
+                "base_orientation",
+                format_args!("a quaternion of norm {norm}"),
+                "a quaternion (w, x, y, z) of norm 1",
+            );
+        }
+        if let Some(motion) = &self.base_motion {
+            check.nested("base_motion", motion.validate());
+        }
+        check.finite(&self.gravity, "gravity");
+        check.finite(&self.tip_force, "tip_force");
+        check.finite(&self.tip_moment, "tip_moment");
+        check.non_negative(self.tip_mass, "tip_mass", "kilograms");
+        let length = self.length();
+        for (i, load) in self.loads.iter().enumerate() {
+            check.nested(&format!("loads[{i}]"), load.validate(length));
+        }
+        for (i, body) in self.bodies.iter().enumerate() {
+            check.nested(&format!("bodies[{i}]"), body.validate(length));
+        }
+        for (i, support) in self.supports.iter().enumerate() {
+            check.nested(&format!("supports[{i}]"), support.validate(length));
+        }
+        if let Some(fluid) = &self.fluid {
+            check.nested("fluid", fluid.validate());
+            let given = self.segments.iter().position(|segment| matches!(segment.section, Section::Given(_)));
+            check.require(
+                given.is_none(),
+                "fluid",
+                format_args!("a fluid around segments[{}], whose section is given", given.unwrap_or(0)),
+                "sections with an outline that a fluid can flow around",
+            );
+        }
+        check.finish()
+    }
+}

@@ -1,0 +1,297 @@
+//! What the fluid around a rod does to it, at the nodes: drag and added mass. Buoyancy is a dead load that is spread.
+//!
+//! With the current U = (0; u), in the frame uniform and steady at every time, the twist of a section relative to the fluid is `V_r = V - U`. Its drag
+//! is a force -h at the section. The added mass has the momentum `N_a V_r`, `N_a` seen from the origin like the inertia N but
+//! with mass across the axis only; in the frame that moves with the current Kirchhoff's equations hold, and back in the
+//! frame of the rod the section needs
+//!
+//! ```text
+//! N_a (A_k + ad_V U) - ad_{V_r}^T N_a V_r,    A_k = A + (0; g), the acceleration without gravity
+//! ```
+//!
+//! Its energy is `1/2 V . N_a V - 1/2 U . N_a U` with the velocities in the world: the second term, a potential, turns rods across
+//! the current.
+//!
+//! As the moving material sees it (see `tangent`), with Psi standing for `w_q Psi`, V_r varies by `Y_r = Y + ad_Psi U` and A_k by
+//! `Z - ad_V Y - ad_Psi (0; g)`.
+
+use crate::lie::{Counted, Cross, Geometry, Lanes, Scalar, Twist, VectorSpace, Wrench, products};
+use crate::robot::algebra::response::{Linear, Response};
+use crate::robot::kernel::turning::Turning;
+use crate::robot::plan::Plan;
+use crate::robot::plan::immersion::{Drag, Immersion};
+use crate::robot::plan::piece::PiecePlan;
+use crate::robot::state::Workspace;
+
+/// The fluid as a section meets it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Stream<G: Geometry, T: Scalar> {
+    pub(crate) axis: G::Vector<T>,
+    pub(crate) position: G::Vector<T>,
+    pub(crate) current: G::Vector<T>,
+    pub(crate) crossing: T,
+}
+
+/// Motion across the axis and along it, with its speeds.
+#[derive(Clone, Copy, Debug)]
+struct Relative<G: Geometry, T: Scalar> {
+    across: G::Vector<T>,
+    along: T,
+    /// Speeds, never zero: what has no direction has the direction zero.
+    speeds: [T; 2],
+}
+
+impl<T: Scalar> Drag<T> {
+    fn weighted(&self, weight: T) -> Self {
+        Self { viscous: self.viscous.map(|c| c * weight), quadratic: self.quadratic.map(|c| c * weight) }
+    }
+
+    /// Drag over velocity, across the axis and along it.
+    #[inline(always)]
+    fn factors<G: Geometry>(&self, relative: &Relative<G, T>) -> [T; 2] {
+        let factor = |i: usize| self.quadratic[i].mul_add(relative.speeds[i], self.viscous[i]);
+        [factor(0), factor(1)]
+    }
+
+    /// h, the drag backwards.
+    #[inline(always)]
+    fn force<G: Geometry>(&self, stream: &Stream<G, T>, relative: &Relative<G, T>) -> G::Vector<T> {
+        let [across, along] = self.factors(relative);
+        (relative.across * across).add_scaled(stream.axis, relative.along * along)
+    }
+
+    /// The change of h with the relative velocity.
+    #[inline(always)]
+    fn change<G: Geometry>(
+        &self,
+        stream: &Stream<G, T>,
+        relative: &Relative<G, T>,
+        change: G::Vector<T>,
+    ) -> G::Vector<T> {
+        let [across, along] = self.factors(relative);
+        let of_along = stream.axis.dot(change);
+        let of_across = change.add_scaled(stream.axis, -of_along);
+        // |v| v is differentiable everywhere, also at rest: |v| w + v (v . w) / |v|.
+        let of_speed = relative.across.dot(of_across) * relative.speeds[0].reciprocal();
+        let stiffer = along + self.quadratic[1] * relative.speeds[1];
+        (of_across * across)
+            .add_scaled(relative.across, self.quadratic[0] * of_speed)
+            .add_scaled(stream.axis, of_along * stiffer)
+    }
+}
+
+impl<G: Geometry, T: Scalar> Stream<G, T> {
+    #[inline(always)]
+    fn translation(linear: G::Vector<T>) -> Twist<G, T> {
+        Twist { angular: VectorSpace::zero(), linear }
+    }
+
+    #[inline(always)]
+    fn current(&self) -> Twist<G, T> {
+        Self::translation(self.current)
+    }
+
+    /// Velocity of the section's centre.
+    #[inline(always)]
+    fn velocity(&self, twist: Twist<G, T>) -> G::Vector<T> {
+        twist.angular.cross_add(self.position, twist.linear)
+    }
+
+    #[inline(always)]
+    fn relative(&self, twist: Twist<G, T>) -> Relative<G, T> {
+        let velocity = self.velocity(twist) - self.current;
+        let along = self.axis.dot(velocity);
+        let across = velocity.add_scaled(self.axis, -along);
+        let least = T::splat(f64::MIN_POSITIVE);
+        let speeds = [across.dot_add(across, self.crossing + least), along.mul_add(along, least)];
+        Relative { across, along, speeds: speeds.map(Scalar::sqrt) }
+    }
+
+    /// `N_a` times a twist.
+    #[inline(always)]
+    fn added_momentum(&self, mass: T, twist: Twist<G, T>) -> Wrench<G, T> {
+        let velocity = self.velocity(twist);
+        let across = velocity.add_scaled(self.axis, -self.axis.dot(velocity));
+        self.at_section(across * mass)
+    }
+
+    #[inline(always)]
+    fn at_section(&self, force: G::Vector<T>) -> Wrench<G, T> {
+        Wrench { moment: VectorSpace::zero(), force }.at(self.position)
+    }
+
+    /// What the added mass needs in a motion, with the acceleration less gravity.
+    #[inline(always)]
+    pub(crate) fn added_force(
+        &self,
+        mass: T,
+        gravity: G::Vector<T>,
+        velocity: Twist<G, T>,
+        acceleration: Twist<G, T>,
+    ) -> Wrench<G, T> {
+        let relative = velocity - self.current();
+        let linear = velocity.angular.cross_add(self.current, acceleration.linear + gravity);
+        let felt = Twist { angular: acceleration.angular, linear };
+        self.added_momentum(mass, felt) - relative.bracket_transposed(self.added_momentum(mass, relative))
+    }
+
+    /// What is needed against the drag.
+    #[inline(always)]
+    pub(crate) fn drag_force(&self, drag: &Drag<T>, velocity: Twist<G, T>) -> Wrench<G, T> {
+        self.at_section(drag.force(self, &self.relative(velocity)))
+    }
+
+    /// The response of both.
+    #[inline(always)]
+    pub(crate) fn response(
+        &self,
+        mass: T,
+        drag: &Drag<T>,
+        gravity: G::Vector<T>,
+        velocity: Twist<G, T>,
+    ) -> Response<G, T> {
+        let current = self.current();
+        let relative_twist = velocity - current;
+        let momentum = self.added_momentum(mass, relative_twist);
+        let relative = self.relative(velocity);
+        // For changes of V_r, and of A_k + ad_V U.
+        let change = |motion: Twist<G, T>, felt: Twist<G, T>| {
+            let added = self.added_momentum(mass, felt)
+                - motion.bracket_transposed(momentum)
+                - relative_twist.bracket_transposed(self.added_momentum(mass, motion));
+            added + self.at_section(drag.change(self, &relative, self.velocity(motion)))
+        };
+        Response {
+            stiffness: Linear::of(|displacement| {
+                let turn: G::Axial<T> = displacement.angular;
+                let turned = |v: G::Vector<T>| Self::translation(turn.cross(v));
+                let motion = turned(self.current);
+                change(motion, -turned(gravity) - velocity.bracket(motion))
+            }),
+            damping: Linear::of(|y| change(y, -(velocity + current).bracket(y))),
+            inertia: self.inertia(mass),
+        }
+    }
+
+    #[inline(always)]
+    pub(crate) fn inertia(&self, mass: T) -> Linear<G, T> {
+        Linear::of(|z| self.added_momentum(mass, z))
+    }
+}
+
+/// Products of what the fluid asks of a node in a motion, and of its response: all of it, or that of the added mass alone.
+pub(crate) fn costs<G: Turning>(immersion: &Immersion) -> [u64; 3] {
+    let (vector, twist) = (VectorSpace::zero(), Twist::zero());
+    let stream = Stream::<G, Counted> { axis: vector, position: vector, current: vector, crossing: Counted };
+    let drag = Drag { viscous: [Counted; 2], quadratic: [Counted; 2] };
+    let mut force = 0;
+    if immersion.has_added_mass {
+        force += products(|| stream.added_force(Counted, vector, twist, twist));
+    }
+    if immersion.has_drag {
+        force += products(|| stream.drag_force(&drag, twist));
+    }
+    let weighted = products(|| drag.weighted(Counted)) + 1;
+    let response = products(|| stream.response(Counted, &drag, vector, twist));
+    [force, weighted + response, 1 + products(|| stream.inertia(Counted))]
+}
+
+/// The fluid as a pack of nodes meets it.
+#[inline(always)]
+fn stream<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, node: usize) -> Stream<G, G::Pack> {
+    Stream {
+        axis: G::rod_axis(plan.frame, &work.rotation[node]),
+        position: work.position[node],
+        current: splat::<G>(work.surroundings.current),
+        crossing: G::Pack::splat(work.surroundings.crossing),
+    }
+}
+
+#[inline(always)]
+fn splat<G: Geometry>(v: G::Vector<f64>) -> G::Vector<G::Pack> {
+    G::map_vector(&v, |&x| G::Pack::splat(x))
+}
+
+/// Adds what the fluid asks for to what the motion of a segment needs.
+#[inline(always)]
+pub(crate) fn act<G: Turning>(plan: &Plan<G>, segment: &PiecePlan<G>, work: &mut Workspace<G>) {
+    let (Some(immersion), Some(immersed)) = (&plan.immersion, &segment.immersed) else { return };
+    for pack in 0..segment.packs {
+        let node = segment.first_pack + pack;
+        let stream = stream(plan, work, node);
+        let velocity = work.velocity[node];
+        if immersion.has_added_mass {
+            let mass = immersed.added_mass[pack];
+            let gravity = splat::<G>(work.surroundings.gravity);
+            work.force[node] += stream.added_force(mass, gravity, velocity, work.acceleration[node]);
+        }
+        if immersion.has_drag {
+            work.force[node] += stream.drag_force(&immersed.drag[pack], velocity);
+        }
+    }
+}
+
+/// Responses of the nodes of an immersed segment, times the quadrature weights; of the added mass alone, where nothing else is
+/// asked for.
+#[inline(always)]
+pub(crate) fn respond<G: Turning>(
+    plan: &Plan<G>,
+    segment: &PiecePlan<G>,
+    work: &Workspace<G>,
+    is_mass_only: bool,
+    responses: &mut [Response<G, G::Pack>],
+) {
+    let Some(immersed) = &segment.immersed else { return };
+    for (pack, response) in responses[..segment.packs].iter_mut().enumerate() {
+        let node = segment.first_pack + pack;
+        let weight = segment.weights[pack];
+        let stream = stream(plan, work, node);
+        let mass = immersed.added_mass[pack] * weight;
+        if is_mass_only {
+            response.inertia = stream.inertia(mass);
+        } else {
+            let drag = immersed.drag[pack].weighted(weight);
+            *response =
+                stream.response(mass, &drag, splat::<G>(work.surroundings.gravity), work.velocity[node]);
+        }
+    }
+}
+
+/// What the fluid has of energy and takes of power, with the motion up to date.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Exchange {
+    /// Kinetic energy of the added mass, and its potential in the current.
+    pub(crate) kinetic: f64,
+    pub(crate) potential: f64,
+    /// Power that drag takes out of the motion relative to the fluid, and power that the current puts in.
+    pub(crate) dissipated: f64,
+    pub(crate) supplied: f64,
+}
+
+pub(crate) fn exchange<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> Exchange {
+    let mut sum = Exchange::default();
+    let frame = splat::<G>(work.surroundings.velocity);
+    for segment in &plan.segments {
+        let Some(immersed) = &segment.immersed else { continue };
+        for pack in 0..segment.packs {
+            let node = segment.first_pack + pack;
+            let weight = segment.weights[pack];
+            let stream = stream(plan, work, node);
+            let twist = work.velocity[node];
+            let half_mass = immersed.added_mass[pack] * weight * 0.5;
+            let across = |v: G::Vector<G::Pack>| v.add_scaled(stream.axis, -stream.axis.dot(v));
+            let [velocity, current] = [stream.velocity(twist), stream.current].map(|v| v + frame);
+            let [moving, streaming] = [velocity, current].map(across);
+            sum.kinetic += (moving.dot(moving) * half_mass).sum();
+            sum.potential -= (streaming.dot_add(streaming, stream.crossing) * half_mass).sum();
+            let relative = stream.relative(twist);
+            let drag = immersed.drag[pack].weighted(weight);
+            let force = drag.force(&stream, &relative);
+            let crossing = drag.factors(&relative)[0] * stream.crossing;
+            let supplied = crossing - force.dot(current);
+            sum.supplied += supplied.sum();
+            sum.dissipated += (force.dot(velocity) + supplied).sum();
+        }
+    }
+    sum
+}

@@ -1,0 +1,197 @@
+//! The part that points have in the tangent: more places, beside the nodes, where Psi is known and the forces change.
+
+use crate::lie::{Twist, Wrench};
+use crate::load::Frame;
+use crate::robot::algebra::inertia::Gyroscope;
+use crate::robot::algebra::response::Response;
+use crate::robot::kernel::turning::Turning;
+use crate::robot::plan::Plan;
+use crate::robot::plan::piece::PiecePlan;
+use crate::robot::plan::point::Point;
+use crate::robot::state::Workspace;
+use crate::robot::state::tangent::{Coordinate, PointTangents, Rest, Row, Weights};
+
+impl<G: Turning> PointTangents<G> {
+    /// Gyroscopes of the points inside a segment.
+    #[inline(always)]
+    pub(crate) fn prepare(
+        &mut self,
+        plan: &Plan<G>,
+        segment: &PiecePlan<G>,
+        work: &Workspace<G>,
+        weights: Weights,
+    ) {
+        if weights.is_mass_only {
+            return;
+        }
+        for (i, p) in segment.points.inside.clone().enumerate() {
+            (self.gyroscope[i], self.dead[i]) = gyroscopes(plan, work, p);
+            self.response[i] = response(plan, work, p);
+        }
+    }
+
+    /// Psi at the points, of coordinate `k` of the segment: its integrand is given at the nodes.
+    #[inline(always)]
+    pub(crate) fn shape(
+        &mut self,
+        plan: &Plan<G>,
+        segment: &PiecePlan<G>,
+        weights: Weights,
+        k: usize,
+        integrand: &[Twist<G, G::Pack>],
+    ) {
+        let points = &plan.points[segment.points.inside.clone()];
+        for (i, point) in points.iter().enumerate() {
+            let psi = point.reach().integral(integrand);
+            self.psi[k * points.len() + i] = psi;
+            self.y[i] = psi * weights.v;
+            self.z[i] = psi * weights.a;
+        }
+    }
+
+    /// The same of Psi'.
+    #[inline(always)]
+    pub(crate) fn rate(
+        &mut self,
+        plan: &Plan<G>,
+        segment: &PiecePlan<G>,
+        weights: Weights,
+        integrand: &[Twist<G, G::Pack>],
+    ) {
+        for (i, point) in plan.points[segment.points.inside.clone()].iter().enumerate() {
+            let rate = point.reach().integral(integrand);
+            self.y[i] += rate * weights.q;
+            self.z[i] += rate * (2.0 * weights.v);
+        }
+    }
+
+    /// The same of Psi''.
+    #[inline(always)]
+    pub(crate) fn acceleration(
+        &mut self,
+        plan: &Plan<G>,
+        segment: &PiecePlan<G>,
+        weights: Weights,
+        integrand: &[Twist<G, G::Pack>],
+    ) {
+        for (i, point) in plan.points[segment.points.inside.clone()].iter().enumerate() {
+            self.z[i] += point.reach().integral(integrand) * weights.q;
+        }
+    }
+
+    /// The change of the forces at the points for coordinate `k`; returns their sum.
+    #[inline(always)]
+    pub(crate) fn sources(
+        &mut self,
+        segment: &PiecePlan<G>,
+        work: &Workspace<G>,
+        weights: Weights,
+        k: usize,
+    ) -> Wrench<G, f64> {
+        let mut total = Wrench::zero();
+        let states = &work.points[segment.points.inside.clone()];
+        for (i, state) in states.iter().enumerate() {
+            let column = k * states.len() + i;
+            let mut source = state.inertia.momentum(self.z[i]);
+            if !weights.is_mass_only {
+                let displacement = self.psi[column] * weights.q;
+                source +=
+                    self.gyroscope[i].times(self.y[i].angular) + self.dead[i].times(displacement.angular);
+                if let Some(response) = &self.response[i] {
+                    source += response.to(displacement, self.y[i], self.z[i]);
+                }
+            }
+            self.source[column] = source;
+            total += source;
+        }
+        total
+    }
+
+    /// What the points contribute to entry (j, k) of the segment's block.
+    #[inline(always)]
+    pub(crate) fn entry(&self, segment: &PiecePlan<G>, j: usize, k: usize) -> f64 {
+        let points = segment.points.inside.len();
+        let columns = |k: usize| k * points..(k + 1) * points;
+        self.psi[columns(j)].iter().zip(&self.source[columns(k)]).map(|(psi, source)| psi.dot(*source)).sum()
+    }
+
+    /// Adds what the points contribute to the row of coordinate `j` of the segment.
+    #[inline(always)]
+    pub(crate) fn row(
+        &self,
+        segment: &PiecePlan<G>,
+        work: &Workspace<G>,
+        weights: Weights,
+        j: usize,
+        row: &mut Coordinate<G>,
+    ) {
+        let states = &work.points[segment.points.inside.clone()];
+        for (i, state) in states.iter().enumerate() {
+            let psi = self.psi[j * states.len() + i];
+            row.row_z += state.inertia.momentum(psi);
+            if !weights.is_mass_only {
+                row.row_y += self.gyroscope[i].transposed_times(psi);
+                row.row_turn += self.dead[i].transposed_times(psi);
+            }
+        }
+    }
+
+    /// Adds what the responses of the points contribute to it.
+    #[inline(always)]
+    pub(crate) fn answer(&self, segment: &PiecePlan<G>, j: usize, row: &mut Row<'_, G>) {
+        let points = segment.points.inside.len();
+        for (response, &psi) in self.response.iter().zip(&self.psi[j * points..][..points]) {
+            if let Some(response) = response {
+                row.answer(response, psi);
+            }
+        }
+    }
+}
+
+/// Gyroscopes of what is at a point: of the bodies, and of the dead loads.
+#[inline(always)]
+fn gyroscopes<G: Turning>(
+    plan: &Plan<G>,
+    work: &Workspace<G>,
+    p: usize,
+) -> (Gyroscope<G, f64>, Gyroscope<G, f64>) {
+    let state = &work.points[p];
+    let mut dead = Gyroscope::zero();
+    for &load in plan.points[p].loads.iter().filter(|&&load| plan.loads[load].frame == Frame::World) {
+        dead.add(Gyroscope::of_dead_load(work.acting[load], state.position));
+    }
+    (Gyroscope::new(&state.inertia, state.velocity, state.momentum), dead)
+}
+
+/// What the supports of a point answer to, if it has any.
+#[inline(always)]
+fn response<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, p: usize) -> Option<Response<G, f64>> {
+    let Point { anchors, .. } = &plan.points[p];
+    let mut sum = (!anchors.is_empty()).then(Response::zero)?;
+    for &anchor in anchors {
+        sum.add(work.anchors[anchor].response(plan.frame, &work.points[p]));
+    }
+    Some(sum)
+}
+
+/// Adds the points of one kind of a segment, those inside or those at its end, to what lies behind a place.
+#[inline(always)]
+pub(crate) fn add_to_rest<G: Turning>(
+    plan: &Plan<G>,
+    work: &Workspace<G>,
+    points: std::ops::Range<usize>,
+    weights: Weights,
+    rest: &mut Rest<G>,
+) {
+    for p in points {
+        rest.inertia.add(work.points[p].inertia);
+        if !weights.is_mass_only {
+            let (gyroscope, dead) = gyroscopes(plan, work, p);
+            rest.gyroscope.add(gyroscope);
+            rest.dead.add(dead);
+            if let Some(response) = response(plan, work, p) {
+                rest.response.add(response);
+            }
+        }
+    }
+}

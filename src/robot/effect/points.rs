@@ -1,0 +1,146 @@
+//! What is concentrated at places of the rod: forces, moments, rigid bodies, springs to the world.
+//!
+//! A place X inside a segment is reached by the weights u_l of the integral up to it: what lies there moves by
+//! `Psi(X) = sum_l u_l S_l`. A wrench W there has the generalised forces `Psi_j(X) . W = sum_l w_l S_j,l . (u_l / w_l) W` with the
+//! quadrature weights w_l: node l carries the share u_l / w_l of it. So a segment need not end there, nothing is smeared out,
+//! and the summation by parts behind the tangent stays exact.
+
+use crate::lie::{Lanes, Twist, VectorSpace, Wrench};
+use crate::load::Frame;
+use crate::robot::kernel::place;
+use crate::robot::kernel::turning::Turning;
+use crate::robot::plan::Plan;
+use crate::robot::plan::piece::PiecePlan;
+use crate::robot::plan::point::{Inside, Point};
+use crate::robot::state::Workspace;
+use crate::robot::state::point::PointState;
+
+impl<G: Turning> Point<G> {
+    /// The wrench of a load at this point, about the point.
+    #[inline(always)]
+    pub(crate) fn wrench(
+        &self,
+        load: usize,
+        plan: &Plan<G>,
+        work: &Workspace<G>,
+        state: &PointState<G>,
+    ) -> Wrench<G, f64> {
+        let wrench = work.acting[load];
+        match plan.loads[load].frame {
+            Frame::World => wrench,
+            Frame::Body => wrench.rotated(&state.rotation),
+        }
+    }
+}
+
+impl<G: Turning> Inside<G> {
+    /// The integral up to the place of what has these values at the nodes.
+    #[inline(always)]
+    pub(crate) fn integral(&self, values: &[Twist<G, G::Pack>]) -> Twist<G, f64> {
+        let mut sum = Twist::zero();
+        for (&weight, &value) in self.up_to.iter().zip(values) {
+            sum += value * weight;
+        }
+        sum.sum()
+    }
+}
+
+/// Positions, rotations and inertia at the points of segment `s`, with the kinematics of the segment up to date.
+#[inline(always)]
+pub(crate) fn find<G: Turning>(
+    plan: &Plan<G>,
+    segment: &PiecePlan<G>,
+    s: usize,
+    work: &mut Workspace<G>,
+    q: &[f64],
+) {
+    for p in segment.points.all() {
+        let point = &plan.points[p];
+        let (position, rotation) = match &point.inside {
+            Some(inside) => {
+                let mut change = G::Vector::<G::Pack>::zero();
+                for (&weight, &slope) in inside.up_to.iter().zip(&work.slope[segment.node_packs()]) {
+                    change += slope * weight;
+                }
+                let position =
+                    work.stations[s].position + G::map_vector(&change, |pack: &G::Pack| pack.sum());
+                let is_oriented = point.is_oriented;
+                let rotation = is_oriented.then(|| place::rotation_at(segment, work, q, &point.place));
+                (position, rotation)
+            }
+            None => {
+                let end = &work.stations[s + 1];
+                (end.position, point.is_oriented.then(|| G::matrix(end.orientation)))
+            }
+        };
+        let state = &mut work.points[p];
+        state.position = position;
+        state.rotation = rotation.unwrap_or_else(G::unrotated);
+        if let Some(body) = &point.body {
+            state.inertia = body.carried(&state.rotation, position);
+        }
+    }
+}
+
+/// Motion and force at the points of segment `s`, with the motion of the segment up to date.
+#[inline(always)]
+pub(crate) fn drive<G: Turning>(plan: &Plan<G>, segment: &PiecePlan<G>, s: usize, work: &mut Workspace<G>) {
+    for p in segment.points.all() {
+        let point = &plan.points[p];
+        let mut state = work.points[p];
+        let motion = match &point.inside {
+            Some(inside) => {
+                let nodes = segment.node_packs();
+                let base = &work.stations[s];
+                let velocity = base.velocity + inside.integral(&work.rate[nodes.clone()]);
+                let acceleration = base.acceleration + inside.integral(&work.acceleration_rate[nodes]);
+                (velocity, acceleration)
+            }
+            None => (work.stations[s + 1].velocity, work.stations[s + 1].acceleration),
+        };
+        (state.velocity, state.acceleration) = motion;
+        state.force = Wrench::zero();
+        if point.body.is_some() {
+            state.momentum = state.inertia.momentum(state.velocity);
+            state.force = state.inertia.momentum(state.acceleration)
+                - state.velocity.bracket_transposed(state.momentum);
+        }
+        for &load in &point.loads {
+            state.force = state.force - point.wrench(load, plan, work, &state).at(state.position);
+        }
+        for &anchor in &point.anchors {
+            state.force = state.force - work.anchors[anchor].wrench(plan.frame, &state).at(state.position);
+        }
+        work.points[p] = state;
+    }
+}
+
+/// The wrench that the points at the end of a segment need.
+#[inline(always)]
+pub(crate) fn at_end<G: Turning>(segment: &PiecePlan<G>, work: &Workspace<G>) -> Wrench<G, f64> {
+    let mut sum = Wrench::zero();
+    for point in &work.points[segment.points.at_end.clone()] {
+        sum += point.force;
+    }
+    sum
+}
+
+/// Adds what the points inside a segment need to the internal wrench at the nodes; returns their sum.
+#[inline(always)]
+pub(crate) fn carry<G: Turning>(
+    plan: &Plan<G>,
+    segment: &PiecePlan<G>,
+    work: &mut Workspace<G>,
+) -> Wrench<G, f64> {
+    let mut sum = Wrench::zero();
+    for p in segment.points.inside.clone() {
+        let force = work.points[p].force;
+        sum += force;
+        let force = force.splat();
+        let internal = &mut work.internal[segment.node_packs()];
+        for (internal, &share) in internal.iter_mut().zip(&plan.points[p].reach().share) {
+            *internal += force * share;
+        }
+    }
+    sum
+}

@@ -1,0 +1,190 @@
+//! One sweep out for the motion, one sweep back for the forces: `tau = Q + K q + D qd`.
+//!
+//! In the inertial frame the recursions along the rod are plain integrals (design: section 4):
+//! V = int S qd, A = -(0; g) + int [S qdd + ad_V (S qd)], F = int (N A - ad_V^T N V - loads), Q_j = int S_j . F.
+
+use super::turning::Turning;
+use crate::lie::{Cross, Lanes, Scalar, Twist, Wrench, weighted_sum};
+use crate::robot::algebra::inertia::Seen as _;
+use crate::robot::algebra::inertia::{General, Round, Sections};
+use crate::robot::effect::{immersion, points, spread};
+use crate::robot::plan::Plan;
+use crate::robot::plan::material::Moments;
+use crate::robot::plan::piece::PiecePlan;
+use crate::robot::state::Workspace;
+
+/// Twist of a body-frame strain at a place: `Ad_g (angular; linear)`.
+#[inline(always)]
+pub(crate) fn carried<G: Turning, T: Scalar>(
+    rotation: &G::Rotation<T>,
+    position: G::Vector<T>,
+    strain: Twist<G, T>,
+    is_extensible: bool,
+) -> Twist<G, T> {
+    let angular = G::rotate_axial(rotation, strain.angular);
+    let mut linear = position.cross(angular);
+    if is_extensible {
+        linear += G::rotate(rotation, strain.linear);
+    }
+    Twist { angular, linear }
+}
+
+/// Motion and internal wrench of a state whose kinematics are up to date, unless they are there already. `PLAIN`: of a plan that
+/// [is plain](Plan::is_plain).
+#[inline(always)]
+pub(crate) fn update<G: Turning, const PLAIN: bool>(
+    plan: &Plan<G>,
+    work: &mut Workspace<G>,
+    q: &[f64],
+    qd: &[f64],
+    qdd: &[f64],
+) {
+    let n = plan.n;
+    let known = &mut work.motion_of;
+    if work.motion_is_known && known[..n] == *q && known[n..2 * n] == *qd && known[2 * n..] == *qdd {
+        return;
+    }
+    work.motion_is_known = true;
+    known[..n].copy_from_slice(q);
+    known[n..2 * n].copy_from_slice(qd);
+    known[2 * n..].copy_from_slice(qdd);
+    for (s, segment) in plan.segments.iter().enumerate() {
+        match &segment.moments {
+            Moments::Round(rotary) => {
+                let sections = Round { mass: &segment.mass, rotary };
+                sweep_out(plan.frame, segment, &sections, s, work, qd, qdd);
+            }
+            Moments::General(_) if PLAIN => unreachable!("sections of plain rods look round"),
+            Moments::General(sections) => {
+                sweep_out(plan.frame, segment, &General(sections), s, work, qd, qdd);
+            }
+        }
+        spread::act(plan, segment, work);
+        if !PLAIN {
+            immersion::act(plan, segment, work);
+        }
+        points::drive(plan, segment, s, work);
+    }
+    let mut end = Wrench::zero();
+    for segment in plan.segments.iter().rev() {
+        end = sweep_back(segment, work, end + points::at_end(segment, work));
+        end += points::carry(plan, segment, work);
+    }
+    work.base_wrench = end;
+}
+
+#[inline(always)]
+fn sweep_out<G: Turning>(
+    frame: G::Frame,
+    segment: &PiecePlan<G>,
+    sections: &impl Sections<G>,
+    s: usize,
+    work: &mut Workspace<G>,
+    qd: &[f64],
+    qdd: &[f64],
+) {
+    // Slices of one length, so that no index below needs a check.
+    let packs = segment.packs;
+    let nodes = segment.node_packs();
+    let rotation = &work.rotation[nodes.clone()][..packs];
+    let position = &work.position[nodes.clone()][..packs];
+    let rate = &mut work.rate[nodes.clone()][..packs];
+    let acceleration_rate = &mut work.acceleration_rate[nodes.clone()][..packs];
+    let velocity = &mut work.velocity[nodes.clone()][..packs];
+    let acceleration = &mut work.acceleration[nodes.clone()][..packs];
+    let momentum = &mut work.momentum[nodes.clone()][..packs];
+    let force = &mut work.force[nodes][..packs];
+    let weights = &segment.weights[..packs];
+
+    let base = work.stations[s];
+    segment.fields(qd, rate);
+    segment.fields(qdd, acceleration_rate);
+    for pack in 0..packs {
+        let place = (&rotation[pack], position[pack]);
+        rate[pack] = carried(place.0, place.1, rate[pack], segment.is_extensible);
+        acceleration_rate[pack] = carried(place.0, place.1, acceleration_rate[pack], segment.is_extensible);
+    }
+    let mut change = (Twist::zero(), Twist::zero());
+    let start = base.velocity.splat();
+    for (pack, row) in segment.rows(&segment.from_base).enumerate() {
+        velocity[pack] = weighted_sum(start, row, rate, Twist::add_lane);
+        acceleration_rate[pack] = velocity[pack].bracket_add(rate[pack], acceleration_rate[pack]);
+        change.0 = change.0.add_scaled(rate[pack], weights[pack]);
+        change.1 = change.1.add_scaled(acceleration_rate[pack], weights[pack]);
+    }
+    let start = base.acceleration.splat();
+    for (pack, row) in segment.rows(&segment.from_base).enumerate() {
+        acceleration[pack] = weighted_sum(start, row, acceleration_rate, Twist::add_lane);
+        let inertia = sections.seen(frame, pack, &rotation[pack], position[pack]);
+        momentum[pack] = inertia.momentum(velocity[pack]);
+        force[pack] =
+            inertia.momentum(acceleration[pack]) - velocity[pack].bracket_transposed(momentum[pack]);
+    }
+    let next = &mut work.stations[s + 1];
+    next.velocity = base.velocity + change.0.sum();
+    next.acceleration = base.acceleration + change.1.sum();
+}
+
+/// Internal wrench at the nodes, from that at the segment's end; returns that at its base.
+#[inline(always)]
+fn sweep_back<G: Turning>(
+    segment: &PiecePlan<G>,
+    work: &mut Workspace<G>,
+    end: Wrench<G, f64>,
+) -> Wrench<G, f64> {
+    let nodes = segment.node_packs();
+    let force = &work.force[nodes.clone()][..segment.packs];
+    let internal = &mut work.internal[nodes][..segment.packs];
+    let mut total = Wrench::zero();
+    let start = end.splat();
+    for (pack, row) in segment.rows(&segment.to_end).enumerate() {
+        internal[pack] = weighted_sum(start, row, force, Wrench::add_lane);
+        total = total.add_scaled(force[pack], segment.weights[pack]);
+    }
+    end + total.sum()
+}
+
+/// `tau = Q + K q + D qd` of the state that was last given to [`update`].
+#[inline(always)]
+pub(crate) fn project<G: Turning, const PLAIN: bool>(
+    plan: &Plan<G>,
+    work: &mut Workspace<G>,
+    q: &[f64],
+    qd: &[f64],
+    tau: &mut [f64],
+) {
+    for segment in &plan.segments {
+        let packs = segment.packs;
+        let nodes = segment.node_packs();
+        let rotation = &work.rotation[nodes.clone()][..packs];
+        let position = &work.position[nodes.clone()][..packs];
+        let internal = &work.internal[nodes.clone()][..packs];
+        let body = &mut work.body[nodes][..packs];
+        for pack in 0..packs {
+            let Wrench { moment, force } = internal[pack];
+            body[pack] = Wrench {
+                moment: G::rotate_axial_back(&rotation[pack], (-position[pack]).cross_add(force, moment)),
+                force: G::rotate_back(&rotation[pack], force),
+            };
+        }
+        let mu = segment.retardation_time;
+        for component in &segment.components {
+            let own = component.first..component.first + component.modes;
+            let (q, qd) = (&q[own.clone()], &qd[own.clone()]);
+            let tau = &mut tau[own];
+            let rows = segment.weighted_basis.chunks_exact(packs);
+            for ((j, tau), row) in tau.iter_mut().enumerate().zip(rows) {
+                let mut sum = G::Pack::splat(0.0);
+                for (&weight, wrench) in row.iter().zip(body.iter_mut()) {
+                    sum = weight.mul_add(*wrench.component_mut(component.index), sum);
+                }
+                *tau = sum.sum() + component.elastic_force(j, q, qd, mu);
+            }
+        }
+        if !PLAIN {
+            for coupling in &segment.couplings {
+                coupling.add_elastic_force(q, qd, mu, tau);
+            }
+        }
+    }
+}

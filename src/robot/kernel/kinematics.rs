@@ -1,0 +1,113 @@
+//! Where the rod is: rotations from the curvature, positions by integration.
+
+use super::place;
+use super::turning::Turning;
+use crate::lie::{Cross, LANES, Lanes, Rotation, Scalar, Twist, Vector, VectorSpace, weighted_sum};
+use crate::robot::effect::points;
+use crate::robot::plan::Plan;
+use crate::robot::plan::piece::PiecePlan;
+use crate::robot::plan::point::Place;
+use crate::robot::state::Workspace;
+
+/// A place of a rod in the world.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pose {
+    /// Body axes in world coordinates.
+    pub rotation: Rotation<f64>,
+    /// Position in metres.
+    pub position: Vector<f64>,
+}
+
+/// Derivative of the position along the rod at the nodes of one pack: `R gamma`.
+#[inline(always)]
+fn slope<G: Turning>(
+    segment: &PiecePlan<G>,
+    frame: G::Frame,
+    q: &[f64],
+    pack: usize,
+    rotation: &G::Rotation<G::Pack>,
+) -> G::Vector<G::Pack> {
+    if segment.is_extensible {
+        G::rotate(rotation, segment.field(q, pack).linear + segment.reference_slope[pack])
+    } else {
+        G::rod_axis(frame, rotation)
+    }
+}
+
+/// Rotations and positions of all nodes and stations for the coordinates `q`, unless they are there already.
+#[inline(always)]
+pub(crate) fn update<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, q: &[f64]) {
+    if work.kinematics_of == q {
+        return;
+    }
+    work.kinematics_of.clear();
+    work.kinematics_of.extend_from_slice(q);
+    // Whatever was computed of the motion belongs to another shape.
+    work.motion_is_known = false;
+    for (s, segment) in plan.segments.iter().enumerate() {
+        let rotations = &mut work.rotation[segment.node_packs()];
+        let base = work.stations[s];
+        let end = &mut work.stations[s + 1];
+        end.orientation = G::turn(segment, q, base.orientation, rotations);
+
+        let slopes = &mut work.slope[segment.node_packs()];
+        for (pack, (slope, rotation)) in slopes.iter_mut().zip(rotations.iter()).enumerate() {
+            *slope = self::slope(segment, plan.frame, q, pack, rotation);
+        }
+        let start = G::map_vector(&base.position, |&x| G::Pack::splat(x));
+        let mut total = G::Vector::<G::Pack>::zero();
+        let positions = &mut work.position[segment.node_packs()];
+        for (pack, position) in positions.iter_mut().enumerate() {
+            let row = segment.row(&segment.from_base, pack);
+            *position = weighted_sum(start, row, slopes, |sum, slope, lane, weight| {
+                sum.add_scaled(
+                    G::map_vector(slope, |component: &G::Pack| G::Pack::splat(component.lane(lane))),
+                    weight,
+                )
+            });
+            total = total.add_scaled(slopes[pack], segment.weights[pack]);
+        }
+        end.position = base.position + G::map_vector(&total, |pack: &G::Pack| pack.sum());
+        points::find(plan, segment, s, work, q);
+    }
+}
+
+/// The pose at a place, with the kinematics up to date.
+pub(crate) fn pose<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, q: &[f64], place: &Place) -> Pose {
+    let segment = &plan.segments[place.segment];
+    let rotation = place::rotation_at(segment, work, q, place);
+    let position = position(plan, work, place);
+    let base = &work.surroundings.base.rotation;
+    let Rotation { x, y, z } = G::rotation_in_space(plan.frame, &rotation);
+    Pose {
+        rotation: Rotation { x: base.apply(x), y: base.apply(y), z: base.apply(z) },
+        position: work.surroundings.base.position + base.apply(G::in_space(plan.frame, position)),
+    }
+}
+
+/// The position of a place in the frame, with the kinematics up to date.
+pub(crate) fn position<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, place: &Place) -> G::Vector<f64> {
+    let mut position = work.stations[place.segment].position;
+    let slopes = &work.slope[plan.segments[place.segment].node_packs()];
+    for (i, &weight) in place.weights.iter().enumerate() {
+        position +=
+            G::map_vector(&slopes[i / LANES], |component: &G::Pack| component.lane(i % LANES)) * weight;
+    }
+    position
+}
+
+/// Angular velocity of a place and velocity of its point, in world axes, with the motion up to date.
+pub(crate) fn velocity<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, place: &Place) -> [Vector<f64>; 2] {
+    let Twist { mut angular, mut linear } = work.stations[place.segment].velocity;
+    let rates = &work.rate[plan.segments[place.segment].node_packs()];
+    for (i, &weight) in place.weights.iter().enumerate() {
+        let (rate, lane) = (&rates[i / LANES], i % LANES);
+        angular += G::map_axial(&rate.angular, |component: &G::Pack| component.lane(lane)) * weight;
+        linear += G::map_vector(&rate.linear, |component: &G::Pack| component.lane(lane)) * weight;
+    }
+    let velocity = linear + angular.cross(position(plan, work, place));
+    let base = &work.surroundings.base;
+    let turned = |v| base.rotation.apply(v);
+    let velocity = turned(G::in_space(plan.frame, velocity)) + base.velocity;
+    [turned(G::axial_in_space(plan.frame, angular)), velocity]
+}

@@ -1,0 +1,46 @@
+//! Places of a rod, and how it is turned there.
+
+use super::turning::Turning;
+use crate::lie::{LANES, Lanes};
+use crate::robot::plan::piece::PiecePlan;
+use crate::robot::plan::point::Place;
+use crate::robot::state::Workspace;
+
+/// The place at arc length `x` of the unstretched rod, clamped to [0, L].
+pub(crate) fn place<G: Turning>(segments: &[PiecePlan<G>], x: f64) -> Place {
+    let (mut s, mut start) = (0, 0.0);
+    while s + 1 < segments.len() && x > start + segments[s].length {
+        start += segments[s].length;
+        s += 1;
+    }
+    // Rounding of the sum of lengths must not lead outside.
+    place_in(segments, s, ((x - start) / segments[s].length).clamp(0.0, 1.0))
+}
+
+/// The place at the fraction `x` of segment `s`.
+pub(crate) fn place_in<G: Turning>(segments: &[PiecePlan<G>], s: usize, x: f64) -> Place {
+    let segment = &segments[s];
+    let before = segment.gauss.nodes.partition_point(|&node| node <= x);
+    let from = if before == 0 { 0.0 } else { segment.gauss.nodes[before - 1] };
+    let passage = G::passage(segment, from, x);
+    let weights = segment.gauss.weights_up_to(x).into_iter().map(|weight| weight * segment.length).collect();
+    Place { segment: s, x, before, passage, weights }
+}
+
+/// The rotation at a place, with those of the nodes up to date.
+#[inline(always)]
+pub(crate) fn rotation_at<G: Turning>(
+    segment: &PiecePlan<G>,
+    work: &Workspace<G>,
+    q: &[f64],
+    place: &Place,
+) -> G::Rotation<f64> {
+    let before = match place.before {
+        0 => G::matrix(work.stations[place.segment].orientation),
+        i => {
+            let packs = &work.rotation[segment.first_pack + (i - 1) / LANES];
+            G::map_rotation(packs, |entry: &G::Pack| entry.lane((i - 1) % LANES))
+        }
+    };
+    G::compose(&before, &G::pass(segment, q, &place.passage))
+}

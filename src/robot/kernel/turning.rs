@@ -1,0 +1,354 @@
+//! How rotations follow from the curvature: by Magnus steps in space, by a sum in the plane.
+
+use crate::lie::{
+    Counted, Geometry, LANES, Pack, Planar, PlaneRotation, Products, Quaternion, Rotation, Scalar, Spatial,
+    Vector, products,
+};
+use crate::robot::plan::material::Component;
+use crate::robot::plan::packed;
+use crate::robot::plan::piece::PiecePlan;
+use crate::robot::plan::space::{Angles, MagnusSteps, Passage, Space};
+use crate::rod::Gauss;
+use crate::rod::piece::Piece;
+
+/// A space whose rotations can be found from the curvature.
+pub(crate) trait Turning: Space {
+    /// Prepares a segment with these nodes and components.
+    fn constants(
+        piece: &Piece,
+        frame: Self::Frame,
+        gauss: &Gauss,
+        components: &[Component],
+    ) -> Self::Constants;
+
+    /// Rotations at the nodes of a segment that begins with `orientation`; returns that of its end.
+    fn turn(
+        segment: &PiecePlan<Self>,
+        q: &[f64],
+        orientation: Self::Orientation,
+        rotations: &mut [Self::Rotation<Self::Pack>],
+    ) -> Self::Orientation;
+
+    /// What [`Self::turn`] costs.
+    fn products_of_turn(segment: &PiecePlan<Self>) -> Products;
+
+    /// Prepares the way from one place of a segment to another, given as fractions of its length.
+    fn passage(segment: &PiecePlan<Self>, from: f64, to: f64) -> Passage;
+
+    /// The rotation along a passage.
+    fn pass(segment: &PiecePlan<Self>, q: &[f64], passage: &Passage) -> Self::Rotation<f64>;
+}
+
+/// The largest number of modes of an angular strain.
+fn angular_degrees<G: Geometry>(components: &[Component]) -> usize {
+    components.iter().filter(|component| component.index < G::ANGULAR).map(|c| c.modes).max().unwrap_or(0)
+}
+
+/// Offsets of the three Gauss points of a Magnus step of order six (Blanes, Casas, Oteo and Ros 2009, section 5.4).
+fn magnus_points() -> [f64; 3] {
+    let offset = 15f64.sqrt() / 10.0;
+    [0.5 - offset, 0.5, 0.5 + offset]
+}
+
+/// Weights of these points.
+const MAGNUS_WEIGHTS: [f64; 3] = [5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0];
+
+/// Functions at the Gauss points of a Magnus step, by point, given their values at a place and their integrals between two. Those of
+/// the midpoint are chosen such that the points give the exact integral over the step: a rod that bends about one axis then turns
+/// exactly, whatever the functions.
+fn at_magnus_points(
+    [from, to]: [f64; 2],
+    values: impl Fn(f64) -> Vec<f64>,
+    integrals: impl Fn(f64, f64) -> Vec<f64>,
+) -> [Vec<f64>; 3] {
+    let mut points = magnus_points().map(|point| values(from + point * (to - from)));
+    if to > from {
+        for (k, integral) in integrals(from, to).into_iter().enumerate() {
+            let mean = integral / (to - from);
+            let others = MAGNUS_WEIGHTS[0] * points[0][k] + MAGNUS_WEIGHTS[2] * points[2][k];
+            points[1][k] = (mean - others) / MAGNUS_WEIGHTS[1];
+        }
+    }
+    points
+}
+
+/// The basis at the points of a Magnus step.
+fn magnus_basis(piece: &Piece, step: [f64; 2], degrees: usize) -> [Vec<f64>; 3] {
+    let values = |x| {
+        let mut values = vec![0.0; degrees];
+        piece.basis.values(x, &mut values);
+        values
+    };
+    at_magnus_points(step, values, |from, to| integrals_between(piece, from, to, degrees))
+}
+
+/// Integrals of the basis from one place to another.
+fn integrals_between(piece: &Piece, from: f64, to: f64, degrees: usize) -> Vec<f64> {
+    let up_to = |x| {
+        let mut values = vec![0.0; degrees];
+        piece.basis.integrals(x, &mut values);
+        values
+    };
+    up_to(to).into_iter().zip(up_to(from)).map(|(to, from)| to - from).collect()
+}
+
+/// The reference curvature at the points of a Magnus step; where it is constant, that.
+fn magnus_reference(piece: &Piece, step: [f64; 2]) -> [Vec<f64>; 3] {
+    if piece.segment.reference_strain.constant().is_some() {
+        return std::array::from_fn(|_| piece.reference(0.0)[..3].to_vec());
+    }
+    at_magnus_points(
+        step,
+        |x| piece.reference(x)[..3].to_vec(),
+        |from, to| piece.reference_between(from, to)[..3].to_vec(),
+    )
+}
+
+/// Rotation vector of a step of length `h` of R' = R [kappa], given kappa at the Gauss points of [`magnus_points`]: Magnus
+/// expansion of order six (Blanes, Casas, Oteo and Ros 2009, eq. 253). Their equation reads Y' = A Y; ours has A on the
+/// right, which turns the sign of every bracket.
+#[inline(always)]
+fn magnus_step<T: Scalar>(h: T, kappa: [Vector<T>; 3]) -> Vector<T> {
+    let scaled = |v: Vector<T>, factor: f64| v * T::splat(factor);
+    let bracket = |a: Vector<T>, b: Vector<T>| b.cross(a);
+    let a1 = kappa[1] * h;
+    let a2 = scaled((kappa[2] - kappa[0]) * h, 15f64.sqrt() / 3.0);
+    let a3 = scaled((kappa[2] - scaled(kappa[1], 2.0) + kappa[0]) * h, 10.0 / 3.0);
+    let c1 = bracket(a1, a2);
+    let c2 = scaled(bracket(a1, scaled(a3, 2.0) + c1), -1.0 / 60.0);
+    a1 + scaled(a3, 1.0 / 12.0) + scaled(bracket(scaled(a1, -20.0) - a3 + c1, a2 + c2), 1.0 / 240.0)
+}
+
+/// Curvature at the Magnus points; `basis(point, degree)` is the basis there, `reference(point)` the reference curvature.
+#[inline(always)]
+fn curvatures<const FUSED: bool, T: Scalar>(
+    segment: &PiecePlan<Spatial<FUSED>>,
+    q: &[f64],
+    basis: impl Fn(usize, usize) -> T,
+    reference: impl Fn(usize) -> Vector<T>,
+) -> [Vector<T>; 3] {
+    let mut kappa = [reference(0), reference(1), reference(2)];
+    for component in segment.components.iter().filter(|component| component.index < Spatial::<FUSED>::ANGULAR)
+    {
+        for (k, &q) in q[component.first..][..component.modes].iter().enumerate() {
+            for (point, kappa) in kappa.iter_mut().enumerate() {
+                let entry = kappa.component_mut(component.index);
+                *entry = basis(point, k).mul_add(T::splat(q), *entry);
+            }
+        }
+    }
+    kappa
+}
+
+/// The vector of a point among `[point * 3 + axis]`.
+#[inline(always)]
+fn vector_at(values: &[f64], point: usize) -> Vector<f64> {
+    Vector { x: values[3 * point], y: values[3 * point + 1], z: values[3 * point + 2] }
+}
+
+/// Rotations at the nodes of a segment that begins with `orientation`, whose reference curvature at a point and a pack is given;
+/// returns the orientation of the last node.
+#[inline(always)]
+fn turn_steps<const FUSED: bool>(
+    segment: &PiecePlan<Spatial<FUSED>>,
+    q: &[f64],
+    mut orientation: Quaternion<f64>,
+    rotations: &mut [Rotation<Pack<FUSED>>],
+    reference: impl Fn(usize, usize) -> Vector<Pack<FUSED>>,
+) -> Quaternion<f64> {
+    let magnus = &segment.turning;
+    for (pack, rotation) in rotations.iter_mut().enumerate() {
+        let basis =
+            |point: usize, k: usize| magnus.basis[(point * magnus.degrees + k) * segment.packs + pack];
+        let kappa = curvatures(segment, q, basis, |point| reference(point, pack));
+        let step = Quaternion::exp(magnus_step(magnus.steps[pack], kappa));
+        let mut here = step;
+        for lane in 0..LANES {
+            orientation = orientation.times(step.lane(lane));
+            here.set_lane(lane, orientation);
+        }
+        *rotation = here.normalised().rotation();
+    }
+    orientation
+}
+
+/// Bending, if the segment has it.
+fn bend<const FUSED: bool>(segment: &PiecePlan<Planar<FUSED>>) -> Option<&Component> {
+    segment.components.iter().find(|component| component.index == 0)
+}
+
+impl<const FUSED: bool> Turning for Spatial<FUSED> {
+    fn constants(piece: &Piece, (): (), gauss: &Gauss, components: &[Component]) -> MagnusSteps<Self::Pack> {
+        let degrees = angular_degrees::<Self>(components);
+        let nodes = gauss.nodes.len();
+        let start = |i: usize| if i == 0 { 0.0 } else { gauss.nodes[i - 1] };
+        let last = gauss.nodes[nodes - 1];
+        let packed_by_point = |values: Vec<[Vec<f64>; 3]>, number: usize| {
+            let mut all = Vec::with_capacity(3 * number * nodes / LANES);
+            for point in 0..3 {
+                for k in 0..number {
+                    all.extend(packed::<Self::Pack>(nodes, |i| values[i][point][k]));
+                }
+            }
+            all
+        };
+        let steps = || (0..nodes).map(|i| [start(i), gauss.nodes[i]]);
+        let is_constant = piece.segment.reference_strain.constant().is_some();
+        let reference = if is_constant {
+            Vec::new()
+        } else {
+            packed_by_point(steps().map(|step| magnus_reference(piece, step)).collect(), 3)
+        };
+        let [x, y, z, ..] = piece.reference(0.0);
+        MagnusSteps {
+            steps: packed(nodes, |i| piece.length() * (gauss.nodes[i] - start(i))),
+            basis: packed_by_point(steps().map(|step| magnus_basis(piece, step, degrees)).collect(), degrees),
+            reference,
+            constant_reference: [x, y, z].into(),
+            last_step: piece.length() * (1.0 - last),
+            last_basis: magnus_basis(piece, [last, 1.0], degrees).concat(),
+            last_reference: magnus_reference(piece, [last, 1.0]).concat(),
+            degrees,
+        }
+    }
+
+    #[inline(always)]
+    fn turn(
+        segment: &PiecePlan<Self>,
+        q: &[f64],
+        orientation: Quaternion<f64>,
+        rotations: &mut [Self::Rotation<Self::Pack>],
+    ) -> Quaternion<f64> {
+        let magnus = &segment.turning;
+        let orientation = if magnus.reference.is_empty() {
+            let reference = Vector::splat(magnus.constant_reference.to_array());
+            turn_steps(segment, q, orientation, rotations, |_, _| reference)
+        } else {
+            let packs = segment.packs;
+            turn_steps(segment, q, orientation, rotations, |point, pack| {
+                let axis = |axis: usize| magnus.reference[(point * 3 + axis) * packs + pack];
+                Vector { x: axis(0), y: axis(1), z: axis(2) }
+            })
+        };
+        let basis = |point: usize, k: usize| magnus.last_basis[point * magnus.degrees + k];
+        let kappa = curvatures(segment, q, basis, |point| vector_at(&magnus.last_reference, point));
+        let last = Quaternion::exp(magnus_step(magnus.last_step, kappa));
+        orientation.times(last).normalised()
+    }
+
+    fn products_of_turn(segment: &PiecePlan<Self>) -> Products {
+        let q = vec![0.0; segment.first + segment.n];
+        let here = Quaternion { w: Counted, v: Vector::zero() };
+        let step = products(|| {
+            Quaternion::exp(magnus_step(Counted, curvatures(segment, &q, |_, _| Counted, |_| Vector::zero())))
+        });
+        let composed = products(|| here.times(here));
+        let [packs, nodes] = [segment.packs, segment.packs * LANES].map(|number| number as u64);
+        Products {
+            packs: packs * (step + products(|| here.normalised().rotation())),
+            singles: (nodes + 1) * composed + step + products(|| here.normalised()),
+        }
+    }
+
+    fn passage(segment: &PiecePlan<Self>, from: f64, to: f64) -> Passage {
+        Passage {
+            step: (to - from) * segment.length,
+            basis: magnus_basis(&segment.piece, [from, to], segment.turning.degrees).concat(),
+            reference: magnus_reference(&segment.piece, [from, to]).concat(),
+        }
+    }
+
+    #[inline(always)]
+    fn pass(segment: &PiecePlan<Self>, q: &[f64], passage: &Passage) -> Self::Rotation<f64> {
+        let degrees = segment.turning.degrees;
+        let basis = |point: usize, k: usize| passage.basis[point * degrees + k];
+        let kappa = curvatures(segment, q, basis, |point| vector_at(&passage.reference, point));
+        Quaternion::exp(magnus_step(passage.step, kappa)).rotation()
+    }
+}
+
+impl<const FUSED: bool> Turning for Planar<FUSED> {
+    fn constants(
+        piece: &Piece,
+        frame: Self::Frame,
+        gauss: &Gauss,
+        components: &[Component],
+    ) -> Angles<Self::Pack> {
+        let degrees = angular_degrees::<Self>(components);
+        let nodes = gauss.nodes.len();
+        let length = piece.length();
+        let up_to: Vec<Vec<f64>> =
+            gauss.nodes.iter().map(|&x| integrals_between(piece, 0.0, x, degrees)).collect();
+        let reference = |x: f64| piece.reference_between(0.0, x)[frame.normal];
+        let mut means = integrals_between(piece, 0.0, 1.0, degrees);
+        while means.last() == Some(&0.0) {
+            means.pop();
+        }
+        Angles {
+            reference: match piece.segment.reference_strain.constant() {
+                Some(strain) => packed(nodes, |i| strain[frame.normal] * length * gauss.nodes[i]),
+                None => packed(nodes, |i| length * reference(gauss.nodes[i])),
+            },
+            at_nodes: (0..degrees).flat_map(|k| packed(nodes, |i| length * up_to[i][k])).collect(),
+            mean_reference: reference(1.0),
+            means,
+            normal: frame.normal,
+        }
+    }
+
+    #[inline(always)]
+    fn turn(
+        segment: &PiecePlan<Self>,
+        q: &[f64],
+        orientation: f64,
+        rotations: &mut [PlaneRotation<Self::Pack>],
+    ) -> f64 {
+        let Angles { reference, at_nodes, mean_reference, means, .. } = &segment.turning;
+        let q = bend(segment).map_or(&[][..], |bend| &q[bend.first..][..bend.modes]);
+        for (pack, rotation) in rotations.iter_mut().enumerate() {
+            let mut angle = reference[pack] + Self::Pack::splat(orientation);
+            for (k, &q) in q.iter().enumerate() {
+                angle = at_nodes[k * segment.packs + pack].mul_add(Self::Pack::splat(q), angle);
+            }
+            *rotation = PlaneRotation::by(angle);
+        }
+        let mut mean = *mean_reference;
+        for (mean_of_basis, q) in means.iter().zip(q) {
+            mean += mean_of_basis * q;
+        }
+        orientation + segment.length * mean
+    }
+
+    fn products_of_turn(segment: &PiecePlan<Self>) -> Products {
+        let modes = segment.components.iter().find(|component| component.index == 0).map_or(0, |c| c.modes);
+        let turned = modes as u64 + products(|| PlaneRotation::by(Counted));
+        let singles = segment.turning.means.len() as u64 + 1;
+        Products { packs: segment.packs as u64 * turned, singles }
+    }
+
+    fn passage(segment: &PiecePlan<Self>, from: f64, to: f64) -> Passage {
+        let modes = bend(segment).map_or(0, |bend| bend.modes);
+        let integrals = integrals_between(&segment.piece, from, to, modes);
+        let (normal, step) = (segment.turning.normal, (to - from) * segment.length);
+        let reference = match segment.piece.segment.reference_strain.constant() {
+            Some(strain) => strain[normal] * step,
+            None => segment.length * segment.piece.reference_between(from, to)[normal],
+        };
+        Passage {
+            step,
+            basis: integrals.into_iter().map(|integral| segment.length * integral).collect(),
+            reference: vec![reference],
+        }
+    }
+
+    #[inline(always)]
+    fn pass(segment: &PiecePlan<Self>, q: &[f64], passage: &Passage) -> PlaneRotation<f64> {
+        let mut angle = passage.reference[0];
+        if let Some(bend) = bend(segment) {
+            for (q, integral) in q[bend.first..][..bend.modes].iter().zip(&passage.basis) {
+                angle += q * integral;
+            }
+        }
+        PlaneRotation::by(angle)
+    }
+}

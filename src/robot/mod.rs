@@ -1,0 +1,24 @@
+//! Robots ready to be moved.
+//!
+//! `description` is what a robot is, in plain data; `plan` is the same compiled for computing, by `compile`. The sweeps read the plan
+//! and work in a `state`: the `kernel` has the recursions along the rod (where it is, what forces a motion needs, how these change with
+//! the motion), an `effect` is what acts on it. `tell` says what is computed, and what it costs.
+
+mod algebra;
+mod choice;
+mod compile;
+mod description;
+mod effect;
+mod kernel;
+mod model;
+mod plan;
+mod state;
+mod sweeps;
+mod tell;
+
+pub use choice::{Kernel, Solve};
+pub use description::{MAX_COORDINATES, Rod};
+pub use kernel::kinematics::Pose;
+pub use model::RodModel;
+pub use plan::point::Place;
+pub use tell::{Explanation, Multiplications};

@@ -1,0 +1,78 @@
+//! The anchor of a support with its springs and dampers, in the frame of a base.
+
+use crate::lie::{Rotation, Symmetric, Vector};
+use crate::world::base_motion::Base;
+
+/// An anchor with its springs and dampers, in the frame of a base.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Anchor {
+    pub(crate) position: Vector<f64>,
+    pub(crate) axes: Rotation<f64>,
+    /// In the frame, which follows the base: zero where that rests.
+    pub(crate) velocity: Vector<f64>,
+    pub(crate) along_axes: AlongAxes,
+    pub(crate) stiffness: Symmetric<f64>,
+    pub(crate) damping: Symmetric<f64>,
+    /// The factors c of the potential of rotation (see [`Support`]).
+    pub(crate) turning: [f64; 3],
+    pub(crate) rotational_damping: Symmetric<f64>,
+    /// Moment and force that are taken for those of the springs.
+    pub(crate) held: Option<[Vector<f64>; 2]>,
+}
+
+/// What a support has along and about the axes of its anchor.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct AlongAxes {
+    pub(crate) stiffness: [f64; 3],
+    pub(crate) damping: [f64; 3],
+    pub(crate) rotational_damping: [f64; 3],
+}
+
+impl Anchor {
+    pub(crate) fn new(
+        position: Vector<f64>,
+        axes: Rotation<f64>,
+        turning: [f64; 3],
+        along_axes: AlongAxes,
+    ) -> Self {
+        let about = |diagonal: [f64; 3]| {
+            let mut sum = Symmetric::diagonal(0.0);
+            for (i, value) in diagonal.into_iter().enumerate() {
+                sum += Symmetric::square(axes.axis(i)) * value;
+            }
+            sum
+        };
+        Self {
+            stiffness: about(along_axes.stiffness),
+            damping: about(along_axes.damping),
+            rotational_damping: about(along_axes.rotational_damping),
+            velocity: Vector::from([0.0; 3]),
+            position,
+            axes,
+            turning,
+            along_axes,
+            held: None,
+        }
+    }
+
+    /// Takes moment and force for those of the springs, whatever the section does, until it gets none.
+    pub(crate) fn hold(&mut self, forces: Option<[Vector<f64>; 2]>) {
+        self.held = forces;
+    }
+
+    /// An anchor in the frame of the base at rest as it is seen from where the base is now.
+    pub(crate) fn seen_from(&self, base: &Base, at_rest: &Base) -> Self {
+        let turned = |v: Vector<f64>| base.rotation.apply_transposed(at_rest.rotation.apply(v));
+        let to_anchor = at_rest.position - base.position;
+        let position = base.rotation.apply_transposed(to_anchor) + turned(self.position);
+        let Rotation { x, y, z } = self.axes;
+        let axes = Rotation { x: turned(x), y: turned(y), z: turned(z) };
+        let velocity = -base.rotation.apply_transposed(base.velocity);
+        Self { velocity, ..Self::new(position, axes, self.turning, self.along_axes) }
+    }
+
+    pub(crate) fn is_damped(&self) -> bool {
+        let none = Symmetric::diagonal(0.0);
+        self.damping != none || self.rotational_damping != none
+    }
+}

@@ -1,0 +1,25 @@
+//! The fluid around a rod, compiled for computing.
+
+use crate::lie::Geometry;
+
+/// What the fluid of a plan does.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Immersion {
+    pub(crate) has_drag: bool,
+    pub(crate) has_added_mass: bool,
+}
+
+/// What a segment meets in its fluid, at the nodes and per length.
+#[derive(Clone, Debug)]
+pub(crate) struct Immersed<G: Geometry> {
+    /// `C_a rho A`.
+    pub(crate) added_mass: Vec<G::Pack>,
+    pub(crate) drag: Vec<Drag<G::Pack>>,
+}
+
+/// Drag per length: viscous `c_n` and `c_t`, quadratic `rho d C_n / 2` and `pi rho d C_t / 2`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Drag<T> {
+    pub(crate) viscous: [T; 2],
+    pub(crate) quadratic: [T; 2],
+}

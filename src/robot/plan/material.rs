@@ -1,0 +1,70 @@
+//! What the material of a piece does: its stiffness and its mass.
+
+use super::space::Space;
+use crate::linalg::Matrix;
+use crate::robot::algebra::inertia::Inertia;
+
+/// A strain component that exists in a segment.
+#[derive(Clone, Debug)]
+pub(crate) struct Component {
+    /// Index among the strains of the geometry.
+    pub(crate) index: usize,
+    pub(crate) modes: usize,
+    /// First coordinate.
+    pub(crate) first: usize,
+    /// `int phi_j H phi_k`, modes x modes.
+    pub(crate) stiffness: Matrix,
+    /// Whether that is diagonal.
+    pub(crate) is_orthogonal: bool,
+}
+
+impl Component {
+    /// Row `j` of `K (q + mu qd)`, of this component's coordinates.
+    #[inline(always)]
+    pub(crate) fn elastic_force(&self, j: usize, q: &[f64], qd: &[f64], mu: f64) -> f64 {
+        if self.is_orthogonal {
+            return self.stiffness[(j, j)] * (q[j] + mu * qd[j]);
+        }
+        (0..self.modes).map(|k| self.stiffness[(j, k)] * (q[k] + mu * qd[k])).sum()
+    }
+}
+
+/// The stiffness between two strain components of a segment, `int phi_j H phi_k` of the first by the second: K has it above
+/// the diagonal, and its transpose below.
+#[derive(Clone, Debug)]
+pub(crate) struct Coupling {
+    /// First coordinates.
+    pub(crate) first: [usize; 2],
+    pub(crate) stiffness: Matrix,
+}
+
+impl Coupling {
+    /// The coordinates of both components.
+    #[inline(always)]
+    pub(crate) fn coordinates(&self) -> [std::ops::Range<usize>; 2] {
+        let (rows, columns) = self.stiffness.shape();
+        [self.first[0]..self.first[0] + rows, self.first[1]..self.first[1] + columns]
+    }
+
+    /// Adds this part of `K (q + mu qd)`.
+    #[inline(always)]
+    pub(crate) fn add_elastic_force(&self, q: &[f64], qd: &[f64], mu: f64, tau: &mut [f64]) {
+        let [rows, columns] = self.coordinates();
+        for (j, row) in rows.enumerate() {
+            for (k, column) in columns.clone().enumerate() {
+                let stiffness = self.stiffness[(j, k)];
+                tau[row] += stiffness * (q[column] + mu * qd[column]);
+                tau[column] += stiffness * (q[row] + mu * qd[row]);
+            }
+        }
+    }
+}
+
+/// How the mass of a segment's sections is spread across.
+#[derive(Clone, Debug)]
+pub(crate) enum Moments<G: Space> {
+    /// Alike in all directions of the space that the rod moves in: the rotary inertia per length at the nodes.
+    Round(Vec<G::Pack>),
+    /// Any: the inertia per length at the nodes, about the rod's axis and in the section's axes.
+    General(Vec<Inertia<G, G::Pack>>),
+}

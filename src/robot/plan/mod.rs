@@ -1,0 +1,125 @@
+//! A rod compiled for computing: everything that does not change with the state, computed once.
+
+pub(crate) mod anchor;
+pub(crate) mod immersion;
+pub(crate) mod load;
+pub(crate) mod material;
+pub(crate) mod piece;
+pub(crate) mod point;
+pub(crate) mod space;
+pub(crate) mod stretch;
+pub(crate) mod world;
+
+use crate::lie::{LANES, Lanes};
+use crate::linalg::Matrix;
+use crate::robot::plan::anchor::Anchor;
+use crate::robot::plan::immersion::Immersion;
+use crate::robot::plan::load::Load;
+use crate::robot::plan::material::{Component, Moments};
+use crate::robot::plan::piece::PiecePlan;
+use crate::robot::plan::point::Point;
+use crate::robot::plan::space::Space;
+use crate::robot::plan::world::World;
+use crate::rod::STRAINS;
+
+/// A rod compiled for computing, in the frame of its base: the origin there, and axes along the body axes there.
+#[derive(Clone, Debug)]
+pub(crate) struct Plan<G: Space> {
+    pub(crate) n: usize,
+    pub(crate) segments: Vec<PiecePlan<G>>,
+    /// Packs of nodes of all segments together.
+    pub(crate) packs: usize,
+    /// Where the frame lies in the rod's space.
+    pub(crate) frame: G::Frame,
+    pub(crate) world: World,
+    pub(crate) loads: Vec<Load<G>>,
+    /// What is concentrated at places, in their order.
+    pub(crate) points: Vec<Point<G>>,
+    /// The springs to the world, in the frame of the base at rest.
+    pub(crate) anchors: Vec<Anchor>,
+    /// The fluid around it, where that answers to motion.
+    pub(crate) immersion: Option<Immersion>,
+    /// Whether a dead load acts anywhere, and whether the base or a load depends on time by itself.
+    pub(crate) has_dead_loads: bool,
+    pub(crate) varies_in_time: bool,
+    /// Whether anything responds to the motion of its place other than by its inertia.
+    pub(crate) has_responses: bool,
+}
+
+impl<G: Space> Plan<G> {
+    /// Whether anything but the rod's own material takes energy out of its motion.
+    pub(crate) fn is_resisted(&self) -> bool {
+        self.anchors.iter().any(Anchor::is_damped) || self.immersion.is_some_and(|fluid| fluid.has_drag)
+    }
+
+    /// Whether its sections look round and nothing couples their strains or answers to motion: no springs, no fluid. Sweeps are
+    /// compiled once for such rods and once for all others, because what is never reached still costs a loop its registers
+    /// (measured: forward dynamics of plain rods took a fifth longer when one sweep served all).
+    pub(crate) fn is_plain(&self) -> bool {
+        let is_plain = |segment: &PiecePlan<G>| {
+            matches!(segment.moments, Moments::Round(_))
+                && segment.couplings.is_empty()
+                && segment.immersed.is_none()
+        };
+        !self.has_responses && self.segments.iter().all(is_plain)
+    }
+
+    /// Whether motion loses energy.
+    pub(crate) fn is_damped(&self) -> bool {
+        self.segments.iter().any(|segment| segment.retardation_time > 0.0) || self.is_resisted()
+    }
+
+    /// Whether drag, a current or the motion of the base make forces depend on velocities.
+    pub(crate) fn has_velocity_forces(&self) -> bool {
+        let flows = |fluid: Immersion| fluid.has_drag || (fluid.has_added_mass && self.world.has_current());
+        self.world.motion.is_some() || self.immersion.is_some_and(flows)
+    }
+
+    /// Whether the base moves or a load has no potential.
+    pub(crate) fn is_driven(&self) -> bool {
+        let is_driven = |load: &Load<G>| !load.has_potential || load.has_moment;
+        self.world.motion.is_some()
+            || self.loads.iter().any(is_driven)
+            || self.immersion.is_some_and(|fluid| fluid.has_drag && self.world.has_current())
+    }
+
+    /// The same plan, of a rod in space, with everything computed that could be skipped: absent strains and loads of zero
+    /// included.
+    pub(crate) fn with_nothing_skipped(mut self) -> Self {
+        self.has_dead_loads = true;
+        self.has_responses = true;
+        for point in &mut self.points {
+            point.is_oriented = true;
+        }
+        for segment in &mut self.segments {
+            segment.is_extensible = true;
+            for component in &mut segment.components {
+                component.is_orthogonal = false;
+            }
+            segment.moments = segment.general_moments(self.frame);
+            segment.couple_all();
+            for index in 0..STRAINS {
+                if segment.components.iter().all(|component| component.index != index) {
+                    segment.components.push(Component {
+                        index,
+                        modes: 0,
+                        first: segment.first,
+                        stiffness: Matrix::zeros(0, 0),
+                        is_orthogonal: false,
+                    });
+                }
+            }
+        }
+        self
+    }
+
+    /// Quadrature nodes of each segment.
+    pub(crate) fn nodes(&self) -> Vec<usize> {
+        self.segments.iter().map(|segment| segment.gauss.nodes.len()).collect()
+    }
+}
+
+/// The values of a function of the node, [`LANES`] to a pack.
+pub(crate) fn packed<P: Lanes>(nodes: usize, f: impl Fn(usize) -> f64) -> Vec<P> {
+    (0..nodes / LANES).map(|pack| P::from_lanes(std::array::from_fn(|lane| f(pack * LANES + lane)))).collect()
+}

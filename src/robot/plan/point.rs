@@ -1,0 +1,72 @@
+//! What is concentrated at places of the rod: forces, moments, rigid bodies, springs to the world.
+//!
+//! A place X inside a segment is reached by the weights u_l of the integral up to it: what lies there moves by
+//! `Psi(X) = sum_l u_l S_l`. A wrench W there has the generalised forces `Psi_j(X) . W = sum_l w_l S_j,l . (u_l / w_l) W` with the
+//! quadrature weights w_l: node l carries the share u_l / w_l of it. So a segment need not end there, nothing is smeared out,
+//! and the summation by parts behind the tangent stays exact.
+
+use std::ops::Range;
+
+use super::space::Passage;
+use super::space::Space;
+use crate::robot::algebra::inertia::Inertia;
+
+/// A place along a rod, prepared for finding its pose in many states.
+#[derive(Clone, Debug)]
+pub struct Place {
+    pub(crate) segment: usize,
+    /// Fraction of the segment's length.
+    pub(crate) x: f64,
+    /// Nodes of the segment before the place, and the way from the last of them (from the segment's base if there is none).
+    pub(crate) before: usize,
+    pub(crate) passage: Passage,
+    /// Weights of the integral from the segment's base, times its length.
+    pub(crate) weights: Vec<f64>,
+}
+
+/// All that is concentrated at one place.
+#[derive(Clone, Debug)]
+pub(crate) struct Point<G: Space> {
+    pub(crate) place: Place,
+    /// How the nodes of the segment reach it; nothing at the end of a segment, which is a station.
+    pub(crate) inside: Option<Inside<G>>,
+    /// The bodies there together, about the place and in the section's axes.
+    pub(crate) body: Option<Inertia<G, f64>>,
+    /// The loads that act there.
+    pub(crate) loads: Vec<usize>,
+    /// The anchors of the springs that hold it.
+    pub(crate) anchors: Vec<usize>,
+    /// Whether it matters how the section is turned.
+    pub(crate) is_oriented: bool,
+}
+
+impl<G: Space> Point<G> {
+    /// How the nodes reach a point that [`Points::inside`] names.
+    #[inline(always)]
+    pub(crate) fn reach(&self) -> &Inside<G> {
+        self.inside.as_ref().expect("points inside a segment are reached from its nodes")
+    }
+}
+
+/// How the nodes of a segment reach a place inside it.
+#[derive(Clone, Debug)]
+pub(crate) struct Inside<G: Space> {
+    /// Weights of the integral up to the place, times the length.
+    pub(crate) up_to: Vec<G::Pack>,
+    /// The share of a wrench at the place that each node carries.
+    pub(crate) share: Vec<G::Pack>,
+}
+
+/// Where the points of a segment stand among those of the rod.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Points {
+    pub(crate) inside: Range<usize>,
+    /// At most one, as all that is at one place makes one point.
+    pub(crate) at_end: Range<usize>,
+}
+
+impl Points {
+    pub(crate) fn all(&self) -> Range<usize> {
+        self.inside.start..self.at_end.end
+    }
+}

@@ -1,0 +1,86 @@
+//! The spaces that rods move in, with what a piece knows of how it turns.
+
+use crate::lie::{Geometry, Planar, PlaneRotation, Quaternion, Spatial, Vector};
+
+/// A geometry with what a rod's plan needs beyond it.
+pub(crate) trait Space: Geometry {
+    /// An orientation that others follow from.
+    type Orientation: Copy + std::fmt::Debug + Send + Sync;
+    /// What of a piece's turning does not change with the state.
+    type Constants: Clone + std::fmt::Debug + Send + Sync;
+
+    /// The orientation of the frame.
+    fn start() -> Self::Orientation;
+
+    /// The rotation ready to be applied.
+    fn matrix(orientation: Self::Orientation) -> Self::Rotation<f64>;
+}
+
+impl<const FUSED: bool> Space for Spatial<FUSED> {
+    type Orientation = Quaternion<f64>;
+    type Constants = MagnusSteps<Self::Pack>;
+
+    fn start() -> Quaternion<f64> {
+        Quaternion { w: 1.0, v: Vector::zero() }
+    }
+
+    fn matrix(orientation: Quaternion<f64>) -> Self::Rotation<f64> {
+        orientation.rotation()
+    }
+}
+
+impl<const FUSED: bool> Space for Planar<FUSED> {
+    type Orientation = f64;
+    type Constants = Angles<Self::Pack>;
+
+    fn start() -> f64 {
+        0.0
+    }
+
+    fn matrix(angle: f64) -> PlaneRotation<f64> {
+        PlaneRotation::by(angle)
+    }
+}
+
+/// The way from one place of a segment to another.
+#[derive(Clone, Debug)]
+pub(crate) struct Passage {
+    /// Its length, signed.
+    pub(crate) step: f64,
+    /// In space: the basis at the Magnus points, `[point * degrees + degree]`. In the plane: its integrals.
+    pub(crate) basis: Vec<f64>,
+    /// The reference curvature likewise: `[point * 3 + axis]`, or its integral.
+    pub(crate) reference: Vec<f64>,
+}
+
+/// Magnus steps from the base to the first node, from node to node, and from the last node to the end.
+#[derive(Clone, Debug)]
+pub(crate) struct MagnusSteps<P> {
+    /// Lengths of all steps but the last.
+    pub(crate) steps: Vec<P>,
+    /// Basis at the Magnus points of these steps: entry `[(point * degrees + degree) * packs + pack]`.
+    pub(crate) basis: Vec<P>,
+    /// Reference curvature at these points: entry `[(point * 3 + axis) * packs + pack]`, nothing where it is constant.
+    pub(crate) reference: Vec<P>,
+    pub(crate) constant_reference: Vector<f64>,
+    /// The last step, and its basis `[point * degrees + degree]` and reference curvature `[point * 3 + axis]`.
+    pub(crate) last_step: f64,
+    pub(crate) last_basis: Vec<f64>,
+    pub(crate) last_reference: Vec<f64>,
+    /// Largest number of modes of an angular strain.
+    pub(crate) degrees: usize,
+}
+
+/// The angle that a unit of each coordinate turns the rod by.
+#[derive(Clone, Debug)]
+pub(crate) struct Angles<P> {
+    /// Up to the nodes, for the reference strain and then by degree: entry `[degree * packs + pack]`.
+    pub(crate) reference: Vec<P>,
+    pub(crate) at_nodes: Vec<P>,
+    /// Means over the segment, of the reference curvature and of the basis as far as they are not zero: Legendre polynomials beyond the
+    /// first have none.
+    pub(crate) mean_reference: f64,
+    pub(crate) means: Vec<f64>,
+    /// The axis of bending.
+    pub(crate) normal: usize,
+}

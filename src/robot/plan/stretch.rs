@@ -1,0 +1,45 @@
+//! The stretch of a piece, which must stay positive.
+
+use crate::rod::Gauss;
+use crate::rod::piece::Piece;
+
+/// The strain along the rod among those of a piece.
+const STRETCH: usize = 3;
+
+/// The stretch of a segment at its nodes and at both ends: it must stay positive there.
+#[derive(Clone, Debug)]
+pub(crate) struct Stretch {
+    /// The first of its coordinates.
+    pub(crate) first: usize,
+    /// Fractions of the segment's length, with the basis and the reference stretch there.
+    pub(crate) places: Vec<(f64, Vec<f64>, f64)>,
+    pub(crate) smallest_reference: f64,
+}
+
+impl Stretch {
+    /// That of a piece whose stretch begins at coordinate `first`.
+    pub(crate) fn new(piece: &Piece, gauss: &Gauss, first: usize) -> Self {
+        let at = |x: f64| {
+            let mut basis = vec![0.0; piece.modes[STRETCH]];
+            piece.basis.values(x, &mut basis);
+            (x, basis, piece.reference(x)[STRETCH])
+        };
+        let places: Vec<_> = [0.0].iter().chain(&gauss.nodes).chain(&[1.0]).map(|&x| at(x)).collect();
+        let smallest_reference = places.iter().fold(f64::INFINITY, |smallest, place| smallest.min(place.2));
+        Self { first, places, smallest_reference }
+    }
+
+    /// The smallest stretch, and where, if it is not positive anywhere.
+    pub(crate) fn inverted(&self, q: &[f64]) -> Option<(f64, f64)> {
+        let q = &q[self.first..][..self.places[0].1.len()];
+        // No basis function exceeds one: mostly the coordinates alone tell.
+        let bound: f64 = q.iter().map(|q| q.abs()).sum();
+        if bound < self.smallest_reference {
+            return None;
+        }
+        let stretches = self.places.iter().map(|(x, basis, reference)| {
+            (*x, reference + basis.iter().zip(q).map(|(basis, q)| basis * q).sum::<f64>())
+        });
+        stretches.filter(|(_, stretch)| *stretch <= 0.0).min_by(|a, b| a.1.total_cmp(&b.1))
+    }
+}

@@ -1,0 +1,54 @@
+//! What the base and the world are, whatever the time.
+
+use crate::lie::Vector;
+use crate::load::{Extent, Frame};
+use crate::robot::description::Rod;
+use crate::world::base_motion::{Base, MovingBase};
+
+/// What the base and the world are, whatever the time.
+#[derive(Clone, Debug)]
+pub(crate) struct World {
+    /// The base at rest, and how it moves if it does.
+    pub(crate) base: Base,
+    pub(crate) motion: Option<MovingBase>,
+    pub(crate) gravity: Vector<f64>,
+    /// Velocity of the fluid, if there is any.
+    pub(crate) current: Vector<f64>,
+    /// The sum of the constant dead forces.
+    pub(crate) dead_force: Vector<f64>,
+    /// Masses of bodies and sections times their offsets from the rod's axis.
+    pub(crate) body_moment: Vector<f64>,
+}
+
+impl World {
+    /// Whether the fluid flows.
+    pub(crate) fn has_current(&self) -> bool {
+        self.current.dot(self.current) > 0.0
+    }
+
+    pub(crate) fn new(rod: &Rod) -> Self {
+        let mut dead_force = Vector::zero();
+        for load in rod.all_loads() {
+            if let (Frame::World, Some(force)) = (load.frame, load.force.constant()) {
+                let amount = if let Extent::Along([from, to]) = load.extent { to - from } else { 1.0 };
+                dead_force += Vector::from(force) * amount;
+            }
+        }
+        let mut body_moment = Vector::zero();
+        for body in rod.all_bodies() {
+            body_moment += Vector::from(body.centre) * body.mass;
+        }
+        for segment in &rod.segments {
+            body_moment += Vector::from(segment.mass_offset());
+        }
+        let moving = |motion| MovingBase::new(motion, rod.base_position, rod.base_orientation);
+        Self {
+            base: Base::at(rod.base_position, rod.base_orientation),
+            motion: rod.base_motion.as_ref().map(moving),
+            gravity: rod.gravity.into(),
+            current: rod.fluid.as_ref().map_or([0.0; 3], |fluid| fluid.velocity).into(),
+            dead_force,
+            body_moment,
+        }
+    }
+}

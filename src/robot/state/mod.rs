@@ -1,0 +1,103 @@
+//! The memory of all sweeps along a rod, sized by the plan: nothing is allocated after construction.
+
+pub(crate) mod point;
+pub(crate) mod surroundings;
+pub(crate) mod tangent;
+
+use crate::lie::{Twist, VectorSpace, Wrench};
+use crate::robot::plan::Plan;
+use crate::robot::plan::anchor::Anchor;
+use crate::robot::plan::space::Space;
+use crate::robot::state::point::PointState;
+use crate::robot::state::surroundings::Surroundings;
+
+/// Where a segment begins or ends: orientation and position, and the motion there.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Station<G: Space> {
+    pub(crate) orientation: G::Orientation,
+    pub(crate) position: G::Vector<f64>,
+    pub(crate) velocity: Twist<G, f64>,
+    /// Acceleration minus gravity.
+    pub(crate) acceleration: Twist<G, f64>,
+}
+
+/// Quantities at the nodes (all segments in a row, [`crate::lie::LANES`] nodes a pack) and at the stations between
+/// segments, in the frame of the plan.
+#[derive(Clone, Debug)]
+pub(crate) struct Workspace<G: Space> {
+    /// Base, ends of the segments: one more than there are segments.
+    pub(crate) stations: Vec<Station<G>>,
+    pub(crate) rotation: Vec<G::Rotation<G::Pack>>,
+    pub(crate) position: Vec<G::Vector<G::Pack>>,
+    /// Derivative of the position along the rod.
+    pub(crate) slope: Vec<G::Vector<G::Pack>>,
+    /// `S qd`: derivative of the velocity along the rod.
+    pub(crate) rate: Vec<Twist<G, G::Pack>>,
+    /// `S qdd + ad_V (S qd)`: derivative of the acceleration along the rod.
+    pub(crate) acceleration_rate: Vec<Twist<G, G::Pack>>,
+    pub(crate) velocity: Vec<Twist<G, G::Pack>>,
+    pub(crate) acceleration: Vec<Twist<G, G::Pack>>,
+    /// Momentum per length, `N V`.
+    pub(crate) momentum: Vec<Wrench<G, G::Pack>>,
+    /// Inertial force per length, gravity included: `N A - ad_V^T N V`.
+    pub(crate) force: Vec<Wrench<G, G::Pack>>,
+    /// Internal wrench F.
+    pub(crate) internal: Vec<Wrench<G, G::Pack>>,
+    /// The same in body axes, about the node.
+    pub(crate) body: Vec<Wrench<G, G::Pack>>,
+    /// What is known of the plan's points, and the wrenches of its loads.
+    pub(crate) points: Vec<PointState<G>>,
+    pub(crate) acting: Vec<Wrench<G, f64>>,
+    /// The time that base and loads are taken at where they vary, NaN until it is set; and what the world and the anchors of the
+    /// supports are then.
+    pub(crate) time: f64,
+    pub(crate) surroundings: Surroundings<G>,
+    pub(crate) anchors: Vec<Anchor>,
+    /// What the base exerts on the rod.
+    pub(crate) base_wrench: Wrench<G, f64>,
+    /// The coordinates of which rotation and position are here, and the state of which the rest is here, if it is.
+    pub(crate) kinematics_of: Vec<f64>,
+    pub(crate) motion_of: Vec<f64>,
+    pub(crate) motion_is_known: bool,
+}
+
+impl<G: Space> Workspace<G> {
+    pub(crate) fn new(plan: &Plan<G>) -> Self {
+        let surroundings = Surroundings::at_first(&plan.world, plan.frame);
+        let (velocity, acceleration) = surroundings.motion(&plan.world, plan.frame);
+        let anchors = match &plan.world.motion {
+            Some(_) => surroundings::seen_anchors(plan, &surroundings.base).collect(),
+            None => plan.anchors.clone(),
+        };
+        let station =
+            Station { orientation: G::start(), position: VectorSpace::zero(), velocity, acceleration };
+        let vectors = vec![VectorSpace::zero(); plan.packs];
+        let twists = vec![Twist::zero(); plan.packs];
+        let wrenches = vec![Wrench::zero(); plan.packs];
+        Self {
+            stations: vec![station; plan.segments.len() + 1],
+            rotation: vec![G::unrotated(); plan.packs],
+            position: vectors.clone(),
+            slope: vectors,
+            rate: twists.clone(),
+            acceleration_rate: twists.clone(),
+            velocity: twists.clone(),
+            acceleration: twists,
+            momentum: wrenches.clone(),
+            force: wrenches.clone(),
+            internal: wrenches.clone(),
+            body: wrenches,
+            points: vec![PointState::new(); plan.points.len()],
+            // NaN too, where no time is set that it depends on.
+            acting: plan.loads.iter().map(|load| load.at_first()).collect(),
+            time: f64::NAN,
+            surroundings,
+            anchors,
+            base_wrench: Wrench::zero(),
+            // NaN equals nothing, and nor does an entry too many where there are no coordinates: these are computed first.
+            kinematics_of: vec![f64::NAN; plan.n + 1],
+            motion_of: vec![f64::NAN; 3 * plan.n],
+            motion_is_known: false,
+        }
+    }
+}

@@ -1,0 +1,34 @@
+//! What is known of a place in a state.
+
+use crate::lie::{Twist, VectorSpace, Wrench};
+use crate::robot::algebra::inertia::Inertia;
+use crate::robot::plan::space::Space;
+
+/// What is known of a place in a state.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PointState<G: Space> {
+    pub(crate) position: G::Vector<f64>,
+    pub(crate) rotation: G::Rotation<f64>,
+    /// Of the bodies, about the origin.
+    pub(crate) inertia: Inertia<G, f64>,
+    pub(crate) velocity: Twist<G, f64>,
+    /// Acceleration minus gravity.
+    pub(crate) acceleration: Twist<G, f64>,
+    pub(crate) momentum: Wrench<G, f64>,
+    /// What the motion of the bodies needs, less the loads.
+    pub(crate) force: Wrench<G, f64>,
+}
+
+impl<G: Space> PointState<G> {
+    pub(crate) fn new() -> Self {
+        Self {
+            position: VectorSpace::zero(),
+            rotation: G::unrotated(),
+            inertia: Inertia::zero(),
+            velocity: Twist::zero(),
+            acceleration: Twist::zero(),
+            momentum: Wrench::zero(),
+            force: Wrench::zero(),
+        }
+    }
+}

@@ -1,0 +1,72 @@
+//! The world seen from the base, at a time.
+
+use crate::lie::{Twist, Vector, VectorSpace};
+use crate::robot::plan::Plan;
+use crate::robot::plan::anchor::Anchor;
+use crate::robot::plan::space::Space;
+use crate::robot::plan::world::World;
+use crate::world::base_motion::Base;
+
+/// The world seen from the base.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Surroundings<G: Space> {
+    pub(crate) base: Base,
+    pub(crate) gravity: G::Vector<f64>,
+    /// Velocity of the frame, in its own axes: that of the base's point.
+    pub(crate) velocity: G::Vector<f64>,
+    /// Velocity of the fluid in the frame, and the square of what is out of the plane that the rod moves in: it only adds to the
+    /// speed.
+    pub(crate) current: G::Vector<f64>,
+    pub(crate) crossing: f64,
+    /// Potential of gravity of a kilogram at the base; potential of the masses that no motion changes.
+    pub(crate) gravity_potential: f64,
+    pub(crate) body_potential: f64,
+    /// Potential of the constant dead forces if all of them acted at the base.
+    pub(crate) load_potential: f64,
+}
+
+impl<G: Space> Surroundings<G> {
+    /// Before any time is set: NaN where the base moves.
+    pub(crate) fn at_first(world: &World, frame: G::Frame) -> Self {
+        let base = if world.motion.is_some() { world.base.unknown() } else { world.base };
+        Self::new(world, frame, base)
+    }
+
+    pub(crate) fn new(world: &World, frame: G::Frame, base: Base) -> Self {
+        let gravity_of_base = base.rotation.apply_transposed(world.gravity);
+        let gravity = G::vector_of(frame, gravity_of_base);
+        // In a plane, masses beside it lie higher or lower by the same whatever the rod does.
+        let out_of_plane = |v: Vector<f64>| v - G::in_space(frame, G::vector_of(frame, v));
+        let stream = base.rotation.apply_transposed(world.current - base.velocity);
+        let crossing = out_of_plane(stream);
+        Self {
+            gravity,
+            current: G::vector_of(frame, stream),
+            crossing: crossing.dot(crossing),
+            velocity: G::vector_of(frame, base.rotation.apply_transposed(base.velocity)),
+            gravity_potential: -base.position.dot(world.gravity),
+            body_potential: -out_of_plane(gravity_of_base).dot(world.body_moment),
+            load_potential: -base.position.dot(world.dead_force),
+            base,
+        }
+    }
+
+    /// Velocity and acceleration, minus gravity, of the base in its own frame, in which its point rests for the moment.
+    pub(crate) fn motion(&self, world: &World, frame: G::Frame) -> (Twist<G, f64>, Twist<G, f64>) {
+        if world.motion.is_none() {
+            return (Twist::zero(), Twist { angular: VectorSpace::zero(), linear: -self.gravity });
+        }
+        let seen = |v: Vector<f64>| self.base.rotation.apply_transposed(v);
+        let axial = |v| G::axial_of(frame, seen(v));
+        let linear = G::vector_of(frame, seen(self.base.acceleration)) - self.gravity;
+        (
+            Twist { angular: axial(self.base.angular_velocity), linear: VectorSpace::zero() },
+            Twist { angular: axial(self.base.angular_acceleration), linear },
+        )
+    }
+}
+
+/// The anchors as a base that moves sees them.
+pub(crate) fn seen_anchors<G: Space>(plan: &Plan<G>, base: &Base) -> impl Iterator<Item = Anchor> {
+    plan.anchors.iter().map(|anchor| anchor.seen_from(base, &plan.world.base))
+}

@@ -1,0 +1,221 @@
+//! The memory of the tangent: what a coordinate is outside its own piece, and what lies behind a place.
+
+use crate::lie::{Geometry, Twist, VectorSpace, Wrench};
+use crate::linalg::{ChainMatrix, Matrix};
+use crate::robot::algebra::inertia::{Gyroscope, Inertia};
+use crate::robot::algebra::response::Response;
+use crate::robot::plan::Plan;
+use crate::robot::plan::piece::PiecePlan;
+use crate::robot::plan::space::Space;
+
+/// What a coordinate is outside its own segment.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Coordinate<G: Geometry> {
+    /// Psi at the end of the segment.
+    pub(crate) shape: Twist<G, f64>,
+    /// As a column: the angular part of Y, and Z, of all that lies behind the segment, and how far it turns.
+    pub(crate) y: G::Axial<f64>,
+    pub(crate) z: Twist<G, f64>,
+    pub(crate) turn: G::Axial<f64>,
+    /// As a column: H at the end of the segment, and of all that lies before it.
+    pub(crate) end: Wrench<G, f64>,
+    pub(crate) before: Wrench<G, f64>,
+    /// As a row: products with y, z and turn of the coordinates of earlier segments.
+    pub(crate) row_y: G::Axial<f64>,
+    pub(crate) row_z: Wrench<G, f64>,
+    pub(crate) row_turn: G::Axial<f64>,
+}
+
+impl<G: Geometry> Coordinate<G> {
+    pub(crate) fn zero() -> Self {
+        Self {
+            shape: Twist::zero(),
+            y: VectorSpace::zero(),
+            z: Twist::zero(),
+            turn: VectorSpace::zero(),
+            end: Wrench::zero(),
+            before: Wrench::zero(),
+            row_y: VectorSpace::zero(),
+            row_z: Wrench::zero(),
+            row_turn: VectorSpace::zero(),
+        }
+    }
+}
+
+/// What else a coordinate is outside its own segment, where there are responses.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Shift<G: Geometry> {
+    /// As a column: the linear part of Y, and that of the displacement.
+    pub(crate) y: G::Vector<f64>,
+    pub(crate) displacement: G::Vector<f64>,
+    /// As a row: products with both.
+    pub(crate) row_y: G::Vector<f64>,
+    pub(crate) row_displacement: G::Vector<f64>,
+}
+
+impl<G: Geometry> Shift<G> {
+    pub(crate) fn zero() -> Self {
+        let zero = VectorSpace::zero();
+        Self { y: zero, displacement: zero, row_y: zero, row_displacement: zero }
+    }
+}
+
+/// A coordinate as a row, to which responses are added.
+pub(crate) struct Row<'a, G: Geometry> {
+    pub(crate) coordinate: &'a mut Coordinate<G>,
+    pub(crate) shift: &'a mut Shift<G>,
+}
+
+impl<G: Geometry> Row<'_, G> {
+    /// Adds what a response at a place that moves with `psi` multiplies.
+    #[inline(always)]
+    pub(crate) fn answer(&mut self, response: &Response<G, f64>, psi: Twist<G, f64>) {
+        self.add_rows(response.transposed_times(psi));
+    }
+
+    /// The same of a pack of nodes.
+    #[inline(always)]
+    pub(crate) fn answer_nodes(&mut self, response: &Response<G, G::Pack>, psi: Twist<G, G::Pack>) {
+        self.add_rows(response.transposed_times(psi).map(Wrench::sum));
+    }
+
+    #[inline(always)]
+    fn add_rows(&mut self, [displacement, y, z]: [Wrench<G, f64>; 3]) {
+        self.coordinate.row_z += z;
+        self.coordinate.row_y += y.moment;
+        self.shift.row_y += y.force;
+        self.coordinate.row_turn += displacement.moment;
+        self.shift.row_displacement += displacement.force;
+    }
+}
+
+/// Memory of the tangent: one segment at a time, and what is left of every coordinate.
+#[derive(Clone, Debug)]
+pub(crate) struct TangentWorkspace<G: Geometry> {
+    pub(crate) coordinates: Vec<Coordinate<G>>,
+    /// Only where there are responses.
+    pub(crate) shifts: Vec<Shift<G>>,
+    /// Per pack, times the quadrature weights: N and C.
+    pub(crate) inertia: Vec<Inertia<G, G::Pack>>,
+    pub(crate) gyroscope: Vec<Gyroscope<G, G::Pack>>,
+    /// Per pack, times the quadrature weights: that of the dead loads that are spread along the segment.
+    pub(crate) dead: Vec<Gyroscope<G, G::Pack>>,
+    pub(crate) points: PointTangents<G>,
+    /// Per pack, times the quadrature weights: that of the fluid, if there is one.
+    pub(crate) response: Vec<Response<G, G::Pack>>,
+    /// Per component of the segment and pack: S, ad_V S, (ad_A + ad_V ad_V) S and w_q ad_S^T F of a unit strain.
+    pub(crate) shape: Vec<Twist<G, G::Pack>>,
+    pub(crate) shape_rate: Vec<Twist<G, G::Pack>>,
+    pub(crate) shape_acceleration: Vec<Twist<G, G::Pack>>,
+    pub(crate) load: Vec<Wrench<G, G::Pack>>,
+    /// Per pack, for the column at hand: an integrand, Psi' and Psi''.
+    pub(crate) integrand: Vec<Twist<G, G::Pack>>,
+    pub(crate) psi_rate: Vec<Twist<G, G::Pack>>,
+    pub(crate) psi_acceleration: Vec<Twist<G, G::Pack>>,
+    /// Per coordinate of the segment and pack: Psi, and the change of the force times the quadrature weights.
+    pub(crate) psi: Vec<Twist<G, G::Pack>>,
+    pub(crate) source: Vec<Wrench<G, G::Pack>>,
+}
+
+impl<G: Space> TangentWorkspace<G> {
+    pub(crate) fn new(plan: &Plan<G>) -> Self {
+        let largest = |size: fn(&PiecePlan<G>) -> usize| plan.segments.iter().map(size).max().unwrap_or(0);
+        let packs = largest(|segment| segment.packs);
+        let blocks = largest(|segment| segment.packs * segment.components.len());
+        let columns = largest(|segment| segment.packs * segment.n);
+        Self {
+            coordinates: vec![Coordinate::zero(); plan.n],
+            shifts: vec![Shift::zero(); if plan.has_responses { plan.n } else { 0 }],
+            inertia: vec![Inertia::zero(); packs],
+            gyroscope: vec![Gyroscope::zero(); packs],
+            dead: vec![Gyroscope::zero(); packs],
+            points: PointTangents::new(plan),
+            response: vec![Response::zero(); if plan.immersion.is_some() { packs } else { 0 }],
+            shape: vec![Twist::zero(); blocks],
+            shape_rate: vec![Twist::zero(); blocks],
+            shape_acceleration: vec![Twist::zero(); blocks],
+            load: vec![Wrench::zero(); blocks],
+            integrand: vec![Twist::zero(); packs],
+            psi_rate: vec![Twist::zero(); packs],
+            psi_acceleration: vec![Twist::zero(); packs],
+            psi: vec![Twist::zero(); columns],
+            source: vec![Wrench::zero(); columns],
+        }
+    }
+}
+
+/// The weights of a tangent, with what they make unnecessary.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Weights {
+    pub(crate) q: f64,
+    pub(crate) v: f64,
+    pub(crate) a: f64,
+    /// The mass matrix alone: Y and the loads vanish, and the motion need not be known.
+    pub(crate) is_mass_only: bool,
+}
+
+/// What all that lies behind a place, tip included, answers to variations that are constant along it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Rest<G: Geometry> {
+    pub(crate) inertia: Inertia<G, f64>,
+    pub(crate) gyroscope: Gyroscope<G, f64>,
+    /// That of the dead loads.
+    pub(crate) dead: Gyroscope<G, f64>,
+    /// That of springs and fluid.
+    pub(crate) response: Response<G, f64>,
+}
+
+/// Where a tangent goes: all entries, or what a chain's matrix is made of.
+#[derive(Debug)]
+pub(crate) enum Tangent<'a> {
+    Dense(&'a mut Matrix),
+    Chain(&'a mut ChainMatrix),
+}
+
+impl Tangent<'_> {
+    /// The entries from the first one of the diagonal block of segment `s` on, by columns, and how many lie between columns.
+    #[inline(always)]
+    pub(crate) fn block<G: Space>(&mut self, s: usize, segment: &PiecePlan<G>) -> (&mut [f64], usize) {
+        match self {
+            Self::Dense(matrix) => {
+                let n = matrix.nrows();
+                let first = (segment.first * (n + 1)).min(n * n);
+                (&mut matrix.as_mut_slice()[first..], n)
+            }
+            Self::Chain(matrix) => (matrix.blocks[s].as_mut_slice(), segment.n),
+        }
+    }
+}
+
+/// Memory for the points inside one segment at a time.
+#[derive(Clone, Debug)]
+pub(crate) struct PointTangents<G: Geometry> {
+    /// Per point: the gyroscope of its bodies, and that of its dead loads.
+    pub(crate) gyroscope: Vec<Gyroscope<G, f64>>,
+    pub(crate) dead: Vec<Gyroscope<G, f64>>,
+    /// Per point: the response of its supports, if it has any.
+    pub(crate) response: Vec<Option<Response<G, f64>>>,
+    /// Per point, of the column at hand: Y and Z.
+    pub(crate) y: Vec<Twist<G, f64>>,
+    pub(crate) z: Vec<Twist<G, f64>>,
+    /// Per coordinate of the segment and point: Psi, and the change of the force.
+    pub(crate) psi: Vec<Twist<G, f64>>,
+    pub(crate) source: Vec<Wrench<G, f64>>,
+}
+
+impl<G: Space> PointTangents<G> {
+    pub(crate) fn new(plan: &Plan<G>) -> Self {
+        let largest = |size: fn(&PiecePlan<G>) -> usize| plan.segments.iter().map(size).max().unwrap_or(0);
+        let points = largest(|segment| segment.points.inside.len());
+        let columns = largest(|segment| segment.points.inside.len() * segment.n);
+        Self {
+            gyroscope: vec![Gyroscope::zero(); points],
+            dead: vec![Gyroscope::zero(); points],
+            response: vec![None; points],
+            y: vec![Twist::zero(); points],
+            z: vec![Twist::zero(); points],
+            psi: vec![Twist::zero(); columns],
+            source: vec![Wrench::zero(); columns],
+        }
+    }
+}

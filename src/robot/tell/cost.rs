@@ -1,0 +1,455 @@
+//! What a plan costs: the products of doubles that its sweeps form.
+//!
+//! The loops are those of the sweeps, line by line; what stands in them is not a number taken from a formula but the
+//! formula itself, evaluated with [`Counted`] numbers. A test counts what the sweeps really do.
+
+use crate::lie::{Counted, Cross, LANES, Products, Twist, VectorSpace, Wrench, products};
+use crate::robot::algebra::inertia::Seen as _;
+use crate::robot::algebra::inertia::{Gyroscope, Inertia, SectionInertia};
+use crate::robot::algebra::response::Response;
+use crate::robot::choice::Solve;
+use crate::robot::effect::immersion;
+use crate::robot::kernel::chain;
+use crate::robot::kernel::inverse_dynamics::carried;
+use crate::robot::kernel::turning::Turning;
+use crate::robot::plan::Plan;
+use crate::robot::plan::material::{Coupling, Moments};
+use crate::robot::plan::piece::PiecePlan;
+
+/// Numbers of products of two doubles. A multiply-add counts as one; sums, quotients, roots and comparisons are not
+/// counted. Where rotations are computed by a series for small angles and by another formula for large ones, those of small
+/// angles count; a few products that a sweep forms once, those of supports among them, are left out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Multiplications {
+    /// One inverse dynamics, of a state in which nothing is known.
+    pub residual: u64,
+    /// One weighted tangent at a state whose residual is known, as it is in Newton's method.
+    pub tangent: u64,
+    /// One mass matrix at a shape that is known.
+    pub mass_matrix: u64,
+    /// One LU factorisation of a tangent.
+    pub factorisation: u64,
+    /// The solution of one system with it.
+    pub solution: u64,
+}
+
+/// What is counted of a plan whose linear systems are solved that way.
+pub(crate) fn multiplications<G: Turning>(plan: &Plan<G>, solve: Solve) -> Multiplications {
+    let n = plan.n as u64;
+    let mut residual = kinematics(plan);
+    residual += motion(plan);
+    residual += projection(plan);
+    let [tangent, mass] = [false, true].map(|is_mass_only| tangent(plan, is_mass_only).total());
+    let (couplings, [factorisation, solution]) = match solve {
+        Solve::Dense => (coupling(plan), [lu(n), n * n]),
+        Solve::Chain => ([0, 0], chain(plan)),
+    };
+    Multiplications {
+        residual: residual.total(),
+        tangent: tangent + couplings[0],
+        mass_matrix: mass + couplings[1],
+        factorisation,
+        solution,
+    }
+}
+
+/// LU factorisation: n - 1 - k multipliers and their square, for every pivot k.
+fn lu(n: u64) -> u64 {
+    n * n.saturating_sub(1) / 2 + n * n.saturating_sub(1) * (2 * n).saturating_sub(1) / 6
+}
+
+/// [`crate::linalg::ChainLu`]: factorisation and solution.
+fn chain<G: Turning>(plan: &Plan<G>) -> [u64; 2] {
+    let [upper, lower] = chain::ranks(plan).map(|rank| rank as u64);
+    let last = plan.segments.len() - 1;
+    let mut count = [0, 0];
+    for (s, segment) in plan.segments.iter().enumerate() {
+        let m = segment.n as u64;
+        let (is_before, is_behind) = (u64::from(s < last), u64::from(s > 0));
+        let elimination = is_before * (m * upper * lower + m * m * upper);
+        let response = is_behind * (2 * m * upper * lower + m * m * lower);
+        count[0] += lu(m) + elimination + response;
+        count[1] += m * m + 2 * m * upper + m * lower * (1 + is_behind);
+    }
+    count
+}
+
+/// Values of the kinds that the formulas take.
+struct Kinds<G: Turning> {
+    twist: Twist<G, Counted>,
+    wrench: Wrench<G, Counted>,
+    axial: G::Axial<Counted>,
+    vector: G::Vector<Counted>,
+    rotation: G::Rotation<Counted>,
+    section: SectionInertia<G, Counted>,
+    inertia: Inertia<G, Counted>,
+    gyroscope: Gyroscope<G, Counted>,
+    response: Response<G, Counted>,
+}
+
+impl<G: Turning> Kinds<G> {
+    fn new() -> Self {
+        let vector = VectorSpace::zero();
+        Self {
+            twist: Twist::zero(),
+            wrench: Wrench::zero(),
+            axial: VectorSpace::zero(),
+            vector,
+            rotation: G::unrotated(),
+            section: SectionInertia { mass: Counted, rotary: Counted, axis: vector, position: vector },
+            inertia: Inertia::zero(),
+            gyroscope: Gyroscope::zero(),
+            response: Response::zero(),
+        }
+    }
+
+    /// Inertial force of sections that move: their momentum, and how that changes.
+    fn force(&self, moments: &Moments<G>) -> u64 {
+        let momenta = match moments {
+            Moments::Round(_) => 2 * products(|| self.section.momentum(self.twist)),
+            Moments::General(_) => self.carried() + 2 * products(|| self.inertia.momentum(self.twist)),
+        };
+        momenta + products(|| self.twist.bracket_transposed(self.wrench))
+    }
+
+    /// The inertia of sections, times quadrature weights.
+    fn weighted(&self, moments: &Moments<G>) -> u64 {
+        match moments {
+            Moments::Round(_) => products(|| self.section.weighted(Counted)),
+            Moments::General(_) => self.carried() + products(|| self.inertia.weighted(Counted)),
+        }
+    }
+
+    /// Inertia seen from afar.
+    fn carried(&self) -> u64 {
+        products(|| self.inertia.carried(&self.rotation, self.vector))
+    }
+
+    /// A load that is spread along the nodes, about them.
+    fn spread(&self, is_dead: bool) -> u64 {
+        let wrench = products(|| self.wrench * Counted);
+        if is_dead { wrench } else { wrench + products(|| self.wrench.rotated(&self.rotation)) }
+    }
+}
+
+/// Packs, nodes and coordinates of a segment.
+fn sizes<G: Turning>(segment: &PiecePlan<G>) -> (u64, u64, u64) {
+    (segment.packs as u64, (segment.packs * LANES) as u64, segment.n as u64)
+}
+
+/// [`super::kinematics::update`].
+pub(crate) fn kinematics<G: Turning>(plan: &Plan<G>) -> Products {
+    let k = Kinds::<G>::new();
+    let mut count = Products::default();
+    for segment in &plan.segments {
+        let (packs, nodes, modes) = sizes(segment);
+        count += G::products_of_turn(segment);
+        if segment.is_extensible {
+            count.packs += packs * (modes + products(|| G::rotate(&k.rotation, k.vector)));
+        }
+        let scaled = products(|| k.vector * Counted);
+        count.packs += packs * (nodes * scaled + scaled);
+        let points = &plan.points[segment.points.all()];
+        count.packs += segment.points.inside.len() as u64 * packs * scaled;
+        let bodies = points.iter().filter(|point| point.body.is_some()).count() as u64;
+        count.singles += bodies * k.carried();
+    }
+    count
+}
+
+/// [`super::inverse_dynamics::update`].
+pub(crate) fn motion<G: Turning>(plan: &Plan<G>) -> Products {
+    let k = Kinds::<G>::new();
+    let scaled = products(|| k.twist * Counted);
+    let mut count = Products::default();
+    for segment in &plan.segments {
+        let (packs, nodes, modes) = sizes(segment);
+        let carried = products(|| carried::<G, _>(&k.rotation, k.vector, k.twist, segment.is_extensible));
+        let out = 2 * (modes + carried + nodes * scaled + scaled) + products(|| k.twist.bracket(k.twist));
+        let back = nodes * scaled + scaled;
+        count.packs += packs * (out + k.force(&segment.moments) + back);
+        // To the points inside and back from them.
+        count.packs += segment.points.inside.len() as u64 * packs * 3 * scaled;
+        for point in &plan.points[segment.points.all()] {
+            let at = products(|| k.wrench.at(k.vector));
+            count.singles += point.loads.len() as u64 * at;
+            if point.body.is_some() {
+                count.singles += 2 * products(|| k.inertia.momentum(k.twist))
+                    + products(|| k.twist.bracket_transposed(k.wrench));
+            }
+        }
+        if let Some(immersion) = plan.immersion.as_ref().filter(|_| segment.immersed.is_some()) {
+            count.packs += packs * immersion::costs::<G>(immersion)[0];
+        }
+        for spread in &segment.spread {
+            count.packs += packs * (k.spread(spread.is_dead(plan)) + products(|| k.wrench.at(k.vector)));
+        }
+    }
+    count
+}
+
+/// [`super::inverse_dynamics::project`].
+pub(crate) fn projection<G: Turning>(plan: &Plan<G>) -> Products {
+    let k = Kinds::<G>::new();
+    let body = products(|| {
+        let moment = G::rotate_axial_back(&k.rotation, k.vector.cross(k.vector));
+        (moment, G::rotate_back(&k.rotation, k.vector))
+    });
+    let mut count = Products::default();
+    for segment in &plan.segments {
+        let (packs, _, modes) = sizes(segment);
+        count.packs += packs * (body + modes);
+        for component in &segment.components {
+            let modes = component.modes as u64;
+            count.singles += 2 * modes * if component.is_orthogonal { 1 } else { modes };
+        }
+        count.singles += 4 * segment.couplings.iter().map(coupled).sum::<u64>();
+    }
+    count
+}
+
+/// [`super::tangent::weighted_tangent`] with all weights, or of the mass matrix alone, without the blocks between different
+/// segments.
+pub(crate) fn tangent<G: Turning>(plan: &Plan<G>, is_mass_only: bool) -> Products {
+    let k = Kinds::<G>::new();
+    let momentum = products(|| k.inertia.momentum(k.twist));
+    let gyroscopic = products(|| k.gyroscope.times(k.axial));
+    let transposed = products(|| k.gyroscope.transposed_times(k.twist));
+    let response = products(|| k.response.to(k.twist, k.twist, k.twist));
+    let scaled = products(|| k.twist * Counted);
+    let scaled_axial = products(|| k.axial * Counted);
+    let dot = products(|| k.twist.dot(k.wrench));
+    let bracket = products(|| k.twist.bracket(k.twist));
+    let bracket_transposed = products(|| k.twist.bracket_transposed(k.wrench));
+
+    let mut count = Products::default();
+    for (s, segment) in plan.segments.iter().enumerate() {
+        let (packs, nodes, modes) = sizes(segment);
+        // Bodies and shapes.
+        count.packs += packs * bodies(&k, &segment.moments, is_mass_only);
+        for component in &segment.components {
+            if component.index < G::ANGULAR {
+                count.packs += packs * products(|| k.vector.cross(k.axial));
+            }
+            if !is_mass_only {
+                count.packs += packs * (3 * bracket + bracket_transposed + scaled);
+            }
+        }
+        // Columns.
+        let integral = packs * (2 * scaled + nodes * scaled);
+        if is_mass_only {
+            count.packs += modes * (integral + packs * (scaled + momentum));
+            count.singles += modes * (scaled + momentum);
+        } else {
+            let source = 2 * scaled_axial + 3 * scaled + momentum + gyroscopic + scaled;
+            count.packs += modes * (3 * integral + packs * source);
+            count.singles += modes * (3 * scaled + 3 * scaled_axial + momentum + gyroscopic);
+            if plan.has_dead_loads {
+                count.singles += modes * gyroscopic;
+            }
+        }
+        // Loads that are spread, and points inside.
+        let dead = segment.spread.iter().filter(|spread| spread.is_dead(plan)).count() as u64;
+        let is_dead = dead > 0 && !is_mass_only;
+        if is_dead {
+            let load = k.spread(true) + scaled + products(|| Gyroscope::of_dead_load(k.wrench, k.vector));
+            count.packs += packs * (dead * load + modes * (gyroscopic + scaled_axial));
+        }
+        let integrals = if is_mass_only { 1 } else { 3 };
+        let inside = segment.points.inside.len() as u64;
+        let points = &plan.points[segment.points.inside.clone()];
+        let supported = points.iter().filter(|point| !point.anchors.is_empty()).count() as u64;
+        count.packs += inside * modes * integrals * packs * scaled;
+        count.singles += inside * modes * (momentum + modes * dot);
+        if !is_mass_only {
+            count.singles += inside * modes * (2 * gyroscopic + 6 * scaled);
+            count.singles += supported * modes * response;
+            if plan.has_responses {
+                count.singles += modes * (response + 3 * scaled);
+            }
+        }
+        // The fluid: responses, columns, and rows below.
+        let immersion = plan.immersion.as_ref().filter(|_| segment.immersed.is_some());
+        let immersed = u64::from(immersion.is_some());
+        if let Some(immersion) = immersion {
+            let [_, all, of_mass] = immersion::costs::<G>(immersion);
+            let inertia = products(|| k.response.inertia.times_add(k.twist, k.wrench));
+            count.packs += packs * if is_mass_only { of_mass } else { all };
+            count.packs +=
+                modes * packs * if is_mass_only { inertia + scaled } else { response + 6 * scaled };
+            count.singles += if is_mass_only { modes * inertia } else { 0 };
+        }
+        // Rows.
+        if s > 0 && !is_mass_only {
+            count.packs += immersed * modes * packs * products(|| k.response.transposed_times(k.twist));
+            count.packs += modes * packs * momentum;
+            count.singles += modes * momentum;
+            count.packs += modes * packs * transposed;
+            count.singles += modes * transposed + inside * modes * 2 * transposed;
+            if plan.has_dead_loads {
+                count.singles += modes * transposed;
+            }
+            if plan.has_responses {
+                count.singles += (1 + supported) * modes * response;
+            }
+            if is_dead {
+                count.packs += modes * packs * transposed;
+            }
+        }
+        // Block, of which a mass matrix needs half, stiffness and damping.
+        let entries = if is_mass_only { modes * (modes + 1) / 2 } else { modes * modes };
+        count.packs += entries * packs * dot;
+        count.singles += entries * dot;
+        if !is_mass_only {
+            count.singles += segment.components.iter().map(|c| (c.modes * c.modes) as u64).sum::<u64>();
+            count.singles += segment.couplings.iter().map(coupled).sum::<u64>();
+        }
+    }
+    count
+}
+
+/// What a dense tangent forms for the blocks between different segments, and what a mass matrix does for half of them.
+fn coupling<G: Turning>(plan: &Plan<G>) -> [u64; 2] {
+    let k = Kinds::<G>::new();
+    let dot = products(|| k.twist.dot(k.wrench));
+    let axial_dot = products(|| k.axial.dot(k.axial));
+    let linear_dot = if plan.has_responses { products(|| k.vector.dot(k.vector)) } else { 0 };
+    let mut count = [0, 0];
+    for segment in &plan.segments {
+        let (before, modes) = (segment.first as u64, segment.n as u64);
+        let behind = plan.n as u64 - before - modes;
+        count[0] += modes * (before * dot + behind * (dot + 2 * axial_dot + 2 * linear_dot));
+        count[1] += modes * before * dot;
+    }
+    count
+}
+
+/// Inertia of a node, and what its motion makes of it.
+fn bodies<G: Turning>(k: &Kinds<G>, moments: &Moments<G>, is_mass_only: bool) -> u64 {
+    let moving = products(|| Gyroscope::new(&k.inertia, k.twist, k.wrench * Counted));
+    k.weighted(moments) + if is_mass_only { 0 } else { moving }
+}
+
+/// Entries of a stiffness between components.
+fn coupled(coupling: &Coupling) -> u64 {
+    coupling.stiffness.len() as u64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::Body;
+    use crate::lie::{Planar, Plane, Spatial};
+    use crate::linalg::Matrix;
+    use crate::load::{Extent, Frame, Load};
+    use crate::robot::description::Rod;
+    use crate::robot::kernel::{inverse_dynamics, kinematics as sweep, tangent as exact_tangent};
+    use crate::robot::state::Workspace;
+    use crate::robot::state::tangent::{Tangent, TangentWorkspace};
+    use crate::rod::{Basis, Profile, STRAIGHT, Section, Segment};
+    use crate::support::Support;
+    use crate::world::Fluid;
+
+    /// A rod of several segments with a load and a mass at its tip, so that nothing is skipped but what the modes skip.
+    fn rod(modes: &[[usize; 6]], is_tapered: bool) -> Rod {
+        let segments = modes.iter().map(|&modes| Segment {
+            modes,
+            section: Section::circle(if is_tapered { [0.02, 0.01] } else { [0.02; 2] }),
+            retardation_time: 0.01,
+            ..Segment::straight(0.3, 0.02, 1e6, 4e5, 1000.0)
+        });
+        let load = Load { force: [0.1, 0.0, 0.2].into(), ..Load::at_tip() };
+        let loads = vec![
+            load.clone(),
+            Load { extent: Extent::At(0.1), frame: Frame::Body, ..load.clone() },
+            Load { extent: Extent::Along([0.0, 0.2]), ..load.clone() },
+            Load { extent: Extent::Along([0.1, 0.3]), frame: Frame::Body, ..load },
+        ];
+        let bodies = vec![Body { at: Some(0.2), ..Body::point(0.01) }];
+        let supports = vec![Support { at: Some(0.1), stiffness: [1.0; 3], ..Support::at_tip() }];
+        let fluid = Fluid { viscous_drag: [0.1; 2], velocity: [1.0; 3], ..Fluid::ideal(900.0) };
+        Rod { tip_mass: 0.01, loads, bodies, supports, fluid: Some(fluid), ..Rod::new(segments.collect()) }
+    }
+
+    /// Products of packs are counted by the packs themselves while the sweeps run.
+    fn assert_counts<G: Turning>(rod: &Rod, frame: G::Frame) {
+        let plan = Plan::<G>::new(rod, frame);
+        let (mut work, mut memory) = (Workspace::new(&plan), TangentWorkspace::new(&plan));
+        let (q, mut tau) = (vec![0.01; plan.n], vec![0.0; plan.n]);
+        let mut matrix = Matrix::zeros(plan.n, plan.n);
+        let counted = products(|| sweep::update(&plan, &mut work, &q));
+        assert_eq!(counted, kinematics(&plan).packs, "kinematics");
+        let mut tangent_of = |work: &Workspace<G>, weights| {
+            let to = Tangent::Dense(&mut matrix);
+            products(|| exact_tangent::weighted_tangent::<G, false>(&plan, work, &mut memory, weights, to))
+        };
+        assert_eq!(tangent_of(&work, [0.0, 0.0, 1.0]), tangent(&plan, true).packs, "mass matrix");
+        let counted = products(|| inverse_dynamics::update::<G, false>(&plan, &mut work, &q, &q, &q));
+        assert_eq!(counted, motion(&plan).packs, "motion");
+        assert_eq!(tangent_of(&work, [1e-4, 1e-2, 1.0]), tangent(&plan, false).packs, "tangent");
+        let counted = products(|| inverse_dynamics::project::<G, false>(&plan, &mut work, &q, &q, &mut tau));
+        assert_eq!(counted, projection(&plan).packs, "projection");
+    }
+
+    #[test]
+    fn the_sweeps_form_as_many_products_of_packs_as_are_counted() {
+        let planar: [&[[usize; 6]]; 3] = [
+            &[[0, 3, 0, 0, 0, 0]],
+            &[[0, 9, 0, 2, 0, 1], [0, 0, 0, 0, 0, 0], [0, 1, 0, 0, 0, 0]],
+            &[[0, 0, 0, 1, 0, 0], [0, 2, 0, 0, 0, 3]],
+        ];
+        let spatial: [&[[usize; 6]]; 3] =
+            [&[[2, 2, 2, 0, 0, 0]; 2], &[[3; 6]; 2], &[[1, 4, 0, 0, 2, 0], [0, 0, 7, 0, 0, 0], [0; 6]]];
+        for is_tapered in [false, true] {
+            for modes in planar {
+                assert_counts::<Planar<true>>(&rod(modes, is_tapered), Plane::ABOUT_Y);
+            }
+            for modes in spatial.into_iter().chain(planar) {
+                assert_counts::<Spatial<true>>(&rod(modes, is_tapered), ());
+            }
+        }
+    }
+
+    #[test]
+    fn other_bases_and_reference_strains_that_vary_are_counted_too() {
+        let stations = [0.0, 0.1, 0.3];
+        let strains = [[0.0, 1.0, 0.0, 1.0, 0.0, 0.0], [0.0, 2.0, 0.0, 1.1, 0.0, 0.0], STRAIGHT];
+        for basis in Basis::ALL {
+            let mut planar = rod(&[[0, 4, 0, 4, 0, 0]; 2], false);
+            let mut spatial = rod(&[[4, 4, 4, 0, 0, 0], [2, 2, 0, 2, 0, 2]], true);
+            for segment in planar.segments.iter_mut().chain(&mut spatial.segments) {
+                segment.basis = basis;
+                segment.reference_strain = Profile::table(&stations, &strains).unwrap();
+            }
+            assert_counts::<Planar<true>>(&planar, Plane::ABOUT_Y);
+            assert_counts::<Spatial<true>>(&planar, ());
+            assert_counts::<Spatial<true>>(&spatial, ());
+        }
+    }
+
+    #[test]
+    fn a_factorisation_costs_a_third_of_the_cube() {
+        let of = |segments: usize| {
+            let rod = rod(&vec![[2, 2, 2, 0, 0, 0]; segments], false);
+            multiplications(&Plan::<Spatial<true>>::new(&rod, ()), Solve::Dense)
+        };
+        assert_eq!((of(1).factorisation, of(1).solution), ((6 * 6 * 6 - 6) / 3, 36));
+        assert_eq!(of(2).factorisation, (12 * 12 * 12 - 12) / 3);
+    }
+
+    #[test]
+    fn a_chain_costs_as_much_for_every_segment_more() {
+        let of = |segments: usize, solve| {
+            let rod = rod(&vec![[2, 2, 2, 0, 0, 0]; segments], false);
+            let count = multiplications(&Plan::<Spatial<true>>::new(&rod, ()), solve);
+            [count.residual, count.tangent, count.mass_matrix, count.factorisation, count.solution]
+        };
+        let [four, five, nine, ten] = [4, 5, 9, 10].map(|segments| of(segments, Solve::Chain));
+        for i in 0..four.len() {
+            assert_eq!(ten[i] - nine[i], five[i] - four[i], "{i}");
+        }
+        let dense = of(10, Solve::Dense);
+        assert_eq!(dense[0], ten[0]);
+        assert!((1..5).all(|i| dense[i] > ten[i]), "{dense:?} {ten:?}");
+    }
+}

@@ -1,0 +1,503 @@
+//! What a rod was compiled to, in words: what is computed, what is skipped, and why.
+
+use std::fmt::{self, Write as _};
+
+use super::cost::Multiplications;
+use crate::body::Body;
+use crate::load::{Extent, Frame, Load};
+use crate::robot::choice::{COORDINATES_OF_A_CHAIN, Kernel, SEGMENTS_OF_A_CHAIN, Solve};
+use crate::robot::description::Rod;
+use crate::rod::{
+    Basis, GivenSection, Parts, Profile, STRAIGHT, STRAIN_NAMES, Section, Segment, Shape, piece, stiffness,
+};
+
+/// What is computed for a rod and what is not, each with its reason.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Explanation {
+    /// One line on the whole.
+    pub summary: String,
+    /// What is computed: a subject and what is to be said of it.
+    pub computed: Vec<(String, String)>,
+    /// What costs nothing because the rod does not have it, likewise.
+    pub skipped: Vec<(String, String)>,
+    /// What evaluations cost, likewise.
+    pub cost: Vec<(String, String)>,
+}
+
+impl Explanation {
+    /// Explains a valid rod that is computed by `kernel` and solved by `solve` with so many nodes in each segment, and what that
+    /// costs.
+    pub(crate) fn new(
+        rod: &Rod,
+        kernel: Kernel,
+        solve: Solve,
+        nodes: &[usize],
+        cost: &Multiplications,
+    ) -> Self {
+        let (n, segments) = (rod.coordinates(), rod.segments.len());
+        let summary = format!(
+            "Rod of {} with {}, {} kernel",
+            counted(segments, "segment"),
+            counted(n, "coordinate"),
+            match kernel {
+                Kernel::Planar => "planar",
+                Kernel::Spatial => "spatial",
+            }
+        );
+        let mut explanation = Self { summary, computed: Vec::new(), skipped: Vec::new(), cost: costs(cost) };
+        explanation.kernel(rod, kernel);
+        for (s, (segment, &nodes)) in rod.segments.iter().zip(nodes).enumerate() {
+            explanation.segment(s + 1, segment, nodes);
+        }
+        explanation.loads(rod);
+        explanation.fluid(rod);
+        explanation.solve(solve);
+        explanation
+    }
+
+    fn add(&mut self, is_computed: bool, what: impl Into<String>, why: impl Into<String>) {
+        let list = if is_computed { &mut self.computed } else { &mut self.skipped };
+        list.push((what.into(), why.into()));
+    }
+
+    fn kernel(&mut self, rod: &Rod, kernel: Kernel) {
+        match kernel {
+            Kernel::Planar => {
+                self.add(true, "motion in a plane", "one angular and two linear components");
+                self.add(
+                    false,
+                    "motion in space",
+                    "modes and reference strains stay in one plane of the base",
+                );
+            }
+            Kernel::Spatial => {
+                let at_rest = Rod { base_motion: None, ..rod.clone() };
+                let why = match Kernel::plane(&at_rest) {
+                    Some(_) => "the motion of the base may leave the plane of the rod",
+                    None => "modes or reference strains leave every plane of the base",
+                };
+                self.add(true, "motion in space", why);
+            }
+        }
+    }
+
+    fn segment(&mut self, number: usize, segment: &Segment, nodes: usize) {
+        let what = |part: &str| format!("segment {number}, {part}");
+        let (present, absent): (Vec<usize>, Vec<usize>) =
+            (0..STRAIN_NAMES.len()).partition(|&strain| segment.modes[strain] > 0);
+        let named = |strains: &[usize], name: &dyn Fn(usize) -> String| {
+            strains.iter().map(|&strain| name(strain)).collect::<Vec<_>>().join(", ")
+        };
+        let with_modes = |strain| format!("{} {}", STRAIN_NAMES[strain], segment.modes[strain]);
+        let mut strains = named(&present, &with_modes);
+        if strains.is_empty() {
+            strains.push_str("none: the segment is rigid");
+        }
+        self.add(true, what("modes"), strains);
+        if !absent.is_empty() {
+            let names = named(&absent, &|strain| STRAIN_NAMES[strain].to_owned());
+            self.add(false, what("strains"), format!("{names}: no modes, they keep their reference"));
+        }
+        let is_extensible = segment.modes[3..].iter().any(|&modes| modes > 0);
+        let is_straight =
+            |strain: usize| segment.reference_strain.is_entry_constant(strain) == Some(STRAIGHT[strain]);
+        if !is_extensible && (3..STRAIGHT.len()).all(is_straight) {
+            self.add(false, what("stretch and shear"), "the tangent of the rod is its body axis");
+        }
+        self.section(&what("section"), &what("coupling of strains"), segment);
+        self.basis(&what, segment);
+        let is_tapered = !segment.section.is_constant();
+        let mut needs = vec!["its modes"];
+        if is_tapered {
+            needs.push("its taper");
+        }
+        if segment.reference_strain.degree() > 0 {
+            needs.push("its reference strain");
+        }
+        let reason = match segment.nodes {
+            Some(_) => "as asked for".to_owned(),
+            None => format!("what {} need", needs.join(" and ")),
+        };
+        self.add(true, what("quadrature"), format!("{nodes} nodes: {reason}, in whole packs of 4"));
+        if !segment.basis.is_orthogonal() {
+            let condition = stiffness::condition_of_stiffness(segment);
+            self.add(
+                true,
+                what("coupling of modes by stiffness"),
+                format!("the basis is not orthogonal: condition number {condition:.0e}"),
+            );
+        } else if !is_tapered {
+            self.add(
+                false,
+                what("coupling of modes by stiffness"),
+                "constant section: the basis is orthogonal",
+            );
+        }
+        if segment.retardation_time > 0.0 {
+            let time = segment.retardation_time;
+            self.add(true, what("damping"), format!("stiffness times the retardation time, {time} s"));
+        } else {
+            self.add(false, what("damping"), "the retardation time is zero");
+        }
+    }
+
+    /// What is not the usual: other modes than Legendre's, a reference strain that varies.
+    fn basis(&mut self, what: &dyn Fn(&str) -> String, segment: &Segment) {
+        let modes = segment.modes.into_iter().max().unwrap_or(0);
+        let basis = match segment.basis {
+            Basis::Legendre => None,
+            Basis::Chebyshev => Some("Chebyshev polynomials".to_owned()),
+            Basis::Monomial => Some("powers of X / L".to_owned()),
+            Basis::PiecewiseConstant => Some(format!(
+                "constant strain on {}, each computed as a segment of its own",
+                counted(piece::number(segment), "piece")
+            )),
+            Basis::Hermite => Some(format!("Hermite's cubics between {}", counted(modes / 2, "knot"))),
+        };
+        if let Some(basis) = basis {
+            self.add(true, what("basis"), basis);
+        }
+        if let Some(varies) = varies(&segment.reference_strain) {
+            self.add(true, what("reference strain"), format!("{varies} in X: at no cost once compiled"));
+        }
+    }
+
+    /// Nothing is said of circles that are constant or taper linearly: they are what everything else is compared with.
+    fn section(&mut self, what: &str, coupling: &str, segment: &Segment) {
+        let profiles: Vec<Option<String>> = match &segment.section {
+            Section::Shape(shape) => {
+                shape.sizes().into_iter().map(|(name, size)| named(name, size)).collect()
+            }
+            Section::Given(given) => {
+                let GivenSection { stiffness, mass, inertia, centre } = &**given;
+                vec![
+                    named("stiffness", stiffness),
+                    named("mass", mass),
+                    named("inertia", inertia),
+                    named("centre", centre),
+                ]
+            }
+        };
+        let profiles: Vec<String> = profiles.into_iter().flatten().collect();
+        let along = match profiles.is_empty() {
+            true => String::new(),
+            false => format!("; in X {}", profiles.join(", ")),
+        };
+        match &segment.section {
+            Section::Shape(Shape::Circle { .. }) if along.is_empty() => {}
+            Section::Shape(shape @ (Shape::Circle { .. } | Shape::HollowCircle { .. })) => {
+                self.add(true, what, format!("{}: at the cost of a circle{along}", shape.name()));
+            }
+            Section::Shape(shape) => {
+                let why = "at the cost of a circle in a plane; in space its inertia turns with it";
+                self.add(true, what, format!("{}: {why}{along}", shape.name()));
+            }
+            Section::Given(given) => {
+                self.add(true, what, format!("given stiffness and inertia{along}"));
+                let pairs: Vec<String> = given
+                    .coupled(&segment.modes)
+                    .map(|[i, j]| format!("{} with {}", STRAIN_NAMES[i], STRAIN_NAMES[j]))
+                    .collect();
+                let is_coupled = !pairs.is_empty();
+                let none = "the stiffness between the strains that have modes is zero";
+                self.add(is_coupled, coupling, if is_coupled { pairs.join(", ") } else { none.to_owned() });
+            }
+        }
+    }
+
+    fn loads(&mut self, rod: &Rod) {
+        let is_zero = |v: [f64; 3]| v.iter().all(|&x| x == 0.0);
+        if is_zero(rod.gravity) {
+            self.add(false, "gravity", "zero");
+        } else {
+            self.add(true, "gravity", "at no cost: an acceleration of the base");
+        }
+        self.loads_of(rod, "dead loads", Frame::World, "the tangent knows that they keep their direction");
+        self.loads_of(
+            rod,
+            "follower loads",
+            Frame::Body,
+            "they turn with the rod, at no cost in the tangent",
+        );
+        let varying = rod.all_loads().filter(Load::varies_in_time).count();
+        if varying > 0 {
+            let what = counted(varying, "load");
+            self.add(true, "functions of time", format!("{what}: evaluated once for each time"));
+        } else {
+            self.add(false, "functions of time", "none: no load varies by itself");
+        }
+        match &rod.base_motion {
+            Some(_) if rod.supports.is_empty() && rod.fluid.is_none() => {
+                let what = "velocity and acceleration of its first section, at no cost";
+                self.add(true, "motion of the base", what);
+            }
+            Some(_) => {
+                let what = "velocity and acceleration of its first section; sees the world around it once for each time";
+                self.add(true, "motion of the base", what);
+            }
+            None => self.add(false, "motion of the base", "none: it rests"),
+        }
+        let bodies: Vec<Body> = rod.all_bodies().collect();
+        let is_point = |body: &&Body| body.centre == [0.0; 3] && body.inertia == [[0.0; 3]; 3];
+        let points = bodies.iter().filter(is_point).count();
+        let kinds = kinds([(points, "point"), (bodies.len() - points, "rigid")]);
+        let has_bodies = !bodies.is_empty();
+        self.add(has_bodies, "bodies on the rod", if has_bodies { &kinds } else { "none" });
+        match rod.supports.len() {
+            0 => self.add(false, "supports", "none"),
+            number => {
+                let supports = counted(number, "place");
+                self.add(
+                    true,
+                    "supports",
+                    format!("springs at {supports}: part of elasticity, not of the loads"),
+                );
+            }
+        }
+    }
+
+    fn fluid(&mut self, rod: &Rod) {
+        let Some(fluid) = &rod.fluid else {
+            self.add(false, "fluid", "none");
+            return;
+        };
+        let has_viscous = fluid.viscous_drag != [0.0; 2];
+        let has_quadratic = fluid.density > 0.0 && fluid.drag_coefficients != [0.0; 2];
+        let drag = match (has_viscous, has_quadratic) {
+            (true, true) => "viscous and quadratic",
+            (true, false) => "viscous",
+            (false, true) => "quadratic",
+            (false, false) => "its coefficients are zero",
+        };
+        self.add(fluid.has_drag(), "drag of the fluid", drag);
+        let (mass, none) = ("across the axis of each section", "its coefficient or the density is zero");
+        let has_mass = fluid.has_added_mass();
+        self.add(has_mass, "added mass of the fluid", if has_mass { mass } else { none });
+        let is_borne = fluid.bears(rod.gravity);
+        let why = if is_borne { "a dead load along the rod" } else { "not asked for, or without weight" };
+        self.add(is_borne, "buoyancy", why);
+        let is_moving = fluid.velocity != [0.0; 3];
+        self.add(is_moving, "current", if is_moving { "uniform and steady" } else { "the fluid is at rest" });
+    }
+
+    fn loads_of(&mut self, rod: &Rod, what: &str, frame: Frame, remark: &str) {
+        let loads: Vec<Load> = rod.all_loads().filter(|load| load.frame == frame).collect();
+        let spread = loads.iter().filter(|load| matches!(load.extent, Extent::Along(_))).count();
+        let kinds = kinds([(loads.len() - spread, "concentrated"), (spread, "spread")]);
+        if kinds.is_empty() {
+            self.add(false, what, "none");
+        } else {
+            self.add(true, what, format!("{kinds}: {remark}"));
+        }
+    }
+
+    fn solve(&mut self, solve: Solve) {
+        let sweeps = "linear systems by sweeps along the segments";
+        let limit =
+            format!("from {SEGMENTS_OF_A_CHAIN} segments and {COORDINATES_OF_A_CHAIN} coordinates on");
+        match solve {
+            Solve::Chain => {
+                self.add(true, sweeps, "their cost is that of the segments one by one");
+                self.add(false, "blocks between segments", format!("not formed: dearer {limit}"));
+            }
+            Solve::Dense => self.add(false, sweeps, format!("cheaper {limit}")),
+        }
+    }
+}
+
+/// The costs by name.
+fn costs(cost: &Multiplications) -> Vec<(String, String)> {
+    let Multiplications { residual, tangent, mass_matrix, factorisation, solution } = *cost;
+    [
+        ("residual", residual),
+        ("Jacobian", tangent),
+        ("factorisation", factorisation),
+        ("solution", solution),
+        ("mass matrix", mass_matrix),
+    ]
+    .map(|(what, number)| (what.to_owned(), format!("{} multiplications", grouped(number))))
+    .into()
+}
+
+/// A number with commas between thousands.
+fn grouped(number: u64) -> String {
+    let digits = number.to_string();
+    let mut text = String::new();
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+fn counted(number: usize, what: &str) -> String {
+    format!("{number} {what}{}", if number == 1 { "" } else { "s" })
+}
+
+/// Numbers of several kinds, those that there are: `2 concentrated, 1 spread`.
+fn kinds(kinds: [(usize, &str); 2]) -> String {
+    let present = kinds.iter().filter(|(number, _)| *number > 0);
+    present.map(|(number, kind)| format!("{number} {kind}")).collect::<Vec<_>>().join(", ")
+}
+
+impl fmt::Display for Explanation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.summary)?;
+        let lists = [("computed", &self.computed), ("skipped", &self.skipped), ("cost", &self.cost)];
+        let width = lists.iter().flat_map(|(_, list)| *list).map(|(what, _)| what.len()).max().unwrap_or(0);
+        for (title, list) in lists {
+            write!(f, "\n  {title}")?;
+            for (what, why) in list {
+                write!(f, "\n    {what:<width$}  {why}")?;
+            }
+        }
+        f.write_char('\n')
+    }
+}
+
+/// How numbers vary that are neither constant nor linear.
+fn varies<const N: usize>(profile: &Profile<N>) -> Option<String> {
+    match profile.parts() {
+        Parts::Constant(_) | Parts::Linear(_) => None,
+        Parts::Table(stations, _) => Some(format!("a table of {} stations", stations.len())),
+        Parts::Polynomial(coefficients) => Some(format!("a polynomial of degree {}", coefficients.len() - 1)),
+    }
+}
+
+fn named<const N: usize>(name: &str, profile: &Profile<N>) -> Option<String> {
+    varies(profile).map(|varies| format!("{name} {varies}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::robot::RodModel;
+    use crate::rod::diagonal;
+
+    #[test]
+    fn what_a_rod_lacks_is_skipped_and_what_it_has_is_computed() {
+        let plain =
+            Segment { modes: [0, 3, 0, 0, 0, 0], ..Segment::straight(1.0, 1e-3, 210e9, 80e9, 7800.0) };
+        let rich = Segment {
+            modes: [1; 6],
+            section: Section::circle([2e-3, 1e-3]),
+            retardation_time: 0.1,
+            nodes: Some(9),
+            ..plain.clone()
+        };
+        let has = |list: &[(String, String)], text: &str| list.iter().any(|(what, _)| what == text);
+        let explain = |rod: &Rod| RodModel::new(rod).unwrap().explanation().clone();
+
+        let simple = explain(&Rod::new(vec![plain]));
+        assert_eq!(simple.summary, "Rod of 1 segment with 3 coordinates, planar kernel");
+        for skipped in [
+            "motion in space",
+            "segment 1, damping",
+            "segment 1, strains",
+            "dead loads",
+            "follower loads",
+            "bodies on the rod",
+            "supports",
+            "fluid",
+        ] {
+            assert!(has(&simple.skipped, skipped) && !has(&simple.computed, skipped), "{skipped}");
+        }
+        assert!(simple.to_string().contains("12 nodes: what its modes need"));
+        assert_eq!([0, 999, 1000, 1_234_567].map(grouped), ["0", "999", "1,000", "1,234,567"]);
+        assert!(has(&simple.cost, "residual") && simple.to_string().contains("8 multiplications"));
+
+        let loaded =
+            Rod { tip_force: [1.0, 0.0, 0.0], tip_mass: 0.1, gravity: [0.0; 3], ..Rod::new(vec![rich]) };
+        let full = explain(&loaded);
+        for computed in ["motion in space", "segment 1, damping", "dead loads", "bodies on the rod"] {
+            assert!(has(&full.computed, computed) && !has(&full.skipped, computed), "{computed}");
+        }
+        let skipped: Vec<&str> = full.skipped.iter().map(|(what, _)| what.as_str()).collect();
+        let absent = [
+            "gravity",
+            "follower loads",
+            "functions of time",
+            "motion of the base",
+            "supports",
+            "fluid",
+            "linear systems by sweeps along the segments",
+        ];
+        assert_eq!(skipped, absent);
+        assert!(full.to_string().contains("12 nodes: as asked for"));
+    }
+
+    #[test]
+    fn the_basis_and_what_it_costs_in_conditioning_are_told() {
+        let said = |basis, modes| {
+            let modes = [0, modes, 0, 0, 0, 0];
+            let segment = Segment { modes, basis, ..Segment::straight(1.0, 1e-3, 210e9, 80e9, 7800.0) };
+            RodModel::new(&Rod::new(vec![segment])).unwrap().explanation().to_string()
+        };
+        assert!(!said(Basis::Legendre, 4).contains("segment 1, basis"));
+        assert!(said(Basis::Chebyshev, 4).contains("Chebyshev polynomials"));
+        // Hilbert's matrix of four rows (Todd 1954: 1.6e4).
+        assert!(said(Basis::Monomial, 4).contains("powers of X / L"));
+        assert!(said(Basis::Monomial, 4).contains("not orthogonal: condition number 2e4"));
+        assert!(said(Basis::Hermite, 6).contains("Hermite's cubics between 3 knots"));
+        let pieces = said(Basis::PiecewiseConstant, 3);
+        assert!(pieces.contains("constant strain on 3 pieces, each computed as a segment of its own"));
+        assert!(
+            pieces.contains("36 nodes: what its modes need") && pieces.contains("the basis is orthogonal")
+        );
+    }
+
+    #[test]
+    fn sections_that_are_no_circles_are_named() {
+        let given = |stiffness: [[f64; 6]; 6]| GivenSection {
+            stiffness: stiffness.into(),
+            mass: 1.0.into(),
+            inertia: [0.0; 9].into(),
+            centre: [0.0; 2].into(),
+        };
+        let explain = |segment: Segment| {
+            let segment = Segment { modes: [1, 1, 0, 0, 0, 0], ..segment };
+            RodModel::new(&Rod::new(vec![segment])).unwrap().explanation().clone()
+        };
+        let find = |list: &[(String, String)], subject: &str| {
+            list.iter().find(|(what, _)| what == subject).map(|(_, why)| why.clone())
+        };
+        let coupling = "segment 1, coupling of strains";
+        assert!(find(&explain(Segment::given(1.0, given(diagonal([1.0; 6])))).skipped, coupling).is_some());
+        let mut stiffness = diagonal([1.0; 6]);
+        for (i, j) in [(0, 1), (0, 5)] {
+            (stiffness[i][j], stiffness[j][i]) = (0.1, 0.1);
+        }
+        let coupled = explain(Segment::given(1.0, given(stiffness)));
+        assert_eq!(find(&coupled.computed, coupling).as_deref(), Some("torsion with bend_y"));
+        let rectangle = Section::Shape(Shape::Rectangle { width: 0.1.into(), height: 0.2.into() });
+        let named = explain(Segment { section: rectangle, ..Segment::straight(1.0, 0.1, 1e6, 4e5, 1e3) });
+        assert!(find(&named.computed, "segment 1, section").unwrap().starts_with("rectangle"));
+        let radius = Profile::table(&[0.0, 0.5, 1.0], &[[0.1], [0.2], [0.1]]).unwrap();
+        let bulb = Section::Shape(Shape::Circle { radius });
+        let varies = explain(Segment { section: bulb, ..Segment::straight(1.0, 0.1, 1e6, 4e5, 1e3) });
+        let why = "circle: at the cost of a circle; in X radius a table of 3 stations";
+        assert_eq!(find(&varies.computed, "segment 1, section").as_deref(), Some(why));
+    }
+
+    #[test]
+    fn long_chains_are_solved_by_sweeps() {
+        let segment =
+            Segment { modes: [0, 2, 0, 0, 0, 0], ..Segment::straight(0.1, 1e-3, 210e9, 80e9, 7800.0) };
+        let explain = |segments: usize, modes| {
+            let segment = Segment { modes: [0, modes, 0, 0, 0, 0], ..segment.clone() };
+            RodModel::new(&Rod::new(vec![segment; segments])).unwrap().explanation().clone()
+        };
+        let sweeps = "linear systems by sweeps along the segments";
+        for (segments, modes) in [(1, 40), (2, 20), (9, 2)] {
+            let explanation = explain(segments, modes);
+            assert!(explanation.skipped.iter().any(|(what, _)| what == sweeps), "{segments} {modes}");
+            assert!(explanation.to_string().contains("cheaper from 3 segments and 20 coordinates on"));
+        }
+        for (segments, modes) in [(3, 7), (10, 2), (20, 1)] {
+            let explanation = explain(segments, modes);
+            assert!(explanation.computed.iter().any(|(what, _)| what == sweeps), "{segments} {modes}");
+        }
+    }
+}

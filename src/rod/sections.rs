@@ -1,0 +1,66 @@
+//! The sections of a segment: stiffness and inertia at its places.
+
+use super::section::along::{LARGEST, SMALLEST};
+use super::section::{Section, SectionProperties, Shape, ShearCorrection, along, diagonal};
+use super::segment::Segment;
+use super::strain::STRAIN_NAMES;
+use crate::error::{Checker, InvalidInput, Number};
+
+impl SectionProperties {
+    /// Those of `segment` at the fraction `x` in [0, 1] of its length.
+    pub fn at(segment: &Segment, x: f64) -> Self {
+        match &segment.section {
+            Section::Shape(shape) => Self::of_shape(segment, &shape.at(x)),
+            Section::Given(given) => given.at(x),
+        }
+    }
+
+    /// Everything that is wrong with the numbers of `segment` together, whose parts are right each for itself: stiffness or mass
+    /// that overflows or vanishes.
+    pub(crate) fn validate(segment: &Segment) -> Result<(), InvalidInput> {
+        let numbers =
+            format!("sizes and material that give numbers between {SMALLEST:e} and {LARGEST:e} in SI units");
+        along::validate_along(&segment.section.variations(), segment.length, |x| {
+            let Self { stiffness, mass, inertia, .. } = Self::at(segment, x);
+            let mut check = Checker::new();
+            for (strain, name) in STRAIN_NAMES.into_iter().enumerate() {
+                let own = stiffness[strain][strain];
+                let is_stiff = segment.modes[strain] == 0 || own >= SMALLEST;
+                let found = format!("a stiffness of {} against {name}", Number(own));
+                let row = stiffness[strain].iter().all(|entry| entry.abs() <= LARGEST);
+                check.require(is_stiff && row, "section", found, &numbers);
+            }
+            let found = format!("a mass of {} kg/m", Number(mass));
+            check.require((SMALLEST..=LARGEST).contains(&mass), "section", found, &numbers);
+            let largest = inertia.iter().flatten().fold(0.0_f64, |largest, entry| largest.max(entry.abs()));
+            let is_light = inertia.iter().flatten().all(|entry| entry.abs() <= LARGEST);
+            let found = format!("a moment of inertia of {} kg m", Number(largest));
+            check.require(is_light, "section", found, &numbers);
+            check.finish()
+        })
+    }
+
+    fn of_shape(segment: &Segment, shape: &Shape<f64>) -> Self {
+        let (young, shear, density) = (segment.young_modulus, segment.shear_modulus, segment.density);
+        let area = shape.area();
+        let [about_y, about_z] = shape.second_moments();
+        let [shear_y, shear_z] = match segment.shear_correction {
+            ShearCorrection::Factors(factors) => factors,
+            ShearCorrection::Cowper => shape.cowper(segment.poisson_ratio()),
+        };
+        Self {
+            stiffness: diagonal([
+                shear * shape.torsion_constant(),
+                young * about_y,
+                young * about_z,
+                young * area,
+                shear_y * shear * area,
+                shear_z * shear * area,
+            ]),
+            outline_area: shape.outline_area(),
+            mass: density * area,
+            centre: [0.0; 3],
+            inertia: diagonal([density * about_y + density * about_z, density * about_y, density * about_z]),
+        }
+    }
+}

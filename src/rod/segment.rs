@@ -1,0 +1,91 @@
+//! A segment of a rod, in plain data.
+
+use super::basis::Basis;
+use super::profile::Profile;
+use super::section::{GivenSection, Section, ShearCorrection};
+use super::strain::{STRAIGHT, STRAINS};
+
+/// Most modes of one strain component in one segment: beyond, Legendre modes cost conditioning and buy no accuracy.
+pub const MAX_MODES: usize = 64;
+
+/// Most quadrature nodes of one segment that can be asked for.
+pub const MAX_NODES: usize = 256;
+
+/// Most quadrature nodes that a segment takes by itself, for its reference strain and for long tables: an evaluation takes the square
+/// of their number, a million multiplications.
+pub const MAX_OWN_NODES: usize = 1024;
+
+/// A piece of rod with one kind of section.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Segment {
+    /// Length in metres.
+    pub length: f64,
+    /// What it looks like across.
+    pub section: Section,
+    /// Young's modulus E in pascals; zero, as G and the density, where the section has stiffness and inertia of its own.
+    pub young_modulus: f64,
+    /// Shear modulus G in pascals.
+    pub shear_modulus: f64,
+    /// Density in kg/m^3.
+    pub density: f64,
+    /// Number of modes of each strain component, in the order of [`STRAIN_NAMES`]. Of piecewise constant strains the number of
+    /// pieces; of Hermite's cubics twice the number of knots. In these two bases all strains have the same number, or none.
+    pub modes: [usize; STRAINS],
+    /// What the modes are.
+    pub basis: Basis,
+    /// Kelvin-Voigt retardation time mu in seconds: damping is mu times stiffness.
+    pub retardation_time: f64,
+    /// Strain at which the segment is free of stress.
+    pub reference_strain: Profile<STRAINS>,
+    /// Shear correction factors k of the shear stiffness k G A of a shape; one unless asked for.
+    pub shear_correction: ShearCorrection,
+    /// Quadrature nodes, rounded up to a multiple of four; `None` takes what the modes need for bends up to about half a
+    /// turn (`docs/rod.md`).
+    pub nodes: Option<usize>,
+}
+
+impl Segment {
+    /// A straight elastic segment of constant radius, without modes: a start for `..` syntax.
+    pub fn straight(length: f64, radius: f64, young_modulus: f64, shear_modulus: f64, density: f64) -> Self {
+        Self {
+            length,
+            section: Section::circle([radius; 2]),
+            young_modulus,
+            shear_modulus,
+            density,
+            modes: [0; STRAINS],
+            basis: Basis::Legendre,
+            retardation_time: 0.0,
+            reference_strain: STRAIGHT.into(),
+            shear_correction: 1.0.into(),
+            nodes: None,
+        }
+    }
+
+    /// A straight segment with a given section, without modes: a start for `..` syntax.
+    pub fn given(length: f64, section: GivenSection) -> Self {
+        let section = Section::Given(Box::new(section));
+        Self { section, ..Self::straight(length, 0.0, 0.0, 0.0, 0.0) }
+    }
+
+    /// Its mass times how far the centres of its sections lie from its axis, in their axes.
+    pub(crate) fn mass_offset(&self) -> [f64; 3] {
+        match &self.section {
+            Section::Shape(_) => [0.0; 3],
+            Section::Given(given) => {
+                let [y, z] = given.first_moment().map(|moment| moment * self.length);
+                [0.0, y, z]
+            }
+        }
+    }
+
+    /// Poisson's ratio of an isotropic material, E / (2 G) - 1.
+    pub(crate) fn poisson_ratio(&self) -> f64 {
+        self.young_modulus / (2.0 * self.shear_modulus) - 1.0
+    }
+
+    /// Number of generalised coordinates of this segment.
+    pub fn coordinates(&self) -> usize {
+        self.modes.iter().sum()
+    }
+}

@@ -1,0 +1,53 @@
+//! The stiffness of the strains of a piece of a segment, integrated along it.
+
+use super::piece;
+use super::piece::Piece;
+use super::quadrature::Gauss;
+use super::segment::Segment;
+use super::strain::STRAINS;
+use crate::linalg::{Matrix, condition_number};
+
+/// Nodes that a stiffness takes beyond its modes where it is no polynomial along the rod: quotients of sizes converge like
+/// their nearest pole, and these nodes leave rounding for tapers as steep as 1 to 10.
+const NODES_FOR_QUOTIENTS: usize = 30;
+
+pub(crate) fn is_tapered(piece: &Piece) -> bool {
+    !piece.segment.section.is_constant()
+}
+
+/// The largest condition number of the stiffness of a strain, in the 2-norm.
+pub(crate) fn condition_of_stiffness(segment: &Segment) -> f64 {
+    let condition = |piece: Piece| {
+        let present = (0..STRAINS).filter(|&strain| piece.modes[strain] > 0);
+        let of_strain = |strain: usize| condition_number(&stiffness(&piece, [strain; 2]));
+        present.map(of_strain).fold(1.0, f64::max)
+    };
+    piece::of(segment).map(condition).fold(1.0, f64::max)
+}
+
+/// `int phi_j H phi_k` of a strain component, or between two: exact where the section is a circle, given or constant.
+pub(crate) fn stiffness(piece: &Piece, strains: [usize; 2]) -> Matrix {
+    let [rows, columns] = strains.map(|strain| piece.modes[strain]);
+    let modes = rows.max(columns);
+    // Degree 2 (modes - 1) + 4, a linear radius to the fourth power; and 4 for each degree more.
+    let beyond = if piece.segment.section.is_polynomial() { 3 } else { NODES_FOR_QUOTIENTS };
+    let beyond = beyond + 2 * piece.degree_of_section().saturating_sub(1);
+    let gauss = Gauss::composite(piece.basis.degree(modes) + beyond, &piece.breaks_of_stiffness(modes));
+    let mut stiffness = Matrix::zeros(rows, columns);
+    let mut phi = vec![0.0; modes];
+    let is_orthogonal = !is_tapered(piece) && piece.basis.is_orthogonal();
+    for (&x, &weight) in gauss.nodes.iter().zip(&gauss.weights) {
+        piece.basis.values(x, &mut phi);
+        let [row, column] = strains;
+        let scale = piece.length() * weight * piece.section(x).stiffness[row][column];
+        for j in 0..rows {
+            for k in 0..columns {
+                // What stands off the diagonal of an orthogonal basis is rounding where the section is constant.
+                if j == k || !is_orthogonal {
+                    stiffness[(j, k)] += scale * phi[j] * phi[k];
+                }
+            }
+        }
+    }
+    stiffness
+}

@@ -1,0 +1,348 @@
+//! The base of a rod: where it is, and how it moves.
+//!
+//! A base that moves is followed by an inertial frame: at every time the one that coincides with the base and moves with its point.
+//! In it the base never leaves its place, so that the kinematics along the rod know nothing of its motion. What is left of it are the
+//! angular velocity and the acceleration at the first station, from which the sweeps carry them on, and how the base sees the world:
+//! the directions of gravity and of dead loads, the velocity of the fluid, the anchors of supports. In empty space a base in free
+//! fall so makes a rod weightless to the last bit, and one of constant velocity changes nothing.
+
+use super::prescribed::{Prescribed, nearer};
+use crate::error::{Checker, Interrupted, InvalidInput, Number};
+use crate::lie::QUATERNION_TOLERANCE;
+use crate::lie::{Quaternion, Rotation, Vector};
+use crate::signal::{Harmonic, Motion, Signal, Spline, Table};
+
+/// Largest angle, as the cosine of its half, between neighbouring orientations of a table: a right angle. With more between them
+/// nobody knows how the base got there.
+const LEAST_COSINE: f64 = std::f64::consts::FRAC_1_SQRT_2 * (1.0 - 1e-9);
+
+/// Sines and parts of a length below this are rounding.
+const ROUNDING: f64 = 1e-12;
+
+/// How the base moves, from the place and the orientation that a rod gives it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BaseMotion {
+    /// Displacement in the world, in metres.
+    pub translation: Signal<3>,
+    /// How the base turns about its point.
+    pub rotation: BaseRotation,
+}
+
+/// How a base turns, by rotations in the world that come after its own orientation.
+#[derive(Clone, Debug, PartialEq)]
+pub enum BaseRotation {
+    /// About an axis in world coordinates, of any length, by an angle in radians.
+    About {
+        /// The axis.
+        axis: [f64; 3],
+        /// The angle.
+        angle: Signal<1>,
+    },
+    /// By quaternions (w, x, y, z), normalised on use; a table is a cubic spline of them in R^4, which rotations of the world and of
+    /// the base leave alone.
+    By(Signal<4>),
+}
+
+impl BaseMotion {
+    /// Rest: a start for `..` syntax.
+    pub fn rest() -> Self {
+        Self {
+            translation: Signal::default(),
+            rotation: BaseRotation::About { axis: [0.0, 0.0, 1.0], angle: Signal::default() },
+        }
+    }
+
+    /// Everything that is wrong with it.
+    pub fn validate(&self) -> Result<(), InvalidInput> {
+        let mut check = Checker::new();
+        self.translation.check(&mut check, "translation");
+        match &self.rotation {
+            BaseRotation::About { axis, angle } => {
+                if check.finite(axis, "axis") {
+                    let is_axis = axis.iter().any(|&x| x != 0.0);
+                    check.require(is_axis, "axis", "a vector of length 0", "a vector that is not zero");
+                }
+                angle.check(&mut check, "angle");
+            }
+            BaseRotation::By(Signal::Table(table)) => check_orientations(&mut check, table),
+            BaseRotation::By(Signal::Function(_)) => {}
+            BaseRotation::By(_) => {
+                let expected = "a table or a function of quaternions; for harmonic rotations axis and angle";
+                check.require(false, "rotation", "a constant or harmonic one", expected);
+            }
+        }
+        check.finish()
+    }
+
+    /// How far a step from `t` may go that cannot pass over a part of it unseen ([`Signal::horizon`]).
+    pub fn horizon(&self, t: f64) -> f64 {
+        let of_rotation = match &self.rotation {
+            BaseRotation::About { angle, .. } => angle.horizon(t),
+            BaseRotation::By(quaternion) => quaternion.horizon(t),
+        };
+        self.translation.horizon(t).min(of_rotation)
+    }
+
+    /// Its shortest period in seconds; infinite where nothing oscillates.
+    pub fn period(&self) -> f64 {
+        let of_rotation = match &self.rotation {
+            BaseRotation::About { angle, .. } => angle.period(),
+            BaseRotation::By(quaternion) => quaternion.period(),
+        };
+        self.translation.period().min(of_rotation)
+    }
+
+    /// The times between which the motion is known.
+    pub fn span(&self) -> [f64; 2] {
+        let translation = span(&self.translation);
+        let rotation = match &self.rotation {
+            BaseRotation::About { angle, .. } => span(angle),
+            BaseRotation::By(quaternion) => span(quaternion),
+        };
+        [translation[0].max(rotation[0]), translation[1].min(rotation[1])]
+    }
+
+    /// Whether the base is always where it is.
+    pub fn is_constant(&self) -> bool {
+        let turns = match &self.rotation {
+            BaseRotation::About { angle, .. } => angle.constant().is_none(),
+            BaseRotation::By(_) => true,
+        };
+        self.translation.constant().is_some() && !turns
+    }
+
+    /// Whether it certainly leaves the base in the plane across `normal`, a unit vector in the world.
+    pub(crate) fn stays_across(&self, normal: Vector<f64>) -> bool {
+        let is_across = |v: &[f64; 3]| {
+            let v: Vector<f64> = (*v).into();
+            v.dot(normal).abs() <= ROUNDING * v.dot(v).sqrt()
+        };
+        let moves_across = match &self.translation {
+            Signal::Constant(_) => true,
+            Signal::Harmonic(Harmonic { rate, amplitude, .. }) => is_across(rate) && is_across(amplitude),
+            Signal::Table(table) => table.values().iter().all(is_across),
+            Signal::Function(_) => false,
+        };
+        let turns_across = match &self.rotation {
+            BaseRotation::About { angle: Signal::Constant([0.0]), .. } => true,
+            BaseRotation::About { axis, .. } => {
+                let axis: Vector<f64> = (*axis).into();
+                let along = axis.dot(normal);
+                let aside = axis - normal * along;
+                aside.dot(aside).sqrt() <= ROUNDING * along.abs()
+            }
+            BaseRotation::By(_) => false,
+        };
+        moves_across && turns_across
+    }
+}
+
+/// Neighbouring orientations must not be far apart, and all be orientations.
+fn check_orientations(check: &mut Checker, table: &Table<4>) {
+    let mut before: Option<[f64; 4]> = None;
+    for (i, quaternion) in table.values().iter().enumerate() {
+        let norm = dot(quaternion, quaternion).sqrt();
+        let place = format!("rotation.values[{i}]");
+        let is_unit = (norm - 1.0).abs() <= QUATERNION_TOLERANCE;
+        let found = format_args!("a quaternion of norm {}", Number(norm)).to_string();
+        check.require(is_unit, &place, found, "a quaternion (w, x, y, z) of norm 1");
+        if let Some(before) = before
+            && is_unit
+        {
+            let is_near = dot(&before, quaternion).abs() >= LEAST_COSINE * norm;
+            let expected = "less than a right angle from one orientation to the next: more of them";
+            check.require(is_near, &place, "a large turn since the one before", expected);
+        }
+        before = is_unit.then_some(*quaternion);
+    }
+}
+
+fn dot(a: &[f64; 4], b: &[f64; 4]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// The times between which a signal has derivatives.
+fn span<const N: usize>(signal: &Signal<N>) -> [f64; 2] {
+    match signal {
+        Signal::Table(table) => [table.times()[0], table.times()[table.times().len() - 1]],
+        _ => [f64::NEG_INFINITY, f64::INFINITY],
+    }
+}
+
+/// A base at a time, in world coordinates.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Base {
+    pub(crate) position: Vector<f64>,
+    pub(crate) rotation: Rotation<f64>,
+    pub(crate) velocity: Vector<f64>,
+    pub(crate) acceleration: Vector<f64>,
+    pub(crate) angular_velocity: Vector<f64>,
+    pub(crate) angular_acceleration: Vector<f64>,
+}
+
+impl Base {
+    /// At rest.
+    pub(crate) fn at(position: [f64; 3], orientation: [f64; 4]) -> Self {
+        let rotation = Quaternion::from_array(orientation).rotation();
+        let zero = Vector::from([0.0; 3]);
+        Self {
+            position: position.into(),
+            rotation,
+            velocity: zero,
+            acceleration: zero,
+            angular_velocity: zero,
+            angular_acceleration: zero,
+        }
+    }
+
+    /// The same place and axes, at rest there.
+    pub(crate) fn at_rest(&self) -> Self {
+        let zero = Vector::from([0.0; 3]);
+        Self {
+            velocity: zero,
+            acceleration: zero,
+            angular_velocity: zero,
+            angular_acceleration: zero,
+            ..*self
+        }
+    }
+
+    /// A base of which nothing is known yet: NaN.
+    pub(crate) fn unknown(&self) -> Self {
+        let nan = Vector::<f64>::splat([f64::NAN; 3]);
+        Self {
+            position: nan,
+            rotation: Rotation { x: nan, y: nan, z: nan },
+            velocity: nan,
+            acceleration: nan,
+            angular_velocity: nan,
+            angular_acceleration: nan,
+        }
+    }
+}
+
+/// A motion of the base, compiled.
+#[derive(Clone, Debug)]
+pub(crate) struct MovingBase {
+    position: Vector<f64>,
+    orientation: Quaternion<f64>,
+    translation: Smooth<3>,
+    rotation: Turn,
+}
+
+#[derive(Clone, Debug)]
+enum Turn {
+    About { axis: Vector<f64>, angle: Smooth<1> },
+    By(Smooth<4>),
+}
+
+/// A signal with derivatives.
+#[derive(Clone, Debug)]
+enum Smooth<const N: usize> {
+    Constant([f64; N]),
+    Harmonic(Harmonic<N>),
+    Spline(Spline<N>),
+    Function(Prescribed<N>),
+}
+
+impl<const N: usize> Smooth<N> {
+    fn new(signal: &Signal<N>) -> Self {
+        match signal {
+            Signal::Constant(value) => Self::Constant(*value),
+            Signal::Harmonic(harmonic) => Self::Harmonic(*harmonic),
+            Signal::Table(table) => Self::Spline(Spline::new(table)),
+            Signal::Function(function) => Self::Function(Prescribed::new(function.clone())),
+        }
+    }
+
+    fn motion(&self, t: f64) -> Result<Motion<N>, Interrupted> {
+        match self {
+            Self::Constant(value) => Ok([*value, [0.0; N], [0.0; N]]),
+            Self::Harmonic(harmonic) => Ok(harmonic.motion(t)),
+            Self::Spline(spline) => Ok(spline.motion(t)),
+            Self::Function(function) => function.motion(t),
+        }
+    }
+}
+
+impl MovingBase {
+    /// A valid motion of the base of a rod.
+    pub(crate) fn new(motion: &BaseMotion, position: [f64; 3], orientation: [f64; 4]) -> Self {
+        let rotation = match &motion.rotation {
+            BaseRotation::About { axis, angle } => {
+                let axis: Vector<f64> = (*axis).into();
+                Turn::About { axis: axis * (1.0 / axis.dot(axis).sqrt()), angle: Smooth::new(angle) }
+            }
+            BaseRotation::By(Signal::Table(table)) => {
+                Turn::By(Smooth::Spline(Spline::new(&on_one_side(table))))
+            }
+            BaseRotation::By(quaternion) => Turn::By(Smooth::new(quaternion)),
+        };
+        Self {
+            position: position.into(),
+            orientation: Quaternion::from_array(orientation),
+            translation: Smooth::new(&motion.translation),
+            rotation,
+        }
+    }
+
+    /// The base at a time.
+    pub(crate) fn at(&self, t: f64) -> Result<Base, Interrupted> {
+        let [displacement, velocity, acceleration] = self.translation.motion(t)?;
+        let (turn, angular_velocity, angular_acceleration) = match &self.rotation {
+            Turn::About { axis, angle } => {
+                let [[angle], [rate], [acceleration]] = angle.motion(t)?;
+                (Quaternion::exp(*axis * angle), *axis * rate, *axis * acceleration)
+            }
+            Turn::By(quaternion) => turning(quaternion.motion(t)?),
+        };
+        Ok(Base {
+            position: self.position + displacement.into(),
+            rotation: turn.times(self.orientation).normalised().rotation(),
+            velocity: velocity.into(),
+            acceleration: acceleration.into(),
+            angular_velocity,
+            angular_acceleration,
+        })
+    }
+}
+
+/// The same orientations, each with the sign that is nearer to the one before.
+fn on_one_side(table: &Table<4>) -> Table<4> {
+    let mut values = table.values().to_vec();
+    for i in 0..values.len() {
+        values[i] = if i == 0 { values[0] } else { nearer(values[i - 1], values[i]) };
+        let norm = dot(&values[i], &values[i]).sqrt();
+        values[i] = values[i].map(|x| x / norm);
+    }
+    Table::new(table.times().to_vec(), values).expect("signs and norms spoil no table")
+}
+
+/// A quaternion (w, x, y, z) with its first two derivatives, from angular velocity w and angular acceleration in world axes:
+/// `q' = w q / 2`.
+pub fn quaternion_motion(quaternion: [f64; 4], angular: [[f64; 3]; 2]) -> Motion<4> {
+    let half = |q: Quaternion<f64>, w: [f64; 3]| Quaternion { w: 0.0, v: Vector::from(w) * 0.5 }.times(q);
+    let [w, x, y, z] = quaternion;
+    let q = Quaternion { w, v: Vector { x, y, z } };
+    let rate = half(q, angular[0]);
+    let (with_acceleration, with_velocity) = (half(q, angular[1]), half(rate, angular[0]));
+    let acceleration =
+        Quaternion { w: with_acceleration.w + with_velocity.w, v: with_acceleration.v + with_velocity.v };
+    [q, rate, acceleration].map(|Quaternion { w, v }| [w, v.x, v.y, v.z])
+}
+
+/// The rotation, the angular velocity and the angular acceleration of a quaternion that need not be normalised:
+/// `w = 2 vec(q' q*) / |q|^2`.
+fn turning([q, rate, acceleration]: Motion<4>) -> (Quaternion<f64>, Vector<f64>, Vector<f64>) {
+    let square = dot(&q, &q);
+    let split = |[w, x, y, z]: [f64; 4]| (w, Vector { x, y, z });
+    let (w, v) = split(q);
+    // The vector part of the product with the conjugate of q.
+    let with_conjugate = |other: [f64; 4]| {
+        let (a, b) = split(other);
+        (b * w - v * a - b.cross(v)) * (2.0 / square)
+    };
+    let angular = with_conjugate(rate);
+    let stretching = 2.0 * dot(&q, &rate) / square;
+    (Quaternion::from_array(q), angular, with_conjugate(acceleration) - angular * stretching)
+}

@@ -1,0 +1,8 @@
+//! What surrounds a robot: the fluid, and the motion of what it stands on.
+
+pub(crate) mod base_motion;
+mod fluid;
+mod prescribed;
+
+pub use base_motion::{BaseMotion, BaseRotation, quaternion_motion};
+pub use fluid::Fluid;
