@@ -1,7 +1,7 @@
 //! Scene files: what is read, and every kind of complaint with its exact line and column.
 
-use lissom::{body, load, robot, rod};
 use lissom::scene::{Jacobian, Method, Model, Quantity, Scene};
+use lissom::{body, load, robot, rod};
 use proptest::prelude::*;
 
 const GOOD: &str = r#"version = 1

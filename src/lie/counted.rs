@@ -3,7 +3,7 @@
 use std::cell::Cell;
 use std::ops::{Add, AddAssign, Mul, Neg, Sub};
 
-use super::Scalar;
+use super::scalar::Scalar;
 
 thread_local! {
     static PRODUCTS: Cell<u64> = const { Cell::new(0) };
@@ -92,29 +92,6 @@ impl Scalar for Counted {
     }
     fn largest(self) -> f64 {
         0.0
-    }
-}
-
-/// Products of packs and of single numbers.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Products {
-    /// Of packs.
-    pub packs: u64,
-    /// Of single numbers.
-    pub singles: u64,
-}
-
-impl Products {
-    /// Of doubles.
-    pub fn total(self) -> u64 {
-        super::LANES as u64 * self.packs + self.singles
-    }
-}
-
-impl AddAssign for Products {
-    fn add_assign(&mut self, other: Self) {
-        self.packs += other.packs;
-        self.singles += other.singles;
     }
 }
 

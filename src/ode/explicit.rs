@@ -7,9 +7,10 @@ use super::dormand_prince_5::DORMAND_PRINCE_5;
 use super::dormand_prince_8::DORMAND_PRINCE_8;
 use super::norm::{all_finite, scaled};
 use super::options::{Controller, Method};
-use super::pair::{ErrorEstimate, Extension, Pair, combine, pair};
+use super::pair::{ErrorEstimate, Extension, Pair, combine};
+use super::pairs::pair;
+use super::state::{Advance, State};
 use super::status::Status;
-use super::stepper::{Advance, State};
 use super::stiffness::StiffnessTest;
 use crate::error::Interrupted;
 

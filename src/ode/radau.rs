@@ -13,8 +13,8 @@ use super::radau_iia::{
     STAGES, StepError, T, T_INVERSE, Verdict, is_same_size, next_size, norm_of_stages, step_factor,
     transform,
 };
+use super::state::{Advance, State};
 use super::status::Status;
-use super::stepper::{Advance, State};
 use super::{JacobianKind, System};
 use crate::error::{Interrupted, InvalidInput};
 use crate::linalg::{ComplexLu, Lu, Matrix, Singular};

@@ -4,8 +4,9 @@ use super::System;
 use super::dense::{DenseOutput, StepPolynomial};
 use super::events::{Event, EventSearch};
 use super::options::{Options, Output};
+use super::state::Counters;
 use super::status::Status;
-use super::stepper::{Counters, Stepper};
+use super::stepper::Stepper;
 use crate::error::{Interrupted, InvalidInput};
 use crate::memory;
 

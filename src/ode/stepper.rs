@@ -3,100 +3,13 @@
 use super::dense::{DenseOutput, Form, StepPolynomial};
 use super::explicit::Explicit;
 use super::norm::all_finite;
-use super::options::{Method, Options, Tolerances};
+use super::options::{Method, Options};
 use super::radau::Radau;
+use super::state::{Advance, Counters, State};
 use super::status::Status;
 use super::{System, initial_step};
 use crate::error::{Interrupted, InvalidInput, Number};
 use crate::memory;
-use crate::signal::end_of_step;
-
-/// What an integration has cost.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Counters {
-    /// Accepted steps.
-    pub accepted: usize,
-    /// Steps that were computed and then rejected because of their error estimate (or because they were not finite).
-    pub rejected: usize,
-    /// Evaluations of the right-hand side; those for differenced Jacobians not included.
-    pub nfev: usize,
-    /// Evaluations of the right-hand side for differenced Jacobians.
-    pub nfev_jacobian: usize,
-    /// Jacobians, given or differenced.
-    pub njev: usize,
-    /// LU factorisations, real and complex.
-    pub nlu: usize,
-}
-
-/// The state of an integration that all methods share.
-#[derive(Clone, Debug)]
-pub(super) struct State {
-    pub(super) t: f64,
-    pub(super) t_end: f64,
-    /// Where the next step ends at the latest: at the end, or at the system's horizon.
-    pub(super) horizon: f64,
-    /// 1 forward, -1 backward in time.
-    pub(super) direction: f64,
-    pub(super) y: Vec<f64>,
-    /// f(t, y).
-    pub(super) f: Vec<f64>,
-    pub(super) t_old: f64,
-    pub(super) y_old: Vec<f64>,
-    /// Memory for the new state, which takes the place of y when the step is accepted.
-    pub(super) y_new: Vec<f64>,
-    /// Size of the next step.
-    pub(super) h_abs: f64,
-    pub(super) tolerances: Tolerances,
-    pub(super) max_step: f64,
-    pub(super) min_step: f64,
-    pub(super) counters: Counters,
-    /// Time at which the problem was found to be stiff.
-    pub(super) stiff_at: Option<f64>,
-}
-
-/// A step must be that many spacings of floating-point numbers long at least (SciPy).
-const SMALLEST_STEP_IN_SPACINGS: f64 = 10.0;
-
-impl State {
-    /// The smallest step that is allowed at the current time.
-    pub(super) fn smallest_step(&self) -> f64 {
-        let next = if self.direction > 0.0 { self.t.next_up() } else { self.t.next_down() };
-        self.min_step.max(SMALLEST_STEP_IN_SPACINGS * (next - self.t).abs())
-    }
-
-    /// Looks up how far the next step may go.
-    fn look_ahead<S: System + ?Sized>(&mut self, system: &S) {
-        self.horizon = self.t_end;
-        if self.direction > 0.0 {
-            self.horizon = end_of_step(self.t, self.t_end, system.horizon(self.t));
-        }
-    }
-
-    /// End and size of a step of the wanted size that does not go beyond the horizon.
-    pub(super) fn step_to(&self, h_abs: f64) -> (f64, f64) {
-        let mut t_new = self.t + h_abs * self.direction;
-        if self.direction * (t_new - self.horizon) > 0.0 {
-            t_new = self.horizon;
-        }
-        (t_new, t_new - self.t)
-    }
-
-    /// Takes `y_new` and `f_new` as the state at `t_new`.
-    pub(super) fn accept(&mut self, t_new: f64, f_new: &[f64]) {
-        self.t_old = self.t;
-        self.t = t_new;
-        std::mem::swap(&mut self.y_old, &mut self.y);
-        std::mem::swap(&mut self.y, &mut self.y_new);
-        self.f.copy_from_slice(f_new);
-        self.counters.accepted += 1;
-    }
-}
-
-/// How a method's attempt to make a step ended.
-pub(super) enum Advance {
-    Accepted,
-    Failed(Status),
-}
 
 /// The method with its memory.
 #[derive(Clone, Debug)]

@@ -15,6 +15,7 @@ mod plan;
 mod state;
 mod sweeps;
 mod tell;
+mod turning;
 
 pub use choice::{Kernel, Solve};
 pub use description::{MAX_COORDINATES, Rod};

@@ -5,12 +5,13 @@ use std::sync::Arc;
 use super::description::Rod;
 use super::effect::anchor::Held;
 use super::kernel::kinematics::Pose;
-use super::kernel::turning::Turning;
-use super::kernel::{energy, inverse_dynamics, kinematics, place, tangent, time};
+use super::kernel::{energy, inverse_dynamics, kinematics, tangent, time};
 use super::plan::Plan;
 use super::plan::point::Place;
 use super::state::Workspace;
 use super::state::tangent::{Tangent, TangentWorkspace};
+use super::turning::Turning;
+use super::turning::place;
 use crate::error::Interrupted;
 use crate::lie::{Lanes, Vector, VectorSpace, Wrench};
 use crate::model::Energy;
@@ -222,7 +223,7 @@ impl<G: Turning> Sweeps<G> {
     }
 
     pub(crate) fn place(&self, x: f64) -> Place {
-        place::place(&self.plan.segments, x)
+        place::at_arc_length(&self.plan.segments, x)
     }
 
     pub(crate) fn pose(&mut self, q: &[f64], place: &Place) -> Pose {

@@ -1,7 +1,7 @@
 //! What tells a root from a place where a search merely stands still.
 
 use super::difference::rounding_error;
-use super::newton::{Newton, Progress};
+use super::newton::{CONFIRMED_REDUCTION, FAR_AWAY, Newton, Progress};
 use super::options::Options;
 use super::{Derivative, Status};
 
@@ -17,11 +17,6 @@ const SMALL_GRADIENT: f64 = 6.055_454_452_393_343e-6;
 /// R is taken to carry that many rounding units of error: two digits of cancellation in its evaluation.
 pub(super) const EVALUATION_ERROR: f64 = 100.0;
 
-/// A step by which the step rule may stop must have reduced the residual at least to this fraction: near a
-/// simple root a Newton step does far better, near a pole of order p it gives `(1 + 1/p)^-p`, between 1/2 and
-/// 1/e. Where rounding ends the search, it is the whole of it that must have done so.
-pub(super) const CONFIRMED_REDUCTION: f64 = 0.25;
-
 /// Steps of that many rounding units of x are as small as rounding lets them be.
 const ROUNDING_STEP: f64 = 4.0 * f64::EPSILON;
 
@@ -29,10 +24,6 @@ const ROUNDING_STEP: f64 = 4.0 * f64::EPSILON;
 /// ran away. Less will not do: on its way through a chain of squares Newton's method may pass 1e30 and come
 /// back.
 const RUNAWAY: f64 = 1.340_780_792_994_259_6e154;
-
-/// A search that breaks down that many times farther out than its start ran away before: the distance at
-/// which Dennis and Schnabel (1983, section A7) and KINSOL stop a single step.
-pub(super) const FAR_AWAY: f64 = 1000.0;
 
 /// That many steps of the greatest length one after the other, and the search gives up (KINSOL's
 /// `KIN_MXNEWT_5X_EXCEEDED`).

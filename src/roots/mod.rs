@@ -43,6 +43,7 @@ mod multiplicity;
 mod newton;
 mod options;
 mod outcome;
+mod region_search;
 mod step;
 mod trust_region;
 

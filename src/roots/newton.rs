@@ -1,6 +1,5 @@
 //! Newton's method: the loop, its stopping rules and its memory.
 
-use super::convergence::{CONFIRMED_REDUCTION, FAR_AWAY};
 use super::difference::Differences;
 use super::multiplicity::Multiplicity;
 use super::options::{Method, Options, Reuse};
@@ -11,6 +10,15 @@ use super::{Derivative, System};
 use crate::error::{Checker, Interrupted, InvalidInput};
 use crate::linalg::{Matrix, norm, norm_inf};
 use crate::memory;
+
+/// A step by which the step rule may stop must have reduced the residual at least to this fraction: near a
+/// simple root a Newton step does far better, near a pole of order p it gives `(1 + 1/p)^-p`, between 1/2 and
+/// 1/e. Where rounding ends the search, it is the whole of it that must have done so.
+pub(super) const CONFIRMED_REDUCTION: f64 = 0.25;
+
+/// A search that breaks down that many times farther out than its start ran away before: the distance at
+/// which Dennis and Schnabel (1983, section A7) and KINSOL stop a single step.
+pub(super) const FAR_AWAY: f64 = 1000.0;
 
 /// A step of that part of the greatest length counts as one of the greatest length (Dennis and Schnabel 1983,
 /// A6.3.1).

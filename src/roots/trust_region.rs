@@ -1,17 +1,10 @@
 //! The double dogleg in a trust region (Powell 1970; Dennis and Mei 1979), with MINPACK's rules for its size.
 
-use super::newton::{Newton, Trial};
-use super::{Status, System};
-use crate::error::Interrupted;
 use crate::linalg::{Matrix, norm};
 
 /// The first radius is that multiple of the scaled start, or of the scales where the start is smaller
 /// (MINPACK's `factor`).
 const FIRST_RADIUS: f64 = 100.0;
-
-/// A step is taken when it gives that fraction of the decrease of `|R|^2` that the linear model promises
-/// (`hybrj`).
-const TAKEN: f64 = 1e-4;
 
 /// Below this fraction the radius shrinks (`hybrj`).
 const POOR: f64 = 0.1;
@@ -32,18 +25,15 @@ const GROW: f64 = 2.0;
 /// well the steepest descent does (Dennis and Schnabel 1983, section 6.4.2).
 const NEWTON_BIAS: f64 = 0.2;
 
-/// A region smaller than that, relative to x, holds no other point worth trying.
-const SMALLEST: f64 = f64::EPSILON;
-
 /// The region `||dx / x_scale||_2 <= radius` and the memory of the dogleg.
 #[derive(Clone, Debug)]
 pub(super) struct TrustRegion {
-    radius: f64,
+    pub(super) radius: f64,
     successes: usize,
-    newton: Vec<f64>,
-    gradient: Vec<f64>,
+    pub(super) newton: Vec<f64>,
+    pub(super) gradient: Vec<f64>,
     leg: Vec<f64>,
-    image: Vec<f64>,
+    pub(super) image: Vec<f64>,
 }
 
 impl TrustRegion {
@@ -66,7 +56,7 @@ impl TrustRegion {
 
     /// `step <-` along the steepest descent to the minimum of the linear model, from there to a point on the
     /// Newton step, on to its end, as far as the region reaches. False without a descent.
-    fn dogleg(
+    pub(super) fn dogleg(
         &mut self,
         jacobian: &Matrix,
         residual_norm: f64,
@@ -129,7 +119,7 @@ impl TrustRegion {
 
     /// Adapts the radius to how the step of that length did: `ratio` is actual over promised reduction of
     /// `|R|^2`.
-    fn adapt(&mut self, ratio: f64, length: f64) {
+    pub(super) fn adapt(&mut self, ratio: f64, length: f64) {
         if ratio < POOR {
             self.successes = 0;
             self.radius *= SHRINK;
@@ -142,59 +132,5 @@ impl TrustRegion {
                 self.radius = GROW * length;
             }
         }
-    }
-}
-
-impl Newton {
-    /// Tries dogleg steps, shrinking the region, until one reduces `|R|^2` as far as the linear model can be
-    /// believed.
-    pub(super) fn search_region(
-        &mut self,
-        system: &mut dyn System,
-        x: &[f64],
-        residual_norm: f64,
-    ) -> Result<Trial, Interrupted> {
-        self.region.newton.copy_from_slice(&self.step);
-        for j in 0..x.len() {
-            self.region.gradient[j] = self.gradient(j, residual_norm);
-        }
-        let newton_norm = self.scaled_step_norm();
-        loop {
-            if !self.region.dogleg(
-                &self.jacobian,
-                residual_norm,
-                &self.x_scale,
-                &self.f_scale,
-                &mut self.step,
-            ) {
-                return Ok(Trial::Refused(Status::StationaryPoint));
-            }
-            let length = self.scaled_step_norm();
-            if self.iterations() == 0 {
-                self.region.radius = self.region.radius.min(length);
-            }
-            let promised = self.model_reduction(residual_norm);
-            let norm = self.try_step(system, x, 1.0)?;
-            let reduction = 1.0 - (norm / residual_norm).powi(2);
-            let ratio = if promised > 0.0 && reduction.is_finite() { reduction / promised } else { 0.0 };
-            self.region.adapt(ratio, length);
-            if ratio >= TAKEN {
-                return Ok(Trial::Taken { norm, length: (length / newton_norm).min(1.0) });
-            }
-            if self.region.radius <= SMALLEST * self.size(x) {
-                return Ok(Trial::Refused(Status::TrustRegionCollapsed));
-            }
-        }
-    }
-
-    /// The fraction of `|R|^2` that the linear model promises for the step: `1 - |R + J dx|^2 / |R|^2`.
-    fn model_reduction(&mut self, residual_norm: f64) -> f64 {
-        let image = &mut self.region.image;
-        for (i, image) in image.iter_mut().enumerate() {
-            let row = self.jacobian.row(i);
-            let change: f64 = self.step.iter().enumerate().map(|(j, dx)| row[j] * dx).sum();
-            *image = (self.residual[i] + change) / self.f_scale[i];
-        }
-        1.0 - (norm(image) / residual_norm).powi(2)
     }
 }

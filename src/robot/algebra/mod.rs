@@ -1,4 +1,5 @@
 //! Inertia and responses of bodies, seen from the origin.
 
 pub(crate) mod inertia;
+pub(crate) mod products;
 pub(crate) mod response;

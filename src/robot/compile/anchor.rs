@@ -2,10 +2,10 @@
 
 use crate::lie::{Quaternion, Rotation, Vector};
 use crate::robot::kernel::kinematics;
-use crate::robot::kernel::turning::Turning;
 use crate::robot::plan::Plan;
 use crate::robot::plan::anchor::{AlongAxes, Anchor};
 use crate::robot::state::Workspace;
+use crate::robot::turning::Turning;
 use crate::support::Support;
 
 /// Compiles the supports of a rod, of which `at` says at which points of the plan they act, in the frame of the base at rest.

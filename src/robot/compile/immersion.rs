@@ -3,11 +3,11 @@
 use crate::lie::Vector;
 use crate::load::Extent;
 use crate::robot::description::Rod;
-use crate::robot::kernel::turning::Turning;
 use crate::robot::plan::immersion::{Drag, Immersed, Immersion};
 use crate::robot::plan::load::{Load, Spread};
 use crate::robot::plan::world::World;
 use crate::robot::plan::{Plan, packed};
+use crate::robot::turning::Turning;
 use crate::world::Fluid;
 
 /// Immerses the segments of a plan in the fluid of a rod, which bears them.

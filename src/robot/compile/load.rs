@@ -2,10 +2,10 @@
 
 use crate::lie::{Rotation, VectorSpace, Wrench};
 use crate::load::{Extent, Frame};
-use crate::robot::kernel::turning::Turning;
 use crate::robot::plan::load::{Load, Spread};
 use crate::robot::plan::piece::PiecePlan;
 use crate::robot::plan::{load, packed};
+use crate::robot::turning::Turning;
 
 impl<G: Turning> Load<G> {
     pub(crate) fn new(

@@ -8,11 +8,11 @@ mod points;
 
 use crate::load::Frame;
 use crate::robot::description::Rod;
-use crate::robot::kernel::turning::Turning;
 use crate::robot::plan::Plan;
 use crate::robot::plan::load::Load;
 use crate::robot::plan::piece::PiecePlan;
 use crate::robot::plan::world::World;
+use crate::robot::turning::Turning;
 
 impl<G: Turning> Plan<G> {
     /// Compiles a valid rod for a frame that it does not leave.

@@ -3,12 +3,12 @@
 use crate::lie::{LANES, Lanes, VectorSpace};
 use crate::robot::algebra::inertia;
 use crate::robot::algebra::inertia::Inertia;
-use crate::robot::kernel::turning::Turning;
 use crate::robot::plan;
 use crate::robot::plan::material::{Component, Coupling, Moments};
 use crate::robot::plan::piece::PiecePlan;
 use crate::robot::plan::point::Points;
 use crate::robot::plan::stretch::Stretch;
+use crate::robot::turning::Turning;
 use crate::rod::STRAINS;
 use crate::rod::piece::Piece;
 use crate::rod::{STRAIGHT, Section, SectionProperties, nodes, stiffness};

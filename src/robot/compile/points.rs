@@ -3,12 +3,12 @@
 use crate::body::Body;
 use crate::load::{Extent, Frame};
 use crate::robot::algebra::inertia::Inertia;
-use crate::robot::kernel::place;
-use crate::robot::kernel::turning::Turning;
 use crate::robot::plan::load::Load;
 use crate::robot::plan::packed;
 use crate::robot::plan::piece::PiecePlan;
 use crate::robot::plan::point::{Inside, Place, Point, Points};
+use crate::robot::turning::Turning;
+use crate::robot::turning::place;
 use crate::support::Support;
 
 /// All that is concentrated on a rod with these segments, in the order of the places, and at which of these points each
@@ -67,7 +67,7 @@ fn point_at<'a, G: Turning>(
     segments: &[PiecePlan<G>],
     x: f64,
 ) -> &'a mut Point<G> {
-    let place = place::place(segments, x);
+    let place = place::at_arc_length(segments, x);
     let is_there = |point: &Point<G>| (point.place.segment, point.place.x) == (place.segment, place.x);
     let i = points.iter().position(is_there).unwrap_or_else(|| {
         points.push(Point::new(&segments[place.segment], place));

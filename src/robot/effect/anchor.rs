@@ -2,9 +2,9 @@
 
 use crate::lie::{Cross, Rotation, Symmetric, Twist, Vector, Wrench};
 use crate::robot::algebra::response::{Linear, Response};
-use crate::robot::kernel::turning::Turning;
 use crate::robot::plan::anchor::Anchor;
 use crate::robot::state::point::PointState;
+use crate::robot::turning::Turning;
 
 /// Moment and force of an anchor's springs, and their stiffness.
 pub(crate) struct Held {

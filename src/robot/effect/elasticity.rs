@@ -2,8 +2,8 @@
 
 use crate::lie::Symmetric;
 use crate::linalg::{Matrix, symmetric_eigen};
-use crate::robot::kernel::turning::Turning;
 use crate::robot::plan::Plan;
+use crate::robot::turning::Turning;
 use crate::springs::Springs;
 
 /// `K q`.

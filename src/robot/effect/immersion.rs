@@ -17,11 +17,11 @@
 
 use crate::lie::{Counted, Cross, Geometry, Lanes, Scalar, Twist, VectorSpace, Wrench, products};
 use crate::robot::algebra::response::{Linear, Response};
-use crate::robot::kernel::turning::Turning;
 use crate::robot::plan::Plan;
 use crate::robot::plan::immersion::{Drag, Immersion};
 use crate::robot::plan::piece::PiecePlan;
 use crate::robot::state::Workspace;
+use crate::robot::turning::Turning;
 
 /// The fluid as a section meets it.
 #[derive(Clone, Copy, Debug)]

@@ -4,12 +4,12 @@ use crate::lie::{Twist, Wrench};
 use crate::load::Frame;
 use crate::robot::algebra::inertia::Gyroscope;
 use crate::robot::algebra::response::Response;
-use crate::robot::kernel::turning::Turning;
 use crate::robot::plan::Plan;
 use crate::robot::plan::piece::PiecePlan;
 use crate::robot::plan::point::Point;
 use crate::robot::state::Workspace;
 use crate::robot::state::tangent::{Coordinate, PointTangents, Rest, Row, Weights};
+use crate::robot::turning::Turning;
 
 impl<G: Turning> PointTangents<G> {
     /// Gyroscopes of the points inside a segment.

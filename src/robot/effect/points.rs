@@ -7,13 +7,13 @@
 
 use crate::lie::{Lanes, Twist, VectorSpace, Wrench};
 use crate::load::Frame;
-use crate::robot::kernel::place;
-use crate::robot::kernel::turning::Turning;
 use crate::robot::plan::Plan;
 use crate::robot::plan::piece::PiecePlan;
 use crate::robot::plan::point::{Inside, Point};
 use crate::robot::state::Workspace;
 use crate::robot::state::point::PointState;
+use crate::robot::turning::Turning;
+use crate::robot::turning::place;
 
 impl<G: Turning> Point<G> {
     /// The wrench of a load at this point, about the point.

@@ -2,11 +2,11 @@
 
 use crate::lie::Wrench;
 use crate::load::Frame;
-use crate::robot::kernel::turning::Turning;
 use crate::robot::plan::Plan;
 use crate::robot::plan::load::Spread;
 use crate::robot::plan::piece::PiecePlan;
 use crate::robot::state::Workspace;
+use crate::robot::turning::Turning;
 
 impl<G: Turning> Spread<G> {
     /// Whether the load keeps its direction in the world.

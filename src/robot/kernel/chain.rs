@@ -5,11 +5,11 @@
 //! displacement (see `tangent`). In the inertial frame none of them changes on
 //! the way.
 
-use super::turning::Turning;
 use crate::lie::{Geometry, Twist, Wrench};
 use crate::linalg::ChainMatrix;
 use crate::robot::plan::Plan;
 use crate::robot::state::tangent::{Coordinate, Shift};
+use crate::robot::turning::Turning;
 
 /// The zero matrix of a tangent's structure.
 pub(crate) fn tangent<G: Turning>(plan: &Plan<G>) -> ChainMatrix {

@@ -1,6 +1,5 @@
 //! Energies of a state, and the power that damping takes out of it.
 
-use super::turning::Turning;
 use crate::lie::{Lanes, Scalar, Twist, VectorSpace};
 use crate::model::Energy;
 use crate::robot::effect::immersion;
@@ -9,6 +8,7 @@ use crate::robot::plan::anchor::Anchor;
 use crate::robot::plan::material::Moments;
 use crate::robot::state::Workspace;
 use crate::robot::state::point::PointState;
+use crate::robot::turning::Turning;
 
 /// Energies with the motion of (q, qd) up to date.
 pub(crate) fn energy<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, q: &[f64]) -> Energy {

@@ -3,7 +3,6 @@
 //! In the inertial frame the recursions along the rod are plain integrals (design: section 4):
 //! V = int S qd, A = -(0; g) + int [S qdd + ad_V (S qd)], F = int (N A - ad_V^T N V - loads), Q_j = int S_j . F.
 
-use super::turning::Turning;
 use crate::lie::{Cross, Lanes, Scalar, Twist, Wrench, weighted_sum};
 use crate::robot::algebra::inertia::Seen as _;
 use crate::robot::algebra::inertia::{General, Round, Sections};
@@ -12,6 +11,7 @@ use crate::robot::plan::Plan;
 use crate::robot::plan::material::Moments;
 use crate::robot::plan::piece::PiecePlan;
 use crate::robot::state::Workspace;
+use crate::robot::turning::Turning;
 
 /// Twist of a body-frame strain at a place: `Ad_g (angular; linear)`.
 #[inline(always)]

@@ -1,13 +1,13 @@
 //! Where the rod is: rotations from the curvature, positions by integration.
 
-use super::place;
-use super::turning::Turning;
 use crate::lie::{Cross, LANES, Lanes, Rotation, Scalar, Twist, Vector, VectorSpace, weighted_sum};
 use crate::robot::effect::points;
 use crate::robot::plan::Plan;
 use crate::robot::plan::piece::PiecePlan;
 use crate::robot::plan::point::Place;
 use crate::robot::state::Workspace;
+use crate::robot::turning::Turning;
+use crate::robot::turning::place;
 
 /// A place of a rod in the world.
 #[derive(Clone, Copy, Debug, PartialEq)]

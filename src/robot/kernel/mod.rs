@@ -4,8 +4,6 @@ pub(crate) mod chain;
 pub(crate) mod energy;
 pub(crate) mod inverse_dynamics;
 pub(crate) mod kinematics;
-pub(crate) mod place;
 pub(crate) mod tangent;
 pub(crate) mod time;
-pub(crate) mod turning;
 pub(crate) mod validity;

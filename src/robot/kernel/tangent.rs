@@ -22,7 +22,6 @@
 //! material turns appears only where dead loads ask for it (the whole of Y and of its displacement, where springs or fluid do); follower loads turn with the material and change nothing that it sees.
 
 use super::chain;
-use super::turning::Turning;
 use crate::lie::{Cross, Lanes, Scalar, Twist, VectorSpace, Wrench, weighted_sum};
 use crate::linalg::Matrix;
 use crate::robot::algebra::inertia::Seen as _;
@@ -34,6 +33,7 @@ use crate::robot::plan::material::Moments;
 use crate::robot::plan::piece::PiecePlan;
 use crate::robot::state::Workspace;
 use crate::robot::state::tangent::{Coordinate, Rest, Row, Shift, Tangent, TangentWorkspace, Weights};
+use crate::robot::turning::Turning;
 
 /// `w_q dtau/dq + w_v dtau/dqd + w_a dtau/dqdd` with the motion up to date (for the mass matrix, weights (0, 0, w_a), the
 /// kinematics are enough). A chain's matrix must have the structure of [`chain_matrix`]. `PLAIN`: of a plan that

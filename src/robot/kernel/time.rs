@@ -1,10 +1,10 @@
 //! What depends on the time by itself, taken at a time: the base, the world seen from it, and the loads that vary.
 
-use super::turning::Turning;
 use crate::error::Interrupted;
 use crate::robot::plan::{Plan, load};
 use crate::robot::state::surroundings::Surroundings;
 use crate::robot::state::{Workspace, surroundings};
+use crate::robot::turning::Turning;
 use crate::world::base_motion::Base;
 
 /// Moves a rod without base motion, without velocity, to where the base of another one is.

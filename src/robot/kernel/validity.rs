@@ -2,11 +2,11 @@
 
 use std::f64::consts::PI;
 
-use super::turning::Turning;
 use crate::lie::{LANES, Lanes, Twist, VectorSpace};
 use crate::model::Flaw;
 use crate::robot::plan::Plan;
 use crate::robot::plan::piece::PiecePlan;
+use crate::robot::turning::Turning;
 
 /// Gauss-Legendre quadrature converges once there are more than pi nodes in a full turn of what it integrates (Trefethen 2000,
 /// Spectral Methods in MATLAB, chapter 9; the nodes are farthest apart in the middle, by pi / 2 of the mean): here, while the rod turns

@@ -3,18 +3,19 @@
 //! The loops are those of the sweeps, line by line; what stands in them is not a number taken from a formula but the
 //! formula itself, evaluated with [`Counted`] numbers. A test counts what the sweeps really do.
 
-use crate::lie::{Counted, Cross, LANES, Products, Twist, VectorSpace, Wrench, products};
+use crate::lie::{Counted, Cross, LANES, Twist, VectorSpace, Wrench, products};
 use crate::robot::algebra::inertia::Seen as _;
 use crate::robot::algebra::inertia::{Gyroscope, Inertia, SectionInertia};
+use crate::robot::algebra::products::Products;
 use crate::robot::algebra::response::Response;
 use crate::robot::choice::Solve;
 use crate::robot::effect::immersion;
 use crate::robot::kernel::chain;
 use crate::robot::kernel::inverse_dynamics::carried;
-use crate::robot::kernel::turning::Turning;
 use crate::robot::plan::Plan;
 use crate::robot::plan::material::{Coupling, Moments};
 use crate::robot::plan::piece::PiecePlan;
+use crate::robot::turning::Turning;
 
 /// Numbers of products of two doubles. A multiply-add counts as one; sums, quotients, roots and comparisons are not
 /// counted. Where rotations are computed by a series for small angles and by another formula for large ones, those of small

@@ -1,24 +1,24 @@
 //! Places of a rod, and how it is turned there.
 
-use super::turning::Turning;
+use super::Turning;
 use crate::lie::{LANES, Lanes};
 use crate::robot::plan::piece::PiecePlan;
 use crate::robot::plan::point::Place;
 use crate::robot::state::Workspace;
 
 /// The place at arc length `x` of the unstretched rod, clamped to [0, L].
-pub(crate) fn place<G: Turning>(segments: &[PiecePlan<G>], x: f64) -> Place {
+pub(crate) fn at_arc_length<G: Turning>(segments: &[PiecePlan<G>], x: f64) -> Place {
     let (mut s, mut start) = (0, 0.0);
     while s + 1 < segments.len() && x > start + segments[s].length {
         start += segments[s].length;
         s += 1;
     }
     // Rounding of the sum of lengths must not lead outside.
-    place_in(segments, s, ((x - start) / segments[s].length).clamp(0.0, 1.0))
+    at_fraction(segments, s, ((x - start) / segments[s].length).clamp(0.0, 1.0))
 }
 
 /// The place at the fraction `x` of segment `s`.
-pub(crate) fn place_in<G: Turning>(segments: &[PiecePlan<G>], s: usize, x: f64) -> Place {
+pub(crate) fn at_fraction<G: Turning>(segments: &[PiecePlan<G>], s: usize, x: f64) -> Place {
     let segment = &segments[s];
     let before = segment.gauss.nodes.partition_point(|&node| node <= x);
     let from = if before == 0 { 0.0 } else { segment.gauss.nodes[before - 1] };

@@ -1,0 +1,61 @@
+//! What vectors and matrices of this module are made of.
+
+use std::ops::{Add, AddAssign, Mul, Neg, Sub};
+
+/// What the vectors of this module are made of: `f64` or [`super::Pack`].
+pub trait Scalar:
+    Copy
+    + std::fmt::Debug
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Neg<Output = Self>
+    + AddAssign
+    + Mul<f64, Output = Self>
+{
+    /// The number in every lane.
+    fn splat(value: f64) -> Self;
+    /// `self * factor + addend`.
+    fn mul_add(self, factor: Self, addend: Self) -> Self;
+    /// `minuend - self * factor`.
+    fn mul_sub_from(self, factor: Self, minuend: Self) -> Self;
+    /// The square root of every lane.
+    fn sqrt(self) -> Self;
+    /// One over every lane.
+    fn reciprocal(self) -> Self;
+    /// Sine and cosine of every lane, one by one, for angles of any size.
+    fn slow_sine_cosine(self) -> (Self, Self);
+    /// Largest lane; NaN where a lane is NaN.
+    fn largest(self) -> f64;
+}
+
+impl Scalar for f64 {
+    #[inline(always)]
+    fn splat(value: f64) -> Self {
+        value
+    }
+    #[inline(always)]
+    fn mul_add(self, factor: Self, addend: Self) -> Self {
+        self * factor + addend
+    }
+    #[inline(always)]
+    fn mul_sub_from(self, factor: Self, minuend: Self) -> Self {
+        minuend - self * factor
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        Self::sqrt(self)
+    }
+    #[inline(always)]
+    fn reciprocal(self) -> Self {
+        1.0 / self
+    }
+    #[inline(always)]
+    fn slow_sine_cosine(self) -> (Self, Self) {
+        self.sin_cos()
+    }
+    #[inline(always)]
+    fn largest(self) -> f64 {
+        self
+    }
+}

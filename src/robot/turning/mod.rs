@@ -1,0 +1,56 @@
+//! How rotations follow from the curvature: by Magnus steps in space, by a sum in the plane.
+
+pub(crate) mod place;
+mod planar;
+mod spatial;
+
+use crate::lie::Geometry;
+use crate::robot::algebra::products::Products;
+use crate::robot::plan::material::Component;
+use crate::robot::plan::piece::PiecePlan;
+use crate::robot::plan::space::{Passage, Space};
+use crate::rod::Gauss;
+use crate::rod::piece::Piece;
+
+/// A space whose rotations can be found from the curvature.
+pub(crate) trait Turning: Space {
+    /// Prepares a segment with these nodes and components.
+    fn constants(
+        piece: &Piece,
+        frame: Self::Frame,
+        gauss: &Gauss,
+        components: &[Component],
+    ) -> Self::Constants;
+
+    /// Rotations at the nodes of a segment that begins with `orientation`; returns that of its end.
+    fn turn(
+        segment: &PiecePlan<Self>,
+        q: &[f64],
+        orientation: Self::Orientation,
+        rotations: &mut [Self::Rotation<Self::Pack>],
+    ) -> Self::Orientation;
+
+    /// What [`Self::turn`] costs.
+    fn products_of_turn(segment: &PiecePlan<Self>) -> Products;
+
+    /// Prepares the way from one place of a segment to another, given as fractions of its length.
+    fn passage(segment: &PiecePlan<Self>, from: f64, to: f64) -> Passage;
+
+    /// The rotation along a passage.
+    fn pass(segment: &PiecePlan<Self>, q: &[f64], passage: &Passage) -> Self::Rotation<f64>;
+}
+
+/// The largest number of modes of an angular strain.
+fn angular_degrees<G: Geometry>(components: &[Component]) -> usize {
+    components.iter().filter(|component| component.index < G::ANGULAR).map(|c| c.modes).max().unwrap_or(0)
+}
+
+/// Integrals of the basis from one place to another.
+fn integrals_between(piece: &Piece, from: f64, to: f64, degrees: usize) -> Vec<f64> {
+    let up_to = |x| {
+        let mut values = vec![0.0; degrees];
+        piece.basis.integrals(x, &mut values);
+        values
+    };
+    up_to(to).into_iter().zip(up_to(from)).map(|(to, from)| to - from).collect()
+}
