@@ -223,7 +223,7 @@ impl<G: Turning> Sweeps<G> {
     }
 
     pub(crate) fn place(&self, x: f64) -> Place {
-        place::at_arc_length(&self.plan.segments, x)
+        place::at_arc_length(&self.plan.pieces, x)
     }
 
     pub(crate) fn pose(&mut self, q: &[f64], place: &Place) -> Pose {

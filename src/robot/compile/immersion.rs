@@ -4,13 +4,13 @@ use crate::lie::Vector;
 use crate::load::Extent;
 use crate::robot::description::Rod;
 use crate::robot::plan::immersion::{Drag, Immersed, Immersion};
-use crate::robot::plan::load::{Load, Spread};
+use crate::robot::plan::load::{LoadPlan, Spread};
 use crate::robot::plan::world::World;
 use crate::robot::plan::{Plan, packed};
 use crate::robot::turning::Turning;
 use crate::world::Fluid;
 
-/// Immerses the segments of a plan in the fluid of a rod, which bears them.
+/// Immerses the pieces of a plan in the fluid of a rod, which bears them.
 pub(crate) fn compile<G: Turning>(plan: &mut Plan<G>, rod: &Rod, fluid: &Fluid) {
     let Fluid { density, added_mass_coefficient, .. } = *fluid;
     let immersion = Immersion { has_drag: fluid.has_drag(), has_added_mass: fluid.has_added_mass() };
@@ -18,9 +18,9 @@ pub(crate) fn compile<G: Turning>(plan: &mut Plan<G>, rod: &Rod, fluid: &Fluid) 
     let is_borne = fluid.bears(rod.gravity);
     let buoyancy = plan.loads.len();
     let mut volume = 0.0;
-    for segment in &mut plan.segments {
-        let nodes = &segment.gauss.nodes;
-        let areas: Vec<f64> = nodes.iter().map(|&x| segment.piece.section(x).outline_area).collect();
+    for piece in &mut plan.pieces {
+        let nodes = &piece.gauss.nodes;
+        let areas: Vec<f64> = nodes.iter().map(|&x| piece.source.section(x).outline_area).collect();
         let diameter = |i: usize| (4.0 * areas[i] / std::f64::consts::PI).sqrt();
         if is_felt {
             let constant = |value: f64| move |_: usize| value;
@@ -32,15 +32,15 @@ pub(crate) fn compile<G: Turning>(plan: &mut Plan<G>, rod: &Rod, fluid: &Fluid) 
                 viscous: [across[pack], along[pack]],
                 quadratic: [normal[pack], tangential[pack]],
             };
-            segment.immersed = Some(Immersed {
+            piece.immersed = Some(Immersed {
                 added_mass: packed(nodes.len(), |i| added_mass_coefficient * density * areas[i]),
-                drag: (0..segment.packs).map(drag).collect(),
+                drag: (0..piece.packs).map(drag).collect(),
             });
         }
         if is_borne {
-            let weights = segment.gauss.weights.iter().zip(&areas);
-            volume += segment.length * weights.map(|(weight, area)| weight * area).sum::<f64>();
-            segment.spread.push(Spread { load: buoyancy, density: packed(nodes.len(), |i| areas[i]) });
+            let weights = piece.gauss.weights.iter().zip(&areas);
+            volume += piece.length * weights.map(|(weight, area)| weight * area).sum::<f64>();
+            piece.spread.push(Spread { load: buoyancy, density: packed(nodes.len(), |i| areas[i]) });
         }
     }
     if is_borne {
@@ -48,7 +48,7 @@ pub(crate) fn compile<G: Turning>(plan: &mut Plan<G>, rod: &Rod, fluid: &Fluid) 
         let extent = Extent::Along([0.0, rod.length()]);
         let load = crate::load::Load { force: weight.into(), extent, ..crate::load::Load::at_tip() };
         let World { base, motion, .. } = &plan.world;
-        plan.loads.push(Load::new(load, plan.frame, &base.rotation, motion.is_some()));
+        plan.loads.push(LoadPlan::new(load, plan.frame, &base.rotation, motion.is_some()));
         plan.has_dead_loads = true;
         plan.world.dead_force += Vector::from(weight) * volume;
     }

@@ -2,12 +2,12 @@
 
 use crate::lie::{Rotation, VectorSpace, Wrench};
 use crate::load::{Extent, Frame};
-use crate::robot::plan::load::{Load, Spread};
+use crate::robot::plan::load::{LoadPlan, Spread};
 use crate::robot::plan::piece::PiecePlan;
 use crate::robot::plan::{load, packed};
 use crate::robot::turning::Turning;
 
-impl<G: Turning> Load<G> {
+impl<G: Turning> LoadPlan<G> {
     pub(crate) fn new(
         load: crate::load::Load,
         frame: G::Frame,
@@ -28,23 +28,23 @@ impl<G: Turning> Load<G> {
     }
 }
 
-/// Tells the segments what is spread along them.
-pub(crate) fn compile<G: Turning>(segments: &mut [PiecePlan<G>], loads: &[Load<G>]) {
+/// Tells the pieces what is spread along them.
+pub(crate) fn compile<G: Turning>(pieces: &mut [PiecePlan<G>], loads: &[LoadPlan<G>]) {
     let mut start = 0.0;
-    for segment in segments {
-        let end = start + segment.length;
+    for piece in pieces {
+        let end = start + piece.length;
         let mut integral = None;
-        for (load, Load { extent, .. }) in loads.iter().enumerate() {
+        for (load, LoadPlan { extent, .. }) in loads.iter().enumerate() {
             let &Extent::Along([from, to]) = extent else { continue };
             if to <= start || from >= end {
                 continue;
             }
-            let gauss = &segment.gauss;
+            let gauss = &piece.gauss;
             let integral = integral.get_or_insert_with(|| gauss.integral());
-            let up_to = |x: f64| integral.weights_up_to(((x - start) / segment.length).clamp(0.0, 1.0));
+            let up_to = |x: f64| integral.weights_up_to(((x - start) / piece.length).clamp(0.0, 1.0));
             let (from, to) = (up_to(from), up_to(to));
             let density = packed(from.len(), |i| (to[i] - from[i]) / gauss.weights[i]);
-            segment.spread.push(Spread { load, density });
+            piece.spread.push(Spread { load, density });
         }
         start = end;
     }

@@ -9,7 +9,7 @@ mod points;
 use crate::load::Frame;
 use crate::robot::description::Rod;
 use crate::robot::plan::Plan;
-use crate::robot::plan::load::Load;
+use crate::robot::plan::load::LoadPlan;
 use crate::robot::plan::piece::PiecePlan;
 use crate::robot::plan::world::World;
 use crate::robot::turning::Turning;
@@ -17,21 +17,21 @@ use crate::robot::turning::Turning;
 impl<G: Turning> Plan<G> {
     /// Compiles a valid rod for a frame that it does not leave.
     pub(crate) fn new(rod: &Rod, frame: G::Frame) -> Self {
-        let mut segments = Vec::with_capacity(rod.segments.len());
+        let mut pieces = Vec::with_capacity(rod.segments.len());
         let (mut first, mut first_pack) = (0, 0);
         for piece in rod.segments.iter().flat_map(crate::rod::piece::of) {
             let plan = PiecePlan::new(piece, frame, first, first_pack);
             first += plan.n;
             first_pack += plan.packs;
-            segments.push(plan);
+            pieces.push(plan);
         }
         let world = World::new(rod);
         let is_moving = world.motion.is_some();
-        let loads: Vec<Load<G>> =
-            rod.all_loads().map(|load| Load::new(load, frame, &world.base.rotation, is_moving)).collect();
-        load::compile(&mut segments, &loads);
+        let loads: Vec<LoadPlan<G>> =
+            rod.all_loads().map(|load| LoadPlan::new(load, frame, &world.base.rotation, is_moving)).collect();
+        load::compile(&mut pieces, &loads);
         let (points, supported) =
-            points::compile(frame, &mut segments, &loads, rod.all_bodies(), &rod.supports);
+            points::compile(frame, &mut pieces, &loads, rod.all_bodies(), &rod.supports);
         let mut plan = Self {
             n: first,
             packs: first_pack,
@@ -42,7 +42,7 @@ impl<G: Turning> Plan<G> {
             has_responses: !rod.supports.is_empty(),
             has_dead_loads: loads.iter().any(|load| load.frame == Frame::World),
             varies_in_time: is_moving || loads.iter().any(|load| load.signals.is_some()),
-            segments,
+            pieces,
             loads,
             world,
         };

@@ -118,7 +118,7 @@ impl<G: Turning> PiecePlan<G> {
             points: Points::default(),
             immersed: None,
             gauss,
-            piece,
+            source: piece,
         }
     }
 }

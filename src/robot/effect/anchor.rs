@@ -24,7 +24,7 @@ const ROUNDING: f64 = 1e-12;
 
 /// The section at a support, in three dimensions.
 #[derive(Clone, Copy, Debug)]
-struct Section {
+struct HeldSection {
     offset: Vector<f64>,
     axes: [Vector<f64>; 3],
     angular: Vector<f64>,
@@ -32,10 +32,10 @@ struct Section {
 }
 
 impl Anchor {
-    fn section<G: Turning>(&self, frame: G::Frame, state: &PointState<G>) -> Section {
+    fn section<G: Turning>(&self, frame: G::Frame, state: &PointState<G>) -> HeldSection {
         let Twist { angular, linear } = state.velocity;
         let Rotation { x, y, z } = G::rotation_in_space(frame, &state.rotation);
-        Section {
+        HeldSection {
             offset: G::in_space(frame, state.position) - self.position,
             axes: [x, y, z],
             angular: G::axial_in_space(frame, angular),
@@ -44,7 +44,7 @@ impl Anchor {
     }
 
     /// Moment and force of the springs on the section.
-    fn elastic(&self, section: &Section) -> [Vector<f64>; 2] {
+    fn elastic(&self, section: &HeldSection) -> [Vector<f64>; 2] {
         let mut moment = Vector::zero();
         for (i, axis) in section.axes.into_iter().enumerate() {
             moment += axis.cross(self.axes.axis(i)) * self.turning[i];
@@ -53,7 +53,7 @@ impl Anchor {
     }
 
     /// Moment and force on the section.
-    fn moment_and_force(&self, section: &Section) -> [Vector<f64>; 2] {
+    fn moment_and_force(&self, section: &HeldSection) -> [Vector<f64>; 2] {
         let [moment, force] = self.held.unwrap_or_else(|| self.elastic(section));
         let velocity = section.velocity - self.velocity;
         [moment - self.rotational_damping.times(section.angular), force - self.damping.times(velocity)]
@@ -144,7 +144,7 @@ impl Anchor {
 
     /// Power that the dampers take out of the motion.
     pub(crate) fn dissipated_power<G: Turning>(&self, frame: G::Frame, state: &PointState<G>) -> f64 {
-        let Section { angular, velocity, .. } = self.section(frame, state);
+        let HeldSection { angular, velocity, .. } = self.section(frame, state);
         let velocity = velocity - self.velocity;
         velocity.dot(self.damping.times(velocity)) + angular.dot(self.rotational_damping.times(angular))
     }

@@ -8,14 +8,14 @@ use crate::springs::Springs;
 
 /// `K q`.
 pub(crate) fn forces<G: Turning>(plan: &Plan<G>, q: &[f64], tau: &mut [f64]) {
-    for component in plan.segments.iter().flat_map(|segment| &segment.components) {
+    for component in plan.pieces.iter().flat_map(|piece| &piece.components) {
         let own = component.first..component.first + component.modes;
         let own_q = &q[own.clone()];
         for (j, tau) in tau[own].iter_mut().enumerate() {
             *tau = component.elastic_force(j, own_q, own_q, 0.0);
         }
     }
-    for coupling in plan.segments.iter().flat_map(|segment| &segment.couplings) {
+    for coupling in plan.pieces.iter().flat_map(|piece| &piece.couplings) {
         coupling.add_elastic_force(q, q, 0.0, tau);
     }
 }
@@ -23,11 +23,11 @@ pub(crate) fn forces<G: Turning>(plan: &Plan<G>, q: &[f64], tau: &mut [f64]) {
 /// `K`.
 pub(crate) fn stiffness<G: Turning>(plan: &Plan<G>, stiffness: &mut Matrix) {
     stiffness.fill(0.0);
-    for component in plan.segments.iter().flat_map(|segment| &segment.components) {
+    for component in plan.pieces.iter().flat_map(|piece| &piece.components) {
         let (first, modes) = (component.first, component.modes);
         stiffness.view_mut((first, first), (modes, modes)).copy_from(&component.stiffness);
     }
-    for coupling in plan.segments.iter().flat_map(|segment| &segment.couplings) {
+    for coupling in plan.pieces.iter().flat_map(|piece| &piece.couplings) {
         let [row, column] = coupling.first;
         let (rows, columns) = coupling.stiffness.shape();
         stiffness.view_mut((row, column), (rows, columns)).copy_from(&coupling.stiffness);
@@ -37,8 +37,8 @@ pub(crate) fn stiffness<G: Turning>(plan: &Plan<G>, stiffness: &mut Matrix) {
 
 /// For every coordinate of curvature a radian over the rod's length, one for the others.
 pub(crate) fn typical_coordinates<G: Turning>(plan: &Plan<G>, sizes: &mut [f64]) {
-    let length: f64 = plan.segments.iter().map(|segment| segment.length).sum();
-    for component in plan.segments.iter().flat_map(|segment| &segment.components) {
+    let length: f64 = plan.pieces.iter().map(|piece| piece.length).sum();
+    for component in plan.pieces.iter().flat_map(|piece| &piece.components) {
         let size = if component.index < G::ANGULAR { 1.0 / length } else { 1.0 };
         sizes[component.first..component.first + component.modes].fill(size);
     }

@@ -212,12 +212,12 @@ fn splat<G: Geometry>(v: G::Vector<f64>) -> G::Vector<G::Pack> {
     G::map_vector(&v, |&x| G::Pack::splat(x))
 }
 
-/// Adds what the fluid asks for to what the motion of a segment needs.
+/// Adds what the fluid asks for to what the motion of a piece needs.
 #[inline(always)]
-pub(crate) fn act<G: Turning>(plan: &Plan<G>, segment: &PiecePlan<G>, work: &mut Workspace<G>) {
-    let (Some(immersion), Some(immersed)) = (&plan.immersion, &segment.immersed) else { return };
-    for pack in 0..segment.packs {
-        let node = segment.first_pack + pack;
+pub(crate) fn act<G: Turning>(plan: &Plan<G>, piece: &PiecePlan<G>, work: &mut Workspace<G>) {
+    let (Some(immersion), Some(immersed)) = (&plan.immersion, &piece.immersed) else { return };
+    for pack in 0..piece.packs {
+        let node = piece.first_pack + pack;
         let stream = stream(plan, work, node);
         let velocity = work.velocity[node];
         if immersion.has_added_mass {
@@ -231,20 +231,20 @@ pub(crate) fn act<G: Turning>(plan: &Plan<G>, segment: &PiecePlan<G>, work: &mut
     }
 }
 
-/// Responses of the nodes of an immersed segment, times the quadrature weights; of the added mass alone, where nothing else is
+/// Responses of the nodes of an immersed piece, times the quadrature weights; of the added mass alone, where nothing else is
 /// asked for.
 #[inline(always)]
 pub(crate) fn respond<G: Turning>(
     plan: &Plan<G>,
-    segment: &PiecePlan<G>,
+    piece: &PiecePlan<G>,
     work: &Workspace<G>,
     is_mass_only: bool,
     responses: &mut [Response<G, G::Pack>],
 ) {
-    let Some(immersed) = &segment.immersed else { return };
-    for (pack, response) in responses[..segment.packs].iter_mut().enumerate() {
-        let node = segment.first_pack + pack;
-        let weight = segment.weights[pack];
+    let Some(immersed) = &piece.immersed else { return };
+    for (pack, response) in responses[..piece.packs].iter_mut().enumerate() {
+        let node = piece.first_pack + pack;
+        let weight = piece.weights[pack];
         let stream = stream(plan, work, node);
         let mass = immersed.added_mass[pack] * weight;
         if is_mass_only {
@@ -271,11 +271,11 @@ pub(crate) struct Exchange {
 pub(crate) fn exchange<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> Exchange {
     let mut sum = Exchange::default();
     let frame = splat::<G>(work.surroundings.velocity);
-    for segment in &plan.segments {
-        let Some(immersed) = &segment.immersed else { continue };
-        for pack in 0..segment.packs {
-            let node = segment.first_pack + pack;
-            let weight = segment.weights[pack];
+    for piece in &plan.pieces {
+        let Some(immersed) = &piece.immersed else { continue };
+        for pack in 0..piece.packs {
+            let node = piece.first_pack + pack;
+            let weight = piece.weights[pack];
             let stream = stream(plan, work, node);
             let twist = work.velocity[node];
             let half_mass = immersed.added_mass[pack] * weight * 0.5;

@@ -12,35 +12,35 @@ use crate::robot::state::tangent::{Coordinate, PointTangents, Rest, Row, Weights
 use crate::robot::turning::Turning;
 
 impl<G: Turning> PointTangents<G> {
-    /// Gyroscopes of the points inside a segment.
+    /// Gyroscopes of the points inside a piece.
     #[inline(always)]
     pub(crate) fn prepare(
         &mut self,
         plan: &Plan<G>,
-        segment: &PiecePlan<G>,
+        piece: &PiecePlan<G>,
         work: &Workspace<G>,
         weights: Weights,
     ) {
         if weights.is_mass_only {
             return;
         }
-        for (i, p) in segment.points.inside.clone().enumerate() {
+        for (i, p) in piece.points.inside.clone().enumerate() {
             (self.gyroscope[i], self.dead[i]) = gyroscopes(plan, work, p);
             self.response[i] = response(plan, work, p);
         }
     }
 
-    /// Psi at the points, of coordinate `k` of the segment: its integrand is given at the nodes.
+    /// Psi at the points, of coordinate `k` of the piece: its integrand is given at the nodes.
     #[inline(always)]
     pub(crate) fn shape(
         &mut self,
         plan: &Plan<G>,
-        segment: &PiecePlan<G>,
+        piece: &PiecePlan<G>,
         weights: Weights,
         k: usize,
         integrand: &[Twist<G, G::Pack>],
     ) {
-        let points = &plan.points[segment.points.inside.clone()];
+        let points = &plan.points[piece.points.inside.clone()];
         for (i, point) in points.iter().enumerate() {
             let psi = point.reach().integral(integrand);
             self.psi[k * points.len() + i] = psi;
@@ -54,11 +54,11 @@ impl<G: Turning> PointTangents<G> {
     pub(crate) fn rate(
         &mut self,
         plan: &Plan<G>,
-        segment: &PiecePlan<G>,
+        piece: &PiecePlan<G>,
         weights: Weights,
         integrand: &[Twist<G, G::Pack>],
     ) {
-        for (i, point) in plan.points[segment.points.inside.clone()].iter().enumerate() {
+        for (i, point) in plan.points[piece.points.inside.clone()].iter().enumerate() {
             let rate = point.reach().integral(integrand);
             self.y[i] += rate * weights.q;
             self.z[i] += rate * (2.0 * weights.v);
@@ -70,11 +70,11 @@ impl<G: Turning> PointTangents<G> {
     pub(crate) fn acceleration(
         &mut self,
         plan: &Plan<G>,
-        segment: &PiecePlan<G>,
+        piece: &PiecePlan<G>,
         weights: Weights,
         integrand: &[Twist<G, G::Pack>],
     ) {
-        for (i, point) in plan.points[segment.points.inside.clone()].iter().enumerate() {
+        for (i, point) in plan.points[piece.points.inside.clone()].iter().enumerate() {
             self.z[i] += point.reach().integral(integrand) * weights.q;
         }
     }
@@ -83,13 +83,13 @@ impl<G: Turning> PointTangents<G> {
     #[inline(always)]
     pub(crate) fn sources(
         &mut self,
-        segment: &PiecePlan<G>,
+        piece: &PiecePlan<G>,
         work: &Workspace<G>,
         weights: Weights,
         k: usize,
     ) -> Wrench<G, f64> {
         let mut total = Wrench::zero();
-        let states = &work.points[segment.points.inside.clone()];
+        let states = &work.points[piece.points.inside.clone()];
         for (i, state) in states.iter().enumerate() {
             let column = k * states.len() + i;
             let mut source = state.inertia.momentum(self.z[i]);
@@ -107,25 +107,25 @@ impl<G: Turning> PointTangents<G> {
         total
     }
 
-    /// What the points contribute to entry (j, k) of the segment's block.
+    /// What the points contribute to entry (j, k) of the piece's block.
     #[inline(always)]
-    pub(crate) fn entry(&self, segment: &PiecePlan<G>, j: usize, k: usize) -> f64 {
-        let points = segment.points.inside.len();
+    pub(crate) fn entry(&self, piece: &PiecePlan<G>, j: usize, k: usize) -> f64 {
+        let points = piece.points.inside.len();
         let columns = |k: usize| k * points..(k + 1) * points;
         self.psi[columns(j)].iter().zip(&self.source[columns(k)]).map(|(psi, source)| psi.dot(*source)).sum()
     }
 
-    /// Adds what the points contribute to the row of coordinate `j` of the segment.
+    /// Adds what the points contribute to the row of coordinate `j` of the piece.
     #[inline(always)]
     pub(crate) fn row(
         &self,
-        segment: &PiecePlan<G>,
+        piece: &PiecePlan<G>,
         work: &Workspace<G>,
         weights: Weights,
         j: usize,
         row: &mut Coordinate<G>,
     ) {
-        let states = &work.points[segment.points.inside.clone()];
+        let states = &work.points[piece.points.inside.clone()];
         for (i, state) in states.iter().enumerate() {
             let psi = self.psi[j * states.len() + i];
             row.row_z += state.inertia.momentum(psi);
@@ -138,8 +138,8 @@ impl<G: Turning> PointTangents<G> {
 
     /// Adds what the responses of the points contribute to it.
     #[inline(always)]
-    pub(crate) fn answer(&self, segment: &PiecePlan<G>, j: usize, row: &mut Row<'_, G>) {
-        let points = segment.points.inside.len();
+    pub(crate) fn answer(&self, piece: &PiecePlan<G>, j: usize, row: &mut Row<'_, G>) {
+        let points = piece.points.inside.len();
         for (response, &psi) in self.response.iter().zip(&self.psi[j * points..][..points]) {
             if let Some(response) = response {
                 row.answer(response, psi);
@@ -174,7 +174,7 @@ fn response<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, p: usize) -> Option
     Some(sum)
 }
 
-/// Adds the points of one kind of a segment, those inside or those at its end, to what lies behind a place.
+/// Adds the points of one kind of a piece, those inside or those at its end, to what lies behind a place.
 #[inline(always)]
 pub(crate) fn add_to_rest<G: Turning>(
     plan: &Plan<G>,

@@ -1,8 +1,8 @@
 //! What is concentrated at places of the rod: forces, moments, rigid bodies, springs to the world.
 //!
-//! A place X inside a segment is reached by the weights u_l of the integral up to it: what lies there moves by
+//! A place X inside a piece is reached by the weights u_l of the integral up to it: what lies there moves by
 //! `Psi(X) = sum_l u_l S_l`. A wrench W there has the generalised forces `Psi_j(X) . W = sum_l w_l S_j,l . (u_l / w_l) W` with the
-//! quadrature weights w_l: node l carries the share u_l / w_l of it. So a segment need not end there, nothing is smeared out,
+//! quadrature weights w_l: node l carries the share u_l / w_l of it. So a piece need not end there, nothing is smeared out,
 //! and the summation by parts behind the tangent stays exact.
 
 use crate::lie::{Lanes, Twist, VectorSpace, Wrench};
@@ -45,27 +45,27 @@ impl<G: Turning> Inside<G> {
     }
 }
 
-/// Positions, rotations and inertia at the points of segment `s`, with the kinematics of the segment up to date.
+/// Positions, rotations and inertia at the points of piece `s`, with the kinematics of the piece up to date.
 #[inline(always)]
 pub(crate) fn find<G: Turning>(
     plan: &Plan<G>,
-    segment: &PiecePlan<G>,
+    piece: &PiecePlan<G>,
     s: usize,
     work: &mut Workspace<G>,
     q: &[f64],
 ) {
-    for p in segment.points.all() {
+    for p in piece.points.all() {
         let point = &plan.points[p];
         let (position, rotation) = match &point.inside {
             Some(inside) => {
                 let mut change = G::Vector::<G::Pack>::zero();
-                for (&weight, &slope) in inside.up_to.iter().zip(&work.slope[segment.node_packs()]) {
+                for (&weight, &slope) in inside.up_to.iter().zip(&work.slope[piece.node_packs()]) {
                     change += slope * weight;
                 }
                 let position =
                     work.stations[s].position + G::map_vector(&change, |pack: &G::Pack| pack.sum());
                 let is_oriented = point.is_oriented;
-                let rotation = is_oriented.then(|| place::rotation_at(segment, work, q, &point.place));
+                let rotation = is_oriented.then(|| place::rotation_at(piece, work, q, &point.place));
                 (position, rotation)
             }
             None => {
@@ -82,15 +82,15 @@ pub(crate) fn find<G: Turning>(
     }
 }
 
-/// Motion and force at the points of segment `s`, with the motion of the segment up to date.
+/// Motion and force at the points of piece `s`, with the motion of the piece up to date.
 #[inline(always)]
-pub(crate) fn drive<G: Turning>(plan: &Plan<G>, segment: &PiecePlan<G>, s: usize, work: &mut Workspace<G>) {
-    for p in segment.points.all() {
+pub(crate) fn drive<G: Turning>(plan: &Plan<G>, piece: &PiecePlan<G>, s: usize, work: &mut Workspace<G>) {
+    for p in piece.points.all() {
         let point = &plan.points[p];
         let mut state = work.points[p];
         let motion = match &point.inside {
             Some(inside) => {
-                let nodes = segment.node_packs();
+                let nodes = piece.node_packs();
                 let base = &work.stations[s];
                 let velocity = base.velocity + inside.integral(&work.rate[nodes.clone()]);
                 let acceleration = base.acceleration + inside.integral(&work.acceleration_rate[nodes]);
@@ -115,29 +115,29 @@ pub(crate) fn drive<G: Turning>(plan: &Plan<G>, segment: &PiecePlan<G>, s: usize
     }
 }
 
-/// The wrench that the points at the end of a segment need.
+/// The wrench that the points at the end of a piece need.
 #[inline(always)]
-pub(crate) fn at_end<G: Turning>(segment: &PiecePlan<G>, work: &Workspace<G>) -> Wrench<G, f64> {
+pub(crate) fn at_end<G: Turning>(piece: &PiecePlan<G>, work: &Workspace<G>) -> Wrench<G, f64> {
     let mut sum = Wrench::zero();
-    for point in &work.points[segment.points.at_end.clone()] {
+    for point in &work.points[piece.points.at_end.clone()] {
         sum += point.force;
     }
     sum
 }
 
-/// Adds what the points inside a segment need to the internal wrench at the nodes; returns their sum.
+/// Adds what the points inside a piece need to the internal wrench at the nodes; returns their sum.
 #[inline(always)]
 pub(crate) fn carry<G: Turning>(
     plan: &Plan<G>,
-    segment: &PiecePlan<G>,
+    piece: &PiecePlan<G>,
     work: &mut Workspace<G>,
 ) -> Wrench<G, f64> {
     let mut sum = Wrench::zero();
-    for p in segment.points.inside.clone() {
+    for p in piece.points.inside.clone() {
         let force = work.points[p].force;
         sum += force;
         let force = force.splat();
-        let internal = &mut work.internal[segment.node_packs()];
+        let internal = &mut work.internal[piece.node_packs()];
         for (internal, &share) in internal.iter_mut().zip(&plan.points[p].reach().share) {
             *internal += force * share;
         }

@@ -29,12 +29,12 @@ impl<G: Turning> Spread<G> {
     }
 }
 
-/// Takes the spread loads off what the motion of a segment needs.
+/// Takes the spread loads off what the motion of a piece needs.
 #[inline(always)]
-pub(crate) fn act<G: Turning>(plan: &Plan<G>, segment: &PiecePlan<G>, work: &mut Workspace<G>) {
-    for spread in &segment.spread {
-        for pack in 0..segment.packs {
-            let node = segment.first_pack + pack;
+pub(crate) fn act<G: Turning>(plan: &Plan<G>, piece: &PiecePlan<G>, work: &mut Workspace<G>) {
+    for spread in &piece.spread {
+        for pack in 0..piece.packs {
+            let node = piece.first_pack + pack;
             let wrench = spread.wrench(plan, work, pack, &work.rotation[node]);
             work.force[node] = work.force[node] - wrench.at(work.position[node]);
         }

@@ -1,6 +1,6 @@
 //! The tangent of a long rod as the matrix of a chain, which is evaluated and solved with in linear time.
 //!
-//! All that passes from one segment to others is a wrench towards the base and, towards the tip, Z, the angular part of Y and,
+//! All that passes from one piece to others is a wrench towards the base and, towards the tip, Z, the angular part of Y and,
 //! where a dead load asks for it, the turn of the material; where there are springs or a fluid, the whole of Y and of the
 //! displacement (see `tangent`). In the inertial frame none of them changes on
 //! the way.
@@ -30,10 +30,10 @@ pub(crate) fn ranks<G: Turning>(plan: &Plan<G>) -> [usize; 2] {
 }
 
 fn sizes<G: Turning>(plan: &Plan<G>) -> Vec<usize> {
-    plan.segments.iter().map(|segment| segment.n).collect()
+    plan.pieces.iter().map(|piece| piece.n).collect()
 }
 
-/// The blocks between different segments, by their generators.
+/// The blocks between different pieces, by their generators.
 #[inline(always)]
 pub(crate) fn generate<G: Geometry>(
     coordinates: &[Coordinate<G>],

@@ -15,14 +15,14 @@ pub(crate) fn energy<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, q: &[f64])
     let surroundings = &work.surroundings;
     let mut energy = Energy { elastic: 0.5 * quadratic_form(plan, q, |_| 1.0), ..Energy::default() };
     let mut twice_kinetic = G::Pack::splat(0.0);
-    for segment in &plan.segments {
-        for pack in 0..segment.packs {
-            let node = segment.first_pack + pack;
-            let weight = segment.weights[pack];
+    for piece in &plan.pieces {
+        for pack in 0..piece.packs {
+            let node = piece.first_pack + pack;
+            let weight = piece.weights[pack];
             twice_kinetic += work.velocity[node].dot(work.momentum[node]) * weight;
-            let mass = (segment.mass[pack] * weight).sum();
-            let mut moment = work.position[node] * (segment.mass[pack] * weight);
-            if let Moments::General(sections) = &segment.moments {
+            let mass = (piece.mass[pack] * weight).sum();
+            let mut moment = work.position[node] * (piece.mass[pack] * weight);
+            if let Moments::General(sections) = &piece.moments {
                 moment += G::rotate(&work.rotation[node], sections[pack].first_moment) * weight;
             }
             let moment = G::map_vector(&moment, |pack: &G::Pack| pack.sum());
@@ -63,11 +63,11 @@ fn held<'a, G: Turning>(
 /// What the velocity of the frame adds to the kinetic energy in it: `v . p + m v^2 / 2` with the momentum p in the frame.
 fn kinetic_energy_of_frame<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> f64 {
     let (mut mass, mut momentum) = (0.0, G::Vector::<f64>::zero());
-    for segment in &plan.segments {
-        for pack in 0..segment.packs {
-            let node = segment.first_pack + pack;
-            let weight = segment.weights[pack];
-            mass += (segment.mass[pack] * weight).sum();
+    for piece in &plan.pieces {
+        for pack in 0..piece.packs {
+            let node = piece.first_pack + pack;
+            let weight = piece.weights[pack];
+            mass += (piece.mass[pack] * weight).sum();
             momentum += G::map_vector(&(work.momentum[node].force * weight), |pack: &G::Pack| pack.sum());
         }
     }
@@ -87,12 +87,12 @@ fn dead_forces<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> f64 {
             sum += work.acting[load].force.dot(state.position);
         }
     }
-    for segment in &plan.segments {
-        for spread in segment.spread.iter().filter(|spread| plan.loads[spread.load].has_potential) {
-            for pack in 0..segment.packs {
-                let node = segment.first_pack + pack;
+    for piece in &plan.pieces {
+        for spread in piece.spread.iter().filter(|spread| plan.loads[spread.load].has_potential) {
+            for pack in 0..piece.packs {
+                let node = piece.first_pack + pack;
                 let force = spread.wrench(plan, work, pack, &work.rotation[node]).force;
-                sum += (force.dot(work.position[node]) * segment.weights[pack]).sum();
+                sum += (force.dot(work.position[node]) * piece.weights[pack]).sum();
             }
         }
     }
@@ -115,17 +115,17 @@ pub(crate) fn supplied_power<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) ->
             power += (state.velocity + frame).dot(wrench.at(state.position));
         }
     }
-    for segment in &plan.segments {
-        for spread in &segment.spread {
-            for pack in 0..segment.packs {
-                let node = segment.first_pack + pack;
+    for piece in &plan.pieces {
+        for spread in &piece.spread {
+            for pack in 0..piece.packs {
+                let node = piece.first_pack + pack;
                 let mut wrench = spread.wrench(plan, work, pack, &work.rotation[node]);
                 if plan.loads[spread.load].has_potential {
                     wrench.force = VectorSpace::zero();
                 }
                 let velocity = work.velocity[node] + frame.splat();
                 let power_of_nodes = velocity.dot(wrench.at(work.position[node]));
-                power += (power_of_nodes * segment.weights[pack]).sum();
+                power += (power_of_nodes * piece.weights[pack]).sum();
             }
         }
     }
@@ -147,9 +147,9 @@ pub(crate) fn power_of_resistance<G: Turning>(plan: &Plan<G>, work: &Workspace<G
 /// `sum_segments factor(mu) x K x`.
 fn quadratic_form<G: Turning>(plan: &Plan<G>, x: &[f64], factor: impl Fn(f64) -> f64) -> f64 {
     let mut total = 0.0;
-    for segment in &plan.segments {
-        let factor = factor(segment.retardation_time);
-        for component in &segment.components {
+    for piece in &plan.pieces {
+        let factor = factor(piece.retardation_time);
+        for component in &piece.components {
             let x = &x[component.first..component.first + component.modes];
             for j in 0..component.modes {
                 for k in 0..component.modes {
@@ -157,7 +157,7 @@ fn quadratic_form<G: Turning>(plan: &Plan<G>, x: &[f64], factor: impl Fn(f64) ->
                 }
             }
         }
-        for coupling in &segment.couplings {
+        for coupling in &piece.couplings {
             let [rows, columns] = coupling.coordinates();
             for (j, row) in rows.enumerate() {
                 for (k, column) in columns.clone().enumerate() {

@@ -48,27 +48,27 @@ pub(crate) fn update<G: Turning, const PLAIN: bool>(
     known[..n].copy_from_slice(q);
     known[n..2 * n].copy_from_slice(qd);
     known[2 * n..].copy_from_slice(qdd);
-    for (s, segment) in plan.segments.iter().enumerate() {
-        match &segment.moments {
+    for (s, piece) in plan.pieces.iter().enumerate() {
+        match &piece.moments {
             Moments::Round(rotary) => {
-                let sections = Round { mass: &segment.mass, rotary };
-                sweep_out(plan.frame, segment, &sections, s, work, qd, qdd);
+                let sections = Round { mass: &piece.mass, rotary };
+                sweep_out(plan.frame, piece, &sections, s, work, qd, qdd);
             }
             Moments::General(_) if PLAIN => unreachable!("sections of plain rods look round"),
             Moments::General(sections) => {
-                sweep_out(plan.frame, segment, &General(sections), s, work, qd, qdd);
+                sweep_out(plan.frame, piece, &General(sections), s, work, qd, qdd);
             }
         }
-        spread::act(plan, segment, work);
+        spread::act(plan, piece, work);
         if !PLAIN {
-            immersion::act(plan, segment, work);
+            immersion::act(plan, piece, work);
         }
-        points::drive(plan, segment, s, work);
+        points::drive(plan, piece, s, work);
     }
     let mut end = Wrench::zero();
-    for segment in plan.segments.iter().rev() {
-        end = sweep_back(segment, work, end + points::at_end(segment, work));
-        end += points::carry(plan, segment, work);
+    for piece in plan.pieces.iter().rev() {
+        end = sweep_back(piece, work, end + points::at_end(piece, work));
+        end += points::carry(plan, piece, work);
     }
     work.base_wrench = end;
 }
@@ -76,7 +76,7 @@ pub(crate) fn update<G: Turning, const PLAIN: bool>(
 #[inline(always)]
 fn sweep_out<G: Turning>(
     frame: G::Frame,
-    segment: &PiecePlan<G>,
+    piece: &PiecePlan<G>,
     sections: &impl Sections<G>,
     s: usize,
     work: &mut Workspace<G>,
@@ -84,8 +84,8 @@ fn sweep_out<G: Turning>(
     qdd: &[f64],
 ) {
     // Slices of one length, so that no index below needs a check.
-    let packs = segment.packs;
-    let nodes = segment.node_packs();
+    let packs = piece.packs;
+    let nodes = piece.node_packs();
     let rotation = &work.rotation[nodes.clone()][..packs];
     let position = &work.position[nodes.clone()][..packs];
     let rate = &mut work.rate[nodes.clone()][..packs];
@@ -94,26 +94,26 @@ fn sweep_out<G: Turning>(
     let acceleration = &mut work.acceleration[nodes.clone()][..packs];
     let momentum = &mut work.momentum[nodes.clone()][..packs];
     let force = &mut work.force[nodes][..packs];
-    let weights = &segment.weights[..packs];
+    let weights = &piece.weights[..packs];
 
     let base = work.stations[s];
-    segment.fields(qd, rate);
-    segment.fields(qdd, acceleration_rate);
+    piece.fields(qd, rate);
+    piece.fields(qdd, acceleration_rate);
     for pack in 0..packs {
         let place = (&rotation[pack], position[pack]);
-        rate[pack] = carried(place.0, place.1, rate[pack], segment.is_extensible);
-        acceleration_rate[pack] = carried(place.0, place.1, acceleration_rate[pack], segment.is_extensible);
+        rate[pack] = carried(place.0, place.1, rate[pack], piece.is_extensible);
+        acceleration_rate[pack] = carried(place.0, place.1, acceleration_rate[pack], piece.is_extensible);
     }
     let mut change = (Twist::zero(), Twist::zero());
     let start = base.velocity.splat();
-    for (pack, row) in segment.rows(&segment.from_base).enumerate() {
+    for (pack, row) in piece.rows(&piece.from_base).enumerate() {
         velocity[pack] = weighted_sum(start, row, rate, Twist::add_lane);
         acceleration_rate[pack] = velocity[pack].bracket_add(rate[pack], acceleration_rate[pack]);
         change.0 = change.0.add_scaled(rate[pack], weights[pack]);
         change.1 = change.1.add_scaled(acceleration_rate[pack], weights[pack]);
     }
     let start = base.acceleration.splat();
-    for (pack, row) in segment.rows(&segment.from_base).enumerate() {
+    for (pack, row) in piece.rows(&piece.from_base).enumerate() {
         acceleration[pack] = weighted_sum(start, row, acceleration_rate, Twist::add_lane);
         let inertia = sections.seen(frame, pack, &rotation[pack], position[pack]);
         momentum[pack] = inertia.momentum(velocity[pack]);
@@ -125,21 +125,21 @@ fn sweep_out<G: Turning>(
     next.acceleration = base.acceleration + change.1.sum();
 }
 
-/// Internal wrench at the nodes, from that at the segment's end; returns that at its base.
+/// Internal wrench at the nodes, from that at the piece's end; returns that at its base.
 #[inline(always)]
 fn sweep_back<G: Turning>(
-    segment: &PiecePlan<G>,
+    piece: &PiecePlan<G>,
     work: &mut Workspace<G>,
     end: Wrench<G, f64>,
 ) -> Wrench<G, f64> {
-    let nodes = segment.node_packs();
-    let force = &work.force[nodes.clone()][..segment.packs];
-    let internal = &mut work.internal[nodes][..segment.packs];
+    let nodes = piece.node_packs();
+    let force = &work.force[nodes.clone()][..piece.packs];
+    let internal = &mut work.internal[nodes][..piece.packs];
     let mut total = Wrench::zero();
     let start = end.splat();
-    for (pack, row) in segment.rows(&segment.to_end).enumerate() {
+    for (pack, row) in piece.rows(&piece.to_end).enumerate() {
         internal[pack] = weighted_sum(start, row, force, Wrench::add_lane);
-        total = total.add_scaled(force[pack], segment.weights[pack]);
+        total = total.add_scaled(force[pack], piece.weights[pack]);
     }
     end + total.sum()
 }
@@ -153,9 +153,9 @@ pub(crate) fn project<G: Turning, const PLAIN: bool>(
     qd: &[f64],
     tau: &mut [f64],
 ) {
-    for segment in &plan.segments {
-        let packs = segment.packs;
-        let nodes = segment.node_packs();
+    for piece in &plan.pieces {
+        let packs = piece.packs;
+        let nodes = piece.node_packs();
         let rotation = &work.rotation[nodes.clone()][..packs];
         let position = &work.position[nodes.clone()][..packs];
         let internal = &work.internal[nodes.clone()][..packs];
@@ -167,12 +167,12 @@ pub(crate) fn project<G: Turning, const PLAIN: bool>(
                 force: G::rotate_back(&rotation[pack], force),
             };
         }
-        let mu = segment.retardation_time;
-        for component in &segment.components {
+        let mu = piece.retardation_time;
+        for component in &piece.components {
             let own = component.first..component.first + component.modes;
             let (q, qd) = (&q[own.clone()], &qd[own.clone()]);
             let tau = &mut tau[own];
-            let rows = segment.weighted_basis.chunks_exact(packs);
+            let rows = piece.weighted_basis.chunks_exact(packs);
             for ((j, tau), row) in tau.iter_mut().enumerate().zip(rows) {
                 let mut sum = G::Pack::splat(0.0);
                 for (&weight, wrench) in row.iter().zip(body.iter_mut()) {
@@ -182,7 +182,7 @@ pub(crate) fn project<G: Turning, const PLAIN: bool>(
             }
         }
         if !PLAIN {
-            for coupling in &segment.couplings {
+            for coupling in &piece.couplings {
                 coupling.add_elastic_force(q, qd, mu, tau);
             }
         }

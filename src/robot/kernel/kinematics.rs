@@ -21,14 +21,14 @@ pub struct Pose {
 /// Derivative of the position along the rod at the nodes of one pack: `R gamma`.
 #[inline(always)]
 fn slope<G: Turning>(
-    segment: &PiecePlan<G>,
+    piece: &PiecePlan<G>,
     frame: G::Frame,
     q: &[f64],
     pack: usize,
     rotation: &G::Rotation<G::Pack>,
 ) -> G::Vector<G::Pack> {
-    if segment.is_extensible {
-        G::rotate(rotation, segment.field(q, pack).linear + segment.reference_slope[pack])
+    if piece.is_extensible {
+        G::rotate(rotation, piece.field(q, pack).linear + piece.reference_slope[pack])
     } else {
         G::rod_axis(frame, rotation)
     }
@@ -44,38 +44,38 @@ pub(crate) fn update<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, q: &[f
     work.kinematics_of.extend_from_slice(q);
     // Whatever was computed of the motion belongs to another shape.
     work.motion_is_known = false;
-    for (s, segment) in plan.segments.iter().enumerate() {
-        let rotations = &mut work.rotation[segment.node_packs()];
+    for (s, piece) in plan.pieces.iter().enumerate() {
+        let rotations = &mut work.rotation[piece.node_packs()];
         let base = work.stations[s];
         let end = &mut work.stations[s + 1];
-        end.orientation = G::turn(segment, q, base.orientation, rotations);
+        end.orientation = G::turn(piece, q, base.orientation, rotations);
 
-        let slopes = &mut work.slope[segment.node_packs()];
+        let slopes = &mut work.slope[piece.node_packs()];
         for (pack, (slope, rotation)) in slopes.iter_mut().zip(rotations.iter()).enumerate() {
-            *slope = self::slope(segment, plan.frame, q, pack, rotation);
+            *slope = self::slope(piece, plan.frame, q, pack, rotation);
         }
         let start = G::map_vector(&base.position, |&x| G::Pack::splat(x));
         let mut total = G::Vector::<G::Pack>::zero();
-        let positions = &mut work.position[segment.node_packs()];
+        let positions = &mut work.position[piece.node_packs()];
         for (pack, position) in positions.iter_mut().enumerate() {
-            let row = segment.row(&segment.from_base, pack);
+            let row = piece.row(&piece.from_base, pack);
             *position = weighted_sum(start, row, slopes, |sum, slope, lane, weight| {
                 sum.add_scaled(
                     G::map_vector(slope, |component: &G::Pack| G::Pack::splat(component.lane(lane))),
                     weight,
                 )
             });
-            total = total.add_scaled(slopes[pack], segment.weights[pack]);
+            total = total.add_scaled(slopes[pack], piece.weights[pack]);
         }
         end.position = base.position + G::map_vector(&total, |pack: &G::Pack| pack.sum());
-        points::find(plan, segment, s, work, q);
+        points::find(plan, piece, s, work, q);
     }
 }
 
 /// The pose at a place, with the kinematics up to date.
 pub(crate) fn pose<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, q: &[f64], place: &Place) -> Pose {
-    let segment = &plan.segments[place.segment];
-    let rotation = place::rotation_at(segment, work, q, place);
+    let piece = &plan.pieces[place.piece];
+    let rotation = place::rotation_at(piece, work, q, place);
     let position = position(plan, work, place);
     let base = &work.surroundings.base.rotation;
     let Rotation { x, y, z } = G::rotation_in_space(plan.frame, &rotation);
@@ -87,8 +87,8 @@ pub(crate) fn pose<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, q: &[f64], p
 
 /// The position of a place in the frame, with the kinematics up to date.
 pub(crate) fn position<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, place: &Place) -> G::Vector<f64> {
-    let mut position = work.stations[place.segment].position;
-    let slopes = &work.slope[plan.segments[place.segment].node_packs()];
+    let mut position = work.stations[place.piece].position;
+    let slopes = &work.slope[plan.pieces[place.piece].node_packs()];
     for (i, &weight) in place.weights.iter().enumerate() {
         position +=
             G::map_vector(&slopes[i / LANES], |component: &G::Pack| component.lane(i % LANES)) * weight;
@@ -98,8 +98,8 @@ pub(crate) fn position<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, place: &
 
 /// Angular velocity of a place and velocity of its point, in world axes, with the motion up to date.
 pub(crate) fn velocity<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, place: &Place) -> [Vector<f64>; 2] {
-    let Twist { mut angular, mut linear } = work.stations[place.segment].velocity;
-    let rates = &work.rate[plan.segments[place.segment].node_packs()];
+    let Twist { mut angular, mut linear } = work.stations[place.piece].velocity;
+    let rates = &work.rate[plan.pieces[place.piece].node_packs()];
     for (i, &weight) in place.weights.iter().enumerate() {
         let (rate, lane) = (&rates[i / LANES], i % LANES);
         angular += G::map_axial(&rate.angular, |component: &G::Pack| component.lane(lane)) * weight;

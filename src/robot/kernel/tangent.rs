@@ -2,7 +2,7 @@
 //!
 //! For a variation of coordinate k by (dq, dqd, dqdd) = (w_q, w_v, w_a), let Y = dV - ad_Psi V and
 //! Z = dA - ad_Psi A + ad_V Y be the variations of velocity and acceleration as the moving material sees them. Then the
-//! tangent of design section 4 collapses to integrals over the segment of coordinate k alone:
+//! tangent of design section 4 collapses to integrals over the piece of coordinate k alone:
 //!
 //! ```text
 //! Y' = w_v S + w_q ad_V S
@@ -12,13 +12,13 @@
 //! ```
 //!
 //! With `Psi = int S` of one coordinate, `Psi' = int ad_V S` and `Psi'' = int (ad_A + ad_V ad_V) S`, all from the base of its
-//! segment, Y and Z are sums of these three, and by summation by parts (exact for this quadrature)
+//! piece, Y and Z are sums of these three, and by summation by parts (exact for this quadrature)
 //! `int S_j . H = Psi_j . H_end + int Psi_j . (N Z + C Y - w_q ad_S^T F)`.
 //!
 //! Springs and the fluid answer to the whole of Y and of the displacement `w_q Psi` (see `response`).
 //!
-//! Outside its own segment a coordinate's Y and Z are constant; its H is constant before the segment, and linear in (Y, Z)
-//! behind it: the blocks between different segments have rank 12 at most and cost a few products an entry. How far the
+//! Outside its own piece a coordinate's Y and Z are constant; its H is constant before the piece, and linear in (Y, Z)
+//! behind it: the blocks between different pieces have rank 12 at most and cost a few products an entry. How far the
 //! material turns appears only where dead loads ask for it (the whole of Y and of its displacement, where springs or fluid do); follower loads turn with the material and change nothing that it sees.
 
 use super::chain;
@@ -54,40 +54,40 @@ pub(crate) fn weighted_tangent<G: Turning, const PLAIN: bool>(
         dead: Gyroscope::zero(),
         response: Response::zero(),
     };
-    for (s, segment) in plan.segments.iter().enumerate().rev() {
-        point_tangent::add_to_rest(plan, work, segment.points.at_end.clone(), weights, &mut rest);
-        memory.points.prepare(plan, segment, work, weights);
-        match &segment.moments {
+    for (s, piece) in plan.pieces.iter().enumerate().rev() {
+        point_tangent::add_to_rest(plan, work, piece.points.at_end.clone(), weights, &mut rest);
+        memory.points.prepare(plan, piece, work, weights);
+        match &piece.moments {
             Moments::Round(rotary) => {
-                let sections = Round { mass: &segment.mass, rotary };
-                bodies(plan, segment, &sections, work, memory, weights);
+                let sections = Round { mass: &piece.mass, rotary };
+                sections_in_motion(plan, piece, &sections, work, memory, weights);
             }
             Moments::General(_) if PLAIN => unreachable!("sections of plain rods look round"),
             Moments::General(sections) => {
-                bodies(plan, segment, &General(sections), work, memory, weights);
+                sections_in_motion(plan, piece, &General(sections), work, memory, weights);
             }
         }
-        if has_dead_loads(plan, segment, weights) {
-            spread(plan, segment, work, memory);
+        if has_dead_loads(plan, piece, weights) {
+            spread(plan, piece, work, memory);
         }
         if !PLAIN {
-            immersion::respond(plan, segment, work, weights.is_mass_only, &mut memory.response);
+            immersion::respond(plan, piece, work, weights.is_mass_only, &mut memory.response);
         }
-        shapes(segment, work, memory, weights);
-        for (c, component) in segment.components.iter().enumerate() {
+        shapes(piece, work, memory, weights);
+        for (c, component) in piece.components.iter().enumerate() {
             for degree in 0..component.modes {
-                column::<G, PLAIN>(plan, segment, work, memory, weights, &rest, c, degree);
+                column::<G, PLAIN>(plan, piece, work, memory, weights, &rest, c, degree);
                 // A mass matrix is symmetric: its rows are its columns.
                 if s > 0 && !weights.is_mass_only {
-                    row::<G, PLAIN>(plan, segment, work, memory, weights, &rest, component.first + degree);
+                    row::<G, PLAIN>(plan, piece, work, memory, weights, &rest, component.first + degree);
                 }
             }
         }
-        let (entries, stride) = tangent.block(s, segment);
-        block(segment, memory, weights, entries, stride);
-        elasticity::<G, PLAIN>(segment, weights, entries, stride);
+        let (entries, stride) = tangent.block(s, piece);
+        block(piece, memory, weights, entries, stride);
+        elasticity::<G, PLAIN>(piece, weights, entries, stride);
         if s > 0 {
-            add_segment::<G, PLAIN>(plan, segment, work, memory, weights, &mut rest);
+            add_segment::<G, PLAIN>(plan, piece, work, memory, weights, &mut rest);
         }
     }
     match tangent {
@@ -100,17 +100,17 @@ pub(crate) fn weighted_tangent<G: Turning, const PLAIN: bool>(
 
 /// N and C of all nodes, times the quadrature weights.
 #[inline(always)]
-fn bodies<G: Turning>(
+fn sections_in_motion<G: Turning>(
     plan: &Plan<G>,
-    segment: &PiecePlan<G>,
+    piece: &PiecePlan<G>,
     sections: &impl Sections<G>,
     work: &Workspace<G>,
     memory: &mut TangentWorkspace<G>,
     weights: Weights,
 ) {
-    for pack in 0..segment.packs {
-        let node = segment.first_pack + pack;
-        let weight = segment.weights[pack];
+    for pack in 0..piece.packs {
+        let node = piece.first_pack + pack;
+        let weight = piece.weights[pack];
         let seen = sections.seen(plan.frame, pack, &work.rotation[node], work.position[node]);
         let inertia = seen.weighted(weight);
         memory.inertia[pack] = inertia;
@@ -121,25 +121,25 @@ fn bodies<G: Turning>(
     }
 }
 
-/// Whether dead loads are spread along the segment, and matter.
+/// Whether dead loads are spread along the piece, and matter.
 #[inline(always)]
-fn has_dead_loads<G: Turning>(plan: &Plan<G>, segment: &PiecePlan<G>, weights: Weights) -> bool {
-    !weights.is_mass_only && segment.spread.iter().any(|spread| spread.is_dead(plan))
+fn has_dead_loads<G: Turning>(plan: &Plan<G>, piece: &PiecePlan<G>, weights: Weights) -> bool {
+    !weights.is_mass_only && piece.spread.iter().any(|spread| spread.is_dead(plan))
 }
 
-/// The gyroscopes of the dead loads that are spread along the segment.
+/// The gyroscopes of the dead loads that are spread along the piece.
 #[inline(always)]
 fn spread<G: Turning>(
     plan: &Plan<G>,
-    segment: &PiecePlan<G>,
+    piece: &PiecePlan<G>,
     work: &Workspace<G>,
     memory: &mut TangentWorkspace<G>,
 ) {
-    memory.dead[..segment.packs].fill(Gyroscope::zero());
-    for spread in segment.spread.iter().filter(|spread| spread.is_dead(plan)) {
-        for pack in 0..segment.packs {
-            let node = segment.first_pack + pack;
-            let load = spread.wrench(plan, work, pack, &work.rotation[node]) * segment.weights[pack];
+    memory.dead[..piece.packs].fill(Gyroscope::zero());
+    for spread in piece.spread.iter().filter(|spread| spread.is_dead(plan)) {
+        for pack in 0..piece.packs {
+            let node = piece.first_pack + pack;
+            let load = spread.wrench(plan, work, pack, &work.rotation[node]) * piece.weights[pack];
             memory.dead[pack].add(Gyroscope::of_dead_load(load, work.position[node]));
         }
     }
@@ -148,42 +148,42 @@ fn spread<G: Turning>(
 #[inline(always)]
 fn add_segment<G: Turning, const PLAIN: bool>(
     plan: &Plan<G>,
-    segment: &PiecePlan<G>,
+    piece: &PiecePlan<G>,
     work: &Workspace<G>,
     memory: &TangentWorkspace<G>,
     weights: Weights,
     rest: &mut Rest<G>,
 ) {
-    for pack in 0..segment.packs {
+    for pack in 0..piece.packs {
         rest.inertia.add(memory.inertia[pack].sum());
         if !weights.is_mass_only {
             rest.gyroscope.add(memory.gyroscope[pack].sum());
         }
     }
-    if has_dead_loads(plan, segment, weights) {
-        for dead in &memory.dead[..segment.packs] {
+    if has_dead_loads(plan, piece, weights) {
+        for dead in &memory.dead[..piece.packs] {
             rest.dead.add(dead.sum());
         }
     }
-    if !PLAIN && segment.immersed.is_some() {
-        for response in &memory.response[..segment.packs] {
+    if !PLAIN && piece.immersed.is_some() {
+        for response in &memory.response[..piece.packs] {
             rest.response.add(response.sum());
         }
     }
-    point_tangent::add_to_rest(plan, work, segment.points.inside.clone(), weights, rest);
+    point_tangent::add_to_rest(plan, work, piece.points.inside.clone(), weights, rest);
 }
 
 /// S, ad_V S, (ad_A + ad_V ad_V) S and w_q ad_S^T F of a unit of each strain component at all nodes.
 #[inline(always)]
 fn shapes<G: Turning>(
-    segment: &PiecePlan<G>,
+    piece: &PiecePlan<G>,
     work: &Workspace<G>,
     memory: &mut TangentWorkspace<G>,
     weights: Weights,
 ) {
-    for (c, component) in segment.components.iter().enumerate() {
-        for pack in 0..segment.packs {
-            let node = segment.first_pack + pack;
+    for (c, component) in piece.components.iter().enumerate() {
+        for pack in 0..piece.packs {
+            let node = piece.first_pack + pack;
             let rotation = &work.rotation[node];
             let shape = if component.index < G::ANGULAR {
                 let axis = G::angular_axis(rotation, component.index);
@@ -192,7 +192,7 @@ fn shapes<G: Turning>(
                 let axis = G::linear_axis(rotation, component.index - G::ANGULAR);
                 Twist { angular: VectorSpace::zero(), linear: axis }
             };
-            let block = c * segment.packs + pack;
+            let block = c * piece.packs + pack;
             memory.shape[block] = shape;
             if !weights.is_mass_only {
                 let velocity = work.velocity[node];
@@ -208,12 +208,12 @@ fn shapes<G: Turning>(
 }
 
 /// The column of a component and degree: Psi and the change of the force at the nodes, and what the coordinate is outside
-/// its segment.
+/// its piece.
 #[allow(clippy::too_many_arguments, reason = "one sweep, its inputs named one by one")]
 #[inline(always)]
 fn column<G: Turning, const PLAIN: bool>(
     plan: &Plan<G>,
-    segment: &PiecePlan<G>,
+    piece: &PiecePlan<G>,
     work: &Workspace<G>,
     memory: &mut TangentWorkspace<G>,
     weights: Weights,
@@ -221,23 +221,23 @@ fn column<G: Turning, const PLAIN: bool>(
     c: usize,
     degree: usize,
 ) {
-    let packs = segment.packs;
-    let k = segment.components[c].first + degree;
+    let packs = piece.packs;
+    let k = piece.components[c].first + degree;
     let blocks = c * packs..(c + 1) * packs;
-    let columns = (k - segment.first) * packs..(k - segment.first + 1) * packs;
+    let columns = (k - piece.first) * packs..(k - piece.first + 1) * packs;
     let degrees = degree * packs..(degree + 1) * packs;
-    let (basis, weighted_basis) = (&segment.basis[degrees.clone()], &segment.weighted_basis[degrees]);
+    let (basis, weighted_basis) = (&piece.basis[degrees.clone()], &piece.weighted_basis[degrees]);
     let [w_q, w_v, w_a] = [weights.q, weights.v, weights.a].map(G::Pack::splat);
 
     let integrand = &mut memory.integrand[..packs];
     let psi = &mut memory.psi[columns.clone()];
     let source = &mut memory.source[columns];
     let inertia = &memory.inertia[..packs];
-    let shape = integrate(segment, basis, &memory.shape[blocks.clone()], integrand, psi);
+    let shape = integrate(piece, basis, &memory.shape[blocks.clone()], integrand, psi);
     let points = &mut memory.points;
-    let has_points = !segment.points.inside.is_empty();
+    let has_points = !piece.points.inside.is_empty();
     if has_points {
-        points.shape(plan, segment, weights, k - segment.first, integrand);
+        points.shape(plan, piece, weights, k - piece.first, integrand);
     }
     let mut coordinate = Coordinate { shape, z: shape * weights.a, ..Coordinate::zero() };
     let mut total = Wrench::zero();
@@ -247,7 +247,7 @@ fn column<G: Turning, const PLAIN: bool>(
             total += source[pack];
         }
         coordinate.end = rest.inertia.momentum(coordinate.z);
-        if !PLAIN && segment.immersed.is_some() {
+        if !PLAIN && piece.immersed.is_some() {
             for (pack, response) in memory.response[..packs].iter().enumerate() {
                 let change = response.inertia.times_add(psi[pack] * w_a, Wrench::zero());
                 source[pack] += change;
@@ -258,19 +258,14 @@ fn column<G: Turning, const PLAIN: bool>(
     } else {
         let psi_rate = &mut memory.psi_rate[..packs];
         let psi_acceleration = &mut memory.psi_acceleration[..packs];
-        let rate = integrate(segment, basis, &memory.shape_rate[blocks.clone()], integrand, psi_rate);
+        let rate = integrate(piece, basis, &memory.shape_rate[blocks.clone()], integrand, psi_rate);
         if has_points {
-            points.rate(plan, segment, weights, integrand);
+            points.rate(plan, piece, weights, integrand);
         }
-        let acceleration = integrate(
-            segment,
-            basis,
-            &memory.shape_acceleration[blocks.clone()],
-            integrand,
-            psi_acceleration,
-        );
+        let acceleration =
+            integrate(piece, basis, &memory.shape_acceleration[blocks.clone()], integrand, psi_acceleration);
         if has_points {
-            points.acceleration(plan, segment, weights, integrand);
+            points.acceleration(plan, piece, weights, integrand);
         }
         let load = &memory.load[blocks];
         for pack in 0..packs {
@@ -282,14 +277,14 @@ fn column<G: Turning, const PLAIN: bool>(
             source[pack] = source[pack].add_scaled(load[pack], -weighted_basis[pack]);
             total += source[pack];
         }
-        if has_dead_loads(plan, segment, weights) {
+        if has_dead_loads(plan, piece, weights) {
             for pack in 0..packs {
                 let change = memory.dead[pack].times(psi[pack].angular * w_q);
                 source[pack] += change;
                 total += change;
             }
         }
-        if !PLAIN && segment.immersed.is_some() {
+        if !PLAIN && piece.immersed.is_some() {
             for (pack, response) in memory.response[..packs].iter().enumerate() {
                 let y = (psi[pack] * w_v).add_scaled(psi_rate[pack], w_q);
                 let z = (psi[pack] * w_a)
@@ -316,15 +311,15 @@ fn column<G: Turning, const PLAIN: bool>(
     }
     coordinate.before = coordinate.end + total.sum();
     if has_points {
-        coordinate.before += points.sources(segment, work, weights, k - segment.first);
+        coordinate.before += points.sources(piece, work, weights, k - piece.first);
     }
     memory.coordinates[k] = coordinate;
 }
 
-/// Integrals of `basis * values` from the segment's base to the nodes; returns the integral over the segment.
+/// Integrals of `basis * values` from the piece's base to the nodes; returns the integral over the piece.
 #[inline(always)]
 fn integrate<G: Turning>(
-    segment: &PiecePlan<G>,
+    piece: &PiecePlan<G>,
     basis: &[G::Pack],
     values: &[Twist<G, G::Pack>],
     integrand: &mut [Twist<G, G::Pack>],
@@ -333,28 +328,28 @@ fn integrate<G: Turning>(
     let mut total = Twist::zero();
     for (pack, integrand) in integrand.iter_mut().enumerate() {
         *integrand = values[pack] * basis[pack];
-        total = total.add_scaled(*integrand, segment.weights[pack]);
+        total = total.add_scaled(*integrand, piece.weights[pack]);
     }
     for (pack, integral) in integrals.iter_mut().enumerate() {
         *integral =
-            weighted_sum(Twist::zero(), segment.row(&segment.from_base, pack), integrand, Twist::add_lane);
+            weighted_sum(Twist::zero(), piece.row(&piece.from_base, pack), integrand, Twist::add_lane);
     }
     total.sum()
 }
 
-/// What the row of coordinate `j` multiplies in the columns of earlier segments: the transposes of `N Z + C Y` and of the
+/// What the row of coordinate `j` multiplies in the columns of earlier pieces: the transposes of `N Z + C Y` and of the
 /// dead loads, summed from the places where its S acts to the tip.
 #[inline(always)]
 fn row<G: Turning, const PLAIN: bool>(
     plan: &Plan<G>,
-    segment: &PiecePlan<G>,
+    piece: &PiecePlan<G>,
     work: &Workspace<G>,
     memory: &mut TangentWorkspace<G>,
     weights: Weights,
     rest: &Rest<G>,
     j: usize,
 ) {
-    let psi = &memory.psi[(j - segment.first) * segment.packs..][..segment.packs];
+    let psi = &memory.psi[(j - piece.first) * piece.packs..][..piece.packs];
     let coordinate = &mut memory.coordinates[j];
     let shape = coordinate.shape;
     let mut row_z = Wrench::<G, G::Pack>::zero();
@@ -362,11 +357,11 @@ fn row<G: Turning, const PLAIN: bool>(
         row_z += inertia.momentum(*psi);
     }
     coordinate.row_z = row_z.sum() + rest.inertia.momentum(shape);
-    if !segment.points.inside.is_empty() {
-        memory.points.row(segment, work, weights, j - segment.first, coordinate);
+    if !piece.points.inside.is_empty() {
+        memory.points.row(piece, work, weights, j - piece.first, coordinate);
         if !PLAIN && plan.has_responses {
             let mut row = Row { coordinate, shift: &mut memory.shifts[j] };
-            memory.points.answer(segment, j - segment.first, &mut row);
+            memory.points.answer(piece, j - piece.first, &mut row);
         }
     }
     let mut row_y = G::Axial::<G::Pack>::zero();
@@ -378,7 +373,7 @@ fn row<G: Turning, const PLAIN: bool>(
     if !PLAIN && plan.has_responses {
         let mut row = Row { coordinate, shift: &mut memory.shifts[j] };
         row.answer(&rest.response, shape);
-        if !PLAIN && segment.immersed.is_some() {
+        if !PLAIN && piece.immersed.is_some() {
             for (&psi, response) in psi.iter().zip(&memory.response) {
                 row.answer_nodes(response, psi);
             }
@@ -386,7 +381,7 @@ fn row<G: Turning, const PLAIN: bool>(
     }
     if plan.has_dead_loads {
         coordinate.row_turn += rest.dead.transposed_times(shape);
-        if has_dead_loads(plan, segment, weights) {
+        if has_dead_loads(plan, piece, weights) {
             for (psi, dead) in psi.iter().zip(&memory.dead) {
                 coordinate.row_turn +=
                     G::map_axial(&dead.transposed_times(*psi), |pack: &G::Pack| pack.sum());
@@ -398,17 +393,17 @@ fn row<G: Turning, const PLAIN: bool>(
 /// Rows whose products with a column are formed together, so that it is loaded once for all of them.
 const ROWS: usize = 4;
 
-/// The block of the segment: `Psi_j . H_end + int Psi_j . source`. That of a mass matrix is computed above the diagonal.
+/// The block of the piece: `Psi_j . H_end + int Psi_j . source`. That of a mass matrix is computed above the diagonal.
 #[inline(always)]
 fn block<G: Turning>(
-    segment: &PiecePlan<G>,
+    piece: &PiecePlan<G>,
     memory: &TangentWorkspace<G>,
     weights: Weights,
     block: &mut [f64],
     stride: usize,
 ) {
-    let (n, packs) = (segment.n, segment.packs);
-    let own = &memory.coordinates[segment.first..][..n];
+    let (n, packs) = (piece.n, piece.packs);
+    let own = &memory.coordinates[piece.first..][..n];
     for (k, column) in own.iter().enumerate() {
         let source = &memory.source[k * packs..][..packs];
         let rows = if weights.is_mass_only { k + 1 } else { n };
@@ -427,9 +422,9 @@ fn block<G: Turning>(
         for (entry, row) in entries.iter_mut().zip(own) {
             *entry += row.shape.dot(column.end);
         }
-        if !segment.points.inside.is_empty() {
+        if !piece.points.inside.is_empty() {
             for (j, entry) in entries.iter_mut().enumerate() {
-                *entry += memory.points.entry(segment, j, k);
+                *entry += memory.points.entry(piece, j, k);
             }
         }
     }
@@ -463,17 +458,17 @@ fn products<G: Turning, const ROWS: usize>(
 /// Adds `w_q K + w_v D`.
 #[inline(always)]
 fn elasticity<G: Turning, const PLAIN: bool>(
-    segment: &PiecePlan<G>,
+    piece: &PiecePlan<G>,
     weights: Weights,
     block: &mut [f64],
     stride: usize,
 ) {
-    let factor = weights.q + weights.v * segment.retardation_time;
+    let factor = weights.q + weights.v * piece.retardation_time;
     if factor == 0.0 {
         return;
     }
-    for component in &segment.components {
-        let first = component.first - segment.first;
+    for component in &piece.components {
+        let first = component.first - piece.first;
         for k in 0..component.modes {
             let entries = &mut block[(first + k) * stride + first..][..component.modes];
             for (j, entry) in entries.iter_mut().enumerate() {
@@ -484,10 +479,10 @@ fn elasticity<G: Turning, const PLAIN: bool>(
     if PLAIN {
         return;
     }
-    for coupling in &segment.couplings {
+    for coupling in &piece.couplings {
         let [rows, columns] = coupling.coordinates();
-        for (j, row) in rows.map(|row| row - segment.first).enumerate() {
-            for (k, column) in columns.clone().map(|column| column - segment.first).enumerate() {
+        for (j, row) in rows.map(|row| row - piece.first).enumerate() {
+            for (k, column) in columns.clone().map(|column| column - piece.first).enumerate() {
                 let stiffness = factor * coupling.stiffness[(j, k)];
                 block[column * stride + row] += stiffness;
                 block[row * stride + column] += stiffness;
@@ -496,7 +491,7 @@ fn elasticity<G: Turning, const PLAIN: bool>(
     }
 }
 
-/// The blocks between different segments.
+/// The blocks between different pieces.
 #[inline(always)]
 fn couple<G: Turning, const PLAIN: bool>(
     plan: &Plan<G>,
@@ -504,21 +499,21 @@ fn couple<G: Turning, const PLAIN: bool>(
     weights: Weights,
     tangent: &mut Matrix,
 ) {
-    for segment in &plan.segments {
-        for k in segment.first..segment.first + segment.n {
+    for piece in &plan.pieces {
+        for k in piece.first..piece.first + piece.n {
             let column = &memory.coordinates[k];
             let mut entries = tangent.column_mut(k);
             let entries = entries.as_mut_slice();
-            for (entry, row) in entries[..segment.first].iter_mut().zip(&memory.coordinates) {
+            for (entry, row) in entries[..piece.first].iter_mut().zip(&memory.coordinates) {
                 *entry = row.shape.dot(column.before);
             }
             if weights.is_mass_only {
-                for j in 0..segment.first {
+                for j in 0..piece.first {
                     tangent[(k, j)] = tangent[(j, k)];
                 }
                 continue;
             }
-            let behind = segment.first + segment.n;
+            let behind = piece.first + piece.n;
             for (entry, row) in entries[behind..].iter_mut().zip(&memory.coordinates[behind..]) {
                 *entry = column.z.dot(row.row_z) + column.y.dot(row.row_y) + column.turn.dot(row.row_turn);
             }

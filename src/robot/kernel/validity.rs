@@ -21,11 +21,11 @@ pub(crate) fn flaw<G: Turning>(plan: &Plan<G>, q: &[f64]) -> Option<Flaw> {
 /// Where the rod is turned inside out.
 fn inversion<G: Turning>(plan: &Plan<G>, q: &[f64]) -> Option<Flaw> {
     let mut start = 0.0;
-    for segment in &plan.segments {
-        if let Some((x, stretch)) = segment.stretch.as_ref().and_then(|stretch| stretch.inverted(q)) {
-            return Some(Flaw::Inverted { at: start + x * segment.length, stretch });
+    for piece in &plan.pieces {
+        if let Some((x, stretch)) = piece.stretch.as_ref().and_then(|stretch| stretch.inverted(q)) {
+            return Some(Flaw::Inverted { at: start + x * piece.length, stretch });
         }
-        start += segment.length;
+        start += piece.length;
     }
     None
 }
@@ -33,36 +33,36 @@ fn inversion<G: Turning>(plan: &Plan<G>, q: &[f64]) -> Option<Flaw> {
 /// How many times as many nodes the shape takes as there are, as far as its coordinates say; `None` where the rod turns by less than
 /// half a turn between all neighbouring nodes.
 fn shortage<G: Turning>(plan: &Plan<G>, q: &[f64]) -> Option<f64> {
-    let turn = |segment: &PiecePlan<G>| {
+    let turn = |piece: &PiecePlan<G>| {
         // No basis function exceeds one: mostly the coordinates alone tell.
-        let angular = segment.components.iter().filter(|component| component.index < G::ANGULAR);
+        let angular = piece.components.iter().filter(|component| component.index < G::ANGULAR);
         let bound: f64 =
             angular.flat_map(|component| &q[component.first..][..component.modes]).map(|q| q.abs()).sum();
-        let bound = (bound + segment.largest_reference_curvature) * segment.largest_gap;
-        if bound < LARGEST_TURN { bound } else { largest_turn(segment, q) }
+        let bound = (bound + piece.largest_reference_curvature) * piece.largest_gap;
+        if bound < LARGEST_TURN { bound } else { largest_turn(piece, q) }
     };
-    let turns = plan.segments.iter().map(turn);
+    let turns = plan.pieces.iter().map(turn);
     let largest = turns.fold(0.0, |largest: f64, turn| if turn <= largest { largest } else { turn });
     let is_resolved = largest < LARGEST_TURN;
     (!is_resolved).then_some(largest / LARGEST_TURN)
 }
 
 /// The largest turn between neighbouring nodes, by the curvature at both of them, that of the reference strain included; NaN where that is not finite.
-fn largest_turn<G: Turning>(segment: &PiecePlan<G>, q: &[f64]) -> f64 {
+fn largest_turn<G: Turning>(piece: &PiecePlan<G>, q: &[f64]) -> f64 {
     let curvature = |node: usize| {
-        let field = segment.field(q, node / LANES);
+        let field = piece.field(q, node / LANES);
         let angular = Twist::<G, f64> {
             angular: G::map_axial(&field.angular, |pack: &G::Pack| pack.lane(node % LANES)),
             linear: VectorSpace::zero(),
         };
-        let total = angular.angular + segment.reference_curvature[node];
+        let total = angular.angular + piece.reference_curvature[node];
         total.dot(total).sqrt()
     };
-    let nodes = &segment.gauss.nodes;
+    let nodes = &piece.gauss.nodes;
     let ends = |i: usize| (if i == 0 { 0.0 } else { nodes[i - 1] }, nodes.get(i + 1).copied().unwrap_or(1.0));
     let turns = (0..nodes.len()).map(|i| {
         let (before, after) = ends(i);
-        curvature(i) * segment.length * (nodes[i] - before).max(after - nodes[i])
+        curvature(i) * piece.length * (nodes[i] - before).max(after - nodes[i])
     });
     turns.fold(0.0, |largest: f64, turn| if turn <= largest { largest } else { turn })
 }

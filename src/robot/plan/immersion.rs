@@ -9,7 +9,7 @@ pub(crate) struct Immersion {
     pub(crate) has_added_mass: bool,
 }
 
-/// What a segment meets in its fluid, at the nodes and per length.
+/// What a piece meets in its fluid, at the nodes and per length.
 #[derive(Clone, Debug)]
 pub(crate) struct Immersed<G: Geometry> {
     /// `C_a rho A`.

@@ -8,7 +8,7 @@ use crate::signal::Signal;
 /// A load. Its wrench about the place where it acts, in the axes of the plan if it is dead, else in those of the section, stands in the
 /// workspace: it may change with time.
 #[derive(Clone, Debug)]
-pub(crate) struct Load<G: Space> {
+pub(crate) struct LoadPlan<G: Space> {
     pub(crate) extent: Extent,
     pub(crate) frame: Frame,
     /// The wrench, as far as it is constant.
@@ -20,7 +20,7 @@ pub(crate) struct Load<G: Space> {
     pub(crate) has_moment: bool,
 }
 
-impl<G: Space> Load<G> {
+impl<G: Space> LoadPlan<G> {
     /// The wrench before any time is set: NaN where it depends on it.
     pub(crate) fn at_first(&self) -> Wrench<G, f64> {
         if self.signals.is_some() { self.wrench * f64::NAN } else { self.wrench }
@@ -42,11 +42,11 @@ pub(crate) fn wrench<G: Space>(
     Wrench { moment: G::axial_of(frame, moment), force: G::vector_of(frame, force) }
 }
 
-/// What of a load acts on one segment.
+/// What of a load acts on one piece.
 #[derive(Clone, Debug)]
 pub(crate) struct Spread<G: Space> {
     pub(crate) load: usize,
-    /// How densely it acts at the nodes: for the integral over the part of the segment between two places,
+    /// How densely it acts at the nodes: for the integral over the part of the piece between two places,
     /// `sum_l (u_l(to) - u_l(from)) f_l`, the differences of the weights over the quadrature weights.
     pub(crate) density: Vec<G::Pack>,
 }

@@ -4,7 +4,7 @@ use super::space::Space;
 use crate::linalg::Matrix;
 use crate::robot::algebra::inertia::Inertia;
 
-/// A strain component that exists in a segment.
+/// A strain component that exists in a piece.
 #[derive(Clone, Debug)]
 pub(crate) struct Component {
     /// Index among the strains of the geometry.
@@ -29,7 +29,7 @@ impl Component {
     }
 }
 
-/// The stiffness between two strain components of a segment, `int phi_j H phi_k` of the first by the second: K has it above
+/// The stiffness between two strain components of a piece, `int phi_j H phi_k` of the first by the second: K has it above
 /// the diagonal, and its transpose below.
 #[derive(Clone, Debug)]
 pub(crate) struct Coupling {
@@ -60,7 +60,7 @@ impl Coupling {
     }
 }
 
-/// How the mass of a segment's sections is spread across.
+/// How the mass of a piece's sections is spread across.
 #[derive(Clone, Debug)]
 pub(crate) enum Moments<G: Space> {
     /// Alike in all directions of the space that the rod moves in: the rotary inertia per length at the nodes.

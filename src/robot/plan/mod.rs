@@ -14,7 +14,7 @@ use crate::lie::{LANES, Lanes};
 use crate::linalg::Matrix;
 use crate::robot::plan::anchor::Anchor;
 use crate::robot::plan::immersion::Immersion;
-use crate::robot::plan::load::Load;
+use crate::robot::plan::load::LoadPlan;
 use crate::robot::plan::material::{Component, Moments};
 use crate::robot::plan::piece::PiecePlan;
 use crate::robot::plan::point::Point;
@@ -26,13 +26,13 @@ use crate::rod::STRAINS;
 #[derive(Clone, Debug)]
 pub(crate) struct Plan<G: Space> {
     pub(crate) n: usize,
-    pub(crate) segments: Vec<PiecePlan<G>>,
-    /// Packs of nodes of all segments together.
+    pub(crate) pieces: Vec<PiecePlan<G>>,
+    /// Packs of nodes of all pieces together.
     pub(crate) packs: usize,
     /// Where the frame lies in the rod's space.
     pub(crate) frame: G::Frame,
     pub(crate) world: World,
-    pub(crate) loads: Vec<Load<G>>,
+    pub(crate) loads: Vec<LoadPlan<G>>,
     /// What is concentrated at places, in their order.
     pub(crate) points: Vec<Point<G>>,
     /// The springs to the world, in the frame of the base at rest.
@@ -56,17 +56,17 @@ impl<G: Space> Plan<G> {
     /// compiled once for such rods and once for all others, because what is never reached still costs a loop its registers
     /// (measured: forward dynamics of plain rods took a fifth longer when one sweep served all).
     pub(crate) fn is_plain(&self) -> bool {
-        let is_plain = |segment: &PiecePlan<G>| {
-            matches!(segment.moments, Moments::Round(_))
-                && segment.couplings.is_empty()
-                && segment.immersed.is_none()
+        let is_plain = |piece: &PiecePlan<G>| {
+            matches!(piece.moments, Moments::Round(_))
+                && piece.couplings.is_empty()
+                && piece.immersed.is_none()
         };
-        !self.has_responses && self.segments.iter().all(is_plain)
+        !self.has_responses && self.pieces.iter().all(is_plain)
     }
 
     /// Whether motion loses energy.
     pub(crate) fn is_damped(&self) -> bool {
-        self.segments.iter().any(|segment| segment.retardation_time > 0.0) || self.is_resisted()
+        self.pieces.iter().any(|piece| piece.retardation_time > 0.0) || self.is_resisted()
     }
 
     /// Whether drag, a current or the motion of the base make forces depend on velocities.
@@ -77,7 +77,7 @@ impl<G: Space> Plan<G> {
 
     /// Whether the base moves or a load has no potential.
     pub(crate) fn is_driven(&self) -> bool {
-        let is_driven = |load: &Load<G>| !load.has_potential || load.has_moment;
+        let is_driven = |load: &LoadPlan<G>| !load.has_potential || load.has_moment;
         self.world.motion.is_some()
             || self.loads.iter().any(is_driven)
             || self.immersion.is_some_and(|fluid| fluid.has_drag && self.world.has_current())
@@ -91,19 +91,19 @@ impl<G: Space> Plan<G> {
         for point in &mut self.points {
             point.is_oriented = true;
         }
-        for segment in &mut self.segments {
-            segment.is_extensible = true;
-            for component in &mut segment.components {
+        for piece in &mut self.pieces {
+            piece.is_extensible = true;
+            for component in &mut piece.components {
                 component.is_orthogonal = false;
             }
-            segment.moments = segment.general_moments(self.frame);
-            segment.couple_all();
+            piece.moments = piece.general_moments(self.frame);
+            piece.couple_all();
             for index in 0..STRAINS {
-                if segment.components.iter().all(|component| component.index != index) {
-                    segment.components.push(Component {
+                if piece.components.iter().all(|component| component.index != index) {
+                    piece.components.push(Component {
                         index,
                         modes: 0,
-                        first: segment.first,
+                        first: piece.first,
                         stiffness: Matrix::zeros(0, 0),
                         is_orthogonal: false,
                     });
@@ -113,9 +113,9 @@ impl<G: Space> Plan<G> {
         self
     }
 
-    /// Quadrature nodes of each segment.
+    /// Quadrature nodes of each piece.
     pub(crate) fn nodes(&self) -> Vec<usize> {
-        self.segments.iter().map(|segment| segment.gauss.nodes.len()).collect()
+        self.pieces.iter().map(|piece| piece.gauss.nodes.len()).collect()
     }
 }
 

@@ -12,7 +12,7 @@ use crate::robot::algebra::inertia::Inertia;
 use crate::rod::Gauss;
 use crate::rod::piece::Piece;
 
-/// One segment of a [`Plan`]: a segment of the rod, or a piece of one.
+/// One piece of a [`Plan`]: a piece of the rod, or a piece of one.
 #[derive(Clone, Debug)]
 pub(crate) struct PiecePlan<G: Space> {
     pub(crate) length: f64,
@@ -24,16 +24,16 @@ pub(crate) struct PiecePlan<G: Space> {
     pub(crate) packs: usize,
     pub(crate) gauss: Gauss,
     /// Between neighbouring nodes, or the ends and the nodes next to them, in metres; zero where twisting turns nothing, because the
-    /// segment is straight.
+    /// piece is straight.
     pub(crate) largest_gap: f64,
     /// Of the reference strain, at the nodes: radians per metre.
     pub(crate) reference_curvature: Vec<G::Axial<f64>>,
     pub(crate) largest_reference_curvature: f64,
     /// Quadrature weights, times the length.
     pub(crate) weights: Vec<G::Pack>,
-    /// Integration matrix from the segment's base to the nodes, times the length: entry `[pack * nodes + l]`.
+    /// Integration matrix from the piece's base to the nodes, times the length: entry `[pack * nodes + l]`.
     pub(crate) from_base: Vec<G::Pack>,
-    /// The same from the nodes to the segment's end.
+    /// The same from the nodes to the piece's end.
     pub(crate) to_end: Vec<G::Pack>,
     /// Basis at the nodes: entry `[degree * packs + pack]`.
     pub(crate) basis: Vec<G::Pack>,
@@ -42,7 +42,7 @@ pub(crate) struct PiecePlan<G: Space> {
     pub(crate) turning: G::Constants,
     pub(crate) components: Vec<Component>,
     /// What is computed.
-    pub(crate) piece: Piece,
+    pub(crate) source: Piece,
     /// Linear part of the reference strain at the nodes.
     pub(crate) reference_slope: Vec<G::Vector<G::Pack>>,
     /// Its stretch, where it has modes of that.
@@ -89,7 +89,7 @@ impl<G: Space> PiecePlan<G> {
         }
     }
 
-    /// The packs of this segment's nodes among those of the rod.
+    /// The packs of this piece's nodes among those of the rod.
     pub(crate) fn node_packs(&self) -> std::ops::Range<usize> {
         self.first_pack..self.first_pack + self.packs
     }

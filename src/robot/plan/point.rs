@@ -1,8 +1,8 @@
 //! What is concentrated at places of the rod: forces, moments, rigid bodies, springs to the world.
 //!
-//! A place X inside a segment is reached by the weights u_l of the integral up to it: what lies there moves by
+//! A place X inside a piece is reached by the weights u_l of the integral up to it: what lies there moves by
 //! `Psi(X) = sum_l u_l S_l`. A wrench W there has the generalised forces `Psi_j(X) . W = sum_l w_l S_j,l . (u_l / w_l) W` with the
-//! quadrature weights w_l: node l carries the share u_l / w_l of it. So a segment need not end there, nothing is smeared out,
+//! quadrature weights w_l: node l carries the share u_l / w_l of it. So a piece need not end there, nothing is smeared out,
 //! and the summation by parts behind the tangent stays exact.
 
 use std::ops::Range;
@@ -14,13 +14,13 @@ use crate::robot::algebra::inertia::Inertia;
 /// A place along a rod, prepared for finding its pose in many states.
 #[derive(Clone, Debug)]
 pub struct Place {
-    pub(crate) segment: usize,
-    /// Fraction of the segment's length.
+    pub(crate) piece: usize,
+    /// Fraction of the piece's length.
     pub(crate) x: f64,
-    /// Nodes of the segment before the place, and the way from the last of them (from the segment's base if there is none).
+    /// Nodes of the piece before the place, and the way from the last of them (from the piece's base if there is none).
     pub(crate) before: usize,
     pub(crate) passage: Passage,
-    /// Weights of the integral from the segment's base, times its length.
+    /// Weights of the integral from the piece's base, times its length.
     pub(crate) weights: Vec<f64>,
 }
 
@@ -28,7 +28,7 @@ pub struct Place {
 #[derive(Clone, Debug)]
 pub(crate) struct Point<G: Space> {
     pub(crate) place: Place,
-    /// How the nodes of the segment reach it; nothing at the end of a segment, which is a station.
+    /// How the nodes of the piece reach it; nothing at the end of a piece, which is a station.
     pub(crate) inside: Option<Inside<G>>,
     /// The bodies there together, about the place and in the section's axes.
     pub(crate) body: Option<Inertia<G, f64>>,
@@ -44,11 +44,11 @@ impl<G: Space> Point<G> {
     /// How the nodes reach a point that [`Points::inside`] names.
     #[inline(always)]
     pub(crate) fn reach(&self) -> &Inside<G> {
-        self.inside.as_ref().expect("points inside a segment are reached from its nodes")
+        self.inside.as_ref().expect("points inside a piece are reached from its nodes")
     }
 }
 
-/// How the nodes of a segment reach a place inside it.
+/// How the nodes of a piece reach a place inside it.
 #[derive(Clone, Debug)]
 pub(crate) struct Inside<G: Space> {
     /// Weights of the integral up to the place, times the length.
@@ -57,7 +57,7 @@ pub(crate) struct Inside<G: Space> {
     pub(crate) share: Vec<G::Pack>,
 }
 
-/// Where the points of a segment stand among those of the rod.
+/// Where the points of a piece stand among those of the rod.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Points {
     pub(crate) inside: Range<usize>,

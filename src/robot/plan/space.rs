@@ -42,7 +42,7 @@ impl<const FUSED: bool> Space for Planar<FUSED> {
     }
 }
 
-/// The way from one place of a segment to another.
+/// The way from one place of a piece to another.
 #[derive(Clone, Debug)]
 pub(crate) struct Passage {
     /// Its length, signed.
@@ -77,7 +77,7 @@ pub(crate) struct Angles<P> {
     /// Up to the nodes, for the reference strain and then by degree: entry `[degree * packs + pack]`.
     pub(crate) reference: Vec<P>,
     pub(crate) at_nodes: Vec<P>,
-    /// Means over the segment, of the reference curvature and of the basis as far as they are not zero: Legendre polynomials beyond the
+    /// Means over the piece, of the reference curvature and of the basis as far as they are not zero: Legendre polynomials beyond the
     /// first have none.
     pub(crate) mean_reference: f64,
     pub(crate) means: Vec<f64>,

@@ -11,7 +11,7 @@ use crate::robot::plan::space::Space;
 use crate::robot::state::point::PointState;
 use crate::robot::state::surroundings::Surroundings;
 
-/// Where a segment begins or ends: orientation and position, and the motion there.
+/// Where a piece begins or ends: orientation and position, and the motion there.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Station<G: Space> {
     pub(crate) orientation: G::Orientation,
@@ -21,11 +21,11 @@ pub(crate) struct Station<G: Space> {
     pub(crate) acceleration: Twist<G, f64>,
 }
 
-/// Quantities at the nodes (all segments in a row, [`crate::lie::LANES`] nodes a pack) and at the stations between
-/// segments, in the frame of the plan.
+/// Quantities at the nodes (all pieces in a row, [`crate::lie::LANES`] nodes a pack) and at the stations between
+/// pieces, in the frame of the plan.
 #[derive(Clone, Debug)]
 pub(crate) struct Workspace<G: Space> {
-    /// Base, ends of the segments: one more than there are segments.
+    /// Base, ends of the pieces: one more than there are pieces.
     pub(crate) stations: Vec<Station<G>>,
     pub(crate) rotation: Vec<G::Rotation<G::Pack>>,
     pub(crate) position: Vec<G::Vector<G::Pack>>,
@@ -75,7 +75,7 @@ impl<G: Space> Workspace<G> {
         let twists = vec![Twist::zero(); plan.packs];
         let wrenches = vec![Wrench::zero(); plan.packs];
         Self {
-            stations: vec![station; plan.segments.len() + 1],
+            stations: vec![station; plan.pieces.len() + 1],
             rotation: vec![G::unrotated(); plan.packs],
             position: vectors.clone(),
             slope: vectors,

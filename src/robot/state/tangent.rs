@@ -8,19 +8,19 @@ use crate::robot::plan::Plan;
 use crate::robot::plan::piece::PiecePlan;
 use crate::robot::plan::space::Space;
 
-/// What a coordinate is outside its own segment.
+/// What a coordinate is outside its own piece.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Coordinate<G: Geometry> {
-    /// Psi at the end of the segment.
+    /// Psi at the end of the piece.
     pub(crate) shape: Twist<G, f64>,
-    /// As a column: the angular part of Y, and Z, of all that lies behind the segment, and how far it turns.
+    /// As a column: the angular part of Y, and Z, of all that lies behind the piece, and how far it turns.
     pub(crate) y: G::Axial<f64>,
     pub(crate) z: Twist<G, f64>,
     pub(crate) turn: G::Axial<f64>,
-    /// As a column: H at the end of the segment, and of all that lies before it.
+    /// As a column: H at the end of the piece, and of all that lies before it.
     pub(crate) end: Wrench<G, f64>,
     pub(crate) before: Wrench<G, f64>,
-    /// As a row: products with y, z and turn of the coordinates of earlier segments.
+    /// As a row: products with y, z and turn of the coordinates of earlier pieces.
     pub(crate) row_y: G::Axial<f64>,
     pub(crate) row_z: Wrench<G, f64>,
     pub(crate) row_turn: G::Axial<f64>,
@@ -42,7 +42,7 @@ impl<G: Geometry> Coordinate<G> {
     }
 }
 
-/// What else a coordinate is outside its own segment, where there are responses.
+/// What else a coordinate is outside its own piece, where there are responses.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Shift<G: Geometry> {
     /// As a column: the linear part of Y, and that of the displacement.
@@ -89,7 +89,7 @@ impl<G: Geometry> Row<'_, G> {
     }
 }
 
-/// Memory of the tangent: one segment at a time, and what is left of every coordinate.
+/// Memory of the tangent: one piece at a time, and what is left of every coordinate.
 #[derive(Clone, Debug)]
 pub(crate) struct TangentWorkspace<G: Geometry> {
     pub(crate) coordinates: Vec<Coordinate<G>>,
@@ -98,12 +98,12 @@ pub(crate) struct TangentWorkspace<G: Geometry> {
     /// Per pack, times the quadrature weights: N and C.
     pub(crate) inertia: Vec<Inertia<G, G::Pack>>,
     pub(crate) gyroscope: Vec<Gyroscope<G, G::Pack>>,
-    /// Per pack, times the quadrature weights: that of the dead loads that are spread along the segment.
+    /// Per pack, times the quadrature weights: that of the dead loads that are spread along the piece.
     pub(crate) dead: Vec<Gyroscope<G, G::Pack>>,
     pub(crate) points: PointTangents<G>,
     /// Per pack, times the quadrature weights: that of the fluid, if there is one.
     pub(crate) response: Vec<Response<G, G::Pack>>,
-    /// Per component of the segment and pack: S, ad_V S, (ad_A + ad_V ad_V) S and w_q ad_S^T F of a unit strain.
+    /// Per component of the piece and pack: S, ad_V S, (ad_A + ad_V ad_V) S and w_q ad_S^T F of a unit strain.
     pub(crate) shape: Vec<Twist<G, G::Pack>>,
     pub(crate) shape_rate: Vec<Twist<G, G::Pack>>,
     pub(crate) shape_acceleration: Vec<Twist<G, G::Pack>>,
@@ -112,17 +112,17 @@ pub(crate) struct TangentWorkspace<G: Geometry> {
     pub(crate) integrand: Vec<Twist<G, G::Pack>>,
     pub(crate) psi_rate: Vec<Twist<G, G::Pack>>,
     pub(crate) psi_acceleration: Vec<Twist<G, G::Pack>>,
-    /// Per coordinate of the segment and pack: Psi, and the change of the force times the quadrature weights.
+    /// Per coordinate of the piece and pack: Psi, and the change of the force times the quadrature weights.
     pub(crate) psi: Vec<Twist<G, G::Pack>>,
     pub(crate) source: Vec<Wrench<G, G::Pack>>,
 }
 
 impl<G: Space> TangentWorkspace<G> {
     pub(crate) fn new(plan: &Plan<G>) -> Self {
-        let largest = |size: fn(&PiecePlan<G>) -> usize| plan.segments.iter().map(size).max().unwrap_or(0);
-        let packs = largest(|segment| segment.packs);
-        let blocks = largest(|segment| segment.packs * segment.components.len());
-        let columns = largest(|segment| segment.packs * segment.n);
+        let largest = |size: fn(&PiecePlan<G>) -> usize| plan.pieces.iter().map(size).max().unwrap_or(0);
+        let packs = largest(|piece| piece.packs);
+        let blocks = largest(|piece| piece.packs * piece.components.len());
+        let columns = largest(|piece| piece.packs * piece.n);
         Self {
             coordinates: vec![Coordinate::zero(); plan.n],
             shifts: vec![Shift::zero(); if plan.has_responses { plan.n } else { 0 }],
@@ -173,21 +173,21 @@ pub(crate) enum Tangent<'a> {
 }
 
 impl Tangent<'_> {
-    /// The entries from the first one of the diagonal block of segment `s` on, by columns, and how many lie between columns.
+    /// The entries from the first one of the diagonal block of piece `s` on, by columns, and how many lie between columns.
     #[inline(always)]
-    pub(crate) fn block<G: Space>(&mut self, s: usize, segment: &PiecePlan<G>) -> (&mut [f64], usize) {
+    pub(crate) fn block<G: Space>(&mut self, s: usize, piece: &PiecePlan<G>) -> (&mut [f64], usize) {
         match self {
             Self::Dense(matrix) => {
                 let n = matrix.nrows();
-                let first = (segment.first * (n + 1)).min(n * n);
+                let first = (piece.first * (n + 1)).min(n * n);
                 (&mut matrix.as_mut_slice()[first..], n)
             }
-            Self::Chain(matrix) => (matrix.blocks[s].as_mut_slice(), segment.n),
+            Self::Chain(matrix) => (matrix.blocks[s].as_mut_slice(), piece.n),
         }
     }
 }
 
-/// Memory for the points inside one segment at a time.
+/// Memory for the points inside one piece at a time.
 #[derive(Clone, Debug)]
 pub(crate) struct PointTangents<G: Geometry> {
     /// Per point: the gyroscope of its bodies, and that of its dead loads.
@@ -198,16 +198,16 @@ pub(crate) struct PointTangents<G: Geometry> {
     /// Per point, of the column at hand: Y and Z.
     pub(crate) y: Vec<Twist<G, f64>>,
     pub(crate) z: Vec<Twist<G, f64>>,
-    /// Per coordinate of the segment and point: Psi, and the change of the force.
+    /// Per coordinate of the piece and point: Psi, and the change of the force.
     pub(crate) psi: Vec<Twist<G, f64>>,
     pub(crate) source: Vec<Wrench<G, f64>>,
 }
 
 impl<G: Space> PointTangents<G> {
     pub(crate) fn new(plan: &Plan<G>) -> Self {
-        let largest = |size: fn(&PiecePlan<G>) -> usize| plan.segments.iter().map(size).max().unwrap_or(0);
-        let points = largest(|segment| segment.points.inside.len());
-        let columns = largest(|segment| segment.points.inside.len() * segment.n);
+        let largest = |size: fn(&PiecePlan<G>) -> usize| plan.pieces.iter().map(size).max().unwrap_or(0);
+        let points = largest(|piece| piece.points.inside.len());
+        let columns = largest(|piece| piece.points.inside.len() * piece.n);
         Self {
             gyroscope: vec![Gyroscope::zero(); points],
             dead: vec![Gyroscope::zero(); points],

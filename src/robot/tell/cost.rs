@@ -62,10 +62,10 @@ fn lu(n: u64) -> u64 {
 /// [`crate::linalg::ChainLu`]: factorisation and solution.
 fn chain<G: Turning>(plan: &Plan<G>) -> [u64; 2] {
     let [upper, lower] = chain::ranks(plan).map(|rank| rank as u64);
-    let last = plan.segments.len() - 1;
+    let last = plan.pieces.len() - 1;
     let mut count = [0, 0];
-    for (s, segment) in plan.segments.iter().enumerate() {
-        let m = segment.n as u64;
+    for (s, piece) in plan.pieces.iter().enumerate() {
+        let m = piece.n as u64;
         let (is_before, is_behind) = (u64::from(s < last), u64::from(s > 0));
         let elimination = is_before * (m * upper * lower + m * m * upper);
         let response = is_behind * (2 * m * upper * lower + m * m * lower);
@@ -133,25 +133,25 @@ impl<G: Turning> Kinds<G> {
     }
 }
 
-/// Packs, nodes and coordinates of a segment.
-fn sizes<G: Turning>(segment: &PiecePlan<G>) -> (u64, u64, u64) {
-    (segment.packs as u64, (segment.packs * LANES) as u64, segment.n as u64)
+/// Packs, nodes and coordinates of a piece.
+fn sizes<G: Turning>(piece: &PiecePlan<G>) -> (u64, u64, u64) {
+    (piece.packs as u64, (piece.packs * LANES) as u64, piece.n as u64)
 }
 
 /// [`super::kinematics::update`].
 pub(crate) fn kinematics<G: Turning>(plan: &Plan<G>) -> Products {
     let k = Kinds::<G>::new();
     let mut count = Products::default();
-    for segment in &plan.segments {
-        let (packs, nodes, modes) = sizes(segment);
-        count += G::products_of_turn(segment);
-        if segment.is_extensible {
+    for piece in &plan.pieces {
+        let (packs, nodes, modes) = sizes(piece);
+        count += G::products_of_turn(piece);
+        if piece.is_extensible {
             count.packs += packs * (modes + products(|| G::rotate(&k.rotation, k.vector)));
         }
         let scaled = products(|| k.vector * Counted);
         count.packs += packs * (nodes * scaled + scaled);
-        let points = &plan.points[segment.points.all()];
-        count.packs += segment.points.inside.len() as u64 * packs * scaled;
+        let points = &plan.points[piece.points.all()];
+        count.packs += piece.points.inside.len() as u64 * packs * scaled;
         let bodies = points.iter().filter(|point| point.body.is_some()).count() as u64;
         count.singles += bodies * k.carried();
     }
@@ -163,15 +163,15 @@ pub(crate) fn motion<G: Turning>(plan: &Plan<G>) -> Products {
     let k = Kinds::<G>::new();
     let scaled = products(|| k.twist * Counted);
     let mut count = Products::default();
-    for segment in &plan.segments {
-        let (packs, nodes, modes) = sizes(segment);
-        let carried = products(|| carried::<G, _>(&k.rotation, k.vector, k.twist, segment.is_extensible));
+    for piece in &plan.pieces {
+        let (packs, nodes, modes) = sizes(piece);
+        let carried = products(|| carried::<G, _>(&k.rotation, k.vector, k.twist, piece.is_extensible));
         let out = 2 * (modes + carried + nodes * scaled + scaled) + products(|| k.twist.bracket(k.twist));
         let back = nodes * scaled + scaled;
-        count.packs += packs * (out + k.force(&segment.moments) + back);
+        count.packs += packs * (out + k.force(&piece.moments) + back);
         // To the points inside and back from them.
-        count.packs += segment.points.inside.len() as u64 * packs * 3 * scaled;
-        for point in &plan.points[segment.points.all()] {
+        count.packs += piece.points.inside.len() as u64 * packs * 3 * scaled;
+        for point in &plan.points[piece.points.all()] {
             let at = products(|| k.wrench.at(k.vector));
             count.singles += point.loads.len() as u64 * at;
             if point.body.is_some() {
@@ -179,10 +179,10 @@ pub(crate) fn motion<G: Turning>(plan: &Plan<G>) -> Products {
                     + products(|| k.twist.bracket_transposed(k.wrench));
             }
         }
-        if let Some(immersion) = plan.immersion.as_ref().filter(|_| segment.immersed.is_some()) {
+        if let Some(immersion) = plan.immersion.as_ref().filter(|_| piece.immersed.is_some()) {
             count.packs += packs * immersion::costs::<G>(immersion)[0];
         }
-        for spread in &segment.spread {
+        for spread in &piece.spread {
             count.packs += packs * (k.spread(spread.is_dead(plan)) + products(|| k.wrench.at(k.vector)));
         }
     }
@@ -197,20 +197,20 @@ pub(crate) fn projection<G: Turning>(plan: &Plan<G>) -> Products {
         (moment, G::rotate_back(&k.rotation, k.vector))
     });
     let mut count = Products::default();
-    for segment in &plan.segments {
-        let (packs, _, modes) = sizes(segment);
+    for piece in &plan.pieces {
+        let (packs, _, modes) = sizes(piece);
         count.packs += packs * (body + modes);
-        for component in &segment.components {
+        for component in &piece.components {
             let modes = component.modes as u64;
             count.singles += 2 * modes * if component.is_orthogonal { 1 } else { modes };
         }
-        count.singles += 4 * segment.couplings.iter().map(coupled).sum::<u64>();
+        count.singles += 4 * piece.couplings.iter().map(coupled).sum::<u64>();
     }
     count
 }
 
 /// [`super::tangent::weighted_tangent`] with all weights, or of the mass matrix alone, without the blocks between different
-/// segments.
+/// pieces.
 pub(crate) fn tangent<G: Turning>(plan: &Plan<G>, is_mass_only: bool) -> Products {
     let k = Kinds::<G>::new();
     let momentum = products(|| k.inertia.momentum(k.twist));
@@ -224,11 +224,11 @@ pub(crate) fn tangent<G: Turning>(plan: &Plan<G>, is_mass_only: bool) -> Product
     let bracket_transposed = products(|| k.twist.bracket_transposed(k.wrench));
 
     let mut count = Products::default();
-    for (s, segment) in plan.segments.iter().enumerate() {
-        let (packs, nodes, modes) = sizes(segment);
+    for (s, piece) in plan.pieces.iter().enumerate() {
+        let (packs, nodes, modes) = sizes(piece);
         // Bodies and shapes.
-        count.packs += packs * bodies(&k, &segment.moments, is_mass_only);
-        for component in &segment.components {
+        count.packs += packs * sections(&k, &piece.moments, is_mass_only);
+        for component in &piece.components {
             if component.index < G::ANGULAR {
                 count.packs += packs * products(|| k.vector.cross(k.axial));
             }
@@ -250,15 +250,15 @@ pub(crate) fn tangent<G: Turning>(plan: &Plan<G>, is_mass_only: bool) -> Product
             }
         }
         // Loads that are spread, and points inside.
-        let dead = segment.spread.iter().filter(|spread| spread.is_dead(plan)).count() as u64;
+        let dead = piece.spread.iter().filter(|spread| spread.is_dead(plan)).count() as u64;
         let is_dead = dead > 0 && !is_mass_only;
         if is_dead {
             let load = k.spread(true) + scaled + products(|| Gyroscope::of_dead_load(k.wrench, k.vector));
             count.packs += packs * (dead * load + modes * (gyroscopic + scaled_axial));
         }
         let integrals = if is_mass_only { 1 } else { 3 };
-        let inside = segment.points.inside.len() as u64;
-        let points = &plan.points[segment.points.inside.clone()];
+        let inside = piece.points.inside.len() as u64;
+        let points = &plan.points[piece.points.inside.clone()];
         let supported = points.iter().filter(|point| !point.anchors.is_empty()).count() as u64;
         count.packs += inside * modes * integrals * packs * scaled;
         count.singles += inside * modes * (momentum + modes * dot);
@@ -270,7 +270,7 @@ pub(crate) fn tangent<G: Turning>(plan: &Plan<G>, is_mass_only: bool) -> Product
             }
         }
         // The fluid: responses, columns, and rows below.
-        let immersion = plan.immersion.as_ref().filter(|_| segment.immersed.is_some());
+        let immersion = plan.immersion.as_ref().filter(|_| piece.immersed.is_some());
         let immersed = u64::from(immersion.is_some());
         if let Some(immersion) = immersion {
             let [_, all, of_mass] = immersion::costs::<G>(immersion);
@@ -302,22 +302,22 @@ pub(crate) fn tangent<G: Turning>(plan: &Plan<G>, is_mass_only: bool) -> Product
         count.packs += entries * packs * dot;
         count.singles += entries * dot;
         if !is_mass_only {
-            count.singles += segment.components.iter().map(|c| (c.modes * c.modes) as u64).sum::<u64>();
-            count.singles += segment.couplings.iter().map(coupled).sum::<u64>();
+            count.singles += piece.components.iter().map(|c| (c.modes * c.modes) as u64).sum::<u64>();
+            count.singles += piece.couplings.iter().map(coupled).sum::<u64>();
         }
     }
     count
 }
 
-/// What a dense tangent forms for the blocks between different segments, and what a mass matrix does for half of them.
+/// What a dense tangent forms for the blocks between different pieces, and what a mass matrix does for half of them.
 fn coupling<G: Turning>(plan: &Plan<G>) -> [u64; 2] {
     let k = Kinds::<G>::new();
     let dot = products(|| k.twist.dot(k.wrench));
     let axial_dot = products(|| k.axial.dot(k.axial));
     let linear_dot = if plan.has_responses { products(|| k.vector.dot(k.vector)) } else { 0 };
     let mut count = [0, 0];
-    for segment in &plan.segments {
-        let (before, modes) = (segment.first as u64, segment.n as u64);
+    for piece in &plan.pieces {
+        let (before, modes) = (piece.first as u64, piece.n as u64);
         let behind = plan.n as u64 - before - modes;
         count[0] += modes * (before * dot + behind * (dot + 2 * axial_dot + 2 * linear_dot));
         count[1] += modes * before * dot;
@@ -326,7 +326,7 @@ fn coupling<G: Turning>(plan: &Plan<G>) -> [u64; 2] {
 }
 
 /// Inertia of a node, and what its motion makes of it.
-fn bodies<G: Turning>(k: &Kinds<G>, moments: &Moments<G>, is_mass_only: bool) -> u64 {
+fn sections<G: Turning>(k: &Kinds<G>, moments: &Moments<G>, is_mass_only: bool) -> u64 {
     let moving = products(|| Gyroscope::new(&k.inertia, k.twist, k.wrench * Counted));
     k.weighted(moments) + if is_mass_only { 0 } else { moving }
 }

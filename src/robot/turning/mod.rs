@@ -14,7 +14,7 @@ use crate::rod::piece::Piece;
 
 /// A space whose rotations can be found from the curvature.
 pub(crate) trait Turning: Space {
-    /// Prepares a segment with these nodes and components.
+    /// Prepares a piece with these nodes and components.
     fn constants(
         piece: &Piece,
         frame: Self::Frame,
@@ -22,22 +22,22 @@ pub(crate) trait Turning: Space {
         components: &[Component],
     ) -> Self::Constants;
 
-    /// Rotations at the nodes of a segment that begins with `orientation`; returns that of its end.
+    /// Rotations at the nodes of a piece that begins with `orientation`; returns that of its end.
     fn turn(
-        segment: &PiecePlan<Self>,
+        piece: &PiecePlan<Self>,
         q: &[f64],
         orientation: Self::Orientation,
         rotations: &mut [Self::Rotation<Self::Pack>],
     ) -> Self::Orientation;
 
     /// What [`Self::turn`] costs.
-    fn products_of_turn(segment: &PiecePlan<Self>) -> Products;
+    fn products_of_turn(piece: &PiecePlan<Self>) -> Products;
 
-    /// Prepares the way from one place of a segment to another, given as fractions of its length.
-    fn passage(segment: &PiecePlan<Self>, from: f64, to: f64) -> Passage;
+    /// Prepares the way from one place of a piece to another, given as fractions of its length.
+    fn passage(piece: &PiecePlan<Self>, from: f64, to: f64) -> Passage;
 
     /// The rotation along a passage.
-    fn pass(segment: &PiecePlan<Self>, q: &[f64], passage: &Passage) -> Self::Rotation<f64>;
+    fn pass(piece: &PiecePlan<Self>, q: &[f64], passage: &Passage) -> Self::Rotation<f64>;
 }
 
 /// The largest number of modes of an angular strain.

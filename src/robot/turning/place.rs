@@ -7,40 +7,40 @@ use crate::robot::plan::point::Place;
 use crate::robot::state::Workspace;
 
 /// The place at arc length `x` of the unstretched rod, clamped to [0, L].
-pub(crate) fn at_arc_length<G: Turning>(segments: &[PiecePlan<G>], x: f64) -> Place {
+pub(crate) fn at_arc_length<G: Turning>(pieces: &[PiecePlan<G>], x: f64) -> Place {
     let (mut s, mut start) = (0, 0.0);
-    while s + 1 < segments.len() && x > start + segments[s].length {
-        start += segments[s].length;
+    while s + 1 < pieces.len() && x > start + pieces[s].length {
+        start += pieces[s].length;
         s += 1;
     }
     // Rounding of the sum of lengths must not lead outside.
-    at_fraction(segments, s, ((x - start) / segments[s].length).clamp(0.0, 1.0))
+    at_fraction(pieces, s, ((x - start) / pieces[s].length).clamp(0.0, 1.0))
 }
 
-/// The place at the fraction `x` of segment `s`.
-pub(crate) fn at_fraction<G: Turning>(segments: &[PiecePlan<G>], s: usize, x: f64) -> Place {
-    let segment = &segments[s];
-    let before = segment.gauss.nodes.partition_point(|&node| node <= x);
-    let from = if before == 0 { 0.0 } else { segment.gauss.nodes[before - 1] };
-    let passage = G::passage(segment, from, x);
-    let weights = segment.gauss.weights_up_to(x).into_iter().map(|weight| weight * segment.length).collect();
-    Place { segment: s, x, before, passage, weights }
+/// The place at the fraction `x` of piece `s`.
+pub(crate) fn at_fraction<G: Turning>(pieces: &[PiecePlan<G>], s: usize, x: f64) -> Place {
+    let piece = &pieces[s];
+    let before = piece.gauss.nodes.partition_point(|&node| node <= x);
+    let from = if before == 0 { 0.0 } else { piece.gauss.nodes[before - 1] };
+    let passage = G::passage(piece, from, x);
+    let weights = piece.gauss.weights_up_to(x).into_iter().map(|weight| weight * piece.length).collect();
+    Place { piece: s, x, before, passage, weights }
 }
 
 /// The rotation at a place, with those of the nodes up to date.
 #[inline(always)]
 pub(crate) fn rotation_at<G: Turning>(
-    segment: &PiecePlan<G>,
+    piece: &PiecePlan<G>,
     work: &Workspace<G>,
     q: &[f64],
     place: &Place,
 ) -> G::Rotation<f64> {
     let before = match place.before {
-        0 => G::matrix(work.stations[place.segment].orientation),
+        0 => G::matrix(work.stations[place.piece].orientation),
         i => {
-            let packs = &work.rotation[segment.first_pack + (i - 1) / LANES];
+            let packs = &work.rotation[piece.first_pack + (i - 1) / LANES];
             G::map_rotation(packs, |entry: &G::Pack| entry.lane((i - 1) % LANES))
         }
     };
-    G::compose(&before, &G::pass(segment, q, &place.passage))
+    G::compose(&before, &G::pass(piece, q, &place.passage))
 }

@@ -10,9 +10,9 @@ use crate::robot::plan::space::{Angles, Passage};
 use crate::rod::Gauss;
 use crate::rod::piece::Piece;
 
-/// Bending, if the segment has it.
-fn bend<const FUSED: bool>(segment: &PiecePlan<Planar<FUSED>>) -> Option<&Component> {
-    segment.components.iter().find(|component| component.index == 0)
+/// Bending, if the piece has it.
+fn bend<const FUSED: bool>(piece: &PiecePlan<Planar<FUSED>>) -> Option<&Component> {
+    piece.components.iter().find(|component| component.index == 0)
 }
 
 impl<const FUSED: bool> Turning for Planar<FUSED> {
@@ -46,17 +46,17 @@ impl<const FUSED: bool> Turning for Planar<FUSED> {
 
     #[inline(always)]
     fn turn(
-        segment: &PiecePlan<Self>,
+        piece: &PiecePlan<Self>,
         q: &[f64],
         orientation: f64,
         rotations: &mut [PlaneRotation<Self::Pack>],
     ) -> f64 {
-        let Angles { reference, at_nodes, mean_reference, means, .. } = &segment.turning;
-        let q = bend(segment).map_or(&[][..], |bend| &q[bend.first..][..bend.modes]);
+        let Angles { reference, at_nodes, mean_reference, means, .. } = &piece.turning;
+        let q = bend(piece).map_or(&[][..], |bend| &q[bend.first..][..bend.modes]);
         for (pack, rotation) in rotations.iter_mut().enumerate() {
             let mut angle = reference[pack] + Self::Pack::splat(orientation);
             for (k, &q) in q.iter().enumerate() {
-                angle = at_nodes[k * segment.packs + pack].mul_add(Self::Pack::splat(q), angle);
+                angle = at_nodes[k * piece.packs + pack].mul_add(Self::Pack::splat(q), angle);
             }
             *rotation = PlaneRotation::by(angle);
         }
@@ -64,35 +64,35 @@ impl<const FUSED: bool> Turning for Planar<FUSED> {
         for (mean_of_basis, q) in means.iter().zip(q) {
             mean += mean_of_basis * q;
         }
-        orientation + segment.length * mean
+        orientation + piece.length * mean
     }
 
-    fn products_of_turn(segment: &PiecePlan<Self>) -> Products {
-        let modes = segment.components.iter().find(|component| component.index == 0).map_or(0, |c| c.modes);
+    fn products_of_turn(piece: &PiecePlan<Self>) -> Products {
+        let modes = piece.components.iter().find(|component| component.index == 0).map_or(0, |c| c.modes);
         let turned = modes as u64 + products(|| PlaneRotation::by(Counted));
-        let singles = segment.turning.means.len() as u64 + 1;
-        Products { packs: segment.packs as u64 * turned, singles }
+        let singles = piece.turning.means.len() as u64 + 1;
+        Products { packs: piece.packs as u64 * turned, singles }
     }
 
-    fn passage(segment: &PiecePlan<Self>, from: f64, to: f64) -> Passage {
-        let modes = bend(segment).map_or(0, |bend| bend.modes);
-        let integrals = integrals_between(&segment.piece, from, to, modes);
-        let (normal, step) = (segment.turning.normal, (to - from) * segment.length);
-        let reference = match segment.piece.segment.reference_strain.constant() {
+    fn passage(piece: &PiecePlan<Self>, from: f64, to: f64) -> Passage {
+        let modes = bend(piece).map_or(0, |bend| bend.modes);
+        let integrals = integrals_between(&piece.source, from, to, modes);
+        let (normal, step) = (piece.turning.normal, (to - from) * piece.length);
+        let reference = match piece.source.segment.reference_strain.constant() {
             Some(strain) => strain[normal] * step,
-            None => segment.length * segment.piece.reference_between(from, to)[normal],
+            None => piece.length * piece.source.reference_between(from, to)[normal],
         };
         Passage {
             step,
-            basis: integrals.into_iter().map(|integral| segment.length * integral).collect(),
+            basis: integrals.into_iter().map(|integral| piece.length * integral).collect(),
             reference: vec![reference],
         }
     }
 
     #[inline(always)]
-    fn pass(segment: &PiecePlan<Self>, q: &[f64], passage: &Passage) -> PlaneRotation<f64> {
+    fn pass(piece: &PiecePlan<Self>, q: &[f64], passage: &Passage) -> PlaneRotation<f64> {
         let mut angle = passage.reference[0];
-        if let Some(bend) = bend(segment) {
+        if let Some(bend) = bend(piece) {
             for (q, integral) in q[bend.first..][..bend.modes].iter().zip(&passage.basis) {
                 angle += q * integral;
             }

@@ -78,14 +78,13 @@ fn magnus_step<T: Scalar>(h: T, kappa: [Vector<T>; 3]) -> Vector<T> {
 /// Curvature at the Magnus points; `basis(point, degree)` is the basis there, `reference(point)` the reference curvature.
 #[inline(always)]
 fn curvatures<const FUSED: bool, T: Scalar>(
-    segment: &PiecePlan<Spatial<FUSED>>,
+    piece: &PiecePlan<Spatial<FUSED>>,
     q: &[f64],
     basis: impl Fn(usize, usize) -> T,
     reference: impl Fn(usize) -> Vector<T>,
 ) -> [Vector<T>; 3] {
     let mut kappa = [reference(0), reference(1), reference(2)];
-    for component in segment.components.iter().filter(|component| component.index < Spatial::<FUSED>::ANGULAR)
-    {
+    for component in piece.components.iter().filter(|component| component.index < Spatial::<FUSED>::ANGULAR) {
         for (k, &q) in q[component.first..][..component.modes].iter().enumerate() {
             for (point, kappa) in kappa.iter_mut().enumerate() {
                 let entry = kappa.component_mut(component.index);
@@ -102,21 +101,20 @@ fn vector_at(values: &[f64], point: usize) -> Vector<f64> {
     Vector { x: values[3 * point], y: values[3 * point + 1], z: values[3 * point + 2] }
 }
 
-/// Rotations at the nodes of a segment that begins with `orientation`, whose reference curvature at a point and a pack is given;
+/// Rotations at the nodes of a piece that begins with `orientation`, whose reference curvature at a point and a pack is given;
 /// returns the orientation of the last node.
 #[inline(always)]
 fn turn_steps<const FUSED: bool>(
-    segment: &PiecePlan<Spatial<FUSED>>,
+    piece: &PiecePlan<Spatial<FUSED>>,
     q: &[f64],
     mut orientation: Quaternion<f64>,
     rotations: &mut [Rotation<Pack<FUSED>>],
     reference: impl Fn(usize, usize) -> Vector<Pack<FUSED>>,
 ) -> Quaternion<f64> {
-    let magnus = &segment.turning;
+    let magnus = &piece.turning;
     for (pack, rotation) in rotations.iter_mut().enumerate() {
-        let basis =
-            |point: usize, k: usize| magnus.basis[(point * magnus.degrees + k) * segment.packs + pack];
-        let kappa = curvatures(segment, q, basis, |point| reference(point, pack));
+        let basis = |point: usize, k: usize| magnus.basis[(point * magnus.degrees + k) * piece.packs + pack];
+        let kappa = curvatures(piece, q, basis, |point| reference(point, pack));
         let step = Quaternion::exp(magnus_step(magnus.steps[pack], kappa));
         let mut here = step;
         for lane in 0..LANES {
@@ -165,55 +163,55 @@ impl<const FUSED: bool> Turning for Spatial<FUSED> {
 
     #[inline(always)]
     fn turn(
-        segment: &PiecePlan<Self>,
+        piece: &PiecePlan<Self>,
         q: &[f64],
         orientation: Quaternion<f64>,
         rotations: &mut [Self::Rotation<Self::Pack>],
     ) -> Quaternion<f64> {
-        let magnus = &segment.turning;
+        let magnus = &piece.turning;
         let orientation = if magnus.reference.is_empty() {
             let reference = Vector::splat(magnus.constant_reference.to_array());
-            turn_steps(segment, q, orientation, rotations, |_, _| reference)
+            turn_steps(piece, q, orientation, rotations, |_, _| reference)
         } else {
-            let packs = segment.packs;
-            turn_steps(segment, q, orientation, rotations, |point, pack| {
+            let packs = piece.packs;
+            turn_steps(piece, q, orientation, rotations, |point, pack| {
                 let axis = |axis: usize| magnus.reference[(point * 3 + axis) * packs + pack];
                 Vector { x: axis(0), y: axis(1), z: axis(2) }
             })
         };
         let basis = |point: usize, k: usize| magnus.last_basis[point * magnus.degrees + k];
-        let kappa = curvatures(segment, q, basis, |point| vector_at(&magnus.last_reference, point));
+        let kappa = curvatures(piece, q, basis, |point| vector_at(&magnus.last_reference, point));
         let last = Quaternion::exp(magnus_step(magnus.last_step, kappa));
         orientation.times(last).normalised()
     }
 
-    fn products_of_turn(segment: &PiecePlan<Self>) -> Products {
-        let q = vec![0.0; segment.first + segment.n];
+    fn products_of_turn(piece: &PiecePlan<Self>) -> Products {
+        let q = vec![0.0; piece.first + piece.n];
         let here = Quaternion { w: Counted, v: Vector::zero() };
         let step = products(|| {
-            Quaternion::exp(magnus_step(Counted, curvatures(segment, &q, |_, _| Counted, |_| Vector::zero())))
+            Quaternion::exp(magnus_step(Counted, curvatures(piece, &q, |_, _| Counted, |_| Vector::zero())))
         });
         let composed = products(|| here.times(here));
-        let [packs, nodes] = [segment.packs, segment.packs * LANES].map(|number| number as u64);
+        let [packs, nodes] = [piece.packs, piece.packs * LANES].map(|number| number as u64);
         Products {
             packs: packs * (step + products(|| here.normalised().rotation())),
             singles: (nodes + 1) * composed + step + products(|| here.normalised()),
         }
     }
 
-    fn passage(segment: &PiecePlan<Self>, from: f64, to: f64) -> Passage {
+    fn passage(piece: &PiecePlan<Self>, from: f64, to: f64) -> Passage {
         Passage {
-            step: (to - from) * segment.length,
-            basis: magnus_basis(&segment.piece, [from, to], segment.turning.degrees).concat(),
-            reference: magnus_reference(&segment.piece, [from, to]).concat(),
+            step: (to - from) * piece.length,
+            basis: magnus_basis(&piece.source, [from, to], piece.turning.degrees).concat(),
+            reference: magnus_reference(&piece.source, [from, to]).concat(),
         }
     }
 
     #[inline(always)]
-    fn pass(segment: &PiecePlan<Self>, q: &[f64], passage: &Passage) -> Self::Rotation<f64> {
-        let degrees = segment.turning.degrees;
+    fn pass(piece: &PiecePlan<Self>, q: &[f64], passage: &Passage) -> Self::Rotation<f64> {
+        let degrees = piece.turning.degrees;
         let basis = |point: usize, k: usize| passage.basis[point * degrees + k];
-        let kappa = curvatures(segment, q, basis, |point| vector_at(&passage.reference, point));
+        let kappa = curvatures(piece, q, basis, |point| vector_at(&passage.reference, point));
         Quaternion::exp(magnus_step(passage.step, kappa)).rotation()
     }
 }
