@@ -24,9 +24,9 @@ from .interruption import SAVING, STOPPING, interruption
 
 if TYPE_CHECKING:
     from ._lissom import Scene
+    from .evidence.validation import Outcome
     from .results import Run
     from .studies import ModesStudy, StaticsStudy
-    from .validation import Outcome
 
 FAILED = 1
 BAD_INPUT = 2
@@ -252,7 +252,7 @@ def lab(output: Path) -> int:
 
     if results.missing("plotly"):
         raise click.UsageError("the lab's figures need plotly: pip install 'lissom[report]'")
-    from . import lab as numerical_lab
+    from .evidence import lab as numerical_lab
 
     with _results_folder(output) as folder:
         parts = dict(interruption.collect(numerical_lab.compute(_bar)))
@@ -289,9 +289,9 @@ def validate(output: Path, update_docs: Path | None, no_report: bool) -> int:
     Exit code: 0 all cases are within their tolerance; 1 it could not be written; 2 bad input; 3 a case is
     outside its tolerance; 130 interrupted (the cases that were done are written then, FILE is not).
     """
-    from . import validation
-    from .report import validation as report
-    from .validation import table
+    from .evidence import validation
+    from .evidence.validation import pages as report
+    from .evidence.validation import table
 
     def said(outcomes: Iterable[Outcome]) -> Iterator[Outcome]:
         for outcome in outcomes:
@@ -317,7 +317,7 @@ def validate(output: Path, update_docs: Path | None, no_report: bool) -> int:
 
 
 def _say_outcome(outcome: Outcome) -> None:
-    from .validation import table
+    from .evidence.validation import table
 
     click.echo(click.style(table.line(outcome), fg="red" if outcome.outside else None))
     if outcome.failure:
@@ -351,9 +351,8 @@ def stress(output: Path, quick: bool, update: bool, no_report: bool) -> int:
     Exit code: 0 nothing became worse than in the committed table; 3 something did, or is wrong; 1 the results
     could not be written; 2 bad input; 130 interrupted (the groups that were done are written then).
     """
-    from . import stress as matrix
-    from .report import stress as pages
-    from .stress import table
+    from .evidence import stress as matrix
+    from .evidence.stress import pages, table
 
     if update and quick:
         raise click.UsageError("--update takes the whole matrix: leave --quick out")

@@ -503,7 +503,7 @@ def test_ctrl_c_while_saving_loses_nothing(command, scene, tmp_path):
 
 def test_ctrl_c_keeps_the_parts_that_are_done(tmp_path):
     """The lab's second part imports nothing new, but plotly is first imported in its first one."""
-    program = "from lissom import lab, cli; import os, signal\n"
+    program = "from lissom import cli; from lissom.evidence import lab; import os, signal\n"
     program += "lab.PARTS['pendulum'] = lambda: os.kill(os.getpid(), signal.SIGINT)\n"
     program += "from lissom.__main__ import main; main()"
     command = [sys.executable, "-c", program, "lab", "-o", "lab"]

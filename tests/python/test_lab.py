@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from tqdm import tqdm
 
-from lissom import lab
-from lissom.lab import part, pendulum, rod, roots
+from lissom.evidence import lab
+from lissom.evidence.lab import part, pendulum, rod, roots
 
 
 @pytest.fixture(scope="module")

@@ -7,10 +7,10 @@ import pytest
 from click.testing import CliRunner
 
 import lissom
-from lissom import stress
 from lissom.cli import REGRESSED, commands
-from lissom.stress import judge, rods, table
-from lissom.stress.cell import KINDS, Cell, Outcome
+from lissom.evidence import stress
+from lissom.evidence.stress import judge, rods, table
+from lissom.evidence.stress.cell import KINDS, Cell, Outcome
 
 
 @pytest.fixture(scope="module")

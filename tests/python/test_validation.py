@@ -12,11 +12,11 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import eigh
 from scipy.special import ellipeinc, ellipkinc, jn_zeros, jv
 
-from lissom import validation
 from lissom.cli import commands
-from lissom.report import validation as report
-from lissom.validation import exact, peers, table
-from lissom.validation.case import Answer, Package, Plot
+from lissom.evidence import validation
+from lissom.evidence.validation import exact, peers, table
+from lissom.evidence.validation import pages as report
+from lissom.evidence.validation.case import Answer, Package, Plot
 
 DOCS = Path(__file__).parents[2] / "docs" / "validation.md"
 CASES = {case.name: case for case in validation.CASES}

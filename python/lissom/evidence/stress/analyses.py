@@ -1,0 +1,101 @@
+"""The analyses that every rod of a sweep has to stand: its equilibrium, its modes, its motion by four "
+"methods."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from functools import cache, partial
+
+import numpy as np
+
+from ..._lissom import MotionResult, Rod, modes, statics
+from ...results import Array
+from . import judge, rods
+from .cell import Cell, Outcome
+
+#: Motions go on for so many periods of the slowest mode of the unloaded rod, or of a pendulum of its length.
+PERIODS = 1.0
+
+#: Fixed steps a period.
+STEPS_PER_PERIOD = 1000
+
+#: Instants at which motions are compared.
+INSTANTS = 101
+
+GRAVITY = 9.81
+
+Make = Callable[[], Rod]
+
+
+def duration(rod: Rod) -> float:
+    """The slowest period of the unloaded rod, or of the pendulum, if that is shorter; seconds."""
+    slowest = float(modes(rod, np.zeros(rod.n)).frequency.min())
+    pendulum = 2.0 * np.pi * np.sqrt(rod.length / GRAVITY)
+    return min(1.0 / slowest if slowest > 0.0 else np.inf, float(pendulum))
+
+
+@cache
+def _release(make: Make) -> tuple[Array, MotionResult | None]:
+    """The release of a rod from its unloaded shape: times, reference."""
+    rod = make()
+    times = np.linspace(0.0, PERIODS * duration(rod), INSTANTS)
+    return times, judge.reference(rod, times)
+
+
+def equilibrium(make: Make) -> Outcome:
+    """Loaded from nothing."""
+    rod = make()
+    return judge.equilibrium(rod, statics(rod))
+
+
+def frequencies(make: Make) -> Outcome:
+    """About the unloaded shape, without damping."""
+    rod = rods.undamped(make())
+    straight = np.zeros(rod.n)
+    return judge.vibrations(rod, straight, modes(rod, straight))
+
+
+def requested(make: Make) -> Outcome:
+    """The accuracy asked for."""
+    return judge.requested(make(), *_release(make))
+
+
+def adaptive(make: Make, method: str) -> Outcome:
+    """Steps chosen by the error."""
+    return judge.adaptive(make(), *_release(make), method)
+
+
+def fixed(make: Make, method: str) -> Outcome:
+    """Fixed steps."""
+    times, right = _release(make)
+    return judge.fixed(make(), times, right, method, float(times[-1]) / (PERIODS * STEPS_PER_PERIOD))
+
+
+ANALYSES: dict[str, Callable[[Make], Outcome]] = {
+    "statics": equilibrium,
+    "modes": frequencies,
+    "auto": requested,
+    "newmark": partial(fixed, method="newmark"),
+    "generalised_alpha": partial(fixed, method="generalised_alpha"),
+    "radau": partial(adaptive, method="radau"),
+    "rk45": partial(adaptive, method="rk45"),
+}
+
+TEXT = (
+    "Let go from the unloaded shape under gravity, for a period of the slowest mode or of a pendulum of the "
+    "rod's length, whichever is shorter; the tip is compared with a run of high order and tight tolerances "
+    "on the "
+    "same modes. Equilibria are judged by the balance of forces and the eigenvalues of the stiffness, "
+    "frequencies "
+    "by those that NumPy finds."
+)
+
+
+def cells(rods: Iterable[tuple[str, Make]], quick: Iterable[str] = ()) -> list[Cell]:
+    """All analyses of the rods; the short run has those of the rows named in ``quick``."""
+    short = set(quick)
+    return [
+        Cell(row, column, partial(analysis, make), quick=row in short)
+        for row, make in rods
+        for column, analysis in ANALYSES.items()
+    ]

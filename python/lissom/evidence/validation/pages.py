@@ -1,0 +1,111 @@
+"""The report of the validation gallery: the table, and a plot for each case."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...report import page, theme
+from ...report.text import quantity
+from . import table
+from .case import Outcome, Plot
+
+COLUMNS = ("case", "source", "wanted", "lissom", "error", "tolerance", "time", "")
+NUMERIC = frozenset({"wanted", "lissom", "error", "tolerance", "time", "difference"})
+
+LEAD = (
+    "Questions with known answers: closed forms, the same equations solved by other means, published "
+    "numbers. Run again with “lissom validate”."
+)
+
+
+def write(outcomes: Sequence[Outcome], path: Path) -> None:
+    """Write the report to ``path``. Needs plotly."""
+    path.write_text(page.render(build(outcomes)), encoding="utf-8")
+
+
+def build(outcomes: Sequence[Outcome]) -> page.Page:
+    """What the report says."""
+    good = sum(outcome.good for outcome in outcomes)
+    asked = sum(not outcome.not_run for outcome in outcomes)
+    caption = "Of several values the one that is furthest off; the others are below."
+    overview = page.Table(COLUMNS, [_row(outcome) for outcome in outcomes], NUMERIC, caption)
+    return page.Page(
+        title="Validation gallery",
+        lead=LEAD,
+        outcome=(table.verdict(outcomes), good == asked),
+        tiles=[
+            (f"{good} of {asked}", "within tolerance"),
+            (
+                quantity(sum(outcome.seconds for outcome in outcomes if not outcome.not_run), "s"),
+                "lissom's time, all cases",
+            ),
+        ],
+        sections=[page.Section("All cases", [overview]), *map(_section, outcomes)],
+        contents=True,
+    )
+
+
+def _row(outcome: Outcome) -> tuple[str, ...]:
+    if outcome.not_run:
+        return outcome.case.name, table.source(outcome.case), "–", "–", "–", "–", "–", "not run"
+    wanted, found = table.worst(outcome)
+    return (
+        outcome.case.name,
+        table.source(outcome.case),
+        table.number(wanted),
+        table.number(found),
+        *_measures(outcome),
+        "good" if outcome.good else "outside",
+    )
+
+
+def _measures(outcome: Outcome) -> tuple[str, str, str]:
+    time = quantity(outcome.seconds, "s")
+    return table.error(outcome), f"{outcome.case.tolerance:.0e}", time
+
+
+def _section(outcome: Outcome) -> page.Section:
+    case = outcome.case
+    parts: list[page.Part] = [case.setting]
+    if outcome.not_run:
+        return page.Section(case.name, [*parts, page.Lesson(f"Not run: {outcome.not_run}.")])
+    if outcome.failure:
+        parts.append(page.Lesson(outcome.failure))
+    if outcome.plot is not None:
+        parts.append(page.Figure(figure(outcome.plot)))
+    columns = ("wanted", "lissom", "difference")
+    rows = [
+        (f"{wanted:.10g}", f"{found:.10g}", f"{found - wanted:.1e}")
+        for wanted, found in zip(outcome.wanted, outcome.found, strict=False)
+    ]
+    error, tolerance, time = _measures(outcome)
+    caption = (
+        f"Values: {case.quantity}. Source: {table.source(case)}. "
+        f"Error {error}, tolerance {tolerance}, time {time}."
+    )
+    parts.append(page.Table(columns, rows, NUMERIC, caption))
+    return page.Section(case.name, parts)
+
+
+def figure(plot: Plot) -> Any:
+    """The plot of a case: lissom's curves as lines, wanted values as open circles."""
+    import plotly.graph_objects as go
+
+    traces, counts = [], {True: 0, False: 0}
+    for curve in plot.curves:
+        colour = theme.SERIES[counts[curve.joined] % len(theme.SERIES)]
+        counts[curve.joined] += 1
+        style: dict[str, Any] = (
+            {"mode": "lines", "line": {"color": colour, "width": 2.2}}
+            if curve.joined
+            else {"mode": "markers", "marker": {"color": colour, "size": 8, "symbol": "circle-open"}}
+        )
+        traces.append(go.Scatter(x=np.asarray(curve.x), y=np.asarray(curve.y), name=curve.name, **style))
+    made = go.Figure(traces)
+    vertical = theme.axis(plot.y, scaleanchor="x") if plot.to_scale else theme.axis(plot.y)
+    made.update_layout(**theme.layout(440, xaxis=theme.axis(plot.x), yaxis=vertical, showlegend=True))
+    return made
