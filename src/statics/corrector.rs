@@ -85,16 +85,27 @@ fn iterate(
     for iteration in 0..MAX_ITERATIONS {
         let Some(linear) = equations.linearise(state)? else { return Ok(None) };
         equations.counters.iterations += 1;
-        let held = match soft {
-            Soft::Followed => None,
-            Soft::Held => held(&linear, constraint, SOFT, DISPLACEMENT_ROUNDING),
+        let hold = || held(&linear, constraint, SOFT, DISPLACEMENT_ROUNDING);
+        let solved = |mut bordered: Bordered| {
+            let right: Vec<f64> = linear.residual.iter().map(|residual| -residual).chain([0.0]).collect();
+            let step = bordered.solve(&linear, right);
+            let size = norm(&step.scaled);
+            (step, size)
         };
-        let Some(mut bordered) = held.or_else(|| Bordered::new(&linear, &linear.tangent, constraint)) else {
+        let held_first = if soft == Soft::Held { hold() } else { None };
+        let Some(bordered) = held_first.or_else(|| Bordered::new(&linear, &linear.tangent, constraint))
+        else {
             return Ok(None);
         };
-        let right: Vec<f64> = linear.residual.iter().map(|residual| -residual).chain([0.0]).collect();
-        let step = bordered.solve(&linear, right);
-        let size = norm(&step.scaled);
+        let (mut step, mut size) = solved(bordered);
+        // Buckled round rods may turn about their axis: what is left is a step around it that means nothing.
+        if soft == Soft::Followed
+            && iteration > 0
+            && size > tolerance.max(SLOWEST_RATE * previous)
+            && let Some(bordered) = hold()
+        {
+            (step, size) = solved(bordered);
+        }
         if !size.is_finite() {
             return Ok(None);
         }

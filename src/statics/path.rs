@@ -8,7 +8,7 @@
 
 use super::corrector::{self, Corrected, correct, correct_held};
 use super::equations::{Equations, Linear, State, Step};
-use super::stability::Stiffness;
+use super::stability::{NEUTRAL, Stiffness};
 use crate::error::Interrupted;
 use crate::linalg::{dot, norm, norm_inf};
 use crate::model::Flaw;
@@ -357,14 +357,18 @@ impl<'a, 'b> Follower<'a, 'b> {
         let whole = to.state.since(&from.state, &sizes);
         let mut found: Vec<(f64, usize, State, Linear, Stiffness)> = Vec::new();
         for place in changes {
-            let [a, b] = [from, to].map(|end| end.stiffness.eigenvalue(place).re);
+            let [a, b] = [from, to].map(|end| match end.stiffness.eigenvalue(place).re {
+                // A path that begins or ends at a critical point.
+                value if value.abs() <= NEUTRAL => 0.0,
+                value => value,
+            });
             let at = find_zero(Point { t: 0.0, value: a }, Point { t: 1.0, value: b }, |t| {
                 let between = self.between(from, &whole, t)?;
                 Ok(between.map_or(f64::NAN, |(.., stiffness)| stiffness.eigenvalue(place).re))
             })?;
             let Some((state, linear, stiffness)) = self.between(from, &whole, at)? else { return Ok(false) };
             let value = stiffness.eigenvalue(place);
-            let is_zero = value.re.abs() <= ZERO * a.abs().max(b.abs());
+            let is_zero = value.re.abs() <= NEUTRAL.max(ZERO * a.abs().max(b.abs()));
             if !is_zero {
                 return Ok(false);
             }

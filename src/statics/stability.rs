@@ -10,6 +10,9 @@ use crate::stability::{is_symmetric, symmetric_part};
 /// A load that is orthogonal to a direction to this accuracy does not push in it.
 pub(super) const ORTHOGONAL: f64 = 1e-5;
 
+/// Eigenvalues below that are none: rounding and the tolerance of equilibria give either sign to what is free to turn.
+pub(super) const NEUTRAL: f64 = 1e-8;
+
 /// The tangent stiffness in natural coordinates, relative to that of material and springs: all its eigenvalues are one without load;
 /// where one is zero there is a critical point.
 #[derive(Clone, Debug)]
@@ -43,7 +46,7 @@ impl Stiffness {
 
     /// The places, in their order, of the eigenvalues whose real parts change sign between this tangent and another one.
     pub(super) fn changes_until(&self, other: &Self) -> Range<usize> {
-        let negative = |stiffness: &Self| stiffness.eigenvalues.iter().filter(|x| x.re < 0.0).count();
+        let negative = |stiffness: &Self| stiffness.eigenvalues.iter().filter(|x| x.re < -NEUTRAL).count();
         let (before, after) = (negative(self), negative(other));
         before.min(after)..before.max(after)
     }
