@@ -1,7 +1,7 @@
 //! Whether a state at rest is stable: one verdict for statics and modes.
 
-use crate::linalg::{Complex, Matrix, eigenvalues, symmetric_eigenvalues};
-use crate::modes::{GROWING, SmallMotions};
+use crate::linalg::{Complex, Matrix, eigenvalues, symmetric_eigenvalues, symmetric_part};
+use crate::small_motions::{self, GROWING, SmallMotions};
 
 /// A stiffness is symmetric, so that its loads have a potential, when no entry differs from its mirror image by more than this
 /// part of the elastic stiffnesses it couples. Above what the quadrature of strongly bent rods leaves, below what any follower load
@@ -66,7 +66,7 @@ pub(crate) fn verdict(motions: &SmallMotions) -> Option<Verdict> {
         let undamped = of_stiffness(lowest(stiffness)?, n)?.undamped;
         let size = damping.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
         let dissipates = lowest(damping)? >= -rounding * size;
-        let is_gyroscopic = !crate::modes::is_symmetric(damping);
+        let is_gyroscopic = !small_motions::is_symmetric(damping);
         // What is not stable without damping can only be made so by gyroscopic forces.
         if !is_damped || dissipates && (undamped == Stability::Stable || !is_gyroscopic) {
             return same(undamped);
@@ -141,10 +141,6 @@ fn is_complex(value: Complex) -> bool {
 /// Whether a stiffness in natural coordinates has a potential.
 pub(crate) fn is_symmetric(a: &Matrix) -> bool {
     (0..a.nrows()).all(|j| (0..j).all(|i| (a[(i, j)] - a[(j, i)]).abs() <= SYMMETRIC))
-}
-
-pub(crate) fn symmetric_part(a: &Matrix) -> Matrix {
-    (a + a.transpose()) * 0.5
 }
 
 /// The smallest absolute eigenvalue.

@@ -5,6 +5,11 @@ use super::{Matrix, moderate, view};
 /// A complex number.
 pub type Complex = nalgebra::Complex<f64>;
 
+/// Half of a square matrix and its transpose.
+pub(crate) fn symmetric_part(a: &Matrix) -> Matrix {
+    (a + a.transpose()) * 0.5
+}
+
 /// Eigenvalues of a symmetric matrix (its lower triangle is read), smallest first; `None` when it is not finite. Cost: 4/3 n^3
 /// flops.
 pub fn symmetric_eigenvalues(a: &Matrix) -> Option<Vec<f64>> {

@@ -16,6 +16,7 @@ mod svd;
 pub use chain::{ChainLu, ChainMatrix, Generators};
 pub use cholesky::{Cholesky, NotPositiveDefinite};
 pub use complex_lu::ComplexLu;
+pub(crate) use eigen::symmetric_part;
 pub use eigen::{Complex, eigen, eigenvalues, symmetric_eigen, symmetric_eigenvalues};
 pub use lu::{Lu, Singular};
 pub use svd::{MinimumNorm, condition_number, full_svd, minimum_norm_solution, singular_values};

@@ -9,7 +9,7 @@ use super::equations::{Equations, Linear, State, Step};
 use super::stability::ORTHOGONAL;
 use crate::error::Interrupted;
 use crate::linalg::{Lu, Matrix, full_svd, norm};
-use crate::springs::DISPLACEMENT_ROUNDING;
+use crate::natural::DISPLACEMENT_ROUNDING;
 
 /// Iterations that contract more slowly are not on their way to the nearest solution (Deuflhard 2011, section 2.1).
 const SLOWEST_RATE: f64 = 0.5;

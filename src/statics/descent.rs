@@ -5,9 +5,9 @@
 
 use super::equations::{Equations, State};
 use crate::error::Interrupted;
+use crate::linalg::symmetric_part;
 use crate::linalg::{Cholesky, Lu, dot, norm};
 use crate::model::Flaw;
-use crate::stability::symmetric_part;
 
 /// First radius, in scaled coordinates: half a radian of the whole rod.
 const FIRST_RADIUS: f64 = 0.5;

@@ -4,8 +4,9 @@ use super::stability::Stiffness;
 use crate::error::Interrupted;
 use crate::linalg::{Matrix, dot, norm};
 use crate::model::{Flaw, Model};
-use crate::modes::SmallMotions;
-use crate::springs::{self, Natural, Springs, scaled};
+use crate::natural::{self, Natural, scaled};
+use crate::small_motions::SmallMotions;
+use crate::springs::Springs;
 use crate::stability::{self, Verdict};
 
 /// What a search has cost.
@@ -144,7 +145,7 @@ impl<'a> Equations<'a> {
         let mut sizes = vec![0.0; n];
         model.typical_coordinates(&mut sizes);
         let rest = vec![0.0; n];
-        let material = (model.springs() > 0).then(|| springs::material(model, &rest, &sizes));
+        let material = (model.springs() > 0).then(|| natural::material(model, &rest, &sizes));
         Self { model, monitor, sizes, counters: Counters::default(), elastic: rest.clone(), rest, material }
     }
 
@@ -160,7 +161,7 @@ impl<'a> Equations<'a> {
     /// A state, with the forces that its springs have.
     pub(super) fn state(&mut self, q: Vec<f64>, load_factor: f64) -> Result<State, Interrupted> {
         let mut state = State { q, load_factor, forces: Vec::new() };
-        if let Some(own) = springs::linearised(self.model, &state.q, &self.sizes) {
+        if let Some(own) = natural::linearised(self.model, &state.q, &self.sizes) {
             state.forces.clone_from(&own.forces);
             if let Some(linear) = self.linearise(&state)? {
                 state.forces = linear.natural.settled(&own, &linear.residual);
@@ -208,7 +209,7 @@ impl<'a> Equations<'a> {
     pub(super) fn downhill(&mut self, state: &State) -> Result<Downhill, Interrupted> {
         let n = state.q.len();
         let (mut residual, mut load) = (vec![0.0; n], vec![0.0; n]);
-        let springs = springs::linearised(self.model, &state.q, &self.sizes);
+        let springs = natural::linearised(self.model, &state.q, &self.sizes);
         let held = springs.is_some().then_some(&state.forces[..]);
         self.forces(&state.q, state.load_factor, held, &mut residual, &mut load)?;
         let residual_norm = norm(&residual);
@@ -247,13 +248,13 @@ impl<'a> Equations<'a> {
     pub(super) fn linearise(&mut self, state: &State) -> Result<Option<Linear>, Interrupted> {
         let State { q, load_factor, forces } = state;
         let n = q.len();
-        let springs = springs::linearised(self.model, q, &self.sizes);
+        let springs = natural::linearised(self.model, q, &self.sizes);
         let held = springs.is_some().then_some(&forces[..]);
         let (mut residual, mut load) = (vec![0.0; n], vec![0.0; n]);
         self.forces(q, *load_factor, held, &mut residual, &mut load)?;
         let [tangent, elastic] = self.tangents(q, *load_factor, held);
         let material = self.material.as_ref().unwrap_or(&elastic);
-        let fallback = || springs::reference(material, &tangent);
+        let fallback = || natural::reference(material, &tangent);
         let is_finite = tangent.iter().chain(&residual).chain(&load).all(|x| x.is_finite());
         let natural = if is_finite { Natural::new(material, springs.as_ref(), fallback) } else { None };
         Ok(natural.map(|natural| Linear {
@@ -275,9 +276,9 @@ impl<'a> Equations<'a> {
         const SHORTEST: f64 = 1e-10;
         let Some(material) = &self.material else { return };
         for _ in 0..iterations {
-            let Some(springs) = springs::linearised(self.model, &state.q, &self.sizes) else { return };
+            let Some(springs) = natural::linearised(self.model, &state.q, &self.sizes) else { return };
             let Some(natural) =
-                Natural::new(material, Some(&springs), || springs::reference(material, material))
+                Natural::new(material, Some(&springs), || natural::reference(material, material))
             else {
                 return;
             };

@@ -3,9 +3,10 @@
 use std::ops::Range;
 
 use super::equations::Linear;
+use crate::linalg::symmetric_part;
 use crate::linalg::{Complex, Matrix, eigenvalues, symmetric_eigen, symmetric_eigenvalues};
-use crate::springs::Natural;
-use crate::stability::{is_symmetric, symmetric_part};
+use crate::natural::Natural;
+use crate::stability::is_symmetric;
 
 /// A load that is orthogonal to a direction to this accuracy does not push in it.
 pub(super) const ORTHOGONAL: f64 = 1e-5;
