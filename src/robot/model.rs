@@ -3,12 +3,12 @@
 use std::sync::Arc;
 
 use super::choice::{Kernel, Solve};
+use super::compile;
 use super::description::Rod;
 use super::effect::anchor::Held;
 use super::effect::elasticity;
 use super::kernel::kinematics::Pose;
 use super::kernel::{chain, validity};
-use super::plan::Plan;
 use super::plan::point::Place;
 use super::state::tangent::Tangent;
 use super::sweeps;
@@ -51,10 +51,10 @@ impl AnySweeps {
     /// The sweeps for a valid rod, in a plane where one is given, with fused packs or with portable ones.
     fn new(rod: &Rod, plane: Option<Plane>, is_fused: bool) -> Self {
         match (plane, is_fused || cfg!(lissom_dev)) {
-            (Some(plane), true) => Self::Planar(Sweeps::new(Plan::new(rod, plane))),
-            (Some(plane), false) => Self::PortablePlanar(Sweeps::new(Plan::new(rod, plane))),
-            (None, true) => Self::Spatial(Sweeps::new(Plan::new(rod, ()))),
-            (None, false) => Self::PortableSpatial(Sweeps::new(Plan::new(rod, ()))),
+            (Some(plane), true) => Self::Planar(Sweeps::new(compile::plan(rod, plane))),
+            (Some(plane), false) => Self::PortablePlanar(Sweeps::new(compile::plan(rod, plane))),
+            (None, true) => Self::Spatial(Sweeps::new(compile::plan(rod, ()))),
+            (None, false) => Self::PortableSpatial(Sweeps::new(compile::plan(rod, ()))),
         }
     }
 
@@ -118,9 +118,9 @@ impl RodModel {
     pub fn with_nothing_skipped(rod: &Rod) -> Result<Self, InvalidInput> {
         rod.validate()?;
         let sweeps = if sweeps::machine_has_fused() {
-            AnySweeps::Spatial(Sweeps::new(Plan::new(rod, ()).with_nothing_skipped()))
+            AnySweeps::Spatial(Sweeps::new(compile::plan(rod, ()).with_nothing_skipped()))
         } else {
-            AnySweeps::PortableSpatial(Sweeps::new(Plan::new(rod, ()).with_nothing_skipped()))
+            AnySweeps::PortableSpatial(Sweeps::new(compile::plan(rod, ()).with_nothing_skipped()))
         };
         Ok(Self::with(rod, sweeps, Solve::cheapest(rod)))
     }

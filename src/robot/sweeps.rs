@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::compile;
 use super::description::Rod;
 use super::effect::anchor::Held;
 use super::kernel::kinematics::Pose;
@@ -126,7 +127,7 @@ impl<G: Turning> Sweeps<G> {
 
     /// Those for another rod in the same frame.
     pub(crate) fn with_rod(&self, rod: &Rod) -> Self {
-        Self::new(Plan::new(rod, self.plan.frame))
+        Self::new(compile::plan(rod, self.plan.frame))
     }
 
     pub(crate) fn plan(&self) -> &Plan<G> {
@@ -372,7 +373,7 @@ mod tests {
         };
         let planar = Rod { tip_mass: 0.1, ..Rod::new(vec![segment([0, 5, 0, 2, 0, 1]); 2]) };
         let spatial = Rod { tip_force: [0.1, 0.2, 0.3], ..Rod::new(vec![segment([2, 3, 4, 1, 1, 1]); 2]) };
-        check(&Plan::<Planar<true>>::new(&planar, Plane::ABOUT_Y));
-        check(&Plan::<Spatial<true>>::new(&spatial, ()));
+        check(&compile::plan::<Planar<true>>(&planar, Plane::ABOUT_Y));
+        check(&compile::plan::<Spatial<true>>(&spatial, ()));
     }
 }

@@ -1,10 +1,11 @@
 //! The fluid made into a part of a plan.
 
+use super::load;
 use crate::lie::Vector;
 use crate::load::Extent;
 use crate::robot::description::Rod;
 use crate::robot::plan::immersion::{Drag, Immersed, Immersion};
-use crate::robot::plan::load::{LoadPlan, Spread};
+use crate::robot::plan::load::Spread;
 use crate::robot::plan::world::World;
 use crate::robot::plan::{Plan, packed};
 use crate::robot::turning::Turning;
@@ -48,7 +49,7 @@ pub(crate) fn compile<G: Turning>(plan: &mut Plan<G>, rod: &Rod, fluid: &Fluid) 
         let extent = Extent::Along([0.0, rod.length()]);
         let load = crate::load::Load { force: weight.into(), extent, ..crate::load::Load::at_tip() };
         let World { base, motion, .. } = &plan.world;
-        plan.loads.push(LoadPlan::new(load, plan.frame, &base.rotation, motion.is_some()));
+        plan.loads.push(load::plan(load, plan.frame, &base.rotation, motion.is_some()));
         plan.has_dead_loads = true;
         plan.world.dead_force += Vector::from(weight) * volume;
     }

@@ -7,24 +7,22 @@ use crate::robot::plan::piece::PiecePlan;
 use crate::robot::plan::{load, packed};
 use crate::robot::turning::Turning;
 
-impl<G: Turning> LoadPlan<G> {
-    pub(crate) fn new(
-        load: crate::load::Load,
-        frame: G::Frame,
-        base_rotation: &Rotation<f64>,
-        base_moves: bool,
-    ) -> Self {
-        let constant = [&load.force, &load.moment].map(|signal| signal.constant().unwrap_or_default());
-        let wrench: Wrench<G, f64> = load::wrench(constant, load.frame, frame, base_rotation);
-        let varies = load.varies_in_time() || (base_moves && load.frame == Frame::World);
-        Self {
-            extent: load.extent,
-            frame: load.frame,
-            has_potential: load.frame == Frame::World && load.force.constant().is_some(),
-            has_moment: load.moment.constant().is_none() || wrench.moment.dot(wrench.moment) > 0.0,
-            signals: varies.then_some([load.force, load.moment]),
-            wrench,
-        }
+pub(crate) fn plan<G: Turning>(
+    load: crate::load::Load,
+    frame: G::Frame,
+    base_rotation: &Rotation<f64>,
+    base_moves: bool,
+) -> LoadPlan<G> {
+    let constant = [&load.force, &load.moment].map(|signal| signal.constant().unwrap_or_default());
+    let wrench: Wrench<G, f64> = load::wrench(constant, load.frame, frame, base_rotation);
+    let varies = load.varies_in_time() || (base_moves && load.frame == Frame::World);
+    LoadPlan {
+        extent: load.extent,
+        frame: load.frame,
+        has_potential: load.frame == Frame::World && load.force.constant().is_some(),
+        has_moment: load.moment.constant().is_none() || wrench.moment.dot(wrench.moment) > 0.0,
+        signals: varies.then_some([load.force, load.moment]),
+        wrench,
     }
 }
 

@@ -13,113 +13,114 @@ use crate::rod::STRAINS;
 use crate::rod::piece::Piece;
 use crate::rod::{STRAIGHT, Section, SectionProperties, nodes, stiffness};
 
-impl<G: Turning> PiecePlan<G> {
-    pub(crate) fn new(piece: Piece, frame: G::Frame, first: usize, first_pack: usize) -> Self {
-        let degrees = piece.degrees();
-        let gauss = nodes::quadrature(&piece);
-        let nodes = gauss.nodes.len();
-        let packs = nodes / LANES;
-        let length = piece.length();
+pub(crate) fn plan<G: Turning>(
+    piece: Piece,
+    frame: G::Frame,
+    first: usize,
+    first_pack: usize,
+) -> PiecePlan<G> {
+    let degrees = piece.degrees();
+    let gauss = nodes::quadrature(&piece);
+    let nodes = gauss.nodes.len();
+    let packs = nodes / LANES;
+    let length = piece.length();
 
-        let pack = |f: &dyn Fn(usize) -> f64| plan::packed(nodes, f);
-        let integral = gauss.integral();
-        let up_to: Vec<Vec<f64>> = gauss.nodes.iter().map(|&x| integral.weights_up_to(x)).collect();
-        let matrix = |f: &dyn Fn(usize, usize) -> f64| -> Vec<G::Pack> {
-            let entry =
-                |p: usize, l: usize| G::Pack::from_lanes(std::array::from_fn(|lane| f(p * LANES + lane, l)));
-            (0..packs).flat_map(|p| (0..nodes).map(move |l| (p, l))).map(|(p, l)| entry(p, l)).collect()
-        };
-        let at_nodes: Vec<Vec<f64>> = gauss
+    let pack = |f: &dyn Fn(usize) -> f64| plan::packed(nodes, f);
+    let integral = gauss.integral();
+    let up_to: Vec<Vec<f64>> = gauss.nodes.iter().map(|&x| integral.weights_up_to(x)).collect();
+    let matrix = |f: &dyn Fn(usize, usize) -> f64| -> Vec<G::Pack> {
+        let entry =
+            |p: usize, l: usize| G::Pack::from_lanes(std::array::from_fn(|lane| f(p * LANES + lane, l)));
+        (0..packs).flat_map(|p| (0..nodes).map(move |l| (p, l))).map(|(p, l)| entry(p, l)).collect()
+    };
+    let at_nodes: Vec<Vec<f64>> = gauss
+        .nodes
+        .iter()
+        .map(|&x| {
+            let mut values = vec![0.0; degrees];
+            piece.basis.values(x, &mut values);
+            values
+        })
+        .collect();
+
+    let mut components = Vec::new();
+    let mut next = first;
+    for (strain, &modes) in piece.modes.iter().enumerate() {
+        if modes > 0 {
+            let stiffness = stiffness::stiffness(&piece, [strain; 2]);
+            let index = G::strain_index(frame, strain);
+            components.push(Component {
+                index,
+                modes,
+                first: next,
+                stiffness,
+                is_orthogonal: !stiffness::is_tapered(&piece) && piece.basis.is_orthogonal(),
+            });
+            next += modes;
+        }
+    }
+    let before_stretch: usize = piece.modes[..3].iter().sum();
+    let stretch = (piece.modes[3] > 0).then(|| Stretch::new(&piece, &gauss, first + before_stretch));
+    let reference_slope = (0..packs)
+        .map(|pack| {
+            let at = |lane: usize| {
+                let [.., d, e, f] = piece.reference(gauss.nodes[pack * LANES + lane]);
+                G::vector_of(frame, [d, e, f].into())
+            };
+            let mut slope = G::Vector::<G::Pack>::zero();
+            for index in 0..G::COMPONENTS - G::ANGULAR {
+                *G::vector_component(&mut slope, index) = G::Pack::from_lanes(std::array::from_fn(|lane| {
+                    *G::vector_component(&mut at(lane), index)
+                }));
+            }
+            slope
+        })
+        .collect();
+    let sections: Vec<_> = gauss.nodes.iter().map(|&x| piece.section(x)).collect();
+    let is_straight =
+        |strain: usize| piece.segment.reference_strain.is_entry_constant(strain) == Some(STRAIGHT[strain]);
+    let is_extensible = piece.modes[3..].iter().any(|&modes| modes > 0) || !(3..STRAINS).all(is_straight);
+
+    let [_, bend_y, bend_z, _, shear_y, shear_z] = piece.modes;
+    let turns = bend_y + bend_z + shear_y + shear_z > 0 || !(1..STRAINS).all(is_straight);
+
+    PiecePlan {
+        length,
+        largest_gap: if turns { length * gauss.largest_gap() } else { 0.0 },
+        first,
+        n: next - first,
+        first_pack,
+        packs,
+        weights: pack(&|i| length * gauss.weights[i]),
+        from_base: matrix(&|i, l| length * up_to[i][l]),
+        to_end: matrix(&|i, l| length * (gauss.weights[l] - up_to[i][l])),
+        basis: (0..degrees).flat_map(|k| pack(&|i| at_nodes[i][k])).collect(),
+        weighted_basis: (0..degrees)
+            .flat_map(|k| pack(&|i| length * gauss.weights[i] * at_nodes[i][k]))
+            .collect(),
+        largest_reference_curvature: nodes::largest_reference_curvature(&piece, &gauss.nodes),
+        reference_curvature: gauss
             .nodes
             .iter()
             .map(|&x| {
-                let mut values = vec![0.0; degrees];
-                piece.basis.values(x, &mut values);
-                values
+                let [a, b, c, ..] = piece.reference(x);
+                G::axial_of(frame, [a, b, c].into())
             })
-            .collect();
-
-        let mut components = Vec::new();
-        let mut next = first;
-        for (strain, &modes) in piece.modes.iter().enumerate() {
-            if modes > 0 {
-                let stiffness = stiffness::stiffness(&piece, [strain; 2]);
-                let index = G::strain_index(frame, strain);
-                components.push(Component {
-                    index,
-                    modes,
-                    first: next,
-                    stiffness,
-                    is_orthogonal: !stiffness::is_tapered(&piece) && piece.basis.is_orthogonal(),
-                });
-                next += modes;
-            }
-        }
-        let before_stretch: usize = piece.modes[..3].iter().sum();
-        let stretch = (piece.modes[3] > 0).then(|| Stretch::new(&piece, &gauss, first + before_stretch));
-        let reference_slope = (0..packs)
-            .map(|pack| {
-                let at = |lane: usize| {
-                    let [.., d, e, f] = piece.reference(gauss.nodes[pack * LANES + lane]);
-                    G::vector_of(frame, [d, e, f].into())
-                };
-                let mut slope = G::Vector::<G::Pack>::zero();
-                for index in 0..G::COMPONENTS - G::ANGULAR {
-                    *G::vector_component(&mut slope, index) =
-                        G::Pack::from_lanes(std::array::from_fn(|lane| {
-                            *G::vector_component(&mut at(lane), index)
-                        }));
-                }
-                slope
-            })
-            .collect();
-        let sections: Vec<_> = gauss.nodes.iter().map(|&x| piece.section(x)).collect();
-        let is_straight = |strain: usize| {
-            piece.segment.reference_strain.is_entry_constant(strain) == Some(STRAIGHT[strain])
-        };
-        let is_extensible = piece.modes[3..].iter().any(|&modes| modes > 0) || !(3..STRAINS).all(is_straight);
-
-        let [_, bend_y, bend_z, _, shear_y, shear_z] = piece.modes;
-        let turns = bend_y + bend_z + shear_y + shear_z > 0 || !(1..STRAINS).all(is_straight);
-
-        Self {
-            length,
-            largest_gap: if turns { length * gauss.largest_gap() } else { 0.0 },
-            first,
-            n: next - first,
-            first_pack,
-            packs,
-            weights: pack(&|i| length * gauss.weights[i]),
-            from_base: matrix(&|i, l| length * up_to[i][l]),
-            to_end: matrix(&|i, l| length * (gauss.weights[l] - up_to[i][l])),
-            basis: (0..degrees).flat_map(|k| pack(&|i| at_nodes[i][k])).collect(),
-            weighted_basis: (0..degrees)
-                .flat_map(|k| pack(&|i| length * gauss.weights[i] * at_nodes[i][k]))
-                .collect(),
-            largest_reference_curvature: nodes::largest_reference_curvature(&piece, &gauss.nodes),
-            reference_curvature: gauss
-                .nodes
-                .iter()
-                .map(|&x| {
-                    let [a, b, c, ..] = piece.reference(x);
-                    G::axial_of(frame, [a, b, c].into())
-                })
-                .collect(),
-            turning: G::constants(&piece, frame, &gauss, &components),
-            couplings: couplings(&piece, first),
-            components,
-            reference_slope,
-            stretch,
-            is_extensible,
-            mass: pack(&|i| sections[i].mass),
-            moments: Moments::new(frame, &sections),
-            retardation_time: piece.segment.retardation_time,
-            spread: Vec::new(),
-            points: Points::default(),
-            immersed: None,
-            gauss,
-            source: piece,
-        }
+            .collect(),
+        turning: G::constants(&piece, frame, &gauss, &components),
+        couplings: couplings(&piece, first),
+        components,
+        reference_slope,
+        stretch,
+        is_extensible,
+        mass: pack(&|i| sections[i].mass),
+        moments: moments(frame, &sections),
+        retardation_time: piece.segment.retardation_time,
+        spread: Vec::new(),
+        points: Points::default(),
+        immersed: None,
+        gauss,
+        source: piece,
     }
 }
 
@@ -134,26 +135,24 @@ fn couplings(piece: &Piece, first: usize) -> Vec<Coupling> {
     given.coupled(&piece.modes).map(coupling).collect()
 }
 
-impl<G: Turning> Moments<G> {
-    pub(crate) fn new(frame: G::Frame, sections: &[SectionProperties]) -> Self {
-        let nodes = sections.len();
-        let is_centred = |section: &SectionProperties| {
-            let centre = G::vector_of(frame, section.centre.into());
-            centre.dot(centre) == 0.0
-        };
-        let round = |section: &SectionProperties| {
-            is_centred(section).then(|| G::rotary_inertia(frame, section.inertia_about_axis())).flatten()
-        };
-        match sections.iter().map(round).collect::<Option<Vec<f64>>>() {
-            Some(rotary) => Self::Round(plan::packed(nodes, |i| rotary[i])),
-            None => Self::General(inertia::packed(nodes, |i| {
-                let section = &sections[i];
-                Inertia {
-                    mass: section.mass,
-                    first_moment: G::vector_of(frame, section.centre.into()) * section.mass,
-                    second_moment: G::second_moment_of(frame, section.inertia_about_axis()),
-                }
-            })),
-        }
+pub(crate) fn moments<G: Turning>(frame: G::Frame, sections: &[SectionProperties]) -> Moments<G> {
+    let nodes = sections.len();
+    let is_centred = |section: &SectionProperties| {
+        let centre = G::vector_of(frame, section.centre.into());
+        centre.dot(centre) == 0.0
+    };
+    let round = |section: &SectionProperties| {
+        is_centred(section).then(|| G::rotary_inertia(frame, section.inertia_about_axis())).flatten()
+    };
+    match sections.iter().map(round).collect::<Option<Vec<f64>>>() {
+        Some(rotary) => Moments::Round(plan::packed(nodes, |i| rotary[i])),
+        None => Moments::General(inertia::packed(nodes, |i| {
+            let section = &sections[i];
+            Inertia {
+                mass: section.mass,
+                first_moment: G::vector_of(frame, section.centre.into()) * section.mass,
+                second_moment: G::second_moment_of(frame, section.inertia_about_axis()),
+            }
+        })),
     }
 }

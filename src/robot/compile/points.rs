@@ -70,23 +70,21 @@ fn point_at<'a, G: Turning>(
     let place = place::at_arc_length(pieces, x);
     let is_there = |point: &Point<G>| (point.place.piece, point.place.x) == (place.piece, place.x);
     let i = points.iter().position(is_there).unwrap_or_else(|| {
-        points.push(Point::new(&pieces[place.piece], place));
+        points.push(point(&pieces[place.piece], place));
         points.len() - 1
     });
     &mut points[i]
 }
 
-impl<G: Turning> Point<G> {
-    /// A place with nothing there.
-    fn new(piece: &PiecePlan<G>, place: Place) -> Self {
-        let inside = (place.x < 1.0).then(|| {
-            let nodes = place.weights.len();
-            let weight = |i: usize| piece.length * piece.gauss.weights[i];
-            Inside {
-                up_to: packed(nodes, |i| place.weights[i]),
-                share: packed(nodes, |i| place.weights[i] / weight(i)),
-            }
-        });
-        Self { place, inside, body: None, loads: Vec::new(), anchors: Vec::new(), is_oriented: false }
-    }
+/// A place with nothing there.
+pub(crate) fn point<G: Turning>(piece: &PiecePlan<G>, place: Place) -> Point<G> {
+    let inside = (place.x < 1.0).then(|| {
+        let nodes = place.weights.len();
+        let weight = |i: usize| piece.length * piece.gauss.weights[i];
+        Inside {
+            up_to: packed(nodes, |i| place.weights[i]),
+            share: packed(nodes, |i| place.weights[i] / weight(i)),
+        }
+    });
+    Point { place, inside, body: None, loads: Vec::new(), anchors: Vec::new(), is_oriented: false }
 }

@@ -343,6 +343,7 @@ mod tests {
     use crate::lie::{Planar, Plane, Spatial};
     use crate::linalg::Matrix;
     use crate::load::{Extent, Frame, Load};
+    use crate::robot::compile;
     use crate::robot::description::Rod;
     use crate::robot::kernel::{inverse_dynamics, kinematics as sweep, tangent as exact_tangent};
     use crate::robot::state::Workspace;
@@ -374,7 +375,7 @@ mod tests {
 
     /// Products of packs are counted by the packs themselves while the sweeps run.
     fn assert_counts<G: Turning>(rod: &Rod, frame: G::Frame) {
-        let plan = Plan::<G>::new(rod, frame);
+        let plan = compile::plan::<G>(rod, frame);
         let (mut work, mut memory) = (Workspace::new(&plan), TangentWorkspace::new(&plan));
         let (q, mut tau) = (vec![0.01; plan.n], vec![0.0; plan.n]);
         let mut matrix = Matrix::zeros(plan.n, plan.n);
@@ -432,7 +433,7 @@ mod tests {
     fn a_factorisation_costs_a_third_of_the_cube() {
         let of = |segments: usize| {
             let rod = rod(&vec![[2, 2, 2, 0, 0, 0]; segments], false);
-            multiplications(&Plan::<Spatial<true>>::new(&rod, ()), Solve::Dense)
+            multiplications(&compile::plan::<Spatial<true>>(&rod, ()), Solve::Dense)
         };
         assert_eq!((of(1).factorisation, of(1).solution), ((6 * 6 * 6 - 6) / 3, 36));
         assert_eq!(of(2).factorisation, (12 * 12 * 12 - 12) / 3);
@@ -442,7 +443,7 @@ mod tests {
     fn a_chain_costs_as_much_for_every_segment_more() {
         let of = |segments: usize, solve| {
             let rod = rod(&vec![[2, 2, 2, 0, 0, 0]; segments], false);
-            let count = multiplications(&Plan::<Spatial<true>>::new(&rod, ()), solve);
+            let count = multiplications(&compile::plan::<Spatial<true>>(&rod, ()), solve);
             [count.residual, count.tangent, count.mass_matrix, count.factorisation, count.solution]
         };
         let [four, five, nine, ten] = [4, 5, 9, 10].map(|segments| of(segments, Solve::Chain));
