@@ -1,6 +1,6 @@
 //! `lissom.Segment` and `lissom.Rod`.
 
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, OnceLock, PoisonError};
 
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
 use pyo3::class::{PyTraverseError, PyVisit};
@@ -425,6 +425,8 @@ pub(crate) struct PyRod {
     functions: Functions,
     // A model of its own for kinematics: that of the base class is only known as a Model.
     kinematics: Mutex<RodModel>,
+    // What holds a rod in its plane is known in space alone; compiled when it is asked for.
+    spatial: OnceLock<RodModel>,
 }
 
 impl PyRod {
@@ -442,7 +444,12 @@ impl PyRod {
                 let kinematics = Mutex::new(model.clone());
                 Ok::<_, InvalidInput>((PyModel::new(model), kinematics))
             })?;
-            Ok(PyClassInitializer::from(model).add_subclass(Self { description, functions, kinematics }))
+            Ok(PyClassInitializer::from(model).add_subclass(Self {
+                description,
+                functions,
+                kinematics,
+                spatial: OnceLock::new(),
+            }))
         })
     }
 }
@@ -451,6 +458,15 @@ impl PyRod {
     /// The times between which the motion of the base is known.
     fn span(&self) -> [f64; 2] {
         self.kinematics.lock().unwrap_or_else(PoisonError::into_inner).time_span()
+    }
+
+    /// A copy of the model in space.
+    fn spatial(&self) -> PyResult<RodModel> {
+        if let Some(model) = self.spatial.get() {
+            return Ok(model.clone());
+        }
+        let model = RodModel::spatial(&self.description)?;
+        Ok(self.spatial.get_or_init(|| model).clone())
     }
 
     /// A copy of the model at a time.
@@ -831,8 +847,7 @@ impl PyRod {
         let n = self.description.coordinates();
         let state = |value, name| convert::finite_vector_of(value, n, name);
         let (q, qd, qdd) = (state(q, "q")?, state(qd, "qd")?, state(qdd, "qdd")?);
-        // What holds a rod in its plane is known in space alone.
-        let mut model = RodModel::spatial(&self.description)?;
+        let mut model = self.spatial()?;
         let t = time_of_state(t, self.description.depends_on_time())?;
         check_time(t, self.span())?;
         or_raised(model.set_time(t))?;

@@ -213,21 +213,10 @@ impl RodModel {
 
     /// The Jacobian of the pose at a place, 6 x n: angular velocity and velocity of its point, in world axes, for unit rates
     /// of the coordinates; `Psi = int S`, moved from the base to the point. Its transpose takes a moment and a force that act
-    /// there to generalised forces. Costs about n inverse dynamics.
+    /// there to generalised forces. What a moving base contributes has nothing to do with the coordinates. Costs about an inverse
+    /// dynamics for every few coordinates.
     pub fn jacobian_at(&mut self, q: &[f64], place: &Place, jacobian: &mut Matrix) {
-        let mut unit = vec![0.0; q.len()];
-        // What a moving base contributes has nothing to do with the coordinates.
-        let rest = self.velocity_at(q, &unit, place);
-        for k in 0..q.len() {
-            unit[k] = 1.0;
-            let velocity = self.velocity_at(q, &unit, place);
-            unit[k] = 0.0;
-            for (half, (velocity, rest)) in velocity.into_iter().zip(rest).enumerate() {
-                for (i, x) in (velocity - rest).to_array().into_iter().enumerate() {
-                    jacobian[(3 * half + i, k)] = x;
-                }
-            }
-        }
+        on_sweeps!(&mut self.sweeps, sweeps => sweeps.jacobian(q, place, jacobian));
     }
 }
 

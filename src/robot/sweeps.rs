@@ -15,6 +15,7 @@ use super::turning::Turning;
 use super::turning::place;
 use crate::error::Interrupted;
 use crate::lie::{Lanes, Vector, VectorSpace, Wrench};
+use crate::linalg::Matrix;
 use crate::model::Energy;
 use crate::world::base_motion::Base;
 
@@ -232,6 +233,12 @@ impl<G: Turning> Sweeps<G> {
         kinematics::pose(&self.plan, &self.work, q, place)
     }
 
+    /// The Jacobian of the pose at a place, 6 x n, in world axes.
+    pub(crate) fn jacobian(&mut self, q: &[f64], place: &Place, jacobian: &mut Matrix) {
+        self.update_kinematics(q);
+        kinematics::jacobian(&self.plan, &self.work, place, jacobian);
+    }
+
     /// Angular velocity of a place and velocity of its point, in world axes.
     pub(crate) fn velocity(&mut self, q: &[f64], qd: &[f64], place: &Place) -> [Vector<f64>; 2] {
         self.update_velocities(q, qd);
@@ -326,7 +333,6 @@ impl<G: Turning> Sweeps<G> {
 mod tests {
     use super::*;
     use crate::lie::{Planar, Plane, Spatial};
-    use crate::linalg::Matrix;
     use crate::robot::description::Rod;
     use crate::rod::{Section, Segment};
 

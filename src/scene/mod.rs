@@ -10,6 +10,8 @@ mod document;
 mod section;
 mod shape;
 
+use std::sync::LazyLock;
+
 use toml::de::{DeTable, DeValue};
 
 use crate::accuracy::{self, Modes};
@@ -21,6 +23,9 @@ pub use diagnostics::{SceneError, SceneProblem};
 pub use document::{Jacobian, Method, Quantity};
 
 use shape::Shape;
+
+/// What scene files may hold, by which they are checked.
+static SCHEMA: LazyLock<serde_json::Value> = LazyLock::new(|| document::schema().to_value());
 
 /// A checked scene: every number in it is one that the simulator accepts.
 #[derive(Clone, Debug)]
@@ -133,8 +138,7 @@ impl Scene {
         if !shape.problems.is_empty() {
             return Err(fail(shape.problems));
         }
-        let schema = document::schema().to_value();
-        let mut shape = Shape::check(&table, &schema);
+        let mut shape = Shape::check(&table, &SCHEMA);
         let document: document::Document =
             shape.table.clone().try_into().expect("a table that fits the schema deserialises");
         let built = build::build(&document, &mut shape);

@@ -1,6 +1,6 @@
 //! One sweep out for the motion, one sweep back for the forces: `tau = Q + K q + D qd`.
 //!
-//! In the inertial frame the recursions along the rod are plain integrals (design: section 4):
+//! In the inertial frame the recursions along the rod are plain integrals (`docs/rod.md`):
 //! V = int S qd, A = -(0; g) + int [S qdd + ad_V (S qd)], F = int (N A - ad_V^T N V - loads), Q_j = int S_j . F.
 
 use crate::lie::{Cross, Lanes, Scalar, Twist, Wrench, weighted_sum};

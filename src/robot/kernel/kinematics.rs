@@ -1,8 +1,11 @@
 //! Where the rod is: rotations from the curvature, positions by integration.
 
+use super::shape::shape;
 use crate::lie::{Cross, LANES, Lanes, Rotation, Scalar, Twist, Vector, VectorSpace, weighted_sum};
+use crate::linalg::Matrix;
 use crate::robot::effect::points;
 use crate::robot::plan::Plan;
+use crate::robot::plan::packed;
 use crate::robot::plan::piece::PiecePlan;
 use crate::robot::plan::point::Place;
 use crate::robot::state::Workspace;
@@ -110,4 +113,46 @@ pub(crate) fn velocity<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, place: &
     let turned = |v| base.rotation.apply(v);
     let velocity = turned(G::in_space(plan.frame, velocity)) + base.velocity;
     [turned(G::axial_in_space(plan.frame, angular)), velocity]
+}
+
+/// Writes the Jacobian of the pose at a place, 6 x n, with the kinematics up to date: angular velocity and velocity of its point, in world
+/// axes, for unit rates of the coordinates. `Psi = int S`, moved from the origin to the point.
+pub(crate) fn jacobian<G: Turning>(
+    plan: &Plan<G>,
+    work: &Workspace<G>,
+    place: &Place,
+    jacobian: &mut Matrix,
+) {
+    jacobian.fill(0.0);
+    let point = position(plan, work, place);
+    let base = &work.surroundings.base.rotation;
+    // What lies behind the place does not move it.
+    for (p, piece) in plan.pieces[..=place.piece].iter().enumerate() {
+        let nodes = piece.packs * LANES;
+        let weights: Vec<G::Pack> =
+            if p == place.piece { packed(nodes, |i| place.weights[i]) } else { piece.weights.clone() };
+        for component in &piece.components {
+            let shapes: Vec<Twist<G, G::Pack>> = piece
+                .node_packs()
+                .zip(weights.iter())
+                .map(|(node, &weight)| {
+                    shape(&work.rotation[node], work.position[node], component.index) * weight
+                })
+                .collect();
+            for (degree, basis) in piece.basis.chunks_exact(piece.packs).take(component.modes).enumerate() {
+                let mut sum = Twist::zero();
+                for (&shape, &basis) in shapes.iter().zip(basis) {
+                    sum = sum.add_scaled(shape, basis);
+                }
+                let Twist { angular, linear } = sum.sum();
+                let velocity = linear + angular.cross(point);
+                let halves = [G::axial_in_space(plan.frame, angular), G::in_space(plan.frame, velocity)];
+                for (half, v) in halves.into_iter().enumerate() {
+                    for (i, x) in base.apply(v).to_array().into_iter().enumerate() {
+                        jacobian[(3 * half + i, component.first + degree)] = x;
+                    }
+                }
+            }
+        }
+    }
 }

@@ -2,7 +2,7 @@
 //!
 //! For a variation of coordinate k by (dq, dqd, dqdd) = (w_q, w_v, w_a), let Y = dV - ad_Psi V and
 //! Z = dA - ad_Psi A + ad_V Y be the variations of velocity and acceleration as the moving material sees them. Then the
-//! tangent of design section 4 collapses to integrals over the piece of coordinate k alone:
+//! tangent (`docs/rod.md`) collapses to integrals over the piece of coordinate k alone:
 //!
 //! ```text
 //! Y' = w_v S + w_q ad_V S
@@ -22,7 +22,8 @@
 //! material turns appears only where dead loads ask for it (the whole of Y and of its displacement, where springs or fluid do); follower loads turn with the material and change nothing that it sees.
 
 use super::chain;
-use crate::lie::{Cross, Lanes, Scalar, Twist, VectorSpace, Wrench, weighted_sum};
+use super::shape::shape;
+use crate::lie::{Lanes, Scalar, Twist, VectorSpace, Wrench, weighted_sum};
 use crate::linalg::Matrix;
 use crate::robot::algebra::inertia::Seen as _;
 use crate::robot::algebra::inertia::{General, Gyroscope, Inertia, Round, Sections};
@@ -185,13 +186,7 @@ fn shapes<G: Turning>(
         for pack in 0..piece.packs {
             let node = piece.first_pack + pack;
             let rotation = &work.rotation[node];
-            let shape = if component.index < G::ANGULAR {
-                let axis = G::angular_axis(rotation, component.index);
-                Twist { angular: axis, linear: work.position[node].cross(axis) }
-            } else {
-                let axis = G::linear_axis(rotation, component.index - G::ANGULAR);
-                Twist { angular: VectorSpace::zero(), linear: axis }
-            };
+            let shape = shape(rotation, work.position[node], component.index);
             let block = c * piece.packs + pack;
             memory.shape[block] = shape;
             if !weights.is_mass_only {
