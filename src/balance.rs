@@ -11,8 +11,8 @@ const ROUNDING: f64 = 1e3 * f64::EPSILON;
 const GAUSS: [(f64, f64); 3] =
     [(0.112_701_665_379_258_31, 5.0 / 18.0), (0.5, 8.0 / 18.0), (0.887_298_334_620_741_7, 5.0 / 18.0)];
 
-/// Energy that has flowed out of and into a motion since its start, in joules, at each of its times. Empty where the model
-/// has no such flow.
+/// Energy that has flowed out of and into a motion since its start, in joules, at each of its times. Empty where the
+/// model has no such flow.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Flow {
     /// What damping has taken out.
@@ -33,8 +33,8 @@ pub struct Balance {
 }
 
 impl Balance {
-    /// The balance of a motion through the states (q, v), n numbers each, with these flows. One evaluation of the energy a
-    /// state.
+    /// The balance of a motion through the states (q, v), n numbers each, with these flows. One evaluation of the
+    /// energy a state.
     pub fn new<M: Model + ?Sized>(
         model: &mut M,
         t: &[f64],
@@ -86,8 +86,8 @@ impl Balance {
         !scale.is_finite() || !rounding.is_finite() || scale > rounding
     }
 
-    /// The largest defect: change of the total, relative to the largest energy that moved; zero if nothing moved, NaN where an energy
-    /// is not finite.
+    /// The largest defect: change of the total, relative to the largest energy that moved; zero if nothing moved, NaN
+    /// where an energy is not finite.
     pub fn drift(&self) -> f64 {
         let total = self.total();
         let Some(first) = total.first().filter(|_| self.moves()) else { return 0.0 };
@@ -103,8 +103,8 @@ fn largest(values: impl Iterator<Item = f64>) -> f64 {
 /// How flows are integrated over a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Rule {
-    /// One power, of the mean of the states at the ends; the mean of two where loads vary, with those of the ends. With every step
-    /// of the average-acceleration rule, the balance of a linear system is then exact.
+    /// One power, of the mean of the states at the ends; the mean of two where loads vary, with those of the ends.
+    /// With every step of the average-acceleration rule, the balance of a linear system is then exact.
     Mean,
     /// Three powers, along the quintic polynomial through the states at the ends: order 5.
     Quintic,
@@ -139,8 +139,8 @@ pub(crate) struct FlowMeter<'a> {
 }
 
 impl<'a> FlowMeter<'a> {
-    /// A meter at the start `t0` of a motion whose flow is wanted at the times `t_eval`, or after every step; `None` for a model
-    /// without flows.
+    /// A meter at the start `t0` of a motion whose flow is wanted at the times `t_eval`, or after every step; `None`
+    /// for a model without flows.
     pub(crate) fn new<M: Model + ?Sized>(
         model: &mut M,
         rule: Rule,
@@ -265,7 +265,8 @@ impl<'a> FlowMeter<'a> {
         }
     }
 
-    /// Records the wanted times within the step to `state`: between its ends by the cubic polynomial of energies and powers.
+    /// Records the wanted times within the step to `state`: between its ends by the cubic polynomial of energies and
+    /// powers.
     fn record_up_to<M: Model + ?Sized>(
         &mut self,
         model: &mut M,

@@ -1,9 +1,10 @@
 //! First and second derivatives of a function of time by differences that verify themselves.
 //!
-//! Central differences over ever smaller distances are extrapolated to the distance zero (Richardson), and the entry of the tableau that
-//! agrees best with its neighbours is taken, with that disagreement as its error (Ridders 1982, Adv. Eng. Software 4(2); Press et al.,
-//! Numerical Recipes, section 5.7). Slow functions take nine values. A function that oscillates, or has a kink, within the largest
-//! distance takes smaller ones; one with a kink or a jump right there never converges.
+//! Central differences over ever smaller distances are extrapolated to the distance zero (Richardson), and the entry
+//! of the tableau that agrees best with its neighbours is taken, with that disagreement as its error (Ridders 1982,
+//! Adv. Eng. Software 4(2); Press et al., Numerical Recipes, section 5.7). Slow functions take nine values. A
+//! function that oscillates, or has a kink, within the largest distance takes smaller ones; one with a kink or a jump
+//! right there never converges.
 
 use crate::error::Interrupted;
 use crate::signal::Motion;
@@ -11,8 +12,8 @@ use crate::signal::Motion;
 /// The largest distance in seconds: so far a function is asked before and after a run.
 pub(crate) const REACH: f64 = 4e-3;
 
-/// Each distance over the next one: the golden ratio. No oscillation has a period of which all distances are multiples, so that none
-/// looks like rest.
+/// Each distance over the next one: the golden ratio. No oscillation has a period of which all distances are
+/// multiples, so that none looks like rest.
 const RATIO: f64 = 1.618_033_988_749_895;
 
 /// Distances that are tried at most: down to 0.26 microseconds.
@@ -53,16 +54,16 @@ impl<const N: usize> Derivatives<N> {
         [here, self.first.value, self.second.value]
     }
 
-    /// What errors of the first and of the second derivative are relative to. What the second one adds to the first over the
-    /// largest distance counts for that, too.
+    /// What errors of the first and of the second derivative are relative to. What the second one adds to the first
+    /// over the largest distance counts for that, too.
     pub(crate) fn scales(&self) -> [f64; 2] {
         let second = size(&self.second.value);
         [size(&self.first.value) + REACH * second, second]
     }
 }
 
-/// The derivatives at `t` of a function with the value `here`. Values that are not finite make a distance useless: beyond the ends
-/// of what a function knows smaller ones may do.
+/// The derivatives at `t` of a function with the value `here`. Values that are not finite make a distance useless:
+/// beyond the ends of what a function knows smaller ones may do.
 pub(crate) fn derivatives<const N: usize>(
     t: f64,
     here: [f64; N],

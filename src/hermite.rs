@@ -11,8 +11,8 @@ pub(crate) fn cubic(x: f64, h: f64, value: [f64; 2], derivative: [f64; 2]) -> f6
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Quintic {
     h: f64,
-    /// Weights of the end's displacement (the start's are 1 less that), of both velocities and of both accelerations, in the
-    /// displacement and its first two derivatives with respect to x.
+    /// Weights of the end's displacement (the start's are 1 less that), of both velocities and of both accelerations,
+    /// in the displacement and its first two derivatives with respect to x.
     weights: [[f64; 5]; 3],
 }
 

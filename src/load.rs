@@ -78,8 +78,8 @@ impl Load {
     }
 }
 
-/// `x` must be an arc length of a rod of this length, any where the length is infinite; says nothing where the length itself
-/// makes no sense.
+/// `x` must be an arc length of a rod of this length, any where the length is infinite; says nothing where the length
+/// itself makes no sense.
 pub(crate) fn check_place(check: &mut Checker, x: f64, place: &str, length: f64) -> bool {
     let is_inside = x.is_finite() && x >= 0.0 && x <= length;
     if length == f64::INFINITY {

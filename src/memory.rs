@@ -4,11 +4,12 @@ use std::fmt::Display;
 
 use crate::error::InvalidInput;
 
-/// Largest memory for the points of a result, in bytes (4 GiB): beyond it a slip in the step size is likelier than a wish.
+/// Largest memory for the points of a result, in bytes (4 GiB): beyond it a slip in the step size is likelier than a
+/// wish.
 pub(crate) const LARGEST_RESULT: usize = 1 << 32;
 
-/// Largest memory for one array or for the matrices of a problem, in bytes (64 GiB): to factorise a matrix of that size takes days. Some
-/// systems grant any memory, and end the process once it is used.
+/// Largest memory for one array or for the matrices of a problem, in bytes (64 GiB): to factorise a matrix of that
+/// size takes days. Some systems grant any memory, and end the process once it is used.
 const LARGEST_PROBLEM: usize = 1 << 36;
 
 /// How many points of so many numbers a result may have.
@@ -16,8 +17,8 @@ pub(crate) fn points_in_memory(numbers: usize) -> usize {
     LARGEST_RESULT / size_of::<f64>().saturating_mul(numbers.max(1))
 }
 
-/// Refuses what takes so many numbers (a saturated count will do) if they cannot be allocated: `found` at `place`; `instead` says what
-/// takes less.
+/// Refuses what takes so many numbers (a saturated count will do) if they cannot be allocated: `found` at `place`;
+/// `instead` says what takes less.
 pub(crate) fn check(
     numbers: usize,
     place: &str,

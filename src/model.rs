@@ -114,10 +114,12 @@ pub trait Model {
         0
     }
 
-    /// Its springs in a shape, with the forces that they have there. Some evaluations of the forces for each; not for step loops.
+    /// Its springs in a shape, with the forces that they have there. Some evaluations of the forces for each; not for
+    /// step loops.
     fn linearise_springs(&mut self, _q: &[f64], _springs: &mut Springs) {}
 
-    /// From now on forces and tangents at rest take these for the springs' forces, whatever the shape, until they get `None`.
+    /// From now on forces and tangents at rest take these for the springs' forces, whatever the shape, until they get
+    /// `None`.
     fn hold_springs(&mut self, _forces: Option<&[f64]>) {}
 
     /// Changes of the coordinates that count as large, all > 0: what makes coordinates of different units comparable.
@@ -134,8 +136,8 @@ pub trait Model {
     /// The symmetric positive definite mass matrix.
     fn mass_matrix(&mut self, q: &[f64], mass: &mut Matrix);
 
-    /// The structure of tangent and mass matrix, when the model is a chain so long that it is cheaper to evaluate and solve with
-    /// them as such. Allocates; not for step loops.
+    /// The structure of tangent and mass matrix, when the model is a chain so long that it is cheaper to evaluate and
+    /// solve with them as such. Allocates; not for step loops.
     fn chain(&self) -> Option<Chain> {
         None
     }
@@ -169,8 +171,8 @@ pub trait Model {
     /// The length of the model, in metres: what errors of the tip are relative to.
     fn length(&self) -> f64;
 
-    /// How far in time a step from `t` may go that cannot pass unseen over something that drives the system: adaptive methods
-    /// end a step there. Infinite where nothing does, or nothing is known of it.
+    /// How far in time a step from `t` may go that cannot pass unseen over something that drives the system: adaptive
+    /// methods end a step there. Infinite where nothing does, or nothing is known of it.
     fn horizon(&self, _t: f64) -> f64 {
         f64::INFINITY
     }
@@ -200,8 +202,8 @@ pub trait Model {
         Err(InvalidInput::new(place, format_args!("a rod that {flaw}"), expected))
     }
 
-    /// The same system with more modes and nodes, and which of its coordinates are those of this one; `None` for a system that is not
-    /// discretised.
+    /// The same system with more modes and nodes, and which of its coordinates are those of this one; `None` for a
+    /// system that is not discretised.
     fn refined(&self) -> Option<(Self, Vec<usize>)>
     where
         Self: Sized,
@@ -209,8 +211,8 @@ pub trait Model {
         None
     }
 
-    /// The same system in the same coordinates with so many times the quadrature nodes that it has by default; `None` where it leaves none
-    /// open, or would have too many.
+    /// The same system in the same coordinates with so many times the quadrature nodes that it has by default; `None`
+    /// where it leaves none open, or would have too many.
     fn with_nodes_times(&self, _factor: usize) -> Option<Self>
     where
         Self: Sized,
@@ -223,15 +225,15 @@ pub trait Model {
         true
     }
 
-    /// True where more than the damping of what the model is made of depends on velocities: drag, a current, a base that moves. The
-    /// stability of an equilibrium is then that of the whole linearised motion, for a current also gives the stiffness its
-    /// unsymmetric part, and a turning base its negative one.
+    /// True where more than the damping of what the model is made of depends on velocities: drag, a current, a base
+    /// that moves. The stability of an equilibrium is then that of the whole linearised motion, for a current also
+    /// gives the stiffness its unsymmetric part, and a turning base its negative one.
     fn has_velocity_forces(&self) -> bool {
         false
     }
 
-    /// Power that what has no potential (moments of fixed direction, loads that vary, a base that is moved) puts into the motion, in
-    /// watts. The accelerations matter where a base is moved.
+    /// Power that what has no potential (moments of fixed direction, loads that vary, a base that is moved) puts into
+    /// the motion, in watts. The accelerations matter where a base is moved.
     fn supplied_power(&mut self, _q: &[f64], _qd: &[f64], _qdd: &[f64]) -> f64 {
         0.0
     }
@@ -246,25 +248,26 @@ pub trait Model {
         [f64::NEG_INFINITY, f64::INFINITY]
     }
 
-    /// True where something of the model depends on time by itself, so that [`Self::set_time`] has to be called before anything
-    /// is evaluated.
+    /// True where something of the model depends on time by itself, so that [`Self::set_time`] has to be called
+    /// before anything is evaluated.
     fn varies_in_time(&self) -> bool {
         false
     }
 
-    /// The time, in seconds, at which what depends on it by itself (loads that vary, a base that is moved) is evaluated from now on. Fails where a function
-    /// of time that somebody else provides does.
+    /// The time, in seconds, at which what depends on it by itself (loads that vary, a base that is moved) is
+    /// evaluated from now on. Fails where a function of time that somebody else provides does.
     fn set_time(&mut self, _t: f64) -> Result<(), Interrupted> {
         Ok(())
     }
 
-    /// What of the model is not finite at the time that is set, in words, so that nothing follows from it; `None` where all is.
+    /// What of the model is not finite at the time that is set, in words, so that nothing follows from it; `None`
+    /// where all is.
     fn not_finite(&self) -> Option<String> {
         None
     }
 
-    /// Accelerations of the free motion: `qdd` with `tau(q, qd, qdd) = 0`, by a solve of `M qdd = -tau(q, qd, 0)`: Cholesky's,
-    /// or that of a chain. `scratch` must be of this model.
+    /// Accelerations of the free motion: `qdd` with `tau(q, qd, qdd) = 0`, by a solve of `M qdd = -tau(q, qd, 0)`:
+    /// Cholesky's, or that of a chain. `scratch` must be of this model.
     fn forward_dynamics(
         &mut self,
         q: &[f64],
@@ -328,7 +331,8 @@ impl ForwardScratch {
     }
 }
 
-/// ", at least 3 times as many": how many nodes a shape takes that they do not resolve, where that is a number anyone would ask for.
+/// ", at least 3 times as many": how many nodes a shape takes that they do not resolve, where that is a number anyone
+/// would ask for.
 pub(crate) fn at_least(shortage: f64) -> String {
     /// More is no shape to be resolved but a state that has left all bounds.
     const MOST: f64 = 1000.0;

@@ -14,16 +14,16 @@ const UNCOUPLED: f64 = 1e-9;
 /// The vibrations of a model, slowest first.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Modes {
-    /// Natural frequencies in rad/s, shape (m,): of the undamped motion where damping does not couple its modes, else `|s|`
-    /// of the eigenvalue s. Zero where an undamped motion diverges.
+    /// Natural frequencies in rad/s, shape (m,): of the undamped motion where damping does not couple its modes, else
+    /// `|s|` of the eigenvalue s. Zero where an undamped motion diverges.
     pub frequency: Vec<f64>,
     /// Damping ratios, shape (m,): negative where the motion grows; above one where it creeps back.
     pub damping: Vec<f64>,
-    /// Eigenvalues s of the motions exp(s t), shape (m,): of conjugate pairs the one with positive imaginary part, of a pair of
-    /// real ones in uncoupled motions the larger one.
+    /// Eigenvalues s of the motions exp(s t), shape (m,): of conjugate pairs the one with positive imaginary part, of
+    /// a pair of real ones in uncoupled motions the larger one.
     pub eigenvalues: Vec<Complex>,
-    /// Shapes as columns, n x m. Where damping does not couple them, real and of modal mass one (`phi^T M phi = 1`), m = n; else
-    /// of modal mass one with their conjugates (`phi^H M phi = 1`), and m between n and 2 n.
+    /// Shapes as columns, n x m. Where damping does not couple them, real and of modal mass one (`phi^T M phi = 1`),
+    /// m = n; else of modal mass one with their conjugates (`phi^H M phi = 1`), and m between n and 2 n.
     pub shapes: Vec<Complex>,
     /// Whether shapes are real: without damping, or with damping that does not couple the undamped modes.
     pub is_classical: bool,
@@ -42,8 +42,8 @@ pub enum NoModes {
     NonFinite,
 }
 
-/// The vibrations of `model` about rest at `q`, at the time last set. Cost: some 10 n^3 flops, or some 200 n^3 where damping
-/// couples the modes or loads have no potential.
+/// The vibrations of `model` about rest at `q`, at the time last set. Cost: some 10 n^3 flops, or some 200 n^3 where
+/// damping couples the modes or loads have no potential.
 pub fn modes(model: &mut dyn Model, q: &[f64]) -> Result<Modes, NoModes> {
     let n = model.n();
     let rest = vec![0.0; n];
@@ -172,8 +172,8 @@ impl SmallMotions {
         self.coupled(&stiffness, &damping, &basis)
     }
 
-    /// The modes of `y'' + D y' + K y = 0` with x = basis y, where the basis has modal masses one: eigenvalues of the state
-    /// matrix.
+    /// The modes of `y'' + D y' + K y = 0` with x = basis y, where the basis has modal masses one: eigenvalues of the
+    /// state matrix.
     fn coupled(&self, stiffness: &Matrix, damping: &Matrix, basis: &Matrix) -> Result<Modes, NoModes> {
         let n = self.n();
         type Pairs = Vec<(Complex, Vec<Complex>)>;

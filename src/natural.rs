@@ -1,10 +1,11 @@
 //! Springs to the world, stiff ones above all, and the coordinates in which they do no harm.
 //!
-//! A spring of stiffness k makes the forces of a shape k times as sensitive as its displacement. What is solved for coordinates alone then
-//! crawls along a narrow curved valley: a step by s leaves it by s^2, and meets forces that have nothing to do with those in equilibrium.
-//! So the forces of springs are unknowns of their own, as in mixed methods (Magisano, Leonetti and Garcea 2017, "Advantages of the mixed
-//! format in geometrically nonlinear analysis of beams and shells using solid finite elements"): tangents are taken at forces that are
-//! *held*, which follow from the last linear solve, and steps no longer depend on stiffness.
+//! A spring of stiffness k makes the forces of a shape k times as sensitive as its displacement. What is solved for
+//! coordinates alone then crawls along a narrow curved valley: a step by s leaves it by s^2, and meets forces that
+//! have nothing to do with those in equilibrium. So the forces of springs are unknowns of their own, as in mixed
+//! methods (Magisano, Leonetti and Garcea 2017, "Advantages of the mixed format in geometrically nonlinear analysis
+//! of beams and shells using solid finite elements"): tangents are taken at forces that are *held*, which follow from
+//! the last linear solve, and steps no longer depend on stiffness.
 
 use crate::linalg::{Matrix, full_svd, norm};
 use crate::model::Model;
@@ -29,8 +30,8 @@ enum Basis {
 }
 
 impl Natural {
-    /// For a symmetric positive stiffness K of the material and the springs, both in the same coordinates. Where K is not positive definite,
-    /// `fallback` is taken for its diagonal. `None` where something is not finite.
+    /// For a symmetric positive stiffness K of the material and the springs, both in the same coordinates. Where K is
+    /// not positive definite, `fallback` is taken for its diagonal. `None` where something is not finite.
     pub(crate) fn new(
         material: &Matrix,
         springs: Option<&Springs>,
@@ -176,8 +177,9 @@ impl Natural {
 }
 
 impl Natural {
-    /// The springs' forces as an equilibrium has them, given its natural residual at their own. What a stiff spring's displacement says of its
-    /// force is rounding times stiffness; where less than the rounding of a displacement makes the difference, equilibrium knows better.
+    /// The springs' forces as an equilibrium has them, given its natural residual at their own. What a stiff spring's
+    /// displacement says of its force is rounding times stiffness; where less than the rounding of a displacement
+    /// makes the difference, equilibrium knows better.
     pub(crate) fn settled(&self, springs: &Springs, residual: &[f64]) -> Vec<f64> {
         let (n, m) = self.springs.shape();
         let amplitudes: Vec<f64> =
@@ -204,8 +206,8 @@ pub(crate) fn material(model: &mut dyn Model, q: &[f64], sizes: &[f64]) -> Matri
     scaled(tangent, sizes)
 }
 
-/// Stiffnesses of coordinates that need not have elasticity: the elastic ones, and where there is none what a tangent has in that row.
-/// All > 0.
+/// Stiffnesses of coordinates that need not have elasticity: the elastic ones, and where there is none what a tangent
+/// has in that row. All > 0.
 pub(crate) fn reference(elastic: &Matrix, tangent: &Matrix) -> Vec<f64> {
     let of_row = |i: usize| {
         let row: f64 = tangent.row(i).iter().map(|entry| entry.abs()).sum();

@@ -51,8 +51,8 @@ impl<const N: usize> Signal<N> {
         self.constant() == Some([0.0; N])
     }
 
-    /// How far a step from `t` may go that cannot pass over a part of this signal unseen: to the next time of a table, by a quarter of a
-    /// period. Always beyond `t`; infinite for a function, of which nothing is known.
+    /// How far a step from `t` may go that cannot pass over a part of this signal unseen: to the next time of a
+    /// table, by a quarter of a period. Always beyond `t`; infinite for a function, of which nothing is known.
     pub fn horizon(&self, t: f64) -> f64 {
         /// Four looks a period see every oscillation.
         const LOOKS: f64 = 4.0;
@@ -141,8 +141,8 @@ pub struct Table<const N: usize> {
 }
 
 impl<const N: usize> Table<N> {
-    /// The first of its times after `t`; infinite behind the last. One that only rounding of times separates from `t` is `t`: a step to
-    /// it would be all rounding.
+    /// The first of its times after `t`; infinite behind the last. One that only rounding of times separates from `t`
+    /// is `t`: a step to it would be all rounding.
     fn next_time(&self, t: f64) -> f64 {
         let apart = (self.times[self.times.len() - 1] - self.times[0]) / self.times.len() as f64;
         let margin = rounding_of_times(apart, t);
@@ -206,14 +206,14 @@ pub trait Evaluate<const N: usize>: std::any::Any + Debug + Send + Sync {
     /// The value at a time; one that is not finite ends the run with a status that says so.
     fn value(&self, t: f64) -> Result<[f64; N], Interrupted>;
 
-    /// The value with its first two derivatives, if the function knows them; where they are needed and it does not, they are found by
-    /// differences.
+    /// The value with its first two derivatives, if the function knows them; where they are needed and it does not,
+    /// they are found by differences.
     fn motion(&self, _t: f64) -> Result<Option<Motion<N>>, Interrupted> {
         Ok(None)
     }
 
-    /// Says what is wrong with a value of this function that makes it useless; who provides it may keep that, and raise it where the
-    /// computation ends.
+    /// Says what is wrong with a value of this function that makes it useless; who provides it may keep that, and
+    /// raise it where the computation ends.
     fn refuse(&self, _found: String, _expected: &str) -> Interrupted {
         Interrupted
     }
@@ -227,8 +227,8 @@ pub trait Evaluate<const N: usize>: std::any::Any + Debug + Send + Sync {
 /// A value with its first and its second derivative.
 pub type Motion<const N: usize> = [[f64; N]; 3];
 
-/// The end of a step from `t` that goes as far as it may: the horizon, unless only rounding of times separates that from the end of the
-/// run, which a step of its own would not survive.
+/// The end of a step from `t` that goes as far as it may: the horizon, unless only rounding of times separates that
+/// from the end of the run, which a step of its own would not survive.
 pub(crate) fn end_of_step(t: f64, t_end: f64, horizon: f64) -> f64 {
     if t_end - horizon <= rounding_of_times(t_end - t, t_end) { t_end } else { horizon }
 }
@@ -248,8 +248,9 @@ pub(crate) fn covers([from, to]: [f64; 2], t: f64) -> bool {
     (from - margin..=to + margin).contains(&t)
 }
 
-/// Cubic spline through the values of a table, twice continuously differentiable, with the ends that need no further condition: the
-/// first two pieces are one cubic, and the last two (de Boor 1978, chapter IV, "not-a-knot"). Known between its ends, NaN beyond.
+/// Cubic spline through the values of a table, twice continuously differentiable, with the ends that need no further
+/// condition: the first two pieces are one cubic, and the last two (de Boor 1978, chapter IV, "not-a-knot"). Known
+/// between its ends, NaN beyond.
 #[derive(Clone, Debug)]
 pub(crate) struct Spline<const N: usize> {
     times: Vec<f64>,
@@ -304,8 +305,8 @@ fn bends_of(times: &[f64], values: &[f64]) -> Vec<f64> {
         3 => return vec![2.0 * (slope[1] - slope[0]) / (h[0] + h[1]); 3],
         _ => {}
     }
-    // h[i-1] m[i-1] + 2 (h[i-1] + h[i]) m[i] + h[i] m[i+1] = 6 (slope[i] - slope[i-1]) inside, the ends expressed by their
-    // neighbours: Gaussian elimination of a tridiagonal, diagonally dominant matrix.
+    // h[i-1] m[i-1] + 2 (h[i-1] + h[i]) m[i] + h[i] m[i+1] = 6 (slope[i] - slope[i-1]) inside, the ends expressed by
+    // their neighbours: Gaussian elimination of a tridiagonal, diagonally dominant matrix.
     let inside = n - 2;
     let mut diagonal: Vec<f64> = (0..inside).map(|i| 2.0 * (h[i] + h[i + 1])).collect();
     let mut above: Vec<f64> = (0..inside).map(|i| h[i + 1]).collect();

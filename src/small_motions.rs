@@ -38,7 +38,8 @@ impl SmallMotions {
         Some(merged(slow, bare(eigenvalues(&fast)?)).into_iter().map(|(value, ())| value).collect())
     }
 
-    /// The state matrix whose eigenvalues are the inverses of those of the motion: what is slow is large there, and so accurate.
+    /// The state matrix whose eigenvalues are the inverses of those of the motion: what is slow is large there, and
+    /// so accurate.
     pub(crate) fn inverse(&self) -> Option<Matrix> {
         let factors = self.stiffness.clone().lu();
         Some(state_matrix(&factors.solve(&self.mass)?, &factors.solve(&self.damping)?))
@@ -100,7 +101,8 @@ pub(crate) fn reduced(a: &Matrix, lower: &Matrix) -> Option<Matrix> {
     lower.solve_lower_triangular_mut(&mut whole).then_some(whole.transpose())
 }
 
-/// `[0 u; -K/u -D]` for `y'' + D y' + K y = 0`. Velocities are divided by a typical rate u, so that both halves are of one size.
+/// `[0 u; -K/u -D]` for `y'' + D y' + K y = 0`. Velocities are divided by a typical rate u, so that both halves are
+/// of one size.
 pub(crate) fn state_matrix(stiffness: &Matrix, damping: &Matrix) -> Matrix {
     let n = stiffness.nrows();
     let mut state = Matrix::zeros(2 * n, 2 * n);
@@ -115,8 +117,9 @@ pub(crate) fn state_matrix(stiffness: &Matrix, damping: &Matrix) -> Matrix {
     state
 }
 
-/// Eigenvalues of a motion from those of its inverse, where slow ones are accurate, and from its own, where fast ones are: an error of
-/// rounding times the largest of them matters to the smallest. They are parted at the widest gap in the middle of their range.
+/// Eigenvalues of a motion from those of its inverse, where slow ones are accurate, and from its own, where fast ones
+/// are: an error of rounding times the largest of them matters to the smallest. They are parted at the widest gap in
+/// the middle of their range.
 pub(crate) fn merged<T>(inverse: Option<Vec<(Complex, T)>>, own: Vec<(Complex, T)>) -> Vec<(Complex, T)> {
     let Some(inverse) = inverse else { return own };
     let slow: Vec<_> = inverse.into_iter().map(|(value, x)| (value.inv(), x)).collect();

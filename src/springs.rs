@@ -2,7 +2,8 @@
 
 use crate::linalg::Matrix;
 
-/// The springs of a model in a shape. Their m forces f enter the generalised forces as `-J^T f`, and change by `-(G G^T + S) J dq`.
+/// The springs of a model in a shape. Their m forces f enter the generalised forces as `-J^T f`, and change by
+/// `-(G G^T + S) J dq`.
 #[derive(Clone, Debug)]
 pub struct Springs {
     /// The forces f, shape (m,), in axes that do not move with the coordinates.

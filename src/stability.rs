@@ -3,16 +3,16 @@
 use crate::linalg::{Complex, Matrix, eigenvalues, symmetric_eigenvalues, symmetric_part};
 use crate::small_motions::{self, GROWING, SmallMotions};
 
-/// A stiffness is symmetric, so that its loads have a potential, when no entry differs from its mirror image by more than this
-/// part of the elastic stiffnesses it couples. Above what the quadrature of strongly bent rods leaves, below what any follower load
-/// that matters does.
+/// A stiffness is symmetric, so that its loads have a potential, when no entry differs from its mirror image by more
+/// than this part of the elastic stiffnesses it couples. Above what the quadrature of strongly bent rods leaves,
+/// below what any follower load that matters does.
 const SYMMETRIC: f64 = 1e-6;
 
 /// Stiffnesses relative to the elastic one that are rounding: some units for each coordinate.
 const ROUNDING: f64 = 100.0 * f64::EPSILON;
 
-/// An eigenvalue of the motion whose imaginary part is larger than this part of its size belongs to flutter; below, it may
-/// be what rounding makes of two equal real ones.
+/// An eigenvalue of the motion whose imaginary part is larger than this part of its size belongs to flutter; below,
+/// it may be what rounding makes of two equal real ones.
 const FLUTTER: f64 = 1e-5;
 
 /// What small disturbances of a state at rest do.
@@ -49,11 +49,12 @@ pub struct Verdict {
     pub undamped: Stability,
 }
 
-/// The verdict on motions in natural coordinates, in which the elastic stiffness is one; `None` where something is not finite or the
-/// mass matrix is not positive definite.
+/// The verdict on motions in natural coordinates, in which the elastic stiffness is one; `None` where something is
+/// not finite or the mass matrix is not positive definite.
 ///
-/// Damping matters for it: with a symmetric positive stiffness none can do harm (Thomson and Tait 1879; Chetaev 1961), but under follower
-/// loads it takes stability away from some motions (Ziegler 1952) and gives it to others, such as the equal frequencies of round rods.
+/// Damping matters for it: with a symmetric positive stiffness none can do harm (Thomson and Tait 1879; Chetaev
+/// 1961), but under follower loads it takes stability away from some motions (Ziegler 1952) and gives it to others,
+/// such as the equal frequencies of round rods.
 pub(crate) fn verdict(motions: &SmallMotions) -> Option<Verdict> {
     let SmallMotions { stiffness, damping, .. } = motions;
     let n = stiffness.nrows();
@@ -78,8 +79,8 @@ pub(crate) fn verdict(motions: &SmallMotions) -> Option<Verdict> {
     Some(Verdict { stability, undamped })
 }
 
-/// That of motions with a symmetric stiffness of n natural coordinates, the smallest eigenvalue of which is given, where all that depends on
-/// velocities is friction. `None` where it is NaN.
+/// That of motions with a symmetric stiffness of n natural coordinates, the smallest eigenvalue of which is given,
+/// where all that depends on velocities is friction. `None` where it is NaN.
 pub(crate) fn of_stiffness(lowest: f64, n: usize) -> Option<Verdict> {
     let stability = match lowest {
         lowest if lowest.is_nan() => return None,

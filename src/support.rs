@@ -6,17 +6,17 @@ use crate::load::check_place;
 
 /// Springs and dampers between a section of the rod and a fixed pose in the world, the *anchor*.
 ///
-/// With the section's centre at r and its axes `e_i`, the anchor at p with the axes `a_i`, stiffnesses `k_i` and rotational
-/// stiffnesses `kappa_i`, both along and about the axes of the anchor, the potential is
+/// With the section's centre at r and its axes `e_i`, the anchor at p with the axes `a_i`, stiffnesses `k_i` and
+/// rotational stiffnesses `kappa_i`, both along and about the axes of the anchor, the potential is
 ///
 /// ```text
 /// 1/2 sum_i k_i (a_i . (r - p))^2 + sum_i c_i (1 - a_i . e_i),   c_1 = (kappa_2 + kappa_3 - kappa_1) / 2 and so on
 /// ```
 ///
 /// (the modified trace function of Koditschek 1989). For small turns by the rotation vector theta the second sum is
-/// `1/2 sum_i kappa_i theta_i^2`; a turn by any angle about axis i alone meets the moment `kappa_i sin angle`. It is smooth for
-/// all rotations, and has no minimum but that with `e_i = a_i` where all `kappa_i > 0`. With one `kappa_i` zero and the other two
-/// equal, it does not depend at all on how far the section turns about that axis of its own.
+/// `1/2 sum_i kappa_i theta_i^2`; a turn by any angle about axis i alone meets the moment `kappa_i sin angle`. It is
+/// smooth for all rotations, and has no minimum but that with `e_i = a_i` where all `kappa_i > 0`. With one `kappa_i`
+/// zero and the other two equal, it does not depend at all on how far the section turns about that axis of its own.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Support {
     /// Arc length from the base of the section that it holds, in metres; `None` is the tip.
@@ -32,8 +32,8 @@ pub struct Support {
     /// Position of the anchor in the world, in metres; `None` is where the section is when all coordinates are zero and
     /// the base is at its place, without its motion.
     pub position: Option<[f64; 3]>,
-    /// Orientation of the anchor: quaternion (w, x, y, z) that turns its axes into those of the world, normalised on use; `None`
-    /// is that of the section then.
+    /// Orientation of the anchor: quaternion (w, x, y, z) that turns its axes into those of the world, normalised on
+    /// use; `None` is that of the section then.
     pub orientation: Option<[f64; 4]>,
 }
 

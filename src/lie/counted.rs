@@ -9,8 +9,8 @@ thread_local! {
     static PRODUCTS: Cell<u64> = const { Cell::new(0) };
 }
 
-/// The number of products that are formed while `formula` runs: those of [`Counted`] numbers, each one of which stands for
-/// a double. Sums are free, as they are on a machine with fused multiply-adds.
+/// The number of products that are formed while `formula` runs: those of [`Counted`] numbers, each one of which
+/// stands for a double. Sums are free, as they are on a machine with fused multiply-adds.
 pub fn products<R>(formula: impl FnOnce() -> R) -> u64 {
     let before = PRODUCTS.get();
     formula();

@@ -1,6 +1,7 @@
 //! What the sweeps along a rod ask of the space that it moves in: three dimensions, or a plane.
 //!
-//! In a plane, angular velocities and moments have one component and all turns commute: the same formulas with fewer numbers.
+//! In a plane, angular velocities and moments have one component and all turns commute: the same formulas with fewer
+//! numbers.
 
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, Mul, Neg, Sub};
@@ -103,8 +104,8 @@ pub trait Geometry: Copy + Debug + Send + Sync + 'static {
     /// Direction of the body axis along the rod.
     fn rod_axis<T: Scalar>(frame: Self::Frame, r: &Self::Rotation<T>) -> Self::Vector<T>;
 
-    /// Angular momentum of a circular section about its centre, with rotary inertia `rotary` about a diameter and twice that
-    /// about its axis.
+    /// Angular momentum of a circular section about its centre, with rotary inertia `rotary` about a diameter and
+    /// twice that about its axis.
     fn spin<T: Scalar>(rotary: T, axis: Self::Vector<T>, angular: Self::Axial<T>) -> Self::Axial<T>;
     /// Second moments of such a section about the origin.
     fn section<T: Scalar>(
@@ -137,8 +138,8 @@ pub trait Geometry: Copy + Debug + Send + Sync + 'static {
     fn axial_in_space(frame: Self::Frame, a: Self::Axial<f64>) -> Vector<f64>;
     /// What of a three-dimensional vector lies in this space.
     fn vector_of(frame: Self::Frame, v: Vector<f64>) -> Self::Vector<f64>;
-    /// The rotary inertia of a section with this inertia tensor, if it looks like a circle from this space: the same about all
-    /// of its diameters that the section turns about, and twice that about its axis.
+    /// The rotary inertia of a section with this inertia tensor, if it looks like a circle from this space: the same
+    /// about all of its diameters that the section turns about, and twice that about its axis.
     fn rotary_inertia(frame: Self::Frame, m: [[f64; 3]; 3]) -> Option<f64>;
     /// What of three-dimensional second moments (a symmetric matrix by its rows) lies in this space.
     fn second_moment_of(frame: Self::Frame, m: [[f64; 3]; 3]) -> Self::SecondMoment<f64>;

@@ -1,8 +1,8 @@
 //! Matrices of chains: what couples one link with another passes through the places between them, whose state is a few
 //! numbers, so that a linear system is solved in one sweep to each end.
 //!
-//! With square diagonal blocks `D_s` and, for each coordinate j, an upper row `u_j` and column `v_j` and a lower row `p_j`
-//! and column `q_j`,
+//! With square diagonal blocks `D_s` and, for each coordinate j, an upper row `u_j` and column `v_j` and a lower row
+//! `p_j` and column `q_j`,
 //!
 //! ```text
 //! A_jk = u_j . v_k    where the block of j comes before that of k
@@ -12,28 +12,30 @@
 //! These are the block semiseparable matrices that are given by their generators: the sequentially semiseparable ones of
 //! Chandrasekaran, Dewilde, Gu, Pals, Sun, van der Veen and White (2005) with identities for transitions.
 //!
-//! With `a_s`, the sum of `q_k x_k` over the blocks before s, and `c_s`, that of `v_k x_k` over the blocks behind it, the rows
-//! of block s of `A x = b` are
+//! With `a_s`, the sum of `q_k x_k` over the blocks before s, and `c_s`, that of `v_k x_k` over the blocks behind it,
+//! the rows of block s of `A x = b` are
 //!
 //! ```text
 //! D x + P a_s + U c_s = b,        a_{s+1} = a_s + Q^T x,        c_{s-1} = c_s + V^T x
 //! ```
 //!
-//! Elimination goes from the last block to the first. What lies behind block s answers `c_s = G a_{s+1} + g`, with `G = 0` and
-//! `g = 0` behind the last one; then
+//! Elimination goes from the last block to the first. What lies behind block s answers `c_s = G a_{s+1} + g`, with
+//! `G = 0` and `g = 0` behind the last one; then
 //!
 //! ```text
 //! W = D + U G Q^T,        F = P + U G,        E = V^T + G Q^T
 //! y = W^-1 (b - U g),     x = y - W^-1 F a_s
 //! ```
 //!
-//! and block s - 1 sees `G - E W^-1 F` and `g + E y` behind it. This is block LU factorisation from the last block, with
-//! the Schur complements W as pivots; G is to a chain what the articulated-body inertia of Featherstone (1983) is to robots.
+//! and block s - 1 sees `G - E W^-1 F` and `g + E y` behind it. This is block LU factorisation from the last block,
+//! with the Schur complements W as pivots; G is to a chain what the articulated-body inertia of Featherstone (1983)
+//! is to robots.
 //!
-//! Rows are exchanged within blocks, never between them. For symmetric positive definite matrices the Schur complements are
-//! that, too, and are not worse conditioned; there the elimination is stable as long as the matrix is well conditioned
-//! (Demmel, Higham and Schreiber 1995). A matrix without this property can have a singular Schur complement although it is
-//! regular itself: then the factorisation fails with [`Singular`], as for a singular matrix.
+//! Rows are exchanged within blocks, never between them. For symmetric positive definite matrices the Schur
+//! complements are that, too, and are not worse conditioned; there the elimination is stable as long as the matrix is
+//! well conditioned (Demmel, Higham and Schreiber 1995). A matrix without this property can have a singular Schur
+//! complement although it is regular itself: then the factorisation fails with [`Singular`], as for a singular
+//! matrix.
 
 use super::{Matrix, Singular, small_lu};
 
@@ -223,8 +225,8 @@ impl ChainLu {
         }
     }
 
-    /// Factorises `a`, of the structure that the memory is for. Cost for each block of m coordinates, with the ranks r and l:
-    /// about `m^3/3 + m^2 (r + l) + 3 m r l` multiplications.
+    /// Factorises `a`, of the structure that the memory is for. Cost for each block of m coordinates, with the ranks
+    /// r and l: about `m^3/3 + m^2 (r + l) + 3 m r l` multiplications.
     ///
     /// Fails when a Schur complement is singular or not finite; an entry that is not finite makes one so.
     ///

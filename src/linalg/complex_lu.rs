@@ -7,8 +7,9 @@ use faer::{Conj, MatMut, MatRef, Par, c64};
 
 use super::{Matrix, Singular};
 
-/// `P (s I - A) = L U` for a complex number s and a real matrix A, or `P (A + i B) = L U`, with memory for repeated use at one
-/// size: the systems of an implicit Runge-Kutta method for a conjugate pair of eigenvalues of its coefficient matrix.
+/// `P (s I - A) = L U` for a complex number s and a real matrix A, or `P (A + i B) = L U`, with memory for repeated
+/// use at one size: the systems of an implicit Runge-Kutta method for a conjugate pair of eigenvalues of its
+/// coefficient matrix.
 pub struct ComplexLu {
     n: usize,
     factors: Vec<c64>,

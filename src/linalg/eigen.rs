@@ -10,16 +10,16 @@ pub(crate) fn symmetric_part(a: &Matrix) -> Matrix {
     (a + a.transpose()) * 0.5
 }
 
-/// Eigenvalues of a symmetric matrix (its lower triangle is read), smallest first; `None` when it is not finite. Cost: 4/3 n^3
-/// flops.
+/// Eigenvalues of a symmetric matrix (its lower triangle is read), smallest first; `None` when it is not finite.
+/// Cost: 4/3 n^3 flops.
 pub fn symmetric_eigenvalues(a: &Matrix) -> Option<Vec<f64>> {
     let (a, scale) = moderate(a)?;
     let values = view(&a).self_adjoint_eigenvalues(faer::Side::Lower).ok()?;
     Some(values.into_iter().map(|value| value * scale).collect())
 }
 
-/// Eigenvalues of a symmetric matrix (its lower triangle is read), smallest first, with orthonormal eigenvectors as columns;
-/// `None` when it is not finite. Cost: about 9 n^3 flops.
+/// Eigenvalues of a symmetric matrix (its lower triangle is read), smallest first, with orthonormal eigenvectors as
+/// columns; `None` when it is not finite. Cost: about 9 n^3 flops.
 pub fn symmetric_eigen(a: &Matrix) -> Option<(Vec<f64>, Matrix)> {
     let (a, scale) = moderate(a)?;
     let evd = view(&a).self_adjoint_eigen(faer::Side::Lower).ok()?;
@@ -35,8 +35,8 @@ pub fn eigenvalues(a: &Matrix) -> Option<Vec<Complex>> {
     Some(values.into_iter().map(|value| value * scale).collect())
 }
 
-/// Eigenvalues of a square matrix, in no particular order, each with its right eigenvector, of norm one; `None` when it is
-/// not finite. Cost: about 25 n^3 flops.
+/// Eigenvalues of a square matrix, in no particular order, each with its right eigenvector, of norm one; `None` when
+/// it is not finite. Cost: about 25 n^3 flops.
 pub fn eigen(a: &Matrix) -> Option<Vec<(Complex, Vec<Complex>)>> {
     let (a, scale) = moderate(a)?;
     let evd = view(&a).eigen().ok()?;

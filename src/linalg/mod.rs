@@ -47,8 +47,8 @@ pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(x, y)| x * y).sum()
 }
 
-/// A finite matrix whose squares neither overflow nor vanish as a whole, and the power of two that it has been divided by: mostly it is
-/// `a` itself. `None` where `a` is not finite.
+/// A finite matrix whose squares neither overflow nor vanish as a whole, and the power of two that it has been
+/// divided by: mostly it is `a` itself. `None` where `a` is not finite.
 fn moderate(a: &Matrix) -> Option<(Cow<'_, Matrix>, f64)> {
     /// Products of four entries in this range, summed, stay doubles.
     const RANGE: std::ops::Range<f64> = 1e-70..1e70;

@@ -1,7 +1,7 @@
 //! Cholesky factorisation of small matrices, where the set-up of a blocked factorisation costs more than the work itself.
 //!
-//! Right-looking, by columns (Golub and Van Loan 2013, algorithm 4.2.2 without blocks). The diagonal keeps the reciprocals of
-//! the pivots, which makes solving free of divisions.
+//! Right-looking, by columns (Golub and Van Loan 2013, algorithm 4.2.2 without blocks). The diagonal keeps the
+//! reciprocals of the pivots, which makes solving free of divisions.
 
 use super::cholesky::NotPositiveDefinite;
 

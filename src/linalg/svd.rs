@@ -37,7 +37,8 @@ pub fn minimum_norm_solution(a: &Matrix, b: &[f64]) -> Option<MinimumNorm> {
     norm(&x).is_finite().then_some(MinimumNorm { x, rank })
 }
 
-/// `A = U diag(s) V^T` with square U and V, and the singular values s, largest first; `None` when `a` is not finite. Allocates.
+/// `A = U diag(s) V^T` with square U and V, and the singular values s, largest first; `None` when `a` is not finite.
+/// Allocates.
 pub fn full_svd(a: &Matrix) -> Option<(Matrix, Vec<f64>, Matrix)> {
     if !a.iter().all(|v| v.is_finite()) {
         return None;

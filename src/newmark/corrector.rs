@@ -33,11 +33,12 @@ const ROUNDING: f64 = 4.0 * f64::EPSILON;
 /// Jacobian that jumps (contact, dry friction) makes a larger difference.
 const SIMILAR: f64 = 0.5;
 
-/// Tolerances are not below that (without `atol`, where accelerations are guessed to be zero): the squares of increments in
-/// units of them must not overflow. Rounding then ends the iteration.
+/// Tolerances are not below that (without `atol`, where accelerations are guessed to be zero): the squares of
+/// increments in units of them must not overflow. Rounding then ends the iteration.
 const SMALLEST_TOLERANCE: f64 = 1e-100;
 
-/// Increments are not shortened to less than that (NLEQ1's default for highly nonlinear problems; Nowak and Weimann 1991).
+/// Increments are not shortened to less than that (NLEQ1's default for highly nonlinear problems; Nowak and Weimann
+/// 1991).
 const SHORTEST_INCREMENT: f64 = 1e-4;
 
 /// About as many iterations does a fresh Jacobian need.
@@ -128,10 +129,12 @@ impl Corrector {
         self.inverse_tolerance[coordinate]
     }
 
-    /// Finds the accelerations of `trial` at which the residual vanishes, starting from `guess`. `last` are those at the start
-    /// of the step: the larger ones of both tell what is tolerated. `h` is the step size. On failure the trial is left anywhere.
+    /// Finds the accelerations of `trial` at which the residual vanishes, starting from `guess`. `last` are those at
+    /// the start of the step: the larger ones of both tell what is tolerated. `h` is the step size. On failure the
+    /// trial is left anywhere.
     ///
-    /// The ladder: the kept Jacobian, one of this step, one in every iteration with increments that may be shortened, failure.
+    /// The ladder: the kept Jacobian, one of this step, one in every iteration with increments that may be shortened,
+    /// failure.
     pub(super) fn solve<S: System + ?Sized>(
         &mut self,
         system: &mut S,
@@ -274,8 +277,8 @@ impl Corrector {
         }
     }
 
-    /// Newton's method with a fresh Jacobian in every iteration, and increments that are shortened until the next one with
-    /// the same Jacobian would be smaller (restricted natural monotonicity test, Deuflhard 2011, section 3.3).
+    /// Newton's method with a fresh Jacobian in every iteration, and increments that are shortened until the next one
+    /// with the same Jacobian would be smaller (restricted natural monotonicity test, Deuflhard 2011, section 3.3).
     fn with_fresh_jacobians<S: System + ?Sized>(
         &mut self,
         system: &mut S,
@@ -367,8 +370,8 @@ impl Corrector {
         (sum / self.inverse_tolerance.len().max(1) as f64).sqrt()
     }
 
-    /// Whether increments of that size at `trial`, where the residual has been evaluated, are rounding errors. Overwrites the
-    /// increment.
+    /// Whether increments of that size at `trial`, where the residual has been evaluated, are rounding errors.
+    /// Overwrites the increment.
     fn is_rounding<S: System + ?Sized>(
         &mut self,
         size: f64,

@@ -71,10 +71,10 @@ impl Jacobian {
 
     /// `dr/da` at `trial`, where the residual is `residual`.
     ///
-    /// Differences move the accelerations so that displacements, or velocities times `h`, move by the usual fraction of a
-    /// displacement's size, but not by more than [`LARGEST_CHANGE`].
-    /// The size of a displacement is at least what it moves within `h`; no size is below `self.smallest`. Where forces are so
-    /// large that the residual hides the change, it is enlarged.
+    /// Differences move the accelerations so that displacements, or velocities times `h`, move by the usual fraction
+    /// of a displacement's size, but not by more than [`LARGEST_CHANGE`]. The size of a displacement is at least what
+    /// it moves within `h`; no size is below `self.smallest`. Where forces are so large that the residual hides the
+    /// change, it is enlarged.
     pub(super) fn evaluate<S: System + ?Sized>(
         &mut self,
         system: &mut S,

@@ -13,10 +13,10 @@ use crate::error::{Checker, InvalidInput};
 /// ```
 ///
 /// where the true accelerations `a` balance the equations of motion at the ends of the step. For the plain method of
-/// Newmark (1959) `alpha_m = alpha_f = 0` and `s = a`. The others are the methods of Hilber, Hughes and Taylor (1977) and
-/// of Chung and Hulbert (1993), in the form of Arnold and Bruels (2007), which keeps order 2 when the mass matrix
-/// depends on the configuration and for which equations of motion are evaluated at the end of the step only. With a constant
-/// mass matrix it is the original one, with forces averaged over the step.
+/// Newmark (1959) `alpha_m = alpha_f = 0` and `s = a`. The others are the methods of Hilber, Hughes and Taylor (1977)
+/// and of Chung and Hulbert (1993), in the form of Arnold and Bruels (2007), which keeps order 2 when the mass matrix
+/// depends on the configuration and for which equations of motion are evaluated at the end of the step only. With a
+/// constant mass matrix it is the original one, with forces averaged over the step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scheme {
     beta: f64,
@@ -200,8 +200,8 @@ pub const METHODS: [&str; 7] = [
 ];
 
 impl Scheme {
-    /// The scheme with one of the names of [`METHODS`] (`generalized_alpha` is understood too). Parameters that the method
-    /// does not take are refused.
+    /// The scheme with one of the names of [`METHODS`] (`generalized_alpha` is understood too). Parameters that the
+    /// method does not take are refused.
     pub fn by_name(name: &str, parameters: &Parameters) -> Result<Self, InvalidInput> {
         let Parameters { beta, gamma, alpha, rho_inf } = *parameters;
         let taken: &[&str] = match name {

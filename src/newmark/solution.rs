@@ -46,9 +46,10 @@ pub(crate) fn check_points(points: usize, n: usize) -> Result<(), InvalidInput> 
     Err(InvalidInput::new("number of output times", points, expected))
 }
 
-/// Integrates the equations of motion over `t_span` from displacements `q0` and velocities `v0`. `t_eval` are increasing
-/// times at which the motion is wanted, all steps if `None`. `monitor` sees the system and the stepper after every accepted
-/// step and may stop the integration, as may the system; the status is then [`Status::Interrupted`].
+/// Integrates the equations of motion over `t_span` from displacements `q0` and velocities `v0`. `t_eval` are
+/// increasing times at which the motion is wanted, all steps if `None`. `monitor` sees the system and the stepper
+/// after every accepted step and may stop the integration, as may the system; the status is then
+/// [`Status::Interrupted`].
 ///
 /// Fails before any evaluation when an argument is wrong. Cost: see [`Counters`]; memory: `1 + 3 n` numbers for every
 /// point of the output.

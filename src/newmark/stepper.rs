@@ -26,7 +26,8 @@ enum Guess {
     Extrapolated,
 }
 
-/// An integration that is carried out step by step. All memory is allocated until the accelerations at the start are known.
+/// An integration that is carried out step by step. All memory is allocated until the accelerations at the start are
+/// known.
 ///
 /// The stepper does not own the equations of motion; the same ones must be given to every call.
 #[derive(Clone, Debug)]
@@ -360,8 +361,9 @@ impl Stepper {
         self.fixed_steps
     }
 
-    /// State at a time within the last step, by cubic interpolation of displacements and of velocities (from the values and
-    /// the derivatives at both ends) and linear interpolation of accelerations. At the ends it is the state there, bit by bit.
+    /// State at a time within the last step, by cubic interpolation of displacements and of velocities (from the
+    /// values and the derivatives at both ends) and linear interpolation of accelerations. At the ends it is the
+    /// state there, bit by bit.
     pub fn interpolate(&self, t: f64, q: &mut [f64], v: &mut [f64], a: &mut [f64]) {
         let h = self.t - self.t_old;
         let x = if t == self.t { 1.0 } else { (t - self.t_old) / h };
@@ -437,9 +439,9 @@ pub(crate) fn number_of_steps(length: f64, dt: f64) -> usize {
     (length / dt * (1.0 - ROUNDING_OF_STEPS)).ceil() as usize
 }
 
-/// The algorithmic acceleration at the start of a step, and the part of the one at its end that does not depend on the
-/// true acceleration there. `stretch` is the step size over that to which `s` belongs: algorithmic accelerations are ahead
-/// of the true ones by a fraction of the step.
+/// The algorithmic acceleration at the start of a step, and the part of the one at its end that does not depend on
+/// the true acceleration there. `stretch` is the step size over that to which `s` belongs: algorithmic accelerations
+/// are ahead of the true ones by a fraction of the step.
 fn algorithmic(scheme: &Scheme, a: f64, s: f64, stretch: f64) -> (f64, f64) {
     let start = a + stretch * (s - a);
     let rest = (scheme.alpha_f() * a - scheme.alpha_m() * start) / (1.0 - scheme.alpha_m());

@@ -51,7 +51,8 @@ pub trait System {
         unreachable!("the system is no chain");
     }
 
-    /// How far an adaptive step from `t` may go that cannot pass unseen over something that drives the system; the step ends there.
+    /// How far an adaptive step from `t` may go that cannot pass unseen over something that drives the system; the
+    /// step ends there.
     fn horizon(&self, _t: f64) -> f64 {
         f64::INFINITY
     }

@@ -81,8 +81,8 @@ pub trait System {
         Ok(())
     }
 
-    /// How far a step from `t` may go that cannot pass unseen over something that drives the system; a step ends there. Infinite
-    /// unless said otherwise, and not looked at backwards in time.
+    /// How far a step from `t` may go that cannot pass unseen over something that drives the system; a step ends
+    /// there. Infinite unless said otherwise, and not looked at backwards in time.
     fn horizon(&self, _t: f64) -> f64 {
         f64::INFINITY
     }

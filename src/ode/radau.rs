@@ -1,5 +1,5 @@
-//! The Radau IIA method of order 5 for systems of first order (Hairer and Wanner 1996, "Solving Ordinary Differential Equations
-//! II", section IV.8, and their code RADAU5).
+//! The Radau IIA method of order 5 for systems of first order (Hairer and Wanner 1996, "Solving Ordinary Differential
+//! Equations II", section IV.8, and their code RADAU5).
 //!
 //! The stages `z_i = y(t + c_i h) - y` solve `z = h (A x I) F(z)`. With the eigenvalues of the inverse of A, one real
 //! and a conjugate pair, and `z = (T x I) w`, a simplified Newton iteration takes one real and one complex system of n

@@ -1,6 +1,6 @@
-//! The Radau IIA method of order 5 with three stages, whatever it is applied to: coefficients, the simplified Newton iteration's
-//! rules and the choice of the step (Hairer and Wanner 1996, "Solving Ordinary Differential Equations II", section IV.8, and
-//! their code RADAU5).
+//! The Radau IIA method of order 5 with three stages, whatever it is applied to: coefficients, the simplified Newton
+//! iteration's rules and the choice of the step (Hairer and Wanner 1996, "Solving Ordinary Differential Equations
+//! II", section IV.8, and their code RADAU5).
 
 use super::norm::scaled_norm;
 
@@ -103,7 +103,8 @@ pub(crate) struct Iteration {
 }
 
 impl Iteration {
-    /// How large the error left by the iteration may be, relative to the tolerances, where the smallest relative one is `rtol`.
+    /// How large the error left by the iteration may be, relative to the tolerances, where the smallest relative one
+    /// is `rtol`.
     pub(crate) fn tolerance(rtol: f64) -> f64 {
         let rounding = NEWTON_TOLERANCE_IN_ROUNDING_UNITS * f64::EPSILON / rtol;
         rounding.max(NEWTON_TOLERANCE.min(rtol.sqrt()))
@@ -136,8 +137,8 @@ impl Iteration {
 /// Order of the embedded formula.
 pub(crate) const ERROR_ORDER: f64 = 3.0;
 
-/// Factor of the step size from the errors and sizes of two steps (Gustafsson 1994; Hairer and Wanner 1996, eq. IV.8.25); the
-/// fewer iterations, the larger (ibid., eq. IV.8.21).
+/// Factor of the step size from the errors and sizes of two steps (Gustafsson 1994; Hairer and Wanner 1996, eq.
+/// IV.8.25); the fewer iterations, the larger (ibid., eq. IV.8.21).
 pub(crate) fn step_factor(step: StepError, last: Option<StepError>, iterations: usize) -> f64 {
     let exponent = 1.0 / (ERROR_ORDER + 1.0);
     let trend = match last {

@@ -178,8 +178,8 @@ impl Stepper {
         Ok(self.status)
     }
 
-    /// Computes the polynomial of the last step, unless that has been done. Whether its values are finite: they may overflow
-    /// where the state does not.
+    /// Computes the polynomial of the last step, unless that has been done. Whether its values are finite: they may
+    /// overflow where the state does not.
     pub(super) fn prepare_polynomial<S: System + ?Sized>(
         &mut self,
         system: &mut S,

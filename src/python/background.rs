@@ -25,8 +25,8 @@ impl Abandoned {
     }
 }
 
-/// What `work` returns, which runs in a thread of its own so that this one hears Ctrl-C. Then `work` is left alone: it ends when it next
-/// asks whether it is abandoned, or else when it is done, and what it returns is dropped.
+/// What `work` returns, which runs in a thread of its own so that this one hears Ctrl-C. Then `work` is left alone:
+/// it ends when it next asks whether it is abandoned, or else when it is done, and what it returns is dropped.
 pub(super) fn run<T: Send + 'static>(
     py: Python<'_>,
     work: impl FnOnce(&Abandoned) -> T + Send + 'static,

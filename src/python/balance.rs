@@ -10,7 +10,8 @@ use crate::balance::Balance;
 use crate::error::Checker;
 use crate::model::Energy;
 
-/// The energy balance of a motion: where the energy is at each of its times, in joules, and what left or entered the system.
+/// The energy balance of a motion: where the energy is at each of its times, in joules, and what left or entered the
+/// system.
 ///
 /// Attributes
 /// ----------

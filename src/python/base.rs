@@ -32,13 +32,14 @@ use crate::world::{BaseMotion, BaseRotation};
 ///
 /// Notes
 /// -----
-/// The motion needs velocities and accelerations. A table is a cubic spline, twice continuously differentiable; of quaternions in R^4
-/// and normalised, with less than a right angle from one to the next. It must cover the time of a run. A callable returns the value, whose
-/// derivatives are then found by differences (nine values or more, up to 4 ms before and after), or a tuple of it with its velocity and
-/// its acceleration: of `translation` in m/s and m/s^2, of `angle` in rad/s and rad/s^2, of `rotation` the angular velocity and the
-/// angular acceleration in world axes, three numbers each. Where values are not finite, quaternions not of norm 1, derivatives not found
-/// or in contradiction to the values, whoever asks gets a ValueError that names the time; that of a run has what was computed as its
-/// attribute `result`.
+/// The motion needs velocities and accelerations. A table is a cubic spline, twice continuously differentiable; of
+/// quaternions in R^4 and normalised, with less than a right angle from one to the next. It must cover the time of a
+/// run. A callable returns the value, whose derivatives are then found by differences (nine values or more, up to 4
+/// ms before and after), or a tuple of it with its velocity and its acceleration: of `translation` in m/s and m/s^2,
+/// of `angle` in rad/s and rad/s^2, of `rotation` the angular velocity and the angular acceleration in world axes,
+/// three numbers each. Where values are not finite, quaternions not of norm 1, derivatives not found or in
+/// contradiction to the values, whoever asks gets a ValueError that names the time; that of a run has what was
+/// computed as its attribute `result`.
 ///
 /// Examples
 /// --------

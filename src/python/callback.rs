@@ -9,9 +9,10 @@ use pyo3::prelude::*;
 
 use crate::error::Interrupted;
 
-/// Most computations that wait for Python code in one thread: a function of one that begins the next, and so on. Python counts its
-/// own calls, but a thousand of them with a computation in each is more than the stack of a thread. Sixteen are deeper than any
-/// shooting method of somebody sane and take a tenth of the smallest usual stack, one megabyte.
+/// Most computations that wait for Python code in one thread: a function of one that begins the next, and so on.
+/// Python counts its own calls, but a thousand of them with a computation in each is more than the stack of a thread.
+/// Sixteen are deeper than any shooting method of somebody sane and take a tenth of the smallest usual stack, one
+/// megabyte.
 const MAX_NESTED: usize = 16;
 
 thread_local! {
@@ -71,13 +72,13 @@ impl Raised {
 }
 
 thread_local! {
-    /// The exception of a function of time that the core called in this thread: such a function belongs to a model that several threads
-    /// may run at once, and so cannot keep it.
+    /// The exception of a function of time that the core called in this thread: such a function belongs to a model
+    /// that several threads may run at once, and so cannot keep it.
     static RAISED_BY_FUNCTION: RefCell<Option<PyErr>> = const { RefCell::new(None) };
 }
 
-/// Refuses to call a function of time while the exception of one waits to be raised: the core may be on its way out through code that
-/// asks once more, and the first exception is the one that matters.
+/// Refuses to call a function of time while the exception of one waits to be raised: the core may be on its way out
+/// through code that asks once more, and the first exception is the one that matters.
 pub(crate) fn none_is_kept() -> Result<(), Interrupted> {
     let is_kept = RAISED_BY_FUNCTION.with_borrow(Option::is_some);
     if is_kept { Err(Interrupted) } else { Ok(()) }
@@ -100,8 +101,8 @@ pub(crate) fn or_raised<T>(result: Result<T, Interrupted>) -> PyResult<T> {
     Ok(result.expect("only functions of time stop it, and they keep their exceptions"))
 }
 
-/// What a callback that watches a computation wants: it goes on unless the callback has returned True or raised StopIteration.
-/// Other values, such as arrays, have no meaning.
+/// What a callback that watches a computation wants: it goes on unless the callback has returned True or raised
+/// StopIteration. Other values, such as arrays, have no meaning.
 pub(crate) fn wants_to_stop(py: Python<'_>, returned: PyResult<Bound<'_, PyAny>>) -> PyResult<bool> {
     match returned {
         Ok(value) => Ok(value.extract::<bool>().unwrap_or(false)),
@@ -110,8 +111,8 @@ pub(crate) fn wants_to_stop(py: Python<'_>, returned: PyResult<Bound<'_, PyAny>>
     }
 }
 
-/// The exception that ended a computation, with what was computed as its attribute `result`. Exceptions that take no attributes come
-/// without it, and so does one that has such an attribute of its own.
+/// The exception that ended a computation, with what was computed as its attribute `result`. Exceptions that take no
+/// attributes come without it, and so does one that has such an attribute of its own.
 pub(crate) fn with_result<T>(py: Python<'_>, error: PyErr, result: impl FnOnce() -> PyResult<T>) -> PyErr
 where
     T: PyClass + Into<PyClassInitializer<T>>,

@@ -39,8 +39,9 @@ enum Parameters {
 }
 
 impl CompiledFunction {
-    /// The compiled function behind a Python object: a function of ctypes, a `numba.cfunc` or a `scipy.LowLevelCallable`; `None` for
-    /// objects of other types, whatever attributes they have. It reads `inputs` states and writes `outputs` numbers.
+    /// The compiled function behind a Python object: a function of ctypes, a `numba.cfunc` or a
+    /// `scipy.LowLevelCallable`; `None` for objects of other types, whatever attributes they have. It reads `inputs`
+    /// states and writes `outputs` numbers.
     ///
     /// `args`, if any, are the numbers that its last argument points to.
     pub(super) fn find(

@@ -26,10 +26,10 @@ pub(crate) struct Numbers {
 /// Deeper nesting has no array: the limit of NumPy.
 const MAX_DIMENSIONS: usize = 64;
 
-/// What NumPy makes an array of doubles of: lists, arrays of every layout, byte order and numeric type, subclasses, whatever has
-/// `__array__`. Always a copy, so that no layout of somebody else's memory matters. Everything else is refused with its place:
-/// NumPy itself would make numbers of booleans, strings, dates and None, of complex numbers their real parts, and of masked arrays
-/// what is behind the mask.
+/// What NumPy makes an array of doubles of: lists, arrays of every layout, byte order and numeric type, subclasses,
+/// whatever has `__array__`. Always a copy, so that no layout of somebody else's memory matters. Everything else is
+/// refused with its place: NumPy itself would make numbers of booleans, strings, dates and None, of complex numbers
+/// their real parts, and of masked arrays what is behind the mask.
 ///
 /// `expected` says what the whole should be, for messages.
 pub(crate) fn numbers(value: &Bound<'_, PyAny>, name: &str, expected: &str) -> PyResult<Numbers> {
@@ -159,7 +159,8 @@ pub(crate) fn is_array(value: &Bound<'_, PyAny>) -> bool {
     value.len().is_ok() || (value.hasattr("__array__").unwrap_or(false) && !is_scalar())
 }
 
-/// Whether it is a number by itself, and not an array, which NumPy knows better: fractions and decimals are, booleans are not.
+/// Whether it is a number by itself, and not an array, which NumPy knows better: fractions and decimals are, booleans
+/// are not.
 fn is_number(value: &Bound<'_, PyAny>) -> PyResult<bool> {
     if value.is_instance_of::<PyBool>() || value.hasattr("__array__")? {
         return Ok(false);

@@ -8,10 +8,10 @@ use crate::world::Fluid;
 
 /// A fluid of infinite extent around a whole rod, which flows uniformly and steadily far from it.
 ///
-/// By default it bears the rod by its buoyancy and moves with it as a fluid without friction would move with a circular section, and
-/// there is no drag: its coefficients depend on how fast the rod moves and how rough it is. With the velocity of a section relative
-/// to the fluid, ``v_n`` across the axis of the section and ``v_t`` along it, and the section's diameter d (that of the circle of
-/// the same area), the drag per metre of the unstretched rod is
+/// By default it bears the rod by its buoyancy and moves with it as a fluid without friction would move with a
+/// circular section, and there is no drag: its coefficients depend on how fast the rod moves and how rough it is.
+/// With the velocity of a section relative to the fluid, ``v_n`` across the axis of the section and ``v_t`` along it,
+/// and the section's diameter d (that of the circle of the same area), the drag per metre of the unstretched rod is
 ///
 /// ``- c_n v_n - c_t v_t - 1/2 density d (C_n |v_n| v_n + pi C_t |v_t| v_t)``
 ///

@@ -404,7 +404,8 @@ impl PyModel {
         Ok(power)
     }
 
-    /// Power that what has no potential puts into a motion: follower loads, moments, forces that vary in time, a base that moves.
+    /// Power that what has no potential puts into a motion: follower loads, moments, forces that vary in time, a base
+    /// that moves.
     ///
     /// Without damping the energy of a free motion grows by this power.
     ///

@@ -383,7 +383,8 @@ impl PyStatistics {
     }
 }
 
-/// The result of a run, of whose doubts Python is warned; or the exception that ended it, with the result as an attribute.
+/// The result of a run, of whose doubts Python is warned; or the exception that ended it, with the result as an
+/// attribute.
 pub(super) fn finish(
     py: Python<'_>,
     simulation: Simulation,

@@ -12,9 +12,9 @@ use crate::rod::{Parts, Profile, Unsampled};
 
 /// Numbers as a function of the arc length of a segment: what a `Segment` makes of a table or of a function.
 ///
-/// A table is interpolated by cubics that do not overshoot (SciPy's ``PchipInterpolator``). A function is followed by a Chebyshev
-/// polynomial, of as high a degree as rounding asks for (128 at most). Give either `stations` and `values` or
-/// `coefficients`. Calling a profile evaluates it.
+/// A table is interpolated by cubics that do not overshoot (SciPy's ``PchipInterpolator``). A function is followed by
+/// a Chebyshev polynomial, of as high a degree as rounding asks for (128 at most). Give either `stations` and
+/// `values` or `coefficients`. Calling a profile evaluates it.
 ///
 /// Parameters
 /// ----------
@@ -240,8 +240,9 @@ fn wrong_value(name: &str, shape: &[usize], found: &str) -> String {
     )
 }
 
-/// Numbers along a segment of this length from Python, a value of which has this shape with `N` entries: a constant value, a
-/// pair of stations (metres) and values, a function of the arc length from the segment's base in metres, or a `lissom.Profile`.
+/// Numbers along a segment of this length from Python, a value of which has this shape with `N` entries: a constant
+/// value, a pair of stations (metres) and values, a function of the arc length from the segment's base in metres, or
+/// a `lissom.Profile`.
 pub(crate) fn profile<const N: usize>(
     value: &Bound<'_, PyAny>,
     shape: &[usize],

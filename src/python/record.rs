@@ -5,8 +5,8 @@ use pyo3::PyTypeInfo;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple};
 
-/// A Python object that a result hands out. If it is an array, or a list or dict of arrays, these cannot be written into: what is
-/// computed later from the same numbers would change.
+/// A Python object that a result hands out. If it is an array, or a list or dict of arrays, these cannot be written
+/// into: what is computed later from the same numbers would change.
 pub(super) struct ReadOnly<T = PyAny>(Py<T>);
 
 impl<T> ReadOnly<T> {
@@ -65,8 +65,8 @@ fn protect(value: &Bound<'_, PyAny>) -> PyResult<()> {
 /// What `pickle` and `copy` ask of an object: a function and its arguments.
 pub(super) type Reduced<'py> = (Bound<'py, PyAny>, Bound<'py, PyTuple>);
 
-/// For results whose attributes are all that they are: `_restore` takes a namespace of them, of which the derive `FromPyObject` makes
-/// the result again.
+/// For results whose attributes are all that they are: `_restore` takes a namespace of them, of which the derive
+/// `FromPyObject` makes the result again.
 pub(super) fn reduce<'py>(object: &Bound<'py, PyAny>) -> PyResult<Reduced<'py>> {
     let class = object.get_type();
     let state = PyDict::new(object.py());

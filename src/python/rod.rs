@@ -386,8 +386,8 @@ fn mode_numbers(modes: &Bound<'_, PyDict>) -> PyResult<[usize; STRAINS]> {
 /// A Cosserat rod: segments in a row, clamped at the base, with loads and rigid bodies on it.
 ///
 /// The coordinates are the strain modes: segment by segment, then strain by strain (torsion, bend_y, bend_z, stretch,
-/// shear_y, shear_z), then by number of the mode (for Legendre polynomials by degree). Segments of piecewise constant strain are
-/// ordered piece by piece first, as if they were segments.
+/// shear_y, shear_z), then by number of the mode (for Legendre polynomials by degree). Segments of piecewise constant
+/// strain are ordered piece by piece first, as if they were segments.
 ///
 /// Parameters
 /// ----------
@@ -655,9 +655,9 @@ impl PyRod {
 
     /// Multiplications of doubles that one evaluation takes, by what is evaluated.
     ///
-    /// ``"residual"``: inverse dynamics; ``"tangent"``: the Jacobian of an implicit step, where the residual is known;
-    /// ``"mass_matrix"``: where the shape is known; ``"factorisation"`` (LU) and ``"solution"`` of a step's linear system.
-    /// A multiply-add counts as one.
+    /// ``"residual"``: inverse dynamics; ``"tangent"``: the Jacobian of an implicit step, where the residual is
+    /// known; ``"mass_matrix"``: where the shape is known; ``"factorisation"`` (LU) and ``"solution"`` of a step's
+    /// linear system. A multiply-add counts as one.
     #[getter]
     fn multiplications<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let kinematics = self.kinematics.lock().unwrap_or_else(PoisonError::into_inner);

@@ -15,11 +15,11 @@ use crate::rod::{GivenSection, Parts, Profile, Section, Segment, Shape, ShearCor
 
 /// What a segment looks like across: a shape of its material, or given stiffness and inertia.
 ///
-/// Made by `Section.circle`, `Section.hollow_circle`, `Section.rectangle`, `Section.ellipse` and `Section.given`. Sizes are
-/// metres: one number, a pair (at the segment's base, at its tip) for a linear taper, or a function of the arc length X from the
-/// segment's base, as a table (stations, values), a callable or a `Profile`. Callables need `length`, the segment's in metres, beside
-/// them. Width lies along body y, height along body z. Methods take the place as the fraction `x` of the segment's length, from 0
-/// to 1.
+/// Made by `Section.circle`, `Section.hollow_circle`, `Section.rectangle`, `Section.ellipse` and `Section.given`.
+/// Sizes are metres: one number, a pair (at the segment's base, at its tip) for a linear taper, or a function of the
+/// arc length X from the segment's base, as a table (stations, values), a callable or a `Profile`. Callables need
+/// `length`, the segment's in metres, beside them. Width lies along body y, height along body z. Methods take the
+/// place as the fraction `x` of the segment's length, from 0 to 1.
 ///
 /// Examples
 /// --------
@@ -174,8 +174,9 @@ impl PySection {
 
     /// Stiffness and inertia as they are: composites, profiles computed elsewhere, test cases.
     ///
-    /// Its segment takes no moduli and no density. Each may also be a function of the arc length X from the segment's base: a
-    /// table (stations, values), a callable (which needs `length`) or a `Profile`, with values of these shapes.
+    /// Its segment takes no moduli and no density. Each may also be a function of the arc length X from the segment's
+    /// base: a table (stations, values), a callable (which needs `length`) or a `Profile`, with values of these
+    /// shapes.
     ///
     /// Parameters
     /// ----------
@@ -247,7 +248,8 @@ impl PySection {
         }
     }
 
-    /// What it was made with, by name: sizes at base and tip, or stiffness, mass, inertia and centre; a Profile for each function of X.
+    /// What it was made with, by name: sizes at base and tip, or stiffness, mass, inertia and centre; a Profile for
+    /// each function of X.
     #[getter]
     fn parameters<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let parameters = PyDict::new(py);
@@ -293,7 +295,8 @@ impl PySection {
         Ok(self.shape_at(x)?.torsion_constant())
     }
 
-    /// Cowper's (1966) shear correction factors, for shear along y and along z, at this Poisson's ratio, above -1 and up to 0.5.
+    /// Cowper's (1966) shear correction factors, for shear along y and along z, at this Poisson's ratio, above -1 and
+    /// up to 0.5.
     #[pyo3(signature = (poisson_ratio, x=0.0))]
     fn cowper(
         &self,

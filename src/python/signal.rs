@@ -179,16 +179,17 @@ impl PyHarmonic {
     }
 }
 
-/// A Python function that the core calls. The core has no reference to it of its own: what it refers to, Python's garbage collector
-/// could not see, so that a rod and a function that knows this rod would keep each other alive for ever. Instead, every Python object
-/// with a signal keeps the functions of the signal and shows them to the collector.
+/// A Python function that the core calls. The core has no reference to it of its own: what it refers to, Python's
+/// garbage collector could not see, so that a rod and a function that knows this rod would keep each other alive for
+/// ever. Instead, every Python object with a signal keeps the functions of the signal and shows them to the
+/// collector.
 #[pyclass(name = "Function", module = "lissom._lissom", frozen, weakref)]
 pub(super) struct Held(Py<PyAny>);
 
 #[pymethods]
 impl Held {
-    // No `__clear__`, here and in other classes: like a tuple, an object that never changes is in no cycle of its own kind alone, and
-    // what closed the cycle can be cleared.
+    // No `__clear__`, here and in other classes: like a tuple, an object that never changes is in no cycle of its own
+    // kind alone, and what closed the cycle can be cleared.
     fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
         visit.call(&self.0)
     }
@@ -248,7 +249,8 @@ impl Functions {
     }
 }
 
-/// N numbers, a table `(times, values)`, a [`PyHarmonic`] or a callable of time, which goes to the functions of what keeps the signal.
+/// N numbers, a table `(times, values)`, a [`PyHarmonic`] or a callable of time, which goes to the functions of what
+/// keeps the signal.
 pub(super) fn signal_of<const N: usize>(
     value: &Bound<'_, PyAny>,
     name: &str,

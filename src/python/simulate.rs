@@ -266,8 +266,8 @@ pub(crate) fn simulate<'py>(
 
 /// A rod with the numbers of modes that an accuracy takes.
 ///
-/// Trials with more modes of every strain show which of them move the tip; those that do are kept. Strains that a perfectly symmetric
-/// motion does not set off get none. Takes as long as some five to fifteen motions.
+/// Trials with more modes of every strain show which of them move the tip; those that do are kept. Strains that a
+/// perfectly symmetric motion does not set off get none. Takes as long as some five to fifteen motions.
 ///
 /// Parameters
 /// ----------

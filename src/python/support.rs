@@ -8,9 +8,9 @@ use crate::support::Support;
 
 /// Springs and dampers between a section of a rod and a fixed pose in the world, its anchor.
 ///
-/// For small turns the rotational springs answer like ordinary ones; a turn by any angle about one axis of the anchor alone meets
-/// the moment ``rotational_stiffness * sin(angle)``. With ``rotational_stiffness=(0, k, k)`` the direction of the rod is held and
-/// its twist is free, through any number of turns.
+/// For small turns the rotational springs answer like ordinary ones; a turn by any angle about one axis of the anchor
+/// alone meets the moment ``rotational_stiffness * sin(angle)``. With ``rotational_stiffness=(0, k, k)`` the
+/// direction of the rod is held and its twist is free, through any number of turns.
 ///
 /// Parameters
 /// ----------
@@ -110,7 +110,8 @@ impl PySupport {
         self.0.position.map(Into::into)
     }
 
-    /// Orientation of the anchor, quaternion (w, x, y, z) as given; None for that of the section when all coordinates are zero.
+    /// Orientation of the anchor, quaternion (w, x, y, z) as given; None for that of the section when all coordinates
+    /// are zero.
     #[getter]
     fn orientation(&self) -> Option<(f64, f64, f64, f64)> {
         self.0.orientation.map(Into::into)

@@ -7,9 +7,9 @@ use crate::ode::{self, Tolerance, Tolerances};
 /// How to integrate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
-    /// Relative tolerance, one for all or one for each of the n displacements and then of the n velocities: local errors are kept
-    /// below `atol + rtol |y|`, y standing for either, in the root mean square over all of them. 1e-6 unless said
-    /// otherwise; values below 100 rounding units are raised to that.
+    /// Relative tolerance, one for all or one for each of the n displacements and then of the n velocities: local
+    /// errors are kept below `atol + rtol |y|`, y standing for either, in the root mean square over all of them. 1e-6
+    /// unless said otherwise; values below 100 rounding units are raised to that.
     pub rtol: Tolerance,
     /// Absolute tolerance, likewise; 1e-9 unless said otherwise.
     pub atol: Tolerance,
@@ -17,8 +17,8 @@ pub struct Options {
     pub first_step: Option<f64>,
     /// Largest step size; infinite unless said otherwise.
     pub max_step: f64,
-    /// Smallest step size; 0 unless said otherwise (ten spacings of floating-point numbers at t always count). The last step may be
-    /// shorter.
+    /// Smallest step size; 0 unless said otherwise (ten spacings of floating-point numbers at t always count). The
+    /// last step may be shorter.
     pub min_step: f64,
     /// Largest number of accepted steps; no limit unless said otherwise.
     pub max_steps: usize,

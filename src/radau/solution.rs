@@ -5,9 +5,9 @@ use crate::error::{Interrupted, InvalidInput};
 use crate::memory;
 use crate::newmark::{Solution, System, check_points, check_times, collect, points_in_memory};
 
-/// Integrates the equations of motion over `t_span` from displacements `q0` and velocities `v0`. `t_eval` are increasing
-/// times at which the motion is wanted, all steps if `None`. `monitor` sees the system and the stepper after every accepted
-/// step and may stop the integration, as may the system; the status is then
+/// Integrates the equations of motion over `t_span` from displacements `q0` and velocities `v0`. `t_eval` are
+/// increasing times at which the motion is wanted, all steps if `None`. `monitor` sees the system and the stepper
+/// after every accepted step and may stop the integration, as may the system; the status is then
 /// [`Status::Interrupted`](crate::newmark::Status::Interrupted).
 ///
 /// Fails before any evaluation when an argument is wrong. Memory: `1 + 3 n` numbers for every point of the output.

@@ -124,11 +124,12 @@ impl Stages {
         self.tangents_are_current = false;
     }
 
-    /// Solves for the stages of a step of size `h`. On success `a`, and `q`, `v` at the end of the step, are those of the step.
+    /// Solves for the stages of a step of size `h`. On success `a`, and `q`, `v` at the end of the step, are those of
+    /// the step.
     ///
-    /// Where the iteration does not converge, the masses have often changed within the step (those of torsion do by orders of
-    /// magnitude as a rod bends). It is tried again with the tangents of each stage in place of those at one state, then with
-    /// fresh ones there.
+    /// Where the iteration does not converge, the masses have often changed within the step (those of torsion do by
+    /// orders of magnitude as a rod bends). It is tried again with the tangents of each stage in place of those at
+    /// one state, then with fresh ones there.
     pub(super) fn solve<S: System + ?Sized>(
         &mut self,
         system: &mut S,
@@ -162,9 +163,9 @@ impl Stages {
         }
     }
 
-    /// `W_i = M + (h / mu) C + (h / mu)^2 K` with the tangents of each stage as it is predicted. Multiplied by `W W_i^-1`, with the
-    /// W at the start of the step, the equations of a stage get the tangents that the iteration assumes: for slow motions,
-    /// which the masses govern, and for stiff ones.
+    /// `W_i = M + (h / mu) C + (h / mu)^2 K` with the tangents of each stage as it is predicted. Multiplied by
+    /// `W W_i^-1`, with the W at the start of the step, the equations of a stage get the tangents that the iteration
+    /// assumes: for slow motions, which the masses govern, and for stiff ones.
     fn factorise_stages<S: System + ?Sized>(
         &mut self,
         system: &mut S,
@@ -322,8 +323,8 @@ impl Stages {
 
     /// The estimated error of the step relative to `scale` (Hairer and Wanner 1996, eqs. IV.8.19 and IV.8.20).
     ///
-    /// Of first order it reads `(mu / h - J) e = f(y0) + sum E_i z_i / h`. With e = (e_q, e_v), multiplied by the mass matrix and
-    /// with e_v eliminated, it takes the real matrix of the step.
+    /// Of first order it reads `(mu / h - J) e = f(y0) + sum E_i z_i / h`. With e = (e_q, e_v), multiplied by the
+    /// mass matrix and with e_v eliminated, it takes the real matrix of the step.
     pub(super) fn error<S: System + ?Sized>(
         &mut self,
         system: &mut S,
@@ -361,7 +362,8 @@ impl Stages {
         Ok(size)
     }
 
-    /// `error` from the g of displacements and velocities in `work`, where the accelerations at the start leave a residual.
+    /// `error` from the g of displacements and velocities in `work`, where the accelerations at the start leave a
+    /// residual.
     fn filter(&mut self, h: f64) {
         let n = self.n;
         let x = h / MU_REAL;

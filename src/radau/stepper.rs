@@ -89,8 +89,8 @@ impl Stepper {
         })
     }
 
-    /// Solves for the accelerations at the start and chooses the first step. [`Self::step`] does this when it has not been
-    /// done. `Some(status)` when there are none that could be found.
+    /// Solves for the accelerations at the start and chooses the first step. [`Self::step`] does this when it has not
+    /// been done. `Some(status)` when there are none that could be found.
     pub fn start<S: System + ?Sized>(&mut self, system: &mut S) -> Result<Option<Status>, Interrupted> {
         if self.started {
             return Ok(self.status);
@@ -267,8 +267,9 @@ impl Stepper {
         self.status
     }
 
-    /// State at a time within the last step: the polynomial of degree five through displacements, velocities and accelerations at
-    /// both ends, and its derivatives; of order 5, 4 and 3. At the ends it is the state there, bit by bit.
+    /// State at a time within the last step: the polynomial of degree five through displacements, velocities and
+    /// accelerations at both ends, and its derivatives; of order 5, 4 and 3. At the ends it is the state there, bit
+    /// by bit.
     pub fn interpolate(&self, t: f64, q: &mut [f64], v: &mut [f64], a: &mut [f64]) {
         let ends =
             [(self.t_old, [&self.q_old, &self.v_old, &self.a_old]), (self.t, [&self.q, &self.v, &self.a])];

@@ -14,8 +14,8 @@ pub enum Kernel {
 }
 
 impl Kernel {
-    /// The plane that a rod cannot leave, if there is one: that of the modes, unless the base may leave it. Loads out of the plane do not
-    /// move the rod, wherever gravity points.
+    /// The plane that a rod cannot leave, if there is one: that of the modes, unless the base may leave it. Loads out
+    /// of the plane do not move the rod, wherever gravity points.
     pub(crate) fn plane(rod: &Rod) -> Option<Plane> {
         let stays_in = |plane: &Plane| {
             let is_inside = |strain: usize| match strain {
@@ -55,8 +55,9 @@ impl Solve {
     }
 }
 
-/// From that many coordinates and segments on a chain's solve is cheaper. Instructions of residual, tangent, factorisation
-/// and solve as a chain, relative to the dense ones (callgrind, x86-64, 2026), for segments of so many coordinates:
+/// From that many coordinates and segments on a chain's solve is cheaper. Instructions of residual, tangent,
+/// factorisation and solve as a chain, relative to the dense ones (callgrind, x86-64, 2026), for segments of so many
+/// coordinates:
 ///
 /// | coordinates a segment | relative instructions at so many segments (coordinates) |
 /// |---|---|

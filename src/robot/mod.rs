@@ -1,8 +1,9 @@
 //! Robots ready to be moved.
 //!
-//! `description` is what a robot is, in plain data; `plan` is the same compiled for computing, by `compile`. The sweeps read the plan
-//! and work in a `state`: the `kernel` has the recursions along the rod (where it is, what forces a motion needs, how these change with
-//! the motion), an `effect` is what acts on it. `tell` says what is computed, and what it costs.
+//! `description` is what a robot is, in plain data; `plan` is the same compiled for computing, by `compile`. The
+//! sweeps read the plan and work in a `state`: the `kernel` has the recursions along the rod (where it is, what
+//! forces a motion needs, how these change with the motion), an `effect` is what acts on it. `tell` says what is
+//! computed, and what it costs.
 
 mod algebra;
 mod choice;

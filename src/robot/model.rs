@@ -89,8 +89,8 @@ macro_rules! on_sweeps {
 }
 
 impl RodModel {
-    /// Compiles `rod` for the simplest kernel, the best instructions of this machine and the cheapest solve; refuses a rod that
-    /// is not valid, with everything that is wrong with it.
+    /// Compiles `rod` for the simplest kernel, the best instructions of this machine and the cheapest solve; refuses
+    /// a rod that is not valid, with everything that is wrong with it.
     pub fn new(rod: &Rod) -> Result<Self, InvalidInput> {
         Self::with_solve(rod, Solve::cheapest(rod))
     }
@@ -200,21 +200,22 @@ impl RodModel {
         on_sweeps!(&mut self.sweeps, sweeps => sweeps.pose(q, place))
     }
 
-    /// Moment and force that the base exerts on the rod in a motion, about the base and in world axes; of a planar rod what lies in
-    /// its plane.
+    /// Moment and force that the base exerts on the rod in a motion, about the base and in world axes; of a planar
+    /// rod what lies in its plane.
     pub fn base_wrench(&mut self, q: &[f64], qd: &[f64], qdd: &[f64]) -> [Vector<f64>; 2] {
         on_sweeps!(&mut self.sweeps, sweeps => sweeps.base_wrench([q, qd, qdd]))
     }
 
-    /// Angular velocity of the section at a place and velocity of its point, in world axes, that of a base that moves included.
+    /// Angular velocity of the section at a place and velocity of its point, in world axes, that of a base that moves
+    /// included.
     pub fn velocity_at(&mut self, q: &[f64], qd: &[f64], place: &Place) -> [Vector<f64>; 2] {
         on_sweeps!(&mut self.sweeps, sweeps => sweeps.velocity(q, qd, place))
     }
 
-    /// The Jacobian of the pose at a place, 6 x n: angular velocity and velocity of its point, in world axes, for unit rates
-    /// of the coordinates; `Psi = int S`, moved from the base to the point. Its transpose takes a moment and a force that act
-    /// there to generalised forces. What a moving base contributes has nothing to do with the coordinates. Costs about an inverse
-    /// dynamics for every few coordinates.
+    /// The Jacobian of the pose at a place, 6 x n: angular velocity and velocity of its point, in world axes, for
+    /// unit rates of the coordinates; `Psi = int S`, moved from the base to the point. Its transpose takes a moment
+    /// and a force that act there to generalised forces. What a moving base contributes has nothing to do with the
+    /// coordinates. Costs about an inverse dynamics for every few coordinates.
     pub fn jacobian_at(&mut self, q: &[f64], place: &Place, jacobian: &mut Matrix) {
         on_sweeps!(&mut self.sweeps, sweeps => sweeps.jacobian(q, place, jacobian));
     }
@@ -425,8 +426,8 @@ impl Model for RodModel {
         on_sweeps!(&self.sweeps, sweeps => sweeps.plan().has_velocity_forces())
     }
 
-    /// Of follower loads, of loads that vary in time, of moments (one that keeps its direction in space has no potential), and of a base
-    /// that is moved.
+    /// Of follower loads, of loads that vary in time, of moments (one that keeps its direction in space has no
+    /// potential), and of a base that is moved.
     fn supplied_power(&mut self, q: &[f64], qd: &[f64], qdd: &[f64]) -> f64 {
         on_sweeps!(&mut self.sweeps, sweeps => sweeps.supplied_power([q, qd, qdd]))
     }

@@ -19,8 +19,8 @@ use crate::linalg::Matrix;
 use crate::model::Energy;
 use crate::world::base_motion::Base;
 
-/// Whether this machine multiplies and adds in one instruction: 64-bit ARM does, and x86-64 with the wide instruction sets
-/// that pulp knows.
+/// Whether this machine multiplies and adds in one instruction: 64-bit ARM does, and x86-64 with the wide instruction
+/// sets that pulp knows.
 pub(crate) fn machine_has_fused() -> bool {
     cfg!(lissom_dev)
         || cfg!(any(target_arch = "x86_64", target_arch = "aarch64"))
@@ -44,8 +44,8 @@ pub(crate) struct Sweeps<G: Turning> {
     zeros: Vec<f64>,
 }
 
-// The sweeps are compiled once for every instruction set that pulp knows, and once for plain rods. They are structs, not closures: what pulp compiles
-// must be inlined into its caller, which a closure promises to nobody.
+// The sweeps are compiled once for every instruction set that pulp knows, and once for plain rods. They are structs,
+// not closures: what pulp compiles must be inlined into its caller, which a closure promises to nobody.
 
 struct Kinematics<'a, G: Turning> {
     plan: &'a Plan<G>,

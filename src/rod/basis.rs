@@ -19,11 +19,12 @@ pub enum Basis {
     Chebyshev,
     /// Powers `x^k`: the coefficients of a polynomial. Badly conditioned beyond a few modes.
     Monomial,
-    /// One on one of equally long pieces, zero elsewhere (piecewise constant strain: Renda, Boyer, Dias and Seneviratne 2018). Coordinates are
-    /// ordered piece by piece.
+    /// One on one of equally long pieces, zero elsewhere (piecewise constant strain: Renda, Boyer, Dias and
+    /// Seneviratne 2018). Coordinates are ordered piece by piece.
     PiecewiseConstant,
-    /// Piecewise cubics with continuous slope, given by value and slope at equally spaced knots: coordinates are by turns the strain at
-    /// a knot and its derivative there times the distance of the knots. Of two modes, one knot at the base: a line.
+    /// Piecewise cubics with continuous slope, given by value and slope at equally spaced knots: coordinates are by
+    /// turns the strain at a knot and its derivative there times the distance of the knots. Of two modes, one knot at
+    /// the base: a line.
     Hermite,
 }
 

@@ -17,8 +17,8 @@ const NODES_FOR_TAPER: usize = 4;
 /// Nodes that every rule of a row needs beyond its share, by the part of the segment that the widest one covers.
 const NODES_AT_KINKS: f64 = 3.0;
 
-/// The nodes of a piece: whole packs of them, the same number between any two places where the basis, the reference strain or
-/// the section has a kink.
+/// The nodes of a piece: whole packs of them, the same number between any two places where the basis, the reference
+/// strain or the section has a kink.
 pub(crate) fn quadrature(piece: &Piece) -> Gauss {
     let breaks = piece.breaks();
     Gauss::composite(nodes_of_rule(piece, &breaks) as usize, &breaks)
@@ -49,9 +49,9 @@ fn needed(piece: &Piece) -> f64 {
     (piece.degree() + 1 + beyond) as f64 + nodes_for_turns(piece)
 }
 
-/// Nodes for a reference strain that turns the rod by more than the half turn that [`NODES_BEYOND_MODES`] are for. Polynomials follow
-/// `exp(i k x)` on (-1, 1) once their degree is beyond k (Boyd 2001, section 2.4): half the turn in radians. Products of two such
-/// functions are integrated by half as many nodes as they have degrees.
+/// Nodes for a reference strain that turns the rod by more than the half turn that [`NODES_BEYOND_MODES`] are for.
+/// Polynomials follow `exp(i k x)` on (-1, 1) once their degree is beyond k (Boyd 2001, section 2.4): half the turn
+/// in radians. Products of two such functions are integrated by half as many nodes as they have degrees.
 pub(crate) fn nodes_for_turns(piece: &Piece) -> f64 {
     (0.5 * (turn(piece) - PI)).max(0.0).ceil()
 }

@@ -5,7 +5,8 @@ use super::section::SectionProperties;
 use super::segment::Segment;
 use super::strain::STRAINS;
 
-/// Tables of so many stations have quadrature begin anew at each. Of longer ones the kinks are small, and seen by one rule.
+/// Tables of so many stations have quadrature begin anew at each. Of longer ones the kinks are small, and seen by one
+/// rule.
 const MAX_STATIONS: usize = 17;
 
 /// Places that are nearer to each other than this part of a piece are one.
@@ -55,8 +56,8 @@ impl Piece {
         self.modes.iter().copied().max().unwrap_or(0)
     }
 
-    /// Degree of the polynomials, between any two breaks, that the modes and the reference strain are; where a table has too many
-    /// stations for breaks, as many as it has.
+    /// Degree of the polynomials, between any two breaks, that the modes and the reference strain are; where a table
+    /// has too many stations for breaks, as many as it has.
     pub(crate) fn degree(&self) -> usize {
         let reference = &self.segment.reference_strain;
         let longest = self.tables().map(<[f64]>::len).filter(|&stations| stations > MAX_STATIONS).max();
@@ -79,8 +80,8 @@ impl Piece {
         )
     }
 
-    /// Places inside (0, 1) where so many modes or the section have a kink, however many those are: the stiffness is integrated
-    /// once.
+    /// Places inside (0, 1) where so many modes or the section have a kink, however many those are: the stiffness is
+    /// integrated once.
     pub(crate) fn breaks_of_stiffness(&self, modes: usize) -> Vec<f64> {
         let variations = self.segment.section.variations();
         let stations = variations.iter().map(|variation| variation.stations);

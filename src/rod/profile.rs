@@ -17,8 +17,9 @@ const FIRST_DEGREE: usize = 8;
 /// function have them (Aurentz and Trefethen 2017, section 2, accept as much).
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
-/// Where a polynomial is compared with its function beside the points that it was made from: places of no symmetry, for functions
-/// that vanish at all points (the "sample test" of Chebfun; Driscoll, Hale and Trefethen 2014, section 8).
+/// Where a polynomial is compared with its function beside the points that it was made from: places of no symmetry,
+/// for functions that vanish at all points (the "sample test" of Chebfun; Driscoll, Hale and Trefethen 2014, section
+/// 8).
 const TEST_PLACES: [f64; 2] = [0.178_392_652_145_97, 0.642_871_953_401_23];
 
 /// How far the function may be from the polynomial there, as a part of its largest value.
@@ -123,9 +124,9 @@ impl<const N: usize> Profile<N> {
         Self { kind: if base == tip { Kind::Constant(ends[0]) } else { Kind::Linear(ends) } }
     }
 
-    /// The values at increasing stations from 0 to the segment's length, with cubics in between: shape-preserving with continuous
-    /// slope (Fritsch and Butland 1984, the PCHIP of MATLAB and SciPy), exact where the values lie on a line. Refuses tables
-    /// that are none.
+    /// The values at increasing stations from 0 to the segment's length, with cubics in between: shape-preserving
+    /// with continuous slope (Fritsch and Butland 1984, the PCHIP of MATLAB and SciPy), exact where the values lie on
+    /// a line. Refuses tables that are none.
     pub fn table(stations: &[f64], values: &[[f64; N]]) -> Result<Self, InvalidInput> {
         let mut check = Checker::new();
         let number = stations.len();
@@ -189,9 +190,9 @@ impl<const N: usize> Profile<N> {
         }
     }
 
-    /// The polynomial that follows a function of the fraction x to rounding: interpolated at Chebyshev's points, twice as many until
-    /// the last coefficients are rounding (Chebfun's way: Battles and Trefethen 2004). Calls the function at most
-    /// [`MAX_DEGREE`] + 3 times.
+    /// The polynomial that follows a function of the fraction x to rounding: interpolated at Chebyshev's points,
+    /// twice as many until the last coefficients are rounding (Chebfun's way: Battles and Trefethen 2004). Calls the
+    /// function at most [`MAX_DEGREE`] + 3 times.
     pub fn sampled<E>(mut function: impl FnMut(f64) -> Result<[f64; N], E>) -> Result<Self, Unsampled<E>> {
         let mut sample = |x: f64| {
             let values = function(x).map_err(Unsampled::Failed)?;
@@ -408,9 +409,9 @@ impl<const N: usize> Table<N> {
     }
 }
 
-/// Slopes of a table: the weighted harmonic mean of the secants on both sides, zero between secants of different signs (Fritsch and
-/// Butland 1984); at the ends the parabola through three values, held back where it would overshoot (Moler 2004, section
-/// 3.6).
+/// Slopes of a table: the weighted harmonic mean of the secants on both sides, zero between secants of different
+/// signs (Fritsch and Butland 1984); at the ends the parabola through three values, held back where it would
+/// overshoot (Moler 2004, section 3.6).
 fn slopes_of(stations: &[f64], values: &[f64]) -> Vec<f64> {
     let last = stations.len() - 1;
     let widths: Vec<f64> = stations.windows(2).map(|pair| pair[1] - pair[0]).collect();
@@ -464,8 +465,8 @@ fn relative_distance<const N: usize>(a: &[f64; N], b: &[f64; N], sizes: &[f64; N
     (0..N).map(|i| if a[i] == b[i] { 0.0 } else { (a[i] - b[i]).abs() / sizes[i] }).fold(0.0, f64::max)
 }
 
-/// The coefficients of the polynomial through values at Chebyshev's points, without those that are rounding, and whether the last
-/// quarter of them was rounding.
+/// The coefficients of the polynomial through values at Chebyshev's points, without those that are rounding, and
+/// whether the last quarter of them was rounding.
 fn resolve<const N: usize>(values: &[[f64; N]]) -> (Vec<[f64; N]>, bool) {
     let degree = values.len() - 1;
     let sizes = largest(values);
@@ -477,7 +478,8 @@ fn resolve<const N: usize>(values: &[[f64; N]]) -> (Vec<[f64; N]>, bool) {
             coefficients[0][entry] = values[0][entry];
             continue;
         }
-        // Discrete cosine transform (Trefethen 2013, chapter 3): t_j = -cos(pi j / degree), T_k(t_j) = (-1)^k cos(pi j k / degree).
+        // Discrete cosine transform (Trefethen 2013, chapter 3): t_j = -cos(pi j / degree), T_k(t_j) = (-1)^k cos(pi
+        // j k / degree).
         for (k, row) in coefficients.iter_mut().enumerate() {
             let is_end = |index: usize| index == 0 || index == degree;
             let sum: f64 = values

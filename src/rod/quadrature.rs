@@ -38,8 +38,8 @@ impl Gauss {
         Self { nodes, weights, breaks: Vec::new() }
     }
 
-    /// Rules of `m` nodes in a row, from 0 to the first of the ascending `breaks` inside (0, 1), and so on to 1: for functions whose
-    /// derivatives jump there. Integrals up to a place sum by parts as exactly as those of one rule.
+    /// Rules of `m` nodes in a row, from 0 to the first of the ascending `breaks` inside (0, 1), and so on to 1: for
+    /// functions whose derivatives jump there. Integrals up to a place sum by parts as exactly as those of one rule.
     pub fn composite(m: usize, breaks: &[f64]) -> Self {
         let rule = Self::new(m);
         let mut composite = Self { nodes: Vec::new(), weights: Vec::new(), breaks: breaks.to_vec() };

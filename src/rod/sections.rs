@@ -15,8 +15,8 @@ impl SectionProperties {
         }
     }
 
-    /// Everything that is wrong with the numbers of `segment` together, whose parts are right each for itself: stiffness or mass
-    /// that overflows or vanishes.
+    /// Everything that is wrong with the numbers of `segment` together, whose parts are right each for itself:
+    /// stiffness or mass that overflows or vanishes.
     pub(crate) fn validate(segment: &Segment) -> Result<(), InvalidInput> {
         let numbers =
             format!("sizes and material that give numbers between {SMALLEST:e} and {LARGEST:e} in SI units");

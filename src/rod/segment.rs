@@ -11,8 +11,8 @@ pub const MAX_MODES: usize = 64;
 /// Most quadrature nodes of one segment that can be asked for.
 pub const MAX_NODES: usize = 256;
 
-/// Most quadrature nodes that a segment takes by itself, for its reference strain and for long tables: an evaluation takes the square
-/// of their number, a million multiplications.
+/// Most quadrature nodes that a segment takes by itself, for its reference strain and for long tables: an evaluation
+/// takes the square of their number, a million multiplications.
 pub const MAX_OWN_NODES: usize = 1024;
 
 /// A piece of rod with one kind of section.
@@ -28,8 +28,9 @@ pub struct Segment {
     pub shear_modulus: f64,
     /// Density in kg/m^3.
     pub density: f64,
-    /// Number of modes of each strain component, in the order of [`STRAIN_NAMES`]. Of piecewise constant strains the number of
-    /// pieces; of Hermite's cubics twice the number of knots. In these two bases all strains have the same number, or none.
+    /// Number of modes of each strain component, in the order of [`STRAIN_NAMES`]. Of piecewise constant strains the
+    /// number of pieces; of Hermite's cubics twice the number of knots. In these two bases all strains have the same
+    /// number, or none.
     pub modes: [usize; STRAINS],
     /// What the modes are.
     pub basis: Basis,

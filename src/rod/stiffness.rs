@@ -7,8 +7,8 @@ use super::segment::Segment;
 use super::strain::STRAINS;
 use crate::linalg::{Matrix, condition_number};
 
-/// Nodes that a stiffness takes beyond its modes where it is no polynomial along the rod: quotients of sizes converge like
-/// their nearest pole, and these nodes leave rounding for tapers as steep as 1 to 10.
+/// Nodes that a stiffness takes beyond its modes where it is no polynomial along the rod: quotients of sizes converge
+/// like their nearest pole, and these nodes leave rounding for tapers as steep as 1 to 10.
 const NODES_FOR_QUOTIENTS: usize = 30;
 
 pub(crate) fn is_tapered(piece: &Piece) -> bool {

@@ -205,8 +205,8 @@ fn rod_segment(written: &Segment, i: usize, shape: &mut Shape) -> rod::Segment {
     }
 }
 
-/// Young's modulus, shear modulus and density. Where one is unknown, a value that fits the others avoids a problem that the user
-/// doesn't have.
+/// Young's modulus, shear modulus and density. Where one is unknown, a value that fits the others avoids a problem
+/// that the user doesn't have.
 fn material(written: &Segment, here: &str, shape: &mut Shape) -> [f64; 3] {
     const STAND_IN: f64 = 1.0;
     let place = |key: &str| format!("{here}.{key}");

@@ -87,8 +87,8 @@ pub(super) struct Rod {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Load {
-    /// Force in newtons; in newtons per metre of the unstretched rod where the load is spread; a table where it varies in time.
-    /// Default: [0, 0, 0].
+    /// Force in newtons; in newtons per metre of the unstretched rod where the load is spread; a table where it
+    /// varies in time. Default: [0, 0, 0].
     #[serde(default)]
     pub(super) force: Vector,
     /// Moment in newton metres; in newtons where the load is spread; a table where it varies in time. Default: [0, 0, 0].
@@ -191,8 +191,8 @@ pub(super) struct Support {
     pub(super) rotational_damping: PerAxis,
     /// Position of the anchor in the world, in metres. Default: where the section is when all coordinates are zero.
     pub(super) position: Option<[f64; 3]>,
-    /// Orientation of the anchor: unit quaternion [w, x, y, z] that turns its axes into world axes. Default: that of the section
-    /// when all coordinates are zero, x along the rod.
+    /// Orientation of the anchor: unit quaternion [w, x, y, z] that turns its axes into world axes. Default: that of
+    /// the section when all coordinates are zero, x along the rod.
     pub(super) orientation: Option<[f64; 4]>,
 }
 
@@ -318,8 +318,8 @@ pub(super) struct Segment {
     /// Length in metres.
     #[schemars(extend("exclusiveMinimum" = 0), example = 1.0)]
     pub(super) length: f64,
-    /// Radius of a circular section in metres: one number, [at the segment's base, at its tip] for a linear taper, or a table along
-    /// the segment.
+    /// Radius of a circular section in metres: one number, [at the segment's base, at its tip] for a linear taper, or
+    /// a table along the segment.
     pub(super) radius: Option<Size>,
     /// A section of another kind, instead of the radius.
     pub(super) section: Option<Section>,
@@ -352,7 +352,8 @@ pub(super) struct Segment {
     /// Shear correction: one factor, [of shear along y, along z], or "cowper" for those of the shape and Poisson's ratio.
     /// Default: 1.
     pub(super) shear_correction: Option<ShearCorrection>,
-    /// Quadrature nodes, rounded up to a multiple of four. Default: what the modes need for bends up to about half a turn.
+    /// Quadrature nodes, rounded up to a multiple of four. Default: what the modes need for bends up to about half a
+    /// turn.
     #[schemars(range(min = 1))]
     pub(super) nodes: Option<usize>,
 }
@@ -406,9 +407,9 @@ impl StrainTable {
     }
 }
 
-/// What a segment looks like across. Each shape takes its sizes in metres, one number, [at the segment's base, at its tip] or
-/// a table along the segment. circle: radius; hollow_circle: outer, inner; rectangle: width, height; ellipse: semi_axis_y, semi_axis_z; given: stiffness,
-/// mass, inertia, centre.
+/// What a segment looks like across. Each shape takes its sizes in metres, one number, [at the segment's base, at its
+/// tip] or a table along the segment. circle: radius; hollow_circle: outer, inner; rectangle: width, height; ellipse:
+/// semi_axis_y, semi_axis_z; given: stiffness, mass, inertia, centre.
 #[derive(Debug, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Section {
@@ -429,14 +430,15 @@ pub(super) struct Section {
     pub(super) semi_axis_y: Option<Size>,
     /// Semi-axis of an ellipse along body z, in metres.
     pub(super) semi_axis_z: Option<Size>,
-    /// Stiffness per length of a given section, in the order torsion, bend_y, bend_z, stretch, shear_y, shear_z: six rows of a
-    /// symmetric matrix, or its diagonal. In N m^2 between angular strains, N between linear ones, N m between both.
+    /// Stiffness per length of a given section, in the order torsion, bend_y, bend_z, stretch, shear_y, shear_z: six
+    /// rows of a symmetric matrix, or its diagonal. In N m^2 between angular strains, N between linear ones, N m
+    /// between both.
     pub(super) stiffness: Option<Stiffness>,
     /// Mass per length of a given section, in kg/m.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(super) mass: Option<f64>,
-    /// Inertia tensor per length of a given section about its centre of mass, in its axes, in kg m: three rows of a symmetric
-    /// matrix, or its diagonal. Default: zero.
+    /// Inertia tensor per length of a given section about its centre of mass, in its axes, in kg m: three rows of a
+    /// symmetric matrix, or its diagonal. Default: zero.
     pub(super) inertia: Option<Inertia>,
     /// Centre of mass of a given section along body y and z, seen from the rod's axis, in metres. Default: [0, 0].
     pub(super) centre: Option<[f64; 2]>,
@@ -596,8 +598,8 @@ pub(super) struct Simulation {
     pub(super) t0: f64,
     /// Time integrator. Default: "newmark", or "auto" where a tolerance is given.
     pub(super) method: Option<Method>,
-    /// Accuracy that is wanted: the largest error of the tip relative to the length of the model. Method and steps are chosen to meet
-    /// it. Only with method "auto", whose default is 1e-4.
+    /// Accuracy that is wanted: the largest error of the tip relative to the length of the model. Method and steps
+    /// are chosen to meet it. Only with method "auto", whose default is 1e-4.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(super) tolerance: Option<f64>,
     /// Time step of the methods with a fixed step, in seconds. Default: 0.01. The others choose their own steps.

@@ -174,8 +174,9 @@ impl Scene {
         }
     }
 
-    /// Chooses the modes that the scene leaves open, by trial motions to its tolerance; `monitor` may stop them. The status says
-    /// whether that succeeded: only then is the model the one that is meant. Nothing to do where no modes are open.
+    /// Chooses the modes that the scene leaves open, by trial motions to its tolerance; `monitor` may stop them. The
+    /// status says whether that succeeded: only then is the model the one that is meant. Nothing to do where no modes
+    /// are open.
     pub fn choose_modes(
         &mut self,
         monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,

@@ -1,10 +1,11 @@
 //! The base of a rod: where it is, and how it moves.
 //!
-//! A base that moves is followed by an inertial frame: at every time the one that coincides with the base and moves with its point.
-//! In it the base never leaves its place, so that the kinematics along the rod know nothing of its motion. What is left of it are the
-//! angular velocity and the acceleration at the first station, from which the sweeps carry them on, and how the base sees the world:
-//! the directions of gravity and of dead loads, the velocity of the fluid, the anchors of supports. In empty space a base in free
-//! fall so makes a rod weightless to the last bit, and one of constant velocity changes nothing.
+//! A base that moves is followed by an inertial frame: at every time the one that coincides with the base and moves
+//! with its point. In it the base never leaves its place, so that the kinematics along the rod know nothing of its
+//! motion. What is left of it are the angular velocity and the acceleration at the first station, from which the
+//! sweeps carry them on, and how the base sees the world: the directions of gravity and of dead loads, the velocity
+//! of the fluid, the anchors of supports. In empty space a base in free fall so makes a rod weightless to the last
+//! bit, and one of constant velocity changes nothing.
 
 use super::prescribed::{Prescribed, nearer};
 use crate::error::{Checker, Interrupted, InvalidInput, Number};
@@ -12,8 +13,8 @@ use crate::lie::QUATERNION_TOLERANCE;
 use crate::lie::{Quaternion, Rotation, Vector};
 use crate::signal::{Harmonic, Motion, Signal, Spline, Table};
 
-/// Largest angle, as the cosine of its half, between neighbouring orientations of a table: a right angle. With more between them
-/// nobody knows how the base got there.
+/// Largest angle, as the cosine of its half, between neighbouring orientations of a table: a right angle. With more
+/// between them nobody knows how the base got there.
 const LEAST_COSINE: f64 = std::f64::consts::FRAC_1_SQRT_2 * (1.0 - 1e-9);
 
 /// Sines and parts of a length below this are rounding.
@@ -38,8 +39,8 @@ pub enum BaseRotation {
         /// The angle.
         angle: Signal<1>,
     },
-    /// By quaternions (w, x, y, z), normalised on use; a table is a cubic spline of them in R^4, which rotations of the world and of
-    /// the base leave alone.
+    /// By quaternions (w, x, y, z), normalised on use; a table is a cubic spline of them in R^4, which rotations of
+    /// the world and of the base leave alone.
     By(Signal<4>),
 }
 
@@ -318,8 +319,8 @@ fn on_one_side(table: &Table<4>) -> Table<4> {
     Table::new(table.times().to_vec(), values).expect("signs and norms spoil no table")
 }
 
-/// A quaternion (w, x, y, z) with its first two derivatives, from angular velocity w and angular acceleration in world axes:
-/// `q' = w q / 2`.
+/// A quaternion (w, x, y, z) with its first two derivatives, from angular velocity w and angular acceleration in
+/// world axes: `q' = w q / 2`.
 pub fn quaternion_motion(quaternion: [f64; 4], angular: [[f64; 3]; 2]) -> Motion<4> {
     let half = |q: Quaternion<f64>, w: [f64; 3]| Quaternion { w: 0.0, v: Vector::from(w) * 0.5 }.times(q);
     let [w, x, y, z] = quaternion;

@@ -4,9 +4,9 @@ use crate::error::{Checker, InvalidInput};
 
 /// A fluid of infinite extent around the whole rod, which flows uniformly and steadily far from it.
 ///
-/// With the velocity of a section relative to the fluid, `v_n` across the axis of the section and `v_t` along it, the fluid's density
-/// rho, the section's area A and diameter d (that of the circle of the same area), all per metre of the unstretched rod, the
-/// fluid exerts
+/// With the velocity of a section relative to the fluid, `v_n` across the axis of the section and `v_t` along it, the
+/// fluid's density rho, the section's area A and diameter d (that of the circle of the same area), all per metre of
+/// the unstretched rod, the fluid exerts
 ///
 /// ```text
 /// - c_n v_n - c_t v_t                                              viscous drag

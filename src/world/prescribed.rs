@@ -1,5 +1,5 @@
-//! Motions of a base that a function prescribes, which somebody else provides: its values are checked whenever it is asked, its
-//! derivatives found or verified.
+//! Motions of a base that a function prescribes, which somebody else provides: its values are checked whenever it is
+//! asked, its derivatives found or verified.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -9,10 +9,12 @@ use crate::lie::QUATERNION_TOLERANCE;
 use crate::signal::Function;
 use crate::signal::Motion;
 
-/// Derivatives that a function gives are held against differences at the first time of every run, and at every so many times.
+/// Derivatives that a function gives are held against differences at the first time of every run, and at every so
+/// many times.
 const TIMES_BETWEEN_CHECKS: usize = 16;
 
-/// Relative difference between derivatives that are given and those by differences, beside the error of these, that is none.
+/// Relative difference between derivatives that are given and those by differences, beside the error of these, that
+/// is none.
 const AGREEMENT: f64 = 1e-3;
 
 /// Estimates of an error are no bounds: so many times.
@@ -91,8 +93,8 @@ impl<const N: usize> Prescribed<N> {
         Err(self.function.0.refuse(found, "a quaternion (w, x, y, z) of norm 1"))
     }
 
-    /// Given derivatives must be those of the values. Where an acceleration jumps it is that of one side: the times shortly before and
-    /// after must contradict, too.
+    /// Given derivatives must be those of the values. Where an acceleration jumps it is that of one side: the times
+    /// shortly before and after must contradict, too.
     fn check_derivatives(&self, given: &Motion<N>, t: f64) -> Result<(), Interrupted> {
         let Some(found) = self.contradiction(given, t)? else { return Ok(()) };
         for t in [t - BESIDE, t + BESIDE] {
@@ -141,7 +143,8 @@ impl<const N: usize> Prescribed<N> {
     }
 }
 
-/// Of quaternions, which stand for the same rotation with either sign, the one that is nearer to the first; other values as they are.
+/// Of quaternions, which stand for the same rotation with either sign, the one that is nearer to the first; other
+/// values as they are.
 fn same_side<const N: usize>(first: [f64; N], value: [f64; N]) -> [f64; N] {
     if N == QUATERNION { nearer(first, value) } else { value }
 }

@@ -1,5 +1,5 @@
-//! Inertia seen from the origin of the inertial frame, `N = Ad_g^-T M Ad_g^-1`: of a section, of a body, of all that lies behind
-//! a place; and how wrenches change when what they act on turns.
+//! Inertia seen from the origin of the inertial frame, `N = Ad_g^-T M Ad_g^-1`: of a section, of a body, of all that
+//! lies behind a place; and how wrenches change when what they act on turns.
 
 use crate::lie::{Cross, Geometry, LANES, Lanes, Scalar, SecondMoment, Twist, VectorSpace, Wrench};
 
@@ -129,8 +129,9 @@ impl<G: Geometry, T: Scalar> Gyroscope<G, T> {
         Self { symmetric, momentum }
     }
 
-    /// The change of what a rod needs against a dead load, as its material sees it: with a force p and a moment m at r that
-    /// is `-(r x (p x y) + m x y; p x y)` for a turn by y. The symmetric part of the moment is that of `p r^T - r . p`.
+    /// The change of what a rod needs against a dead load, as its material sees it: with a force p and a moment m at
+    /// r that is `-(r x (p x y) + m x y; p x y)` for a turn by y. The symmetric part of the moment is that of
+    /// `p r^T - r . p`.
     #[inline(always)]
     pub(crate) fn of_dead_load(load: Wrench<G, T>, position: G::Vector<T>) -> Self {
         let half_force = load.force * T::splat(0.5);

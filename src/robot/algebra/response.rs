@@ -1,5 +1,5 @@
-//! What answers linearly to displacement, velocity and acceleration of its place without being a rigid body: springs to the
-//! world, and the fluid around a section.
+//! What answers linearly to displacement, velocity and acceleration of its place without being a rigid body: springs
+//! to the world, and the fluid around a section.
 
 use crate::lie::{Geometry, Scalar, Twist, Wrench};
 
@@ -52,8 +52,8 @@ impl<G: Geometry, T: Scalar> Linear<G, T> {
     }
 }
 
-/// How the wrench about the origin that a place needs from the rod changes, as the moving material sees it: with how far it is
-/// displaced (`w_q Psi`), with its velocity (Y) and with its acceleration (Z); see `tangent`.
+/// How the wrench about the origin that a place needs from the rod changes, as the moving material sees it: with how
+/// far it is displaced (`w_q Psi`), with its velocity (Y) and with its acceleration (Z); see `tangent`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Response<G: Geometry, T: Scalar> {
     pub(crate) stiffness: Linear<G, T>,

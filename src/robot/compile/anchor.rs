@@ -8,7 +8,8 @@ use crate::robot::state::Workspace;
 use crate::robot::turning::Turning;
 use crate::support::Support;
 
-/// Compiles the supports of a rod, of which `at` says at which points of the plan they act, in the frame of the base at rest.
+/// Compiles the supports of a rod, of which `at` says at which points of the plan they act, in the frame of the base
+/// at rest.
 pub(crate) fn compile<G: Turning>(plan: &Plan<G>, supports: &[Support], at: &[usize]) -> Vec<Anchor> {
     // Where the sections are when all coordinates are zero.
     let mut work = Workspace::new(plan);

@@ -1,4 +1,5 @@
-//! A support compiled for computing. There are few of them: all is done in three dimensions, of which a plane takes its part.
+//! A support compiled for computing. There are few of them: all is done in three dimensions, of which a plane takes
+//! its part.
 
 use crate::lie::{Cross, Rotation, Symmetric, Twist, Vector, Wrench};
 use crate::robot::algebra::response::{Linear, Response};
@@ -11,8 +12,8 @@ pub(crate) struct Held {
     pub(crate) forces: [Vector<f64>; 2],
     pub(crate) stiffness: [Symmetric<f64>; 2],
     pub(crate) energy: f64,
-    /// Principal stiffnesses below these, smallest first, are not relied on: turned far, rotational springs soften, and push away in
-    /// the end.
+    /// Principal stiffnesses below these, smallest first, are not relied on: turned far, rotational springs soften,
+    /// and push away in the end.
     pub(crate) firm: [[f64; 3]; 2],
 }
 
@@ -91,8 +92,8 @@ impl Anchor {
         Wrench { moment: G::axial_of(frame, moment), force: G::vector_of(frame, force) }
     }
 
-    /// How what the section needs against it changes: the force f by `delta f - theta x f` for a turn by theta, as it is seen from
-    /// the turning material, and the moment likewise.
+    /// How what the section needs against it changes: the force f by `delta f - theta x f` for a turn by theta, as it
+    /// is seen from the turning material, and the moment likewise.
     #[inline(always)]
     pub(crate) fn response<G: Turning>(&self, frame: G::Frame, state: &PointState<G>) -> Response<G, f64> {
         let section = self.section(frame, state);
@@ -111,7 +112,8 @@ impl Anchor {
                 let mut turned = -self.rotational_damping.times(turn.cross(section.angular));
                 let mut shifted = -self.damping.times(turn.cross(section.velocity));
                 match self.held {
-                    // Half of what keeps its direction and half of what follows together have a potential, as those of springs have.
+                    // Half of what keeps its direction and half of what follows together have a potential, as those
+                    // of springs have.
                     Some([moment, _]) => turned += turn.cross(moment) * 0.5,
                     None => {
                         for (i, axis) in section.axes.into_iter().enumerate() {

@@ -44,8 +44,8 @@ pub(crate) fn typical_coordinates<G: Turning>(plan: &Plan<G>, sizes: &mut [f64])
     }
 }
 
-/// Writes the stiffness of three forces, of which `first` is the first, as that of springs: its principal values above `firm` by their
-/// roots, the others as the rest.
+/// Writes the stiffness of three forces, of which `first` is the first, as that of springs: its principal values
+/// above `firm` by their roots, the others as the rest.
 pub(crate) fn write_roots(stiffness: &Symmetric<f64>, firm: [f64; 3], first: usize, springs: &mut Springs) {
     let rows = stiffness.rows().map(|row| row.to_array());
     let Some((values, axes)) = symmetric_eigen(&Matrix::from_fn(3, 3, |i, j| rows[i][j])) else { return };

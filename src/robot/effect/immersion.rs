@@ -1,19 +1,19 @@
 //! What the fluid around a rod does to it, at the nodes: drag and added mass. Buoyancy is a dead load that is spread.
 //!
-//! With the current U = (0; u), in the frame uniform and steady at every time, the twist of a section relative to the fluid is `V_r = V - U`. Its drag
-//! is a force -h at the section. The added mass has the momentum `N_a V_r`, `N_a` seen from the origin like the inertia N but
-//! with mass across the axis only; in the frame that moves with the current Kirchhoff's equations hold, and back in the
-//! frame of the rod the section needs
+//! With the current U = (0; u), in the frame uniform and steady at every time, the twist of a section relative to the
+//! fluid is `V_r = V - U`. Its drag is a force -h at the section. The added mass has the momentum `N_a V_r`, `N_a`
+//! seen from the origin like the inertia N but with mass across the axis only; in the frame that moves with the
+//! current Kirchhoff's equations hold, and back in the frame of the rod the section needs
 //!
 //! ```text
 //! N_a (A_k + ad_V U) - ad_{V_r}^T N_a V_r,    A_k = A + (0; g), the acceleration without gravity
 //! ```
 //!
-//! Its energy is `1/2 V . N_a V - 1/2 U . N_a U` with the velocities in the world: the second term, a potential, turns rods across
-//! the current.
+//! Its energy is `1/2 V . N_a V - 1/2 U . N_a U` with the velocities in the world: the second term, a potential,
+//! turns rods across the current.
 //!
-//! As the moving material sees it (see `tangent`), with Psi standing for `w_q Psi`, V_r varies by `Y_r = Y + ad_Psi U` and A_k by
-//! `Z - ad_V Y - ad_Psi (0; g)`.
+//! As the moving material sees it (see `tangent`), with Psi standing for `w_q Psi`, V_r varies by
+//! `Y_r = Y + ad_Psi U` and A_k by `Z - ad_V Y - ad_Psi (0; g)`.
 
 use crate::lie::{Counted, Cross, Geometry, Lanes, Scalar, Twist, VectorSpace, Wrench, products};
 use crate::robot::algebra::response::{Linear, Response};
@@ -179,7 +179,8 @@ impl<G: Geometry, T: Scalar> Stream<G, T> {
     }
 }
 
-/// Products of what the fluid asks of a node in a motion, and of its response: all of it, or that of the added mass alone.
+/// Products of what the fluid asks of a node in a motion, and of its response: all of it, or that of the added mass
+/// alone.
 pub(crate) fn costs<G: Turning>(immersion: &Immersion) -> [u64; 3] {
     let (vector, twist) = (VectorSpace::zero(), Twist::zero());
     let stream = Stream::<G, Counted> { axis: vector, position: vector, current: vector, crossing: Counted };
@@ -231,8 +232,8 @@ pub(crate) fn act<G: Turning>(plan: &Plan<G>, piece: &PiecePlan<G>, work: &mut W
     }
 }
 
-/// Responses of the nodes of an immersed piece, times the quadrature weights; of the added mass alone, where nothing else is
-/// asked for.
+/// Responses of the nodes of an immersed piece, times the quadrature weights; of the added mass alone, where nothing
+/// else is asked for.
 #[inline(always)]
 pub(crate) fn respond<G: Turning>(
     plan: &Plan<G>,

@@ -1,9 +1,10 @@
 //! What is concentrated at places of the rod: forces, moments, rigid bodies, springs to the world.
 //!
 //! A place X inside a piece is reached by the weights u_l of the integral up to it: what lies there moves by
-//! `Psi(X) = sum_l u_l S_l`. A wrench W there has the generalised forces `Psi_j(X) . W = sum_l w_l S_j,l . (u_l / w_l) W` with the
-//! quadrature weights w_l: node l carries the share u_l / w_l of it. So a piece need not end there, nothing is smeared out,
-//! and the summation by parts behind the tangent stays exact.
+//! `Psi(X) = sum_l u_l S_l`. A wrench W there has the generalised forces
+//! `Psi_j(X) . W = sum_l w_l S_j,l . (u_l / w_l) W` with the quadrature weights w_l: node l carries the share u_l /
+//! w_l of it. So a piece need not end there, nothing is smeared out, and the summation by parts behind the tangent
+//! stays exact.
 
 use crate::lie::{Lanes, Twist, VectorSpace, Wrench};
 use crate::load::Frame;

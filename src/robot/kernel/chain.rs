@@ -1,9 +1,8 @@
 //! The tangent of a long rod as the matrix of a chain, which is evaluated and solved with in linear time.
 //!
-//! All that passes from one piece to others is a wrench towards the base and, towards the tip, Z, the angular part of Y and,
-//! where a dead load asks for it, the turn of the material; where there are springs or a fluid, the whole of Y and of the
-//! displacement (see `tangent`). In the inertial frame none of them changes on
-//! the way.
+//! All that passes from one piece to others is a wrench towards the base and, towards the tip, Z, the angular part of
+//! Y and, where a dead load asks for it, the turn of the material; where there are springs or a fluid, the whole of Y
+//! and of the displacement (see `tangent`). In the inertial frame none of them changes on the way.
 
 use crate::lie::{Geometry, Twist, Wrench};
 use crate::linalg::ChainMatrix;

@@ -29,8 +29,8 @@ pub(crate) fn carried<G: Turning, T: Scalar>(
     Twist { angular, linear }
 }
 
-/// Motion and internal wrench of a state whose kinematics are up to date, unless they are there already. `PLAIN`: of a plan that
-/// [is plain](Plan::is_plain).
+/// Motion and internal wrench of a state whose kinematics are up to date, unless they are there already. `PLAIN`: of
+/// a plan that [is plain](Plan::is_plain).
 #[inline(always)]
 pub(crate) fn update<G: Turning, const PLAIN: bool>(
     plan: &Plan<G>,

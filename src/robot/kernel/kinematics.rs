@@ -115,8 +115,8 @@ pub(crate) fn velocity<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, place: &
     [turned(G::axial_in_space(plan.frame, angular)), velocity]
 }
 
-/// Writes the Jacobian of the pose at a place, 6 x n, with the kinematics up to date: angular velocity and velocity of its point, in world
-/// axes, for unit rates of the coordinates. `Psi = int S`, moved from the origin to the point.
+/// Writes the Jacobian of the pose at a place, 6 x n, with the kinematics up to date: angular velocity and velocity
+/// of its point, in world axes, for unit rates of the coordinates. `Psi = int S`, moved from the origin to the point.
 pub(crate) fn jacobian<G: Turning>(
     plan: &Plan<G>,
     work: &Workspace<G>,

@@ -3,8 +3,8 @@
 use crate::lie::{Cross, Twist, VectorSpace};
 use crate::robot::turning::Turning;
 
-/// The twist, seen from the origin, of all that lies behind a node with this rotation and position, for a unit of the strain
-/// component `index` there: a column of `Ad_g`.
+/// The twist, seen from the origin, of all that lies behind a node with this rotation and position, for a unit of the
+/// strain component `index` there: a column of `Ad_g`.
 #[inline(always)]
 pub(crate) fn shape<G: Turning>(
     rotation: &G::Rotation<G::Pack>,

@@ -11,15 +11,16 @@
 //! dtau_j = int S_j . H + (w_q K + w_v D)_jk
 //! ```
 //!
-//! With `Psi = int S` of one coordinate, `Psi' = int ad_V S` and `Psi'' = int (ad_A + ad_V ad_V) S`, all from the base of its
-//! piece, Y and Z are sums of these three, and by summation by parts (exact for this quadrature)
+//! With `Psi = int S` of one coordinate, `Psi' = int ad_V S` and `Psi'' = int (ad_A + ad_V ad_V) S`, all from the
+//! base of its piece, Y and Z are sums of these three, and by summation by parts (exact for this quadrature)
 //! `int S_j . H = Psi_j . H_end + int Psi_j . (N Z + C Y - w_q ad_S^T F)`.
 //!
 //! Springs and the fluid answer to the whole of Y and of the displacement `w_q Psi` (see `response`).
 //!
-//! Outside its own piece a coordinate's Y and Z are constant; its H is constant before the piece, and linear in (Y, Z)
-//! behind it: the blocks between different pieces have rank 12 at most and cost a few products an entry. How far the
-//! material turns appears only where dead loads ask for it (the whole of Y and of its displacement, where springs or fluid do); follower loads turn with the material and change nothing that it sees.
+//! Outside its own piece a coordinate's Y and Z are constant; its H is constant before the piece, and linear in (Y,
+//! Z) behind it: the blocks between different pieces have rank 12 at most and cost a few products an entry. How far
+//! the material turns appears only where dead loads ask for it (the whole of Y and of its displacement, where springs
+//! or fluid do); follower loads turn with the material and change nothing that it sees.
 
 use super::chain;
 use super::shape::shape;

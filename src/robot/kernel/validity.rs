@@ -8,9 +8,10 @@ use crate::robot::plan::Plan;
 use crate::robot::plan::piece::PiecePlan;
 use crate::robot::turning::Turning;
 
-/// Gauss-Legendre quadrature converges once there are more than pi nodes in a full turn of what it integrates (Trefethen 2000,
-/// Spectral Methods in MATLAB, chapter 9; the nodes are farthest apart in the middle, by pi / 2 of the mean): here, while the rod turns
-/// by less than this between neighbouring nodes. Beyond, poses are those of another shape.
+/// Gauss-Legendre quadrature converges once there are more than pi nodes in a full turn of what it integrates
+/// (Trefethen 2000, Spectral Methods in MATLAB, chapter 9; the nodes are farthest apart in the middle, by pi / 2 of
+/// the mean): here, while the rod turns by less than this between neighbouring nodes. Beyond, poses are those of
+/// another shape.
 const LARGEST_TURN: f64 = PI;
 
 /// What is wrong with a shape, if anything is.
@@ -30,8 +31,8 @@ fn inversion<G: Turning>(plan: &Plan<G>, q: &[f64]) -> Option<Flaw> {
     None
 }
 
-/// How many times as many nodes the shape takes as there are, as far as its coordinates say; `None` where the rod turns by less than
-/// half a turn between all neighbouring nodes.
+/// How many times as many nodes the shape takes as there are, as far as its coordinates say; `None` where the rod
+/// turns by less than half a turn between all neighbouring nodes.
 fn shortage<G: Turning>(plan: &Plan<G>, q: &[f64]) -> Option<f64> {
     let turn = |piece: &PiecePlan<G>| {
         // No basis function exceeds one: mostly the coordinates alone tell.
@@ -47,7 +48,8 @@ fn shortage<G: Turning>(plan: &Plan<G>, q: &[f64]) -> Option<f64> {
     (!is_resolved).then_some(largest / LARGEST_TURN)
 }
 
-/// The largest turn between neighbouring nodes, by the curvature at both of them, that of the reference strain included; NaN where that is not finite.
+/// The largest turn between neighbouring nodes, by the curvature at both of them, that of the reference strain
+/// included; NaN where that is not finite.
 fn largest_turn<G: Turning>(piece: &PiecePlan<G>, q: &[f64]) -> f64 {
     let curvature = |node: usize| {
         let field = piece.field(q, node / LANES);

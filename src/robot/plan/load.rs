@@ -5,8 +5,8 @@ use crate::lie::{Rotation, Wrench};
 use crate::load::{Extent, Frame};
 use crate::signal::Signal;
 
-/// A load. Its wrench about the place where it acts, in the axes of the plan if it is dead, else in those of the section, stands in the
-/// workspace: it may change with time.
+/// A load. Its wrench about the place where it acts, in the axes of the plan if it is dead, else in those of the
+/// section, stands in the workspace: it may change with time.
 #[derive(Clone, Debug)]
 pub(crate) struct LoadPlan<G: Space> {
     pub(crate) extent: Extent,
@@ -27,8 +27,8 @@ impl<G: Space> LoadPlan<G> {
     }
 }
 
-/// The wrench of a force and a moment in the axes that a load keeps its direction in: those of the world are turned into those of the
-/// plan.
+/// The wrench of a force and a moment in the axes that a load keeps its direction in: those of the world are turned
+/// into those of the plan.
 pub(crate) fn wrench<G: Space>(
     [force, moment]: [[f64; 3]; 2],
     axes: Frame,

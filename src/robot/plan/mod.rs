@@ -52,9 +52,9 @@ impl<G: Space> Plan<G> {
         self.anchors.iter().any(Anchor::is_damped) || self.immersion.is_some_and(|fluid| fluid.has_drag)
     }
 
-    /// Whether its sections look round and nothing couples their strains or answers to motion: no springs, no fluid. Sweeps are
-    /// compiled once for such rods and once for all others, because what is never reached still costs a loop its registers
-    /// (measured: forward dynamics of plain rods took a fifth longer when one sweep served all).
+    /// Whether its sections look round and nothing couples their strains or answers to motion: no springs, no fluid.
+    /// Sweeps are compiled once for such rods and once for all others, because what is never reached still costs a
+    /// loop its registers (measured: forward dynamics of plain rods took a fifth longer when one sweep served all).
     pub(crate) fn is_plain(&self) -> bool {
         let is_plain = |piece: &PiecePlan<G>| {
             matches!(piece.moments, Moments::Round(_))

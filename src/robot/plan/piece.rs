@@ -23,8 +23,8 @@ pub(crate) struct PiecePlan<G: Space> {
     pub(crate) first_pack: usize,
     pub(crate) packs: usize,
     pub(crate) gauss: Gauss,
-    /// Between neighbouring nodes, or the ends and the nodes next to them, in metres; zero where twisting turns nothing, because the
-    /// piece is straight.
+    /// Between neighbouring nodes, or the ends and the nodes next to them, in metres; zero where twisting turns
+    /// nothing, because the piece is straight.
     pub(crate) largest_gap: f64,
     /// Of the reference strain, at the nodes: radians per metre.
     pub(crate) reference_curvature: Vec<G::Axial<f64>>,

@@ -77,8 +77,8 @@ pub(crate) struct Angles<P> {
     /// Up to the nodes, for the reference strain and then by degree: entry `[degree * packs + pack]`.
     pub(crate) reference: Vec<P>,
     pub(crate) at_nodes: Vec<P>,
-    /// Means over the piece, of the reference curvature and of the basis as far as they are not zero: Legendre polynomials beyond the
-    /// first have none.
+    /// Means over the piece, of the reference curvature and of the basis as far as they are not zero: Legendre
+    /// polynomials beyond the first have none.
     pub(crate) mean_reference: f64,
     pub(crate) means: Vec<f64>,
     /// The axis of bending.

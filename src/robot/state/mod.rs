@@ -48,8 +48,8 @@ pub(crate) struct Workspace<G: Space> {
     /// What is known of the plan's points, and the wrenches of its loads.
     pub(crate) points: Vec<PointState<G>>,
     pub(crate) acting: Vec<Wrench<G, f64>>,
-    /// The time that base and loads are taken at where they vary, NaN until it is set; and what the world and the anchors of the
-    /// supports are then.
+    /// The time that base and loads are taken at where they vary, NaN until it is set; and what the world and the
+    /// anchors of the supports are then.
     pub(crate) time: f64,
     pub(crate) surroundings: Surroundings<G>,
     pub(crate) anchors: Vec<Anchor>,
@@ -94,7 +94,8 @@ impl<G: Space> Workspace<G> {
             surroundings,
             anchors,
             base_wrench: Wrench::zero(),
-            // NaN equals nothing, and nor does an entry too many where there are no coordinates: these are computed first.
+            // NaN equals nothing, and nor does an entry too many where there are no coordinates: these are computed
+            // first.
             kinematics_of: vec![f64::NAN; plan.n + 1],
             motion_of: vec![f64::NAN; 3 * plan.n],
             motion_is_known: false,

@@ -14,8 +14,8 @@ pub(crate) struct Surroundings<G: Space> {
     pub(crate) gravity: G::Vector<f64>,
     /// Velocity of the frame, in its own axes: that of the base's point.
     pub(crate) velocity: G::Vector<f64>,
-    /// Velocity of the fluid in the frame, and the square of what is out of the plane that the rod moves in: it only adds to the
-    /// speed.
+    /// Velocity of the fluid in the frame, and the square of what is out of the plane that the rod moves in: it only
+    /// adds to the speed.
     pub(crate) current: G::Vector<f64>,
     pub(crate) crossing: f64,
     /// Potential of gravity of a kilogram at the base; potential of the masses that no motion changes.

@@ -173,7 +173,8 @@ pub(crate) enum Tangent<'a> {
 }
 
 impl Tangent<'_> {
-    /// The entries from the first one of the diagonal block of piece `s` on, by columns, and how many lie between columns.
+    /// The entries from the first one of the diagonal block of piece `s` on, by columns, and how many lie between
+    /// columns.
     #[inline(always)]
     pub(crate) fn block<G: Space>(&mut self, s: usize, piece: &PiecePlan<G>) -> (&mut [f64], usize) {
         match self {

@@ -18,8 +18,8 @@ use crate::robot::plan::piece::PiecePlan;
 use crate::robot::turning::Turning;
 
 /// Numbers of products of two doubles. A multiply-add counts as one; sums, quotients, roots and comparisons are not
-/// counted. Where rotations are computed by a series for small angles and by another formula for large ones, those of small
-/// angles count; a few products that a sweep forms once, those of supports among them, are left out.
+/// counted. Where rotations are computed by a series for small angles and by another formula for large ones, those of
+/// small angles count; a few products that a sweep forms once, those of supports among them, are left out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Multiplications {
     /// One inverse dynamics, of a state in which nothing is known.
@@ -209,8 +209,8 @@ pub(crate) fn projection<G: Turning>(plan: &Plan<G>) -> Products {
     count
 }
 
-/// [`super::tangent::weighted_tangent`] with all weights, or of the mass matrix alone, without the blocks between different
-/// pieces.
+/// [`super::tangent::weighted_tangent`] with all weights, or of the mass matrix alone, without the blocks between
+/// different pieces.
 pub(crate) fn tangent<G: Turning>(plan: &Plan<G>, is_mass_only: bool) -> Products {
     let k = Kinds::<G>::new();
     let momentum = products(|| k.inertia.momentum(k.twist));

@@ -25,8 +25,8 @@ pub struct Explanation {
 }
 
 impl Explanation {
-    /// Explains a valid rod that is computed by `kernel` and solved by `solve` with so many nodes in each segment, and what that
-    /// costs.
+    /// Explains a valid rod that is computed by `kernel` and solved by `solve` with so many nodes in each segment,
+    /// and what that costs.
     pub(crate) fn new(
         rod: &Rod,
         kernel: Kernel,

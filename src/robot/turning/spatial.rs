@@ -19,9 +19,9 @@ fn magnus_points() -> [f64; 3] {
 /// Weights of these points.
 const MAGNUS_WEIGHTS: [f64; 3] = [5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0];
 
-/// Functions at the Gauss points of a Magnus step, by point, given their values at a place and their integrals between two. Those of
-/// the midpoint are chosen such that the points give the exact integral over the step: a rod that bends about one axis then turns
-/// exactly, whatever the functions.
+/// Functions at the Gauss points of a Magnus step, by point, given their values at a place and their integrals
+/// between two. Those of the midpoint are chosen such that the points give the exact integral over the step: a rod
+/// that bends about one axis then turns exactly, whatever the functions.
 fn at_magnus_points(
     [from, to]: [f64; 2],
     values: impl Fn(f64) -> Vec<f64>,
@@ -60,9 +60,9 @@ fn magnus_reference(piece: &Piece, step: [f64; 2]) -> [Vec<f64>; 3] {
     )
 }
 
-/// Rotation vector of a step of length `h` of R' = R [kappa], given kappa at the Gauss points of [`magnus_points`]: Magnus
-/// expansion of order six (Blanes, Casas, Oteo and Ros 2009, eq. 253). Their equation reads Y' = A Y; ours has A on the
-/// right, which turns the sign of every bracket.
+/// Rotation vector of a step of length `h` of R' = R [kappa], given kappa at the Gauss points of [`magnus_points`]:
+/// Magnus expansion of order six (Blanes, Casas, Oteo and Ros 2009, eq. 253). Their equation reads Y' = A Y; ours has
+/// A on the right, which turns the sign of every bracket.
 #[inline(always)]
 fn magnus_step<T: Scalar>(h: T, kappa: [Vector<T>; 3]) -> Vector<T> {
     let scaled = |v: Vector<T>, factor: f64| v * T::splat(factor);
@@ -101,8 +101,8 @@ fn vector_at(values: &[f64], point: usize) -> Vector<f64> {
     Vector { x: values[3 * point], y: values[3 * point + 1], z: values[3 * point + 2] }
 }
 
-/// Rotations at the nodes of a piece that begins with `orientation`, whose reference curvature at a point and a pack is given;
-/// returns the orientation of the last node.
+/// Rotations at the nodes of a piece that begins with `orientation`, whose reference curvature at a point and a pack
+/// is given; returns the orientation of the last node.
 #[inline(always)]
 fn turn_steps<const FUSED: bool>(
     piece: &PiecePlan<Spatial<FUSED>>,

@@ -6,7 +6,8 @@ use crate::rod::profile::Variation;
 /// Where a section that varies is looked at: at so many places beside the stations of its tables.
 pub(crate) const PLACES: usize = 256;
 
-/// What a section's numbers may be in SI units, far beyond all rods: products of three of them stay doubles with all their digits.
+/// What a section's numbers may be in SI units, far beyond all rods: products of three of them stay doubles with all
+/// their digits.
 pub(crate) const SMALLEST: f64 = 1e-100;
 
 pub(crate) const LARGEST: f64 = 1e100;

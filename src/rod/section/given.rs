@@ -17,12 +17,13 @@ const SYMMETRY_TOLERANCE: f64 = 1e-9;
 /// The least eigenvalue of a stiffness with its diagonal scaled to one: below, it is singular to rounding.
 const LEAST_EIGENVALUE: f64 = 1e-12;
 
-/// A section by its stiffness and inertia per length: of composites, of profiles computed elsewhere, of test cases. Matrices are
-/// their rows, one after the other.
+/// A section by its stiffness and inertia per length: of composites, of profiles computed elsewhere, of test cases.
+/// Matrices are their rows, one after the other.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GivenSection {
-    /// Stiffness per length H of the strains in the order of [`STRAIN_NAMES`]: a symmetric matrix, positive definite on the
-    /// strains that have modes. N m^2 between angular strains, N between linear ones, N m between one and another.
+    /// Stiffness per length H of the strains in the order of [`STRAIN_NAMES`]: a symmetric matrix, positive definite
+    /// on the strains that have modes. N m^2 between angular strains, N between linear ones, N m between one and
+    /// another.
     pub stiffness: Profile<{ STRAINS * STRAINS }>,
     /// Mass per length in kg/m.
     pub mass: Profile<1>,

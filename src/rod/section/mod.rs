@@ -49,8 +49,8 @@ impl Section {
         }
     }
 
-    /// How far it reaches from the rod's axis along y and along z at the fraction `x` in [0, 1] of the segment, in metres: for
-    /// pictures and slenderness. Of a given section that of the ellipse with its radii of gyration.
+    /// How far it reaches from the rod's axis along y and along z at the fraction `x` in [0, 1] of the segment, in
+    /// metres: for pictures and slenderness. Of a given section that of the ellipse with its radii of gyration.
     pub fn half_extents(&self, x: f64) -> [f64; 2] {
         match self {
             Self::Shape(shape) => shape.at(x).half_extents(),
@@ -84,7 +84,8 @@ impl Section {
         }
     }
 
-    /// Whether its stiffness is a polynomial along the rod between any two stations, of a circle the fourth power of the radius.
+    /// Whether its stiffness is a polynomial along the rod between any two stations, of a circle the fourth power of
+    /// the radius.
     pub(crate) fn is_polynomial(&self) -> bool {
         !matches!(
             self,
@@ -92,8 +93,9 @@ impl Section {
         ) || self.is_constant()
     }
 
-    /// Degree of the polynomials, between any two stations, that mass and inertia per length are. Of a shape whose sizes follow
-    /// functions that of a polynomial that follows to rounding: less than sizes to the fourth power could have.
+    /// Degree of the polynomials, between any two stations, that mass and inertia per length are. Of a shape whose
+    /// sizes follow functions that of a polynomial that follows to rounding: less than sizes to the fourth power
+    /// could have.
     pub(crate) fn degree_of_inertia(&self) -> usize {
         let shape = match self {
             Self::Given(given) => return given.degree_of_inertia(),

@@ -6,9 +6,11 @@ use crate::rod::strain::STRAINS;
 /// What a section gives to the rod at one place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SectionProperties {
-    /// Stiffness per length of the strains, [`super::STRAIN_NAMES`]: of a shape diag(G J_t, E I_y, E I_z, E A, k_y G A, k_z G A).
+    /// Stiffness per length of the strains, [`super::STRAIN_NAMES`]: of a shape diag(G J_t, E I_y, E I_z, E A, k_y G
+    /// A, k_z G A).
     pub stiffness: [[f64; STRAINS]; STRAINS],
-    /// Area within its outline in m^2, that of a hollow circle's hole included: what a fluid makes way for. Zero of a given section.
+    /// Area within its outline in m^2, that of a hollow circle's hole included: what a fluid makes way for. Zero of a
+    /// given section.
     pub outline_area: f64,
     /// Mass per length in kg/m: rho A.
     pub mass: f64,
@@ -20,7 +22,8 @@ pub struct SectionProperties {
 }
 
 impl SectionProperties {
-    /// The matrix that takes a twist of the section, (angular velocity; velocity of the rod's axis), to its momentum per length.
+    /// The matrix that takes a twist of the section, (angular velocity; velocity of the rod's axis), to its momentum
+    /// per length.
     pub fn inertia_matrix(&self) -> [[f64; 6]; 6] {
         let rotary = self.inertia_about_axis();
         let [x, y, z] = self.centre.map(|offset| self.mass * offset);

@@ -173,8 +173,8 @@ impl Shape<f64> {
         }
     }
 
-    /// Saint-Venant's torsion constant J_t in m^4: the torsional stiffness is G J_t. The polar moment I_y + I_z of circles; less
-    /// than that for all others, whose sections warp.
+    /// Saint-Venant's torsion constant J_t in m^4: the torsional stiffness is G J_t. The polar moment I_y + I_z of
+    /// circles; less than that for all others, whose sections warp.
     pub fn torsion_constant(&self) -> f64 {
         match *self {
             Self::Circle { .. } | Self::HollowCircle { .. } => {
@@ -189,8 +189,8 @@ impl Shape<f64> {
         }
     }
 
-    /// Cowper's shear correction factors for shear along y and along z at Poisson's ratio `poisson` (Cowper 1966, "The shear
-    /// coefficient in Timoshenko's beam theory", Journal of Applied Mechanics 33, table 1).
+    /// Cowper's shear correction factors for shear along y and along z at Poisson's ratio `poisson` (Cowper 1966,
+    /// "The shear coefficient in Timoshenko's beam theory", Journal of Applied Mechanics 33, table 1).
     pub fn cowper(&self, poisson: f64) -> [f64; 2] {
         match *self {
             Self::Circle { .. } => [6.0 * (1.0 + poisson) / (7.0 + 6.0 * poisson); 2],

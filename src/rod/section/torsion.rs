@@ -12,8 +12,8 @@ const TERMS: u32 = 5;
 ///
 /// `J_t = a b^3 / 3 (1 - 192/pi^5 b/a sum_odd tanh(n pi a / (2 b)) / n^5)`.
 ///
-/// As tanh x = 1 - 2 / (exp(2 x) + 1) the sum is a number less a series that converges like exp(-n pi a/b): to rounding in a few
-/// terms.
+/// As tanh x = 1 - 2 / (exp(2 x) + 1) the sum is a number less a series that converges like exp(-n pi a/b): to
+/// rounding in a few terms.
 pub(crate) fn rectangle(width: f64, height: f64) -> f64 {
     let (a, b) = (width.max(height), width.min(height));
     let mut sum = ODD_FIFTH_POWERS;
