@@ -126,6 +126,26 @@ impl Simulation {
         }
     }
 
+    /// Forgets all times but these, which increase; a run that ended early has the first of them.
+    pub(crate) fn keep(&mut self, times: &[f64]) {
+        if self.t.len() == times.len() {
+            return;
+        }
+        let is_kept: Vec<bool> =
+            self.t.iter().map(|t| times.binary_search_by(|time| time.total_cmp(t)).is_ok()).collect();
+        let n = self.n;
+        let keep = |values: &mut Vec<f64>, n: usize| {
+            let mut of_all = is_kept.iter().flat_map(|&is_kept| std::iter::repeat_n(is_kept, n));
+            values.retain(|_| of_all.next() == Some(true));
+        };
+        for values in [&mut self.q, &mut self.v].into_iter().chain(&mut self.a) {
+            keep(values, n);
+        }
+        for values in [&mut self.t, &mut self.flow.dissipated, &mut self.flow.work] {
+            keep(values, 1);
+        }
+    }
+
     /// The energy balance of this motion of `model`: one evaluation of its energy for each of the times.
     pub fn balance<M: Model + ?Sized>(&self, model: &mut M) -> Result<Balance, Interrupted> {
         Balance::new(model, &self.t, &self.q, &self.v, &self.flow)
@@ -403,7 +423,7 @@ pub(crate) fn accelerations<M: Model + ?Sized>(
 }
 
 /// The times 0, dt, 2 dt, ... and `t_end`.
-fn grid(n: usize, t_end: f64, dt: f64) -> Result<Vec<f64>, InvalidInput> {
+pub(crate) fn grid(n: usize, t_end: f64, dt: f64) -> Result<Vec<f64>, InvalidInput> {
     let steps = number_of_steps(t_end, dt);
     check_points(steps.saturating_add(1), n)?;
     let mut times: Vec<f64> = (0..steps).map(|i| i as f64 * dt).collect();

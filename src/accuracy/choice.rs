@@ -2,11 +2,8 @@
 
 use std::f64::consts::TAU;
 
-use crate::model::Model;
+use super::following::Following;
 use crate::spectrum::Spectrum;
-
-/// Vibrations whose tip moves by less than this part of the tolerance need not be resolved.
-const VISIBLE: f64 = 0.1;
 
 /// DOP853 is stable for steps below 6.1 over the largest rate (Hairer and Wanner 1996, section IV.2); with room for a rate that grows.
 const EXPLICIT_STABILITY: f64 = 4.0;
@@ -39,11 +36,11 @@ impl Choice {
     }
 
     /// Compares the costs of a second of motion.
-    pub(super) fn new<M: Model>(model: &mut M, q0: &[f64], spectrum: &Spectrum, tolerance: f64) -> Self {
+    pub(super) fn new(spectrum: &Spectrum, following: &Following, tolerance: f64) -> Self {
         let rate = spectrum.rate();
         let slowest = spectrum.modes.iter().map(|mode| mode.frequency).filter(|&w| w > 0.0);
         let slowest = slowest.fold(f64::INFINITY, f64::min);
-        let resolved = spectrum.highest_visible(model, q0, VISIBLE * tolerance * model.length());
+        let resolved = following.highest(tolerance);
         if !slowest.is_finite() {
             return Self {
                 is_explicit: true,
@@ -53,8 +50,11 @@ impl Choice {
         }
         let resolved = resolved.max(slowest);
         let stable = EXPLICIT_STABILITY / rate;
-        let explicit = stable.min(EXPLICIT_STEP * tolerance.powf(1.0 / 8.0) / resolved);
-        let implicit = IMPLICIT_STEP * tolerance.powf(1.0 / 5.0) / resolved;
+        let explicit = stable
+            .min(EXPLICIT_STEP * tolerance.powf(1.0 / 8.0) / resolved)
+            .min(following.longest_step(true, tolerance));
+        let implicit =
+            (IMPLICIT_STEP * tolerance.powf(1.0 / 5.0) / resolved).min(following.longest_step(false, tolerance));
         let is_explicit = EXPLICIT_COST / explicit <= IMPLICIT_COST / implicit;
         let (highest, wanted) = (rate / TAU, resolved / TAU);
         let reason = if is_explicit {

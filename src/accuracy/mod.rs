@@ -10,7 +10,9 @@
 //! are taken.
 
 mod choice;
+mod following;
 mod modes;
+mod space;
 
 use std::time::Instant;
 
@@ -18,12 +20,13 @@ use crate::error::{Checker, Interrupted, InvalidInput, Number};
 use crate::model::Model;
 use crate::ode;
 use crate::radau;
-use crate::simulate::{Method, Simulation, Status, simulate};
+use crate::simulate::{Method, Simulation, Status, grid, simulate};
 
 use crate::spectrum::Spectrum;
 pub use modes::{Modes, choose_modes};
 
 use choice::Choice;
+use following::Following;
 
 /// What is asked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -66,15 +69,15 @@ pub const DEFAULT_TOLERANCE: f64 = 1e-4;
 /// square.
 const GROWTH: f64 = 100.0;
 
-/// Tolerance of the tightest run that shows the space error, and difference by more nodes that calls for them, relative to what is
-/// asked for.
+/// Tolerance of the tightest run that shows the space error, relative to what is asked for; part of the space error that is small beside it; and
+/// difference by more nodes that calls for them, relative to what is asked for.
 const SPACE_TOLERANCE: f64 = 0.1;
 const NODES_TOLERANCE: f64 = 0.3;
 
 /// Tolerance of the first run that shows the space error: that is large as a rule, and found by a cheap run if it is so many times the
 /// tolerance.
 const FIRST_SPACE_TOLERANCE: f64 = 1e-3;
-const CLEAR: f64 = 3.0;
+const CLEAR: f64 = 10.0;
 
 /// Steps of a run where nothing is said about them: some minutes of work, so that no request works without end.
 pub const DEFAULT_MAX_STEPS: usize = 1_000_000;
@@ -87,6 +90,15 @@ const FIRST_TOLERANCE: f64 = 5.0;
 
 /// Where the estimate was not met: aims at this part of it.
 const AIM: f64 = 0.3;
+
+/// At so many times runs are compared, at least.
+const COMPARED: usize = 100;
+
+/// States of the first run that are looked at for what is to be followed.
+const STATES: usize = 4;
+
+/// What is claimed, relative to what proportionality says. Measured on random motions (`benches/python/auto_honesty.py`).
+const SAFETY: f64 = 3.0;
 
 /// Runs until an accuracy counts as out of reach, in motions that multiply every error.
 const RUNS: usize = 6;
@@ -112,10 +124,16 @@ pub fn simulate_to_accuracy<M: Model + Clone>(
     let clock = Instant::now();
     request.validate()?;
     crate::newmark::check_start(model.n(), (0.0, t_end), q0, v0, request.dt)?;
+    let wanted = match t_eval {
+        Some(times) => times.to_vec(),
+        None => grid(model.n(), t_end, request.dt)?,
+    };
+    let compared = with_more_times(&wanted, t_end);
+    let t_eval = Some(&compared[..]);
     let original = model.clone();
     let mut factor = 1;
     let mut found = loop {
-        let plan = Plan::new(&mut model, t_end, [q0, v0], request, t_eval);
+        let mut plan = Plan::new(&mut model, t_end, [q0, v0], request, t_eval)?;
         let mut found = plan.to_accuracy(monitor)?;
         let more_nodes = original.with_nodes_times(2 * factor);
         if found.status.is_success() {
@@ -135,6 +153,7 @@ pub fn simulate_to_accuracy<M: Model + Clone>(
     found.simulation.message.push_str(&found.reason);
     found.simulation.statistics.wall_time = clock.elapsed().as_secs_f64();
     found.simulation.status = found.status;
+    found.simulation.keep(&wanted);
     Ok((found.simulation, (factor > 1).then_some(model)))
 }
 
@@ -142,6 +161,7 @@ pub fn simulate_to_accuracy<M: Model + Clone>(
 struct Plan<'a, M> {
     model: &'a M,
     choice: Choice,
+    following: Following,
     t_end: f64,
     start: [&'a [f64]; 2],
     request: Request,
@@ -167,18 +187,24 @@ impl<'a, M: Model + Clone> Plan<'a, M> {
         [q0, v0]: [&'a [f64]; 2],
         request: Request,
         t_eval: Option<&'a [f64]>,
-    ) -> Self {
-        let choice = match Spectrum::new(model, 0.0, q0, v0) {
-            Some(spectrum) => Choice::new(model, q0, &spectrum, request.tolerance),
+    ) -> Result<Self, InvalidInput> {
+        model.check_shape(q0, "q0")?;
+        let unknown = || (Choice::implicit(), Following::nothing());
+        let (choice, following) = match Spectrum::new(model, 0.0, q0, v0) {
+            Some(spectrum) => match Following::new(model, t_end, q0, &spectrum, request.tolerance) {
+                Ok(following) => (Choice::new(&spectrum, &following, request.tolerance), following),
+                // A function of time fails: the method meets it again.
+                Err(Interrupted) => unknown(),
+            },
             // There are no accelerations: the method says so.
-            None => Choice::implicit(),
+            None => unknown(),
         };
-        Self { model, choice, t_end, start: [q0, v0], request, t_eval }
+        Ok(Self { model, choice, following, t_end, start: [q0, v0], request, t_eval })
     }
 
     /// Runs of ever tighter tolerances, until the estimated time error of one is below the tolerance.
     fn to_accuracy(
-        &self,
+        &mut self,
         monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
     ) -> Result<Found, InvalidInput> {
         let tolerance = self.request.tolerance;
@@ -198,10 +224,11 @@ impl<'a, M: Model + Clone> Plan<'a, M> {
                 let ratio = (looser / of_run).powf(self.choice.exponent());
                 let distances = distances(&tips, &others);
                 // Where errors multiply, what is left of them need not fall with the tolerance.
-                let fall = if grows(&distances) { 1.0 } else { ratio - 1.0 };
-                largest(&distances) / fall / self.model.length()
+                let fall = if grows(&distances) { SAFETY } else { ratio - 1.0 };
+                SAFETY * largest(&distances) / fall / self.model.length()
             });
             let Some(error) = estimate else {
+                self.look(&simulation);
                 previous = Some((of_run, tips));
                 of_run = (of_run / TIGHTENING).max(SMALLEST_RUN_TOLERANCE);
                 continue;
@@ -228,24 +255,26 @@ impl<'a, M: Model + Clone> Plan<'a, M> {
     }
 
     /// Compares with the run of a finer model, if there is one: by the method that suits that one, and no more accurate than it takes
-    /// to tell an error of the size of the tolerance.
+    /// to tell an error of the modes from one of the steps.
     fn add_space_error(
         &self,
         found: &mut Found,
         monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
     ) -> Result<(), InvalidInput> {
-        let Some((mut finer, places)) = self.model.refined() else { return Ok(()) };
-        let embed = |values: &[f64]| {
-            let mut all = vec![0.0; finer.n()];
-            for (&place, &value) in places.iter().zip(values) {
-                all[place] = value;
+        let wanted = self.request.tolerance;
+        let mut finer = match space::finer(self.model, &found.simulation, wanted) {
+            Ok(Some(finer)) => finer,
+            Ok(None) => return Ok(()),
+            Err(why) => {
+                found.simulation.message.push_str(&format!(" The space error is unknown: {why}."));
+                return Ok(());
             }
-            all
         };
-        let [q0, v0] = self.start.map(embed);
-        let tightest = found.tolerance.max(SPACE_TOLERANCE * self.request.tolerance);
-        let plan = Plan::new(&mut finer, self.t_end, [&q0, &v0], self.request, self.t_eval);
-        let mut tolerance = FIRST_SPACE_TOLERANCE.max(tightest);
+        let [q0, v0] = self.start.map(|values| finer.embed(values));
+        let estimate = finer.estimate();
+        let plan = Plan::new(&mut finer.model, self.t_end, [&q0, &v0], self.request, self.t_eval)?;
+        let tightest = found.tolerance.min(SPACE_TOLERANCE * wanted);
+        let mut tolerance = FIRST_SPACE_TOLERANCE.max(found.tolerance);
         let error = loop {
             let other = plan.run(tolerance, monitor)?;
             if !other.status.is_success() {
@@ -259,14 +288,15 @@ impl<'a, M: Model + Clone> Plan<'a, M> {
                 return Ok(());
             }
             let fine = tips(&mut plan.model.clone(), &other);
-            let error = largest(&distances(&fine, &found.tips)) / self.model.length();
-            if tolerance <= tightest || error > CLEAR * tolerance {
+            let apart = largest(&distances(&fine, &found.tips)) / self.model.length();
+            let error = estimate.error(apart);
+            if error <= wanted || apart > CLEAR * tolerance || tolerance <= tightest {
                 break error;
             }
-            tolerance = tightest;
+            tolerance = (tolerance / TIGHTENING).max(tightest);
         };
         found.simulation.statistics.space_error = Some(error);
-        let verdict = if error <= self.request.tolerance {
+        let verdict = if error <= wanted {
             format!(" The space error is {error:.0e}.")
         } else {
             format!(
@@ -277,7 +307,8 @@ impl<'a, M: Model + Clone> Plan<'a, M> {
         Ok(())
     }
 
-    /// Whether a model with more nodes moves differently: asked only where the space error is too large or unknown.
+    /// Whether a model with more nodes moves differently, in a run that is the same otherwise: asked only where the space error is too
+    /// large or unknown.
     fn needs_nodes(
         &self,
         found: &Found,
@@ -294,12 +325,23 @@ impl<'a, M: Model + Clone> Plan<'a, M> {
             return Ok(false);
         }
         let Self { t_end, start, request, t_eval, .. } = *self;
-        let plan = Plan { model: more_nodes, choice: self.choice.clone(), t_end, start, request, t_eval };
+        let (choice, following) = (self.choice.clone(), self.following.clone());
+        let plan = Plan { model: more_nodes, choice, following, t_end, start, request, t_eval };
         // What is small beside the error by the modes does not matter either.
         let matters = (NODES_TOLERANCE * tolerance).max(SPACE_TOLERANCE * space_error.unwrap_or(0.0));
-        let other = plan.run(found.tolerance.max(matters / CLEAR), monitor)?;
+        let other = plan.run(found.tolerance, monitor)?;
         let apart = distances(&tips(&mut more_nodes.clone(), &other), &found.tips);
         Ok(other.status.is_success() && largest(&apart) > matters * self.model.length())
+    }
+
+    /// Looks at states of a run for what is to be followed.
+    fn look(&mut self, simulation: &Simulation) {
+        let mut model = self.model.clone();
+        let (n, number) = (simulation.n, simulation.t.len());
+        for i in (1..=STATES).map(|k| k * number.saturating_sub(1) / STATES) {
+            let state = [&simulation.q, &simulation.v].map(|values| &values[i * n..][..n]);
+            self.following.look(&mut model, simulation.t[i], self.t_end, state);
+        }
     }
 
     fn run(
@@ -308,7 +350,9 @@ impl<'a, M: Model + Clone> Plan<'a, M> {
         monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
     ) -> Result<Simulation, InvalidInput> {
         let mut model = self.model.clone();
-        let method = self.choice.method(&mut model, tolerance, self.request);
+        let followed = self.following.longest_step(self.choice.is_explicit, tolerance);
+        let request = Request { max_step: self.request.max_step.min(followed), ..self.request };
+        let method = self.choice.method(&mut model, tolerance, request);
         let [q0, v0] = self.start;
         simulate(model, self.t_end, q0, v0, &method, self.t_eval, monitor)
     }
@@ -350,6 +394,19 @@ impl Choice {
             Method::Radau { options, dt }
         }
     }
+}
+
+/// These times and, where they are few, more of them: runs that agree at one time by chance do not at all of them. Times that make no
+/// sense are left to those who refuse them.
+fn with_more_times(times: &[f64], t_end: f64) -> Vec<f64> {
+    let mut all = times.to_vec();
+    let make_sense = times.iter().all(|t| (0.0..=t_end).contains(t)) && times.is_sorted();
+    if times.len() < COMPARED && make_sense {
+        all.extend((0..=COMPARED).map(|i| t_end * (i as f64 / COMPARED as f64)));
+        all.sort_by(f64::total_cmp);
+        all.dedup();
+    }
+    all
 }
 
 /// Where the tip is at all times.

@@ -1,13 +1,12 @@
 //! How many modes of each strain a motion takes.
 
-use super::choice::Choice;
+use super::Plan;
 use super::{Request, distances, largest, tips};
 use crate::error::{Checker, Interrupted, InvalidInput};
 use crate::linalg::Matrix;
 use crate::model::Model;
 use crate::rod::{MAX_MODES, Rod, RodModel, STRAINS};
-use crate::simulate::{Simulation, Status, simulate};
-use crate::spectrum::Spectrum;
+use crate::simulate::{Simulation, Status};
 
 /// Modes to begin with: of bending two, of the other strains none.
 const FIRST_MODES: [usize; STRAINS] = [0, 2, 2, 0, 0, 0];
@@ -164,12 +163,9 @@ impl Trials<'_> {
         let mut model = RodModel::new(&rod)?;
         let rest = vec![0.0; model.n()];
         let tolerance = TRIAL_TOLERANCE * self.request.tolerance;
-        let choice = match Spectrum::new(&mut model, 0.0, &rest, &rest) {
-            Some(spectrum) => Choice::new(&mut model, &rest, &spectrum, tolerance),
-            None => Choice::implicit(),
-        };
-        let method = choice.method(&mut model, tolerance, self.request);
-        let simulation = simulate(model.clone(), self.t_end, &rest, &rest, &method, None, self.monitor)?;
+        let request = Request { tolerance, ..self.request };
+        let plan = Plan::new(&mut model, self.t_end, [&rest, &rest], request, None)?;
+        let simulation = plan.run(tolerance, self.monitor)?;
         if !simulation.status.is_success() {
             return Ok(Err(Failed(simulation)));
         }
