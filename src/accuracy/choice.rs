@@ -2,11 +2,8 @@
 
 use std::f64::consts::TAU;
 
-use super::following::Following;
+use super::following::{EXPLICIT_STABILITY, Following};
 use crate::spectrum::Spectrum;
-
-/// DOP853 is stable for steps below 6.1 over the largest rate (Hairer and Wanner 1996, section IV.2); with room for a rate that grows.
-const EXPLICIT_STABILITY: f64 = 4.0;
 
 /// Steps that accuracy takes, times the largest frequency that is to be resolved: `EXPLICIT_STEP tolerance^(1/8)`, `IMPLICIT_STEP
 /// tolerance^(1/5)`. Measured on the lab's rod.

@@ -24,6 +24,9 @@ const EXPLICIT_ERROR: (i32, f64) = (9, 1.4e7);
 const LONGEST_IMPLICIT: f64 = 1.5;
 const LONGEST_EXPLICIT: f64 = 3.0;
 
+/// DOP853 is stable for steps below 6.1 over the largest rate (Hairer and Wanner 1996, section IV.2); with room for a rate that grows.
+pub(super) const EXPLICIT_STABILITY: f64 = 4.0;
+
 /// The tip cannot be farther off than this, relative to the length.
 const FARTHEST: f64 = 2.0;
 
@@ -50,30 +53,38 @@ pub(super) struct Following {
     vibrations: Vec<Followed>,
     /// Longest step, in seconds, that passes over nothing that drives the model.
     of_drive: f64,
+    /// The longest stable step of the explicit method: an error estimate lets longer ones pass that do harm in time.
+    stable: f64,
+    /// Of the first run.
+    loosest: f64,
 }
 
 impl Following {
     /// Nothing.
     pub(super) fn nothing() -> Self {
-        Self { vibrations: Vec::new(), of_drive: f64::INFINITY }
+        let unlimited = f64::INFINITY;
+        Self { vibrations: Vec::new(), of_drive: unlimited, stable: unlimited, loosest: unlimited }
     }
 
-    /// What the state `q0` sets off, with the vibrations about it, and what drives the model until `t_end`.
+    /// What the state `q0` sets off, with the vibrations about it, and what drives the model until `t_end`; as far as that is visible at
+    /// the first tolerance. The second one is that of the first run.
     pub(super) fn new<M: Model>(
         model: &mut M,
         t_end: f64,
         q0: &[f64],
         spectrum: &Spectrum,
-        tolerance: f64,
+        [tolerance, loosest]: [f64; 2],
     ) -> Result<Self, Interrupted> {
-        let mut following = Self::nothing();
+        let of_drive = model.shortest_period() / LOOKS_OF_A_PART;
+        let stable = EXPLICIT_STABILITY / spectrum.rate();
+        let mut following = Self { vibrations: Vec::new(), of_drive, stable, loosest };
         let mut sizes: Vec<f64> = spectrum.modes.iter().map(|mode| mode.size).collect();
         if model.varies_in_time() {
             let drive = Drive::new(model, t_end, q0, spectrum, VISIBLE * tolerance)?;
             for (size, driven) in sizes.iter_mut().zip(drive.sizes) {
                 *size = size.max(driven);
             }
-            following.of_drive = drive.longest_step;
+            following.of_drive = of_drive.min(drive.longest_step);
         }
         following.add(model, t_end, q0, spectrum, &sizes);
         Ok(following)
@@ -112,11 +123,15 @@ impl Following {
     pub(super) fn longest_step(&self, is_explicit: bool, tolerance: f64) -> f64 {
         let ((order, constant), longest) =
             if is_explicit { (EXPLICIT_ERROR, LONGEST_EXPLICIT) } else { (IMPLICIT_ERROR, LONGEST_IMPLICIT) };
+        // Two runs must not have the same steps, whatever limits them: they would share the same errors.
+        let power = 1.0 / f64::from(order - 1);
+        let shorter = (tolerance / self.loosest).powf(power).min(1.0);
         let of_vibration = |vibration: &Followed| {
             let allowed = constant * tolerance / (vibration.reach * vibration.radians);
-            allowed.powf(1.0 / f64::from(order - 1)).min(longest) / vibration.frequency
+            allowed.powf(power).min(longest * shorter) / vibration.frequency
         };
-        self.visible(tolerance).map(of_vibration).fold(self.of_drive, f64::min)
+        let stable = if is_explicit { self.stable } else { f64::INFINITY };
+        self.visible(tolerance).map(of_vibration).fold(self.of_drive.min(stable) * shorter, f64::min)
     }
 
     fn visible(&self, tolerance: f64) -> impl Iterator<Item = &Followed> {

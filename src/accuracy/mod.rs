@@ -91,6 +91,13 @@ const FIRST_TOLERANCE: f64 = 5.0;
 /// Where the estimate was not met: aims at this part of it.
 const AIM: f64 = 0.3;
 
+/// A run has other steps than one that has so many times fewer; if it has not, it is repeated with so many times more.
+const OTHER_STEPS: f64 = 1.1;
+const SHORTER_STEPS: f64 = 1.5;
+
+/// Where a run is hardly better than the one before, that is the part of the difference that is taken for an improvement.
+const LEAST_FALL: f64 = 0.1;
+
 /// At so many times runs are compared, at least.
 const COMPARED: usize = 100;
 
@@ -168,6 +175,13 @@ struct Plan<'a, M> {
     t_eval: Option<&'a [f64]>,
 }
 
+/// A run to compare with.
+struct Looser {
+    tolerance: f64,
+    steps: f64,
+    tips: Vec<[f64; 3]>,
+}
+
 /// The best run so far.
 struct Found {
     simulation: Simulation,
@@ -191,7 +205,7 @@ impl<'a, M: Model + Clone> Plan<'a, M> {
         model.check_shape(q0, "q0")?;
         let unknown = || (Choice::implicit(), Following::nothing());
         let (choice, following) = match Spectrum::new(model, 0.0, q0, v0) {
-            Some(spectrum) => match Following::new(model, t_end, q0, &spectrum, request.tolerance) {
+            Some(spectrum) => match Following::new(model, t_end, q0, &spectrum, [request.tolerance, FIRST_TOLERANCE * request.tolerance]) {
                 Ok(following) => (Choice::new(&spectrum, &following, request.tolerance), following),
                 // A function of time fails: the method meets it again.
                 Err(Interrupted) => unknown(),
@@ -209,10 +223,11 @@ impl<'a, M: Model + Clone> Plan<'a, M> {
     ) -> Result<Found, InvalidInput> {
         let tolerance = self.request.tolerance;
         let mut of_run = FIRST_TOLERANCE * tolerance;
-        let mut previous: Option<(f64, Vec<[f64; 3]>)> = None;
+        let mut previous: Option<Looser> = None;
         let mut runs = 0;
+        let mut longest_step = f64::INFINITY;
         loop {
-            let mut simulation = self.run(of_run, monitor)?;
+            let mut simulation = self.run_with(of_run, longest_step, monitor)?;
             runs += 1;
             let mut status = simulation.status;
             let tips = tips(&mut self.model.clone(), &simulation);
@@ -220,19 +235,27 @@ impl<'a, M: Model + Clone> Plan<'a, M> {
             if !status.is_success() {
                 return Ok(Found { simulation, status, tolerance: of_run, tips, reason });
             }
-            let estimate = previous.take().map(|(looser, others)| {
-                let ratio = (looser / of_run).powf(self.choice.exponent());
-                let distances = distances(&tips, &others);
-                // Where errors multiply, what is left of them need not fall with the tolerance.
-                let fall = if grows(&distances) { SAFETY } else { ratio - 1.0 };
-                SAFETY * largest(&distances) / fall / self.model.length()
-            });
-            let Some(error) = estimate else {
+            let steps = simulation.statistics.counters.steps as f64;
+            let Some(looser) = previous.take() else {
                 self.look(&simulation);
-                previous = Some((of_run, tips));
+                previous = Some(Looser { tolerance: of_run, steps, tips });
                 of_run = (of_run / TIGHTENING).max(SMALLEST_RUN_TOLERANCE);
                 continue;
             };
+            if steps < OTHER_STEPS * looser.steps && runs < RUNS {
+                // Steps that something else than the tolerance limits say nothing about the errors that they share.
+                longest_step = self.t_end / (SHORTER_STEPS * looser.steps);
+                previous = Some(looser);
+                continue;
+            }
+            let distances = distances(&tips, &looser.tips);
+            // Where errors multiply, what is left of them need not fall.
+            let fall = if grows(&distances) { SAFETY } else { self.choice.fall(&looser, of_run, steps) };
+            let error = SAFETY * largest(&distances) / fall / self.model.length();
+            let error = error.max(self.lost(&simulation, &tips));
+            if std::env::var_os("LISSOM_DEBUG").is_some() {
+                eprintln!("run {runs} tol {of_run:.1e} steps {} error {error:.2e} lost {:.2e}", simulation.statistics.counters.steps, self.lost(&simulation, &tips));
+            }
             simulation.statistics.time_error = Some(error);
             let is_met = error <= tolerance;
             if is_met || runs == RUNS || of_run <= SMALLEST_RUN_TOLERANCE || !error.is_finite() {
@@ -249,7 +272,7 @@ impl<'a, M: Model + Clone> Plan<'a, M> {
                 return Ok(Found { simulation, status, tolerance: of_run, tips, reason });
             }
             let factor = (AIM * tolerance / error).clamp(1e-3, 1.0 / TIGHTENING);
-            previous = Some((of_run, tips));
+            previous = Some(Looser { tolerance: of_run, steps, tips });
             of_run = (of_run * factor).max(SMALLEST_RUN_TOLERANCE);
         }
     }
@@ -334,6 +357,15 @@ impl<'a, M: Model + Clone> Plan<'a, M> {
         Ok(other.status.is_success() && largest(&apart) > matters * self.model.length())
     }
 
+    /// The error of the tip that goes with the energy that a run has lost or gained: half of that of the motion, as of a
+    /// vibration. Methods that damp what they step over show here.
+    fn lost(&self, simulation: &Simulation, tips: &[[f64; 3]]) -> f64 {
+        let drift = simulation.balance(&mut self.model.clone()).map_or(0.0, |balance| balance.drift());
+        let Some(start) = tips.first() else { return 0.0 };
+        let range = largest(&distances(tips, &vec![*start; tips.len()])) / self.model.length();
+        0.5 * drift.min(1.0) * range
+    }
+
     /// Looks at states of a run for what is to be followed.
     fn look(&mut self, simulation: &Simulation) {
         let mut model = self.model.clone();
@@ -349,9 +381,18 @@ impl<'a, M: Model + Clone> Plan<'a, M> {
         tolerance: f64,
         monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
     ) -> Result<Simulation, InvalidInput> {
+        self.run_with(tolerance, f64::INFINITY, monitor)
+    }
+
+    fn run_with(
+        &self,
+        tolerance: f64,
+        longest_step: f64,
+        monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
+    ) -> Result<Simulation, InvalidInput> {
         let mut model = self.model.clone();
         let followed = self.following.longest_step(self.choice.is_explicit, tolerance);
-        let request = Request { max_step: self.request.max_step.min(followed), ..self.request };
+        let request = Request { max_step: self.request.max_step.min(followed).min(longest_step), ..self.request };
         let method = self.choice.method(&mut model, tolerance, request);
         let [q0, v0] = self.start;
         simulate(model, self.t_end, q0, v0, &method, self.t_eval, monitor)
@@ -359,10 +400,13 @@ impl<'a, M: Model + Clone> Plan<'a, M> {
 }
 
 impl Choice {
-    /// The error of a run grows with this power of its tolerance: steps of size h meet one of the order of h^4 with Radau, whose error
-    /// is of the order of h^5, and of h^8 with DOP853, of h^8.
-    fn exponent(&self) -> f64 {
-        if self.is_explicit { 1.0 } else { 1.25 }
+    /// The error of a looser run over that of this one, less one: by the tolerances, if the steps bear that out. Steps of size h meet a
+    /// tolerance of the order of h^4 with Radau, whose error is of the order of h^5, and of h^8 with DOP853, of h^8.
+    fn fall(&self, looser: &Looser, tolerance: f64, steps: f64) -> f64 {
+        let (exponent, order) = if self.is_explicit { (1.0, 8) } else { (1.25, 5) };
+        let expected = (looser.tolerance / tolerance).powf(exponent);
+        let seen = (steps / looser.steps).powi(order);
+        (expected.min(seen) - 1.0).max(LEAST_FALL)
     }
 
     /// The method at a tolerance for errors of coordinates relative to their typical sizes, and of velocities likewise.

@@ -297,3 +297,80 @@ def test_where_nothing_moves_one_mode_is_left():
     segment = lissom.Segment(0.4, 0.01, 3e5, 1e5, 1070.0, {"bend_y": 1}, retardation_time=0.02)
     rod = lissom.Rod([segment], gravity=(0, 0, 0))
     assert lissom.choose_modes(rod, 0.1, rtol=1e-3).n == 1
+
+
+def undamped_wire():
+    return lissom.Rod([lissom.Segment(1.0, 1e-3, 210e9, 80e9, 7800.0, {"bend_y": 3})])
+
+
+def shaken_beam():
+    """At its first resonance, hardly damped."""
+    beam = lissom.Segment(0.5, 5e-3, 70e9, 26e9, 2700.0, {"bend_y": 2}, retardation_time=1e-6)
+    frequency = natural_frequency(lissom.Rod([beam]))
+    shaken = lissom.BaseMotion(translation=lissom.Harmonic([0.0, 0.0, 1e-4], frequency))
+    return lissom.Rod([beam], base_motion=shaken, gravity=(0, 0, 0))
+
+
+def pin():
+    """Of steel, loaded suddenly."""
+    pin = lissom.Segment(0.05, 2e-3, 210e9, 80e9, 7800.0, {"bend_y": 2})
+    load = lissom.Load(force=([1e-2, 1.001e-2], [[0.0, 0.0, 0.0], [0.0, 0.0, 250.0]]))
+    return lissom.Rod([pin], loads=[load])
+
+
+def struck():
+    """By a pulse that is a function of time, late and short."""
+    beam = lissom.Segment(0.5, 5e-3, 70e9, 26e9, 2700.0, {"bend_y": 2}, retardation_time=1e-6)
+    pulse = lissom.Load(force=lambda t: [0.0, 0.0, 60.0 if 0.7 < t < 0.71 else 0.0])
+    return lissom.Rod([beam], loads=[pulse])
+
+
+def natural_frequency(rod):
+    """The first, in hertz."""
+    rest = np.zeros(rod.n)
+    stiffness, _, mass = rod.tangent(rest, rest, rest)
+    return np.sqrt(np.linalg.eigvals(np.linalg.solve(mass, stiffness)).real.min()) / (2 * np.pi)
+
+
+# Motions that a method of which the steps are too long brings to rest, or does not see at all: rods, durations, requests.
+FOLLOWED = {
+    "undamped wire": (undamped_wire, 100.0, 1e-2),
+    "undamped wire for long": (undamped_wire, 300.0, 1e-2),
+    "at resonance": (shaken_beam, 5.0, 1e-2),
+    "loaded suddenly": (pin, 0.05, 1e-3),
+    "struck late": (struck, 1.0, 1e-2),
+}
+
+
+@pytest.mark.parametrize("name", FOLLOWED)
+def test_what_can_be_seen_is_followed(name):
+    make, t_end, tolerance = FOLLOWED[name]
+    rod = make()
+    times = np.linspace(0.0, t_end, 501)
+    found = lissom.simulate(rod, t_end, method="auto", rtol=tolerance, t_eval=times)
+    exact = lissom.simulate(
+        rod, t_end, method="dop853", rtol=1e-9, atol=1e-6 * tolerance, t_eval=times, max_step=2e-3
+    )
+    assert exact.success
+    assert found.success, found.message
+    error = distance(rod, found, exact)
+    assert error < tolerance
+    assert error < found.stats.time_error
+
+
+def test_what_can_be_seen_is_followed_or_refused():
+    found = lissom.simulate(undamped_wire(), 300.0, method="auto", rtol=1e-2, max_steps=500, dt=1.0)
+    assert (found.success, found.status) == (False, "too_many_steps")
+
+
+def test_few_times_are_as_good_as_many():
+    rod = undamped_wire()
+    few, many = (
+        lissom.simulate(rod, 5.0, method="auto", rtol=1e-3, t_eval=times)
+        for times in ([2.5, 5.0], np.linspace(0.0, 5.0, 101))
+    )
+    np.testing.assert_array_equal(few.t, [2.5, 5.0])
+    np.testing.assert_array_equal(few.q, many.q[[50, 100]])
+    assert few.a.shape == few.q.shape
+    assert few.balance.total.shape == (2,)
+    assert few.stats.time_error == many.stats.time_error
