@@ -50,7 +50,8 @@ struct Followed {
 /// What is to be followed.
 #[derive(Clone, Debug)]
 pub(super) struct Following {
-    vibrations: Vec<Followed>,
+    /// Those of each state that was looked at.
+    vibrations: Vec<Vec<Followed>>,
     /// Longest step, in seconds, that passes over nothing that drives the model.
     of_drive: f64,
     /// The longest stable step of the explicit method: an error estimate lets longer ones pass that do harm in time.
@@ -99,19 +100,27 @@ impl Following {
     }
 
     fn add<M: Model>(&mut self, model: &mut M, t_end: f64, q: &[f64], spectrum: &Spectrum, sizes: &[f64]) {
-        let oscillating = spectrum.modes.iter().zip(sizes);
-        for (mode, &size) in oscillating.filter(|(mode, size)| mode.frequency > 0.0 && **size > 0.0) {
-            if mode.is_overdamped() {
-                continue;
-            }
+        let oscillates = |(mode, size): &(&Vibration, &f64)| {
+            mode.frequency > 0.0 && **size > 0.0 && !mode.is_overdamped()
+        };
+        let followed = spectrum.modes.iter().zip(sizes).filter(oscillates).map(|(mode, &size)| {
             let reach = (mode.reach(model, q, size) / model.length()).min(FARTHEST);
             let life = 2.0 / (E * mode.damping.abs());
-            self.vibrations.push(Followed {
+            Followed {
                 frequency: mode.frequency,
                 reach,
                 radians: (mode.frequency * t_end.min(life)).max(1.0),
-            });
-        }
+            }
+        });
+        self.vibrations.push(followed.collect());
+    }
+
+    /// What all vibrations together that are not visible at this tolerance do to the tip, relative to the length.
+    pub(super) fn unseen(&self, tolerance: f64) -> f64 {
+        let of_state = |vibrations: &Vec<Followed>| {
+            vibrations.iter().map(|vibration| vibration.reach).filter(|&reach| reach <= VISIBLE * tolerance).sum()
+        };
+        self.vibrations.iter().map(of_state).fold(0.0, f64::max)
     }
 
     /// The highest frequency, in rad/s, that is visible at this tolerance; zero if there is none.
@@ -135,7 +144,7 @@ impl Following {
     }
 
     fn visible(&self, tolerance: f64) -> impl Iterator<Item = &Followed> {
-        self.vibrations.iter().filter(move |vibration| vibration.reach > VISIBLE * tolerance)
+        self.vibrations.iter().flatten().filter(move |vibration| vibration.reach > VISIBLE * tolerance)
     }
 }
 
