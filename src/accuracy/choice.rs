@@ -50,8 +50,8 @@ impl Choice {
         let explicit = stable
             .min(EXPLICIT_STEP * tolerance.powf(1.0 / 8.0) / resolved)
             .min(following.longest_step(true, tolerance));
-        let implicit =
-            (IMPLICIT_STEP * tolerance.powf(1.0 / 5.0) / resolved).min(following.longest_step(false, tolerance));
+        let implicit = (IMPLICIT_STEP * tolerance.powf(1.0 / 5.0) / resolved)
+            .min(following.longest_step(false, tolerance));
         let is_explicit = EXPLICIT_COST / explicit <= IMPLICIT_COST / implicit;
         let (highest, wanted) = (rate / TAU, resolved / TAU);
         let reason = if is_explicit {

@@ -100,9 +100,8 @@ impl Following {
     }
 
     fn add<M: Model>(&mut self, model: &mut M, t_end: f64, q: &[f64], spectrum: &Spectrum, sizes: &[f64]) {
-        let oscillates = |(mode, size): &(&Vibration, &f64)| {
-            mode.frequency > 0.0 && **size > 0.0 && !mode.is_overdamped()
-        };
+        let oscillates =
+            |(mode, size): &(&Vibration, &f64)| mode.frequency > 0.0 && **size > 0.0 && !mode.is_overdamped();
         let followed = spectrum.modes.iter().zip(sizes).filter(oscillates).map(|(mode, &size)| {
             let reach = (mode.reach(model, q, size) / model.length()).min(FARTHEST);
             let life = 2.0 / (E * mode.damping.abs());
@@ -118,7 +117,11 @@ impl Following {
     /// What all vibrations together that are not visible at this tolerance do to the tip, relative to the length.
     pub(super) fn unseen(&self, tolerance: f64) -> f64 {
         let of_state = |vibrations: &Vec<Followed>| {
-            vibrations.iter().map(|vibration| vibration.reach).filter(|&reach| reach <= VISIBLE * tolerance).sum()
+            vibrations
+                .iter()
+                .map(|vibration| vibration.reach)
+                .filter(|&reach| reach <= VISIBLE * tolerance)
+                .sum()
         };
         self.vibrations.iter().map(of_state).fold(0.0, f64::max)
     }
@@ -184,7 +187,9 @@ impl Drive {
             let mut part = vec![before];
             for i in 1..=number as usize {
                 let here = forces.at(model, modes, q0, t + step * i as f64)?;
-                for ((oscillation, mode), (from, to)) in motion.iter_mut().zip(modes).zip(part[i - 1].iter().zip(&here)) {
+                for ((oscillation, mode), (from, to)) in
+                    motion.iter_mut().zip(modes).zip(part[i - 1].iter().zip(&here))
+                {
                     oscillation.step(mode, step, [*from, *to]);
                 }
                 part.push(here);

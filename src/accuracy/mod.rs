@@ -91,8 +91,8 @@ const FIRST_TOLERANCE: f64 = 1.5;
 /// Where the estimate was not met: aims at this part of it.
 const AIM: f64 = 0.5;
 
-/// A run has other steps than one that has so many times fewer; if it has not, it is repeated with so many times more.
-const OTHER_STEPS: f64 = 1.1;
+/// Two runs can be compared if the better one should have gained that much, by its steps; if not, it is repeated with so many more of them.
+const LEAST_GAIN: f64 = 3.0;
 const SHORTER_STEPS: f64 = 1.5;
 
 /// At so many times runs are compared, at least.
@@ -204,7 +204,13 @@ impl<'a, M: Model + Clone> Plan<'a, M> {
         model.check_shape(q0, "q0")?;
         let unknown = || (Choice::implicit(), Following::nothing());
         let (choice, following) = match Spectrum::new(model, 0.0, q0, v0) {
-            Some(spectrum) => match Following::new(model, t_end, q0, &spectrum, [request.tolerance, FIRST_TOLERANCE * request.tolerance]) {
+            Some(spectrum) => match Following::new(
+                model,
+                t_end,
+                q0,
+                &spectrum,
+                [request.tolerance, FIRST_TOLERANCE * request.tolerance],
+            ) {
                 Ok(following) => (Choice::new(&spectrum, &following, request.tolerance), following),
                 // A function of time fails: the method meets it again.
                 Err(Interrupted) => unknown(),
@@ -241,21 +247,19 @@ impl<'a, M: Model + Clone> Plan<'a, M> {
                 of_run = (of_run / TIGHTENING).max(SMALLEST_RUN_TOLERANCE);
                 continue;
             };
-            if steps < OTHER_STEPS * looser.steps && runs < RUNS {
+            let gain = self.choice.gain(&looser, of_run, steps);
+            if gain < LEAST_GAIN && runs < RUNS {
                 // Steps that something else than the tolerance limits say nothing about the errors that they share.
                 longest_step = self.t_end / (SHORTER_STEPS * looser.steps);
                 previous = Some(looser);
                 continue;
             }
-            let gain = self.choice.gain(&looser, of_run, steps);
             let distances = distances(&tips, &looser.tips);
-            // Where errors multiply, what is left of them need not fall.
-            let share = if grows(&distances) { 1.0 } else { SAFETY / gain.sqrt() };
+            // Where errors multiply, or the steps were hardly shorter, what is left of them need not be less.
+            let is_better = gain >= LEAST_GAIN && !grows(&distances);
+            let share = if is_better { SAFETY / gain.sqrt() } else { SAFETY };
             let apart = share * largest(&distances) / self.model.length();
             let error = (apart + self.following.unseen(of_run)).max(self.lost(&simulation, &tips));
-            if std::env::var_os("LISSOM_DEBUG").is_some() {
-                eprintln!("run {runs} tol {of_run:.1e} steps {} error {error:.2e} lost {:.2e}", simulation.statistics.counters.steps, self.lost(&simulation, &tips));
-            }
             simulation.statistics.time_error = Some(error);
             let is_met = error <= tolerance;
             if is_met || runs == RUNS || of_run <= SMALLEST_RUN_TOLERANCE || !error.is_finite() {
@@ -394,7 +398,8 @@ impl<'a, M: Model + Clone> Plan<'a, M> {
     ) -> Result<Simulation, InvalidInput> {
         let mut model = self.model.clone();
         let followed = self.following.longest_step(self.choice.is_explicit, tolerance);
-        let request = Request { max_step: self.request.max_step.min(followed).min(longest_step), ..self.request };
+        let request =
+            Request { max_step: self.request.max_step.min(followed).min(longest_step), ..self.request };
         let method = self.choice.method(&mut model, tolerance, request);
         let [q0, v0] = self.start;
         simulate(model, self.t_end, q0, v0, &method, self.t_eval, monitor)

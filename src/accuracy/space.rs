@@ -169,7 +169,8 @@ impl Missing {
 
     /// How far the tip moves in each state where these coordinates give way.
     fn moved<M: Model>(&self, richer: &mut M, chosen: &[usize]) -> Vec<[f64; 3]> {
-        let of_chosen = Matrix::from_fn(chosen.len(), chosen.len(), |i, j| self.stiffness[(chosen[i], chosen[j])]);
+        let of_chosen =
+            Matrix::from_fn(chosen.len(), chosen.len(), |i, j| self.stiffness[(chosen[i], chosen[j])]);
         let Some(cholesky) = of_chosen.cholesky() else { return Vec::new() };
         let moved = |[q, forces]: &[Vec<f64>; 2]| {
             let mut give = Matrix::from_fn(chosen.len(), 1, |i, _| -forces[chosen[i]]);

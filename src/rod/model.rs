@@ -411,8 +411,15 @@ impl Model for RodModel {
     fn with_modes(&self, modes: &[usize]) -> Option<Self> {
         const MORE_NODES: usize = 8;
         let mut other = Rod::clone(&self.rod);
-        for ((segment, modes), nodes) in other.segments.iter_mut().zip(modes.as_chunks::<STRAINS>().0).zip(self.nodes()) {
-            let more = modes.iter().max().copied().unwrap_or(0).saturating_sub(segment.modes.into_iter().max().unwrap_or(0));
+        for ((segment, modes), nodes) in
+            other.segments.iter_mut().zip(modes.as_chunks::<STRAINS>().0).zip(self.nodes())
+        {
+            let more = modes
+                .iter()
+                .max()
+                .copied()
+                .unwrap_or(0)
+                .saturating_sub(segment.modes.into_iter().max().unwrap_or(0));
             segment.modes = *modes;
             segment.nodes = Some((nodes / piece::number(segment) + MORE_NODES.max(more)).min(MAX_NODES));
         }

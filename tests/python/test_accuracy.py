@@ -1,5 +1,6 @@
 """Accuracy on request: what was asked for is reached, and what is said about the errors is true."""
 
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -7,7 +8,14 @@ import pytest
 
 import lissom
 
-SCENES = Path(__file__).parents[2] / "scenes"
+ROOT = Path(__file__).parents[2]
+sys.path.insert(0, str(ROOT / "benches" / "python"))
+import auto_honesty as honesty  # noqa: E402
+
+SCENES = ROOT / "scenes"
+
+# Of each family, of those that the script tries.
+HONEST_CASES = 6
 HANGING = (0.5**0.5, 0.0, 0.5**0.5, 0.0)
 STEP = 0.02
 
@@ -374,3 +382,48 @@ def test_few_times_are_as_good_as_many():
     assert few.a.shape == few.q.shape
     assert few.balance.total.shape == (2,)
     assert few.stats.time_error == many.stats.time_error
+
+
+@pytest.mark.parametrize("family", list(honesty.FAMILIES))
+def test_random_motions_are_within_what_is_claimed(family):
+    verdicts = [honesty.judge(family, number, seed=1) for number in range(HONEST_CASES)]
+    for verdict in verdicts:
+        assert verdict.success, verdict
+        assert verdict.missed <= 1, verdict
+        assert verdict.hidden <= 1, verdict
+
+
+@pytest.mark.parametrize("family", list(honesty.SPACE_FAMILIES))
+def test_random_rods_are_as_coarse_as_is_claimed(family):
+    verdicts = [honesty.judge_space(family, number, seed=1) for number in range(HONEST_CASES)]
+    for verdict in verdicts:
+        assert verdict.hidden <= 3, verdict
+        assert verdict.alarm <= 3, verdict
+
+
+def test_strains_without_modes_are_tried():
+    segment = lissom.Segment(0.5, 4e-3, 2e9, 7e8, 1200.0, {"bend_y": 4}, retardation_time=1e-2)
+    aside = lissom.Body(0.02, centre=(0.0, 0.1, 0.0))
+    rod = lissom.Rod([segment], bodies=[aside])
+    twisting = lissom.Segment(0.5, 4e-3, 2e9, 7e8, 1200.0, {"bend_y": 8, "torsion": 4, "bend_z": 4}, 1e-2)
+    found = lissom.simulate(rod, 0.5, method="auto", rtol=1e-3, dt=STEP)
+    right = lissom.simulate(lissom.Rod([twisting], bodies=[aside]), 0.5, method="radau", rtol=1e-6, dt=STEP)
+    true = distance(rod, found, right, right.model)
+    assert true > 1e-2
+    assert true < found.stats.space_error < 5 * true
+
+
+def test_an_unknown_space_error_is_no_secret():
+    segment = lissom.Segment(0.3, 5e-3, 1e7, 3e6, 1e3, {"bend_y": 4}, 1e-2, basis="piecewise_constant")
+    found = lissom.simulate(lissom.Rod([segment]), 0.2, method="auto", rtol=1e-2, dt=STEP)
+    assert found.success
+    assert found.stats.space_error is None
+    assert "The space error is unknown: its bases are made of pieces" in found.message
+
+
+def test_nodes_that_change_nothing_are_not_added():
+    # Too few modes, and nodes enough for those.
+    segment = lissom.Segment(1.0, 0.01, 5e6, 5e6 / 3, 1000.0, {"bend_y": 2}, retardation_time=1e-4)
+    found = lissom.simulate(lissom.Rod([segment]), 1.0, method="auto", rtol=1e-3, dt=STEP)
+    assert found.stats.space_error > 1e-3
+    assert found.model.nodes == lissom.Rod([segment]).nodes
