@@ -28,7 +28,7 @@ const LONGEST_EXPLICIT: f64 = 3.0;
 pub(super) const EXPLICIT_STABILITY: f64 = 4.0;
 
 /// The tip cannot be farther off than this, relative to the length.
-const FARTHEST: f64 = 2.0;
+pub(super) const FARTHEST: f64 = 2.0;
 
 /// Looks at what drives the model over the whole time, at least, and of each of the parts between which something is known to happen; and no more
 /// than so many in all.
@@ -67,21 +67,21 @@ impl Following {
         Self { vibrations: Vec::new(), of_drive: unlimited, stable: unlimited, loosest: unlimited }
     }
 
-    /// What the state `q0` sets off, with the vibrations about it, and what drives the model until `t_end`; as far as that is visible at
-    /// the first tolerance. The second one is that of the first run.
+    /// What the state `q0` sets off, with the vibrations about it, and what drives the model until `t_end`; as far as that is visible.
+    /// `loosest` is the tolerance of the first run.
     pub(super) fn new<M: Model>(
         model: &mut M,
         t_end: f64,
         q0: &[f64],
         spectrum: &Spectrum,
-        [tolerance, loosest]: [f64; 2],
+        loosest: f64,
     ) -> Result<Self, Interrupted> {
         let of_drive = model.shortest_period() / LOOKS_OF_A_PART;
         let stable = EXPLICIT_STABILITY / spectrum.rate();
         let mut following = Self { vibrations: Vec::new(), of_drive, stable, loosest };
         let mut sizes: Vec<f64> = spectrum.modes.iter().map(|mode| mode.size).collect();
         if model.varies_in_time() {
-            let drive = Drive::new(model, t_end, q0, spectrum, VISIBLE * tolerance)?;
+            let drive = Drive::new(model, t_end, q0, spectrum, VISIBLE * loosest)?;
             for (size, driven) in sizes.iter_mut().zip(drive.sizes) {
                 *size = size.max(driven);
             }
@@ -116,12 +116,9 @@ impl Following {
 
     /// What all vibrations together that are not visible at this tolerance do to the tip, relative to the length.
     pub(super) fn unseen(&self, tolerance: f64) -> f64 {
+        let visible = self.visible_reach(tolerance);
         let of_state = |vibrations: &Vec<Followed>| {
-            vibrations
-                .iter()
-                .map(|vibration| vibration.reach)
-                .filter(|&reach| reach <= VISIBLE * tolerance)
-                .sum()
+            vibrations.iter().map(|vibration| vibration.reach).filter(|&reach| reach <= visible).sum()
         };
         self.vibrations.iter().map(of_state).fold(0.0, f64::max)
     }
@@ -147,7 +144,13 @@ impl Following {
     }
 
     fn visible(&self, tolerance: f64) -> impl Iterator<Item = &Followed> {
-        self.vibrations.iter().flatten().filter(move |vibration| vibration.reach > VISIBLE * tolerance)
+        let visible = self.visible_reach(tolerance);
+        self.vibrations.iter().flatten().filter(move |vibration| vibration.reach > visible)
+    }
+
+    /// The same for all runs of a request, so that they can be compared.
+    fn visible_reach(&self, tolerance: f64) -> f64 {
+        VISIBLE * tolerance.max(self.loosest)
     }
 }
 

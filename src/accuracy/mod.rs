@@ -189,6 +189,8 @@ struct Found {
     tolerance: f64,
     /// Where the tip is at its times.
     tips: Vec<[f64; 3]>,
+    /// How far it is from the run of a finer model, relative to the length; zero where that is not known.
+    apart: f64,
     /// Why it has the method that it has.
     reason: String,
 }
@@ -204,17 +206,13 @@ impl<'a, M: Model + Clone> Plan<'a, M> {
         model.check_shape(q0, "q0")?;
         let unknown = || (Choice::implicit(), Following::nothing());
         let (choice, following) = match Spectrum::new(model, 0.0, q0, v0) {
-            Some(spectrum) => match Following::new(
-                model,
-                t_end,
-                q0,
-                &spectrum,
-                [request.tolerance, FIRST_TOLERANCE * request.tolerance],
-            ) {
-                Ok(following) => (Choice::new(&spectrum, &following, request.tolerance), following),
-                // A function of time fails: the method meets it again.
-                Err(Interrupted) => unknown(),
-            },
+            Some(spectrum) => {
+                match Following::new(model, t_end, q0, &spectrum, FIRST_TOLERANCE * request.tolerance) {
+                    Ok(following) => (Choice::new(&spectrum, &following, request.tolerance), following),
+                    // A function of time fails: the method meets it again.
+                    Err(Interrupted) => unknown(),
+                }
+            }
             // There are no accelerations: the method says so.
             None => unknown(),
         };
@@ -238,11 +236,19 @@ impl<'a, M: Model + Clone> Plan<'a, M> {
             let tips = tips(&mut self.model.clone(), &simulation);
             let reason = self.choice.reason.clone();
             if !status.is_success() {
-                return Ok(Found { simulation, status, tolerance: of_run, tips, reason });
+                return Ok(Found { simulation, status, tolerance: of_run, tips, apart: 0.0, reason });
             }
             let steps = simulation.statistics.counters.steps as f64;
             let Some(looser) = previous.take() else {
-                self.look(&simulation);
+                let is_first = runs == 1;
+                if is_first {
+                    self.look(&simulation);
+                }
+                let followed = self.following.longest_step(self.choice.is_explicit, of_run);
+                if is_first && followed * steps < self.t_end {
+                    // It has set off what it could not follow: no run to compare with.
+                    continue;
+                }
                 previous = Some(Looser { tolerance: of_run, steps, tips });
                 of_run = (of_run / TIGHTENING).max(SMALLEST_RUN_TOLERANCE);
                 continue;
@@ -273,7 +279,7 @@ impl<'a, M: Model + Clone> Plan<'a, M> {
                          energies (`balance`) instead of states."
                     )
                 };
-                return Ok(Found { simulation, status, tolerance: of_run, tips, reason });
+                return Ok(Found { simulation, status, tolerance: of_run, tips, apart: 0.0, reason });
             }
             // The next run is compared with this one, of which the error is smaller than that by this gain.
             let gain = (error / (AIM * tolerance)).powi(2) / gain;
@@ -304,7 +310,7 @@ impl<'a, M: Model + Clone> Plan<'a, M> {
         let plan = Plan::new(&mut finer.model, self.t_end, [&q0, &v0], self.request, self.t_eval)?;
         let tightest = found.tolerance.min(SPACE_TOLERANCE * wanted);
         let mut tolerance = FIRST_SPACE_TOLERANCE.max(found.tolerance);
-        let error = loop {
+        let (error, apart) = loop {
             let other = plan.run(tolerance, monitor)?;
             if !other.status.is_success() {
                 if other.status.name() == "interrupted" {
@@ -320,11 +326,12 @@ impl<'a, M: Model + Clone> Plan<'a, M> {
             let apart = largest(&distances(&fine, &found.tips)) / self.model.length();
             let error = estimate.error(apart);
             if error <= wanted || apart > CLEAR * tolerance || tolerance <= tightest {
-                break error;
+                break (error, apart);
             }
             tolerance = (tolerance / TIGHTENING).max(tightest);
         };
         found.simulation.statistics.space_error = Some(error);
+        found.apart = apart;
         let verdict = if error <= wanted {
             format!(" The space error is {error:.0e}.")
         } else {
@@ -357,7 +364,7 @@ impl<'a, M: Model + Clone> Plan<'a, M> {
         let (choice, following) = (self.choice.clone(), self.following.clone());
         let plan = Plan { model: more_nodes, choice, following, t_end, start, request, t_eval };
         // What is small beside the error by the modes does not matter either.
-        let matters = (NODES_TOLERANCE * tolerance).max(SPACE_TOLERANCE * space_error.unwrap_or(0.0));
+        let matters = (NODES_TOLERANCE * tolerance).max(SPACE_TOLERANCE * found.apart);
         let other = plan.run(found.tolerance, monitor)?;
         let apart = distances(&tips(&mut more_nodes.clone(), &other), &found.tips);
         Ok(other.status.is_success() && largest(&apart) > matters * self.model.length())

@@ -1,7 +1,7 @@
 //! How many modes of each strain a motion takes.
 
 use super::Plan;
-use super::{Request, distances, largest, tips};
+use super::{Request, distances, largest, space, tips};
 use crate::error::{Checker, Interrupted, InvalidInput};
 use crate::linalg::Matrix;
 use crate::model::Model;
@@ -89,7 +89,7 @@ pub fn choose_modes(
             Ok(trial) => trial,
             Err(failed) => return Ok(failed.choice(rod.clone(), space_error)),
         };
-        let error = largest(&distances(&fine.tips, &coarse.tips)) / rod.length();
+        let error = space::SAFETY * largest(&distances(&fine.tips, &coarse.tips)) / rod.length();
         space_error = Some(error);
         if error <= request.tolerance {
             let message = format!("The modes leave a space error of {error:.0e} of the length.");

@@ -5,6 +5,7 @@
 //! matter, and how much of what is missing a model with only two more modes of each strain finds. Kinks, point loads and springs near an end are
 //! not seen by the next modes but by much higher ones.
 
+use super::following::FARTHEST;
 use super::largest;
 use crate::linalg::Matrix;
 use crate::model::{ForwardScratch, Model};
@@ -26,7 +27,7 @@ const STATES: usize = 12;
 const MATTERS: f64 = 0.1;
 
 /// What is claimed, relative to what is found: not less than the truth for most random rods (`benches/python/auto_honesty.py --space`).
-const SAFETY: f64 = 1.5;
+pub(super) const SAFETY: f64 = 1.5;
 
 /// A model to compare with.
 pub(super) struct Finer<M> {
@@ -61,7 +62,7 @@ impl Estimate {
     /// proportion to what comes of that which it has.
     pub(super) fn error(self, apart: f64) -> f64 {
         let proportion = if self.finds > 0.0 { (self.leaves / self.finds).min(1.0) } else { 1.0 };
-        SAFETY * (apart + self.leaves.max(apart * proportion))
+        (SAFETY * (apart + self.leaves.max(apart * proportion))).min(FARTHEST)
     }
 }
 

@@ -17,9 +17,8 @@ use crate::model::Energy;
 /// Whether this machine multiplies and adds in one instruction: 64-bit ARM does, and x86-64 with the wide instruction sets
 /// that pulp knows.
 pub(super) fn machine_has_fused() -> bool {
-    cfg!(lissom_dev)
-        || cfg!(any(target_arch = "x86_64", target_arch = "aarch64"))
-            && !matches!(pulp::Arch::new(), pulp::Arch::Scalar)
+    cfg!(lissom_dev) || cfg!(any(target_arch = "x86_64", target_arch = "aarch64"))
+        && !matches!(pulp::Arch::new(), pulp::Arch::Scalar)
 }
 
 /// Runs a sweep with the instructions that all machines have. Never inlined: these copies are only needed once.

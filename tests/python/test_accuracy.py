@@ -340,7 +340,7 @@ def natural_frequency(rod):
     return np.sqrt(np.linalg.eigvals(np.linalg.solve(mass, stiffness)).real.min()) / (2 * np.pi)
 
 
-# Motions that a method of which the steps are too long brings to rest, or does not see at all: rods, durations, requests.
+# Motions that steps which are too long bring to rest, or do not see at all: rods, durations, requests.
 FOLLOWED = {
     "undamped wire": (undamped_wire, 100.0, 1e-2),
     "undamped wire for long": (undamped_wire, 300.0, 1e-2),
@@ -381,7 +381,7 @@ def test_few_times_are_as_good_as_many():
     np.testing.assert_array_equal(few.q, many.q[[50, 100]])
     assert few.a.shape == few.q.shape
     assert few.balance.total.shape == (2,)
-    assert few.stats.time_error == many.stats.time_error
+    assert few.stats.time_error == pytest.approx(many.stats.time_error, rel=1e-6)
 
 
 @pytest.mark.parametrize("family", list(honesty.FAMILIES))
@@ -414,7 +414,7 @@ def test_strains_without_modes_are_tried():
 
 
 def test_an_unknown_space_error_is_no_secret():
-    segment = lissom.Segment(0.3, 5e-3, 1e7, 3e6, 1e3, {"bend_y": 4}, 1e-2, basis="piecewise_constant")
+    segment = lissom.Segment(0.3, 5e-3, 1e7, 4e6, 1e3, {"bend_y": 4}, 1e-2, basis="piecewise_constant")
     found = lissom.simulate(lissom.Rod([segment]), 0.2, method="auto", rtol=1e-2, dt=STEP)
     assert found.success
     assert found.stats.space_error is None
