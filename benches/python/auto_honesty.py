@@ -2,9 +2,9 @@
 
     python benches/python/auto_honesty.py [--count 300] [--seed 1] [--family NAME ...] [--worst 10] [--space]
 
-Each case draws a rod, what moves it, how long, and an accuracy. The truth is a run with tolerances far below; with
---space a rod with many modes. Prints a Markdown table of how many of the successes are within what was asked for and
-within what is claimed, and the worst cases.
+Each case draws a rod, what moves it, how long, and an accuracy. The truth is a run with tolerances far below;
+with --space a rod with many modes. Prints a Markdown table of how many of the successes are within what was
+asked for and within what is claimed, and the worst cases.
 """
 
 import argparse
@@ -223,8 +223,8 @@ class Verdict:
     def __str__(self):
         return (
             f"{self.family} #{self.number}: asked {self.case.tolerance:.0e}, claimed {self.claimed:.1e}, "
-            f"true {self.true:.1e}, {self.status}, {self.method}, {self.steps} steps, drift {self.drift:.0e}, "
-            f"n {self.case.rod.n}, {self.case.note}, {self.seconds:.2f} s"
+            f"true {self.true:.1e}, {self.status}, {self.method}, {self.steps} steps, "
+            f"drift {self.drift:.0e}, n {self.case.rod.n}, {self.case.note}, {self.seconds:.2f} s"
         )
 
 
@@ -398,8 +398,9 @@ class SpaceVerdict:
 
     @property
     def alarm(self):
-        """What is claimed over what is true, where it is claimed that what was asked for is not met but it is."""
-        return self.claimed / self.true if self.claimed > self.case.tolerance > self.true else 0.0
+        """What is claimed over what is true, where that is within what was asked for and the claim is not."""
+        is_alarm = self.claimed > self.case.tolerance > self.true
+        return self.claimed / max(self.true, ROUNDING) if is_alarm else 0.0
 
     def __str__(self):
         return (

@@ -24,6 +24,9 @@ const EXPLICIT_ERROR: (i32, f64) = (9, 1.4e7);
 const LONGEST_IMPLICIT: f64 = 1.5;
 const LONGEST_EXPLICIT: f64 = 3.0;
 
+/// Of the tolerance of a run each vibration gets this part.
+const SHARE: f64 = 0.5;
+
 /// DOP853 is stable for steps below 6.1 over the largest rate (Hairer and Wanner 1996, section IV.2); with room for a rate that grows.
 pub(super) const EXPLICIT_STABILITY: f64 = 4.0;
 
@@ -114,12 +117,15 @@ impl Following {
         self.vibrations.push(followed.collect());
     }
 
-    /// What all vibrations together that are not visible at this tolerance do to the tip, relative to the length.
-    pub(super) fn unseen(&self, tolerance: f64) -> f64 {
-        let visible = self.visible_reach(tolerance);
-        let of_state = |vibrations: &Vec<Followed>| {
-            vibrations.iter().map(|vibration| vibration.reach).filter(|&reach| reach <= visible).sum()
+    /// What steps of this size leave of all vibrations together, relative to the length: of those that are stepped over all of it is lost,
+    /// in every run alike.
+    pub(super) fn lost(&self, is_explicit: bool, step: f64) -> f64 {
+        let (order, constant) = error_of_a_step(is_explicit);
+        let part = |vibration: &Followed| {
+            let of_a_radian = (vibration.frequency * step).powi(order - 1) / constant;
+            vibration.reach * (vibration.radians * of_a_radian).min(1.0)
         };
+        let of_state = |vibrations: &Vec<Followed>| vibrations.iter().map(part).sum();
         self.vibrations.iter().map(of_state).fold(0.0, f64::max)
     }
 
@@ -128,30 +134,31 @@ impl Following {
         self.visible(tolerance).map(|vibration| vibration.frequency).fold(0.0, f64::max)
     }
 
-    /// The longest step, in seconds, with which no vibration leaves an error of more than `tolerance`.
+    /// The longest step, in seconds, with which no vibration leaves an error of more than its share of `tolerance`.
     pub(super) fn longest_step(&self, is_explicit: bool, tolerance: f64) -> f64 {
-        let ((order, constant), longest) =
-            if is_explicit { (EXPLICIT_ERROR, LONGEST_EXPLICIT) } else { (IMPLICIT_ERROR, LONGEST_IMPLICIT) };
+        let (order, constant) = error_of_a_step(is_explicit);
+        let longest = if is_explicit { LONGEST_EXPLICIT } else { LONGEST_IMPLICIT };
         // Two runs must not have the same steps, whatever limits them: they would share the same errors.
         let power = 1.0 / f64::from(order - 1);
         let shorter = (tolerance / self.loosest).powf(power).min(1.0);
         let of_vibration = |vibration: &Followed| {
-            let allowed = constant * tolerance / (vibration.reach * vibration.radians);
+            let allowed = constant * SHARE * tolerance / (vibration.reach * vibration.radians);
             allowed.powf(power).min(longest * shorter) / vibration.frequency
         };
         let stable = if is_explicit { self.stable } else { f64::INFINITY };
         self.visible(tolerance).map(of_vibration).fold(self.of_drive.min(stable) * shorter, f64::min)
     }
 
+    /// The same vibrations for all runs of a request, so that they can be compared.
     fn visible(&self, tolerance: f64) -> impl Iterator<Item = &Followed> {
-        let visible = self.visible_reach(tolerance);
+        let visible = VISIBLE * tolerance.max(self.loosest);
         self.vibrations.iter().flatten().filter(move |vibration| vibration.reach > visible)
     }
+}
 
-    /// The same for all runs of a request, so that they can be compared.
-    fn visible_reach(&self, tolerance: f64) -> f64 {
-        VISIBLE * tolerance.max(self.loosest)
-    }
+/// See [`IMPLICIT_ERROR`].
+fn error_of_a_step(is_explicit: bool) -> (i32, f64) {
+    if is_explicit { EXPLICIT_ERROR } else { IMPLICIT_ERROR }
 }
 
 /// What loads and the motion of the base do to the vibrations about the start.

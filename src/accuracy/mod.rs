@@ -95,6 +95,9 @@ const AIM: f64 = 0.5;
 const LEAST_GAIN: f64 = 3.0;
 const SHORTER_STEPS: f64 = 1.5;
 
+/// A run that has lost or gained this part of the energy that moved is not trusted, whatever it agrees with.
+const LARGE_DRIFT: f64 = 0.1;
+
 /// At so many times runs are compared, at least.
 const COMPARED: usize = 100;
 
@@ -265,7 +268,8 @@ impl<'a, M: Model + Clone> Plan<'a, M> {
             let is_better = gain >= LEAST_GAIN && !grows(&distances);
             let share = if is_better { SAFETY / gain.sqrt() } else { SAFETY };
             let apart = share * largest(&distances) / self.model.length();
-            let error = (apart + self.following.unseen(of_run)).max(self.lost(&simulation, &tips));
+            let lost = self.following.lost(self.choice.is_explicit, self.t_end / steps.max(1.0));
+            let error = (apart + lost).max(self.drained(&simulation, &tips));
             simulation.statistics.time_error = Some(error);
             let is_met = error <= tolerance;
             if is_met || runs == RUNS || of_run <= SMALLEST_RUN_TOLERANCE || !error.is_finite() {
@@ -370,11 +374,11 @@ impl<'a, M: Model + Clone> Plan<'a, M> {
         Ok(other.status.is_success() && largest(&apart) > matters * self.model.length())
     }
 
-    /// The error of the tip that goes with the energy that a run has lost or gained: half of that of the motion, as of a
-    /// vibration. Methods that damp what they step over show here.
-    fn lost(&self, simulation: &Simulation, tips: &[[f64; 3]]) -> f64 {
+    /// The error of the tip that goes with the energy that a run has lost or gained, if that is much: half of that of the motion, as of a
+    /// vibration. The balance itself has errors where loads jump; methods that damp what they step over lose most of it.
+    fn drained(&self, simulation: &Simulation, tips: &[[f64; 3]]) -> f64 {
         let drift = simulation.balance(&mut self.model.clone()).map_or(0.0, |balance| balance.drift());
-        let Some(start) = tips.first() else { return 0.0 };
+        let Some(start) = tips.first().filter(|_| drift > LARGE_DRIFT) else { return 0.0 };
         let range = largest(&distances(tips, &vec![*start; tips.len()])) / self.model.length();
         0.5 * drift.min(1.0) * range
     }

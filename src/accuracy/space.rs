@@ -58,11 +58,12 @@ pub(super) struct Estimate {
 }
 
 impl Estimate {
-    /// The space error of the coarse model, where the finer one is apart from it by so much. What even the finer one lacks is added in
-    /// proportion to what comes of that which it has.
+    /// The space error of the coarse model, where the finer one is apart from it by so much. What even the finer one lacks is added: in
+    /// proportion to what came of that which it has, if that is most of it.
     pub(super) fn error(self, apart: f64) -> f64 {
-        let proportion = if self.finds > 0.0 { (self.leaves / self.finds).min(1.0) } else { 1.0 };
-        (SAFETY * (apart + self.leaves.max(apart * proportion))).min(FARTHEST)
+        let left =
+            if self.leaves < self.finds { apart * self.leaves / self.finds } else { self.leaves.max(apart) };
+        (SAFETY * (apart + left)).min(FARTHEST)
     }
 }
 
