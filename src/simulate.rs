@@ -128,9 +128,6 @@ impl Simulation {
 
     /// Forgets all times but these, which increase; a run that ended early has the first of them.
     pub(crate) fn keep(&mut self, times: &[f64]) {
-        if self.t.len() == times.len() {
-            return;
-        }
         let is_kept: Vec<bool> =
             self.t.iter().map(|t| times.binary_search_by(|time| time.total_cmp(t)).is_ok()).collect();
         let n = self.n;
