@@ -5,11 +5,15 @@ JOBS ?= 2
 RESULTS ?= results
 PARTS ?= lab kernels limit scaling rubber_rod
 QUICK ?=
+FUZZ_SECONDS ?= 300
+FUZZ_HARNESS ?= scenes api solvers
+FUZZ_SEED ?=
+FUZZ_FILES ?=
 
 VENV := .venv
 BIN := $(VENV)/bin
 LAB_SCENES := $(sort $(wildcard scenes/lab-*.toml))
-COMPILE := uv pip compile --quiet --universal --python-version 3.11 --upgrade \
+COMPILE := uv pip compile --quiet --universal --python-version 3.11 --upgrade --generate-hashes \
 	--no-emit-index-url --no-emit-find-links --no-annotate --all-extras pyproject.toml
 
 # The tools must act on .venv whatever environment the caller has activated.
@@ -21,7 +25,7 @@ unexport CONDA_PREFIX
 unexport PYTHONPATH
 unexport PYTHONHOME
 
-.PHONY: help demo bench validate stress test test-rust test-python build build-for-test format lock clean
+.PHONY: help demo bench validate stress test test-rust test-python test-checked test-sanitized build build-for-test format lock fuzz audit clean
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -52,6 +56,11 @@ test-python: build-for-test ## formatting, types and tests of the Python package
 	$(BIN)/python -m mypy.stubtest lissom._lissom --allowlist tests/python/stubtest-allowlist.txt
 	$(BIN)/python -m pytest -n $(JOBS)
 
+test-checked: $(VENV)/test.stamp ## the Python tests with debug assertions and overflow checks (slow)
+	@.ci/toolchain cargo
+	$(BIN)/maturin develop --profile checked --locked
+	$(BIN)/python -m pytest -n $(JOBS); status=$$?; $(MAKE) build-for-test; exit $$status
+
 bench: build-for-test ## measure, and write docs/benchmarks.md (PARTS="lab kernels", QUICK=1)
 	$(BIN)/python benches/python/suite.py --parts $(PARTS) $(if $(QUICK),--quick)
 
@@ -60,6 +69,10 @@ validate: build ## ask questions with known answers, and write docs/validation.m
 
 stress: build ## try hard cases, and compare with the committed table (QUICK=1)
 	$(BIN)/lissom stress -o $(RESULTS)/stress $(if $(QUICK),--quick)
+
+fuzz: build-for-test ## try random input (FUZZ_SECONDS=300, FUZZ_SEED=1, FUZZ_HARNESS="scenes api solvers", FUZZ_FILES=...)
+	PYTHONPATH=tests/python $(BIN)/python -m fuzz $(if $(FUZZ_FILES),$(FUZZ_FILES),--seconds $(FUZZ_SECONDS) --jobs $(JOBS) \
+		--harness $(FUZZ_HARNESS) $(if $(FUZZ_SEED),--seed $(FUZZ_SEED)) --findings $(RESULTS)/fuzz)
 
 build: $(VENV)/demo.stamp ## build the package in release mode into .venv
 	@.ci/toolchain cargo
@@ -74,9 +87,12 @@ format: $(VENV)/test.stamp ## format all sources
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
 
-lock: ## choose the newest versions for requirements/*.txt (needs uv)
+lock: ## choose the newest versions for requirements/*.txt, with hashes (needs uv)
 	UV_CUSTOM_COMPILE_COMMAND="make lock" $(COMPILE) --group build --output-file requirements/demo.txt
 	UV_CUSTOM_COMPILE_COMMAND="make lock" $(COMPILE) --group test --output-file requirements/test.txt
+
+audit: ## licences, sources and known weaknesses of the crates (needs cargo-deny)
+	cargo deny --locked check
 
 clean: ## remove .venv, build products and results
 	rm -rf $(VENV) target $(RESULTS) python/lissom/*.so
@@ -84,5 +100,5 @@ clean: ## remove .venv, build products and results
 $(VENV)/%.stamp: requirements/%.txt pyproject.toml
 	@.ci/toolchain cargo
 	@test -x $(BIN)/python || { python=$$(.ci/toolchain python) && "$$python" -m venv $(VENV); }
-	$(BIN)/python -m pip install --quiet --requirement $<
+	$(BIN)/python -m pip install --quiet --require-hashes --requirement $<
 	@touch $@

@@ -68,31 +68,36 @@ impl Balance {
             &|i| self.work[i],
         ];
         let range = |part: &dyn Fn(usize) -> f64| {
-            let values = (0..self.energies.len()).map(part);
-            let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
-                (low.min(value), high.max(value))
-            });
-            (high - low).max(0.0)
+            let values = || (0..self.energies.len()).map(part);
+            // Without times nothing moves.
+            if self.energies.is_empty() { 0.0 } else { largest(values()) + largest(values().map(|x| -x)) }
         };
-        let kinetic = self.energies.iter().map(|energy| energy.kinetic).fold(0.0, f64::max);
-        parts.into_iter().map(range).fold(kinetic, f64::max)
+        let kinetic = self.energies.iter().map(|energy| energy.kinetic.abs());
+        largest(parts.into_iter().map(range).chain(kinetic).chain([0.0]))
     }
 
-    /// False where all that moves is rounding of the parts.
+    /// False where all that moves is rounding of the parts. What is not known moves.
     pub fn moves(&self) -> bool {
         let size = |energy: &Energy| {
             [energy.kinetic, energy.elastic, energy.gravitational, energy.loads].map(f64::abs)
         };
-        let largest = self.energies.iter().flat_map(size).fold(0.0, f64::max);
-        self.scale() > ROUNDING * largest
+        let rounding = ROUNDING * largest(self.energies.iter().flat_map(size).chain([0.0]));
+        let scale = self.scale();
+        !scale.is_finite() || !rounding.is_finite() || scale > rounding
     }
 
-    /// The largest defect: change of the total, relative to the largest energy that moved; zero if nothing moved.
+    /// The largest defect: change of the total, relative to the largest energy that moved; zero if nothing moved, NaN where an energy
+    /// is not finite.
     pub fn drift(&self) -> f64 {
         let total = self.total();
         let Some(first) = total.first().filter(|_| self.moves()) else { return 0.0 };
-        total.iter().map(|value| (value - first).abs()).fold(0.0, f64::max) / self.scale()
+        largest(total.iter().map(|value| (value - first).abs())) / self.scale()
     }
+}
+
+/// The largest of some numbers; NaN if one of them is, which `f64::max` passes over.
+fn largest(values: impl Iterator<Item = f64>) -> f64 {
+    values.fold(f64::NEG_INFINITY, |most, value| if most >= value || most.is_nan() { most } else { value })
 }
 
 /// How flows are integrated over a step.
@@ -134,11 +139,12 @@ pub(crate) struct FlowMeter<'a> {
 }
 
 impl<'a> FlowMeter<'a> {
-    /// A meter at the start of a motion whose flow is wanted at the times `t_eval`, or after every step; `None` for a model
+    /// A meter at the start `t0` of a motion whose flow is wanted at the times `t_eval`, or after every step; `None` for a model
     /// without flows.
     pub(crate) fn new<M: Model + ?Sized>(
         model: &mut M,
         rule: Rule,
+        t0: f64,
         [q0, v0]: [&[f64]; 2],
         t_eval: Option<&'a [f64]>,
     ) -> Option<Self> {
@@ -150,7 +156,7 @@ impl<'a> FlowMeter<'a> {
         let mut a = vec![0.0; n];
         if rule == Rule::Quintic || model.varies_in_time() {
             // Where there are no loads or no accelerations there will be no steps.
-            if model.set_time(0.0).is_ok() {
+            if model.set_time(t0).is_ok() {
                 let _ = model.forward_dynamics(q0, v0, &mut a, &mut ForwardScratch::new(n));
             }
         }
@@ -160,7 +166,7 @@ impl<'a> FlowMeter<'a> {
             is_driven,
             rule,
             t_eval,
-            t: 0.0,
+            t: t0,
             q: q0.to_vec(),
             v: v0.to_vec(),
             a,
@@ -173,7 +179,7 @@ impl<'a> FlowMeter<'a> {
         let points = t_eval.map_or(0, <[f64]>::len);
         meter.flow.dissipated.reserve(points);
         meter.flow.work.reserve(points);
-        if t_eval.is_none_or(|times| times.first() == Some(&0.0)) {
+        if t_eval.is_none_or(|times| times.first() == Some(&t0)) {
             meter.record([0.0; 2]);
         }
         Some(meter)

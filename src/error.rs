@@ -22,6 +22,14 @@ impl fmt::Display for Problem {
     }
 }
 
+/// Most problems of one input that a message has: nobody reads more, and inputs can have millions.
+pub const MAX_PROBLEMS: usize = 100;
+
+/// The end of a message that leaves out problems.
+pub(crate) fn rest_of(problems: usize) -> String {
+    format!("and {problems} more problem{}", if problems == 1 { "" } else { "s" })
+}
+
 /// An input that was refused, with everything that is wrong with it. Never empty.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct InvalidInput {
@@ -44,13 +52,14 @@ impl InvalidInput {
 
 impl fmt::Display for InvalidInput {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (i, problem) in self.problems.iter().enumerate() {
+        let (first, rest) = self.problems.split_at(self.problems.len().min(MAX_PROBLEMS));
+        for (i, problem) in first.iter().enumerate() {
             if i > 0 {
                 writeln!(f)?;
             }
             write!(f, "{problem}")?;
         }
-        Ok(())
+        if rest.is_empty() { Ok(()) } else { write!(f, "\n{}", rest_of(rest.len())) }
     }
 }
 
@@ -161,6 +170,18 @@ pub struct Interrupted;
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn messages_have_the_first_hundred_problems_and_the_number_of_the_rest() {
+        let mut checker = Checker::new();
+        checker.finite(&[f64::NAN; 100], "x");
+        assert!(!checker.finish().unwrap_err().to_string().contains("more"));
+        let mut checker = Checker::new();
+        checker.finite(&[f64::NAN; 1234], "x");
+        let message = checker.finish().unwrap_err().to_string();
+        assert_eq!(message.lines().count(), 101);
+        assert!(message.contains("x[99]: ") && message.ends_with("\nand 1134 more problems"), "{message}");
+    }
 
     #[test]
     fn numbers_in_messages_are_short() {

@@ -2,10 +2,12 @@
 
 pub mod accuracy;
 pub mod balance;
+mod derivatives;
 pub mod error;
 mod hermite;
 pub mod lie;
 pub mod linalg;
+mod memory;
 pub mod model;
 pub mod modes;
 pub mod newmark;
@@ -21,4 +23,7 @@ pub mod scene;
 pub mod signal;
 pub mod simulate;
 mod spectrum;
+pub mod springs;
+pub mod stability;
 pub mod statics;
+mod unseen;

@@ -2,6 +2,7 @@
 
 use crate::error::{Interrupted, InvalidInput};
 use crate::linalg::{ChainLu, ChainMatrix, Cholesky, Matrix};
+use crate::springs::Springs;
 
 /// The energies of a state, in joules.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -20,6 +21,48 @@ impl Energy {
     /// The sum of all parts: constant in free motion without damping.
     pub fn total(&self) -> f64 {
         self.kinetic + self.elastic + self.gravitational + self.loads
+    }
+}
+
+/// Why a shape is none that the model can have, or none that it can follow.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Flaw {
+    /// It turns by more than half a turn between neighbouring quadrature nodes.
+    Unresolved {
+        /// How many times as many nodes it takes.
+        shortage: f64,
+    },
+    /// It is turned inside out.
+    Inverted {
+        /// Arc length of the unstretched rod where it is worst, in metres.
+        at: f64,
+        /// The stretch there: length over length at rest, not positive.
+        stretch: f64,
+    },
+}
+
+impl std::fmt::Display for Flaw {
+    /// What the rod does.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match *self {
+            Self::Unresolved { .. } => {
+                write!(f, "turns by more than half a turn between neighbouring quadrature nodes")
+            }
+            Self::Inverted { at, stretch } => {
+                write!(f, "is turned inside out (stretch {} at X = {})", Rounded(stretch), Rounded(at))
+            }
+        }
+    }
+}
+
+/// A number with four digits.
+struct Rounded(f64);
+
+impl std::fmt::Display for Rounded {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self(value) = *self;
+        let is_handy = value == 0.0 || (1e-3..1e4).contains(&value.abs());
+        if is_handy { write!(f, "{}", (value * 1e4).round() / 1e4) } else { write!(f, "{value:.3e}") }
     }
 }
 
@@ -65,6 +108,17 @@ pub trait Model {
 
     /// The derivative of [`Self::elastic_forces`], symmetric.
     fn elastic_tangent(&mut self, q: &[f64], tangent: &mut Matrix);
+
+    /// How many forces its springs to the world have.
+    fn springs(&self) -> usize {
+        0
+    }
+
+    /// Its springs in a shape, with the forces that they have there. Some evaluations of the forces for each; not for step loops.
+    fn linearise_springs(&mut self, _q: &[f64], _springs: &mut Springs) {}
+
+    /// From now on forces and tangents at rest take these for the springs' forces, whatever the shape, until they get `None`.
+    fn hold_springs(&mut self, _forces: Option<&[f64]>) {}
 
     /// Changes of the coordinates that count as large, all > 0: what makes coordinates of different units comparable.
     fn typical_coordinates(&self, sizes: &mut [f64]) {
@@ -126,21 +180,24 @@ pub trait Model {
         f64::INFINITY
     }
 
-    /// How many times as many quadrature nodes this shape takes as there are; `None` where they resolve it. What is computed of other
-    /// shapes means nothing.
-    fn shortage_of_nodes(&self, _q: &[f64]) -> Option<f64> {
+    /// Why what is computed of this shape means nothing; `None` where it does mean something.
+    fn flaw(&self, _q: &[f64]) -> Option<Flaw> {
         None
     }
 
-    /// Refuses a shape that the model does not resolve; `place` is the name of `q`.
+    /// Refuses a shape with a flaw; `place` is the name of `q`.
     fn check_shape(&self, q: &[f64], place: &str) -> Result<(), InvalidInput> {
-        let Some(shortage) = self.shortage_of_nodes(q) else { return Ok(()) };
-        let found = "a rod that turns by more than half a turn between neighbouring quadrature nodes";
-        let expected = format!(
-            "a shape that the nodes resolve: smaller curvatures, more segments, or more `nodes`{}",
-            at_least(shortage)
-        );
-        Err(InvalidInput::new(place, found, expected))
+        let Some(flaw) = self.flaw(q) else { return Ok(()) };
+        let expected = match flaw {
+            Flaw::Unresolved { shortage } => format!(
+                "a shape that the nodes resolve: smaller curvatures, more segments, or more `nodes`{}",
+                at_least(shortage)
+            ),
+            Flaw::Inverted { .. } => {
+                "a stretch (reference strain and modes together) > 0 all along".to_owned()
+            }
+        };
+        Err(InvalidInput::new(place, format_args!("a rod that {flaw}"), expected))
     }
 
     /// Whether a finite number of modes stands for infinitely many.
@@ -209,6 +266,11 @@ pub trait Model {
     /// of time that somebody else provides does.
     fn set_time(&mut self, _t: f64) -> Result<(), Interrupted> {
         Ok(())
+    }
+
+    /// What of the model is not finite at the time that is set, in words, so that nothing follows from it; `None` where all is.
+    fn not_finite(&self) -> Option<String> {
+        None
     }
 
     /// Accelerations of the free motion: `qdd` with `tau(q, qd, qdd) = 0`, by a solve of `M qdd = -tau(q, qd, 0)`: Cholesky's,

@@ -1,7 +1,9 @@
 //! Natural vibrations about an equilibrium: frequencies, damping and shapes of `M x'' + D x' + K x = 0`.
 
-use crate::linalg::{Complex, Matrix, eigen, symmetric_eigen};
+use crate::linalg::{Complex, Matrix, eigen, eigenvalues, symmetric_eigen};
 use crate::model::Model;
+use crate::springs::{self, Natural, scaled};
+use crate::stability::{Stability, verdict};
 
 /// Stiffness and damping are symmetric when no entry differs from its mirror image by more than this part of the matrix's
 /// largest one in scaled coordinates.
@@ -11,8 +13,11 @@ const SYMMETRIC: f64 = 1e-6;
 /// uncoupled: they change with the square of the coupling.
 const UNCOUPLED: f64 = 1e-9;
 
-/// Eigenvalues whose real part is smaller than this part of their size are rounding.
-const ROUNDING: f64 = 1e-9;
+/// Eigenvalues whose real part is smaller than this part of their size do not grow but are rounding.
+pub(crate) const GROWING: f64 = 1e-9;
+
+/// Where rates differ by more than this, the slow ones are taken from the inverse of the problem.
+const WIDE: f64 = 1e3;
 
 /// The vibrations of a model, slowest first.
 #[derive(Clone, Debug, PartialEq)]
@@ -32,6 +37,8 @@ pub struct Modes {
     pub is_classical: bool,
     /// `|s R|` in joules, as in statics: zero at an equilibrium.
     pub residual_norm: f64,
+    /// What small disturbances do, as statics says it of an equilibrium; `None` where that is unknown.
+    pub stability: Option<Stability>,
 }
 
 /// Why there are no modes.
@@ -43,11 +50,13 @@ pub enum NoModes {
     NonFinite,
 }
 
-/// The matrices of small motions, in scaled coordinates x = q / s.
+/// The matrices of small motions, in natural coordinates x of the shape: `q / s = W x` with the typical sizes s.
 pub(crate) struct SmallMotions {
     pub(crate) mass: Matrix,
     pub(crate) damping: Matrix,
     pub(crate) stiffness: Matrix,
+    /// W.
+    pub(crate) basis: Matrix,
     pub(crate) sizes: Vec<f64>,
 }
 
@@ -61,25 +70,48 @@ pub fn modes(model: &mut dyn Model, q: &[f64]) -> Result<Modes, NoModes> {
     let mut residual = rest.clone();
     model.inverse_dynamics(q, &rest, &rest, &mut residual);
     let residual_norm = residual.iter().zip(&sizes).map(|(r, s)| (r * s) * (r * s)).sum::<f64>().sqrt();
-    let [stiffness, damping] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].map(|weights| {
-        let mut tangent = Matrix::zeros(n, n);
-        model.weighted_tangent(q, &rest, &rest, weights, &mut tangent);
-        scaled(tangent, &sizes)
-    });
-    let mut mass = Matrix::zeros(n, n);
-    model.mass_matrix(q, &mut mass);
-    let motions = SmallMotions { mass: scaled(mass, &sizes), damping, stiffness, sizes };
-    Ok(Modes { residual_norm, ..motions.modes()? })
+    let motions = small_motions(model, q, &sizes).ok_or(NoModes::NonFinite)?;
+    let stability = verdict(&motions).map(|verdict| verdict.stability);
+    Ok(Modes { residual_norm, stability, ..motions.modes()? })
 }
 
-/// `S A S` with the sizes on the diagonal of S.
-pub(crate) fn scaled(mut a: Matrix, sizes: &[f64]) -> Matrix {
-    for k in 0..sizes.len() {
-        for j in 0..sizes.len() {
-            a[(j, k)] *= sizes[j] * sizes[k];
+/// Small motions of a model about rest at `q`; `None` where something is not finite.
+fn small_motions(model: &mut dyn Model, q: &[f64], sizes: &[f64]) -> Option<SmallMotions> {
+    let n = q.len();
+    let rest = vec![0.0; n];
+    let material = springs::material(model, q, sizes);
+    let held = springs::linearised(model, q, sizes);
+    let tangent = |model: &mut dyn Model, weights| {
+        let mut tangent = Matrix::zeros(n, n);
+        model.weighted_tangent(q, &rest, &rest, weights, &mut tangent);
+        scaled(tangent, sizes)
+    };
+    let natural = |stiffness: &Matrix| {
+        Natural::new(&material, held.as_ref(), || springs::reference(&material, stiffness))
+    };
+    let (stiffness, natural) = match &held {
+        None => {
+            let stiffness = tangent(model, [1.0, 0.0, 0.0]);
+            let natural = natural(&stiffness)?;
+            (natural.tangent(&stiffness, None), natural)
         }
-    }
-    a
+        Some(own) => {
+            let natural = natural(&material)?;
+            let mut at_own = vec![0.0; n];
+            model.hold_springs(Some(&own.forces));
+            model.inverse_dynamics(q, &rest, &rest, &mut at_own);
+            at_own.iter_mut().zip(sizes).for_each(|(tau, size)| *tau *= size);
+            model.hold_springs(Some(&natural.settled(own, &natural.forces(&at_own))));
+            let stiffness = tangent(model, [1.0, 0.0, 0.0]);
+            model.hold_springs(None);
+            (natural.tangent(&stiffness, held.as_ref()), natural)
+        }
+    };
+    let damping = natural.matrix(&tangent(model, [0.0, 1.0, 0.0]));
+    let mut mass = Matrix::zeros(n, n);
+    model.mass_matrix(q, &mut mass);
+    let mass = natural.matrix(&scaled(mass, sizes));
+    Some(SmallMotions { mass, damping, stiffness, basis: natural.basis(), sizes: sizes.to_vec() })
 }
 
 /// Compares each entry with the diagonal ones of its row and column.
@@ -113,11 +145,15 @@ impl SmallMotions {
         if ![&self.mass, &self.damping, &self.stiffness].into_iter().all(is_finite) {
             return Err(NoModes::NonFinite);
         }
-        if is_symmetric(&self.stiffness) && is_symmetric(&self.damping) {
-            self.symmetric()
+        let modes = if is_symmetric(&self.stiffness) && is_symmetric(&self.damping) {
+            self.symmetric()?
         } else {
-            self.general()
-        }
+            self.general()?
+        };
+        // Products of what is finite may overflow.
+        let numbers = modes.frequency.iter().chain(&modes.damping).copied();
+        let complex = modes.eigenvalues.iter().chain(&modes.shapes).flat_map(|number| [number.re, number.im]);
+        if numbers.chain(complex).all(f64::is_finite) { Ok(modes) } else { Err(NoModes::NonFinite) }
     }
 
     /// Undamped modes first, then what damping makes of them.
@@ -151,7 +187,11 @@ impl SmallMotions {
             modes.frequency.push(frequency);
             modes.damping.push(if frequency > 0.0 { half / frequency } else { -1.0 });
             modes.eigenvalues.push(eigenvalue);
-            modes.shapes.extend((0..n).map(|k| Complex::from(self.sizes[k] * shapes[(k, i)])));
+            let shape = &self.basis * shapes.column(i);
+            // The sign of an eigenvector is arbitrary; ours makes the largest entry positive.
+            let largest = shape.iter().fold(0.0_f64, |m, x| if x.abs() > m.abs() { *x } else { m });
+            let sign = 1f64.copysign(largest);
+            modes.shapes.extend((0..n).map(|k| Complex::from(sign * self.sizes[k] * shape[k])));
         }
         Ok(modes)
     }
@@ -195,15 +235,10 @@ impl SmallMotions {
         if !lower.solve_lower_triangular_mut(&mut rows) {
             return Err(NoModes::SingularMass);
         }
-        let mut shapes = rows.transpose();
+        let shapes = rows.transpose();
         let mut squares = Vec::with_capacity(self.n());
-        for mut shape in shapes.column_iter_mut() {
-            // The sign of an eigenvector is arbitrary; ours makes the largest entry positive.
-            let largest = shape.iter().fold(0.0_f64, |m, x| if x.abs() > m.abs() { *x } else { m });
-            if largest < 0.0 {
-                shape.neg_mut();
-            }
-            squares.push(shape.dot(&(&stiffness * &shape)));
+        for shape in shapes.column_iter() {
+            squares.push(shape.dot(&(&stiffness * shape)));
         }
         Ok((squares, shapes))
     }
@@ -218,49 +253,99 @@ impl SmallMotions {
         self.coupled(&stiffness, &damping, &basis)
     }
 
+    /// All eigenvalues of the motion.
+    pub(crate) fn eigenvalues(&self) -> Option<Vec<Complex>> {
+        let lower = self.mass.clone().cholesky()?.l();
+        let fast = state_matrix(&reduced(&self.stiffness, &lower)?, &reduced(&self.damping, &lower)?);
+        let bare = |values: Vec<Complex>| values.into_iter().map(|value| (value, ())).collect();
+        let slow = self.inverse().and_then(|inverse| eigenvalues(&inverse)).map(bare);
+        Some(merged(slow, bare(eigenvalues(&fast)?)).into_iter().map(|(value, ())| value).collect())
+    }
+
+    /// The state matrix whose eigenvalues are the inverses of those of the motion: what is slow is large there, and so accurate.
+    fn inverse(&self) -> Option<Matrix> {
+        let factors = self.stiffness.clone().lu();
+        Some(state_matrix(&factors.solve(&self.mass)?, &factors.solve(&self.damping)?))
+    }
+
     /// The modes of `y'' + D y' + K y = 0` with x = basis y, where the basis has modal masses one: eigenvalues of the state
     /// matrix.
     fn coupled(&self, stiffness: &Matrix, damping: &Matrix, basis: &Matrix) -> Result<Modes, NoModes> {
         let n = self.n();
-        let mut state = Matrix::zeros(2 * n, 2 * n);
-        // Velocities are divided by a typical frequency, so that both halves are of one size.
-        let unit = stiffness.norm().sqrt().sqrt().max(f64::MIN_POSITIVE);
-        for i in 0..n {
-            state[(i, n + i)] = unit;
-            for j in 0..n {
-                state[(n + i, j)] = -stiffness[(i, j)] / unit;
-                state[(n + i, n + j)] = -damping[(i, j)];
-            }
-        }
-        let mut pairs = eigen(&state).ok_or(NoModes::NonFinite)?;
+        type Pairs = Vec<(Complex, Vec<Complex>)>;
+        let times = |a: &Matrix, x: &[Complex]| -> Vec<Complex> {
+            (0..n).map(|i| (0..n).map(|j| x[j] * a[(i, j)]).sum()).collect()
+        };
+        let fast: Pairs = eigen(&state_matrix(stiffness, damping)).ok_or(NoModes::NonFinite)?;
+        let fast = fast.into_iter().map(|(value, vector)| (value, times(basis, &vector[..n]))).collect();
+        let slow = self.inverse().and_then(|inverse| eigen(&inverse));
+        let slow = slow
+            .map(|pairs| pairs.into_iter().map(|(value, vector)| (value, vector[..n].to_vec())).collect());
+        let mut pairs: Pairs = merged(slow, fast);
         // Of a conjugate pair one is enough. A mode that diverges without oscillation comes first.
         pairs.retain(|(value, _)| value.im >= 0.0);
         let frequency = |value: &Complex| if value.im == 0.0 && value.re > 0.0 { 0.0 } else { value.norm() };
         pairs.sort_by(|(a, _), (b, _)| frequency(a).total_cmp(&frequency(b)).then(b.re.total_cmp(&a.re)));
         let mut modes = Modes::empty(false);
         for (value, vector) in pairs {
-            let size = vector[..n].iter().map(Complex::norm_sqr).sum::<f64>().sqrt();
+            let with_mass = times(&self.mass, &vector);
+            let size = vector.iter().zip(with_mass).map(|(x, m)| (x.conj() * m).re).sum::<f64>().sqrt();
             // A unit of modal mass, with its largest entry real and positive.
-            let shape: Vec<Complex> = (0..n)
-                .map(|i| self.sizes[i] * (0..n).map(|j| vector[j] * (basis[(i, j)] / size)).sum::<Complex>())
-                .collect();
-            let largest = (0..n)
-                .map(|i| shape[i] / self.sizes[i])
-                .fold(Complex::from(0.0), |m, x| if x.norm() > m.norm() { x } else { m });
-            let phase = largest / largest.norm();
+            let shape = times(&self.basis, &vector);
+            let largest =
+                shape.iter().fold(Complex::from(0.0), |m, x| if x.norm() > m.norm() { *x } else { m });
+            let phase = largest / largest.norm() * size;
             modes.frequency.push(frequency(&value));
             modes.damping.push(if value.norm() > 0.0 { -value.re / value.norm() } else { 0.0 });
             modes.eigenvalues.push(value);
-            modes.shapes.extend(shape.into_iter().map(|x| x / phase));
+            modes.shapes.extend(shape.iter().zip(&self.sizes).map(|(x, size)| x * *size / phase));
         }
         Ok(modes)
     }
 }
 
+/// `[0 u; -K/u -D]` for `y'' + D y' + K y = 0`. Velocities are divided by a typical rate u, so that both halves are of one size.
+fn state_matrix(stiffness: &Matrix, damping: &Matrix) -> Matrix {
+    let n = stiffness.nrows();
+    let mut state = Matrix::zeros(2 * n, 2 * n);
+    let unit = stiffness.norm().sqrt().sqrt().max(f64::MIN_POSITIVE);
+    for i in 0..n {
+        state[(i, n + i)] = unit;
+        for j in 0..n {
+            state[(n + i, j)] = -stiffness[(i, j)] / unit;
+            state[(n + i, n + j)] = -damping[(i, j)];
+        }
+    }
+    state
+}
+
+/// Eigenvalues of a motion from those of its inverse, where slow ones are accurate, and from its own, where fast ones are: an error of
+/// rounding times the largest of them matters to the smallest. They are parted at the widest gap in the middle of their range.
+fn merged<T>(inverse: Option<Vec<(Complex, T)>>, own: Vec<(Complex, T)>) -> Vec<(Complex, T)> {
+    let Some(inverse) = inverse else { return own };
+    let slow: Vec<_> = inverse.into_iter().map(|(value, x)| (value.inv(), x)).collect();
+    let mut rates: Vec<f64> = slow.iter().map(|(value, _)| value.norm()).collect();
+    rates.sort_by(f64::total_cmp);
+    let fastest = own.iter().map(|(value, _)| value.norm()).fold(0.0, f64::max);
+    let slowest = rates.first().copied().unwrap_or(0.0);
+    let range = fastest / slowest;
+    if !(range > WIDE && range.is_finite()) {
+        return own;
+    }
+    let is_middle = |rate: f64| (0.25..0.75).contains(&((rate / slowest).ln() / range.ln()));
+    let gap = |pair: &&[f64]| pair[1] / pair[0];
+    let between = |pair: &[f64]| (pair[0] * pair[1]).sqrt();
+    let widest =
+        rates.windows(2).filter(|pair| is_middle(between(pair))).max_by(|a, b| gap(a).total_cmp(&gap(b)));
+    let border = widest.map_or_else(|| (slowest * fastest).sqrt(), between);
+    let slow = slow.into_iter().filter(|(value, _)| value.norm() <= border);
+    slow.chain(own.into_iter().filter(|(value, _)| value.norm() > border)).collect()
+}
+
 impl Modes {
     /// Eigenvalues of the motions that grow.
     pub fn growing(&self) -> impl Iterator<Item = Complex> {
-        self.eigenvalues.iter().copied().filter(|s| s.re > ROUNDING * s.norm())
+        self.eigenvalues.iter().copied().filter(|s| s.re > GROWING * s.norm())
     }
 
     fn empty(is_classical: bool) -> Self {
@@ -271,6 +356,7 @@ impl Modes {
             shapes: Vec::new(),
             is_classical,
             residual_norm: 0.0,
+            stability: None,
         }
     }
 }
@@ -299,6 +385,7 @@ mod tests {
             mass: Matrix::from_diagonal(&vec![1.0, 2.0].into()),
             damping: Matrix::from_row_slice(2, 2, &[0.5, 0.0, 0.0, 0.0]),
             stiffness: Matrix::from_row_slice(2, 2, &[5.0, -2.0, -2.0, 3.0]),
+            basis: Matrix::identity(2, 2),
             sizes: vec![1.0, 1.0],
         };
         let modes = motions.symmetric().unwrap();

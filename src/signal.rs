@@ -141,9 +141,12 @@ pub struct Table<const N: usize> {
 }
 
 impl<const N: usize> Table<N> {
-    /// The first of its times after `t`; infinite behind the last.
+    /// The first of its times after `t`; infinite behind the last. One that only rounding of times separates from `t` is `t`: a step to
+    /// it would be all rounding.
     fn next_time(&self, t: f64) -> f64 {
-        let next = self.times.partition_point(|&time| time <= t);
+        let apart = (self.times[self.times.len() - 1] - self.times[0]) / self.times.len() as f64;
+        let margin = rounding_of_times(apart, t);
+        let next = self.times.partition_point(|&time| time <= t + margin);
         self.times.get(next).copied().unwrap_or(f64::INFINITY)
     }
 
@@ -203,10 +206,16 @@ pub trait Evaluate<const N: usize>: std::any::Any + Debug + Send + Sync {
     /// The value at a time; one that is not finite ends the run with a status that says so.
     fn value(&self, t: f64) -> Result<[f64; N], Interrupted>;
 
-    /// The value with its first two derivatives, if the function knows them; where they are needed and it does not, they are central
-    /// differences of order 8.
+    /// The value with its first two derivatives, if the function knows them; where they are needed and it does not, they are found by
+    /// differences.
     fn motion(&self, _t: f64) -> Result<Option<Motion<N>>, Interrupted> {
         Ok(None)
+    }
+
+    /// Says what is wrong with a value of this function that makes it useless; who provides it may keep that, and raise it where the
+    /// computation ends.
+    fn refuse(&self, _found: String, _expected: &str) -> Interrupted {
+        Interrupted
     }
 
     /// Functions of the same identity are the same; by default one is only the same as itself.
@@ -218,34 +227,25 @@ pub trait Evaluate<const N: usize>: std::any::Any + Debug + Send + Sync {
 /// A value with its first and its second derivative.
 pub type Motion<const N: usize> = [[f64; N]; 3];
 
-/// Distance in seconds of the times whose values make a difference. For 1 Hz the error of the second derivative is then 1e-9 of
-/// its size, by rounding, at 100 Hz 1e-5, by the order.
-pub const STEP_OF_DIFFERENCES: f64 = 1e-3;
+/// The end of a step from `t` that goes as far as it may: the horizon, unless only rounding of times separates that from the end of the
+/// run, which a step of its own would not survive.
+pub(crate) fn end_of_step(t: f64, t_end: f64, horizon: f64) -> f64 {
+    if t_end - horizon <= rounding_of_times(t_end - t, t_end) { t_end } else { horizon }
+}
 
-/// Central differences of order 8 (Fornberg 1988, table 1): weights of the values at 1, 2, 3, 4 steps, and of the second derivative
-/// that of the value itself.
-const FIRST: [f64; 4] = [4.0 / 5.0, -1.0 / 5.0, 4.0 / 105.0, -1.0 / 280.0];
-const SECOND: [f64; 4] = [8.0 / 5.0, -1.0 / 5.0, 8.0 / 315.0, -1.0 / 560.0];
-const SECOND_AT_CENTRE: f64 = -205.0 / 72.0;
+/// How far times that are meant to be the same may be apart, near `t`, where those that are not are so far `apart`.
+fn rounding_of_times(apart: f64, t: f64) -> f64 {
+    const PART: f64 = 1e-9;
+    const UNITS: f64 = 8.0;
+    (PART * apart).max(UNITS * f64::EPSILON * t.abs())
+}
 
-/// The value of a function at `t` with its derivatives by differences: nine values.
-pub(crate) fn differences<const N: usize>(
-    t: f64,
-    mut value: impl FnMut(f64) -> Result<[f64; N], Interrupted>,
-) -> Result<Motion<N>, Interrupted> {
-    let h = STEP_OF_DIFFERENCES;
-    let here = value(t)?;
-    let mut first = [0.0; N];
-    let mut second = here.map(|x| SECOND_AT_CENTRE * x);
-    for (k, (first_weight, second_weight)) in FIRST.into_iter().zip(SECOND).enumerate() {
-        let step = (k + 1) as f64 * h;
-        let (before, after) = (value(t - step)?, value(t + step)?);
-        for i in 0..N {
-            first[i] += first_weight * (after[i] - before[i]);
-            second[i] += second_weight * (after[i] + before[i]);
-        }
-    }
-    Ok([here, first.map(|x| x / h), second.map(|x| x / (h * h))])
+/// Whether a time lies between two others, or beyond them by rounding only: that of the last step of a run.
+pub(crate) fn covers([from, to]: [f64; 2], t: f64) -> bool {
+    /// Rounding of a time, relative to the length of the interval.
+    const ROUNDING: f64 = 1e-12;
+    let margin = if (to - from).is_finite() { ROUNDING * (to - from) } else { 0.0 };
+    (from - margin..=to + margin).contains(&t)
 }
 
 /// Cubic spline through the values of a table, twice continuously differentiable, with the ends that need no further condition: the
@@ -273,11 +273,7 @@ impl<const N: usize> Spline<N> {
 
     /// The value and its first two derivatives.
     pub(crate) fn motion(&self, t: f64) -> Motion<N> {
-        /// Times beyond the ends by this part of the whole are the ends: rounding of a last step.
-        const ROUNDING: f64 = 1e-12;
-        let (first, last) = (self.times[0], self.times[self.times.len() - 1]);
-        let margin = ROUNDING * (last - first);
-        if !(first - margin..=last + margin).contains(&t) {
+        if !covers([self.times[0], self.times[self.times.len() - 1]], t) {
             return [[f64::NAN; N]; 3];
         }
         let i = self.times.partition_point(|&time| time <= t).clamp(1, self.times.len() - 1) - 1;
@@ -379,16 +375,6 @@ mod tests {
         assert!((value - 4.0).abs() < 1e-14 && (rate - 4.0).abs() < 1e-14 && (bend - 2.0).abs() < 1e-14);
         let line = Table::new(vec![0.0, 2.0], vec![[0.0], [1.0]]).unwrap();
         assert_eq!(Spline::new(&line).motion(1.0), [[0.5], [0.5], [0.0]]);
-    }
-
-    #[test]
-    fn differences_and_formulas_agree() {
-        let harmonic =
-            Harmonic { amplitude: [0.3], rate: [0.1], frequency: 2.0, phase: 0.4, ..Harmonic::zero() };
-        let differenced = differences(0.7, |t| Ok(harmonic.at(t))).unwrap();
-        for (found, wanted) in differenced.into_iter().zip(harmonic.motion(0.7)) {
-            assert!((found[0] - wanted[0]).abs() < 1e-8, "{found:?} {wanted:?}");
-        }
     }
 
     #[test]

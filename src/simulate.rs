@@ -4,11 +4,13 @@ use std::time::Instant;
 
 use crate::balance::{Balance, Flow, FlowMeter, Rule, State};
 use crate::error::{Checker, Interrupted, InvalidInput, Number};
-use crate::model::{ForwardScratch, Model, at_least};
+use crate::model::{Flaw, ForwardScratch, Model, at_least};
 use crate::newmark::{self, FreeMotion, StepSize, check_points, number_of_steps};
 use crate::ode::{self, FirstOrder, Output};
 use crate::radau;
+use crate::signal::covers;
 use crate::spectrum::Spectrum;
+use crate::unseen::Unseen;
 
 /// Steps that stability may force on an explicit method, unless the caller says how many there may be: some seconds of work.
 const STIFF_STEPS: usize = 100_000;
@@ -68,6 +70,8 @@ pub enum Status {
     AccuracyNotReached,
     /// The motion left the shapes that the model resolves.
     Unresolved,
+    /// The motion turned the rod inside out.
+    Inverted,
     /// Stability would force more steps on an explicit method than are sensible.
     Stiff,
 }
@@ -78,7 +82,7 @@ impl Status {
         match self {
             Self::SecondOrder(status) => status.is_success(),
             Self::FirstOrder(status) => status.is_success(),
-            Self::AccuracyNotReached | Self::Unresolved | Self::Stiff => false,
+            Self::AccuracyNotReached | Self::Unresolved | Self::Inverted | Self::Stiff => false,
         }
     }
 
@@ -89,6 +93,7 @@ impl Status {
             Self::FirstOrder(status) => status.name(),
             Self::AccuracyNotReached => "accuracy_not_reached",
             Self::Unresolved => "unresolved",
+            Self::Inverted => "inverted",
             Self::Stiff => "stiff",
         }
     }
@@ -115,6 +120,8 @@ pub struct Simulation {
     pub status: Status,
     /// The status in words, with what to change when it is not the wanted one.
     pub message: String,
+    /// Why the motion may be far from the right one although the method has nothing against it; the message ends with it.
+    pub doubt: Option<String>,
 }
 
 impl Simulation {
@@ -149,14 +156,15 @@ impl Simulation {
     }
 }
 
-/// The free motion of `model` from `q0`, `v0` over `[0, t_end]`. `t_eval` are increasing times at which it is wanted.
+/// The free motion of `model` from `q0`, `v0` over `t_span`, from its start to its end. `t_eval` are increasing times at which it is
+/// wanted.
 /// `monitor` sees the time after every accepted step and may stop the run; the status then says so.
 ///
 /// Fails before any evaluation when an argument is wrong, when the model does not resolve `q0`, or when the result would not fit in
 /// memory.
 pub fn simulate<M: Model + Clone>(
     mut model: M,
-    t_end: f64,
+    t_span: (f64, f64),
     q0: &[f64],
     v0: &[f64],
     method: &Method,
@@ -164,50 +172,63 @@ pub fn simulate<M: Model + Clone>(
     monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
 ) -> Result<Simulation, InvalidInput> {
     let start = Instant::now();
-    newmark::check_start(model.n(), (0.0, t_end), q0, v0, method.dt())?;
+    newmark::check_start(model.n(), t_span, q0, v0, method.dt())?;
     model.check_shape(q0, "q0")?;
-    check_span(model.time_span(), t_end)?;
+    check_span(model.time_span(), t_span)?;
     if let Method::Newmark(newmark::Options { dt, step_size: StepSize::Fixed, .. }) = *method {
         check_step(dt, model.shortest_period())?;
     }
     let mut stop = None;
     let mut simulation = match method {
         Method::Newmark(options) => {
-            let mut meter = FlowMeter::new(&mut model, Rule::Mean, [q0, v0], t_eval);
+            let mut unseen = match options.step_size {
+                StepSize::Fixed => Unseen::new(&mut model, t_span, [q0, v0], options.dt),
+                StepSize::Adaptive { .. } => None,
+            };
+            let mut meter = FlowMeter::new(&mut model, Rule::Mean, t_span.0, [q0, v0], t_eval);
             let mut monitor = |system: &mut FreeMotion<'_, M>, stepper: &newmark::Stepper| {
                 let state = State { t: stepper.t(), q: stepper.q(), v: stepper.v(), a: stepper.a() };
                 measure(&mut meter, system, state)?;
-                stop = Stop::where_unresolved(system.0, stepper.t(), stepper.q());
+                if let Some(unseen) = &mut unseen {
+                    unseen.step(state.t, state.a);
+                }
+                stop = Stop::where_flawed(system.0, stepper.t(), stepper.q());
                 if stop.is_some() { Err(Interrupted) } else { monitor(stepper.t()) }
             };
             let mut system = FreeMotion(&mut model);
-            let solution = newmark::solve(&mut system, (0.0, t_end), q0, v0, options, t_eval, &mut monitor)?;
-            Simulation::new(solution, meter)
+            let solution = newmark::solve(&mut system, t_span, q0, v0, options, t_eval, &mut monitor)?;
+            let mut simulation = Simulation::new(solution, meter);
+            if simulation.status.is_success() {
+                simulation.doubt = unseen.and_then(|unseen| unseen.verdict(&mut model, q0));
+            }
+            simulation.because(model.not_finite())
         }
         Method::Radau { options, dt } => {
             let times = match t_eval {
                 Some(times) => times.to_vec(),
-                None => grid(model.n(), t_end, *dt)?,
+                None => grid(model.n(), t_span, *dt)?,
             };
-            let mut meter = FlowMeter::new(&mut model, Rule::Quintic, [q0, v0], Some(&times));
+            let mut meter = FlowMeter::new(&mut model, Rule::Quintic, t_span.0, [q0, v0], Some(&times));
             let mut monitor = |system: &mut FreeMotion<'_, M>, stepper: &radau::Stepper| {
                 let state = State { t: stepper.t(), q: stepper.q(), v: stepper.v(), a: stepper.a() };
                 measure(&mut meter, system, state)?;
-                stop = Stop::where_unresolved(system.0, stepper.t(), stepper.q());
+                stop = Stop::where_flawed(system.0, stepper.t(), stepper.q());
                 if stop.is_some() { Err(Interrupted) } else { monitor(stepper.t()) }
             };
             let mut system = FreeMotion(&mut model);
-            let solution =
-                radau::solve(&mut system, (0.0, t_end), q0, v0, options, Some(&times), &mut monitor)?;
-            Simulation::new(solution, meter)
+            let solution = radau::solve(&mut system, t_span, q0, v0, options, Some(&times), &mut monitor)?;
+            Simulation::new(solution, meter).because(model.not_finite())
         }
         Method::FirstOrder { options, dt } => {
-            first_order(model, t_end, [q0, v0], (options, *dt), t_eval, &mut stop, monitor)?
+            first_order(model, t_span, [q0, v0], (options, *dt), t_eval, &mut stop, monitor)?
         }
     };
     if let Some(stop) = stop {
         simulation.status = stop.status;
         simulation.message = stop.message;
+    }
+    if let Some(doubt) = &simulation.doubt {
+        simulation.message = format!("{} {doubt}", simulation.message);
     }
     simulation.statistics.wall_time = start.elapsed().as_secs_f64();
     Ok(simulation)
@@ -230,11 +251,14 @@ pub(crate) fn check_step(dt: f64, shortest_period: f64) -> Result<(), InvalidInp
 }
 
 /// A motion must end before the model is no longer known.
-fn check_span([from, to]: [f64; 2], t_end: f64) -> Result<(), InvalidInput> {
-    if from > 0.0 || t_end > to {
+fn check_span(known: [f64; 2], (t0, t_end): (f64, f64)) -> Result<(), InvalidInput> {
+    let starts = covers(known, t0);
+    if !starts || !covers(known, t_end) {
+        let [from, to] = known;
         let expected =
             format!("a run within [{from}, {to}] (seconds), where the motion of the base is known");
-        return Err(InvalidInput::new("t_end", format_args!("a run from 0 to {t_end}"), expected));
+        let place = if starts { "t_span[1]" } else { "t_span[0]" };
+        return Err(InvalidInput::new(place, format_args!("a run from {t0} to {t_end}"), expected));
     }
     Ok(())
 }
@@ -256,15 +280,23 @@ struct Stop {
 }
 
 impl Stop {
-    fn where_unresolved<M: Model + ?Sized>(model: &M, t: f64, q: &[f64]) -> Option<Self> {
-        let shortage = model.shortage_of_nodes(q)?;
+    fn where_flawed<M: Model + ?Sized>(model: &M, t: f64, q: &[f64]) -> Option<Self> {
+        let flaw = model.flaw(q)?;
+        let (status, cure) = match flaw {
+            Flaw::Unresolved { shortage } => (
+                Status::Unresolved,
+                format!("; if that ends here too, give the segment more `nodes`{}", at_least(shortage)),
+            ),
+            Flaw::Inverted { .. } => (
+                Status::Inverted,
+                "; if that ends here too, linear elasticity in the stretch does not hold".to_owned(),
+            ),
+        };
         let message = format!(
-            "At t = {} the rod turns by more than half a turn between neighbouring quadrature nodes: the last state says nothing \
-             about the motion. Take shorter steps; if that ends here too, give the segment more `nodes`{}.",
+            "At t = {} the rod {flaw}: the last state says nothing about the motion. Take shorter steps{cure}.",
             Number(t),
-            at_least(shortage)
         );
-        Some(Self { status: Status::Unresolved, message })
+        Some(Self { status, message })
     }
 }
 
@@ -278,10 +310,10 @@ struct StiffnessWatch {
 }
 
 impl StiffnessWatch {
-    fn new(options: &ode::Options) -> Option<Self> {
+    fn new(options: &ode::Options, t0: f64) -> Option<Self> {
         let limit = ode::stability_limit(options.method)?;
         let allowed = if options.max_steps == usize::MAX { STIFF_STEPS } else { options.max_steps };
-        Some(Self { limit, allowed, last: (0, 0.0), next: FIRST_LOOK })
+        Some(Self { limit, allowed, last: (0, t0), next: FIRST_LOOK })
     }
 
     fn look<M: Model>(&mut self, model: &mut M, stepper: &ode::Stepper) -> Option<Stop> {
@@ -329,7 +361,28 @@ impl Simulation {
         let newmark::Solution { t, q, v, a, n, counters, status, message } = solution;
         let flow = meter.map_or_else(Flow::default, |meter| meter.into_flow(t.len()));
         let statistics = Statistics { counters, ..Statistics::default() };
-        Self { t, q, v, a: Some(a), n, flow, statistics, status: Status::SecondOrder(status), message }
+        Self {
+            t,
+            q,
+            v,
+            a: Some(a),
+            n,
+            flow,
+            statistics,
+            status: Status::SecondOrder(status),
+            message,
+            doubt: None,
+        }
+    }
+}
+
+impl Simulation {
+    /// Names what of the model was not finite where this run ended early.
+    fn because(mut self, not_finite: Option<String>) -> Self {
+        if let Some(what) = not_finite.filter(|_| !self.status.is_success()) {
+            self.message.push_str(&format!(" The cause: {what}."));
+        }
+        self
     }
 }
 
@@ -342,7 +395,7 @@ impl From<newmark::Solution> for Simulation {
 
 fn first_order<M: Model + Clone>(
     model: M,
-    t_end: f64,
+    t_span: (f64, f64),
     [q0, v0]: [&[f64]; 2],
     (options, dt): (&ode::Options, f64),
     t_eval: Option<&[f64]>,
@@ -352,12 +405,12 @@ fn first_order<M: Model + Clone>(
     let n = model.n();
     let output = Output::at(match t_eval {
         Some(times) => times.to_vec(),
-        None => grid(n, t_end, dt)?,
+        None => grid(n, t_span, dt)?,
     });
     let mut observed = model.clone();
     let output_times = output.t_eval.clone();
-    let mut meter = FlowMeter::new(&mut observed, Rule::Quintic, [q0, v0], output_times.as_deref());
-    let mut watch = StiffnessWatch::new(options);
+    let mut meter = FlowMeter::new(&mut observed, Rule::Quintic, t_span.0, [q0, v0], output_times.as_deref());
+    let mut watch = StiffnessWatch::new(options, t_span.0);
     let mut system = FirstOrder::new(model);
     let y0 = [q0, v0].concat();
     let mut monitor = |stepper: &ode::Stepper| {
@@ -365,13 +418,13 @@ fn first_order<M: Model + Clone>(
         if let Some(meter) = &mut meter {
             meter.step(&mut observed, State { t: stepper.t(), q, v, a })?;
         }
-        *stop = Stop::where_unresolved(&observed, stepper.t(), q);
+        *stop = Stop::where_flawed(&observed, stepper.t(), q);
         if stop.is_none() {
             *stop = watch.as_mut().and_then(|watch| watch.look(&mut observed, stepper));
         }
         if stop.is_some() { Err(Interrupted) } else { monitor(stepper.t()) }
     };
-    let solution = ode::solve(&mut system, (0.0, t_end), &y0, options, &output, &mut [], &mut monitor)?;
+    let solution = ode::solve(&mut system, t_span, &y0, options, &output, &mut [], &mut monitor)?;
     let points = solution.t.len();
     let mut states = [(); 2].map(|()| Vec::with_capacity(points * n));
     for y in (0..points).map(|i| solution.state(i)) {
@@ -393,7 +446,10 @@ fn first_order<M: Model + Clone>(
     let statistics = Statistics { counters, ..Statistics::default() };
     let status = Status::FirstOrder(solution.status);
     let flow = meter.map_or_else(Flow::default, |meter| meter.into_flow(points));
-    Ok(Simulation { t: solution.t, q, v, a: None, n, flow, statistics, status, message: solution.message })
+    let message = solution.message;
+    let simulation =
+        Simulation { t: solution.t, q, v, a: None, n, flow, statistics, status, message, doubt: None };
+    Ok(simulation.because(system.model().not_finite()))
 }
 
 /// Accelerations of the free motion at these times and states, n numbers each; NaN where the mass matrix is singular.
@@ -419,11 +475,11 @@ pub(crate) fn accelerations<M: Model + ?Sized>(
     Ok(a)
 }
 
-/// The times 0, dt, 2 dt, ... and `t_end`.
-pub(crate) fn grid(n: usize, t_end: f64, dt: f64) -> Result<Vec<f64>, InvalidInput> {
-    let steps = number_of_steps(t_end, dt);
+/// The times `t0`, `t0 + dt`, `t0 + 2 dt`, ... and `t_end`.
+pub(crate) fn grid(n: usize, (t0, t_end): (f64, f64), dt: f64) -> Result<Vec<f64>, InvalidInput> {
+    let steps = number_of_steps(t_end - t0, dt);
     check_points(steps.saturating_add(1), n)?;
-    let mut times: Vec<f64> = (0..steps).map(|i| i as f64 * dt).collect();
+    let mut times: Vec<f64> = (0..steps).map(|i| t0 + i as f64 * dt).collect();
     times.push(t_end);
     Ok(times)
 }

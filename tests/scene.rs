@@ -292,6 +292,24 @@ fn missing_keys_are_named_where_they_belong() {
 }
 
 #[test]
+fn booleans_are_read_where_they_belong() {
+    let fluid = |value: &str| {
+        changed("[[rod.segment]]", &format!("fluid = {{ density = 1, buoyancy = {value} }}\n[[rod.segment]]"))
+    };
+    for value in [true, false] {
+        let fluid = rod_of(&fluid(&value.to_string())).fluid.expect("the scene has one");
+        assert_eq!(fluid.is_buoyant, value);
+    }
+    let wrong = ["4:35: rod[0].fluid.buoyancy: got 1; expected true or false"];
+    assert_eq!(problems(&fluid("1")), wrong);
+    refused(
+        "length = 1.0",
+        "length = true",
+        &["5:10: rod[0].segment[0].length: got true; expected a number"],
+    );
+}
+
+#[test]
 fn wrong_types_are_refused() {
     refused(
         "7800",
@@ -458,6 +476,16 @@ fn impossible_physics_is_refused() {
             "4:6: rod[0].q0: got 2 values; expected 3 values, one for each mode of the rod",
             "4:10: rod[0].q0[1]: got inf; expected a finite number",
         ],
+    );
+}
+
+#[test]
+fn a_shape_at_the_start_that_no_node_resolves_is_refused() {
+    let found = problems(&changed("[[rod.segment]]", "q0 = [1e8, 0, 0]\n[[rod.segment]]"));
+    let [problem] = found.as_slice() else { panic!("{found:?}") };
+    assert!(
+        problem.starts_with("4:6: rod[0].q0: got a rod that turns by more than half a turn"),
+        "{problem}"
     );
 }
 

@@ -1,58 +1,63 @@
 """lissom: soft rods that move."""
 
-from ._lissom import (
-    DOP853,
-    RK45,
-    Balance,
-    BaseMotion,
-    Body,
-    ContinuationResult,
-    ConvergenceError,
-    CriticalPoint,
-    DenseOutput,
-    Energy,
-    EquilibriumPath,
-    Fluid,
-    Harmonic,
-    JacobianCheck,
-    LissomError,
-    Load,
-    Model,
-    ModesResult,
-    MotionResult,
-    OdeResult,
-    OdeSolver,
-    Profile,
-    Radau,
-    Rod,
-    RootResult,
-    Scene,
-    SceneError,
-    SceneProblem,
-    Section,
-    Segment,
-    SimulationSettings,
-    SpringPendulum,
-    StaticsResult,
-    Statistics,
-    Support,
-    __version__,
-    check_jacobian,
-    choose_modes,
-    continuation,
-    jacobian,
-    modes,
-    newmark,
-    root,
-    simulate,
-    solve_ivp,
-    statics,
-)
-from .linear import LinearModel, linearise
+# Names come when they are asked for (PEP 562), so that the command hears Ctrl-C before it imports NumPy.
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from ._lissom import (
+        DOP853,
+        RK45,
+        AccuracyWarning,
+        Balance,
+        BaseMotion,
+        Body,
+        ContinuationResult,
+        ConvergenceError,
+        CriticalPoint,
+        DenseOutput,
+        Energy,
+        EquilibriumPath,
+        Fluid,
+        Harmonic,
+        JacobianCheck,
+        LissomError,
+        Load,
+        Model,
+        ModesResult,
+        MotionResult,
+        OdeResult,
+        OdeSolver,
+        Profile,
+        Radau,
+        Rod,
+        RootResult,
+        Scene,
+        SceneError,
+        SceneProblem,
+        Section,
+        Segment,
+        SimulationSettings,
+        SpringPendulum,
+        StaticsResult,
+        Statistics,
+        Support,
+        __version__,
+        check_jacobian,
+        choose_modes,
+        continuation,
+        jacobian,
+        modes,
+        newmark,
+        root,
+        simulate,
+        solve_ivp,
+        statics,
+    )
+    from .linear import LinearModel, linearise
 
 __all__ = [
     "DOP853",
     "RK45",
+    "AccuracyWarning",
     "Balance",
     "BaseMotion",
     "Body",
@@ -100,3 +105,18 @@ __all__ = [
     "solve_ivp",
     "statics",
 ]
+
+if not TYPE_CHECKING:
+
+    def __getattr__(name):
+        if name != "_lissom" and name not in __all__:
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        from importlib import import_module
+
+        # The second finds NumPy imported by the first: where that is missing or interrupted, Python says so.
+        found = vars(import_module("lissom.linear")) | vars(import_module("lissom._lissom"))
+        globals().update({known: found[known] for known in __all__})
+        return globals()[name]
+
+    def __dir__():
+        return sorted(globals().keys() | set(__all__))

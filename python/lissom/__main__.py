@@ -1,5 +1,15 @@
-"""``python -m lissom`` is the command ``lissom``."""
+"""The command ``lissom``, also as ``python -m lissom``: hears Ctrl-C before it imports what takes time."""
 
-from .cli import main
+from .interruption import interruption
 
-main()
+
+def main() -> None:
+    """Entry point of the command."""
+    interruption.install()
+    from .cli import main as command
+
+    command()
+
+
+if __name__ == "__main__":
+    main()

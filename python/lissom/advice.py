@@ -30,6 +30,9 @@ STEPS_PER_PERIOD = 10
 RIGHT = 0.01
 MORE_MODES = 4
 
+#: Most modes of a strain that a segment may have.
+MOST_MODES = 64
+
 #: So many right ones are enough: the fastest ones of any model are wrong, and seldom move.
 ENOUGH = 3
 
@@ -63,12 +66,15 @@ def advice(scene: Scene) -> list[str]:
     """
     model = scene.model
     said = about_shear(model) if isinstance(model, Rod) else []
-    found = Vibrations.of(model)
+    t0 = scene.simulation.t0
+    found = Vibrations.of(model, t0)
     if found is None:
         return said
     said += about_step(found, scene.simulation)
     said += about_stability(found, scene.simulation)
-    richer = Vibrations.of(with_more_modes(model)) if isinstance(model, Rod) else None
+    richer = (
+        Vibrations.of(with_more_modes(model), t0) if isinstance(model, Rod) and takes_more(model) else None
+    )
     if richer is not None:
         said += about_modes(found, richer)
     return said
@@ -84,15 +90,15 @@ class Vibrations:
     fastest: complex
 
     @classmethod
-    def of(cls, model: Model) -> Vibrations | None:
-        """Nothing where there is no equilibrium or the model is large."""
+    def of(cls, model: Model, t: float = 0.0) -> Vibrations | None:
+        """Those at a time; nothing where there is no equilibrium or the model is large."""
         if not 0 < model.n <= MOST_COORDINATES:
             return None
-        rest = statics(model)
+        rest = statics(model, t=t)
         if not rest.success:
             return None
         try:
-            found = modes(model, rest.q)
+            found = modes(model, rest.q, t=t)
         except LissomError:
             return None
         oscillates = (found.frequency > 0.0) & (np.abs(found.damping_ratio) < 1.0)
@@ -162,7 +168,8 @@ def half_extents(segment: Segment) -> list[float]:
 def about_shear(rod: Rod) -> list[str]:
     """What shear would add to the deflection of a thick rod that has none."""
     widest = max(size for segment in rod.segments for size in half_extents(segment))
-    slenderness = rod.length / widest
+    # A given section without inertia has no size.
+    slenderness = rod.length / widest if widest > 0.0 else np.inf
     rigid = {
         shear
         for segment in rod.segments
@@ -209,6 +216,12 @@ def stable_step(method: type[RK45] | type[DOP853], eigenvalue: complex) -> float
     growth = np.abs(np.polynomial.polynomial.polyval(sizes * eigenvalue / abs(eigenvalue), polynomial))
     unstable = np.flatnonzero(growth > 1.0 + STABLE_GROWTH)
     return float(sizes[unstable[0]] / abs(eigenvalue))
+
+
+def takes_more(rod: Rod) -> bool:
+    """Whether every strain that the rod has may have four more modes."""
+    most = max(count for segment in rod.segments for count in segment.modes.values())
+    return most + MORE_MODES <= MOST_MODES
 
 
 def with_more_modes(rod: Rod) -> Rod:

@@ -8,17 +8,19 @@ What needs plotly or xarray is imported where it is used, so that ``--help`` is 
 
 from __future__ import annotations
 
-import signal
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
+import tempfile
+import warnings
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from types import FrameType, TracebackType
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 
 import click
 
 from . import __version__
+from .folders import Folder, NotOurs
+from .interruption import SAVING, STOPPING, interruption
 
 if TYPE_CHECKING:
     from ._lissom import Scene
@@ -37,16 +39,22 @@ FOLDER = click.Path(path_type=Path)
 
 
 def main(arguments: Sequence[str] | None = None) -> NoReturn:
-    """Entry point of the command ``lissom``."""
+    """The command ``lissom``, without the care for Ctrl-C during imports that ``__main__.main`` takes."""
     try:
+        interruption.answer()
         code = commands.main(arguments, prog_name="lissom", standalone_mode=False)
     except click.ClickException as error:
         error.show()
         code = error.exit_code
-    except click.Abort:
+    except BaseException as error:
+        interruption.defer()
+        # Modules that are interrupted while they are imported raise errors of all kinds.
+        if not interruption.requested and not isinstance(error, click.Abort):
+            raise
         click.echo("Interrupted; nothing was written.", err=True)
         code = INTERRUPTED
-    sys.exit(code)
+    interruption.defer()
+    sys.exit(INTERRUPTED if interruption.requested else code)
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
@@ -69,37 +77,26 @@ def commands() -> None:
 def run(scene: Path, output: Path | None, no_report: bool) -> int:
     """Simulate SCENE; write results and a report.
 
-    The results folder, with the trajectory and an HTML report, appears when everything in it is complete.
-    Results of an earlier run are replaced; a folder with anything else in it is refused.
+    Trajectory, summary and an HTML report appear in the results folder when all of them are complete.
+    Results of an earlier run are replaced; a folder with anything else in it is refused, as is one that
+    another run is writing into. What cannot be written there at last goes to a temporary folder.
 
-    Exit code: 0 done; 1 the simulation failed (what was computed is written); 2 bad input (nothing is
-    written); 130 interrupted with Ctrl-C (what was computed is written).
+    Exit code: 0 done; 1 the simulation failed (what was computed is written) or something could not be
+    written; 2 bad input (nothing is written); 130 interrupted with Ctrl-C (what was computed is written).
     """
     from . import results
 
     loaded = _load(scene)
     target = output if output is not None else Path("results") / scene.stem
-    try:
-        results.check_target(target)
-    except results.NotOurs as error:
-        raise click.UsageError(str(error)) from None
-    except OSError as error:
-        return _unwritten(target, error)
-    with _refusals_of(scene):
-        done = _simulate(loaded)
-    reporting = not no_report and not results.missing("plotly")
-    try:
-        files = results.write(done, target, _report if reporting else None)
-    except (OSError, results.NotOurs) as error:
-        return _unwritten(target, error)
-    _summarise(done, target, files)
-    if results.missing("xarray", "h5netcdf", "h5py"):
+    with _results_folder(target) as folder:
+        report = _report_of_run if _reports(no_report) else None
+        with _refusals_of(scene):
+            done = _simulate(loaded)
+        saved = _save(folder, lambda partial: results.write(done, partial, report))
+    _summarise(done, saved)
+    if results.missing(*results.FILES):
         _note("Without xarray and h5netcdf the trajectory is an .npz file", "files")
-    if not no_report and not reporting:
-        _note("Without plotly there is no report", "report")
-    if done.interrupted:
-        return INTERRUPTED
-    return 0 if done.motion.success else FAILED
+    return saved.code if done.motion.success or done.interrupted else FAILED
 
 
 @commands.command()
@@ -125,17 +122,14 @@ def statics(scene: Path, output: Path | None, from_start: bool, no_report: bool)
     written); 130 interrupted.
     """
     from . import studies
-    from .report import studies as words
 
     loaded = _load(scene)
-    target = _study_target(scene, output, "statics")
-    done = studies.study_statics(loaded, from_start)
-    files = _write_study(done, target, no_report)
-    outcome, good = words.outcome(done)
-    _say(loaded.name, outcome, good, words.summary(done), target, files)
-    if done.found.message:
-        click.echo(done.found.message)
-    return 0 if done.found.success else FAILED
+    target = output if output is not None else Path("results") / f"{scene.stem}-statics"
+    with _results_folder(target) as folder:
+        with _refusals_of(scene):
+            done = studies.study_statics(loaded, from_start)
+        saved = _save_study(done, folder, no_report)
+    return _say_statics(done, saved)
 
 
 @commands.command()
@@ -154,31 +148,37 @@ def modes(scene: Path, output: Path | None, at_start: bool, no_report: bool) -> 
 
     About the equilibrium that "lissom statics" finds. The report animates the slowest ones.
 
-    Exit code: 0 done; 1 there are none, or no equilibrium was found; 2 bad input; 130 interrupted.
+    Exit code: 0 done; 1 there are none, or no equilibrium was found (what "lissom statics" writes is written
+    then); 2 bad input; 130 interrupted.
     """
     from . import studies
     from ._lissom import LissomError
     from .report import studies as words
 
     loaded = _load(scene)
-    target = _study_target(scene, output, "modes")
-    try:
-        done = studies.study_modes(loaded, at_start)
-    except LissomError as error:
-        click.echo(f"{loaded.name}: {error}", err=True)
-        return FAILED
-    if done.statics is not None and not done.statics.found.success:
-        click.echo(f"{loaded.name}: {done.statics.found.message}", err=True)
-        return FAILED
-    files = _write_study(done, target, no_report)
+    target = output if output is not None else Path("results") / f"{scene.stem}-modes"
+    with _results_folder(target) as folder:
+        rest = None if at_start else studies.study_statics(loaded)
+        try:
+            interruption.answer()
+            with _refusals_of(scene):
+                done = studies.study_modes(loaded, rest)
+        except (LissomError, KeyboardInterrupt) as error:
+            if rest is not None:
+                return _say_statics(rest, _save_study(rest, folder, no_report), str(error) or "interrupted")
+            if isinstance(error, KeyboardInterrupt):
+                raise
+            click.echo(f"{loaded.name}: {error}", err=True)
+            return FAILED
+        saved = _save_study(done, folder, no_report)
     stable = done.found.is_stable
     rows = [
         (f"mode {number}", f"{hertz} Hz, damping ratio {ratio}")
         for number, hertz, ratio, _ in words.table(done)[: words.LISTED]
     ]
     outcome = f"{len(done.found.frequency)} modes, " + ("stable" if stable else "unstable")
-    _say(loaded.name, outcome, stable, rows, target, files)
-    return 0
+    _say(loaded.name, outcome, stable, rows, saved)
+    return saved.code
 
 
 @commands.command()
@@ -191,15 +191,14 @@ def check(scenes: tuple[Path, ...]) -> int:
 
     Exit code: 0 all are good, 2 at least one is not.
     """
-    from ._lissom import SceneError
     from .advice import advice
 
     good = True
     for path in scenes:
         try:
-            scene = _read(path)
-        except SceneError as error:
-            click.echo(str(error), err=True)
+            scene = _load(path)
+        except _Refused as error:
+            error.show()
             good = False
         else:
             click.echo(f"{path}: good, {scene.model.n} generalised coordinates")
@@ -246,7 +245,8 @@ def lab(output: Path) -> int:
     Its nine figures and three tables, beside the report's own numbers; takes some seconds. Earlier results in
     the folder are replaced; a folder with anything else in it is refused.
 
-    Exit code: 0 done, 1 it could not be written, 2 bad input, 130 interrupted (nothing is written then).
+    Exit code: 0 done, 1 it could not be written, 2 bad input, 130 interrupted (the parts that were done are
+    written then).
     """
     from . import results
 
@@ -254,15 +254,12 @@ def lab(output: Path) -> int:
         raise click.UsageError("the lab's figures need plotly: pip install 'lissom[report]'")
     from . import lab as numerical_lab
 
-    try:
-        files = numerical_lab.write(output, _bar)
-    except results.NotOurs as error:
-        raise click.UsageError(str(error)) from None
-    except OSError as error:
-        return _unwritten(output, error)
-    for file in files:
-        click.echo(file)
-    return 0
+    with _results_folder(output) as folder:
+        parts = dict(interruption.collect(numerical_lab.compute(_bar)))
+        saved = _save(folder, lambda partial: numerical_lab.write(parts, partial))
+    for file in saved.files:
+        click.echo(saved.target / file)
+    return saved.code
 
 
 @commands.command()
@@ -290,37 +287,33 @@ def validate(output: Path, update_docs: Path | None, no_report: bool) -> int:
     and the numbers. Cases beside a code that is not installed are left out, and named.
 
     Exit code: 0 all cases are within their tolerance; 1 it could not be written; 2 bad input; 3 a case is
-    outside its tolerance; 130 interrupted (nothing is written then).
+    outside its tolerance; 130 interrupted (the cases that were done are written then, FILE is not).
     """
-    from . import results, validation
+    from . import validation
     from .report import validation as report
     from .validation import table
 
-    try:
-        results.check_target(output)
-    except results.NotOurs as error:
-        raise click.UsageError(str(error)) from None
-    except OSError as error:
-        return _unwritten(output, error)
-    click.echo(click.style(table.head(), bold=True))
-    outcomes = validation.run_all(validation.CASES, _say_outcome)
-    reporting = not no_report and not results.missing("plotly")
-    try:
-        files = validation.write(outcomes, output, report.write if reporting else None)
-        if update_docs is not None:
-            update_docs.write_text(table.markdown(outcomes), encoding="utf-8")
-            files.append(update_docs)
-    except results.NotOurs as error:
-        raise click.UsageError(str(error)) from None
-    except OSError as error:
-        return _unwritten(output, error)
+    def said(outcomes: Iterable[Outcome]) -> Iterator[Outcome]:
+        for outcome in outcomes:
+            yield outcome
+            _say_outcome(outcome)
+
+    with _results_folder(output) as folder:
+        click.echo(click.style(table.head(), bold=True))
+        outcomes = interruption.collect(said(validation.run_all(validation.CASES)))
+        pages = report.write if _reports(no_report) else None
+        saved = _save(folder, lambda partial: validation.write(outcomes, partial, pages))
     good = not any(outcome.outside for outcome in outcomes)
     click.echo(click.style(table.verdict(outcomes), bold=True, fg=None if good else "red"))
-    for file in files:
-        click.echo(f"  {file}")
-    if not no_report and not reporting:
-        _note("Without plotly there is no report", "report")
-    return 0 if good else OUTSIDE_TOLERANCE
+    for file in saved.files:
+        click.echo(f"  {saved.target / file}")
+    if update_docs is not None and not interruption.requested:
+        try:
+            update_docs.write_text(table.markdown(outcomes), encoding="utf-8")
+        except OSError as error:
+            return _unwritten(update_docs, error)
+        click.echo(f"  {update_docs}")
+    return saved.code if good else OUTSIDE_TOLERANCE
 
 
 def _say_outcome(outcome: Outcome) -> None:
@@ -356,48 +349,42 @@ def stress(output: Path, quick: bool, update: bool, no_report: bool) -> int:
     success. A report with a heat map for every group is written.
 
     Exit code: 0 nothing became worse than in the committed table; 3 something did, or is wrong; 1 the results
-    could not be written; 2 bad input; 130 interrupted (nothing is written then).
+    could not be written; 2 bad input; 130 interrupted (the groups that were done are written then).
     """
-    from . import results
     from . import stress as matrix
+    from .report import stress as pages
     from .stress import table
 
     if update and quick:
         raise click.UsageError("--update takes the whole matrix: leave --quick out")
-    try:
-        results.check_target(output)
-    except results.NotOurs as error:
-        raise click.UsageError(str(error)) from None
-    except OSError as error:
-        return _unwritten(output, error)
-    with _bar(len(matrix.GROUPS), "Stress test", "groups") as bar:
-        done = matrix.run(quick, lambda title: bar.update(1))
-    found = table.of(done)
-    if update:
-        click.echo(table.update(found))
-    expected = table.committed()
-    worse = table.regressions(found, expected)
-    report: Callable[..., None] | None = None
-    reporting = not no_report and not results.missing("plotly")
-    if reporting:
-        from .report import stress as pages
 
-        report = pages.write
-    try:
-        files = matrix.write(done, output, quick, worse, report)
-    except (OSError, results.NotOurs) as error:
-        return _unwritten(output, error)
+    def counted(groups: Iterable[matrix.Done]) -> Iterator[matrix.Done]:
+        with _bar(len(matrix.GROUPS), "Stress test", "groups") as bar:
+            for group in groups:
+                yield group
+                bar.update(1)
+
+    with _results_folder(output) as folder:
+        done = interruption.collect(counted(matrix.run(quick)))
+        found, expected = table.of(done), table.committed()
+        if update and not interruption.requested:
+            try:
+                expected = found
+                click.echo(table.update(found))
+            except OSError as error:
+                click.echo(f"The table could not be written: {error}", err=True)
+        worse = table.regressions(found, expected)
+        report = pages.write if _reports(no_report) else None
+        saved = _save(folder, lambda partial: matrix.write(done, partial, quick, worse, report))
     counts = [(group.group.title, _counts(group.counts)) for group in done]
     outcome = "nothing regressed" if not worse else f"{len(worse)} cells regressed or are wrong"
-    _say("Stress test", outcome, not worse, [*counts, ("all", _counts(matrix.total(done)))], output, files)
+    _say("Stress test", outcome, not worse, [*counts, ("all", _counts(matrix.total(done)))], saved)
     for cell in worse:
         click.echo(cell, err=True)
     better = table.improvements(found, expected)
     if better:
         click.echo(f"{better} cells are new or better than in the committed table; --update keeps that.")
-    if not no_report and not reporting:
-        _note("Without plotly there is no report", "report")
-    return REGRESSED if worse else 0
+    return REGRESSED if worse else saved.code
 
 
 def _counts(counts: Mapping[Any, int]) -> str:
@@ -413,29 +400,38 @@ def schema() -> int:
     return 0
 
 
+class _Refused(click.ClickException):
+    """A scene that cannot be used, with everything that is wrong with it."""
+
+    exit_code = BAD_INPUT
+
+    def show(self, file: Any = None) -> None:
+        click.echo(self.message, err=True)
+
+
+class _Unresolved(_Refused):
+    """A scene whose open modes could not be chosen."""
+
+    exit_code = FAILED
+
+
 def _load(path: Path) -> Scene:
-    """The scene, or the end of the program with everything that is wrong with it."""
-    from ._lissom import SceneError
-
-    try:
-        return _read(path)
-    except SceneError as error:
-        click.echo(str(error), err=True)
-        raise click.exceptions.Exit(BAD_INPUT) from None
-
-
-def _read(path: Path) -> Scene:
-    from ._lissom import Scene
+    """The scene; raises _Refused, which ends the program unless it is caught."""
+    from ._lissom import LissomError, Scene, SceneError
 
     try:
         return Scene.load(path)
     except OSError as error:
         raise click.UsageError(f"{path} cannot be read: {error.strerror}") from None
+    except SceneError as error:
+        raise _Refused(str(error)) from None
+    except (LissomError, ValueError) as error:
+        raise _Unresolved(f"{path}: {error}") from None
 
 
 @contextmanager
 def _refusals_of(path: Path) -> Iterator[None]:
-    """Within it, what ``simulate`` finds wrong with a scene is one line and the end of the program."""
+    """Within it, what the solvers find wrong with a scene is one line and the end of the program."""
     try:
         yield
     except ValueError as error:
@@ -443,39 +439,23 @@ def _refusals_of(path: Path) -> Iterator[None]:
         raise click.exceptions.Exit(BAD_INPUT) from None
 
 
-class _Interruption:
-    """Turns the first Ctrl-C into a wish that the simulation hears; the second one ends the program."""
-
-    def __init__(self) -> None:
-        self.requested = False
-
-    def __enter__(self) -> _Interruption:
-        self._previous = signal.signal(signal.SIGINT, self._request)
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        signal.signal(signal.SIGINT, self._previous)
-
-    def _request(self, number: int, frame: FrameType | None) -> None:
-        if self.requested:
-            raise KeyboardInterrupt
-        self.requested = True
-
-
 def _simulate(scene: Scene) -> Run:
-    """Simulate with a progress bar; Ctrl-C ends the simulation, not the program."""
+    """Simulate with a progress bar. From the first step on Ctrl-C ends the simulation, not the program."""
+    from ._lissom import AccuracyWarning
     from .results import Run
 
-    duration = scene.simulation.duration
-    with _Interruption() as interruption, _bar(duration, "Simulating", "s") as bar:
+    settings = scene.simulation
+    with _bar(settings.duration, "Simulating", "s") as bar:
 
         def progress(t: float) -> bool:
-            bar.update(t - bar.n)
+            interruption.defer(STOPPING)
+            bar.update(t - settings.t0 - bar.n)
             return interruption.requested
 
-        motion = scene.run(progress=progress)
+        with warnings.catch_warnings():
+            # The summary says it.
+            warnings.simplefilter("ignore", AccuracyWarning)
+            motion = scene.run(progress=progress)
     return Run(scene, motion, interrupted=motion.status == "interrupted")
 
 
@@ -489,62 +469,108 @@ def _bar(total: float, what: str, unit: str) -> Any:
     )
 
 
-def _report(done: Run, path: Path) -> None:
+def _reports(no_report: bool) -> bool:
+    """Whether a report can be written and is wanted; a note if it is wanted only."""
+    from . import results
+
+    if no_report:
+        return False
+    if results.missing("plotly"):
+        _note("Without plotly there is no report", "report")
+        return False
+    return True
+
+
+def _report_of_run(done: Run, path: Path) -> None:
     from . import report
 
     report.write(done, path)
 
 
-def _summarise(done: Run, target: Path, files: Sequence[Path]) -> None:
+def _summarise(done: Run, saved: _Saved) -> None:
     from .report import text
 
     outcome, good = text.outcome(done)
-    _say(done.scene.name, outcome, good, text.summary(done), target, files)
+    _say(done.scene.name, outcome, good, text.summary(done), saved)
 
 
-def _say(
-    name: str,
-    outcome: str,
-    good: bool,
-    facts: Sequence[tuple[str, str]],
-    target: Path,
-    files: Sequence[Path],
-) -> None:
+def _say_statics(done: StaticsStudy, saved: _Saved, problem: str = "") -> int:
+    """What was found, what is the matter with it; the exit code."""
+    from .report import studies as words
+
+    outcome, good = words.outcome(done)
+    _say(done.scene.name, outcome, good, words.summary(done), saved)
+    if done.found.message:
+        click.echo(done.found.message)
+    if problem and done.found.success:
+        click.echo(f"No modes: {problem}", err=True)
+    return FAILED if problem or not done.found.success else saved.code
+
+
+def _say(name: str, outcome: str, good: bool, facts: Sequence[tuple[str, str]], saved: _Saved) -> None:
     """What was done, and where its results are."""
     click.echo(click.style(f"{name}: {outcome}", bold=True, fg=None if good else "red"))
-    rows = [*facts, ("results", f"{target}/"), *(("", file.name) for file in files)]
+    rows = [*facts, ("results", f"{saved.target}/"), *(("", file) for file in saved.files)]
     width = max(len(name) for name, _ in rows)
     for name, value in rows:
         click.echo(f"  {name:<{width}}  {value}")
 
 
-def _study_target(scene: Path, output: Path | None, study: str) -> Path:
-    """The folder for the results of a study, or the end of the program when it must not be written."""
-    from . import results
-
-    target = output if output is not None else Path("results") / f"{scene.stem}-{study}"
+@contextmanager
+def _results_folder(target: Path) -> Iterator[Folder]:
+    """A folder that certainly can be written, before anything is computed; or the end of the program."""
     try:
-        results.check_target(target)
-    except results.NotOurs as error:
+        folder = Folder(target)
+    except NotOurs as error:
         raise click.UsageError(str(error)) from None
     except OSError as error:
         raise click.exceptions.Exit(_unwritten(target, error)) from None
-    return target
+    with folder:
+        yield folder
 
 
-def _write_study(done: StaticsStudy | ModesStudy, target: Path, no_report: bool) -> list[Path]:
-    """Write a study; the end of the program when that cannot be done."""
-    from . import results, studies
-    from .report import studies as report
+class _Saved(NamedTuple):
+    """Where results are."""
 
-    reporting = not no_report and not results.missing("plotly")
+    target: Path
+    files: list[str]
+    #: 0 if all that was wanted is where it was wanted.
+    code: int
+
+
+def _save(folder: Folder, write: Callable[[Path], list[str]]) -> _Saved:
+    """Write results, into a temporary folder if the one they are meant for fails them.
+
+    From here on Ctrl-C is deferred. ``write`` returns what it could not write, in words.
+    """
+    interruption.defer(SAVING)
     try:
-        files = studies.write(done, target, report.write if reporting else None)
-    except (OSError, results.NotOurs) as error:
-        raise click.exceptions.Exit(_unwritten(target, error)) from None
-    if not no_report and not reporting:
-        _note("Without plotly there is no report", "report")
-    return files
+        return _written(folder, write, 0)
+    except OSError as error:
+        _unwritten(folder.target, error)
+    try:
+        with Folder(Path(tempfile.mkdtemp(prefix="lissom-"))) as other:
+            saved = _written(other, write, FAILED)
+    except OSError as error:
+        raise click.exceptions.Exit(_unwritten(Path(tempfile.gettempdir()), error)) from None
+    click.echo(f"The results are in {saved.target} instead.", err=True)
+    return saved
+
+
+def _written(folder: Folder, write: Callable[[Path], list[str]], code: int) -> _Saved:
+    failures = write(folder.partial)
+    for failure in failures:
+        click.echo(failure, err=True)
+    return _Saved(folder.target, folder.publish(), FAILED if failures else code)
+
+
+def _save_study(done: StaticsStudy | ModesStudy, folder: Folder, no_report: bool) -> _Saved:
+    from . import studies
+    from .report import studies as pages
+
+    interruption.defer(SAVING)
+    report = pages.write if _reports(no_report) else None
+    return _save(folder, lambda partial: studies.write(done, partial, report))
 
 
 def _unwritten(target: Path, error: Exception) -> int:

@@ -85,9 +85,10 @@ def linearise(
     Raises
     ------
     ValueError, TypeError
-        If an argument makes no sense, or `q` is a shape that the model does not resolve.
+        If an argument makes no sense, `q` is a shape that the model does not resolve, or a load is not finite
+        at `t`.
     LissomError
-        The mass matrix is not positive definite.
+        The mass matrix is not positive definite, or something is not finite.
 
     Examples
     --------
@@ -116,6 +117,11 @@ def linearise(
             "the mass matrix at q is not positive definite: no acceleration exists there; look at "
             "numpy.linalg.cond(model.mass_matrix(q))"
         ) from None
+    if not all(np.isfinite(part).all() for part in (stiffness, damping, mass, forces, rows)):
+        raise LissomError(
+            f"stiffness, damping, masses or signals at q and t = {t:g} are NaN or infinite: there is no "
+            "linear model; take a smaller q"
+        )
     solved = np.linalg.solve(mass, np.hstack([-stiffness, -damping, forces.T]))
     A = np.vstack([np.hstack([np.zeros((n, n)), np.eye(n)]), solved[:, : 2 * n]])
     B = np.vstack([np.zeros((n, len(force_names))), solved[:, 2 * n :]])

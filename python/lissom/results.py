@@ -1,14 +1,12 @@
-"""Results of a scene on disk: a folder of trajectory, summary and report, written whole or not at all."""
+"""Results of a scene: the run with its numbers, and the files that keep them."""
 
 from __future__ import annotations
 
 import importlib.util
 import json
+import math
 import re
-import secrets
-import shutil
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -19,31 +17,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._lissom import Balance, MotionResult, Rod, Scene, __version__
+from .folders import MARK, SUMMARY
 
 if TYPE_CHECKING:
     import xarray
 
 Array = NDArray[np.float64]
-
-#: Name of the file that marks a folder as results of lissom, by its key MARK.
-SUMMARY = "summary.json"
-MARK = "lissom"
-
-#: Every file that lissom writes into a folder of results.
-OWN_FILES = frozenset(
-    {
-        "trajectory.nc",
-        "trajectory.npz",
-        "equilibrium.npz",
-        "modes.npz",
-        "report.html",
-        "lab.html",
-        SUMMARY,
-    }
-)
-
-#: How the names of folders begin that hold results until they are complete.
-PARTIAL = ".lissom-partial-"
 
 #: What messages of the solvers call options of ``simulate`` that have other names in a scene.
 SCENE_KEYS = {"dt": "step", "jac": "jacobian", "t_eval": "output.step"}
@@ -51,11 +30,17 @@ SCENE_KEYS = {"dt": "step", "jac": "jacobian", "t_eval": "output.step"}
 #: Advice of the solvers that a scene cannot follow.
 NOT_FOR_SCENES = ", or give the accelerations (`a0` of `newmark`)"
 
+#: What is said of a run whose energies are not finite.
+NO_ENERGIES = "Its energy balance is not finite: energies overflow or are NaN."
+
 #: Most instants at which the centre line is kept: more than a screen can show or an eye can see.
 MAX_SHAPES = 2000
 
 #: Sections along each segment at which the centre line is kept.
 SECTIONS_PER_SEGMENT = 24
+
+#: Modules that write NetCDF.
+FILES = ("xarray", "h5netcdf", "h5py")
 
 #: Counters of the solvers, by their names in ``MotionResult.stats``, in the order in which they are shown.
 COUNTERS = {
@@ -105,7 +90,7 @@ class Run:
     @cached_property
     def t(self) -> Array:
         """Times in seconds, shape (m,). A run that failed at once has its initial state, so that m > 0."""
-        return self.motion.t if self._has_states else np.zeros(1)
+        return self.motion.t if self._has_states else np.array([self.scene.simulation.t0])
 
     @cached_property
     def q(self) -> Array:
@@ -128,6 +113,11 @@ class Run:
         return in_words_of_a_scene(self.motion.message)
 
     @property
+    def has_energies(self) -> bool:
+        """False where energies that the scene asked for are not finite."""
+        return "energy" not in self.wants or bool(np.isfinite(self.balance.drift))
+
+    @property
     def _has_states(self) -> bool:
         return len(self.motion.t) > 0
 
@@ -136,7 +126,7 @@ class Run:
         """Energy balance at the times kept."""
         if self._has_states and self.motion.balance is not None:
             return self.motion.balance
-        energy = self.scene.model.energy(self.scene.q0, self.scene.v0)
+        energy = self.scene.model.energy(self.scene.q0, self.scene.v0, t=self.scene.simulation.t0)
         return Balance(
             kinetic=[energy.kinetic],
             elastic=[energy.elastic],
@@ -200,7 +190,7 @@ def statistics(run: Run) -> dict[str, Any]:
         "scene": run.scene.name,
         MARK: __version__,
         "outcome": "interrupted" if run.interrupted else "finished" if run.motion.success else "failed",
-        "message": run.message,
+        "message": run.message if run.has_energies else f"{run.message} {NO_ENERGIES}",
         "method": settings.method,
         "coordinates": run.scene.model.n,
         "simulated_seconds": simulated,
@@ -208,8 +198,8 @@ def statistics(run: Run) -> dict[str, Any]:
         "times_real_time": simulated / wall_time if wall_time > 0.0 else None,
         "time_error": stats.time_error,
         "space_error": stats.space_error,
-        "energy_drift": run.balance.drift if with_energy else None,
-        "energy_moved_joules": run.balance.scale if with_energy else None,
+        "energy_drift": run.balance.drift if with_energy and run.has_energies else None,
+        "energy_moved_joules": run.balance.scale if with_energy and run.has_energies else None,
         "counters": counters,
     }
 
@@ -228,10 +218,11 @@ def dataset(run: Run) -> xarray.Dataset:
             "unit": ("coordinate", units, {"long_name": "unit of the coordinate"}),
         },
         attrs={
-            "title": run.scene.name,
+            # HDF5 has no text with NUL in it.
+            "title": run.scene.name.replace("\0", "\N{REPLACEMENT CHARACTER}"),
             "source": f"lissom {__version__}",
             "scene": run.scene.text,
-            "statistics": json.dumps(statistics(run)),
+            "statistics": json.dumps(plain(statistics(run))),
         },
     )
     per_state = ("time", "coordinate")
@@ -285,127 +276,95 @@ def missing(*modules: str) -> list[str]:
     return [module for module in modules if importlib.util.find_spec(module) is None]
 
 
-def write_trajectory(run: Run, folder: Path) -> Path:
-    """Write ``trajectory.nc``, or ``trajectory.npz`` without the extra ``files``; return its path."""
-    if not missing("xarray", "h5netcdf", "h5py"):
-        path = folder / "trajectory.nc"
-        dataset(run).to_netcdf(path, engine="h5netcdf")
-        return path
-    path = folder / "trajectory.npz"
-    arrays: dict[str, Any] = {
+def write_trajectory(run: Run, folder: Path) -> str:
+    """Write ``trajectory.nc``, or ``trajectory.npz`` where the extra ``files`` fails; why it does, in words.
+
+    The file is made in memory: HDF5 that cannot write to its own file ends the process.
+    """
+    failure = ""
+    try:
+        content = None if missing(*FILES) else dataset(run).to_netcdf(engine="h5netcdf")
+    except Exception as error:
+        content, failure = None, in_words(error)
+    if content is not None:
+        (folder / "trajectory.nc").write_bytes(content)
+        return ""
+    np.savez_compressed(folder / "trajectory.npz", **arrays(run))
+    return failure
+
+
+def arrays(run: Run) -> dict[str, Any]:
+    """The trajectory by the names that ``trajectory.npz`` has."""
+    found: dict[str, Any] = {
         "t": run.t,
         "q": run.q,
         "coordinates": np.array([coordinate.name for coordinate in run.coordinates]),
         "units": np.array([coordinate.unit for coordinate in run.coordinates]),
         "scene": np.array(run.scene.text),
-        "statistics": np.array(json.dumps(statistics(run))),
+        "statistics": np.array(json.dumps(plain(statistics(run)))),
     }
     if "velocity" in run.wants:
-        arrays["v"] = run.v
+        found["v"] = run.v
     if "acceleration" in run.wants:
-        arrays["a"] = run.a
+        found["a"] = run.a
     if "energy" in run.wants:
-        arrays |= {f"energy_{name}": values for name, values in energies(run.balance).items()}
+        found |= {f"energy_{name}": values for name, values in energies(run.balance).items()}
     if "shape" in run.wants and isinstance(run.scene.model, Rod):
-        at, arrays["position"] = shapes(run, run.scene.model)
-        arrays["shape_time"], arrays["X"] = run.t[at], sections(run.scene.model)
-    np.savez_compressed(path, **arrays)
-    return path
+        at, found["position"] = shapes(run, run.scene.model)
+        found["shape_time"], found["X"] = run.t[at], sections(run.scene.model)
+    return found
 
 
 def write_summary(numbers: dict[str, Any], folder: Path) -> None:
     """Write ``summary.json``, by which lissom recognises its own folders."""
-    (folder / SUMMARY).write_text(json.dumps(numbers, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+    text = json.dumps(plain(numbers), indent=2, allow_nan=False) + "\n"
+    (folder / SUMMARY).write_text(text, encoding="utf-8")
 
 
-class NotOurs(Exception):
-    """A folder that lissom did not write, so that nothing in it may be replaced."""
+def plain(value: Any) -> Any:
+    """The same in what JSON knows: numbers that are not finite become null."""
+    if isinstance(value, dict):
+        return {key: plain(inner) for key, inner in value.items()}
+    if isinstance(value, list):
+        return [plain(inner) for inner in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def check_target(folder: Path) -> None:
-    """Raise NotOurs unless ``folder`` may be written: it is absent, empty, or has results of lissom alone."""
-    if not folder.exists():
-        return
-    if not folder.is_dir():
-        raise NotOurs(f"{folder} is a file; name another folder with -o")
-    found = sorted(path for path in folder.iterdir() if not path.name.startswith(PARTIAL))
-    foreign = [path.name for path in found if not is_own(path)]
-    if not foreign and found and not is_own_summary(folder / SUMMARY):
-        foreign = [path.name for path in found]
-    if foreign:
-        more = f" and {len(foreign) - 1} more" if len(foreign) > 1 else ""
-        raise NotOurs(
-            f"{folder} has {foreign[0]}{more}, which lissom did not write; name another folder with -o, "
-            "or move what is yours out of this one"
-        )
+def in_words(error: Exception) -> str:
+    """An error of somebody else's code on one line."""
+    return " ".join(f"{type(error).__name__}: {error}".split())
 
 
-def is_own(path: Path) -> bool:
-    """Whether lissom writes files of this name."""
-    return path.name in OWN_FILES and path.is_file() and not path.is_symlink()
-
-
-def is_own_summary(path: Path) -> bool:
-    """Whether lissom wrote this summary."""
+def write_report(report: Callable[[Any, Path], None] | None, subject: Any, path: Path) -> list[str]:
+    """Write a report, if there is to be one. Its failure costs nothing else: why it failed, if it did."""
+    if report is None:
+        return []
     try:
-        numbers = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError):
-        return False
-    return isinstance(numbers, dict) and isinstance(numbers.get(MARK), str)
+        report(subject, path)
+    except Exception as error:
+        path.unlink(missing_ok=True)
+        return [f"The report could not be written: {in_words(error)}"]
+    return []
 
 
-@contextmanager
-def atomic_folder(target: Path) -> Iterator[Path]:
-    """A new folder whose files go to ``target`` when the block ends well, and vanish when it doesn't.
-
-    An absent target appears whole. In one that exists, files of an earlier run stand until that moment; then
-    they are replaced one by one, the summary last. Other files are never touched.
-    """
-    check_target(target)
-    target = target.resolve()
-    exists = target.exists()
-    # Within the target, if there is one: beside it there may be another file system.
-    where = target if exists else target.parent
-    where.mkdir(parents=True, exist_ok=True)
-    partial = where / f"{PARTIAL}{secrets.token_hex(8)}"
-    partial.mkdir()
-    try:
-        yield partial
-        if exists:
-            replace(partial, target)
-        else:
-            partial.rename(target)
-    finally:
-        shutil.rmtree(partial, ignore_errors=True)
-
-
-def replace(new: Path, target: Path) -> None:
-    """Move the files of ``new`` into ``target`` and remove what lissom wrote there earlier."""
-    written = sorted((path.name for path in new.iterdir()), key=lambda name: name == SUMMARY)
-    for stale in OWN_FILES.difference(written):
-        (target / stale).unlink(missing_ok=True)
-    for name in written:
-        (new / name).replace(target / name)
-
-
-def write(run: Run, target: Path, report: Callable[[Run, Path], None] | None) -> list[Path]:
-    """Write the results folder of a run; return its files.
+def write(run: Run, folder: Path, report: Callable[[Run, Path], None] | None) -> list[str]:
+    """Write the files of a run, what was computed before what can be made from it.
 
     Parameters
     ----------
     run : Run
         What was simulated.
-    target : Path
-        The folder; earlier results in it are replaced, anything else in it is an error (NotOurs).
+    folder : Path
+        An empty folder.
     report : callable or None
         Writes the report of the run to a file.
+
+    Returns
+    -------
+    failures : list of str
+        What is missing or other than it should be, and why.
     """
-    with atomic_folder(target) as folder:
-        trajectory = write_trajectory(run, folder)
-        files = [target / trajectory.name]
-        if report is not None:
-            report(run, folder / "report.html")
-            files.append(target / "report.html")
-        write_summary(statistics(run), folder)
-        files.append(target / SUMMARY)
-    return files
+    failure = write_trajectory(run, folder)
+    write_summary(statistics(run), folder)
+    failures = [f"trajectory.nc could not be written, trajectory.npz was: {failure}"] if failure else []
+    return failures + write_report(report, run, folder / "report.html")

@@ -5,14 +5,17 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ._lissom import ModesResult, Scene, StaticsResult, __version__, modes, statics
-from .results import MARK, SUMMARY, atomic_folder, instants, write_summary
+from ._lissom import LissomError, ModesResult, Scene, StaticsResult, __version__, modes, statics
+from .folders import MARK
+from .interruption import interruption
+from .results import instants, write_report, write_summary
 
 Array = NDArray[np.float64]
 
@@ -121,29 +124,29 @@ class ModesStudy:
 def study_statics(scene: Scene, from_start: bool = False) -> StaticsStudy:
     """The equilibrium of a scene: loaded from nothing, or let go from its q0."""
     start = time.perf_counter()
-    found = statics(scene.model, scene.q0 if from_start else None)
+    (found,) = interruption.collect(
+        map(partial(statics, t=scene.simulation.t0), [scene.model], [scene.q0 if from_start else None])
+    )
     return StaticsStudy(scene, found, from_start, time.perf_counter() - start)
 
 
-def study_modes(scene: Scene, at_start: bool = False) -> ModesStudy:
-    """The modes of a scene about its equilibrium, or about its q0 as it is."""
-    if at_start:
-        return ModesStudy(scene, None, scene.q0, modes(scene.model, scene.q0))
-    rest = study_statics(scene)
-    return ModesStudy(scene, rest, rest.found.q, modes(scene.model, rest.found.q))
+def study_modes(scene: Scene, rest: StaticsStudy | None) -> ModesStudy:
+    """The modes of a scene about its equilibrium, or about its q0 as it is.
+
+    Raises LissomError where there are none, or no equilibrium.
+    """
+    if rest is not None and not rest.found.success:
+        raise LissomError(rest.found.message)
+    q = scene.q0 if rest is None else rest.found.q
+    (found,) = interruption.collect(map(partial(modes, t=scene.simulation.t0), [scene.model], [q]))
+    return ModesStudy(scene, rest, q, found)
 
 
 def write(
-    study: StaticsStudy | ModesStudy, target: Path, report: Callable[[Any, Path], None] | None
-) -> list[Path]:
-    """Write the results folder of a study; return its files. Raises NotOurs like ``results.write``."""
+    study: StaticsStudy | ModesStudy, folder: Path, report: Callable[[Any, Path], None] | None
+) -> list[str]:
+    """Write the files of a study into an empty folder; what could not be written, like ``results.write``."""
     name = "equilibrium.npz" if isinstance(study, StaticsStudy) else "modes.npz"
-    with atomic_folder(target) as folder:
-        np.savez_compressed(folder / name, **study.arrays())
-        files = [target / name]
-        if report is not None:
-            report(study, folder / "report.html")
-            files.append(target / "report.html")
-        write_summary(study.numbers, folder)
-        files.append(target / SUMMARY)
-    return files
+    np.savez_compressed(folder / name, **study.arrays())
+    write_summary(study.numbers, folder)
+    return write_report(report, study, folder / "report.html")

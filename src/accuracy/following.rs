@@ -70,11 +70,11 @@ impl Following {
         Self { vibrations: Vec::new(), of_drive: unlimited, stable: unlimited, loosest: unlimited }
     }
 
-    /// What the state `q0` sets off, with the vibrations about it, and what drives the model until `t_end`; as far as that is visible.
+    /// What the state `q0` sets off, with the vibrations about it, and what drives the model over `t_span`; as far as that is visible.
     /// `loosest` is the tolerance of the first run.
     pub(super) fn new<M: Model>(
         model: &mut M,
-        t_end: f64,
+        t_span: (f64, f64),
         q0: &[f64],
         spectrum: &Spectrum,
         loosest: f64,
@@ -84,25 +84,25 @@ impl Following {
         let mut following = Self { vibrations: Vec::new(), of_drive, stable, loosest };
         let mut sizes: Vec<f64> = spectrum.modes.iter().map(|mode| mode.size).collect();
         if model.varies_in_time() {
-            let drive = Drive::new(model, t_end, q0, spectrum, VISIBLE * loosest)?;
+            let drive = Drive::new(model, t_span, q0, spectrum, VISIBLE * loosest)?;
             for (size, driven) in sizes.iter_mut().zip(drive.sizes) {
                 *size = size.max(driven);
             }
             following.of_drive = of_drive.min(drive.longest_step);
         }
-        following.add(model, t_end, q0, spectrum, &sizes);
+        following.add(model, t_span.1 - t_span.0, q0, spectrum, &sizes);
         Ok(following)
     }
 
     /// What a state on the way has set off.
-    pub(super) fn look<M: Model>(&mut self, model: &mut M, t: f64, t_end: f64, [q, v]: [&[f64]; 2]) {
+    pub(super) fn look<M: Model>(&mut self, model: &mut M, t: f64, duration: f64, [q, v]: [&[f64]; 2]) {
         if let Some(spectrum) = Spectrum::new(model, t, q, v) {
             let sizes: Vec<f64> = spectrum.modes.iter().map(|mode| mode.size).collect();
-            self.add(model, t_end, q, &spectrum, &sizes);
+            self.add(model, duration, q, &spectrum, &sizes);
         }
     }
 
-    fn add<M: Model>(&mut self, model: &mut M, t_end: f64, q: &[f64], spectrum: &Spectrum, sizes: &[f64]) {
+    fn add<M: Model>(&mut self, model: &mut M, duration: f64, q: &[f64], spectrum: &Spectrum, sizes: &[f64]) {
         let oscillates =
             |(mode, size): &(&Vibration, &f64)| mode.frequency > 0.0 && **size > 0.0 && !mode.is_overdamped();
         let followed = spectrum.modes.iter().zip(sizes).filter(oscillates).map(|(mode, &size)| {
@@ -111,7 +111,7 @@ impl Following {
             Followed {
                 frequency: mode.frequency,
                 reach,
-                radians: (mode.frequency * t_end.min(life)).max(1.0),
+                radians: (mode.frequency * duration.min(life)).max(1.0),
             }
         });
         self.vibrations.push(followed.collect());
@@ -173,7 +173,7 @@ impl Drive {
     /// By the response of each vibration, without the others, to modal forces that are straight lines between the looks: exact.
     fn new<M: Model>(
         model: &mut M,
-        t_end: f64,
+        (t0, t_end): (f64, f64),
         q0: &[f64],
         spectrum: &Spectrum,
         visible: f64,
@@ -188,15 +188,15 @@ impl Drive {
             .collect();
         let mut forces = Forces::new(q0.len());
         let mut motion: Vec<Oscillation> = modes.iter().map(Oscillation::new).collect();
-        let (mut t, mut looks, mut longest_step) = (0.0, 0, f64::INFINITY);
+        let (mut t, mut looks, mut longest_step) = (t0, 0, f64::INFINITY);
         let mut before = forces.at(model, modes, q0, t)?;
         while t < t_end && looks < MOST_LOOKS {
             let end = model.horizon(t).min(t_end);
-            let number = (LOOKS * (end - t) / t_end).ceil().max(LOOKS_OF_A_PART);
+            let number = (LOOKS * (end - t) / (t_end - t0)).ceil().max(LOOKS_OF_A_PART);
             let step = (end - t) / number;
             let mut part = vec![before];
             for i in 1..=number as usize {
-                let here = forces.at(model, modes, q0, t + step * i as f64)?;
+                let here = forces.at(model, modes, q0, (t + step * i as f64).min(end))?;
                 for ((oscillation, mode), (from, to)) in
                     motion.iter_mut().zip(modes).zip(part[i - 1].iter().zip(&here))
                 {

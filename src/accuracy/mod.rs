@@ -118,7 +118,7 @@ const RUNS: usize = 6;
 /// Tightest tolerance of a run; below, rounding rules.
 const SMALLEST_RUN_TOLERANCE: f64 = 1e-13;
 
-/// The free motion of `model` from `q0`, `v0` over `[0, t_end]`, to an accuracy; and a model with more quadrature nodes that took its place,
+/// The free motion of `model` from `q0`, `v0` over `t_span`, to an accuracy; and a model with more quadrature nodes that took its place,
 /// where it leaves their number open and the accuracy needs them. `t_eval` are increasing times at which the
 /// motion is wanted. `monitor` sees the time after every accepted step of every run and may stop it.
 ///
@@ -126,7 +126,7 @@ const SMALLEST_RUN_TOLERANCE: f64 = 1e-13;
 /// of them. Where the accuracy could not be reached, the status says so.
 pub fn simulate_to_accuracy<M: Model + Clone>(
     mut model: M,
-    t_end: f64,
+    t_span: (f64, f64),
     q0: &[f64],
     v0: &[f64],
     request: Request,
@@ -135,17 +135,17 @@ pub fn simulate_to_accuracy<M: Model + Clone>(
 ) -> Result<(Simulation, Option<M>), InvalidInput> {
     let clock = Instant::now();
     request.validate()?;
-    crate::newmark::check_start(model.n(), (0.0, t_end), q0, v0, request.dt)?;
+    crate::newmark::check_start(model.n(), t_span, q0, v0, request.dt)?;
     let wanted = match t_eval {
         Some(times) => times.to_vec(),
-        None => grid(model.n(), t_end, request.dt)?,
+        None => grid(model.n(), t_span, request.dt)?,
     };
-    let compared = with_more_times(&wanted, t_end);
+    let compared = with_more_times(&wanted, t_span);
     let t_eval = Some(&compared[..]);
     let original = model.clone();
     let mut factor = 1;
     let mut found = loop {
-        let mut plan = Plan::new(&mut model, t_end, [q0, v0], request, t_eval)?;
+        let mut plan = Plan::new(&mut model, t_span, [q0, v0], request, t_eval)?;
         let mut found = plan.to_accuracy(monitor)?;
         let more_nodes = original.with_nodes_times(2 * factor);
         if found.status.is_success() {
@@ -176,7 +176,7 @@ struct Plan<'a, M> {
     model: &'a M,
     choice: Choice,
     following: Following,
-    t_end: f64,
+    t_span: (f64, f64),
     start: [&'a [f64]; 2],
     request: Request,
     t_eval: Option<&'a [f64]>,
@@ -206,16 +206,16 @@ struct Found {
 impl<'a, M: Model + Clone> Plan<'a, M> {
     fn new(
         model: &'a mut M,
-        t_end: f64,
+        t_span: (f64, f64),
         [q0, v0]: [&'a [f64]; 2],
         request: Request,
         t_eval: Option<&'a [f64]>,
     ) -> Result<Self, InvalidInput> {
         model.check_shape(q0, "q0")?;
         let unknown = || (Choice::implicit(), Following::nothing());
-        let (choice, following) = match Spectrum::new(model, 0.0, q0, v0) {
+        let (choice, following) = match Spectrum::new(model, t_span.0, q0, v0) {
             Some(spectrum) => {
-                match Following::new(model, t_end, q0, &spectrum, FIRST_TOLERANCE * request.tolerance) {
+                match Following::new(model, t_span, q0, &spectrum, FIRST_TOLERANCE * request.tolerance) {
                     Ok(following) => (Choice::new(&spectrum, &following, request.tolerance), following),
                     // A function of time fails: the method meets it again.
                     Err(Interrupted) => unknown(),
@@ -224,7 +224,11 @@ impl<'a, M: Model + Clone> Plan<'a, M> {
             // There are no accelerations: the method says so.
             None => unknown(),
         };
-        Ok(Self { model, choice, following, t_end, start: [q0, v0], request, t_eval })
+        Ok(Self { model, choice, following, t_span, start: [q0, v0], request, t_eval })
+    }
+
+    fn duration(&self) -> f64 {
+        self.t_span.1 - self.t_span.0
     }
 
     /// Runs of ever tighter tolerances, until the estimated time error of one is below the tolerance.
@@ -241,8 +245,12 @@ impl<'a, M: Model + Clone> Plan<'a, M> {
             let mut simulation = self.run_with(of_run, longest_step, monitor)?;
             runs += 1;
             let mut status = simulation.status;
-            let tips = tips(&mut self.model.clone(), &simulation);
+            let looked = tips(&mut self.model.clone(), &simulation, monitor);
             let reason = self.choice.reason.clone();
+            if looked.is_err() {
+                (simulation.message, status) = interrupted();
+            }
+            let tips = looked.unwrap_or_default();
             if !status.is_success() {
                 return Ok(Found { simulation, status, tolerance: of_run, tips, apart: 0.0, reason });
             }
@@ -253,7 +261,7 @@ impl<'a, M: Model + Clone> Plan<'a, M> {
                     self.look(&simulation);
                 }
                 let followed = self.following.longest_step(self.choice.is_explicit, of_run);
-                if is_first && followed * steps < self.t_end {
+                if is_first && followed * steps < self.duration() {
                     // It has set off what it could not follow: no run to compare with.
                     continue;
                 }
@@ -264,7 +272,7 @@ impl<'a, M: Model + Clone> Plan<'a, M> {
             let gain = self.choice.gain(&looser, of_run, steps);
             if gain < LEAST_GAIN && runs < RUNS {
                 // Steps that something else than the tolerance limits say nothing about the errors that they share.
-                longest_step = self.t_end / (SHORTER_STEPS * looser.steps);
+                longest_step = self.duration() / (SHORTER_STEPS * looser.steps);
                 previous = Some(looser);
                 continue;
             }
@@ -273,7 +281,7 @@ impl<'a, M: Model + Clone> Plan<'a, M> {
             let is_better = gain >= LEAST_GAIN && !grows(&distances);
             let share = if is_better { SAFETY / gain.sqrt() } else { SAFETY };
             let apart = share * largest(&distances) / self.model.length();
-            let lost = self.following.lost(self.choice.is_explicit, self.t_end / steps.max(1.0));
+            let lost = self.following.lost(self.choice.is_explicit, self.duration() / steps.max(1.0));
             let error = (apart + lost + LUCK * of_run).max(self.drained(&simulation, &tips));
             simulation.statistics.time_error = Some(error);
             let is_met = error <= tolerance;
@@ -316,7 +324,7 @@ impl<'a, M: Model + Clone> Plan<'a, M> {
         };
         let [q0, v0] = self.start.map(|values| finer.embed(values));
         let estimate = finer.estimate();
-        let plan = Plan::new(&mut finer.model, self.t_end, [&q0, &v0], self.request, self.t_eval)?;
+        let plan = Plan::new(&mut finer.model, self.t_span, [&q0, &v0], self.request, self.t_eval)?;
         let tightest = found.tolerance.min(SPACE_TOLERANCE * wanted);
         let mut tolerance = FIRST_SPACE_TOLERANCE.max(found.tolerance);
         let (error, apart) = loop {
@@ -331,7 +339,10 @@ impl<'a, M: Model + Clone> Plan<'a, M> {
                     .push_str(" The space error is unknown: the run with more modes failed.");
                 return Ok(());
             }
-            let fine = tips(&mut plan.model.clone(), &other);
+            let Ok(fine) = tips(&mut plan.model.clone(), &other, monitor) else {
+                (found.simulation.message, found.status) = interrupted();
+                return Ok(());
+            };
             let apart = largest(&distances(&fine, &found.tips)) / self.model.length();
             let error = estimate.error(apart);
             if error <= wanted || apart > CLEAR * tolerance || tolerance <= tightest {
@@ -369,13 +380,14 @@ impl<'a, M: Model + Clone> Plan<'a, M> {
         if !found.status.is_success() || is_met {
             return Ok(false);
         }
-        let Self { t_end, start, request, t_eval, .. } = *self;
+        let Self { t_span, start, request, t_eval, .. } = *self;
         let (choice, following) = (self.choice.clone(), self.following.clone());
-        let plan = Plan { model: more_nodes, choice, following, t_end, start, request, t_eval };
+        let plan = Plan { model: more_nodes, choice, following, t_span, start, request, t_eval };
         // What is small beside the error by the modes does not matter either.
         let matters = (NODES_TOLERANCE * tolerance).max(SPACE_TOLERANCE * found.apart);
         let other = plan.run(found.tolerance, monitor)?;
-        let apart = distances(&tips(&mut more_nodes.clone(), &other), &found.tips);
+        let Ok(tips) = tips(&mut more_nodes.clone(), &other, monitor) else { return Ok(false) };
+        let apart = distances(&tips, &found.tips);
         Ok(other.status.is_success() && largest(&apart) > matters * self.model.length())
     }
 
@@ -394,7 +406,7 @@ impl<'a, M: Model + Clone> Plan<'a, M> {
         let (n, number) = (simulation.n, simulation.t.len());
         for i in (1..=STATES).map(|k| k * number.saturating_sub(1) / STATES) {
             let state = [&simulation.q, &simulation.v].map(|values| &values[i * n..][..n]);
-            self.following.look(&mut model, simulation.t[i], self.t_end, state);
+            self.following.look(&mut model, simulation.t[i], self.duration(), state);
         }
     }
 
@@ -418,7 +430,7 @@ impl<'a, M: Model + Clone> Plan<'a, M> {
             Request { max_step: self.request.max_step.min(followed).min(longest_step), ..self.request };
         let method = self.choice.method(&mut model, tolerance, request);
         let [q0, v0] = self.start;
-        simulate(model, self.t_end, q0, v0, &method, self.t_eval, monitor)
+        simulate(model, self.t_span, q0, v0, &method, self.t_eval, monitor)
     }
 }
 
@@ -470,20 +482,39 @@ impl Choice {
 
 /// These times and, where they are few, more of them: runs that agree at one time by chance do not at all of them. Times that make no
 /// sense are left to those who refuse them.
-fn with_more_times(times: &[f64], t_end: f64) -> Vec<f64> {
+fn with_more_times(times: &[f64], (t0, t_end): (f64, f64)) -> Vec<f64> {
     let mut all = times.to_vec();
-    let make_sense = times.iter().all(|t| (0.0..=t_end).contains(t)) && times.is_sorted();
+    let make_sense = times.iter().all(|t| (t0..=t_end).contains(t)) && times.is_sorted();
     if times.len() < COMPARED && make_sense {
-        all.extend((0..=COMPARED).map(|i| t_end * (i as f64 / COMPARED as f64)));
+        all.extend((0..=COMPARED).map(|i| t0 + (t_end - t0) * (i as f64 / COMPARED as f64)));
         all.sort_by(f64::total_cmp);
         all.dedup();
     }
     all
 }
 
-/// Where the tip is at all times.
-fn tips<M: Model>(model: &mut M, simulation: &Simulation) -> Vec<[f64; 3]> {
-    simulation.q.chunks_exact(simulation.n.max(1)).map(|q| model.tip(q)).collect()
+/// Where the tip is at all times. `monitor` sees the end of the run now and then and may stop it.
+fn tips<M: Model>(
+    model: &mut M,
+    simulation: &Simulation,
+    monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
+) -> Result<Vec<[f64; 3]>, Interrupted> {
+    /// Tips cost less than steps do.
+    const TIPS_BETWEEN: usize = 16;
+    let end = simulation.t.last().copied().unwrap_or(0.0);
+    let tip = |(i, q): (usize, &[f64])| {
+        if i.is_multiple_of(TIPS_BETWEEN) {
+            monitor(end)?;
+        }
+        Ok(model.tip(q))
+    };
+    simulation.q.chunks_exact(simulation.n.max(1)).enumerate().map(tip).collect()
+}
+
+/// What a run says that was stopped after its end, when its error was looked for.
+fn interrupted() -> (String, Status) {
+    let status = crate::newmark::Status::Interrupted;
+    ("The run was stopped, as asked for, before its error was known.".to_owned(), Status::SecondOrder(status))
 }
 
 /// The distances of two paths at each of their times.

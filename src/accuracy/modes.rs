@@ -2,7 +2,7 @@
 
 use super::Plan;
 use super::{Request, distances, largest, space, tips};
-use crate::error::{Checker, Interrupted, InvalidInput};
+use crate::error::{Checker, Interrupted, InvalidInput, Number};
 use crate::linalg::Matrix;
 use crate::model::Model;
 use crate::rod::{MAX_MODES, Rod, RodModel, STRAINS};
@@ -41,7 +41,7 @@ pub struct Modes {
     pub message: String,
 }
 
-/// Chooses the numbers of modes of the segments `open` of a rod such that its motion from rest over `[0, t_end]` has the accuracy that is
+/// Chooses the numbers of modes of the segments `open` of a rod such that its motion from rest over `t_span` has the accuracy that is
 /// asked for, as far as modes go: by trials with more modes of every strain, of which those are kept that move the tip. `monitor` sees
 /// the time after every step of every trial and may stop it.
 ///
@@ -49,13 +49,17 @@ pub struct Modes {
 pub fn choose_modes(
     rod: &Rod,
     open: &[usize],
-    t_end: f64,
+    t_span: (f64, f64),
     request: Request,
     monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
 ) -> Result<Modes, InvalidInput> {
     request.validate()?;
     let mut check = Checker::new();
-    check.positive(t_end, "t_end", "seconds");
+    let (t0, t_end) = t_span;
+    if check.require(t0.is_finite(), "t_span[0]", t0, "a finite number (seconds)") {
+        let expected = format!("a finite number > {} (seconds)", Number(t0));
+        check.require(t_end.is_finite() && t_end > t0, "t_span[1]", Number(t_end), &expected);
+    }
     for &segment in open {
         let expected = format!("a segment of the rod, 0 to {}", rod.segments.len().saturating_sub(1));
         let is_there = check.require(segment < rod.segments.len(), "segments", segment, &expected);
@@ -65,7 +69,7 @@ pub fn choose_modes(
         check.require(!is_there || is_nested, &place, "piecewise functions", expected);
     }
     check.finish()?;
-    let mut trials = Trials { open, t_end, request, monitor };
+    let mut trials = Trials { open, t_span, request, monitor };
     let mut modes = vec![FIRST_MODES; open.len()];
     let mut kept = KEPT;
     let mut space_error = None;
@@ -133,7 +137,7 @@ fn with_modes(rod: &Rod, open: &[usize], modes: &[[usize; STRAINS]]) -> Rod {
 /// What all trials have in common.
 struct Trials<'a> {
     open: &'a [usize],
-    t_end: f64,
+    t_span: (f64, f64),
     request: Request,
     monitor: &'a mut dyn FnMut(f64) -> Result<(), Interrupted>,
 }
@@ -164,12 +168,15 @@ impl Trials<'_> {
         let rest = vec![0.0; model.n()];
         let tolerance = TRIAL_TOLERANCE * self.request.tolerance;
         let request = Request { tolerance, ..self.request };
-        let plan = Plan::new(&mut model, self.t_end, [&rest, &rest], request, None)?;
+        let plan = Plan::new(&mut model, self.t_span, [&rest, &rest], request, None)?;
         let simulation = plan.run(tolerance, self.monitor)?;
         if !simulation.status.is_success() {
             return Ok(Err(Failed(simulation)));
         }
-        let tips = tips(&mut model, &simulation);
+        let Ok(tips) = tips(&mut model, &simulation, self.monitor) else {
+            let (message, status) = super::interrupted();
+            return Ok(Err(Failed(Simulation { message, status, ..simulation })));
+        };
         Ok(Ok(Trial { rod, model, simulation, tips }))
     }
 

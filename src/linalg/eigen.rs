@@ -1,6 +1,6 @@
 //! Eigenvalues of dense matrices, by faer. All of these functions allocate.
 
-use super::{Matrix, view};
+use super::{Matrix, moderate, view};
 
 /// A complex number.
 pub type Complex = nalgebra::Complex<f64>;
@@ -8,51 +8,41 @@ pub type Complex = nalgebra::Complex<f64>;
 /// Eigenvalues of a symmetric matrix (its lower triangle is read), smallest first; `None` when it is not finite. Cost: 4/3 n^3
 /// flops.
 pub fn symmetric_eigenvalues(a: &Matrix) -> Option<Vec<f64>> {
-    if !is_finite(a) {
-        return None;
-    }
-    view(a).self_adjoint_eigenvalues(faer::Side::Lower).ok()
+    let (a, scale) = moderate(a)?;
+    let values = view(&a).self_adjoint_eigenvalues(faer::Side::Lower).ok()?;
+    Some(values.into_iter().map(|value| value * scale).collect())
 }
 
 /// Eigenvalues of a symmetric matrix (its lower triangle is read), smallest first, with orthonormal eigenvectors as columns;
 /// `None` when it is not finite. Cost: about 9 n^3 flops.
 pub fn symmetric_eigen(a: &Matrix) -> Option<(Vec<f64>, Matrix)> {
-    if !is_finite(a) {
-        return None;
-    }
-    let evd = view(a).self_adjoint_eigen(faer::Side::Lower).ok()?;
+    let (a, scale) = moderate(a)?;
+    let evd = view(&a).self_adjoint_eigen(faer::Side::Lower).ok()?;
     let (values, vectors) = (evd.S().column_vector(), evd.U());
     let n = a.nrows();
-    Some(((0..n).map(|i| values[i]).collect(), Matrix::from_fn(n, n, |i, j| vectors[(i, j)])))
+    Some(((0..n).map(|i| values[i] * scale).collect(), Matrix::from_fn(n, n, |i, j| vectors[(i, j)])))
 }
 
 /// Eigenvalues of a square matrix, in no particular order; `None` when it is not finite. Cost: about 10 n^3 flops.
 pub fn eigenvalues(a: &Matrix) -> Option<Vec<Complex>> {
-    if !is_finite(a) {
-        return None;
-    }
-    view(a).eigenvalues().ok()
+    let (a, scale) = moderate(a)?;
+    let values = view(&a).eigenvalues().ok()?;
+    Some(values.into_iter().map(|value| value * scale).collect())
 }
 
 /// Eigenvalues of a square matrix, in no particular order, each with its right eigenvector, of norm one; `None` when it is
 /// not finite. Cost: about 25 n^3 flops.
 pub fn eigen(a: &Matrix) -> Option<Vec<(Complex, Vec<Complex>)>> {
-    if !is_finite(a) {
-        return None;
-    }
-    let evd = view(a).eigen().ok()?;
+    let (a, scale) = moderate(a)?;
+    let evd = view(&a).eigen().ok()?;
     let (values, vectors) = (evd.S().column_vector(), evd.U());
     let n = a.nrows();
     let pairs = (0..n).map(|k| {
         let vector: Vec<Complex> = (0..n).map(|i| vectors[(i, k)]).collect();
         let norm = vector.iter().map(Complex::norm_sqr).sum::<f64>().sqrt();
-        (values[k], vector.into_iter().map(|x| x / norm).collect())
+        (values[k] * scale, vector.into_iter().map(|x| x / norm).collect())
     });
     Some(pairs.collect())
-}
-
-fn is_finite(a: &Matrix) -> bool {
-    a.iter().all(|x| x.is_finite())
 }
 
 #[cfg(test)]

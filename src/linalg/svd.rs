@@ -1,6 +1,6 @@
 //! Singular values: the condition of a matrix and minimum-norm least-squares solutions.
 
-use super::{Matrix, norm, view};
+use super::{Matrix, moderate, norm, view};
 
 /// A minimum-norm least-squares solution.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,10 +16,8 @@ pub struct MinimumNorm {
 /// singular value decomposition did not converge. Allocates.
 pub fn minimum_norm_solution(a: &Matrix, b: &[f64]) -> Option<MinimumNorm> {
     let (m, n) = a.shape();
-    if !a.iter().all(|v| v.is_finite()) {
-        return None;
-    }
-    let svd = view(a).thin_svd().ok()?;
+    let (a, scale) = moderate(a)?;
+    let svd = view(&a).thin_svd().ok()?;
     let (u, s, v) = (svd.U(), svd.S().column_vector(), svd.V());
     let size = m.min(n);
     let largest = if size > 0 { s[0] } else { 0.0 };
@@ -31,7 +29,7 @@ pub fn minimum_norm_solution(a: &Matrix, b: &[f64]) -> Option<MinimumNorm> {
             break;
         }
         rank += 1;
-        let coefficient = (0..m).map(|i| u[(i, k)] * b[i]).sum::<f64>() / s[k];
+        let coefficient = (0..m).map(|i| u[(i, k)] * (b[i] / scale)).sum::<f64>() / s[k];
         for (j, x) in x.iter_mut().enumerate() {
             *x += coefficient * v[(j, k)];
         }
@@ -39,17 +37,31 @@ pub fn minimum_norm_solution(a: &Matrix, b: &[f64]) -> Option<MinimumNorm> {
     norm(&x).is_finite().then_some(MinimumNorm { x, rank })
 }
 
-/// Singular values of `a`, largest first; `None` when `a` is not finite. Allocates.
-pub fn singular_values(a: &Matrix) -> Option<Vec<f64>> {
+/// `A = U diag(s) V^T` with square U and V, and the singular values s, largest first; `None` when `a` is not finite. Allocates.
+pub fn full_svd(a: &Matrix) -> Option<(Matrix, Vec<f64>, Matrix)> {
     if !a.iter().all(|v| v.is_finite()) {
         return None;
     }
-    view(a).singular_values().ok()
+    let svd = view(a).svd().ok()?;
+    let (u, s, v) = (svd.U(), svd.S().column_vector(), svd.V());
+    let (m, n) = a.shape();
+    Some((
+        Matrix::from_fn(m, m, |i, j| u[(i, j)]),
+        (0..m.min(n)).map(|i| s[i]).collect(),
+        Matrix::from_fn(n, n, |i, j| v[(i, j)]),
+    ))
+}
+
+/// Singular values of `a`, largest first; `None` when `a` is not finite. Allocates.
+pub fn singular_values(a: &Matrix) -> Option<Vec<f64>> {
+    let (a, scale) = moderate(a)?;
+    let values = view(&a).singular_values().ok()?;
+    Some(values.into_iter().map(|value| value * scale).collect())
 }
 
 /// Condition number in the 2-norm; infinite for singular, NaN for non-finite matrices. Allocates.
 pub fn condition_number(a: &Matrix) -> f64 {
-    match singular_values(a) {
+    match moderate(a).and_then(|(a, _)| view(&a).singular_values().ok()) {
         Some(s) if s.is_empty() => 1.0,
         Some(s) if s[s.len() - 1] > 0.0 => s[0] / s[s.len() - 1],
         Some(_) => f64::INFINITY,

@@ -1,7 +1,9 @@
 //! The linear systems of Newton's method: a Jacobian with its factors.
 
 use super::{Failure, System};
+use crate::error::InvalidInput;
 use crate::linalg::{ChainLu, ChainMatrix, Lu, Matrix, Singular};
+use crate::memory;
 use crate::roots::Derivative;
 
 /// A Jacobian and its factorisation, with memory for repeated use.
@@ -25,6 +27,23 @@ impl LinearSystem {
             Some(jacobian) => Self::Chain { lu: ChainLu::new(&jacobian), jacobian },
             None => Self::dense(system.n()),
         }
+    }
+
+    /// Refuses a system whose matrices do not fit in memory.
+    pub(super) fn check_memory<S: System + ?Sized>(
+        system: &S,
+        derivative: Derivative,
+    ) -> Result<(), InvalidInput> {
+        /// The Jacobian and its factors.
+        const SQUARE_MATRICES: usize = 2;
+        let is_chain = derivative == Derivative::Analytic && system.chain().is_some();
+        let matrices = if is_chain { 0 } else { SQUARE_MATRICES };
+        memory::check_square(
+            matrices,
+            system.n(),
+            "q0",
+            "an explicit method of `solve_ivp` needs no matrices",
+        )
     }
 
     fn dense(n: usize) -> Self {

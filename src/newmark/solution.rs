@@ -1,9 +1,11 @@
 //! Integration over an interval, with the states that are asked for on the way.
 
+use super::linear_system::LinearSystem;
 use super::options::{Options, StepSize};
 use super::stepper::Stepper;
 use super::{Counters, Status, System};
 use crate::error::{Checker, Interrupted, InvalidInput, Number};
+use crate::memory::{self, LARGEST_RESULT};
 
 /// A motion and how it came about. What was computed before a failure or an interruption is kept.
 #[derive(Clone, Debug)]
@@ -26,11 +28,9 @@ pub struct Solution {
     pub message: String,
 }
 
-/// Largest memory for the states of a result, in bytes (4 GiB): beyond it a slip in the step size is likelier than a wish.
-const LARGEST_RESULT: usize = 1 << 32;
-
+/// How many states of `n` coordinates a result may have.
 pub(crate) fn points_in_memory(n: usize) -> usize {
-    LARGEST_RESULT / (size_of::<f64>() * (1 + 3 * n))
+    memory::points_in_memory(n.saturating_mul(3).saturating_add(1))
 }
 
 /// Refuses results of more states than fit in memory.
@@ -67,6 +67,7 @@ pub fn solve<S: System + ?Sized>(
         options.max_steps = options.max_steps.min(points_in_memory(n));
     }
     let mut stepper = Stepper::new(n, t_span, q0, v0, &options)?;
+    LinearSystem::check_memory(system, options.derivative)?;
     let points = match t_eval {
         Some(times) => {
             check_times(times, t_span)?;

@@ -7,6 +7,7 @@ use super::trial::Trial;
 use super::{Counters, Failure, Scheme, Status, System};
 use crate::error::{Interrupted, InvalidInput, Number};
 use crate::hermite::cubic;
+use crate::signal::end_of_step;
 
 /// A step must be that many spacings of floating-point numbers long at least.
 const SMALLEST_STEP_IN_SPACINGS: f64 = 10.0;
@@ -194,7 +195,7 @@ impl Stepper {
         let smallest = min_step.max(SMALLEST_STEP_IN_SPACINGS * (self.t.next_up() - self.t));
         let mut h = self.h;
         let mut rejected = false;
-        let end = self.t_end.min(system.horizon(self.t));
+        let end = end_of_step(self.t, self.t_end, system.horizon(self.t));
         loop {
             if h < smallest {
                 return Ok(Some(Status::StepTooSmall));

@@ -1,5 +1,7 @@
 //! Dense output: the solution between the steps, one polynomial a step.
 
+use crate::error::{Checker, InvalidInput};
+
 /// The form of the polynomials of a method. A step's polynomial is stored as `y_old` followed by coefficient vectors,
 /// n numbers each; x runs from 0 to 1 over the step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -61,6 +63,23 @@ impl StepPolynomial<'_> {
     }
 }
 
+/// What a [`DenseOutput`] is made of, to be kept somewhere.
+#[derive(Clone, Copy, Debug)]
+pub struct DenseParts<'a> {
+    /// Whether the polynomials are nested in x and 1 - x, or sums of powers of x.
+    pub is_nested: bool,
+    /// Coefficient vectors of a polynomial.
+    pub vectors: usize,
+    /// Number of components.
+    pub n: usize,
+    /// The times between the polynomials.
+    pub times: &'a [f64],
+    /// The end of the step that the last polynomial belongs to.
+    pub last_step_end: f64,
+    /// Of one polynomial after the other.
+    pub coefficients: &'a [f64],
+}
+
 /// The solution as a function of time: a piecewise polynomial over the steps of an integration.
 #[derive(Clone, Debug)]
 pub struct DenseOutput {
@@ -93,6 +112,33 @@ impl DenseOutput {
     /// The times between the polynomials, in the order of the integration: one more than there are polynomials.
     pub fn times(&self) -> &[f64] {
         &self.times
+    }
+
+    /// What it is made of.
+    pub fn parts(&self) -> DenseParts<'_> {
+        let Self { form, n, times, last_step_end, coefficients } = self;
+        let is_nested = matches!(form, Form::Nested { .. });
+        let vectors = form.vectors();
+        DenseParts { is_nested, vectors, n: *n, times, last_step_end: *last_step_end, coefficients }
+    }
+
+    /// The way back.
+    pub fn from_parts(parts: DenseParts<'_>) -> Result<Self, InvalidInput> {
+        let DenseParts { is_nested, vectors, n, times, last_step_end, coefficients } = parts;
+        let mut check = Checker::new();
+        check.require(vectors >= 1, "vectors", vectors, "at least one");
+        check.require(times.len() >= 2, "times", format_args!("{} times", times.len()), "at least two");
+        let numbers = times.len().saturating_sub(1).checked_mul(vectors).and_then(|rows| rows.checked_mul(n));
+        check.require(
+            numbers == Some(coefficients.len()),
+            "coefficients",
+            format_args!("{} numbers", coefficients.len()),
+            "a polynomial for each step",
+        );
+        check.finish()?;
+        let terms = vectors - 1;
+        let form = if is_nested { Form::Nested { terms } } else { Form::Monomial { degree: terms } };
+        Ok(Self { form, n, times: times.to_vec(), last_step_end, coefficients: coefficients.to_vec() })
     }
 
     /// `y <- y(t)`. At the time between two steps the earlier one counts; before the first and after the last step

@@ -6,8 +6,8 @@ use super::dense::Form;
 use super::dormand_prince_5::DORMAND_PRINCE_5;
 use super::dormand_prince_8::DORMAND_PRINCE_8;
 use super::norm::{all_finite, scaled};
-use super::options::Controller;
-use super::pair::{ErrorEstimate, Extension, Pair, combine};
+use super::options::{Controller, Method};
+use super::pair::{ErrorEstimate, Extension, Pair, combine, pair};
 use super::status::Status;
 use super::stepper::{Advance, State};
 use super::stiffness::StiffnessTest;
@@ -40,6 +40,11 @@ impl Explicit {
 
     pub(super) fn dormand_prince_8(n: usize, controller: Controller) -> Self {
         Self::new(&DORMAND_PRINCE_8, n, controller)
+    }
+
+    /// Vectors of memory that a method takes; none of an implicit one.
+    pub(super) fn vectors(method: Method) -> usize {
+        pair(method).map_or(0, |pair| 2 * pair.kept_stages() + 2)
     }
 
     fn new(pair: &'static Pair, n: usize, controller: Controller) -> Self {
@@ -95,7 +100,8 @@ impl Explicit {
             }
             state.counters.rejected += 1;
             was_rejected = true;
-            finite = all_finite(&self.stages[..(self.pair.stages() + 1) * n]);
+            // A state may overflow although the right-hand side does not, and with an error of zero.
+            finite = all_finite(&self.stages[..(self.pair.stages() + 1) * n]) && all_finite(&state.y_new);
             h_abs *= self.control.after_rejection(if finite { error } else { f64::NAN });
         }
     }

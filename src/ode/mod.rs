@@ -45,7 +45,7 @@ mod status;
 mod stepper;
 mod stiffness;
 
-pub use dense::DenseOutput;
+pub use dense::{DenseOutput, DenseParts};
 pub use differences::Sparsity;
 pub use events::{Direction, Event, EventFunction};
 pub use first_order::FirstOrder;

@@ -42,7 +42,7 @@ pub struct Tableau {
 }
 
 /// The pair of an explicit method; `None` for an implicit one.
-fn pair(method: Method) -> Option<&'static Pair> {
+pub(super) fn pair(method: Method) -> Option<&'static Pair> {
     match method {
         Method::Rk45 => Some(&DORMAND_PRINCE_5),
         Method::Dop853 => Some(&DORMAND_PRINCE_8),

@@ -18,6 +18,7 @@ use super::stepper::{Advance, State};
 use super::{JacobianKind, System};
 use crate::error::{Interrupted, InvalidInput};
 use crate::linalg::{ComplexLu, Lu, Matrix, Singular};
+use crate::memory;
 
 /// The collocation polynomial: coefficient of `x^(j+1)` from the stages in row j.
 const POLYNOMIAL: [[f64; STAGES]; STAGES] = [
@@ -386,20 +387,13 @@ impl Radau {
     }
 }
 
-/// Can the matrices be allocated? To find out later would end the process.
+/// Refuses systems whose matrices do not fit in memory.
 fn check_memory(n: usize, groups: usize) -> Result<(), InvalidInput> {
     /// The Jacobian, the real matrix and its factors, and the complex factors, which count twice.
     const SQUARE_MATRICES: usize = 5;
     /// Arguments and values of a differenced Jacobian, a column for each group.
     const COLUMNS_OF_A_GROUP: usize = 2;
     let columns = SQUARE_MATRICES.saturating_mul(n).saturating_add(COLUMNS_OF_A_GROUP.saturating_mul(groups));
-    let numbers = columns.saturating_mul(n);
-    if Vec::<f64>::new().try_reserve_exact(numbers).is_ok() {
-        return Ok(());
-    }
-    let gigabytes = numbers as f64 * size_of::<f64>() as f64 / 1e9;
-    let expected = format!(
-        "a system whose dense matrices fit in memory; these take {gigabytes:.1} GB, which an explicit method does not"
-    );
-    Err(InvalidInput::new("y0", format_args!("{n} values"), expected))
+    let instead = "an explicit method needs no matrices";
+    memory::check(columns.saturating_mul(n), "y0", format_args!("{n} values"), instead)
 }

@@ -7,6 +7,7 @@ use super::options::{Options, Output};
 use super::status::Status;
 use super::stepper::{Counters, Stepper};
 use crate::error::{Interrupted, InvalidInput};
+use crate::memory;
 
 /// A trajectory and how it came about. What was computed before a failure or an interruption is kept.
 #[derive(Clone, Debug)]
@@ -65,12 +66,23 @@ pub fn solve<S: System + ?Sized>(
 ) -> Result<Solution, InvalidInput> {
     let mut stepper = Stepper::new(system.n(), t_span, y0, options)?;
     output.check(t_span)?;
+    let n = y0.len();
+    if let Some(times) = &output.t_eval {
+        let found = format_args!("{} times of {n} values", times.len());
+        memory::check(times.len().saturating_mul(n), "t_eval", found, "ask for fewer times")?;
+    }
+    // What every step adds to the result.
+    let of_state = if output.t_eval.is_none() { 1 + n } else { 0 };
+    let of_polynomial = if output.dense { 1 + stepper.form().vectors() * n } else { 0 };
+    if of_state + of_polynomial > 0 {
+        stepper.limit_steps(memory::points_in_memory(of_state + of_polynomial));
+    }
     let mut recorder = Recorder::new(&stepper, output, events.len());
     let status = run(system, &mut stepper, &mut recorder, events, monitor).unwrap_or(Status::Interrupted);
     Ok(Solution {
         t: recorder.t,
         y: recorder.y,
-        n: y0.len(),
+        n,
         dense: recorder.dense.filter(|dense| dense.times().len() > 1),
         events: recorder.events,
         counters: stepper.counters(),

@@ -8,6 +8,8 @@ use super::radau::Radau;
 use super::status::Status;
 use super::{System, initial_step};
 use crate::error::{Interrupted, InvalidInput, Number};
+use crate::memory;
+use crate::signal::end_of_step;
 
 /// What an integration has cost.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -66,7 +68,7 @@ impl State {
     fn look_ahead<S: System + ?Sized>(&mut self, system: &S) {
         self.horizon = self.t_end;
         if self.direction > 0.0 {
-            self.horizon = self.t_end.min(system.horizon(self.t));
+            self.horizon = end_of_step(self.t, self.t_end, system.horizon(self.t));
         }
     }
 
@@ -127,6 +129,8 @@ pub struct Stepper {
     state: State,
     scheme: Scheme,
     max_steps: usize,
+    // As many steps as the memory for their results has room for.
+    steps_in_memory: usize,
     first_step: Option<f64>,
     started: bool,
     // The right-hand side at the start is finite.
@@ -142,7 +146,11 @@ impl Stepper {
     /// of the two. Evaluates nothing yet.
     pub fn new(n: usize, t_span: (f64, f64), y0: &[f64], options: &Options) -> Result<Self, InvalidInput> {
         let tolerances = options.check(n, t_span, y0)?;
+        /// Vectors of the state, beside those of the method.
+        const VECTORS: usize = 12;
         let (t0, t_end) = t_span;
+        let vectors = VECTORS + Explicit::vectors(options.method);
+        memory::check(vectors.saturating_mul(n), "y0", format_args!("{n} values"), "fewer equations")?;
         let scheme = match options.method {
             Method::Rk45 => Scheme::Explicit(Explicit::dormand_prince_5(n, options.controller)),
             Method::Dop853 => Scheme::Explicit(Explicit::dormand_prince_8(n, options.controller)),
@@ -171,6 +179,7 @@ impl Stepper {
             },
             scheme,
             max_steps: options.max_steps,
+            steps_in_memory: usize::MAX,
             first_step: options.first_step,
             started: false,
             is_defined: true,
@@ -178,6 +187,11 @@ impl Stepper {
             interpolant,
             has_interpolant: false,
         })
+    }
+
+    /// Ends the integration after so many steps, for which there is memory.
+    pub(super) fn limit_steps(&mut self, steps_in_memory: usize) {
+        self.steps_in_memory = steps_in_memory;
     }
 
     /// Evaluates the right-hand side at the start and chooses the first step. [`Self::step`] does this when it has
@@ -232,7 +246,7 @@ impl Stepper {
             Some(Status::Finished)
         } else if !self.is_defined {
             Some(Status::NonFinite)
-        } else if state.counters.accepted >= self.max_steps {
+        } else if state.counters.accepted >= self.max_steps.min(self.steps_in_memory) {
             Some(Status::TooManySteps)
         } else {
             state.look_ahead(system);
@@ -367,6 +381,12 @@ impl Stepper {
             Status::Finished => "The end of the integration interval was reached.".to_owned(),
             // SciPy's words: programs compare them.
             Status::Event => "A termination event occurred.".to_owned(),
+            Status::TooManySteps if self.steps_in_memory < self.max_steps => format!(
+                "The result has no room for more than {} steps ({} GiB), which were reached at t = {t}, before the end of \
+                 the interval, {t_end}: ask for fewer states with `t_eval`, or loosen `rtol` and `atol`.",
+                self.steps_in_memory,
+                memory::LARGEST_RESULT >> 30
+            ),
             Status::TooManySteps => format!(
                 "The limit of {} steps was reached at t = {t}, before the end of the interval, {t_end}: increase \
                  `max_steps`, or loosen `rtol` and `atol`.",
@@ -382,8 +402,8 @@ impl Stepper {
                  through 0 has no tolerance left)."
             ),
             Status::NonFinite => format!(
-                "The right-hand side is NaN or infinite at or right after t = {t}, however small the step: check it \
-                 at that point, or end the interval before."
+                "The right-hand side or the state is NaN or infinite at or right after t = {t}, however small the step: \
+                 check the right-hand side at that point, or end the interval before."
             ),
             Status::NonFiniteJacobian => format!(
                 "The Jacobian of the right-hand side is NaN or infinite at t = {t}: check `jac`, or without it the \

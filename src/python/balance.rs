@@ -2,8 +2,10 @@
 
 use numpy::{IntoPyArray, PyArray1};
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 
 use super::convert;
+use super::record::ReadOnly;
 use crate::balance::Balance;
 use crate::error::Checker;
 use crate::model::Energy;
@@ -30,35 +32,35 @@ use crate::model::Energy;
 pub(crate) struct PyBalance {
     balance: Balance,
     #[pyo3(get)]
-    kinetic: Py<PyArray1<f64>>,
+    kinetic: ReadOnly<PyArray1<f64>>,
     #[pyo3(get)]
-    elastic: Py<PyArray1<f64>>,
+    elastic: ReadOnly<PyArray1<f64>>,
     #[pyo3(get)]
-    gravitational: Py<PyArray1<f64>>,
+    gravitational: ReadOnly<PyArray1<f64>>,
     #[pyo3(get)]
-    loads: Py<PyArray1<f64>>,
+    loads: ReadOnly<PyArray1<f64>>,
     #[pyo3(get)]
-    dissipated: Py<PyArray1<f64>>,
+    dissipated: ReadOnly<PyArray1<f64>>,
     #[pyo3(get)]
-    work: Py<PyArray1<f64>>,
+    work: ReadOnly<PyArray1<f64>>,
     #[pyo3(get)]
-    total: Py<PyArray1<f64>>,
+    total: ReadOnly<PyArray1<f64>>,
 }
 
 impl PyBalance {
-    pub(super) fn from_core(py: Python<'_>, balance: Balance) -> Self {
-        let array = |values: Vec<f64>| values.into_pyarray(py).unbind();
+    pub(super) fn from_core(py: Python<'_>, balance: Balance) -> PyResult<Self> {
+        let array = |values: Vec<f64>| ReadOnly::new(values.into_pyarray(py));
         let energies = |part: fn(&Energy) -> f64| array(balance.energies.iter().map(part).collect());
-        Self {
-            kinetic: energies(|energy| energy.kinetic),
-            elastic: energies(|energy| energy.elastic),
-            gravitational: energies(|energy| energy.gravitational),
-            loads: energies(|energy| energy.loads),
-            dissipated: array(balance.dissipated.clone()),
-            work: array(balance.work.clone()),
-            total: array(balance.total()),
+        Ok(Self {
+            kinetic: energies(|energy| energy.kinetic)?,
+            elastic: energies(|energy| energy.elastic)?,
+            gravitational: energies(|energy| energy.gravitational)?,
+            loads: energies(|energy| energy.loads)?,
+            dissipated: array(balance.dissipated.clone())?,
+            work: array(balance.work.clone())?,
+            total: array(balance.total())?,
             balance,
-        }
+        })
     }
 }
 
@@ -101,7 +103,7 @@ impl PyBalance {
         let [.., dissipated, work] = &mut values[..] else { unreachable!("five parts") };
         let balance =
             Balance { energies, dissipated: std::mem::take(dissipated), work: std::mem::take(work) };
-        Ok(Self::from_core(py, balance))
+        Self::from_core(py, balance)
     }
 
     /// The largest energy that moved, joules.
@@ -129,5 +131,17 @@ impl PyBalance {
             self.drift(),
             self.scale()
         )
+    }
+
+    /// For copies and pickles.
+    fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> PyResult<((), Bound<'py, PyDict>)> {
+        let arguments = PyDict::new(py);
+        arguments.set_item("kinetic", &self.kinetic)?;
+        arguments.set_item("elastic", &self.elastic)?;
+        arguments.set_item("gravitational", &self.gravitational)?;
+        arguments.set_item("loads", &self.loads)?;
+        arguments.set_item("dissipated", &self.dissipated)?;
+        arguments.set_item("work", &self.work)?;
+        Ok(((), arguments))
     }
 }

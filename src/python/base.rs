@@ -1,10 +1,11 @@
 //! `lissom.BaseMotion`.
 
+use pyo3::class::{PyTraverseError, PyVisit};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use super::convert;
-use super::signal::{signal_of, signal_out};
+use super::signal::{Functions, signal_of, signal_out};
 use crate::error::Checker;
 use crate::rod::{BaseMotion, BaseRotation};
 
@@ -32,10 +33,12 @@ use crate::rod::{BaseMotion, BaseRotation};
 /// Notes
 /// -----
 /// The motion needs velocities and accelerations. A table is a cubic spline, twice continuously differentiable; of quaternions in R^4
-/// and normalised, with less than a right angle from one to the next. It must cover the time of a run. A callable returns the value, of
-/// which central differences of order 8 are taken (nine values, 1 ms apart), or a tuple of it with its velocity and its acceleration:
-/// of `translation` in m/s and m/s^2, of `angle` in rad/s and rad/s^2, of `rotation` the angular velocity and the angular acceleration
-/// in world axes, three numbers each.
+/// and normalised, with less than a right angle from one to the next. It must cover the time of a run. A callable returns the value, whose
+/// derivatives are then found by differences (nine values or more, up to 4 ms before and after), or a tuple of it with its velocity and
+/// its acceleration: of `translation` in m/s and m/s^2, of `angle` in rad/s and rad/s^2, of `rotation` the angular velocity and the
+/// angular acceleration in world axes, three numbers each. Where values are not finite, quaternions not of norm 1, derivatives not found
+/// or in contradiction to the values, whoever asks gets a ValueError that names the time; that of a run has what was computed as its
+/// attribute `result`.
 ///
 /// Examples
 /// --------
@@ -47,8 +50,26 @@ use crate::rod::{BaseMotion, BaseRotation};
 /// >>> shaken = lissom.BaseMotion(translation=lissom.Harmonic((0, 0.01, 0), 5.0))
 /// >>> rod = lissom.Rod([blade], base_motion=shaken)
 #[pyclass(name = "BaseMotion", module = "lissom", frozen, eq)]
-#[derive(Clone, PartialEq)]
-pub(crate) struct PyBaseMotion(pub(crate) BaseMotion);
+pub(crate) struct PyBaseMotion {
+    motion: BaseMotion,
+    functions: Functions,
+}
+
+impl PartialEq for PyBaseMotion {
+    fn eq(&self, other: &Self) -> bool {
+        self.motion == other.motion
+    }
+}
+
+impl PyBaseMotion {
+    pub(super) fn of(py: Python<'_>, motion: &BaseMotion) -> PyResult<Self> {
+        Ok(Self { functions: Functions::of_motion(py, motion)?, motion: motion.clone() })
+    }
+
+    pub(super) fn motion(&self) -> &BaseMotion {
+        &self.motion
+    }
+}
 
 #[pymethods]
 impl PyBaseMotion {
@@ -74,30 +95,32 @@ impl PyBaseMotion {
         check.require(axis.is_none() || angle.is_some(), "angle", "none", "an angle about the axis");
         check.finish()?;
         let mut motion = BaseMotion::rest();
+        let mut functions = Functions::default();
         if let Some(translation) = translation {
-            motion.translation = signal_of(translation, "translation")?;
+            motion.translation = signal_of(translation, "translation", &mut functions)?;
         }
         if let (Some(axis), Some(angle)) = (axis, angle) {
-            let (axis, angle) = (convert::array_of(axis, "axis")?, signal_of(angle, "angle")?);
+            let axis = convert::array_of(axis, "axis")?;
+            let angle = signal_of(angle, "angle", &mut functions)?;
             motion.rotation = BaseRotation::About { axis, angle };
         }
         if let Some(rotation) = rotation {
-            motion.rotation = BaseRotation::By(signal_of(rotation, "rotation")?);
+            motion.rotation = BaseRotation::By(signal_of(rotation, "rotation", &mut functions)?);
         }
         motion.validate()?;
-        Ok(Self(motion))
+        Ok(Self { motion, functions })
     }
 
     /// Displacement in world axes, metres, as given.
     #[getter]
     fn translation<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        signal_out(py, &self.0.translation)
+        signal_out(py, &self.motion.translation)
     }
 
     /// Axis of the rotation in world axes; None without one.
     #[getter]
     fn axis(&self) -> Option<(f64, f64, f64)> {
-        match &self.0.rotation {
+        match &self.motion.rotation {
             BaseRotation::About { axis, angle } if !angle.is_zero() => Some((*axis).into()),
             _ => None,
         }
@@ -106,7 +129,7 @@ impl PyBaseMotion {
     /// Angle about the axis, radians, as given; None without one.
     #[getter]
     fn angle<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
-        match &self.0.rotation {
+        match &self.motion.rotation {
             BaseRotation::About { angle, .. } if !angle.is_zero() => signal_out(py, angle).map(Some),
             _ => Ok(None),
         }
@@ -115,7 +138,7 @@ impl PyBaseMotion {
     /// Quaternions of the rotation, as given; None where it is about an axis.
     #[getter]
     fn rotation<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
-        match &self.0.rotation {
+        match &self.motion.rotation {
             BaseRotation::By(quaternion) => signal_out(py, quaternion).map(Some),
             BaseRotation::About { .. } => Ok(None),
         }
@@ -140,5 +163,9 @@ impl PyBaseMotion {
         arguments.set_item("angle", self.angle(py)?)?;
         arguments.set_item("rotation", self.rotation(py)?)?;
         Ok(((), arguments))
+    }
+
+    fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
+        self.functions.traverse(&visit)
     }
 }

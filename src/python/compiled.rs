@@ -1,4 +1,4 @@
-//! Compiled right-hand sides: C functions called by their address, without Python in between.
+//! Compiled right-hand sides: C functions called through their pointers, without Python in between.
 //!
 //! The only unsafe code of the crate, for which there is no safe substitute: a Python callable costs some hundred
 //! times more a call than the stepper itself.
@@ -7,18 +7,16 @@
 
 use std::ffi::CString;
 
+use pyo3::class::{PyTraverseError, PyVisit};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyCapsule, PyCapsuleMethods, PyInt, PyTuple};
+use pyo3::types::{PyCapsule, PyCapsuleMethods, PyDict, PyTuple};
 
 /// `void f(double t, const double *y, double *out, const double *args)`.
 type Signature = unsafe extern "C" fn(f64, *const f64, *mut f64, *const f64);
 
 /// The signature for messages.
 const SIGNATURE: &str = "void (double t, const double *y, double *out, const double *args)";
-
-/// Linux (mmap_min_addr), macOS and Windows map nothing below: smaller integers, truth values among them, are no addresses.
-const LOWEST_ADDRESS: usize = 1 << 16;
 
 /// A C function with the signature of a right-hand side, and what it needs to be called.
 #[derive(Debug)]
@@ -28,7 +26,7 @@ pub(super) struct CompiledFunction {
     outputs: usize,
     parameters: Parameters,
     // Owns the machine code; never called itself.
-    _owner: Py<PyAny>,
+    owner: Py<PyAny>,
 }
 
 /// What the last argument points to.
@@ -41,9 +39,8 @@ enum Parameters {
 }
 
 impl CompiledFunction {
-    /// The compiled function behind a Python object: one with an integer `address` (`numba.cfunc`), a
-    /// `scipy.LowLevelCallable`, a function of ctypes or an address; `None` for other objects. It reads `inputs` states
-    /// and writes `outputs` numbers.
+    /// The compiled function behind a Python object: a function of ctypes, a `numba.cfunc` or a `scipy.LowLevelCallable`; `None` for
+    /// objects of other types, whatever attributes they have. It reads `inputs` states and writes `outputs` numbers.
     ///
     /// `args`, if any, are the numbers that its last argument points to.
     pub(super) fn find(
@@ -69,7 +66,7 @@ impl CompiledFunction {
         // all platforms that NumPy supports. That a function of this signature is there is the caller's promise; the
         // types were compared as far as the object tells them (`check_types`).
         let function = unsafe { std::mem::transmute::<usize, Signature>(address) };
-        Ok(Some(Self { function, inputs, outputs, parameters, _owner: value.clone().unbind() }))
+        Ok(Some(Self { function, inputs, outputs, parameters, owner: value.clone().unbind() }))
     }
 
     /// `out <- f(t, y)`.
@@ -84,36 +81,34 @@ impl CompiledFunction {
         };
         // SAFETY: `y` and `out` are valid for the lengths that were agreed on when the function was found, just
         // checked, and do not overlap; the parameters live as long as `self`, or as the LowLevelCallable does, which
-        // `_owner` keeps alive together with the machine code. The function is trusted to keep to its signature, as
+        // `owner` keeps alive together with the machine code. The function is trusted to keep to its signature, as
         // documented for every argument that takes one.
         unsafe { (self.function)(t, y.as_ptr(), out.as_mut_ptr(), parameters) }
+    }
+
+    pub(super) fn traverse(&self, visit: &PyVisit<'_>) -> Result<(), PyTraverseError> {
+        visit.call(&self.owner)
     }
 }
 
 /// Address of a compiled function, and of its `user_data`.
 fn address(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Option<(usize, Option<usize>)>> {
-    if let Some(address) = value.getattr_opt("address")?
-        && let Ok(address) = address.extract::<usize>()
-    {
-        if let Some(function) = value.getattr_opt("ctypes")? {
-            check_types(&function, name)?;
+    if is_instance(value, "ctypes", "_CFuncPtr")? {
+        return Ok(Some((address_of_ctypes(value, name)?, None)));
+    }
+    if is_instance(value, "numba.core.ccallback", "CFunc")? {
+        let function = value.getattr("ctypes")?;
+        if !is_instance(&function, "ctypes", "_CFuncPtr")? {
+            return Err(PyTypeError::new_err(format!(
+                "{name}: expected a numba.cfunc with a function of ctypes"
+            )));
         }
-        return Ok(Some((address, None)));
+        return Ok(Some((address_of_ctypes(&function, name)?, None)));
     }
-    if value.is_instance_of::<PyInt>()
-        && let Ok(address) = value.extract::<usize>()
-        && address >= LOWEST_ADDRESS
-    {
-        return Ok(Some((address, None)));
-    }
-    if let Some(address) = address_of_ctypes(value, name)? {
-        return Ok(Some((address, None)));
-    }
-    let is_low_level = value.get_type().name().is_ok_and(|name| name == "LowLevelCallable");
-    let Ok(tuple) = value.cast::<PyTuple>() else { return Ok(None) };
-    if !is_low_level {
+    if !is_instance(value, "scipy._lib._ccallback", "LowLevelCallable")? {
         return Ok(None);
     }
+    let tuple = value.cast::<PyTuple>()?;
     let signature: String = value.getattr("signature")?.extract()?;
     let plain = signature.replace("const ", "").replace(' ', "");
     if plain.replace("void*", "double*") != "void(double,double*,double*,double*)" {
@@ -130,20 +125,22 @@ fn address(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Option<(usize, Opti
     Ok(Some((address, (user_data != 0).then_some(user_data))))
 }
 
-/// Address of a function of ctypes, such as `numba.cfunc.ctypes`.
-fn address_of_ctypes(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Option<usize>> {
-    // Spares other callables the import.
-    if !value.hasattr("argtypes")? {
-        return Ok(None);
+/// Whether a value is of a type of a module: not where nobody has imported the module.
+fn is_instance(value: &Bound<'_, PyAny>, module: &str, class: &str) -> PyResult<bool> {
+    let modules = value.py().import("sys")?.getattr("modules")?.cast_into::<PyDict>()?;
+    match modules.get_item(module)? {
+        Some(module) => value.is_instance(&module.getattr(class)?),
+        None => Ok(false),
     }
-    let ctypes = value.py().import("ctypes")?;
-    if !value.is_instance(&ctypes.getattr("_CFuncPtr")?)? {
-        return Ok(None);
-    }
-    check_types(value, name)?;
-    let pointer = ctypes.call_method1("cast", (value, ctypes.getattr("c_void_p")?))?;
+}
+
+/// Address of a function of ctypes.
+fn address_of_ctypes(function: &Bound<'_, PyAny>, name: &str) -> PyResult<usize> {
+    check_types(function, name)?;
+    let ctypes = function.py().import("ctypes")?;
+    let pointer = ctypes.call_method1("cast", (function, ctypes.getattr("c_void_p")?))?;
     // The value of a null pointer is None.
-    Ok(Some(pointer.getattr("value")?.extract::<Option<usize>>()?.unwrap_or(0)))
+    Ok(pointer.getattr("value")?.extract::<Option<usize>>()?.unwrap_or(0))
 }
 
 /// Compares the types of a function of ctypes with the signature.

@@ -1,10 +1,12 @@
 //! Arrays in and out, with messages that name the argument.
 
-use numpy::{AllowTypeChange, PyArray1, PyArray2, PyArrayLike1, PyArrayLike2, PyArrayMethods, ToPyArray};
-use pyo3::exceptions::{PyTypeError, PyValueError};
+use numpy::{PyArray2, PyArrayDyn, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods, ToPyArray};
+use pyo3::exceptions::{PyOverflowError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyComplex, PyString};
+use pyo3::sync::PyOnceLock;
+use pyo3::types::{PyBool, PyBytes, PyDict, PyFloat, PyInt, PyList, PyString, PyTuple, PyType};
 
+use super::callback::Nested;
 use crate::error::{Checker, InvalidInput};
 use crate::linalg::Matrix;
 use crate::rod::diagonal;
@@ -15,45 +17,220 @@ impl From<InvalidInput> for PyErr {
     }
 }
 
-/// A vector from anything that NumPy turns into a one-dimensional array of doubles (lists, float32, strided views).
-pub(crate) fn vector(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Vec<f64>> {
-    let wrong = || {
-        PyTypeError::new_err(format!(
-            "{name}: expected a one-dimensional array of real numbers, got {}",
-            describe(value)
-        ))
-    };
-    if is_complex(value) {
-        return Err(wrong());
+/// Real numbers in row-major order, and the shape that they came in.
+pub(crate) struct Numbers {
+    pub(crate) values: Vec<f64>,
+    pub(crate) shape: Vec<usize>,
+}
+
+/// Deeper nesting has no array: the limit of NumPy.
+const MAX_DIMENSIONS: usize = 64;
+
+/// What NumPy makes an array of doubles of: lists, arrays of every layout, byte order and numeric type, subclasses, whatever has
+/// `__array__`. Always a copy, so that no layout of somebody else's memory matters. Everything else is refused with its place:
+/// NumPy itself would make numbers of booleans, strings, dates and None, of complex numbers their real parts, and of masked arrays
+/// what is behind the mask.
+///
+/// `expected` says what the whole should be, for messages.
+pub(crate) fn numbers(value: &Bound<'_, PyAny>, name: &str, expected: &str) -> PyResult<Numbers> {
+    if let Some(array) = plain(value) {
+        return Ok(Numbers { values: array.to_vec()?, shape: array.shape().to_vec() });
     }
-    let array: PyArrayLike1<'_, f64, AllowTypeChange> = value.extract().map_err(|_| wrong())?;
-    Ok(array.as_array().to_vec())
+    // `__array__` and its like are code of the user.
+    let _nested = Nested::enter()?;
+    let py = value.py();
+    let wrong = || PyTypeError::new_err(format!("{name}: expected {expected}, got {}", describe(value)));
+    check_numbers(value, &mut Vec::new()).map_err(|refusal| match refusal {
+        Refused::Failed(error) => error,
+        Refused::Whole => wrong(),
+        Refused::Entry(place, found) => {
+            let place: Vec<String> = place.iter().map(|i| format!("[{i}]")).collect();
+            PyTypeError::new_err(format!("{name}{}: expected a real number, got {found}", place.concat()))
+        }
+    })?;
+    let options = PyDict::new(py);
+    options.set_item("dtype", numpy::dtype::<f64>(py))?;
+    options.set_item("order", "C")?;
+    // Ragged lists, and integers beyond doubles.
+    let copy = py.import("numpy")?.call_method("array", (value,), Some(&options)).map_err(|error| {
+        let is_of_values = error.is_instance_of::<PyValueError>(py)
+            || error.is_instance_of::<PyTypeError>(py)
+            || error.is_instance_of::<PyOverflowError>(py);
+        if is_of_values { wrong() } else { error }
+    })?;
+    let array = plain(&copy).ok_or_else(wrong)?;
+    Ok(Numbers { values: array.to_vec()?, shape: array.shape().to_vec() })
+}
+
+/// The value, if it is a plain array of native doubles, in C order and aligned: what can be read as it is.
+pub(crate) fn plain<'a, 'py>(value: &'a Bound<'py, PyAny>) -> Option<&'a Bound<'py, PyArrayDyn<f64>>> {
+    // Subclasses may hide numbers behind a mask.
+    value.cast_exact::<PyUntypedArray>().ok()?;
+    let array = value.cast::<PyArrayDyn<f64>>().ok()?;
+    (array.is_c_contiguous() && array.is_aligned()).then_some(array)
+}
+
+/// Why a value has no numbers.
+enum Refused {
+    /// All of it, as what it is says.
+    Whole,
+    /// One entry.
+    Entry(Vec<usize>, String),
+    /// It could not even be asked.
+    Failed(PyErr),
+}
+
+impl From<PyErr> for Refused {
+    fn from(error: PyErr) -> Self {
+        Self::Failed(error)
+    }
+}
+
+/// Looks for entries that are no real numbers.
+fn check_numbers(value: &Bound<'_, PyAny>, place: &mut Vec<usize>) -> Result<(), Refused> {
+    // Most entries of lists.
+    if value.is_exact_instance_of::<PyFloat>() || value.is_exact_instance_of::<PyInt>() {
+        return Ok(());
+    }
+    if let Ok(list) = value.cast::<PyList>() {
+        return check_entries(list.iter(), place);
+    }
+    if let Ok(tuple) = value.cast::<PyTuple>() {
+        return check_entries(tuple.iter(), place);
+    }
+    let refused = || match place.is_empty() {
+        true => Refused::Whole,
+        false => Refused::Entry(place.clone(), describe_entry(value)),
+    };
+    if is_masked(value)? {
+        return Err(refused());
+    }
+    match kind_of(value) {
+        Some('f' | 'i' | 'u') => return Ok(()),
+        Some('O') => {}
+        None if is_number(value)? => return Ok(()),
+        // Text is a sequence of text.
+        None if !value.is_instance_of::<PyString>() && !value.is_instance_of::<PyBytes>() => {}
+        _ => return Err(refused()),
+    }
+    let array = value.py().import("numpy")?.call_method1("asarray", (value,)).map_err(|error| {
+        if error.is_instance_of::<PyValueError>(value.py()) { refused() } else { Refused::Failed(error) }
+    })?;
+    match kind_of(&array) {
+        Some('f' | 'i' | 'u') => Ok(()),
+        Some('O') => {
+            let entries = array.call_method0("tolist")?;
+            match entries.cast::<PyList>() {
+                Ok(entries) => check_entries(entries.iter(), place),
+                // What an array without dimensions holds, or a value that NumPy knows no array for.
+                Err(_) if is_number(&entries)? => Ok(()),
+                Err(_) => Err(refused()),
+            }
+        }
+        _ => Err(refused()),
+    }
+}
+
+fn check_entries<'py>(
+    entries: impl Iterator<Item = Bound<'py, PyAny>>,
+    place: &mut Vec<usize>,
+) -> Result<(), Refused> {
+    if place.len() == MAX_DIMENSIONS {
+        return Err(Refused::Whole);
+    }
+    for (i, entry) in entries.enumerate() {
+        place.push(i);
+        check_numbers(&entry, place)?;
+        place.pop();
+    }
+    Ok(())
+}
+
+/// The letter by which NumPy names the kind of an array or of a scalar of its own.
+pub(crate) fn kind_of(value: &Bound<'_, PyAny>) -> Option<char> {
+    let kind = value.getattr("dtype").ok()?.getattr("kind").ok()?;
+    kind.extract().ok()
+}
+
+/// Whether it has entries, and is no number.
+pub(crate) fn is_array(value: &Bound<'_, PyAny>) -> bool {
+    // NumPy's own numbers have `__array__`, too, but no dimensions.
+    let is_scalar = || value.getattr("ndim").is_ok_and(|ndim| ndim.eq(0).unwrap_or(false));
+    value.len().is_ok() || (value.hasattr("__array__").unwrap_or(false) && !is_scalar())
+}
+
+/// Whether it is a number by itself, and not an array, which NumPy knows better: fractions and decimals are, booleans are not.
+fn is_number(value: &Bound<'_, PyAny>) -> PyResult<bool> {
+    if value.is_instance_of::<PyBool>() || value.hasattr("__array__")? {
+        return Ok(false);
+    }
+    Ok(value.hasattr("__float__")? || value.hasattr("__index__")?)
+}
+
+fn is_masked(value: &Bound<'_, PyAny>) -> PyResult<bool> {
+    static MASKED_ARRAY: PyOnceLock<Py<PyType>> = PyOnceLock::new();
+    // Spares other values the import.
+    if !value.is_instance_of::<PyUntypedArray>() {
+        return Ok(false);
+    }
+    value.is_instance(MASKED_ARRAY.import(value.py(), "numpy.ma", "MaskedArray")?)
+}
+
+/// A number, for arguments of Python functions (`from_py_with`), whose name PyO3 adds to the message.
+pub(crate) fn number(value: &Bound<'_, PyAny>) -> PyResult<f64> {
+    // All that is needed most of the time.
+    if let Ok(number) = value.cast::<PyFloat>() {
+        return Ok(number.value());
+    }
+    // Arrays of one entry would pass for numbers too.
+    let dimensions = value.getattr("ndim").and_then(|ndim| ndim.extract::<usize>());
+    let is_one = matches!(dimensions, Ok(0) | Err(_)) && !is_masked(value)?;
+    let is_one = is_one
+        && match kind_of(value) {
+            Some('f' | 'i' | 'u') => true,
+            Some(_) => false,
+            None => is_number(value)?,
+        };
+    if is_one {
+        return value.extract();
+    }
+    Err(PyTypeError::new_err(format!("must be real number, not {}", describe(value))))
+}
+
+/// A number, or None.
+pub(crate) fn optional_number(value: &Bound<'_, PyAny>) -> PyResult<Option<f64>> {
+    if value.is_none() { Ok(None) } else { number(value).map(Some) }
+}
+
+const VECTOR: &str = "a one-dimensional array of real numbers";
+
+/// A vector from an array-like of one dimension.
+pub(crate) fn vector(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Vec<f64>> {
+    let Numbers { values, shape } = numbers(value, name, VECTOR)?;
+    match shape.len() {
+        1 => Ok(values),
+        _ => Err(PyTypeError::new_err(format!("{name}: expected {VECTOR}, got {}", describe(value)))),
+    }
 }
 
 /// A vector from an array-like, or a single number, which makes a vector of one; says which it was.
 pub(crate) fn scalar_or_vector(value: &Bound<'_, PyAny>, name: &str) -> PyResult<(Vec<f64>, bool)> {
-    if let Ok(array) = value.cast::<PyArray1<f64>>() {
-        return Ok((array.readonly().as_array().to_vec(), false));
+    if let Ok(number) = value.cast::<PyFloat>() {
+        return Ok((vec![number.value()], true));
     }
-    // Arrays of one entry would pass for numbers too, so their dimension is asked for first.
-    let dimensions = value.getattr("ndim").and_then(|ndim| ndim.extract::<usize>());
-    let number =
-        matches!(dimensions, Ok(0) | Err(_)) && !is_complex(value) && !value.is_instance_of::<PyString>();
-    match number.then(|| value.extract::<f64>()) {
-        Some(Ok(number)) => Ok((vec![number], true)),
-        _ => Ok((vector(value, name)?, false)),
+    let Numbers { values, shape } = numbers(value, name, VECTOR)?;
+    match shape.len() {
+        0 | 1 => Ok((values, shape.is_empty())),
+        _ => Err(PyTypeError::new_err(format!("{name}: expected {VECTOR}, got {}", describe(value)))),
     }
-}
-
-/// True for complex arrays and numbers, which NumPy would turn into their real parts.
-pub(crate) fn is_complex(value: &Bound<'_, PyAny>) -> bool {
-    let kind = value.getattr("dtype").and_then(|dtype| dtype.getattr("kind"));
-    kind.is_ok_and(|kind| kind.eq("c").unwrap_or(false)) || value.is_instance_of::<PyComplex>()
 }
 
 /// A vector of exactly `n` entries.
 pub(crate) fn vector_of(value: &Bound<'_, PyAny>, n: usize, name: &str) -> PyResult<Vec<f64>> {
-    let vector = vector(value, name)?;
+    of_length(vector(value, name)?, n, name)
+}
+
+fn of_length(vector: Vec<f64>, n: usize, name: &str) -> PyResult<Vec<f64>> {
     if vector.len() == n {
         Ok(vector)
     } else {
@@ -63,7 +240,10 @@ pub(crate) fn vector_of(value: &Bound<'_, PyAny>, n: usize, name: &str) -> PyRes
 
 /// A vector of exactly `n` finite entries.
 pub(crate) fn finite_vector_of(value: &Bound<'_, PyAny>, n: usize, name: &str) -> PyResult<Vec<f64>> {
-    let vector = vector_of(value, n, name)?;
+    finite(vector_of(value, n, name)?, name)
+}
+
+fn finite(vector: Vec<f64>, name: &str) -> PyResult<Vec<f64>> {
     let mut checker = Checker::new();
     checker.finite(&vector, name);
     checker.finish()?;
@@ -76,41 +256,53 @@ pub(crate) fn finite_rows_of(
     n: usize,
     name: &str,
 ) -> PyResult<(Vec<f64>, Option<usize>)> {
-    let rows: Option<PyArrayLike2<'_, f64, AllowTypeChange>> =
-        if is_complex(value) { None } else { value.extract().ok() };
-    let Some(rows) = rows else { return Ok((finite_vector_of(value, n, name)?, None)) };
-    let rows = rows.as_array();
-    if rows.ncols() != n {
-        let (k, columns) = rows.dim();
-        return Err(PyValueError::new_err(format!("{name}: expected shape (k, {n}), got ({k}, {columns})")));
+    const EXPECTED: &str = "an array of real numbers, of one or two dimensions";
+    let Numbers { values, shape } = numbers(value, name, EXPECTED)?;
+    match shape[..] {
+        [_] => Ok((finite(of_length(values, n, name)?, name)?, None)),
+        [rows, columns] if columns == n => {
+            if let Some(index) = values.iter().position(|x| !x.is_finite()) {
+                let (i, j, x) = (index / n, index % n, values[index]);
+                let message = format!("{name}[{i}, {j}]: got {x}, expected a finite number");
+                return Err(PyValueError::new_err(message));
+            }
+            Ok((values, Some(rows)))
+        }
+        [rows, columns] => {
+            Err(PyValueError::new_err(format!("{name}: expected shape (k, {n}), got ({rows}, {columns})")))
+        }
+        _ => Err(PyTypeError::new_err(format!("{name}: expected {EXPECTED}, got {}", describe(value)))),
     }
-    if let Some(((i, j), x)) = rows.indexed_iter().find(|(_, x)| !x.is_finite()) {
-        return Err(PyValueError::new_err(format!("{name}[{i}, {j}]: got {x}, expected a finite number")));
-    }
-    Ok((rows.iter().copied().collect(), Some(rows.nrows())))
 }
 
-/// A matrix of exactly `shape` (rows, columns), from any memory layout.
+const MATRIX: &str = "a two-dimensional array of real numbers";
+
+/// A matrix of exactly `shape` (rows, columns).
 pub(crate) fn matrix_of(value: &Bound<'_, PyAny>, shape: (usize, usize), name: &str) -> PyResult<Matrix> {
-    let wrong = || {
-        PyTypeError::new_err(format!(
-            "{name}: expected a two-dimensional array of real numbers, got {}",
-            describe(value)
-        ))
-    };
-    if is_complex(value) {
-        return Err(wrong());
+    let found = numbers(value, name, MATRIX)?;
+    if found.shape.len() != 2 {
+        return Err(PyTypeError::new_err(format!("{name}: expected {MATRIX}, got {}", describe(value))));
     }
-    let array: PyArrayLike2<'_, f64, AllowTypeChange> = value.extract().map_err(|_| wrong())?;
-    let array = array.as_array();
-    if array.dim() != shape {
-        let (rows, columns) = array.dim();
-        return Err(PyValueError::new_err(format!(
-            "{name}: expected shape ({}, {}), got ({rows}, {columns})",
-            shape.0, shape.1
-        )));
+    found.matrix(shape, name)
+}
+
+impl Numbers {
+    /// As a matrix of exactly `shape` (rows, columns).
+    pub(crate) fn matrix(&self, shape: (usize, usize), name: &str) -> PyResult<Matrix> {
+        match self.shape[..] {
+            [rows, columns] if (rows, columns) == shape => {
+                Ok(Matrix::from_row_slice(rows, columns, &self.values))
+            }
+            [rows, columns] => Err(PyValueError::new_err(format!(
+                "{name}: expected shape ({}, {}), got ({rows}, {columns})",
+                shape.0, shape.1
+            ))),
+            _ => Err(PyTypeError::new_err(format!(
+                "{name}: expected {MATRIX}, got {} dimensions",
+                self.shape.len()
+            ))),
+        }
     }
-    Ok(Matrix::from_fn(shape.0, shape.1, |i, j| array[[i, j]]))
 }
 
 /// A NumPy array of shape (rows, columns) in C order.
@@ -137,8 +329,21 @@ pub(crate) fn step_limit(max_steps: Option<i64>) -> PyResult<usize> {
 pub(crate) fn describe(value: &Bound<'_, PyAny>) -> String {
     let attribute = |name: &str| value.getattr(name).and_then(|a| a.str()).map(|s| s.to_string()).ok();
     match (attribute("shape"), attribute("dtype")) {
-        (Some(shape), Some(dtype)) => format!("an array of shape {shape} and dtype {dtype}"),
+        (Some(shape), Some(dtype)) => {
+            let masked = if is_masked(value).unwrap_or(false) { "a masked" } else { "an" };
+            format!("{masked} array of shape {shape} and dtype {dtype}")
+        }
         _ => value.get_type().name().map_or_else(|_| "an unknown type".to_owned(), |name| name.to_string()),
+    }
+}
+
+/// What an entry is, for an error message: as it is written, where that is short.
+fn describe_entry(value: &Bound<'_, PyAny>) -> String {
+    /// Of bytes.
+    const SHORT: usize = 40;
+    match value.repr().map(|text| text.to_string()) {
+        Ok(text) if text.len() <= SHORT && !value.is_instance_of::<PyUntypedArray>() => text,
+        _ => describe(value),
     }
 }
 

@@ -1,7 +1,7 @@
 //! Exceptions of the package. Bad input raises `ValueError` or `TypeError`; these are for what no check can foresee.
 
 use pyo3::create_exception;
-use pyo3::exceptions::PyException;
+use pyo3::exceptions::{PyException, PyUserWarning};
 
 create_exception!(
     lissom,
@@ -15,4 +15,11 @@ create_exception!(
     ConvergenceError,
     LissomError,
     "A search that did not converge, raised on request; its result is the attribute `result`."
+);
+
+create_exception!(
+    lissom,
+    AccuracyWarning,
+    PyUserWarning,
+    "A run reached its end, but its result may be far from the right one."
 );

@@ -53,11 +53,11 @@ impl PyFluid {
         text_signature = "(density, velocity=(0, 0, 0), *, viscous_drag=(0, 0), drag_coefficients=(0, 0), added_mass_coefficient=1.0, buoyancy=True)"
     )]
     fn new(
-        density: f64,
+        #[pyo3(from_py_with = convert::number)] density: f64,
         velocity: Option<&Bound<'_, PyAny>>,
         viscous_drag: Option<&Bound<'_, PyAny>>,
         drag_coefficients: Option<&Bound<'_, PyAny>>,
-        added_mass_coefficient: f64,
+        #[pyo3(from_py_with = convert::number)] added_mass_coefficient: f64,
         buoyancy: bool,
     ) -> PyResult<Self> {
         let mut fluid = Fluid { added_mass_coefficient, is_buoyant: buoyancy, ..Fluid::ideal(density) };

@@ -1,11 +1,12 @@
 //! `lissom.Load` and `lissom.Body`.
 
 use numpy::PyArray2;
+use pyo3::class::{PyTraverseError, PyVisit};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use super::convert;
-use super::signal::{signal_of, signal_out};
+use super::signal::{Functions, signal_of, signal_out};
 use crate::error::Checker;
 use crate::rod::{Body, Extent, Frame, Load};
 use crate::signal::Signal;
@@ -42,8 +43,26 @@ use crate::signal::Signal;
 /// >>> wire = lissom.Segment(0.4, 1e-3, 2e11, 8e10, 7800, {"bend_y": 3, "bend_z": 3})
 /// >>> rod = lissom.Rod([wire], loads=[wind, thrust, knock])
 #[pyclass(name = "Load", module = "lissom", frozen, eq)]
-#[derive(Clone, PartialEq)]
-pub(crate) struct PyLoad(pub(crate) Load);
+pub(crate) struct PyLoad {
+    load: Load,
+    functions: Functions,
+}
+
+impl PartialEq for PyLoad {
+    fn eq(&self, other: &Self) -> bool {
+        self.load == other.load
+    }
+}
+
+impl PyLoad {
+    pub(super) fn of(py: Python<'_>, load: &Load) -> PyResult<Self> {
+        Ok(Self { functions: Functions::of_load(py, load)?, load: load.clone() })
+    }
+
+    pub(super) fn load(&self) -> &Load {
+        &self.load
+    }
+}
 
 #[pymethods]
 impl PyLoad {
@@ -55,7 +74,7 @@ impl PyLoad {
     fn new(
         force: Option<&Bound<'_, PyAny>>,
         moment: Option<&Bound<'_, PyAny>>,
-        at: Option<f64>,
+        #[pyo3(from_py_with = convert::optional_number)] at: Option<f64>,
         along: Option<&Bound<'_, PyAny>>,
         frame: &str,
     ) -> PyResult<Self> {
@@ -80,51 +99,52 @@ impl PyLoad {
             (None, Some(along)) => Extent::Along(convert::array_of(along, "along")?),
             (None, None) => Extent::Tip,
         };
-        let signal = |value: Option<&Bound<'_, PyAny>>, name| {
-            value.map_or(Ok(Signal::default()), |value| signal_of(value, name))
+        let mut functions = Functions::default();
+        let mut signal = |value: Option<&Bound<'_, PyAny>>, name| {
+            value.map_or(Ok(Signal::default()), |value| signal_of(value, name, &mut functions))
         };
         let load = Load { extent, frame, force: signal(force, "force")?, moment: signal(moment, "moment")? };
         // How long the rod is will be known later.
         check.all(load.validate(f64::INFINITY));
         check.finish()?;
-        Ok(Self(load))
+        Ok(Self { load, functions })
     }
 
     /// Force in newtons, or newtons per metre; as given where it varies in time.
     #[getter]
     fn force<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        signal_out(py, &self.0.force)
+        signal_out(py, &self.load.force)
     }
 
     /// Moment in newton metres, or newtons; as given where it varies in time.
     #[getter]
     fn moment<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        signal_out(py, &self.0.moment)
+        signal_out(py, &self.load.moment)
     }
 
     /// Arc length where it acts, metres; None for the tip or a spread load.
     #[getter]
     fn at(&self) -> Option<f64> {
-        if let Extent::At(x) = self.0.extent { Some(x) } else { None }
+        if let Extent::At(x) = self.load.extent { Some(x) } else { None }
     }
 
     /// Arc lengths between which it is spread, metres, or None.
     #[getter]
     fn along(&self) -> Option<(f64, f64)> {
-        if let Extent::Along(ends) = self.0.extent { Some(ends.into()) } else { None }
+        if let Extent::Along(ends) = self.load.extent { Some(ends.into()) } else { None }
     }
 
     /// The axes that it keeps its direction in: 'world' or 'body'.
     #[getter]
     fn frame(&self) -> &'static str {
-        match self.0.frame {
+        match self.load.frame {
             Frame::World => "world",
             Frame::Body => "body",
         }
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
-        let place = match self.0.extent {
+        let place = match self.load.extent {
             Extent::Tip => String::new(),
             Extent::At(x) => format!(", at={x:?}"),
             Extent::Along([from, to]) => format!(", along=({from:?}, {to:?})"),
@@ -142,6 +162,10 @@ impl PyLoad {
         arguments.set_item("along", self.along())?;
         arguments.set_item("frame", self.frame())?;
         Ok(((), arguments))
+    }
+
+    fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
+        self.functions.traverse(&visit)
     }
 }
 
@@ -182,8 +206,8 @@ impl PyBody {
         text_signature = "(mass, *, at=None, centre=(0, 0, 0), inertia=(0, 0, 0))"
     )]
     fn new(
-        mass: f64,
-        at: Option<f64>,
+        #[pyo3(from_py_with = convert::number)] mass: f64,
+        #[pyo3(from_py_with = convert::optional_number)] at: Option<f64>,
         centre: Option<&Bound<'_, PyAny>>,
         inertia: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {

@@ -5,6 +5,7 @@
 
 #![allow(missing_docs, reason = "docstrings of this module are written for Python's help()")]
 
+mod background;
 mod balance;
 mod base;
 mod callback;
@@ -20,6 +21,7 @@ mod newmark;
 mod ode;
 mod pendulum;
 mod profile;
+mod record;
 mod rod;
 mod roots;
 mod scene;
@@ -40,7 +42,7 @@ mod _lissom {
     #[pymodule_export]
     use super::base::PyBaseMotion;
     #[pymodule_export]
-    use super::errors::{ConvergenceError, LissomError};
+    use super::errors::{AccuracyWarning, ConvergenceError, LissomError};
     #[pymodule_export]
     use super::fluid::PyFluid;
     #[pymodule_export]

@@ -4,18 +4,20 @@ use std::any::Any;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use numpy::{IntoPyArray, PyArray1, PyArray2};
-use pyo3::exceptions::PyValueError;
+use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 
 use super::callback::or_raised;
 use super::convert;
 use super::errors::LissomError;
+use super::record::{self, Reduced};
 use crate::accuracy;
 use crate::error::{Interrupted, InvalidInput};
 use crate::linalg::Matrix;
 use crate::model::{self, ForwardScratch};
 use crate::ode::{self, FirstOrder};
 use crate::rod::{Rod, RodModel};
+use crate::signal::covers;
 use crate::simulate::{self, Simulation};
 
 /// A native model whose concrete type only its constructor knows.
@@ -32,7 +34,7 @@ pub(crate) trait Native: model::Model + Send + Sync {
     /// [`simulate::simulate`] of a copy.
     fn simulate(
         &self,
-        t_end: f64,
+        t_span: (f64, f64),
         q0: &[f64],
         v0: &[f64],
         method: &simulate::Method,
@@ -43,7 +45,7 @@ pub(crate) trait Native: model::Model + Send + Sync {
     /// [`accuracy::simulate_to_accuracy`] of a copy; with the model in its place, if there is one.
     fn simulate_to_accuracy(
         &self,
-        t_end: f64,
+        t_span: (f64, f64),
         q0: &[f64],
         v0: &[f64],
         request: accuracy::Request,
@@ -66,19 +68,19 @@ impl<M: model::Model + Clone + Send + Sync + 'static> Native for M {
 
     fn simulate(
         &self,
-        t_end: f64,
+        t_span: (f64, f64),
         q0: &[f64],
         v0: &[f64],
         method: &simulate::Method,
         t_eval: Option<&[f64]>,
         monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
     ) -> Result<Simulation, InvalidInput> {
-        simulate::simulate(self.clone(), t_end, q0, v0, method, t_eval, monitor)
+        simulate::simulate(self.clone(), t_span, q0, v0, method, t_eval, monitor)
     }
 
     fn simulate_to_accuracy(
         &self,
-        t_end: f64,
+        t_span: (f64, f64),
         q0: &[f64],
         v0: &[f64],
         request: accuracy::Request,
@@ -86,7 +88,7 @@ impl<M: model::Model + Clone + Send + Sync + 'static> Native for M {
         monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
     ) -> Result<(Simulation, Option<Box<dyn Native>>), InvalidInput> {
         let (simulation, model) =
-            accuracy::simulate_to_accuracy(self.clone(), t_end, q0, v0, request, t_eval, monitor)?;
+            accuracy::simulate_to_accuracy(self.clone(), t_span, q0, v0, request, t_eval, monitor)?;
         Ok((simulation, model.map(|model| Box::new(model) as Box<dyn Native>)))
     }
 
@@ -103,6 +105,7 @@ impl<M: model::Model + Clone + Send + Sync + 'static> Native for M {
 pub(crate) struct PyModel {
     n: usize,
     varies_in_time: bool,
+    depends_on_time: bool,
     memory: Mutex<Memory>,
 }
 
@@ -121,8 +124,15 @@ impl Clone for Memory {
 impl PyModel {
     pub(crate) fn new(model: impl Native + 'static) -> Self {
         let (n, varies_in_time) = (model.n(), model.varies_in_time());
+        // A base that is held elsewhere takes its place from a time, whichever it is.
+        let depends_on_time = model.rod().map_or(varies_in_time, Rod::depends_on_time);
         let forward = ForwardScratch::of(&model);
-        Self { n, varies_in_time, memory: Mutex::new(Memory { model: Box::new(model), forward }) }
+        Self {
+            n,
+            varies_in_time,
+            depends_on_time,
+            memory: Mutex::new(Memory { model: Box::new(model), forward }),
+        }
     }
 
     /// A copy of the model for a run of its own.
@@ -135,8 +145,9 @@ impl PyModel {
         self.memory.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// What `evaluate` makes of the model at a time.
-    fn at<T>(&self, t: f64, evaluate: impl FnOnce(&mut Memory) -> T) -> PyResult<T> {
+    /// What `evaluate` makes of the model at the time of a state.
+    fn at<T>(&self, t: Option<f64>, evaluate: impl FnOnce(&mut Memory) -> T) -> PyResult<T> {
+        let t = time_of_state(t, self.depends_on_time)?;
         check_time(t, self.memory().model.time_span())?;
         if !self.varies_in_time {
             return Ok(evaluate(&mut self.memory()));
@@ -144,6 +155,9 @@ impl PyModel {
         // A copy: functions of time may be Python code, which may ask this very model.
         let mut memory = self.memory().clone();
         or_raised(memory.model.set_time(t))?;
+        if let Some(what) = memory.model.not_finite() {
+            return Err(PyValueError::new_err(format!("{what}, expected finite numbers")));
+        }
         Ok(evaluate(&mut memory))
     }
 
@@ -152,9 +166,22 @@ impl PyModel {
     }
 }
 
+/// The time of a state, which must be given where something depends on it.
+pub(super) fn time_of_state(t: Option<f64>, matters: bool) -> PyResult<f64> {
+    match t {
+        Some(t) => Ok(t),
+        None if matters => Err(PyTypeError::new_err(NO_TIME)),
+        None => Ok(0.0),
+    }
+}
+
+/// What is wrong where the time of a state matters and is not given.
+pub(super) const NO_TIME: &str = "t: got none, expected the time of the state in seconds: this model has loads that vary or a base that \
+                                  moves (of a MotionResult, the times are its attribute `t`)";
+
 /// Refuses a time that is none, or at which a model is not known.
 pub(super) fn check_time(t: f64, [from, to]: [f64; 2]) -> PyResult<()> {
-    if t.is_finite() && (from..=to).contains(&t) {
+    if t.is_finite() && covers([from, to], t) {
         return Ok(());
     }
     let is_unbounded = from == f64::NEG_INFINITY && to == f64::INFINITY;
@@ -170,7 +197,7 @@ pub(super) fn check_time(t: f64, [from, to]: [f64; 2]) -> PyResult<()> {
 impl PyModel {
     /// Number of generalised coordinates.
     #[getter]
-    fn n(&self) -> usize {
+    pub(super) fn n(&self) -> usize {
         self.n
     }
 
@@ -186,7 +213,7 @@ impl PyModel {
     /// Raises
     /// ------
     /// ValueError
-    ///     The rod turns by more than half a turn between neighbouring quadrature nodes.
+    ///     The rod turns by more than half a turn between neighbouring quadrature nodes, or is turned inside out.
     #[pyo3(signature = (q))]
     fn check_shape(&self, q: &Bound<'_, PyAny>) -> PyResult<()> {
         let q = self.state(q, "q")?;
@@ -201,20 +228,20 @@ impl PyModel {
     /// ----------
     /// q, qd, qdd : array_like, shape (n,)
     ///     Coordinates, velocities, accelerations.
-    /// t : float
-    ///     The time at which what varies by itself is taken, seconds.
+    /// t : float, optional
+    ///     The time of the state, seconds; needed where loads vary or the base moves.
     ///
     /// Returns
     /// -------
     /// tau : ndarray, shape (n,)
-    #[pyo3(signature = (q, qd, qdd, *, t=0.0))]
+    #[pyo3(signature = (q, qd, qdd, *, t=None))]
     fn inverse_dynamics<'py>(
         &self,
         py: Python<'py>,
         q: &Bound<'py, PyAny>,
         qd: &Bound<'py, PyAny>,
         qdd: &Bound<'py, PyAny>,
-        t: f64,
+        #[pyo3(from_py_with = convert::optional_number)] t: Option<f64>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let (q, qd, qdd) = (self.state(q, "q")?, self.state(qd, "qd")?, self.state(qdd, "qdd")?);
         let mut tau = vec![0.0; self.n];
@@ -251,8 +278,8 @@ impl PyModel {
     /// ----------
     /// q, qd : array_like, shape (n,)
     ///     Coordinates, velocities.
-    /// t : float
-    ///     The time at which what varies by itself is taken, seconds.
+    /// t : float, optional
+    ///     The time of the state, seconds; needed where loads vary or the base moves.
     ///
     /// Returns
     /// -------
@@ -263,13 +290,13 @@ impl PyModel {
     /// ------
     /// LissomError
     ///     The mass matrix is not positive definite, so that no acceleration exists.
-    #[pyo3(signature = (q, qd, *, t=0.0))]
+    #[pyo3(signature = (q, qd, *, t=None))]
     fn forward_dynamics<'py>(
         &self,
         py: Python<'py>,
         q: &Bound<'py, PyAny>,
         qd: &Bound<'py, PyAny>,
-        t: f64,
+        #[pyo3(from_py_with = convert::optional_number)] t: Option<f64>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let (q, qd) = (self.state(q, "q")?, self.state(qd, "qd")?);
         let mut qdd = vec![0.0; self.n];
@@ -290,14 +317,14 @@ impl PyModel {
     /// ----------
     /// q, qd, qdd : array_like, shape (n,)
     ///     Coordinates, velocities, accelerations.
-    /// t : float
-    ///     The time at which what varies by itself is taken, seconds.
+    /// t : float, optional
+    ///     The time of the state, seconds; needed where loads vary or the base moves.
     ///
     /// Returns
     /// -------
     /// dtau_dq, dtau_dqd, dtau_dqdd : ndarray, shape (n, n)
     ///     ``dtau_dq[i, j]`` is the derivative of ``tau[i]`` with respect to ``q[j]``. The last one is the mass matrix.
-    #[pyo3(signature = (q, qd, qdd, *, t=0.0))]
+    #[pyo3(signature = (q, qd, qdd, *, t=None))]
     #[allow(clippy::type_complexity, reason = "the type is the documentation: three (n, n) arrays")]
     fn tangent<'py>(
         &self,
@@ -305,7 +332,7 @@ impl PyModel {
         q: &Bound<'py, PyAny>,
         qd: &Bound<'py, PyAny>,
         qdd: &Bound<'py, PyAny>,
-        t: f64,
+        #[pyo3(from_py_with = convert::optional_number)] t: Option<f64>,
     ) -> PyResult<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>)> {
         let (q, qd, qdd) = (self.state(q, "q")?, self.state(qd, "qd")?, self.state(qdd, "qdd")?);
         let mut tangents = self.at(t, |memory| {
@@ -325,15 +352,20 @@ impl PyModel {
     /// ----------
     /// q, qd : array_like, shape (n,)
     ///     Coordinates, velocities.
-    /// t : float
-    ///     The time at which what varies by itself is taken, seconds.
+    /// t : float, optional
+    ///     The time of the state, seconds; needed where loads vary or the base moves.
     ///
     /// Returns
     /// -------
     /// energy : Energy
     ///     In joules: ``kinetic``, ``elastic``, ``gravitational``, ``loads`` and their sum ``total``.
-    #[pyo3(signature = (q, qd, *, t=0.0))]
-    fn energy(&self, q: &Bound<'_, PyAny>, qd: &Bound<'_, PyAny>, t: f64) -> PyResult<PyEnergy> {
+    #[pyo3(signature = (q, qd, *, t=None))]
+    fn energy(
+        &self,
+        q: &Bound<'_, PyAny>,
+        qd: &Bound<'_, PyAny>,
+        #[pyo3(from_py_with = convert::optional_number)] t: Option<f64>,
+    ) -> PyResult<PyEnergy> {
         let (q, qd) = (self.state(q, "q")?, self.state(qd, "qd")?);
         Ok(PyEnergy(self.at(t, |memory| memory.model.energy(&q, &qd))?))
     }
@@ -344,15 +376,20 @@ impl PyModel {
     /// ----------
     /// q, qd : array_like, shape (n,)
     ///     Coordinates, velocities.
-    /// t : float
-    ///     The time at which what varies by itself is taken, seconds: a base that moves drags the rod through its surroundings.
+    /// t : float, optional
+    ///     The time of the state, seconds; needed where loads vary or the base moves, which drags the rod through its surroundings.
     ///
     /// Returns
     /// -------
     /// power : float
     ///     Watts, never negative.
-    #[pyo3(signature = (q, qd, *, t=0.0))]
-    fn dissipated_power(&self, q: &Bound<'_, PyAny>, qd: &Bound<'_, PyAny>, t: f64) -> PyResult<f64> {
+    #[pyo3(signature = (q, qd, *, t=None))]
+    fn dissipated_power(
+        &self,
+        q: &Bound<'_, PyAny>,
+        qd: &Bound<'_, PyAny>,
+        #[pyo3(from_py_with = convert::optional_number)] t: Option<f64>,
+    ) -> PyResult<f64> {
         let (q, qd) = (self.state(q, "q")?, self.state(qd, "qd")?);
         self.at(t, |memory| memory.model.dissipated_power(&q, &qd))
     }
@@ -367,20 +404,20 @@ impl PyModel {
     ///     Coordinates, velocities.
     /// qdd : array_like, shape (n,), optional
     ///     Accelerations: they matter where the base moves. By default those of the free motion.
-    /// t : float
-    ///     The time at which what varies by itself is taken, seconds.
+    /// t : float, optional
+    ///     The time of the state, seconds; needed where loads vary or the base moves.
     ///
     /// Returns
     /// -------
     /// power : float
     ///     Watts.
-    #[pyo3(signature = (q, qd, qdd=None, *, t=0.0))]
+    #[pyo3(signature = (q, qd, qdd=None, *, t=None))]
     fn supplied_power(
         &self,
         q: &Bound<'_, PyAny>,
         qd: &Bound<'_, PyAny>,
         qdd: Option<&Bound<'_, PyAny>>,
-        t: f64,
+        #[pyo3(from_py_with = convert::optional_number)] t: Option<f64>,
     ) -> PyResult<f64> {
         let qdd = qdd.map(|qdd| self.state(qdd, "qdd")).transpose()?;
         let (q, qd) = (self.state(q, "q")?, self.state(qd, "qd")?);
@@ -439,5 +476,16 @@ impl PyEnergy {
         format!(
             "Energy(kinetic={kinetic:?}, elastic={elastic:?}, gravitational={gravitational:?}, loads={loads:?})"
         )
+    }
+
+    /// For copies and pickles.
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        let model::Energy { kinetic, elastic, gravitational, loads } = self.0;
+        record::reduce_to::<Self>(py, (kinetic, elastic, gravitational, loads))
+    }
+
+    #[staticmethod]
+    fn _restore(kinetic: f64, elastic: f64, gravitational: f64, loads: f64) -> Self {
+        Self(model::Energy { kinetic, elastic, gravitational, loads })
     }
 }

@@ -3,10 +3,12 @@
 use numpy::{Complex64, IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 
-use super::convert;
 use super::errors::LissomError;
+use super::record::{self, ReadOnly, Reduced};
 use super::statics::native;
+use super::{background, convert};
 use crate::modes::{self as core, Modes, NoModes};
+use crate::stability::Stability;
 
 /// Natural vibrations about an equilibrium, slowest first.
 ///
@@ -28,19 +30,24 @@ use crate::modes::{self as core, Modes, NoModes};
 /// is_classical : bool
 ///     True without damping, or with damping that does not couple the undamped modes.
 /// is_stable : bool
-///     True when no motion grows.
+///     True when `stability` is 'stable'.
+/// stability : str or None
+///     'stable', 'neutral' (no stiffness in some direction), 'divergence' or 'flutter': that of the model as it is, with all its damping,
+///     drag and Coriolis forces, as `statics` has it. None where nothing can be said.
 /// residual_norm : float
 ///     Generalised forces at `q` times typical sizes of the coordinates, joules: nearly zero at an equilibrium. Elsewhere the
 ///     modes are those of the model held there by constant generalised forces.
 #[pyclass(name = "ModesResult", module = "lissom", frozen, get_all)]
+#[derive(FromPyObject)]
 pub(crate) struct PyModesResult {
-    frequency: Py<PyArray1<f64>>,
-    angular_frequency: Py<PyArray1<f64>>,
-    damping_ratio: Py<PyArray1<f64>>,
-    eigenvalues: Py<PyArray1<Complex64>>,
-    shapes: Py<PyAny>,
+    frequency: ReadOnly<PyArray1<f64>>,
+    angular_frequency: ReadOnly<PyArray1<f64>>,
+    damping_ratio: ReadOnly<PyArray1<f64>>,
+    eigenvalues: ReadOnly<PyArray1<Complex64>>,
+    shapes: ReadOnly,
     is_classical: bool,
     is_stable: bool,
+    stability: Option<String>,
     residual_norm: f64,
 }
 
@@ -52,8 +59,18 @@ impl PyModesResult {
             frequency.as_array().iter().take(3).map(|frequency| format!("{frequency:.6}")).collect();
         let count = frequency.len().unwrap_or(0);
         let more = if count > 3 { ", ..." } else { "" };
-        let stable = if self.is_stable { "stable" } else { "unstable" };
+        let stable = self.stability.as_deref().unwrap_or("stability unknown");
         format!("<ModesResult: {count} modes, {stable}, {}{more} Hz>", first.join(", "))
+    }
+
+    /// For copies and pickles.
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Reduced<'py>> {
+        record::reduce(slf)
+    }
+
+    #[staticmethod]
+    fn _restore(state: Self) -> Self {
+        state
     }
 }
 
@@ -93,12 +110,18 @@ pub(crate) fn modes<'py>(
     py: Python<'py>,
     model: &Bound<'py, PyAny>,
     q: &Bound<'py, PyAny>,
-    t: f64,
+    #[pyo3(from_py_with = convert::number)] t: f64,
 ) -> PyResult<PyModesResult> {
     let mut model = native(model, t)?;
     let q = convert::finite_vector_of(q, model.n(), "q")?;
     model.check_shape(&q, "q")?;
-    let found = py.detach(|| core::modes(&mut *model, &q)).map_err(|failure| {
+    let n = q.len();
+    let found = if n < background::LARGE {
+        py.detach(|| core::modes(&mut *model, &q))
+    } else {
+        background::run(py, move |_| core::modes(&mut *model, &q))?
+    };
+    let found = found.map_err(|failure| {
         LissomError::new_err(match failure {
             NoModes::SingularMass => {
                 "the mass matrix at q is not positive definite: there are no modes; look at \
@@ -107,9 +130,9 @@ pub(crate) fn modes<'py>(
             NoModes::NonFinite => "masses, stiffnesses or damping at q are NaN or infinite: there are no modes; take a smaller q",
         })
     })?;
-    let is_stable = found.growing().next().is_none();
-    let Modes { frequency, damping, eigenvalues, shapes, is_classical, residual_norm } = found;
-    let (n, m) = (q.len(), frequency.len());
+    let stability = found.stability.map(Stability::name);
+    let Modes { frequency, damping, eigenvalues, shapes, is_classical, residual_norm, stability: _ } = found;
+    let m = frequency.len();
     let entry = |i: usize, j: usize| shapes[j * n + i];
     let rows = (0..n).flat_map(|i| (0..m).map(move |j| (i, j)));
     let shapes = if is_classical {
@@ -121,12 +144,13 @@ pub(crate) fn modes<'py>(
     };
     let hertz: Vec<f64> = frequency.iter().map(|omega| omega / std::f64::consts::TAU).collect();
     Ok(PyModesResult {
-        is_stable,
-        frequency: hertz.into_pyarray(py).unbind(),
-        angular_frequency: frequency.into_pyarray(py).unbind(),
-        damping_ratio: damping.into_pyarray(py).unbind(),
-        eigenvalues: eigenvalues.into_pyarray(py).unbind(),
-        shapes: shapes.unbind(),
+        is_stable: stability == Some(Stability::Stable.name()),
+        stability: stability.map(str::to_owned),
+        frequency: ReadOnly::new(hertz.into_pyarray(py))?,
+        angular_frequency: ReadOnly::new(frequency.into_pyarray(py))?,
+        damping_ratio: ReadOnly::new(damping.into_pyarray(py))?,
+        eigenvalues: ReadOnly::new(eigenvalues.into_pyarray(py))?,
+        shapes: ReadOnly::new(shapes)?,
         is_classical,
         residual_norm,
     })

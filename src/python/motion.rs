@@ -1,8 +1,10 @@
 //! What `newmark` and `simulate` return, and what their options have in common.
 
+use std::ffi::CString;
 use std::time::{Duration, Instant};
 
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
+use pyo3::class::{PyTraverseError, PyVisit};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
@@ -10,9 +12,11 @@ use pyo3::sync::PyOnceLock;
 use super::balance::PyBalance;
 use super::callback::{Raised, or_raised, with_result};
 use super::convert;
+use super::errors::AccuracyWarning;
 use super::model::PyModel;
+use super::record::{self, ReadOnly, Reduced};
 use crate::balance::{Balance, Flow};
-use crate::error::Interrupted;
+use crate::error::{Checker, Interrupted};
 
 use crate::newmark::{Counters, Predictor, StepSize};
 use crate::simulate::{Simulation, Statistics, accelerations};
@@ -39,27 +43,33 @@ use crate::simulate::{Simulation, Statistics, accelerations};
 ///     'finished', 'interrupted' (as the callback asked), 'no_initial_acceleration', 'newton_not_converged',
 ///     'singular_jacobian', 'non_finite', 'non_finite_jacobian' (method 'radau'), 'step_too_small', 'too_many_steps',
 ///     'accuracy_not_reached' (method 'auto'), 'stiff' (explicit methods: the largest rate of the model would take far too many
-///     steps) or 'unresolved' (the rod turns by more than half a turn between neighbouring quadrature nodes).
+///     steps), 'unresolved' (the rod turns by more than half a turn between neighbouring quadrature nodes) or 'inverted' (its stretch is
+///     not positive somewhere).
 /// message : str
 ///     The status in words, and what to change.
+/// doubt : str or None
+///     Why the motion may be far from the right one although the method has nothing against it: fixed steps that do not see a
+///     vibration. The message ends with it, and `simulate` warns of it (`AccuracyWarning`).
 #[pyclass(name = "MotionResult", module = "lissom", frozen)]
 pub(crate) struct PyMotionResult {
     #[pyo3(get)]
-    t: Py<PyArray1<f64>>,
+    t: ReadOnly<PyArray1<f64>>,
     #[pyo3(get)]
-    q: Py<PyArray2<f64>>,
+    q: ReadOnly<PyArray2<f64>>,
     #[pyo3(get)]
-    v: Py<PyArray2<f64>>,
+    v: ReadOnly<PyArray2<f64>>,
     /// Filled when they are first asked for, where the method does not solve for them.
-    a: PyOnceLock<Py<PyArray2<f64>>>,
+    a: PyOnceLock<ReadOnly<PyArray2<f64>>>,
     #[pyo3(get)]
     stats: Py<PyStatistics>,
     #[pyo3(get)]
     success: bool,
     #[pyo3(get)]
-    status: &'static str,
+    status: String,
     #[pyo3(get)]
     message: String,
+    #[pyo3(get)]
+    doubt: Option<String>,
     #[pyo3(get)]
     model: Option<Py<PyModel>>,
     flow: Flow,
@@ -68,25 +78,24 @@ pub(crate) struct PyMotionResult {
 
 impl PyMotionResult {
     pub(super) fn new(py: Python<'_>, simulation: Simulation, model: Option<Py<PyModel>>) -> PyResult<Self> {
-        let Simulation { t, q, v, a, n, flow, statistics, status, message } = simulation;
+        let Simulation { t, q, v, a, n, flow, statistics, status, message, doubt } = simulation;
         let points = t.len();
-        let rows = |values: Vec<f64>| {
-            values.into_pyarray(py).reshape([points, n]).map(Bound::<PyArray2<f64>>::unbind)
-        };
+        let rows = |values: Vec<f64>| ReadOnly::new(values.into_pyarray(py).reshape([points, n])?);
         let known = PyOnceLock::new();
         if let Some(a) = a {
             let a = rows(a)?;
             known.get_or_init(py, || a);
         }
         Ok(Self {
-            t: t.into_pyarray(py).unbind(),
+            t: ReadOnly::new(t.into_pyarray(py))?,
             q: rows(q)?,
             v: rows(v)?,
             a: known,
             stats: Py::new(py, PyStatistics(statistics))?,
             success: status.is_success(),
-            status: status.name(),
+            status: status.name().to_owned(),
             message,
+            doubt,
             model,
             flow,
             balance: PyOnceLock::new(),
@@ -105,16 +114,16 @@ impl PyMotionResult {
 impl PyMotionResult {
     /// Accelerations at the times of the result, shape (m, n).
     #[getter]
-    fn a(&self, py: Python<'_>) -> PyResult<Py<PyArray2<f64>>> {
+    fn a<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let a = self.a.get_or_try_init(py, || {
             let model = self.model.as_ref().expect("all other runs solve for accelerations");
             let mut model = model.get().native();
             let (t, [q, v]) = self.states(py)?;
             let dims = [t.len(), model.n()];
             let a = or_raised(py.detach(|| accelerations(&mut *model, &t, &q, &v)))?;
-            Ok::<_, PyErr>(a.into_pyarray(py).reshape(dims)?.unbind())
+            ReadOnly::new(a.into_pyarray(py).reshape(dims)?)
         })?;
-        Ok(a.clone_ref(py))
+        Ok(a.bind(py).clone())
     }
 
     /// Energy balance at the times of the result; None for `newmark`, which knows no energies.
@@ -125,7 +134,7 @@ impl PyMotionResult {
             let mut model = model.get().native();
             let (t, [q, v]) = self.states(py)?;
             let balance = or_raised(py.detach(|| Balance::new(&mut *model, &t, &q, &v, &self.flow)))?;
-            Py::new(py, PyBalance::from_core(py, balance))
+            Py::new(py, PyBalance::from_core(py, balance)?)
         })?;
         Ok(Some(balance.clone_ref(py)))
     }
@@ -140,6 +149,53 @@ impl PyMotionResult {
             self.message,
             self.stats.get().__repr__()
         )
+    }
+
+    /// For copies and pickles.
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        let Self { t, q, v, a, stats, success, status, message, doubt, model, flow, balance: _ } = self;
+        let states = (t, q, v, a.get(py));
+        let flow = (flow.dissipated.as_slice(), flow.work.as_slice());
+        record::reduce_to::<Self>(py, (states, flow, (stats, *success, status, message, doubt), model))
+    }
+
+    #[staticmethod]
+    #[allow(clippy::type_complexity, reason = "the parts of a result")]
+    fn _restore(
+        py: Python<'_>,
+        states: (Py<PyAny>, Py<PyAny>, Py<PyAny>, Option<Py<PyAny>>),
+        flow: (Vec<f64>, Vec<f64>),
+        outcome: (Py<PyStatistics>, bool, String, String, Option<String>),
+        model: Option<Py<PyModel>>,
+    ) -> PyResult<Self> {
+        let t = convert::vector(states.0.bind(py), "t")?;
+        let n = states.1.bind(py).cast::<PyArray2<f64>>()?.dims()[1];
+        let rows = |value: &Py<PyAny>, name| {
+            let (points, value) = (t.len(), value.bind(py));
+            let values = convert::numbers(value, name, "an array of real numbers")?;
+            values.matrix((points, n), name)?;
+            ReadOnly::new(values.values.into_pyarray(py).reshape([points, n])?)
+        };
+        let a = PyOnceLock::new();
+        if let Some(known) = &states.3 {
+            _ = a.set(py, rows(known, "a")?);
+        }
+        let mut check = Checker::new();
+        for (values, name) in [(&flow.0, "dissipated"), (&flow.1, "work")] {
+            check.require(values.is_empty() || values.len() == t.len(), name, values.len(), "one a time");
+        }
+        let of_model = model.as_ref().map_or(n, |model| model.get().n());
+        check.require(of_model == n, "model", of_model, "a model of as many coordinates");
+        check.finish()?;
+        let (stats, success, status, message, doubt) = outcome;
+        let (q, v) = (rows(&states.1, "q")?, rows(&states.2, "v")?);
+        let flow = Flow { dissipated: flow.0, work: flow.1 };
+        let (t, balance) = (ReadOnly::new(t.into_pyarray(py))?, PyOnceLock::new());
+        Ok(Self { t, q, v, a, stats, success, status, message, doubt, model, flow, balance })
+    }
+
+    fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
+        visit.call(&self.model)
     }
 }
 
@@ -280,16 +336,66 @@ impl PyStatistics {
             self.wall_time()
         )
     }
+
+    /// For copies and pickles.
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        let Statistics { wall_time, time_error, space_error, counters } = &self.0;
+        let Counters {
+            steps,
+            rejected,
+            unsolved,
+            newton_iterations,
+            nfev,
+            nfev_jacobian,
+            njev,
+            nlu,
+            reuse_failures,
+            full_newton,
+        } = *counters;
+        let counts = [steps, rejected, unsolved, newton_iterations, nfev];
+        let more = [nfev_jacobian, njev, nlu, reuse_failures, full_newton];
+        record::reduce_to::<Self>(py, (*wall_time, *time_error, *space_error, counts, more))
+    }
+
+    #[staticmethod]
+    fn _restore(
+        wall_time: f64,
+        time_error: Option<f64>,
+        space_error: Option<f64>,
+        counts: [usize; 5],
+        more: [usize; 5],
+    ) -> Self {
+        let [steps, rejected, unsolved, newton_iterations, nfev] = counts;
+        let [nfev_jacobian, njev, nlu, reuse_failures, full_newton] = more;
+        let counters = Counters {
+            steps,
+            rejected,
+            unsolved,
+            newton_iterations,
+            nfev,
+            nfev_jacobian,
+            njev,
+            nlu,
+            reuse_failures,
+            full_newton,
+        };
+        Self(Statistics { wall_time, time_error, space_error, counters })
+    }
 }
 
-/// The result of a run, or the exception that ended it, which on Ctrl-C has the result as an attribute.
+/// The result of a run, of whose doubts Python is warned; or the exception that ended it, with the result as an attribute.
 pub(super) fn finish(
     py: Python<'_>,
     simulation: Simulation,
     model: Option<Py<PyModel>>,
     raised: PyResult<()>,
 ) -> PyResult<PyMotionResult> {
-    match raised {
+    let doubt = simulation.doubt.clone();
+    let warned = || match doubt {
+        Some(doubt) => PyErr::warn(py, &py.get_type::<AccuracyWarning>(), &CString::new(doubt)?, 1),
+        None => Ok(()),
+    };
+    match raised.and_then(|()| warned()) {
         Ok(()) => PyMotionResult::new(py, simulation, model),
         Err(error) => Err(with_result(py, error, || PyMotionResult::new(py, simulation, model))),
     }
@@ -309,30 +415,42 @@ pub(super) fn signals(raised: &mut Raised) -> impl FnMut(f64) -> Result<(), Inte
 /// Says when to look at signals and to report progress: at the first step, then about twenty times a second.
 pub(super) struct Ticker {
     last: Option<Instant>,
+    // When the clock was looked at, how many steps ago, and after how many it will be.
+    looked: Instant,
     steps: u32,
+    stride: u32,
 }
 
 impl Ticker {
     /// Not noticed by a user who waits, nor in the run time.
     const INTERVAL: Duration = Duration::from_millis(50);
-    /// Steps between two looks at the clock, which costs as much as a step of a small system. So many steps of the largest
-    /// systems take a second or so.
-    const STEPS: u32 = 32;
+    /// Most steps between two looks at the clock, which costs as much as a step of a small system.
+    const STEPS: u32 = 64;
+    /// Looks that far apart are too frequent, or too rare.
+    const FREQUENT: Duration = Duration::from_millis(2);
+    const RARE: Duration = Duration::from_millis(10);
 
     pub(super) fn new() -> Self {
-        Self { last: None, steps: 0 }
+        Self { last: None, looked: Instant::now(), steps: 0, stride: 1 }
     }
 
     /// Counts a step; true when it is time.
     pub(super) fn tick(&mut self) -> bool {
         self.steps += 1;
-        let due = match self.last {
-            None => true,
-            Some(_) if !self.steps.is_multiple_of(Self::STEPS) => false,
-            Some(last) => last.elapsed() >= Self::INTERVAL,
-        };
+        if self.steps < self.stride {
+            return false;
+        }
+        let now = Instant::now();
+        let since = now - self.looked;
+        if since < Self::FREQUENT {
+            self.stride = (2 * self.stride).min(Self::STEPS);
+        } else if since > Self::RARE {
+            self.stride = (self.stride / 8).max(1);
+        }
+        (self.looked, self.steps) = (now, 0);
+        let due = self.last.is_none_or(|last| now - last >= Self::INTERVAL);
         if due {
-            self.last = Some(Instant::now());
+            self.last = Some(now);
         }
         due
     }

@@ -7,7 +7,7 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyString, PyTuple};
 
-use super::callback::wants_to_stop;
+use super::callback::{call, wants_to_stop};
 use super::convert;
 use super::motion::{PyMotionResult, finish, predictor, step_size, times};
 use super::ode::function::{matrix_of, read_vector};
@@ -110,18 +110,18 @@ pub(crate) fn newmark<'py>(
     t_span: &Bound<'py, PyAny>,
     q0: &Bound<'py, PyAny>,
     v0: &Bound<'py, PyAny>,
-    dt: f64,
-    beta: Option<f64>,
-    gamma: Option<f64>,
+    #[pyo3(from_py_with = convert::number)] dt: f64,
+    #[pyo3(from_py_with = convert::optional_number)] beta: Option<f64>,
+    #[pyo3(from_py_with = convert::optional_number)] gamma: Option<f64>,
     jac: Option<&Bound<'py, PyAny>>,
     method: &str,
-    alpha: Option<f64>,
-    rho_inf: Option<f64>,
+    #[pyo3(from_py_with = convert::optional_number)] alpha: Option<f64>,
+    #[pyo3(from_py_with = convert::optional_number)] rho_inf: Option<f64>,
     rtol: Option<&Bound<'py, PyAny>>,
     atol: Option<&Bound<'py, PyAny>>,
     adaptive: bool,
-    max_step: Option<f64>,
-    min_step: f64,
+    #[pyo3(from_py_with = convert::optional_number)] max_step: Option<f64>,
+    #[pyo3(from_py_with = convert::number)] min_step: f64,
     max_steps: Option<i64>,
     t_eval: Option<&Bound<'py, PyAny>>,
     a0: Option<&Bound<'py, PyAny>>,
@@ -162,7 +162,7 @@ pub(crate) fn newmark<'py>(
         let Some(callback) = callback else { return Ok(()) };
         let (q, v, a) = (stepper.q(), stepper.v(), stepper.a());
         let state = (stepper.t(), q.to_pyarray(py), v.to_pyarray(py), a.to_pyarray(py));
-        let stop = raised.catch(wants_to_stop(py, callback.call1(state)))?;
+        let stop = raised.catch(wants_to_stop(py, call(callback, state)))?;
         if stop { Err(Interrupted) } else { Ok(()) }
     };
     let solution = solve(&mut system, t_span, &q0, &v0, &options, t_eval.as_deref(), &mut monitor)?;
@@ -206,9 +206,11 @@ impl<'py> Equations<'_, 'py> {
         let [q, v, a] = state.map(|x| x.to_pyarray(py).into_any());
         let t = t.into_pyobject(py)?.into_any();
         match &self.args {
-            None => function.call1((t, q, v, a)),
-            Some(args) => function
-                .call1(PyTuple::new(py, [t, q, v, a].into_iter().chain(args.iter()).collect::<Vec<_>>())?),
+            None => call(function, (t, q, v, a)),
+            Some(args) => {
+                let arguments: Vec<_> = [t, q, v, a].into_iter().chain(args.iter()).collect();
+                call(function, PyTuple::new(py, arguments)?)
+            }
         }
     }
 

@@ -1,11 +1,12 @@
 //! `lissom.Profile`, and numbers along a segment from whatever Python gives: an array, a table, a callable.
 
-use numpy::{AllowTypeChange, IntoPyArray, PyArray1, PyArrayDyn, PyArrayLikeDyn, PyArrayMethods};
+use numpy::{IntoPyArray, PyArray1, PyArrayDyn, PyArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple};
 
-use super::convert;
+use super::callback::call;
+use super::convert::{self, Numbers};
 use crate::error::{Checker, InvalidInput};
 use crate::rod::{Parts, Profile, Unsampled};
 
@@ -58,7 +59,7 @@ impl PyProfile {
     #[new]
     #[pyo3(signature = (length, *, stations=None, values=None, coefficients=None))]
     fn new(
-        length: f64,
+        #[pyo3(from_py_with = convert::number)] length: f64,
         stations: Option<&Bound<'_, PyAny>>,
         values: Option<&Bound<'_, PyAny>>,
         coefficients: Option<&Bound<'_, PyAny>>,
@@ -182,24 +183,26 @@ impl PyProfile {
 
 /// Rows of numbers, and the shape of a row.
 fn rows(value: &Bound<'_, PyAny>, name: &str) -> PyResult<(Vec<Vec<f64>>, Vec<usize>)> {
-    let wrong = || {
+    const EXPECTED: &str = "an array of real numbers";
+    let Numbers { values, shape } = convert::numbers(value, name, EXPECTED)?;
+    let Some((&number, shape)) = shape.split_first() else {
         let found = convert::describe(value);
-        PyTypeError::new_err(format!("{name}: expected an array of real numbers, got {found}"))
+        return Err(PyTypeError::new_err(format!("{name}: expected {EXPECTED}, got {found}")));
     };
-    if convert::is_complex(value) {
-        return Err(wrong());
+    let width: usize = shape.iter().product();
+    if width == 0 {
+        let message = format!("{name}: expected at least one number in a row, got rows of shape {shape:?}");
+        return Err(PyValueError::new_err(message));
     }
-    let array: PyArrayLikeDyn<'_, f64, AllowTypeChange> = value.extract().map_err(|_| wrong())?;
-    let array = array.as_array();
-    let Some((_, shape)) = array.shape().split_first() else { return Err(wrong()) };
-    Ok((array.outer_iter().map(|row| row.iter().copied().collect()).collect(), shape.to_vec()))
+    let rows: Vec<Vec<f64>> = values.chunks_exact(width).map(<[f64]>::to_vec).collect();
+    debug_assert_eq!(rows.len(), number);
+    Ok((rows, shape.to_vec()))
 }
 
 /// One value of this shape, which has `N` numbers.
 fn value_of<const N: usize>(value: &Bound<'_, PyAny>, shape: &[usize], name: &str) -> PyResult<[f64; N]> {
-    let packed = PyTuple::new(value.py(), [value])?;
-    let (mut rows, found) = rows(&packed, name)
-        .map_err(|_| PyTypeError::new_err(wrong_value(name, shape, &convert::describe(value))))?;
+    let wrong = |_| PyTypeError::new_err(wrong_value(name, shape, &convert::describe(value)));
+    let Numbers { values, shape: found } = convert::numbers(value, name, "").map_err(wrong)?;
     if !stands_for(&found, shape) {
         if let ([expected], [found]) = (shape, &found[..]) {
             return Err(PyValueError::new_err(format!("{name}: expected {expected} values, got {found}")));
@@ -207,7 +210,7 @@ fn value_of<const N: usize>(value: &Bound<'_, PyAny>, shape: &[usize], name: &st
         let message = wrong_value(name, shape, &format!("an array of shape {found:?}"));
         return Err(PyValueError::new_err(message));
     }
-    Ok(numbers(&rows.remove(0)))
+    Ok(numbers(&values))
 }
 
 /// Whether a value of one shape stands for one of another: itself, or the diagonal of a square matrix.
@@ -306,7 +309,7 @@ fn table<'py>(value: &Bound<'py, PyAny>) -> PyResult<Option<(Bound<'py, PyAny>, 
     }
     let items = value.try_iter()?.collect::<PyResult<Vec<_>>>()?;
     match <[_; 2]>::try_from(items) {
-        Ok([stations, values]) if stations.len().is_ok() => Ok(Some((stations, values))),
+        Ok([stations, values]) if convert::is_array(&stations) => Ok(Some((stations, values))),
         _ => Ok(None),
     }
 }
@@ -354,7 +357,7 @@ fn of_function<const N: usize>(
     }
     let sampled = Profile::sampled(|x| {
         function.py().check_signals()?;
-        let value = function.call1((x * length,))?;
+        let value = call(function, (x * length,))?;
         value_of(&value, shape, &format!("{name}(X)"))
     });
     sampled.map_err(|problem| match problem {

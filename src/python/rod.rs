@@ -3,6 +3,7 @@
 use std::sync::{Mutex, PoisonError};
 
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
+use pyo3::class::{PyTraverseError, PyVisit};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::pyclass::boolean_struct::True;
@@ -14,9 +15,10 @@ use super::callback::or_raised;
 use super::convert;
 use super::fluid::PyFluid;
 use super::load::{PyBody, PyLoad};
-use super::model::{PyModel, check_time};
+use super::model::{PyModel, check_time, time_of_state};
 use super::profile;
 use super::section::{self, PySection};
+use super::signal::Functions;
 use super::support::PySupport;
 use crate::error::{Checker, InvalidInput};
 use crate::lie::Rotation;
@@ -76,13 +78,13 @@ impl PySegment {
            text_signature = "(length, radius=None, young_modulus=None, shear_modulus=None, density=None, modes=None, retardation_time=0.0, reference_strain=(0, 0, 0, 1, 0, 0), shear_correction=1.0, nodes=None, *, basis='legendre', section=None)")]
     #[allow(clippy::too_many_arguments, reason = "the signature of the Python class")]
     fn new(
-        length: f64,
+        #[pyo3(from_py_with = convert::number)] length: f64,
         radius: Option<&Bound<'_, PyAny>>,
-        young_modulus: Option<f64>,
-        shear_modulus: Option<f64>,
-        density: Option<f64>,
+        #[pyo3(from_py_with = convert::optional_number)] young_modulus: Option<f64>,
+        #[pyo3(from_py_with = convert::optional_number)] shear_modulus: Option<f64>,
+        #[pyo3(from_py_with = convert::optional_number)] density: Option<f64>,
         modes: Option<&Bound<'_, PyDict>>,
-        retardation_time: f64,
+        #[pyo3(from_py_with = convert::number)] retardation_time: f64,
         reference_strain: Option<&Bound<'_, PyAny>>,
         shear_correction: Option<&Bound<'_, PyAny>>,
         nodes: Option<i64>,
@@ -240,7 +242,11 @@ impl PySegment {
     ///     In the order torsion, bend_y, bend_z, stretch, shear_y, shear_z; of shapes diagonal.
     #[pyo3(signature = (X=0.0))]
     #[allow(non_snake_case, reason = "arc length is X everywhere")]
-    fn stiffness<'py>(&self, py: Python<'py>, X: f64) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn stiffness<'py>(
+        &self,
+        py: Python<'py>,
+        #[pyo3(from_py_with = convert::number)] X: f64,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         section::rows(py, &self.properties(X)?.stiffness)
     }
 
@@ -258,7 +264,11 @@ impl PySegment {
     ///     all in the section's axes.
     #[pyo3(signature = (X=0.0))]
     #[allow(non_snake_case, reason = "arc length is X everywhere")]
-    fn inertia<'py>(&self, py: Python<'py>, X: f64) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn inertia<'py>(
+        &self,
+        py: Python<'py>,
+        #[pyo3(from_py_with = convert::number)] X: f64,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         section::rows(py, &self.properties(X)?.inertia_matrix())
     }
 
@@ -413,6 +423,7 @@ fn mode_numbers(modes: &Bound<'_, PyDict>) -> PyResult<[usize; STRAINS]> {
 #[pyclass(name = "Rod", module = "lissom", extends = PyModel, frozen)]
 pub(crate) struct PyRod {
     description: Rod,
+    functions: Functions,
     // A model of its own for kinematics: that of the base class is only known as a Model.
     kinematics: Mutex<RodModel>,
 }
@@ -423,10 +434,17 @@ impl PyRod {
         &self.description
     }
 
-    pub(crate) fn initializer(description: Rod) -> Result<PyClassInitializer<Self>, InvalidInput> {
-        let model = RodModel::new(&description)?;
-        let rod = Self { description, kinematics: Mutex::new(model.clone()) };
-        Ok(PyClassInitializer::from(PyModel::new(model)).add_subclass(rod))
+    /// Python objects with the functions of this rod must still be alive.
+    pub(crate) fn initializer(description: Rod) -> PyResult<PyClassInitializer<Self>> {
+        Python::attach(|py| {
+            let functions = Functions::of_rod(py, &description)?;
+            let (model, kinematics) = py.detach(|| {
+                let model = RodModel::new(&description)?;
+                let kinematics = Mutex::new(model.clone());
+                Ok::<_, InvalidInput>((PyModel::new(model), kinematics))
+            })?;
+            Ok(PyClassInitializer::from(model).add_subclass(Self { description, functions, kinematics }))
+        })
     }
 }
 
@@ -437,7 +455,8 @@ impl PyRod {
     }
 
     /// A copy of the model at a time.
-    fn at(&self, t: f64) -> PyResult<RodModel> {
+    fn at(&self, t: Option<f64>) -> PyResult<RodModel> {
+        let t = time_of_state(t, self.description.is_moved())?;
         check_time(t, self.span())?;
         let mut model = self.kinematics.lock().unwrap_or_else(PoisonError::into_inner).clone();
         if self.description.base_motion.is_some() {
@@ -457,7 +476,9 @@ impl PyRod {
 
     /// The times of so many states, or one for all of them.
     fn times(&self, t: Option<&Bound<'_, PyAny>>, states: Option<usize>) -> PyResult<Vec<f64>> {
-        let Some(t) = t else { return Ok(vec![0.0]) };
+        let Some(t) = t else {
+            return time_of_state(None, self.description.is_moved()).map(|t| vec![t]);
+        };
         let (times, is_number) = convert::scalar_or_vector(t, "t")?;
         if !is_number && Some(times.len()) != states {
             let expected =
@@ -485,7 +506,7 @@ impl PyRod {
         gravity: Option<&Bound<'_, PyAny>>,
         tip_force: Option<&Bound<'_, PyAny>>,
         tip_moment: Option<&Bound<'_, PyAny>>,
-        tip_mass: f64,
+        #[pyo3(from_py_with = convert::number)] tip_mass: f64,
         loads: Option<&Bound<'_, PyAny>>,
         bodies: Option<&Bound<'_, PyAny>>,
         base_motion: Option<&Bound<'_, PyBaseMotion>>,
@@ -496,12 +517,12 @@ impl PyRod {
         let fluid = fluid.map(|fluid| fluid.get().0.clone());
         let mut rod = Rod { tip_mass, fluid, ..Rod::new(segments) };
         if let Some(loads) = loads {
-            rod.loads = instances(loads, "loads", |load: &PyLoad| load.0.clone())?;
+            rod.loads = instances(loads, "loads", |load: &PyLoad| load.load().clone())?;
         }
         if let Some(bodies) = bodies {
             rod.bodies = instances(bodies, "bodies", |body: &PyBody| body.0.clone())?;
         }
-        rod.base_motion = base_motion.map(|motion| motion.get().0.clone());
+        rod.base_motion = base_motion.map(|motion| motion.get().motion().clone());
         if let Some(supports) = supports {
             rod.supports = instances(supports, "supports", |support: &PySupport| support.0.clone())?;
         }
@@ -519,7 +540,7 @@ impl PyRod {
         if let Some(orientation) = base_orientation {
             rod.base_orientation = convert::array_of(orientation, "base_orientation")?;
         }
-        Ok(Self::initializer(rod)?)
+        Self::initializer(rod)
     }
 
     /// The segments, from base to tip.
@@ -548,8 +569,8 @@ impl PyRod {
 
     /// How the base moves; None where it rests.
     #[getter]
-    fn base_motion(&self) -> Option<PyBaseMotion> {
-        self.description.base_motion.clone().map(PyBaseMotion)
+    fn base_motion(&self, py: Python<'_>) -> PyResult<Option<PyBaseMotion>> {
+        self.description.base_motion.as_ref().map(|motion| PyBaseMotion::of(py, motion)).transpose()
     }
 
     /// Gravity in the world, metres per second squared.
@@ -579,7 +600,8 @@ impl PyRod {
     /// Further loads.
     #[getter]
     fn loads<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
-        PyTuple::new(py, self.description.loads.iter().cloned().map(PyLoad))
+        let loads = self.description.loads.iter().map(|load| PyLoad::of(py, load));
+        PyTuple::new(py, loads.collect::<PyResult<Vec<_>>>()?)
     }
 
     /// Further rigid bodies.
@@ -649,15 +671,15 @@ impl PyRod {
     ///     Coordinates, or those of k states.
     /// X : float or array_like, shape (m,)
     ///     Arc lengths of the unstretched rod, 0 <= X <= length, metres.
-    /// t : float or array_like, shape (k,)
-    ///     The time, or those of k states, at which a base that moves is taken, seconds.
+    /// t : float or array_like, shape (k,), optional
+    ///     The time, or those of k states, seconds; needed where the base moves.
     ///
     /// Returns
     /// -------
     /// pose : ndarray, shape (4, 4) for a number, (m, 4, 4) for an array; (k, 4, 4) and (k, m, 4, 4) for k states
     ///     Homogeneous transformations from body to world: ``pose[..., :3, :3]`` has the body axes as columns,
     ///     ``pose[..., :3, 3]`` is the position in metres.
-    #[pyo3(signature = (q, X, *, t=None), text_signature = "($self, q, X, *, t=0.0)")]
+    #[pyo3(signature = (q, X, *, t=None))]
     #[allow(non_snake_case, reason = "X is the arc length of the unstretched rod everywhere in this field")]
     fn pose<'py>(
         &self,
@@ -668,10 +690,7 @@ impl PyRod {
         let py = q.py();
         let n = self.description.coordinates();
         let (states, number_of_states) = convert::finite_rows_of(q, n, "q")?;
-        let (places, is_number) = match X.extract::<f64>() {
-            Ok(place) => (vec![place], true),
-            Err(_) => (convert::vector(X, "X")?, false),
-        };
+        let (places, is_number) = convert::scalar_or_vector(X, "X")?;
         let length = self.description.length();
         if let Some(place) = places.iter().find(|place| !(0.0..=length).contains(*place)) {
             return Err(PyValueError::new_err(format!(
@@ -680,35 +699,39 @@ impl PyRod {
         }
         let rows = number_of_states.unwrap_or(1);
         let times = self.times(t, number_of_states)?;
-        // Locked for one place or pose at a time: signal handlers may ask this very rod.
-        let model = || self.kinematics.lock().unwrap_or_else(PoisonError::into_inner);
-        // Functions of time may do so while they are called.
-        let mut moving = self.description.base_motion.is_some().then(|| model().clone());
-        let answer_signals = |done: usize| {
-            if done.is_multiple_of(POSES_BETWEEN_SIGNALS) { py.check_signals() } else { Ok(()) }
-        };
-        let places = places
-            .into_iter()
-            .enumerate()
-            .map(|(i, x)| answer_signals(i).map(|()| model().place(x)))
-            .collect::<PyResult<Vec<Place>>>()?;
-        let mut poses = Vec::with_capacity(16 * rows * places.len());
-        for row in 0..rows {
-            let q = &states[row * n..(row + 1) * n];
-            if let Some(moving) = &mut moving {
-                or_raised(moving.set_time(times[row % times.len()]))?;
-            }
-            for place in &places {
-                answer_signals(poses.len() / 16)?;
-                let pose = match &mut moving {
-                    Some(moving) => moving.pose_at(q, place),
-                    None => model().pose_at(q, place),
-                };
-                poses.extend(homogeneous(&pose));
-            }
-        }
         let shape: Vec<usize> =
             number_of_states.into_iter().chain((!is_number).then_some(places.len())).chain([4, 4]).collect();
+        // Locked without the interpreter, and for one place or pose at a time: signal handlers may ask this very rod.
+        let model = || self.kinematics.lock().unwrap_or_else(PoisonError::into_inner);
+        let answer_signals = |done: usize| {
+            let is_time = done > 0 && done.is_multiple_of(POSES_BETWEEN_SIGNALS);
+            if is_time { Python::attach(|py| py.check_signals()) } else { Ok(()) }
+        };
+        let poses = py.detach(|| {
+            // Functions of time may ask it while they are called.
+            let mut moving = self.description.base_motion.is_some().then(|| model().clone());
+            let places = places
+                .into_iter()
+                .enumerate()
+                .map(|(i, x)| answer_signals(i).map(|()| model().place(x)))
+                .collect::<PyResult<Vec<Place>>>()?;
+            let mut poses = Vec::with_capacity(16 * rows * places.len());
+            for row in 0..rows {
+                let q = &states[row * n..(row + 1) * n];
+                if let Some(moving) = &mut moving {
+                    or_raised(moving.set_time(times[row % times.len()]))?;
+                }
+                for place in &places {
+                    answer_signals(poses.len() / 16)?;
+                    let pose = match &mut moving {
+                        Some(moving) => moving.pose_at(q, place),
+                        None => model().pose_at(q, place),
+                    };
+                    poses.extend(homogeneous(&pose));
+                }
+            }
+            Ok::<_, PyErr>(poses)
+        })?;
         Ok(poses.into_pyarray(py).reshape(shape)?.into_any())
     }
 
@@ -720,8 +743,8 @@ impl PyRod {
     ///     Coordinates.
     /// X : float
     ///     Arc length of the unstretched rod from its base, metres.
-    /// t : float
-    ///     The time at which a base that moves is taken, seconds.
+    /// t : float, optional
+    ///     The time of the state, seconds; needed where the base moves.
     ///
     /// Returns
     /// -------
@@ -729,9 +752,14 @@ impl PyRod {
     ///     ``jacobian @ qd`` is the angular velocity of the section at X and the velocity of its centre, in world axes, on a base
     ///     that does not move (else `velocity` adds that of the base);
     ///     ``jacobian.T @ wrench`` are the generalised forces of a moment and a force that act there.
-    #[pyo3(signature = (q, X, *, t=0.0))]
+    #[pyo3(signature = (q, X, *, t=None))]
     #[allow(non_snake_case, reason = "X is the arc length of the unstretched rod everywhere in this field")]
-    fn jacobian<'py>(&self, q: &Bound<'py, PyAny>, X: f64, t: f64) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn jacobian<'py>(
+        &self,
+        q: &Bound<'py, PyAny>,
+        #[pyo3(from_py_with = convert::number)] X: f64,
+        #[pyo3(from_py_with = convert::optional_number)] t: Option<f64>,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let q_values = convert::finite_vector_of(q, self.description.coordinates(), "q")?;
         self.check_place(X)?;
         let mut jacobian = Matrix::zeros(6, q_values.len());
@@ -749,22 +777,22 @@ impl PyRod {
     ///     Coordinates, velocities.
     /// X : float
     ///     Arc length of the unstretched rod from its base, metres.
-    /// t : float
-    ///     The time at which a base that moves is taken, seconds.
+    /// t : float, optional
+    ///     The time of the state, seconds; needed where the base moves.
     ///
     /// Returns
     /// -------
     /// velocity : ndarray, shape (6,)
     ///     Angular velocity of the section at X, rad/s, and velocity of its centre, m/s, in world axes, with those of the base.
-    #[pyo3(signature = (q, qd, X, *, t=0.0))]
+    #[pyo3(signature = (q, qd, X, *, t=None))]
     #[allow(non_snake_case, reason = "X is the arc length of the unstretched rod everywhere in this field")]
     fn velocity<'py>(
         &self,
         py: Python<'py>,
         q: &Bound<'py, PyAny>,
         qd: &Bound<'py, PyAny>,
-        X: f64,
-        t: f64,
+        #[pyo3(from_py_with = convert::number)] X: f64,
+        #[pyo3(from_py_with = convert::optional_number)] t: Option<f64>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let n = self.description.coordinates();
         let (q, qd) = (convert::finite_vector_of(q, n, "q")?, convert::finite_vector_of(qd, n, "qd")?);
@@ -782,28 +810,29 @@ impl PyRod {
     /// ----------
     /// q, qd, qdd : array_like, shape (n,)
     ///     Coordinates, velocities, accelerations.
-    /// t : float
-    ///     The time at which what varies by itself is taken, seconds.
+    /// t : float, optional
+    ///     The time of the state, seconds; needed where loads vary or the base moves.
     ///
     /// Returns
     /// -------
     /// wrench : ndarray, shape (6,)
     ///     Moment about the base, newton metres, and force, newtons, in world axes.
-    #[pyo3(signature = (q, qd, qdd, *, t=0.0))]
+    #[pyo3(signature = (q, qd, qdd, *, t=None))]
     fn base_wrench<'py>(
         &self,
         py: Python<'py>,
         q: &Bound<'py, PyAny>,
         qd: &Bound<'py, PyAny>,
         qdd: &Bound<'py, PyAny>,
-        t: f64,
+        #[pyo3(from_py_with = convert::optional_number)] t: Option<f64>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let n = self.description.coordinates();
         let state = |value, name| convert::finite_vector_of(value, n, name);
         let (q, qd, qdd) = (state(q, "q")?, state(qd, "qd")?, state(qdd, "qdd")?);
-        check_time(t, self.span())?;
         // What holds a rod in its plane is known in space alone.
         let mut model = RodModel::spatial(&self.description)?;
+        let t = time_of_state(t, self.description.depends_on_time())?;
+        check_time(t, self.span())?;
         or_raised(model.set_time(t))?;
         let wrench = model.base_wrench(&q, &qd, &qdd);
         let wrench: Vec<f64> = wrench.into_iter().flat_map(|half| half.to_array()).collect();
@@ -835,10 +864,14 @@ impl PyRod {
         arguments.set_item("tip_mass", rod.tip_mass)?;
         arguments.set_item("loads", self.loads(py)?)?;
         arguments.set_item("bodies", self.bodies(py)?)?;
-        arguments.set_item("base_motion", self.base_motion())?;
+        arguments.set_item("base_motion", self.base_motion(py)?)?;
         arguments.set_item("supports", self.supports(py)?)?;
         arguments.set_item("fluid", self.fluid())?;
         Ok(((self.segments(py)?,), arguments))
+    }
+
+    fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
+        self.functions.traverse(&visit)
     }
 }
 

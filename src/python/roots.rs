@@ -1,13 +1,15 @@
 //! `root`, `jacobian` and `check_jacobian`.
 
 use numpy::{PyArray1, PyArray2, PyArrayMethods, ToPyArray};
+use pyo3::class::{PyTraverseError, PyVisit};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyFloat, PyString, PyTuple};
 
-use super::callback::Raised;
-use super::convert::{count, describe, matrix_of, matrix_out, scalar_or_vector, vector_of};
+use super::callback::{Raised, call};
+use super::convert::{self, count, describe, matrix_out, numbers, scalar_or_vector, vector_of};
 use super::errors::ConvergenceError;
+use super::record::{self, ReadOnly, Reduced};
 use crate::error::{Checker, Interrupted, InvalidInput};
 use crate::linalg::Matrix;
 use crate::roots::{
@@ -46,11 +48,12 @@ use crate::roots::{
 ///     'step_norm', 'step_length' (relative to the full Newton step) and 'rate' (of the residual norms),
 ///     shape (nit + 1,).
 #[pyclass(frozen, get_all, name = "RootResult", module = "lissom")]
+#[derive(FromPyObject)]
 pub(crate) struct PyRootResult {
-    x: Py<PyAny>,
-    fun: Py<PyAny>,
+    x: ReadOnly,
+    fun: ReadOnly,
     success: bool,
-    status: &'static str,
+    status: String,
     message: String,
     residual_norm: f64,
     step_norm: f64,
@@ -60,7 +63,7 @@ pub(crate) struct PyRootResult {
     nlu: usize,
     nfev_jac: usize,
     multiplicity: Option<usize>,
-    history: Option<Py<PyDict>>,
+    history: Option<ReadOnly<PyDict>>,
 }
 
 #[pymethods]
@@ -69,7 +72,7 @@ impl PyRootResult {
         let mut lines = vec![
             ("message", self.message.clone()),
             ("success", if self.success { "True" } else { "False" }.to_owned()),
-            ("status", self.status.to_owned()),
+            ("status", self.status.clone()),
             ("x", self.x.bind(py).repr()?.to_string()),
             ("fun", self.fun.bind(py).repr()?.to_string()),
             ("nit", self.nit.to_string()),
@@ -82,6 +85,20 @@ impl PyRootResult {
         }
         let lines: Vec<String> = lines.iter().map(|(name, value)| format!("{name:>12}: {value}")).collect();
         Ok(lines.join("\n"))
+    }
+
+    fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
+        visit.call(self.history.as_ref().map(ReadOnly::get))
+    }
+
+    /// For copies and pickles.
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Reduced<'py>> {
+        record::reduce(slf)
+    }
+
+    #[staticmethod]
+    fn _restore(state: Self) -> Self {
+        state
     }
 }
 
@@ -97,6 +114,7 @@ impl PyRootResult {
 /// given, difference : float
 ///     The entry of `jac`, and by central differences.
 #[pyclass(frozen, get_all, name = "JacobianCheck", module = "lissom")]
+#[derive(FromPyObject)]
 pub(crate) struct PyJacobianCheck {
     relative_difference: f64,
     row: usize,
@@ -112,6 +130,16 @@ impl PyJacobianCheck {
             "JacobianCheck(relative_difference={:.3e}, row={}, column={}, given={:?}, difference={:?})",
             self.relative_difference, self.row, self.column, self.given, self.difference
         )
+    }
+
+    /// For copies and pickles.
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Reduced<'py>> {
+        record::reduce(slf)
+    }
+
+    #[staticmethod]
+    fn _restore(state: Self) -> Self {
+        state
     }
 }
 
@@ -166,10 +194,10 @@ impl<'a, 'py> PyFunctions<'a, 'py> {
         py.check_signals()?;
         let x = if self.scalar { PyFloat::new(py, x[0]).into_any() } else { x.to_pyarray(py).into_any() };
         if self.args.is_empty() {
-            function.call1((x,))
+            call(function, (x,))
         } else {
             let arguments: Vec<_> = std::iter::once(x).chain(self.args.iter()).collect();
-            function.call1(PyTuple::new(py, arguments)?)
+            call(function, PyTuple::new(py, arguments)?)
         }
     }
 
@@ -191,25 +219,25 @@ impl<'a, 'py> PyFunctions<'a, 'py> {
         let function = self.jac.expect("asked for only when jac is a callable");
         let value = self.call(function, x)?;
         let (m, n) = jacobian.shape();
-        let dimensions = value.getattr("ndim").and_then(|ndim| ndim.extract::<usize>()).ok();
+        let found = numbers(&value, "jac(x)", "an array of real numbers")?;
         // A gradient, a derivative or a number will do where one side has length one.
-        if (m == 1 || n == 1) && dimensions != Some(2) && value.extract::<Vec<Vec<f64>>>().is_err() {
-            let (entries, _) = scalar_or_vector(&value, "jac(x)")?;
-            if entries.len() != m * n {
+        if (m == 1 || n == 1) && found.shape.len() < 2 {
+            if found.values.len() != m * n {
                 return Err(PyValueError::new_err(format!(
                     "jac(x): expected shape ({m}, {n}), got {} values",
-                    entries.len()
+                    found.values.len()
                 )));
             }
-            jacobian.as_mut_slice().copy_from_slice(&entries);
+            // One side has length one: by rows and by columns are the same.
+            jacobian.as_mut_slice().copy_from_slice(&found.values);
         } else {
-            jacobian.copy_from(&matrix_of(&value, (m, n), "jac(x)")?);
+            jacobian.copy_from(&found.matrix((m, n), "jac(x)")?);
         }
         Ok(())
     }
 
     /// A number or an array, as `fun` returned it.
-    fn output(&self, py: Python<'py>, residual: &[f64]) -> Py<PyAny> {
+    fn output(&self, py: Python<'py>, residual: &[f64]) -> PyResult<ReadOnly> {
         number_or_array(py, residual, self.scalar_fun)
     }
 }
@@ -316,13 +344,13 @@ pub(crate) fn root<'py>(
     args: Option<Bound<'py, PyTuple>>,
     jac: Option<Bound<'py, PyAny>>,
     method: &str,
-    tol: f64,
+    #[pyo3(from_py_with = convert::number)] tol: f64,
     max_iter: i64,
-    xtol: f64,
-    xtol_abs: f64,
+    #[pyo3(from_py_with = convert::number)] xtol: f64,
+    #[pyo3(from_py_with = convert::number)] xtol_abs: f64,
     x_scale: Option<Bound<'py, PyAny>>,
     f_scale: Option<Bound<'py, PyAny>>,
-    max_step: Option<f64>,
+    #[pyo3(from_py_with = convert::optional_number)] max_step: Option<f64>,
     keep_jacobian: bool,
     accelerate: bool,
     history: bool,
@@ -349,6 +377,7 @@ pub(crate) fn root<'py>(
     let args = args.unwrap_or_else(|| PyTuple::empty(py));
     let function = (options.derivative == Derivative::Analytic).then_some(&jac);
     let mut system = PyFunctions::new(fun, function, &args, &x, scalar)?;
+    Newton::check_memory(system.unknowns, system.equations)?;
     let x_scale = scale(x_scale.as_ref(), system.unknowns, "x_scale")?;
     let f_scale = scale(f_scale.as_ref(), system.equations, "f_scale")?;
     let mut newton = Newton::new(system.unknowns, system.equations).with_scales(&x_scale, &f_scale)?;
@@ -360,10 +389,10 @@ pub(crate) fn root<'py>(
     let result = Py::new(
         py,
         PyRootResult {
-            x: number_or_array(py, &x, scalar),
-            fun: system.output(py, newton.residual()),
+            x: number_or_array(py, &x, scalar)?,
+            fun: system.output(py, newton.residual())?,
             success: outcome.status.is_success(),
-            status: outcome.status.name(),
+            status: outcome.status.name().to_owned(),
             message: outcome.message(),
             residual_norm: outcome.residual_norm,
             step_norm: outcome.step_norm,
@@ -421,6 +450,7 @@ pub(crate) fn jacobian<'py>(
     let mut system = PyFunctions::new(fun, None, &args, &x, scalar)?;
     let (m, n) = (system.equations, system.unknowns);
     let x_scale = positive_scale(x_scale.as_ref(), n)?;
+    Differences::check_memory(n, m)?;
     let mut jacobian = Matrix::zeros(m, n);
     let residual = system.first.take().expect("fun was evaluated at x");
     let mut differences = Differences::new(n, m);
@@ -471,6 +501,7 @@ pub(crate) fn check_jacobian_of<'py>(
     }
     let args = args.unwrap_or_else(|| PyTuple::empty(py));
     let mut system = PyFunctions::new(fun, Some(jac), &args, &x, scalar)?;
+    Differences::check_memory(system.unknowns, system.equations)?;
     let x_scale = positive_scale(x_scale.as_ref(), x.len())?;
     let checked = check_jacobian(&mut system, &x, &x_scale);
     let Ok(check) = checked else {
@@ -560,15 +591,15 @@ fn difference_named(name: &str, place: &str, expected: &str) -> PyResult<Derivat
     }
 }
 
-fn number_or_array(py: Python<'_>, values: &[f64], number: bool) -> Py<PyAny> {
-    if number {
-        PyFloat::new(py, values[0]).into_any().unbind()
+fn number_or_array(py: Python<'_>, values: &[f64], number: bool) -> PyResult<ReadOnly> {
+    ReadOnly::new(if number {
+        PyFloat::new(py, values[0]).into_any()
     } else {
-        values.to_pyarray(py).into_any().unbind()
-    }
+        values.to_pyarray(py).into_any()
+    })
 }
 
-fn history_out(py: Python<'_>, history: &[Iterate], scalar: bool) -> PyResult<Py<PyDict>> {
+fn history_out(py: Python<'_>, history: &[Iterate], scalar: bool) -> PyResult<ReadOnly<PyDict>> {
     let dict = PyDict::new(py);
     let points: Vec<f64> = history.iter().flat_map(|iterate| iterate.x.iter().copied()).collect();
     let points = PyArray1::from_vec(py, points);
@@ -584,5 +615,5 @@ fn history_out(py: Python<'_>, history: &[Iterate], scalar: bool) -> PyResult<Py
     column("step_norm", |iterate| iterate.step_norm)?;
     column("step_length", |iterate| iterate.step_length)?;
     column("rate", |iterate| iterate.rate)?;
-    Ok(dict.unbind())
+    ReadOnly::new(dict)
 }

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use numpy::{PyArray1, ToPyArray};
+use pyo3::class::{PyTraverseError, PyVisit};
 use pyo3::create_exception;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -13,6 +14,7 @@ use super::errors::LissomError;
 use super::model::PyModel;
 use super::motion::signals;
 use super::pendulum::PySpringPendulum;
+use super::record::{self, Reduced};
 use super::rod::PyRod;
 use crate::scene::{
     Jacobian, Method, Model, Quantity, Scene, SceneError as CoreError, SceneProblem, Simulation,
@@ -22,8 +24,8 @@ create_exception!(
     lissom,
     SceneError,
     PyValueError,
-    "A scene that was refused: ``problems`` lists everything that is wrong with it (SceneProblem, in the order of the\n\
-     file), the message shows each with the line it is about."
+    "A scene that was refused: ``problems`` lists what is wrong with it (SceneProblem, in the order of the file, the first\n\
+     hundred), the message shows each with the line it is about, and at its end the number of those left out."
 );
 
 /// One thing that is wrong with a scene. As a string: ``file:line:column: key: what is wrong; what would be right``.
@@ -61,6 +63,27 @@ impl PySceneProblem {
 
     fn __repr__(&self) -> String {
         format!("<SceneProblem {}>", self.header)
+    }
+
+    /// For copies and pickles.
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        let Self { file, line, column, key, wrong, right, snippet, header } = self;
+        record::reduce_to::<Self>(py, (file, line, column, key, wrong, right, snippet, header))
+    }
+
+    #[staticmethod]
+    #[allow(clippy::too_many_arguments, reason = "the fields")]
+    fn _restore(
+        file: String,
+        line: usize,
+        column: usize,
+        key: String,
+        wrong: String,
+        right: String,
+        snippet: String,
+        header: String,
+    ) -> Self {
+        Self { file, line, column, key, wrong, right, snippet, header }
     }
 }
 
@@ -112,7 +135,8 @@ impl PyScene {
         let file = path.display().to_string();
         // Python's own errors name the file and have the right class.
         let bytes = py.import("pathlib")?.call_method1("Path", (path,))?.call_method0("read_bytes")?;
-        match Scene::from_bytes(&bytes.extract::<Vec<u8>>()?, &file) {
+        let bytes: Vec<u8> = bytes.extract()?;
+        match py.detach(|| Scene::from_bytes(&bytes, &file)) {
             Ok(scene) => Self::new(py, scene),
             Err(error) => Err(refusal(py, &error)),
         }
@@ -138,7 +162,7 @@ impl PyScene {
     #[staticmethod]
     #[pyo3(signature = (text, name="scene"))]
     fn loads(py: Python<'_>, text: &str, name: &str) -> PyResult<Self> {
-        match Scene::parse(text, name) {
+        match py.detach(|| Scene::parse(text, name)) {
             Ok(scene) => Self::new(py, scene),
             Err(error) => Err(refusal(py, &error)),
         }
@@ -201,6 +225,8 @@ impl PyScene {
     fn run<'py>(&self, py: Python<'py>, options: Option<&Bound<'py, PyDict>>) -> PyResult<Bound<'py, PyAny>> {
         let simulation = &self.scene.simulation;
         let arguments = PyDict::new(py);
+        let (t0, t_end) = simulation.t_span();
+        arguments.set_item("t0", t0)?;
         arguments.set_item("q0", self.q0(py))?;
         arguments.set_item("v0", self.v0(py))?;
         arguments.set_item("method", method(simulation))?;
@@ -220,11 +246,31 @@ impl PyScene {
             arguments.update(options.as_mapping())?;
         }
         let simulate = py.import("lissom")?.getattr("simulate")?;
-        simulate.call((self.model(py), simulation.duration), Some(&arguments))
+        simulate.call((self.model(py), t_end), Some(&arguments))
     }
 
     fn __repr__(&self) -> String {
         format!("<lissom.Scene {:?}>", self.scene.name)
+    }
+
+    /// For copies and pickles. The model comes along: modes that the scene left open are not chosen again.
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        record::reduce_to::<Self>(py, (&self.scene.text, &self.scene.name, &self.model))
+    }
+
+    #[staticmethod]
+    fn _restore(py: Python<'_>, text: &str, name: String, model: &Bound<'_, PyModel>) -> PyResult<Self> {
+        let parsed = py.detach(|| Scene::parse(text, &name));
+        let mut scene = parsed.map_err(|error| refusal(py, &error))?;
+        scene.name = name;
+        if let Ok(rod) = model.cast::<PyRod>() {
+            scene.set_rod(rod.get().description().clone());
+        }
+        Ok(Self { scene, model: model.clone().unbind() })
+    }
+
+    fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
+        visit.call(&self.model)
     }
 }
 
@@ -251,7 +297,8 @@ impl PyScene {
 }
 
 /// How a scene is simulated; every setting is the scene's or its default.
-#[pyclass(name = "SimulationSettings", module = "lissom", frozen)]
+#[pyclass(name = "SimulationSettings", module = "lissom", frozen, eq)]
+#[derive(PartialEq)]
 pub(crate) struct PySimulation(Simulation);
 
 #[pymethods]
@@ -260,6 +307,12 @@ impl PySimulation {
     #[getter]
     fn duration(&self) -> f64 {
         self.0.duration
+    }
+
+    /// Time at the start, seconds.
+    #[getter]
+    fn t0(&self) -> f64 {
+        self.0.t0
     }
 
     /// Time integrator, a method of ``lissom.simulate``.
@@ -301,34 +354,67 @@ impl PySimulation {
     /// What is kept beside the coordinates, out of "velocity", "acceleration", "energy", "shape".
     #[getter]
     fn quantities<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
-        let names = self.0.quantities.iter().map(|quantity| match quantity {
-            Quantity::Velocity => "velocity",
-            Quantity::Acceleration => "acceleration",
-            Quantity::Energy => "energy",
-            Quantity::Shape => "shape",
-        });
+        let names = self.0.quantities.iter().map(|quantity| name_of(&QUANTITIES, quantity));
         PyTuple::new(py, names.collect::<Vec<_>>())
     }
+
+    /// For copies and pickles.
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Reduced<'py>> {
+        let Simulation { t0, duration, method: _, step, jacobian: _, rtol, atol, output_step, quantities: _ } =
+            slf.get().0;
+        let names = (method(&slf.get().0), jacobian(&slf.get().0), slf.get().quantities(slf.py())?);
+        record::reduce_to::<Self>(slf.py(), (names, (t0, duration, step, rtol, atol), output_step))
+    }
+
+    #[staticmethod]
+    fn _restore(
+        names: (String, String, Vec<String>),
+        numbers: (f64, f64, f64, f64, f64),
+        output_step: Option<f64>,
+    ) -> PyResult<Self> {
+        let (method, jacobian, quantities) = names;
+        let (t0, duration, step, rtol, atol) = numbers;
+        let (method, jacobian) = (setting_of(&METHODS, &method)?, setting_of(&JACOBIANS, &jacobian)?);
+        let quantities =
+            quantities.iter().map(|name| setting_of(&QUANTITIES, name)).collect::<PyResult<_>>()?;
+        Ok(Self(Simulation { t0, duration, method, step, jacobian, rtol, atol, output_step, quantities }))
+    }
+}
+
+/// Names of the settings in Python.
+const METHODS: [(Method, &str); 7] = [
+    (Method::Newmark, "newmark"),
+    (Method::Hht, "hht"),
+    (Method::GeneralisedAlpha, "generalised_alpha"),
+    (Method::Rk45, "rk45"),
+    (Method::Dop853, "dop853"),
+    (Method::Radau, "radau"),
+    (Method::Auto, "auto"),
+];
+const JACOBIANS: [(Jacobian, &str); 3] =
+    [(Jacobian::Analytic, "analytic"), (Jacobian::Forward, "forward"), (Jacobian::Central, "central")];
+const QUANTITIES: [(Quantity, &str); 4] = [
+    (Quantity::Velocity, "velocity"),
+    (Quantity::Acceleration, "acceleration"),
+    (Quantity::Energy, "energy"),
+    (Quantity::Shape, "shape"),
+];
+
+fn name_of<T: PartialEq>(names: &[(T, &'static str)], setting: &T) -> &'static str {
+    names.iter().find(|(known, _)| known == setting).expect("all settings have names").1
+}
+
+fn setting_of<T: Copy>(names: &[(T, &'static str)], name: &str) -> PyResult<T> {
+    let found = names.iter().find(|(_, known)| *known == name);
+    found.map(|found| found.0).ok_or_else(|| PyValueError::new_err(format!("unknown setting {name:?}")))
 }
 
 fn method(simulation: &Simulation) -> &'static str {
-    match simulation.method {
-        Method::Newmark => "newmark",
-        Method::Hht => "hht",
-        Method::GeneralisedAlpha => "generalised_alpha",
-        Method::Rk45 => "rk45",
-        Method::Dop853 => "dop853",
-        Method::Radau => "radau",
-        Method::Auto => "auto",
-    }
+    name_of(&METHODS, &simulation.method)
 }
 
 fn jacobian(simulation: &Simulation) -> &'static str {
-    match simulation.jacobian {
-        Jacobian::Analytic => "analytic",
-        Jacobian::Forward => "forward",
-        Jacobian::Central => "central",
-    }
+    name_of(&JACOBIANS, &simulation.jacobian)
 }
 
 fn refusal(py: Python<'_>, error: &CoreError) -> PyErr {

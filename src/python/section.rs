@@ -93,7 +93,10 @@ impl PySection {
     /// Section
     #[staticmethod]
     #[pyo3(signature = (radius, *, length=None))]
-    fn circle(radius: &Bound<'_, PyAny>, length: Option<f64>) -> PyResult<Self> {
+    fn circle(
+        radius: &Bound<'_, PyAny>,
+        #[pyo3(from_py_with = convert::optional_number)] length: Option<f64>,
+    ) -> PyResult<Self> {
         Self::with_sizes([(radius, "radius")], length, |[radius]| Shape::Circle { radius })
     }
 
@@ -114,7 +117,7 @@ impl PySection {
     fn hollow_circle(
         outer: &Bound<'_, PyAny>,
         inner: &Bound<'_, PyAny>,
-        length: Option<f64>,
+        #[pyo3(from_py_with = convert::optional_number)] length: Option<f64>,
     ) -> PyResult<Self> {
         let sizes = [(outer, "outer"), (inner, "inner")];
         Self::with_sizes(sizes, length, |[outer, inner]| Shape::HollowCircle { outer, inner })
@@ -134,7 +137,11 @@ impl PySection {
     /// Section
     #[staticmethod]
     #[pyo3(signature = (width, height, *, length=None))]
-    fn rectangle(width: &Bound<'_, PyAny>, height: &Bound<'_, PyAny>, length: Option<f64>) -> PyResult<Self> {
+    fn rectangle(
+        width: &Bound<'_, PyAny>,
+        height: &Bound<'_, PyAny>,
+        #[pyo3(from_py_with = convert::optional_number)] length: Option<f64>,
+    ) -> PyResult<Self> {
         let sizes = [(width, "width"), (height, "height")];
         Self::with_sizes(sizes, length, |[width, height]| Shape::Rectangle { width, height })
     }
@@ -156,7 +163,7 @@ impl PySection {
     fn ellipse(
         semi_axis_y: &Bound<'_, PyAny>,
         semi_axis_z: &Bound<'_, PyAny>,
-        length: Option<f64>,
+        #[pyo3(from_py_with = convert::optional_number)] length: Option<f64>,
     ) -> PyResult<Self> {
         let sizes = [(semi_axis_y, "semi_axis_y"), (semi_axis_z, "semi_axis_z")];
         Self::with_sizes(sizes, length, |[semi_axis_y, semi_axis_z]| Shape::Ellipse {
@@ -198,7 +205,7 @@ impl PySection {
         mass: &Bound<'_, PyAny>,
         inertia: Option<&Bound<'_, PyAny>>,
         centre: Option<&Bound<'_, PyAny>>,
-        length: Option<f64>,
+        #[pyo3(from_py_with = convert::optional_number)] length: Option<f64>,
     ) -> PyResult<Self> {
         let optional = [(inertia, "inertia"), (centre, "centre")];
         let optional = optional.into_iter().filter_map(|(value, name)| Some((value?, name)));
@@ -211,7 +218,7 @@ impl PySection {
             },
             mass: match function(mass, &[], length, "mass")? {
                 Some(function) => function,
-                None => mass.extract::<f64>().map_err(|_| wrong("mass", "a number (kg/m)", mass))?.into(),
+                None => convert::number(mass).map_err(|_| wrong("mass", "a number (kg/m)", mass))?.into(),
             },
             inertia: match inertia {
                 None => [0.0; 9].into(),
@@ -270,25 +277,29 @@ impl PySection {
 
     /// Area A, square metres.
     #[pyo3(signature = (x=0.0))]
-    fn area(&self, x: f64) -> PyResult<f64> {
+    fn area(&self, #[pyo3(from_py_with = convert::number)] x: f64) -> PyResult<f64> {
         Ok(self.shape_at(x)?.area())
     }
 
     /// Second moments of area (I_y, I_z), of bending about body y and about body z, metres to the fourth.
     #[pyo3(signature = (x=0.0))]
-    fn second_moments(&self, x: f64) -> PyResult<(f64, f64)> {
+    fn second_moments(&self, #[pyo3(from_py_with = convert::number)] x: f64) -> PyResult<(f64, f64)> {
         Ok(self.shape_at(x)?.second_moments().into())
     }
 
     /// Saint-Venant's torsion constant J_t, metres to the fourth: the torsional stiffness is G J_t.
     #[pyo3(signature = (x=0.0))]
-    fn torsion_constant(&self, x: f64) -> PyResult<f64> {
+    fn torsion_constant(&self, #[pyo3(from_py_with = convert::number)] x: f64) -> PyResult<f64> {
         Ok(self.shape_at(x)?.torsion_constant())
     }
 
     /// Cowper's (1966) shear correction factors, for shear along y and along z, at this Poisson's ratio.
     #[pyo3(signature = (poisson_ratio, x=0.0))]
-    fn cowper(&self, poisson_ratio: f64, x: f64) -> PyResult<(f64, f64)> {
+    fn cowper(
+        &self,
+        #[pyo3(from_py_with = convert::number)] poisson_ratio: f64,
+        #[pyo3(from_py_with = convert::number)] x: f64,
+    ) -> PyResult<(f64, f64)> {
         Ok(self.shape_at(x)?.cowper(poisson_ratio).into())
     }
 
@@ -296,7 +307,7 @@ impl PySection {
     ///
     /// Of a given section that of the ellipse with the same radii of gyration.
     #[pyo3(signature = (x=0.0))]
-    fn half_extents(&self, x: f64) -> PyResult<(f64, f64)> {
+    fn half_extents(&self, #[pyo3(from_py_with = convert::number)] x: f64) -> PyResult<(f64, f64)> {
         check_fraction(x)?;
         Ok(self.section.half_extents(x).into())
     }
@@ -453,14 +464,14 @@ pub(super) fn rows<'py, const N: usize>(
 
 /// A size along a segment of this length. A pair of numbers is (base, tip), a pair of arrays a table.
 pub(super) fn size(value: &Bound<'_, PyAny>, length: Option<f64>, name: &str) -> PyResult<Profile<1>> {
-    if let Ok(size) = value.extract::<f64>() {
+    if let Ok(size) = convert::number(value) {
         return Ok(size.into());
     }
     if let Some(function) = function(value, &[], length, name)? {
         return Ok(function);
     }
-    let ends: [f64; 2] =
-        value.extract().map_err(|_| wrong(name, "a number or (base, tip) in metres", value))?;
+    let ends: [f64; 2] = convert::array_of(value, name)
+        .map_err(|_| wrong(name, "a number or (base, tip) in metres", value))?;
     Ok(Profile::linear(ends.map(|end| [end])))
 }
 
@@ -474,10 +485,10 @@ pub(super) fn shear_correction(value: &Bound<'_, PyAny>) -> PyResult<ShearCorrec
             ))),
         };
     }
-    if let Ok(factor) = value.extract::<f64>() {
+    if let Ok(factor) = convert::number(value) {
         return Ok(factor.into());
     }
-    value.extract::<[f64; 2]>().map(ShearCorrection::Factors).map_err(|_| {
+    convert::array_of::<2>(value, "shear_correction").map(ShearCorrection::Factors).map_err(|_| {
         let found = convert::describe(value);
         PyTypeError::new_err(format!(
             "shear_correction: expected a factor, (one for y, one for z), or 'cowper', got {found}"

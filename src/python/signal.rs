@@ -3,17 +3,18 @@
 use std::any::Any;
 use std::sync::Arc;
 
-use numpy::{AllowTypeChange, IntoPyArray, PyArray2, PyArrayLike2};
+use numpy::{IntoPyArray, PyArray2};
 use pyo3::IntoPyObjectExt;
-use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::class::{PyTraverseError, PyVisit};
+use pyo3::exceptions::{PyReferenceError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyList, PyTuple};
+use pyo3::types::{PyDict, PyList, PyTuple, PyWeakrefMethods, PyWeakrefReference};
 
-use super::callback::keep;
+use super::callback::{call, keep, none_is_kept};
 use super::convert;
 use super::ode::function::read_vector;
 use crate::error::{Checker, Interrupted};
-use crate::rod::quaternion_motion;
+use crate::rod::{BaseMotion, BaseRotation, Load, Rod, quaternion_motion};
 use crate::signal::{Evaluate, Function, Harmonic, Motion, Signal, Table};
 
 /// A steady part and an oscillation: ``mean + rate * t + amplitude * sin(2 * pi * frequency * t + phase)``.
@@ -58,8 +59,8 @@ impl PyHarmonic {
     )]
     fn new(
         amplitude: Option<&Bound<'_, PyAny>>,
-        frequency: f64,
-        phase: f64,
+        #[pyo3(from_py_with = convert::number)] frequency: f64,
+        #[pyo3(from_py_with = convert::number)] phase: f64,
         mean: Option<&Bound<'_, PyAny>>,
         rate: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
@@ -176,18 +177,97 @@ impl PyHarmonic {
     }
 }
 
-/// N numbers, a table `(times, values)`, a [`PyHarmonic`] or a callable of time.
-pub(super) fn signal_of<const N: usize>(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Signal<N>> {
+/// A Python function that the core calls. The core has no reference to it of its own: what it refers to, Python's garbage collector
+/// could not see, so that a rod and a function that knows this rod would keep each other alive for ever. Instead, every Python object
+/// with a signal keeps the functions of the signal and shows them to the collector.
+#[pyclass(name = "Function", module = "lissom._lissom", frozen, weakref)]
+pub(super) struct Held(Py<PyAny>);
+
+#[pymethods]
+impl Held {
+    // No `__clear__`, here and in other classes: like a tuple, an object that never changes is in no cycle of its own kind alone, and
+    // what closed the cycle can be cleared.
+    fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
+        visit.call(&self.0)
+    }
+}
+
+/// The functions that the signals of a Python object call.
+#[derive(Default)]
+pub(super) struct Functions(Vec<Py<Held>>);
+
+impl Functions {
+    /// Those of a rod that Python objects still alive have described.
+    pub(super) fn of_rod(py: Python<'_>, rod: &Rod) -> PyResult<Self> {
+        let mut functions = Self::default();
+        for load in &rod.loads {
+            functions.add_load(py, load)?;
+        }
+        if let Some(motion) = &rod.base_motion {
+            functions.add_motion(py, motion)?;
+        }
+        Ok(functions)
+    }
+
+    pub(super) fn of_load(py: Python<'_>, load: &Load) -> PyResult<Self> {
+        let mut functions = Self::default();
+        functions.add_load(py, load)?;
+        Ok(functions)
+    }
+
+    pub(super) fn of_motion(py: Python<'_>, motion: &BaseMotion) -> PyResult<Self> {
+        let mut functions = Self::default();
+        functions.add_motion(py, motion)?;
+        Ok(functions)
+    }
+
+    fn add_load(&mut self, py: Python<'_>, load: &Load) -> PyResult<()> {
+        self.add(py, &load.force)?;
+        self.add(py, &load.moment)
+    }
+
+    fn add_motion(&mut self, py: Python<'_>, motion: &BaseMotion) -> PyResult<()> {
+        self.add(py, &motion.translation)?;
+        match &motion.rotation {
+            BaseRotation::About { angle, .. } => self.add(py, angle),
+            BaseRotation::By(quaternion) => self.add(py, quaternion),
+        }
+    }
+
+    fn add<const N: usize>(&mut self, py: Python<'_>, signal: &Signal<N>) -> PyResult<()> {
+        if let Signal::Function(function) = signal {
+            self.0.push(callable(function).held(py)?.unbind());
+        }
+        Ok(())
+    }
+
+    pub(super) fn traverse(&self, visit: &PyVisit<'_>) -> Result<(), PyTraverseError> {
+        self.0.iter().try_for_each(|function| visit.call(function))
+    }
+}
+
+/// N numbers, a table `(times, values)`, a [`PyHarmonic`] or a callable of time, which goes to the functions of what keeps the signal.
+pub(super) fn signal_of<const N: usize>(
+    value: &Bound<'_, PyAny>,
+    name: &str,
+    functions: &mut Functions,
+) -> PyResult<Signal<N>> {
     if let Ok(harmonic) = value.cast::<PyHarmonic>() {
         return harmonic.get().signal(name);
     }
     if value.is_callable() {
-        let name = format!("{name}(t)");
-        return Ok(Signal::Function(Function(Arc::new(Callable { callable: value.clone().unbind(), name }))));
+        let held = Bound::new(value.py(), Held(value.clone().unbind()))?;
+        let callable = Callable {
+            function: PyWeakrefReference::new(held.as_any())?.unbind(),
+            identity: value.as_ptr() as usize,
+            name: format!("{name}(t)"),
+        };
+        functions.0.push(held.unbind());
+        return Ok(Signal::Function(Function(Arc::new(callable))));
     }
     let is_sequence = value.is_instance_of::<PyTuple>() || value.is_instance_of::<PyList>();
     // Two numbers are no table, but a vector that is too short.
-    let is_pair = is_sequence && value.len()? == 2 && value.get_item(0)?.len().is_ok();
+    let is_pair = is_sequence && value.len()? == 2 && convert::is_array(&value.get_item(0)?);
     if is_pair { table(value, name) } else { Ok(Signal::Constant(convert::array_of(value, name)?)) }
 }
 
@@ -199,19 +279,13 @@ fn table<const N: usize>(pair: &Bound<'_, PyAny>, name: &str) -> PyResult<Signal
     let rows: Vec<[f64; N]> = if N == 1 {
         convert::vector(&values, &place)?.into_iter().map(|x| [x; N]).collect()
     } else {
-        let wrong = || {
-            PyTypeError::new_err(format!(
-                "{place}: expected an array of shape ({}, {N}), got {}",
-                times.len(),
-                convert::describe(&values)
-            ))
-        };
-        let array: PyArrayLike2<'_, f64, AllowTypeChange> = values.extract().map_err(|_| wrong())?;
-        let array = array.as_array();
-        if array.ncols() != N {
-            return Err(wrong());
+        let expected = format!("an array of shape ({}, {N})", times.len());
+        let numbers = convert::numbers(&values, &place, &expected)?;
+        if !matches!(numbers.shape[..], [_, columns] if columns == N) {
+            let found = convert::describe(&values);
+            return Err(PyTypeError::new_err(format!("{place}: expected {expected}, got {found}")));
         }
-        array.outer_iter().map(|row| std::array::from_fn(|i| row[i])).collect()
+        numbers.values.as_chunks().0.to_vec()
     };
     let mut check = Checker::new();
     let table = check.nested(name, Table::new(times, rows));
@@ -238,12 +312,14 @@ pub(super) fn signal_out<'py, const N: usize>(
             };
             (times, values).into_bound_py_any(py)
         }
-        Signal::Function(Function(function)) => {
-            let function: &dyn Any = function.as_ref();
-            let callable = function.downcast_ref::<Callable>().expect("Python's functions are callables");
-            Ok(callable.callable.bind(py).clone())
-        }
+        Signal::Function(function) => Ok(callable(function).held(py)?.get().0.bind(py).clone()),
     }
+}
+
+/// What the core calls.
+fn callable<const N: usize>(Function(function): &Function<N>) -> &Callable {
+    let function: &dyn Any = function.as_ref();
+    function.downcast_ref().expect("Python's functions are callables")
 }
 
 /// A quaternion has as many numbers.
@@ -255,21 +331,36 @@ fn parts_of<'py>(value: &Bound<'py, PyAny>, n: usize) -> Option<[Bound<'py, PyAn
         return None;
     }
     let parts = [value.get_item(0).ok()?, value.get_item(1).ok()?, value.get_item(2).ok()?];
-    (n == 1 || parts[0].len().is_ok()).then_some(parts)
+    (n == 1 || convert::is_array(&parts[0])).then_some(parts)
 }
 
 /// A callable of time.
 #[derive(Debug)]
 struct Callable {
-    callable: Py<PyAny>,
+    /// To [`Held`].
+    function: Py<PyWeakrefReference>,
+    /// Of the callable itself.
+    identity: usize,
     /// What messages call its value.
     name: String,
 }
 
+impl Callable {
+    fn held<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, Held>> {
+        let held = self.function.bind(py).upgrade_as()?;
+        held.ok_or_else(|| PyReferenceError::new_err(format!("{}: the function no longer exists", self.name)))
+    }
+
+    fn call<'py>(&self, py: Python<'py>, t: f64) -> PyResult<Bound<'py, PyAny>> {
+        call(self.held(py)?.get().0.bind(py), (t,))
+    }
+}
+
 impl<const N: usize> Evaluate<N> for Callable {
     fn value(&self, t: f64) -> Result<[f64; N], Interrupted> {
+        none_is_kept()?;
         Python::attach(|py| {
-            let value = self.callable.bind(py).call1((t,))?;
+            let value = self.call(py, t)?;
             let mut values = [0.0; N];
             read_vector(&value, &mut values, &self.name)?;
             Ok(values)
@@ -278,8 +369,9 @@ impl<const N: usize> Evaluate<N> for Callable {
     }
 
     fn motion(&self, t: f64) -> Result<Option<Motion<N>>, Interrupted> {
+        none_is_kept()?;
         Python::attach(|py| {
-            let value = self.callable.bind(py).call1((t,))?;
+            let value = self.call(py, t)?;
             let Some(parts) = parts_of(&value, N) else { return Ok(None) };
             let mut read = [[0.0; N]; 3];
             let names = ["value", "velocity", "acceleration"].map(|part| format!("{} ({part})", self.name));
@@ -300,7 +392,11 @@ impl<const N: usize> Evaluate<N> for Callable {
         .map_err(keep)
     }
 
+    fn refuse(&self, found: String, expected: &str) -> Interrupted {
+        keep(PyValueError::new_err(format!("{}: got {found}, expected {expected}", self.name)))
+    }
+
     fn identity(&self) -> usize {
-        self.callable.as_ptr() as usize
+        self.identity
     }
 }

@@ -3,7 +3,7 @@
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 
-use super::callback::{Raised, wants_to_stop};
+use super::callback::{Raised, call, wants_to_stop};
 use super::convert;
 use super::errors::LissomError;
 use super::model::PyModel;
@@ -25,7 +25,9 @@ use crate::simulate::Method;
 /// model : Model
 ///     A `Rod` or a `SpringPendulum`.
 /// t_end : float
-///     The motion is simulated from 0 to this time, seconds.
+///     The motion is simulated from `t0` to this time, seconds.
+/// t0 : float
+///     The time at the start, seconds: that of `q0` and `v0`, at which loads that vary and a base that moves are first taken.
 /// q0, v0 : array_like, shape (n,), optional
 ///     Coordinates and velocities at the start; zero by default.
 /// method : str
@@ -47,7 +49,7 @@ use crate::simulate::Method;
 ///     `atol` is in the unit of q, of q per second and of q per second squared, respectively. 'auto': `rtol` (1e-4 by default) is
 ///     the largest error of the tip relative to the model's length, and there is no `atol`.
 /// t_eval : array_like, optional
-///     Increasing times at which the motion is wanted. By default every step (Newmark family) or every `dt`.
+///     Increasing times from `t0` to `t_end` at which the motion is wanted. By default every step (Newmark family) or every `dt`.
 /// progress : callable, optional
 ///     Called as ``progress(t)`` at the first step and then about twenty times a second. Returning True or raising
 ///     StopIteration stops the run, whose result then has the status 'interrupted'. Other exceptions come through unchanged.
@@ -94,11 +96,11 @@ use crate::simulate::Method;
 #[pyfunction]
 #[pyo3(
     signature = (
-        model, t_end, *, q0=None, v0=None, method="newmark", dt=1e-2, jac=None, rtol=None, atol=None,
+        model, t_end, *, t0=0.0, q0=None, v0=None, method="newmark", dt=1e-2, jac=None, rtol=None, atol=None,
         t_eval=None, progress=None, beta=None, gamma=None, alpha=None, rho_inf=None, adaptive=None,
         max_step=None, min_step=0.0, max_steps=None, predictor=None, reuse_jacobian=None
     ),
-    text_signature = "(model, t_end, *, q0=None, v0=None, method='newmark', dt=0.01, jac='analytic', rtol=1e-06, \
+    text_signature = "(model, t_end, *, t0=0.0, q0=None, v0=None, method='newmark', dt=0.01, jac='analytic', rtol=1e-06, \
                       atol=1e-09, t_eval=None, progress=None, beta=0.25, gamma=0.5, alpha=None, rho_inf=None, \
                       adaptive=False, max_step=None, min_step=0.0, max_steps=None, predictor='best', \
                       reuse_jacobian=True)"
@@ -107,23 +109,24 @@ use crate::simulate::Method;
 pub(crate) fn simulate<'py>(
     py: Python<'py>,
     model: &Bound<'py, PyAny>,
-    t_end: f64,
+    #[pyo3(from_py_with = convert::number)] t_end: f64,
+    #[pyo3(from_py_with = convert::number)] t0: f64,
     q0: Option<&Bound<'py, PyAny>>,
     v0: Option<&Bound<'py, PyAny>>,
     method: &str,
-    dt: f64,
+    #[pyo3(from_py_with = convert::number)] dt: f64,
     jac: Option<&str>,
     rtol: Option<&Bound<'py, PyAny>>,
     atol: Option<&Bound<'py, PyAny>>,
     t_eval: Option<&Bound<'py, PyAny>>,
     progress: Option<&Bound<'py, PyAny>>,
-    beta: Option<f64>,
-    gamma: Option<f64>,
-    alpha: Option<f64>,
-    rho_inf: Option<f64>,
+    #[pyo3(from_py_with = convert::optional_number)] beta: Option<f64>,
+    #[pyo3(from_py_with = convert::optional_number)] gamma: Option<f64>,
+    #[pyo3(from_py_with = convert::optional_number)] alpha: Option<f64>,
+    #[pyo3(from_py_with = convert::optional_number)] rho_inf: Option<f64>,
     adaptive: Option<bool>,
-    max_step: Option<f64>,
-    min_step: f64,
+    #[pyo3(from_py_with = convert::optional_number)] max_step: Option<f64>,
+    #[pyo3(from_py_with = convert::number)] min_step: f64,
     max_steps: Option<i64>,
     predictor: Option<&str>,
     reuse_jacobian: Option<bool>,
@@ -236,7 +239,7 @@ pub(crate) fn simulate<'py>(
             let stop = raised.catch(Python::attach(|py| {
                 py.check_signals()?;
                 match &progress {
-                    Some(progress) => wants_to_stop(py, progress.bind(py).call1((t,))),
+                    Some(progress) => wants_to_stop(py, call(progress.bind(py), (t,))),
                     None => Ok(false),
                 }
             }))?;
@@ -244,10 +247,11 @@ pub(crate) fn simulate<'py>(
         };
         match request {
             Some(request) => {
-                model.simulate_to_accuracy(t_end, &q0, &v0, request, t_eval.as_deref(), &mut monitor)
+                model.simulate_to_accuracy((t0, t_end), &q0, &v0, request, t_eval.as_deref(), &mut monitor)
             }
             None => {
-                let simulation = model.simulate(t_end, &q0, &v0, &method, t_eval.as_deref(), &mut monitor);
+                let simulation =
+                    model.simulate((t0, t_end), &q0, &v0, &method, t_eval.as_deref(), &mut monitor);
                 simulation.map(|simulation| (simulation, None))
             }
         }
@@ -270,13 +274,15 @@ pub(crate) fn simulate<'py>(
 /// rod : Rod
 ///     Its numbers of modes do not count.
 /// t_end : float
-///     The rod moves from rest, without coordinates or velocities, from 0 to this time, seconds.
+///     The rod moves from rest, without coordinates or velocities, from `t0` to this time, seconds.
 /// rtol : float
 ///     The error of the tip that the modes may leave, relative to the rod's length.
 /// dt : float
 ///     Distance of the times at which the tip is compared, seconds.
 /// segments : sequence of int, optional
 ///     Segments whose modes are chosen; by default all of them.
+/// t0 : float
+///     The time at the start, seconds.
 ///
 /// Returns
 /// -------
@@ -299,26 +305,27 @@ pub(crate) fn simulate<'py>(
 /// {'bend_y': 3}
 #[pyfunction]
 #[pyo3(
-    signature = (rod, t_end, *, rtol=accuracy::DEFAULT_TOLERANCE, dt=1e-2, segments=None),
-    text_signature = "(rod, t_end, *, rtol=0.0001, dt=0.01, segments=None)"
+    signature = (rod, t_end, *, rtol=accuracy::DEFAULT_TOLERANCE, dt=1e-2, segments=None, t0=0.0),
+    text_signature = "(rod, t_end, *, rtol=0.0001, dt=0.01, segments=None, t0=0.0)"
 )]
 pub(crate) fn choose_modes(
     py: Python<'_>,
     rod: PyRef<'_, PyRod>,
-    t_end: f64,
-    rtol: f64,
-    dt: f64,
+    #[pyo3(from_py_with = convert::number)] t_end: f64,
+    #[pyo3(from_py_with = convert::number)] rtol: f64,
+    #[pyo3(from_py_with = convert::number)] dt: f64,
     segments: Option<Vec<usize>>,
+    #[pyo3(from_py_with = convert::number)] t0: f64,
 ) -> PyResult<Py<PyRod>> {
     let description = rod.description().clone();
     let segments = segments.unwrap_or_else(|| (0..description.segments.len()).collect());
     let request = accuracy::Request::new(rtol, dt);
     let mut raised = Raised::default();
     let chosen = py.detach(|| {
-        accuracy::choose_modes(&description, &segments, t_end, request, &mut signals(&mut raised))
+        accuracy::choose_modes(&description, &segments, (t0, t_end), request, &mut signals(&mut raised))
     });
     raised.into_result()?;
-    let modes = chosen?;
+    let modes = chosen.map_err(with_python_names)?;
     if !modes.status.is_success() {
         return Err(LissomError::new_err(modes.message));
     }
@@ -371,13 +378,15 @@ fn name_all_methods(mut error: InvalidInput) -> InvalidInput {
     error
 }
 
-/// The core's interval begins at 0.
+/// The core's interval is two arguments in Python.
 fn with_python_names(mut error: InvalidInput) -> InvalidInput {
     for problem in &mut error.problems {
-        if problem.place == "t_span[1]" {
-            problem.place = "t_end".to_owned();
-            problem.expected = "a finite number >= 0 (seconds)".to_owned();
+        match problem.place.as_str() {
+            "t_span[0]" => problem.place = "t0".to_owned(),
+            "t_span[1]" => problem.place = "t_end".to_owned(),
+            _ => continue,
         }
+        problem.expected = problem.expected.replace("t_span[0]", "t0");
     }
     error
 }

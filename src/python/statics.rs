@@ -1,14 +1,17 @@
 //! `lissom.statics` and `lissom.continuation`.
 
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
+use pyo3::class::{PyTraverseError, PyVisit};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyList;
 
+use super::background;
 use super::callback::{Raised, or_raised};
 use super::convert;
 use super::model::{Native, PyModel, check_time};
 use super::motion::Ticker;
+use super::record::{self, ReadOnly, Reduced};
 use crate::error::{Interrupted, InvalidInput};
 use crate::statics::{
     self as core, ContinuationOptions, Counters, CriticalPoint, Equilibrium, Options, Path, Stability, Start,
@@ -30,19 +33,21 @@ use crate::statics::{
 ///     The directions without stiffness; m is 1, or more where several modes buckle at once. Each has norm one when divided
 ///     by the typical sizes of the coordinates: about a radian of bending.
 #[pyclass(name = "CriticalPoint", module = "lissom", frozen, get_all)]
+#[derive(FromPyObject)]
 pub(crate) struct PyCriticalPoint {
-    kind: &'static str,
+    kind: String,
     index: usize,
     load_factor: f64,
-    q: Py<PyArray1<f64>>,
-    directions: Py<PyArray2<f64>>,
+    q: ReadOnly<PyArray1<f64>>,
+    directions: ReadOnly<PyArray2<f64>>,
 }
 
 impl PyCriticalPoint {
     fn new(py: Python<'_>, point: CriticalPoint) -> PyResult<Self> {
         let CriticalPoint { kind, index, load_factor, q, directions } = point;
         let directions = rows(py, directions, q.len())?;
-        Ok(Self { kind: kind.name(), index, load_factor, q: q.into_pyarray(py).unbind(), directions })
+        let q = ReadOnly::new(q.into_pyarray(py))?;
+        Ok(Self { kind: kind.name().to_owned(), index, load_factor, q, directions })
     }
 }
 
@@ -50,6 +55,16 @@ impl PyCriticalPoint {
 impl PyCriticalPoint {
     fn __repr__(&self) -> String {
         format!("<CriticalPoint {} at load factor {:.6}>", self.kind, self.load_factor)
+    }
+
+    /// For copies and pickles.
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Reduced<'py>> {
+        record::reduce(slf)
+    }
+
+    #[staticmethod]
+    fn _restore(state: Self) -> Self {
+        state
     }
 }
 
@@ -62,18 +77,19 @@ impl PyCriticalPoint {
 /// q : ndarray, shape (m, n)
 ///     Coordinates.
 /// lowest_eigenvalue : ndarray, shape (m,)
-///     Smallest eigenvalue of the tangent stiffness relative to the elastic one: one without load, zero at critical points,
-///     negative where the equilibrium is unstable.
+///     Smallest eigenvalue of the tangent stiffness relative to that of the material and of springs: one without load, zero at critical
+///     points, negative where the equilibrium is unstable.
 /// stability : list of str or None
 ///     As in StaticsResult.
 /// critical_points : list of CriticalPoint
 ///     In the order of the path.
 #[pyclass(name = "EquilibriumPath", module = "lissom", frozen, get_all)]
+#[derive(FromPyObject)]
 pub(crate) struct PyEquilibriumPath {
-    load_factor: Py<PyArray1<f64>>,
-    q: Py<PyArray2<f64>>,
-    lowest_eigenvalue: Py<PyArray1<f64>>,
-    stability: Vec<Option<&'static str>>,
+    load_factor: ReadOnly<PyArray1<f64>>,
+    q: ReadOnly<PyArray2<f64>>,
+    lowest_eigenvalue: ReadOnly<PyArray1<f64>>,
+    stability: Vec<Option<String>>,
     critical_points: Py<PyList>,
 }
 
@@ -86,10 +102,10 @@ impl PyEquilibriumPath {
         }
         let q = rows(py, q, n)?;
         let path = Self {
-            load_factor: load_factor.into_pyarray(py).unbind(),
+            load_factor: ReadOnly::new(load_factor.into_pyarray(py))?,
             q,
-            lowest_eigenvalue: lowest.into_pyarray(py).unbind(),
-            stability: stability.into_iter().map(|stability| stability.map(Stability::name)).collect(),
+            lowest_eigenvalue: ReadOnly::new(lowest.into_pyarray(py))?,
+            stability: stability.into_iter().map(|stability| stability.map(named)).collect(),
             critical_points: critical_points.unbind(),
         };
         Py::new(py, path)
@@ -98,15 +114,33 @@ impl PyEquilibriumPath {
 
 #[pymethods]
 impl PyEquilibriumPath {
+    fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
+        visit.call(&self.critical_points)
+    }
+
     fn __repr__(&self, py: Python<'_>) -> String {
         let (points, critical) = (self.stability.len(), self.critical_points.bind(py).len());
         format!("<EquilibriumPath of {points} points, {critical} of them critical in between>")
     }
+
+    /// For copies and pickles.
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Reduced<'py>> {
+        record::reduce(slf)
+    }
+
+    #[staticmethod]
+    fn _restore(state: Self) -> Self {
+        state
+    }
 }
 
-fn rows(py: Python<'_>, values: Vec<f64>, n: usize) -> PyResult<Py<PyArray2<f64>>> {
+fn rows(py: Python<'_>, values: Vec<f64>, n: usize) -> PyResult<ReadOnly<PyArray2<f64>>> {
     let count = values.len().checked_div(n).unwrap_or(0);
-    values.into_pyarray(py).reshape([count, n]).map(Bound::<PyArray2<f64>>::unbind)
+    ReadOnly::new(values.into_pyarray(py).reshape([count, n])?)
+}
+
+fn named(stability: Stability) -> String {
+    stability.name().to_owned()
 }
 
 /// An equilibrium, or how far the search for it came.
@@ -119,7 +153,8 @@ fn rows(py: Python<'_>, values: Vec<f64>, n: usize) -> PyResult<Py<PyArray2<f64>
 ///     True when `q` is in equilibrium under the whole load.
 /// status : str
 ///     'converged', 'let_go' (in equilibrium, but the path of loading ended before and the model was let go there),
-///     'step_too_small', 'too_many_steps', 'iteration_limit', 'stalled', 'non_finite', or for method 'newton' a status of
+///     'step_too_small', 'too_many_steps', 'iteration_limit', 'stalled', 'non_finite', 'unresolved' (the rod turns by more than half a
+///     turn between neighbouring quadrature nodes), 'inverted' (it is turned inside out: its stretch is not positive somewhere), or for method 'newton' a status of
 ///     RootResult.
 /// message : str
 ///     The status in words, what to change, and what is remarkable about the equilibrium.
@@ -132,27 +167,30 @@ fn rows(py: Python<'_>, values: Vec<f64>, n: usize) -> PyResult<Py<PyArray2<f64>
 /// is_stable : bool or None
 ///     Whether small disturbances stay small; None after a failure, or where the mass matrix is singular.
 /// stability : str or None
-///     'stable', 'neutral' (no stiffness in some direction), 'divergence' or 'flutter'. By the eigenvalues of the tangent
-///     stiffness where the loads have a potential, else by those of the undamped motion; with drag, in a current and on a base that
-///     moves by those of the motion with all its damping and Coriolis forces, as `modes` has them.
+///     'stable', 'neutral' (no stiffness in some direction), 'divergence' or 'flutter': that of the motions of the model as it is, with
+///     all its damping, drag and Coriolis forces, as `modes` has it.
+/// undamped_stability : str or None
+///     The same without any force that depends on velocities. Under follower loads the two differ, either way.
 /// lowest_eigenvalue : float
-///     Smallest eigenvalue of the (symmetric part of the) tangent stiffness relative to the elastic one: one without load,
-///     zero at critical points.
+///     Smallest eigenvalue of the (symmetric part of the) tangent stiffness relative to that of the material and of springs: one
+///     without load, zero at critical points.
 /// path : EquilibriumPath or None
 ///     The path of loading, where one was followed.
 /// nit, nfev, njev : int
 ///     Newton iterations, evaluations of the forces, of their tangent.
 #[pyclass(name = "StaticsResult", module = "lissom", frozen, get_all)]
+#[derive(FromPyObject)]
 pub(crate) struct PyStaticsResult {
-    q: Py<PyArray1<f64>>,
+    q: ReadOnly<PyArray1<f64>>,
     success: bool,
-    status: &'static str,
+    status: String,
     message: String,
     load_factor: f64,
     residual_norm: f64,
     step_norm: f64,
     is_stable: Option<bool>,
-    stability: Option<&'static str>,
+    stability: Option<String>,
+    undamped_stability: Option<String>,
     lowest_eigenvalue: f64,
     path: Option<Py<PyEquilibriumPath>>,
     nit: usize,
@@ -162,14 +200,28 @@ pub(crate) struct PyStaticsResult {
 
 #[pymethods]
 impl PyStaticsResult {
+    fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
+        visit.call(&self.path)
+    }
+
     fn __repr__(&self) -> String {
         format!(
             "<StaticsResult: {}, load factor {}, {}, {} iterations>",
             self.status,
             self.load_factor,
-            self.stability.unwrap_or("stability unknown"),
+            self.stability.as_deref().unwrap_or("stability unknown"),
             self.nit
         )
+    }
+
+    /// For copies and pickles.
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Reduced<'py>> {
+        record::reduce(slf)
+    }
+
+    #[staticmethod]
+    fn _restore(state: Self) -> Self {
+        state
     }
 }
 
@@ -182,16 +234,17 @@ impl PyStaticsResult {
 /// success : bool
 ///     True when the path was followed to one of its bounds.
 /// status : str
-///     'finished', 'no_start' (no equilibrium near `q0`), 'step_too_small' or 'too_many_steps'.
+///     'finished', 'no_start' (no equilibrium near `q0`), 'step_too_small', 'too_many_steps', 'unresolved' or 'inverted'.
 /// message : str
 ///     The status in words, and what to change.
 /// nit, nfev, njev : int
 ///     Newton iterations, evaluations of the forces, of their tangent.
 #[pyclass(name = "ContinuationResult", module = "lissom", frozen, get_all)]
+#[derive(FromPyObject)]
 pub(crate) struct PyContinuationResult {
     path: Py<PyEquilibriumPath>,
     success: bool,
-    status: &'static str,
+    status: String,
     message: String,
     nit: usize,
     nfev: usize,
@@ -200,8 +253,22 @@ pub(crate) struct PyContinuationResult {
 
 #[pymethods]
 impl PyContinuationResult {
+    fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
+        visit.call(&self.path)
+    }
+
     fn __repr__(&self, py: Python<'_>) -> String {
         format!("<ContinuationResult: {}, {}>", self.status, self.path.bind(py).get().__repr__(py))
+    }
+
+    /// For copies and pickles.
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Reduced<'py>> {
+        record::reduce(slf)
+    }
+
+    #[staticmethod]
+    fn _restore(state: Self) -> Self {
+        state
     }
 }
 
@@ -259,8 +326,8 @@ pub(crate) fn statics<'py>(
     q0: Option<&Bound<'py, PyAny>>,
     load_steps: Option<&Bound<'py, PyAny>>,
     method: &str,
-    t: f64,
-    tol: Option<f64>,
+    #[pyo3(from_py_with = convert::number)] t: f64,
+    #[pyo3(from_py_with = convert::optional_number)] tol: Option<f64>,
     max_iter: Option<i64>,
     max_steps: Option<i64>,
 ) -> PyResult<PyStaticsResult> {
@@ -296,7 +363,7 @@ pub(crate) fn statics<'py>(
         max_iterations: count(max_iter, "max_iter", defaults.max_iterations)?,
         max_steps: count(max_steps, "max_steps", defaults.max_steps)?,
     };
-    let found = run(py, |monitor| core::equilibrium(&mut *model, &options, monitor))?;
+    let found = run(py, n, move |monitor| core::equilibrium(&mut *model, &options, monitor))?;
     let Equilibrium {
         q,
         load_factor,
@@ -304,24 +371,24 @@ pub(crate) fn statics<'py>(
         message,
         residual_norm,
         step_norm,
-        stability,
+        verdict,
         lowest,
         path,
         counters,
-        counts_velocities: _,
     } = found;
     let Counters { iterations, forces, tangents } = counters;
     let path = if path.load_factor.is_empty() { None } else { Some(PyEquilibriumPath::new(py, path, n)?) };
     Ok(PyStaticsResult {
-        q: q.into_pyarray(py).unbind(),
+        q: ReadOnly::new(q.into_pyarray(py))?,
         success: status.is_success(),
-        status: status.name(),
+        status: status.name().to_owned(),
         message,
         load_factor,
         residual_norm,
         step_norm,
-        is_stable: stability.map(|stability| stability == Stability::Stable),
-        stability: stability.map(Stability::name),
+        is_stable: verdict.map(|verdict| verdict.stability == Stability::Stable),
+        stability: verdict.map(|verdict| verdict.stability.name().to_owned()),
+        undamped_stability: verdict.map(|verdict| verdict.undamped.name().to_owned()),
         lowest_eigenvalue: lowest,
         path,
         nit: iterations,
@@ -381,20 +448,20 @@ pub(crate) fn statics<'py>(
 /// >>> buckled.success, buckled.path.stability[-1]
 /// (True, 'stable')
 #[pyfunction]
-#[pyo3(signature = (model, q0=None, *, load_factor=0.0, direction=None, bounds=(0.0, 1.0), max_step=None, max_steps=None, t=0.0, tol=None),
+#[pyo3(signature = (model, q0=None, *, load_factor=0.0, direction=None, bounds=None, max_step=None, max_steps=None, t=0.0, tol=None),
        text_signature = "(model, q0=None, *, load_factor=0.0, direction=None, bounds=(0.0, 1.0), max_step=0.25, max_steps=500, t=0.0, tol=1e-10)")]
 #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python function")]
 pub(crate) fn continuation<'py>(
     py: Python<'py>,
     model: &Bound<'py, PyAny>,
     q0: Option<&Bound<'py, PyAny>>,
-    load_factor: f64,
+    #[pyo3(from_py_with = convert::number)] load_factor: f64,
     direction: Option<&Bound<'py, PyAny>>,
-    bounds: (f64, f64),
-    max_step: Option<f64>,
+    bounds: Option<&Bound<'py, PyAny>>,
+    #[pyo3(from_py_with = convert::optional_number)] max_step: Option<f64>,
     max_steps: Option<i64>,
-    t: f64,
-    tol: Option<f64>,
+    #[pyo3(from_py_with = convert::number)] t: f64,
+    #[pyo3(from_py_with = convert::optional_number)] tol: Option<f64>,
 ) -> PyResult<PyContinuationResult> {
     let mut model = native(model, t)?;
     let n = model.n();
@@ -406,17 +473,17 @@ pub(crate) fn continuation<'py>(
         q0: vector(q0, "q0")?,
         load_factor,
         direction: vector(direction, "direction")?,
-        bounds: bounds.into(),
+        bounds: bounds.map_or(Ok(defaults.bounds), |bounds| convert::array_of(bounds, "bounds"))?,
         max_step: max_step.unwrap_or(defaults.max_step),
         max_steps: count(max_steps, "max_steps", defaults.max_steps)?,
         tolerance: tol.unwrap_or(defaults.tolerance),
     };
-    let found = run(py, |monitor| core::continuation(&mut *model, &options, monitor))?;
+    let found = run(py, n, move |monitor| core::continuation(&mut *model, &options, monitor))?;
     let Counters { iterations, forces, tangents } = found.counters;
     Ok(PyContinuationResult {
         path: PyEquilibriumPath::new(py, found.path, n)?,
         success: found.status.is_success(),
-        status: found.status.name(),
+        status: found.status.name().to_owned(),
         message: found.message,
         nit: iterations,
         nfev: forces,
@@ -438,14 +505,20 @@ pub(super) fn native(model: &Bound<'_, PyAny>, t: f64) -> PyResult<Box<dyn Nativ
     Ok(model)
 }
 
-/// A computation without the interpreter, which hears Ctrl-C.
-fn run<T: Send>(
+/// A computation of a model of `n` coordinates without the interpreter, which hears Ctrl-C.
+fn run<T: Send + 'static>(
     py: Python<'_>,
+    n: usize,
     search: impl FnOnce(
         &mut dyn FnMut() -> Result<(), Interrupted>,
     ) -> Result<Result<T, Interrupted>, InvalidInput>
-    + Send,
+    + Send
+    + 'static,
 ) -> PyResult<T> {
+    if n >= background::LARGE {
+        let found = background::run(py, move |abandoned| search(&mut || abandoned.check()))??;
+        return Ok(found.expect("only whoever has gone abandons it"));
+    }
     let mut raised = Raised::default();
     let mut ticker = Ticker::new();
     let found = py.detach(|| {
@@ -467,8 +540,11 @@ fn stops(load_steps: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<f64>> {
     }
     if let Ok(steps) = value.extract::<i64>() {
         let steps = convert::count(steps, "load_steps")?;
-        if steps == 0 {
-            return Err(PyValueError::new_err("load_steps: got 0, expected a whole number >= 1"));
+        if !(1..=core::MAX_STOPS).contains(&steps) {
+            return Err(PyValueError::new_err(format!(
+                "load_steps: got {steps}, expected a whole number between 1 and {}",
+                core::MAX_STOPS
+            )));
         }
         return Ok((1..=steps).map(|i| i as f64 / steps as f64).collect());
     }

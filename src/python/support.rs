@@ -56,7 +56,7 @@ impl PySupport {
         rotational_stiffness: Option<&Bound<'_, PyAny>>,
         damping: Option<&Bound<'_, PyAny>>,
         rotational_damping: Option<&Bound<'_, PyAny>>,
-        at: Option<f64>,
+        #[pyo3(from_py_with = convert::optional_number)] at: Option<f64>,
         position: Option<&Bound<'_, PyAny>>,
         orientation: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
@@ -145,7 +145,7 @@ impl PySupport {
 
 /// Three numbers, or one for all three.
 fn per_axis(value: Option<&Bound<'_, PyAny>>, name: &str) -> PyResult<[f64; 3]> {
-    value.map_or(Ok([0.0; 3]), |value| match value.extract::<f64>() {
+    value.map_or(Ok([0.0; 3]), |value| match convert::number(value) {
         Ok(number) => Ok([number; 3]),
         Err(_) => convert::array_of(value, name),
     })

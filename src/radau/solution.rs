@@ -2,6 +2,7 @@
 
 use super::{Options, Stepper};
 use crate::error::{Interrupted, InvalidInput};
+use crate::memory;
 use crate::newmark::{Solution, System, check_points, check_times, collect, points_in_memory};
 
 /// Integrates the equations of motion over `t_span` from displacements `q0` and velocities `v0`. `t_eval` are increasing
@@ -23,6 +24,11 @@ pub fn solve<S: System + ?Sized>(
     let mut options = options.clone();
     if t_eval.is_none() {
         options.max_steps = options.max_steps.min(points_in_memory(n));
+    }
+    /// The derivatives of the residual, the shifted real and the complex matrix, and the factors of both.
+    const SQUARE_MATRICES: usize = 8;
+    if system.chain().is_none() {
+        memory::check_square(SQUARE_MATRICES, n, "q0", "an explicit method needs no matrices")?;
     }
     let mut stepper = Stepper::new(n, t_span, q0, v0, &options)?;
     if let Some(times) = t_eval {

@@ -11,6 +11,7 @@ use crate::ode::radau_iia::{
     DIVERGENCE_FACTOR, ERROR_ORDER, SMALLEST_FACTOR, StepError, next_size, step_factor,
 };
 use crate::ode::{self, Tolerances, initial_step};
+use crate::signal::end_of_step;
 
 /// A step must be that many spacings of floating-point numbers long at least (SciPy).
 const SMALLEST_STEP_IN_SPACINGS: f64 = 10.0;
@@ -168,7 +169,7 @@ impl Stepper {
         let mut was_rejected = false;
         let mut failure = Failure::NotConverged;
         let horizon = system.horizon(self.t);
-        let end = self.t_end.min(horizon);
+        let end = end_of_step(self.t, self.t_end, horizon);
         loop {
             let wanted = h;
             let is_last = self.t + h * (1.0 + REMAINDER) >= end;

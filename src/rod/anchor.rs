@@ -23,7 +23,25 @@ pub(super) struct Anchor {
     /// The factors c of the potential of rotation (see [`Support`]).
     turning: [f64; 3],
     rotational_damping: Symmetric<f64>,
+    /// Moment and force that are taken for those of the springs.
+    held: Option<[Vector<f64>; 2]>,
 }
+
+/// Moment and force of an anchor's springs, and their stiffness.
+pub(super) struct Held {
+    pub(super) forces: [Vector<f64>; 2],
+    pub(super) stiffness: [Symmetric<f64>; 2],
+    pub(super) energy: f64,
+    /// Principal stiffnesses below these, smallest first, are not relied on: turned far, rotational springs soften, and push away in
+    /// the end.
+    pub(super) firm: [[f64; 3]; 2],
+}
+
+/// Rotational springs are relied on as long as they have this part of their stiffness at rest.
+const FIRM: f64 = 0.1;
+
+/// Parts of a stiffness below this part of the largest one are rounding.
+const ROUNDING: f64 = 1e-12;
 
 /// What a support has along and about the axes of its anchor.
 #[derive(Clone, Copy, Debug)]
@@ -88,7 +106,13 @@ impl Anchor {
             axes,
             turning,
             along_axes,
+            held: None,
         }
+    }
+
+    /// Takes moment and force for those of the springs, whatever the section does, until it gets none.
+    pub(super) fn hold(&mut self, forces: Option<[Vector<f64>; 2]>) {
+        self.held = forces;
     }
 
     /// An anchor in the frame of the base at rest as it is seen from where the base is now.
@@ -118,14 +142,45 @@ impl Anchor {
         }
     }
 
-    /// Moment and force on the section.
-    fn moment_and_force(&self, section: &Section) -> [Vector<f64>; 2] {
-        let mut moment = -self.rotational_damping.times(section.angular);
+    /// Moment and force of the springs on the section.
+    fn elastic(&self, section: &Section) -> [Vector<f64>; 2] {
+        let mut moment = Vector::zero();
         for (i, axis) in section.axes.into_iter().enumerate() {
             moment += axis.cross(self.axes.axis(i)) * self.turning[i];
         }
+        [moment, -self.stiffness.times(section.offset)]
+    }
+
+    /// Moment and force on the section.
+    fn moment_and_force(&self, section: &Section) -> [Vector<f64>; 2] {
+        let [moment, force] = self.held.unwrap_or_else(|| self.elastic(section));
         let velocity = section.velocity - self.velocity;
-        [moment, -(self.stiffness.times(section.offset) + self.damping.times(velocity))]
+        [moment - self.rotational_damping.times(section.angular), force - self.damping.times(velocity)]
+    }
+
+    /// The springs at a section. A turn by theta changes the moment m by `-H theta + theta x m / 2`, with the Hessian
+    /// `H = sum_i c_i ((a_i . e_i) 1 - (a_i e_i^T + e_i a_i^T) / 2)`.
+    pub(super) fn springs<G: Turning>(&self, frame: G::Frame, state: &PointState<G>) -> Held {
+        let section = self.section(frame, state);
+        let mut hessian = Symmetric::diagonal(0.0);
+        for (i, axis) in section.axes.into_iter().enumerate() {
+            let to = self.axes.axis(i);
+            hessian +=
+                (Symmetric::diagonal(to.dot(axis)) - Symmetric::product(to, axis) * 0.5) * self.turning[i];
+        }
+        let [x, y, z] = self.turning;
+        let firm = |[x, y, z]: [f64; 3], part: f64| {
+            let rounding = ROUNDING * x.max(y).max(z);
+            let mut firm = [x, y, z].map(|stiffness| (part * stiffness).max(rounding));
+            firm.sort_by(f64::total_cmp);
+            firm
+        };
+        Held {
+            forces: self.elastic(&section),
+            stiffness: [hessian, self.stiffness],
+            energy: self.energy(frame, state),
+            firm: [firm([y + z, z + x, x + y], FIRM), firm(self.along_axes.stiffness, 0.0)],
+        }
     }
 
     /// The wrench on the section, about its centre.
@@ -153,11 +208,17 @@ impl Anchor {
             stiffness: Linear::of(|displacement| {
                 let [turn, shift] = local(displacement);
                 let mut turned = -self.rotational_damping.times(turn.cross(section.angular));
-                for (i, axis) in section.axes.into_iter().enumerate() {
-                    turned += turn.cross(axis).cross(self.axes.axis(i)) * self.turning[i];
+                let mut shifted = -self.damping.times(turn.cross(section.velocity));
+                match self.held {
+                    // Half of what keeps its direction and half of what follows together have a potential, as those of springs have.
+                    Some([moment, _]) => turned += turn.cross(moment) * 0.5,
+                    None => {
+                        for (i, axis) in section.axes.into_iter().enumerate() {
+                            turned += turn.cross(axis).cross(self.axes.axis(i)) * self.turning[i];
+                        }
+                        shifted += -self.stiffness.times(shift);
+                    }
                 }
-                let shifted =
-                    -(self.stiffness.times(shift) + self.damping.times(turn.cross(section.velocity)));
                 about_origin(turned - turn.cross(moment), shifted - turn.cross(force))
             }),
             damping: Linear::of(|y| {

@@ -6,9 +6,10 @@
 //! the directions of gravity and of dead loads, the velocity of the fluid, the anchors of supports. In empty space a base in free
 //! fall so makes a rod weightless to the last bit, and one of constant velocity changes nothing.
 
+use super::prescribed::{Prescribed, nearer};
 use crate::error::{Checker, Interrupted, InvalidInput, Number};
 use crate::lie::{Quaternion, Rotation, Vector};
-use crate::signal::{Function, Harmonic, Motion, Signal, Spline, Table, differences};
+use crate::signal::{Harmonic, Motion, Signal, Spline, Table};
 
 /// Largest angle, as the cosine of its half, between neighbouring orientations of a table: a right angle. With more between them
 /// nobody knows how the base got there.
@@ -98,6 +99,15 @@ impl BaseMotion {
             BaseRotation::By(quaternion) => span(quaternion),
         };
         [translation[0].max(rotation[0]), translation[1].min(rotation[1])]
+    }
+
+    /// Whether the base is always where it is.
+    pub fn is_constant(&self) -> bool {
+        let turns = match &self.rotation {
+            BaseRotation::About { angle, .. } => angle.constant().is_none(),
+            BaseRotation::By(_) => true,
+        };
+        self.translation.constant().is_some() && !turns
     }
 
     /// Whether it certainly leaves the base in the plane across `normal`, a unit vector in the world.
@@ -231,7 +241,7 @@ enum Smooth<const N: usize> {
     Constant([f64; N]),
     Harmonic(Harmonic<N>),
     Spline(Spline<N>),
-    Function(Function<N>),
+    Function(Prescribed<N>),
 }
 
 impl<const N: usize> Smooth<N> {
@@ -240,7 +250,7 @@ impl<const N: usize> Smooth<N> {
             Signal::Constant(value) => Self::Constant(*value),
             Signal::Harmonic(harmonic) => Self::Harmonic(*harmonic),
             Signal::Table(table) => Self::Spline(Spline::new(table)),
-            Signal::Function(function) => Self::Function(function.clone()),
+            Signal::Function(function) => Self::Function(Prescribed::new(function.clone())),
         }
     }
 
@@ -249,10 +259,7 @@ impl<const N: usize> Smooth<N> {
             Self::Constant(value) => Ok([*value, [0.0; N], [0.0; N]]),
             Self::Harmonic(harmonic) => Ok(harmonic.motion(t)),
             Self::Spline(spline) => Ok(spline.motion(t)),
-            Self::Function(Function(function)) => match function.motion(t)? {
-                Some(motion) => Ok(motion),
-                None => differences(t, |t| function.value(t)),
-            },
+            Self::Function(function) => function.motion(t),
         }
     }
 }
@@ -286,7 +293,6 @@ impl MovingBase {
                 let [[angle], [rate], [acceleration]] = angle.motion(t)?;
                 (Quaternion::exp(*axis * angle), *axis * rate, *axis * acceleration)
             }
-            Turn::By(Smooth::Function(function)) => turning(quaternions(function, t)?),
             Turn::By(quaternion) => turning(quaternion.motion(t)?),
         };
         Ok(Base {
@@ -309,20 +315,6 @@ fn on_one_side(table: &Table<4>) -> Table<4> {
         values[i] = values[i].map(|x| x / norm);
     }
     Table::new(table.times().to_vec(), values).expect("signs and norms spoil no table")
-}
-
-/// The quaternion of the same rotation that is nearer to another one.
-fn nearer(to: [f64; 4], quaternion: [f64; 4]) -> [f64; 4] {
-    if dot(&to, &quaternion) < 0.0 { quaternion.map(|x| -x) } else { quaternion }
-}
-
-/// A function's quaternion with derivatives, whatever signs it returns.
-fn quaternions(Function(function): &Function<4>, t: f64) -> Result<Motion<4>, Interrupted> {
-    if let Some(motion) = function.motion(t)? {
-        return Ok(motion);
-    }
-    let here = function.value(t)?;
-    differences(t, |t| function.value(t).map(|quaternion| nearer(here, quaternion)))
 }
 
 /// A quaternion (w, x, y, z) with its first two derivatives, from angular velocity w and angular acceleration in world axes:

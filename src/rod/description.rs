@@ -1,14 +1,18 @@
 //! What a rod is, in plain data: segments in a row, a base, loads and bodies.
 
+use std::f64::consts::TAU;
+
 use super::base::BaseMotion;
 use super::basis::Basis;
 use super::body::Body;
 use super::fluid::Fluid;
 use super::load::Load;
+use super::piece::{self, Piece};
+use super::plan;
 use super::profile::Profile;
-use super::section::{GivenSection, Section, ShearCorrection};
+use super::section::{GivenSection, LARGEST, SMALLEST, Section, SectionProperties, ShearCorrection};
 use super::support::Support;
-use crate::error::{Checker, InvalidInput};
+use crate::error::{Checker, InvalidInput, Number};
 
 /// Number of strain components.
 pub const STRAINS: usize = 6;
@@ -22,8 +26,15 @@ pub const STRAIGHT: [f64; STRAINS] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0];
 /// Most modes of one strain component in one segment: beyond, Legendre modes cost conditioning and buy no accuracy.
 pub const MAX_MODES: usize = 64;
 
-/// Most quadrature nodes of one segment.
+/// Most quadrature nodes of one segment that can be asked for.
 pub const MAX_NODES: usize = 256;
+
+/// Most quadrature nodes that a segment takes by itself, for its reference strain and for long tables: an evaluation takes the square
+/// of their number, a million multiplications.
+pub const MAX_OWN_NODES: usize = 1024;
+
+/// Most numbers in the integration matrices of a rod, the squares of the numbers of nodes: 1 GiB in two matrices.
+const MAX_INTEGRATION: f64 = (1u64 << 26) as f64;
 
 /// Most generalised coordinates of a rod: its dense Jacobian then takes 128 MiB.
 pub const MAX_COORDINATES: usize = 4096;
@@ -130,7 +141,50 @@ impl Segment {
                 &format!("between 1 and {MAX_NODES} quadrature nodes, or none for what the modes need"),
             );
         }
+        if check.is_ok() {
+            self.check_length(&mut check);
+            check.all(SectionProperties::validate(self));
+            self.check_nodes(&mut check);
+        }
         check.finish()
+    }
+
+    fn check_length(&self, check: &mut Checker) {
+        let expected = format!("a length between {SMALLEST:e} and {LARGEST:e} metres");
+        check.require((SMALLEST..=LARGEST).contains(&self.length), "length", Number(self.length), &expected);
+    }
+
+    /// Refuses what would take more quadrature nodes than [`MAX_OWN_NODES`].
+    fn check_nodes(&self, check: &mut Checker) {
+        let needed = |piece: &Piece| if self.nodes.is_some() { 0.0 } else { plan::number_of_nodes(piece) };
+        let by_nodes = |a: &Piece, b: &Piece| needed(a).total_cmp(&needed(b));
+        let Some(piece) = piece::of(self).max_by(by_nodes) else { return };
+        let (nodes, most) = (needed(&piece), MAX_OWN_NODES as f64);
+        if nodes <= most {
+            return;
+        }
+        let turns = Number((plan::turn(&piece) / TAU).round());
+        let (place, found) = if plan::nodes_for_turns(&piece) >= 0.5 * nodes {
+            ("reference_strain", format!("{turns} turns of one segment, which take {} nodes", Number(nodes)))
+        } else {
+            ("nodes", format!("none, and long tables that take {} of them", Number(nodes)))
+        };
+        /// More segments are a slip in a number rather than a way out.
+        const SENSIBLE: f64 = 1000.0;
+        let segments = (nodes / most).ceil();
+        let instead = if segments <= SENSIBLE {
+            format!("divide the segment into at least {segments}, or give `nodes`")
+        } else {
+            "check the numbers".to_owned()
+        };
+        let expected = format!("at most {MAX_OWN_NODES} quadrature nodes: {instead}");
+        check.require(false, place, found, &expected);
+    }
+
+    /// Numbers in each of its two integration matrices, the squares of its nodes.
+    fn integration(&self) -> f64 {
+        let of_piece = |piece: Piece| plan::number_of_nodes(&piece).powi(2);
+        piece::of(self).map(of_piece).sum()
     }
 
     /// The numbers of modes must be those of the basis.
@@ -311,6 +365,29 @@ impl Rod {
         self.loads.iter().map(Load::period).chain(of_base).fold(f64::INFINITY, f64::min)
     }
 
+    /// Whether where the rod is depends on time by itself: its base moves.
+    pub fn is_moved(&self) -> bool {
+        self.base_motion.as_ref().is_some_and(|motion| !motion.is_constant())
+    }
+
+    /// Whether anything of it depends on time by itself.
+    pub fn depends_on_time(&self) -> bool {
+        self.is_moved() || self.loads.iter().any(Load::varies_in_time)
+    }
+
+    /// The first of its loads that is not finite at a time, in words.
+    pub(super) fn not_finite(&self, t: f64) -> Option<String> {
+        let of_load = |(i, load): (usize, &Load)| {
+            let signals = [("force", &load.force), ("moment", &load.moment)];
+            let (name, value) = signals.into_iter().find_map(|(name, signal)| {
+                let value = signal.at(t).ok()?.into_iter().find(|x| !x.is_finite())?;
+                Some((name, value))
+            })?;
+            Some(format!("loads[{i}].{name} is {value} at t = {}", Number(t)))
+        };
+        self.loads.iter().enumerate().find_map(of_load)
+    }
+
     /// Everything that is wrong with this rod and its segments.
     pub fn validate(&self) -> Result<(), InvalidInput> {
         let mut check = Checker::new();
@@ -325,6 +402,13 @@ impl Rod {
                 "segments",
                 format_args!("{n} modes in all"),
                 &format!("at most {MAX_COORDINATES} modes in all segments together"),
+            );
+            let numbers: f64 = self.segments.iter().map(Segment::integration).sum();
+            check.require(
+                numbers <= MAX_INTEGRATION,
+                "segments",
+                format_args!("{:.1} GB of integration matrices", numbers * 16e-9),
+                "fewer quadrature nodes: their square in each segment counts",
             );
         }
         check.finite(&self.base_position, "base_position");
@@ -344,14 +428,15 @@ impl Rod {
         check.finite(&self.tip_force, "tip_force");
         check.finite(&self.tip_moment, "tip_moment");
         check.non_negative(self.tip_mass, "tip_mass", "kilograms");
+        let length = self.length();
         for (i, load) in self.loads.iter().enumerate() {
-            check.nested(&format!("loads[{i}]"), load.validate(self.length()));
+            check.nested(&format!("loads[{i}]"), load.validate(length));
         }
         for (i, body) in self.bodies.iter().enumerate() {
-            check.nested(&format!("bodies[{i}]"), body.validate(self.length()));
+            check.nested(&format!("bodies[{i}]"), body.validate(length));
         }
         for (i, support) in self.supports.iter().enumerate() {
-            check.nested(&format!("supports[{i}]"), support.validate(self.length()));
+            check.nested(&format!("supports[{i}]"), support.validate(length));
         }
         if let Some(fluid) = &self.fluid {
             check.nested("fluid", fluid.validate());

@@ -2,7 +2,9 @@
 
 use super::plan::Plan;
 use super::turning::Turning;
-use crate::linalg::Matrix;
+use crate::lie::Symmetric;
+use crate::linalg::{Matrix, symmetric_eigen};
+use crate::springs::Springs;
 
 /// `K q`.
 pub(super) fn forces<G: Turning>(plan: &Plan<G>, q: &[f64], tau: &mut [f64]) {
@@ -39,5 +41,29 @@ pub(super) fn typical_coordinates<G: Turning>(plan: &Plan<G>, sizes: &mut [f64])
     for component in plan.segments.iter().flat_map(|segment| &segment.components) {
         let size = if component.index < G::ANGULAR { 1.0 / length } else { 1.0 };
         sizes[component.first..component.first + component.modes].fill(size);
+    }
+}
+
+/// Writes the stiffness of three forces, of which `first` is the first, as that of springs: its principal values above `firm` by their
+/// roots, the others as the rest.
+pub(super) fn write_roots(stiffness: &Symmetric<f64>, firm: [f64; 3], first: usize, springs: &mut Springs) {
+    let rows = stiffness.rows().map(|row| row.to_array());
+    let Some((values, axes)) = symmetric_eigen(&Matrix::from_fn(3, 3, |i, j| rows[i][j])) else { return };
+    for (k, value) in values.into_iter().enumerate() {
+        let is_firm = value > firm[k];
+        for i in 0..3 {
+            springs.root[(first + i, first + k)] = if is_firm { axes[(i, k)] * value.sqrt() } else { 0.0 };
+            springs.inverse_root[(first + k, first + i)] =
+                if is_firm { axes[(i, k)] / value.sqrt() } else { 0.0 };
+        }
+        for i in 0..3 {
+            for j in 0..3 {
+                let rest = &mut springs.rest[(first + i, first + j)];
+                *rest = if k == 0 { 0.0 } else { *rest };
+                if !is_firm {
+                    *rest += axes[(i, k)] * value * axes[(j, k)];
+                }
+            }
+        }
     }
 }

@@ -26,9 +26,9 @@ mod piece;
 mod plan;
 mod point_tangent;
 mod points;
+mod prescribed;
 mod profile;
 mod quadrature;
-mod resolution;
 mod response;
 mod section;
 mod spread;
@@ -37,6 +37,7 @@ mod surroundings;
 mod sweeps;
 mod tangent;
 mod turning;
+mod validity;
 mod workspace;
 
 pub use base::{BaseMotion, BaseRotation, quaternion_motion};
@@ -44,8 +45,8 @@ pub use basis::{Basis, legendre};
 pub use body::Body;
 pub use cost::Multiplications;
 pub use description::{
-    MAX_COORDINATES, MAX_MODES, MAX_NODES, QUATERNION_TOLERANCE, Rod, STRAIGHT, STRAIN_NAMES, STRAINS,
-    Segment,
+    MAX_COORDINATES, MAX_MODES, MAX_NODES, MAX_OWN_NODES, QUATERNION_TOLERANCE, Rod, STRAIGHT, STRAIN_NAMES,
+    STRAINS, Segment,
 };
 pub use explanation::Explanation;
 pub use fluid::Fluid;

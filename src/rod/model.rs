@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::anchor::Held;
 use super::base::BaseMotion;
 use super::chain;
 use super::cost::{self, Multiplications};
@@ -11,13 +12,14 @@ use super::explanation::Explanation;
 use super::kinematics::{Place, Pose};
 use super::piece;
 use super::plan::Plan;
-use super::resolution;
 use super::sweeps::{self, Sweeps};
 use super::tangent::Tangent;
+use super::validity;
 use crate::error::{Interrupted, InvalidInput};
 use crate::lie::{Planar, Plane, Quaternion, Spatial, Vector};
 use crate::linalg::{ChainMatrix, Matrix};
-use crate::model::{Chain, Energy, Model};
+use crate::model::{Chain, Energy, Flaw, Model};
+use crate::springs::Springs;
 
 /// What a rod is computed by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -95,6 +97,8 @@ pub struct RodModel {
     multiplications: Multiplications,
     explanation: Arc<Explanation>,
     rod: Arc<Rod>,
+    /// What is taken for the forces of the supports' springs.
+    held: Option<Vec<f64>>,
 }
 
 #[derive(Clone, Debug)]
@@ -192,7 +196,15 @@ impl RodModel {
         let explanation = Explanation::new(rod, sweeps.kernel(), solve, &nodes, &cost);
         let unloaded = (!rod.supports.is_empty()).then(|| Box::new(sweeps.with_rod(&rod.unloaded())));
         let rod = Arc::new(rod.clone());
-        Self { sweeps, unloaded, solve, multiplications: cost, explanation: Arc::new(explanation), rod }
+        Self {
+            sweeps,
+            unloaded,
+            solve,
+            multiplications: cost,
+            explanation: Arc::new(explanation),
+            rod,
+            held: None,
+        }
     }
 
     /// The rod without its loads, where that is not stiffness alone; it rests where the base is.
@@ -201,6 +213,8 @@ impl RodModel {
         if self.rod.base_motion.is_some() {
             let base = on_sweeps!(&self.sweeps, sweeps => sweeps.base());
             on_sweeps!(&mut *unloaded, sweeps => sweeps.place_base(&base));
+            // Anchors are seen anew from there.
+            on_sweeps!(&mut *unloaded, sweeps => sweeps.hold_springs(self.held.as_deref()));
         }
         Some(unloaded)
     }
@@ -282,6 +296,33 @@ impl RodModel {
     }
 }
 
+impl RodModel {
+    /// By virtual work: what the rod needs against a unit of each force.
+    fn find_jacobian_of_springs(&mut self, q: &[f64], jacobian: &mut Matrix) {
+        let (n, length) = (q.len(), self.rod.length());
+        let held = self.held.clone();
+        let mut elastic = vec![0.0; n];
+        on_sweeps!(&self.sweeps, sweeps => elasticity::forces(sweeps.plan(), q, &mut elastic));
+        // Forces of the size of the rod's own lose no digits beside them.
+        let size = elastic.iter().fold(0.0, |size: f64, tau| size.max(tau.abs()));
+        let moment = if size > 0.0 { size / length } else { 1.0 };
+        let mut tau = elastic.clone();
+        let mut forces = vec![0.0; jacobian.nrows()];
+        let Some(unloaded) = self.unloaded() else { return };
+        for i in 0..forces.len() {
+            let unit = if i % 6 < 3 { moment } else { moment / length };
+            forces[i] = unit;
+            on_sweeps!(&mut *unloaded, sweeps => sweeps.hold_springs(Some(&forces)));
+            on_sweeps!(&mut *unloaded, sweeps => sweeps.forces_at_rest(q, &mut tau));
+            forces[i] = 0.0;
+            for j in 0..n {
+                jacobian[(i, j)] = (elastic[j] - tau[j]) / unit;
+            }
+        }
+        on_sweeps!(&mut *unloaded, sweeps => sweeps.hold_springs(held.as_deref()));
+    }
+}
+
 /// Nodes of each segment, from those of the pieces.
 fn nodes(rod: &Rod, of_pieces: &[usize]) -> Vec<usize> {
     let mut of_pieces = of_pieces.iter();
@@ -323,6 +364,32 @@ impl Model for RodModel {
                 on_sweeps!(unloaded, sweeps => sweeps.tangent_at_rest(q, Tangent::Dense(tangent)));
             }
             None => on_sweeps!(&self.sweeps, sweeps => elasticity::stiffness(sweeps.plan(), tangent)),
+        }
+    }
+
+    /// Moment and force of every support, in the axes of the base.
+    fn springs(&self) -> usize {
+        6 * self.rod.supports.len()
+    }
+
+    fn linearise_springs(&mut self, q: &[f64], springs: &mut Springs) {
+        let found = on_sweeps!(&mut self.sweeps, sweeps => sweeps.springs(q));
+        springs.energy = found.iter().map(|held| held.energy).sum();
+        for (a, Held { forces, stiffness, firm, .. }) in found.into_iter().enumerate() {
+            for half in 0..2 {
+                let first = 6 * a + 3 * half;
+                springs.forces[first..first + 3].copy_from_slice(&forces[half].to_array());
+                elasticity::write_roots(&stiffness[half], firm[half], first, springs);
+            }
+        }
+        self.find_jacobian_of_springs(q, &mut springs.jacobian);
+    }
+
+    fn hold_springs(&mut self, forces: Option<&[f64]>) {
+        self.held = forces.map(<[f64]>::to_vec);
+        on_sweeps!(&mut self.sweeps, sweeps => sweeps.hold_springs(forces));
+        if let Some(unloaded) = &mut self.unloaded {
+            on_sweeps!(&mut **unloaded, sweeps => sweeps.hold_springs(forces));
         }
     }
 
@@ -393,9 +460,8 @@ impl Model for RodModel {
         self.rod.shortest_period()
     }
 
-    /// Some where it turns by more than half a turn between neighbouring quadrature nodes.
-    fn shortage_of_nodes(&self, q: &[f64]) -> Option<f64> {
-        on_sweeps!(&self.sweeps, sweeps => resolution::shortage(sweeps.plan(), q))
+    fn flaw(&self, q: &[f64]) -> Option<Flaw> {
+        on_sweeps!(&self.sweeps, sweeps => validity::flaw(sweeps.plan(), q))
     }
 
     fn is_discretised(&self) -> bool {
@@ -459,6 +525,11 @@ impl Model for RodModel {
 
     fn varies_in_time(&self) -> bool {
         on_sweeps!(&self.sweeps, sweeps => sweeps.plan().varies_in_time)
+    }
+
+    fn not_finite(&self) -> Option<String> {
+        let t = on_sweeps!(&self.sweeps, sweeps => sweeps.time_without_loads())?;
+        self.rod.not_finite(t)
     }
 
     #[inline]

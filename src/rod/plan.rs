@@ -14,8 +14,9 @@ use super::section::{Section, SectionProperties};
 use super::spread::{self, Spread};
 use super::surroundings::World;
 use super::turning::Turning;
+use super::validity::Stretch;
 use crate::lie::{LANES, Lanes, Rotation, Scalar, Twist, VectorSpace, Wrench};
-use crate::linalg::Matrix;
+use crate::linalg::{Matrix, condition_number};
 use crate::signal::Signal;
 
 /// Nodes that a segment needs beyond its number of modes: two integrations (strain to velocity, velocity to force) and
@@ -27,7 +28,7 @@ const NODES_BEYOND_MODES: usize = 9;
 const NODES_FOR_TAPER: usize = 4;
 
 /// Nodes that every rule of a row needs beyond its share, by the part of the segment that the widest one covers.
-const NODES_AT_KINKS: usize = 3;
+const NODES_AT_KINKS: f64 = 3.0;
 
 /// Nodes that a stiffness takes beyond its modes where it is no polynomial along the rod: quotients of sizes converge like
 /// their nearest pole, and these nodes leave rounding for tapers as steep as 1 to 10.
@@ -105,6 +106,8 @@ pub(super) struct SegmentPlan<G: Turning> {
     pub(super) piece: Piece,
     /// Linear part of the reference strain at the nodes.
     pub(super) reference_slope: Vec<G::Vector<G::Pack>>,
+    /// Its stretch, where it has modes of that.
+    pub(super) stretch: Option<Stretch>,
     /// Whether stretch or shear can differ from those of a straight rod.
     pub(super) is_extensible: bool,
     /// Stiffness between components, where strains are coupled.
@@ -377,7 +380,8 @@ impl<G: Turning> SegmentPlan<G> {
         let length = piece.length();
 
         let pack = |f: &dyn Fn(usize) -> f64| packed(nodes, f);
-        let up_to: Vec<Vec<f64>> = gauss.nodes.iter().map(|&x| gauss.weights_up_to(x)).collect();
+        let integral = gauss.integral();
+        let up_to: Vec<Vec<f64>> = gauss.nodes.iter().map(|&x| integral.weights_up_to(x)).collect();
         let matrix = |f: &dyn Fn(usize, usize) -> f64| -> Vec<G::Pack> {
             let entry =
                 |p: usize, l: usize| G::Pack::from_lanes(std::array::from_fn(|lane| f(p * LANES + lane, l)));
@@ -409,6 +413,8 @@ impl<G: Turning> SegmentPlan<G> {
                 next += modes;
             }
         }
+        let before_stretch: usize = piece.modes[..3].iter().sum();
+        let stretch = (piece.modes[3] > 0).then(|| Stretch::new(&piece, &gauss, first + before_stretch));
         let reference_slope = (0..packs)
             .map(|pack| {
                 let at = |lane: usize| {
@@ -461,6 +467,7 @@ impl<G: Turning> SegmentPlan<G> {
             couplings: couplings(&piece, first),
             components,
             reference_slope,
+            stretch,
             is_extensible,
             mass: pack(&|i| sections[i].mass),
             moments: Moments::new(frame, &sections),
@@ -554,28 +561,47 @@ fn is_tapered(piece: &Piece) -> bool {
 /// the section has a kink.
 fn quadrature(piece: &Piece) -> Gauss {
     let breaks = piece.breaks();
+    Gauss::composite(nodes_of_rule(piece, &breaks) as usize, &breaks)
+}
+
+/// How many nodes a piece takes; infinite where no number of them would do.
+pub(super) fn number_of_nodes(piece: &Piece) -> f64 {
+    let breaks = piece.breaks();
+    nodes_of_rule(piece, &breaks) * (breaks.len() + 1) as f64
+}
+
+/// Nodes between any two of its breaks.
+fn nodes_of_rule(piece: &Piece, breaks: &[f64]) -> f64 {
     let rules = breaks.len() + 1;
-    let beyond = NODES_BEYOND_MODES + nodes_for_taper(piece.segment.section.degree_of_inertia());
-    let needed = piece.degree() + 1 + beyond + nodes_for_turns(piece);
     let of_rule = match (piece.segment.nodes, rules) {
-        (Some(nodes), _) => nodes.div_ceil(rules),
-        (None, 1) => needed,
-        (None, _) => (needed as f64 * widest(&breaks)).ceil() as usize + NODES_AT_KINKS,
+        (Some(nodes), _) => nodes.div_ceil(rules) as f64,
+        (None, 1) => needed(piece),
+        (None, _) => (needed(piece) * widest(breaks)).ceil() + NODES_AT_KINKS,
     };
     // Whole packs: the rounding up costs nothing and buys accuracy.
-    let whole = (of_rule..).find(|of_rule| (rules * of_rule).is_multiple_of(LANES));
-    Gauss::composite(whole.unwrap_or(of_rule), &breaks)
+    let lanes = (0..LANES).map(|more| of_rule + more as f64);
+    lanes.into_iter().find(|of_rule| (rules as f64 * of_rule) % LANES as f64 == 0.0).unwrap_or(of_rule)
+}
+
+/// Nodes that a piece without kinks takes.
+fn needed(piece: &Piece) -> f64 {
+    let beyond = NODES_BEYOND_MODES + nodes_for_taper(piece.segment.section.degree_of_inertia());
+    (piece.degree() + 1 + beyond) as f64 + nodes_for_turns(piece)
 }
 
 /// Nodes for a reference strain that turns the rod by more than the half turn that [`NODES_BEYOND_MODES`] are for. Polynomials follow
 /// `exp(i k x)` on (-1, 1) once their degree is beyond k (Boyd 2001, section 2.4): half the turn in radians. Products of two such
 /// functions are integrated by half as many nodes as they have degrees.
-fn nodes_for_turns(piece: &Piece) -> usize {
+pub(super) fn nodes_for_turns(piece: &Piece) -> f64 {
+    (0.5 * (turn(piece) - PI)).max(0.0).ceil()
+}
+
+/// By how much the reference strain turns a piece, in radians.
+pub(super) fn turn(piece: &Piece) -> f64 {
     /// Places that are looked at.
     const LOOKS: usize = 32;
     let places: Vec<f64> = (0..=LOOKS).map(|i| i as f64 / LOOKS as f64).collect();
-    let turn = largest_reference_curvature(piece, &places) * piece.length();
-    (0.5 * (turn - PI)).max(0.0).ceil() as usize
+    largest_reference_curvature(piece, &places) * piece.length()
 }
 
 /// The largest curvature or twist of the reference strain at these places.
@@ -602,10 +628,7 @@ fn widest(breaks: &[f64]) -> f64 {
 pub(super) fn condition_of_stiffness(segment: &Segment) -> f64 {
     let condition = |piece: Piece| {
         let present = (0..STRAINS).filter(|&strain| piece.modes[strain] > 0);
-        let of_strain = |strain: usize| {
-            let singular = stiffness(&piece, [strain; 2]).singular_values();
-            singular.max() / singular.min()
-        };
+        let of_strain = |strain: usize| condition_number(&stiffness(&piece, [strain; 2]));
         present.map(of_strain).fold(1.0, f64::max)
     };
     piece::of(segment).map(condition).fold(1.0, f64::max)

@@ -1,5 +1,7 @@
 //! Gauss-Legendre quadrature on [0, 1], and the integrals up to its nodes.
 
+use std::borrow::Cow;
+
 use super::basis::legendre;
 
 /// Nodes, weights and integration matrix of Gauss-Legendre quadrature on [0, 1].
@@ -58,29 +60,72 @@ impl Gauss {
         gaps.fold(0.0, f64::max)
     }
 
+    /// The integral from 0 to any place of the polynomial through values at the nodes.
+    pub fn integral(&self) -> Integral<'_> {
+        let rule = match self.breaks.len() {
+            0 => Cow::Borrowed(self),
+            breaks => Cow::Owned(Self::new(self.nodes.len() / (breaks + 1))),
+        };
+        let m = rule.nodes.len();
+        let mut at_nodes = vec![0.0; m * m];
+        let mut at_node = vec![0.0; m];
+        for (l, &node) in rule.nodes.iter().enumerate() {
+            legendre(node, &mut at_node);
+            for (k, &value) in at_node.iter().enumerate() {
+                at_nodes[k * m + l] = value;
+            }
+        }
+        Integral { breaks: &self.breaks, rule, at_nodes }
+    }
+
+    /// Weights of that integral up to `x`: [`Integral::weights_up_to`].
+    pub fn weights_up_to(&self, x: f64) -> Vec<f64> {
+        self.integral().weights_up_to(x)
+    }
+}
+
+/// Integrals up to places, with Legendre's polynomials at the nodes computed once.
+#[derive(Clone, Debug)]
+pub struct Integral<'a> {
+    breaks: &'a [f64],
+    /// That between any two breaks.
+    rule: Cow<'a, Gauss>,
+    /// Entry `[k * m + l]`: the polynomial of degree k at node l.
+    at_nodes: Vec<f64>,
+}
+
+impl Integral<'_> {
     /// Weights `w_l(x) = int_0^x l_l` of the integral from 0 to `x` of the polynomial through the values at the nodes:
     /// exact for polynomials of degree m - 1. `l_l(x) = w_l sum_k (2k+1) P_k(x_l) P_k(x)` and
     /// `int P_k = (P_{k+1} - P_{k-1}) / (2 (2k+1))` on [0, 1].
     /// With breaks it is the polynomials between them.
     pub fn weights_up_to(&self, x: f64) -> Vec<f64> {
-        if !self.breaks.is_empty() {
-            let rule = Self::new(self.nodes.len() / (self.breaks.len() + 1));
-            let part = |[from, to]: [f64; 2]| {
-                let weights = rule.weights_up_to(((x - from) / (to - from)).clamp(0.0, 1.0));
-                weights.into_iter().map(move |weight| (to - from) * weight)
-            };
-            return intervals(&self.breaks).flat_map(part).collect();
+        if self.breaks.is_empty() {
+            return self.of_rule(x);
         }
-        let m = self.nodes.len();
+        let part = |[from, to]: [f64; 2]| {
+            let weights = self.of_rule(((x - from) / (to - from)).clamp(0.0, 1.0));
+            weights.into_iter().map(move |weight| (to - from) * weight)
+        };
+        intervals(self.breaks).flat_map(part).collect()
+    }
+
+    fn of_rule(&self, x: f64) -> Vec<f64> {
+        let Gauss { nodes, weights, .. } = &*self.rule;
+        let m = nodes.len();
         let mut at_x = vec![0.0; m + 1];
         legendre(x, &mut at_x);
-        let mut at_node = vec![0.0; m];
-        let weight = |(&node, &w): (&f64, &f64)| {
-            legendre(node, &mut at_node);
-            let sum: f64 = (1..m).map(|k| at_node[k] * (at_x[k + 1] - at_x[k - 1]) / 2.0).sum();
-            w * (x + sum)
-        };
-        self.nodes.iter().zip(&self.weights).map(weight).collect()
+        let mut sums = vec![0.0; m];
+        for k in 1..m {
+            let integral = at_x[k + 1] - at_x[k - 1];
+            for (sum, value) in sums.iter_mut().zip(&self.at_nodes[k * m..][..m]) {
+                *sum += value * integral / 2.0;
+            }
+        }
+        for (sum, weight) in sums.iter_mut().zip(weights) {
+            *sum = weight * (x + *sum);
+        }
+        sums
     }
 }
 

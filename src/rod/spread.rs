@@ -20,13 +20,15 @@ pub(super) fn compile<G: Turning>(segments: &mut [SegmentPlan<G>], loads: &[Load
     let mut start = 0.0;
     for segment in segments {
         let end = start + segment.length;
+        let mut integral = None;
         for (load, Load { extent, .. }) in loads.iter().enumerate() {
             let &Extent::Along([from, to]) = extent else { continue };
             if to <= start || from >= end {
                 continue;
             }
             let gauss = &segment.gauss;
-            let up_to = |x: f64| gauss.weights_up_to(((x - start) / segment.length).clamp(0.0, 1.0));
+            let integral = integral.get_or_insert_with(|| gauss.integral());
+            let up_to = |x: f64| integral.weights_up_to(((x - start) / segment.length).clamp(0.0, 1.0));
             let (from, to) = (up_to(from), up_to(to));
             let density = packed(from.len(), |i| (to[i] - from[i]) / gauss.weights[i]);
             segment.spread.push(Spread { load, density });

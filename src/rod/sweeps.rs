@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::anchor::Held;
 use super::base::Base;
 use super::description::Rod;
 use super::kinematics::{self, Place, Pose};
@@ -11,14 +12,15 @@ use super::turning::Turning;
 use super::workspace::Workspace;
 use super::{energy, inverse_dynamics, surroundings};
 use crate::error::Interrupted;
-use crate::lie::{Lanes, Vector, Wrench};
+use crate::lie::{Lanes, Vector, VectorSpace, Wrench};
 use crate::model::Energy;
 
 /// Whether this machine multiplies and adds in one instruction: 64-bit ARM does, and x86-64 with the wide instruction sets
 /// that pulp knows.
 pub(super) fn machine_has_fused() -> bool {
-    cfg!(lissom_dev) || cfg!(any(target_arch = "x86_64", target_arch = "aarch64"))
-        && !matches!(pulp::Arch::new(), pulp::Arch::Scalar)
+    cfg!(lissom_dev)
+        || cfg!(any(target_arch = "x86_64", target_arch = "aarch64"))
+            && !matches!(pulp::Arch::new(), pulp::Arch::Scalar)
 }
 
 /// Runs a sweep with the instructions that all machines have. Never inlined: these copies are only needed once.
@@ -200,6 +202,14 @@ impl<G: Turning> Sweeps<G> {
         Ok(())
     }
 
+    /// The time that is set, where a load is not finite then; NaN where none could be set.
+    pub(super) fn time_without_loads(&self) -> Option<f64> {
+        let is_finite = |wrench: &Wrench<G, f64>| {
+            (wrench.force.dot(wrench.force) + wrench.moment.dot(wrench.moment)).is_finite()
+        };
+        (!self.work.acting.iter().all(is_finite)).then_some(self.work.time)
+    }
+
     /// The base at the time that is set.
     pub(super) fn base(&self) -> Base {
         self.work.surroundings.base
@@ -253,6 +263,29 @@ impl<G: Turning> Sweeps<G> {
         }
         self.update_velocities(q, qd);
         power + energy::power_of_resistance(&self.plan, &self.work)
+    }
+
+    /// Takes moments and forces (six numbers for each support) for those of the springs, until it gets none.
+    pub(super) fn hold_springs(&mut self, forces: Option<&[f64]>) {
+        self.work.motion_is_known = false;
+        for (a, anchor) in self.work.anchors.iter_mut().enumerate() {
+            anchor.hold(forces.map(|forces| {
+                [0, 3].map(|part| Vector::from(std::array::from_fn(|i| forces[6 * a + part + i])))
+            }));
+        }
+    }
+
+    /// The springs of the supports, in their order.
+    pub(super) fn springs(&mut self, q: &[f64]) -> Vec<Held> {
+        self.update_kinematics(q);
+        let (plan, work) = (&*self.plan, &self.work);
+        let points = plan.points.iter().zip(&work.points);
+        let mut found: Vec<_> = points
+            .flat_map(|(point, state)| point.anchors.iter().map(move |&anchor| (anchor, state)))
+            .map(|(a, state)| (a, work.anchors[a].springs(plan.frame, state)))
+            .collect();
+        found.sort_by_key(|(a, _)| *a);
+        found.into_iter().map(|(_, springs)| springs).collect()
     }
 
     /// `tau(q, 0, 0)`.

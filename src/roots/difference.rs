@@ -1,8 +1,9 @@
 //! Jacobians by finite differences.
 
 use super::{Derivative, System};
-use crate::error::Interrupted;
+use crate::error::{Interrupted, InvalidInput};
 use crate::linalg::Matrix;
+use crate::memory;
 
 /// Forward increment relative to `max(|x|, x_scale)`: the square root of the rounding unit, where the
 /// truncation error (of order h) and the rounding error (of order eps/h) balance (Dennis and Schnabel 1983,
@@ -23,6 +24,14 @@ pub struct Differences {
 }
 
 impl Differences {
+    /// Refuses Jacobians that do not fit in memory, with the copy that a caller makes.
+    pub fn check_memory(unknowns: usize, equations: usize) -> Result<(), InvalidInput> {
+        const MATRICES: usize = 2;
+        let numbers = MATRICES.saturating_mul(unknowns).saturating_mul(equations);
+        let found = format_args!("{unknowns} values for {equations} equations");
+        memory::check(numbers, "x", found, "differentiate with respect to fewer variables at a time")
+    }
+
     /// Memory for `equations` functions of `unknowns` variables.
     pub fn new(unknowns: usize, equations: usize) -> Self {
         Self { x: vec![0.0; unknowns], plus: vec![0.0; equations], minus: vec![0.0; equations] }

@@ -10,6 +10,7 @@ use super::trust_region::TrustRegion;
 use super::{Derivative, System};
 use crate::error::{Checker, Interrupted, InvalidInput};
 use crate::linalg::{Matrix, norm, norm_inf};
+use crate::memory;
 
 /// A step of that part of the greatest length counts as one of the greatest length (Dennis and Schnabel 1983,
 /// A6.3.1).
@@ -108,6 +109,15 @@ pub struct Newton {
 }
 
 impl Newton {
+    /// Refuses problems whose matrices do not fit in memory, in which [`Self::new`] would end the process.
+    pub fn check_memory(unknowns: usize, equations: usize) -> Result<(), InvalidInput> {
+        /// The Jacobian, its equilibrated form and the factors of that.
+        const MATRICES: usize = 3;
+        let numbers = MATRICES.saturating_mul(unknowns).saturating_mul(equations);
+        let found = format_args!("{unknowns} values for {equations} equations");
+        memory::check(numbers, "x0", found, "this method needs dense matrices; solve for fewer unknowns")
+    }
+
     /// Memory for `equations` equations in `unknowns` unknowns, all scales one.
     pub fn new(unknowns: usize, equations: usize) -> Self {
         Self {

@@ -4,10 +4,11 @@
 use std::sync::Arc;
 
 use crate::accuracy;
-use crate::error::{Checker, InvalidInput};
+use crate::error::{Checker, InvalidInput, Number};
+use crate::model::Model as _;
 use crate::pendulum::SpringPendulum;
 use crate::rod;
-use crate::signal::{Harmonic, Signal, Table};
+use crate::signal::{Harmonic, Signal, Table, covers};
 use crate::simulate::check_step;
 
 use super::document::{
@@ -40,6 +41,21 @@ pub(super) fn build(document: &Document, shape: &mut Shape) -> Option<(Model, [V
     {
         let checked = check_step(simulation.step, rod.shortest_period());
         report(checked, shape, |_| "simulation.step".to_owned());
+    }
+    if let Model::Rod(rod) = &model
+        && shape.problems.is_empty()
+        && let Ok(compiled) = rod::RodModel::new(rod)
+    {
+        let checked = compiled.check_shape(&state[0], "q0");
+        report(checked, shape, |place| format!("rod[0].{place}"));
+    }
+    if let Model::Rod(rod) = &model {
+        let oscillations = simulation.duration / rod.shortest_period();
+        if oscillations > MAX_STEPS && shape.is_readable("simulation.duration") {
+            let wrong = format!("{} oscillations of a load or of the base", count(oscillations));
+            let right = format!("expected at most {MAX_STEPS:e}: a shorter duration, or a lower frequency");
+            shape.refuse("simulation.duration", wrong, right);
+        }
     }
     Some((model, state, simulation))
 }
@@ -110,7 +126,7 @@ fn rod(document: &Document, shape: &mut Shape) -> Option<(Model, [Vec<f64>; 2])>
         written.segment.iter().enumerate().map(|(i, segment)| rod_segment(segment, i, shape)).collect();
     let moving = written.base_motion.as_ref();
     let rod = rod::Rod {
-        base_motion: moving.map(|written| base_motion(written, document.simulation.duration, shape)),
+        base_motion: moving.map(|written| base_motion(written, &document.simulation, shape)),
         base_position: written.base.position,
         base_orientation: written.base.orientation,
         tip_force: written.tip_force,
@@ -342,7 +358,7 @@ fn table<const N: usize>(
     table.map_or(Signal::Harmonic(Harmonic::zero()), |table| Signal::Table(Arc::new(table)))
 }
 
-fn base_motion(written: &BaseMotion, duration: f64, shape: &mut Shape) -> rod::BaseMotion {
+fn base_motion(written: &BaseMotion, settings: &Settings, shape: &mut Shape) -> rod::BaseMotion {
     let place = |key: &str| format!("rod[0].base_motion.{key}");
     let BaseMotion { translation, axis, angle, rotation } = written;
     if rotation.is_some() && (axis.is_some() || angle.is_some()) {
@@ -370,9 +386,11 @@ fn base_motion(written: &BaseMotion, duration: f64, shape: &mut Shape) -> rod::B
         }
     }
     let [from, to] = motion.span();
-    let is_known = problems == shape.problems.len() && shape.is_readable("simulation.duration");
-    if is_known && (from > 0.0 || duration > to) {
-        let right = format!("its tables cover the run from 0 to {duration} s");
+    let of_run = ["simulation.duration", "simulation.t0"];
+    let is_known = problems == shape.problems.len() && of_run.iter().all(|key| shape.is_readable(key));
+    let (t0, t_end) = (settings.t0, settings.t0 + settings.duration);
+    if is_known && !(covers([from, to], t0) && covers([from, to], t_end)) {
+        let right = format!("its tables cover the run from {t0} to {t_end} s");
         shape.refuse(
             "rod[0].base_motion",
             format!("known from {from} to {to} s"),
@@ -419,16 +437,15 @@ fn rod_place(place: &str, segments: &[Segment]) -> String {
     let mut key = place.replace("segments", "segment").replace("base_position", "base.position");
     key = key.replace("base_orientation", "base.orientation");
     key = key.replace("loads[", "load[").replace("bodies[", "body[").replace("supports[", "support[");
-    for (i, segment) in segments.iter().enumerate() {
-        let here = format!("segment[{i}]");
-        if segment.shear_modulus.is_none() && key == format!("{here}.shear_modulus") {
-            key = format!("{here}.poisson_ratio");
-        }
-        // A circle that stands in a table of its own.
-        if segment.section.is_some()
-            && let Some(end) = key.strip_prefix(&format!("{here}.radius"))
-        {
-            key = format!("{here}.section.radius{end}");
+    let of_segment = key.strip_prefix("segment[").and_then(|rest| rest.split_once("]."));
+    if let Some((i, place)) = of_segment
+        && let Some(segment) = i.parse::<usize>().ok().and_then(|i| segments.get(i))
+    {
+        if segment.shear_modulus.is_none() && place == "shear_modulus" {
+            key = format!("segment[{i}].poisson_ratio");
+        } else if segment.section.is_some() && place.starts_with("radius") {
+            // A circle that stands in a table of its own.
+            key = format!("segment[{i}].section.{place}");
         }
     }
     format!("rod[0].{key}")
@@ -485,6 +502,7 @@ fn simulation(written: &Settings, n: usize, shape: &mut Shape) -> Simulation {
     }
     let default_rtol = if is_auto { accuracy::DEFAULT_TOLERANCE } else { default.rtol };
     let simulation = Simulation {
+        t0: written.t0,
         method,
         step: written.step.unwrap_or(default.step),
         jacobian: written.jacobian,
@@ -518,6 +536,7 @@ impl Simulation {
         let mut check = Checker::new();
         let duration = check.positive(self.duration, "duration", "seconds");
         check.positive(self.step, "step", "seconds");
+        check.require(self.t0.is_finite(), "t0", Number(self.t0), "a finite number (seconds)");
         check.non_negative(self.rtol, "rtol", "relative");
         check.non_negative(self.atol, "atol", "absolute");
         check.require(

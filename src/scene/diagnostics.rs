@@ -5,6 +5,15 @@ use std::ops::Range;
 
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 
+use crate::error::{MAX_PROBLEMS, rest_of};
+
+/// Most bytes of a problem's key, and of each sentence about it: names and texts of a file may be of any length.
+const LONGEST_KEY: usize = 200;
+const LONGEST_SENTENCE: usize = 1000;
+
+/// How much of a source line is looked at on either side of a problem's beginning, in bytes: wider than it is shown.
+const LINE_AROUND: usize = 400;
+
 /// One thing that is wrong with a scene file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SceneProblem {
@@ -39,25 +48,32 @@ impl SceneProblem {
     }
 }
 
-/// A scene file that was refused, with everything that is wrong with it, in the order of the file. Never empty.
+/// A scene file that was refused, with what is wrong with it, in the order of the file. Never empty.
 #[derive(Clone, Debug)]
 pub struct SceneError {
     /// Name of the file, as it was given.
     pub file: String,
-    /// The problems.
+    /// The problems: the first [`MAX_PROBLEMS`] of them.
     pub problems: Vec<SceneProblem>,
+    /// Number of the problems after those.
+    pub omitted: usize,
     text: String,
 }
 
 impl SceneError {
     /// Places the problems, whose spans are known, in the text: lines, columns and order.
     pub(super) fn new(file: &str, text: &str, mut problems: Vec<SceneProblem>) -> Self {
+        problems.sort_by(|a, b| (a.span.start, &a.key).cmp(&(b.span.start, &b.key)));
+        let omitted = problems.len().saturating_sub(MAX_PROBLEMS);
+        problems.truncate(MAX_PROBLEMS);
         for problem in &mut problems {
             (problem.line, problem.column) = line_and_column(text, problem.span.start);
             problem.span = first_line(text, &problem.span);
+            shorten(&mut problem.key, LONGEST_KEY);
+            shorten(&mut problem.wrong, LONGEST_SENTENCE);
+            shorten(&mut problem.right, LONGEST_SENTENCE);
         }
-        problems.sort_by(|a, b| (a.span.start, &a.key).cmp(&(b.span.start, &b.key)));
-        Self { file: file.to_owned(), problems, text: text.to_owned() }
+        Self { file: file.to_owned(), problems, omitted, text: text.to_owned() }
     }
 
     /// `file:line:column: key: what is wrong; what would be right`.
@@ -67,15 +83,22 @@ impl SceneError {
 
     /// The source line of a problem with the offending part underlined.
     pub fn snippet(&self, problem: &SceneProblem) -> String {
-        let annotation = AnnotationKind::Primary.span(problem.span.clone());
-        let group =
-            Group::with_level(Level::ERROR).element(Snippet::source(&self.text).annotation(annotation));
+        let Range { start, end } = problem.span;
+        // The line alone, and of a long one what is around the problem: the renderer reads all that it is given.
+        let line_start = self.text[..start].rfind('\n').map_or(0, |newline| newline + 1);
+        let from = boundary(&self.text, start.saturating_sub(LINE_AROUND).max(line_start));
+        let to = boundary(&self.text, start.saturating_add(LINE_AROUND));
+        let source = &self.text[from..to];
+        let line_end = source[start - from..].find('\n').map_or(to, |newline| start + newline);
+        let annotation = AnnotationKind::Primary.span(start - from..end.min(line_end) - from);
+        let source = Snippet::source(&self.text[from..line_end]).line_start(problem.line);
+        let group = Group::with_level(Level::ERROR).element(source.annotation(annotation));
         Renderer::plain().render(&[group])
     }
 }
 
 impl fmt::Display for SceneError {
-    /// Every problem on its line, followed by the source line it is about.
+    /// Every problem on its line, followed by the source line it is about; at the end the number of those left out.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (i, problem) in self.problems.iter().enumerate() {
             if i > 0 {
@@ -83,11 +106,19 @@ impl fmt::Display for SceneError {
             }
             write!(f, "{}\n{}", self.header(problem), self.snippet(problem))?;
         }
-        Ok(())
+        if self.omitted == 0 { Ok(()) } else { write!(f, "\n{}", rest_of(self.omitted)) }
     }
 }
 
 impl std::error::Error for SceneError {}
+
+/// Cuts a text to so many bytes or a few less.
+fn shorten(text: &mut String, most: usize) {
+    if text.len() > most {
+        text.truncate(boundary(text, most));
+        text.push_str("...");
+    }
+}
 
 /// Line and column of a byte, both from 1; the column counts characters.
 fn line_and_column(text: &str, byte: usize) -> (usize, usize) {

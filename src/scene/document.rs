@@ -262,7 +262,7 @@ impl Default for Base {
     }
 }
 
-/// How a clamped end moves. Tables are cubic splines here, twice continuously differentiable, and must cover the duration.
+/// How a clamped end moves. Tables are cubic splines here, twice continuously differentiable, and must cover the run.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub(super) struct BaseMotion {
@@ -591,6 +591,9 @@ pub(super) struct Simulation {
     /// Simulated time in seconds.
     #[schemars(extend("exclusiveMinimum" = 0), example = 1.0)]
     pub(super) duration: f64,
+    /// Time at the start, in seconds, at which loads that vary and a base that moves are first taken. Default: 0.
+    #[serde(default)]
+    pub(super) t0: f64,
     /// Time integrator. Default: "newmark", or "auto" where a tolerance is given.
     pub(super) method: Option<Method>,
     /// Accuracy that is wanted: the largest error of the tip relative to the length of the model. Method and steps are chosen to meet

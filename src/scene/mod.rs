@@ -66,6 +66,8 @@ impl Model {
 pub struct Simulation {
     /// Simulated time in seconds.
     pub duration: f64,
+    /// Time at the start, in seconds.
+    pub t0: f64,
     /// Time integrator.
     pub method: Method,
     /// Time step of methods with a fixed step, in seconds.
@@ -87,6 +89,7 @@ impl Simulation {
     pub fn lasting(duration: f64) -> Self {
         Self {
             duration,
+            t0: 0.0,
             method: Method::default(),
             step: 1e-2,
             jacobian: Jacobian::default(),
@@ -97,14 +100,19 @@ impl Simulation {
         }
     }
 
-    /// The times at which states are kept: every output step from 0, and the end. `None`: every `step`.
+    /// Start and end, in seconds.
+    pub fn t_span(&self) -> (f64, f64) {
+        (self.t0, self.t0 + self.duration)
+    }
+
+    /// The times at which states are kept: every output step from the start, and the end. `None`: every `step`.
     pub fn output_times(&self) -> Option<Vec<f64>> {
         /// A last output step this close to the end, relative to the step, is the end.
         const END: f64 = 1e-6;
         let step = self.output_step?;
         let whole = (self.duration / step - END).max(0.0).floor() as usize;
-        let mut times: Vec<f64> = (0..=whole).map(|i| i as f64 * step).collect();
-        times.push(self.duration);
+        let mut times: Vec<f64> = (0..=whole).map(|i| self.t0 + i as f64 * step).collect();
+        times.push(self.t_span().1);
         Some(times)
     }
 }
@@ -174,14 +182,22 @@ impl Scene {
         }
         let Simulation { duration, rtol, step, output_step, .. } = self.simulation;
         let request = accuracy::Request::new(rtol, output_step.unwrap_or(step).min(duration));
-        let modes = accuracy::choose_modes(rod, &self.open_modes, duration, request, monitor)?;
+        let modes =
+            accuracy::choose_modes(rod, &self.open_modes, self.simulation.t_span(), request, monitor)?;
         if modes.status.is_success() {
-            let n = modes.rod.coordinates();
-            (self.q0, self.v0) = (vec![0.0; n], vec![0.0; n]);
-            self.model = Model::Rod(modes.rod.clone());
-            self.open_modes.clear();
+            self.set_rod(modes.rod.clone());
         }
         Ok(Some(modes))
+    }
+
+    /// Puts a rod in the place of its own: one whose open modes were chosen.
+    pub fn set_rod(&mut self, rod: rod::Rod) {
+        let n = rod.coordinates();
+        if self.q0.len() != n {
+            (self.q0, self.v0) = (vec![0.0; n], vec![0.0; n]);
+        }
+        self.model = Model::Rod(rod);
+        self.open_modes.clear();
     }
 
     /// The JSON Schema of scene files, for editors; the one in `scenes/` is this text.

@@ -4,7 +4,7 @@
 //! unreadable or missing value of a required key is replaced by the schema's example. So the physics of the rest
 //! can be checked too, and a user sees all problems at once.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeSet, HashMap};
 use std::ops::Range;
 
 use serde_json::Value as Json;
@@ -26,34 +26,29 @@ pub(super) struct Shape {
     /// Where each value stands in the file, by its path.
     pub(super) spans: HashMap<String, Range<usize>>,
     /// Paths of the values that were left out or replaced.
-    pub(super) replaced: HashSet<String>,
+    pub(super) replaced: BTreeSet<String>,
 }
 
 impl Shape {
     /// Checks a document against a schema.
     pub(super) fn check(document: &Spanned<DeTable<'_>>, schema: &Json) -> Self {
-        let mut reader = Reader { root: schema, shape: Self::default() };
+        let mut reader = Reader { root: schema, shape: Self::default(), tables: None };
         let table = reader.table(document.get_ref(), schema, "");
         Self { table, ..reader.shape }
     }
 
     /// Where a value stands; where it is absent, the innermost value around it that is present.
     pub(super) fn span(&self, place: &str) -> Range<usize> {
-        let mut place = place;
-        loop {
-            if let Some(span) = self.spans.get(place) {
-                return span.clone();
-            }
-            match place.rfind(['.', '[']) {
-                Some(end) => place = &place[..end],
-                None => return 0..0,
-            }
-        }
+        around(place).find_map(|place| self.spans.get(place)).cloned().unwrap_or_default()
     }
 
     /// True when the value at `place`, everything in it and everything around it could be read.
     pub(super) fn is_readable(&self, place: &str) -> bool {
-        !self.replaced.iter().any(|other| contains(other, place) || contains(place, other))
+        let within = |separator: &str| {
+            let first = format!("{place}{separator}");
+            self.replaced.range(first.clone()..).next().is_some_and(|other| other.starts_with(&first))
+        };
+        !around(place).any(|place| self.replaced.contains(place)) && !within(".") && !within("[")
     }
 
     /// Notes a problem with the value at `place`.
@@ -70,14 +65,16 @@ impl Shape {
     }
 }
 
-/// True when `outer` is `inner` or a table or array around it.
-fn contains(outer: &str, inner: &str) -> bool {
-    inner.strip_prefix(outer).is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
+/// A path, and those of the tables and arrays around it, the innermost first.
+fn around(place: &str) -> impl Iterator<Item = &str> {
+    std::iter::successors(Some(place), |place| place.rfind(['.', '[']).map(|end| &place[..end]))
 }
 
 struct Reader<'a> {
     root: &'a Json,
     shape: Shape,
+    /// Headers of the tables of a scene that have a key of a name, once they are asked for.
+    tables: Option<HashMap<&'a str, Vec<String>>>,
 }
 
 impl<'a> Reader<'a> {
@@ -170,7 +167,8 @@ impl<'a> Reader<'a> {
                 Some(number.into())
             }
             DeValue::String(text) => Some(text.as_ref().into()),
-            DeValue::Boolean(_) | DeValue::Datetime(_) => unreachable!("no key of a scene has these types"),
+            DeValue::Boolean(value) => Some((*value).into()),
+            DeValue::Datetime(_) => unreachable!("no key of a scene has this type"),
         }
     }
 
@@ -243,7 +241,7 @@ impl<'a> Reader<'a> {
 
     /// What to do about an unknown key, and the known key that it may have meant.
     fn advice(
-        &self,
+        &mut self,
         name: &str,
         known: impl Iterator<Item = &'a str> + Clone,
         place: &str,
@@ -261,27 +259,35 @@ impl<'a> Reader<'a> {
     }
 
     /// Headers of the tables of a scene that have a key of this name.
-    fn tables_with(&self, name: &str) -> Vec<String> {
-        let mut found = Vec::new();
-        self.find_tables(self.root, name, "", false, &mut found);
-        found
+    fn tables_with(&mut self, name: &str) -> &[String] {
+        if self.tables.is_none() {
+            let mut tables = HashMap::new();
+            self.find_tables(self.root, "", false, &mut tables);
+            self.tables = Some(tables);
+        }
+        self.tables.as_ref().and_then(|tables| tables.get(name)).map_or(&[], Vec::as_slice)
     }
 
-    fn find_tables(&self, schema: &'a Json, name: &str, path: &str, repeated: bool, found: &mut Vec<String>) {
+    fn find_tables(
+        &self,
+        schema: &'a Json,
+        path: &str,
+        repeated: bool,
+        tables: &mut HashMap<&'a str, Vec<String>>,
+    ) {
         let schema = self.resolve(schema);
         if let Some(properties) = schema["properties"].as_object() {
-            if properties.contains_key(name) {
-                found.push(match (path, repeated) {
-                    ("", _) => "the top level".to_owned(),
-                    (path, true) => format!("[[{path}]]"),
-                    (path, false) => format!("[{path}]"),
-                });
-            }
+            let header = match (path, repeated) {
+                ("", _) => "the top level".to_owned(),
+                (path, true) => format!("[[{path}]]"),
+                (path, false) => format!("[{path}]"),
+            };
             for (key, property) in properties {
-                self.find_tables(property, name, &join(path, key), false, found);
+                tables.entry(key).or_default().push(header.clone());
+                self.find_tables(property, &join(path, key), false, tables);
             }
         } else if schema["type"] == "array" {
-            self.find_tables(&schema["items"], name, path, true, found);
+            self.find_tables(&schema["items"], path, true, tables);
         }
     }
 
@@ -309,6 +315,7 @@ impl<'a> Reader<'a> {
             Some("number") => "a number".to_owned(),
             Some("integer") => "an integer >= 0".to_owned(),
             Some("string") => "text in quotes".to_owned(),
+            Some("boolean") => "true or false".to_owned(),
             Some("object") => "a table".to_owned(),
             Some("array") => {
                 let items = self.resolve(&schema["items"]);
@@ -335,6 +342,7 @@ fn accepts(schema: &Json, value: &DeValue<'_>) -> bool {
         Some("number") => value.is_float() || value.is_integer(),
         Some("integer") => value.is_integer(),
         Some("string") => value.is_str(),
+        Some("boolean") => value.is_bool(),
         Some("array") => value.is_array(),
         Some("object") => value.is_table(),
         _ => false,

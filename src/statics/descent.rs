@@ -3,10 +3,11 @@
 //! Newton's method in a trust region (Levenberg 1944; Conn, Gould and Toint 2000, chapter 6). Energies are never asked for, as
 //! some loads have none: the work of the generalised forces along a step, by the trapezoidal rule, takes their place.
 
-use super::corrector::State;
-use super::equations::Equations;
+use super::equations::{Equations, State};
 use crate::error::Interrupted;
-use crate::linalg::{Cholesky, Lu, Matrix, dot, norm};
+use crate::linalg::{Cholesky, Lu, dot, norm};
+use crate::model::Flaw;
+use crate::stability::symmetric_part;
 
 /// First radius, in scaled coordinates: half a radian of the whole rod.
 const FIRST_RADIUS: f64 = 0.5;
@@ -22,7 +23,7 @@ const TAKEN: f64 = 1e-3;
 const POOR: f64 = 0.25;
 const GOOD: f64 = 0.75;
 
-/// Multiples of the reference stiffness that are added to make steps descend and stay in the region: the first one, the
+/// Multiples of the natural stiffness that are added to make steps descend and stay in the region: the first one, the
 /// factor to the next one.
 const FIRST_SHIFT: f64 = 1e-3;
 const SHIFT_FACTOR: f64 = 4.0;
@@ -33,6 +34,11 @@ const LARGEST_SHIFT: f64 = 1e12;
 /// Steps as short as that are taken without looking at their work, which is rounding then.
 const TRUSTED: f64 = 1e-6;
 
+/// How often at most a trial's springs are made to carry what they should, each time to about twice as many digits; and at the start,
+/// which may be far from where stiff springs let the model be.
+const RESTORING: usize = 8;
+const FIRST_RESTORING: usize = 50;
+
 /// How a descent ended.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Descent {
@@ -42,11 +48,16 @@ pub(super) enum Descent {
     IterationLimit,
     /// No step, however short, goes downhill.
     Stalled,
+    /// The way downhill leads to shapes that are none.
+    Flawed(Flaw),
     /// Forces are not finite at the start.
     NonFinite,
 }
 
 /// Moves `state` downhill at its load factor until it is in equilibrium.
+///
+/// A step's springs are taken at the forces that they have to first order, and the shape that they leave is restored before the step is
+/// judged: stiff springs do not shorten it then.
 pub(super) fn descend(
     equations: &mut Equations<'_>,
     state: &mut State,
@@ -54,80 +65,78 @@ pub(super) fn descend(
     max_iterations: usize,
 ) -> Result<Descent, Interrupted> {
     let n = equations.n();
-    let (mut residual, mut load, mut step) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
-    let mut trial_residual = residual.clone();
-    let mut trial = state.clone();
-    let mut tangent = Matrix::zeros(n, n);
-    let mut shifted = tangent.clone();
+    if !state.forces.is_empty() {
+        state.forces.fill(0.0);
+        equations.restore(state, FIRST_RESTORING);
+        *state = equations.state(std::mem::take(&mut state.q), state.load_factor)?;
+    }
+    let mut x = vec![0.0; n];
     let (mut cholesky, mut lu) = (Cholesky::new(n), Lu::new(n));
     let (mut radius, mut shift) = (FIRST_RADIUS, 0.0);
-    equations.residual(&state.q, state.load_factor, &mut residual, &mut load)?;
+    let mut here = equations.downhill(state)?;
     for _ in 0..max_iterations {
-        equations.tangent(&state.q, state.load_factor, &mut tangent);
         equations.counters.iterations += 1;
-        if !norm(&residual).is_finite() || !tangent.iter().all(|x| x.is_finite()) {
-            return Ok(Descent::NonFinite);
-        }
-        let stiffness = equations.reference_stiffness(&tangent);
+        let Some(linear) = equations.linearise(state)? else { return Ok(Descent::NonFinite) };
         shift = if shift > FIRST_SHIFT { shift / (SHIFT_FACTOR * SHIFT_FACTOR) } else { 0.0 };
-        let mut taken = false;
-        while !taken {
+        let mut flaw = None;
+        loop {
             // A shift for which the symmetric part is positive definite and the step stays in the region.
-            let length = loop {
-                shifted.copy_from(&tangent);
+            let (step, length) = loop {
+                let mut shifted = linear.tangent.clone();
                 for i in 0..n {
-                    shifted[(i, i)] += shift * stiffness[i];
+                    shifted[(i, i)] += shift;
                 }
-                let symmetric = Matrix::from_fn(n, n, |i, j| 0.5 * (shifted[(i, j)] + shifted[(j, i)]));
-                if cholesky.factorise(&symmetric).is_ok() && lu.factorise(&shifted).is_ok() {
-                    for (step, residual) in step.iter_mut().zip(&residual) {
-                        *step = -residual;
+                if cholesky.factorise(&symmetric_part(&shifted)).is_ok() && lu.factorise(&shifted).is_ok() {
+                    for (x, residual) in x.iter_mut().zip(&linear.residual) {
+                        *x = -residual;
                     }
-                    lu.solve(&mut step);
-                    let length = norm(&step);
+                    lu.solve(&mut x);
+                    let step = linear.step(&x, 0.0);
+                    let length = norm(&step.scaled);
                     if length <= radius {
-                        break length;
+                        break (step, length);
                     }
                 }
                 shift = (SHIFT_FACTOR * shift).max(FIRST_SHIFT);
                 if shift > LARGEST_SHIFT {
-                    return Ok(Descent::Stalled);
+                    return Ok(flaw.map_or(Descent::Stalled, Descent::Flawed));
                 }
             };
-            trial.q.copy_from_slice(&state.q);
-            for i in 0..n {
-                trial.q[i] += step[i] * equations.sizes[i];
-            }
-            let residual_norm = norm(&residual);
+            let mut trial = state.clone();
+            linear.advance(&mut trial, &step, &equations.sizes);
+            let residual_norm = linear.residual_norm;
             if length * (1.0 + shift) <= tolerance {
-                state.q.copy_from_slice(&trial.q);
+                *state = trial;
                 return Ok(Descent::Converged { step_norm: length, residual_norm });
             }
-            equations.residual(&trial.q, trial.load_factor, &mut trial_residual, &mut load)?;
-            let before = dot(&residual, &step);
-            let work = 0.5 * (before + dot(&trial_residual, &step));
-            // Half of R.s + s.K s with (K + shift D) s = -R.
-            let shifted_work: f64 = (0..n).map(|i| shift * stiffness[i] * step[i] * step[i]).sum();
-            let promised = 0.5 * (before - shifted_work);
-            let ratio = if work.is_finite() { work / promised } else { 0.0 };
+            equations.restore(&mut trial, RESTORING);
+            let there = equations.downhill(&trial)?;
+            let work = here.work(&there, &trial.since(state, &equations.sizes));
+            // Half of R.x + x.K x with (K + shift) x = -R.
+            let promised = 0.5 * (dot(&linear.residual, &x) - shift * dot(&x, &x));
+            let inverted = equations.flaw(&trial.q).filter(|flaw| matches!(flaw, Flaw::Inverted { .. }));
+            let ratio = if work.is_finite() && inverted.is_none() { work / promised } else { 0.0 };
             if ratio < POOR {
                 radius = 0.25 * length;
             } else if ratio > GOOD && length > 0.5 * radius {
                 radius = (2.0 * radius).min(LARGEST_RADIUS);
             }
-            let is_better = norm(&trial_residual) < residual_norm;
-            taken = ratio > TAKEN || length <= TRUSTED && is_better;
-            if !taken && length <= TRUSTED {
+            let is_better = there.residual_norm < here.residual_norm && inverted.is_none();
+            if ratio > TAKEN || length <= TRUSTED && is_better {
+                *state = trial;
+                here = there;
+                break;
+            }
+            flaw = inverted;
+            if length <= TRUSTED {
                 // What is left is rounding.
-                return Ok(if length <= tolerance.sqrt() && shift <= 1.0 {
+                return Ok(if length <= tolerance.sqrt() && shift <= 1.0 && flaw.is_none() {
                     Descent::Converged { step_norm: length, residual_norm }
                 } else {
-                    Descent::Stalled
+                    flaw.map_or(Descent::Stalled, Descent::Flawed)
                 });
             }
         }
-        state.q.copy_from_slice(&trial.q);
-        std::mem::swap(&mut residual, &mut trial_residual);
         radius = radius.max(1e3 * TRUSTED);
     }
     Ok(Descent::IterationLimit)

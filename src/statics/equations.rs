@@ -1,9 +1,12 @@
 //! The equations of equilibrium of a model under a part of its loads.
 
+use super::stability::Stiffness;
 use crate::error::Interrupted;
-use crate::linalg::Matrix;
-use crate::model::Model;
-use crate::modes::{SmallMotions, scaled};
+use crate::linalg::{Matrix, dot, norm};
+use crate::model::{Flaw, Model};
+use crate::modes::SmallMotions;
+use crate::springs::{self, Natural, Springs, scaled};
+use crate::stability::{self, Verdict};
 
 /// What a search has cost.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -20,8 +23,8 @@ pub struct Counters {
 /// at once, gravity included, and nothing of it needs a potential.
 ///
 /// Coordinates and forces have different units, so that norms make sense only of `q_i / s_i` and `s_i R_i` with the typical
-/// sizes s of the model: numbers without unit, and joules. What is called *scaled* below is meant so; scaled tangents are
-/// `S (dR/dq) S`, symmetric where the loads have a potential.
+/// sizes s of the model: numbers without unit, and joules. What is called *scaled* below is meant so. What is solved is solved in
+/// natural coordinates (see [`crate::springs`]), at forces of the springs that are part of the state.
 pub(super) struct Equations<'a> {
     model: &'a mut dyn Model,
     monitor: &'a mut dyn FnMut() -> Result<(), Interrupted>,
@@ -29,7 +32,106 @@ pub(super) struct Equations<'a> {
     pub(super) counters: Counters,
     rest: Vec<f64>,
     elastic: Vec<f64>,
-    elastic_tangent: Matrix,
+    /// Scaled tangent of the material, where that is all that does not depend on the shape.
+    material: Option<Matrix>,
+}
+
+/// A state on its way to equilibrium: coordinates, load factor, and the forces of the springs.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct State {
+    pub(super) q: Vec<f64>,
+    pub(super) load_factor: f64,
+    pub(super) forces: Vec<f64>,
+}
+
+/// A change of a state: of the scaled coordinates and, last, the load factor; and of the forces of the springs.
+#[derive(Clone, Debug)]
+pub(super) struct Step {
+    pub(super) scaled: Vec<f64>,
+    pub(super) forces: Vec<f64>,
+}
+
+/// The equations near a state, in natural coordinates.
+#[derive(Clone, Debug)]
+pub(super) struct Linear {
+    pub(super) residual: Vec<f64>,
+    /// Derivatives of the residual with respect to the load factor and the coordinates.
+    pub(super) load: Vec<f64>,
+    pub(super) tangent: Matrix,
+    pub(super) natural: Natural,
+    springs: Option<Springs>,
+    /// Scaled norm of the residual at the forces of the springs that the state has.
+    pub(super) residual_norm: f64,
+}
+
+/// A state as a descent sees it.
+#[derive(Clone, Debug)]
+pub(super) struct Downhill {
+    residual: Vec<f64>,
+    energy: f64,
+    pub(super) residual_norm: f64,
+}
+
+impl Downhill {
+    /// The work of a step from here to another state, by the trapezoidal rule.
+    pub(super) fn work(&self, other: &Self, step: &Step) -> f64 {
+        0.5 * (dot(&self.residual, &step.scaled) + dot(&other.residual, &step.scaled))
+            + (other.energy - self.energy)
+    }
+}
+
+impl Step {
+    /// The load factor's part.
+    pub(super) fn load_factor(&self) -> f64 {
+        self.scaled[self.scaled.len() - 1]
+    }
+}
+
+impl State {
+    /// Moves by a multiple of a step.
+    pub(super) fn advance(&mut self, step: &Step, length: f64, sizes: &[f64]) {
+        for (i, q) in self.q.iter_mut().enumerate() {
+            *q += length * step.scaled[i] * sizes[i];
+        }
+        self.load_factor += length * step.load_factor();
+        for (force, change) in self.forces.iter_mut().zip(&step.forces) {
+            *force += length * change;
+        }
+    }
+
+    /// The step from another state to this one.
+    pub(super) fn since(&self, other: &Self, sizes: &[f64]) -> Step {
+        let coordinates = (0..self.q.len()).map(|i| (self.q[i] - other.q[i]) / sizes[i]);
+        Step {
+            scaled: coordinates.chain([self.load_factor - other.load_factor]).collect(),
+            forces: self.forces.iter().zip(&other.forces).map(|(to, from)| to - from).collect(),
+        }
+    }
+}
+
+impl Linear {
+    /// The step that moves natural coordinates by `x` and the load factor, to first order.
+    pub(super) fn step(&self, x: &[f64], load_factor: f64) -> Step {
+        let forces = self.springs.as_ref().map(|springs| self.natural.change_of_forces(springs, x));
+        let mut scaled = self.natural.coordinates(x);
+        scaled.push(load_factor);
+        Step { scaled, forces: forces.unwrap_or_default() }
+    }
+
+    /// A scaled direction of coordinates and load factor as a step.
+    pub(super) fn moved(&self, scaled: Vec<f64>) -> Step {
+        let n = scaled.len() - 1;
+        let forces = self.springs.as_ref().map(|springs| springs.changes(&scaled[..n]));
+        Step { scaled, forces: forces.unwrap_or_default() }
+    }
+
+    /// Moves a state, that of this one, by such a step: its springs then have the forces that they have to first order.
+    pub(super) fn advance(&self, state: &mut State, step: &Step, sizes: &[f64]) {
+        if let Some(springs) = &self.springs {
+            state.forces.copy_from_slice(&springs.forces);
+        }
+        state.advance(step, 1.0, sizes);
+    }
 }
 
 impl<'a> Equations<'a> {
@@ -41,24 +143,53 @@ impl<'a> Equations<'a> {
         let n = model.n();
         let mut sizes = vec![0.0; n];
         model.typical_coordinates(&mut sizes);
-        Self {
-            model,
-            monitor,
-            sizes,
-            counters: Counters::default(),
-            rest: vec![0.0; n],
-            elastic: vec![0.0; n],
-            elastic_tangent: Matrix::zeros(n, n),
-        }
+        let rest = vec![0.0; n];
+        let material = (model.springs() > 0).then(|| springs::material(model, &rest, &sizes));
+        Self { model, monitor, sizes, counters: Counters::default(), elastic: rest.clone(), rest, material }
     }
 
     pub(super) fn n(&self) -> usize {
         self.sizes.len()
     }
 
-    /// How many times as many nodes a shape takes that the model does not resolve.
-    pub(super) fn shortage_of_nodes(&self, q: &[f64]) -> Option<f64> {
-        self.model.shortage_of_nodes(q)
+    /// Why a shape is none that the model has.
+    pub(super) fn flaw(&self, q: &[f64]) -> Option<Flaw> {
+        self.model.flaw(q)
+    }
+
+    /// A state, with the forces that its springs have.
+    pub(super) fn state(&mut self, q: Vec<f64>, load_factor: f64) -> Result<State, Interrupted> {
+        let mut state = State { q, load_factor, forces: Vec::new() };
+        if let Some(own) = springs::linearised(self.model, &state.q, &self.sizes) {
+            state.forces.clone_from(&own.forces);
+            if let Some(linear) = self.linearise(&state)? {
+                state.forces = linear.natural.settled(&own, &linear.residual);
+            }
+        }
+        Ok(state)
+    }
+
+    /// The scaled residual at springs' forces of their own, or at those that are held; and its derivative with respect to the load factor.
+    fn forces(
+        &mut self,
+        q: &[f64],
+        load_factor: f64,
+        held: Option<&[f64]>,
+        residual: &mut [f64],
+        load: &mut [f64],
+    ) -> Result<(), Interrupted> {
+        (self.monitor)()?;
+        self.counters.forces += 1;
+        self.model.hold_springs(held);
+        self.model.inverse_dynamics(q, &self.rest, &self.rest, load);
+        self.model.elastic_forces(q, &mut self.elastic);
+        self.model.hold_springs(None);
+        for i in 0..q.len() {
+            let size = self.sizes[i];
+            load[i] = size * (load[i] - self.elastic[i]);
+            residual[i] = size * self.elastic[i] + load_factor * load[i];
+        }
+        Ok(())
     }
 
     /// The scaled residual, and its derivative with respect to the load factor.
@@ -69,65 +200,124 @@ impl<'a> Equations<'a> {
         residual: &mut [f64],
         load: &mut [f64],
     ) -> Result<(), Interrupted> {
-        (self.monitor)()?;
-        self.counters.forces += 1;
-        self.model.inverse_dynamics(q, &self.rest, &self.rest, load);
-        self.model.elastic_forces(q, &mut self.elastic);
-        for i in 0..q.len() {
-            let size = self.sizes[i];
-            load[i] = size * (load[i] - self.elastic[i]);
-            residual[i] = size * self.elastic[i] + load_factor * load[i];
+        self.forces(q, load_factor, None, residual, load)
+    }
+
+    /// What a step's work is told from: the scaled residual without the springs, their energy, and the norm of the residual at the forces
+    /// that the state has. The force of a stiff spring is rounding times stiffness; its energy is not.
+    pub(super) fn downhill(&mut self, state: &State) -> Result<Downhill, Interrupted> {
+        let n = state.q.len();
+        let (mut residual, mut load) = (vec![0.0; n], vec![0.0; n]);
+        let springs = springs::linearised(self.model, &state.q, &self.sizes);
+        let held = springs.is_some().then_some(&state.forces[..]);
+        self.forces(&state.q, state.load_factor, held, &mut residual, &mut load)?;
+        let residual_norm = norm(&residual);
+        if springs.is_some() {
+            let none = vec![0.0; state.forces.len()];
+            self.forces(&state.q, state.load_factor, Some(&none), &mut residual, &mut load)?;
         }
-        Ok(())
+        Ok(Downhill { residual, energy: springs.map_or(0.0, |springs| springs.energy), residual_norm })
+    }
+
+    /// The scaled tangents `dR/dq`, and of what is elastic, at springs' forces of their own or at those that are held.
+    fn tangents(&mut self, q: &[f64], load_factor: f64, held: Option<&[f64]>) -> [Matrix; 2] {
+        let n = q.len();
+        let [mut tangent, mut elastic] = [Matrix::zeros(n, n), Matrix::zeros(n, n)];
+        self.counters.tangents += 1;
+        self.model.hold_springs(held);
+        self.model.weighted_tangent(q, &self.rest, &self.rest, [1.0, 0.0, 0.0], &mut tangent);
+        self.model.elastic_tangent(q, &mut elastic);
+        self.model.hold_springs(None);
+        for k in 0..n {
+            for j in 0..n {
+                let part = elastic[(j, k)];
+                tangent[(j, k)] = part + load_factor * (tangent[(j, k)] - part);
+            }
+        }
+        [scaled(tangent, &self.sizes), scaled(elastic, &self.sizes)]
     }
 
     /// The scaled tangent `dR/dq`.
     pub(super) fn tangent(&mut self, q: &[f64], load_factor: f64, tangent: &mut Matrix) {
-        self.counters.tangents += 1;
-        self.model.weighted_tangent(q, &self.rest, &self.rest, [1.0, 0.0, 0.0], tangent);
-        self.model.elastic_tangent(q, &mut self.elastic_tangent);
-        for k in 0..q.len() {
-            for j in 0..q.len() {
-                let elastic = self.elastic_tangent[(j, k)];
-                let value = elastic + load_factor * (tangent[(j, k)] - elastic);
-                tangent[(j, k)] = self.sizes[j] * value * self.sizes[k];
+        let [of_all, _] = self.tangents(q, load_factor, None);
+        tangent.copy_from(&of_all);
+    }
+
+    /// The equations near a state; `None` where something is not finite.
+    pub(super) fn linearise(&mut self, state: &State) -> Result<Option<Linear>, Interrupted> {
+        let State { q, load_factor, forces } = state;
+        let n = q.len();
+        let springs = springs::linearised(self.model, q, &self.sizes);
+        let held = springs.is_some().then_some(&forces[..]);
+        let (mut residual, mut load) = (vec![0.0; n], vec![0.0; n]);
+        self.forces(q, *load_factor, held, &mut residual, &mut load)?;
+        let [tangent, elastic] = self.tangents(q, *load_factor, held);
+        let material = self.material.as_ref().unwrap_or(&elastic);
+        let fallback = || springs::reference(material, &tangent);
+        let is_finite = tangent.iter().chain(&residual).chain(&load).all(|x| x.is_finite());
+        let natural = if is_finite { Natural::new(material, springs.as_ref(), fallback) } else { None };
+        Ok(natural.map(|natural| Linear {
+            residual_norm: norm(&residual),
+            residual: natural.residual(&residual, springs.as_ref(), forces),
+            load: natural.forces(&load),
+            tangent: natural.tangent(&tangent, springs.as_ref()),
+            natural,
+            springs,
+        }))
+    }
+
+    /// Moves a shape, to first order and then on, until its springs carry the forces that the state has: what is stiff follows, what is
+    /// soft stays.
+    pub(super) fn restore(&mut self, state: &mut State, iterations: usize) {
+        /// Longest step: what is linear in it is no guide beyond.
+        const LONGEST: f64 = 0.5;
+        /// Steps below that do not matter.
+        const SHORTEST: f64 = 1e-10;
+        let Some(material) = &self.material else { return };
+        for _ in 0..iterations {
+            let Some(springs) = springs::linearised(self.model, &state.q, &self.sizes) else { return };
+            let Some(natural) =
+                Natural::new(material, Some(&springs), || springs::reference(material, material))
+            else {
+                return;
+            };
+            let step = natural.coordinates(&natural.restoring(&springs, &state.forces));
+            let length = norm(&step);
+            let part = (LONGEST / length).min(1.0);
+            for ((q, step), size) in state.q.iter_mut().zip(&step).zip(&self.sizes) {
+                *q += part * step * size;
+            }
+            if length.is_nan() || length <= SHORTEST {
+                return;
             }
         }
     }
 
-    /// Scaled stiffnesses that those of a tangent, the last one, can be compared with: the elastic ones, and where there is no
-    /// elasticity what the tangent itself has in that row. All > 0.
-    pub(super) fn reference_stiffness(&self, tangent: &Matrix) -> Vec<f64> {
-        (0..self.n())
-            .map(|i| {
-                let elastic = self.sizes[i] * self.elastic_tangent[(i, i)] * self.sizes[i];
-                let row = || tangent.row(i).iter().map(|entry| entry.abs()).sum();
-                let reference: f64 = if elastic > 0.0 { elastic } else { row() };
-                if reference > 0.0 { reference } else { 1.0 }
-            })
-            .collect()
+    /// What small disturbances of an equilibrium do. Asks mass and damping only where stiffness alone does not decide.
+    pub(super) fn verdict(
+        &mut self,
+        state: &State,
+        linear: &Linear,
+        stiffness: &Stiffness,
+    ) -> Option<Verdict> {
+        if stiffness.is_symmetric && !self.model.has_velocity_forces() {
+            return stability::of_stiffness(stiffness.lowest, state.q.len());
+        }
+        stability::verdict(&self.small_motions(state, linear))
     }
 
-    /// Whether the model has forces that depend on velocities, besides the damping of its material.
-    pub(super) fn has_velocity_forces(&self) -> bool {
-        self.model.has_velocity_forces()
-    }
-
-    /// The mass matrix in scaled coordinates.
-    pub(super) fn mass(&mut self, q: &[f64]) -> Matrix {
-        let mut mass = Matrix::zeros(q.len(), q.len());
-        self.model.mass_matrix(q, &mut mass);
-        scaled(mass, &self.sizes)
-    }
-
-    /// Small motions about an equilibrium with its scaled tangent. What depends on velocities is not scaled by the load factor.
-    pub(super) fn small_motions(&mut self, q: &[f64], tangent: &Matrix) -> SmallMotions {
-        let mut damping = Matrix::zeros(q.len(), q.len());
-        self.model.weighted_tangent(q, &self.rest, &self.rest, [0.0, 1.0, 0.0], &mut damping);
+    /// Small motions about an equilibrium. What depends on velocities is not scaled by the load factor.
+    fn small_motions(&mut self, state: &State, linear: &Linear) -> SmallMotions {
+        let n = state.q.len();
+        let [mut damping, mut mass] = [Matrix::zeros(n, n), Matrix::zeros(n, n)];
+        self.model.weighted_tangent(&state.q, &self.rest, &self.rest, [0.0, 1.0, 0.0], &mut damping);
+        self.model.mass_matrix(&state.q, &mut mass);
+        let [mass, damping] = [mass, damping].map(|a| linear.natural.matrix(&scaled(a, &self.sizes)));
         SmallMotions {
-            mass: self.mass(q),
-            damping: scaled(damping, &self.sizes),
-            stiffness: tangent.clone(),
+            mass,
+            damping,
+            stiffness: linear.tangent.clone(),
+            basis: linear.natural.basis(),
             sizes: self.sizes.clone(),
         }
     }

@@ -4,7 +4,8 @@
 //! [`continuation`] follows paths through limit points and from bifurcations. Both tell how stable what they found is.
 //!
 //! `equations` are the forces under a part of the loads, `corrector` is Newton's method that stays on its path, `path` follows
-//! it, `descent` lets go, `stability` judges.
+//! it, `descent` lets go, `stability` looks for critical points. What is stable is judged by
+//! [`crate::stability`].
 
 mod corrector;
 mod descent;
@@ -15,21 +16,20 @@ mod path;
 mod stability;
 
 pub use equations::Counters;
-pub use options::{ContinuationOptions, Options, Start};
+pub use options::{ContinuationOptions, MAX_STOPS, Options, Start};
 pub use outcome::{Continuation, Equilibrium, Status};
 pub use path::{CriticalKind, CriticalPoint, Path};
-pub use stability::Stability;
 
-use corrector::{Corrector, State};
 use descent::Descent;
-use equations::Equations;
+use equations::{Equations, State};
 use path::{Course, End, Follower};
-use stability::{Judgement, Stiffness};
+use stability::Stiffness;
 
 use crate::error::{Interrupted, InvalidInput};
-use crate::linalg::{Matrix, norm};
+use crate::linalg::Matrix;
 use crate::model::Model;
 use crate::roots;
+pub use crate::stability::{Stability, Verdict};
 
 /// What a search may ask before every evaluation: whether to go on.
 pub type Monitor<'a> = &'a mut dyn FnMut() -> Result<(), Interrupted>;
@@ -80,10 +80,10 @@ fn follow(equations: &mut Equations<'_>, options: &ContinuationOptions) -> Resul
         tolerance: options.tolerance,
     };
     let q = options.q0.clone().unwrap_or_else(|| vec![0.0; equations.n()]);
-    let start = State { q, load_factor: options.load_factor };
+    let start = equations.state(q, options.load_factor)?;
     let mut follower = Follower::new(equations, course);
     let (status, load_factor) = match follower.start(start, options.direction.as_deref())? {
-        None => (Status::NoStart, options.load_factor),
+        None => (follower.flaw.map_or(Status::NoStart, Status::Flawed), options.load_factor),
         Some(mut place) => {
             let end = follower.follow(&mut place)?;
             (Status::of_continuation(end), place.state.load_factor)
@@ -100,6 +100,7 @@ impl Status {
             End::UpperBound | End::LowerBound => Self::Finished,
             End::StepTooSmall => Self::StepTooSmall,
             End::TooManySteps => Self::TooManySteps,
+            End::Flawed(flaw) => Self::Flawed(flaw),
         }
     }
 }
@@ -114,8 +115,8 @@ fn load(equations: &mut Equations<'_>, stops: &[f64], options: &Options) -> Resu
         tolerance: options.tolerance,
     };
     let n = equations.n();
+    let start = equations.state(vec![0.0; n], 0.0)?;
     let mut follower = Follower::new(equations, course);
-    let start = State { q: vec![0.0; n], load_factor: 0.0 };
     let Some(mut place) = follower.start(start, None)? else {
         // Unloaded it has no unique shape, as a pendulum: it is let go under the whole load.
         return let_go(equations, &vec![0.0; n], options);
@@ -135,10 +136,7 @@ fn load(equations: &mut Equations<'_>, stops: &[f64], options: &Options) -> Resu
     let last = place.state.clone();
     let released = let_go(equations, &place.state.q, options)?;
     if released.status.is_success() {
-        let judgement = released
-            .stability
-            .map(|stability| Judgement { stability, counts_velocities: released.counts_velocities });
-        let message = outcome::message(Status::LetGo, reached, judgement, &path);
+        let message = outcome::message(Status::LetGo, reached, released.verdict, &path);
         return Ok(Equilibrium { status: Status::LetGo, message, path, ..released });
     }
     let found = Found {
@@ -152,12 +150,13 @@ fn load(equations: &mut Equations<'_>, stops: &[f64], options: &Options) -> Resu
 
 /// Downhill from a shape.
 fn let_go(equations: &mut Equations<'_>, q0: &[f64], options: &Options) -> Result<Equilibrium, Interrupted> {
-    let mut state = State { q: q0.to_vec(), load_factor: 1.0 };
+    let mut state = equations.state(q0.to_vec(), 1.0)?;
     let descent = descent::descend(equations, &mut state, options.tolerance, options.max_iterations)?;
     let (status, step_norm, residual_norm) = match descent {
         Descent::Converged { step_norm, residual_norm } => (Status::Converged, step_norm, residual_norm),
         Descent::IterationLimit => (Status::IterationLimit, f64::NAN, f64::NAN),
         Descent::Stalled => (Status::Stalled, f64::NAN, f64::NAN),
+        Descent::Flawed(flaw) => (Status::Flawed(flaw), f64::NAN, f64::NAN),
         Descent::NonFinite => (Status::NonFinite, f64::NAN, f64::NAN),
     };
     judge(equations, Found { status, state, step_norm, residual_norm }, Path::default())
@@ -166,14 +165,14 @@ fn let_go(equations: &mut Equations<'_>, q0: &[f64], options: &Options) -> Resul
 /// The equations at a fixed load factor as a system for [`roots::Newton`], in scaled coordinates.
 struct Nearby<'a, 'b> {
     equations: &'a mut Equations<'b>,
-    state: State,
+    q: Vec<f64>,
     load: Vec<f64>,
 }
 
 impl Nearby<'_, '_> {
     fn set(&mut self, x: &[f64]) {
         for i in 0..x.len() {
-            self.state.q[i] = x[i] * self.equations.sizes[i];
+            self.q[i] = x[i] * self.equations.sizes[i];
         }
     }
 }
@@ -185,12 +184,12 @@ impl roots::System for Nearby<'_, '_> {
 
     fn residual(&mut self, x: &[f64], residual: &mut [f64]) -> Result<(), Interrupted> {
         self.set(x);
-        self.equations.residual(&self.state.q, self.state.load_factor, residual, &mut self.load)
+        self.equations.residual(&self.q, 1.0, residual, &mut self.load)
     }
 
     fn jacobian(&mut self, x: &[f64], jacobian: &mut Matrix) -> Result<(), Interrupted> {
         self.set(x);
-        self.equations.tangent(&self.state.q, self.state.load_factor, jacobian);
+        self.equations.tangent(&self.q, 1.0, jacobian);
         Ok(())
     }
 }
@@ -209,11 +208,11 @@ fn newton(equations: &mut Equations<'_>, q0: &[f64], options: &Options) -> Resul
         ..roots::Options::default()
     };
     let mut x: Vec<f64> = q0.iter().zip(&equations.sizes).map(|(q, size)| q / size).collect();
-    let state = State { q: q0.to_vec(), load_factor: 1.0 };
-    let mut system = Nearby { equations, state, load: vec![0.0; n] };
+    let mut system = Nearby { equations, q: q0.to_vec(), load: vec![0.0; n] };
     let outcome = roots::Newton::new(n, n).solve(&mut system, &mut x, &search)?;
     system.set(&x);
-    let state = system.state;
+    let q = system.q;
+    let state = equations.state(q, 1.0)?;
     equations.counters.iterations += outcome.iterations;
     let status = if outcome.status.is_success() { Status::Converged } else { Status::Newton(outcome.status) };
     let found = Found {
@@ -236,30 +235,28 @@ struct Found {
 /// Adds what the tangent says.
 fn judge(equations: &mut Equations<'_>, found: Found, path: Path) -> Result<Equilibrium, Interrupted> {
     let Found { mut status, state, step_norm, residual_norm } = found;
-    let shortage = if status.is_success() { equations.shortage_of_nodes(&state.q) } else { None };
-    if shortage.is_some() {
-        status = Status::Unresolved;
+    if let Some(flaw) = equations.flaw(&state.q).filter(|_| status.is_success()) {
+        status = Status::Flawed(flaw);
     }
-    let mut corrector = Corrector::new(equations.n());
-    corrector.evaluate(equations, &state)?;
-    let stiffness = Stiffness::new(equations, &corrector.tangent);
-    let judgement = stiffness.stability(equations, &state.q, &corrector.tangent);
-    let load_factor = state.load_factor;
-    let message = match shortage {
-        Some(shortage) => outcome::unresolved(shortage),
-        None => outcome::message(status, load_factor, judgement, &path),
+    let linear = equations.linearise(&state)?;
+    let stiffness = linear.as_ref().map(Stiffness::new);
+    let verdict = match (&linear, &stiffness) {
+        (Some(linear), Some(stiffness)) if status.is_success() => {
+            equations.verdict(&state, linear, stiffness)
+        }
+        _ => None,
     };
-    let judgement = judgement.filter(|_| status.is_success());
+    let load_factor = state.load_factor;
+    let own_norm = linear.as_ref().map_or(f64::NAN, |linear| linear.residual_norm);
     Ok(Equilibrium {
-        message,
+        message: outcome::message(status, load_factor, verdict, &path),
         load_factor,
         q: state.q,
         status,
-        residual_norm: if residual_norm.is_nan() { norm(&corrector.residual) } else { residual_norm },
+        residual_norm: if residual_norm.is_nan() { own_norm } else { residual_norm },
         step_norm,
-        stability: judgement.map(|judgement| judgement.stability),
-        counts_velocities: judgement.is_some_and(|judgement| judgement.counts_velocities),
-        lowest: stiffness.lowest,
+        verdict,
+        lowest: stiffness.map_or(f64::NAN, |stiffness| stiffness.lowest),
         path,
         counters: equations.counters,
     })

@@ -11,6 +11,9 @@ const MAX_ITERATIONS: usize = 500;
 /// Limit of the steps along a path.
 const MAX_STEPS: usize = 500;
 
+/// Most load factors at which a path has to stop: at a millisecond each they take a quarter of an hour.
+pub const MAX_STOPS: usize = 1_000_000;
+
 /// Longest step of a continuation, so that the path can be drawn: a quarter of a radian of the whole rod, or of the load.
 const MAX_STEP: f64 = 0.25;
 
@@ -58,12 +61,14 @@ impl Options {
         let mut check = Checker::new();
         match &self.start {
             Start::Unloaded { stops } => {
+                /// As many as a message has room for.
+                const SHOWN: usize = 10;
                 let increasing = stops.windows(2).all(|pair| pair[0] < pair[1]);
                 let inside = stops.iter().all(|stop| *stop > 0.0 && *stop <= 1.0);
                 check.require(
                     increasing && inside && stops.last() == Some(&1.0),
                     "load_steps",
-                    format_args!("{stops:?}"),
+                    format_args!("{} of them: {:?} ...", stops.len(), &stops[..stops.len().min(SHOWN)]),
                     "increasing parts of the load in (0, 1], the last one 1",
                 );
             }

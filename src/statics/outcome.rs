@@ -2,12 +2,12 @@
 
 use super::equations::Counters;
 use super::path::{CriticalKind, Path};
-use super::stability::{Judgement, Stability};
-use crate::model::at_least;
+use crate::model::{Flaw, at_least};
 use crate::roots;
+use crate::stability::{Stability, Verdict};
 
 /// How a search ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Status {
     /// In equilibrium under the whole load.
     Converged,
@@ -27,8 +27,8 @@ pub enum Status {
     Stalled,
     /// Forces or stiffnesses are not finite.
     NonFinite,
-    /// What was found is a shape that the model does not resolve.
-    Unresolved,
+    /// What was found, or what follows on the path, is a shape that the model does not have.
+    Flawed(Flaw),
     /// Newton's method from the start failed.
     Newton(roots::Status),
 }
@@ -51,7 +51,8 @@ impl Status {
             Self::IterationLimit => "iteration_limit",
             Self::Stalled => "stalled",
             Self::NonFinite => "non_finite",
-            Self::Unresolved => "unresolved",
+            Self::Flawed(Flaw::Unresolved { .. }) => "unresolved",
+            Self::Flawed(Flaw::Inverted { .. }) => "inverted",
             Self::Newton(status) => status.name(),
         }
     }
@@ -85,8 +86,17 @@ impl Status {
                  have a potential where it is bent sharply."
                 .to_owned(),
             Self::NonFinite => "Forces or stiffnesses are NaN or infinite. Start from a smaller `q0`.".to_owned(),
-            // How many nodes it takes is not known here.
-            Self::Unresolved => unresolved(f64::INFINITY),
+            Self::Flawed(flaw) => {
+                let cure = match flaw {
+                    Flaw::Unresolved { shortage } => {
+                        format!("Give the segment more `nodes`{}", at_least(shortage))
+                    }
+                    Flaw::Inverted { .. } => "It is loaded beyond what its stiffness against stretch bears: there, linear elasticity \
+                                              does not hold"
+                        .to_owned(),
+                };
+                format!("What the search came to at load factor {load_factor:.6} is a rod that {flaw}, so it is none. {cure}.")
+            }
             Self::Newton(status) => status.message().to_owned(),
         }
     }
@@ -108,11 +118,9 @@ pub struct Equilibrium {
     /// `|dq / s|` of the last Newton step: about the error of q.
     pub step_norm: f64,
     /// What small disturbances do; `None` where that is unknown.
-    pub stability: Option<Stability>,
-    /// Whether that counts forces that depend on velocities (drag, Coriolis forces): where the model has such and stiffness does not
-    /// decide.
-    pub counts_velocities: bool,
-    /// Smallest eigenvalue of the tangent stiffness relative to the elastic one: one without load, zero at critical points.
+    pub verdict: Option<Verdict>,
+    /// Smallest eigenvalue of the (symmetric part of the) tangent stiffness relative to that of material and springs: one without load,
+    /// zero at critical points.
     pub lowest: f64,
     /// The path of loading; empty where none was followed.
     pub path: Path,
@@ -133,26 +141,13 @@ pub struct Continuation {
     pub counters: Counters,
 }
 
-/// [`Status::Unresolved`] in words, for a shape that takes so many times as many nodes as there are.
-pub(super) fn unresolved(shortage: f64) -> String {
-    format!(
-        "The shape that was found turns by more than half a turn between neighbouring quadrature nodes, so it is none of the rod's. Give \
-         the segment more `nodes`{}.",
-        at_least(shortage)
-    )
-}
-
 /// The status in words, with what stability and critical points say. `end` is where the path of loading ended.
-pub(super) fn message(status: Status, end: f64, judgement: Option<Judgement>, path: &Path) -> String {
+pub(super) fn message(status: Status, end: f64, verdict: Option<Verdict>, path: &Path) -> String {
     let mut message = status.message(end);
     if status == Status::Finished || !status.is_success() {
         return message;
     }
-    let counts_velocities = judgement.is_some_and(|judgement| judgement.counts_velocities);
-    match judgement.map(|judgement| judgement.stability) {
-        Some(Stability::Stable) if counts_velocities => {
-            message += " It is stable with damping, drag and Coriolis forces; without them it need not be.";
-        }
+    match verdict.map(|verdict| verdict.stability) {
         Some(Stability::Stable) => {}
         Some(Stability::Neutral) => {
             message += " In some direction it has no stiffness: it is a critical point, or free to turn.";
@@ -169,13 +164,21 @@ pub(super) fn message(status: Status, end: f64, judgement: Option<Judgement>, pa
                 None => " Give `q0`, a shape a little off, to be let go.".to_owned(),
             };
         }
-        Some(Stability::Flutter) if counts_velocities => {
-            message += " It is unstable: with damping, drag and Coriolis forces, small disturbances grow as oscillations (flutter).";
-        }
         Some(Stability::Flutter) => {
-            message += " It is unstable: without damping, small disturbances grow as oscillations (flutter).";
+            message += " It is unstable: small disturbances grow as oscillations (flutter).";
         }
         None => message += " Its stability is unknown: the mass matrix is singular there.",
+    }
+    if let Some(Verdict { stability, undamped }) = verdict
+        && stability != undamped
+    {
+        let would = match undamped {
+            Stability::Stable => "be stable",
+            Stability::Neutral => "be neutral",
+            Stability::Divergence => "diverge",
+            Stability::Flutter => "flutter",
+        };
+        message += &format!(" Without damping, drag and Coriolis forces it would {would}.");
     }
     message
 }

@@ -6,12 +6,14 @@
 //! algorithms for a class of continuation methods"), and each one is checked: when stiffnesses have changed sign, the
 //! critical points in between are found; when there are none, the step has jumped to another path and is taken back.
 
-use super::corrector::{Corrected, Corrector, State};
-use super::equations::Equations;
-use super::stability::{Stability, Stiffness, Test};
+use super::corrector::{self, Corrected, correct};
+use super::equations::{Equations, Linear, State, Step};
+use super::stability::{Stiffness, Test};
 use crate::error::Interrupted;
-use crate::linalg::{dot, norm};
+use crate::linalg::{dot, norm, norm_inf};
+use crate::model::Flaw;
 use crate::roots::bracket::{Point, find_zero};
+use crate::stability::Stability;
 
 /// The first contraction rate that steps aim at: about four iterations a step.
 const WANTED_RATE: f64 = 0.1;
@@ -30,6 +32,9 @@ const FIRST_STEP_OF_BRANCH: f64 = 0.1;
 
 /// Steps shorter than that are not worth going on with.
 const SHORTEST_STEP: f64 = 1e-9;
+
+/// Nor are steps shorter than that towards shapes that are none.
+const SHORTEST_STEP_TO_FLAW: f64 = 1e-4;
 
 /// A step that ends farther from where its direction pointed, relative to its length, is tried again shorter. The load factor
 /// is looked at for itself: where a little load moves much, paths of very different loads are close to each other.
@@ -102,7 +107,7 @@ pub struct Path {
     pub load_factor: Vec<f64>,
     /// Coordinates one after the other, n numbers each.
     pub q: Vec<f64>,
-    /// Smallest eigenvalue of the tangent stiffness relative to the elastic one, shape (m,).
+    /// Smallest eigenvalue of the tangent stiffness relative to that of material and springs, shape (m,).
     pub lowest: Vec<f64>,
     /// What small disturbances do, shape (m,); `None` where the mass matrix is singular.
     pub stability: Vec<Option<Stability>>,
@@ -111,12 +116,14 @@ pub struct Path {
 }
 
 /// Why a path ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum End {
     UpperBound,
     LowerBound,
     StepTooSmall,
     TooManySteps,
+    /// Beyond, equilibria are shapes that the model does not have.
+    Flawed(Flaw),
 }
 
 /// The last equilibrium of a path.
@@ -124,26 +131,27 @@ pub(super) enum End {
 pub(super) struct Place {
     pub(super) state: State,
     /// Of the path there, of scaled norm one.
-    direction: Vec<f64>,
+    direction: Step,
     pub(super) stiffness: Stiffness,
+    pub(super) linear: Linear,
     pub(super) corrected: Corrected,
 }
 
 /// Equilibria followed one after the other.
 pub(super) struct Follower<'a, 'b> {
     pub(super) equations: &'a mut Equations<'b>,
-    pub(super) corrector: Corrector,
     pub(super) path: Path,
     course: Course,
     is_branch: bool,
     /// Scaled change of the coordinates with the load factor at the start.
     compliance: f64,
+    /// Why the last step led nowhere, where it led to a shape that is none.
+    pub(super) flaw: Option<Flaw>,
 }
 
 impl<'a, 'b> Follower<'a, 'b> {
     pub(super) fn new(equations: &'a mut Equations<'b>, course: Course) -> Self {
-        let corrector = Corrector::new(equations.n());
-        Self { equations, corrector, path: Path::default(), course, is_branch: false, compliance: 0.0 }
+        Self { equations, path: Path::default(), course, is_branch: false, compliance: 0.0, flaw: None }
     }
 
     /// The equilibrium near `start` at its load factor, from which the path goes to larger load factors, or along
@@ -156,30 +164,24 @@ impl<'a, 'b> Follower<'a, 'b> {
         let n = start.q.len();
         let mut at_load_factor = vec![0.0; n + 1];
         at_load_factor[n] = 1.0;
-        let mut corrected = Corrected { rate: 0.0, step_norm: 0.0, residual_norm: 0.0 };
-        self.corrector.evaluate(self.equations, &start)?;
-        corrected.residual_norm = norm(&self.corrector.residual);
-        let reference = self.equations.reference_stiffness(&self.corrector.tangent);
-        let is_equilibrium = self
-            .corrector
-            .residual
-            .iter()
-            .zip(&reference)
-            .all(|(residual, stiffness)| residual.abs() <= self.course.tolerance * stiffness);
+        let Some(mut linear) = self.equations.linearise(&start)? else { return Ok(None) };
+        let residual_norm = linear.residual_norm;
+        let mut corrected = Corrected { rate: 0.0, step_norm: 0.0, residual_norm };
+        let tolerance = self.course.tolerance;
         // Where a branch begins the tangent is singular, so that what is an equilibrium already is left alone.
-        if !is_equilibrium {
-            match self.corrector.correct(
-                self.equations,
-                &mut start,
-                &at_load_factor,
-                self.course.tolerance,
-            )? {
+        if norm_inf(&linear.natural.coordinates(&linear.residual)) > tolerance {
+            match correct(self.equations, &mut start, &at_load_factor, tolerance)? {
                 Some(done) => corrected = done,
                 None => return Ok(None),
             }
-            self.corrector.evaluate(self.equations, &start)?;
+            let Some(there) = self.equations.linearise(&start)? else { return Ok(None) };
+            linear = there;
         }
-        let stiffness = Stiffness::new(self.equations, &self.corrector.tangent);
+        self.flaw = self.equations.flaw(&start.q);
+        if self.flaw.is_some() {
+            return Ok(None);
+        }
+        let stiffness = Stiffness::new(&linear);
         let forward: Vec<f64> = match direction {
             Some(direction) => {
                 let scaled = direction.iter().zip(&self.equations.sizes).map(|(d, s)| d / s);
@@ -190,12 +192,17 @@ impl<'a, 'b> Follower<'a, 'b> {
             None => at_load_factor,
         };
         self.is_branch = direction.is_some() && stiffness.smallest() <= CRITICAL;
-        let direction = if self.is_branch { Some(forward) } else { self.corrector.direction(&forward) };
+        let direction = if self.is_branch {
+            Some(linear.moved(forward))
+        } else {
+            corrector::direction(&linear, &forward)
+        };
         let Some(direction) = direction else { return Ok(None) };
         // Along a branch nothing is known of it; the deviation of the whole state has to do.
-        self.compliance = if self.is_branch { 0.0 } else { norm(&direction[..n]) / direction[n].abs() };
-        let place = Place { state: start, direction, stiffness, corrected };
-        self.record(&place)?;
+        self.compliance =
+            if self.is_branch { 0.0 } else { norm(&direction.scaled[..n]) / direction.load_factor().abs() };
+        let place = Place { state: start, direction, stiffness, linear, corrected };
+        self.record(&place);
         Ok(Some(place))
     }
 
@@ -205,7 +212,7 @@ impl<'a, 'b> Follower<'a, 'b> {
         for _ in 0..self.course.max_steps {
             let target = self.target(place);
             loop {
-                let rate = place.direction[place.state.q.len()];
+                let rate = place.direction.load_factor();
                 let to_target = (target - place.state.load_factor) / rate;
                 let longest = step.min(self.course.max_step);
                 let is_landing = to_target > 0.0 && to_target <= longest;
@@ -221,11 +228,13 @@ impl<'a, 'b> Follower<'a, 'b> {
                     break;
                 }
                 step = length * CUT;
-                if step < SHORTEST_STEP {
-                    return Ok(End::StepTooSmall);
+                match self.flaw {
+                    Some(flaw) if step < SHORTEST_STEP_TO_FLAW => return Ok(End::Flawed(flaw)),
+                    None if step < SHORTEST_STEP => return Ok(End::StepTooSmall),
+                    _ => {}
                 }
             }
-            self.record(place)?;
+            self.record(place);
             let [lower, upper] = self.course.bounds;
             if place.state.load_factor >= upper {
                 return Ok(End::UpperBound);
@@ -239,8 +248,8 @@ impl<'a, 'b> Follower<'a, 'b> {
 
     /// The load factor that the path goes to next.
     fn target(&self, place: &Place) -> f64 {
-        let State { q, load_factor } = &place.state;
-        if place.direction[q.len()] < 0.0 {
+        let load_factor = &place.state.load_factor;
+        if place.direction.load_factor() < 0.0 {
             return self.course.bounds[0];
         }
         let next = self.course.stops.iter().find(|stop| **stop > *load_factor);
@@ -254,26 +263,26 @@ impl<'a, 'b> Follower<'a, 'b> {
         length: f64,
         landing: Option<f64>,
     ) -> Result<Option<Place>, Interrupted> {
+        self.flaw = None;
         let mut state = place.state.clone();
         state.advance(&place.direction, length, &self.equations.sizes);
         let (predicted, sizes) = (state.clone(), self.equations.sizes.clone());
         let allowance =
             (length / self.compliance).max((predicted.load_factor - place.state.load_factor).abs());
         let is_near = |state: &State| {
-            norm(&state.since(&predicted, &sizes)) <= LARGEST_DEVIATION * length
+            norm(&state.since(&predicted, &sizes).scaled) <= LARGEST_DEVIATION * length
                 && (state.load_factor - predicted.load_factor).abs() <= LARGEST_DEVIATION * allowance
         };
         let corrected = match landing {
             Some(target) => self.land(&mut state, target)?.filter(|_| is_near(&state)),
             None => {
                 let tolerance = self.course.tolerance;
-                let along =
-                    self.corrector.correct(self.equations, &mut state, &place.direction, tolerance)?;
+                let along = correct(self.equations, &mut state, &place.direction.scaled, tolerance)?;
                 let along = along.filter(|_| is_near(&state));
                 match (along, self.passed(place, &state)) {
                     (Some(_), Some(target)) => {
                         let whole = state.since(&place.state, &self.equations.sizes);
-                        let part = (target - place.state.load_factor) / whole[place.state.q.len()];
+                        let part = (target - place.state.load_factor) / whole.load_factor();
                         state = place.state.clone();
                         state.advance(&whole, part, &self.equations.sizes);
                         self.land(&mut state, target)?
@@ -283,15 +292,19 @@ impl<'a, 'b> Follower<'a, 'b> {
             }
         };
         let Some(corrected) = corrected else { return Ok(None) };
-        self.corrector.evaluate(self.equations, &state)?;
-        let stiffness = Stiffness::new(self.equations, &self.corrector.tangent);
-        let direction = self.corrector.direction(&place.direction);
-        // At a bifurcation there is no single direction: a step just beyond will find one.
-        let Some(direction) = direction.filter(|_| stiffness.lowest.is_finite()) else { return Ok(None) };
-        if dot(&direction, &place.direction) < SMALLEST_COSINE {
+        self.flaw = self.equations.flaw(&state.q);
+        if self.flaw.is_some() {
             return Ok(None);
         }
-        let next = Place { state, direction, stiffness, corrected };
+        let Some(linear) = self.equations.linearise(&state)? else { return Ok(None) };
+        let stiffness = Stiffness::new(&linear);
+        let direction = corrector::direction(&linear, &place.direction.scaled);
+        // At a bifurcation there is no single direction: a step just beyond will find one.
+        let Some(direction) = direction.filter(|_| stiffness.lowest.is_finite()) else { return Ok(None) };
+        if dot(&direction.scaled, &place.direction.scaled) < SMALLEST_COSINE {
+            return Ok(None);
+        }
+        let next = Place { state, direction, stiffness, linear, corrected };
         Ok(self.find_critical_points(place, &next)?.then_some(next))
     }
 
@@ -300,7 +313,7 @@ impl<'a, 'b> Follower<'a, 'b> {
         state.load_factor = target;
         let mut at_load_factor = vec![0.0; state.q.len() + 1];
         at_load_factor[state.q.len()] = 1.0;
-        self.corrector.correct(self.equations, state, &at_load_factor, self.course.tolerance)
+        correct(self.equations, state, &at_load_factor, self.course.tolerance)
     }
 
     /// The load factor between a place and a state at which the path has to stop.
@@ -331,12 +344,11 @@ impl<'a, 'b> Follower<'a, 'b> {
                 state = from.state.clone();
                 state.advance(&whole, t, &sizes);
                 let tolerance = self.course.tolerance;
-                let corrected =
-                    self.corrector.correct(self.equations, &mut state, &from.direction, tolerance)?;
+                let corrected = correct(self.equations, &mut state, &from.direction.scaled, tolerance)?;
                 value = f64::NAN;
-                if corrected.is_some() {
-                    self.corrector.evaluate(self.equations, &state)?;
-                    let stiffness = Stiffness::new(self.equations, &self.corrector.tangent);
+                let linear = if corrected.is_some() { self.equations.linearise(&state)? } else { None };
+                if let Some(linear) = linear {
+                    let stiffness = Stiffness::new(&linear);
                     is_mixed |= matches!(test, Test::Eigenvalue(_)) && !stiffness.is_symmetric;
                     value = stiffness.value(test);
                 }
@@ -356,9 +368,9 @@ impl<'a, 'b> Follower<'a, 'b> {
         }
         found.sort_by(|a, b| a.0.total_cmp(&b.0));
         for (_, multiplicity, state) in found {
-            self.corrector.evaluate(self.equations, &state)?;
-            let stiffness = Stiffness::new(self.equations, &self.corrector.tangent);
-            let Some((directions, is_pushed)) = stiffness.softest(multiplicity, &self.corrector.load) else {
+            let Some(linear) = self.equations.linearise(&state)? else { return Ok(false) };
+            let Some((directions, is_pushed)) = Stiffness::new(&linear).softest(multiplicity, &linear.load)
+            else {
                 return Ok(false);
             };
             let directions = directions
@@ -378,13 +390,11 @@ impl<'a, 'b> Follower<'a, 'b> {
         Ok(true)
     }
 
-    fn record(&mut self, place: &Place) -> Result<(), Interrupted> {
-        self.corrector.evaluate(self.equations, &place.state)?;
-        let judgement = place.stiffness.stability(self.equations, &place.state.q, &self.corrector.tangent);
+    fn record(&mut self, place: &Place) {
+        let verdict = self.equations.verdict(&place.state, &place.linear, &place.stiffness);
         self.path.load_factor.push(place.state.load_factor);
         self.path.q.extend_from_slice(&place.state.q);
         self.path.lowest.push(place.stiffness.lowest);
-        self.path.stability.push(judgement.map(|judgement| judgement.stability));
-        Ok(())
+        self.path.stability.push(verdict.map(|verdict| verdict.stability));
     }
 }

@@ -95,3 +95,64 @@ def test_a_balance_of_given_energies():
     assert (found.drift, found.scale, found.moves) == (0.0, 2.0, True)
     with pytest.raises(ValueError, match="work: got 2 values, expected 3 values"):
         lissom.Balance(kinetic=zeros, elastic=zeros, **{**parts, "work": [0.0, 0.0]})
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+@pytest.mark.parametrize("where", ["kinetic", "elastic", "gravitational", "loads", "dissipated", "work"])
+@pytest.mark.parametrize("at", [0, 1, 3])
+def test_what_is_not_finite_is_no_drift_of_zero(where, at, value):
+    energies = {
+        name: np.array([0.0, 1.0, 0.0, 1.0])
+        for name in ("kinetic", "elastic", "gravitational", "loads", "dissipated", "work")
+    }
+    energies[where][at] = value
+    found = lissom.Balance(**energies)
+    assert np.isnan(found.drift)
+    assert not np.isfinite(found.scale)
+    assert found.moves
+
+
+def test_an_empty_balance_has_no_drift():
+    nothing = lissom.Balance(kinetic=[], elastic=[], gravitational=[], loads=[], dissipated=[], work=[])
+    assert (nothing.drift, nothing.scale, nothing.moves) == (0.0, 0.0, False)
+
+
+def test_reports_of_energies_that_are_not_finite_say_so(tmp_path):
+    """A motion that is fine with energies that are not: huge coordinates of a body far away."""
+    import json
+
+    from lissom import results
+    from lissom.report import text
+
+    scene = lissom.Scene.loads(
+        """
+        version = 1
+        [scene]
+        gravity = [0, 0, 0]
+        [[rod]]
+        v0 = [1e160]
+        [[rod.segment]]
+        length = 1.0
+        radius = 0.01
+        young_modulus = 1e6
+        shear_modulus = 4e5
+        density = 1000
+        modes = { torsion = 1 }
+        [simulation]
+        duration = 1e-3
+        step = 1e-3
+        """
+    )
+    motion = lissom.simulate(scene.model, 1e-200, v0=scene.v0, dt=1e-200)
+    assert motion.success
+    assert not np.isfinite(motion.balance.drift)
+    run = results.Run(scene, motion)
+    said, good = text.outcome(run)
+    assert not good
+    assert "energy balance is not finite" in said
+    assert dict(text.summary(run))["energy drift"].startswith("NaN")
+    (tmp_path / "out").mkdir()
+    results.write(run, tmp_path / "out", None)
+    numbers = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert numbers["energy_drift"] is None
+    assert "energy balance is not finite" in numbers["message"]

@@ -4,18 +4,22 @@ import json
 import os
 import pty
 import re
+import resource
 import signal
 import subprocess
 import sys
 import termios
+import time
 from pathlib import Path
 
+import click
 import numpy as np
 import pytest
 import xarray
 
 import lissom
-from lissom import cli, report, results
+from lissom import cli, folders, report, results, studies
+from lissom.interruption import SAVING, Interruption
 
 SCENES = Path(__file__).parents[2] / "scenes"
 
@@ -45,12 +49,34 @@ output.step = 1e-2
 """
 
 
-def lissom_command(*arguments, without=(), cwd):
-    """Run the command; modules in ``without`` cannot be imported."""
+#: Makes the import of a module an occasion to do something.
+AT_IMPORT = """
+import os, shutil, signal, sys
+
+class Finder:
+    def find_spec(self, name, path=None, target=None):
+        if name in at:
+            at.pop(name)()
+
+def interrupt(times=1):
+    for _ in range(times):
+        os.kill(os.getpid(), signal.SIGINT)
+
+def fail():
+    raise RuntimeError("broken\\ninstallation")
+
+at = {}
+sys.meta_path.insert(0, Finder())
+"""
+
+
+def lissom_command(*arguments, without=(), at_import="", cwd, **options):
+    """Run the command; modules in ``without`` cannot be imported, others are an occasion for something."""
     hide = f"import sys; sys.modules.update(dict.fromkeys({list(without)!r}))"
-    program = f"{hide}; from lissom.cli import main; main()"
+    occasions = f"{AT_IMPORT}\nat.update({at_import})" if at_import else ""
+    program = f"{hide}\n{occasions}\nfrom lissom.__main__ import main; main()"
     command = [sys.executable, "-c", program, *map(str, arguments)]
-    return subprocess.run(command, cwd=cwd, capture_output=True, text=True, timeout=100)
+    return subprocess.run(command, cwd=cwd, capture_output=True, text=True, timeout=100, **options)
 
 
 @pytest.fixture
@@ -67,7 +93,7 @@ def scene(tmp_path):
 
 def no_leftovers(folder):
     """No partial folder stands around."""
-    return not [path for path in folder.rglob(".*") if "partial" in path.name or "replaced" in path.name]
+    return not list(folder.rglob(f"{folders.PARTIAL}*"))
 
 
 def test_a_good_scene_is_simulated_and_written(scene, tmp_path):
@@ -270,14 +296,15 @@ def test_the_current_folder_stays_where_it_is(scene, tmp_path):
 
 
 def test_results_that_cannot_be_completed_leave_the_earlier_ones(tmp_path):
-    with results.atomic_folder(tmp_path / "out") as folder:
-        results.write_summary({results.MARK: "0.1.0"}, folder)
+    with folders.Folder(tmp_path / "out") as folder:
+        results.write_summary({folders.MARK: "0.1.0"}, folder.partial)
+        assert folder.publish() == ["summary.json"]
     before = files_in(tmp_path)
     assert set(before) == {Path("out/summary.json")}
 
     def fill_the_disk():
-        with results.atomic_folder(tmp_path / "out") as folder:
-            (folder / "summary.json").touch()
+        with folders.Folder(tmp_path / "out") as folder:
+            (folder.partial / "summary.json").touch()
             raise OSError("the disk is full")
 
     with pytest.raises(OSError, match="full"):
@@ -286,14 +313,51 @@ def test_results_that_cannot_be_completed_leave_the_earlier_ones(tmp_path):
     assert no_leftovers(tmp_path)
 
 
-def test_what_a_killed_run_left_is_in_nobodys_way(tmp_path):
-    leftover = tmp_path / "out" / f"{results.PARTIAL}0"
+def test_folders_that_a_run_made_go_with_it(tmp_path):
+    (tmp_path / "mine").mkdir()
+    with folders.Folder(tmp_path / "mine" / "a" / "b") as folder:
+        assert folder.partial.is_dir()
+    assert list(tmp_path.rglob("*")) == [tmp_path / "mine"]
+
+
+def test_what_killed_runs_left_is_removed(tmp_path):
+    leftover = tmp_path / "out" / f"{folders.PARTIAL}0"
     leftover.mkdir(parents=True)
-    results.check_target(tmp_path / "out")
-    with results.atomic_folder(tmp_path / "out") as folder:
-        results.write_summary({results.MARK: "0.1.0"}, folder)
-    assert {found.name for found in (tmp_path / "out").iterdir()} == {"summary.json", leftover.name}
-    results.check_target(tmp_path / "out")
+    (leftover / "trajectory.nc").write_text("half")
+    folders.check_target(tmp_path / "out")
+    with folders.Folder(tmp_path / "out") as folder:
+        assert not leftover.exists()
+        results.write_summary({folders.MARK: "0.1.0"}, folder.partial)
+        folder.publish()
+    assert {found.name for found in (tmp_path / "out").iterdir()} == {"summary.json"}
+    folders.check_target(tmp_path / "out")
+
+
+@pytest.mark.parametrize(
+    "command", [["run"], ["statics"], ["modes"], ["lab"], ["validate"], ["stress", "--quick"]]
+)
+def test_a_second_run_into_a_folder_is_refused_before_work(command, scene, tmp_path):
+    takes_scene = command[0] in ("run", "statics", "modes")
+    arguments = [*command, *([scene(ENDLESS)] if takes_scene else []), "-o", "out"]
+    with folders.Folder(tmp_path / "out") as folder:
+        done = lissom_command(*arguments, cwd=tmp_path)
+        assert done.returncode == 2
+        assert "another run of lissom is writing into out" in done.stderr
+        assert folder.partial.is_dir(), "and it goes on"
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_killed_run_holds_no_folder(scene, tmp_path):
+    command = [sys.executable, "-m", "lissom", "run", scene(ENDLESS), "-o", "out"]
+    with subprocess.Popen(command, cwd=tmp_path) as process:
+        try:
+            while not list(tmp_path.glob(f"out/{folders.PARTIAL}*")):
+                assert process.poll() is None
+        finally:
+            process.kill()
+    assert not no_leftovers(tmp_path)
+    assert lissom_command("run", scene(WIRE), "-o", "out", "--no-report", cwd=tmp_path).returncode == 0
+    assert no_leftovers(tmp_path)
 
 
 @pytest.mark.parametrize("command", ["run", "check"])
@@ -389,7 +453,10 @@ def test_an_interrupted_run_keeps_what_it_has(scene, tmp_path):
             shown = b""
             while not re.search(rb"Simulating: +\d+%\|.*\| [1-9][\d.]*/1e\+03 s", shown):
                 shown += os.read(ours, 1000)
-            process.send_signal(signal.SIGINT)
+            # An impatient user.
+            for _ in range(5):
+                process.send_signal(signal.SIGINT)
+                time.sleep(0.01)
             said, _ = process.communicate(timeout=60)
         finally:
             process.kill()
@@ -400,6 +467,153 @@ def test_an_interrupted_run_keeps_what_it_has(scene, tmp_path):
     assert summary["outcome"] == "interrupted"
     assert 0.0 < summary["simulated_seconds"] < 1000.0
     assert (tmp_path / "out" / "trajectory.nc").exists()
+    assert no_leftovers(tmp_path)
+
+
+#: What is imported by and by until the first step.
+EARLY = (
+    "lissom.cli",
+    "click.core",
+    "numpy",
+    "numpy._core.multiarray",
+    "numpy.linalg",
+    "lissom._lissom",
+    "tqdm",
+)
+
+
+@pytest.mark.parametrize("module", EARLY)
+def test_ctrl_c_before_the_first_step_is_a_word(module, scene, tmp_path):
+    interrupt = f"{{{module!r}: lambda: interrupt(3)}}"
+    done = lissom_command("run", scene(ENDLESS), "-o", "out", at_import=interrupt, cwd=tmp_path)
+    assert (done.returncode, done.stderr.lstrip()) == (130, "Interrupted; nothing was written.\n")
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("command", ["run", "statics", "modes"])
+def test_ctrl_c_while_saving_loses_nothing(command, scene, tmp_path):
+    at_import = "{'plotly.graph_objects': lambda: interrupt(3), 'h5netcdf': lambda: interrupt(2)}"
+    done = lissom_command(command, scene(WIRE), "-o", "out", at_import=at_import, cwd=tmp_path)
+    assert done.returncode == 130
+    assert set(done.stderr.splitlines()) == {SAVING}
+    assert json.loads((tmp_path / "out" / "summary.json").read_text())["outcome"] == "finished"
+    assert len(files_in(tmp_path / "out")) == 3
+    assert no_leftovers(tmp_path)
+
+
+def test_ctrl_c_keeps_the_parts_that_are_done(tmp_path):
+    """The lab's second part imports nothing new, but plotly is first imported in its first one."""
+    program = "from lissom import lab, cli; import os, signal\n"
+    program += "lab.PARTS['pendulum'] = lambda: os.kill(os.getpid(), signal.SIGINT)\n"
+    program += "from lissom.__main__ import main; main()"
+    command = [sys.executable, "-c", program, "lab", "-o", "lab"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=100)
+    assert (done.returncode, done.stderr) == (130, "")
+    numbers = json.loads((tmp_path / "lab" / "summary.json").read_text())
+    assert set(numbers) == {"lissom", "roots"}
+    assert (tmp_path / "lab" / "lab.html").exists()
+
+
+@pytest.fixture
+def interruption():
+    """One that hears Ctrl-C in this process."""
+    previous = signal.getsignal(signal.SIGINT)
+    found = Interruption()
+    found.install()
+    yield found
+    signal.signal(signal.SIGINT, previous)
+
+
+def test_what_is_computed_until_ctrl_c_is_collected(interruption, capfd):
+    def numbers(first):
+        yield from range(first)
+        os.kill(os.getpid(), signal.SIGINT)
+        yield first
+
+    interruption.answer()
+    assert interruption.collect(range(3)) == [0, 1, 2]
+    assert not interruption.requested
+    interruption.answer()
+    assert interruption.collect(numbers(3)) == [0, 1, 2]
+    os.kill(os.getpid(), signal.SIGINT)
+    assert capfd.readouterr().err == "What was computed is being saved; that ends by itself.\n"
+    with pytest.raises(KeyboardInterrupt):
+        interruption.answer()
+
+
+def test_ctrl_c_before_anything_is_computed_is_an_interrupt(interruption):
+    def nothing():
+        os.kill(os.getpid(), signal.SIGINT)
+        yield 1
+
+    interruption.answer()
+    with pytest.raises(KeyboardInterrupt):
+        interruption.collect(nothing())
+
+
+def test_impatience_does_not_disturb_what_cleans_up(interruption):
+    interruption.answer()
+    with pytest.raises(KeyboardInterrupt):
+        os.kill(os.getpid(), signal.SIGINT)
+    os.kill(os.getpid(), signal.SIGINT)
+    assert interruption.requested
+
+
+@pytest.mark.parametrize("command", ["run", "statics", "modes"])
+def test_a_report_that_fails_costs_the_report(command, scene, tmp_path):
+    broken = "{'plotly.graph_objects': fail}"
+    done = lissom_command(command, scene(WIRE), "-o", "out", at_import=broken, cwd=tmp_path)
+    assert done.returncode == 1
+    assert done.stderr == "The report could not be written: RuntimeError: broken installation\n"
+    assert (
+        f"A wire: {'2 modes' if command == 'modes' else 'Finished' if command == 'run' else 'In equ'}"
+        in done.stdout
+    )
+    names = {found.name for found in (tmp_path / "out").iterdir()}
+    assert len(names) == 2
+    assert "summary.json" in names
+
+
+def test_a_trajectory_that_h5netcdf_cannot_write_is_written_by_numpy(scene, tmp_path):
+    done = lissom_command(
+        "run", scene(WIRE), "-o", "out", "--no-report", at_import="{'h5netcdf.core': fail}", cwd=tmp_path
+    )
+    assert done.returncode == 1
+    assert "trajectory.nc could not be written, trajectory.npz was: RuntimeError: broken" in done.stderr
+    assert {found.name for found in (tmp_path / "out").iterdir()} == {"trajectory.npz", "summary.json"}
+
+
+def test_results_whose_folder_has_gone_are_written_elsewhere(scene, tmp_path):
+    (tmp_path / "elsewhere").mkdir()
+    environment = os.environ | {"TMPDIR": str(tmp_path / "elsewhere")}
+    gone = "{'h5netcdf': lambda: shutil.rmtree('out')}"
+    done = lissom_command("run", scene(WIRE), "-o", "out", at_import=gone, cwd=tmp_path, env=environment)
+    assert done.returncode == 1
+    assert "out could not be written: " in done.stderr
+    (folder,) = (tmp_path / "elsewhere").iterdir()
+    assert f"The results are in {folder} instead." in done.stderr
+    assert {path.name for path in folder.iterdir()} == {"trajectory.nc", "report.html", "summary.json"}
+
+
+@pytest.mark.parametrize("limit", [0, 20_000])
+@pytest.mark.parametrize("without", [[], ["xarray"]], ids=["netcdf", "npz"])
+def test_a_full_disk_is_said_and_leaves_the_earlier_results(limit, without, scene, tmp_path):
+    """No file may grow beyond a limit: none is seen before the first step, 20 kB by the trajectory."""
+    path = scene(WIRE.replace("[simulation]", "[simulation]\nstep = 1e-4"))
+    with folders.Folder(tmp_path / "out") as folder:
+        results.write_summary({folders.MARK: "0.1.0"}, folder.partial)
+        folder.publish()
+    before = files_in(tmp_path)
+    done = lissom_command(
+        *("run", path, "-o", "out"),
+        without=without,
+        cwd=tmp_path,
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)),
+    )
+    assert done.returncode == 1, done.stderr
+    assert done.stderr.startswith("out could not be written: [Errno 27] File too large")
+    assert "Traceback" not in done.stderr
+    assert files_in(tmp_path) == before
     assert no_leftovers(tmp_path)
 
 
@@ -418,7 +632,8 @@ def test_what_an_extra_is_missing_for_is_said(scene, tmp_path):
 
 def test_what_cannot_be_written_is_said(scene, tmp_path):
     (tmp_path / "file").touch()
-    done = lissom_command("run", scene(WIRE), "-o", "file/out", cwd=tmp_path)
+    # Nobody waits for a simulation whose results have no place.
+    done = lissom_command("run", scene(ENDLESS), "-o", "file/out", cwd=tmp_path)
     assert done.returncode == 1
     assert "could not be written" in done.stderr
     assert "Traceback" not in done.stderr
@@ -527,3 +742,130 @@ def test_a_scene_without_modes(scene, tmp_path):
     assert done.returncode == 1
     assert "mass matrix at q is not positive definite" in done.stderr
     assert not (tmp_path / "results").exists()
+
+
+def rod_scene(simulation="duration = 0.02", rod="", **changes):
+    """The wire with other keys of its segment, or without some."""
+    keys = {
+        "length": 1.0,
+        "radius": 1e-3,
+        "young_modulus": 210e9,
+        "shear_modulus": 80e9,
+        "density": 7800,
+        "modes": "{ bend_y = 2 }",
+    } | changes
+    segment = "\n".join(f"{key} = {value}" for key, value in keys.items() if value is not None)
+    return f"version = 1\n[[rod]]\n{rod}\n[[rod.segment]]\n{segment}\n[simulation]\n{simulation}\n"
+
+
+GIVEN = dict.fromkeys(("radius", "young_modulus", "shear_modulus", "density")) | {
+    "section": '{ shape = "given", stiffness = [1, 1, 1, 100, 100, 100], mass = 0.1 }'
+}
+
+#: Scenes that are valid, and not what anybody thinks of.
+ODD = {
+    "a name with NUL": '[scene]\nname = "a\\u0000b"\n' + rod_scene(),
+    "a name of nothing": '[scene]\nname = ""\n' + rod_scene(),
+    "a section without size": rod_scene(**GIVEN),
+    "a section without size, twisted": rod_scene(**GIVEN | {"modes": "{ torsion = 1 }"}),
+    "torsion alone": rod_scene(modes="{ torsion = 1 }", simulation="duration = 1e-4\nmethod = 'radau'"),
+    "no gravity": "[scene]\ngravity = [0, 0, 0]\n" + rod_scene(),
+    "coordinates that no node resolves": rod_scene(rod="q0 = [1e8, 1e8]"),
+    "velocities beyond doubles": rod_scene(
+        rod="v0 = [1e200, 0]", simulation="duration = 0.1\nmethod = 'rk45'"
+    ),
+    "a load beyond doubles": rod_scene(rod="tip_force = [0, 0, 1e300]"),
+    "open modes of it": rod_scene(
+        rod="tip_force = [1e300, 0, 1e300]", modes="'auto'", simulation="duration = 0.1\ntolerance = 1e-2"
+    ),
+    "nothing kept": rod_scene(simulation="duration = 0.1\noutput = { quantities = [] }"),
+    "a moment of time": rod_scene(simulation="duration = 1e-300"),
+    "an atom": rod_scene(length=1e-9, radius=1e-12),
+    "a pendulum in its hinge": "[pendulum]\nq0 = [0, -1]\n[simulation]\nduration = 0.1\n",
+    "a spring of nothing": "[pendulum]\nmass = 1e300\nstiffness = 1e-300\n[simulation]\nduration = 0.1\n",
+}
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ["check"],
+        ["explain"],
+        ["run", "-o", "out"],
+        ["statics", "-o", "out"],
+        ["statics", "--from-start", "-o", "out"],
+        ["modes", "-o", "out"],
+        ["modes", "--at-start", "-o", "out"],
+    ],
+    ids=lambda command: "-".join(word.strip("-") for word in command),
+)
+@pytest.mark.parametrize("name", ODD)
+def test_odd_scenes_end_with_words(name, command, scene, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    text = (
+        ODD[name]
+        if ODD[name].startswith("version")
+        else "version = 1\n" + ODD[name].replace("version = 1\n", "")
+    )
+    path = scene(text)
+    try:
+        code = cli.commands.main([command[0], str(path), *command[1:]], standalone_mode=False)
+    except click.ClickException as refusal:
+        code = refusal.exit_code
+    assert code in (0, 1, 2)
+    said = capsys.readouterr()
+    assert re.search(r"\bnan\b", said.out) is None
+    assert not said.err or "Warning" not in said.err
+    assert no_leftovers(tmp_path)
+    if (tmp_path / "out").exists():
+        assert "trajectory.npz" not in {path.name for path in (tmp_path / "out").iterdir()}
+        assert json.loads((tmp_path / "out" / "summary.json").read_text())
+
+
+@pytest.mark.parametrize("count", [60, 61, 64])
+def test_check_advises_on_every_number_of_modes(count, scene, tmp_path):
+    """Four more than 60 are as many as a strain may have."""
+    path = scene(rod_scene(modes=f"{{ torsion = {count} }}", simulation="duration = 1\nmethod = 'radau'"))
+    done = lissom_command("check", path, cwd=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert f"good, {count} generalised coordinates" in done.stdout
+
+
+def test_open_modes_that_cannot_be_chosen_are_a_message(scene, tmp_path):
+    path = scene("version = 1\n" + ODD["open modes of it"].replace("version = 1\n", ""))
+    for command, code in (("check", 2), ("run", 1), ("statics", 1), ("modes", 1), ("explain", 1)):
+        done = lissom_command(command, path, cwd=tmp_path)
+        assert done.returncode == code
+        assert re.fullmatch(
+            rf"{path}: .*modes: No modes were chosen, because a trial failed.*\n", done.stderr
+        )
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def unresolved(model, q0=None, **options):
+    """Statics that give up at once."""
+    return lissom.statics(model, q0, method="newton", max_iter=1, **options)
+
+
+def test_modes_without_an_equilibrium_are_what_statics_found(scene, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(studies, "statics", unresolved)
+    path = scene(rod_scene(young_modulus=1e5, shear_modulus=4e4, radius=0.01, density=1000))
+    assert cli.commands.main(["modes", str(path), "-o", "out"], standalone_mode=False) == 1
+    assert "Failed: " in capsys.readouterr().out
+    assert {found.name for found in (tmp_path / "out").iterdir()} == {
+        "equilibrium.npz",
+        "report.html",
+        "summary.json",
+    }
+    assert json.loads((tmp_path / "out" / "summary.json").read_text())["outcome"] == "failed"
+
+
+def test_modes_that_are_interrupted_keep_the_equilibrium(scene, tmp_path, monkeypatch):
+    def interrupted(model, q, **options):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(studies, "modes", interrupted)
+    arguments = ["modes", str(scene(WIRE)), "-o", str(tmp_path / "out"), "--no-report"]
+    assert cli.commands.main(arguments, standalone_mode=False) == 1
+    assert (tmp_path / "out" / "equilibrium.npz").exists()

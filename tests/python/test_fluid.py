@@ -258,7 +258,7 @@ def test_drag_keeps_a_cable_in_a_current():
     assert modes.damping_ratio.min() > 0.1
     assert found.stability == "stable"
     assert found.path.stability[-1] == "stable"
-    assert "with damping, drag and Coriolis forces" in found.message
+    assert "Without damping, drag and Coriolis forces" in found.message
     push = 1e-3 * np.random.default_rng(1).standard_normal(rod.n)
     motion = lissom.simulate(rod, 10.0, q0=found.q + push, method="radau", rtol=1e-6)
     assert_allclose(motion.q[-1], found.q, atol=1e-4)

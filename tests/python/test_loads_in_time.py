@@ -2,6 +2,7 @@
 
 import copy
 import pickle
+import re
 import threading
 
 import numpy as np
@@ -66,7 +67,7 @@ def test_at_every_time_forces_and_tangents_are_those_of_the_loads_that_act_then(
     found = varying.forward_dynamics(q, v, t=t)
     np.testing.assert_allclose(found, constant.forward_dynamics(q, v), rtol=1e-9)
     if t != 0.0:
-        assert abs(varying.inverse_dynamics(q, v, a) - tau).max() > 1e-4, "t = 0 by default"
+        assert abs(varying.inverse_dynamics(q, v, a, t=0.0) - tau).max() > 1e-4, "they vary"
 
 
 def test_the_planar_kernel_and_long_chains_see_the_time():
@@ -241,11 +242,11 @@ def test_exceptions_come_through_wherever_a_callable_is_called():
     rod = rod_of([{"force": force}], [WIRE])
     q, v, a = states(rod.n)
     for ask in (
-        lambda: rod.inverse_dynamics(q, v, a),
-        lambda: rod.forward_dynamics(q, v),
-        lambda: rod.tangent(q, v, a),
-        lambda: rod.energy(q, v),
-        lambda: rod.supplied_power(q, v),
+        lambda: rod.inverse_dynamics(q, v, a, t=0.0),
+        lambda: rod.forward_dynamics(q, v, t=0.0),
+        lambda: rod.tangent(q, v, a, t=0.0),
+        lambda: rod.energy(q, v, t=0.0),
+        lambda: rod.supplied_power(q, v, t=0.0),
         lambda: lissom.statics(rod),
         lambda: lissom.continuation(rod),
         lambda: lissom.modes(rod, q),
@@ -301,6 +302,49 @@ def test_a_force_that_is_not_finite_ends_the_run_with_a_reason(method):
     assert (motion.success, motion.status) == (False, "non_finite")
     assert motion.t[-1] <= 0.05 + 1e-9
     assert np.isfinite(motion.q).all()
+    if method != "auto":
+        assert re.search(r"The cause: loads\[0\]\.force is NaN at t = 0\.0[5-9]", motion.message)
+
+
+def test_a_load_that_is_not_finite_is_named_wherever_it_is_asked_for():
+    still = lissom.Load(force=(0, 0, 1.0))
+    for value in (np.nan, np.inf):
+        broken = lissom.Load(moment=lambda t, value=value: (0.0, value if t > 0.5 else 1.0, 0.0))
+        rod = lissom.Rod([WIRE], loads=[still, broken])
+        q, v, a = states(rod.n)
+        for ask in (
+            lambda t, rod=rod, q=q: lissom.linearise(rod, q, t=t),
+            lambda t, rod=rod, q=q, v=v, a=a: rod.inverse_dynamics(q, v, a, t=t),
+            lambda t, rod=rod, q=q, v=v: rod.forward_dynamics(q, v, t=t),
+            lambda t, rod=rod, q=q, v=v, a=a: rod.tangent(q, v, a, t=t),
+            lambda t, rod=rod, q=q, v=v: rod.energy(q, v, t=t),
+            lambda t, rod=rod, q=q, v=v: rod.supplied_power(q, v, t=t),
+        ):
+            ask(0.3)
+            with pytest.raises(ValueError, match=r"loads\[1\]\.moment is (NaN|inf) at t = 0\.7"):
+                ask(0.7)
+
+
+def test_states_of_models_that_vary_need_their_time():
+    """A time of zero that nobody asked for would be a wrong answer."""
+    rod, still = rod_of([{"force": HARMONIC}], [WIRE]), rod_of([{"force": (0, 0, 1)}], [WIRE])
+    q, v, a = states(rod.n)
+    asked = {
+        "inverse_dynamics": (q, v, a),
+        "forward_dynamics": (q, v),
+        "tangent": (q, v, a),
+        "energy": (q, v),
+        "supplied_power": (q, v),
+        "dissipated_power": (q, v),
+        "base_wrench": (q, v, a),
+    }
+    for name, arguments in asked.items():
+        with pytest.raises(TypeError, match="t: got none, expected the time of the state in seconds"):
+            getattr(rod, name)(*arguments)
+        getattr(rod, name)(*arguments, t=0.1)
+        getattr(still, name)(*arguments)
+    # Where the rod is does not depend on its loads.
+    rod.pose(q, 0.1), rod.jacobian(q, 0.1), rod.velocity(q, v, 0.1)
 
 
 def test_a_callable_may_ask_its_own_rod():
@@ -312,13 +356,13 @@ def test_a_callable_may_ask_its_own_rod():
         rod.mass_matrix(q)
         lissom.simulate(rod_of([{"force": HARMONIC}], [WIRE]), 1e-3, dt=1e-3)
         if t == 0.0 and len(asked) < 3:
-            rod.energy(q, q)
-            rod.inverse_dynamics(q, q, q)
+            rod.energy(q, q, t=0.0)
+            rod.inverse_dynamics(q, q, q, t=0.0)
         return (0, 0, 1)
 
     rod = rod_of([{"force": force}], [WIRE])
     assert lissom.simulate(rod, 0.02, dt=1e-2).success
-    rod.energy(np.zeros(rod.n), np.zeros(rod.n))
+    rod.energy(np.zeros(rod.n), np.zeros(rod.n), t=0.0)
     assert len(asked) > 3
     assert set(asked) == {rod.pose(np.zeros(rod.n), rod.length)[0, 3]}
 

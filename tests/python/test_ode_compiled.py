@@ -46,10 +46,16 @@ def robertson_jacobian(t, y, jac, args):
         jac[3 + i] = -jac[i] - jac[6 + i]
 
 
+def of_address(function):
+    """A function that is known by its address alone."""
+    pointer = ctypes.POINTER(ctypes.c_double)
+    return ctypes.CFUNCTYPE(None, ctypes.c_double, pointer, pointer, pointer)(function.address)
+
+
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize(
     "wrap",
-    [lambda f: f, lambda f: LowLevelCallable(f.ctypes), lambda f: f.ctypes, lambda f: f.address],
+    [lambda f: f, lambda f: LowLevelCallable(f.ctypes), lambda f: f.ctypes, of_address],
     ids=["cfunc", "LowLevelCallable", "ctypes", "address"],
 )
 def test_a_compiled_function_gives_what_python_gives(method, wrap):
@@ -91,7 +97,7 @@ def test_user_data_of_a_low_level_callable_takes_the_place_of_args():
         None,
         robertson_jacobian,
         robertson_jacobian.ctypes,
-        robertson_jacobian.address,
+        of_address(robertson_jacobian),
         reference.robertson_jacobian,
     ],
     # An address in a name would differ from process to process.
@@ -141,17 +147,51 @@ def test_other_signatures_are_refused():
     with pytest.raises(TypeError, match="args: expected numbers for a compiled function, got tuple"):
         lissom.solve_ivp(oscillator, (0.0, 1.0), [1.0, 0.0], args=("a", "b"))
 
-    class Null:
-        address = 0
-
     null = ctypes.cast(None, ctypes.CFUNCTYPE(None, ctypes.c_double, *[ctypes.c_void_p] * 3))
-    for nothing in (Null(), null):
-        with pytest.raises(ValueError, match="the address of the compiled function is 0"):
-            lissom.solve_ivp(nothing, (0.0, 1.0), [1.0, 0.0])
+    with pytest.raises(ValueError, match="the address of the compiled function is 0"):
+        lissom.solve_ivp(null, (0.0, 1.0), [1.0, 0.0])
 
 
-@pytest.mark.parametrize("number", [True, False, 0, 3, -1, 2**16 - 1, 2**64])
-def test_numbers_that_are_no_addresses_are_refused(number):
+class Imposter:
+    """Looks like a function of numba, and would end the process."""
+
+    address = 2**20
+
+    def __init__(self):
+        self.ctypes = self
+        self.argtypes = pendulum.ctypes.argtypes
+        self.restype = None
+        self.signature = "void (double, double *, double *, double *)"
+
+
+class LowLevelImposter(tuple):
+    """Of the right name and kind."""
+
+    signature = "void (double, double *, double *, double *)"
+
+
+LowLevelImposter.__name__ = "LowLevelCallable"
+
+
+def test_functions_are_known_by_their_types_alone():
+    for imposter in (Imposter(), LowLevelImposter((2**20, None, None))):
+        with pytest.raises(TypeError, match="fun: expected a callable, a compiled function"):
+            lissom.solve_ivp(imposter, (0.0, 1.0), [1.0, 0.0])
+        with pytest.raises(
+            TypeError, match=r"jac: expected a two-dimensional array|jac.*: expected a real number"
+        ):
+            lissom.solve_ivp(pendulum, (0.0, 1.0), [1.0, 0.0], "Radau", jac=imposter)
+
+    class Callable(Imposter):
+        def __call__(self, t, y):
+            return [y[1], -np.sin(y[0])]
+
+    result = lissom.solve_ivp(Callable(), (0.0, 1.0), [1.0, 0.0])
+    assert result.y.tolist() == lissom.solve_ivp(pendulum, (0.0, 1.0), [1.0, 0.0]).y.tolist()
+
+
+@pytest.mark.parametrize("number", [True, False, 0, 3, -1, 2**64, 2**20])
+def test_numbers_are_no_functions(number):
     with pytest.raises(TypeError, match=r"fun: expected a callable, a compiled function .*, got (int|bool)"):
         lissom.solve_ivp(number, (0.0, 1.0), [1.0, 0.0])
     with pytest.raises(

@@ -29,7 +29,8 @@ def bending_segment(flexural_rigidity=1.0, weight=0.0, modes=6):
 def equilibrium(rod):
     rest = np.zeros(rod.n)
     solution = root(lambda q: rod.inverse_dynamics(q, rest, rest), rest, tol=1e-12)
-    assert solution.success, solution.message
+    # By the residual: where that is rounding, MINPACK speaks of no good progress on some machines.
+    assert_allclose(solution.fun, 0.0, atol=1e-11, err_msg=solution.message)
     return solution.x
 
 

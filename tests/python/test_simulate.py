@@ -1,8 +1,11 @@
 """`lissom.simulate`: every method, against SciPy and the definition of the Newmark family, and in trouble."""
 
 import inspect
+import re
 import signal
 import threading
+import warnings
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,6 +18,7 @@ from reference import pendulum as pendulum_reference
 
 NEWMARK = list(reference.PRESETS)
 ADAPTIVE = ["rk45", "dop853", "radau"]
+SCENES = Path(__file__).parents[2] / "scenes"
 START = {"q0": [-0.7, 0.5], "v0": [0.3, -0.2]}
 
 
@@ -63,6 +67,7 @@ def test_the_documented_defaults_are_the_real_ones():
     parameters = inspect.signature(lissom.simulate).parameters
     options = {name: p.default for name, p in parameters.items() if p.kind is p.KEYWORD_ONLY}
     assert options == {
+        "t0": 0.0,
         "q0": None,
         "v0": None,
         "method": "newmark",
@@ -339,7 +344,11 @@ def test_any_array_will_do(make):
 @pytest.mark.parametrize(
     ("message", "options"),
     [
-        ("t_end: got -1, expected a finite number >= 0", {"t_end": -1.0}),
+        ("t_end: got -1, expected at least t0 = 0", {"t_end": -1.0}),
+        ("t0: got NaN, expected a finite number", {"t0": np.nan}),
+        ("t_end: got 1, expected at least t0 = 2", {"t0": 2.0}),
+        (r"t_eval\[0\]: got 0.2", {"t0": 0.5, "t_eval": [0.2]}),
+        ("dt: got 0.01, expected a step that rounding", {"t0": 1e16, "t_end": 1.1e16}),
         ("t_end: got inf", {"t_end": np.inf}),
         ("t_end: got NaN", {"t_end": np.nan}),
         ("q0: expected 2 values, got 3", {"q0": [0.0] * 3}),
@@ -537,3 +546,237 @@ def test_accelerations_of_explicit_runs_are_those_of_the_forward_dynamics():
         wanted = [pendulum.forward_dynamics(q, v) for q, v in states]
         assert motion.a is motion.a
         assert_allclose(motion.a, wanted, rtol=1e-14)
+
+
+# ------------------------------------------------------------------------------------- the start of the time
+
+ALL_METHODS = ["newmark", "hht", "generalised_alpha", "radau", "rk45", "dop853", "auto"]
+
+
+def driven_wire(force, **segment):
+    wire = lissom.Segment(0.5, 2e-3, 2e9, 8e8, 1200.0, {"bend_y": 2}, retardation_time=2e-3)
+    return lissom.Rod([wire], gravity=(0, 0, 0), loads=[lissom.Load(force=force)])
+
+
+FORCE = {
+    "harmonic": lissom.Harmonic((0.0, 0.0, 0.05), 2.0, phase=0.3),
+    "table": (
+        np.linspace(0.0, 2.0, 81),
+        [(0, 0, 0.05 * np.sin(12.6 * t + 0.3)) for t in np.linspace(0, 2, 81)],
+    ),
+    "callable": lambda t: (0.0, 0.0, 0.05 * np.sin(4.0 * np.pi * t + 0.3)),
+}
+
+
+@pytest.mark.parametrize("method", ALL_METHODS)
+def test_a_run_may_begin_at_any_time(method):
+    """The same motion with the load as much later is the same motion, later."""
+    late = 3.25
+    dt = 1.0 / 256.0
+    turned = lissom.Harmonic((0.0, 0.0, 0.05), 2.0, phase=0.3 + 4.0 * np.pi * late)
+    options = {"method": method, "dt": dt, "q0": [0.1, 0.0], "v0": [0.0, 1.0]}
+    wanted = lissom.simulate(driven_wire(turned), 0.25, **options)
+    found = lissom.simulate(driven_wire(FORCE["harmonic"]), late + 0.25, t0=late, **options)
+    assert found.t[0] == late
+    assert found.t[-1] == late + 0.25
+    assert_allclose(found.t, late + wanted.t, rtol=0, atol=1e-12)
+    atol = 1e-4 if method in ("rk45", "dop853", "radau", "auto") else 1e-9
+    assert_allclose(found.q, wanted.q, rtol=0, atol=atol * abs(wanted.q).max())
+    assert_allclose(found.a, wanted.a, rtol=0, atol=10 * atol * abs(wanted.a).max())
+    assert_allclose(found.balance.work, wanted.balance.work, rtol=0, atol=10 * atol * wanted.balance.scale)
+    assert found.balance.work[0] == found.balance.dissipated[0] == 0.0
+    assert found.balance.drift == pytest.approx(wanted.balance.drift, rel=0.1, abs=1e-5)
+
+
+@pytest.mark.parametrize("form", FORCE)
+@pytest.mark.parametrize("method", ["newmark", "radau", "dop853"])
+def test_a_run_in_ten_pieces_is_the_whole_run(method, form):
+    rod = driven_wire(FORCE[form])
+    options = {"method": method, "dt": 1e-3}
+    if method != "newmark":
+        options |= {"rtol": 1e-7, "atol": 1e-9}
+    whole = lissom.simulate(rod, 1.0, t_eval=np.linspace(0.0, 1.0, 11), **options)
+    q, v, works = np.zeros(2), np.zeros(2), [0.0]
+    for k in range(10):
+        piece = lissom.simulate(rod, (k + 1) / 10, t0=k / 10, q0=q, v0=v, **options)
+        assert (piece.t[0], piece.t[-1]) == (k / 10, (k + 1) / 10)
+        q, v = piece.q[-1], piece.v[-1]
+        works.append(works[-1] + piece.balance.work[-1])
+        assert_allclose(q, whole.q[k + 1], rtol=0, atol=1e-5 * abs(whole.q).max())
+    assert abs(whole.q[-1]).max() > 0.05
+    assert_allclose(works, whole.balance.work, rtol=0, atol=1e-4 * whole.balance.scale)
+
+
+@pytest.mark.parametrize("method", ["newmark", "radau", "rk45", "dop853"])
+def test_times_that_only_rounding_separates_are_the_same(method):
+    """A step from 0.3 to 0.1 + 0.2, of 6e-17 s, would be all rounding."""
+    assert 0.1 + 0.2 > 0.3
+    tables = [
+        ([0.0, time, 0.6], [(0, 0, 0), (0, 0, 0.05), (0, 0, 0)]) for time in (0.3, 0.1 + 0.2, 0.3 + 1e-15)
+    ]
+    options = {"method": method, "dt": 0.01} | ({"adaptive": True} if method == "newmark" else {})
+    options |= {"rtol": 1e-7, "atol": 1e-8}
+    wire = driven_wire((0, 0, 0)).segments[0]
+    found = [
+        lissom.Rod([wire], gravity=(0, 0, 0), loads=[lissom.Load(force=table) for table in chosen])
+        for chosen in ([tables[0]] * 3, tables)
+    ]
+    for t0, t_end in ((0.0, 0.6), (0.3, 0.6), (0.1 + 0.2, 0.6), (0.0, 0.3), (0.0, 0.1 + 0.2)):
+        start = {"q0": [0.3, 0.0], "v0": [0.0, 1.0], "t0": t0}
+        motions = [lissom.simulate(rod, t_end, **start, **options) for rod in found]
+        # To the tolerance of the runs.
+        assert_allclose(motions[1].q, motions[0].q, rtol=0, atol=1e-7)
+        assert_allclose(motions[1].v, motions[0].v, rtol=0, atol=1e-4)
+        assert abs(motions[1].stats.steps - motions[0].stats.steps) <= 3
+
+
+def test_the_times_of_a_run_are_those_asked_for():
+    rod = driven_wire(FORCE["callable"])
+    for method in ALL_METHODS:
+        found = lissom.simulate(rod, -0.5, t0=-1.0, method=method, t_eval=[-1.0, -0.7, -0.5])
+        assert found.t.tolist() == [-1.0, -0.7, -0.5]
+        assert found.q.shape == found.a.shape == (3, 2)
+        assert len(found.balance.work) == 3
+    assert lissom.simulate(rod, 1.5, t0=1.5).t.tolist() == [1.5]
+
+
+def test_modes_are_chosen_for_the_time_of_the_run():
+    """A load that acts late is only seen by runs that are there then."""
+    wire = lissom.Segment(0.5, 5e-3, 2e9, 8e8, 1200.0, {}, retardation_time=2e-3)
+    load = lissom.Load(force=([1.0, 1.1, 1.2, 1.3], [(0, 0, 0), (0, 3, 0), (0, 3, 0), (0, 0, 0)]))
+    rod = lissom.Rod([wire], gravity=(0, 0, 0), loads=[load])
+    early, late = (lissom.choose_modes(rod, t0 + 0.4, t0=t0, rtol=1e-2) for t0 in (0.0, 1.0))
+    assert "bend_z" in late.segments[0].modes
+    assert late.n > early.n
+    with pytest.raises(ValueError, match="t_end: got 1, expected a finite number > 1"):
+        lissom.choose_modes(rod, 1.0, t0=1.0)
+
+
+SCENE_LATE = """
+version = 1
+[[rod]]
+[rod.base_motion.translation]
+times = [2, 2.5, 2.7, 3]
+values = [[0, 0, 0], [0, 0, 0.1], [0, 0, 0], [0, 0, 0]]
+[[rod.segment]]
+length = 0.5
+radius = 0.005
+young_modulus = 2e9
+shear_modulus = 8e8
+density = 1200
+retardation_time = 1e-3
+modes = {{ bend_y = 2 }}
+[simulation]
+t0 = {t0}
+duration = {duration}
+step = 1e-3
+output.step = 0.1
+"""
+
+
+def test_scenes_begin_at_their_time():
+    scene = lissom.Scene.loads(SCENE_LATE.format(t0=2.1, duration=0.5))
+    assert (scene.simulation.t0, scene.simulation.duration) == (2.1, 0.5)
+    found = scene.run()
+    assert_allclose(found.t, [2.1, 2.2, 2.3, 2.4, 2.5, 2.6], rtol=1e-15)
+    wanted = lissom.simulate(scene.model, 2.6, t0=2.1, dt=1e-3, t_eval=found.t)
+    assert_array_equal(found.q, wanted.q)
+    from lissom.advice import advice
+
+    advice(scene)
+    for t0, duration in ((1.9, 0.5), (2.6, 0.5)):
+        with pytest.raises(lissom.SceneError, match="expected that its tables cover the run from"):
+            lissom.Scene.loads(SCENE_LATE.format(t0=t0, duration=duration))
+    with pytest.raises(lissom.SceneError, match="t0"):
+        lissom.Scene.loads(SCENE_LATE.format(t0="inf", duration=0.5))
+    # The end of the table to rounding.
+    assert lissom.Scene.loads(SCENE_LATE.format(t0=2.7, duration=0.3)).run().success
+
+
+# ------------------------------------------------------------------------------------- steps that do not see
+
+
+def stiff_wire(hertz, load=None, damping=0.0, **options):
+    """A wire of 0.5 m whose first frequency is this."""
+    density, radius, length = 1200.0, 2.5e-3, 0.5
+    E = density * (2.0 * np.pi * hertz * length**2 / 3.5160 / (radius / 2.0)) ** 2
+    wire = lissom.Segment(length, radius, E, E / 3, density, {"bend_y": 2}, retardation_time=damping)
+    loads = [] if load is None else [lissom.Load(force=load(3 * E * np.pi * radius**4 / 4 / length**3))]
+    return lissom.Rod([wire], gravity=(0, 0, 0), loads=loads, **options)
+
+
+def error_of(rod, found, **options):
+    right = lissom.simulate(rod, found.t[-1], method="radau", rtol=1e-7, atol=1e-8, t_eval=found.t, **options)
+    tips = [rod.pose(motion.q, rod.length)[:, :3, 3] for motion in (found, right)]
+    return np.linalg.norm(tips[0] - tips[1], axis=1).max() / rod.length
+
+
+UNSEEN = {
+    "let go": ({}, {"q0": [0.25, 0.0]}),
+    "pushed": ({}, {"v0": [60.0, 0.0]}),
+    "sudden load": ({"load": lambda K: (0.0, 0.0, 0.08 * K)}, {}),
+    "late pulse": (
+        {"load": lambda K: ([0.2, 0.201, 0.22], [(0, 0, 0), (0, 0, 0.16 * K), (0, 0, 0)])},
+        {},
+    ),
+}
+
+
+@pytest.mark.parametrize("hertz", [25.0, 74.0])
+@pytest.mark.parametrize("what", UNSEEN)
+def test_fixed_steps_say_what_they_do_not_see(what, hertz):
+    arguments, start = UNSEEN[what]
+    rod = stiff_wire(hertz, **arguments)
+    with pytest.warns(
+        lissom.AccuracyWarning, match="The step of 0.01 s does not resolve a vibration of"
+    ) as caught:
+        found = lissom.simulate(rod, 0.4, **start)
+    assert caught[0].filename == __file__
+    assert found.success
+    assert found.message.endswith(found.doubt)
+    assert found.doubt == str(caught[0].message)
+    error = error_of(rod, found, **start)
+    assert error > 0.03
+    said = float(re.search(r"wrong by about ([\d.]+) %", found.doubt)[1]) / 100
+    assert 0.4 * error < said < 2.5 * error
+    # The step that it names is enough, and so is what else it names.
+    step = float(re.search(r"steps of ([\d.e-]+) s, adaptive", found.doubt)[1])
+    if what != "late pulse":
+        # Of a pulse shorter steps see more.
+        finer = lissom.simulate(rod, 0.4, dt=step, **start)
+        assert finer.doubt is None
+        assert error_of(rod, finer, **start) < 0.015
+    assert lissom.simulate(rod, 0.1, method="auto", rtol=1e-2, **start).doubt is None
+
+
+@pytest.mark.parametrize(
+    ("arguments", "start"),
+    [
+        # What is not set off, too small to be seen, damped away, or follows a load that is slow beside it.
+        ({}, {}),
+        ({}, {"q0": [0.008, 0.0]}),
+        ({"damping": 1.0}, {"q0": [0.8, 0.0]}),
+        ({"load": lambda K: lissom.Harmonic((0.0, 0.0, 0.08 * K), 0.5)}, {}),
+        ({"load": lambda K: ([0.0, 0.4], [(0, 0, 0), (0, 0, 0.08 * K)])}, {}),
+    ],
+)
+def test_fixed_steps_say_nothing_where_all_is_well(arguments, start):
+    rod = stiff_wire(25.0, **arguments)
+    found = lissom.simulate(rod, 0.4, **start)
+    assert found.doubt is None
+    assert error_of(rod, found, **start) < 0.01
+
+
+def test_the_labs_steps_are_fine():
+    for name in ("lab-horizontal", "lab-hanging"):
+        scene = lissom.Scene.load(SCENES / f"{name}.toml")
+        assert scene.run().doubt is None
+
+
+def test_a_warning_that_is_an_error_keeps_the_result():
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", lissom.AccuracyWarning)
+        with pytest.raises(lissom.AccuracyWarning) as caught:
+            lissom.simulate(stiff_wire(25.0), 0.1, q0=[0.8, 0.0])
+    assert caught.value.result.success
+    assert len(caught.value.result.t) == 11

@@ -348,7 +348,14 @@ class TestWays:
             assert found.load_factor == 1
             assert unbalanced(model, found.q) < 1e-6
         else:
-            limits = ("iteration_limit", "stalled", "step_too_small", "too_many_steps", "unresolved")
+            limits = (
+                "iteration_limit",
+                "stalled",
+                "step_too_small",
+                "too_many_steps",
+                "unresolved",
+                "inverted",
+            )
             assert found.status in limits
             assert np.isfinite(found.q).all()
 
@@ -461,3 +468,162 @@ class TestFailures:
         assert repr(found).startswith("<StaticsResult: converged, load factor 1, divergence, ")
         assert repr(found.path.critical_points) == "[<CriticalPoint bifurcation at load factor 0.666667>]"
         assert repr(found.path) == "<EquilibriumPath of 2 points, 1 of them critical in between>"
+
+
+# Shapes that do not exist
+
+
+class TestInverted:
+    @staticmethod
+    def pressed(load, **modes):
+        soft = lissom.Segment(1.0, 0.01, 4e4, 2e4, 1000, modes or {"stretch": 3})
+        return lissom.Rod([soft], gravity=(0, 0, 0), tip_force=(-load, 0, 0))
+
+    #: E A
+    LIMIT = 4e4 * np.pi * 1e-4
+
+    @pytest.mark.parametrize(
+        "modes", [{"stretch": 3}, {"stretch": 1, "bend_y": 3}, {"stretch": 2, "torsion": 1}]
+    )
+    def test_a_rod_cannot_be_pressed_beyond_its_stiffness(self, modes):
+        found = lissom.statics(self.pressed(20.0, **modes))
+        assert (found.success, found.status, found.stability) == (False, "inverted", None)
+        assert "inside out" in found.message
+        assert found.load_factor == pytest.approx(self.LIMIT / 20, rel=1e-3)
+        below = lissom.statics(self.pressed(0.99 * self.LIMIT))
+        assert below.success
+        assert below.q[0] == pytest.approx(-0.99)
+
+    def test_nor_be_led_there_by_a_path_or_from_a_shape(self):
+        model = self.pressed(20.0)
+        along = lissom.continuation(model)
+        assert (along.success, along.status) == (False, "inverted")
+        assert along.path.load_factor[-1] < self.LIMIT / 20
+        for method in ("descent", "newton"):
+            assert lissom.statics(model, np.zeros(3), method=method).status == "inverted"
+
+    def test_a_soft_standing_column(self):
+        """Its weight beyond E A: only the base is turned inside out."""
+        soft = lissom.Segment(1.0, 0.01, 4e3, 2e3, 1000, {"stretch": 4})
+        rod = lissom.Rod([soft], gravity=(-9.81, 0, 0))
+        found = lissom.statics(rod)
+        assert found.status == "inverted"
+        assert "X = 0" in found.message
+        assert found.load_factor == pytest.approx(4e3 / 9810, rel=1e-3)
+
+    def test_such_shapes_are_refused_everywhere(self):
+        model = self.pressed(1.0)
+        wrong = [-1.5, 0, 0]
+        for call in (
+            lambda: lissom.modes(model, wrong),
+            lambda: lissom.statics(model, wrong),
+            lambda: lissom.continuation(model, wrong),
+            lambda: lissom.simulate(model, 0.1, q0=wrong),
+            lambda: lissom.linearise(model, wrong),
+            lambda: model.check_shape(wrong),
+        ):
+            with pytest.raises(ValueError, match=r"inside out \(stretch -0.5 at X = 0\), expected a stretch"):
+                call()
+        # Only at one end.
+        with pytest.raises(ValueError, match="at X = 1"):
+            model.check_shape([-0.5, -0.6, 0])
+
+    def test_motions_end_there(self):
+        run = lissom.simulate(self.pressed(40.0), 1.0, dt=1e-3)
+        assert (run.success, run.status) == (False, "inverted")
+        assert "inside out" in run.message
+
+
+# Verdicts
+
+
+def follower(force, retardation_time, modes=8):
+    """Beck's column: one metre, E I = 1, rho A = 1."""
+    young = 1 / (np.pi / 4 * 1e-12)
+    segment = lissom.Segment(
+        1.0,
+        1e-3,
+        young,
+        0.4 * young,
+        1 / (np.pi * 1e-6),
+        {"bend_y": modes},
+        retardation_time=retardation_time,
+    )
+    load = lissom.Load(force=(-force, 0, 0), frame="body")
+    return lissom.Rod([segment], gravity=(0, 0, 0), loads=[load])
+
+
+class TestVerdicts:
+    @pytest.mark.parametrize(
+        ("retardation_time", "critical"),
+        [(0.0, 20.0509), (1e-6, 10.94), (1e-4, 10.94)],
+        ids=["none", "tiny", "small"],
+    )
+    def test_becks_column(self, retardation_time, critical):
+        """Beck 1952; Bolotin 1963: vanishing internal damping halves the critical load."""
+        for part, wanted in ((0.999, "stable"), (1.001, "flutter")):
+            rod = follower(part * critical, retardation_time)
+            found = lissom.statics(rod)
+            assert found.stability == lissom.modes(rod, found.q).stability == wanted
+            assert found.is_stable == (wanted == "stable")
+            assert found.undamped_stability == ("stable" if part * critical < 20.05 else "flutter")
+            assert ("Without damping" in found.message) == (found.undamped_stability != found.stability)
+            assert found.path.stability[-1] == wanted
+
+    def test_damping_calms_equal_frequencies(self):
+        """A follower moment couples the two bending planes of a round rod: undamped, any makes it flutter."""
+        for retardation_time, wanted in ((0.0, "flutter"), (1e-2, "stable")):
+            young = 1 / (np.pi / 4 * 1e-8)
+            segment = lissom.Segment(
+                1.0,
+                1e-2,
+                young,
+                0.4 * young,
+                1e3,
+                {"torsion": 2, "bend_y": 4, "bend_z": 4},
+                retardation_time=retardation_time,
+            )
+            load = lissom.Load(moment=(0.1, 0, 0), frame="body")
+            rod = lissom.Rod([segment], gravity=(0, 0, 0), loads=[load])
+            found = lissom.statics(rod)
+            assert found.stability == lissom.modes(rod, found.q).stability == wanted
+            assert found.undamped_stability == "flutter"
+
+    @pytest.mark.parametrize("seed", range(12))
+    def test_statics_and_modes_agree_and_eigenvalues_prove_them(self, seed):
+        """Random tapered rods under follower loads, damped or not, beside NumPy's eigenvalues."""
+        random = np.random.default_rng(seed)
+        strains = ("torsion", "bend_y", "bend_z", *("stretch",) * (seed % 2))
+        segment = lissom.Segment(
+            0.5,
+            (0.01, random.uniform(0.003, 0.01)),
+            1e6,
+            4e5,
+            1000,
+            dict.fromkeys(strains, 3),
+            retardation_time=(0.0, 1e-4, 1e-2)[seed % 3],
+        )
+        loads = [
+            lissom.Load(force=random.normal(0, 0.05, 3), frame="body"),
+            lissom.Load(moment=random.normal(0, 2e-3, 3), frame="body"),
+        ]
+        rod = lissom.Rod([segment], loads=loads)
+        found = lissom.statics(rod)
+        assert found.success, found.message
+        assert found.path.lowest_eigenvalue[0] == pytest.approx(1.0, abs=1e-12)
+        modes = lissom.modes(rod, found.q)
+        assert found.stability == modes.stability
+        rates = np.linalg.eigvals(lissom.linearise(rod, found.q).A)
+        growth = (rates.real / np.abs(rates)).max()
+        if abs(growth) > 1e-6:
+            assert found.is_stable == (growth < 0)
+
+    def test_without_load_the_lowest_eigenvalue_is_one(self):
+        """Tapered rods, sections with couplings, rods on springs."""
+        tapered = lissom.Segment(
+            1.0, (0.02, 0.002), 1e7, 4e6, 1000, dict.fromkeys(("torsion", "bend_y", "bend_z", "stretch"), 4)
+        )
+        held = lissom.Support(stiffness=1e5, rotational_stiffness=1e3)
+        for supports in ([], [held]):
+            rod = lissom.Rod([tapered], gravity=(0, 0, 0), supports=supports)
+            assert lissom.statics(rod).lowest_eigenvalue == pytest.approx(1.0, abs=1e-9)

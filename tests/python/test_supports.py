@@ -8,6 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
+from scipy.optimize import brentq
+from scipy.special import ellipe, ellipk
 
 import lissom
 from reference import rod as reference_rod
@@ -274,3 +276,95 @@ def test_linearised_and_continued():
     model = lissom.linearise(rod, found.q)
     assert (np.linalg.eigvals(model.A).real < 0).all()
     assert lissom.continuation(rod).success
+
+
+# Clamps at the far end, however stiff
+
+STIFF = [1e3, 1e7, 1e12, 1e16]
+
+
+def clamp(stiffness, x=1.0, angle=0.0):
+    """Holds the tip at x on the axis, turned about it."""
+    orientation = (np.cos(angle / 2), np.sin(angle / 2), 0.0, 0.0)
+    return lissom.Support(
+        stiffness=stiffness, rotational_stiffness=stiffness, position=(x, 0, 0), orientation=orientation
+    )
+
+
+@pytest.mark.parametrize("stiffness", [1e4, 1e10, 1e16])
+@pytest.mark.parametrize("strains", [("bend_y", "stretch"), ("torsion", "bend_y", "bend_z", "stretch")])
+def test_a_heavy_clamped_beam_from_the_straight_rod(stiffness, strains):
+    """w L^4 / 384 E I in the middle, as long as it sags little beside its radius."""
+    rod = beam(8, weight=1e-3, supports=[clamp(stiffness)], strains=strains)
+    found = lissom.statics(rod)
+    assert found.status == "converged", found.message
+    assert found.stability == "stable"
+    assert found.nit < 10
+    assert found.lowest_eigenvalue == pytest.approx(1.0, abs=1e-3)
+    sag = -rod.pose(found.q, 0.5)[2, 3]
+    assert_allclose(sag, 1e-3 / 384, rtol=max(1e-4, 100 / stiffness))
+
+
+@pytest.mark.parametrize("stiffness", STIFF)
+def test_an_elastica_between_clamps(stiffness):
+    """Pushed together by a fifth of the length: four times the elastica from clamp to inflection."""
+    rod = beam(14, supports=[clamp(stiffness, 0.8)])
+    found = lissom.statics(rod, np.full(rod.n, 0.1))
+    assert found.success, found.message
+    assert found.stability == "stable"
+    assert found.nit < 25
+    if not 1e6 < stiffness < 1e13:
+        # Too soft; or a force that is rounding of a position times stiffness.
+        return
+
+    def shortened(m):
+        k, e = ellipk(m), ellipe(m)
+        return 2 * e / k - 1 - 0.8
+
+    m = brentq(shortened, 1e-6, 0.9)
+    force = -rod.base_wrench(found.q, 0 * found.q, 0 * found.q)[3]
+    assert_allclose(abs(force), (4 * ellipk(m)) ** 2, rtol=1e-5)
+
+
+@pytest.mark.parametrize("stiffness", STIFF)
+def test_a_twisted_and_shortened_rod_is_followed_into_its_helix(stiffness):
+    """Step by step, each from the shape of the last: a shape that buckles, then coils."""
+    strains = ("torsion", "bend_y", "bend_z")
+    q, shapes = np.random.default_rng(0).normal(0, 0.1, 24), []
+    for step in np.linspace(0, 1, 9)[1:]:
+        rod = beam(8, strains=strains, supports=[clamp(stiffness, 1 - 0.15 * step, 6 * step)])
+        found = lissom.statics(rod, q + 1e-3)
+        assert found.success, found.message
+        assert found.nit < 60
+        q = found.q
+        shapes.append(rod.pose(q, 1.0))
+    assert_allclose(shapes[-1][:3, 3], [0.85, 0, 0], atol=max(1e-9, 100 / stiffness))
+
+
+@pytest.mark.parametrize("stiffness", [1e8, 1e12, 1e16])
+def test_frequencies_do_not_suffer_from_stiffness(stiffness):
+    """The exact beam (Euler-Bernoulli, radius 1e-4) to its rotary inertia, all axes held."""
+    hold = lissom.Support(stiffness=stiffness, rotational_stiffness=stiffness)
+    rod = beam(14, 1e-4, strains=("torsion", "bend_y", "bend_z"), supports=[hold])
+    found = lissom.modes(rod, np.zeros(rod.n))
+    exact = np.repeat([22.3732854481, 61.6728228676], 2)
+    assert_allclose(found.angular_frequency[:4], exact, rtol=2e-6)
+    assert found.stability == "stable"
+    # The same about the rod at rest that statics finds.
+    at_rest = lissom.statics(rod)
+    assert_allclose(lissom.modes(rod, at_rest.q).angular_frequency[:4], exact, rtol=2e-6)
+
+
+@pytest.mark.parametrize("stiffness", [1e5, 1e10, 1e15])
+def test_a_clamped_column_buckles_at_four_pi_squared(stiffness):
+    load = 50.0
+    hold = lissom.Support(stiffness=(0, stiffness, stiffness), rotational_stiffness=stiffness)
+    rod = beam(12, supports=[hold], tip_force=(-load, 0, 0))
+    found = lissom.continuation(rod)
+    assert found.success, found.message
+    point = found.path.critical_points[0]
+    assert point.kind == "bifurcation"
+    assert_allclose(point.load_factor * load, 4 * np.pi**2, rtol=max(1e-8, 100 / stiffness))
+    side = lissom.statics(rod, 0.1 * point.directions[0])
+    assert side.success, side.message
+    assert side.stability == "stable"

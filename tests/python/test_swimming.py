@@ -98,9 +98,19 @@ def test_random_rods_on_any_base_agree_with_the_reference(segment, motion, seed)
     w, x, y, z = orientation = random.standard_normal(4) / 10 + [1, 0, 0, 0]
     orientation /= np.linalg.norm(orientation)
     position = random.standard_normal(3)
+    start = Rotation.from_quat([x, y, z, w])
+
+    def turned(t):
+        # At t = 0 with this angular velocity and acceleration.
+        return (Rotation.from_rotvec(spin * t + 0.5 * spin_rate * t * t) * start).as_quat(scalar_first=True)
+
     base_motion = lissom.BaseMotion(
-        translation=lambda t: (position, velocity, acceleration),
-        rotation=lambda t: (orientation, spin, spin_rate),
+        translation=lambda t: (
+            position + velocity * t + 0.5 * acceleration * t * t,
+            velocity + acceleration * t,
+            acceleration,
+        ),
+        rotation=lambda t: (turned(t), spin, spin_rate),
     )
     fluid = FLUID | {"velocity": random.standard_normal(3)}
     rod = lissom.Rod(
@@ -117,7 +127,8 @@ def test_random_rods_on_any_base_agree_with_the_reference(segment, motion, seed)
     q, qd, qdd = 0.2 * random.standard_normal((3, rod.n)) / max(1.0, segment["length"])
     tau = wanted.inverse_dynamics(q, qd, qdd)
     # Where a velocity turns around along the rod, |v| v has a kink: m nodes err by about m^-3.
-    assert_allclose(rod.inverse_dynamics(q, qd, qdd), tau, rtol=0, atol=1e-5 * np.abs(tau).max(initial=0))
+    found = rod.inverse_dynamics(q, qd, qdd, t=0.0)
+    assert_allclose(found, tau, rtol=0, atol=1e-5 * np.abs(tau).max(initial=0))
 
 
 # What is known
@@ -213,7 +224,12 @@ def test_a_straight_rod_swung_in_a_fluid_meets_the_integrals_of_the_drag(strains
     """About z with w and dw/dt: v = w x across, so that all is an integral of powers of x."""
     speed, rate, t = 3.0, 5.0, 0.4
     rho, viscous, coefficient, added = 800.0, 0.4, 1.2, 0.9
-    spin = lissom.BaseMotion(axis=(0, 0, 1), angle=lambda t: (0.0, speed, rate))
+
+    def swing(now):
+        since = now - t
+        return speed * since + 0.5 * rate * since**2, speed + rate * since, rate
+
+    spin = lissom.BaseMotion(axis=(0, 0, 1), angle=swing)
     fluid = lissom.Fluid(
         rho,
         viscous_drag=(viscous, 0.1),
@@ -237,13 +253,15 @@ def test_a_straight_rod_swung_in_a_fluid_meets_the_integrals_of_the_drag(strains
 def test_drag_along_the_rod_resists_a_push_along_it():
     """And added mass does not: slender bodies have none lengthwise."""
     speed, rate = 0.7, 2.0
-    push = lissom.BaseMotion(translation=lambda t: ((0, 0, 0), (speed, 0, 0), (rate, 0, 0)))
+    push = lissom.BaseMotion(
+        translation=lambda t: ((speed * t + 0.5 * rate * t * t, 0, 0), (speed + rate * t, 0, 0), (rate, 0, 0))
+    )
     fluid = lissom.Fluid(800.0, (0.2, 0, 0), viscous_drag=(0.4, 0.1), drag_coefficients=(1.2, 0.05))
     rod = arm(push, fluid)
     zero = np.zeros(rod.n)
     relative = speed - 0.2
     wanted = LINE_MASS * rate + 0.1 * relative + 0.5 * 800 * 0.02 * np.pi * 0.05 * relative**2
-    assert_allclose(rod.base_wrench(zero, zero, zero)[3:], [wanted, 0, 0], rtol=1e-12, atol=1e-12)
+    assert_allclose(rod.base_wrench(zero, zero, zero, t=0.0)[3:], [wanted, 0, 0], rtol=1e-12, atol=1e-12)
 
 
 def test_a_heaved_elastic_tail_gives_the_thrust_of_small_amplitude_theory():

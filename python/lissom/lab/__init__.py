@@ -6,15 +6,14 @@ beside them where they are known.
 
 from __future__ import annotations
 
-import json
-import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 from .._lissom import __version__
+from ..folders import MARK
 from ..report import page
-from ..results import MARK, SUMMARY, atomic_folder
+from ..results import write_report, write_summary
 from . import pendulum, rod, roots
 from .part import Part
 
@@ -27,35 +26,25 @@ LEAD = (
 )
 
 
-def write(target: Path, bar: Callable[[float, str, str], Any]) -> list[Path]:
-    """Run the lab and write ``lab.html`` and the numbers into the folder ``target``; return the files.
+def compute(bar: Callable[[float, str, str], Any]) -> Iterator[tuple[str, Part]]:
+    """The parts one after the other, by name. ``bar(total, what, unit)`` makes a progress bar, like tqdm."""
+    with bar(len(PARTS), "Lab", "parts") as progress:
+        for name, part in PARTS.items():
+            yield name, part()
+            progress.update(1)
 
-    ``bar(total, what, unit)`` makes a progress bar, as tqdm does.
-    """
-    with atomic_folder(target) as folder:
-        parts = {}
-        with bar(len(PARTS), "Lab", "parts") as progress:
-            for name, compute in PARTS.items():
-                parts[name] = compute()
-                progress.update(1)
-        (folder / "lab.html").write_text(page.render(build(list(parts.values()))), encoding="utf-8")
-        numbers = {MARK: __version__, **{name: part.numbers for name, part in parts.items()}}
-        (folder / SUMMARY).write_text(
-            json.dumps(plain(numbers), indent=2, allow_nan=False) + "\n", encoding="utf-8"
-        )
-    return [target / "lab.html", target / SUMMARY]
+
+def write(parts: Mapping[str, Part], folder: Path) -> list[str]:
+    """Write the numbers and ``lab.html`` of those parts into an empty folder; what could not be written."""
+    write_summary({MARK: __version__, **{name: part.numbers for name, part in parts.items()}}, folder)
+    return write_report(_report, parts, folder / "lab.html")
+
+
+def _report(parts: Mapping[str, Part], path: Path) -> None:
+    path.write_text(page.render(build(list(parts.values()))), encoding="utf-8")
 
 
 def build(parts: list[Part]) -> page.Page:
     """The page of the lab."""
     sections = [section for part in parts for section in part.sections]
     return page.Page(title="The lab, rerun", lead=LEAD, sections=sections, contents=True)
-
-
-def plain(value: Any) -> Any:
-    """The same in what JSON knows: the report's infinite run time becomes null."""
-    if isinstance(value, dict):
-        return {key: plain(inner) for key, inner in value.items()}
-    if isinstance(value, list):
-        return [plain(inner) for inner in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value

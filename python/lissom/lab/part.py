@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Sequence
+import warnings
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from statistics import median
 from typing import Any, TypeVar
 
-from .._lissom import MotionResult
+from .._lissom import AccuracyWarning, MotionResult
 from ..report.page import Section
 from ..report.text import quantity
 
@@ -26,6 +28,14 @@ class Part:
 
     sections: Sequence[Section]
     numbers: dict[str, Any]
+
+
+@contextmanager
+def steps_too_long_on_purpose() -> Iterator[None]:
+    """Within it nobody is warned: the lab shows what comes of such steps."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", AccuracyWarning)
+        yield
 
 
 def timed(work: Callable[[], T]) -> tuple[T, float]:

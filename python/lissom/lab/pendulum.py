@@ -12,7 +12,7 @@ from ..report import theme
 from ..report.page import Figure, Lesson, Section, Table
 from ..report.text import quantity
 from . import published
-from .part import NUMERIC, RUN_COLUMNS, Part, run_cells, timed_run
+from .part import NUMERIC, RUN_COLUMNS, Part, run_cells, steps_too_long_on_purpose, timed_run
 
 START = (-np.pi / 4.0, 0.5)
 
@@ -26,6 +26,7 @@ REFERENCE_TOLERANCE = 1e-12
 POINTS = 2001
 
 
+@steps_too_long_on_purpose()
 def part() -> Part:
     """The motion by both methods, and how long 1000 s of it take."""
     pendulum = SpringPendulum()

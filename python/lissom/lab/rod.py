@@ -12,7 +12,7 @@ from ..report import theme
 from ..report.page import Figure, Lesson, Section, Table
 from ..report.text import quantity
 from . import published
-from .part import NUMERIC, RUN_COLUMNS, Part, run_cells, timed_run
+from .part import NUMERIC, RUN_COLUMNS, Part, run_cells, steps_too_long_on_purpose, timed_run
 
 #: The lab's steel wire and its two bases.
 WIRE: dict[str, Any] = {
@@ -46,6 +46,7 @@ def lab_rod(base: str) -> Rod:
     return Rod([Segment(**WIRE)], base_orientation=BASES[base])
 
 
+@steps_too_long_on_purpose()
 def part() -> Part:
     """The release from horizontal, the hanging rod, and what they cost."""
     horizontal, hanging = lab_rod("horizontal"), lab_rod("hanging")

@@ -122,7 +122,9 @@ def drift(run: Run) -> Any:
     import plotly.graph_objects as go
 
     at = run.instants(MAX_POINTS)
-    change = (run.balance.total - run.balance.total[0])[at]
+    with np.errstate(invalid="ignore"):
+        # Of a run that overflowed there is no difference to show.
+        change = (run.balance.total - run.balance.total[0])[at]
     colour = theme.ENERGY_COLOURS["total"]
     figure = go.Figure(
         [go.Scatter(x=run.t[at], y=change, line={"color": colour, "width": 1.5}, name="defect")]

@@ -194,7 +194,7 @@ def _faces(stations: int) -> NDArray[np.int32]:
 
 def _poses(run: Animated, rod: Rod, at: Any, places: Any) -> Array:
     """Poses at some instants; slides show the rod as it is at time zero."""
-    return rod.pose(run.q[at], places, t=0.0 if isinstance(run, Slides) else run.t[at])
+    return rod.pose(run.q[at], places, t=run.scene.simulation.t0 if isinstance(run, Slides) else run.t[at])
 
 
 def _tips(run: Animated, rod: Rod) -> Array:

@@ -70,10 +70,11 @@ def summary(study: StaticsStudy) -> list[tuple[str, str]]:
     found, model = study.found, study.scene.model
     rows: list[tuple[str, str]] = [("stability", found.stability or "unknown")]
     if isinstance(model, Rod):
-        x, y, z = model.pose(found.q, model.length)[:3, 3]
+        x, y, z = model.pose(found.q, model.length, t=study.scene.simulation.t0)[:3, 3]
         rows.append(("tip", f"({x:.6g}, {y:.6g}, {z:.6g}) m"))
+    lowest = found.lowest_eigenvalue
     rows += [
-        ("lowest stiffness", f"{found.lowest_eigenvalue:.4g} of the elastic one"),
+        ("lowest stiffness", f"{lowest:.4g} of the elastic one" if np.isfinite(lowest) else "unknown"),
         ("Newton iterations", str(found.nit)),
         ("time", quantity(study.wall_time, "s")),
     ]
@@ -180,7 +181,8 @@ def _deflection(study: ModesStudy, shape: Any) -> float:
         if size == 0.0:
             return 0.0
         small = part * (1e-4 / size)
-        bent, straight = (model.pose(q, sections(model))[:, :3, 3] for q in (study.q + small, study.q))
+        t0 = study.scene.simulation.t0
+        bent, straight = (model.pose(q, sections(model), t=t0)[:, :3, 3] for q in (study.q + small, study.q))
         return float(np.linalg.norm(bent - straight, axis=1).max()) * (size / 1e-4) / model.length
 
     deflection = float(np.hypot(largest(np.real(shape)), largest(np.imag(shape))))

@@ -8,7 +8,7 @@ import numpy as np
 
 from .._lissom import MotionResult, Rod, Scene, Statistics, simulate
 from ..advice import half_extents
-from ..results import COUNTERS, MAX_SHAPES, SECTIONS_PER_SEGMENT, Run, in_words_of_a_scene
+from ..results import COUNTERS, MAX_SHAPES, NO_ENERGIES, SECTIONS_PER_SEGMENT, Run, in_words_of_a_scene
 from ..results import statistics as numbers
 from . import motion
 
@@ -59,6 +59,8 @@ def drift(run: Run) -> str:
     """The energy drift in words."""
     if "energy" not in run.wants:
         return "not computed: the scene does not ask for energies"
+    if not run.has_energies:
+        return "NaN: energies are not finite"
     if not run.balance.moves:
         return "none: nothing moves"
     moved = quantity(run.balance.scale, "J")
@@ -83,6 +85,10 @@ def outcome(run: Run) -> tuple[str, bool]:
         return f"Interrupted at {quantity(float(run.t[-1]))} s; what was computed until then is shown.", False
     if not run.motion.success:
         return f"Failed at {quantity(float(run.t[-1]))} s: {run.message}", False
+    if not run.has_energies:
+        return f"Finished. {NO_ENERGIES}", False
+    if run.motion.doubt is not None:
+        return f"Finished. {in_words_of_a_scene(run.motion.doubt)}", False
     return "Finished.", True
 
 
@@ -94,7 +100,9 @@ def tiles(run: Run) -> list[tuple[str, str]]:
     if found["times_real_time"] is not None:
         tiles.append((pace(found["times_real_time"]), "as fast as real time"))
     tiles += [(f"{counters[name]:,}", COUNTERS[name]) for name in SHOWN_COUNTERS if counters[name]]
-    if "energy" in run.wants and run.balance.moves:
+    if "energy" in run.wants and not run.has_energies:
+        tiles.append(("NaN", "energy drift"))
+    elif "energy" in run.wants and run.balance.moves:
         tiles.append((quantity(found["energy_drift"], digits=2), "energy drift, relative"))
     return tiles
 
@@ -196,7 +204,8 @@ def _first_steps(scene: Scene, duration: float) -> MotionResult:
         options["atol"] = settings.atol
     return simulate(
         scene.model,
-        duration,
+        settings.t0 + duration,
+        t0=settings.t0,
         q0=scene.q0,
         v0=scene.v0,
         method=settings.method,

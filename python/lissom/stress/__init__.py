@@ -6,13 +6,15 @@ module for each theme. What is right is decided in ``judge``; what was committed
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from .._lissom import __version__
-from ..results import MARK, atomic_folder, write_summary
+from ..folders import MARK
+from ..results import write_report, write_summary
 from . import ill_posed, lab_scene, loads, long_runs, scaling, shapes, steps, sweeps
 from .cell import KINDS, Cell, Group, Kind, Outcome
 
@@ -54,16 +56,13 @@ class Done:
         return {kind: kinds.count(kind) for kind in KINDS}
 
 
-def run(quick: bool, progress: Callable[[str], object] = lambda name: None) -> list[Done]:
-    """Run the matrix, or the short version of it; ``progress`` hears the name of every group that begins."""
-    done = []
+def run(quick: bool) -> Iterator[Done]:
+    """Run the groups of the matrix, or of its short version, one after the other."""
     for make in GROUPS:
         group = make()
         cells = [cell for cell in group.cells if cell.quick or not quick]
-        progress(group.title)
         chosen = Group(**{**vars(group), "cells": cells})
-        done.append(Done(chosen, tuple(cell.run() for cell in cells)))
-    return done
+        yield Done(chosen, tuple(cell.run() for cell in cells))
 
 
 def total(done: list[Done]) -> dict[Kind, int]:
@@ -77,6 +76,7 @@ def numbers(done: list[Done], quick: bool, regressions: list[str]) -> dict[str, 
         MARK: __version__,
         "study": "stress",
         "quick": quick,
+        "whole": len(done) == len(GROUPS),
         "counts": total(done),
         "regressions": regressions,
         "groups": {group.group.name: _group(group) for group in done},
@@ -101,19 +101,15 @@ def _group(done: Done) -> dict[str, Any]:
 
 def write(
     done: list[Done],
-    target: Path,
+    folder: Path,
     quick: bool,
     regressions: list[str],
     report: Callable[[list[Done], list[str], Path], None] | None,
-) -> list[Path]:
-    """Write the results folder; return its files. Raises NotOurs like ``results.write``."""
-    with atomic_folder(target) as folder:
-        write_summary(numbers(done, quick, regressions), folder)
-        files = [target / "summary.json"]
-        if report is not None:
-            report(done, regressions, folder / "report.html")
-            files.append(target / "report.html")
-    return files
+) -> list[str]:
+    """Write the files into an empty folder; what could not be written, like ``results.write``."""
+    write_summary(numbers(done, quick, regressions), folder)
+    pages = None if report is None else partial(report, done)
+    return write_report(pages, regressions, folder / "report.html")
 
 
 __all__ = ["GROUPS", "Cell", "Done", "Group", "Outcome", "numbers", "run", "total", "write"]

@@ -3,12 +3,23 @@
 from __future__ import annotations
 
 import time
+import warnings
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from .._lissom import Model, ModesResult, MotionResult, Rod, StaticsResult, modes, simulate, statics
+from .._lissom import (
+    AccuracyWarning,
+    Model,
+    ModesResult,
+    MotionResult,
+    Rod,
+    StaticsResult,
+    modes,
+    simulate,
+    statics,
+)
 from ..results import Array
 from .cell import SLOW_EVALUATIONS, Outcome, one_line
 
@@ -56,7 +67,10 @@ TIGHTER, SHORTER = 1e-3, 0.1
 def run(model: Model, t_end: float, deadline: float = DEADLINE, **options: Any) -> MotionResult:
     """Simulate, but not for longer than the deadline."""
     end = time.monotonic() + deadline
-    return simulate(model, t_end, progress=lambda t: time.monotonic() > end, **options)
+    with warnings.catch_warnings():
+        # What fixed steps do not see is judged here.
+        warnings.simplefilter("ignore", AccuracyWarning)
+        return simulate(model, t_end, progress=lambda t: time.monotonic() > end, **options)
 
 
 def tolerances(rod: Rod, tolerance: float = ADAPTIVE_TOLERANCE) -> dict[str, Any]:
@@ -211,7 +225,7 @@ def expected_error(rod: Rod, t_end: float, dt: float, q0: Array) -> float:
     omega = np.abs(found.eigenvalues.imag)
     shapes = np.real(found.shapes)
     amplitude = np.linalg.lstsq(shapes, q0 - rest.q, rcond=None)[0]
-    deflection = np.abs(rod.jacobian(rest.q, rod.length)[3:] @ shapes).max(axis=0) * np.abs(amplitude)
+    deflection = np.abs(rod.jacobian(rest.q, rod.length, t=0.0)[3:] @ shapes).max(axis=0) * np.abs(amplitude)
     late = np.minimum(omega * t_end * (omega * dt) ** 2 / 12.0, 2.0)
     return float(deflection @ late) / rod.length
 
@@ -223,10 +237,10 @@ def equilibrium(rod: Rod, found: StaticsResult) -> Outcome:
     if not np.isfinite(found.q).all():
         return Outcome("wrong", "the shape is not finite", None, found.nfev)
     rest = np.zeros(rod.n)
-    stiffness = rod.tangent(found.q, rest, rest)[0]
+    stiffness = rod.tangent(found.q, rest, rest, t=0.0)[0]
     # The work of the unbalanced forces along the way to where they balance, beside the elastic energy scale.
     size = scales(rod)
-    unbalanced = np.abs(rod.inverse_dynamics(found.q, rest, rest) * size)
+    unbalanced = np.abs(rod.inverse_dynamics(found.q, rest, rest, t=0.0) * size)
     balanced = np.abs(stiffness * np.outer(size, size)) @ (1.0 + np.abs(found.q / size))
     error = float((unbalanced / balanced).max())
     if not error <= FORCE_TOLERANCE:
@@ -248,7 +262,7 @@ def lowest_eigenvalue(matrix: Array) -> float:
 def vibrations(rod: Rod, q: Array, found: ModesResult) -> Outcome:
     """Judge undamped natural frequencies by eigenvalues that NumPy computes from the same matrices."""
     rest = np.zeros(rod.n)
-    stiffness, _, mass = rod.tangent(q, rest, rest)
+    stiffness, _, mass = rod.tangent(q, rest, rest, t=0.0)
     root = np.sqrt(np.diag(mass))
     lower = np.linalg.cholesky(mass / np.outer(root, root))
     half = np.linalg.solve(lower, stiffness / np.outer(root, root))

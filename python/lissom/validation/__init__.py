@@ -5,11 +5,12 @@ Every module of this package holds the cases of one theme; ``exact`` computes wa
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 from .._lissom import __version__
-from ..results import MARK, SUMMARY, atomic_folder, write_summary
+from ..folders import MARK
+from ..results import write_report, write_summary
 from . import buckling, dynamics, frame, frequencies, peers, rotation, statics, supports
 from .case import Case, Outcome, run
 
@@ -28,31 +29,21 @@ CASES: tuple[Case, ...] = (
 )
 
 
-def run_all(
-    cases: Sequence[Case] = CASES, progress: Callable[[Outcome], object] = lambda outcome: None
-) -> list[Outcome]:
-    """Run cases one after the other; ``progress`` hears of each that is done or left out."""
-    outcomes = []
-    for case in cases:
-        outcomes.append(run(case))
-        progress(outcomes[-1])
-    return outcomes
+def run_all(cases: Sequence[Case] = CASES) -> Iterator[Outcome]:
+    """Run cases one after the other."""
+    yield from map(run, cases)
 
 
 def write(
-    outcomes: Sequence[Outcome], target: Path, report: Callable[[Sequence[Outcome], Path], None] | None
-) -> list[Path]:
-    """Write the results folder of the gallery; return its files. Raises NotOurs like ``results.write``."""
-    files = [target / SUMMARY]
-    with atomic_folder(target) as folder:
-        if report is not None:
-            report(outcomes, folder / "report.html")
-            files.insert(0, target / "report.html")
-        numbers = {
-            MARK: __version__,
-            "study": "validation",
-            "good": not any(outcome.outside for outcome in outcomes),
-            "cases": [outcome.numbers for outcome in outcomes],
-        }
-        write_summary(numbers, folder)
-    return files
+    outcomes: Sequence[Outcome], folder: Path, report: Callable[[Sequence[Outcome], Path], None] | None
+) -> list[str]:
+    """Write the files of the gallery into an empty folder; what could not be written, as in ``results``."""
+    numbers = {
+        MARK: __version__,
+        "study": "validation",
+        "whole": len(outcomes) == len(CASES),
+        "good": not any(outcome.outside for outcome in outcomes),
+        "cases": [outcome.numbers for outcome in outcomes],
+    }
+    write_summary(numbers, folder)
+    return write_report(report, outcomes, folder / "report.html")

@@ -49,7 +49,7 @@ fn from_callable(
         )));
     }
     let direction: f64 = match event.getattr_opt("direction")? {
-        Some(value) => value.extract().map_err(|_| {
+        Some(value) => convert::number(&value).map_err(|_| {
             PyTypeError::new_err(format!(
                 "{place}.direction: expected a number, got {}",
                 convert::describe(&value)
@@ -73,12 +73,15 @@ fn from_callable(
     let evaluate = move |t: f64, y: &[f64]| {
         raised.catch(Python::attach(|py| {
             let value = function.call(py, t, y)?;
-            value.extract::<f64>().map_err(|_| {
-                PyTypeError::new_err(format!(
+            match convert::scalar_or_vector(&value, &name) {
+                // An array of one entry will do.
+                Ok((number, _)) if number.len() == 1 => Ok(number[0]),
+                Err(error) if !error.is_instance_of::<PyTypeError>(py) => Err(error),
+                _ => Err(PyTypeError::new_err(format!(
                     "{name}: expected a real number, got {}",
                     convert::describe(&value)
-                ))
-            })
+                ))),
+            }
         }))
     };
     Ok(Event { terminal, ..Event::new(evaluate).direction(direction) })

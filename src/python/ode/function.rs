@@ -1,10 +1,12 @@
 //! Python callables of time and state.
 
-use numpy::{PyArray1, PyArray2, PyArrayMethods, PyUntypedArrayMethods, ToPyArray};
+use numpy::{PyArrayMethods, PyUntypedArrayMethods, ToPyArray};
+use pyo3::class::{PyTraverseError, PyVisit};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyList, PyTuple};
+use pyo3::types::{PyFloat, PyInt, PyList, PyTuple};
 
+use super::super::callback::call;
 use super::super::convert;
 use crate::linalg::Matrix;
 
@@ -20,6 +22,11 @@ impl Function {
     pub(super) fn new(fun: &Bound<'_, PyAny>, args: Option<&Bound<'_, PyTuple>>) -> Self {
         let args = args.filter(|args| !args.is_empty());
         Self { fun: fun.clone().unbind(), args: args.map(|args| args.clone().unbind()) }
+    }
+
+    pub(super) fn traverse(&self, visit: &PyVisit<'_>) -> Result<(), PyTraverseError> {
+        visit.call(&self.fun)?;
+        visit.call(&self.args)
     }
 
     /// The value at a state.
@@ -40,11 +47,11 @@ impl Function {
     fn call_with<'py>(&self, py: Python<'py>, t: f64, y: Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         let fun = self.fun.bind(py);
         match &self.args {
-            None => fun.call1((t, y)),
+            None => call(fun, (t, y)),
             Some(args) => {
                 let mut arguments = vec![t.into_pyobject(py)?.into_any(), y];
                 arguments.extend(args.bind(py).iter());
-                fun.call1(PyTuple::new(py, arguments)?)
+                call(fun, PyTuple::new(py, arguments)?)
             }
         }
     }
@@ -53,10 +60,10 @@ impl Function {
 /// Reads n real numbers that a callable returned: an array of doubles or a list or tuple of numbers at little cost,
 /// every other array-like at some.
 pub(crate) fn read_vector(value: &Bound<'_, PyAny>, out: &mut [f64], name: &str) -> PyResult<()> {
-    if let Ok(array) = value.cast::<PyArray1<f64>>()
-        && let Ok(values) = array.to_vec()
+    if let Some(array) = convert::plain(value)
+        && array.ndim() == 1
     {
-        return copy(&values, out, name);
+        return copy(&array.to_vec()?, out, name);
     }
     if let Ok(list) = value.cast::<PyList>()
         && list.len() == out.len()
@@ -82,13 +89,23 @@ pub(crate) fn read_vector(value: &Bound<'_, PyAny>, out: &mut [f64], name: &str)
     }
 }
 
+/// Reads n real numbers that a callable returned in place of a column of them.
+pub(crate) fn read_column(value: &Bound<'_, PyAny>, out: &mut [f64], name: &str) -> PyResult<()> {
+    if value.is_none() {
+        return read_vector(value, out, name);
+    }
+    copy(&convert::numbers(value, &format!("value of {name}"), "a column of real numbers")?.values, out, name)
+}
+
+/// False where there is something else than floats and integers, or nothing.
 fn read_numbers<'py>(numbers: impl Iterator<Item = Bound<'py, PyAny>>, out: &mut [f64]) -> bool {
-    numbers.zip(out).all(|(number, out)| match number.extract() {
-        Ok(number) => {
-            *out = number;
-            true
-        }
-        Err(_) => false,
+    numbers.zip(out).all(|(number, out)| {
+        let read = match number.cast::<PyFloat>() {
+            Ok(number) => Some(number.value()),
+            Err(_) if number.is_exact_instance_of::<PyInt>() => number.extract().ok(),
+            Err(_) => None,
+        };
+        read.map(|number| *out = number).is_some()
     })
 }
 
@@ -106,25 +123,14 @@ fn copy(values: &[f64], out: &mut [f64], name: &str) -> PyResult<()> {
 
 /// Reads a matrix of the shape of `out` that a callable returned, sparse ones included.
 pub(crate) fn read_matrix(value: &Bound<'_, PyAny>, out: &mut Matrix, name: &str) -> PyResult<()> {
-    if let Ok(array) = value.cast::<PyArray2<f64>>()
-        && array.is_c_contiguous()
-        && let Ok(values) = array.to_vec()
-        && array.shape() == [out.nrows(), out.ncols()]
-    {
-        for i in 0..out.nrows() {
-            for j in 0..out.ncols() {
-                out[(i, j)] = values[i * out.ncols() + j];
-            }
-        }
-        return Ok(());
-    }
     out.copy_from(&matrix_of(value, out.shape(), name)?);
     Ok(())
 }
 
 /// A matrix of a given shape, from an array-like or a sparse matrix of SciPy.
 pub(crate) fn matrix_of(value: &Bound<'_, PyAny>, shape: (usize, usize), name: &str) -> PyResult<Matrix> {
-    if value.hasattr("toarray")? {
+    // Spares arrays the question.
+    if convert::plain(value).is_none() && value.hasattr("toarray")? {
         convert::matrix_of(&value.call_method0("toarray")?, shape, name)
     } else {
         convert::matrix_of(value, shape, name)

@@ -7,8 +7,6 @@ mod result;
 mod stepper;
 pub(super) mod system;
 
-use std::time::{Duration, Instant};
-
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyString;
@@ -32,10 +30,9 @@ use system::{Parts, PySystem, SharedRaised};
 /// fun : callable, compiled function or Model
 ///     The right-hand side. A callable ``fun(t, y, *args)`` gets a float and an array of shape (n,), its own to keep, and
 ///     returns n numbers. Much faster: a compiled function without Python in between, given as a `numba.cfunc`, a
-///     `scipy.LowLevelCallable`, a function of ctypes or an address (int), of the C signature
-///     ``void (double t, const double *y, double *dydt, const double *args)`` (a function that does not keep to it crashes the
-///     process, and an address is trusted altogether); or a model of lissom, whose free motion is then
-///     integrated with ``y = (q, qd)``. Both of these release the GIL.
+///     `scipy.LowLevelCallable` or a function of ctypes (which an address becomes by ``ctypes.CFUNCTYPE(...)(address)``), of the C
+///     signature ``void (double t, const double *y, double *dydt, const double *args)`` (a function that does not keep to it crashes
+///     the process); or a model of lissom, whose free motion is then integrated with ``y = (q, qd)``. Both of these release the GIL.
 /// t_span : (t0, tf)
 ///     The interval. `tf` may be infinite, or before `t0`. Nothing is evaluated beyond it.
 /// y0 : array_like, shape (n,)
@@ -124,9 +121,9 @@ pub(super) fn solve_ivp<'py>(
     args: Option<&Bound<'py, PyAny>>,
     rtol: Option<&Bound<'py, PyAny>>,
     atol: Option<&Bound<'py, PyAny>>,
-    first_step: Option<f64>,
-    max_step: Option<f64>,
-    min_step: f64,
+    #[pyo3(from_py_with = convert::optional_number)] first_step: Option<f64>,
+    #[pyo3(from_py_with = convert::optional_number)] max_step: Option<f64>,
+    #[pyo3(from_py_with = convert::number)] min_step: f64,
     max_steps: Option<i64>,
     jac: Option<&Bound<'py, PyAny>>,
     jac_sparsity: Option<&Bound<'py, PyAny>>,
@@ -170,7 +167,8 @@ pub(super) fn solve_ivp<'py>(
         None => Vec::new(),
     };
     let solution = if system.is_native() && events.is_empty() && callback.is_none() {
-        py.detach(|| run_detached(&mut system, t_span, &y0, &options, &output, &raised))
+        // The system itself looks for signals.
+        py.detach(|| solve(&mut system, t_span, &y0, &options, &output, &mut [], &mut |_| Ok(())))
     } else {
         let callback = callback.map(|callback| Function::new(callback, None));
         run_attached(py, &mut system, t_span, &y0, (&options, &output), &mut events, callback, &raised)
@@ -186,39 +184,14 @@ pub(super) fn solve_ivp<'py>(
 }
 
 pub(super) fn interval(t_span: &Bound<'_, PyAny>) -> PyResult<(f64, f64)> {
-    let ends: Option<Vec<f64>> =
-        t_span.try_iter().ok().and_then(|ends| ends.map(|end| end?.extract()).collect::<PyResult<_>>().ok());
-    match ends.as_deref() {
-        Some(&[t0, tf]) => Ok((t0, tf)),
+    const EXPECTED: &str = "two numbers, (t0, tf)";
+    match convert::numbers(t_span, "t_span", EXPECTED)?.values[..] {
+        [t0, tf] => Ok((t0, tf)),
         _ => Err(PyTypeError::new_err(format!(
-            "t_span: expected two numbers, (t0, tf), got {}",
+            "t_span: expected {EXPECTED}, got {}",
             convert::describe(t_span)
         ))),
     }
-}
-
-/// Integration that runs no Python code; looks for signals from time to time.
-fn run_detached(
-    system: &mut PySystem,
-    t_span: (f64, f64),
-    y0: &[f64],
-    options: &Options,
-    output: &Output,
-    raised: &SharedRaised,
-) -> Result<Solution, InvalidInput> {
-    /// Not noticed by a user who waits, nor in the run time.
-    const POLL_INTERVAL: Duration = Duration::from_millis(50);
-    /// Steps between two looks at the clock, which costs more than a step of a small system.
-    const STEPS: usize = 64;
-    let mut last_poll = Instant::now();
-    let mut monitor = |stepper: &Stepper| {
-        if stepper.counters().accepted.is_multiple_of(STEPS) && last_poll.elapsed() > POLL_INTERVAL {
-            last_poll = Instant::now();
-            raised.catch(Python::attach(|py| py.check_signals()))?;
-        }
-        Ok(())
-    };
-    solve(system, t_span, y0, options, output, &mut [], &mut monitor)
 }
 
 /// Integration that calls back into Python.

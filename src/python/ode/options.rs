@@ -5,7 +5,6 @@ use pyo3::prelude::*;
 use pyo3::types::{PyFloat, PyString, PyType};
 
 use super::super::convert;
-use super::function::matrix_of;
 use super::stepper::{PyDop853, PyRadau, PyRk45};
 use crate::ode::{Controller, Method, Sparsity, Tolerance};
 
@@ -38,14 +37,15 @@ pub(super) fn method(value: &Bound<'_, PyAny>) -> PyResult<Method> {
 
 /// The initial state.
 pub(super) fn initial_state(y0: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
-    convert::vector(y0, "y0").or_else(|error| {
-        let numpy = y0.py().import("numpy")?;
-        if numpy.call_method1("iscomplexobj", (y0,))?.is_truthy()? {
-            return Err(PyTypeError::new_err(
+    convert::vector(y0, "y0").map_err(|error| {
+        let is_complex = |numpy: Bound<'_, PyModule>| numpy.call_method1("iscomplexobj", (y0,))?.is_truthy();
+        // What NumPy makes no array of is refused for that.
+        if y0.py().import("numpy").and_then(is_complex).unwrap_or(false) {
+            return PyTypeError::new_err(
                 "y0: complex states are not supported; integrate the n real and n imaginary parts as 2n components",
-            ));
+            );
         }
-        Err(error)
+        error
     })
 }
 
@@ -71,7 +71,12 @@ pub(crate) fn tolerance(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Tolera
 
 /// The pattern of a dense or sparse (n, n) matrix.
 pub(super) fn sparsity(value: &Bound<'_, PyAny>, n: usize) -> PyResult<Sparsity> {
-    let pattern = matrix_of(value, (n, n), "jac_sparsity")?;
+    // Truth values say it as well as numbers do.
+    let dense = if value.hasattr("toarray")? { value.call_method0("toarray")? } else { value.clone() };
+    let array = value.py().import("numpy")?.call_method1("asarray", (&dense,));
+    let truth = array.ok().filter(|array| convert::kind_of(array) == Some('b'));
+    let numbers = truth.map_or(Ok(dense), |truth| truth.call_method1("astype", ("float64",)))?;
+    let pattern = convert::matrix_of(&numbers, (n, n), "jac_sparsity")?;
     let places = (0..n).flat_map(|i| (0..n).map(move |j| (i, j)));
     Ok(Sparsity::new(n, places.filter(|&place| pattern[place] != 0.0))?)
 }

@@ -3,12 +3,14 @@
 use std::sync::Arc;
 
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
+use pyo3::class::{PyTraverseError, PyVisit};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyList;
 
 use super::super::convert;
-use crate::ode::{DenseOutput, Occurrences, Solution, Status};
+use super::super::record::{self, ReadOnly, Reduced};
+use crate::ode::{DenseOutput, DenseParts, Occurrences, Solution, Status};
 
 /// Result of `solve_ivp`.
 ///
@@ -46,12 +48,13 @@ use crate::ode::{DenseOutput, Occurrences, Solution, Status};
 /// stiff_at : float or None
 ///     Time at which an explicit method found the problem to be stiff.
 #[pyclass(name = "OdeResult", module = "lissom", frozen, get_all)]
+#[derive(FromPyObject)]
 pub(crate) struct PyOdeResult {
-    t: Py<PyArray1<f64>>,
-    y: Py<PyArray2<f64>>,
+    t: ReadOnly<PyArray1<f64>>,
+    y: ReadOnly<PyArray2<f64>>,
     sol: Option<Py<PyDenseOutput>>,
-    t_events: Option<Py<PyList>>,
-    y_events: Option<Py<PyList>>,
+    t_events: Option<ReadOnly<PyList>>,
+    y_events: Option<ReadOnly<PyList>>,
     nfev: usize,
     nfev_jac: usize,
     njev: usize,
@@ -59,7 +62,7 @@ pub(crate) struct PyOdeResult {
     naccepted: usize,
     nrejected: usize,
     status: i32,
-    reason: &'static str,
+    reason: String,
     message: String,
     success: bool,
     stiff_at: Option<f64>,
@@ -78,11 +81,11 @@ impl PyOdeResult {
             y_events.append(if points == 0 { y.into_any() } else { y.reshape([points, n])?.into_any() })?;
         }
         Ok(Self {
-            y: columns(py, y, t.len(), n)?.unbind(),
-            t: t.into_pyarray(py).unbind(),
+            y: ReadOnly::new(columns(py, y, t.len(), n)?)?,
+            t: ReadOnly::new(t.into_pyarray(py))?,
             sol: dense.map(|dense| Py::new(py, PyDenseOutput::new(dense))).transpose()?,
-            t_events: has_events.then(|| t_events.unbind()),
-            y_events: has_events.then(|| y_events.unbind()),
+            t_events: has_events.then(|| ReadOnly::new(t_events)).transpose()?,
+            y_events: has_events.then(|| ReadOnly::new(y_events)).transpose()?,
             nfev: counters.nfev,
             nfev_jac: counters.nfev_jacobian,
             njev: counters.njev,
@@ -94,7 +97,7 @@ impl PyOdeResult {
                 Status::Event => 1,
                 _ => -1,
             },
-            reason: status.name(),
+            reason: status.name().to_owned(),
             message,
             success: status.is_success(),
             stiff_at,
@@ -104,6 +107,11 @@ impl PyOdeResult {
 
 #[pymethods]
 impl PyOdeResult {
+    fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
+        visit.call(self.t_events.as_ref().map(ReadOnly::get))?;
+        visit.call(self.y_events.as_ref().map(ReadOnly::get))
+    }
+
     fn __repr__(&self, py: Python<'_>) -> String {
         let points = self.t.bind(py).len().unwrap_or(0);
         let n = self.y.bind(py).dims()[0];
@@ -117,6 +125,16 @@ impl PyOdeResult {
             self.naccepted,
             self.nrejected
         )
+    }
+
+    /// For copies and pickles.
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Reduced<'py>> {
+        record::reduce(slf)
+    }
+
+    #[staticmethod]
+    fn _restore(state: Self) -> Self {
+        state
     }
 }
 
@@ -203,5 +221,30 @@ impl PyDenseOutput {
             self.t_max(),
             self.0.times().len() - 1
         )
+    }
+
+    /// For copies and pickles.
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        let DenseParts { is_nested, vectors, n, times, last_step_end, coefficients } = self.0.parts();
+        let array = |values: &[f64]| PyArray1::from_slice(py, values);
+        record::reduce_to::<Self>(
+            py,
+            (is_nested, vectors, n, array(times), last_step_end, array(coefficients)),
+        )
+    }
+
+    #[staticmethod]
+    fn _restore(
+        is_nested: bool,
+        vectors: usize,
+        n: usize,
+        times: &Bound<'_, PyAny>,
+        last_step_end: f64,
+        coefficients: &Bound<'_, PyAny>,
+    ) -> PyResult<Self> {
+        let times = &convert::vector(times, "times")?;
+        let coefficients = &convert::vector(coefficients, "coefficients")?;
+        let parts = DenseParts { is_nested, vectors, n, times, last_step_end, coefficients };
+        Ok(Self::new(DenseOutput::from_parts(parts)?))
     }
 }

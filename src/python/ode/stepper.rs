@@ -3,6 +3,7 @@
 use std::sync::{Mutex, MutexGuard, TryLockError};
 
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, ToPyArray};
+use pyo3::class::{PyTraverseError, PyVisit};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 
@@ -77,7 +78,13 @@ impl PyOdeSolver {
         if stepper.rtol_raised() {
             options::warn_of_raised_rtol(fun.py())?;
         }
-        if stepper.start(&mut system).is_err() {
+        let py = fun.py();
+        let started = if system.is_native() {
+            py.detach(|| stepper.start(&mut system))
+        } else {
+            stepper.start(&mut system)
+        };
+        if started.is_err() {
             raised.raise()?;
         }
         Ok(Self { memory: Mutex::new(Memory { system, stepper, raised, has_stepped: false }) })
@@ -112,12 +119,13 @@ impl PyOdeSolver {
     /// ------
     /// RuntimeError
     ///     If the integration was over before.
-    fn step(&self) -> PyResult<Option<String>> {
+    fn step(&self, py: Python<'_>) -> PyResult<Option<String>> {
         let Memory { system, stepper, raised, has_stepped } = &mut *self.memory()?;
         if stepper.status().is_some() {
             return Err(PyRuntimeError::new_err("Attempt to step on a failed or finished solver."));
         }
-        let Ok(status) = stepper.step(system) else {
+        let step = if system.is_native() { py.detach(|| stepper.step(system)) } else { stepper.step(system) };
+        let Ok(status) = step else {
             raised.raise()?;
             unreachable!("only a Python exception interrupts a step");
         };
@@ -170,6 +178,15 @@ impl PyOdeSolver {
             ));
         }
         Ok(memory.stepper.error_estimate().into_pyarray(py))
+    }
+
+    fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
+        // In the middle of a step what belongs to it is in use.
+        match self.memory.try_lock() {
+            Ok(memory) => memory.system.traverse(&visit),
+            Err(TryLockError::Poisoned(poisoned)) => poisoned.into_inner().system.traverse(&visit),
+            Err(TryLockError::WouldBlock) => Ok(()),
+        }
     }
 
     /// Number of equations.
@@ -381,15 +398,15 @@ macro_rules! explicit_solver {
             #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python class")]
             fn new(
                 fun: &Bound<'_, PyAny>,
-                t0: f64,
+                #[pyo3(from_py_with = convert::number)] t0: f64,
                 y0: &Bound<'_, PyAny>,
-                t_bound: f64,
+                #[pyo3(from_py_with = convert::number)] t_bound: f64,
                 args: Option<&Bound<'_, PyAny>>,
                 rtol: Option<&Bound<'_, PyAny>>,
                 atol: Option<&Bound<'_, PyAny>>,
-                first_step: Option<f64>,
-                max_step: Option<f64>,
-                min_step: f64,
+                #[pyo3(from_py_with = convert::optional_number)] first_step: Option<f64>,
+                #[pyo3(from_py_with = convert::optional_number)] max_step: Option<f64>,
+                #[pyo3(from_py_with = convert::number)] min_step: f64,
                 max_steps: Option<i64>,
                 vectorized: bool,
                 controller: &str,
@@ -449,15 +466,15 @@ impl PyRadau {
     #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python class")]
     fn new(
         fun: &Bound<'_, PyAny>,
-        t0: f64,
+        #[pyo3(from_py_with = convert::number)] t0: f64,
         y0: &Bound<'_, PyAny>,
-        t_bound: f64,
+        #[pyo3(from_py_with = convert::number)] t_bound: f64,
         args: Option<&Bound<'_, PyAny>>,
         rtol: Option<&Bound<'_, PyAny>>,
         atol: Option<&Bound<'_, PyAny>>,
-        first_step: Option<f64>,
-        max_step: Option<f64>,
-        min_step: f64,
+        #[pyo3(from_py_with = convert::optional_number)] first_step: Option<f64>,
+        #[pyo3(from_py_with = convert::optional_number)] max_step: Option<f64>,
+        #[pyo3(from_py_with = convert::number)] min_step: f64,
         max_steps: Option<i64>,
         vectorized: bool,
         jac: Option<&Bound<'_, PyAny>>,

@@ -2,6 +2,7 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
+use pyo3::class::{PyTraverseError, PyVisit};
 use pyo3::exceptions::{PyTypeError, PyUserWarning};
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
@@ -10,7 +11,8 @@ use super::super::callback::Raised;
 use super::super::compiled::CompiledFunction;
 use super::super::convert;
 use super::super::model::PyModel;
-use super::function::{Function, matrix_of, read_matrix, read_vector};
+use super::super::motion::Ticker;
+use super::function::{Function, matrix_of, read_column, read_matrix, read_vector};
 use crate::error::Interrupted;
 use crate::linalg::Matrix;
 use crate::ode::{JacobianKind, Method, System};
@@ -39,6 +41,7 @@ pub(super) struct PySystem {
     rhs: RightHandSide,
     jacobian: Jacobian,
     raised: SharedRaised,
+    ticker: Ticker,
 }
 
 enum RightHandSide {
@@ -46,7 +49,8 @@ enum RightHandSide {
     /// Takes and returns columns.
     Vectorized(Function),
     Compiled(CompiledFunction),
-    Native(Box<dyn System + Send + Sync>),
+    /// A copy of a model, and the model, which keeps the functions of time that the copy calls.
+    Native(Box<dyn System + Send + Sync>, Py<PyModel>),
 }
 
 enum Jacobian {
@@ -93,12 +97,12 @@ impl PySystem {
                 )));
             }
             let jacobian = Jacobian::find(jac, n, None, numbers.as_deref())?;
-            return Ok(Self { n, rhs: RightHandSide::Compiled(compiled), jacobian, raised });
+            return Ok(Self::of(n, RightHandSide::Compiled(compiled), jacobian, raised));
         }
         if !fun.is_callable() {
             return Err(PyTypeError::new_err(format!(
-                "fun: expected a callable, a compiled function (numba.cfunc, scipy.LowLevelCallable, ctypes, an address) \
-                 or a model of lissom, got {}",
+                "fun: expected a callable, a compiled function (numba.cfunc, scipy.LowLevelCallable, ctypes) or a model \
+                 of lissom, got {}",
                 convert::describe(fun)
             )));
         }
@@ -107,7 +111,19 @@ impl PySystem {
         let function = Function::new(fun, args.as_ref());
         let rhs =
             if vectorized { RightHandSide::Vectorized(function) } else { RightHandSide::Python(function) };
-        Ok(Self { n, rhs, jacobian, raised })
+        Ok(Self::of(n, rhs, jacobian, raised))
+    }
+
+    fn of(n: usize, rhs: RightHandSide, jacobian: Jacobian, raised: SharedRaised) -> Self {
+        Self { n, rhs, jacobian, raised, ticker: Ticker::new() }
+    }
+
+    /// Answers Ctrl-C where no Python code runs that would. Steps that are rejected count, too, hence not from a monitor.
+    fn look_for_signals(&mut self) -> Result<(), Interrupted> {
+        if !self.ticker.tick() {
+            return Ok(());
+        }
+        self.raised.catch(Python::attach(|py| py.check_signals()))
     }
 
     fn from_model(
@@ -122,13 +138,29 @@ impl PySystem {
         }
         let system = model.get().native().first_order();
         let n = system.n();
-        Ok(Self { n, rhs: RightHandSide::Native(system), jacobian: Jacobian::Native, raised })
+        let native = RightHandSide::Native(system, model.clone().unbind());
+        Ok(Self::of(n, native, Jacobian::Native, raised))
     }
 
     /// True when no Python code runs in an evaluation.
     pub(super) fn is_native(&self) -> bool {
-        matches!(self.rhs, RightHandSide::Compiled(_) | RightHandSide::Native(_))
+        matches!(self.rhs, RightHandSide::Compiled(_) | RightHandSide::Native(..))
             && !matches!(self.jacobian, Jacobian::Python(_))
+    }
+
+    pub(super) fn traverse(&self, visit: &PyVisit<'_>) -> Result<(), PyTraverseError> {
+        match &self.rhs {
+            RightHandSide::Python(function) | RightHandSide::Vectorized(function) => {
+                function.traverse(visit)?;
+            }
+            RightHandSide::Compiled(function) => function.traverse(visit)?,
+            RightHandSide::Native(_, model) => visit.call(model)?,
+        }
+        match &self.jacobian {
+            Jacobian::Python(function) => function.traverse(visit),
+            Jacobian::Compiled(function, _) => function.traverse(visit),
+            Jacobian::Differenced | Jacobian::Constant(_) | Jacobian::Native => Ok(()),
+        }
     }
 }
 
@@ -170,8 +202,11 @@ impl System for PySystem {
     }
 
     fn rhs(&mut self, t: f64, y: &[f64], dydt: &mut [f64]) -> Result<(), Interrupted> {
+        if matches!(self.rhs, RightHandSide::Compiled(_) | RightHandSide::Native(..)) {
+            self.look_for_signals()?;
+        }
         match &mut self.rhs {
-            RightHandSide::Native(system) => system.rhs(t, y, dydt),
+            RightHandSide::Native(system, _) => system.rhs(t, y, dydt),
             RightHandSide::Compiled(function) => {
                 function.call(t, y, dydt);
                 Ok(())
@@ -182,8 +217,7 @@ impl System for PySystem {
             })),
             RightHandSide::Vectorized(function) => self.raised.catch(Python::attach(|py| {
                 let value = function.call_columns(py, t, &Matrix::from_column_slice(y.len(), 1, y))?;
-                let value = value.call_method0("ravel").unwrap_or(value);
-                read_vector(&value, dydt, "fun")
+                read_column(&value, dydt, "fun")
             })),
         }
     }
@@ -227,7 +261,7 @@ impl System for PySystem {
                     read_matrix(&value, jacobian, "jac")
                 }));
             }
-            (Jacobian::Native, RightHandSide::Native(system)) => return system.jacobian(t, y, jacobian),
+            (Jacobian::Native, RightHandSide::Native(system, _)) => return system.jacobian(t, y, jacobian),
             (Jacobian::Native | Jacobian::Differenced, _) => {
                 unreachable!("asked for according to `jacobian_kind` only")
             }

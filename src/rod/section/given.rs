@@ -6,7 +6,7 @@ use super::super::body;
 use super::super::description::{STRAIN_NAMES, STRAINS};
 use super::super::profile::{Profile, Variation};
 use super::super::quadrature::Gauss;
-use super::SectionProperties;
+use super::{LARGEST, SectionProperties};
 use crate::error::{Checker, InvalidInput};
 
 /// A stiffness may violate symmetry by this much of its entries' size: rounding of whoever computed it.
@@ -123,7 +123,7 @@ fn validate(section: &SectionProperties) -> Result<(), InvalidInput> {
         is_finite &= check.finite(row, &format!("stiffness[{i}]"));
     }
     if is_finite {
-        let size = |i: usize, j: usize| (stiffness[i][i] * stiffness[j][j]).abs().sqrt();
+        let size = |i: usize, j: usize| stiffness[i][i].abs().sqrt() * stiffness[j][j].abs().sqrt();
         for i in 0..STRAINS {
             for j in 0..i {
                 let [below, above] = [stiffness[i][j], stiffness[j][i]];
@@ -157,11 +157,12 @@ fn check_definite(
     }
     if check.is_ok() {
         let scaled = Matrix6::from_fn(|i, j| match present.contains(&i) && present.contains(&j) {
-            true => stiffness[i][j] / (stiffness[i][i] * stiffness[j][j]).sqrt(),
+            true => stiffness[i][j] / stiffness[i][i].sqrt() / stiffness[j][j].sqrt(),
             false => f64::from(u8::from(i == j)),
         });
         check.require(
-            scaled.symmetric_eigenvalues().min() >= LEAST_EIGENVALUE,
+            // Where a quotient overflows there is nothing to decompose.
+            scaled.amax() <= LARGEST && scaled.symmetric_eigenvalues().min() >= LEAST_EIGENVALUE,
             "stiffness",
             "a matrix that is not positive definite",
             "a positive definite matrix of the strains that have modes",

@@ -12,12 +12,16 @@ pub use shape::Shape;
 use std::convert::Infallible;
 
 use super::body;
-use super::description::{STRAINS, Segment};
+use super::description::{STRAIN_NAMES, STRAINS, Segment};
 use super::profile::{Profile, Variation};
-use crate::error::{Checker, InvalidInput};
+use crate::error::{Checker, InvalidInput, Number};
 
 /// Where a section that varies is looked at: at so many places beside the stations of its tables.
 const PLACES: usize = 256;
+
+/// What a section's numbers may be in SI units, far beyond all rods: products of three of them stay doubles with all their digits.
+pub(super) const SMALLEST: f64 = 1e-100;
+pub(super) const LARGEST: f64 = 1e100;
 
 /// What a segment looks like across.
 #[derive(Clone, Debug, PartialEq)]
@@ -190,6 +194,31 @@ impl SectionProperties {
             Section::Shape(shape) => Self::of_shape(segment, &shape.at(x)),
             Section::Given(given) => given.at(x),
         }
+    }
+
+    /// Everything that is wrong with the numbers of `segment` together, whose parts are right each for itself: stiffness or mass
+    /// that overflows or vanishes.
+    pub(super) fn validate(segment: &Segment) -> Result<(), InvalidInput> {
+        let numbers =
+            format!("sizes and material that give numbers between {SMALLEST:e} and {LARGEST:e} in SI units");
+        validate_along(&segment.section.variations(), segment.length, |x| {
+            let Self { stiffness, mass, inertia, .. } = Self::at(segment, x);
+            let mut check = Checker::new();
+            for (strain, name) in STRAIN_NAMES.into_iter().enumerate() {
+                let own = stiffness[strain][strain];
+                let is_stiff = segment.modes[strain] == 0 || own >= SMALLEST;
+                let found = format!("a stiffness of {} against {name}", Number(own));
+                let row = stiffness[strain].iter().all(|entry| entry.abs() <= LARGEST);
+                check.require(is_stiff && row, "section", found, &numbers);
+            }
+            let found = format!("a mass of {} kg/m", Number(mass));
+            check.require((SMALLEST..=LARGEST).contains(&mass), "section", found, &numbers);
+            let largest = inertia.iter().flatten().fold(0.0_f64, |largest, entry| largest.max(entry.abs()));
+            let is_light = inertia.iter().flatten().all(|entry| entry.abs() <= LARGEST);
+            let found = format!("a moment of inertia of {} kg m", Number(largest));
+            check.require(is_light, "section", found, &numbers);
+            check.finish()
+        })
     }
 
     fn of_shape(segment: &Segment, shape: &Shape<f64>) -> Self {

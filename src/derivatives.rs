@@ -1,0 +1,214 @@
+//! First and second derivatives of a function of time by differences that verify themselves.
+//!
+//! Central differences over ever smaller distances are extrapolated to the distance zero (Richardson), and the entry of the tableau that
+//! agrees best with its neighbours is taken, with that disagreement as its error (Ridders 1982, Adv. Eng. Software 4(2); Press et al.,
+//! Numerical Recipes, section 5.7). Slow functions take nine values. A function that oscillates, or has a kink, within the largest
+//! distance takes smaller ones; one with a kink or a jump right there never converges.
+
+use crate::error::Interrupted;
+use crate::signal::Motion;
+
+/// The largest distance in seconds: so far a function is asked before and after a run.
+pub(crate) const REACH: f64 = 4e-3;
+
+/// Each distance over the next one: the golden ratio. No oscillation has a period of which all distances are multiples, so that none
+/// looks like rest.
+const RATIO: f64 = 1.618_033_988_749_895;
+
+/// Distances that are tried at most: down to 0.26 microseconds.
+const LEVELS: usize = 20;
+
+/// Distances before which nothing is believed: chance may make two or three agree.
+const FEWEST_LEVELS: usize = 4;
+
+/// Entries of a row of the tableau. Longer rows would use distances over which a fast function is not smooth.
+const COLUMNS: usize = 8;
+
+/// Relative error at which no further distance is tried; largest one that is accepted when all have been.
+const WANTED: f64 = 1e-8;
+const ACCEPTED: f64 = 1e-3;
+
+/// Values of a function are taken to be right to so many units of rounding, of theirs and of their times.
+const UNITS_OF_ROUNDING: f64 = 8.0;
+
+/// A derivative that was found, and the error that is estimated of its components.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Estimate<const N: usize> {
+    pub(crate) value: [f64; N],
+    pub(crate) error: f64,
+}
+
+/// What came of it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Derivatives<const N: usize> {
+    pub(crate) first: Estimate<N>,
+    pub(crate) second: Estimate<N>,
+    /// Whether both errors are small enough.
+    pub(crate) are_known: bool,
+}
+
+impl<const N: usize> Derivatives<N> {
+    /// The motion of the function with the value `here`.
+    pub(crate) fn motion(&self, here: [f64; N]) -> Motion<N> {
+        [here, self.first.value, self.second.value]
+    }
+
+    /// What errors of the first and of the second derivative are relative to. What the second one adds to the first over the
+    /// largest distance counts for that, too.
+    pub(crate) fn scales(&self) -> [f64; 2] {
+        let second = size(&self.second.value);
+        [size(&self.first.value) + REACH * second, second]
+    }
+}
+
+/// The derivatives at `t` of a function with the value `here`. Values that are not finite make a distance useless: beyond the ends
+/// of what a function knows smaller ones may do.
+pub(crate) fn derivatives<const N: usize>(
+    t: f64,
+    here: [f64; N],
+    mut value: impl FnMut(f64) -> Result<[f64; N], Interrupted>,
+) -> Result<Derivatives<N>, Interrupted> {
+    let [mut first, mut second] = [Tableau::new(), Tableau::new()];
+    let mut wanted = REACH;
+    for level in 1..=LEVELS {
+        // The distance between numbers that are there: their rounding is no error of the difference.
+        let h = (t + wanted) - t;
+        wanted /= RATIO;
+        let (before, after) = (value(t - h)?, value(t + h)?);
+        if !before.iter().chain(&after).all(|x| x.is_finite()) || h <= 0.0 {
+            [first, second] = [Tableau::new(), Tableau::new()];
+            continue;
+        }
+        first.add(std::array::from_fn(|i| (after[i] - before[i]) / (2.0 * h)));
+        second.add(std::array::from_fn(|i| ((after[i] - here[i]) - (here[i] - before[i])) / (h * h)));
+        let found = Derivatives { first: first.best, second: second.best, are_known: true };
+        let scales = found.scales();
+        let rounding = UNITS_OF_ROUNDING * f64::EPSILON * (size(&here) + t.abs() * scales[0]);
+        let floors = [rounding / h, rounding / (h * h)];
+        let is_right = |k: usize, estimate: &Estimate<N>| estimate.error <= WANTED * scales[k] + floors[k];
+        if level >= FEWEST_LEVELS && is_right(0, &first.best) && is_right(1, &second.best) {
+            return Ok(found);
+        }
+    }
+    let mut found = Derivatives { first: first.best, second: second.best, are_known: false };
+    let scales = found.scales();
+    found.are_known = found.first.error <= ACCEPTED * scales[0] && found.second.error <= ACCEPTED * scales[1];
+    Ok(found)
+}
+
+/// The largest magnitude.
+pub(crate) fn size(values: &[f64]) -> f64 {
+    values.iter().map(|x| x.abs()).fold(0.0, f64::max)
+}
+
+/// The last row of Neville's tableau in the square of the distance, and the best of all its entries.
+struct Tableau<const N: usize> {
+    row: [[f64; N]; COLUMNS],
+    rows: usize,
+    best: Estimate<N>,
+}
+
+impl<const N: usize> Tableau<N> {
+    fn new() -> Self {
+        let nothing = Estimate { value: [f64::NAN; N], error: f64::INFINITY };
+        Self { row: [[0.0; N]; COLUMNS], rows: 0, best: nothing }
+    }
+
+    fn add(&mut self, quotient: [f64; N]) {
+        let above = self.row;
+        self.row[0] = quotient;
+        let mut power = 1.0;
+        for j in 1..COLUMNS.min(self.rows + 1) {
+            power *= RATIO * RATIO;
+            let (left, corner) = (self.row[j - 1], above[j - 1]);
+            let entry: [f64; N] = std::array::from_fn(|i| left[i] + (left[i] - corner[i]) / (power - 1.0));
+            let apart = |other: [f64; N]| size(&std::array::from_fn::<f64, N, _>(|i| entry[i] - other[i]));
+            let error = apart(left).max(apart(corner));
+            if error < self.best.error {
+                self.best = Estimate { value: entry, error };
+            }
+            self.row[j] = entry;
+        }
+        self.rows += 1;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::cell::Cell;
+    use std::f64::consts::TAU;
+
+    fn of(t: f64, f: impl Fn(f64) -> f64) -> (Derivatives<1>, usize) {
+        let calls = Cell::new(0);
+        let value = |t: f64| {
+            calls.set(calls.get() + 1);
+            Ok([f(t)])
+        };
+        (derivatives(t, [f(t)], value).unwrap(), calls.get())
+    }
+
+    #[test]
+    fn sines_of_every_frequency_have_their_derivatives() {
+        for hertz in [0.01, 1.0, 50.0, 250.0, 500.0, 1000.0, 12_345.0, 1e5] {
+            let omega = TAU * hertz;
+            for t in [0.0, 0.123, 7.7] {
+                let (found, calls) = of(t, |t| 0.3 + 1e-3 * (omega * t + 0.4).sin());
+                let (sine, cosine) = (omega * t + 0.4).sin_cos();
+                let wanted = [1e-3 * omega * cosine, -1e-3 * omega * omega * sine];
+                assert!(found.are_known, "{hertz} Hz at {t}: {found:?}");
+                assert!(hertz > 10.0 || calls <= 12, "{calls} calls at {hertz} Hz");
+                // Rounding of 0.3 in second differences over milliseconds.
+                let [first, second] = [found.first, found.second].map(|estimate| estimate.value[0]);
+                assert!(
+                    (first - wanted[0]).abs() <= 1e-5 * 1e-3 * omega + 1e-10,
+                    "{hertz} Hz at {t}: {found:?}"
+                );
+                assert!(
+                    (second - wanted[1]).abs() <= 1e-5 * 1e-3 * omega * omega + 1e-7,
+                    "{hertz} Hz at {t}: {found:?}"
+                );
+                let off = (second - wanted[1]).abs();
+                assert!(
+                    off <= found.second.error.max(1e-7) * 3.0,
+                    "the error is no estimate: {off} {found:?}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn kinks_and_jumps_are_refused_where_they_are_and_passed_by_where_they_are_not() {
+        let kink = |t: f64| (t - 0.5).abs();
+        let jump = |t: f64| f64::from(t >= 0.5);
+        assert!(!of(0.5, kink).0.are_known && !of(0.5, jump).0.are_known);
+        assert!(!of(0.5 + 1e-8, kink).0.are_known && !of(0.5 - 1e-8, jump).0.are_known);
+        for off in [-0.1, -1e-3, 2e-4, 0.3] {
+            let (found, _) = of(0.5 + off, kink);
+            assert!(found.are_known && (found.first.value[0] - off.signum()).abs() < 1e-6, "{off} {found:?}");
+            assert!(found.second.value[0].abs() < 1e-3, "{off} {found:?}");
+        }
+    }
+
+    /// A base that begins to move with an acceleration: the mean of both sides, as a table of them would have it.
+    #[test]
+    fn where_the_acceleration_jumps_it_is_the_mean() {
+        let (found, _) = of(0.0, |t| 0.5 * 9.0 * t.max(0.0).powi(2));
+        assert!(found.are_known && (found.second.value[0] - 4.5).abs() < 1e-9, "{found:?}");
+        assert!(found.first.value[0].abs() < 1e-4, "{found:?}");
+    }
+
+    #[test]
+    fn noise_has_no_derivatives() {
+        // Fractional parts of a large multiple: as good as random.
+        let noise = |t: f64| 1e-9 * (t * 1e9 * 0.754_877_666).fract();
+        assert!(!of(0.3, noise).0.are_known);
+    }
+
+    #[test]
+    fn values_that_are_unknown_far_away_are_not_needed() {
+        let (found, _) = of(1.0, |t| if t > 1.001 { f64::NAN } else { t * t * t });
+        assert!(found.are_known && (found.second.value[0] - 6.0).abs() < 1e-4, "{found:?}");
+        assert!(!of(1.0, |t| if t > 1.0 { f64::NAN } else { t }).0.are_known);
+    }
+}

@@ -1,0 +1,90 @@
+//! What results have in common: nobody can write into their arrays, and they can be copied and pickled.
+
+use numpy::PyUntypedArray;
+use pyo3::PyTypeInfo;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList, PyTuple};
+
+/// A Python object that a result hands out. If it is an array, or a list or dict of arrays, these cannot be written into: what is
+/// computed later from the same numbers would change.
+pub(super) struct ReadOnly<T = PyAny>(Py<T>);
+
+impl<T> ReadOnly<T> {
+    pub(super) fn new(value: Bound<'_, T>) -> PyResult<Self> {
+        protect(value.as_any())?;
+        Ok(Self(value.unbind()))
+    }
+
+    pub(super) fn bind<'py>(&self, py: Python<'py>) -> &Bound<'py, T> {
+        self.0.bind(py)
+    }
+
+    pub(super) fn get(&self) -> &Py<T> {
+        &self.0
+    }
+}
+
+impl<'a, 'py, T> FromPyObject<'a, 'py> for ReadOnly<T>
+where
+    Py<T>: FromPyObject<'a, 'py, Error: Into<PyErr>>,
+{
+    type Error = PyErr;
+
+    fn extract(object: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
+        let value: Py<T> = object.extract().map_err(Into::into)?;
+        protect(&object)?;
+        Ok(Self(value))
+    }
+}
+
+impl<'py, T> IntoPyObject<'py> for &ReadOnly<T> {
+    type Target = T;
+    type Output = Bound<'py, T>;
+    type Error = std::convert::Infallible;
+
+    fn into_pyobject(self, py: Python<'py>) -> Result<Self::Output, Self::Error> {
+        Ok(self.0.bind(py).clone())
+    }
+}
+
+/// Makes arrays read-only, with those that they are views of.
+fn protect(value: &Bound<'_, PyAny>) -> PyResult<()> {
+    if let Ok(list) = value.cast::<PyList>() {
+        return list.iter().try_for_each(|item| protect(&item));
+    }
+    if let Ok(dict) = value.cast::<PyDict>() {
+        return dict.iter().try_for_each(|(_, item)| protect(&item));
+    }
+    if value.is_instance_of::<PyUntypedArray>() {
+        protect(&value.getattr("base")?)?;
+        value.getattr("flags")?.setattr("writeable", false)?;
+    }
+    Ok(())
+}
+
+/// What `pickle` and `copy` ask of an object: a function and its arguments.
+pub(super) type Reduced<'py> = (Bound<'py, PyAny>, Bound<'py, PyTuple>);
+
+/// For results whose attributes are all that they are: `_restore` takes a namespace of them, of which the derive `FromPyObject` makes
+/// the result again.
+pub(super) fn reduce<'py>(object: &Bound<'py, PyAny>) -> PyResult<Reduced<'py>> {
+    let class = object.get_type();
+    let state = PyDict::new(object.py());
+    for item in class.getattr("__dict__")?.call_method0("items")?.try_iter()? {
+        let (name, attribute): (Bound<'py, PyAny>, Bound<'py, PyAny>) = item?.extract()?;
+        // Attributes are descriptors that take part in assignments, be it to refuse them.
+        if attribute.get_type().hasattr("__set__")? {
+            state.set_item(&name, object.getattr(name.cast()?)?)?;
+        }
+    }
+    let namespace = object.py().import("types")?.getattr("SimpleNamespace")?.call((), Some(&state))?;
+    Ok((class.getattr("_restore")?, PyTuple::new(object.py(), [namespace])?))
+}
+
+/// For other classes: `_restore` takes these arguments.
+pub(super) fn reduce_to<'py, C: PyTypeInfo>(
+    py: Python<'py>,
+    arguments: impl IntoPyObject<'py, Target = PyTuple, Output = Bound<'py, PyTuple>, Error = PyErr>,
+) -> PyResult<Reduced<'py>> {
+    Ok((py.get_type::<C>().getattr("_restore")?, arguments.into_pyobject(py)?))
+}

@@ -1,0 +1,391 @@
+//! Springs to the world, stiff ones above all, and the coordinates in which they do no harm.
+//!
+//! A spring of stiffness k makes the forces of a shape k times as sensitive as its displacement. What is solved for coordinates alone then
+//! crawls along a narrow curved valley: a step by s leaves it by s^2, and meets forces that have nothing to do with those in equilibrium.
+//! So the forces of springs are unknowns of their own, as in mixed methods (Magisano, Leonetti and Garcea 2017, "Advantages of the mixed
+//! format in geometrically nonlinear analysis of beams and shells using solid finite elements"): tangents are taken at forces that are
+//! *held*, which follow from the last linear solve, and steps no longer depend on stiffness.
+
+use crate::linalg::{Matrix, full_svd, norm};
+use crate::model::Model;
+
+/// Steps below that are within the rounding of coordinates and positions, in coordinates divided by their typical sizes.
+const DISPLACEMENT_ROUNDING: f64 = 1e-12;
+
+/// The springs of a model in a shape. Their m forces f enter the generalised forces as `-J^T f`, and change by `-(G G^T + S) J dq`.
+#[derive(Clone, Debug)]
+pub struct Springs {
+    /// The forces f, shape (m,), in axes that do not move with the coordinates.
+    pub forces: Vec<f64>,
+    /// J: displacements of where they act for unit rates of the coordinates, m x n.
+    pub jacobian: Matrix,
+    /// G: a root of the stiffness, m x m.
+    pub root: Matrix,
+    /// Its pseudo-inverse.
+    pub inverse_root: Matrix,
+    /// S: stiffness that has no real root, or nearly none; m x m, symmetric.
+    pub rest: Matrix,
+    /// Potential energy of the springs, in joules.
+    pub energy: f64,
+}
+
+impl Springs {
+    /// Memory for m forces of a model with n coordinates.
+    pub(crate) fn new(m: usize, n: usize) -> Self {
+        let square = Matrix::zeros(m, m);
+        Self {
+            forces: vec![0.0; m],
+            jacobian: Matrix::zeros(m, n),
+            root: square.clone(),
+            inverse_root: square.clone(),
+            rest: square,
+            energy: 0.0,
+        }
+    }
+
+    /// In coordinates divided by these sizes.
+    pub(crate) fn scale(&mut self, sizes: &[f64]) {
+        for (mut column, size) in self.jacobian.column_iter_mut().zip(sizes) {
+            column *= *size;
+        }
+    }
+
+    /// How the forces change with coordinates: `-(G G^T + S) J dq`.
+    pub(crate) fn changes(&self, dq: &[f64]) -> Vec<f64> {
+        let moved = &self.jacobian * nalgebra::DVector::from_column_slice(dq);
+        let changes = &self.root * self.root.tr_mul(&moved) + &self.rest * moved;
+        changes.iter().map(|change| -change).collect()
+    }
+
+    /// `G+ (f - held)`, and what of `f - held` that leaves.
+    fn mismatch(&self, held: &[f64]) -> [Vec<f64>; 2] {
+        let m = held.len();
+        let times = |a: &Matrix, x: &[f64]| -> Vec<f64> {
+            (0..m).map(|i| (0..m).map(|j| a[(i, j)] * x[j]).sum()).collect()
+        };
+        // The difference of the amplitudes, not of the forces, keeps its digits.
+        let [own, other] = [&self.forces[..], held].map(|forces| times(&self.inverse_root, forces));
+        let amplitudes: Vec<f64> = own.iter().zip(&other).map(|(own, other)| own - other).collect();
+        let [own_part, other_part] = [own, other].map(|amplitudes| times(&self.root, &amplitudes));
+        let left = (0..m).map(|i| (self.forces[i] - own_part[i]) - (held[i] - other_part[i])).collect();
+        [amplitudes, left]
+    }
+}
+
+/// Natural coordinates x, `q = W x`: the stiffness of the material and of the springs together is one in all of them,
+/// `W^T (K + J^T G G^T J) W = 1`. However stiff springs are, what is computed there is not stiff.
+#[derive(Clone, Debug)]
+pub(crate) struct Natural {
+    basis: Basis,
+    /// `W^T J^T G`, n x m: the springs' part of that one is this times its transpose.
+    springs: Matrix,
+}
+
+#[derive(Clone, Debug)]
+enum Basis {
+    Diagonal(Vec<f64>),
+    Full(Matrix),
+}
+
+impl Natural {
+    /// For a symmetric positive stiffness K of the material and the springs, both in the same coordinates. Where K is not positive definite,
+    /// `fallback` is taken for its diagonal. `None` where something is not finite.
+    pub(crate) fn new(
+        material: &Matrix,
+        springs: Option<&Springs>,
+        fallback: impl Fn() -> Vec<f64>,
+    ) -> Option<Self> {
+        let n = material.nrows();
+        let is_diagonal = (0..n).all(|j| (0..j).all(|i| material[(i, j)] == 0.0 && material[(j, i)] == 0.0));
+        let diagonal = |stiffness: Vec<f64>| {
+            let scale: Vec<f64> = stiffness.into_iter().map(|x| 1.0 / x.sqrt()).collect();
+            scale.iter().all(|x| x.is_finite()).then_some(scale)
+        };
+        let is_positive = (0..n).all(|i| material[(i, i)] > 0.0);
+        let factor = if is_diagonal || !is_positive { None } else { material.clone().cholesky() };
+        let basis = match factor {
+            Some(factor) => {
+                let mut basis = Matrix::identity(n, n);
+                factor.l().tr_solve_lower_triangular_mut(&mut basis).then_some(())?;
+                Basis::Full(basis)
+            }
+            None if is_diagonal && is_positive => {
+                Basis::Diagonal(diagonal((0..n).map(|i| material[(i, i)]).collect())?)
+            }
+            None => Basis::Diagonal(diagonal(fallback())?),
+        };
+        let of_material = Self { basis, springs: Matrix::zeros(n, 0) };
+        match springs {
+            Some(springs) => of_material.with_springs(springs),
+            None => Some(of_material),
+        }
+    }
+
+    /// Those of a material with springs, by the singular values of `W^T J^T G`.
+    fn with_springs(&self, springs: &Springs) -> Option<Self> {
+        let roots = springs.jacobian.transpose() * &springs.root;
+        let roots = self.columns_to_natural(&roots);
+        let (n, m) = roots.shape();
+        let (left, values, right) = full_svd(&roots)?;
+        let value = |i: usize| values.get(i).copied().unwrap_or(0.0);
+        let size = |i: usize| value(i).hypot(1.0);
+        let turned = Matrix::from_fn(n, n, |i, j| left[(i, j)] / size(j));
+        let basis = match &self.basis {
+            Basis::Diagonal(scale) => Matrix::from_fn(n, n, |i, j| scale[i] * turned[(i, j)]),
+            Basis::Full(basis) => basis * turned,
+        };
+        let springs =
+            Matrix::from_fn(n, m, |i, j| if i < m.min(n) { value(i) / size(i) * right[(j, i)] } else { 0.0 });
+        Some(Self { basis: Basis::Full(basis), springs })
+    }
+
+    /// `W^T A`.
+    fn columns_to_natural(&self, a: &Matrix) -> Matrix {
+        match &self.basis {
+            Basis::Diagonal(scale) => Matrix::from_fn(a.nrows(), a.ncols(), |i, j| scale[i] * a[(i, j)]),
+            Basis::Full(basis) => basis.tr_mul(a),
+        }
+    }
+
+    /// `W^T A W`.
+    pub(crate) fn matrix(&self, a: &Matrix) -> Matrix {
+        match &self.basis {
+            Basis::Diagonal(scale) => {
+                Matrix::from_fn(a.nrows(), a.ncols(), |i, j| scale[i] * a[(i, j)] * scale[j])
+            }
+            Basis::Full(basis) => basis.tr_mul(&(a * basis)),
+        }
+    }
+
+    /// `W^T f` of forces.
+    pub(crate) fn forces(&self, forces: &[f64]) -> Vec<f64> {
+        match &self.basis {
+            Basis::Diagonal(scale) => scale.iter().zip(forces).map(|(scale, force)| scale * force).collect(),
+            Basis::Full(basis) => basis
+                .column_iter()
+                .map(|column| column.iter().zip(forces).map(|(w, f)| w * f).sum())
+                .collect(),
+        }
+    }
+
+    /// `W x` of natural coordinates.
+    pub(crate) fn coordinates(&self, x: &[f64]) -> Vec<f64> {
+        match &self.basis {
+            Basis::Diagonal(scale) => scale.iter().zip(x).map(|(scale, x)| scale * x).collect(),
+            Basis::Full(basis) => {
+                basis.row_iter().map(|row| row.iter().zip(x).map(|(w, x)| w * x).sum()).collect()
+            }
+        }
+    }
+
+    /// W.
+    pub(crate) fn basis(&self) -> Matrix {
+        match &self.basis {
+            Basis::Diagonal(scale) => Matrix::from_diagonal(&scale.clone().into()),
+            Basis::Full(basis) => basis.clone(),
+        }
+    }
+
+    /// The tangent of forces and springs together, from that at held forces.
+    pub(crate) fn tangent(&self, held: &Matrix, springs: Option<&Springs>) -> Matrix {
+        let Some(springs) = springs else { return self.matrix(held) };
+        let rest = springs.jacobian.tr_mul(&(&springs.rest * &springs.jacobian));
+        self.matrix(&(held + rest)) + &self.springs * self.springs.transpose()
+    }
+
+    /// The natural residual of forces and springs together, from that at held forces.
+    pub(crate) fn residual(&self, at_held: &[f64], springs: Option<&Springs>, held: &[f64]) -> Vec<f64> {
+        let Some(springs) = springs else { return self.forces(at_held) };
+        let [amplitudes, left] = springs.mismatch(held);
+        let n = at_held.len();
+        let with_left: Vec<f64> = (0..n)
+            .map(|j| at_held[j] - (0..left.len()).map(|i| springs.jacobian[(i, j)] * left[i]).sum::<f64>())
+            .collect();
+        let mut residual = self.forces(&with_left);
+        for (j, residual) in residual.iter_mut().enumerate() {
+            *residual -= (0..amplitudes.len()).map(|i| self.springs[(j, i)] * amplitudes[i]).sum::<f64>();
+        }
+        residual
+    }
+
+    /// How the springs' forces change with natural coordinates.
+    pub(crate) fn change_of_forces(&self, springs: &Springs, x: &[f64]) -> Vec<f64> {
+        let m = springs.forces.len();
+        let amplitudes: Vec<f64> =
+            (0..m).map(|i| (0..x.len()).map(|j| self.springs[(j, i)] * x[j]).sum()).collect();
+        let q = self.coordinates(x);
+        let moved: Vec<f64> =
+            (0..m).map(|i| (0..q.len()).map(|j| springs.jacobian[(i, j)] * q[j]).sum()).collect();
+        (0..m)
+            .map(|i| {
+                -(0..m)
+                    .map(|k| springs.root[(i, k)] * amplitudes[k] + springs.rest[(i, k)] * moved[k])
+                    .sum::<f64>()
+            })
+            .collect()
+    }
+
+    /// The smallest step, in natural coordinates, that makes springs carry what is held, to first order.
+    pub(crate) fn restoring(&self, springs: &Springs, held: &[f64]) -> Vec<f64> {
+        let [amplitudes, _] = springs.mismatch(held);
+        (0..self.springs.nrows())
+            .map(|j| (0..amplitudes.len()).map(|i| self.springs[(j, i)] * amplitudes[i]).sum())
+            .collect()
+    }
+}
+
+impl Natural {
+    /// The springs' forces as an equilibrium has them, given its natural residual at their own. What a stiff spring's displacement says of its
+    /// force is rounding times stiffness; where less than the rounding of a displacement makes the difference, equilibrium knows better.
+    pub(crate) fn settled(&self, springs: &Springs, residual: &[f64]) -> Vec<f64> {
+        let (n, m) = self.springs.shape();
+        let amplitudes: Vec<f64> =
+            (0..m).map(|i| (0..n).map(|j| self.springs[(j, i)] * residual[j]).sum()).collect();
+        let step: Vec<f64> =
+            (0..n).map(|j| -(0..m).map(|i| self.springs[(j, i)] * amplitudes[i]).sum::<f64>()).collect();
+        let mut forces = springs.forces.clone();
+        if norm(&self.coordinates(&step)) <= DISPLACEMENT_ROUNDING {
+            for (force, change) in forces.iter_mut().zip(self.change_of_forces(springs, &step)) {
+                *force += change;
+            }
+        }
+        forces
+    }
+}
+
+/// The tangent of a model's material, in coordinates divided by `sizes`.
+pub(crate) fn material(model: &mut dyn Model, q: &[f64], sizes: &[f64]) -> Matrix {
+    let no_forces = vec![0.0; model.springs()];
+    model.hold_springs(Some(&no_forces));
+    let mut tangent = Matrix::zeros(q.len(), q.len());
+    model.elastic_tangent(q, &mut tangent);
+    model.hold_springs(None);
+    scaled(tangent, sizes)
+}
+
+/// Stiffnesses of coordinates that need not have elasticity: the elastic ones, and where there is none what a tangent has in that row.
+/// All > 0.
+pub(crate) fn reference(elastic: &Matrix, tangent: &Matrix) -> Vec<f64> {
+    let of_row = |i: usize| {
+        let row: f64 = tangent.row(i).iter().map(|entry| entry.abs()).sum();
+        let reference = if elastic[(i, i)] > 0.0 { elastic[(i, i)] } else { row };
+        if reference > 0.0 { reference } else { 1.0 }
+    };
+    (0..tangent.nrows()).map(of_row).collect()
+}
+
+/// `S A S` with the sizes on the diagonal of S.
+pub(crate) fn scaled(mut a: Matrix, sizes: &[f64]) -> Matrix {
+    for k in 0..sizes.len() {
+        for j in 0..sizes.len() {
+            a[(j, k)] *= sizes[j] * sizes[k];
+        }
+    }
+    a
+}
+
+/// The springs of a model in a shape, in coordinates divided by `sizes`; `None` where it has none.
+pub(crate) fn linearised(model: &mut dyn Model, q: &[f64], sizes: &[f64]) -> Option<Springs> {
+    let m = model.springs();
+    (m > 0).then(|| {
+        let mut springs = Springs::new(m, q.len());
+        model.linearise_springs(q, &mut springs);
+        springs.scale(sizes);
+        springs
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rod::{Rod, RodModel, Segment, Support};
+
+    /// A bent and twisted rod on two supports, one of them stiff.
+    fn held_rod(stiffness: f64) -> (RodModel, Vec<f64>) {
+        let segment = Segment { modes: [2, 3, 3, 1, 1, 1], ..Segment::straight(0.7, 0.05, 1e6, 4e5, 1000.0) };
+        let supports = vec![
+            Support {
+                at: Some(0.3),
+                stiffness: [5.0, 20.0, 0.0],
+                rotational_stiffness: [0.1, 2.0, 0.5],
+                ..Support::at_tip()
+            },
+            Support {
+                stiffness: [stiffness; 3],
+                rotational_stiffness: [0.0, stiffness, stiffness],
+                ..Support::at_tip()
+            },
+        ];
+        let rod = Rod { supports, tip_force: [1.0, 2.0, 3.0], ..Rod::new(vec![segment]) };
+        let model = RodModel::new(&rod).unwrap();
+        let q = (0..model.n()).map(|i| 0.1 * (1.7 * i as f64).cos()).collect();
+        (model, q)
+    }
+
+    /// Forces and tangent at held forces, put together again with the springs, are those of the rod.
+    #[test]
+    fn held_forces_and_springs_are_the_whole() {
+        let (mut model, q) = held_rod(300.0);
+        let n = q.len();
+        let rest = vec![0.0; n];
+        let springs = linearised(&mut model, &q, &vec![1.0; n]).unwrap();
+        let whole = |model: &mut RodModel| {
+            let (mut tau, mut tangent) = (vec![0.0; n], Matrix::zeros(n, n));
+            model.inverse_dynamics(&q, &rest, &rest, &mut tau);
+            model.weighted_tangent(&q, &rest, &rest, [1.0, 0.0, 0.0], &mut tangent);
+            (tau, tangent)
+        };
+        let (tau, tangent) = whole(&mut model);
+        model.hold_springs(Some(&springs.forces));
+        let (held_tau, held_tangent) = whole(&mut model);
+        model.hold_springs(None);
+        let size = norm(&tau);
+        assert!(tau.iter().zip(&held_tau).all(|(a, b)| (a - b).abs() < 1e-12 * size));
+        let stiffness = &springs.root * springs.root.transpose() + &springs.rest;
+        let together = held_tangent + springs.jacobian.tr_mul(&(stiffness * &springs.jacobian));
+        assert!((&together - &tangent).norm() < 1e-9 * tangent.norm());
+        assert_eq!(whole(&mut model).0, tau);
+    }
+
+    #[test]
+    fn forces_change_as_they_say() {
+        let (mut model, q) = held_rod(300.0);
+        let n = q.len();
+        let at = |model: &mut RodModel, q: &[f64]| linearised(model, q, &vec![1.0; n]).unwrap();
+        let springs = at(&mut model, &q);
+        let dq: Vec<f64> = (0..n).map(|i| (0.9 * i as f64).sin()).collect();
+        let moved = |h: f64| -> Vec<f64> { q.iter().zip(&dq).map(|(q, dq)| q + h * dq).collect() };
+        const H: f64 = 1e-5;
+        let (after, before) = (at(&mut model, &moved(H)), at(&mut model, &moved(-H)));
+        let changes = springs.changes(&dq);
+        // Moments change by half of their turn as well, which tangents have from the held ones.
+        for i in (0..changes.len()).filter(|i| i % 6 >= 3) {
+            let difference = (after.forces[i] - before.forces[i]) / (2.0 * H);
+            assert!(
+                (changes[i] - difference).abs() < 1e-6 * norm(&changes),
+                "{i}: {} {difference}",
+                changes[i]
+            );
+        }
+        let work = (after.energy - before.energy) / (2.0 * H);
+        let moved = &springs.jacobian * nalgebra::DVector::from_column_slice(&dq);
+        let power: f64 = moved.iter().zip(&springs.forces).map(|(rate, force)| -rate * force).sum();
+        assert!((work - power).abs() < 1e-6 * power.abs());
+    }
+
+    #[test]
+    fn stiffness_is_one_in_natural_coordinates() {
+        for stiffness in [1.0, 1e8, 1e16] {
+            let (mut model, q) = held_rod(stiffness);
+            let sizes = vec![1.0; q.len()];
+            let material = material(&mut model, &q, &sizes);
+            let springs = linearised(&mut model, &q, &sizes).unwrap();
+            let natural = Natural::new(&material, Some(&springs), Vec::new).unwrap();
+            let one = natural.matrix(&material) + &natural.springs * natural.springs.transpose();
+            assert!((one - Matrix::identity(q.len(), q.len())).norm() < 1e-12);
+            let basis = natural.basis();
+            let springs = basis.tr_mul(&springs.jacobian.transpose()) * &springs.root;
+            assert!((springs - &natural.springs).norm() < 1e-6);
+        }
+    }
+}

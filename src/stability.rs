@@ -1,0 +1,153 @@
+//! Whether a state at rest is stable: one verdict for statics and modes.
+
+use crate::linalg::{Complex, Matrix, eigenvalues, symmetric_eigenvalues};
+use crate::modes::{GROWING, SmallMotions};
+
+/// A stiffness is symmetric, so that its loads have a potential, when no entry differs from its mirror image by more than this
+/// part of the elastic stiffnesses it couples. Above what the quadrature of strongly bent rods leaves, below what any follower load
+/// that matters does.
+const SYMMETRIC: f64 = 1e-6;
+
+/// Stiffnesses relative to the elastic one that are rounding: some units for each coordinate.
+const ROUNDING: f64 = 100.0 * f64::EPSILON;
+
+/// An eigenvalue of the motion whose imaginary part is larger than this part of its size belongs to flutter; below, it may
+/// be what rounding makes of two equal real ones.
+const FLUTTER: f64 = 1e-5;
+
+/// What small disturbances of a state at rest do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stability {
+    /// They stay small.
+    Stable,
+    /// In some direction there is no restoring force, to rounding: a critical point, or freedom to turn.
+    Neutral,
+    /// They grow away from the state.
+    Divergence,
+    /// They grow as oscillations, which follower loads, currents and turning bases can do.
+    Flutter,
+}
+
+impl Stability {
+    /// As one word in lower case.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Stable => "stable",
+            Self::Neutral => "neutral",
+            Self::Divergence => "divergence",
+            Self::Flutter => "flutter",
+        }
+    }
+}
+
+/// A verdict on small motions.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Verdict {
+    /// Of the motions as they are: with all damping, drag and gyroscopic forces.
+    pub stability: Stability,
+    /// Without any force that depends on velocities.
+    pub undamped: Stability,
+}
+
+/// The verdict on motions in natural coordinates, in which the elastic stiffness is one; `None` where something is not finite or the
+/// mass matrix is not positive definite.
+///
+/// Damping matters for it: with a symmetric positive stiffness none can do harm (Thomson and Tait 1879; Chetaev 1961), but under follower
+/// loads it takes stability away from some motions (Ziegler 1952) and gives it to others, such as the equal frequencies of round rods.
+pub(crate) fn verdict(motions: &SmallMotions) -> Option<Verdict> {
+    let SmallMotions { stiffness, damping, .. } = motions;
+    let n = stiffness.nrows();
+    let rounding = ROUNDING * n as f64;
+    let lowest =
+        |a: &Matrix| Some(symmetric_eigenvalues(&symmetric_part(a))?.first().copied().unwrap_or(1.0));
+    let same = |stability| Some(Verdict { stability, undamped: stability });
+    let is_damped = damping.iter().any(|x| *x != 0.0);
+    if is_symmetric(stiffness) {
+        let undamped = of_stiffness(lowest(stiffness)?, n)?.undamped;
+        let size = damping.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
+        let dissipates = lowest(damping)? >= -rounding * size;
+        let is_gyroscopic = !crate::modes::is_symmetric(damping);
+        // What is not stable without damping can only be made so by gyroscopic forces.
+        if !is_damped || dissipates && (undamped == Stability::Stable || !is_gyroscopic) {
+            return same(undamped);
+        }
+        return Some(Verdict { stability: in_motion(motions, rounding)?, undamped });
+    }
+    let undamped = without_damping(motions, rounding)?;
+    let stability = if is_damped { in_motion(motions, rounding)? } else { undamped };
+    Some(Verdict { stability, undamped })
+}
+
+/// That of motions with a symmetric stiffness of n natural coordinates, the smallest eigenvalue of which is given, where all that depends on
+/// velocities is friction. `None` where it is NaN.
+pub(crate) fn of_stiffness(lowest: f64, n: usize) -> Option<Verdict> {
+    let stability = match lowest {
+        lowest if lowest.is_nan() => return None,
+        lowest if lowest.abs() <= ROUNDING * n as f64 => Stability::Neutral,
+        lowest if lowest > 0.0 => Stability::Stable,
+        _ => Stability::Divergence,
+    };
+    Some(Verdict { stability, undamped: stability })
+}
+
+/// That of `M x'' + K x = 0`: its solutions are `exp(i omega t)` with `1 / omega^2` an eigenvalue of `K^-1 M`.
+fn without_damping(motions: &SmallMotions, rounding: f64) -> Option<Stability> {
+    let SmallMotions { mass, stiffness, .. } = motions;
+    let is_neutral = smallest(stiffness)? <= rounding;
+    let values = match stiffness.clone().lu().solve(mass) {
+        Some(compliance) if !is_neutral => eigenvalues(&compliance)?,
+        _ => eigenvalues(&mass.clone().cholesky()?.solve(stiffness))?,
+    };
+    let largest = values.iter().map(|value| value.norm()).fold(0.0, f64::max);
+    let grows = |value: &Complex| {
+        if is_neutral && value.norm() <= FLUTTER * FLUTTER * largest {
+            false
+        } else {
+            is_complex(*value) || value.re < 0.0
+        }
+    };
+    Some(if values.iter().any(|value| grows(value) && is_complex(*value)) {
+        Stability::Flutter
+    } else if values.iter().any(grows) {
+        Stability::Divergence
+    } else if is_neutral {
+        Stability::Neutral
+    } else {
+        Stability::Stable
+    })
+}
+
+/// That of `M x'' + D x' + K x = 0`.
+fn in_motion(motions: &SmallMotions, rounding: f64) -> Option<Stability> {
+    let is_neutral = smallest(&motions.stiffness)? <= rounding;
+    let values = motions.eigenvalues()?;
+    let slowest = values.iter().map(|value| value.norm()).fold(f64::INFINITY, f64::min);
+    let mut growing = values.iter().copied().filter(|s| {
+        // What has no stiffness moves as slowly as rounding lets it.
+        s.re > GROWING * s.norm() && !(is_neutral && s.norm() <= 10.0 * slowest)
+    });
+    Some(match growing.clone().any(is_complex) {
+        true => Stability::Flutter,
+        false if growing.next().is_some() => Stability::Divergence,
+        false if is_neutral => Stability::Neutral,
+        false => Stability::Stable,
+    })
+}
+
+fn is_complex(value: Complex) -> bool {
+    value.im.abs() > FLUTTER * value.norm()
+}
+
+/// Whether a stiffness in natural coordinates has a potential.
+pub(crate) fn is_symmetric(a: &Matrix) -> bool {
+    (0..a.nrows()).all(|j| (0..j).all(|i| (a[(i, j)] - a[(j, i)]).abs() <= SYMMETRIC))
+}
+
+pub(crate) fn symmetric_part(a: &Matrix) -> Matrix {
+    (a + a.transpose()) * 0.5
+}
+
+/// The smallest absolute eigenvalue.
+fn smallest(a: &Matrix) -> Option<f64> {
+    Some(eigenvalues(a)?.iter().map(|value| value.norm()).fold(f64::INFINITY, f64::min))
+}

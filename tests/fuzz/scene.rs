@@ -1,0 +1,43 @@
+//! Any bytes for a scene file: they are refused with a message, or they are a scene whose every number the simulator accepts.
+
+use lissom::rod::RodModel;
+use lissom::scene::{Model, Scene};
+
+/// A message is for a person: a hundred problems with their lines.
+const LONGEST_MESSAGE: usize = 1_000_000;
+
+/// Larger rods are read, but not compiled.
+const COMPILED: usize = 200;
+
+/// Does what `lissom check` would do with a file. Panics where anything is wrong; says what came of it.
+pub(crate) fn fuzz_scene(bytes: &[u8]) -> String {
+    let scene = match Scene::from_bytes(bytes, "fuzz.toml") {
+        Ok(scene) => scene,
+        Err(error) => {
+            assert!(!error.problems.is_empty(), "an error says what is wrong");
+            let message = error.to_string();
+            assert!(message.len() < LONGEST_MESSAGE, "a message of {} bytes", message.len());
+            for problem in &error.problems {
+                assert!(problem.line >= 1 && problem.column >= 1, "a problem without a place: {problem:?}");
+                assert!(!problem.wrong.is_empty());
+            }
+            let kind =
+                |text: &str| text.chars().filter(|c| c.is_ascii_alphabetic()).take(40).collect::<String>();
+            return format!("refused {}", kind(&error.problems[0].message()));
+        }
+    };
+    assert_eq!((scene.q0.len(), scene.v0.len()), (scene.model.coordinates(), scene.model.coordinates()));
+    assert!(scene.q0.iter().chain(&scene.v0).all(|value| value.is_finite()));
+    let simulation = &scene.simulation;
+    assert!(simulation.duration > 0.0 && simulation.step > 0.0);
+    let times = simulation.output_times().map_or(0, |times| times.len());
+    assert!(times < 1 << 28, "{times} output times");
+    match scene.model {
+        Model::Pendulum(_) => "pendulum".to_owned(),
+        Model::Rod(rod) if rod.coordinates() <= COMPILED => {
+            let model = RodModel::new(&rod).expect("a scene that was accepted compiles");
+            format!("rod of {:?} nodes", model.nodes().len().min(3))
+        }
+        Model::Rod(_) => "large rod".to_owned(),
+    }
+}

@@ -1,0 +1,357 @@
+"""The Python API: every public callable, in `__all__` and in the stubs, called in ways that make no sense.
+
+A case is a script that stands alone. `call()` is what is tried; further names say how to judge it:
+`forbidden`, an argument that must be refused; `layouts`, a result that must be the same with plain arrays,
+to the last bit; `watched`, a callback whose value must be refused; `works`, a call that must not be.
+"""
+
+import ast
+import inspect
+import re
+import sys
+import traceback
+import typing
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+import lissom
+from fuzz import judge
+from fuzz import values as v
+from fuzz.recipes import CALLABLES, CHOICES, EDGE, NO_NUMBER, OPAQUE, RECIPES, WISHES
+
+NAME = "api"
+SUFFIX = ".py"
+STUB = Path(lissom.__file__).parent / "_lissom.pyi"
+
+HEAD = "import lissom\nimport numpy as np\n\nfrom fuzz import values as v\n\n"
+#: What refuses.
+EXPECTED = (ValueError, TypeError, OverflowError, MemoryError, RecursionError, lissom.LissomError, v.Boom)
+#: What `OdeSolver` documents for a step at the wrong moment.
+OUT_OF_TURN = ("in the middle of a step", "failed or finished solver", "Dense output is available", "step")
+
+
+# What there is.
+
+
+@dataclass(frozen=True)
+class Function:
+    """A public callable: "Rod.pose"; its parameters with their annotations as text."""
+
+    name: str
+    parameters: dict[str, str] = field(hash=False)
+
+
+def _parameters(node: ast.FunctionDef) -> dict[str, str]:
+    arguments = [*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs]
+    return {
+        a.arg: ast.unparse(a.annotation) if a.annotation else "Any"
+        for a in arguments
+        if a.arg not in ("self", "cls")
+    }
+
+
+#: Of a class in the stubs: what is called by another name, or by `protocol`.
+_SPECIAL = {"__new__": "", "__call__": ".__call__"}
+
+
+def discover() -> dict[str, Function]:
+    """All public callables. Those of the compiled module come from its stubs, the others from themselves."""
+    functions = {}
+
+    def add(name, parameters):
+        functions[name] = Function(name, parameters)
+
+    for node in ast.parse(STUB.read_text(encoding="utf-8")).body:
+        if isinstance(node, ast.FunctionDef) and node.name in lissom.__all__:
+            add(node.name, _parameters(node))
+        if isinstance(node, ast.ClassDef) and node.name in lissom.__all__:
+            add(node.name, {})
+            for item in node.body:
+                if not isinstance(item, ast.FunctionDef):
+                    continue
+                if any(ast.unparse(d) == "property" for d in item.decorator_list):
+                    continue
+                if item.name in _SPECIAL:
+                    add(node.name + _SPECIAL[item.name], _parameters(item))
+                elif not item.name.startswith("_"):
+                    add(f"{node.name}.{item.name}", _parameters(item))
+    for name in lissom.__all__:
+        value = getattr(lissom, name)
+        if name not in functions and callable(value):
+            signature = inspect.signature(value)
+            add(name, {key: str(p.annotation) for key, p in signature.parameters.items()})
+    return functions
+
+
+# Making cases.
+
+#: Values that are whole numbers.
+WHOLE = re.compile(r"True|np\.int|-?\(?[\d*()]+$")
+
+
+def make(rng: np.random.Generator) -> bytes:
+    """A random script."""
+    name = str(rng.choice(NAMES, p=WEIGHTS))
+    function = FUNCTIONS[name]
+    recipe = RECIPES[name]
+    recipe = dict(recipe[rng.integers(len(recipe))] if isinstance(recipe, list) else recipe)
+    recipe = {key: _fill(text, rng) for key, text in recipe.items()}
+    others = [
+        key for key in recipe if key != "self" and rng.random() < 0.25 and key in OPTIONAL.get(name, ())
+    ]
+    for key in others:
+        del recipe[key]
+    changed = [_callback, _layout, _no_number, _edge][rng.choice(4, p=[0.3, 0.15, 0.2, 0.35])]
+    return changed(function, recipe, rng).encode(errors="surrogatepass")
+
+
+def _fill(text: str, rng) -> str:
+    for name, choices in CHOICES.items():
+        if "{" + name + "}" in text:
+            text = text.replace("{" + name + "}", str(rng.choice(choices)))
+    return text
+
+
+def script(function: Function, arguments: dict[str, str], parameters="") -> str:
+    """The call as a function of its own; an argument a line, so that a line can be left out."""
+    target = f"lissom.{function.name}"
+    arguments = dict(arguments)
+    if "self" in arguments:
+        target = f"{arguments.pop('self')}.{function.name.rpartition('.')[2]}"
+    lines = "".join(f"        {key}={text},\n" for key, text in arguments.items())
+    return f"def call({parameters}):\n    return {target}(\n{lines}    )\n"
+
+
+def _edge(function, arguments, rng) -> str:
+    """Some arguments are at the edge."""
+    known = list(function.parameters)
+    if not known:
+        return (HEAD + script(function, arguments)).replace("(\n    )", f"({rng.choice(EDGE)})")
+    for _ in range(int(rng.choice([1, 1, 1, 2, 3]))):
+        key, value = str(rng.choice(known)), str(rng.choice(EDGE))
+        if not (_address(function.parameters[key]) and WHOLE.match(value)):
+            arguments[key] = value
+    return HEAD + script(function, arguments)
+
+
+def _address(annotation: str) -> bool:
+    """Whether a whole number is the address of machine code, which the caller answers for."""
+    return "Callable" in annotation and " int " in annotation
+
+
+def _numeric(annotation: str) -> bool:
+    """Whether only numbers, and functions of the package, make sense."""
+    words = ("ArrayLike", "float", "int", "_Size", "_Along", "_Vector")
+    others = ("str", "Literal", "Any", "dict", "args", "Iterable", "Model")
+    return any(word in annotation for word in words) and not any(word in annotation for word in others)
+
+
+def _no_number(function, arguments, rng) -> str:
+    """One argument is no number where only a number makes sense."""
+    known = [
+        key for key, annotation in function.parameters.items() if _numeric(annotation) and key not in OPAQUE
+    ]
+    if not known:
+        return _edge(function, arguments, rng)
+    key, value = str(rng.choice(known)), str(rng.choice(NO_NUMBER))
+    if value in CALLABLES and any(word in function.parameters[key] for word in TAKE_FUNCTIONS):
+        return _edge(function, arguments, rng)
+    arguments[key] = value
+    return HEAD + f"forbidden = {f'{key}: {value}'!r}\n\n" + script(function, arguments)
+
+
+def _layout(function, arguments, rng) -> str:
+    """The same arrays in another layout give the same result."""
+    known = [key for key, text in arguments.items() if text.startswith("v.array")]
+    if not known:
+        return _edge(function, arguments, rng)
+    changed = dict(arguments)
+    for key in known:
+        if rng.random() < 0.7:
+            changed[key] = changed[key][2:-1] + f", {str(rng.choice(list(v.LAYOUTS)))!r})"
+    return HEAD + "layouts = True\n\n" + script(function, changed, "array=v.array")
+
+
+def _callback(function, arguments, rng) -> str:
+    """One callback misbehaves."""
+    known = [key for key, text in arguments.items() if text.startswith("lambda")]
+    if not known:
+        return _edge(function, arguments, rng)
+    key = str(rng.choice(known))
+    kind = str(rng.choice(v.KINDS))
+    table = {
+        "nonsense": v.NONSENSE,
+        "error": v.ERRORS,
+        "number": v.NUMBERS,
+        "deed": v.DEEDS,
+        "layout": v.LAYOUTS,
+    }
+    what = str(rng.choice(list(table[kind]))) if kind in table else ""
+    after = int(rng.choice([0, 0, 1, 2, 5, 20]))
+    good = arguments[key]
+    arguments[key] = f"v.callback({good}, {kind!r}, {what!r}, {after}, lambda: call())"
+    judged = f"watched = {key!r}\n\n" if kind == "nonsense" and key not in WISHES else ""
+    return HEAD + judged + script(function, arguments)
+
+
+def protocols() -> dict[str, bytes]:
+    """A script for each callable: it works, and its result can be shown, compared, copied and pickled."""
+    scripts = {}
+    for name, recipes in RECIPES.items():
+        if name == "Scene.load":
+            continue
+        for number, recipe in enumerate(recipes if isinstance(recipes, list) else [recipes]):
+            recipe = {key: _first(text) for key, text in recipe.items()}
+            if recipe or name in ("Scene.schema",):
+                text = HEAD + "works = True\n\n" + script(FUNCTIONS[name], recipe)
+                scripts[f"{name}-{number}"] = text.encode()
+    return scripts
+
+
+def _first(text: str) -> str:
+    for name, choices in CHOICES.items():
+        text = text.replace("{" + name + "}", choices[0])
+    return text
+
+
+def _optional() -> dict[str, tuple[str, ...]]:
+    """Of each callable the parameters that can be left out, by its own signature."""
+    optional = {}
+    for name in FUNCTIONS:
+        value: typing.Any = lissom
+        for part in name.split("."):
+            value = getattr(value, part)
+        try:
+            parameters = inspect.signature(value).parameters.values()
+        except (TypeError, ValueError):
+            continue
+        optional[name] = tuple(p.name for p in parameters if p.default is not p.empty)
+    return optional
+
+
+FUNCTIONS = discover()
+OPTIONAL = _optional()
+#: Every callable, the oftener the more parameters it has.
+NAMES = sorted(FUNCTIONS)
+WEIGHTS = np.array([0.3 + len(FUNCTIONS[name].parameters) for name in NAMES])
+WEIGHTS /= WEIGHTS.sum()
+#: Annotations that include functions, those of the stubs' own names too.
+TAKE_FUNCTIONS = ("Callable", "_Size", "_Along", "_Vector")
+
+
+# Running and judging.
+
+
+def prepare() -> None:
+    np.seterr(all="ignore")
+
+
+def where(path: Path) -> str:
+    """What the script calls."""
+    for line in path.read_text(encoding="utf-8", errors="replace").splitlines():
+        if line.startswith("    return "):
+            return line[11:].rstrip("(").rpartition(").")[2].removesuffix("()")
+    return path.stem
+
+
+def run(path: Path, clock) -> judge.Outcome:
+    place = where(path)
+    v.reset()
+    space: dict = {"__name__": "case", "__file__": str(path)}
+    try:
+        exec(compile(path.read_bytes(), str(path), "exec"), space)
+    except RecursionError:
+        raise
+    except Exception as error:
+        return judge.Outcome("undecided", f"the script itself: {error!r}")
+    try:
+        result = space["call"]()
+    except KeyboardInterrupt:
+        if clock.over:
+            return _slow(place)
+        raise
+    except BaseException as error:
+        return _raised(error, space, place)
+    try:
+        return _returned(result, space, place)
+    except v.Boom:
+        return judge.Outcome("done", "what came back holds an object that raises")
+
+
+#: What only holds the numbers that it was given.
+CONTAINERS = ("lissom.Balance", "lissom.LinearModel")
+
+#: What may take long, because that is what it was asked for.
+LONG = ("solve_ivp", "simulate", "newmark", "root", "statics", "continuation", "choose_modes", "run", "step")
+
+
+def _slow(place: str) -> judge.Outcome:
+    if place.rpartition(".")[2] in LONG:
+        return judge.Outcome("slow", "ended by Ctrl-C")
+    return judge.found("hang", place, "takes too long, but hears Ctrl-C")
+
+
+def _raised(error, space, place) -> judge.Outcome:
+    if space.get("works") or ("layouts" in space and _has_layout_fault(space)):
+        text = f"refused though right: {type(error).__name__}: {error}"
+        return judge.found("exception", place, text, "another layout" if "layouts" in space else None)
+    if _own(error):
+        return judge.Outcome("refused", f"the callback's own {type(error).__name__}")
+    if "error" in v.happened and not isinstance(error, RecursionError):
+        return judge.found("swallowed", place, f"another exception instead: {type(error).__name__}: {error}")
+    if isinstance(error, RuntimeError) and any(words in str(error) for words in OUT_OF_TURN):
+        return judge.Outcome("refused", str(error))
+    if isinstance(error, FileNotFoundError | IsADirectoryError | PermissionError):
+        return judge.Outcome("refused", str(error))
+    return judge.of_exception(error, place, EXPECTED)
+
+
+def _has_layout_fault(space) -> bool:
+    """Whether the plain call works, so that the layout is what was refused."""
+    try:
+        space["call"](v.plain)
+    except Exception:
+        return False
+    return True
+
+
+def _own(error) -> bool:
+    """Whether the exception was raised by the script's or a callback's own lines."""
+    if isinstance(error, v.Boom | v.BaseBoom) or "boom" in str(error):
+        return True
+    frames = traceback.extract_tb(error.__traceback__)[2:]
+    return any(frame.filename == v.__file__ or frame.name == "<lambda>" for frame in frames)
+
+
+def _returned(result, space, place) -> judge.Outcome:
+    if "forbidden" in space:
+        key, _, value = space["forbidden"].partition(": ")
+        return judge.found("silent", f"{place} {key}", f"taken: {value}", f"taken for a number: {value}")
+    if "error" in v.happened and getattr(result, "success", None) is not False:
+        return judge.found("swallowed", place, "success though the callback raised")
+    if "watched" in space and v.happened and getattr(result, "success", None) is not False:
+        what = f"a callback's {v.happened[0]} taken for a number"
+        return judge.found("silent", f"{place} {space['watched']}", what, what)
+    text = getattr(result, "message", "")
+    if isinstance(text, str) and len(text) > judge.LONGEST_MESSAGE:
+        return judge.found("message", place, "the result's message is too long")
+    nan = None if place in CONTAINERS else judge.nan_in(result)
+    if nan:
+        return judge.found("nan", place, f"{nan} is NaN")
+    if "layouts" in space:
+        different = v.difference(result, space["call"](v.plain))
+        if different:
+            return judge.found("silent", place, f"another layout, another {different}", "another layout")
+    try:
+        if space.get("works"):
+            v.protocol(result)
+        else:
+            repr(result)
+    except BaseException as error:
+        if sys.exc_info()[0] in (KeyboardInterrupt, MemoryError) or _own(error):
+            raise
+        text = f"afterwards: {type(error).__name__}: {error}"
+        return judge.found("exception", place, text, "cannot be pickled" if "cannot pickle" in text else None)
+    return judge.Outcome("failed" if getattr(result, "success", True) is False else "done")

@@ -1,0 +1,121 @@
+"""What may come out of a case, and what is a finding.
+
+A case ends with a verdict, a detail for people, the place that was tried, and a signature, which is equal for
+cases with the same fault.
+"""
+
+import re
+import signal
+from dataclasses import asdict, dataclass, fields, is_dataclass
+
+import numpy as np
+
+#: What may come out.
+GOOD = ("done", "refused", "failed", "undecided", "slow")
+#: What must not.
+BAD = ("panic", "crash", "hang", "memory", "exception", "message", "nan", "silent", "swallowed", "wrong")
+
+#: Processor time of a case in seconds. Long work must hear Ctrl-C then.
+LIMIT = 10.0
+#: Resident memory that a case may add, bytes. No model and no run that is asked for needs a tenth of it.
+MEMORY = 512 * 2**20
+#: Characters of a message beyond which nobody reads it.
+LONGEST_MESSAGE = 50_000
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a case ended."""
+
+    verdict: str
+    detail: str = ""
+    signature: str = ""
+    place: str = ""
+
+    @property
+    def bad(self) -> bool:
+        return self.verdict in BAD
+
+    def plain(self) -> dict:
+        return asdict(self)
+
+
+def found(verdict, place, detail, everywhere=None) -> Outcome:
+    """A finding. Its signature is the place and the detail without numbers and names.
+
+    `everywhere` is the signature instead of them for a fault that does not depend on the place.
+    """
+    words = re.sub(r"'[^']*'|\"[^\"]*\"|`[^`]*`", "'…'", str(detail)[:400])
+    words = re.sub(r"[-+]?(\d[\d_.]*(e[-+]?\d+)?|\binf\b|\bNaN\b|\bnan\b)", "#", words)
+    signature = everywhere or f"{place} | {' '.join(words.split())[:160]}"
+    return Outcome(verdict, str(detail)[:4000], f"{verdict} | {signature}", place)
+
+
+def of_exception(error, where, expected) -> Outcome:
+    """What an exception means that a call ended with; `expected` are the types that are a refusal."""
+    kind = type(error).__name__
+    message = str(error)
+    if kind == "PanicException" or "panicked" in message:
+        return found("panic", where, message)
+    if len(message) > LONGEST_MESSAGE:
+        return found("message", where, f"{len(message)} characters: {message[:300]}", "too long")
+    if isinstance(error, expected):
+        if not message.strip() and not isinstance(error, MemoryError):
+            return found("message", where, f"{kind} without a message")
+        return Outcome("refused", f"{kind}: {message[:500]}")
+    return found("exception", where, f"{kind}: {message}")
+
+
+def of_death(code: int, where: str, said: str) -> Outcome:
+    """What the death of a worker means."""
+    name = signal.Signals(-code).name if code < 0 else f"exit code {code}"
+    last = [line for line in said.splitlines() if line.strip()]
+    words = last[-1] if last else ""
+    for line in last:
+        if re.search(r"memory allocation|panicked|overflow|Fatal|capacity", line):
+            words = line
+            break
+    if name == "SIGXCPU":
+        return found("hang", where, "does not end, and does not hear Ctrl-C")
+    if "memory allocation" in words or "capacity overflow" in words:
+        return found("crash", where, f"{name}: {words}", "memory that cannot be had")
+    return found("crash", where, f"{name}: {words}")
+
+
+#: Attributes whose NaN is documented to mean that there is nothing.
+NAN_MEANS_NONE = {"step_norm"}
+
+
+def has_nan(value) -> bool:
+    """Whether an array, a number or a tuple of them has a NaN in it."""
+    if isinstance(value, float | np.ndarray | np.floating):
+        value = np.asarray(value)
+        return value.dtype.kind in "fc" and bool(np.isnan(value).any())
+    if isinstance(value, tuple | list):
+        return any(has_nan(item) for item in value)
+    return False
+
+
+def nan_in(result) -> str | None:
+    """The name of what is NaN in a result that calls itself a success, or in an array."""
+    if has_nan(result):
+        return "the array"
+    if getattr(result, "success", True) is False:
+        return None
+    for name in public(result):
+        if name not in NAN_MEANS_NONE and has_nan(getattr(result, name)):
+            return name
+    return None
+
+
+def public(value) -> list[str]:
+    """The public attributes of an object of the package that hold data."""
+    if not type(value).__module__.startswith("lissom"):
+        return []
+    if is_dataclass(value):
+        return [field.name for field in fields(value)]
+    return [
+        name
+        for name in dir(type(value))
+        if not name.startswith("_") and not callable(getattr(type(value), name, None))
+    ]

@@ -1,0 +1,223 @@
+"""Scenes: mutated, through the command line: `check`, and where that is good, `run` and another one."""
+
+import contextlib
+import io
+import json
+import math
+import shutil
+import tempfile
+import tomllib
+import traceback
+import zlib
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+import lissom
+from fuzz import judge, mutate
+from lissom import cli
+
+NAME = "scenes"
+SUFFIX = ".toml"
+#: Where mutations start: small scenes that set every key between them, and the examples.
+CORPUS = Path(__file__).parent / "corpus" / NAME
+EXAMPLES = Path(__file__).parents[3] / "scenes"
+
+#: What is run: small enough to take seconds at most where nothing is wrong.
+COORDINATES = 24
+SEGMENTS = 8
+NODES = 128
+STEPS = 1000
+KEPT = 5000
+#: Scenes that are run with a report as well, one in so many: drawing takes a second.
+REPORTS = 12
+#: The tip's error over the tolerance beyond which a success of "auto" is wrong, that of the stress test.
+FACTOR = 3.0
+#: The same of the adaptive methods, whose tolerances are those of single steps.
+LOCAL_FACTOR = 1e4
+#: Of these scenes the motion is short enough to compare: periods of chaos would double any error.
+COMPARED = 0.3
+
+
+def _seeds() -> list[dict]:
+    paths = [*sorted(CORPUS.glob("*.toml")), *sorted(EXAMPLES.glob("*.toml"))]
+    return [tomllib.loads(path.read_text(encoding="utf-8")) for path in paths]
+
+
+SCHEMA = mutate.Schema(lissom.Scene.schema())
+SEEDS = _seeds()
+
+
+def make(rng: np.random.Generator) -> bytes:
+    """A scene of the corpus or of the examples, changed; one in ten made from the schema alone."""
+    start = SCHEMA.value(SCHEMA.root, rng) if rng.random() < 0.1 else SEEDS[int(rng.integers(len(SEEDS)))]
+    tree = mutate.mutate_tree(start, rng, SCHEMA)
+    text = mutate.write(tree).encode(errors="surrogatepass")
+    return mutate.mutate_text(text, rng) if rng.random() < 0.12 else text
+
+
+def prepare() -> None:
+    np.seterr(all="ignore")
+
+
+def where(path: Path) -> str:
+    """The command that was running."""
+    note = path.parent / "command.txt"
+    return note.read_text() if note.exists() else "check"
+
+
+def command(path: Path, words: list[str]) -> tuple[int, str]:
+    """The command line's exit code and output."""
+    (path.parent / "command.txt").write_text(words[0])
+    output = io.StringIO()
+    with contextlib.redirect_stdout(output), contextlib.redirect_stderr(output):
+        try:
+            cli.main(words)
+        except SystemExit as end:
+            return int(end.code or 0), output.getvalue()
+        except KeyboardInterrupt:
+            return 130, "Traceback (most recent call last): KeyboardInterrupt"
+    raise AssertionError("the command line returned")
+
+
+def run(path: Path, clock) -> judge.Outcome:
+    folder = Path(tempfile.mkdtemp(dir=path.parent))
+    try:
+        return _run(path, folder, clock)
+    except MemoryError as error:
+        return judge.found("exception", where(path), f"traceback: MemoryError: {error}")
+    except KeyboardInterrupt:
+        if not clock.over:
+            raise
+        return judge.Outcome("slow", "the run that is compared with")
+    except BaseException as error:
+        last = traceback.extract_tb(error.__traceback__)[-1]
+        return judge.of_exception(error, f"{where(path)}, {Path(last.filename).name}:{last.name}", ())
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+def _run(path: Path, folder: Path, clock) -> judge.Outcome:
+    code, said = command(path, ["check", str(path)])
+    if clock.over:
+        return judge.found("hang", "check", "takes too long, but hears Ctrl-C")
+    bad = _ended(code, said, "check", (0, 2))
+    if bad:
+        return bad
+    if code == 2:
+        return judge.Outcome("refused", said[:1000])
+    scene = lissom.Scene.load(path)
+    if not small(scene):
+        return judge.Outcome("done", "too large to run")
+    chance = zlib.crc32(path.read_bytes())
+    finished = False
+    for name in ("run", ("statics", "modes", "explain", "statics")[chance % 4]):
+        target = folder / name
+        words = [name, str(path)]
+        if name != "explain":
+            words += ["-o", str(target)]
+            words += ["--no-report"] if (chance >> 3) % REPORTS else []
+        code, said = command(path, words)
+        bad = _ended(code, said, name, (0, 1, 130))
+        if bad is None and name == "run":
+            finished = code == 0
+            bad = finite(target) if finished else None
+        if bad:
+            return bad
+        if clock.over:
+            return judge.Outcome("slow", f"{name}: exit code {code}: {said[:300]}")
+    return tighter(scene) if finished else judge.Outcome("failed", said[:300])
+
+
+def _ended(code: int, said: str, name: str, codes: tuple[int, ...]) -> judge.Outcome | None:
+    """What is wrong with the end of a command, whatever it did."""
+    if "Traceback (most recent" in said or "panicked at" in said:
+        return judge.found("exception", name, f"traceback: {said[-500:]}")
+    if len(said) > judge.LONGEST_MESSAGE:
+        return judge.found("message", name, f"{len(said)} characters: {said[:300]}", "too long")
+    if code not in codes:
+        after = ", though check calls it good" if name != "check" else ""
+        return judge.found("exception", name, f"exit code {code}{after}: {said[-500:].partition(': ')[2]}")
+    if code and not said.strip():
+        return judge.found("message", name, f"exit code {code} without a word")
+    return None
+
+
+def small(scene) -> bool:
+    """Whether a run is a matter of seconds."""
+    settings = scene.simulation
+    steps = settings.duration / settings.step
+    kept = settings.duration / (settings.output_step or settings.step)
+    if not (steps <= STEPS and kept <= KEPT):
+        return False
+    model = scene.model
+    if not isinstance(model, lissom.Rod):
+        return True
+    return model.n <= COORDINATES and len(model.segments) <= SEGMENTS and sum(model.nodes) <= NODES
+
+
+def finite(folder: Path) -> judge.Outcome | None:
+    """Whether what was written as a success is finite and complete."""
+    json.loads((folder / "summary.json").read_text())
+    with h5py.File(folder / "trajectory.nc") as file:
+        for name, variable in file.items():
+            values = np.asarray(variable)
+            if values.dtype.kind == "f" and not np.isfinite(values).all():
+                return judge.found("nan", "run", f"{name} is not finite in a run that finished")
+    return None
+
+
+def tip(scene, q) -> np.ndarray:
+    """The tip in units of the length: of the rod unstretched, of the pendulum."""
+    model = scene.model
+    if isinstance(model, lissom.Rod):
+        return np.asarray(model.pose(q, model.length))[..., :3, 3] / model.length
+    angle, elongation = q
+    return (1 + elongation / model.length) * np.array([math.cos(angle), math.sin(angle)])
+
+
+def tighter(scene) -> judge.Outcome:
+    """A success with error control against runs with far tighter tolerances by two other methods."""
+    settings = scene.simulation
+    moves = isinstance(scene.model, lissom.Rod) and scene.model.base_motion is not None
+    if settings.duration > COMPARED or moves or settings.method in ("newmark", "hht", "generalised_alpha"):
+        return judge.Outcome("done")
+    end = settings.t0 + settings.duration
+    ends = [end]
+    result = scene.run(t_eval=ends, max_steps=20_000)
+    if not result.success:
+        return judge.Outcome("failed", result.message)
+    references = [
+        lissom.simulate(
+            scene.model,
+            end,
+            t0=settings.t0,
+            q0=scene.q0,
+            v0=scene.v0,
+            method=method,
+            rtol=1e-10,
+            atol=1e-12,
+            t_eval=ends,
+            max_steps=20_000,
+        )
+        for method in ("radau", "dop853")
+    ]
+    if not all(reference.success for reference in references):
+        return judge.Outcome("done", "no reference")
+    tips = [tip(scene, found.q[-1]) for found in (result, *references)]
+    unsure = float(np.linalg.norm(tips[1] - tips[2]))
+    error = float(np.linalg.norm(tips[0] - tips[1]))
+    if settings.method != "auto":  # relative to what moves
+        error /= max(1.0, float(np.linalg.norm(tips[1])))
+    if settings.method == "auto":
+        limit = FACTOR * settings.rtol
+    else:
+        limit = LOCAL_FACTOR * (settings.rtol + settings.atol)
+    if 10 * unsure > limit:
+        return judge.Outcome("done", "no reference")
+    if not error <= limit:
+        return judge.found(
+            "wrong", settings.method, f"the tip is off by {error:.2g} of the length, allowed {limit:.2g}"
+        )
+    return judge.Outcome("done", f"error {error:.1e}")

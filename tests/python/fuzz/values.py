@@ -1,0 +1,367 @@
+"""What the scripts of the API harness use: rods, arrays of every layout, callbacks that misbehave.
+
+Scripts say ``from fuzz import values as v``.
+"""
+
+import copy
+import gc
+import pickle
+
+import numpy as np
+
+import lissom
+from fuzz import judge
+
+# Objects of the package.
+
+MATERIAL = {"young_modulus": 3e5, "shear_modulus": 1e5, "density": 1070.0, "retardation_time": 0.01}
+
+
+def segment(**changes):
+    return lissom.Segment(
+        **({"length": 0.2, "radius": 0.01, "modes": {"torsion": 1, "bend_y": 1}} | MATERIAL | changes)
+    )
+
+
+def rod(**changes):
+    """Two coordinates in space."""
+    return lissom.Rod([segment()], **changes)
+
+
+def planar():
+    """Two coordinates in a plane."""
+    return lissom.Rod([segment(modes={"bend_y": 2})], tip_mass=0.01)
+
+
+def chain():
+    """Three segments, held at the tip, in water."""
+    return lissom.Rod(
+        [segment(modes={"bend_y": 1}), segment(modes={"bend_z": 1}), segment(modes={})],
+        supports=[lissom.Support(stiffness=3.0)],
+        fluid=lissom.Fluid(1000.0, drag_coefficients=(1.0, 0.1)),
+        loads=[lissom.Load(force=(0, 0, 0.01), frame="body")],
+    )
+
+
+def moving():
+    """Two coordinates, and a base that moves."""
+    return rod(
+        base_motion=lissom.BaseMotion(translation=lissom.Harmonic((0, 0, 0.01), 2.0)),
+        loads=[lissom.Load(force=lissom.Harmonic((0, 0, 0.01), 1.0))],
+    )
+
+
+def pendulum():
+    return lissom.SpringPendulum()
+
+
+#: Models of two coordinates each.
+MODELS = {"rod": rod, "planar": planar, "chain": chain, "moving": moving, "pendulum": pendulum}
+
+
+def scene():
+    return lissom.Scene.loads("version = 1\n[pendulum]\nq0 = [0.1, 0]\n[simulation]\nduration = 0.05\n")
+
+
+# Layouts: the same numbers, otherwise in memory.
+
+
+def packed(array):
+    """A column of a packed record array: strides that are no multiple of the size of a number."""
+    record = np.zeros(array.shape, dtype=np.dtype([("flag", "u1"), ("x", array.dtype), ("id", "<i4")]))
+    record["x"] = array
+    return record["x"]
+
+
+def unaligned(array):
+    """Contiguous, at an odd address."""
+    array = np.ascontiguousarray(array)
+    memory = np.zeros(array.nbytes + 1, dtype=np.uint8)
+    moved = memory[1:].view(array.dtype).reshape(array.shape)
+    moved[...] = array
+    return moved
+
+
+def strided(array):
+    wide = np.full((*array.shape[:-1], 3 * array.shape[-1]), 77.0) if array.ndim else np.full(3, 77.0)
+    wide[..., ::3] = array
+    return wide[..., ::3]
+
+
+def read_only(array):
+    array = array.copy()
+    array.setflags(write=False)
+    return array
+
+
+def zero_stride(array):
+    """All entries the same place in memory; only of arrays that are constant."""
+    return np.broadcast_to(array.ravel()[0], array.shape) if np.ptp(array) == 0 else array
+
+
+#: Layouts of float64 that every function takes.
+LAYOUTS = {
+    "packed": packed,
+    "unaligned": unaligned,
+    "strided": strided,
+    "reversed": lambda array: array[::-1].copy()[::-1],
+    "fortran": np.asfortranarray,
+    "big_endian": lambda array: array.astype(">f8"),
+    "read_only": read_only,
+    "zero_stride": zero_stride,
+    "list": lambda array: array.tolist(),
+    "tuple": lambda array: tuple(map(tuple, array)) if array.ndim == 2 else tuple(array),
+    "packed_big_endian": lambda array: packed(array.astype(">f8")),
+    "transposed": lambda array: np.ascontiguousarray(array.T).T,
+}
+
+
+def array(values, layout=None):
+    plain = np.array(values, dtype=float)
+    return plain if layout is None else LAYOUTS[layout](plain)
+
+
+def plain(values, layout=None):
+    """The same array without its layout."""
+    return array(values)
+
+
+def difference(one, other) -> str | None:
+    """Where two results differ by a bit; None where they do not."""
+    if isinstance(one, np.ndarray) or isinstance(other, np.ndarray):
+        one, other = np.asarray(one), np.asarray(other)
+        equal = one.shape == other.shape and np.array_equal(one, other, equal_nan=one.dtype.kind in "fc")
+        return None if equal else "values"
+    if isinstance(one, dict):
+        return difference(list(one.items()), list(other.items()))
+    if isinstance(one, tuple | list):
+        if len(one) != len(other):
+            return "length"
+        return next(filter(None, map(difference, one, other)), None)
+    names = judge.public(one)
+    if names and type(one) is type(other):
+        for name in names:
+            inside = None if name in NOT_DATA else difference(getattr(one, name), getattr(other, name))
+            if inside:
+                return f"{name}, {inside}"
+        return None
+    return None if callable(one) or one == other or (one != one and other != other) else "values"
+
+
+#: Attributes that differ from run to run, or are the caller's own.
+NOT_DATA = {"wall_time", "model"}
+
+
+# Objects that are not what they look like.
+
+
+class Boom(Exception):
+    """What misbehaving callbacks and objects raise."""
+
+    def __init__(self, *words):
+        super().__init__(*(words or ("boom",)))
+
+
+class BaseBoom(BaseException):
+    """The same, beside `Exception`."""
+
+
+class Address:
+    """Has an address, and is no function."""
+
+    address = 1
+    ctypes = None
+
+
+class BadFloat:
+    def __float__(self):
+        raise Boom("float")
+
+    def __array__(self, *_, **__):
+        raise Boom("array")
+
+    def __index__(self):
+        raise Boom("index")
+
+    def __len__(self):
+        raise Boom("len")
+
+    def __bool__(self):
+        raise Boom("bool")
+
+    def __str__(self):
+        raise Boom("str")
+
+    __repr__ = __str__
+
+
+class LyingLength:
+    """A sequence that says that it has two items."""
+
+    def __len__(self):
+        return 2
+
+    def __getitem__(self, index):
+        if index > 1000:
+            raise IndexError
+        return 1.0
+
+
+class LyingArray:
+    """Another array each time that it is asked."""
+
+    def __init__(self):
+        self.asked = 0
+
+    def __array__(self, dtype=None, copy=None):
+        self.asked += 1
+        return np.ones(self.asked)
+
+
+class Model(lissom.Model if isinstance(lissom.Model, type) else object):
+    """A class of the user's that is derived from that of the models."""
+
+
+def nested():
+    """A list that contains itself."""
+    own = [1.0]
+    own.append(own)
+    return own
+
+
+# Callbacks.
+
+#: Acts that have happened since `reset`: they may not be called success.
+happened: list[str] = []
+
+
+def reset():
+    happened.clear()
+    kept.clear()
+
+
+kept: list = []
+
+
+def _mutate(arguments):
+    for argument in arguments:
+        if isinstance(argument, np.ndarray) and argument.flags.writeable:
+            argument[...] = 1e3
+
+
+def _resize(arguments):
+    for argument in arguments:
+        if isinstance(argument, np.ndarray):
+            argument.resize((1000,), refcheck=False)
+
+
+def _keep(arguments):
+    for argument in kept:
+        if isinstance(argument, np.ndarray) and argument.flags.writeable:
+            argument[...] = -7.0
+    kept.extend(arguments)
+    gc.collect()
+
+
+def _raise(error):
+    raise error
+
+
+def _longer(value):
+    value = np.atleast_1d(np.asarray(value, dtype=float))
+    return np.concatenate([value, value[..., -1:]], axis=-1)
+
+
+#: What a callback returns instead of its value; no function can make sense of it.
+NONSENSE = {
+    "none": lambda value: None,
+    "string": lambda value: "one",
+    "digits": lambda value: "1.0" if np.ndim(value) == 0 else ["1.0"] * len(value),
+    "longer": _longer,
+    "empty": lambda value: [],
+    "complex": lambda value: np.asarray(value) * 1j,
+    "datetime": lambda value: np.full(np.shape(value), np.datetime64(1, "s")),
+    "masked": lambda value: np.ma.masked_all(np.shape(value)),
+    "dict": lambda value: {"a": 1},
+    "object": lambda value: BadFloat(),
+    "ragged": lambda value: [[1.0], [1.0, 2.0]],
+}
+#: What it raises.
+ERRORS = {
+    "boom": Boom,
+    "base_boom": BaseBoom,
+    "stop_iteration": lambda: StopIteration("boom"),
+    "system_exit": lambda: SystemExit("boom"),
+    "key_error": lambda: KeyError("boom"),
+}
+#: Numbers that are no answer.
+NUMBERS = {"nan": np.nan, "inf": np.inf, "huge": 1e308, "tiny": 5e-324}
+#: What it does beside.
+DEEDS = {"mutate": _mutate, "resize": _resize, "keep": _keep}
+#: The same value in another layout.
+KINDS = ("nonsense", "error", "number", "deed", "layout", "again", "recurse", "jump")
+
+
+def callback(good, kind, what, after=0, call=None):
+    """A function that behaves like `good`, but after so many calls in its own way."""
+    calls = 0
+
+    def misbehave(*arguments, **keywords):
+        nonlocal calls
+        calls += 1
+        if kind == "deed" and calls > after:
+            value = good(*arguments, **keywords)
+            DEEDS[what](arguments)
+            return value
+        value = good(*arguments, **keywords)
+        if calls <= after:
+            return value
+        if kind == "nonsense":
+            happened.append(what)
+            return NONSENSE[what](value)
+        if kind == "error":
+            happened.append("error")
+            raise ERRORS[what]()
+        if kind == "number":
+            return np.full(np.shape(value), NUMBERS[what]) if np.ndim(value) else NUMBERS[what]
+        if kind == "layout" and np.ndim(value):
+            return LAYOUTS[what](np.asarray(value, dtype=float))
+        if kind == "again" and calls == after + 1:
+            call()
+        if kind == "recurse":
+            call()
+        if kind == "jump":
+            return np.asarray(value) * calls
+        return value
+
+    return misbehave
+
+
+def protocol(value):
+    """Everything that any object of the package can be asked; copies are equal to it."""
+    repr(value), str(value)
+    if not type(value).__module__.startswith("lissom") or isinstance(value, lissom.OdeSolver):
+        return value  # solvers are in the middle of something
+    for name in judge.public(value):
+        getattr(value, name)
+    if not isinstance(value, tuple):
+        assert value == value, "not equal to itself"
+        assert value != 3.5
+    try:
+        copies = copy.copy(value), copy.deepcopy(value), pickle.loads(pickle.dumps(value))
+    except (AttributeError, pickle.PicklingError) as error:
+        if "lambda" in str(error):  # the script's own, which no pickle can hold
+            return value
+        raise
+    for copied in copies:
+        different = difference(value, copied)
+        if different:
+            raise AssertionError(f"the copy of a {type(value).__name__} differs: {different}")
+    return value
+
+
+def stepper(name):
+    """A solver after its first step."""
+    solver = getattr(lissom, name)(lambda t, y: -y, 0.0, [1.0, 2.0], 1.0)
+    solver.step()
+    return solver

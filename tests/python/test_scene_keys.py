@@ -1,0 +1,377 @@
+"""Every key of a scene, in every form that it may have, is read and means something.
+
+What the keys and their forms are comes from the JSON Schema: a new one without a scene here fails.
+"""
+
+import copy
+import json
+import tomllib
+
+import numpy as np
+import pytest
+
+import lissom
+
+SCHEMA = json.loads(lissom.Scene.schema())
+
+#: Scenes that have every key in every form, among them.
+SCENES = {
+    "everything": """version = 1
+[scene]
+name = "Everything"
+gravity = [0, 1, -9.81]
+[[rod]]
+base = { position = [0, 0, 0.2], orientation = [0.6, 0, 0.8, 0] }
+tip_force = [0, 0.01, 0]
+tip_moment = [0, 0.001, 0]
+tip_mass = 0.01
+q0 = [0.1, 0.2, 0.1, 0.01, 0.02, 0.03, 0.1, 0.1, 0.2, 0.3, 0.1, 0.2, 0.1, 0.2, 0.1, 0.2, 0.1, 0.2, 0.1]
+v0 = [0.1, 0.2, 0.1, 0.01, 0.02, 0.03, 0.1, 0.1, 0.2, 0.3, 0.1, 0.2, 0.1, 0.2, 0.1, 0.2, 0.1, 0.2, 0.1]
+[rod.base_motion]
+translation = { mean = [0.1, 0, 0], rate = [0, 0.1, 0], amplitude = [0, 0, 0.01], frequency = 2, phase = 1 }
+axis = [0, 0, 1]
+angle = { mean = 0.1, rate = 1, amplitude = 0.2, frequency = 3, phase = 0.5 }
+[[rod.load]]
+force = [0, 0, 0.1]
+moment = [0, 0.01, 0]
+at = 0.1
+frame = "body"
+[[rod.load]]
+force = { mean = [0.1, 0, 0], rate = [0, 0.1, 0], amplitude = [0, 0, 0.1], frequency = 2, phase = 1 }
+moment = { times = [0, 0.5], values = [[0, 0, 0], [0, 0.01, 0]] }
+along = [0.1, 0.3]
+frame = "world"
+[[rod.body]]
+mass = 0.1
+at = 0.15
+centre = [0, 0.01, 0]
+inertia = [[1e-5, 0, 0], [0, 2e-5, 0], [0, 0, 2e-5]]
+[[rod.support]]
+at = 0.2
+stiffness = [1, 2, 3]
+rotational_stiffness = 0.1
+damping = [0.1, 0.2, 0.3]
+rotational_damping = 0.01
+position = [0.1, 0, 0]
+orientation = [0.6, 0, 0.8, 0]
+[[rod.support]]
+stiffness = 1
+rotational_stiffness = [0.1, 0.2, 0.3]
+damping = 0.1
+rotational_damping = [0.1, 0.2, 0.3]
+[[rod.segment]]
+length = 0.2
+radius = 0.01
+young_modulus = 3e5
+shear_modulus = 1e5
+density = 1070
+modes = { torsion = 1, bend_y = 3, bend_z = 1, stretch = 1, shear_y = 1, shear_z = 1 }
+basis = "chebyshev"
+retardation_time = 0.01
+reference_strain = [0, 1, 0, 1, 0, 0]
+shear_correction = 0.9
+nodes = 16
+[[rod.segment]]
+length = 0.1
+radius = [0.01, 0.005]
+young_modulus = 3e5
+poisson_ratio = 0.4
+density = 1070
+modes = { torsion = 1, bend_z = 2, shear_y = 1, shear_z = 1 }
+basis = "monomial"
+reference_strain = { stations = [0, 0.1], values = [[0, 0, 0, 1, 0, 0], [0, 2, 0, 1, 0, 0]] }
+shear_correction = [0.8, 0.9]
+[[rod.segment]]
+length = 0.1
+radius = { stations = [0, 0.05, 0.1], values = [0.01, 0.02, 0.005] }
+young_modulus = 3e5
+poisson_ratio = 0.4
+density = 1070
+modes = { shear_y = 2 }
+basis = "piecewise_constant"
+shear_correction = "cowper"
+[[rod.segment]]
+length = 0.1
+modes = { bend_y = 2 }
+basis = "legendre"
+[rod.segment.section]
+shape = "given"
+stiffness = [1, 2, 3, 1e3, 4e2, 5e2]
+mass = 0.1
+inertia = [2e-6, 1e-6, 1e-6]
+centre = [0, 0.01]
+[[rod.segment]]
+length = 0.1
+modes = { bend_y = 2 }
+basis = "hermite"
+[rod.segment.section]
+shape = "given"
+stiffness = [
+  [1, 0, 0, 0, 0, 0],
+  [0, 2, 0, 0, 0, 0],
+  [0, 0, 3, 0, 0, 0],
+  [0, 0, 0, 1e3, 0, 0],
+  [0, 0, 0, 0, 4e2, 0],
+  [0, 0, 0, 0, 0, 5e2],
+]
+mass = 0.2
+inertia = [[2e-6, 0, 0], [0, 1e-6, 0], [0, 0, 1e-6]]
+centre = [0.01, 0]
+[simulation]
+duration = 0.5
+t0 = 0.25
+method = "newmark"
+step = 1e-3
+jacobian = "central"
+rtol = 1e-5
+atol = 1e-8
+output = { step = 0.1, quantities = ["velocity", "acceleration", "energy"] }
+""",
+    "sections in a fluid": """version = 1
+[[rod]]
+[rod.fluid]
+density = 1000
+velocity = [0.1, 0, 0.2]
+viscous_drag = [0.1, 0.2]
+drag_coefficients = [1.1, 0.1]
+added_mass_coefficient = 0.9
+buoyancy = false
+[rod.base_motion]
+translation = { times = [0, 0.5, 1, 2], values = [[0, 0, 0], [0, 0, 0.01], [0, 0, 0.02], [0, 0, 0]] }
+rotation = { times = [0, 1, 2], values = [[1, 0, 0, 0], [0.8, 0.6, 0, 0], [1, 0, 0, 0]] }
+[[rod.segment]]
+length = 0.2
+section = { shape = "circle", radius = 0.01 }
+young_modulus = 3e5
+poisson_ratio = 0.4
+density = 1070
+modes = { bend_y = 1 }
+[[rod.segment]]
+length = 0.2
+section = { shape = "hollow_circle", outer = 0.01, inner = [0.005, 0.004] }
+young_modulus = 3e5
+poisson_ratio = 0.4
+density = 1070
+modes = { bend_y = 1 }
+[[rod.segment]]
+length = 0.2
+section = { shape = "rectangle", width = 0.01, height = { stations = [0, 0.2], values = [0.02, 0.01] } }
+young_modulus = 3e5
+poisson_ratio = 0.4
+density = 1070
+modes = { bend_y = 1 }
+[[rod.segment]]
+length = 0.2
+section = { shape = "ellipse", semi_axis_y = 0.01, semi_axis_z = [0.02, 0.01] }
+young_modulus = 3e5
+poisson_ratio = 0.4
+density = 1070
+modes = { bend_y = 1 }
+[simulation]
+duration = 2
+tolerance = 1e-3
+""",
+    "a turning base": """version = 1
+[[rod]]
+fluid = { density = 1, buoyancy = true }
+base_motion = { axis = [0, 0, 1], angle = { times = [0, 0.5, 1, 2], values = [0, 0.1, 0.3, 0] } }
+[[rod.segment]]
+length = 0.2
+radius = 0.01
+young_modulus = 3e5
+poisson_ratio = 0.4
+density = 1070
+modes = { bend_y = 1 }
+[simulation]
+duration = 1
+method = "auto"
+output.quantities = ["shape"]
+""",
+    "open modes": """version = 1
+[[rod]]
+[[rod.segment]]
+length = 0.2
+radius = 0.01
+young_modulus = 3e5
+poisson_ratio = 0.4
+density = 1070
+retardation_time = 0.05
+modes = "auto"
+[simulation]
+duration = 0.02
+tolerance = 0.1
+""",
+    "a pendulum": """version = 1
+[pendulum]
+length = 2
+mass = 3
+stiffness = 40
+gravity = 1.6
+q0 = [0.1, 0.2]
+v0 = [0.3, 0.4]
+[simulation]
+duration = 1
+method = "radau"
+""",
+} | {
+    f'{key} = "{word}"': f'version = 1\n[pendulum]\n[simulation]\nduration = 1\n{key} = "{word}"\n'
+    for key, word in (
+        ("jacobian", "analytic"),
+        ("jacobian", "forward"),
+        ("method", "hht"),
+        ("method", "generalised_alpha"),
+        ("method", "rk45"),
+        ("method", "dop853"),
+    )
+}
+
+#: Keys with which a scene is what it would be without them.
+SAME = {
+    "everything": {
+        "rod[0].load[1].frame",
+        "rod[0].segment[3].basis",
+        "simulation.method",
+    },
+    "a turning base": {"rod[0].fluid.buoyancy"},
+}
+
+
+def followed(schema, place):
+    """The schema that a reference means, and its name as the place."""
+    while "$ref" in schema or "allOf" in schema:
+        if "allOf" in schema:
+            (schema,) = schema["allOf"]
+        else:
+            place = schema["$ref"].rsplit("/", 1)[1]
+            schema = SCHEMA["definitions"][place]
+    return schema, place
+
+
+def words(schema):
+    """The words that an enumeration has; none of other schemas."""
+    return [*schema.get("enum", []), *(word["const"] for word in schema.get("oneOf", []) if "const" in word)]
+
+
+def forms(schema, place):
+    """What a scene can have at a place: keys, kinds of values, words. References are not followed."""
+    kinds = [(branch, f"{place} of kind {i}") for i, branch in enumerate(schema.get("anyOf", []))]
+    items = [(schema["items"], f"{place}[]")] if schema.get("type") == "array" else []
+    keys = [(inner, f"{place}.{key}") for key, inner in schema.get("properties", {}).items()]
+    for inner, where in kinds + items + keys:
+        yield where
+        if not {"$ref", "allOf"} & inner.keys():
+            yield from forms(inner, where)
+    values = [True, False] if schema.get("type") == "boolean" else words(schema)
+    yield from (f"{place} = {value}" for value in values)
+
+
+def matches(schema, value):
+    """Whether a value is of the kind that a schema describes."""
+    schema, _ = followed(schema, "")
+    if "anyOf" in schema:
+        return any(matches(branch, value) for branch in schema["anyOf"])
+    if words(schema):
+        return value in words(schema)
+    match schema["type"]:
+        case "boolean":
+            return isinstance(value, bool)
+        case "number" | "integer":
+            return isinstance(value, int | float) and not isinstance(value, bool)
+        case "string":
+            return isinstance(value, str)
+        case "array":
+            least, most = schema.get("minItems", 0), schema.get("maxItems", np.inf)
+            is_array = isinstance(value, list) and least <= len(value) <= most
+            return is_array and all(matches(schema["items"], item) for item in value)
+        case "object":
+            return isinstance(value, dict) and value.keys() <= schema["properties"].keys()
+    raise AssertionError(f"no test knows a schema such as {schema}")
+
+
+def used(schema, value, place):
+    """Those forms that a value has."""
+    yield place
+    schema, place = followed(schema, place)
+    for i, branch in enumerate(schema.get("anyOf", [])):
+        if matches(branch, value):
+            yield from used(branch, value, f"{place} of kind {i}")
+            return
+    if isinstance(value, str | bool):
+        yield f"{place} = {value}"
+    if isinstance(value, list):
+        for item in value:
+            yield from used(schema["items"], item, f"{place}[]")
+    if isinstance(value, dict):
+        for key, inner in value.items():
+            yield from used(schema["properties"][key], inner, f"{place}.{key}")
+
+
+def test_the_scenes_have_every_key_in_every_form():
+    everything = set(forms(SCHEMA, ""))
+    for name, schema in SCHEMA["definitions"].items():
+        everything |= set(forms(schema, name))
+    assert len(everything) > 200
+    found = {form for text in SCENES.values() for form in used(SCHEMA, tomllib.loads(text), "")}
+    assert everything - found == set(), "give the scenes above what is new"
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_every_key_is_read(name):
+    assert lissom.Scene.loads(SCENES[name]).model.n > 0
+
+
+def written(value):
+    """A value in TOML."""
+    if isinstance(value, dict):
+        return "{ " + ", ".join(f"{key} = {written(inner)}" for key, inner in value.items()) + " }"
+    if isinstance(value, list):
+        return "[" + ", ".join(map(written, value)) + "]"
+    return json.dumps(value) if isinstance(value, str | bool) else repr(value)
+
+
+def paths(value, place=()):
+    """Where a document has keys."""
+    items = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+    for key, inner in items:
+        if isinstance(value, dict):
+            yield (*place, key)
+        yield from paths(inner, (*place, key))
+
+
+def without(document, path):
+    """The document without one key."""
+    rest = copy.deepcopy(document)
+    table = rest
+    for key in path[:-1]:
+        table = table[key]
+    del table[path[-1]]
+    return "\n".join(f"{key} = {written(value)}" for key, value in rest.items())
+
+
+def meaning(text):
+    """What a scene is, in numbers and words; nothing where it is refused."""
+    try:
+        scene = lissom.Scene.loads(text)
+    except lissom.SceneError:
+        return None
+    model, settings = scene.model, scene.simulation
+    rng = np.random.default_rng(0)
+    q, v, a = (0.1 * rng.standard_normal(model.n) for _ in range(3))
+    options = [getattr(settings, key) for key in dir(settings) if not key.startswith("_")]
+    numbers = [*scene.q0, *scene.v0]
+    times = {"t": 0.13} if isinstance(model, lissom.Rod) else {}
+    numbers += [*model.inverse_dynamics(q, v, a, **times), model.energy(q, v, **times).gravitational]
+    return scene.name, str(options), np.array(numbers).tobytes()
+
+
+@pytest.mark.parametrize("name", ["everything", "sections in a fluid", "a turning base", "a pendulum"])
+def test_every_key_means_something(name):
+    """Without it the scene is another one, or none."""
+    document = tomllib.loads(SCENES[name])
+    whole = meaning("\n".join(f"{key} = {written(value)}" for key, value in document.items()))
+    assert whole is not None
+    assert whole == meaning(SCENES[name])
+    for path in paths(document):
+        place = "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in path)[1:]
+        differs = meaning(without(document, path)) != whole
+        assert differs == (place not in SAME.get(name, ())), place
