@@ -7,6 +7,8 @@
 
 use std::f64::consts::E;
 
+use super::drive::Drive;
+use super::integrator::Integrator;
 use crate::error::Interrupted;
 use crate::model::Model;
 use crate::spectrum::{Spectrum, Vibration};
@@ -14,30 +16,14 @@ use crate::spectrum::{Spectrum, Vibration};
 /// Vibrations whose tip moves by less than this part of the tolerance need not be resolved.
 const VISIBLE: f64 = 0.1;
 
-/// A step h of a vibration of the rate omega multiplies it by `exp(i omega h) (1 + e)` with `|e| = (omega h)^(p + 1) / c`: order p + 1 and
-/// c, from the stability functions (Hairer and Wanner 1996, sections IV.3 and IV.10); that of DOP853 from its coefficients. Radau's error is
-/// dissipation, that of DOP853 a phase.
-const IMPLICIT_ERROR: (i32, f64) = (6, 7.2e3);
-const EXPLICIT_ERROR: (i32, f64) = (9, 1.4e7);
-
-/// Beyond these steps, times the frequency, the formulas do not hold.
-const LONGEST_IMPLICIT: f64 = 1.5;
-const LONGEST_EXPLICIT: f64 = 3.0;
-
 /// Of the tolerance of a run each vibration gets this part.
 const SHARE: f64 = 0.5;
 
-/// DOP853 is stable for steps below 6.1 over the largest rate (Hairer and Wanner 1996, section IV.2); with room for a rate that grows.
-pub(super) const EXPLICIT_STABILITY: f64 = 4.0;
-
 /// The tip cannot be farther off than this, relative to the length.
-pub(super) const FARTHEST: f64 = 2.0;
+const FARTHEST: f64 = 2.0;
 
-/// Looks at what drives the model over the whole time, at least, and of each of the parts between which something is known to happen; and no more
-/// than so many in all.
-const LOOKS: f64 = 2000.0;
-const LOOKS_OF_A_PART: f64 = 4.0;
-const MOST_LOOKS: usize = 20_000;
+/// Steps in each period of what is known to drive the model, at least.
+const STEPS_OF_A_PERIOD: f64 = 4.0;
 
 /// One vibration that is to be followed.
 #[derive(Clone, Copy, Debug)]
@@ -57,39 +43,38 @@ pub(super) struct Following {
     vibrations: Vec<Vec<Followed>>,
     /// Longest step, in seconds, that passes over nothing that drives the model.
     of_drive: f64,
-    /// The longest stable step of the explicit method: an error estimate lets longer ones pass that do harm in time.
-    stable: f64,
-    /// Of the first run.
+    /// The largest rate, in 1/s: an explicit method's estimate of its error lets longer steps than stable ones pass, which do harm in time.
+    rate: f64,
+    /// Tolerance of the first run.
     loosest: f64,
 }
 
 impl Following {
     /// Nothing.
     pub(super) fn nothing() -> Self {
-        let unlimited = f64::INFINITY;
-        Self { vibrations: Vec::new(), of_drive: unlimited, stable: unlimited, loosest: unlimited }
+        Self { vibrations: Vec::new(), of_drive: f64::INFINITY, rate: 0.0, loosest: 0.0 }
     }
 
-    /// What the state `q0` sets off, with the vibrations about it, and what drives the model over `t_span`; as far as that is visible.
-    /// `loosest` is the tolerance of the first run.
+    /// What the state `q0` sets off, with the vibrations about it, and what drives the model over `t_span`. `loosest` is the tolerance of the
+    /// first run. `monitor` sees the start now and then and may stop it.
     pub(super) fn new<M: Model>(
         model: &mut M,
         t_span: (f64, f64),
         q0: &[f64],
         spectrum: &Spectrum,
         loosest: f64,
+        monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
     ) -> Result<Self, Interrupted> {
-        let of_drive = model.shortest_period() / LOOKS_OF_A_PART;
-        let stable = EXPLICIT_STABILITY / spectrum.rate();
-        let mut following = Self { vibrations: Vec::new(), of_drive, stable, loosest };
+        let mut of_drive = model.shortest_period() / STEPS_OF_A_PERIOD;
         let mut sizes: Vec<f64> = spectrum.modes.iter().map(|mode| mode.size).collect();
         if model.varies_in_time() {
-            let drive = Drive::new(model, t_span, q0, spectrum, VISIBLE * loosest)?;
+            let drive = Drive::new(model, t_span, q0, spectrum, VISIBLE * loosest, monitor)?;
             for (size, driven) in sizes.iter_mut().zip(drive.sizes) {
                 *size = size.max(driven);
             }
-            following.of_drive = of_drive.min(drive.longest_step);
+            of_drive = of_drive.min(drive.longest_step);
         }
+        let mut following = Self { vibrations: Vec::new(), of_drive, rate: spectrum.rate(), loosest };
         following.add(model, t_span.1 - t_span.0, q0, spectrum, &sizes);
         Ok(following)
     }
@@ -119,10 +104,9 @@ impl Following {
 
     /// What steps of this size leave of all vibrations together, relative to the length: of those that are stepped over all of it is lost,
     /// in every run alike.
-    pub(super) fn lost(&self, is_explicit: bool, step: f64) -> f64 {
-        let (order, constant) = error_of_a_step(is_explicit);
+    pub(super) fn lost(&self, integrator: &Integrator, step: f64) -> f64 {
         let part = |vibration: &Followed| {
-            let of_a_radian = (vibration.frequency * step).powi(order - 1) / constant;
+            let of_a_radian = integrator.error_of_a_radian(vibration.frequency, step);
             vibration.reach * (vibration.radians * of_a_radian).min(1.0)
         };
         let of_state = |vibrations: &Vec<Followed>| vibrations.iter().map(part).sum();
@@ -135,157 +119,20 @@ impl Following {
     }
 
     /// The longest step, in seconds, with which no vibration leaves an error of more than its share of `tolerance`.
-    pub(super) fn longest_step(&self, is_explicit: bool, tolerance: f64) -> f64 {
-        let (order, constant) = error_of_a_step(is_explicit);
-        let longest = if is_explicit { LONGEST_EXPLICIT } else { LONGEST_IMPLICIT };
+    pub(super) fn longest_step(&self, integrator: &Integrator, tolerance: f64) -> f64 {
         // Two runs must not have the same steps, whatever limits them: they would share the same errors.
-        let power = 1.0 / f64::from(order - 1);
-        let shorter = (tolerance / self.loosest).powf(power).min(1.0);
+        let shorter = integrator.shorter((tolerance / self.loosest).min(1.0));
         let of_vibration = |vibration: &Followed| {
-            let allowed = constant * SHARE * tolerance / (vibration.reach * vibration.radians);
-            allowed.powf(power).min(longest * shorter) / vibration.frequency
+            let allowed = SHARE * tolerance / (vibration.reach * vibration.radians);
+            integrator.step_of_error(allowed).min(integrator.longest * shorter) / vibration.frequency
         };
-        let stable = if is_explicit { self.stable } else { f64::INFINITY };
-        self.visible(tolerance).map(of_vibration).fold(self.of_drive.min(stable) * shorter, f64::min)
+        let of_all = self.of_drive.min(integrator.stability / self.rate) * shorter;
+        self.visible(tolerance).map(of_vibration).fold(of_all, f64::min)
     }
 
     /// The same vibrations for all runs of a request, so that they can be compared.
     fn visible(&self, tolerance: f64) -> impl Iterator<Item = &Followed> {
         let visible = VISIBLE * tolerance.max(self.loosest);
         self.vibrations.iter().flatten().filter(move |vibration| vibration.reach > visible)
-    }
-}
-
-/// See [`IMPLICIT_ERROR`].
-fn error_of_a_step(is_explicit: bool) -> (i32, f64) {
-    if is_explicit { EXPLICIT_ERROR } else { IMPLICIT_ERROR }
-}
-
-/// What loads and the motion of the base do to the vibrations about the start.
-struct Drive {
-    /// Largest modal amplitude of each vibration.
-    sizes: Vec<f64>,
-    /// See [`Following::of_drive`].
-    longest_step: f64,
-}
-
-impl Drive {
-    /// By the response of each vibration, without the others, to modal forces that are straight lines between the looks: exact.
-    fn new<M: Model>(
-        model: &mut M,
-        (t0, t_end): (f64, f64),
-        q0: &[f64],
-        spectrum: &Spectrum,
-        visible: f64,
-    ) -> Result<Self, Interrupted> {
-        let modes = &spectrum.modes;
-        let softness: Vec<f64> = modes
-            .iter()
-            .map(|mode| {
-                let of_one = mode.frequency.powi(-2);
-                if of_one.is_finite() { mode.reach(model, q0, of_one) / model.length() } else { 0.0 }
-            })
-            .collect();
-        let mut forces = Forces::new(q0.len());
-        let mut motion: Vec<Oscillation> = modes.iter().map(Oscillation::new).collect();
-        let (mut t, mut looks, mut longest_step) = (t0, 0, f64::INFINITY);
-        let mut before = forces.at(model, modes, q0, t)?;
-        while t < t_end && looks < MOST_LOOKS {
-            let end = model.horizon(t).min(t_end);
-            let number = (LOOKS * (end - t) / (t_end - t0)).ceil().max(LOOKS_OF_A_PART);
-            let step = (end - t) / number;
-            let mut part = vec![before];
-            for i in 1..=number as usize {
-                let here = forces.at(model, modes, q0, (t + step * i as f64).min(end))?;
-                for ((oscillation, mode), (from, to)) in
-                    motion.iter_mut().zip(modes).zip(part[i - 1].iter().zip(&here))
-                {
-                    oscillation.step(mode, step, [*from, *to]);
-                }
-                part.push(here);
-            }
-            looks += part.len();
-            longest_step = longest_step.min(step * steps_of_change(&part, &softness, visible));
-            before = part.pop().expect("there was one at the start");
-            t = end;
-        }
-        Ok(Self { sizes: motion.into_iter().map(|oscillation| oscillation.largest).collect(), longest_step })
-    }
-}
-
-/// Over how many looks the forces change by what they change at all within a part of the time, beside the straight line between its ends; infinite where that
-/// would not be seen.
-fn steps_of_change(part: &[Vec<f64>], softness: &[f64], visible: f64) -> f64 {
-    let last = part.len() - 1;
-    let mut fewest = f64::INFINITY;
-    for (k, softness) in softness.iter().enumerate() {
-        let aside = |i: usize| {
-            let x = i as f64 / last as f64;
-            part[i][k] - (1.0 - x) * part[0][k] - x * part[last][k]
-        };
-        let largest = (0..=last).map(|i| aside(i).abs()).fold(0.0, f64::max);
-        let steepest = (0..last).map(|i| (aside(i + 1) - aside(i)).abs()).fold(0.0, f64::max);
-        if largest * softness > visible {
-            fewest = fewest.min(largest / steepest);
-        }
-    }
-    fewest
-}
-
-/// Modal forces at the start.
-struct Forces {
-    rest: Vec<f64>,
-    tau: Vec<f64>,
-}
-
-impl Forces {
-    fn new(n: usize) -> Self {
-        Self { rest: vec![0.0; n], tau: vec![0.0; n] }
-    }
-
-    fn at<M: Model>(
-        &mut self,
-        model: &mut M,
-        modes: &[Vibration],
-        q0: &[f64],
-        t: f64,
-    ) -> Result<Vec<f64>, Interrupted> {
-        model.set_time(t)?;
-        model.inverse_dynamics(q0, &self.rest, &self.rest, &mut self.tau);
-        let along = |mode: &Vibration| -mode.shape.iter().zip(&self.tau).map(|(x, tau)| x * tau).sum::<f64>();
-        Ok(modes.iter().map(along).collect())
-    }
-}
-
-/// `x'' + c x' + w^2 x = f(t)`.
-struct Oscillation {
-    x: f64,
-    v: f64,
-    /// The largest amplitude about where the force would hold it.
-    largest: f64,
-}
-
-impl Oscillation {
-    fn new(mode: &Vibration) -> Self {
-        Self { x: 0.0, v: mode.velocity, largest: 0.0 }
-    }
-
-    /// A step with a force that is a straight line.
-    fn step(&mut self, mode: &Vibration, h: f64, [from, to]: [f64; 2]) {
-        if mode.frequency == 0.0 || mode.is_overdamped() {
-            return;
-        }
-        let (square, half) = (mode.frequency.powi(2), 0.5 * mode.damping);
-        let slope = (to - from) / h / square;
-        let lag = mode.damping / square * slope;
-        let held = from / square - lag;
-        let (x, v) = (self.x - held, self.v - slope);
-        self.largest = self.largest.max(x.hypot(v / mode.frequency));
-        let frequency = (square - half * half).sqrt();
-        let (sine, cosine) = (frequency * h).sin_cos();
-        let decay = (-half * h).exp();
-        let sine = if frequency > 0.0 { sine / frequency } else { h };
-        self.x = decay * (x * cosine + (v + half * x) * sine) + held + slope * h;
-        self.v = decay * (v * cosine - (square * x + half * v) * sine) + slope;
     }
 }

@@ -1,7 +1,9 @@
 //! How many modes of each strain a motion takes.
 
-use super::Plan;
-use super::{Request, distances, largest, space, tips};
+use super::Request;
+use super::missing::SAFETY;
+use super::paths::{distances, largest};
+use super::run::{Plan, Run};
 use crate::error::{Checker, Interrupted, InvalidInput, Number};
 use crate::linalg::Matrix;
 use crate::model::Model;
@@ -93,7 +95,7 @@ pub fn choose_modes(
             Ok(trial) => trial,
             Err(failed) => return Ok(failed.choice(rod.clone(), space_error)),
         };
-        let error = space::SAFETY * largest(&distances(&fine.tips, &coarse.tips)) / rod.length();
+        let error = SAFETY * largest(&distances(&fine.tips, &coarse.tips)) / rod.length();
         space_error = Some(error);
         if error <= request.tolerance {
             let message = format!("The modes leave a space error of {error:.0e} of the length.");
@@ -168,15 +170,12 @@ impl Trials<'_> {
         let rest = vec![0.0; model.n()];
         let tolerance = TRIAL_TOLERANCE * self.request.tolerance;
         let request = Request { tolerance, ..self.request };
-        let plan = Plan::new(&mut model, self.t_span, [&rest, &rest], request, None)?;
-        let simulation = plan.run(tolerance, self.monitor)?;
-        if !simulation.status.is_success() {
-            return Ok(Err(Failed(simulation)));
+        let plan = Plan::new(&mut model, self.t_span, [&rest, &rest], request, None, self.monitor)?;
+        let run = plan.run(tolerance, f64::INFINITY, self.monitor)?;
+        if !run.is_success() {
+            return Ok(Err(Failed(run.simulation)));
         }
-        let Ok(tips) = tips(&mut model, &simulation, self.monitor) else {
-            let (message, status) = super::interrupted();
-            return Ok(Err(Failed(Simulation { message, status, ..simulation })));
-        };
+        let Run { simulation, tips, .. } = run;
         Ok(Ok(Trial { rod, model, simulation, tips }))
     }
 

@@ -56,7 +56,7 @@ def tips(rod, motion):
     if isinstance(rod, lissom.SpringPendulum):
         angle, elongation = motion.q.T
         return (rod.length + elongation)[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    return rod.pose(motion.q, [rod.length])[:, 0, :3, 3]
+    return rod.pose(motion.q, [rod.length], t=motion.t)[:, 0, :3, 3]
 
 
 def distance(rod, motion, other, other_rod=None):
