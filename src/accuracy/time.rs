@@ -23,7 +23,7 @@ const MORE_STEPS: f64 = 1.5;
 const SAFETY: f64 = 2.5;
 
 /// No run is better than this part of its tolerance, whatever it agrees with: more is luck.
-const LUCK: f64 = 1e-3;
+const LUCK: f64 = 0.05;
 
 /// A run that has lost or gained this part of the energy that moved is not trusted, whatever it agrees with.
 const LARGE_DRIFT: f64 = 0.1;
