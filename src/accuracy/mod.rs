@@ -6,8 +6,8 @@
 //!
 //! The time error is measured, not trusted: every run is compared with one at a tolerance five times tighter, of which the
 //! difference tells the error (tolerance proportionality; Hairer, Norsett and Wanner 1993, section II.4), and tightened until it is
-//! met. The space error is the difference that two more modes of every strain make, with more nodes; where more nodes alone make one, they
-//! are taken.
+//! met. What two runs would miss alike is followed by the steps of both, or counted. The space error is the difference that two more
+//! modes of every strain make, with more nodes, and what is still missing then; where more nodes alone make a difference, they are taken.
 
 mod choice;
 mod drive;
@@ -99,13 +99,15 @@ pub fn simulate_to_accuracy<M: Model + Clone>(
     let (mut simulation, reason) = loop {
         let mut plan = Plan::new(&mut model, t_span, [q0, v0], request, Some(&compared), monitor)?;
         let mut run = time::to_accuracy(&mut plan, monitor)?;
-        let apart = if run.is_success() { space::add_error(&plan, &mut run, monitor)? } else { None };
-        match original.with_nodes_times(2 * factor) {
-            Some(more_nodes) if space::needs_nodes(&plan, &run, apart, &more_nodes, monitor)? => {
+        if run.is_success() {
+            space::add_error(&plan, &mut run, monitor)?;
+        }
+        match space::with_nodes(&plan, &run, (&original, 2 * factor), monitor)? {
+            Some(more_nodes) => {
                 factor *= 2;
                 model = more_nodes;
             }
-            _ => break (run.simulation, plan.choice.reason),
+            None => break (run.simulation, plan.choice.reason),
         }
     };
     if factor > 1 {
