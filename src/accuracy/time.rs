@@ -57,14 +57,16 @@ pub(super) fn to_accuracy<M: Model + Clone>(
     let mut tolerance = FIRST_TOLERANCE * wanted;
     let mut longest_step = f64::INFINITY;
     let mut previous: Option<Looser> = None;
-    for runs in 1.. {
+    let mut runs = 0;
+    loop {
         let mut run = plan.run(tolerance, longest_step, monitor)?;
+        runs += 1;
         if !run.is_success() {
             return Ok(run);
         }
         let Some(looser) = previous.take() else {
             // What has set off what it could not follow is no run to compare with.
-            if plan.follows(&run) || runs > 1 {
+            if runs > 1 || plan.follows(&run) {
                 previous = Some(run.into());
                 tolerance = (tolerance / TIGHTENING).max(SMALLEST_RUN_TOLERANCE);
             }
@@ -100,7 +102,6 @@ pub(super) fn to_accuracy<M: Model + Clone>(
         previous = Some(run.into());
         tolerance = (tolerance * factor).max(SMALLEST_RUN_TOLERANCE);
     }
-    unreachable!("the last run returns")
 }
 
 /// The error of a run beside a looser one, relative to the length: of what the tips say, with what both runs miss alike, and no less than
