@@ -104,8 +104,8 @@ def linearise(
     if not isinstance(model, Model):
         raise TypeError(f"model: expected a Model (Rod, SpringPendulum), got {type(model).__name__}")
     n = model.n
-    q = np.asarray(q, float)
     model.check_shape(q)
+    q = np.asarray(q, float)
     rest = np.zeros(n)
     stiffness, damping, mass = model.tangent(q, rest, rest, t=t)
     force_names, forces = _signals("inputs", inputs, _forces(model, q, t))

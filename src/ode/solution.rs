@@ -111,7 +111,9 @@ fn run<S: System + ?Sized>(
         let mut end = stepper.t();
         let mut terminated = false;
         if !events.is_empty() && stepper.t() != stepper.t_old() {
-            stepper.prepare_polynomial(system)?;
+            if !stepper.prepare_polynomial(system)? {
+                return Ok(Status::NonFinite);
+            }
             let polynomial = stepper.polynomial();
             let found = search.search(events, polynomial, stepper.y())?;
             for occurrence in found.occurrences {
@@ -122,7 +124,9 @@ fn run<S: System + ?Sized>(
                 terminated = true;
             }
         }
-        recorder.step(system, stepper, end)?;
+        if !recorder.step(system, stepper, end)? {
+            return Ok(Status::NonFinite);
+        }
         monitor(stepper)?;
         if terminated {
             return Ok(Status::Event);
@@ -185,16 +189,19 @@ impl<'a> Recorder<'a> {
         occurrences.y.extend_from_slice(&self.scratch);
     }
 
-    /// Records the last step up to `end`, where the integration ends if that is not the end of the step.
+    /// Records the last step up to `end`, where the integration ends if that is not the end of the step. False
+    /// when values inside of it are not finite.
     fn step<S: System + ?Sized>(
         &mut self,
         system: &mut S,
         stepper: &mut Stepper,
         end: f64,
-    ) -> Result<(), Interrupted> {
+    ) -> Result<bool, Interrupted> {
         let is_empty = end == stepper.t_old() && end != stepper.t();
         if !is_empty && let Some(dense) = &mut self.dense {
-            stepper.prepare_polynomial(system)?;
+            if !stepper.prepare_polynomial(system)? {
+                return Ok(false);
+            }
             dense.push(end, stepper.polynomial());
         }
         let Some(times) = &self.output.t_eval else {
@@ -203,7 +210,7 @@ impl<'a> Recorder<'a> {
             } else if !is_empty {
                 self.push_between(end, stepper.polynomial());
             }
-            return Ok(());
+            return Ok(true);
         };
         while let Some(&t) = times.get(self.next)
             && stepper.direction() * (t - end) <= 0.0
@@ -212,10 +219,12 @@ impl<'a> Recorder<'a> {
             if t == stepper.t() {
                 self.push(t, stepper.y());
             } else {
-                stepper.prepare_polynomial(system)?;
+                if !stepper.prepare_polynomial(system)? {
+                    return Ok(false);
+                }
                 self.push_between(t, stepper.polynomial());
             }
         }
-        Ok(())
+        Ok(true)
     }
 }

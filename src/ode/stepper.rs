@@ -265,11 +265,12 @@ impl Stepper {
         Ok(self.status)
     }
 
-    /// Computes the polynomial of the last step, unless that has been done.
+    /// Computes the polynomial of the last step, unless that has been done. Whether its values are finite: they may overflow
+    /// where the state does not.
     pub(super) fn prepare_polynomial<S: System + ?Sized>(
         &mut self,
         system: &mut S,
-    ) -> Result<(), Interrupted> {
+    ) -> Result<bool, Interrupted> {
         if !self.has_interpolant {
             if self.state.t == self.state.t_old || self.state.y.is_empty() {
                 self.interpolant.fill(0.0);
@@ -284,7 +285,10 @@ impl Stepper {
             }
             self.has_interpolant = true;
         }
-        Ok(())
+        // No value is larger than as many times the largest coefficient as there are coefficients.
+        let largest =
+            self.interpolant.iter().fold(0.0_f64, |largest, coefficient| largest.max(coefficient.abs()));
+        Ok(all_finite(&self.interpolant) && (self.form().vectors() as f64 * largest).is_finite())
     }
 
     /// The polynomial of the last step; it must have been prepared.

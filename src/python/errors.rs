@@ -2,6 +2,7 @@
 
 use pyo3::create_exception;
 use pyo3::exceptions::{PyException, PyUserWarning};
+use pyo3::prelude::*;
 
 create_exception!(
     lissom,
@@ -9,6 +10,16 @@ create_exception!(
     PyException,
     "Base class of the numerical failures that lissom raises."
 );
+
+/// Refuses a result that is none: finite input can be too large to compute with.
+pub(crate) fn check_finite(values: &[f64], name: &str) -> PyResult<()> {
+    if values.iter().all(|value| value.is_finite()) {
+        return Ok(());
+    }
+    Err(LissomError::new_err(format!(
+        "{name}: the result is NaN or infinite, because numbers overflow on the way: check q, qd, qdd, t and the sizes of the model"
+    )))
+}
 
 create_exception!(
     lissom,

@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 
 use super::callback::or_raised;
 use super::convert;
-use super::errors::LissomError;
+use super::errors::{LissomError, check_finite};
 use super::record::{self, Reduced};
 use crate::accuracy;
 use crate::error::{Interrupted, InvalidInput};
@@ -246,6 +246,7 @@ impl PyModel {
         let (q, qd, qdd) = (self.state(q, "q")?, self.state(qd, "qd")?, self.state(qdd, "qdd")?);
         let mut tau = vec![0.0; self.n];
         self.at(t, |memory| memory.model.inverse_dynamics(&q, &qd, &qdd, &mut tau))?;
+        check_finite(&tau, "inverse_dynamics")?;
         Ok(tau.into_pyarray(py))
     }
 
@@ -269,6 +270,7 @@ impl PyModel {
         let q = self.state(q, "q")?;
         let mut mass = Matrix::zeros(self.n, self.n);
         self.memory().model.mass_matrix(&q, &mut mass);
+        check_finite(mass.as_slice(), "mass_matrix")?;
         Ok(convert::matrix_out(py, &mass))
     }
 
@@ -308,6 +310,7 @@ impl PyModel {
                  look at numpy.linalg.cond(model.mass_matrix(q))"
             ))
         })?;
+        check_finite(&qdd, "forward_dynamics")?;
         Ok(qdd.into_pyarray(py))
     }
 
@@ -342,6 +345,9 @@ impl PyModel {
                 tangent
             })
         })?;
+        for tangent in &tangents {
+            check_finite(tangent.as_slice(), "tangent")?;
+        }
         let [dq, dqd, dqdd] = tangents.each_mut().map(|tangent| convert::matrix_out(py, tangent));
         Ok((dq, dqd, dqdd))
     }
@@ -367,7 +373,9 @@ impl PyModel {
         #[pyo3(from_py_with = convert::optional_number)] t: Option<f64>,
     ) -> PyResult<PyEnergy> {
         let (q, qd) = (self.state(q, "q")?, self.state(qd, "qd")?);
-        Ok(PyEnergy(self.at(t, |memory| memory.model.energy(&q, &qd))?))
+        let energy = self.at(t, |memory| memory.model.energy(&q, &qd))?;
+        check_finite(&[energy.total()], "energy")?;
+        Ok(PyEnergy(energy))
     }
 
     /// Power that damping takes out of a motion.
@@ -391,7 +399,9 @@ impl PyModel {
         #[pyo3(from_py_with = convert::optional_number)] t: Option<f64>,
     ) -> PyResult<f64> {
         let (q, qd) = (self.state(q, "q")?, self.state(qd, "qd")?);
-        self.at(t, |memory| memory.model.dissipated_power(&q, &qd))
+        let power = self.at(t, |memory| memory.model.dissipated_power(&q, &qd))?;
+        check_finite(&[power], "dissipated_power")?;
+        Ok(power)
     }
 
     /// Power that what has no potential puts into a motion: follower loads, moments, forces that vary in time, a base that moves.
@@ -421,7 +431,7 @@ impl PyModel {
     ) -> PyResult<f64> {
         let qdd = qdd.map(|qdd| self.state(qdd, "qdd")).transpose()?;
         let (q, qd) = (self.state(q, "q")?, self.state(qd, "qd")?);
-        self.at(t, |Memory { model, forward }| {
+        let power = self.at(t, |Memory { model, forward }| {
             let qdd = qdd.unwrap_or_else(|| {
                 let mut free = vec![0.0; q.len()];
                 // Without accelerations there is no free motion.
@@ -431,7 +441,9 @@ impl PyModel {
                 free
             });
             model.supplied_power(&q, &qd, &qdd)
-        })
+        })?;
+        check_finite(&[power], "supplied_power")?;
+        Ok(power)
     }
 }
 

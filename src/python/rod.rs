@@ -13,6 +13,7 @@ use pyo3::{IntoPyObjectExt, PyClass};
 use super::base::PyBaseMotion;
 use super::callback::or_raised;
 use super::convert;
+use super::errors::check_finite;
 use super::fluid::PyFluid;
 use super::load::{PyBody, PyLoad};
 use super::model::{PyModel, check_time, time_of_state};
@@ -732,6 +733,7 @@ impl PyRod {
             }
             Ok::<_, PyErr>(poses)
         })?;
+        check_finite(&poses, "pose")?;
         Ok(poses.into_pyarray(py).reshape(shape)?.into_any())
     }
 
@@ -766,6 +768,7 @@ impl PyRod {
         let mut model = self.at(t)?;
         let place = model.place(X);
         model.jacobian_at(&q_values, &place, &mut jacobian);
+        check_finite(jacobian.as_slice(), "jacobian")?;
         Ok(convert::matrix_out(q.py(), &jacobian))
     }
 
@@ -801,6 +804,7 @@ impl PyRod {
         let place = model.place(X);
         let velocity: Vec<f64> =
             model.velocity_at(&q, &qd, &place).into_iter().flat_map(|half| half.to_array()).collect();
+        check_finite(&velocity, "velocity")?;
         Ok(velocity.into_pyarray(py))
     }
 
@@ -836,6 +840,7 @@ impl PyRod {
         or_raised(model.set_time(t))?;
         let wrench = model.base_wrench(&q, &qd, &qdd);
         let wrench: Vec<f64> = wrench.into_iter().flat_map(|half| half.to_array()).collect();
+        check_finite(&wrench, "base_wrench")?;
         Ok(wrench.into_pyarray(py))
     }
 

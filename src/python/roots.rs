@@ -433,6 +433,11 @@ pub(crate) fn root<'py>(
 /// Returns
 /// -------
 /// ndarray, shape (m, n)
+///
+/// Raises
+/// ------
+/// ValueError
+///     `fun` is NaN or infinite there.
 #[pyfunction]
 #[pyo3(signature = (fun, x, method="central", *, x_scale=None, args=None),
     text_signature = "(fun, x, method='central', *, x_scale=None, args=())")]
@@ -460,6 +465,13 @@ pub(crate) fn jacobian<'py>(
     };
     if done.is_err() {
         system.raised.into_result()?;
+    }
+    if let Some(at) = jacobian.as_slice().iter().position(|entry| !entry.is_finite()) {
+        let (row, column) = (at % m, at / m);
+        return Err(PyValueError::new_err(format!(
+            "fun: component {row} is NaN or infinite at or next to x, or its derivative with respect to x[{column}] is: expected finite \
+             values"
+        )));
     }
     Ok(matrix_out(py, &jacobian))
 }

@@ -293,13 +293,18 @@ impl PySection {
         Ok(self.shape_at(x)?.torsion_constant())
     }
 
-    /// Cowper's (1966) shear correction factors, for shear along y and along z, at this Poisson's ratio.
+    /// Cowper's (1966) shear correction factors, for shear along y and along z, at this Poisson's ratio, above -1 and up to 0.5.
     #[pyo3(signature = (poisson_ratio, x=0.0))]
     fn cowper(
         &self,
         #[pyo3(from_py_with = convert::number)] poisson_ratio: f64,
         #[pyo3(from_py_with = convert::number)] x: f64,
     ) -> PyResult<(f64, f64)> {
+        if !(-1.0 < poisson_ratio && poisson_ratio <= 0.5) {
+            return Err(PyValueError::new_err(format!(
+                "poisson_ratio: got {poisson_ratio}, expected a number above -1 and up to 0.5"
+            )));
+        }
         Ok(self.shape_at(x)?.cowper(poisson_ratio).into())
     }
 

@@ -478,3 +478,36 @@ def test_profiles_have_at_least_one_number_in_a_row():
     ):
         with pytest.raises(ValueError, match="expected at least one number in a row"):
             lissom.Profile(1.0, **options)
+
+
+# -------------------------------------------------------------------------- results that overflow are refused
+
+HUGE = [1e300, -1e300]
+
+
+@pytest.mark.parametrize(
+    "ask",
+    [
+        lambda rod: rod.inverse_dynamics(HUGE, HUGE, HUGE),
+        lambda rod: rod.tangent(HUGE, HUGE, HUGE),
+        lambda rod: rod.energy(HUGE, HUGE),
+        lambda rod: rod.base_wrench(HUGE, HUGE, HUGE),
+    ],
+    ids=["inverse_dynamics", "tangent", "energy", "base_wrench"],
+)
+def test_numbers_that_overflow_are_no_result(ask):
+    rod = lissom.Rod([lissom.Segment(1.0, 1e-2, 1e9, 4e8, 1000, modes={"bend_y": 2}, retardation_time=1e-3)])
+    with pytest.raises(lissom.LissomError, match="the result is NaN or infinite"):
+        ask(rod)
+
+
+@pytest.mark.parametrize("value", [np.inf, np.nan])
+def test_functions_without_values_have_no_jacobian(value):
+    with pytest.raises(ValueError, match="fun: component 0 is NaN or infinite"):
+        lissom.jacobian(lambda x: [value, x[0]], [1.0])
+
+
+@pytest.mark.parametrize("poisson_ratio", [-1.0, 0.6, np.inf])
+def test_poisson_ratios_of_no_material(poisson_ratio):
+    with pytest.raises(ValueError, match=r"poisson_ratio: got .*, expected a number above -1 and up to 0.5"):
+        lissom.Section.circle(1e-2).cowper(poisson_ratio)

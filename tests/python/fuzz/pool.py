@@ -46,7 +46,6 @@ class Worker:
                 return judge.found("hang", where, "no end in sight (a deadlock, or Ctrl-C is not heard)")
             return judge.of_death(code, where, self._said())
         memory = answer.pop("resident")
-        self.fresh = self.fresh or memory
         if memory - self.fresh > REPLACED:
             self.close()
         return judge.Outcome(**answer)
@@ -66,10 +65,11 @@ class Worker:
             bufsize=0,
             start_new_session=True,  # Ctrl-C is for the parent
         )
-        self.fresh = 0
-        if self._answer(START) is None:
+        ready = self._answer(START)
+        if ready is None:
             self.close()
             raise RuntimeError(f"the worker did not start: {self._said()}")
+        self.fresh = ready["resident"]
 
     def _answer(self, seconds: float) -> dict | None:
         """The next line of the process; None when it has died or says nothing for so long."""

@@ -30,7 +30,7 @@ def resident() -> int:
         status = Path("/proc/self/status").read_text()
     except OSError:
         status = ""
-    # The resource usage begins with that of the process which started this one; the high-water mark is our own.
+    # What `getrusage` counts begins with the peak of the process that started this one.
     if peak := re.search(r"^VmHWM:\s+(\d+) kB$", status, re.MULTILINE):
         return int(peak[1]) * 1024
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * UNIT
@@ -78,7 +78,7 @@ def main() -> None:
     for harness in harnesses.values():
         harness.prepare()
     limit_memory()
-    print(json.dumps({"verdict": "ready"}), file=answers)
+    print(json.dumps({"verdict": "ready", "resident": resident()}), file=answers)
     for line in orders:
         order = json.loads(line)
         os.ftruncate(output, 0)
