@@ -105,3 +105,41 @@ impl Integrator {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Complex;
+
+    /// `(1 + 2 z/5 + z^2/20) / (1 - 3 z/5 + 3 z^2/20 - z^3/60)`, Radau's stability function.
+    fn radau(z: Complex<f64>) -> Complex<f64> {
+        let one = Complex::from(1.0);
+        (one + z * 0.4 + z * z * 0.05) / (one - z * 0.6 + z * z * 0.15 - z * z * z / 60.0)
+    }
+
+    #[test]
+    fn what_a_step_of_radau_does_is_known_and_not_more_where_steps_are_long() {
+        for (angle, slack) in [(0.1, 1.02), (0.5, 1.1), (1.0, 1.2), (RADAU.longest, 2.0)] {
+            let exact = (radau(Complex::new(0.0, angle)) / Complex::new(0.0, angle).exp() - 1.0).norm();
+            let told = angle * RADAU.error_of_a_radian(1.0, angle);
+            assert!((1.0 / slack..slack).contains(&(told / exact)), "{angle}: {told} for {exact}");
+        }
+    }
+
+    #[test]
+    fn a_gain_is_what_the_steps_bear_out() {
+        let [expected, none, some] =
+            [1000.0, 100.0, 120.0].map(|steps| RADAU.gain([(1e-2, 100.0), (1e-3, steps)]));
+        assert!((expected - 10.0_f64.powf(1.25)).abs() < 1e-12);
+        assert_eq!(none, 1.0);
+        assert!((some - 1.2_f64.powi(5)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_step_of_an_error_has_that_error() {
+        for integrator in [&RADAU, &DOP853] {
+            let step = integrator.step_of_error(1e-4);
+            assert!((integrator.error_of_a_radian(1.0, step) / 1e-4 - 1.0).abs() < 1e-12);
+        }
+    }
+}
