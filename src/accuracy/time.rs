@@ -13,9 +13,10 @@ pub(super) const TIGHTENING: f64 = 5.0;
 const AIM: f64 = 0.5;
 const SMALLEST_FACTOR: f64 = 1e-3;
 
-/// Two runs can be compared if the better one should have gained that much, by its steps; if not, it is repeated with so many more of them.
-const LEAST_GAIN: f64 = 3.0;
-const MORE_STEPS: f64 = 1.5;
+/// Two runs can be compared if the better one should have gained that much, by its steps: its error is their difference then, at most. If not, it
+/// is repeated with so many more of them that it gains enough.
+const LEAST_GAIN: f64 = 2.0;
+const ENOUGH_GAIN: f64 = 4.0;
 
 /// The error of the better one of two runs is taken for so many times their difference, over the root of what the better one should have
 /// gained: not less than the median by proportionality, and not less than the truth in 99 of 100 random motions
@@ -76,7 +77,7 @@ pub(super) fn to_accuracy<M: Model + Clone>(
         let gain = integrator.gain([(looser.tolerance, looser.steps), (tolerance, run.steps())]);
         if gain < LEAST_GAIN && runs < RUNS {
             // Steps that something else than the tolerance limits say nothing about the errors that they share.
-            longest_step = plan.duration() / (MORE_STEPS * looser.steps);
+            longest_step = plan.duration() / looser.steps * integrator.shorter(1.0 / ENOUGH_GAIN);
             previous = Some(looser);
             continue;
         }
