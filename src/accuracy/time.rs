@@ -116,10 +116,11 @@ fn error<M: Model + Clone>(plan: &Plan<'_, M>, run: &Run, looser: &Looser, gain:
     (seen + missed + LUCK * run.tolerance).max(drained(plan, run))
 }
 
-/// The error of the tip that goes with the energy that a run has lost or gained, if that is much: half of that of the motion, as of a
-/// vibration. The balance itself has errors where loads jump; methods that damp what they step over lose most of it.
+/// The error of the tip that goes with the energy that a run has lost or gained, if that is much: as of a vibration, whose amplitude goes with
+/// the root of its energy. The balance itself has errors where loads jump; methods that damp what they step over lose most of it.
 fn drained<M: Model + Clone>(plan: &Plan<'_, M>, run: &Run) -> f64 {
     let balance = run.simulation.balance(&mut plan.model.clone());
     let drift = balance.map_or(0.0, |balance| balance.drift());
-    if drift > LARGE_DRIFT { 0.5 * drift.min(1.0) * range(&run.tips) / plan.model.length() } else { 0.0 }
+    let lost = if drift > LARGE_DRIFT { 1.0 - (1.0 - drift.min(1.0)).sqrt() } else { 0.0 };
+    lost * range(&run.tips) / plan.model.length()
 }
