@@ -202,9 +202,19 @@ pub trait Model {
         Err(InvalidInput::new(place, format_args!("a rod that {flaw}"), expected))
     }
 
-    /// The same system with more modes and nodes, and which of its coordinates are those of this one; `None` for a
-    /// system that is not discretised.
-    fn refined(&self) -> Option<(Self, Vec<usize>)>
+    /// Whether a finite number of modes stands for infinitely many.
+    fn is_discretised(&self) -> bool {
+        false
+    }
+
+    /// Numbers of modes of all the series that the coordinates are coefficients of, those without modes included, in
+    /// their order; `None` for a system that is not discretised by series of which each one begins like a longer one.
+    fn modes(&self) -> Option<Vec<usize>> {
+        None
+    }
+
+    /// The same system with these numbers of modes, and more nodes; `None` where there would be too many.
+    fn with_modes(&self, _modes: &[usize]) -> Option<Self>
     where
         Self: Sized,
     {

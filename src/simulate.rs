@@ -12,16 +12,19 @@ use crate::signal::covers;
 use crate::spectrum::Spectrum;
 use crate::unseen::Unseen;
 
-/// Steps that stability may force on an explicit method, unless the caller says how many there may be: some seconds of work.
+/// Steps that stability may force on an explicit method, unless the caller says how many there may be: some seconds
+/// of work.
 const STIFF_STEPS: usize = 100_000;
 
 /// Accepted steps after which that is looked at for the first time.
 const FIRST_LOOK: usize = 256;
 
-/// Steps longer than this part of the stable ones are limited by the largest rate: by stability, or because it is followed.
+/// Steps longer than this part of the stable ones are limited by the largest rate: by stability, or because it is
+/// followed.
 const LIMITED: f64 = 0.1;
 
-/// Nobody wants to follow it where it is so many times the highest frequency that moves the tip by this part of the length.
+/// Nobody wants to follow it where it is so many times the highest frequency that moves the tip by this part of the
+/// length.
 const MANY_TIMES: f64 = 10.0;
 const VISIBLE: f64 = 1e-5;
 
@@ -133,18 +136,35 @@ impl Simulation {
         }
     }
 
+    /// Forgets all times but these, which increase; a run that ended early has the first of them.
+    pub(crate) fn keep(&mut self, times: &[f64]) {
+        let is_kept: Vec<bool> =
+            self.t.iter().map(|t| times.binary_search_by(|time| time.total_cmp(t)).is_ok()).collect();
+        let n = self.n;
+        let keep = |values: &mut Vec<f64>, n: usize| {
+            let mut of_all = is_kept.iter().flat_map(|&is_kept| std::iter::repeat_n(is_kept, n));
+            values.retain(|_| of_all.next() == Some(true));
+        };
+        for values in [&mut self.q, &mut self.v].into_iter().chain(&mut self.a) {
+            keep(values, n);
+        }
+        for values in [&mut self.t, &mut self.flow.dissipated, &mut self.flow.work] {
+            keep(values, 1);
+        }
+    }
+
     /// The energy balance of this motion of `model`: one evaluation of its energy for each of the times.
     pub fn balance<M: Model + ?Sized>(&self, model: &mut M) -> Result<Balance, Interrupted> {
         Balance::new(model, &self.t, &self.q, &self.v, &self.flow)
     }
 }
 
-/// The free motion of `model` from `q0`, `v0` over `t_span`, from its start to its end. `t_eval` are increasing times at which it is
-/// wanted.
-/// `monitor` sees the time after every accepted step and may stop the run; the status then says so.
+/// The free motion of `model` from `q0`, `v0` over `t_span`, from its start to its end. `t_eval` are increasing times
+/// at which it is wanted. `monitor` sees the time after every accepted step and may stop the run; the status then
+/// says so.
 ///
-/// Fails before any evaluation when an argument is wrong, when the model does not resolve `q0`, or when the result would not fit in
-/// memory.
+/// Fails before any evaluation when an argument is wrong, when the model does not resolve `q0`, or when the result
+/// would not fit in memory.
 pub fn simulate<M: Model + Clone>(
     mut model: M,
     t_span: (f64, f64),
@@ -459,7 +479,7 @@ pub(crate) fn accelerations<M: Model + ?Sized>(
 }
 
 /// The times `t0`, `t0 + dt`, `t0 + 2 dt`, ... and `t_end`.
-fn grid(n: usize, (t0, t_end): (f64, f64), dt: f64) -> Result<Vec<f64>, InvalidInput> {
+pub(crate) fn grid(n: usize, (t0, t_end): (f64, f64), dt: f64) -> Result<Vec<f64>, InvalidInput> {
     let steps = number_of_steps(t_end - t0, dt);
     check_points(steps.saturating_add(1), n)?;
     let mut times: Vec<f64> = (0..steps).map(|i| t0 + i as f64 * dt).collect();

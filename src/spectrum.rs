@@ -16,10 +16,12 @@ pub(crate) struct Vibration {
     pub(crate) frequency: f64,
     /// Modal damping over modal mass, in 1/s.
     pub(crate) damping: f64,
-    /// Its shape, of modal mass one.
+    /// Coordinates of a vibration of modal amplitude one (its mass is one).
     pub(crate) shape: Vec<f64>,
-    /// How far the coordinates go from the start: amplitude times shape.
-    pub(crate) amplitude: Vec<f64>,
+    /// Modal velocity of the state.
+    pub(crate) velocity: f64,
+    /// Modal amplitude that the state sets off, if everything that drives the model stays as it is.
+    pub(crate) size: f64,
 }
 
 impl Vibration {
@@ -31,6 +33,14 @@ impl Vibration {
         } else {
             self.frequency
         }
+    }
+
+    /// How far the tip of `model` goes from `q` with this modal amplitude, in metres; infinite beyond any range.
+    pub(crate) fn reach<M: Model>(&self, model: &mut M, q: &[f64], size: f64) -> f64 {
+        let tip = model.tip(q);
+        let moved: Vec<f64> = q.iter().zip(&self.shape).map(|(q, x)| q + x * size).collect();
+        let by = model.tip(&moved).iter().zip(tip).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt();
+        if by.is_nan() { f64::INFINITY } else { by }
     }
 
     /// Creeps back instead of oscillating.
@@ -45,22 +55,18 @@ impl Spectrum {
         self.modes.iter().map(Vibration::rate).fold(0.0, f64::max)
     }
 
-    /// The highest frequency, in rad/s, of the vibrations that oscillate and move the tip by more than `distance` metres; zero if
-    /// there are none.
+    /// The highest frequency, in rad/s, of the vibrations that oscillate and move the tip by more than `distance`
+    /// metres; zero if there are none.
     pub(crate) fn highest_visible<M: Model>(&self, model: &mut M, q: &[f64], distance: f64) -> f64 {
-        let tip = model.tip(q);
-        let mut moves_tip = |amplitude: &[f64]| {
-            let moved: Vec<f64> = q.iter().zip(amplitude).map(|(q, x)| q + x).collect();
-            let moved = model.tip(&moved);
-            let by = moved.iter().zip(tip).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt();
-            // Amplitudes beyond any range are visible.
-            by.is_nan() || by > distance
-        };
-        let visible = self.modes.iter().filter(|mode| !mode.is_overdamped() && moves_tip(&mode.amplitude));
+        let visible = self
+            .modes
+            .iter()
+            .filter(|mode| !mode.is_overdamped() && mode.reach(model, q, mode.size) > distance);
         visible.map(|mode| mode.frequency).fold(0.0, f64::max)
     }
 
-    /// `None` where the mass matrix is not positive definite, something is not finite, or a function of time fails. About 20 n^3 flops.
+    /// `None` where the mass matrix is not positive definite, something is not finite, or a function of time fails.
+    /// About 20 n^3 flops.
     pub(crate) fn new<M: Model>(model: &mut M, t: f64, q0: &[f64], v0: &[f64]) -> Option<Self> {
         let n = model.n();
         model.set_time(t).ok()?;
@@ -86,16 +92,18 @@ impl Spectrum {
             let shape = shapes.column(k);
             let frequency = square.max(0.0).sqrt();
             let with_mass = |x: &[f64]| {
-                (0..n).map(|i| shape[i] * (0..n).map(|j| mass[(i, j)] * x[j]).sum::<f64>()).sum::<f64>().abs()
+                (0..n).map(|i| shape[i] * (0..n).map(|j| mass[(i, j)] * x[j]).sum::<f64>()).sum::<f64>()
             };
-            let size =
-                if frequency > 0.0 { with_mass(&a0) / square + with_mass(v0) / frequency } else { 0.0 };
-            let amplitude = shape.iter().map(|x| x * size).collect();
+            let velocity = with_mass(v0);
+            let size = if frequency > 0.0 {
+                with_mass(&a0).abs() / square + velocity.abs() / frequency
+            } else {
+                0.0
+            };
             let damping = (0..n)
                 .map(|i| shape[i] * (0..n).map(|j| damping[(i, j)] * shape[j]).sum::<f64>())
                 .sum::<f64>();
-            let shape = shape.iter().copied().collect();
-            Vibration { frequency, damping, shape, amplitude }
+            Vibration { frequency, damping, shape: shape.iter().copied().collect(), velocity, size }
         });
         Some(Self { modes: modes.collect() })
     }

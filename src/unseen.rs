@@ -1,10 +1,11 @@
 //! Vibrations that fixed steps do not see: how far off they leave the tip.
 //!
-//! Average acceleration makes a vibration of frequency w slower: `(2 / h) atan(w h / 2)` with steps of size h (Hughes 2000, section 9.1), and
-//! other members of the family are off by as much or damp it away. Until both have died down the error of its phase grows with the time.
-//! How strong the vibrations are is seen in the motion itself, whatever set them off: the accelerations of each, over the square of its
-//! frequency, are its distance from its equilibrium, if it is slow beside what drives it; where it is fast, it follows almost without
-//! acceleration, and so counts as little as it should.
+//! Average acceleration makes a vibration of frequency w slower: `(2 / h) atan(w h / 2)` with steps of size h (Hughes
+//! 2000, section 9.1), and other members of the family are off by as much or damp it away. Until both have died down
+//! the error of its phase grows with the time. How strong the vibrations are is seen in the motion itself, whatever
+//! set them off: the accelerations of each, over the square of its frequency, are its distance from its equilibrium,
+//! if it is slow beside what drives it; where it is fast, it follows almost without acceleration, and so counts as
+//! little as it should.
 
 use crate::error::Number;
 use crate::linalg::Matrix;
@@ -33,16 +34,18 @@ struct Vibration {
     decay: f64,
     drift: f64,
     shape: Vec<f64>,
-    /// What makes accelerations its distance from equilibrium, with modal mass one: mass times shape over the square of the frequency.
+    /// What makes accelerations its distance from equilibrium, with modal mass one: mass times shape over the square
+    /// of the frequency.
     weights: Vec<f64>,
-    /// The largest error so far that it will have come to at the end, as a modal coordinate, and the distance that it comes from.
+    /// The largest error so far that it will have come to at the end, as a modal coordinate, and the distance that it
+    /// comes from.
     error: f64,
     distance: f64,
 }
 
 impl Vibration {
-    /// The largest error, relative to the amplitude at the beginning, of this vibration in a time: it grows with the phase until that is
-    /// lost, and dies down.
+    /// The largest error, relative to the amplitude at the beginning, of this vibration in a time: it grows with the
+    /// phase until that is lost, and dies down.
     fn growth(&self, time: f64) -> f64 {
         let at = time.min(1.0 / self.decay).min(2.0 / self.drift);
         (-self.decay * at).exp() * self.drift * at
@@ -50,8 +53,8 @@ impl Vibration {
 }
 
 impl Unseen {
-    /// Those of a run from `q0`, `v0` with steps of size `dt`. None of a model that is large or has no spectrum there, and none where
-    /// nothing could be wrong.
+    /// Those of a run from `q0`, `v0` with steps of size `dt`. None of a model that is large or has no spectrum
+    /// there, and none where nothing could be wrong.
     pub(crate) fn new<M: Model>(
         model: &mut M,
         t_span: (f64, f64),

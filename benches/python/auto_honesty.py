@@ -59,7 +59,7 @@ class Case:
 
 def tips(rod, motion):
     """Relative to the length, shape (m, 3)."""
-    return rod.pose(motion.q, [rod.length])[:, 0, :3, 3] / rod.length
+    return rod.pose(motion.q, [rod.length], t=motion.t)[:, 0, :3, 3] / rod.length
 
 
 @dataclass

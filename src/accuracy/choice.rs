@@ -2,31 +2,18 @@
 
 use std::f64::consts::TAU;
 
-use crate::model::Model;
+use super::following::Following;
+use super::integrator::{DOP853, Integrator, RADAU};
 use crate::spectrum::Spectrum;
-
-/// Vibrations whose tip moves by less than this part of the tolerance need not be resolved.
-const VISIBLE: f64 = 0.1;
-
-/// DOP853 is stable for steps below 6.1 over the largest rate (Hairer and Wanner 1996, section IV.2); with room for a rate that grows.
-const EXPLICIT_STABILITY: f64 = 4.0;
-
-/// Steps that accuracy takes, times the largest frequency that is to be resolved: `EXPLICIT_STEP tolerance^(1/8)`, `IMPLICIT_STEP
-/// tolerance^(1/5)`. Measured on the lab's rod.
-const EXPLICIT_STEP: f64 = 6.0;
-const IMPLICIT_STEP: f64 = 4.0;
-
-/// What a step costs, in inverse dynamics: twelve forward dynamics; some three iterations of three residuals, and the tangents.
-const EXPLICIT_COST: f64 = 30.0;
-const IMPLICIT_COST: f64 = 20.0;
 
 /// Which method, and why.
 #[derive(Clone, Debug)]
 pub(super) struct Choice {
-    /// DOP853, or else Radau.
-    pub(super) is_explicit: bool,
-    /// What relates errors of velocities to those of coordinates, in rad/s: between the lowest frequency and the largest one that is
-    /// to be resolved.
+    pub(super) integrator: &'static Integrator,
+    /// The highest frequency that is to be resolved, in rad/s; infinite where that is not known.
+    pub(super) resolved: f64,
+    /// What relates errors of velocities to those of coordinates, in rad/s: between the lowest frequency and the one
+    /// that is to be resolved.
     pub(super) frequency: f64,
     /// One sentence.
     pub(super) reason: String,
@@ -35,39 +22,38 @@ pub(super) struct Choice {
 impl Choice {
     /// Without a spectrum.
     pub(super) fn implicit() -> Self {
-        Self { is_explicit: false, frequency: 1.0, reason: "Method: radau.".to_owned() }
+        let reason = "Method: radau.".to_owned();
+        Self { integrator: &RADAU, resolved: f64::INFINITY, frequency: 1.0, reason }
     }
 
     /// Compares the costs of a second of motion.
-    pub(super) fn new<M: Model>(model: &mut M, q0: &[f64], spectrum: &Spectrum, tolerance: f64) -> Self {
-        let rate = spectrum.rate();
+    pub(super) fn new(spectrum: &Spectrum, following: &Following, tolerance: f64) -> Self {
         let slowest = spectrum.modes.iter().map(|mode| mode.frequency).filter(|&w| w > 0.0);
         let slowest = slowest.fold(f64::INFINITY, f64::min);
-        let resolved = spectrum.highest_visible(model, q0, VISIBLE * tolerance * model.length());
         if !slowest.is_finite() {
-            return Self {
-                is_explicit: true,
-                frequency: 1.0,
-                reason: "Method: dop853, because nothing in the model is stiff.".to_owned(),
-            };
+            let reason = "Method: dop853, because nothing in the model is stiff.".to_owned();
+            return Self { integrator: &DOP853, resolved: f64::INFINITY, frequency: 1.0, reason };
         }
-        let resolved = resolved.max(slowest);
-        let stable = EXPLICIT_STABILITY / rate;
-        let explicit = stable.min(EXPLICIT_STEP * tolerance.powf(1.0 / 8.0) / resolved);
-        let implicit = IMPLICIT_STEP * tolerance.powf(1.0 / 5.0) / resolved;
-        let is_explicit = EXPLICIT_COST / explicit <= IMPLICIT_COST / implicit;
-        let (highest, wanted) = (rate / TAU, resolved / TAU);
-        let reason = if is_explicit {
-            format!(
+        let resolved = following.highest(tolerance).max(slowest);
+        let step = |integrator: &Integrator| {
+            let of_accuracy = integrator.step * integrator.shorter(tolerance) / resolved;
+            of_accuracy.min(following.longest_step(integrator, tolerance))
+        };
+        let stable = DOP853.stability / spectrum.rate();
+        let (explicit, implicit) = (step(&DOP853).min(stable), step(&RADAU));
+        let (highest, wanted) = (spectrum.rate() / TAU, resolved / TAU);
+        let frequency = (slowest * resolved).sqrt();
+        if DOP853.cost / explicit <= RADAU.cost / implicit {
+            let reason = format!(
                 "Method: dop853, because its largest rate, {highest:.3} Hz, allows explicit steps of {stable:.1e} s, and the \
                  accuracy takes steps of {explicit:.1e} s anyway, for vibrations of up to {wanted:.3} Hz."
-            )
-        } else {
-            format!(
-                "Method: radau, because its largest rate, {highest:.3} Hz, limits explicit steps to {stable:.1e} s, while the \
-                 accuracy takes implicit ones of {implicit:.1e} s, for vibrations of up to {wanted:.3} Hz."
-            )
-        };
-        Self { is_explicit, frequency: (slowest * resolved).sqrt(), reason }
+            );
+            return Self { integrator: &DOP853, resolved, frequency, reason };
+        }
+        let reason = format!(
+            "Method: radau, because its largest rate, {highest:.3} Hz, limits explicit steps to {stable:.1e} s, while the \
+             accuracy takes implicit ones of {implicit:.1e} s, for vibrations of up to {wanted:.3} Hz."
+        );
+        Self { integrator: &RADAU, resolved, frequency, reason }
     }
 }

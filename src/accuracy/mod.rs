@@ -1,29 +1,36 @@
 //! Motions to an accuracy that is asked for: method, step sizes and an honest estimate of what was reached.
 //!
-//! The accuracy is that of the tip: the largest distance, over the times that are returned, between the tip and where it would be
-//! without error, relative to the length of the model. Two errors count: that of the steps in time, and that of the finite number of
-//! modes and nodes in space.
+//! The accuracy is that of the tip: the largest distance, over the times that are returned, between the tip and where
+//! it would be without error, relative to the length of the model. Two errors count: that of the steps in time, and
+//! that of the finite number of modes and nodes in space.
 //!
-//! The time error is measured, not trusted: every run is compared with one at a tolerance ten times tighter, of which the
-//! difference tells the error (tolerance proportionality; Hairer, Norsett and Wanner 1993, section II.4), and tightened until it is
-//! met. The space error is the difference that two more modes of every strain make, with more nodes; where more nodes alone make one, they
-//! are taken.
+//! The time error is measured, not trusted: every run is compared with one at a tolerance five times tighter, of
+//! which the difference tells the error (tolerance proportionality; Hairer, Norsett and Wanner 1993, section II.4),
+//! and tightened until it is met. What two runs would miss alike is followed by the steps of both, or counted. The
+//! space error is the difference that two more modes of every strain make, with more nodes, and what is still missing
+//! then; where more nodes alone make a difference, they are taken.
 
 mod choice;
+mod drive;
+mod following;
+mod integrator;
+mod missing;
 mod modes;
+mod paths;
+mod run;
+mod space;
+mod time;
 
 use std::time::Instant;
 
 use crate::error::{Checker, Interrupted, InvalidInput, Number};
 use crate::model::Model;
-use crate::ode;
-use crate::radau;
-use crate::simulate::{Method, Simulation, Status, simulate};
+use crate::newmark;
+use crate::simulate::{Simulation, grid};
 
-use crate::spectrum::Spectrum;
 pub use modes::{Modes, choose_modes};
 
-use choice::Choice;
+use run::Plan;
 
 /// What is asked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,7 +41,8 @@ pub struct Request {
     pub dt: f64,
     /// Largest number of accepted steps of each of the runs.
     pub max_steps: usize,
-    /// Largest step of all runs, in seconds: for loads of which nobody knows when they act. Infinite unless said otherwise.
+    /// Largest step of all runs, in seconds: for loads of which nobody knows when they act. Infinite unless said
+    /// otherwise.
     pub max_step: f64,
 }
 
@@ -55,51 +63,23 @@ impl Request {
     }
 }
 
-/// What can be asked for: rounding of a run leaves about a hundredth of the first; with the second the estimate would say nothing.
+/// What can be asked for: rounding of a run leaves about a hundredth of the first; with the second the estimate would
+/// say nothing.
 const SMALLEST_TOLERANCE: f64 = 1e-11;
 const LARGEST_TOLERANCE: f64 = 0.1;
 
 /// What is asked for where nothing is said.
 pub const DEFAULT_TOLERANCE: f64 = 1e-4;
 
-/// Differences that grow by this factor from the first half of the time to the second one multiply: the others grow with the time and its
-/// square.
-const GROWTH: f64 = 100.0;
-
-/// Tolerance of the tightest run that shows the space error, and difference by more nodes that calls for them, relative to what is
-/// asked for.
-const SPACE_TOLERANCE: f64 = 0.1;
-const NODES_TOLERANCE: f64 = 0.3;
-
-/// Tolerance of the first run that shows the space error: that is large as a rule, and found by a cheap run if it is so many times the
-/// tolerance.
-const FIRST_SPACE_TOLERANCE: f64 = 1e-3;
-const CLEAR: f64 = 3.0;
-
 /// Steps of a run where nothing is said about them: some minutes of work, so that no request works without end.
 pub const DEFAULT_MAX_STEPS: usize = 1_000_000;
 
-/// Each run's tolerance over that of the next one, with which it is compared.
-const TIGHTENING: f64 = 10.0;
-
-/// The first run's tolerance over the one that is asked for, so that the second one meets it as a rule.
-const FIRST_TOLERANCE: f64 = 5.0;
-
-/// Where the estimate was not met: aims at this part of it.
-const AIM: f64 = 0.3;
-
-/// Runs until an accuracy counts as out of reach, in motions that multiply every error.
-const RUNS: usize = 6;
-
-/// Tightest tolerance of a run; below, rounding rules.
-const SMALLEST_RUN_TOLERANCE: f64 = 1e-13;
-
-/// The free motion of `model` from `q0`, `v0` over `t_span`, to an accuracy; and a model with more quadrature nodes that took its place,
-/// where it leaves their number open and the accuracy needs them. `t_eval` are increasing times at which the
-/// motion is wanted. `monitor` sees the time after every accepted step of every run and may stop it.
+/// The free motion of `model` from `q0`, `v0` over `t_span`, to an accuracy; and a model with more quadrature nodes
+/// that took its place, where it leaves their number open and the accuracy needs them. `t_eval` are increasing times
+/// at which the motion is wanted. `monitor` sees the time after every accepted step of every run and may stop it.
 ///
-/// The statistics of the result have the estimated errors, and the counters of the run that is returned; the wall time is that of all
-/// of them. Where the accuracy could not be reached, the status says so.
+/// The statistics of the result have the estimated errors, and the counters of the run that is returned; the wall
+/// time is that of all of them. Where the accuracy could not be reached, the status says so.
 pub fn simulate_to_accuracy<M: Model + Clone>(
     mut model: M,
     t_span: (f64, f64),
@@ -111,292 +91,36 @@ pub fn simulate_to_accuracy<M: Model + Clone>(
 ) -> Result<(Simulation, Option<M>), InvalidInput> {
     let clock = Instant::now();
     request.validate()?;
-    crate::newmark::check_start(model.n(), t_span, q0, v0, request.dt)?;
+    newmark::check_start(model.n(), t_span, q0, v0, request.dt)?;
+    let wanted = match t_eval {
+        Some(times) => times.to_vec(),
+        None => grid(model.n(), t_span, request.dt)?,
+    };
+    let compared = paths::with_more_times(&wanted, t_span);
     let original = model.clone();
     let mut factor = 1;
-    let mut found = loop {
-        let plan = Plan::new(&mut model, t_span, [q0, v0], request, t_eval);
-        let mut found = plan.to_accuracy(monitor)?;
-        let more_nodes = original.with_nodes_times(2 * factor);
-        if found.status.is_success() {
-            plan.add_space_error(&mut found, monitor)?;
+    let (mut simulation, reason) = loop {
+        let mut plan = Plan::new(&mut model, t_span, [q0, v0], request, Some(&compared), monitor)?;
+        let mut run = time::to_accuracy(&mut plan, monitor)?;
+        if run.is_success() {
+            space::add_error(&plan, &mut run, monitor)?;
         }
-        let Some(more_nodes) = more_nodes else { break found };
-        if !plan.needs_nodes(&found, &more_nodes, monitor)? {
-            break found;
+        match space::with_nodes(&plan, &run, (&original, 2 * factor), monitor)? {
+            Some(more_nodes) => {
+                factor *= 2;
+                model = more_nodes;
+            }
+            None => break (run.simulation, plan.choice.reason),
         }
-        factor *= 2;
-        model = more_nodes;
     };
     if factor > 1 {
-        found.simulation.message.push_str(&format!(" It takes {factor} times as many nodes as by default."));
+        simulation.message.push_str(&format!(" It takes {factor} times as many nodes as by default."));
     }
-    found.simulation.message.push(' ');
-    found.simulation.message.push_str(&found.reason);
-    found.simulation.statistics.wall_time = clock.elapsed().as_secs_f64();
-    found.simulation.status = found.status;
-    Ok((found.simulation, (factor > 1).then_some(model)))
-}
-
-/// What all runs of a model have in common.
-struct Plan<'a, M> {
-    model: &'a M,
-    choice: Choice,
-    t_span: (f64, f64),
-    start: [&'a [f64]; 2],
-    request: Request,
-    t_eval: Option<&'a [f64]>,
-}
-
-/// The best run so far.
-struct Found {
-    simulation: Simulation,
-    status: Status,
-    /// Its tolerance.
-    tolerance: f64,
-    /// Where the tip is at its times.
-    tips: Vec<[f64; 3]>,
-    /// Why it has the method that it has.
-    reason: String,
-}
-
-impl<'a, M: Model + Clone> Plan<'a, M> {
-    fn new(
-        model: &'a mut M,
-        t_span: (f64, f64),
-        [q0, v0]: [&'a [f64]; 2],
-        request: Request,
-        t_eval: Option<&'a [f64]>,
-    ) -> Self {
-        let choice = match Spectrum::new(model, t_span.0, q0, v0) {
-            Some(spectrum) => Choice::new(model, q0, &spectrum, request.tolerance),
-            // There are no accelerations: the method says so.
-            None => Choice::implicit(),
-        };
-        Self { model, choice, t_span, start: [q0, v0], request, t_eval }
+    simulation.message.push(' ');
+    simulation.message.push_str(&reason);
+    simulation.statistics.wall_time = clock.elapsed().as_secs_f64();
+    if compared.len() > wanted.len() {
+        simulation.keep(&wanted);
     }
-
-    /// Runs of ever tighter tolerances, until the estimated time error of one is below the tolerance.
-    fn to_accuracy(
-        &self,
-        monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
-    ) -> Result<Found, InvalidInput> {
-        let tolerance = self.request.tolerance;
-        let mut of_run = FIRST_TOLERANCE * tolerance;
-        let mut previous: Option<(f64, Vec<[f64; 3]>)> = None;
-        let mut runs = 0;
-        loop {
-            let mut simulation = self.run(of_run, monitor)?;
-            runs += 1;
-            let mut status = simulation.status;
-            let looked = tips(&mut self.model.clone(), &simulation, monitor);
-            let reason = self.choice.reason.clone();
-            if looked.is_err() {
-                (simulation.message, status) = interrupted();
-            }
-            let tips = looked.unwrap_or_default();
-            if !status.is_success() {
-                return Ok(Found { simulation, status, tolerance: of_run, tips, reason });
-            }
-            let estimate = previous.take().map(|(looser, others)| {
-                let ratio = (looser / of_run).powf(self.choice.exponent());
-                let distances = distances(&tips, &others);
-                // Where errors multiply, what is left of them need not fall with the tolerance.
-                let fall = if grows(&distances) { 1.0 } else { ratio - 1.0 };
-                largest(&distances) / fall / self.model.length()
-            });
-            let Some(error) = estimate else {
-                previous = Some((of_run, tips));
-                of_run = (of_run / TIGHTENING).max(SMALLEST_RUN_TOLERANCE);
-                continue;
-            };
-            simulation.statistics.time_error = Some(error);
-            let is_met = error <= tolerance;
-            if is_met || runs == RUNS || of_run <= SMALLEST_RUN_TOLERANCE || !error.is_finite() {
-                simulation.message = if is_met {
-                    format!("The time error is {error:.0e} of the length, {tolerance:.0e} was asked for.")
-                } else {
-                    status = Status::AccuracyNotReached;
-                    format!(
-                        "The accuracy of {tolerance:.0e} was not reached: after {runs} runs the time error is {error:.0e} \
-                         of the length. The motion multiplies errors, as chaotic ones do: shorten the time, or compare \
-                         energies (`balance`) instead of states."
-                    )
-                };
-                return Ok(Found { simulation, status, tolerance: of_run, tips, reason });
-            }
-            let factor = (AIM * tolerance / error).clamp(1e-3, 1.0 / TIGHTENING);
-            previous = Some((of_run, tips));
-            of_run = (of_run * factor).max(SMALLEST_RUN_TOLERANCE);
-        }
-    }
-
-    /// Compares with the run of a finer model, if there is one: by the method that suits that one, and no more accurate than it takes
-    /// to tell an error of the size of the tolerance.
-    fn add_space_error(
-        &self,
-        found: &mut Found,
-        monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
-    ) -> Result<(), InvalidInput> {
-        let Some((mut finer, places)) = self.model.refined() else { return Ok(()) };
-        let embed = |values: &[f64]| {
-            let mut all = vec![0.0; finer.n()];
-            for (&place, &value) in places.iter().zip(values) {
-                all[place] = value;
-            }
-            all
-        };
-        let [q0, v0] = self.start.map(embed);
-        let tightest = found.tolerance.max(SPACE_TOLERANCE * self.request.tolerance);
-        let plan = Plan::new(&mut finer, self.t_span, [&q0, &v0], self.request, self.t_eval);
-        let mut tolerance = FIRST_SPACE_TOLERANCE.max(tightest);
-        let error = loop {
-            let other = plan.run(tolerance, monitor)?;
-            if !other.status.is_success() {
-                if other.status.name() == "interrupted" {
-                    found.status = other.status;
-                }
-                found
-                    .simulation
-                    .message
-                    .push_str(" The space error is unknown: the run with more modes failed.");
-                return Ok(());
-            }
-            let Ok(fine) = tips(&mut plan.model.clone(), &other, monitor) else {
-                (found.simulation.message, found.status) = interrupted();
-                return Ok(());
-            };
-            let error = largest(&distances(&fine, &found.tips)) / self.model.length();
-            if tolerance <= tightest || error > CLEAR * tolerance {
-                break error;
-            }
-            tolerance = tightest;
-        };
-        found.simulation.statistics.space_error = Some(error);
-        let verdict = if error <= self.request.tolerance {
-            format!(" The space error is {error:.0e}.")
-        } else {
-            format!(
-                " The modes of the model leave a space error of {error:.0e}: give it more, or more segments."
-            )
-        };
-        found.simulation.message.push_str(&verdict);
-        Ok(())
-    }
-
-    /// Whether a model with more nodes moves differently: asked only where the space error is too large or unknown.
-    fn needs_nodes(
-        &self,
-        found: &Found,
-        more_nodes: &M,
-        monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
-    ) -> Result<bool, InvalidInput> {
-        if found.status == Status::Unresolved {
-            return Ok(true);
-        }
-        let tolerance = self.request.tolerance;
-        let space_error = found.simulation.statistics.space_error;
-        let is_met = space_error.is_some_and(|error| error <= tolerance);
-        if !found.status.is_success() || is_met {
-            return Ok(false);
-        }
-        let Self { t_span, start, request, t_eval, .. } = *self;
-        let plan = Plan { model: more_nodes, choice: self.choice.clone(), t_span, start, request, t_eval };
-        // What is small beside the error by the modes does not matter either.
-        let matters = (NODES_TOLERANCE * tolerance).max(SPACE_TOLERANCE * space_error.unwrap_or(0.0));
-        let other = plan.run(found.tolerance.max(matters / CLEAR), monitor)?;
-        let Ok(tips) = tips(&mut more_nodes.clone(), &other, monitor) else { return Ok(false) };
-        let apart = distances(&tips, &found.tips);
-        Ok(other.status.is_success() && largest(&apart) > matters * self.model.length())
-    }
-
-    fn run(
-        &self,
-        tolerance: f64,
-        monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
-    ) -> Result<Simulation, InvalidInput> {
-        let mut model = self.model.clone();
-        let method = self.choice.method(&mut model, tolerance, self.request);
-        let [q0, v0] = self.start;
-        simulate(model, self.t_span, q0, v0, &method, self.t_eval, monitor)
-    }
-}
-
-impl Choice {
-    /// The error of a run grows with this power of its tolerance: steps of size h meet one of the order of h^4 with Radau, whose error
-    /// is of the order of h^5, and of h^8 with DOP853, of h^8.
-    fn exponent(&self) -> f64 {
-        if self.is_explicit { 1.0 } else { 1.25 }
-    }
-
-    /// The method at a tolerance for errors of coordinates relative to their typical sizes, and of velocities likewise.
-    fn method<M: Model>(&self, model: &mut M, tolerance: f64, request: Request) -> Method {
-        let Request { dt, max_steps, max_step, .. } = request;
-        let n = model.n();
-        let mut sizes = vec![0.0; n];
-        model.typical_coordinates(&mut sizes);
-        let of_velocities: Vec<f64> = sizes.iter().map(|size| size * self.frequency * tolerance).collect();
-        let atol = sizes.into_iter().map(|size| size * tolerance).chain(of_velocities).collect::<Vec<_>>();
-        if self.is_explicit {
-            let options = ode::Options {
-                method: ode::Method::Dop853,
-                rtol: 0.0.into(),
-                atol: atol.into(),
-                max_steps,
-                max_step,
-                ..ode::Options::default()
-            };
-            Method::FirstOrder { options, dt }
-        } else {
-            let options = radau::Options {
-                rtol: (1e-2 * tolerance).into(),
-                atol: atol.into(),
-                max_steps,
-                max_step,
-                ..radau::Options::default()
-            };
-            Method::Radau { options, dt }
-        }
-    }
-}
-
-/// Where the tip is at all times. `monitor` sees the end of the run now and then and may stop it.
-fn tips<M: Model>(
-    model: &mut M,
-    simulation: &Simulation,
-    monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
-) -> Result<Vec<[f64; 3]>, Interrupted> {
-    /// Tips cost less than steps do.
-    const TIPS_BETWEEN: usize = 16;
-    let end = simulation.t.last().copied().unwrap_or(0.0);
-    let tip = |(i, q): (usize, &[f64])| {
-        if i.is_multiple_of(TIPS_BETWEEN) {
-            monitor(end)?;
-        }
-        Ok(model.tip(q))
-    };
-    simulation.q.chunks_exact(simulation.n.max(1)).enumerate().map(tip).collect()
-}
-
-/// What a run says that was stopped after its end, when its error was looked for.
-fn interrupted() -> (String, Status) {
-    let status = crate::newmark::Status::Interrupted;
-    ("The run was stopped, as asked for, before its error was known.".to_owned(), Status::SecondOrder(status))
-}
-
-/// The distances of two paths at each of their times.
-fn distances(a: &[[f64; 3]], b: &[[f64; 3]]) -> Vec<f64> {
-    let apart =
-        |(a, b): (&[f64; 3], &[f64; 3])| a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt();
-    a.iter().zip(b).map(apart).collect()
-}
-
-fn largest(distances: &[f64]) -> f64 {
-    distances.iter().copied().fold(0.0, f64::max)
-}
-
-/// Whether the distances are far larger in the second half of the time than in the first one.
-fn grows(distances: &[f64]) -> bool {
-    let (first, second) = distances.split_at(distances.len() / 2);
-    largest(second) > GROWTH * largest(first) && largest(first) > 0.0
+    Ok((simulation, (factor > 1).then_some(model)))
 }

@@ -1,14 +1,15 @@
 //! How many modes of each strain a motion takes.
 
-use super::choice::Choice;
-use super::{Request, distances, largest, tips};
+use super::Request;
+use super::missing::SAFETY;
+use super::paths::{distances, largest};
+use super::run::{Plan, Run};
 use crate::error::{Checker, Interrupted, InvalidInput, Number};
 use crate::linalg::Matrix;
 use crate::model::Model;
 use crate::robot::{Rod, RodModel};
 use crate::rod::{MAX_MODES, STRAINS};
-use crate::simulate::{Simulation, Status, simulate};
-use crate::spectrum::Spectrum;
+use crate::simulate::{Simulation, Status};
 
 /// Modes to begin with: of bending two, of the other strains none.
 const FIRST_MODES: [usize; STRAINS] = [0, 2, 2, 0, 0, 0];
@@ -17,7 +18,8 @@ const FIRST_MODES: [usize; STRAINS] = [0, 2, 2, 0, 0, 0];
 const MORE_MODES: usize = 2;
 const ANY_MODES: usize = 1;
 
-/// A mode is kept if it moves the tip by this part of the tolerance; after each verification that fails, by a smaller one.
+/// A mode is kept if it moves the tip by this part of the tolerance; after each verification that fails, by a smaller
+/// one.
 const KEPT: f64 = 0.1;
 const SMALLER: f64 = 0.25;
 
@@ -35,7 +37,8 @@ const STATES: usize = 32;
 pub struct Modes {
     /// The rod with them.
     pub rod: Rod,
-    /// What the last trial with more of them changed at the tip, relative to the length; `None` where there was no such trial.
+    /// What the last trial with more of them changed at the tip, relative to the length; `None` where there was no
+    /// such trial.
     pub space_error: Option<f64>,
     /// `Finished`, or why there is no choice: the status of the trial that failed, or [`Status::AccuracyNotReached`].
     pub status: Status,
@@ -43,9 +46,9 @@ pub struct Modes {
     pub message: String,
 }
 
-/// Chooses the numbers of modes of the segments `open` of a rod such that its motion from rest over `t_span` has the accuracy that is
-/// asked for, as far as modes go: by trials with more modes of every strain, of which those are kept that move the tip. `monitor` sees
-/// the time after every step of every trial and may stop it.
+/// Chooses the numbers of modes of the segments `open` of a rod such that its motion from rest over `t_span` has the
+/// accuracy that is asked for, as far as modes go: by trials with more modes of every strain, of which those are kept
+/// that move the tip. `monitor` sees the time after every step of every trial and may stop it.
 ///
 /// Strains that a perfectly symmetric motion does not set off get no modes. Costs some five to fifteen motions.
 pub fn choose_modes(
@@ -95,7 +98,7 @@ pub fn choose_modes(
             Ok(trial) => trial,
             Err(failed) => return Ok(failed.choice(rod.clone(), space_error)),
         };
-        let error = largest(&distances(&fine.tips, &coarse.tips)) / rod.length();
+        let error = SAFETY * largest(&distances(&fine.tips, &coarse.tips)) / rod.length();
         space_error = Some(error);
         if error <= request.tolerance {
             let message = format!("The modes leave a space error of {error:.0e} of the length.");
@@ -169,23 +172,18 @@ impl Trials<'_> {
         let mut model = RodModel::new(&rod)?;
         let rest = vec![0.0; model.n()];
         let tolerance = TRIAL_TOLERANCE * self.request.tolerance;
-        let choice = match Spectrum::new(&mut model, self.t_span.0, &rest, &rest) {
-            Some(spectrum) => Choice::new(&mut model, &rest, &spectrum, tolerance),
-            None => Choice::implicit(),
-        };
-        let method = choice.method(&mut model, tolerance, self.request);
-        let simulation = simulate(model.clone(), self.t_span, &rest, &rest, &method, None, self.monitor)?;
-        if !simulation.status.is_success() {
-            return Ok(Err(Failed(simulation)));
+        let request = Request { tolerance, ..self.request };
+        let plan = Plan::new(&mut model, self.t_span, [&rest, &rest], request, None, self.monitor)?;
+        let run = plan.run(tolerance, f64::INFINITY, self.monitor)?;
+        if !run.is_success() {
+            return Ok(Err(Failed(run.simulation)));
         }
-        let Ok(tips) = tips(&mut model, &simulation, self.monitor) else {
-            let (message, status) = super::interrupted();
-            return Ok(Err(Failed(Simulation { message, status, ..simulation })));
-        };
+        let Run { simulation, tips, .. } = run;
         Ok(Ok(Trial { rod, model, simulation, tips }))
     }
 
-    /// The least numbers of modes beyond which none moves the tip by more than `tolerance` times the length, to first order.
+    /// The least numbers of modes beyond which none moves the tip by more than `tolerance` times the length, to first
+    /// order.
     fn needed(&self, trial: &Trial, modes: &[[usize; STRAINS]], tolerance: f64) -> Vec<[usize; STRAINS]> {
         let moved = trial.moved();
         let mut needed = vec![[0; STRAINS]; modes.len()];

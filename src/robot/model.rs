@@ -18,7 +18,7 @@ use crate::error::{Interrupted, InvalidInput};
 use crate::lie::{Planar, Plane, Spatial, Vector};
 use crate::linalg::{ChainMatrix, Matrix};
 use crate::model::{Chain, Energy, Flaw, Model};
-use crate::rod::piece;
+use crate::rod::{MAX_NODES, STRAINS, piece};
 use crate::springs::Springs;
 use crate::world::BaseMotion;
 
@@ -389,24 +389,32 @@ impl Model for RodModel {
         on_sweeps!(&self.sweeps, sweeps => validity::flaw(sweeps.plan(), q))
     }
 
-    /// Two more modes of every strain that has any, where these leave the others as they are.
-    fn refined(&self) -> Option<(Self, Vec<usize>)> {
-        const MORE_MODES: usize = 2;
+    fn is_discretised(&self) -> bool {
+        true
+    }
+
+    /// Of the six strains of every segment, where more modes leave the others as they are.
+    fn modes(&self) -> Option<Vec<usize>> {
+        let is_nested = self.rod.segments.iter().all(|segment| segment.basis.is_nested());
+        is_nested.then(|| self.rod.segments.iter().flat_map(|segment| segment.modes).collect())
+    }
+
+    fn with_modes(&self, modes: &[usize]) -> Option<Self> {
         const MORE_NODES: usize = 8;
-        if self.rod.segments.iter().any(|segment| !segment.basis.is_nested()) {
-            return None;
+        let mut other = Rod::clone(&self.rod);
+        for ((segment, modes), nodes) in
+            other.segments.iter_mut().zip(modes.as_chunks::<STRAINS>().0).zip(self.nodes())
+        {
+            let more = modes
+                .iter()
+                .max()
+                .copied()
+                .unwrap_or(0)
+                .saturating_sub(segment.modes.into_iter().max().unwrap_or(0));
+            segment.modes = *modes;
+            segment.nodes = Some((nodes / piece::number(segment) + MORE_NODES.max(more)).min(MAX_NODES));
         }
-        let mut finer = Rod::clone(&self.rod);
-        let (mut places, mut first) = (Vec::with_capacity(self.n()), 0);
-        for (segment, nodes) in finer.segments.iter_mut().zip(self.nodes()) {
-            for modes in segment.modes.iter_mut().filter(|modes| **modes > 0) {
-                places.extend(first..first + *modes);
-                *modes += MORE_MODES;
-                first += *modes;
-            }
-            segment.nodes = Some(nodes + MORE_NODES);
-        }
-        Some((Self::new(&finer).ok()?, places))
+        Self::new(&other).ok()
     }
 
     fn with_nodes_times(&self, factor: usize) -> Option<Self> {

@@ -1,9 +1,10 @@
 //! Newton's method on the bordered equations, watched by its contraction: it either stays close to where it starts or
 //! gives up. A search for any root, from anywhere, is the business of [`crate::roots`].
 //!
-//! At a bifurcation the bordered equations are singular, once or more often. There, Newton's step is rounding divided by almost nothing;
-//! and it does not contract close by, as the tangent is that of the continuous rod, from which the discretised forces differ a little. So
-//! directions without stiffness, in which the forces are in equilibrium, can be held.
+//! At a bifurcation the bordered equations are singular, once or more often. There, Newton's step is rounding divided
+//! by almost nothing; and it does not contract close by, as the tangent is that of the continuous rod, from which the
+//! discretised forces differ a little. So directions without stiffness, in which the forces are in equilibrium, can
+//! be held.
 
 use super::equations::{Equations, Linear, State, Step};
 use super::stability::ORTHOGONAL;
@@ -17,8 +18,8 @@ const SLOWEST_RATE: f64 = 0.5;
 /// At that rate a correction takes about 30 iterations to rounding; one that contracts at all takes far less.
 const MAX_ITERATIONS: usize = 30;
 
-/// Directions with less than that part of the elastic stiffness can be held: well above what the tangent's discretisation makes of
-/// none, about 1e-5 for a rod that is turned some radians between stiff supports.
+/// Directions with less than that part of the elastic stiffness can be held: well above what the tangent's
+/// discretisation makes of none, about 1e-5 for a rod that is turned some radians between stiff supports.
 const SOFT: f64 = 1e-3;
 
 /// With less than that part of it, the direction of a path in them is rounding.
@@ -63,7 +64,8 @@ pub(super) fn correct(
     iterate(equations, state, constraint, tolerance, Soft::Held)
 }
 
-/// The same near a critical point: a state stays where it is in directions without stiffness in which it is in equilibrium.
+/// The same near a critical point: a state stays where it is in directions without stiffness in which it is in
+/// equilibrium.
 pub(super) fn correct_held(
     equations: &mut Equations<'_>,
     state: &mut State,
@@ -128,8 +130,9 @@ fn iterate(
     Ok(None)
 }
 
-/// The direction of the path, of scaled norm one, at a state, such that its product with `forward` is positive. Where paths cross it is
-/// that of the one which does not leave along a direction without stiffness. `None` where it is not finite.
+/// The direction of the path, of scaled norm one, at a state, such that its product with `forward` is positive. Where
+/// paths cross it is that of the one which does not leave along a direction without stiffness. `None` where it is not
+/// finite.
 pub(super) fn direction(linear: &Linear, forward: &[f64]) -> Option<Step> {
     let n = linear.load.len();
     let held = held(linear, forward, LOOSE, f64::INFINITY);
@@ -180,8 +183,9 @@ impl Bordered {
     }
 }
 
-/// The bordered equations with the stiffness of the material in directions that have less than the part `largest` of it, in which the load
-/// does not push, and the residual would not move the material by more than `rounding`. `None` where there are no such directions.
+/// The bordered equations with the stiffness of the material in directions that have less than the part `largest` of
+/// it, in which the load does not push, and the residual would not move the material by more than `rounding`. `None`
+/// where there are no such directions.
 fn held(linear: &Linear, constraint: &[f64], largest: f64, rounding: f64) -> Option<Bordered> {
     if let Some(mut bordered) = Bordered::new(linear, &linear.tangent, constraint)
         && bordered.lu.reciprocal_condition() > largest

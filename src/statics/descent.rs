@@ -1,7 +1,8 @@
 //! Letting go: from any shape to a stable equilibrium nearby, downhill in potential energy.
 //!
-//! Newton's method in a trust region (Levenberg 1944; Conn, Gould and Toint 2000, chapter 6). Energies are never asked for, as
-//! some loads have none: the work of the generalised forces along a step, by the trapezoidal rule, takes their place.
+//! Newton's method in a trust region (Levenberg 1944; Conn, Gould and Toint 2000, chapter 6). Energies are never
+//! asked for, as some loads have none: the work of the generalised forces along a step, by the trapezoidal rule,
+//! takes their place.
 
 use super::equations::{Equations, State};
 use crate::error::Interrupted;
@@ -34,8 +35,8 @@ const LARGEST_SHIFT: f64 = 1e12;
 /// Steps as short as that are taken without looking at their work, which is rounding then.
 const TRUSTED: f64 = 1e-6;
 
-/// How often at most a trial's springs are made to carry what they should, each time to about twice as many digits; and at the start,
-/// which may be far from where stiff springs let the model be.
+/// How often at most a trial's springs are made to carry what they should, each time to about twice as many digits;
+/// and at the start, which may be far from where stiff springs let the model be.
 const RESTORING: usize = 8;
 const FIRST_RESTORING: usize = 50;
 
@@ -56,8 +57,8 @@ pub(super) enum Descent {
 
 /// Moves `state` downhill at its load factor until it is in equilibrium.
 ///
-/// A step's springs are taken at the forces that they have to first order, and the shape that they leave is restored before the step is
-/// judged: stiff springs do not shorten it then.
+/// A step's springs are taken at the forces that they have to first order, and the shape that they leave is restored
+/// before the step is judged: stiff springs do not shorten it then.
 pub(super) fn descend(
     equations: &mut Equations<'_>,
     state: &mut State,

@@ -20,12 +20,13 @@ pub struct Counters {
     pub tangents: usize,
 }
 
-/// `R(q, lambda) = tau_elastic(q) + lambda (tau(q) - tau_elastic(q)) = 0` at rest: the load factor lambda scales all loads
-/// at once, gravity included, and nothing of it needs a potential.
+/// `R(q, lambda) = tau_elastic(q) + lambda (tau(q) - tau_elastic(q)) = 0` at rest: the load factor lambda scales all
+/// loads at once, gravity included, and nothing of it needs a potential.
 ///
-/// Coordinates and forces have different units, so that norms make sense only of `q_i / s_i` and `s_i R_i` with the typical
-/// sizes s of the model: numbers without unit, and joules. What is called *scaled* below is meant so. What is solved is solved in
-/// natural coordinates (see [`crate::springs`]), at forces of the springs that are part of the state.
+/// Coordinates and forces have different units, so that norms make sense only of `q_i / s_i` and `s_i R_i` with the
+/// typical sizes s of the model: numbers without unit, and joules. What is called *scaled* below is meant so. What is
+/// solved is solved in natural coordinates (see [`crate::springs`]), at forces of the springs that are part of the
+/// state.
 pub(super) struct Equations<'a> {
     model: &'a mut dyn Model,
     monitor: &'a mut dyn FnMut() -> Result<(), Interrupted>,
@@ -170,7 +171,8 @@ impl<'a> Equations<'a> {
         Ok(state)
     }
 
-    /// The scaled residual at springs' forces of their own, or at those that are held; and its derivative with respect to the load factor.
+    /// The scaled residual at springs' forces of their own, or at those that are held; and its derivative with
+    /// respect to the load factor.
     fn forces(
         &mut self,
         q: &[f64],
@@ -204,8 +206,9 @@ impl<'a> Equations<'a> {
         self.forces(q, load_factor, None, residual, load)
     }
 
-    /// What a step's work is told from: the scaled residual without the springs, their energy, and the norm of the residual at the forces
-    /// that the state has. The force of a stiff spring is rounding times stiffness; its energy is not.
+    /// What a step's work is told from: the scaled residual without the springs, their energy, and the norm of the
+    /// residual at the forces that the state has. The force of a stiff spring is rounding times stiffness; its energy
+    /// is not.
     pub(super) fn downhill(&mut self, state: &State) -> Result<Downhill, Interrupted> {
         let n = state.q.len();
         let (mut residual, mut load) = (vec![0.0; n], vec![0.0; n]);
@@ -267,8 +270,8 @@ impl<'a> Equations<'a> {
         }))
     }
 
-    /// Moves a shape, to first order and then on, until its springs carry the forces that the state has: what is stiff follows, what is
-    /// soft stays.
+    /// Moves a shape, to first order and then on, until its springs carry the forces that the state has: what is
+    /// stiff follows, what is soft stays.
     pub(super) fn restore(&mut self, state: &mut State, iterations: usize) {
         /// Longest step: what is linear in it is no guide beyond.
         const LONGEST: f64 = 0.5;

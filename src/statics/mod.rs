@@ -1,10 +1,11 @@
 //! Equilibria of models: statics.
 //!
-//! [`equilibrium`] finds one, by following the path of growing loads, by letting a shape go, or by Newton's method nearby;
-//! [`continuation`] follows paths through limit points and from bifurcations. Both tell how stable what they found is.
+//! [`equilibrium`] finds one, by following the path of growing loads, by letting a shape go, or by Newton's method
+//! nearby; [`continuation`] follows paths through limit points and from bifurcations. Both tell how stable what they
+//! found is.
 //!
-//! `equations` are the forces under a part of the loads, `corrector` is Newton's method that stays on its path, `path` follows
-//! it, `descent` lets go, `stability` looks for critical points. What is stable is judged by
+//! `equations` are the forces under a part of the loads, `corrector` is Newton's method that stays on its path,
+//! `path` follows it, `descent` lets go, `stability` looks for critical points. What is stable is judged by
 //! [`crate::stability`].
 
 mod corrector;
@@ -34,8 +35,8 @@ pub use crate::stability::{Stability, Verdict};
 /// What a search may ask before every evaluation: whether to go on.
 pub type Monitor<'a> = &'a mut dyn FnMut() -> Result<(), Interrupted>;
 
-/// An equilibrium of `model`, at the time last set. Some tens of evaluations of its forces and tangent for moderate bending,
-/// some hundreds for very large one. The result holds the last good state whatever happens.
+/// An equilibrium of `model`, at the time last set. Some tens of evaluations of its forces and tangent for moderate
+/// bending, some hundreds for very large one. The result holds the last good state whatever happens.
 ///
 /// Fails before any evaluation when an option is wrong, or when the model does not resolve the start.
 pub fn equilibrium(

@@ -86,8 +86,8 @@ pub struct ContinuationOptions {
     pub q0: Option<Vec<f64>>,
     /// Where the path begins; 0 by default.
     pub load_factor: f64,
-    /// The direction in which the path leaves, in coordinates: that of a critical point, to take the other branch. By default
-    /// towards larger load factors.
+    /// The direction in which the path leaves, in coordinates: that of a critical point, to take the other branch. By
+    /// default towards larger load factors.
     pub direction: Option<Vec<f64>>,
     /// The path ends at these load factors; [0, 1] by default.
     pub bounds: [f64; 2],

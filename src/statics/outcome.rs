@@ -119,8 +119,8 @@ pub struct Equilibrium {
     pub step_norm: f64,
     /// What small disturbances do; `None` where that is unknown.
     pub verdict: Option<Verdict>,
-    /// Smallest eigenvalue of the (symmetric part of the) tangent stiffness relative to that of material and springs: one without load,
-    /// zero at critical points.
+    /// Smallest eigenvalue of the (symmetric part of the) tangent stiffness relative to that of material and springs:
+    /// one without load, zero at critical points.
     pub lowest: f64,
     /// The path of loading; empty where none was followed.
     pub path: Path,

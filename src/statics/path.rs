@@ -36,8 +36,9 @@ const SHORTEST_STEP: f64 = 1e-9;
 /// Nor are steps shorter than that towards shapes that are none.
 const SHORTEST_STEP_TO_FLAW: f64 = 1e-4;
 
-/// A step that ends farther from where its direction pointed, relative to its length, is tried again shorter. The load factor
-/// is looked at for itself: where a little load moves much, paths of very different loads are close to each other.
+/// A step that ends farther from where its direction pointed, relative to its length, is tried again shorter. The
+/// load factor is looked at for itself: where a little load moves much, paths of very different loads are close to
+/// each other.
 const LARGEST_DEVIATION: f64 = 0.5;
 
 /// So is one in which the path turns by more than 60 degrees: it may have come to another path.
@@ -47,12 +48,12 @@ const SMALLEST_COSINE: f64 = 0.5;
 /// after.
 const ZERO: f64 = 1e-5;
 
-/// Eigenvalues with imaginary parts below that part of the elastic stiffness are real: rounding and what is left of a potential make
-/// pairs of two that are equal.
+/// Eigenvalues with imaginary parts below that part of the elastic stiffness are real: rounding and what is left of a
+/// potential make pairs of two that are equal.
 const REAL: f64 = 1e-5;
 
-/// A path leaves in the direction that is asked for where the smallest stiffness is below that part of the elastic one; elsewhere
-/// there is only one path.
+/// A path leaves in the direction that is asked for where the smallest stiffness is below that part of the elastic
+/// one; elsewhere there is only one path.
 const CRITICAL: f64 = 1e-6;
 
 /// Critical points that close to each other, relative to the step, are one.

@@ -14,14 +14,15 @@ pub(super) const ORTHOGONAL: f64 = 1e-5;
 /// Eigenvalues below that are none: rounding and the tolerance of equilibria give either sign to what is free to turn.
 pub(super) const NEUTRAL: f64 = 1e-8;
 
-/// The tangent stiffness in natural coordinates, relative to that of material and springs: all its eigenvalues are one without load;
-/// where one is zero there is a critical point.
+/// The tangent stiffness in natural coordinates, relative to that of material and springs: all its eigenvalues are
+/// one without load; where one is zero there is a critical point.
 #[derive(Clone, Debug)]
 pub(super) struct Stiffness {
     relative: Matrix,
     natural: Natural,
     pub(super) is_symmetric: bool,
-    /// Its eigenvalues, that with the smallest real part first: they change continuously along a path, those of any multiplicity as well.
+    /// Its eigenvalues, that with the smallest real part first: they change continuously along a path, those of any
+    /// multiplicity as well.
     eigenvalues: Vec<Complex>,
     /// Smallest eigenvalue of the symmetric part; NaN when the tangent is not finite.
     pub(super) lowest: f64,
@@ -62,8 +63,8 @@ impl Stiffness {
         self.eigenvalues.get(place).copied().unwrap_or(Complex::new(f64::NAN, f64::NAN))
     }
 
-    /// The scaled directions of the m smallest stiffnesses, each of norm one; and whether a load along `load` (natural) pushes
-    /// in one of them, as it does at limit points and does not at bifurcations.
+    /// The scaled directions of the m smallest stiffnesses, each of norm one; and whether a load along `load`
+    /// (natural) pushes in one of them, as it does at limit points and does not at bifurcations.
     pub(super) fn softest(&self, m: usize, load: &[f64]) -> Option<(Vec<Vec<f64>>, bool)> {
         let n = load.len();
         let (_, right) = symmetric_eigen(&(self.relative.transpose() * &self.relative))?;

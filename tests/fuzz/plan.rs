@@ -111,7 +111,9 @@ fn evaluate(model: &mut RodModel, q: &[f64], v: &[f64]) {
     let mut sizes = vec![0.0; n];
     model.typical_coordinates(&mut sizes);
     assert!(sizes.iter().all(|size| *size > 0.0), "typical coordinates {sizes:?}");
-    _ = model.refined();
+    if let Some(modes) = model.modes() {
+        _ = model.with_modes(&modes.iter().map(|modes| modes + 1).collect::<Vec<_>>());
+    }
 }
 
 /// A few steps of the default method.

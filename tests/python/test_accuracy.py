@@ -1,5 +1,6 @@
 """Accuracy on request: what was asked for is reached, and what is said about the errors is true."""
 
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -7,7 +8,19 @@ import pytest
 
 import lissom
 
-SCENES = Path(__file__).parents[2] / "scenes"
+ROOT = Path(__file__).parents[2]
+sys.path.insert(0, str(ROOT / "benches" / "python"))
+import auto_honesty as honesty  # noqa: E402
+
+SCENES = ROOT / "scenes"
+
+# Of each family, of those that the script tries.
+HONEST_CASES = 6
+
+# How far space errors beyond what was asked may be above true ones within it.
+ALARMED = 5
+# How far claims may be above the truth, so that they still say something.
+OVERSTATED = 100
 HANGING = (0.5**0.5, 0.0, 0.5**0.5, 0.0)
 STEP = 0.02
 
@@ -48,7 +61,7 @@ def tips(rod, motion):
     if isinstance(rod, lissom.SpringPendulum):
         angle, elongation = motion.q.T
         return (rod.length + elongation)[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    return rod.pose(motion.q, [rod.length])[:, 0, :3, 3]
+    return rod.pose(motion.q, [rod.length], t=motion.t)[:, 0, :3, 3]
 
 
 def distance(rod, motion, other, other_rod=None):
@@ -67,10 +80,10 @@ def test_the_time_error_is_what_was_asked_for_and_what_is_said(name):
         found = lissom.simulate(rod, t_end, q0=q0, method="auto", rtol=tolerance, dt=STEP)
         error = distance(rod, found, exact)
         assert found.success, found.message
-        assert error < 3 * tolerance
         assert found.stats.time_error <= tolerance
         if error > 1e-2 * tightest:  # what the reference leaves
-            assert 0.1 < found.stats.time_error / error < 10
+            # A bound, of which no more is said than that it is one.
+            assert error < found.stats.time_error < OVERSTATED * error
 
 
 @pytest.mark.parametrize(
@@ -297,3 +310,125 @@ def test_where_nothing_moves_one_mode_is_left():
     segment = lissom.Segment(0.4, 0.01, 3e5, 1e5, 1070.0, {"bend_y": 1}, retardation_time=0.02)
     rod = lissom.Rod([segment], gravity=(0, 0, 0))
     assert lissom.choose_modes(rod, 0.1, rtol=1e-3).n == 1
+
+
+def undamped_wire():
+    return lissom.Rod([lissom.Segment(1.0, 1e-3, 210e9, 80e9, 7800.0, {"bend_y": 3})])
+
+
+def shaken_beam():
+    """At its first resonance, hardly damped."""
+    beam = lissom.Segment(0.5, 5e-3, 70e9, 26e9, 2700.0, {"bend_y": 2}, retardation_time=1e-6)
+    frequency = natural_frequency(lissom.Rod([beam]))
+    shaken = lissom.BaseMotion(translation=lissom.Harmonic([0.0, 0.0, 1e-4], frequency))
+    return lissom.Rod([beam], base_motion=shaken, gravity=(0, 0, 0))
+
+
+def pin():
+    """Of steel, loaded suddenly."""
+    pin = lissom.Segment(0.05, 2e-3, 210e9, 80e9, 7800.0, {"bend_y": 2})
+    load = lissom.Load(force=([1e-2, 1.001e-2], [[0.0, 0.0, 0.0], [0.0, 0.0, 250.0]]))
+    return lissom.Rod([pin], loads=[load])
+
+
+def struck():
+    """By a pulse that is a function of time, late and short."""
+    beam = lissom.Segment(0.5, 5e-3, 70e9, 26e9, 2700.0, {"bend_y": 2}, retardation_time=1e-6)
+    pulse = lissom.Load(force=lambda t: [0.0, 0.0, 60.0 if 0.7 < t < 0.71 else 0.0])
+    return lissom.Rod([beam], loads=[pulse])
+
+
+def natural_frequency(rod):
+    """The first, in hertz."""
+    rest = np.zeros(rod.n)
+    stiffness, _, mass = rod.tangent(rest, rest, rest)
+    return np.sqrt(np.linalg.eigvals(np.linalg.solve(mass, stiffness)).real.min()) / (2 * np.pi)
+
+
+# Motions that steps which are too long bring to rest, or do not see at all: rods, durations, requests.
+FOLLOWED = {
+    "undamped wire": (undamped_wire, 100.0, 1e-2),
+    "undamped wire for long": (undamped_wire, 300.0, 1e-2),
+    "at resonance": (shaken_beam, 5.0, 1e-2),
+    "loaded suddenly": (pin, 0.05, 1e-3),
+    "struck late": (struck, 1.0, 1e-2),
+}
+
+
+@pytest.mark.parametrize("name", FOLLOWED)
+def test_what_can_be_seen_is_followed(name):
+    make, t_end, tolerance = FOLLOWED[name]
+    rod = make()
+    times = np.linspace(0.0, t_end, 501)
+    found = lissom.simulate(rod, t_end, method="auto", rtol=tolerance, t_eval=times)
+    exact = lissom.simulate(
+        rod, t_end, method="dop853", rtol=1e-9, atol=1e-6 * tolerance, t_eval=times, max_step=2e-3
+    )
+    assert exact.success
+    assert found.success, found.message
+    error = distance(rod, found, exact)
+    assert error < tolerance
+    assert error < found.stats.time_error
+
+
+def test_what_can_be_seen_is_followed_or_refused():
+    found = lissom.simulate(undamped_wire(), 300.0, method="auto", rtol=1e-2, max_steps=500, dt=1.0)
+    assert (found.success, found.status) == (False, "too_many_steps")
+
+
+def test_few_times_are_as_good_as_many():
+    rod = undamped_wire()
+    few, many = (
+        lissom.simulate(rod, 5.0, method="auto", rtol=1e-3, t_eval=times)
+        for times in ([2.5, 5.0], np.linspace(0.0, 5.0, 101))
+    )
+    np.testing.assert_array_equal(few.t, [2.5, 5.0])
+    np.testing.assert_array_equal(few.q, many.q[[50, 100]])
+    assert few.a.shape == few.q.shape
+    assert few.balance.total.shape == (2,)
+    assert few.stats.time_error == pytest.approx(many.stats.time_error, rel=1e-6)
+
+
+@pytest.mark.parametrize("family", list(honesty.FAMILIES))
+def test_random_motions_are_within_what_is_claimed(family):
+    verdicts = [honesty.judge(family, number, seed=1) for number in range(HONEST_CASES)]
+    for verdict in verdicts:
+        assert verdict.success, verdict
+        assert verdict.missed <= 1, verdict
+        assert verdict.hidden <= 1, verdict
+
+
+@pytest.mark.parametrize("family", list(honesty.SPACE_FAMILIES))
+def test_random_rods_are_as_coarse_as_is_claimed(family):
+    verdicts = [honesty.judge_space(family, number, seed=1) for number in range(HONEST_CASES)]
+    for verdict in verdicts:
+        assert verdict.hidden <= 3, verdict
+        assert verdict.alarm <= ALARMED, verdict
+
+
+def test_strains_without_modes_are_tried():
+    segment = lissom.Segment(0.5, 4e-3, 2e9, 7e8, 1200.0, {"bend_y": 4}, retardation_time=1e-2)
+    aside = lissom.Body(0.02, centre=(0.0, 0.1, 0.0))
+    rod = lissom.Rod([segment], bodies=[aside])
+    twisting = lissom.Segment(0.5, 4e-3, 2e9, 7e8, 1200.0, {"bend_y": 8, "torsion": 4, "bend_z": 4}, 1e-2)
+    found = lissom.simulate(rod, 0.5, method="auto", rtol=1e-3, dt=STEP)
+    right = lissom.simulate(lissom.Rod([twisting], bodies=[aside]), 0.5, method="radau", rtol=1e-6, dt=STEP)
+    true = distance(rod, found, right, right.model)
+    assert true > 1e-2
+    assert true < found.stats.space_error < 5 * true
+
+
+def test_an_unknown_space_error_is_no_secret():
+    segment = lissom.Segment(0.3, 5e-3, 1e7, 4e6, 1e3, {"bend_y": 4}, 1e-2, basis="piecewise_constant")
+    found = lissom.simulate(lissom.Rod([segment]), 0.2, method="auto", rtol=1e-2, dt=STEP)
+    assert found.success
+    assert found.stats.space_error is None
+    assert "The space error is unknown: its bases are made of pieces" in found.message
+
+
+def test_nodes_that_change_nothing_are_not_added():
+    # Too few modes, and nodes enough for those.
+    segment = lissom.Segment(1.0, 0.01, 5e6, 5e6 / 3, 1000.0, {"bend_y": 2}, retardation_time=1e-4)
+    found = lissom.simulate(lissom.Rod([segment]), 1.0, method="auto", rtol=1e-3, dt=STEP)
+    assert found.stats.space_error > 1e-3
+    assert found.model.nodes == lissom.Rod([segment]).nodes

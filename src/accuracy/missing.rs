@@ -1,0 +1,237 @@
+//! Which modes a model lacks, by the forces that its motion leaves unbalanced.
+//!
+//! States of a motion are given to a model with many more modes: the forces that hold the modes there are not zero
+//! for the new ones, and what they would do to the tip if the new modes gave way, elastically and at once, tells
+//! which strains without modes matter, and how much of what is missing a model with only two more modes of each
+//! strain finds. Kinks, point loads and springs near an end are not seen by the next modes but by much higher ones.
+
+use super::paths::{largest, size};
+use crate::linalg::Matrix;
+use crate::model::{ForwardScratch, Model};
+use crate::simulate::Simulation;
+
+/// More modes of a strain that has any, of one that has none, in the model that is moved, and in the one that is only
+/// asked for forces.
+const MORE_MODES: usize = 2;
+const ANY_MODES: usize = 1;
+const MANY_MODES: usize = 12;
+const SOME_MODES: usize = 3;
+
+/// The largest model that is asked for forces: a second of work.
+const MOST_COORDINATES: usize = 600;
+
+/// States of the motion that are looked at; not the first one, from which no error has moved the tip yet.
+const STATES: usize = 12;
+
+/// Strains without modes get one if they move the tip by this part of the tolerance, relative to the length, or
+/// deform the model by it, relative to typical deformations: what twists a straight rod moves the tip only in time.
+const MATTERS: f64 = 0.1;
+
+/// Strains without modes that are faster than what is resolved by this factor give way at once, and get none: the
+/// forces tell all.
+const FAST: f64 = 10.0;
+
+/// What gives way suddenly swings as far again (Hooke's law: a load that is let go moves a spring by twice its static
+/// displacement).
+const SUDDEN: f64 = 2.0;
+
+/// What is claimed, relative to what is found: not less than the truth for most random rods
+/// (`benches/python/auto_honesty.py --space`).
+pub(super) const SAFETY: f64 = 2.0;
+
+/// The tip cannot be farther off than this, relative to the length.
+const FARTHEST: f64 = 2.0;
+
+/// A model to compare with.
+pub(super) struct Finer<M> {
+    pub(super) model: M,
+    pub(super) estimate: Estimate,
+    /// Which of its coordinates are those of the coarse one.
+    places: Vec<usize>,
+}
+
+impl<M: Model> Finer<M> {
+    /// Coordinates of the coarse model as those of this one.
+    pub(super) fn embed(&self, values: &[f64]) -> Vec<f64> {
+        embed(values, &self.places, self.model.n())
+    }
+}
+
+/// What new modes do to the tip at once, relative to the length.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Estimate {
+    /// Those of the finer model.
+    finds: f64,
+    /// Those that even it lacks, without the fast strains.
+    leaves: f64,
+    /// Those of fast strains.
+    fast: f64,
+}
+
+impl Estimate {
+    /// The space error of the coarse model, where the finer one is apart from it by so much. What even the finer one
+    /// lacks is added: in proportion to what came of that which it has, if that is most of it.
+    pub(super) fn error(self, apart: f64) -> f64 {
+        let left =
+            if self.leaves < self.finds { apart * self.leaves / self.finds } else { self.leaves.max(apart) };
+        (SAFETY * (apart + left) + SUDDEN * self.fast).min(FARTHEST)
+    }
+}
+
+/// The model to compare `coarse` with, which has moved like this and whose steps resolved frequencies up to
+/// `resolved` rad/s; why there is none where there is none, and nothing for models that are not discretised.
+pub(super) fn finer<M: Model + Clone>(
+    coarse: &M,
+    motion: &Simulation,
+    resolved: f64,
+    tolerance: f64,
+) -> Result<Option<Finer<M>>, &'static str> {
+    let Some(modes) = coarse.modes() else {
+        let why = "its bases are made of pieces, to which no modes can be added";
+        return if coarse.is_discretised() { Err(why) } else { Ok(None) };
+    };
+    let with_more = |of_some: usize, of_none: usize| -> Vec<usize> {
+        modes.iter().map(|&modes| if modes == 0 { of_none } else { modes + of_some }).collect()
+    };
+    let model_with = |fine: &[usize], estimate: Estimate| {
+        let model = coarse.with_modes(fine).ok_or("with more modes the model would be too large")?;
+        Ok(Some(Finer { model, estimate, places: places(&modes, fine) }))
+    };
+    let richest = with_more(MANY_MODES, SOME_MODES);
+    let is_small = richest.iter().sum::<usize>() <= MOST_COORDINATES;
+    let Some(mut richer) = is_small.then(|| coarse.with_modes(&richest)).flatten() else {
+        // Nothing tells which strains matter, nor what is left.
+        return model_with(&with_more(MORE_MODES, 0), Estimate::default());
+    };
+    let missing = Missing::new(coarse, &mut richer, &places(&modes, &richest), motion);
+    let mut moved = |modes: &[usize]| missing.moved(&mut richer, &places(modes, &richest));
+    let (mut fine, mut slow) = (with_more(MORE_MODES, ANY_MODES), richest.clone());
+    let mut first = 0;
+    for (series, &number) in richest.iter().enumerate() {
+        if modes[series] == 0 {
+            let mut only = modes.clone();
+            only[series] = number;
+            let is_fast = missing.frequency(first) > FAST * resolved;
+            let matters = missing.deforms(&places(&only, &richest)) > MATTERS * tolerance
+                || longest(&moved(&only)) > MATTERS * tolerance * coarse.length();
+            if is_fast || !matters {
+                fine[series] = 0;
+            }
+            if is_fast {
+                slow[series] = 0;
+            }
+        }
+        first += number;
+    }
+    let [found, of_slow, all] = [&fine, &slow, &richest].map(|modes| moved(modes));
+    let relative =
+        |to: &[[f64; 3]], from: &[[f64; 3]]| largest(&super::paths::distances(to, from)) / coarse.length();
+    let estimate = Estimate {
+        finds: longest(&found) / coarse.length(),
+        leaves: relative(&of_slow, &found),
+        fast: relative(&all, &of_slow),
+    };
+    model_with(&fine, estimate)
+}
+
+fn longest(moved: &[[f64; 3]]) -> f64 {
+    moved.iter().map(size).fold(0.0, f64::max)
+}
+
+fn embed(values: &[f64], places: &[usize], n: usize) -> Vec<f64> {
+    let mut all = vec![0.0; n];
+    for (&place, &value) in places.iter().zip(values) {
+        all[place] = value;
+    }
+    all
+}
+
+/// Where the coordinates of a model with these numbers of modes are among those of one with more of them.
+fn places(modes: &[usize], of: &[usize]) -> Vec<usize> {
+    let mut first = 0;
+    let mut places = Vec::new();
+    for (modes, of) in modes.iter().zip(of) {
+        places.extend(first..first + modes);
+        first += of;
+    }
+    places
+}
+
+/// The forces that hold a richer model in the states of a motion of a coarser one.
+struct Missing {
+    /// Coordinates of the richer model, and the forces on them.
+    states: Vec<[Vec<f64>; 2]>,
+    stiffness: Matrix,
+    mass: Matrix,
+    /// Typical ones of the coordinates.
+    sizes: Vec<f64>,
+}
+
+impl Missing {
+    fn new<M: Model + Clone>(coarse: &M, richer: &mut M, places: &[usize], motion: &Simulation) -> Self {
+        let (n, all) = (motion.n, richer.n());
+        let mut coarse = coarse.clone();
+        let mut scratch = ForwardScratch::of(&coarse);
+        let [mut stiffness, mut mass] = [(); 2].map(|()| Matrix::zeros(all, all));
+        let (rest, mut sizes) = (vec![0.0; all], vec![0.0; all]);
+        richer.typical_coordinates(&mut sizes);
+        richer.elastic_tangent(&rest, &mut stiffness);
+        richer.mass_matrix(&rest, &mut mass);
+        let last = motion.t.len().saturating_sub(1);
+        let mut states = Vec::with_capacity(STATES);
+        for i in (1..=STATES).map(|k| k * last / STATES) {
+            let [q, v] = [&motion.q, &motion.v].map(|values| &values[i * n..][..n]);
+            let mut a = vec![0.0; n];
+            let is_known = coarse.set_time(motion.t[i]).is_ok()
+                && richer.set_time(motion.t[i]).is_ok()
+                && coarse.forward_dynamics(q, v, &mut a, &mut scratch).is_ok();
+            if !is_known {
+                continue;
+            }
+            let [q, v, a] = [q, v, &a[..]].map(|values| embed(values, places, all));
+            let mut forces = vec![0.0; all];
+            richer.inverse_dynamics(&q, &v, &a, &mut forces);
+            states.push([q, forces]);
+        }
+        Self { states, stiffness, mass, sizes }
+    }
+
+    /// That of a coordinate without the others, in rad/s.
+    fn frequency(&self, i: usize) -> f64 {
+        (self.stiffness[(i, i)] / self.mass[(i, i)]).sqrt()
+    }
+
+    /// How far these coordinates give way in each state.
+    fn gives(&self, chosen: &[usize]) -> Vec<Vec<f64>> {
+        let of_chosen =
+            Matrix::from_fn(chosen.len(), chosen.len(), |i, j| self.stiffness[(chosen[i], chosen[j])]);
+        let Some(cholesky) = of_chosen.cholesky() else { return Vec::new() };
+        let gives = |[_, forces]: &[Vec<f64>; 2]| {
+            let mut give = Matrix::from_fn(chosen.len(), 1, |i, _| -forces[chosen[i]]);
+            cholesky.solve_mut(&mut give);
+            give.iter().copied().collect()
+        };
+        self.states.iter().map(gives).collect()
+    }
+
+    /// By how much these coordinates give way at most, relative to their typical sizes.
+    fn deforms(&self, chosen: &[usize]) -> f64 {
+        let relative = |give: Vec<f64>| {
+            chosen.iter().zip(give).map(|(&place, give)| (give / self.sizes[place]).abs()).fold(0.0, f64::max)
+        };
+        self.gives(chosen).into_iter().map(relative).fold(0.0, f64::max)
+    }
+
+    /// How far the tip moves in each state where these coordinates give way.
+    fn moved<M: Model>(&self, richer: &mut M, chosen: &[usize]) -> Vec<[f64; 3]> {
+        let moved = |([q, _], give): (&[Vec<f64>; 2], Vec<f64>)| {
+            let mut there = q.clone();
+            for (&place, give) in chosen.iter().zip(give) {
+                there[place] += give;
+            }
+            let (from, to) = (richer.tip(q), richer.tip(&there));
+            std::array::from_fn(|i| to[i] - from[i])
+        };
+        self.states.iter().zip(self.gives(chosen)).map(moved).collect()
+    }
+}

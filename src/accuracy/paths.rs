@@ -1,0 +1,68 @@
+//! Where the tip is in the course of a motion, and how far two motions are apart.
+
+use crate::error::Interrupted;
+use crate::model::Model;
+use crate::simulate::Simulation;
+
+/// At so many times runs are compared, at least.
+const COMPARED: usize = 100;
+
+/// Differences that grow by this factor from the first half of the time to the second one multiply: the others grow
+/// with the time and its square.
+const GROWTH: f64 = 100.0;
+
+/// How many tips are found between two calls of the monitor: they cost less than steps do.
+const TIPS_BETWEEN: usize = 16;
+
+/// These times and, where they are few, more of them: runs that agree at one time by chance do not at all of them.
+/// Times that make no sense are left to those who refuse them.
+pub(super) fn with_more_times(times: &[f64], (t0, t_end): (f64, f64)) -> Vec<f64> {
+    let mut all = times.to_vec();
+    let make_sense = times.iter().all(|t| (t0..=t_end).contains(t)) && times.is_sorted();
+    if times.len() < COMPARED && make_sense {
+        all.extend((0..=COMPARED).map(|i| t0 + (t_end - t0) * (i as f64 / COMPARED as f64)));
+        all.sort_by(f64::total_cmp);
+        all.dedup();
+    }
+    all
+}
+
+/// Where the tip is at all times. `monitor` sees the end of the run now and then and may stop it.
+pub(super) fn tips<M: Model>(
+    model: &mut M,
+    simulation: &Simulation,
+    monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
+) -> Result<Vec<[f64; 3]>, Interrupted> {
+    let end = simulation.t.last().copied().unwrap_or(0.0);
+    let tip = |(i, q): (usize, &[f64])| {
+        if i.is_multiple_of(TIPS_BETWEEN) {
+            monitor(end)?;
+        }
+        Ok(model.tip(q))
+    };
+    simulation.q.chunks_exact(simulation.n.max(1)).enumerate().map(tip).collect()
+}
+
+/// The distances of two paths at each of their times.
+pub(super) fn distances(a: &[[f64; 3]], b: &[[f64; 3]]) -> Vec<f64> {
+    a.iter().zip(b).map(|(a, b)| size(&std::array::from_fn(|i| a[i] - b[i]))).collect()
+}
+
+/// How far a path goes from its start.
+pub(super) fn range(tips: &[[f64; 3]]) -> f64 {
+    tips.first().map_or(0.0, |start| largest(&distances(tips, &vec![*start; tips.len()])))
+}
+
+pub(super) fn size(vector: &[f64; 3]) -> f64 {
+    vector.iter().map(|x| x * x).sum::<f64>().sqrt()
+}
+
+pub(super) fn largest(distances: &[f64]) -> f64 {
+    distances.iter().copied().fold(0.0, f64::max)
+}
+
+/// Whether the distances are far larger in the second half of the time than in the first one.
+pub(super) fn grows(distances: &[f64]) -> bool {
+    let (first, second) = distances.split_at(distances.len() / 2);
+    largest(second) > GROWTH * largest(first) && largest(first) > 0.0
+}

@@ -1,0 +1,115 @@
+//! Runs of a model at a tolerance, with steps that follow what can be seen.
+
+use super::Request;
+use super::choice::Choice;
+use super::following::Following;
+use super::paths;
+use crate::error::{Interrupted, InvalidInput};
+use crate::model::Model;
+use crate::newmark;
+use crate::simulate::{Simulation, Status, simulate};
+use crate::spectrum::Spectrum;
+
+/// The first run's tolerance over the one that is asked for, so that the second one meets it as a rule.
+pub(super) const FIRST_TOLERANCE: f64 = 1.5;
+
+/// States of the first run that are looked at for what is to be followed.
+const STATES: usize = 4;
+
+/// What all runs of a model have in common.
+pub(super) struct Plan<'a, M> {
+    pub(super) model: &'a M,
+    pub(super) choice: Choice,
+    pub(super) following: Following,
+    pub(super) t_span: (f64, f64),
+    pub(super) start: [&'a [f64]; 2],
+    pub(super) request: Request,
+    pub(super) t_eval: Option<&'a [f64]>,
+}
+
+/// A motion with its tolerance, and where the tip is at its times.
+pub(super) struct Run {
+    pub(super) simulation: Simulation,
+    pub(super) tolerance: f64,
+    pub(super) tips: Vec<[f64; 3]>,
+}
+
+impl Run {
+    pub(super) fn is_success(&self) -> bool {
+        self.simulation.status.is_success()
+    }
+
+    pub(super) fn steps(&self) -> f64 {
+        self.simulation.statistics.counters.steps as f64
+    }
+
+    /// Stopped after its end, when its error was looked for.
+    pub(super) fn interrupt(&mut self) {
+        self.simulation.status = Status::SecondOrder(newmark::Status::Interrupted);
+        self.simulation.message = "The run was stopped, as asked for, before its error was known.".to_owned();
+    }
+}
+
+impl<'a, M: Model + Clone> Plan<'a, M> {
+    /// Chooses the method and finds what is to be followed, of which `monitor` may stop the search.
+    pub(super) fn new(
+        model: &'a mut M,
+        t_span: (f64, f64),
+        start: [&'a [f64]; 2],
+        request: Request,
+        t_eval: Option<&'a [f64]>,
+        monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
+    ) -> Result<Self, InvalidInput> {
+        let [q0, v0] = start;
+        model.check_shape(q0, "q0")?;
+        let loosest = FIRST_TOLERANCE * request.tolerance;
+        let known = Spectrum::new(model, t_span.0, q0, v0).and_then(|spectrum| {
+            let following = Following::new(model, t_span, q0, &spectrum, loosest, monitor).ok()?;
+            Some((Choice::new(&spectrum, &following, request.tolerance), following))
+        });
+        // Where there are no accelerations, a function of time fails or the search is stopped, the run says so.
+        let (choice, following) = known.unwrap_or_else(|| (Choice::implicit(), Following::nothing()));
+        Ok(Self { model, choice, following, t_span, start, request, t_eval })
+    }
+
+    pub(super) fn duration(&self) -> f64 {
+        self.t_span.1 - self.t_span.0
+    }
+
+    /// A run whose steps are no longer than `longest_step`.
+    pub(super) fn run(
+        &self,
+        tolerance: f64,
+        longest_step: f64,
+        monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
+    ) -> Result<Run, InvalidInput> {
+        let Choice { integrator, frequency, .. } = self.choice;
+        let mut model = self.model.clone();
+        let mut sizes = vec![0.0; model.n()];
+        model.typical_coordinates(&mut sizes);
+        let followed = self.following.longest_step(integrator, tolerance);
+        let max_step = self.request.max_step.min(followed).min(longest_step);
+        let method = integrator.method(&sizes, frequency, tolerance, Request { max_step, ..self.request });
+        let [q0, v0] = self.start;
+        let simulation = simulate(model.clone(), self.t_span, q0, v0, &method, self.t_eval, monitor)?;
+        match paths::tips(&mut model, &simulation, monitor) {
+            Ok(tips) => Ok(Run { simulation, tolerance, tips }),
+            Err(Interrupted) => {
+                let mut run = Run { simulation, tolerance, tips: Vec::new() };
+                run.interrupt();
+                Ok(run)
+            }
+        }
+    }
+
+    /// Whether the steps of a run were short enough for what its own states show that it has set off.
+    pub(super) fn follows(&mut self, run: &Run) -> bool {
+        let mut model = self.model.clone();
+        let Simulation { t, q, v, n, .. } = &run.simulation;
+        for i in (1..=STATES).map(|k| k * t.len().saturating_sub(1) / STATES) {
+            let state = [q, v].map(|values| &values[i * n..][..*n]);
+            self.following.look(&mut model, t[i], self.duration(), state);
+        }
+        self.following.longest_step(self.choice.integrator, run.tolerance) * run.steps() >= self.duration()
+    }
+}

@@ -1,0 +1,97 @@
+//! The error that a finite number of modes and nodes leaves: measured by a run of a model with more of them.
+
+use super::Request;
+use super::missing::finer;
+use super::paths::{distances, largest};
+use super::run::{Plan, Run};
+use super::time::TIGHTENING;
+use crate::error::{Interrupted, InvalidInput};
+use crate::model::Model;
+use crate::simulate::Status;
+
+/// Tolerance of the tightest run of a finer model, relative to what is asked for.
+const TIGHTEST: f64 = 0.1;
+
+/// Tolerance of the first run of a finer model: the error is large as a rule, and found by a cheap run if it is so
+/// many times the tolerance.
+const FIRST: f64 = 1e-3;
+const CLEAR: f64 = 3.0;
+
+/// Difference by more nodes that calls for them, relative to what is asked for; and the tolerance of the run that
+/// tells, relative to that.
+const NODES: f64 = 0.3;
+const TELLS: f64 = 0.1;
+
+/// Adds the space error to a run, or why it is not known: by a run of a finer model, with the method that suits that
+/// one, and no more accurate than it takes to tell an error of the modes from one of the steps.
+pub(super) fn add_error<M: Model + Clone>(
+    plan: &Plan<'_, M>,
+    run: &mut Run,
+    monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
+) -> Result<(), InvalidInput> {
+    let wanted = plan.request.tolerance;
+    let unknown = |run: &mut Run, why: &str| {
+        run.simulation.message.push_str(&format!(" The space error is unknown: {why}."));
+        Ok(())
+    };
+    let mut finer = match finer(plan.model, &run.simulation, plan.choice.resolved, wanted) {
+        Ok(Some(finer)) => finer,
+        Ok(None) => return Ok(()),
+        Err(why) => return unknown(run, why),
+    };
+    let [q0, v0] = plan.start.map(|values| finer.embed(values));
+    let tightest = run.tolerance.min(TIGHTEST * wanted);
+    let mut tolerance = FIRST.max(run.tolerance);
+    let error = loop {
+        let request = Request { tolerance, ..plan.request };
+        let fine = Plan::new(&mut finer.model, plan.t_span, [&q0, &v0], request, plan.t_eval, monitor)?;
+        let other = fine.run(tolerance, f64::INFINITY, monitor)?;
+        if !other.is_success() {
+            if other.simulation.status.name() == "interrupted" {
+                run.interrupt();
+                return Ok(());
+            }
+            return unknown(run, "the run with more modes failed");
+        }
+        let apart = largest(&distances(&other.tips, &run.tips)) / plan.model.length();
+        let error = finer.estimate.error(apart);
+        if error <= wanted || apart > CLEAR * tolerance || tolerance <= tightest {
+            break error;
+        }
+        tolerance = (tolerance / TIGHTENING).max(tightest);
+    };
+    run.simulation.statistics.space_error = Some(error);
+    let verdict = if error <= wanted {
+        format!(" The space error is {error:.0e}.")
+    } else {
+        format!(" The modes of the model leave a space error of {error:.0e}: give it more, or more segments.")
+    };
+    run.simulation.message.push_str(&verdict);
+    Ok(())
+}
+
+/// The model with `factor` times as many nodes, if it moves differently in a run that is the same otherwise: asked
+/// only where the space error is too large or unknown.
+pub(super) fn with_nodes<M: Model + Clone>(
+    plan: &Plan<'_, M>,
+    run: &Run,
+    (original, factor): (&M, usize),
+    monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
+) -> Result<Option<M>, InvalidInput> {
+    let wanted = plan.request.tolerance;
+    let is_unresolved = run.simulation.status == Status::Unresolved;
+    let is_met = run.simulation.statistics.space_error.is_some_and(|error| error <= wanted);
+    if !is_unresolved && (!run.is_success() || is_met) {
+        return Ok(None);
+    }
+    let Some(model) = original.with_nodes_times(factor) else { return Ok(None) };
+    if is_unresolved {
+        return Ok(Some(model));
+    }
+    let (choice, following) = (plan.choice.clone(), plan.following.clone());
+    let matters = NODES * wanted;
+    let other = Plan { model: &model, choice, following, ..*plan };
+    let other = other.run(run.tolerance.max(TELLS * matters), f64::INFINITY, monitor)?;
+    let changed = largest(&distances(&other.tips, &run.tips)) / plan.model.length();
+    Ok((other.is_success() && changed > matters).then_some(model))
+}
