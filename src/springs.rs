@@ -10,7 +10,7 @@ use crate::linalg::{Matrix, full_svd, norm};
 use crate::model::Model;
 
 /// Steps below that are within the rounding of coordinates and positions, in coordinates divided by their typical sizes.
-const DISPLACEMENT_ROUNDING: f64 = 1e-12;
+pub(crate) const DISPLACEMENT_ROUNDING: f64 = 1e-12;
 
 /// The springs of a model in a shape. Their m forces f enter the generalised forces as `-J^T f`, and change by `-(G G^T + S) J dq`.
 #[derive(Clone, Debug)]

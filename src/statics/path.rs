@@ -6,9 +6,9 @@
 //! algorithms for a class of continuation methods"), and each one is checked: when stiffnesses have changed sign, the
 //! critical points in between are found; when there are none, the step has jumped to another path and is taken back.
 
-use super::corrector::{self, Corrected, correct};
+use super::corrector::{self, Corrected, correct, correct_held};
 use super::equations::{Equations, Linear, State, Step};
-use super::stability::{Stiffness, Test};
+use super::stability::{NEUTRAL, Stiffness};
 use crate::error::Interrupted;
 use crate::linalg::{dot, norm, norm_inf};
 use crate::model::Flaw;
@@ -46,6 +46,10 @@ const SMALLEST_COSINE: f64 = 0.5;
 /// A stiffness that has changed sign was zero in between if it can be made that small, relative to its values before and
 /// after.
 const ZERO: f64 = 1e-5;
+
+/// Eigenvalues with imaginary parts below that part of the elastic stiffness are real: rounding and what is left of a potential make
+/// pairs of two that are equal.
+const REAL: f64 = 1e-5;
 
 /// A path leaves in the direction that is asked for where the smallest stiffness is below that part of the elastic one; elsewhere
 /// there is only one path.
@@ -323,54 +327,63 @@ impl<'a, 'b> Follower<'a, 'b> {
         stop.copied().or((to < self.course.bounds[0]).then_some(self.course.bounds[0]))
     }
 
+    /// The equilibrium at a part t of the way between two places.
+    fn between(
+        &mut self,
+        from: &Place,
+        whole: &Step,
+        t: f64,
+    ) -> Result<Option<(State, Linear, Stiffness)>, Interrupted> {
+        let mut state = from.state.clone();
+        state.advance(whole, t, &self.equations.sizes);
+        let tolerance = self.course.tolerance;
+        let corrected = correct_held(self.equations, &mut state, &from.direction.scaled, tolerance)?;
+        let linear = if corrected.is_some() { self.equations.linearise(&state)? } else { None };
+        Ok(linear.map(|linear| {
+            let stiffness = Stiffness::new(&linear);
+            (state, linear, stiffness)
+        }))
+    }
+
     /// Finds the critical points between two places. False when there should be some but are none.
     fn find_critical_points(&mut self, from: &Place, to: &Place) -> Result<bool, Interrupted> {
         // A branch that starts at a critical point has it behind.
-        let tests = if self.is_branch && self.path.load_factor.len() == 1 {
-            Vec::new()
+        let changes = if self.is_branch && self.path.load_factor.len() == 1 {
+            0..0
         } else {
-            from.stiffness.tests_until(&to.stiffness)
+            from.stiffness.changes_until(&to.stiffness)
         };
         let sizes = self.equations.sizes.clone();
         let whole = to.state.since(&from.state, &sizes);
-        let mut found: Vec<(f64, usize, State)> = Vec::new();
-        for test in tests {
-            let (a, b) = (from.stiffness.value(test), to.stiffness.value(test));
-            let (mut state, mut value) = (from.state.clone(), a);
-            // Moments that are fixed in space have a potential at some states and none in between: no eigenvalue can be
-            // followed there.
-            let mut is_mixed = false;
+        let mut found: Vec<(f64, usize, State, Linear, Stiffness)> = Vec::new();
+        for place in changes {
+            let [a, b] = [from, to].map(|end| match end.stiffness.eigenvalue(place).re {
+                // A path that begins or ends at a critical point.
+                value if value.abs() <= NEUTRAL => 0.0,
+                value => value,
+            });
             let at = find_zero(Point { t: 0.0, value: a }, Point { t: 1.0, value: b }, |t| {
-                state = from.state.clone();
-                state.advance(&whole, t, &sizes);
-                let tolerance = self.course.tolerance;
-                let corrected = correct(self.equations, &mut state, &from.direction.scaled, tolerance)?;
-                value = f64::NAN;
-                let linear = if corrected.is_some() { self.equations.linearise(&state)? } else { None };
-                if let Some(linear) = linear {
-                    let stiffness = Stiffness::new(&linear);
-                    is_mixed |= matches!(test, Test::Eigenvalue(_)) && !stiffness.is_symmetric;
-                    value = stiffness.value(test);
-                }
-                Ok(value)
+                let between = self.between(from, &whole, t)?;
+                Ok(between.map_or(f64::NAN, |(.., stiffness)| stiffness.eigenvalue(place).re))
             })?;
-            if is_mixed {
-                continue;
-            }
-            let is_zero = value.abs() <= ZERO * a.abs().max(b.abs());
+            let Some((state, linear, stiffness)) = self.between(from, &whole, at)? else { return Ok(false) };
+            let value = stiffness.eigenvalue(place);
+            let is_zero = value.re.abs() <= NEUTRAL.max(ZERO * a.abs().max(b.abs()));
             if !is_zero {
                 return Ok(false);
             }
+            // The real part of a pair: there is no equilibrium nearby but that of the path.
+            if value.im.abs() > REAL {
+                continue;
+            }
             match found.iter_mut().find(|(other, ..)| (other - at).abs() <= SAME) {
-                Some((_, multiplicity, _)) => *multiplicity += 1,
-                None => found.push((at, 1, state)),
+                Some((_, multiplicity, ..)) => *multiplicity += 1,
+                None => found.push((at, 1, state, linear, stiffness)),
             }
         }
         found.sort_by(|a, b| a.0.total_cmp(&b.0));
-        for (_, multiplicity, state) in found {
-            let Some(linear) = self.equations.linearise(&state)? else { return Ok(false) };
-            let Some((directions, is_pushed)) = Stiffness::new(&linear).softest(multiplicity, &linear.load)
-            else {
+        for (_, multiplicity, state, linear, stiffness) in found {
+            let Some((directions, is_pushed)) = stiffness.softest(multiplicity, &linear.load) else {
                 return Ok(false);
             };
             let directions = directions

@@ -128,7 +128,16 @@ def large():
 
 
 @pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
-@pytest.mark.parametrize("search", [lambda rod: lissom.modes(rod, np.zeros(rod.n)), lissom.statics])
+@pytest.mark.parametrize(
+    "search",
+    [
+        lambda rod: lissom.modes(rod, np.zeros(rod.n)),
+        # Far more steps than any machine takes in half a second: each one needs tangents of 720 coordinates.
+        lambda rod: lissom.statics(rod, load_steps=100_000, max_steps=1_000_000),
+        lambda rod: lissom.continuation(rod, max_step=1e-5, max_steps=1_000_000),
+    ],
+    ids=["modes", "statics", "continuation"],
+)
 def test_ctrl_c_is_heard_by_large_models(large, search):
     assert heard(lambda: search(large)) < 1.0
 

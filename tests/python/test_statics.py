@@ -244,6 +244,112 @@ class TestBuckling:
         assert buckled.stability == "neutral"
         assert buckled.is_stable is False
 
+    @staticmethod
+    def held(stiffness, is_clamp):
+        """A tip that may slide and twist, nothing else; stiffness in E I / L^3 and E I / L."""
+        across, about = stiffness * EI, stiffness * EI if is_clamp else 0
+        return lissom.Support(stiffness=(0, across, across), rotational_stiffness=(0, about, about))
+
+    @staticmethod
+    def in_plane_and_in_space(**options):
+        """Critical loads of the same round rod: those in space are those in the plane, each of them twice."""
+        plane, space = (
+            lissom.continuation(rod(modes, nodes=24, **options))
+            for modes in ({"bend_y": 10}, {"torsion": 1, "bend_y": 10, "bend_z": 10})
+        )
+        assert plane.status == space.status == "finished"
+        assert plane.path.stability[-1] == space.path.stability[-1]
+        found = [[point.load_factor for point in way.path.critical_points] for way in (plane, space)]
+        np.testing.assert_allclose(*found, rtol=1e-8)
+        assert [len(point.directions) for point in plane.path.critical_points] == [1] * len(found[0])
+        assert [len(point.directions) for point in space.path.critical_points] == [2] * len(found[0])
+        for point in space.path.critical_points:
+            assert np.linalg.matrix_rank(point.directions, tol=1e-3) == 2
+        return found[0]
+
+    @pytest.mark.parametrize("stiffness", [1e3, 1e8, 1e12])
+    @pytest.mark.parametrize(("is_clamp", "critical"), [(False, 4.493409457909064**2), (True, 4 * np.pi**2)])
+    def test_round_columns_between_supports_pass_double_bifurcations(self, stiffness, is_clamp, critical):
+        loads = self.in_plane_and_in_space(
+            tip_force=(-1.25 * critical * EI, 0, 0), supports=[self.held(stiffness, is_clamp)]
+        )
+        assert loads == pytest.approx([0.8], rel=3 / stiffness + 1e-6)
+
+    @pytest.mark.parametrize(("part", "count"), [(0.2, 2), (0.4, 2), (0.6, 0), (1, 0)])
+    def test_bifurcations_come_in_pairs_under_loads_that_follow_in_part(self, part, count):
+        """Tangents without symmetry: determinants keep their sign where two eigenvalues change it."""
+        load = 40 * EI
+        loads = self.in_plane_and_in_space(
+            tip_force=(-(1 - part) * load, 0, 0),
+            loads=[lissom.Load(force=(-part * load, 0, 0), frame="body")],
+        )
+        assert len(loads) == count
+
+    @pytest.mark.parametrize("stiffness", [1e8, 1e12])
+    @pytest.mark.parametrize("twist", [0.2, 0.5, 1])
+    def test_twisted_and_compressed_shafts_buckle_as_helices(self, stiffness, twist):
+        """Clamps at both ends; y + i z is a sum of 1, s and exp(a s) with a^2 - i m a + p = 0."""
+        moment, force = 10 * twist, 50 * (1 - twist)
+        half = (0.5 * moment * EI, 0, 0)
+        shaft = rod(
+            {"torsion": 1, "bend_y": 12, "bend_z": 12},
+            nodes=28,
+            tip_force=(-force * EI, 0, 0),
+            tip_moment=half,
+            loads=[lissom.Load(moment=half, frame="body")],
+            supports=[self.held(stiffness, True)],
+        )
+
+        def singular(factor):
+            m, p = factor * moment, factor * force
+            root = np.sqrt(m**2 + 4 * p)
+            a, b = 0.5j * (m + root), 0.5j * (m - root)
+            # Without thrust 1, s, s^2.
+            last = [1, b, np.exp(b), b * np.exp(b)] if p > 0 else [0, 0, 1, 2]
+            clamps = np.array([[1, 0, 1, 0], [0, 1, 1, 1], [1, a, np.exp(a), a * np.exp(a)], last])
+            return np.linalg.svd(clamps, compute_uv=False)[-1]
+
+        found = lissom.continuation(shaft)
+        assert found.status == "finished"
+        first, *_ = found.path.critical_points
+        assert first.kind == "bifurcation"
+        assert first.directions.shape == (2, 25)
+        assert singular(first.load_factor) < 1e-5
+        assert min(singular(factor) for factor in np.linspace(0.3, 0.98, 30) * first.load_factor) > 1e-3
+        assert found.path.stability[-1] == "divergence"
+
+    @pytest.mark.parametrize("stiffness", 10.0 ** np.arange(3, 13))
+    @pytest.mark.parametrize(("moment", "force"), [(11, 0), (5, 60), (0, 60)])
+    def test_straight_shafts_between_clamps_are_unstable_beyond_their_load(self, stiffness, moment, force):
+        half = (0.5 * moment * EI, 0, 0)
+        shaft = rod(
+            {"torsion": 1, "bend_y": 6, "bend_z": 6},
+            nodes=28,
+            tip_force=(-force * EI, 0, 0),
+            tip_moment=half,
+            loads=[lissom.Load(moment=half, frame="body")],
+            supports=[self.held(stiffness, True)],
+        )
+        found = lissom.statics(shaft)
+        assert found.status == "converged"
+        assert found.stability == "divergence"
+        np.testing.assert_allclose(found.q[1:], 0, atol=1e-9)
+        assert found.nit < 50
+
+    def test_a_path_may_end_at_a_bifurcation(self):
+        shaft = column(1.25, {"torsion": 1, "bend_y": 8, "bend_z": 8})
+        (point,) = lissom.continuation(shaft).path.critical_points
+        found = lissom.continuation(shaft, bounds=(0, point.load_factor))
+        assert found.status == "finished"
+        assert found.path.load_factor[-1] == point.load_factor
+        np.testing.assert_allclose(found.path.q[-1], 0, atol=1e-9)
+        branch = lissom.continuation(
+            shaft, point.q, load_factor=point.load_factor, direction=point.directions.sum(axis=0)
+        )
+        assert branch.status == "finished"
+        # It may turn about its axis.
+        assert set(branch.path.stability[1:]) == {"neutral"}
+
     def test_higher_buckling_loads(self):
         loads = [10 * point.load_factor for point in lissom.statics(column(10)).path.critical_points]
         np.testing.assert_allclose(loads, [1, 9], rtol=1e-6)
