@@ -4,7 +4,7 @@ use crate::ode;
 use crate::radau;
 use crate::simulate::Method;
 
-use super::Request;
+use super::request::Request;
 
 /// What there is to know of a method.
 #[derive(Debug, PartialEq)]

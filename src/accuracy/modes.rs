@@ -1,8 +1,8 @@
 //! How many modes of each strain a motion takes.
 
-use super::Request;
 use super::missing::SAFETY;
 use super::paths::{distances, largest};
+use super::request::Request;
 use super::run::{Plan, Run};
 use crate::error::{Checker, Interrupted, InvalidInput, Number};
 use crate::linalg::Matrix;

@@ -1,9 +1,9 @@
 //! Runs of a model at a tolerance, with steps that follow what can be seen.
 
-use super::Request;
 use super::choice::Choice;
 use super::following::Following;
 use super::paths;
+use super::request::Request;
 use crate::error::{Interrupted, InvalidInput};
 use crate::model::Model;
 use crate::newmark;

@@ -1,8 +1,8 @@
 //! The error that a finite number of modes and nodes leaves: measured by a run of a model with more of them.
 
-use super::Request;
 use super::missing::finer;
 use super::paths::{distances, largest};
+use super::request::Request;
 use super::run::{Plan, Run};
 use super::time::TIGHTENING;
 use crate::error::{Interrupted, InvalidInput};
