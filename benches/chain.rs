@@ -5,9 +5,10 @@ use std::hint::black_box;
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use lissom::linalg::{ChainLu, Lu, Matrix};
 use lissom::model::{Chain, Model};
-use lissom::newmark::{self, FreeMotion};
+use lissom::newmark;
 use lissom::robot::{Rod, RodModel, Solve};
 use lissom::rod::Segment;
+use lissom::second_order::FreeMotion;
 
 const SEGMENTS: [usize; 8] = [1, 2, 4, 8, 16, 32, 64, 128];
 const SOLVES: [(Solve, &str); 2] = [(Solve::Chain, "chain"), (Solve::Dense, "dense")];

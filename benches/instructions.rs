@@ -6,12 +6,13 @@ use std::hint::black_box;
 
 use lissom::linalg::{ChainLu, Matrix};
 use lissom::model::{Chain, ForwardScratch, Model};
-use lissom::newmark::{self, FreeMotion};
+use lissom::newmark;
 use lissom::ode::{self, FirstOrder};
 use lissom::pendulum::SpringPendulum;
 use lissom::radau;
 use lissom::robot::{Rod, RodModel};
 use lissom::rod::Segment;
+use lissom::second_order::FreeMotion;
 
 /// The lab's rod: three coordinates in a plane.
 fn lab() -> RodModel {

@@ -10,9 +10,10 @@ use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main};
 use lissom::linalg::Matrix;
 use lissom::model::{ForwardScratch, Model};
-use lissom::newmark::{self, FreeMotion};
+use lissom::newmark;
 use lissom::robot::{Rod, RodModel, Solve};
 use lissom::rod::Segment;
+use lissom::second_order::FreeMotion;
 use pulp::Simd;
 
 /// Steps of Newmark's method from the rod at rest, and their size in seconds.

@@ -24,6 +24,7 @@ pub mod rod;
 pub mod roots;
 #[cfg(feature = "scene")]
 pub mod scene;
+pub mod second_order;
 pub mod signal;
 pub mod simulate;
 mod small_motions;

@@ -5,9 +5,11 @@ use std::time::Instant;
 use crate::balance::{Balance, Flow, FlowMeter, Rule, State};
 use crate::error::{Checker, Interrupted, InvalidInput, Number};
 use crate::model::{Flaw, ForwardScratch, Model, at_least};
-use crate::newmark::{self, FreeMotion, StepSize, check_points, number_of_steps};
+use crate::newmark::{self, StepSize, number_of_steps};
 use crate::ode::{self, FirstOrder, Output};
 use crate::radau;
+use crate::second_order;
+use crate::second_order::{FreeMotion, check_points};
 use crate::signal::covers;
 use crate::spectrum::Spectrum;
 use crate::unseen::Unseen;
@@ -59,14 +61,14 @@ pub struct Statistics {
     /// Estimated error of the tip by the number of modes and nodes, likewise; only where there are any.
     pub space_error: Option<f64>,
     /// What was counted. For first-order methods `nfev` are forward dynamics.
-    pub counters: newmark::Counters,
+    pub counters: second_order::Counters,
 }
 
 /// Why a run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Status {
     /// Of the Newmark family or of Radau IIA.
-    SecondOrder(newmark::Status),
+    SecondOrder(second_order::Status),
     /// Of a first-order method.
     FirstOrder(ode::Status),
     /// The end was reached, but not the accuracy that was asked for.
@@ -175,7 +177,7 @@ pub fn simulate<M: Model + Clone>(
     monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
 ) -> Result<Simulation, InvalidInput> {
     let start = Instant::now();
-    newmark::check_start(model.n(), t_span, q0, v0, method.dt())?;
+    second_order::check_start(model.n(), t_span, q0, v0, method.dt())?;
     model.check_shape(q0, "q0")?;
     check_span(model.time_span(), t_span)?;
     if let Method::Newmark(newmark::Options { dt, step_size: StepSize::Fixed, .. }) = *method {
@@ -360,8 +362,8 @@ fn measure<M: Model>(
 }
 
 impl Simulation {
-    fn new(solution: newmark::Solution, meter: Option<FlowMeter<'_>>) -> Self {
-        let newmark::Solution { t, q, v, a, n, counters, status, message } = solution;
+    fn new(solution: second_order::Solution, meter: Option<FlowMeter<'_>>) -> Self {
+        let second_order::Solution { t, q, v, a, n, counters, status, message } = solution;
         let flow = meter.map_or_else(Flow::default, |meter| meter.into_flow(t.len()));
         let statistics = Statistics { counters, ..Statistics::default() };
         Self {
@@ -389,9 +391,9 @@ impl Simulation {
     }
 }
 
-impl From<newmark::Solution> for Simulation {
+impl From<second_order::Solution> for Simulation {
     /// A motion whose model, and so whose flow of energy, is not known.
-    fn from(solution: newmark::Solution) -> Self {
+    fn from(solution: second_order::Solution) -> Self {
         Self::new(solution, None)
     }
 }
@@ -437,14 +439,14 @@ fn first_order<M: Model + Clone>(
     }
     let [q, v] = states;
     let ode::Counters { accepted, rejected, nfev, nfev_jacobian, njev, nlu, .. } = solution.counters;
-    let counters = newmark::Counters {
+    let counters = second_order::Counters {
         steps: accepted,
         rejected,
         nfev,
         nfev_jacobian,
         njev,
         nlu,
-        ..newmark::Counters::default()
+        ..second_order::Counters::default()
     };
     let statistics = Statistics { counters, ..Statistics::default() };
     let status = Status::FirstOrder(solution.status);

@@ -3,10 +3,12 @@
 use lissom::error::Interrupted;
 use lissom::linalg::{ChainLu, ChainMatrix, Lu, Matrix, Singular};
 use lissom::model::{Chain, ForwardScratch, Model};
-use lissom::newmark::{self, Failure, FreeMotion, Status, System};
+use lissom::newmark;
 use lissom::robot::{Rod, RodModel, Solve};
 use lissom::rod::{Section, Segment};
 use lissom::roots::Derivative;
+use lissom::second_order;
+use lissom::second_order::{Failure, FreeMotion, Status, System};
 use proptest::prelude::*;
 
 fn largest(v: &[f64]) -> f64 {
@@ -238,7 +240,7 @@ fn soft(modes: [usize; 6]) -> Segment {
     Segment { modes, retardation_time: 0.01, ..Segment::straight(0.1, 0.01, 1e6, 4e5, 1000.0) }
 }
 
-fn motion(rod: &Rod, solve: Solve, options: &newmark::Options) -> newmark::Solution {
+fn motion(rod: &Rod, solve: Solve, options: &newmark::Options) -> second_order::Solution {
     let mut model = RodModel::with_solve(rod, solve).unwrap();
     assert_eq!(model.solve(), solve);
     let zero = vec![0.0; model.n()];

@@ -10,6 +10,7 @@ use lissom::robot::{Rod, RodModel};
 use lissom::rod::{Basis, GivenSection, MAX_OWN_NODES, Profile, Section, Segment, Shape, diagonal};
 use lissom::roots::{Differences, Newton};
 use lissom::scene::Scene;
+use lissom::second_order;
 use lissom::support::Support;
 
 /// What is refused is refused at once, in a build with debug assertions on a busy machine.
@@ -235,7 +236,7 @@ fn what_does_not_fit_in_memory_is_refused() {
 /// Masses that nothing moves.
 struct Free(usize);
 
-impl newmark::System for Free {
+impl second_order::System for Free {
     fn n(&self) -> usize {
         self.0
     }

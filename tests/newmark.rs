@@ -3,13 +3,11 @@
 use lissom::error::Interrupted;
 use lissom::linalg::{Lu, Matrix};
 use lissom::model::Model;
-use lissom::newmark::{
-    Counters, Failure, FreeMotion, METHODS, Options, Parameters, Predictor, Scheme, Solution, Status,
-    StepSize, Stepper, System, solve,
-};
+use lissom::newmark::{METHODS, Options, Parameters, Predictor, Scheme, StepSize, Stepper, solve};
 use lissom::ode::Tolerance;
 use lissom::pendulum::SpringPendulum;
 use lissom::roots::Derivative;
+use lissom::second_order::{Counters, Failure, FreeMotion, Solution, Status, System};
 use proptest::prelude::*;
 
 /// `M a + C v + K q = f(t)`, times `scale`.

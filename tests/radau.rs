@@ -3,12 +3,12 @@
 use lissom::error::Interrupted;
 use lissom::linalg::Matrix;
 use lissom::model::Model;
-use lissom::newmark::{FreeMotion, Solution, System};
 use lissom::ode::{self, FirstOrder, Output};
 use lissom::pendulum::SpringPendulum;
 use lissom::radau::{Options, Stepper, solve};
 use lissom::robot::{Rod, RodModel};
 use lissom::rod::Segment;
+use lissom::second_order::{FreeMotion, Solution, System};
 
 fn two_segments() -> RodModel {
     let segment = Segment {

@@ -26,7 +26,8 @@ use std::time::Instant;
 
 use crate::error::{Interrupted, InvalidInput};
 use crate::model::Model;
-use crate::newmark;
+
+use crate::second_order;
 use crate::simulate::{Simulation, grid};
 
 pub use modes::{Modes, choose_modes};
@@ -51,7 +52,7 @@ pub fn simulate_to_accuracy<M: Model + Clone>(
 ) -> Result<(Simulation, Option<M>), InvalidInput> {
     let clock = Instant::now();
     request.validate()?;
-    newmark::check_start(model.n(), t_span, q0, v0, request.dt)?;
+    second_order::check_start(model.n(), t_span, q0, v0, request.dt)?;
     let wanted = match t_eval {
         Some(times) => times.to_vec(),
         None => grid(model.n(), t_span, request.dt)?,

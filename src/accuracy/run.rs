@@ -6,7 +6,8 @@ use super::paths;
 use super::request::Request;
 use crate::error::{Interrupted, InvalidInput};
 use crate::model::Model;
-use crate::newmark;
+
+use crate::second_order;
 use crate::simulate::{Simulation, Status, simulate};
 use crate::spectrum::Spectrum;
 
@@ -45,7 +46,7 @@ impl Run {
 
     /// Stopped after its end, when its error was looked for.
     pub(super) fn interrupt(&mut self) {
-        self.simulation.status = Status::SecondOrder(newmark::Status::Interrupted);
+        self.simulation.status = Status::SecondOrder(second_order::Status::Interrupted);
         self.simulation.message = "The run was stopped, as asked for, before its error was known.".to_owned();
     }
 }

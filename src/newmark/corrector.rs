@@ -10,8 +10,8 @@ use super::jacobian::Jacobian;
 use super::linear_system::LinearSystem;
 use super::options::Options;
 use super::trial::Trial;
-use super::{Counters, Failure, System};
 use crate::error::Interrupted;
+use crate::second_order::{Counters, Failure, System};
 
 /// Iterations before a solve is started anew on the next rung of the ladder, and before it is given up.
 const MAX_ITERATIONS: usize = 20;

@@ -2,10 +2,10 @@
 
 use super::linear_system::LinearSystem;
 use super::trial::Trial;
-use super::{Counters, System};
 use crate::error::Interrupted;
 use crate::linalg::{Matrix, norm_inf};
 use crate::roots::{self, CENTRAL_INCREMENT, Derivative, Differences, FORWARD_INCREMENT};
+use crate::second_order::{Counters, System};
 
 /// Jacobians of one kind, with memory for repeated use at one size.
 #[derive(Clone, Debug)]

@@ -1,10 +1,10 @@
 //! The linear systems of Newton's method: a Jacobian with its factors.
 
-use super::{Failure, System};
 use crate::error::InvalidInput;
 use crate::linalg::{ChainLu, ChainMatrix, Lu, Matrix, Singular};
 use crate::memory;
 use crate::roots::Derivative;
+use crate::second_order::{Failure, System};
 
 /// A Jacobian and its factorisation, with memory for repeated use.
 #[derive(Clone, Debug)]

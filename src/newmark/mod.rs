@@ -9,7 +9,7 @@
 //! [`solve`] integrates over an interval and collects the motion; [`Stepper`] is the same step by step.
 //!
 //! ```
-//! use lissom::newmark::{FreeMotion, Options, solve};
+//! use lissom::newmark::{Options, solve};
 //! use lissom::pendulum::SpringPendulum;
 //!
 //! let mut pendulum = SpringPendulum::new(1.0, 1.0, 10.0, 9.81)?;
@@ -30,18 +30,12 @@ mod linear_system;
 mod options;
 mod scheme;
 mod solution;
-mod status;
 mod stepper;
-mod system;
 mod trial;
 
 pub use options::{Options, Predictor, StepSize};
 pub use scheme::{METHODS, Parameters, Scheme};
-pub use solution::{Solution, solve};
-pub use status::{Counters, Failure, Status};
+pub use solution::solve;
 pub use stepper::Stepper;
-pub use system::{FreeMotion, System};
 
-pub(crate) use options::check_start;
-pub(crate) use solution::{Steps, check_points, check_times, collect, points_in_memory};
 pub(crate) use stepper::number_of_steps;

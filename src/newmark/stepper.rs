@@ -1,12 +1,13 @@
 //! Integration step by step.
 
+use super::Scheme;
 use super::corrector::Corrector;
 use super::error_estimate::{Ends, ErrorEstimate};
 use super::options::{Options, Predictor, StepSize};
 use super::trial::Trial;
-use super::{Counters, Failure, Scheme, Status, System};
 use crate::error::{Interrupted, InvalidInput, Number};
 use crate::hermite::cubic;
+use crate::second_order::{Counters, Failure, Status, System};
 use crate::signal::end_of_step;
 
 /// A step must be that many spacings of floating-point numbers long at least.
@@ -451,8 +452,9 @@ fn algorithmic(scheme: &Scheme, a: f64, s: f64, stretch: f64) -> (f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::newmark::{FreeMotion, Parameters};
+    use crate::newmark::Parameters;
     use crate::pendulum::SpringPendulum;
+    use crate::second_order::FreeMotion;
 
     /// A change of the step must not cost the methods with algorithmic accelerations their order.
     #[test]

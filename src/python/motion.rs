@@ -18,7 +18,8 @@ use super::record::{self, ReadOnly, Reduced};
 use crate::balance::{Balance, Flow};
 use crate::error::{Checker, Interrupted};
 
-use crate::newmark::{Counters, Predictor, StepSize};
+use crate::newmark::{Predictor, StepSize};
+use crate::second_order::Counters;
 use crate::simulate::{Simulation, Statistics, accelerations};
 
 /// Result of `simulate` and `newmark`. On failure or interruption: everything that was computed.

@@ -15,8 +15,9 @@ use super::ode::options::tolerance;
 use super::ode::system::{SharedRaised, unpack};
 use crate::error::Interrupted;
 use crate::linalg::Matrix;
-use crate::newmark::{Options, Parameters, Scheme, Stepper, System, solve};
+use crate::newmark::{Options, Parameters, Scheme, Stepper, solve};
 use crate::roots::Derivative;
+use crate::second_order::System;
 use crate::simulate::Simulation;
 
 /// Integrate second-order equations of motion ``residual(t, q, v, a) = 0`` by the Newmark family.

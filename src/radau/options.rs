@@ -1,8 +1,8 @@
 //! What a caller chooses, with its validation.
 
 use crate::error::InvalidInput;
-use crate::newmark::check_start;
 use crate::ode::{self, Tolerance, Tolerances};
+use crate::second_order::check_start;
 
 /// How to integrate.
 #[derive(Clone, Debug, PartialEq)]

@@ -3,12 +3,12 @@
 use super::{Options, Stepper};
 use crate::error::{Interrupted, InvalidInput};
 use crate::memory;
-use crate::newmark::{Solution, System, check_points, check_times, collect, points_in_memory};
+use crate::second_order::{Solution, System, check_points, check_times, collect, points_in_memory};
 
 /// Integrates the equations of motion over `t_span` from displacements `q0` and velocities `v0`. `t_eval` are
 /// increasing times at which the motion is wanted, all steps if `None`. `monitor` sees the system and the stepper
 /// after every accepted step and may stop the integration, as may the system; the status is then
-/// [`Status::Interrupted`](crate::newmark::Status::Interrupted).
+/// [`Status::Interrupted`](crate::second_order::Status::Interrupted).
 ///
 /// Fails before any evaluation when an argument is wrong. Memory: `1 + 3 n` numbers for every point of the output.
 pub fn solve<S: System + ?Sized>(

@@ -2,12 +2,12 @@
 
 use crate::error::Interrupted;
 use crate::linalg::{ComplexLu, Lu, Matrix, Singular};
-use crate::newmark::{Counters, Failure, System};
 use crate::ode::norm::{all_finite, scaled_norm};
 use crate::ode::radau_iia::{
     A, A_SQUARED, C, Converged, E_A, E_A_SQUARED, Iteration, MU_COMPLEX, MU_REAL, STAGES, T, T_INVERSE,
     Verdict, is_same_size, norm_of_stages, transform,
 };
+use crate::second_order::{Counters, Failure, System};
 
 /// So many steps begin with the tangents of each stage after one that needed them.
 const STEPS_BY_STAGE: u32 = 16;

@@ -5,12 +5,13 @@ use super::stages::{Stages, Start};
 use crate::error::{Interrupted, InvalidInput, Number};
 use crate::hermite::Quintic;
 use crate::linalg::Lu;
-use crate::newmark::{self, Counters, Failure, Status, Steps, System};
+use crate::newmark;
 use crate::ode::norm::all_finite;
 use crate::ode::radau_iia::{
     DIVERGENCE_FACTOR, ERROR_ORDER, SMALLEST_FACTOR, StepError, next_size, step_factor,
 };
 use crate::ode::{self, Tolerances, initial_step};
+use crate::second_order::{Counters, Failure, Status, Steps, System};
 use crate::signal::end_of_step;
 
 /// A step must be that many spacings of floating-point numbers long at least (SciPy).

@@ -9,6 +9,7 @@ use lissom::robot::{Rod, RodModel};
 use lissom::rod::{
     Basis, GivenSection, Profile, STRAIGHT, Section, Segment, Shape, ShearCorrection, diagonal,
 };
+use lissom::second_order;
 use lissom::signal::{Harmonic, Signal, Table};
 use lissom::support::Support;
 use lissom::world::{BaseMotion, BaseRotation, Fluid};
@@ -119,7 +120,7 @@ fn evaluate(model: &mut RodModel, q: &[f64], v: &[f64]) {
 /// A few steps of the default method.
 fn step(model: &mut RodModel, [q, v]: [&[f64]; 2], dt: f64) -> Result<String, ()> {
     let options = newmark::Options { max_steps: WORK, ..newmark::Options::new(dt) };
-    let mut motion = newmark::FreeMotion(model);
+    let mut motion = second_order::FreeMotion(model);
     let times = [0.0, dt, 3.0 * dt];
     let solution =
         newmark::solve(&mut motion, (0.0, 3.0 * dt), q, v, &options, Some(&times), &mut |_, _| Ok(()))

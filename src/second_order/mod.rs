@@ -1,0 +1,13 @@
+//! Second-order equations of motion, and what their integrators share: [`crate::newmark`] and [`crate::radau`].
+
+mod problem;
+mod solution;
+mod status;
+mod system;
+
+pub use solution::Solution;
+pub use status::{Counters, Failure, Status};
+pub use system::{FreeMotion, System};
+
+pub(crate) use problem::{check_problem, check_start};
+pub(crate) use solution::{Steps, check_points, check_times, collect, points_in_memory};
