@@ -70,6 +70,14 @@ impl std::fmt::Display for Rounded {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SingularMass;
 
+impl std::fmt::Display for SingularMass {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("the mass matrix is not positive definite, or not finite: no acceleration exists")
+    }
+}
+
+impl std::error::Error for SingularMass {}
+
 /// The matrices of a model that is a chain, as zeros: their structure.
 #[derive(Clone, Debug)]
 pub struct Chain {

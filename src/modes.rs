@@ -42,6 +42,17 @@ pub enum NoModes {
     NonFinite,
 }
 
+impl std::fmt::Display for NoModes {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::SingularMass => "the mass matrix is not positive definite",
+            Self::NonFinite => "masses, stiffnesses or damping are not finite",
+        })
+    }
+}
+
+impl std::error::Error for NoModes {}
+
 /// The vibrations of `model` about rest at `q`, at the time last set. Cost: some 10 n^3 flops, or some 200 n^3 where
 /// damping couples the modes or loads have no potential.
 pub fn modes(model: &mut dyn Model, q: &[f64]) -> Result<Modes, NoModes> {

@@ -4,16 +4,13 @@ use dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt::{factor, solve};
 use faer::{Conj, MatMut, Par};
 
+use super::failure::NotPositiveDefinite;
 use super::{Matrix, small_cholesky, view, view_mut};
 
 /// Up to this size [`small_cholesky`] is faster than faer or even: factorising and solving takes half of faer's time
 /// at n = 2, 0.9 at 8 and 12, and 1.3 times as long at 16 to 24; nalgebra's is never the fastest by more than the
 /// measurement's error (`benches/dense.rs`, two-core x86-64, 2026).
 const SMALL: usize = 12;
-
-/// The matrix was not positive definite (or not finite).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct NotPositiveDefinite;
 
 /// `A = L L^T`, with memory for repeated use at one size.
 pub struct Cholesky {

@@ -6,16 +6,13 @@ use faer::linalg::temp_mat_scratch;
 use faer::perm::PermRef;
 use faer::{Conj, MatMut, Par};
 
+use super::failure::Singular;
 use super::{Matrix, small_lu, view, view_mut};
 
 /// Up to this size [`small_lu`] is faster than faer, and always faster than nalgebra: factorising and solving takes
 /// 0.35 of faer's time at n = 2, 0.7 at 12, 0.9 at 24, and more than that from 40 to 48 on (`benches/dense.rs`,
 /// two-core x86-64, 2026).
 const SMALL: usize = 24;
-
-/// A pivot was zero or not finite.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Singular;
 
 /// `P A = L U` of a square matrix, with memory for repeated use at one size.
 pub struct Lu {

@@ -8,17 +8,19 @@ mod chain;
 mod cholesky;
 mod complex_lu;
 mod eigen;
+mod failure;
 mod lu;
 pub mod small_cholesky;
 pub mod small_lu;
 mod svd;
 
 pub use chain::{ChainLu, ChainMatrix, Generators};
-pub use cholesky::{Cholesky, NotPositiveDefinite};
+pub use cholesky::Cholesky;
 pub use complex_lu::ComplexLu;
 pub(crate) use eigen::symmetric_part;
 pub use eigen::{Complex, eigen, eigenvalues, symmetric_eigen, symmetric_eigenvalues};
-pub use lu::{Lu, Singular};
+pub use failure::{NotPositiveDefinite, Singular};
+pub use lu::Lu;
 pub use svd::{MinimumNorm, condition_number, full_svd, minimum_norm_solution, singular_values};
 
 /// A dense matrix of doubles, stored by columns.

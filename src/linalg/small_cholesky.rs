@@ -3,7 +3,7 @@
 //! Right-looking, by columns (Golub and Van Loan 2013, algorithm 4.2.2 without blocks). The diagonal keeps the
 //! reciprocals of the pivots, which makes solving free of divisions.
 
-use super::cholesky::NotPositiveDefinite;
+use super::failure::NotPositiveDefinite;
 
 /// Factorises the n x n matrix `a` (by columns) in place: only its lower triangle is read and written.
 pub fn factorise(a: &mut [f64], n: usize) -> Result<(), NotPositiveDefinite> {

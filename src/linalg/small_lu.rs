@@ -4,7 +4,7 @@
 //! their own elimination step, so that solving repeats the interchanges. The diagonal keeps the reciprocals of the
 //! pivots, which makes solving free of divisions.
 
-use super::lu::Singular;
+use super::failure::Singular;
 
 /// Calls a function whose first argument is a size, with the smallest sizes as constants so that its loops are unrolled.
 macro_rules! with_size {
