@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ._lissom import Balance, MotionResult, Rod, Scene, __version__
+from ._lissom import Balance, LissomError, MotionResult, Rod, Scene, __version__
 from .folders import MARK, SUMMARY
 
 if TYPE_CHECKING:
@@ -126,7 +126,11 @@ class Run:
         """Energy balance at the times kept."""
         if self._has_states and self.motion.balance is not None:
             return self.motion.balance
-        energy = self.scene.model.energy(self.scene.q0, self.scene.v0, t=self.scene.simulation.t0)
+        try:
+            energy = self.scene.model.energy(self.scene.q0, self.scene.v0, t=self.scene.simulation.t0)
+        except LissomError:  # the start is beyond all numbers
+            unknown = [math.nan]
+            return Balance(unknown, unknown, unknown, unknown, dissipated=unknown, work=unknown)
         return Balance(
             kinetic=[energy.kinetic],
             elastic=[energy.elastic],

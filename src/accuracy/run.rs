@@ -17,6 +17,9 @@ pub(super) const FIRST_TOLERANCE: f64 = 1.5;
 /// States of the first run that are looked at for what is to be followed.
 const STATES: usize = 4;
 
+/// The status of runs that take too many steps, of first and of second order.
+const TOO_MANY_STEPS: &str = "too_many_steps";
+
 /// What all runs of a model have in common.
 pub(super) struct Plan<'a, M> {
     pub(super) model: &'a M,
@@ -90,9 +93,21 @@ impl<'a, M: Model + Clone> Plan<'a, M> {
         model.typical_coordinates(&mut sizes);
         let followed = self.following.longest_step(integrator, tolerance);
         let max_step = self.request.max_step.min(followed).min(longest_step);
-        let method = integrator.method(&sizes, frequency, tolerance, Request { max_step, ..self.request });
+        let fewest = self.duration() / max_step;
+        let is_too_long = fewest > self.request.max_steps as f64;
+        // Hours of work that must end at the limit are not begun: one step shows what the model does there.
+        let max_steps = if is_too_long { 1 } else { self.request.max_steps };
+        let request = Request { max_step, max_steps, ..self.request };
+        let method = integrator.method(&sizes, frequency, tolerance, request);
         let [q0, v0] = self.start;
-        let simulation = simulate(model.clone(), self.t_span, q0, v0, &method, self.t_eval, monitor)?;
+        let mut simulation = simulate(model.clone(), self.t_span, q0, v0, &method, self.t_eval, monitor)?;
+        if is_too_long && simulation.status.name() == TOO_MANY_STEPS {
+            simulation.message = format!(
+                "At least {fewest:.0e} steps are needed to follow what moves, and `max_steps` is {}: nothing but the first of them \
+                 was made. Check the loads, loosen `rtol`, shorten the time, or increase `max_steps`.",
+                self.request.max_steps
+            );
+        }
         match paths::tips(&mut model, &simulation, monitor) {
             Ok(tips) => Ok(Run { simulation, tolerance, tips }),
             Err(Interrupted) => {

@@ -302,7 +302,7 @@ pub(crate) fn simulate<'py>(
 /// >>> wire = lissom.Segment(1.0, 1e-3, 210e9, 80e9, 7800, modes={}, retardation_time=1e-4)
 /// >>> rod = lissom.choose_modes(lissom.Rod([wire]), 0.5, rtol=1e-3)
 /// >>> rod.segments[0].modes
-/// {'bend_y': 3}
+/// {'bend_y': 4}
 #[pyfunction]
 #[pyo3(
     signature = (rod, t_end, *, rtol=accuracy::DEFAULT_TOLERANCE, dt=1e-2, segments=None, t0=0.0),

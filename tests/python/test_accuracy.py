@@ -432,3 +432,12 @@ def test_nodes_that_change_nothing_are_not_added():
     found = lissom.simulate(lissom.Rod([segment]), 1.0, method="auto", rtol=1e-3, dt=STEP)
     assert found.stats.space_error > 1e-3
     assert found.model.nodes == lissom.Rod([segment]).nodes
+
+
+def test_runs_that_must_end_at_the_limit_of_steps_are_not_begun():
+    wire = lissom.Segment(1.0, 1e-3, 210e9, 80e9, 7800, modes={"bend_y": 2, "bend_z": 2})
+    rod = lissom.Rod([wire], tip_force=(1e20, 0.0, 1e20))
+    result = lissom.simulate(rod, 0.1, method="auto", rtol=1e-2)
+    assert result.status == "too_many_steps"
+    assert result.message.startswith("At least 2e+11 steps are needed to follow what moves")
+    assert result.stats.nfev < 1000
