@@ -130,7 +130,14 @@ class Run:
             energy = self.scene.model.energy(self.scene.q0, self.scene.v0, t=self.scene.simulation.t0)
         except LissomError:  # the start is beyond all numbers
             unknown = [math.nan]
-            return Balance(unknown, unknown, unknown, unknown, dissipated=unknown, work=unknown)
+            return Balance(
+                kinetic=unknown,
+                elastic=unknown,
+                gravitational=unknown,
+                loads=unknown,
+                dissipated=unknown,
+                work=unknown,
+            )
         return Balance(
             kinetic=[energy.kinetic],
             elastic=[energy.elastic],
