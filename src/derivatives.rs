@@ -32,6 +32,9 @@ const ACCEPTED: f64 = 1e-3;
 /// Values of a function are taken to be right to so many units of rounding, of theirs and of their times.
 const UNITS_OF_ROUNDING: f64 = 8.0;
 
+/// Errors below this size, in any units, are those of numbers that underflow, such as the tails of pulses.
+const NOTHING: f64 = 1e-100;
+
 /// A derivative that was found, and the error that is estimated of its components.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Estimate<const N: usize> {
@@ -93,7 +96,8 @@ pub(crate) fn derivatives<const N: usize>(
     }
     let mut found = Derivatives { first: first.best, second: second.best, are_known: false };
     let scales = found.scales();
-    found.are_known = found.first.error <= ACCEPTED * scales[0] && found.second.error <= ACCEPTED * scales[1];
+    let is_accepted = |k: usize, error: f64| error <= ACCEPTED * scales[k] || error <= NOTHING;
+    found.are_known = is_accepted(0, found.first.error) && is_accepted(1, found.second.error);
     Ok(found)
 }
 

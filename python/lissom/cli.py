@@ -464,7 +464,13 @@ def _bar(total: float, what: str, unit: str) -> Any:
 
     form = "{desc}: {percentage:3.0f}%|{bar}| {n:.3g}/{total:.3g} {unit} [{elapsed}<{remaining}]"
     return tqdm(
-        total=total, desc=what, unit=unit, bar_format=form, file=sys.stderr, disable=None, leave=False
+        total=total,
+        desc=what,
+        unit=unit,
+        bar_format=form,
+        file=sys.stderr,
+        disable=True if sys.stderr is None else None,
+        leave=False,
     )
 
 

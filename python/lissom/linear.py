@@ -126,9 +126,10 @@ def linearise(
     A = np.vstack([np.hstack([np.zeros((n, n)), np.eye(n)]), solved[:, : 2 * n]])
     B = np.vstack([np.zeros((n, len(force_names))), solved[:, 2 * n :]])
     states = [f"q{i}" for i in range(n)] + [f"v{i}" for i in range(n)]
-    return LinearModel(
-        A, B, rows, np.zeros((len(output_names), len(force_names))), tuple(states), force_names, output_names
-    )
+    D = np.zeros((len(output_names), len(force_names)))
+    for matrix in (A, B, rows, D):
+        matrix.flags.writeable = False
+    return LinearModel(A, B, rows, D, tuple(states), force_names, output_names)
 
 
 #: Names of signals of one kind, with the rows of the matrix that belongs to them.

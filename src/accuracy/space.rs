@@ -17,10 +17,8 @@ const TIGHTEST: f64 = 0.1;
 const FIRST: f64 = 1e-3;
 const CLEAR: f64 = 3.0;
 
-/// Difference by more nodes that calls for them, relative to what is asked for; and the tolerance of the run that
-/// tells, relative to that.
+/// Difference by more nodes that calls for them, relative to what is asked for.
 const NODES: f64 = 0.3;
-const TELLS: f64 = 0.1;
 
 /// Adds the space error to a run, or why it is not known: by a run of a finer model, with the method that suits that
 /// one, and no more accurate than it takes to tell an error of the modes from one of the steps.
@@ -91,7 +89,8 @@ pub(super) fn with_nodes<M: Model + Clone>(
     let (choice, following) = (plan.choice.clone(), plan.following.clone());
     let matters = NODES * wanted;
     let other = Plan { model: &model, choice, following, ..*plan };
-    let other = other.run(run.tolerance.max(TELLS * matters), f64::INFINITY, monitor)?;
+    // No looser than the run: where errors multiply, those of the steps would be taken for those of the nodes.
+    let other = other.run(run.tolerance, f64::INFINITY, monitor)?;
     let changed = largest(&distances(&other.tips, &run.tips)) / plan.model.length();
     Ok((other.is_success() && changed > matters).then_some(model))
 }

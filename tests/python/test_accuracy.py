@@ -441,3 +441,13 @@ def test_runs_that_must_end_at_the_limit_of_steps_are_not_begun():
     assert result.status == "too_many_steps"
     assert result.message.startswith("At least 2e+11 steps are needed to follow what moves")
     assert result.stats.nfev < 1000
+
+
+def test_errors_of_steps_that_multiply_are_not_taken_for_those_of_nodes():
+    stiffness = 7e10 * np.pi / 4 * 16e-12
+    column = lissom.Segment(0.5, 2e-3, 7e10, 2.6e10, 2700, {"bend_y": 4})
+    follower = lissom.Load(force=(-25 * stiffness / 0.25, 0, 0), frame="body")
+    rod = lissom.Rod([column], gravity=(0, 0, 0), loads=[follower])
+    result = lissom.simulate(rod, 0.3, q0=[1e-4, 0, 0, 0], method="auto", rtol=1e-2)
+    assert result.success
+    assert result.model.nodes == rod.nodes

@@ -529,3 +529,13 @@ def test_results_show_the_rod_where_the_base_is():
     run = results.Run(scene, scene.run())
     at, positions = results.shapes(run, scene.model)
     np.testing.assert_allclose(positions[:, 0, 1], 10.0 * run.t[at], atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    "shake", [lambda t: (0, 0, 0.01 * np.exp(-(((t - 0.5) / 0.05) ** 2))), lambda t: (1e-3 * t**40, 0, 0)]
+)
+def test_tails_that_underflow_have_derivatives(shake):
+    wire = lissom.Segment(0.4, 1e-3, 2e11, 8e10, 7800, {"bend_y": 1}, retardation_time=1e-2)
+    rod = lissom.Rod([wire], base_motion=lissom.BaseMotion(translation=shake))
+    for t in np.linspace(0.0, 2.5, 400):
+        assert np.isfinite(rod.pose([0.0], 0.0, t=t)).all()

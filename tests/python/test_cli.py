@@ -869,3 +869,21 @@ def test_modes_that_are_interrupted_keep_the_equilibrium(scene, tmp_path, monkey
     arguments = ["modes", str(scene(WIRE)), "-o", str(tmp_path / "out"), "--no-report"]
     assert cli.commands.main(arguments, standalone_mode=False) == 1
     assert (tmp_path / "out" / "equilibrium.npz").exists()
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="a device of Linux")
+def test_an_output_that_cannot_be_written_to_is_said_in_a_line(tmp_path):
+    command = [sys.executable, "-m", "lissom", "schema"]
+    with open("/dev/full", "w") as full:
+        done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, cwd=tmp_path)
+    assert done.returncode == 1
+    assert done.stderr.startswith("lissom: ")
+    assert len(done.stderr.splitlines()) == 1
+
+
+@pytest.mark.skipif(os.name == "nt", reason="a shell of POSIX")
+def test_a_run_without_stderr_is_a_run(tmp_path):
+    (tmp_path / "wire.toml").write_text(rod_scene(simulation="duration = 0.1"))
+    run = f"{sys.executable} -m lissom run wire.toml --no-report 2>&-"
+    assert subprocess.run(run, shell=True, cwd=tmp_path, stdout=subprocess.DEVNULL).returncode == 0
+    assert (tmp_path / "results" / "wire" / "summary.json").exists()
