@@ -17,6 +17,9 @@ pub(super) const FIRST_TOLERANCE: f64 = 1.5;
 /// States of the first run that are looked at for what is to be followed.
 const STATES: usize = 4;
 
+/// Steps that are made of a run that cannot reach its end within its limit of more of them.
+const SHOWN: usize = 1000;
+
 /// The status of runs that take too many steps, of first and of second order.
 const TOO_MANY_STEPS: &str = "too_many_steps";
 
@@ -95,16 +98,17 @@ impl<'a, M: Model + Clone> Plan<'a, M> {
         let max_step = self.request.max_step.min(followed).min(longest_step);
         let fewest = self.duration() / max_step;
         let is_too_long = fewest > self.request.max_steps as f64;
-        // Hours of work that must end at the limit are not begun: one step shows what the model does there.
-        let max_steps = if is_too_long { 1 } else { self.request.max_steps };
+        // Hours of work that must end at the limit are not begun: some steps show what the model does there.
+        let is_shown = is_too_long && self.request.max_steps > SHOWN;
+        let max_steps = if is_shown { SHOWN } else { self.request.max_steps };
         let request = Request { max_step, max_steps, ..self.request };
         let method = integrator.method(&sizes, frequency, tolerance, request);
         let [q0, v0] = self.start;
         let mut simulation = simulate(model.clone(), self.t_span, q0, v0, &method, self.t_eval, monitor)?;
-        if is_too_long && simulation.status.name() == TOO_MANY_STEPS {
+        if is_shown && simulation.status.name() == TOO_MANY_STEPS {
             simulation.message = format!(
-                "At least {fewest:.0e} steps are needed to follow what moves, and `max_steps` is {}: nothing but the first of them \
-                 was made. Check the loads, loosen `rtol`, shorten the time, or increase `max_steps`.",
+                "At least {fewest:.0e} steps are needed to follow what moves, and `max_steps` is {}: only the first {SHOWN} of \
+                 them were made. Check the loads, loosen `rtol`, shorten the time, or increase `max_steps`.",
                 self.request.max_steps
             );
         }
