@@ -10,6 +10,7 @@
 //!
 //! ```
 //! use lissom::newmark::{Options, solve};
+//! use lissom::second_order::FreeMotion;
 //! use lissom::pendulum::SpringPendulum;
 //!
 //! let mut pendulum = SpringPendulum::new(1.0, 1.0, 10.0, 9.81)?;
