@@ -95,8 +95,29 @@ def test_poses_and_jacobians_are_those_of_the_base_at_the_time():
         np.testing.assert_array_equal(rod.pose([q, q, 2 * q][k], places, t=t), found[k])
         turned = np.kron(np.eye(2), R) @ fixed.jacobian(q, 0.25)
         np.testing.assert_allclose(rod.jacobian(q, 0.25, t=t), turned, atol=1e-12)
-    with pytest.raises(TypeError, match="t: got none, expected the time of the state"):
-        rod.pose(q, places)
+
+
+def test_where_a_rod_on_a_moving_base_is_takes_a_time():
+    moving, still = rod_of(WILD["table"]), rod_of(None)
+    q, v, a = states(moving.n)
+    asked = {
+        "pose": (q, 0.3),
+        "jacobian": (q, 0.3),
+        "velocity": (q, v, 0.3),
+        "base_wrench": (q, v, a),
+        "energy": (q, v),
+        "dissipated_power": (q, v),
+    }
+    for name, arguments in asked.items():
+        with pytest.raises(TypeError, match="t: got none, expected the time of the state in seconds"):
+            getattr(moving, name)(*arguments)
+        getattr(moving, name)(*arguments, t=0.3)
+        getattr(still, name)(*arguments)
+    with pytest.raises(TypeError, match="t: got none"):
+        moving.pose([q, q], [0.1, 0.3])
+    held = rod_of(lissom.BaseMotion(translation=(1, 2, 3), axis=(0, 0, 1), angle=[0.3]))
+    for name, arguments in asked.items():
+        getattr(held, name)(*arguments)
 
 
 # ------------------------------------------------------------------------------------------- exact statements
@@ -366,6 +387,147 @@ def test_velocities_are_asked_for_along_the_rod_only():
         rod.velocity(np.zeros(rod.n), [0.0], 0.1)
 
 
+# ------------------------------------------------------------------------------------------- derivatives
+
+
+@pytest.mark.parametrize("hertz", [0.3, 20.0, 120.0, 500.0, 1000.0, 12_345.0])
+def test_callables_are_right_at_every_frequency(hertz):
+    """Forces on the shaken rod, beside those of the harmonic."""
+    amplitude = (1e-4, 0.0, 2e-4)
+    harmonic = lissom.Harmonic(amplitude, hertz, phase=0.4)
+
+    def shaken(t):
+        return np.array(amplitude) * np.sin(2 * np.pi * hertz * t + 0.4)
+
+    def turned(t):
+        angle = 1e-3 * np.sin(2 * np.pi * hertz * t)
+        return np.cos(angle / 2), 0.0, np.sin(angle / 2), 0.0
+
+    rest = np.zeros(6)
+    pairs = [
+        ({"translation": harmonic}, {"translation": shaken}),
+        ({"axis": (0, 1, 0), "angle": lissom.Harmonic(1e-3, hertz)}, {"rotation": turned}),
+    ]
+    for right, prescribed in pairs:
+        rods = [rod_of(lissom.BaseMotion(**motion), gravity=WEIGHTLESS) for motion in (right, prescribed)]
+        for t in (0.0, 0.0123, 3.3):
+            wanted, found = (rod.inverse_dynamics(rest, rest, rest, t=t) for rod in rods)
+            size = abs(rods[0].inverse_dynamics(rest, rest, rest, t=0.25 / hertz)).max()
+            np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-5 * size + 1e-7)
+
+
+KINKS = {
+    "velocity jumps": lambda t: (0.0, 0.0, 0.1 * abs(t - 0.05)),
+    "jumps": lambda t: (0.0, 0.0, 1e-3 * (t >= 0.05)),
+    "noise": lambda t: (0.0, 0.0, 1e-6 * np.sin(1e9 * (t % 0.1) ** 2) * (t > 0.02)),
+}
+
+
+@pytest.mark.parametrize("what", KINKS)
+def test_motions_without_derivatives_are_refused_and_nothing_is_lost(what):
+    rod = rod_of(lissom.BaseMotion(translation=KINKS[what]), FLAT)
+    message = r"translation\(t\): got a function without derivatives at t = 0\.0"
+    with pytest.raises(ValueError, match=message) as caught:
+        lissom.simulate(rod, 0.1, dt=1e-2)
+    result = caught.value.result
+    assert result.t[0] == 0.0
+    assert result.t[-1] == pytest.approx(0.01 if what == "noise" else 0.04)
+    assert np.isfinite(result.q).all()
+    for ask in (
+        lambda: rod.pose(np.zeros(rod.n), 0.1, t=0.05),
+        lambda: lissom.statics(rod, t=0.05),
+        lambda: lissom.simulate(rod, 0.1, t0=0.05, method="radau"),
+        lambda: lissom.simulate(rod, 0.1, t0=0.05, method="auto"),
+    ):
+        with pytest.raises(ValueError, match=r"without derivatives at t = 0\.05"):
+            ask()
+
+
+def test_where_the_acceleration_jumps_a_motion_goes_on():
+    """From rest into a steady acceleration and on at a steady speed, as a person would write it."""
+
+    def ramp(t):
+        s = min(max(t - 0.02, 0.0), 0.05)
+        return (0.0, 0.0, 2.0 * s * s + 4.0 * 0.05 * max(t - 0.07, 0.0))
+
+    def with_derivatives(t):
+        s = min(max(t - 0.02, 0.0), 0.05)
+        return ramp(t), (0.0, 0.0, 4.0 * s), (0.0, 0.0, 4.0 if 0.02 <= t < 0.07 else 0.0)
+
+    found = [
+        lissom.simulate(
+            rod_of(lissom.BaseMotion(translation=f), {**FLAT, "modes": {"bend_y": 2}}), 0.1, dt=1e-3
+        )
+        for f in (ramp, with_derivatives)
+    ]
+    assert found[0].success
+    assert found[1].success
+    np.testing.assert_allclose(found[0].q, found[1].q, atol=0.03 * abs(found[1].q).max())
+
+
+def _contradicting(wrong):
+    def translation(t):
+        x = np.array([0.0, 0.01 * np.sin(20 * t), 0.0])
+        v = np.array([0.0, 0.2 * np.cos(20 * t), 0.0])
+        a = np.array([0.0, -4.0 * np.sin(20 * t), 0.0])
+        return wrong(t, x, v, a)
+
+    return translation
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        (lambda t, x, v, a: (x, 1.01 * v, a), "a value and a velocity that contradict each other at t = 0"),
+        (lambda t, x, v, a: (x, v, -a if t > 0 else a), "a value and an acceleration that contradict"),
+        (lambda t, x, v, a: (x, v, a + 10.0 * (t > 0.03)), "a value and an acceleration that contradict"),
+        (lambda t, x, v, a: (x, a, v), "contradict each other at t = 0"),
+        (lambda t, x, v, a: (x, v, a * (np.nan if t > 0.03 else 1)), "got NaN at t = 0.03"),
+        (lambda t, x, v, a: (x, [0, np.inf, 0], a), "got inf at t = 0,"),
+    ],
+)
+@pytest.mark.parametrize("method", ["newmark", "dop853"])
+def test_derivatives_that_contradict_the_values_are_refused(wrong, message, method):
+    rod = rod_of(lissom.BaseMotion(translation=_contradicting(wrong)), FLAT)
+    with pytest.raises(ValueError, match=message):
+        lissom.simulate(rod, 0.1, dt=1e-3, method=method)
+    right = rod_of(lissom.BaseMotion(translation=_contradicting(lambda t, *x: x)), FLAT)
+    assert lissom.simulate(right, 0.1, dt=1e-3, method=method).success
+
+
+def test_orientations_of_functions_are_orientations_at_every_time():
+    def long(t):
+        return np.array(quaternion(t)) * (1.0 if t < 0.03 else 1.1)
+
+    rod = rod_of(lissom.BaseMotion(rotation=long))
+    with pytest.raises(
+        ValueError,
+        match=r"rotation\(t\): got a quaternion of norm 1\.1.* expected a quaternion .w, x, y, z. of norm 1",
+    ):
+        lissom.simulate(rod, 0.1, dt=1e-2)
+    with pytest.raises(ValueError, match="a quaternion of norm 2"):
+        rod_of(lissom.BaseMotion(rotation=lambda t: ((0, 2.0, 0, 0), (0, 0, 0), (0, 0, 0)))).pose(
+            np.zeros(6), 0.1, t=0
+        )
+
+    def spun(t):
+        return quaternion(t), (0.0, 0.0, 1.0), (0.0, 0.0, 0.0)
+
+    with pytest.raises(ValueError, match="contradict each other"):
+        lissom.simulate(rod_of(lissom.BaseMotion(rotation=spun)), 0.1)
+
+
+def test_values_that_are_not_finite_name_the_time():
+    rod = rod_of(lissom.BaseMotion(translation=lambda t: (0, 0, np.nan if t > 0.0501 else 0.1 * t)), FLAT)
+    with pytest.raises(
+        ValueError, match=r"translation\(t\): got NaN at t = 0\.06, expected finite numbers"
+    ) as caught:
+        lissom.simulate(rod, 0.1, dt=1e-2)
+    assert caught.value.result.t[-1] == pytest.approx(0.05)
+    with pytest.raises(ValueError, match="got inf at t = 1"):
+        rod_of(lissom.BaseMotion(axis=(0, 0, 1), angle=lambda t: np.inf)).pose(np.zeros(6), 0.1, t=1.0)
+
+
 # ------------------------------------------------------------------------------------------- callables, data
 
 
@@ -520,10 +682,10 @@ def test_results_show_the_rod_where_the_base_is():
         shear_modulus = 4e8
         density = 1000
         modes = { bend_y = 2 }
+        retardation_time = 0.1
         [simulation]
         duration = 1.0
         step = 0.1
-        method = "radau"
         """
     )
     run = results.Run(scene, scene.run())
