@@ -116,7 +116,7 @@ def measure_limit(quick: bool) -> Data:
                 "products": {
                     "residual": counts["residual"],
                     "tangent": counts["tangent"],
-                    "step": multiplications(model, steps) / steps.steps,
+                    "step": multiplications(counts, steps) / steps.steps,
                 },
                 "seconds": {
                     "residual": found[f"residual of {rod_name}"].seconds,

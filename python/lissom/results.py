@@ -9,15 +9,15 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ._lissom import Balance, LissomError, MotionResult, Rod, Scene, __version__
+from ._lissom import Balance, LissomError, MotionResult, Scene, __version__
 from .folders import MARK, SUMMARY
+from .views import Link, View, view
 
 if TYPE_CHECKING:
     import xarray
@@ -36,9 +36,6 @@ NO_ENERGIES = "Its energy balance is not finite: energies overflow or are NaN."
 #: Most instants at which the centre line is kept: more than a screen can show or an eye can see.
 MAX_SHAPES = 2000
 
-#: Sections along each segment at which the centre line is kept.
-SECTIONS_PER_SEGMENT = 24
-
 #: Modules that write NetCDF.
 FILES = ("xarray", "h5netcdf", "h5py")
 
@@ -53,29 +50,6 @@ COUNTERS = {
     "nlu": "factorisations",
 }
 
-#: Units of the generalised coordinates: strains of bending and torsion are curvatures, the others are ratios.
-STRAIN_UNITS = {
-    "torsion": "rad/m",
-    "bend_y": "rad/m",
-    "bend_z": "rad/m",
-    "stretch": "1",
-    "shear_y": "1",
-    "shear_z": "1",
-}
-
-
-@dataclass(frozen=True)
-class Coordinate:
-    """What one generalised coordinate is."""
-
-    name: str
-    unit: str
-    #: Strain component ("bend_y", ...) or, for a pendulum, the name again.
-    kind: str
-    #: Segment and degree of the mode; zero for a pendulum.
-    segment: int = 0
-    degree: int = 0
-
 
 @dataclass(frozen=True)
 class Run:
@@ -86,6 +60,8 @@ class Run:
     motion: MotionResult
     #: True when somebody stopped it.
     interrupted: bool = False
+    #: What stands around the times of an animation.
+    label: ClassVar[tuple[str, str]] = ("t = ", " s")
 
     @cached_property
     def t(self) -> Array:
@@ -106,6 +82,11 @@ class Run:
     def a(self) -> Array:
         """Accelerations, shape (m, n); NaN where none could be found."""
         return self.motion.a if self._has_states else np.full_like(self.q, np.nan)
+
+    @property
+    def clock(self) -> Array:
+        """Times at which the model is drawn, seconds, shape (m,)."""
+        return self.t
 
     @property
     def message(self) -> str:
@@ -148,17 +129,9 @@ class Run:
         )
 
     @cached_property
-    def coordinates(self) -> list[Coordinate]:
-        """What the generalised coordinates are."""
-        model = self.scene.model
-        if not isinstance(model, Rod):
-            return [Coordinate("angle", "rad", "angle"), Coordinate("elongation", "m", "elongation")]
-        return [
-            Coordinate(f"segment{i}.{strain}.{degree}", STRAIN_UNITS[strain], strain, i, degree)
-            for i, segment in enumerate(model.segments)
-            for strain in STRAIN_UNITS
-            for degree in range(segment.modes.get(strain, 0))
-        ]
+    def view(self) -> View:
+        """What there is of the model to be kept and drawn."""
+        return view(self.scene.model)
 
     @property
     def wants(self) -> frozenset[str]:
@@ -179,14 +152,6 @@ def in_words_of_a_scene(message: str) -> str:
 def instants(count: int, most: int) -> NDArray[np.intp]:
     """At most ``most`` of ``count`` indices, evenly spread, first and last included."""
     return np.unique(np.linspace(0, count - 1, min(most, count)).round().astype(np.intp))
-
-
-def sections(rod: Rod) -> Array:
-    """Arc lengths at which the centre line is kept, shape (s,), metres."""
-    ends = np.concatenate([[0.0], np.cumsum([segment.length for segment in rod.segments])])
-    inner = [np.linspace(a, b, SECTIONS_PER_SEGMENT, endpoint=False) for a, b in pairwise(ends)]
-    # The sum of the lengths may differ from the rod's length by rounding.
-    return np.append(np.concatenate(inner), rod.length)
 
 
 def statistics(run: Run) -> dict[str, Any]:
@@ -219,9 +184,9 @@ def dataset(run: Run) -> xarray.Dataset:
     """The trajectory with dimensions, units and the scene, as an xarray.Dataset."""
     import xarray
 
-    model, wants = run.scene.model, run.wants
-    names = [coordinate.name for coordinate in run.coordinates]
-    units = [coordinate.unit for coordinate in run.coordinates]
+    wants, coordinates = run.wants, run.view.coordinates
+    names = [coordinate.name for coordinate in coordinates]
+    units = [coordinate.unit for coordinate in coordinates]
     data = xarray.Dataset(
         coords={
             "time": ("time", run.t, {"units": "s", "long_name": "time"}),
@@ -249,15 +214,18 @@ def dataset(run: Run) -> xarray.Dataset:
     if "energy" in wants:
         for name, values in energies(run.balance).items():
             data[f"energy_{name}"] = ("time", values, {"long_name": f"energy: {name}", "units": "J"})
-    if "shape" in wants and isinstance(model, Rod):
-        at, positions = shapes(run, model)
+    for shape in shapes(run):
+        X = f"X{shape.suffix}"
+        arc_length = {"units": "m", "long_name": "arc length of the unstretched rod"}
         data = data.assign_coords(
-            shape_time=("shape_time", run.t[at], {"units": "s", "long_name": "time of a shape"}),
-            X=("X", sections(model), {"units": "m", "long_name": "arc length of the unstretched rod"}),
-            axis=("axis", ["x", "y", "z"]),
+            {
+                "shape_time": ("shape_time", run.t[shape.at], {"units": "s", "long_name": "time of a shape"}),
+                X: (X, shape.link.stations, arc_length),
+                "axis": ("axis", ["x", "y", "z"]),
+            }
         )
         attributes = {"units": "m", "long_name": "position of the centre line in the world"}
-        data["position"] = (("shape_time", "X", "axis"), positions, attributes)
+        data[f"position{shape.suffix}"] = (("shape_time", X, "axis"), shape.positions, attributes)
     return data
 
 
@@ -275,11 +243,33 @@ def energies(parts: Balance) -> dict[str, Array]:
     return named
 
 
-def shapes(run: Run, rod: Rod) -> tuple[NDArray[np.intp], Array]:
-    """Indices of the times at which the centre line is kept; its positions (times, sections, 3) in metres."""
-    at = run.instants(MAX_SHAPES)
-    stations = sections(rod)
-    return at, rod.pose(run.q[at], stations, t=run.t[at])[..., :3, 3]
+@dataclass(frozen=True)
+class Shapes:
+    """A link at some of the times that are kept."""
+
+    link: Link
+    #: What follows the names of its variables; nothing where there is one link only.
+    suffix: str
+    #: Indices of the times.
+    at: NDArray[np.intp]
+    #: Of the centre line, (times, sections, 3), metres.
+    positions: Array
+
+
+def shapes(run: Run) -> list[Shapes]:
+    """The links of a model in motion; none where the scene does not ask for them."""
+    if "shape" not in run.wants:
+        return []
+    at, links = run.instants(MAX_SHAPES), run.view.links
+    return [
+        Shapes(
+            link,
+            f"_{link.name}" if len(links) > 1 else "",
+            at,
+            link.pose(run.q[at], link.stations, run.t[at])[..., :3, 3],
+        )
+        for link in links
+    ]
 
 
 def missing(*modules: str) -> list[str]:
@@ -309,8 +299,8 @@ def arrays(run: Run) -> dict[str, Any]:
     found: dict[str, Any] = {
         "t": run.t,
         "q": run.q,
-        "coordinates": np.array([coordinate.name for coordinate in run.coordinates]),
-        "units": np.array([coordinate.unit for coordinate in run.coordinates]),
+        "coordinates": np.array([coordinate.name for coordinate in run.view.coordinates]),
+        "units": np.array([coordinate.unit for coordinate in run.view.coordinates]),
         "scene": np.array(run.scene.text),
         "statistics": np.array(json.dumps(plain(statistics(run)))),
     }
@@ -320,9 +310,9 @@ def arrays(run: Run) -> dict[str, Any]:
         found["a"] = run.a
     if "energy" in run.wants:
         found |= {f"energy_{name}": values for name, values in energies(run.balance).items()}
-    if "shape" in run.wants and isinstance(run.scene.model, Rod):
-        at, found["position"] = shapes(run, run.scene.model)
-        found["shape_time"], found["X"] = run.t[at], sections(run.scene.model)
+    for shape in shapes(run):
+        found["shape_time"] = run.t[shape.at]
+        found[f"X{shape.suffix}"], found[f"position{shape.suffix}"] = shape.link.stations, shape.positions
     return found
 
 
