@@ -410,17 +410,8 @@ def plot(curves, path):
     figure.savefig(path, dpi=120)
 
 
-def main():
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("-o", "--output", type=Path, default=Path("results/work_precision"))
-    parser.add_argument("--quick", action="store_true", help="three tolerances, few repetitions")
-    parser.add_argument("--problem", action="append", help="only problems whose name contains this")
-    parser.add_argument("--solver", action="append", help="only solvers whose name contains this")
-    arguments = parser.parse_args()
-    if lissom._lissom.build_profile != "release":
-        sys.exit("This is a debug build of lissom; build it in release mode first.")
+def measured_curves(arguments):
+    """The curves of the problems and solvers that are asked for; why solvers are left out, by their names."""
     tolerances = QUICK_TOLERANCES if arguments.quick else TOLERANCES
     seconds = QUICK_SECONDS if arguments.quick else SECONDS
     curves, left_out = [], {}
@@ -450,6 +441,21 @@ def main():
                     f"{1e3 * last['seconds']:.3f} ms",
                     file=sys.stderr,
                 )
+    return curves, left_out
+
+
+def main():
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("-o", "--output", type=Path, default=Path("results/work_precision"))
+    parser.add_argument("--quick", action="store_true", help="three tolerances, few repetitions")
+    parser.add_argument("--problem", action="append", help="only problems whose name contains this")
+    parser.add_argument("--solver", action="append", help="only solvers whose name contains this")
+    arguments = parser.parse_args()
+    if lissom._lissom.build_profile != "release":
+        sys.exit("This is a debug build of lissom; build it in release mode first.")
+    curves, left_out = measured_curves(arguments)
     if not curves:
         reasons = "; ".join(f"{name} {why}" for name, why in left_out.items())
         parser.error(f"nothing was measured: {reasons or 'no problem and solver have these names'}")
