@@ -433,7 +433,7 @@ def test_what_simulate_refuses_is_one_line(scene, tmp_path, monkeypatch, capsys)
         raise ValueError("dt: got 3,\n  expected 4")
 
     path = scene(WIRE)
-    monkeypatch.setattr(cli, "_simulate", refuse)
+    monkeypatch.setattr(cli.run, "_simulate", refuse)
     with pytest.raises(SystemExit) as ended:
         cli.main(["run", str(path), "-o", str(tmp_path / "out")])
     assert ended.value.code == 2
@@ -651,7 +651,7 @@ def test_help_and_version_are_good_and_quick(tmp_path):
         assert its.returncode == 0
         assert "Usage: lissom " + command in its.stdout
     assert lissom_command("--version", cwd=tmp_path).stdout == f"lissom, version {lissom.__version__}\n"
-    heavy = "{'plotly', 'xarray', 'pandas', 'tqdm', 'scipy', 'matplotlib'}"
+    heavy = "{'numpy', 'plotly', 'xarray', 'pandas', 'tqdm', 'scipy', 'matplotlib'}"
     program = f"import lissom.cli, sys; print(sorted({heavy} & set(sys.modules)))"
     loaded = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60)
     assert loaded.stdout == "[]\n"

@@ -158,7 +158,7 @@ def test_no_more_than_two_files_make_a_circle(house):
 def test_the_simulator_imports_nothing_of_its_evidence():
     package = ROOT / "python" / "lissom"
     for file in package.rglob("*.py"):
-        if "evidence" in file.relative_to(package).parts or file.name == "cli.py":
+        if file.relative_to(package).parts[0] in ("cli", "evidence"):
             continue
         assert "evidence" not in file.read_text(encoding="utf-8"), file
 
