@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._lissom import LissomError, ModesResult, Scene, StaticsResult, __version__, modes, statics
+from .files import write_report, write_summary
 from .folders import MARK
 from .interruption import interruption
-from .results import instants, write_report, write_summary
+from .results import instants
 from .views import View, view
 
 Array = NDArray[np.float64]
@@ -162,7 +163,7 @@ def study_modes(scene: Scene, rest: StaticsStudy | None) -> ModesStudy:
 def write(
     study: StaticsStudy | ModesStudy, folder: Path, report: Callable[[Any, Path], None] | None
 ) -> list[str]:
-    """Write the files of a study into an empty folder; what could not be written, like ``results.write``."""
+    """Write the files of a study into an empty folder; what could not be written, like ``files.write``."""
     np.savez_compressed(folder / study.file, **study.arrays())
     write_summary(study.numbers, folder)
     return write_report(report, study, folder / "report.html")

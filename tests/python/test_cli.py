@@ -18,7 +18,7 @@ import pytest
 import xarray
 
 import lissom
-from lissom import cli, folders, report, results, studies
+from lissom import cli, files, folders, report, results, studies
 from lissom.interruption import SAVING, Interruption
 
 SCENES = Path(__file__).parents[2] / "scenes"
@@ -297,7 +297,7 @@ def test_the_current_folder_stays_where_it_is(scene, tmp_path):
 
 def test_results_that_cannot_be_completed_leave_the_earlier_ones(tmp_path):
     with folders.Folder(tmp_path / "out") as folder:
-        results.write_summary({folders.MARK: "0.1.0"}, folder.partial)
+        files.write_summary({folders.MARK: "0.1.0"}, folder.partial)
         assert folder.publish() == ["summary.json"]
     before = files_in(tmp_path)
     assert set(before) == {Path("out/summary.json")}
@@ -327,7 +327,7 @@ def test_what_killed_runs_left_is_removed(tmp_path):
     folders.check_target(tmp_path / "out")
     with folders.Folder(tmp_path / "out") as folder:
         assert not leftover.exists()
-        results.write_summary({folders.MARK: "0.1.0"}, folder.partial)
+        files.write_summary({folders.MARK: "0.1.0"}, folder.partial)
         folder.publish()
     assert {found.name for found in (tmp_path / "out").iterdir()} == {"summary.json"}
     folders.check_target(tmp_path / "out")
@@ -601,7 +601,7 @@ def test_a_full_disk_is_said_and_leaves_the_earlier_results(limit, without, scen
     """No file may grow beyond a limit: none is seen before the first step, 20 kB by the trajectory."""
     path = scene(WIRE.replace("[simulation]", "[simulation]\nstep = 1e-4"))
     with folders.Folder(tmp_path / "out") as folder:
-        results.write_summary({folders.MARK: "0.1.0"}, folder.partial)
+        files.write_summary({folders.MARK: "0.1.0"}, folder.partial)
         folder.publish()
     before = files_in(tmp_path)
     done = lissom_command(

@@ -10,7 +10,8 @@ import pytest
 
 import lissom
 from lissom import report
-from lissom.results import Run, dataset, instants
+from lissom.files import dataset
+from lissom.results import Run, instants
 
 SCENES = Path(__file__).parents[2] / "scenes"
 

@@ -9,7 +9,8 @@ import pytest
 
 import lissom
 from lissom import advice, report
-from lissom.results import Run, arrays, dataset
+from lissom.files import arrays, dataset
+from lissom.results import Run
 from lissom.views import View, view
 
 PACKAGE = Path(lissom.__file__).parent

@@ -10,9 +10,9 @@ import click
 
 from ..interruption import STOPPING, interruption
 from .exits import FAILED
-from .saving import Saved, output_option, reports, results_folder, save
+from .saving import output_option, reports, results_folder, save
 from .scenes import SCENE, load, refusals_of
-from .words import note, progress_bar, say
+from .words import Saved, note, progress_bar, say
 
 if TYPE_CHECKING:
     from .._lissom import Scene
@@ -33,7 +33,7 @@ def command(scene: Path, output: Path | None, no_report: bool) -> int:
     Exit code: 0 done; 1 the simulation failed (what was computed is written) or something could not be
     written; 2 bad input (nothing is written); 130 interrupted with Ctrl-C (what was computed is written).
     """
-    from .. import results
+    from .. import files
 
     loaded = load(scene)
     target = output if output is not None else Path("results") / scene.stem
@@ -41,9 +41,9 @@ def command(scene: Path, output: Path | None, no_report: bool) -> int:
         report = _report_of_run if reports(no_report) else None
         with refusals_of(scene):
             done = _simulate(loaded)
-        saved = save(folder, lambda partial: results.write(done, partial, report))
+        saved = save(folder, lambda partial: files.write(done, partial, report))
     _summarise(done, saved)
-    if results.missing(*results.FILES):
+    if files.missing(*files.NETCDF):
         note("Without xarray and h5netcdf the trajectory is an .npz file", "files")
     return saved.code if done.motion.success or done.interrupted else FAILED
 

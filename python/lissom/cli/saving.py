@@ -6,14 +6,14 @@ import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from ..folders import Folder, NotOurs
 from ..interruption import SAVING, interruption
 from .exits import FAILED
-from .words import note
+from .words import Saved, note
 
 if TYPE_CHECKING:
     from ..studies import ModesStudy, StaticsStudy
@@ -43,15 +43,6 @@ def results_folder(target: Path) -> Iterator[Folder]:
         raise click.exceptions.Exit(unwritten(target, error)) from None
     with folder:
         yield folder
-
-
-class Saved(NamedTuple):
-    """Where results are."""
-
-    target: Path
-    files: list[str]
-    #: 0 if all that was wanted is where it was wanted.
-    code: int
 
 
 def save(folder: Folder, write: Callable[[Path], list[str]]) -> Saved:
@@ -98,11 +89,11 @@ def unwritten(target: Path, error: Exception) -> int:
 
 def reports(no_report: bool) -> bool:
     """Whether a report can be written and is wanted; a note if it is wanted only."""
-    from .. import results
+    from .. import files
 
     if no_report:
         return False
-    if results.missing("plotly"):
+    if files.missing("plotly"):
         note("Without plotly there is no report", "report")
         return False
     return True

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 import click
 
 from .exits import FAILED
-from .saving import Saved, output_option, results_folder, save_study
+from .saving import output_option, results_folder, save_study
 from .scenes import SCENE, load, refusals_of
-from .words import say
+from .words import Saved, say
 
 if TYPE_CHECKING:
     from ..studies import StaticsStudy

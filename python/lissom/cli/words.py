@@ -4,12 +4,19 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import click
 
-if TYPE_CHECKING:
-    from .saving import Saved
+
+class Saved(NamedTuple):
+    """Where results are."""
+
+    target: Path
+    files: list[str]
+    #: 0 if all that was wanted is where it was wanted.
+    code: int
 
 
 def say(name: str, outcome: str, good: bool, facts: Sequence[tuple[str, str]], saved: Saved) -> None:
