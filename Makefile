@@ -62,7 +62,7 @@ test-checked: $(VENV)/test.stamp ## the Python tests with debug assertions and o
 	$(BIN)/python -m pytest -n $(JOBS); status=$$?; $(MAKE) build-for-test; exit $$status
 
 bench: build-for-test ## measure, and write docs/benchmarks.md (PARTS="lab kernels", QUICK=1)
-	$(BIN)/python benches/python/suite.py --parts $(PARTS) $(if $(QUICK),--quick)
+	$(BIN)/python benches/python/speed/suite.py --parts $(PARTS) $(if $(QUICK),--quick)
 
 validate: build ## ask questions with known answers, and write docs/validation.md
 	$(BIN)/lissom validate -o "$(RESULTS)/validation" --update-docs docs/validation.md

@@ -1,7 +1,7 @@
 //! Inverse dynamics, tangents, forward dynamics and Newmark steps of rods: `cargo bench --bench rod`.
 //!
 //! `kernels` are rods of 3 to 36 coordinates, `scaling` rods of many segments or modes, `machine` is how fast this machine
-//! multiplies and adds. `benches/python/suite.py` makes tables of the results.
+//! multiplies and adds. `benches/python/speed/suite.py` makes tables of the results.
 
 use std::hint::black_box;
 use std::time::Duration;
