@@ -13,6 +13,9 @@ FUZZ_FILES ?=
 VENV := .venv
 BIN := $(VENV)/bin
 LAB_SCENES := $(sort $(wildcard scenes/lab-*.toml))
+# What `pip install` builds runs on every machine; here there is one, and half of the sweeps need not be compiled.
+MATURIN = $(BIN)/maturin develop --release --locked --no-default-features \
+	--features "python $(shell .ci/features)"
 COMPILE := uv pip compile --quiet --universal --python-version 3.11 --upgrade --generate-hashes \
 	--no-emit-index-url --no-emit-find-links --no-annotate --all-extras pyproject.toml
 
@@ -76,11 +79,11 @@ fuzz: build-for-test ## try random input (FUZZ_SECONDS=300, FUZZ_SEED=1, FUZZ_HA
 
 build: $(VENV)/demo.stamp ## build the package in release mode into .venv
 	@.ci/toolchain cargo
-	$(BIN)/maturin develop --release --locked
+	$(MATURIN)
 
 build-for-test: $(VENV)/test.stamp
 	@.ci/toolchain cargo
-	$(BIN)/maturin develop --release --locked
+	$(MATURIN)
 
 format: $(VENV)/test.stamp ## format all sources
 	cargo fmt

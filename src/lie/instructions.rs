@@ -35,6 +35,12 @@ impl Instructions {
         has_wide && cfg!(any(target_arch = "x86_64", target_arch = "aarch64"))
     }
 
+    /// Whether this build has sweeps for this machine: without the feature `portable`, only machines that
+    /// [have fused instructions](Self::has_fused) are served.
+    pub fn are_compiled(self) -> bool {
+        cfg!(feature = "portable") || self.has_fused()
+    }
+
     /// Runs what works on packs of this kind. Packs that are fused are for machines that [have that](Self::has_fused):
     /// elsewhere this panics.
     #[inline(always)]
