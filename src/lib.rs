@@ -1,4 +1,27 @@
-//! lissom makes soft rods move.
+//! lissom simulates slender soft bodies as Cosserat rods, with the solvers that this takes.
+//!
+//! A rod is described in plain data ([`rod::Segment`], [`robot::Rod`]) and compiled into a model ([`robot::RodModel`]).
+//! What moves or rests is computed of any [`model::Model`]: its free motion ([`simulate()`](simulate::simulate)), to an
+//! accuracy that is asked for ([`accuracy`]), its equilibria ([`statics`]), its vibrations ([`modes`]). The solvers know
+//! nothing of rods and can be used alone: [`roots`], [`ode`], [`newmark`], [`radau`].
+//!
+//! ```
+//! use lissom::robot::{Rod, RodModel};
+//! use lissom::rod::Segment;
+//! use lissom::statics::{self, equilibrium};
+//!
+//! // A wire of steel, one metre long and two millimetres thick, with three modes of bending in the vertical plane.
+//! let segment = Segment { modes: [0, 3, 0, 0, 0, 0], ..Segment::straight(1.0, 1e-3, 210e9, 80e9, 7800.0) };
+//! let mut wire = RodModel::new(&Rod::new(vec![segment]))?;
+//! let shape = equilibrium(&mut wire, &statics::Options::default(), &mut |_| Ok(()))?.expect("nothing interrupts it");
+//! let tip = wire.place(1.0);
+//! let sag = -wire.pose_at(&shape.q, &tip).position.z;
+//! assert!((sag - 0.17756).abs() < 1e-4);
+//! # Ok::<(), lissom::error::InvalidInput>(())
+//! ```
+//!
+//! Units are SI throughout. Bad input is an [`error::InvalidInput`] with all that is wrong with it; how a computation
+//! ended is a status in its result.
 
 pub mod accuracy;
 pub mod balance;

@@ -241,6 +241,7 @@ pub(crate) fn linearised(model: &mut dyn Model, q: &[f64], sizes: &[f64]) -> Opt
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::Elastic as _;
     use crate::robot::{Rod, RodModel};
     use crate::rod::Segment;
     use crate::support::Support;

@@ -3,7 +3,7 @@
 use crate::error::{Checker, InvalidInput};
 use crate::lie::sine_cosine;
 use crate::linalg::Matrix;
-use crate::model::{Energy, ForwardScratch, Model, SingularMass};
+use crate::model::{Discretised, Elastic, Energy, ForwardScratch, InTime, Model, SingularMass};
 
 /// A point mass `m` at the end of a spring of rest length `l` and stiffness `k`, hinged at the origin, in gravity `g`.
 ///
@@ -104,22 +104,6 @@ impl Model for SpringPendulum {
         *t22 = wq * (k - m * qd[0] * qd[0]) + wqdd * m;
     }
 
-    fn elastic_forces(&mut self, q: &[f64], tau: &mut [f64]) {
-        tau[0] = 0.0;
-        tau[1] = self.stiffness * q[1];
-    }
-
-    fn elastic_tangent(&mut self, _q: &[f64], tangent: &mut Matrix) {
-        tangent.fill(0.0);
-        tangent[(1, 1)] = self.stiffness;
-    }
-
-    /// One radian, and the length of the spring.
-    fn typical_coordinates(&self, sizes: &mut [f64]) {
-        sizes[0] = 1.0;
-        sizes[1] = self.length;
-    }
-
     fn tangent_cost(&self) -> f64 {
         1.0
     }
@@ -175,3 +159,25 @@ impl Model for SpringPendulum {
         if qdd[0].is_finite() && qdd[1].is_finite() { Ok(()) } else { Err(SingularMass) }
     }
 }
+
+impl Elastic for SpringPendulum {
+    fn elastic_forces(&mut self, q: &[f64], tau: &mut [f64]) {
+        tau[0] = 0.0;
+        tau[1] = self.stiffness * q[1];
+    }
+
+    fn elastic_tangent(&mut self, _q: &[f64], tangent: &mut Matrix) {
+        tangent.fill(0.0);
+        tangent[(1, 1)] = self.stiffness;
+    }
+
+    /// One radian, and the length of the spring.
+    fn typical_coordinates(&self, sizes: &mut [f64]) {
+        sizes[0] = 1.0;
+        sizes[1] = self.length;
+    }
+}
+
+impl InTime for SpringPendulum {}
+
+impl Discretised for SpringPendulum {}

@@ -64,7 +64,7 @@ impl Generators {
     }
 }
 
-/// The matrix of a chain, see the [module](self).
+/// The matrix of a chain: blocks on the diagonal, and low rank between different blocks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ChainMatrix {
     /// The diagonal blocks, square, of any sizes (zero included).

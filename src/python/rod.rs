@@ -24,7 +24,7 @@ use super::support::PySupport;
 use crate::error::{Checker, InvalidInput};
 use crate::lie::Rotation;
 use crate::linalg::Matrix;
-use crate::model::Model;
+use crate::model::InTime as _;
 use crate::robot::{Kernel, Multiplications, Place, Pose, Rod, RodModel};
 use crate::rod::{Basis, STRAIN_NAMES, STRAINS, Section, SectionProperties, Segment, Shape, ShearCorrection};
 

@@ -15,7 +15,7 @@ use super::tell::{Explanation, Multiplications, cost};
 use crate::error::{Interrupted, InvalidInput};
 use crate::lie::{Instructions, Planar, Plane, Spatial, Vector};
 use crate::linalg::{ChainMatrix, Matrix};
-use crate::model::{Chain, Energy, Flaw, Model};
+use crate::model::{Chain, Discretised, Elastic, Energy, Flaw, InTime, Model};
 use crate::rod::{MAX_NODES, STRAINS, piece};
 use crate::springs::Springs;
 use crate::world::BaseMotion;
@@ -281,54 +281,6 @@ impl Model for RodModel {
         on_sweeps!(&mut self.sweeps, sweeps => sweeps.weighted_tangent([q, qd, qdd], weights, tangent));
     }
 
-    /// `K q`, and what the supports answer.
-    fn elastic_forces(&mut self, q: &[f64], tau: &mut [f64]) {
-        match self.unloaded() {
-            Some(unloaded) => on_sweeps!(unloaded, sweeps => sweeps.forces_at_rest(q, tau)),
-            None => on_sweeps!(&self.sweeps, sweeps => elasticity::forces(sweeps.plan(), q, tau)),
-        }
-    }
-
-    fn elastic_tangent(&mut self, q: &[f64], tangent: &mut Matrix) {
-        match self.unloaded() {
-            Some(unloaded) => {
-                on_sweeps!(unloaded, sweeps => sweeps.tangent_at_rest(q, Tangent::Dense(tangent)));
-            }
-            None => on_sweeps!(&self.sweeps, sweeps => elasticity::stiffness(sweeps.plan(), tangent)),
-        }
-    }
-
-    /// Moment and force of every support, in the axes of the base.
-    fn springs(&self) -> usize {
-        6 * self.rod.supports.len()
-    }
-
-    fn linearise_springs(&mut self, q: &[f64], springs: &mut Springs) {
-        let found = on_sweeps!(&mut self.sweeps, sweeps => sweeps.springs(q));
-        springs.energy = found.iter().map(|held| held.energy).sum();
-        for (a, Held { forces, stiffness, firm, .. }) in found.into_iter().enumerate() {
-            for half in 0..2 {
-                let first = 6 * a + 3 * half;
-                springs.forces[first..first + 3].copy_from_slice(&forces[half].to_array());
-                elasticity::write_roots(&stiffness[half], firm[half], first, springs);
-            }
-        }
-        self.find_jacobian_of_springs(q, &mut springs.jacobian);
-    }
-
-    fn hold_springs(&mut self, forces: Option<&[f64]>) {
-        self.held = forces.map(<[f64]>::to_vec);
-        on_sweeps!(&mut self.sweeps, sweeps => sweeps.hold_springs(forces));
-        if let Some(unloaded) = &mut self.unloaded {
-            on_sweeps!(&mut **unloaded, sweeps => sweeps.hold_springs(forces));
-        }
-    }
-
-    /// A radian over the rod's length, and a stretch or shear of one.
-    fn typical_coordinates(&self, sizes: &mut [f64]) {
-        on_sweeps!(&self.sweeps, sweeps => elasticity::typical_coordinates(sweeps.plan(), sizes));
-    }
-
     /// By the products that both form, the factorisation included.
     fn tangent_cost(&self) -> f64 {
         let Multiplications { residual, tangent, factorisation, .. } = self.multiplications;
@@ -383,6 +335,76 @@ impl Model for RodModel {
         self.rod.length()
     }
 
+    fn is_damped(&self) -> bool {
+        on_sweeps!(&self.sweeps, sweeps => sweeps.plan().is_damped())
+    }
+
+    fn has_velocity_forces(&self) -> bool {
+        on_sweeps!(&self.sweeps, sweeps => sweeps.plan().has_velocity_forces())
+    }
+
+    /// Of follower loads, of loads that vary in time, of moments (one that keeps its direction in space has no
+    /// potential), and of a base that is moved.
+    fn supplied_power(&mut self, q: &[f64], qd: &[f64], qdd: &[f64]) -> f64 {
+        on_sweeps!(&mut self.sweeps, sweeps => sweeps.supplied_power([q, qd, qdd]))
+    }
+
+    fn is_driven(&self) -> bool {
+        on_sweeps!(&self.sweeps, sweeps => sweeps.plan().is_driven())
+    }
+}
+
+impl Elastic for RodModel {
+    /// `K q`, and what the supports answer.
+    fn elastic_forces(&mut self, q: &[f64], tau: &mut [f64]) {
+        match self.unloaded() {
+            Some(unloaded) => on_sweeps!(unloaded, sweeps => sweeps.forces_at_rest(q, tau)),
+            None => on_sweeps!(&self.sweeps, sweeps => elasticity::forces(sweeps.plan(), q, tau)),
+        }
+    }
+
+    fn elastic_tangent(&mut self, q: &[f64], tangent: &mut Matrix) {
+        match self.unloaded() {
+            Some(unloaded) => {
+                on_sweeps!(unloaded, sweeps => sweeps.tangent_at_rest(q, Tangent::Dense(tangent)));
+            }
+            None => on_sweeps!(&self.sweeps, sweeps => elasticity::stiffness(sweeps.plan(), tangent)),
+        }
+    }
+
+    /// Moment and force of every support, in the axes of the base.
+    fn springs(&self) -> usize {
+        6 * self.rod.supports.len()
+    }
+
+    fn linearise_springs(&mut self, q: &[f64], springs: &mut Springs) {
+        let found = on_sweeps!(&mut self.sweeps, sweeps => sweeps.springs(q));
+        springs.energy = found.iter().map(|held| held.energy).sum();
+        for (a, Held { forces, stiffness, firm, .. }) in found.into_iter().enumerate() {
+            for half in 0..2 {
+                let first = 6 * a + 3 * half;
+                springs.forces[first..first + 3].copy_from_slice(&forces[half].to_array());
+                elasticity::write_roots(&stiffness[half], firm[half], first, springs);
+            }
+        }
+        self.find_jacobian_of_springs(q, &mut springs.jacobian);
+    }
+
+    fn hold_springs(&mut self, forces: Option<&[f64]>) {
+        self.held = forces.map(<[f64]>::to_vec);
+        on_sweeps!(&mut self.sweeps, sweeps => sweeps.hold_springs(forces));
+        if let Some(unloaded) = &mut self.unloaded {
+            on_sweeps!(&mut **unloaded, sweeps => sweeps.hold_springs(forces));
+        }
+    }
+
+    /// A radian over the rod's length, and a stretch or shear of one.
+    fn typical_coordinates(&self, sizes: &mut [f64]) {
+        on_sweeps!(&self.sweeps, sweeps => elasticity::typical_coordinates(sweeps.plan(), sizes));
+    }
+}
+
+impl InTime for RodModel {
     fn horizon(&self, t: f64) -> f64 {
         self.rod.horizon(t)
     }
@@ -391,6 +413,26 @@ impl Model for RodModel {
         self.rod.shortest_period()
     }
 
+    fn time_span(&self) -> [f64; 2] {
+        self.rod.base_motion.as_ref().map_or([f64::NEG_INFINITY, f64::INFINITY], BaseMotion::span)
+    }
+
+    fn varies_in_time(&self) -> bool {
+        on_sweeps!(&self.sweeps, sweeps => sweeps.plan().varies_in_time)
+    }
+
+    fn not_finite(&self) -> Option<String> {
+        let t = on_sweeps!(&self.sweeps, sweeps => sweeps.time_without_loads())?;
+        self.rod.not_finite(t)
+    }
+
+    #[inline]
+    fn set_time(&mut self, t: f64) -> Result<(), Interrupted> {
+        on_sweeps!(&mut self.sweeps, sweeps => sweeps.set_time(t))
+    }
+}
+
+impl Discretised for RodModel {
     fn flaw(&self, q: &[f64]) -> Option<Flaw> {
         on_sweeps!(&self.sweeps, sweeps => validity::flaw(sweeps.plan(), q))
     }
@@ -430,41 +472,5 @@ impl Model for RodModel {
             segment.nodes.get_or_insert(factor * of_piece);
         }
         (finer != *self.rod).then(|| Self::new(&finer).ok()).flatten()
-    }
-
-    fn is_damped(&self) -> bool {
-        on_sweeps!(&self.sweeps, sweeps => sweeps.plan().is_damped())
-    }
-
-    fn has_velocity_forces(&self) -> bool {
-        on_sweeps!(&self.sweeps, sweeps => sweeps.plan().has_velocity_forces())
-    }
-
-    /// Of follower loads, of loads that vary in time, of moments (one that keeps its direction in space has no
-    /// potential), and of a base that is moved.
-    fn supplied_power(&mut self, q: &[f64], qd: &[f64], qdd: &[f64]) -> f64 {
-        on_sweeps!(&mut self.sweeps, sweeps => sweeps.supplied_power([q, qd, qdd]))
-    }
-
-    fn is_driven(&self) -> bool {
-        on_sweeps!(&self.sweeps, sweeps => sweeps.plan().is_driven())
-    }
-
-    fn time_span(&self) -> [f64; 2] {
-        self.rod.base_motion.as_ref().map_or([f64::NEG_INFINITY, f64::INFINITY], BaseMotion::span)
-    }
-
-    fn varies_in_time(&self) -> bool {
-        on_sweeps!(&self.sweeps, sweeps => sweeps.plan().varies_in_time)
-    }
-
-    fn not_finite(&self) -> Option<String> {
-        let t = on_sweeps!(&self.sweeps, sweeps => sweeps.time_without_loads())?;
-        self.rod.not_finite(t)
-    }
-
-    #[inline]
-    fn set_time(&mut self, t: f64) -> Result<(), Interrupted> {
-        on_sweeps!(&mut self.sweeps, sweeps => sweeps.set_time(t))
     }
 }

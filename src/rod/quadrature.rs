@@ -78,7 +78,7 @@ impl Gauss {
         Integral { breaks: &self.breaks, rule, at_nodes }
     }
 
-    /// Weights of that integral up to `x`: [`Integral::weights_up_to`].
+    /// Weights of that integral up to `x`.
     pub fn weights_up_to(&self, x: f64) -> Vec<f64> {
         self.integral().weights_up_to(x)
     }

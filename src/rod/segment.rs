@@ -28,7 +28,7 @@ pub struct Segment {
     pub shear_modulus: f64,
     /// Density in kg/m^3.
     pub density: f64,
-    /// Number of modes of each strain component, in the order of [`STRAIN_NAMES`]. Of piecewise constant strains the
+    /// Number of modes of each strain component, in the order of [`STRAIN_NAMES`](crate::rod::STRAIN_NAMES). Of piecewise constant strains the
     /// number of pieces; of Hermite's cubics twice the number of knots. In these two bases all strains have the same
     /// number, or none.
     pub modes: [usize; STRAINS],

@@ -7,7 +7,7 @@ use crate::accuracy;
 use crate::body;
 use crate::error::{Checker, InvalidInput, Number};
 use crate::load;
-use crate::model::Model as _;
+use crate::model::Discretised as _;
 use crate::pendulum::SpringPendulum;
 use crate::robot;
 use crate::rod;

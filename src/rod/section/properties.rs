@@ -6,7 +6,7 @@ use crate::rod::strain::STRAINS;
 /// What a section gives to the rod at one place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SectionProperties {
-    /// Stiffness per length of the strains, [`super::STRAIN_NAMES`]: of a shape diag(G J_t, E I_y, E I_z, E A, k_y G
+    /// Stiffness per length of the strains, [`STRAIN_NAMES`](crate::rod::STRAIN_NAMES): of a shape diag(G J_t, E I_y, E I_z, E A, k_y G
     /// A, k_z G A).
     pub stiffness: [[f64; STRAINS]; STRAINS],
     /// Area within its outline in m^2, that of a hollow circle's hole included: what a fluid makes way for. Zero of a

@@ -1,0 +1,51 @@
+//! Shapes that mean nothing.
+
+/// Why a shape is none that the model can have, or none that it can follow.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Flaw {
+    /// It turns by more than half a turn between neighbouring quadrature nodes.
+    Unresolved {
+        /// How many times as many nodes it takes.
+        shortage: f64,
+    },
+    /// It is turned inside out.
+    Inverted {
+        /// Arc length of the unstretched rod where it is worst, in metres.
+        at: f64,
+        /// The stretch there: length over length at rest, not positive.
+        stretch: f64,
+    },
+}
+
+impl std::fmt::Display for Flaw {
+    /// What the rod does.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match *self {
+            Self::Unresolved { .. } => {
+                write!(f, "turns by more than half a turn between neighbouring quadrature nodes")
+            }
+            Self::Inverted { at, stretch } => {
+                write!(f, "is turned inside out (stretch {} at X = {})", Rounded(stretch), Rounded(at))
+            }
+        }
+    }
+}
+
+/// A number with four digits.
+struct Rounded(f64);
+
+impl std::fmt::Display for Rounded {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self(value) = *self;
+        let is_handy = value == 0.0 || (1e-3..1e4).contains(&value.abs());
+        if is_handy { write!(f, "{}", (value * 1e4).round() / 1e4) } else { write!(f, "{value:.3e}") }
+    }
+}
+
+/// ", at least 3 times as many": how many nodes a shape takes that they do not resolve, where that is a number anyone
+/// would ask for.
+pub(crate) fn at_least(shortage: f64) -> String {
+    /// More is no shape to be resolved but a state that has left all bounds.
+    const MOST: f64 = 1000.0;
+    if shortage < MOST { format!(", at least {:.0} times as many", shortage.ceil()) } else { String::new() }
+}

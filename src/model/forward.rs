@@ -1,0 +1,88 @@
+//! Accelerations by a solve with the mass matrix.
+
+use super::Model;
+use crate::linalg::{ChainLu, ChainMatrix, Cholesky, Matrix};
+
+/// The mass matrix was not positive definite (or not finite), so that no acceleration exists.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SingularMass;
+
+impl std::fmt::Display for SingularMass {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("the mass matrix is not positive definite, or not finite: no acceleration exists")
+    }
+}
+
+impl std::error::Error for SingularMass {}
+
+/// The matrices of a model that is a chain, as zeros: their structure.
+#[derive(Clone, Debug)]
+pub struct Chain {
+    /// For [`Model::chain_tangent`].
+    pub tangent: ChainMatrix,
+    /// For [`Model::chain_mass_matrix`].
+    pub mass: ChainMatrix,
+}
+
+/// Memory for [`Model::forward_dynamics`].
+#[derive(Clone, Debug)]
+pub struct ForwardScratch {
+    bias: Vec<f64>,
+    mass: Mass,
+}
+
+/// The mass matrix and its factors.
+#[derive(Clone, Debug)]
+#[allow(clippy::large_enum_variant, reason = "there is one, and it is not moved")]
+enum Mass {
+    Dense { matrix: Matrix, cholesky: Cholesky },
+    Chain { matrix: ChainMatrix, lu: ChainLu },
+}
+
+impl ForwardScratch {
+    /// Scratch for a model of `n` coordinates that is no chain, or is to be treated as if it were none.
+    pub fn new(n: usize) -> Self {
+        let mass = Mass::Dense { matrix: Matrix::zeros(n, n), cholesky: Cholesky::new(n) };
+        Self { bias: vec![0.0; n], mass }
+    }
+
+    /// Scratch for `model`.
+    pub fn of<M: Model + ?Sized>(model: &M) -> Self {
+        match model.chain() {
+            Some(Chain { mass, .. }) => {
+                let lu = ChainLu::new(&mass);
+                Self { bias: vec![0.0; model.n()], mass: Mass::Chain { matrix: mass, lu } }
+            }
+            None => Self::new(model.n()),
+        }
+    }
+}
+
+/// [`Model::forward_dynamics`] of any model.
+pub(super) fn solve<M: Model + ?Sized>(
+    model: &mut M,
+    q: &[f64],
+    qd: &[f64],
+    qdd: &mut [f64],
+    scratch: &mut ForwardScratch,
+) -> Result<(), SingularMass> {
+    let ForwardScratch { bias, mass } = scratch;
+    qdd.fill(0.0);
+    model.inverse_dynamics(q, qd, qdd, bias);
+    for (acceleration, bias) in qdd.iter_mut().zip(bias) {
+        *acceleration = -*bias;
+    }
+    match mass {
+        Mass::Dense { matrix, cholesky } => {
+            model.mass_matrix(q, matrix);
+            cholesky.factorise(matrix).map_err(|_| SingularMass)?;
+            cholesky.solve(qdd);
+        }
+        Mass::Chain { matrix, lu } => {
+            model.chain_mass_matrix(q, matrix);
+            lu.factorise(matrix).map_err(|_| SingularMass)?;
+            lu.solve(qdd);
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,122 @@
+//! What every mechanical system of lissom offers to the solvers.
+
+mod discretised;
+mod elastic;
+mod energy;
+mod flaw;
+mod forward;
+mod in_time;
+
+use crate::linalg::{ChainMatrix, Matrix};
+
+pub use discretised::Discretised;
+pub use elastic::Elastic;
+pub use energy::Energy;
+pub use flaw::Flaw;
+pub(crate) use flaw::at_least;
+pub use forward::{Chain, ForwardScratch, SingularMass};
+pub use in_time::InTime;
+
+/// A mechanical system with generalised coordinates `q` (n of them), velocities `qd`, accelerations `qdd`.
+///
+/// `tau(q, qd, qdd)` is the generalised force that the motion needs, elasticity, damping and dead loads
+/// included: it is zero in free motion. A model owns its scratch memory, hence `&mut self`; all its methods
+/// are pure functions of their arguments otherwise (and of the time last set), and none of them allocates.
+/// Slices of the wrong length are a programming error and panic; the bindings check them first.
+pub trait Model: Elastic + InTime + Discretised {
+    /// Number of generalised coordinates.
+    fn n(&self) -> usize;
+
+    /// Generalised forces `tau` of a motion.
+    fn inverse_dynamics(&mut self, q: &[f64], qd: &[f64], qdd: &[f64], tau: &mut [f64]);
+
+    /// `weights[0] dtau/dq + weights[1] dtau/dqd + weights[2] dtau/dqdd`, exact, in one sweep.
+    /// With the weights of an implicit step this is that step's Jacobian.
+    fn weighted_tangent(
+        &mut self,
+        q: &[f64],
+        qd: &[f64],
+        qdd: &[f64],
+        weights: [f64; 3],
+        tangent: &mut Matrix,
+    );
+
+    /// About how many inverse dynamics cost as much as a weighted tangent: decides when an implicit step renews its
+    /// Jacobian.
+    fn tangent_cost(&self) -> f64 {
+        3.0
+    }
+
+    /// The symmetric positive definite mass matrix.
+    fn mass_matrix(&mut self, q: &[f64], mass: &mut Matrix);
+
+    /// The structure of tangent and mass matrix, when the model is a chain so long that it is cheaper to evaluate and
+    /// solve with them as such. Allocates; not for step loops.
+    fn chain(&self) -> Option<Chain> {
+        None
+    }
+
+    /// [`Self::weighted_tangent`] of a model that is a chain.
+    fn chain_tangent(
+        &mut self,
+        _q: &[f64],
+        _qd: &[f64],
+        _qdd: &[f64],
+        _weights: [f64; 3],
+        _tangent: &mut ChainMatrix,
+    ) {
+        unreachable!("the model is no chain");
+    }
+
+    /// [`Self::mass_matrix`] of a model that is a chain; symmetric to rounding.
+    fn chain_mass_matrix(&mut self, _q: &[f64], _mass: &mut ChainMatrix) {
+        unreachable!("the model is no chain");
+    }
+
+    /// The energies of a state.
+    fn energy(&mut self, q: &[f64], qd: &[f64]) -> Energy;
+
+    /// Power that damping takes out of the motion, in watts, never negative.
+    fn dissipated_power(&mut self, q: &[f64], qd: &[f64]) -> f64;
+
+    /// Where the tip is, in the frame of the model, in metres: what an accuracy is measured at.
+    fn tip(&mut self, q: &[f64]) -> [f64; 3];
+
+    /// The length of the model, in metres: what errors of the tip are relative to.
+    fn length(&self) -> f64;
+
+    /// False where [`Self::dissipated_power`] is zero whatever the state, so that a run does not integrate it.
+    fn is_damped(&self) -> bool {
+        true
+    }
+
+    /// True where more than the damping of what the model is made of depends on velocities: drag, a current, a base
+    /// that moves. The stability of an equilibrium is then that of the whole linearised motion, for a current also
+    /// gives the stiffness its unsymmetric part, and a turning base its negative one.
+    fn has_velocity_forces(&self) -> bool {
+        false
+    }
+
+    /// Power that what has no potential (moments of fixed direction, loads that vary, a base that is moved) puts into
+    /// the motion, in watts. The accelerations matter where a base is moved.
+    fn supplied_power(&mut self, _q: &[f64], _qd: &[f64], _qdd: &[f64]) -> f64 {
+        0.0
+    }
+
+    /// False where [`Self::supplied_power`] is zero whatever the state, so that a run does not integrate it.
+    fn is_driven(&self) -> bool {
+        false
+    }
+
+    /// Accelerations of the free motion: `qdd` with `tau(q, qd, qdd) = 0`, by a solve of `M qdd = -tau(q, qd, 0)`:
+    /// Cholesky's, or that of a chain. `scratch` must be of this model.
+    fn forward_dynamics(
+        &mut self,
+        q: &[f64],
+        qd: &[f64],
+        qdd: &mut [f64],
+        scratch: &mut ForwardScratch,
+    ) -> Result<(), SingularMass> {
+        forward::solve(self, q, qd, qdd, scratch)
+    }
+}
