@@ -17,7 +17,7 @@ fn main() -> Result<(), lissom::error::InvalidInput> {
 
     let at_rest = [0.0; 3];
     let method = Method::Newmark(newmark::Options::new(1e-3));
-    let motion = simulate(&wire, (0.0, 1.0), &at_rest, &at_rest, &method, None, &mut |_| Ok(()))?;
+    let motion = simulate(wire.clone(), (0.0, 1.0), &at_rest, &at_rest, &method, None, &mut |_| Ok(()))?;
     println!("{}", motion.message);
 
     println!("t [s]   tip x [m]   tip z [m]");

@@ -18,12 +18,6 @@ impl Model for Generic {
     fn weighted_tangent(&mut self, q: &[f64], qd: &[f64], qdd: &[f64], weights: [f64; 3], out: &mut Matrix) {
         self.0.weighted_tangent(q, qd, qdd, weights, out);
     }
-    fn elastic_forces(&mut self, q: &[f64], tau: &mut [f64]) {
-        self.0.elastic_forces(q, tau);
-    }
-    fn elastic_tangent(&mut self, q: &[f64], tangent: &mut Matrix) {
-        self.0.elastic_tangent(q, tangent);
-    }
     fn mass_matrix(&mut self, q: &[f64], mass: &mut Matrix) {
         self.0.mass_matrix(q, mass);
     }
@@ -41,7 +35,14 @@ impl Model for Generic {
     }
 }
 
-impl Elastic for Generic {}
+impl Elastic for Generic {
+    fn elastic_forces(&mut self, q: &[f64], tau: &mut [f64]) {
+        self.0.elastic_forces(q, tau);
+    }
+    fn elastic_tangent(&mut self, q: &[f64], tangent: &mut Matrix) {
+        self.0.elastic_tangent(q, tangent);
+    }
+}
 
 impl InTime for Generic {}
 

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use lissom::error::Interrupted;
 use lissom::linalg::Matrix;
-use lissom::model::Model;
+use lissom::model::{Elastic as _, Model};
 use lissom::pendulum::SpringPendulum;
 use lissom::robot::{Rod, RodModel};
 use lissom::rod::{Section, Segment};

@@ -2,7 +2,7 @@
 
 use lissom::linalg::Matrix;
 use lissom::load::{Frame, Load};
-use lissom::model::{Chain, ForwardScratch, Model};
+use lissom::model::{Chain, Elastic as _, ForwardScratch, InTime as _, Model};
 use lissom::robot::{Kernel, Rod, RodModel, Solve};
 use lissom::rod::{Section, Segment};
 use lissom::signal::{Harmonic, Signal};

@@ -4,7 +4,7 @@ use lissom::body::Body;
 use lissom::error::Interrupted;
 use lissom::linalg::Matrix;
 use lissom::load::{Extent, Frame, Load};
-use lissom::model::{ForwardScratch, Model};
+use lissom::model::{Discretised as _, Elastic as _, ForwardScratch, InTime as _, Model};
 use lissom::robot::{Rod, RodModel};
 use lissom::rod::{
     Basis, GivenSection, Profile, STRAIGHT, Section, Segment, Shape, ShearCorrection, diagonal,
