@@ -7,7 +7,7 @@ use std::cell::Cell;
 use lissom::body::Body;
 use lissom::linalg::{ChainLu, Matrix};
 use lissom::load::{Extent, Frame, Load};
-use lissom::model::{Chain, ForwardScratch, Model};
+use lissom::model::{Chain, ForwardScratch, InTime as _, Model};
 use lissom::newmark;
 use lissom::ode::{self, FirstOrder};
 use lissom::radau;
