@@ -1,5 +1,7 @@
 //! A steel wire of one metre, held out horizontally and let go: `cargo run --release --example released_wire`.
 
+#![allow(clippy::print_stdout, reason = "an example shows its results")]
+
 use lissom::lie::Vector;
 use lissom::newmark;
 use lissom::robot::{Rod, RodModel};
