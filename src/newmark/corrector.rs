@@ -213,10 +213,9 @@ impl Corrector {
                 };
             }
             if renew {
-                if let Err(failure) = self.evaluate_jacobian(system, trial, h, counters)? {
+                if let Err(failure) = self.renew_jacobian(system, trial, h, counters)? {
                     return Ok(Err(failure));
                 }
-                self.kept = Some(Kept { weights: trial.weights, steps: 0.0, cost: 0.0 });
                 cost += jacobian_cost;
                 size = self.compute_increment();
                 measured_rate = None;
@@ -244,9 +243,7 @@ impl Corrector {
                 if measured_rate.is_none() {
                     self.contraction.not_measured();
                 }
-                self.first_size = first_size;
-                std::mem::swap(&mut self.first, &mut self.last_first);
-                self.count_step(cost);
+                self.accept(first_size, cost);
                 return Ok(Ok(()));
             }
             last_size = Some(size);
@@ -336,6 +333,28 @@ impl Corrector {
         counters.nfev += 1;
         counters.newton_iterations += 1;
         system.residual(trial.t, &trial.q, &trial.v, &trial.a, &mut self.residual)
+    }
+
+    /// A Jacobian that is kept from now on.
+    fn renew_jacobian<S: System + ?Sized>(
+        &mut self,
+        system: &mut S,
+        trial: &Trial,
+        h: f64,
+        counters: &mut Counters,
+    ) -> Result<Result<(), Failure>, Interrupted> {
+        let outcome = self.evaluate_jacobian(system, trial, h, counters)?;
+        if outcome.is_ok() {
+            self.kept = Some(Kept { weights: trial.weights, steps: 0.0, cost: 0.0 });
+        }
+        Ok(outcome)
+    }
+
+    /// Ends a step whose Newton iteration with a kept Jacobian has converged.
+    fn accept(&mut self, first_size: f64, cost: f64) {
+        self.first_size = first_size;
+        std::mem::swap(&mut self.first, &mut self.last_first);
+        self.count_step(cost);
     }
 
     /// Evaluates and factorises the Jacobian at a trial whose residual has been evaluated.

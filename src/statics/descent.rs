@@ -4,7 +4,7 @@
 //! asked for, as some loads have none: the work of the generalised forces along a step, by the trapezoidal rule,
 //! takes their place.
 
-use super::equations::{Equations, State};
+use super::equations::{Equations, Linear, State, Step};
 use crate::error::Interrupted;
 use crate::linalg::symmetric_part;
 use crate::linalg::{Cholesky, Lu, dot, norm};
@@ -55,6 +55,48 @@ pub(super) enum Descent {
     NonFinite,
 }
 
+/// Newton steps with a shifted tangent.
+struct Shifted {
+    cholesky: Cholesky,
+    lu: Lu,
+    /// The last step.
+    x: Vec<f64>,
+}
+
+impl Shifted {
+    fn new(n: usize) -> Self {
+        Self { cholesky: Cholesky::new(n), lu: Lu::new(n), x: vec![0.0; n] }
+    }
+
+    /// The step, and its length, for the least shift from `shift` on for which the symmetric part is positive definite
+    /// and the step no longer than `radius`; `None` where no shift is enough.
+    fn step(&mut self, linear: &Linear, shift: &mut f64, radius: f64) -> Option<(Step, f64)> {
+        loop {
+            let mut shifted = linear.tangent.clone();
+            for i in 0..self.x.len() {
+                shifted[(i, i)] += *shift;
+            }
+            if self.cholesky.factorise(&symmetric_part(&shifted)).is_ok()
+                && self.lu.factorise(&shifted).is_ok()
+            {
+                for (x, residual) in self.x.iter_mut().zip(&linear.residual) {
+                    *x = -residual;
+                }
+                self.lu.solve(&mut self.x);
+                let step = linear.step(&self.x, 0.0);
+                let length = norm(&step.scaled);
+                if length <= radius {
+                    return Some((step, length));
+                }
+            }
+            *shift = (SHIFT_FACTOR * *shift).max(FIRST_SHIFT);
+            if *shift > LARGEST_SHIFT {
+                return None;
+            }
+        }
+    }
+}
+
 /// Moves `state` downhill at its load factor until it is in equilibrium.
 ///
 /// A step's springs are taken at the forces that they have to first order, and the shape that they leave is restored
@@ -65,14 +107,12 @@ pub(super) fn descend(
     tolerance: f64,
     max_iterations: usize,
 ) -> Result<Descent, Interrupted> {
-    let n = equations.n();
     if !state.forces.is_empty() {
         state.forces.fill(0.0);
         equations.restore(state, FIRST_RESTORING);
         *state = equations.state(std::mem::take(&mut state.q), state.load_factor)?;
     }
-    let mut x = vec![0.0; n];
-    let (mut cholesky, mut lu) = (Cholesky::new(n), Lu::new(n));
+    let mut shifted = Shifted::new(equations.n());
     let (mut radius, mut shift) = (FIRST_RADIUS, 0.0);
     let mut here = equations.downhill(state)?;
     for _ in 0..max_iterations {
@@ -81,27 +121,8 @@ pub(super) fn descend(
         shift = if shift > FIRST_SHIFT { shift / (SHIFT_FACTOR * SHIFT_FACTOR) } else { 0.0 };
         let mut flaw = None;
         loop {
-            // A shift for which the symmetric part is positive definite and the step stays in the region.
-            let (step, length) = loop {
-                let mut shifted = linear.tangent.clone();
-                for i in 0..n {
-                    shifted[(i, i)] += shift;
-                }
-                if cholesky.factorise(&symmetric_part(&shifted)).is_ok() && lu.factorise(&shifted).is_ok() {
-                    for (x, residual) in x.iter_mut().zip(&linear.residual) {
-                        *x = -residual;
-                    }
-                    lu.solve(&mut x);
-                    let step = linear.step(&x, 0.0);
-                    let length = norm(&step.scaled);
-                    if length <= radius {
-                        break (step, length);
-                    }
-                }
-                shift = (SHIFT_FACTOR * shift).max(FIRST_SHIFT);
-                if shift > LARGEST_SHIFT {
-                    return Ok(flaw.map_or(Descent::Stalled, Descent::Flawed));
-                }
+            let Some((step, length)) = shifted.step(&linear, &mut shift, radius) else {
+                return Ok(flaw.map_or(Descent::Stalled, Descent::Flawed));
             };
             let mut trial = state.clone();
             linear.advance(&mut trial, &step, &equations.sizes);
@@ -114,7 +135,7 @@ pub(super) fn descend(
             let there = equations.downhill(&trial)?;
             let work = here.work(&there, &trial.since(state, &equations.sizes));
             // Half of R.x + x.K x with (K + shift) x = -R.
-            let promised = 0.5 * (dot(&linear.residual, &x) - shift * dot(&x, &x));
+            let promised = 0.5 * (dot(&linear.residual, &shifted.x) - shift * dot(&shifted.x, &shifted.x));
             let inverted = equations.flaw(&trial.q).filter(|flaw| matches!(flaw, Flaw::Inverted { .. }));
             let ratio = if work.is_finite() && inverted.is_none() { work / promised } else { 0.0 };
             if ratio < POOR {

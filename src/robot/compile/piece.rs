@@ -43,39 +43,9 @@ pub(crate) fn plan<G: Turning>(
         })
         .collect();
 
-    let mut components = Vec::new();
-    let mut next = first;
-    for (strain, &modes) in piece.modes.iter().enumerate() {
-        if modes > 0 {
-            let stiffness = stiffness::stiffness(&piece, [strain; 2]);
-            let index = G::strain_index(frame, strain);
-            components.push(Component {
-                index,
-                modes,
-                first: next,
-                stiffness,
-                is_orthogonal: !stiffness::is_tapered(&piece) && piece.basis.is_orthogonal(),
-            });
-            next += modes;
-        }
-    }
+    let components = components::<G>(&piece, frame, first);
     let before_stretch: usize = piece.modes[..3].iter().sum();
     let stretch = (piece.modes[3] > 0).then(|| Stretch::new(&piece, &gauss, first + before_stretch));
-    let reference_slope = (0..packs)
-        .map(|pack| {
-            let at = |lane: usize| {
-                let [.., d, e, f] = piece.reference(gauss.nodes[pack * LANES + lane]);
-                G::vector_of(frame, [d, e, f].into())
-            };
-            let mut slope = G::Vector::<G::Pack>::zero();
-            for index in 0..G::COMPONENTS - G::ANGULAR {
-                *G::vector_component(&mut slope, index) = G::Pack::from_lanes(std::array::from_fn(|lane| {
-                    *G::vector_component(&mut at(lane), index)
-                }));
-            }
-            slope
-        })
-        .collect();
     let sections: Vec<_> = gauss.nodes.iter().map(|&x| piece.section(x)).collect();
     let is_straight =
         |strain: usize| piece.segment.reference_strain.is_entry_constant(strain) == Some(STRAIGHT[strain]);
@@ -88,7 +58,7 @@ pub(crate) fn plan<G: Turning>(
         length,
         largest_gap: if turns { length * gauss.largest_gap() } else { 0.0 },
         first,
-        n: next - first,
+        n: piece.modes.iter().sum(),
         first_pack,
         packs,
         weights: pack(&|i| length * gauss.weights[i]),
@@ -110,7 +80,11 @@ pub(crate) fn plan<G: Turning>(
         turning: G::constants(&piece, frame, &gauss, &components),
         couplings: couplings(&piece, first),
         components,
-        reference_slope,
+        reference_slope: gauss
+            .nodes
+            .chunks(LANES)
+            .map(|nodes| reference_slope::<G>(&piece, frame, nodes))
+            .collect(),
         stretch,
         is_extensible,
         mass: pack(&|i| sections[i].mass),
@@ -122,6 +96,33 @@ pub(crate) fn plan<G: Turning>(
         gauss,
         source: piece,
     }
+}
+
+/// The strain components of a piece whose first coordinate is `first`.
+fn components<G: Turning>(piece: &Piece, frame: G::Frame, first: usize) -> Vec<Component> {
+    let is_orthogonal = !stiffness::is_tapered(piece) && piece.basis.is_orthogonal();
+    let mut next = first;
+    let mut components = Vec::new();
+    for (strain, &modes) in piece.modes.iter().enumerate().filter(|&(_, &modes)| modes > 0) {
+        let index = G::strain_index(frame, strain);
+        let stiffness = stiffness::stiffness(piece, [strain; 2]);
+        components.push(Component { index, modes, first: next, stiffness, is_orthogonal });
+        next += modes;
+    }
+    components
+}
+
+/// Linear part of the reference strain at the nodes of one pack.
+fn reference_slope<G: Turning>(piece: &Piece, frame: G::Frame, nodes: &[f64]) -> G::Vector<G::Pack> {
+    let mut slope = G::Vector::<G::Pack>::zero();
+    for index in 0..G::COMPONENTS - G::ANGULAR {
+        let at = |lane: usize| {
+            let [.., d, e, f] = piece.reference(nodes[lane]);
+            *G::vector_component(&mut G::vector_of(frame, [d, e, f].into()), index)
+        };
+        *G::vector_component(&mut slope, index) = G::Pack::from_lanes(std::array::from_fn(at));
+    }
+    slope
 }
 
 /// The stiffness between different strains of a piece whose first coordinate is `first`.

@@ -200,7 +200,6 @@ pub(crate) fn tangent<G: Turning>(plan: &Plan<G>, is_mass_only: bool) -> Product
     let k = Kinds::<G>::new();
     let momentum = products(|| k.inertia.momentum(k.twist));
     let gyroscopic = products(|| k.gyroscope.times(k.axial));
-    let transposed = products(|| k.gyroscope.transposed_times(k.twist));
     let response = products(|| k.response.to(k.twist, k.twist, k.twist));
     let scaled = products(|| k.twist * Counted);
     let scaled_axial = products(|| k.axial * Counted);
@@ -248,38 +247,9 @@ pub(crate) fn tangent<G: Turning>(plan: &Plan<G>, is_mass_only: bool) -> Product
         } else if has_responses {
             count.packs += modes * packs * (response + 6 * scaled);
         }
-        // Points inside.
-        let integrals = if is_mass_only { 1 } else { 3 };
-        let inside = piece.points.inside.len() as u64;
-        let points = &plan.points[piece.points.inside.clone()];
-        let supported = points.iter().filter(|point| !point.anchors.is_empty()).count() as u64;
-        count.packs += inside * modes * integrals * packs * scaled;
-        count.singles += inside * modes * (momentum + modes * dot);
-        if !is_mass_only {
-            count.singles += inside * modes * (2 * gyroscopic + 6 * scaled);
-            count.singles += supported * modes * response;
-            if plan.has_responses {
-                count.singles += modes * (response + 3 * scaled);
-            }
-        }
-        // Rows.
+        count += points_inside(plan, piece, &k, is_mass_only);
         if s > 0 && !is_mass_only {
-            if has_responses {
-                count.packs += modes * packs * products(|| k.response.transposed_times(k.twist));
-            }
-            count.packs += modes * packs * momentum;
-            count.singles += modes * momentum;
-            count.packs += modes * packs * transposed;
-            count.singles += modes * transposed + inside * modes * 2 * transposed;
-            if plan.has_dead_loads {
-                count.singles += modes * transposed;
-            }
-            if plan.has_responses {
-                count.singles += (1 + supported) * modes * response;
-            }
-            if has_dead {
-                count.packs += modes * packs * transposed;
-            }
+            count += rows(plan, piece, &k);
         }
         // Block, of which a mass matrix needs half, stiffness and damping.
         let entries = if is_mass_only { modes * (modes + 1) / 2 } else { modes * modes };
@@ -289,6 +259,67 @@ pub(crate) fn tangent<G: Turning>(plan: &Plan<G>, is_mass_only: bool) -> Product
             count.singles += piece.components.iter().map(|c| (c.modes * c.modes) as u64).sum::<u64>();
             count.singles += piece.couplings.iter().map(coupled).sum::<u64>();
         }
+    }
+    count
+}
+
+/// How many points inside a piece are supported.
+fn supported<G: Turning>(plan: &Plan<G>, piece: &PiecePlan<G>) -> u64 {
+    let points = &plan.points[piece.points.inside.clone()];
+    points.iter().filter(|point| !point.anchors.is_empty()).count() as u64
+}
+
+/// The part of the points inside a piece in its columns and entries, and of what responds behind it.
+fn points_inside<G: Turning>(
+    plan: &Plan<G>,
+    piece: &PiecePlan<G>,
+    k: &Kinds<G>,
+    is_mass_only: bool,
+) -> Products {
+    let (packs, _, modes) = sizes(piece);
+    let momentum = products(|| k.inertia.momentum(k.twist));
+    let gyroscopic = products(|| k.gyroscope.times(k.axial));
+    let response = products(|| k.response.to(k.twist, k.twist, k.twist));
+    let scaled = products(|| k.twist * Counted);
+    let dot = products(|| k.twist.dot(k.wrench));
+    let integrals = if is_mass_only { 1 } else { 3 };
+    let inside = piece.points.inside.len() as u64;
+    let mut count = Products {
+        packs: inside * modes * integrals * packs * scaled,
+        singles: inside * modes * (momentum + modes * dot),
+    };
+    if !is_mass_only {
+        count.singles += inside * modes * (2 * gyroscopic + 6 * scaled);
+        count.singles += supported(plan, piece) * modes * response;
+        if plan.has_responses {
+            count.singles += modes * (response + 3 * scaled);
+        }
+    }
+    count
+}
+
+/// The rows of a piece behind others.
+fn rows<G: Turning>(plan: &Plan<G>, piece: &PiecePlan<G>, k: &Kinds<G>) -> Products {
+    let (packs, _, modes) = sizes(piece);
+    let momentum = products(|| k.inertia.momentum(k.twist));
+    let transposed = products(|| k.gyroscope.transposed_times(k.twist));
+    let response = products(|| k.response.to(k.twist, k.twist, k.twist));
+    let inside = piece.points.inside.len() as u64;
+    let mut count = Products {
+        packs: modes * packs * (momentum + transposed),
+        singles: modes * (momentum + transposed) + inside * modes * 2 * transposed,
+    };
+    if effects::responds_along(piece) {
+        count.packs += modes * packs * products(|| k.response.transposed_times(k.twist));
+    }
+    if effects::turns_along(plan, piece) {
+        count.packs += modes * packs * transposed;
+    }
+    if plan.has_dead_loads {
+        count.singles += modes * transposed;
+    }
+    if plan.has_responses {
+        count.singles += (1 + supported(plan, piece)) * modes * response;
     }
     count
 }
