@@ -16,7 +16,7 @@ density = 7800
 modes = { bend_y = 3 }
 
 [simulation]
-duration = 3
+t_end = 3
 "#;
 
 /// `line:column: message` of everything that is wrong with a scene.
@@ -97,13 +97,13 @@ density = 1000
 modes.bend_z = 1
 
 [simulation]
-duration = 2.5
+t_end = 2.5
 method = "rk45"
-step = 1e-3
-jacobian = "central"
+dt = 1e-3
+jac = "central"
 rtol = 1e-8
 atol = 1e-10
-output = { step = 0.1, quantities = ["shape", "energy"] }
+output = { dt = 0.1, quantities = ["shape", "energy"] }
 "#;
     let scene = Scene::parse(text, "s.toml").expect("the scene is good");
     assert_eq!(scene.name, "everything");
@@ -150,7 +150,7 @@ modes.bend_y = 4
 reference_strain = { stations = [0, 0.5, 2], values = [[0, 1, 0, 1, 0, 0], [0, 2, 0, 1, 0, 0], [0, 0, 0, 1, 0, 0]] }
 basis = "hermite"
 [simulation]
-duration = 1
+t_end = 1
 "#;
 
 #[test]
@@ -234,7 +234,7 @@ fn impossible_loads_and_bodies_are_refused() {
 
 #[test]
 fn a_pendulum_is_read() {
-    let text = "version = 1\n[pendulum]\nlength = 2\nq0 = [-0.5, 0.5]\n[simulation]\nduration = 1\n";
+    let text = "version = 1\n[pendulum]\nlength = 2\nq0 = [-0.5, 0.5]\n[simulation]\nt_end = 1\n";
     let scene = Scene::parse(text, "s.toml").expect("the scene is good");
     assert_eq!(scene.q0, [-0.5, 0.5]);
     assert_eq!(scene.v0, [0.0, 0.0]);
@@ -254,7 +254,7 @@ fn unknown_keys_are_refused_with_advice() {
         &["10:11: rod[0].segment[0].modes.bendy: unknown key; did you mean `bend_y`?"],
     );
     refused("[simulation]", "[simulaton]", &["12:2: simulaton: unknown key; did you mean `simulation`?"]);
-    let misspelt = "version = 1\n[pendullum]\nmass = 1\n[simulation]\nduration = 1\n";
+    let misspelt = "version = 1\n[pendullum]\nmass = 1\n[simulation]\nt_end = 1\n";
     assert_eq!(problems(misspelt), ["2:2: pendullum: unknown key; did you mean `pendulum`?"]);
     refused(
         "[[rod]]",
@@ -263,7 +263,7 @@ fn unknown_keys_are_refused_with_advice() {
     );
     refused(
         "duration",
-        "tip_mass = 3\nduration",
+        "tip_mass = 3\nt_end",
         &["13:1: simulation.tip_mass: unknown key; it belongs in [[rod]]"],
     );
     refused(
@@ -280,7 +280,7 @@ fn unknown_keys_are_refused_with_advice() {
 fn missing_keys_are_named_where_they_belong() {
     refused("length = 1.0\n", "", &["4:1: rod[0].segment[0].length: missing; add length: Length in metres"]);
     refused(
-        "[simulation]\nduration = 3\n",
+        "[simulation]\nt_end = 3\n",
         "",
         &["1:1: simulation: missing; add simulation: How long, and by which method"],
     );
@@ -342,8 +342,8 @@ fn wrong_types_are_refused() {
         &["10:20: rod[0].segment[0].modes.bend_y: got -3; expected an integer >= 0"],
     );
     refused(
-        "duration = 3",
-        "duration = 1979-05-27",
+        "t_end = 3",
+        "t_end = 1979-05-27",
         &["13:12: simulation.duration: got a date; expected a number"],
     );
     refused("[[rod]]\n", "[rod]\n", &["3:2: rod: got a table; expected double brackets: [[rod]]"]);
@@ -363,8 +363,8 @@ fn wrong_types_are_refused() {
 #[test]
 fn words_are_checked_with_advice() {
     refused(
-        "duration = 3",
-        "duration = 3\nmethod = \"newmrk\"\njacobian = 3",
+        "t_end = 3",
+        "t_end = 3\nmethod = \"newmrk\"\njac = 3",
         &[
             "14:10: simulation.method: got \"newmrk\"; did you mean \"newmark\"? Expected \"newmark\" or \"hht\" or \
              \"generalised_alpha\" or \"rk45\" or \"dop853\" or \"radau\" or \"auto\"",
@@ -372,8 +372,8 @@ fn words_are_checked_with_advice() {
         ],
     );
     refused(
-        "duration = 3",
-        "duration = 3\noutput.quantities = ['tip']",
+        "t_end = 3",
+        "t_end = 3\noutput.quantities = ['tip']",
         &[
             "14:22: simulation.output.quantities[0]: got \"tip\"; expected \"velocity\" or \"acceleration\" or \
            \"energy\" or \"shape\"",
@@ -384,8 +384,8 @@ fn words_are_checked_with_advice() {
 #[test]
 fn numbers_too_large_for_their_type_are_refused() {
     refused(
-        "duration = 3",
-        "duration = 1e999",
+        "t_end = 3",
+        "t_end = 1e999",
         &["13:12: simulation.duration: 1e999 is too large; expected a double, at most 1.8e308"],
     );
     refused(
@@ -636,7 +636,7 @@ fn sections_that_are_none_are_refused() {
 #[test]
 fn fixed_steps_that_cannot_see_an_oscillation_are_refused() {
     let load =
-        "[[rod.load]]\nforce = { amplitude = [0, 0, 1], frequency = 100 }\n\n[simulation]\nstep = 0.01";
+        "[[rod.load]]\nforce = { amplitude = [0, 0, 1], frequency = 100 }\n\n[simulation]\ndt = 0.01";
     let [problem] = &unplaced(&changed("[simulation]", load))[..] else { panic!("not one problem") };
     assert!(
         problem.contains("simulation.step: got 0.01 s for a load or a base motion with a period of 0.01 s"),
@@ -646,7 +646,7 @@ fn fixed_steps_that_cannot_see_an_oscillation_are_refused() {
 
 #[test]
 fn a_scene_needs_exactly_one_body() {
-    let simulation = "[simulation]\nduration = 1\n";
+    let simulation = "[simulation]\nt_end = 1\n";
     assert_eq!(
         problems(&format!("version = 1\n{simulation}")),
         ["1:1: nothing to simulate; add a [[rod]] with its [[rod.segment]], or a [pendulum]"]
@@ -683,28 +683,28 @@ fn what_does_not_fit_in_memory_is_refused() {
         &["10:20: rod[0].segment[0].modes.bend_y: got 300; expected at most 64 modes"],
     );
     refused(
-        "duration = 3",
-        "duration = 3\nstep = 1e-12",
+        "t_end = 3",
+        "t_end = 3\ndt = 1e-12",
         &[
             "14:8: simulation.step: got 3.00e12 steps; expected at most 1e10 of them: a step of at least 3.00e-10",
         ],
     );
     refused(
-        "duration = 3",
-        "duration = 3\nstep = 1e-8",
+        "t_end = 3",
+        "t_end = 3\ndt = 1e-8",
         &[
-            "14:8: simulation.step: got 3.00e8 states of 128 bytes to keep; expected at most 1 GiB: an output.step of \
+            "14:8: simulation.step: got 3.00e8 states of 128 bytes to keep; expected at most 1 GiB: an output.dt of \
            at least 3.58e-7",
         ],
     );
-    let coarse = changed("duration = 3", "duration = 3\nstep = 1e-8\noutput.step = 1e-3");
+    let coarse = changed("t_end = 3", "t_end = 3\ndt = 1e-8\noutput.dt = 1e-3");
     assert!(Scene::parse(&coarse, "s.toml").is_ok(), "few states are kept of many steps");
     refused(
-        "duration = 3",
-        "duration = 3\noutput.step = 1e-9",
+        "t_end = 3",
+        "t_end = 3\noutput.dt = 1e-9",
         &[
-            "14:15: simulation.output.step: got 3.00e9 states of 128 bytes to keep; expected at most 1 GiB: an \
-           output.step of at least 3.58e-7",
+            "14:15: simulation.output.dt: got 3.00e9 states of 128 bytes to keep; expected at most 1 GiB: an \
+           output.dt of at least 3.58e-7",
         ],
     );
     let segment =
@@ -719,16 +719,16 @@ fn what_does_not_fit_in_memory_is_refused() {
 fn numbers_of_steps_and_states_that_overflow_are_refused() {
     const MANY: &str = "got more than 1.80e308";
     for (settings, key, least) in [
-        ("duration = 1e300\nstep = 1e-300", "14:8: simulation.step", "at least 1.00e290"),
-        ("duration = 1e308\nstep = 1e-2", "14:8: simulation.step", "at least 1.00e298"),
-        ("duration = 1e308\nmethod = 'rk45'\nstep = 1e-2", "15:8: simulation.step", "at least 1.19e301"),
+        ("t_end = 1e300\ndt = 1e-300", "14:8: simulation.step", "at least 1.00e290"),
+        ("t_end = 1e308\ndt = 1e-2", "14:8: simulation.step", "at least 1.00e298"),
+        ("t_end = 1e308\nmethod = 'rk45'\ndt = 1e-2", "15:8: simulation.step", "at least 1.19e301"),
         (
-            "duration = 1e300\nmethod = 'rk45'\noutput = { step = 1e-300 }",
-            "15:19: simulation.output.step",
+            "t_end = 1e300\nmethod = 'rk45'\noutput = { dt = 1e-300 }",
+            "15:19: simulation.output.dt",
             "at least 1.19e293",
         ),
     ] {
-        let found = problems(&changed("duration = 3", settings));
+        let found = problems(&changed("t_end = 3", settings));
         assert_eq!(found.len(), 1, "{found:?}");
         assert!(found[0].starts_with(&format!("{key}: {MANY} st")), "{found:?}");
         assert!(found[0].ends_with(least), "{found:?}");
@@ -738,20 +738,20 @@ fn numbers_of_steps_and_states_that_overflow_are_refused() {
 #[test]
 fn settings_are_checked() {
     refused(
-        "duration = 3",
-        "duration = nan\nstep = 0\nrtol = -1\natol = inf\noutput.step = -1",
+        "t_end = 3",
+        "t_end = nan\ndt = 0\nrtol = -1\natol = inf\noutput.dt = -1",
         &[
             "13:12: simulation.duration: got NaN; expected a finite number > 0 (seconds)",
             "14:8: simulation.step: got 0; expected a finite number > 0 (seconds)",
             "15:8: simulation.rtol: got -1; expected a finite number >= 0 (relative)",
             "16:8: simulation.atol: got inf; expected a finite number >= 0 (absolute)",
-            "17:15: simulation.output.step: got -1; expected a finite number > 0 (seconds)",
+            "17:15: simulation.output.dt: got -1; expected a finite number > 0 (seconds)",
         ],
     );
     refused(
-        "duration = 3",
-        "duration = 3\noutput.step = 5",
-        &["14:15: simulation.output.step: got 5; expected at most the simulation's duration"],
+        "t_end = 3",
+        "t_end = 3\noutput.dt = 5",
+        &["14:15: simulation.output.dt: got 5; expected at most the simulation's duration"],
     );
 }
 
@@ -779,7 +779,7 @@ fn all_problems_are_reported_at_once_in_the_order_of_the_file() {
         .replace("1e-3", "[1e-3, 0]")
         .replace("80e9", "\"soft\"")
         .replace("7800\n", "-1\n")
-        .replace("duration = 3", "duration = 0\nstep = true");
+        .replace("t_end = 3", "t_end = 0\ndt = true");
     assert_eq!(
         problems(&text),
         [
@@ -857,8 +857,8 @@ proptest! {
     #[test]
     fn accepted_times_can_be_listed(times in prop::array::uniform3(-323..309i32), method in prop::sample::select(&["newmark", "rk45"])) {
         let [duration, step, output] = times;
-        let settings = format!("duration = 1e{duration}\nstep = 1e{step}\noutput.step = 1e{output}\nmethod = '{method}'");
-        if let Ok(scene) = Scene::parse(&changed("duration = 3", &settings), "s.toml") {
+        let settings = format!("t_end = 1e{duration}\ndt = 1e{step}\noutput.dt = 1e{output}\nmethod = '{method}'");
+        if let Ok(scene) = Scene::parse(&changed("t_end = 3", &settings), "s.toml") {
             // The longest admissible list takes 64 MB.
             let times = scene.simulation.output_times().expect("an output step is given");
             prop_assert_eq!(times.last(), Some(&scene.simulation.duration));

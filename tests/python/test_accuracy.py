@@ -197,7 +197,7 @@ def test_no_choice_of_modes_says_why():
 
 def test_a_scene_leaves_the_modes_open():
     text = (SCENES / "lab-horizontal.toml").read_text()
-    settings = 'method = "newmark"\nstep = 1e-2\njacobian = "analytic"\n'
+    settings = 'method = "newmark"\ndt = 1e-2\njac = "analytic"\n'
     text = text.replace(settings, "tolerance = 1e-3\n").replace("3.0", "0.5")
     assert "modes = { bend_y = 3 }" in text
     scene = lissom.Scene.loads(text.replace("modes = { bend_y = 3 }", 'modes = "auto"'))
@@ -222,7 +222,7 @@ def test_a_scene_leaves_the_modes_open():
 )
 def test_open_modes_that_make_no_sense_are_refused(problem, old, new):
     text = (SCENES / "lab-horizontal.toml").read_text()
-    settings = 'method = "newmark"\nstep = 1e-2\njacobian = "analytic"\n'
+    settings = 'method = "newmark"\ndt = 1e-2\njac = "analytic"\n'
     text = text.replace(settings, "tolerance = 1e-3\n").replace("modes = { bend_y = 3 }", 'modes = "auto"')
     assert old in text
     with pytest.raises(lissom.SceneError, match=problem):
@@ -281,7 +281,7 @@ def test_two_runs_the_same_bits():
 
 def test_a_scene_with_a_tolerance():
     text = (SCENES / "lab-horizontal.toml").read_text()
-    settings = 'method = "newmark"\nstep = 1e-2\njacobian = "analytic"\n'
+    settings = 'method = "newmark"\ndt = 1e-2\njac = "analytic"\n'
     assert settings in text
     scene = lissom.Scene.loads(text.replace(settings, "tolerance = 1e-5\n").replace("3.0", "0.5"))
     assert (scene.simulation.method, scene.simulation.rtol) == ("auto", 1e-5)
@@ -301,7 +301,7 @@ def test_a_scene_with_a_tolerance():
 )
 def test_what_makes_no_sense_in_a_scene_is_refused(problem, settings):
     text = (SCENES / "lab-horizontal.toml").read_text()
-    text = text.replace('method = "newmark"\nstep = 1e-2\njacobian = "analytic"', settings)
+    text = text.replace('method = "newmark"\ndt = 1e-2\njac = "analytic"', settings)
     with pytest.raises(lissom.SceneError, match=problem):
         lissom.Scene.loads(text)
 

@@ -24,7 +24,7 @@ shear_modulus = 8e10
 density = 7800.0
 modes = { bend_y = 3 }
 [simulation]
-duration = 0.05
+t_end = 0.05
 [simulation.output]
 quantities = ["velocity", "energy"]
 """
@@ -226,7 +226,7 @@ def test_scenes_and_their_models_move_alike_after_a_pickle(path):
 
 def test_modes_that_a_scene_left_open_are_not_chosen_again():
     text = TEXT.replace("modes = { bend_y = 3 }", 'modes = "auto"').replace(
-        "duration = 0.05", 'duration = 0.05\nmethod = "auto"\ntolerance = 1e-2'
+        "t_end = 0.05", 't_end = 0.05\nmethod = "auto"\ntolerance = 1e-2'
     )
     scene = lissom.Scene.loads(text)
     twin = pickle.loads(pickle.dumps(scene))

@@ -118,14 +118,14 @@ mass = 0.2
 inertia = [[2e-6, 0, 0], [0, 1e-6, 0], [0, 0, 1e-6]]
 centre = [0.01, 0]
 [simulation]
-duration = 0.5
+t_end = 0.5
 t0 = 0.25
 method = "newmark"
-step = 1e-3
-jacobian = "central"
+dt = 1e-3
+jac = "central"
 rtol = 1e-5
 atol = 1e-8
-output = { step = 0.1, quantities = ["velocity", "acceleration", "energy"] }
+output = { dt = 0.1, quantities = ["velocity", "acceleration", "energy"] }
 """,
     "sections in a fluid": """version = 1
 [[rod]]
@@ -168,7 +168,7 @@ poisson_ratio = 0.4
 density = 1070
 modes = { bend_y = 1 }
 [simulation]
-duration = 2
+t_end = 2
 tolerance = 1e-3
 """,
     "a turning base": """version = 1
@@ -183,7 +183,7 @@ poisson_ratio = 0.4
 density = 1070
 modes = { bend_y = 1 }
 [simulation]
-duration = 1
+t_end = 1
 method = "auto"
 output.quantities = ["shape"]
 """,
@@ -198,7 +198,7 @@ density = 1070
 retardation_time = 0.05
 modes = "auto"
 [simulation]
-duration = 0.02
+t_end = 0.02
 tolerance = 0.1
 """,
     "a pendulum": """version = 1
@@ -210,11 +210,11 @@ gravity = 1.6
 q0 = [0.1, 0.2]
 v0 = [0.3, 0.4]
 [simulation]
-duration = 1
+t_end = 1
 method = "radau"
 """,
 } | {
-    f'{key} = "{word}"': f'version = 1\n[pendulum]\n[simulation]\nduration = 1\n{key} = "{word}"\n'
+    f'{key} = "{word}"': f'version = 1\n[pendulum]\n[simulation]\nt_end = 1\n{key} = "{word}"\n'
     for key, word in (
         ("jacobian", "analytic"),
         ("jacobian", "forward"),

@@ -668,9 +668,9 @@ retardation_time = 1e-3
 modes = {{ bend_y = 2 }}
 [simulation]
 t0 = {t0}
-duration = {duration}
-step = 1e-3
-output.step = 0.1
+t_end = {duration}
+dt = 1e-3
+output.dt = 0.1
 """
 
 
