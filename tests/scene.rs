@@ -55,10 +55,10 @@ fn left_out_keys_have_the_defaults_of_the_rod() {
     assert_eq!(scene.model, Model::Rod(robot::Rod::new(vec![segment])));
     assert_eq!((scene.q0, scene.v0), (vec![0.0; 3], vec![0.0; 3]));
     let simulation = scene.simulation;
-    assert_eq!(simulation.duration, 3.0);
-    assert_eq!((simulation.method, simulation.jacobian), (Method::Newmark, Jacobian::Analytic));
-    assert_eq!((simulation.step, simulation.rtol, simulation.atol), (1e-2, 1e-6, 1e-9));
-    assert_eq!(simulation.output_step, None);
+    assert_eq!(simulation.t_end, 3.0);
+    assert_eq!((simulation.method, simulation.jac), (Method::Newmark, Jacobian::Analytic));
+    assert_eq!((simulation.dt, simulation.rtol, simulation.atol), (1e-2, 1e-6, 1e-9));
+    assert_eq!(simulation.output_dt, None);
     assert_eq!(simulation.quantities.len(), 4, "everything is kept");
 }
 
@@ -130,10 +130,10 @@ output = { dt = 0.1, quantities = ["shape", "energy"] }
     };
     assert_eq!(scene.model, Model::Rod(expected));
     let simulation = scene.simulation;
-    assert_eq!((simulation.method, simulation.jacobian), (Method::Rk45, Jacobian::Central));
-    assert_eq!((simulation.duration, simulation.step), (2.5, 1e-3));
+    assert_eq!((simulation.method, simulation.jac), (Method::Rk45, Jacobian::Central));
+    assert_eq!((simulation.t_end, simulation.dt), (2.5, 1e-3));
     assert_eq!((simulation.rtol, simulation.atol), (1e-8, 1e-10));
-    assert_eq!(simulation.output_step, Some(0.1));
+    assert_eq!(simulation.output_dt, Some(0.1));
     assert_eq!(simulation.quantities, [Quantity::Energy, Quantity::Shape]);
 }
 
@@ -262,7 +262,7 @@ fn unknown_keys_are_refused_with_advice() {
         &["4:1: rod[0].gravity: unknown key; it belongs in [pendulum] or [scene]"],
     );
     refused(
-        "duration",
+        "t_end",
         "tip_mass = 3\nt_end",
         &["13:1: simulation.tip_mass: unknown key; it belongs in [[rod]]"],
     );
@@ -344,7 +344,7 @@ fn wrong_types_are_refused() {
     refused(
         "t_end = 3",
         "t_end = 1979-05-27",
-        &["13:12: simulation.duration: got a date; expected a number"],
+        &["13:9: simulation.t_end: got a date; expected a number"],
     );
     refused("[[rod]]\n", "[rod]\n", &["3:2: rod: got a table; expected double brackets: [[rod]]"]);
     refused(
@@ -368,7 +368,7 @@ fn words_are_checked_with_advice() {
         &[
             "14:10: simulation.method: got \"newmrk\"; did you mean \"newmark\"? Expected \"newmark\" or \"hht\" or \
              \"generalised_alpha\" or \"rk45\" or \"dop853\" or \"radau\" or \"auto\"",
-            "15:12: simulation.jacobian: got 3; expected \"analytic\" or \"forward\" or \"central\"",
+            "15:7: simulation.jac: got 3; expected \"analytic\" or \"forward\" or \"central\"",
         ],
     );
     refused(
@@ -386,7 +386,7 @@ fn numbers_too_large_for_their_type_are_refused() {
     refused(
         "t_end = 3",
         "t_end = 1e999",
-        &["13:12: simulation.duration: 1e999 is too large; expected a double, at most 1.8e308"],
+        &["13:9: simulation.t_end: 1e999 is too large; expected a double, at most 1.8e308"],
     );
     refused(
         "bend_y = 3",
@@ -639,7 +639,7 @@ fn fixed_steps_that_cannot_see_an_oscillation_are_refused() {
         "[[rod.load]]\nforce = { amplitude = [0, 0, 1], frequency = 100 }\n\n[simulation]\ndt = 0.01";
     let [problem] = &unplaced(&changed("[simulation]", load))[..] else { panic!("not one problem") };
     assert!(
-        problem.contains("simulation.step: got 0.01 s for a load or a base motion with a period of 0.01 s"),
+        problem.contains("simulation.dt: got 0.01 s for a load or a base motion with a period of 0.01 s"),
         "{problem}"
     );
 }
@@ -686,14 +686,14 @@ fn what_does_not_fit_in_memory_is_refused() {
         "t_end = 3",
         "t_end = 3\ndt = 1e-12",
         &[
-            "14:8: simulation.step: got 3.00e12 steps; expected at most 1e10 of them: a step of at least 3.00e-10",
+            "14:6: simulation.dt: got 3.00e12 steps; expected at most 1e10 of them: a dt of at least 3.00e-10",
         ],
     );
     refused(
         "t_end = 3",
         "t_end = 3\ndt = 1e-8",
         &[
-            "14:8: simulation.step: got 3.00e8 states of 128 bytes to keep; expected at most 1 GiB: an output.dt of \
+            "14:6: simulation.dt: got 3.00e8 states of 128 bytes to keep; expected at most 1 GiB: an output.dt of \
            at least 3.58e-7",
         ],
     );
@@ -703,7 +703,7 @@ fn what_does_not_fit_in_memory_is_refused() {
         "t_end = 3",
         "t_end = 3\noutput.dt = 1e-9",
         &[
-            "14:15: simulation.output.dt: got 3.00e9 states of 128 bytes to keep; expected at most 1 GiB: an \
+            "14:13: simulation.output.dt: got 3.00e9 states of 128 bytes to keep; expected at most 1 GiB: an \
            output.dt of at least 3.58e-7",
         ],
     );
@@ -719,12 +719,12 @@ fn what_does_not_fit_in_memory_is_refused() {
 fn numbers_of_steps_and_states_that_overflow_are_refused() {
     const MANY: &str = "got more than 1.80e308";
     for (settings, key, least) in [
-        ("t_end = 1e300\ndt = 1e-300", "14:8: simulation.step", "at least 1.00e290"),
-        ("t_end = 1e308\ndt = 1e-2", "14:8: simulation.step", "at least 1.00e298"),
-        ("t_end = 1e308\nmethod = 'rk45'\ndt = 1e-2", "15:8: simulation.step", "at least 1.19e301"),
+        ("t_end = 1e300\ndt = 1e-300", "14:6: simulation.dt", "at least 1.00e290"),
+        ("t_end = 1e308\ndt = 1e-2", "14:6: simulation.dt", "at least 1.00e298"),
+        ("t_end = 1e308\nmethod = 'rk45'\ndt = 1e-2", "15:6: simulation.dt", "at least 1.19e301"),
         (
             "t_end = 1e300\nmethod = 'rk45'\noutput = { dt = 1e-300 }",
-            "15:19: simulation.output.dt",
+            "15:17: simulation.output.dt",
             "at least 1.19e293",
         ),
     ] {
@@ -741,17 +741,17 @@ fn settings_are_checked() {
         "t_end = 3",
         "t_end = nan\ndt = 0\nrtol = -1\natol = inf\noutput.dt = -1",
         &[
-            "13:12: simulation.duration: got NaN; expected a finite number > 0 (seconds)",
-            "14:8: simulation.step: got 0; expected a finite number > 0 (seconds)",
+            "13:9: simulation.t_end: got NaN; expected a finite number > t0 = 0 (seconds)",
+            "14:6: simulation.dt: got 0; expected a finite number > 0 (seconds)",
             "15:8: simulation.rtol: got -1; expected a finite number >= 0 (relative)",
             "16:8: simulation.atol: got inf; expected a finite number >= 0 (absolute)",
-            "17:15: simulation.output.dt: got -1; expected a finite number > 0 (seconds)",
+            "17:13: simulation.output.dt: got -1; expected a finite number > 0 (seconds)",
         ],
     );
     refused(
         "t_end = 3",
         "t_end = 3\noutput.dt = 5",
-        &["14:15: simulation.output.dt: got 5; expected at most the simulation's duration"],
+        &["14:13: simulation.output.dt: got 5; expected at most the simulated time, 3 s"],
     );
 }
 
@@ -787,8 +787,8 @@ fn all_problems_are_reported_at_once_in_the_order_of_the_file() {
             "6:17: rod[0].segment[0].radius[1]: got 0; expected a finite number > 0 (metres)",
             "8:17: rod[0].segment[0].shear_modulus: got the text \"soft\"; expected a number",
             "9:11: rod[0].segment[0].density: got -1; expected a finite number > 0 (kg/m^3)",
-            "13:12: simulation.duration: got 0; expected a finite number > 0 (seconds)",
-            "14:8: simulation.step: got true; expected a number",
+            "13:9: simulation.t_end: got 0; expected a finite number > t0 = 0 (seconds)",
+            "14:6: simulation.dt: got true; expected a number",
         ]
     );
 }
@@ -861,7 +861,7 @@ proptest! {
         if let Ok(scene) = Scene::parse(&changed("t_end = 3", &settings), "s.toml") {
             // The longest admissible list takes 64 MB.
             let times = scene.simulation.output_times().expect("an output step is given");
-            prop_assert_eq!(times.last(), Some(&scene.simulation.duration));
+            prop_assert_eq!(times.last(), Some(&scene.simulation.t_end));
             prop_assert!(times.is_sorted_by(|a, b| a < b));
         }
     }

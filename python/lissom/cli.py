@@ -419,13 +419,26 @@ def _load(path: Path) -> Scene:
     from ._lissom import LissomError, Scene, SceneError
 
     try:
-        return Scene.load(path)
+        with _notes():
+            return Scene.load(path)
     except OSError as error:
         raise click.UsageError(f"{path} cannot be read: {error.strerror}") from None
     except SceneError as error:
         raise _Refused(str(error)) from None
     except (LissomError, ValueError) as error:
         raise _Unresolved(f"{path}: {error}") from None
+
+
+@contextmanager
+def _notes() -> Iterator[None]:
+    """Within it, what becomes different in the next version is said in a line, and nothing else happens."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", FutureWarning)
+        try:
+            yield
+        finally:
+            for warning in caught:
+                click.echo(f"Note: {warning.message}", err=True)
 
 
 @contextmanager
@@ -444,7 +457,7 @@ def _simulate(scene: Scene) -> Run:
     from .results import Run
 
     settings = scene.simulation
-    with _bar(settings.duration, "Simulating", "s") as bar:
+    with _bar(settings.t_end - settings.t0, "Simulating", "s") as bar:
 
         def progress(t: float) -> bool:
             interruption.defer(STOPPING)

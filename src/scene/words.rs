@@ -68,6 +68,7 @@ pub(super) fn add_old_words(schema: &mut Json) {
         let notes = property.as_object_mut().expect("the schema of a key");
         notes.insert("description".to_owned(), format!("Old name of {}: {}.", word.new, word.instead).into());
         notes.insert("deprecated".to_owned(), true.into());
+        notes.remove("default");
         table["properties"][word.old] = property;
         // One of both names must be there then.
         let required = table["required"].as_array().cloned().unwrap_or_default();

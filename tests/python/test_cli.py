@@ -406,7 +406,7 @@ def test_messages_speak_of_keys_of_the_scene():
         message = "Reduce `dt` or use adaptive steps; loosen `rtol`, or ask for fewer times with `t_eval`."
 
     run = results.Run(lissom.Scene.loads(WIRE), Motion())
-    said = "Reduce `step` or use adaptive steps; loosen `rtol`, or ask for fewer times with `output.dt`."
+    said = "Reduce `dt` or use adaptive steps; loosen `rtol`, or ask for fewer times with `output.dt`."
     assert run.message == said
 
 
@@ -415,8 +415,8 @@ def test_messages_speak_of_keys_of_the_scene():
     ("settings", "key"),
     [
         ("t_end = 1e300\nmethod = 'rk45'\noutput = { dt = 1e-300 }", "simulation.output.dt"),
-        ("t_end = 1e300\ndt = 1e-300", "simulation.step"),
-        ("t_end = 1e308\ndt = 1e-2", "simulation.step"),
+        ("t_end = 1e300\ndt = 1e-300", "simulation.dt"),
+        ("t_end = 1e308\ndt = 1e-2", "simulation.dt"),
     ],
 )
 def test_runs_without_end_are_refused(command, settings, key, scene, tmp_path):
@@ -771,12 +771,12 @@ ODD = {
     "torsion alone": rod_scene(modes="{ torsion = 1 }", simulation="t_end = 1e-4\nmethod = 'radau'"),
     "no gravity": "[scene]\ngravity = [0, 0, 0]\n" + rod_scene(),
     "coordinates that no node resolves": rod_scene(rod="q0 = [1e8, 1e8]"),
-    "velocities beyond doubles": rod_scene(
-        rod="v0 = [1e200, 0]", simulation="t_end = 0.1\nmethod = 'rk45'"
-    ),
+    "velocities beyond doubles": rod_scene(rod="v0 = [1e200, 0]", simulation="t_end = 0.1\nmethod = 'rk45'"),
     "a load beyond doubles": rod_scene(rod="tip_force = [0, 0, 1e300]"),
     "open modes of it": rod_scene(
-        rod="tip_force = [1e300, 0, 1e300]", modes="'auto'", simulation="t_end = 0.1\ntolerance = 1e-2"
+        rod="tip_force = [1e300, 0, 1e300]",
+        modes="'auto'",
+        simulation="t_end = 0.1\nmethod = 'auto'\nrtol = 1e-2",
     ),
     "nothing kept": rod_scene(simulation="t_end = 0.1\noutput = { quantities = [] }"),
     "a moment of time": rod_scene(simulation="t_end = 1e-300"),

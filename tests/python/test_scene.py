@@ -43,9 +43,9 @@ def test_a_scene_makes_the_rod_that_python_would_make():
 
 def test_documented_defaults_of_the_simulation():
     settings = lissom.Scene.loads(WIRE).simulation
-    assert (settings.method, settings.step, settings.jacobian) == ("newmark", 1e-2, "analytic")
-    assert (settings.duration, settings.rtol, settings.atol) == (0.5, 1e-6, 1e-9)
-    assert settings.output_step is None
+    assert (settings.method, settings.dt, settings.jac) == ("newmark", 1e-2, "analytic")
+    assert (settings.t_end, settings.rtol, settings.atol) == (0.5, 1e-6, 1e-9)
+    assert settings.output_dt is None
     assert settings.quantities == ("velocity", "acceleration", "energy", "shape")
 
 
