@@ -341,11 +341,7 @@ fn wrong_types_are_refused() {
         "bend_y = -3",
         &["10:20: rod[0].segment[0].modes.bend_y: got -3; expected an integer >= 0"],
     );
-    refused(
-        "t_end = 3",
-        "t_end = 1979-05-27",
-        &["13:9: simulation.t_end: got a date; expected a number"],
-    );
+    refused("t_end = 3", "t_end = 1979-05-27", &["13:9: simulation.t_end: got a date; expected a number"]);
     refused("[[rod]]\n", "[rod]\n", &["3:2: rod: got a table; expected double brackets: [[rod]]"]);
     refused(
         "[[rod.segment]]",
@@ -635,8 +631,7 @@ fn sections_that_are_none_are_refused() {
 
 #[test]
 fn fixed_steps_that_cannot_see_an_oscillation_are_refused() {
-    let load =
-        "[[rod.load]]\nforce = { amplitude = [0, 0, 1], frequency = 100 }\n\n[simulation]\ndt = 0.01";
+    let load = "[[rod.load]]\nforce = { amplitude = [0, 0, 1], frequency = 100 }\n\n[simulation]\ndt = 0.01";
     let [problem] = &unplaced(&changed("[simulation]", load))[..] else { panic!("not one problem") };
     assert!(
         problem.contains("simulation.dt: got 0.01 s for a load or a base motion with a period of 0.01 s"),
@@ -685,9 +680,7 @@ fn what_does_not_fit_in_memory_is_refused() {
     refused(
         "t_end = 3",
         "t_end = 3\ndt = 1e-12",
-        &[
-            "14:6: simulation.dt: got 3.00e12 steps; expected at most 1e10 of them: a dt of at least 3.00e-10",
-        ],
+        &["14:6: simulation.dt: got 3.00e12 steps; expected at most 1e10 of them: a dt of at least 3.00e-10"],
     );
     refused(
         "t_end = 3",
@@ -702,10 +695,8 @@ fn what_does_not_fit_in_memory_is_refused() {
     refused(
         "t_end = 3",
         "t_end = 3\noutput.dt = 1e-9",
-        &[
-            "14:13: simulation.output.dt: got 3.00e9 states of 128 bytes to keep; expected at most 1 GiB: an \
-           output.dt of at least 3.58e-7",
-        ],
+        &["14:13: simulation.output.dt: got 3.00e9 states of 128 bytes to keep; expected at most 1 GiB: an \
+           output.dt of at least 3.58e-7"],
     );
     let segment =
         &GOOD[GOOD.find("[[rod.segment]]").expect("a segment")..GOOD.find("\n[sim").expect("settings")];
@@ -879,4 +870,60 @@ proptest! {
         let text: String = lines.collect();
         let _ = Scene::parse(&text, "s.toml").map_err(|error| error.to_string());
     }
+}
+
+#[test]
+fn old_words_are_read_and_named_with_their_places() {
+    let old = changed(
+        "t_end = 3",
+        "t0 = 0.5\nduration = 2.5\nstep = 2e-3\njacobian = 'central'\noutput.step = 0.1",
+    );
+    let new = changed("t_end = 3", "t0 = 0.5\nt_end = 3\ndt = 2e-3\njac = 'central'\noutput.dt = 0.1");
+    let (old, new) = (Scene::parse(&old, "s.toml").unwrap(), Scene::parse(&new, "s.toml").unwrap());
+    assert_eq!(old.simulation, new.simulation);
+    assert!(new.deprecations.is_empty());
+    let said: Vec<String> = old.deprecations.iter().map(|said| said.header("s.toml")).collect();
+    let refused = "an old name that the next version refuses";
+    let expected = [
+        format!(
+            "s.toml:14:1: simulation.duration: {refused}; write t_end, the time at the end: duration later than t0"
+        ),
+        format!("s.toml:15:1: simulation.step: {refused}; write dt"),
+        format!("s.toml:16:1: simulation.jacobian: {refused}; write jac"),
+        format!("s.toml:17:8: simulation.output.step: {refused}; write dt"),
+    ];
+    assert_eq!(said, expected);
+}
+
+#[test]
+fn an_old_tolerance_is_the_accuracy_of_method_auto() {
+    let old = Scene::parse(&changed("t_end = 3", "t_end = 3\ntolerance = 1e-3"), "s.toml").unwrap();
+    assert_eq!((old.simulation.method, old.simulation.rtol), (Method::Auto, 1e-3));
+    assert_eq!(old.deprecations.len(), 1);
+    refused(
+        "t_end = 3",
+        "t_end = 3\nmethod = 'rk45'\ntolerance = 1e-3",
+        &[
+            "15:1: simulation.tolerance: the method does not take it; write rtol; without a method, or with \"auto\", it \
+             is the accuracy that is wanted",
+        ],
+    );
+}
+
+#[test]
+fn an_old_word_beside_its_new_one_is_refused() {
+    refused(
+        "t_end = 3",
+        "t_end = 3\nduration = 3\noutput = { dt = 0.1, step = 0.1 }",
+        &[
+            "14:1: simulation.duration: the old name of t_end, which is given, too; remove it",
+            "15:22: simulation.output.step: the old name of dt, which is given, too; remove it",
+        ],
+    );
+    // What an old word says is checked by the new name.
+    refused(
+        "t_end = 3",
+        "duration = 0",
+        &["13:12: simulation.t_end: got 0; expected a finite number > t0 = 0 (seconds)"],
+    );
 }

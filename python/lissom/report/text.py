@@ -77,7 +77,8 @@ def lead(run: Run) -> str:
     else:
         what = "Spring pendulum"
     count = f"{model.n} generalised coordinates"
-    return f"{what}, {count}, {quantity(settings.t_end - settings.t0)} s simulated by {METHODS[settings.method]}."
+    time = f"{quantity(settings.t_end - settings.t0)} s simulated by {METHODS[settings.method]}"
+    return f"{what}, {count}, {time}."
 
 
 def outcome(run: Run) -> tuple[str, bool]:
