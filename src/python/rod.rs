@@ -155,10 +155,11 @@ impl PySegment {
                 shear_modulus
             }
             Section::Shape(_) => {
-                for (value, name) in [(young_modulus, "young_modulus"), (density, "density")] {
-                    check.require(value.is_some(), name, "none", "a number, unless the section is given");
-                }
-                shear_modulus_of(young_modulus, shear_modulus, poisson_ratio, &mut check)
+                let expected = "a number, unless the section is given";
+                check.require(young_modulus.is_some(), "young_modulus", "none", expected);
+                let found = shear_modulus_of(young_modulus, shear_modulus, poisson_ratio, &mut check);
+                check.require(density.is_some(), "density", "none", expected);
+                found
             }
         };
         let expected = "a dict such as {'bend_y': 3}";

@@ -137,7 +137,7 @@ def test_the_stable_step_is_the_largest_stable_one(method, eigenvalue):
             lambda t, y: matrix @ y,
             (0, 200 * h),
             [1.0, 0.0],
-            method.__name__,
+            method,
             first_step=h,
             max_step=h,
             rtol=0.1,

@@ -384,7 +384,7 @@ MANY = (
         "young_modulus = 2e11\nshear_modulus = 8e10\ndensity = 7800.0\n"
         "modes = { bend_y = 3 }\n"
     )
-    + "[simulation]\nduration = 1.0\n"
+    + "[simulation]\nt_end = 1.0\n"
 )
 
 

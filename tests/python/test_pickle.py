@@ -4,6 +4,7 @@ import concurrent.futures
 import copy
 import multiprocessing
 import pickle
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -103,7 +104,10 @@ def problem_of(text):
 
 def attributes(thing):
     """Public attributes that are no methods."""
-    found = {name: getattr(thing, name) for name in dir(thing) if not name.startswith("_")}
+    with warnings.catch_warnings():
+        # Old names.
+        warnings.simplefilter("ignore", FutureWarning)
+        found = {name: getattr(thing, name) for name in dir(thing) if not name.startswith("_")}
     return {name: value for name, value in found.items() if not callable(value)}
 
 

@@ -68,7 +68,7 @@ def test_options_of_a_run_replace_those_of_the_scene():
         scene.run(speed=3)
 
 
-def test_the_last_time_is_the_duration_whatever_the_output_step():
+def test_the_last_time_is_the_duration_whatever_the_output_dt():
     for step, count in ((0.1, 6), (0.15, 5), (0.5, 2), (0.3, 3)):
         t = lissom.Scene.loads(WIRE + f"output.dt = {step}\n").run().t
         assert len(t) == count

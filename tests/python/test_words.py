@@ -14,8 +14,8 @@ import lissom
 
 SCENE = "version = 1\n[pendulum]\n[simulation]\nt0 = 0.5\n"
 
-#: Keys of scenes: definition in the schema, old word, new word, a text with each (the old one in its first line), what
-#: is said to be right.
+#: Keys of scenes: definition in the schema, old word, new word, a text with each (the old one in its first
+#: line), what is said to be right.
 KEYS = [
     ("Simulation", "duration", "t_end", "duration = 0.25\n", "t_end = 0.75\n", "duration later than t0"),
     ("Simulation", "step", "dt", "step = 2e-3\nt_end = 1\n", "dt = 2e-3\nt_end = 1\n", "write dt"),
