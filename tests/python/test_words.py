@@ -1,6 +1,7 @@
 """Old words: each is still taken, with a warning that says the new one and where the old one stands."""
 
 import copy
+import inspect
 import json
 import pickle
 import re
@@ -218,3 +219,42 @@ def test_the_spelling_of_scipy_warns(old, new):
 def test_no_other_spelling_is_taken(name):
     with pytest.raises(ValueError, match=f"method: got '{name}', expected 'rk45', 'dop853' or 'radau'"):
         lissom.solve_ivp(lambda t, y: -y, (0.0, 1.0), [1.0], name)
+
+
+#: What scenes describe, the Python callable that makes it, and what has other forms in scenes: tables of their
+#: own, arrays of tables, which TOML names in the singular, and what functions take, not constructors.
+SAME_WORDS = {
+    "Rod": (lissom.Rod, {"base", "segment", "load", "body", "support", "q0", "v0"}),
+    "Segment": (lissom.Segment, set()),
+    "Load": (lissom.Load, set()),
+    "Body": (lissom.Body, set()),
+    "Support": (lissom.Support, set()),
+    "Fluid": (lissom.Fluid, set()),
+    "BaseMotion": (lissom.BaseMotion, set()),
+    "Pendulum": (lissom.SpringPendulum, {"q0", "v0"}),
+    "VaryingVector": (lissom.Harmonic, {"times", "values"}),
+    "VaryingNumber": (lissom.Harmonic, {"times", "values"}),
+    "StrainTable": (lissom.Profile, set()),
+    "SizeTable": (lissom.Profile, set()),
+    "Simulation": (lissom.simulate, {"output"}),
+}
+
+
+@pytest.mark.parametrize("table", SAME_WORDS)
+def test_scenes_have_the_words_of_python(table):
+    make, others = SAME_WORDS[table]
+    properties = json.loads(lissom.Scene.schema())["definitions"][table]["properties"]
+    keys = {key for key, schema in properties.items() if not schema.get("deprecated")}
+    assert keys - set(inspect.signature(make).parameters) == others
+
+
+def test_sections_and_settings_have_the_words_of_python():
+    definitions = json.loads(lissom.Scene.schema())["definitions"]
+    shapes = [word["const"] for word in definitions["SectionKind"]["oneOf"]]
+    sizes = set().union(*(inspect.signature(getattr(lissom.Section, name)).parameters for name in shapes))
+    assert set(definitions["Section"]["properties"]) - {"shape"} == sizes - {"length"}
+    settings = {name for name in dir(lissom.SimulationSettings) if not name.startswith("_")} - set(ATTRIBUTES)
+    kept = {"output_dt", "quantities"}
+    assert settings - kept == {
+        key for key, schema in definitions["Simulation"]["properties"].items() if not schema.get("deprecated")
+    } - {"output"}
