@@ -221,8 +221,8 @@ def test_no_other_spelling_is_taken(name):
         lissom.solve_ivp(lambda t, y: -y, (0.0, 1.0), [1.0], name)
 
 
-#: What scenes describe, the Python callable that makes it, and what has other forms in scenes: tables of their
-#: own, arrays of tables, which TOML names in the singular, and what functions take, not constructors.
+#: What scenes describe, the Python callable that makes it, and what has other forms in scenes: tables of
+#: their own, arrays of tables, which TOML names in the singular, and what functions take, not constructors.
 SAME_WORDS = {
     "Rod": (lissom.Rod, {"base", "segment", "load", "body", "support", "q0", "v0"}),
     "Segment": (lissom.Segment, set()),
