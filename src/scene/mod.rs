@@ -1,8 +1,8 @@
 //! Scene files: a TOML description of what is simulated and how, read and checked once.
 //!
 //! `document` is the file's shape in plain structs, from which the JSON Schema is generated; `shape` checks a file
-//! against that schema; `words` knows the old names of keys; `build` turns it into a model with the constructors that everybody uses; `diagnostics`
-//! says what is wrong, where. A scene never executes anything.
+//! against that schema, for which `words` knows the old names of keys; `build` turns it into a model with the
+//! constructors that everybody uses; `diagnostics` says what is wrong, where. A scene never executes anything.
 
 mod build;
 mod diagnostics;
