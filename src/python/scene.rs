@@ -98,7 +98,7 @@ impl PySceneProblem {
             wrong: problem.wrong.clone(),
             right: problem.right.clone(),
             snippet: error.snippet(problem),
-            header: problem.header(&error.file),
+            header: error.header(problem),
         }
     }
 }

@@ -86,6 +86,11 @@ impl SceneError {
         Self { file: file.to_owned(), problems: placed(text, problems), omitted, text: text.to_owned() }
     }
 
+    /// `file:line:column: key: what is wrong; what would be right`.
+    pub fn header(&self, problem: &SceneProblem) -> String {
+        problem.header(&self.file)
+    }
+
     /// The source line of a problem with the offending part underlined.
     pub fn snippet(&self, problem: &SceneProblem) -> String {
         let Range { start, end } = problem.span;
@@ -109,7 +114,7 @@ impl fmt::Display for SceneError {
             if i > 0 {
                 writeln!(f)?;
             }
-            write!(f, "{}\n{}", problem.header(&self.file), self.snippet(problem))?;
+            write!(f, "{}\n{}", self.header(problem), self.snippet(problem))?;
         }
         if self.omitted == 0 { Ok(()) } else { write!(f, "\n{}", rest_of(self.omitted)) }
     }
