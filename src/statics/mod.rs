@@ -201,10 +201,7 @@ fn newton(equations: &mut Equations<'_>, q0: &[f64], options: &Options) -> Resul
     let search = roots::Options {
         method: roots::Method::TrustRegion,
         residual_tolerance: 0.0,
-        step_tolerance: roots::StepTolerance {
-            absolute: options.tol / (n as f64).sqrt(),
-            relative: 0.0,
-        },
+        step_tolerance: roots::StepTolerance { absolute: options.tol / (n as f64).sqrt(), relative: 0.0 },
         max_iter: options.max_iter,
         ..roots::Options::default()
     };
