@@ -13,6 +13,9 @@ FUZZ_FILES ?=
 VENV := .venv
 BIN := $(VENV)/bin
 LAB_SCENES := $(sort $(wildcard scenes/lab-*.toml))
+# What `pip install` builds runs on every machine; here there is one, and half of the sweeps need not be compiled.
+MATURIN = $(BIN)/maturin develop --release --locked --no-default-features \
+	--features "python $(shell .ci/features)"
 COMPILE := uv pip compile --quiet --universal --python-version 3.11 --upgrade --generate-hashes \
 	--no-emit-index-url --no-emit-find-links --no-annotate --all-extras pyproject.toml
 
@@ -62,7 +65,7 @@ test-checked: $(VENV)/test.stamp ## the Python tests with debug assertions and o
 	$(BIN)/python -m pytest -n $(JOBS); status=$$?; $(MAKE) build-for-test; exit $$status
 
 bench: build-for-test ## measure, and write docs/benchmarks.md (PARTS="lab kernels", QUICK=1)
-	$(BIN)/python benches/python/suite.py --parts $(PARTS) $(if $(QUICK),--quick)
+	$(BIN)/python benches/python/speed/suite.py --parts $(PARTS) $(if $(QUICK),--quick)
 
 validate: build ## ask questions with known answers, and write docs/validation.md
 	$(BIN)/lissom validate -o "$(RESULTS)/validation" --update-docs docs/validation.md
@@ -76,11 +79,11 @@ fuzz: build-for-test ## try random input (FUZZ_SECONDS=300, FUZZ_SEED=1, FUZZ_HA
 
 build: $(VENV)/demo.stamp ## build the package in release mode into .venv
 	@.ci/toolchain cargo
-	$(BIN)/maturin develop --release --locked
+	$(MATURIN)
 
 build-for-test: $(VENV)/test.stamp
 	@.ci/toolchain cargo
-	$(BIN)/maturin develop --release --locked
+	$(MATURIN)
 
 format: $(VENV)/test.stamp ## format all sources
 	cargo fmt

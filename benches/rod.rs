@@ -1,7 +1,7 @@
 //! Inverse dynamics, tangents, forward dynamics and Newmark steps of rods: `cargo bench --bench rod`.
 //!
 //! `kernels` are rods of 3 to 36 coordinates, `scaling` rods of many segments or modes, `machine` is how fast this machine
-//! multiplies and adds. `benches/python/suite.py` makes tables of the results.
+//! multiplies and adds. `benches/python/speed/suite.py` makes tables of the results.
 
 use std::hint::black_box;
 use std::time::Duration;
@@ -161,7 +161,7 @@ impl pulp::WithSimd for MultiplyAdds {
     }
 }
 
-/// Numbers in a register of the widest kind.
+/// Numbers in a register of the kind that the sweeps use.
 struct Width;
 
 impl pulp::WithSimd for Width {
@@ -173,28 +173,14 @@ impl pulp::WithSimd for Width {
     }
 }
 
-/// The instruction sets of this machine that pulp knows and that multiply and add in one instruction, or the only one there is.
-fn instruction_sets() -> Vec<pulp::Arch> {
-    #[cfg(target_arch = "x86_64")]
-    {
-        use pulp::x86::{V3, V4};
-        let fused = [V3::try_new().map(pulp::Arch::V3), V4::try_new().map(pulp::Arch::V4)];
-        if fused.iter().any(Option::is_some) {
-            return fused.into_iter().flatten().collect();
-        }
-    }
-    vec![pulp::Arch::new()]
-}
-
 fn machine(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("machine");
-    for arch in instruction_sets() {
-        let width = arch.dispatch(Width);
-        group.throughput(Throughput::Elements((CHAINS * LINKS * width) as u64));
-        group.bench_function(format!("multiply-adds of {width} doubles"), |bencher| {
-            bencher.iter(|| arch.dispatch(black_box(MultiplyAdds)));
-        });
-    }
+    let arch = pulp::Arch::new();
+    let width = arch.dispatch(Width);
+    group.throughput(Throughput::Elements((CHAINS * LINKS * width) as u64));
+    group.bench_function(format!("multiply-adds of {width} doubles"), |bencher| {
+        bencher.iter(|| arch.dispatch(black_box(MultiplyAdds)));
+    });
     group.finish();
 }
 

@@ -51,6 +51,7 @@ def build() -> str:
         "bench",
         "--locked",
         "--quiet",
+        "--no-default-features",
         "--bench",
         "instructions",
         "--no-run",

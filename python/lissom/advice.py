@@ -12,13 +12,13 @@ from ._lissom import (
     RK45,
     LissomError,
     Model,
-    Rod,
     Scene,
     Segment,
     SimulationSettings,
     modes,
     statics,
 )
+from .views import Link, view
 
 FIXED_STEP = ("newmark", "hht", "generalised_alpha")
 EXPLICIT: dict[str, type[RK45] | type[DOP853]] = {"rk45": RK45, "dop853": DOP853}
@@ -30,17 +30,11 @@ STEPS_PER_PERIOD = 10
 RIGHT = 0.01
 MORE_MODES = 4
 
-#: Most modes of a strain that a segment may have.
-MOST_MODES = 64
-
 #: So many right ones are enough: the fastest ones of any model are wrong, and seldom move.
 ENOUGH = 3
 
 #: Length over radius below which the deflection by shear is looked at.
 SLENDER = 10.0
-
-#: Places between which a section is not looked at.
-PLACES = 32
 
 #: Steps that stability takes for each that resolves the slowest vibration: a model with more counts as stiff.
 STIFF = 30.0
@@ -64,19 +58,18 @@ def advice(scene: Scene) -> list[str]:
     Natural frequencies are those about the equilibrium of the model. They are left out where none is found,
     and for models of more than 100 coordinates.
     """
-    model = scene.model
-    said = about_shear(model) if isinstance(model, Rod) else []
+    model, seen = scene.model, view(scene.model)
+    said = [sentence for link in seen.links for sentence in about_shear(link)]
     t0 = scene.simulation.t0
     found = Vibrations.of(model, t0)
     if found is None:
         return said
     said += about_step(found, scene.simulation)
     said += about_stability(found, scene.simulation)
-    richer = (
-        Vibrations.of(with_more_modes(model), t0) if isinstance(model, Rod) and takes_more(model) else None
-    )
-    if richer is not None:
-        said += about_modes(found, richer)
+    richer = seen.with_more_modes(MORE_MODES)
+    vibrations = Vibrations.of(richer, t0) if richer is not None else None
+    if vibrations is not None:
+        said += about_modes(found, vibrations)
     return said
 
 
@@ -159,15 +152,9 @@ def about_modes(found: Vibrations, richer: Vibrations) -> list[str]:
     ]
 
 
-def half_extents(segment: Segment) -> list[float]:
-    """How far a segment reaches from its axis along y and along z, at its ends and at places in between."""
-    places = (i / PLACES for i in range(PLACES + 1))
-    return [size for x in places for size in segment.section.half_extents(x)]
-
-
-def about_shear(rod: Rod) -> list[str]:
+def about_shear(rod: Link) -> list[str]:
     """What shear would add to the deflection of a thick rod that has none."""
-    widest = max(size for segment in rod.segments for size in half_extents(segment))
+    widest = max(rod.half_extents())
     # A given section without inertia has no size.
     slenderness = rod.length / widest if widest > 0.0 else np.inf
     rigid = {
@@ -216,37 +203,3 @@ def stable_step(method: type[RK45] | type[DOP853], eigenvalue: complex) -> float
     growth = np.abs(np.polynomial.polynomial.polyval(sizes * eigenvalue / abs(eigenvalue), polynomial))
     unstable = np.flatnonzero(growth > 1.0 + STABLE_GROWTH)
     return float(sizes[unstable[0]] / abs(eigenvalue))
-
-
-def takes_more(rod: Rod) -> bool:
-    """Whether every strain that the rod has may have four more modes."""
-    most = max(count for segment in rod.segments for count in segment.modes.values())
-    return most + MORE_MODES <= MOST_MODES
-
-
-def with_more_modes(rod: Rod) -> Rod:
-    """The same rod with four more modes of each strain that it has."""
-    segments = [
-        Segment(
-            **segment.__getnewargs_ex__()[1]
-            | {
-                "modes": {strain: count + MORE_MODES for strain, count in segment.modes.items() if count},
-                "nodes": None,
-            },
-        )
-        for segment in rod.segments
-    ]
-    return Rod(
-        segments,
-        rod.base_position,
-        rod.base_orientation,
-        rod.gravity,
-        rod.tip_force,
-        rod.tip_moment,
-        rod.tip_mass,
-        loads=rod.loads,
-        bodies=rod.bodies,
-        base_motion=rod.base_motion,
-        supports=rod.supports,
-        fluid=rod.fluid,
-    )

@@ -4,16 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._lissom import LissomError, Model, Rod
+from ._lissom import LissomError, Model
+from .views import Frame, view
 
 Array = NDArray[np.float64]
 
 #: Axes of the world.
 AXES = "xyz"
+
+#: Rows of geometric Jacobians.
+ANGULAR, LINEAR = slice(3), slice(3, 6)
 
 
 @dataclass(frozen=True)
@@ -140,11 +145,17 @@ def _forces(model: Model, q: Array, t: float) -> dict[str, Group]:
     """Generalised forces of unit inputs, as rows."""
     n = model.n
     groups: dict[str, Group] = {"forces": ([f"force{i}" for i in range(n)], lambda: np.eye(n))}
-    if isinstance(model, Rod):
-        rod = model
-        groups["tip_force"] = (_components("tip_force"), lambda: rod.jacobian(q, rod.length, t=t)[3:])
-        groups["tip_moment"] = (_components("tip_moment"), lambda: rod.jacobian(q, rod.length, t=t)[:3])
+    for frame in view(model).frames:
+        for name, rows in (("force", LINEAR), ("moment", ANGULAR)):
+            groups[f"{frame.name}_{name}"] = (
+                _components(f"{frame.name}_{name}"),
+                partial(_jacobian, frame, rows, q, t),
+            )
     return groups
+
+
+def _jacobian(frame: Frame, rows: slice, q: Array, t: float) -> Array:
+    return frame.jacobian(q, t)[rows]
 
 
 def _measurements(model: Model, q: Array, t: float) -> dict[str, Group]:
@@ -155,30 +166,32 @@ def _measurements(model: Model, q: Array, t: float) -> dict[str, Group]:
         "coordinates": ([f"q{i}" for i in range(n)], lambda: of_q),
         "velocities": ([f"v{i}" for i in range(n)], lambda: of_v),
     }
-    if isinstance(model, Rod):
-        rod = model
-
-        def tip(half: slice, states: Array) -> Callable[[], Array]:
-            return lambda: rod.jacobian(q, rod.length, t=t)[half] @ states
-
-        def tip_velocity() -> Array:
-            moved = rod.jacobian(q, rod.length, t=t)[linear]
-            velocity = moved @ of_v
-            if rod.base_motion is not None:
-                # The farther out, the faster; the angular velocity is the same everywhere.
-                angular_velocity = rod.velocity(q, np.zeros(n), 0.0, t=t)[angular]
-                velocity += np.cross(angular_velocity, moved, axisb=0, axisc=0) @ of_q
-            return velocity
-
-        angular, linear = slice(3), slice(3, 6)
-        for name, rows in [
-            ("tip_position", tip(linear, of_q)),
-            ("tip_rotation", tip(angular, of_q)),
-            ("tip_velocity", tip_velocity),
-            ("tip_angular_velocity", tip(angular, of_v)),
-        ]:
-            groups[name] = (_components(name), rows)
+    seen = view(model)
+    for frame in seen.frames:
+        for name, rows in _motions(frame, seen.carrier_velocity, q, t, of_q, of_v).items():
+            groups[f"{frame.name}_{name}"] = (_components(f"{frame.name}_{name}"), rows)
     return groups
+
+
+def _motions(
+    frame: Frame, carrier: Callable[[float], Array] | None, q: Array, t: float, of_q: Array, of_v: Array
+) -> dict[str, Callable[[], Array]]:
+    """How a frame moves, as rows; ``carrier`` is the angular velocity that the model is carried with."""
+
+    def velocity() -> Array:
+        moved = frame.jacobian(q, t)[LINEAR]
+        rows = moved @ of_v
+        if carrier is not None:
+            # The farther out, the faster; the angular velocity is the same everywhere.
+            rows += np.cross(carrier(t), moved, axisb=0, axisc=0) @ of_q
+        return rows
+
+    return {
+        "position": lambda: frame.jacobian(q, t)[LINEAR] @ of_q,
+        "rotation": lambda: frame.jacobian(q, t)[ANGULAR] @ of_q,
+        "velocity": velocity,
+        "angular_velocity": lambda: frame.jacobian(q, t)[ANGULAR] @ of_v,
+    }
 
 
 def _components(name: str) -> list[str]:

@@ -1,26 +1,19 @@
-"""Results of a scene: the run with its numbers, and the files that keep them."""
+"""Results of a scene: the run with its numbers."""
 
 from __future__ import annotations
 
-import importlib.util
-import json
 import math
 import re
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ._lissom import Balance, LissomError, MotionResult, Rod, Scene, __version__
-from .folders import MARK, SUMMARY
-
-if TYPE_CHECKING:
-    import xarray
+from ._lissom import Balance, LissomError, MotionResult, Scene, __version__
+from .folders import MARK
+from .views import Link, View, view
 
 Array = NDArray[np.float64]
 
@@ -36,12 +29,6 @@ NO_ENERGIES = "Its energy balance is not finite: energies overflow or are NaN."
 #: Most instants at which the centre line is kept: more than a screen can show or an eye can see.
 MAX_SHAPES = 2000
 
-#: Sections along each segment at which the centre line is kept.
-SECTIONS_PER_SEGMENT = 24
-
-#: Modules that write NetCDF.
-FILES = ("xarray", "h5netcdf", "h5py")
-
 #: Counters of the solvers, by their names in ``MotionResult.stats``, in the order in which they are shown.
 COUNTERS = {
     "steps": "steps",
@@ -53,29 +40,6 @@ COUNTERS = {
     "nlu": "factorisations",
 }
 
-#: Units of the generalised coordinates: strains of bending and torsion are curvatures, the others are ratios.
-STRAIN_UNITS = {
-    "torsion": "rad/m",
-    "bend_y": "rad/m",
-    "bend_z": "rad/m",
-    "stretch": "1",
-    "shear_y": "1",
-    "shear_z": "1",
-}
-
-
-@dataclass(frozen=True)
-class Coordinate:
-    """What one generalised coordinate is."""
-
-    name: str
-    unit: str
-    #: Strain component ("bend_y", ...) or, for a pendulum, the name again.
-    kind: str
-    #: Segment and degree of the mode; zero for a pendulum.
-    segment: int = 0
-    degree: int = 0
-
 
 @dataclass(frozen=True)
 class Run:
@@ -86,6 +50,8 @@ class Run:
     motion: MotionResult
     #: True when somebody stopped it.
     interrupted: bool = False
+    #: What stands around the times of an animation.
+    label: ClassVar[tuple[str, str]] = ("t = ", " s")
 
     @cached_property
     def t(self) -> Array:
@@ -106,6 +72,11 @@ class Run:
     def a(self) -> Array:
         """Accelerations, shape (m, n); NaN where none could be found."""
         return self.motion.a if self._has_states else np.full_like(self.q, np.nan)
+
+    @property
+    def clock(self) -> Array:
+        """Times at which the model is drawn, seconds, shape (m,)."""
+        return self.t
 
     @property
     def message(self) -> str:
@@ -148,17 +119,9 @@ class Run:
         )
 
     @cached_property
-    def coordinates(self) -> list[Coordinate]:
-        """What the generalised coordinates are."""
-        model = self.scene.model
-        if not isinstance(model, Rod):
-            return [Coordinate("angle", "rad", "angle"), Coordinate("elongation", "m", "elongation")]
-        return [
-            Coordinate(f"segment{i}.{strain}.{degree}", STRAIN_UNITS[strain], strain, i, degree)
-            for i, segment in enumerate(model.segments)
-            for strain in STRAIN_UNITS
-            for degree in range(segment.modes.get(strain, 0))
-        ]
+    def view(self) -> View:
+        """What there is of the model to be kept and drawn."""
+        return view(self.scene.model)
 
     @property
     def wants(self) -> frozenset[str]:
@@ -179,14 +142,6 @@ def in_words_of_a_scene(message: str) -> str:
 def instants(count: int, most: int) -> NDArray[np.intp]:
     """At most ``most`` of ``count`` indices, evenly spread, first and last included."""
     return np.unique(np.linspace(0, count - 1, min(most, count)).round().astype(np.intp))
-
-
-def sections(rod: Rod) -> Array:
-    """Arc lengths at which the centre line is kept, shape (s,), metres."""
-    ends = np.concatenate([[0.0], np.cumsum([segment.length for segment in rod.segments])])
-    inner = [np.linspace(a, b, SECTIONS_PER_SEGMENT, endpoint=False) for a, b in pairwise(ends)]
-    # The sum of the lengths may differ from the rod's length by rounding.
-    return np.append(np.concatenate(inner), rod.length)
 
 
 def statistics(run: Run) -> dict[str, Any]:
@@ -215,52 +170,6 @@ def statistics(run: Run) -> dict[str, Any]:
     }
 
 
-def dataset(run: Run) -> xarray.Dataset:
-    """The trajectory with dimensions, units and the scene, as an xarray.Dataset."""
-    import xarray
-
-    model, wants = run.scene.model, run.wants
-    names = [coordinate.name for coordinate in run.coordinates]
-    units = [coordinate.unit for coordinate in run.coordinates]
-    data = xarray.Dataset(
-        coords={
-            "time": ("time", run.t, {"units": "s", "long_name": "time"}),
-            "coordinate": ("coordinate", names, {"long_name": "generalised coordinate"}),
-            "unit": ("coordinate", units, {"long_name": "unit of the coordinate"}),
-        },
-        attrs={
-            # HDF5 has no text with NUL in it.
-            "title": run.scene.name.replace("\0", "\N{REPLACEMENT CHARACTER}"),
-            "source": f"lissom {__version__}",
-            "scene": run.scene.text,
-            "statistics": json.dumps(plain(statistics(run))),
-        },
-    )
-    per_state = ("time", "coordinate")
-    data["q"] = (per_state, run.q, {"long_name": "generalised coordinates", "units": "see unit"})
-    if "velocity" in wants:
-        data["v"] = (per_state, run.v, {"long_name": "generalised velocities", "units": "see unit, per s"})
-    if "acceleration" in wants:
-        data["a"] = (
-            per_state,
-            run.a,
-            {"long_name": "generalised accelerations", "units": "see unit, per s2"},
-        )
-    if "energy" in wants:
-        for name, values in energies(run.balance).items():
-            data[f"energy_{name}"] = ("time", values, {"long_name": f"energy: {name}", "units": "J"})
-    if "shape" in wants and isinstance(model, Rod):
-        at, positions = shapes(run, model)
-        data = data.assign_coords(
-            shape_time=("shape_time", run.t[at], {"units": "s", "long_name": "time of a shape"}),
-            X=("X", sections(model), {"units": "m", "long_name": "arc length of the unstretched rod"}),
-            axis=("axis", ["x", "y", "z"]),
-        )
-        attributes = {"units": "m", "long_name": "position of the centre line in the world"}
-        data["position"] = (("shape_time", "X", "axis"), positions, attributes)
-    return data
-
-
 def energies(parts: Balance) -> dict[str, Array]:
     """The balance by name, in the order of all tables and figures."""
     named = {
@@ -275,107 +184,30 @@ def energies(parts: Balance) -> dict[str, Array]:
     return named
 
 
-def shapes(run: Run, rod: Rod) -> tuple[NDArray[np.intp], Array]:
-    """Indices of the times at which the centre line is kept; its positions (times, sections, 3) in metres."""
-    at = run.instants(MAX_SHAPES)
-    stations = sections(rod)
-    return at, rod.pose(run.q[at], stations, t=run.t[at])[..., :3, 3]
+@dataclass(frozen=True)
+class Shapes:
+    """A link at some of the times that are kept."""
+
+    link: Link
+    #: What follows the names of its variables; nothing where there is one link only.
+    suffix: str
+    #: Indices of the times.
+    at: NDArray[np.intp]
+    #: Of the centre line, (times, sections, 3), metres.
+    positions: Array
 
 
-def missing(*modules: str) -> list[str]:
-    """Those of the modules that cannot be imported."""
-    return [module for module in modules if importlib.util.find_spec(module) is None]
-
-
-def write_trajectory(run: Run, folder: Path) -> str:
-    """Write ``trajectory.nc``, or ``trajectory.npz`` where the extra ``files`` fails; why it does, in words.
-
-    The file is made in memory: HDF5 that cannot write to its own file ends the process.
-    """
-    failure = ""
-    try:
-        content = None if missing(*FILES) else dataset(run).to_netcdf(engine="h5netcdf")
-    except Exception as error:
-        content, failure = None, in_words(error)
-    if content is not None:
-        (folder / "trajectory.nc").write_bytes(content)
-        return ""
-    np.savez_compressed(folder / "trajectory.npz", **arrays(run))
-    return failure
-
-
-def arrays(run: Run) -> dict[str, Any]:
-    """The trajectory by the names that ``trajectory.npz`` has."""
-    found: dict[str, Any] = {
-        "t": run.t,
-        "q": run.q,
-        "coordinates": np.array([coordinate.name for coordinate in run.coordinates]),
-        "units": np.array([coordinate.unit for coordinate in run.coordinates]),
-        "scene": np.array(run.scene.text),
-        "statistics": np.array(json.dumps(plain(statistics(run)))),
-    }
-    if "velocity" in run.wants:
-        found["v"] = run.v
-    if "acceleration" in run.wants:
-        found["a"] = run.a
-    if "energy" in run.wants:
-        found |= {f"energy_{name}": values for name, values in energies(run.balance).items()}
-    if "shape" in run.wants and isinstance(run.scene.model, Rod):
-        at, found["position"] = shapes(run, run.scene.model)
-        found["shape_time"], found["X"] = run.t[at], sections(run.scene.model)
-    return found
-
-
-def write_summary(numbers: dict[str, Any], folder: Path) -> None:
-    """Write ``summary.json``, by which lissom recognises its own folders."""
-    text = json.dumps(plain(numbers), indent=2, allow_nan=False) + "\n"
-    (folder / SUMMARY).write_text(text, encoding="utf-8")
-
-
-def plain(value: Any) -> Any:
-    """The same in what JSON knows: numbers that are not finite become null."""
-    if isinstance(value, dict):
-        return {key: plain(inner) for key, inner in value.items()}
-    if isinstance(value, list):
-        return [plain(inner) for inner in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
-
-
-def in_words(error: Exception) -> str:
-    """An error of somebody else's code on one line."""
-    return " ".join(f"{type(error).__name__}: {error}".split())
-
-
-def write_report(report: Callable[[Any, Path], None] | None, subject: Any, path: Path) -> list[str]:
-    """Write a report, if there is to be one. Its failure costs nothing else: why it failed, if it did."""
-    if report is None:
+def shapes(run: Run) -> list[Shapes]:
+    """The links of a model in motion; none where the scene does not ask for them."""
+    if "shape" not in run.wants:
         return []
-    try:
-        report(subject, path)
-    except Exception as error:
-        path.unlink(missing_ok=True)
-        return [f"The report could not be written: {in_words(error)}"]
-    return []
-
-
-def write(run: Run, folder: Path, report: Callable[[Run, Path], None] | None) -> list[str]:
-    """Write the files of a run, what was computed before what can be made from it.
-
-    Parameters
-    ----------
-    run : Run
-        What was simulated.
-    folder : Path
-        An empty folder.
-    report : callable or None
-        Writes the report of the run to a file.
-
-    Returns
-    -------
-    failures : list of str
-        What is missing or other than it should be, and why.
-    """
-    failure = write_trajectory(run, folder)
-    write_summary(statistics(run), folder)
-    failures = [f"trajectory.nc could not be written, trajectory.npz was: {failure}"] if failure else []
-    return failures + write_report(report, run, folder / "report.html")
+    at, links = run.instants(MAX_SHAPES), run.view.links
+    return [
+        Shapes(
+            link,
+            f"_{link.name}" if len(links) > 1 else "",
+            at,
+            link.pose(run.q[at], link.stations, run.t[at])[..., :3, 3],
+        )
+        for link in links
+    ]

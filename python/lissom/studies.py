@@ -5,17 +5,19 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ._lissom import LissomError, ModesResult, Scene, StaticsResult, __version__, modes, statics
+from .files import write_report, write_summary
 from .folders import MARK
 from .interruption import interruption
-from .results import instants, write_report, write_summary
+from .results import instants
+from .views import View, view
 
 Array = NDArray[np.float64]
 
@@ -29,8 +31,18 @@ class Slides:
     t: Array
     #: Coordinates, shape (m, n).
     q: Array
-    #: The labels' name and unit.
+    #: What stands around a label.
     label: tuple[str, str] = ("t = ", " s")
+
+    @cached_property
+    def view(self) -> View:
+        """What there is of the model to be drawn."""
+        return view(self.scene.model)
+
+    @cached_property
+    def clock(self) -> Array:
+        """Times at which the model is shown, seconds: the scene's first, for all shapes."""
+        return np.full(len(self.t), self.scene.simulation.t0)
 
     def instants(self, most: int) -> NDArray[np.intp]:
         """Indices of at most so many shapes, evenly spread, first and last included."""
@@ -40,6 +52,9 @@ class Slides:
 @dataclass(frozen=True)
 class StaticsStudy:
     """A scene at rest."""
+
+    #: Name of the file that keeps it.
+    file: ClassVar[str] = "equilibrium.npz"
 
     scene: Scene
     found: StaticsResult
@@ -73,7 +88,7 @@ class StaticsStudy:
         }
 
     def arrays(self) -> dict[str, Any]:
-        """What ``equilibrium.npz`` keeps."""
+        """What ``file`` keeps."""
         kept: dict[str, Any] = {"q": self.found.q, "scene": np.array(self.scene.text)}
         if self.found.path is not None:
             kept |= {"path_load_factor": self.found.path.load_factor, "path_q": self.found.path.q}
@@ -83,6 +98,9 @@ class StaticsStudy:
 @dataclass(frozen=True)
 class ModesStudy:
     """Natural modes of a scene about a shape."""
+
+    #: Name of the file that keeps them.
+    file: ClassVar[str] = "modes.npz"
 
     scene: Scene
     #: How that shape was found; None where it is the scene's q0.
@@ -109,7 +127,7 @@ class ModesStudy:
         }
 
     def arrays(self) -> dict[str, Any]:
-        """What ``modes.npz`` keeps."""
+        """What ``file`` keeps."""
         found = self.found
         return {
             "q": self.q,
@@ -145,8 +163,7 @@ def study_modes(scene: Scene, rest: StaticsStudy | None) -> ModesStudy:
 def write(
     study: StaticsStudy | ModesStudy, folder: Path, report: Callable[[Any, Path], None] | None
 ) -> list[str]:
-    """Write the files of a study into an empty folder; what could not be written, like ``results.write``."""
-    name = "equilibrium.npz" if isinstance(study, StaticsStudy) else "modes.npz"
-    np.savez_compressed(folder / name, **study.arrays())
+    """Write the files of a study into an empty folder; what could not be written, like ``files.write``."""
+    np.savez_compressed(folder / study.file, **study.arrays())
     write_summary(study.numbers, folder)
     return write_report(report, study, folder / "report.html")

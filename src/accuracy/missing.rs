@@ -36,7 +36,7 @@ const FAST: f64 = 10.0;
 const SUDDEN: f64 = 2.0;
 
 /// What is claimed, relative to what is found: not less than the truth for most random rods
-/// (`benches/python/auto_honesty.py --space`).
+/// (`benches/python/accuracy/honesty.py --space`).
 pub(super) const SAFETY: f64 = 2.0;
 
 /// The tip cannot be farther off than this, relative to the length.

@@ -21,7 +21,7 @@ const ENOUGH_GAIN: f64 = 4.0;
 
 /// The error of the better one of two runs is taken for so many times their difference, over the root of what the
 /// better one should have gained: not less than the median by proportionality, and not less than the truth in 99 of
-/// 100 random motions (`benches/python/auto_honesty.py`).
+/// 100 random motions (`benches/python/accuracy/honesty.py`).
 const SAFETY: f64 = 2.5;
 
 /// No run is better than this part of its tolerance, whatever it agrees with: more is luck.

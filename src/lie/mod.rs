@@ -6,6 +6,7 @@
 
 mod counted;
 mod geometry;
+mod instructions;
 mod pack;
 mod planar;
 mod rotation;
@@ -18,6 +19,7 @@ mod vector;
 
 pub use counted::{Counted, products};
 pub use geometry::{Cross, Geometry, SecondMoment, VectorSpace};
+pub use instructions::{Instructions, Sweep, run_portably};
 pub use pack::{LANES, Lanes, Pack, weighted_sum};
 pub use planar::{Planar, Plane, PlaneRotation, PlaneVector, Turn};
 pub use rotation::{QUATERNION_TOLERANCE, Quaternion, Rotation};

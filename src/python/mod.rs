@@ -32,6 +32,7 @@ mod statics;
 mod support;
 mod words;
 
+use pyo3::exceptions::PyImportError;
 use pyo3::prelude::*;
 
 #[pymodule]
@@ -84,6 +85,12 @@ mod _lissom {
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        if !crate::lie::Instructions::of_machine().are_compiled() {
+            return Err(PyImportError::new_err(
+                "lissom was built for machines with AVX2 and FMA, which this one has not: install it here by \"pip \
+                 install .\", which builds it for all machines",
+            ));
+        }
         module.add("__version__", env!("CARGO_PKG_VERSION"))?;
         // Benchmarks refuse to time a debug build.
         module.add("build_profile", if cfg!(debug_assertions) { "debug" } else { "release" })

@@ -5,17 +5,15 @@ use std::sync::Arc;
 use super::choice::{Kernel, Solve};
 use super::compile;
 use super::description::Rod;
-use super::effect::anchor::Held;
-use super::effect::elasticity;
+use super::effect::support::Held;
 use super::kernel::kinematics::Pose;
-use super::kernel::{chain, validity};
+use super::kernel::{chain, elasticity, validity};
 use super::plan::point::Place;
 use super::state::tangent::Tangent;
-use super::sweeps;
 use super::sweeps::Sweeps;
 use super::tell::{Explanation, Multiplications, cost};
 use crate::error::{Interrupted, InvalidInput};
-use crate::lie::{Planar, Plane, Spatial, Vector};
+use crate::lie::{Instructions, Planar, Plane, Spatial, Vector};
 use crate::linalg::{ChainMatrix, Matrix};
 use crate::model::{Chain, Energy, Flaw, Model};
 use crate::rod::{MAX_NODES, STRAINS, piece};
@@ -44,13 +42,13 @@ enum AnySweeps {
     PortableSpatial(Sweeps<Spatial<PORTABLE>>),
 }
 
-/// Fused packs even there in development builds, which compile the sweeps once.
-const PORTABLE: bool = cfg!(lissom_dev);
+/// Fused packs even there in builds without the feature `portable`, which compile the sweeps once.
+const PORTABLE: bool = cfg!(not(feature = "portable"));
 
 impl AnySweeps {
     /// The sweeps for a valid rod, in a plane where one is given, with fused packs or with portable ones.
     fn new(rod: &Rod, plane: Option<Plane>, is_fused: bool) -> Self {
-        match (plane, is_fused || cfg!(lissom_dev)) {
+        match (plane, is_fused || PORTABLE) {
             (Some(plane), true) => Self::Planar(Sweeps::new(compile::plan(rod, plane))),
             (Some(plane), false) => Self::PortablePlanar(Sweeps::new(compile::plan(rod, plane))),
             (None, true) => Self::Spatial(Sweeps::new(compile::plan(rod, ()))),
@@ -98,7 +96,11 @@ impl RodModel {
     /// The same with a solve that need not be the cheapest: to compare them.
     pub fn with_solve(rod: &Rod, solve: Solve) -> Result<Self, InvalidInput> {
         rod.validate()?;
-        Ok(Self::with(rod, AnySweeps::new(rod, Kernel::plane(rod), sweeps::machine_has_fused()), solve))
+        Ok(Self::with(
+            rod,
+            AnySweeps::new(rod, Kernel::plane(rod), Instructions::of_machine().has_fused()),
+            solve,
+        ))
     }
 
     /// Compiles `rod` for the instructions that all machines have, even where there are better ones: to compare them.
@@ -110,14 +112,18 @@ impl RodModel {
     /// Compiles `rod` for the spatial kernel even where a planar one would do: to compare them.
     pub fn spatial(rod: &Rod) -> Result<Self, InvalidInput> {
         rod.validate()?;
-        Ok(Self::with(rod, AnySweeps::new(rod, None, sweeps::machine_has_fused()), Solve::cheapest(rod)))
+        Ok(Self::with(
+            rod,
+            AnySweeps::new(rod, None, Instructions::of_machine().has_fused()),
+            Solve::cheapest(rod),
+        ))
     }
 
     /// Compiles `rod` for the spatial kernel with everything computed that could be skipped, zeros included: to compare
     /// them.
     pub fn with_nothing_skipped(rod: &Rod) -> Result<Self, InvalidInput> {
         rod.validate()?;
-        let sweeps = if sweeps::machine_has_fused() {
+        let sweeps = if Instructions::of_machine().has_fused() {
             AnySweeps::Spatial(Sweeps::new(compile::plan(rod, ()).with_nothing_skipped()))
         } else {
             AnySweeps::PortableSpatial(Sweeps::new(compile::plan(rod, ()).with_nothing_skipped()))

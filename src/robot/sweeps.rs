@@ -4,9 +4,10 @@ use std::sync::Arc;
 
 use super::compile;
 use super::description::Rod;
-use super::effect::anchor::Held;
+use super::effect::all as effects;
+use super::effect::support::Held;
 use super::kernel::kinematics::Pose;
-use super::kernel::{energy, inverse_dynamics, kinematics, tangent, time};
+use super::kernel::{elasticity, energy, inverse_dynamics, kinematics, tangent, time};
 use super::plan::Plan;
 use super::plan::point::Place;
 use super::state::Workspace;
@@ -14,38 +15,19 @@ use super::state::tangent::{Tangent, TangentWorkspace};
 use super::turning::Turning;
 use super::turning::place;
 use crate::error::Interrupted;
-use crate::lie::{Lanes, Vector, VectorSpace, Wrench};
+use crate::lie::{Sweep, Vector, VectorSpace, Wrench};
 use crate::linalg::Matrix;
 use crate::model::Energy;
 use crate::world::base_motion::Base;
 
-/// Whether this machine multiplies and adds in one instruction: 64-bit ARM does, and x86-64 with the wide instruction
-/// sets that pulp knows.
-pub(crate) fn machine_has_fused() -> bool {
-    cfg!(lissom_dev)
-        || cfg!(any(target_arch = "x86_64", target_arch = "aarch64"))
-            && !matches!(pulp::Arch::new(), pulp::Arch::Scalar)
-}
-
-/// Runs a sweep with the instructions that all machines have. Never inlined: these copies are only needed once.
-#[inline(never)]
-fn run_portably<Sweep: pulp::NullaryFnOnce>(sweep: Sweep) -> Sweep::Output {
-    sweep.call()
-}
-
 /// A rod compiled for one geometry, with its memory.
 #[derive(Clone, Debug)]
 pub(crate) struct Sweeps<G: Turning> {
-    arch: pulp::Arch,
-    is_plain: bool,
     plan: Arc<Plan<G>>,
     work: Workspace<G>,
     tangent: TangentWorkspace<G>,
     zeros: Vec<f64>,
 }
-
-// The sweeps are compiled once for every instruction set that pulp knows, and once for plain rods. They are structs,
-// not closures: what pulp compiles must be inlined into its caller, which a closure promises to nobody.
 
 struct Kinematics<'a, G: Turning> {
     plan: &'a Plan<G>,
@@ -53,7 +35,7 @@ struct Kinematics<'a, G: Turning> {
     q: &'a [f64],
 }
 
-impl<G: Turning> pulp::NullaryFnOnce for Kinematics<'_, G> {
+impl<G: Turning> Sweep for Kinematics<'_, G> {
     type Output = ();
 
     #[inline(always)]
@@ -62,23 +44,23 @@ impl<G: Turning> pulp::NullaryFnOnce for Kinematics<'_, G> {
     }
 }
 
-struct Motion<'a, G: Turning, const PLAIN: bool> {
+struct Motion<'a, G: Turning> {
     plan: &'a Plan<G>,
     work: &'a mut Workspace<G>,
     state: [&'a [f64]; 3],
 }
 
-impl<G: Turning, const PLAIN: bool> pulp::NullaryFnOnce for Motion<'_, G, PLAIN> {
+impl<G: Turning> Sweep for Motion<'_, G> {
     type Output = ();
 
     #[inline(always)]
     fn call(self) {
         let [q, qd, qdd] = self.state;
-        inverse_dynamics::update::<G, PLAIN>(self.plan, self.work, q, qd, qdd);
+        inverse_dynamics::update(self.plan, self.work, q, qd, qdd);
     }
 }
 
-struct Projection<'a, G: Turning, const PLAIN: bool> {
+struct Projection<'a, G: Turning> {
     plan: &'a Plan<G>,
     work: &'a mut Workspace<G>,
     q: &'a [f64],
@@ -86,16 +68,16 @@ struct Projection<'a, G: Turning, const PLAIN: bool> {
     tau: &'a mut [f64],
 }
 
-impl<G: Turning, const PLAIN: bool> pulp::NullaryFnOnce for Projection<'_, G, PLAIN> {
+impl<G: Turning> Sweep for Projection<'_, G> {
     type Output = ();
 
     #[inline(always)]
     fn call(self) {
-        inverse_dynamics::project::<G, PLAIN>(self.plan, self.work, self.q, self.qd, self.tau);
+        inverse_dynamics::project(self.plan, self.work, self.q, self.qd, self.tau);
     }
 }
 
-struct WeightedTangent<'a, G: Turning, const PLAIN: bool> {
+struct WeightedTangent<'a, G: Turning> {
     plan: &'a Plan<G>,
     work: &'a Workspace<G>,
     memory: &'a mut TangentWorkspace<G>,
@@ -103,13 +85,13 @@ struct WeightedTangent<'a, G: Turning, const PLAIN: bool> {
     tangent: Tangent<'a>,
 }
 
-impl<G: Turning, const PLAIN: bool> pulp::NullaryFnOnce for WeightedTangent<'_, G, PLAIN> {
+impl<G: Turning> Sweep for WeightedTangent<'_, G> {
     type Output = ();
 
     #[inline(always)]
     fn call(self) {
         let Self { plan, work, memory, weights, tangent } = self;
-        tangent::weighted_tangent::<G, PLAIN>(plan, work, memory, weights, tangent);
+        tangent::weighted_tangent(plan, work, memory, weights, tangent);
     }
 }
 
@@ -117,8 +99,6 @@ impl<G: Turning> Sweeps<G> {
     /// Memory and the machine's best instructions for a plan.
     pub(crate) fn new(plan: Plan<G>) -> Self {
         Self {
-            arch: pulp::Arch::new(),
-            is_plain: plan.is_plain() && !cfg!(lissom_dev),
             work: Workspace::new(&plan),
             tangent: TangentWorkspace::new(&plan),
             zeros: vec![0.0; plan.n],
@@ -135,54 +115,25 @@ impl<G: Turning> Sweeps<G> {
         &self.plan
     }
 
-    /// Runs a sweep with the instructions that its packs are for. Fused packs are not compiled for machines without fused
-    /// instructions, where they would be slow.
-    #[inline(always)]
-    fn run<Sweep: pulp::NullaryFnOnce>(arch: pulp::Arch, sweep: Sweep) -> Sweep::Output {
-        if !G::Pack::FUSED || cfg!(lissom_dev) {
-            return run_portably(sweep);
-        }
-        #[cfg(target_arch = "x86_64")]
-        match arch {
-            pulp::Arch::V4(simd) => pulp::Simd::vectorize(simd, sweep),
-            pulp::Arch::V3(simd) => pulp::Simd::vectorize(simd, sweep),
-            _ => unreachable!("fused packs are chosen for machines with fused instructions"),
-        }
-        #[cfg(not(target_arch = "x86_64"))]
-        arch.dispatch(sweep)
-    }
-
     fn update_kinematics(&mut self, q: &[f64]) {
-        let Self { arch, plan, work, .. } = self;
-        Self::run(*arch, Kinematics { plan, work, q });
+        let Self { plan, work, .. } = self;
+        plan.instructions.run::<G::Pack, _>(Kinematics { plan, work, q });
     }
 
     fn update_motion(&mut self, state: [&[f64]; 3]) {
         self.update_kinematics(state[0]);
-        let Self { arch, is_plain, plan, work, .. } = self;
-        if *is_plain && !cfg!(lissom_dev) {
-            Self::run(*arch, Motion::<G, true> { plan, work, state });
-        } else {
-            Self::run(*arch, Motion::<G, false> { plan, work, state });
-        }
+        let Self { plan, work, .. } = self;
+        plan.instructions.run::<G::Pack, _>(Motion { plan, work, state });
     }
 
     fn project(&mut self, q: &[f64], qd: &[f64], tau: &mut [f64]) {
-        let Self { arch, is_plain, plan, work, .. } = self;
-        if *is_plain && !cfg!(lissom_dev) {
-            Self::run(*arch, Projection::<G, true> { plan, work, q, qd, tau });
-        } else {
-            Self::run(*arch, Projection::<G, false> { plan, work, q, qd, tau });
-        }
+        let Self { plan, work, .. } = self;
+        plan.instructions.run::<G::Pack, _>(Projection { plan, work, q, qd, tau });
     }
 
     fn differentiate(&mut self, weights: [f64; 3], tangent: Tangent<'_>) {
-        let Self { arch, is_plain, plan, work, tangent: memory, .. } = self;
-        if *is_plain && !cfg!(lissom_dev) {
-            Self::run(*arch, WeightedTangent::<G, true> { plan, work, memory, weights, tangent });
-        } else {
-            Self::run(*arch, WeightedTangent::<G, false> { plan, work, memory, weights, tangent });
-        }
+        let Self { plan, work, tangent: memory, .. } = self;
+        plan.instructions.run::<G::Pack, _>(WeightedTangent { plan, work, memory, weights, tangent });
     }
 
     /// Calls with as many zeros as there are coordinates.
@@ -267,12 +218,12 @@ impl<G: Turning> Sweeps<G> {
     }
 
     pub(crate) fn dissipated_power(&mut self, q: &[f64], qd: &[f64]) -> f64 {
-        let power = energy::power_of_damping(&self.plan, qd);
+        let power = elasticity::power_of_damping(&self.plan, qd);
         if !self.plan.is_resisted() {
             return power;
         }
         self.update_velocities(q, qd);
-        power + energy::power_of_resistance(&self.plan, &self.work)
+        power + effects::dissipated_power(&self.plan, &self.work)
     }
 
     /// Takes moments and forces (six numbers for each support) for those of the springs, until it gets none.
@@ -332,28 +283,21 @@ impl<G: Turning> Sweeps<G> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lie::{Planar, Plane, Spatial};
+    use crate::lie::{Instructions, Planar, Plane, Spatial};
     use crate::robot::description::Rod;
     use crate::rod::{Section, Segment};
+    use crate::world::Fluid;
 
-    /// All instruction sets of this machine that fused packs are compiled for.
-    fn instruction_sets() -> Vec<pulp::Arch> {
-        #[cfg(target_arch = "x86_64")]
-        {
-            use pulp::x86::{V3, V4};
-            let wide = [V3::try_new().map(pulp::Arch::V3), V4::try_new().map(pulp::Arch::V4)];
-            wide.into_iter().flatten().collect()
-        }
-        #[cfg(not(target_arch = "x86_64"))]
-        vec![pulp::Arch::new()]
+    /// A fixed state.
+    fn state(n: usize) -> [Vec<f64>; 3] {
+        [1.0, 2.0, 10.0].map(|size| (0..n).map(|i| size * (1.7 * i as f64).cos()).collect())
     }
 
-    /// Forces, tangent and mass matrix of a fixed state.
-    fn results<G: Turning>(plan: &Plan<G>, arch: pulp::Arch, is_plain: bool) -> (Vec<f64>, Matrix, Matrix) {
-        let mut sweeps = Sweeps { arch, is_plain, ..Sweeps::new(plan.clone()) };
+    /// Its forces, tangent and mass matrix.
+    fn results<G: Turning>(plan: &Plan<G>) -> (Vec<f64>, Matrix, Matrix) {
+        let mut sweeps = Sweeps::new(plan.clone());
         let n = plan.n;
-        let [q, qd, qdd] =
-            [1.0, 2.0, 10.0].map(|size| (0..n).map(|i| size * (1.7 * i as f64).cos()).collect::<Vec<_>>());
+        let [q, qd, qdd] = state(n);
         let (mut tau, mut tangent, mut mass) = (vec![0.0; n], Matrix::zeros(n, n), Matrix::zeros(n, n));
         sweeps.inverse_dynamics([&q, &qd, &qdd], &mut tau);
         sweeps.weighted_tangent([&q, &qd, &qdd], [1e-4, 1e-2, 1.0], Tangent::Dense(&mut tangent));
@@ -361,16 +305,30 @@ mod tests {
         (tau, tangent, mass)
     }
 
+    /// The same from kernels that are called as they stand, with the instructions that all machines have.
+    fn portable_results<G: Turning>(plan: &Plan<G>) -> (Vec<f64>, Matrix, Matrix) {
+        let (mut work, mut memory) = (Workspace::new(plan), TangentWorkspace::new(plan));
+        let n = plan.n;
+        let [q, qd, qdd] = state(n);
+        let (mut tau, mut tangent, mut mass) = (vec![0.0; n], Matrix::zeros(n, n), Matrix::zeros(n, n));
+        kinematics::update(plan, &mut work, &q);
+        inverse_dynamics::update(plan, &mut work, &q, &qd, &qdd);
+        inverse_dynamics::project(plan, &mut work, &q, &qd, &mut tau);
+        let to = Tangent::Dense(&mut tangent);
+        tangent::weighted_tangent(plan, &work, &mut memory, [1e-4, 1e-2, 1.0], to);
+        tangent::weighted_tangent(plan, &work, &mut memory, [0.0, 0.0, 1.0], Tangent::Dense(&mut mass));
+        (tau, tangent, mass)
+    }
+
     #[test]
-    fn every_instruction_set_gives_the_same_bits_with_sweeps_for_plain_rods_or_for_all() {
+    fn wide_instructions_give_the_bits_of_portable_ones() {
         fn check<G: Turning>(plan: &Plan<G>) {
-            assert!(plan.is_plain());
-            let both = |arch| [true, false].map(|is_plain| results(plan, arch, is_plain));
-            let results: Vec<_> = instruction_sets().into_iter().flat_map(both).collect();
-            for pair in results.windows(2) {
-                assert!(pair[0].0.iter().any(|&force| force != 0.0));
-                assert_eq!(pair[0], pair[1]);
-            }
+            let results = results(plan);
+            assert!(results.0.iter().any(|&force| force != 0.0));
+            assert_eq!(results, portable_results(plan));
+        }
+        if !Instructions::of_machine().has_fused() {
+            return;
         }
         let segment = |modes| Segment {
             modes,
@@ -379,7 +337,10 @@ mod tests {
         };
         let planar = Rod { tip_mass: 0.1, ..Rod::new(vec![segment([0, 5, 0, 2, 0, 1]); 2]) };
         let spatial = Rod { tip_force: [0.1, 0.2, 0.3], ..Rod::new(vec![segment([2, 3, 4, 1, 1, 1]); 2]) };
+        let fluid = Fluid { viscous_drag: [0.1; 2], velocity: [1.0; 3], ..Fluid::ideal(900.0) };
         check(&compile::plan::<Planar<true>>(&planar, Plane::ABOUT_Y));
         check(&compile::plan::<Spatial<true>>(&spatial, ()));
+        check(&compile::plan::<Spatial<true>>(&Rod { fluid: Some(fluid), ..spatial.clone() }, ()));
+        check(&compile::plan::<Spatial<true>>(&spatial, ()).with_nothing_skipped());
     }
 }

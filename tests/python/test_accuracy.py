@@ -10,7 +10,7 @@ import lissom
 
 ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT / "benches" / "python"))
-import auto_honesty as honesty  # noqa: E402
+from accuracy import honesty  # noqa: E402
 
 SCENES = ROOT / "scenes"
 

@@ -11,6 +11,7 @@ import lissom
 from lissom import advice as words
 from lissom import cli
 from lissom.advice import advice
+from lissom.views import view
 
 SCENES = Path(__file__).parents[2] / "scenes"
 
@@ -76,7 +77,7 @@ def test_how_right_the_frequencies_are():
 
 def test_more_modes_are_those_of_every_strain_and_nothing_else():
     rod = lissom.Scene.load(SCENES / "tentacle.toml").model
-    richer = words.with_more_modes(rod)
+    richer = view(rod).with_more_modes(4)
     assert [segment.modes for segment in richer.segments] == [
         {strain: count + 4 for strain, count in segment.modes.items() if count} for segment in rod.segments
     ]

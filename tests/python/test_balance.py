@@ -121,7 +121,7 @@ def test_reports_of_energies_that_are_not_finite_say_so(tmp_path):
     """A motion that is fine with energies that are not: huge coordinates of a body far away."""
     import json
 
-    from lissom import results
+    from lissom import files, results
     from lissom.report import text
 
     scene = lissom.Scene.loads(
@@ -152,7 +152,7 @@ def test_reports_of_energies_that_are_not_finite_say_so(tmp_path):
     assert "energy balance is not finite" in said
     assert dict(text.summary(run))["energy drift"].startswith("NaN")
     (tmp_path / "out").mkdir()
-    results.write(run, tmp_path / "out", None)
+    files.write(run, tmp_path / "out", None)
     numbers = json.loads((tmp_path / "out" / "summary.json").read_text())
     assert numbers["energy_drift"] is None
     assert "energy balance is not finite" in numbers["message"]

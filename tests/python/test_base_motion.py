@@ -689,8 +689,8 @@ def test_results_show_the_rod_where_the_base_is():
         """
     )
     run = results.Run(scene, scene.run())
-    at, positions = results.shapes(run, scene.model)
-    np.testing.assert_allclose(positions[:, 0, 1], 10.0 * run.t[at], atol=1e-12)
+    (shape,) = results.shapes(run)
+    np.testing.assert_allclose(shape.positions[:, 0, 1], 10.0 * run.t[shape.at], atol=1e-12)
 
 
 @pytest.mark.parametrize(

@@ -10,9 +10,7 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT / "benches" / "python"))
-import native  # noqa: E402
-import suite_report as report  # noqa: E402
-import suite_rods  # noqa: E402
+from speed import native, report, rods  # noqa: E402
 
 KERNEL = {
     "rod": "two-18",
@@ -96,7 +94,7 @@ def test_a_section_is_replaced_between_its_marks_and_nothing_else():
 
 
 def test_the_page_has_a_section_for_every_part():
-    source = (ROOT / "benches" / "python" / "suite.py").read_text()
+    source = (ROOT / "benches" / "python" / "speed" / "suite.py").read_text()
     parts = re.findall(r'"(\w+)": measure_\1', source)
     assert len(parts) == 5
     page = (ROOT / "docs" / "benchmarks.md").read_text()
@@ -104,14 +102,33 @@ def test_the_page_has_a_section_for_every_part():
         report.with_section(page, part, "")
 
 
+def test_commands_that_are_named_exist():
+    files = [ROOT / name for name in ("Makefile", "README.md", "CONTRIBUTING.md", "CHANGELOG.md")]
+    for folder, kind in (
+        ("docs", "*.md"),
+        ("docs", "*.json"),
+        ("benches", "*.py"),
+        ("benches", "*.rs"),
+        ("src", "*.rs"),
+    ):
+        files += (ROOT / folder).rglob(kind)
+    named = {
+        name
+        for file in files
+        for name in re.findall(r"benches/python/[\w/]+\.py", file.read_text(encoding="utf-8"))
+    }
+    assert len(named) > 8
+    assert [name for name in sorted(named) if not (ROOT / name).is_file()] == []
+
+
 def test_rods_are_those_of_the_rust_benchmarks():
-    for name, arguments in suite_rods.KERNELS.items():
-        assert suite_rods.rod(arguments).n == int(name.split("-")[1])
+    for name, arguments in rods.KERNELS.items():
+        assert rods.rod(arguments).n == int(name.split("-")[1])
     source = (ROOT / "benches" / "rod.rs").read_text()
-    assert f"segments in {list(suite_rods.SEGMENTS)}" in source
-    assert f"modes in {list(suite_rods.MODES)}" in source
-    assert f"STEPS: usize = {suite_rods.STEPS};" in source
-    assert float(re.search(r"STEP: f64 = (\S+);", source)[1]) == suite_rods.STEP
+    assert f"segments in {list(rods.SEGMENTS)}" in source
+    assert f"modes in {list(rods.MODES)}" in source
+    assert f"STEPS: usize = {rods.STEPS};" in source
+    assert float(re.search(r"STEP: f64 = (\S+);", source)[1]) == rods.STEP
 
 
 def test_estimates_are_what_criterion_wrote(tmp_path):

@@ -18,7 +18,7 @@ import pytest
 import xarray
 
 import lissom
-from lissom import cli, folders, report, results, studies
+from lissom import cli, files, folders, report, results, studies
 from lissom.interruption import SAVING, Interruption
 
 SCENES = Path(__file__).parents[2] / "scenes"
@@ -297,7 +297,7 @@ def test_the_current_folder_stays_where_it_is(scene, tmp_path):
 
 def test_results_that_cannot_be_completed_leave_the_earlier_ones(tmp_path):
     with folders.Folder(tmp_path / "out") as folder:
-        results.write_summary({folders.MARK: "0.1.0"}, folder.partial)
+        files.write_summary({folders.MARK: "0.1.0"}, folder.partial)
         assert folder.publish() == ["summary.json"]
     before = files_in(tmp_path)
     assert set(before) == {Path("out/summary.json")}
@@ -327,7 +327,7 @@ def test_what_killed_runs_left_is_removed(tmp_path):
     folders.check_target(tmp_path / "out")
     with folders.Folder(tmp_path / "out") as folder:
         assert not leftover.exists()
-        results.write_summary({folders.MARK: "0.1.0"}, folder.partial)
+        files.write_summary({folders.MARK: "0.1.0"}, folder.partial)
         folder.publish()
     assert {found.name for found in (tmp_path / "out").iterdir()} == {"summary.json"}
     folders.check_target(tmp_path / "out")
@@ -433,7 +433,7 @@ def test_what_simulate_refuses_is_one_line(scene, tmp_path, monkeypatch, capsys)
         raise ValueError("dt: got 3,\n  expected 4")
 
     path = scene(WIRE)
-    monkeypatch.setattr(cli, "_simulate", refuse)
+    monkeypatch.setattr(cli.run, "_simulate", refuse)
     with pytest.raises(SystemExit) as ended:
         cli.main(["run", str(path), "-o", str(tmp_path / "out")])
     assert ended.value.code == 2
@@ -601,7 +601,7 @@ def test_a_full_disk_is_said_and_leaves_the_earlier_results(limit, without, scen
     """No file may grow beyond a limit: none is seen before the first step, 20 kB by the trajectory."""
     path = scene(WIRE.replace("[simulation]", "[simulation]\ndt = 1e-4"))
     with folders.Folder(tmp_path / "out") as folder:
-        results.write_summary({folders.MARK: "0.1.0"}, folder.partial)
+        files.write_summary({folders.MARK: "0.1.0"}, folder.partial)
         folder.publish()
     before = files_in(tmp_path)
     done = lissom_command(
@@ -651,7 +651,7 @@ def test_help_and_version_are_good_and_quick(tmp_path):
         assert its.returncode == 0
         assert "Usage: lissom " + command in its.stdout
     assert lissom_command("--version", cwd=tmp_path).stdout == f"lissom, version {lissom.__version__}\n"
-    heavy = "{'plotly', 'xarray', 'pandas', 'tqdm', 'scipy', 'matplotlib'}"
+    heavy = "{'numpy', 'plotly', 'xarray', 'pandas', 'tqdm', 'scipy', 'matplotlib'}"
     program = f"import lissom.cli, sys; print(sorted({heavy} & set(sys.modules)))"
     loaded = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60)
     assert loaded.stdout == "[]\n"

@@ -10,7 +10,8 @@ import pytest
 
 import lissom
 from lissom import report
-from lissom.results import Run, dataset, instants, sections
+from lissom.files import dataset
+from lissom.results import Run, instants
 
 SCENES = Path(__file__).parents[2] / "scenes"
 
@@ -166,7 +167,8 @@ def test_a_rod_at_rest_has_no_drift():
 
 
 def test_sections_reach_from_base_to_tip_and_meet_the_joints(tentacle):
-    found = sections(tentacle.scene.model)
+    (link,) = tentacle.view.links
+    found = link.stations
     assert found[0] == 0.0
     assert found[-1] == tentacle.scene.model.length
     assert 0.2 in found

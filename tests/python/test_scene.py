@@ -1,4 +1,4 @@
-"""Scene files from Python. What is refused, and where, is tested in Rust (tests/scene.rs)."""
+"""Scene files from Python. What is refused, and where, is tested in Rust (tests/crate/scene.rs)."""
 
 import json
 import re

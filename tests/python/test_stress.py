@@ -7,7 +7,8 @@ import pytest
 from click.testing import CliRunner
 
 import lissom
-from lissom.cli import REGRESSED, commands
+from lissom.cli import commands
+from lissom.cli.exits import REGRESSED
 from lissom.evidence import stress
 from lissom.evidence.stress import judge, rods, table
 from lissom.evidence.stress.cell import KINDS, Cell, Outcome

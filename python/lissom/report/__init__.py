@@ -16,8 +16,11 @@ def write(run: Run, path: Path) -> None:
 def build(run: Run) -> page.Page:
     """What the report says."""
     sections = [
-        page.Section("Motion", [page.Figure(motion.animation(run), text.animation(run))]),
-        *([page.Section("Tip", [page.Figure(curves.tip(run))])] if text.is_rod(run) else []),
+        *motion.sections("Motion", run, text.animation(run)),
+        *(
+            page.Section(frame.name.capitalize(), [page.Figure(curves.position(run, frame))])
+            for frame in run.view.frames
+        ),
         page.Section("Coordinates", [page.Figure(curves.coordinates(run), text.coordinates(run))]),
         *(
             [

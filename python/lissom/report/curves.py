@@ -6,25 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from .._lissom import Rod
 from ..results import Run
 from ..results import energies as named_energies
+from ..views import Coordinate, Frame
 from . import theme
 
 #: Points of a curve, at most; between them nothing can be seen.
 MAX_POINTS = 4000
-
-#: What the kinds of coordinates are called on an axis.
-KINDS = {
-    "torsion": "torsion",
-    "bend_y": "bending about y",
-    "bend_z": "bending about z",
-    "stretch": "stretch",
-    "shear_y": "shear along y",
-    "shear_z": "shear along z",
-    "angle": "angle",
-    "elongation": "elongation",
-}
 
 #: Line styles of successive segments.
 DASHES = ("solid", "dash", "dot", "dashdot", "longdash", "longdashdot")
@@ -37,62 +25,60 @@ def coordinates(run: Run) -> Any:
     import plotly.graph_objects as go
     from plotly.subplots import make_subplots
 
-    kinds = list(dict.fromkeys(coordinate.kind for coordinate in run.coordinates))
+    all_of_them = run.view.coordinates
+    kinds = list(dict.fromkeys(coordinate.kind for coordinate in all_of_them))
+    several = any(coordinate.segment > 0 for coordinate in all_of_them)
     figure = make_subplots(rows=len(kinds), cols=1, shared_xaxes=True, vertical_spacing=0.09 / len(kinds))
     at = run.instants(MAX_POINTS)
     t, q = run.t[at], run.q[at]
     named = set()
-    for i, coordinate in enumerate(run.coordinates):
+    for i, coordinate in enumerate(all_of_them):
         row = kinds.index(coordinate.kind) + 1
-        label = _label(run, coordinate)
+        label = _label(coordinate, several)
         trace = go.Scatter(
             x=t,
             y=q[:, i],
             name=label,
             legendgroup=label,
-            showlegend=label not in named and len(run.coordinates) > 1,
+            showlegend=label not in named and len(all_of_them) > 1,
             line={
-                "color": theme.SERIES[(coordinate.degree if _is_rod(run) else i) % len(theme.SERIES)],
+                "color": theme.SERIES[
+                    (i if coordinate.degree is None else coordinate.degree) % len(theme.SERIES)
+                ],
                 "dash": DASHES[coordinate.segment % len(DASHES)],
                 "width": 1.8,
             },
         )
         named.add(label)
         figure.add_trace(trace, row=row, col=1)
-        figure.update_yaxes(theme.axis(f"{KINDS[coordinate.kind]} ({coordinate.unit})"), row=row, col=1)
+        figure.update_yaxes(theme.axis(f"{coordinate.kind} ({coordinate.unit})"), row=row, col=1)
     figure.update_xaxes(theme.axis(""))
     figure.update_xaxes(theme.axis(TIME), row=len(kinds), col=1)
     figure.update_layout(**theme.layout(130 + max(260, 200 * len(kinds))))
     return figure
 
 
-def _is_rod(run: Run) -> bool:
-    return isinstance(run.scene.model, Rod)
-
-
-def _label(run: Run, coordinate: Any) -> str:
-    if not _is_rod(run):
-        return KINDS[coordinate.kind]
+def _label(coordinate: Coordinate, several: bool) -> str:
+    """What one coordinate is called among those of its kind, of a model of one segment or several."""
+    if coordinate.degree is None:
+        return coordinate.kind
     degree = f"P<sub>{coordinate.degree}</sub>"
-    several = max(other.segment for other in run.coordinates) > 0
     return f"segment {coordinate.segment + 1}, {degree}" if several else degree
 
 
-def tip(run: Run) -> Any:
-    """Position of a rod's tip over time."""
+def position(run: Run, frame: Frame) -> Any:
+    """Position of a frame over time."""
     import plotly.graph_objects as go
 
-    rod = run.scene.model
-    assert isinstance(rod, Rod), "only rods have a tip"
     at = run.instants(MAX_POINTS)
-    positions = rod.pose(run.q[at], rod.length, t=run.t[at])[:, :3, 3]
+    positions = frame.pose(run.q[at], run.t[at])[:, :3, 3]
     traces = [
         go.Scatter(x=run.t[at], y=positions[:, i], name=name, line={"color": colour, "width": 1.8})
         for i, (name, colour) in enumerate(zip("xyz", (theme.RED, theme.GREEN, theme.BLUE), strict=True))
     ]
     figure = go.Figure(traces)
     figure.update_layout(
-        **theme.layout(360, xaxis=theme.axis(TIME), yaxis=theme.axis("position of the tip (m)"))
+        **theme.layout(360, xaxis=theme.axis(TIME), yaxis=theme.axis(f"position of the {frame.name} (m)"))
     )
     return figure
 

@@ -1,16 +1,14 @@
-"""Animated views of a motion: a rod in space, the spring pendulum in its plane."""
+"""Animated views of a motion: links in space, a mass on a line in its plane."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .._lissom import Rod, SpringPendulum
-from ..results import Run, sections
-from ..studies import Slides
-from . import theme
+from ..views import Link, Sketch, View
+from . import page, theme
 
 Array = NDArray[np.float64]
 
@@ -35,21 +33,43 @@ SPACE_SIZE = 1.65
 #: Largest height of that box that still fits into the view.
 SPACE_HEIGHT = 1.1
 
-#: Windings of the drawn spring.
-WINDINGS = 11
+
+class Animated(Protocol):
+    """What can be animated: a model in one shape after the other."""
+
+    @property
+    def view(self) -> View:
+        """What there is to be drawn."""
+
+    @property
+    def t(self) -> Array:
+        """What the shapes are labelled by, shape (m,)."""
+
+    @property
+    def q(self) -> Array:
+        """Coordinates, shape (m, n)."""
+
+    @property
+    def clock(self) -> Array:
+        """Times at which the model is shown, seconds, shape (m,)."""
+
+    @property
+    def label(self) -> tuple[str, str]:
+        """What stands around a label."""
+
+    def instants(self, most: int) -> NDArray[np.intp]:
+        """Indices of at most so many shapes, evenly spread, first and last included."""
 
 
-#: What can be animated: shapes of a scene's model at instants.
-Animated = Run | Slides
-
-
-def animation(run: Animated) -> Any:
-    """The motion as a plotly figure with play, pause and a slider."""
-    model = run.scene.model
-    if isinstance(model, Rod):
-        return _rod(run, model)
-    assert isinstance(model, SpringPendulum), "a scene has a rod or a spring pendulum"
-    return _pendulum(run, model)
+def sections(title: str, run: Animated, caption: str) -> list[page.Section]:
+    """The motion with play, pause and a slider; nothing of a model that cannot be drawn."""
+    if run.view.links:
+        figure = _in_space(run)
+    elif run.view.sketch is not None:
+        figure = _in_plane(run, run.view.sketch)
+    else:
+        return []
+    return [page.Section(title, [page.Figure(figure, caption)])]
 
 
 def _pace(run: Animated, frames: NDArray[np.intp]) -> float:
@@ -60,104 +80,144 @@ def _pace(run: Animated, frames: NDArray[np.intp]) -> float:
     return float(np.clip(milliseconds, *PACE))
 
 
-def _label(run: Animated) -> tuple[str, str]:
-    return run.label if isinstance(run, Slides) else ("t = ", " s")
-
-
 def _labels(times: Array) -> list[str]:
     return [f"{time:.3g}" if time < 1.0 else f"{time:.2f}" for time in times]
 
 
-def _rod(run: Animated, rod: Rod) -> Any:
+def _in_space(run: Animated) -> Any:
+    """Links as tubes, frames as points with the paths that they take."""
     import plotly.graph_objects as go
 
-    stations = sections(rod)
-    outline = _outline(rod, stations)
-    faces = _faces(len(stations))
-    tip_path = _tips(run, rod)
-
-    def tube(i: int) -> go.Mesh3d:
-        pose = _poses(run, rod, i, stations)
-        x, y, z = _skin(pose, outline).T.astype(np.float32)
-        return go.Mesh3d(
-            x=x,
-            y=y,
-            z=z,
-            **dict(zip("ijk", faces.T, strict=True)),
-            intensity=_along(stations / rod.length),
-            colorscale=theme.ROD_SCALE,
-            showscale=False,
-            flatshading=False,
-            lighting={"ambient": 0.55, "diffuse": 0.75, "specular": 0.35, "roughness": 0.45, "fresnel": 0.1},
-            lightposition={"x": 2e4, "y": -3e4, "z": 4e4},
-            hoverinfo="skip",
-            name="rod",
-        )
+    tubes = [Tube(link, LEAST_RADIUS * run.view.size) for link in run.view.links]
+    path = run.instants(MAX_PATH)
+    paths = [frame.pose(run.q[path], run.clock[path])[:, :3, 3] for frame in run.view.frames]
 
     def moving(i: int) -> list[Any]:
         """What changes from frame to frame: the positions alone."""
-        x, y, z = _skin(_poses(run, rod, i, stations), outline).T.astype(np.float32)
-        tip = _poses(run, rod, i, rod.length)[:3, 3]
-        return [go.Mesh3d(x=x, y=y, z=z), go.Scatter3d(x=tip[:1], y=tip[1:2], z=tip[2:])]
-
-    first = _poses(run, rod, 0, stations)[:, :3, 3]
-    tip = first[-1]
-    line = {"mode": "lines", "hoverinfo": "skip"}
-    dot = {"size": 4, "color": theme.ORANGE}
-    figure = go.Figure(
-        [
-            tube(0),
-            go.Scatter3d(
-                x=tip[:1], y=tip[1:2], z=tip[2:], mode="markers", marker=dot, name="tip", hoverinfo="skip"
-            ),
-            go.Scatter3d(
-                **_xyz(tip_path),
-                **line,
-                line={"color": theme.ORANGE, "width": 2},
-                opacity=0.55,
-                name="path of the tip",
-            ),
-            go.Scatter3d(
-                **_xyz(first),
-                **line,
-                line={"color": theme.GREY, "width": 3, "dash": "dot"},
-                name="initial shape",
-            ),
+        points = [frame.pose(run.q[i], run.clock[i])[:3, 3] for frame in run.view.frames]
+        return [tube.trace(run, i) for tube in tubes] + [
+            go.Scatter3d(x=x[None], y=y[None], z=z[None]) for x, y, z in points
         ]
-    )
+
+    first = moving(0)
+    for tube, trace in zip(tubes, first, strict=False):
+        trace.update(tube.looks())
+    dot = {"size": 4, "color": theme.ORANGE}
+    for frame, trace in zip(run.view.frames, first[len(tubes) :], strict=True):
+        trace.update(mode="markers", marker=dot, name=frame.name, hoverinfo="skip")
+    starts = [tube.centre_line(run, 0) for tube in tubes]
+    figure = go.Figure([*first, *_paths(run.view, paths), *_initial_shapes(starts)])
     at = run.instants(MAX_FRAMES)
-    frames = [go.Frame(data=moving(i), traces=[0, 1], name=str(k)) for k, i in enumerate(at)]
+    frames = [go.Frame(data=moving(i), traces=list(range(len(first))), name=str(k)) for k, i in enumerate(at)]
     figure.frames = frames
-    every = np.concatenate([_poses(run, rod, at, stations)[..., :3, 3].reshape(-1, 3), tip_path])
+    every = np.concatenate([tube.centre_line(run, at).reshape(-1, 3) for tube in tubes] + paths)
     figure.update_layout(
         **theme.layout(
             640,
             margin={"l": 0, "r": 0, "t": 10, "b": 90},
-            scene=_space(every, margin=2.0 * float(np.abs(outline).max())),
+            scene=_space(every, margin=2.0 * max(tube.widest for tube in tubes)),
             legend={"orientation": "h", "y": 1.0, "x": 0.5, "xanchor": "center", "yanchor": "top"},
             uirevision="kept",
         ),
-        **theme.player(frames, _labels(run.t[at]), _pace(run, at), label=_label(run)),
+        **theme.player(frames, _labels(run.t[at]), _pace(run, at), label=run.label),
     )
     return figure
 
 
-def _outline(rod: Rod, stations: Array) -> Array:
+def _paths(view: View, paths: list[Array]) -> list[Any]:
+    """Where the frames go."""
+    import plotly.graph_objects as go
+
+    return [
+        go.Scatter3d(
+            **_xyz(path),
+            mode="lines",
+            hoverinfo="skip",
+            line={"color": theme.ORANGE, "width": 2},
+            opacity=0.55,
+            name=f"path of the {frame.name}",
+        )
+        for frame, path in zip(view.frames, paths, strict=True)
+    ]
+
+
+def _initial_shapes(centre_lines: list[Array]) -> list[Any]:
+    import plotly.graph_objects as go
+
+    return [
+        go.Scatter3d(
+            **_xyz(line),
+            mode="lines",
+            hoverinfo="skip",
+            line={"color": theme.GREY, "width": 3, "dash": "dot"},
+            name="initial shape",
+        )
+        for line in centre_lines
+    ]
+
+
+class Tube:
+    """The skin of a link, drawn at least so thick."""
+
+    def __init__(self, link: Link, least_radius: float) -> None:
+        self.link = link
+        self.outline = _outline(link, least_radius)
+
+    @property
+    def widest(self) -> float:
+        """How far the skin is from the axis, at most, metres."""
+        return float(np.abs(self.outline).max())
+
+    def centre_line(self, run: Animated, at: Any) -> Array:
+        """Positions (..., stations, 3) in the shapes of these indices."""
+        return self.link.pose(run.q[at], self.link.stations, run.clock[at])[..., :3, 3]
+
+    def trace(self, run: Animated, i: int) -> Any:
+        """The vertices of the skin in one shape."""
+        import plotly.graph_objects as go
+
+        pose = self.link.pose(run.q[i], self.link.stations, run.clock[i])
+        return go.Mesh3d(**_xyz(_skin(pose, self.outline)))
+
+    def looks(self) -> dict[str, Any]:
+        """What does not change: faces, colours, light."""
+        stations = self.link.stations
+        return {
+            **dict(zip("ijk", _faces(len(stations)).T, strict=True)),
+            "intensity": _along(stations / self.link.length),
+            "colorscale": theme.ROD_SCALE,
+            "showscale": False,
+            "flatshading": False,
+            "lighting": {
+                "ambient": 0.55,
+                "diffuse": 0.75,
+                "specular": 0.35,
+                "roughness": 0.45,
+                "fresnel": 0.1,
+            },
+            "lightposition": {"x": 2e4, "y": -3e4, "z": 4e4},
+            "hoverinfo": "skip",
+            "name": self.link.name,
+        }
+
+
+def _outline(link: Link, least_radius: float) -> Array:
     """Corners of the sections in their y and z, (stations, CORNERS, 2); at a joint, of the one before."""
+    stations = link.stations
     angle = 2.0 * np.pi * np.arange(CORNERS) / CORNERS
     round_corners = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
     # Rays half a corner further meet a square's corners too.
     rays = np.stack([np.cos(angle + np.pi / CORNERS), np.sin(angle + np.pi / CORNERS)], axis=-1)
     square_corners = rays / np.abs(rays).max(axis=1, keepdims=True)
-    ends = np.cumsum([segment.length for segment in rod.segments])
+    ends = np.cumsum([segment.length for segment in link.segments])
     outline = np.empty((len(stations), CORNERS, 2))
     for k, station in enumerate(stations):
         i = min(int(np.searchsorted(ends, station)), len(ends) - 1)
-        segment = rod.segments[i]
+        segment = link.segments[i]
         fraction = (station - (ends[i] - segment.length)) / segment.length
         size = np.array(segment.section.half_extents(min(max(fraction, 0.0), 1.0)))
         corners = square_corners if segment.section.shape == "rectangle" else round_corners
-        outline[k] = np.maximum(size, LEAST_RADIUS * rod.length) * corners
+        outline[k] = np.maximum(size, least_radius) * corners
     return outline
 
 
@@ -190,16 +250,6 @@ def _faces(stations: int) -> NDArray[np.int32]:
         np.stack([np.full_like(corner, last + CORNERS), last + after, last + corner], axis=1),
     ]
     return np.concatenate(faces).astype(np.int32)
-
-
-def _poses(run: Animated, rod: Rod, at: Any, places: Any) -> Array:
-    """Poses at some instants; slides show the rod as it is at time zero."""
-    return rod.pose(run.q[at], places, t=run.scene.simulation.t0 if isinstance(run, Slides) else run.t[at])
-
-
-def _tips(run: Animated, rod: Rod) -> Array:
-    at = run.instants(MAX_PATH)
-    return _poses(run, rod, at, rod.length)[:, :3, 3]
 
 
 def _xyz(points: Array) -> dict[str, Array]:
@@ -240,14 +290,15 @@ def _space(points: Array, margin: float) -> dict[str, Any]:
     }
 
 
-def _pendulum(run: Animated, pendulum: SpringPendulum) -> Any:
+def _in_plane(run: Animated, sketch: Sketch) -> Any:
+    """A mass on a line, with the path that it takes."""
     import plotly.graph_objects as go
 
-    path = _masses(pendulum, run.q[run.instants(MAX_PATH)])
+    path = sketch.mass(run.q[run.instants(MAX_PATH)])
 
     def bodies(q: Array) -> list[Any]:
-        spring = _spring(pendulum, q)
-        mass = _masses(pendulum, q[None])[0]
+        spring = sketch.line(q)
+        mass = sketch.mass(q[None])[0]
         return [go.Scatter(x=spring[:, 0], y=spring[:, 1]), go.Scatter(x=mass[:1], y=mass[1:])]
 
     spring, mass = bodies(run.q[0])
@@ -282,22 +333,6 @@ def _pendulum(run: Animated, pendulum: SpringPendulum) -> Any:
             xaxis=theme.axis("x (m)", range=[low[0], high[0]]),
             yaxis=theme.axis("y (m)", range=[low[1], high[1]], scaleanchor="x", scaleratio=1),
         ),
-        **theme.player(frames, _labels(run.t[at]), _pace(run, at), label=_label(run), y=-0.12),
+        **theme.player(frames, _labels(run.t[at]), _pace(run, at), label=run.label, y=-0.12),
     )
     return figure
-
-
-def _masses(pendulum: SpringPendulum, q: Array) -> Array:
-    """Positions of the mass, shape (m, 2)."""
-    r = pendulum.length + q[:, 1]
-    return np.stack([r * np.cos(q[:, 0]), r * np.sin(q[:, 0])], axis=1)
-
-
-def _spring(pendulum: SpringPendulum, q: Array) -> Array:
-    """A zigzag from the hinge to the mass, shape (points, 2)."""
-    r, angle = pendulum.length + q[1], q[0]
-    along = np.concatenate([[0.0, 0.12], np.linspace(0.12, 0.88, 2 * WINDINGS + 1)[1:-1], [0.88, 1.0]])
-    across = np.zeros_like(along)
-    across[2:-2] = 0.05 * pendulum.length * (-1.0) ** np.arange(len(along) - 4)
-    x, y = r * along, across
-    return np.stack([x * np.cos(angle) - y * np.sin(angle), x * np.sin(angle) + y * np.cos(angle)], axis=1)

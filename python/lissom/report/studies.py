@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from .._lissom import EquilibriumPath, Rod
-from ..results import Array, sections
+from .._lissom import EquilibriumPath
+from ..results import Array
 from ..studies import ModesStudy, Slides, StaticsStudy
+from ..views import view
 from . import motion, page, theme
 from .text import quantity
 
@@ -42,10 +43,10 @@ def statics(study: StaticsStudy) -> page.Page:
         load_factor, q = path.load_factor, path.q
         label, caption = ("load factor ", ""), "Equilibria while the loads grow."
     slides = Slides(study.scene, load_factor, q, label)
-    sections_ = [page.Section("Shape", [page.Figure(motion.animation(slides), caption)])]
+    sections = motion.sections("Shape", slides, caption)
     if path is not None:
-        sections_.append(page.Section("Stiffness", _stiffness(path)))
-    sections_ += [
+        sections.append(page.Section("Stiffness", _stiffness(path)))
+    sections += [
         page.Section("Result", [found.message, page.Table(("", ""), summary(study))]),
         page.Section("Scene", [page.Source("The scene file", study.scene.text)]),
     ]
@@ -53,7 +54,7 @@ def statics(study: StaticsStudy) -> page.Page:
         title=study.scene.name,
         lead="Equilibrium at rest, " + ("let go from q0." if study.from_start else "loaded from nothing."),
         outcome=outcome(study),
-        sections=sections_,
+        sections=sections,
     )
 
 
@@ -67,11 +68,11 @@ def outcome(study: StaticsStudy) -> tuple[str, bool]:
 
 def summary(study: StaticsStudy) -> list[tuple[str, str]]:
     """The equilibrium in words and numbers."""
-    found, model = study.found, study.scene.model
+    found = study.found
     rows: list[tuple[str, str]] = [("stability", found.stability or "unknown")]
-    if isinstance(model, Rod):
-        x, y, z = model.pose(found.q, model.length, t=study.scene.simulation.t0)[:3, 3]
-        rows.append(("tip", f"({x:.6g}, {y:.6g}, {z:.6g}) m"))
+    for frame in view(study.scene.model).frames:
+        x, y, z = frame.pose(found.q, study.scene.simulation.t0)[:3, 3]
+        rows.append((frame.name, f"({x:.6g}, {y:.6g}, {z:.6g}) m"))
     lowest = found.lowest_eigenvalue
     rows += [
         ("lowest stiffness", f"{lowest:.4g} of the elastic one" if np.isfinite(lowest) else "unknown"),
@@ -118,11 +119,13 @@ def modes(study: ModesStudy) -> page.Page:
     """What the report of natural modes says."""
     count = min(ANIMATED, len(study.found.frequency))
     animated = [
-        page.Section(
-            f"Mode {k + 1}: {frequency(study, k)}",
-            [page.Figure(motion.animation(_vibration(study, k)), "Deflections are exaggerated or reduced.")],
-        )
+        section
         for k in range(count)
+        for section in motion.sections(
+            f"Mode {k + 1}: {frequency(study, k)}",
+            _vibration(study, k),
+            "Deflections are exaggerated or reduced.",
+        )
     ]
     return page.Page(
         title=study.scene.name,
@@ -170,25 +173,28 @@ def _vibration(study: ModesStudy, k: int) -> Slides:
 
 
 def _deflection(study: ModesStudy, shape: Any) -> float:
-    """Largest deflection of a shape, relative to the rod's length; of a pendulum its largest coordinate."""
-    model = study.scene.model
-    if not isinstance(model, Rod):
+    """Largest deflection of a shape, relative to the model's size; without links its largest coordinate."""
+    seen = view(study.scene.model)
+    if not seen.links:
         return float(np.abs(shape).max())
 
     def largest(part: Array) -> float:
         # Of small motions: the shape itself may be a bend of many turns.
-        size = float(np.abs(part).max()) * model.length
+        size = float(np.abs(part).max()) * seen.size
         if size == 0.0:
             return 0.0
         small = part * (1e-4 / size)
         t0 = study.scene.simulation.t0
-        bent, straight = (model.pose(q, sections(model), t=t0)[:, :3, 3] for q in (study.q + small, study.q))
-        return float(np.linalg.norm(bent - straight, axis=1).max()) * (size / 1e-4) / model.length
+        moved = 0.0
+        for link in seen.links:
+            bent, straight = (link.pose(q, link.stations, t0)[:, :3, 3] for q in (study.q + small, study.q))
+            moved = max(moved, float(np.linalg.norm(bent - straight, axis=1).max()))
+        return moved * (size / 1e-4) / seen.size
 
     deflection = float(np.hypot(largest(np.real(shape)), largest(np.imag(shape))))
     # Torsion of a straight rod deflects nothing: a radian of it is shown.
     return (
         deflection
-        if deflection > 1e-9 * float(np.abs(shape).max()) * model.length
-        else float(np.abs(shape).max() * model.length * AMPLITUDE)
+        if deflection > 1e-9 * float(np.abs(shape).max()) * seen.size
+        else float(np.abs(shape).max() * seen.size * AMPLITUDE)
     )

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
-from .._lissom import AccuracyWarning, MotionResult, Rod, Scene, Statistics, simulate
-from ..advice import half_extents
-from ..results import COUNTERS, MAX_SHAPES, NO_ENERGIES, SECTIONS_PER_SEGMENT, Run, in_words_of_a_scene
+from .._lissom import AccuracyWarning, MotionResult, Scene, Statistics, simulate
+from ..results import COUNTERS, MAX_SHAPES, NO_ENERGIES, Run, in_words_of_a_scene
 from ..results import statistics as numbers
+from ..views import SECTIONS_PER_SEGMENT, view
 from . import motion
 
 METHODS = {
@@ -35,11 +36,6 @@ FIXED_STEP = ("newmark", "hht", "generalised_alpha")
 
 #: Methods that evaluate accelerations, but do not solve for them.
 EXPLICIT = ("rk45", "dop853")
-
-
-def is_rod(run: Run) -> bool:
-    """True for a rod, false for the pendulum."""
-    return isinstance(run.scene.model, Rod)
 
 
 def quantity(value: float, unit: str = "", digits: int = 3) -> str:
@@ -71,14 +67,9 @@ def drift(run: Run) -> str:
 def lead(run: Run) -> str:
     """One line under the title."""
     model, settings = run.scene.model, run.scene.simulation
-    if isinstance(model, Rod):
-        pieces = len(model.segments)
-        what = f"Cosserat rod, {quantity(model.length)} m long, {pieces} segment{'s' if pieces > 1 else ''}"
-    else:
-        what = "Spring pendulum"
     count = f"{model.n} generalised coordinates"
     time = f"{quantity(settings.t_end - settings.t0)} s simulated by {METHODS[settings.method]}"
-    return f"{what}, {count}, {time}."
+    return f"{run.view.title}, {count}, {time}."
 
 
 def outcome(run: Run) -> tuple[str, bool]:
@@ -151,7 +142,7 @@ def outputs(scene: Scene) -> list[tuple[str, str]]:
         "energy": "one evaluation each time, and the power of damping in every step",
         "shape": f"{SECTIONS_PER_SEGMENT} sections a segment, at {MAX_SHAPES} times at most",
     }
-    if not isinstance(scene.model, Rod):
+    if not view(scene.model).links:
         del costs["shape"]
     rows = [("coordinates", f"every {quantity(kept, 's')}")]
     rows += [(name, cost if name in wants else "not wanted") for name, cost in costs.items()]
@@ -177,8 +168,9 @@ def cost_of_steps(scene: Scene) -> list[tuple[str, str]]:
             ("Jacobians", f"{stats.njev / stats.steps:.2g} a step"),
         ]
     cost = stats.wall_time / stats.steps
-    if is_fixed and isinstance(scene.model, Rod):
-        products = multiplications(scene.model, stats) / stats.steps
+    of_each = view(scene.model).multiplications() if is_fixed else None
+    if of_each is not None:
+        products = multiplications(of_each, stats) / stats.steps
         rows.append(("multiplications", f"{products:,.0f} a step, {1e-9 * products / cost:.2g} a nanosecond"))
     rows.append(
         ("cost", f"{quantity(cost, 's')} a step, {quantity(stats.wall_time, 's')} for {stats.steps} steps")
@@ -189,9 +181,11 @@ def cost_of_steps(scene: Scene) -> list[tuple[str, str]]:
     return rows
 
 
-def multiplications(rod: Rod, stats: Statistics) -> int:
-    """What the steps of a Newmark method multiplied: in residuals, Jacobians and linear systems."""
-    one = rod.multiplications
+def multiplications(one: Mapping[str, int], stats: Statistics) -> int:
+    """What the steps of a Newmark method multiplied: in residuals, Jacobians and linear systems.
+
+    ``one`` has the multiplications of one of each.
+    """
     return (
         (stats.nfev + stats.nfev_jac) * one["residual"]
         + (stats.njev * one["tangent"] if stats.nfev_jac == 0 else 0)
@@ -241,19 +235,16 @@ def summary(run: Run) -> list[tuple[str, str]]:
 
 def animation(run: Run) -> str:
     """Below the animation."""
-    model = run.scene.model
-    if not isinstance(model, Rod):
-        return "The mass on its spring, with the path it takes. Axes are to scale."
-    note = "The coloured body is the rod, from its clamped base (dark) to its tip (yellow). Axes are to scale"
-    sizes = [size for segment in model.segments for size in half_extents(segment)]
-    if min(sizes) < motion.LEAST_RADIUS * model.length:
+    note = f"{run.view.caption}. Axes are to scale"
+    sizes = [size for link in run.view.links for size in link.half_extents()]
+    if sizes and min(sizes) < motion.LEAST_RADIUS * run.view.size:
         return note + "; the rod itself is drawn thicker than it is."
     return note + "."
 
 
 def coordinates(run: Run) -> str:
     """Below the coordinates."""
-    if not is_rod(run):
+    if all(coordinate.degree is None for coordinate in run.view.coordinates):
         return ""
     return (
         "Each strain is its value at rest plus the sum of these amplitudes times shifted Legendre "

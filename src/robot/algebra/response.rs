@@ -45,7 +45,7 @@ impl<G: Geometry, T: Scalar> Linear<G, T> {
     }
 
     #[inline(always)]
-    fn add(&mut self, other: Self) {
+    pub(crate) fn add(&mut self, other: Self) {
         for (column, other) in self.columns[..G::COMPONENTS].iter_mut().zip(other.columns) {
             *column += other;
         }

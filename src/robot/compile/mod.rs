@@ -6,6 +6,7 @@ mod load;
 mod piece;
 mod points;
 
+use crate::lie::Instructions;
 use crate::load::Frame;
 use crate::robot::description::Rod;
 use crate::robot::plan::Plan;
@@ -31,6 +32,7 @@ pub(crate) fn plan<G: Turning>(rod: &Rod, frame: G::Frame) -> Plan<G> {
     let (points, supported) = points::compile(frame, &mut pieces, &loads, rod.all_bodies(), &rod.supports);
     let mut plan = Plan {
         n: first,
+        instructions: Instructions::of_machine(),
         packs: first_pack,
         frame,
         points,

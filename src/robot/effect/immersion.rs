@@ -15,21 +15,24 @@
 //! As the moving material sees it (see `tangent`), with Psi standing for `w_q Psi`, V_r varies by
 //! `Y_r = Y + ad_Psi U` and A_k by `Z - ad_V Y - ad_Psi (0; g)`.
 
+use super::Effect;
 use crate::lie::{Counted, Cross, Geometry, Lanes, Scalar, Twist, VectorSpace, Wrench, products};
+use crate::model::Energy;
+use crate::robot::algebra::products::Products;
 use crate::robot::algebra::response::{Linear, Response};
 use crate::robot::plan::Plan;
-use crate::robot::plan::immersion::{Drag, Immersion};
+use crate::robot::plan::immersion::Drag;
 use crate::robot::plan::piece::PiecePlan;
 use crate::robot::state::Workspace;
 use crate::robot::turning::Turning;
 
 /// The fluid as a section meets it.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Stream<G: Geometry, T: Scalar> {
-    pub(crate) axis: G::Vector<T>,
-    pub(crate) position: G::Vector<T>,
-    pub(crate) current: G::Vector<T>,
-    pub(crate) crossing: T,
+struct Stream<G: Geometry, T: Scalar> {
+    axis: G::Vector<T>,
+    position: G::Vector<T>,
+    current: G::Vector<T>,
+    crossing: T,
 }
 
 /// Motion across the axis and along it, with its speeds.
@@ -122,7 +125,7 @@ impl<G: Geometry, T: Scalar> Stream<G, T> {
 
     /// What the added mass needs in a motion, with the acceleration less gravity.
     #[inline(always)]
-    pub(crate) fn added_force(
+    fn added_force(
         &self,
         mass: T,
         gravity: G::Vector<T>,
@@ -137,13 +140,13 @@ impl<G: Geometry, T: Scalar> Stream<G, T> {
 
     /// What is needed against the drag.
     #[inline(always)]
-    pub(crate) fn drag_force(&self, drag: &Drag<T>, velocity: Twist<G, T>) -> Wrench<G, T> {
+    fn drag_force(&self, drag: &Drag<T>, velocity: Twist<G, T>) -> Wrench<G, T> {
         self.at_section(drag.force(self, &self.relative(velocity)))
     }
 
     /// The response of both.
     #[inline(always)]
-    pub(crate) fn response(
+    fn response(
         &self,
         mass: T,
         drag: &Drag<T>,
@@ -174,27 +177,9 @@ impl<G: Geometry, T: Scalar> Stream<G, T> {
     }
 
     #[inline(always)]
-    pub(crate) fn inertia(&self, mass: T) -> Linear<G, T> {
+    fn inertia(&self, mass: T) -> Linear<G, T> {
         Linear::of(|z| self.added_momentum(mass, z))
     }
-}
-
-/// Products of what the fluid asks of a node in a motion, and of its response: all of it, or that of the added mass
-/// alone.
-pub(crate) fn costs<G: Turning>(immersion: &Immersion) -> [u64; 3] {
-    let (vector, twist) = (VectorSpace::zero(), Twist::zero());
-    let stream = Stream::<G, Counted> { axis: vector, position: vector, current: vector, crossing: Counted };
-    let drag = Drag { viscous: [Counted; 2], quadratic: [Counted; 2] };
-    let mut force = 0;
-    if immersion.has_added_mass {
-        force += products(|| stream.added_force(Counted, vector, twist, twist));
-    }
-    if immersion.has_drag {
-        force += products(|| stream.drag_force(&drag, twist));
-    }
-    let weighted = products(|| drag.weighted(Counted)) + 1;
-    let response = products(|| stream.response(Counted, &drag, vector, twist));
-    [force, weighted + response, 1 + products(|| stream.inertia(Counted))]
 }
 
 /// The fluid as a pack of nodes meets it.
@@ -213,63 +198,18 @@ fn splat<G: Geometry>(v: G::Vector<f64>) -> G::Vector<G::Pack> {
     G::map_vector(&v, |&x| G::Pack::splat(x))
 }
 
-/// Adds what the fluid asks for to what the motion of a piece needs.
-#[inline(always)]
-pub(crate) fn act<G: Turning>(plan: &Plan<G>, piece: &PiecePlan<G>, work: &mut Workspace<G>) {
-    let (Some(immersion), Some(immersed)) = (&plan.immersion, &piece.immersed) else { return };
-    for pack in 0..piece.packs {
-        let node = piece.first_pack + pack;
-        let stream = stream(plan, work, node);
-        let velocity = work.velocity[node];
-        if immersion.has_added_mass {
-            let mass = immersed.added_mass[pack];
-            let gravity = splat::<G>(work.surroundings.gravity);
-            work.force[node] += stream.added_force(mass, gravity, velocity, work.acceleration[node]);
-        }
-        if immersion.has_drag {
-            work.force[node] += stream.drag_force(&immersed.drag[pack], velocity);
-        }
-    }
-}
-
-/// Responses of the nodes of an immersed piece, times the quadrature weights; of the added mass alone, where nothing
-/// else is asked for.
-#[inline(always)]
-pub(crate) fn respond<G: Turning>(
-    plan: &Plan<G>,
-    piece: &PiecePlan<G>,
-    work: &Workspace<G>,
-    is_mass_only: bool,
-    responses: &mut [Response<G, G::Pack>],
-) {
-    let Some(immersed) = &piece.immersed else { return };
-    for (pack, response) in responses[..piece.packs].iter_mut().enumerate() {
-        let node = piece.first_pack + pack;
-        let weight = piece.weights[pack];
-        let stream = stream(plan, work, node);
-        let mass = immersed.added_mass[pack] * weight;
-        if is_mass_only {
-            response.inertia = stream.inertia(mass);
-        } else {
-            let drag = immersed.drag[pack].weighted(weight);
-            *response =
-                stream.response(mass, &drag, splat::<G>(work.surroundings.gravity), work.velocity[node]);
-        }
-    }
-}
-
 /// What the fluid has of energy and takes of power, with the motion up to date.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Exchange {
+struct Exchange {
     /// Kinetic energy of the added mass, and its potential in the current.
-    pub(crate) kinetic: f64,
-    pub(crate) potential: f64,
+    kinetic: f64,
+    potential: f64,
     /// Power that drag takes out of the motion relative to the fluid, and power that the current puts in.
-    pub(crate) dissipated: f64,
-    pub(crate) supplied: f64,
+    dissipated: f64,
+    supplied: f64,
 }
 
-pub(crate) fn exchange<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> Exchange {
+fn exchange<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> Exchange {
     let mut sum = Exchange::default();
     let frame = splat::<G>(work.surroundings.velocity);
     for piece in &plan.pieces {
@@ -296,3 +236,113 @@ pub(crate) fn exchange<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> Excha
     }
     sum
 }
+
+/// The fluid around a robot.
+pub(crate) struct FluidAround;
+
+impl<G: Turning> Effect<G> for FluidAround {
+    #[inline(always)]
+    fn acts_along(_: &Plan<G>, piece: &PiecePlan<G>) -> bool {
+        piece.immersed.is_some()
+    }
+
+    #[inline(always)]
+    fn act_along(plan: &Plan<G>, piece: &PiecePlan<G>, work: &mut Workspace<G>) {
+        let (Some(immersion), Some(immersed)) = (&plan.immersion, &piece.immersed) else { return };
+        for pack in 0..piece.packs {
+            let node = piece.first_pack + pack;
+            let stream = stream(plan, work, node);
+            let velocity = work.velocity[node];
+            if immersion.has_added_mass {
+                let mass = immersed.added_mass[pack];
+                let gravity = splat::<G>(work.surroundings.gravity);
+                work.force[node] += stream.added_force(mass, gravity, velocity, work.acceleration[node]);
+            }
+            if immersion.has_drag {
+                work.force[node] += stream.drag_force(&immersed.drag[pack], velocity);
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn responds_along(piece: &PiecePlan<G>) -> bool {
+        piece.immersed.is_some()
+    }
+
+    #[inline(always)]
+    fn respond_along(
+        plan: &Plan<G>,
+        piece: &PiecePlan<G>,
+        work: &Workspace<G>,
+        is_mass_only: bool,
+        sums: &mut [Response<G, G::Pack>],
+    ) {
+        let Some(immersed) = &piece.immersed else { return };
+        let gravity = splat::<G>(work.surroundings.gravity);
+        for (pack, sum) in sums.iter_mut().enumerate() {
+            let node = piece.first_pack + pack;
+            let weight = piece.weights[pack];
+            let stream = stream(plan, work, node);
+            let mass = immersed.added_mass[pack] * weight;
+            if is_mass_only {
+                sum.inertia.add(stream.inertia(mass));
+            } else {
+                let drag = immersed.drag[pack].weighted(weight);
+                sum.add(stream.response(mass, &drag, gravity, work.velocity[node]));
+            }
+        }
+    }
+
+    fn add_energy(plan: &Plan<G>, work: &Workspace<G>, energy: &mut Energy) {
+        let exchange = exchange(plan, work);
+        energy.kinetic += exchange.kinetic;
+        energy.loads += exchange.potential;
+    }
+
+    fn dissipated_power(plan: &Plan<G>, work: &Workspace<G>) -> f64 {
+        exchange(plan, work).dissipated
+    }
+
+    fn supplied_power(plan: &Plan<G>, work: &Workspace<G>) -> f64 {
+        exchange(plan, work).supplied
+    }
+
+    fn products_of_action(plan: &Plan<G>, piece: &PiecePlan<G>) -> Products {
+        let mut count = Products::default();
+        let Some(immersion) = plan.immersion.as_ref().filter(|_| piece.immersed.is_some()) else {
+            return count;
+        };
+        let (stream, drag) = (counted::<G>(), COUNTED_DRAG);
+        let (vector, twist) = (VectorSpace::zero(), Twist::zero());
+        if immersion.has_added_mass {
+            count.packs += products(|| stream.added_force(Counted, vector, twist, twist));
+        }
+        if immersion.has_drag {
+            count.packs += products(|| stream.drag_force(&drag, twist));
+        }
+        count.packs *= piece.packs as u64;
+        count
+    }
+
+    fn products_of_response(_: &Plan<G>, piece: &PiecePlan<G>, is_mass_only: bool) -> Products {
+        if piece.immersed.is_none() {
+            return Products::default();
+        }
+        let (stream, drag) = (counted::<G>(), COUNTED_DRAG);
+        let of_node = if is_mass_only {
+            products(|| Counted * Counted) + products(|| stream.inertia(Counted))
+        } else {
+            let weighted = products(|| (Counted * Counted, drag.weighted(Counted)));
+            weighted + products(|| stream.response(Counted, &drag, VectorSpace::zero(), Twist::zero()))
+        };
+        Products { packs: piece.packs as u64 * of_node, singles: 0 }
+    }
+}
+
+/// The fluid as a node meets it, to be counted.
+fn counted<G: Turning>() -> Stream<G, Counted> {
+    let vector = VectorSpace::zero();
+    Stream { axis: vector, position: vector, current: vector, crossing: Counted }
+}
+
+const COUNTED_DRAG: Drag<Counted> = Drag { viscous: [Counted; 2], quadratic: [Counted; 2] };

@@ -3,10 +3,11 @@
 //! In the inertial frame the recursions along the rod are plain integrals (`docs/rod.md`):
 //! V = int S qd, A = -(0; g) + int [S qdd + ad_V (S qd)], F = int (N A - ad_V^T N V - loads), Q_j = int S_j . F.
 
-use crate::lie::{Cross, Lanes, Scalar, Twist, Wrench, weighted_sum};
+use super::points;
+use crate::lie::{Cross, Lanes, Scalar, Sweep, Twist, Wrench, weighted_sum};
 use crate::robot::algebra::inertia::Seen as _;
 use crate::robot::algebra::inertia::{General, Round, Sections};
-use crate::robot::effect::{immersion, points, spread};
+use crate::robot::effect::all as effects;
 use crate::robot::plan::Plan;
 use crate::robot::plan::material::Moments;
 use crate::robot::plan::piece::PiecePlan;
@@ -29,10 +30,9 @@ pub(crate) fn carried<G: Turning, T: Scalar>(
     Twist { angular, linear }
 }
 
-/// Motion and internal wrench of a state whose kinematics are up to date, unless they are there already. `PLAIN`: of
-/// a plan that [is plain](Plan::is_plain).
+/// Motion and internal wrench of a state whose kinematics are up to date, unless they are there already.
 #[inline(always)]
-pub(crate) fn update<G: Turning, const PLAIN: bool>(
+pub(crate) fn update<G: Turning>(
     plan: &Plan<G>,
     work: &mut Workspace<G>,
     q: &[f64],
@@ -52,17 +52,15 @@ pub(crate) fn update<G: Turning, const PLAIN: bool>(
         match &piece.moments {
             Moments::Round(rotary) => {
                 let sections = Round { mass: &piece.mass, rotary };
-                sweep_out(plan.frame, piece, &sections, s, work, qd, qdd);
+                sweep_out(plan.frame, piece, &sections, s, work, [qd, qdd]);
             }
-            Moments::General(_) if PLAIN => unreachable!("sections of plain rods look round"),
             Moments::General(sections) => {
-                sweep_out(plan.frame, piece, &General(sections), s, work, qd, qdd);
+                let sections = General(sections);
+                let sweep = SweepOut { frame: plan.frame, piece, sections, s, work, rates: [qd, qdd] };
+                plan.instructions.run_apart::<G::Pack, _>(sweep);
             }
         }
-        spread::act(plan, piece, work);
-        if !PLAIN {
-            immersion::act(plan, piece, work);
-        }
+        effects::act_along(plan, piece, work);
         points::drive(plan, piece, s, work);
     }
     let mut end = Wrench::zero();
@@ -73,6 +71,26 @@ pub(crate) fn update<G: Turning, const PLAIN: bool>(
     work.base_wrench = end;
 }
 
+/// [`sweep_out`] of sections that are not round.
+struct SweepOut<'a, G: Turning> {
+    frame: G::Frame,
+    piece: &'a PiecePlan<G>,
+    sections: General<'a, G>,
+    s: usize,
+    work: &'a mut Workspace<G>,
+    rates: [&'a [f64]; 2],
+}
+
+impl<G: Turning> Sweep for SweepOut<'_, G> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        sweep_out(self.frame, self.piece, &self.sections, self.s, self.work, self.rates);
+    }
+}
+
+/// The motion of piece `s` and the forces that it needs, from that of the piece's base.
 #[inline(always)]
 fn sweep_out<G: Turning>(
     frame: G::Frame,
@@ -80,8 +98,7 @@ fn sweep_out<G: Turning>(
     sections: &impl Sections<G>,
     s: usize,
     work: &mut Workspace<G>,
-    qd: &[f64],
-    qdd: &[f64],
+    [qd, qdd]: [&[f64]; 2],
 ) {
     // Slices of one length, so that no index below needs a check.
     let packs = piece.packs;
@@ -146,7 +163,7 @@ fn sweep_back<G: Turning>(
 
 /// `tau = Q + K q + D qd` of the state that was last given to [`update`].
 #[inline(always)]
-pub(crate) fn project<G: Turning, const PLAIN: bool>(
+pub(crate) fn project<G: Turning>(
     plan: &Plan<G>,
     work: &mut Workspace<G>,
     q: &[f64],
@@ -181,10 +198,8 @@ pub(crate) fn project<G: Turning, const PLAIN: bool>(
                 *tau = sum.sum() + component.elastic_force(j, q, qd, mu);
             }
         }
-        if !PLAIN {
-            for coupling in &piece.couplings {
-                coupling.add_elastic_force(q, qd, mu, tau);
-            }
+        for coupling in &piece.couplings {
+            coupling.add_elastic_force(q, qd, mu, tau);
         }
     }
 }

@@ -1,9 +1,9 @@
 //! Where the rod is: rotations from the curvature, positions by integration.
 
+use super::points;
 use super::shape::shape;
 use crate::lie::{Cross, LANES, Lanes, Rotation, Scalar, Twist, Vector, VectorSpace, weighted_sum};
 use crate::linalg::Matrix;
-use crate::robot::effect::points;
 use crate::robot::plan::Plan;
 use crate::robot::plan::packed;
 use crate::robot::plan::piece::PiecePlan;

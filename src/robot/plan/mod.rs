@@ -10,12 +10,12 @@ pub(crate) mod space;
 pub(crate) mod stretch;
 pub(crate) mod world;
 
-use crate::lie::{LANES, Lanes};
+use crate::lie::{Instructions, LANES, Lanes};
 use crate::linalg::Matrix;
 use crate::robot::plan::anchor::Anchor;
 use crate::robot::plan::immersion::Immersion;
 use crate::robot::plan::load::LoadPlan;
-use crate::robot::plan::material::{Component, Moments};
+use crate::robot::plan::material::Component;
 use crate::robot::plan::piece::PiecePlan;
 use crate::robot::plan::point::Point;
 use crate::robot::plan::space::Space;
@@ -26,6 +26,8 @@ use crate::rod::STRAINS;
 #[derive(Clone, Debug)]
 pub(crate) struct Plan<G: Space> {
     pub(crate) n: usize,
+    /// What its sweeps run with.
+    pub(crate) instructions: Instructions,
     pub(crate) pieces: Vec<PiecePlan<G>>,
     /// Packs of nodes of all pieces together.
     pub(crate) packs: usize,
@@ -50,18 +52,6 @@ impl<G: Space> Plan<G> {
     /// Whether anything but the rod's own material takes energy out of its motion.
     pub(crate) fn is_resisted(&self) -> bool {
         self.anchors.iter().any(Anchor::is_damped) || self.immersion.is_some_and(|fluid| fluid.has_drag)
-    }
-
-    /// Whether its sections look round and nothing couples their strains or answers to motion: no springs, no fluid.
-    /// Sweeps are compiled once for such rods and once for all others, because what is never reached still costs a
-    /// loop its registers (measured: forward dynamics of plain rods took a fifth longer when one sweep served all).
-    pub(crate) fn is_plain(&self) -> bool {
-        let is_plain = |piece: &PiecePlan<G>| {
-            matches!(piece.moments, Moments::Round(_))
-                && piece.couplings.is_empty()
-                && piece.immersed.is_none()
-        };
-        !self.has_responses && self.pieces.iter().all(is_plain)
     }
 
     /// Whether motion loses energy.

@@ -1,6 +1,6 @@
 //! What a plan costs: the products of doubles that its sweeps form.
 //!
-//! The loops are those of the sweeps, line by line; what stands in them is not a number taken from a formula but the
+//! The loops are those of the sweeps; what acts on the robot says itself what it costs. What stands in the loops is not a number taken from a formula but the
 //! formula itself, evaluated with [`Counted`] numbers. A test counts what the sweeps really do.
 
 use crate::lie::{Counted, Cross, LANES, Twist, VectorSpace, Wrench, products};
@@ -9,7 +9,7 @@ use crate::robot::algebra::inertia::{Gyroscope, Inertia, SectionInertia};
 use crate::robot::algebra::products::Products;
 use crate::robot::algebra::response::Response;
 use crate::robot::choice::Solve;
-use crate::robot::effect::immersion;
+use crate::robot::effect::all as effects;
 use crate::robot::kernel::chain;
 use crate::robot::kernel::inverse_dynamics::carried;
 use crate::robot::plan::Plan;
@@ -125,12 +125,6 @@ impl<G: Turning> Kinds<G> {
     fn carried(&self) -> u64 {
         products(|| self.inertia.carried(&self.rotation, self.vector))
     }
-
-    /// A load that is spread along the nodes, about them.
-    fn spread(&self, is_dead: bool) -> u64 {
-        let wrench = products(|| self.wrench * Counted);
-        if is_dead { wrench } else { wrench + products(|| self.wrench.rotated(&self.rotation)) }
-    }
 }
 
 /// Packs, nodes and coordinates of a piece.
@@ -171,20 +165,11 @@ pub(crate) fn motion<G: Turning>(plan: &Plan<G>) -> Products {
         count.packs += packs * (out + k.force(&piece.moments) + back);
         // To the points inside and back from them.
         count.packs += piece.points.inside.len() as u64 * packs * 3 * scaled;
-        for point in &plan.points[piece.points.all()] {
-            let at = products(|| k.wrench.at(k.vector));
-            count.singles += point.loads.len() as u64 * at;
-            if point.body.is_some() {
-                count.singles += 2 * products(|| k.inertia.momentum(k.twist))
-                    + products(|| k.twist.bracket_transposed(k.wrench));
-            }
-        }
-        if let Some(immersion) = plan.immersion.as_ref().filter(|_| piece.immersed.is_some()) {
-            count.packs += packs * immersion::costs::<G>(immersion)[0];
-        }
-        for spread in &piece.spread {
-            count.packs += packs * (k.spread(spread.is_dead(plan)) + products(|| k.wrench.at(k.vector)));
-        }
+        let bodies = plan.points[piece.points.all()].iter().filter(|point| point.body.is_some()).count();
+        count.singles += bodies as u64
+            * (2 * products(|| k.inertia.momentum(k.twist))
+                + products(|| k.twist.bracket_transposed(k.wrench)));
+        count += effects::products_of_action(plan, piece);
     }
     count
 }
@@ -249,13 +234,21 @@ pub(crate) fn tangent<G: Turning>(plan: &Plan<G>, is_mass_only: bool) -> Product
                 count.singles += modes * gyroscopic;
             }
         }
-        // Loads that are spread, and points inside.
-        let dead = piece.spread.iter().filter(|spread| spread.is_dead(plan)).count() as u64;
-        let is_dead = dead > 0 && !is_mass_only;
-        if is_dead {
-            let load = k.spread(true) + scaled + products(|| Gyroscope::of_dead_load(k.wrench, k.vector));
-            count.packs += packs * (dead * load + modes * (gyroscopic + scaled_axial));
+        // What acts along the piece: gyroscopes and responses, columns, and rows below.
+        count += effects::products_of_response(plan, piece, is_mass_only);
+        let has_dead = !is_mass_only && effects::turns_along(plan, piece);
+        let has_responses = effects::responds_along(piece);
+        if has_dead {
+            count.packs += packs * modes * (gyroscopic + scaled_axial);
         }
+        if has_responses && is_mass_only {
+            let inertia = products(|| k.response.inertia.times_add(k.twist, k.wrench));
+            count.packs += modes * packs * (inertia + scaled);
+            count.singles += modes * inertia;
+        } else if has_responses {
+            count.packs += modes * packs * (response + 6 * scaled);
+        }
+        // Points inside.
         let integrals = if is_mass_only { 1 } else { 3 };
         let inside = piece.points.inside.len() as u64;
         let points = &plan.points[piece.points.inside.clone()];
@@ -269,20 +262,11 @@ pub(crate) fn tangent<G: Turning>(plan: &Plan<G>, is_mass_only: bool) -> Product
                 count.singles += modes * (response + 3 * scaled);
             }
         }
-        // The fluid: responses, columns, and rows below.
-        let immersion = plan.immersion.as_ref().filter(|_| piece.immersed.is_some());
-        let immersed = u64::from(immersion.is_some());
-        if let Some(immersion) = immersion {
-            let [_, all, of_mass] = immersion::costs::<G>(immersion);
-            let inertia = products(|| k.response.inertia.times_add(k.twist, k.wrench));
-            count.packs += packs * if is_mass_only { of_mass } else { all };
-            count.packs +=
-                modes * packs * if is_mass_only { inertia + scaled } else { response + 6 * scaled };
-            count.singles += if is_mass_only { modes * inertia } else { 0 };
-        }
         // Rows.
         if s > 0 && !is_mass_only {
-            count.packs += immersed * modes * packs * products(|| k.response.transposed_times(k.twist));
+            if has_responses {
+                count.packs += modes * packs * products(|| k.response.transposed_times(k.twist));
+            }
             count.packs += modes * packs * momentum;
             count.singles += modes * momentum;
             count.packs += modes * packs * transposed;
@@ -293,7 +277,7 @@ pub(crate) fn tangent<G: Turning>(plan: &Plan<G>, is_mass_only: bool) -> Product
             if plan.has_responses {
                 count.singles += (1 + supported) * modes * response;
             }
-            if is_dead {
+            if has_dead {
                 count.packs += modes * packs * transposed;
             }
         }
@@ -383,13 +367,13 @@ mod tests {
         assert_eq!(counted, kinematics(&plan).packs, "kinematics");
         let mut tangent_of = |work: &Workspace<G>, weights| {
             let to = Tangent::Dense(&mut matrix);
-            products(|| exact_tangent::weighted_tangent::<G, false>(&plan, work, &mut memory, weights, to))
+            products(|| exact_tangent::weighted_tangent(&plan, work, &mut memory, weights, to))
         };
         assert_eq!(tangent_of(&work, [0.0, 0.0, 1.0]), tangent(&plan, true).packs, "mass matrix");
-        let counted = products(|| inverse_dynamics::update::<G, false>(&plan, &mut work, &q, &q, &q));
+        let counted = products(|| inverse_dynamics::update(&plan, &mut work, &q, &q, &q));
         assert_eq!(counted, motion(&plan).packs, "motion");
         assert_eq!(tangent_of(&work, [1e-4, 1e-2, 1.0]), tangent(&plan, false).packs, "tangent");
-        let counted = products(|| inverse_dynamics::project::<G, false>(&plan, &mut work, &q, &q, &mut tau));
+        let counted = products(|| inverse_dynamics::project(&plan, &mut work, &q, &q, &mut tau));
         assert_eq!(counted, projection(&plan).packs, "projection");
     }
 

@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import Any
 
 from ..._lissom import __version__
+from ...files import write_report, write_summary
 from ...folders import MARK
 from ...report import page
-from ...results import write_report, write_summary
 from . import pendulum, rod, roots
 from .part import Part
 

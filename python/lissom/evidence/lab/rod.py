@@ -32,6 +32,9 @@ TOLERANCE = 1e-10
 #: Times of the shapes in figure 7, seconds.
 SNAPSHOTS = (0.0, 0.1, 0.2, 0.3, 0.4, 0.6, 1.0, 3.0)
 
+#: Points of a drawn rod.
+STATIONS = 60
+
 #: Converged tip positions (x, z) of the horizontal release in metres, by time in seconds, computed by others.
 INDEPENDENT_TIPS = {
     0.1: (0.9970663766, -0.0712500678),
@@ -261,45 +264,22 @@ def shapes(horizontal: Rod, hanging: Rod, motion: Any, still: Any, equilibrium: 
         subplot_titles=("horizontal", "hanging"),
         horizontal_spacing=0.1,
     )
-    stations = np.linspace(0.0, horizontal.length, 60)
     colours = sample_colorscale(theme.ROD_SCALE, np.linspace(0.0, 1.0, len(SNAPSHOTS)))
     for time, colour in zip(SNAPSHOTS, colours, strict=True):
         q = motion.q[int(np.argmin(np.abs(motion.t - time)))]
-        line = horizontal.pose(q, stations)[:, :3, 3]
+        style = {"color": colour, "width": 3}
         figure.add_scatter(
-            x=line[:, 0],
-            y=line[:, 2],
-            name=f"{time:g} s",
-            mode="lines",
-            line={"color": colour, "width": 3},
-            row=1,
-            col=1,
+            **centre_line(horizontal, q), name=f"{time:g} s", mode="lines", line=style, row=1, col=1
         )
     path = tip(horizontal, motion.q)
-    figure.add_scatter(
-        x=path[:, 0],
-        y=path[:, 1],
-        name="path of the tip",
-        line={"color": theme.ORANGE, "width": 1},
-        row=1,
-        col=1,
-    )
-    line = horizontal.pose(equilibrium, stations)[:, :3, 3]
-    figure.add_scatter(
-        x=line[:, 0],
-        y=line[:, 2],
-        name="equilibrium",
-        line={"color": theme.GREY, "dash": "dash"},
-        row=1,
-        col=1,
-    )
-    for time, colour in ((0.0, colours[0]), (DURATION, colours[-1])):
-        q = still.q[0 if time == 0.0 else -1]
-        line = hanging.pose(q, stations)[:, :3, 3]
-        dash = "solid" if time == 0.0 else "dot"
+    style = {"color": theme.ORANGE, "width": 1}
+    figure.add_scatter(x=path[:, 0], y=path[:, 1], name="path of the tip", line=style, row=1, col=1)
+    style = {"color": theme.GREY, "dash": "dash"}
+    figure.add_scatter(**centre_line(horizontal, equilibrium), name="equilibrium", line=style, row=1, col=1)
+    for q, colour, dash in ((still.q[0], colours[0], "solid"), (still.q[-1], colours[-1], "dot")):
         style = {"color": colour, "width": 4, "dash": dash}
         figure.add_scatter(
-            x=line[:, 0], y=line[:, 2], showlegend=False, mode="lines", line=style, row=1, col=2
+            **centre_line(hanging, q), showlegend=False, mode="lines", line=style, row=1, col=2
         )
     figure.update_xaxes(theme.axis("x (m)"))
     figure.update_xaxes(range=[-0.3, 0.3], row=1, col=2)
@@ -314,6 +294,12 @@ def shapes(horizontal: Rod, hanging: Rod, motion: Any, still: Any, equilibrium: 
         )
     )
     return figure
+
+
+def centre_line(rod: Rod, q: Any) -> dict[str, Any]:
+    """The shape of a rod in the plane in which it moves."""
+    line = rod.pose(q, np.linspace(0.0, rod.length, STATIONS))[:, :3, 3]
+    return {"x": line[:, 0], "y": line[:, 2]}
 
 
 def tips(rod: Rod, motions: dict[float, Any], reference: Any) -> Any:

@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from ..._lissom import __version__
+from ...files import write_report, write_summary
 from ...folders import MARK
-from ...results import write_report, write_summary
 from . import ill_posed, lab_scene, loads, long_runs, scaling, shapes, steps, sweeps
 from .cell import KINDS, Cell, Group, Kind, Outcome
 
@@ -106,7 +106,7 @@ def write(
     regressions: list[str],
     report: Callable[[list[Done], list[str], Path], None] | None,
 ) -> list[str]:
-    """Write the files into an empty folder; what could not be written, like ``results.write``."""
+    """Write the files into an empty folder; what could not be written, like ``files.write``."""
     write_summary(numbers(done, quick, regressions), folder)
     pages = None if report is None else partial(report, done)
     return write_report(pages, regressions, folder / "report.html")

@@ -88,10 +88,27 @@ def _map(done: Done) -> Any:
     group = done.group
     rows = list(dict.fromkeys(cell.row for cell in group.cells))
     columns = list(dict.fromkeys(cell.column for cell in group.cells))
+    figure = go.Figure([_heat(done, rows, columns), *_legend()])
+    category: dict[str, Any] = {"type": "category", "showgrid": False, "zeroline": False, "ticks": ""}
+    figure.update_layout(
+        **theme.layout(
+            AROUND + ROW * len(rows),
+            xaxis=theme.axis(group.columns, **category),
+            yaxis=theme.axis(group.rows, **category, autorange="reversed"),
+            margin={"l": 75, "r": 20, "t": 40, "b": 70},
+        )
+    )
+    return figure
+
+
+def _heat(done: Done, rows: list[str], columns: list[str]) -> Any:
+    """The cells in the colours of their outcomes."""
+    import plotly.graph_objects as go
+
     colour: list[list[int | None]] = [[None] * len(columns) for _ in rows]
     label = [[""] * len(columns) for _ in rows]
     hover = [[""] * len(columns) for _ in rows]
-    for cell, outcome in zip(group.cells, done.outcomes, strict=True):
+    for cell, outcome in zip(done.group.cells, done.outcomes, strict=True):
         i, j = rows.index(cell.row), columns.index(cell.column)
         colour[i][j] = KINDS.index(outcome.kind)
         label[i][j] = _label(outcome)
@@ -103,7 +120,7 @@ def _map(done: Done) -> Any:
         for k, kind in enumerate(KINDS)
         for edge in (k / (last + 1), (k + 1) / (last + 1))
     ]
-    heat = go.Heatmap(
+    return go.Heatmap(
         x=columns,
         y=rows,
         z=colour,
@@ -120,8 +137,13 @@ def _map(done: Done) -> Any:
         ygap=2,
         showscale=False,
     )
-    # A heat map has no legend: empty curves of the same colours stand in for it.
-    legend = [
+
+
+def _legend() -> list[Any]:
+    """A heat map has no legend: empty curves of the same colours stand in for it."""
+    import plotly.graph_objects as go
+
+    return [
         go.Scatter(
             x=[None],
             y=[None],
@@ -131,17 +153,6 @@ def _map(done: Done) -> Any:
         )
         for kind in KINDS
     ]
-    figure = go.Figure([heat, *legend])
-    category: dict[str, Any] = {"type": "category", "showgrid": False, "zeroline": False, "ticks": ""}
-    figure.update_layout(
-        **theme.layout(
-            AROUND + ROW * len(rows),
-            xaxis=theme.axis(group.columns, **category),
-            yaxis=theme.axis(group.rows, **category, autorange="reversed"),
-            margin={"l": 75, "r": 20, "t": 40, "b": 70},
-        )
-    )
-    return figure
 
 
 def _label(outcome: Outcome) -> str:

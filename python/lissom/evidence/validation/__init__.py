@@ -9,8 +9,8 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 from ..._lissom import __version__
+from ...files import write_report, write_summary
 from ...folders import MARK
-from ...results import write_report, write_summary
 from . import buckling, dynamics, frame, frequencies, peers, rotation, statics, supports
 from .case import Case, Outcome, run
 

@@ -20,7 +20,7 @@ from scipy.integrate import solve_bvp
 import lissom
 from lissom import _lissom
 
-sys.path.insert(0, str(Path(__file__).parents[2] / "tests" / "python"))
+sys.path.insert(0, str(Path(__file__).parents[3] / "tests" / "python"))
 from reference import modes as reference
 
 RUNS = 7

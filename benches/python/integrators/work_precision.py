@@ -1,6 +1,7 @@
 """Run time against error of lissom's integrators and of others, in one process.
 
-    python benches/python/work_precision.py -o DIR [--quick] [--problem NAME ...] [--solver TEXT ...]
+    python benches/python/integrators/work_precision.py -o DIR [--quick] [--problem NAME ...]
+        [--solver TEXT ...]
 
 Needs numpy, scipy, numba and matplotlib; takes scikit-sundae, diffrax and numbalsoda where they can be
 imported, and says so where they cannot. Writes DIR/work_precision.json, .md and .png.
@@ -24,9 +25,9 @@ import numba
 import numpy as np
 import scipy
 import scipy.integrate
-from work_precision_problems import PROBLEMS, Problem
 
 import lissom
+from problems import PROBLEMS, Problem
 
 TOLERANCES = 10.0 ** np.arange(-3, -13, -1)
 QUICK_TOLERANCES = 10.0 ** np.arange(-4, -13, -4)
@@ -143,7 +144,7 @@ def sundae_python(problem):
 
 def sundials_compiled(problem):
     """CVODE itself, with right-hand sides and Jacobians compiled by numba."""
-    from work_precision_cvode import ADAMS, BDF, CompiledCvode
+    from cvode import ADAMS, BDF, CompiledCvode
 
     return CompiledCvode(problem, BDF if problem.stiff else ADAMS).run
 
@@ -409,17 +410,8 @@ def plot(curves, path):
     figure.savefig(path, dpi=120)
 
 
-def main():
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("-o", "--output", type=Path, default=Path("results/work_precision"))
-    parser.add_argument("--quick", action="store_true", help="three tolerances, few repetitions")
-    parser.add_argument("--problem", action="append", help="only problems whose name contains this")
-    parser.add_argument("--solver", action="append", help="only solvers whose name contains this")
-    arguments = parser.parse_args()
-    if lissom._lissom.build_profile != "release":
-        sys.exit("This is a debug build of lissom; build it in release mode first.")
+def measured_curves(arguments):
+    """The curves of the problems and solvers that are asked for; why solvers are left out, by their names."""
     tolerances = QUICK_TOLERANCES if arguments.quick else TOLERANCES
     seconds = QUICK_SECONDS if arguments.quick else SECONDS
     curves, left_out = [], {}
@@ -449,12 +441,30 @@ def main():
                     f"{1e3 * last['seconds']:.3f} ms",
                     file=sys.stderr,
                 )
+    return curves, left_out
+
+
+def main():
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("-o", "--output", type=Path, default=Path("results/work_precision"))
+    parser.add_argument("--quick", action="store_true", help="three tolerances, few repetitions")
+    parser.add_argument("--problem", action="append", help="only problems whose name contains this")
+    parser.add_argument("--solver", action="append", help="only solvers whose name contains this")
+    arguments = parser.parse_args()
+    if lissom._lissom.build_profile != "release":
+        sys.exit("This is a debug build of lissom; build it in release mode first.")
+    curves, left_out = measured_curves(arguments)
+    if not curves:
+        reasons = "; ".join(f"{name} {why}" for name, why in left_out.items())
+        parser.error(f"nothing was measured: {reasons or 'no problem and solver have these names'}")
     machine = [
         f"- {platform.processor() or platform.machine()}, {platform.system()}, "
         f"Python {platform.python_version()}",
         f"- lissom {lissom.__version__}, NumPy {np.__version__}, SciPy {scipy.__version__}, "
         f"numba {numba.__version__}",
-        "- `python benches/python/work_precision.py" + (" --quick`" if arguments.quick else "`"),
+        "- `python benches/python/integrators/work_precision.py" + (" --quick`" if arguments.quick else "`"),
     ]
     arguments.output.mkdir(parents=True, exist_ok=True)
     data = {

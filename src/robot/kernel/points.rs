@@ -7,32 +7,13 @@
 //! stays exact.
 
 use crate::lie::{Lanes, Twist, VectorSpace, Wrench};
-use crate::load::Frame;
+use crate::robot::effect::all as effects;
 use crate::robot::plan::Plan;
 use crate::robot::plan::piece::PiecePlan;
-use crate::robot::plan::point::{Inside, Point};
+use crate::robot::plan::point::Inside;
 use crate::robot::state::Workspace;
-use crate::robot::state::point::PointState;
 use crate::robot::turning::Turning;
 use crate::robot::turning::place;
-
-impl<G: Turning> Point<G> {
-    /// The wrench of a load at this point, about the point.
-    #[inline(always)]
-    pub(crate) fn wrench(
-        &self,
-        load: usize,
-        plan: &Plan<G>,
-        work: &Workspace<G>,
-        state: &PointState<G>,
-    ) -> Wrench<G, f64> {
-        let wrench = work.acting[load];
-        match plan.loads[load].frame {
-            Frame::World => wrench,
-            Frame::Body => wrench.rotated(&state.rotation),
-        }
-    }
-}
 
 impl<G: Turning> Inside<G> {
     /// The integral up to the place of what has these values at the nodes.
@@ -106,12 +87,7 @@ pub(crate) fn drive<G: Turning>(plan: &Plan<G>, piece: &PiecePlan<G>, s: usize, 
             state.force = state.inertia.momentum(state.acceleration)
                 - state.velocity.bracket_transposed(state.momentum);
         }
-        for &load in &point.loads {
-            state.force = state.force - point.wrench(load, plan, work, &state).at(state.position);
-        }
-        for &anchor in &point.anchors {
-            state.force = state.force - work.anchors[anchor].wrench(plan.frame, &state).at(state.position);
-        }
+        effects::act_at(plan, work, point, &mut state);
         work.points[p] = state;
     }
 }

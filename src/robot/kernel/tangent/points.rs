@@ -1,12 +1,10 @@
 //! The part that points have in the tangent: more places, beside the nodes, where Psi is known and the forces change.
 
 use crate::lie::{Twist, Wrench};
-use crate::load::Frame;
 use crate::robot::algebra::inertia::Gyroscope;
-use crate::robot::algebra::response::Response;
+use crate::robot::effect::all as effects;
 use crate::robot::plan::Plan;
 use crate::robot::plan::piece::PiecePlan;
-use crate::robot::plan::point::Point;
 use crate::robot::state::Workspace;
 use crate::robot::state::tangent::{Coordinate, PointTangents, Rest, Row, Weights};
 use crate::robot::turning::Turning;
@@ -26,7 +24,7 @@ impl<G: Turning> PointTangents<G> {
         }
         for (i, p) in piece.points.inside.clone().enumerate() {
             (self.gyroscope[i], self.dead[i]) = gyroscopes(plan, work, p);
-            self.response[i] = response(plan, work, p);
+            self.response[i] = effects::respond_at(plan, work, &plan.points[p], &work.points[p]);
         }
     }
 
@@ -148,7 +146,7 @@ impl<G: Turning> PointTangents<G> {
     }
 }
 
-/// Gyroscopes of what is at a point: of the bodies, and of the dead loads.
+/// Gyroscopes of what is at a point: of the bodies, and of wrenches that keep their direction.
 #[inline(always)]
 fn gyroscopes<G: Turning>(
     plan: &Plan<G>,
@@ -156,22 +154,8 @@ fn gyroscopes<G: Turning>(
     p: usize,
 ) -> (Gyroscope<G, f64>, Gyroscope<G, f64>) {
     let state = &work.points[p];
-    let mut dead = Gyroscope::zero();
-    for &load in plan.points[p].loads.iter().filter(|&&load| plan.loads[load].frame == Frame::World) {
-        dead.add(Gyroscope::of_dead_load(work.acting[load], state.position));
-    }
+    let dead = effects::turn_at(plan, work, &plan.points[p], state);
     (Gyroscope::new(&state.inertia, state.velocity, state.momentum), dead)
-}
-
-/// What the supports of a point answer to, if it has any.
-#[inline(always)]
-fn response<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, p: usize) -> Option<Response<G, f64>> {
-    let Point { anchors, .. } = &plan.points[p];
-    let mut sum = (!anchors.is_empty()).then(Response::zero)?;
-    for &anchor in anchors {
-        sum.add(work.anchors[anchor].response(plan.frame, &work.points[p]));
-    }
-    Some(sum)
 }
 
 /// Adds the points of one kind of a piece, those inside or those at its end, to what lies behind a place.
@@ -189,7 +173,7 @@ pub(crate) fn add_to_rest<G: Turning>(
             let (gyroscope, dead) = gyroscopes(plan, work, p);
             rest.gyroscope.add(gyroscope);
             rest.dead.add(dead);
-            if let Some(response) = response(plan, work, p) {
+            if let Some(response) = effects::respond_at(plan, work, &plan.points[p], &work.points[p]) {
                 rest.response.add(response);
             }
         }

@@ -1,6 +1,6 @@
 """Conditioning and convergence of the bases of the strain: the tables of docs/bases.md.
 
-python benches/python/bases.py
+python benches/python/accuracy/bases.py
 """
 
 from collections.abc import Callable

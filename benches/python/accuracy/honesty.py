@@ -1,6 +1,7 @@
 """Whether `method="auto"` keeps its promises: random rods, motions and requests against references.
 
-    python benches/python/auto_honesty.py [--count 300] [--seed 1] [--family NAME ...] [--worst 10] [--space]
+    python benches/python/accuracy/honesty.py [--count 300] [--seed 1] [--family NAME ...] [--worst 10]
+        [--space]
 
 Each case draws a rod, what moves it, how long, and an accuracy. The truth is a run with tolerances far below;
 with --space a rod with many modes. Prints a Markdown table of how many of the successes are within what was

@@ -1,8 +1,9 @@
-//! What a rod answers to deformation alone: `K q`.
+//! What the material of a rod answers to deformation: `K q + D qd` and what follows from it.
 
 use crate::lie::Symmetric;
 use crate::linalg::{Matrix, symmetric_eigen};
 use crate::robot::plan::Plan;
+use crate::robot::plan::piece::PiecePlan;
 use crate::robot::turning::Turning;
 use crate::springs::Springs;
 
@@ -33,6 +34,74 @@ pub(crate) fn stiffness<G: Turning>(plan: &Plan<G>, stiffness: &mut Matrix) {
         stiffness.view_mut((row, column), (rows, columns)).copy_from(&coupling.stiffness);
         stiffness.view_mut((column, row), (columns, rows)).copy_from(&coupling.stiffness.transpose());
     }
+}
+
+/// Adds `w_q K + w_v D` to the block of a piece.
+#[inline(always)]
+pub(crate) fn add_to_tangent<G: Turning>(
+    piece: &PiecePlan<G>,
+    [w_q, w_v]: [f64; 2],
+    block: &mut [f64],
+    stride: usize,
+) {
+    let factor = w_q + w_v * piece.retardation_time;
+    if factor == 0.0 {
+        return;
+    }
+    for component in &piece.components {
+        let first = component.first - piece.first;
+        for k in 0..component.modes {
+            let entries = &mut block[(first + k) * stride + first..][..component.modes];
+            for (j, entry) in entries.iter_mut().enumerate() {
+                *entry += factor * component.stiffness[(j, k)];
+            }
+        }
+    }
+    for coupling in &piece.couplings {
+        let [rows, columns] = coupling.coordinates();
+        for (j, row) in rows.map(|row| row - piece.first).enumerate() {
+            for (k, column) in columns.clone().map(|column| column - piece.first).enumerate() {
+                let stiffness = factor * coupling.stiffness[(j, k)];
+                block[column * stride + row] += stiffness;
+                block[row * stride + column] += stiffness;
+            }
+        }
+    }
+}
+
+/// Elastic energy of the material, `q K q / 2`.
+pub(crate) fn energy<G: Turning>(plan: &Plan<G>, q: &[f64]) -> f64 {
+    0.5 * quadratic_form(plan, q, |_| 1.0)
+}
+
+/// Power of Kelvin-Voigt damping, `qd D qd`.
+pub(crate) fn power_of_damping<G: Turning>(plan: &Plan<G>, qd: &[f64]) -> f64 {
+    quadratic_form(plan, qd, |retardation_time| retardation_time)
+}
+
+/// `sum_pieces factor(mu) x K x`.
+fn quadratic_form<G: Turning>(plan: &Plan<G>, x: &[f64], factor: impl Fn(f64) -> f64) -> f64 {
+    let mut total = 0.0;
+    for piece in &plan.pieces {
+        let factor = factor(piece.retardation_time);
+        for component in &piece.components {
+            let x = &x[component.first..component.first + component.modes];
+            for j in 0..component.modes {
+                for k in 0..component.modes {
+                    total += factor * x[j] * component.stiffness[(j, k)] * x[k];
+                }
+            }
+        }
+        for coupling in &piece.couplings {
+            let [rows, columns] = coupling.coordinates();
+            for (j, row) in rows.enumerate() {
+                for (k, column) in columns.clone().enumerate() {
+                    total += 2.0 * factor * x[row] * coupling.stiffness[(j, k)] * x[column];
+                }
+            }
+        }
+    }
+    total
 }
 
 /// For every coordinate of curvature a radian over the rod's length, one for the others.

@@ -8,7 +8,7 @@ import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 
 #: Seconds of measuring and number of samples for each benchmark.
 FULL = ("--warm-up-time", "0.2", "--measurement-time", "1", "--sample-size", "30")

@@ -1,6 +1,6 @@
 """What `method="auto"` was asked for, what it reached, and what that cost: the scenes and some rods.
 
-    python benches/python/accuracy.py [--scene TEXT ...]
+    python benches/python/accuracy/auto.py [--scene TEXT ...]
 
 Prints a Markdown table. Error: largest distance of the tip from that of a reference (Radau; DOP853 for the
 pendulum; with tolerances far below the tightest request), relative to the length, over the times kept. Run
@@ -17,7 +17,7 @@ import numpy as np
 
 import lissom
 
-SCENES = Path(__file__).parents[2] / "scenes"
+SCENES = Path(__file__).parents[3] / "scenes"
 REQUESTS = (1e-2, 1e-4, 1e-6, 1e-8)
 REPEATS = 3
 # What stands for no error.

@@ -1,6 +1,6 @@
 """Run times of the lab's scenes beside the lab report's: the table of README.md.
 
-python benches/python/lab.py [--json FILE]
+python benches/python/speed/lab.py [--json FILE]
 """
 
 import argparse

@@ -1,6 +1,6 @@
 """All benchmarks: `make bench`.
 
-    python benches/python/suite.py [--parts PART ...] [--quick] [-o DIR]
+    python benches/python/speed/suite.py [--parts PART ...] [--quick] [-o DIR]
 
 Parts: lab (run times of the lab's scenes), kernels (inverse dynamics, forward dynamics, tangent and Newmark
 step beside the NumPy reference and published figures of CROSP), limit (the same against what this machine can
@@ -21,21 +21,21 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-import lab
-import machine
-import native
 import numpy as np
-import rubber_rod
-import rubber_rod_report
-import suite_report as report
-from suite_rods import KERNELS, MODES, SEGMENTS, STEP, STEPS, Arguments, rod, state
 
 import lissom
 from lissom.report.text import multiplications
 
-ROOT = Path(__file__).parents[2]
-sys.path.insert(0, str(ROOT / "tests" / "python"))
-from reference import rod as reference  # noqa: E402
+sys.path.insert(0, str(Path(__file__).parents[1]))
+sys.path.insert(0, str(Path(__file__).parents[3] / "tests" / "python"))
+import machine
+from peers import rubber_rod, rubber_rod_report
+from speed import lab, native, report
+from speed.rods import KERNELS, MODES, SEGMENTS, STEP, STEPS, Arguments, rod, state
+
+from reference import rod as reference
+
+ROOT = Path(__file__).parents[3]
 
 #: Seconds after which a NumPy reference is not measured once more.
 PATIENCE = 5.0
@@ -116,7 +116,7 @@ def measure_limit(quick: bool) -> Data:
                 "products": {
                     "residual": counts["residual"],
                     "tangent": counts["tangent"],
-                    "step": multiplications(model, steps) / steps.steps,
+                    "step": multiplications(counts, steps) / steps.steps,
                 },
                 "seconds": {
                     "residual": found[f"residual of {rod_name}"].seconds,

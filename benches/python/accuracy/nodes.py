@@ -1,6 +1,6 @@
 """Error of the inverse dynamics against the number of quadrature nodes: the table of docs/rod.md.
 
-python benches/python/rod_nodes.py
+python benches/python/accuracy/nodes.py
 """
 
 import numpy as np

@@ -1,9 +1,14 @@
-//! A support compiled for computing. There are few of them: all is done in three dimensions, of which a plane takes
-//! its part.
+//! Supports: springs and dampers to the world. There are few of them: all is done in three dimensions, of which a
+//! plane takes its part.
 
+use super::Effect;
 use crate::lie::{Cross, Rotation, Symmetric, Twist, Vector, Wrench};
+use crate::model::Energy;
 use crate::robot::algebra::response::{Linear, Response};
+use crate::robot::plan::Plan;
 use crate::robot::plan::anchor::Anchor;
+use crate::robot::plan::point::Point;
+use crate::robot::state::Workspace;
 use crate::robot::state::point::PointState;
 use crate::robot::turning::Turning;
 
@@ -149,5 +154,56 @@ impl Anchor {
         let HeldSection { angular, velocity, .. } = self.section(frame, state);
         let velocity = velocity - self.velocity;
         velocity.dot(self.damping.times(velocity)) + angular.dot(self.rotational_damping.times(angular))
+    }
+}
+
+/// The supports of a plan.
+pub(crate) struct Supports;
+
+/// The anchors, with what is known of the sections that they hold.
+fn held<'a, G: Turning>(
+    plan: &'a Plan<G>,
+    work: &'a Workspace<G>,
+) -> impl Iterator<Item = (&'a Anchor, &'a PointState<G>)> {
+    let points = plan.points.iter().zip(&work.points);
+    points.flat_map(move |(point, state)| {
+        point.anchors.iter().map(move |&anchor| (&work.anchors[anchor], state))
+    })
+}
+
+impl<G: Turning> Effect<G> for Supports {
+    #[inline(always)]
+    fn act_at(plan: &Plan<G>, work: &Workspace<G>, point: &Point<G>, state: &mut PointState<G>) {
+        for &anchor in &point.anchors {
+            state.force = state.force - work.anchors[anchor].wrench(plan.frame, state).at(state.position);
+        }
+    }
+
+    #[inline(always)]
+    fn responds_at(point: &Point<G>) -> bool {
+        !point.anchors.is_empty()
+    }
+
+    #[inline(always)]
+    fn respond_at(
+        plan: &Plan<G>,
+        work: &Workspace<G>,
+        point: &Point<G>,
+        state: &PointState<G>,
+        sum: &mut Response<G, f64>,
+    ) {
+        for &anchor in &point.anchors {
+            sum.add(work.anchors[anchor].response(plan.frame, state));
+        }
+    }
+
+    fn add_energy(plan: &Plan<G>, work: &Workspace<G>, energy: &mut Energy) {
+        for (anchor, state) in held(plan, work) {
+            energy.elastic += anchor.energy(plan.frame, state);
+        }
+    }
+
+    fn dissipated_power(plan: &Plan<G>, work: &Workspace<G>) -> f64 {
+        held(plan, work).map(|(anchor, state)| anchor.dissipated_power(plan.frame, state)).sum()
     }
 }

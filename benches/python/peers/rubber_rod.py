@@ -1,6 +1,6 @@
 """Run time against error for a rubber rod that is let go: lissom, PyElastica, MuJoCo's cable, SoRoMoX.
 
-    python benches/python/rubber_rod.py [-o DIR] [--quick] [--peers NAME ...]
+    python benches/python/peers/rubber_rod.py [-o DIR] [--quick] [--peers NAME ...]
 
 Needs lissom built in release mode, numpy and matplotlib. Makes a virtual environment for each of the others
 in DIR/environments, once, from their public packages; one that cannot be installed is named with the reason.
@@ -20,13 +20,14 @@ import sys
 from pathlib import Path
 
 import numpy as np
-import rubber_rod_lissom
-import rubber_rod_report
-from machine import processor
-from peers.cases import LONGEST_RUN, QUICK_LONGEST_RUN
-from peers.environment import PEERS, Unavailable, measure
 
 import lissom
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from machine import processor
+from peers import rubber_rod_lissom, rubber_rod_report
+from peers.cases import LONGEST_RUN, QUICK_LONGEST_RUN
+from peers.environment import PEERS, Unavailable, measure
 
 
 def run(output: Path, quick: bool, peers: list[str]) -> str:
@@ -36,7 +37,7 @@ def run(output: Path, quick: bool, peers: list[str]) -> str:
     machine = [
         f"- {system}",
         f"- load at the start: {os.getloadavg()[0]:.2f}",
-        "- `python benches/python/rubber_rod.py" + (" --quick`" if quick else "`"),
+        "- `python benches/python/peers/rubber_rod.py" + (" --quick`" if quick else "`"),
     ]
     references, changes = rubber_rod_lissom.references(quick)
     runs = list(rubber_rod_lissom.runs(quick, longest))

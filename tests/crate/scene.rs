@@ -813,7 +813,7 @@ fn the_committed_schema_is_up_to_date() {
         std::fs::write(path, Scene::schema()).expect("the schema can be written");
     }
     let committed = std::fs::read_to_string(path).expect("the schema is committed");
-    assert_eq!(committed, Scene::schema(), "run LISSOM_UPDATE_SCHEMA=1 cargo test --test scene");
+    assert_eq!(committed, Scene::schema(), "run LISSOM_UPDATE_SCHEMA=1 cargo test --test crate scene::");
 }
 
 #[test]

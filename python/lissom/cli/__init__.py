@@ -1,0 +1,68 @@
+"""The command line: a file for each command.
+
+Exit codes: 0 done, 1 the simulation failed or could not be written, 2 bad input, 3 a case of the validation
+gallery is outside its tolerance or the stress test regressed, 130 interrupted.
+What takes time to import (NumPy, plotly, xarray) is imported where it is used, so that ``--help`` is quick.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from typing import NoReturn
+
+import click
+
+from ..interruption import interruption
+from . import check, explain, lab, modes, run, schema, statics, stress, validate
+from .exits import INTERRUPTED
+
+
+def main(arguments: Sequence[str] | None = None) -> NoReturn:
+    """The command ``lissom``, without the care for Ctrl-C during imports that ``__main__.main`` takes."""
+    try:
+        interruption.answer()
+        code = commands.main(arguments, prog_name="lissom", standalone_mode=False)
+    except click.ClickException as error:
+        error.show()
+        code = error.exit_code
+    except BaseException as error:
+        interruption.defer()
+        # Modules that are interrupted while they are imported raise errors of all kinds.
+        if not interruption.requested and not isinstance(error, click.Abort):
+            raise
+        click.echo("Interrupted; nothing was written.", err=True)
+        code = INTERRUPTED
+    interruption.defer()
+    sys.exit(INTERRUPTED if interruption.requested else code)
+
+
+def _say_version(context: click.Context, _: click.Parameter, wanted: bool) -> None:
+    if not wanted or context.resilient_parsing:
+        return
+    from .. import __version__
+
+    click.echo(f"lissom, version {__version__}")
+    context.exit()
+
+
+@click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
+@click.option(
+    "--version",
+    is_flag=True,
+    expose_value=False,
+    is_eager=True,
+    callback=_say_version,
+    help="Show the version and exit.",
+)
+def commands() -> None:
+    """Simulate soft rods.
+
+    A scene is a TOML file that describes a rod and how to simulate it.
+
+    "lissom schema" lists its keys.
+    """
+
+
+for module in (check, explain, lab, modes, run, schema, statics, stress, validate):
+    commands.add_command(module.command)

@@ -1,0 +1,36 @@
+"""``lissom check``: what is wrong with scenes, and what is worth knowing about good ones."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from .exits import BAD_INPUT
+from .scenes import SCENE, Refused, load
+
+
+@click.command("check")
+@click.argument("scenes", type=SCENE, nargs=-1, required=True, metavar="SCENE...")
+def command(scenes: tuple[Path, ...]) -> int:
+    """Say what is wrong with scenes.
+
+    Everything that is wrong with each SCENE is listed, nothing is simulated. Of a good one
+    it is said what its step, its modes and its method can show.
+
+    Exit code: 0 all are good, 2 at least one is not.
+    """
+    from ..advice import advice
+
+    good = True
+    for path in scenes:
+        try:
+            scene = load(path)
+        except Refused as error:
+            error.show()
+            good = False
+        else:
+            click.echo(f"{path}: good, {scene.model.n} generalised coordinates")
+            for sentence in advice(scene):
+                click.echo(f"  {sentence}")
+    return 0 if good else BAD_INPUT

@@ -1,0 +1,36 @@
+"""``lissom lab``: the numerical-methods lab, done again."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from ..interruption import interruption
+from .saving import output_option, results_folder, save
+from .words import progress_bar
+
+
+@click.command("lab")
+@output_option("Folder for the results.", Path("results/lab"))
+def command(output: Path) -> int:
+    """Rerun the numerical-methods lab.
+
+    Its nine figures and three tables, beside the report's own numbers; takes some seconds. Earlier results in
+    the folder are replaced; a folder with anything else in it is refused.
+
+    Exit code: 0 done, 1 it could not be written, 2 bad input, 130 interrupted (the parts that were done are
+    written then).
+    """
+    from .. import files
+
+    if files.missing("plotly"):
+        raise click.UsageError("the lab's figures need plotly: pip install 'lissom[report]'")
+    from ..evidence import lab as numerical_lab
+
+    with results_folder(output) as folder:
+        parts = dict(interruption.collect(numerical_lab.compute(progress_bar)))
+        saved = save(folder, lambda partial: numerical_lab.write(parts, partial))
+    for file in saved.files:
+        click.echo(saved.target / file)
+    return saved.code

@@ -1,0 +1,57 @@
+"""``lissom modes``: natural frequencies and shapes of a scene."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from ..interruption import interruption
+from .exits import FAILED
+from .saving import output_option, results_folder, save_study
+from .scenes import SCENE, load, refusals_of
+from .statics import say_statics
+from .words import say
+
+
+@click.command("modes")
+@click.argument("scene", type=SCENE)
+@output_option("Folder for the results; results/NAME-modes unless given.")
+@click.option("--at-start", is_flag=True, help="About the scene's q0 as it is, instead of its equilibrium.")
+@click.option("--no-report", is_flag=True, help="Write the numbers only.")
+def command(scene: Path, output: Path | None, at_start: bool, no_report: bool) -> int:
+    """Find the natural frequencies and shapes of SCENE.
+
+    About the equilibrium that "lissom statics" finds. The report animates the slowest ones.
+
+    Exit code: 0 done; 1 there are none, or no equilibrium was found (what "lissom statics" writes is written
+    then); 2 bad input; 130 interrupted.
+    """
+    from .. import studies
+    from .._lissom import LissomError
+    from ..report import studies as words
+
+    loaded = load(scene)
+    target = output if output is not None else Path("results") / f"{scene.stem}-modes"
+    with results_folder(target) as folder:
+        rest = None if at_start else studies.study_statics(loaded)
+        try:
+            interruption.answer()
+            with refusals_of(scene):
+                done = studies.study_modes(loaded, rest)
+        except (LissomError, KeyboardInterrupt) as error:
+            if rest is not None:
+                return say_statics(rest, save_study(rest, folder, no_report), str(error) or "interrupted")
+            if isinstance(error, KeyboardInterrupt):
+                raise
+            click.echo(f"{loaded.name}: {error}", err=True)
+            return FAILED
+        saved = save_study(done, folder, no_report)
+    stable = done.found.is_stable
+    rows = [
+        (f"mode {number}", f"{hertz} Hz, damping ratio {ratio}")
+        for number, hertz, ratio, _ in words.table(done)[: words.LISTED]
+    ]
+    outcome = f"{len(done.found.frequency)} modes, " + ("stable" if stable else "unstable")
+    say(loaded.name, outcome, stable, rows, saved)
+    return saved.code

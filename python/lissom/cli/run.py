@@ -1,0 +1,81 @@
+"""``lissom run``: simulate a scene."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from ..interruption import STOPPING, interruption
+from .exits import FAILED
+from .saving import output_option, reports, results_folder, save
+from .scenes import SCENE, load, refusals_of
+from .words import Saved, note, progress_bar, say
+
+if TYPE_CHECKING:
+    from .._lissom import Scene
+    from ..results import Run
+
+
+@click.command("run")
+@click.argument("scene", type=SCENE)
+@output_option("Folder for the results; results/NAME unless given.")
+@click.option("--no-report", is_flag=True, help="Write the trajectory only.")
+def command(scene: Path, output: Path | None, no_report: bool) -> int:
+    """Simulate SCENE; write results and a report.
+
+    Trajectory, summary and an HTML report appear in the results folder when all of them are complete.
+    Results of an earlier run are replaced; a folder with anything else in it is refused, as is one that
+    another run is writing into. What cannot be written there at last goes to a temporary folder.
+
+    Exit code: 0 done; 1 the simulation failed (what was computed is written) or something could not be
+    written; 2 bad input (nothing is written); 130 interrupted with Ctrl-C (what was computed is written).
+    """
+    from .. import files
+
+    loaded = load(scene)
+    target = output if output is not None else Path("results") / scene.stem
+    with results_folder(target) as folder:
+        report = _report_of_run if reports(no_report) else None
+        with refusals_of(scene):
+            done = _simulate(loaded)
+        saved = save(folder, lambda partial: files.write(done, partial, report))
+    _summarise(done, saved)
+    if files.missing(*files.NETCDF):
+        note("Without xarray and h5netcdf the trajectory is an .npz file", "files")
+    return saved.code if done.motion.success or done.interrupted else FAILED
+
+
+def _simulate(scene: Scene) -> Run:
+    """Simulate with a progress bar. From the first step on Ctrl-C ends the simulation, not the program."""
+    from .._lissom import AccuracyWarning
+    from ..results import Run
+
+    settings = scene.simulation
+    with progress_bar(settings.t_end - settings.t0, "Simulating", "s") as bar:
+
+        def progress(t: float) -> bool:
+            interruption.defer(STOPPING)
+            bar.update(t - settings.t0 - bar.n)
+            return interruption.requested
+
+        with warnings.catch_warnings():
+            # The summary says it.
+            warnings.simplefilter("ignore", AccuracyWarning)
+            motion = scene.run(progress=progress)
+    return Run(scene, motion, interrupted=motion.status == "interrupted")
+
+
+def _report_of_run(done: Run, path: Path) -> None:
+    from .. import report
+
+    report.write(done, path)
+
+
+def _summarise(done: Run, saved: Saved) -> None:
+    from ..report import text
+
+    outcome, good = text.outcome(done)
+    say(done.scene.name, outcome, good, text.summary(done), saved)

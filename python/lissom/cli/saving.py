@@ -1,0 +1,99 @@
+"""Folders that commands write into: options, and how results get there."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from ..folders import Folder, NotOurs
+from ..interruption import SAVING, interruption
+from .exits import FAILED
+from .words import Saved, note
+
+if TYPE_CHECKING:
+    from ..studies import ModesStudy, StaticsStudy
+
+
+def output_option(what: str, default: Path | None = None) -> Callable[[Any], Any]:
+    """The option that names the folder."""
+    return click.option(
+        "-o",
+        "--output",
+        type=click.Path(path_type=Path),
+        default=default,
+        show_default=default is not None,
+        metavar="DIR",
+        help=what,
+    )
+
+
+@contextmanager
+def results_folder(target: Path) -> Iterator[Folder]:
+    """A folder that certainly can be written, before anything is computed; or the end of the program."""
+    try:
+        folder = Folder(target)
+    except NotOurs as error:
+        raise click.UsageError(str(error)) from None
+    except OSError as error:
+        raise click.exceptions.Exit(unwritten(target, error)) from None
+    with folder:
+        yield folder
+
+
+def save(folder: Folder, write: Callable[[Path], list[str]]) -> Saved:
+    """Write results, into a temporary folder if the one they are meant for fails them.
+
+    From here on Ctrl-C is deferred. ``write`` returns what it could not write, in words.
+    """
+    interruption.defer(SAVING)
+    try:
+        return _written(folder, write, 0)
+    except OSError as error:
+        unwritten(folder.target, error)
+    try:
+        with Folder(Path(tempfile.mkdtemp(prefix="lissom-"))) as other:
+            saved = _written(other, write, FAILED)
+    except OSError as error:
+        raise click.exceptions.Exit(unwritten(Path(tempfile.gettempdir()), error)) from None
+    click.echo(f"The results are in {saved.target} instead.", err=True)
+    return saved
+
+
+def _written(folder: Folder, write: Callable[[Path], list[str]], code: int) -> Saved:
+    failures = write(folder.partial)
+    for failure in failures:
+        click.echo(failure, err=True)
+    return Saved(folder.target, folder.publish(), FAILED if failures else code)
+
+
+def save_study(done: StaticsStudy | ModesStudy, folder: Folder, no_report: bool) -> Saved:
+    """Write an equilibrium or natural modes, with a report if there can and shall be one."""
+    from .. import studies
+    from ..report import studies as pages
+
+    interruption.defer(SAVING)
+    report = pages.write if reports(no_report) else None
+    return save(folder, lambda partial: studies.write(done, partial, report))
+
+
+def unwritten(target: Path, error: Exception) -> int:
+    """Say that something could not be written; the exit code."""
+    click.echo(f"{target} could not be written: {error}", err=True)
+    return FAILED
+
+
+def reports(no_report: bool) -> bool:
+    """Whether a report can be written and is wanted; a note if it is wanted only."""
+    from .. import files
+
+    if no_report:
+        return False
+    if files.missing("plotly"):
+        note("Without plotly there is no report", "report")
+        return False
+    return True

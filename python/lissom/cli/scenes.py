@@ -1,0 +1,71 @@
+"""Scenes that commands are given, and what is said of those that cannot be used."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from .exits import BAD_INPUT, FAILED
+
+if TYPE_CHECKING:
+    from .._lissom import Scene
+
+#: What a command takes as a scene.
+SCENE = click.Path(exists=True, dir_okay=False, path_type=Path)
+
+
+class Refused(click.ClickException):
+    """A scene that cannot be used, with everything that is wrong with it."""
+
+    exit_code = BAD_INPUT
+
+    def show(self, file: Any = None) -> None:
+        click.echo(self.message, err=True)
+
+
+class Unresolved(Refused):
+    """A scene whose open modes could not be chosen."""
+
+    exit_code = FAILED
+
+
+def load(path: Path) -> Scene:
+    """The scene; raises Refused, which ends the program unless it is caught."""
+    from .._lissom import LissomError, Scene, SceneError
+
+    try:
+        with _notes():
+            return Scene.load(path)
+    except OSError as error:
+        raise click.UsageError(f"{path} cannot be read: {error.strerror}") from None
+    except SceneError as error:
+        raise Refused(str(error)) from None
+    except (LissomError, ValueError) as error:
+        raise Unresolved(f"{path}: {error}") from None
+
+
+@contextmanager
+def _notes() -> Iterator[None]:
+    """Within it, what becomes different in the next version is said in a line, and nothing else happens."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", FutureWarning)
+        try:
+            yield
+        finally:
+            for warning in caught:
+                click.echo(f"Note: {warning.message}", err=True)
+
+
+@contextmanager
+def refusals_of(path: Path) -> Iterator[None]:
+    """Within it, what the solvers find wrong with a scene is one line and the end of the program."""
+    try:
+        yield
+    except ValueError as error:
+        click.echo(f"{path}: {' '.join(str(error).split())}", err=True)
+        raise click.exceptions.Exit(BAD_INPUT) from None

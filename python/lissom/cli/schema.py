@@ -1,0 +1,14 @@
+"""``lissom schema``: the keys of scenes."""
+
+from __future__ import annotations
+
+import click
+
+
+@click.command("schema")
+def command() -> int:
+    """Print the keys of scenes, as a JSON Schema."""
+    from .._lissom import Scene
+
+    click.echo(Scene.schema(), nl=False)
+    return 0

@@ -1,0 +1,56 @@
+"""``lissom statics``: the shape in which a scene rests."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from .exits import FAILED
+from .saving import output_option, results_folder, save_study
+from .scenes import SCENE, load, refusals_of
+from .words import Saved, say
+
+if TYPE_CHECKING:
+    from ..studies import StaticsStudy
+
+
+@click.command("statics")
+@click.argument("scene", type=SCENE)
+@output_option("Folder for the results; results/NAME-statics unless given.")
+@click.option(
+    "--from-start", is_flag=True, help="Let go from the scene's q0 instead of loading from nothing."
+)
+@click.option("--no-report", is_flag=True, help="Write the numbers only.")
+def command(scene: Path, output: Path | None, from_start: bool, no_report: bool) -> int:
+    """Find the shape in which SCENE rests.
+
+    The loads grow from nothing; stability and buckling on the way are reported. The settings of the
+    simulation are not used.
+
+    Exit code: 0 done; 1 no equilibrium was found (the last good state is written); 2 bad input (nothing is
+    written); 130 interrupted.
+    """
+    from .. import studies
+
+    loaded = load(scene)
+    target = output if output is not None else Path("results") / f"{scene.stem}-statics"
+    with results_folder(target) as folder:
+        with refusals_of(scene):
+            done = studies.study_statics(loaded, from_start)
+        saved = save_study(done, folder, no_report)
+    return say_statics(done, saved)
+
+
+def say_statics(done: StaticsStudy, saved: Saved, problem: str = "") -> int:
+    """What was found, what is the matter with it; the exit code."""
+    from ..report import studies as words
+
+    outcome, good = words.outcome(done)
+    say(done.scene.name, outcome, good, words.summary(done), saved)
+    if done.found.message:
+        click.echo(done.found.message)
+    if problem and done.found.success:
+        click.echo(f"No modes: {problem}", err=True)
+    return FAILED if problem or not done.found.success else saved.code

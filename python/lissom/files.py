@@ -1,0 +1,170 @@
+"""Files that keep results: of runs here, and what all kinds of results share."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ._lissom import __version__
+from .folders import SUMMARY
+from .results import Run, energies, shapes, statistics
+
+if TYPE_CHECKING:
+    import xarray
+
+#: Modules that write NetCDF.
+NETCDF = ("xarray", "h5netcdf", "h5py")
+
+
+def dataset(run: Run) -> xarray.Dataset:
+    """The trajectory with dimensions, units and the scene, as an xarray.Dataset."""
+    import xarray
+
+    wants, coordinates = run.wants, run.view.coordinates
+    names = [coordinate.name for coordinate in coordinates]
+    units = [coordinate.unit for coordinate in coordinates]
+    data = xarray.Dataset(
+        coords={
+            "time": ("time", run.t, {"units": "s", "long_name": "time"}),
+            "coordinate": ("coordinate", names, {"long_name": "generalised coordinate"}),
+            "unit": ("coordinate", units, {"long_name": "unit of the coordinate"}),
+        },
+        attrs={
+            # HDF5 has no text with NUL in it.
+            "title": run.scene.name.replace("\0", "\N{REPLACEMENT CHARACTER}"),
+            "source": f"lissom {__version__}",
+            "scene": run.scene.text,
+            "statistics": json.dumps(plain(statistics(run))),
+        },
+    )
+    per_state = ("time", "coordinate")
+    data["q"] = (per_state, run.q, {"long_name": "generalised coordinates", "units": "see unit"})
+    if "velocity" in wants:
+        data["v"] = (per_state, run.v, {"long_name": "generalised velocities", "units": "see unit, per s"})
+    if "acceleration" in wants:
+        data["a"] = (
+            per_state,
+            run.a,
+            {"long_name": "generalised accelerations", "units": "see unit, per s2"},
+        )
+    if "energy" in wants:
+        for name, values in energies(run.balance).items():
+            data[f"energy_{name}"] = ("time", values, {"long_name": f"energy: {name}", "units": "J"})
+    for shape in shapes(run):
+        X = f"X{shape.suffix}"
+        arc_length = {"units": "m", "long_name": "arc length of the unstretched rod"}
+        data = data.assign_coords(
+            {
+                "shape_time": ("shape_time", run.t[shape.at], {"units": "s", "long_name": "time of a shape"}),
+                X: (X, shape.link.stations, arc_length),
+                "axis": ("axis", ["x", "y", "z"]),
+            }
+        )
+        attributes = {"units": "m", "long_name": "position of the centre line in the world"}
+        data[f"position{shape.suffix}"] = (("shape_time", X, "axis"), shape.positions, attributes)
+    return data
+
+
+def write_trajectory(run: Run, folder: Path) -> str:
+    """Write ``trajectory.nc``, or ``trajectory.npz`` where the extra ``files`` fails; why it does, in words.
+
+    The file is made in memory: HDF5 that cannot write to its own file ends the process.
+    """
+    failure = ""
+    try:
+        content = None if missing(*NETCDF) else dataset(run).to_netcdf(engine="h5netcdf")
+    except Exception as error:
+        content, failure = None, in_words(error)
+    if content is not None:
+        (folder / "trajectory.nc").write_bytes(content)
+        return ""
+    np.savez_compressed(folder / "trajectory.npz", **arrays(run))
+    return failure
+
+
+def arrays(run: Run) -> dict[str, Any]:
+    """The trajectory by the names that ``trajectory.npz`` has."""
+    found: dict[str, Any] = {
+        "t": run.t,
+        "q": run.q,
+        "coordinates": np.array([coordinate.name for coordinate in run.view.coordinates]),
+        "units": np.array([coordinate.unit for coordinate in run.view.coordinates]),
+        "scene": np.array(run.scene.text),
+        "statistics": np.array(json.dumps(plain(statistics(run)))),
+    }
+    if "velocity" in run.wants:
+        found["v"] = run.v
+    if "acceleration" in run.wants:
+        found["a"] = run.a
+    if "energy" in run.wants:
+        found |= {f"energy_{name}": values for name, values in energies(run.balance).items()}
+    for shape in shapes(run):
+        found["shape_time"] = run.t[shape.at]
+        found[f"X{shape.suffix}"], found[f"position{shape.suffix}"] = shape.link.stations, shape.positions
+    return found
+
+
+def write_summary(numbers: dict[str, Any], folder: Path) -> None:
+    """Write ``summary.json``, by which lissom recognises its own folders."""
+    text = json.dumps(plain(numbers), indent=2, allow_nan=False) + "\n"
+    (folder / SUMMARY).write_text(text, encoding="utf-8")
+
+
+def plain(value: Any) -> Any:
+    """The same in what JSON knows: numbers that are not finite become null."""
+    if isinstance(value, dict):
+        return {key: plain(inner) for key, inner in value.items()}
+    if isinstance(value, list):
+        return [plain(inner) for inner in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def in_words(error: Exception) -> str:
+    """An error of somebody else's code on one line."""
+    return " ".join(f"{type(error).__name__}: {error}".split())
+
+
+def write_report(report: Callable[[Any, Path], None] | None, subject: Any, path: Path) -> list[str]:
+    """Write a report, if there is to be one. Its failure costs nothing else: why it failed, if it did."""
+    if report is None:
+        return []
+    try:
+        report(subject, path)
+    except Exception as error:
+        path.unlink(missing_ok=True)
+        return [f"The report could not be written: {in_words(error)}"]
+    return []
+
+
+def write(run: Run, folder: Path, report: Callable[[Run, Path], None] | None) -> list[str]:
+    """Write the files of a run, what was computed before what can be made from it.
+
+    Parameters
+    ----------
+    run : Run
+        What was simulated.
+    folder : Path
+        An empty folder.
+    report : callable or None
+        Writes the report of the run to a file.
+
+    Returns
+    -------
+    failures : list of str
+        What is missing or other than it should be, and why.
+    """
+    failure = write_trajectory(run, folder)
+    write_summary(statistics(run), folder)
+    failures = [f"trajectory.nc could not be written, trajectory.npz was: {failure}"] if failure else []
+    return failures + write_report(report, run, folder / "report.html")
+
+
+def missing(*modules: str) -> list[str]:
+    """Those of the modules that cannot be imported."""
+    return [module for module in modules if importlib.util.find_spec(module) is None]

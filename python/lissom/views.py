@@ -1,0 +1,222 @@
+"""What results, reports, advice and linear models ask of a model beside its equations.
+
+Each kind of model is described here, once, as a `View`. The others ask the view of a model what there is
+(links, frames, a sketch), never what kind of model it is. A new kind of model is one new function here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property, partial, singledispatch
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ._lissom import Model, Rod, Segment, SpringPendulum
+
+Array = NDArray[np.float64]
+
+#: Kinds and units of strains in their order: those of bending and torsion are curvatures, others are ratios.
+STRAINS = {
+    "torsion": ("torsion", "rad/m"),
+    "bend_y": ("bending about y", "rad/m"),
+    "bend_z": ("bending about z", "rad/m"),
+    "stretch": ("stretch", "1"),
+    "shear_y": ("shear along y", "1"),
+    "shear_z": ("shear along z", "1"),
+}
+
+#: Sections along each segment at which the centre line is kept and drawn.
+SECTIONS_PER_SEGMENT = 24
+
+#: Places between which a section is not looked at.
+PLACES = 32
+
+#: Most modes of a strain that a segment may have.
+MOST_MODES = 64
+
+#: Windings of the drawn spring.
+WINDINGS = 11
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """What one generalised coordinate is."""
+
+    name: str
+    unit: str
+    #: What it measures; coordinates of a kind share a plot.
+    kind: str
+    #: Segment and degree of the mode whose amplitude it is; no degree where it is none.
+    segment: int = 0
+    degree: int | None = None
+
+
+@dataclass(frozen=True)
+class Link:
+    """A slender part of a model: segments one after the other, and where they are."""
+
+    name: str
+    segments: Sequence[Segment]
+    #: Length without load, metres.
+    length: float
+    #: Poses of sections as `Rod.pose` gives them: of coordinates, arc lengths X and a time.
+    pose: Callable[[Array, Array, float | Array], Array]
+
+    @cached_property
+    def stations(self) -> Array:
+        """Arc lengths of the sections at which the link is kept and drawn, shape (s,), metres."""
+        ends = np.concatenate([[0.0], np.cumsum([segment.length for segment in self.segments])])
+        inner = [np.linspace(a, b, SECTIONS_PER_SEGMENT, endpoint=False) for a, b in pairwise(ends)]
+        # The sum of the lengths may differ from the link's length by rounding.
+        return np.append(np.concatenate(inner), self.length)
+
+    def half_extents(self) -> list[float]:
+        """How far the link reaches from its axis along y and along z, at places along each segment."""
+        places = [i / PLACES for i in range(PLACES + 1)]
+        return [size for part in self.segments for x in places for size in part.section.half_extents(x)]
+
+
+@dataclass(frozen=True)
+class Frame:
+    """A frame that moves with a model, and at which it can be pushed and measured: a tip."""
+
+    name: str
+    #: Poses of shape (..., 4, 4): of coordinates (..., n) and a time.
+    pose: Callable[[Array, float | Array], Array]
+    #: Geometric Jacobian (6, n), angular above linear, in world axes: of coordinates (n,) and a time.
+    jacobian: Callable[[Array, float], Array]
+
+
+@dataclass(frozen=True)
+class Sketch:
+    """How a model in the plane is drawn: a mass on a line from the origin, in the world's x and y."""
+
+    #: Positions of the mass (m, 2), metres: of coordinates (m, n).
+    mass: Callable[[Array], Array]
+    #: Corners of the line (points, 2), metres: of coordinates (n,).
+    line: Callable[[Array], Array]
+
+
+@dataclass(frozen=True)
+class View:
+    """What there is of a model beside its equations."""
+
+    #: What the model is, in a few words.
+    title: str
+    coordinates: Sequence[Coordinate]
+    #: What is drawn, in words.
+    caption: str = ""
+    #: Slender parts, drawn in space.
+    links: Sequence[Link] = ()
+    #: Frames at which forces act and motions are measured.
+    frames: Sequence[Frame] = ()
+    #: How a model without links is drawn.
+    sketch: Sketch | None = None
+    #: Angular velocity (3,) of what carries the model, rad/s in world axes: of a time; None where that rests.
+    carrier_velocity: Callable[[float], Array] | None = None
+    #: The same model with so many more modes of each strain; None where it cannot have them.
+    with_more_modes: Callable[[int], Model | None] = lambda more: None
+    #: Numbers of multiplications of what the solvers compute, by its name.
+    multiplications: Callable[[], Mapping[str, int] | None] = lambda: None
+
+    @property
+    def size(self) -> float:
+        """Length of all links, metres, to which deflections are relative."""
+        return sum(link.length for link in self.links)
+
+
+@singledispatch
+def view(model: Model) -> View:
+    """The view of a model; of a kind that is not known here it has coordinates by number alone."""
+    return View(type(model).__name__, [Coordinate(f"q{i}", "", "coordinate") for i in range(model.n)])
+
+
+@view.register(Rod)
+def of_rod(rod: Rod) -> View:
+    """One link from the clamped base to the tip."""
+    count = len(rod.segments)
+    return View(
+        f"Cosserat rod, {rod.length:.3g} m long, {count} segment{'s' if count > 1 else ''}",
+        coordinates=[
+            Coordinate(f"segment{i}.{strain}.{degree}", unit, kind, i, degree)
+            for i, segment in enumerate(rod.segments)
+            for strain, (kind, unit) in STRAINS.items()
+            for degree in range(segment.modes.get(strain, 0))
+        ],
+        caption="The coloured body is the rod, from its clamped base (dark) to its tip (yellow)",
+        links=[Link("rod", rod.segments, rod.length, lambda q, X, t: rod.pose(q, X, t=t))],
+        frames=[
+            Frame(
+                "tip",
+                lambda q, t: rod.pose(q, rod.length, t=t),
+                lambda q, t: rod.jacobian(q, rod.length, t=t),
+            )
+        ],
+        carrier_velocity=None if rod.base_motion is None else partial(_base_velocity, rod),
+        with_more_modes=partial(_rod_with_more_modes, rod),
+        multiplications=lambda: rod.multiplications,
+    )
+
+
+def _base_velocity(rod: Rod, t: float) -> Array:
+    rest = np.zeros(rod.n)
+    return rod.velocity(rest, rest, 0.0, t=t)[:3]
+
+
+def _rod_with_more_modes(rod: Rod, more: int) -> Rod | None:
+    if more + max(count for segment in rod.segments for count in segment.modes.values()) > MOST_MODES:
+        return None
+    segments = [
+        Segment(
+            **segment.__getnewargs_ex__()[1]
+            | {
+                "modes": {strain: count + more for strain, count in segment.modes.items() if count},
+                "nodes": None,
+            },
+        )
+        for segment in rod.segments
+    ]
+    return Rod(
+        segments,
+        rod.base_position,
+        rod.base_orientation,
+        rod.gravity,
+        rod.tip_force,
+        rod.tip_moment,
+        rod.tip_mass,
+        loads=rod.loads,
+        bodies=rod.bodies,
+        base_motion=rod.base_motion,
+        supports=rod.supports,
+        fluid=rod.fluid,
+    )
+
+
+@view.register(SpringPendulum)
+def of_pendulum(pendulum: SpringPendulum) -> View:
+    """A mass on a spring, in its plane."""
+    return View(
+        "Spring pendulum",
+        coordinates=[Coordinate("angle", "rad", "angle"), Coordinate("elongation", "m", "elongation")],
+        caption="The mass on its spring, with the path it takes",
+        sketch=Sketch(partial(_masses, pendulum), partial(_spring, pendulum)),
+    )
+
+
+def _masses(pendulum: SpringPendulum, q: Array) -> Array:
+    """Positions of the mass, shape (m, 2)."""
+    r = pendulum.length + q[:, 1]
+    return np.stack([r * np.cos(q[:, 0]), r * np.sin(q[:, 0])], axis=1)
+
+
+def _spring(pendulum: SpringPendulum, q: Array) -> Array:
+    """A zigzag from the hinge to the mass, shape (points, 2)."""
+    r, angle = pendulum.length + q[1], q[0]
+    along = np.concatenate([[0.0, 0.12], np.linspace(0.12, 0.88, 2 * WINDINGS + 1)[1:-1], [0.88, 1.0]])
+    across = np.zeros_like(along)
+    across[2:-2] = 0.05 * pendulum.length * (-1.0) ** np.arange(len(along) - 4)
+    x, y = r * along, across
+    return np.stack([x * np.cos(angle) - y * np.sin(angle), x * np.sin(angle) + y * np.cos(angle)], axis=1)

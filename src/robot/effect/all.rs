@@ -1,0 +1,196 @@
+//! All effects together.
+
+use std::marker::PhantomData;
+
+use super::Effect;
+use super::immersion::FluidAround;
+use super::load::Loads;
+use super::support::Supports;
+use crate::lie::Sweep;
+use crate::model::Energy;
+use crate::robot::algebra::inertia::Gyroscope;
+use crate::robot::algebra::products::Products;
+use crate::robot::algebra::response::Response;
+use crate::robot::plan::Plan;
+use crate::robot::plan::piece::PiecePlan;
+use crate::robot::plan::point::Point;
+use crate::robot::state::Workspace;
+use crate::robot::state::point::PointState;
+use crate::robot::turning::Turning;
+
+/// Does something for every effect, in the order of this list.
+macro_rules! for_every_effect {
+    ($effect:ident => $call:expr) => {
+        for_every_effect!($effect in [Loads, Supports, FluidAround] => $call)
+    };
+    ($effect:ident in [$($kind:ty),*] => $call:expr) => {
+        $({
+            type $effect = $kind;
+            $call
+        })*
+    };
+}
+
+/// [`Effect::act_at`].
+#[inline(always)]
+pub(crate) fn act_at<G: Turning>(
+    plan: &Plan<G>,
+    work: &Workspace<G>,
+    point: &Point<G>,
+    state: &mut PointState<G>,
+) {
+    for_every_effect!(Kind => <Kind as Effect<G>>::act_at(plan, work, point, state));
+}
+
+/// [`Effect::turn_at`]: the sum.
+#[inline(always)]
+pub(crate) fn turn_at<G: Turning>(
+    plan: &Plan<G>,
+    work: &Workspace<G>,
+    point: &Point<G>,
+    state: &PointState<G>,
+) -> Gyroscope<G, f64> {
+    let mut sum = Gyroscope::zero();
+    for_every_effect!(Kind => <Kind as Effect<G>>::turn_at(plan, work, point, state, &mut sum));
+    sum
+}
+
+/// [`Effect::respond_at`]: the sum, if there is any.
+#[inline(always)]
+pub(crate) fn respond_at<G: Turning>(
+    plan: &Plan<G>,
+    work: &Workspace<G>,
+    point: &Point<G>,
+    state: &PointState<G>,
+) -> Option<Response<G, f64>> {
+    let mut responds = false;
+    for_every_effect!(Kind => responds |= <Kind as Effect<G>>::responds_at(point));
+    let mut sum = responds.then(Response::zero)?;
+    for_every_effect!(Kind => <Kind as Effect<G>>::respond_at(plan, work, point, state, &mut sum));
+    Some(sum)
+}
+
+struct ActAlong<'a, G: Turning, E> {
+    plan: &'a Plan<G>,
+    piece: &'a PiecePlan<G>,
+    work: &'a mut Workspace<G>,
+    effect: PhantomData<E>,
+}
+
+impl<G: Turning, E: Effect<G>> Sweep for ActAlong<'_, G, E> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        E::act_along(self.plan, self.piece, self.work);
+    }
+}
+
+/// [`Effect::act_along`].
+#[inline(always)]
+pub(crate) fn act_along<G: Turning>(plan: &Plan<G>, piece: &PiecePlan<G>, work: &mut Workspace<G>) {
+    for_every_effect!(Kind => if <Kind as Effect<G>>::acts_along(plan, piece) {
+        let sweep = ActAlong { plan, piece, work: &mut *work, effect: PhantomData::<Kind> };
+        plan.instructions.run_apart::<G::Pack, _>(sweep);
+    });
+}
+
+/// [`Effect::turns_along`].
+#[inline(always)]
+pub(crate) fn turns_along<G: Turning>(plan: &Plan<G>, piece: &PiecePlan<G>) -> bool {
+    let mut turns = false;
+    for_every_effect!(Kind => turns |= <Kind as Effect<G>>::turns_along(plan, piece));
+    turns
+}
+
+/// [`Effect::turn_along`]: the sums.
+#[inline(always)]
+pub(crate) fn turn_along<G: Turning>(
+    plan: &Plan<G>,
+    piece: &PiecePlan<G>,
+    work: &Workspace<G>,
+    sums: &mut [Gyroscope<G, G::Pack>],
+) {
+    sums.fill(Gyroscope::zero());
+    for_every_effect!(Kind => <Kind as Effect<G>>::turn_along(plan, piece, work, sums));
+}
+
+struct RespondAlong<'a, G: Turning, E> {
+    plan: &'a Plan<G>,
+    piece: &'a PiecePlan<G>,
+    work: &'a Workspace<G>,
+    is_mass_only: bool,
+    sums: &'a mut [Response<G, G::Pack>],
+    effect: PhantomData<E>,
+}
+
+impl<G: Turning, E: Effect<G>> Sweep for RespondAlong<'_, G, E> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        E::respond_along(self.plan, self.piece, self.work, self.is_mass_only, self.sums);
+    }
+}
+
+/// Whether anything [responds along](Effect::responds_along) a piece.
+#[inline(always)]
+pub(crate) fn responds_along<G: Turning>(piece: &PiecePlan<G>) -> bool {
+    let mut responds = false;
+    for_every_effect!(Kind => responds |= <Kind as Effect<G>>::responds_along(piece));
+    responds
+}
+
+/// [`Effect::respond_along`]: the sums.
+#[inline(always)]
+pub(crate) fn respond_along<G: Turning>(
+    plan: &Plan<G>,
+    piece: &PiecePlan<G>,
+    work: &Workspace<G>,
+    is_mass_only: bool,
+    sums: &mut [Response<G, G::Pack>],
+) {
+    sums.fill(Response::zero());
+    for_every_effect!(Kind => if <Kind as Effect<G>>::responds_along(piece) {
+        let effect = PhantomData::<Kind>;
+        let sweep = RespondAlong { plan, piece, work, is_mass_only, sums: &mut *sums, effect };
+        plan.instructions.run_apart::<G::Pack, _>(sweep);
+    });
+}
+
+/// [`Effect::add_energy`].
+pub(crate) fn add_energy<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, energy: &mut Energy) {
+    for_every_effect!(Kind => <Kind as Effect<G>>::add_energy(plan, work, energy));
+}
+
+/// [`Effect::dissipated_power`]: the sum.
+pub(crate) fn dissipated_power<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> f64 {
+    let mut power = 0.0;
+    for_every_effect!(Kind => power += <Kind as Effect<G>>::dissipated_power(plan, work));
+    power
+}
+
+/// [`Effect::supplied_power`]: the sum.
+pub(crate) fn supplied_power<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> f64 {
+    let mut power = 0.0;
+    for_every_effect!(Kind => power += <Kind as Effect<G>>::supplied_power(plan, work));
+    power
+}
+
+/// [`Effect::products_of_action`]: the sum.
+pub(crate) fn products_of_action<G: Turning>(plan: &Plan<G>, piece: &PiecePlan<G>) -> Products {
+    let mut sum = Products::default();
+    for_every_effect!(Kind => sum += <Kind as Effect<G>>::products_of_action(plan, piece));
+    sum
+}
+
+/// [`Effect::products_of_response`]: the sum.
+pub(crate) fn products_of_response<G: Turning>(
+    plan: &Plan<G>,
+    piece: &PiecePlan<G>,
+    is_mass_only: bool,
+) -> Products {
+    let mut sum = Products::default();
+    for_every_effect!(Kind => sum += <Kind as Effect<G>>::products_of_response(plan, piece, is_mass_only));
+    sum
+}

@@ -1,0 +1,201 @@
+//! Loads: forces and moments at points, or spread along a part of the rod.
+
+use super::Effect;
+use crate::lie::{Counted, Lanes, Twist, VectorSpace, Wrench, products};
+use crate::load::Frame;
+use crate::model::Energy;
+use crate::robot::algebra::inertia::Gyroscope;
+use crate::robot::algebra::products::Products;
+use crate::robot::plan::Plan;
+use crate::robot::plan::load::{LoadPlan, Spread};
+use crate::robot::plan::piece::PiecePlan;
+use crate::robot::plan::point::Point;
+use crate::robot::state::Workspace;
+use crate::robot::state::point::PointState;
+use crate::robot::turning::Turning;
+
+/// The loads of a plan.
+pub(crate) struct Loads;
+
+impl<G: Turning> LoadPlan<G> {
+    /// Whether the load keeps its direction in the world.
+    #[inline(always)]
+    fn is_dead(&self) -> bool {
+        self.frame == Frame::World
+    }
+}
+
+/// The wrench of a load at a point, about the point.
+#[inline(always)]
+fn at_point<G: Turning>(
+    load: usize,
+    plan: &Plan<G>,
+    work: &Workspace<G>,
+    state: &PointState<G>,
+) -> Wrench<G, f64> {
+    let wrench = work.acting[load];
+    if plan.loads[load].is_dead() { wrench } else { wrench.rotated(&state.rotation) }
+}
+
+impl<G: Turning> Spread<G> {
+    #[inline(always)]
+    fn is_dead(&self, plan: &Plan<G>) -> bool {
+        plan.loads[self.load].is_dead()
+    }
+
+    /// The wrench per length at the nodes of a pack, about these nodes.
+    #[inline(always)]
+    fn wrench(
+        &self,
+        plan: &Plan<G>,
+        work: &Workspace<G>,
+        pack: usize,
+        rotation: &G::Rotation<G::Pack>,
+    ) -> Wrench<G, G::Pack> {
+        let wrench = work.acting[self.load].splat() * self.density[pack];
+        if self.is_dead(plan) { wrench } else { wrench.rotated(rotation) }
+    }
+}
+
+/// Constant dead forces times the positions where they act.
+fn work_of_dead_forces<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> f64 {
+    let mut sum = 0.0;
+    for (point, state) in plan.points.iter().zip(&work.points) {
+        for &load in point.loads.iter().filter(|&&load| plan.loads[load].has_potential) {
+            sum += work.acting[load].force.dot(state.position);
+        }
+    }
+    for piece in &plan.pieces {
+        for spread in piece.spread.iter().filter(|spread| plan.loads[spread.load].has_potential) {
+            for pack in 0..piece.packs {
+                let node = piece.first_pack + pack;
+                let force = spread.wrench(plan, work, pack, &work.rotation[node]).force;
+                sum += (force.dot(work.position[node]) * piece.weights[pack]).sum();
+            }
+        }
+    }
+    sum
+}
+
+impl<G: Turning> Effect<G> for Loads {
+    #[inline(always)]
+    fn act_at(plan: &Plan<G>, work: &Workspace<G>, point: &Point<G>, state: &mut PointState<G>) {
+        for &load in &point.loads {
+            state.force = state.force - at_point(load, plan, work, state).at(state.position);
+        }
+    }
+
+    #[inline(always)]
+    fn turn_at(
+        plan: &Plan<G>,
+        work: &Workspace<G>,
+        point: &Point<G>,
+        state: &PointState<G>,
+        sum: &mut Gyroscope<G, f64>,
+    ) {
+        for &load in point.loads.iter().filter(|&&load| plan.loads[load].is_dead()) {
+            sum.add(Gyroscope::of_dead_load(work.acting[load], state.position));
+        }
+    }
+
+    #[inline(always)]
+    fn acts_along(_: &Plan<G>, piece: &PiecePlan<G>) -> bool {
+        !piece.spread.is_empty()
+    }
+
+    #[inline(always)]
+    fn act_along(plan: &Plan<G>, piece: &PiecePlan<G>, work: &mut Workspace<G>) {
+        for spread in &piece.spread {
+            for pack in 0..piece.packs {
+                let node = piece.first_pack + pack;
+                let wrench = spread.wrench(plan, work, pack, &work.rotation[node]);
+                work.force[node] = work.force[node] - wrench.at(work.position[node]);
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn turns_along(plan: &Plan<G>, piece: &PiecePlan<G>) -> bool {
+        piece.spread.iter().any(|spread| spread.is_dead(plan))
+    }
+
+    #[inline(always)]
+    fn turn_along(
+        plan: &Plan<G>,
+        piece: &PiecePlan<G>,
+        work: &Workspace<G>,
+        sums: &mut [Gyroscope<G, G::Pack>],
+    ) {
+        for spread in piece.spread.iter().filter(|spread| spread.is_dead(plan)) {
+            for (pack, sum) in sums.iter_mut().enumerate() {
+                let node = piece.first_pack + pack;
+                let load = spread.wrench(plan, work, pack, &work.rotation[node]) * piece.weights[pack];
+                sum.add(Gyroscope::of_dead_load(load, work.position[node]));
+            }
+        }
+    }
+
+    fn add_energy(plan: &Plan<G>, work: &Workspace<G>, energy: &mut Energy) {
+        energy.loads += work.surroundings.load_potential - work_of_dead_forces(plan, work);
+    }
+
+    fn supplied_power(plan: &Plan<G>, work: &Workspace<G>) -> f64 {
+        let frame = Twist { angular: VectorSpace::zero(), linear: work.surroundings.velocity };
+        let mut power = 0.0;
+        for (point, state) in plan.points.iter().zip(&work.points) {
+            for &load in &point.loads {
+                let mut wrench = at_point(load, plan, work, state);
+                if plan.loads[load].has_potential {
+                    wrench.force = VectorSpace::zero();
+                }
+                power += (state.velocity + frame).dot(wrench.at(state.position));
+            }
+        }
+        for piece in &plan.pieces {
+            for spread in &piece.spread {
+                for pack in 0..piece.packs {
+                    let node = piece.first_pack + pack;
+                    let mut wrench = spread.wrench(plan, work, pack, &work.rotation[node]);
+                    if plan.loads[spread.load].has_potential {
+                        wrench.force = VectorSpace::zero();
+                    }
+                    let velocity = work.velocity[node] + frame.splat();
+                    let power_of_nodes = velocity.dot(wrench.at(work.position[node]));
+                    power += (power_of_nodes * piece.weights[pack]).sum();
+                }
+            }
+        }
+        power
+    }
+
+    fn products_of_action(plan: &Plan<G>, piece: &PiecePlan<G>) -> Products {
+        let (wrench, place) = (Wrench::<G, Counted>::zero(), VectorSpace::zero());
+        let moved = products(|| wrench.at(place));
+        let at_points = plan.points[piece.points.all()].iter().map(|point| point.loads.len() as u64);
+        let mut count = Products { packs: 0, singles: at_points.sum::<u64>() * moved };
+        for spread in &piece.spread {
+            count.packs += piece.packs as u64 * (products_of_spread::<G>(spread.is_dead(plan)) + moved);
+        }
+        count
+    }
+
+    fn products_of_response(plan: &Plan<G>, piece: &PiecePlan<G>, is_mass_only: bool) -> Products {
+        if is_mass_only {
+            return Products::default();
+        }
+        let wrench = Wrench::<G, Counted>::zero();
+        let dead = piece.spread.iter().filter(|spread| spread.is_dead(plan)).count();
+        let weighted = products(|| Gyroscope::of_dead_load(wrench * Counted, VectorSpace::zero()));
+        Products {
+            packs: (dead * piece.packs) as u64 * (products_of_spread::<G>(true) + weighted),
+            singles: 0,
+        }
+    }
+}
+
+/// Of the wrench of a spread load at a pack of nodes.
+fn products_of_spread<G: Turning>(is_dead: bool) -> u64 {
+    let wrench = Wrench::<G, Counted>::zero();
+    let scaled = products(|| wrench * Counted);
+    if is_dead { scaled } else { scaled + products(|| wrench.rotated(&G::unrotated())) }
+}
