@@ -101,7 +101,7 @@ class Vibrations:
 
 def about_step(found: Vibrations, settings: SimulationSettings) -> list[str]:
     """Which natural frequencies a fixed step resolves, unless it is all of them."""
-    frequencies, step = found.frequencies, settings.step
+    frequencies, step = found.frequencies, settings.dt
     if settings.method not in FIXED_STEP:
         return []
     resolved = int(np.count_nonzero(frequencies * step * STEPS_PER_PERIOD <= 1.0))
@@ -124,7 +124,7 @@ def about_stability(found: Vibrations, settings: SimulationSettings) -> list[str
     useful = 1.0 / (STEPS_PER_PERIOD * found.frequencies[0])
     if useful < STIFF * stable:
         return []
-    steps = settings.duration / stable
+    steps = (settings.t_end - settings.t0) / stable
     return [
         f'Method "{settings.method}" is stable with steps below {stable:.1e} s only, because of a rate of '
         f"{abs(found.fastest):.3g} per second: {steps:.2g} steps or more, while the slowest vibration, "

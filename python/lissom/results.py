@@ -17,8 +17,8 @@ from .views import Link, View, view
 
 Array = NDArray[np.float64]
 
-#: What messages of the solvers call options of ``simulate`` that have other names in a scene.
-SCENE_KEYS = {"dt": "step", "jac": "jacobian", "t_eval": "output.step"}
+#: What messages of the solvers call options of ``simulate`` that scenes have in another form.
+SCENE_KEYS = {"t_eval": "output.dt"}
 
 #: Advice of the solvers that a scene cannot follow.
 NOT_FOR_SCENES = ", or give the accelerations (`a0` of `newmark`)"

@@ -31,7 +31,7 @@ use crate::second_order;
 use crate::simulate::{Simulation, grid};
 
 pub use modes::{Modes, choose_modes};
-pub use request::{DEFAULT_MAX_STEPS, DEFAULT_TOLERANCE, Request};
+pub use request::{DEFAULT_MAX_STEPS, DEFAULT_RTOL, Request};
 
 use run::Plan;
 

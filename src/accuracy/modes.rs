@@ -84,7 +84,7 @@ pub fn choose_modes(
             Ok(trial) => trial,
             Err(failed) => return Ok(failed.choice(rod.clone(), space_error)),
         };
-        let needed = trials.needed(&fine, &more, kept * request.tolerance);
+        let needed = trials.needed(&fine, &more, kept * request.rtol);
         let is_enough =
             needed.iter().flatten().zip(modes.iter().flatten()).all(|(needed, modes)| needed <= modes);
         if !is_enough {
@@ -100,7 +100,7 @@ pub fn choose_modes(
         };
         let error = SAFETY * largest(&distances(&fine.tips, &coarse.tips)) / rod.length();
         space_error = Some(error);
-        if error <= request.tolerance {
+        if error <= request.rtol {
             let message = format!("The modes leave a space error of {error:.0e} of the length.");
             if coarse.model.n() == 0 {
                 return Ok(unmoved(rod, open, error, fine.simulation.status));
@@ -112,7 +112,7 @@ pub fn choose_modes(
     }
     let message = format!(
         "No number of modes was found that reaches {:.0e}: cut the rod into more segments, or ask for less.",
-        request.tolerance
+        request.rtol
     );
     Ok(Modes { rod: with_modes(rod, open, &modes), space_error, status: Status::AccuracyNotReached, message })
 }
@@ -171,8 +171,8 @@ impl Trials<'_> {
         let rod = with_modes(rod, self.open, modes);
         let mut model = RodModel::new(&rod)?;
         let rest = vec![0.0; model.n()];
-        let tolerance = TRIAL_TOLERANCE * self.request.tolerance;
-        let request = Request { tolerance, ..self.request };
+        let tolerance = TRIAL_TOLERANCE * self.request.rtol;
+        let request = Request { rtol: tolerance, ..self.request };
         let plan = Plan::new(&mut model, self.t_span, [&rest, &rest], request, None, self.monitor)?;
         let run = plan.run(tolerance, f64::INFINITY, self.monitor)?;
         if !run.is_success() {

@@ -69,10 +69,10 @@ impl<'a, M: Model + Clone> Plan<'a, M> {
     ) -> Result<Self, InvalidInput> {
         let [q0, v0] = start;
         model.check_shape(q0, "q0")?;
-        let loosest = FIRST_TOLERANCE * request.tolerance;
+        let loosest = FIRST_TOLERANCE * request.rtol;
         let known = Spectrum::new(model, t_span.0, q0, v0).and_then(|spectrum| {
             let following = Following::new(model, t_span, q0, &spectrum, loosest, monitor).ok()?;
-            Some((Choice::new(&spectrum, &following, request.tolerance), following))
+            Some((Choice::new(&spectrum, &following, request.rtol), following))
         });
         // Where there are no accelerations, a function of time fails or the search is stopped, the run says so.
         let (choice, following) = known.unwrap_or_else(|| (Choice::implicit(), Following::nothing()));

@@ -27,7 +27,7 @@ pub(super) fn add_error<M: Model + Clone>(
     run: &mut Run,
     monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
 ) -> Result<(), InvalidInput> {
-    let wanted = plan.request.tolerance;
+    let wanted = plan.request.rtol;
     let unknown = |run: &mut Run, why: &str| {
         run.simulation.message.push_str(&format!(" The space error is unknown: {why}."));
         Ok(())
@@ -41,7 +41,7 @@ pub(super) fn add_error<M: Model + Clone>(
     let tightest = run.tolerance.min(TIGHTEST * wanted);
     let mut tolerance = FIRST.max(run.tolerance);
     let error = loop {
-        let request = Request { tolerance, ..plan.request };
+        let request = Request { rtol: tolerance, ..plan.request };
         let fine = Plan::new(&mut finer.model, plan.t_span, [&q0, &v0], request, plan.t_eval, monitor)?;
         let other = fine.run(tolerance, f64::INFINITY, monitor)?;
         if !other.is_success() {
@@ -76,7 +76,7 @@ pub(super) fn with_nodes<M: Model + Clone>(
     (original, factor): (&M, usize),
     monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
 ) -> Result<Option<M>, InvalidInput> {
-    let wanted = plan.request.tolerance;
+    let wanted = plan.request.rtol;
     let is_unresolved = run.simulation.status == Status::Unresolved;
     let is_met = run.simulation.statistics.space_error.is_some_and(|error| error <= wanted);
     if !is_unresolved && (!run.is_success() || is_met) {

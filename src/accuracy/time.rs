@@ -55,7 +55,7 @@ pub(super) fn to_accuracy<M: Model + Clone>(
     plan: &mut Plan<'_, M>,
     monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
 ) -> Result<Run, InvalidInput> {
-    let wanted = plan.request.tolerance;
+    let wanted = plan.request.rtol;
     let mut tolerance = FIRST_TOLERANCE * wanted;
     let mut longest_step = f64::INFINITY;
     let mut previous: Option<Looser> = None;

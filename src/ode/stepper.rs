@@ -331,7 +331,7 @@ impl Stepper {
         if let Some(t) = self.state.stiff_at.map(Number) {
             message.push_str(&format!(
                 " The problem seems to be stiff at t = {t}: stability, not accuracy, limits the steps of this \
-                 explicit method; `method=\"Radau\"` would need far fewer."
+                 explicit method; `method=\"radau\"` would need far fewer."
             ));
         }
         message

@@ -30,6 +30,7 @@ mod signal;
 mod simulate;
 mod statics;
 mod support;
+mod words;
 
 use pyo3::exceptions::PyImportError;
 use pyo3::prelude::*;

@@ -26,7 +26,9 @@ use crate::lie::Rotation;
 use crate::linalg::Matrix;
 use crate::model::InTime as _;
 use crate::robot::{Kernel, Multiplications, Place, Pose, Rod, RodModel};
-use crate::rod::{Basis, STRAIN_NAMES, STRAINS, Section, SectionProperties, Segment, Shape, ShearCorrection};
+use crate::rod::{
+    self, Basis, STRAIN_NAMES, STRAINS, Section, SectionProperties, Segment, Shape, ShearCorrection,
+};
 
 /// A piece of rod with one kind of section.
 ///
@@ -38,7 +40,8 @@ use crate::rod::{Basis, STRAIN_NAMES, STRAINS, Section, SectionProperties, Segme
 ///     Radius of a circular section in metres: one number, radii at the segment's base and tip, or a function of the arc length X
 ///     as `reference_strain` takes it. Either this or `section`.
 /// young_modulus, shear_modulus : float, optional
-///     E and G in pascals, with Poisson's ratio E/(2G) - 1 in (-1, 0.5]. Needed unless the section is given.
+///     E and G in pascals, with Poisson's ratio E/(2G) - 1 in (-1, 0.5]. Needed unless the section is given; in place of the
+///     shear modulus there may be `poisson_ratio`.
 /// density : float, optional
 ///     Kilograms per cubic metre. Needed unless the section is given.
 /// modes : dict of str to int
@@ -61,6 +64,8 @@ use crate::rod::{Basis, STRAIN_NAMES, STRAINS, Section, SectionProperties, Segme
 ///     modes a knot. In the last two all strains have the same number of modes, or none.
 /// section : Section, optional
 ///     A section of another shape, or one of given stiffness and inertia.
+/// poisson_ratio : float, optional
+///     Poisson's ratio nu in (-1, 0.5], instead of the shear modulus: G = E/(2 (1 + nu)).
 ///
 /// Raises
 /// ------
@@ -70,11 +75,39 @@ use crate::rod::{Basis, STRAIN_NAMES, STRAINS, Section, SectionProperties, Segme
 #[derive(Clone, PartialEq)]
 pub(crate) struct PySegment(pub(crate) Segment);
 
+/// The shear modulus of a material, from the one of it and Poisson's ratio that is given.
+fn shear_modulus_of(
+    young_modulus: Option<f64>,
+    shear_modulus: Option<f64>,
+    poisson_ratio: Option<f64>,
+    check: &mut Checker,
+) -> Option<f64> {
+    match (shear_modulus, poisson_ratio) {
+        (Some(_), Some(_)) => {
+            check.require(false, "poisson_ratio", "both poisson_ratio and shear_modulus", "one of them");
+        }
+        (None, None) => {
+            let expected = "one of them, unless the section is given";
+            check.require(false, "shear_modulus", "neither shear_modulus nor poisson_ratio", expected);
+        }
+        (Some(modulus), None) => return Some(modulus),
+        (None, Some(ratio)) => {
+            // A Young's modulus that makes no sense is refused for itself.
+            let young_modulus = young_modulus.filter(|modulus| *modulus > 0.0).unwrap_or(1.0);
+            let found = rod::shear_modulus(young_modulus, ratio);
+            let modulus = found.as_ref().ok().copied();
+            check.all(found.map(|_| ()));
+            return modulus;
+        }
+    }
+    None
+}
+
 #[pymethods]
 impl PySegment {
     #[new]
-    #[pyo3(signature = (length, radius=None, young_modulus=None, shear_modulus=None, density=None, modes=None, retardation_time=0.0, reference_strain=None, shear_correction=None, nodes=None, *, basis="legendre", section=None),
-           text_signature = "(length, radius=None, young_modulus=None, shear_modulus=None, density=None, modes=None, retardation_time=0.0, reference_strain=(0, 0, 0, 1, 0, 0), shear_correction=1.0, nodes=None, *, basis='legendre', section=None)")]
+    #[pyo3(signature = (length, radius=None, young_modulus=None, shear_modulus=None, density=None, modes=None, retardation_time=0.0, reference_strain=None, shear_correction=None, nodes=None, *, basis="legendre", section=None, poisson_ratio=None),
+           text_signature = "(length, radius=None, young_modulus=None, shear_modulus=None, density=None, modes=None, retardation_time=0.0, reference_strain=(0, 0, 0, 1, 0, 0), shear_correction=1.0, nodes=None, *, basis='legendre', section=None, poisson_ratio=None)")]
     #[allow(clippy::too_many_arguments, reason = "the signature of the Python class")]
     fn new(
         #[pyo3(from_py_with = convert::number)] length: f64,
@@ -89,6 +122,7 @@ impl PySegment {
         nodes: Option<i64>,
         basis: &str,
         section: Option<&PySection>,
+        #[pyo3(from_py_with = convert::optional_number)] poisson_ratio: Option<f64>,
     ) -> PyResult<Self> {
         let basis = Basis::named(basis).ok_or_else(|| {
             let names = Basis::ALL.map(Basis::name);
@@ -113,13 +147,21 @@ impl PySegment {
                 Section::circle([1.0; 2])
             }
         };
-        if let Section::Shape(_) = section {
-            let material =
-                [(young_modulus, "young_modulus"), (shear_modulus, "shear_modulus"), (density, "density")];
-            for (value, name) in material {
-                check.require(value.is_some(), name, "none", "a number, unless the section is given");
+        let shear_modulus = match section {
+            Section::Given(_) => {
+                let found = poisson_ratio.unwrap_or_default();
+                let expected = "nothing: a given section has all that it needs";
+                check.require(poisson_ratio.is_none(), "poisson_ratio", found, expected);
+                shear_modulus
             }
-        }
+            Section::Shape(_) => {
+                let expected = "a number, unless the section is given";
+                check.require(young_modulus.is_some(), "young_modulus", "none", expected);
+                let found = shear_modulus_of(young_modulus, shear_modulus, poisson_ratio, &mut check);
+                check.require(density.is_some(), "density", "none", expected);
+                found
+            }
+        };
         let expected = "a dict such as {'bend_y': 3}";
         check.require(modes.is_some(), "modes", "none", expected);
         check.finish()?;
@@ -176,6 +218,12 @@ impl PySegment {
     #[getter]
     fn shear_modulus(&self) -> Option<f64> {
         self.of_material(self.0.shear_modulus)
+    }
+
+    /// Poisson's ratio E/(2G) - 1; None where the section is given.
+    #[getter]
+    fn poisson_ratio(&self) -> Option<f64> {
+        self.of_material(self.0.poisson_ratio())
     }
 
     /// Density in kilograms per cubic metre; None where the section is given.

@@ -366,7 +366,7 @@ pub(crate) fn root<'py>(
         derivative: derivative_of(&jac)?,
         residual_tolerance: tol,
         step_tolerance: StepTolerance { absolute: xtol_abs, relative: xtol },
-        max_iterations: count(max_iter, "max_iter")?,
+        max_iter: count(max_iter, "max_iter")?,
         reuse: if keep_jacobian { Reuse::WithinSolve } else { Reuse::Never },
         longest_step: max_step,
         accelerate,

@@ -16,6 +16,7 @@ use super::motion::signals;
 use super::pendulum::PySpringPendulum;
 use super::record::{self, Reduced};
 use super::rod::PyRod;
+use super::words::{warn, warn_of_old_word};
 use crate::scene::{
     Jacobian, Method, Model, Quantity, Scene, SceneError as CoreError, SceneProblem, Simulation,
 };
@@ -129,6 +130,11 @@ impl PyScene {
     ///     Everything that is wrong with the scene, at once.
     /// OSError
     ///     The file cannot be read.
+    ///
+    /// Warns
+    /// -----
+    /// FutureWarning
+    ///     Of every key that is written by an old name, with its place and what to write instead.
     #[staticmethod]
     #[pyo3(signature = (path))]
     fn load(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
@@ -136,10 +142,7 @@ impl PyScene {
         // Python's own errors name the file and have the right class.
         let bytes = py.import("pathlib")?.call_method1("Path", (path,))?.call_method0("read_bytes")?;
         let bytes: Vec<u8> = bytes.extract()?;
-        match py.detach(|| Scene::from_bytes(&bytes, &file)) {
-            Ok(scene) => Self::new(py, scene),
-            Err(error) => Err(refusal(py, &error)),
-        }
+        Self::new(py, &file, py.detach(|| Scene::from_bytes(&bytes, &file)))
     }
 
     /// Check a scene given as text.
@@ -162,10 +165,7 @@ impl PyScene {
     #[staticmethod]
     #[pyo3(signature = (text, name="scene"))]
     fn loads(py: Python<'_>, text: &str, name: &str) -> PyResult<Self> {
-        match py.detach(|| Scene::parse(text, name)) {
-            Ok(scene) => Self::new(py, scene),
-            Err(error) => Err(refusal(py, &error)),
-        }
+        Self::new(py, name, py.detach(|| Scene::parse(text, name)))
     }
 
     /// The JSON Schema of scene files, for editors, as text.
@@ -230,10 +230,10 @@ impl PyScene {
         arguments.set_item("q0", self.q0(py))?;
         arguments.set_item("v0", self.v0(py))?;
         arguments.set_item("method", method(simulation))?;
-        arguments.set_item("dt", simulation.step)?;
+        arguments.set_item("dt", simulation.dt)?;
         // The other methods have none, and say so.
         if simulation.method.has_fixed_step() {
-            arguments.set_item("jac", jacobian(simulation))?;
+            arguments.set_item("jac", jac(simulation))?;
         }
         arguments.set_item("rtol", simulation.rtol)?;
         if simulation.method != Method::Auto {
@@ -275,7 +275,12 @@ impl PyScene {
 }
 
 impl PyScene {
-    fn new(py: Python<'_>, mut scene: Scene) -> PyResult<Self> {
+    /// What was read from `file`, with a warning of every old word in it.
+    fn new(py: Python<'_>, file: &str, read: Result<Scene, CoreError>) -> PyResult<Self> {
+        let mut scene = read.map_err(|error| refusal(py, &error))?;
+        for deprecation in &scene.deprecations {
+            warn(py, &deprecation.header(file))?;
+        }
         if !scene.open_modes.is_empty() {
             let mut raised = Raised::default();
             let chosen = py.detach(|| scene.choose_modes(&mut signals(&mut raised)));
@@ -303,16 +308,16 @@ pub(crate) struct PySimulation(Simulation);
 
 #[pymethods]
 impl PySimulation {
-    /// Simulated time, seconds.
-    #[getter]
-    fn duration(&self) -> f64 {
-        self.0.duration
-    }
-
     /// Time at the start, seconds.
     #[getter]
     fn t0(&self) -> f64 {
         self.0.t0
+    }
+
+    /// Time at the end, seconds.
+    #[getter]
+    fn t_end(&self) -> f64 {
+        self.0.t_end
     }
 
     /// Time integrator, a method of ``lissom.simulate``.
@@ -323,14 +328,14 @@ impl PySimulation {
 
     /// Time step of methods with a fixed step, seconds.
     #[getter]
-    fn step(&self) -> f64 {
-        self.0.step
+    fn dt(&self) -> f64 {
+        self.0.dt
     }
 
     /// Jacobian of the equations of a fixed step: "analytic", "forward" or "central".
     #[getter]
-    fn jacobian(&self) -> &'static str {
-        jacobian(&self.0)
+    fn jac(&self) -> &'static str {
+        jac(&self.0)
     }
 
     /// Relative tolerance; with method "auto" the accuracy that is wanted.
@@ -345,10 +350,10 @@ impl PySimulation {
         self.0.atol
     }
 
-    /// Time between the states that are kept, seconds; None for every ``step``.
+    /// Time between the states that are kept, seconds; None for every ``dt``.
     #[getter]
-    fn output_step(&self) -> Option<f64> {
-        self.0.output_step
+    fn output_dt(&self) -> Option<f64> {
+        self.0.output_dt
     }
 
     /// What is kept beside the coordinates, out of "velocity", "acceleration", "energy", "shape".
@@ -358,26 +363,55 @@ impl PySimulation {
         PyTuple::new(py, names.collect::<Vec<_>>())
     }
 
+    /// The old name of ``t_end - t0``.
+    #[getter]
+    fn duration(&self, py: Python<'_>) -> PyResult<f64> {
+        warn_of_old_word(py, "SimulationSettings.duration", "write t_end - t0")?;
+        Ok(self.0.duration())
+    }
+
+    /// The old name of ``dt``.
+    #[getter]
+    fn step(&self, py: Python<'_>) -> PyResult<f64> {
+        warn_of_old_word(py, "SimulationSettings.step", "write dt")?;
+        Ok(self.0.dt)
+    }
+
+    /// The old name of ``jac``.
+    #[getter]
+    fn jacobian(&self, py: Python<'_>) -> PyResult<&'static str> {
+        warn_of_old_word(py, "SimulationSettings.jacobian", "write jac")?;
+        Ok(jac(&self.0))
+    }
+
+    /// The old name of ``output_dt``.
+    #[getter]
+    fn output_step(&self, py: Python<'_>) -> PyResult<Option<f64>> {
+        warn_of_old_word(py, "SimulationSettings.output_step", "write output_dt")?;
+        Ok(self.0.output_dt)
+    }
+
     /// For copies and pickles.
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Reduced<'py>> {
-        let Simulation { t0, duration, method: _, step, jacobian: _, rtol, atol, output_step, quantities: _ } =
+        let Simulation { t0, t_end, method: _, dt, jac: _, rtol, atol, output_dt, quantities: _ } =
             slf.get().0;
-        let names = (method(&slf.get().0), jacobian(&slf.get().0), slf.get().quantities(slf.py())?);
-        record::reduce_to::<Self>(slf.py(), (names, (t0, duration, step, rtol, atol), output_step))
+        let names = (method(&slf.get().0), jac(&slf.get().0), slf.get().quantities(slf.py())?);
+        record::reduce_to::<Self>(slf.py(), (names, (t0, t_end), (dt, rtol, atol), output_dt))
     }
 
     #[staticmethod]
     fn _restore(
         names: (String, String, Vec<String>),
-        numbers: (f64, f64, f64, f64, f64),
-        output_step: Option<f64>,
+        span: (f64, f64),
+        numbers: (f64, f64, f64),
+        output_dt: Option<f64>,
     ) -> PyResult<Self> {
-        let (method, jacobian, quantities) = names;
-        let (t0, duration, step, rtol, atol) = numbers;
-        let (method, jacobian) = (setting_of(&METHODS, &method)?, setting_of(&JACOBIANS, &jacobian)?);
+        let (method, jac, quantities) = names;
+        let ((t0, t_end), (dt, rtol, atol)) = (span, numbers);
+        let (method, jac) = (setting_of(&METHODS, &method)?, setting_of(&JACOBIANS, &jac)?);
         let quantities =
             quantities.iter().map(|name| setting_of(&QUANTITIES, name)).collect::<PyResult<_>>()?;
-        Ok(Self(Simulation { t0, duration, method, step, jacobian, rtol, atol, output_step, quantities }))
+        Ok(Self(Simulation { t0, t_end, method, dt, jac, rtol, atol, output_dt, quantities }))
     }
 }
 
@@ -413,8 +447,8 @@ fn method(simulation: &Simulation) -> &'static str {
     name_of(&METHODS, &simulation.method)
 }
 
-fn jacobian(simulation: &Simulation) -> &'static str {
-    name_of(&JACOBIANS, &simulation.jacobian)
+fn jac(simulation: &Simulation) -> &'static str {
+    name_of(&JACOBIANS, &simulation.jac)
 }
 
 fn refusal(py: Python<'_>, error: &CoreError) -> PyErr {

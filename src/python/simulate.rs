@@ -164,7 +164,7 @@ pub(crate) fn simulate<'py>(
     let defaults = newmark::Options::new(dt);
     let request = match (method, rtol) {
         ("auto", Some(rtol)) => Some(rtol.extract()?),
-        ("auto", None) => Some(accuracy::DEFAULT_TOLERANCE),
+        ("auto", None) => Some(accuracy::DEFAULT_RTOL),
         _ => None,
     };
     let request = match request {
@@ -305,7 +305,7 @@ pub(crate) fn simulate<'py>(
 /// {'bend_y': 4}
 #[pyfunction]
 #[pyo3(
-    signature = (rod, t_end, *, rtol=accuracy::DEFAULT_TOLERANCE, dt=1e-2, segments=None, t0=0.0),
+    signature = (rod, t_end, *, rtol=accuracy::DEFAULT_RTOL, dt=1e-2, segments=None, t0=0.0),
     text_signature = "(rod, t_end, *, rtol=0.0001, dt=0.01, segments=None, t0=0.0)"
 )]
 pub(crate) fn choose_modes(

@@ -359,8 +359,8 @@ pub(crate) fn statics<'py>(
     }
     let options = Options {
         start,
-        tolerance: tol.unwrap_or(defaults.tolerance),
-        max_iterations: count(max_iter, "max_iter", defaults.max_iterations)?,
+        tol: tol.unwrap_or(defaults.tol),
+        max_iter: count(max_iter, "max_iter", defaults.max_iter)?,
         max_steps: count(max_steps, "max_steps", defaults.max_steps)?,
     };
     let found = run(py, n, move |monitor| core::equilibrium(&mut *model, &options, monitor))?;
@@ -476,7 +476,7 @@ pub(crate) fn continuation<'py>(
         bounds: bounds.map_or(Ok(defaults.bounds), |bounds| convert::array_of(bounds, "bounds"))?,
         max_step: max_step.unwrap_or(defaults.max_step),
         max_steps: count(max_steps, "max_steps", defaults.max_steps)?,
-        tolerance: tol.unwrap_or(defaults.tolerance),
+        tol: tol.unwrap_or(defaults.tol),
     };
     let found = run(py, n, move |monitor| core::continuation(&mut *model, &options, monitor))?;
     let Counters { iterations, forces, tangents } = found.counters;

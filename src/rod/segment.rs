@@ -4,6 +4,7 @@ use super::basis::Basis;
 use super::profile::Profile;
 use super::section::{GivenSection, Section, ShearCorrection};
 use super::strain::{STRAIGHT, STRAINS};
+use crate::error::{InvalidInput, Number};
 
 /// Most modes of one strain component in one segment: beyond, Legendre modes cost conditioning and buy no accuracy.
 pub const MAX_MODES: usize = 64;
@@ -88,5 +89,18 @@ impl Segment {
     /// Number of generalised coordinates of this segment.
     pub fn coordinates(&self) -> usize {
         self.modes.iter().sum()
+    }
+}
+
+/// Shear modulus of an isotropic material, G = E / (2 (1 + nu)), in the unit of Young's modulus.
+///
+/// # Errors
+/// Poisson's ratio is outside of (-1, 0.5].
+pub fn shear_modulus(young_modulus: f64, poisson_ratio: f64) -> Result<f64, InvalidInput> {
+    if poisson_ratio > -1.0 && poisson_ratio <= 0.5 {
+        Ok(young_modulus / (2.0 * (1.0 + poisson_ratio)))
+    } else {
+        let expected = "a Poisson's ratio in (-1, 0.5]";
+        Err(InvalidInput::new("poisson_ratio", Number(poisson_ratio), expected))
     }
 }

@@ -275,7 +275,7 @@ impl Newton {
             return Ok(Status::AlreadyRoot);
         }
         self.note_best(x, progress.residual_norm);
-        while self.counters.iterations < options.max_iterations {
+        while self.counters.iterations < options.max_iter {
             if self.age == Age::None
                 && let Some(failure) = self.renew_jacobian(system, x, progress.residual_norm, options)?
             {

@@ -58,7 +58,7 @@ pub struct Options {
     /// Stop with success when a Newton step is that small and the residual confirms it; off by default.
     pub step_tolerance: StepTolerance,
     /// Largest number of steps; 1000 by default.
-    pub max_iterations: usize,
+    pub max_iter: usize,
     /// How long a Jacobian is kept; never by default.
     pub reuse: Reuse,
     /// Largest residual reduction factor per step with which a kept Jacobian stays in use, in (0, 1); 0.25 by
@@ -82,7 +82,7 @@ impl Default for Options {
             derivative: Derivative::Analytic,
             residual_tolerance: RESIDUAL_TOLERANCE,
             step_tolerance: StepTolerance { absolute: 0.0, relative: 0.0 },
-            max_iterations: MAX_ITERATIONS,
+            max_iter: MAX_ITERATIONS,
             reuse: Reuse::Never,
             chord_rate: 0.25,
             longest_step: None,

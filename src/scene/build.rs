@@ -44,8 +44,8 @@ pub(super) fn build(document: &Document, shape: &mut Shape) -> Option<(Model, [V
     if let Model::Rod(rod) = &model
         && simulation.method.has_fixed_step()
     {
-        let checked = check_step(simulation.step, rod.shortest_period());
-        report(checked, shape, |_| "simulation.step".to_owned());
+        let checked = check_step(simulation.dt, rod.shortest_period());
+        report(checked, shape, |_| "simulation.dt".to_owned());
     }
     if let Model::Rod(rod) = &model
         && shape.problems.is_empty()
@@ -55,11 +55,11 @@ pub(super) fn build(document: &Document, shape: &mut Shape) -> Option<(Model, [V
         report(checked, shape, |place| format!("rod[0].{place}"));
     }
     if let Model::Rod(rod) = &model {
-        let oscillations = simulation.duration / rod.shortest_period();
-        if oscillations > MAX_STEPS && shape.is_readable("simulation.duration") {
+        let oscillations = simulation.duration() / rod.shortest_period();
+        if oscillations > MAX_STEPS && shape.is_readable("simulation.t_end") {
             let wrong = format!("{} oscillations of a load or of the base", count(oscillations));
-            let right = format!("expected at most {MAX_STEPS:e}: a shorter duration, or a lower frequency");
-            shape.refuse("simulation.duration", wrong, right);
+            let right = format!("expected at most {MAX_STEPS:e}: an earlier t_end, or a lower frequency");
+            shape.refuse("simulation.t_end", wrong, right);
         }
     }
     Some((model, state, simulation))
@@ -75,14 +75,9 @@ pub(super) fn open_modes(document: &Document) -> Vec<usize> {
 fn check_open_modes(document: &Document, shape: &mut Shape) {
     for i in open_modes(document) {
         let place = format!("rod[0].segment[{i}].modes");
-        let settings = &document.simulation;
-        if settings.tolerance.is_none()
-            && settings.method != Some(Method::Auto)
-            && shape.is_readable("simulation")
-        {
-            let right =
-                "give simulation.tolerance, such as 1e-4, to which the modes are chosen; or the modes";
-            shape.refuse(&place, "\"auto\" without a tolerance", right);
+        if document.simulation.method != Method::Auto && shape.is_readable("simulation") {
+            let right = "give simulation.method = \"auto\", to whose rtol the modes are chosen; or the modes";
+            shape.refuse(&place, "\"auto\", but the method is another", right);
         }
         for (key, values) in [("q0", &document.rod[0].q0), ("v0", &document.rod[0].v0)] {
             if values.is_some() {
@@ -229,12 +224,7 @@ fn material(written: &Segment, here: &str, shape: &mut Shape) -> [f64; 3] {
         }
         (Some(modulus), None) => modulus,
         (None, Some(ratio)) => {
-            if ratio > -1.0 && ratio <= 0.5 {
-                modulus / (2.0 * (1.0 + ratio))
-            } else {
-                shape.refuse(&poisson, format!("got {ratio}"), "expected a Poisson's ratio in (-1, 0.5]");
-                modulus
-            }
+            report(rod::shear_modulus(modulus, ratio), shape, |_| poisson.clone()).unwrap_or(modulus)
         }
         (None, None) => {
             if shape.is_readable(&shear) && shape.is_readable(&poisson) {
@@ -391,9 +381,9 @@ fn base_motion(written: &BaseMotion, settings: &Settings, shape: &mut Shape) -> 
         }
     }
     let [from, to] = motion.span();
-    let of_run = ["simulation.duration", "simulation.t0"];
+    let of_run = ["simulation.t_end", "simulation.t0"];
     let is_known = problems == shape.problems.len() && of_run.iter().all(|key| shape.is_readable(key));
-    let (t0, t_end) = (settings.t0, settings.t0 + settings.duration);
+    let (t0, t_end) = (settings.t0, settings.t_end);
     if is_known && !(covers([from, to], t0) && covers([from, to], t_end)) {
         let right = format!("its tables cover the run from {t0} to {t_end} s");
         shape.refuse(
@@ -482,43 +472,32 @@ fn pendulum(document: &Document, shape: &mut Shape) -> Option<(Model, [Vec<f64>;
 }
 
 fn simulation(written: &Settings, n: usize, shape: &mut Shape) -> Simulation {
-    let default = Simulation::lasting(written.duration);
-    let method = match (written.method, written.tolerance) {
-        (Some(method), _) => method,
-        (None, Some(_)) => Method::Auto,
-        (None, None) => default.method,
-    };
-    let is_auto = method == Method::Auto;
-    if !is_auto && written.tolerance.is_some() {
-        let right = "remove the method to have it chosen, or give rtol and atol instead";
-        shape.refuse("simulation.tolerance", "the method does not take it", right);
+    let default = Simulation::until(written.t_end);
+    let is_auto = written.method == Method::Auto;
+    if is_auto && written.atol.is_some() {
+        let right = "give rtol alone, the largest error of the tip relative to the length";
+        shape.refuse("simulation.atol", "method \"auto\" does not take it", right);
     }
-    for (key, value) in [("rtol", written.rtol), ("atol", written.atol)] {
-        if is_auto && value.is_some() {
-            let right = "give tolerance instead, the largest error of the tip relative to the length";
-            shape.refuse(&format!("simulation.{key}"), "method \"auto\" does not take it", right);
-        }
-    }
-    if let Some(tolerance) = written.tolerance
+    if let Some(rtol) = written.rtol
         && is_auto
     {
-        let checked = accuracy::Request::new(tolerance, default.step).validate();
-        report(checked, shape, |_| "simulation.tolerance".to_owned());
+        let checked = accuracy::Request::new(rtol, default.dt).validate();
+        report(checked, shape, |_| "simulation.rtol".to_owned());
     }
-    let default_rtol = if is_auto { accuracy::DEFAULT_TOLERANCE } else { default.rtol };
+    let default_rtol = if is_auto { accuracy::DEFAULT_RTOL } else { default.rtol };
     let simulation = Simulation {
         t0: written.t0,
-        method,
-        step: written.step.unwrap_or(default.step),
-        jacobian: written.jacobian,
-        rtol: written.tolerance.or(written.rtol).unwrap_or(default_rtol),
+        method: written.method,
+        dt: written.dt.unwrap_or(default.dt),
+        jac: written.jac,
+        rtol: written.rtol.unwrap_or(default_rtol),
         atol: written.atol.unwrap_or(default.atol),
-        output_step: written.output.step,
+        output_dt: written.output.dt,
         quantities: quantities(&written.output),
         ..default
     };
     report(simulation.validate(), shape, |place| format!("simulation.{place}"));
-    let readable = ["simulation.duration", "simulation.step", "simulation.output"];
+    let readable = ["simulation.t0", "simulation.t_end", "simulation.dt", "simulation.output"];
     if readable.iter().all(|place| shape.is_readable(place)) {
         report(simulation.check_size(n), shape, |place| format!("simulation.{place}"));
     }
@@ -539,9 +518,11 @@ impl Simulation {
     /// Everything that is wrong with the settings, whatever the model.
     fn validate(&self) -> Result<(), InvalidInput> {
         let mut check = Checker::new();
-        let duration = check.positive(self.duration, "duration", "seconds");
-        check.positive(self.step, "step", "seconds");
-        check.require(self.t0.is_finite(), "t0", Number(self.t0), "a finite number (seconds)");
+        let starts = check.require(self.t0.is_finite(), "t0", Number(self.t0), "a finite number (seconds)");
+        let expected = format!("a finite number > t0 = {} (seconds)", Number(self.t0));
+        let is_later = self.duration() > 0.0 && self.duration().is_finite();
+        let runs = starts && check.require(is_later, "t_end", Number(self.t_end), &expected);
+        check.positive(self.dt, "dt", "seconds");
         check.non_negative(self.rtol, "rtol", "relative");
         check.non_negative(self.atol, "atol", "absolute");
         check.require(
@@ -550,11 +531,12 @@ impl Simulation {
             "both rtol and atol zero",
             "one of them > 0",
         );
-        if let Some(step) = self.output_step
-            && check.positive(step, "output.step", "seconds")
-            && duration
+        if let Some(dt) = self.output_dt
+            && check.positive(dt, "output.dt", "seconds")
+            && runs
         {
-            check.require(step <= self.duration, "output.step", step, "at most the simulation's duration");
+            let expected = format!("at most the simulated time, {} s", Number(self.duration()));
+            check.require(dt <= self.duration(), "output.dt", Number(dt), &expected);
         }
         check.finish()
     }
@@ -562,28 +544,29 @@ impl Simulation {
     /// Refuses a run of a model of `n` coordinates that would not end or not fit in memory. Says nothing about times
     /// that [`Self::validate`] refuses.
     fn check_size(&self, n: usize) -> Result<(), InvalidInput> {
-        let (kept_every, place) = match self.output_step {
-            Some(step) => (step, "output.step"),
-            None => (self.step, "step"),
+        let (kept_every, place) = match self.output_dt {
+            Some(dt) => (dt, "output.dt"),
+            None => (self.dt, "dt"),
         };
+        let duration = self.duration();
         let mut check = Checker::new();
-        if ![self.duration, self.step, kept_every].iter().all(|time| time.is_finite() && *time > 0.0) {
+        if ![duration, self.dt, kept_every].iter().all(|time| time.is_finite() && *time > 0.0) {
             return check.finish();
         }
         // The quotients may be infinite: too many, like any other number that is too large.
-        let steps = self.duration / self.step;
+        let steps = duration / self.dt;
         if self.method.has_fixed_step() {
-            let least = self.duration / MAX_STEPS;
+            let least = duration / MAX_STEPS;
             let found = format!("{} steps", count(steps));
-            let expected = format!("at most {MAX_STEPS:e} of them: a step of at least {least:.2e}");
-            check.require(steps <= MAX_STEPS, "step", found, &expected);
+            let expected = format!("at most {MAX_STEPS:e} of them: a dt of at least {least:.2e}");
+            check.require(steps <= MAX_STEPS, "dt", found, &expected);
         }
         let bytes_per_state = (8 * (3 * n + NUMBERS_PER_STATE)) as f64;
-        let states = self.duration / kept_every;
+        let states = duration / kept_every;
         if check.is_ok() {
-            let least = self.duration * (bytes_per_state / MAX_RESULT_BYTES);
+            let least = duration * (bytes_per_state / MAX_RESULT_BYTES);
             let found = format!("{} states of {bytes_per_state} bytes to keep", count(states));
-            let expected = format!("at most 1 GiB: an output.step of at least {least:.2e}");
+            let expected = format!("at most 1 GiB: an output.dt of at least {least:.2e}");
             check.require(states <= MAX_RESULT_BYTES / bytes_per_state, place, found, &expected);
         }
         check.finish()

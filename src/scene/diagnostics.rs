@@ -46,6 +46,25 @@ impl SceneProblem {
         }
         message
     }
+
+    /// `file:line:column: key: what is wrong; what would be right`.
+    pub fn header(&self, file: &str) -> String {
+        format!("{file}:{}:{}: {}", self.line, self.column, self.message())
+    }
+}
+
+/// The first [`MAX_PROBLEMS`] problems, whose spans are known, with lines and columns, in the order of the text.
+pub(super) fn placed(text: &str, mut problems: Vec<SceneProblem>) -> Vec<SceneProblem> {
+    problems.sort_by(|a, b| (a.span.start, &a.key).cmp(&(b.span.start, &b.key)));
+    problems.truncate(MAX_PROBLEMS);
+    for problem in &mut problems {
+        (problem.line, problem.column) = line_and_column(text, problem.span.start);
+        problem.span = first_line(text, &problem.span);
+        shorten(&mut problem.key, LONGEST_KEY);
+        shorten(&mut problem.wrong, LONGEST_SENTENCE);
+        shorten(&mut problem.right, LONGEST_SENTENCE);
+    }
+    problems
 }
 
 /// A scene file that was refused, with what is wrong with it, in the order of the file. Never empty.
@@ -61,24 +80,15 @@ pub struct SceneError {
 }
 
 impl SceneError {
-    /// Places the problems, whose spans are known, in the text: lines, columns and order.
-    pub(super) fn new(file: &str, text: &str, mut problems: Vec<SceneProblem>) -> Self {
-        problems.sort_by(|a, b| (a.span.start, &a.key).cmp(&(b.span.start, &b.key)));
+    /// Places the problems, whose spans are known, in the text.
+    pub(super) fn new(file: &str, text: &str, problems: Vec<SceneProblem>) -> Self {
         let omitted = problems.len().saturating_sub(MAX_PROBLEMS);
-        problems.truncate(MAX_PROBLEMS);
-        for problem in &mut problems {
-            (problem.line, problem.column) = line_and_column(text, problem.span.start);
-            problem.span = first_line(text, &problem.span);
-            shorten(&mut problem.key, LONGEST_KEY);
-            shorten(&mut problem.wrong, LONGEST_SENTENCE);
-            shorten(&mut problem.right, LONGEST_SENTENCE);
-        }
-        Self { file: file.to_owned(), problems, omitted, text: text.to_owned() }
+        Self { file: file.to_owned(), problems: placed(text, problems), omitted, text: text.to_owned() }
     }
 
     /// `file:line:column: key: what is wrong; what would be right`.
     pub fn header(&self, problem: &SceneProblem) -> String {
-        format!("{}:{}:{}: {}", self.file, problem.line, problem.column, problem.message())
+        problem.header(&self.file)
     }
 
     /// The source line of a problem with the offending part underlined.

@@ -336,7 +336,7 @@ pub(super) struct Segment {
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(super) density: Option<f64>,
     /// Number of modes of each strain. Default of each: 0, the strain is suppressed. "auto":
-    /// what the tolerance of the simulation takes, chosen by trial motions when the scene is read.
+    /// what the rtol of the simulation takes, chosen by trial motions when the scene is read.
     #[schemars(example = Modes { bend_y: 3, ..Modes::default() })]
     pub(super) modes: ModeChoice,
     /// What the modes are. Default: "legendre".
@@ -590,28 +590,27 @@ pub(super) struct Pendulum {
 #[derive(Debug, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Simulation {
-    /// Simulated time in seconds.
-    #[schemars(extend("exclusiveMinimum" = 0), example = 1.0)]
-    pub(super) duration: f64,
+    /// Time at the end, in seconds.
+    #[schemars(example = 1.0)]
+    pub(super) t_end: f64,
     /// Time at the start, in seconds, at which loads that vary and a base that moves are first taken. Default: 0.
     #[serde(default)]
     pub(super) t0: f64,
-    /// Time integrator. Default: "newmark", or "auto" where a tolerance is given.
-    pub(super) method: Option<Method>,
-    /// Accuracy that is wanted: the largest error of the tip relative to the length of the model. Method and steps
-    /// are chosen to meet it. Only with method "auto", whose default is 1e-4.
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub(super) tolerance: Option<f64>,
+    /// Time integrator. Default: "newmark".
+    #[serde(default)]
+    pub(super) method: Method,
     /// Time step of the methods with a fixed step, in seconds. Default: 0.01. The others choose their own steps.
     #[schemars(extend("exclusiveMinimum" = 0))]
-    pub(super) step: Option<f64>,
+    pub(super) dt: Option<f64>,
     /// Jacobian of the equations of a fixed step. Default: "analytic".
     #[serde(default)]
-    pub(super) jacobian: Jacobian,
-    /// Relative tolerance: of an adaptive step's error, of Newton's iteration within a fixed step. Default: 1e-6.
+    pub(super) jac: Jacobian,
+    /// Relative tolerance: of an adaptive step's error, of Newton's iteration within a fixed step. Default: 1e-6. With
+    /// method "auto" the accuracy that is wanted, the largest error of the tip relative to the length of the model.
+    /// Default then: 1e-4.
     #[schemars(range(min = 0.0))]
     pub(super) rtol: Option<f64>,
-    /// Absolute tolerance, for values near zero. Default: 1e-9.
+    /// Absolute tolerance, for values near zero. Default: 1e-9. Not with method "auto".
     #[schemars(range(min = 0.0))]
     pub(super) atol: Option<f64>,
     /// What is kept of the run.
@@ -621,7 +620,7 @@ pub(super) struct Simulation {
 
 impl Simulation {
     fn example() -> BTreeMap<&'static str, f64> {
-        BTreeMap::from([("duration", 1.0)])
+        BTreeMap::from([("t_end", 1.0)])
     }
 }
 
@@ -642,7 +641,7 @@ pub enum Method {
     Dop853,
     /// The implicit Runge-Kutta method Radau IIA of order 5, for stiff models, with steps chosen by the error.
     Radau,
-    /// DOP853 or Radau, whichever suits the model, with steps that meet the tolerance.
+    /// DOP853 or Radau, whichever suits the model, with steps that meet rtol.
     Auto,
 }
 
@@ -670,9 +669,9 @@ pub enum Jacobian {
 #[derive(Debug, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Output {
-    /// Time between the states that are kept, in seconds. Default: the simulation's step.
+    /// Time between the states that are kept, in seconds. Default: the simulation's dt.
     #[schemars(extend("exclusiveMinimum" = 0))]
-    pub(super) step: Option<f64>,
+    pub(super) dt: Option<f64>,
     /// What is written beside the coordinates: any of "velocity", "acceleration", "energy", "shape".
     /// Default: all of them.
     pub(super) quantities: Option<Vec<Quantity>>,

@@ -1,14 +1,15 @@
 //! Scene files: a TOML description of what is simulated and how, read and checked once.
 //!
 //! `document` is the file's shape in plain structs, from which the JSON Schema is generated; `shape` checks a file
-//! against that schema; `build` turns it into a model with the constructors that everybody uses; `diagnostics`
-//! says what is wrong, where. A scene never executes anything.
+//! against that schema, for which `words` knows the old names of keys; `build` turns it into a model with the
+//! constructors that everybody uses; `diagnostics` says what is wrong, where. A scene never executes anything.
 
 mod build;
 mod diagnostics;
 mod document;
 mod section;
 mod shape;
+mod words;
 
 use std::sync::LazyLock;
 
@@ -44,6 +45,8 @@ pub struct Scene {
     pub simulation: Simulation,
     /// Segments of the rod whose modes are open: [`Scene::choose_modes`] chooses them.
     pub open_modes: Vec<usize>,
+    /// Keys that are written by an old name, in the order of the file, and what to write instead.
+    pub deprecations: Vec<SceneProblem>,
 }
 
 /// What a scene simulates.
@@ -69,55 +72,60 @@ impl Model {
 /// How a scene is simulated.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Simulation {
-    /// Simulated time in seconds.
-    pub duration: f64,
     /// Time at the start, in seconds.
     pub t0: f64,
+    /// Time at the end, in seconds.
+    pub t_end: f64,
     /// Time integrator.
     pub method: Method,
     /// Time step of methods with a fixed step, in seconds.
-    pub step: f64,
+    pub dt: f64,
     /// Jacobian of the equations of a fixed step.
-    pub jacobian: Jacobian,
+    pub jac: Jacobian,
     /// Relative tolerance; with [`Method::Auto`] the accuracy that is wanted.
     pub rtol: f64,
     /// Absolute tolerance.
     pub atol: f64,
-    /// Time between the states that are kept, in seconds; `step` if `None`.
-    pub output_step: Option<f64>,
+    /// Time between the states that are kept, in seconds; `dt` if `None`.
+    pub output_dt: Option<f64>,
     /// What is kept beside the coordinates.
     pub quantities: Vec<Quantity>,
 }
 
 impl Simulation {
-    /// A simulation of `duration` seconds with everything else at its default.
-    pub fn lasting(duration: f64) -> Self {
+    /// A simulation from time zero to `t_end` with everything else at its default.
+    pub fn until(t_end: f64) -> Self {
         Self {
-            duration,
             t0: 0.0,
+            t_end,
             method: Method::default(),
-            step: 1e-2,
-            jacobian: Jacobian::default(),
+            dt: 1e-2,
+            jac: Jacobian::default(),
             rtol: 1e-6,
             atol: 1e-9,
-            output_step: None,
+            output_dt: None,
             quantities: Vec::new(),
         }
     }
 
     /// Start and end, in seconds.
     pub fn t_span(&self) -> (f64, f64) {
-        (self.t0, self.t0 + self.duration)
+        (self.t0, self.t_end)
     }
 
-    /// The times at which states are kept: every output step from the start, and the end. `None`: every `step`.
+    /// Simulated time in seconds.
+    pub fn duration(&self) -> f64 {
+        self.t_end - self.t0
+    }
+
+    /// The times at which states are kept: every output step from the start, and the end. `None`: every `dt`.
     pub fn output_times(&self) -> Option<Vec<f64>> {
         /// A last output step this close to the end, relative to the step, is the end.
         const END: f64 = 1e-6;
-        let step = self.output_step?;
-        let whole = (self.duration / step - END).max(0.0).floor() as usize;
+        let step = self.output_dt?;
+        let whole = (self.duration() / step - END).max(0.0).floor() as usize;
         let mut times: Vec<f64> = (0..=whole).map(|i| self.t0 + i as f64 * step).collect();
-        times.push(self.t_span().1);
+        times.push(self.t_end);
         Some(times)
     }
 }
@@ -151,6 +159,7 @@ impl Scene {
                 q0,
                 v0,
                 simulation,
+                deprecations: diagnostics::placed(text, shape.deprecations),
             }),
             _ => Err(fail(shape.problems)),
         }
@@ -185,8 +194,8 @@ impl Scene {
         if self.open_modes.is_empty() {
             return Ok(None);
         }
-        let Simulation { duration, rtol, step, output_step, .. } = self.simulation;
-        let request = accuracy::Request::new(rtol, output_step.unwrap_or(step).min(duration));
+        let Simulation { rtol, dt, output_dt, .. } = self.simulation;
+        let request = accuracy::Request::new(rtol, output_dt.unwrap_or(dt).min(self.simulation.duration()));
         let modes =
             accuracy::choose_modes(rod, &self.open_modes, self.simulation.t_span(), request, monitor)?;
         if modes.status.is_success() {
@@ -205,9 +214,12 @@ impl Scene {
         self.open_modes.clear();
     }
 
-    /// The JSON Schema of scene files, for editors; the one in `scenes/` is this text.
+    /// The JSON Schema of scene files, for editors, with the old names of keys marked as deprecated; the one in
+    /// `scenes/` is this text.
     pub fn schema() -> String {
-        let mut text = serde_json::to_string_pretty(document::schema().as_value()).expect("a schema is JSON");
+        let mut schema = document::schema().to_value();
+        words::add_old_words(&mut schema);
+        let mut text = serde_json::to_string_pretty(&schema).expect("a schema is JSON");
         text.push('\n');
         text
     }

@@ -12,6 +12,7 @@ use toml::Spanned;
 use toml::de::{DeInteger, DeTable, DeValue};
 
 use super::diagnostics::SceneProblem;
+use super::words::{self, OldWord};
 
 /// Least similarity (Jaro and Winkler 1990, 0 to 1) at which a known word is suggested for an unknown one.
 const SUGGESTION_SIMILARITY: f64 = 0.8;
@@ -27,6 +28,8 @@ pub(super) struct Shape {
     pub(super) spans: HashMap<String, Range<usize>>,
     /// Paths of the values that were left out or replaced.
     pub(super) replaced: BTreeSet<String>,
+    /// Keys that are written by an old name.
+    pub(super) deprecations: Vec<SceneProblem>,
 }
 
 impl Shape {
@@ -53,15 +56,25 @@ impl Shape {
 
     /// Notes a problem with the value at `place`.
     pub(super) fn refuse(&mut self, place: &str, wrong: impl Into<String>, right: impl Into<String>) {
+        self.problems.push(self.problem(place, wrong, right));
+    }
+
+    /// Notes that a value has an old name.
+    fn deprecate(&mut self, place: &str, right: &str) {
+        let wrong = "an old name that the next version refuses";
+        self.deprecations.push(self.problem(place, wrong, right));
+    }
+
+    fn problem(&self, place: &str, wrong: impl Into<String>, right: impl Into<String>) -> SceneProblem {
         let span = self.span(place);
-        self.problems.push(SceneProblem {
+        SceneProblem {
             line: 0,
             column: 0,
             key: place.to_owned(),
             wrong: wrong.into(),
             right: right.into(),
             span,
-        });
+        }
     }
 }
 
@@ -81,8 +94,21 @@ impl<'a> Reader<'a> {
     fn table(&mut self, table: &DeTable<'_>, schema: &'a Json, place: &str) -> toml::Table {
         let properties = schema["properties"].as_object().expect("every table of the schema lists its keys");
         let mut read = toml::Table::new();
+        let mut old_words = Vec::new();
         for (key, value) in table {
-            let name = key.get_ref().as_ref();
+            let mut name = key.get_ref().as_ref();
+            if let Some(word) = words::old_word(place, name) {
+                let old = join(place, name);
+                self.shape.spans.insert(old.clone(), key.span());
+                if table.contains_key(word.new) {
+                    let wrong = format!("the old name of {}, which is given, too", word.new);
+                    self.shape.refuse(&old, wrong, "remove it");
+                    continue;
+                }
+                self.shape.deprecate(&old, word.instead);
+                old_words.push(word);
+                name = word.new;
+            }
             let inner = join(place, name);
             let Some(property) = properties.get(name) else {
                 self.shape.spans.insert(inner.clone(), key.span());
@@ -102,6 +128,9 @@ impl<'a> Reader<'a> {
                 None => _ = self.shape.replaced.insert(inner),
             }
         }
+        for word in old_words {
+            self.adapt(word, &mut read);
+        }
         for name in required(schema) {
             if read.contains_key(name) {
                 continue;
@@ -118,6 +147,16 @@ impl<'a> Reader<'a> {
             read.insert(name.to_owned(), example);
         }
         read
+    }
+
+    /// Makes of a table what an old word in it meant.
+    fn adapt(&mut self, word: &OldWord, read: &mut toml::Table) {
+        if !read.contains_key(word.new) {
+            return;
+        }
+        if let Err([wrong, right]) = (word.adapt)(read) {
+            self.shape.refuse(&join(word.table, word.old), wrong, right);
+        }
     }
 
     /// The value in TOML's own types, or `None` when it was refused.

@@ -105,7 +105,7 @@ pub(super) fn descend(
     equations: &mut Equations<'_>,
     state: &mut State,
     tolerance: f64,
-    max_iterations: usize,
+    max_iter: usize,
 ) -> Result<Descent, Interrupted> {
     if !state.forces.is_empty() {
         state.forces.fill(0.0);
@@ -115,7 +115,7 @@ pub(super) fn descend(
     let mut shifted = Shifted::new(equations.n());
     let (mut radius, mut shift) = (FIRST_RADIUS, 0.0);
     let mut here = equations.downhill(state)?;
-    for _ in 0..max_iterations {
+    for _ in 0..max_iter {
         equations.counters.iterations += 1;
         let Some(linear) = equations.linearise(state)? else { return Ok(Descent::NonFinite) };
         shift = if shift > FIRST_SHIFT { shift / (SHIFT_FACTOR * SHIFT_FACTOR) } else { 0.0 };

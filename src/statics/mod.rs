@@ -78,7 +78,7 @@ fn follow(equations: &mut Equations<'_>, options: &ContinuationOptions) -> Resul
         stops: vec![options.bounds[1]],
         max_step: options.max_step,
         max_steps: options.max_steps,
-        tolerance: options.tolerance,
+        tolerance: options.tol,
     };
     let q = options.q0.clone().unwrap_or_else(|| vec![0.0; equations.n()]);
     let start = equations.state(q, options.load_factor)?;
@@ -113,7 +113,7 @@ fn load(equations: &mut Equations<'_>, stops: &[f64], options: &Options) -> Resu
         stops: stops.to_vec(),
         max_step: f64::INFINITY,
         max_steps: options.max_steps,
-        tolerance: options.tolerance,
+        tolerance: options.tol,
     };
     let n = equations.n();
     let start = equations.state(vec![0.0; n], 0.0)?;
@@ -152,7 +152,7 @@ fn load(equations: &mut Equations<'_>, stops: &[f64], options: &Options) -> Resu
 /// Downhill from a shape.
 fn let_go(equations: &mut Equations<'_>, q0: &[f64], options: &Options) -> Result<Equilibrium, Interrupted> {
     let mut state = equations.state(q0.to_vec(), 1.0)?;
-    let descent = descent::descend(equations, &mut state, options.tolerance, options.max_iterations)?;
+    let descent = descent::descend(equations, &mut state, options.tol, options.max_iter)?;
     let (status, step_norm, residual_norm) = match descent {
         Descent::Converged { step_norm, residual_norm } => (Status::Converged, step_norm, residual_norm),
         Descent::IterationLimit => (Status::IterationLimit, f64::NAN, f64::NAN),
@@ -201,11 +201,8 @@ fn newton(equations: &mut Equations<'_>, q0: &[f64], options: &Options) -> Resul
     let search = roots::Options {
         method: roots::Method::TrustRegion,
         residual_tolerance: 0.0,
-        step_tolerance: roots::StepTolerance {
-            absolute: options.tolerance / (n as f64).sqrt(),
-            relative: 0.0,
-        },
-        max_iterations: options.max_iterations,
+        step_tolerance: roots::StepTolerance { absolute: options.tol / (n as f64).sqrt(), relative: 0.0 },
+        max_iter: options.max_iter,
         ..roots::Options::default()
     };
     let mut x: Vec<f64> = q0.iter().zip(&equations.sizes).map(|(q, size)| q / size).collect();

@@ -38,9 +38,9 @@ pub struct Options {
     /// Where from. Unloaded by default, with as few steps as possible.
     pub start: Start,
     /// Stop when the Newton step is that small: `|dq / s|` with the typical sizes s of the coordinates; 1e-10 by default.
-    pub tolerance: f64,
+    pub tol: f64,
     /// Largest number of Newton iterations of a descent or of Newton's method; 500 by default.
-    pub max_iterations: usize,
+    pub max_iter: usize,
     /// Largest number of steps along the path; 500 by default.
     pub max_steps: usize,
 }
@@ -49,8 +49,8 @@ impl Default for Options {
     fn default() -> Self {
         Self {
             start: Start::Unloaded { stops: vec![1.0] },
-            tolerance: TOLERANCE,
-            max_iterations: MAX_ITERATIONS,
+            tol: TOLERANCE,
+            max_iter: MAX_ITERATIONS,
             max_steps: MAX_STEPS,
         }
     }
@@ -74,7 +74,7 @@ impl Options {
             }
             Start::Descent(q0) | Start::Newton(q0) => check_state(&mut check, q0, n, "q0"),
         }
-        check.positive(self.tolerance, "tol", "scaled units of q");
+        check.positive(self.tol, "tol", "scaled units of q");
         check.finish()
     }
 }
@@ -95,8 +95,8 @@ pub struct ContinuationOptions {
     pub max_step: f64,
     /// Largest number of steps; 500 by default.
     pub max_steps: usize,
-    /// As in [`Options::tolerance`].
-    pub tolerance: f64,
+    /// As in [`Options::tol`].
+    pub tol: f64,
 }
 
 impl Default for ContinuationOptions {
@@ -108,7 +108,7 @@ impl Default for ContinuationOptions {
             bounds: [0.0, 1.0],
             max_step: MAX_STEP,
             max_steps: MAX_STEPS,
-            tolerance: TOLERANCE,
+            tol: TOLERANCE,
         }
     }
 }
@@ -136,7 +136,7 @@ impl ContinuationOptions {
             );
         }
         check.positive(self.max_step, "max_step", "scaled units of q and load factor");
-        check.positive(self.tolerance, "tol", "scaled units of q");
+        check.positive(self.tol, "tol", "scaled units of q");
         check.finish()
     }
 }

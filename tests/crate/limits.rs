@@ -270,7 +270,7 @@ impl second_order::System for Free {
 fn many_problems_are_refused_in_time_and_in_few_words() {
     let keys = |number: usize| -> String { (0..number).map(|i| format!("k{i} = 1\n")).collect() };
     let bad = "[[rod.segment]]\nlength = -1\nradius = -1\nyoung_modulus = -1\nshear_modulus = 1\ndensity = -1\nk = 1\n";
-    let head = "version = 1\n[simulation]\nduration = 1\n";
+    let head = "version = 1\n[simulation]\nt_end = 1\n";
     let scenes = [
         (format!("version = 1\n{}", keys(20_000)), 20_000),
         (format!("{head}[[rod]]\n{}", bad.repeat(4000)), 4 * 4000),
@@ -317,7 +317,7 @@ fn problems_in_long_lines_are_shown_where_they_are() {
         "{message}"
     );
     let text = format!(
-        "version = 1\nq0 = [{}] # é\n[simulation]\nduration = 1\n[[rod]]\nq0 = [{}x]\n",
+        "version = 1\nq0 = [{}] # é\n[simulation]\nt_end = 1\n[[rod]]\nq0 = [{}x]\n",
         "1, ".repeat(3),
         "é".repeat(1000)
     );

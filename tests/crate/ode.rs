@@ -235,7 +235,7 @@ fn stiffness_is_noticed_and_the_remedy_named() {
         let solution = run(&mut stiff, (0.0, 10.0), &[0.0], &options, &Output::at([10.0]));
         assert!(solution.status.is_success());
         assert!(solution.stiff_at.is_some());
-        assert!(solution.message.contains("Radau"), "{}", solution.message);
+        assert!(solution.message.contains("radau"), "{}", solution.message);
 
         let options = Options { rtol: 1e-8.into(), ..options };
         let solution = run(&mut oscillator(), (0.0, 5e3), &[1.0, 0.0], &options, &Output::at([5e3]));

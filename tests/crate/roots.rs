@@ -74,7 +74,7 @@ fn solve(mut system: impl System, start: &[f64], options: Options) -> (Outcome, 
 fn the_defaults_are_those_of_the_lab() {
     let options = Options::default();
     assert_eq!(options.residual_tolerance, 1e-6);
-    assert_eq!(options.max_iterations, 1000);
+    assert_eq!(options.max_iter, 1000);
     assert_eq!(options.derivative, Derivative::Analytic);
     assert_eq!(options.reuse, Reuse::Never);
     assert_eq!(options.step_tolerance, StepTolerance { absolute: 0.0, relative: 0.0 });

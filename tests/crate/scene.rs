@@ -16,7 +16,7 @@ density = 7800
 modes = { bend_y = 3 }
 
 [simulation]
-duration = 3
+t_end = 3
 "#;
 
 /// `line:column: message` of everything that is wrong with a scene.
@@ -55,10 +55,10 @@ fn left_out_keys_have_the_defaults_of_the_rod() {
     assert_eq!(scene.model, Model::Rod(robot::Rod::new(vec![segment])));
     assert_eq!((scene.q0, scene.v0), (vec![0.0; 3], vec![0.0; 3]));
     let simulation = scene.simulation;
-    assert_eq!(simulation.duration, 3.0);
-    assert_eq!((simulation.method, simulation.jacobian), (Method::Newmark, Jacobian::Analytic));
-    assert_eq!((simulation.step, simulation.rtol, simulation.atol), (1e-2, 1e-6, 1e-9));
-    assert_eq!(simulation.output_step, None);
+    assert_eq!(simulation.t_end, 3.0);
+    assert_eq!((simulation.method, simulation.jac), (Method::Newmark, Jacobian::Analytic));
+    assert_eq!((simulation.dt, simulation.rtol, simulation.atol), (1e-2, 1e-6, 1e-9));
+    assert_eq!(simulation.output_dt, None);
     assert_eq!(simulation.quantities.len(), 4, "everything is kept");
 }
 
@@ -97,13 +97,13 @@ density = 1000
 modes.bend_z = 1
 
 [simulation]
-duration = 2.5
+t_end = 2.5
 method = "rk45"
-step = 1e-3
-jacobian = "central"
+dt = 1e-3
+jac = "central"
 rtol = 1e-8
 atol = 1e-10
-output = { step = 0.1, quantities = ["shape", "energy"] }
+output = { dt = 0.1, quantities = ["shape", "energy"] }
 "#;
     let scene = Scene::parse(text, "s.toml").expect("the scene is good");
     assert_eq!(scene.name, "everything");
@@ -130,10 +130,10 @@ output = { step = 0.1, quantities = ["shape", "energy"] }
     };
     assert_eq!(scene.model, Model::Rod(expected));
     let simulation = scene.simulation;
-    assert_eq!((simulation.method, simulation.jacobian), (Method::Rk45, Jacobian::Central));
-    assert_eq!((simulation.duration, simulation.step), (2.5, 1e-3));
+    assert_eq!((simulation.method, simulation.jac), (Method::Rk45, Jacobian::Central));
+    assert_eq!((simulation.t_end, simulation.dt), (2.5, 1e-3));
     assert_eq!((simulation.rtol, simulation.atol), (1e-8, 1e-10));
-    assert_eq!(simulation.output_step, Some(0.1));
+    assert_eq!(simulation.output_dt, Some(0.1));
     assert_eq!(simulation.quantities, [Quantity::Energy, Quantity::Shape]);
 }
 
@@ -150,7 +150,7 @@ modes.bend_y = 4
 reference_strain = { stations = [0, 0.5, 2], values = [[0, 1, 0, 1, 0, 0], [0, 2, 0, 1, 0, 0], [0, 0, 0, 1, 0, 0]] }
 basis = "hermite"
 [simulation]
-duration = 1
+t_end = 1
 "#;
 
 #[test]
@@ -234,7 +234,7 @@ fn impossible_loads_and_bodies_are_refused() {
 
 #[test]
 fn a_pendulum_is_read() {
-    let text = "version = 1\n[pendulum]\nlength = 2\nq0 = [-0.5, 0.5]\n[simulation]\nduration = 1\n";
+    let text = "version = 1\n[pendulum]\nlength = 2\nq0 = [-0.5, 0.5]\n[simulation]\nt_end = 1\n";
     let scene = Scene::parse(text, "s.toml").expect("the scene is good");
     assert_eq!(scene.q0, [-0.5, 0.5]);
     assert_eq!(scene.v0, [0.0, 0.0]);
@@ -254,7 +254,7 @@ fn unknown_keys_are_refused_with_advice() {
         &["10:11: rod[0].segment[0].modes.bendy: unknown key; did you mean `bend_y`?"],
     );
     refused("[simulation]", "[simulaton]", &["12:2: simulaton: unknown key; did you mean `simulation`?"]);
-    let misspelt = "version = 1\n[pendullum]\nmass = 1\n[simulation]\nduration = 1\n";
+    let misspelt = "version = 1\n[pendullum]\nmass = 1\n[simulation]\nt_end = 1\n";
     assert_eq!(problems(misspelt), ["2:2: pendullum: unknown key; did you mean `pendulum`?"]);
     refused(
         "[[rod]]",
@@ -262,8 +262,8 @@ fn unknown_keys_are_refused_with_advice() {
         &["4:1: rod[0].gravity: unknown key; it belongs in [pendulum] or [scene]"],
     );
     refused(
-        "duration",
-        "tip_mass = 3\nduration",
+        "t_end",
+        "tip_mass = 3\nt_end",
         &["13:1: simulation.tip_mass: unknown key; it belongs in [[rod]]"],
     );
     refused(
@@ -280,7 +280,7 @@ fn unknown_keys_are_refused_with_advice() {
 fn missing_keys_are_named_where_they_belong() {
     refused("length = 1.0\n", "", &["4:1: rod[0].segment[0].length: missing; add length: Length in metres"]);
     refused(
-        "[simulation]\nduration = 3\n",
+        "[simulation]\nt_end = 3\n",
         "",
         &["1:1: simulation: missing; add simulation: How long, and by which method"],
     );
@@ -341,11 +341,7 @@ fn wrong_types_are_refused() {
         "bend_y = -3",
         &["10:20: rod[0].segment[0].modes.bend_y: got -3; expected an integer >= 0"],
     );
-    refused(
-        "duration = 3",
-        "duration = 1979-05-27",
-        &["13:12: simulation.duration: got a date; expected a number"],
-    );
+    refused("t_end = 3", "t_end = 1979-05-27", &["13:9: simulation.t_end: got a date; expected a number"]);
     refused("[[rod]]\n", "[rod]\n", &["3:2: rod: got a table; expected double brackets: [[rod]]"]);
     refused(
         "[[rod.segment]]",
@@ -363,17 +359,17 @@ fn wrong_types_are_refused() {
 #[test]
 fn words_are_checked_with_advice() {
     refused(
-        "duration = 3",
-        "duration = 3\nmethod = \"newmrk\"\njacobian = 3",
+        "t_end = 3",
+        "t_end = 3\nmethod = \"newmrk\"\njac = 3",
         &[
             "14:10: simulation.method: got \"newmrk\"; did you mean \"newmark\"? Expected \"newmark\" or \"hht\" or \
              \"generalised_alpha\" or \"rk45\" or \"dop853\" or \"radau\" or \"auto\"",
-            "15:12: simulation.jacobian: got 3; expected \"analytic\" or \"forward\" or \"central\"",
+            "15:7: simulation.jac: got 3; expected \"analytic\" or \"forward\" or \"central\"",
         ],
     );
     refused(
-        "duration = 3",
-        "duration = 3\noutput.quantities = ['tip']",
+        "t_end = 3",
+        "t_end = 3\noutput.quantities = ['tip']",
         &[
             "14:22: simulation.output.quantities[0]: got \"tip\"; expected \"velocity\" or \"acceleration\" or \
            \"energy\" or \"shape\"",
@@ -384,9 +380,9 @@ fn words_are_checked_with_advice() {
 #[test]
 fn numbers_too_large_for_their_type_are_refused() {
     refused(
-        "duration = 3",
-        "duration = 1e999",
-        &["13:12: simulation.duration: 1e999 is too large; expected a double, at most 1.8e308"],
+        "t_end = 3",
+        "t_end = 1e999",
+        &["13:9: simulation.t_end: 1e999 is too large; expected a double, at most 1.8e308"],
     );
     refused(
         "bend_y = 3",
@@ -635,18 +631,17 @@ fn sections_that_are_none_are_refused() {
 
 #[test]
 fn fixed_steps_that_cannot_see_an_oscillation_are_refused() {
-    let load =
-        "[[rod.load]]\nforce = { amplitude = [0, 0, 1], frequency = 100 }\n\n[simulation]\nstep = 0.01";
+    let load = "[[rod.load]]\nforce = { amplitude = [0, 0, 1], frequency = 100 }\n\n[simulation]\ndt = 0.01";
     let [problem] = &unplaced(&changed("[simulation]", load))[..] else { panic!("not one problem") };
     assert!(
-        problem.contains("simulation.step: got 0.01 s for a load or a base motion with a period of 0.01 s"),
+        problem.contains("simulation.dt: got 0.01 s for a load or a base motion with a period of 0.01 s"),
         "{problem}"
     );
 }
 
 #[test]
 fn a_scene_needs_exactly_one_body() {
-    let simulation = "[simulation]\nduration = 1\n";
+    let simulation = "[simulation]\nt_end = 1\n";
     assert_eq!(
         problems(&format!("version = 1\n{simulation}")),
         ["1:1: nothing to simulate; add a [[rod]] with its [[rod.segment]], or a [pendulum]"]
@@ -683,29 +678,25 @@ fn what_does_not_fit_in_memory_is_refused() {
         &["10:20: rod[0].segment[0].modes.bend_y: got 300; expected at most 64 modes"],
     );
     refused(
-        "duration = 3",
-        "duration = 3\nstep = 1e-12",
-        &[
-            "14:8: simulation.step: got 3.00e12 steps; expected at most 1e10 of them: a step of at least 3.00e-10",
-        ],
+        "t_end = 3",
+        "t_end = 3\ndt = 1e-12",
+        &["14:6: simulation.dt: got 3.00e12 steps; expected at most 1e10 of them: a dt of at least 3.00e-10"],
     );
     refused(
-        "duration = 3",
-        "duration = 3\nstep = 1e-8",
+        "t_end = 3",
+        "t_end = 3\ndt = 1e-8",
         &[
-            "14:8: simulation.step: got 3.00e8 states of 128 bytes to keep; expected at most 1 GiB: an output.step of \
+            "14:6: simulation.dt: got 3.00e8 states of 128 bytes to keep; expected at most 1 GiB: an output.dt of \
            at least 3.58e-7",
         ],
     );
-    let coarse = changed("duration = 3", "duration = 3\nstep = 1e-8\noutput.step = 1e-3");
+    let coarse = changed("t_end = 3", "t_end = 3\ndt = 1e-8\noutput.dt = 1e-3");
     assert!(Scene::parse(&coarse, "s.toml").is_ok(), "few states are kept of many steps");
     refused(
-        "duration = 3",
-        "duration = 3\noutput.step = 1e-9",
-        &[
-            "14:15: simulation.output.step: got 3.00e9 states of 128 bytes to keep; expected at most 1 GiB: an \
-           output.step of at least 3.58e-7",
-        ],
+        "t_end = 3",
+        "t_end = 3\noutput.dt = 1e-9",
+        &["14:13: simulation.output.dt: got 3.00e9 states of 128 bytes to keep; expected at most 1 GiB: an \
+           output.dt of at least 3.58e-7"],
     );
     let segment =
         &GOOD[GOOD.find("[[rod.segment]]").expect("a segment")..GOOD.find("\n[sim").expect("settings")];
@@ -719,16 +710,16 @@ fn what_does_not_fit_in_memory_is_refused() {
 fn numbers_of_steps_and_states_that_overflow_are_refused() {
     const MANY: &str = "got more than 1.80e308";
     for (settings, key, least) in [
-        ("duration = 1e300\nstep = 1e-300", "14:8: simulation.step", "at least 1.00e290"),
-        ("duration = 1e308\nstep = 1e-2", "14:8: simulation.step", "at least 1.00e298"),
-        ("duration = 1e308\nmethod = 'rk45'\nstep = 1e-2", "15:8: simulation.step", "at least 1.19e301"),
+        ("t_end = 1e300\ndt = 1e-300", "14:6: simulation.dt", "at least 1.00e290"),
+        ("t_end = 1e308\ndt = 1e-2", "14:6: simulation.dt", "at least 1.00e298"),
+        ("t_end = 1e308\nmethod = 'rk45'\ndt = 1e-2", "15:6: simulation.dt", "at least 1.19e301"),
         (
-            "duration = 1e300\nmethod = 'rk45'\noutput = { step = 1e-300 }",
-            "15:19: simulation.output.step",
+            "t_end = 1e300\nmethod = 'rk45'\noutput = { dt = 1e-300 }",
+            "15:17: simulation.output.dt",
             "at least 1.19e293",
         ),
     ] {
-        let found = problems(&changed("duration = 3", settings));
+        let found = problems(&changed("t_end = 3", settings));
         assert_eq!(found.len(), 1, "{found:?}");
         assert!(found[0].starts_with(&format!("{key}: {MANY} st")), "{found:?}");
         assert!(found[0].ends_with(least), "{found:?}");
@@ -738,20 +729,20 @@ fn numbers_of_steps_and_states_that_overflow_are_refused() {
 #[test]
 fn settings_are_checked() {
     refused(
-        "duration = 3",
-        "duration = nan\nstep = 0\nrtol = -1\natol = inf\noutput.step = -1",
+        "t_end = 3",
+        "t_end = nan\ndt = 0\nrtol = -1\natol = inf\noutput.dt = -1",
         &[
-            "13:12: simulation.duration: got NaN; expected a finite number > 0 (seconds)",
-            "14:8: simulation.step: got 0; expected a finite number > 0 (seconds)",
+            "13:9: simulation.t_end: got NaN; expected a finite number > t0 = 0 (seconds)",
+            "14:6: simulation.dt: got 0; expected a finite number > 0 (seconds)",
             "15:8: simulation.rtol: got -1; expected a finite number >= 0 (relative)",
             "16:8: simulation.atol: got inf; expected a finite number >= 0 (absolute)",
-            "17:15: simulation.output.step: got -1; expected a finite number > 0 (seconds)",
+            "17:13: simulation.output.dt: got -1; expected a finite number > 0 (seconds)",
         ],
     );
     refused(
-        "duration = 3",
-        "duration = 3\noutput.step = 5",
-        &["14:15: simulation.output.step: got 5; expected at most the simulation's duration"],
+        "t_end = 3",
+        "t_end = 3\noutput.dt = 5",
+        &["14:13: simulation.output.dt: got 5; expected at most the simulated time, 3 s"],
     );
 }
 
@@ -779,7 +770,7 @@ fn all_problems_are_reported_at_once_in_the_order_of_the_file() {
         .replace("1e-3", "[1e-3, 0]")
         .replace("80e9", "\"soft\"")
         .replace("7800\n", "-1\n")
-        .replace("duration = 3", "duration = 0\nstep = true");
+        .replace("t_end = 3", "t_end = 0\ndt = true");
     assert_eq!(
         problems(&text),
         [
@@ -787,8 +778,8 @@ fn all_problems_are_reported_at_once_in_the_order_of_the_file() {
             "6:17: rod[0].segment[0].radius[1]: got 0; expected a finite number > 0 (metres)",
             "8:17: rod[0].segment[0].shear_modulus: got the text \"soft\"; expected a number",
             "9:11: rod[0].segment[0].density: got -1; expected a finite number > 0 (kg/m^3)",
-            "13:12: simulation.duration: got 0; expected a finite number > 0 (seconds)",
-            "14:8: simulation.step: got true; expected a number",
+            "13:9: simulation.t_end: got 0; expected a finite number > t0 = 0 (seconds)",
+            "14:6: simulation.dt: got true; expected a number",
         ]
     );
 }
@@ -857,11 +848,11 @@ proptest! {
     #[test]
     fn accepted_times_can_be_listed(times in prop::array::uniform3(-323..309i32), method in prop::sample::select(&["newmark", "rk45"])) {
         let [duration, step, output] = times;
-        let settings = format!("duration = 1e{duration}\nstep = 1e{step}\noutput.step = 1e{output}\nmethod = '{method}'");
-        if let Ok(scene) = Scene::parse(&changed("duration = 3", &settings), "s.toml") {
+        let settings = format!("t_end = 1e{duration}\ndt = 1e{step}\noutput.dt = 1e{output}\nmethod = '{method}'");
+        if let Ok(scene) = Scene::parse(&changed("t_end = 3", &settings), "s.toml") {
             // The longest admissible list takes 64 MB.
             let times = scene.simulation.output_times().expect("an output step is given");
-            prop_assert_eq!(times.last(), Some(&scene.simulation.duration));
+            prop_assert_eq!(times.last(), Some(&scene.simulation.t_end));
             prop_assert!(times.is_sorted_by(|a, b| a < b));
         }
     }
@@ -879,4 +870,60 @@ proptest! {
         let text: String = lines.collect();
         let _ = Scene::parse(&text, "s.toml").map_err(|error| error.to_string());
     }
+}
+
+#[test]
+fn old_words_are_read_and_named_with_their_places() {
+    let old = changed(
+        "t_end = 3",
+        "t0 = 0.5\nduration = 2.5\nstep = 2e-3\njacobian = 'central'\noutput.step = 0.1",
+    );
+    let new = changed("t_end = 3", "t0 = 0.5\nt_end = 3\ndt = 2e-3\njac = 'central'\noutput.dt = 0.1");
+    let (old, new) = (Scene::parse(&old, "s.toml").unwrap(), Scene::parse(&new, "s.toml").unwrap());
+    assert_eq!(old.simulation, new.simulation);
+    assert!(new.deprecations.is_empty());
+    let said: Vec<String> = old.deprecations.iter().map(|said| said.header("s.toml")).collect();
+    let refused = "an old name that the next version refuses";
+    let expected = [
+        format!(
+            "s.toml:14:1: simulation.duration: {refused}; write t_end, the time at the end: duration later than t0"
+        ),
+        format!("s.toml:15:1: simulation.step: {refused}; write dt"),
+        format!("s.toml:16:1: simulation.jacobian: {refused}; write jac"),
+        format!("s.toml:17:8: simulation.output.step: {refused}; write dt"),
+    ];
+    assert_eq!(said, expected);
+}
+
+#[test]
+fn an_old_tolerance_is_the_accuracy_of_method_auto() {
+    let old = Scene::parse(&changed("t_end = 3", "t_end = 3\ntolerance = 1e-3"), "s.toml").unwrap();
+    assert_eq!((old.simulation.method, old.simulation.rtol), (Method::Auto, 1e-3));
+    assert_eq!(old.deprecations.len(), 1);
+    refused(
+        "t_end = 3",
+        "t_end = 3\nmethod = 'rk45'\ntolerance = 1e-3",
+        &[
+            "15:1: simulation.tolerance: the method does not take it; write rtol; without a method, or with \"auto\", it \
+             is the accuracy that is wanted",
+        ],
+    );
+}
+
+#[test]
+fn an_old_word_beside_its_new_one_is_refused() {
+    refused(
+        "t_end = 3",
+        "t_end = 3\nduration = 3\noutput = { dt = 0.1, step = 0.1 }",
+        &[
+            "14:1: simulation.duration: the old name of t_end, which is given, too; remove it",
+            "15:22: simulation.output.step: the old name of dt, which is given, too; remove it",
+        ],
+    );
+    // What an old word says is checked by the new name.
+    refused(
+        "t_end = 3",
+        "duration = 0",
+        &["13:12: simulation.t_end: got 0; expected a finite number > t0 = 0 (seconds)"],
+    );
 }

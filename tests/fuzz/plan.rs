@@ -68,7 +68,7 @@ pub(crate) fn fuzz_plan(bytes: &[u8]) -> String {
         work += 1;
         if work > 5 * WORK { Err(Interrupted) } else { Ok(()) }
     };
-    let options = statics::Options { max_iterations: WORK, max_steps: WORK, ..statics::Options::default() };
+    let options = statics::Options { max_iter: WORK, max_steps: WORK, ..statics::Options::default() };
     if let Ok(Ok(found)) = statics::equilibrium(&mut model, &options, &mut monitor) {
         assert!(!found.status.is_success() || all_finite(&found.q), "equilibrium that is not finite");
         assert!(!found.message.is_empty());

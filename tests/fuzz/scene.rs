@@ -29,7 +29,7 @@ pub(crate) fn fuzz_scene(bytes: &[u8]) -> String {
     assert_eq!((scene.q0.len(), scene.v0.len()), (scene.model.coordinates(), scene.model.coordinates()));
     assert!(scene.q0.iter().chain(&scene.v0).all(|value| value.is_finite()));
     let simulation = &scene.simulation;
-    assert!(simulation.duration > 0.0 && simulation.step > 0.0);
+    assert!(simulation.duration() > 0.0 && simulation.dt > 0.0);
     let times = simulation.output_times().map_or(0, |times| times.len());
     assert!(times < 1 << 28, "{times} output times");
     match scene.model {

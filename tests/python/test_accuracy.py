@@ -197,8 +197,8 @@ def test_no_choice_of_modes_says_why():
 
 def test_a_scene_leaves_the_modes_open():
     text = (SCENES / "lab-horizontal.toml").read_text()
-    settings = 'method = "newmark"\nstep = 1e-2\njacobian = "analytic"\n'
-    text = text.replace(settings, "tolerance = 1e-3\n").replace("3.0", "0.5")
+    settings = 'method = "newmark"\ndt = 1e-2\njac = "analytic"\n'
+    text = text.replace(settings, 'method = "auto"\nrtol = 1e-3\n').replace("3.0", "0.5")
     assert "modes = { bend_y = 3 }" in text
     scene = lissom.Scene.loads(text.replace("modes = { bend_y = 3 }", 'modes = "auto"'))
     assert scene.model.segments[0].modes["bend_y"] >= 3
@@ -211,7 +211,7 @@ def test_a_scene_leaves_the_modes_open():
 @pytest.mark.parametrize(
     ("problem", "old", "new"),
     [
-        ('modes: "auto" without a tolerance; give simulation.tolerance', "tolerance = 1e-3\n", ""),
+        ('modes: "auto", but the method is another; give simulation.method', 'method = "auto"\n', ""),
         (
             'rod\\[0\\].q0: given, but the modes are "auto"',
             "[[rod.segment]]",
@@ -222,8 +222,10 @@ def test_a_scene_leaves_the_modes_open():
 )
 def test_open_modes_that_make_no_sense_are_refused(problem, old, new):
     text = (SCENES / "lab-horizontal.toml").read_text()
-    settings = 'method = "newmark"\nstep = 1e-2\njacobian = "analytic"\n'
-    text = text.replace(settings, "tolerance = 1e-3\n").replace("modes = { bend_y = 3 }", 'modes = "auto"')
+    settings = 'method = "newmark"\ndt = 1e-2\njac = "analytic"\n'
+    text = text.replace(settings, 'method = "auto"\nrtol = 1e-3\n').replace(
+        "modes = { bend_y = 3 }", 'modes = "auto"'
+    )
     assert old in text
     with pytest.raises(lissom.SceneError, match=problem):
         lissom.Scene.loads(text.replace(old, new, 1))
@@ -279,11 +281,11 @@ def test_two_runs_the_same_bits():
     assert first.stats.time_error == second.stats.time_error
 
 
-def test_a_scene_with_a_tolerance():
+def test_a_scene_with_method_auto():
     text = (SCENES / "lab-horizontal.toml").read_text()
-    settings = 'method = "newmark"\nstep = 1e-2\njacobian = "analytic"\n'
+    settings = 'method = "newmark"\ndt = 1e-2\njac = "analytic"\n'
     assert settings in text
-    scene = lissom.Scene.loads(text.replace(settings, "tolerance = 1e-5\n").replace("3.0", "0.5"))
+    scene = lissom.Scene.loads(text.replace(settings, 'method = "auto"\nrtol = 1e-5\n').replace("3.0", "0.5"))
     assert (scene.simulation.method, scene.simulation.rtol) == ("auto", 1e-5)
     motion = scene.run()
     assert motion.success
@@ -294,14 +296,13 @@ def test_a_scene_with_a_tolerance():
 @pytest.mark.parametrize(
     ("problem", "settings"),
     [
-        ("simulation.tolerance: the method does not take it", 'method = "rk45"\ntolerance = 1e-4'),
-        ("simulation.rtol: method .auto. does not take it", "tolerance = 1e-4\nrtol = 1e-3"),
-        ("simulation.tolerance: got 1", "tolerance = 1.0"),
+        ("simulation.atol: method .auto. does not take it", 'method = "auto"\natol = 1e-3'),
+        ("simulation.rtol: got 1", 'method = "auto"\nrtol = 1.0'),
     ],
 )
 def test_what_makes_no_sense_in_a_scene_is_refused(problem, settings):
     text = (SCENES / "lab-horizontal.toml").read_text()
-    text = text.replace('method = "newmark"\nstep = 1e-2\njacobian = "analytic"', settings)
+    text = text.replace('method = "newmark"\ndt = 1e-2\njac = "analytic"', settings)
     with pytest.raises(lissom.SceneError, match=problem):
         lissom.Scene.loads(text)
 

@@ -96,7 +96,7 @@ LAYOUTS = {
 }
 
 
-def solve(fun, y0=VECTOR, method="Radau", **options):
+def solve(fun, y0=VECTOR, method="radau", **options):
     return lissom.solve_ivp(fun, (0.0, 1.0), y0, method, **options).y
 
 
@@ -271,7 +271,7 @@ CALLBACKS = {
             lambda y: STIFFNESS @ y, lambda y: wrap(STIFFNESS + np.eye(N)), VECTOR
         ).relative_difference
     ),
-    "solve_ivp, fun": lambda wrap: solve(lambda t, y: wrap(VECTOR * (t > 0.5)), method="RK45"),
+    "solve_ivp, fun": lambda wrap: solve(lambda t, y: wrap(VECTOR * (t > 0.5)), method="rk45"),
     "solve_ivp, vectorized": lambda wrap: solve(
         lambda t, y: wrap(np.repeat(VECTOR[:, None], y.shape[1], axis=1)), vectorized=True
     ),

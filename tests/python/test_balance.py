@@ -139,8 +139,8 @@ def test_reports_of_energies_that_are_not_finite_say_so(tmp_path):
         density = 1000
         modes = { torsion = 1 }
         [simulation]
-        duration = 1e-3
-        step = 1e-3
+        t_end = 1e-3
+        dt = 1e-3
         """
     )
     motion = lissom.simulate(scene.model, 1e-200, v0=scene.v0, dt=1e-200)

@@ -642,7 +642,7 @@ def test_scenes_move_the_base():
         density = 1000
         modes = { bend_y = 2 }
         [simulation]
-        duration = 0.1
+        t_end = 0.1
     """
     scene = lissom.Scene.loads(text)
     assert isinstance(scene.model, lissom.Rod)
@@ -654,7 +654,7 @@ def test_scenes_move_the_base():
     turned = text.replace("axis = [0, 0, 1]", quaternions).replace("angle", "# angle")
     assert lissom.Scene.loads(turned).model.base_motion.rotation is not None
     for old, new, key in [
-        ("duration = 0.1", "duration = 2.1", "rod[0].base_motion"),
+        ("t_end = 0.1", "t_end = 2.1", "rod[0].base_motion"),
         ("axis = [0, 0, 1]", "axis = [0, 0, 0]", "rod[0].base_motion.axis"),
         ("axis = [0, 0, 1]", "", "rod[0].base_motion.angle"),
         ("axis = [0, 0, 1]", quaternions, "rod[0].base_motion.rotation"),
@@ -684,8 +684,8 @@ def test_results_show_the_rod_where_the_base_is():
         modes = { bend_y = 2 }
         retardation_time = 0.1
         [simulation]
-        duration = 1.0
-        step = 0.1
+        t_end = 1.0
+        dt = 0.1
         """
     )
     run = results.Run(scene, scene.run())

@@ -104,7 +104,13 @@ def test_the_page_has_a_section_for_every_part():
 
 def test_commands_that_are_named_exist():
     files = [ROOT / name for name in ("Makefile", "README.md", "CONTRIBUTING.md", "CHANGELOG.md")]
-    for folder, kind in (("docs", "*.md"), ("docs", "*.json"), ("benches", "*.py"), ("benches", "*.rs"), ("src", "*.rs")):
+    for folder, kind in (
+        ("docs", "*.md"),
+        ("docs", "*.json"),
+        ("benches", "*.py"),
+        ("benches", "*.rs"),
+        ("src", "*.rs"),
+    ):
         files += (ROOT / folder).rglob(kind)
     named = {
         name

@@ -223,7 +223,7 @@ NESTED = {
         [WIRE], base_motion=lissom.BaseMotion(translation=lambda t: [f(t)] * 3)
     ).pose([0.0] * 3, 0.1, t=0.0),
     "solve_ivp": lambda f: lissom.solve_ivp(lambda t, y: [f(t)], (0.0, 1.0), [1.0]),
-    "Radau": lambda f: lissom.solve_ivp(lambda t, y: [f(t)], (0.0, 1.0), [1.0], "Radau"),
+    "Radau": lambda f: lissom.solve_ivp(lambda t, y: [f(t)], (0.0, 1.0), [1.0], "radau"),
     "events": lambda f: lissom.solve_ivp(lambda t, y: -y, (0.0, 1.0), [1.0], events=lambda t, y: f(t) or 1.0),
     "RK45": lambda f: lissom.RK45(lambda t, y: [f(t)], 0.0, [1.0], 1.0).step(),
     "newmark": lambda f: lissom.newmark(lambda t, q, v, a: a + f(t), (0.0, 1.0), [0.0], [0.0], dt=0.5),
@@ -384,7 +384,7 @@ MANY = (
         "young_modulus = 2e11\nshear_modulus = 8e10\ndensity = 7800.0\n"
         "modes = { bend_y = 3 }\n"
     )
-    + "[simulation]\nduration = 1.0\n"
+    + "[simulation]\nt_end = 1.0\n"
 )
 
 

@@ -35,7 +35,7 @@ shear_modulus = 80e9
 density = 7800
 modes = { bend_y = 2 }
 [simulation]
-duration = 0.1
+t_end = 0.1
 """
 
 #: More steps than any test waits for.
@@ -43,9 +43,9 @@ ENDLESS = """version = 1
 [pendulum]
 q0 = [-0.8, 0.5]
 [simulation]
-duration = 1000
-step = 1e-6
-output.step = 1e-2
+t_end = 1000
+dt = 1e-6
+output.dt = 1e-2
 """
 
 
@@ -196,7 +196,7 @@ def test_energies_that_are_not_wanted_are_not_computed(scene, tmp_path):
 
 
 def test_only_the_wanted_quantities_are_written(scene, tmp_path):
-    path = scene(WIRE + "output = { step = 0.05, quantities = ['energy'] }\n")
+    path = scene(WIRE + "output = { dt = 0.05, quantities = ['energy'] }\n")
     assert lissom_command("run", path, "-o", "out", without=["xarray"], cwd=tmp_path).returncode == 0
     with np.load(tmp_path / "out" / "trajectory.npz") as data:
         np.testing.assert_allclose(data["t"], [0.0, 0.05, 0.1])
@@ -391,7 +391,7 @@ def test_check_names_good_and_bad_scenes(scene, tmp_path):
 
 def test_a_failed_simulation_ends_with_1_and_keeps_what_there_is(scene, tmp_path):
     # A mass in the hinge has no angle: there is no acceleration to start with.
-    path = scene("version = 1\n[pendulum]\nq0 = [0, -1]\n[simulation]\nduration = 1\n")
+    path = scene("version = 1\n[pendulum]\nq0 = [0, -1]\n[simulation]\nt_end = 1\n")
     done = lissom_command("run", path, "-o", "out", cwd=tmp_path)
     assert done.returncode == 1
     assert "Failed at 0 s" in done.stdout
@@ -406,7 +406,7 @@ def test_messages_speak_of_keys_of_the_scene():
         message = "Reduce `dt` or use adaptive steps; loosen `rtol`, or ask for fewer times with `t_eval`."
 
     run = results.Run(lissom.Scene.loads(WIRE), Motion())
-    said = "Reduce `step` or use adaptive steps; loosen `rtol`, or ask for fewer times with `output.step`."
+    said = "Reduce `dt` or use adaptive steps; loosen `rtol`, or ask for fewer times with `output.dt`."
     assert run.message == said
 
 
@@ -414,13 +414,13 @@ def test_messages_speak_of_keys_of_the_scene():
 @pytest.mark.parametrize(
     ("settings", "key"),
     [
-        ("duration = 1e300\nmethod = 'rk45'\noutput = { step = 1e-300 }", "simulation.output.step"),
-        ("duration = 1e300\nstep = 1e-300", "simulation.step"),
-        ("duration = 1e308\nstep = 1e-2", "simulation.step"),
+        ("t_end = 1e300\nmethod = 'rk45'\noutput = { dt = 1e-300 }", "simulation.output.dt"),
+        ("t_end = 1e300\ndt = 1e-300", "simulation.dt"),
+        ("t_end = 1e308\ndt = 1e-2", "simulation.dt"),
     ],
 )
 def test_runs_without_end_are_refused(command, settings, key, scene, tmp_path):
-    path = scene(WIRE.replace("duration = 0.1", settings))
+    path = scene(WIRE.replace("t_end = 0.1", settings))
     done = lissom_command(command, path, cwd=tmp_path)
     assert done.returncode == 2
     assert f" {key}: got more than 1.80e308 st" in done.stderr
@@ -599,7 +599,7 @@ def test_results_whose_folder_has_gone_are_written_elsewhere(scene, tmp_path):
 @pytest.mark.parametrize("without", [[], ["xarray"]], ids=["netcdf", "npz"])
 def test_a_full_disk_is_said_and_leaves_the_earlier_results(limit, without, scene, tmp_path):
     """No file may grow beyond a limit: none is seen before the first step, 20 kB by the trajectory."""
-    path = scene(WIRE.replace("[simulation]", "[simulation]\nstep = 1e-4"))
+    path = scene(WIRE.replace("[simulation]", "[simulation]\ndt = 1e-4"))
     with folders.Folder(tmp_path / "out") as folder:
         files.write_summary({folders.MARK: "0.1.0"}, folder.partial)
         folder.publish()
@@ -737,14 +737,14 @@ def test_studies_refuse_bad_scenes_and_folders_of_others(command, scene, tmp_pat
 
 
 def test_a_scene_without_modes(scene, tmp_path):
-    text = "version = 1\n[pendulum]\nlength = 1.0\nq0 = [0, -1.0]\n[simulation]\nduration = 1\n"
+    text = "version = 1\n[pendulum]\nlength = 1.0\nq0 = [0, -1.0]\n[simulation]\nt_end = 1\n"
     done = lissom_command("modes", scene(text), "--at-start", cwd=tmp_path)
     assert done.returncode == 1
     assert "mass matrix at q is not positive definite" in done.stderr
     assert not (tmp_path / "results").exists()
 
 
-def rod_scene(simulation="duration = 0.02", rod="", **changes):
+def rod_scene(simulation="t_end = 0.02", rod="", **changes):
     """The wire with other keys of its segment, or without some."""
     keys = {
         "length": 1.0,
@@ -768,21 +768,21 @@ ODD = {
     "a name of nothing": '[scene]\nname = ""\n' + rod_scene(),
     "a section without size": rod_scene(**GIVEN),
     "a section without size, twisted": rod_scene(**GIVEN | {"modes": "{ torsion = 1 }"}),
-    "torsion alone": rod_scene(modes="{ torsion = 1 }", simulation="duration = 1e-4\nmethod = 'radau'"),
+    "torsion alone": rod_scene(modes="{ torsion = 1 }", simulation="t_end = 1e-4\nmethod = 'radau'"),
     "no gravity": "[scene]\ngravity = [0, 0, 0]\n" + rod_scene(),
     "coordinates that no node resolves": rod_scene(rod="q0 = [1e8, 1e8]"),
-    "velocities beyond doubles": rod_scene(
-        rod="v0 = [1e200, 0]", simulation="duration = 0.1\nmethod = 'rk45'"
-    ),
+    "velocities beyond doubles": rod_scene(rod="v0 = [1e200, 0]", simulation="t_end = 0.1\nmethod = 'rk45'"),
     "a load beyond doubles": rod_scene(rod="tip_force = [0, 0, 1e300]"),
     "open modes of it": rod_scene(
-        rod="tip_force = [1e300, 0, 1e300]", modes="'auto'", simulation="duration = 0.1\ntolerance = 1e-2"
+        rod="tip_force = [1e300, 0, 1e300]",
+        modes="'auto'",
+        simulation="t_end = 0.1\nmethod = 'auto'\nrtol = 1e-2",
     ),
-    "nothing kept": rod_scene(simulation="duration = 0.1\noutput = { quantities = [] }"),
-    "a moment of time": rod_scene(simulation="duration = 1e-300"),
+    "nothing kept": rod_scene(simulation="t_end = 0.1\noutput = { quantities = [] }"),
+    "a moment of time": rod_scene(simulation="t_end = 1e-300"),
     "an atom": rod_scene(length=1e-9, radius=1e-12),
-    "a pendulum in its hinge": "[pendulum]\nq0 = [0, -1]\n[simulation]\nduration = 0.1\n",
-    "a spring of nothing": "[pendulum]\nmass = 1e300\nstiffness = 1e-300\n[simulation]\nduration = 0.1\n",
+    "a pendulum in its hinge": "[pendulum]\nq0 = [0, -1]\n[simulation]\nt_end = 0.1\n",
+    "a spring of nothing": "[pendulum]\nmass = 1e300\nstiffness = 1e-300\n[simulation]\nt_end = 0.1\n",
 }
 
 
@@ -825,7 +825,7 @@ def test_odd_scenes_end_with_words(name, command, scene, tmp_path, monkeypatch, 
 @pytest.mark.parametrize("count", [60, 61, 64])
 def test_check_advises_on_every_number_of_modes(count, scene, tmp_path):
     """Four more than 60 are as many as a strain may have."""
-    path = scene(rod_scene(modes=f"{{ torsion = {count} }}", simulation="duration = 1\nmethod = 'radau'"))
+    path = scene(rod_scene(modes=f"{{ torsion = {count} }}", simulation="t_end = 1\nmethod = 'radau'"))
     done = lissom_command("check", path, cwd=tmp_path)
     assert (done.returncode, done.stderr) == (0, "")
     assert f"good, {count} generalised coordinates" in done.stdout
@@ -883,7 +883,7 @@ def test_an_output_that_cannot_be_written_to_is_said_in_a_line(tmp_path):
 
 @pytest.mark.skipif(os.name == "nt", reason="a shell of POSIX")
 def test_a_run_without_stderr_is_a_run(tmp_path):
-    (tmp_path / "wire.toml").write_text(rod_scene(simulation="duration = 0.1"))
+    (tmp_path / "wire.toml").write_text(rod_scene(simulation="t_end = 0.1"))
     run = f"{sys.executable} -m lissom run wire.toml --no-report 2>&-"
     assert subprocess.run(run, shell=True, cwd=tmp_path, stdout=subprocess.DEVNULL).returncode == 0
     assert (tmp_path / "results" / "wire" / "summary.json").exists()

@@ -88,7 +88,7 @@ poisson_ratio = 0.5
 density = 1000
 modes = { bend_y = 3 }
 [simulation]
-duration = 1
+t_end = 1
 """
     assert lissom.Scene.loads(text).model.fluid == lissom.Fluid(**ARGUMENTS)
     with pytest.raises(lissom.SceneError, match=r"rod\[0\]\.fluid\.density: got -800"):

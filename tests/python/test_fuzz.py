@@ -114,7 +114,7 @@ def test_a_wrong_success_of_a_solver_is_found(monkeypatch):
         "fun": lambda t, y: -y,
         "t_span": (0.0, 1.0),
         "y0": [1.0],
-        "method": "RK45",
+        "method": "rk45",
         "rtol": 1e-6,
         "atol": 1e-9,
     }

@@ -499,7 +499,7 @@ def test_scenes_take_tables_and_harmonic_loads():
         density = 1000
         modes = { bend_y = 2 }
         [simulation]
-        duration = 0.1
+        t_end = 0.1
     """
     scene = lissom.Scene.loads(text)
     assert isinstance(scene.model, lissom.Rod)

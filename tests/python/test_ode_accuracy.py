@@ -10,8 +10,14 @@ from scipy.linalg import expm
 import lissom
 from reference import ode as reference
 
-METHODS = ["RK45", "DOP853", "Radau"]
-EXPLICIT = ["RK45", "DOP853"]
+CLASSES = {"rk45": lissom.RK45, "dop853": lissom.DOP853, "radau": lissom.Radau}
+METHODS = list(CLASSES)
+EXPLICIT = ["rk45", "dop853"]
+
+
+def scipy_solve_ivp(fun, t_span, y0, method="rk45", **options):
+    """SciPy's function, with the names that lissom has for the methods."""
+    return scipy.integrate.solve_ivp(fun, t_span, y0, method=CLASSES[method].__name__, **options)
 
 
 def fixed_steps(problem_fun, t_span, y0, steps, method, **options):
@@ -98,7 +104,7 @@ def test_polynomial_ladder_of_rk45(k, h):
         assert embedded - exact == pytest.approx(-71 / 270000 * h**5, rel=1e-10)
 
 
-@pytest.mark.parametrize(("method", "degree"), [("RK45", 4), ("DOP853", 7), ("Radau", 3)])
+@pytest.mark.parametrize(("method", "degree"), [("rk45", 4), ("dop853", 7), ("radau", 3)])
 def test_dense_output_is_exact_for_polynomials_up_to_its_order(method, degree):
     times = np.linspace(0.0, 1.0, 23)
     for k in range(degree + 2):
@@ -111,14 +117,14 @@ def test_dense_output_is_exact_for_polynomials_up_to_its_order(method, degree):
 def test_dense_output_agrees_with_state_and_derivative_at_both_ends():
     problem = reference.pendulum()
     for method in METHODS:
-        solver = getattr(lissom, method)(problem.fun, 0.0, problem.y0, 10.0)
+        solver = CLASSES[method](problem.fun, 0.0, problem.y0, 10.0)
         for _ in range(4):
             y_old = solver.y
             solver.step()
             sol = solver.dense_output()
             np.testing.assert_allclose(sol(solver.t_old), y_old, rtol=1e-15, atol=1e-15)
             np.testing.assert_allclose(sol(solver.t), solver.y, rtol=1e-14, atol=1e-15)
-            if method == "Radau":
+            if method == "radau":
                 continue  # its polynomial is continuous only
             for t, y in ((solver.t_old, y_old), (solver.t, solver.y)):
                 d = 1e-6 * solver.step_size
@@ -139,12 +145,12 @@ def smooth_linear_system():
 
 @pytest.mark.parametrize(
     ("method", "order", "steps"),
-    [("RK45", 5, [64, 96, 128, 192, 256]), ("DOP853", 8, [4, 6, 8, 12]), ("Radau", 5, [12, 16, 24, 32, 48])],
+    [("rk45", 5, [64, 96, 128, 192, 256]), ("dop853", 8, [4, 6, 8, 12]), ("radau", 5, [12, 16, 24, 32, 48])],
 )
 def test_order_on_a_linear_system(method, order, steps):
     matrix, y0 = smooth_linear_system()
     exact = expm(3.0 * matrix) @ y0
-    options = {"jac": matrix} if method == "Radau" else {}
+    options = {"jac": matrix} if method == "radau" else {}
     errors = []
     for n in steps:
         result = fixed_steps(lambda t, y: matrix @ y, (0.0, 3.0), y0, n, method, **options)
@@ -158,7 +164,7 @@ def test_order_on_the_pendulum():
     steps = np.array([160, 240, 320, 480, 640])
     exact = problem.exact(problem.t_span[1])
     errors = [
-        np.abs(fixed_steps(problem.fun, problem.t_span, problem.y0, n, "RK45").y[:, -1] - exact).max()
+        np.abs(fixed_steps(problem.fun, problem.t_span, problem.y0, n, "rk45").y[:, -1] - exact).max()
         for n in steps
     ]
     assert slope(10.0 / steps, errors) == pytest.approx(5, abs=0.15)
@@ -178,13 +184,13 @@ def test_order_of_the_embedded_solution():
 
 
 @pytest.mark.parametrize(
-    ("method", "order", "largest"), [("RK45", 4, 0.1), ("DOP853", 7, 0.4), ("Radau", 3, 0.1)]
+    ("method", "order", "largest"), [("rk45", 4, 0.1), ("dop853", 7, 0.4), ("radau", 3, 0.1)]
 )
 def test_order_of_the_dense_output(method, order, largest):
     """Local error of order h^(order + 1) between the ends of a step."""
     matrix, y0 = smooth_linear_system()
     sizes = largest / np.array([1.0, 2.0, 3.0, 4.0])
-    options = {"jac": matrix} if method == "Radau" else {}
+    options = {"jac": matrix} if method == "radau" else {}
     errors = []
     for h in sizes:
         result = fixed_steps(lambda t, y: matrix @ y, (0.0, h), y0, 1, method, dense_output=True, **options)
@@ -196,7 +202,7 @@ def test_order_of_the_dense_output(method, order, largest):
 
 def test_fixed_steps_agree_with_a_plain_integrator():
     problem = reference.rigid_body()
-    ours = fixed_steps(problem.fun, problem.t_span, problem.y0, 64, "RK45").y[:, -1]
+    ours = fixed_steps(problem.fun, problem.t_span, problem.y0, 64, "rk45").y[:, -1]
     theirs = reference.dormand_prince(problem.fun, problem.t_span, problem.y0, 64)
     np.testing.assert_allclose(ours, theirs, rtol=1e-13)
 
@@ -208,30 +214,30 @@ def solution_at(problem, times):
     """States, one a column: exact or far more accurate than needed."""
     if problem.exact is not None:
         return problem.exact(times)
-    options = {"method": "DOP853", "rtol": 3e-14, "atol": 1e-14, "t_eval": times}
-    return scipy.integrate.solve_ivp(problem.fun, problem.t_span, problem.y0, **options).y
+    options = {"method": "dop853", "rtol": 3e-14, "atol": 1e-14, "t_eval": times}
+    return scipy_solve_ivp(problem.fun, problem.t_span, problem.y0, **options).y
 
 
 @pytest.mark.parametrize(
     ("method", "make", "loosest"),  # where the error begins to follow the tolerance
     [
-        ("RK45", reference.rigid_body, 1e-3),
-        ("RK45", reference.pendulum, 1e-3),
-        ("RK45", reference.pleiades, 1e-4),
-        ("RK45", reference.arenstorf, 1e-6),
-        ("DOP853", reference.rigid_body, 1e-3),
-        ("DOP853", reference.pendulum, 1e-3),
-        ("DOP853", reference.pleiades, 1e-4),
-        ("DOP853", reference.arenstorf, 1e-6),
-        ("Radau", reference.rigid_body, 1e-3),
-        ("Radau", reference.pendulum, 1e-3),
+        ("rk45", reference.rigid_body, 1e-3),
+        ("rk45", reference.pendulum, 1e-3),
+        ("rk45", reference.pleiades, 1e-4),
+        ("rk45", reference.arenstorf, 1e-6),
+        ("dop853", reference.rigid_body, 1e-3),
+        ("dop853", reference.pendulum, 1e-3),
+        ("dop853", reference.pleiades, 1e-4),
+        ("dop853", reference.arenstorf, 1e-6),
+        ("radau", reference.rigid_body, 1e-3),
+        ("radau", reference.pendulum, 1e-3),
     ],
 )
 def test_the_error_is_proportional_to_the_tolerance(method, make, loosest):
     problem = make()
     times = np.linspace(*problem.t_span, 21)
     exact = solution_at(problem, times)
-    tightest = 1e-8 if method == "Radau" else 1e-11
+    tightest = 1e-8 if method == "radau" else 1e-11
     tolerances = 10.0 ** np.arange(np.log10(loosest), np.log10(tightest) - 0.5, -1.0)
     errors = []
     for tolerance in tolerances:
@@ -240,7 +246,7 @@ def test_the_error_is_proportional_to_the_tolerance(method, make, loosest):
         assert result.success
         errors.append(np.abs(result.y - exact).max())
     # Radau's estimate is of order 3, its solution of order 5: the error falls as the tolerance^(5/4).
-    exponent = 1.25 if method == "Radau" else 1.0
+    exponent = 1.25 if method == "radau" else 1.0
     decades = np.log10(errors) - exponent * np.log10(tolerances)
     assert slope(tolerances, errors) == pytest.approx(exponent, abs=0.2)
     assert np.abs(decades - np.median(decades)).max() < 1.0
@@ -248,7 +254,7 @@ def test_the_error_is_proportional_to_the_tolerance(method, make, loosest):
 
 def test_the_arenstorf_orbit_is_periodic():
     problem = reference.arenstorf()
-    options = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-12}
+    options = {"method": "dop853", "rtol": 1e-12, "atol": 1e-12}
     result = lissom.solve_ivp(problem.fun, problem.t_span, problem.y0, **options)
     np.testing.assert_allclose(result.y[:, -1], problem.y0, rtol=0.0, atol=1e-6)
 
@@ -261,14 +267,14 @@ def test_stiff_problems(tolerance):
     ]:
         problem = make()
         exact = lissom.solve_ivp(
-            problem.fun, problem.t_span, problem.y0, "Radau", jac=jac, rtol=1e-12, atol=1e-14
+            problem.fun, problem.t_span, problem.y0, "radau", jac=jac, rtol=1e-12, atol=1e-14
         ).y[:, -1]
         for given in (None, jac):
             result = lissom.solve_ivp(
                 problem.fun,
                 problem.t_span,
                 problem.y0,
-                "Radau",
+                "radau",
                 jac=given,
                 rtol=tolerance,
                 atol=1e-3 * tolerance,
@@ -281,9 +287,9 @@ def test_stiff_problems(tolerance):
 
 def test_the_reference_of_the_stiff_problems_is_that_of_scipy():
     problem = reference.robertson()
-    options = {"method": "Radau", "rtol": 1e-10, "atol": 1e-13, "jac": reference.robertson_jacobian}
+    options = {"method": "radau", "rtol": 1e-10, "atol": 1e-13, "jac": reference.robertson_jacobian}
     ours = lissom.solve_ivp(problem.fun, problem.t_span, problem.y0, **options).y[:, -1]
-    theirs = scipy.integrate.solve_ivp(problem.fun, problem.t_span, problem.y0, **options).y[:, -1]
+    theirs = scipy_solve_ivp(problem.fun, problem.t_span, problem.y0, **options).y[:, -1]
     np.testing.assert_allclose(ours, theirs, rtol=1e-8)
 
 
@@ -296,10 +302,10 @@ STEP_PROBLEMS = [reference.pendulum, reference.rigid_body, reference.spring_pend
 def test_the_steps_of_rk45_are_those_of_scipy(make):
     problem = make()
     for t_span in (problem.t_span, problem.t_span[::-1]):
-        theirs = scipy.integrate.solve_ivp(problem.fun, t_span, problem.y0)
+        theirs = scipy_solve_ivp(problem.fun, t_span, problem.y0)
         # A step of the right size: see the next test.
         first_step = np.abs(np.diff(theirs.t)).max() / 8
-        theirs = scipy.integrate.solve_ivp(problem.fun, t_span, problem.y0, first_step=first_step)
+        theirs = scipy_solve_ivp(problem.fun, t_span, problem.y0, first_step=first_step)
         ours = lissom.solve_ivp(problem.fun, t_span, problem.y0, first_step=first_step)
         assert ours.nfev == theirs.nfev
         np.testing.assert_allclose(ours.t, theirs.t, rtol=0.0, atol=1e-12 * np.ptp(t_span))
@@ -323,10 +329,8 @@ def test_the_steps_are_those_of_scipy_up_to_rounding(make, method, rtol):
     for t_span in (problem.t_span, problem.t_span[::-1]):
         options = {"method": method, "rtol": rtol, "atol": 1e-3 * rtol}
         ours = lissom.solve_ivp(problem.fun, t_span, problem.y0, **options)
-        theirs = scipy.integrate.solve_ivp(problem.fun, t_span, problem.y0, **options)
-        changed = [
-            scipy.integrate.solve_ivp(last_bit_changed, t_span, problem.y0, **options) for _ in range(3)
-        ]
+        theirs = scipy_solve_ivp(problem.fun, t_span, problem.y0, **options)
+        changed = [scipy_solve_ivp(last_bit_changed, t_span, problem.y0, **options) for _ in range(3)]
         assert ours.nfev == theirs.nfev
         assert ours.t.shape == theirs.t.shape
         assert ours.t[1] - t_span[0] == pytest.approx(theirs.t[1] - t_span[0], rel=1e-12)
@@ -338,9 +342,9 @@ def test_the_steps_of_radau_are_close_to_those_of_scipy():
     """Not the same ones: lissom keeps to Hairer and Wanner in some details where SciPy does not."""
     for make in (reference.van_der_pol, reference.robertson):
         problem = make()
-        options = {"method": "Radau", "rtol": 1e-6, "atol": 1e-9}
+        options = {"method": "radau", "rtol": 1e-6, "atol": 1e-9}
         ours = lissom.solve_ivp(problem.fun, problem.t_span, problem.y0, **options)
-        theirs = scipy.integrate.solve_ivp(problem.fun, problem.t_span, problem.y0, **options)
+        theirs = scipy_solve_ivp(problem.fun, problem.t_span, problem.y0, **options)
         assert ours.success
         assert ours.nfev <= 1.1 * theirs.nfev
         assert ours.njev <= 1.3 * theirs.njev

@@ -14,7 +14,7 @@ from scipy import LowLevelCallable
 import lissom
 from reference import ode as reference
 
-METHODS = ["RK45", "DOP853", "Radau"]
+METHODS = ["rk45", "dop853", "radau"]
 POINTER = types.CPointer(types.double)
 SIGNATURE = types.void(types.double, POINTER, POINTER, POINTER)
 
@@ -105,7 +105,7 @@ def test_user_data_of_a_low_level_callable_takes_the_place_of_args():
 )
 def test_jacobians_of_compiled_functions(jac):
     problem = reference.robertson()
-    options = {"method": "Radau", "rtol": 1e-8, "atol": 1e-12}
+    options = {"method": "radau", "rtol": 1e-8, "atol": 1e-12}
     result = lissom.solve_ivp(robertson, problem.t_span, problem.y0, jac=jac, **options)
     expected = lissom.solve_ivp(problem.fun, problem.t_span, problem.y0, **options)
     assert (result.nfev_jac == 0) == (jac is not None)
@@ -143,7 +143,7 @@ def test_other_signatures_are_refused():
         ):
             lissom.solve_ivp(wrong, (0.0, 1.0), [1.0, 0.0])
     with pytest.raises(TypeError, match="jac: expected a compiled function"):
-        lissom.solve_ivp(pendulum, (0.0, 1.0), [1.0, 0.0], "Radau", jac=two)
+        lissom.solve_ivp(pendulum, (0.0, 1.0), [1.0, 0.0], "radau", jac=two)
     with pytest.raises(TypeError, match="args: expected numbers for a compiled function, got tuple"):
         lissom.solve_ivp(oscillator, (0.0, 1.0), [1.0, 0.0], args=("a", "b"))
 
@@ -180,7 +180,7 @@ def test_functions_are_known_by_their_types_alone():
         with pytest.raises(
             TypeError, match=r"jac: expected a two-dimensional array|jac.*: expected a real number"
         ):
-            lissom.solve_ivp(pendulum, (0.0, 1.0), [1.0, 0.0], "Radau", jac=imposter)
+            lissom.solve_ivp(pendulum, (0.0, 1.0), [1.0, 0.0], "radau", jac=imposter)
 
     class Callable(Imposter):
         def __call__(self, t, y):
@@ -197,7 +197,7 @@ def test_numbers_are_no_functions(number):
     with pytest.raises(
         TypeError, match=r"jac: expected a two-dimensional array of real numbers, got (int|bool)"
     ):
-        lissom.solve_ivp(pendulum, (0.0, 1.0), [1.0, 0.0], "Radau", jac=number)
+        lissom.solve_ivp(pendulum, (0.0, 1.0), [1.0, 0.0], "radau", jac=number)
 
 
 def test_the_interpreter_is_free_meanwhile():

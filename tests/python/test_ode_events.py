@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 import lissom
 
-METHODS = ["RK45", "DOP853", "Radau"]
+METHODS = ["rk45", "dop853", "radau"]
 TIGHT = {"rtol": 1e-9, "atol": 1e-11}
 
 

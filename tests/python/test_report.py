@@ -37,8 +37,8 @@ poisson_ratio = 0.5
 density = 1070
 modes = { bend_y = 1, stretch = 1 }
 [simulation]
-duration = 0.5
-step = 2e-3
+t_end = 0.5
+dt = 2e-3
 """
 
 
@@ -132,7 +132,7 @@ def test_coordinates_are_labelled_with_units(page):
 
 
 def test_a_pendulum_gets_a_plane_animation(tmp_path):
-    pendulum = run("version = 1\n[pendulum]\nq0 = [-0.8, 0.5]\n[simulation]\nduration = 2\n")
+    pendulum = run("version = 1\n[pendulum]\nq0 = [-0.8, 0.5]\n[simulation]\nt_end = 2\n")
     found = report.build(pendulum)
     titles = [section.title for section in found.sections]
     assert titles == ["Motion", "Coordinates", "Energy", "Solver", "Scene"]

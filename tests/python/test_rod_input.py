@@ -4,6 +4,7 @@ First what works; every test after that varies one thing of it.
 """
 
 import inspect
+import pickle
 
 import numpy as np
 import pytest
@@ -270,6 +271,7 @@ def test_help_shows_the_defaults():
     assert defaults == {
         # What each kind of section asks for is said when it is missing.
         **dict.fromkeys(("radius", "young_modulus", "shear_modulus", "density", "modes", "section")),
+        "poisson_ratio": None,
         "retardation_time": 0.0,
         "reference_strain": (0, 0, 0, 1, 0, 0),
         "shear_correction": 1.0,
@@ -287,3 +289,60 @@ def test_help_shows_the_defaults():
         "supports": (),
         "fluid": None,
     }
+
+
+SILICONE = {"length": 0.2, "radius": 0.01, "young_modulus": 3e5, "density": 1070.0, "modes": {"bend_y": 2}}
+
+
+@pytest.mark.parametrize("ratio", [-0.5, 0.0, 0.3, 0.5])
+def test_poisson_ratio_stands_for_the_shear_modulus(ratio):
+    made = lissom.Segment(**SILICONE, poisson_ratio=ratio)
+    assert made == lissom.Segment(**SILICONE, shear_modulus=3e5 / (2 * (1 + ratio)))
+    assert made.poisson_ratio == pytest.approx(ratio, abs=1e-15)
+    assert pickle.loads(pickle.dumps(made)) == made
+    scene = f"""version = 1
+[[rod]]
+[[rod.segment]]
+length = 0.2
+radius = 0.01
+young_modulus = 3e5
+poisson_ratio = {ratio}
+density = 1070
+modes = {{ bend_y = 2 }}
+[simulation]
+t_end = 1
+"""
+    assert lissom.Scene.loads(scene).model.segments == (made,)
+
+
+GIVEN = {"length": 1.0, "section": lissom.Section.given([1.0] * 6, 1.0), "modes": {"bend_y": 1}}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (SILICONE, "^shear_modulus: got neither shear_modulus nor poisson_ratio, expected one of them"),
+        (
+            SILICONE | {"shear_modulus": 1e5, "poisson_ratio": 0.5},
+            "^poisson_ratio: got both poisson_ratio and shear_modulus, expected one of them$",
+        ),
+        (
+            SILICONE | {"poisson_ratio": 0.6},
+            r"^poisson_ratio: got 0.6, expected a Poisson's ratio in \(-1, 0.5\]$",
+        ),
+        (SILICONE | {"poisson_ratio": -1.0}, "^poisson_ratio: got -1"),
+        (SILICONE | {"poisson_ratio": np.nan}, "^poisson_ratio: got NaN"),
+        (
+            SILICONE | {"poisson_ratio": 0.3, "young_modulus": -1.0},
+            "^young_modulus: got -1, expected a finite number > 0 .*$",
+        ),
+        (GIVEN | {"poisson_ratio": 0.3}, "^poisson_ratio: got 0.3, expected nothing: a given section"),
+    ],
+)
+def test_the_shear_modulus_or_poisson_ratio(arguments, message):
+    with pytest.raises(ValueError, match=message):
+        lissom.Segment(**arguments)
+
+
+def test_a_given_section_has_no_poisson_ratio():
+    assert lissom.Segment(**GIVEN).poisson_ratio is None

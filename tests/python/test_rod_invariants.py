@@ -60,7 +60,7 @@ def test_newmark_with_numerical_damping_has_order_one():
 
 @pytest.mark.parametrize(
     ("method", "order", "numbers", "within"),
-    [("RK45", 5, [32, 48, 64, 96, 128], 0.15), ("DOP853", 8, [24, 28, 32, 36, 40], 0.3)],
+    [("rk45", 5, [32, 48, 64, 96, 128], 0.15), ("dop853", 8, [24, 28, 32, 36, 40], 0.3)],
 )
 def test_explicit_steps_have_the_order_of_the_method(method, order, numbers, within):
     """Tolerances that nothing exceeds, so that all steps are of the size given."""
@@ -350,7 +350,7 @@ def test_adaptive_methods_are_restarted_to_the_tolerance(method):
     assert from_the_middle(finger(), method, rtol=1e-7, atol=1e-8) < 1e-6
 
 
-@pytest.mark.parametrize("method", ["RK45", "DOP853"])
+@pytest.mark.parametrize("method", ["rk45", "dop853"])
 def test_explicit_methods_with_given_steps_are_restarted_to_the_bit(method):
     """The state is all that such a step depends on."""
     rod, h = finger(), 2.0**-10

@@ -23,7 +23,7 @@ poisson_ratio = 0.5
 density = 1000
 modes = { bend_y = 1, bend_z = 1 }
 [simulation]
-duration = 0.5
+t_end = 0.5
 """
 
 
@@ -43,15 +43,15 @@ def test_a_scene_makes_the_rod_that_python_would_make():
 
 def test_documented_defaults_of_the_simulation():
     settings = lissom.Scene.loads(WIRE).simulation
-    assert (settings.method, settings.step, settings.jacobian) == ("newmark", 1e-2, "analytic")
-    assert (settings.duration, settings.rtol, settings.atol) == (0.5, 1e-6, 1e-9)
-    assert settings.output_step is None
+    assert (settings.method, settings.dt, settings.jac) == ("newmark", 1e-2, "analytic")
+    assert (settings.t_end, settings.rtol, settings.atol) == (0.5, 1e-6, 1e-9)
+    assert settings.output_dt is None
     assert settings.quantities == ("velocity", "acceleration", "energy", "shape")
 
 
 @pytest.mark.parametrize("method", ["newmark", "hht", "generalised_alpha", "rk45", "dop853", "radau"])
 def test_a_scene_runs_as_simulate_does(method):
-    scene = lissom.Scene.loads(WIRE + f"method = '{method}'\nstep = 2e-3\n")
+    scene = lissom.Scene.loads(WIRE + f"method = '{method}'\ndt = 2e-3\n")
     found = scene.run()
     same = lissom.simulate(scene.model, 0.5, q0=[0.1, 0.2], method=method, dt=2e-3)
     assert found.success
@@ -61,22 +61,22 @@ def test_a_scene_runs_as_simulate_does(method):
 
 
 def test_options_of_a_run_replace_those_of_the_scene():
-    scene = lissom.Scene.loads(WIRE + "output.step = 0.1\n")
+    scene = lissom.Scene.loads(WIRE + "output.dt = 0.1\n")
     np.testing.assert_allclose(scene.run().t, [0.0, 0.1, 0.2, 0.3, 0.4, 0.5])
     assert len(scene.run(t_eval=None, dt=0.25).t) == 3
     with pytest.raises(TypeError, match="speed"):
         scene.run(speed=3)
 
 
-def test_the_last_time_is_the_duration_whatever_the_output_step():
+def test_the_last_time_is_the_duration_whatever_the_output_dt():
     for step, count in ((0.1, 6), (0.15, 5), (0.5, 2), (0.3, 3)):
-        t = lissom.Scene.loads(WIRE + f"output.step = {step}\n").run().t
+        t = lissom.Scene.loads(WIRE + f"output.dt = {step}\n").run().t
         assert len(t) == count
         assert t[-1] == 0.5
 
 
 def test_a_scene_makes_the_pendulum():
-    scene = lissom.Scene.loads("version = 1\n[pendulum]\nmass = 2\n[simulation]\nduration = 1\n")
+    scene = lissom.Scene.loads("version = 1\n[pendulum]\nmass = 2\n[simulation]\nt_end = 1\n")
     assert isinstance(scene.model, lissom.SpringPendulum)
     default = lissom.SpringPendulum(mass=2.0)
     for name in ("length", "mass", "stiffness", "gravity"):

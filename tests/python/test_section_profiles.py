@@ -336,7 +336,7 @@ shear_modulus = 8e10
 density = 7800
 modes = { bend_y = 2 }
 [simulation]
-duration = 1
+t_end = 1
 """
     (found,) = lissom.Scene.loads(text).model.segments
     assert found == segment(VARYING[1], {"bend_y": 2})

@@ -303,7 +303,7 @@ shape = "rectangle"
 width = 0.01
 height = [0.002, 0.001]
 [simulation]
-duration = 1
+t_end = 1
 """
     scene = lissom.Scene.loads(text)
     (segment,) = scene.model.segments

@@ -668,15 +668,15 @@ retardation_time = 1e-3
 modes = {{ bend_y = 2 }}
 [simulation]
 t0 = {t0}
-duration = {duration}
-step = 1e-3
-output.step = 0.1
+t_end = {t_end}
+dt = 1e-3
+output.dt = 0.1
 """
 
 
 def test_scenes_begin_at_their_time():
-    scene = lissom.Scene.loads(SCENE_LATE.format(t0=2.1, duration=0.5))
-    assert (scene.simulation.t0, scene.simulation.duration) == (2.1, 0.5)
+    scene = lissom.Scene.loads(SCENE_LATE.format(t0=2.1, t_end=2.6))
+    assert (scene.simulation.t0, scene.simulation.t_end) == (2.1, 2.6)
     found = scene.run()
     assert_allclose(found.t, [2.1, 2.2, 2.3, 2.4, 2.5, 2.6], rtol=1e-15)
     wanted = lissom.simulate(scene.model, 2.6, t0=2.1, dt=1e-3, t_eval=found.t)
@@ -684,13 +684,13 @@ def test_scenes_begin_at_their_time():
     from lissom.advice import advice
 
     advice(scene)
-    for t0, duration in ((1.9, 0.5), (2.6, 0.5)):
+    for t0, t_end in ((1.9, 2.4), (2.6, 3.1)):
         with pytest.raises(lissom.SceneError, match="expected that its tables cover the run from"):
-            lissom.Scene.loads(SCENE_LATE.format(t0=t0, duration=duration))
+            lissom.Scene.loads(SCENE_LATE.format(t0=t0, t_end=t_end))
     with pytest.raises(lissom.SceneError, match="t0"):
-        lissom.Scene.loads(SCENE_LATE.format(t0="inf", duration=0.5))
+        lissom.Scene.loads(SCENE_LATE.format(t0="inf", t_end=0.5))
     # The end of the table to rounding.
-    assert lissom.Scene.loads(SCENE_LATE.format(t0=2.7, duration=0.3)).run().success
+    assert lissom.Scene.loads(SCENE_LATE.format(t0=2.7, t_end=2.7 + 0.3)).run().success
 
 
 # ------------------------------------------------------------------------------------- steps that do not see

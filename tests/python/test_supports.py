@@ -107,7 +107,7 @@ poisson_ratio = 0.5
 density = 1000
 modes = { bend_y = 3 }
 [simulation]
-duration = 1
+t_end = 1
 """
     first = lissom.Support(
         at=0.5, stiffness=(0, 0, 20), rotational_stiffness=0.1, damping=1, position=(0.5, 0, 0.1)

@@ -341,7 +341,7 @@ poisson_ratio = 0.5
 density = 1000
 modes = { bend_y = 3 }
 [simulation]
-duration = 0.5
+t_end = 0.5
 method = "radau"
 rtol = 1e-6
 """)

@@ -70,7 +70,7 @@ def lissom_with(method, kind):
     def prepare(problem):
         if not for_method(method, problem):
             return None
-        options = {"method": method, "t_eval": [problem.t_span[1]]}
+        options = {"method": method.lower(), "t_eval": [problem.t_span[1]]}
         if kind == "native":
             if problem.name != "spring pendulum":
                 return None
@@ -239,9 +239,9 @@ def reference_state(problem: Problem):
     """Far more accurate than any of the runs; from the literature where it has one."""
     if problem.final is not None:
         return problem.final
-    options = {"method": "DOP853", "rtol": 3e-14, "atol": 1e-15, "t_eval": [problem.t_span[1]]}
-    ours = lissom.solve_ivp(problem.cfunc(), problem.t_span, problem.y0, **options).y[:, -1]
-    theirs = scipy.integrate.solve_ivp(problem.fun, problem.t_span, problem.y0, **options).y[:, -1]
+    options = {"rtol": 3e-14, "atol": 1e-15, "t_eval": [problem.t_span[1]]}
+    ours = lissom.solve_ivp(problem.cfunc(), problem.t_span, problem.y0, "dop853", **options).y[:, -1]
+    theirs = scipy.integrate.solve_ivp(problem.fun, problem.t_span, problem.y0, "DOP853", **options).y[:, -1]
     assert np.abs(ours - theirs).max() < 1e-11, "the reference solutions of lissom and SciPy differ"
     return ours
 

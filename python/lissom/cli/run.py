@@ -54,7 +54,7 @@ def _simulate(scene: Scene) -> Run:
     from ..results import Run
 
     settings = scene.simulation
-    with progress_bar(settings.duration, "Simulating", "s") as bar:
+    with progress_bar(settings.t_end - settings.t0, "Simulating", "s") as bar:
 
         def progress(t: float) -> bool:
             interruption.defer(STOPPING)

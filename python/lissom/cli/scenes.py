@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -38,13 +39,26 @@ def load(path: Path) -> Scene:
     from .._lissom import LissomError, Scene, SceneError
 
     try:
-        return Scene.load(path)
+        with _notes():
+            return Scene.load(path)
     except OSError as error:
         raise click.UsageError(f"{path} cannot be read: {error.strerror}") from None
     except SceneError as error:
         raise Refused(str(error)) from None
     except (LissomError, ValueError) as error:
         raise Unresolved(f"{path}: {error}") from None
+
+
+@contextmanager
+def _notes() -> Iterator[None]:
+    """Within it, what becomes different in the next version is said in a line, and nothing else happens."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", FutureWarning)
+        try:
+            yield
+        finally:
+            for warning in caught:
+                click.echo(f"Note: {warning.message}", err=True)
 
 
 @contextmanager

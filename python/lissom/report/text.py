@@ -68,9 +68,8 @@ def lead(run: Run) -> str:
     """One line under the title."""
     model, settings = run.scene.model, run.scene.simulation
     count = f"{model.n} generalised coordinates"
-    return (
-        f"{run.view.title}, {count}, {quantity(settings.duration)} s simulated by {METHODS[settings.method]}."
-    )
+    time = f"{quantity(settings.t_end - settings.t0)} s simulated by {METHODS[settings.method]}"
+    return f"{run.view.title}, {count}, {time}."
 
 
 def outcome(run: Run) -> tuple[str, bool]:
@@ -107,7 +106,7 @@ def statistics(run: Run) -> list[tuple[str, str]]:
     settings = run.scene.simulation
     rows = [("method", METHODS[settings.method])]
     if settings.method in FIXED_STEP:
-        rows += [("step", quantity(settings.step, "s")), ("Jacobian", settings.jacobian)]
+        rows += [("step", quantity(settings.dt, "s")), ("Jacobian", settings.jac)]
     rows += [
         tolerances(run),
         ("simulated", quantity(found["simulated_seconds"]) + " s"),
@@ -136,7 +135,7 @@ def outputs(scene: Scene) -> list[tuple[str, str]]:
     """What a run of the scene keeps, what that costs beyond the steps, and what is left out."""
     settings, wants = scene.simulation, scene.simulation.quantities
     is_explicit = settings.method in EXPLICIT
-    kept = settings.output_step or settings.step
+    kept = settings.output_dt or settings.dt
     costs = {
         "velocity": "at no cost",
         "acceleration": "one evaluation each time" if is_explicit else "at no cost: steps solve for it",
@@ -155,7 +154,8 @@ def cost_of_steps(scene: Scene) -> list[tuple[str, str]]:
     settings = scene.simulation
     # The whole scene for methods that choose their steps: they may make few.
     is_fixed = settings.method in FIXED_STEP
-    duration = min(settings.duration, MEASURED_STEPS * settings.step) if is_fixed else settings.duration
+    whole_time = settings.t_end - settings.t0
+    duration = min(whole_time, MEASURED_STEPS * settings.dt) if is_fixed else whole_time
     runs = [_first_steps(scene, duration) for _ in range(MEASURED_RUNS)]
     stats = min(runs, key=lambda motion: motion.stats.wall_time).stats
     rows = [("method", METHODS[settings.method])]
@@ -163,7 +163,7 @@ def cost_of_steps(scene: Scene) -> list[tuple[str, str]]:
         return [*rows, ("message", in_words_of_a_scene(runs[0].message))]
     if is_fixed:
         rows += [
-            ("step", f"{quantity(settings.step, 's')}, {settings.jacobian} Jacobian"),
+            ("step", f"{quantity(settings.dt, 's')}, {settings.jac} Jacobian"),
             ("Newton iterations", f"{stats.newton_iterations / stats.steps:.2f} a step"),
             ("Jacobians", f"{stats.njev / stats.steps:.2g} a step"),
         ]
@@ -176,7 +176,7 @@ def cost_of_steps(scene: Scene) -> list[tuple[str, str]]:
         ("cost", f"{quantity(cost, 's')} a step, {quantity(stats.wall_time, 's')} for {stats.steps} steps")
     )
     if is_fixed:
-        whole = cost * np.ceil(settings.duration / settings.step)
+        whole = cost * np.ceil(whole_time / settings.dt)
         rows.append(("whole scene", f"about {quantity(whole, 's')}, without output and report"))
     return rows
 
@@ -196,7 +196,7 @@ def multiplications(one: Mapping[str, int], stats: Statistics) -> int:
 
 def _first_steps(scene: Scene, duration: float) -> MotionResult:
     settings = scene.simulation
-    options: dict[str, Any] = {"jac": settings.jacobian} if settings.method in FIXED_STEP else {}
+    options: dict[str, Any] = {"jac": settings.jac} if settings.method in FIXED_STEP else {}
     if settings.method != "auto":
         options["atol"] = settings.atol
     with warnings.catch_warnings():
@@ -209,7 +209,7 @@ def _first_steps(scene: Scene, duration: float) -> MotionResult:
             q0=scene.q0,
             v0=scene.v0,
             method=settings.method,
-            dt=settings.step,
+            dt=settings.dt,
             rtol=settings.rtol,
             **options,
         )
@@ -221,7 +221,7 @@ def summary(run: Run) -> list[tuple[str, str]]:
     settings, counters = run.scene.simulation, found["counters"]
     method = METHODS[settings.method]
     if settings.method in FIXED_STEP:
-        method += f", step {quantity(settings.step, 's')}, {settings.jacobian} Jacobian"
+        method += f", step {quantity(settings.dt, 's')}, {settings.jac} Jacobian"
     rows = [("method", method)]
     if settings.method == "auto":
         rows.append(tolerances(run))

@@ -37,9 +37,10 @@ use system::{Parts, PySystem, SharedRaised};
 ///     The interval. `tf` may be infinite, or before `t0`. Nothing is evaluated beyond it.
 /// y0 : array_like, shape (n,)
 ///     Initial state, real.
-/// method : {'RK45', 'DOP853', 'Radau'} or class
-///     'RK45' (default): explicit Runge-Kutta pair 5(4) of Dormand and Prince. 'DOP853': explicit, order 8, for tight
-///     tolerances. 'Radau': implicit, order 5, for stiff problems.
+/// method : {'rk45', 'dop853', 'radau'} or class
+///     'rk45' (default): explicit Runge-Kutta pair 5(4) of Dormand and Prince. 'dop853': explicit, order 8, for tight
+///     tolerances. 'radau': implicit, order 5, for stiff problems. SciPy's 'RK45', 'DOP853' and 'Radau' are taken with a
+///     FutureWarning.
 /// t_eval : array_like, optional
 ///     Times at which the solution is wanted, within `t_span` and in its order. By default all accepted steps.
 /// dense_output : bool
@@ -63,11 +64,11 @@ use system::{Parts, PySystem, SharedRaised};
 /// max_steps : int, optional
 ///     Largest number of accepted steps; unlimited by default.
 /// jac : callable, compiled function or matrix, optional
-///     For 'Radau', the Jacobian of `fun` with respect to y, shape (n, n): ``jac(t, y, *args)``; a compiled function
+///     For 'radau', the Jacobian of `fun` with respect to y, shape (n, n): ``jac(t, y, *args)``; a compiled function
 ///     ``void (double t, const double *y, double *jac, const double *args)`` that writes it row by row; or a constant
 ///     matrix. Sparse matrices are taken and made dense. By default finite differences. A model has its own.
 /// jac_sparsity : array_like or sparse matrix, shape (n, n), optional
-///     For 'Radau' without `jac`: nonzero where the Jacobian can be, so that differencing takes fewer calls.
+///     For 'radau' without `jac`: nonzero where the Jacobian can be, so that differencing takes fewer calls.
 /// controller : {'I', 'PI'}
 ///     Step-size control of the explicit methods, from the last error (as SciPy) or from the last two.
 /// event_samples : int
@@ -103,7 +104,7 @@ use system::{Parts, PySystem, SharedRaised};
         rtol=None, atol=None, first_step=None, max_step=None, min_step=0.0, max_steps=None, jac=None,
         jac_sparsity=None, controller="I", event_samples=None, callback=None
     ),
-    text_signature = "(fun, t_span, y0, method='RK45', t_eval=None, dense_output=False, events=None, vectorized=False, \
+    text_signature = "(fun, t_span, y0, method='rk45', t_eval=None, dense_output=False, events=None, vectorized=False, \
                       args=None, *, rtol=0.001, atol=1e-06, first_step=None, max_step=None, min_step=0.0, \
                       max_steps=None, jac=None, jac_sparsity=None, controller='I', event_samples=10, callback=None)"
 )]
@@ -133,7 +134,7 @@ pub(super) fn solve_ivp<'py>(
 ) -> PyResult<PyOdeResult> {
     let t_span = interval(t_span)?;
     let y0 = options::initial_state(y0)?;
-    let default = PyString::new(py, "RK45").into_any();
+    let default = PyString::new(py, "rk45").into_any();
     let mut options = Options {
         method: options::method(method.unwrap_or(&default))?,
         first_step,

@@ -5,10 +5,15 @@ use pyo3::prelude::*;
 use pyo3::types::{PyFloat, PyString, PyType};
 
 use super::super::convert;
+use super::super::words::warn_of_old_word;
 use super::stepper::{PyDop853, PyRadau, PyRk45};
 use crate::ode::{Controller, Method, Sparsity, Tolerance};
 
-const METHODS: &str = "'RK45', 'DOP853' or 'Radau' (or one of the classes of these names)";
+const METHODS: &str = "'rk45', 'dop853' or 'radau' (or one of the classes RK45, DOP853 and Radau)";
+
+/// Names of the methods, after the old ones, those of SciPy.
+const NAMES: [(&str, &str, Method); 3] =
+    [("RK45", "rk45", Method::Rk45), ("DOP853", "dop853", Method::Dop853), ("Radau", "radau", Method::Radau)];
 
 /// A method by its name or its class.
 pub(super) fn method(value: &Bound<'_, PyAny>) -> PyResult<Method> {
@@ -24,15 +29,17 @@ pub(super) fn method(value: &Bound<'_, PyAny>) -> PyResult<Method> {
             return Ok(Method::Radau);
         }
     }
-    match value.cast::<PyString>().map(|name| name.to_string_lossy().into_owned()).as_deref() {
-        Ok("RK45") => Ok(Method::Rk45),
-        Ok("DOP853") => Ok(Method::Dop853),
-        Ok("Radau") => Ok(Method::Radau),
-        _ => {
-            let found = value.repr().unwrap_or_else(|_| PyString::new(py, "an unknown object"));
-            Err(PyValueError::new_err(format!("method: got {found}, expected {METHODS}")))
-        }
+    let name = value.cast::<PyString>().map(|name| name.to_string_lossy().into_owned()).ok();
+    let is_named =
+        |&&(old, new, _): &&(&str, &str, Method)| [Some(old), Some(new)].contains(&name.as_deref());
+    let Some(&(old, new, method)) = NAMES.iter().find(is_named) else {
+        let found = value.repr().unwrap_or_else(|_| PyString::new(py, "an unknown object"));
+        return Err(PyValueError::new_err(format!("method: got {found}, expected {METHODS}")));
+    };
+    if name.as_deref() == Some(old) {
+        warn_of_old_word(py, &format!("method '{old}'"), &format!("write '{new}'"))?;
     }
+    Ok(method)
 }
 
 /// The initial state.

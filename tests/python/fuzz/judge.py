@@ -117,5 +117,8 @@ def public(value) -> list[str]:
     return [
         name
         for name in dir(type(value))
-        if not name.startswith("_") and not callable(getattr(type(value), name, None))
+        if not name.startswith("_")
+        and not callable(attribute := getattr(type(value), name, None))
+        # Old names warn.
+        and not (attribute.__doc__ or "").startswith("The old name of ")
     ]

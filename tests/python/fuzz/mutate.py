@@ -183,11 +183,11 @@ class Schema:
             return _one(node["enum"], rng)
         kind = node.get("type")
         if kind == "object":
-            required = node.get("required", [])
+            required = node.get("required", []) + _one(node.get("oneOf", [{}]), rng).get("required", [])
             return {
                 key: self.value(inner, rng, depth + 1)
                 for key, inner in node["properties"].items()
-                if key in required or (depth < 5 and rng.random() < 0.5)
+                if key in required or (depth < 5 and rng.random() < 0.5 and not inner.get("deprecated"))
             }
         if kind == "array":
             fewest, most = node.get("minItems", 0), node.get("maxItems", 3)

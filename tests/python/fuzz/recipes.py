@@ -264,7 +264,7 @@ RECIPES: dict[str, dict | list[dict]] = {
         "fun": "lambda t, y: -y",
         "t_span": "(0.0, 1.0)",
         "y0": _a(1.0, 2.0),
-        "method": "'{solver}'",
+        "method": "'{first_order}'",
         "t_eval": _a(0.0, 0.5, 1.0),
         "dense_output": "True",
         "events": "lambda t, y: y[0] - 0.5",
@@ -291,6 +291,7 @@ RECIPES |= {name: {} for name in _UNMADE.split()}
 CHOICES = {
     "model": list(v.MODELS),
     "solver": ["RK45", "DOP853", "Radau"],
+    "first_order": ["rk45", "dop853", "radau"],
     "method": [
         "newmark",
         "hht",
@@ -440,8 +441,8 @@ EDGE = [
     "{0: 1}",
     "{'bend_y': None}",
     "'newton'",
-    "'RK45'",
-    "'Radau'",
+    "'rk45'",
+    "'radau'",
     "'auto'",
     "'central'",
 ]

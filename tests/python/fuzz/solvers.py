@@ -117,7 +117,7 @@ def _ivp(rng) -> str:
         fun=f"lambda t, y: {_sum(rng, _terms, n)}",
         t_span=f"(0.0, {end})",
         y0=repr(y0),
-        method=repr(str(rng.choice(["RK45", "DOP853", "Radau"]))),
+        method=repr(str(rng.choice(["rk45", "dop853", "radau"]))),
         rtol=f"{rtol:g}",
         atol=f"{rtol * 10.0 ** int(rng.integers(-4, 1)):g}",
         options="{" + ", ".join(f"{key!r}: {text}" for key, text in options.items()) + "}",
@@ -260,10 +260,15 @@ def run(path: Path, clock) -> judge.Outcome:
         return judge.of_exception(error, place, (MemoryError,))
 
 
+#: What SciPy calls the methods.
+SCIPY_METHODS = {"rk45": "RK45", "dop853": "DOP853", "radau": "Radau"}
+
+
 def scipy_end(fun, t_span, y0, **options) -> np.ndarray | None:
     """SciPy's state at the end; None where it does not get there in reasonable time."""
     try:
-        found = integrate.solve_ivp(counted(fun), t_span, y0, **options)
+        method = SCIPY_METHODS[options.pop("method")]
+        found = integrate.solve_ivp(counted(fun), t_span, y0, method=method, **options)
     except (Enough, ValueError, np.linalg.LinAlgError, OverflowError):
         return None
     return found.y[:, -1] if found.success and np.isfinite(found.y).all() else None
@@ -272,7 +277,7 @@ def scipy_end(fun, t_span, y0, **options) -> np.ndarray | None:
 def reference(fun, t_span, y0) -> np.ndarray | None:
     """The state at the end where two tight runs of different methods agree, and what they differ by."""
     tight = {"rtol": 1e-11, "atol": 1e-14, "max_step": abs(t_span[1] - t_span[0]) / LEAST_STEPS}
-    ends = [scipy_end(fun, t_span, y0, method=method, **tight) for method in ("DOP853", "Radau")]
+    ends = [scipy_end(fun, t_span, y0, method=method, **tight) for method in ("dop853", "radau")]
     return None if any(end is None for end in ends) else np.array(ends)
 
 

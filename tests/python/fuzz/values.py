@@ -60,7 +60,7 @@ MODELS = {"rod": rod, "planar": planar, "chain": chain, "moving": moving, "pendu
 
 
 def scene():
-    return lissom.Scene.loads("version = 1\n[pendulum]\nq0 = [0.1, 0]\n[simulation]\nduration = 0.05\n")
+    return lissom.Scene.loads("version = 1\n[pendulum]\nq0 = [0.1, 0]\n[simulation]\nt_end = 0.05\n")
 
 
 # Layouts: the same numbers, otherwise in memory.

@@ -9,7 +9,7 @@ problem = {
     ),
     "t_span": (0.0, 1.0),
     "y0": [-0.640235],
-    "method": "RK45",
+    "method": "rk45",
     "rtol": 0.01,
     "atol": 0.01,
     "options": {"dense_output": True},

@@ -1,0 +1,97 @@
+//! Old words of the format: keys that have a new name. This version still reads them and says the new one.
+
+use serde_json::{Value as Json, json};
+use toml::Table;
+
+/// A key that has a new name.
+#[derive(Debug)]
+pub(super) struct OldWord {
+    /// Path of its table, without indices.
+    pub(super) table: &'static str,
+    /// The old name.
+    pub(super) old: &'static str,
+    /// The new name, in the same table.
+    pub(super) new: &'static str,
+    /// What to write now.
+    pub(super) instead: &'static str,
+    /// Makes of the table, in which the value has its new name, what the old name meant; or says what is wrong with
+    /// it and what would be right.
+    pub(super) adapt: fn(&mut Table) -> Result<(), [&'static str; 2]>,
+}
+
+/// All of them. The words of Python won.
+pub(super) const OLD_WORDS: [OldWord; 5] = [
+    OldWord {
+        table: "simulation",
+        old: "duration",
+        new: "t_end",
+        instead: "write t_end, the time at the end: duration later than t0",
+        adapt: |settings| {
+            let number = |key: &str| settings.get(key).and_then(toml::Value::as_float);
+            let t_end = number("t_end").unwrap_or_default() + number("t0").unwrap_or_default();
+            settings.insert("t_end".to_owned(), t_end.into());
+            Ok(())
+        },
+    },
+    OldWord { old: "step", new: "dt", instead: "write dt", ..SAME },
+    OldWord { old: "jacobian", new: "jac", instead: "write jac", ..SAME },
+    OldWord {
+        table: "simulation",
+        old: "tolerance",
+        new: "rtol",
+        instead: "write rtol, with method = \"auto\"",
+        // It chose the method, too.
+        adapt: |settings| {
+            let method = settings.entry("method").or_insert_with(|| "auto".into());
+            let right = "write rtol; without a method, or with \"auto\", it is the accuracy that is wanted";
+            (method.as_str() == Some("auto")).then_some(()).ok_or(["the method does not take it", right])
+        },
+    },
+    OldWord { table: "simulation.output", old: "step", new: "dt", instead: "write dt", ..SAME },
+];
+
+/// An old word of the simulation that meant what the new one means.
+const SAME: OldWord = OldWord { table: "simulation", old: "", new: "", instead: "", adapt: |_| Ok(()) };
+
+/// The old word that a key of a table is, if it is one.
+pub(super) fn old_word(table: &str, key: &str) -> Option<&'static OldWord> {
+    OLD_WORDS.iter().find(|word| word.table == table && word.old == key)
+}
+
+/// Adds the old words to a schema for editors, which would underline good files otherwise: deprecated keys, of which
+/// they say what to write.
+pub(super) fn add_old_words(schema: &mut Json) {
+    for word in &OLD_WORDS {
+        let place = table_of(schema, word.table);
+        let table = schema.pointer_mut(&place).expect("the place of a table");
+        let mut property = table["properties"][word.new].clone();
+        let notes = property.as_object_mut().expect("the schema of a key");
+        notes.insert("description".to_owned(), format!("Old name of {}: {}.", word.new, word.instead).into());
+        notes.insert("deprecated".to_owned(), true.into());
+        notes.remove("default");
+        table["properties"][word.old] = property;
+        // One of both names must be there then.
+        let required = table["required"].as_array().cloned().unwrap_or_default();
+        if required.contains(&word.new.into()) {
+            table["required"] = required.into_iter().filter(|key| *key != word.new).collect();
+            table["oneOf"] = json!([{"required": [word.new]}, {"required": [word.old]}]);
+        }
+    }
+}
+
+/// The place in a schema of what describes a table, as a JSON pointer.
+fn table_of(schema: &Json, table: &str) -> String {
+    table.split('.').fold(String::new(), |place, key| {
+        let mut place = format!("{place}/properties/{key}");
+        loop {
+            let found = schema.pointer(&place).expect("a place in the schema");
+            if let Some(reference) = found["$ref"].as_str() {
+                place = reference.trim_start_matches('#').to_owned();
+            } else if found["allOf"].is_array() {
+                place.push_str("/allOf/0");
+            } else {
+                return place;
+            }
+        }
+    })
+}
