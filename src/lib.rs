@@ -13,7 +13,7 @@
 //! // A wire of steel, one metre long and two millimetres thick, with three modes of bending in the vertical plane.
 //! let segment = Segment { modes: [0, 3, 0, 0, 0, 0], ..Segment::straight(1.0, 1e-3, 210e9, 80e9, 7800.0) };
 //! let mut wire = RodModel::new(&Rod::new(vec![segment]))?;
-//! let shape = equilibrium(&mut wire, &statics::Options::default(), &mut |_| Ok(()))?.expect("nothing interrupts it");
+//! let shape = equilibrium(&mut wire, &statics::Options::default(), &mut || Ok(()))?.expect("nothing interrupts it");
 //! let tip = wire.place(1.0);
 //! let sag = -wire.pose_at(&shape.q, &tip).position.z;
 //! assert!((sag - 0.17756).abs() < 1e-4);

@@ -107,7 +107,6 @@ use crate::simulate::Method;
 )]
 #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python function")]
 pub(crate) fn simulate<'py>(
-    py: Python<'py>,
     model: &Bound<'py, PyAny>,
     #[pyo3(from_py_with = convert::number)] t_end: f64,
     #[pyo3(from_py_with = convert::number)] t0: f64,
@@ -138,96 +137,183 @@ pub(crate) fn simulate<'py>(
             convert::describe(model)
         )));
     };
-    let object = model.clone().unbind();
-    let model = model.get().native();
-    let n = model.n();
+    let n = model.get().native().n();
     let state = |value: Option<&Bound<'py, PyAny>>, name| match value {
         Some(value) => convert::finite_vector_of(value, n, name),
         None => Ok(vec![0.0; n]),
     };
     let (q0, v0) = (state(q0, "q0")?, state(v0, "v0")?);
     let t_eval = times(t_eval)?;
-    let of_newmark = [
-        ("jac", jac.is_some()),
-        ("beta", beta.is_some()),
-        ("gamma", gamma.is_some()),
-        ("alpha", alpha.is_some()),
-        ("rho_inf", rho_inf.is_some()),
-        ("adaptive", adaptive.is_some()),
-        ("predictor", predictor.is_some()),
-        ("reuse_jacobian", reuse_jacobian.is_some()),
-    ];
-    if method == "auto" {
-        refuse_newmark_options(method, of_newmark)?;
-        refuse_newmark_options(method, [("atol", atol.is_some()), ("min_step", min_step != 0.0)])?;
+    let given = Given {
+        method,
+        dt,
+        jac,
+        rtol,
+        atol,
+        parameters: Parameters { beta, gamma, alpha, rho_inf },
+        adaptive,
+        max_step,
+        min_step,
+        max_steps,
+        predictor,
+        reuse_jacobian,
+    };
+    let way = given.way(n)?;
+    run(model, (t0, t_end), [&q0, &v0], &way, t_eval.as_deref(), progress)
+}
+
+/// How a motion is computed.
+enum Way {
+    Method(Method),
+    /// By whatever method reaches an accuracy.
+    Accuracy(accuracy::Request),
+}
+
+/// What was given of the options that say how a motion is computed.
+struct Given<'a, 'py> {
+    method: &'a str,
+    dt: f64,
+    jac: Option<&'a str>,
+    rtol: Option<&'a Bound<'py, PyAny>>,
+    atol: Option<&'a Bound<'py, PyAny>>,
+    parameters: Parameters,
+    adaptive: Option<bool>,
+    max_step: Option<f64>,
+    min_step: f64,
+    max_steps: Option<i64>,
+    predictor: Option<&'a str>,
+    reuse_jacobian: Option<bool>,
+}
+
+impl Given<'_, '_> {
+    /// What they say for a model of `n` coordinates.
+    fn way(&self, n: usize) -> PyResult<Way> {
+        Ok(match self.method {
+            "auto" => Way::Accuracy(self.accuracy()?),
+            "radau" => Way::Method(self.radau(n)?),
+            "rk45" => Way::Method(self.first_order(ode::Method::Rk45, n)?),
+            "dop853" => Way::Method(self.first_order(ode::Method::Dop853, n)?),
+            _ => Way::Method(self.newmark()?),
+        })
     }
-    let defaults = newmark::Options::new(dt);
-    let request = match (method, rtol) {
-        ("auto", Some(rtol)) => Some(rtol.extract()?),
-        ("auto", None) => Some(accuracy::DEFAULT_RTOL),
-        _ => None,
-    };
-    let request = match request {
-        Some(tolerance) => {
-            let default = accuracy::Request::new(tolerance, dt);
-            let limit = max_steps.map(|limit| convert::count(limit, "max_steps")).transpose()?;
-            Some(accuracy::Request {
-                max_steps: limit.unwrap_or(default.max_steps),
-                max_step: max_step.unwrap_or(default.max_step),
-                ..default
-            })
-        }
-        None => None,
-    };
-    let rtol = rtol.map_or(Ok(defaults.rtol.clone()), |rtol| tolerance(rtol, "rtol"))?;
-    let atol = atol.map_or(Ok(defaults.atol.clone()), |atol| tolerance(atol, "atol"))?;
-    let max_steps = convert::step_limit(max_steps)?;
-    let first_order = match method {
-        "rk45" => Some(ode::Method::Rk45),
-        "dop853" => Some(ode::Method::Dop853),
-        _ => None,
-    };
-    if first_order.is_some() || method == "radau" {
-        refuse_newmark_options(method, of_newmark)?;
+
+    fn accuracy(&self) -> PyResult<accuracy::Request> {
+        self.refuse_options_of_newmark()?;
+        self.refuse([("atol", self.atol.is_some()), ("min_step", self.min_step != 0.0)])?;
+        let tolerance = self.rtol.map_or(Ok(accuracy::DEFAULT_RTOL), PyAnyMethods::extract)?;
+        let limit = self.max_steps.map(|limit| convert::count(limit, "max_steps")).transpose()?;
+        let default = accuracy::Request::new(tolerance, self.dt);
+        Ok(accuracy::Request {
+            max_steps: limit.unwrap_or(default.max_steps),
+            max_step: self.max_step.unwrap_or(default.max_step),
+            ..default
+        })
     }
-    let method = match first_order {
-        None if method == "radau" => Method::Radau {
-            options: radau::Options {
-                rtol: twice(rtol, n, "rtol")?,
-                atol: twice(atol, n, "atol")?,
-                first_step: None,
-                max_step: max_step.unwrap_or(f64::INFINITY),
-                min_step,
-                max_steps,
-            },
-            dt,
-        },
-        Some(first_order) => Method::FirstOrder {
-            options: ode::Options {
-                method: first_order,
-                rtol: twice(rtol, n, "rtol")?,
-                atol: twice(atol, n, "atol")?,
-                max_step: max_step.unwrap_or(f64::INFINITY),
-                min_step,
-                max_steps,
-                ..ode::Options::default()
-            },
-            dt,
-        },
-        None if request.is_some() => Method::Newmark(defaults),
-        None => Method::Newmark(newmark::Options {
-            scheme: Scheme::by_name(method, &Parameters { beta, gamma, alpha, rho_inf })
-                .map_err(name_all_methods)?,
-            step_size: step_size(adaptive.unwrap_or(false), max_step, min_step)?,
-            derivative: jac.map_or(Ok(Derivative::Analytic), derivative)?,
+
+    /// Relative and absolute tolerance: of each coordinate, or of all.
+    fn tolerances(&self) -> PyResult<[ode::Tolerance; 2]> {
+        let newmark::Options { rtol, atol, .. } = newmark::Options::new(self.dt);
+        let rtol = self.rtol.map_or(Ok(rtol), |rtol| tolerance(rtol, "rtol"))?;
+        let atol = self.atol.map_or(Ok(atol), |atol| tolerance(atol, "atol"))?;
+        Ok([rtol, atol])
+    }
+
+    /// The same of coordinates and velocities.
+    fn tolerances_of_states(&self, n: usize) -> PyResult<[ode::Tolerance; 2]> {
+        let [rtol, atol] = self.tolerances()?;
+        Ok([twice(rtol, n, "rtol")?, twice(atol, n, "atol")?])
+    }
+
+    fn radau(&self, n: usize) -> PyResult<Method> {
+        let max_steps = convert::step_limit(self.max_steps)?;
+        self.refuse_options_of_newmark()?;
+        let [rtol, atol] = self.tolerances_of_states(n)?;
+        let options = radau::Options {
             rtol,
             atol,
-            predictor: predictor.map_or(Ok(defaults.predictor), self::predictor)?,
-            reuse_jacobian: reuse_jacobian.unwrap_or(defaults.reuse_jacobian),
+            first_step: None,
+            max_step: self.max_step.unwrap_or(f64::INFINITY),
+            min_step: self.min_step,
+            max_steps,
+        };
+        Ok(Method::Radau { options, dt: self.dt })
+    }
+
+    fn first_order(&self, method: ode::Method, n: usize) -> PyResult<Method> {
+        let max_steps = convert::step_limit(self.max_steps)?;
+        self.refuse_options_of_newmark()?;
+        let [rtol, atol] = self.tolerances_of_states(n)?;
+        let options = ode::Options {
+            method,
+            rtol,
+            atol,
+            max_step: self.max_step.unwrap_or(f64::INFINITY),
+            min_step: self.min_step,
+            max_steps,
+            ..ode::Options::default()
+        };
+        Ok(Method::FirstOrder { options, dt: self.dt })
+    }
+
+    fn newmark(&self) -> PyResult<Method> {
+        let [rtol, atol] = self.tolerances()?;
+        let max_steps = convert::step_limit(self.max_steps)?;
+        let defaults = newmark::Options::new(self.dt);
+        Ok(Method::Newmark(newmark::Options {
+            scheme: Scheme::by_name(self.method, &self.parameters).map_err(name_all_methods)?,
+            step_size: step_size(self.adaptive.unwrap_or(false), self.max_step, self.min_step)?,
+            derivative: self.jac.map_or(Ok(Derivative::Analytic), derivative)?,
+            rtol,
+            atol,
+            predictor: self.predictor.map_or(Ok(defaults.predictor), predictor)?,
+            reuse_jacobian: self.reuse_jacobian.unwrap_or(defaults.reuse_jacobian),
             max_steps,
             ..defaults
-        }),
-    };
+        }))
+    }
+
+    /// A method outside of the Newmark family takes none of its options, whether their value is the default or not.
+    fn refuse_options_of_newmark(&self) -> PyResult<()> {
+        let Parameters { beta, gamma, alpha, rho_inf } = self.parameters;
+        self.refuse([
+            ("jac", self.jac.is_some()),
+            ("beta", beta.is_some()),
+            ("gamma", gamma.is_some()),
+            ("alpha", alpha.is_some()),
+            ("rho_inf", rho_inf.is_some()),
+            ("adaptive", self.adaptive.is_some()),
+            ("predictor", self.predictor.is_some()),
+            ("reuse_jacobian", self.reuse_jacobian.is_some()),
+        ])
+    }
+
+    /// Refuses options that are none of the method's.
+    fn refuse(&self, options: impl IntoIterator<Item = (&'static str, bool)>) -> PyResult<()> {
+        match options.into_iter().find(|&(_, is_given)| is_given) {
+            None => Ok(()),
+            Some((name, _)) if self.method == "auto" => Err(PyValueError::new_err(format!(
+                "{name}: expected nothing: the method is \"auto\", which takes `rtol` and chooses the rest"
+            ))),
+            Some((name, _)) => Err(PyValueError::new_err(format!(
+                "{name}: expected nothing: it is an option of the Newmark family, the method is {:?}",
+                self.method
+            ))),
+        }
+    }
+}
+
+/// Computes a motion without the interpreter, which is asked for every progress and for Ctrl-C.
+fn run(
+    model: &Bound<'_, PyModel>,
+    t_span: (f64, f64),
+    [q0, v0]: [&[f64]; 2],
+    way: &Way,
+    t_eval: Option<&[f64]>,
+    progress: Option<&Bound<'_, PyAny>>,
+) -> PyResult<PyMotionResult> {
+    let py = model.py();
+    let object = model.clone().unbind();
+    let model = model.get().native();
     let mut raised = Raised::default();
     let mut ticker = Ticker::new();
     let progress = progress.map(|progress| progress.clone().unbind());
@@ -245,13 +331,12 @@ pub(crate) fn simulate<'py>(
             }))?;
             if stop { Err(Interrupted) } else { Ok(()) }
         };
-        match request {
-            Some(request) => {
-                model.simulate_to_accuracy((t0, t_end), &q0, &v0, request, t_eval.as_deref(), &mut monitor)
+        match way {
+            Way::Accuracy(request) => {
+                model.simulate_to_accuracy(t_span, q0, v0, *request, t_eval, &mut monitor)
             }
-            None => {
-                let simulation =
-                    model.simulate((t0, t_end), &q0, &v0, &method, t_eval.as_deref(), &mut monitor);
+            Way::Method(method) => {
+                let simulation = model.simulate(t_span, q0, v0, method, t_eval, &mut monitor);
                 simulation.map(|simulation| (simulation, None))
             }
         }
@@ -350,22 +435,6 @@ fn twice(tolerance: ode::Tolerance, n: usize, name: &str) -> Result<ode::Toleran
     checker.length(&values, n, name);
     checker.finish()?;
     Ok(ode::Tolerance::Each([values.as_slice(), values.as_slice()].concat()))
-}
-
-/// A method outside of the Newmark family takes none of these options, whether its value is the default or not.
-fn refuse_newmark_options(
-    method: &str,
-    options: impl IntoIterator<Item = (&'static str, bool)>,
-) -> PyResult<()> {
-    match options.into_iter().find(|&(_, is_given)| is_given) {
-        None => Ok(()),
-        Some((name, _)) if method == "auto" => Err(PyValueError::new_err(format!(
-            "{name}: expected nothing: the method is \"auto\", which takes `rtol` and chooses the rest"
-        ))),
-        Some((name, _)) => Err(PyValueError::new_err(format!(
-            "{name}: expected nothing: it is an option of the Newmark family, the method is {method:?}"
-        ))),
-    }
 }
 
 /// The names of the Newmark family are not all that this function takes.

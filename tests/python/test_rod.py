@@ -288,7 +288,9 @@ def parts(energy):
 
 
 def arguments_of(segment):
-    names = inspect.signature(lissom.Segment).parameters.keys() - {"nodes", "basis", "radius", "section"}
+    # Poisson's ratio stands for the shear modulus, the radius for a section.
+    left_out = {"nodes", "basis", "radius", "section", "poisson_ratio"}
+    names = inspect.signature(lissom.Segment).parameters.keys() - left_out
     section = {"section": (segment.section.shape, segment.section.parameters)}
     return {name: getattr(segment, name) for name in names} | section
 
