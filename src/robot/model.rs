@@ -38,21 +38,27 @@ pub struct RodModel {
 enum AnySweeps {
     Planar(Sweeps<Planar<true>>),
     Spatial(Sweeps<Spatial<true>>),
-    PortablePlanar(Sweeps<Planar<PORTABLE>>),
-    PortableSpatial(Sweeps<Spatial<PORTABLE>>),
+    #[cfg(feature = "portable")]
+    PortablePlanar(Sweeps<Planar<false>>),
+    #[cfg(feature = "portable")]
+    PortableSpatial(Sweeps<Spatial<false>>),
 }
 
-/// Fused packs even there in builds without the feature `portable`, which compile the sweeps once.
-const PORTABLE: bool = cfg!(not(feature = "portable"));
-
 impl AnySweeps {
-    /// The sweeps for a valid rod, in a plane where one is given, with fused packs or with portable ones.
+    /// The sweeps for a valid rod, in a plane where one is given, with fused packs or, where they are compiled, with
+    /// portable ones.
     fn new(rod: &Rod, plane: Option<Plane>, is_fused: bool) -> Self {
-        match (plane, is_fused || PORTABLE) {
-            (Some(plane), true) => Self::Planar(Sweeps::new(compile::plan(rod, plane))),
-            (Some(plane), false) => Self::PortablePlanar(Sweeps::new(compile::plan(rod, plane))),
-            (None, true) => Self::Spatial(Sweeps::new(compile::plan(rod, ()))),
-            (None, false) => Self::PortableSpatial(Sweeps::new(compile::plan(rod, ()))),
+        #[cfg(feature = "portable")]
+        if !is_fused {
+            return match plane {
+                Some(plane) => Self::PortablePlanar(Sweeps::new(compile::plan(rod, plane))),
+                None => Self::PortableSpatial(Sweeps::new(compile::plan(rod, ()))),
+            };
+        }
+        let _ = is_fused;
+        match plane {
+            Some(plane) => Self::Planar(Sweeps::new(compile::plan(rod, plane))),
+            None => Self::Spatial(Sweeps::new(compile::plan(rod, ()))),
         }
     }
 
@@ -61,15 +67,33 @@ impl AnySweeps {
         match self {
             Self::Planar(sweeps) => Self::Planar(sweeps.with_rod(rod)),
             Self::Spatial(sweeps) => Self::Spatial(sweeps.with_rod(rod)),
+            #[cfg(feature = "portable")]
             Self::PortablePlanar(sweeps) => Self::PortablePlanar(sweeps.with_rod(rod)),
+            #[cfg(feature = "portable")]
             Self::PortableSpatial(sweeps) => Self::PortableSpatial(sweeps.with_rod(rod)),
+        }
+    }
+
+    /// The same sweeps with everything computed that could be skipped.
+    fn with_nothing_skipped(&self) -> Self {
+        match self {
+            Self::Spatial(sweeps) => Self::Spatial(Sweeps::new(sweeps.plan().clone().with_nothing_skipped())),
+            #[cfg(feature = "portable")]
+            Self::PortableSpatial(sweeps) => {
+                Self::PortableSpatial(Sweeps::new(sweeps.plan().clone().with_nothing_skipped()))
+            }
+            _ => unreachable!("in a plane, something is skipped"),
         }
     }
 
     fn kernel(&self) -> Kernel {
         match self {
-            Self::Planar(_) | Self::PortablePlanar(_) => Kernel::Planar,
-            Self::Spatial(_) | Self::PortableSpatial(_) => Kernel::Spatial,
+            Self::Planar(_) => Kernel::Planar,
+            Self::Spatial(_) => Kernel::Spatial,
+            #[cfg(feature = "portable")]
+            Self::PortablePlanar(_) => Kernel::Planar,
+            #[cfg(feature = "portable")]
+            Self::PortableSpatial(_) => Kernel::Spatial,
         }
     }
 }
@@ -80,7 +104,9 @@ macro_rules! on_sweeps {
         match $model {
             AnySweeps::Planar($sweeps) => $call,
             AnySweeps::Spatial($sweeps) => $call,
+            #[cfg(feature = "portable")]
             AnySweeps::PortablePlanar($sweeps) => $call,
+            #[cfg(feature = "portable")]
             AnySweeps::PortableSpatial($sweeps) => $call,
         }
     };
@@ -104,6 +130,7 @@ impl RodModel {
     }
 
     /// Compiles `rod` for the instructions that all machines have, even where there are better ones: to compare them.
+    #[cfg(feature = "portable")]
     pub fn portable(rod: &Rod) -> Result<Self, InvalidInput> {
         rod.validate()?;
         Ok(Self::with(rod, AnySweeps::new(rod, Kernel::plane(rod), false), Solve::cheapest(rod)))
@@ -123,11 +150,7 @@ impl RodModel {
     /// them.
     pub fn with_nothing_skipped(rod: &Rod) -> Result<Self, InvalidInput> {
         rod.validate()?;
-        let sweeps = if Instructions::of_machine().has_fused() {
-            AnySweeps::Spatial(Sweeps::new(compile::plan(rod, ()).with_nothing_skipped()))
-        } else {
-            AnySweeps::PortableSpatial(Sweeps::new(compile::plan(rod, ()).with_nothing_skipped()))
-        };
+        let sweeps = AnySweeps::new(rod, None, Instructions::of_machine().has_fused()).with_nothing_skipped();
         Ok(Self::with(rod, sweeps, Solve::cheapest(rod)))
     }
 

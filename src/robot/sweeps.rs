@@ -29,21 +29,6 @@ pub(crate) struct Sweeps<G: Turning> {
     zeros: Vec<f64>,
 }
 
-struct Kinematics<'a, G: Turning> {
-    plan: &'a Plan<G>,
-    work: &'a mut Workspace<G>,
-    q: &'a [f64],
-}
-
-impl<G: Turning> Sweep for Kinematics<'_, G> {
-    type Output = ();
-
-    #[inline(always)]
-    fn call(self) {
-        kinematics::update(self.plan, self.work, self.q);
-    }
-}
-
 struct Motion<'a, G: Turning> {
     plan: &'a Plan<G>,
     work: &'a mut Workspace<G>,
@@ -117,7 +102,7 @@ impl<G: Turning> Sweeps<G> {
 
     fn update_kinematics(&mut self, q: &[f64]) {
         let Self { plan, work, .. } = self;
-        plan.instructions.run::<G::Pack, _>(Kinematics { plan, work, q });
+        kinematics::run(plan, work, q);
     }
 
     fn update_motion(&mut self, state: [&[f64]; 3]) {

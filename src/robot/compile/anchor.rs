@@ -13,7 +13,7 @@ use crate::support::Support;
 pub(crate) fn compile<G: Turning>(plan: &Plan<G>, supports: &[Support], at: &[usize]) -> Vec<Anchor> {
     // Where the sections are when all coordinates are zero.
     let mut work = Workspace::new(plan);
-    kinematics::update(plan, &mut work, &vec![0.0; plan.n]);
+    kinematics::run(plan, &mut work, &vec![0.0; plan.n]);
     let base = &plan.world.base.rotation;
     let in_frame = |v: Vector<f64>| base.apply_transposed(v);
     let compiled = |(support, &p): (&Support, &usize)| {

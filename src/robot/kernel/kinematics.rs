@@ -2,7 +2,7 @@
 
 use super::points;
 use super::shape::shape;
-use crate::lie::{Cross, LANES, Lanes, Rotation, Scalar, Twist, Vector, VectorSpace, weighted_sum};
+use crate::lie::{Cross, LANES, Lanes, Rotation, Scalar, Sweep, Twist, Vector, VectorSpace, weighted_sum};
 use crate::linalg::Matrix;
 use crate::robot::plan::Plan;
 use crate::robot::plan::packed;
@@ -73,6 +73,26 @@ pub(crate) fn update<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, q: &[f
         end.position = base.position + G::map_vector(&total, |pack: &G::Pack| pack.sum());
         points::find(plan, piece, s, work, q);
     }
+}
+
+struct Update<'a, G: Turning> {
+    plan: &'a Plan<G>,
+    work: &'a mut Workspace<G>,
+    q: &'a [f64],
+}
+
+impl<G: Turning> Sweep for Update<'_, G> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        update(self.plan, self.work, self.q);
+    }
+}
+
+/// [`update`] with the instructions of the plan.
+pub(crate) fn run<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, q: &[f64]) {
+    plan.instructions.run::<G::Pack, _>(Update { plan, work, q });
 }
 
 /// The pose at a place, with the kinematics up to date.
