@@ -14,8 +14,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 LAB_SCENES := $(sort $(wildcard scenes/lab-*.toml))
 # What `pip install` builds runs on every machine; here there is one, and half of the sweeps need not be compiled.
-MATURIN = $(BIN)/maturin develop --release --locked --no-default-features \
-	--features "python $(shell .ci/features)"
+MATURIN = $(BIN)/maturin develop --locked --no-default-features --features "python $(shell .ci/features)"
 COMPILE := uv pip compile --quiet --universal --python-version 3.11 --upgrade --generate-hashes \
 	--no-emit-index-url --no-emit-find-links --no-annotate --all-extras pyproject.toml
 
@@ -64,7 +63,9 @@ test-checked: $(VENV)/test.stamp ## the Python tests with debug assertions and o
 	$(BIN)/maturin develop --profile checked --locked
 	$(BIN)/python -m pytest -n $(JOBS); status=$$?; $(MAKE) build-for-test; exit $$status
 
-bench: build-for-test ## measure, and write docs/benchmarks.md (PARTS="lab kernels", QUICK=1)
+bench: $(VENV)/test.stamp ## measure, and write docs/benchmarks.md (PARTS="lab kernels", QUICK=1)
+	@.ci/toolchain cargo
+	$(MATURIN) --release
 	$(BIN)/python benches/python/speed/suite.py --parts $(PARTS) $(if $(QUICK),--quick)
 
 validate: build ## ask questions with known answers, and write docs/validation.md
@@ -77,13 +78,13 @@ fuzz: build-for-test ## try random input (FUZZ_SECONDS=300, FUZZ_SEED=1, FUZZ_HA
 	PYTHONPATH=tests/python $(BIN)/python -m fuzz $(if $(FUZZ_FILES),$(FUZZ_FILES),--seconds $(FUZZ_SECONDS) --jobs $(JOBS) \
 		--harness $(FUZZ_HARNESS) $(if $(FUZZ_SEED),--seed $(FUZZ_SEED)) --findings $(RESULTS)/fuzz)
 
-build: $(VENV)/demo.stamp ## build the package in release mode into .venv
+build: $(VENV)/demo.stamp ## build the package into .venv
 	@.ci/toolchain cargo
-	$(MATURIN)
+	$(MATURIN) --profile quick
 
 build-for-test: $(VENV)/test.stamp
 	@.ci/toolchain cargo
-	$(MATURIN)
+	$(MATURIN) --profile quick
 
 format: $(VENV)/test.stamp ## format all sources
 	cargo fmt
