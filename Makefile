@@ -1,4 +1,4 @@
-# Two commands do everything: `make demo` and `make test`. Both build in release mode inside .venv.
+# Two commands do everything: `make demo` and `make test`. Both build inside .venv.
 # Kept to what GNU make 3.81 and a BSD userland understand, so that macOS needs nothing extra.
 
 JOBS ?= 2
@@ -27,7 +27,7 @@ unexport CONDA_PREFIX
 unexport PYTHONPATH
 unexport PYTHONHOME
 
-.PHONY: help demo bench validate stress test test-rust test-python test-checked test-sanitized build build-for-test format lock fuzz audit clean
+.PHONY: help demo bench validate stress test test-rust test-python test-checked build build-for-test format lock fuzz audit clean
 .DEFAULT_GOAL := help
 
 help: ## list the targets

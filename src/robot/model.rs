@@ -121,7 +121,7 @@ impl RodModel {
 
     /// The same with a solve that need not be the cheapest: to compare them.
     pub fn with_solve(rod: &Rod, solve: Solve) -> Result<Self, InvalidInput> {
-        rod.validate()?;
+        Self::check(rod)?;
         Ok(Self::with(
             rod,
             AnySweeps::new(rod, Kernel::plane(rod), Instructions::of_machine().has_fused()),
@@ -132,13 +132,13 @@ impl RodModel {
     /// Compiles `rod` for the instructions that all machines have, even where there are better ones: to compare them.
     #[cfg(feature = "portable")]
     pub fn portable(rod: &Rod) -> Result<Self, InvalidInput> {
-        rod.validate()?;
+        Self::check(rod)?;
         Ok(Self::with(rod, AnySweeps::new(rod, Kernel::plane(rod), false), Solve::cheapest(rod)))
     }
 
     /// Compiles `rod` for the spatial kernel even where a planar one would do: to compare them.
     pub fn spatial(rod: &Rod) -> Result<Self, InvalidInput> {
-        rod.validate()?;
+        Self::check(rod)?;
         Ok(Self::with(
             rod,
             AnySweeps::new(rod, None, Instructions::of_machine().has_fused()),
@@ -149,9 +149,19 @@ impl RodModel {
     /// Compiles `rod` for the spatial kernel with everything computed that could be skipped, zeros included: to compare
     /// them.
     pub fn with_nothing_skipped(rod: &Rod) -> Result<Self, InvalidInput> {
-        rod.validate()?;
+        Self::check(rod)?;
         let sweeps = AnySweeps::new(rod, None, Instructions::of_machine().has_fused()).with_nothing_skipped();
         Ok(Self::with(rod, sweeps, Solve::cheapest(rod)))
+    }
+
+    /// Refuses a rod that is not valid, and a machine that this build has no sweeps for.
+    fn check(rod: &Rod) -> Result<(), InvalidInput> {
+        rod.validate()?;
+        if !Instructions::of_machine().are_compiled() {
+            let expected = "one with AVX2 and FMA, or a build with the feature `portable`";
+            return Err(InvalidInput::new("this machine", "one without fused multiply-add", expected));
+        }
+        Ok(())
     }
 
     fn with(rod: &Rod, sweeps: AnySweeps, solve: Solve) -> Self {
@@ -359,11 +369,11 @@ impl Model for RodModel {
     }
 
     fn is_damped(&self) -> bool {
-        on_sweeps!(&self.sweeps, sweeps => sweeps.plan().is_damped())
+        on_sweeps!(&self.sweeps, sweeps => sweeps.is_damped())
     }
 
     fn has_velocity_forces(&self) -> bool {
-        on_sweeps!(&self.sweeps, sweeps => sweeps.plan().has_velocity_forces())
+        on_sweeps!(&self.sweeps, sweeps => sweeps.has_velocity_forces())
     }
 
     /// Of follower loads, of loads that vary in time, of moments (one that keeps its direction in space has no
@@ -373,7 +383,7 @@ impl Model for RodModel {
     }
 
     fn is_driven(&self) -> bool {
-        on_sweeps!(&self.sweeps, sweeps => sweeps.plan().is_driven())
+        on_sweeps!(&self.sweeps, sweeps => sweeps.is_driven())
     }
 }
 

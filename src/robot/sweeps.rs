@@ -100,6 +100,21 @@ impl<G: Turning> Sweeps<G> {
         &self.plan
     }
 
+    /// Whether motion loses energy.
+    pub(crate) fn is_damped(&self) -> bool {
+        self.plan.pieces.iter().any(|piece| piece.retardation_time > 0.0) || effects::dissipates(&self.plan)
+    }
+
+    /// Whether more than damping makes forces depend on velocities: the motion of the base, or an effect.
+    pub(crate) fn has_velocity_forces(&self) -> bool {
+        self.plan.world.motion.is_some() || effects::depends_on_velocity(&self.plan)
+    }
+
+    /// Whether the base moves or something without a potential acts.
+    pub(crate) fn is_driven(&self) -> bool {
+        self.plan.world.motion.is_some() || effects::drives(&self.plan)
+    }
+
     fn update_kinematics(&mut self, q: &[f64]) {
         let Self { plan, work, .. } = self;
         kinematics::run(plan, work, q);
@@ -204,7 +219,7 @@ impl<G: Turning> Sweeps<G> {
 
     pub(crate) fn dissipated_power(&mut self, q: &[f64], qd: &[f64]) -> f64 {
         let power = elasticity::power_of_damping(&self.plan, qd);
-        if !self.plan.is_resisted() {
+        if !effects::dissipates(&self.plan) {
             return power;
         }
         self.update_velocities(q, qd);

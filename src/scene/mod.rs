@@ -69,6 +69,9 @@ impl Model {
     }
 }
 
+/// A last output step this close to the end, relative to the step, is the end.
+const END_OF_OUTPUT: f64 = 1e-6;
+
 /// How a scene is simulated.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Simulation {
@@ -120,10 +123,8 @@ impl Simulation {
 
     /// The times at which states are kept: every output step from the start, and the end. `None`: every `dt`.
     pub fn output_times(&self) -> Option<Vec<f64>> {
-        /// A last output step this close to the end, relative to the step, is the end.
-        const END: f64 = 1e-6;
         let step = self.output_dt?;
-        let whole = (self.duration() / step - END).max(0.0).floor() as usize;
+        let whole = (self.duration() / step - END_OF_OUTPUT).max(0.0).floor() as usize;
         let mut times: Vec<f64> = (0..=whole).map(|i| self.t0 + i as f64 * step).collect();
         times.push(self.t_end);
         Some(times)

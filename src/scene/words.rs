@@ -43,7 +43,7 @@ pub(super) const OLD_WORDS: [OldWord; 5] = [
         // It chose the method, too.
         adapt: |settings| {
             let method = settings.entry("method").or_insert_with(|| "auto".into());
-            let right = "write rtol; without a method, or with \"auto\", it is the accuracy that is wanted";
+            let right = "remove the method, or write rtol and atol, which it does take";
             (method.as_str() == Some("auto")).then_some(()).ok_or(["the method does not take it", right])
         },
     },

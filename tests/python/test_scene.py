@@ -155,3 +155,14 @@ def test_the_example_of_the_documentation_is_good():
     assert whole
     for example in whole:
         lissom.Scene.loads(example)
+
+
+def test_one_output_step_may_be_the_whole_run_wherever_it_starts():
+    """t_end - t0 is rounded: 1.2 - 1.1 is less than 0.1."""
+    for tenths in range(1, 40):
+        t0, t_end = tenths / 10, (tenths + 1) / 10
+        settings = f"t0 = {t0}\nt_end = {t_end}\ndt = 0.05\noutput = {{ dt = 0.1 }}\n"
+        scene = lissom.Scene.loads(f"version = 1\n[simulation]\n{settings}[pendulum]\n")
+        assert scene.run().t.tolist() == [t0, t_end]
+    with pytest.raises(lissom.SceneError, match="at most the simulated time"):
+        lissom.Scene.loads("version = 1\n[simulation]\nt_end = 1.0\noutput = { dt = 1.01 }\n[pendulum]\n")

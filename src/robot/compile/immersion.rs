@@ -54,7 +54,6 @@ pub(crate) fn compile<G: Turning>(plan: &mut Plan<G>, rod: &Rod, fluid: &Fluid) 
         plan.world.dead_force += Vector::from(weight) * volume;
     }
     if is_felt {
-        plan.has_responses = true;
         plan.immersion = Some(immersion);
     }
 }

@@ -9,6 +9,7 @@ mod points;
 use crate::lie::Instructions;
 use crate::load::Frame;
 use crate::robot::description::Rod;
+use crate::robot::effect::all as effects;
 use crate::robot::plan::Plan;
 use crate::robot::plan::load::LoadPlan;
 use crate::robot::plan::world::World;
@@ -38,7 +39,7 @@ pub(crate) fn plan<G: Turning>(rod: &Rod, frame: G::Frame) -> Plan<G> {
         points,
         anchors: Vec::new(),
         immersion: None,
-        has_responses: !rod.supports.is_empty(),
+        has_responses: false,
         has_dead_loads: loads.iter().any(|load| load.frame == Frame::World),
         varies_in_time: is_moving || loads.iter().any(|load| load.signals.is_some()),
         pieces,
@@ -51,5 +52,6 @@ pub(crate) fn plan<G: Turning>(rod: &Rod, frame: G::Frame) -> Plan<G> {
     if let Some(fluid) = &rod.fluid {
         immersion::compile(&mut plan, rod, fluid);
     }
+    plan.has_responses = effects::responds(&plan);
     plan
 }

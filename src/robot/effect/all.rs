@@ -42,16 +42,16 @@ pub(crate) fn act_at<G: Turning>(
     for_every_effect!(Kind => <Kind as Effect<G>>::act_at(plan, work, point, state));
 }
 
-/// [`Effect::turn_at`]: the sum.
+/// [`Effect::dead_at`]: the sum.
 #[inline(always)]
-pub(crate) fn turn_at<G: Turning>(
+pub(crate) fn dead_at<G: Turning>(
     plan: &Plan<G>,
     work: &Workspace<G>,
     point: &Point<G>,
     state: &PointState<G>,
 ) -> Gyroscope<G, f64> {
     let mut sum = Gyroscope::zero();
-    for_every_effect!(Kind => <Kind as Effect<G>>::turn_at(plan, work, point, state, &mut sum));
+    for_every_effect!(Kind => <Kind as Effect<G>>::dead_at(plan, work, point, state, &mut sum));
     sum
 }
 
@@ -63,9 +63,7 @@ pub(crate) fn respond_at<G: Turning>(
     point: &Point<G>,
     state: &PointState<G>,
 ) -> Option<Response<G, f64>> {
-    let mut responds = false;
-    for_every_effect!(Kind => responds |= <Kind as Effect<G>>::responds_at(point));
-    let mut sum = responds.then(Response::zero)?;
+    let mut sum = responds_at(point).then(Response::zero)?;
     for_every_effect!(Kind => <Kind as Effect<G>>::respond_at(plan, work, point, state, &mut sum));
     Some(sum)
 }
@@ -95,24 +93,24 @@ pub(crate) fn act_along<G: Turning>(plan: &Plan<G>, piece: &PiecePlan<G>, work: 
     });
 }
 
-/// [`Effect::turns_along`].
+/// [`Effect::is_dead_along`].
 #[inline(always)]
-pub(crate) fn turns_along<G: Turning>(plan: &Plan<G>, piece: &PiecePlan<G>) -> bool {
+pub(crate) fn is_dead_along<G: Turning>(plan: &Plan<G>, piece: &PiecePlan<G>) -> bool {
     let mut turns = false;
-    for_every_effect!(Kind => turns |= <Kind as Effect<G>>::turns_along(plan, piece));
+    for_every_effect!(Kind => turns |= <Kind as Effect<G>>::is_dead_along(plan, piece));
     turns
 }
 
-/// [`Effect::turn_along`]: the sums.
+/// [`Effect::dead_along`]: the sums.
 #[inline(always)]
-pub(crate) fn turn_along<G: Turning>(
+pub(crate) fn dead_along<G: Turning>(
     plan: &Plan<G>,
     piece: &PiecePlan<G>,
     work: &Workspace<G>,
     sums: &mut [Gyroscope<G, G::Pack>],
 ) {
     sums.fill(Gyroscope::zero());
-    for_every_effect!(Kind => <Kind as Effect<G>>::turn_along(plan, piece, work, sums));
+    for_every_effect!(Kind => <Kind as Effect<G>>::dead_along(plan, piece, work, sums));
 }
 
 struct RespondAlong<'a, G: Turning, E> {
@@ -156,6 +154,40 @@ pub(crate) fn respond_along<G: Turning>(
         let sweep = RespondAlong { plan, piece, work, is_mass_only, sums: &mut *sums, effect };
         plan.instructions.run_apart::<G::Pack, _>(sweep);
     });
+}
+
+/// Whether anything [responds at](Effect::responds_at) a point.
+#[inline(always)]
+pub(crate) fn responds_at<G: Turning>(point: &Point<G>) -> bool {
+    let mut responds = false;
+    for_every_effect!(Kind => responds |= <Kind as Effect<G>>::responds_at(point));
+    responds
+}
+
+/// Whether anything responds anywhere.
+pub(crate) fn responds<G: Turning>(plan: &Plan<G>) -> bool {
+    plan.points.iter().any(responds_at) || plan.pieces.iter().any(responds_along)
+}
+
+/// [`Effect::dissipates`].
+pub(crate) fn dissipates<G: Turning>(plan: &Plan<G>) -> bool {
+    let mut dissipates = false;
+    for_every_effect!(Kind => dissipates |= <Kind as Effect<G>>::dissipates(plan));
+    dissipates
+}
+
+/// [`Effect::drives`].
+pub(crate) fn drives<G: Turning>(plan: &Plan<G>) -> bool {
+    let mut drives = false;
+    for_every_effect!(Kind => drives |= <Kind as Effect<G>>::drives(plan));
+    drives
+}
+
+/// [`Effect::depends_on_velocity`].
+pub(crate) fn depends_on_velocity<G: Turning>(plan: &Plan<G>) -> bool {
+    let mut depends = false;
+    for_every_effect!(Kind => depends |= <Kind as Effect<G>>::depends_on_velocity(plan));
+    depends
 }
 
 /// [`Effect::add_energy`].

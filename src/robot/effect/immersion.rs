@@ -21,7 +21,7 @@ use crate::model::Energy;
 use crate::robot::algebra::products::Products;
 use crate::robot::algebra::response::{Linear, Response};
 use crate::robot::plan::Plan;
-use crate::robot::plan::immersion::Drag;
+use crate::robot::plan::immersion::{Drag, Immersion};
 use crate::robot::plan::piece::PiecePlan;
 use crate::robot::state::Workspace;
 use crate::robot::turning::Turning;
@@ -291,6 +291,19 @@ impl<G: Turning> Effect<G> for FluidAround {
                 sum.add(stream.response(mass, &drag, gravity, work.velocity[node]));
             }
         }
+    }
+
+    fn dissipates(plan: &Plan<G>) -> bool {
+        plan.immersion.is_some_and(|fluid| fluid.has_drag)
+    }
+
+    fn drives(plan: &Plan<G>) -> bool {
+        plan.immersion.is_some_and(|fluid| fluid.has_drag && plan.world.has_current())
+    }
+
+    fn depends_on_velocity(plan: &Plan<G>) -> bool {
+        let flows = |fluid: Immersion| fluid.has_drag || (fluid.has_added_mass && plan.world.has_current());
+        plan.immersion.is_some_and(flows)
     }
 
     fn add_energy(plan: &Plan<G>, work: &Workspace<G>, energy: &mut Energy) {

@@ -86,7 +86,7 @@ impl<G: Turning> Effect<G> for Loads {
     }
 
     #[inline(always)]
-    fn turn_at(
+    fn dead_at(
         plan: &Plan<G>,
         work: &Workspace<G>,
         point: &Point<G>,
@@ -115,12 +115,12 @@ impl<G: Turning> Effect<G> for Loads {
     }
 
     #[inline(always)]
-    fn turns_along(plan: &Plan<G>, piece: &PiecePlan<G>) -> bool {
+    fn is_dead_along(plan: &Plan<G>, piece: &PiecePlan<G>) -> bool {
         piece.spread.iter().any(|spread| spread.is_dead(plan))
     }
 
     #[inline(always)]
-    fn turn_along(
+    fn dead_along(
         plan: &Plan<G>,
         piece: &PiecePlan<G>,
         work: &Workspace<G>,
@@ -133,6 +133,10 @@ impl<G: Turning> Effect<G> for Loads {
                 sum.add(Gyroscope::of_dead_load(load, work.position[node]));
             }
         }
+    }
+
+    fn drives(plan: &Plan<G>) -> bool {
+        plan.loads.iter().any(|load| !load.has_potential || load.has_moment)
     }
 
     fn add_energy(plan: &Plan<G>, work: &Workspace<G>, energy: &mut Energy) {

@@ -1,4 +1,5 @@
-//! What acts on a robot: one file an effect. To add one, write its file and name it in the list of [`all`].
+//! What acts on a robot: one file an effect, named in the list of [`all`]. What an effect is given (its data in `plan`,
+//! made by `compile` from the description) is its own matter; all that the sweeps know of it is in the trait.
 
 pub(crate) mod all;
 pub(crate) mod immersion;
@@ -16,9 +17,10 @@ use crate::robot::state::Workspace;
 use crate::robot::state::point::PointState;
 use crate::robot::turning::Turning;
 
-/// What the sweeps ask of something that acts on a robot. It acts at points, along pieces, or both, and says of each
-/// how its wrench changes: as one that keeps its direction (a gyroscope) or as any that is linear in the motion (a
-/// response). An effect writes only what it has; the rest is nothing.
+/// What the sweeps ask of something that acts on a robot, at points or along pieces. Its wrench changes with the motion
+/// in one of three ways: not at all, as the material sees it; as one that keeps its direction in the world (dead, a
+/// [`Gyroscope`]); or linearly in displacement, velocity and acceleration (a [`Response`]). An effect writes only what it
+/// has; the rest is nothing.
 ///
 /// Wrenches are what a motion needs against the effect, so its opposite, about the origin of the frame.
 #[allow(unused_variables, reason = "the names say what is given to those who need it")]
@@ -27,9 +29,9 @@ pub(crate) trait Effect<G: Turning> {
     #[inline(always)]
     fn act_at(plan: &Plan<G>, work: &Workspace<G>, point: &Point<G>, state: &mut PointState<G>) {}
 
-    /// Adds what turns with the material relative to wrenches that keep their direction.
+    /// Adds the change of its dead wrenches at a point, as the material sees it when it turns.
     #[inline(always)]
-    fn turn_at(
+    fn dead_at(
         plan: &Plan<G>,
         work: &Workspace<G>,
         point: &Point<G>,
@@ -44,7 +46,7 @@ pub(crate) trait Effect<G: Turning> {
         false
     }
 
-    /// Adds its response at such a point.
+    /// Adds its response at such a point. It has no inertia there: what has is a body.
     #[inline(always)]
     fn respond_at(
         plan: &Plan<G>,
@@ -65,15 +67,15 @@ pub(crate) trait Effect<G: Turning> {
     #[inline(always)]
     fn act_along(plan: &Plan<G>, piece: &PiecePlan<G>, work: &mut Workspace<G>) {}
 
-    /// Whether its wrenches along a piece keep their direction.
+    /// Whether it is dead along a piece.
     #[inline(always)]
-    fn turns_along(plan: &Plan<G>, piece: &PiecePlan<G>) -> bool {
+    fn is_dead_along(plan: &Plan<G>, piece: &PiecePlan<G>) -> bool {
         false
     }
 
-    /// Adds what turns with the material of such a piece relative to them, times the quadrature weights.
+    /// [`Self::dead_at`] of the nodes of such a piece, times the quadrature weights.
     #[inline(always)]
-    fn turn_along(
+    fn dead_along(
         plan: &Plan<G>,
         piece: &PiecePlan<G>,
         work: &Workspace<G>,
@@ -97,6 +99,18 @@ pub(crate) trait Effect<G: Turning> {
         is_mass_only: bool,
         sums: &mut [Response<G, G::Pack>],
     ) {
+    }
+
+    /// Whether it takes power out of motion, whether it puts any in without having a potential, and whether its wrenches
+    /// depend on velocities other than by dissipation alone: where it does not, a run leaves that out.
+    fn dissipates(plan: &Plan<G>) -> bool {
+        false
+    }
+    fn drives(plan: &Plan<G>) -> bool {
+        false
+    }
+    fn depends_on_velocity(plan: &Plan<G>) -> bool {
+        false
     }
 
     /// Adds its energies, the motion up to date.

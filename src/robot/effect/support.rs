@@ -197,6 +197,10 @@ impl<G: Turning> Effect<G> for Supports {
         }
     }
 
+    fn dissipates(plan: &Plan<G>) -> bool {
+        plan.anchors.iter().any(Anchor::is_damped)
+    }
+
     fn add_energy(plan: &Plan<G>, work: &Workspace<G>, energy: &mut Energy) {
         for (anchor, state) in held(plan, work) {
             energy.elastic += anchor.energy(plan.frame, state);

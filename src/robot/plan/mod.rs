@@ -49,30 +49,6 @@ pub(crate) struct Plan<G: Space> {
 }
 
 impl<G: Space> Plan<G> {
-    /// Whether anything but the rod's own material takes energy out of its motion.
-    pub(crate) fn is_resisted(&self) -> bool {
-        self.anchors.iter().any(Anchor::is_damped) || self.immersion.is_some_and(|fluid| fluid.has_drag)
-    }
-
-    /// Whether motion loses energy.
-    pub(crate) fn is_damped(&self) -> bool {
-        self.pieces.iter().any(|piece| piece.retardation_time > 0.0) || self.is_resisted()
-    }
-
-    /// Whether drag, a current or the motion of the base make forces depend on velocities.
-    pub(crate) fn has_velocity_forces(&self) -> bool {
-        let flows = |fluid: Immersion| fluid.has_drag || (fluid.has_added_mass && self.world.has_current());
-        self.world.motion.is_some() || self.immersion.is_some_and(flows)
-    }
-
-    /// Whether the base moves or a load has no potential.
-    pub(crate) fn is_driven(&self) -> bool {
-        let is_driven = |load: &LoadPlan<G>| !load.has_potential || load.has_moment;
-        self.world.motion.is_some()
-            || self.loads.iter().any(is_driven)
-            || self.immersion.is_some_and(|fluid| fluid.has_drag && self.world.has_current())
-    }
-
     /// The same plan, of a rod in space, with everything computed that could be skipped: absent strains and loads of zero
     /// included.
     pub(crate) fn with_nothing_skipped(mut self) -> Self {

@@ -1,7 +1,8 @@
 //! What a plan costs: the products of doubles that its sweeps form.
 //!
-//! The loops are those of the sweeps; what acts on the robot says itself what it costs. What stands in the loops is not a number taken from a formula but the
-//! formula itself, evaluated with [`Counted`] numbers. A test counts what the sweeps really do.
+//! The loops are those of the sweeps; what acts on the robot says itself what it costs. What stands in the loops is not
+//! a number taken from a formula but the formula itself, evaluated with [`Counted`] numbers. A test counts what the
+//! sweeps really do.
 
 use crate::lie::{Counted, Cross, LANES, Twist, VectorSpace, Wrench, products};
 use crate::robot::algebra::inertia::Seen as _;
@@ -132,7 +133,7 @@ fn sizes<G: Turning>(piece: &PiecePlan<G>) -> (u64, u64, u64) {
     (piece.packs as u64, (piece.packs * LANES) as u64, piece.n as u64)
 }
 
-/// [`super::kinematics::update`].
+/// `kernel::kinematics::update`.
 pub(crate) fn kinematics<G: Turning>(plan: &Plan<G>) -> Products {
     let k = Kinds::<G>::new();
     let mut count = Products::default();
@@ -152,7 +153,7 @@ pub(crate) fn kinematics<G: Turning>(plan: &Plan<G>) -> Products {
     count
 }
 
-/// [`super::inverse_dynamics::update`].
+/// `kernel::inverse_dynamics::update`.
 pub(crate) fn motion<G: Turning>(plan: &Plan<G>) -> Products {
     let k = Kinds::<G>::new();
     let scaled = products(|| k.twist * Counted);
@@ -174,7 +175,7 @@ pub(crate) fn motion<G: Turning>(plan: &Plan<G>) -> Products {
     count
 }
 
-/// [`super::inverse_dynamics::project`].
+/// `kernel::inverse_dynamics::project`.
 pub(crate) fn projection<G: Turning>(plan: &Plan<G>) -> Products {
     let k = Kinds::<G>::new();
     let body = products(|| {
@@ -194,7 +195,7 @@ pub(crate) fn projection<G: Turning>(plan: &Plan<G>) -> Products {
     count
 }
 
-/// [`super::tangent::weighted_tangent`] with all weights, or of the mass matrix alone, without the blocks between
+/// `kernel::tangent::weighted_tangent` with all weights, or of the mass matrix alone, without the blocks between
 /// different pieces.
 pub(crate) fn tangent<G: Turning>(plan: &Plan<G>, is_mass_only: bool) -> Products {
     let k = Kinds::<G>::new();
@@ -235,7 +236,7 @@ pub(crate) fn tangent<G: Turning>(plan: &Plan<G>, is_mass_only: bool) -> Product
         }
         // What acts along the piece: gyroscopes and responses, columns, and rows below.
         count += effects::products_of_response(plan, piece, is_mass_only);
-        let has_dead = !is_mass_only && effects::turns_along(plan, piece);
+        let has_dead = !is_mass_only && effects::is_dead_along(plan, piece);
         let has_responses = effects::responds_along(piece);
         if has_dead {
             count.packs += packs * modes * (gyroscopic + scaled_axial);
@@ -263,10 +264,10 @@ pub(crate) fn tangent<G: Turning>(plan: &Plan<G>, is_mass_only: bool) -> Product
     count
 }
 
-/// How many points inside a piece are supported.
-fn supported<G: Turning>(plan: &Plan<G>, piece: &PiecePlan<G>) -> u64 {
+/// How many points inside a piece respond.
+fn responding<G: Turning>(plan: &Plan<G>, piece: &PiecePlan<G>) -> u64 {
     let points = &plan.points[piece.points.inside.clone()];
-    points.iter().filter(|point| !point.anchors.is_empty()).count() as u64
+    points.iter().filter(|point| effects::responds_at(point)).count() as u64
 }
 
 /// The part of the points inside a piece in its columns and entries, and of what responds behind it.
@@ -290,7 +291,7 @@ fn points_inside<G: Turning>(
     };
     if !is_mass_only {
         count.singles += inside * modes * (2 * gyroscopic + 6 * scaled);
-        count.singles += supported(plan, piece) * modes * response;
+        count.singles += responding(plan, piece) * modes * response;
         if plan.has_responses {
             count.singles += modes * (response + 3 * scaled);
         }
@@ -312,14 +313,14 @@ fn rows<G: Turning>(plan: &Plan<G>, piece: &PiecePlan<G>, k: &Kinds<G>) -> Produ
     if effects::responds_along(piece) {
         count.packs += modes * packs * products(|| k.response.transposed_times(k.twist));
     }
-    if effects::turns_along(plan, piece) {
+    if effects::is_dead_along(plan, piece) {
         count.packs += modes * packs * transposed;
     }
     if plan.has_dead_loads {
         count.singles += modes * transposed;
     }
     if plan.has_responses {
-        count.singles += (1 + supported(plan, piece)) * modes * response;
+        count.singles += (1 + responding(plan, piece)) * modes * response;
     }
     count
 }

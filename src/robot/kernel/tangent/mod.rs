@@ -67,7 +67,7 @@ pub(crate) fn weighted_tangent<G: Turning>(
             work,
             weights,
             has_points: !piece.points.inside.is_empty(),
-            has_dead: !weights.is_mass_only && effects::turns_along(plan, piece),
+            has_dead: !weights.is_mass_only && effects::is_dead_along(plan, piece),
             has_responses: effects::responds_along(piece),
         };
         points::add_to_rest(plan, work, piece.points.at_end.clone(), weights, &mut rest);
@@ -156,7 +156,7 @@ impl<G: Turning> Scope<'_, G> {
             }
         }
         if self.has_dead {
-            effects::turn_along(plan, piece, work, &mut memory.dead[..piece.packs]);
+            effects::dead_along(plan, piece, work, &mut memory.dead[..piece.packs]);
         }
         if self.has_responses {
             let responses = &mut memory.response[..piece.packs];

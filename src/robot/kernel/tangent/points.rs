@@ -154,7 +154,7 @@ fn gyroscopes<G: Turning>(
     p: usize,
 ) -> (Gyroscope<G, f64>, Gyroscope<G, f64>) {
     let state = &work.points[p];
-    let dead = effects::turn_at(plan, work, &plan.points[p], state);
+    let dead = effects::dead_at(plan, work, &plan.points[p], state);
     (Gyroscope::new(&state.inertia, state.velocity, state.momentum), dead)
 }
 
