@@ -20,8 +20,8 @@ from reference.rod import hat
 
 #: Length of a complex step: nothing is subtracted, it only has to vanish beside one when it is squared.
 STEP = 1e-30
-#: Nodes and weights on (0, 1): their sum is the integral to rounding up to three turns.
-NODES, WEIGHTS = np.add(leggauss(24), [[1], [0]]) / 2
+#: Nodes and weights on (0, 1): the rule is exact to rounding up to two turns.
+NODES, WEIGHTS = np.add(leggauss(14), [[1], [0]]) / 2
 
 
 def unit(axis):
