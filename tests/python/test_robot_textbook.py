@@ -211,12 +211,11 @@ def test_fast_heavy_top():
     [
         ({"type": "free"}, 6, (4.7300407449, 7.8532046241)),
         (Y_HINGE, 1, (3.9266023120, 7.0685827456)),
-        ({"type": "weld"}, 0, (1.8751040687, 4.6940911330)),
     ],
-    ids=["free", "hinged", "clamped"],
+    ids=["free", "hinged"],
 )
 def test_natural_frequencies_of_beams(joint, rigid, roots):
-    """Roots of cos cosh = 1, tan = tanh and cos cosh = -1, and as many zeros as there are rigid motions."""
+    """Roots of cos cosh = 1 and of tan = tanh, and as many zeros as there are rigid motions."""
     L, r, E, rho = 0.5, 1e-4, 1e9, 1000.0
     beam = {"length": L, "radius": r, "young_modulus": E, "shear_modulus": E, "density": rho}
     link = {"name": "beam", "joint": joint, "rod": [beam | {"modes": {"bend_y": 8}}]}

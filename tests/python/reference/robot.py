@@ -150,7 +150,7 @@ class Limb:
 
     def __init__(self, segments, gravity, loads, bodies):
         self.rod = rod.Rod(segments, gravity=gravity, loads=loads, bodies=bodies)
-        self.n, self.length = self.rod.n, self.rod.starts[-1]
+        self.n, self.length = int(self.rod.n), self.rod.starts[-1]
 
     def state(self, base, q, v, a, X):
         """The section at the arc length X; None: the tip."""

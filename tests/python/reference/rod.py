@@ -290,8 +290,11 @@ class Rod:
         paths, states = self._outward(q, qd, qdd), []
         for at in X:
             i = min(np.searchsorted(self.starts, at, side="right"), len(self.segments)) - 1
-            state = integrate(self._motion_rate(i, q, qd, qdd), 0, at - self.starts[i], paths[i][0])[-1]
-            states.append(unpack(state))
+            if at == self.starts[i + 1]:
+                states.append(unpack(paths[i][-1]))
+                continue
+            rate = self._motion_rate(i, q, qd, qdd)
+            states.append(unpack(integrate(rate, 0, at - self.starts[i], paths[i][0])[-1]))
         return states
 
     def inverse_dynamics(self, q, qd, qdd):
