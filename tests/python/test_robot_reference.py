@@ -18,7 +18,7 @@ from rod_cases import random_states as states_of_rods
 from rod_cases import rich_rod
 
 # Robots with rods take a tenth of a second each.
-few = settings(max_examples=8)
+few = settings(max_examples=6)
 #: Step of differences of order 4 in time, seconds. The robots are smooth over much longer times.
 STEP = 1e-3
 RUBBER = {"young_modulus": 1e5, "shear_modulus": 4e4, "density": 1000.0, "radius": 0.03}

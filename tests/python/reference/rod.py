@@ -23,9 +23,9 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from numpy.polynomial.legendre import legvander
 from scipy.integrate import quad_vec, solve_ivp
 from scipy.spatial.transform import Rotation
+from scipy.special import eval_legendre
 
 STRAINS = ("torsion", "bend_y", "bend_z", "stretch", "shear_y", "shear_z")
 RTOL = 1e-12
@@ -128,9 +128,7 @@ class Segment:
         """B Phi(X), shape (6, n)."""
         strains, degrees = self.coordinates
         B_Phi = np.zeros((6, self.n))
-        B_Phi[strains, range(self.n)] = legvander([2 * X / self.length - 1], degrees.max(initial=0))[
-            0, degrees
-        ]
+        B_Phi[strains, np.arange(self.n)] = eval_legendre(degrees, 2 * X / self.length - 1)
         return B_Phi
 
     @property
