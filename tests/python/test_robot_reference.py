@@ -552,6 +552,13 @@ def free_robots():
             "joint": {"type": "revolute", "axis": (0, 0, 1)},
             "body": BLOCK,
         },
+        {
+            "name": "c",
+            "parent": "a",
+            "at": 0.0,
+            "joint": {"type": "revolute", "axis": (1, 0, 0)},
+            "body": BLOCK,
+        },
     ]
     return {"rigid": (flying(rigid), 0.1, (16, 32)), "soft": (flying(soft), 0.06, (4, 8))}
 
