@@ -77,7 +77,7 @@ def test_velocities_are_rates_of_poses_and_accelerations_of_velocities(descripti
         pose = robot.pose(q, **place)
         turning = rate(lambda t, place=place: robot.pose(at(t), **place))
         velocity = [*axial(turning[:3, :3] @ pose[:3, :3].T), *turning[:3, 3]]
-        # Six-figure fifth derivatives: angles of some radians per second.
+        # The error of the differences is about a fifth derivative times STEP^4 = 1e-12.
         assert_allclose(robot.velocity(q, v, **place), velocity, rtol=0, atol=1e-7)
         acceleration = rate(lambda t, place=place: robot.velocity(at(t), speed(t), **place))
         assert_allclose(robot.acceleration(q, v, a, **place), acceleration, rtol=1e-7, atol=1e-7)
