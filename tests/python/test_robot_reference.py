@@ -11,6 +11,7 @@ from hypothesis import given, settings
 from numpy.testing import assert_allclose
 from scipy.spatial.transform import Rotation
 
+import lissom
 from reference import joint
 from reference.random_robots import coordinate_scale, quaternions, random_states, robots, seeds, vectors
 from reference.robot import build
@@ -261,6 +262,40 @@ def test_one_rod_is_the_rod_that_there_is(rich):
     assert_close(poses, case.lissom.pose(q, X))
     assert_close(velocities, [case.lissom.velocity(q, v, at) for at in X])
     assert_close(np.array(robot.energy(q, v)), np.array(case.reference.energy(q, v)))
+
+
+def test_a_rod_on_a_free_joint_is_a_rod_on_a_moving_base(rich):
+    """The forces along the rod, and those of the joint as the wrench that the base exerts."""
+    case, description = rich
+    [link] = description["links"]
+    link = link | {"joint": {"type": "free"}, "position": (0, 0, 0), "orientation": (1, 0, 0, 0)}
+    robot = build(description | {"links": [link]})
+    state = random_states(robot, 4)
+    base, rod = np.split(state, [6], axis=1)
+    at, _ = motion(base)
+
+    def orientation(t):
+        x, y, z, w = Rotation.from_rotvec(at(t)[3:]).as_quat()
+        return np.array([w, x, y, z])
+
+    moving = lissom.BaseMotion(translation=lambda t: at(t)[:3], rotation=orientation)
+    whole = case.lissom
+    moved = lissom.Rod(
+        whole.segments,
+        gravity=whole.gravity,
+        base_motion=moving,
+        tip_force=whole.tip_force,
+        tip_moment=whole.tip_moment,
+        tip_mass=whole.tip_mass,
+        loads=whole.loads,
+        bodies=whole.bodies,
+    )
+    tau = robot.inverse_dynamics(*state)
+    moment, force = np.split(moved.base_wrench(*rod, t=0.0), 2)
+    phi = base[0, 3:]
+    of_joint = [*force, *(joint.tangent(phi).T @ joint.exp(phi).T @ moment)]
+    # What moves the base is differentiated numerically there.
+    assert_close(tau, np.array([*of_joint, *moved.inverse_dynamics(*rod, t=0.0)]), 1e-9)
 
 
 def test_a_rod_of_two_segments_is_two_rods_welded(rich):
