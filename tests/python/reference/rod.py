@@ -8,7 +8,7 @@ of continuum and soft robots: a strain parameterization based approach", IEEE T-
 Inward, for the body wrench F that the rest of the rod needs and the generalised forces tau:
 
     F' = ad_xi^T F - (M eta_t - ad_eta^T M eta - gravity - loads per length)
-    F jumps by what a body there needs less the loads there
+    F jumps by what a body there, and whatever else the rod holds there, needs less the loads there
     tau = int (B Phi)^T (F + H (xi - xi0) + mu H xi_t)
 
 Twists and wrenches are angular first, a subscript t is a time derivative. Slow on purpose: nothing is shared
@@ -23,9 +23,9 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from numpy.polynomial.legendre import legvander
 from scipy.integrate import quad_vec, solve_ivp
 from scipy.spatial.transform import Rotation
+from scipy.special import eval_legendre
 
 STRAINS = ("torsion", "bend_y", "bend_z", "stretch", "shear_y", "shear_z")
 RTOL = 1e-12
@@ -128,9 +128,7 @@ class Segment:
         """B Phi(X), shape (6, n)."""
         strains, degrees = self.coordinates
         B_Phi = np.zeros((6, self.n))
-        B_Phi[strains, range(self.n)] = legvander([2 * X / self.length - 1], degrees.max(initial=0))[
-            0, degrees
-        ]
+        B_Phi[strains, np.arange(self.n)] = eval_legendre(degrees, 2 * X / self.length - 1)
         return B_Phi
 
     @property
@@ -211,6 +209,14 @@ class Body:
         return to_centre.T @ about_centre @ to_centre
 
 
+@dataclass(frozen=True)
+class Held:
+    """What something that the rod holds needs: wrenches in the axes of the section there, (6, m)."""
+
+    at: float | None
+    wrench: np.ndarray
+
+
 def hat(w):
     """Matrix of the cross product with w."""
     return np.array([[0, -w[2], w[1]], [w[2], 0, -w[0]], [-w[1], w[0], 0]])
@@ -257,27 +263,37 @@ class Rod:
         self.gravity = np.asarray(gravity)
         self.loads = [Load(tip_force, tip_moment), *loads]
         self.bodies = [Body(tip_mass), *bodies]
+        self.held = []
         self.starts = np.cumsum([0, *(segment.length for segment in self.segments)])
         ends = np.cumsum([0, *(segment.n for segment in self.segments)])
         self.dofs = [slice(start, end) for start, end in pairwise(ends)]
         self.n = ends[-1]
 
     def on_base(self, R, p, eta, eta_t):
-        """The same rod when its base is there and moves with this body twist and its rate."""
+        """The same rod when its base is there and moves with this body twist and its rate, (6,) or (6, m)."""
         moved = copy(self)
         moved.base, moved.base_rate = np.concatenate([np.ravel(R), p, eta]), np.asarray(eta_t, float)
         return moved
 
     def poses(self, q, X):
         """Poses (m, 4, 4) at arc lengths X (m,), counted from the rod's base."""
-        q, rest, poses = np.asarray(q, float), np.zeros(self.n), np.tile(np.eye(4), (len(X), 1, 1))
-        ends = self._outward(q, rest, np.empty((self.n, 0)))
-        for pose, at in zip(poses, X, strict=True):
-            i = min(np.searchsorted(self.starts, at, side="right"), len(self.segments)) - 1
-            rate = self._motion_rate(i, q, rest, np.empty((self.n, 0)))
-            R, p, *_ = unpack(integrate(rate, 0, at - self.starts[i], ends[i][0])[-1])
+        poses = np.tile(np.eye(4), (len(X), 1, 1))
+        states = self.states(np.asarray(q, float), np.zeros(self.n), np.empty((self.n, 0)), X)
+        for pose, (R, p, *_) in zip(poses, states, strict=True):
             pose[:3, :3], pose[:3, 3] = R, p
         return poses
+
+    def states(self, q, qd, qdd, X):
+        """R, p, eta and eta_t (6, m) at each of the arc lengths X, of m motions qdd (n, m)."""
+        paths, states = self._outward(q, qd, qdd), []
+        for at in X:
+            i = min(np.searchsorted(self.starts, at, side="right"), len(self.segments)) - 1
+            if at == self.starts[i + 1]:
+                states.append(unpack(paths[i][-1]))
+                continue
+            rate = self._motion_rate(i, q, qd, qdd)
+            states.append(unpack(integrate(rate, 0, at - self.starts[i], paths[i][0])[-1]))
+        return states
 
     def inverse_dynamics(self, q, qd, qdd):
         """Generalised forces tau that the motion needs, of the shape of qdd."""
@@ -353,7 +369,7 @@ class Rod:
     def _pieces(self, i):
         """Where segment i is smooth: from, to, and the loads that are spread there."""
         start, length = self.starts[i], self.segments[i].length
-        places = [thing.at for thing in (*self.loads, *self.bodies) if thing.at is not None]
+        places = [thing.at for thing in (*self.loads, *self.bodies, *self.held) if thing.at is not None]
         spread = [load for load in self.loads if load.along is not None]
         places += [end for load in spread for end in load.along]
         inside = [at - start for at in places if 1e-12 < at - start < length - 1e-12]
@@ -362,13 +378,18 @@ class Rod:
             yield X0, X1, [load for load in spread if load.along[0] < middle < load.along[1]]
 
     def _forces_of_motion(self, q, qd, qdd):
-        """What inertia, gravity and the loads at the tip need, (n, m)."""
+        """What inertia, gravity, loads and what the rod holds need, (n, m)."""
+        return self.balance(q, qd, qdd)[0]
+
+    def balance(self, q, qd, qdd):
+        """What `_forces_of_motion` says, and the wrench that the same needs at the base, (6, m)."""
         m = qdd.shape[1]
         paths = self._outward(q, qd, qdd)
         # Absolute tolerances follow the largest force of each motion: a rod may weigh a gram or a ton.
         loads = [self._load(i, 0, y, self.loads) for i, path in enumerate(paths) for y in path]
         ends = [self._at_point(i, self.segments[i].length, path[-1]) for i, path in enumerate(paths)]
-        largest = np.abs([*ends, *loads]).max(axis=(0, 1))
+        held = [thing.wrench for thing in self.held]
+        largest = np.abs([*ends, *loads, *held]).max(axis=(0, 1))
 
         F, tau = np.zeros((6, m)), np.empty((self.n, m))
         for i, segment in reversed(list(enumerate(self.segments))):
@@ -387,7 +408,7 @@ class Rod:
                 state = integrate(rate, X1, X0, state, ATOL * scale)[-1]
             F = state[size : size + 6 * m].reshape(6, m)
             tau[dof] = state[size + 6 * m :].reshape(-1, m)
-        return tau
+        return tau, F
 
     def _strain(self, i, X, q):
         return self.segments[i].reference_strain + self.segments[i].basis(X) @ q[self.dofs[i]]
@@ -413,7 +434,8 @@ class Rod:
 
     def _outward(self, q, qd, qdd):
         """States along every segment, base to tip."""
-        paths, y = [], np.concatenate([self.base, np.repeat(self.base_rate, qdd.shape[1])])
+        rates = np.broadcast_to(np.reshape(self.base_rate, (6, -1)), (6, qdd.shape[1]))
+        paths, y = [], np.concatenate([self.base, rates.ravel()])
         for i, segment in enumerate(self.segments):
             paths.append(integrate(self._motion_rate(i, q, qd, qdd), 0, segment.length, y))
             y = paths[-1][-1]
@@ -428,7 +450,7 @@ class Rod:
         return M @ eta_t - (ad(eta).T @ M @ eta + M @ weight + given)[:, None]
 
     def _at_point(self, i, X, y):
-        """Body wrench that the bodies at a place need beyond what gravity and loads give, (6, m)."""
+        """Body wrench that bodies and what is held there need beyond gravity and loads, (6, m)."""
         R, _, eta, eta_t = unpack(y)
         weight = np.concatenate([np.zeros(3), R.T @ self.gravity])[:, None]
         wrench = np.zeros_like(eta_t)
@@ -436,4 +458,6 @@ class Rod:
             wrench += body.matrix @ (eta_t - weight) - (ad(eta).T @ body.matrix @ eta)[:, None]
         for load in self._there(self.loads, i, X):
             wrench -= load.wrench(R)[:, None]
+        for thing in self._there(self.held, i, X):
+            wrench += thing.wrench
         return wrench
