@@ -16,6 +16,8 @@ mod plan;
 mod state;
 mod sweeps;
 mod tell;
+#[cfg(test)]
+mod tests;
 mod turning;
 
 pub use choice::{Kernel, Solve};

@@ -267,7 +267,7 @@ impl<G: Turning> Sweeps<G> {
     /// Moment and force that the base exerts on the rod, in world axes.
     pub(crate) fn base_wrench(&mut self, state: [&[f64]; 3]) -> [Vector<f64>; 2] {
         self.update_motion(state);
-        let Wrench { moment, force } = self.work.base_wrench;
+        let Wrench { moment, force } = self.work.carried[0];
         let rotation = &self.work.surroundings.base.rotation;
         let frame = self.plan.frame;
         [G::axial_in_space(frame, moment), G::in_space(frame, force)].map(|v| rotation.apply(v))

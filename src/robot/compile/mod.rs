@@ -12,6 +12,7 @@ use crate::robot::description::Rod;
 use crate::robot::effect::all as effects;
 use crate::robot::plan::Plan;
 use crate::robot::plan::load::LoadPlan;
+use crate::robot::plan::tree::Joined;
 use crate::robot::plan::world::World;
 use crate::robot::turning::Turning;
 
@@ -20,7 +21,7 @@ pub(crate) fn plan<G: Turning>(rod: &Rod, frame: G::Frame) -> Plan<G> {
     let mut pieces = Vec::with_capacity(rod.segments.len());
     let (mut first, mut first_pack) = (0, 0);
     for piece in rod.segments.iter().flat_map(crate::rod::piece::of) {
-        let plan = piece::plan(piece, frame, first, first_pack);
+        let plan = piece::plan(piece, frame, Joined::in_chain(pieces.len()), first, first_pack);
         first += plan.n;
         first_pack += plan.packs;
         pieces.push(plan);
@@ -33,6 +34,8 @@ pub(crate) fn plan<G: Turning>(rod: &Rod, frame: G::Frame) -> Plan<G> {
     let (points, supported) = points::compile(frame, &mut pieces, &loads, rod.all_bodies(), &rod.supports);
     let mut plan = Plan {
         n: first,
+        stations: pieces.len() + 1,
+        has_branches: false,
         instructions: Instructions::of_machine(),
         packs: first_pack,
         frame,
@@ -52,6 +55,7 @@ pub(crate) fn plan<G: Turning>(rod: &Rod, frame: G::Frame) -> Plan<G> {
     if let Some(fluid) = &rod.fluid {
         immersion::compile(&mut plan, rod, fluid);
     }
+    plan.find_families();
     plan.has_responses = effects::responds(&plan);
     plan
 }

@@ -8,6 +8,7 @@ use crate::robot::plan::material::{Component, Coupling, Moments};
 use crate::robot::plan::piece::PiecePlan;
 use crate::robot::plan::point::Points;
 use crate::robot::plan::stretch::Stretch;
+use crate::robot::plan::tree::Joined;
 use crate::robot::turning::Turning;
 use crate::rod::STRAINS;
 use crate::rod::piece::Piece;
@@ -16,6 +17,7 @@ use crate::rod::{STRAIGHT, Section, SectionProperties, nodes, stiffness};
 pub(crate) fn plan<G: Turning>(
     piece: Piece,
     frame: G::Frame,
+    joined: Joined<G>,
     first: usize,
     first_pack: usize,
 ) -> PiecePlan<G> {
@@ -56,6 +58,7 @@ pub(crate) fn plan<G: Turning>(
 
     PiecePlan {
         length,
+        joined,
         largest_gap: if turns { length * gauss.largest_gap() } else { 0.0 },
         first,
         n: piece.modes.iter().sum(),

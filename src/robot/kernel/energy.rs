@@ -66,7 +66,7 @@ pub(crate) fn supplied_power<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) ->
     let mut power = effects::supplied_power(plan, work);
     if plan.world.motion.is_some() {
         let frame = Twist { angular: VectorSpace::zero(), linear: work.surroundings.velocity };
-        power += (work.stations[0].velocity + frame).dot(work.base_wrench);
+        power += (work.stations[0].velocity + frame).dot(work.carried[0]);
     }
     power
 }

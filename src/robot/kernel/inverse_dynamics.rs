@@ -11,7 +11,7 @@ use crate::robot::effect::all as effects;
 use crate::robot::plan::Plan;
 use crate::robot::plan::material::Moments;
 use crate::robot::plan::piece::PiecePlan;
-use crate::robot::state::Workspace;
+use crate::robot::state::{Station, Workspace};
 use crate::robot::turning::Turning;
 
 /// Twist of a body-frame strain at a place: `Ad_g (angular; linear)`.
@@ -48,27 +48,33 @@ pub(crate) fn update<G: Turning>(
     known[..n].copy_from_slice(q);
     known[n..2 * n].copy_from_slice(qd);
     known[2 * n..].copy_from_slice(qdd);
-    for (s, piece) in plan.pieces.iter().enumerate() {
+    for piece in &plan.pieces {
+        if let Some(weld) = &piece.joined.weld {
+            let Station { velocity, acceleration, .. } = work.stations[weld.to];
+            let begin = &mut work.stations[piece.joined.begin];
+            (begin.velocity, begin.acceleration) = (velocity, acceleration);
+        }
         match &piece.moments {
             Moments::Round(rotary) => {
                 let sections = Round { mass: &piece.mass, rotary };
-                sweep_out(plan.frame, piece, &sections, s, work, [qd, qdd]);
+                sweep_out(plan.frame, piece, &sections, work, [qd, qdd]);
             }
             Moments::General(sections) => {
                 let sections = General(sections);
-                let sweep = SweepOut { frame: plan.frame, piece, sections, s, work, rates: [qd, qdd] };
+                let sweep = SweepOut { frame: plan.frame, piece, sections, work, rates: [qd, qdd] };
                 plan.instructions.run_apart::<G::Pack, _>(sweep);
             }
         }
         effects::act_along(plan, piece, work);
-        points::drive(plan, piece, s, work);
+        points::drive(plan, piece, work);
     }
-    let mut end = Wrench::zero();
+    work.carried.fill(Wrench::zero());
     for piece in plan.pieces.iter().rev() {
-        end = sweep_back(piece, work, end + points::at_end(piece, work));
-        end += points::carry(plan, piece, work);
+        let end = work.carried[piece.joined.end] + points::at_end(piece, work);
+        let mut begin = sweep_back(piece, work, end);
+        begin += points::carry(plan, piece, work);
+        work.carried[piece.joined.carrier()] += begin;
     }
-    work.base_wrench = end;
 }
 
 /// [`sweep_out`] of sections that are not round.
@@ -76,7 +82,6 @@ struct SweepOut<'a, G: Turning> {
     frame: G::Frame,
     piece: &'a PiecePlan<G>,
     sections: General<'a, G>,
-    s: usize,
     work: &'a mut Workspace<G>,
     rates: [&'a [f64]; 2],
 }
@@ -86,17 +91,16 @@ impl<G: Turning> Sweep for SweepOut<'_, G> {
 
     #[inline(always)]
     fn call(self) {
-        sweep_out(self.frame, self.piece, &self.sections, self.s, self.work, self.rates);
+        sweep_out(self.frame, self.piece, &self.sections, self.work, self.rates);
     }
 }
 
-/// The motion of piece `s` and the forces that it needs, from that of the piece's base.
+/// The motion of a piece and the forces that it needs, from that of the piece's base.
 #[inline(always)]
 fn sweep_out<G: Turning>(
     frame: G::Frame,
     piece: &PiecePlan<G>,
     sections: &impl Sections<G>,
-    s: usize,
     work: &mut Workspace<G>,
     [qd, qdd]: [&[f64]; 2],
 ) {
@@ -113,7 +117,7 @@ fn sweep_out<G: Turning>(
     let force = &mut work.force[nodes][..packs];
     let weights = &piece.weights[..packs];
 
-    let base = work.stations[s];
+    let base = work.stations[piece.joined.begin];
     piece.fields(qd, rate);
     piece.fields(qdd, acceleration_rate);
     for pack in 0..packs {
@@ -137,7 +141,7 @@ fn sweep_out<G: Turning>(
         force[pack] =
             inertia.momentum(acceleration[pack]) - velocity[pack].bracket_transposed(momentum[pack]);
     }
-    let next = &mut work.stations[s + 1];
+    let next = &mut work.stations[piece.joined.end];
     next.velocity = base.velocity + change.0.sum();
     next.acceleration = base.acceleration + change.1.sum();
 }

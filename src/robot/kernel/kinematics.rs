@@ -47,10 +47,18 @@ pub(crate) fn update<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, q: &[f
     work.kinematics_of.extend_from_slice(q);
     // Whatever was computed of the motion belongs to another shape.
     work.motion_is_known = false;
-    for (s, piece) in plan.pieces.iter().enumerate() {
+    for piece in &plan.pieces {
+        let joined = &piece.joined;
+        if let Some(weld) = &joined.weld {
+            let to = &work.stations[weld.to];
+            let position = to.position + G::rotate(&G::matrix(to.orientation), weld.position);
+            let orientation = G::turned(to.orientation, weld.orientation);
+            let begin = &mut work.stations[joined.begin];
+            (begin.position, begin.orientation) = (position, orientation);
+        }
         let rotations = &mut work.rotation[piece.node_packs()];
-        let base = work.stations[s];
-        let end = &mut work.stations[s + 1];
+        let base = work.stations[joined.begin];
+        let end = &mut work.stations[joined.end];
         end.orientation = G::turn(piece, q, base.orientation, rotations);
 
         let slopes = &mut work.slope[piece.node_packs()];
@@ -71,7 +79,7 @@ pub(crate) fn update<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, q: &[f
             total = total.add_scaled(slopes[pack], piece.weights[pack]);
         }
         end.position = base.position + G::map_vector(&total, |pack: &G::Pack| pack.sum());
-        points::find(plan, piece, s, work, q);
+        points::find(plan, piece, work, q);
     }
 }
 
@@ -110,7 +118,7 @@ pub(crate) fn pose<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, q: &[f64], p
 
 /// The position of a place in the frame, with the kinematics up to date.
 pub(crate) fn position<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, place: &Place) -> G::Vector<f64> {
-    let mut position = work.stations[place.piece].position;
+    let mut position = work.stations[plan.pieces[place.piece].joined.begin].position;
     let slopes = &work.slope[plan.pieces[place.piece].node_packs()];
     for (i, &weight) in place.weights.iter().enumerate() {
         position +=
@@ -121,7 +129,7 @@ pub(crate) fn position<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, place: &
 
 /// Angular velocity of a place and velocity of its point, in world axes, with the motion up to date.
 pub(crate) fn velocity<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, place: &Place) -> [Vector<f64>; 2] {
-    let Twist { mut angular, mut linear } = work.stations[place.piece].velocity;
+    let Twist { mut angular, mut linear } = work.stations[plan.pieces[place.piece].joined.begin].velocity;
     let rates = &work.rate[plan.pieces[place.piece].node_packs()];
     for (i, &weight) in place.weights.iter().enumerate() {
         let (rate, lane) = (&rates[i / LANES], i % LANES);
@@ -146,8 +154,13 @@ pub(crate) fn jacobian<G: Turning>(
     jacobian.fill(0.0);
     let point = position(plan, work, place);
     let base = &work.surroundings.base.rotation;
-    // What lies behind the place does not move it.
-    for (p, piece) in plan.pieces[..=place.piece].iter().enumerate() {
+    // Only what carries the place moves it.
+    let carries = |p: usize| {
+        let own = plan.pieces[p].coordinates();
+        p == place.piece
+            || plan.pieces[place.piece].joined.ancestors.iter().any(|range| range.contains(&own.start))
+    };
+    for (p, piece) in plan.pieces[..=place.piece].iter().enumerate().filter(|&(p, _)| carries(p)) {
         let nodes = piece.packs * LANES;
         let weights: Vec<G::Pack> =
             if p == place.piece { packed(nodes, |i| place.weights[i]) } else { piece.weights.clone() };

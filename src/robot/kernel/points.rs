@@ -27,15 +27,9 @@ impl<G: Turning> Inside<G> {
     }
 }
 
-/// Positions, rotations and inertia at the points of piece `s`, with the kinematics of the piece up to date.
+/// Positions, rotations and inertia at the points of a piece, with the kinematics of the piece up to date.
 #[inline(always)]
-pub(crate) fn find<G: Turning>(
-    plan: &Plan<G>,
-    piece: &PiecePlan<G>,
-    s: usize,
-    work: &mut Workspace<G>,
-    q: &[f64],
-) {
+pub(crate) fn find<G: Turning>(plan: &Plan<G>, piece: &PiecePlan<G>, work: &mut Workspace<G>, q: &[f64]) {
     for p in piece.points.all() {
         let point = &plan.points[p];
         let (position, rotation) = match &point.inside {
@@ -44,14 +38,14 @@ pub(crate) fn find<G: Turning>(
                 for (&weight, &slope) in inside.up_to.iter().zip(&work.slope[piece.node_packs()]) {
                     change += slope * weight;
                 }
-                let position =
-                    work.stations[s].position + G::map_vector(&change, |pack: &G::Pack| pack.sum());
+                let position = work.stations[piece.joined.begin].position
+                    + G::map_vector(&change, |pack: &G::Pack| pack.sum());
                 let is_oriented = point.is_oriented;
                 let rotation = is_oriented.then(|| place::rotation_at(piece, work, q, &point.place));
                 (position, rotation)
             }
             None => {
-                let end = &work.stations[s + 1];
+                let end = &work.stations[piece.joined.end];
                 (end.position, point.is_oriented.then(|| G::matrix(end.orientation)))
             }
         };
@@ -64,21 +58,24 @@ pub(crate) fn find<G: Turning>(
     }
 }
 
-/// Motion and force at the points of piece `s`, with the motion of the piece up to date.
+/// Motion and force at the points of a piece, with the motion of the piece up to date.
 #[inline(always)]
-pub(crate) fn drive<G: Turning>(plan: &Plan<G>, piece: &PiecePlan<G>, s: usize, work: &mut Workspace<G>) {
+pub(crate) fn drive<G: Turning>(plan: &Plan<G>, piece: &PiecePlan<G>, work: &mut Workspace<G>) {
     for p in piece.points.all() {
         let point = &plan.points[p];
         let mut state = work.points[p];
         let motion = match &point.inside {
             Some(inside) => {
                 let nodes = piece.node_packs();
-                let base = &work.stations[s];
+                let base = &work.stations[piece.joined.begin];
                 let velocity = base.velocity + inside.integral(&work.rate[nodes.clone()]);
                 let acceleration = base.acceleration + inside.integral(&work.acceleration_rate[nodes]);
                 (velocity, acceleration)
             }
-            None => (work.stations[s + 1].velocity, work.stations[s + 1].acceleration),
+            None => {
+                let end = &work.stations[piece.joined.end];
+                (end.velocity, end.acceleration)
+            }
         };
         (state.velocity, state.acceleration) = motion;
         state.force = Wrench::zero();

@@ -8,6 +8,7 @@ pub(crate) mod piece;
 pub(crate) mod point;
 pub(crate) mod space;
 pub(crate) mod stretch;
+pub(crate) mod tree;
 pub(crate) mod world;
 
 use crate::lie::{Instructions, LANES, Lanes};
@@ -19,6 +20,7 @@ use crate::robot::plan::material::Component;
 use crate::robot::plan::piece::PiecePlan;
 use crate::robot::plan::point::Point;
 use crate::robot::plan::space::Space;
+use crate::robot::plan::tree::Joined;
 use crate::robot::plan::world::World;
 use crate::rod::STRAINS;
 
@@ -29,6 +31,10 @@ pub(crate) struct Plan<G: Space> {
     /// What its sweeps run with.
     pub(crate) instructions: Instructions,
     pub(crate) pieces: Vec<PiecePlan<G>>,
+    /// Places where pieces begin and end.
+    pub(crate) stations: usize,
+    /// Whether it is more than a chain, every piece of which begins where the one before ends.
+    pub(crate) has_branches: bool,
     /// Packs of nodes of all pieces together.
     pub(crate) packs: usize,
     /// Where the frame lies in the rod's space.
@@ -49,6 +55,43 @@ pub(crate) struct Plan<G: Space> {
 }
 
 impl<G: Space> Plan<G> {
+    /// Takes down which pieces carry which ones.
+    pub(crate) fn find_families(&mut self) {
+        let mut carried_by = vec![None; self.stations];
+        let mut is_chain = true;
+        for p in 0..self.pieces.len() {
+            let Joined { begin, end, .. } = self.pieces[p].joined;
+            let carrier = carried_by[self.pieces[p].joined.carrier()];
+            is_chain &= begin == p && end == p + 1;
+            carried_by[end] = Some(p);
+            let mut ancestors = Vec::new();
+            if let Some(parent) = carrier {
+                let parent: &PiecePlan<G> = &self.pieces[parent];
+                ancestors.clone_from(&parent.joined.ancestors);
+                tree::extend(&mut ancestors, parent.coordinates());
+            }
+            self.pieces[p].joined.ancestors = ancestors;
+        }
+        self.has_branches = !is_chain;
+        for p in 0..self.pieces.len() {
+            let own = self.pieces[p].coordinates();
+            let mut descendants = Vec::new();
+            if is_chain {
+                tree::extend(&mut descendants, own.end..self.n);
+                self.pieces[p].joined.descendants = descendants;
+                continue;
+            }
+            for other in &self.pieces[p + 1..] {
+                let carries =
+                    |range: &std::ops::Range<usize>| range.start <= own.start && own.end <= range.end;
+                if !own.is_empty() && other.joined.ancestors.iter().any(carries) {
+                    tree::extend(&mut descendants, other.coordinates());
+                }
+            }
+            self.pieces[p].joined.descendants = descendants;
+        }
+    }
+
     /// The same plan, of a rod in space, with everything computed that could be skipped: absent strains and loads of zero
     /// included.
     pub(crate) fn with_nothing_skipped(mut self) -> Self {

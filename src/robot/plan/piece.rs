@@ -6,6 +6,7 @@ use super::material::{Component, Coupling, Moments};
 use super::point::Points;
 use super::space::Space;
 use super::stretch::Stretch;
+use super::tree::Joined;
 use crate::lie::{LANES, Scalar, Twist};
 use crate::linalg::Matrix;
 use crate::robot::algebra::inertia::Inertia;
@@ -16,6 +17,7 @@ use crate::rod::piece::Piece;
 #[derive(Clone, Debug)]
 pub(crate) struct PiecePlan<G: Space> {
     pub(crate) length: f64,
+    pub(crate) joined: Joined<G>,
     /// First coordinate and number of coordinates.
     pub(crate) first: usize,
     pub(crate) n: usize,
@@ -87,6 +89,11 @@ impl<G: Space> PiecePlan<G> {
                 }
             }
         }
+    }
+
+    /// Its coordinates.
+    pub(crate) fn coordinates(&self) -> std::ops::Range<usize> {
+        self.first..self.first + self.n
     }
 
     /// The packs of this piece's nodes among those of the rod.

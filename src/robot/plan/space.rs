@@ -12,6 +12,9 @@ pub(crate) trait Space: Geometry {
     /// The orientation of the frame.
     fn start() -> Self::Orientation;
 
+    /// The orientation of what is turned by `by`, seen from something with this orientation.
+    fn turned(orientation: Self::Orientation, by: Self::Orientation) -> Self::Orientation;
+
     /// The rotation ready to be applied.
     fn matrix(orientation: Self::Orientation) -> Self::Rotation<f64>;
 }
@@ -22,6 +25,10 @@ impl<const FUSED: bool> Space for Spatial<FUSED> {
 
     fn start() -> Quaternion<f64> {
         Quaternion { w: 1.0, v: Vector::zero() }
+    }
+
+    fn turned(orientation: Quaternion<f64>, by: Quaternion<f64>) -> Quaternion<f64> {
+        orientation.times(by)
     }
 
     fn matrix(orientation: Quaternion<f64>) -> Self::Rotation<f64> {
@@ -35,6 +42,10 @@ impl<const FUSED: bool> Space for Planar<FUSED> {
 
     fn start() -> f64 {
         0.0
+    }
+
+    fn turned(angle: f64, by: f64) -> f64 {
+        angle + by
     }
 
     fn matrix(angle: f64) -> PlaneRotation<f64> {

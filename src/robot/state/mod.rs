@@ -25,7 +25,7 @@ pub(crate) struct Station<G: Space> {
 /// pieces, in the frame of the plan.
 #[derive(Clone, Debug)]
 pub(crate) struct Workspace<G: Space> {
-    /// Base, ends of the pieces: one more than there are pieces.
+    /// The frame, and where pieces begin and end.
     pub(crate) stations: Vec<Station<G>>,
     pub(crate) rotation: Vec<G::Rotation<G::Pack>>,
     pub(crate) position: Vec<G::Vector<G::Pack>>,
@@ -53,8 +53,8 @@ pub(crate) struct Workspace<G: Space> {
     pub(crate) time: f64,
     pub(crate) surroundings: Surroundings<G>,
     pub(crate) anchors: Vec<Anchor>,
-    /// What the base exerts on the rod.
-    pub(crate) base_wrench: Wrench<G, f64>,
+    /// The wrench that all that a station carries needs there: of the first one, what the base exerts.
+    pub(crate) carried: Vec<Wrench<G, f64>>,
     /// The coordinates of which rotation and position are here, and the state of which the rest is here, if it is.
     pub(crate) kinematics_of: Vec<f64>,
     pub(crate) motion_of: Vec<f64>,
@@ -75,7 +75,8 @@ impl<G: Space> Workspace<G> {
         let twists = vec![Twist::zero(); plan.packs];
         let wrenches = vec![Wrench::zero(); plan.packs];
         Self {
-            stations: vec![station; plan.pieces.len() + 1],
+            stations: vec![station; plan.stations],
+            carried: vec![Wrench::zero(); plan.stations],
             rotation: vec![G::unrotated(); plan.packs],
             position: vectors.clone(),
             slope: vectors,
@@ -93,7 +94,6 @@ impl<G: Space> Workspace<G> {
             time: f64::NAN,
             surroundings,
             anchors,
-            base_wrench: Wrench::zero(),
             // NaN equals nothing, and nor does an entry too many where there are no coordinates: these are computed
             // first.
             kinematics_of: vec![f64::NAN; plan.n + 1],

@@ -93,6 +93,8 @@ impl<G: Geometry> Row<'_, G> {
 #[derive(Clone, Debug)]
 pub(crate) struct TangentWorkspace<G: Geometry> {
     pub(crate) coordinates: Vec<Coordinate<G>>,
+    /// Of robots with branches: what all that a station carries answers.
+    pub(crate) carried: Vec<Rest<G>>,
     /// Only where there are responses.
     pub(crate) shifts: Vec<Shift<G>>,
     /// Per pack, times the quadrature weights: N and C.
@@ -125,6 +127,7 @@ impl<G: Space> TangentWorkspace<G> {
         let columns = largest(|piece| piece.packs * piece.n);
         Self {
             coordinates: vec![Coordinate::zero(); plan.n],
+            carried: vec![Rest::zero(); if plan.has_branches { plan.stations } else { 0 }],
             shifts: vec![Shift::zero(); if plan.has_responses { plan.n } else { 0 }],
             inertia: vec![Inertia::zero(); packs],
             gyroscope: vec![Gyroscope::zero(); packs],
@@ -163,6 +166,24 @@ pub(crate) struct Rest<G: Geometry> {
     pub(crate) dead: Gyroscope<G, f64>,
     /// That of springs and fluid.
     pub(crate) response: Response<G, f64>,
+}
+
+impl<G: Geometry> Rest<G> {
+    pub(crate) fn zero() -> Self {
+        Self {
+            inertia: Inertia::zero(),
+            gyroscope: Gyroscope::zero(),
+            dead: Gyroscope::zero(),
+            response: Response::zero(),
+        }
+    }
+
+    pub(crate) fn add(&mut self, other: &Self) {
+        self.inertia.add(other.inertia);
+        self.gyroscope.add(other.gyroscope);
+        self.dead.add(other.dead);
+        self.response.add(other.response);
+    }
 }
 
 /// Where a tangent goes: all entries, or what a chain's matrix is made of.

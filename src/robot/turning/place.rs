@@ -36,7 +36,7 @@ pub(crate) fn rotation_at<G: Turning>(
     place: &Place,
 ) -> G::Rotation<f64> {
     let before = match place.before {
-        0 => G::matrix(work.stations[place.piece].orientation),
+        0 => G::matrix(work.stations[piece.joined.begin].orientation),
         i => {
             let packs = &work.rotation[piece.first_pack + (i - 1) / LANES];
             G::map_rotation(packs, |entry: &G::Pack| entry.lane((i - 1) % LANES))

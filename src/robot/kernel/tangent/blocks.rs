@@ -78,27 +78,37 @@ pub(super) fn others<G: Turning>(
     tangent: &mut Matrix,
 ) {
     for piece in &plan.pieces {
-        for k in piece.first..piece.first + piece.n {
+        let joined = &piece.joined;
+        for k in piece.coordinates() {
             let column = &memory.coordinates[k];
             let mut entries = tangent.column_mut(k);
             let entries = entries.as_mut_slice();
-            for (entry, row) in entries[..piece.first].iter_mut().zip(&memory.coordinates) {
-                *entry = row.shape.dot(column.before);
+            for carrying in &joined.ancestors {
+                let rows = &memory.coordinates[carrying.clone()];
+                for (entry, row) in entries[carrying.clone()].iter_mut().zip(rows) {
+                    *entry = row.shape.dot(column.before);
+                }
             }
             if weights.is_mass_only {
-                for j in 0..piece.first {
+                for j in joined.ancestors.iter().cloned().flatten() {
                     tangent[(k, j)] = tangent[(j, k)];
                 }
                 continue;
             }
-            let behind = piece.first + piece.n;
-            for (entry, row) in entries[behind..].iter_mut().zip(&memory.coordinates[behind..]) {
-                *entry = column.z.dot(row.row_z) + column.y.dot(row.row_y) + column.turn.dot(row.row_turn);
+            for carried in &joined.descendants {
+                let rows = &memory.coordinates[carried.clone()];
+                for (entry, row) in entries[carried.clone()].iter_mut().zip(rows) {
+                    *entry =
+                        column.z.dot(row.row_z) + column.y.dot(row.row_y) + column.turn.dot(row.row_turn);
+                }
             }
             if plan.has_responses {
                 let column = &memory.shifts[k];
-                for (entry, row) in entries[behind..].iter_mut().zip(&memory.shifts[behind..]) {
-                    *entry += column.y.dot(row.row_y) + column.displacement.dot(row.row_displacement);
+                for carried in &joined.descendants {
+                    let rows = &memory.shifts[carried.clone()];
+                    for (entry, row) in entries[carried.clone()].iter_mut().zip(rows) {
+                        *entry += column.y.dot(row.row_y) + column.displacement.dot(row.row_displacement);
+                    }
                 }
             }
         }

@@ -35,7 +35,6 @@ use super::{chain, elasticity};
 use crate::lie::{Scalar, Sweep};
 use crate::robot::algebra::inertia::Seen as _;
 use crate::robot::algebra::inertia::{General, Gyroscope, Inertia, Round, Sections};
-use crate::robot::algebra::response::Response;
 use crate::robot::effect::all as effects;
 use crate::robot::plan::Plan;
 use crate::robot::plan::material::Moments;
@@ -54,12 +53,13 @@ pub(crate) fn weighted_tangent<G: Turning>(
     mut tangent: Tangent<'_>,
 ) {
     let weights = Weights { q, v, a, is_mass_only: q == 0.0 && v == 0.0 };
-    let mut rest = Rest {
-        inertia: Inertia::zero(),
-        gyroscope: Gyroscope::zero(),
-        dead: Gyroscope::zero(),
-        response: Response::zero(),
-    };
+    let mut rest = Rest::zero();
+    if plan.has_branches {
+        memory.carried.fill(Rest::zero());
+        if let Tangent::Dense(matrix) = &mut tangent {
+            matrix.fill(0.0);
+        }
+    }
     for (s, piece) in plan.pieces.iter().enumerate().rev() {
         let scope = Scope {
             plan,
@@ -70,6 +70,10 @@ pub(crate) fn weighted_tangent<G: Turning>(
             has_dead: !weights.is_mass_only && effects::is_dead_along(plan, piece),
             has_responses: effects::responds_along(piece),
         };
+        let is_carried = !piece.joined.ancestors.is_empty();
+        if plan.has_branches {
+            rest = memory.carried[piece.joined.end];
+        }
         points::add_to_rest(plan, work, piece.points.at_end.clone(), weights, &mut rest);
         memory.points.prepare(plan, piece, work, weights);
         scope.nodes(memory);
@@ -81,7 +85,7 @@ pub(crate) fn weighted_tangent<G: Turning>(
                     continue;
                 }
                 scope.column(memory, &rest, c, degree);
-                if s > 0 {
+                if is_carried {
                     scope.row(memory, &rest, component.first + degree);
                 }
             }
@@ -89,8 +93,11 @@ pub(crate) fn weighted_tangent<G: Turning>(
         let (entries, stride) = tangent.block(s, piece);
         scope.own_block(memory, entries, stride);
         elasticity::add_to_tangent(piece, [q, v], entries, stride);
-        if s > 0 {
+        if is_carried {
             scope.add_to_rest(memory, &mut rest);
+        }
+        if plan.has_branches {
+            memory.carried[piece.joined.carrier()].add(&rest);
         }
     }
     match tangent {
