@@ -205,6 +205,12 @@ def test_old_attributes_of_settings_warn(old):
     assert found == ATTRIBUTES[old](settings)
 
 
+def test_completion_leaves_old_attributes_out():
+    settings = lissom.Scene.loads(SCENE + "t_end = 1.25\n").simulation
+    assert not set(ATTRIBUTES) & set(dir(settings))
+    assert {"t_end", "dt"} <= {name for name, _ in inspect.getmembers(settings)}
+
+
 @pytest.mark.parametrize(("old", "new"), METHODS.items())
 def test_the_spelling_of_scipy_warns(old, new):
     with pytest.warns(FutureWarning, match=f"method '{old}': .*; write '{new}'") as caught:
