@@ -125,7 +125,7 @@ def test_numbers_of_old_keys_are_checked_like_those_of_new_ones():
 def test_an_old_tolerance_chooses_no_other_method():
     text = SCENE + 't_end = 1\nmethod = "radau"\ntolerance = 1e-3\n'
     with pytest.raises(
-        lissom.SceneError, match=r":7:1: simulation.tolerance: the method does not take it; write rtol"
+        lissom.SceneError, match=r":7:1: simulation.tolerance: the method does not take it; remove the method"
     ):
         lissom.Scene.loads(text)
 
