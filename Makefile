@@ -46,8 +46,8 @@ test-rust: $(VENV)/test.stamp ## formatting, lints and tests of the Rust crate
 	@.ci/toolchain cargo
 	@.ci/toolchain cargo-checks
 	cargo fmt --check
-	cargo clippy --locked --all-targets -- -D warnings
 	cargo clippy --locked --all-targets --features python -- -D warnings
+	cargo clippy --locked --lib -- -D warnings
 	cargo test --locked
 	$(BIN)/python benches/python/instructions.py
 

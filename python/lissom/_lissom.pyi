@@ -723,6 +723,7 @@ class SceneProblem:
 
 @final
 class SimulationSettings:
+    def __dir__(self) -> list[str]: ...
     @property
     def t0(self) -> float: ...
     @property

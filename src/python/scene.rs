@@ -363,6 +363,14 @@ impl PySimulation {
         PyTuple::new(py, names.collect::<Vec<_>>())
     }
 
+    /// The attributes, without old names: those warn when they are read.
+    fn __dir__<'py>(slf: &Bound<'py, Self>) -> PyResult<Vec<String>> {
+        const OLD: [&str; 4] = ["duration", "step", "jacobian", "output_step"];
+        let object = slf.py().get_type::<PyAny>();
+        let names: Vec<String> = object.call_method1("__dir__", (slf,))?.extract()?;
+        Ok(names.into_iter().filter(|name| !OLD.contains(&name.as_str())).collect())
+    }
+
     /// The old name of ``t_end - t0``.
     #[getter]
     fn duration(&self, py: Python<'_>) -> PyResult<f64> {

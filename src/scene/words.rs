@@ -75,6 +75,8 @@ pub(super) fn add_old_words(schema: &mut Json) {
         if required.contains(&word.new.into()) {
             table["required"] = required.into_iter().filter(|key| *key != word.new).collect();
             table["oneOf"] = json!([{"required": [word.new]}, {"required": [word.old]}]);
+        } else {
+            table["dependentSchemas"][word.old] = json!({"not": {"required": [word.new]}});
         }
     }
 }

@@ -904,8 +904,8 @@ fn an_old_tolerance_is_the_accuracy_of_method_auto() {
         "t_end = 3",
         "t_end = 3\nmethod = 'rk45'\ntolerance = 1e-3",
         &[
-            "15:1: simulation.tolerance: the method does not take it; write rtol; without a method, or with \"auto\", it \
-             is the accuracy that is wanted",
+            "15:1: simulation.tolerance: the method does not take it; remove the method, or write rtol and atol, which it \
+             does take",
         ],
     );
 }

@@ -125,7 +125,7 @@ def test_numbers_of_old_keys_are_checked_like_those_of_new_ones():
 def test_an_old_tolerance_chooses_no_other_method():
     text = SCENE + 't_end = 1\nmethod = "radau"\ntolerance = 1e-3\n'
     with pytest.raises(
-        lissom.SceneError, match=r":7:1: simulation.tolerance: the method does not take it; write rtol"
+        lissom.SceneError, match=r":7:1: simulation.tolerance: the method does not take it; remove the method"
     ):
         lissom.Scene.loads(text)
 
@@ -203,6 +203,12 @@ def test_old_attributes_of_settings_warn(old):
         found = getattr(settings, old)
     assert len(caught) == 1
     assert found == ATTRIBUTES[old](settings)
+
+
+def test_completion_leaves_old_attributes_out():
+    settings = lissom.Scene.loads(SCENE + "t_end = 1.25\n").simulation
+    assert not set(ATTRIBUTES) & set(dir(settings))
+    assert {"t_end", "dt"} <= {name for name, _ in inspect.getmembers(settings)}
 
 
 @pytest.mark.parametrize(("old", "new"), METHODS.items())
