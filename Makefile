@@ -63,9 +63,7 @@ test-checked: $(VENV)/test.stamp ## the Python tests with debug assertions and o
 	$(BIN)/maturin develop --profile checked --locked
 	$(BIN)/python -m pytest -n $(JOBS); status=$$?; $(MAKE) build-for-test; exit $$status
 
-bench: $(VENV)/test.stamp ## measure, and write docs/benchmarks.md (PARTS="lab kernels", QUICK=1)
-	@.ci/toolchain cargo
-	$(MATURIN) --release
+bench: build-for-test ## measure, and write docs/benchmarks.md (PARTS="lab kernels", QUICK=1)
 	$(BIN)/python benches/python/speed/suite.py --parts $(PARTS) $(if $(QUICK),--quick)
 
 validate: build ## ask questions with known answers, and write docs/validation.md
@@ -82,9 +80,10 @@ build: $(VENV)/demo.stamp ## build the package into .venv
 	@.ci/toolchain cargo
 	$(MATURIN) --profile quick
 
+# In release mode, as the counted instructions: both share their dependencies.
 build-for-test: $(VENV)/test.stamp
 	@.ci/toolchain cargo
-	$(MATURIN) --profile quick
+	$(MATURIN) --release
 
 format: $(VENV)/test.stamp ## format all sources
 	cargo fmt
