@@ -31,6 +31,24 @@ macro_rules! for_every_effect {
     };
 }
 
+/// Whether something is true of any effect.
+macro_rules! any_effect {
+    ($effect:ident => $call:expr) => {{
+        let mut is_any = false;
+        for_every_effect!($effect => is_any |= $call);
+        is_any
+    }};
+}
+
+/// The sum of something of all effects.
+macro_rules! sum_of_effects {
+    ($effect:ident => $call:expr) => {{
+        let mut sum = Default::default();
+        for_every_effect!($effect => sum += $call);
+        sum
+    }};
+}
+
 /// [`Effect::act_at`].
 #[inline(always)]
 pub(crate) fn act_at<G: Turning>(
@@ -96,9 +114,7 @@ pub(crate) fn act_along<G: Turning>(plan: &Plan<G>, piece: &PiecePlan<G>, work: 
 /// [`Effect::is_dead_along`].
 #[inline(always)]
 pub(crate) fn is_dead_along<G: Turning>(plan: &Plan<G>, piece: &PiecePlan<G>) -> bool {
-    let mut turns = false;
-    for_every_effect!(Kind => turns |= <Kind as Effect<G>>::is_dead_along(plan, piece));
-    turns
+    any_effect!(Kind => <Kind as Effect<G>>::is_dead_along(plan, piece))
 }
 
 /// [`Effect::dead_along`]: the sums.
@@ -134,9 +150,7 @@ impl<G: Turning, E: Effect<G>> Sweep for RespondAlong<'_, G, E> {
 /// Whether anything [responds along](Effect::responds_along) a piece.
 #[inline(always)]
 pub(crate) fn responds_along<G: Turning>(piece: &PiecePlan<G>) -> bool {
-    let mut responds = false;
-    for_every_effect!(Kind => responds |= <Kind as Effect<G>>::responds_along(piece));
-    responds
+    any_effect!(Kind => <Kind as Effect<G>>::responds_along(piece))
 }
 
 /// [`Effect::respond_along`]: the sums.
@@ -159,9 +173,7 @@ pub(crate) fn respond_along<G: Turning>(
 /// Whether anything [responds at](Effect::responds_at) a point.
 #[inline(always)]
 pub(crate) fn responds_at<G: Turning>(point: &Point<G>) -> bool {
-    let mut responds = false;
-    for_every_effect!(Kind => responds |= <Kind as Effect<G>>::responds_at(point));
-    responds
+    any_effect!(Kind => <Kind as Effect<G>>::responds_at(point))
 }
 
 /// Whether anything responds anywhere.
@@ -171,23 +183,17 @@ pub(crate) fn responds<G: Turning>(plan: &Plan<G>) -> bool {
 
 /// [`Effect::dissipates`].
 pub(crate) fn dissipates<G: Turning>(plan: &Plan<G>) -> bool {
-    let mut dissipates = false;
-    for_every_effect!(Kind => dissipates |= <Kind as Effect<G>>::dissipates(plan));
-    dissipates
+    any_effect!(Kind => <Kind as Effect<G>>::dissipates(plan))
 }
 
 /// [`Effect::drives`].
 pub(crate) fn drives<G: Turning>(plan: &Plan<G>) -> bool {
-    let mut drives = false;
-    for_every_effect!(Kind => drives |= <Kind as Effect<G>>::drives(plan));
-    drives
+    any_effect!(Kind => <Kind as Effect<G>>::drives(plan))
 }
 
 /// [`Effect::depends_on_velocity`].
 pub(crate) fn depends_on_velocity<G: Turning>(plan: &Plan<G>) -> bool {
-    let mut depends = false;
-    for_every_effect!(Kind => depends |= <Kind as Effect<G>>::depends_on_velocity(plan));
-    depends
+    any_effect!(Kind => <Kind as Effect<G>>::depends_on_velocity(plan))
 }
 
 /// [`Effect::add_energy`].
@@ -197,23 +203,17 @@ pub(crate) fn add_energy<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, energy
 
 /// [`Effect::dissipated_power`]: the sum.
 pub(crate) fn dissipated_power<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> f64 {
-    let mut power = 0.0;
-    for_every_effect!(Kind => power += <Kind as Effect<G>>::dissipated_power(plan, work));
-    power
+    sum_of_effects!(Kind => <Kind as Effect<G>>::dissipated_power(plan, work))
 }
 
 /// [`Effect::supplied_power`]: the sum.
 pub(crate) fn supplied_power<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> f64 {
-    let mut power = 0.0;
-    for_every_effect!(Kind => power += <Kind as Effect<G>>::supplied_power(plan, work));
-    power
+    sum_of_effects!(Kind => <Kind as Effect<G>>::supplied_power(plan, work))
 }
 
 /// [`Effect::products_of_action`]: the sum.
 pub(crate) fn products_of_action<G: Turning>(plan: &Plan<G>, piece: &PiecePlan<G>) -> Products {
-    let mut sum = Products::default();
-    for_every_effect!(Kind => sum += <Kind as Effect<G>>::products_of_action(plan, piece));
-    sum
+    sum_of_effects!(Kind => <Kind as Effect<G>>::products_of_action(plan, piece))
 }
 
 /// [`Effect::products_of_response`]: the sum.
@@ -222,7 +222,5 @@ pub(crate) fn products_of_response<G: Turning>(
     piece: &PiecePlan<G>,
     is_mass_only: bool,
 ) -> Products {
-    let mut sum = Products::default();
-    for_every_effect!(Kind => sum += <Kind as Effect<G>>::products_of_response(plan, piece, is_mass_only));
-    sum
+    sum_of_effects!(Kind => <Kind as Effect<G>>::products_of_response(plan, piece, is_mass_only))
 }
