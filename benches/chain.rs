@@ -6,7 +6,7 @@ use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use lissom::linalg::{ChainLu, Lu, Matrix};
 use lissom::model::{Chain, Model};
 use lissom::newmark;
-use lissom::robot::{Rod, RodModel, Solve};
+use lissom::robot::{RobotModel, Rod, Solve};
 use lissom::rod::Segment;
 use lissom::second_order::FreeMotion;
 
@@ -17,13 +17,13 @@ const SOLVES: [(Solve, &str); 2] = [(Solve::Chain, "chain"), (Solve::Dense, "den
 const WEIGHTS: [f64; 3] = [2.5e-5, 5e-3, 1.0];
 
 /// Soft segments in space with two modes of bending each.
-fn rod(segments: usize, solve: Solve) -> RodModel {
+fn rod(segments: usize, solve: Solve) -> RobotModel {
     let segment = Segment {
         modes: [0, 1, 1, 0, 0, 0],
         retardation_time: 0.01,
         ..Segment::straight(0.1, 0.01, 1e6, 4e5, 1000.0)
     };
-    RodModel::with_solve(&Rod::new(vec![segment; segments]), solve).unwrap()
+    RobotModel::with_solve(&Rod::new(vec![segment; segments]), solve).unwrap()
 }
 
 fn residual(criterion: &mut Criterion) {

@@ -10,38 +10,38 @@ use lissom::newmark;
 use lissom::ode::{self, FirstOrder};
 use lissom::pendulum::SpringPendulum;
 use lissom::radau;
-use lissom::robot::{Rod, RodModel};
+use lissom::robot::{RobotModel, Rod};
 use lissom::rod::Segment;
 use lissom::second_order::FreeMotion;
 
 /// The lab's rod: three coordinates in a plane.
-fn lab() -> RodModel {
+fn lab() -> RobotModel {
     let segment = Segment {
         modes: [0, 3, 0, 0, 0, 0],
         retardation_time: 1e-4,
         ..Segment::straight(1.0, 1e-3, 210e9, 80e9, 7800.0)
     };
-    RodModel::new(&Rod::new(vec![segment])).expect("a valid rod")
+    RobotModel::of_rod(&Rod::new(vec![segment])).expect("a valid rod")
 }
 
 /// Two soft segments in space with `modes` each.
-fn two(modes: [usize; 6]) -> RodModel {
+fn two(modes: [usize; 6]) -> RobotModel {
     let segment = Segment { modes, retardation_time: 0.01, ..Segment::straight(0.3, 0.01, 1e6, 4e5, 1000.0) };
-    RodModel::new(&Rod::new(vec![segment; 2])).expect("a valid rod")
+    RobotModel::of_rod(&Rod::new(vec![segment; 2])).expect("a valid rod")
 }
 
 /// A chain of so many soft segments in space with two modes of bending each.
-fn chain(segments: &str) -> RodModel {
+fn chain(segments: &str) -> RobotModel {
     let segment = Segment {
         modes: [0, 1, 1, 0, 0, 0],
         retardation_time: 0.01,
         ..Segment::straight(0.1, 0.01, 1e6, 4e5, 1000.0)
     };
     let segments = vec![segment; segments.parse().expect("a number of segments")];
-    RodModel::new(&Rod::new(segments)).expect("a valid rod")
+    RobotModel::of_rod(&Rod::new(segments)).expect("a valid rod")
 }
 
-fn rod(name: &str) -> RodModel {
+fn rod(name: &str) -> RobotModel {
     if let Some(segments) = name.strip_prefix("chain-") {
         return chain(segments);
     }
@@ -60,7 +60,7 @@ fn shape(n: usize, i: usize) -> Vec<f64> {
     q
 }
 
-fn residual(model: &mut RodModel, count: usize) {
+fn residual(model: &mut RobotModel, count: usize) {
     let n = model.n();
     let (qd, qdd, mut tau) = (vec![0.2; n], vec![0.3; n], vec![0.0; n]);
     let shapes = [shape(n, 0), shape(n, 1)];
@@ -69,7 +69,7 @@ fn residual(model: &mut RodModel, count: usize) {
     }
 }
 
-fn tangent(model: &mut RodModel, count: usize) {
+fn tangent(model: &mut RobotModel, count: usize) {
     let n = model.n();
     let (q, qd, qdd, mut tangent) = (shape(n, 0), vec![0.2; n], vec![0.3; n], Matrix::zeros(n, n));
     for _ in 0..count {
@@ -77,7 +77,7 @@ fn tangent(model: &mut RodModel, count: usize) {
     }
 }
 
-fn forward(model: &mut RodModel, count: usize) {
+fn forward(model: &mut RobotModel, count: usize) {
     let n = model.n();
     let (qd, mut qdd, mut scratch) = (vec![0.2; n], vec![0.0; n], ForwardScratch::of(model));
     let shapes = [shape(n, 0), shape(n, 1)];
@@ -89,7 +89,7 @@ fn forward(model: &mut RodModel, count: usize) {
 }
 
 /// What an iteration of Newton's method takes that renews its Jacobian.
-fn newton(model: &mut RodModel, count: usize) {
+fn newton(model: &mut RobotModel, count: usize) {
     let n = model.n();
     let (qd, qdd, mut tau) = (vec![0.2; n], vec![0.3; n], vec![0.0; n]);
     let shapes = [shape(n, 0), shape(n, 1)];
@@ -114,7 +114,7 @@ fn newmark_steps<M: Model>(model: &mut M, q0: &[f64], count: usize) {
     }
 }
 
-fn radau_steps(model: &mut RodModel, count: usize) {
+fn radau_steps(model: &mut RobotModel, count: usize) {
     let zeros = vec![0.0; model.n()];
     let options = radau::Options { rtol: 1e-6.into(), atol: 1e-9.into(), ..radau::Options::default() };
     let mut stepper =

@@ -11,7 +11,7 @@ use criterion::{BenchmarkGroup, Criterion, Throughput, criterion_group, criterio
 use lissom::linalg::Matrix;
 use lissom::model::{ForwardScratch, Model};
 use lissom::newmark;
-use lissom::robot::{Rod, RodModel, Solve};
+use lissom::robot::{RobotModel, Rod, Solve};
 use lissom::rod::Segment;
 use lissom::second_order::FreeMotion;
 use pulp::Simd;
@@ -51,7 +51,7 @@ fn chain(segments: usize, modes: usize) -> Rod {
 
 /// A residual at a new state, and a tangent at a known one.
 fn sweeps(group: &mut BenchmarkGroup<'_, WallTime>, name: &str, rod: &Rod) {
-    let mut model = RodModel::new(rod).unwrap();
+    let mut model = RobotModel::of_rod(rod).unwrap();
     let n = model.n();
     let (mut q, qd, qdd) = (vec![0.1; n], vec![0.2; n], vec![0.3; n]);
     let mut tau = vec![0.0; n];
@@ -79,7 +79,7 @@ fn sweeps(group: &mut BenchmarkGroup<'_, WallTime>, name: &str, rod: &Rod) {
 }
 
 fn forward(group: &mut BenchmarkGroup<'_, WallTime>, name: &str, rod: &Rod) {
-    let mut model = RodModel::new(rod).unwrap();
+    let mut model = RobotModel::of_rod(rod).unwrap();
     let n = model.n();
     let (mut q, qd, mut qdd, mut scratch) =
         (vec![0.1; n], vec![0.2; n], vec![0.0; n], ForwardScratch::of(&model));
@@ -94,7 +94,7 @@ fn forward(group: &mut BenchmarkGroup<'_, WallTime>, name: &str, rod: &Rod) {
 }
 
 /// The first steps of the rod that is let go: later ones, when it comes to rest, would be cheaper.
-fn newmark_steps(group: &mut BenchmarkGroup<'_, WallTime>, name: &str, mut model: RodModel, steps: usize) {
+fn newmark_steps(group: &mut BenchmarkGroup<'_, WallTime>, name: &str, mut model: RobotModel, steps: usize) {
     let rest = vec![0.0; model.n()];
     let options = newmark::Options::new(STEP);
     let t_span = (0.0, steps as f64 * STEP);
@@ -114,7 +114,7 @@ fn kernels(criterion: &mut Criterion) {
     for (name, rod) in rods() {
         sweeps(&mut group, name, &rod);
         forward(&mut group, name, &rod);
-        newmark_steps(&mut group, name, RodModel::new(&rod).unwrap(), STEPS);
+        newmark_steps(&mut group, name, RobotModel::of_rod(&rod).unwrap(), STEPS);
     }
     group.finish();
 }
@@ -125,14 +125,14 @@ fn scaling(criterion: &mut Criterion) {
     for segments in [1, 2, 4, 8, 16, 32, 64, 128] {
         let (rod, name) = (chain(segments, 1), format!("{segments} segments"));
         sweeps(&mut group, &name, &rod);
-        newmark_steps(&mut group, &name, RodModel::new(&rod).unwrap(), STEPS / 10);
-        let dense = RodModel::with_solve(&rod, Solve::Dense).unwrap();
+        newmark_steps(&mut group, &name, RobotModel::of_rod(&rod).unwrap(), STEPS / 10);
+        let dense = RobotModel::with_solve(&rod, Solve::Dense).unwrap();
         newmark_steps(&mut group, &format!("{name}, dense"), dense, STEPS / 10);
     }
     for modes in [1, 2, 3, 4, 6, 8, 12, 16] {
         let (rod, name) = (chain(1, modes), format!("{modes} modes"));
         sweeps(&mut group, &name, &rod);
-        newmark_steps(&mut group, &name, RodModel::new(&rod).unwrap(), STEPS / 10);
+        newmark_steps(&mut group, &name, RobotModel::of_rod(&rod).unwrap(), STEPS / 10);
     }
     group.finish();
 }

@@ -2,7 +2,7 @@
 
 use crate::error::Interrupted;
 use crate::hermite::{Quintic, cubic};
-use crate::model::{Energy, ForwardScratch, Model};
+use crate::model::{Energy, ForwardScratch, Model, rotation_vectors};
 
 /// Energies that move by less than this, relative to the largest part, are at rest.
 const ROUNDING: f64 = 1e3 * f64::EPSILON;
@@ -191,6 +191,8 @@ impl<'a> FlowMeter<'a> {
         model: &mut M,
         state: State<'_>,
     ) -> Result<(), Interrupted> {
+        // The step began in these coordinates.
+        rotation_vectors::wrap(model.rotation_vectors(), &mut self.q, &mut self.v, &mut [&mut self.a]);
         let h = state.t - self.t;
         let before = self.total;
         let parts: &[(f64, f64)] = match self.rule {

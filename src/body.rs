@@ -12,6 +12,8 @@ const INERTIA_TOLERANCE: f64 = 1e-9;
 /// A rigid body fixed to a section of the rod.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Body {
+    /// The link that it is on, by its place among those of a robot; 0 on a rod.
+    pub link: usize,
     /// Arc length from the base of the section that it is fixed to, in metres; `None` is the tip.
     pub at: Option<f64>,
     /// Mass in kilograms.
@@ -25,7 +27,7 @@ pub struct Body {
 impl Body {
     /// A point mass at the tip.
     pub fn point(mass: f64) -> Self {
-        Self { at: None, mass, centre: [0.0; 3], inertia: [[0.0; 3]; 3] }
+        Self { link: 0, at: None, mass, centre: [0.0; 3], inertia: [[0.0; 3]; 3] }
     }
 
     /// Everything that is wrong with this body on a rod of this length (infinite where it is not known yet).

@@ -1,18 +1,18 @@
 //! lissom simulates slender soft bodies as Cosserat rods, with the solvers that this takes.
 //!
-//! A rod is described in plain data ([`rod::Segment`], [`robot::Rod`]) and compiled into a model ([`robot::RodModel`]).
+//! A rod is described in plain data ([`rod::Segment`], [`robot::Rod`]) and compiled into a model ([`robot::RobotModel`]).
 //! What moves or rests is computed of any [`model::Model`]: its free motion ([`simulate()`](simulate::simulate)), to an
 //! accuracy that is asked for ([`accuracy`]), its equilibria ([`statics`]), its vibrations ([`modes`]). The solvers know
 //! nothing of rods and can be used alone: [`roots`], [`ode`], [`newmark`], [`radau`].
 //!
 //! ```
-//! use lissom::robot::{Rod, RodModel};
+//! use lissom::robot::{Rod, RobotModel};
 //! use lissom::rod::Segment;
 //! use lissom::statics::{self, equilibrium};
 //!
 //! // A wire of steel, one metre long and two millimetres thick, with three modes of bending in the vertical plane.
 //! let segment = Segment { modes: [0, 3, 0, 0, 0, 0], ..Segment::straight(1.0, 1e-3, 210e9, 80e9, 7800.0) };
-//! let mut wire = RodModel::new(&Rod::new(vec![segment]))?;
+//! let mut wire = RobotModel::of_rod(&Rod::new(vec![segment]))?;
 //! let shape = equilibrium(&mut wire, &statics::Options::default(), &mut || Ok(()))?.expect("nothing interrupts it");
 //! let tip = wire.place(1.0);
 //! let sag = -wire.pose_at(&shape.q, &tip).position.z;
@@ -29,6 +29,7 @@ pub mod body;
 mod derivatives;
 pub mod error;
 mod hermite;
+pub mod joint;
 pub mod lie;
 pub mod linalg;
 pub mod load;

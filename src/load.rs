@@ -26,6 +26,8 @@ pub enum Frame {
 /// A force and a moment, at a place or spread along a part of the rod.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Load {
+    /// The link that it is on, by its place among those of a robot; 0 on a rod.
+    pub link: usize,
     /// Where it acts.
     pub extent: Extent,
     /// What it keeps its direction in.
@@ -39,7 +41,13 @@ pub struct Load {
 impl Load {
     /// No load yet at the tip, in world axes: a start for `..` syntax.
     pub fn at_tip() -> Self {
-        Self { extent: Extent::Tip, frame: Frame::World, force: Signal::default(), moment: Signal::default() }
+        Self {
+            link: 0,
+            extent: Extent::Tip,
+            frame: Frame::World,
+            force: Signal::default(),
+            moment: Signal::default(),
+        }
     }
 
     /// Whether its force or its moment depends on time by itself.

@@ -242,12 +242,12 @@ pub(crate) fn linearised(model: &mut dyn Model, q: &[f64], sizes: &[f64]) -> Opt
 mod tests {
     use super::*;
     use crate::model::Elastic as _;
-    use crate::robot::{Rod, RodModel};
+    use crate::robot::{RobotModel, Rod};
     use crate::rod::Segment;
     use crate::support::Support;
 
     /// A bent and twisted rod on two supports, one of them stiff.
-    fn held_rod(stiffness: f64) -> (RodModel, Vec<f64>) {
+    fn held_rod(stiffness: f64) -> (RobotModel, Vec<f64>) {
         let segment = Segment { modes: [2, 3, 3, 1, 1, 1], ..Segment::straight(0.7, 0.05, 1e6, 4e5, 1000.0) };
         let supports = vec![
             Support {
@@ -263,7 +263,7 @@ mod tests {
             },
         ];
         let rod = Rod { supports, tip_force: [1.0, 2.0, 3.0], ..Rod::new(vec![segment]) };
-        let model = RodModel::new(&rod).unwrap();
+        let model = RobotModel::of_rod(&rod).unwrap();
         let q = (0..model.n()).map(|i| 0.1 * (1.7 * i as f64).cos()).collect();
         (model, q)
     }
@@ -275,7 +275,7 @@ mod tests {
         let n = q.len();
         let rest = vec![0.0; n];
         let springs = linearised(&mut model, &q, &vec![1.0; n]).unwrap();
-        let whole = |model: &mut RodModel| {
+        let whole = |model: &mut RobotModel| {
             let (mut tau, mut tangent) = (vec![0.0; n], Matrix::zeros(n, n));
             model.inverse_dynamics(&q, &rest, &rest, &mut tau);
             model.weighted_tangent(&q, &rest, &rest, [1.0, 0.0, 0.0], &mut tangent);
@@ -297,7 +297,7 @@ mod tests {
     fn forces_change_as_they_say() {
         let (mut model, q) = held_rod(300.0);
         let n = q.len();
-        let at = |model: &mut RodModel, q: &[f64]| linearised(model, q, &vec![1.0; n]).unwrap();
+        let at = |model: &mut RobotModel, q: &[f64]| linearised(model, q, &vec![1.0; n]).unwrap();
         let springs = at(&mut model, &q);
         let dq: Vec<f64> = (0..n).map(|i| (0.9 * i as f64).sin()).collect();
         let moved = |h: f64| -> Vec<f64> { q.iter().zip(&dq).map(|(q, dq)| q + h * dq).collect() };

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use crate::balance::{Balance, Flow, FlowMeter, Rule, State};
 use crate::error::{Checker, Interrupted, InvalidInput, Number};
-use crate::model::{Flaw, ForwardScratch, Model, at_least};
+use crate::model::{Flaw, ForwardScratch, Model, at_least, rotation_vectors};
 use crate::newmark::{self, StepSize, number_of_steps};
 use crate::ode::{self, FirstOrder, Output};
 use crate::radau;
@@ -202,7 +202,7 @@ pub fn simulate<M: Model + Clone>(
             };
             let mut system = FreeMotion(&mut model);
             let solution = newmark::solve(&mut system, t_span, q0, v0, options, t_eval, &mut monitor)?;
-            let mut simulation = Simulation::new(solution, meter);
+            let mut simulation = Simulation::new(solution, meter).wrapped(&model);
             if simulation.status.is_success() {
                 simulation.doubt = unseen.and_then(|unseen| unseen.verdict(&mut model, q0));
             }
@@ -222,7 +222,7 @@ pub fn simulate<M: Model + Clone>(
             };
             let mut system = FreeMotion(&mut model);
             let solution = radau::solve(&mut system, t_span, q0, v0, options, Some(&times), &mut monitor)?;
-            Simulation::new(solution, meter).because(model.not_finite())
+            Simulation::new(solution, meter).wrapped(&model).because(model.not_finite())
         }
         Method::FirstOrder { options, dt } => {
             first_order(model, t_span, [q0, v0], (options, *dt), t_eval, &mut stop, monitor)?
@@ -382,6 +382,23 @@ impl Simulation {
 }
 
 impl Simulation {
+    /// The same with no rotation vector longer than pi.
+    fn wrapped<M: Model + ?Sized>(mut self, model: &M) -> Self {
+        let first = model.rotation_vectors();
+        if first.is_empty() || self.n == 0 {
+            return self;
+        }
+        let states = self.q.chunks_exact_mut(self.n).zip(self.v.chunks_exact_mut(self.n));
+        let mut accelerations = self.a.as_mut().map(|a| a.chunks_exact_mut(self.n));
+        for (q, v) in states {
+            match accelerations.as_mut().and_then(Iterator::next) {
+                Some(a) => _ = rotation_vectors::wrap(first, q, v, &mut [a]),
+                None => _ = rotation_vectors::wrap(first, q, v, &mut []),
+            }
+        }
+        self
+    }
+
     /// Names what of the model was not finite where this run ended early.
     fn because(mut self, not_finite: Option<String>) -> Self {
         if let Some(what) = not_finite.filter(|_| !self.status.is_success()) {
@@ -454,7 +471,8 @@ fn first_order<M: Model + Clone>(
     let message = solution.message;
     let simulation =
         Simulation { t: solution.t, q, v, a: None, n, flow, statistics, status, message, doubt: None };
-    Ok(simulation.because(system.model().not_finite()))
+    let model = system.model();
+    Ok(simulation.wrapped(model).because(model.not_finite()))
 }
 
 /// Accelerations of the free motion at these times and states, n numbers each; NaN where the mass matrix is singular.

@@ -19,6 +19,8 @@ use crate::load::check_place;
 /// zero and the other two equal, it does not depend at all on how far the section turns about that axis of its own.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Support {
+    /// The link that it is on, by its place among those of a robot; 0 on a rod.
+    pub link: usize,
     /// Arc length from the base of the section that it holds, in metres; `None` is the tip.
     pub at: Option<f64>,
     /// Stiffness along the axes of the anchor, in N/m.
@@ -41,6 +43,7 @@ impl Support {
     /// No spring yet, at the tip: a start for `..` syntax.
     pub fn at_tip() -> Self {
         Self {
+            link: 0,
             at: None,
             stiffness: [0.0; 3],
             rotational_stiffness: [0.0; 3],

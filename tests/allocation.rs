@@ -11,7 +11,7 @@ use lissom::model::{Chain, ForwardScratch, InTime as _, Model};
 use lissom::newmark;
 use lissom::ode::{self, FirstOrder};
 use lissom::radau;
-use lissom::robot::{Rod, RodModel};
+use lissom::robot::{RobotModel, Rod};
 use lissom::rod::Segment;
 use lissom::second_order::FreeMotion;
 use lissom::signal::{Harmonic, Signal};
@@ -50,7 +50,7 @@ fn allocations(run: impl FnOnce()) -> usize {
 
 /// A planar and a spatial rod of one and of several segments, with few and with many coordinates; long chains. With loads and masses
 /// at the tip alone, and inside segments as well.
-fn models() -> Vec<RodModel> {
+fn models() -> Vec<RobotModel> {
     let segment =
         |modes| Segment { modes, retardation_time: 0.01, ..Segment::straight(0.3, 0.01, 1e6, 4e5, 1e3) };
     let rods = [
@@ -61,8 +61,13 @@ fn models() -> Vec<RodModel> {
         vec![segment([0, 2, 0, 0, 0, 0]); 12],
         vec![segment([1, 1, 1, 1, 1, 1]); 6],
     ];
-    let load =
-        |extent, frame| Load { extent, frame, force: [0.0, 0.0, 0.1].into(), moment: Signal::default() };
+    let load = |extent, frame| Load {
+        link: 0,
+        extent,
+        frame,
+        force: [0.0, 0.0, 0.1].into(),
+        moment: Signal::default(),
+    };
     let swing = Signal::Harmonic(Harmonic { amplitude: [0.1; 3], frequency: 2.0, ..Harmonic::zero() });
     rods.into_iter()
         .flat_map(|segments| {
@@ -84,7 +89,7 @@ fn models() -> Vec<RodModel> {
             };
             [tip, inside, varying]
         })
-        .map(|rod| RodModel::new(&rod).unwrap())
+        .map(|rod| RobotModel::of_rod(&rod).unwrap())
         .collect()
 }
 

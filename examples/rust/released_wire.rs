@@ -4,7 +4,7 @@
 
 use lissom::lie::Vector;
 use lissom::newmark;
-use lissom::robot::{Rod, RodModel};
+use lissom::robot::{RobotModel, Rod};
 use lissom::rod::Segment;
 use lissom::simulate::{Method, simulate};
 
@@ -14,7 +14,7 @@ fn main() -> Result<(), lissom::error::InvalidInput> {
         retardation_time: 1e-4,    // seconds
         ..Segment::straight(1.0, 1e-3, 210e9, 80e9, 7800.0)
     };
-    let mut wire = RodModel::new(&Rod::new(vec![segment]))?;
+    let mut wire = RobotModel::of_rod(&Rod::new(vec![segment]))?;
     let tip = wire.place(1.0);
 
     let at_rest = [0.0; 3];

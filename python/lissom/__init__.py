@@ -28,6 +28,7 @@ if TYPE_CHECKING:
         OdeSolver,
         Profile,
         Radau,
+        Robot,
         Rod,
         RootResult,
         Scene,
@@ -53,6 +54,18 @@ if TYPE_CHECKING:
         statics,
     )
     from .linear import LinearModel, linearise
+    from .links import (
+        Cylindrical,
+        Free,
+        Joint,
+        Link,
+        Planar,
+        Prismatic,
+        Revolute,
+        Spherical,
+        Universal,
+        Weld,
+    )
 
 __all__ = [
     "DOP853",
@@ -64,13 +77,17 @@ __all__ = [
     "ContinuationResult",
     "ConvergenceError",
     "CriticalPoint",
+    "Cylindrical",
     "DenseOutput",
     "Energy",
     "EquilibriumPath",
     "Fluid",
+    "Free",
     "Harmonic",
     "JacobianCheck",
+    "Joint",
     "LinearModel",
+    "Link",
     "LissomError",
     "Load",
     "Model",
@@ -78,8 +95,12 @@ __all__ = [
     "MotionResult",
     "OdeResult",
     "OdeSolver",
+    "Planar",
+    "Prismatic",
     "Profile",
     "Radau",
+    "Revolute",
+    "Robot",
     "Rod",
     "RootResult",
     "Scene",
@@ -88,10 +109,13 @@ __all__ = [
     "Section",
     "Segment",
     "SimulationSettings",
+    "Spherical",
     "SpringPendulum",
     "StaticsResult",
     "Statistics",
     "Support",
+    "Universal",
+    "Weld",
     "__version__",
     "check_jacobian",
     "choose_modes",
@@ -114,7 +138,8 @@ if not TYPE_CHECKING:
         from importlib import import_module
 
         # The second finds NumPy imported by the first: where that is missing or interrupted, Python says so.
-        found = vars(import_module("lissom.linear")) | vars(import_module("lissom._lissom"))
+        modules = [import_module(f"lissom.{name}") for name in ("linear", "links", "_lissom")]
+        found = {known: value for module in modules for known, value in vars(module).items()}
         globals().update({known: found[known] for known in __all__})
         return globals()[name]
 

@@ -7,7 +7,7 @@ use super::run::{Plan, Run};
 use crate::error::{Checker, Interrupted, InvalidInput, Number};
 use crate::linalg::Matrix;
 use crate::model::Model;
-use crate::robot::{Rod, RodModel};
+use crate::robot::{Robot, RobotModel};
 use crate::rod::{MAX_MODES, STRAINS};
 use crate::simulate::{Simulation, Status};
 
@@ -35,8 +35,8 @@ const STATES: usize = 32;
 /// What came of a choice of modes.
 #[derive(Clone, Debug)]
 pub struct Modes {
-    /// The rod with them.
-    pub rod: Rod,
+    /// The robot with them.
+    pub robot: Robot,
     /// What the last trial with more of them changed at the tip, relative to the length; `None` where there was no
     /// such trial.
     pub space_error: Option<f64>,
@@ -46,13 +46,13 @@ pub struct Modes {
     pub message: String,
 }
 
-/// Chooses the numbers of modes of the segments `open` of a rod such that its motion from rest over `t_span` has the
+/// Chooses the numbers of modes of the segments `open` of a robot, counted link by link, such that its motion from rest over `t_span` has the
 /// accuracy that is asked for, as far as modes go: by trials with more modes of every strain, of which those are kept
 /// that move the tip. `monitor` sees the time after every step of every trial and may stop it.
 ///
 /// Strains that a perfectly symmetric motion does not set off get no modes. Costs some five to fifteen motions.
 pub fn choose_modes(
-    rod: &Rod,
+    robot: &Robot,
     open: &[usize],
     t_span: (f64, f64),
     request: Request,
@@ -65,10 +65,11 @@ pub fn choose_modes(
         let expected = format!("a finite number > {} (seconds)", Number(t0));
         check.require(t_end.is_finite() && t_end > t0, "t_span[1]", Number(t_end), &expected);
     }
+    let segments: Vec<_> = robot.segments().collect();
     for &segment in open {
-        let expected = format!("a segment of the rod, 0 to {}", rod.segments.len().saturating_sub(1));
-        let is_there = check.require(segment < rod.segments.len(), "segments", segment, &expected);
-        let is_nested = is_there && rod.segments[segment].basis.is_nested();
+        let expected = format!("a segment, 0 to {}", segments.len().saturating_sub(1));
+        let is_there = check.require(segment < segments.len(), "segments", segment, &expected);
+        let is_nested = is_there && segments[segment].basis.is_nested();
         let (place, expected) =
             (format!("segments[{segment}].basis"), "polynomials over the segment, such as \"legendre\"");
         check.require(!is_there || is_nested, &place, "piecewise functions", expected);
@@ -80,9 +81,9 @@ pub fn choose_modes(
     let mut space_error = None;
     for _ in 0..TRIALS {
         let more: Vec<[usize; STRAINS]> = modes.iter().map(|modes| modes.map(more)).collect();
-        let fine = match trials.run(rod, &more)? {
+        let fine = match trials.run(robot, &more)? {
             Ok(trial) => trial,
-            Err(failed) => return Ok(failed.choice(rod.clone(), space_error)),
+            Err(failed) => return Ok(failed.choice(robot.clone(), space_error)),
         };
         let needed = trials.needed(&fine, &more, kept * request.rtol);
         let is_enough =
@@ -94,18 +95,18 @@ pub fn choose_modes(
             }
             continue;
         }
-        let coarse = match trials.run(rod, &needed)? {
+        let coarse = match trials.run(robot, &needed)? {
             Ok(trial) => trial,
-            Err(failed) => return Ok(failed.choice(rod.clone(), space_error)),
+            Err(failed) => return Ok(failed.choice(robot.clone(), space_error)),
         };
-        let error = SAFETY * largest(&distances(&fine.tips, &coarse.tips)) / rod.length();
+        let error = SAFETY * largest(&distances(&fine.tips, &coarse.tips)) / robot.length();
         space_error = Some(error);
         if error <= request.rtol {
             let message = format!("The modes leave a space error of {error:.0e} of the length.");
             if coarse.model.n() == 0 {
-                return Ok(unmoved(rod, open, error, fine.simulation.status));
+                return Ok(unmoved(robot, open, error, fine.simulation.status));
             }
-            return Ok(Modes { rod: coarse.rod, space_error, status: fine.simulation.status, message });
+            return Ok(Modes { robot: coarse.robot, space_error, status: fine.simulation.status, message });
         }
         kept *= SMALLER;
         modes = more;
@@ -114,16 +115,21 @@ pub fn choose_modes(
         "No number of modes was found that reaches {:.0e}: cut the rod into more segments, or ask for less.",
         request.rtol
     );
-    Ok(Modes { rod: with_modes(rod, open, &modes), space_error, status: Status::AccuracyNotReached, message })
+    Ok(Modes {
+        robot: with_modes(robot, open, &modes),
+        space_error,
+        status: Status::AccuracyNotReached,
+        message,
+    })
 }
 
 /// Where nothing moves by as much as was asked for.
-fn unmoved(rod: &Rod, open: &[usize], error: f64, status: Status) -> Modes {
+fn unmoved(robot: &Robot, open: &[usize], error: f64, status: Status) -> Modes {
     let one_bend = [0, 1, 0, 0, 0, 0];
     let message = "Nothing moves the tip by as much as the accuracy: one mode of bending is there because a rod needs one. If a load \
                    was meant to, look at its times and at its size.";
-    let rod = with_modes(rod, open, &vec![one_bend; open.len()]);
-    Modes { rod, space_error: Some(error), status, message: message.to_owned() }
+    let robot = with_modes(robot, open, &vec![one_bend; open.len()]);
+    Modes { robot, space_error: Some(error), status, message: message.to_owned() }
 }
 
 /// What a strain is tried with.
@@ -131,12 +137,13 @@ fn more(modes: usize) -> usize {
     if modes == 0 { ANY_MODES } else { (modes + MORE_MODES).min(MAX_MODES) }
 }
 
-fn with_modes(rod: &Rod, open: &[usize], modes: &[[usize; STRAINS]]) -> Rod {
-    let mut rod = rod.clone();
+fn with_modes(robot: &Robot, open: &[usize], modes: &[[usize; STRAINS]]) -> Robot {
+    let mut robot = robot.clone();
+    let mut segments: Vec<_> = robot.segments_mut().collect();
     for (&segment, &modes) in open.iter().zip(modes) {
-        rod.segments[segment].modes = modes;
+        segments[segment].modes = modes;
     }
-    rod
+    robot
 }
 
 /// What all trials have in common.
@@ -149,8 +156,8 @@ struct Trials<'a> {
 
 /// A motion with so many modes.
 struct Trial {
-    rod: Rod,
-    model: RodModel,
+    robot: Robot,
+    model: RobotModel,
     simulation: Simulation,
     tips: Vec<[f64; 3]>,
 }
@@ -159,17 +166,21 @@ struct Trial {
 struct Failed(Simulation);
 
 impl Failed {
-    fn choice(self, rod: Rod, space_error: Option<f64>) -> Modes {
+    fn choice(self, robot: Robot, space_error: Option<f64>) -> Modes {
         let Simulation { status, message, .. } = self.0;
         let message = format!("No modes were chosen, because a trial failed. {message}");
-        Modes { rod, space_error, status, message }
+        Modes { robot, space_error, status, message }
     }
 }
 
 impl Trials<'_> {
-    fn run(&mut self, rod: &Rod, modes: &[[usize; STRAINS]]) -> Result<Result<Trial, Failed>, InvalidInput> {
-        let rod = with_modes(rod, self.open, modes);
-        let mut model = RodModel::new(&rod)?;
+    fn run(
+        &mut self,
+        robot: &Robot,
+        modes: &[[usize; STRAINS]],
+    ) -> Result<Result<Trial, Failed>, InvalidInput> {
+        let robot = with_modes(robot, self.open, modes);
+        let mut model = RobotModel::new(&robot)?;
         let rest = vec![0.0; model.n()];
         let tolerance = TRIAL_TOLERANCE * self.request.rtol;
         let request = Request { rtol: tolerance, ..self.request };
@@ -179,7 +190,7 @@ impl Trials<'_> {
             return Ok(Err(Failed(run.simulation)));
         }
         let Run { simulation, tips, .. } = run;
-        Ok(Ok(Trial { rod, model, simulation, tips }))
+        Ok(Ok(Trial { robot, model, simulation, tips }))
     }
 
     /// The least numbers of modes beyond which none moves the tip by more than `tolerance` times the length, to first
@@ -188,13 +199,12 @@ impl Trials<'_> {
         let moved = trial.moved();
         let mut needed = vec![[0; STRAINS]; modes.len()];
         for ((needed, modes), &segment) in needed.iter_mut().zip(modes).zip(self.open) {
-            let mut first: usize =
-                trial.rod.segments[..segment].iter().map(|segment| segment.coordinates()).sum();
+            let mut first = trial.robot.first_coordinate(segment);
             for (needed, &modes) in needed.iter_mut().zip(modes) {
                 let own = &moved[first..first + modes];
                 *needed = own
                     .iter()
-                    .rposition(|&moved| moved > tolerance * trial.rod.length())
+                    .rposition(|&moved| moved > tolerance * trial.robot.length())
                     .map_or(0, |k| k + 1);
                 first += modes;
             }
@@ -208,7 +218,7 @@ impl Trial {
     fn moved(&self) -> Vec<f64> {
         let mut model = self.model.clone();
         let n = model.n();
-        let tip = model.place(f64::INFINITY);
+        let tip = model.tip_place();
         let mut jacobian = Matrix::zeros(6, n);
         let mut moved = vec![0.0_f64; n];
         let states = self.simulation.q.chunks_exact(n.max(1));

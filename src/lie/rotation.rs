@@ -95,6 +95,22 @@ impl<T: Scalar> Quaternion<T> {
 }
 
 impl Quaternion<f64> {
+    /// Of a rotation matrix, by the largest of its four squares, so that nothing small is divided by (Shepperd 1978).
+    pub fn of_rotation(r: &Rotation<f64>) -> Self {
+        let [xx, yy, zz] = [r.x.x, r.y.y, r.z.z];
+        let squares = [1.0 + xx + yy + zz, 1.0 + xx - yy - zz, 1.0 - xx + yy - zz, 1.0 - xx - yy + zz];
+        let largest = (1..4).fold(0, |i, k| if squares[k] > squares[i] { k } else { i });
+        let [x, y, z] = [r.y.z - r.z.y, r.z.x - r.x.z, r.x.y - r.y.x];
+        let [xy, xz, yz] = [r.x.y + r.y.x, r.x.z + r.z.x, r.y.z + r.z.y];
+        let products = match largest {
+            0 => [squares[0], x, y, z],
+            1 => [x, squares[1], xy, xz],
+            2 => [y, xy, squares[2], yz],
+            _ => [z, xz, yz, squares[3]],
+        };
+        Self::from_array(products)
+    }
+
     /// From (w, x, y, z), which need not be normalised exactly.
     pub fn from_array([w, x, y, z]: [f64; 4]) -> Self {
         Self { w, v: Vector { x, y, z } }.normalised()
@@ -170,6 +186,18 @@ mod tests {
             assert!(difference.dot(difference).sqrt() < 4e-15, "angle {angle}: {difference:?}");
             let omega = Vector::<Pack<false>>::splat((axis * angle).to_array());
             assert_eq!(Quaternion::exp(omega).rotation().lane(2), rotation, "lanes do what scalars do");
+        }
+    }
+
+    #[test]
+    fn quaternions_are_found_from_their_matrices() {
+        for omega in [[0.0; 3], [0.3, -0.2, 0.9], [3.1, 0.1, 0.0], [0.0, 3.15, 0.0], [0.1, 0.2, -3.1]] {
+            let quaternion = Quaternion::exp(Vector::from(omega));
+            let found = Quaternion::of_rotation(&quaternion.rotation());
+            let sign = if found.w * quaternion.w + found.v.dot(quaternion.v) < 0.0 { -1.0 } else { 1.0 };
+            let difference = found.v * sign - quaternion.v;
+            assert!(difference.dot(difference).sqrt() < 1e-15, "{omega:?}: {found:?}");
+            assert!((found.w * sign - quaternion.w).abs() < 1e-15);
         }
     }
 

@@ -6,6 +6,7 @@ mod energy;
 mod flaw;
 mod forward;
 mod in_time;
+pub(crate) mod rotation_vectors;
 
 use crate::linalg::{ChainMatrix, Matrix};
 
@@ -40,6 +41,12 @@ pub trait Model: Elastic + InTime + Discretised {
         weights: [f64; 3],
         tangent: &mut Matrix,
     );
+
+    /// The first coordinates of the rotation vectors among the coordinates. Integrators keep them no longer than pi, and
+    /// their results too.
+    fn rotation_vectors(&self) -> &[usize] {
+        &[]
+    }
 
     /// About how many inverse dynamics cost as much as a weighted tangent: decides when an implicit step renews its
     /// Jacobian.

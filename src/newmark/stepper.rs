@@ -120,6 +120,7 @@ impl Stepper {
             return Ok(self.status);
         }
         self.corrector.prepare(system);
+        system.wrap(&mut self.q, &mut self.v, &mut []);
         if let Some(a0) = &self.options.initial_acceleration {
             self.a.copy_from_slice(a0);
         } else {
@@ -153,6 +154,7 @@ impl Stepper {
         if self.start(system)?.is_some() {
             return Ok(self.status);
         }
+        self.wrap(system);
         self.status = if self.t == self.t_end {
             Some(Status::Finished)
         } else if self.counters.steps >= self.options.max_steps {
@@ -166,6 +168,16 @@ impl Stepper {
             self.status = Some(Status::Finished);
         }
         Ok(self.status)
+    }
+
+    /// Goes on in other coordinates where those at hand come near a singularity.
+    fn wrap<S: System + ?Sized>(&mut self, system: &mut S) {
+        let Self { q, v, a, s, .. } = self;
+        if self.t < self.t_end && system.wrap(q, v, &mut [a, s]) {
+            // What belongs to the old coordinates.
+            self.corrector.forget_jacobian();
+            self.a_old.copy_from_slice(&self.a);
+        }
     }
 
     fn fixed_step<S: System + ?Sized>(&mut self, system: &mut S) -> Result<Option<Status>, Interrupted> {

@@ -3,7 +3,7 @@
 use super::{JacobianKind, System};
 use crate::error::Interrupted;
 use crate::linalg::{Cholesky, Matrix};
-use crate::model::{ForwardScratch, Model};
+use crate::model::{ForwardScratch, Model, rotation_vectors};
 
 /// The free motion of a model as `y' = f(t, y)` with `y = (q, qd)`, 2n equations, and its exact Jacobian.
 ///
@@ -56,6 +56,13 @@ impl<M: Model> System for FirstOrder<M> {
             acceleration.fill(f64::NAN);
         }
         Ok(())
+    }
+
+    fn wrap(&mut self, y: &mut [f64], dydt: &mut [f64]) -> bool {
+        let ((q, v), (_, a)) = (y.split_at_mut(self.n), dydt.split_at_mut(self.n));
+        let has_wrapped = rotation_vectors::wrap(self.model.rotation_vectors(), q, v, &mut [a]);
+        dydt[..self.n].copy_from_slice(v);
+        has_wrapped
     }
 
     fn horizon(&self, t: f64) -> f64 {

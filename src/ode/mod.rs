@@ -87,6 +87,12 @@ pub trait System {
         f64::INFINITY
     }
 
+    /// Writes a state and its derivative in coordinates that are far from their singularities, where they are not:
+    /// called between accepted steps. Returns whether it changed them.
+    fn wrap(&mut self, _y: &mut [f64], _dydt: &mut [f64]) -> bool {
+        false
+    }
+
     /// What is known about the Jacobian df/dy, which only implicit methods need.
     fn jacobian_kind(&self) -> JacobianKind {
         JacobianKind::Differenced

@@ -122,6 +122,16 @@ impl Radau {
         }
     }
 
+    /// Goes on from a state in other coordinates than those of the last step.
+    pub(super) fn restart<S: System + ?Sized>(
+        &mut self,
+        state: &mut State,
+        system: &mut S,
+    ) -> Result<(), Interrupted> {
+        self.last = None;
+        self.evaluate_jacobian(state, system)
+    }
+
     /// The Jacobian at the current state, unless it is constant.
     fn evaluate_jacobian<S: System + ?Sized>(
         &mut self,

@@ -114,6 +114,7 @@ impl Stepper {
             return Ok(());
         }
         let state = &mut self.state;
+        system.wrap(&mut state.y, &mut state.f);
         system.rhs(state.t, &state.y, &mut state.f)?;
         state.counters.nfev += 1;
         self.is_defined = all_finite(&state.f);
@@ -162,6 +163,11 @@ impl Stepper {
         } else if state.counters.accepted >= self.max_steps.min(self.steps_in_memory) {
             Some(Status::TooManySteps)
         } else {
+            if system.wrap(&mut state.y, &mut state.f)
+                && let Scheme::Radau(radau) = &mut self.scheme
+            {
+                radau.restart(state, system)?;
+            }
             state.look_ahead(system);
             let advance = match &mut self.scheme {
                 Scheme::Explicit(explicit) => explicit.advance(state, system)?,

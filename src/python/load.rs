@@ -29,6 +29,8 @@ use crate::signal::Signal;
 /// frame : {'world', 'body'}
 ///     The axes of `force` and `moment`: those of the world, in which the load keeps its direction (a dead load), or those of the
 ///     section that it acts on, with which it turns (a follower load).
+/// link : str, optional
+///     The link of a `Robot` that it acts on, which may be left out where there is one; `at` and `along` are those of its rod.
 ///
 /// Raises
 /// ------
@@ -46,18 +48,26 @@ use crate::signal::Signal;
 #[pyclass(name = "Load", module = "lissom", frozen, eq)]
 pub(crate) struct PyLoad {
     load: Load,
+    link: Option<String>,
     functions: Functions,
 }
 
 impl PartialEq for PyLoad {
     fn eq(&self, other: &Self) -> bool {
-        self.load == other.load
+        self.load == other.load && self.link == other.link
     }
 }
 
 impl PyLoad {
-    pub(super) fn of(py: Python<'_>, load: &Load) -> PyResult<Self> {
-        Ok(Self { functions: Functions::of_load(py, load)?, load: load.clone() })
+    pub(super) fn of(py: Python<'_>, load: &Load, link: Option<String>) -> PyResult<Self> {
+        // What it is on is known by name.
+        let load = Load { link: 0, ..load.clone() };
+        Ok(Self { functions: Functions::of_load(py, &load)?, load, link })
+    }
+
+    /// The name of the link that it is on.
+    pub(super) fn link(&self) -> Option<&str> {
+        self.link.as_deref()
     }
 
     pub(super) fn load(&self) -> &Load {
@@ -69,8 +79,8 @@ impl PyLoad {
 impl PyLoad {
     #[new]
     #[pyo3(
-        signature = (*, force=None, moment=None, at=None, along=None, frame="world"),
-        text_signature = "(*, force=(0, 0, 0), moment=(0, 0, 0), at=None, along=None, frame='world')"
+        signature = (*, force=None, moment=None, at=None, along=None, frame="world", link=None),
+        text_signature = "(*, force=(0, 0, 0), moment=(0, 0, 0), at=None, along=None, frame='world', link=None)"
     )]
     fn new(
         force: Option<&Bound<'_, PyAny>>,
@@ -78,6 +88,7 @@ impl PyLoad {
         #[pyo3(from_py_with = convert::optional_number)] at: Option<f64>,
         along: Option<&Bound<'_, PyAny>>,
         frame: &str,
+        link: Option<String>,
     ) -> PyResult<Self> {
         let mut check = Checker::new();
         check.require(at.is_none() || along.is_none(), "along", "both at and along", "one of them");
@@ -104,11 +115,17 @@ impl PyLoad {
         let mut signal = |value: Option<&Bound<'_, PyAny>>, name| {
             value.map_or(Ok(Signal::default()), |value| signal_of(value, name, &mut functions))
         };
-        let load = Load { extent, frame, force: signal(force, "force")?, moment: signal(moment, "moment")? };
+        let load = Load {
+            link: 0,
+            extent,
+            frame,
+            force: signal(force, "force")?,
+            moment: signal(moment, "moment")?,
+        };
         // How long the rod is will be known later.
         check.all(load.validate(f64::INFINITY));
         check.finish()?;
-        Ok(Self { load, functions })
+        Ok(Self { load, link, functions })
     }
 
     /// Force in newtons, or newtons per metre; as given where it varies in time.
@@ -144,6 +161,12 @@ impl PyLoad {
         }
     }
 
+    /// The name of the link that it is on; None on a rod.
+    #[getter(link)]
+    fn link_name(&self) -> Option<&str> {
+        self.link()
+    }
+
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
         let place = match self.load.extent {
             Extent::Tip => String::new(),
@@ -151,7 +174,7 @@ impl PyLoad {
             Extent::Along([from, to]) => format!(", along=({from:?}, {to:?})"),
         };
         let (force, moment, frame) = (self.force(py)?.repr()?, self.moment(py)?.repr()?, self.frame());
-        Ok(format!("Load(force={force}, moment={moment}{place}, frame='{frame}')"))
+        Ok(format!("Load(force={force}, moment={moment}{place}, frame='{frame}'{})", on(&self.link)))
     }
 
     /// For copies and pickles.
@@ -162,6 +185,7 @@ impl PyLoad {
         arguments.set_item("at", self.at())?;
         arguments.set_item("along", self.along())?;
         arguments.set_item("frame", self.frame())?;
+        arguments.set_item("link", self.link())?;
         Ok(((), arguments))
     }
 
@@ -178,6 +202,8 @@ impl PyLoad {
 ///     Kilograms.
 /// at : float, optional
 ///     Arc length of the unstretched rod where it is fixed, metres; by default the tip.
+/// link : str, optional
+///     The link of a `Robot` that it is on, where it is not a link itself.
 /// centre : array_like, shape (3,)
 ///     Its centre of mass seen from the section's centre, in the section's axes, metres.
 /// inertia : array_like, shape (3,) or (3, 3)
@@ -197,20 +223,29 @@ impl PyLoad {
 /// >>> rod = lissom.Rod([wire], bodies=[gripper, lissom.Body(0.01, at=0.2)])
 #[pyclass(name = "Body", module = "lissom", frozen, eq)]
 #[derive(Clone, PartialEq)]
-pub(crate) struct PyBody(pub(crate) Body);
+pub(crate) struct PyBody {
+    pub(crate) body: Body,
+    pub(crate) link: Option<String>,
+}
+
+/// The name of a link as an argument that follows others.
+pub(super) fn on(link: &Option<String>) -> String {
+    link.as_ref().map_or(String::new(), |link| format!(", link='{link}'"))
+}
 
 #[pymethods]
 impl PyBody {
     #[new]
     #[pyo3(
-        signature = (mass, *, at=None, centre=None, inertia=None),
-        text_signature = "(mass, *, at=None, centre=(0, 0, 0), inertia=(0, 0, 0))"
+        signature = (mass, *, at=None, centre=None, inertia=None, link=None),
+        text_signature = "(mass, *, at=None, centre=(0, 0, 0), inertia=(0, 0, 0), link=None)"
     )]
     fn new(
         #[pyo3(from_py_with = convert::number)] mass: f64,
         #[pyo3(from_py_with = convert::optional_number)] at: Option<f64>,
         centre: Option<&Bound<'_, PyAny>>,
         inertia: Option<&Bound<'_, PyAny>>,
+        link: Option<String>,
     ) -> PyResult<Self> {
         let mut body = Body { at, ..Body::point(mass) };
         if let Some(centre) = centre {
@@ -220,38 +255,44 @@ impl PyBody {
             body.inertia = convert::symmetric_of(inertia, "inertia")?;
         }
         body.validate(f64::INFINITY)?;
-        Ok(Self(body))
+        Ok(Self { body, link })
     }
 
     /// Mass in kilograms.
     #[getter]
     fn mass(&self) -> f64 {
-        self.0.mass
+        self.body.mass
     }
 
     /// Arc length where it is fixed, metres; None for the tip.
     #[getter]
     fn at(&self) -> Option<f64> {
-        self.0.at
+        self.body.at
     }
 
     /// Centre of mass in the section's axes, metres.
     #[getter]
     fn centre(&self) -> (f64, f64, f64) {
-        self.0.centre.into()
+        self.body.centre.into()
     }
 
     /// Inertia tensor about the centre of mass in the section's axes, shape (3, 3), kg m^2.
     #[getter]
     fn inertia<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let rows: Vec<Vec<f64>> = self.0.inertia.iter().map(|row| row.to_vec()).collect();
+        let rows: Vec<Vec<f64>> = self.body.inertia.iter().map(|row| row.to_vec()).collect();
         Ok(PyArray2::from_vec2(py, &rows)?)
     }
 
+    /// The name of the link that it is on; None on a rod, and where it is a link itself.
+    #[getter]
+    fn link(&self) -> Option<&str> {
+        self.link.as_deref()
+    }
+
     fn __repr__(&self) -> String {
-        let Body { at, mass, inertia, .. } = &self.0;
+        let Body { at, mass, inertia, .. } = &self.body;
         let at = at.map_or(String::new(), |x| format!(", at={x:?}"));
-        format!("Body({mass:?}{at}, centre={:?}, inertia={inertia:?})", self.centre())
+        format!("Body({mass:?}{at}, centre={:?}, inertia={inertia:?}{})", self.centre(), on(&self.link))
     }
 
     /// For copies and pickles.
@@ -259,7 +300,8 @@ impl PyBody {
         let arguments = PyDict::new(py);
         arguments.set_item("at", self.at())?;
         arguments.set_item("centre", self.centre())?;
-        arguments.set_item("inertia", self.0.inertia)?;
-        Ok(((self.0.mass,), arguments))
+        arguments.set_item("inertia", self.body.inertia)?;
+        arguments.set_item("link", self.link())?;
+        Ok(((self.body.mass,), arguments))
     }
 }

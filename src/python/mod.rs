@@ -13,6 +13,7 @@ mod compiled;
 mod convert;
 mod errors;
 mod fluid;
+mod link;
 mod load;
 mod model;
 mod modes;
@@ -22,10 +23,12 @@ mod ode;
 mod pendulum;
 mod profile;
 mod record;
+mod robot;
 mod rod;
 mod roots;
 mod scene;
 mod section;
+mod segment;
 mod signal;
 mod simulate;
 mod statics;
@@ -48,6 +51,8 @@ mod _lissom {
     #[pymodule_export]
     use super::fluid::PyFluid;
     #[pymodule_export]
+    use super::link::{check_joint, check_link};
+    #[pymodule_export]
     use super::load::{PyBody, PyLoad};
     #[pymodule_export]
     use super::model::{PyEnergy, PyModel};
@@ -64,7 +69,9 @@ mod _lissom {
     #[pymodule_export]
     use super::profile::PyProfile;
     #[pymodule_export]
-    use super::rod::{PyRod, PySegment};
+    use super::robot::PyRobot;
+    #[pymodule_export]
+    use super::rod::PyRod;
     #[pymodule_export]
     use super::roots::{PyJacobianCheck, PyRootResult, check_jacobian_of, jacobian, root};
 
@@ -72,6 +79,8 @@ mod _lissom {
     use super::scene::{PyScene, PySceneProblem, PySimulation, SceneError};
     #[pymodule_export]
     use super::section::PySection;
+    #[pymodule_export]
+    use super::segment::PySegment;
     #[pymodule_export]
     use super::signal::PyHarmonic;
     #[pymodule_export]

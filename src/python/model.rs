@@ -16,7 +16,7 @@ use crate::error::{Interrupted, InvalidInput};
 use crate::linalg::Matrix;
 use crate::model::{self, ForwardScratch};
 use crate::ode::{self, FirstOrder};
-use crate::robot::{Rod, RodModel};
+use crate::robot::{Robot, RobotModel};
 use crate::signal::covers;
 use crate::simulate::{self, Simulation};
 
@@ -53,8 +53,8 @@ pub(crate) trait Native: model::Model + Send + Sync {
         monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
     ) -> Result<(Simulation, Option<Box<dyn Native>>), InvalidInput>;
 
-    /// What it was compiled from, if it is a rod.
-    fn rod(&self) -> Option<&Rod>;
+    /// What it was compiled from, if it is a robot.
+    fn robot(&self) -> Option<&Robot>;
 }
 
 impl<M: model::Model + Clone + Send + Sync + 'static> Native for M {
@@ -92,8 +92,8 @@ impl<M: model::Model + Clone + Send + Sync + 'static> Native for M {
         Ok((simulation, model.map(|model| Box::new(model) as Box<dyn Native>)))
     }
 
-    fn rod(&self) -> Option<&Rod> {
-        (self as &dyn Any).downcast_ref().map(RodModel::description)
+    fn robot(&self) -> Option<&Robot> {
+        (self as &dyn Any).downcast_ref().map(RobotModel::description)
     }
 }
 
@@ -125,7 +125,7 @@ impl PyModel {
     pub(crate) fn new(model: impl Native + 'static) -> Self {
         let (n, varies_in_time) = (model.n(), model.varies_in_time());
         // A base that is held elsewhere takes its place from a time, whichever it is.
-        let depends_on_time = model.rod().map_or(varies_in_time, Rod::depends_on_time);
+        let depends_on_time = model.robot().map_or(varies_in_time, Robot::depends_on_time);
         let forward = ForwardScratch::of(&model);
         Self {
             n,

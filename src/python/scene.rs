@@ -292,7 +292,7 @@ impl PyScene {
             }
         }
         let model = match &scene.model {
-            Model::Rod(rod) => Bound::new(py, PyRod::initializer(rod.clone())?)?.into_super(),
+            Model::Rod(rod) => Bound::new(py, PyRod::initializer(rod.clone())?)?.into_super().into_super(),
             Model::Pendulum(pendulum) => {
                 Bound::new(py, PySpringPendulum::initializer(pendulum.clone()))?.into_super()
             }

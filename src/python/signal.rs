@@ -15,7 +15,7 @@ use super::convert;
 use super::ode::function::read_vector;
 use crate::error::{Checker, Interrupted};
 use crate::load::Load;
-use crate::robot::Rod;
+use crate::robot::Robot;
 use crate::signal::{Evaluate, Function, Harmonic, Motion, Signal, Table};
 use crate::world::{BaseMotion, BaseRotation, quaternion_motion};
 
@@ -200,13 +200,13 @@ impl Held {
 pub(super) struct Functions(Vec<Py<Held>>);
 
 impl Functions {
-    /// Those of a rod that Python objects still alive have described.
-    pub(super) fn of_rod(py: Python<'_>, rod: &Rod) -> PyResult<Self> {
+    /// Those of a robot that Python objects still alive have described.
+    pub(super) fn of_robot(py: Python<'_>, robot: &Robot) -> PyResult<Self> {
         let mut functions = Self::default();
-        for load in &rod.loads {
+        for load in &robot.loads {
             functions.add_load(py, load)?;
         }
-        if let Some(motion) = &rod.base_motion {
+        if let Some(motion) = &robot.base_motion {
             functions.add_motion(py, motion)?;
         }
         Ok(functions)

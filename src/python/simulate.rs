@@ -9,12 +9,14 @@ use super::errors::LissomError;
 use super::model::PyModel;
 use super::motion::{PyMotionResult, Ticker, finish, predictor, signals, step_size, times};
 use super::ode::options::tolerance;
+use super::robot::PyRobot;
 use super::rod::PyRod;
 use crate::accuracy;
 use crate::error::{Checker, Interrupted, InvalidInput};
 use crate::newmark::{self, Parameters, Scheme};
 use crate::ode;
 use crate::radau;
+use crate::robot::Robot;
 use crate::roots::Derivative;
 use crate::simulate::Method;
 
@@ -342,21 +344,33 @@ fn run(
         }
     });
     let (simulation, replacement) = simulation.map_err(with_python_names)?;
-    let moved = match replacement.as_ref().and_then(|model| model.rod()) {
-        Some(rod) => Bound::new(py, PyRod::initializer(rod.clone())?)?.into_super().unbind(),
+    let moved = match replacement.as_ref().and_then(|model| model.robot()) {
+        Some(robot) => like(object.bind(py), robot)?.cast_into::<PyModel>()?.unbind(),
         None => object,
     };
     finish(py, simulation, Some(moved), raised.into_result())
 }
 
-/// A rod with the numbers of modes that an accuracy takes.
+/// A robot as Python has it: a rod, where it has the modes that were chosen for one.
+fn like<'py>(original: &Bound<'py, PyAny>, robot: &Robot) -> PyResult<Bound<'py, PyAny>> {
+    let py = original.py();
+    match original.cast::<PyRod>() {
+        Ok(rod) => {
+            let rod = rod.get().description().with_segments_of(robot);
+            Ok(Bound::new(py, PyRod::initializer(rod)?)?.into_any())
+        }
+        Err(_) => Ok(Bound::new(py, PyRobot::initializer(robot.clone())?)?.into_any()),
+    }
+}
+
+/// A rod or robot with the numbers of modes that an accuracy takes.
 ///
 /// Trials with more modes of every strain show which of them move the tip; those that do are kept. Strains that a
 /// perfectly symmetric motion does not set off get none. Takes as long as some five to fifteen motions.
 ///
 /// Parameters
 /// ----------
-/// rod : Rod
+/// rod : Rod or Robot
 ///     Its numbers of modes do not count.
 /// t_end : float
 ///     The rod moves from rest, without coordinates or velocities, from `t0` to this time, seconds.
@@ -365,14 +379,14 @@ fn run(
 /// dt : float
 ///     Distance of the times at which the tip is compared, seconds.
 /// segments : sequence of int, optional
-///     Segments whose modes are chosen; by default all of them.
+///     Segments whose modes are chosen, counted link by link; by default all of them.
 /// t0 : float
 ///     The time at the start, seconds.
 ///
 /// Returns
 /// -------
-/// Rod
-///     The same rod with other numbers of modes.
+/// Rod or Robot
+///     The same with other numbers of modes.
 ///
 /// Raises
 /// ------
@@ -393,28 +407,27 @@ fn run(
     signature = (rod, t_end, *, rtol=accuracy::DEFAULT_RTOL, dt=1e-2, segments=None, t0=0.0),
     text_signature = "(rod, t_end, *, rtol=0.0001, dt=0.01, segments=None, t0=0.0)"
 )]
-pub(crate) fn choose_modes(
-    py: Python<'_>,
-    rod: PyRef<'_, PyRod>,
+pub(crate) fn choose_modes<'py>(
+    rod: &Bound<'py, PyRobot>,
     #[pyo3(from_py_with = convert::number)] t_end: f64,
     #[pyo3(from_py_with = convert::number)] rtol: f64,
     #[pyo3(from_py_with = convert::number)] dt: f64,
     segments: Option<Vec<usize>>,
     #[pyo3(from_py_with = convert::number)] t0: f64,
-) -> PyResult<Py<PyRod>> {
-    let description = rod.description().clone();
-    let segments = segments.unwrap_or_else(|| (0..description.segments.len()).collect());
+) -> PyResult<Bound<'py, PyAny>> {
+    let description = rod.get().description();
+    let segments = segments.unwrap_or_else(|| (0..description.segments().count()).collect());
     let request = accuracy::Request::new(rtol, dt);
     let mut raised = Raised::default();
-    let chosen = py.detach(|| {
-        accuracy::choose_modes(&description, &segments, (t0, t_end), request, &mut signals(&mut raised))
+    let chosen = rod.py().detach(|| {
+        accuracy::choose_modes(description, &segments, (t0, t_end), request, &mut signals(&mut raised))
     });
     raised.into_result()?;
     let modes = chosen.map_err(with_python_names)?;
     if !modes.status.is_success() {
         return Err(LissomError::new_err(modes.message));
     }
-    Py::new(py, PyRod::initializer(modes.rod)?)
+    like(rod.as_any(), &modes.robot)
 }
 
 fn derivative(jac: &str) -> PyResult<Derivative> {

@@ -4,6 +4,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use super::convert;
+use super::load::on;
 use crate::support::Support;
 
 /// Springs and dampers between a section of a rod and a fixed pose in the world, its anchor.
@@ -28,6 +29,8 @@ use crate::support::Support;
 /// orientation : array_like, shape (4,), optional
 ///     Of the anchor: unit quaternion (w, x, y, z) that turns its axes into those of the world; by default that of the section then, its
 ///     x axis along the rod.
+/// link : str, optional
+///     The link of a `Robot` that it holds, which may be left out where there is one; `at` is an arc length of its rod.
 ///
 /// Raises
 /// ------
@@ -42,15 +45,19 @@ use crate::support::Support;
 /// >>> rod = lissom.Rod([wire], supports=[prop])
 #[pyclass(name = "Support", module = "lissom", frozen, eq)]
 #[derive(Clone, PartialEq)]
-pub(crate) struct PySupport(pub(crate) Support);
+pub(crate) struct PySupport {
+    pub(crate) support: Support,
+    pub(crate) link: Option<String>,
+}
 
 #[pymethods]
 impl PySupport {
     #[new]
     #[pyo3(
-        signature = (*, stiffness=None, rotational_stiffness=None, damping=None, rotational_damping=None, at=None, position=None, orientation=None),
-        text_signature = "(*, stiffness=0.0, rotational_stiffness=0.0, damping=0.0, rotational_damping=0.0, at=None, position=None, orientation=None)"
+        signature = (*, stiffness=None, rotational_stiffness=None, damping=None, rotational_damping=None, at=None, position=None, orientation=None, link=None),
+        text_signature = "(*, stiffness=0.0, rotational_stiffness=0.0, damping=0.0, rotational_damping=0.0, at=None, position=None, orientation=None, link=None)"
     )]
+    #[allow(clippy::too_many_arguments, reason = "the signature of the Python class")]
     fn new(
         stiffness: Option<&Bound<'_, PyAny>>,
         rotational_stiffness: Option<&Bound<'_, PyAny>>,
@@ -59,8 +66,10 @@ impl PySupport {
         #[pyo3(from_py_with = convert::optional_number)] at: Option<f64>,
         position: Option<&Bound<'_, PyAny>>,
         orientation: Option<&Bound<'_, PyAny>>,
+        link: Option<String>,
     ) -> PyResult<Self> {
         let support = Support {
+            link: 0,
             at,
             stiffness: per_axis(stiffness, "stiffness")?,
             rotational_stiffness: per_axis(rotational_stiffness, "rotational_stiffness")?,
@@ -71,50 +80,56 @@ impl PySupport {
         };
         // How long the rod is will be known later.
         support.validate(f64::INFINITY)?;
-        Ok(Self(support))
+        Ok(Self { support, link })
     }
 
     /// Stiffness along the axes of the anchor, newtons per metre.
     #[getter]
     fn stiffness(&self) -> (f64, f64, f64) {
-        self.0.stiffness.into()
+        self.support.stiffness.into()
     }
 
     /// Rotational stiffness about the axes of the anchor, newton metres per radian.
     #[getter]
     fn rotational_stiffness(&self) -> (f64, f64, f64) {
-        self.0.rotational_stiffness.into()
+        self.support.rotational_stiffness.into()
     }
 
     /// Damping along the axes of the anchor, newton seconds per metre.
     #[getter]
     fn damping(&self) -> (f64, f64, f64) {
-        self.0.damping.into()
+        self.support.damping.into()
     }
 
     /// Damping of rotation about the axes of the anchor, newton metre seconds per radian.
     #[getter]
     fn rotational_damping(&self) -> (f64, f64, f64) {
-        self.0.rotational_damping.into()
+        self.support.rotational_damping.into()
     }
 
     /// Arc length of the section that is held, metres; None for the tip.
     #[getter]
     fn at(&self) -> Option<f64> {
-        self.0.at
+        self.support.at
     }
 
     /// Position of the anchor in the world, metres; None for where the section is when all coordinates are zero.
     #[getter]
     fn position(&self) -> Option<(f64, f64, f64)> {
-        self.0.position.map(Into::into)
+        self.support.position.map(Into::into)
     }
 
     /// Orientation of the anchor, quaternion (w, x, y, z) as given; None for that of the section when all coordinates
     /// are zero.
     #[getter]
     fn orientation(&self) -> Option<(f64, f64, f64, f64)> {
-        self.0.orientation.map(Into::into)
+        self.support.orientation.map(Into::into)
+    }
+
+    /// The name of the link that it holds; None on a rod.
+    #[getter]
+    fn link(&self) -> Option<&str> {
+        self.link.as_deref()
     }
 
     fn __repr__(&self) -> String {
@@ -127,7 +142,7 @@ impl PySupport {
         parts.extend(self.at().map(|x| format!("at={x:?}")));
         parts.extend(self.position().map(|position| format!("position={position:?}")));
         parts.extend(self.orientation().map(|orientation| format!("orientation={orientation:?}")));
-        format!("Support({})", parts.join(", "))
+        format!("Support({}{})", parts.join(", "), on(&self.link))
     }
 
     /// For copies and pickles.
@@ -140,6 +155,7 @@ impl PySupport {
         arguments.set_item("at", self.at())?;
         arguments.set_item("position", self.position())?;
         arguments.set_item("orientation", self.orientation())?;
+        arguments.set_item("link", self.link())?;
         Ok(((), arguments))
     }
 }

@@ -386,6 +386,11 @@ impl Stages {
         }
     }
 
+    /// Predicts nothing from the stages of the last step, which belong to other coordinates.
+    pub(super) fn forget_last(&mut self) {
+        self.last = None;
+    }
+
     /// Keeps the stages of an accepted step, for the next prediction.
     pub(super) fn accept(&mut self, h: f64) {
         match &mut self.last {

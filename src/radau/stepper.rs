@@ -98,6 +98,8 @@ impl Stepper {
         }
         self.status = self.initial.start(system)?;
         self.counters = self.initial.counters();
+        self.q.copy_from_slice(self.initial.q());
+        self.v.copy_from_slice(self.initial.v());
         self.a.copy_from_slice(self.initial.a());
         self.a_old.copy_from_slice(&self.a);
         if self.status.is_none() && self.t < self.t_end {
@@ -151,12 +153,21 @@ impl Stepper {
         } else if self.counters.steps >= self.options.max_steps {
             Some(Status::TooManySteps)
         } else {
+            self.wrap(system);
             self.advance(system)?
         };
         if self.status.is_none() && self.t == self.t_end {
             self.status = Some(Status::Finished);
         }
         Ok(self.status)
+    }
+
+    /// Goes on in other coordinates where those at hand come near a singularity.
+    fn wrap<S: System + ?Sized>(&mut self, system: &mut S) {
+        if system.wrap(&mut self.q, &mut self.v, &mut [&mut self.a]) {
+            self.stages.forget_last();
+            self.tangents_are_wanted = true;
+        }
     }
 
     /// Makes one accepted step of at most the size that is proposed.

@@ -1,43 +1,71 @@
-//! What a rod is computed by, and how its linear systems are solved.
+//! What a robot is computed by, and how its linear systems are solved.
 
-use super::description::Rod;
+use super::description::{Link, Robot};
+use crate::joint::Motion;
 use crate::lie::{Plane, Quaternion};
 use crate::rod::{STRAIGHT, piece};
 
-/// What a rod is computed by.
+/// What a robot is computed by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kernel {
-    /// Rotations about one axis: a rod whose modes and reference strains stay in one plane.
+    /// Rotations about one axis: a robot whose joints, modes and reference strains stay in one plane.
     Planar,
-    /// Any rod.
+    /// Any robot.
     Spatial,
 }
 
 impl Kernel {
-    /// The plane that a rod cannot leave, if there is one: that of the modes, unless the base may leave it. Loads out
-    /// of the plane do not move the rod, wherever gravity points.
-    pub(crate) fn plane(rod: &Rod) -> Option<Plane> {
+    /// The plane that a robot cannot leave, if there is one: that of the modes and joints, unless the base may leave it.
+    /// Loads out of the plane do not move the robot, wherever gravity points.
+    pub(crate) fn plane(robot: &Robot) -> Option<Plane> {
         let stays_in = |plane: &Plane| {
-            let is_inside = |strain: usize| match strain {
-                0..3 => strain == plane.normal,
-                _ => plane.axes.contains(&(strain - 3)),
-            };
-            rod.segments.iter().all(|segment| {
-                (0..STRAIGHT.len()).filter(|&strain| !is_inside(strain)).all(|strain| {
-                    segment.modes[strain] == 0
-                        && segment.reference_strain.is_entry_constant(strain) == Some(STRAIGHT[strain])
-                })
+            let root = &robot.links[0];
+            robot.links.iter().all(|link| {
+                let is_placed = std::ptr::eq(link, root) || is_placed_in(plane, link, root);
+                is_placed && moves_in(plane, link)
             })
         };
-        let base = Quaternion::from_array(rod.base_orientation).rotation();
+        let base = Quaternion::from_array(robot.links[0].orientation).rotation();
         let base_stays_in = |plane: &Plane| {
-            rod.base_motion.as_ref().is_none_or(|motion| motion.stays_across(base.axis(plane.normal)))
+            robot.base_motion.as_ref().is_none_or(|motion| motion.stays_across(base.axis(plane.normal)))
         };
         [Plane::ABOUT_Y, Plane::ABOUT_Z].into_iter().filter(stays_in).find(base_stays_in)
     }
 }
 
-/// How a rod's linear systems, of the Newton iteration and of the forward dynamics, are solved.
+/// Whether the joint's frame of a link lies in the plane of what it is attached to: exactly, for what leaves it by
+/// rounding may be meant to. Another root's is seen from the first one, where the same numbers say so.
+fn is_placed_in(plane: &Plane, link: &Link, root: &Link) -> bool {
+    let is_root = link.parent.is_none();
+    if is_root && root.orientation != [1.0, 0.0, 0.0, 0.0] {
+        return link.position == root.position && link.orientation == root.orientation;
+    }
+    let [_, turn @ ..] = link.orientation;
+    let offset = link.position[plane.normal] - if is_root { root.position[plane.normal] } else { 0.0 };
+    offset == 0.0 && plane.axes.iter().all(|&axis| turn[axis] == 0.0)
+}
+
+/// Whether joint and rod of a link leave it in the plane.
+fn moves_in(plane: &Plane, link: &Link) -> bool {
+    let is_inside = |strain: usize| match strain {
+        0..3 => strain == plane.normal,
+        _ => plane.axes.contains(&(strain - 3)),
+    };
+    let motions = link.joint.motions().into_iter().all(|motion| match motion {
+        Motion::About(axis) => plane.axes.iter().all(|&i| axis[i] == 0.0),
+        Motion::Along(axis) => axis[plane.normal] == 0.0,
+        Motion::AboutAll => false,
+    });
+    motions
+        && link.rod.iter().all(|segment| {
+            (0..STRAIGHT.len()).filter(|&strain| !is_inside(strain)).all(|strain| {
+                segment.modes[strain] == 0
+                    && segment.reference_strain.is_entry_constant(strain) == Some(STRAIGHT[strain])
+            })
+        })
+}
+
+/// How a robot's linear systems, of the Newton iteration and of the forward dynamics, are solved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Solve {
     /// With all entries of the matrix; cost n^3.
@@ -47,11 +75,11 @@ pub enum Solve {
 }
 
 impl Solve {
-    /// The cheaper one for a rod.
-    pub(crate) fn cheapest(rod: &Rod) -> Self {
-        let segments: usize = rod.segments.iter().map(piece::number).sum();
-        let is_long = segments >= SEGMENTS_OF_A_CHAIN && rod.coordinates() >= COORDINATES_OF_A_CHAIN;
-        if is_long { Self::Chain } else { Self::Dense }
+    /// The cheaper one for a robot.
+    pub(crate) fn cheapest(robot: &Robot) -> Self {
+        let segments: usize = robot.segments().map(piece::number).sum();
+        let is_long = segments >= SEGMENTS_OF_A_CHAIN && robot.coordinates() >= COORDINATES_OF_A_CHAIN;
+        if is_long && robot.is_rod() { Self::Chain } else { Self::Dense }
     }
 }
 

@@ -21,8 +21,9 @@ mod tests;
 mod turning;
 
 pub use choice::{Kernel, Solve};
-pub use description::{MAX_COORDINATES, Rod};
+pub use description::{Link, MAX_COORDINATES, Robot, Rod};
 pub use kernel::kinematics::Pose;
-pub use model::RodModel;
+pub use kernel::momentum::Momentum;
+pub use model::RobotModel;
 pub use plan::point::Place;
 pub use tell::{Explanation, Multiplications};

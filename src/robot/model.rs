@@ -1,18 +1,19 @@
-//! A compiled rod with its memory: what the integrators work with.
+//! A compiled robot with its memory: what the integrators work with.
 
 use std::sync::Arc;
 
 use super::choice::{Kernel, Solve};
 use super::compile;
-use super::description::Rod;
+use super::description::{Robot, Rod};
 use super::effect::support::Held;
 use super::kernel::kinematics::Pose;
+use super::kernel::momentum::Momentum;
 use super::kernel::{chain, elasticity, validity};
 use super::plan::point::Place;
 use super::state::tangent::Tangent;
 use super::sweeps::Sweeps;
 use super::tell::{Explanation, Multiplications, cost};
-use crate::error::{Interrupted, InvalidInput};
+use crate::error::{Checker, Interrupted, InvalidInput};
 use crate::lie::{Instructions, Planar, Plane, Spatial, Vector};
 use crate::linalg::{ChainMatrix, Matrix};
 use crate::model::{Chain, Discretised, Elastic, Energy, Flaw, InTime, Model};
@@ -20,16 +21,17 @@ use crate::rod::{MAX_NODES, STRAINS, piece};
 use crate::springs::Springs;
 use crate::world::BaseMotion;
 
-/// A Cosserat rod ready to be moved. Clones share what does not change and have memory of their own.
+/// A robot ready to be moved: rods and rigid bodies with joints. Clones share what does not change and have memory of their own.
 #[derive(Clone, Debug)]
-pub struct RodModel {
+pub struct RobotModel {
     sweeps: AnySweeps,
     /// Those of the rod without its loads, where that is more than stiffness times coordinates: where it has supports.
     unloaded: Option<Box<AnySweeps>>,
     solve: Solve,
     multiplications: Multiplications,
     explanation: Arc<Explanation>,
-    rod: Arc<Rod>,
+    robot: Arc<Robot>,
+    rotation_vectors: Arc<[usize]>,
     /// What is taken for the forces of the supports' springs.
     held: Option<Vec<f64>>,
 }
@@ -45,32 +47,32 @@ enum AnySweeps {
 }
 
 impl AnySweeps {
-    /// The sweeps for a valid rod, in a plane where one is given, with fused packs or, where they are compiled, with
+    /// The sweeps for a valid robot, in a plane where one is given, with fused packs or, where they are compiled, with
     /// portable ones.
-    fn new(rod: &Rod, plane: Option<Plane>, is_fused: bool) -> Self {
+    fn new(robot: &Robot, plane: Option<Plane>, is_fused: bool) -> Self {
         #[cfg(feature = "portable")]
         if !is_fused {
             return match plane {
-                Some(plane) => Self::PortablePlanar(Sweeps::new(compile::plan(rod, plane))),
-                None => Self::PortableSpatial(Sweeps::new(compile::plan(rod, ()))),
+                Some(plane) => Self::PortablePlanar(Sweeps::new(compile::plan(robot, plane))),
+                None => Self::PortableSpatial(Sweeps::new(compile::plan(robot, ()))),
             };
         }
         let _ = is_fused;
         match plane {
-            Some(plane) => Self::Planar(Sweeps::new(compile::plan(rod, plane))),
-            None => Self::Spatial(Sweeps::new(compile::plan(rod, ()))),
+            Some(plane) => Self::Planar(Sweeps::new(compile::plan(robot, plane))),
+            None => Self::Spatial(Sweeps::new(compile::plan(robot, ()))),
         }
     }
 
-    /// The sweeps for another rod, of the same kind.
-    fn with_rod(&self, rod: &Rod) -> Self {
+    /// The sweeps for another robot, of the same kind.
+    fn with_robot(&self, robot: &Robot) -> Self {
         match self {
-            Self::Planar(sweeps) => Self::Planar(sweeps.with_rod(rod)),
-            Self::Spatial(sweeps) => Self::Spatial(sweeps.with_rod(rod)),
+            Self::Planar(sweeps) => Self::Planar(sweeps.with_robot(robot)),
+            Self::Spatial(sweeps) => Self::Spatial(sweeps.with_robot(robot)),
             #[cfg(feature = "portable")]
-            Self::PortablePlanar(sweeps) => Self::PortablePlanar(sweeps.with_rod(rod)),
+            Self::PortablePlanar(sweeps) => Self::PortablePlanar(sweeps.with_robot(robot)),
             #[cfg(feature = "portable")]
-            Self::PortableSpatial(sweeps) => Self::PortableSpatial(sweeps.with_rod(rod)),
+            Self::PortableSpatial(sweeps) => Self::PortableSpatial(sweeps.with_robot(robot)),
         }
     }
 
@@ -112,79 +114,112 @@ macro_rules! on_sweeps {
     };
 }
 
-impl RodModel {
-    /// Compiles `rod` for the simplest kernel, the best instructions of this machine and the cheapest solve; refuses
-    /// a rod that is not valid, with everything that is wrong with it.
-    pub fn new(rod: &Rod) -> Result<Self, InvalidInput> {
-        Self::with_solve(rod, Solve::cheapest(rod))
+impl RobotModel {
+    /// Compiles a robot for the simplest kernel, the best instructions of this machine and the cheapest solve; refuses
+    /// one that is not valid, with everything that is wrong with it.
+    pub fn new(robot: &Robot) -> Result<Self, InvalidInput> {
+        robot.validate()?;
+        Self::compiled(robot, Kernel::plane(robot), Some(Instructions::of_machine()), Solve::cheapest(robot))
+    }
+
+    /// Compiles a rod, a robot of one link.
+    pub fn of_rod(rod: &Rod) -> Result<Self, InvalidInput> {
+        rod.validate()?;
+        Self::new(&rod.into())
     }
 
     /// The same with a solve that need not be the cheapest: to compare them.
     pub fn with_solve(rod: &Rod, solve: Solve) -> Result<Self, InvalidInput> {
-        Self::check(rod)?;
-        Ok(Self::with(
-            rod,
-            AnySweeps::new(rod, Kernel::plane(rod), Instructions::of_machine().has_fused()),
-            solve,
-        ))
+        rod.validate()?;
+        let robot = Robot::from(rod);
+        Self::compiled(&robot, Kernel::plane(&robot), Some(Instructions::of_machine()), solve)
     }
 
-    /// Compiles `rod` for the instructions that all machines have, even where there are better ones: to compare them.
+    /// Compiles a rod for the instructions that all machines have, even where there are better ones: to compare them.
     #[cfg(feature = "portable")]
     pub fn portable(rod: &Rod) -> Result<Self, InvalidInput> {
-        Self::check(rod)?;
-        Ok(Self::with(rod, AnySweeps::new(rod, Kernel::plane(rod), false), Solve::cheapest(rod)))
-    }
-
-    /// Compiles `rod` for the spatial kernel even where a planar one would do: to compare them.
-    pub fn spatial(rod: &Rod) -> Result<Self, InvalidInput> {
-        Self::check(rod)?;
-        Ok(Self::with(
-            rod,
-            AnySweeps::new(rod, None, Instructions::of_machine().has_fused()),
-            Solve::cheapest(rod),
-        ))
-    }
-
-    /// Compiles `rod` for the spatial kernel with everything computed that could be skipped, zeros included: to compare
-    /// them.
-    pub fn with_nothing_skipped(rod: &Rod) -> Result<Self, InvalidInput> {
-        Self::check(rod)?;
-        let sweeps = AnySweeps::new(rod, None, Instructions::of_machine().has_fused()).with_nothing_skipped();
-        Ok(Self::with(rod, sweeps, Solve::cheapest(rod)))
-    }
-
-    /// Refuses a rod that is not valid, and a machine that this build has no sweeps for.
-    fn check(rod: &Rod) -> Result<(), InvalidInput> {
         rod.validate()?;
-        if !Instructions::of_machine().are_compiled() {
-            let expected = "one with AVX2 and FMA, or a build with the feature `portable`";
-            return Err(InvalidInput::new("this machine", "one without fused multiply-add", expected));
-        }
-        Ok(())
+        let robot = Robot::from(rod);
+        Self::compiled(&robot, Kernel::plane(&robot), None, Solve::cheapest(&robot))
     }
 
-    fn with(rod: &Rod, sweeps: AnySweeps, solve: Solve) -> Self {
-        let nodes = nodes(rod, &on_sweeps!(&sweeps, sweeps => sweeps.plan().nodes()));
+    /// Compiles a robot for the spatial kernel even where a planar one would do: to compare them.
+    pub fn spatial(robot: &Robot) -> Result<Self, InvalidInput> {
+        robot.validate()?;
+        Self::compiled(robot, None, Some(Instructions::of_machine()), Solve::cheapest(robot))
+    }
+
+    /// Compiles a robot for the spatial kernel with everything computed that could be skipped, zeros included: to
+    /// compare them.
+    pub fn with_nothing_skipped(robot: &Robot) -> Result<Self, InvalidInput> {
+        robot.validate()?;
+        check_machine()?;
+        let sweeps =
+            AnySweeps::new(robot, None, Instructions::of_machine().has_fused()).with_nothing_skipped();
+        Self::with(robot, sweeps, Solve::cheapest(robot))
+    }
+
+    /// A valid robot, in a plane where one is given, with these instructions or those that all machines have.
+    fn compiled(
+        robot: &Robot,
+        plane: Option<Plane>,
+        instructions: Option<Instructions>,
+        solve: Solve,
+    ) -> Result<Self, InvalidInput> {
+        check_machine()?;
+        let is_fused = instructions.is_some_and(|instructions| instructions.has_fused());
+        Self::with(robot, AnySweeps::new(robot, plane, is_fused), solve)
+    }
+
+    fn with(robot: &Robot, sweeps: AnySweeps, solve: Solve) -> Result<Self, InvalidInput> {
+        let nodes = on_sweeps!(&sweeps, sweeps => sweeps.plan().nodes());
         let cost = on_sweeps!(&sweeps, sweeps => cost::multiplications(sweeps.plan(), solve));
-        let explanation = Explanation::new(rod, sweeps.kernel(), solve, &nodes, &cost);
-        let unloaded = (!rod.supports.is_empty()).then(|| Box::new(sweeps.with_rod(&rod.unloaded())));
-        let rod = Arc::new(rod.clone());
-        Self {
+        let explanation = Explanation::new(robot, sweeps.kernel(), solve, &nodes, &cost);
+        let unloaded = (!robot.supports.is_empty()).then(|| Box::new(sweeps.with_robot(&robot.unloaded())));
+        let mut model = Self {
             sweeps,
             unloaded,
             solve,
             multiplications: cost,
             explanation: Arc::new(explanation),
-            rod,
+            robot: Arc::new(robot.clone()),
+            rotation_vectors: robot.rotation_vectors().into(),
             held: None,
+        };
+        model.check_inertia()?;
+        Ok(model)
+    }
+
+    /// Refuses joints that turn or shift nothing that has inertia: then there is no acceleration. Looked at in a state
+    /// in which no two axes are in line by chance.
+    fn check_inertia(&mut self) -> Result<(), InvalidInput> {
+        let robot = Arc::clone(&self.robot);
+        if robot.links.iter().all(|link| link.joint.coordinates().is_empty()) {
+            return Ok(());
         }
+        let n = self.n();
+        let q: Vec<f64> = (0..n).map(|k| 0.1 + 0.05 * (k as f64).sin()).collect();
+        let mut mass = Matrix::zeros(n, n);
+        self.mass_matrix(&q, &mut mass);
+        let mut check = Checker::new();
+        for (i, link) in robot.links.iter().enumerate() {
+            let coordinates = robot.coordinates_of(i);
+            for (k, name) in coordinates.zip(link.joint.coordinates()) {
+                check.require(
+                    mass[(k, k)] > 0.0 || !mass[(k, k)].is_finite(),
+                    &format!("links[{i}].joint"),
+                    format_args!("no inertia against `{}.{name}`", link.name),
+                    "a mass off the axis, an inertia about it, or an armature",
+                );
+            }
+        }
+        check.finish()
     }
 
     /// The rod without its loads, where that is not stiffness alone; it rests where the base is.
     fn unloaded(&mut self) -> Option<&mut AnySweeps> {
         let unloaded = self.unloaded.as_deref_mut()?;
-        if self.rod.base_motion.is_some() {
+        if self.robot.base_motion.is_some() {
             let base = on_sweeps!(&self.sweeps, sweeps => sweeps.base());
             on_sweeps!(&mut *unloaded, sweeps => sweeps.place_base(&base));
             // Anchors are seen anew from there.
@@ -194,8 +229,8 @@ impl RodModel {
     }
 
     /// What it was compiled from.
-    pub fn description(&self) -> &Rod {
-        &self.rod
+    pub fn description(&self) -> &Robot {
+        &self.robot
     }
 
     /// What is computed for this rod, what is skipped, and why.
@@ -220,21 +255,32 @@ impl RodModel {
 
     /// Quadrature nodes of each segment.
     pub fn nodes(&self) -> Vec<usize> {
-        nodes(&self.rod, &on_sweeps!(&self.sweeps, sweeps => sweeps.plan().nodes()))
+        on_sweeps!(&self.sweeps, sweeps => sweeps.plan().nodes())
     }
 
-    /// The pose at arc length `x` of the unstretched rod, 0 <= x <= L (clamped there): the body axes and the position in
-    /// the world.
+    /// The pose at arc length `x` of the unstretched rod of the first link, 0 <= x <= L (clamped there): the body axes
+    /// and the position in the world.
     pub fn pose(&mut self, q: &[f64], x: f64) -> Pose {
         self.pose_at(q, &self.place(x))
     }
 
-    /// The place at arc length `x` of the unstretched rod, clamped to [0, L], for [`Self::pose_at`].
+    /// The place at arc length `x` of the unstretched rod of the first link, clamped to [0, L], for [`Self::pose_at`].
     pub fn place(&self, x: f64) -> Place {
-        on_sweeps!(&self.sweeps, sweeps => sweeps.place(x))
+        self.place_on(0, Some(x))
     }
 
-    /// The pose at a place of this rod. Several places of one state cost little more than one.
+    /// The place on a link: at arc length `x` of its unstretched rod, clamped to [0, L], or at its tip; at the base of
+    /// a rigid link, wherever `x` is.
+    pub fn place_on(&self, link: usize, x: Option<f64>) -> Place {
+        on_sweeps!(&self.sweeps, sweeps => sweeps.place(link, x))
+    }
+
+    /// The place whose position is [`Model::tip`]: the tip of the last link.
+    pub(crate) fn tip_place(&self) -> Place {
+        self.place_on(self.robot.links.len() - 1, None)
+    }
+
+    /// The pose at a place of this robot. Several places of one state cost little more than one.
     pub fn pose_at(&mut self, q: &[f64], place: &Place) -> Pose {
         on_sweeps!(&mut self.sweeps, sweeps => sweeps.pose(q, place))
     }
@@ -243,6 +289,18 @@ impl RodModel {
     /// rod what lies in its plane.
     pub fn base_wrench(&mut self, q: &[f64], qd: &[f64], qdd: &[f64]) -> [Vector<f64>; 2] {
         on_sweeps!(&mut self.sweeps, sweeps => sweeps.base_wrench([q, qd, qdd]))
+    }
+
+    /// Moment and force that are passed on to a link through its joint in a motion, about the place where that begins
+    /// and in world axes; of a planar robot what lies in its plane. A link that is welded right to its parent's tip and
+    /// is rigid has no place of its own: what is said is that of the piece before.
+    pub fn joint_wrench(&mut self, q: &[f64], qd: &[f64], qdd: &[f64], link: usize) -> [Vector<f64>; 2] {
+        on_sweeps!(&mut self.sweeps, sweeps => sweeps.joint_wrench([q, qd, qdd], link))
+    }
+
+    /// Mass, centre of mass and momentum in world axes; of a planar robot what lies in its plane.
+    pub fn momentum(&mut self, q: &[f64], qd: &[f64]) -> Momentum {
+        on_sweeps!(&mut self.sweeps, sweeps => sweeps.momentum(q, qd))
     }
 
     /// Angular velocity of the section at a place and velocity of its point, in world axes, that of a base that moves
@@ -260,10 +318,10 @@ impl RodModel {
     }
 }
 
-impl RodModel {
+impl RobotModel {
     /// By virtual work: what the rod needs against a unit of each force.
     fn find_jacobian_of_springs(&mut self, q: &[f64], jacobian: &mut Matrix) {
-        let (n, length) = (q.len(), self.rod.length());
+        let (n, length) = (q.len(), self.robot.length());
         let held = self.held.clone();
         let mut elastic = vec![0.0; n];
         on_sweeps!(&self.sweeps, sweeps => elasticity::forces(sweeps.plan(), q, &mut elastic));
@@ -287,13 +345,16 @@ impl RodModel {
     }
 }
 
-/// Nodes of each segment, from those of the pieces.
-fn nodes(rod: &Rod, of_pieces: &[usize]) -> Vec<usize> {
-    let mut of_pieces = of_pieces.iter();
-    rod.segments.iter().map(|segment| of_pieces.by_ref().take(piece::number(segment)).sum()).collect()
+/// Refuses a machine that this build has no sweeps for.
+fn check_machine() -> Result<(), InvalidInput> {
+    if Instructions::of_machine().are_compiled() {
+        return Ok(());
+    }
+    let expected = "one with AVX2 and FMA, or a build with the feature `portable`";
+    Err(InvalidInput::new("this machine", "one without fused multiply-add", expected))
 }
 
-impl Model for RodModel {
+impl Model for RobotModel {
     fn n(&self) -> usize {
         on_sweeps!(&self.sweeps, sweeps => sweeps.plan().n)
     }
@@ -312,6 +373,10 @@ impl Model for RodModel {
     ) {
         let tangent = Tangent::Dense(tangent);
         on_sweeps!(&mut self.sweeps, sweeps => sweeps.weighted_tangent([q, qd, qdd], weights, tangent));
+    }
+
+    fn rotation_vectors(&self) -> &[usize] {
+        &self.rotation_vectors
     }
 
     /// By the products that both form, the factorisation included.
@@ -360,12 +425,12 @@ impl Model for RodModel {
     }
 
     fn tip(&mut self, q: &[f64]) -> [f64; 3] {
-        let tip = self.place(f64::INFINITY);
+        let tip = self.tip_place();
         on_sweeps!(&mut self.sweeps, sweeps => sweeps.position(q, &tip)).to_array()
     }
 
     fn length(&self) -> f64 {
-        self.rod.length()
+        self.robot.length()
     }
 
     fn is_damped(&self) -> bool {
@@ -387,7 +452,7 @@ impl Model for RodModel {
     }
 }
 
-impl Elastic for RodModel {
+impl Elastic for RobotModel {
     /// `K q`, and what the supports answer.
     fn elastic_forces(&mut self, q: &[f64], tau: &mut [f64]) {
         match self.unloaded() {
@@ -401,13 +466,13 @@ impl Elastic for RodModel {
             Some(unloaded) => {
                 on_sweeps!(unloaded, sweeps => sweeps.tangent_at_rest(q, Tangent::Dense(tangent)));
             }
-            None => on_sweeps!(&self.sweeps, sweeps => elasticity::stiffness(sweeps.plan(), tangent)),
+            None => on_sweeps!(&self.sweeps, sweeps => elasticity::stiffness(sweeps.plan(), q, tangent)),
         }
     }
 
     /// Moment and force of every support, in the axes of the base.
     fn springs(&self) -> usize {
-        6 * self.rod.supports.len()
+        6 * self.robot.supports.len()
     }
 
     fn linearise_springs(&mut self, q: &[f64], springs: &mut Springs) {
@@ -431,23 +496,24 @@ impl Elastic for RodModel {
         }
     }
 
-    /// A radian over the rod's length, and a stretch or shear of one.
+    /// A radian over the length of the rods, or by a joint,, and a stretch or shear of one.
     fn typical_coordinates(&self, sizes: &mut [f64]) {
-        on_sweeps!(&self.sweeps, sweeps => elasticity::typical_coordinates(sweeps.plan(), sizes));
+        let reach = self.robot.length();
+        on_sweeps!(&self.sweeps, sweeps => elasticity::typical_coordinates(sweeps.plan(), reach, sizes));
     }
 }
 
-impl InTime for RodModel {
+impl InTime for RobotModel {
     fn horizon(&self, t: f64) -> f64 {
-        self.rod.horizon(t)
+        self.robot.horizon(t)
     }
 
     fn shortest_period(&self) -> f64 {
-        self.rod.shortest_period()
+        self.robot.shortest_period()
     }
 
     fn time_span(&self) -> [f64; 2] {
-        self.rod.base_motion.as_ref().map_or([f64::NEG_INFINITY, f64::INFINITY], BaseMotion::span)
+        self.robot.base_motion.as_ref().map_or([f64::NEG_INFINITY, f64::INFINITY], BaseMotion::span)
     }
 
     fn varies_in_time(&self) -> bool {
@@ -456,7 +522,7 @@ impl InTime for RodModel {
 
     fn not_finite(&self) -> Option<String> {
         let t = on_sweeps!(&self.sweeps, sweeps => sweeps.time_without_loads())?;
-        self.rod.not_finite(t)
+        self.robot.not_finite(t)
     }
 
     #[inline]
@@ -465,7 +531,7 @@ impl InTime for RodModel {
     }
 }
 
-impl Discretised for RodModel {
+impl Discretised for RobotModel {
     fn flaw(&self, q: &[f64]) -> Option<Flaw> {
         on_sweeps!(&self.sweeps, sweeps => validity::flaw(sweeps.plan(), q))
     }
@@ -476,15 +542,15 @@ impl Discretised for RodModel {
 
     /// Of the six strains of every segment, where more modes leave the others as they are.
     fn modes(&self) -> Option<Vec<usize>> {
-        let is_nested = self.rod.segments.iter().all(|segment| segment.basis.is_nested());
-        is_nested.then(|| self.rod.segments.iter().flat_map(|segment| segment.modes).collect())
+        let is_nested = self.robot.segments().all(|segment| segment.basis.is_nested());
+        is_nested.then(|| self.robot.segments().flat_map(|segment| segment.modes).collect())
     }
 
     fn with_modes(&self, modes: &[usize]) -> Option<Self> {
         const MORE_NODES: usize = 8;
-        let mut other = Rod::clone(&self.rod);
+        let mut other = Robot::clone(&self.robot);
         for ((segment, modes), nodes) in
-            other.segments.iter_mut().zip(modes.as_chunks::<STRAINS>().0).zip(self.nodes())
+            other.segments_mut().zip(modes.as_chunks::<STRAINS>().0).zip(self.nodes())
         {
             let more = modes
                 .iter()
@@ -499,11 +565,11 @@ impl Discretised for RodModel {
     }
 
     fn with_nodes_times(&self, factor: usize) -> Option<Self> {
-        let mut finer = Rod::clone(&self.rod);
-        for (segment, nodes) in finer.segments.iter_mut().zip(self.nodes()) {
+        let mut finer = Robot::clone(&self.robot);
+        for (segment, nodes) in finer.segments_mut().zip(self.nodes()) {
             let of_piece = nodes / piece::number(segment);
             segment.nodes.get_or_insert(factor * of_piece);
         }
-        (finer != *self.rod).then(|| Self::new(&finer).ok()).flatten()
+        (finer != *self.robot).then(|| Self::new(&finer).ok()).flatten()
     }
 }

@@ -3,11 +3,13 @@
 use std::sync::Arc;
 
 use super::compile;
-use super::description::Rod;
+use super::description::Robot;
 use super::effect::all as effects;
+use super::effect::joint_forces;
 use super::effect::support::Held;
 use super::kernel::kinematics::Pose;
-use super::kernel::{elasticity, energy, inverse_dynamics, kinematics, tangent, time};
+use super::kernel::momentum::Momentum;
+use super::kernel::{elasticity, energy, inverse_dynamics, kinematics, momentum, tangent, time};
 use super::plan::Plan;
 use super::plan::point::Place;
 use super::state::Workspace;
@@ -15,7 +17,7 @@ use super::state::tangent::{Tangent, TangentWorkspace};
 use super::turning::Turning;
 use super::turning::place;
 use crate::error::Interrupted;
-use crate::lie::{Sweep, Vector, VectorSpace, Wrench};
+use crate::lie::{Cross, Sweep, Vector, VectorSpace, Wrench};
 use crate::linalg::Matrix;
 use crate::model::Energy;
 use crate::world::base_motion::Base;
@@ -91,9 +93,9 @@ impl<G: Turning> Sweeps<G> {
         }
     }
 
-    /// Those for another rod in the same frame.
-    pub(crate) fn with_rod(&self, rod: &Rod) -> Self {
-        Self::new(compile::plan(rod, self.plan.frame))
+    /// Those for another robot in the same frame.
+    pub(crate) fn with_robot(&self, robot: &Robot) -> Self {
+        Self::new(compile::plan(robot, self.plan.frame))
     }
 
     pub(crate) fn plan(&self) -> &Plan<G> {
@@ -102,7 +104,9 @@ impl<G: Turning> Sweeps<G> {
 
     /// Whether motion loses energy.
     pub(crate) fn is_damped(&self) -> bool {
-        self.plan.pieces.iter().any(|piece| piece.retardation_time > 0.0) || effects::dissipates(&self.plan)
+        self.plan.pieces.iter().any(|piece| piece.retardation_time > 0.0)
+            || effects::dissipates(&self.plan)
+            || joint_forces::dissipate(&self.plan)
     }
 
     /// Whether more than damping makes forces depend on velocities: the motion of the base, or an effect.
@@ -175,8 +179,9 @@ impl<G: Turning> Sweeps<G> {
         time::place(&self.plan, &mut self.work, base);
     }
 
-    pub(crate) fn place(&self, x: f64) -> Place {
-        place::at_arc_length(&self.plan.pieces, x)
+    /// The place at arc length `x` of the rod of a link, its tip if there is none; the base of a rigid link.
+    pub(crate) fn place(&self, link: usize, x: Option<f64>) -> Place {
+        place::on_link(&self.plan.pieces, &self.plan.links[link], x)
     }
 
     pub(crate) fn pose(&mut self, q: &[f64], place: &Place) -> Pose {
@@ -217,8 +222,25 @@ impl<G: Turning> Sweeps<G> {
         energy::energy(&self.plan, &self.work, q)
     }
 
+    pub(crate) fn momentum(&mut self, q: &[f64], qd: &[f64]) -> Momentum {
+        self.update_velocities(q, qd);
+        momentum::momentum(&self.plan, &self.work)
+    }
+
+    /// Moment, about the place where the joint of a link begins, and force through it, in world axes.
+    pub(crate) fn joint_wrench(&mut self, state: [&[f64]; 3], link: usize) -> [Vector<f64>; 2] {
+        self.update_motion(state);
+        let joined = &self.plan.pieces[self.plan.links[link].first].joined;
+        let Wrench { moment, force } = self.work.through[joined.end];
+        let about = moment - self.work.stations[joined.begin].position.cross(force);
+        let rotation = &self.work.surroundings.base.rotation;
+        let frame = self.plan.frame;
+        [G::axial_in_space(frame, about), G::in_space(frame, force)].map(|v| rotation.apply(v))
+    }
+
     pub(crate) fn dissipated_power(&mut self, q: &[f64], qd: &[f64]) -> f64 {
-        let power = elasticity::power_of_damping(&self.plan, qd);
+        let of_joints = joint_forces::dissipated_power(&self.plan, [q, qd]);
+        let power = elasticity::power_of_damping(&self.plan, qd) + of_joints;
         if !effects::dissipates(&self.plan) {
             return power;
         }
@@ -284,7 +306,7 @@ impl<G: Turning> Sweeps<G> {
 mod tests {
     use super::*;
     use crate::lie::{Instructions, Planar, Plane, Spatial};
-    use crate::robot::description::Rod;
+    use crate::robot::description::{Robot, Rod};
     use crate::rod::{Section, Segment};
     use crate::world::Fluid;
 
@@ -338,9 +360,11 @@ mod tests {
         let planar = Rod { tip_mass: 0.1, ..Rod::new(vec![segment([0, 5, 0, 2, 0, 1]); 2]) };
         let spatial = Rod { tip_force: [0.1, 0.2, 0.3], ..Rod::new(vec![segment([2, 3, 4, 1, 1, 1]); 2]) };
         let fluid = Fluid { viscous_drag: [0.1; 2], velocity: [1.0; 3], ..Fluid::ideal(900.0) };
+        let immersed = Rod { fluid: Some(fluid), ..spatial.clone() };
+        let [planar, spatial, immersed] = [&planar, &spatial, &immersed].map(Robot::from);
         check(&compile::plan::<Planar<true>>(&planar, Plane::ABOUT_Y));
         check(&compile::plan::<Spatial<true>>(&spatial, ()));
-        check(&compile::plan::<Spatial<true>>(&Rod { fluid: Some(fluid), ..spatial.clone() }, ()));
+        check(&compile::plan::<Spatial<true>>(&immersed, ()));
         check(&compile::plan::<Spatial<true>>(&spatial, ()).with_nothing_skipped());
     }
 }

@@ -46,6 +46,16 @@ pub(crate) fn of(segment: &Segment) -> impl Iterator<Item = Piece> + '_ {
 }
 
 impl Piece {
+    /// The whole of a segment.
+    pub(crate) fn whole(segment: &Segment) -> Self {
+        Self { segment: segment.clone(), modes: segment.modes, basis: segment.basis, from: 0.0, part: 1.0 }
+    }
+
+    /// Whether no other piece of its segment lies before it.
+    pub(crate) fn begins_segment(&self) -> bool {
+        self.from == 0.0
+    }
+
     /// Length in metres.
     pub(crate) fn length(&self) -> f64 {
         self.segment.length * self.part

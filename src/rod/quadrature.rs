@@ -16,6 +16,11 @@ pub struct Gauss {
 }
 
 impl Gauss {
+    /// No nodes at all: of what has no extent.
+    pub(crate) fn none() -> Self {
+        Self { nodes: Vec::new(), weights: Vec::new(), breaks: Vec::new() }
+    }
+
     /// The rule with `m` nodes, m > 0: zeros of P_m by Newton's method from Tricomi's estimate (Hale and Townsend 2013,
     /// section 2), weights from the derivative there.
     pub fn new(m: usize) -> Self {

@@ -49,7 +49,7 @@ pub(super) fn build(document: &Document, shape: &mut Shape) -> Option<(Model, [V
     }
     if let Model::Rod(rod) = &model
         && shape.problems.is_empty()
-        && let Ok(compiled) = robot::RodModel::new(rod)
+        && let Ok(compiled) = robot::RobotModel::of_rod(rod)
     {
         let checked = compiled.check_shape(&state[0], "q0");
         report(checked, shape, |place| format!("rod[0].{place}"));
@@ -266,7 +266,7 @@ fn rod_load(written: &Load, i: usize, shape: &mut Shape) -> load::Load {
         Frame::World => load::Frame::World,
         Frame::Body => load::Frame::Body,
     };
-    load::Load { extent, frame, force, moment }
+    load::Load { link: 0, extent, frame, force, moment }
 }
 
 /// A vector as it is written at `place`.
@@ -397,11 +397,12 @@ fn base_motion(written: &BaseMotion, settings: &Settings, shape: &mut Shape) -> 
 
 fn rod_body(written: &Body) -> body::Body {
     let &Body { mass, at, centre, inertia } = written;
-    body::Body { at, mass, centre, inertia }
+    body::Body { link: 0, at, mass, centre, inertia }
 }
 
 fn rod_support(written: &Support) -> support::Support {
     support::Support {
+        link: 0,
         at: written.at,
         stiffness: written.stiffness.numbers(),
         rotational_stiffness: written.rotational_stiffness.numbers(),

@@ -197,10 +197,16 @@ impl Scene {
         }
         let Simulation { rtol, dt, output_dt, .. } = self.simulation;
         let request = accuracy::Request::new(rtol, output_dt.unwrap_or(dt).min(self.simulation.duration()));
-        let modes =
-            accuracy::choose_modes(rod, &self.open_modes, self.simulation.t_span(), request, monitor)?;
+        let modes = accuracy::choose_modes(
+            &rod.into(),
+            &self.open_modes,
+            self.simulation.t_span(),
+            request,
+            monitor,
+        )?;
         if modes.status.is_success() {
-            self.set_rod(modes.rod.clone());
+            let chosen = rod.with_segments_of(&modes.robot);
+            self.set_rod(chosen);
         }
         Ok(Some(modes))
     }

@@ -2,7 +2,7 @@
 
 use crate::error::Interrupted;
 use crate::linalg::{ChainMatrix, Matrix};
-use crate::model::Model;
+use crate::model::{Model, rotation_vectors};
 
 /// Equations of motion `r(t, q, v, a) = 0` for displacements q, velocities v and accelerations a, n of each.
 pub trait System {
@@ -51,6 +51,12 @@ pub trait System {
         unreachable!("the system is no chain");
     }
 
+    /// Writes a state in coordinates that are far from their singularities, where it is not: called between accepted
+    /// steps. `accelerations` are all that follow the coordinates' second derivatives. Returns whether it changed them.
+    fn wrap(&mut self, _q: &mut [f64], _v: &mut [f64], _accelerations: &mut [&mut [f64]]) -> bool {
+        false
+    }
+
     /// How far an adaptive step from `t` may go that cannot pass unseen over something that drives the system; the
     /// step ends there.
     fn horizon(&self, _t: f64) -> f64 {
@@ -70,6 +76,10 @@ pub struct FreeMotion<'a, M: ?Sized>(pub &'a mut M);
 impl<M: Model + ?Sized> System for FreeMotion<'_, M> {
     fn n(&self) -> usize {
         self.0.n()
+    }
+
+    fn wrap(&mut self, q: &mut [f64], v: &mut [f64], accelerations: &mut [&mut [f64]]) -> bool {
+        rotation_vectors::wrap(self.0.rotation_vectors(), q, v, accelerations)
     }
 
     fn horizon(&self, t: f64) -> f64 {

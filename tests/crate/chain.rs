@@ -4,7 +4,7 @@ use lissom::error::Interrupted;
 use lissom::linalg::{ChainLu, ChainMatrix, Lu, Matrix, Singular};
 use lissom::model::{Chain, ForwardScratch, Model};
 use lissom::newmark;
-use lissom::robot::{Rod, RodModel, Solve};
+use lissom::robot::{RobotModel, Rod, Solve};
 use lissom::rod::{Section, Segment};
 use lissom::roots::Derivative;
 use lissom::second_order;
@@ -157,6 +157,7 @@ fn loaded_rods() -> impl Strategy<Value = Rod> {
         |(rod, loads, bodies)| {
             let length = rod.length();
             let loads = loads.into_iter().map(|(kind, is_dead, x, width, force, moment)| Load {
+                link: 0,
                 extent: match kind {
                     0 => Extent::Tip,
                     1 => Extent::At(x * length),
@@ -167,6 +168,7 @@ fn loaded_rods() -> impl Strategy<Value = Rod> {
                 moment: moment.into(),
             });
             let bodies = bodies.into_iter().map(|(at, mass, centre): (Option<f64>, f64, [f64; 3])| Body {
+                link: 0,
                 at: at.map(|x| x * length),
                 mass,
                 centre,
@@ -182,7 +184,7 @@ proptest! {
 
     #[test]
     fn tangents_of_random_rods_are_chains(rod in loaded_rods(), phase in 0.0..6.0) {
-        let mut model = RodModel::with_solve(&rod, Solve::Chain).unwrap();
+        let mut model = RobotModel::with_solve(&rod, Solve::Chain).unwrap();
         let n = model.n();
         let (q, qd, qdd) = (state(n, 1.0, phase), state(n, 2.0, 1.0 + phase), state(n, 10.0, 2.0));
         let Chain { mut tangent, mut mass } = model.chain().unwrap();
@@ -202,7 +204,7 @@ proptest! {
     /// The error of both solves grows with the condition of the matrix; that of the chain stays in its order of magnitude.
     #[test]
     fn random_rods_are_solved_as_chains_as_well_as_densely(rod in loaded_rods(), phase in 0.0..6.0) {
-        let mut model = RodModel::with_solve(&rod, Solve::Chain).unwrap();
+        let mut model = RobotModel::with_solve(&rod, Solve::Chain).unwrap();
         let n = model.n();
         let (q, qd, qdd) = (state(n, 1.0, phase), state(n, 2.0, 1.0 + phase), state(n, 10.0, 2.0));
         let Chain { mut tangent, .. } = model.chain().unwrap();
@@ -223,7 +225,7 @@ proptest! {
 
     #[test]
     fn forward_dynamics_of_chains_balance_the_equations_of_motion(rod in loaded_rods(), phase in 0.0..6.0) {
-        let mut model = RodModel::with_solve(&rod, Solve::Chain).unwrap();
+        let mut model = RobotModel::with_solve(&rod, Solve::Chain).unwrap();
         let n = model.n();
         let (q, qd, zero) = (state(n, 0.7, phase), state(n, 2.0, 1.0), vec![0.0; n]);
         let (mut qdd, mut tau) = (vec![0.0; n], vec![0.0; n]);
@@ -241,7 +243,7 @@ fn soft(modes: [usize; 6]) -> Segment {
 }
 
 fn motion(rod: &Rod, solve: Solve, options: &newmark::Options) -> second_order::Solution {
-    let mut model = RodModel::with_solve(rod, solve).unwrap();
+    let mut model = RobotModel::with_solve(rod, solve).unwrap();
     assert_eq!(model.solve(), solve);
     let zero = vec![0.0; model.n()];
     newmark::solve(&mut FreeMotion(&mut model), (0.0, 0.3), &zero, &zero, options, None, &mut |_, _| Ok(()))
@@ -273,7 +275,7 @@ fn motions_agree_with_those_of_the_dense_solve() {
 fn a_hundred_segments_move_as_the_dense_solve_says() {
     let link = Segment { length: 0.02, ..soft([0, 1, 1, 0, 0, 0]) };
     let rod = Rod { tip_force: [0.0, 0.05, 0.0], ..Rod::new(vec![link; 100]) };
-    let mut model = RodModel::new(&rod).unwrap();
+    let mut model = RobotModel::of_rod(&rod).unwrap();
     let n = model.n();
     let (q, qd, zero) = (state(n, 0.3, 0.1), state(n, 0.5, 1.0), vec![0.0; n]);
     let left = [ForwardScratch::new(n), ForwardScratch::of(&model)].map(|mut scratch| {
@@ -437,13 +439,13 @@ fn differenced_jacobians_of_chains_are_dense() {
 
 #[test]
 fn long_rods_are_chains_by_default_and_short_ones_are_not() {
-    let solve = |segments, modes| RodModel::new(&Rod::new(vec![soft(modes); segments])).unwrap().solve();
+    let solve = |segments, modes| RobotModel::of_rod(&Rod::new(vec![soft(modes); segments])).unwrap().solve();
     assert_eq!(solve(1, [4; 6]), Solve::Dense);
     assert_eq!(solve(2, [4; 6]), Solve::Dense);
     assert_eq!(solve(9, [0, 2, 0, 0, 0, 0]), Solve::Dense);
     assert_eq!(solve(10, [0, 2, 0, 0, 0, 0]), Solve::Chain);
     assert_eq!(solve(128, [0, 1, 1, 0, 0, 0]), Solve::Chain);
-    let short = RodModel::new(&Rod::new(vec![soft([0, 1, 0, 0, 0, 0])])).unwrap();
+    let short = RobotModel::of_rod(&Rod::new(vec![soft([0, 1, 0, 0, 0, 0])])).unwrap();
     assert!(short.chain().is_none() && FreeMotion(&mut short.clone()).chain().is_none());
 }
 
@@ -451,7 +453,7 @@ fn long_rods_are_chains_by_default_and_short_ones_are_not() {
 /// number of products for every segment more, and a Newmark run needs as many of them.
 #[test]
 fn the_cost_of_a_long_chain_grows_with_its_length() {
-    let model = |segments| RodModel::new(&Rod::new(vec![soft([0, 1, 1, 0, 0, 0]); segments])).unwrap();
+    let model = |segments| RobotModel::of_rod(&Rod::new(vec![soft([0, 1, 1, 0, 0, 0]); segments])).unwrap();
     let total = |segments| {
         let cost = model(segments).multiplications();
         cost.residual + cost.tangent + cost.factorisation + cost.solution

@@ -6,7 +6,7 @@ use lissom::body::Body;
 use lissom::error::{Interrupted, InvalidInput};
 use lissom::newmark;
 use lissom::ode::{self, Method, Options, Output, Status};
-use lissom::robot::{Rod, RodModel};
+use lissom::robot::{RobotModel, Rod};
 use lissom::rod::{Basis, GivenSection, MAX_OWN_NODES, Profile, Section, Segment, Shape, diagonal};
 use lissom::roots::{Differences, Newton};
 use lissom::scene::Scene;
@@ -32,8 +32,8 @@ fn curved(length: f64, curvature: f64) -> Segment {
     Segment { length, reference_strain: [0.0, curvature, 0.0, 1.0, 0.0, 0.0].into(), ..segment() }
 }
 
-fn compile(segment: Segment) -> Result<RodModel, InvalidInput> {
-    quickly(|| RodModel::new(&Rod::new(vec![segment])))
+fn compile(segment: Segment) -> Result<RobotModel, InvalidInput> {
+    quickly(|| RobotModel::of_rod(&Rod::new(vec![segment])))
 }
 
 #[track_caller]
@@ -55,7 +55,7 @@ fn reference_curvature_has_a_bound() {
     assert!(message.contains("477 turns") && message.contains("at least 2, or give `nodes`"), "{message}");
     // What is refused in one segment is taken in two.
     let half = curved(0.5, 3e3);
-    let model = quickly(|| RodModel::new(&Rod::new(vec![half.clone(), half]))).unwrap();
+    let model = quickly(|| RobotModel::of_rod(&Rod::new(vec![half.clone(), half]))).unwrap();
     assert!(model.nodes().iter().all(|nodes| (700..=MAX_OWN_NODES).contains(nodes)));
     assert_eq!(compile(curved(1.0, 1e3)).unwrap().nodes(), [512]);
     assert_eq!(compile(Segment { nodes: Some(16), ..curved(1.0, 1e300) }).unwrap().nodes(), [16]);
@@ -145,7 +145,7 @@ fn what_stands_on_a_rod_at_the_edges_of_doubles() {
         rod.bodies = vec![Body { centre: [value; 3], inertia: diagonal([size; 3]), ..Body::point(size) }];
         rod.supports =
             vec![Support { stiffness: [size; 3], rotational_stiffness: [size; 3], ..Support::at_tip() }];
-        let model = quickly(|| RodModel::new(&rod));
+        let model = quickly(|| RobotModel::of_rod(&rod));
         let Ok(mut model) = model else { continue };
         quickly(|| lissom::modes::modes(&mut model, &[0.0; 3])).ok();
         let options = lissom::statics::Options::default();

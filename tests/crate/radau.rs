@@ -6,17 +6,18 @@ use lissom::model::Model;
 use lissom::ode::{self, FirstOrder, Output};
 use lissom::pendulum::SpringPendulum;
 use lissom::radau::{Options, Stepper, solve};
-use lissom::robot::{Rod, RodModel};
+use lissom::robot::{RobotModel, Rod};
 use lissom::rod::Segment;
 use lissom::second_order::{FreeMotion, Solution, System};
 
-fn two_segments() -> RodModel {
+fn two_segments() -> RobotModel {
     let segment = Segment {
         modes: [2, 2, 2, 0, 0, 0],
         retardation_time: 0.01,
         ..Segment::straight(0.3, 0.02, 1e6, 4e5, 1e3)
     };
-    RodModel::new(&Rod { tip_force: [0.0, 0.05, 0.0], ..Rod::new(vec![segment.clone(), segment]) }).unwrap()
+    RobotModel::of_rod(&Rod { tip_force: [0.0, 0.05, 0.0], ..Rod::new(vec![segment.clone(), segment]) })
+        .unwrap()
 }
 
 fn within(rtol: f64, atol: f64) -> Options {

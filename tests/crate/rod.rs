@@ -4,7 +4,7 @@ use lissom::body::Body;
 use lissom::linalg::Matrix;
 use lissom::load::{Extent, Frame, Load};
 use lissom::model::{ForwardScratch, Model};
-use lissom::robot::{Kernel, Rod, RodModel, Solve};
+use lissom::robot::{Kernel, RobotModel, Rod, Solve};
 use lissom::rod::{Basis, GivenSection, Profile, STRAIGHT, Section, SectionProperties, Segment, Shape};
 use proptest::prelude::*;
 
@@ -16,8 +16,8 @@ fn lab_segment(modes: usize) -> Segment {
     }
 }
 
-fn lab_rod(modes: usize) -> RodModel {
-    RodModel::new(&Rod::new(vec![lab_segment(modes)])).unwrap()
+fn lab_rod(modes: usize) -> RobotModel {
+    RobotModel::of_rod(&Rod::new(vec![lab_segment(modes)])).unwrap()
 }
 
 /// A soft rod that uses everything there is.
@@ -51,6 +51,7 @@ fn rich_rod() -> Rod {
 /// Loads of every kind, concentrated and spread, on the segments and where they meet.
 fn rich_loads() -> Vec<Load> {
     let load = |extent, frame, force: [f64; 3], moment: [f64; 3]| Load {
+        link: 0,
         extent,
         frame,
         force: force.into(),
@@ -69,7 +70,7 @@ fn rich_loads() -> Vec<Load> {
 
 fn rich_bodies() -> Vec<Body> {
     let inertia = [[2e-4, 1e-5, 0.0], [1e-5, 3e-4, -2e-5], [0.0, -2e-5, 4e-4]];
-    let body = |at, mass| Body { at, mass, centre: [0.02, -0.01, 0.03], inertia };
+    let body = |at, mass| Body { link: 0, at, mass, centre: [0.02, -0.01, 0.03], inertia };
     vec![
         body(None, 0.04),
         body(Some(0.1), 0.1),
@@ -83,13 +84,13 @@ fn state(n: usize, scale: f64, phase: f64) -> Vec<f64> {
     (0..n).map(|i| scale * (1.7 * i as f64 + phase).sin()).collect()
 }
 
-fn residual(model: &mut RodModel, state: [&[f64]; 3]) -> Vec<f64> {
+fn residual(model: &mut RobotModel, state: [&[f64]; 3]) -> Vec<f64> {
     let mut tau = vec![0.0; model.n()];
     model.inverse_dynamics(state[0], state[1], state[2], &mut tau);
     tau
 }
 
-fn central_difference(model: &mut RodModel, state: [&[f64]; 3], which: usize) -> Matrix {
+fn central_difference(model: &mut RobotModel, state: [&[f64]; 3], which: usize) -> Matrix {
     let n = model.n();
     let mut jacobian = Matrix::zeros(n, n);
     let mut shifted = state.map(<[f64]>::to_vec);
@@ -113,7 +114,7 @@ fn relative_difference(a: &Matrix, b: &Matrix) -> f64 {
 
 #[test]
 fn tangents_agree_with_central_differences() {
-    let mut model = RodModel::new(&rich_rod()).unwrap();
+    let mut model = RobotModel::of_rod(&rich_rod()).unwrap();
     let n = model.n();
     let (q, qd, qdd) = (state(n, 0.4, 0.3), state(n, 2.0, 1.0), state(n, 10.0, 2.0));
     let state = [&q[..], &qd[..], &qdd[..]];
@@ -130,7 +131,7 @@ fn tangents_agree_with_central_differences() {
 
 #[test]
 fn a_weighted_tangent_is_the_weighted_sum() {
-    let mut model = RodModel::new(&rich_rod()).unwrap();
+    let mut model = RobotModel::of_rod(&rich_rod()).unwrap();
     let n = model.n();
     let (q, qd, qdd) = (state(n, 0.4, 0.3), state(n, 2.0, 1.0), state(n, 10.0, 2.0));
     let weights = [0.7, -3.0, 0.2];
@@ -148,7 +149,7 @@ fn a_weighted_tangent_is_the_weighted_sum() {
 
 #[test]
 fn the_mass_matrix_agrees_with_the_inverse_dynamics_column_by_column() {
-    let mut model = RodModel::new(&rich_rod()).unwrap();
+    let mut model = RobotModel::of_rod(&rich_rod()).unwrap();
     let n = model.n();
     let (q, zero) = (state(n, 0.7, 0.3), vec![0.0; n]);
     let mut mass = Matrix::zeros(n, n);
@@ -169,7 +170,7 @@ fn the_mass_matrix_agrees_with_the_inverse_dynamics_column_by_column() {
 
 #[test]
 fn forward_dynamics_inverts_inverse_dynamics() {
-    let mut model = RodModel::new(&rich_rod()).unwrap();
+    let mut model = RobotModel::of_rod(&rich_rod()).unwrap();
     let n = model.n();
     let (q, qd) = (state(n, 0.4, 0.3), state(n, 2.0, 1.0));
     let mut qdd = vec![0.0; n];
@@ -182,13 +183,13 @@ fn forward_dynamics_inverts_inverse_dynamics() {
 
 #[test]
 fn power_of_the_residual_is_the_rate_of_the_energy() {
-    let mut model = RodModel::new(&rich_rod()).unwrap();
+    let mut model = RobotModel::of_rod(&rich_rod()).unwrap();
     let n = model.n();
     let (q, qd, qdd) = (state(n, 0.3, 0.3), state(n, 1.0, 1.0), state(n, 5.0, 2.0));
     let power: f64 = residual(&mut model, [&q, &qd, &qdd]).iter().zip(&qd).map(|(tau, v)| tau * v).sum();
     let power = power + model.supplied_power(&q, &qd, &qdd);
     let h = 1e-5;
-    let moved = |model: &mut RodModel, t: f64| {
+    let moved = |model: &mut RobotModel, t: f64| {
         let q: Vec<f64> = (0..n).map(|i| q[i] + t * qd[i] + 0.5 * t * t * qdd[i]).collect();
         let qd: Vec<f64> = (0..n).map(|i| qd[i] + t * qdd[i]).collect();
         model.energy(&q, &qd).total()
@@ -203,7 +204,7 @@ fn power_of_the_residual_is_the_rate_of_the_energy() {
 }
 
 /// Newton with the exact tangent from the straight rod: enough for these mild equilibria.
-fn equilibrium(model: &mut RodModel) -> Vec<f64> {
+fn equilibrium(model: &mut RobotModel) -> Vec<f64> {
     let n = model.n();
     let zero = vec![0.0; n];
     let mut q = vec![0.0; n];
@@ -241,7 +242,7 @@ fn a_tip_moment_rolls_the_rod_into_a_circle_with_one_constant_mode() {
     let stiffness = 210e9 * std::f64::consts::PI * 1e-12 / 4.0;
     let turn = 2.0 * std::f64::consts::PI;
     let rod = Rod { gravity: [0.0; 3], tip_moment: [0.0, turn * stiffness, 0.0], ..Rod::new(vec![segment]) };
-    let mut model = RodModel::new(&rod).unwrap();
+    let mut model = RobotModel::of_rod(&rod).unwrap();
     let q = equilibrium(&mut model);
     assert!((q[0] - turn).abs() < 1e-12 * turn);
     let tip = model.pose(&q, 1.0);
@@ -255,7 +256,7 @@ fn a_tip_moment_rolls_the_rod_into_a_circle_with_one_constant_mode() {
 fn natural_frequencies_of_the_lab_rod() {
     for (modes, wanted) in [(3, [1.452225, 9.18028, 48.78]), (6, [1.451787, 9.098290, 25.48286])] {
         let segment = Segment { retardation_time: 0.0, ..lab_segment(modes) };
-        let mut model = RodModel::new(&Rod { gravity: [0.0; 3], ..Rod::new(vec![segment]) }).unwrap();
+        let mut model = RobotModel::of_rod(&Rod { gravity: [0.0; 3], ..Rod::new(vec![segment]) }).unwrap();
         let zero = vec![0.0; modes];
         let (mut mass, mut stiffness) = (Matrix::zeros(modes, modes), Matrix::zeros(modes, modes));
         model.mass_matrix(&zero, &mut mass);
@@ -276,13 +277,13 @@ fn natural_frequencies_of_the_lab_rod() {
 
 #[test]
 fn the_same_call_gives_the_same_bits() {
-    let mut model = RodModel::new(&rich_rod()).unwrap();
+    let mut model = RobotModel::of_rod(&rich_rod()).unwrap();
     let n = model.n();
     let (q, qd, qdd) = (state(n, 0.4, 0.3), state(n, 2.0, 1.0), state(n, 10.0, 2.0));
     let first = residual(&mut model, [&q, &qd, &qdd]);
     residual(&mut model, [&qd, &qdd, &q]);
     assert_eq!(first, residual(&mut model, [&q, &qd, &qdd]));
-    assert_eq!(first, residual(&mut RodModel::new(&rich_rod()).unwrap(), [&q, &qd, &qdd]));
+    assert_eq!(first, residual(&mut RobotModel::of_rod(&rich_rod()).unwrap(), [&q, &qd, &qdd]));
 }
 
 #[test]
@@ -292,7 +293,7 @@ fn everything_wrong_with_a_rod_is_reported_at_once() {
     rod.segments[2].section = Section::circle([0.012, f64::NAN]);
     rod.segments[2].shear_modulus = 1e4;
     rod.base_orientation = [0.0; 4];
-    let error = RodModel::new(&rod).unwrap_err();
+    let error = RobotModel::of_rod(&rod).unwrap_err();
     let places: Vec<&str> = error.problems.iter().map(|problem| problem.place.as_str()).collect();
     assert_eq!(
         places,
@@ -311,9 +312,9 @@ proptest! {
     ) {
         let modes = [1, 1, 1, 0, 0, 0];
         let segment = |length| Segment { modes, ..Segment::straight(length, 0.01, 1e6, 4e5, 1000.0) };
-        let mut whole = RodModel::new(&Rod::new(vec![segment(length)])).unwrap();
+        let mut whole = RobotModel::of_rod(&Rod::new(vec![segment(length)])).unwrap();
         let parts = vec![segment(share * length), segment((1.0 - share) * length)];
-        let mut split = RodModel::new(&Rod::new(parts)).unwrap();
+        let mut split = RobotModel::of_rod(&Rod::new(parts)).unwrap();
         let twice = |v: [f64; 3]| [v, v].concat();
         let (a, b) = (whole.pose(&kappa, length), split.pose(&twice(kappa), length));
         let difference = a.position - b.position;
@@ -340,7 +341,7 @@ proptest! {
         bodies.iter_mut().for_each(|body| body.at = body.at.map(|_| x));
         let modes = [1, 1, 1, 0, 0, 0];
         let segment = |length| Segment { modes, ..Segment::straight(length, 0.01, 1e6, 4e5, 1000.0) };
-        let rod = |segments| RodModel::new(&Rod::new(segments).with(loads.clone(), bodies.clone())).unwrap();
+        let rod = |segments| RobotModel::of_rod(&Rod::new(segments).with(loads.clone(), bodies.clone())).unwrap();
         let mut whole = rod(vec![segment(1.0)]);
         let mut split = rod(vec![segment(x), segment(1.0 - x)]);
         let twice = |v: [f64; 3]| [v, v].concat();
@@ -365,7 +366,7 @@ proptest! {
     #[test]
     fn rotations_stay_proper(q in prop::collection::vec(-60.0..60.0f64, 9), x in 0.0..1.0f64) {
         let segment = Segment { modes: [3, 3, 3, 0, 0, 0], ..Segment::straight(1.0, 0.01, 1e6, 4e5, 1000.0) };
-        let mut model = RodModel::new(&Rod::new(vec![segment])).unwrap();
+        let mut model = RobotModel::of_rod(&Rod::new(vec![segment])).unwrap();
         let r = model.pose(&q, x).rotation;
         let axes = [r.x, r.y, r.z];
         for i in 0..3 {
@@ -503,12 +504,12 @@ fn loads_and_bodies() -> impl Strategy<Value = (Vec<Load>, Vec<Body>)> {
     ];
     let load = (extent, any::<bool>(), vector(), vector()).prop_map(|(extent, is_dead, force, moment)| {
         let frame = if is_dead { Frame::World } else { Frame::Body };
-        Load { extent, frame, force: force.into(), moment: moment.into() }
+        Load { link: 0, extent, frame, force: force.into(), moment: moment.into() }
     });
     let body = (prop::option::of(0.0..1.0), 0.0..1.0, prop::array::uniform3(-0.1..0.1)).prop_map(
         |(at, mass, centre)| {
             let inertia = [[2e-3, 1e-4, 0.0], [1e-4, 3e-3, -2e-4], [0.0, -2e-4, 4e-3]];
-            Body { at, mass, centre, inertia }
+            Body { link: 0, at, mass, centre, inertia }
         },
     );
     (prop::collection::vec(load, 0..4), prop::collection::vec(body, 0..3))
@@ -544,7 +545,7 @@ fn assert_equal_to_rounding(a: &[f64], b: &[f64], what: &str) {
 }
 
 /// Everything that two models of one rod compute is the same but for rounding.
-fn assert_same_rod(rod: &Rod, a: &mut RodModel, b: &mut RodModel, phase: f64) {
+fn assert_same_rod(rod: &Rod, a: &mut RobotModel, b: &mut RobotModel, phase: f64) {
     assert_eq!(a.nodes(), b.nodes());
     let n = a.n();
     let (q, qd, qdd) = (state(n, 1.0, phase), state(n, 2.0, 1.0 + phase), state(n, 10.0, 2.0));
@@ -558,12 +559,12 @@ fn assert_same_rod(rod: &Rod, a: &mut RodModel, b: &mut RodModel, phase: f64) {
     a.mass_matrix(&q, &mut left);
     b.mass_matrix(&q, &mut right);
     assert_equal_to_rounding(left.as_slice(), right.as_slice(), "mass matrix");
-    let energies = |model: &mut RodModel| {
+    let energies = |model: &mut RobotModel| {
         let energy = model.energy(&q, &qd);
         [energy.kinetic, energy.elastic, energy.gravitational, energy.loads]
     };
     assert_equal_to_rounding(&energies(a), &energies(b), "energy");
-    let power = |model: &mut RodModel| [model.dissipated_power(&q, &qd)];
+    let power = |model: &mut RobotModel| [model.dissipated_power(&q, &qd)];
     assert_equal_to_rounding(&power(a), &power(b), "dissipated power");
     for x in [0.0, 0.1, 0.5 * rod.length(), rod.length()] {
         let [left, right] = [&mut *a, &mut *b].map(|model| {
@@ -580,8 +581,8 @@ proptest! {
 
     #[test]
     fn the_planar_kernel_agrees_with_the_spatial_one_to_rounding(rod in planar_rods(), phase in 0.0..6.0) {
-        let mut planar = RodModel::new(&rod).unwrap();
-        let mut spatial = RodModel::spatial(&rod).unwrap();
+        let mut planar = RobotModel::of_rod(&rod).unwrap();
+        let mut spatial = RobotModel::spatial(&(&rod).into()).unwrap();
         prop_assert_eq!((planar.kernel(), spatial.kernel()), (Kernel::Planar, Kernel::Spatial));
         assert_same_rod(&rod, &mut planar, &mut spatial, phase);
     }
@@ -591,16 +592,16 @@ proptest! {
         rod in prop_oneof![planar_rods(), rods()],
         phase in 0.0..6.0,
     ) {
-        let mut best = RodModel::new(&rod).unwrap();
-        let mut portable = RodModel::portable(&rod).unwrap();
+        let mut best = RobotModel::of_rod(&rod).unwrap();
+        let mut portable = RobotModel::portable(&rod).unwrap();
         prop_assert_eq!(best.kernel(), portable.kernel());
         assert_same_rod(&rod, &mut best, &mut portable, phase);
     }
 
     #[test]
     fn what_is_skipped_makes_no_difference(rod in prop_oneof![planar_rods(), rods()], phase in 0.0..6.0) {
-        let mut skipping = RodModel::new(&rod).unwrap();
-        let mut complete = RodModel::with_nothing_skipped(&rod).unwrap();
+        let mut skipping = RobotModel::of_rod(&rod).unwrap();
+        let mut complete = RobotModel::with_nothing_skipped(&(&rod).into()).unwrap();
         assert_same_rod(&rod, &mut skipping, &mut complete, phase);
         prop_assert!(skipping.multiplications().residual <= complete.multiplications().residual);
         prop_assert!(skipping.multiplications().tangent <= complete.multiplications().tangent);
@@ -634,16 +635,16 @@ fn rod_in(basis: Basis, strains: &[usize]) -> Rod {
 fn all_kernels_and_solves_agree_in_every_basis() {
     for basis in Basis::ALL {
         let flat = rod_in(basis, &[1, 3]);
-        let mut planar = RodModel::new(&flat).unwrap();
+        let mut planar = RobotModel::of_rod(&flat).unwrap();
         assert_eq!(planar.kernel(), Kernel::Planar);
-        assert_same_rod(&flat, &mut planar, &mut RodModel::spatial(&flat).unwrap(), 0.3);
+        assert_same_rod(&flat, &mut planar, &mut RobotModel::spatial(&(&flat).into()).unwrap(), 0.3);
 
         let rod = rod_in(basis, &[0, 1, 2, 5]);
-        let mut best = RodModel::new(&rod).unwrap();
-        assert_same_rod(&rod, &mut best, &mut RodModel::portable(&rod).unwrap(), 0.7);
-        assert_same_rod(&rod, &mut best, &mut RodModel::with_nothing_skipped(&rod).unwrap(), 1.1);
+        let mut best = RobotModel::of_rod(&rod).unwrap();
+        assert_same_rod(&rod, &mut best, &mut RobotModel::portable(&rod).unwrap(), 0.7);
+        assert_same_rod(&rod, &mut best, &mut RobotModel::with_nothing_skipped(&(&rod).into()).unwrap(), 1.1);
 
-        let mut chain = RodModel::with_solve(&rod, Solve::Chain).unwrap();
+        let mut chain = RobotModel::with_solve(&rod, Solve::Chain).unwrap();
         let n = chain.n();
         let (q, qd, qdd) = (state(n, 1.0, 0.2), state(n, 2.0, 1.2), state(n, 10.0, 2.0));
         let mut dense = Matrix::zeros(n, n);
@@ -661,7 +662,7 @@ fn the_planar_kernel_is_taken_where_the_rod_stays_in_a_plane() {
         let segment = Segment { modes, reference_strain, ..Segment::straight(1.0, 0.01, 1e6, 4e5, 1000.0) };
         let straight =
             Segment { modes: [0, 1, 0, 0, 0, 0], ..Segment::straight(1.0, 0.01, 1e6, 4e5, 1000.0) };
-        RodModel::new(&Rod::new(vec![segment, straight])).unwrap().kernel()
+        RobotModel::of_rod(&Rod::new(vec![segment, straight])).unwrap().kernel()
     };
     let straight = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0];
     assert_eq!(kernel([0, 3, 0, 2, 0, 1], straight), Kernel::Planar);

@@ -199,7 +199,7 @@ fn loads_and_bodies_are_read() {
     };
     assert_eq!(rod.loads, [force, moment]);
     let inertia = [[3.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 2.0]];
-    let body = body::Body { at: Some(0.3), mass: 0.2, centre: [0.0, 0.0, 0.1], inertia };
+    let body = body::Body { link: 0, at: Some(0.3), mass: 0.2, centre: [0.0, 0.0, 0.1], inertia };
     assert_eq!(rod.bodies, [body::Body::point(0.1), body]);
 }
 

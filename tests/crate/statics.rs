@@ -6,7 +6,7 @@ use lissom::error::Interrupted;
 use lissom::linalg::Matrix;
 use lissom::model::{Elastic as _, Model};
 use lissom::pendulum::SpringPendulum;
-use lissom::robot::{Rod, RodModel};
+use lissom::robot::{RobotModel, Rod};
 use lissom::rod::{Section, Segment};
 use lissom::statics::{
     ContinuationOptions, CriticalKind, Options, Stability, Start, Status, continuation, equilibrium,
@@ -19,9 +19,9 @@ fn bending_stiffness() -> f64 {
     YOUNG * PI / 4.0 * RADIUS.powi(4)
 }
 
-fn rod(modes: [usize; 6], tip_force: [f64; 3], tip_moment: [f64; 3]) -> RodModel {
+fn rod(modes: [usize; 6], tip_force: [f64; 3], tip_moment: [f64; 3]) -> RobotModel {
     let segment = Segment { modes, nodes: Some(24), ..Segment::straight(1.0, RADIUS, YOUNG, 4e8, 1e3) };
-    RodModel::new(&Rod { gravity: [0.0; 3], tip_force, tip_moment, ..Rod::new(vec![segment]) }).unwrap()
+    RobotModel::of_rod(&Rod { gravity: [0.0; 3], tip_force, tip_moment, ..Rod::new(vec![segment]) }).unwrap()
 }
 
 #[test]
@@ -78,7 +78,7 @@ fn elastic_forces_are_those_of_an_unloaded_rod() {
     let segment = Segment { modes: [2, 3, 2, 1, 1, 1], ..Segment::straight(0.7, 0.02, 1e7, 4e6, 1e3) };
     let tapered = Segment { section: Section::circle([0.02, 0.01]), ..segment.clone() };
     let free = Rod { gravity: [0.0; 3], ..Rod::new(vec![segment, tapered]) };
-    let mut model = RodModel::new(&free).unwrap();
+    let mut model = RobotModel::of_rod(&free).unwrap();
     let n = model.n();
     let q: Vec<f64> = (0..n).map(|i| (i as f64).sin()).collect();
     let zero = vec![0.0; n];

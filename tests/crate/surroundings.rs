@@ -3,7 +3,7 @@
 use lissom::linalg::Matrix;
 use lissom::load::{Frame, Load};
 use lissom::model::{Chain, Elastic as _, ForwardScratch, InTime as _, Model};
-use lissom::robot::{Kernel, Rod, RodModel, Solve};
+use lissom::robot::{Kernel, RobotModel, Rod, Solve};
 use lissom::rod::{Section, Segment};
 use lissom::signal::{Harmonic, Signal};
 use lissom::support::Support;
@@ -18,7 +18,7 @@ const ORIENTATION: [f64; 4] = [0.8, 0.2, -0.4, 0.4];
 const NORMAL: [f64; 3] = [-0.8, 0.6, 0.0];
 
 /// A model at the time.
-fn set(mut model: RodModel) -> RodModel {
+fn set(mut model: RobotModel) -> RobotModel {
     model.set_time(TIME).unwrap();
     model
 }
@@ -28,7 +28,7 @@ fn state(n: usize, scale: f64, phase: f64) -> Vec<f64> {
     (0..n).map(|i| scale * (1.7 * i as f64 + phase).sin()).collect()
 }
 
-fn residual(model: &mut RodModel, state: [&[f64]; 3]) -> Vec<f64> {
+fn residual(model: &mut RobotModel, state: [&[f64]; 3]) -> Vec<f64> {
     let mut tau = vec![0.0; model.n()];
     model.inverse_dynamics(state[0], state[1], state[2], &mut tau);
     tau
@@ -73,6 +73,7 @@ fn rich_supports() -> Vec<Support> {
     vec![
         Support { stiffness: [20.0, 40.0, 0.0], rotational_stiffness: [0.1, 0.4, 0.2], ..Support::at_tip() },
         Support {
+            link: 0,
             at: Some(0.25),
             stiffness: [30.0, 10.0, 50.0],
             rotational_stiffness: [0.5, 0.0, 0.1],
@@ -149,13 +150,13 @@ fn rich_rods() -> [Rod; 4] {
         moving(rich_rod(), motion([0.2, -0.3, 0.1], [1.0, 0.5, -2.0])),
         moving(planar_rod(), motion([0.3, 0.4, -0.2], NORMAL)),
     ];
-    let kernels = rods.each_ref().map(|rod| RodModel::new(rod).unwrap().kernel());
+    let kernels = rods.each_ref().map(|rod| RobotModel::of_rod(rod).unwrap().kernel());
     assert_eq!(kernels, [Kernel::Spatial, Kernel::Planar, Kernel::Spatial, Kernel::Planar]);
     rods
 }
 
 fn assert_tangents(rod: &Rod) {
-    let mut model = set(RodModel::new(rod).unwrap());
+    let mut model = set(RobotModel::of_rod(rod).unwrap());
     let n = model.n();
     let (q, qd, qdd) = (state(n, 0.4, 0.3), state(n, 2.0, 1.0), state(n, 10.0, 2.0));
     let state = [&q[..], &qd[..], &qdd[..]];
@@ -179,7 +180,7 @@ fn tangents_agree_with_central_differences() {
 #[test]
 fn elastic_forces_are_the_gradient_of_the_elastic_energy() {
     for rod in rich_rods() {
-        let mut model = set(RodModel::new(&rod).unwrap());
+        let mut model = set(RobotModel::of_rod(&rod).unwrap());
         let n = model.n();
         let (q, zero) = (state(n, 0.4, 0.3), vec![0.0; n]);
         let mut forces = vec![0.0; n];
@@ -208,7 +209,7 @@ fn elastic_forces_are_the_gradient_of_the_elastic_energy() {
             continue;
         }
         let unloaded = Rod { gravity: [0.0; 3], tip_force: [0.0; 3], tip_mass: 0.0, fluid: None, ..rod };
-        let mut unloaded = RodModel::new(&unloaded).unwrap();
+        let mut unloaded = RobotModel::of_rod(&unloaded).unwrap();
         assert_eq!(forces, residual(&mut unloaded, [&q, &zero, &zero]));
     }
 }
@@ -216,7 +217,7 @@ fn elastic_forces_are_the_gradient_of_the_elastic_energy() {
 #[test]
 fn power_of_the_residual_is_the_rate_of_the_energy() {
     for rod in rich_rods() {
-        let mut model = set(RodModel::new(&rod).unwrap());
+        let mut model = set(RobotModel::of_rod(&rod).unwrap());
         let n = model.n();
         let (q, qd, qdd) = (state(n, 0.3, 0.3), state(n, 1.0, 1.0), state(n, 5.0, 2.0));
         let forces = residual(&mut model, [&q, &qd, &qdd]);
@@ -238,7 +239,7 @@ fn power_of_the_residual_is_the_rate_of_the_energy() {
 }
 
 /// Everything that two models of one rod compute is the same but for rounding.
-fn assert_same_rod(a: &mut RodModel, b: &mut RodModel, phase: f64) {
+fn assert_same_rod(a: &mut RobotModel, b: &mut RobotModel, phase: f64) {
     let n = a.n();
     let (q, qd, qdd) = (state(n, 1.0, phase), state(n, 2.0, 1.0 + phase), state(n, 10.0, 2.0));
     assert_close(&residual(a, [&q, &qd, &qdd]), &residual(b, [&q, &qd, &qdd]), 1e-12, "force");
@@ -251,7 +252,7 @@ fn assert_same_rod(a: &mut RodModel, b: &mut RodModel, phase: f64) {
     a.mass_matrix(&q, &mut left);
     b.mass_matrix(&q, &mut right);
     assert_close(left.as_slice(), right.as_slice(), 1e-12, "mass matrix");
-    let scalars = |model: &mut RodModel| {
+    let scalars = |model: &mut RobotModel| {
         let energy = model.energy(&q, &qd);
         let powers = [model.dissipated_power(&q, &qd), model.supplied_power(&q, &qd, &qdd)];
         [vec![energy.kinetic, energy.elastic, energy.gravitational, energy.loads], powers.to_vec()].concat()
@@ -284,7 +285,16 @@ fn supports() -> impl Strategy<Value = Vec<Support>> {
             let norm = (1.0 + x * x + y * y + z * z).sqrt();
             [1.0 / norm, x / norm, y / norm, z / norm]
         });
-        Support { at, stiffness, rotational_stiffness, damping, rotational_damping, position, orientation }
+        Support {
+            link: 0,
+            at,
+            stiffness,
+            rotational_stiffness,
+            damping,
+            rotational_damping,
+            position,
+            orientation,
+        }
     });
     prop::collection::vec(support, 1..4)
 }
@@ -352,17 +362,17 @@ proptest! {
 
     #[test]
     fn the_planar_kernel_agrees_with_the_spatial_one(rod in rods(), phase in 0.0..6.0) {
-        let [mut best, mut spatial] = [RodModel::new(&rod), RodModel::spatial(&rod)].map(|rod| set(rod.unwrap()));
+        let [mut best, mut spatial] = [RobotModel::of_rod(&rod), RobotModel::spatial(&(&rod).into())].map(|rod| set(rod.unwrap()));
         prop_assert_eq!(spatial.kernel(), Kernel::Spatial);
         assert_same_rod(&mut best, &mut spatial, phase);
-        assert_same_rod(&mut best, &mut set(RodModel::portable(&rod).unwrap()), phase);
+        assert_same_rod(&mut best, &mut set(RobotModel::portable(&rod).unwrap()), phase);
     }
 
     #[test]
     fn what_is_skipped_makes_no_difference(rod in rods(), phase in 0.0..6.0, is_bare: bool) {
         let rod = if is_bare { Rod { supports: Vec::new(), fluid: None, ..rod } } else { rod };
-        let mut skipping = set(RodModel::new(&rod).unwrap());
-        let mut complete = set(RodModel::with_nothing_skipped(&rod).unwrap());
+        let mut skipping = set(RobotModel::of_rod(&rod).unwrap());
+        let mut complete = set(RobotModel::with_nothing_skipped(&(&rod).into()).unwrap());
         assert_same_rod(&mut skipping, &mut complete, phase);
         prop_assert!(skipping.multiplications().residual <= complete.multiplications().residual);
         prop_assert!(skipping.multiplications().tangent <= complete.multiplications().tangent);
@@ -370,7 +380,7 @@ proptest! {
 
     #[test]
     fn tangents_are_chains(rod in rods(), phase in 0.0..6.0) {
-        let mut model = set(RodModel::with_solve(&rod, Solve::Chain).unwrap());
+        let mut model = set(RobotModel::with_solve(&rod, Solve::Chain).unwrap());
         let n = model.n();
         let (q, qd, qdd) = (state(n, 1.0, phase), state(n, 2.0, 1.0 + phase), state(n, 10.0, 2.0));
         let Chain { mut tangent, mut mass } = model.chain().unwrap();
@@ -394,7 +404,7 @@ proptest! {
 #[test]
 fn the_mass_matrix_has_the_added_mass() {
     for rod in [rich_rod(), planar_rod()] {
-        let mut model = RodModel::new(&rod).unwrap();
+        let mut model = RobotModel::of_rod(&rod).unwrap();
         let n = model.n();
         let (q, zero) = (state(n, 0.7, 0.3), vec![0.0; n]);
         let mut mass = Matrix::zeros(n, n);
@@ -416,7 +426,7 @@ fn the_mass_matrix_has_the_added_mass() {
         let kinetic = model.energy(&q, &qd).kinetic;
         let v = nalgebra::DVector::from_column_slice(&qd);
         assert!((0.5 * v.dot(&(&mass * &v)) - kinetic).abs() < 1e-13 * kinetic);
-        let dry = RodModel::new(&Rod { fluid: None, ..rod }).unwrap().energy(&q, &qd).kinetic;
+        let dry = RobotModel::of_rod(&Rod { fluid: None, ..rod }).unwrap().energy(&q, &qd).kinetic;
         assert!(kinetic > 1.01 * dry, "{kinetic} {dry}");
         assert!(mass.symmetric_eigenvalues().min() > 0.0);
     }
@@ -425,7 +435,7 @@ fn the_mass_matrix_has_the_added_mass() {
 #[test]
 fn a_fluid_that_makes_no_sense_is_refused() {
     let fluid = Fluid { density: -1.0, drag_coefficients: [1.0, f64::NAN], ..rich_fluid() };
-    let text = RodModel::new(&Rod { fluid: Some(fluid), ..rich_rod() }).unwrap_err().to_string();
+    let text = RobotModel::of_rod(&Rod { fluid: Some(fluid), ..rich_rod() }).unwrap_err().to_string();
     for place in ["fluid.density", "fluid.drag_coefficients[1]"] {
         assert!(text.contains(place), "{place}: {text}");
     }
@@ -437,7 +447,7 @@ fn a_support_that_makes_no_sense_is_refused() {
         Support { at: Some(2.0), stiffness: [-1.0; 3], damping: [0.0, f64::NAN, 0.0], ..Support::at_tip() };
     let turned = Support { orientation: Some([1.0, 1.0, 0.0, 0.0]), ..Support::at_tip() };
     let rod = Rod { supports: vec![support, turned], ..rich_rod() };
-    let text = RodModel::new(&rod).unwrap_err().to_string();
+    let text = RobotModel::of_rod(&rod).unwrap_err().to_string();
     for place in
         ["supports[0].at", "supports[0].stiffness", "supports[0].damping[1]", "supports[1].orientation"]
     {

@@ -5,7 +5,7 @@ use lissom::error::Interrupted;
 use lissom::linalg::Matrix;
 use lissom::load::{Extent, Frame, Load};
 use lissom::model::{Discretised as _, Elastic as _, ForwardScratch, InTime as _, Model};
-use lissom::robot::{Rod, RodModel};
+use lissom::robot::{RobotModel, Rod};
 use lissom::rod::{
     Basis, GivenSection, Profile, STRAIGHT, Section, Segment, Shape, ShearCorrection, diagonal,
 };
@@ -31,7 +31,7 @@ pub(crate) fn fuzz_plan(bytes: &[u8]) -> String {
     if std::env::var_os("LISSOM_FUZZ_INPUT").is_some() {
         eprintln!("{rod:#?}");
     }
-    let mut model = match RodModel::new(&rod) {
+    let mut model = match RobotModel::of_rod(&rod) {
         Ok(model) => model,
         Err(error) => {
             assert!(!error.problems.is_empty(), "an error says what is wrong");
@@ -86,7 +86,7 @@ fn all_finite(values: &[f64]) -> bool {
     values.iter().all(|value| value.is_finite())
 }
 
-fn evaluate(model: &mut RodModel, q: &[f64], v: &[f64]) {
+fn evaluate(model: &mut RobotModel, q: &[f64], v: &[f64]) {
     let n = q.len();
     let mut tau = vec![0.0; n];
     model.inverse_dynamics(q, v, &vec![0.0; n], &mut tau);
@@ -118,7 +118,7 @@ fn evaluate(model: &mut RodModel, q: &[f64], v: &[f64]) {
 }
 
 /// A few steps of the default method.
-fn step(model: &mut RodModel, [q, v]: [&[f64]; 2], dt: f64) -> Result<String, ()> {
+fn step(model: &mut RobotModel, [q, v]: [&[f64]; 2], dt: f64) -> Result<String, ()> {
     let options = newmark::Options { max_steps: WORK, ..newmark::Options::new(dt) };
     let mut motion = second_order::FreeMotion(model);
     let times = [0.0, dt, 3.0 * dt];
@@ -301,11 +301,12 @@ fn load(source: &mut Source<'_>, length: f64) -> Load {
         _ => Extent::Along(source.like([0.2 * length, 0.7 * length])),
     };
     let frame = if source.one_in(2) { Frame::Body } else { Frame::World };
-    Load { extent, frame, force: signal(source), moment: signal(source) }
+    Load { link: 0, extent, frame, force: signal(source), moment: signal(source) }
 }
 
 fn body(source: &mut Source<'_>, length: f64) -> Body {
     Body {
+        link: 0,
         at: source.maybe(2, |source| source.near(0.6 * length)),
         mass: source.near(0.1),
         centre: source.zeros(),
@@ -315,6 +316,7 @@ fn body(source: &mut Source<'_>, length: f64) -> Body {
 
 fn support(source: &mut Source<'_>, length: f64) -> Support {
     Support {
+        link: 0,
         at: source.maybe(2, |source| source.near(0.6 * length)),
         stiffness: source.like([100.0; 3]),
         rotational_stiffness: source.like([1.0; 3]),

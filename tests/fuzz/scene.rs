@@ -1,6 +1,6 @@
 //! Any bytes for a scene file: they are refused with a message, or they are a scene whose every number the simulator accepts.
 
-use lissom::robot::RodModel;
+use lissom::robot::RobotModel;
 use lissom::scene::{Model, Scene};
 
 /// A message is for a person: a hundred problems with their lines.
@@ -35,7 +35,7 @@ pub(crate) fn fuzz_scene(bytes: &[u8]) -> String {
     match scene.model {
         Model::Pendulum(_) => "pendulum".to_owned(),
         Model::Rod(rod) if rod.coordinates() <= COMPILED => {
-            let model = RodModel::new(&rod).expect("a scene that was accepted compiles");
+            let model = RobotModel::of_rod(&rod).expect("a scene that was accepted compiles");
             format!("rod of {:?} nodes", model.nodes().len().min(3))
         }
         Model::Rod(_) => "large rod".to_owned(),

@@ -179,7 +179,7 @@ def test_modes_are_chosen_in_the_segments_that_are_named():
     [
         ("rtol: got 1, expected a number in", {"rtol": 1.0}),
         ("t_end: got -1, expected a finite number > 0", {"t_end": -1.0}),
-        ("segments: got 3, expected a segment of the rod, 0 to 0", {"segments": [3]}),
+        ("segments: got 3, expected a segment, 0 to 0", {"segments": [3]}),
         ("segments\\[0\\].basis: got piecewise functions", {"rod": lissom.Rod([PIECEWISE])}),
     ],
 )

@@ -432,9 +432,10 @@ def test_numbers_are_no_booleans_and_the_like(value):
         lambda: lissom.Segment(value, 1e-3, 2e11, 8e10, 7800, {"bend_y": N}),
         lambda: lissom.newmark(lambda t, q, v, a: a, (0, 1), [0.0], [0.0], dt=value),
         lambda: lissom.Fluid(value),
-        lambda: ROD.jacobian(VECTOR, value),
         lambda: lissom.SpringPendulum(value),
     ]
+    if value is not None:  # The tip.
+        calls.append(lambda: ROD.jacobian(VECTOR, value))
     for call in calls:
         with pytest.raises(TypeError, match=r"must be real number, not .*\nwhile processing '\w+'"):
             call()

@@ -217,7 +217,7 @@ def test_places_outside_the_rod(X):
         rod().pose(np.zeros(3), X)
 
 
-@pytest.mark.parametrize("X", ["tip", None, np.zeros((2, 2))])
+@pytest.mark.parametrize("X", ["tip", [None], np.zeros((2, 2))])
 def test_places_that_are_no_numbers(X):
     with pytest.raises(TypeError, match="X"):
         rod().pose(np.zeros(3), X)

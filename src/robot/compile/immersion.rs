@@ -3,7 +3,7 @@
 use super::load;
 use crate::lie::Vector;
 use crate::load::Extent;
-use crate::robot::description::Rod;
+use crate::robot::description::Robot;
 use crate::robot::plan::immersion::{Drag, Immersed, Immersion};
 use crate::robot::plan::load::Spread;
 use crate::robot::plan::world::World;
@@ -11,17 +11,17 @@ use crate::robot::plan::{Plan, packed};
 use crate::robot::turning::Turning;
 use crate::world::Fluid;
 
-/// Immerses the pieces of a plan in the fluid of a rod, which bears them.
-pub(crate) fn compile<G: Turning>(plan: &mut Plan<G>, rod: &Rod, fluid: &Fluid) {
+/// Immerses the pieces of a plan in the fluid of a robot, which bears them: joints and rigid links feel nothing of it.
+pub(crate) fn compile<G: Turning>(plan: &mut Plan<G>, robot: &Robot, fluid: &Fluid) {
     let Fluid { density, added_mass_coefficient, .. } = *fluid;
     let immersion = Immersion { has_drag: fluid.has_drag(), has_added_mass: fluid.has_added_mass() };
     let is_felt = immersion.has_drag || immersion.has_added_mass;
-    let is_borne = fluid.bears(rod.gravity);
+    let is_borne = fluid.bears(robot.gravity);
     let buoyancy = plan.loads.len();
     let mut volume = 0.0;
-    for piece in &mut plan.pieces {
+    for piece in plan.pieces.iter_mut().filter(|piece| !piece.is_joint) {
         let nodes = &piece.gauss.nodes;
-        let areas: Vec<f64> = nodes.iter().map(|&x| piece.source.section(x).outline_area).collect();
+        let areas: Vec<f64> = nodes.iter().map(|&x| piece.part().section(x).outline_area).collect();
         let diameter = |i: usize| (4.0 * areas[i] / std::f64::consts::PI).sqrt();
         if is_felt {
             let constant = |value: f64| move |_: usize| value;
@@ -45,8 +45,8 @@ pub(crate) fn compile<G: Turning>(plan: &mut Plan<G>, rod: &Rod, fluid: &Fluid) 
         }
     }
     if is_borne {
-        let weight = rod.gravity.map(|g| -density * g);
-        let extent = Extent::Along([0.0, rod.length()]);
+        let weight = robot.gravity.map(|g| -density * g);
+        let extent = Extent::Along([0.0, robot.length()]);
         let load = crate::load::Load { force: weight.into(), extent, ..crate::load::Load::at_tip() };
         let World { base, motion, .. } = &plan.world;
         plan.loads.push(load::plan(load, plan.frame, &base.rotation, motion.is_some()));

@@ -1,9 +1,9 @@
 //! Loads made into parts of a plan.
 
+use super::links::Tree;
 use crate::lie::{Rotation, VectorSpace, Wrench};
 use crate::load::{Extent, Frame};
 use crate::robot::plan::load::{LoadPlan, Spread};
-use crate::robot::plan::piece::PiecePlan;
 use crate::robot::plan::{load, packed};
 use crate::robot::turning::Turning;
 
@@ -17,6 +17,7 @@ pub(crate) fn plan<G: Turning>(
     let wrench: Wrench<G, f64> = load::wrench(constant, load.frame, frame, base_rotation);
     let varies = load.varies_in_time() || (base_moves && load.frame == Frame::World);
     LoadPlan {
+        link: load.link,
         extent: load.extent,
         frame: load.frame,
         has_potential: load.frame == Frame::World && load.force.constant().is_some(),
@@ -27,23 +28,26 @@ pub(crate) fn plan<G: Turning>(
 }
 
 /// Tells the pieces what is spread along them.
-pub(crate) fn compile<G: Turning>(pieces: &mut [PiecePlan<G>], loads: &[LoadPlan<G>]) {
-    let mut start = 0.0;
-    for piece in pieces {
-        let end = start + piece.length;
-        let mut integral = None;
-        for (load, LoadPlan { extent, .. }) in loads.iter().enumerate() {
-            let &Extent::Along([from, to]) = extent else { continue };
-            if to <= start || from >= end {
-                continue;
+pub(crate) fn compile<G: Turning>(tree: &mut Tree<G>, loads: &[LoadPlan<G>]) {
+    for (l, link) in tree.links.iter().enumerate() {
+        let mut start = 0.0;
+        for piece in &mut tree.pieces[link.rod.clone()] {
+            let end = start + piece.length;
+            let mut integral = None;
+            for (load, LoadPlan { extent, .. }) in loads.iter().enumerate().filter(|(_, load)| load.link == l)
+            {
+                let &Extent::Along([from, to]) = extent else { continue };
+                if to <= start || from >= end {
+                    continue;
+                }
+                let gauss = &piece.gauss;
+                let integral = integral.get_or_insert_with(|| gauss.integral());
+                let up_to = |x: f64| integral.weights_up_to(((x - start) / piece.length).clamp(0.0, 1.0));
+                let (from, to) = (up_to(from), up_to(to));
+                let density = packed(from.len(), |i| (to[i] - from[i]) / gauss.weights[i]);
+                piece.spread.push(Spread { load, density });
             }
-            let gauss = &piece.gauss;
-            let integral = integral.get_or_insert_with(|| gauss.integral());
-            let up_to = |x: f64| integral.weights_up_to(((x - start) / piece.length).clamp(0.0, 1.0));
-            let (from, to) = (up_to(from), up_to(to));
-            let density = packed(from.len(), |i| (to[i] - from[i]) / gauss.weights[i]);
-            piece.spread.push(Spread { load, density });
+            start = end;
         }
-        start = end;
     }
 }

@@ -59,6 +59,8 @@ pub(crate) fn plan<G: Turning>(
     PiecePlan {
         length,
         joined,
+        is_joint: false,
+        hinge: None,
         largest_gap: if turns { length * gauss.largest_gap() } else { 0.0 },
         first,
         n: piece.modes.iter().sum(),
@@ -97,7 +99,7 @@ pub(crate) fn plan<G: Turning>(
         points: Points::default(),
         immersed: None,
         gauss,
-        source: piece,
+        source: Some(piece),
     }
 }
 

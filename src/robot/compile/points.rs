@@ -1,39 +1,38 @@
 //! What is concentrated at places made into points of a plan.
 
-use crate::body::Body;
+use super::links::Tree;
 use crate::load::{Extent, Frame};
 use crate::robot::algebra::inertia::Inertia;
+use crate::robot::description::Robot;
 use crate::robot::plan::load::LoadPlan;
 use crate::robot::plan::packed;
 use crate::robot::plan::piece::PiecePlan;
 use crate::robot::plan::point::{Inside, Place, Point, Points};
 use crate::robot::turning::Turning;
 use crate::robot::turning::place;
-use crate::support::Support;
 
-/// All that is concentrated on a rod with these pieces, in the order of the places, and at which of these points each
-/// support acts; tells the pieces which points are theirs.
+/// All that is concentrated on a robot with these pieces, in the order of the places, and at which of these points each
+/// support acts; tells the pieces which points are theirs. A place where others are attached is one of them.
 pub(crate) fn compile<G: Turning>(
     frame: G::Frame,
-    pieces: &mut [PiecePlan<G>],
+    tree: &mut Tree<G>,
     loads: &[LoadPlan<G>],
-    bodies: impl Iterator<Item = Body>,
-    supports: &[Support],
+    robot: &Robot,
 ) -> (Vec<Point<G>>, Vec<usize>) {
-    let length: f64 = pieces.iter().map(|piece| piece.length).sum();
+    let Tree { pieces, links, attachments, .. } = tree;
     let mut points: Vec<Point<G>> = Vec::new();
     for (l, load) in loads.iter().enumerate() {
         let x = match load.extent {
-            Extent::Tip => length,
-            Extent::At(x) => x,
+            Extent::Tip => None,
+            Extent::At(x) => Some(x),
             Extent::Along(_) => continue,
         };
-        let point = point_at(&mut points, pieces, x);
+        let point = point_at(&mut points, pieces, place::on_link(pieces, &links[load.link], x));
         point.loads.push(l);
         point.is_oriented |= load.frame == Frame::Body;
     }
-    for body in bodies {
-        let point = point_at(&mut points, pieces, body.at.unwrap_or(length));
+    for body in robot.all_bodies() {
+        let point = point_at(&mut points, pieces, place::on_link(pieces, &links[body.link], body.at));
         point.is_oriented |= body.centre != [0.0; 3] || body.inertia != [[0.0; 3]; 3];
         let first_moment = G::vector_of(frame, body.centre.into()) * body.mass;
         let second_moment = G::second_moment_of(frame, body.inertia_about_section());
@@ -43,9 +42,15 @@ pub(crate) fn compile<G: Turning>(
             second_moment,
         });
     }
-    for (a, support) in supports.iter().enumerate() {
-        let point = point_at(&mut points, pieces, support.at.unwrap_or(length));
+    for (a, support) in robot.supports.iter().enumerate() {
+        let place = place::on_link(pieces, &links[support.link], support.at);
+        let point = point_at(&mut points, pieces, place);
         point.anchors.push(a);
+        point.is_oriented = true;
+    }
+    for (place, station) in attachments.drain(..) {
+        let point = point_at(&mut points, pieces, place);
+        point.carries = Some(station);
         point.is_oriented = true;
     }
     let order = |point: &Point<G>| (point.place.piece, point.place.x);
@@ -54,20 +59,21 @@ pub(crate) fn compile<G: Turning>(
         let first = points.partition_point(|point| point.place.piece < s);
         let end = points.partition_point(|point| point.place.piece <= s);
         let inside = points[first..end].iter().filter(|point| point.inside.is_some()).count();
-        piece.points = Points { inside: first..first + inside, at_end: first + inside..end };
+        let attachments_before = points[..first].iter().filter(|point| point.carries.is_some()).count();
+        piece.points =
+            Points { inside: first..first + inside, attachments_before, at_end: first + inside..end };
     }
     let holds = |a: usize| points.iter().position(|point| point.anchors.contains(&a));
-    let supported = (0..supports.len()).filter_map(holds).collect();
+    let supported = (0..robot.supports.len()).filter_map(holds).collect();
     (points, supported)
 }
 
-/// The point at arc length `x` of the rod, a new one if there is none yet.
+/// The point at a place, a new one if there is none yet.
 fn point_at<'a, G: Turning>(
     points: &'a mut Vec<Point<G>>,
     pieces: &[PiecePlan<G>],
-    x: f64,
+    place: Place,
 ) -> &'a mut Point<G> {
-    let place = place::at_arc_length(pieces, x);
     let is_there = |point: &Point<G>| (point.place.piece, point.place.x) == (place.piece, place.x);
     let i = points.iter().position(is_there).unwrap_or_else(|| {
         points.push(point(&pieces[place.piece], place));
@@ -86,5 +92,13 @@ pub(crate) fn point<G: Turning>(piece: &PiecePlan<G>, place: Place) -> Point<G> 
             share: packed(nodes, |i| place.weights[i] / weight(i)),
         }
     });
-    Point { place, inside, body: None, loads: Vec::new(), anchors: Vec::new(), is_oriented: false }
+    Point {
+        place,
+        inside,
+        body: None,
+        loads: Vec::new(),
+        anchors: Vec::new(),
+        carries: None,
+        is_oriented: false,
+    }
 }

@@ -1,13 +1,14 @@
 //! What the material of a rod answers to deformation: `K q + D qd` and what follows from it.
 
-use crate::lie::Symmetric;
+use crate::lie::{Symmetric, VectorSpace};
 use crate::linalg::{Matrix, symmetric_eigen};
+use crate::robot::effect::joint_forces;
 use crate::robot::plan::Plan;
 use crate::robot::plan::piece::PiecePlan;
 use crate::robot::turning::Turning;
 use crate::springs::Springs;
 
-/// `K q`.
+/// `K q`, and the springs and stops of joints.
 pub(crate) fn forces<G: Turning>(plan: &Plan<G>, q: &[f64], tau: &mut [f64]) {
     for component in plan.pieces.iter().flat_map(|piece| &piece.components) {
         let own = component.first..component.first + component.modes;
@@ -19,10 +20,16 @@ pub(crate) fn forces<G: Turning>(plan: &Plan<G>, q: &[f64], tau: &mut [f64]) {
     for coupling in plan.pieces.iter().flat_map(|piece| &piece.couplings) {
         coupling.add_elastic_force(q, q, 0.0, tau);
     }
+    for piece in plan.pieces.iter().filter(|piece| piece.hinge.is_some()) {
+        tau[piece.first] = 0.0;
+    }
+    for (k, forces) in joint_forces::all(plan) {
+        tau[k] = joint_forces::at_rest(forces, q[k]);
+    }
 }
 
-/// `K`.
-pub(crate) fn stiffness<G: Turning>(plan: &Plan<G>, stiffness: &mut Matrix) {
+/// The derivative of [`forces`]: `K`, and on the diagonal the stiffness of joints.
+pub(crate) fn stiffness<G: Turning>(plan: &Plan<G>, q: &[f64], stiffness: &mut Matrix) {
     stiffness.fill(0.0);
     for component in plan.pieces.iter().flat_map(|piece| &piece.components) {
         let (first, modes) = (component.first, component.modes);
@@ -33,6 +40,9 @@ pub(crate) fn stiffness<G: Turning>(plan: &Plan<G>, stiffness: &mut Matrix) {
         let (rows, columns) = coupling.stiffness.shape();
         stiffness.view_mut((row, column), (rows, columns)).copy_from(&coupling.stiffness);
         stiffness.view_mut((column, row), (columns, rows)).copy_from(&coupling.stiffness.transpose());
+    }
+    for (k, forces) in joint_forces::all(plan) {
+        stiffness[(k, k)] = joint_forces::stiffness(forces, q[k]);
     }
 }
 
@@ -104,10 +114,17 @@ fn quadratic_form<G: Turning>(plan: &Plan<G>, x: &[f64], factor: impl Fn(f64) ->
     total
 }
 
-/// For every coordinate of curvature a radian over the rod's length, one for the others.
-pub(crate) fn typical_coordinates<G: Turning>(plan: &Plan<G>, sizes: &mut [f64]) {
-    let length: f64 = plan.pieces.iter().map(|piece| piece.length).sum();
-    for component in plan.pieces.iter().flat_map(|piece| &piece.components) {
+/// For every coordinate of curvature a radian over the length of all rods, for a displacement the length of the robot,
+/// one for the others.
+pub(crate) fn typical_coordinates<G: Turning>(plan: &Plan<G>, reach: f64, sizes: &mut [f64]) {
+    for piece in plan.pieces.iter().filter(|piece| piece.is_joint) {
+        let shifts =
+            piece.hinge.as_ref().is_some_and(|hinge| hinge.twist.linear.dot(hinge.twist.linear) > 0.0);
+        sizes[piece.coordinates()].fill(if shifts { reach } else { 1.0 });
+    }
+    let rods = plan.pieces.iter().filter(|piece| !piece.is_joint);
+    let length: f64 = rods.clone().map(|piece| piece.length).sum();
+    for component in rods.flat_map(|piece| &piece.components) {
         let size = if component.index < G::ANGULAR { 1.0 / length } else { 1.0 };
         sizes[component.first..component.first + component.modes].fill(size);
     }

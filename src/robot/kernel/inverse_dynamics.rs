@@ -3,7 +3,7 @@
 //! In the inertial frame the recursions along the rod are plain integrals (`docs/rod.md`):
 //! V = int S qd, A = -(0; g) + int [S qdd + ad_V (S qd)], F = int (N A - ad_V^T N V - loads), Q_j = int S_j . F.
 
-use super::points;
+use super::{hinge, points};
 use crate::lie::{Cross, Lanes, Scalar, Sweep, Twist, Wrench, weighted_sum};
 use crate::robot::algebra::inertia::Seen as _;
 use crate::robot::algebra::inertia::{General, Round, Sections};
@@ -55,6 +55,7 @@ pub(crate) fn update<G: Turning>(
             (begin.velocity, begin.acceleration) = (velocity, acceleration);
         }
         match &piece.moments {
+            _ if piece.packs == 0 => without_nodes(piece, work, [qd, qdd]),
             Moments::Round(rotary) => {
                 let sections = Round { mass: &piece.mass, rotary };
                 sweep_out(plan.frame, piece, &sections, work, [qd, qdd]);
@@ -71,9 +72,28 @@ pub(crate) fn update<G: Turning>(
     work.carried.fill(Wrench::zero());
     for piece in plan.pieces.iter().rev() {
         let end = work.carried[piece.joined.end] + points::at_end(piece, work);
+        if piece.packs == 0 {
+            work.through[piece.joined.end] = end;
+            work.carried[piece.joined.carrier()] += end;
+            continue;
+        }
         let mut begin = sweep_back(piece, work, end);
         begin += points::carry(plan, piece, work);
+        work.through[piece.joined.end] = begin;
         work.carried[piece.joined.carrier()] += begin;
+    }
+}
+
+/// The motion behind a piece that has no nodes: a hinge, or rigid.
+#[inline(always)]
+fn without_nodes<G: Turning>(piece: &PiecePlan<G>, work: &mut Workspace<G>, rates: [&[f64]; 2]) {
+    match &piece.hinge {
+        Some(hinge) => hinge::drive(piece, hinge, work, rates),
+        None => {
+            let Station { velocity, acceleration, .. } = work.stations[piece.joined.begin];
+            let end = &mut work.stations[piece.joined.end];
+            (end.velocity, end.acceleration) = (velocity, acceleration);
+        }
     }
 }
 
@@ -175,6 +195,11 @@ pub(crate) fn project<G: Turning>(
     tau: &mut [f64],
 ) {
     for piece in &plan.pieces {
+        if let Some(hinge) = &piece.hinge {
+            let k = piece.first;
+            tau[k] = hinge::project(piece, hinge, work, [q[k], qd[k], work.motion_of[2 * plan.n + k]]);
+            continue;
+        }
         let packs = piece.packs;
         let nodes = piece.node_packs();
         let rotation = &work.rotation[nodes.clone()][..packs];

@@ -1,14 +1,15 @@
 //! Where the rod is: rotations from the curvature, positions by integration.
 
-use super::points;
 use super::shape::shape;
+use super::{hinge, points};
 use crate::lie::{Cross, LANES, Lanes, Rotation, Scalar, Sweep, Twist, Vector, VectorSpace, weighted_sum};
 use crate::linalg::Matrix;
 use crate::robot::plan::Plan;
 use crate::robot::plan::packed;
 use crate::robot::plan::piece::PiecePlan;
 use crate::robot::plan::point::Place;
-use crate::robot::state::Workspace;
+use crate::robot::plan::tree::Relatives;
+use crate::robot::state::{Station, Workspace};
 use crate::robot::turning::Turning;
 use crate::robot::turning::place;
 
@@ -56,6 +57,11 @@ pub(crate) fn update<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, q: &[f
             let begin = &mut work.stations[joined.begin];
             (begin.position, begin.orientation) = (position, orientation);
         }
+        if piece.packs == 0 {
+            without_nodes(piece, work, q);
+            points::find(plan, piece, work, q);
+            continue;
+        }
         let rotations = &mut work.rotation[piece.node_packs()];
         let base = work.stations[joined.begin];
         let end = &mut work.stations[joined.end];
@@ -80,6 +86,19 @@ pub(crate) fn update<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, q: &[f
         }
         end.position = base.position + G::map_vector(&total, |pack: &G::Pack| pack.sum());
         points::find(plan, piece, work, q);
+    }
+}
+
+/// The end of a piece that has no nodes: a hinge, or rigid.
+#[inline(always)]
+fn without_nodes<G: Turning>(piece: &PiecePlan<G>, work: &mut Workspace<G>, q: &[f64]) {
+    match &piece.hinge {
+        Some(hinge) => hinge::place(piece, hinge, work, q),
+        None => {
+            let Station { orientation, position, .. } = work.stations[piece.joined.begin];
+            let end = &mut work.stations[piece.joined.end];
+            (end.orientation, end.position) = (orientation, position);
+        }
     }
 }
 
@@ -118,7 +137,11 @@ pub(crate) fn pose<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, q: &[f64], p
 
 /// The position of a place in the frame, with the kinematics up to date.
 pub(crate) fn position<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, place: &Place) -> G::Vector<f64> {
-    let mut position = work.stations[plan.pieces[place.piece].joined.begin].position;
+    let joined = &plan.pieces[place.piece].joined;
+    if place.weights.is_empty() {
+        return work.stations[joined.end].position;
+    }
+    let mut position = work.stations[joined.begin].position;
     let slopes = &work.slope[plan.pieces[place.piece].node_packs()];
     for (i, &weight) in place.weights.iter().enumerate() {
         position +=
@@ -129,7 +152,9 @@ pub(crate) fn position<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, place: &
 
 /// Angular velocity of a place and velocity of its point, in world axes, with the motion up to date.
 pub(crate) fn velocity<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, place: &Place) -> [Vector<f64>; 2] {
-    let Twist { mut angular, mut linear } = work.stations[plan.pieces[place.piece].joined.begin].velocity;
+    let joined = &plan.pieces[place.piece].joined;
+    let station = if place.weights.is_empty() { joined.end } else { joined.begin };
+    let Twist { mut angular, mut linear } = work.stations[station].velocity;
     let rates = &work.rate[plan.pieces[place.piece].node_packs()];
     for (i, &weight) in place.weights.iter().enumerate() {
         let (rate, lane) = (&rates[i / LANES], i % LANES);
@@ -154,16 +179,32 @@ pub(crate) fn jacobian<G: Turning>(
     jacobian.fill(0.0);
     let point = position(plan, work, place);
     let base = &work.surroundings.base.rotation;
-    // Only what carries the place moves it.
-    let carries = |p: usize| {
-        let own = plan.pieces[p].coordinates();
-        p == place.piece
-            || plan.pieces[place.piece].joined.ancestors.iter().any(|range| range.contains(&own.start))
+    let mut write = |k: usize, Twist { angular, linear }: Twist<G, f64>| {
+        let velocity = linear + angular.cross(point);
+        let halves = [G::axial_in_space(plan.frame, angular), G::in_space(plan.frame, velocity)];
+        for (half, v) in halves.into_iter().enumerate() {
+            for (i, x) in base.apply(v).to_array().into_iter().enumerate() {
+                jacobian[(3 * half + i, k)] = x;
+            }
+        }
     };
-    for (p, piece) in plan.pieces[..=place.piece].iter().enumerate().filter(|&(p, _)| carries(p)) {
-        let nodes = piece.packs * LANES;
-        let weights: Vec<G::Pack> =
-            if p == place.piece { packed(nodes, |i| place.weights[i]) } else { piece.weights.clone() };
+    for (p, piece) in plan.pieces[..=place.piece].iter().enumerate().filter(|(_, piece)| piece.n > 0) {
+        // Only what carries the place moves it: all of it, or as far as to where others are attached.
+        let ancestors = &plan.pieces[place.piece].joined.ancestors;
+        let relatives = ancestors.iter().find(|relatives| relatives.coordinates.contains(&piece.first));
+        let weights: Vec<G::Pack> = match relatives {
+            _ if p == place.piece && !place.weights.is_empty() => {
+                packed(place.weights.len(), |i| place.weights[i])
+            }
+            _ if p == place.piece => piece.weights.clone(),
+            Some(Relatives { attached: None, .. }) => piece.weights.clone(),
+            Some(Relatives { attached: Some(attached), .. }) => plan.reach(*attached).up_to.clone(),
+            None => continue,
+        };
+        if let Some(hinge) = &piece.hinge {
+            write(piece.first, work.hinges[hinge.index]);
+            continue;
+        }
         for component in &piece.components {
             let shapes: Vec<Twist<G, G::Pack>> = piece
                 .node_packs()
@@ -177,14 +218,7 @@ pub(crate) fn jacobian<G: Turning>(
                 for (&shape, &basis) in shapes.iter().zip(basis) {
                     sum = sum.add_scaled(shape, basis);
                 }
-                let Twist { angular, linear } = sum.sum();
-                let velocity = linear + angular.cross(point);
-                let halves = [G::axial_in_space(plan.frame, angular), G::in_space(plan.frame, velocity)];
-                for (half, v) in halves.into_iter().enumerate() {
-                    for (i, x) in base.apply(v).to_array().into_iter().enumerate() {
-                        jacobian[(3 * half + i, component.first + degree)] = x;
-                    }
-                }
+                write(component.first + degree, sum.sum());
             }
         }
     }

@@ -3,8 +3,10 @@
 pub(crate) mod chain;
 pub(crate) mod elasticity;
 pub(crate) mod energy;
+pub(crate) mod hinge;
 pub(crate) mod inverse_dynamics;
 pub(crate) mod kinematics;
+pub(crate) mod momentum;
 mod points;
 mod shape;
 pub(crate) mod tangent;

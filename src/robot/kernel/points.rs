@@ -55,6 +55,10 @@ pub(crate) fn find<G: Turning>(plan: &Plan<G>, piece: &PiecePlan<G>, work: &mut 
         if let Some(body) = &point.body {
             state.inertia = body.carried(&state.rotation, position);
         }
+        if let Some(station) = point.carries {
+            let station = &mut work.stations[station];
+            (station.orientation, station.position) = (G::orientation(&state.rotation), position);
+        }
     }
 }
 
@@ -86,6 +90,10 @@ pub(crate) fn drive<G: Turning>(plan: &Plan<G>, piece: &PiecePlan<G>, work: &mut
         }
         effects::act_at(plan, work, point, &mut state);
         work.points[p] = state;
+        if let Some(station) = point.carries {
+            let station = &mut work.stations[station];
+            (station.velocity, station.acceleration) = motion;
+        }
     }
 }
 
@@ -108,7 +116,10 @@ pub(crate) fn carry<G: Turning>(
 ) -> Wrench<G, f64> {
     let mut sum = Wrench::zero();
     for p in piece.points.inside.clone() {
-        let force = work.points[p].force;
+        let mut force = work.points[p].force;
+        if let Some(station) = plan.points[p].carries {
+            force += work.carried[station];
+        }
         sum += force;
         let force = force.splat();
         let internal = &mut work.internal[piece.node_packs()];

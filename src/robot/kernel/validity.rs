@@ -21,12 +21,14 @@ pub(crate) fn flaw<G: Turning>(plan: &Plan<G>, q: &[f64]) -> Option<Flaw> {
 
 /// Where the rod is turned inside out.
 fn inversion<G: Turning>(plan: &Plan<G>, q: &[f64]) -> Option<Flaw> {
-    let mut start = 0.0;
-    for piece in &plan.pieces {
-        if let Some((x, stretch)) = piece.stretch.as_ref().and_then(|stretch| stretch.inverted(q)) {
-            return Some(Flaw::Inverted { at: start + x * piece.length, stretch });
+    for link in &plan.links {
+        let mut start = 0.0;
+        for piece in &plan.pieces[link.rod.clone()] {
+            if let Some((x, stretch)) = piece.stretch.as_ref().and_then(|stretch| stretch.inverted(q)) {
+                return Some(Flaw::Inverted { at: start + x * piece.length, stretch });
+            }
+            start += piece.length;
         }
-        start += piece.length;
     }
     None
 }

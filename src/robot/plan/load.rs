@@ -9,6 +9,7 @@ use crate::signal::Signal;
 /// section, stands in the workspace: it may change with time.
 #[derive(Clone, Debug)]
 pub(crate) struct LoadPlan<G: Space> {
+    pub(crate) link: usize,
     pub(crate) extent: Extent,
     pub(crate) frame: Frame,
     /// The wrench, as far as it is constant.

@@ -1,7 +1,9 @@
-//! A rod compiled for computing: everything that does not change with the state, computed once.
+//! A robot compiled for computing: everything that does not change with the state, computed once.
 
 pub(crate) mod anchor;
+pub(crate) mod hinge;
 pub(crate) mod immersion;
+pub(crate) mod link;
 pub(crate) mod load;
 pub(crate) mod material;
 pub(crate) mod piece;
@@ -15,26 +17,32 @@ use crate::lie::{Instructions, LANES, Lanes};
 use crate::linalg::Matrix;
 use crate::robot::plan::anchor::Anchor;
 use crate::robot::plan::immersion::Immersion;
+use crate::robot::plan::link::LinkPlan;
 use crate::robot::plan::load::LoadPlan;
 use crate::robot::plan::material::Component;
 use crate::robot::plan::piece::PiecePlan;
-use crate::robot::plan::point::Point;
+use crate::robot::plan::point::{Inside, Point};
 use crate::robot::plan::space::Space;
-use crate::robot::plan::tree::Joined;
+use crate::robot::plan::tree::Families;
 use crate::robot::plan::world::World;
 use crate::rod::STRAINS;
 
-/// A rod compiled for computing, in the frame of its base: the origin there, and axes along the body axes there.
+/// A robot compiled for computing, in the frame of its first link's joint: the origin there, and axes along those of
+/// that frame.
 #[derive(Clone, Debug)]
 pub(crate) struct Plan<G: Space> {
     pub(crate) n: usize,
     /// What its sweeps run with.
     pub(crate) instructions: Instructions,
     pub(crate) pieces: Vec<PiecePlan<G>>,
+    /// Where the links of the robot are among them.
+    pub(crate) links: Vec<LinkPlan>,
     /// Places where pieces begin and end.
     pub(crate) stations: usize,
-    /// Whether it is more than a chain, every piece of which begins where the one before ends.
+    /// Whether it is more than a chain, every piece of which begins where the one before ends, or is fixed there.
     pub(crate) has_branches: bool,
+    /// Joints of one coordinate.
+    pub(crate) hinges: usize,
     /// Packs of nodes of all pieces together.
     pub(crate) packs: usize,
     /// Where the frame lies in the rod's space.
@@ -57,39 +65,19 @@ pub(crate) struct Plan<G: Space> {
 impl<G: Space> Plan<G> {
     /// Takes down which pieces carry which ones.
     pub(crate) fn find_families(&mut self) {
-        let mut carried_by = vec![None; self.stations];
-        let mut is_chain = true;
-        for p in 0..self.pieces.len() {
-            let Joined { begin, end, .. } = self.pieces[p].joined;
-            let carrier = carried_by[self.pieces[p].joined.carrier()];
-            is_chain &= begin == p && end == p + 1;
-            carried_by[end] = Some(p);
-            let mut ancestors = Vec::new();
-            if let Some(parent) = carrier {
-                let parent: &PiecePlan<G> = &self.pieces[parent];
-                ancestors.clone_from(&parent.joined.ancestors);
-                tree::extend(&mut ancestors, parent.coordinates());
-            }
-            self.pieces[p].joined.ancestors = ancestors;
-        }
-        self.has_branches = !is_chain;
-        for p in 0..self.pieces.len() {
-            let own = self.pieces[p].coordinates();
-            let mut descendants = Vec::new();
-            if is_chain {
-                tree::extend(&mut descendants, own.end..self.n);
-                self.pieces[p].joined.descendants = descendants;
-                continue;
-            }
-            for other in &self.pieces[p + 1..] {
-                let carries =
-                    |range: &std::ops::Range<usize>| range.start <= own.start && own.end <= range.end;
-                if !own.is_empty() && other.joined.ancestors.iter().any(carries) {
-                    tree::extend(&mut descendants, other.coordinates());
-                }
-            }
-            self.pieces[p].joined.descendants = descendants;
-        }
+        let families = Families::of(&self.pieces, &self.points, self.stations);
+        self.has_branches = !families.is_chain;
+        families.tell(&mut self.pieces);
+    }
+
+    /// The places inside pieces where others are attached.
+    pub(crate) fn attachments(&self) -> impl Iterator<Item = &Point<G>> {
+        self.points.iter().filter(|point| point.carries.is_some())
+    }
+
+    /// How one of them is reached.
+    pub(crate) fn reach(&self, attached: usize) -> &Inside<G> {
+        self.attachments().nth(attached).expect("attachments are counted").reach()
     }
 
     /// The same plan, of a rod in space, with everything computed that could be skipped: absent strains and loads of zero
@@ -100,7 +88,7 @@ impl<G: Space> Plan<G> {
         for point in &mut self.points {
             point.is_oriented = true;
         }
-        for piece in &mut self.pieces {
+        for piece in self.pieces.iter_mut().filter(|piece| !piece.is_joint) {
             piece.is_extensible = true;
             for component in &mut piece.components {
                 component.is_orthogonal = false;
@@ -122,9 +110,16 @@ impl<G: Space> Plan<G> {
         self
     }
 
-    /// Quadrature nodes of each piece.
+    /// Quadrature nodes of each segment of the rods.
     pub(crate) fn nodes(&self) -> Vec<usize> {
-        self.pieces.iter().map(|piece| piece.gauss.nodes.len()).collect()
+        let mut nodes: Vec<usize> = Vec::new();
+        for piece in self.links.iter().flat_map(|link| &self.pieces[link.rod.clone()]) {
+            match nodes.last_mut() {
+                Some(last) if !piece.part().begins_segment() => *last += piece.gauss.nodes.len(),
+                _ => nodes.push(piece.gauss.nodes.len()),
+            }
+        }
+        nodes
     }
 }
 

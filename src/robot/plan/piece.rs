@@ -1,5 +1,6 @@
-//! A piece of a rod compiled for computing.
+//! A piece of a rod, or a joint, compiled for computing.
 
+use super::hinge::Hinge;
 use super::immersion::Immersed;
 use super::load::Spread;
 use super::material::{Component, Coupling, Moments};
@@ -13,11 +14,17 @@ use crate::robot::algebra::inertia::Inertia;
 use crate::rod::Gauss;
 use crate::rod::piece::Piece;
 
-/// One piece of a [`Plan`]: a piece of the rod, or a piece of one.
+/// One piece of a [`Plan`](super::Plan): a piece of a rod, a joint, or what is rigid between joints. A joint of one
+/// coordinate and what is rigid have no nodes. A joint that turns about all axes is a piece without mass that has the
+/// length one and bends alike all along.
 #[derive(Clone, Debug)]
 pub(crate) struct PiecePlan<G: Space> {
     pub(crate) length: f64,
     pub(crate) joined: Joined<G>,
+    /// Whether it is no piece of a rod.
+    pub(crate) is_joint: bool,
+    /// What it is as a joint of one coordinate.
+    pub(crate) hinge: Option<Hinge<G>>,
     /// First coordinate and number of coordinates.
     pub(crate) first: usize,
     pub(crate) n: usize,
@@ -43,8 +50,8 @@ pub(crate) struct PiecePlan<G: Space> {
     pub(crate) weighted_basis: Vec<G::Pack>,
     pub(crate) turning: G::Constants,
     pub(crate) components: Vec<Component>,
-    /// What is computed.
-    pub(crate) source: Piece,
+    /// What is computed; nothing where there are no nodes.
+    pub(crate) source: Option<Piece>,
     /// Linear part of the reference strain at the nodes.
     pub(crate) reference_slope: Vec<G::Vector<G::Pack>>,
     /// Its stretch, where it has modes of that.
@@ -89,6 +96,11 @@ impl<G: Space> PiecePlan<G> {
                 }
             }
         }
+    }
+
+    /// The part of a segment that a piece with nodes is computed of.
+    pub(crate) fn part(&self) -> &Piece {
+        self.source.as_ref().expect("what has nodes is a part of a segment")
     }
 
     /// Its coordinates.

@@ -37,6 +37,8 @@ pub(crate) struct Point<G: Space> {
     pub(crate) loads: Vec<usize>,
     /// The anchors of the springs that hold it.
     pub(crate) anchors: Vec<usize>,
+    /// The station of other pieces that are attached there; those at the end of a piece are at its own station.
+    pub(crate) carries: Option<usize>,
     /// Whether it matters how the section is turned.
     pub(crate) is_oriented: bool,
 }
@@ -62,6 +64,8 @@ pub(crate) struct Inside<G: Space> {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Points {
     pub(crate) inside: Range<usize>,
+    /// Places where others are attached, among the points of the pieces before.
+    pub(crate) attachments_before: usize,
     /// At most one, as all that is at one place makes one point.
     pub(crate) at_end: Range<usize>,
 }

@@ -1,13 +1,13 @@
 //! The spaces that rods move in, with what a piece knows of how it turns.
 
-use crate::lie::{Geometry, Planar, PlaneRotation, Quaternion, Spatial, Vector};
+use crate::lie::{Geometry, Planar, Plane, PlaneRotation, Quaternion, Spatial, Turn, Vector};
 
 /// A geometry with what a rod's plan needs beyond it.
 pub(crate) trait Space: Geometry {
     /// An orientation that others follow from.
     type Orientation: Copy + std::fmt::Debug + Send + Sync;
     /// What of a piece's turning does not change with the state.
-    type Constants: Clone + std::fmt::Debug + Send + Sync;
+    type Constants: Clone + Default + std::fmt::Debug + Send + Sync;
 
     /// The orientation of the frame.
     fn start() -> Self::Orientation;
@@ -17,6 +17,15 @@ pub(crate) trait Space: Geometry {
 
     /// The rotation ready to be applied.
     fn matrix(orientation: Self::Orientation) -> Self::Rotation<f64>;
+
+    /// The orientation that such a rotation leads to.
+    fn orientation(matrix: &Self::Rotation<f64>) -> Self::Orientation;
+
+    /// The orientation of what is turned by an angle about an axis, both in one.
+    fn turn_by(angle: Self::Axial<f64>) -> Self::Orientation;
+
+    /// An orientation in three dimensions, which leaves this space as it is.
+    fn orientation_of(frame: Self::Frame, orientation: Quaternion<f64>) -> Self::Orientation;
 }
 
 impl<const FUSED: bool> Space for Spatial<FUSED> {
@@ -34,6 +43,18 @@ impl<const FUSED: bool> Space for Spatial<FUSED> {
     fn matrix(orientation: Quaternion<f64>) -> Self::Rotation<f64> {
         orientation.rotation()
     }
+
+    fn orientation(matrix: &Self::Rotation<f64>) -> Quaternion<f64> {
+        Quaternion::of_rotation(matrix)
+    }
+
+    fn turn_by(angle: Vector<f64>) -> Quaternion<f64> {
+        Quaternion::exp(angle)
+    }
+
+    fn orientation_of((): (), orientation: Quaternion<f64>) -> Quaternion<f64> {
+        orientation
+    }
 }
 
 impl<const FUSED: bool> Space for Planar<FUSED> {
@@ -50,6 +71,19 @@ impl<const FUSED: bool> Space for Planar<FUSED> {
 
     fn matrix(angle: f64) -> PlaneRotation<f64> {
         PlaneRotation::by(angle)
+    }
+
+    fn orientation(matrix: &PlaneRotation<f64>) -> f64 {
+        matrix.sin.atan2(matrix.cos)
+    }
+
+    fn turn_by(Turn(angle): Turn<f64>) -> f64 {
+        angle
+    }
+
+    fn orientation_of(plane: Plane, orientation: Quaternion<f64>) -> f64 {
+        let Quaternion { w, v } = orientation;
+        2.0 * v.to_array()[plane.normal].atan2(w)
     }
 }
 
@@ -94,4 +128,33 @@ pub(crate) struct Angles<P> {
     pub(crate) means: Vec<f64>,
     /// The axis of bending.
     pub(crate) normal: usize,
+}
+
+impl<P> Default for MagnusSteps<P> {
+    /// Of what has no nodes.
+    fn default() -> Self {
+        Self {
+            steps: Vec::new(),
+            basis: Vec::new(),
+            reference: Vec::new(),
+            constant_reference: Vector::zero(),
+            last_step: 0.0,
+            last_basis: Vec::new(),
+            last_reference: Vec::new(),
+            degrees: 0,
+        }
+    }
+}
+
+impl<P> Default for Angles<P> {
+    /// Of what has no nodes.
+    fn default() -> Self {
+        Self {
+            reference: Vec::new(),
+            at_nodes: Vec::new(),
+            mean_reference: 0.0,
+            means: Vec::new(),
+            normal: 0,
+        }
+    }
 }

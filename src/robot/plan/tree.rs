@@ -1,7 +1,9 @@
-//! How the pieces of a plan hang together: each begins where another one ends, or at the frame.
+//! How the pieces of a plan hang together: each begins where another one ends or passes, or at the frame.
 
 use std::ops::Range;
 
+use super::piece::PiecePlan;
+use super::point::Point;
 use super::space::Space;
 
 /// Where a piece begins and ends. Stations are counted from the frame, which is the first one.
@@ -14,8 +16,16 @@ pub(crate) struct Joined<G: Space> {
     /// What fixes the first station to another one, where it is not that one itself.
     pub(crate) weld: Option<Weld<G>>,
     /// The coordinates of the pieces that carry it, and of those that it carries; neighbours together.
-    pub(crate) ancestors: Vec<Range<usize>>,
-    pub(crate) descendants: Vec<Range<usize>>,
+    pub(crate) ancestors: Vec<Relatives>,
+    pub(crate) descendants: Vec<Relatives>,
+}
+
+/// Coordinates of pieces that carry a piece, or of pieces that it carries.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Relatives {
+    pub(crate) coordinates: Range<usize>,
+    /// Where inside a piece what is carried is attached; at its end, if nowhere. Counted among such places.
+    pub(crate) attached: Option<usize>,
 }
 
 /// A station fixed to another one.
@@ -29,9 +39,9 @@ pub(crate) struct Weld<G: Space> {
 }
 
 impl<G: Space> Joined<G> {
-    /// Of piece `s` of a chain: it begins where the one before ends.
-    pub(crate) fn in_chain(s: usize) -> Self {
-        Self { begin: s, end: s + 1, weld: None, ancestors: Vec::new(), descendants: Vec::new() }
+    /// Between two stations.
+    pub(crate) fn between(begin: usize, end: usize) -> Self {
+        Self { begin, end, weld: None, ancestors: Vec::new(), descendants: Vec::new() }
     }
 
     /// The station that carries it.
@@ -41,10 +51,72 @@ impl<G: Space> Joined<G> {
     }
 }
 
-/// Adds a range behind others, to the last one where it goes on.
-pub(crate) fn extend(ranges: &mut Vec<Range<usize>>, range: Range<usize>) {
-    match ranges.last_mut() {
-        Some(last) if last.end == range.start => last.end = range.end,
-        _ => ranges.push(range),
+/// Who carries whom.
+pub(crate) struct Families {
+    /// By piece.
+    ancestors: Vec<Vec<Relatives>>,
+    descendants: Vec<Vec<Relatives>>,
+    /// Whether every piece begins where the one before ends, or is fixed to that place.
+    pub(crate) is_chain: bool,
+}
+
+impl Families {
+    /// Of pieces of which each one stands behind its carrier.
+    pub(crate) fn of<G: Space>(pieces: &[PiecePlan<G>], points: &[Point<G>], stations: usize) -> Self {
+        let mut carried_by: Vec<Option<(usize, Option<usize>)>> = vec![None; stations];
+        let mut families = Self {
+            ancestors: vec![Vec::new(); pieces.len()],
+            descendants: vec![Vec::new(); pieces.len()],
+            is_chain: true,
+        };
+        let mut attachments = 0;
+        let mut last = 0;
+        for (p, piece) in pieces.iter().enumerate() {
+            let carrier = piece.joined.carrier();
+            families.is_chain &= carrier == last;
+            last = piece.joined.end;
+            carried_by[piece.joined.end] = Some((p, None));
+            for point in &points[piece.points.inside.clone()] {
+                if let Some(station) = point.carries {
+                    carried_by[station] = Some((p, Some(attachments)));
+                    attachments += 1;
+                }
+            }
+            let mut place = carried_by[carrier];
+            while let Some((parent, attached)) = place {
+                let coordinates = pieces[parent].coordinates();
+                families.ancestors[p].push(Relatives { coordinates, attached });
+                if piece.n > 0 {
+                    let own = Relatives { coordinates: piece.coordinates(), attached };
+                    extend(&mut families.descendants[parent], own);
+                }
+                place = carried_by[pieces[parent].joined.carrier()];
+            }
+            // Found from the piece to the root.
+            families.ancestors[p].reverse();
+            let found = std::mem::take(&mut families.ancestors[p]);
+            for relatives in found.into_iter().filter(|relatives| !relatives.coordinates.is_empty()) {
+                extend(&mut families.ancestors[p], relatives);
+            }
+        }
+        families
+    }
+
+    /// Tells the pieces.
+    pub(crate) fn tell<G: Space>(self, pieces: &mut [PiecePlan<G>]) {
+        for ((piece, ancestors), descendants) in pieces.iter_mut().zip(self.ancestors).zip(self.descendants) {
+            piece.joined.ancestors = ancestors;
+            piece.joined.descendants = descendants;
+        }
+    }
+}
+
+/// Adds relatives behind others, to the last ones where they go on.
+fn extend(all: &mut Vec<Relatives>, more: Relatives) {
+    match all.last_mut() {
+        Some(last) if last.coordinates.end == more.coordinates.start && last.attached == more.attached => {
+            last.coordinates.end = more.coordinates.end;
+        }
+        _ => all.push(more),
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::lie::Vector;
 use crate::load::{Extent, Frame};
-use crate::robot::description::Rod;
+use crate::robot::description::{Link, Robot};
 use crate::world::base_motion::{Base, MovingBase};
 
 /// What the base and the world are, whatever the time.
@@ -26,27 +26,28 @@ impl World {
         self.current.dot(self.current) > 0.0
     }
 
-    pub(crate) fn new(rod: &Rod) -> Self {
+    pub(crate) fn new(robot: &Robot) -> Self {
         let mut dead_force = Vector::zero();
-        for load in rod.all_loads() {
+        for load in robot.acting_loads() {
             if let (Frame::World, Some(force)) = (load.frame, load.force.constant()) {
                 let amount = if let Extent::Along([from, to]) = load.extent { to - from } else { 1.0 };
                 dead_force += Vector::from(force) * amount;
             }
         }
         let mut body_moment = Vector::zero();
-        for body in rod.all_bodies() {
+        for body in robot.all_bodies() {
             body_moment += Vector::from(body.centre) * body.mass;
         }
-        for segment in &rod.segments {
+        for segment in robot.segments() {
             body_moment += Vector::from(segment.mass_offset());
         }
-        let moving = |motion| MovingBase::new(motion, rod.base_position, rod.base_orientation);
+        let Link { position, orientation, .. } = &robot.links[0];
+        let moving = |motion| MovingBase::new(motion, *position, *orientation);
         Self {
-            base: Base::at(rod.base_position, rod.base_orientation),
-            motion: rod.base_motion.as_ref().map(moving),
-            gravity: rod.gravity.into(),
-            current: rod.fluid.as_ref().map_or([0.0; 3], |fluid| fluid.velocity).into(),
+            base: Base::at(*position, *orientation),
+            motion: robot.base_motion.as_ref().map(moving),
+            gravity: robot.gravity.into(),
+            current: robot.fluid.as_ref().map_or([0.0; 3], |fluid| fluid.velocity).into(),
             dead_force,
             body_moment,
         }

@@ -53,8 +53,12 @@ pub(crate) struct Workspace<G: Space> {
     pub(crate) time: f64,
     pub(crate) surroundings: Surroundings<G>,
     pub(crate) anchors: Vec<Anchor>,
+    /// The unit twists S of the hinges.
+    pub(crate) hinges: Vec<Twist<G, f64>>,
     /// The wrench that all that a station carries needs there: of the first one, what the base exerts.
     pub(crate) carried: Vec<Wrench<G, f64>>,
+    /// The wrench through the beginning of the piece that ends at a station.
+    pub(crate) through: Vec<Wrench<G, f64>>,
     /// The coordinates of which rotation and position are here, and the state of which the rest is here, if it is.
     pub(crate) kinematics_of: Vec<f64>,
     pub(crate) motion_of: Vec<f64>,
@@ -76,7 +80,9 @@ impl<G: Space> Workspace<G> {
         let wrenches = vec![Wrench::zero(); plan.packs];
         Self {
             stations: vec![station; plan.stations],
+            hinges: vec![Twist::zero(); plan.hinges],
             carried: vec![Wrench::zero(); plan.stations],
+            through: vec![Wrench::zero(); plan.stations],
             rotation: vec![G::unrotated(); plan.packs],
             position: vectors.clone(),
             slope: vectors,

@@ -6,6 +6,7 @@ use crate::robot::algebra::inertia::{Gyroscope, Inertia};
 use crate::robot::algebra::response::Response;
 use crate::robot::plan::Plan;
 use crate::robot::plan::piece::PiecePlan;
+use crate::robot::plan::point::Point;
 use crate::robot::plan::space::Space;
 
 /// What a coordinate is outside its own piece.
@@ -95,6 +96,8 @@ pub(crate) struct TangentWorkspace<G: Geometry> {
     pub(crate) coordinates: Vec<Coordinate<G>>,
     /// Of robots with branches: what all that a station carries answers.
     pub(crate) carried: Vec<Rest<G>>,
+    /// Of every place inside a piece where others are attached: what the coordinates of the piece are there.
+    pub(crate) attached: Vec<Attached<G>>,
     /// Only where there are responses.
     pub(crate) shifts: Vec<Shift<G>>,
     /// Per pack, times the quadrature weights: N and C.
@@ -128,6 +131,7 @@ impl<G: Space> TangentWorkspace<G> {
         Self {
             coordinates: vec![Coordinate::zero(); plan.n],
             carried: vec![Rest::zero(); if plan.has_branches { plan.stations } else { 0 }],
+            attached: plan.attachments().map(|point| Attached::new(plan, point)).collect(),
             shifts: vec![Shift::zero(); if plan.has_responses { plan.n } else { 0 }],
             inertia: vec![Inertia::zero(); packs],
             gyroscope: vec![Gyroscope::zero(); packs],
@@ -143,6 +147,87 @@ impl<G: Space> TangentWorkspace<G> {
             psi_acceleration: vec![Twist::zero(); packs],
             psi: vec![Twist::zero(); columns],
             source: vec![Wrench::zero(); columns],
+        }
+    }
+}
+
+/// What the coordinates of a piece are at a place inside it where others are attached.
+#[derive(Clone, Debug)]
+pub(crate) struct Attached<G: Geometry> {
+    /// The first of them.
+    pub(crate) first: usize,
+    pub(crate) coordinates: Vec<Coordinate<G>>,
+    /// Only where there are responses.
+    pub(crate) shifts: Vec<Shift<G>>,
+}
+
+impl<G: Space> Attached<G> {
+    fn new(plan: &Plan<G>, point: &Point<G>) -> Self {
+        let piece = &plan.pieces[point.place.piece];
+        Self {
+            first: piece.first,
+            coordinates: vec![Coordinate::zero(); piece.n],
+            shifts: vec![Shift::zero(); if plan.has_responses { piece.n } else { 0 }],
+        }
+    }
+}
+
+impl<G: Space> TangentWorkspace<G> {
+    /// What all that lies behind the beginning of a piece answers becomes a part of what its carrier carries.
+    #[inline(always)]
+    pub(crate) fn carry(&mut self, plan: &Plan<G>, piece: &PiecePlan<G>, rest: &Rest<G>) {
+        if plan.has_branches {
+            self.carried[piece.joined.carrier()].add(rest);
+        }
+    }
+
+    /// Keeps what coordinate `k` of a piece is at the places inside it where others are attached.
+    #[inline(always)]
+    pub(crate) fn keep(&mut self, plan: &Plan<G>, piece: &PiecePlan<G>, weights: Weights, k: usize) {
+        if self.attached.is_empty() {
+            return;
+        }
+        let range = piece.points.inside.clone();
+        let attached = &mut self.attached[piece.points.attachments_before..];
+        let carrying = plan.points[range.clone()].iter().enumerate().filter(|(_, p)| p.carries.is_some());
+        for ((i, _), attached) in carrying.zip(attached) {
+            let (psi, y) = (self.points.psi[k * range.len() + i], self.points.y[i]);
+            attached.coordinates[k] = Coordinate {
+                shape: psi,
+                y: y.angular,
+                z: self.points.z[i],
+                turn: psi.angular * weights.q,
+                ..Coordinate::zero()
+            };
+            if plan.has_responses {
+                let displacement = psi.linear * weights.q;
+                attached.shifts[k] = Shift { y: y.linear, displacement, ..Shift::zero() };
+            }
+        }
+    }
+
+    /// What coordinates are for those that are attached there: at the end of their pieces, if at no place inside.
+    #[inline(always)]
+    pub(crate) fn seen_from(
+        &self,
+        attached: Option<usize>,
+        coordinates: std::ops::Range<usize>,
+    ) -> &[Coordinate<G>] {
+        match attached {
+            None => &self.coordinates[coordinates],
+            Some(attached) => {
+                let Attached { first, coordinates: all, .. } = &self.attached[attached];
+                &all[coordinates.start - first..coordinates.end - first]
+            }
+        }
+    }
+
+    /// The shift of one likewise.
+    #[inline(always)]
+    pub(crate) fn shift_seen_from(&self, attached: Option<usize>, k: usize) -> &Shift<G> {
+        match attached {
+            None => &self.shifts[k],
+            Some(attached) => &self.attached[attached].shifts[k - self.attached[attached].first],
         }
     }
 }
@@ -212,10 +297,11 @@ impl Tangent<'_> {
 /// Memory for the points inside one piece at a time.
 #[derive(Clone, Debug)]
 pub(crate) struct PointTangents<G: Geometry> {
-    /// Per point: the gyroscope of its bodies, and that of its dead loads.
+    /// Per point: the inertia there, the gyroscope, and that of dead loads, each with that of all that is attached.
+    pub(crate) inertia: Vec<Inertia<G, f64>>,
     pub(crate) gyroscope: Vec<Gyroscope<G, f64>>,
     pub(crate) dead: Vec<Gyroscope<G, f64>>,
-    /// Per point: the response of its supports, if it has any.
+    /// Per point: the response of its supports and of all that is attached, if there is any.
     pub(crate) response: Vec<Option<Response<G, f64>>>,
     /// Per point, of the column at hand: Y and Z.
     pub(crate) y: Vec<Twist<G, f64>>,
@@ -231,6 +317,7 @@ impl<G: Space> PointTangents<G> {
         let points = largest(|piece| piece.points.inside.len());
         let columns = largest(|piece| piece.points.inside.len() * piece.n);
         Self {
+            inertia: vec![Inertia::zero(); points],
             gyroscope: vec![Gyroscope::zero(); points],
             dead: vec![Gyroscope::zero(); points],
             response: vec![None; points],

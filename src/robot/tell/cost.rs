@@ -16,6 +16,7 @@ use crate::robot::kernel::inverse_dynamics::carried;
 use crate::robot::plan::Plan;
 use crate::robot::plan::material::{Coupling, Moments};
 use crate::robot::plan::piece::PiecePlan;
+use crate::robot::plan::tree::Relatives;
 use crate::robot::turning::Turning;
 
 /// Numbers of products of two doubles. A multiply-add counts as one; sums, quotients, roots and comparisons are not
@@ -139,6 +140,13 @@ pub(crate) fn kinematics<G: Turning>(plan: &Plan<G>) -> Products {
     let mut count = Products::default();
     for piece in &plan.pieces {
         let (packs, nodes, modes) = sizes(piece);
+        if piece.joined.weld.is_some() {
+            count.singles += 2 * products(|| G::rotate(&k.rotation, k.vector));
+        }
+        if piece.packs == 0 {
+            count.singles += modes * products(|| carried::<G, _>(&k.rotation, k.vector, k.twist, true));
+            continue;
+        }
         count += G::products_of_turn(piece);
         if piece.is_extensible {
             count.packs += packs * (modes + products(|| G::rotate(&k.rotation, k.vector)));
@@ -160,6 +168,9 @@ pub(crate) fn motion<G: Turning>(plan: &Plan<G>) -> Products {
     let mut count = Products::default();
     for piece in &plan.pieces {
         let (packs, nodes, modes) = sizes(piece);
+        if piece.packs == 0 {
+            count.singles += modes * (2 * scaled + products(|| k.twist.bracket(k.twist)));
+        }
         let carried = products(|| carried::<G, _>(&k.rotation, k.vector, k.twist, piece.is_extensible));
         let out = 2 * (modes + carried + nodes * scaled + scaled) + products(|| k.twist.bracket(k.twist));
         let back = nodes * scaled + scaled;
@@ -185,6 +196,9 @@ pub(crate) fn projection<G: Turning>(plan: &Plan<G>) -> Products {
     let mut count = Products::default();
     for piece in &plan.pieces {
         let (packs, _, modes) = sizes(piece);
+        if piece.packs == 0 {
+            count.singles += modes * products(|| k.twist.dot(k.wrench));
+        }
         count.packs += packs * (body + modes);
         for component in &piece.components {
             let modes = component.modes as u64;
@@ -220,6 +234,9 @@ pub(crate) fn tangent<G: Turning>(plan: &Plan<G>, is_mass_only: bool) -> Product
             if !is_mass_only {
                 count.packs += packs * (3 * bracket + bracket_transposed + scaled);
             }
+        }
+        if piece.packs == 0 && !is_mass_only {
+            count.singles += modes * (3 * bracket + bracket_transposed + scaled);
         }
         // Columns.
         let integral = packs * (2 * scaled + nodes * scaled);
@@ -333,8 +350,10 @@ fn coupling<G: Turning>(plan: &Plan<G>) -> [u64; 2] {
     let linear_dot = if plan.has_responses { products(|| k.vector.dot(k.vector)) } else { 0 };
     let mut count = [0, 0];
     for piece in &plan.pieces {
-        let (before, modes) = (piece.first as u64, piece.n as u64);
-        let behind = plan.n as u64 - before - modes;
+        let size = |relatives: &Relatives| relatives.coordinates.len() as u64;
+        let [before, behind] = [&piece.joined.ancestors, &piece.joined.descendants]
+            .map(|relatives| relatives.iter().map(size).sum::<u64>());
+        let modes = piece.n as u64;
         count[0] += modes * (before * dot + behind * (dot + 2 * axial_dot + 2 * linear_dot));
         count[1] += modes * before * dot;
     }
@@ -391,7 +410,7 @@ mod tests {
 
     /// Products of packs are counted by the packs themselves while the sweeps run.
     fn assert_counts<G: Turning>(rod: &Rod, frame: G::Frame) {
-        let plan = compile::plan::<G>(rod, frame);
+        let plan = compile::plan::<G>(&rod.into(), frame);
         let (mut work, mut memory) = (Workspace::new(&plan), TangentWorkspace::new(&plan));
         let (q, mut tau) = (vec![0.01; plan.n], vec![0.0; plan.n]);
         let mut matrix = Matrix::zeros(plan.n, plan.n);
@@ -449,7 +468,7 @@ mod tests {
     fn a_factorisation_costs_a_third_of_the_cube() {
         let of = |segments: usize| {
             let rod = rod(&vec![[2, 2, 2, 0, 0, 0]; segments], false);
-            multiplications(&compile::plan::<Spatial<true>>(&rod, ()), Solve::Dense)
+            multiplications(&compile::plan::<Spatial<true>>(&(&rod).into(), ()), Solve::Dense)
         };
         assert_eq!((of(1).factorisation, of(1).solution), ((6 * 6 * 6 - 6) / 3, 36));
         assert_eq!(of(2).factorisation, (12 * 12 * 12 - 12) / 3);
@@ -459,7 +478,7 @@ mod tests {
     fn a_chain_costs_as_much_for_every_segment_more() {
         let of = |segments: usize, solve| {
             let rod = rod(&vec![[2, 2, 2, 0, 0, 0]; segments], false);
-            let count = multiplications(&compile::plan::<Spatial<true>>(&rod, ()), solve);
+            let count = multiplications(&compile::plan::<Spatial<true>>(&(&rod).into(), ()), solve);
             [count.residual, count.tangent, count.mass_matrix, count.factorisation, count.solution]
         };
         let [four, five, nine, ten] = [4, 5, 9, 10].map(|segments| of(segments, Solve::Chain));

@@ -1,4 +1,4 @@
-//! What a rod was compiled to, in words: what is computed, what is skipped, and why.
+//! What a robot was compiled to, in words: what is computed, what is skipped, and why.
 
 use std::fmt::{self, Write as _};
 
@@ -6,52 +6,61 @@ use super::cost::Multiplications;
 use crate::body::Body;
 use crate::load::{Extent, Frame, Load};
 use crate::robot::choice::{COORDINATES_OF_A_CHAIN, Kernel, SEGMENTS_OF_A_CHAIN, Solve};
-use crate::robot::description::Rod;
+use crate::robot::description::{Link, Robot};
 use crate::rod::{
     Basis, GivenSection, Parts, Profile, STRAIGHT, STRAIN_NAMES, Section, Segment, Shape, piece, stiffness,
 };
 
-/// What is computed for a rod and what is not, each with its reason.
+/// What is computed for a robot and what is not, each with its reason.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Explanation {
     /// One line on the whole.
     pub summary: String,
     /// What is computed: a subject and what is to be said of it.
     pub computed: Vec<(String, String)>,
-    /// What costs nothing because the rod does not have it, likewise.
+    /// What costs nothing because the robot does not have it, likewise.
     pub skipped: Vec<(String, String)>,
     /// What evaluations cost, likewise.
     pub cost: Vec<(String, String)>,
 }
 
 impl Explanation {
-    /// Explains a valid rod that is computed by `kernel` and solved by `solve` with so many nodes in each segment,
+    /// Explains a valid robot that is computed by `kernel` and solved by `solve` with so many nodes in each segment,
     /// and what that costs.
     pub(crate) fn new(
-        rod: &Rod,
+        robot: &Robot,
         kernel: Kernel,
         solve: Solve,
         nodes: &[usize],
         cost: &Multiplications,
     ) -> Self {
-        let (n, segments) = (rod.coordinates(), rod.segments.len());
+        let what = match robot.is_rod() {
+            true => format!("Rod of {}", counted(robot.segments().count(), "segment")),
+            false => format!("Robot of {}", counted(robot.links.len(), "link")),
+        };
         let summary = format!(
-            "Rod of {} with {}, {} kernel",
-            counted(segments, "segment"),
-            counted(n, "coordinate"),
+            "{what} with {}, {} kernel",
+            counted(robot.coordinates(), "coordinate"),
             match kernel {
                 Kernel::Planar => "planar",
                 Kernel::Spatial => "spatial",
             }
         );
         let mut explanation = Self { summary, computed: Vec::new(), skipped: Vec::new(), cost: costs(cost) };
-        explanation.kernel(rod, kernel);
-        for (s, (segment, &nodes)) in rod.segments.iter().zip(nodes).enumerate() {
-            explanation.segment(s + 1, segment, nodes);
+        explanation.kernel(robot, kernel);
+        let mut nodes = nodes.iter();
+        for link in &robot.links {
+            let name = if robot.is_rod() { String::new() } else { format!("{}, ", link.name) };
+            if !robot.is_rod() {
+                explanation.joint(&name, link);
+            }
+            for (s, (segment, &nodes)) in link.rod.iter().zip(nodes.by_ref()).enumerate() {
+                explanation.segment(&format!("{name}segment {}", s + 1), segment, nodes);
+            }
         }
-        explanation.loads(rod);
-        explanation.fluid(rod);
-        explanation.solve(solve);
+        explanation.loads(robot);
+        explanation.fluid(robot);
+        explanation.solve(solve, robot);
         explanation
     }
 
@@ -60,7 +69,18 @@ impl Explanation {
         list.push((what.into(), why.into()));
     }
 
-    fn kernel(&mut self, rod: &Rod, kernel: Kernel) {
+    /// How a link moves on its parent, and what that is.
+    fn joint(&mut self, name: &str, link: &Link) {
+        let coordinates = link.joint.coordinates();
+        let what = if link.rod.is_empty() { "rigid" } else { "a rod" };
+        let why = match coordinates.len() {
+            0 => format!("{what}: it adds no coordinate"),
+            _ => format!("{what} by {}", coordinates.join(", ")),
+        };
+        self.add(!coordinates.is_empty(), format!("{name}{} joint", link.joint.name()), why);
+    }
+
+    fn kernel(&mut self, robot: &Robot, kernel: Kernel) {
         match kernel {
             Kernel::Planar => {
                 self.add(true, "motion in a plane", "one angular and two linear components");
@@ -71,7 +91,7 @@ impl Explanation {
                 );
             }
             Kernel::Spatial => {
-                let at_rest = Rod { base_motion: None, ..rod.clone() };
+                let at_rest = Robot { base_motion: None, ..robot.clone() };
                 let why = match Kernel::plane(&at_rest) {
                     Some(_) => "the motion of the base may leave the plane of the rod",
                     None => "modes or reference strains leave every plane of the base",
@@ -81,8 +101,8 @@ impl Explanation {
         }
     }
 
-    fn segment(&mut self, number: usize, segment: &Segment, nodes: usize) {
-        let what = |part: &str| format!("segment {number}, {part}");
+    fn segment(&mut self, name: &str, segment: &Segment, nodes: usize) {
+        let what = |part: &str| format!("{name}, {part}");
         let (present, absent): (Vec<usize>, Vec<usize>) =
             (0..STRAIN_NAMES.len()).partition(|&strain| segment.modes[strain] > 0);
         let named = |strains: &[usize], name: &dyn Fn(usize) -> String| {
@@ -205,29 +225,29 @@ impl Explanation {
         }
     }
 
-    fn loads(&mut self, rod: &Rod) {
+    fn loads(&mut self, robot: &Robot) {
         let is_zero = |v: [f64; 3]| v.iter().all(|&x| x == 0.0);
-        if is_zero(rod.gravity) {
+        if is_zero(robot.gravity) {
             self.add(false, "gravity", "zero");
         } else {
             self.add(true, "gravity", "at no cost: an acceleration of the base");
         }
-        self.loads_of(rod, "dead loads", Frame::World, "the tangent knows that they keep their direction");
+        self.loads_of(robot, "dead loads", Frame::World, "the tangent knows that they keep their direction");
         self.loads_of(
-            rod,
+            robot,
             "follower loads",
             Frame::Body,
             "they turn with the rod, at no cost in the tangent",
         );
-        let varying = rod.all_loads().filter(Load::varies_in_time).count();
+        let varying = robot.acting_loads().filter(|load| load.varies_in_time()).count();
         if varying > 0 {
             let what = counted(varying, "load");
             self.add(true, "functions of time", format!("{what}: evaluated once for each time"));
         } else {
             self.add(false, "functions of time", "none: no load varies by itself");
         }
-        match &rod.base_motion {
-            Some(_) if rod.supports.is_empty() && rod.fluid.is_none() => {
+        match &robot.base_motion {
+            Some(_) if robot.supports.is_empty() && robot.fluid.is_none() => {
                 let what = "velocity and acceleration of its first section, at no cost";
                 self.add(true, "motion of the base", what);
             }
@@ -237,13 +257,13 @@ impl Explanation {
             }
             None => self.add(false, "motion of the base", "none: it rests"),
         }
-        let bodies: Vec<Body> = rod.all_bodies().collect();
+        let bodies: Vec<Body> = robot.all_bodies().collect();
         let is_point = |body: &&Body| body.centre == [0.0; 3] && body.inertia == [[0.0; 3]; 3];
         let points = bodies.iter().filter(is_point).count();
         let kinds = kinds([(points, "point"), (bodies.len() - points, "rigid")]);
         let has_bodies = !bodies.is_empty();
         self.add(has_bodies, "bodies on the rod", if has_bodies { &kinds } else { "none" });
-        match rod.supports.len() {
+        match robot.supports.len() {
             0 => self.add(false, "supports", "none"),
             number => {
                 let supports = counted(number, "place");
@@ -256,8 +276,8 @@ impl Explanation {
         }
     }
 
-    fn fluid(&mut self, rod: &Rod) {
-        let Some(fluid) = &rod.fluid else {
+    fn fluid(&mut self, robot: &Robot) {
+        let Some(fluid) = &robot.fluid else {
             self.add(false, "fluid", "none");
             return;
         };
@@ -273,15 +293,15 @@ impl Explanation {
         let (mass, none) = ("across the axis of each section", "its coefficient or the density is zero");
         let has_mass = fluid.has_added_mass();
         self.add(has_mass, "added mass of the fluid", if has_mass { mass } else { none });
-        let is_borne = fluid.bears(rod.gravity);
+        let is_borne = fluid.bears(robot.gravity);
         let why = if is_borne { "a dead load along the rod" } else { "not asked for, or without weight" };
         self.add(is_borne, "buoyancy", why);
         let is_moving = fluid.velocity != [0.0; 3];
         self.add(is_moving, "current", if is_moving { "uniform and steady" } else { "the fluid is at rest" });
     }
 
-    fn loads_of(&mut self, rod: &Rod, what: &str, frame: Frame, remark: &str) {
-        let loads: Vec<Load> = rod.all_loads().filter(|load| load.frame == frame).collect();
+    fn loads_of(&mut self, robot: &Robot, what: &str, frame: Frame, remark: &str) {
+        let loads: Vec<&Load> = robot.acting_loads().filter(|load| load.frame == frame).collect();
         let spread = loads.iter().filter(|load| matches!(load.extent, Extent::Along(_))).count();
         let kinds = kinds([(loads.len() - spread, "concentrated"), (spread, "spread")]);
         if kinds.is_empty() {
@@ -291,7 +311,10 @@ impl Explanation {
         }
     }
 
-    fn solve(&mut self, solve: Solve) {
+    fn solve(&mut self, solve: Solve, robot: &Robot) {
+        if !robot.is_rod() {
+            return;
+        }
         let sweeps = "linear systems by sweeps along the segments";
         let limit =
             format!("from {SEGMENTS_OF_A_CHAIN} segments and {COORDINATES_OF_A_CHAIN} coordinates on");
@@ -373,7 +396,8 @@ fn named<const N: usize>(name: &str, profile: &Profile<N>) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::robot::RodModel;
+    use crate::robot::RobotModel;
+    use crate::robot::description::Rod;
     use crate::rod::diagonal;
 
     #[test]
@@ -388,7 +412,7 @@ mod tests {
             ..plain.clone()
         };
         let has = |list: &[(String, String)], text: &str| list.iter().any(|(what, _)| what == text);
-        let explain = |rod: &Rod| RodModel::new(rod).unwrap().explanation().clone();
+        let explain = |rod: &Rod| RobotModel::of_rod(rod).unwrap().explanation().clone();
 
         let simple = explain(&Rod::new(vec![plain]));
         assert_eq!(simple.summary, "Rod of 1 segment with 3 coordinates, planar kernel");
@@ -433,7 +457,7 @@ mod tests {
         let said = |basis, modes| {
             let modes = [0, modes, 0, 0, 0, 0];
             let segment = Segment { modes, basis, ..Segment::straight(1.0, 1e-3, 210e9, 80e9, 7800.0) };
-            RodModel::new(&Rod::new(vec![segment])).unwrap().explanation().to_string()
+            RobotModel::of_rod(&Rod::new(vec![segment])).unwrap().explanation().to_string()
         };
         assert!(!said(Basis::Legendre, 4).contains("segment 1, basis"));
         assert!(said(Basis::Chebyshev, 4).contains("Chebyshev polynomials"));
@@ -458,7 +482,7 @@ mod tests {
         };
         let explain = |segment: Segment| {
             let segment = Segment { modes: [1, 1, 0, 0, 0, 0], ..segment };
-            RodModel::new(&Rod::new(vec![segment])).unwrap().explanation().clone()
+            RobotModel::of_rod(&Rod::new(vec![segment])).unwrap().explanation().clone()
         };
         let find = |list: &[(String, String)], subject: &str| {
             list.iter().find(|(what, _)| what == subject).map(|(_, why)| why.clone())
@@ -487,7 +511,7 @@ mod tests {
             Segment { modes: [0, 2, 0, 0, 0, 0], ..Segment::straight(0.1, 1e-3, 210e9, 80e9, 7800.0) };
         let explain = |segments: usize, modes| {
             let segment = Segment { modes: [0, modes, 0, 0, 0, 0], ..segment.clone() };
-            RodModel::new(&Rod::new(vec![segment; segments])).unwrap().explanation().clone()
+            RobotModel::of_rod(&Rod::new(vec![segment; segments])).unwrap().explanation().clone()
         };
         let sweeps = "linear systems by sweeps along the segments";
         for (segments, modes) in [(1, 40), (2, 20), (9, 2)] {

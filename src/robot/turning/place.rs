@@ -1,20 +1,33 @@
 //! Places of a rod, and how it is turned there.
 
+use std::ops::Range;
+
 use super::Turning;
 use crate::lie::{LANES, Lanes};
+use crate::robot::plan::link::LinkPlan;
 use crate::robot::plan::piece::PiecePlan;
 use crate::robot::plan::point::Place;
+use crate::robot::plan::space::Passage;
 use crate::robot::state::Workspace;
 
-/// The place at arc length `x` of the unstretched rod, clamped to [0, L].
-pub(crate) fn at_arc_length<G: Turning>(pieces: &[PiecePlan<G>], x: f64) -> Place {
-    let (mut s, mut start) = (0, 0.0);
-    while s + 1 < pieces.len() && x > start + pieces[s].length {
+/// The place at arc length `x` of an unstretched rod of these pieces, clamped to [0, L].
+pub(crate) fn at_arc_length<G: Turning>(pieces: &[PiecePlan<G>], rod: Range<usize>, x: f64) -> Place {
+    let (mut s, mut start) = (rod.start, 0.0);
+    while s + 1 < rod.end && x > start + pieces[s].length {
         start += pieces[s].length;
         s += 1;
     }
     // Rounding of the sum of lengths must not lead outside.
     at_fraction(pieces, s, ((x - start) / pieces[s].length).clamp(0.0, 1.0))
+}
+
+/// The place on a link: at the arc length `x` of its rod (its tip, if there is none), at the base of a rigid one.
+pub(crate) fn on_link<G: Turning>(pieces: &[PiecePlan<G>], link: &LinkPlan, x: Option<f64>) -> Place {
+    if link.rod.is_empty() {
+        let passage = Passage { step: 0.0, basis: Vec::new(), reference: Vec::new() };
+        return Place { piece: link.base, x: 1.0, before: 0, passage, weights: Vec::new() };
+    }
+    at_arc_length(pieces, link.rod.clone(), x.unwrap_or(f64::INFINITY))
 }
 
 /// The place at the fraction `x` of piece `s`.
@@ -35,6 +48,10 @@ pub(crate) fn rotation_at<G: Turning>(
     q: &[f64],
     place: &Place,
 ) -> G::Rotation<f64> {
+    // The end of a piece, wherever its nodes are.
+    if place.weights.is_empty() {
+        return G::matrix(work.stations[piece.joined.end].orientation);
+    }
     let before = match place.before {
         0 => G::matrix(work.stations[piece.joined.begin].orientation),
         i => {

@@ -76,11 +76,12 @@ impl<const FUSED: bool> Turning for Planar<FUSED> {
 
     fn passage(piece: &PiecePlan<Self>, from: f64, to: f64) -> Passage {
         let modes = bend(piece).map_or(0, |bend| bend.modes);
-        let integrals = integrals_between(&piece.source, from, to, modes);
+        let source = piece.part();
+        let integrals = integrals_between(source, from, to, modes);
         let (normal, step) = (piece.turning.normal, (to - from) * piece.length);
-        let reference = match piece.source.segment.reference_strain.constant() {
+        let reference = match source.segment.reference_strain.constant() {
             Some(strain) => strain[normal] * step,
-            None => piece.length * piece.source.reference_between(from, to)[normal],
+            None => piece.length * source.reference_between(from, to)[normal],
         };
         Passage {
             step,

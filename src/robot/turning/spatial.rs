@@ -200,10 +200,11 @@ impl<const FUSED: bool> Turning for Spatial<FUSED> {
     }
 
     fn passage(piece: &PiecePlan<Self>, from: f64, to: f64) -> Passage {
+        let source = piece.part();
         Passage {
             step: (to - from) * piece.length,
-            basis: magnus_basis(&piece.source, [from, to], piece.turning.degrees).concat(),
-            reference: magnus_reference(&piece.source, [from, to]).concat(),
+            basis: magnus_basis(source, [from, to], piece.turning.degrees).concat(),
+            reference: magnus_reference(source, [from, to]).concat(),
         }
     }
 

@@ -26,10 +26,28 @@ _ENERGIES = ("kinetic", "elastic", "gravitational", "loads", "dissipated", "work
 _TABLE = "([0.0, 0.1, 0.2], [0.01, 0.02, 0.015])"
 _STRAIN = "lambda X: (0, 0.1 * X, 0, 1, 0, 0)"
 _TURN = "lambda t: (np.cos(t / 2), np.sin(t / 2), 0, 0)"
+_FORCES = {
+    "axis": _a(0.0, 2.0, 0.0),
+    "stiffness": "3.0",
+    "rest": "0.1",
+    "damping": "0.2",
+    "friction": "0.1",
+    "friction_velocity": "1e-3",
+    "limits": "(-1.0, 1.0)",
+    "limit_stiffness": "100.0",
+    "limit_dissipation": "0.1",
+    "armature": "0.01",
+}
 
 #: Arguments with which a callable works. A list has alternatives. Methods have an object, `self`.
 #: A new callable without an entry here fails a test.
 RECIPES: dict[str, dict | list[dict]] = {
+    **{name: {} for name in ("Joint", "Weld", "Spherical", "Free")},
+    "Revolute": _FORCES,
+    "Prismatic": _FORCES,
+    "Cylindrical": {"axis": _a(0.0, 2.0, 0.0)},
+    "Universal": {"axis1": _a(0.0, 2.0, 0.0), "axis2": _a(0.0, 2.0, 1.0)},
+    "Planar": {"normal": _a(0.0, 2.0, 0.0)},
     "DOP853": _IVP | {"controller": "'PI'"},
     "RK45": _IVP | {"controller": "'I'"},
     "Radau": _IVP | {"jac": "lambda t, y: -np.eye(2)"},
@@ -64,6 +82,15 @@ RECIPES: dict[str, dict | list[dict]] = {
         "inputs": "('a', 'b')",
         "outputs": "('a', 'b')",
     },
+    "Link": {
+        "name": "'a'",
+        "rod": "[v.segment()]",
+        "joint": "lissom.Revolute((0, 1, 0))",
+        "parent": "'b'",
+        "at": "0.1",
+        "position": _a(0.0, 0.1, 0.0),
+        "orientation": _a(1.0, 0.0, 0.0, 0.0),
+    },
     "Load": [
         {"force": _a(0.0, 0.0, 1.0), "moment": _a(0.0, 0.1, 0.0), "at": "0.1", "frame": "'body'"},
         {"force": "lambda t: (0, 0, t)", "along": _a(0.0, 0.1)},
@@ -74,6 +101,33 @@ RECIPES: dict[str, dict | list[dict]] = {
         {"length": "0.2", "coefficients": _a(1.0, 0.1)},
     ],
     "Profile.__call__": {"self": "lissom.Profile(0.2, coefficients=[1.0, 0.1])", "X": _a(0.0, 0.1)},
+    "Robot": {
+        "links": "[lissom.Link('a', rod=[v.segment()]), v.link('b', parent='a', at=0.1)]",
+        "gravity": _a(0.0, 0.0, -9.81),
+        "loads": "[lissom.Load(force=(0, 0, 1), at=0.1, link='a')]",
+        "bodies": "[lissom.Body(0.1, at=0.1, link='a')]",
+        "supports": "[lissom.Support(stiffness=3.0, link='b')]",
+        "fluid": "lissom.Fluid(1000.0)",
+        "base_motion": "lissom.BaseMotion(translation=lissom.Harmonic((0, 0, 0.01), 2.0))",
+    },
+    "Robot.explain": {"self": _MODEL},
+    "Robot.slice": {"self": "v.robot()", "link": "'b'"},
+    "Robot.pose": [
+        {"self": "v.moving()", "q": _a(0.1, 0.2), "X": _a(0.0, 0.1, 0.2), "t": "0.1"},
+        {"self": "v.robot()", "q": _a(0.1, 0.2), "link": "'b'"},
+    ],
+    "Robot.jacobian": [
+        {"self": "v.moving()", "q": _a(0.1, 0.2), "X": "0.1", "t": "0.1"},
+        {"self": "v.robot()", "q": _a(0.1, 0.2), "link": "'b'"},
+    ],
+    "Robot.velocity": [
+        {"self": "v.moving()", "q": _a(0.1, 0.2), "qd": _a(0.1, 0.2), "X": "0.1", "t": "0.1"},
+        {"self": "v.robot()", "q": _a(0.1, 0.2), "qd": _a(0.1, 0.2), "link": "'a'"},
+    ],
+    "Robot.centre_of_mass": {"self": "v.robot()", "q": _a(0.1, 0.2), "t": "0.1"},
+    "Robot.momentum": {"self": "v.robot()", "q": _a(0.1, 0.2), "qd": _a(0.1, 0.2), "t": "0.1"},
+    "Robot.joint_wrench": {"self": "v.robot()", "link": "'b'"} | _STATE,
+    "Robot.base_wrench": {"self": "v.moving()"} | _STATE,
     "Rod": {
         "segments": "[v.segment(), v.segment()]",
         "base_position": _a(0.0, 0.0, 1.0),
@@ -88,11 +142,6 @@ RECIPES: dict[str, dict | list[dict]] = {
         "supports": "[lissom.Support(stiffness=3.0)]",
         "fluid": "lissom.Fluid(1000.0)",
     },
-    "Rod.explain": {"self": _MODEL},
-    "Rod.pose": {"self": "v.moving()", "q": _a(0.1, 0.2), "X": _a(0.0, 0.1, 0.2), "t": "0.1"},
-    "Rod.jacobian": {"self": "v.moving()", "q": _a(0.1, 0.2), "X": "0.1", "t": "0.1"},
-    "Rod.velocity": {"self": "v.moving()", "q": _a(0.1, 0.2), "qd": _a(0.1, 0.2), "X": "0.1", "t": "0.1"},
-    "Rod.base_wrench": {"self": "v.moving()"} | _STATE,
     "Scene.load": {"path": "'scene.toml'"},
     "Scene.loads": {"text": "v.scene().text", "name": "'a'"},
     "Scene.schema": {},

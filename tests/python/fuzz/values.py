@@ -51,12 +51,31 @@ def moving():
     )
 
 
+def link(name, **changes):
+    """A body on a spring hinge."""
+    joint = lissom.Revolute((0, 1, 0), stiffness=1.0, damping=0.1)
+    body = lissom.Body(0.1, centre=(0.1, 0, 0))
+    return lissom.Link(name, **({"joint": joint, "body": body} | changes))
+
+
+def robot():
+    """Two coordinates of joints."""
+    return lissom.Robot([link("a"), link("b", parent="a", position=(0.1, 0, 0))])
+
+
 def pendulum():
     return lissom.SpringPendulum()
 
 
 #: Models of two coordinates each.
-MODELS = {"rod": rod, "planar": planar, "chain": chain, "moving": moving, "pendulum": pendulum}
+MODELS = {
+    "rod": rod,
+    "planar": planar,
+    "chain": chain,
+    "moving": moving,
+    "robot": robot,
+    "pendulum": pendulum,
+}
 
 
 def scene():

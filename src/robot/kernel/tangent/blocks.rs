@@ -4,6 +4,7 @@ use super::scope::Scope;
 use crate::lie::{Lanes, Scalar, Twist, VectorSpace, Wrench};
 use crate::linalg::Matrix;
 use crate::robot::plan::Plan;
+use crate::robot::plan::tree::Relatives;
 use crate::robot::state::tangent::{TangentWorkspace, Weights};
 use crate::robot::turning::Turning;
 
@@ -83,30 +84,31 @@ pub(super) fn others<G: Turning>(
             let column = &memory.coordinates[k];
             let mut entries = tangent.column_mut(k);
             let entries = entries.as_mut_slice();
-            for carrying in &joined.ancestors {
-                let rows = &memory.coordinates[carrying.clone()];
-                for (entry, row) in entries[carrying.clone()].iter_mut().zip(rows) {
+            for Relatives { coordinates, attached } in &joined.ancestors {
+                let rows = memory.seen_from(*attached, coordinates.clone());
+                for (entry, row) in entries[coordinates.clone()].iter_mut().zip(rows) {
                     *entry = row.shape.dot(column.before);
                 }
             }
             if weights.is_mass_only {
-                for j in joined.ancestors.iter().cloned().flatten() {
+                for j in joined.ancestors.iter().flat_map(|relatives| relatives.coordinates.clone()) {
                     tangent[(k, j)] = tangent[(j, k)];
                 }
                 continue;
             }
-            for carried in &joined.descendants {
-                let rows = &memory.coordinates[carried.clone()];
-                for (entry, row) in entries[carried.clone()].iter_mut().zip(rows) {
+            for Relatives { coordinates, attached } in &joined.descendants {
+                let column = &memory.seen_from(*attached, k..k + 1)[0];
+                let rows = &memory.coordinates[coordinates.clone()];
+                for (entry, row) in entries[coordinates.clone()].iter_mut().zip(rows) {
                     *entry =
                         column.z.dot(row.row_z) + column.y.dot(row.row_y) + column.turn.dot(row.row_turn);
                 }
             }
             if plan.has_responses {
-                let column = &memory.shifts[k];
-                for carried in &joined.descendants {
-                    let rows = &memory.shifts[carried.clone()];
-                    for (entry, row) in entries[carried.clone()].iter_mut().zip(rows) {
+                for Relatives { coordinates, attached } in &joined.descendants {
+                    let column = memory.shift_seen_from(*attached, k);
+                    let rows = &memory.shifts[coordinates.clone()];
+                    for (entry, row) in entries[coordinates.clone()].iter_mut().zip(rows) {
                         *entry += column.y.dot(row.row_y) + column.displacement.dot(row.row_displacement);
                     }
                 }

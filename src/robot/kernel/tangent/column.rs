@@ -17,7 +17,7 @@ impl<G: Turning> Scope<'_, G> {
         c: usize,
         degree: usize,
     ) {
-        let &Self { plan, piece, work, weights, .. } = self;
+        let &Self { plan, piece, weights, .. } = self;
         let packs = piece.packs;
         let k = piece.components[c].first + degree;
         let columns = (k - piece.first) * packs..(k - piece.first + 1) * packs;
@@ -36,25 +36,35 @@ impl<G: Turning> Scope<'_, G> {
             source[pack] = inertia.momentum(psi[pack] * w_a);
             total += source[pack];
         }
-        let z = shape * weights.a;
-        let mut end = rest.inertia.momentum(z);
         if self.has_responses {
             let responses = &memory.response[..packs];
             let sweep = responses::ColumnOfMass { responses, w_a: weights.a, psi, source, total };
             total = plan.instructions.run_apart::<G::Pack, _>(sweep);
+        }
+        let mut coordinate = self.coordinate_of_mass(rest, shape);
+        coordinate.before = coordinate.end + total.sum();
+        if self.has_points {
+            coordinate.before += memory.points.sources(piece, weights, k - piece.first);
+            memory.keep(plan, piece, weights, k - piece.first);
+        }
+        memory.coordinates[k] = coordinate;
+    }
+
+    /// What a coordinate is behind its piece, at the end of which it moves by `shape`, in the mass matrix.
+    #[inline(always)]
+    pub(super) fn coordinate_of_mass(&self, rest: &Rest<G>, shape: Twist<G, f64>) -> Coordinate<G> {
+        let z = shape * self.weights.a;
+        let mut end = rest.inertia.momentum(z);
+        if self.plan.has_responses {
             end = rest.response.inertia.times_add(z, end);
         }
-        let mut before = end + total.sum();
-        if self.has_points {
-            before += memory.points.sources(piece, work, weights, k - piece.first);
-        }
-        memory.coordinates[k] = Coordinate { shape, z, end, before, ..Coordinate::zero() };
+        Coordinate { shape, z, end, ..Coordinate::zero() }
     }
 
     /// The column of a component and degree.
     #[inline(always)]
     pub(super) fn column(&self, memory: &mut TangentWorkspace<G>, rest: &Rest<G>, c: usize, degree: usize) {
-        let &Self { plan, piece, work, weights, .. } = self;
+        let &Self { plan, piece, weights, .. } = self;
         let packs = piece.packs;
         let k = piece.components[c].first + degree;
         let blocks = c * packs..(c + 1) * packs;
@@ -109,6 +119,25 @@ impl<G: Turning> Scope<'_, G> {
             total = plan.instructions.run_apart::<G::Pack, _>(sweep);
         }
 
+        let mut coordinate = self.coordinate(memory, rest, k, [shape, rate, acceleration]);
+        coordinate.before = coordinate.end + total.sum();
+        if self.has_points {
+            coordinate.before += memory.points.sources(piece, weights, k - piece.first);
+            memory.keep(plan, piece, weights, k - piece.first);
+        }
+        memory.coordinates[k] = coordinate;
+    }
+
+    /// What coordinate `k` is behind its piece, given Psi, Psi' and Psi'' at its end.
+    #[inline(always)]
+    pub(super) fn coordinate(
+        &self,
+        memory: &mut TangentWorkspace<G>,
+        rest: &Rest<G>,
+        k: usize,
+        [shape, rate, acceleration]: [Twist<G, f64>; 3],
+    ) -> Coordinate<G> {
+        let &Self { plan, weights, .. } = self;
         let mut coordinate = Coordinate {
             shape,
             y: shape.angular * weights.v + rate.angular * weights.q,
@@ -127,11 +156,7 @@ impl<G: Turning> Scope<'_, G> {
             memory.shifts[k] = Shift { y: y.linear, displacement: displacement.linear, ..Shift::zero() };
             coordinate.end += rest.response.to(displacement, y, coordinate.z);
         }
-        coordinate.before = coordinate.end + total.sum();
-        if self.has_points {
-            coordinate.before += points.sources(piece, work, weights, k - piece.first);
-        }
-        memory.coordinates[k] = coordinate;
+        coordinate
     }
 }
 

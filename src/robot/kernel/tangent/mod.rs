@@ -24,6 +24,7 @@
 
 mod blocks;
 mod column;
+mod hinge;
 mod points;
 mod responses;
 mod row;
@@ -75,7 +76,12 @@ pub(crate) fn weighted_tangent<G: Turning>(
             rest = memory.carried[piece.joined.end];
         }
         points::add_to_rest(plan, work, piece.points.at_end.clone(), weights, &mut rest);
-        memory.points.prepare(plan, piece, work, weights);
+        if piece.packs == 0 {
+            scope.without_nodes(memory, &rest, is_carried, tangent.block(s, piece).0);
+            memory.carry(plan, piece, &rest);
+            continue;
+        }
+        memory.points.prepare(plan, piece, work, weights, &memory.carried);
         scope.nodes(memory);
         scope.shapes(memory);
         for (c, component) in piece.components.iter().enumerate() {
@@ -96,9 +102,7 @@ pub(crate) fn weighted_tangent<G: Turning>(
         if is_carried {
             scope.add_to_rest(memory, &mut rest);
         }
-        if plan.has_branches {
-            memory.carried[piece.joined.carrier()].add(&rest);
-        }
+        memory.carry(plan, piece, &rest);
     }
     match tangent {
         Tangent::Dense(matrix) => blocks::others(plan, memory, weights, matrix),
@@ -215,5 +219,6 @@ impl<G: Turning> Scope<'_, G> {
             plan.instructions.run_apart::<G::Pack, _>(responses::Sum { responses, sum: &mut rest.response });
         }
         points::add_to_rest(plan, work, piece.points.inside.clone(), weights, rest);
+        points::add_carried(plan, piece, &memory.carried, rest);
     }
 }

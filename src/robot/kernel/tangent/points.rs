@@ -2,6 +2,7 @@
 
 use crate::lie::{Twist, Wrench};
 use crate::robot::algebra::inertia::Gyroscope;
+use crate::robot::algebra::response::Response;
 use crate::robot::effect::all as effects;
 use crate::robot::plan::Plan;
 use crate::robot::plan::piece::PiecePlan;
@@ -10,7 +11,7 @@ use crate::robot::state::tangent::{Coordinate, PointTangents, Rest, Row, Weights
 use crate::robot::turning::Turning;
 
 impl<G: Turning> PointTangents<G> {
-    /// Gyroscopes of the points inside a piece.
+    /// What the points inside a piece answer, with all that is attached there.
     #[inline(always)]
     pub(crate) fn prepare(
         &mut self,
@@ -18,13 +19,23 @@ impl<G: Turning> PointTangents<G> {
         piece: &PiecePlan<G>,
         work: &Workspace<G>,
         weights: Weights,
+        carried: &[Rest<G>],
     ) {
-        if weights.is_mass_only {
-            return;
-        }
         for (i, p) in piece.points.inside.clone().enumerate() {
-            (self.gyroscope[i], self.dead[i]) = gyroscopes(plan, work, p);
-            self.response[i] = effects::respond_at(plan, work, &plan.points[p], &work.points[p]);
+            let carried = plan.points[p].carries.map(|station| &carried[station]);
+            self.inertia[i] = work.points[p].inertia;
+            self.response[i] = None;
+            if !weights.is_mass_only {
+                (self.gyroscope[i], self.dead[i]) = gyroscopes(plan, work, p);
+                self.response[i] = effects::respond_at(plan, work, &plan.points[p], &work.points[p]);
+            }
+            let Some(carried) = carried else { continue };
+            self.inertia[i].add(carried.inertia);
+            self.gyroscope[i].add(carried.gyroscope);
+            self.dead[i].add(carried.dead);
+            if plan.has_responses {
+                self.response[i].get_or_insert_with(Response::zero).add(carried.response);
+            }
         }
     }
 
@@ -79,19 +90,17 @@ impl<G: Turning> PointTangents<G> {
 
     /// The change of the forces at the points for coordinate `k`; returns their sum.
     #[inline(always)]
-    pub(crate) fn sources(
-        &mut self,
-        piece: &PiecePlan<G>,
-        work: &Workspace<G>,
-        weights: Weights,
-        k: usize,
-    ) -> Wrench<G, f64> {
+    pub(crate) fn sources(&mut self, piece: &PiecePlan<G>, weights: Weights, k: usize) -> Wrench<G, f64> {
         let mut total = Wrench::zero();
-        let states = &work.points[piece.points.inside.clone()];
-        for (i, state) in states.iter().enumerate() {
-            let column = k * states.len() + i;
-            let mut source = state.inertia.momentum(self.z[i]);
-            if !weights.is_mass_only {
+        let points = piece.points.inside.len();
+        for i in 0..points {
+            let column = k * points + i;
+            let mut source = self.inertia[i].momentum(self.z[i]);
+            if weights.is_mass_only {
+                if let Some(response) = &self.response[i] {
+                    source = response.inertia.times_add(self.z[i], source);
+                }
+            } else {
                 let displacement = self.psi[column] * weights.q;
                 source +=
                     self.gyroscope[i].times(self.y[i].angular) + self.dead[i].times(displacement.angular);
@@ -115,18 +124,11 @@ impl<G: Turning> PointTangents<G> {
 
     /// Adds what the points contribute to the row of coordinate `j` of the piece.
     #[inline(always)]
-    pub(crate) fn row(
-        &self,
-        piece: &PiecePlan<G>,
-        work: &Workspace<G>,
-        weights: Weights,
-        j: usize,
-        row: &mut Coordinate<G>,
-    ) {
-        let states = &work.points[piece.points.inside.clone()];
-        for (i, state) in states.iter().enumerate() {
-            let psi = self.psi[j * states.len() + i];
-            row.row_z += state.inertia.momentum(psi);
+    pub(crate) fn row(&self, piece: &PiecePlan<G>, weights: Weights, j: usize, row: &mut Coordinate<G>) {
+        let points = piece.points.inside.len();
+        for i in 0..points {
+            let psi = self.psi[j * points + i];
+            row.row_z += self.inertia[i].momentum(psi);
             if !weights.is_mass_only {
                 row.row_y += self.gyroscope[i].transposed_times(psi);
                 row.row_turn += self.dead[i].transposed_times(psi);
@@ -143,6 +145,19 @@ impl<G: Turning> PointTangents<G> {
                 row.answer(response, psi);
             }
         }
+    }
+}
+
+/// Adds all that is attached inside a piece to what lies behind its beginning.
+#[inline(always)]
+pub(crate) fn add_carried<G: Turning>(
+    plan: &Plan<G>,
+    piece: &PiecePlan<G>,
+    carried: &[Rest<G>],
+    rest: &mut Rest<G>,
+) {
+    for station in plan.points[piece.points.inside.clone()].iter().filter_map(|point| point.carries) {
+        rest.add(&carried[station]);
     }
 }
 

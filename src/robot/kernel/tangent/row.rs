@@ -11,7 +11,7 @@ impl<G: Turning> Scope<'_, G> {
     /// the dead loads, summed from the places where its S acts to the tip.
     #[inline(always)]
     pub(super) fn row(&self, memory: &mut TangentWorkspace<G>, rest: &Rest<G>, j: usize) {
-        let &Self { plan, piece, work, weights, .. } = self;
+        let &Self { plan, piece, weights, .. } = self;
         let psi = &memory.psi[(j - piece.first) * piece.packs..][..piece.packs];
         let coordinate = &mut memory.coordinates[j];
         let shape = coordinate.shape;
@@ -21,7 +21,7 @@ impl<G: Turning> Scope<'_, G> {
         }
         coordinate.row_z = row_z.sum() + rest.inertia.momentum(shape);
         if self.has_points {
-            memory.points.row(piece, work, weights, j - piece.first, coordinate);
+            memory.points.row(piece, weights, j - piece.first, coordinate);
             if plan.has_responses {
                 let mut row = Row { coordinate, shift: &mut memory.shifts[j] };
                 memory.points.answer(piece, j - piece.first, &mut row);

@@ -1,18 +1,13 @@
-//! What a rod is, in plain data: segments in a row, a base, loads and bodies.
+//! A rod, in plain data: segments in a row, a base, loads and bodies.
 
+use super::link::check_orientation;
+use super::robot::{MAX_COORDINATES, Robot, check_integration, check_surroundings};
 use crate::body::Body;
-use crate::error::{Checker, InvalidInput, Number};
-use crate::lie::QUATERNION_TOLERANCE;
+use crate::error::{Checker, InvalidInput};
 use crate::load::Load;
 use crate::rod::{Section, Segment};
 use crate::support::Support;
 use crate::world::{BaseMotion, Fluid};
-
-/// Most numbers in the integration matrices of a rod, the squares of the numbers of nodes: 1 GiB in two matrices.
-const MAX_INTEGRATION: f64 = (1u64 << 26) as f64;
-
-/// Most generalised coordinates of a rod: its dense Jacobian then takes 128 MiB.
-pub const MAX_COORDINATES: usize = 4096;
 
 /// A rod: segments in a row, clamped at its base, with loads and rigid bodies on it.
 #[derive(Clone, Debug, PartialEq)]
@@ -62,42 +57,19 @@ impl Rod {
         }
     }
 
+    /// The same with the segments of a robot that was made from it.
+    pub fn with_segments_of(&self, robot: &Robot) -> Self {
+        Self { segments: robot.segments().cloned().collect(), ..self.clone() }
+    }
+
     /// Number of generalised coordinates.
     pub fn coordinates(&self) -> usize {
         self.segments.iter().map(Segment::coordinates).sum()
     }
 
-    /// All loads, those at the tip that have names of their own included, as far as they are not zero.
-    pub(crate) fn all_loads(&self) -> impl Iterator<Item = Load> {
-        let tip = Load { force: self.tip_force.into(), moment: self.tip_moment.into(), ..Load::at_tip() };
-        let is_load = |load: &Load| !load.force.is_zero() || !load.moment.is_zero();
-        std::iter::once(tip).chain(self.loads.iter().cloned()).filter(is_load)
-    }
-
-    /// All bodies, the mass at the tip included, as far as they are not zero.
-    pub(crate) fn all_bodies(&self) -> impl Iterator<Item = Body> {
-        let is_body = |body: &Body| body.mass != 0.0 || body.inertia != [[0.0; 3]; 3];
-        std::iter::once(Body::point(self.tip_mass)).chain(self.bodies.iter().cloned()).filter(is_body)
-    }
-
-    /// The same rod with nothing on it but its supports: what it answers to deformation with.
-    pub(crate) fn unloaded(&self) -> Self {
-        let Self { base_position, base_orientation, .. } = *self;
-        let supports = self.supports.clone();
-        let gravity = [0.0; 3];
-        Self { base_position, base_orientation, gravity, supports, ..Self::new(self.segments.clone()) }
-    }
-
     /// Length of the unstretched rod in metres.
     pub fn length(&self) -> f64 {
         self.segments.iter().map(|segment| segment.length).sum()
-    }
-
-    /// How far a step from `t` may go that cannot pass over a part of its loads and of the motion of its base unseen
-    /// ([`crate::signal::Signal::horizon`]).
-    pub fn horizon(&self, t: f64) -> f64 {
-        let of_base = self.base_motion.iter().map(|motion| motion.horizon(t));
-        self.loads.iter().map(|load| load.horizon(t)).chain(of_base).fold(f64::INFINITY, f64::min)
     }
 
     /// The shortest period of its loads and of the motion of its base, in seconds; infinite where nothing oscillates.
@@ -116,19 +88,6 @@ impl Rod {
         self.is_moved() || self.loads.iter().any(Load::varies_in_time)
     }
 
-    /// The first of its loads that is not finite at a time, in words.
-    pub(crate) fn not_finite(&self, t: f64) -> Option<String> {
-        let of_load = |(i, load): (usize, &Load)| {
-            let signals = [("force", &load.force), ("moment", &load.moment)];
-            let (name, value) = signals.into_iter().find_map(|(name, signal)| {
-                let value = signal.at(t).ok()?.into_iter().find(|x| !x.is_finite())?;
-                Some((name, value))
-            })?;
-            Some(format!("loads[{i}].{name} is {value} at t = {}", Number(t)))
-        };
-        self.loads.iter().enumerate().find_map(of_load)
-    }
-
     /// Everything that is wrong with this rod and its segments.
     pub fn validate(&self) -> Result<(), InvalidInput> {
         let mut check = Checker::new();
@@ -144,28 +103,11 @@ impl Rod {
                 format_args!("{n} modes in all"),
                 &format!("at most {MAX_COORDINATES} modes in all segments together"),
             );
-            let numbers: f64 = self.segments.iter().map(Segment::integration).sum();
-            check.require(
-                numbers <= MAX_INTEGRATION,
-                "segments",
-                format_args!("{:.1} GB of integration matrices", numbers * 16e-9),
-                "fewer quadrature nodes: their square in each segment counts",
-            );
+            check_integration(&mut check, "segments", self.segments.iter());
         }
         check.finite(&self.base_position, "base_position");
-        if check.finite(&self.base_orientation, "base_orientation") {
-            let norm = self.base_orientation.iter().map(|x| x * x).sum::<f64>().sqrt();
-            check.require(
-                (norm - 1.0).abs() <= QUATERNION_TOLERANCE,
-                "base_orientation",
-                format_args!("a quaternion of norm {norm}"),
-                "a quaternion (w, x, y, z) of norm 1",
-            );
-        }
-        if let Some(motion) = &self.base_motion {
-            check.nested("base_motion", motion.validate());
-        }
-        check.finite(&self.gravity, "gravity");
+        check_orientation(&mut check, &self.base_orientation, "base_orientation");
+        check_surroundings(&mut check, self.base_motion.as_ref(), self.gravity);
         check.finite(&self.tip_force, "tip_force");
         check.finite(&self.tip_moment, "tip_moment");
         check.non_negative(self.tip_mass, "tip_mass", "kilograms");

@@ -1,0 +1,254 @@
+//! Joints between links, in plain data.
+
+use crate::error::{Checker, InvalidInput, Number};
+
+/// Axes shorter than this have no direction to rounding: whoever gives one means something else.
+const SHORTEST_AXIS: f64 = 1e-9;
+
+/// Axes of a universal joint that are nearer to each other than this angle (radians) count as one: both coordinates
+/// then turn the link about it.
+const SMALLEST_ANGLE: f64 = 1e-6;
+
+/// The normal of a planar joint that is nearer to its x axis than this counts as that: the first direction then
+/// follows y.
+const NORMAL_IS_X: f64 = 1e-9;
+
+/// Velocity, in radians or metres per second, below which dry friction is smoothed, unless given.
+pub const FRICTION_VELOCITY: f64 = 1e-3;
+
+/// How a link moves on its parent.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Joint {
+    /// Not at all.
+    Weld,
+    /// About an axis: one angle in radians.
+    Revolute {
+        /// Its direction in the joint's frame, of any length.
+        axis: [f64; 3],
+        /// What acts on the angle.
+        forces: JointForces,
+    },
+    /// Along an axis: one displacement in metres.
+    Prismatic {
+        /// Its direction in the joint's frame, of any length.
+        axis: [f64; 3],
+        /// What acts on the displacement.
+        forces: JointForces,
+    },
+    /// Along an axis and about it.
+    Cylindrical {
+        /// Its direction in the joint's frame, of any length.
+        axis: [f64; 3],
+    },
+    /// About one axis, then about a second one that the first one turns.
+    Universal {
+        /// Their directions in the joint's frame, of any length, not parallel.
+        axes: [[f64; 3]; 2],
+    },
+    /// Across a normal, then about it. The first direction is the x axis of the joint's frame less its part along the
+    /// normal (the y axis, where the normal is along x); the second one is the normal times the first.
+    Planar {
+        /// Its direction in the joint's frame, of any length.
+        normal: [f64; 3],
+    },
+    /// About all axes: a rotation vector.
+    Spherical,
+    /// Any motion: a position and a rotation vector.
+    Free,
+}
+
+/// What acts on the coordinate of a joint that has one: a spring, dampers, stops, and inertia.
+#[derive(Clone, Debug, PartialEq)]
+pub struct JointForces {
+    /// Stiffness in N m (per radian) or N/m.
+    pub stiffness: f64,
+    /// Where the spring is free of force: radians or metres.
+    pub rest: f64,
+    /// Viscous damping in N m s or N s/m.
+    pub damping: f64,
+    /// Dry friction in N m or N, smoothed: `friction v / sqrt(v^2 + friction_velocity^2)`.
+    pub friction: f64,
+    /// In radians or metres per second.
+    pub friction_velocity: f64,
+    /// Between which values the coordinate moves freely.
+    pub limits: Option<[f64; 2]>,
+    /// Stiffness of the stops beyond the limits, in N m (per radian) or N/m.
+    pub limit_stiffness: f64,
+    /// Dissipation of the stops d in s/rad or s/m (Hunt and Crossley 1975): beyond a limit by x, the stop answers
+    /// `limit_stiffness x max(0, 1 + d x')`.
+    pub limit_dissipation: f64,
+    /// Inertia of what turns with the coordinate alone, such as a rotor behind a gear: kg m^2 or kg.
+    pub armature: f64,
+}
+
+impl Default for JointForces {
+    /// None of them.
+    fn default() -> Self {
+        Self {
+            stiffness: 0.0,
+            rest: 0.0,
+            damping: 0.0,
+            friction: 0.0,
+            friction_velocity: FRICTION_VELOCITY,
+            limits: None,
+            limit_stiffness: 0.0,
+            limit_dissipation: 0.0,
+            armature: 0.0,
+        }
+    }
+}
+
+impl JointForces {
+    /// Whether they do nothing.
+    pub fn are_absent(&self) -> bool {
+        let Self { stiffness, damping, friction, limits, armature, .. } = self;
+        [stiffness, damping, friction, armature].into_iter().all(|&x| x == 0.0) && limits.is_none()
+    }
+
+    fn check(&self, check: &mut Checker) {
+        check.non_negative(self.stiffness, "stiffness", "newton metres a radian, or newtons a metre");
+        check.finite(&[self.rest], "rest");
+        check.non_negative(self.damping, "damping", "newton metre seconds, or newton seconds a metre");
+        check.non_negative(self.friction, "friction", "newton metres, or newtons");
+        check.positive(self.friction_velocity, "friction_velocity", "radians or metres a second");
+        check.non_negative(self.armature, "armature", "kg m^2, or kilograms");
+        check.non_negative(self.limit_dissipation, "limit_dissipation", "seconds a radian, or a metre");
+        if let Some(limits) = self.limits {
+            let [lower, upper] = limits;
+            let is_order = lower < upper && !lower.is_nan() && !upper.is_nan();
+            check.require(
+                is_order,
+                "limits",
+                format_args!("({}, {})", Number(lower), Number(upper)),
+                "two numbers, the first one the smaller (radians or metres)",
+            );
+            let unit = "newton metres a radian, or newtons a metre; limits are stiff springs";
+            check.positive(self.limit_stiffness, "limit_stiffness", unit);
+        }
+    }
+}
+
+/// How a joint moves a link, one step after the other.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Motion {
+    /// By an angle about a unit axis.
+    About([f64; 3]),
+    /// By a length along a unit axis.
+    Along([f64; 3]),
+    /// By a rotation vector.
+    AboutAll,
+}
+
+impl Joint {
+    /// Its name as users write it.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Weld => "weld",
+            Self::Revolute { .. } => "revolute",
+            Self::Prismatic { .. } => "prismatic",
+            Self::Cylindrical { .. } => "cylindrical",
+            Self::Universal { .. } => "universal",
+            Self::Planar { .. } => "planar",
+            Self::Spherical => "spherical",
+            Self::Free => "free",
+        }
+    }
+
+    /// The names of its coordinates.
+    pub fn coordinates(&self) -> &'static [&'static str] {
+        match self {
+            Self::Weld => &[],
+            Self::Revolute { .. } => &["angle"],
+            Self::Prismatic { .. } => &["displacement"],
+            Self::Cylindrical { .. } => &["displacement", "angle"],
+            Self::Universal { .. } => &["angle[0]", "angle[1]"],
+            Self::Planar { .. } => &["displacement[0]", "displacement[1]", "angle"],
+            Self::Spherical => &["rotation_x", "rotation_y", "rotation_z"],
+            Self::Free => &["x", "y", "z", "rotation_x", "rotation_y", "rotation_z"],
+        }
+    }
+
+    /// Its motions, from the joint's frame to the link; the joint is valid.
+    pub(crate) fn motions(&self) -> Vec<Motion> {
+        match self {
+            Self::Weld => Vec::new(),
+            Self::Revolute { axis, .. } => vec![Motion::About(unit(*axis))],
+            Self::Prismatic { axis, .. } => vec![Motion::Along(unit(*axis))],
+            Self::Cylindrical { axis } => vec![Motion::Along(unit(*axis)), Motion::About(unit(*axis))],
+            Self::Universal { axes } => axes.map(|axis| Motion::About(unit(axis))).to_vec(),
+            Self::Planar { normal } => {
+                let [first, second] = across(unit(*normal));
+                vec![Motion::Along(first), Motion::Along(second), Motion::About(unit(*normal))]
+            }
+            Self::Spherical => vec![Motion::AboutAll],
+            Self::Free => {
+                let axis = |i: usize| Motion::Along(std::array::from_fn(|j| f64::from(u8::from(i == j))));
+                vec![axis(0), axis(1), axis(2), Motion::AboutAll]
+            }
+        }
+    }
+
+    /// What acts on its coordinate, if it can have that.
+    pub fn forces(&self) -> Option<&JointForces> {
+        match self {
+            Self::Revolute { forces, .. } | Self::Prismatic { forces, .. } => Some(forces),
+            _ => None,
+        }
+    }
+
+    /// Everything that is wrong with this joint.
+    pub fn validate(&self) -> Result<(), InvalidInput> {
+        let mut check = Checker::new();
+        match self {
+            Self::Weld | Self::Spherical | Self::Free => {}
+            Self::Revolute { axis, forces } | Self::Prismatic { axis, forces } => {
+                check_axis(&mut check, axis, "axis");
+                forces.check(&mut check);
+            }
+            Self::Cylindrical { axis } => _ = check_axis(&mut check, axis, "axis"),
+            Self::Planar { normal } => _ = check_axis(&mut check, normal, "normal"),
+            Self::Universal { axes: [first, second] } => {
+                let first_is_fine = check_axis(&mut check, first, "axis1");
+                let second_is_fine = check_axis(&mut check, second, "axis2");
+                if first_is_fine && second_is_fine {
+                    let across = norm(cross(unit(*first), unit(*second)));
+                    let found = format_args!("{second:?}, parallel to axis1");
+                    check.require(across > SMALLEST_ANGLE, "axis2", found, "an axis across axis1");
+                }
+            }
+        }
+        check.finish()
+    }
+}
+
+fn check_axis(check: &mut Checker, axis: &[f64; 3], place: &str) -> bool {
+    let expected = "a direction: three finite numbers, not all of them zero";
+    check.finite(axis, place)
+        && check.require(norm(*axis) > SHORTEST_AXIS, place, format_args!("{axis:?}"), expected)
+}
+
+/// The directions of a planar joint across its unit normal.
+fn across(normal: [f64; 3]) -> [[f64; 3]; 2] {
+    let less = |direction: [f64; 3]| {
+        let along: f64 = direction.iter().zip(normal).map(|(a, b)| a * b).sum();
+        std::array::from_fn(|i| direction[i] - along * normal[i])
+    };
+    let x: [f64; 3] = less([1.0, 0.0, 0.0]);
+    let first = unit(if norm(x) > NORMAL_IS_X { x } else { less([0.0, 1.0, 0.0]) });
+    [first, cross(normal, first)]
+}
+
+fn norm(v: [f64; 3]) -> f64 {
+    // The largest entry first, so that neither squares nor quotients leave the range of numbers.
+    let largest = v.iter().fold(0.0_f64, |largest, x| largest.max(x.abs()));
+    if largest == 0.0 { 0.0 } else { largest * v.iter().map(|x| (x / largest).powi(2)).sum::<f64>().sqrt() }
+}
+
+fn unit(v: [f64; 3]) -> [f64; 3] {
+    let norm = norm(v);
+    v.map(|x| x / norm)
+}
+
+fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}

@@ -1,0 +1,191 @@
+//! Links and joints as Python describes them: objects with the attributes of `lissom.Link` and the joints' classes.
+
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use super::convert;
+use super::load::PyBody;
+use super::segment::PySegment;
+use crate::error::{Checker, InvalidInput};
+use crate::joint::{Joint, JointForces};
+use crate::robot::{Link, Robot};
+
+/// What stands at a place of an error: `axis` of a joint, or the joint itself.
+fn attribute<'py>(object: &Bound<'py, PyAny>, name: &str) -> PyResult<Bound<'py, PyAny>> {
+    object.getattr(name)
+}
+
+fn array<const N: usize>(object: &Bound<'_, PyAny>, name: &str) -> PyResult<[f64; N]> {
+    convert::array_of(&attribute(object, name)?, name)
+}
+
+fn number(object: &Bound<'_, PyAny>, name: &str) -> PyResult<f64> {
+    convert::number(&attribute(object, name)?)
+        .map_err(|error| PyTypeError::new_err(format!("{name}: {}", error.value(object.py()))))
+}
+
+fn forces(object: &Bound<'_, PyAny>) -> PyResult<JointForces> {
+    let limits = attribute(object, "limits")?;
+    Ok(JointForces {
+        stiffness: number(object, "stiffness")?,
+        rest: number(object, "rest")?,
+        damping: number(object, "damping")?,
+        friction: number(object, "friction")?,
+        friction_velocity: number(object, "friction_velocity")?,
+        limits: if limits.is_none() { None } else { Some(convert::array_of(&limits, "limits")?) },
+        limit_stiffness: number(object, "limit_stiffness")?,
+        limit_dissipation: number(object, "limit_dissipation")?,
+        armature: number(object, "armature")?,
+    })
+}
+
+/// The joint that an object of one of the joints' classes describes.
+fn joint_of(object: &Bound<'_, PyAny>) -> PyResult<Joint> {
+    let kind = object.get_type().name()?.to_string();
+    Ok(match kind.as_str() {
+        "Weld" => Joint::Weld,
+        "Revolute" => Joint::Revolute { axis: array(object, "axis")?, forces: forces(object)? },
+        "Prismatic" => Joint::Prismatic { axis: array(object, "axis")?, forces: forces(object)? },
+        "Cylindrical" => Joint::Cylindrical { axis: array(object, "axis")? },
+        "Universal" => Joint::Universal { axes: [array(object, "axis1")?, array(object, "axis2")?] },
+        "Planar" => Joint::Planar { normal: array(object, "normal")? },
+        "Spherical" => Joint::Spherical,
+        "Free" => Joint::Free,
+        _ => {
+            let expected = "a joint: lissom.Weld, Revolute, Prismatic, Cylindrical, Universal, Planar, Spherical or Free";
+            let found = convert::describe(object);
+            return Err(PyTypeError::new_err(format!("joint: expected {expected}, got {found}")));
+        }
+    })
+}
+
+/// Refuses a joint that makes no sense, with everything that is wrong with it.
+#[pyfunction]
+pub(crate) fn check_joint(joint: &Bound<'_, PyAny>) -> PyResult<()> {
+    Ok(joint_of(joint)?.validate()?)
+}
+
+/// Refuses a link that makes no sense by itself; whether it fits a robot is found out by that.
+#[pyfunction]
+pub(crate) fn check_link(link: &Bound<'_, PyAny>) -> PyResult<()> {
+    Ok(alone(link)?.validate()?)
+}
+
+/// A link without its parent.
+fn alone(object: &Bound<'_, PyAny>) -> PyResult<Link> {
+    let rod = attribute(object, "rod")?;
+    let body = attribute(object, "body")?;
+    let at = attribute(object, "at")?;
+    let mut segments = Vec::new();
+    if !rod.is_none() {
+        let wrong = |found: &Bound<'_, PyAny>| {
+            let found = convert::describe(found);
+            PyTypeError::new_err(format!("rod: expected a sequence of lissom.Segment, got {found}"))
+        };
+        for segment in rod.try_iter().map_err(|_| wrong(&rod))? {
+            let segment = segment?;
+            segments.push(segment.cast::<PySegment>().map_err(|_| wrong(&segment))?.get().0.clone());
+        }
+        if segments.is_empty() {
+            return Err(PyValueError::new_err("rod: got no segments, expected at least one, or None"));
+        }
+    }
+    let body = match body.cast::<PyBody>() {
+        _ if body.is_none() => None,
+        Ok(body) => Some(body.get()),
+        Err(_) => {
+            let found = convert::describe(&body);
+            return Err(PyTypeError::new_err(format!("body: expected lissom.Body or None, got {found}")));
+        }
+    };
+    if body.is_some_and(|body| body.link.is_some()) {
+        return Err(PyValueError::new_err("body.link: got a name, expected none: the body is this link's"));
+    }
+    Ok(Link {
+        name: attribute(object, "name")?
+            .extract()
+            .map_err(|_| PyTypeError::new_err("name: expected a string"))?,
+        parent: None,
+        at: if at.is_none() { None } else { Some(number(object, "at")?) },
+        position: array(object, "position")?,
+        orientation: array(object, "orientation")?,
+        joint: joint_of(&attribute(object, "joint")?)?,
+        rod: segments,
+        body: body.map(|body| body.body.clone()),
+    })
+}
+
+/// The links of a sequence, each with its parent by name.
+pub(super) fn links_of(links: &Bound<'_, PyAny>) -> PyResult<Vec<Link>> {
+    let wrong = |found: &Bound<'_, PyAny>| {
+        let found = convert::describe(found);
+        PyTypeError::new_err(format!("links: expected a sequence of lissom.Link, got {found}"))
+    };
+    let mut found: Vec<Link> = Vec::new();
+    let mut check = Checker::new();
+    for (i, object) in links.try_iter().map_err(|_| wrong(links))?.enumerate() {
+        let object = object?;
+        if object.get_type().name()? != "Link" {
+            return Err(wrong(&object));
+        }
+        let mut link = alone(&object)?;
+        let parent: Option<String> = attribute(&object, "parent")?.extract().map_err(|_| {
+            PyTypeError::new_err(format!("links[{i}].parent: expected the name of a link, or None"))
+        })?;
+        if let Some(parent) = parent {
+            link.parent = found.iter().position(|link| link.name == parent);
+            let place = format!("links[{i}].parent");
+            let expected = "the name of a link that stands before this one";
+            check.require(link.parent.is_some(), &place, format_args!("'{parent}'"), expected);
+        }
+        found.push(link);
+    }
+    check.finish()?;
+    Ok(found)
+}
+
+/// The place of a link among those of a robot; of the only one, if none is named.
+pub(super) fn index_of(robot: &Robot, name: Option<&str>, place: &str) -> Result<usize, InvalidInput> {
+    let names = || robot.links.iter().map(|link| format!("'{}'", link.name)).collect::<Vec<_>>().join(", ");
+    let found = match name {
+        None if robot.links.len() == 1 => return Ok(0),
+        None => "none".to_owned(),
+        Some(name) => match robot.links.iter().position(|link| link.name == name) {
+            Some(link) => return Ok(link),
+            None => format!("'{name}'"),
+        },
+    };
+    Err(InvalidInput::new(place, found, format!("one of the links: {}", names())))
+}
+
+/// The Python object of a joint.
+pub(super) fn joint_out<'py>(py: Python<'py>, joint: &Joint) -> PyResult<Bound<'py, PyAny>> {
+    let arguments = PyDict::new(py);
+    let vector = |v: [f64; 3]| <(f64, f64, f64)>::from(v);
+    match joint {
+        Joint::Weld | Joint::Spherical | Joint::Free => {}
+        Joint::Revolute { axis, .. } | Joint::Prismatic { axis, .. } | Joint::Cylindrical { axis } => {
+            arguments.set_item("axis", vector(*axis))?;
+        }
+        Joint::Universal { axes: [first, second] } => {
+            arguments.set_item("axis1", vector(*first))?;
+            arguments.set_item("axis2", vector(*second))?;
+        }
+        Joint::Planar { normal } => arguments.set_item("normal", vector(*normal))?,
+    }
+    if let Some(forces) = joint.forces() {
+        arguments.set_item("stiffness", forces.stiffness)?;
+        arguments.set_item("rest", forces.rest)?;
+        arguments.set_item("damping", forces.damping)?;
+        arguments.set_item("friction", forces.friction)?;
+        arguments.set_item("friction_velocity", forces.friction_velocity)?;
+        arguments.set_item("limits", forces.limits.map(<(f64, f64)>::from))?;
+        arguments.set_item("limit_stiffness", forces.limit_stiffness)?;
+        arguments.set_item("limit_dissipation", forces.limit_dissipation)?;
+        arguments.set_item("armature", forces.armature)?;
+    }
+    let mut class = joint.name().to_owned();
+    class[..1].make_ascii_uppercase();
+    py.import("lissom")?.getattr(class.as_str())?.call((), Some(&arguments))
+}

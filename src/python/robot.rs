@@ -1,0 +1,753 @@
+//! `lissom.Robot`.
+
+use std::sync::{Mutex, OnceLock, PoisonError};
+
+use numpy::{IntoPyArray, PyArrayMethods};
+use pyo3::PyClass;
+use pyo3::class::{PyTraverseError, PyVisit};
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::pyclass::boolean_struct::True;
+use pyo3::types::{PyDict, PySlice, PyTuple};
+
+use super::base::PyBaseMotion;
+use super::callback::or_raised;
+use super::convert;
+use super::errors::check_finite;
+use super::fluid::PyFluid;
+use super::link::{index_of, links_of};
+use super::load::{PyBody, PyLoad};
+use super::model::{PyModel, check_time, time_of_state};
+use super::segment::PySegment;
+use super::signal::Functions;
+use super::support::PySupport;
+use crate::error::InvalidInput;
+use crate::lie::{Rotation, Vector};
+use crate::linalg::Matrix;
+use crate::model::InTime as _;
+use crate::robot::{Kernel, Multiplications, Place, Pose, Robot, RobotModel};
+
+/// So many poses of the largest rods take some milliseconds.
+const POSES_BETWEEN_SIGNALS: usize = 256;
+
+/// The homogeneous matrix of a pose, row by row.
+fn homogeneous(pose: &Pose) -> [f64; 16] {
+    let Pose { rotation: Rotation { x, y, z }, position: p } = *pose;
+    let rows = [x.x, y.x, z.x, p.x, x.y, y.y, z.y, p.y, x.z, y.z, z.z, p.z];
+    let mut matrix = [0.0; 16];
+    matrix[..12].copy_from_slice(&rows);
+    matrix[15] = 1.0;
+    matrix
+}
+
+/// A moment and a force, or what else comes in two halves, in a row.
+fn flat(halves: [Vector<f64>; 2]) -> Vec<f64> {
+    halves.into_iter().flat_map(Vector::to_array).collect()
+}
+
+/// A robot: links that form a tree, each one a joint followed by a rod or a rigid body, and what acts on them.
+///
+/// Coordinates are ordered link by link as listed; within a link those of the joint, then the strain modes of the rod:
+/// segment by segment, then strain by strain (torsion, bend_y, bend_z, stretch, shear_y, shear_z), then by number of the
+/// mode. Velocities are their derivatives, also of rotation vectors. `Rod` is a robot of one link that is welded to the
+/// world.
+///
+/// Parameters
+/// ----------
+/// links : sequence of Link
+///     Parents before their children, at least one.
+/// gravity : array_like, shape (3,)
+///     In the world, metres per second squared.
+/// loads : sequence of Load
+///     Forces and moments; each one names its link.
+/// bodies : sequence of Body
+///     Further rigid bodies, beside those that links are; each one names its link.
+/// supports : sequence of Support
+///     Springs and dampers to the world; each one names its link.
+/// fluid : Fluid, optional
+///     What surrounds the rods; by default nothing does. Rigid links feel nothing of it.
+/// base_motion : BaseMotion, optional
+///     How all that is fixed to the world moves together, about the frame of the first link's joint; it rests by
+///     default.
+///
+/// Raises
+/// ------
+/// ValueError
+///     Naming every parameter that is out of its range.
+///
+/// Examples
+/// --------
+/// A double pendulum of a rigid and a soft link:
+///
+/// >>> import lissom
+/// >>> soft = lissom.Segment(0.5, 5e-3, 1e7, poisson_ratio=0.5, density=1100, modes={"bend_y": 3})
+/// >>> hinge = lissom.Revolute((0, 1, 0))
+/// >>> robot = lissom.Robot([
+/// ...     lissom.Link("upper", body=lissom.Body(0.2, centre=(0.25, 0, 0)), joint=hinge),
+/// ...     lissom.Link("lower", rod=[soft], joint=hinge, parent="upper", position=(0.5, 0, 0)),
+/// ... ])
+/// >>> robot.coordinates
+/// ('upper.angle', 'lower.angle', 'lower.bend_y[0]', 'lower.bend_y[1]', 'lower.bend_y[2]')
+#[pyclass(name = "Robot", module = "lissom", extends = PyModel, subclass, frozen)]
+pub(crate) struct PyRobot {
+    description: Robot,
+    functions: Functions,
+    // A model of its own for kinematics: that of the base class is only known as a Model.
+    kinematics: Mutex<RobotModel>,
+    // What holds a robot in its plane is known in space alone; compiled when it is asked for.
+    spatial: OnceLock<RobotModel>,
+}
+
+/// States as they are given, each with its name: coordinates, and what is asked for of velocities and accelerations.
+type States<'a, 'py> = [Option<(&'a Bound<'py, PyAny>, &'a str)>; 3];
+
+impl PyRobot {
+    /// What it was made from.
+    pub(crate) fn description(&self) -> &Robot {
+        &self.description
+    }
+
+    /// Python objects with the functions of this robot must still be alive.
+    pub(crate) fn initializer(description: Robot) -> PyResult<PyClassInitializer<Self>> {
+        Python::attach(|py| {
+            let functions = Functions::of_robot(py, &description)?;
+            let (model, kinematics) = py.detach(|| {
+                let model = RobotModel::new(&description)?;
+                let kinematics = Mutex::new(model.clone());
+                Ok::<_, InvalidInput>((PyModel::new(model), kinematics))
+            })?;
+            Ok(PyClassInitializer::from(model).add_subclass(Self {
+                description,
+                functions,
+                kinematics,
+                spatial: OnceLock::new(),
+            }))
+        })
+    }
+
+    /// Refuses a place that is not on a link.
+    fn check_place(&self, link: usize, x: Option<f64>) -> PyResult<()> {
+        let Some(x) = x else { return Ok(()) };
+        let link = &self.description.links[link];
+        let length = link.length();
+        if !link.rod.is_empty() && (0.0..=length).contains(&x) {
+            return Ok(());
+        }
+        Err(PyValueError::new_err(match link.rod.is_empty() {
+            true => format!("X: got {x}, expected None: link '{}' has no rod", link.name),
+            false => format!("X: got {x}, expected an arc length in [0, {length}] (metres)"),
+        }))
+    }
+
+    /// What `of` says of every state, in an array of this shape for each.
+    fn of_states<'py>(
+        &self,
+        states: States<'_, 'py>,
+        t: Option<&Bound<'py, PyAny>>,
+        name: &str,
+        shape: &[usize],
+        of: impl FnMut(&mut RobotModel, [&[f64]; 3]) -> Vec<f64>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let model = self.kinematics.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        let depends_on_time = self.description.is_moved();
+        self.of_states_by(model, states, t, depends_on_time, name, shape, of)
+    }
+
+    /// The same by the model in space, at times where any load varies.
+    fn in_space<'py>(
+        &self,
+        states: States<'_, 'py>,
+        t: Option<&Bound<'py, PyAny>>,
+        name: &str,
+        shape: &[usize],
+        of: impl FnMut(&mut RobotModel, [&[f64]; 3]) -> Vec<f64>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let is_of_forces = states[2].is_some();
+        let depends_on_time =
+            if is_of_forces { self.description.depends_on_time() } else { self.description.is_moved() };
+        self.of_states_by(self.spatial()?, states, t, depends_on_time, name, shape, of)
+    }
+
+    #[allow(clippy::too_many_arguments, reason = "what its two callers share")]
+    fn of_states_by<'py>(
+        &self,
+        mut model: RobotModel,
+        states: States<'_, 'py>,
+        t: Option<&Bound<'py, PyAny>>,
+        depends_on_time: bool,
+        name: &str,
+        shape: &[usize],
+        mut of: impl FnMut(&mut RobotModel, [&[f64]; 3]) -> Vec<f64>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let n = self.description.coordinates();
+        let mut parts: [Vec<f64>; 3] = Default::default();
+        let mut number: Option<Option<usize>> = None;
+        let mut py = None;
+        for (part, given) in parts.iter_mut().zip(states) {
+            let Some((value, place)) = given else { continue };
+            py = Some(value.py());
+            let (rows, number_of_states) = convert::finite_rows_of(value, n, place)?;
+            if *number.get_or_insert(number_of_states) != number_of_states {
+                let found = convert::describe(value);
+                return Err(PyValueError::new_err(format!("{place}: expected the shape of q, got {found}")));
+            }
+            *part = rows;
+        }
+        let (number, py) = (number.flatten(), py.expect("coordinates are always given"));
+        let times = self.times(t, number, depends_on_time)?;
+        let rows = number.unwrap_or(1);
+        let mut values = Vec::new();
+        for row in 0..rows {
+            if row > 0 && row.is_multiple_of(POSES_BETWEEN_SIGNALS) {
+                py.check_signals()?;
+            }
+            or_raised(model.set_time(times[row % times.len()]))?;
+            let state = parts.each_ref().map(|part| part.get(row * n..(row + 1) * n).unwrap_or(&[]));
+            values.extend(of(&mut model, state));
+        }
+        check_finite(&values, name)?;
+        let shape: Vec<usize> = number.into_iter().chain(shape.iter().copied()).collect();
+        Ok(values.into_pyarray(py).reshape(shape)?.into_any())
+    }
+
+    /// The times between which the motion of the base is known.
+    fn span(&self) -> [f64; 2] {
+        self.kinematics.lock().unwrap_or_else(PoisonError::into_inner).time_span()
+    }
+
+    /// A copy of the model in space.
+    fn spatial(&self) -> PyResult<RobotModel> {
+        if let Some(model) = self.spatial.get() {
+            return Ok(model.clone());
+        }
+        let model = RobotModel::spatial(&self.description)?;
+        Ok(self.spatial.get_or_init(|| model).clone())
+    }
+
+    /// The times of so many states, or one for all of them.
+    fn times(
+        &self,
+        t: Option<&Bound<'_, PyAny>>,
+        states: Option<usize>,
+        depends_on_time: bool,
+    ) -> PyResult<Vec<f64>> {
+        let Some(t) = t else {
+            return time_of_state(None, depends_on_time).map(|t| vec![t]);
+        };
+        let (times, is_number) = convert::scalar_or_vector(t, "t")?;
+        if !is_number && Some(times.len()) != states {
+            let expected =
+                states.map_or("a number".to_owned(), |k| format!("a number or {k} times, one a state"));
+            return Err(PyValueError::new_err(format!(
+                "t: expected {expected}, got {}",
+                convert::describe(t)
+            )));
+        }
+        times.iter().try_for_each(|&t| check_time(t, self.span()))?;
+        Ok(times)
+    }
+}
+
+#[pymethods]
+impl PyRobot {
+    #[new]
+    #[pyo3(signature = (links, *, gravity=None, loads=None, bodies=None, supports=None, fluid=None, base_motion=None),
+           text_signature = "(links, *, gravity=(0, 0, -9.81), loads=(), bodies=(), supports=(), fluid=None, base_motion=None)")]
+    #[allow(clippy::too_many_arguments, reason = "the signature of the Python class")]
+    fn new(
+        links: &Bound<'_, PyAny>,
+        gravity: Option<&Bound<'_, PyAny>>,
+        loads: Option<&Bound<'_, PyAny>>,
+        bodies: Option<&Bound<'_, PyAny>>,
+        supports: Option<&Bound<'_, PyAny>>,
+        fluid: Option<&Bound<'_, PyFluid>>,
+        base_motion: Option<&Bound<'_, PyBaseMotion>>,
+    ) -> PyResult<PyClassInitializer<Self>> {
+        let mut robot = Robot::new(links_of(links)?);
+        if let Some(gravity) = gravity {
+            robot.gravity = convert::array_of(gravity, "gravity")?;
+        }
+        let on =
+            |link: Option<&str>, what: &str, i: usize| index_of(&robot, link, &format!("{what}[{i}].link"));
+        let (mut all_loads, mut all_bodies, mut all_supports) = (Vec::new(), Vec::new(), Vec::new());
+        if let Some(loads) = loads {
+            for (i, (load, link)) in instances(loads, "loads", |load: &PyLoad| {
+                (load.load().clone(), load.link().map(str::to_owned))
+            })?
+            .into_iter()
+            .enumerate()
+            {
+                let link = on(link.as_deref(), "loads", i)?;
+                all_loads.push(crate::load::Load { link, ..load });
+            }
+        }
+        if let Some(bodies) = bodies {
+            for (i, PyBody { body, link }) in
+                instances(bodies, "bodies", PyBody::clone)?.into_iter().enumerate()
+            {
+                let link = on(link.as_deref(), "bodies", i)?;
+                all_bodies.push(crate::body::Body { link, ..body });
+            }
+        }
+        if let Some(supports) = supports {
+            for (i, PySupport { support, link }) in
+                instances(supports, "supports", PySupport::clone)?.into_iter().enumerate()
+            {
+                let link = on(link.as_deref(), "supports", i)?;
+                all_supports.push(crate::support::Support { link, ..support });
+            }
+        }
+        (robot.loads, robot.bodies, robot.supports) = (all_loads, all_bodies, all_supports);
+        robot.fluid = fluid.map(|fluid| fluid.get().0.clone());
+        robot.base_motion = base_motion.map(|motion| motion.get().motion().clone());
+        Self::initializer(robot)
+    }
+
+    /// The links, parents before their children.
+    #[getter]
+    fn links<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        let class = py.import("lissom")?.getattr("Link")?;
+        let links = self.description.links.iter().map(|link| {
+            let arguments = PyDict::new(py);
+            if !link.rod.is_empty() {
+                let rod = PyTuple::new(py, link.rod.iter().cloned().map(PySegment))?;
+                arguments.set_item("rod", rod)?;
+            }
+            arguments.set_item("body", link.body.clone().map(|body| PyBody { body, link: None }))?;
+            arguments.set_item("joint", super::link::joint_out(py, &link.joint)?)?;
+            arguments.set_item("parent", link.parent.map(|parent| &self.description.links[parent].name))?;
+            arguments.set_item("at", link.at)?;
+            arguments.set_item("position", <(f64, f64, f64)>::from(link.position))?;
+            arguments.set_item("orientation", <(f64, f64, f64, f64)>::from(link.orientation))?;
+            class.call((&link.name,), Some(&arguments))
+        });
+        PyTuple::new(py, links.collect::<PyResult<Vec<_>>>()?)
+    }
+
+    /// A name for every coordinate: the link's, a dot, and that of the coordinate within the link.
+    #[getter]
+    fn coordinates<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        PyTuple::new(py, self.description.coordinate_names())
+    }
+
+    /// The coordinates of a link among all: ``q[robot.slice("left")]``.
+    ///
+    /// Parameters
+    /// ----------
+    /// link : str
+    ///     Its name.
+    ///
+    /// Returns
+    /// -------
+    /// slice
+    fn slice<'py>(&self, py: Python<'py>, link: &str) -> PyResult<Bound<'py, PySlice>> {
+        let range = self.description.coordinates_of(index_of(&self.description, Some(link), "link")?);
+        Ok(PySlice::new(py, range.start.cast_signed(), range.end.cast_signed(), 1))
+    }
+
+    /// Gravity in the world, metres per second squared.
+    #[getter]
+    fn gravity(&self) -> (f64, f64, f64) {
+        self.description.gravity.into()
+    }
+
+    /// The loads.
+    #[getter]
+    fn loads<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        let loads = self.description.loads.iter().map(|load| PyLoad::of(py, load, self.name_of(load.link)));
+        PyTuple::new(py, loads.collect::<PyResult<Vec<_>>>()?)
+    }
+
+    /// Further rigid bodies.
+    #[getter]
+    fn bodies<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        PyTuple::new(
+            py,
+            self.description
+                .bodies
+                .iter()
+                .map(|body| PyBody { body: body.clone(), link: self.name_of(body.link) }),
+        )
+    }
+
+    /// Springs and dampers to the world.
+    #[getter]
+    pub(super) fn supports<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        PyTuple::new(
+            py,
+            self.description.supports.iter().map(|support| {
+                let link = self.name_of(support.link);
+                PySupport { support: support.clone(), link }
+            }),
+        )
+    }
+
+    /// What surrounds the rod, or None.
+    #[getter]
+    pub(super) fn fluid(&self) -> Option<PyFluid> {
+        self.description.fluid.clone().map(PyFluid)
+    }
+
+    /// How the base moves; None where it rests.
+    #[getter]
+    pub(super) fn base_motion(&self, py: Python<'_>) -> PyResult<Option<PyBaseMotion>> {
+        self.description.base_motion.as_ref().map(|motion| PyBaseMotion::of(py, motion)).transpose()
+    }
+
+    /// Number of quadrature nodes of each segment.
+    #[getter]
+    fn nodes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        let kinematics = self.kinematics.lock().unwrap_or_else(PoisonError::into_inner);
+        PyTuple::new(py, kinematics.nodes())
+    }
+
+    /// What the robot is computed by: "planar" where its joints, modes and reference strains keep it in one plane, else "spatial".
+    #[getter]
+    fn kernel(&self) -> &'static str {
+        match self.kinematics.lock().unwrap_or_else(PoisonError::into_inner).kernel() {
+            Kernel::Planar => "planar",
+            Kernel::Spatial => "spatial",
+        }
+    }
+
+    /// Multiplications of doubles that one evaluation takes, by what is evaluated.
+    ///
+    /// ``"residual"``: inverse dynamics; ``"tangent"``: the Jacobian of an implicit step, where the residual is
+    /// known; ``"mass_matrix"``: where the shape is known; ``"factorisation"`` (LU) and ``"solution"`` of a step's
+    /// linear system. A multiply-add counts as one.
+    #[getter]
+    fn multiplications<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let kinematics = self.kinematics.lock().unwrap_or_else(PoisonError::into_inner);
+        let Multiplications { residual, tangent, mass_matrix, factorisation, solution } =
+            kinematics.multiplications();
+        let counts = PyDict::new(py);
+        counts.set_item("residual", residual)?;
+        counts.set_item("tangent", tangent)?;
+        counts.set_item("mass_matrix", mass_matrix)?;
+        counts.set_item("factorisation", factorisation)?;
+        counts.set_item("solution", solution)?;
+        Ok(counts)
+    }
+
+    /// What is computed for this robot, what is skipped because it has no part in it, and why, and how many multiplications
+    /// the evaluations take; to be printed.
+    fn explain(&self) -> String {
+        self.kinematics.lock().unwrap_or_else(PoisonError::into_inner).explanation().to_string()
+    }
+
+    /// Poses of sections or bodies.
+    ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (n,) or (k, n)
+    ///     Coordinates, or those of k states.
+    /// X : float or array_like, shape (m,), optional
+    ///     Arc lengths of the link's unstretched rod, 0 <= X <= length, metres; by default its tip. None for a rigid link.
+    /// link : str, optional
+    ///     Which link; may be left out where there is one.
+    /// t : float or array_like, shape (k,), optional
+    ///     The time, or those of k states, seconds; needed where the base moves.
+    ///
+    /// Returns
+    /// -------
+    /// pose : ndarray, shape (4, 4) for a number, (m, 4, 4) for an array; (k, 4, 4) and (k, m, 4, 4) for k states
+    ///     Homogeneous transformations from body to world: ``pose[..., :3, :3]`` has the body axes as columns,
+    ///     ``pose[..., :3, 3]`` is the position in metres.
+    #[pyo3(signature = (q, X=None, *, link=None, t=None))]
+    #[allow(non_snake_case, reason = "X is the arc length of the unstretched rod everywhere in this field")]
+    fn pose<'py>(
+        &self,
+        q: &Bound<'py, PyAny>,
+        X: Option<&Bound<'py, PyAny>>,
+        link: Option<&str>,
+        t: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let py = q.py();
+        let n = self.description.coordinates();
+        let (states, number_of_states) = convert::finite_rows_of(q, n, "q")?;
+        let link = index_of(&self.description, link, "link")?;
+        let (places, is_number) = match X {
+            Some(X) => {
+                let (places, is_number) = convert::scalar_or_vector(X, "X")?;
+                (places.into_iter().map(Some).collect(), is_number)
+            }
+            None => (vec![None], true),
+        };
+        places.iter().try_for_each(|&x| self.check_place(link, x))?;
+        let rows = number_of_states.unwrap_or(1);
+        let times = self.times(t, number_of_states, self.description.is_moved())?;
+        let shape: Vec<usize> =
+            number_of_states.into_iter().chain((!is_number).then_some(places.len())).chain([4, 4]).collect();
+        // Locked without the interpreter, and for one place or pose at a time: signal handlers may ask this very robot.
+        let model = || self.kinematics.lock().unwrap_or_else(PoisonError::into_inner);
+        let answer_signals = |done: usize| {
+            let is_time = done > 0 && done.is_multiple_of(POSES_BETWEEN_SIGNALS);
+            if is_time { Python::attach(|py| py.check_signals()) } else { Ok(()) }
+        };
+        let poses = py.detach(|| {
+            // Functions of time may ask it while they are called.
+            let mut moving = self.description.base_motion.is_some().then(|| model().clone());
+            let places = places
+                .into_iter()
+                .enumerate()
+                .map(|(i, x)| answer_signals(i).map(|()| model().place_on(link, x)))
+                .collect::<PyResult<Vec<Place>>>()?;
+            let mut poses = Vec::with_capacity(16 * rows * places.len());
+            for row in 0..rows {
+                let q = &states[row * n..(row + 1) * n];
+                if let Some(moving) = &mut moving {
+                    or_raised(moving.set_time(times[row % times.len()]))?;
+                }
+                for place in &places {
+                    answer_signals(poses.len() / 16)?;
+                    let pose = match &mut moving {
+                        Some(moving) => moving.pose_at(q, place),
+                        None => model().pose_at(q, place),
+                    };
+                    poses.extend(homogeneous(&pose));
+                }
+            }
+            Ok::<_, PyErr>(poses)
+        })?;
+        check_finite(&poses, "pose")?;
+        Ok(poses.into_pyarray(py).reshape(shape)?.into_any())
+    }
+
+    /// Jacobian of the pose of a section or body.
+    ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (n,) or (k, n)
+    ///     Coordinates, or those of k states.
+    /// X : float, optional
+    ///     Arc length of the link's unstretched rod from its base, metres; by default its tip.
+    /// link : str, optional
+    ///     Which link; may be left out where there is one.
+    /// t : float or array_like, shape (k,), optional
+    ///     The time of the state, or those of k states, seconds; needed where the base moves.
+    ///
+    /// Returns
+    /// -------
+    /// jacobian : ndarray, shape (6, n) or (k, 6, n)
+    ///     ``jacobian @ qd`` is the angular velocity of the section at X and the velocity of its centre, in world axes, on a base
+    ///     that does not move (else `velocity` adds that of the base);
+    ///     ``jacobian.T @ wrench`` are the generalised forces of a moment and a force that act there.
+    #[pyo3(signature = (q, X=None, *, link=None, t=None))]
+    #[allow(non_snake_case, reason = "X is the arc length of the unstretched rod everywhere in this field")]
+    fn jacobian<'py>(
+        &self,
+        q: &Bound<'py, PyAny>,
+        #[pyo3(from_py_with = convert::optional_number)] X: Option<f64>,
+        link: Option<&str>,
+        t: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let link = index_of(&self.description, link, "link")?;
+        self.check_place(link, X)?;
+        let n = self.description.coordinates();
+        let place = self.kinematics.lock().unwrap_or_else(PoisonError::into_inner).place_on(link, X);
+        let mut jacobian = Matrix::zeros(6, n);
+        self.of_states([Some((q, "q")), None, None], t, "jacobian", &[6, n], |model, [q, ..]| {
+            model.jacobian_at(q, &place, &mut jacobian);
+            jacobian.transpose().as_slice().to_vec()
+        })
+    }
+
+    /// Velocity of a section or body.
+    ///
+    /// Parameters
+    /// ----------
+    /// q, qd : array_like, shape (n,) or (k, n)
+    ///     Coordinates and velocities, or those of k states.
+    /// X : float, optional
+    ///     Arc length of the link's unstretched rod from its base, metres; by default its tip.
+    /// link : str, optional
+    ///     Which link; may be left out where there is one.
+    /// t : float or array_like, shape (k,), optional
+    ///     The time of the state, or those of k states, seconds; needed where the base moves.
+    ///
+    /// Returns
+    /// -------
+    /// velocity : ndarray, shape (6,) or (k, 6)
+    ///     Angular velocity of the section at X, rad/s, and velocity of its centre, m/s, in world axes, with those of the base.
+    #[pyo3(signature = (q, qd, X=None, *, link=None, t=None))]
+    #[allow(non_snake_case, reason = "X is the arc length of the unstretched rod everywhere in this field")]
+    fn velocity<'py>(
+        &self,
+        q: &Bound<'py, PyAny>,
+        qd: &Bound<'py, PyAny>,
+        #[pyo3(from_py_with = convert::optional_number)] X: Option<f64>,
+        link: Option<&str>,
+        t: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let link = index_of(&self.description, link, "link")?;
+        self.check_place(link, X)?;
+        let place = self.kinematics.lock().unwrap_or_else(PoisonError::into_inner).place_on(link, X);
+        self.of_states([Some((q, "q")), Some((qd, "qd")), None], t, "velocity", &[6], |model, [q, qd, _]| {
+            flat(model.velocity_at(q, qd, &place))
+        })
+    }
+
+    /// Centre of mass of all rods and bodies.
+    ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (n,) or (k, n)
+    ///     Coordinates, or those of k states.
+    /// t : float or array_like, shape (k,), optional
+    ///     The time of the state, or those of k states, seconds; needed where the base moves.
+    ///
+    /// Returns
+    /// -------
+    /// centre : ndarray, shape (3,) or (k, 3)
+    ///     Position in the world, metres.
+    #[pyo3(signature = (q, *, t=None))]
+    fn centre_of_mass<'py>(
+        &self,
+        q: &Bound<'py, PyAny>,
+        t: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let zeros = vec![0.0; self.description.coordinates()];
+        self.in_space([Some((q, "q")), None, None], t, "centre_of_mass", &[3], |model, [q, ..]| {
+            let momentum = model.momentum(q, &zeros);
+            (momentum.first_moment * (1.0 / momentum.mass)).to_array().to_vec()
+        })
+    }
+
+    /// Linear and angular momentum of all rods and bodies.
+    ///
+    /// Parameters
+    /// ----------
+    /// q, qd : array_like, shape (n,) or (k, n)
+    ///     Coordinates and velocities, or those of k states.
+    /// t : float or array_like, shape (k,), optional
+    ///     The time of the state, or those of k states, seconds; needed where the base moves.
+    ///
+    /// Returns
+    /// -------
+    /// momentum : ndarray, shape (6,) or (k, 6)
+    ///     Angular momentum about the origin of the world, kg m^2/s, and linear momentum, kg m/s, in world axes.
+    #[pyo3(signature = (q, qd, *, t=None))]
+    fn momentum<'py>(
+        &self,
+        q: &Bound<'py, PyAny>,
+        qd: &Bound<'py, PyAny>,
+        t: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        self.in_space([Some((q, "q")), Some((qd, "qd")), None], t, "momentum", &[6], |model, [q, qd, _]| {
+            let momentum = model.momentum(q, qd);
+            flat([momentum.angular, momentum.linear])
+        })
+    }
+
+    /// Moment and force that a link gets through its joint in a motion, from its parent or the world.
+    ///
+    /// Parameters
+    /// ----------
+    /// q, qd, qdd : array_like, shape (n,) or (k, n)
+    ///     Coordinates, velocities and accelerations, or those of k states.
+    /// link : str, optional
+    ///     Which link; may be left out where there is one.
+    /// t : float or array_like, shape (k,), optional
+    ///     The time of the state, or those of k states, seconds; needed where loads vary or the base moves.
+    ///
+    /// Returns
+    /// -------
+    /// wrench : ndarray, shape (6,) or (k, 6)
+    ///     Moment about the origin of the joint's frame, newton metres, and force, newtons, in world axes.
+    #[pyo3(signature = (q, qd, qdd, *, link=None, t=None))]
+    fn joint_wrench<'py>(
+        &self,
+        q: &Bound<'py, PyAny>,
+        qd: &Bound<'py, PyAny>,
+        qdd: &Bound<'py, PyAny>,
+        link: Option<&str>,
+        t: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let link = index_of(&self.description, link, "link")?;
+        let states = [Some((q, "q")), Some((qd, "qd")), Some((qdd, "qdd"))];
+        self.in_space(states, t, "joint_wrench", &[6], |model, [q, qd, qdd]| {
+            flat(model.joint_wrench(q, qd, qdd, link))
+        })
+    }
+
+    /// Moment and force that the base exerts on the robot in a motion.
+    ///
+    /// Parameters
+    /// ----------
+    /// q, qd, qdd : array_like, shape (n,) or (k, n)
+    ///     Coordinates, velocities and accelerations, or those of k states.
+    /// t : float or array_like, shape (k,), optional
+    ///     The time of the state, or those of k states, seconds; needed where loads vary or the base moves.
+    ///
+    /// Returns
+    /// -------
+    /// wrench : ndarray, shape (6,) or (k, 6)
+    ///     Moment about the base, newton metres, and force, newtons, in world axes.
+    #[pyo3(signature = (q, qd, qdd, *, t=None))]
+    fn base_wrench<'py>(
+        &self,
+        q: &Bound<'py, PyAny>,
+        qd: &Bound<'py, PyAny>,
+        qdd: &Bound<'py, PyAny>,
+        t: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let states = [Some((q, "q")), Some((qd, "qd")), Some((qdd, "qdd"))];
+        self.in_space(states, t, "base_wrench", &[6], |model, [q, qd, qdd]| {
+            flat(model.base_wrench(q, qd, qdd))
+        })
+    }
+
+    fn __repr__(&self) -> String {
+        let links = self.description.links.len();
+        let plural = if links == 1 { "" } else { "s" };
+        format!("<lissom.Robot of {links} link{plural}, n = {}>", self.description.coordinates())
+    }
+
+    /// For copies and pickles.
+    fn __getnewargs_ex__<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<((Bound<'py, PyTuple>,), Bound<'py, PyDict>)> {
+        let arguments = PyDict::new(py);
+        arguments.set_item("gravity", self.gravity())?;
+        arguments.set_item("loads", self.loads(py)?)?;
+        arguments.set_item("bodies", self.bodies(py)?)?;
+        arguments.set_item("supports", self.supports(py)?)?;
+        arguments.set_item("fluid", self.fluid())?;
+        arguments.set_item("base_motion", self.base_motion(py)?)?;
+        Ok(((self.links(py)?,), arguments))
+    }
+
+    fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
+        self.functions.traverse(&visit)
+    }
+}
+
+impl PyRobot {
+    /// The name of a link as loads say it; none where there is but one.
+    fn name_of(&self, link: usize) -> Option<String> {
+        let links = &self.description.links;
+        (links.len() > 1).then(|| links[link].name.clone())
+    }
+}
+
+/// What `core` makes of the instances of a class of ours in a sequence.
+pub(super) fn instances<C: PyClass<Frozen = True> + Sync, T>(
+    value: &Bound<'_, PyAny>,
+    name: &str,
+    core: impl Fn(&C) -> T,
+) -> PyResult<Vec<T>> {
+    let wrong = |found: &Bound<'_, PyAny>| {
+        PyTypeError::new_err(format!(
+            "{name}: expected a sequence of lissom.{}, got {}",
+            C::NAME,
+            convert::describe(found)
+        ))
+    };
+    let mut instances = Vec::new();
+    for item in value.try_iter().map_err(|_| wrong(value))? {
+        let item = item?;
+        instances.push(core(item.cast::<C>().map_err(|_| wrong(&item))?.get()));
+    }
+    Ok(instances)
+}

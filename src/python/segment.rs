@@ -1,0 +1,403 @@
+//! `lissom.Segment`.
+
+use numpy::PyArray2;
+use pyo3::IntoPyObjectExt;
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyTuple};
+
+use super::convert;
+use super::profile;
+use super::section::{self, PySection};
+use crate::error::Checker;
+use crate::rod::{
+    self, Basis, STRAIN_NAMES, STRAINS, Section, SectionProperties, Segment, Shape, ShearCorrection,
+};
+
+/// A piece of rod with one kind of section.
+///
+/// Parameters
+/// ----------
+/// length : float
+///     Metres.
+/// radius : float or (float, float) or table or callable or Profile, optional
+///     Radius of a circular section in metres: one number, radii at the segment's base and tip, or a function of the arc length X
+///     as `reference_strain` takes it. Either this or `section`.
+/// young_modulus, shear_modulus : float, optional
+///     E and G in pascals, with Poisson's ratio E/(2G) - 1 in (-1, 0.5]. Needed unless the section is given; in place of the
+///     shear modulus there may be `poisson_ratio`.
+/// density : float, optional
+///     Kilograms per cubic metre. Needed unless the section is given.
+/// modes : dict of str to int
+///     Number of modes of each strain: keys ``"torsion"``, ``"bend_y"``, ``"bend_z"``, ``"stretch"``,
+///     ``"shear_y"``, ``"shear_z"``; what is not named has none and keeps its reference strain.
+/// retardation_time : float
+///     Kelvin-Voigt damping is this time, in seconds, times the stiffness.
+/// reference_strain : array_like, shape (6,), or table or callable or Profile
+///     Strain free of stress: torsion, bend_y, bend_z (radians per metre), stretch, shear_y, shear_z. A table is a pair of
+///     stations (arc lengths from 0 to `length`, metres) and values, shape (m, 6), interpolated without overshoot; a callable is
+///     given the arc length from the segment's base. See `Profile`.
+/// shear_correction : float, (float, float) or 'cowper'
+///     Factor of the shear stiffness G A, factors for shear along y and along z, or those of Cowper (1966) for the shape and
+///     Poisson's ratio.
+/// nodes : int, optional
+///     Quadrature nodes, rounded up to a multiple of four; by default what the modes need for bends up to about half a turn.
+/// basis : {'legendre', 'chebyshev', 'monomial', 'piecewise_constant', 'hermite'}
+///     What the modes are, as functions of x = X / length: Legendre or Chebyshev polynomials of 2 x - 1, powers of x, one on
+///     each of so many equal pieces, or cubics with value and slope (times the distance of the knots) at equally spaced knots, two
+///     modes a knot. In the last two all strains have the same number of modes, or none.
+/// section : Section, optional
+///     A section of another shape, or one of given stiffness and inertia.
+/// poisson_ratio : float, optional
+///     Poisson's ratio nu in (-1, 0.5], instead of the shear modulus: G = E/(2 (1 + nu)).
+///
+/// Raises
+/// ------
+/// ValueError
+///     Naming every parameter that is out of its range.
+#[pyclass(name = "Segment", module = "lissom", frozen, eq)]
+#[derive(Clone, PartialEq)]
+pub(crate) struct PySegment(pub(crate) Segment);
+
+/// The shear modulus of a material, from the one of it and Poisson's ratio that is given.
+fn shear_modulus_of(
+    young_modulus: Option<f64>,
+    shear_modulus: Option<f64>,
+    poisson_ratio: Option<f64>,
+    check: &mut Checker,
+) -> Option<f64> {
+    match (shear_modulus, poisson_ratio) {
+        (Some(_), Some(_)) => {
+            check.require(false, "poisson_ratio", "both poisson_ratio and shear_modulus", "one of them");
+        }
+        (None, None) => {
+            let expected = "one of them, unless the section is given";
+            check.require(false, "shear_modulus", "neither shear_modulus nor poisson_ratio", expected);
+        }
+        (Some(modulus), None) => return Some(modulus),
+        (None, Some(ratio)) => {
+            // A Young's modulus that makes no sense is refused for itself.
+            let young_modulus = young_modulus.filter(|modulus| *modulus > 0.0).unwrap_or(1.0);
+            let found = rod::shear_modulus(young_modulus, ratio);
+            let modulus = found.as_ref().ok().copied();
+            check.all(found.map(|_| ()));
+            return modulus;
+        }
+    }
+    None
+}
+
+#[pymethods]
+impl PySegment {
+    #[new]
+    #[pyo3(signature = (length, radius=None, young_modulus=None, shear_modulus=None, density=None, modes=None, retardation_time=0.0, reference_strain=None, shear_correction=None, nodes=None, *, basis="legendre", section=None, poisson_ratio=None),
+           text_signature = "(length, radius=None, young_modulus=None, shear_modulus=None, density=None, modes=None, retardation_time=0.0, reference_strain=(0, 0, 0, 1, 0, 0), shear_correction=1.0, nodes=None, *, basis='legendre', section=None, poisson_ratio=None)")]
+    #[allow(clippy::too_many_arguments, reason = "the signature of the Python class")]
+    fn new(
+        #[pyo3(from_py_with = convert::number)] length: f64,
+        radius: Option<&Bound<'_, PyAny>>,
+        #[pyo3(from_py_with = convert::optional_number)] young_modulus: Option<f64>,
+        #[pyo3(from_py_with = convert::optional_number)] shear_modulus: Option<f64>,
+        #[pyo3(from_py_with = convert::optional_number)] density: Option<f64>,
+        modes: Option<&Bound<'_, PyDict>>,
+        #[pyo3(from_py_with = convert::number)] retardation_time: f64,
+        reference_strain: Option<&Bound<'_, PyAny>>,
+        shear_correction: Option<&Bound<'_, PyAny>>,
+        nodes: Option<i64>,
+        basis: &str,
+        section: Option<&PySection>,
+        #[pyo3(from_py_with = convert::optional_number)] poisson_ratio: Option<f64>,
+    ) -> PyResult<Self> {
+        let basis = Basis::named(basis).ok_or_else(|| {
+            let names = Basis::ALL.map(Basis::name);
+            PyValueError::new_err(format!("basis: got '{basis}', expected one of {names:?}"))
+        })?;
+        let mut check = Checker::new();
+        let section = match (radius, section) {
+            (Some(radius), None) => {
+                Section::Shape(Shape::Circle { radius: section::size(radius, Some(length), "radius")? })
+            }
+            (None, Some(PySection { section, length: over })) => {
+                if let Some(over) = *over {
+                    let expected = format!("one for the segment's length, {length} m");
+                    check.require(over == length, "section", format_args!("one for {over} m"), &expected);
+                }
+                section.clone()
+            }
+            (radius, _) => {
+                let found =
+                    if radius.is_some() { "both radius and section" } else { "neither radius nor section" };
+                check.require(false, "radius", found, "one of them");
+                Section::circle([1.0; 2])
+            }
+        };
+        let shear_modulus = match section {
+            Section::Given(_) => {
+                let found = poisson_ratio.unwrap_or_default();
+                let expected = "nothing: a given section has all that it needs";
+                check.require(poisson_ratio.is_none(), "poisson_ratio", found, expected);
+                shear_modulus
+            }
+            Section::Shape(_) => {
+                let expected = "a number, unless the section is given";
+                check.require(young_modulus.is_some(), "young_modulus", "none", expected);
+                let found = shear_modulus_of(young_modulus, shear_modulus, poisson_ratio, &mut check);
+                check.require(density.is_some(), "density", "none", expected);
+                found
+            }
+        };
+        let expected = "a dict such as {'bend_y': 3}";
+        check.require(modes.is_some(), "modes", "none", expected);
+        check.finish()?;
+        let [young_modulus, shear_modulus, density] =
+            [young_modulus, shear_modulus, density].map(Option::unwrap_or_default);
+        let mut segment = Segment {
+            section,
+            modes: modes.map_or(Ok([0; STRAINS]), mode_numbers)?,
+            basis,
+            retardation_time,
+            nodes: nodes.map(|nodes| convert::count(nodes, "nodes")).transpose()?,
+            ..Segment::straight(length, 0.0, young_modulus, shear_modulus, density)
+        };
+        if let Some(strain) = reference_strain {
+            segment.reference_strain = profile::profile(strain, &[STRAINS], length, "reference_strain")?;
+        }
+        if let Some(correction) = shear_correction {
+            segment.shear_correction = section::shear_correction(correction)?;
+        }
+        segment.validate()?;
+        Ok(Self(segment))
+    }
+
+    /// Length in metres.
+    #[getter]
+    fn length(&self) -> f64 {
+        self.0.length
+    }
+
+    /// Radius of a circular section at the base and at the tip, in metres, or a Profile; None for other sections.
+    #[getter]
+    fn radius<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
+        match &self.0.section {
+            Section::Shape(Shape::Circle { radius }) => {
+                section::size_out(py, radius, self.0.length).map(Some)
+            }
+            _ => Ok(None),
+        }
+    }
+
+    /// What it looks like across.
+    #[getter]
+    fn section(&self) -> PySection {
+        PySection::of(&self.0)
+    }
+
+    /// Young's modulus in pascals; None where the section is given.
+    #[getter]
+    fn young_modulus(&self) -> Option<f64> {
+        self.of_material(self.0.young_modulus)
+    }
+
+    /// Shear modulus in pascals; None where the section is given.
+    #[getter]
+    fn shear_modulus(&self) -> Option<f64> {
+        self.of_material(self.0.shear_modulus)
+    }
+
+    /// Poisson's ratio E/(2G) - 1; None where the section is given.
+    #[getter]
+    fn poisson_ratio(&self) -> Option<f64> {
+        self.of_material(self.0.poisson_ratio())
+    }
+
+    /// Density in kilograms per cubic metre; None where the section is given.
+    #[getter]
+    fn density(&self) -> Option<f64> {
+        self.of_material(self.0.density)
+    }
+
+    /// Number of modes of each strain that has any.
+    #[getter]
+    fn modes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let modes = PyDict::new(py);
+        for (name, number) in STRAIN_NAMES.iter().zip(self.0.modes).filter(|(_, number)| *number > 0) {
+            modes.set_item(name, number)?;
+        }
+        Ok(modes)
+    }
+
+    /// Kelvin-Voigt retardation time in seconds.
+    #[getter]
+    fn retardation_time(&self) -> f64 {
+        self.0.retardation_time
+    }
+
+    /// What the modes are: 'legendre', 'chebyshev', 'monomial', 'piecewise_constant' or 'hermite'.
+    #[getter]
+    fn basis(&self) -> &'static str {
+        self.0.basis.name()
+    }
+
+    /// Strain free of stress: torsion, bend_y, bend_z, stretch, shear_y, shear_z; a Profile where it varies.
+    #[getter]
+    fn reference_strain<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let profile = &self.0.reference_strain;
+        match profile.constant() {
+            Some(strain) => Ok(PyTuple::new(py, strain)?.into_any()),
+            None => profile::to_python(profile, &[STRAINS], self.0.length).into_bound_py_any(py),
+        }
+    }
+
+    /// Factor of the shear stiffness G A, factors for y and for z, or 'cowper'.
+    #[getter]
+    fn shear_correction<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        section::shear_correction_out(py, self.0.shear_correction)
+    }
+
+    /// Quadrature nodes asked for; None for what the modes need. `Rod.nodes` tells what is used.
+    #[getter]
+    fn nodes(&self) -> Option<usize> {
+        self.0.nodes
+    }
+
+    /// Stiffness per length of the strains at arc length X from the segment's base.
+    ///
+    /// Parameters
+    /// ----------
+    /// X : float
+    ///     Metres, from 0 to the segment's length.
+    ///
+    /// Returns
+    /// -------
+    /// numpy.ndarray, shape (6, 6)
+    ///     In the order torsion, bend_y, bend_z, stretch, shear_y, shear_z; of shapes diagonal.
+    #[pyo3(signature = (X=0.0))]
+    #[allow(non_snake_case, reason = "arc length is X everywhere")]
+    fn stiffness<'py>(
+        &self,
+        py: Python<'py>,
+        #[pyo3(from_py_with = convert::number)] X: f64,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        section::rows(py, &self.properties(X)?.stiffness)
+    }
+
+    /// Inertia per length at arc length X from the segment's base.
+    ///
+    /// Parameters
+    /// ----------
+    /// X : float
+    ///     Metres, from 0 to the segment's length.
+    ///
+    /// Returns
+    /// -------
+    /// numpy.ndarray, shape (6, 6)
+    ///     Takes a twist (angular velocity, velocity of the rod's axis) to the momentum per length (angular about the axis, linear),
+    ///     all in the section's axes.
+    #[pyo3(signature = (X=0.0))]
+    #[allow(non_snake_case, reason = "arc length is X everywhere")]
+    fn inertia<'py>(
+        &self,
+        py: Python<'py>,
+        #[pyo3(from_py_with = convert::number)] X: f64,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        section::rows(py, &self.properties(X)?.inertia_matrix())
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        let Segment { length, section, modes, retardation_time, nodes, .. } = &self.0;
+        let modes: Vec<String> = STRAIN_NAMES
+            .iter()
+            .zip(modes)
+            .filter(|(_, number)| **number > 0)
+            .map(|(name, number)| format!("'{name}': {number}"))
+            .collect();
+        let strain = match self.0.reference_strain.constant() {
+            Some([a, b, c, d, e, f]) => format!("({a:?}, {b:?}, {c:?}, {d:?}, {e:?}, {f:?})"),
+            None => self.reference_strain(py)?.repr()?.to_string(),
+        };
+        let mut arguments = vec![format!("length={length:?}")];
+        match section {
+            Section::Shape(Shape::Circle { radius }) => {
+                let radius = section::size_out(py, radius, *length)?;
+                arguments.push(format!("radius={}", radius.repr()?));
+            }
+            _ => arguments.push(format!("section={}", self.section().__repr__())),
+        }
+        if let Section::Shape(_) = section {
+            let Segment { young_modulus, shear_modulus, density, .. } = &self.0;
+            arguments.push(format!(
+                "young_modulus={young_modulus:?}, shear_modulus={shear_modulus:?}, density={density:?}"
+            ));
+        }
+        arguments.push(format!("modes={{{}}}, retardation_time={retardation_time:?}", modes.join(", ")));
+        arguments.push(format!("reference_strain={strain}"));
+        arguments.push(match self.0.shear_correction {
+            ShearCorrection::Cowper => "shear_correction='cowper'".to_owned(),
+            ShearCorrection::Factors(factors) => section::pair("shear_correction", factors),
+        });
+        arguments.push(format!("nodes={}", nodes.map_or("None".to_owned(), |nodes| nodes.to_string())));
+        arguments.push(format!("basis='{}'", self.basis()));
+        Ok(format!("Segment({})", arguments.join(", ")))
+    }
+
+    /// For copies and pickles.
+    fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> PyResult<((), Bound<'py, PyDict>)> {
+        let arguments = PyDict::new(py);
+        arguments.set_item("length", self.0.length)?;
+        match self.radius(py)? {
+            Some(radius) => arguments.set_item("radius", radius)?,
+            None => arguments.set_item("section", self.section())?,
+        }
+        arguments.set_item("young_modulus", self.young_modulus())?;
+        arguments.set_item("shear_modulus", self.shear_modulus())?;
+        arguments.set_item("density", self.density())?;
+        arguments.set_item("modes", self.modes(py)?)?;
+        arguments.set_item("retardation_time", self.0.retardation_time)?;
+        arguments.set_item("reference_strain", self.reference_strain(py)?)?;
+        arguments.set_item("shear_correction", self.shear_correction(py)?)?;
+        arguments.set_item("nodes", self.0.nodes)?;
+        arguments.set_item("basis", self.basis())?;
+        Ok(((), arguments))
+    }
+}
+
+impl PySegment {
+    /// What belongs to a material: nothing where the section is given.
+    fn of_material(&self, value: f64) -> Option<f64> {
+        matches!(self.0.section, Section::Shape(_)).then_some(value)
+    }
+
+    fn properties(&self, at: f64) -> PyResult<SectionProperties> {
+        let length = self.0.length;
+        if (0.0..=length).contains(&at) {
+            return Ok(SectionProperties::at(&self.0, at / length));
+        }
+        Err(PyValueError::new_err(format!("X: got {at}, expected an arc length from 0 to {length} (metres)")))
+    }
+}
+
+fn mode_numbers(modes: &Bound<'_, PyDict>) -> PyResult<[usize; STRAINS]> {
+    let mut numbers = [0; STRAINS];
+    let mut check = Checker::new();
+    for (key, value) in modes {
+        let name = key.str()?.to_string();
+        let Some(index) = STRAIN_NAMES.iter().position(|&known| known == name) else {
+            check.require(
+                false,
+                "modes",
+                format_args!("the key '{name}'"),
+                &format!("keys among {STRAIN_NAMES:?}"),
+            );
+            continue;
+        };
+        match value.extract::<usize>() {
+            Ok(number) => numbers[index] = number,
+            Err(_) => {
+                let found = value.repr()?;
+                check.require(false, &format!("modes['{name}']"), found, "a whole number >= 0");
+            }
+        }
+    }
+    check.finish()?;
+    Ok(numbers)
+}

@@ -1,0 +1,145 @@
+//! The links of a robot made into pieces of a plan that hang together.
+
+use super::{joint, piece};
+use crate::lie::{Quaternion, Vector};
+use crate::robot::description::{Link, Robot};
+use crate::robot::plan::link::LinkPlan;
+use crate::robot::plan::piece::PiecePlan;
+use crate::robot::plan::point::Place;
+use crate::robot::plan::tree::{Joined, Weld};
+use crate::robot::turning::Turning;
+use crate::robot::turning::place;
+use crate::rod::piece as part;
+
+/// Pieces, and how they hang together.
+pub(crate) struct Tree<G: Turning> {
+    frame: G::Frame,
+    pub(crate) pieces: Vec<PiecePlan<G>>,
+    pub(crate) links: Vec<LinkPlan>,
+    /// The pieces that end at the stations; none at the first one, and at places inside pieces.
+    ending: Vec<Option<usize>>,
+    /// Places inside pieces where others are attached, with their stations.
+    pub(crate) attachments: Vec<(Place, usize)>,
+    pub(crate) n: usize,
+    pub(crate) packs: usize,
+    pub(crate) hinges: usize,
+}
+
+/// Where the next piece begins: at a station, or fixed to it.
+struct Start<G: Turning> {
+    station: usize,
+    weld: Option<(G::Orientation, G::Vector<f64>)>,
+}
+
+impl<G: Turning> Tree<G> {
+    /// That of a valid robot, in the frame of its first link's joint.
+    pub(crate) fn of(robot: &Robot, frame: G::Frame) -> Self {
+        let mut tree = Self {
+            frame,
+            pieces: Vec::new(),
+            links: Vec::with_capacity(robot.links.len()),
+            ending: vec![None],
+            attachments: Vec::new(),
+            n: 0,
+            packs: 0,
+            hinges: 0,
+        };
+        for link in &robot.links {
+            let start = tree.start(link, &robot.links[0]);
+            tree.add(link, start);
+        }
+        tree
+    }
+
+    pub(crate) fn stations(&self) -> usize {
+        self.ending.len()
+    }
+
+    /// Where a link is attached.
+    fn start(&mut self, link: &Link, root: &Link) -> Start<G> {
+        let mut orientation = Quaternion::from_array(link.orientation);
+        let mut position = Vector::from(link.position);
+        let station = match link.parent {
+            Some(parent) => self.station_on(parent, link.at),
+            None => {
+                let of_root = Quaternion::from_array(root.orientation);
+                let back = Quaternion { v: -of_root.v, ..of_root };
+                position = of_root.rotation().apply_transposed(position - Vector::from(root.position));
+                orientation = back.times(orientation);
+                0
+            }
+        };
+        let is_first = self.links.is_empty();
+        let is_moved = position != Vector::zero() || orientation.v != Vector::zero();
+        let weld = (is_moved && !is_first)
+            .then(|| (G::orientation_of(self.frame, orientation), G::vector_of(self.frame, position)));
+        Start { station, weld }
+    }
+
+    /// The station of a place on a link.
+    fn station_on(&mut self, link: usize, at: Option<f64>) -> usize {
+        let LinkPlan { rod, base, .. } = &self.links[link];
+        let (Some(x), false) = (at, rod.is_empty()) else {
+            let last = if rod.is_empty() { *base } else { rod.end - 1 };
+            return self.pieces[last].joined.end;
+        };
+        let place = place::at_arc_length(&self.pieces, rod.clone(), x);
+        if place.x >= 1.0 {
+            return self.pieces[place.piece].joined.end;
+        }
+        let is_there = |(other, _): &&(Place, usize)| (other.piece, other.x) == (place.piece, place.x);
+        if let Some((_, station)) = self.attachments.iter().find(is_there) {
+            return *station;
+        }
+        self.ending.push(None);
+        let station = self.ending.len() - 1;
+        self.attachments.push((place, station));
+        station
+    }
+
+    fn add(&mut self, link: &Link, mut start: Start<G>) {
+        let before = self.pieces.len();
+        for motion in link.joint.motions() {
+            let joined = self.join(&mut start);
+            let counts = [self.n, self.packs, self.hinges];
+            self.push(joint::moving(motion, self.frame, link.joint.forces(), joined, counts));
+        }
+        let begin = self.pieces.len();
+        for part in link.rod.iter().flat_map(part::of) {
+            let joined = self.join(&mut start);
+            self.push(piece::plan(part, self.frame, joined, self.n, self.packs));
+        }
+        let rod = begin..self.pieces.len();
+        if rod.is_empty() && (start.weld.is_some() || self.ending[start.station].is_none()) {
+            let joined = self.join(&mut start);
+            self.push(joint::rigid(joined, self.n, self.packs));
+        }
+        let base = self.ending[start.station].unwrap_or(0);
+        self.links.push(LinkPlan {
+            first: if before < self.pieces.len() { before } else { base },
+            rod,
+            base,
+        });
+    }
+
+    /// The stations of the next piece, behind which the one after it starts.
+    fn join(&mut self, start: &mut Start<G>) -> Joined<G> {
+        let mut begin = start.station;
+        let mut weld = None;
+        if let Some((orientation, position)) = start.weld.take() {
+            weld = Some(Weld { to: begin, orientation, position });
+            self.ending.push(None);
+            begin = self.ending.len() - 1;
+        }
+        self.ending.push(Some(self.pieces.len()));
+        start.station = self.ending.len() - 1;
+        Joined { weld, ..Joined::between(begin, start.station) }
+    }
+
+    fn push(&mut self, piece: PiecePlan<G>) {
+        self.n += piece.n;
+        self.packs += piece.packs;
+        self.hinges += usize::from(piece.hinge.is_some());
+        self.pieces.push(piece);
+    }
+}

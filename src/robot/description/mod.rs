@@ -1,0 +1,10 @@
+//! What a robot is, in plain data: a tree of links, and what acts on them. A rod is a robot of one link that is welded
+//! to the world.
+
+mod link;
+mod robot;
+mod rod;
+
+pub use link::Link;
+pub use robot::{MAX_COORDINATES, Robot};
+pub use rod::Rod;

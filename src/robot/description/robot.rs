@@ -1,0 +1,366 @@
+//! A robot, in plain data: a tree of links, and what acts on them.
+
+use super::link::Link;
+use super::rod::Rod;
+use crate::body::Body;
+use crate::error::{Checker, InvalidInput, Number};
+use crate::joint::Joint;
+use crate::load::{Extent, Load};
+use crate::rod::{Section, Segment};
+use crate::support::Support;
+use crate::world::{BaseMotion, Fluid};
+
+/// Most numbers in the integration matrices of a robot, the squares of the numbers of nodes: 1 GiB in two matrices.
+const MAX_INTEGRATION: f64 = (1u64 << 26) as f64;
+
+/// Most generalised coordinates of a robot: its dense Jacobian then takes 128 MiB.
+pub const MAX_COORDINATES: usize = 4096;
+
+/// A robot: links that form a tree, each one behind its parent, and what acts on them.
+///
+/// Coordinates are ordered link by link as listed; within a link those of the joint, then the modes of the rod, segment
+/// by segment.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Robot {
+    /// The links, parents before their children.
+    pub links: Vec<Link>,
+    /// How all that is fixed to the world moves, about the frame of the first link's joint; it rests if `None`.
+    pub base_motion: Option<BaseMotion>,
+    /// Gravity in the world, in m/s^2.
+    pub gravity: [f64; 3],
+    /// Loads on the links.
+    pub loads: Vec<Load>,
+    /// Rigid bodies on the links, beside those that links are.
+    pub bodies: Vec<Body>,
+    /// Springs and dampers between links and the world.
+    pub supports: Vec<Support>,
+    /// The fluid around the rods.
+    pub fluid: Option<Fluid>,
+}
+
+impl Robot {
+    /// These links under standard gravity along -z.
+    pub fn new(links: Vec<Link>) -> Self {
+        Self {
+            links,
+            base_motion: None,
+            gravity: [0.0, 0.0, -9.81],
+            loads: Vec::new(),
+            bodies: Vec::new(),
+            supports: Vec::new(),
+            fluid: None,
+        }
+    }
+
+    /// Number of generalised coordinates.
+    pub fn coordinates(&self) -> usize {
+        self.links.iter().map(Link::coordinates).sum()
+    }
+
+    /// A name for every coordinate: that of the link, a dot, and that within the link.
+    pub fn coordinate_names(&self) -> Vec<String> {
+        let of_link = |link: &Link| {
+            let name = link.name.clone();
+            link.coordinate_names().into_iter().map(move |of_link| format!("{name}.{of_link}"))
+        };
+        self.links.iter().flat_map(of_link).collect()
+    }
+
+    /// The coordinates of a link.
+    pub fn coordinates_of(&self, link: usize) -> std::ops::Range<usize> {
+        let first = self.links[..link].iter().map(Link::coordinates).sum();
+        first..first + self.links[link].coordinates()
+    }
+
+    /// The first coordinates of the rotation vectors of joints.
+    pub fn rotation_vectors(&self) -> Vec<usize> {
+        let of_link = |(i, link): (usize, &Link)| {
+            let first = self.coordinates_of(i).start;
+            match link.joint {
+                Joint::Spherical => Some(first),
+                Joint::Free => Some(first + 3),
+                _ => None,
+            }
+        };
+        self.links.iter().enumerate().filter_map(of_link).collect()
+    }
+
+    /// All segments, link by link.
+    pub fn segments(&self) -> impl Iterator<Item = &Segment> {
+        self.links.iter().flat_map(|link| &link.rod)
+    }
+
+    /// The same, to be changed.
+    pub fn segments_mut(&mut self) -> impl Iterator<Item = &mut Segment> {
+        self.links.iter_mut().flat_map(|link| &mut link.rod)
+    }
+
+    /// The first coordinate of a segment, counted link by link.
+    pub(crate) fn first_coordinate(&self, segment: usize) -> usize {
+        let (mut first, mut before) = (0, 0);
+        for link in &self.links {
+            first += link.joint.coordinates().len();
+            let own = &link.rod[..link.rod.len().min(segment - before)];
+            first += own.iter().map(Segment::coordinates).sum::<usize>();
+            before += own.len();
+            if before == segment && own.len() < link.rod.len() {
+                break;
+            }
+        }
+        first
+    }
+
+    /// Whether it is a single rod that is welded to the world.
+    pub fn is_rod(&self) -> bool {
+        let [link] = &self.links[..] else { return false };
+        link.joint == Joint::Weld && link.body.is_none() && !link.rod.is_empty()
+    }
+
+    /// The loads that are not zero.
+    pub(crate) fn acting_loads(&self) -> impl Iterator<Item = &Load> {
+        self.loads.iter().filter(|load| !load.force.is_zero() || !load.moment.is_zero())
+    }
+
+    /// All bodies that are not zero: those that links are and then the others.
+    pub(crate) fn all_bodies(&self) -> impl Iterator<Item = Body> {
+        let of_link = |(i, link): (usize, &Link)| link.body.clone().map(|body| Body { link: i, ..body });
+        let is_body = |body: &Body| body.mass != 0.0 || body.inertia != [[0.0; 3]; 3];
+        self.links.iter().enumerate().filter_map(of_link).chain(self.bodies.iter().cloned()).filter(is_body)
+    }
+
+    /// The same links with nothing on them but their supports: what they answer to deformation with.
+    pub(crate) fn unloaded(&self) -> Self {
+        let links = self.links.iter().map(|link| Link { body: None, ..link.clone() }).collect();
+        Self { gravity: [0.0; 3], supports: self.supports.clone(), ..Self::new(links) }
+    }
+
+    /// How far its links reach from the world when all of them are stretched out, in metres; one, where they do not.
+    pub fn length(&self) -> f64 {
+        let size = |v: [f64; 3]| v.into_iter().map(|x| x * x).sum::<f64>().sqrt();
+        let mut reach = Vec::with_capacity(self.links.len());
+        for link in &self.links {
+            let start = link.parent.map_or(0.0, |parent| reach[parent] + size(link.position));
+            let of_body = link.body.as_ref().map_or(0.0, |body| size(body.centre));
+            reach.push(start + link.length().max(of_body));
+        }
+        let longest = reach.into_iter().fold(0.0, f64::max);
+        if longest > 0.0 { longest } else { 1.0 }
+    }
+
+    /// How far a step from `t` may go that cannot pass over a part of its loads and of the motion of its base unseen
+    /// ([`crate::signal::Signal::horizon`]).
+    pub fn horizon(&self, t: f64) -> f64 {
+        let of_base = self.base_motion.iter().map(|motion| motion.horizon(t));
+        self.loads.iter().map(|load| load.horizon(t)).chain(of_base).fold(f64::INFINITY, f64::min)
+    }
+
+    /// The shortest period of its loads and of the motion of its base, in seconds; infinite where nothing oscillates.
+    pub fn shortest_period(&self) -> f64 {
+        let of_base = self.base_motion.iter().map(BaseMotion::period);
+        self.loads.iter().map(Load::period).chain(of_base).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Whether where it is depends on time by itself: its base moves.
+    pub fn is_moved(&self) -> bool {
+        self.base_motion.as_ref().is_some_and(|motion| !motion.is_constant())
+    }
+
+    /// Whether anything of it depends on time by itself.
+    pub fn depends_on_time(&self) -> bool {
+        self.is_moved() || self.loads.iter().any(Load::varies_in_time)
+    }
+
+    /// The first of its loads that is not finite at a time, in words.
+    pub(crate) fn not_finite(&self, t: f64) -> Option<String> {
+        let of_load = |(i, load): (usize, &Load)| {
+            let signals = [("force", &load.force), ("moment", &load.moment)];
+            let (name, value) = signals.into_iter().find_map(|(name, signal)| {
+                let value = signal.at(t).ok()?.into_iter().find(|x| !x.is_finite())?;
+                Some((name, value))
+            })?;
+            Some(format!("loads[{i}].{name} is {value} at t = {}", Number(t)))
+        };
+        self.loads.iter().enumerate().find_map(of_load)
+    }
+
+    /// Everything that is wrong with this robot, its links and what acts on them.
+    pub fn validate(&self) -> Result<(), InvalidInput> {
+        let mut check = Checker::new();
+        check.require(!self.links.is_empty(), "links", "none", "at least one link");
+        for (i, link) in self.links.iter().enumerate() {
+            let place = format!("links[{i}]");
+            check.nested(&place, link.validate());
+            self.check_place_in_tree(&mut check, i, &place);
+        }
+        if check.is_ok() {
+            self.check_size(&mut check);
+            self.check_masses(&mut check);
+        }
+        check_surroundings(&mut check, self.base_motion.as_ref(), self.gravity);
+        for (i, load) in self.loads.iter().enumerate() {
+            let has_place = load.extent != Extent::Tip;
+            self.check_on_link(&mut check, &format!("loads[{i}]"), load.link, has_place, |x| {
+                load.validate(x)
+            });
+        }
+        for (i, body) in self.bodies.iter().enumerate() {
+            let place = format!("bodies[{i}]");
+            self.check_on_link(&mut check, &place, body.link, body.at.is_some(), |x| body.validate(x));
+        }
+        for (i, support) in self.supports.iter().enumerate() {
+            let place = format!("supports[{i}]");
+            self.check_on_link(&mut check, &place, support.link, support.at.is_some(), |x| {
+                support.validate(x)
+            });
+        }
+        if let Some(fluid) = &self.fluid {
+            check.nested("fluid", fluid.validate());
+            let is_given = |segment: &Segment| matches!(segment.section, Section::Given(_));
+            let given = self.links.iter().find(|link| link.rod.iter().any(is_given));
+            check.require(
+                given.is_none(),
+                "fluid",
+                format_args!(
+                    "a fluid around link \"{}\", which has a given section",
+                    given.map_or("", |link| &link.name)
+                ),
+                "sections with an outline that a fluid can flow around",
+            );
+        }
+        check.finish()
+    }
+
+    /// Notes what is wrong with the name of a link and with where it hangs.
+    fn check_place_in_tree(&self, check: &mut Checker, i: usize, place: &str) {
+        let link = &self.links[i];
+        let name = format!("{place}.name");
+        check.require(!link.name.is_empty(), &name, "\"\"", "a name");
+        let is_new = self.links[..i].iter().all(|other| other.name != link.name);
+        check.require(is_new, &name, format_args!("\"{}\", which another link has", link.name), "a new name");
+        let Some(parent) = link.parent else {
+            let expected = "none: `at` is an arc length of the parent's rod, and this link has no parent";
+            check.require(link.at.is_none(), &format!("{place}.at"), link.at.unwrap_or(0.0), expected);
+            return;
+        };
+        if !check.require(
+            parent < i,
+            &format!("{place}.parent"),
+            format_args!("link {parent}"),
+            &format!("a link that stands before this one, which is {i}"),
+        ) {
+            return;
+        }
+        let (Some(at), parent) = (link.at, &self.links[parent]) else { return };
+        let place = format!("{place}.at");
+        if parent.rod.is_empty() {
+            let found = format_args!("{at} on \"{}\", which has no rod", parent.name);
+            check.require(false, &place, found, "none: the link is attached to the parent's body");
+        } else {
+            crate::load::check_place(check, at, &place, parent.length());
+        }
+    }
+
+    /// Notes what is wrong with something that is on a link, by itself and there.
+    fn check_on_link(
+        &self,
+        check: &mut Checker,
+        place: &str,
+        link: usize,
+        has_place: bool,
+        validate: impl Fn(f64) -> Result<(), InvalidInput>,
+    ) {
+        let Some(link) = self.links.get(link) else {
+            let expected = format!("a link, 0 to {}", self.links.len().saturating_sub(1));
+            check.require(false, &format!("{place}.link"), link, &expected);
+            return;
+        };
+        if has_place && link.rod.is_empty() {
+            let found = format_args!("a place on \"{}\", which has no rod", link.name);
+            check.require(false, &format!("{place}.at"), found, "none: it is at the base of the link");
+            return;
+        }
+        check.nested(place, validate(link.length()));
+    }
+
+    fn check_size(&self, check: &mut Checker) {
+        let n = self.coordinates();
+        check.require(
+            n <= MAX_COORDINATES,
+            "links",
+            format_args!("{n} coordinates in all"),
+            &format!("at most {MAX_COORDINATES} coordinates in all links together"),
+        );
+        check_integration(check, "links", self.segments());
+    }
+
+    /// Notes joints that move nothing with a mass.
+    fn check_masses(&self, check: &mut Checker) {
+        let mut has_mass: Vec<bool> = self.links.iter().map(|link| !link.rod.is_empty()).collect();
+        for body in self.all_bodies() {
+            if let Some(has_mass) = has_mass.get_mut(body.link) {
+                *has_mass = true;
+            }
+        }
+        for (i, link) in self.links.iter().enumerate().rev() {
+            let has_armature = link.joint.forces().is_some_and(|forces| forces.armature > 0.0);
+            if let (false, false, Some(coordinate)) =
+                (has_mass[i], has_armature, link.joint.coordinates().first())
+            {
+                check.require(
+                    false,
+                    &format!("links[{i}].joint"),
+                    format_args!("a joint of \"{}\" with no mass behind it", link.name),
+                    &format!("a rod or a body on this link or on one behind it, that `{coordinate}` moves"),
+                );
+            }
+            if let (Some(parent), true) = (link.parent, has_mass[i]) {
+                has_mass[parent] = true;
+            }
+        }
+    }
+}
+
+/// Notes integration matrices of segments that are too large.
+pub(super) fn check_integration<'a>(
+    check: &mut Checker,
+    place: &str,
+    segments: impl Iterator<Item = &'a Segment>,
+) {
+    let numbers: f64 = segments.map(Segment::integration).sum();
+    check.require(
+        numbers <= MAX_INTEGRATION,
+        place,
+        format_args!("{:.1} GB of integration matrices", numbers * 16e-9),
+        "fewer quadrature nodes: their square in each segment counts",
+    );
+}
+
+/// Notes what is wrong with the motion of a base and with gravity.
+pub(super) fn check_surroundings(check: &mut Checker, motion: Option<&BaseMotion>, gravity: [f64; 3]) {
+    if let Some(motion) = motion {
+        check.nested("base_motion", motion.validate());
+    }
+    check.finite(&gravity, "gravity");
+}
+
+impl From<&Rod> for Robot {
+    /// A rod as the link of a robot, the loads and the mass at the tip that have names of their own behind the others.
+    fn from(rod: &Rod) -> Self {
+        let link = Link {
+            position: rod.base_position,
+            orientation: rod.base_orientation,
+            rod: rod.segments.clone(),
+            ..Link::new("rod")
+        };
+        let tip = Load { force: rod.tip_force.into(), moment: rod.tip_moment.into(), ..Load::at_tip() };
+        Self {
+            links: vec![link],
+            base_motion: rod.base_motion.clone(),
+            gravity: rod.gravity,
+            loads: rod.loads.iter().cloned().chain([tip]).collect(),
+            bodies: rod.bodies.iter().cloned().chain([Body::point(rod.tip_mass)]).collect(),
+            supports: rod.supports.clone(),
+            fluid: rod.fluid.clone(),
+        }
+    }
+}

@@ -1,0 +1,98 @@
+//! What acts on the coordinate of a joint: spring, dampers, stops, and the inertia of what turns with it alone.
+//!
+//! Unlike other effects it is no wrench at a place but a force on a coordinate, and knows nothing but that coordinate.
+
+use crate::joint::JointForces;
+use crate::model::Energy;
+use crate::robot::plan::Plan;
+use crate::robot::turning::Turning;
+
+/// The force that a motion (q, qd, qdd) of the coordinate needs against them.
+#[inline(always)]
+pub(crate) fn act(forces: &JointForces, [q, qd, qdd]: [f64; 3]) -> f64 {
+    at_rest(forces, q) + dissipative(forces, q, qd) + forces.armature * qdd
+}
+
+/// The part of it that has a potential: of the spring and the stops.
+#[inline(always)]
+pub(crate) fn at_rest(forces: &JointForces, q: f64) -> f64 {
+    forces.stiffness * (q - forces.rest) + forces.limit_stiffness * beyond(forces, q)
+}
+
+/// The derivative of [`at_rest`].
+#[inline(always)]
+pub(crate) fn stiffness(forces: &JointForces, q: f64) -> f64 {
+    let is_beyond = beyond(forces, q) != 0.0;
+    forces.stiffness + if is_beyond { forces.limit_stiffness } else { 0.0 }
+}
+
+/// The part that takes power out of the motion.
+#[inline(always)]
+fn dissipative(forces: &JointForces, q: f64, qd: f64) -> f64 {
+    let JointForces { damping, friction, friction_velocity, .. } = *forces;
+    damping * qd + friction * qd / qd.hypot(friction_velocity) + of_stop(forces, q, qd)
+}
+
+/// How far the coordinate is beyond a limit, signed.
+#[inline(always)]
+fn beyond(forces: &JointForces, q: f64) -> f64 {
+    let Some([lower, upper]) = forces.limits else { return 0.0 };
+    (q - upper).max(0.0) + (q - lower).min(0.0)
+}
+
+/// What the dissipation of a stop adds to its spring: it never pulls.
+#[inline(always)]
+fn of_stop(forces: &JointForces, q: f64, qd: f64) -> f64 {
+    let beyond = beyond(forces, q);
+    let rate = forces.limit_dissipation * if beyond < 0.0 { -qd } else { qd };
+    forces.limit_stiffness * beyond * rate.max(-1.0)
+}
+
+/// `w_q d/dq + w_v d/dqd + w_a d/dqdd` of [`act`].
+#[inline(always)]
+pub(crate) fn tangent(forces: &JointForces, [q, qd]: [f64; 2], [w_q, w_v, w_a]: [f64; 3]) -> f64 {
+    let JointForces { damping, friction, friction_velocity, limit_stiffness, limit_dissipation, .. } =
+        *forces;
+    let beyond = beyond(forces, q);
+    let side = if beyond < 0.0 { -1.0 } else { 1.0 };
+    let rate = limit_dissipation * side * qd;
+    let size = qd.hypot(friction_velocity);
+    let mut of_velocity = damping + friction * friction_velocity * friction_velocity / (size * size * size);
+    let mut of_place = stiffness(forces, q);
+    if beyond != 0.0 {
+        of_place += limit_stiffness * rate.max(-1.0);
+        if rate > -1.0 {
+            of_velocity += limit_stiffness * beyond * limit_dissipation * side;
+        }
+    }
+    w_q * of_place + w_v * of_velocity + w_a * forces.armature
+}
+
+/// The hinges on which anything acts, by their coordinates.
+pub(crate) fn all<G: Turning>(plan: &Plan<G>) -> impl Iterator<Item = (usize, &JointForces)> {
+    let hinges = plan.pieces.iter().filter_map(|piece| Some((piece.first, piece.hinge.as_ref()?)));
+    hinges.filter_map(|(k, hinge)| Some((k, hinge.forces.as_ref()?)))
+}
+
+/// Whether any of them takes power out of motion.
+pub(crate) fn dissipate<G: Turning>(plan: &Plan<G>) -> bool {
+    let dissipates = |forces: &JointForces| {
+        let of_stops = forces.limit_stiffness * forces.limit_dissipation;
+        [forces.damping, forces.friction, of_stops].into_iter().any(|x| x > 0.0)
+    };
+    all(plan).any(|(_, forces)| dissipates(forces))
+}
+
+/// Adds their energies.
+pub(crate) fn add_energy<G: Turning>(plan: &Plan<G>, [q, qd]: [&[f64]; 2], energy: &mut Energy) {
+    for (k, forces) in all(plan) {
+        let (turn, beyond) = (q[k] - forces.rest, beyond(forces, q[k]));
+        energy.elastic += 0.5 * (forces.stiffness * turn * turn + forces.limit_stiffness * beyond * beyond);
+        energy.kinetic += 0.5 * forces.armature * qd[k] * qd[k];
+    }
+}
+
+/// Power that they take out of the motion.
+pub(crate) fn dissipated_power<G: Turning>(plan: &Plan<G>, [q, qd]: [&[f64]; 2]) -> f64 {
+    all(plan).map(|(k, forces)| dissipative(forces, q[k], qd[k]) * qd[k]).sum()
+}

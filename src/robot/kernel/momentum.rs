@@ -1,0 +1,56 @@
+//! Mass, centre of mass and momentum of all that moves.
+
+use crate::lie::{Cross, Lanes, Vector, VectorSpace, Wrench};
+use crate::robot::plan::Plan;
+use crate::robot::plan::material::Moments;
+use crate::robot::state::Workspace;
+use crate::robot::turning::Turning;
+
+/// How much mass there is, where, and how it moves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Momentum {
+    /// Kilograms.
+    pub mass: f64,
+    /// Mass times the position of its centre, kg m.
+    pub first_moment: Vector<f64>,
+    /// kg m/s.
+    pub linear: Vector<f64>,
+    /// About the origin of the world, kg m^2/s.
+    pub angular: Vector<f64>,
+}
+
+/// In world axes, the motion up to date; of a planar robot what lies in its plane.
+pub(crate) fn momentum<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> Momentum {
+    let (mut mass, mut first, mut sum) = (0.0, G::Vector::<f64>::zero(), Wrench::<G, f64>::zero());
+    for piece in &plan.pieces {
+        for pack in 0..piece.packs {
+            let node = piece.first_pack + pack;
+            let weight = piece.weights[pack];
+            mass += (piece.mass[pack] * weight).sum();
+            let mut moment = work.position[node] * (piece.mass[pack] * weight);
+            if let Moments::General(sections) = &piece.moments {
+                moment += G::rotate(&work.rotation[node], sections[pack].first_moment) * weight;
+            }
+            first += G::map_vector(&moment, |pack: &G::Pack| pack.sum());
+            sum += (work.momentum[node] * weight).sum();
+        }
+    }
+    for point in &work.points {
+        mass += point.inertia.mass;
+        first += point.inertia.first_moment;
+        sum += point.momentum;
+    }
+    // The frame's own velocity, which the sweeps leave out.
+    let velocity = work.surroundings.velocity;
+    let angular = sum.moment + first.cross(velocity);
+    let linear = sum.force + velocity * mass;
+    let base = &work.surroundings.base;
+    let [first, linear] = [first, linear].map(|v| base.rotation.apply(G::in_space(plan.frame, v)));
+    let angular = base.rotation.apply(G::axial_in_space(plan.frame, angular));
+    Momentum {
+        mass,
+        first_moment: first + base.position * mass,
+        linear,
+        angular: angular + base.position.cross(linear),
+    }
+}

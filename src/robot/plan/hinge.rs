@@ -1,0 +1,16 @@
+//! A joint of one coordinate, compiled: what lies behind it moves along one twist.
+
+use super::space::Space;
+use crate::joint::JointForces;
+use crate::lie::Twist;
+
+/// A joint of one coordinate.
+#[derive(Clone, Debug)]
+pub(crate) struct Hinge<G: Space> {
+    /// The unit twist of what lies behind it, in the axes of the place before it: a turn or a shift.
+    pub(crate) twist: Twist<G, f64>,
+    /// What acts on its coordinate, if anything does.
+    pub(crate) forces: Option<JointForces>,
+    /// Its place among all hinges.
+    pub(crate) index: usize,
+}

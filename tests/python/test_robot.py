@@ -1,0 +1,98 @@
+"""`lissom.Robot` against the NumPy reference, which shares no formula with it."""
+
+import json
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from numpy.testing import assert_allclose
+
+import lissom
+from reference.random_robots import random_states, robots, seeds
+from reference.robot import build
+from reference.robot_table import PATH
+
+TABLE = json.loads(PATH.read_text(encoding="utf-8"))["robots"]
+few = settings(max_examples=10)
+
+
+def fine(description):
+    """The robot with so many nodes that its rods are exact to rounding, as those of the reference are."""
+    links = [
+        link | {"rod": [segment | {"nodes": 32} for segment in link["rod"]]} if "rod" in link else link
+        for link in description["links"]
+    ]
+    return build(description | {"links": links}, lissom)
+
+
+def assert_close(actual, desired, tolerance=1e-9):
+    """Relative to the largest value: entries may vanish."""
+    assert_allclose(actual, desired, rtol=0, atol=tolerance * max(1e-6, np.abs(desired).max(initial=0)))
+
+
+@pytest.mark.parametrize("row", TABLE, ids=lambda row: row["name"])
+def test_values_are_those_of_the_table(row):
+    robot = fine(row["description"])
+    assert robot.n == row["n"] == len(robot.coordinates)
+    for state in row["states"]:
+        q, v, a = (np.array(state[key]) for key in "qva")
+        assert_close(robot.inverse_dynamics(q, v, a), state["tau"])
+        assert_close(robot.mass_matrix(q), state["mass_matrix"])
+        energy = robot.energy(q, v)
+        assert_close([energy.kinetic, energy.elastic, energy.gravitational, energy.loads], state["energy"])
+        momentum = robot.momentum(q, v)
+        assert_close(momentum, np.append(state["angular_momentum"], state["momentum"]))
+        for name, link in state["links"].items():
+            places = {None: link} if "pose" in link else link
+            for X, value in places.items():
+                X = None if X is None else float(X)
+                assert_close(robot.pose(q, X, link=name), value["pose"])
+                assert_close(robot.velocity(q, v, X, link=name), value["velocity"])
+
+
+@few
+@given(robots(), seeds)
+def test_random_robots_move_as_the_reference_says(description, seed):
+    reference, robot = build(description), fine(description)
+    assert robot.n == reference.n
+    q, v, a = random_states(reference, seed)
+    tau = reference.inverse_dynamics(q, v, a)
+    assert_close(robot.inverse_dynamics(q, v, a), tau)
+    mass = reference.mass_matrix(q)
+    assert_close(robot.mass_matrix(q), mass)
+    assert_close(robot.centre_of_mass(q), reference.centre_of_mass(q))
+    for link in reference.links:
+        X = None if link.rod is None else 0.4 * reference.length(link.name)
+        assert_close(robot.pose(q, X, link=link.name), reference.pose(q, X, link=link.name))
+
+
+@few
+@given(robots(), seeds)
+def test_tangents_of_random_robots_are_the_derivatives(description, seed):
+    reference, robot = build(description), build(description, lissom)
+    q, v, a = random_states(reference, seed)
+    n = robot.n
+    step = 1e-6
+    for part, tangent in enumerate(robot.tangent(q, v, a)):
+        differences = np.empty((n, n))
+        for k in range(n):
+            shift = np.zeros((3, n))
+            shift[part, k] = step
+            differences[:, k] = (
+                robot.inverse_dynamics(*(np.array([q, v, a]) + shift))
+                - robot.inverse_dynamics(*(np.array([q, v, a]) - shift))
+            ) / (2 * step)
+        assert_close(tangent, differences, 1e-6)
+
+
+@few
+@given(robots(), seeds)
+def test_velocities_are_the_jacobian_times_the_rates(description, seed):
+    reference, robot = build(description), build(description, lissom)
+    q, v, _ = random_states(reference, seed)
+    for link in robot.links:
+        jacobian = robot.jacobian(q, link=link.name)
+        assert_close(jacobian @ v, robot.velocity(q, v, link=link.name))
+        both = robot.jacobian([q, q], link=link.name)
+        assert both.shape == (2, 6, robot.n)
+        assert_allclose(both[1], jacobian, rtol=0, atol=0)
