@@ -201,6 +201,13 @@ impl System for PySystem {
         self.n
     }
 
+    fn wrap(&mut self, y: &mut [f64], dydt: &mut [f64]) -> bool {
+        match &mut self.rhs {
+            RightHandSide::Native(system, _) => system.wrap(y, dydt),
+            _ => false,
+        }
+    }
+
     fn rhs(&mut self, t: f64, y: &[f64], dydt: &mut [f64]) -> Result<(), Interrupted> {
         if matches!(self.rhs, RightHandSide::Compiled(_) | RightHandSide::Native(..)) {
             self.look_for_signals()?;

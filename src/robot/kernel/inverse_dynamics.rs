@@ -55,7 +55,11 @@ pub(crate) fn update<G: Turning>(
             (begin.velocity, begin.acceleration) = (velocity, acceleration);
         }
         match &piece.moments {
-            _ if piece.packs == 0 => without_nodes(piece, work, [qd, qdd]),
+            _ if piece.packs == 0 => {
+                let sweep = WithoutNodes { plan, piece, work: &mut *work, rates: [qd, qdd] };
+                plan.instructions.run_apart::<G::Pack, _>(sweep);
+                continue;
+            }
             Moments::Round(rotary) => {
                 let sections = Round { mass: &piece.mass, rotary };
                 sweep_out(plan.frame, piece, &sections, work, [qd, qdd]);
@@ -84,16 +88,29 @@ pub(crate) fn update<G: Turning>(
     }
 }
 
-/// The motion behind a piece that has no nodes: a hinge, or rigid.
-#[inline(always)]
-fn without_nodes<G: Turning>(piece: &PiecePlan<G>, work: &mut Workspace<G>, rates: [&[f64]; 2]) {
-    match &piece.hinge {
-        Some(hinge) => hinge::drive(piece, hinge, work, rates),
-        None => {
-            let Station { velocity, acceleration, .. } = work.stations[piece.joined.begin];
-            let end = &mut work.stations[piece.joined.end];
-            (end.velocity, end.acceleration) = (velocity, acceleration);
+/// The motion behind a piece that has no nodes, a hinge or rigid, and the forces at its end.
+struct WithoutNodes<'a, G: Turning> {
+    plan: &'a Plan<G>,
+    piece: &'a PiecePlan<G>,
+    work: &'a mut Workspace<G>,
+    rates: [&'a [f64]; 2],
+}
+
+impl<G: Turning> Sweep for WithoutNodes<'_, G> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Self { plan, piece, work, rates } = self;
+        match &piece.hinge {
+            Some(hinge) => hinge::drive(piece, hinge, work, rates),
+            None => {
+                let Station { velocity, acceleration, .. } = work.stations[piece.joined.begin];
+                let end = &mut work.stations[piece.joined.end];
+                (end.velocity, end.acceleration) = (velocity, acceleration);
+            }
         }
+        points::drive(plan, piece, work);
     }
 }
 

@@ -58,8 +58,8 @@ pub(crate) fn update<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, q: &[f
             (begin.position, begin.orientation) = (position, orientation);
         }
         if piece.packs == 0 {
-            without_nodes(piece, work, q);
-            points::find(plan, piece, work, q);
+            let sweep = WithoutNodes { plan, piece, work: &mut *work, q };
+            plan.instructions.run_apart::<G::Pack, _>(sweep);
             continue;
         }
         let rotations = &mut work.rotation[piece.node_packs()];
@@ -89,16 +89,29 @@ pub(crate) fn update<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, q: &[f
     }
 }
 
-/// The end of a piece that has no nodes: a hinge, or rigid.
-#[inline(always)]
-fn without_nodes<G: Turning>(piece: &PiecePlan<G>, work: &mut Workspace<G>, q: &[f64]) {
-    match &piece.hinge {
-        Some(hinge) => hinge::place(piece, hinge, work, q),
-        None => {
-            let Station { orientation, position, .. } = work.stations[piece.joined.begin];
-            let end = &mut work.stations[piece.joined.end];
-            (end.orientation, end.position) = (orientation, position);
+/// The end of a piece that has no nodes, a hinge or rigid, and what is concentrated there.
+struct WithoutNodes<'a, G: Turning> {
+    plan: &'a Plan<G>,
+    piece: &'a PiecePlan<G>,
+    work: &'a mut Workspace<G>,
+    q: &'a [f64],
+}
+
+impl<G: Turning> Sweep for WithoutNodes<'_, G> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Self { plan, piece, work, q } = self;
+        match &piece.hinge {
+            Some(hinge) => hinge::place(piece, hinge, work, q),
+            None => {
+                let Station { orientation, position, .. } = work.stations[piece.joined.begin];
+                let end = &mut work.stations[piece.joined.end];
+                (end.orientation, end.position) = (orientation, position);
+            }
         }
+        points::find(plan, piece, work, q);
     }
 }
 

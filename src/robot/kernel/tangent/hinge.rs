@@ -1,17 +1,36 @@
 //! Joints of one coordinate: a column without nodes.
 
 use super::scope::Scope;
-use crate::lie::Scalar;
+use crate::lie::{Scalar, Sweep};
 use crate::robot::effect::joint_forces;
 use crate::robot::kernel::hinge;
 use crate::robot::plan::hinge::Hinge;
 use crate::robot::state::tangent::{Coordinate, Rest, TangentWorkspace};
 use crate::robot::turning::Turning;
 
+/// [`Scope::without_nodes`], which few robots need.
+pub(super) struct WithoutNodes<'a, G: Turning> {
+    pub(super) scope: &'a Scope<'a, G>,
+    pub(super) memory: &'a mut TangentWorkspace<G>,
+    pub(super) rest: &'a Rest<G>,
+    pub(super) is_carried: bool,
+    pub(super) block: &'a mut [f64],
+}
+
+impl<G: Turning> Sweep for WithoutNodes<'_, G> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Self { scope, memory, rest, is_carried, block } = self;
+        scope.without_nodes(memory, rest, is_carried, block);
+    }
+}
+
 impl<G: Turning> Scope<'_, G> {
     /// Column, row and entry of a piece without nodes: a hinge, if it is not rigid.
     #[inline(always)]
-    pub(super) fn without_nodes(
+    fn without_nodes(
         &self,
         memory: &mut TangentWorkspace<G>,
         rest: &Rest<G>,

@@ -77,7 +77,10 @@ pub(crate) fn weighted_tangent<G: Turning>(
         }
         points::add_to_rest(plan, work, piece.points.at_end.clone(), weights, &mut rest);
         if piece.packs == 0 {
-            scope.without_nodes(memory, &rest, is_carried, tangent.block(s, piece).0);
+            let block = tangent.block(s, piece).0;
+            let sweep =
+                hinge::WithoutNodes { scope: &scope, memory: &mut *memory, rest: &rest, is_carried, block };
+            plan.instructions.run_apart::<G::Pack, _>(sweep);
             memory.carry(plan, piece, &rest);
             continue;
         }
