@@ -2,7 +2,7 @@
 
 use nalgebra::Matrix3;
 
-use crate::error::{Checker, InvalidInput};
+use crate::error::{Checker, InvalidInput, Number};
 use crate::load::check_place;
 
 /// Inertia tensors may violate symmetry and the inequalities of principal moments by this much of their largest entry:
@@ -64,7 +64,7 @@ pub(crate) fn check_inertia(check: &mut Checker, inertia: &[[f64; 3]; 3]) {
         check.require(
             a >= -rounding && a + b >= c - rounding,
             "inertia",
-            format_args!("the principal moments {a}, {b}, {c}"),
+            format_args!("the principal moments {}, {}, {}", Number(a), Number(b), Number(c)),
             "moments >= 0, none larger than the other two together, as every body has",
         );
     }

@@ -14,7 +14,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from ._lissom import Model, Rod, Segment, SpringPendulum
+from ._lissom import Body, Model, Robot, Rod, Segment, SpringPendulum
 
 Array = NDArray[np.float64]
 
@@ -26,6 +26,16 @@ STRAINS = {
     "stretch": ("stretch", "1"),
     "shear_y": ("shear along y", "1"),
     "shear_z": ("shear along z", "1"),
+}
+
+#: Kinds and units of the coordinates of joints by what their names begin with.
+JOINTS = {
+    "angle": ("joint angle", "rad"),
+    "displacement": ("joint displacement", "m"),
+    "rotation": ("rotation vector", "rad"),
+    "x": ("position", "m"),
+    "y": ("position", "m"),
+    "z": ("position", "m"),
 }
 
 #: Sections along each segment at which the centre line is kept and drawn.
@@ -80,6 +90,17 @@ class Link:
 
 
 @dataclass(frozen=True)
+class Solid:
+    """A rigid body, drawn as the ellipsoid of even density that has its mass and inertia."""
+
+    name: str
+    #: Semi-axes (3,), metres; zero where nothing is known of its size.
+    semi_axes: Array
+    #: Poses of shape (..., 4, 4) of centre and principal axes: of coordinates (..., n) and a time.
+    pose: Callable[[Array, float | Array], Array]
+
+
+@dataclass(frozen=True)
 class Frame:
     """A frame that moves with a model, and at which it can be pushed and measured: a tip."""
 
@@ -111,6 +132,8 @@ class View:
     caption: str = ""
     #: Slender parts, drawn in space.
     links: Sequence[Link] = ()
+    #: Rigid bodies, drawn in space.
+    solids: Sequence[Solid] = ()
     #: Frames at which forces act and motions are measured.
     frames: Sequence[Frame] = ()
     #: How a model without links is drawn.
@@ -122,10 +145,18 @@ class View:
     #: Numbers of multiplications of what the solvers compute, by its name.
     multiplications: Callable[[], Mapping[str, int] | None] = lambda: None
 
+    #: Length in metres to which deflections are relative; by default that of all slender parts.
+    reach: float | None = None
+
     @property
     def size(self) -> float:
-        """Length of all links, metres, to which deflections are relative."""
-        return sum(link.length for link in self.links)
+        """Length in metres to which deflections are relative."""
+        return sum(link.length for link in self.links) if self.reach is None else self.reach
+
+    @property
+    def is_spatial(self) -> bool:
+        """Whether there is anything to be drawn in space."""
+        return bool(self.links or self.solids)
 
 
 @singledispatch
@@ -192,6 +223,98 @@ def _rod_with_more_modes(rod: Rod, more: int) -> Rod | None:
         base_motion=rod.base_motion,
         supports=rod.supports,
         fluid=rod.fluid,
+    )
+
+
+@view.register(Robot)
+def of_robot(robot: Robot) -> View:
+    """All rods, all rigid bodies, and the tips of the links that carry no others."""
+    links = robot.links
+    parents = {link.parent for link in links}
+    return View(
+        f"Robot of {len(links)} link{'s' if len(links) > 1 else ''}",
+        coordinates=list(map(_coordinate_of_robot, robot.coordinates)),
+        caption="Rods in colour, from base (dark) to tip (yellow); bodies as ellipsoids of their inertia",
+        links=[
+            Link(link.name, link.rod, _length(link.rod), partial(_pose_along, robot, link.name))
+            for link in links
+            if link.rod is not None
+        ],
+        solids=[
+            *(
+                _solid(robot, link.name, link.name, None, link.body)
+                for link in links
+                if link.body is not None
+            ),
+            *(
+                _solid(robot, f"body {i + 1}", body.link or links[0].name, body.at, body)
+                for i, body in enumerate(robot.bodies)
+            ),
+        ],
+        frames=[
+            Frame(
+                link.name,
+                partial(_pose_of_tip, robot, link.name),
+                partial(_jacobian_of_tip, robot, link.name),
+            )
+            for link in links
+            if link.name not in parents
+        ],
+        reach=_reach(robot),
+        multiplications=lambda: robot.multiplications,
+    )
+
+
+def _coordinate_of_robot(name: str) -> Coordinate:
+    """`left.bend_y[0]`, `left.segment[1].bend_y[0]`, `trunk.angle`."""
+    of_link = name.rpartition(".")[2]
+    base, _, number = of_link.partition("[")
+    if base in STRAINS:
+        kind, unit = STRAINS[base]
+        segment = name.partition(".segment[")[2].partition("]")[0]
+        return Coordinate(name, unit, kind, int(segment or 0), int(number.rstrip("]")))
+    kind, unit = JOINTS[base.partition("_")[0]]
+    return Coordinate(name, unit, kind)
+
+
+def _length(segments: Sequence[Segment]) -> float:
+    return sum(segment.length for segment in segments)
+
+
+def _reach(robot: Robot) -> float:
+    """How far the links reach when they are stretched out, metres."""
+    reach: dict[str | None, float] = {None: 0.0}
+    for link in robot.links:
+        own = _length(link.rod) if link.rod is not None else 0.0
+        if link.body is not None:
+            own = float(np.linalg.norm(link.body.centre))
+        offset = float(np.linalg.norm(link.position)) if link.parent is not None else 0.0
+        reach[link.name] = reach[link.parent] + offset + own
+    return max(reach.values()) or 1.0
+
+
+def _pose_along(robot: Robot, link: str, q: Array, X: Array, t: float | Array) -> Array:
+    return robot.pose(q, X, link=link, t=t)
+
+
+def _pose_of_tip(robot: Robot, link: str, q: Array, t: float | Array) -> Array:
+    return robot.pose(q, link=link, t=t)
+
+
+def _jacobian_of_tip(robot: Robot, link: str, q: Array, t: float) -> Array:
+    return robot.jacobian(q, link=link, t=t)
+
+
+def _solid(robot: Robot, name: str, link: str, at: float | None, body: Body) -> Solid:
+    """The ellipsoid of a body: of even density, its moments are m (b^2 + c^2) / 5 and so on."""
+    moments, axes = np.linalg.eigh(np.asarray(body.inertia))
+    local = np.eye(4)
+    local[:3, :3], local[:3, 3] = axes * np.sign(np.linalg.det(axes)), body.centre
+    squares = (moments.sum() / 2 - moments) * (5 / body.mass if body.mass else 0.0)
+    return Solid(
+        name,
+        np.sqrt(np.maximum(squares, 0.0)),
+        lambda q, t: robot.pose(q, at, link=link, t=t) @ local,
     )
 
 

@@ -303,6 +303,39 @@ impl PyRobot {
         Self::initializer(robot)
     }
 
+    /// The robot that a URDF file describes, with what is attached to it.
+    ///
+    /// Parameters
+    /// ----------
+    /// path : str or path-like
+    ///     The file. Of a `xacro` the URDF that it makes.
+    /// **options
+    ///     Those of `lissom.urdf.robot_from_urdf`: `floating`, `limit_stiffness`, `mend_inertia`, further `links`, and
+    ///     what a `Robot` takes.
+    ///
+    /// Returns
+    /// -------
+    /// Robot
+    ///
+    /// Raises
+    /// ------
+    /// UrdfError
+    ///     With everything that is wrong with the file.
+    ///
+    /// Warns
+    /// -----
+    /// UrdfWarning
+    ///     About what the file has and the robot has not.
+    #[staticmethod]
+    #[pyo3(signature = (path, **options))]
+    fn from_urdf<'py>(
+        path: &Bound<'py, PyAny>,
+        options: Option<&Bound<'py, PyDict>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let module = path.py().import("lissom.urdf")?;
+        module.getattr("robot_from_urdf")?.call((path,), options)
+    }
+
     /// The links, parents before their children.
     #[getter]
     fn links<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {

@@ -15,6 +15,7 @@ use super::model::PyModel;
 use super::motion::signals;
 use super::pendulum::PySpringPendulum;
 use super::record::{self, Reduced};
+use super::robot::PyRobot;
 use super::rod::PyRod;
 use super::words::{warn, warn_of_old_word};
 use crate::scene::{
@@ -264,7 +265,9 @@ impl PyScene {
         let mut scene = parsed.map_err(|error| refusal(py, &error))?;
         scene.name = name;
         if let Ok(rod) = model.cast::<PyRod>() {
-            scene.set_rod(rod.get().description().clone());
+            scene.set_model(Model::Rod(rod.get().description().clone()));
+        } else if let Ok(robot) = model.cast::<PyRobot>() {
+            scene.set_model(Model::Robot(robot.get().description().clone()));
         }
         Ok(Self { scene, model: model.clone().unbind() })
     }
@@ -293,6 +296,7 @@ impl PyScene {
         }
         let model = match &scene.model {
             Model::Rod(rod) => Bound::new(py, PyRod::initializer(rod.clone())?)?.into_super().into_super(),
+            Model::Robot(robot) => Bound::new(py, PyRobot::initializer(robot.clone())?)?.into_super(),
             Model::Pendulum(pendulum) => {
                 Bound::new(py, PySpringPendulum::initializer(pendulum.clone()))?.into_super()
             }

@@ -1,27 +1,18 @@
 //! From a document to a scene: the physics is checked by the constructors that everybody uses, and their
 //! complaints are carried back to the lines of the file.
 
-use std::sync::Arc;
-
 use crate::accuracy;
 use crate::body;
 use crate::error::{Checker, InvalidInput, Number};
-use crate::load;
 use crate::model::Discretised as _;
 use crate::pendulum::SpringPendulum;
 use crate::robot;
-use crate::rod;
-use crate::signal::{Harmonic, Signal, Table, covers};
 use crate::simulate::check_step;
-use crate::support;
-use crate::world;
 
-use super::document::{
-    BaseMotion, Basis, Body, Document, Fluid, Frame, Load, ModeChoice, Orientations, Output, ReferenceStrain,
-    Segment, Simulation as Settings, StrainTable, Support, VaryingNumber, VaryingVector, Vector,
-};
-use super::section;
-use super::shape::Shape;
+use super::document::{Body, Document, Output, Segment, Simulation as Settings};
+use super::links;
+use super::parts::{self, open_modes};
+use super::shape::{Shape, report};
 use super::{END_OF_OUTPUT, Method, Model, Quantity, Simulation};
 
 /// Largest result that a scene may ask for; more would not fit in the memory of an ordinary machine.
@@ -41,21 +32,30 @@ pub(super) fn build(document: &Document, shape: &mut Shape) -> Option<(Model, [V
     let n = model.as_ref().map_or(0, |(model, _)| model.coordinates());
     let simulation = simulation(&document.simulation, n, shape);
     let (model, state) = model?;
-    if let Model::Rod(rod) = &model
-        && simulation.method.has_fixed_step()
-    {
-        let checked = check_step(simulation.dt, rod.shortest_period());
+    let shortest_period = model.shortest_period();
+    if simulation.method.has_fixed_step() {
+        let checked = check_step(simulation.dt, shortest_period);
         report(checked, shape, |_| "simulation.dt".to_owned());
     }
-    if let Model::Rod(rod) = &model
-        && shape.problems.is_empty()
-        && let Ok(compiled) = robot::RobotModel::of_rod(rod)
-    {
-        let checked = compiled.check_shape(&state[0], "q0");
-        report(checked, shape, |place| format!("rod[0].{place}"));
+    if shape.problems.is_empty() {
+        // A robot is compiled to find joints that move nothing with inertia.
+        let (compiled, q0) = match &model {
+            Model::Rod(rod) => (Some(robot::RobotModel::of_rod(rod)), "rod[0].q0"),
+            Model::Robot(robot) => (Some(robot::RobotModel::new(robot)), "link"),
+            Model::Pendulum(_) => (None, ""),
+        };
+        match compiled {
+            Some(Ok(compiled)) => {
+                report(compiled.check_shape(&state[0], "q0"), shape, |_| q0.to_owned());
+            }
+            Some(Err(error)) => {
+                report(Err::<(), _>(error), shape, |place| place.replace("links[", "link["));
+            }
+            None => {}
+        }
     }
-    if let Model::Rod(rod) = &model {
-        let oscillations = simulation.duration() / rod.shortest_period();
+    if shortest_period.is_finite() {
+        let oscillations = simulation.duration() / shortest_period;
         if oscillations > MAX_STEPS && shape.is_readable("simulation.t_end") {
             let wrong = format!("{} oscillations of a load or of the base", count(oscillations));
             let right = format!("expected at most {MAX_STEPS:e}: an earlier t_end, or a lower frequency");
@@ -65,40 +65,52 @@ pub(super) fn build(document: &Document, shape: &mut Shape) -> Option<(Model, [V
     Some((model, state, simulation))
 }
 
-/// Segments of the rod whose modes the scene leaves open.
-pub(super) fn open_modes(document: &Document) -> Vec<usize> {
-    let segments = document.rod.first().map_or(&[][..], |rod| &rod.segment);
-    let is_open = |segment: &Segment| matches!(segment.modes, ModeChoice::Open(_));
-    (0..segments.len()).filter(|&i| is_open(&segments[i])).collect()
-}
-
 fn check_open_modes(document: &Document, shape: &mut Shape) {
+    let segments = parts::segments(document);
     for i in open_modes(document) {
-        let place = format!("rod[0].segment[{i}].modes");
+        let place = format!("{}.modes", segments[i].0);
         if document.simulation.method != Method::Auto && shape.is_readable("simulation") {
             let right = "give simulation.method = \"auto\", to whose rtol the modes are chosen; or the modes";
             shape.refuse(&place, "\"auto\", but the method is another", right);
         }
-        for (key, values) in [("q0", &document.rod[0].q0), ("v0", &document.rod[0].v0)] {
-            if values.is_some() {
-                let right = "give the modes as well, one value belongs to each; or start at rest without it";
-                shape.refuse(&format!("rod[0].{key}"), "given, but the modes are \"auto\"", right);
+        let owner = place.split('.').next().unwrap_or_default().to_owned();
+        let given =
+            document.rod.iter().map(|rod| (&rod.q0, &rod.v0)).chain(
+                document.link.iter().filter(|_| document.rod.is_empty()).map(|link| (&link.q0, &link.v0)),
+            );
+        let of_owner = owner.split(['[', ']']).nth(1).and_then(|i| i.parse::<usize>().ok());
+        if let Some((q0, v0)) = of_owner.and_then(|i| given.into_iter().nth(i)) {
+            for (key, values) in [("q0", q0), ("v0", v0)] {
+                if values.is_some() {
+                    let right =
+                        "give the modes as well, one value belongs to each; or start at rest without it";
+                    shape.refuse(&format!("{owner}.{key}"), "given, but the modes are \"auto\"", right);
+                }
             }
         }
     }
 }
 
-/// Where the modes are open, the model has these until they are chosen.
-const UNTIL_CHOSEN: [usize; 6] = [0, 1, 1, 0, 0, 0];
-
 fn model(document: &Document, shape: &mut Shape) -> Option<(Model, [Vec<f64>; 2])> {
+    if document.link.is_empty() {
+        let of_robots =
+            [("base_motion", document.base_motion.is_some()), ("fluid", document.fluid.is_some())];
+        for (key, _) in of_robots.into_iter().filter(|(_, is_given)| *is_given) {
+            let right = format!("write rod.{key} in its [[rod]], or the links of a robot as [[link]]");
+            shape.refuse(key, "it belongs to a robot, and there is no [[link]]", right);
+        }
+    }
     match (document.rod.as_slice(), &document.pendulum) {
+        ([], None) if !document.link.is_empty() => {
+            let (robot, state) = links::robot(document, shape)?;
+            Some((Model::Robot(robot), state))
+        }
         ([], None) => {
-            if shape.is_readable("rod") && shape.is_readable("pendulum") {
+            if ["rod", "link", "pendulum"].iter().all(|key| shape.is_readable(key)) {
                 shape.refuse(
                     "",
                     "nothing to simulate",
-                    "add a [[rod]] with its [[rod.segment]], or a [pendulum]",
+                    "add a [[rod]] with its [[rod.segment]], the [[link]] of a robot, or a [pendulum]",
                 );
             }
             None
@@ -107,6 +119,10 @@ fn model(document: &Document, shape: &mut Shape) -> Option<(Model, [Vec<f64>; 2]
         (rods, pendulum) => {
             if pendulum.is_some() {
                 shape.refuse("pendulum", "a rod and a pendulum in one scene", "keep one of them");
+            }
+            if !document.link.is_empty() {
+                let right = "keep one of them; a rod can be a link of the robot";
+                shape.refuse("link", "a rod and the links of a robot in one scene", right);
             }
             for i in 1..rods.len() {
                 shape.refuse(
@@ -122,20 +138,30 @@ fn model(document: &Document, shape: &mut Shape) -> Option<(Model, [Vec<f64>; 2]
 
 fn rod(document: &Document, shape: &mut Shape) -> Option<(Model, [Vec<f64>; 2])> {
     let written = &document.rod[0];
-    let segments: Vec<_> =
-        written.segment.iter().enumerate().map(|(i, segment)| rod_segment(segment, i, shape)).collect();
+    let segments: Vec<_> = written
+        .segment
+        .iter()
+        .enumerate()
+        .map(|(i, segment)| parts::segment(segment, &format!("rod[0].segment[{i}]"), shape))
+        .collect();
     let moving = written.base_motion.as_ref();
     let rod = robot::Rod {
-        base_motion: moving.map(|written| base_motion(written, &document.simulation, shape)),
+        base_motion: moving
+            .map(|written| parts::base_motion(written, "rod[0].base_motion", &document.simulation, shape)),
         base_position: written.base.position,
         base_orientation: written.base.orientation,
         tip_force: written.tip_force,
         tip_moment: written.tip_moment,
         tip_mass: written.tip_mass,
-        loads: written.load.iter().enumerate().map(|(i, load)| rod_load(load, i, shape)).collect(),
+        loads: written
+            .load
+            .iter()
+            .enumerate()
+            .map(|(i, load)| parts::load(load, &format!("rod[0].load[{i}]"), shape))
+            .collect(),
         bodies: written.body.iter().map(rod_body).collect(),
-        supports: written.support.iter().map(rod_support).collect(),
-        fluid: written.fluid.as_ref().map(rod_fluid),
+        supports: written.support.iter().map(parts::support).collect(),
+        fluid: written.fluid.as_ref().map(parts::fluid),
         ..robot::Rod::new(segments)
     };
     let rod = robot::Rod { gravity: document.scene.gravity.unwrap_or(rod.gravity), ..rod };
@@ -164,267 +190,6 @@ fn rod(document: &Document, shape: &mut Shape) -> Option<(Model, [Vec<f64>; 2])>
     n.map(|_| (Model::Rod(rod), state))
 }
 
-fn rod_segment(written: &Segment, i: usize, shape: &mut Shape) -> rod::Segment {
-    let here = format!("rod[0].segment[{i}]");
-    let section = section::section(written, &here, shape);
-    let plain = match section {
-        rod::Section::Given(section) => {
-            section::refuse_material(written, &here, shape);
-            rod::Segment::given(written.length, *section)
-        }
-        section => {
-            let [young_modulus, shear_modulus, density] = material(written, &here, shape);
-            let plain = rod::Segment::straight(written.length, 0.0, young_modulus, shear_modulus, density);
-            rod::Segment { section, shear_correction: section::shear_correction(written), ..plain }
-        }
-    };
-    let key = format!("{here}.reference_strain");
-    let reference_strain = match &written.reference_strain {
-        None => None,
-        Some(ReferenceStrain::Constant(strain)) => Some((*strain).into()),
-        Some(ReferenceStrain::Table(_)) if !shape.is_readable(&key) => None,
-        Some(ReferenceStrain::Table(StrainTable { stations, values })) => {
-            report(rod::Profile::table(stations, values), shape, |place| format!("{key}.{place}"))
-        }
-    };
-    rod::Segment {
-        basis: basis(written.basis),
-        modes: match written.modes {
-            ModeChoice::Open(_) => UNTIL_CHOSEN,
-            ModeChoice::Given(modes) => modes.counts(),
-        },
-        retardation_time: written.retardation_time,
-        reference_strain: reference_strain.unwrap_or(plain.reference_strain),
-        nodes: written.nodes,
-        ..plain
-    }
-}
-
-/// Young's modulus, shear modulus and density. Where one is unknown, a value that fits the others avoids a problem
-/// that the user doesn't have.
-fn material(written: &Segment, here: &str, shape: &mut Shape) -> [f64; 3] {
-    const STAND_IN: f64 = 1.0;
-    let place = |key: &str| format!("{here}.{key}");
-    let [young, shear, poisson, density] =
-        ["young_modulus", "shear_modulus", "poisson_ratio", "density"].map(place);
-    for (value, key, what) in [
-        (written.young_modulus, &young, "young_modulus: Young's modulus E in pascals"),
-        (written.density, &density, "density: Density in kg/m^3"),
-    ] {
-        if value.is_none() && shape.is_readable(key) {
-            shape.refuse(key, "missing", format!("add {what}"));
-            shape.replaced.insert(key.clone());
-        }
-    }
-    let modulus = written.young_modulus.or(written.shear_modulus).unwrap_or(STAND_IN);
-    let shear_modulus = match (written.shear_modulus, written.poisson_ratio) {
-        (Some(_), Some(_)) => {
-            shape.refuse(&poisson, "both poisson_ratio and shear_modulus are given", "keep one of them");
-            modulus
-        }
-        (Some(modulus), None) => modulus,
-        (None, Some(ratio)) => {
-            report(rod::shear_modulus(modulus, ratio), shape, |_| poisson.clone()).unwrap_or(modulus)
-        }
-        (None, None) => {
-            if shape.is_readable(&shear) && shape.is_readable(&poisson) {
-                shape.refuse(here, "neither shear_modulus nor poisson_ratio", "add one of them");
-            }
-            modulus
-        }
-    };
-    [written.young_modulus.unwrap_or(shear_modulus), shear_modulus, written.density.unwrap_or(STAND_IN)]
-}
-
-fn basis(written: Basis) -> rod::Basis {
-    match written {
-        Basis::Legendre => rod::Basis::Legendre,
-        Basis::Chebyshev => rod::Basis::Chebyshev,
-        Basis::Monomial => rod::Basis::Monomial,
-        Basis::PiecewiseConstant => rod::Basis::PiecewiseConstant,
-        Basis::Hermite => rod::Basis::Hermite,
-    }
-}
-
-fn rod_load(written: &Load, i: usize, shape: &mut Shape) -> load::Load {
-    let &Load { ref force, ref moment, at, along, frame } = written;
-    let place = format!("rod[0].load[{i}]");
-    if at.is_some() && along.is_some() {
-        shape.refuse(&format!("{place}.along"), "both at and along are given", "keep one of them");
-    }
-    let [force, moment] = [("force", force), ("moment", moment)]
-        .map(|(key, written)| vector(written, &format!("{place}.{key}"), shape));
-    if force.is_zero() && moment.is_zero() && shape.is_readable(&place) {
-        shape.refuse(&place, "neither force nor moment", "add one of them");
-    }
-    let extent = match (at, along) {
-        (Some(x), _) => load::Extent::At(x),
-        (None, Some(ends)) => load::Extent::Along(ends),
-        (None, None) => load::Extent::Tip,
-    };
-    let frame = match frame {
-        Frame::World => load::Frame::World,
-        Frame::Body => load::Frame::Body,
-    };
-    load::Load { link: 0, extent, frame, force, moment }
-}
-
-/// A vector as it is written at `place`.
-fn vector(written: &Vector, place: &str, shape: &mut Shape) -> Signal<3> {
-    match written {
-        Vector::Constant(value) => Signal::Constant(*value),
-        Vector::Varying(written) => varying_vector(written, place, shape),
-    }
-}
-
-fn varying_vector(written: &VaryingVector, place: &str, shape: &mut Shape) -> Signal<3> {
-    let VaryingVector { times, values, amplitude, frequency, phase, mean, rate } = written.clone();
-    let parts = Parts { times, values, amplitude, frequency, phase, mean, rate };
-    parts.signal(place, shape)
-}
-
-fn varying_number(written: &VaryingNumber, place: &str, shape: &mut Shape) -> Signal<1> {
-    let VaryingNumber { times, values, amplitude, frequency, phase, mean, rate } = written.clone();
-    let values = values.map(|values| values.into_iter().map(|x| [x]).collect());
-    let [amplitude, mean, rate] = [amplitude, mean, rate].map(|part| part.map(|x| [x]));
-    Parts { times, values, amplitude, frequency, phase, mean, rate }.signal(place, shape)
-}
-
-/// What a function of time of N numbers is written with.
-struct Parts<const N: usize> {
-    times: Option<Vec<f64>>,
-    values: Option<Vec<[f64; N]>>,
-    amplitude: Option<[f64; N]>,
-    frequency: Option<f64>,
-    phase: Option<f64>,
-    mean: Option<[f64; N]>,
-    rate: Option<[f64; N]>,
-}
-
-impl<const N: usize> Parts<N> {
-    /// The signal; a stand-in where what is written makes no sense.
-    fn signal(self, place: &str, shape: &mut Shape) -> Signal<N> {
-        let Self { times, values, amplitude, frequency, phase, mean, rate } = self;
-        let is_table = times.is_some() || values.is_some();
-        let is_harmonic = frequency.is_some()
-            || phase.is_some()
-            || [amplitude, mean, rate].iter().any(|part| part.is_some());
-        if is_table && is_harmonic {
-            let right = "keep either times and values, or amplitude, frequency, phase, mean and rate";
-            shape.refuse(place, "both a table and a formula", right);
-        } else if !is_table && !is_harmonic && shape.is_readable(place) {
-            let right = "add times and values, or amplitude and frequency";
-            shape.refuse(place, "nothing that varies in time", right);
-        }
-        let none = [0.0; N];
-        let harmonic = Harmonic {
-            mean: mean.unwrap_or(none),
-            rate: rate.unwrap_or(none),
-            amplitude: amplitude.unwrap_or(none),
-            frequency: frequency.unwrap_or_default(),
-            phase: phase.unwrap_or_default(),
-        };
-        match (times, values) {
-            (None, None) => Signal::Harmonic(harmonic),
-            (Some(times), Some(values)) => table(times, values, place, shape),
-            (times, _) => {
-                let missing = if times.is_none() { "times" } else { "values" };
-                if shape.is_readable(&format!("{place}.{missing}")) {
-                    shape.refuse(
-                        place,
-                        format!("{missing} are missing"),
-                        "give times and values, as many of each",
-                    );
-                }
-                Signal::Harmonic(harmonic)
-            }
-        }
-    }
-}
-
-/// A table, or a stand-in for one that makes no sense.
-fn table<const N: usize>(
-    times: Vec<f64>,
-    values: Vec<[f64; N]>,
-    place: &str,
-    shape: &mut Shape,
-) -> Signal<N> {
-    let table = report(Table::new(times, values), shape, |problem| format!("{place}.{problem}"));
-    table.map_or(Signal::Harmonic(Harmonic::zero()), |table| Signal::Table(Arc::new(table)))
-}
-
-fn base_motion(written: &BaseMotion, settings: &Settings, shape: &mut Shape) -> world::BaseMotion {
-    let place = |key: &str| format!("rod[0].base_motion.{key}");
-    let BaseMotion { translation, axis, angle, rotation } = written;
-    if rotation.is_some() && (axis.is_some() || angle.is_some()) {
-        shape.refuse(&place("rotation"), "both rotation and axis or angle", "keep one of the two ways");
-    }
-    if axis.is_some() != angle.is_some() {
-        let (given, missing) = if axis.is_some() { ("axis", "angle") } else { ("angle", "axis") };
-        if shape.is_readable(&place(missing)) {
-            shape.refuse(&place(given), format!("{given} without {missing}"), format!("add {missing}"));
-        }
-    }
-    let problems = shape.problems.len();
-    let mut motion = world::BaseMotion::rest();
-    if let Some(translation) = translation {
-        motion.translation = varying_vector(translation, &place("translation"), shape);
-    }
-    if let (&Some(axis), Some(angle)) = (axis, angle) {
-        let angle = varying_number(angle, &place("angle"), shape);
-        motion.rotation = world::BaseRotation::About { axis, angle };
-    }
-    if let Some(Orientations { times, values }) = rotation {
-        let quaternions = table(times.clone(), values.clone(), &place("rotation"), shape);
-        if matches!(quaternions, Signal::Table(_)) {
-            motion.rotation = world::BaseRotation::By(quaternions);
-        }
-    }
-    let [from, to] = motion.span();
-    let of_run = ["simulation.t_end", "simulation.t0"];
-    let is_known = problems == shape.problems.len() && of_run.iter().all(|key| shape.is_readable(key));
-    let (t0, t_end) = (settings.t0, settings.t_end);
-    if is_known && !(covers([from, to], t0) && covers([from, to], t_end)) {
-        let right = format!("its tables cover the run from {t0} to {t_end} s");
-        shape.refuse(
-            "rod[0].base_motion",
-            format!("known from {from} to {to} s"),
-            format!("expected that {right}"),
-        );
-    }
-    motion
-}
-
-fn rod_body(written: &Body) -> body::Body {
-    let &Body { mass, at, centre, inertia } = written;
-    body::Body { link: 0, at, mass, centre, inertia }
-}
-
-fn rod_support(written: &Support) -> support::Support {
-    support::Support {
-        link: 0,
-        at: written.at,
-        stiffness: written.stiffness.numbers(),
-        rotational_stiffness: written.rotational_stiffness.numbers(),
-        damping: written.damping.numbers(),
-        rotational_damping: written.rotational_damping.numbers(),
-        position: written.position,
-        orientation: written.orientation,
-    }
-}
-
-fn rod_fluid(written: &Fluid) -> world::Fluid {
-    let default = world::Fluid::ideal(written.density);
-    world::Fluid {
-        velocity: written.velocity,
-        viscous_drag: written.viscous_drag,
-        drag_coefficients: written.drag_coefficients,
-        added_mass_coefficient: written.added_mass_coefficient.unwrap_or(default.added_mass_coefficient),
-        is_buoyant: written.buoyancy.unwrap_or(default.is_buoyant),
-        ..default
-    }
-}
-
 /// The key in the file of a place in a [`robot::Rod`].
 fn rod_place(place: &str, segments: &[Segment]) -> String {
     if place.starts_with("gravity") {
@@ -437,14 +202,14 @@ fn rod_place(place: &str, segments: &[Segment]) -> String {
     if let Some((i, place)) = of_segment
         && let Some(segment) = i.parse::<usize>().ok().and_then(|i| segments.get(i))
     {
-        if segment.shear_modulus.is_none() && place == "shear_modulus" {
-            key = format!("segment[{i}].poisson_ratio");
-        } else if segment.section.is_some() && place.starts_with("radius") {
-            // A circle that stands in a table of its own.
-            key = format!("segment[{i}].section.{place}");
-        }
+        key = format!("segment[{i}].{}", parts::segment_key(place, segment));
     }
     format!("rod[0].{key}")
+}
+
+fn rod_body(written: &Body) -> body::Body {
+    let &Body { mass, at, centre, inertia } = written;
+    body::Body { link: 0, at, mass, centre, inertia }
 }
 
 fn pendulum(document: &Document, shape: &mut Shape) -> Option<(Model, [Vec<f64>; 2])> {
@@ -579,23 +344,4 @@ impl Simulation {
 /// A large number in words that hold even where it overflowed.
 fn count(number: f64) -> String {
     if number.is_finite() { format!("{number:.2e}") } else { format!("more than {:.2e}", f64::MAX) }
-}
-
-/// Notes the complaints of a constructor at the keys of the file, unless the value there is a stand-in.
-pub(super) fn report<T>(
-    result: Result<T, InvalidInput>,
-    shape: &mut Shape,
-    key: impl Fn(&str) -> String,
-) -> Option<T> {
-    let error = match result {
-        Ok(value) => return Some(value),
-        Err(error) => error,
-    };
-    for problem in error.problems {
-        let key = key(&problem.place);
-        if shape.is_readable(&key) {
-            shape.refuse(&key, format!("got {}", problem.found), format!("expected {}", problem.expected));
-        }
-    }
-    None
 }

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 /// The only version of the format so far.
 pub(super) const VERSION: u64 = 1;
 
-/// A lissom scene: one rod or one spring pendulum, and how to simulate it. SI units, angles in radians.
+/// A lissom scene: one rod, one robot or one spring pendulum, and how to simulate it. SI units, angles in radians.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(title = "lissom scene")]
@@ -27,6 +27,13 @@ pub(super) struct Document {
     /// The rod. Written as an array of tables; one per scene for now.
     #[serde(default)]
     pub(super) rod: Vec<Rod>,
+    /// The links of a robot, instead of a rod: parents before their children.
+    #[serde(default)]
+    pub(super) link: Vec<Link>,
+    /// How all that is fixed to the world moves together, about the frame of the first link's joint. Default: it rests.
+    pub(super) base_motion: Option<BaseMotion>,
+    /// What surrounds the rods of a robot. Default: nothing.
+    pub(super) fluid: Option<Fluid>,
     /// A spring pendulum, instead of a rod.
     pub(super) pendulum: Option<Pendulum>,
     /// How long, and by which method.
@@ -81,6 +88,152 @@ pub(super) struct Rod {
     /// The segments from base to tip; each continues where the one before ends.
     #[schemars(length(min = 1), example = Vec::<Segment>::new())]
     pub(super) segment: Vec<Segment>,
+}
+
+/// A joint followed by a rod, a rigid body, or nothing but a frame.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Link {
+    /// What children and results call it.
+    #[schemars(example = &"link")]
+    pub(super) name: String,
+    /// Name of the link that carries it, which stands before it. Default: the world.
+    pub(super) parent: Option<String>,
+    /// Arc length of the parent's unstretched rod where it is attached, in metres. Default: the tip, or the parent's body.
+    #[schemars(range(min = 0.0))]
+    pub(super) at: Option<f64>,
+    /// Position of the joint's frame on the parent, in metres, in the axes of the section or body there. Default: [0, 0, 0].
+    #[serde(default)]
+    pub(super) position: [f64; 3],
+    /// Orientation of the joint's frame: unit quaternion [w, x, y, z] that turns its axes into those of the parent. A rod
+    /// leaves along the x axis. Default: [1, 0, 0, 0].
+    #[serde(default = "unturned")]
+    pub(super) orientation: [f64; 4],
+    /// How it moves on its parent. Default: not at all.
+    pub(super) joint: Option<Joint>,
+    /// Its rod, instead of a body.
+    pub(super) rod: Option<LinkRod>,
+    /// Its rigid body, instead of a rod.
+    pub(super) body: Option<LinkBody>,
+    /// Forces and moments on it; at and along are arc lengths of its rod.
+    #[serde(default)]
+    pub(super) load: Vec<Load>,
+    /// Springs and dampers between it and the world; at is an arc length of its rod.
+    #[serde(default)]
+    pub(super) support: Vec<Support>,
+    /// Its initial coordinates: those of the joint, then the modes of the rod. Default: all zero.
+    pub(super) q0: Option<Vec<f64>>,
+    /// Its initial velocities, the derivatives of its coordinates. Default: at rest.
+    pub(super) v0: Option<Vec<f64>>,
+}
+
+fn unturned() -> [f64; 4] {
+    [1.0, 0.0, 0.0, 0.0]
+}
+
+/// The rod of a link.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct LinkRod {
+    /// The segments from base to tip; each continues where the one before ends.
+    #[schemars(length(min = 1), example = Vec::<Segment>::new())]
+    pub(super) segment: Vec<Segment>,
+}
+
+/// The rigid body of a link.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct LinkBody {
+    /// Mass in kilograms.
+    #[schemars(range(min = 0.0), example = 0.1)]
+    pub(super) mass: f64,
+    /// Its centre of mass in the axes of the link, in metres. Default: [0, 0, 0].
+    #[serde(default)]
+    pub(super) centre: [f64; 3],
+    /// Inertia tensor about its centre of mass in the axes of the link, in kg m^2: three rows. Default: zero, a point.
+    #[serde(default)]
+    pub(super) inertia: [[f64; 3]; 3],
+}
+
+/// A joint. revolute, prismatic, cylindrical: axis; universal: axis1, axis2; planar: normal; weld, spherical, free: nothing.
+/// Springs, dampers, limits and armature are those of revolute and prismatic joints.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Joint {
+    /// Kind of joint.
+    #[schemars(example = JointKind::Weld)]
+    pub(super) r#type: JointKind,
+    /// Direction in the joint's frame, of any length.
+    pub(super) axis: Option<[f64; 3]>,
+    /// Direction of the first axis of a universal joint in the joint's frame, of any length.
+    pub(super) axis1: Option<[f64; 3]>,
+    /// Direction of its second axis where the first angle is zero.
+    pub(super) axis2: Option<[f64; 3]>,
+    /// Direction across which a planar joint moves, of any length.
+    pub(super) normal: Option<[f64; 3]>,
+    /// Stiffness of a spring on the coordinate, in N m/rad or N/m. Default: 0.
+    #[schemars(range(min = 0.0))]
+    pub(super) stiffness: Option<f64>,
+    /// Where that spring is free of force, in radians or metres. Default: 0.
+    pub(super) rest: Option<f64>,
+    /// Viscous damping, in N m s or N s/m. Default: 0.
+    #[schemars(range(min = 0.0))]
+    pub(super) damping: Option<f64>,
+    /// Dry friction, in N m or N. Default: 0.
+    #[schemars(range(min = 0.0))]
+    pub(super) friction: Option<f64>,
+    /// Velocity below which dry friction is smoothed, in rad/s or m/s. Default: 1e-3.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub(super) friction_velocity: Option<f64>,
+    /// Stops at these values of the coordinate, in radians or metres: stiff springs beyond. Default: none.
+    pub(super) limits: Option<[f64; 2]>,
+    /// Stiffness of the stops, in N m/rad or N/m.
+    #[schemars(range(min = 0.0))]
+    pub(super) limit_stiffness: Option<f64>,
+    /// Dissipation of the stops (Hunt and Crossley), in s/rad or s/m. Default: 0.
+    #[schemars(range(min = 0.0))]
+    pub(super) limit_dissipation: Option<f64>,
+    /// Inertia of what moves with the coordinate alone, in kg m^2 or kg. Default: 0.
+    #[schemars(range(min = 0.0))]
+    pub(super) armature: Option<f64>,
+}
+
+/// Kind of joint.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum JointKind {
+    /// No motion.
+    Weld,
+    /// Turns about an axis.
+    Revolute,
+    /// Moves along an axis.
+    Prismatic,
+    /// Moves along an axis and turns about it.
+    Cylindrical,
+    /// Turns about two axes, one after the other.
+    Universal,
+    /// Moves across a normal and turns about it.
+    Planar,
+    /// Turns about a point.
+    Spherical,
+    /// Moves freely.
+    Free,
+}
+
+impl JointKind {
+    /// Its name in the file.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Weld => "weld",
+            Self::Revolute => "revolute",
+            Self::Prismatic => "prismatic",
+            Self::Cylindrical => "cylindrical",
+            Self::Universal => "universal",
+            Self::Planar => "planar",
+            Self::Spherical => "spherical",
+            Self::Free => "free",
+        }
+    }
 }
 
 /// A force and a moment on a rod, at one place or spread along a part of it.

@@ -1,12 +1,15 @@
 //! Scene files: a TOML description of what is simulated and how, read and checked once.
 //!
 //! `document` is the file's shape in plain structs, from which the JSON Schema is generated; `shape` checks a file
-//! against that schema, for which `words` knows the old names of keys; `build` turns it into a model with the
+//! against that schema, for which `words` knows the old names of keys; `build`, with `parts` that rods and the `links` of
+//! robots have in common, turns it into a model with the
 //! constructors that everybody uses; `diagnostics` says what is wrong, where. A scene never executes anything.
 
 mod build;
 mod diagnostics;
 mod document;
+mod links;
+mod parts;
 mod section;
 mod shape;
 mod words;
@@ -43,7 +46,7 @@ pub struct Scene {
     pub v0: Vec<f64>,
     /// How it is simulated.
     pub simulation: Simulation,
-    /// Segments of the rod whose modes are open: [`Scene::choose_modes`] chooses them.
+    /// Segments whose modes are open, counted link by link: [`Scene::choose_modes`] chooses them.
     pub open_modes: Vec<usize>,
     /// Keys that are written by an old name, in the order of the file, and what to write instead.
     pub deprecations: Vec<SceneProblem>,
@@ -55,6 +58,8 @@ pub struct Scene {
 pub enum Model {
     /// A Cosserat rod.
     Rod(robot::Rod),
+    /// A robot: a tree of links.
+    Robot(robot::Robot),
     /// The spring pendulum.
     Pendulum(SpringPendulum),
 }
@@ -64,7 +69,17 @@ impl Model {
     pub fn coordinates(&self) -> usize {
         match self {
             Self::Rod(rod) => rod.coordinates(),
+            Self::Robot(robot) => robot.coordinates(),
             Self::Pendulum(_) => 2,
+        }
+    }
+
+    /// The shortest period of its loads and of the motion of its base, in seconds; infinite where nothing oscillates.
+    fn shortest_period(&self) -> f64 {
+        match self {
+            Self::Rod(rod) => rod.shortest_period(),
+            Self::Robot(robot) => robot.shortest_period(),
+            Self::Pendulum(_) => f64::INFINITY,
         }
     }
 }
@@ -153,7 +168,7 @@ impl Scene {
         let built = build::build(&document, &mut shape);
         match built {
             Some((model, [q0, v0], simulation)) if shape.problems.is_empty() => Ok(Self {
-                open_modes: build::open_modes(&document),
+                open_modes: parts::open_modes(&document),
                 name: document.scene.name.unwrap_or_else(|| stem(file)),
                 text: text.to_owned(),
                 model,
@@ -191,33 +206,34 @@ impl Scene {
         &mut self,
         monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
     ) -> Result<Option<Modes>, InvalidInput> {
-        let Model::Rod(rod) = &self.model else { return Ok(None) };
+        let robot = match &self.model {
+            Model::Rod(rod) => rod.into(),
+            Model::Robot(robot) => robot.clone(),
+            Model::Pendulum(_) => return Ok(None),
+        };
         if self.open_modes.is_empty() {
             return Ok(None);
         }
         let Simulation { rtol, dt, output_dt, .. } = self.simulation;
         let request = accuracy::Request::new(rtol, output_dt.unwrap_or(dt).min(self.simulation.duration()));
-        let modes = accuracy::choose_modes(
-            &rod.into(),
-            &self.open_modes,
-            self.simulation.t_span(),
-            request,
-            monitor,
-        )?;
+        let modes =
+            accuracy::choose_modes(&robot, &self.open_modes, self.simulation.t_span(), request, monitor)?;
         if modes.status.is_success() {
-            let chosen = rod.with_segments_of(&modes.robot);
-            self.set_rod(chosen);
+            self.set_model(match &self.model {
+                Model::Rod(rod) => Model::Rod(rod.with_segments_of(&modes.robot)),
+                _ => Model::Robot(modes.robot.clone()),
+            });
         }
         Ok(Some(modes))
     }
 
-    /// Puts a rod in the place of its own: one whose open modes were chosen.
-    pub fn set_rod(&mut self, rod: robot::Rod) {
-        let n = rod.coordinates();
+    /// Puts a model in the place of its own: one whose open modes were chosen.
+    pub fn set_model(&mut self, model: Model) {
+        let n = model.coordinates();
         if self.q0.len() != n {
             (self.q0, self.v0) = (vec![0.0; n], vec![0.0; n]);
         }
-        self.model = Model::Rod(rod);
+        self.model = model;
         self.open_modes.clear();
     }
 

@@ -1,10 +1,9 @@
 //! The section of a segment, from the keys that say what it is.
 
-use super::build::report;
 use super::document::{
     Inertia, Section, SectionKind, Segment, ShearCorrection, ShearRule, Size, SizeTable, Stiffness,
 };
-use super::shape::Shape;
+use super::shape::{Shape, report};
 use crate::rod;
 
 /// The section of the segment at `here`. A stand-in where a problem is noted.

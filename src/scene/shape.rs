@@ -13,6 +13,7 @@ use toml::de::{DeInteger, DeTable, DeValue};
 
 use super::diagnostics::SceneProblem;
 use super::words::{self, OldWord};
+use crate::error::InvalidInput;
 
 /// Least similarity (Jaro and Winkler 1990, 0 to 1) at which a known word is suggested for an unknown one.
 const SUGGESTION_SIMILARITY: f64 = 0.8;
@@ -76,6 +77,25 @@ impl Shape {
             span,
         }
     }
+}
+
+/// Notes the complaints of a constructor at the keys of the file, unless the value there is a stand-in.
+pub(super) fn report<T>(
+    result: Result<T, InvalidInput>,
+    shape: &mut Shape,
+    key: impl Fn(&str) -> String,
+) -> Option<T> {
+    let error = match result {
+        Ok(value) => return Some(value),
+        Err(error) => error,
+    };
+    for problem in error.problems {
+        let key = key(&problem.place);
+        if shape.is_readable(&key) {
+            shape.refuse(&key, format!("got {}", problem.found), format!("expected {}", problem.expected));
+        }
+    }
+    None
 }
 
 /// A path, and those of the tables and arrays around it, the innermost first.

@@ -41,6 +41,7 @@ fn refused(from: &str, to: &str, expected: &[&str]) {
 fn rod_of(text: &str) -> robot::Rod {
     match Scene::parse(text, "s.toml").expect("the scene is good").model {
         Model::Rod(rod) => rod,
+        Model::Robot(_) => panic!("a robot"),
         Model::Pendulum(_) => panic!("the scene has a rod"),
     }
 }

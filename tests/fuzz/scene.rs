@@ -38,6 +38,10 @@ pub(crate) fn fuzz_scene(bytes: &[u8]) -> String {
             let model = RobotModel::of_rod(&rod).expect("a scene that was accepted compiles");
             format!("rod of {:?} nodes", model.nodes().len().min(3))
         }
-        Model::Rod(_) => "large rod".to_owned(),
+        Model::Robot(robot) if robot.coordinates() <= COMPILED => {
+            let model = RobotModel::new(&robot).expect("a scene that was accepted compiles");
+            format!("robot of {:?} nodes", model.nodes().len().min(3))
+        }
+        Model::Rod(_) | Model::Robot(_) => "large rod or robot".to_owned(),
     }
 }

@@ -219,11 +219,13 @@ def test_scenes_and_their_models_move_alike_after_a_pickle(path):
     assert (twin.name, twin.text, twin.simulation) == (scene.name, scene.text, scene.simulation)
     for model in (twin.model, pickle.loads(pickle.dumps(scene.model)), copy.deepcopy(scene.model)):
         q = np.linspace(0.1, 0.2, model.n)
-        expected = scene.model.inverse_dynamics(q, -q, q[::-1])
-        np.testing.assert_array_equal(model.inverse_dynamics(q, -q, q[::-1]), expected)
+        expected = scene.model.inverse_dynamics(q, -q, q[::-1], t=0.25)
+        np.testing.assert_array_equal(model.inverse_dynamics(q, -q, q[::-1], t=0.25), expected)
         if isinstance(model, lissom.Rod):
             assert model.segments == scene.model.segments
             assert model.loads == scene.model.loads
+        if isinstance(model, lissom.Robot):
+            assert model.links == scene.model.links
     np.testing.assert_array_equal(twin.q0, scene.q0)
     np.testing.assert_array_equal(twin.v0, scene.v0)
 

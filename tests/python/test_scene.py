@@ -127,7 +127,16 @@ def test_windows_line_ends_and_a_byte_order_mark_are_fine(tmp_path):
 def test_the_schema_is_json_and_the_one_in_the_repository():
     schema = lissom.Scene.schema()
     assert schema == (SCENES / "lissom-scene.schema.json").read_text()
-    assert set(json.loads(schema)["properties"]) == {"version", "scene", "rod", "pendulum", "simulation"}
+    assert set(json.loads(schema)["properties"]) == {
+        "version",
+        "scene",
+        "rod",
+        "link",
+        "base_motion",
+        "fluid",
+        "pendulum",
+        "simulation",
+    }
 
 
 def test_every_key_of_the_schema_is_documented():

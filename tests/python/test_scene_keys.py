@@ -186,6 +186,76 @@ t_end = 2
 method = "auto"
 rtol = 1e-3
 """,
+    "a robot": """version = 1
+[scene]
+gravity = [0, 0, -9.81]
+[base_motion]
+translation = { amplitude = [0, 0, 0.01], frequency = 2 }
+[fluid]
+density = 1
+viscous_drag = [0.1, 0.1]
+[[link]]
+name = "carriage"
+position = [0, 0, 0.1]
+orientation = [0.8, 0, 0.6, 0]
+joint = { type = "prismatic", axis = [0, 1, 0], stiffness = 10, rest = 0.01, damping = 0.1, armature = 0.1 }
+body = { mass = 0.1, centre = [0, 0, 0.01], inertia = [[1e-4, 0, 0], [0, 1e-4, 0], [0, 0, 1e-4]] }
+q0 = [0.02]
+v0 = [0.1]
+[[link]]
+name = "arm"
+parent = "carriage"
+[link.joint]
+type = "revolute"
+axis = [0, 1, 0]
+friction = 1e-3
+friction_velocity = 1e-2
+limits = [-1, 1]
+limit_stiffness = 10
+limit_dissipation = 0.1
+[[link.load]]
+force = [0, 0, 0.1]
+at = 0.1
+[[link.support]]
+stiffness = 1
+[[link.rod.segment]]
+length = 0.2
+radius = 0.01
+young_modulus = 3e5
+poisson_ratio = 0.4
+density = 1070
+modes = { bend_y = 1 }
+[[link]]
+name = "cross"
+parent = "arm"
+at = 0.1
+joint = { type = "universal", axis1 = [1, 0, 0], axis2 = [0, 1, 0] }
+body = { mass = 0.01, centre = [0.01, 0.01, 0.02] }
+[[link]]
+name = "plate"
+parent = "cross"
+joint = { type = "planar", normal = [0, 0, 1] }
+body = { mass = 0.01, centre = [0.01, 0.01, 0.02] }
+[[link]]
+name = "tube"
+joint = { type = "cylindrical", axis = [0, 0, 1] }
+body = { mass = 0.01, centre = [0.01, 0.01, 0.02] }
+[[link]]
+name = "ball"
+joint = { type = "spherical" }
+body = { mass = 0.01, centre = [0.01, 0.01, 0.02], inertia = [[1e-4, 0, 0], [0, 1e-4, 0], [0, 0, 1e-4]] }
+[[link]]
+name = "bird"
+joint = { type = "free" }
+body = { mass = 0.01, inertia = [[1e-4, 0, 0], [0, 1e-4, 0], [0, 0, 1e-4]] }
+[[link]]
+name = "feather"
+parent = "bird"
+joint = { type = "weld" }
+body = { mass = 0.001 }
+[simulation]
+t_end = 0.1
+""",
     "a turning base": """version = 1
 [[rod]]
 fluid = { density = 1, buoyancy = true }

@@ -7,7 +7,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ..views import Link, Sketch, View
+from ..views import Link, Sketch, Solid, View
 from . import page, theme
 
 Array = NDArray[np.float64]
@@ -63,7 +63,7 @@ class Animated(Protocol):
 
 def sections(title: str, run: Animated, caption: str) -> list[page.Section]:
     """The motion with play, pause and a slider; nothing of a model that cannot be drawn."""
-    if run.view.links:
+    if run.view.is_spatial:
         figure = _in_space(run)
     elif run.view.sketch is not None:
         figure = _in_plane(run, run.view.sketch)
@@ -88,40 +88,94 @@ def _in_space(run: Animated) -> Any:
     """Links as tubes, frames as points with the paths that they take."""
     import plotly.graph_objects as go
 
-    tubes = [Tube(link, LEAST_RADIUS * run.view.size) for link in run.view.links]
+    least = LEAST_RADIUS * run.view.size
+    skins: list[Tube | Ellipsoid] = [Tube(link, least) for link in run.view.links]
+    skins += [Ellipsoid(solid, least) for solid in run.view.solids]
     path = run.instants(MAX_PATH)
     paths = [frame.pose(run.q[path], run.clock[path])[:, :3, 3] for frame in run.view.frames]
 
     def moving(i: int) -> list[Any]:
         """What changes from frame to frame: the positions alone."""
         points = [frame.pose(run.q[i], run.clock[i])[:3, 3] for frame in run.view.frames]
-        return [tube.trace(run, i) for tube in tubes] + [
+        return [skin.trace(run, i) for skin in skins] + [
             go.Scatter3d(x=x[None], y=y[None], z=z[None]) for x, y, z in points
         ]
 
     first = moving(0)
-    for tube, trace in zip(tubes, first, strict=False):
-        trace.update(tube.looks())
+    for skin, trace in zip(skins, first, strict=False):
+        trace.update(skin.looks())
     dot = {"size": 4, "color": theme.ORANGE}
-    for frame, trace in zip(run.view.frames, first[len(tubes) :], strict=True):
+    for frame, trace in zip(run.view.frames, first[len(skins) :], strict=True):
         trace.update(mode="markers", marker=dot, name=frame.name, hoverinfo="skip")
-    starts = [tube.centre_line(run, 0) for tube in tubes]
+    starts = [skin.centre_line(run, 0) for skin in skins if isinstance(skin, Tube)]
     figure = go.Figure([*first, *_paths(run.view, paths), *_initial_shapes(starts)])
     at = run.instants(MAX_FRAMES)
     frames = [go.Frame(data=moving(i), traces=list(range(len(first))), name=str(k)) for k, i in enumerate(at)]
     figure.frames = frames
-    every = np.concatenate([tube.centre_line(run, at).reshape(-1, 3) for tube in tubes] + paths)
+    every = np.concatenate([skin.centre_line(run, at).reshape(-1, 3) for skin in skins] + paths)
     figure.update_layout(
         **theme.layout(
             640,
             margin={"l": 0, "r": 0, "t": 10, "b": 90},
-            scene=_space(every, margin=2.0 * max(tube.widest for tube in tubes)),
+            scene=_space(every, margin=2.0 * max(skin.widest for skin in skins)),
             legend={"orientation": "h", "y": 1.0, "x": 0.5, "xanchor": "center", "yanchor": "top"},
             uirevision="kept",
         ),
         **theme.player(frames, _labels(run.t[at]), _pace(run, at), label=run.label),
     )
     return figure
+
+
+class Ellipsoid:
+    """The skin of a rigid body, drawn at least so thick."""
+
+    def __init__(self, solid: Solid, least_radius: float) -> None:
+        self.solid = solid
+        latitude, longitude = np.meshgrid(
+            np.linspace(-np.pi / 2, np.pi / 2, CORNERS // 2 + 1),
+            np.linspace(-np.pi, np.pi, CORNERS, endpoint=False),
+            indexing="ij",
+        )
+        sphere = [
+            np.cos(latitude) * np.cos(longitude),
+            np.cos(latitude) * np.sin(longitude),
+            np.sin(latitude),
+        ]
+        self.skin = np.stack(sphere, axis=-1).reshape(-1, 3) * np.maximum(solid.semi_axes, 2.0 * least_radius)
+
+    @property
+    def widest(self) -> float:
+        """How far the skin is from the centre, at most, metres."""
+        return float(np.abs(self.skin).max())
+
+    def centre_line(self, run: Animated, at: Any) -> Array:
+        """Positions of the centre (..., 1, 3) in the shapes of these indices."""
+        return self.solid.pose(run.q[at], run.clock[at])[..., None, :3, 3]
+
+    def trace(self, run: Animated, i: int) -> Any:
+        """The vertices of the skin in one shape."""
+        import plotly.graph_objects as go
+
+        pose = self.solid.pose(run.q[i], run.clock[i])
+        return go.Mesh3d(**_xyz(self.skin @ pose[:3, :3].T + pose[:3, 3]))
+
+    def looks(self) -> dict[str, Any]:
+        """The faces, which stay the same, and how they look."""
+        rings, around = CORNERS // 2, np.arange(CORNERS)
+        here = (np.arange(rings)[:, None] * CORNERS + around).ravel()
+        beside = (np.arange(rings)[:, None] * CORNERS + (around + 1) % CORNERS).ravel()
+        i, j, k = np.stack(
+            [[here, beside, here + CORNERS], [beside, beside + CORNERS, here + CORNERS]], axis=1
+        )
+        return {
+            "i": i.ravel(),
+            "j": j.ravel(),
+            "k": k.ravel(),
+            "color": theme.GREY,
+            "flatshading": False,
+            "name": self.solid.name,
+            "hoverinfo": "name",
+        }
 
 
 def _paths(view: View, paths: list[Array]) -> list[Any]:

@@ -175,7 +175,7 @@ def _vibration(study: ModesStudy, k: int) -> Slides:
 def _deflection(study: ModesStudy, shape: Any) -> float:
     """Largest deflection of a shape, relative to the model's size; without links its largest coordinate."""
     seen = view(study.scene.model)
-    if not seen.links:
+    if not seen.is_spatial:
         return float(np.abs(shape).max())
 
     def largest(part: Array) -> float:
@@ -189,6 +189,9 @@ def _deflection(study: ModesStudy, shape: Any) -> float:
         for link in seen.links:
             bent, straight = (link.pose(q, link.stations, t0)[:, :3, 3] for q in (study.q + small, study.q))
             moved = max(moved, float(np.linalg.norm(bent - straight, axis=1).max()))
+        for solid in seen.solids:
+            there, here = (solid.pose(q, t0)[:3, 3] for q in (study.q + small, study.q))
+            moved = max(moved, float(np.linalg.norm(there - here)))
         return moved * (size / 1e-4) / seen.size
 
     deflection = float(np.hypot(largest(np.real(shape)), largest(np.imag(shape))))

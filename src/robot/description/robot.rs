@@ -302,6 +302,11 @@ impl Robot {
             }
         }
         for (i, link) in self.links.iter().enumerate().rev() {
+            if let (Some(parent), true) = (link.parent, has_mass[i]) {
+                has_mass[parent] = true;
+            }
+        }
+        for (i, link) in self.links.iter().enumerate() {
             let has_armature = link.joint.forces().is_some_and(|forces| forces.armature > 0.0);
             if let (false, false, Some(coordinate)) =
                 (has_mass[i], has_armature, link.joint.coordinates().first())
@@ -312,9 +317,6 @@ impl Robot {
                     format_args!("a joint of \"{}\" with no mass behind it", link.name),
                     &format!("a rod or a body on this link or on one behind it, that `{coordinate}` moves"),
                 );
-            }
-            if let (Some(parent), true) = (link.parent, has_mass[i]) {
-                has_mass[parent] = true;
             }
         }
     }

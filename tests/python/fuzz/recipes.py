@@ -110,6 +110,7 @@ RECIPES: dict[str, dict | list[dict]] = {
         "fluid": "lissom.Fluid(1000.0)",
         "base_motion": "lissom.BaseMotion(translation=lissom.Harmonic((0, 0, 0.01), 2.0))",
     },
+    "Robot.from_urdf": {"path": "v.urdf()"},
     "Robot.explain": {"self": _MODEL},
     "Robot.slice": {"self": "v.robot()", "link": "'b'"},
     "Robot.pose": [

@@ -5,7 +5,9 @@ Scripts say ``from fuzz import values as v``.
 
 import copy
 import gc
+import pathlib
 import pickle
+import tempfile
 
 import numpy as np
 
@@ -61,6 +63,18 @@ def link(name, **changes):
 def robot():
     """Two coordinates of joints."""
     return lissom.Robot([link("a"), link("b", parent="a", position=(0.1, 0, 0))])
+
+
+def urdf():
+    """The path of a file with one body on a hinge."""
+    text = (
+        '<robot name="r"><link name="a"/><link name="b"><inertial><origin xyz="0.1 0 0"/><mass value="1"/>'
+        '<inertia ixx="1" iyy="1" izz="1"/></inertial></link>'
+        '<joint name="j" type="continuous"><parent link="a"/><child link="b"/></joint></robot>'
+    )
+    path = pathlib.Path(tempfile.gettempdir()) / "lissom-one-hinge.urdf"
+    path.write_text(text, encoding="utf-8")
+    return str(path)
 
 
 def pendulum():

@@ -1,0 +1,227 @@
+//! The links of a robot, from the keys that say what they are.
+
+use super::document::{Document, Joint, JointKind, Link, LinkBody, Segment};
+use super::parts;
+use super::shape::{Shape, report};
+use crate::body;
+use crate::error::Checker;
+use crate::joint::{self as joints, JointForces};
+use crate::load;
+use crate::robot::{self, Robot};
+use crate::support;
+
+/// What the tables of a robot's links make: the robot, and its initial coordinates and velocities.
+pub(super) fn robot(document: &Document, shape: &mut Shape) -> Option<(Robot, [Vec<f64>; 2])> {
+    let written = &document.link;
+    let links: Vec<_> =
+        written.iter().enumerate().map(|(i, link)| self::link(written, i, link, shape)).collect();
+    // Loads and supports are tables of their links: the places of all of them in the file.
+    let (mut loads, mut load_keys) = (Vec::new(), Vec::new());
+    let (mut supports, mut support_keys) = (Vec::new(), Vec::new());
+    for (i, link) in written.iter().enumerate() {
+        for (j, written) in link.load.iter().enumerate() {
+            let key = format!("link[{i}].load[{j}]");
+            loads.push(load::Load { link: i, ..parts::load(written, &key, shape) });
+            load_keys.push(key);
+        }
+        for (j, written) in link.support.iter().enumerate() {
+            supports.push(support::Support { link: i, ..parts::support(written) });
+            support_keys.push(format!("link[{i}].support[{j}]"));
+        }
+    }
+    let moving = document.base_motion.as_ref();
+    let robot = Robot {
+        base_motion: moving
+            .map(|written| parts::base_motion(written, "base_motion", &document.simulation, shape)),
+        loads,
+        supports,
+        fluid: document.fluid.as_ref().map(parts::fluid),
+        ..Robot::new(links)
+    };
+    let robot = Robot { gravity: document.scene.gravity.unwrap_or(robot.gravity), ..robot };
+    let key = |place: &str| key_of(place, written, &load_keys, &support_keys);
+    let valid = report(robot.validate(), shape, key).is_some();
+    if !valid || !shape.is_readable("link") {
+        return None;
+    }
+    if robot.coordinates() == 0 {
+        let right = "give a link a joint, such as joint = { type = \"free\" }, or a rod with modes";
+        shape.refuse("link", "no coordinates, so nothing can move", right);
+    }
+    let state = ["q0", "v0"].map(|key| state(document, &robot, key, shape));
+    Some((robot, state))
+}
+
+/// Initial coordinates or velocities, which each link has of its own.
+fn state(document: &Document, robot: &Robot, key: &str, shape: &mut Shape) -> Vec<f64> {
+    let has_open_modes = !parts::open_modes(document).is_empty();
+    let mut state = Vec::with_capacity(robot.coordinates());
+    for (i, (written, link)) in document.link.iter().zip(&robot.links).enumerate() {
+        let n = link.coordinates();
+        let given = if key == "q0" { &written.q0 } else { &written.v0 };
+        let values = given.clone().unwrap_or_else(|| vec![0.0; n]);
+        let mut check = Checker::new();
+        if !has_open_modes {
+            let wanted = format!("{n} values: {}", link.coordinate_names().join(", "));
+            check.require(values.len() == n, key, format_args!("{} values", values.len()), &wanted);
+        }
+        check.finite(&values, key);
+        report(check.finish(), shape, |place| format!("link[{i}].{place}"));
+        state.extend(values);
+    }
+    state
+}
+
+fn link(all: &[Link], i: usize, written: &Link, shape: &mut Shape) -> robot::Link {
+    let here = format!("link[{i}]");
+    let parent = written.parent.as_ref().and_then(|name| {
+        let found = all.iter().position(|link| link.name == *name);
+        if found.is_none_or(|parent| parent >= i) {
+            let names: Vec<_> = all[..i].iter().map(|link| format!("\"{}\"", link.name)).collect();
+            let wrong = match found {
+                None => format!("no link is called \"{name}\""),
+                Some(parent) if parent == i => "a link cannot carry itself".to_owned(),
+                Some(_) => format!("\"{name}\" stands behind the link that it carries"),
+            };
+            let right = match names.is_empty() {
+                true => "remove it: the first link hangs on the world".to_owned(),
+                false => format!("expected one of the links before: {}", names.join(", ")),
+            };
+            shape.refuse(&format!("{here}.parent"), wrong, right);
+        }
+        found.filter(|&parent| parent < i)
+    });
+    let segments = written.rod.iter().flat_map(|rod| &rod.segment).enumerate();
+    let rod = segments
+        .map(|(j, segment)| parts::segment(segment, &format!("{here}.rod.segment[{j}]"), shape))
+        .collect();
+    robot::Link {
+        parent,
+        // Where the parent is unknown its place says nothing.
+        at: written.at.filter(|_| parent.is_some() || written.parent.is_none()),
+        position: written.position,
+        orientation: written.orientation,
+        joint: written
+            .joint
+            .as_ref()
+            .map_or(joints::Joint::Weld, |written| joint(written, &format!("{here}.joint"), shape)),
+        rod,
+        body: written.body.as_ref().map(|&LinkBody { mass, centre, inertia }| body::Body {
+            centre,
+            inertia,
+            ..body::Body::point(mass)
+        }),
+        ..robot::Link::new(&written.name)
+    }
+}
+
+/// The joint that is written at `here`; one that fits where a problem is noted.
+fn joint(written: &Joint, here: &str, shape: &mut Shape) -> joints::Joint {
+    const STAND_IN: [f64; 3] = [1.0, 0.0, 0.0];
+    const OTHER_STAND_IN: [f64; 3] = [0.0, 1.0, 0.0];
+    let kind = written.r#type;
+    let (directions, has_forces): (&[&str], bool) = match kind {
+        JointKind::Weld | JointKind::Spherical | JointKind::Free => (&[], false),
+        JointKind::Revolute | JointKind::Prismatic => (&["axis"], true),
+        JointKind::Cylindrical => (&["axis"], false),
+        JointKind::Universal => (&["axis1", "axis2"], false),
+        JointKind::Planar => (&["normal"], false),
+    };
+    let given = [
+        ("axis", written.axis),
+        ("axis1", written.axis1),
+        ("axis2", written.axis2),
+        ("normal", written.normal),
+    ];
+    for (key, value) in given {
+        let place = format!("{here}.{key}");
+        let is_wanted = directions.contains(&key);
+        if value.is_some() && !is_wanted {
+            shape.refuse(&place, format!("a {} joint does not take it", kind.name()), "remove it");
+        } else if value.is_none() && is_wanted && shape.is_readable(&place) {
+            shape.refuse(
+                here,
+                format!("{key} is missing"),
+                format!("add {key}, a direction such as [0, 1, 0]"),
+            );
+            shape.replaced.insert(place);
+        }
+    }
+    let numbers = [
+        ("stiffness", written.stiffness),
+        ("rest", written.rest),
+        ("damping", written.damping),
+        ("friction", written.friction),
+        ("friction_velocity", written.friction_velocity),
+        ("limit_stiffness", written.limit_stiffness),
+        ("limit_dissipation", written.limit_dissipation),
+        ("armature", written.armature),
+    ];
+    let limits = ("limits", written.limits.map(|[lower, _]| lower));
+    for (key, value) in numbers.into_iter().chain([limits]) {
+        if value.is_some() && !has_forces {
+            let wrong = format!("a {} joint does not take it", kind.name());
+            shape.refuse(&format!("{here}.{key}"), wrong, "remove it: revolute and prismatic joints do");
+        }
+    }
+    let default = JointForces::default();
+    let [stiffness, rest, damping, friction, friction_velocity, limit_stiffness, limit_dissipation, armature] =
+        numbers.map(|(_, value)| value);
+    let forces = JointForces {
+        stiffness: stiffness.unwrap_or(default.stiffness),
+        rest: rest.unwrap_or(default.rest),
+        damping: damping.unwrap_or(default.damping),
+        friction: friction.unwrap_or(default.friction),
+        friction_velocity: friction_velocity.unwrap_or(default.friction_velocity),
+        limits: written.limits,
+        limit_stiffness: limit_stiffness.unwrap_or(default.limit_stiffness),
+        limit_dissipation: limit_dissipation.unwrap_or(default.limit_dissipation),
+        armature: armature.unwrap_or(default.armature),
+    };
+    let axis = written.axis.unwrap_or(STAND_IN);
+    match kind {
+        JointKind::Weld => joints::Joint::Weld,
+        JointKind::Revolute => joints::Joint::Revolute { axis, forces },
+        JointKind::Prismatic => joints::Joint::Prismatic { axis, forces },
+        JointKind::Cylindrical => joints::Joint::Cylindrical { axis },
+        JointKind::Universal => {
+            let axes = [written.axis1.unwrap_or(STAND_IN), written.axis2.unwrap_or(OTHER_STAND_IN)];
+            joints::Joint::Universal { axes }
+        }
+        JointKind::Planar => joints::Joint::Planar { normal: written.normal.unwrap_or(STAND_IN) },
+        JointKind::Spherical => joints::Joint::Spherical,
+        JointKind::Free => joints::Joint::Free,
+    }
+}
+
+/// The key in the file of a place in a [`Robot`].
+fn key_of(place: &str, written: &[Link], loads: &[String], supports: &[String]) -> String {
+    if place.starts_with("gravity") {
+        return format!("scene.{place}");
+    }
+    for (what, keys) in [("loads[", loads), ("supports[", supports)] {
+        if let Some((i, rest)) = place.strip_prefix(what).and_then(|rest| rest.split_once(']'))
+            && let Some(key) = i.parse::<usize>().ok().and_then(|i| keys.get(i))
+        {
+            return format!("{key}{rest}");
+        }
+    }
+    let key = place.replace("links[", "link[").replace(".rod[", ".rod.segment[");
+    if key == "links" {
+        return "link".to_owned();
+    }
+    match key.split_once(".rod.segment[").and_then(|(link, rest)| Some((link, rest.split_once("].")?))) {
+        Some((link, (j, of_segment))) => {
+            let written = segment_of(written, link, j);
+            let of_segment =
+                written.map_or(of_segment.to_owned(), |written| parts::segment_key(of_segment, written));
+            format!("{link}.rod.segment[{j}].{of_segment}")
+        }
+        None => key,
+    }
+}
+
+fn segment_of<'a>(written: &'a [Link], link: &str, segment: &str) -> Option<&'a Segment> {
+    let link: usize = link.strip_prefix("link[")?.strip_suffix(']')?.parse().ok()?;
+    written.get(link)?.rod.as_ref()?.segment.get(segment.parse::<usize>().ok()?)
+}
