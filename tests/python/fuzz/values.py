@@ -69,7 +69,7 @@ def urdf():
     """The path of a file with one body on a hinge."""
     text = (
         '<robot name="r"><link name="a"/><link name="b"><inertial><origin xyz="0.1 0 0"/><mass value="1"/>'
-        '<inertia ixx="1" iyy="1" izz="1"/></inertial></link>'
+        '<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>'
         '<joint name="j" type="continuous"><parent link="a"/><child link="b"/></joint></robot>'
     )
     path = pathlib.Path(tempfile.gettempdir()) / "lissom-one-hinge.urdf"
