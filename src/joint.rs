@@ -124,6 +124,9 @@ impl JointForces {
             );
             let unit = "newton metres a radian, or newtons a metre; limits are stiff springs";
             check.positive(self.limit_stiffness, "limit_stiffness", unit);
+        } else {
+            let expected = "two numbers: there is a limit_stiffness";
+            check.require(self.limit_stiffness == 0.0, "limits", "none", expected);
         }
     }
 }

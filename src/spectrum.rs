@@ -37,9 +37,8 @@ impl Vibration {
 
     /// How far the tip of `model` goes from `q` with this modal amplitude, in metres; infinite beyond any range.
     pub(crate) fn reach<M: Model>(&self, model: &mut M, q: &[f64], size: f64) -> f64 {
-        let tip = model.tip(q);
         let moved: Vec<f64> = q.iter().zip(&self.shape).map(|(q, x)| q + x * size).collect();
-        let by = model.tip(&moved).iter().zip(tip).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt();
+        let by = model.moved(q, &moved);
         if by.is_nan() { f64::INFINITY } else { by }
     }
 
@@ -48,6 +47,9 @@ impl Vibration {
         0.5 * self.damping.abs() > self.frequency
     }
 }
+
+/// Eigenvalues are known to this many times the precision of the largest one, times their number.
+const ROUNDING: f64 = 16.0;
 
 impl Spectrum {
     /// The largest rate, in 1/s: what limits explicit steps.
@@ -88,7 +90,11 @@ impl Spectrum {
         lower.solve_lower_triangular_mut(&mut whole).then_some(())?;
         let (squares, mut shapes) = symmetric_eigen(&whole)?;
         lower.tr_solve_lower_triangular_mut(&mut shapes).then_some(())?;
+        // What is free to move has no frequency, but for rounding of the others.
+        let largest = squares.iter().fold(0.0, |largest: f64, square| largest.max(square.abs()));
+        let rounding = ROUNDING * n as f64 * f64::EPSILON * largest;
         let modes = squares.iter().enumerate().map(|(k, &square)| {
+            let square = if square.abs() <= rounding { 0.0 } else { square };
             let shape = shapes.column(k);
             let frequency = square.max(0.0).sqrt();
             let with_mass = |x: &[f64]| {

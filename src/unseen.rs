@@ -107,13 +107,11 @@ impl Unseen {
 
     /// What is worth a warning: the vibration that leaves the largest error of the tip, if that is large.
     pub(crate) fn verdict<M: Model>(&self, model: &mut M, q0: &[f64]) -> Option<String> {
-        let tip = model.tip(q0);
         let length = model.length();
         let moved = |vibration: &Vibration| {
             let moved: Vec<f64> =
                 q0.iter().zip(&vibration.shape).map(|(q, x)| q + vibration.distance * x).collect();
-            let moved = model.tip(&moved);
-            moved.iter().zip(tip).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt() / length
+            model.moved(q0, &moved) / length
         };
         let visible = self.vibrations.iter().filter(|vibration| vibration.distance > 0.0);
         let movements: Vec<(f64, &Vibration)> = visible.clone().map(moved).zip(visible).collect();

@@ -5,6 +5,7 @@ Plain data: everything is checked where it is written, and computed in the core.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import KW_ONLY, dataclass, fields
 from typing import TYPE_CHECKING
 
@@ -244,7 +245,8 @@ class Link:
     orientation: Vector = (1.0, 0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
+        if isinstance(self.rod, Iterable):
+            # What can be read but once is kept.
+            object.__setattr__(self, "rod", tuple(self.rod))
         check_link(self)
         _keep(self)
-        if self.rod is not None:
-            object.__setattr__(self, "rod", tuple(self.rod))

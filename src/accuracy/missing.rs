@@ -222,16 +222,17 @@ impl Missing {
         self.gives(chosen).into_iter().map(relative).fold(0.0, f64::max)
     }
 
-    /// How far the tip moves in each state where these coordinates give way.
+    /// How far the places move in each state where these coordinates give way.
     fn moved<M: Model>(&self, richer: &mut M, chosen: &[usize]) -> Vec<[f64; 3]> {
-        let moved = |([q, _], give): (&[Vec<f64>; 2], Vec<f64>)| {
+        let (mut from, mut to) = (Vec::new(), Vec::new());
+        for ([q, _], give) in self.states.iter().zip(self.gives(chosen)) {
             let mut there = q.clone();
             for (&place, give) in chosen.iter().zip(give) {
                 there[place] += give;
             }
-            let (from, to) = (richer.tip(q), richer.tip(&there));
-            std::array::from_fn(|i| to[i] - from[i])
-        };
-        self.states.iter().zip(self.gives(chosen)).map(moved).collect()
+            richer.places(q, &mut from);
+            richer.places(&there, &mut to);
+        }
+        from.iter().zip(&to).map(|(from, to)| std::array::from_fn(|i| to[i] - from[i])).collect()
     }
 }

@@ -218,16 +218,18 @@ impl Trial {
     fn moved(&self) -> Vec<f64> {
         let mut model = self.model.clone();
         let n = model.n();
-        let tip = model.tip_place();
+        let tips = model.tips_of_rods();
         let mut jacobian = Matrix::zeros(6, n);
         let mut moved = vec![0.0_f64; n];
         let states = self.simulation.q.chunks_exact(n.max(1));
         let every = states.len().div_ceil(STATES).max(1);
         for q in states.rev().step_by(every) {
-            model.jacobian_at(q, &tip, &mut jacobian);
-            for (k, moved) in moved.iter_mut().enumerate() {
-                let velocity = (3..6).map(|i| jacobian[(i, k)].powi(2)).sum::<f64>().sqrt();
-                *moved = moved.max(velocity * q[k].abs());
+            for tip in &tips {
+                model.jacobian_at(q, tip, &mut jacobian);
+                for (k, moved) in moved.iter_mut().enumerate() {
+                    let velocity = (3..6).map(|i| jacobian[(i, k)].powi(2)).sum::<f64>().sqrt();
+                    *moved = moved.max(velocity * q[k].abs());
+                }
             }
         }
         moved

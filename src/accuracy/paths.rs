@@ -27,20 +27,21 @@ pub(super) fn with_more_times(times: &[f64], (t0, t_end): (f64, f64)) -> Vec<f64
     all
 }
 
-/// Where the tip is at all times. `monitor` sees the end of the run now and then and may stop it.
+/// Where the places are at all times, one time after the other. `monitor` sees the end of the run now and then and may stop it.
 pub(super) fn tips<M: Model>(
     model: &mut M,
     simulation: &Simulation,
     monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
 ) -> Result<Vec<[f64; 3]>, Interrupted> {
     let end = simulation.t.last().copied().unwrap_or(0.0);
-    let tip = |(i, q): (usize, &[f64])| {
+    let mut tips = Vec::with_capacity(simulation.t.len());
+    for (i, q) in simulation.q.chunks_exact(simulation.n.max(1)).enumerate() {
         if i.is_multiple_of(TIPS_BETWEEN) {
             monitor(end)?;
         }
-        Ok(model.tip(q))
-    };
-    simulation.q.chunks_exact(simulation.n.max(1)).enumerate().map(tip).collect()
+        model.places(q, &mut tips);
+    }
+    Ok(tips)
 }
 
 /// The distances of two paths at each of their times.
@@ -48,9 +49,11 @@ pub(super) fn distances(a: &[[f64; 3]], b: &[[f64; 3]]) -> Vec<f64> {
     a.iter().zip(b).map(|(a, b)| size(&std::array::from_fn(|i| a[i] - b[i]))).collect()
 }
 
-/// How far a path goes from its start.
-pub(super) fn range(tips: &[[f64; 3]]) -> f64 {
-    tips.first().map_or(0.0, |start| largest(&distances(tips, &vec![*start; tips.len()])))
+/// How far paths over so many times go from their starts.
+pub(super) fn range(tips: &[[f64; 3]], times: usize) -> f64 {
+    let places = tips.len() / times.max(1);
+    let starts = tips.iter().take(places).cycle().copied().take(tips.len());
+    largest(&distances(tips, &starts.collect::<Vec<_>>()))
 }
 
 pub(super) fn size(vector: &[f64; 3]) -> f64 {

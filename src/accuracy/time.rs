@@ -124,5 +124,5 @@ fn drained<M: Model + Clone>(plan: &Plan<'_, M>, run: &Run) -> f64 {
     let balance = run.simulation.balance(&mut plan.model.clone());
     let drift = balance.map_or(0.0, |balance| balance.drift());
     let lost = if drift > LARGE_DRIFT { 1.0 - (1.0 - drift.min(1.0)).sqrt() } else { 0.0 };
-    lost * range(&run.tips) / plan.model.length()
+    lost * range(&run.tips, run.simulation.t.len()) / plan.model.length()
 }

@@ -89,6 +89,24 @@ pub trait Model: Elastic + InTime + Discretised {
     /// Where the tip is, in the frame of the model, in metres: what an accuracy is measured at.
     fn tip(&mut self, q: &[f64]) -> [f64; 3];
 
+    /// Appends the places that an accuracy is measured at, in the frame of the model, in metres: as many in every state.
+    /// By default the tip.
+    fn places(&mut self, q: &[f64], places: &mut Vec<[f64; 3]>) {
+        places.push(self.tip(q));
+    }
+
+    /// How far the place moves most that moves most from one state to another, in metres.
+    fn moved(&mut self, from: &[f64], to: &[f64]) -> f64 {
+        let mut places = Vec::new();
+        self.places(from, &mut places);
+        let number = places.len();
+        self.places(to, &mut places);
+        let (from, to) = places.split_at(number);
+        let square = |(a, b): (&[f64; 3], &[f64; 3])| (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>();
+        let largest = |most: f64, square: f64| if square <= most { most } else { square };
+        from.iter().zip(to).map(square).fold(0.0, largest).sqrt()
+    }
+
     /// The length of the model, in metres: what errors of the tip are relative to.
     fn length(&self) -> f64;
 

@@ -2,9 +2,9 @@
 
 use std::f64::consts::{PI, TAU};
 
-/// Replaces every rotation vector that is longer than pi by the other one of the same rotation,
-/// `phi' = (1 - 2 pi / |phi|) phi`, and its velocities and accelerations by the derivatives of that. Returns whether
-/// there was any. Its length must not be 2 pi or more.
+/// Replaces every rotation vector that is longer than pi by the one of the same rotation that is not,
+/// `phi' = (1 - 2 pi k / |phi|) phi` with k turns, and its velocities and accelerations by the derivatives of that. Returns
+/// whether there was any.
 ///
 /// `first` are the first coordinates of the rotation vectors; all `accelerations`, those of a method among them, are
 /// replaced likewise. The coordinates of a rotation vector are singular at 2 pi: a step that starts within pi stays
@@ -19,15 +19,16 @@ pub(crate) fn wrap(first: &[usize], q: &mut [f64], v: &mut [f64], accelerations:
             continue;
         }
         has_wrapped = true;
-        // phi' = g phi with g = 1 - 2 pi / |phi|, and its derivatives.
-        let g = 1.0 - TAU / length;
+        // phi' = g phi with g = 1 - 2 pi k / |phi|, and its derivatives.
+        let turns = TAU * (length / TAU).round();
+        let g = 1.0 - turns / length;
         let length_rate = dot(phi, rate) / length;
-        let g_rate = TAU * length_rate / (length * length);
+        let g_rate = turns * length_rate / (length * length);
         for acceleration in accelerations.iter_mut() {
             let second = vector(acceleration);
             let length_second = (dot(rate, rate) + dot(phi, second) - length_rate * length_rate) / length;
             let g_second =
-                TAU * (length_second - 2.0 * length_rate * length_rate / length) / (length * length);
+                turns * (length_second - 2.0 * length_rate * length_rate / length) / (length * length);
             for i in 0..3 {
                 acceleration[first + i] = g * second[i] + 2.0 * g_rate * rate[i] + g_second * phi[i];
             }

@@ -768,7 +768,7 @@ impl PyRobot {
 pub(super) fn instances<C: PyClass<Frozen = True> + Sync, T>(
     value: &Bound<'_, PyAny>,
     name: &str,
-    core: impl Fn(&C) -> T,
+    mut core: impl FnMut(&C) -> T,
 ) -> PyResult<Vec<T>> {
     let wrong = |found: &Bound<'_, PyAny>| {
         PyTypeError::new_err(format!(

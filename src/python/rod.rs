@@ -12,6 +12,7 @@ use super::robot::{PyRobot, instances};
 use super::segment::PySegment;
 use super::signal::Functions;
 use super::support::PySupport;
+use crate::error::InvalidInput;
 use crate::robot::{Robot, Rod};
 
 /// A Cosserat rod: segments in a row, clamped at the base, with loads and rigid bodies on it.
@@ -96,15 +97,32 @@ impl PyRod {
         let segments = instances(segments, "segments", |segment: &PySegment| segment.0.clone())?;
         let fluid = fluid.map(|fluid| fluid.get().0.clone());
         let mut rod = Rod { tip_mass, fluid, ..Rod::new(segments) };
+        // What is on a rod names no link.
+        let mut named = Vec::new();
         if let Some(loads) = loads {
-            rod.loads = instances(loads, "loads", |load: &PyLoad| load.load().clone())?;
+            rod.loads = instances(loads, "loads", |load: &PyLoad| {
+                named.push(("loads", load.link().map(str::to_owned)));
+                load.load().clone()
+            })?;
         }
         if let Some(bodies) = bodies {
-            rod.bodies = instances(bodies, "bodies", |body: &PyBody| body.body.clone())?;
+            rod.bodies = instances(bodies, "bodies", |body: &PyBody| {
+                named.push(("bodies", body.link.clone()));
+                body.body.clone()
+            })?;
         }
         rod.base_motion = base_motion.map(|motion| motion.get().motion().clone());
         if let Some(supports) = supports {
-            rod.supports = instances(supports, "supports", |support: &PySupport| support.support.clone())?;
+            rod.supports = instances(supports, "supports", |support: &PySupport| {
+                named.push(("supports", support.link.clone()));
+                support.support.clone()
+            })?;
+        }
+        if let Some((what, Some(link))) = named.into_iter().find(|(_, link)| link.is_some()) {
+            let found = format_args!("'{link}' in {what}");
+            return Err(
+                InvalidInput::new("link", found, "none: a rod is one link, a Robot has several").into()
+            );
         }
         let mut vectors = [
             (base_position, &mut rod.base_position, "base_position"),

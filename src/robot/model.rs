@@ -15,7 +15,7 @@ use super::sweeps::Sweeps;
 use super::tell::{Explanation, Multiplications, cost};
 use crate::error::{Checker, Interrupted, InvalidInput};
 use crate::lie::{Instructions, Planar, Plane, Spatial, Vector};
-use crate::linalg::{ChainMatrix, Matrix};
+use crate::linalg::{ChainMatrix, Matrix, symmetric_eigen};
 use crate::model::{Chain, Discretised, Elastic, Energy, Flaw, InTime, Model};
 use crate::rod::{MAX_NODES, STRAINS, piece};
 use crate::springs::Springs;
@@ -32,8 +32,17 @@ pub struct RobotModel {
     explanation: Arc<Explanation>,
     robot: Arc<Robot>,
     rotation_vectors: Arc<[usize]>,
+    /// Where an accuracy is measured.
+    marks: Arc<[Mark]>,
     /// What is taken for the forces of the supports' springs.
     held: Option<Vec<f64>>,
+}
+
+/// A place of a robot, or one beside it in the axes there.
+#[derive(Clone, Debug)]
+struct Mark {
+    place: Place,
+    offset: Option<Vector<f64>>,
 }
 
 #[derive(Clone, Debug)]
@@ -184,10 +193,35 @@ impl RobotModel {
             explanation: Arc::new(explanation),
             robot: Arc::new(robot.clone()),
             rotation_vectors: robot.rotation_vectors().into(),
+            marks: Arc::new([]),
             held: None,
         };
         model.check_inertia()?;
+        model.marks = model.marks_of_links().into();
         Ok(model)
+    }
+
+    /// [`Model::places`] on the links; of links of nothing their base, if there is nothing else.
+    fn marks_of_links(&self) -> Vec<Mark> {
+        let mut marks = Vec::new();
+        for (i, link) in self.robot.links.iter().enumerate() {
+            let place = self.place_on(i, None);
+            if let Some(body) = &link.body {
+                let radius = (0.5 * (0..3).map(|k| body.inertia[k][k]).sum::<f64>() / body.mass).sqrt();
+                let directions = if radius.is_finite() && radius > 0.0 { 0..3 } else { 0..1 };
+                let radius = if radius.is_finite() { radius } else { 0.0 };
+                marks.extend(directions.map(|k| {
+                    let offset = std::array::from_fn(|i| body.centre[i] + if i == k { radius } else { 0.0 });
+                    Mark { place: place.clone(), offset: Some(offset.into()) }
+                }));
+            } else if !link.rod.is_empty() {
+                marks.push(Mark { place, offset: None });
+            }
+        }
+        if marks.is_empty() {
+            marks.push(Mark { place: self.tip_place(), offset: None });
+        }
+        marks
     }
 
     /// Refuses joints that turn or shift nothing that has inertia: then there is no acceleration. Looked at in a state
@@ -202,15 +236,30 @@ impl RobotModel {
         let mut mass = Matrix::zeros(n, n);
         self.mass_matrix(&q, &mut mass);
         let mut check = Checker::new();
+        let names = robot.coordinate_names();
         for (i, link) in robot.links.iter().enumerate() {
-            let coordinates = robot.coordinates_of(i);
-            for (k, name) in coordinates.zip(link.joint.coordinates()) {
-                check.require(
-                    mass[(k, k)] > 0.0 || !mass[(k, k)].is_finite(),
-                    &format!("links[{i}].joint"),
-                    format_args!("no inertia against `{}.{name}`", link.name),
-                    "a mass off the axis, an inertia about it, or an armature",
-                );
+            let own = robot.coordinates_of(i).start;
+            let mut coordinates: Vec<usize> = (own..own + link.joint.coordinates().len()).collect();
+            // An axis can be in line with one of the joint before.
+            let carriers = std::iter::successors(link.parent, |&parent| robot.links[parent].parent);
+            let moves = |&parent: &usize| !robot.links[parent].joint.coordinates().is_empty();
+            if let Some(before) = carriers.into_iter().find(moves)
+                && !coordinates.is_empty()
+            {
+                let first = robot.coordinates_of(before).start;
+                coordinates.extend(first..first + robot.links[before].joint.coordinates().len());
+            }
+            let without: Vec<&str> =
+                without_inertia(&mass, &coordinates).into_iter().map(|k| names[k].as_str()).collect();
+            check.require(
+                without.is_empty(),
+                &format!("links[{i}].joint"),
+                format_args!("no inertia against a motion of {}", without.join(", ")),
+                "a mass off the axis, an inertia about it, or an armature",
+            );
+            if !without.is_empty() {
+                // Joints behind it may only show the same.
+                break;
             }
         }
         check.finish()
@@ -276,8 +325,14 @@ impl RobotModel {
     }
 
     /// The place whose position is [`Model::tip`]: the tip of the last link.
-    pub(crate) fn tip_place(&self) -> Place {
+    fn tip_place(&self) -> Place {
         self.place_on(self.robot.links.len() - 1, None)
+    }
+
+    /// The tips of all rods.
+    pub(crate) fn tips_of_rods(&self) -> Vec<Place> {
+        let rods = (0..self.robot.links.len()).filter(|&link| !self.robot.links[link].rod.is_empty());
+        rods.map(|link| self.place_on(link, None)).collect()
     }
 
     /// The pose at a place of this robot. Several places of one state cost little more than one.
@@ -343,6 +398,27 @@ impl RobotModel {
         }
         on_sweeps!(&mut *unloaded, sweeps => sweeps.hold_springs(held.as_deref()));
     }
+}
+
+/// Those of these coordinates that a motion without inertia has, if there is one.
+fn without_inertia(mass: &Matrix, coordinates: &[usize]) -> Vec<usize> {
+    /// Least eigenvalue, with the diagonal scaled to one, of a mass that is more than rounding.
+    const LEAST: f64 = 1e-14;
+    /// Least part in that motion of a coordinate that is named.
+    const PART: f64 = 0.1;
+    let scale = |k: usize| mass[(k, k)].sqrt();
+    if let Some(&k) = coordinates.iter().find(|&&k| mass[(k, k)] <= 0.0) {
+        return vec![k];
+    }
+    let n = coordinates.len();
+    let scaled = Matrix::from_fn(n, n, |i, j| {
+        mass[(coordinates[i], coordinates[j])] / (scale(coordinates[i]) * scale(coordinates[j]))
+    });
+    let Some((values, vectors)) = symmetric_eigen(&scaled) else { return Vec::new() };
+    let singular = values.iter().position(|&value| value < LEAST);
+    let Some(singular) = singular else { return Vec::new() };
+    let moves = |&(i, _): &(usize, &usize)| vectors[(i, singular)].abs() > PART;
+    coordinates.iter().enumerate().filter(moves).map(|(_, &k)| k).collect()
 }
 
 /// Refuses a machine that this build has no sweeps for.
@@ -427,6 +503,14 @@ impl Model for RobotModel {
     fn tip(&mut self, q: &[f64]) -> [f64; 3] {
         let tip = self.tip_place();
         on_sweeps!(&mut self.sweeps, sweeps => sweeps.position(q, &tip)).to_array()
+    }
+
+    /// Tips of rods; of rigid links three points around the centre of mass, as far as mass is from there in the mean.
+    fn places(&mut self, q: &[f64], places: &mut Vec<[f64; 3]>) {
+        for mark in &*self.marks {
+            let position = on_sweeps!(&mut self.sweeps, sweeps => sweeps.beside(q, &mark.place, mark.offset));
+            places.push(position.to_array());
+        }
     }
 
     fn length(&self) -> f64 {
@@ -537,13 +621,14 @@ impl Discretised for RobotModel {
     }
 
     fn is_discretised(&self) -> bool {
-        true
+        self.robot.segments().any(|segment| segment.coordinates() > 0)
     }
 
     /// Of the six strains of every segment, where more modes leave the others as they are.
     fn modes(&self) -> Option<Vec<usize>> {
         let is_nested = self.robot.segments().all(|segment| segment.basis.is_nested());
-        is_nested.then(|| self.robot.segments().flat_map(|segment| segment.modes).collect())
+        (is_nested && self.is_discretised())
+            .then(|| self.robot.segments().flat_map(|segment| segment.modes).collect())
     }
 
     fn with_modes(&self, modes: &[usize]) -> Option<Self> {

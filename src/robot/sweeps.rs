@@ -295,6 +295,16 @@ impl<G: Turning> Sweeps<G> {
         [G::axial_in_space(frame, moment), G::in_space(frame, force)].map(|v| rotation.apply(v))
     }
 
+    /// Position in the frame of the base of a place, or of one that is fixed beside it in the axes there.
+    pub(crate) fn beside(&mut self, q: &[f64], place: &Place, offset: Option<Vector<f64>>) -> Vector<f64> {
+        let position = self.position(q, place);
+        let Some(offset) = offset else { return position };
+        let piece = &self.plan.pieces[place.piece];
+        let rotation = place::rotation_at(piece, &self.work, q, place);
+        let offset = G::rotate(&rotation, G::vector_of(self.plan.frame, offset));
+        position + G::in_space(self.plan.frame, offset)
+    }
+
     /// Position of a place in the frame of the base.
     pub(crate) fn position(&mut self, q: &[f64], place: &Place) -> Vector<f64> {
         self.update_kinematics(q);

@@ -3,7 +3,7 @@
 use super::stability::Stiffness;
 use crate::error::Interrupted;
 use crate::linalg::{Matrix, dot, norm};
-use crate::model::{Flaw, Model};
+use crate::model::{Flaw, Model, rotation_vectors};
 use crate::natural::{self, Natural, scaled};
 use crate::small_motions::SmallMotions;
 use crate::springs::Springs;
@@ -148,6 +148,12 @@ impl<'a> Equations<'a> {
         let rest = vec![0.0; n];
         let material = (model.springs() > 0).then(|| natural::material(model, &rest, &sizes));
         Self { model, monitor, sizes, counters: Counters::default(), elastic: rest.clone(), rest, material }
+    }
+
+    /// Writes a shape with no rotation vector longer than pi.
+    pub(super) fn wrap(&self, q: &mut [f64]) {
+        let mut rest = vec![0.0; q.len()];
+        rotation_vectors::wrap(self.model.rotation_vectors(), q, &mut rest, &mut []);
     }
 
     pub(super) fn n(&self) -> usize {

@@ -244,12 +244,13 @@ fn judge(equations: &mut Equations<'_>, found: Found, path: Path) -> Result<Equi
         }
         _ => None,
     };
-    let load_factor = state.load_factor;
+    let State { mut q, load_factor, .. } = state;
+    equations.wrap(&mut q);
     let own_norm = linear.as_ref().map_or(f64::NAN, |linear| linear.residual_norm);
     Ok(Equilibrium {
         message: outcome::message(status, load_factor, verdict, &path),
         load_factor,
-        q: state.q,
+        q,
         status,
         residual_norm: if residual_norm.is_nan() { own_norm } else { residual_norm },
         step_norm,

@@ -235,7 +235,7 @@ body = { mass = 0.01, centre = [0.01, 0.01, 0.02] }
 name = "plate"
 parent = "cross"
 joint = { type = "planar", normal = [0, 0, 1] }
-body = { mass = 0.01, centre = [0.01, 0.01, 0.02] }
+body = { mass = 0.01, centre = [0.01, 0.01, 0.02], inertia = [[1e-4, 0, 0], [0, 1e-4, 0], [0, 0, 1e-4]] }
 [[link]]
 name = "tube"
 joint = { type = "cylindrical", axis = [0, 0, 1] }

@@ -371,7 +371,9 @@ def test_robot_from_urdf_adds_links_and_says_once_what_is_missing(tmp_path):
 
 
 def test_no_warning_where_everything_was_taken_over(tmp_path):
-    path = written(tmp_path, one_joint("continuous"))
+    # What floats has an inertia of its own.
+    text = one_joint("continuous").replace('<link name="a"/>', f'<link name="a">{INERTIAL}</link>')
+    path = written(tmp_path, text)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         robot = robot_from_urdf(path, floating=True)

@@ -73,6 +73,11 @@ impl Link {
     /// Everything that is wrong with this link by itself.
     pub fn validate(&self) -> Result<(), InvalidInput> {
         let mut check = Checker::new();
+        check.require(!self.name.is_empty(), "name", "''", "a name");
+        if let Some(at) = self.at {
+            // How long the parent is, if it has a rod, the robot knows.
+            crate::load::check_place(&mut check, at, "at", f64::INFINITY);
+        }
         check.finite(&self.position, "position");
         check_orientation(&mut check, &self.orientation, "orientation");
         check.nested("joint", self.joint.validate());

@@ -234,7 +234,6 @@ impl Robot {
     fn check_place_in_tree(&self, check: &mut Checker, i: usize, place: &str) {
         let link = &self.links[i];
         let name = format!("{place}.name");
-        check.require(!link.name.is_empty(), &name, "\"\"", "a name");
         let is_new = self.links[..i].iter().all(|other| other.name != link.name);
         check.require(is_new, &name, format_args!("\"{}\", which another link has", link.name), "a new name");
         let Some(parent) = link.parent else {

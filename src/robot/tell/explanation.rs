@@ -72,12 +72,27 @@ impl Explanation {
     /// How a link moves on its parent, and what that is.
     fn joint(&mut self, name: &str, link: &Link) {
         let coordinates = link.joint.coordinates();
-        let what = if link.rod.is_empty() { "rigid" } else { "a rod" };
+        let what = if link.rod.is_empty() { "a rigid link" } else { "a rod" };
         let why = match coordinates.len() {
             0 => format!("{what}: it adds no coordinate"),
-            _ => format!("{what} by {}", coordinates.join(", ")),
+            _ => format!("{what} that moves by {}", coordinates.join(", ")),
         };
         self.add(!coordinates.is_empty(), format!("{name}{} joint", link.joint.name()), why);
+        let Some(forces) = link.joint.forces() else { return };
+        let parts = [
+            ("spring", forces.stiffness > 0.0),
+            ("viscous damping", forces.damping > 0.0),
+            ("dry friction", forces.friction > 0.0),
+            ("stops", forces.limits.is_some()),
+            ("armature", forces.armature > 0.0),
+        ];
+        let (present, absent): (Vec<_>, Vec<_>) = parts.into_iter().partition(|(_, is_there)| *is_there);
+        for (is_there, parts) in [(true, present), (false, absent)] {
+            let parts: Vec<&str> = parts.into_iter().map(|(part, _)| part).collect();
+            if !parts.is_empty() {
+                self.add(is_there, format!("{name}forces on the joint"), parts.join(", "));
+            }
+        }
     }
 
     fn kernel(&mut self, robot: &Robot, kernel: Kernel) {
@@ -87,14 +102,18 @@ impl Explanation {
                 self.add(
                     false,
                     "motion in space",
-                    "modes and reference strains stay in one plane of the base",
+                    match robot.is_rod() {
+                        true => "modes and reference strains stay in one plane of the base",
+                        false => "links, joints and modes stay in one plane of the first joint",
+                    },
                 );
             }
             Kernel::Spatial => {
                 let at_rest = Robot { base_motion: None, ..robot.clone() };
                 let why = match Kernel::plane(&at_rest) {
                     Some(_) => "the motion of the base may leave the plane of the rod",
-                    None => "modes or reference strains leave every plane of the base",
+                    None if robot.is_rod() => "modes or reference strains leave every plane of the base",
+                    None => "places, joints or modes of links leave every plane of the first joint",
                 };
                 self.add(true, "motion in space", why);
             }
@@ -262,7 +281,11 @@ impl Explanation {
         let points = bodies.iter().filter(is_point).count();
         let kinds = kinds([(points, "point"), (bodies.len() - points, "rigid")]);
         let has_bodies = !bodies.is_empty();
-        self.add(has_bodies, "bodies on the rod", if has_bodies { &kinds } else { "none" });
+        self.add(
+            has_bodies,
+            if robot.is_rod() { "bodies on the rod" } else { "rigid bodies" },
+            if has_bodies { &kinds } else { "none" },
+        );
         match robot.supports.len() {
             0 => self.add(false, "supports", "none"),
             number => {

@@ -1,0 +1,174 @@
+"""What is refused of robots and links, with the place, and what is taken."""
+
+import copy
+import pickle
+
+import numpy as np
+import pytest
+
+import lissom
+
+HINGE = lissom.Revolute((0, 0, 1))
+BODY = lissom.Body(1.0, centre=(1, 0, 0), inertia=(0.1, 0.1, 0.1))
+SOFT = lissom.Segment(0.3, 0.02, 1e6, poisson_ratio=0.4, density=1000, modes={"bend_y": 2, "bend_z": 2})
+
+
+def link(name="a", **changes):
+    return lissom.Link(name, **({"body": BODY, "joint": HINGE} | changes))
+
+
+REFUSED_LINKS = {
+    "name: got '', expected a name": lambda: link(""),
+    "joint.axis: got .*, expected a direction": lambda: link(joint=lissom.Revolute((0, 0, 0))),
+    r"orientation: got a quaternion of norm 2": lambda: link(orientation=(2, 0, 0, 0)),
+    r"position\[1\]: got NaN": lambda: link(position=(0, np.nan, 0)),
+    "at: got -1, expected an arc length >= 0": lambda: link(at=-1, parent="b"),
+    "body: got a body beside a rod": lambda: link(rod=[SOFT]),
+    "axis2: got .*parallel to axis1": lambda: lissom.Universal((0, 0, 1), (0, 0, -2)),
+    "axis.* zero": lambda: lissom.Revolute((0, 0, 0)),
+    "stiffness: got -1": lambda: lissom.Revolute((0, 0, 1), stiffness=-1),
+    "limits: got .*the first one the smaller": lambda: lissom.Revolute(
+        (0, 0, 1), limits=(1, -1), limit_stiffness=1
+    ),
+    "limit_stiffness: got 0": lambda: lissom.Prismatic((0, 0, 1), limits=(-1, 1)),
+    "limits: got none": lambda: lissom.Prismatic((0, 0, 1), limit_stiffness=1),
+}
+
+
+@pytest.mark.parametrize("message", REFUSED_LINKS)
+def test_links_that_make_no_sense_are_refused(message):
+    expected = message if message.startswith("joint.axis") is False else "axis: got"
+    with pytest.raises(ValueError, match=expected):
+        REFUSED_LINKS[message]()
+
+
+def robot(*links, **others):
+    return lissom.Robot(links, **others)
+
+
+REFUSED_ROBOTS = {
+    "links: got none": robot,
+    r"links\[0\].parent: got 'b', expected the name of a link that stands before": lambda: robot(
+        link(parent="b"), link("b")
+    ),
+    r'links\[1\].name: got "a", which another link has': lambda: robot(link(), link()),
+    r"links\[0\].at: got 0.1": lambda: robot(link(at=0.1)),
+    r'links\[1\].at: got 0.1 on "a", which has no rod': lambda: robot(link(), link("b", parent="a", at=0.1)),
+    r"links\[1\].at: got 0.5, expected an arc length in \[0, 0.3\]": lambda: robot(
+        link(body=None, rod=[SOFT]), link("b", parent="a", at=0.5)
+    ),
+    r'links\[0\].joint: got a joint of "a" with no mass behind it': lambda: robot(link(body=None)),
+    r"links\[0\].joint: got no inertia against a motion of a.angle": lambda: robot(
+        link(body=lissom.Body(1.0, centre=(0, 0, 1)))
+    ),
+    r"links\[0\].joint: got no inertia against a motion of a.rotation": lambda: robot(
+        link(joint=lissom.Spherical(), body=lissom.Body(1.0, centre=(0, 0, -1)))
+    ),
+    r"links\[1\].joint: got no inertia against a motion of b.angle, a.angle": lambda: robot(
+        link(body=None), link("b", parent="a")
+    ),
+    r"loads\[0\].link: got 'z', expected one of the links: 'a', 'b'": lambda: robot(
+        link(), link("b"), loads=[lissom.Load(force=(0, 0, 1), link="z")]
+    ),
+    r"loads\[0\].link: got none": lambda: robot(link(), link("b"), loads=[lissom.Load(force=(0, 0, 1))]),
+    r"loads\[0\].at: got a place on \"a\", which has no rod": lambda: robot(
+        link(), loads=[lissom.Load(force=(0, 0, 1), at=0.1)]
+    ),
+    "link: got 'x' in loads, expected none": lambda: lissom.Rod(
+        [SOFT], loads=[lissom.Load(force=(1, 0, 0), link="x")]
+    ),
+}
+
+
+@pytest.mark.parametrize("message", REFUSED_ROBOTS)
+def test_robots_that_make_no_sense_are_refused(message):
+    with pytest.raises(ValueError, match=message):
+        REFUSED_ROBOTS[message]()
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        lambda: lissom.Link("a", joint=None),
+        lambda: lissom.Link("a", rod=SOFT),
+        lambda: lissom.Link("a", body=SOFT),
+        lambda: lissom.Link(1),
+        lambda: lissom.Revolute("x"),
+        lambda: lissom.Revolute((0, 1)),
+        lambda: lissom.Revolute((0, 0, 1), stiffness="soft"),
+        lambda: lissom.Robot(link()),
+        lambda: lissom.Robot([BODY]),
+        lissom.Joint,
+    ],
+)
+def test_what_is_of_the_wrong_kind_is_refused(wrong):
+    with pytest.raises((TypeError, ValueError)):
+        wrong()
+
+
+def test_what_can_be_read_only_once_is_kept():
+    assert lissom.Link("a", rod=(segment for segment in [SOFT])).rod == (SOFT,)
+
+
+def test_links_and_robots_can_be_copied():
+    made = robot(
+        link(
+            joint=lissom.Revolute(np.array([0, 0, 2.0]), stiffness=1.0, limits=[-1, 1], limit_stiffness=5.0)
+        ),
+        link("b", parent="a", joint=lissom.Free(), position=[0.1, 0, 0]),
+        link("c", parent="b", body=None, rod=[SOFT], joint=lissom.Weld()),
+        link("d", parent="c", at=0.1, joint=lissom.Universal((1, 0, 0), (0, 1, 0))),
+        loads=[lissom.Load(force=(0, 0, 1), link="c", at=0.2)],
+        bodies=[lissom.Body(0.1, link="c")],
+        supports=[lissom.Support(stiffness=1.0, link="d")],
+    )
+    q = np.linspace(0.1, 0.3, made.n)
+    for twin in (pickle.loads(pickle.dumps(made)), copy.deepcopy(made), lissom.Robot(made.links)):
+        assert twin.links == made.links
+        assert twin.coordinates == made.coordinates
+    twin = pickle.loads(pickle.dumps(made))
+    assert (twin.loads, twin.bodies, twin.supports) == (made.loads, made.bodies, made.supports)
+    np.testing.assert_array_equal(twin.inverse_dynamics(q, q, q), made.inverse_dynamics(q, q, q))
+    assert made.links[0].joint.axis == (0.0, 0.0, 2.0)
+
+
+def test_coordinates_have_names_and_links_their_slices():
+    made = robot(link(joint=lissom.Free()), link("b", parent="a", body=None, rod=[SOFT, SOFT]))
+    assert made.coordinates[:6] == tuple(f"a.{name}" for name in ("x", "y", "z")) + tuple(
+        f"a.rotation_{axis}" for axis in "xyz"
+    )
+    assert made.coordinates[11] == "b.segment[1].bend_y[0]"
+    assert made.slice("b") == slice(6, 15, 1)
+    with pytest.raises(ValueError, match="link: got 'c', expected one of the links: 'a', 'b'"):
+        made.slice("c")
+
+
+def test_places_on_rigid_links_are_refused():
+    made = robot(link())
+    with pytest.raises(ValueError, match=r"X: got 0\.1, expected None: link 'a' has no rod"):
+        made.pose([0.1], 0.1)
+
+
+def test_explanations_name_links_and_what_acts_on_joints():
+    made = robot(
+        link(joint=lissom.Revolute((0, 0, 1), damping=0.1)), link("b", parent="a", joint=lissom.Weld())
+    )
+    text = made.explain()
+    assert "Robot of 2 links with 1 coordinate, planar kernel" in text
+    assert "a, revolute joint" in text
+    assert "viscous damping" in text
+    assert made.kernel == "planar"
+
+
+def test_errors_of_auto_are_those_of_all_links():
+    """The base of the last link never moves here: its bodies do."""
+    pendulum = robot(link(), gravity=(0, -9.81, 0))
+    run = lissom.simulate(pendulum, 8.0, q0=[np.pi - 1e-3], method="auto", rtol=1e-5)
+    exact = lissom.simulate(
+        pendulum, 8.0, q0=[np.pi - 1e-3], method="dop853", rtol=1e-12, atol=1e-13, t_eval=run.t
+    )
+    error = np.abs(run.q - exact.q).max()
+    assert run.success
+    assert error <= 1e-5
+    assert run.stats.time_error >= 0.2 * error
+    assert run.stats.space_error is None, "nothing of it is discretised"
