@@ -23,7 +23,7 @@ fn rod(segments: usize, solve: Solve) -> RobotModel {
         retardation_time: 0.01,
         ..Segment::straight(0.1, 0.01, 1e6, 4e5, 1000.0)
     };
-    RobotModel::with_solve(&Rod::new(vec![segment; segments]), solve).unwrap()
+    RobotModel::with_solve(&(&Rod::new(vec![segment; segments])).into(), solve).unwrap()
 }
 
 fn residual(criterion: &mut Criterion) {

@@ -8,7 +8,7 @@ use lissom::joint::{Joint, JointForces};
 use lissom::linalg::{Lu, Matrix};
 use lissom::model::Model;
 use lissom::newmark;
-use lissom::robot::{Link, Robot, RobotModel};
+use lissom::robot::{Link, Robot, RobotModel, Solve};
 use lissom::rod::Segment;
 use lissom::second_order::FreeMotion;
 
@@ -16,6 +16,8 @@ use lissom::second_order::FreeMotion;
 const WEIGHTS: [f64; 3] = [2.5e-7, 5e-4, 1.0];
 
 const STEP: f64 = 1e-3;
+
+const SOLVES: [(Solve, &str); 2] = [(Solve::Chain, "chain"), (Solve::Dense, "dense")];
 
 /// Revolute joints about x, y and z in turn, links of a decimetre, each behind the one that `parent` says.
 fn rigid(links: usize, parent: impl Fn(usize) -> Option<usize>) -> Robot {
@@ -69,12 +71,17 @@ fn hand(modes: usize) -> Robot {
 
 fn cases() -> Vec<(String, RobotModel)> {
     let mut robots: Vec<(String, Robot)> = Vec::new();
-    robots.extend([7, 30, 64, 100].map(|n| (format!("arm/{n}"), chain(n))));
     for (name, make) in [("chain", chain as fn(usize) -> Robot), ("star", star), ("tree", tree)] {
         robots.extend([1, 4, 16, 64, 128].map(|n| (format!("{name}/{n}"), make(n))));
     }
     robots.push(("hand/62".to_owned(), hand(6)));
-    robots.into_iter().map(|(name, robot)| (name, RobotModel::new(&robot).unwrap())).collect()
+    let mut models: Vec<(String, RobotModel)> =
+        robots.into_iter().map(|(name, robot)| (name, RobotModel::new(&robot).unwrap())).collect();
+    // Arms by both solves.
+    for (n, (solve, name)) in [7, 30, 64, 100].into_iter().flat_map(|n| SOLVES.map(|solve| (n, solve))) {
+        models.push((format!("arm/{name}/{n}"), RobotModel::with_solve(&chain(n), solve).unwrap()));
+    }
+    models
 }
 
 fn state(n: usize) -> [Vec<f64>; 3] {

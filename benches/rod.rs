@@ -126,7 +126,7 @@ fn scaling(criterion: &mut Criterion) {
         let (rod, name) = (chain(segments, 1), format!("{segments} segments"));
         sweeps(&mut group, &name, &rod);
         newmark_steps(&mut group, &name, RobotModel::of_rod(&rod).unwrap(), STEPS / 10);
-        let dense = RobotModel::with_solve(&rod, Solve::Dense).unwrap();
+        let dense = RobotModel::with_solve(&(&rod).into(), Solve::Dense).unwrap();
         newmark_steps(&mut group, &format!("{name}, dense"), dense, STEPS / 10);
     }
     for modes in [1, 2, 3, 4, 6, 8, 12, 16] {

@@ -128,7 +128,7 @@ impl RobotModel {
     /// one that is not valid, with everything that is wrong with it.
     pub fn new(robot: &Robot) -> Result<Self, InvalidInput> {
         robot.validate()?;
-        Self::compiled(robot, Kernel::plane(robot), Some(Instructions::of_machine()), Solve::cheapest(robot))
+        Self::compiled(robot, Kernel::plane(robot), Some(Instructions::of_machine()), None)
     }
 
     /// Compiles a rod, a robot of one link.
@@ -138,10 +138,9 @@ impl RobotModel {
     }
 
     /// The same with a solve that need not be the cheapest: to compare them.
-    pub fn with_solve(rod: &Rod, solve: Solve) -> Result<Self, InvalidInput> {
-        rod.validate()?;
-        let robot = Robot::from(rod);
-        Self::compiled(&robot, Kernel::plane(&robot), Some(Instructions::of_machine()), solve)
+    pub fn with_solve(robot: &Robot, solve: Solve) -> Result<Self, InvalidInput> {
+        robot.validate()?;
+        Self::compiled(robot, Kernel::plane(robot), Some(Instructions::of_machine()), Some(solve))
     }
 
     /// Compiles a rod for the instructions that all machines have, even where there are better ones: to compare them.
@@ -149,13 +148,13 @@ impl RobotModel {
     pub fn portable(rod: &Rod) -> Result<Self, InvalidInput> {
         rod.validate()?;
         let robot = Robot::from(rod);
-        Self::compiled(&robot, Kernel::plane(&robot), None, Solve::cheapest(&robot))
+        Self::compiled(&robot, Kernel::plane(&robot), None, None)
     }
 
     /// Compiles a robot for the spatial kernel even where a planar one would do: to compare them.
     pub fn spatial(robot: &Robot) -> Result<Self, InvalidInput> {
         robot.validate()?;
-        Self::compiled(robot, None, Some(Instructions::of_machine()), Solve::cheapest(robot))
+        Self::compiled(robot, None, Some(Instructions::of_machine()), None)
     }
 
     /// Compiles a robot for the spatial kernel with everything computed that could be skipped, zeros included: to
@@ -165,22 +164,26 @@ impl RobotModel {
         check_machine()?;
         let sweeps =
             AnySweeps::new(robot, None, Instructions::of_machine().has_fused()).with_nothing_skipped();
-        Self::with(robot, sweeps, Solve::cheapest(robot))
+        Self::with(robot, sweeps, None)
     }
 
-    /// A valid robot, in a plane where one is given, with these instructions or those that all machines have.
+    /// A valid robot, in a plane where one is given, with these instructions or those that all machines have, with this
+    /// solve or the cheapest one.
     fn compiled(
         robot: &Robot,
         plane: Option<Plane>,
         instructions: Option<Instructions>,
-        solve: Solve,
+        solve: Option<Solve>,
     ) -> Result<Self, InvalidInput> {
         check_machine()?;
         let is_fused = instructions.is_some_and(|instructions| instructions.has_fused());
         Self::with(robot, AnySweeps::new(robot, plane, is_fused), solve)
     }
 
-    fn with(robot: &Robot, sweeps: AnySweeps, solve: Solve) -> Result<Self, InvalidInput> {
+    fn with(robot: &Robot, sweeps: AnySweeps, solve: Option<Solve>) -> Result<Self, InvalidInput> {
+        let has_branches = on_sweeps!(&sweeps, sweeps => sweeps.plan().has_branches);
+        // What has branches is no chain, whatever is asked for.
+        let solve = solve.filter(|_| !has_branches).unwrap_or_else(|| Solve::cheapest(robot, has_branches));
         let nodes = on_sweeps!(&sweeps, sweeps => sweeps.plan().nodes());
         let cost = on_sweeps!(&sweeps, sweeps => cost::multiplications(sweeps.plan(), solve));
         let explanation = Explanation::new(robot, sweeps.kernel(), solve, &nodes, &cost);
@@ -237,15 +240,14 @@ impl RobotModel {
         self.mass_matrix(&q, &mut mass);
         let mut check = Checker::new();
         let names = robot.coordinate_names();
-        for (i, link) in robot.links.iter().enumerate() {
+        let joined = robot.links.iter().enumerate().filter(|(_, link)| !link.joint.coordinates().is_empty());
+        for (i, link) in joined {
             let own = robot.coordinates_of(i).start;
             let mut coordinates: Vec<usize> = (own..own + link.joint.coordinates().len()).collect();
             // An axis can be in line with one of the joint before.
             let carriers = std::iter::successors(link.parent, |&parent| robot.links[parent].parent);
             let moves = |&parent: &usize| !robot.links[parent].joint.coordinates().is_empty();
-            if let Some(before) = carriers.into_iter().find(moves)
-                && !coordinates.is_empty()
-            {
+            if let Some(before) = carriers.into_iter().find(moves) {
                 let first = robot.coordinates_of(before).start;
                 coordinates.extend(first..first + robot.links[before].joint.coordinates().len());
             }

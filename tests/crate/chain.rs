@@ -184,7 +184,7 @@ proptest! {
 
     #[test]
     fn tangents_of_random_rods_are_chains(rod in loaded_rods(), phase in 0.0..6.0) {
-        let mut model = RobotModel::with_solve(&rod, Solve::Chain).unwrap();
+        let mut model = RobotModel::with_solve(&(&rod).into(), Solve::Chain).unwrap();
         let n = model.n();
         let (q, qd, qdd) = (state(n, 1.0, phase), state(n, 2.0, 1.0 + phase), state(n, 10.0, 2.0));
         let Chain { mut tangent, mut mass } = model.chain().unwrap();
@@ -204,7 +204,7 @@ proptest! {
     /// The error of both solves grows with the condition of the matrix; that of the chain stays in its order of magnitude.
     #[test]
     fn random_rods_are_solved_as_chains_as_well_as_densely(rod in loaded_rods(), phase in 0.0..6.0) {
-        let mut model = RobotModel::with_solve(&rod, Solve::Chain).unwrap();
+        let mut model = RobotModel::with_solve(&(&rod).into(), Solve::Chain).unwrap();
         let n = model.n();
         let (q, qd, qdd) = (state(n, 1.0, phase), state(n, 2.0, 1.0 + phase), state(n, 10.0, 2.0));
         let Chain { mut tangent, .. } = model.chain().unwrap();
@@ -225,7 +225,7 @@ proptest! {
 
     #[test]
     fn forward_dynamics_of_chains_balance_the_equations_of_motion(rod in loaded_rods(), phase in 0.0..6.0) {
-        let mut model = RobotModel::with_solve(&rod, Solve::Chain).unwrap();
+        let mut model = RobotModel::with_solve(&(&rod).into(), Solve::Chain).unwrap();
         let n = model.n();
         let (q, qd, zero) = (state(n, 0.7, phase), state(n, 2.0, 1.0), vec![0.0; n]);
         let (mut qdd, mut tau) = (vec![0.0; n], vec![0.0; n]);
@@ -243,7 +243,7 @@ fn soft(modes: [usize; 6]) -> Segment {
 }
 
 fn motion(rod: &Rod, solve: Solve, options: &newmark::Options) -> second_order::Solution {
-    let mut model = RobotModel::with_solve(rod, solve).unwrap();
+    let mut model = RobotModel::with_solve(&rod.into(), solve).unwrap();
     assert_eq!(model.solve(), solve);
     let zero = vec![0.0; model.n()];
     newmark::solve(&mut FreeMotion(&mut model), (0.0, 0.3), &zero, &zero, options, None, &mut |_, _| Ok(()))

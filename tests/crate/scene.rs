@@ -645,7 +645,9 @@ fn a_scene_needs_exactly_one_body() {
     let simulation = "[simulation]\nt_end = 1\n";
     assert_eq!(
         problems(&format!("version = 1\n{simulation}")),
-        ["1:1: nothing to simulate; add a [[rod]] with its [[rod.segment]], or a [pendulum]"]
+        [
+            "1:1: nothing to simulate; add a [[rod]] with its [[rod.segment]], the [[link]] of a robot, or a [pendulum]"
+        ]
     );
     refused(
         "[simulation]",

@@ -380,7 +380,7 @@ proptest! {
 
     #[test]
     fn tangents_are_chains(rod in rods(), phase in 0.0..6.0) {
-        let mut model = set(RobotModel::with_solve(&rod, Solve::Chain).unwrap());
+        let mut model = set(RobotModel::with_solve(&(&rod).into(), Solve::Chain).unwrap());
         let n = model.n();
         let (q, qd, qdd) = (state(n, 1.0, phase), state(n, 2.0, 1.0 + phase), state(n, 10.0, 2.0));
         let Chain { mut tangent, mut mass } = model.chain().unwrap();
