@@ -11,11 +11,14 @@ use crate::stability::{Stability, verdict};
 /// uncoupled: they change with the square of the coupling.
 const UNCOUPLED: f64 = 1e-9;
 
+/// A stiffness is rounding if it is less than this part of the sum of its summands' sizes.
+const ROUNDING: f64 = 64.0 * f64::EPSILON;
+
 /// The vibrations of a model, slowest first.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Modes {
     /// Natural frequencies in rad/s, shape (m,): of the undamped motion where damping does not couple its modes, else
-    /// `|s|` of the eigenvalue s. Zero where an undamped motion diverges.
+    /// `|s|` of the eigenvalue s. Zero where an undamped motion diverges, and of rigid-body motions, which nothing holds.
     pub frequency: Vec<f64>,
     /// Damping ratios, shape (m,): negative where the motion grows; above one where it creeps back.
     pub damping: Vec<f64>,
@@ -115,7 +118,11 @@ impl SmallMotions {
             };
             let frequency = square.max(0.0).sqrt();
             modes.frequency.push(frequency);
-            modes.damping.push(if frequency > 0.0 { half / frequency } else { -1.0 });
+            modes.damping.push(match square {
+                _ if frequency > 0.0 => half / frequency,
+                square if square < 0.0 => -1.0,
+                _ => 0.0,
+            });
             modes.eigenvalues.push(eigenvalue);
             let shape = &self.basis * shapes.column(i);
             // The sign of an eigenvector is arbitrary; ours makes the largest entry positive.
@@ -168,7 +175,10 @@ impl SmallMotions {
         let shapes = rows.transpose();
         let mut squares = Vec::with_capacity(self.n());
         for shape in shapes.column_iter() {
-            squares.push(shape.dot(&(&stiffness * shape)));
+            let square = shape.dot(&(&stiffness * shape));
+            // What nothing holds moves freely: a rigid-body motion.
+            let rounding = ROUNDING * shape.abs().dot(&(stiffness.abs() * shape.abs()));
+            squares.push(if square.abs() <= rounding { 0.0 } else { square });
         }
         Ok((squares, shapes))
     }

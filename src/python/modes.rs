@@ -16,7 +16,7 @@ use crate::stability::Stability;
 /// ----------
 /// frequency : ndarray, shape (m,)
 ///     Natural frequencies, hertz. Where damping does not couple the undamped modes theirs, else ``abs(eigenvalue) / (2 pi)``.
-///     Zero where a motion grows without oscillation.
+///     Zero where a motion grows without oscillation, and of rigid-body motions, whose eigenvalue is zero.
 /// angular_frequency : ndarray, shape (m,)
 ///     The same in radians per second.
 /// damping_ratio : ndarray, shape (m,)

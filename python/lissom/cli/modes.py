@@ -49,9 +49,12 @@ def command(scene: Path, output: Path | None, at_start: bool, no_report: bool) -
         saved = save_study(done, folder, no_report)
     stable = done.found.is_stable
     rows = [
-        (f"mode {number}", f"{hertz} Hz, damping ratio {ratio}")
+        (
+            f"mode {number}",
+            f"{hertz} Hz, damping ratio {ratio}" if hertz != "0" else words.frequency(done, int(number) - 1),
+        )
         for number, hertz, ratio, _ in words.table(done)[: words.LISTED]
     ]
-    outcome = f"{len(done.found.frequency)} modes, " + ("stable" if stable else "unstable")
+    outcome = f"{len(done.found.frequency)} modes, {done.found.stability or 'stability unknown'}"
     say(loaded.name, outcome, stable, rows, saved)
     return saved.code

@@ -158,7 +158,9 @@ def table(study: ModesStudy) -> list[tuple[str, str, str, str]]:
 def frequency(study: ModesStudy, k: int) -> str:
     """The frequency of a mode in words."""
     hertz = study.found.frequency[k]
-    return f"{hertz:.4g} Hz" if hertz > 0 else "grows without oscillation"
+    if hertz > 0:
+        return f"{hertz:.4g} Hz"
+    return "grows without oscillation" if study.found.eigenvalues[k].real > 0 else "rigid-body motion"
 
 
 def _vibration(study: ModesStudy, k: int) -> Slides:
