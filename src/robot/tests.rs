@@ -47,7 +47,7 @@ fn weld(plan: &mut Plan<Space>, p: usize, to: usize, turn: Vector<f64>, position
     let orientation = Quaternion::exp(turn);
     let joined = &mut plan.pieces[p].joined;
     joined.begin = plan.stations;
-    joined.weld = Some(Weld { to, orientation, position: position.into() });
+    joined.weld = Some(Weld { to, orientation, position: position.into(), turns: true });
     plan.stations += 1;
 }
 

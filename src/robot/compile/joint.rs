@@ -70,7 +70,8 @@ pub(crate) fn moving<G: Turning>(
         Motion::Along(axis) => Twist { linear: G::vector_of(frame, axis.into()), ..zero },
     };
     let forces = forces.filter(|forces| !forces.are_absent()).cloned();
-    let hinge = Some(Hinge { twist, forces, index: hinges });
+    let turns = matches!(motion, Motion::About(_));
+    let hinge = Some(Hinge { twist, turns, forces, index: hinges });
     PiecePlan { hinge, n: 1, ..rigid(joined, first, first_pack) }
 }
 

@@ -28,7 +28,7 @@ pub(crate) struct Tree<G: Turning> {
 /// Where the next piece begins: at a station, or fixed to it.
 struct Start<G: Turning> {
     station: usize,
-    weld: Option<(G::Orientation, G::Vector<f64>)>,
+    weld: Option<(G::Orientation, G::Vector<f64>, bool)>,
 }
 
 impl<G: Turning> Tree<G> {
@@ -71,8 +71,10 @@ impl<G: Turning> Tree<G> {
         };
         let is_first = self.links.is_empty();
         let is_moved = position != Vector::zero() || orientation.v != Vector::zero();
-        let weld = (is_moved && !is_first)
-            .then(|| (G::orientation_of(self.frame, orientation), G::vector_of(self.frame, position)));
+        let weld = (is_moved && !is_first).then(|| {
+            let turns = orientation.v != Vector::zero();
+            (G::orientation_of(self.frame, orientation), G::vector_of(self.frame, position), turns)
+        });
         Start { station, weld }
     }
 
@@ -126,8 +128,8 @@ impl<G: Turning> Tree<G> {
     fn join(&mut self, start: &mut Start<G>) -> Joined<G> {
         let mut begin = start.station;
         let mut weld = None;
-        if let Some((orientation, position)) = start.weld.take() {
-            weld = Some(Weld { to: begin, orientation, position });
+        if let Some((orientation, position, turns)) = start.weld.take() {
+            weld = Some(Weld { to: begin, orientation, position, turns });
             self.ending.push(None);
             begin = self.ending.len() - 1;
         }

@@ -50,13 +50,13 @@ pub(crate) fn plan<G: Turning>(robot: &Robot, frame: G::Frame) -> Plan<G> {
         loads,
         world,
     };
+    plan.find_families();
     if !robot.supports.is_empty() {
         plan.anchors = anchor::compile(&plan, &robot.supports, &supported);
     }
     if let Some(fluid) = &robot.fluid {
         immersion::compile(&mut plan, robot, fluid);
     }
-    plan.find_families();
     plan.has_responses = effects::responds(&plan);
     plan
 }

@@ -13,13 +13,17 @@ use crate::robot::turning::Turning;
 /// Where what lies behind it is, and S.
 #[inline(always)]
 pub(crate) fn place<G: Turning>(piece: &PiecePlan<G>, hinge: &Hinge<G>, work: &mut Workspace<G>, q: &[f64]) {
-    let Station { orientation, position, .. } = work.stations[piece.joined.begin];
-    let rotation = G::matrix(orientation);
+    let Station { mut orientation, mut rotation, mut position, .. } = work.stations[piece.joined.begin];
     let q = q[piece.first];
-    work.hinges[hinge.index] = carried(&rotation, position, hinge.twist, true);
+    work.hinges[hinge.index] = carried(&rotation, position, hinge.twist, !hinge.turns);
+    if hinge.turns {
+        orientation = G::turned(orientation, G::turn_by(hinge.twist.angular * q));
+        rotation = G::matrix(orientation);
+    } else {
+        position += G::rotate(&rotation, hinge.twist.linear * q);
+    }
     let end = &mut work.stations[piece.joined.end];
-    end.orientation = G::turned(orientation, G::turn_by(hinge.twist.angular * q));
-    end.position = position + G::rotate(&rotation, hinge.twist.linear * q);
+    (end.orientation, end.rotation, end.position) = (orientation, rotation, position);
 }
 
 /// The motion of what lies behind it.

@@ -51,11 +51,14 @@ pub(crate) fn update<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, q: &[f
     for piece in &plan.pieces {
         let joined = &piece.joined;
         if let Some(weld) = &joined.weld {
-            let to = &work.stations[weld.to];
-            let position = to.position + G::rotate(&G::matrix(to.orientation), weld.position);
-            let orientation = G::turned(to.orientation, weld.orientation);
+            let Station { mut orientation, mut rotation, mut position, .. } = work.stations[weld.to];
+            position += G::rotate(&rotation, weld.position);
+            if weld.turns {
+                orientation = G::turned(orientation, weld.orientation);
+                rotation = G::matrix(orientation);
+            }
             let begin = &mut work.stations[joined.begin];
-            (begin.position, begin.orientation) = (position, orientation);
+            (begin.orientation, begin.rotation, begin.position) = (orientation, rotation, position);
         }
         if piece.packs == 0 {
             let sweep = WithoutNodes { plan, piece, work: &mut *work, q };
@@ -66,6 +69,9 @@ pub(crate) fn update<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, q: &[f
         let base = work.stations[joined.begin];
         let end = &mut work.stations[joined.end];
         end.orientation = G::turn(piece, q, base.orientation, rotations);
+        if joined.ends_at_joint {
+            end.rotation = G::matrix(end.orientation);
+        }
 
         let slopes = &mut work.slope[piece.node_packs()];
         for (pack, (slope, rotation)) in slopes.iter_mut().zip(rotations.iter()).enumerate() {
@@ -106,9 +112,9 @@ impl<G: Turning> Sweep for WithoutNodes<'_, G> {
         match &piece.hinge {
             Some(hinge) => hinge::place(piece, hinge, work, q),
             None => {
-                let Station { orientation, position, .. } = work.stations[piece.joined.begin];
+                let Station { orientation, rotation, position, .. } = work.stations[piece.joined.begin];
                 let end = &mut work.stations[piece.joined.end];
-                (end.orientation, end.position) = (orientation, position);
+                (end.orientation, end.rotation, end.position) = (orientation, rotation, position);
             }
         }
         points::find(plan, piece, work, q);

@@ -46,7 +46,8 @@ pub(crate) fn find<G: Turning>(plan: &Plan<G>, piece: &PiecePlan<G>, work: &mut 
             }
             None => {
                 let end = &work.stations[piece.joined.end];
-                (end.position, point.is_oriented.then(|| G::matrix(end.orientation)))
+                let rotation = || if piece.packs == 0 { end.rotation } else { G::matrix(end.orientation) };
+                (end.position, point.is_oriented.then(rotation))
             }
         };
         let state = &mut work.points[p];
@@ -57,7 +58,8 @@ pub(crate) fn find<G: Turning>(plan: &Plan<G>, piece: &PiecePlan<G>, work: &mut 
         }
         if let Some(station) = point.carries {
             let station = &mut work.stations[station];
-            (station.orientation, station.position) = (G::orientation(&state.rotation), position);
+            station.orientation = G::orientation(&state.rotation);
+            (station.rotation, station.position) = (state.rotation, position);
         }
     }
 }

@@ -9,6 +9,8 @@ use crate::lie::Twist;
 pub(crate) struct Hinge<G: Space> {
     /// The unit twist of what lies behind it, in the axes of the place before it: a turn or a shift.
     pub(crate) twist: Twist<G, f64>,
+    /// Whether it is a turn.
+    pub(crate) turns: bool,
     /// What acts on its coordinate, if anything does.
     pub(crate) forces: Option<JointForces>,
     /// Its place among all hinges.

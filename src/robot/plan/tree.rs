@@ -15,6 +15,8 @@ pub(crate) struct Joined<G: Space> {
     pub(crate) end: usize,
     /// What fixes the first station to another one, where it is not that one itself.
     pub(crate) weld: Option<Weld<G>>,
+    /// Whether a joint or a weld begins at its end.
+    pub(crate) ends_at_joint: bool,
     /// The coordinates of the pieces that carry it, and of those that it carries; neighbours together.
     pub(crate) ancestors: Vec<Relatives>,
     pub(crate) descendants: Vec<Relatives>,
@@ -36,12 +38,14 @@ pub(crate) struct Weld<G: Space> {
     /// How it is turned and where it lies, in the axes of the other one.
     pub(crate) orientation: G::Orientation,
     pub(crate) position: G::Vector<f64>,
+    /// Whether it is turned at all.
+    pub(crate) turns: bool,
 }
 
 impl<G: Space> Joined<G> {
     /// Between two stations.
     pub(crate) fn between(begin: usize, end: usize) -> Self {
-        Self { begin, end, weld: None, ancestors: Vec::new(), descendants: Vec::new() }
+        Self { begin, end, weld: None, ends_at_joint: false, ancestors: Vec::new(), descendants: Vec::new() }
     }
 
     /// The station that carries it.
@@ -104,6 +108,14 @@ impl Families {
 
     /// Tells the pieces.
     pub(crate) fn tell<G: Space>(self, pieces: &mut [PiecePlan<G>]) {
+        let begin_of_joint = |piece: &PiecePlan<G>| {
+            let is_joint = piece.packs == 0 || piece.joined.weld.is_some();
+            is_joint.then(|| piece.joined.carrier())
+        };
+        let with_joints: Vec<usize> = pieces.iter().filter_map(begin_of_joint).collect();
+        for piece in pieces.iter_mut() {
+            piece.joined.ends_at_joint = with_joints.contains(&piece.joined.end);
+        }
         for ((piece, ancestors), descendants) in pieces.iter_mut().zip(self.ancestors).zip(self.descendants) {
             piece.joined.ancestors = ancestors;
             piece.joined.descendants = descendants;

@@ -15,6 +15,8 @@ use crate::robot::state::surroundings::Surroundings;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Station<G: Space> {
     pub(crate) orientation: G::Orientation,
+    /// The same ready to be applied, where joints or welds begin.
+    pub(crate) rotation: G::Rotation<f64>,
     pub(crate) position: G::Vector<f64>,
     pub(crate) velocity: Twist<G, f64>,
     /// Acceleration minus gravity.
@@ -73,8 +75,13 @@ impl<G: Space> Workspace<G> {
             Some(_) => surroundings::seen_anchors(plan, &surroundings.base).collect(),
             None => plan.anchors.clone(),
         };
-        let station =
-            Station { orientation: G::start(), position: VectorSpace::zero(), velocity, acceleration };
+        let station = Station {
+            orientation: G::start(),
+            rotation: G::unrotated(),
+            position: VectorSpace::zero(),
+            velocity,
+            acceleration,
+        };
         let vectors = vec![VectorSpace::zero(); plan.packs];
         let twists = vec![Twist::zero(); plan.packs];
         let wrenches = vec![Wrench::zero(); plan.packs];

@@ -177,7 +177,7 @@ impl<G: Space> TangentWorkspace<G> {
     #[inline(always)]
     pub(crate) fn carry(&mut self, plan: &Plan<G>, piece: &PiecePlan<G>, rest: &Rest<G>) {
         if plan.has_branches {
-            self.carried[piece.joined.carrier()].add(rest);
+            self.carried[piece.joined.carrier()].add(rest, plan.has_responses);
         }
     }
 
@@ -263,11 +263,24 @@ impl<G: Geometry> Rest<G> {
         }
     }
 
-    pub(crate) fn add(&mut self, other: &Self) {
+    /// Adds another one; its responses only where there are any, as they are the most of it.
+    pub(crate) fn add(&mut self, other: &Self, has_responses: bool) {
         self.inertia.add(other.inertia);
         self.gyroscope.add(other.gyroscope);
         self.dead.add(other.dead);
-        self.response.add(other.response);
+        if has_responses {
+            self.response.add(other.response);
+        }
+    }
+
+    /// Takes the place of this one likewise.
+    pub(crate) fn set(&mut self, other: &Self, has_responses: bool) {
+        self.inertia = other.inertia;
+        self.gyroscope = other.gyroscope;
+        self.dead = other.dead;
+        if has_responses {
+            self.response = other.response;
+        }
     }
 }
 

@@ -56,7 +56,9 @@ pub(crate) fn weighted_tangent<G: Turning>(
     let weights = Weights { q, v, a, is_mass_only: q == 0.0 && v == 0.0 };
     let mut rest = Rest::zero();
     if plan.has_branches {
-        memory.carried.fill(Rest::zero());
+        for carried in &mut memory.carried {
+            carried.set(&rest, plan.has_responses);
+        }
         if let Tangent::Dense(matrix) = &mut tangent {
             matrix.fill(0.0);
         }
@@ -73,7 +75,7 @@ pub(crate) fn weighted_tangent<G: Turning>(
         };
         let is_carried = !piece.joined.ancestors.is_empty();
         if plan.has_branches {
-            rest = memory.carried[piece.joined.end];
+            rest.set(&memory.carried[piece.joined.end], plan.has_responses);
         }
         points::add_to_rest(plan, work, piece.points.at_end.clone(), weights, &mut rest);
         if piece.packs == 0 {

@@ -157,7 +157,7 @@ pub(crate) fn add_carried<G: Turning>(
     rest: &mut Rest<G>,
 ) {
     for station in plan.points[piece.points.inside.clone()].iter().filter_map(|point| point.carries) {
-        rest.add(&carried[station]);
+        rest.add(&carried[station], plan.has_responses);
     }
 }
 
