@@ -115,9 +115,8 @@ impl JointForces {
         check.non_negative(self.limit_dissipation, "limit_dissipation", "seconds a radian, or a metre");
         if let Some(limits) = self.limits {
             let [lower, upper] = limits;
-            let is_order = lower < upper && !lower.is_nan() && !upper.is_nan();
             check.require(
-                is_order,
+                lower < upper,
                 "limits",
                 format_args!("({}, {})", Number(lower), Number(upper)),
                 "two numbers, the first one the smaller (radians or metres)",

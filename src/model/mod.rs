@@ -95,7 +95,8 @@ pub trait Model: Elastic + InTime + Discretised {
         places.push(self.tip(q));
     }
 
-    /// How far the place moves most that moves most from one state to another, in metres.
+    /// How far the one of these places that moves most moves from one state to another, in metres. Allocates; not for
+    /// step loops.
     fn moved(&mut self, from: &[f64], to: &[f64]) -> f64 {
         let mut places = Vec::new();
         self.places(from, &mut places);

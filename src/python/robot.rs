@@ -139,46 +139,26 @@ impl PyRobot {
         }))
     }
 
-    /// What `of` says of every state, in an array of this shape for each.
+    /// A copy of the model.
+    fn model(&self) -> RobotModel {
+        self.kinematics.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// What `of` says of every state of `model`, in an array of this shape for each. Where accelerations are among the
+    /// states it is about forces, and loads that vary matter.
     fn of_states<'py>(
-        &self,
-        states: States<'_, 'py>,
-        t: Option<&Bound<'py, PyAny>>,
-        name: &str,
-        shape: &[usize],
-        of: impl FnMut(&mut RobotModel, [&[f64]; 3]) -> Vec<f64>,
-    ) -> PyResult<Bound<'py, PyAny>> {
-        let model = self.kinematics.lock().unwrap_or_else(PoisonError::into_inner).clone();
-        let depends_on_time = self.description.is_moved();
-        self.of_states_by(model, states, t, depends_on_time, name, shape, of)
-    }
-
-    /// The same by the model in space, at times where any load varies.
-    fn in_space<'py>(
-        &self,
-        states: States<'_, 'py>,
-        t: Option<&Bound<'py, PyAny>>,
-        name: &str,
-        shape: &[usize],
-        of: impl FnMut(&mut RobotModel, [&[f64]; 3]) -> Vec<f64>,
-    ) -> PyResult<Bound<'py, PyAny>> {
-        let is_of_forces = states[2].is_some();
-        let depends_on_time =
-            if is_of_forces { self.description.depends_on_time() } else { self.description.is_moved() };
-        self.of_states_by(self.spatial()?, states, t, depends_on_time, name, shape, of)
-    }
-
-    #[allow(clippy::too_many_arguments, reason = "what its two callers share")]
-    fn of_states_by<'py>(
         &self,
         mut model: RobotModel,
         states: States<'_, 'py>,
         t: Option<&Bound<'py, PyAny>>,
-        depends_on_time: bool,
         name: &str,
         shape: &[usize],
         mut of: impl FnMut(&mut RobotModel, [&[f64]; 3]) -> Vec<f64>,
     ) -> PyResult<Bound<'py, PyAny>> {
+        let robot = &self.description;
+        let is_of_forces = states[2].is_some();
+        let depends_on_time = if is_of_forces { robot.depends_on_time() } else { robot.is_moved() };
+        let takes_time = is_of_forces || robot.base_motion.is_some();
         let n = self.description.coordinates();
         let mut parts: [Vec<f64>; 3] = Default::default();
         let mut number: Option<Option<usize>> = None;
@@ -201,7 +181,9 @@ impl PyRobot {
             if row > 0 && row.is_multiple_of(POSES_BETWEEN_SIGNALS) {
                 py.check_signals()?;
             }
-            or_raised(model.set_time(times[row % times.len()]))?;
+            if takes_time {
+                or_raised(model.set_time(times[row % times.len()]))?;
+            }
             let state = parts.each_ref().map(|part| part.get(row * n..(row + 1) * n).unwrap_or(&[]));
             values.extend(of(&mut model, state));
         }
@@ -579,10 +561,17 @@ impl PyRobot {
         let n = self.description.coordinates();
         let place = self.kinematics.lock().unwrap_or_else(PoisonError::into_inner).place_on(link, X);
         let mut jacobian = Matrix::zeros(6, n);
-        self.of_states([Some((q, "q")), None, None], t, "jacobian", &[6, n], |model, [q, ..]| {
-            model.jacobian_at(q, &place, &mut jacobian);
-            jacobian.transpose().as_slice().to_vec()
-        })
+        self.of_states(
+            self.model(),
+            [Some((q, "q")), None, None],
+            t,
+            "jacobian",
+            &[6, n],
+            |model, [q, ..]| {
+                model.jacobian_at(q, &place, &mut jacobian);
+                jacobian.transpose().as_slice().to_vec()
+            },
+        )
     }
 
     /// Velocity of a section or body.
@@ -615,9 +604,14 @@ impl PyRobot {
         let link = index_of(&self.description, link, "link")?;
         self.check_place(link, X)?;
         let place = self.kinematics.lock().unwrap_or_else(PoisonError::into_inner).place_on(link, X);
-        self.of_states([Some((q, "q")), Some((qd, "qd")), None], t, "velocity", &[6], |model, [q, qd, _]| {
-            flat(model.velocity_at(q, qd, &place))
-        })
+        self.of_states(
+            self.model(),
+            [Some((q, "q")), Some((qd, "qd")), None],
+            t,
+            "velocity",
+            &[6],
+            |model, [q, qd, _]| flat(model.velocity_at(q, qd, &place)),
+        )
     }
 
     /// Centre of mass of all rods and bodies.
@@ -640,10 +634,17 @@ impl PyRobot {
         t: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let zeros = vec![0.0; self.description.coordinates()];
-        self.in_space([Some((q, "q")), None, None], t, "centre_of_mass", &[3], |model, [q, ..]| {
-            let momentum = model.momentum(q, &zeros);
-            (momentum.first_moment * (1.0 / momentum.mass)).to_array().to_vec()
-        })
+        self.of_states(
+            self.spatial()?,
+            [Some((q, "q")), None, None],
+            t,
+            "centre_of_mass",
+            &[3],
+            |model, [q, ..]| {
+                let momentum = model.momentum(q, &zeros);
+                (momentum.first_moment * (1.0 / momentum.mass)).to_array().to_vec()
+            },
+        )
     }
 
     /// Linear and angular momentum of all rods and bodies.
@@ -666,10 +667,17 @@ impl PyRobot {
         qd: &Bound<'py, PyAny>,
         t: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        self.in_space([Some((q, "q")), Some((qd, "qd")), None], t, "momentum", &[6], |model, [q, qd, _]| {
-            let momentum = model.momentum(q, qd);
-            flat([momentum.angular, momentum.linear])
-        })
+        self.of_states(
+            self.spatial()?,
+            [Some((q, "q")), Some((qd, "qd")), None],
+            t,
+            "momentum",
+            &[6],
+            |model, [q, qd, _]| {
+                let momentum = model.momentum(q, qd);
+                flat([momentum.angular, momentum.linear])
+            },
+        )
     }
 
     /// Moment and force that a link gets through its joint in a motion, from its parent or the world.
@@ -698,7 +706,7 @@ impl PyRobot {
     ) -> PyResult<Bound<'py, PyAny>> {
         let link = index_of(&self.description, link, "link")?;
         let states = [Some((q, "q")), Some((qd, "qd")), Some((qdd, "qdd"))];
-        self.in_space(states, t, "joint_wrench", &[6], |model, [q, qd, qdd]| {
+        self.of_states(self.spatial()?, states, t, "joint_wrench", &[6], |model, [q, qd, qdd]| {
             flat(model.joint_wrench(q, qd, qdd, link))
         })
     }
@@ -725,7 +733,7 @@ impl PyRobot {
         t: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let states = [Some((q, "q")), Some((qd, "qd")), Some((qdd, "qdd"))];
-        self.in_space(states, t, "base_wrench", &[6], |model, [q, qd, qdd]| {
+        self.of_states(self.spatial()?, states, t, "base_wrench", &[6], |model, [q, qd, qdd]| {
             flat(model.base_wrench(q, qd, qdd))
         })
     }

@@ -104,6 +104,6 @@ pub(crate) const COORDINATES_OF_A_CHAIN: usize = 20;
 pub(crate) const SEGMENTS_OF_A_CHAIN: usize = 3;
 
 /// The same of arms, whose links have joints between them. A hundred steps of Newmark's method with revolute joints take
-/// so much of the time of dense solves (`cargo bench --bench robot -- 'hundred steps/arm'`, x86-64, 2026): 1.30 at 7
-/// joints, 0.83 at 30, 0.67 at 64, 0.56 at 100.
+/// so much of the time of dense solves (`cargo bench --bench robot -- 'hundred steps/arm'`, x86-64, 2026): 1.32 at 7
+/// joints, 0.83 at 30, 0.65 at 64, 0.56 at 100.
 pub(crate) const COORDINATES_OF_AN_ARM: usize = 20;

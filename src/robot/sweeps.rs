@@ -5,7 +5,6 @@ use std::sync::Arc;
 use super::compile;
 use super::description::Robot;
 use super::effect::all as effects;
-use super::effect::joint_forces;
 use super::effect::support::Held;
 use super::kernel::kinematics::Pose;
 use super::kernel::momentum::Momentum;
@@ -104,9 +103,7 @@ impl<G: Turning> Sweeps<G> {
 
     /// Whether motion loses energy.
     pub(crate) fn is_damped(&self) -> bool {
-        self.plan.pieces.iter().any(|piece| piece.retardation_time > 0.0)
-            || effects::dissipates(&self.plan)
-            || joint_forces::dissipate(&self.plan)
+        self.plan.pieces.iter().any(|piece| piece.retardation_time > 0.0) || effects::dissipates(&self.plan)
     }
 
     /// Whether more than damping makes forces depend on velocities: the motion of the base, or an effect.
@@ -239,8 +236,7 @@ impl<G: Turning> Sweeps<G> {
     }
 
     pub(crate) fn dissipated_power(&mut self, q: &[f64], qd: &[f64]) -> f64 {
-        let of_joints = joint_forces::dissipated_power(&self.plan, [q, qd]);
-        let power = elasticity::power_of_damping(&self.plan, qd) + of_joints;
+        let power = elasticity::power_of_damping(&self.plan, qd);
         if !effects::dissipates(&self.plan) {
             return power;
         }

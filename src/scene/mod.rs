@@ -77,7 +77,7 @@ impl Model {
     /// The shortest period of its loads and of the motion of its base, in seconds; infinite where nothing oscillates.
     fn shortest_period(&self) -> f64 {
         match self {
-            Self::Rod(rod) => rod.shortest_period(),
+            Self::Rod(rod) => robot::Robot::from(rod).shortest_period(),
             Self::Robot(robot) => robot.shortest_period(),
             Self::Pendulum(_) => f64::INFINITY,
         }

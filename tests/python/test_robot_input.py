@@ -172,3 +172,19 @@ def test_errors_of_auto_are_those_of_all_links():
     assert error <= 1e-5
     assert run.stats.time_error >= 0.2 * error
     assert run.stats.space_error is None, "nothing of it is discretised"
+
+
+def test_places_and_velocities_ask_no_load():
+    """A load that is a function is called for forces alone."""
+
+    def fails(t):
+        raise AssertionError
+
+    rod = lissom.Rod([SOFT], loads=[lissom.Load(force=fails)])
+    q = np.zeros(rod.n)
+    rod.pose(q)
+    rod.jacobian(q)
+    rod.velocity(q, q)
+    rod.centre_of_mass(q)
+    with pytest.raises(AssertionError):
+        rod.base_wrench(q, q, q, t=0.0)

@@ -72,22 +72,6 @@ impl Rod {
         self.segments.iter().map(|segment| segment.length).sum()
     }
 
-    /// The shortest period of its loads and of the motion of its base, in seconds; infinite where nothing oscillates.
-    pub fn shortest_period(&self) -> f64 {
-        let of_base = self.base_motion.iter().map(BaseMotion::period);
-        self.loads.iter().map(Load::period).chain(of_base).fold(f64::INFINITY, f64::min)
-    }
-
-    /// Whether where the rod is depends on time by itself: its base moves.
-    pub fn is_moved(&self) -> bool {
-        self.base_motion.as_ref().is_some_and(|motion| !motion.is_constant())
-    }
-
-    /// Whether anything of it depends on time by itself.
-    pub fn depends_on_time(&self) -> bool {
-        self.is_moved() || self.loads.iter().any(Load::varies_in_time)
-    }
-
     /// Everything that is wrong with this rod and its segments.
     pub fn validate(&self) -> Result<(), InvalidInput> {
         let mut check = Checker::new();

@@ -4,6 +4,7 @@ use std::marker::PhantomData;
 
 use super::Effect;
 use super::immersion::FluidAround;
+use super::joint_forces::OnJoints;
 use super::load::Loads;
 use super::support::Supports;
 use crate::lie::Sweep;
@@ -21,7 +22,7 @@ use crate::robot::turning::Turning;
 /// Does something for every effect, in the order of this list.
 macro_rules! for_every_effect {
     ($effect:ident => $call:expr) => {
-        for_every_effect!($effect in [Loads, Supports, FluidAround] => $call)
+        for_every_effect!($effect in [Loads, Supports, FluidAround, OnJoints] => $call)
     };
     ($effect:ident in [$($kind:ty),*] => $call:expr) => {
         $({

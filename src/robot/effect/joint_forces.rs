@@ -1,10 +1,12 @@
 //! What acts on the coordinate of a joint: spring, dampers, stops, and the inertia of what turns with it alone.
 //!
-//! Unlike other effects it is no wrench at a place but a force on a coordinate, and knows nothing but that coordinate.
+//! It is no wrench at a place but a force on a coordinate: the hinge itself asks for it, and for its derivative.
 
+use super::Effect;
 use crate::joint::JointForces;
 use crate::model::Energy;
 use crate::robot::plan::Plan;
+use crate::robot::state::Workspace;
 use crate::robot::turning::Turning;
 
 /// The force that a motion (q, qd, qdd) of the coordinate needs against them.
@@ -74,25 +76,33 @@ pub(crate) fn all<G: Turning>(plan: &Plan<G>) -> impl Iterator<Item = (usize, &J
     hinges.filter_map(|(k, hinge)| Some((k, hinge.forces.as_ref()?)))
 }
 
-/// Whether any of them takes power out of motion.
-pub(crate) fn dissipate<G: Turning>(plan: &Plan<G>) -> bool {
-    let dissipates = |forces: &JointForces| {
-        let of_stops = forces.limit_stiffness * forces.limit_dissipation;
-        [forces.damping, forces.friction, of_stops].into_iter().any(|x| x > 0.0)
-    };
-    all(plan).any(|(_, forces)| dissipates(forces))
-}
+/// The forces on all joints together.
+pub(crate) struct OnJoints;
 
-/// Adds their energies.
-pub(crate) fn add_energy<G: Turning>(plan: &Plan<G>, [q, qd]: [&[f64]; 2], energy: &mut Energy) {
-    for (k, forces) in all(plan) {
-        let (turn, beyond) = (q[k] - forces.rest, beyond(forces, q[k]));
-        energy.elastic += 0.5 * (forces.stiffness * turn * turn + forces.limit_stiffness * beyond * beyond);
-        energy.kinetic += 0.5 * forces.armature * qd[k] * qd[k];
+impl<G: Turning> Effect<G> for OnJoints {
+    fn dissipates(plan: &Plan<G>) -> bool {
+        let dissipates = |forces: &JointForces| {
+            let of_stops = forces.limit_stiffness * forces.limit_dissipation;
+            [forces.damping, forces.friction, of_stops].into_iter().any(|x| x > 0.0)
+        };
+        all(plan).any(|(_, forces)| dissipates(forces))
     }
-}
 
-/// Power that they take out of the motion.
-pub(crate) fn dissipated_power<G: Turning>(plan: &Plan<G>, [q, qd]: [&[f64]; 2]) -> f64 {
-    all(plan).map(|(k, forces)| dissipative(forces, q[k], qd[k]) * qd[k]).sum()
+    fn add_energy(plan: &Plan<G>, work: &Workspace<G>, energy: &mut Energy) {
+        for (k, forces) in all(plan) {
+            let (q, qd) = (work.motion_of[k], work.motion_of[plan.n + k]);
+            let (turn, beyond) = (q - forces.rest, beyond(forces, q));
+            energy.elastic +=
+                0.5 * (forces.stiffness * turn * turn + forces.limit_stiffness * beyond * beyond);
+            energy.kinetic += 0.5 * forces.armature * qd * qd;
+        }
+    }
+
+    fn dissipated_power(plan: &Plan<G>, work: &Workspace<G>) -> f64 {
+        let power = |(k, forces): (usize, &JointForces)| {
+            let (q, qd) = (work.motion_of[k], work.motion_of[plan.n + k]);
+            dissipative(forces, q, qd) * qd
+        };
+        all(plan).map(power).sum()
+    }
 }

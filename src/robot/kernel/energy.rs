@@ -3,7 +3,7 @@
 use super::elasticity;
 use crate::lie::{Lanes, Scalar, Twist, VectorSpace};
 use crate::model::Energy;
-use crate::robot::effect::{all as effects, joint_forces};
+use crate::robot::effect::all as effects;
 use crate::robot::plan::Plan;
 use crate::robot::plan::material::Moments;
 use crate::robot::state::Workspace;
@@ -39,7 +39,6 @@ pub(crate) fn energy<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, q: &[f64])
         energy.kinetic += kinetic_energy_of_frame(plan, work);
     }
     effects::add_energy(plan, work, &mut energy);
-    joint_forces::add_energy(plan, [q, &work.motion_of[plan.n..]], &mut energy);
     energy
 }
 
