@@ -24,6 +24,10 @@ CORNERS = 12
 #: A rod is drawn at least this thick, relative to its length, so that a wire can be seen.
 LEAST_RADIUS = 0.006
 
+#: A given section, whose inertia need not be that of any figure, is drawn at most this thick, relative to
+#: the rod's length.
+MOST_RADIUS = 0.03
+
 #: Points of the path of a tip, at most.
 MAX_PATH = 3000
 
@@ -270,6 +274,8 @@ def _outline(link: Link, least_radius: float) -> Array:
         segment = link.segments[i]
         fraction = (station - (ends[i] - segment.length)) / segment.length
         size = np.array(segment.section.half_extents(min(max(fraction, 0.0), 1.0)))
+        if segment.section.shape == "given":
+            size = np.minimum(size, MOST_RADIUS * link.length)
         corners = square_corners if segment.section.shape == "rectangle" else round_corners
         outline[k] = np.maximum(size, least_radius) * corners
     return outline
