@@ -3,15 +3,15 @@
 use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
-use lissom::linalg::{ChainLu, Lu, Matrix};
-use lissom::model::{Chain, Model};
+use lissom::linalg::{Lu, Matrix, TreeLu};
+use lissom::model::{Model, Tree};
 use lissom::newmark;
 use lissom::robot::{RobotModel, Rod, Solve};
 use lissom::rod::Segment;
 use lissom::second_order::FreeMotion;
 
 const SEGMENTS: [usize; 8] = [1, 2, 4, 8, 16, 32, 64, 128];
-const SOLVES: [(Solve, &str); 2] = [(Solve::Chain, "chain"), (Solve::Dense, "dense")];
+const SOLVES: [(Solve, &str); 2] = [(Solve::Tree, "chain"), (Solve::Dense, "dense")];
 
 /// The weights of a Newmark step of 10 ms.
 const WEIGHTS: [f64; 3] = [2.5e-5, 5e-3, 1.0];
@@ -29,7 +29,7 @@ fn rod(segments: usize, solve: Solve) -> RobotModel {
 fn residual(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("residual");
     for segments in SEGMENTS {
-        let mut model = rod(segments, Solve::Chain);
+        let mut model = rod(segments, Solve::Tree);
         let n = model.n();
         let (mut q, qd, qdd, mut tau) = (vec![0.1; n], vec![0.2; n], vec![0.3; n], vec![0.0; n]);
         group.bench_function(BenchmarkId::from_parameter(segments), |bencher| {
@@ -48,11 +48,11 @@ fn tangent(criterion: &mut Criterion) {
         let mut model = rod(segments, solve);
         let n = model.n();
         let (q, qd, qdd) = (vec![0.1; n], vec![0.2; n], vec![0.3; n]);
-        let Chain { tangent: mut chain, .. } = rod(segments, Solve::Chain).chain().unwrap();
+        let Tree { tangent: mut chain, .. } = rod(segments, Solve::Tree).tree().unwrap();
         let mut dense = Matrix::zeros(n, n);
         group.bench_function(BenchmarkId::new(name, segments), |bencher| {
             bencher.iter(|| match solve {
-                Solve::Chain => model.chain_tangent(black_box(&q), &qd, &qdd, WEIGHTS, &mut chain),
+                Solve::Tree => model.tree_tangent(black_box(&q), &qd, &qdd, WEIGHTS, &mut chain),
                 Solve::Dense => model.weighted_tangent(black_box(&q), &qd, &qdd, WEIGHTS, &mut dense),
             });
         });
@@ -62,18 +62,18 @@ fn tangent(criterion: &mut Criterion) {
 fn solve(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("factorisation and solution");
     for (segments, (solve, name)) in cases() {
-        let mut model = rod(segments, Solve::Chain);
+        let mut model = rod(segments, Solve::Tree);
         let n = model.n();
-        let Chain { tangent: mut chain, .. } = model.chain().unwrap();
-        model.chain_tangent(&vec![0.1; n], &vec![0.2; n], &vec![0.3; n], WEIGHTS, &mut chain);
+        let Tree { tangent: mut chain, .. } = model.tree().unwrap();
+        model.tree_tangent(&vec![0.1; n], &vec![0.2; n], &vec![0.3; n], WEIGHTS, &mut chain);
         let dense = chain.to_dense();
-        let (mut chain_lu, mut lu) = (ChainLu::new(&chain), Lu::new(n));
+        let (mut chain_lu, mut lu) = (TreeLu::new(&chain), Lu::new(n));
         let mut x = vec![1.0; n];
         group.bench_function(BenchmarkId::new(name, segments), |bencher| {
             bencher.iter(|| {
                 x.fill(1.0);
                 match solve {
-                    Solve::Chain => {
+                    Solve::Tree => {
                         chain_lu.factorise(black_box(&chain)).unwrap();
                         chain_lu.solve(&mut x);
                     }

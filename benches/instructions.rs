@@ -4,8 +4,8 @@
 
 use std::hint::black_box;
 
-use lissom::linalg::{ChainLu, Matrix};
-use lissom::model::{Chain, ForwardScratch, Model};
+use lissom::linalg::{Matrix, TreeLu};
+use lissom::model::{ForwardScratch, Model, Tree};
 use lissom::newmark;
 use lissom::ode::{self, FirstOrder};
 use lissom::pendulum::SpringPendulum;
@@ -93,12 +93,12 @@ fn newton(model: &mut RobotModel, count: usize) {
     let n = model.n();
     let (qd, qdd, mut tau) = (vec![0.2; n], vec![0.3; n], vec![0.0; n]);
     let shapes = [shape(n, 0), shape(n, 1)];
-    let Chain { mut tangent, .. } = model.chain().expect("a chain");
-    let mut lu = ChainLu::new(&tangent);
+    let Tree { mut tangent, .. } = model.tree().expect("a chain");
+    let mut lu = TreeLu::new(&tangent);
     for i in 0..count {
         let q = &shapes[i % 2];
         model.inverse_dynamics(black_box(q), &qd, &qdd, &mut tau);
-        model.chain_tangent(q, &qd, &qdd, [1e-4, 1e-2, 1.0], &mut tangent);
+        model.tree_tangent(q, &qd, &qdd, [1e-4, 1e-2, 1.0], &mut tangent);
         lu.factorise(&tangent).expect("a regular tangent");
         lu.solve(&mut tau);
     }

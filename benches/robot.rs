@@ -17,7 +17,7 @@ const WEIGHTS: [f64; 3] = [2.5e-7, 5e-4, 1.0];
 
 const STEP: f64 = 1e-3;
 
-const SOLVES: [(Solve, &str); 2] = [(Solve::Chain, "chain"), (Solve::Dense, "dense")];
+const SOLVES: [(Solve, &str); 2] = [(Solve::Tree, "by links"), (Solve::Dense, "densely")];
 
 /// Revolute joints about x, y and z in turn, links of a decimetre, each behind the one that `parent` says.
 fn rigid(links: usize, parent: impl Fn(usize) -> Option<usize>) -> Robot {
@@ -74,14 +74,27 @@ fn cases() -> Vec<(String, RobotModel)> {
     for (name, make) in [("chain", chain as fn(usize) -> Robot), ("star", star), ("tree", tree)] {
         robots.extend([1, 4, 16, 64, 128].map(|n| (format!("{name}/{n}"), make(n))));
     }
+    robots.extend([7, 30, 100].map(|n| (format!("chain/{n}"), chain(n))));
     robots.push(("hand/62".to_owned(), hand(6)));
-    let mut models: Vec<(String, RobotModel)> =
-        robots.into_iter().map(|(name, robot)| (name, RobotModel::new(&robot).unwrap())).collect();
-    // Arms by both solves.
-    for (n, (solve, name)) in [7, 30, 64, 100].into_iter().flat_map(|n| SOLVES.map(|solve| (n, solve))) {
-        models.push((format!("arm/{name}/{n}"), RobotModel::with_solve(&chain(n), solve).unwrap()));
+    robots.into_iter().map(|(name, robot)| (name, RobotModel::new(&robot).unwrap())).collect()
+}
+
+/// Robots by both solves.
+fn by_solve() -> Vec<(String, RobotModel)> {
+    let mut robots: Vec<(String, Robot)> = Vec::new();
+    for (name, make) in [("chain", chain as fn(usize) -> Robot), ("star", star), ("tree", tree)] {
+        robots.extend([7, 12, 20, 30, 64].map(|n| (format!("{name}/{n}"), make(n))));
     }
-    models
+    robots.extend([1, 2, 4, 6].map(|modes| (format!("hand/{}", 2 + 10 * modes), hand(modes))));
+    for (fingers, modes) in [(1, 6), (1, 18), (2, 6), (2, 12), (2, 18), (3, 6), (3, 12)] {
+        let mut robot = hand(modes);
+        robot.links.truncate(2 + fingers);
+        robots.push((format!("{fingers} fingers/{}", 2 * modes), robot));
+    }
+    let with = |name: &str, robot: &Robot, (solve, by): (Solve, &str)| {
+        (format!("{name}/{by}"), RobotModel::with_solve(robot, solve).unwrap())
+    };
+    robots.iter().flat_map(|(name, robot)| SOLVES.map(|solve| with(name, robot, solve))).collect()
 }
 
 fn state(n: usize) -> [Vec<f64>; 3] {
@@ -135,7 +148,7 @@ fn solve(criterion: &mut Criterion) {
 fn steps(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("hundred steps");
     group.sample_size(20);
-    for (name, mut model) in cases() {
+    for (name, mut model) in cases().into_iter().chain(by_solve()) {
         let n = model.n();
         let ([q, _, _], v) = (state(n), vec![0.0; n]);
         let options = newmark::Options { rtol: 1e-6.into(), ..newmark::Options::new(STEP) };

@@ -66,12 +66,12 @@ fn sweeps(group: &mut BenchmarkGroup<'_, WallTime>, name: &str, rod: &Rod) {
         });
     });
     // As a step asks for it.
-    let mut chain = model.chain().map(|chain| chain.tangent);
+    let mut chain = model.tree().map(|chain| chain.tangent);
     group.bench_function(format!("tangent of {name}"), |bencher| {
         bencher.iter(|| {
             let (q, weights) = (black_box(&q), [1e-4, 1e-2, 1.0]);
             match &mut chain {
-                Some(chain) => model.chain_tangent(q, &qd, &qdd, weights, chain),
+                Some(chain) => model.tree_tangent(q, &qd, &qdd, weights, chain),
                 None => model.weighted_tangent(q, &qd, &qdd, weights, &mut tangent),
             }
         });

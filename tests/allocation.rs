@@ -5,9 +5,9 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
 use lissom::body::Body;
-use lissom::linalg::{ChainLu, Matrix};
+use lissom::linalg::{Matrix, TreeLu};
 use lissom::load::{Extent, Frame, Load};
-use lissom::model::{Chain, ForwardScratch, InTime as _, Model};
+use lissom::model::{ForwardScratch, InTime as _, Model, Tree};
 use lissom::newmark;
 use lissom::ode::{self, FirstOrder};
 use lissom::radau;
@@ -122,7 +122,7 @@ fn sweeps_allocate_nothing() {
 fn chains_allocate_nothing() {
     let mut chains = 0;
     for mut model in models() {
-        let Some(Chain { mut tangent, mut mass }) = model.chain() else { continue };
+        let Some(Tree { mut tangent, mut mass }) = model.tree() else { continue };
         chains += 1;
         let n = model.n();
         model.set_time(0.0).unwrap();
@@ -130,12 +130,12 @@ fn chains_allocate_nothing() {
         let mut x = vec![1.0; n];
         for mass_only in [false, true] {
             let matrix = if mass_only { &mut mass } else { &mut tangent };
-            let mut lu = ChainLu::new(matrix);
+            let mut lu = TreeLu::new(matrix);
             let count = allocations(|| {
                 if mass_only {
-                    model.chain_mass_matrix(&q, matrix);
+                    model.tree_mass_matrix(&q, matrix);
                 } else {
-                    model.chain_tangent(&q, &qd, &qdd, [1e-4, 1e-2, 1.0], matrix);
+                    model.tree_tangent(&q, &qd, &qdd, [1e-4, 1e-2, 1.0], matrix);
                 }
                 lu.factorise(matrix).unwrap();
                 lu.solve(&mut x);

@@ -1,10 +1,9 @@
-//! Linear algebra, dense and of chains: the only place that names the solvers of nalgebra and faer.
+//! Linear algebra, dense and of trees: the only place that names the solvers of nalgebra and faer.
 //!
 //! Factorisations own their memory, sized once, so that factorising and solving allocate nothing.
 
 use std::borrow::Cow;
 
-mod chain;
 mod cholesky;
 mod complex_lu;
 mod eigen;
@@ -13,8 +12,8 @@ mod lu;
 pub mod small_cholesky;
 pub mod small_lu;
 mod svd;
+mod tree;
 
-pub use chain::{ChainLu, ChainMatrix, Generators};
 pub use cholesky::Cholesky;
 pub use complex_lu::ComplexLu;
 pub(crate) use eigen::symmetric_part;
@@ -22,6 +21,7 @@ pub use eigen::{Complex, eigen, eigenvalues, symmetric_eigen, symmetric_eigenval
 pub use failure::{NotPositiveDefinite, Singular};
 pub use lu::Lu;
 pub use svd::{MinimumNorm, condition_number, full_svd, minimum_norm_solution, singular_values};
+pub use tree::{Generators, TreeLu, TreeMatrix, TreePlace};
 
 /// A dense matrix of doubles, stored by columns.
 pub type Matrix = nalgebra::DMatrix<f64>;

@@ -1,7 +1,7 @@
 //! Accelerations by a solve with the mass matrix.
 
 use super::Model;
-use crate::linalg::{ChainLu, ChainMatrix, Cholesky, Matrix};
+use crate::linalg::{Cholesky, Matrix, TreeLu, TreeMatrix};
 
 /// The mass matrix was not positive definite (or not finite), so that no acceleration exists.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -17,11 +17,11 @@ impl std::error::Error for SingularMass {}
 
 /// The matrices of a model that is a chain, as zeros: their structure.
 #[derive(Clone, Debug)]
-pub struct Chain {
-    /// For [`Model::chain_tangent`].
-    pub tangent: ChainMatrix,
-    /// For [`Model::chain_mass_matrix`].
-    pub mass: ChainMatrix,
+pub struct Tree {
+    /// For [`Model::tree_tangent`].
+    pub tangent: TreeMatrix,
+    /// For [`Model::tree_mass_matrix`].
+    pub mass: TreeMatrix,
 }
 
 /// Memory for [`Model::forward_dynamics`].
@@ -36,7 +36,7 @@ pub struct ForwardScratch {
 #[allow(clippy::large_enum_variant, reason = "there is one, and it is not moved")]
 enum Mass {
     Dense { matrix: Matrix, cholesky: Cholesky },
-    Chain { matrix: ChainMatrix, lu: ChainLu },
+    Tree { matrix: TreeMatrix, lu: TreeLu },
 }
 
 impl ForwardScratch {
@@ -48,10 +48,10 @@ impl ForwardScratch {
 
     /// Scratch for `model`.
     pub fn of<M: Model + ?Sized>(model: &M) -> Self {
-        match model.chain() {
-            Some(Chain { mass, .. }) => {
-                let lu = ChainLu::new(&mass);
-                Self { bias: vec![0.0; model.n()], mass: Mass::Chain { matrix: mass, lu } }
+        match model.tree() {
+            Some(Tree { mass, .. }) => {
+                let lu = TreeLu::new(&mass);
+                Self { bias: vec![0.0; model.n()], mass: Mass::Tree { matrix: mass, lu } }
             }
             None => Self::new(model.n()),
         }
@@ -78,8 +78,8 @@ pub(super) fn solve<M: Model + ?Sized>(
             cholesky.factorise(matrix).map_err(|_| SingularMass)?;
             cholesky.solve(qdd);
         }
-        Mass::Chain { matrix, lu } => {
-            model.chain_mass_matrix(q, matrix);
+        Mass::Tree { matrix, lu } => {
+            model.tree_mass_matrix(q, matrix);
             lu.factorise(matrix).map_err(|_| SingularMass)?;
             lu.solve(qdd);
         }

@@ -8,14 +8,14 @@ mod forward;
 mod in_time;
 pub(crate) mod rotation_vectors;
 
-use crate::linalg::{ChainMatrix, Matrix};
+use crate::linalg::{Matrix, TreeMatrix};
 
 pub use discretised::Discretised;
 pub use elastic::Elastic;
 pub use energy::Energy;
 pub use flaw::Flaw;
 pub(crate) use flaw::at_least;
-pub use forward::{Chain, ForwardScratch, SingularMass};
+pub use forward::{ForwardScratch, SingularMass, Tree};
 pub use in_time::InTime;
 
 /// A mechanical system with generalised coordinates `q` (n of them), velocities `qd`, accelerations `qdd`.
@@ -59,24 +59,24 @@ pub trait Model: Elastic + InTime + Discretised {
 
     /// The structure of tangent and mass matrix, when the model is a chain so long that it is cheaper to evaluate and
     /// solve with them as such. Allocates; not for step loops.
-    fn chain(&self) -> Option<Chain> {
+    fn tree(&self) -> Option<Tree> {
         None
     }
 
     /// [`Self::weighted_tangent`] of a model that is a chain.
-    fn chain_tangent(
+    fn tree_tangent(
         &mut self,
         _q: &[f64],
         _qd: &[f64],
         _qdd: &[f64],
         _weights: [f64; 3],
-        _tangent: &mut ChainMatrix,
+        _tangent: &mut TreeMatrix,
     ) {
         unreachable!("the model is no chain");
     }
 
     /// [`Self::mass_matrix`] of a model that is a chain; symmetric to rounding.
-    fn chain_mass_matrix(&mut self, _q: &[f64], _mass: &mut ChainMatrix) {
+    fn tree_mass_matrix(&mut self, _q: &[f64], _mass: &mut TreeMatrix) {
         unreachable!("the model is no chain");
     }
 

@@ -87,8 +87,8 @@ impl Jacobian {
         counters.njev += 1;
         let Trial { t, q, v, a, weights, .. } = trial;
         let jacobian = match linear {
-            LinearSystem::Chain { jacobian, .. } => {
-                return system.chain_tangent(*t, q, v, a, *weights, jacobian);
+            LinearSystem::Tree { jacobian, .. } => {
+                return system.tree_tangent(*t, q, v, a, *weights, jacobian);
             }
             LinearSystem::Dense { jacobian, .. } if self.derivative == Derivative::Analytic => {
                 return system.tangent(*t, q, v, a, *weights, jacobian);

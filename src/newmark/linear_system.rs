@@ -1,7 +1,7 @@
 //! The linear systems of Newton's method: a Jacobian with its factors.
 
 use crate::error::InvalidInput;
-use crate::linalg::{ChainLu, ChainMatrix, Lu, Matrix, Singular};
+use crate::linalg::{Lu, Matrix, Singular, TreeLu, TreeMatrix};
 use crate::memory;
 use crate::roots::Derivative;
 use crate::second_order::{Failure, System};
@@ -11,7 +11,7 @@ use crate::second_order::{Failure, System};
 #[allow(clippy::large_enum_variant, reason = "there is one for an integration, and it is not moved")]
 pub(super) enum LinearSystem {
     Dense { jacobian: Matrix, lu: Lu },
-    Chain { jacobian: ChainMatrix, lu: ChainLu },
+    Tree { jacobian: TreeMatrix, lu: TreeLu },
 }
 
 impl LinearSystem {
@@ -22,9 +22,9 @@ impl LinearSystem {
 
     /// Memory for the Jacobian of a system; differences do not see whether it is a chain.
     pub(super) fn new<S: System + ?Sized>(system: &S, derivative: Derivative) -> Self {
-        let chain = if derivative == Derivative::Analytic { system.chain() } else { None };
+        let chain = if derivative == Derivative::Analytic { system.tree() } else { None };
         match chain {
-            Some(jacobian) => Self::Chain { lu: ChainLu::new(&jacobian), jacobian },
+            Some(jacobian) => Self::Tree { lu: TreeLu::new(&jacobian), jacobian },
             None => Self::dense(system.n()),
         }
     }
@@ -36,7 +36,7 @@ impl LinearSystem {
     ) -> Result<(), InvalidInput> {
         /// The Jacobian and its factors.
         const SQUARE_MATRICES: usize = 2;
-        let is_chain = derivative == Derivative::Analytic && system.chain().is_some();
+        let is_chain = derivative == Derivative::Analytic && system.tree().is_some();
         let matrices = if is_chain { 0 } else { SQUARE_MATRICES };
         memory::check_square(
             matrices,
@@ -54,7 +54,7 @@ impl LinearSystem {
     pub(super) fn factorise(&mut self) -> Result<(), Failure> {
         let factorised = match self {
             Self::Dense { jacobian, lu } => lu.factorise(jacobian),
-            Self::Chain { jacobian, lu } => lu.factorise(jacobian),
+            Self::Tree { jacobian, lu } => lu.factorise(jacobian),
         };
         factorised
             .map_err(|Singular| if self.is_finite() { Failure::SingularJacobian } else { Failure::NonFinite })
@@ -63,7 +63,7 @@ impl LinearSystem {
     fn is_finite(&self) -> bool {
         match self {
             Self::Dense { jacobian, .. } => jacobian.iter().all(|entry| entry.is_finite()),
-            Self::Chain { jacobian, .. } => jacobian.is_finite(),
+            Self::Tree { jacobian, .. } => jacobian.is_finite(),
         }
     }
 
@@ -71,7 +71,7 @@ impl LinearSystem {
     pub(super) fn solve(&mut self, b: &mut [f64]) {
         match self {
             Self::Dense { lu, .. } => lu.solve(b),
-            Self::Chain { lu, .. } => lu.solve(b),
+            Self::Tree { lu, .. } => lu.solve(b),
         }
     }
 }

@@ -27,7 +27,7 @@ pub fn solve<S: System + ?Sized>(
     }
     /// The derivatives of the residual, the shifted real and the complex matrix, and the factors of both.
     const SQUARE_MATRICES: usize = 8;
-    if system.chain().is_none() {
+    if system.tree().is_none() {
         memory::check_square(SQUARE_MATRICES, n, "q0", "an explicit method needs no matrices")?;
     }
     let mut stepper = Stepper::new(n, t_span, q0, v0, &options)?;

@@ -70,19 +70,19 @@ fn moves_in(plane: &Plane, link: &Link) -> bool {
 pub enum Solve {
     /// With all entries of the matrix; cost n^3.
     Dense,
-    /// By sweeps along the segments ([`crate::linalg::ChainLu`]); cost linear in their number.
-    Chain,
+    /// By sweeps over segments and links ([`crate::linalg::TreeLu`]); cost linear in their number.
+    Tree,
 }
 
 impl Solve {
     /// The cheaper one for a robot.
-    pub(crate) fn cheapest(robot: &Robot, has_branches: bool) -> Self {
+    pub(crate) fn cheapest(robot: &Robot) -> Self {
         let segments: usize = robot.segments().map(piece::number).sum();
-        let is_long = match robot.is_rod() {
+        let is_large = match robot.is_rod() {
             true => segments >= SEGMENTS_OF_A_CHAIN && robot.coordinates() >= COORDINATES_OF_A_CHAIN,
-            false => robot.coordinates() >= COORDINATES_OF_AN_ARM,
+            false => robot.coordinates() >= COORDINATES_OF_A_ROBOT,
         };
-        if is_long && !has_branches { Self::Chain } else { Self::Dense }
+        if is_large { Self::Tree } else { Self::Dense }
     }
 }
 
@@ -103,7 +103,15 @@ pub(crate) const COORDINATES_OF_A_CHAIN: usize = 20;
 
 pub(crate) const SEGMENTS_OF_A_CHAIN: usize = 3;
 
-/// The same of arms, whose links have joints between them. A hundred steps of Newmark's method with revolute joints take
-/// so much of the time of dense solves (`cargo bench --bench robot -- 'hundred steps/arm'`, x86-64, 2026): 1.32 at 7
-/// joints, 0.83 at 30, 0.65 at 64, 0.56 at 100.
-pub(crate) const COORDINATES_OF_AN_ARM: usize = 20;
+/// The same of robots of several links. A hundred steps of Newmark's method link by link take so much of the time of dense
+/// solves (`cargo bench --bench robot -- 'hundred steps'`, x86-64 with AVX2, 2026):
+///
+/// | robot | relative time at so many coordinates |
+/// |---|---|
+/// | revolute joints in a row | 1.12 at 7, 1.02 at 12, 0.88 at 20, 0.76 at 30, 0.59 at 64 |
+/// | a star of them | 0.99 at 7, 0.96 at 12, 0.95 at 20, 0.79 at 30, 0.66 at 64 |
+/// | a binary tree of them | 1.02 at 7, 1.00 at 12, 0.89 at 20, 0.72 at 30, 0.50 at 64 |
+/// | two joints and one rod | 1.08 at 14, 0.95 at 38 |
+/// | two joints and two rods | 0.93 at 26, 0.92 at 74 |
+/// | two joints and five rods | 0.99 at 12, 0.98 at 22, 0.88 at 42, 0.86 at 62 |
+pub(crate) const COORDINATES_OF_A_ROBOT: usize = 16;

@@ -8,15 +8,15 @@ use super::description::{Robot, Rod};
 use super::effect::support::Held;
 use super::kernel::kinematics::Pose;
 use super::kernel::momentum::Momentum;
-use super::kernel::{chain, elasticity, validity};
+use super::kernel::{elasticity, tree, validity};
 use super::plan::point::Place;
 use super::state::tangent::Tangent;
 use super::sweeps::Sweeps;
 use super::tell::{Explanation, Multiplications, cost};
 use crate::error::{Checker, Interrupted, InvalidInput};
 use crate::lie::{Instructions, Planar, Plane, Spatial, Vector};
-use crate::linalg::{ChainMatrix, Matrix, symmetric_eigen};
-use crate::model::{Chain, Discretised, Elastic, Energy, Flaw, InTime, Model};
+use crate::linalg::{Matrix, TreeMatrix, symmetric_eigen};
+use crate::model::{Discretised, Elastic, Energy, Flaw, InTime, Model, Tree};
 use crate::rod::{MAX_NODES, STRAINS, piece};
 use crate::springs::Springs;
 use crate::world::BaseMotion;
@@ -181,9 +181,7 @@ impl RobotModel {
     }
 
     fn with(robot: &Robot, sweeps: AnySweeps, solve: Option<Solve>) -> Result<Self, InvalidInput> {
-        let has_branches = on_sweeps!(&sweeps, sweeps => sweeps.plan().has_branches);
-        // What has branches is no chain, whatever is asked for.
-        let solve = solve.filter(|_| !has_branches).unwrap_or_else(|| Solve::cheapest(robot, has_branches));
+        let solve = solve.unwrap_or_else(|| Solve::cheapest(robot));
         let nodes = on_sweeps!(&sweeps, sweeps => sweeps.plan().nodes());
         let cost = on_sweeps!(&sweeps, sweeps => cost::multiplications(sweeps.plan(), solve));
         let explanation = Explanation::new(robot, sweeps.kernel(), solve, &nodes, &cost);
@@ -469,29 +467,29 @@ impl Model for RobotModel {
         on_sweeps!(&mut self.sweeps, sweeps => sweeps.mass_matrix(q, Tangent::Dense(mass)));
     }
 
-    fn chain(&self) -> Option<Chain> {
-        (self.solve == Solve::Chain).then(|| {
+    fn tree(&self) -> Option<Tree> {
+        (self.solve == Solve::Tree).then(|| {
             on_sweeps!(&self.sweeps, sweeps => {
                 let plan = sweeps.plan();
-                Chain { tangent: chain::tangent(plan), mass: chain::mass(plan) }
+                Tree { tangent: tree::tangent(plan), mass: tree::mass(plan) }
             })
         })
     }
 
-    fn chain_tangent(
+    fn tree_tangent(
         &mut self,
         q: &[f64],
         qd: &[f64],
         qdd: &[f64],
         weights: [f64; 3],
-        tangent: &mut ChainMatrix,
+        tangent: &mut TreeMatrix,
     ) {
-        let tangent = Tangent::Chain(tangent);
+        let tangent = Tangent::Tree(tangent);
         on_sweeps!(&mut self.sweeps, sweeps => sweeps.weighted_tangent([q, qd, qdd], weights, tangent));
     }
 
-    fn chain_mass_matrix(&mut self, q: &[f64], mass: &mut ChainMatrix) {
-        on_sweeps!(&mut self.sweeps, sweeps => sweeps.mass_matrix(q, Tangent::Chain(mass)));
+    fn tree_mass_matrix(&mut self, q: &[f64], mass: &mut TreeMatrix) {
+        on_sweeps!(&mut self.sweeps, sweeps => sweeps.mass_matrix(q, Tangent::Tree(mass)));
     }
 
     fn energy(&mut self, q: &[f64], qd: &[f64]) -> Energy {

@@ -2,6 +2,7 @@
 
 use super::compile;
 use super::description::{Link, Robot, Rod};
+use super::kernel::tree;
 use super::plan::Plan;
 use super::plan::tree::Weld;
 use super::state::tangent::Tangent;
@@ -47,7 +48,8 @@ fn weld(plan: &mut Plan<Space>, p: usize, to: usize, turn: Vector<f64>, position
     let orientation = Quaternion::exp(turn);
     let joined = &mut plan.pieces[p].joined;
     joined.begin = plan.stations;
-    joined.weld = Some(Weld { to, orientation, position: position.into(), turns: true });
+    let rotation = orientation.rotation();
+    joined.weld = Some(Weld { to, orientation, rotation, position: position.into(), turns: true });
     plan.stations += 1;
 }
 
@@ -150,6 +152,10 @@ fn tangents_of_branches_are_the_derivatives_of_their_forces() {
             });
             let error = largest(&(&tangent - &differences));
             assert!(error < 1e-7 * largest(&differences), "{responds} {weights:?}: {error:e}");
+            let mut by_links = tree::tangent(sweeps.plan());
+            sweeps.weighted_tangent([q, qd, qdd], weights, Tangent::Tree(&mut by_links));
+            let error = largest(&(&tangent - by_links.to_dense()));
+            assert!(error < 1e-14 * largest(&tangent), "{responds} {weights:?}, by links: {error:e}");
         }
     }
 }
@@ -164,6 +170,9 @@ fn masses_of_joints_are_the_derivatives_of_their_forces() {
         sweeps.mass_matrix(&q, Tangent::Dense(&mut mass));
         assert_eq!(mass, mass.transpose());
         assert!(crate::linalg::Cholesky::new(n).factorise(&mass).is_ok());
+        let mut by_links = tree::mass(sweeps.plan());
+        sweeps.mass_matrix(&q, Tangent::Tree(&mut by_links));
+        assert!(largest(&(&mass - by_links.to_dense())) < 1e-14 * largest(&mass));
         let rest = forces(&mut sweeps, &[q.clone(), qd.clone(), vec![0.0; n]]);
         let moving = forces(&mut sweeps, &[q, qd, qdd.clone()]);
         let product = &mass * Matrix::from_column_slice(n, 1, &qdd);

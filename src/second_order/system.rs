@@ -1,7 +1,7 @@
 //! Second-order equations of motion, and free motions of models as such.
 
 use crate::error::Interrupted;
-use crate::linalg::{ChainMatrix, Matrix};
+use crate::linalg::{Matrix, TreeMatrix};
 use crate::model::{Model, rotation_vectors};
 
 /// Equations of motion `r(t, q, v, a) = 0` for displacements q, velocities v and accelerations a, n of each.
@@ -33,20 +33,20 @@ pub trait System {
     ) -> Result<(), Interrupted>;
 
     /// The structure of the tangent (as zeros) where that is a chain's matrix and cheaper to solve with: then
-    /// [`Self::chain_tangent`] is called in place of [`Self::tangent`].
-    fn chain(&self) -> Option<ChainMatrix> {
+    /// [`Self::tree_tangent`] is called in place of [`Self::tangent`].
+    fn tree(&self) -> Option<TreeMatrix> {
         None
     }
 
     /// The tangent of a system that is a chain.
-    fn chain_tangent(
+    fn tree_tangent(
         &mut self,
         _t: f64,
         _q: &[f64],
         _v: &[f64],
         _a: &[f64],
         _weights: [f64; 3],
-        _tangent: &mut ChainMatrix,
+        _tangent: &mut TreeMatrix,
     ) -> Result<(), Interrupted> {
         unreachable!("the system is no chain");
     }
@@ -115,22 +115,22 @@ impl<M: Model + ?Sized> System for FreeMotion<'_, M> {
         Ok(())
     }
 
-    fn chain(&self) -> Option<ChainMatrix> {
-        self.0.chain().map(|chain| chain.tangent)
+    fn tree(&self) -> Option<TreeMatrix> {
+        self.0.tree().map(|tree| tree.tangent)
     }
 
     #[inline]
-    fn chain_tangent(
+    fn tree_tangent(
         &mut self,
         t: f64,
         q: &[f64],
         v: &[f64],
         a: &[f64],
         weights: [f64; 3],
-        tangent: &mut ChainMatrix,
+        tangent: &mut TreeMatrix,
     ) -> Result<(), Interrupted> {
         self.0.set_time(t)?;
-        self.0.chain_tangent(q, v, a, weights, tangent);
+        self.0.tree_tangent(q, v, a, weights, tangent);
         Ok(())
     }
 

@@ -1,7 +1,6 @@
 //! The crate as its users see it. One program, because every test program is compiled and linked with the crate's generic code
 //! once more: `cargo test --test crate newmark::` runs one file of it.
 
-mod chain;
 mod limits;
 mod newmark;
 mod ode;
@@ -12,3 +11,4 @@ mod roots;
 mod scene;
 mod statics;
 mod surroundings;
+mod tree;

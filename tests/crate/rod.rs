@@ -644,13 +644,13 @@ fn all_kernels_and_solves_agree_in_every_basis() {
         assert_same_rod(&rod, &mut best, &mut RobotModel::portable(&rod).unwrap(), 0.7);
         assert_same_rod(&rod, &mut best, &mut RobotModel::with_nothing_skipped(&(&rod).into()).unwrap(), 1.1);
 
-        let mut chain = RobotModel::with_solve(&(&rod).into(), Solve::Chain).unwrap();
+        let mut chain = RobotModel::with_solve(&(&rod).into(), Solve::Tree).unwrap();
         let n = chain.n();
         let (q, qd, qdd) = (state(n, 1.0, 0.2), state(n, 2.0, 1.2), state(n, 10.0, 2.0));
         let mut dense = Matrix::zeros(n, n);
         best.weighted_tangent(&q, &qd, &qdd, [1e-4, 1e-2, 1.0], &mut dense);
-        let mut tangent = chain.chain().expect("a chain was asked for").tangent;
-        chain.chain_tangent(&q, &qd, &qdd, [1e-4, 1e-2, 1.0], &mut tangent);
+        let mut tangent = chain.tree().expect("a chain was asked for").tangent;
+        chain.tree_tangent(&q, &qd, &qdd, [1e-4, 1e-2, 1.0], &mut tangent);
         assert_equal_to_rounding(tangent.to_dense().as_slice(), dense.as_slice(), "chain");
     }
 }

@@ -2,7 +2,7 @@
 
 use lissom::linalg::Matrix;
 use lissom::load::{Frame, Load};
-use lissom::model::{Chain, Elastic as _, ForwardScratch, InTime as _, Model};
+use lissom::model::{Elastic as _, ForwardScratch, InTime as _, Model, Tree};
 use lissom::robot::{Kernel, RobotModel, Rod, Solve};
 use lissom::rod::{Section, Segment};
 use lissom::signal::{Harmonic, Signal};
@@ -380,17 +380,17 @@ proptest! {
 
     #[test]
     fn tangents_are_chains(rod in rods(), phase in 0.0..6.0) {
-        let mut model = set(RobotModel::with_solve(&(&rod).into(), Solve::Chain).unwrap());
+        let mut model = set(RobotModel::with_solve(&(&rod).into(), Solve::Tree).unwrap());
         let n = model.n();
         let (q, qd, qdd) = (state(n, 1.0, phase), state(n, 2.0, 1.0 + phase), state(n, 10.0, 2.0));
-        let Chain { mut tangent, mut mass } = model.chain().unwrap();
+        let Tree { mut tangent, mut mass } = model.tree().unwrap();
         let mut dense = Matrix::zeros(n, n);
         for weights in [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1e-4, 1e-2, 1.0]] {
             model.weighted_tangent(&q, &qd, &qdd, weights, &mut dense);
-            model.chain_tangent(&q, &qd, &qdd, weights, &mut tangent);
+            model.tree_tangent(&q, &qd, &qdd, weights, &mut tangent);
             assert_close(tangent.to_dense().as_slice(), dense.as_slice(), 1e-14, "tangent");
         }
-        model.chain_mass_matrix(&q, &mut mass);
+        model.tree_mass_matrix(&q, &mut mass);
         model.mass_matrix(&q, &mut dense);
         assert_close(mass.to_dense().as_slice(), dense.as_slice(), 1e-14, "mass matrix");
         let mut qdd = vec![0.0; n];

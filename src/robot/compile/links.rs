@@ -22,7 +22,7 @@ pub(crate) struct Tree<G: Turning> {
     pub(crate) attachments: Vec<(Place, usize)>,
     pub(crate) n: usize,
     pub(crate) packs: usize,
-    pub(crate) hinges: usize,
+    pub(crate) hinges: Vec<usize>,
 }
 
 /// Where the next piece begins: at a station, or fixed to it.
@@ -42,7 +42,7 @@ impl<G: Turning> Tree<G> {
             attachments: Vec::new(),
             n: 0,
             packs: 0,
-            hinges: 0,
+            hinges: Vec::new(),
         };
         for link in &robot.links {
             let start = tree.start(link, &robot.links[0]);
@@ -103,7 +103,7 @@ impl<G: Turning> Tree<G> {
         let before = self.pieces.len();
         for motion in link.joint.motions() {
             let joined = self.join(&mut start);
-            let counts = [self.n, self.packs, self.hinges];
+            let counts = [self.n, self.packs, self.hinges.len()];
             self.push(joint::moving(motion, self.frame, link.joint.forces(), joined, counts));
         }
         let begin = self.pieces.len();
@@ -129,7 +129,8 @@ impl<G: Turning> Tree<G> {
         let mut begin = start.station;
         let mut weld = None;
         if let Some((orientation, position, turns)) = start.weld.take() {
-            weld = Some(Weld { to: begin, orientation, position, turns });
+            let rotation = G::matrix(orientation);
+            weld = Some(Weld { to: begin, orientation, rotation, position, turns });
             self.ending.push(None);
             begin = self.ending.len() - 1;
         }
@@ -139,9 +140,9 @@ impl<G: Turning> Tree<G> {
     }
 
     fn push(&mut self, piece: PiecePlan<G>) {
+        self.hinges.extend(piece.hinge.is_some().then_some(self.n));
         self.n += piece.n;
         self.packs += piece.packs;
-        self.hinges += usize::from(piece.hinge.is_some());
         self.pieces.push(piece);
     }
 }

@@ -35,6 +35,7 @@ pub(crate) fn plan<G: Turning>(robot: &Robot, frame: G::Frame) -> Plan<G> {
         n,
         stations,
         has_branches: false,
+        carrying: Vec::new(),
         instructions: Instructions::of_machine(),
         packs,
         hinges,

@@ -3,43 +3,64 @@
 //! the coordinate is `S . F`.
 
 use super::inverse_dynamics::carried;
-use crate::lie::{Twist, Wrench};
+use crate::lie::{LANES, Lanes, Scalar, Twist, Wrench, sine_cosine};
 use crate::robot::effect::joint_forces;
+use crate::robot::plan::Plan;
 use crate::robot::plan::hinge::Hinge;
 use crate::robot::plan::piece::PiecePlan;
-use crate::robot::state::{Station, Workspace};
+use crate::robot::state::{Placement, Station, Workspace};
 use crate::robot::turning::Turning;
+
+/// Sine and cosine of half the angles of all hinges, several at once.
+#[inline(always)]
+pub(crate) fn half_angles<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, q: &[f64]) {
+    for (half, coordinates) in work.half_angles.iter_mut().zip(plan.hinges.chunks(LANES)) {
+        let mut angles = G::Pack::splat(0.0);
+        for (lane, &k) in coordinates.iter().enumerate() {
+            angles.set_lane(lane, 0.5 * q[k]);
+        }
+        *half = sine_cosine(angles).into();
+    }
+}
 
 /// Where what lies behind it is, and S.
 #[inline(always)]
-pub(crate) fn place<G: Turning>(piece: &PiecePlan<G>, hinge: &Hinge<G>, work: &mut Workspace<G>, q: &[f64]) {
-    let Station { mut orientation, mut rotation, mut position, .. } = work.stations[piece.joined.begin];
+pub(crate) fn place<G: Turning>(
+    piece: &PiecePlan<G>,
+    hinge: &Hinge<G>,
+    work: &mut Workspace<G>,
+    q: &[f64],
+    place: Placement<G>,
+) -> Placement<G> {
+    let Placement { mut orientation, mut rotation, mut position } = place;
     let q = q[piece.first];
     work.hinges[hinge.index] = carried(&rotation, position, hinge.twist, !hinge.turns);
     if hinge.turns {
-        orientation = G::turned(orientation, G::turn_by(hinge.twist.angular * q));
-        rotation = G::matrix(orientation);
+        let (pack, lane) = (hinge.index / LANES, hinge.index % LANES);
+        let half = work.half_angles[pack].map(|entry| entry.lane(lane));
+        let (turn, matrix) = G::turn_about(hinge.twist.angular, q, half);
+        rotation = G::compose(&rotation, &matrix);
+        if piece.joined.is_followed_by_nodes {
+            orientation = G::turned(orientation, turn);
+        }
     } else {
         position += G::rotate(&rotation, hinge.twist.linear * q);
     }
-    let end = &mut work.stations[piece.joined.end];
-    (end.orientation, end.rotation, end.position) = (orientation, rotation, position);
+    Placement { orientation, rotation, position }
 }
 
-/// The motion of what lies behind it.
+/// The motion of what lies behind it, from that before it.
 #[inline(always)]
 pub(crate) fn drive<G: Turning>(
     piece: &PiecePlan<G>,
     hinge: &Hinge<G>,
-    work: &mut Workspace<G>,
+    work: &Workspace<G>,
     [qd, qdd]: [&[f64]; 2],
-) {
+    (velocity, acceleration): (Twist<G, f64>, Twist<G, f64>),
+) -> (Twist<G, f64>, Twist<G, f64>) {
     let shape = work.hinges[hinge.index];
-    let Station { velocity, acceleration, .. } = work.stations[piece.joined.begin];
     let rate = shape * qd[piece.first];
-    let end = &mut work.stations[piece.joined.end];
-    end.velocity = velocity + rate;
-    end.acceleration = acceleration + velocity.bracket_add(rate, shape * qdd[piece.first]);
+    (velocity + rate, acceleration + velocity.bracket_add(rate, shape * qdd[piece.first]))
 }
 
 /// The force of its coordinate, with that of what acts on it.

@@ -48,30 +48,32 @@ pub(crate) fn update<G: Turning>(
     known[..n].copy_from_slice(q);
     known[n..2 * n].copy_from_slice(qd);
     known[2 * n..].copy_from_slice(qdd);
-    for piece in &plan.pieces {
-        if let Some(weld) = &piece.joined.weld {
-            let Station { velocity, acceleration, .. } = work.stations[weld.to];
-            let begin = &mut work.stations[piece.joined.begin];
-            (begin.velocity, begin.acceleration) = (velocity, acceleration);
+    for run in plan.pieces.chunk_by(|a, b| (a.packs == 0) == (b.packs == 0)) {
+        if run[0].packs == 0 {
+            let sweep = WithoutNodes { plan, run, work: &mut *work, rates: [qd, qdd] };
+            plan.instructions.run_apart::<G::Pack, _>(sweep);
+            continue;
         }
-        match &piece.moments {
-            _ if piece.packs == 0 => {
-                let sweep = WithoutNodes { plan, piece, work: &mut *work, rates: [qd, qdd] };
-                plan.instructions.run_apart::<G::Pack, _>(sweep);
-                continue;
+        for piece in run {
+            if let Some(weld) = &piece.joined.weld {
+                let Station { velocity, acceleration, .. } = work.stations[weld.to];
+                let begin = &mut work.stations[piece.joined.begin];
+                (begin.velocity, begin.acceleration) = (velocity, acceleration);
             }
-            Moments::Round(rotary) => {
-                let sections = Round { mass: &piece.mass, rotary };
-                sweep_out(plan.frame, piece, &sections, work, [qd, qdd]);
+            match &piece.moments {
+                Moments::Round(rotary) => {
+                    let sections = Round { mass: &piece.mass, rotary };
+                    sweep_out(plan.frame, piece, &sections, work, [qd, qdd]);
+                }
+                Moments::General(sections) => {
+                    let sections = General(sections);
+                    let sweep = SweepOut { frame: plan.frame, piece, sections, work, rates: [qd, qdd] };
+                    plan.instructions.run_apart::<G::Pack, _>(sweep);
+                }
             }
-            Moments::General(sections) => {
-                let sections = General(sections);
-                let sweep = SweepOut { frame: plan.frame, piece, sections, work, rates: [qd, qdd] };
-                plan.instructions.run_apart::<G::Pack, _>(sweep);
-            }
+            effects::act_along(plan, piece, work);
+            points::drive(plan, piece, work);
         }
-        effects::act_along(plan, piece, work);
-        points::drive(plan, piece, work);
     }
     work.carried.fill(Wrench::zero());
     for piece in plan.pieces.iter().rev() {
@@ -88,10 +90,10 @@ pub(crate) fn update<G: Turning>(
     }
 }
 
-/// The motion behind a piece that has no nodes, a hinge or rigid, and the forces at its end.
+/// The motion behind pieces that have no nodes, hinges or rigid, and the forces at their ends.
 struct WithoutNodes<'a, G: Turning> {
     plan: &'a Plan<G>,
-    piece: &'a PiecePlan<G>,
+    run: &'a [PiecePlan<G>],
     work: &'a mut Workspace<G>,
     rates: [&'a [f64]; 2],
 }
@@ -101,16 +103,29 @@ impl<G: Turning> Sweep for WithoutNodes<'_, G> {
 
     #[inline(always)]
     fn call(self) {
-        let Self { plan, piece, work, rates } = self;
-        match &piece.hinge {
-            Some(hinge) => hinge::drive(piece, hinge, work, rates),
-            None => {
-                let Station { velocity, acceleration, .. } = work.stations[piece.joined.begin];
-                let end = &mut work.stations[piece.joined.end];
-                (end.velocity, end.acceleration) = (velocity, acceleration);
+        let Self { plan, run, work, rates } = self;
+        let motion_of = |station: &Station<G>| (station.velocity, station.acceleration);
+        let (mut station, mut motion) = (0, motion_of(&work.stations[0]));
+        for piece in run {
+            let joined = &piece.joined;
+            // Mostly that of the piece before, which is at hand.
+            if joined.carrier() != station {
+                motion = motion_of(&work.stations[joined.carrier()]);
             }
+            if joined.weld.is_some() {
+                let begin = &mut work.stations[joined.begin];
+                (begin.velocity, begin.acceleration) = motion;
+            }
+            if let Some(hinge) = &piece.hinge {
+                motion = hinge::drive(piece, hinge, work, rates, motion);
+            }
+            let end = &mut work.stations[joined.end];
+            (end.velocity, end.acceleration) = motion;
+            for p in piece.points.at_end.clone() {
+                points::take(plan, p, work, motion);
+            }
+            station = joined.end;
         }
-        points::drive(plan, piece, work);
     }
 }
 

@@ -8,8 +8,8 @@ use crate::robot::plan::Plan;
 use crate::robot::plan::packed;
 use crate::robot::plan::piece::PiecePlan;
 use crate::robot::plan::point::Place;
-use crate::robot::plan::tree::Relatives;
-use crate::robot::state::{Station, Workspace};
+use crate::robot::plan::tree::{Relatives, Weld};
+use crate::robot::state::{Placement, Workspace};
 use crate::robot::turning::Turning;
 use crate::robot::turning::place;
 
@@ -48,22 +48,41 @@ pub(crate) fn update<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, q: &[f
     work.kinematics_of.extend_from_slice(q);
     // Whatever was computed of the motion belongs to another shape.
     work.motion_is_known = false;
-    for piece in &plan.pieces {
+    if !plan.hinges.is_empty() {
+        plan.instructions.run_apart::<G::Pack, _>(HalfAngles { plan, work: &mut *work, q });
+    }
+    for run in plan.pieces.chunk_by(|a, b| (a.packs == 0) == (b.packs == 0)) {
+        if run[0].packs == 0 {
+            let sweep = WithoutNodes { plan, run, work: &mut *work, q };
+            plan.instructions.run_apart::<G::Pack, _>(sweep);
+        } else {
+            with_nodes(plan, run, work, q);
+        }
+    }
+}
+
+/// Where a piece begins that is fixed to a station which lies there.
+#[inline(always)]
+fn welded<G: Turning>(piece: &PiecePlan<G>, weld: &Weld<G>, station: Placement<G>) -> Placement<G> {
+    let Placement { mut orientation, mut rotation, mut position } = station;
+    position += G::rotate(&rotation, weld.position);
+    if weld.turns {
+        rotation = G::compose(&rotation, &weld.rotation);
+        if piece.packs > 0 || piece.joined.is_followed_by_nodes {
+            orientation = G::turned(orientation, weld.orientation);
+        }
+    }
+    Placement { orientation, rotation, position }
+}
+
+/// Rotations and positions along pieces with nodes, in a row.
+#[inline(always)]
+fn with_nodes<G: Turning>(plan: &Plan<G>, pieces: &[PiecePlan<G>], work: &mut Workspace<G>, q: &[f64]) {
+    for piece in pieces {
         let joined = &piece.joined;
         if let Some(weld) = &joined.weld {
-            let Station { mut orientation, mut rotation, mut position, .. } = work.stations[weld.to];
-            position += G::rotate(&rotation, weld.position);
-            if weld.turns {
-                orientation = G::turned(orientation, weld.orientation);
-                rotation = G::matrix(orientation);
-            }
-            let begin = &mut work.stations[joined.begin];
-            (begin.orientation, begin.rotation, begin.position) = (orientation, rotation, position);
-        }
-        if piece.packs == 0 {
-            let sweep = WithoutNodes { plan, piece, work: &mut *work, q };
-            plan.instructions.run_apart::<G::Pack, _>(sweep);
-            continue;
+            let begin = welded(piece, weld, work.stations[weld.to].placement());
+            work.stations[joined.begin].place(begin);
         }
         let rotations = &mut work.rotation[piece.node_packs()];
         let base = work.stations[joined.begin];
@@ -95,10 +114,26 @@ pub(crate) fn update<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, q: &[f
     }
 }
 
-/// The end of a piece that has no nodes, a hinge or rigid, and what is concentrated there.
+/// [`hinge::half_angles`].
+struct HalfAngles<'a, G: Turning> {
+    plan: &'a Plan<G>,
+    work: &'a mut Workspace<G>,
+    q: &'a [f64],
+}
+
+impl<G: Turning> Sweep for HalfAngles<'_, G> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        hinge::half_angles(self.plan, self.work, self.q);
+    }
+}
+
+/// The ends of pieces that have no nodes, hinges or rigid, and what is concentrated there.
 struct WithoutNodes<'a, G: Turning> {
     plan: &'a Plan<G>,
-    piece: &'a PiecePlan<G>,
+    run: &'a [PiecePlan<G>],
     work: &'a mut Workspace<G>,
     q: &'a [f64],
 }
@@ -108,16 +143,27 @@ impl<G: Turning> Sweep for WithoutNodes<'_, G> {
 
     #[inline(always)]
     fn call(self) {
-        let Self { plan, piece, work, q } = self;
-        match &piece.hinge {
-            Some(hinge) => hinge::place(piece, hinge, work, q),
-            None => {
-                let Station { orientation, rotation, position, .. } = work.stations[piece.joined.begin];
-                let end = &mut work.stations[piece.joined.end];
-                (end.orientation, end.rotation, end.position) = (orientation, rotation, position);
+        let Self { plan, run, work, q } = self;
+        let (mut station, mut place) = (0, work.stations[0].placement());
+        for piece in run {
+            let joined = &piece.joined;
+            // Mostly that of the piece before, which is at hand.
+            if joined.carrier() != station {
+                place = work.stations[joined.carrier()].placement();
             }
+            if let Some(weld) = &joined.weld {
+                place = welded(piece, weld, place);
+                work.stations[joined.begin].place(place);
+            }
+            if let Some(hinge) = &piece.hinge {
+                place = hinge::place(piece, hinge, work, q, place);
+            }
+            work.stations[joined.end].place(place);
+            for p in piece.points.at_end.clone() {
+                points::stand(plan, p, work, place.rotation, place.position);
+            }
+            station = joined.end;
         }
-        points::find(plan, piece, work, q);
     }
 }
 

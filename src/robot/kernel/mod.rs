@@ -1,6 +1,5 @@
 //! The recursions along a rod.
 
-pub(crate) mod chain;
 pub(crate) mod elasticity;
 pub(crate) mod energy;
 pub(crate) mod hinge;
@@ -11,4 +10,5 @@ mod points;
 mod shape;
 pub(crate) mod tangent;
 pub(crate) mod time;
+pub(crate) mod tree;
 pub(crate) mod validity;

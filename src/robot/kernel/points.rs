@@ -45,22 +45,33 @@ pub(crate) fn find<G: Turning>(plan: &Plan<G>, piece: &PiecePlan<G>, work: &mut 
                 (position, rotation)
             }
             None => {
-                let end = &work.stations[piece.joined.end];
-                let rotation = || if piece.packs == 0 { end.rotation } else { G::matrix(end.orientation) };
-                (end.position, point.is_oriented.then(rotation))
+                let position = work.stations[piece.joined.end].position;
+                (position, point.is_oriented.then(|| place::rotation_of_end(piece, work)))
             }
         };
-        let state = &mut work.points[p];
-        state.position = position;
-        state.rotation = rotation.unwrap_or_else(G::unrotated);
-        if let Some(body) = &point.body {
-            state.inertia = body.carried(&state.rotation, position);
-        }
-        if let Some(station) = point.carries {
-            let station = &mut work.stations[station];
-            station.orientation = G::orientation(&state.rotation);
-            (station.rotation, station.position) = (state.rotation, position);
-        }
+        stand(plan, p, work, rotation.unwrap_or_else(G::unrotated), position);
+    }
+}
+
+/// What stands at a point, which is turned and lies like that.
+#[inline(always)]
+pub(crate) fn stand<G: Turning>(
+    plan: &Plan<G>,
+    p: usize,
+    work: &mut Workspace<G>,
+    rotation: G::Rotation<f64>,
+    position: G::Vector<f64>,
+) {
+    let point = &plan.points[p];
+    let state = &mut work.points[p];
+    (state.position, state.rotation) = (position, rotation);
+    if let Some(body) = &point.body {
+        state.inertia = body.carried(&rotation, position);
+    }
+    if let Some(station) = point.carries {
+        let station = &mut work.stations[station];
+        station.orientation = G::orientation(&rotation);
+        (station.rotation, station.position) = (rotation, position);
     }
 }
 
@@ -68,9 +79,7 @@ pub(crate) fn find<G: Turning>(plan: &Plan<G>, piece: &PiecePlan<G>, work: &mut 
 #[inline(always)]
 pub(crate) fn drive<G: Turning>(plan: &Plan<G>, piece: &PiecePlan<G>, work: &mut Workspace<G>) {
     for p in piece.points.all() {
-        let point = &plan.points[p];
-        let mut state = work.points[p];
-        let motion = match &point.inside {
+        let motion = match &plan.points[p].inside {
             Some(inside) => {
                 let nodes = piece.node_packs();
                 let base = &work.stations[piece.joined.begin];
@@ -83,19 +92,32 @@ pub(crate) fn drive<G: Turning>(plan: &Plan<G>, piece: &PiecePlan<G>, work: &mut
                 (end.velocity, end.acceleration)
             }
         };
-        (state.velocity, state.acceleration) = motion;
-        state.force = Wrench::zero();
-        if point.body.is_some() {
-            state.momentum = state.inertia.momentum(state.velocity);
-            state.force = state.inertia.momentum(state.acceleration)
-                - state.velocity.bracket_transposed(state.momentum);
-        }
-        effects::act_at(plan, work, point, &mut state);
-        work.points[p] = state;
-        if let Some(station) = point.carries {
-            let station = &mut work.stations[station];
-            (station.velocity, station.acceleration) = motion;
-        }
+        take(plan, p, work, motion);
+    }
+}
+
+/// A point moves with this velocity and acceleration.
+#[inline(always)]
+pub(crate) fn take<G: Turning>(
+    plan: &Plan<G>,
+    p: usize,
+    work: &mut Workspace<G>,
+    motion: (Twist<G, f64>, Twist<G, f64>),
+) {
+    let point = &plan.points[p];
+    let mut state = work.points[p];
+    (state.velocity, state.acceleration) = motion;
+    state.force = Wrench::zero();
+    if point.body.is_some() {
+        state.momentum = state.inertia.momentum(state.velocity);
+        state.force =
+            state.inertia.momentum(state.acceleration) - state.velocity.bracket_transposed(state.momentum);
+    }
+    effects::act_at(plan, work, point, &mut state);
+    work.points[p] = state;
+    if let Some(station) = point.carries {
+        let station = &mut work.stations[station];
+        (station.velocity, station.acceleration) = motion;
     }
 }
 

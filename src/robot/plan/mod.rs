@@ -23,7 +23,7 @@ use crate::robot::plan::material::Component;
 use crate::robot::plan::piece::PiecePlan;
 use crate::robot::plan::point::{Inside, Point};
 use crate::robot::plan::space::Space;
-use crate::robot::plan::tree::Families;
+use crate::robot::plan::tree::{Carrying, Families};
 use crate::robot::plan::world::World;
 use crate::rod::STRAINS;
 
@@ -41,8 +41,10 @@ pub(crate) struct Plan<G: Space> {
     pub(crate) stations: usize,
     /// Whether it is more than a chain, every piece of which begins where the one before ends, or is fixed there.
     pub(crate) has_branches: bool,
-    /// Joints of one coordinate.
-    pub(crate) hinges: usize,
+    /// The places that carry others, in the order of their pieces.
+    pub(crate) carrying: Vec<Carrying>,
+    /// The coordinates of the hinges.
+    pub(crate) hinges: Vec<usize>,
     /// Packs of nodes of all pieces together.
     pub(crate) packs: usize,
     /// Where the frame lies in the rod's space.
@@ -67,7 +69,7 @@ impl<G: Space> Plan<G> {
     pub(crate) fn find_families(&mut self) {
         let families = Families::of(&self.pieces, &self.points, self.stations);
         self.has_branches = !families.is_chain;
-        families.tell(&mut self.pieces);
+        self.carrying = families.tell(&mut self.pieces);
     }
 
     /// The places inside pieces where others are attached.

@@ -1,6 +1,6 @@
 //! The spaces that rods move in, with what a piece knows of how it turns.
 
-use crate::lie::{Geometry, Planar, Plane, PlaneRotation, Quaternion, Spatial, Turn, Vector};
+use crate::lie::{Geometry, Planar, Plane, PlaneRotation, Quaternion, Rotation, Spatial, Turn, Vector};
 
 /// A geometry with what a rod's plan needs beyond it.
 pub(crate) trait Space: Geometry {
@@ -21,8 +21,13 @@ pub(crate) trait Space: Geometry {
     /// The orientation that such a rotation leads to.
     fn orientation(matrix: &Self::Rotation<f64>) -> Self::Orientation;
 
-    /// The orientation of what is turned by an angle about an axis, both in one.
-    fn turn_by(angle: Self::Axial<f64>) -> Self::Orientation;
+    /// What is turned by an angle about a unit axis, as orientation and as rotation; sine and cosine of half the angle
+    /// are given.
+    fn turn_about(
+        axis: Self::Axial<f64>,
+        angle: f64,
+        half: [f64; 2],
+    ) -> (Self::Orientation, Self::Rotation<f64>);
 
     /// An orientation in three dimensions, which leaves this space as it is.
     fn orientation_of(frame: Self::Frame, orientation: Quaternion<f64>) -> Self::Orientation;
@@ -48,8 +53,10 @@ impl<const FUSED: bool> Space for Spatial<FUSED> {
         Quaternion::of_rotation(matrix)
     }
 
-    fn turn_by(angle: Vector<f64>) -> Quaternion<f64> {
-        Quaternion::exp(angle)
+    #[inline(always)]
+    fn turn_about(axis: Vector<f64>, _: f64, [sine, cosine]: [f64; 2]) -> (Quaternion<f64>, Rotation<f64>) {
+        let turn = Quaternion { w: cosine, v: axis * sine };
+        (turn, turn.rotation())
     }
 
     fn orientation_of((): (), orientation: Quaternion<f64>) -> Quaternion<f64> {
@@ -77,8 +84,11 @@ impl<const FUSED: bool> Space for Planar<FUSED> {
         matrix.sin.atan2(matrix.cos)
     }
 
-    fn turn_by(Turn(angle): Turn<f64>) -> f64 {
-        angle
+    #[inline(always)]
+    fn turn_about(Turn(axis): Turn<f64>, angle: f64, [sine, cosine]: [f64; 2]) -> (f64, PlaneRotation<f64>) {
+        let rotation =
+            PlaneRotation { cos: cosine * cosine - sine * sine, sin: 2.0 * axis * (sine * cosine) };
+        (axis * angle, rotation)
     }
 
     fn orientation_of(plane: Plane, orientation: Quaternion<f64>) -> f64 {

@@ -15,8 +15,12 @@ pub(crate) struct Joined<G: Space> {
     pub(crate) end: usize,
     /// What fixes the first station to another one, where it is not that one itself.
     pub(crate) weld: Option<Weld<G>>,
+    /// The place that carries it, among [`Plan::carrying`](super::Plan::carrying); none is the frame.
+    pub(crate) hangs_at: Option<usize>,
     /// Whether a joint or a weld begins at its end.
     pub(crate) ends_at_joint: bool,
+    /// Whether nodes lie behind its end: they follow from the orientation there.
+    pub(crate) is_followed_by_nodes: bool,
     /// The coordinates of the pieces that carry it, and of those that it carries; neighbours together.
     pub(crate) ancestors: Vec<Relatives>,
     pub(crate) descendants: Vec<Relatives>,
@@ -30,6 +34,14 @@ pub(crate) struct Relatives {
     pub(crate) attached: Option<usize>,
 }
 
+/// A place of a piece that carries others.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Carrying {
+    pub(crate) piece: usize,
+    /// Where inside it, counted among all such places; at its end, if nowhere.
+    pub(crate) attached: Option<usize>,
+}
+
 /// A station fixed to another one.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Weld<G: Space> {
@@ -37,6 +49,7 @@ pub(crate) struct Weld<G: Space> {
     pub(crate) to: usize,
     /// How it is turned and where it lies, in the axes of the other one.
     pub(crate) orientation: G::Orientation,
+    pub(crate) rotation: G::Rotation<f64>,
     pub(crate) position: G::Vector<f64>,
     /// Whether it is turned at all.
     pub(crate) turns: bool,
@@ -45,7 +58,16 @@ pub(crate) struct Weld<G: Space> {
 impl<G: Space> Joined<G> {
     /// Between two stations.
     pub(crate) fn between(begin: usize, end: usize) -> Self {
-        Self { begin, end, weld: None, ends_at_joint: false, ancestors: Vec::new(), descendants: Vec::new() }
+        Self {
+            begin,
+            end,
+            weld: None,
+            hangs_at: None,
+            ends_at_joint: false,
+            is_followed_by_nodes: false,
+            ancestors: Vec::new(),
+            descendants: Vec::new(),
+        }
     }
 
     /// The station that carries it.
@@ -60,6 +82,10 @@ pub(crate) struct Families {
     /// By piece.
     ancestors: Vec<Vec<Relatives>>,
     descendants: Vec<Vec<Relatives>>,
+    /// By station.
+    carried_by: Vec<Option<Carrying>>,
+    /// Those that carry something.
+    pub(crate) carrying: Vec<Carrying>,
     /// Whether every piece begins where the one before ends, or is fixed to that place.
     pub(crate) is_chain: bool,
 }
@@ -67,10 +93,11 @@ pub(crate) struct Families {
 impl Families {
     /// Of pieces of which each one stands behind its carrier.
     pub(crate) fn of<G: Space>(pieces: &[PiecePlan<G>], points: &[Point<G>], stations: usize) -> Self {
-        let mut carried_by: Vec<Option<(usize, Option<usize>)>> = vec![None; stations];
         let mut families = Self {
             ancestors: vec![Vec::new(); pieces.len()],
             descendants: vec![Vec::new(); pieces.len()],
+            carried_by: vec![None; stations],
+            carrying: Vec::new(),
             is_chain: true,
         };
         let mut attachments = 0;
@@ -79,22 +106,23 @@ impl Families {
             let carrier = piece.joined.carrier();
             families.is_chain &= carrier == last;
             last = piece.joined.end;
-            carried_by[piece.joined.end] = Some((p, None));
+            families.carried_by[piece.joined.end] = Some(Carrying { piece: p, attached: None });
             for point in &points[piece.points.inside.clone()] {
                 if let Some(station) = point.carries {
-                    carried_by[station] = Some((p, Some(attachments)));
+                    families.carried_by[station] = Some(Carrying { piece: p, attached: Some(attachments) });
                     attachments += 1;
                 }
             }
-            let mut place = carried_by[carrier];
-            while let Some((parent, attached)) = place {
+            let mut place = families.carried_by[carrier];
+            families.carrying.extend(place);
+            while let Some(Carrying { piece: parent, attached }) = place {
                 let coordinates = pieces[parent].coordinates();
                 families.ancestors[p].push(Relatives { coordinates, attached });
                 if piece.n > 0 {
                     let own = Relatives { coordinates: piece.coordinates(), attached };
                     extend(&mut families.descendants[parent], own);
                 }
-                place = carried_by[pieces[parent].joined.carrier()];
+                place = families.carried_by[pieces[parent].joined.carrier()];
             }
             // Found from the piece to the root.
             families.ancestors[p].reverse();
@@ -103,11 +131,13 @@ impl Families {
                 extend(&mut families.ancestors[p], relatives);
             }
         }
+        families.carrying.sort();
+        families.carrying.dedup();
         families
     }
 
-    /// Tells the pieces.
-    pub(crate) fn tell<G: Space>(self, pieces: &mut [PiecePlan<G>]) {
+    /// Tells the pieces; returns the places that carry others.
+    pub(crate) fn tell<G: Space>(self, pieces: &mut [PiecePlan<G>]) -> Vec<Carrying> {
         let begin_of_joint = |piece: &PiecePlan<G>| {
             let is_joint = piece.packs == 0 || piece.joined.weld.is_some();
             is_joint.then(|| piece.joined.carrier())
@@ -116,10 +146,18 @@ impl Families {
         for piece in pieces.iter_mut() {
             piece.joined.ends_at_joint = with_joints.contains(&piece.joined.end);
         }
+        let mut are_before_nodes = vec![false; self.carried_by.len()];
+        for piece in pieces.iter_mut().rev() {
+            let place = self.carried_by[piece.joined.carrier()];
+            piece.joined.hangs_at = place.and_then(|place| self.carrying.binary_search(&place).ok());
+            piece.joined.is_followed_by_nodes = are_before_nodes[piece.joined.end];
+            are_before_nodes[piece.joined.carrier()] |= piece.packs > 0 || piece.joined.is_followed_by_nodes;
+        }
         for ((piece, ancestors), descendants) in pieces.iter_mut().zip(self.ancestors).zip(self.descendants) {
             piece.joined.ancestors = ancestors;
             piece.joined.descendants = descendants;
         }
+        self.carrying
     }
 }
 

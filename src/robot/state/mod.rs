@@ -4,7 +4,7 @@ pub(crate) mod point;
 pub(crate) mod surroundings;
 pub(crate) mod tangent;
 
-use crate::lie::{Twist, VectorSpace, Wrench};
+use crate::lie::{LANES, Scalar, Twist, VectorSpace, Wrench};
 use crate::robot::plan::Plan;
 use crate::robot::plan::anchor::Anchor;
 use crate::robot::plan::space::Space;
@@ -14,6 +14,7 @@ use crate::robot::state::surroundings::Surroundings;
 /// Where a piece begins or ends: orientation and position, and the motion there.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Station<G: Space> {
+    /// Where nodes lie behind it.
     pub(crate) orientation: G::Orientation,
     /// The same ready to be applied, where joints or welds begin.
     pub(crate) rotation: G::Rotation<f64>,
@@ -21,6 +22,28 @@ pub(crate) struct Station<G: Space> {
     pub(crate) velocity: Twist<G, f64>,
     /// Acceleration minus gravity.
     pub(crate) acceleration: Twist<G, f64>,
+}
+
+/// How a station is turned and where it lies: what [`Station`] says of that.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Placement<G: Space> {
+    pub(crate) orientation: G::Orientation,
+    pub(crate) rotation: G::Rotation<f64>,
+    pub(crate) position: G::Vector<f64>,
+}
+
+impl<G: Space> Station<G> {
+    #[inline(always)]
+    pub(crate) fn placement(&self) -> Placement<G> {
+        let &Self { orientation, rotation, position, .. } = self;
+        Placement { orientation, rotation, position }
+    }
+
+    #[inline(always)]
+    pub(crate) fn place(&mut self, placement: Placement<G>) {
+        let Placement { orientation, rotation, position } = placement;
+        (self.orientation, self.rotation, self.position) = (orientation, rotation, position);
+    }
 }
 
 /// Quantities at the nodes (all pieces in a row, [`crate::lie::LANES`] nodes a pack) and at the stations between
@@ -55,8 +78,9 @@ pub(crate) struct Workspace<G: Space> {
     pub(crate) time: f64,
     pub(crate) surroundings: Surroundings<G>,
     pub(crate) anchors: Vec<Anchor>,
-    /// The unit twists S of the hinges.
+    /// The unit twists S of the hinges, and sine and cosine of half their angles.
     pub(crate) hinges: Vec<Twist<G, f64>>,
+    pub(crate) half_angles: Vec<[G::Pack; 2]>,
     /// The wrench that all that a station carries needs there: of the first one, what the base exerts.
     pub(crate) carried: Vec<Wrench<G, f64>>,
     /// The wrench through the beginning of the piece that ends at a station.
@@ -87,7 +111,8 @@ impl<G: Space> Workspace<G> {
         let wrenches = vec![Wrench::zero(); plan.packs];
         Self {
             stations: vec![station; plan.stations],
-            hinges: vec![Twist::zero(); plan.hinges],
+            hinges: vec![Twist::zero(); plan.hinges.len()],
+            half_angles: vec![[G::Pack::splat(0.0); 2]; plan.hinges.len().div_ceil(LANES)],
             carried: vec![Wrench::zero(); plan.stations],
             through: vec![Wrench::zero(); plan.stations],
             rotation: vec![G::unrotated(); plan.packs],

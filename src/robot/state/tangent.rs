@@ -1,7 +1,7 @@
 //! The memory of the tangent: what a coordinate is outside its own piece, and what lies behind a place.
 
 use crate::lie::{Geometry, Twist, VectorSpace, Wrench};
-use crate::linalg::{ChainMatrix, Matrix};
+use crate::linalg::{Matrix, TreeMatrix};
 use crate::robot::algebra::inertia::{Gyroscope, Inertia};
 use crate::robot::algebra::response::Response;
 use crate::robot::plan::Plan;
@@ -284,11 +284,11 @@ impl<G: Geometry> Rest<G> {
     }
 }
 
-/// Where a tangent goes: all entries, or what a chain's matrix is made of.
+/// Where a tangent goes: all entries, or what a tree's matrix is made of.
 #[derive(Debug)]
 pub(crate) enum Tangent<'a> {
     Dense(&'a mut Matrix),
-    Chain(&'a mut ChainMatrix),
+    Tree(&'a mut TreeMatrix),
 }
 
 impl Tangent<'_> {
@@ -302,7 +302,7 @@ impl Tangent<'_> {
                 let first = (piece.first * (n + 1)).min(n * n);
                 (&mut matrix.as_mut_slice()[first..], n)
             }
-            Self::Chain(matrix) => (matrix.blocks[s].as_mut_slice(), piece.n),
+            Self::Tree(matrix) => (matrix.blocks[s].as_mut_slice(), piece.n),
         }
     }
 }

@@ -11,8 +11,8 @@ use crate::robot::algebra::products::Products;
 use crate::robot::algebra::response::Response;
 use crate::robot::choice::Solve;
 use crate::robot::effect::all as effects;
-use crate::robot::kernel::chain;
 use crate::robot::kernel::inverse_dynamics::carried;
+use crate::robot::kernel::tree;
 use crate::robot::plan::Plan;
 use crate::robot::plan::material::{Coupling, Moments};
 use crate::robot::plan::piece::PiecePlan;
@@ -45,7 +45,7 @@ pub(crate) fn multiplications<G: Turning>(plan: &Plan<G>, solve: Solve) -> Multi
     let [tangent, mass] = [false, true].map(|is_mass_only| tangent(plan, is_mass_only).total());
     let (couplings, [factorisation, solution]) = match solve {
         Solve::Dense => (coupling(plan), [lu(n), n * n]),
-        Solve::Chain => ([0, 0], chain(plan)),
+        Solve::Tree => ([0, 0], of_tree(plan)),
     };
     Multiplications {
         residual: residual.total(),
@@ -61,18 +61,18 @@ fn lu(n: u64) -> u64 {
     n * n.saturating_sub(1) / 2 + n * n.saturating_sub(1) * (2 * n).saturating_sub(1) / 6
 }
 
-/// [`crate::linalg::ChainLu`]: factorisation and solution.
-fn chain<G: Turning>(plan: &Plan<G>) -> [u64; 2] {
-    let [upper, lower] = chain::ranks(plan).map(|rank| rank as u64);
-    let last = plan.pieces.len() - 1;
+/// [`crate::linalg::TreeLu`]: factorisation and solution.
+fn of_tree<G: Turning>(plan: &Plan<G>) -> [u64; 2] {
+    let [upper, lower] = tree::ranks(plan).map(|rank| rank as u64);
     let mut count = [0, 0];
     for (s, piece) in plan.pieces.iter().enumerate() {
         let m = piece.n as u64;
-        let (is_before, is_behind) = (u64::from(s < last), u64::from(s > 0));
-        let elimination = is_before * (m * upper * lower + m * m * upper);
-        let response = is_behind * (2 * m * upper * lower + m * m * lower);
+        let places = plan.carrying.iter().filter(|place| place.piece == s).count() as u64;
+        let is_carried = u64::from(piece.joined.hangs_at.is_some());
+        let elimination = places * (2 * m * upper * lower + m * m * upper);
+        let response = m * m * lower + is_carried * m * upper * lower;
         count[0] += lu(m) + elimination + response;
-        count[1] += m * m + 2 * m * upper + m * lower * (1 + is_behind);
+        count[1] += m * m + places * m * (upper + lower) + is_carried * m * (upper + lower);
     }
     count
 }
@@ -141,10 +141,13 @@ pub(crate) fn kinematics<G: Turning>(plan: &Plan<G>) -> Products {
     for piece in &plan.pieces {
         let (packs, nodes, modes) = sizes(piece);
         if piece.joined.weld.is_some() {
-            count.singles += 2 * products(|| G::rotate(&k.rotation, k.vector));
+            count.singles +=
+                products(|| (G::rotate(&k.rotation, k.vector), G::compose(&k.rotation, &k.rotation)));
         }
         if piece.packs == 0 {
-            count.singles += modes * products(|| carried::<G, _>(&k.rotation, k.vector, k.twist, true));
+            let turn = products(|| G::compose(&k.rotation, &k.rotation));
+            count.singles +=
+                modes * (turn + products(|| carried::<G, _>(&k.rotation, k.vector, k.twist, true)));
             continue;
         }
         count += G::products_of_turn(piece);
@@ -481,7 +484,7 @@ mod tests {
             let count = multiplications(&compile::plan::<Spatial<true>>(&(&rod).into(), ()), solve);
             [count.residual, count.tangent, count.mass_matrix, count.factorisation, count.solution]
         };
-        let [four, five, nine, ten] = [4, 5, 9, 10].map(|segments| of(segments, Solve::Chain));
+        let [four, five, nine, ten] = [4, 5, 9, 10].map(|segments| of(segments, Solve::Tree));
         for i in 0..four.len() {
             assert_eq!(ten[i] - nine[i], five[i] - four[i], "{i}");
         }

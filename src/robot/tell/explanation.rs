@@ -5,7 +5,9 @@ use std::fmt::{self, Write as _};
 use super::cost::Multiplications;
 use crate::body::Body;
 use crate::load::{Extent, Frame, Load};
-use crate::robot::choice::{COORDINATES_OF_A_CHAIN, Kernel, SEGMENTS_OF_A_CHAIN, Solve};
+use crate::robot::choice::{
+    COORDINATES_OF_A_CHAIN, COORDINATES_OF_A_ROBOT, Kernel, SEGMENTS_OF_A_CHAIN, Solve,
+};
 use crate::robot::description::{Link, Robot};
 use crate::rod::{
     Basis, GivenSection, Parts, Profile, STRAIGHT, STRAIN_NAMES, Section, Segment, Shape, piece, stiffness,
@@ -335,18 +337,20 @@ impl Explanation {
     }
 
     fn solve(&mut self, solve: Solve, robot: &Robot) {
-        if !robot.is_rod() {
-            return;
-        }
-        let sweeps = "linear systems by sweeps along the segments";
-        let limit =
-            format!("from {SEGMENTS_OF_A_CHAIN} segments and {COORDINATES_OF_A_CHAIN} coordinates on");
+        let (parts, limit) = if robot.is_rod() {
+            let limit = format!("{SEGMENTS_OF_A_CHAIN} segments and {COORDINATES_OF_A_CHAIN} coordinates");
+            ("segments", limit)
+        } else {
+            ("links", format!("{COORDINATES_OF_A_ROBOT} coordinates"))
+        };
+        let sweeps = format!("linear systems by sweeps along the {parts}");
         match solve {
-            Solve::Chain => {
-                self.add(true, sweeps, "their cost is that of the segments one by one");
-                self.add(false, "blocks between segments", format!("not formed: dearer {limit}"));
+            Solve::Tree => {
+                self.add(true, sweeps, format!("their cost is that of the {parts} one by one"));
+                let why = format!("not formed: dearer from {limit} on");
+                self.add(false, format!("blocks between {parts}"), why);
             }
-            Solve::Dense => self.add(false, sweeps, format!("cheaper {limit}")),
+            Solve::Dense => self.add(false, sweeps, format!("cheaper from {limit} on")),
         }
     }
 }

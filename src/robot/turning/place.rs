@@ -40,6 +40,13 @@ pub(crate) fn at_fraction<G: Turning>(pieces: &[PiecePlan<G>], s: usize, x: f64)
     Place { piece: s, x, before, passage, weights }
 }
 
+/// The rotation of the end of a piece.
+#[inline(always)]
+pub(crate) fn rotation_of_end<G: Turning>(piece: &PiecePlan<G>, work: &Workspace<G>) -> G::Rotation<f64> {
+    let end = &work.stations[piece.joined.end];
+    if piece.packs == 0 { end.rotation } else { G::matrix(end.orientation) }
+}
+
 /// The rotation at a place, with those of the nodes up to date.
 #[inline(always)]
 pub(crate) fn rotation_at<G: Turning>(
@@ -50,7 +57,7 @@ pub(crate) fn rotation_at<G: Turning>(
 ) -> G::Rotation<f64> {
     // The end of a piece, wherever its nodes are.
     if place.weights.is_empty() {
-        return G::matrix(work.stations[piece.joined.end].orientation);
+        return rotation_of_end(piece, work);
     }
     let before = match place.before {
         0 => G::matrix(work.stations[piece.joined.begin].orientation),

@@ -32,7 +32,7 @@ mod scope;
 
 use self::scope::Scope;
 use super::shape::shape;
-use super::{chain, elasticity};
+use super::{elasticity, tree};
 use crate::lie::{Scalar, Sweep};
 use crate::robot::algebra::inertia::Seen as _;
 use crate::robot::algebra::inertia::{General, Gyroscope, Inertia, Round, Sections};
@@ -44,7 +44,7 @@ use crate::robot::state::tangent::{Rest, Tangent, TangentWorkspace, Weights};
 use crate::robot::turning::Turning;
 
 /// `w_q dtau/dq + w_v dtau/dqd + w_a dtau/dqdd` with the motion up to date (for the mass matrix, weights (0, 0, w_a), the
-/// kinematics are enough). A chain's matrix must have the structure of [`chain::tangent`] or [`chain::mass`].
+/// kinematics are enough). A tree's matrix must have the structure of [`tree::tangent`] or [`tree::mass`].
 #[inline(always)]
 pub(crate) fn weighted_tangent<G: Turning>(
     plan: &Plan<G>,
@@ -111,9 +111,7 @@ pub(crate) fn weighted_tangent<G: Turning>(
     }
     match tangent {
         Tangent::Dense(matrix) => blocks::others(plan, memory, weights, matrix),
-        Tangent::Chain(matrix) => {
-            chain::generate(&memory.coordinates, &memory.shifts, weights.is_mass_only, matrix);
-        }
+        Tangent::Tree(matrix) => tree::generate(plan, memory, weights.is_mass_only, matrix),
     }
 }
 

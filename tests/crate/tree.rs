@@ -1,8 +1,8 @@
-//! Long chains: their matrices and solves against the dense ones, for random generators and random rods.
+//! Matrices of trees and their solves against the dense ones, for random generators and random rods.
 
 use lissom::error::Interrupted;
-use lissom::linalg::{ChainLu, ChainMatrix, Lu, Matrix, Singular};
-use lissom::model::{Chain, ForwardScratch, Model};
+use lissom::linalg::{Lu, Matrix, Singular, TreeLu, TreeMatrix};
+use lissom::model::{ForwardScratch, Model, Tree};
 use lissom::newmark;
 use lissom::robot::{RobotModel, Rod, Solve};
 use lissom::rod::{Section, Segment};
@@ -31,50 +31,113 @@ fn numbers(seed: u64) -> impl FnMut() -> f64 {
 }
 
 /// A matrix of random generators; `dominance` is added to the diagonal.
-fn random_chain(sizes: &[usize], ranks: [usize; 2], dominance: f64, seed: u64) -> ChainMatrix {
+fn random_chain(sizes: &[usize], ranks: [usize; 2], dominance: f64, seed: u64) -> TreeMatrix {
     let mut next = numbers(seed);
-    let mut chain = ChainMatrix::zeros(sizes, ranks[0], ranks[1]);
-    let ChainMatrix { blocks, upper, lower } = &mut chain;
-    for part in [&mut upper.rows, &mut upper.columns, &mut lower.rows, &mut lower.columns] {
+    random(TreeMatrix::chain(sizes, ranks), dominance, &mut next)
+}
+
+/// A matrix of random entries, of the structure of `tree`.
+fn random(mut tree: TreeMatrix, dominance: f64, next: &mut impl FnMut() -> f64) -> TreeMatrix {
+    let TreeMatrix { blocks, carried, carrying, .. } = &mut tree;
+    for part in [&mut carried.rows, &mut carried.columns, &mut carrying.rows, &mut carrying.columns] {
         part.iter_mut().for_each(|entry| *entry = next());
     }
     for block in blocks {
         block.iter_mut().for_each(|entry| *entry = next());
         (0..block.nrows()).for_each(|i| block[(i, i)] += dominance);
     }
-    chain
+    tree
+}
+
+/// A tree of blocks of these sizes with random branches, several places on some of them.
+fn random_tree(sizes: &[usize], ranks: [usize; 2], dominance: f64, seed: u64) -> (TreeMatrix, Hanging) {
+    let mut next = numbers(seed);
+    let mut choose = |n: usize| ((0.5 * (next() + 1.0) * n as f64) as usize).min(n.max(1) - 1);
+    let mut places = Vec::new();
+    for block in 0..sizes.len() {
+        places.extend(std::iter::repeat_n(block, choose(4)));
+    }
+    let mut hangs_at = Vec::new();
+    for block in 0..sizes.len() {
+        let before = places.partition_point(|&place| place < block);
+        hangs_at.push((before > 0 && choose(6) > 0).then(|| choose(before)));
+    }
+    let tree = TreeMatrix::zeros(sizes, &hangs_at, &places, ranks);
+    (random(tree, dominance, &mut numbers(seed ^ 2)), Hanging { hangs_at, places })
+}
+
+/// The place at which each block hangs, and the blocks of the places.
+struct Hanging {
+    hangs_at: Vec<Option<usize>>,
+    places: Vec<usize>,
+}
+
+impl Hanging {
+    fn of_chain(blocks: usize) -> Self {
+        let hangs_at = (0..blocks).map(|block| block.checked_sub(1)).collect();
+        Self { hangs_at, places: (1..blocks).map(|block| block - 1).collect() }
+    }
+
+    /// The place of block `a` that block `b` hangs at, directly or not.
+    fn place(&self, a: usize, mut b: usize) -> Option<usize> {
+        loop {
+            let place = self.hangs_at[b]?;
+            b = self.places[place];
+            if b == a {
+                return Some(place);
+            }
+        }
+    }
 }
 
 /// An entry as the definition says it.
-fn entry_by_definition(chain: &ChainMatrix, j: usize, k: usize) -> f64 {
+fn entry_by_definition(tree: &TreeMatrix, hanging: &Hanging, j: usize, k: usize) -> f64 {
     let mut block_of = Vec::new();
     let mut first_of = Vec::new();
-    for (s, block) in chain.blocks.iter().enumerate() {
+    for (s, block) in tree.blocks.iter().enumerate() {
         let first = block_of.len();
         block_of.extend(std::iter::repeat_n(s, block.nrows()));
         first_of.extend(std::iter::repeat_n(first, block.nrows()));
     }
-    match block_of[j].cmp(&block_of[k]) {
-        std::cmp::Ordering::Less => chain.upper.rows.column(j).dot(&chain.upper.columns.column(k)),
-        std::cmp::Ordering::Greater => chain.lower.rows.column(j).dot(&chain.lower.columns.column(k)),
-        std::cmp::Ordering::Equal => chain.blocks[block_of[j]][(j - first_of[j], k - first_of[k])],
+    let seen_at = |place: usize, k: usize| tree.places()[place].first + k - first_of[k];
+    let (row, column) = (block_of[j], block_of[k]);
+    if row == column {
+        return tree.blocks[row][(j - first_of[j], k - first_of[k])];
     }
+    if let Some(place) = hanging.place(row, column) {
+        return tree.carrying.rows.column(seen_at(place, j)).dot(&tree.carried.columns.column(k));
+    }
+    if let Some(place) = hanging.place(column, row) {
+        return tree.carried.rows.column(j).dot(&tree.carrying.columns.column(seen_at(place, k)));
+    }
+    0.0
+}
+
+/// Those of robots in space and in the plane, and any.
+fn ranks() -> impl Strategy<Value = [usize; 2]> {
+    let of_robots = [[6, 6], [6, 9], [6, 12], [6, 18], [3, 3], [3, 4], [3, 5], [3, 9]];
+    prop_oneof![prop::sample::select(of_robots.to_vec()), prop::array::uniform2(0usize..13)]
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(128))]
+    #![proptest_config(ProptestConfig::with_cases(256))]
 
     #[test]
-    fn a_chain_matrix_multiplies_and_solves_like_the_dense_one(
-        sizes in prop::collection::vec(0usize..20, 0..9), ranks in prop::array::uniform2(0usize..13), seed: u64,
+    fn a_tree_matrix_multiplies_and_solves_like_the_dense_one(
+        sizes in prop::collection::vec(prop_oneof![0usize..20, 0usize..3], 0..12), ranks in ranks(), seed: u64,
+        is_chain: bool,
     ) {
         let n: usize = sizes.iter().sum();
-        let chain = random_chain(&sizes, ranks, 4.0 * n as f64, seed);
+        let (chain, hanging) = if is_chain {
+            (random_chain(&sizes, ranks, 4.0 * n as f64, seed), Hanging::of_chain(sizes.len()))
+        } else {
+            random_tree(&sizes, ranks, 4.0 * n as f64, seed)
+        };
         let dense = chain.to_dense();
         prop_assert_eq!((chain.n(), dense.shape()), (n, (n, n)));
         for j in 0..n {
             for k in 0..n {
-                prop_assert!((dense[(j, k)] - entry_by_definition(&chain, j, k)).abs() < 1e-14, "({j}, {k})");
+                prop_assert!((dense[(j, k)] - entry_by_definition(&chain, &hanging, j, k)).abs() < 1e-14, "({j}, {k})");
             }
         }
         let mut next = numbers(seed ^ 1);
@@ -83,7 +146,7 @@ proptest! {
         chain.multiply(&x, &mut b);
         let product = &dense * nalgebra::DVector::from_column_slice(&x);
         prop_assert!(difference(&b, product.as_slice()) <= 1e-12 * (1.0 + largest(&b)));
-        let mut lu = ChainLu::new(&chain);
+        let mut lu = TreeLu::new(&chain);
         lu.factorise(&chain).unwrap();
         let mut found = b.clone();
         lu.solve(&mut found);
@@ -93,15 +156,15 @@ proptest! {
     /// Without dominance there are large Schur complements and small ones, but also solutions of Newton's kind.
     #[test]
     fn an_indefinite_matrix_is_solved_or_refused(
-        sizes in prop::collection::vec(1usize..7, 2..9), ranks in prop::array::uniform2(1usize..13), seed: u64,
+        sizes in prop::collection::vec(1usize..7, 2..9), ranks in ranks(), seed: u64,
     ) {
-        let chain = random_chain(&sizes, ranks, 0.0, seed);
+        let (chain, _) = random_tree(&sizes, ranks, 0.0, seed);
         let n = chain.n();
         let mut next = numbers(seed ^ 1);
         let x: Vec<f64> = (0..n).map(|_| next()).collect();
         let mut b = vec![0.0; n];
         chain.multiply(&x, &mut b);
-        let mut lu = ChainLu::new(&chain);
+        let mut lu = TreeLu::new(&chain);
         prop_assume!(lu.factorise(&chain).is_ok());
         lu.solve(&mut b);
         let dense = chain.to_dense();
@@ -184,18 +247,18 @@ proptest! {
 
     #[test]
     fn tangents_of_random_rods_are_chains(rod in loaded_rods(), phase in 0.0..6.0) {
-        let mut model = RobotModel::with_solve(&(&rod).into(), Solve::Chain).unwrap();
+        let mut model = RobotModel::with_solve(&(&rod).into(), Solve::Tree).unwrap();
         let n = model.n();
         let (q, qd, qdd) = (state(n, 1.0, phase), state(n, 2.0, 1.0 + phase), state(n, 10.0, 2.0));
-        let Chain { mut tangent, mut mass } = model.chain().unwrap();
+        let Tree { mut tangent, mut mass } = model.tree().unwrap();
         let mut dense = Matrix::zeros(n, n);
         for weights in [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1e-4, 1e-2, 1.0]] {
             model.weighted_tangent(&q, &qd, &qdd, weights, &mut dense);
-            model.chain_tangent(&q, &qd, &qdd, weights, &mut tangent);
+            model.tree_tangent(&q, &qd, &qdd, weights, &mut tangent);
             let (found, scale) = (tangent.to_dense(), largest(dense.as_slice()));
             prop_assert!(difference(found.as_slice(), dense.as_slice()) <= 1e-14 * scale);
         }
-        model.chain_mass_matrix(&q, &mut mass);
+        model.tree_mass_matrix(&q, &mut mass);
         model.mass_matrix(&q, &mut dense);
         let (found, scale) = (mass.to_dense(), largest(dense.as_slice()));
         prop_assert!(difference(found.as_slice(), dense.as_slice()) <= 1e-14 * scale);
@@ -204,14 +267,14 @@ proptest! {
     /// The error of both solves grows with the condition of the matrix; that of the chain stays in its order of magnitude.
     #[test]
     fn random_rods_are_solved_as_chains_as_well_as_densely(rod in loaded_rods(), phase in 0.0..6.0) {
-        let mut model = RobotModel::with_solve(&(&rod).into(), Solve::Chain).unwrap();
+        let mut model = RobotModel::with_solve(&(&rod).into(), Solve::Tree).unwrap();
         let n = model.n();
         let (q, qd, qdd) = (state(n, 1.0, phase), state(n, 2.0, 1.0 + phase), state(n, 10.0, 2.0));
-        let Chain { mut tangent, .. } = model.chain().unwrap();
-        let mut chain_lu = ChainLu::new(&tangent);
+        let Tree { mut tangent, .. } = model.tree().unwrap();
+        let mut chain_lu = TreeLu::new(&tangent);
         let mut lu = Lu::new(n);
         for h in [1e-3, 1e-2] {
-            model.chain_tangent(&q, &qd, &qdd, [0.25 * h * h, 0.5 * h, 1.0], &mut tangent);
+            model.tree_tangent(&q, &qd, &qdd, [0.25 * h * h, 0.5 * h, 1.0], &mut tangent);
             chain_lu.factorise(&tangent).unwrap();
             lu.factorise(&tangent.to_dense()).unwrap();
             let x = state(n, 1.0, 0.5);
@@ -225,7 +288,7 @@ proptest! {
 
     #[test]
     fn forward_dynamics_of_chains_balance_the_equations_of_motion(rod in loaded_rods(), phase in 0.0..6.0) {
-        let mut model = RobotModel::with_solve(&(&rod).into(), Solve::Chain).unwrap();
+        let mut model = RobotModel::with_solve(&(&rod).into(), Solve::Tree).unwrap();
         let n = model.n();
         let (q, qd, zero) = (state(n, 0.7, phase), state(n, 2.0, 1.0), vec![0.0; n]);
         let (mut qdd, mut tau) = (vec![0.0; n], vec![0.0; n]);
@@ -260,7 +323,7 @@ fn motions_agree_with_those_of_the_dense_solve() {
             tip_force: [0.0, if modes[2] > 0 { 0.1 } else { 0.0 }, 0.1],
             ..Rod::new(vec![soft(modes); segments])
         };
-        let [dense, chain] = [Solve::Dense, Solve::Chain].map(|solve| motion(&rod, solve, &options));
+        let [dense, chain] = [Solve::Dense, Solve::Tree].map(|solve| motion(&rod, solve, &options));
         for motion in [&dense, &chain] {
             assert_eq!(motion.status, Status::Finished, "{}", motion.message);
         }
@@ -288,7 +351,7 @@ fn a_hundred_segments_move_as_the_dense_solve_says() {
     });
     assert!(left[1] < 10.0 * left[0] + 1e-14, "dense {:e}, chain {:e}", left[0], left[1]);
     let options = newmark::Options::new(1e-2);
-    let [dense, chain] = [Solve::Dense, Solve::Chain].map(|solve| motion(&rod, solve, &options));
+    let [dense, chain] = [Solve::Dense, Solve::Tree].map(|solve| motion(&rod, solve, &options));
     assert_eq!(chain.status, Status::Finished, "{}", chain.message);
     let far = difference(&dense.q, &chain.q);
     assert!(far < 1e-6 * largest(&dense.q), "{far:e}");
@@ -296,18 +359,24 @@ fn a_hundred_segments_move_as_the_dense_solve_says() {
 
 #[test]
 fn a_singular_or_non_finite_chain_is_refused() {
+    for ranks in [[3, 4], [6, 9], [2, 7]] {
+        refuses_what_is_singular_or_not_finite(ranks);
+    }
+}
+
+fn refuses_what_is_singular_or_not_finite(ranks: [usize; 2]) {
     let sizes = [2, 3, 1, 2];
-    let good = random_chain(&sizes, [3, 4], 30.0, 7);
-    let mut lu = ChainLu::new(&good);
+    let good = random_chain(&sizes, ranks, 30.0, 7);
+    let mut lu = TreeLu::new(&good);
     // Two equal rows.
     let mut singular = good.clone();
     singular.blocks[1].set_row(1, &good.blocks[1].row(0).into_owned());
-    singular.upper.rows.set_column(3, &good.upper.rows.column(2).into_owned());
-    singular.lower.rows.set_column(3, &good.lower.rows.column(2).into_owned());
+    singular.carrying.rows.set_column(3, &good.carrying.rows.column(2).into_owned());
+    singular.carried.rows.set_column(3, &good.carried.rows.column(2).into_owned());
     assert_eq!(lu.factorise(&singular), Err(Singular));
     // Every number that has a place in the matrix.
     let n = good.n();
-    let poisoned = |poison: &dyn Fn(&mut ChainMatrix)| {
+    let poisoned = |poison: &dyn Fn(&mut TreeMatrix)| {
         let mut bad = good.clone();
         poison(&mut bad);
         assert!(!bad.is_finite());
@@ -323,41 +392,54 @@ fn a_singular_or_non_finite_chain_is_refused() {
         for coordinate in 0..n {
             let (is_first, is_last) = (coordinate < sizes[0], coordinate >= n - 2);
             if !is_last {
-                assert_eq!(lu.factorise(&poisoned(&|a| a.upper.rows[(1, coordinate)] = bad)), Err(Singular));
                 assert_eq!(
-                    lu.factorise(&poisoned(&|a| a.lower.columns[(1, coordinate)] = bad)),
+                    lu.factorise(&poisoned(&|a| a.carrying.rows[(1, coordinate)] = bad)),
+                    Err(Singular)
+                );
+                assert_eq!(
+                    lu.factorise(&poisoned(&|a| a.carrying.columns[(1, coordinate)] = bad)),
                     Err(Singular)
                 );
             }
             if !is_first {
                 assert_eq!(
-                    lu.factorise(&poisoned(&|a| a.upper.columns[(1, coordinate)] = bad)),
+                    lu.factorise(&poisoned(&|a| a.carried.columns[(1, coordinate)] = bad)),
                     Err(Singular)
                 );
-                assert_eq!(lu.factorise(&poisoned(&|a| a.lower.rows[(1, coordinate)] = bad)), Err(Singular));
+                assert_eq!(
+                    lu.factorise(&poisoned(&|a| a.carried.rows[(1, coordinate)] = bad)),
+                    Err(Singular)
+                );
             }
         }
     }
+    // Nothing of it is left.
     assert_eq!(lu.factorise(&good), Ok(()));
+    let (mut found, mut fresh) = (vec![1.0; n], vec![1.0; n]);
+    lu.solve(&mut found);
+    let mut other = TreeLu::new(&good);
+    other.factorise(&good).unwrap();
+    other.solve(&mut fresh);
+    assert_eq!(found, fresh);
 }
 
 /// A regular matrix whose last block is singular: what elimination without exchanges between blocks cannot solve is refused.
 #[test]
 fn a_singular_schur_complement_of_a_regular_matrix_is_refused() {
-    let mut chain = ChainMatrix::zeros(&[1, 1], 1, 1);
-    for generators in [&mut chain.upper, &mut chain.lower] {
+    let mut chain = TreeMatrix::chain(&[1, 1], [1, 1]);
+    for generators in [&mut chain.carried, &mut chain.carrying] {
         generators.rows.fill(1.0);
         generators.columns.fill(1.0);
     }
     chain.blocks[0][(0, 0)] = 1.0;
     assert_eq!(chain.to_dense(), Matrix::from_row_slice(2, 2, &[1.0, 1.0, 1.0, 0.0]));
     assert_eq!(Lu::new(2).factorise(&chain.to_dense()), Ok(()));
-    assert_eq!(ChainLu::new(&chain).factorise(&chain), Err(Singular));
+    assert_eq!(TreeLu::new(&chain).factorise(&chain), Err(Singular));
 }
 
 /// `a = f` for two coordinates, one block each, whose tangent is `tangent` from t = 0.5 on.
 struct Two {
-    tangent: ChainMatrix,
+    tangent: TreeMatrix,
 }
 
 impl System for Two {
@@ -386,17 +468,17 @@ impl System for Two {
     ) -> Result<(), Interrupted> {
         unreachable!("a chain")
     }
-    fn chain(&self) -> Option<ChainMatrix> {
-        Some(ChainMatrix::zeros(&[1, 1], 1, 1))
+    fn tree(&self) -> Option<TreeMatrix> {
+        Some(TreeMatrix::chain(&[1, 1], [1, 1]))
     }
-    fn chain_tangent(
+    fn tree_tangent(
         &mut self,
         t: f64,
         _q: &[f64],
         _v: &[f64],
         _a: &[f64],
         _weights: [f64; 3],
-        tangent: &mut ChainMatrix,
+        tangent: &mut TreeMatrix,
     ) -> Result<(), Interrupted> {
         if t < 0.5 {
             for block in &mut tangent.blocks {
@@ -411,7 +493,7 @@ impl System for Two {
 
 #[test]
 fn a_step_with_a_singular_chain_ends_with_a_status_that_says_so() {
-    let zeros = ChainMatrix::zeros(&[1, 1], 1, 1);
+    let zeros = TreeMatrix::chain(&[1, 1], [1, 1]);
     let mut infinite = zeros.clone();
     infinite.blocks[0][(0, 0)] = f64::INFINITY;
     for (tangent, failure) in [(zeros, Failure::SingularJacobian), (infinite, Failure::NonFinite)] {
@@ -432,7 +514,7 @@ fn differenced_jacobians_of_chains_are_dense() {
     let rod = Rod::new(vec![soft([0, 1, 1, 0, 0, 0]); 3]);
     let options = newmark::Options::new(5e-3);
     let differences = newmark::Options { derivative: Derivative::Central, ..options.clone() };
-    let [exact, differenced] = [options, differences].map(|options| motion(&rod, Solve::Chain, &options));
+    let [exact, differenced] = [options, differences].map(|options| motion(&rod, Solve::Tree, &options));
     assert_eq!([exact.counters.nfev_jacobian > 0, differenced.counters.nfev_jacobian > 0], [false, true]);
     assert!(difference(&exact.q, &differenced.q) < 1e-4 * largest(&exact.q));
 }
@@ -443,10 +525,10 @@ fn long_rods_are_chains_by_default_and_short_ones_are_not() {
     assert_eq!(solve(1, [4; 6]), Solve::Dense);
     assert_eq!(solve(2, [4; 6]), Solve::Dense);
     assert_eq!(solve(9, [0, 2, 0, 0, 0, 0]), Solve::Dense);
-    assert_eq!(solve(10, [0, 2, 0, 0, 0, 0]), Solve::Chain);
-    assert_eq!(solve(128, [0, 1, 1, 0, 0, 0]), Solve::Chain);
+    assert_eq!(solve(10, [0, 2, 0, 0, 0, 0]), Solve::Tree);
+    assert_eq!(solve(128, [0, 1, 1, 0, 0, 0]), Solve::Tree);
     let short = RobotModel::of_rod(&Rod::new(vec![soft([0, 1, 0, 0, 0, 0])])).unwrap();
-    assert!(short.chain().is_none() && FreeMotion(&mut short.clone()).chain().is_none());
+    assert!(short.tree().is_none() && FreeMotion(&mut short.clone()).tree().is_none());
 }
 
 /// What a step costs grows with the number of segments: residual, tangent, factorisation and solution form the same
