@@ -285,7 +285,7 @@ struct Stop {
 }
 
 impl Stop {
-    fn where_flawed<M: Model + ?Sized>(model: &M, t: f64, q: &[f64]) -> Option<Self> {
+    fn where_flawed<M: Model + ?Sized>(model: &mut M, t: f64, q: &[f64]) -> Option<Self> {
         let flaw = model.flaw(q)?;
         let (status, cure) = match flaw {
             Flaw::Unresolved { shortage } => (
@@ -440,7 +440,7 @@ fn first_order<M: Model + Clone>(
         if let Some(meter) = &mut meter {
             meter.step(&mut observed, State { t: stepper.t(), q, v, a })?;
         }
-        *stop = Stop::where_flawed(&observed, stepper.t(), q);
+        *stop = Stop::where_flawed(&mut observed, stepper.t(), q);
         if stop.is_none() {
             *stop = watch.as_mut().and_then(|watch| watch.look(&mut observed, stepper));
         }

@@ -45,7 +45,7 @@ pub(super) fn build(document: &Document, shape: &mut Shape) -> Option<(Model, [V
             Model::Pendulum(_) => (None, ""),
         };
         match compiled {
-            Some(Ok(compiled)) => {
+            Some(Ok(mut compiled)) => {
                 report(compiled.check_shape(&state[0], "q0"), shape, |_| q0.to_owned());
             }
             Some(Err(error)) => {

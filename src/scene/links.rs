@@ -1,20 +1,23 @@
 //! The links of a robot, from the keys that say what they are.
 
-use super::document::{Document, Joint, JointKind, Link, LinkBody, Segment};
+use super::document::{
+    BaseMotion, Document, Joint, JointKind, JointMotion, Link, LinkBody, Mimic, Segment,
+    Simulation as Settings, VaryingNumber,
+};
 use super::parts;
-use super::shape::{Shape, report};
+use super::shape::{Shape, expected_one_of, report};
 use crate::body;
 use crate::error::Checker;
 use crate::joint::{self as joints, JointForces};
 use crate::load;
-use crate::robot::{self, Robot};
+use crate::robot::{self, Driven, Robot};
 use crate::support;
 
 /// What the tables of a robot's links make: the robot, and its initial coordinates and velocities.
 pub(super) fn robot(document: &Document, shape: &mut Shape) -> Option<(Robot, [Vec<f64>; 2])> {
     let written = &document.link;
     let links: Vec<_> =
-        written.iter().enumerate().map(|(i, link)| self::link(written, i, link, shape)).collect();
+        written.iter().enumerate().map(|(i, link)| self::link(document, i, link, shape)).collect();
     // Loads and supports are tables of their links: the places of all of them in the file.
     let (mut loads, mut load_keys) = (Vec::new(), Vec::new());
     let (mut supports, mut support_keys) = (Vec::new(), Vec::new());
@@ -72,7 +75,8 @@ fn state(document: &Document, robot: &Robot, key: &str, shape: &mut Shape) -> Ve
     state
 }
 
-fn link(all: &[Link], i: usize, written: &Link, shape: &mut Shape) -> robot::Link {
+fn link(document: &Document, i: usize, written: &Link, shape: &mut Shape) -> robot::Link {
+    let all = &document.link;
     let here = format!("link[{i}]");
     let parent = written.parent.as_ref().and_then(|name| {
         let found = all.iter().position(|link| link.name == *name);
@@ -105,6 +109,10 @@ fn link(all: &[Link], i: usize, written: &Link, shape: &mut Shape) -> robot::Lin
             .joint
             .as_ref()
             .map_or(joints::Joint::Weld, |written| joint(written, &format!("{here}.joint"), shape)),
+        driven: written
+            .joint
+            .as_ref()
+            .and_then(|written| driven(document, written, &format!("{here}.joint"), shape)),
         rod,
         body: written.body.as_ref().map(|&LinkBody { mass, centre, inertia }| body::Body {
             centre,
@@ -192,6 +200,91 @@ fn joint(written: &Joint, here: &str, shape: &mut Shape) -> joints::Joint {
         JointKind::Spherical => joints::Joint::Spherical,
         JointKind::Free => joints::Joint::Free,
     }
+}
+
+/// What drives the joint that is written at `here`.
+fn driven(document: &Document, written: &Joint, here: &str, shape: &mut Shape) -> Option<Driven> {
+    let [motion_key, mimic_key] = ["motion", "mimic"].map(|key| format!("{here}.{key}"));
+    let has_one = matches!(written.r#type, JointKind::Revolute | JointKind::Prismatic);
+    let is_free = written.r#type == JointKind::Free;
+    let kind = written.r#type.name();
+    if written.motion.is_some() && !has_one && !is_free {
+        let right = "remove it: revolute, prismatic and free joints do";
+        shape.refuse(&motion_key, format!("a {kind} joint does not take it"), right);
+        return None;
+    }
+    if written.mimic.is_some() && !has_one {
+        let right = "remove it: revolute and prismatic joints do";
+        shape.refuse(&mimic_key, format!("a {kind} joint does not take it"), right);
+        return None;
+    }
+    if written.motion.is_some() && written.mimic.is_some() {
+        shape.refuse(&mimic_key, "both motion and mimic are given", "keep one of them");
+        return None;
+    }
+    if let Some(Mimic { link, multiplier, offset }) = &written.mimic {
+        let found = document.link.iter().position(|other| other.name == *link);
+        if found.is_none() && shape.is_readable(&format!("{mimic_key}.link")) {
+            let names: Vec<&str> = document.link.iter().map(|link| link.name.as_str()).collect();
+            let right = expected_one_of(link, &names);
+            shape.refuse(&format!("{mimic_key}.link"), format!("no link is called \"{link}\""), right);
+        }
+        let (multiplier, offset) = (multiplier.unwrap_or(1.0), offset.unwrap_or(0.0));
+        return Some(Driven::Mimic { link: found?, multiplier, offset });
+    }
+    let motion = written.motion.as_ref()?;
+    let problems = shape.problems.len();
+    let driven = match is_free {
+        true => Driven::Base(motion_of_link(motion, &motion_key, &document.simulation, shape)),
+        false => motion_of_coordinate(motion, &motion_key, &document.simulation, shape),
+    };
+    (problems == shape.problems.len()).then_some(driven)
+}
+
+/// The motion of a joint of one coordinate.
+fn motion_of_coordinate(written: &JointMotion, here: &str, settings: &Settings, shape: &mut Shape) -> Driven {
+    let JointMotion { times, values, amplitude, frequency, phase, mean, rate, .. } = written.clone();
+    let others = [
+        ("translation", written.translation.is_some()),
+        ("axis", written.axis.is_some()),
+        ("angle", written.angle.is_some()),
+        ("rotation", written.rotation.is_some()),
+    ];
+    for (key, _) in others.into_iter().filter(|(_, is_given)| *is_given) {
+        let right = "remove it: its coordinate is a number, with times and values or a formula";
+        shape.refuse(&format!("{here}.{key}"), "it belongs to the motion of a free joint", right);
+    }
+    let problems = shape.problems.len();
+    let number = VaryingNumber { times, values, amplitude, frequency, phase, mean, rate };
+    let driven = Driven::Coordinate(parts::varying_number(&number, here, shape));
+    if problems == shape.problems.len() {
+        parts::check_span(driven.span(), here, settings, shape);
+    }
+    driven
+}
+
+/// The motion of the link of a free joint.
+fn motion_of_link(
+    written: &JointMotion,
+    here: &str,
+    settings: &Settings,
+    shape: &mut Shape,
+) -> crate::world::BaseMotion {
+    let others = [
+        ("times", written.times.is_some()),
+        ("values", written.values.is_some()),
+        ("amplitude", written.amplitude.is_some()),
+        ("frequency", written.frequency.is_some()),
+        ("phase", written.phase.is_some()),
+        ("mean", written.mean.is_some()),
+        ("rate", written.rate.is_some()),
+    ];
+    for (key, _) in others.into_iter().filter(|(_, is_given)| *is_given) {
+        let right = "write it in translation, or in angle with an axis";
+        shape.refuse(&format!("{here}.{key}"), "a free joint has more than one coordinate", right);
+    }
+    let JointMotion { translation, axis, angle, rotation, .. } = written.clone();
+    parts::base_motion(&BaseMotion { translation, axis, angle, rotation }, here, settings, shape)
 }
 
 /// The key in the file of a place in a [`Robot`].

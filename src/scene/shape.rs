@@ -271,11 +271,7 @@ impl<'a> Reader<'a> {
         if words.contains(&word.as_ref()) {
             return Some(word.as_ref().into());
         }
-        let right = match suggestion(word, words.iter().copied()) {
-            Some(similar) => format!("did you mean \"{similar}\"? Expected {}", one_of(words)),
-            None => format!("expected {}", one_of(words)),
-        };
-        self.shape.refuse(place, format!("got \"{word}\""), right);
+        self.shape.refuse(place, format!("got \"{word}\""), expected_one_of(word, words));
         None
     }
 
@@ -444,6 +440,14 @@ fn required(schema: &Json) -> impl Iterator<Item = &str> {
 fn sentence(schema: &Json) -> String {
     let description = schema["description"].as_str().unwrap_or("required");
     description.split_once(". ").map_or(description, |(first, _)| first).trim_end_matches('.').to_owned()
+}
+
+/// What to write instead of a word that is none of these.
+pub(super) fn expected_one_of(word: &str, words: &[&str]) -> String {
+    match suggestion(word, words.iter().copied()) {
+        Some(similar) => format!("did you mean \"{similar}\"? Expected {}", one_of(words)),
+        None => format!("expected {}", one_of(words)),
+    }
 }
 
 /// The known word most similar to `word`, if any is similar.

@@ -253,6 +253,31 @@ name = "feather"
 parent = "bird"
 joint = { type = "weld" }
 body = { mass = 0.001 }
+[[link]]
+name = "crank"
+joint = { type = "revolute", axis = [0, 1, 0], motion = { mean = 0.1, rate = 1, amplitude = 0.2, frequency = 3, phase = 0.5 } }
+body = { mass = 0.01, centre = [0.01, 0.01, 0.02] }
+[[link]]
+name = "slider"
+joint = { type = "prismatic", axis = [0, 1, 0], motion = { times = [0, 0.5, 1], values = [0, 0.1, 0] } }
+body = { mass = 0.01 }
+[[link]]
+name = "geared"
+joint = { type = "revolute", axis = [0, 1, 0], mimic = { link = "arm", multiplier = -2, offset = 0.1 } }
+body = { mass = 0.01, centre = [0.01, 0.01, 0.02] }
+[[link]]
+name = "table"
+[link.joint]
+type = "free"
+[link.joint.motion]
+translation = { amplitude = [0, 0, 0.01], frequency = 2 }
+axis = [0, 0, 1]
+angle = { rate = 1 }
+[[link]]
+name = "wing"
+parent = "table"
+joint = { type = "free", motion = { rotation = { times = [0, 1], values = [[1, 0, 0, 0], [0.8, 0.6, 0, 0]] } } }
+body = { mass = 0.01 }
 [simulation]
 t_end = 0.1
 """,

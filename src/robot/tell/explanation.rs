@@ -6,7 +6,7 @@ use super::cost::Multiplications;
 use crate::body::Body;
 use crate::load::{Extent, Frame, Load};
 use crate::robot::choice::{COORDINATES_OF_A_CHAIN, Kernel, SEGMENTS_OF_A_CHAIN, Solve};
-use crate::robot::description::{Link, Robot};
+use crate::robot::description::{Driven, Link, Robot};
 use crate::rod::{
     Basis, GivenSection, Parts, Profile, STRAIGHT, STRAIN_NAMES, Section, Segment, Shape, piece, stiffness,
 };
@@ -76,6 +76,13 @@ impl Explanation {
         let why = match coordinates.len() {
             0 => format!("{what}: it adds no coordinate"),
             _ => format!("{what} that moves by {}", coordinates.join(", ")),
+        };
+        let why = match &link.driven {
+            None => why,
+            Some(Driven::Mimic { .. }) => {
+                format!("{what} that moves as another joint does: it adds no coordinate")
+            }
+            Some(_) => format!("{what} that moves as prescribed: it adds no coordinate"),
         };
         self.add(!coordinates.is_empty(), format!("{name}{} joint", link.joint.name()), why);
         let Some(forces) = link.joint.forces() else { return };
