@@ -13,15 +13,14 @@ from ._lissom import check_joint, check_link
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
-
-    from typing import Any
+    from typing import Any, TypeAlias
 
     from numpy.typing import ArrayLike
 
     from ._lissom import BaseMotion, Body, Harmonic, Segment
 
     Vector = Sequence[float]
-    Number = float | tuple[ArrayLike, ArrayLike] | Harmonic | Callable[[float], Any]
+    Number: TypeAlias = float | tuple[ArrayLike, ArrayLike] | Harmonic | Callable[[float], Any]
 
 
 def _keep(instance: object) -> None:
@@ -131,11 +130,11 @@ class Revolute(_WithForces):
     armature : float
         Inertia of what turns with the coordinate alone, such as a rotor behind a gear, kg m^2.
     motion : float, (times, values), Harmonic or callable, optional
-        Prescribes the angle, radians, as a function of time with two derivatives (`BaseMotion` has the forms): the
-        joint then adds no coordinate to the robot, and what moves it does work on the robot.
+        Prescribes the angle, radians, as a function of time with two derivatives (`BaseMotion` has the
+        forms): the joint then adds no coordinate to the robot, and what moves it does work on the robot.
     mimic : Mimic, optional
-        Ties the angle to that of another joint: it then adds no coordinate either. Spring, dampers, limits and
-        armature act on the joint's own motion.
+        Ties the angle to that of another joint: it then adds no coordinate either. Spring, dampers,
+        limits and armature act on the joint's own motion.
 
     Raises
     ------
@@ -174,11 +173,11 @@ class Prismatic(_WithForces):
     armature : float
         Inertia of what moves with the coordinate alone, kilograms.
     motion : float, (times, values), Harmonic or callable, optional
-        Prescribes the displacement, metres, as a function of time with two derivatives (`BaseMotion` has the forms): the
-        joint then adds no coordinate to the robot, and what moves it does work on the robot.
+        Prescribes the displacement, metres, as a function of time with two derivatives (`BaseMotion` has the
+        forms): the joint then adds no coordinate to the robot, and what moves it does work on the robot.
     mimic : Mimic, optional
-        Ties the displacement to that of another joint: it then adds no coordinate either. Spring, dampers, limits and
-        armature act on the joint's own motion.
+        Ties the displacement to that of another joint: it then adds no coordinate either. Spring, dampers,
+        limits and armature act on the joint's own motion.
 
     Raises
     ------

@@ -251,7 +251,8 @@ def read_urdf(
     Every link of the file becomes a `Link` of the same name, with the joint that the file has above it. A
     link without <inertial> is a frame. ``revolute`` and ``continuous`` become `Revolute`, ``prismatic``
     `Prismatic`, ``fixed`` `Weld`, ``floating`` `Free`, ``planar`` `Planar`; damping and friction of
-    <dynamics> are those of the joint, <mimic> is its `mimic`. Nothing that the file names is opened, neither meshes nor packages.
+    <dynamics> are those of the joint, <mimic> is its `mimic`. Nothing that the file names is opened, neither
+    meshes nor packages.
 
     Parameters
     ----------
@@ -287,11 +288,52 @@ def read_urdf(
     >>> print(arm)  # doctest: +SKIP
     >>> robot = lissom.Robot(arm.links)  # doctest: +SKIP
     """
+    _check_stiffness(limit_stiffness)
+    return imported_from(
+        os.fspath(path),
+        Path(path).read_bytes(),
+        floating=floating,
+        limit_stiffness=limit_stiffness,
+        mend_inertia=mend_inertia,
+    )
+
+
+def imported_from(
+    file: str,
+    content: bytes,
+    *,
+    floating: bool = False,
+    limit_stiffness: float | None = None,
+    mend_inertia: bool = False,
+) -> Imported:
+    """Reads the links and joints of a URDF file whose content is there already.
+
+    Parameters
+    ----------
+    file : str
+        What messages call it.
+    content : bytes
+        Of the file.
+    floating, limit_stiffness, mend_inertia
+        As of `read_urdf`.
+
+    Returns
+    -------
+    Imported
+
+    Raises
+    ------
+    UrdfError, ValueError, TypeError
+        As `read_urdf` does.
+    """
+    _check_stiffness(limit_stiffness)
+    return _Reader(file, content, limit_stiffness, mend_inertia).imported(floating)
+
+
+def _check_stiffness(limit_stiffness: float | None) -> None:
     if limit_stiffness is not None:
         # The joint says what is wrong with it.
         Revolute((1.0, 0.0, 0.0), limits=(-1.0, 1.0), limit_stiffness=limit_stiffness)
-    reader = _Reader(os.fspath(path), Path(path).read_bytes(), limit_stiffness, mend_inertia)
-    return reader.imported(floating)
 
 
 def robot_from_urdf(
@@ -945,9 +987,7 @@ class _Reader:
             if other is None:
                 guess = self._guess(mimic.of, joints)
                 wrong = f'got "{mimic.of}", which is no joint of this file'
-                self._problem(
-                    mimic.element, "joint", wrong, f'did you mean "{guess}"?' if guess else right
-                )
+                self._problem(mimic.element, "joint", wrong, f'did you mean "{guess}"?' if guess else right)
             elif kind in _NOT_ONE_COORDINATE:
                 self._problem(mimic.element, "joint", f'got "{mimic.of}", a {kind} joint', right)
             else:

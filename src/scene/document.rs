@@ -27,6 +27,8 @@ pub(super) struct Document {
     /// The rod. Written as an array of tables; one per scene for now.
     #[serde(default)]
     pub(super) rod: Vec<Rod>,
+    /// A file with links of a robot, which stand before those of this scene.
+    pub(super) import: Option<Import>,
     /// The links of a robot, instead of a rod: parents before their children.
     #[serde(default)]
     pub(super) link: Vec<Link>,
@@ -88,6 +90,28 @@ pub(super) struct Rod {
     /// The segments from base to tip; each continues where the one before ends.
     #[schemars(length(min = 1), example = Vec::<Segment>::new())]
     pub(super) segment: Vec<Segment>,
+}
+
+/// Links of a robot from a file. What it has and lissom has not is listed when the scene is read.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Import {
+    /// A URDF file, seen from the folder of the scene.
+    #[schemars(example = &"robot.urdf")]
+    pub(super) urdf: String,
+    /// Whether its root link moves freely. Default: false, it is welded to the world.
+    #[serde(default)]
+    pub(super) floating: bool,
+    /// Stiffness of stops at the limits of its joints, in N m/rad or N/m. Default: limits are not taken over.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub(super) limit_stiffness: Option<f64>,
+    /// Whether moments of inertia that no body can have are replaced by the nearest ones. Default: false, they are refused.
+    #[serde(default)]
+    pub(super) mend_inertia: bool,
+    /// Initial coordinates of its joints, in the order of the robot's coordinates. Default: all zero.
+    pub(super) q0: Option<Vec<f64>>,
+    /// Initial velocities, the derivatives of the coordinates. Default: at rest.
+    pub(super) v0: Option<Vec<f64>>,
 }
 
 /// A joint followed by a rod, a rigid body, or nothing but a frame.

@@ -11,7 +11,8 @@ use serde_json::Value as Json;
 use toml::Spanned;
 use toml::de::{DeInteger, DeTable, DeValue};
 
-use super::diagnostics::SceneProblem;
+use super::diagnostics::{Elsewhere, SceneProblem};
+use super::imports::FileProblem;
 use super::words::{self, OldWord};
 use crate::error::InvalidInput;
 
@@ -60,6 +61,14 @@ impl Shape {
         self.problems.push(self.problem(place, wrong, right));
     }
 
+    /// Notes a problem in a file that is imported at `place`.
+    pub(super) fn refuse_file(&mut self, place: &str, problem: FileProblem) {
+        let FileProblem { file, line, column, key, wrong, right, snippet } = problem;
+        let elsewhere = Some(Elsewhere { file, snippet });
+        let span = self.span(place);
+        self.problems.push(SceneProblem { line, column, key, wrong, right, span, elsewhere });
+    }
+
     /// Notes that a value has an old name.
     fn deprecate(&mut self, place: &str, right: &str) {
         let wrong = "an old name that the next version refuses";
@@ -75,6 +84,7 @@ impl Shape {
             wrong: wrong.into(),
             right: right.into(),
             span,
+            elsewhere: None,
         }
     }
 }

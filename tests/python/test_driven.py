@@ -1,7 +1,7 @@
 """Joints that move as prescribed, or as other joints do.
 
-All is held against the same robot with free joints, whose forces the NumPy reference or `lissom` itself says: driven
-coordinates are ``q_all = G q + o(t)``, forces ``G.T @ tau_all``.
+All is held against the same robot with free joints, whose forces the NumPy reference or `lissom` itself
+says: driven coordinates are ``q_all = G q + o(t)``, forces ``G.T @ tau_all``.
 """
 
 import copy
@@ -65,7 +65,9 @@ def derivatives(robot, q, v, a, **at):
 
 def assert_tangents_are_derivatives(robot, q, v, a, **at):
     rounding = 1e-15 / 1e-6 * np.abs(robot.inverse_dynamics(q, v, a, **at)).max(initial=0)
-    for tangent, differences in zip(robot.tangent(q, v, a, **at), derivatives(robot, q, v, a, **at), strict=True):
+    for tangent, differences in zip(
+        robot.tangent(q, v, a, **at), derivatives(robot, q, v, a, **at), strict=True
+    ):
         size = np.abs(differences).max(initial=0)
         assert_allclose(tangent, differences, rtol=0, atol=1e-6 * size + 10 * rounding)
 
@@ -103,7 +105,9 @@ def test_a_prescribed_hinge_is_a_base_that_turns(axis):
         assert_close(driven.jacobian(q, link=link, t=t), moved.jacobian(q, link=link, t=t))
     assert_close(driven.momentum(q, v, t=t), moved.momentum(q, v, t=t))
     assert_close(driven.centre_of_mass(q, t=t), moved.centre_of_mass(q, t=t))
-    assert_close(driven.joint_wrench(q, v, a, link="ball", t=t), moved.joint_wrench(q, v, a, link="ball", t=t))
+    assert_close(
+        driven.joint_wrench(q, v, a, link="ball", t=t), moved.joint_wrench(q, v, a, link="ball", t=t)
+    )
     assert_close(driven.supplied_power(q, v, a, t=t), moved.supplied_power(q, v, a, t=t))
     assert_close(driven.energy(q, v, t=t).total, moved.energy(q, v, t=t).total)
 
@@ -111,7 +115,9 @@ def test_a_prescribed_hinge_is_a_base_that_turns(axis):
 def test_a_link_in_the_middle_of_a_rod_moves_as_prescribed():
     """Its free joint is given by a BaseMotion; forces are those of the free robot in the same motion."""
     motion = BaseMotion(
-        translation=Harmonic((0.01, 0.02, -0.015), 2.0, phase=0.4), axis=(0.3, 0.5, -0.8), angle=Harmonic(rate=5.0)
+        translation=Harmonic((0.01, 0.02, -0.015), 2.0, phase=0.4),
+        axis=(0.3, 0.5, -0.8),
+        angle=Harmonic(rate=5.0),
     )
 
     def robot(joint):
@@ -168,7 +174,9 @@ def test_forms_of_a_motion_agree():
     times = np.linspace(-0.5, 1.5, 4001)
     forms = [SWAY, (times, [sway(t)[0] for t in times]), lambda t: sway(t)[0], lambda t: sway(t)]
     q, v, a = state(6)
-    first, *others = (turret(Revolute((0, 0, 1), motion=form)).inverse_dynamics(q, v, a, t=0.4) for form in forms)
+    first, *others = (
+        turret(Revolute((0, 0, 1), motion=form)).inverse_dynamics(q, v, a, t=0.4) for form in forms
+    )
     for other in others:
         assert_close(other, first, 1e-6)
     held = turret(Revolute((0, 0, 1), motion=0.7))
@@ -198,7 +206,8 @@ def test_every_method_moves_it_as_a_moving_base_does(method):
     driven = lissom.simulate(turret(Revolute((0, 0, 1), motion=angle)), 0.3, t_eval=[0.15, 0.3], **options)
     base = BaseMotion(axis=(0, 0, 1), angle=angle)
     moved = lissom.simulate(turret(lissom.Weld(), base_motion=base), 0.3, t_eval=[0.15, 0.3], **options)
-    assert driven.success and moved.success, (driven.message, moved.message)
+    assert driven.success, driven.message
+    assert moved.success, moved.message
     tolerance = 1e-3 if method == "auto" else 1e-6
     assert_allclose(driven.q, moved.q, rtol=0, atol=tolerance * np.abs(moved.q).max())
     assert_allclose(driven.balance.work, moved.balance.work, rtol=0.02, atol=1e-6)
@@ -209,9 +218,16 @@ def test_the_balance_closes_with_the_work_of_the_drives():
     robot = Robot(
         [
             Link("rail", body=BALL, joint=Prismatic((0, 1, 0), motion=Harmonic(0.05, 2.0))),
-            Link("wrist", body=BALL, joint=Revolute((1, 0, 0), mimic=Mimic("elbow", multiplier=0.5)), parent="rail"),
+            Link(
+                "wrist",
+                body=BALL,
+                joint=Revolute((1, 0, 0), mimic=Mimic("elbow", multiplier=0.5)),
+                parent="rail",
+            ),
             Link("elbow", rod=[SOFT], joint=Revolute((0, 1, 0), stiffness=2.0, damping=0.02), parent="wrist"),
-            Link("tool", body=BALL, joint=Free(motion=BaseMotion(axis=(1, 2, 0), angle=SWAY)), parent="elbow"),
+            Link(
+                "tool", body=BALL, joint=Free(motion=BaseMotion(axis=(1, 2, 0), angle=SWAY)), parent="elbow"
+            ),
         ]
     )
     drifts = []
@@ -237,7 +253,8 @@ def test_statics_and_modes_turn_with_a_rotor():
     heavy = Robot([Link("blade", rod=[blade], joint=Revolute((0, 0, 1), motion=spin))])
     same = lissom.Rod([blade], base_motion=BaseMotion(axis=(0, 0, 1), angle=spin))
     rest, steady = (lissom.statics(model, t=0.3) for model in (heavy, same))
-    assert rest.success and steady.success
+    assert rest.success
+    assert steady.success
     assert_allclose(rest.q, steady.q, rtol=1e-9, atol=1e-15)
     linear, other = (lissom.linearise(model, rest.q, t=0.3) for model in (heavy, same))
     assert_allclose(linear.A, other.A, rtol=1e-8, atol=1e-6)
@@ -246,9 +263,9 @@ def test_statics_and_modes_turn_with_a_rotor():
 def test_motions_that_end_or_fail_say_so():
     table = ([0.0, 0.1, 0.2], [0.0, 0.1, 0.0])
     robot = turret(Revolute((0, 0, 1), motion=table))
-    with pytest.raises(ValueError, match="0.2"):
+    with pytest.raises(ValueError, match=r"0\.2"):
         lissom.simulate(robot, 0.3)
-    with pytest.raises(ValueError, match="t: got 0.5"):
+    with pytest.raises(ValueError, match=r"t: got 0\.5"):
         robot.pose(np.zeros(6), link="arm", t=0.5)
 
     def wild(t):
@@ -282,7 +299,13 @@ def gripper(**joint):
     return Robot(
         [
             Link("palm", body=BALL, joint=Prismatic((0, 0, 1), stiffness=40.0)),
-            Link("left", rod=[SOFT], joint=Revolute((0, 0, 1), stiffness=0.3), parent="palm", position=(0, 0.03, 0)),
+            Link(
+                "left",
+                rod=[SOFT],
+                joint=Revolute((0, 0, 1), stiffness=0.3),
+                parent="palm",
+                position=(0, 0.03, 0),
+            ),
             Link(
                 "right",
                 rod=[SOFT],
@@ -321,7 +344,11 @@ def test_two_geared_pendulums_swing_with_their_frequency():
     robot = Robot(
         [
             Link("one", body=Body(mass, centre=(0, 0, -first)), joint=Revolute((0, 1, 0))),
-            Link("two", body=Body(mass, centre=(0, 0, -second)), joint=Revolute((0, 1, 0), mimic=Mimic("one", multiplier=k))),
+            Link(
+                "two",
+                body=Body(mass, centre=(0, 0, -second)),
+                joint=Revolute((0, 1, 0), mimic=Mimic("one", multiplier=k)),
+            ),
         ]
     )
     assert robot.n == 1
@@ -344,13 +371,20 @@ def test_mimics_of_mimics_and_of_motions():
         return Robot(
             [
                 Link("a", body=BALL, joint=Revolute(**hinge, mimic=Mimic("b", multiplier=2.0, offset=0.1))),
-                Link("b", body=BALL, joint=Revolute(**hinge, mimic=Mimic("c", multiplier=-0.5, offset=0.3)), parent="a"),
+                Link(
+                    "b",
+                    body=BALL,
+                    joint=Revolute(**hinge, mimic=Mimic("c", multiplier=-0.5, offset=0.3)),
+                    parent="a",
+                ),
                 Link("c", body=BALL, joint=Revolute(**hinge, **last), parent="b"),
                 Link("d", body=BALL, joint=Revolute((1, 0, 0)), parent="c"),
             ]
         )
 
-    free = Robot([Link(x.name, body=x.body, joint=Revolute(x.joint.axis), parent=x.parent) for x in chain().links])
+    free = Robot(
+        [Link(x.name, body=x.body, joint=Revolute(x.joint.axis), parent=x.parent) for x in chain().links]
+    )
     G = np.array([[-1.0, 0], [-0.5, 0], [1, 0], [0, 1]])
     o = np.array([0.7, 0.3, 0, 0])
     q, v, a = state(2)
@@ -378,8 +412,15 @@ def test_what_mimics_needs_no_mass_of_its_own():
     )
     heavy = Robot([Link("wheel", body=BALL, joint=Revolute((0, 1, 0)))])
     assert_close(light.forward_dynamics([0.3], [0.1]), heavy.forward_dynamics([0.3], [0.1]))
-    Robot([Link("wheel", body=BALL, joint=Revolute((0, 1, 0))), Link("pointer", joint=Revolute((1, 0, 0), motion=SWAY))])
-    with pytest.raises(ValueError, match=r"links\[0\]\.joint: got no inertia against a motion of knob\.angle"):
+    Robot(
+        [
+            Link("wheel", body=BALL, joint=Revolute((0, 1, 0))),
+            Link("pointer", joint=Revolute((1, 0, 0), motion=SWAY)),
+        ]
+    )
+    with pytest.raises(
+        ValueError, match=r"links\[0\]\.joint: got no inertia against a motion of knob\.angle"
+    ):
         Robot(
             [
                 Link("knob", joint=Revolute((0, 1, 0))),
@@ -393,7 +434,9 @@ def test_supports_hold_what_follows():
 
     def robot(**joint):
         fingers = gripper(**joint)
-        supports = [lissom.Support(link="right", stiffness=30.0, rotational_stiffness=0.2, position=(0.25, -0.1, 0))]
+        supports = [
+            lissom.Support(link="right", stiffness=30.0, rotational_stiffness=0.2, position=(0.25, -0.1, 0))
+        ]
         return Robot(fingers.links, supports=supports)
 
     driven, free = robot(mimic=Mimic("left", multiplier=-1.0)), robot()
@@ -416,7 +459,9 @@ def driven_robots(draw):
     """A description, and the same with some of its joints driven, with G, o and its derivatives at a time."""
     description = draw(robots())
     plain = copy.deepcopy(description)
-    single = [i for i, link in enumerate(plain["links"]) if link["joint"]["type"] in ("revolute", "prismatic")]
+    single = [
+        i for i, link in enumerate(plain["links"]) if link["joint"]["type"] in ("revolute", "prismatic")
+    ]
     driven = copy.deepcopy(description)
     free = draw(st.sets(st.sampled_from(single))) if single else set()
     followers = {}
@@ -435,7 +480,9 @@ def driven_robots(draw):
             followers[i] = None
     for i, link in enumerate(plain["links"]):
         if link["joint"]["type"] == "free" and draw(st.booleans()):
-            motion = BaseMotion(translation=Harmonic((0.1, 0.2, -0.1), 1.0), axis=(1, 2, 3), angle=Harmonic(0.5, 1.0))
+            motion = BaseMotion(
+                translation=Harmonic((0.1, 0.2, -0.1), 1.0), axis=(1, 2, 3), angle=Harmonic(0.5, 1.0)
+            )
             driven["links"][i]["joint"]["motion"] = motion
             followers[i] = "free"
     return plain, driven, followers
@@ -482,7 +529,12 @@ def test_random_robots_are_reductions_of_the_reference(drawn, seed):
         assert_close(robot.jacobian(q, link=link.name, t=t), free.jacobian(whole[0], link=link.name) @ G)
         assert_close(robot.velocity(q, v, link=link.name, t=t), free.velocity(*whole[:2], link=link.name))
     power = free.supplied_power(*whole) + forces @ o[1]
-    assert_allclose(robot.supplied_power(q, v, a, t=t), power, rtol=0, atol=1e-9 * size * (1 + np.abs(whole[1]).max(initial=0)))
+    assert_allclose(
+        robot.supplied_power(q, v, a, t=t),
+        power,
+        rtol=0,
+        atol=1e-9 * size * (1 + np.abs(whole[1]).max(initial=0)),
+    )
     again = pickle.loads(pickle.dumps(robot))
     assert_allclose(again.inverse_dynamics(q, v, a, t=t), tau, rtol=0, atol=0)
 
@@ -493,7 +545,10 @@ def test_random_robots_are_reductions_of_the_reference(drawn, seed):
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: Revolute((0, 1, 0), motion=SWAY, mimic=Mimic("a")), "mimic: got both motion and mimic, expected one"),
+        (
+            lambda: Revolute((0, 1, 0), motion=SWAY, mimic=Mimic("a")),
+            "mimic: got both motion and mimic, expected one",
+        ),
         (lambda: Revolute((0, 1, 0), motion=float("nan")), r"motion: got NaN, expected"),
         (lambda: Revolute((0, 1, 0), motion=Harmonic(1.0, -2.0)), r"frequency: got -2"),
         (lambda: Revolute((0, 1, 0), motion=([0, 0], [1, 2])), r"motion.times\[1\]: got 0"),
@@ -527,16 +582,27 @@ def test_what_is_of_another_type_is_refused(make, message):
 @pytest.mark.parametrize(
     ("mimics", "message"),
     [
-        ({"a": "a"}, r"links\[0\]\.joint\.mimic\.link: got the joint itself, expected joints that do not mimic"),
+        (
+            {"a": "a"},
+            r"links\[0\]\.joint\.mimic\.link: got the joint itself, expected joints that do not mimic",
+        ),
         ({"a": "b", "b": "a"}, r'links\[0\]\.joint\.mimic\.link: got "b", which mimics this joint'),
-        ({"a": "b", "b": "c", "c": "b"}, r"links\[1\]\.joint\.mimic\.link: got \"c\", which mimics this joint"),
-        ({"a": "x"}, r"links\[0\]\.joint\.mimic\.link: got 'x', expected one of the links: 'a', 'b', 'c', 'ball'"),
+        (
+            {"a": "b", "b": "c", "c": "b"},
+            r"links\[1\]\.joint\.mimic\.link: got \"c\", which mimics this joint",
+        ),
+        (
+            {"a": "x"},
+            r"links\[0\]\.joint\.mimic\.link: got 'x', expected one of the links: 'a', 'b', 'c', 'ball'",
+        ),
         ({"a": "ball"}, r'links\[0\]\.joint\.mimic\.link: got "ball", whose joint is a spherical joint'),
     ],
 )
 def test_mimics_of_nothing_and_in_circles_are_refused(mimics, message):
     links = [
-        Link(name, body=BALL, joint=Revolute((0, 1, 0), mimic=Mimic(mimics[name]) if name in mimics else None))
+        Link(
+            name, body=BALL, joint=Revolute((0, 1, 0), mimic=Mimic(mimics[name]) if name in mimics else None)
+        )
         for name in "abc"
     ]
     with pytest.raises(ValueError, match=message):
@@ -584,8 +650,13 @@ joint = { type = "revolute", axis = [0, 1, 0], mimic = { link = "left", multipli
 body = { mass = 0.1, centre = [0.1, 0, 0] }
 [[link]]
 name = "tool"
-joint = { type = "free", motion = { translation = { rate = [0, 1, 0] }, axis = [0, 0, 1], angle = { times = [0, 1], values = [0, 1] } } }
 body = { mass = 0.1 }
+[link.joint]
+type = "free"
+[link.joint.motion]
+translation = { rate = [0, 1, 0] }
+axis = [0, 0, 1]
+angle = { times = [0, 1], values = [0, 1] }
 [simulation]
 t_end = 0.1
 """
@@ -609,12 +680,27 @@ def test_scenes_drive_joints():
         ('link = "left"', 'link = "right"', "link[2].joint.mimic.link", "the joint itself"),
         ('link = "left"', 'link = "tool"', "link[2].joint.mimic.link", "free joint"),
         ("stiffness = 1 }", 'mimic = { link = "right" } }', "link[1].joint.mimic.link", "mimics this joint"),
-        ("offset = 0.1 }", "offset = 0.1 }, motion = { rate = 1 }", "link[2].joint.mimic", "both motion and mimic"),
-        ("mean = 0.1", "mean = 0.1, times = [0, 1], values = [0, 1]", "link[0].joint.motion", "both a table and a formula"),
+        (
+            "offset = 0.1 }",
+            "offset = 0.1 }, motion = { rate = 1 }",
+            "link[2].joint.mimic",
+            "both motion and mimic",
+        ),
+        (
+            "mean = 0.1",
+            "mean = 0.1, times = [0, 1], values = [0, 1]",
+            "link[0].joint.motion",
+            "both a table and a formula",
+        ),
         ("mean = 0.1", "angle = { rate = 1 }", "link[0].joint.motion.angle", "free joint"),
         ("frequency = 2", "frequency = -2", "link[0].joint.motion.frequency", "-2"),
-        ("axis = [0, 0, 1],", "", "link[3].joint.motion.angle", "angle without axis"),
-        ("translation = {", "rate = 1, translation = {", "link[3].joint.motion.rate", "more than one coordinate"),
+        ("axis = [0, 0, 1]", "", "link[3].joint.motion.angle", "angle without axis"),
+        (
+            "translation = {",
+            "rate = 1\ntranslation = {",
+            "link[3].joint.motion.rate",
+            "more than one coordinate",
+        ),
         ("times = [0, 1]", "times = [0, 0.05]", "link[3].joint.motion", "known from 0 to 0.05"),
         ('type = "free"', 'type = "spherical"', "link[3].joint.motion", "does not take it"),
     ],

@@ -249,13 +249,18 @@ def test_mimic_ties_a_joint_to_another(read):
     assert not imported.not_taken
     default = read(GRIPPER.replace('multiplier="-1.5" offset="0.1"', ""))
     assert default.links[2].joint.mimic == lissom.Mimic("left")
-    both = read(GRIPPER.replace('"left"/></joint>', '"left"/><mimic joint="x"/></joint>').replace(
-        "</robot>",
-        '<link name="third"/><joint name="x" type="prismatic"><parent link="palm"/><child link="third"/></joint></robot>',
-    ))
+    both = read(
+        GRIPPER.replace('"left"/></joint>', '"left"/><mimic joint="x"/></joint>').replace(
+            "</robot>",
+            '<link name="third"/><joint name="x" type="prismatic"><parent link="palm"/>'
+            '<child link="third"/></joint></robot>',
+        )
+    )
     chain = {link.name: link.joint.mimic.link for link in both.links if getattr(link.joint, "mimic", None)}
     assert chain == {"left": "third", "right": "left"}
-    inertia = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
+    inertia = (
+        '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
+    )
     solid = read(re.sub(r'<link name="(left|right)"/>', rf'<link name="\1">{inertia}</link>', GRIPPER))
     robot = lissom.Robot(solid.links)
     assert robot.coordinates == ("left.angle",)
@@ -275,9 +280,21 @@ def test_what_has_not_one_coordinate_mimics_nothing(read):
     ("old", "new", "line", "wrong", "right"),
     [
         ('joint="l"', 'joint="ll"', 5, 'got "ll", which is no joint of this file', 'did you mean "l"?'),
-        ('joint="l"', 'joint="r"', 5, "got a circle of joints that mimic each other: r -> r", "expected one that moves by itself"),
+        (
+            'joint="l"',
+            'joint="r"',
+            5,
+            "got a circle of joints that mimic each other: r -> r",
+            "expected one that moves by itself",
+        ),
         ('"l" type="continuous"', '"l" type="fixed"', 5, 'got "l", a fixed joint', "expected a revolute"),
-        ('"left"/></joint>', '"left"/><mimic joint="r"/></joint>', 5, "got a circle of joints", "expected one that moves"),
+        (
+            '"left"/></joint>',
+            '"left"/><mimic joint="r"/></joint>',
+            5,
+            "got a circle of joints",
+            "expected one that moves",
+        ),
     ],
 )
 def test_mimics_of_nothing_and_in_circles_are_refused(read, old, new, line, wrong, right):
