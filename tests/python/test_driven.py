@@ -260,6 +260,39 @@ def test_statics_and_modes_turn_with_a_rotor():
     assert_allclose(linear.A, other.A, rtol=1e-8, atol=1e-6)
 
 
+@pytest.mark.parametrize("make", ["hinge", "base", "inner"])
+def test_linear_models_see_velocities_of_what_is_prescribed(make):
+    """Outputs of the linear model are those of the robot close by, to first order."""
+    spin = Harmonic(rate=7.0)
+    if make == "hinge":
+        robot = turret(Revolute((0, 0, 1), motion=spin))
+    elif make == "base":
+        robot = turret(lissom.Weld(), base_motion=BaseMotion(axis=(0, 0, 1), angle=spin))
+    else:
+        robot = Robot(
+            [
+                Link("arm", rod=[SOFT]),
+                Link("rotor", body=BALL, joint=Revolute((0, 0, 1), motion=spin), parent="arm"),
+                Link("ball", body=BALL, joint=Revolute((0, 1, 0)), parent="rotor", position=(0.1, 0, 0)),
+            ]
+        )
+    q, t, step = 0.1 * np.ones(6), 0.3, 1e-6
+    outputs = ("ball_position", "ball_velocity", "ball_angular_velocity")
+    linear = lissom.linearise(robot, q, outputs=outputs, t=t)
+    assert linear.states == (*robot.coordinates, *(f"{name}.rate" for name in robot.coordinates))
+    assert linear.inputs[0] == f"{robot.coordinates[0]}.force"
+
+    def measured(x):
+        velocity = robot.velocity(x[:6], x[6:], link="ball", t=t)
+        return np.concatenate([robot.pose(x[:6], link="ball", t=t)[:3, 3], velocity[3:], velocity[:3]])
+
+    x = np.append(q, np.zeros(6))
+    differences = np.transpose(
+        [(measured(x + step * e) - measured(x - step * e)) / (2 * step) for e in np.eye(12)]
+    )
+    assert_allclose(linear.C, differences, rtol=0, atol=1e-7 * np.abs(differences).max())
+
+
 def test_motions_that_end_or_fail_say_so():
     table = ([0.0, 0.1, 0.2], [0.0, 0.1, 0.0])
     robot = turret(Revolute((0, 0, 1), motion=table))
