@@ -260,8 +260,7 @@ fn check_span(known: [f64; 2], (t0, t_end): (f64, f64)) -> Result<(), InvalidInp
     let starts = covers(known, t0);
     if !starts || !covers(known, t_end) {
         let [from, to] = known;
-        let expected =
-            format!("a run within [{from}, {to}] (seconds), where the motion of the base is known");
+        let expected = format!("a run within [{from}, {to}] (seconds), where all prescribed motion is known");
         let place = if starts { "t_span[1]" } else { "t_span[0]" };
         return Err(InvalidInput::new(place, format_args!("a run from {t0} to {t_end}"), expected));
     }

@@ -6,7 +6,7 @@ use lissom::robot::{Driven, Link};
 use lissom::scene::{
     FileProblem, Imported, Imports, Jacobian, Method, Model, Quantity, Refusal, Request, Scene,
 };
-use lissom::{body, load, robot, rod};
+use lissom::{load, robot, rod};
 use proptest::prelude::*;
 
 const GOOD: &str = r#"version = 1
@@ -205,8 +205,8 @@ fn loads_and_bodies_are_read() {
     };
     assert_eq!(rod.loads, [force, moment]);
     let inertia = [[3.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 2.0]];
-    let body = body::Body { link: 0, at: Some(0.3), mass: 0.2, centre: [0.0, 0.0, 0.1], inertia };
-    assert_eq!(rod.bodies, [body::Body::point(0.1), body]);
+    let body = Body { link: 0, at: Some(0.3), mass: 0.2, centre: [0.0, 0.0, 0.1], inertia };
+    assert_eq!(rod.bodies, [Body::point(0.1), body]);
 }
 
 #[test]
