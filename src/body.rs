@@ -39,6 +39,9 @@ impl Body {
         check.non_negative(self.mass, "mass", "kilograms");
         check.finite(&self.centre, "centre");
         check_inertia(&mut check, &self.inertia);
+        let has_inertia = self.inertia != [[0.0; 3]; 3];
+        let expected = "a number > 0 (kilograms): what has inertia has mass; that of a rotor is an armature";
+        check.require(self.mass != 0.0 || !has_inertia, "mass", "0 with an inertia", expected);
         check.finish()
     }
 

@@ -76,6 +76,9 @@ impl<const N: usize> Signal<N> {
     /// Everything that is wrong with this signal, which stands at `place`.
     pub fn check(&self, check: &mut Checker, place: &str) {
         match self {
+            Self::Constant(value) if N == 1 => {
+                check.require(value[0].is_finite(), place, Number(value[0]), "a finite number");
+            }
             Self::Constant(value) => _ = check.finite(value, place),
             Self::Harmonic(harmonic) => _ = check.nested(place, harmonic.validate()),
             // A table was checked when it was made; what a function returns is seen when it is called.

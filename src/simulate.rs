@@ -260,8 +260,7 @@ fn check_span(known: [f64; 2], (t0, t_end): (f64, f64)) -> Result<(), InvalidInp
     let starts = covers(known, t0);
     if !starts || !covers(known, t_end) {
         let [from, to] = known;
-        let expected =
-            format!("a run within [{from}, {to}] (seconds), where the motion of the base is known");
+        let expected = format!("a run within [{from}, {to}] (seconds), where all prescribed motion is known");
         let place = if starts { "t_span[1]" } else { "t_span[0]" };
         return Err(InvalidInput::new(place, format_args!("a run from {t0} to {t_end}"), expected));
     }
@@ -285,7 +284,7 @@ struct Stop {
 }
 
 impl Stop {
-    fn where_flawed<M: Model + ?Sized>(model: &M, t: f64, q: &[f64]) -> Option<Self> {
+    fn where_flawed<M: Model + ?Sized>(model: &mut M, t: f64, q: &[f64]) -> Option<Self> {
         let flaw = model.flaw(q)?;
         let (status, cure) = match flaw {
             Flaw::Unresolved { shortage } => (
@@ -440,7 +439,7 @@ fn first_order<M: Model + Clone>(
         if let Some(meter) = &mut meter {
             meter.step(&mut observed, State { t: stepper.t(), q, v, a })?;
         }
-        *stop = Stop::where_flawed(&observed, stepper.t(), q);
+        *stop = Stop::where_flawed(&mut observed, stepper.t(), q);
         if stop.is_none() {
             *stop = watch.as_mut().and_then(|watch| watch.look(&mut observed, stepper));
         }

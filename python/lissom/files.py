@@ -18,6 +18,8 @@ from .results import Run, energies, shapes, statistics
 if TYPE_CHECKING:
     import xarray
 
+    from ._lissom import Scene
+
 #: Modules that write NetCDF.
 NETCDF = ("xarray", "h5netcdf", "h5py")
 
@@ -40,6 +42,7 @@ def dataset(run: Run) -> xarray.Dataset:
             "title": run.scene.name.replace("\0", "\N{REPLACEMENT CHARACTER}"),
             "source": f"lissom {__version__}",
             "scene": run.scene.text,
+            **imported(run.scene),
             "statistics": json.dumps(plain(statistics(run))),
         },
     )
@@ -71,6 +74,12 @@ def dataset(run: Run) -> xarray.Dataset:
     return data
 
 
+def imported(scene: Scene) -> dict[str, str]:
+    """What results keep of the files that a scene imports, if it does: their contents by name, as JSON."""
+    contents = {name: content.decode(errors="replace") for name, content in scene.imports.items()}
+    return {"imports": json.dumps(contents)} if contents else {}
+
+
 def write_trajectory(run: Run, folder: Path) -> str:
     """Write ``trajectory.nc``, or ``trajectory.npz`` where the extra ``files`` fails; why it does, in words.
 
@@ -96,6 +105,7 @@ def arrays(run: Run) -> dict[str, Any]:
         "coordinates": np.array([coordinate.name for coordinate in run.view.coordinates]),
         "units": np.array([coordinate.unit for coordinate in run.view.coordinates]),
         "scene": np.array(run.scene.text),
+        **imported(run.scene),
         "statistics": np.array(json.dumps(plain(statistics(run)))),
     }
     if "velocity" in run.wants:

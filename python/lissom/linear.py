@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._lissom import LissomError, Model
+from ._lissom import LissomError, Model, Robot, Rod, jacobian
 from .views import Frame, view
 
 Array = NDArray[np.float64]
@@ -74,18 +74,23 @@ def linearise(
         the motion about rest with constant generalised forces that hold it there.
     inputs : str or sequence of str
         What acts: 'forces' (the n generalised forces); for rods 'tip_force' and 'tip_moment' (three
-        components each in world axes), or a component of them such as 'tip_force_z'.
+        components each in world axes), or a component of them such as 'tip_force_z'; for robots the same of
+        every link that carries no other, by its name instead of 'tip'.
     outputs : str or sequence of str
         What is measured: 'coordinates', 'velocities' (n each); for rods 'tip_position', 'tip_rotation' (a
         small rotation vector), 'tip_velocity', 'tip_angular_velocity' (three components each in world axes),
-        or a component of them such as 'tip_position_z'.
+        or a component of them such as 'tip_position_z'; for robots as `inputs`. What is prescribed in a robot
+        carries its links at velocities that depend on q: the part of the outputs that follows from that is
+        found by central differences.
     t : float
         The time at which what varies by itself is taken, seconds.
 
     Returns
     -------
     LinearModel
-        `A`, `B`, `C`, `D` and the names of `states`, `inputs`, `outputs`.
+        `A`, `B`, `C`, `D` and the names of `states`, `inputs`, `outputs`: of robots those of their
+        coordinates, with ".rate" for velocities and ".force" for generalised forces, of other models `q0`,
+        `v0`, `force0` and so on.
 
     Raises
     ------
@@ -130,11 +135,20 @@ def linearise(
     solved = np.linalg.solve(mass, np.hstack([-stiffness, -damping, forces.T]))
     A = np.vstack([np.hstack([np.zeros((n, n)), np.eye(n)]), solved[:, : 2 * n]])
     B = np.vstack([np.zeros((n, len(force_names))), solved[:, 2 * n :]])
-    states = [f"q{i}" for i in range(n)] + [f"v{i}" for i in range(n)]
+    coordinates, velocities, _ = _names(model)
     D = np.zeros((len(output_names), len(force_names)))
     for matrix in (A, B, rows, D):
         matrix.flags.writeable = False
-    return LinearModel(A, B, rows, D, tuple(states), force_names, output_names)
+    return LinearModel(A, B, rows, D, (*coordinates, *velocities), force_names, output_names)
+
+
+def _names(model: Model) -> tuple[list[str], list[str], list[str]]:
+    """Of coordinates, velocities and generalised forces."""
+    if isinstance(model, Robot) and not isinstance(model, Rod):
+        names = model.coordinates
+        return list(names), [f"{name}.rate" for name in names], [f"{name}.force" for name in names]
+    numbers = range(model.n)
+    return [f"q{i}" for i in numbers], [f"v{i}" for i in numbers], [f"force{i}" for i in numbers]
 
 
 #: Names of signals of one kind, with the rows of the matrix that belongs to them.
@@ -144,7 +158,7 @@ Group = tuple[list[str], Callable[[], Array]]
 def _forces(model: Model, q: Array, t: float) -> dict[str, Group]:
     """Generalised forces of unit inputs, as rows."""
     n = model.n
-    groups: dict[str, Group] = {"forces": ([f"force{i}" for i in range(n)], lambda: np.eye(n))}
+    groups: dict[str, Group] = {"forces": (_names(model)[2], lambda: np.eye(n))}
     for frame in view(model).frames:
         for name, rows in (("force", LINEAR), ("moment", ANGULAR)):
             groups[f"{frame.name}_{name}"] = (
@@ -163,8 +177,8 @@ def _measurements(model: Model, q: Array, t: float) -> dict[str, Group]:
     n = model.n
     of_q, of_v = np.eye(2 * n)[:n], np.eye(2 * n)[n:]
     groups: dict[str, Group] = {
-        "coordinates": ([f"q{i}" for i in range(n)], lambda: of_q),
-        "velocities": ([f"v{i}" for i in range(n)], lambda: of_v),
+        "coordinates": (_names(model)[0], lambda: of_q),
+        "velocities": (_names(model)[1], lambda: of_v),
     }
     seen = view(model)
     for frame in seen.frames:
@@ -184,13 +198,20 @@ def _motions(
         if carrier is not None:
             # The farther out, the faster; the angular velocity is the same everywhere.
             rows += np.cross(carrier(t), moved, axisb=0, axisc=0) @ of_q
-        return rows
+        return rows + carried(LINEAR)
+
+    def carried(rows: slice) -> Array:
+        """What comes of prescribed motions elsewhere."""
+        along = frame.carried
+        if along is None:
+            return np.zeros((3, of_q.shape[1]))
+        return jacobian(lambda q: along(q, t), q)[rows] @ of_q
 
     return {
         "position": lambda: frame.jacobian(q, t)[LINEAR] @ of_q,
         "rotation": lambda: frame.jacobian(q, t)[ANGULAR] @ of_q,
         "velocity": velocity,
-        "angular_velocity": lambda: frame.jacobian(q, t)[ANGULAR] @ of_v,
+        "angular_velocity": lambda: frame.jacobian(q, t)[ANGULAR] @ of_v + carried(ANGULAR),
     }
 
 

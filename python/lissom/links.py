@@ -6,24 +6,32 @@ Plain data: everything is checked where it is written, and computed in the core.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import KW_ONLY, dataclass, fields
+from dataclasses import KW_ONLY, dataclass, field, fields
 from typing import TYPE_CHECKING
 
 from ._lissom import check_joint, check_link
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
+    from typing import Any, TypeAlias
 
-    from ._lissom import Body, Segment
+    from numpy.typing import ArrayLike
+
+    from ._lissom import BaseMotion, Body, Harmonic, Segment
 
     Vector = Sequence[float]
+    Number: TypeAlias = float | tuple[ArrayLike, ArrayLike] | Harmonic | Callable[[float], Any]
 
 
 def _keep(instance: object) -> None:
     """Makes tuples of floats of all vectors, so that what is equal compares equal."""
     for each in fields(instance):  # type: ignore[arg-type]
         value = getattr(instance, each.name)
-        if hasattr(value, "__len__") and not isinstance(value, str) and each.name != "rod":
+        if each.name == "motion":
+            if isinstance(value, tuple | list):
+                table = tuple(tuple(float(x) for x in column) for column in value)
+                object.__setattr__(instance, each.name, table)
+        elif hasattr(value, "__len__") and not isinstance(value, str) and each.name != "rod":
             object.__setattr__(instance, each.name, tuple(float(x) for x in value))
 
 
@@ -42,6 +50,40 @@ class Weld(Joint):
 
 
 @dataclass(frozen=True)
+class Mimic:
+    """What ties the coordinate of a joint to that of another one: gears, fingers that close together.
+
+    The coordinate is ``multiplier * other + offset``, as of URDF's `mimic`.
+
+    Parameters
+    ----------
+    link : str
+        The link with the other joint, which is a revolute or prismatic one, anywhere in the robot. That may
+        mimic a third one itself, or move as prescribed.
+    multiplier : float
+        Radians or metres for each radian or metre of the other one.
+    offset : float
+        In radians or metres.
+
+    Examples
+    --------
+    >>> import lissom
+    >>> left = lissom.Link("left", body=lissom.Body(0.1), joint=lissom.Prismatic((0, 1, 0)))
+    >>> opposite = lissom.Mimic("left", multiplier=-1.0)
+    >>> right = lissom.Link(
+    ...     "right", body=lissom.Body(0.1), joint=lissom.Prismatic((0, 1, 0), mimic=opposite)
+    ... )
+    >>> lissom.Robot([left, right]).coordinates
+    ('left.displacement',)
+    """
+
+    link: str
+    _: KW_ONLY
+    multiplier: float = 1.0
+    offset: float = 0.0
+
+
+@dataclass(frozen=True)
 class _WithForces(Joint):
     """A joint of one coordinate, on which something may act."""
 
@@ -55,6 +97,8 @@ class _WithForces(Joint):
     limit_stiffness: float = 0.0
     limit_dissipation: float = 0.0
     armature: float = 0.0
+    motion: Number | None = field(default=None, hash=False)
+    mimic: Mimic | None = None
 
 
 @dataclass(frozen=True)
@@ -85,6 +129,12 @@ class Revolute(_WithForces):
         ``limit_stiffness * x * max(0, 1 + limit_dissipation * dx/dt)`` (Hunt and Crossley 1975).
     armature : float
         Inertia of what turns with the coordinate alone, such as a rotor behind a gear, kg m^2.
+    motion : float, (times, values), Harmonic or callable, optional
+        Prescribes the angle, radians, as a function of time with two derivatives (`BaseMotion` has the
+        forms): the joint then adds no coordinate to the robot, and what moves it does work on the robot.
+    mimic : Mimic, optional
+        Ties the angle to that of another joint: it then adds no coordinate either. Spring, dampers,
+        limits and armature act on the joint's own motion.
 
     Raises
     ------
@@ -122,6 +172,12 @@ class Prismatic(_WithForces):
         ``limit_stiffness * x * max(0, 1 + limit_dissipation * dx/dt)`` (Hunt and Crossley 1975).
     armature : float
         Inertia of what moves with the coordinate alone, kilograms.
+    motion : float, (times, values), Harmonic or callable, optional
+        Prescribes the displacement, metres, as a function of time with two derivatives (`BaseMotion` has the
+        forms): the joint then adds no coordinate to the robot, and what moves it does work on the robot.
+    mimic : Mimic, optional
+        Ties the displacement to that of another joint: it then adds no coordinate either. Spring, dampers,
+        limits and armature act on the joint's own motion.
 
     Raises
     ------
@@ -191,7 +247,17 @@ class Spherical(Joint):
 
 @dataclass(frozen=True)
 class Free(Joint):
-    """No connection: coordinates `x`, `y`, `z` (metres) and a rotation vector as that of `Spherical`."""
+    """No connection: coordinates `x`, `y`, `z` (metres) and a rotation vector as that of `Spherical`.
+
+    Parameters
+    ----------
+    motion : BaseMotion, optional
+        Prescribes where the base of the link is, in the axes of the joint's frame, as a function of time: the
+        joint then adds no coordinate to the robot, and what moves it does work on the robot.
+    """
+
+    _: KW_ONLY
+    motion: BaseMotion | None = field(default=None, hash=False)
 
 
 @dataclass(frozen=True)
@@ -236,8 +302,8 @@ class Link:
 
     name: str
     _: KW_ONLY
-    rod: Sequence[Segment] | None = None
-    body: Body | None = None
+    rod: Sequence[Segment] | None = field(default=None, hash=False)
+    body: Body | None = field(default=None, hash=False)
     joint: Joint = Weld()
     parent: str | None = None
     at: float | None = None

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._lissom import LissomError, ModesResult, Scene, StaticsResult, __version__, modes, statics
-from .files import write_report, write_summary
+from .files import imported, write_report, write_summary
 from .folders import MARK
 from .interruption import interruption
 from .results import instants
@@ -89,7 +89,7 @@ class StaticsStudy:
 
     def arrays(self) -> dict[str, Any]:
         """What ``file`` keeps."""
-        kept: dict[str, Any] = {"q": self.found.q, "scene": np.array(self.scene.text)}
+        kept: dict[str, Any] = {"q": self.found.q, "scene": np.array(self.scene.text), **imported(self.scene)}
         if self.found.path is not None:
             kept |= {"path_load_factor": self.found.path.load_factor, "path_q": self.found.path.q}
         return kept
@@ -136,6 +136,7 @@ class ModesStudy:
             "eigenvalues": found.eigenvalues,
             "shapes": found.shapes,
             "scene": np.array(self.scene.text),
+            **imported(self.scene),
         }
 
 

@@ -12,7 +12,7 @@ import os
 import re
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from functools import lru_cache
 from math import cos, isfinite, sin, sqrt
@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ._lissom import Body, Robot
-from .links import Free, Joint, Link, Planar, Prismatic, Revolute, Weld
+from .links import Free, Joint, Link, Mimic, Planar, Prismatic, Revolute, Weld
 
 #: Most problems, and most characters of a key and of a sentence about it, that a message has.
 _MOST_PROBLEMS = 100
@@ -50,14 +50,14 @@ _QUATERNION_TOLERANCE = 1e-3
 _INERTIA_TOLERANCE = 1e-9
 
 _TYPES = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
+_NOT_ONE_COORDINATE = ("fixed", "floating", "planar")
 
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 _ATTRIBUTE = re.compile(rb"""\s+([^\s=]+)\s*=\s*(?:"([^"]*)"|'([^']*)')""")
 _REFUSED = re.compile(r"(\w+)[^:]*: (got .*?), (expected .*)")
 _ENCODING = re.compile(rb"""<\?xml[^>]*?\sencoding\s*=\s*["']([A-Za-z][\w.-]*)["']""")
 
-_MIMIC = "lissom couples no coordinates: the joint moves by itself; `mimic` says what it was to follow"
-_MIMIC_OF_NONE = "no joint of this file has this name"
+_NO_MIMIC = "this joint has not one coordinate that could follow another one"
 _NO_STOPS = "stops are stiff springs, and URDF has no stiffness for them: give limit_stiffness"
 _NO_ROOM = (
     "lower and upper are the same: stops need room between them; write type='fixed' for a joint that stays"
@@ -78,7 +78,7 @@ _TEXT = "text means nothing here: URDF says all in elements and attributes"
 _RUN_XACRO = "expected plain URDF; run xacro first: xacro robot.urdf.xacro > robot.urdf"
 
 #: Those that change how the robot moves stand first in a summary.
-_FIRST = (_MIMIC, _MIMIC_OF_NONE, _MENDED, _NO_STOPS, _NO_ROOM, _NO_LIMIT, _NO_LIMITS, _NO_FORCES)
+_FIRST = (_NO_MIMIC, _MENDED, _NO_STOPS, _NO_ROOM, _NO_LIMIT, _NO_LIMITS, _NO_FORCES)
 
 _OTHER_SIMULATORS = "settings of another simulator"
 _CONTROL = "drives and controllers are not part of a robot here"
@@ -137,26 +137,6 @@ class Left:
 
 
 @dataclass(frozen=True)
-class Mimic:
-    """A coupling that the file asks for, and that lissom does not make.
-
-    Parameters
-    ----------
-    joint : str
-        The joint whose coordinate was to be ``multiplier * x + offset``; `Imported.joints` has its link.
-    of : str
-        The joint whose coordinate is x.
-    multiplier, offset : float
-        The offset is in radians or metres.
-    """
-
-    joint: str
-    of: str
-    multiplier: float = 1.0
-    offset: float = 0.0
-
-
-@dataclass(frozen=True)
 class Imported:
     """What a URDF file says, as far as lissom takes it over. As a string it is a summary.
 
@@ -166,8 +146,6 @@ class Imported:
         For a `Robot`: parents before their children, depth first, children in the order of the file.
     not_taken : tuple of Left
         Everything else that is in the file, in its order.
-    mimic : tuple of Mimic
-        Couplings between joints, which lissom does not make; they are in `not_taken` as well.
     joints : dict
         The link behind every joint: coordinates are named after links.
     name : str
@@ -178,7 +156,6 @@ class Imported:
 
     links: tuple[Link, ...]
     not_taken: tuple[Left, ...]
-    mimic: tuple[Mimic, ...] = ()
     joints: dict[str, str] = field(default_factory=dict)
     name: str = ""
     file: str = ""
@@ -274,7 +251,8 @@ def read_urdf(
     Every link of the file becomes a `Link` of the same name, with the joint that the file has above it. A
     link without <inertial> is a frame. ``revolute`` and ``continuous`` become `Revolute`, ``prismatic``
     `Prismatic`, ``fixed`` `Weld`, ``floating`` `Free`, ``planar`` `Planar`; damping and friction of
-    <dynamics> are those of the joint. Nothing that the file names is opened, neither meshes nor packages.
+    <dynamics> are those of the joint, <mimic> is its `mimic`. Nothing that the file names is opened, neither
+    meshes nor packages.
 
     Parameters
     ----------
@@ -310,11 +288,52 @@ def read_urdf(
     >>> print(arm)  # doctest: +SKIP
     >>> robot = lissom.Robot(arm.links)  # doctest: +SKIP
     """
+    _check_stiffness(limit_stiffness)
+    return imported_from(
+        os.fspath(path),
+        Path(path).read_bytes(),
+        floating=floating,
+        limit_stiffness=limit_stiffness,
+        mend_inertia=mend_inertia,
+    )
+
+
+def imported_from(
+    file: str,
+    content: bytes,
+    *,
+    floating: bool = False,
+    limit_stiffness: float | None = None,
+    mend_inertia: bool = False,
+) -> Imported:
+    """Reads the links and joints of a URDF file whose content is there already.
+
+    Parameters
+    ----------
+    file : str
+        What messages call it.
+    content : bytes
+        Of the file.
+    floating, limit_stiffness, mend_inertia
+        As of `read_urdf`.
+
+    Returns
+    -------
+    Imported
+
+    Raises
+    ------
+    UrdfError, ValueError, TypeError
+        As `read_urdf` does.
+    """
+    _check_stiffness(limit_stiffness)
+    return _Reader(file, content, limit_stiffness, mend_inertia).imported(floating)
+
+
+def _check_stiffness(limit_stiffness: float | None) -> None:
     if limit_stiffness is not None:
         # The joint says what is wrong with it.
         Revolute((1.0, 0.0, 0.0), limits=(-1.0, 1.0), limit_stiffness=limit_stiffness)
-    reader = _Reader(os.fspath(path), Path(path).read_bytes(), limit_stiffness, mend_inertia)
-    return reader.imported(floating)
 
 
 def robot_from_urdf(
@@ -636,6 +655,17 @@ class _JointRead:
     joint: Joint
 
 
+@dataclass(slots=True)
+class _MimicRead:
+    """A coupling of the file: the coordinate of `joint` follows that of `of`."""
+
+    element: _Element
+    joint: str
+    of: str
+    multiplier: float
+    offset: float
+
+
 class _Reader:
     """Reads the elements of a document; `problems` and `left` are the document's."""
 
@@ -643,7 +673,7 @@ class _Reader:
         self.document = _Document(file, data)
         self.limit_stiffness = limit_stiffness
         self.mend_inertia = mend_inertia
-        self.mimic: list[tuple[Mimic, _Element]] = []
+        self.mimic: list[_MimicRead] = []
 
     def imported(self, floating: bool) -> Imported:
         """What the file says; refuses it with all that is wrong."""
@@ -662,7 +692,6 @@ class _Reader:
         return Imported(
             links=links,
             not_taken=tuple(sorted(self.document.left, key=lambda left: (left.line, left.column))),
-            mimic=tuple(mimic for mimic, _ in self.mimic),
             joints={name: joint.child or "" for name, joint in joints.items()},
             name=root.attributes.get("name", ""),
             file=self.document.file,
@@ -932,20 +961,57 @@ class _Reader:
                 self._problem(element, None, f"got no <{end}>", f'expected <{end} link="..."/>')
         position, orientation = self._pose(parts.get("origin"))
         joint = self._kind(element, kind, parts)
-        if "mimic" in parts:
+        if "mimic" in parts and kind in _NOT_ONE_COORDINATE:
+            self._leave(parts["mimic"], _NO_MIMIC)
+        elif "mimic" in parts:
             self._mimic(parts["mimic"], name)
         return _JointRead(
             element, name or "", ends["parent"], ends["child"], parts, position, orientation, joint
         )
 
     def _mimic(self, element: _Element, joint: str | None) -> None:
-        self._leave(element, _MIMIC)
         self._open(element, ("joint", "multiplier", "offset"))
         of = self._text(element, "joint", "the name of a joint")
         multiplier = self._number(element, "multiplier", 1.0)
         offset = self._number(element, "offset", 0.0)
         if joint is not None and of is not None and multiplier is not None and offset is not None:
-            self.mimic.append((Mimic(joint, of, multiplier, offset), element))
+            self.mimic.append(_MimicRead(element, joint, of, multiplier, offset))
+
+    def _couple(self, joints: dict[str, _JointRead]) -> None:
+        """Ties joints to those that they mimic; refuses what can be no such joint, and circles."""
+        right = "expected a revolute, continuous or prismatic joint"
+        following: dict[str, _MimicRead] = {}
+        for mimic in self.mimic:
+            other = joints.get(mimic.of)
+            kind = other.element.attributes.get("type") if other else None
+            if other is None:
+                guess = self._guess(mimic.of, joints)
+                wrong = f'got "{mimic.of}", which is no joint of this file'
+                self._problem(mimic.element, "joint", wrong, f'did you mean "{guess}"?' if guess else right)
+            elif kind in _NOT_ONE_COORDINATE:
+                self._problem(mimic.element, "joint", f'got "{mimic.of}", a {kind} joint', right)
+            else:
+                following[mimic.joint] = mimic
+        seen: set[str] = set()
+        for start in following:
+            trail: list[str] = []
+            name = start
+            while name in following and name not in seen:
+                seen.add(name)
+                trail.append(name)
+                name = following[name].of
+            if name in trail:
+                circle = trail[trail.index(name) :]
+                closing = max((following[joint] for joint in circle), key=lambda mimic: mimic.element.start)
+                wrong = f"got a circle of joints that mimic each other: {' -> '.join([*circle, name])}"
+                self._problem(closing.element, "joint", wrong, "expected one that moves by itself")
+        if self.document.problems:
+            return
+        for mimic in following.values():
+            joint = joints[mimic.joint]
+            link = joints[mimic.of].child or ""
+            tie = Mimic(link, multiplier=mimic.multiplier, offset=mimic.offset)
+            joint.joint = replace(joint.joint, mimic=tie)  # type: ignore[call-arg]
 
     # The tree
 
@@ -971,9 +1037,7 @@ class _Reader:
         if not any(element.tag == "link" for element in root.children):
             self._problem(root, None, "got no links", 'expected at least one: <link name="..."/>')
             return (), joints
-        for mimic, element in self.mimic:
-            if mimic.of not in joints:
-                self._leave(element, _MIMIC_OF_NONE, "joint")
+        self._couple(joints)
         above, below = self._edges(links, read)
         order = self._walk(links, above, below)
         if self.document.problems:

@@ -109,6 +109,9 @@ class Frame:
     pose: Callable[[Array, float | Array], Array]
     #: Geometric Jacobian (6, n), angular above linear, in world axes: of coordinates (n,) and a time.
     jacobian: Callable[[Array, float], Array]
+    #: Where it is carried along by what is prescribed: the velocity (6,) that it has by that alone, angular
+    #: above linear, in world axes: of coordinates (n,) and a time.
+    carried: Callable[[Array, float], Array] | None = None
 
 
 @dataclass(frozen=True)
@@ -256,6 +259,7 @@ def of_robot(robot: Robot) -> View:
                 link.name,
                 partial(_pose_of_tip, robot, link.name),
                 partial(_jacobian_of_tip, robot, link.name),
+                partial(_velocity_of_tip, robot, link.name) if _is_prescribed(robot) else None,
             )
             for link in links
             if link.name not in parents
@@ -303,6 +307,15 @@ def _pose_of_tip(robot: Robot, link: str, q: Array, t: float | Array) -> Array:
 
 def _jacobian_of_tip(robot: Robot, link: str, q: Array, t: float) -> Array:
     return robot.jacobian(q, link=link, t=t)
+
+
+def _is_prescribed(robot: Robot) -> bool:
+    of_joints = (getattr(link.joint, "motion", None) for link in robot.links)
+    return robot.base_motion is not None or any(motion is not None for motion in of_joints)
+
+
+def _velocity_of_tip(robot: Robot, link: str, q: Array, t: float) -> Array:
+    return robot.velocity(q, np.zeros(robot.n), link=link, t=t)
 
 
 def _solid(robot: Robot, name: str, link: str, at: float | None, body: Body) -> Solid:

@@ -6,7 +6,7 @@ use super::request::Request;
 use super::run::{Plan, Run};
 use crate::error::{Checker, Interrupted, InvalidInput, Number};
 use crate::linalg::Matrix;
-use crate::model::Model;
+use crate::model::{InTime as _, Model};
 use crate::robot::{Robot, RobotModel};
 use crate::rod::{MAX_MODES, STRAINS};
 use crate::simulate::{Simulation, Status};
@@ -223,7 +223,11 @@ impl Trial {
         let mut moved = vec![0.0_f64; n];
         let states = self.simulation.q.chunks_exact(n.max(1));
         let every = states.len().div_ceil(STATES).max(1);
-        for q in states.rev().step_by(every) {
+        for (q, &t) in states.zip(&self.simulation.t).rev().step_by(every) {
+            // The run has asked for this time already: what fails now has failed there.
+            if model.set_time(t).is_err() {
+                continue;
+            }
             for tip in &tips {
                 model.jacobian_at(q, tip, &mut jacobian);
                 for (k, moved) in moved.iter_mut().enumerate() {

@@ -34,12 +34,12 @@ pub trait Discretised {
     }
 
     /// Why what is computed of this shape means nothing; `None` where it does mean something.
-    fn flaw(&self, _q: &[f64]) -> Option<Flaw> {
+    fn flaw(&mut self, _q: &[f64]) -> Option<Flaw> {
         None
     }
 
     /// Refuses a shape with a flaw; `place` is the name of `q`.
-    fn check_shape(&self, q: &[f64], place: &str) -> Result<(), InvalidInput> {
+    fn check_shape(&mut self, q: &[f64], place: &str) -> Result<(), InvalidInput> {
         let Some(flaw) = self.flaw(q) else { return Ok(()) };
         let expected = match flaw {
             Flaw::Unresolved { shortage } => format!(

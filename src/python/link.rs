@@ -4,12 +4,14 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
+use super::base::PyBaseMotion;
 use super::convert;
 use super::load::PyBody;
 use super::segment::PySegment;
+use super::signal::{Functions, signal_of, signal_out};
 use crate::error::{Checker, InvalidInput};
 use crate::joint::{Joint, JointForces};
-use crate::robot::{Link, Robot};
+use crate::robot::{Driven, Link, Robot};
 
 /// What stands at a place of an error: `axis` of a joint, or the joint itself.
 fn attribute<'py>(object: &Bound<'py, PyAny>, name: &str) -> PyResult<Bound<'py, PyAny>> {
@@ -60,20 +62,72 @@ fn joint_of(object: &Bound<'_, PyAny>) -> PyResult<Joint> {
     })
 }
 
-/// Refuses a joint that makes no sense, with everything that is wrong with it.
+/// Who has the joint that another one mimics, until all links are known.
+const UNKNOWN: usize = usize::MAX;
+
+/// What drives a joint, and by whose name it mimics another one; its functions go to those that are kept.
+fn driven_of(
+    object: &Bound<'_, PyAny>,
+    functions: &mut Functions,
+) -> PyResult<(Option<Driven>, Option<String>)> {
+    let given = |name: &str| -> PyResult<Option<Bound<'_, PyAny>>> {
+        Ok(object.getattr_opt(name)?.filter(|value| !value.is_none()))
+    };
+    let (motion, mimic) = (given("motion")?, given("mimic")?);
+    let Some(mimic) = mimic else {
+        let Some(motion) = motion else { return Ok((None, None)) };
+        let is_free = object.get_type().name()? == "Free";
+        let driven = match motion.cast::<PyBaseMotion>() {
+            Ok(motion) if is_free => Driven::Base(motion.get().motion().clone()),
+            _ if is_free => {
+                let found = convert::describe(&motion);
+                return Err(PyTypeError::new_err(format!(
+                    "motion: expected lissom.BaseMotion or None, got {found}"
+                )));
+            }
+            _ => Driven::Coordinate(signal_of(&motion, "motion", functions)?),
+        };
+        return Ok((Some(driven), None));
+    };
+    if motion.is_some() {
+        return Err(PyValueError::new_err("mimic: got both motion and mimic, expected one of them"));
+    }
+    if mimic.get_type().name()? != "Mimic" {
+        let found = convert::describe(&mimic);
+        return Err(PyTypeError::new_err(format!("mimic: expected lissom.Mimic or None, got {found}")));
+    }
+    let name = attribute(&mimic, "link")?
+        .extract()
+        .map_err(|_| PyTypeError::new_err("mimic.link: expected the name of a link"))?;
+    let part = |name: &str| {
+        number(&mimic, name)
+            .map_err(|error| PyTypeError::new_err(format!("mimic.{}", error.value(mimic.py()))))
+    };
+    let driven = Driven::Mimic { link: UNKNOWN, multiplier: part("multiplier")?, offset: part("offset")? };
+    Ok((Some(driven), Some(name)))
+}
+
+/// Refuses a joint that makes no sense, with everything that is wrong with it; whom it mimics the robot finds out.
 #[pyfunction]
-pub(crate) fn check_joint(joint: &Bound<'_, PyAny>) -> PyResult<()> {
-    Ok(joint_of(joint)?.validate()?)
+pub(crate) fn check_joint(object: &Bound<'_, PyAny>) -> PyResult<()> {
+    let joint = joint_of(object)?;
+    let (driven, _) = driven_of(object, &mut Functions::default())?;
+    let mut check = Checker::new();
+    check.all(joint.validate());
+    if let Some(driven) = driven {
+        check.all(driven.validate(&joint));
+    }
+    Ok(check.finish()?)
 }
 
 /// Refuses a link that makes no sense by itself; whether it fits a robot is found out by that.
 #[pyfunction]
 pub(crate) fn check_link(link: &Bound<'_, PyAny>) -> PyResult<()> {
-    Ok(alone(link)?.validate()?)
+    Ok(alone(link, &mut Functions::default())?.0.validate()?)
 }
 
-/// A link without its parent.
-fn alone(object: &Bound<'_, PyAny>) -> PyResult<Link> {
+/// A link without its parent, and the name of the link whose joint it mimics.
+fn alone(object: &Bound<'_, PyAny>, functions: &mut Functions) -> PyResult<(Link, Option<String>)> {
     let rod = attribute(object, "rod")?;
     let body = attribute(object, "body")?;
     let at = attribute(object, "at")?;
@@ -102,7 +156,9 @@ fn alone(object: &Bound<'_, PyAny>) -> PyResult<Link> {
     if body.is_some_and(|body| body.link.is_some()) {
         return Err(PyValueError::new_err("body.link: got a name, expected none: the body is this link's"));
     }
-    Ok(Link {
+    let joint = attribute(object, "joint")?;
+    let (driven, mimicked) = driven_of(&joint, functions)?;
+    let link = Link {
         name: attribute(object, "name")?
             .extract()
             .map_err(|_| PyTypeError::new_err("name: expected a string"))?,
@@ -110,26 +166,31 @@ fn alone(object: &Bound<'_, PyAny>) -> PyResult<Link> {
         at: if at.is_none() { None } else { Some(number(object, "at")?) },
         position: array(object, "position")?,
         orientation: array(object, "orientation")?,
-        joint: joint_of(&attribute(object, "joint")?)?,
+        joint: joint_of(&joint)?,
+        driven,
         rod: segments,
         body: body.map(|body| body.body.clone()),
-    })
+    };
+    Ok((link, mimicked))
 }
 
-/// The links of a sequence, each with its parent by name.
-pub(super) fn links_of(links: &Bound<'_, PyAny>) -> PyResult<Vec<Link>> {
+/// The links of a sequence, each with its parent by name, and the functions that their joints follow.
+pub(super) fn links_of(links: &Bound<'_, PyAny>) -> PyResult<(Vec<Link>, Functions)> {
     let wrong = |found: &Bound<'_, PyAny>| {
         let found = convert::describe(found);
         PyTypeError::new_err(format!("links: expected a sequence of lissom.Link, got {found}"))
     };
     let mut found: Vec<Link> = Vec::new();
+    let mut mimicked = Vec::new();
+    let mut functions = Functions::default();
     let mut check = Checker::new();
     for (i, object) in links.try_iter().map_err(|_| wrong(links))?.enumerate() {
         let object = object?;
         if object.get_type().name()? != "Link" {
             return Err(wrong(&object));
         }
-        let mut link = alone(&object)?;
+        let (mut link, mimics) = alone(&object, &mut functions)?;
+        mimicked.push(mimics);
         let parent: Option<String> = attribute(&object, "parent")?.extract().map_err(|_| {
             PyTypeError::new_err(format!("links[{i}].parent: expected the name of a link, or None"))
         })?;
@@ -141,8 +202,23 @@ pub(super) fn links_of(links: &Bound<'_, PyAny>) -> PyResult<Vec<Link>> {
         }
         found.push(link);
     }
+    for (i, name) in mimicked.into_iter().enumerate() {
+        let Some(name) = name else { continue };
+        let place = found.iter().position(|link| link.name == name);
+        let names: Vec<String> = found.iter().map(|link| format!("'{}'", link.name)).collect();
+        let expected = format!("one of the links: {}", names.join(", "));
+        check.require(
+            place.is_some(),
+            &format!("links[{i}].joint.mimic.link"),
+            format_args!("'{name}'"),
+            &expected,
+        );
+        if let (Some(place), Some(Driven::Mimic { link, .. })) = (place, &mut found[i].driven) {
+            *link = place;
+        }
+    }
     check.finish()?;
-    Ok(found)
+    Ok((found, functions))
 }
 
 /// The place of a link among those of a robot; of the only one, if none is named.
@@ -159,8 +235,10 @@ pub(super) fn index_of(robot: &Robot, name: Option<&str>, place: &str) -> Result
     Err(InvalidInput::new(place, found, format!("one of the links: {}", names())))
 }
 
-/// The Python object of a joint.
-pub(super) fn joint_out<'py>(py: Python<'py>, joint: &Joint) -> PyResult<Bound<'py, PyAny>> {
+/// The Python object of the joint of a link among these.
+pub(super) fn joint_out<'py>(py: Python<'py>, link: &Link, links: &[Link]) -> PyResult<Bound<'py, PyAny>> {
+    let joint = &link.joint;
+    let lissom = py.import("lissom")?;
     let arguments = PyDict::new(py);
     let vector = |v: [f64; 3]| <(f64, f64, f64)>::from(v);
     match joint {
@@ -185,7 +263,19 @@ pub(super) fn joint_out<'py>(py: Python<'py>, joint: &Joint) -> PyResult<Bound<'
         arguments.set_item("limit_dissipation", forces.limit_dissipation)?;
         arguments.set_item("armature", forces.armature)?;
     }
+    match &link.driven {
+        None => {}
+        Some(Driven::Coordinate(signal)) => arguments.set_item("motion", signal_out(py, signal)?)?,
+        Some(Driven::Base(motion)) => arguments.set_item("motion", PyBaseMotion::of(py, motion)?)?,
+        Some(Driven::Mimic { link, multiplier, offset }) => {
+            let of_mimic = PyDict::new(py);
+            of_mimic.set_item("multiplier", multiplier)?;
+            of_mimic.set_item("offset", offset)?;
+            let mimic = lissom.getattr("Mimic")?.call((&links[*link].name,), Some(&of_mimic))?;
+            arguments.set_item("mimic", mimic)?;
+        }
+    }
     let mut class = joint.name().to_owned();
     class[..1].make_ascii_uppercase();
-    py.import("lissom")?.getattr(class.as_str())?.call((), Some(&arguments))
+    lissom.getattr(class.as_str())?.call((), Some(&arguments))
 }

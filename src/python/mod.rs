@@ -13,6 +13,7 @@ mod compiled;
 mod convert;
 mod errors;
 mod fluid;
+mod imports;
 mod link;
 mod load;
 mod model;

@@ -176,8 +176,8 @@ pub(super) fn time_of_state(t: Option<f64>, matters: bool) -> PyResult<f64> {
 }
 
 /// What is wrong where the time of a state matters and is not given.
-pub(super) const NO_TIME: &str = "t: got none, expected the time of the state in seconds: this model has loads that vary or a base that \
-                                  moves (of a MotionResult, the times are its attribute `t`)";
+pub(super) const NO_TIME: &str = "t: got none, expected the time of the state in seconds: this model has loads that vary, or \
+                                  a base or joints that move as prescribed (of a MotionResult, the times are its attribute `t`)";
 
 /// Refuses a time that is none, or at which a model is not known.
 pub(super) fn check_time(t: f64, [from, to]: [f64; 2]) -> PyResult<()> {
@@ -186,7 +186,7 @@ pub(super) fn check_time(t: f64, [from, to]: [f64; 2]) -> PyResult<()> {
     }
     let is_unbounded = from == f64::NEG_INFINITY && to == f64::INFINITY;
     let expected = if t.is_finite() && !is_unbounded {
-        format!("a time in [{from}, {to}] (seconds), where the motion of the base is known")
+        format!("a time in [{from}, {to}] (seconds), where all prescribed motion is known")
     } else {
         "a finite number (seconds)".to_owned()
     };

@@ -158,7 +158,7 @@ impl PyRobot {
         let robot = &self.description;
         let is_of_forces = states[2].is_some();
         let depends_on_time = if is_of_forces { robot.depends_on_time() } else { robot.is_moved() };
-        let takes_time = is_of_forces || robot.base_motion.is_some();
+        let takes_time = is_of_forces || robot.is_prescribed();
         let n = self.description.coordinates();
         let mut parts: [Vec<f64>; 3] = Default::default();
         let mut number: Option<Option<usize>> = None;
@@ -192,7 +192,7 @@ impl PyRobot {
         Ok(values.into_pyarray(py).reshape(shape)?.into_any())
     }
 
-    /// The times between which the motion of the base is known.
+    /// The times between which its prescribed motions are known.
     fn span(&self) -> [f64; 2] {
         self.kinematics.lock().unwrap_or_else(PoisonError::into_inner).time_span()
     }
@@ -245,7 +245,9 @@ impl PyRobot {
         fluid: Option<&Bound<'_, PyFluid>>,
         base_motion: Option<&Bound<'_, PyBaseMotion>>,
     ) -> PyResult<PyClassInitializer<Self>> {
-        let mut robot = Robot::new(links_of(links)?);
+        // Their functions are alive until the robot has them.
+        let (links, _functions) = links_of(links)?;
+        let mut robot = Robot::new(links);
         if let Some(gravity) = gravity {
             robot.gravity = convert::array_of(gravity, "gravity")?;
         }
@@ -329,7 +331,7 @@ impl PyRobot {
                 arguments.set_item("rod", rod)?;
             }
             arguments.set_item("body", link.body.clone().map(|body| PyBody { body, link: None }))?;
-            arguments.set_item("joint", super::link::joint_out(py, &link.joint)?)?;
+            arguments.set_item("joint", super::link::joint_out(py, link, &self.description.links)?)?;
             arguments.set_item("parent", link.parent.map(|parent| &self.description.links[parent].name))?;
             arguments.set_item("at", link.at)?;
             arguments.set_item("position", <(f64, f64, f64)>::from(link.position))?;
@@ -501,7 +503,7 @@ impl PyRobot {
         };
         let poses = py.detach(|| {
             // Functions of time may ask it while they are called.
-            let mut moving = self.description.base_motion.is_some().then(|| model().clone());
+            let mut moving = self.description.is_prescribed().then(|| model().clone());
             let places = places
                 .into_iter()
                 .enumerate()

@@ -7,10 +7,11 @@ use pyo3::class::{PyTraverseError, PyVisit};
 use pyo3::create_exception;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyList, PyTuple};
+use pyo3::types::{PyBytes, PyDict, PyList, PyTuple};
 
 use super::callback::Raised;
 use super::errors::LissomError;
+use super::imports::Files;
 use super::model::PyModel;
 use super::motion::signals;
 use super::pendulum::PySpringPendulum;
@@ -92,7 +93,7 @@ impl PySceneProblem {
 impl PySceneProblem {
     fn new(error: &CoreError, problem: &SceneProblem) -> Self {
         Self {
-            file: error.file.clone(),
+            file: problem.file(&error.file).to_owned(),
             line: problem.line,
             column: problem.column,
             key: problem.key.clone(),
@@ -136,6 +137,8 @@ impl PyScene {
     /// -----
     /// FutureWarning
     ///     Of every key that is written by an old name, with its place and what to write instead.
+    /// lissom.urdf.UrdfWarning
+    ///     About what an imported file has and the robot has not.
     #[staticmethod]
     #[pyo3(signature = (path))]
     fn load(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
@@ -143,7 +146,9 @@ impl PyScene {
         // Python's own errors name the file and have the right class.
         let bytes = py.import("pathlib")?.call_method1("Path", (path,))?.call_method0("read_bytes")?;
         let bytes: Vec<u8> = bytes.extract()?;
-        Self::new(py, &file, py.detach(|| Scene::from_bytes(&bytes, &file)))
+        let mut imports = Files::beside(&file);
+        let read = py.detach(|| Scene::from_bytes(&bytes, &file, &mut imports));
+        Self::new(py, &file, imports.or_raised(read)?)
     }
 
     /// Check a scene given as text.
@@ -153,7 +158,8 @@ impl PyScene {
     /// text : str
     ///     TOML.
     /// name : str
-    ///     What messages call the text; also the name of a scene that has none.
+    ///     What messages call the text; also the name of a scene that has none. A file that the scene imports is seen from
+    ///     the folder that this name has, otherwise from the working directory.
     ///
     /// Returns
     /// -------
@@ -166,7 +172,9 @@ impl PyScene {
     #[staticmethod]
     #[pyo3(signature = (text, name="scene"))]
     fn loads(py: Python<'_>, text: &str, name: &str) -> PyResult<Self> {
-        Self::new(py, name, py.detach(|| Scene::parse(text, name)))
+        let mut imports = Files::beside(name);
+        let read = py.detach(|| Scene::parse_with(text, name, &mut imports));
+        Self::new(py, name, imports.or_raised(read)?)
     }
 
     /// The JSON Schema of scene files, for editors, as text.
@@ -187,7 +195,17 @@ impl PyScene {
         &self.scene.text
     }
 
-    /// What is simulated: a Rod or a SpringPendulum.
+    /// The content of the file that the scene imports, by its name there: bytes. Results keep it beside the text.
+    #[getter]
+    fn imports<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let imports = PyDict::new(py);
+        if let Some((name, imported)) = &self.scene.imported {
+            imports.set_item(name, PyBytes::new(py, &imported.content))?;
+        }
+        Ok(imports)
+    }
+
+    /// What is simulated: a Rod, a Robot or a SpringPendulum.
     #[getter]
     fn model(&self, py: Python<'_>) -> Py<PyModel> {
         self.model.clone_ref(py)
@@ -256,13 +274,22 @@ impl PyScene {
 
     /// For copies and pickles. The model comes along: modes that the scene left open are not chosen again.
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
-        record::reduce_to::<Self>(py, (&self.scene.text, &self.scene.name, &self.model))
+        let kept = self.scene.imported.as_ref().map(|(_, imported)| PyBytes::new(py, &imported.content));
+        record::reduce_to::<Self>(py, (&self.scene.text, &self.scene.name, &self.model, kept))
     }
 
     #[staticmethod]
-    fn _restore(py: Python<'_>, text: &str, name: String, model: &Bound<'_, PyModel>) -> PyResult<Self> {
-        let parsed = py.detach(|| Scene::parse(text, &name));
-        let mut scene = parsed.map_err(|error| refusal(py, &error))?;
+    #[pyo3(signature = (text, name, model, imported=None))]
+    fn _restore(
+        py: Python<'_>,
+        text: &str,
+        name: String,
+        model: &Bound<'_, PyModel>,
+        imported: Option<Vec<u8>>,
+    ) -> PyResult<Self> {
+        let mut imports = Files::kept(imported);
+        let parsed = py.detach(|| Scene::parse_with(text, &name, &mut imports));
+        let mut scene = imports.or_raised(parsed)?.map_err(|error| refusal(py, &error))?;
         scene.name = name;
         if let Ok(rod) = model.cast::<PyRod>() {
             scene.set_model(Model::Rod(rod.get().description().clone()));
@@ -283,6 +310,11 @@ impl PyScene {
         let mut scene = read.map_err(|error| refusal(py, &error))?;
         for deprecation in &scene.deprecations {
             warn(py, &deprecation.header(file))?;
+        }
+        if let Some(not_taken) = scene.imported.as_ref().and_then(|(_, imported)| imported.not_taken.as_ref())
+        {
+            let class = py.import("lissom.urdf")?.getattr("UrdfWarning")?;
+            py.import("warnings")?.call_method1("warn", (not_taken, class))?;
         }
         if !scene.open_modes.is_empty() {
             let mut raised = Raised::default();

@@ -15,7 +15,7 @@ use super::convert;
 use super::ode::function::read_vector;
 use crate::error::{Checker, Interrupted};
 use crate::load::Load;
-use crate::robot::Robot;
+use crate::robot::{Driven, Robot};
 use crate::signal::{Evaluate, Function, Harmonic, Motion, Signal, Table};
 use crate::world::{BaseMotion, BaseRotation, quaternion_motion};
 
@@ -209,6 +209,13 @@ impl Functions {
         if let Some(motion) = &robot.base_motion {
             functions.add_motion(py, motion)?;
         }
+        for driven in robot.links.iter().filter_map(|link| link.driven.as_ref()) {
+            match driven {
+                Driven::Mimic { .. } => {}
+                Driven::Coordinate(signal) => functions.add(py, signal)?,
+                Driven::Base(motion) => functions.add_motion(py, motion)?,
+            }
+        }
         Ok(functions)
     }
 
@@ -272,7 +279,17 @@ pub(super) fn signal_of<const N: usize>(
     let is_sequence = value.is_instance_of::<PyTuple>() || value.is_instance_of::<PyList>();
     // Two numbers are no table, but a vector that is too short.
     let is_pair = is_sequence && value.len()? == 2 && convert::is_array(&value.get_item(0)?);
-    if is_pair { table(value, name) } else { Ok(Signal::Constant(convert::array_of(value, name)?)) }
+    if is_pair {
+        table(value, name)
+    } else if N == 1 {
+        let number = convert::number(value).map_err(|_| {
+            let expected = "a number, (times, values), lissom.Harmonic or a callable";
+            PyTypeError::new_err(format!("{name}: expected {expected}, got {}", convert::describe(value)))
+        })?;
+        Ok(Signal::Constant([number; N]))
+    } else {
+        Ok(Signal::Constant(convert::array_of(value, name)?))
+    }
 }
 
 /// A table from a pair of times and values.

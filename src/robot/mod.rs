@@ -9,6 +9,7 @@ mod algebra;
 mod choice;
 mod compile;
 mod description;
+mod driven;
 mod effect;
 mod kernel;
 mod model;
@@ -21,7 +22,7 @@ mod tests;
 mod turning;
 
 pub use choice::{Kernel, Solve};
-pub use description::{Link, MAX_COORDINATES, Robot, Rod};
+pub use description::{Driven, Link, MAX_COORDINATES, Robot, Rod};
 pub use kernel::kinematics::Pose;
 pub use kernel::momentum::Momentum;
 pub use model::RobotModel;

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use super::choice::{Kernel, Solve};
 use super::compile;
 use super::description::{Robot, Rod};
+use super::driven::Coordinates;
 use super::effect::support::Held;
 use super::kernel::kinematics::Pose;
 use super::kernel::momentum::Momentum;
@@ -19,7 +20,6 @@ use crate::linalg::{Matrix, TreeMatrix, symmetric_eigen};
 use crate::model::{Discretised, Elastic, Energy, Flaw, InTime, Model, Tree};
 use crate::rod::{MAX_NODES, STRAINS, piece};
 use crate::springs::Springs;
-use crate::world::BaseMotion;
 
 /// A robot ready to be moved: rods and rigid bodies with joints. Clones share what does not change and have memory of their own.
 #[derive(Clone, Debug)]
@@ -27,6 +27,8 @@ pub struct RobotModel {
     sweeps: AnySweeps,
     /// Those of the rod without its loads, where that is more than stiffness times coordinates: where it has supports.
     unloaded: Option<Box<AnySweeps>>,
+    /// From its own coordinates to those of all joints and rods, which the sweeps know.
+    coordinates: Coordinates,
     solve: Solve,
     multiplications: Multiplications,
     explanation: Arc<Explanation>,
@@ -181,7 +183,12 @@ impl RobotModel {
     }
 
     fn with(robot: &Robot, sweeps: AnySweeps, solve: Option<Solve>) -> Result<Self, InvalidInput> {
-        let solve = solve.unwrap_or_else(|| Solve::cheapest(robot));
+        let coordinates = Coordinates::new(robot);
+        let solve = match coordinates.are_driven() {
+            // Joints that follow others couple branches.
+            true => Solve::Dense,
+            false => solve.unwrap_or_else(|| Solve::cheapest(robot)),
+        };
         let nodes = on_sweeps!(&sweeps, sweeps => sweeps.plan().nodes());
         let cost = on_sweeps!(&sweeps, sweeps => cost::multiplications(sweeps.plan(), solve));
         let explanation = Explanation::new(robot, sweeps.kernel(), solve, &nodes, &cost);
@@ -189,6 +196,7 @@ impl RobotModel {
         let mut model = Self {
             sweeps,
             unloaded,
+            coordinates,
             solve,
             multiplications: cost,
             explanation: Arc::new(explanation),
@@ -229,25 +237,26 @@ impl RobotModel {
     /// in which no two axes are in line by chance.
     fn check_inertia(&mut self) -> Result<(), InvalidInput> {
         let robot = Arc::clone(&self.robot);
-        if robot.links.iter().all(|link| link.joint.coordinates().is_empty()) {
+        if robot.links.iter().all(|link| link.joint_coordinates().is_empty()) {
             return Ok(());
         }
-        let n = self.n();
-        let q: Vec<f64> = (0..n).map(|k| 0.1 + 0.05 * (k as f64).sin()).collect();
-        let mut mass = Matrix::zeros(n, n);
-        self.mass_matrix(&q, &mut mass);
+        let all = on_sweeps!(&self.sweeps, sweeps => sweeps.plan().n);
+        let q: Vec<f64> = (0..all).map(|k| 0.1 + 0.05 * (k as f64).sin()).collect();
+        let mut mass = Matrix::zeros(all, all);
+        on_sweeps!(&mut self.sweeps, sweeps => sweeps.mass_matrix(&q, Tangent::Dense(&mut mass)));
+        let mass = self.coordinates.reduced(mass);
         let mut check = Checker::new();
         let names = robot.coordinate_names();
-        let joined = robot.links.iter().enumerate().filter(|(_, link)| !link.joint.coordinates().is_empty());
+        let joined = robot.links.iter().enumerate().filter(|(_, link)| !link.joint_coordinates().is_empty());
         for (i, link) in joined {
             let own = robot.coordinates_of(i).start;
-            let mut coordinates: Vec<usize> = (own..own + link.joint.coordinates().len()).collect();
+            let mut coordinates: Vec<usize> = (own..own + link.joint_coordinates().len()).collect();
             // An axis can be in line with one of the joint before.
             let carriers = std::iter::successors(link.parent, |&parent| robot.links[parent].parent);
-            let moves = |&parent: &usize| !robot.links[parent].joint.coordinates().is_empty();
+            let moves = |&parent: &usize| !robot.links[parent].joint_coordinates().is_empty();
             if let Some(before) = carriers.into_iter().find(moves) {
                 let first = robot.coordinates_of(before).start;
-                coordinates.extend(first..first + robot.links[before].joint.coordinates().len());
+                coordinates.extend(first..first + robot.links[before].joint_coordinates().len());
             }
             let without: Vec<&str> =
                 without_inertia(&mass, &coordinates).into_iter().map(|k| names[k].as_str()).collect();
@@ -265,16 +274,15 @@ impl RobotModel {
         check.finish()
     }
 
-    /// The rod without its loads, where that is not stiffness alone; it rests where the base is.
-    fn unloaded(&mut self) -> Option<&mut AnySweeps> {
-        let unloaded = self.unloaded.as_deref_mut()?;
+    /// Puts the rod without its loads, where that is not stiffness alone, to where the base is; it rests there.
+    fn place_unloaded(&mut self) {
+        let Some(unloaded) = self.unloaded.as_deref_mut() else { return };
         if self.robot.base_motion.is_some() {
             let base = on_sweeps!(&self.sweeps, sweeps => sweeps.base());
             on_sweeps!(&mut *unloaded, sweeps => sweeps.place_base(&base));
             // Anchors are seen anew from there.
             on_sweeps!(&mut *unloaded, sweeps => sweeps.hold_springs(self.held.as_deref()));
         }
-        Some(unloaded)
     }
 
     /// What it was compiled from.
@@ -337,31 +345,36 @@ impl RobotModel {
 
     /// The pose at a place of this robot. Several places of one state cost little more than one.
     pub fn pose_at(&mut self, q: &[f64], place: &Place) -> Pose {
-        on_sweeps!(&mut self.sweeps, sweeps => sweeps.pose(q, place))
+        let Self { sweeps, coordinates, .. } = self;
+        coordinates.all([q], |[q]| on_sweeps!(sweeps, sweeps => sweeps.pose(q, place)))
     }
 
     /// Moment and force that the base exerts on the rod in a motion, about the base and in world axes; of a planar
     /// rod what lies in its plane.
     pub fn base_wrench(&mut self, q: &[f64], qd: &[f64], qdd: &[f64]) -> [Vector<f64>; 2] {
-        on_sweeps!(&mut self.sweeps, sweeps => sweeps.base_wrench([q, qd, qdd]))
+        let Self { sweeps, coordinates, .. } = self;
+        coordinates.all([q, qd, qdd], |state| on_sweeps!(sweeps, sweeps => sweeps.base_wrench(state)))
     }
 
     /// Moment and force that are passed on to a link through its joint in a motion, about the place where that begins
     /// and in world axes; of a planar robot what lies in its plane. A link that is welded right to its parent's tip and
     /// is rigid has no place of its own: what is said is that of the piece before.
     pub fn joint_wrench(&mut self, q: &[f64], qd: &[f64], qdd: &[f64], link: usize) -> [Vector<f64>; 2] {
-        on_sweeps!(&mut self.sweeps, sweeps => sweeps.joint_wrench([q, qd, qdd], link))
+        let Self { sweeps, coordinates, .. } = self;
+        coordinates.all([q, qd, qdd], |state| on_sweeps!(sweeps, sweeps => sweeps.joint_wrench(state, link)))
     }
 
     /// Mass, centre of mass and momentum in world axes; of a planar robot what lies in its plane.
     pub fn momentum(&mut self, q: &[f64], qd: &[f64]) -> Momentum {
-        on_sweeps!(&mut self.sweeps, sweeps => sweeps.momentum(q, qd))
+        let Self { sweeps, coordinates, .. } = self;
+        coordinates.all([q, qd], |[q, qd]| on_sweeps!(sweeps, sweeps => sweeps.momentum(q, qd)))
     }
 
     /// Angular velocity of the section at a place and velocity of its point, in world axes, that of a base that moves
     /// included.
     pub fn velocity_at(&mut self, q: &[f64], qd: &[f64], place: &Place) -> [Vector<f64>; 2] {
-        on_sweeps!(&mut self.sweeps, sweeps => sweeps.velocity(q, qd, place))
+        let Self { sweeps, coordinates, .. } = self;
+        coordinates.all([q, qd], |[q, qd]| on_sweeps!(sweeps, sweeps => sweeps.velocity(q, qd, place)))
     }
 
     /// The Jacobian of the pose at a place, 6 x n: angular velocity and velocity of its point, in world axes, for
@@ -369,34 +382,40 @@ impl RobotModel {
     /// and a force that act there to generalised forces. What a moving base contributes has nothing to do with the
     /// coordinates. Costs about an inverse dynamics for every few coordinates.
     pub fn jacobian_at(&mut self, q: &[f64], place: &Place, jacobian: &mut Matrix) {
-        on_sweeps!(&mut self.sweeps, sweeps => sweeps.jacobian(q, place, jacobian));
+        let Self { sweeps, coordinates, .. } = self;
+        coordinates.columns(q, jacobian, |q, jacobian| {
+            on_sweeps!(sweeps, sweeps => sweeps.jacobian(q, place, jacobian));
+        });
     }
 }
 
 impl RobotModel {
     /// By virtual work: what the rod needs against a unit of each force.
     fn find_jacobian_of_springs(&mut self, q: &[f64], jacobian: &mut Matrix) {
-        let (n, length) = (q.len(), self.robot.length());
-        let held = self.held.clone();
-        let mut elastic = vec![0.0; n];
-        on_sweeps!(&self.sweeps, sweeps => elasticity::forces(sweeps.plan(), q, &mut elastic));
-        // Forces of the size of the rod's own lose no digits beside them.
-        let size = elastic.iter().fold(0.0, |size: f64, tau| size.max(tau.abs()));
-        let moment = if size > 0.0 { size / length } else { 1.0 };
-        let mut tau = elastic.clone();
-        let mut forces = vec![0.0; jacobian.nrows()];
-        let Some(unloaded) = self.unloaded() else { return };
-        for i in 0..forces.len() {
-            let unit = if i % 6 < 3 { moment } else { moment / length };
-            forces[i] = unit;
-            on_sweeps!(&mut *unloaded, sweeps => sweeps.hold_springs(Some(&forces)));
-            on_sweeps!(&mut *unloaded, sweeps => sweeps.forces_at_rest(q, &mut tau));
-            forces[i] = 0.0;
-            for j in 0..n {
-                jacobian[(i, j)] = (elastic[j] - tau[j]) / unit;
+        self.place_unloaded();
+        let length = self.robot.length();
+        let Self { sweeps, unloaded, coordinates, held, .. } = self;
+        let Some(unloaded) = unloaded.as_deref_mut() else { return };
+        coordinates.columns(q, jacobian, |q, jacobian| {
+            let mut elastic = vec![0.0; q.len()];
+            on_sweeps!(&*sweeps, sweeps => elasticity::forces(sweeps.plan(), q, &mut elastic));
+            // Forces of the size of the rod's own lose no digits beside them.
+            let size = elastic.iter().fold(0.0, |size: f64, tau| size.max(tau.abs()));
+            let moment = if size > 0.0 { size / length } else { 1.0 };
+            let mut tau = elastic.clone();
+            let mut forces = vec![0.0; jacobian.nrows()];
+            for i in 0..forces.len() {
+                let unit = if i % 6 < 3 { moment } else { moment / length };
+                forces[i] = unit;
+                on_sweeps!(&mut *unloaded, sweeps => sweeps.hold_springs(Some(&forces)));
+                on_sweeps!(&mut *unloaded, sweeps => sweeps.forces_at_rest(q, &mut tau));
+                forces[i] = 0.0;
+                for j in 0..q.len() {
+                    jacobian[(i, j)] = (elastic[j] - tau[j]) / unit;
+                }
             }
-        }
-        on_sweeps!(&mut *unloaded, sweeps => sweeps.hold_springs(held.as_deref()));
+        });
+        on_sweeps!(unloaded, sweeps => sweeps.hold_springs(held.as_deref()));
     }
 }
 
@@ -432,11 +451,14 @@ fn check_machine() -> Result<(), InvalidInput> {
 
 impl Model for RobotModel {
     fn n(&self) -> usize {
-        on_sweeps!(&self.sweeps, sweeps => sweeps.plan().n)
+        self.coordinates.own(on_sweeps!(&self.sweeps, sweeps => sweeps.plan().n))
     }
 
     fn inverse_dynamics(&mut self, q: &[f64], qd: &[f64], qdd: &[f64], tau: &mut [f64]) {
-        on_sweeps!(&mut self.sweeps, sweeps => sweeps.inverse_dynamics([q, qd, qdd], tau));
+        let Self { sweeps, coordinates, .. } = self;
+        coordinates.forces([q, qd, qdd], tau, |state, tau| {
+            on_sweeps!(sweeps, sweeps => sweeps.inverse_dynamics(state, tau));
+        });
     }
 
     fn weighted_tangent(
@@ -447,8 +469,11 @@ impl Model for RobotModel {
         weights: [f64; 3],
         tangent: &mut Matrix,
     ) {
-        let tangent = Tangent::Dense(tangent);
-        on_sweeps!(&mut self.sweeps, sweeps => sweeps.weighted_tangent([q, qd, qdd], weights, tangent));
+        let Self { sweeps, coordinates, .. } = self;
+        coordinates.matrix([q, qd, qdd], tangent, |state, tangent| {
+            let tangent = Tangent::Dense(tangent);
+            on_sweeps!(sweeps, sweeps => sweeps.weighted_tangent(state, weights, tangent));
+        });
     }
 
     fn rotation_vectors(&self) -> &[usize] {
@@ -464,7 +489,10 @@ impl Model for RobotModel {
     /// `M = int Psi^T N Psi`, which is the tangent with respect to `qdd`: symmetric to rounding because the quadrature
     /// sums by parts exactly, so that half of it is computed.
     fn mass_matrix(&mut self, q: &[f64], mass: &mut Matrix) {
-        on_sweeps!(&mut self.sweeps, sweeps => sweeps.mass_matrix(q, Tangent::Dense(mass)));
+        let Self { sweeps, coordinates, .. } = self;
+        coordinates.matrix([q], mass, |[q], mass| {
+            on_sweeps!(sweeps, sweeps => sweeps.mass_matrix(q, Tangent::Dense(mass)));
+        });
     }
 
     fn tree(&self) -> Option<Tree> {
@@ -493,24 +521,30 @@ impl Model for RobotModel {
     }
 
     fn energy(&mut self, q: &[f64], qd: &[f64]) -> Energy {
-        on_sweeps!(&mut self.sweeps, sweeps => sweeps.energy(q, qd))
+        let Self { sweeps, coordinates, .. } = self;
+        coordinates.all([q, qd], |[q, qd]| on_sweeps!(sweeps, sweeps => sweeps.energy(q, qd)))
     }
 
     fn dissipated_power(&mut self, q: &[f64], qd: &[f64]) -> f64 {
-        on_sweeps!(&mut self.sweeps, sweeps => sweeps.dissipated_power(q, qd))
+        let Self { sweeps, coordinates, .. } = self;
+        coordinates.all([q, qd], |[q, qd]| on_sweeps!(sweeps, sweeps => sweeps.dissipated_power(q, qd)))
     }
 
     fn tip(&mut self, q: &[f64]) -> [f64; 3] {
         let tip = self.tip_place();
-        on_sweeps!(&mut self.sweeps, sweeps => sweeps.position(q, &tip)).to_array()
+        let Self { sweeps, coordinates, .. } = self;
+        coordinates.all([q], |[q]| on_sweeps!(sweeps, sweeps => sweeps.position(q, &tip))).to_array()
     }
 
     /// Tips of rods; of rigid links three points around the centre of mass, as far as mass is from there in the mean.
     fn places(&mut self, q: &[f64], places: &mut Vec<[f64; 3]>) {
-        for mark in &*self.marks {
-            let position = on_sweeps!(&mut self.sweeps, sweeps => sweeps.beside(q, &mark.place, mark.offset));
-            places.push(position.to_array());
-        }
+        let Self { sweeps, coordinates, marks, .. } = self;
+        coordinates.all([q], |[q]| {
+            for mark in &**marks {
+                let position = on_sweeps!(&mut *sweeps, sweeps => sweeps.beside(q, &mark.place, mark.offset));
+                places.push(position.to_array());
+            }
+        });
     }
 
     fn length(&self) -> f64 {
@@ -522,36 +556,47 @@ impl Model for RobotModel {
     }
 
     fn has_velocity_forces(&self) -> bool {
-        on_sweeps!(&self.sweeps, sweeps => sweeps.has_velocity_forces())
+        self.coordinates.vary_in_time() || on_sweeps!(&self.sweeps, sweeps => sweeps.has_velocity_forces())
     }
 
     /// Of follower loads, of loads that vary in time, of moments (one that keeps its direction in space has no
-    /// potential), and of a base that is moved.
+    /// potential), of a base that is moved, and of what moves joints as prescribed.
     fn supplied_power(&mut self, q: &[f64], qd: &[f64], qdd: &[f64]) -> f64 {
-        on_sweeps!(&mut self.sweeps, sweeps => sweeps.supplied_power([q, qd, qdd]))
+        let Self { sweeps, coordinates, .. } = self;
+        let state = [q, qd, qdd];
+        let power =
+            coordinates.all(state, |state| on_sweeps!(&mut *sweeps, sweeps => sweeps.supplied_power(state)));
+        let of_joints = coordinates.power(state, |state, tau| {
+            on_sweeps!(&mut *sweeps, sweeps => sweeps.inverse_dynamics(state, tau));
+        });
+        power + of_joints
     }
 
     fn is_driven(&self) -> bool {
-        on_sweeps!(&self.sweeps, sweeps => sweeps.is_driven())
+        self.coordinates.vary_in_time() || on_sweeps!(&self.sweeps, sweeps => sweeps.is_driven())
     }
 }
 
 impl Elastic for RobotModel {
     /// `K q`, and what the supports answer.
     fn elastic_forces(&mut self, q: &[f64], tau: &mut [f64]) {
-        match self.unloaded() {
+        self.place_unloaded();
+        let Self { sweeps, unloaded, coordinates, .. } = self;
+        coordinates.forces([q], tau, |[q], tau| match unloaded.as_deref_mut() {
             Some(unloaded) => on_sweeps!(unloaded, sweeps => sweeps.forces_at_rest(q, tau)),
-            None => on_sweeps!(&self.sweeps, sweeps => elasticity::forces(sweeps.plan(), q, tau)),
-        }
+            None => on_sweeps!(&*sweeps, sweeps => elasticity::forces(sweeps.plan(), q, tau)),
+        });
     }
 
     fn elastic_tangent(&mut self, q: &[f64], tangent: &mut Matrix) {
-        match self.unloaded() {
+        self.place_unloaded();
+        let Self { sweeps, unloaded, coordinates, .. } = self;
+        coordinates.matrix([q], tangent, |[q], tangent| match unloaded.as_deref_mut() {
             Some(unloaded) => {
                 on_sweeps!(unloaded, sweeps => sweeps.tangent_at_rest(q, Tangent::Dense(tangent)));
             }
-            None => on_sweeps!(&self.sweeps, sweeps => elasticity::stiffness(sweeps.plan(), q, tangent)),
-        }
+            None => on_sweeps!(&*sweeps, sweeps => elasticity::stiffness(sweeps.plan(), q, tangent)),
+        });
     }
 
     /// Moment and force of every support, in the axes of the base.
@@ -560,7 +605,8 @@ impl Elastic for RobotModel {
     }
 
     fn linearise_springs(&mut self, q: &[f64], springs: &mut Springs) {
-        let found = on_sweeps!(&mut self.sweeps, sweeps => sweeps.springs(q));
+        let Self { sweeps, coordinates, .. } = self;
+        let found = coordinates.all([q], |[q]| on_sweeps!(sweeps, sweeps => sweeps.springs(q)));
         springs.energy = found.iter().map(|held| held.energy).sum();
         for (a, Held { forces, stiffness, firm, .. }) in found.into_iter().enumerate() {
             for half in 0..2 {
@@ -583,7 +629,9 @@ impl Elastic for RobotModel {
     /// A radian over the length of the rods, or by a joint,, and a stretch or shear of one.
     fn typical_coordinates(&self, sizes: &mut [f64]) {
         let reach = self.robot.length();
-        on_sweeps!(&self.sweeps, sweeps => elasticity::typical_coordinates(sweeps.plan(), reach, sizes));
+        self.coordinates.pick(sizes, |sizes| {
+            on_sweeps!(&self.sweeps, sweeps => elasticity::typical_coordinates(sweeps.plan(), reach, sizes));
+        });
     }
 }
 
@@ -597,11 +645,11 @@ impl InTime for RobotModel {
     }
 
     fn time_span(&self) -> [f64; 2] {
-        self.robot.base_motion.as_ref().map_or([f64::NEG_INFINITY, f64::INFINITY], BaseMotion::span)
+        self.robot.time_span()
     }
 
     fn varies_in_time(&self) -> bool {
-        on_sweeps!(&self.sweeps, sweeps => sweeps.plan().varies_in_time)
+        self.coordinates.vary_in_time() || on_sweeps!(&self.sweeps, sweeps => sweeps.plan().varies_in_time)
     }
 
     fn not_finite(&self) -> Option<String> {
@@ -611,12 +659,14 @@ impl InTime for RobotModel {
 
     #[inline]
     fn set_time(&mut self, t: f64) -> Result<(), Interrupted> {
+        self.coordinates.set_time(t)?;
         on_sweeps!(&mut self.sweeps, sweeps => sweeps.set_time(t))
     }
 }
 
 impl Discretised for RobotModel {
-    fn flaw(&self, q: &[f64]) -> Option<Flaw> {
+    fn flaw(&mut self, q: &[f64]) -> Option<Flaw> {
+        let q = self.coordinates.only_own(q);
         on_sweeps!(&self.sweeps, sweeps => validity::flaw(sweeps.plan(), q))
     }
 

@@ -1,8 +1,10 @@
 //! Robots with branches and joints.
 
+use super::choice::Solve;
 use super::compile;
-use super::description::{Link, Robot, Rod};
+use super::description::{Driven, Link, Robot, Rod};
 use super::kernel::tree;
+use super::model::RobotModel;
 use super::plan::Plan;
 use super::plan::tree::Weld;
 use super::state::tangent::Tangent;
@@ -12,6 +14,7 @@ use crate::joint::{Joint, JointForces};
 use crate::lie::{Quaternion, Spatial, Vector};
 use crate::linalg::Matrix;
 use crate::load::{Extent, Load};
+use crate::model::Model as _;
 use crate::rod::diagonal;
 use crate::rod::{Section, Segment};
 use crate::support::Support;
@@ -261,4 +264,30 @@ fn places_on_branches_move_as_their_jacobians_say() {
             assert!(error < 1e-12, "link {link} at {x}: {errors:?}");
         }
     }
+}
+
+#[test]
+fn driven_joints_are_solved_with_all_entries() {
+    let joint = || Joint::Revolute { axis: [0.0, 1.0, 0.0], forces: JointForces::default() };
+    let body = || Body { centre: [0.1, 0.0, 0.0], ..Body::point(0.1) };
+    let link = |i: usize| Link {
+        parent: i.checked_sub(1),
+        joint: joint(),
+        body: Some(body()),
+        position: [0.2, 0.0, 0.0],
+        ..Link::new(format!("link {i}"))
+    };
+    let mut robot = Robot::new((0..30).map(link).collect());
+    assert_eq!(RobotModel::new(&robot).unwrap().solve(), Solve::Tree);
+    robot.links[7].driven = Some(Driven::Mimic { link: 20, multiplier: -1.0, offset: 0.0 });
+    let model = RobotModel::with_solve(&robot, Solve::Tree).unwrap();
+    assert_eq!((model.solve(), model.n()), (Solve::Dense, 29));
+    assert!(model.tree().is_none());
+    robot.links[20].driven = Some(Driven::Mimic { link: 99, multiplier: f64::NAN, offset: 0.0 });
+    let error = RobotModel::new(&robot).unwrap_err();
+    let places: Vec<&str> = error.problems.iter().map(|problem| problem.place.as_str()).collect();
+    assert_eq!(
+        places,
+        ["links[20].joint.mimic.multiplier", "links[7].joint.mimic.link", "links[20].joint.mimic.link"]
+    );
 }

@@ -10,6 +10,7 @@ use crate::robot;
 use crate::simulate::check_step;
 
 use super::document::{Body, Document, Output, Segment, Simulation as Settings};
+use super::imports::Imported;
 use super::links;
 use super::parts::{self, open_modes};
 use super::shape::{Shape, report};
@@ -26,8 +27,12 @@ const NUMBERS_PER_STATE: usize = 7;
 
 /// The model, its initial coordinates and velocities, and the settings. Problems are noted in `shape`; the parts
 /// are meaningful only if there are none.
-pub(super) fn build(document: &Document, shape: &mut Shape) -> Option<(Model, [Vec<f64>; 2], Simulation)> {
-    let model = model(document, shape);
+pub(super) fn build(
+    document: &Document,
+    imported: Option<&Imported>,
+    shape: &mut Shape,
+) -> Option<(Model, [Vec<f64>; 2], Simulation)> {
+    let model = model(document, imported, shape);
     check_open_modes(document, shape);
     let n = model.as_ref().map_or(0, |(model, _)| model.coordinates());
     let simulation = simulation(&document.simulation, n, shape);
@@ -45,11 +50,12 @@ pub(super) fn build(document: &Document, shape: &mut Shape) -> Option<(Model, [V
             Model::Pendulum(_) => (None, ""),
         };
         match compiled {
-            Some(Ok(compiled)) => {
+            Some(Ok(mut compiled)) => {
                 report(compiled.check_shape(&state[0], "q0"), shape, |_| q0.to_owned());
             }
             Some(Err(error)) => {
-                report(Err::<(), _>(error), shape, |place| place.replace("links[", "link["));
+                let before = imported.map_or(0, |imported| imported.links.len());
+                report(Err::<(), _>(error), shape, |place| links::key_of_link(place, before));
             }
             None => {}
         }
@@ -91,8 +97,13 @@ fn check_open_modes(document: &Document, shape: &mut Shape) {
     }
 }
 
-fn model(document: &Document, shape: &mut Shape) -> Option<(Model, [Vec<f64>; 2])> {
-    if document.link.is_empty() {
+fn model(
+    document: &Document,
+    imported: Option<&Imported>,
+    shape: &mut Shape,
+) -> Option<(Model, [Vec<f64>; 2])> {
+    let is_robot = !document.link.is_empty() || document.import.is_some();
+    if !is_robot {
         let of_robots =
             [("base_motion", document.base_motion.is_some()), ("fluid", document.fluid.is_some())];
         for (key, _) in of_robots.into_iter().filter(|(_, is_given)| *is_given) {
@@ -101,8 +112,8 @@ fn model(document: &Document, shape: &mut Shape) -> Option<(Model, [Vec<f64>; 2]
         }
     }
     match (document.rod.as_slice(), &document.pendulum) {
-        ([], None) if !document.link.is_empty() => {
-            let (robot, state) = links::robot(document, shape)?;
+        ([], None) if is_robot => {
+            let (robot, state) = links::robot(document, imported, shape)?;
             Some((Model::Robot(robot), state))
         }
         ([], None) => {
@@ -115,14 +126,21 @@ fn model(document: &Document, shape: &mut Shape) -> Option<(Model, [Vec<f64>; 2]
             }
             None
         }
-        ([], Some(_)) => pendulum(document, shape),
+        ([], Some(_)) => {
+            if document.import.is_some() {
+                let right = "keep one of them";
+                shape.refuse("import", "a pendulum and the links of a robot in one scene", right);
+            }
+            pendulum(document, shape)
+        }
         (rods, pendulum) => {
             if pendulum.is_some() {
                 shape.refuse("pendulum", "a rod and a pendulum in one scene", "keep one of them");
             }
-            if !document.link.is_empty() {
+            if is_robot {
                 let right = "keep one of them; a rod can be a link of the robot";
-                shape.refuse("link", "a rod and the links of a robot in one scene", right);
+                let key = if document.link.is_empty() { "import" } else { "link" };
+                shape.refuse(key, "a rod and the links of a robot in one scene", right);
             }
             for i in 1..rods.len() {
                 shape.refuse(

@@ -29,6 +29,17 @@ pub struct SceneProblem {
     pub right: String,
     /// Bytes of the file that the problem is about.
     pub span: Range<usize>,
+    /// Where it is, if that is a file that the scene imports at the place of the span.
+    pub elsewhere: Option<Elsewhere>,
+}
+
+/// Another file than the scene's.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Elsewhere {
+    /// Its name in messages.
+    pub file: String,
+    /// The line with the problem, with the place marked.
+    pub snippet: String,
 }
 
 impl SceneProblem {
@@ -47,18 +58,30 @@ impl SceneProblem {
         message
     }
 
-    /// `file:line:column: key: what is wrong; what would be right`.
+    /// `file:line:column: key: what is wrong; what would be right`; `file` is that of the scene.
     pub fn header(&self, file: &str) -> String {
-        format!("{file}:{}:{}: {}", self.line, self.column, self.message())
+        format!("{}:{}:{}: {}", self.file(file), self.line, self.column, self.message())
+    }
+
+    /// The file that it is in; `scene` is that of the scene.
+    pub fn file<'a>(&'a self, scene: &'a str) -> &'a str {
+        self.elsewhere.as_ref().map_or(scene, |elsewhere| &elsewhere.file)
     }
 }
 
 /// The first [`MAX_PROBLEMS`] problems, whose spans are known, with lines and columns, in the order of the text.
 pub(super) fn placed(text: &str, mut problems: Vec<SceneProblem>) -> Vec<SceneProblem> {
-    problems.sort_by(|a, b| (a.span.start, &a.key).cmp(&(b.span.start, &b.key)));
+    // Those of other files are in their order.
+    let key = |problem: &SceneProblem| match problem.elsewhere {
+        Some(_) => String::new(),
+        None => problem.key.clone(),
+    };
+    problems.sort_by_key(|problem| (problem.span.start, key(problem)));
     problems.truncate(MAX_PROBLEMS);
     for problem in &mut problems {
-        (problem.line, problem.column) = line_and_column(text, problem.span.start);
+        if problem.elsewhere.is_none() {
+            (problem.line, problem.column) = line_and_column(text, problem.span.start);
+        }
         problem.span = first_line(text, &problem.span);
         shorten(&mut problem.key, LONGEST_KEY);
         shorten(&mut problem.wrong, LONGEST_SENTENCE);
@@ -93,6 +116,9 @@ impl SceneError {
 
     /// The source line of a problem with the offending part underlined.
     pub fn snippet(&self, problem: &SceneProblem) -> String {
+        if let Some(elsewhere) = &problem.elsewhere {
+            return elsewhere.snippet.clone();
+        }
         let Range { start, end } = problem.span;
         // The line alone, and of a long one what is around the problem: the renderer reads all that it is given.
         let line_start = self.text[..start].rfind('\n').map_or(0, |newline| newline + 1);

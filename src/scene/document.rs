@@ -27,6 +27,8 @@ pub(super) struct Document {
     /// The rod. Written as an array of tables; one per scene for now.
     #[serde(default)]
     pub(super) rod: Vec<Rod>,
+    /// A file with links of a robot, which stand before those of this scene.
+    pub(super) import: Option<Import>,
     /// The links of a robot, instead of a rod: parents before their children.
     #[serde(default)]
     pub(super) link: Vec<Link>,
@@ -88,6 +90,28 @@ pub(super) struct Rod {
     /// The segments from base to tip; each continues where the one before ends.
     #[schemars(length(min = 1), example = Vec::<Segment>::new())]
     pub(super) segment: Vec<Segment>,
+}
+
+/// Links of a robot from a file. What it has and lissom has not is listed when the scene is read.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Import {
+    /// A URDF file, seen from the folder of the scene.
+    #[schemars(example = &"robot.urdf")]
+    pub(super) urdf: String,
+    /// Whether its root link moves freely. Default: false, it is welded to the world.
+    #[serde(default)]
+    pub(super) floating: bool,
+    /// Stiffness of stops at the limits of its joints, in N m/rad or N/m. Default: limits are not taken over.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub(super) limit_stiffness: Option<f64>,
+    /// Whether moments of inertia that no body can have are replaced by the nearest ones. Default: false, they are refused.
+    #[serde(default)]
+    pub(super) mend_inertia: bool,
+    /// Initial coordinates of its joints, in the order of the robot's coordinates. Default: all zero.
+    pub(super) q0: Option<Vec<f64>>,
+    /// Initial velocities, the derivatives of the coordinates. Default: at rest.
+    pub(super) v0: Option<Vec<f64>>,
 }
 
 /// A joint followed by a rod, a rigid body, or nothing but a frame.
@@ -156,7 +180,7 @@ pub(super) struct LinkBody {
 }
 
 /// A joint. revolute, prismatic, cylindrical: axis; universal: axis1, axis2; planar: normal; weld, spherical, free: nothing.
-/// Springs, dampers, limits and armature are those of revolute and prismatic joints.
+/// Springs, dampers, limits, armature and mimic are those of revolute and prismatic joints, motion also that of free ones.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Joint {
@@ -196,6 +220,54 @@ pub(super) struct Joint {
     /// Inertia of what moves with the coordinate alone, in kg m^2 or kg. Default: 0.
     #[schemars(range(min = 0.0))]
     pub(super) armature: Option<f64>,
+    /// Prescribes how the joint moves: it then adds no coordinate. Default: it moves freely.
+    pub(super) motion: Option<JointMotion>,
+    /// Ties the coordinate to that of another joint: it then adds none. Default: it moves freely.
+    pub(super) mimic: Option<Mimic>,
+}
+
+/// How a joint moves as a function of time. The coordinate of a revolute or prismatic joint, in radians or metres: either
+/// times and values, or mean + rate t + amplitude sin(2 pi frequency t + phase). The link of a free joint: translation, and
+/// either axis and angle or rotation, in the axes of the joint's frame. Tables are cubic splines and must cover the run.
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct JointMotion {
+    /// Times in seconds, increasing, for the values.
+    pub(super) times: Option<Vec<f64>>,
+    /// Values of the coordinate at the times.
+    pub(super) values: Option<Vec<f64>>,
+    /// Largest deviation from the steady part. Default: 0.
+    pub(super) amplitude: Option<f64>,
+    /// Oscillations per second, in hertz. Default: 0.
+    #[schemars(range(min = 0.0))]
+    pub(super) frequency: Option<f64>,
+    /// Phase at time zero, in radians. Default: 0.
+    pub(super) phase: Option<f64>,
+    /// Steady part at time zero. Default: 0.
+    pub(super) mean: Option<f64>,
+    /// Growth of the steady part per second. Default: 0.
+    pub(super) rate: Option<f64>,
+    /// Displacement of a free joint's link, in metres. Default: none.
+    pub(super) translation: Option<VaryingVector>,
+    /// Axis of its rotation, of any length.
+    pub(super) axis: Option<[f64; 3]>,
+    /// Angle about the axis, in radians.
+    pub(super) angle: Option<VaryingNumber>,
+    /// Instead of axis and angle: orientations.
+    pub(super) rotation: Option<Orientations>,
+}
+
+/// What ties the coordinate of a joint to that of another one: multiplier times that plus offset.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Mimic {
+    /// Name of the link with the other joint, a revolute or prismatic one.
+    #[schemars(example = &"link")]
+    pub(super) link: String,
+    /// Radians or metres for each radian or metre of the other one. Default: 1.
+    pub(super) multiplier: Option<f64>,
+    /// In radians or metres. Default: 0.
+    pub(super) offset: Option<f64>,
 }
 
 /// Kind of joint.
@@ -416,7 +488,7 @@ impl Default for Base {
 }
 
 /// How a clamped end moves. Tables are cubic splines here, twice continuously differentiable, and must cover the run.
-#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub(super) struct BaseMotion {
     /// Displacement in the world, in metres. Default: none.

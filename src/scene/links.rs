@@ -1,31 +1,99 @@
 //! The links of a robot, from the keys that say what they are.
 
-use super::document::{Document, Joint, JointKind, Link, LinkBody, Segment};
+use super::document::{
+    BaseMotion, Document, Import, Joint, JointKind, JointMotion, Link, LinkBody, Mimic, Segment,
+    Simulation as Settings, VaryingNumber,
+};
+use super::imports::{Imported, Imports, Refusal, Request};
 use super::parts;
-use super::shape::{Shape, report};
+use super::shape::{Shape, expected_one_of, report};
 use crate::body;
 use crate::error::Checker;
 use crate::joint::{self as joints, JointForces};
 use crate::load;
-use crate::robot::{self, Robot};
+use crate::robot::{self, Driven, Robot};
 use crate::support;
 
-/// What the tables of a robot's links make: the robot, and its initial coordinates and velocities.
-pub(super) fn robot(document: &Document, shape: &mut Shape) -> Option<(Robot, [Vec<f64>; 2])> {
+/// What the scene imports; nothing where a problem is noted.
+pub(super) fn import(written: &Import, imports: &mut dyn Imports, shape: &mut Shape) -> Option<Imported> {
+    if !shape.is_readable("import") {
+        return None;
+    }
+    let request = Request {
+        file: written.urdf.clone(),
+        floating: written.floating,
+        limit_stiffness: written.limit_stiffness,
+        mend_inertia: written.mend_inertia,
+    };
+    match imports.read(&request) {
+        Ok(imported) => return Some(imported),
+        Err(Refusal::Unreadable(why)) => {
+            shape.refuse("import.urdf", why, "expected a URDF file, seen from the folder of the scene");
+        }
+        Err(Refusal::Wrong(problems)) => {
+            for problem in problems {
+                shape.refuse_file("import.urdf", problem);
+            }
+        }
+    }
+    None
+}
+
+/// The names by which links of a scene can be called.
+struct Names<'a> {
+    /// Of the links that are imported, which stand before the others.
+    imported: Vec<&'a str>,
+    written: Vec<&'a str>,
+    /// Whether there are more that could not be read.
+    are_incomplete: bool,
+}
+
+impl<'a> Names<'a> {
+    fn new(document: &'a Document, imported: Option<&'a Imported>) -> Self {
+        let of_file = imported.iter().flat_map(|imported| &imported.links);
+        Self {
+            imported: of_file.map(|link| link.name.as_str()).collect(),
+            written: document.link.iter().map(|link| link.name.as_str()).collect(),
+            are_incomplete: document.import.is_some() && imported.is_none(),
+        }
+    }
+
+    /// Those of the links before a written one, in the order of the robot.
+    fn before(&self, i: usize) -> Vec<&'a str> {
+        self.imported.iter().chain(&self.written[..i]).copied().collect()
+    }
+
+    fn all(&self) -> Vec<&'a str> {
+        self.before(self.written.len())
+    }
+}
+
+/// What the tables of a robot's links make, behind those that are imported: the robot, and its initial coordinates and
+/// velocities.
+pub(super) fn robot(
+    document: &Document,
+    imported: Option<&Imported>,
+    shape: &mut Shape,
+) -> Option<(Robot, [Vec<f64>; 2])> {
     let written = &document.link;
-    let links: Vec<_> =
-        written.iter().enumerate().map(|(i, link)| self::link(written, i, link, shape)).collect();
+    let names = Names::new(document, imported);
+    let before = names.imported.len();
+    let of_file = imported.map_or(&[][..], |imported| &imported.links);
+    let mut links = of_file.to_vec();
+    for (i, written) in written.iter().enumerate() {
+        links.push(link(document, &names, i, written, shape));
+    }
     // Loads and supports are tables of their links: the places of all of them in the file.
     let (mut loads, mut load_keys) = (Vec::new(), Vec::new());
     let (mut supports, mut support_keys) = (Vec::new(), Vec::new());
     for (i, link) in written.iter().enumerate() {
         for (j, written) in link.load.iter().enumerate() {
             let key = format!("link[{i}].load[{j}]");
-            loads.push(load::Load { link: i, ..parts::load(written, &key, shape) });
+            loads.push(load::Load { link: before + i, ..parts::load(written, &key, shape) });
             load_keys.push(key);
         }
         for (j, written) in link.support.iter().enumerate() {
-            supports.push(support::Support { link: i, ..parts::support(written) });
+            supports.push(support::Support { link: before + i, ..parts::support(written) });
             support_keys.push(format!("link[{i}].support[{j}]"));
         }
     }
@@ -39,7 +107,14 @@ pub(super) fn robot(document: &Document, shape: &mut Shape) -> Option<(Robot, [V
         ..Robot::new(links)
     };
     let robot = Robot { gravity: document.scene.gravity.unwrap_or(robot.gravity), ..robot };
-    let key = |place: &str| key_of(place, written, &load_keys, &support_keys);
+    let key = |place: &str| key_of(&key_of_link(place, before), written, &load_keys, &support_keys);
+    if names.are_incomplete {
+        // Whether they hang together nobody knows; each of them can be wrong by itself.
+        for (i, link) in robot.links.iter().enumerate() {
+            report(link.validate(), shape, |place| key(&format!("links[{i}].{place}")));
+        }
+        return None;
+    }
     let valid = report(robot.validate(), shape, key).is_some();
     if !valid || !shape.is_readable("link") {
         return None;
@@ -48,15 +123,27 @@ pub(super) fn robot(document: &Document, shape: &mut Shape) -> Option<(Robot, [V
         let right = "give a link a joint, such as joint = { type = \"free\" }, or a rod with modes";
         shape.refuse("link", "no coordinates, so nothing can move", right);
     }
-    let state = ["q0", "v0"].map(|key| state(document, &robot, key, shape));
+    let state = ["q0", "v0"].map(|key| state(document, &robot, before, key, shape));
     Some((robot, state))
 }
 
-/// Initial coordinates or velocities, which each link has of its own.
-fn state(document: &Document, robot: &Robot, key: &str, shape: &mut Shape) -> Vec<f64> {
+/// Initial coordinates or velocities, which each link has of its own, but those that are imported have together.
+fn state(document: &Document, robot: &Robot, before: usize, key: &str, shape: &mut Shape) -> Vec<f64> {
     let has_open_modes = !parts::open_modes(document).is_empty();
     let mut state = Vec::with_capacity(robot.coordinates());
-    for (i, (written, link)) in document.link.iter().zip(&robot.links).enumerate() {
+    if let Some(import) = &document.import {
+        let of_file = Robot::new(robot.links[..before].to_vec());
+        let n = of_file.coordinates();
+        let given = if key == "q0" { &import.q0 } else { &import.v0 };
+        let values = given.clone().unwrap_or_else(|| vec![0.0; n]);
+        let mut check = Checker::new();
+        let wanted = format!("{n} values: {}", of_file.coordinate_names().join(", "));
+        check.require(values.len() == n, key, format_args!("{} values", values.len()), &wanted);
+        check.finite(&values, key);
+        report(check.finish(), shape, |place| format!("import.{place}"));
+        state.extend(values);
+    }
+    for (i, (written, link)) in document.link.iter().zip(&robot.links[before..]).enumerate() {
         let n = link.coordinates();
         let given = if key == "q0" { &written.q0 } else { &written.v0 };
         let values = given.clone().unwrap_or_else(|| vec![0.0; n]);
@@ -72,24 +159,26 @@ fn state(document: &Document, robot: &Robot, key: &str, shape: &mut Shape) -> Ve
     state
 }
 
-fn link(all: &[Link], i: usize, written: &Link, shape: &mut Shape) -> robot::Link {
+fn link(document: &Document, names: &Names<'_>, i: usize, written: &Link, shape: &mut Shape) -> robot::Link {
     let here = format!("link[{i}]");
+    let place = names.imported.len() + i;
     let parent = written.parent.as_ref().and_then(|name| {
-        let found = all.iter().position(|link| link.name == *name);
-        if found.is_none_or(|parent| parent >= i) {
-            let names: Vec<_> = all[..i].iter().map(|link| format!("\"{}\"", link.name)).collect();
+        let found = names.all().iter().position(|other| other == name);
+        let is_known = found.is_some() || !names.are_incomplete;
+        if found.is_none_or(|parent| parent >= place) && is_known {
+            let before: Vec<_> = names.before(i).iter().map(|name| format!("\"{name}\"")).collect();
             let wrong = match found {
                 None => format!("no link is called \"{name}\""),
-                Some(parent) if parent == i => "a link cannot carry itself".to_owned(),
+                Some(parent) if parent == place => "a link cannot carry itself".to_owned(),
                 Some(_) => format!("\"{name}\" stands behind the link that it carries"),
             };
-            let right = match names.is_empty() {
+            let right = match before.is_empty() {
                 true => "remove it: the first link hangs on the world".to_owned(),
-                false => format!("expected one of the links before: {}", names.join(", ")),
+                false => format!("expected one of the links before: {}", before.join(", ")),
             };
             shape.refuse(&format!("{here}.parent"), wrong, right);
         }
-        found.filter(|&parent| parent < i)
+        found.filter(|&parent| parent < place)
     });
     let segments = written.rod.iter().flat_map(|rod| &rod.segment).enumerate();
     let rod = segments
@@ -105,6 +194,10 @@ fn link(all: &[Link], i: usize, written: &Link, shape: &mut Shape) -> robot::Lin
             .joint
             .as_ref()
             .map_or(joints::Joint::Weld, |written| joint(written, &format!("{here}.joint"), shape)),
+        driven: written
+            .joint
+            .as_ref()
+            .and_then(|written| driven(document, names, written, &format!("{here}.joint"), shape)),
         rod,
         body: written.body.as_ref().map(|&LinkBody { mass, centre, inertia }| body::Body {
             centre,
@@ -194,7 +287,110 @@ fn joint(written: &Joint, here: &str, shape: &mut Shape) -> joints::Joint {
     }
 }
 
-/// The key in the file of a place in a [`Robot`].
+/// What drives the joint that is written at `here`.
+fn driven(
+    document: &Document,
+    names: &Names<'_>,
+    written: &Joint,
+    here: &str,
+    shape: &mut Shape,
+) -> Option<Driven> {
+    let [motion_key, mimic_key] = ["motion", "mimic"].map(|key| format!("{here}.{key}"));
+    let has_one = matches!(written.r#type, JointKind::Revolute | JointKind::Prismatic);
+    let is_free = written.r#type == JointKind::Free;
+    let kind = written.r#type.name();
+    if written.motion.is_some() && !has_one && !is_free {
+        let right = "remove it: revolute, prismatic and free joints do";
+        shape.refuse(&motion_key, format!("a {kind} joint does not take it"), right);
+        return None;
+    }
+    if written.mimic.is_some() && !has_one {
+        let right = "remove it: revolute and prismatic joints do";
+        shape.refuse(&mimic_key, format!("a {kind} joint does not take it"), right);
+        return None;
+    }
+    if written.motion.is_some() && written.mimic.is_some() {
+        shape.refuse(&mimic_key, "both motion and mimic are given", "keep one of them");
+        return None;
+    }
+    if let Some(Mimic { link, multiplier, offset }) = &written.mimic {
+        let found = names.all().iter().position(|other| other == link);
+        let is_unknown = found.is_none() && !names.are_incomplete;
+        if is_unknown && shape.is_readable(&format!("{mimic_key}.link")) {
+            let right = expected_one_of(link, &names.all());
+            shape.refuse(&format!("{mimic_key}.link"), format!("no link is called \"{link}\""), right);
+        }
+        let (multiplier, offset) = (multiplier.unwrap_or(1.0), offset.unwrap_or(0.0));
+        return Some(Driven::Mimic { link: found?, multiplier, offset });
+    }
+    let motion = written.motion.as_ref()?;
+    let problems = shape.problems.len();
+    let driven = match is_free {
+        true => Driven::Base(motion_of_link(motion, &motion_key, &document.simulation, shape)),
+        false => motion_of_coordinate(motion, &motion_key, &document.simulation, shape),
+    };
+    (problems == shape.problems.len()).then_some(driven)
+}
+
+/// The motion of a joint of one coordinate.
+fn motion_of_coordinate(written: &JointMotion, here: &str, settings: &Settings, shape: &mut Shape) -> Driven {
+    let JointMotion { times, values, amplitude, frequency, phase, mean, rate, .. } = written.clone();
+    let others = [
+        ("translation", written.translation.is_some()),
+        ("axis", written.axis.is_some()),
+        ("angle", written.angle.is_some()),
+        ("rotation", written.rotation.is_some()),
+    ];
+    for (key, _) in others.into_iter().filter(|(_, is_given)| *is_given) {
+        let right = "remove it: its coordinate is a number, with times and values or a formula";
+        shape.refuse(&format!("{here}.{key}"), "it belongs to the motion of a free joint", right);
+    }
+    let problems = shape.problems.len();
+    let number = VaryingNumber { times, values, amplitude, frequency, phase, mean, rate };
+    let driven = Driven::Coordinate(parts::varying_number(&number, here, shape));
+    if problems == shape.problems.len() {
+        parts::check_span(driven.span(), here, settings, shape);
+    }
+    driven
+}
+
+/// The motion of the link of a free joint.
+fn motion_of_link(
+    written: &JointMotion,
+    here: &str,
+    settings: &Settings,
+    shape: &mut Shape,
+) -> crate::world::BaseMotion {
+    let others = [
+        ("times", written.times.is_some()),
+        ("values", written.values.is_some()),
+        ("amplitude", written.amplitude.is_some()),
+        ("frequency", written.frequency.is_some()),
+        ("phase", written.phase.is_some()),
+        ("mean", written.mean.is_some()),
+        ("rate", written.rate.is_some()),
+    ];
+    for (key, _) in others.into_iter().filter(|(_, is_given)| *is_given) {
+        let right = "write it in translation, or in angle with an axis";
+        shape.refuse(&format!("{here}.{key}"), "a free joint has more than one coordinate", right);
+    }
+    let JointMotion { translation, axis, angle, rotation, .. } = written.clone();
+    parts::base_motion(&BaseMotion { translation, axis, angle, rotation }, here, settings, shape)
+}
+
+/// The key in the file of a link of a [`Robot`], or of a place in it, where so many are imported before.
+pub(super) fn key_of_link(place: &str, before: usize) -> String {
+    let Some((i, rest)) = place.strip_prefix("links[").and_then(|rest| rest.split_once(']')) else {
+        return place.to_owned();
+    };
+    match i.parse::<usize>().ok().map(|i| i.checked_sub(before)) {
+        Some(Some(i)) => format!("link[{i}]{rest}"),
+        Some(None) => "import".to_owned(),
+        None => place.to_owned(),
+    }
+}
+
+/// The key in the file of any place in a [`Robot`], links counted as in the file.
 fn key_of(place: &str, written: &[Link], loads: &[String], supports: &[String]) -> String {
     if place.starts_with("gravity") {
         return format!("scene.{place}");
@@ -206,7 +402,7 @@ fn key_of(place: &str, written: &[Link], loads: &[String], supports: &[String]) 
             return format!("{key}{rest}");
         }
     }
-    let key = place.replace("links[", "link[").replace(".rod[", ".rod.segment[");
+    let key = place.replace(".rod[", ".rod.segment[");
     if key == "links" {
         return "link".to_owned();
     }

@@ -8,6 +8,7 @@
 mod build;
 mod diagnostics;
 mod document;
+mod imports;
 mod links;
 mod parts;
 mod section;
@@ -23,8 +24,9 @@ use crate::error::{Interrupted, InvalidInput};
 use crate::pendulum::SpringPendulum;
 use crate::robot;
 
-pub use diagnostics::{SceneError, SceneProblem};
+pub use diagnostics::{Elsewhere, SceneError, SceneProblem};
 pub use document::{Jacobian, Method, Quantity};
+pub use imports::{FileProblem, Imported, Imports, NoImports, Refusal, Request};
 
 use shape::Shape;
 
@@ -50,6 +52,8 @@ pub struct Scene {
     pub open_modes: Vec<usize>,
     /// Keys that are written by an old name, in the order of the file, and what to write instead.
     pub deprecations: Vec<SceneProblem>,
+    /// The file that it imports, by the name that it has in the text.
+    pub imported: Option<(String, Imported)>,
 }
 
 /// What a scene simulates.
@@ -147,11 +151,20 @@ impl Simulation {
 }
 
 impl Scene {
-    /// Reads a scene; `file` is its name in messages, and its stem the scene's name by default.
+    /// Reads a scene; `file` is its name in messages, and its stem the scene's name by default. One that imports other
+    /// files is refused: [`Scene::parse_with`] takes them.
     ///
     /// # Errors
     /// Everything that is wrong with the text at once. A text that is not TOML is refused for that alone.
     pub fn parse(text: &str, file: &str) -> Result<Self, SceneError> {
+        Self::parse_with(text, file, &mut NoImports)
+    }
+
+    /// Reads a scene and, by `imports`, the file that it imports; otherwise like [`Scene::parse`].
+    ///
+    /// # Errors
+    /// Those of [`Scene::parse`], with everything that is wrong with that file.
+    pub fn parse_with(text: &str, file: &str, imports: &mut dyn Imports) -> Result<Self, SceneError> {
         let fail = |problems| SceneError::new(file, text, problems);
         let (table, errors) = DeTable::parse_recoverable(text);
         if !errors.is_empty() {
@@ -165,10 +178,12 @@ impl Scene {
         let mut shape = Shape::check(&table, &SCHEMA);
         let document: document::Document =
             shape.table.clone().try_into().expect("a table that fits the schema deserialises");
-        let built = build::build(&document, &mut shape);
+        let imported = document.import.as_ref().and_then(|import| links::import(import, imports, &mut shape));
+        let built = build::build(&document, imported.as_ref(), &mut shape);
         match built {
             Some((model, [q0, v0], simulation)) if shape.problems.is_empty() => Ok(Self {
                 open_modes: parts::open_modes(&document),
+                imported: document.import.map(|import| import.urdf).zip(imported),
                 name: document.scene.name.unwrap_or_else(|| stem(file)),
                 text: text.to_owned(),
                 model,
@@ -181,13 +196,13 @@ impl Scene {
         }
     }
 
-    /// Reads a scene from the bytes of a file, which must be UTF-8; otherwise like [`Scene::parse`].
+    /// Reads a scene from the bytes of a file, which must be UTF-8; otherwise like [`Scene::parse_with`].
     ///
     /// # Errors
-    /// Those of [`Scene::parse`], and bytes that are not UTF-8.
-    pub fn from_bytes(bytes: &[u8], file: &str) -> Result<Self, SceneError> {
+    /// Those of [`Scene::parse_with`], and bytes that are not UTF-8.
+    pub fn from_bytes(bytes: &[u8], file: &str, imports: &mut dyn Imports) -> Result<Self, SceneError> {
         match str::from_utf8(bytes) {
-            Ok(text) => Self::parse(text, file),
+            Ok(text) => Self::parse_with(text, file, imports),
             Err(error) => {
                 let readable = error.valid_up_to();
                 let text = String::from_utf8_lossy(bytes);
@@ -268,6 +283,7 @@ fn syntax_problem(error: &toml::de::Error) -> SceneProblem {
         wrong: error.message().to_owned(),
         right: String::new(),
         span: error.span().unwrap_or(0..0),
+        elsewhere: None,
     }
 }
 

@@ -154,7 +154,7 @@ fn varying_vector(written: &VaryingVector, place: &str, shape: &mut Shape) -> Si
     parts.signal(place, shape)
 }
 
-fn varying_number(written: &VaryingNumber, place: &str, shape: &mut Shape) -> Signal<1> {
+pub(super) fn varying_number(written: &VaryingNumber, place: &str, shape: &mut Shape) -> Signal<1> {
     let VaryingNumber { times, values, amplitude, frequency, phase, mean, rate } = written.clone();
     let values = values.map(|values| values.into_iter().map(|x| [x]).collect());
     let [amplitude, mean, rate] = [amplitude, mean, rate].map(|part| part.map(|x| [x]));
@@ -256,15 +256,21 @@ pub(super) fn base_motion(
             motion.rotation = world::BaseRotation::By(quaternions);
         }
     }
-    let [from, to] = motion.span();
+    if problems == shape.problems.len() {
+        check_span(motion.span(), here, settings, shape);
+    }
+    motion
+}
+
+/// Notes a motion at `here` that is not known all over the run.
+pub(super) fn check_span([from, to]: [f64; 2], here: &str, settings: &Settings, shape: &mut Shape) {
     let of_run = ["simulation.t_end", "simulation.t0"];
-    let is_known = problems == shape.problems.len() && of_run.iter().all(|key| shape.is_readable(key));
+    let is_known = of_run.iter().all(|key| shape.is_readable(key));
     let (t0, t_end) = (settings.t0, settings.t_end);
     if is_known && !(covers([from, to], t0) && covers([from, to], t_end)) {
         let right = format!("its tables cover the run from {t0} to {t_end} s");
         shape.refuse(here, format!("known from {from} to {to} s"), format!("expected that {right}"));
     }
-    motion
 }
 
 pub(super) fn support(written: &Support) -> support::Support {

@@ -11,7 +11,8 @@ use serde_json::Value as Json;
 use toml::Spanned;
 use toml::de::{DeInteger, DeTable, DeValue};
 
-use super::diagnostics::SceneProblem;
+use super::diagnostics::{Elsewhere, SceneProblem};
+use super::imports::FileProblem;
 use super::words::{self, OldWord};
 use crate::error::InvalidInput;
 
@@ -60,6 +61,14 @@ impl Shape {
         self.problems.push(self.problem(place, wrong, right));
     }
 
+    /// Notes a problem in a file that is imported at `place`.
+    pub(super) fn refuse_file(&mut self, place: &str, problem: FileProblem) {
+        let FileProblem { file, line, column, key, wrong, right, snippet } = problem;
+        let elsewhere = Some(Elsewhere { file, snippet });
+        let span = self.span(place);
+        self.problems.push(SceneProblem { line, column, key, wrong, right, span, elsewhere });
+    }
+
     /// Notes that a value has an old name.
     fn deprecate(&mut self, place: &str, right: &str) {
         let wrong = "an old name that the next version refuses";
@@ -75,6 +84,7 @@ impl Shape {
             wrong: wrong.into(),
             right: right.into(),
             span,
+            elsewhere: None,
         }
     }
 }
@@ -271,11 +281,7 @@ impl<'a> Reader<'a> {
         if words.contains(&word.as_ref()) {
             return Some(word.as_ref().into());
         }
-        let right = match suggestion(word, words.iter().copied()) {
-            Some(similar) => format!("did you mean \"{similar}\"? Expected {}", one_of(words)),
-            None => format!("expected {}", one_of(words)),
-        };
-        self.shape.refuse(place, format!("got \"{word}\""), right);
+        self.shape.refuse(place, format!("got \"{word}\""), expected_one_of(word, words));
         None
     }
 
@@ -444,6 +450,14 @@ fn required(schema: &Json) -> impl Iterator<Item = &str> {
 fn sentence(schema: &Json) -> String {
     let description = schema["description"].as_str().unwrap_or("required");
     description.split_once(". ").map_or(description, |(first, _)| first).trim_end_matches('.').to_owned()
+}
+
+/// What to write instead of a word that is none of these.
+pub(super) fn expected_one_of(word: &str, words: &[&str]) -> String {
+    match suggestion(word, words.iter().copied()) {
+        Some(similar) => format!("did you mean \"{similar}\"? Expected {}", one_of(words)),
+        None => format!("expected {}", one_of(words)),
+    }
 }
 
 /// The known word most similar to `word`, if any is similar.

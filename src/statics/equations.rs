@@ -161,7 +161,7 @@ impl<'a> Equations<'a> {
     }
 
     /// Why a shape is none that the model has.
-    pub(super) fn flaw(&self, q: &[f64]) -> Option<Flaw> {
+    pub(super) fn flaw(&mut self, q: &[f64]) -> Option<Flaw> {
         self.model.flaw(q)
     }
 

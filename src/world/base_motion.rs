@@ -7,10 +7,11 @@
 //! of the fluid, the anchors of supports. In empty space a base in free fall so makes a rod weightless to the last
 //! bit, and one of constant velocity changes nothing.
 
-use super::prescribed::{Prescribed, nearer};
+use super::prescribed::nearer;
+use super::smooth::{Smooth, span};
 use crate::error::{Checker, Interrupted, InvalidInput, Number};
 use crate::lie::QUATERNION_TOLERANCE;
-use crate::lie::{Quaternion, Rotation, Vector};
+use crate::lie::{Quaternion, Rotation, Vector, rotation_vector_motion};
 use crate::signal::{Harmonic, Motion, Signal, Spline, Table};
 
 /// Largest angle, as the cosine of its half, between neighbouring orientations of a table: a right angle. With more
@@ -162,14 +163,6 @@ fn dot(a: &[f64; 4], b: &[f64; 4]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// The times between which a signal has derivatives.
-fn span<const N: usize>(signal: &Signal<N>) -> [f64; 2] {
-    match signal {
-        Signal::Table(table) => [table.times()[0], table.times()[table.times().len() - 1]],
-        _ => [f64::NEG_INFINITY, f64::INFINITY],
-    }
-}
-
 /// A base at a time, in world coordinates.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Base {
@@ -237,35 +230,6 @@ enum Turn {
     By(Smooth<4>),
 }
 
-/// A signal with derivatives.
-#[derive(Clone, Debug)]
-enum Smooth<const N: usize> {
-    Constant([f64; N]),
-    Harmonic(Harmonic<N>),
-    Spline(Spline<N>),
-    Function(Prescribed<N>),
-}
-
-impl<const N: usize> Smooth<N> {
-    fn new(signal: &Signal<N>) -> Self {
-        match signal {
-            Signal::Constant(value) => Self::Constant(*value),
-            Signal::Harmonic(harmonic) => Self::Harmonic(*harmonic),
-            Signal::Table(table) => Self::Spline(Spline::new(table)),
-            Signal::Function(function) => Self::Function(Prescribed::new(function.clone())),
-        }
-    }
-
-    fn motion(&self, t: f64) -> Result<Motion<N>, Interrupted> {
-        match self {
-            Self::Constant(value) => Ok([*value, [0.0; N], [0.0; N]]),
-            Self::Harmonic(harmonic) => Ok(harmonic.motion(t)),
-            Self::Spline(spline) => Ok(spline.motion(t)),
-            Self::Function(function) => function.motion(t),
-        }
-    }
-}
-
 impl MovingBase {
     /// A valid motion of the base of a rod.
     pub(crate) fn new(motion: &BaseMotion, position: [f64; 3], orientation: [f64; 4]) -> Self {
@@ -290,13 +254,7 @@ impl MovingBase {
     /// The base at a time.
     pub(crate) fn at(&self, t: f64) -> Result<Base, Interrupted> {
         let [displacement, velocity, acceleration] = self.translation.motion(t)?;
-        let (turn, angular_velocity, angular_acceleration) = match &self.rotation {
-            Turn::About { axis, angle } => {
-                let [[angle], [rate], [acceleration]] = angle.motion(t)?;
-                (Quaternion::exp(*axis * angle), *axis * rate, *axis * acceleration)
-            }
-            Turn::By(quaternion) => turning(quaternion.motion(t)?),
-        };
+        let (turn, angular_velocity, angular_acceleration) = self.turn(t)?;
         Ok(Base {
             position: self.position + displacement.into(),
             rotation: turn.times(self.orientation).normalised().rotation(),
@@ -304,6 +262,33 @@ impl MovingBase {
             acceleration: acceleration.into(),
             angular_velocity,
             angular_acceleration,
+        })
+    }
+
+    /// Displacement and rotation vector at a time, with their first two derivatives.
+    pub(crate) fn coordinates(&self, t: f64) -> Result<Motion<6>, Interrupted> {
+        let displacement = self.translation.motion(t)?;
+        let (turn, angular_velocity, angular_acceleration) = self.turn(t)?;
+        let turn = turn.times(self.orientation).normalised();
+        let rotation = rotation_vector_motion(turn, angular_velocity, angular_acceleration);
+        let position: [f64; 3] = self.position.to_array();
+        Ok(std::array::from_fn(|order| {
+            let of_rotation = rotation[order].to_array();
+            std::array::from_fn(|i| match i {
+                0..3 => displacement[order][i] + if order == 0 { position[i] } else { 0.0 },
+                _ => of_rotation[i - 3],
+            })
+        }))
+    }
+
+    /// The rotation that comes after the orientation, its angular velocity and its angular acceleration.
+    fn turn(&self, t: f64) -> Result<Turned, Interrupted> {
+        Ok(match &self.rotation {
+            Turn::About { axis, angle } => {
+                let [[angle], [rate], [acceleration]] = angle.motion(t)?;
+                (Quaternion::exp(*axis * angle), *axis * rate, *axis * acceleration)
+            }
+            Turn::By(quaternion) => turning(quaternion.motion(t)?),
         })
     }
 }
@@ -332,9 +317,12 @@ pub fn quaternion_motion(quaternion: [f64; 4], angular: [[f64; 3]; 2]) -> Motion
     [q, rate, acceleration].map(|Quaternion { w, v }| [w, v.x, v.y, v.z])
 }
 
+/// A rotation, its angular velocity and its angular acceleration.
+type Turned = (Quaternion<f64>, Vector<f64>, Vector<f64>);
+
 /// The rotation, the angular velocity and the angular acceleration of a quaternion that need not be normalised:
 /// `w = 2 vec(q' q*) / |q|^2`.
-fn turning([q, rate, acceleration]: Motion<4>) -> (Quaternion<f64>, Vector<f64>, Vector<f64>) {
+fn turning([q, rate, acceleration]: Motion<4>) -> Turned {
     let square = dot(&q, &q);
     let split = |[w, x, y, z]: [f64; 4]| (w, Vector { x, y, z });
     let (w, v) = split(q);

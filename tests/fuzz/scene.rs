@@ -1,7 +1,7 @@
 //! Any bytes for a scene file: they are refused with a message, or they are a scene whose every number the simulator accepts.
 
 use lissom::robot::RobotModel;
-use lissom::scene::{Model, Scene};
+use lissom::scene::{Model, NoImports, Scene};
 
 /// A message is for a person: a hundred problems with their lines.
 const LONGEST_MESSAGE: usize = 1_000_000;
@@ -11,7 +11,7 @@ const COMPILED: usize = 200;
 
 /// Does what `lissom check` would do with a file. Panics where anything is wrong; says what came of it.
 pub(crate) fn fuzz_scene(bytes: &[u8]) -> String {
-    let scene = match Scene::from_bytes(bytes, "fuzz.toml") {
+    let scene = match Scene::from_bytes(bytes, "fuzz.toml", &mut NoImports) {
         Ok(scene) => scene,
         Err(error) => {
             assert!(!error.problems.is_empty(), "an error says what is wrong");

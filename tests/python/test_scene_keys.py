@@ -6,6 +6,7 @@ What the keys and their forms are comes from the JSON Schema: a new one without 
 import copy
 import json
 import tomllib
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -27,6 +28,12 @@ def without_old_words(schema):
 
 
 SCHEMA = without_old_words(json.loads(lissom.Scene.schema()))
+
+#: Of a URDF file that has limits, and an inertia that no body can have.
+WRIST = Path(__file__).parents[1] / "data" / "wrist.urdf"
+
+#: What they have not is said, and no matter here.
+pytestmark = pytest.mark.filterwarnings("ignore::lissom.urdf.UrdfWarning")
 
 #: Scenes that have every key in every form, among them.
 SCENES = {
@@ -253,6 +260,68 @@ name = "feather"
 parent = "bird"
 joint = { type = "weld" }
 body = { mass = 0.001 }
+[[link]]
+name = "crank"
+[link.joint]
+type = "revolute"
+axis = [0, 1, 0]
+motion = { mean = 0.1, rate = 1, amplitude = 0.2, frequency = 3, phase = 0.5 }
+[link.body]
+mass = 0.01
+centre = [0.01, 0.01, 0.02]
+[[link]]
+name = "slider"
+joint = { type = "prismatic", axis = [0, 1, 0], motion = { times = [0, 0.5, 1], values = [0, 0.1, 0] } }
+body = { mass = 0.01 }
+[[link]]
+name = "geared"
+joint = { type = "revolute", axis = [0, 1, 0], mimic = { link = "arm", multiplier = -2, offset = 0.1 } }
+body = { mass = 0.01, centre = [0.01, 0.01, 0.02] }
+[[link]]
+name = "table"
+[link.joint]
+type = "free"
+[link.joint.motion]
+translation = { amplitude = [0, 0, 0.01], frequency = 2 }
+axis = [0, 0, 1]
+angle = { rate = 1 }
+[[link]]
+name = "wing"
+parent = "table"
+body = { mass = 0.01 }
+[link.joint]
+type = "free"
+motion = { rotation = { times = [0, 1], values = [[1, 0, 0, 0], [0.8, 0.6, 0, 0]] } }
+[simulation]
+t_end = 0.1
+""",
+    "an imported wrist": f"""version = 1
+[import]
+urdf = {json.dumps(str(WRIST))}
+floating = true
+limit_stiffness = 50
+mend_inertia = true
+q0 = [0.1, 0.2, 0.3, 0.1, 0.2, 0.3, 0.4]
+v0 = [0.2, 0.2, 0.3, 0.1, 0.2, 0.3, 0.4]
+[[link]]
+name = "ball"
+parent = "hand"
+body = {{ mass = 0.1 }}
+[simulation]
+t_end = 0.1
+""",
+    "a mended wrist": f"""version = 1
+[import]
+urdf = {json.dumps(str(WRIST))}
+floating = false
+mend_inertia = true
+[simulation]
+t_end = 0.1
+""",
+    "a wrist as it is": f"""version = 1
+[import]
+urdf = {json.dumps(str(WRIST.with_name("plain_wrist.urdf")))}
+mend_inertia = false
 [simulation]
 t_end = 0.1
 """,
@@ -318,6 +387,8 @@ SAME = {
         "rod[0].segment[3].basis",
         "simulation.method",
     },
+    "a mended wrist": {"import.floating"},
+    "a wrist as it is": {"import.mend_inertia"},
     "a turning base": {"rod[0].fluid.buoyancy"},
 }
 

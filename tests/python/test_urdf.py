@@ -13,7 +13,7 @@ from numpy.testing import assert_allclose
 from scipy.spatial.transform import Rotation
 
 import lissom
-from lissom.urdf import Imported, Left, Mimic, UrdfError, UrdfProblem, UrdfWarning, read_urdf, robot_from_urdf
+from lissom.urdf import Imported, Left, UrdfError, UrdfProblem, UrdfWarning, read_urdf, robot_from_urdf
 
 few = settings(max_examples=25)
 
@@ -233,27 +233,77 @@ def test_what_a_joint_cannot_have_is_listed(read):
     assert listed(planar) == [f"robot/joint[j]/{name}" for name in names[1:]]
 
 
-def test_mimic_is_listed_and_kept(read):
-    text = """<robot name="gripper">
-    <link name="palm"/><link name="left"/><link name="right"/>
-    <joint name="l" type="continuous"><parent link="palm"/><child link="left"/></joint>
-    <joint name="r" type="continuous"><parent link="palm"/><child link="right"/>
-      <mimic joint="l" multiplier="-1.5" offset="0.1"/></joint>
-    <transmission name="t"/>
-    </robot>"""
-    imported = read(text)
-    assert imported.mimic == (Mimic("r", "l", -1.5, 0.1),)
-    first, _ = imported.not_taken
-    assert (first.line, first.column, first.path) == (5, 7, "robot/joint[r]/mimic")
-    assert "couples no coordinates" in first.reason
-    assert imported.links[2].joint == lissom.Revolute((1, 0, 0))
-    # It stands first in the summary, whatever stands before it in the file.
-    assert "mimic" in str(imported).splitlines()[1]
-    default = read(text.replace('multiplier="-1.5" offset="0.1"', ""))
-    assert default.mimic == (Mimic("r", "l", 1.0, 0.0),)
-    unknown = read(text.replace('joint="l"', 'joint="m"'))
-    assert listed(unknown)[:2] == ["robot/joint[r]/mimic", "robot/joint[r]/mimic@joint"]
-    assert unknown.mimic[0].of == "m"
+GRIPPER = """<robot name="gripper">
+<link name="palm"/><link name="left"/><link name="right"/>
+<joint name="l" type="continuous"><parent link="palm"/><child link="left"/></joint>
+<joint name="r" type="continuous"><parent link="palm"/><child link="right"/>
+  <mimic joint="l" multiplier="-1.5" offset="0.1"/></joint>
+</robot>"""
+
+
+def test_mimic_ties_a_joint_to_another(read):
+    imported = read(GRIPPER)
+    mimic = lissom.Mimic("left", multiplier=-1.5, offset=0.1)
+    assert imported.links[2].joint == lissom.Revolute((1, 0, 0), mimic=mimic)
+    assert imported.links[1].joint == lissom.Revolute((1, 0, 0))
+    assert not imported.not_taken
+    default = read(GRIPPER.replace('multiplier="-1.5" offset="0.1"', ""))
+    assert default.links[2].joint.mimic == lissom.Mimic("left")
+    both = read(
+        GRIPPER.replace('"left"/></joint>', '"left"/><mimic joint="x"/></joint>').replace(
+            "</robot>",
+            '<link name="third"/><joint name="x" type="prismatic"><parent link="palm"/>'
+            '<child link="third"/></joint></robot>',
+        )
+    )
+    chain = {link.name: link.joint.mimic.link for link in both.links if getattr(link.joint, "mimic", None)}
+    assert chain == {"left": "third", "right": "left"}
+    inertia = (
+        '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
+    )
+    solid = read(re.sub(r'<link name="(left|right)"/>', rf'<link name="\1">{inertia}</link>', GRIPPER))
+    robot = lissom.Robot(solid.links)
+    assert robot.coordinates == ("left.angle",)
+    # The equal inertia of both, behind a gear of 1.5.
+    assert_allclose(robot.mass_matrix([0.3]), [[1 + 1.5**2]], rtol=1e-14)
+
+
+def test_what_has_not_one_coordinate_mimics_nothing(read):
+    for kind in ("fixed", "floating", "planar"):
+        text = GRIPPER.replace('"r" type="continuous"', f'"r" type="{kind}"')
+        imported = read(text)
+        assert listed(imported) == ["robot/joint[r]/mimic"]
+        assert (imported.not_taken[0].line, imported.not_taken[0].column) == (5, 3)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line", "wrong", "right"),
+    [
+        ('joint="l"', 'joint="ll"', 5, 'got "ll", which is no joint of this file', 'did you mean "l"?'),
+        (
+            'joint="l"',
+            'joint="r"',
+            5,
+            "got a circle of joints that mimic each other: r -> r",
+            "expected one that moves by itself",
+        ),
+        ('"l" type="continuous"', '"l" type="fixed"', 5, 'got "l", a fixed joint', "expected a revolute"),
+        (
+            '"left"/></joint>',
+            '"left"/><mimic joint="r"/></joint>',
+            5,
+            "got a circle of joints",
+            "expected one that moves",
+        ),
+    ],
+)
+def test_mimics_of_nothing_and_in_circles_are_refused(read, old, new, line, wrong, right):
+    with pytest.raises(UrdfError) as caught:
+        read(GRIPPER.replace(old, new))
+    (problem,) = caught.value.problems
+    assert (problem.line, problem.key) == (line, "robot/joint[r]/mimic@joint")
+    assert problem.wrong.startswith(wrong)
+    assert problem.right.startswith(right)
 
 
 def joint(parent, child, kind="fixed"):
@@ -550,6 +600,8 @@ def decorated(draw):
     root, _ = draw(trees())
     rng = np.random.default_rng(draw(seeds))
     waiting = [root]
+    kinds = ("revolute", "continuous", "prismatic")
+    singles = [node for node in root.children if node.tag == "joint" and node.attributes["type"] in kinds]
     while waiting:
         node = waiting.pop()
         # What a place has already, and what is read there, would not be other elements.
@@ -563,8 +615,10 @@ def decorated(draw):
             node.children.insert(int(rng.integers(len(node.children) + 1)), Node(tag, {"a": "b"}, [inner]))
         if rng.random() < 0.2:
             node.text = "\n some text"
-        if node.tag == "joint" and rng.random() < 0.3:
-            node.children.append(Node("mimic", {"joint": "j1", "multiplier": 2, "offset": 3}))
+        others = singles[: singles.index(node)] if node in singles else singles
+        if node.tag == "joint" and others and rng.random() < 0.3:
+            other = others[rng.integers(len(others))].attributes["name"]
+            node.children.append(Node("mimic", {"joint": other, "multiplier": 2, "offset": 3}))
         if node.tag == "joint" and "axis" not in known and rng.random() < 0.5:
             node.children.append(Node("axis", {"xyz": "0 0 0"}))
     return root
@@ -618,8 +672,7 @@ def test_everything_in_a_file_is_used_or_listed(tmp_path_factory, root, limit_st
         return bool(node.attributes) and all(is_covered(node, name) for name in node.attributes)
 
     for node, what in {(id(item[0]), item[1]): item for item in lines if item}.values():
-        # Those of a coupling are read, and kept beside the links.
-        if (node is root and what == "") or (node.tag == "mimic" and what in node.attributes):
+        if node is root and what == "":
             continue
         if what == "":
             siblings = parents[id(node)].children

@@ -1,5 +1,6 @@
 //! A link: a joint followed by a rod, a rigid body, or nothing but a frame.
 
+use super::driven::Driven;
 use crate::body::Body;
 use crate::error::{Checker, InvalidInput};
 use crate::joint::Joint;
@@ -23,6 +24,8 @@ pub struct Link {
     pub orientation: [f64; 4],
     /// How it moves there.
     pub joint: Joint,
+    /// What gives the coordinates of the joint; by default they are the robot's.
+    pub driven: Option<Driven>,
     /// The segments of its rod, from base to tip; none where it is rigid.
     pub rod: Vec<Segment>,
     /// Its rigid body; its place is the base of the link.
@@ -39,6 +42,7 @@ impl Link {
             position: [0.0; 3],
             orientation: [1.0, 0.0, 0.0, 0.0],
             joint: Joint::Weld,
+            driven: None,
             rod: Vec::new(),
             body: None,
         }
@@ -49,15 +53,20 @@ impl Link {
         self.rod.iter().map(|segment| segment.length).sum()
     }
 
-    /// Number of its coordinates: those of the joint, then those of the rod.
+    /// The names of the coordinates of its joint that are the robot's: none where that is driven.
+    pub fn joint_coordinates(&self) -> &'static [&'static str] {
+        if self.driven.is_none() { self.joint.coordinates() } else { &[] }
+    }
+
+    /// Number of its coordinates: those of the joint unless it is driven, then those of the rod.
     pub fn coordinates(&self) -> usize {
-        self.joint.coordinates().len() + self.rod.iter().map(Segment::coordinates).sum::<usize>()
+        self.joint_coordinates().len() + self.rod.iter().map(Segment::coordinates).sum::<usize>()
     }
 
     /// The names of its coordinates, in their order: `angle`, `bend_y[0]`; with the segment where there are several,
     /// `segment[1].bend_y[0]`.
     pub fn coordinate_names(&self) -> Vec<String> {
-        let mut names: Vec<String> = self.joint.coordinates().iter().map(|&name| name.to_owned()).collect();
+        let mut names: Vec<String> = self.joint_coordinates().iter().map(|&name| name.to_owned()).collect();
         for (s, segment) in self.rod.iter().enumerate() {
             let of_segment = if self.rod.len() > 1 { format!("segment[{s}].") } else { String::new() };
             // Of piecewise constant strains the pieces are counted, of others the modes.
@@ -81,6 +90,9 @@ impl Link {
         check.finite(&self.position, "position");
         check_orientation(&mut check, &self.orientation, "orientation");
         check.nested("joint", self.joint.validate());
+        if let Some(driven) = &self.driven {
+            check.nested("joint", driven.validate(&self.joint));
+        }
         let has_both = !self.rod.is_empty() && self.body.is_some();
         let expected = "a rod or a body; further bodies of a robot can be on any link";
         check.require(!has_both, "body", "a body beside a rod", expected);

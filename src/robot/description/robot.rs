@@ -1,5 +1,6 @@
 //! A robot, in plain data: a tree of links, and what acts on them.
 
+use super::driven::{Driven, check_mimics};
 use super::link::Link;
 use super::rod::Rod;
 use crate::body::Body;
@@ -77,6 +78,7 @@ impl Robot {
         let of_link = |(i, link): (usize, &Link)| {
             let first = self.coordinates_of(i).start;
             match link.joint {
+                _ if link.driven.is_some() => None,
                 Joint::Spherical => Some(first),
                 Joint::Free => Some(first + 3),
                 _ => None,
@@ -99,7 +101,7 @@ impl Robot {
     pub(crate) fn first_coordinate(&self, segment: usize) -> usize {
         let (mut first, mut before) = (0, 0);
         for link in &self.links {
-            first += link.joint.coordinates().len();
+            first += link.joint_coordinates().len();
             let own = &link.rod[..link.rod.len().min(segment - before)];
             first += own.iter().map(Segment::coordinates).sum::<usize>();
             before += own.len();
@@ -147,22 +149,44 @@ impl Robot {
         if longest > 0.0 { longest } else { 1.0 }
     }
 
-    /// How far a step from `t` may go that cannot pass over a part of its loads and of the motion of its base unseen
+    /// What drives its joints, link by link.
+    fn driven(&self) -> impl Iterator<Item = &Driven> {
+        self.links.iter().filter_map(|link| link.driven.as_ref())
+    }
+
+    /// How far a step from `t` may go that cannot pass over a part of its loads and of prescribed motions unseen
     /// ([`crate::signal::Signal::horizon`]).
     pub fn horizon(&self, t: f64) -> f64 {
         let of_base = self.base_motion.iter().map(|motion| motion.horizon(t));
-        self.loads.iter().map(|load| load.horizon(t)).chain(of_base).fold(f64::INFINITY, f64::min)
+        let of_joints = self.driven().map(|driven| driven.horizon(t));
+        let of_loads = self.loads.iter().map(|load| load.horizon(t));
+        of_loads.chain(of_base).chain(of_joints).fold(f64::INFINITY, f64::min)
     }
 
-    /// The shortest period of its loads and of the motion of its base, in seconds; infinite where nothing oscillates.
+    /// The shortest period of its loads and of prescribed motions, in seconds; infinite where nothing oscillates.
     pub fn shortest_period(&self) -> f64 {
         let of_base = self.base_motion.iter().map(BaseMotion::period);
-        self.loads.iter().map(Load::period).chain(of_base).fold(f64::INFINITY, f64::min)
+        let of_joints = self.driven().map(Driven::period);
+        let of_loads = self.loads.iter().map(Load::period);
+        of_loads.chain(of_base).chain(of_joints).fold(f64::INFINITY, f64::min)
     }
 
-    /// Whether where it is depends on time by itself: its base moves.
+    /// The times between which the prescribed motions of its base and joints are known.
+    pub fn time_span(&self) -> [f64; 2] {
+        let spans = self.base_motion.iter().map(BaseMotion::span).chain(self.driven().map(Driven::span));
+        spans
+            .fold([f64::NEG_INFINITY, f64::INFINITY], |[from, to], span| [from.max(span[0]), to.min(span[1])])
+    }
+
+    /// Whether where it is takes a time to be set: its base, or one of its joints, moves as prescribed.
+    pub fn is_prescribed(&self) -> bool {
+        self.base_motion.is_some() || self.driven().any(Driven::varies_in_time)
+    }
+
+    /// Whether where it is depends on time by itself: its base moves, or a joint as prescribed.
     pub fn is_moved(&self) -> bool {
-        self.base_motion.as_ref().is_some_and(|motion| !motion.is_constant())
+        let base_moves = self.base_motion.as_ref().is_some_and(|motion| !motion.is_constant());
+        base_moves || self.driven().any(Driven::varies_in_time)
     }
 
     /// Whether anything of it depends on time by itself.
@@ -192,6 +216,7 @@ impl Robot {
             check.nested(&place, link.validate());
             self.check_place_in_tree(&mut check, i, &place);
         }
+        check_mimics(&mut check, &self.links);
         if check.is_ok() {
             self.check_size(&mut check);
             self.check_masses(&mut check);
@@ -282,7 +307,9 @@ impl Robot {
     }
 
     fn check_size(&self, check: &mut Checker) {
-        let n = self.coordinates();
+        // Those of driven joints are computed, too.
+        let driven = self.links.iter().filter(|link| link.driven.is_some());
+        let n = self.coordinates() + driven.map(|link| link.joint.coordinates().len()).sum::<usize>();
         check.require(
             n <= MAX_COORDINATES,
             "links",
@@ -292,7 +319,7 @@ impl Robot {
         check_integration(check, "links", self.segments());
     }
 
-    /// Notes joints that move nothing with a mass.
+    /// Notes joints that move nothing with a mass. What mimics a joint has its mass behind that, too.
     fn check_masses(&self, check: &mut Checker) {
         let mut has_mass: Vec<bool> = self.links.iter().map(|link| !link.rod.is_empty()).collect();
         for body in self.all_bodies() {
@@ -307,8 +334,10 @@ impl Robot {
         }
         for (i, link) in self.links.iter().enumerate() {
             let has_armature = link.joint.forces().is_some_and(|forces| forces.armature > 0.0);
+            let is_mimicked =
+                self.driven().any(|driven| matches!(driven, Driven::Mimic { link, .. } if *link == i));
             if let (false, false, Some(coordinate)) =
-                (has_mass[i], has_armature, link.joint.coordinates().first())
+                (has_mass[i] || is_mimicked, has_armature, link.joint_coordinates().first())
             {
                 check.require(
                     false,

@@ -8,7 +8,7 @@ use crate::load::{Extent, Frame, Load};
 use crate::robot::choice::{
     COORDINATES_OF_A_CHAIN, COORDINATES_OF_A_ROBOT, Kernel, SEGMENTS_OF_A_CHAIN, Solve,
 };
-use crate::robot::description::{Link, Robot};
+use crate::robot::description::{Driven, Link, Robot};
 use crate::rod::{
     Basis, GivenSection, Parts, Profile, STRAIGHT, STRAIN_NAMES, Section, Segment, Shape, piece, stiffness,
 };
@@ -78,6 +78,13 @@ impl Explanation {
         let why = match coordinates.len() {
             0 => format!("{what}: it adds no coordinate"),
             _ => format!("{what} that moves by {}", coordinates.join(", ")),
+        };
+        let why = match &link.driven {
+            None => why,
+            Some(Driven::Mimic { .. }) => {
+                format!("{what} that moves as another joint does: it adds no coordinate")
+            }
+            Some(_) => format!("{what} that moves as prescribed: it adds no coordinate"),
         };
         self.add(!coordinates.is_empty(), format!("{name}{} joint", link.joint.name()), why);
         let Some(forces) = link.joint.forces() else { return };
@@ -349,6 +356,9 @@ impl Explanation {
                 self.add(true, sweeps, format!("their cost is that of the {parts} one by one"));
                 let why = format!("not formed: dearer from {limit} on");
                 self.add(false, format!("blocks between {parts}"), why);
+            }
+            Solve::Dense if robot.links.iter().any(|link| link.driven.is_some()) => {
+                self.add(false, sweeps, "joints are driven: what follows others couples branches");
             }
             Solve::Dense => self.add(false, sweeps, format!("cheaper from {limit} on")),
         }

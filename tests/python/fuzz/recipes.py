@@ -42,9 +42,11 @@ _FORCES = {
 #: Arguments with which a callable works. A list has alternatives. Methods have an object, `self`.
 #: A new callable without an entry here fails a test.
 RECIPES: dict[str, dict | list[dict]] = {
-    **{name: {} for name in ("Joint", "Weld", "Spherical", "Free")},
-    "Revolute": _FORCES,
-    "Prismatic": _FORCES,
+    **{name: {} for name in ("Joint", "Weld", "Spherical")},
+    "Free": {"motion": "lissom.BaseMotion(axis=(0, 1, 0), angle=lissom.Harmonic(0.1, 2.0))"},
+    "Mimic": {"link": "'a'", "multiplier": "2.0", "offset": "0.1"},
+    "Revolute": [_FORCES | {"motion": "lambda t: 0.1 * t"}, _FORCES | {"mimic": "lissom.Mimic('a')"}],
+    "Prismatic": [_FORCES | {"motion": "([0, 1, 2], [0, 0.1, 0])"}, _FORCES | {"mimic": "lissom.Mimic('a')"}],
     "Cylindrical": {"axis": _a(0.0, 2.0, 0.0)},
     "Universal": {"axis1": _a(0.0, 2.0, 0.0), "axis2": _a(0.0, 2.0, 1.0)},
     "Planar": {"normal": _a(0.0, 2.0, 0.0)},

@@ -1,0 +1,116 @@
+//! Rotation vectors of rotations that are given otherwise, and how they change.
+
+use super::{Quaternion, Vector};
+
+/// Up to this squared angle `c` is its series: beyond, the closed forms lose few digits.
+const SERIES_LIMIT: f64 = 0.5;
+
+/// Coefficients of `c(x) = (1 - (angle / 2) cot(angle / 2)) / angle^2` in the squared angle x: `|B_2k| / (2k)!` with
+/// Bernoulli's numbers. With x up to [`SERIES_LIMIT`] the remainder is below 1e-16 of the whole.
+const SERIES: [f64; 8] = [
+    1.0 / 12.0,
+    1.0 / 720.0,
+    1.0 / 30_240.0,
+    1.0 / 1_209_600.0,
+    1.0 / 47_900_160.0,
+    691.0 / 1_307_674_368_000.0,
+    1.0 / 74_724_249_600.0,
+    3617.0 / 10_670_622_842_880_000.0,
+];
+
+impl Quaternion<f64> {
+    /// The rotation vector of a unit quaternion, no longer than pi.
+    pub fn log(self) -> Vector<f64> {
+        let sine = self.v.dot(self.v).sqrt();
+        // Where the sine is as small as rounding, the quotient is one to rounding.
+        let angle_over_sine = if sine < f64::MIN_POSITIVE { 1.0 } else { sine.atan2(self.w.abs()) / sine };
+        self.v * (2.0 * angle_over_sine * 1.0_f64.copysign(self.w))
+    }
+}
+
+/// The rotation vector phi of a rotation and its first two derivatives, from angular velocity and angular acceleration in the
+/// axes of the space: `phi' = T^-1(phi) w` with `T^-1 = 1 - phi^ / 2 + c phi^ phi^` (Bullo and Murray 1995, eq. 2.4),
+/// and the derivative of that.
+pub fn rotation_vector_motion(
+    rotation: Quaternion<f64>,
+    angular_velocity: Vector<f64>,
+    angular_acceleration: Vector<f64>,
+) -> [Vector<f64>; 3] {
+    let phi = rotation.log();
+    let [c, slope] = factor(phi.dot(phi));
+    let across = phi.cross(angular_velocity);
+    let twice_across = phi.cross(across);
+    let rate = angular_velocity - across * 0.5 + twice_across * c;
+    let of_acceleration = {
+        let across = phi.cross(angular_acceleration);
+        angular_acceleration - across * 0.5 + phi.cross(across) * c
+    };
+    let turned = rate.cross(angular_velocity);
+    let of_change = twice_across * (2.0 * slope * phi.dot(rate)) - turned * 0.5
+        + (rate.cross(across) + phi.cross(turned)) * c;
+    [phi, rate, of_acceleration + of_change]
+}
+
+/// `c` at a squared angle, and its derivative with respect to that.
+fn factor(x: f64) -> [f64; 2] {
+    if x < SERIES_LIMIT {
+        let value = SERIES.iter().rev().fold(0.0, |sum, c| sum * x + c);
+        let slope = (1..SERIES.len()).rev().fold(0.0, |sum, k| sum * x + k as f64 * SERIES[k]);
+        return [value, slope];
+    }
+    let half = 0.5 * x.sqrt();
+    let (sine, cosine) = half.sin_cos();
+    let value = (1.0 - half * cosine / sine) / x;
+    // d(h cot h)/dx with x = 4 h^2.
+    let slope_of_product = (cosine / sine - half / (sine * sine)) / (8.0 * half);
+    [value, -(slope_of_product + value) / x]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn size(v: Vector<f64>) -> f64 {
+        v.dot(v).sqrt()
+    }
+
+    #[test]
+    fn the_logarithm_undoes_the_exponential_up_to_half_a_turn() {
+        for angle in [0.0, 1e-300, 1e-12, 0.3, 1.0, 2.0, 3.0, 3.1] {
+            let phi = Vector::from([0.6, -0.48, 0.64]) * angle;
+            let q = Quaternion::exp(phi);
+            assert!(size(q.log() - phi) <= 4e-16 * (1.0 + angle), "{angle}");
+            let other = Quaternion { w: -q.w, v: -q.v };
+            assert!(size(other.log() - phi) <= 4e-16 * (1.0 + angle), "{angle}, the other sign");
+        }
+        let beyond = Quaternion::exp(Vector::from([0.0, 0.0, 4.0])).log();
+        assert!((beyond.z - (4.0 - std::f64::consts::TAU)).abs() < 1e-15, "the short way round");
+    }
+
+    /// Angular velocity and acceleration by differences of the quaternions of a motion that is quadratic in time.
+    #[test]
+    fn its_derivatives_are_those_of_the_motion() {
+        for phi in [[0.0, 0.0, 0.0], [0.1, -0.2, 0.3], [0.4, 0.4, 0.42], [0.5, 0.4, 0.42], [1.5, -2.0, 1.2]] {
+            let [phi, rate, second] = [phi, [0.5, 0.8, -0.3], [-0.7, 0.2, 0.9]].map(Vector::from);
+            let at = |t: f64| Quaternion::exp(phi + rate * t + second * (0.5 * t * t));
+            // w = 2 q' q*, and its derivative, by central differences of fourth order.
+            let h = 1e-3;
+            let derivative = |f: &dyn Fn(f64) -> Quaternion<f64>| {
+                let part = |weight: f64, q: Quaternion<f64>| (weight * q.w, q.v * weight);
+                let parts =
+                    [part(8.0, f(h)), part(-8.0, f(-h)), part(-1.0, f(2.0 * h)), part(1.0, f(-2.0 * h))];
+                let sum = parts.into_iter().reduce(|a, b| (a.0 + b.0, a.1 + b.1)).unwrap();
+                Quaternion { w: sum.0 / (12.0 * h), v: sum.1 * (1.0 / (12.0 * h)) }
+            };
+            let velocity = |t: f64| {
+                let conjugate = Quaternion { w: at(t).w, v: -at(t).v };
+                derivative(&|s| at(t + s)).times(conjugate).v * 2.0
+            };
+            let acceleration = derivative(&|s| Quaternion { w: 0.0, v: velocity(s) }).v;
+            let found = rotation_vector_motion(at(0.0), velocity(0.0), acceleration);
+            for (order, (found, wanted)) in found.into_iter().zip([phi, rate, second]).enumerate() {
+                assert!(size(found - wanted) < 2e-8, "derivative {order} at {phi:?}: {found:?}");
+            }
+        }
+    }
+}

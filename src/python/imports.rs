@@ -1,0 +1,100 @@
+//! Files that scenes import, read by `lissom.urdf`.
+
+use std::path::PathBuf;
+
+use pyo3::exceptions::{PyOSError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyDict};
+
+use super::link::links_of;
+use crate::scene::{FileProblem, Imported, Imports, Refusal, Request};
+
+/// Reads files that are seen from a folder, or those that were read once already.
+pub(super) struct Files {
+    folder: PathBuf,
+    /// The content of the file that a scene imported when it was read.
+    kept: Option<Vec<u8>>,
+    /// What nobody expected, to be raised when the scene is read.
+    raised: Option<PyErr>,
+}
+
+impl Files {
+    /// Those in the folder of a file.
+    pub(super) fn beside(file: &str) -> Self {
+        let folder = PathBuf::from(file).parent().map(PathBuf::from).unwrap_or_default();
+        Self { folder, kept: None, raised: None }
+    }
+
+    /// One that was read once already.
+    pub(super) fn kept(content: Option<Vec<u8>>) -> Self {
+        Self { folder: PathBuf::new(), kept: content, raised: None }
+    }
+
+    /// Raises what nobody expected.
+    pub(super) fn or_raised<T>(self, read: T) -> PyResult<T> {
+        self.raised.map_or(Ok(read), Err)
+    }
+
+    fn import(&self, py: Python<'_>, request: &Request) -> PyResult<Imported> {
+        let Request { file, floating, limit_stiffness, mend_inertia } = request;
+        let path = self.folder.join(file);
+        let name = path.display().to_string();
+        let content: Vec<u8> = match &self.kept {
+            Some(content) => content.clone(),
+            None => {
+                let path = py.import("pathlib")?.call_method1("Path", (path,))?;
+                path.call_method0("read_bytes")?.extract()?
+            }
+        };
+        let options = PyDict::new(py);
+        options.set_item("floating", floating)?;
+        options.set_item("limit_stiffness", limit_stiffness)?;
+        options.set_item("mend_inertia", mend_inertia)?;
+        let read = py.import("lissom.urdf")?.getattr("imported_from")?;
+        let imported = read.call((name, PyBytes::new(py, &content)), Some(&options))?;
+        let (links, _) = links_of(&imported.getattr("links")?)?;
+        let is_complete = imported.getattr("not_taken")?.is_empty()?;
+        let not_taken = if is_complete { None } else { Some(imported.str()?.to_string()) };
+        Ok(Imported { links, content, not_taken })
+    }
+
+    /// Why a file was refused; what is no matter of the file is kept.
+    fn refusal(&mut self, py: Python<'_>, error: PyErr) -> Refusal {
+        if error.is_instance_of::<PyOSError>(py) {
+            return Refusal::Unreadable(format!("cannot be read: {}", error.value(py)));
+        }
+        match problems_of(py, &error) {
+            Ok(problems) if !problems.is_empty() => Refusal::Wrong(problems),
+            _ if error.is_instance_of::<PyValueError>(py) => Refusal::Unreadable(error.value(py).to_string()),
+            _ => {
+                self.raised = Some(error);
+                Refusal::Unreadable("it could not be read".to_owned())
+            }
+        }
+    }
+}
+
+impl Imports for Files {
+    fn read(&mut self, request: &Request) -> Result<Imported, Refusal> {
+        Python::attach(|py| self.import(py, request).map_err(|error| self.refusal(py, error)))
+    }
+}
+
+/// Those that a `lissom.urdf.UrdfError` lists.
+fn problems_of(py: Python<'_>, error: &PyErr) -> PyResult<Vec<FileProblem>> {
+    let mut problems = Vec::new();
+    for problem in error.value(py).getattr("problems")?.try_iter()? {
+        let problem = problem?;
+        let text = |name: &str| problem.getattr(name)?.extract::<String>();
+        problems.push(FileProblem {
+            file: text("file")?,
+            line: problem.getattr("line")?.extract()?,
+            column: problem.getattr("column")?.extract()?,
+            key: text("key")?,
+            wrong: text("wrong")?,
+            right: text("right")?,
+            snippet: text("snippet")?,
+        });
+    }
+    Ok(problems)
+}

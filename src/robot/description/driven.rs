@@ -1,0 +1,139 @@
+//! Joints whose coordinates are not the robot's own: prescribed in time, or tied to another joint.
+
+use super::link::Link;
+use crate::error::{Checker, InvalidInput, Number};
+use crate::joint::Joint;
+use crate::signal::Signal;
+use crate::world::BaseMotion;
+use crate::world::smooth::span;
+
+/// What gives the coordinates of a joint that is driven: it adds none to those of the robot.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Driven {
+    /// The coordinate of a revolute or prismatic joint is `multiplier` times that of another one, plus `offset`.
+    Mimic {
+        /// The link with the other joint, anywhere among the links; it may be driven itself.
+        link: usize,
+        /// Radians or metres for each radian or metre of the other one.
+        multiplier: f64,
+        /// In radians or metres.
+        offset: f64,
+    },
+    /// The coordinate of a revolute or prismatic joint is a function of time, in radians or metres. A table is a cubic
+    /// spline.
+    Coordinate(Signal<1>),
+    /// A free joint moves like this, in the axes of its frame.
+    Base(BaseMotion),
+}
+
+impl Driven {
+    /// Whether it changes by itself in time.
+    pub(crate) fn varies_in_time(&self) -> bool {
+        match self {
+            Self::Mimic { .. } => false,
+            Self::Coordinate(signal) => signal.constant().is_none(),
+            Self::Base(motion) => !motion.is_constant(),
+        }
+    }
+
+    /// How far a step from `t` may go that cannot pass over a part of it unseen ([`Signal::horizon`]).
+    pub(crate) fn horizon(&self, t: f64) -> f64 {
+        match self {
+            Self::Mimic { .. } => f64::INFINITY,
+            Self::Coordinate(signal) => signal.horizon(t),
+            Self::Base(motion) => motion.horizon(t),
+        }
+    }
+
+    /// Its shortest period in seconds; infinite where nothing oscillates.
+    pub(crate) fn period(&self) -> f64 {
+        match self {
+            Self::Mimic { .. } => f64::INFINITY,
+            Self::Coordinate(signal) => signal.period(),
+            Self::Base(motion) => motion.period(),
+        }
+    }
+
+    /// The times between which it is known.
+    pub fn span(&self) -> [f64; 2] {
+        match self {
+            Self::Mimic { .. } => [f64::NEG_INFINITY, f64::INFINITY],
+            Self::Coordinate(signal) => span(signal),
+            Self::Base(motion) => motion.span(),
+        }
+    }
+
+    /// Everything that is wrong with it by itself, on this joint.
+    pub fn validate(&self, joint: &Joint) -> Result<(), InvalidInput> {
+        let mut check = Checker::new();
+        let found = format!("one of a {} joint", joint.name());
+        let has_one = joint.coordinates().len() == 1;
+        match self {
+            Self::Mimic { multiplier, offset, .. } => {
+                check.require(has_one, "mimic", found, "one of a revolute or prismatic joint");
+                for (name, value) in [("mimic.multiplier", multiplier), ("mimic.offset", offset)] {
+                    check.require(value.is_finite(), name, Number(*value), "a finite number");
+                }
+            }
+            Self::Coordinate(signal) => {
+                let expected = "one of a revolute or prismatic joint; that of a free one is a BaseMotion";
+                check.require(has_one, "motion", found, expected);
+                signal.check(&mut check, "motion");
+            }
+            Self::Base(motion) => {
+                let expected = "one of a free joint; that of others is a number in time";
+                check.require(*joint == Joint::Free, "motion", found, expected);
+                check.nested("motion", motion.validate());
+            }
+        }
+        check.finish()
+    }
+}
+
+/// Where the coordinate of a joint that has one comes from: `factor` times that of the joint of `link`, plus `offset`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Origin {
+    /// A link whose joint mimics no other.
+    pub(crate) link: usize,
+    pub(crate) factor: f64,
+    pub(crate) offset: f64,
+}
+
+/// Where the coordinate of the joint of a link comes from, through all that are mimicked on the way; `None` where that
+/// comes back to where it began, or leads to no link.
+pub(crate) fn origin(links: &[Link], link: usize) -> Option<Origin> {
+    let mut origin = Origin { link, factor: 1.0, offset: 0.0 };
+    for _ in 0..=links.len() {
+        let Some(Driven::Mimic { link, multiplier, offset }) = links.get(origin.link)?.driven else {
+            return Some(origin);
+        };
+        origin = Origin {
+            link,
+            factor: origin.factor * multiplier,
+            offset: origin.offset + origin.factor * offset,
+        };
+    }
+    None
+}
+
+/// Notes joints that mimic what is not there, has not one coordinate, or mimics them.
+pub(super) fn check_mimics(check: &mut Checker, links: &[Link]) {
+    for (i, link) in links.iter().enumerate() {
+        let Some(Driven::Mimic { link: other, .. }) = link.driven else { continue };
+        let place = format!("links[{i}].joint.mimic.link");
+        let expected = "another link with a revolute or prismatic joint";
+        let Some(mimicked) = links.get(other) else {
+            check.require(false, &place, format_args!("link {other}"), expected);
+            continue;
+        };
+        let joint = &mimicked.joint;
+        let found =
+            format_args!("\"{}\", whose joint is a {} joint", mimicked.name, joint.name()).to_string();
+        if check.require(joint.coordinates().len() == 1, &place, found, expected) {
+            let found = format_args!("\"{}\", which mimics this joint", mimicked.name).to_string();
+            let found = if other == i { "the joint itself".to_owned() } else { found };
+            let is_known = origin(links, i).is_some();
+            check.require(is_known, &place, found, "joints that do not mimic each other in a circle");
+        }
+    }
+}

@@ -1,0 +1,352 @@
+//! Joints that are driven: the coordinates of all joints and rods from those that are the robot's own.
+//!
+//! All of them are `q_all = G q + o(t)`: a coordinate is its own, or a multiple of another joint's plus an offset, or
+//! given in time. G is constant, so that `v_all = G v + o'`, `a_all = G a + o''`, and by virtual work `tau = G^T tau_all`:
+//! tangents and mass are `G^T K_all G`, Jacobians `J_all G`. The sweeps know all coordinates alike; robots without
+//! driven joints pass this by.
+
+use super::description::{Driven, Robot, origin};
+use crate::error::Interrupted;
+use crate::linalg::Matrix;
+use crate::world::base_motion::MovingBase;
+use crate::world::smooth::Smooth;
+
+/// The way from the robot's own coordinates to all of them, and back for what is dual to them.
+#[derive(Clone, Debug)]
+pub(crate) struct Coordinates(Option<Box<Reduction>>);
+
+/// G and o, with memory for what is computed in all coordinates.
+#[derive(Clone, Debug)]
+struct Reduction {
+    /// Places of the robot's own coordinates among all.
+    own: Vec<usize>,
+    /// The other way round; for those that are not the robot's own, how many of these stand before.
+    before: Vec<usize>,
+    multiples: Vec<Multiple>,
+    given: Vec<Given>,
+    varies_in_time: bool,
+    time: f64,
+    /// o and its first two derivatives.
+    offset: [Vec<f64>; 3],
+    /// Coordinates, velocities and accelerations.
+    state: [Vec<f64>; 3],
+    forces: Vec<f64>,
+    matrix: Matrix,
+}
+
+/// A coordinate that follows one of the robot's own.
+#[derive(Clone, Copy, Debug)]
+struct Multiple {
+    place: usize,
+    of: usize,
+    factor: f64,
+}
+
+/// What is given in time.
+#[derive(Clone, Debug)]
+enum Given {
+    /// A coordinate, or `factor` times it plus `offset`.
+    Coordinate { place: usize, signal: Smooth<1>, factor: f64, offset: f64 },
+    /// The six of a free joint.
+    Base { first: usize, motion: MovingBase },
+}
+
+impl Coordinates {
+    /// Those of a valid robot.
+    pub(crate) fn new(robot: &Robot) -> Self {
+        if robot.links.iter().all(|link| link.driven.is_none()) {
+            return Self(None);
+        }
+        let (mut own, mut before, mut firsts) = (Vec::new(), Vec::new(), Vec::new());
+        for link in &robot.links {
+            firsts.push(before.len());
+            let of_joint = link.joint.coordinates().len();
+            let of_rod = link.coordinates() - link.joint_coordinates().len();
+            for k in 0..of_joint + of_rod {
+                let place = before.len();
+                before.push(own.len());
+                if link.driven.is_none() || k >= of_joint {
+                    own.push(place);
+                }
+            }
+        }
+        let all = before.len();
+        let mut reduction = Reduction {
+            multiples: Vec::new(),
+            given: Vec::new(),
+            varies_in_time: robot
+                .links
+                .iter()
+                .filter_map(|link| link.driven.as_ref())
+                .any(Driven::varies_in_time),
+            time: f64::NAN,
+            offset: [(); 3].map(|()| vec![0.0; all]),
+            state: [(); 3].map(|()| vec![0.0; all]),
+            forces: vec![0.0; all],
+            matrix: Matrix::zeros(all, all),
+            own,
+            before,
+        };
+        for (i, place) in firsts.iter().copied().enumerate() {
+            reduction.drive(robot, i, place, &firsts);
+        }
+        reduction.begin();
+        Self(Some(Box::new(reduction)))
+    }
+
+    /// Whether any coordinate is not the robot's own.
+    pub(crate) fn are_driven(&self) -> bool {
+        self.0.is_some()
+    }
+
+    /// Whether any changes by itself in time.
+    pub(crate) fn vary_in_time(&self) -> bool {
+        self.0.as_ref().is_some_and(|reduction| reduction.varies_in_time)
+    }
+
+    /// How many are the robot's own, of so many.
+    pub(crate) fn own(&self, all: usize) -> usize {
+        self.0.as_ref().map_or(all, |reduction| reduction.own.len())
+    }
+
+    /// Takes what is given in time at this time. Where a function of time fails, no time is set.
+    pub(crate) fn set_time(&mut self, t: f64) -> Result<(), Interrupted> {
+        match &mut self.0 {
+            Some(reduction) if reduction.varies_in_time && reduction.time != t => reduction.set_time(t),
+            _ => Ok(()),
+        }
+    }
+
+    /// Calls with all coordinates; likewise velocities and accelerations behind them.
+    #[inline(always)]
+    pub(crate) fn all<const N: usize, T>(
+        &mut self,
+        own: [&[f64]; N],
+        of_all: impl FnOnce([&[f64]; N]) -> T,
+    ) -> T {
+        match &mut self.0 {
+            None => of_all(own),
+            Some(reduction) => {
+                reduction.expand(&own);
+                of_all(std::array::from_fn(|order| &reduction.state[order][..]))
+            }
+        }
+    }
+
+    /// All coordinates, of which those that are not the robot's own are zero: for what is asked of these, at no time.
+    pub(crate) fn only_own<'a>(&'a mut self, q: &'a [f64]) -> &'a [f64] {
+        let Some(reduction) = &mut self.0 else { return q };
+        let all = &mut reduction.state[0];
+        all.fill(0.0);
+        for (&place, x) in reduction.own.iter().zip(q) {
+            all[place] = *x;
+        }
+        all
+    }
+
+    /// Generalised forces, `G^T tau_all`.
+    #[inline(always)]
+    pub(crate) fn forces<const N: usize>(
+        &mut self,
+        own: [&[f64]; N],
+        tau: &mut [f64],
+        of_all: impl FnOnce([&[f64]; N], &mut [f64]),
+    ) {
+        match &mut self.0 {
+            None => of_all(own, tau),
+            Some(reduction) => {
+                reduction.expand(&own);
+                let Reduction { state, forces, own, multiples, .. } = &mut **reduction;
+                of_all(std::array::from_fn(|order| &state[order][..]), forces);
+                for (tau, &place) in tau.iter_mut().zip(&*own) {
+                    *tau = forces[place];
+                }
+                for &Multiple { place, of, factor } in &*multiples {
+                    tau[of] += factor * forces[place];
+                }
+            }
+        }
+    }
+
+    /// A tangent or the mass, `G^T K_all G`.
+    #[inline(always)]
+    pub(crate) fn matrix<const N: usize>(
+        &mut self,
+        own: [&[f64]; N],
+        matrix: &mut Matrix,
+        of_all: impl FnOnce([&[f64]; N], &mut Matrix),
+    ) {
+        match &mut self.0 {
+            None => of_all(own, matrix),
+            Some(reduction) => {
+                reduction.expand(&own);
+                let Reduction { state, matrix: all, .. } = &mut **reduction;
+                of_all(std::array::from_fn(|order| &state[order][..]), all);
+                reduction.reduce(matrix);
+            }
+        }
+    }
+
+    /// Derivatives of something with respect to the coordinates, `J_all G`. Allocates.
+    pub(crate) fn columns(
+        &mut self,
+        q: &[f64],
+        jacobian: &mut Matrix,
+        of_all: impl FnOnce(&[f64], &mut Matrix),
+    ) {
+        match &mut self.0 {
+            None => of_all(q, jacobian),
+            Some(reduction) => {
+                reduction.expand(&[q]);
+                let mut all = Matrix::zeros(jacobian.nrows(), reduction.before.len());
+                of_all(&reduction.state[0], &mut all);
+                for i in 0..jacobian.nrows() {
+                    for (j, &place) in reduction.own.iter().enumerate() {
+                        jacobian[(i, j)] = all[(i, place)];
+                    }
+                    for &Multiple { place, of, factor } in &reduction.multiples {
+                        jacobian[(i, of)] += factor * all[(i, place)];
+                    }
+                }
+            }
+        }
+    }
+
+    /// The power of what drives the given coordinates, `tau_all . o'`.
+    pub(crate) fn power(
+        &mut self,
+        own: [&[f64]; 3],
+        inverse_dynamics: impl FnOnce([&[f64]; 3], &mut [f64]),
+    ) -> f64 {
+        let Some(reduction) = self.0.as_mut().filter(|reduction| reduction.varies_in_time) else {
+            return 0.0;
+        };
+        reduction.expand(&own);
+        let Reduction { state, forces, offset, .. } = &mut **reduction;
+        inverse_dynamics(std::array::from_fn(|order| &state[order][..]), forces);
+        forces.iter().zip(&offset[1]).map(|(force, velocity)| force * velocity).sum()
+    }
+
+    /// Values for all coordinates, of which those of the robot's own are kept.
+    pub(crate) fn pick(&self, values: &mut [f64], of_all: impl FnOnce(&mut [f64])) {
+        match &self.0 {
+            None => of_all(values),
+            Some(reduction) => {
+                let mut all = vec![0.0; reduction.before.len()];
+                of_all(&mut all);
+                for (value, &place) in values.iter_mut().zip(&reduction.own) {
+                    *value = all[place];
+                }
+            }
+        }
+    }
+
+    /// `G^T K_all G` of a matrix for all coordinates. Allocates.
+    pub(crate) fn reduced(&mut self, all: Matrix) -> Matrix {
+        let Some(reduction) = &mut self.0 else { return all };
+        let mut reduced = Matrix::zeros(reduction.own.len(), reduction.own.len());
+        reduction.matrix = all;
+        reduction.reduce(&mut reduced);
+        reduced
+    }
+}
+
+impl Reduction {
+    /// Notes what drives a link, whose coordinates begin at `place` among all.
+    fn drive(&mut self, robot: &Robot, link: usize, place: usize, firsts: &[usize]) {
+        match &robot.links[link].driven {
+            None => {}
+            Some(Driven::Base(motion)) => {
+                let motion = MovingBase::new(motion, [0.0; 3], [1.0, 0.0, 0.0, 0.0]);
+                self.given.push(Given::Base { first: place, motion });
+            }
+            Some(_) => {
+                let origin = origin(&robot.links, link).expect("a valid robot's mimics end somewhere");
+                let (factor, offset) = (origin.factor, origin.offset);
+                if let Some(Driven::Coordinate(signal)) = &robot.links[origin.link].driven {
+                    let signal = Smooth::new(signal);
+                    self.given.push(Given::Coordinate { place, signal, factor, offset });
+                } else {
+                    let of = self.before[firsts[origin.link]];
+                    self.multiples.push(Multiple { place, of, factor });
+                    self.offset[0][place] = offset;
+                }
+            }
+        }
+    }
+
+    /// Before any time is set: what is given is not known, unless it never changes.
+    fn begin(&mut self) {
+        if !self.varies_in_time && self.set_time(0.0).is_ok() {
+            return;
+        }
+        let Self { given, offset, .. } = self;
+        for given in given.iter() {
+            let places = match given {
+                Given::Coordinate { place, .. } => *place..place + 1,
+                Given::Base { first, .. } => *first..first + 6,
+            };
+            for offset in offset.iter_mut() {
+                offset[places.clone()].fill(f64::NAN);
+            }
+        }
+    }
+
+    fn set_time(&mut self, t: f64) -> Result<(), Interrupted> {
+        self.time = f64::NAN;
+        let Self { given, offset, .. } = self;
+        for given in given.iter() {
+            match given {
+                Given::Coordinate { place, signal, factor, offset: constant } => {
+                    let motion = signal.motion(t)?;
+                    for (order, offset) in offset.iter_mut().enumerate() {
+                        offset[*place] = factor * motion[order][0];
+                    }
+                    offset[0][*place] += constant;
+                }
+                Given::Base { first, motion } => {
+                    let motion = motion.coordinates(t)?;
+                    for (offset, motion) in offset.iter_mut().zip(&motion) {
+                        offset[*first..first + 6].copy_from_slice(motion);
+                    }
+                }
+            }
+        }
+        self.time = t;
+        Ok(())
+    }
+
+    /// `q_all = G q + o`, and its derivatives.
+    fn expand(&mut self, own: &[&[f64]]) {
+        for ((all, own), offset) in self.state.iter_mut().zip(own).zip(&self.offset) {
+            all.copy_from_slice(offset);
+            for (&place, x) in self.own.iter().zip(*own) {
+                all[place] = *x;
+            }
+            for &Multiple { place, of, factor } in &self.multiples {
+                all[place] += factor * own[of];
+            }
+        }
+    }
+
+    /// `G^T K_all G` of the matrix in memory, column by column and row by row.
+    fn reduce(&mut self, reduced: &mut Matrix) {
+        let Self { own, multiples, matrix: all, .. } = self;
+        let n = all.nrows();
+        for &Multiple { place, of, factor } in &*multiples {
+            for i in 0..n {
+                all[(i, own[of])] += factor * all[(i, place)];
+            }
+        }
+        for &Multiple { place, of, factor } in &*multiples {
+            for j in 0..n {
+                all[(own[of], j)] += factor * all[(place, j)];
+            }
+        }
+        for (j, &column) in own.iter().enumerate() {
+            for (i, &row) in own.iter().enumerate() {
+                reduced[(i, j)] = all[(row, column)];
+            }
+        }
+    }
+}

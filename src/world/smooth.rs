@@ -1,0 +1,43 @@
+//! Signals with derivatives: what positions and angles follow, where loads follow values alone.
+
+use super::prescribed::Prescribed;
+use crate::error::Interrupted;
+use crate::signal::{Harmonic, Motion, Signal, Spline};
+
+/// The times between which a signal has derivatives.
+pub(crate) fn span<const N: usize>(signal: &Signal<N>) -> [f64; 2] {
+    match signal {
+        Signal::Table(table) => [table.times()[0], table.times()[table.times().len() - 1]],
+        _ => [f64::NEG_INFINITY, f64::INFINITY],
+    }
+}
+
+/// A signal with derivatives.
+#[derive(Clone, Debug)]
+pub(crate) enum Smooth<const N: usize> {
+    Constant([f64; N]),
+    Harmonic(Harmonic<N>),
+    Spline(Spline<N>),
+    Function(Prescribed<N>),
+}
+
+impl<const N: usize> Smooth<N> {
+    pub(crate) fn new(signal: &Signal<N>) -> Self {
+        match signal {
+            Signal::Constant(value) => Self::Constant(*value),
+            Signal::Harmonic(harmonic) => Self::Harmonic(*harmonic),
+            Signal::Table(table) => Self::Spline(Spline::new(table)),
+            Signal::Function(function) => Self::Function(Prescribed::new(function.clone())),
+        }
+    }
+
+    /// The value and its first two derivatives.
+    pub(crate) fn motion(&self, t: f64) -> Result<Motion<N>, Interrupted> {
+        match self {
+            Self::Constant(value) => Ok([*value, [0.0; N], [0.0; N]]),
+            Self::Harmonic(harmonic) => Ok(harmonic.motion(t)),
+            Self::Spline(spline) => Ok(spline.motion(t)),
+            Self::Function(function) => function.motion(t),
+        }
+    }
+}
