@@ -39,10 +39,12 @@ def statics(study: StaticsStudy) -> page.Page:
     if path is None:
         load_factor, q = np.array([0.0, 1.0]), np.stack([study.scene.q0, found.q])
         label, caption = ("", ""), "0 is the start, 1 the equilibrium."
+        factors = None
     else:
         load_factor, q = path.load_factor, path.q
-        label, caption = ("load factor ", ""), "Equilibria while the loads grow."
-    slides = Slides(study.scene, load_factor, q, label)
+        label, caption = ("load factor ", ""), "Equilibria while the loads grow; the last one is shown first."
+        factors = load_factor
+    slides = Slides(study.scene, load_factor, q, label, opens_at=len(q) - 1, factors=factors)
     sections = motion.sections("Shape", slides, caption)
     if path is not None:
         sections.append(page.Section("Stiffness", _stiffness(path)))
