@@ -48,7 +48,7 @@ def _whole(run: Run) -> list[page.Section]:
             page.Section(frame.name.capitalize(), [page.Figure(curves.position(run, frame))])
             for frame in run.view.frames
         ),
-        page.Section("Coordinates", [page.Figure(curves.coordinates(run), text.coordinates(run))]),
+        page.Section("Coordinates", [page.Figure(curves.coordinates(run), text.coordinates(run.view.coordinates))]),
     ]
 
 
@@ -56,7 +56,7 @@ def _links(run: Run) -> list[page.Section]:
     """The curves of a robot: of the link that is picked."""
     at = curves.instants(run)
     options = [(member.name, _member(run, member, at)) for member in run.view.members]
-    return [page.Section("Links", [page.Choice("Link", options), text.coordinates(run)])]
+    return [page.Section("Links", [page.Choice("Link", options)])]
 
 
 def _member(run: Run, member: Member, at: curves.Instants) -> list[page.Part]:
@@ -66,7 +66,8 @@ def _member(run: Run, member: Member, at: curves.Instants) -> list[page.Part]:
     if coordinates is None:
         parts.append(f"{member.name} has no coordinates of its own.")
     else:
-        parts.append(page.Figure(coordinates, f"Coordinates of {member.name}."))
+        of_modes = text.coordinates(run.view.coordinates[member.coordinates])
+        parts.append(page.Figure(coordinates, f"Coordinates of {member.name}. {of_modes}".rstrip()))
     wrench = curves.wrench_of(run, member, at)
     if wrench is not None:
         caption = f"What {member.name} gets through its joint from {member.carrier}, in the axes of the world."

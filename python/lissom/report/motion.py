@@ -27,6 +27,9 @@ LEAST_RADIUS = 0.006
 #: Points of the path of a tip, at most.
 MAX_PATH = 3000
 
+#: Symbols are scaled to the size of the model, or to this part of the diagonal of all that is shown.
+LEAST_SIZE = 0.25
+
 #: Diagonal of the box around a rod, in plotly's units, in which the camera's distance is about 1.8.
 SPACE_SIZE = 1.65
 
@@ -100,8 +103,13 @@ def _in_space(run: Animated) -> Any:
     q, t = run.q[at], run.clock[at]
     skins = [solids.tube(link, q, t, least) for link in seen.links]
     skins += [solids.ellipsoid(solid, q, t, 2.0 * least) for solid in seen.solids]
-    shown = symbols.Shown(q, t, run.load_factor[at], seen.size)
-    traces = [*skins, *symbols.symbols(seen.marks, shown, _half_axis(run)), *_tips(run, at)]
+    drawn = [*skins, *_tips(run, at)]
+    low, high = layers.extent(drawn)
+    # What flies far is small in its box.
+    size = max(seen.size, LEAST_SIZE * float(np.linalg.norm(high - low)))
+    widest = max((solids.widest(link, least) for link in seen.links), default=0.0)
+    shown = symbols.Shown(q, t, run.load_factor[at], size, widest, _half_axis(run, size))
+    traces = [*drawn, *symbols.symbols(seen.marks, shown)]
     low, high = layers.extent(traces)
     low, high = _box(low, high, 0.04 * float((high - low).max()))
     eye = _eye(high - low)
@@ -131,9 +139,8 @@ def _frames(run: Animated) -> NDArray[np.intp]:
     return run.instants(int(np.clip(MAX_POINTS // max(points, 1), MIN_FRAMES, MAX_FRAMES)))
 
 
-def _half_axis(run: Animated) -> float:
+def _half_axis(run: Animated, size: float) -> float:
     """Half the length of the axes of joints: they stick out of bodies, unless these are large."""
-    size = run.view.size
     widest = max((float(solid.semi_axes.max()) for solid in run.view.solids), default=0.0)
     return float(np.clip(1.3 * widest, symbols.AXIS * size, 2.0 * symbols.AXIS * size))
 
@@ -192,6 +199,8 @@ def _space(low: Array, high: Array, eye: Array) -> dict[str, Any]:
     }
     return {
         **axes,
+        # The legend stands above it.
+        "domain": {"y": [0.0, 0.93]},
         "aspectmode": "manual",
         "aspectratio": dict(zip("xyz", (float(r) for r in ratio), strict=True)),
         "camera": {

@@ -44,6 +44,11 @@ def tube(link: Link, q: Array, t: Array, least_radius: float) -> Trace:
     return Trace("rods", "mesh3d", skin, looks | LIGHT)
 
 
+def widest(link: Link, least_radius: float) -> float:
+    """How far the skin of a rod is from its axis, at most, metres."""
+    return float(np.abs(_outline(link, least_radius)).max())
+
+
 def ellipsoid(solid: Solid, q: Array, t: Array, least_radius: float) -> Trace:
     """The skin of a rigid body in several shapes, drawn at least so large."""
     latitude = np.linspace(-np.pi / 2, np.pi / 2, RINGS + 2)[1:-1]

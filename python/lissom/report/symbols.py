@@ -18,10 +18,10 @@ from .solids import placed
 Array = NDArray[np.float64]
 
 #: Sizes relative to that of the model: half an axis of a joint, the arrow of a load at its largest, the ring of a moment.
-AXIS, ARROW, RING = 0.055, 0.2, 0.07
+AXIS, ARROW, RING = 0.055, 0.28, 0.09
 
 #: The head of an arrow: its length and its radius, and at most this part of the arrow.
-HEAD, HEAD_RADIUS, MOST_HEAD = 0.05, 0.018, 0.6
+HEAD, HEAD_RADIUS, MOST_HEAD = 0.08, 0.026, 0.6
 
 #: An arrow at its largest is at least this part of the largest one of its kind, so that it can be seen.
 LEAST_ARROW = 0.35
@@ -58,12 +58,15 @@ class Shown:
     load_factor: Array
     #: Length in metres to which symbols are scaled.
     size: float
+    #: Radius of the thickest rod as it is drawn, and half the length of the axis of a joint, metres.
+    radius: float
+    half_axis: float
 
 
-def symbols(marks: Marks, shown: Shown, half: float) -> list[Trace]:
-    """Everything that is drawn of the robot; axes of joints are ``half`` as long as twice that, or longer."""
+def symbols(marks: Marks, shown: Shown) -> list[Trace]:
+    """Everything that is drawn of the robot itself."""
     return [
-        *_joints(marks.joints, shown, half),
+        *_joints(marks.joints, shown),
         *_forces([mark for mark in marks.loads if mark.kind == "force"], shown),
         *_moments([mark for mark in marks.loads if mark.kind == "moment"], shown),
         *_supports(marks.supports, shown),
@@ -91,8 +94,9 @@ def around(marks: Marks, low: Array, high: Array, eye: Array) -> list[Trace]:
             continue
         arrow = np.asarray(vector, float) / norm * CORNER_ARROW * diagonal
         across = _across(arrow) * CORNER_GAP * diagonal
-        inwards = np.sign(0.5 * (low + high) - corner) * (CORNER_GAP * diagonal + 0.5 * np.abs(arrow))
         beside = (np.arange(number) - 0.5 * (number - 1))[:, None] * across
+        extent = CORNER_GAP * diagonal + 0.5 * np.abs(arrow) + np.abs(beside[-1])
+        inwards = np.sign(0.5 * (low + high) - corner) * extent
         tails = (corner + inwards + beside - 0.5 * arrow)[None]
         text = f"{layer}: {norm:.3g} {'m/s²' if layer == 'gravity' else 'm/s'}"
         traces += _arrows(layer, tails, np.broadcast_to(arrow, tails.shape), diagonal / 2.5, text)
@@ -102,7 +106,7 @@ def around(marks: Marks, low: Array, high: Array, eye: Array) -> list[Trace]:
     return traces
 
 
-def _joints(marks: Sequence[JointMark], shown: Shown, half: float) -> list[Trace]:
+def _joints(marks: Sequence[JointMark], shown: Shown) -> list[Trace]:
     """Thick lines about which something turns, rails along which it slides, frames of planes, balls."""
     lines: dict[float, list[Array]] = {7.0: [], 3.0: []}
     texts: dict[float, list[str]] = {7.0: [], 3.0: []}
@@ -114,7 +118,7 @@ def _joints(marks: Sequence[JointMark], shown: Shown, half: float) -> list[Trace
             balls.append(poses[:, None, :3, 3])
             names.append(text)
             continue
-        local, width = _joint_lines(mark, shown.q[:, mark.travel], half)
+        local, width = _joint_lines(mark, shown.q[:, mark.travel], shown.half_axis)
         lines[width].append(placed(poses, local))
         texts[width] += [text] * len(local)
     traces = [
@@ -133,7 +137,7 @@ def _joints(marks: Sequence[JointMark], shown: Shown, half: float) -> list[Trace
         if found
     ]
     if balls:
-        looks = {"mode": "markers", "marker": {"size": 9, "color": theme.PURPLE}}
+        looks = {"mode": "markers", "marker": {"size": 6, "color": theme.PURPLE}}
         text = {"text": names, "hoverinfo": "text"}
         traces.append(Trace("joints", "scatter3d", np.concatenate(balls, axis=1), looks | text))
     return traces
@@ -219,7 +223,7 @@ def _moments(marks: Sequence[LoadMark], shown: Shown) -> list[Trace]:
         chosen = [i for i, mark in enumerate(marks) if mark.is_spread == is_spread]
         if not chosen:
             continue
-        drawn = _drawn_lengths([found[i][2] for i in chosen], RING * shown.size)
+        drawn = _drawn_lengths([found[i][2] for i in chosen], shown.radius + RING * shown.size)
         for i, vector in zip(chosen, drawn, strict=True):
             poses, own, _ = found[i]
             radius = np.linalg.norm(vector, axis=-1)[..., None]
@@ -234,7 +238,7 @@ def _moments(marks: Sequence[LoadMark], shown: Shown) -> list[Trace]:
             rings.append(np.concatenate([ring, breaks], axis=2).reshape(shapes, -1, 3))
             forward = np.cos(AROUND) * second - np.sin(AROUND) * first
             ends.append(ring[..., -1, :])
-            heads.append(0.8 * radius * forward)
+            heads.append(0.6 * radius * forward)
             names += [f"moment on {marks[i].name}"] * (places * (POINTS_AROUND + 1))
     if not rings:
         return []
@@ -297,7 +301,7 @@ def _spring(anchor: Array, ends: Array, size: float) -> Array:
 
 def _clamps(clamps: Sequence[Pose], shown: Shown) -> list[Trace]:
     """Plates behind the bases that are welded to the world."""
-    half = PLATE * shown.size
+    half = max(PLATE * shown.size, 1.5 * shown.radius)
     box = np.array([[x, y, z] for x in (-half / 4, 0.0) for y in (-half, half) for z in (-half, half)])
     faces = [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1]]
     faces += [[2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]]
