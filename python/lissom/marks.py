@@ -1,7 +1,7 @@
 """What is drawn of a robot beside its links: joints, loads, supports, gravity, the current.
 
-Plain geometry: where everything is and where it points, as functions of coordinates and time. How that looks is
-the reports' business.
+Plain geometry: where everything is and where it points, as functions of coordinates and time. How that looks
+is the reports' business.
 """
 
 from __future__ import annotations
@@ -148,8 +148,8 @@ def _joint(robot: Robot, link: Link) -> list[JointMark]:
             return []
 
 
-# The base of a link is the frame of its joint, moved by the joint. An axis about which the link turns last, or along
-# which it slides, is the same in both; elsewhere the motion is taken back.
+# The base of a link is the frame of its joint, moved by the joint. An axis about which the link turns last,
+# or along which it slides, is the same in both; elsewhere the motion is taken back.
 
 
 def _turned(axes: Array, base: Array, q: Array) -> Array:
@@ -193,7 +193,7 @@ def _along(axis: ArrayLike) -> Array:
 
 
 def _plane(normal: ArrayLike) -> Array:
-    """Axes of a plane, its normal first: then x less its part along the normal, or y where the normal is along x."""
+    """Axes of a plane: its normal, then x less its part along that (y where the normal is along x)."""
     n = _unit(np.asarray(normal, float))
     start = np.eye(3)[1 if np.linalg.norm(np.cross(n, [1.0, 0.0, 0.0])) == 0.0 else 0]
     first = _unit(start - (start @ n) * n)
@@ -210,34 +210,27 @@ def _load(robot: Robot, load: Load) -> list[LoadMark]:
     name = load.link or robot.links[0].name
     link = next(link for link in robot.links if link.name == name)
     length = sum(segment.length for segment in link.rod or ())
-    found = []
-    for kind, signal, places in (
-        ("force", load.force, PLACES_OF_FORCES),
-        ("moment", load.moment, PLACES_OF_MOMENTS),
-    ):
+    is_spread = load.along is not None
+    at = length if load.at is None else load.at
+    outwards = 0
+    if link.rod is not None and not is_spread:
+        outwards = 1 if np.isclose(at, length) else -1 if at == 0.0 else 0
+
+    def mark(kind: Literal["force", "moment"], signal: Any, places: int) -> list[LoadMark]:
         if isinstance(signal, tuple) and len(signal) == 3 and not any(signal):
-            continue
+            return []
+        X = None
         if load.along is not None:
             X = np.linspace(*load.along, places)
         elif link.rod is not None:
-            X = np.array([length if load.at is None else load.at])
-        else:
-            X = None
-        outwards = 0
-        if X is not None and load.along is None:
-            outwards = 1 if np.isclose(X[0], length) else -1 if X[0] == 0.0 else 0
-        found.append(
-            LoadMark(
-                name,
-                kind,
-                load.along is not None,
-                partial(_places, robot, name, X),
-                partial(value_at, signal),
-                load.frame == "body",
-                outwards,
-            )
-        )
-    return found
+            X = np.array([at])
+        pose, value = partial(_places, robot, name, X), partial(value_at, signal)
+        return [LoadMark(name, kind, is_spread, pose, value, load.frame == "body", outwards)]
+
+    return [
+        *mark("force", load.force, PLACES_OF_FORCES),
+        *mark("moment", load.moment, PLACES_OF_MOMENTS),
+    ]
 
 
 def _places(robot: Robot, link: str, X: Array | None, q: Array, t: float | Array) -> Array:
@@ -249,20 +242,19 @@ def _places(robot: Robot, link: str, X: Array | None, q: Array, t: float | Array
 def value_at(signal: Any, t: float | Array) -> Array:
     """Values (..., 3) at times (...) of what a `Load` takes as force or moment."""
     times = np.asarray(t, float)
+    found: Array
     if isinstance(signal, Harmonic):
-        mean, rate, amplitude = (
-            np.broadcast_to(np.asarray(part, float), 3)
-            for part in (signal.mean, signal.rate, signal.amplitude)
-        )
         phase = 2.0 * np.pi * signal.frequency * times[..., None] + signal.phase
-        return mean + rate * times[..., None] + amplitude * np.sin(phase)
-    if callable(signal):
-        values = [np.asarray(signal(float(time)), float) for time in times.ravel()]
-        return np.reshape(values, (*times.shape, 3))
-    if len(signal) == 2:
-        stations, values = np.asarray(signal[0], float), np.asarray(signal[1], float)
-        return np.stack([np.interp(times, stations, values[:, i]) for i in range(3)], axis=-1)
-    return np.broadcast_to(np.asarray(signal, float), (*times.shape, 3))
+        steady = np.asarray(signal.mean) + np.asarray(signal.rate) * times[..., None]
+        found = steady + np.asarray(signal.amplitude) * np.sin(phase)
+    elif callable(signal):
+        found = np.reshape([signal(float(time)) for time in times.ravel()], (*times.shape, 3))
+    elif len(signal) == 2:
+        stations, values = (np.asarray(part, float) for part in signal)
+        found = np.stack([np.interp(times, stations, column) for column in values.T], axis=-1)
+    else:
+        found = np.asarray(signal, float)
+    return np.broadcast_to(found, (*times.shape, 3))
 
 
 def _support(robot: Robot, support: Support) -> SupportMark:

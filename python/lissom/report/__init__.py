@@ -48,7 +48,9 @@ def _whole(run: Run) -> list[page.Section]:
             page.Section(frame.name.capitalize(), [page.Figure(curves.position(run, frame))])
             for frame in run.view.frames
         ),
-        page.Section("Coordinates", [page.Figure(curves.coordinates(run), text.coordinates(run.view.coordinates))]),
+        page.Section(
+            "Coordinates", [page.Figure(curves.coordinates(run), text.coordinates(run.view.coordinates))]
+        ),
     ]
 
 
@@ -70,6 +72,8 @@ def _member(run: Run, member: Member, at: curves.Instants) -> list[page.Part]:
         parts.append(page.Figure(coordinates, f"Coordinates of {member.name}. {of_modes}".rstrip()))
     wrench = curves.wrench_of(run, member, at)
     if wrench is not None:
-        caption = f"What {member.name} gets through its joint from {member.carrier}, in the axes of the world."
+        caption = (
+            f"What {member.name} gets through its joint from {member.carrier}, in the axes of the world."
+        )
         parts.append(page.Figure(wrench, f"{caption} The moment is about the joint."))
     return parts

@@ -37,7 +37,7 @@ class Trace:
     #: Its layer, out of `LEGEND`.
     layer: str
     kind: Literal["mesh3d", "scatter3d"]
-    #: Its points in every shape that is shown, (shapes, points, 3); of what stands still in one. NaN breaks lines.
+    #: Its points in every shape that is shown, (shapes, points, 3), or in the only one. NaN breaks lines.
     points: Array
     #: What plotly is told beside the points.
     looks: dict[str, Any] = field(default_factory=dict)
@@ -62,6 +62,7 @@ def figure(traces: Sequence[Trace], shapes: int, first: int, names: dict[str, st
             **_xyz(trace.points[first if trace.moves else 0]),
             "legendgroup": trace.layer,
             "showlegend": False,
+            "name": trace.layer,
             **trace.looks,
         }
         for trace in traces

@@ -96,7 +96,7 @@ def _labels(times: Array) -> list[str]:
 
 
 def _in_space(run: Animated) -> Any:
-    """Links as tubes and ellipsoids, with all that joins them and acts on them, and the paths of their tips."""
+    """Links as tubes and ellipsoids, what joins them and acts on them, and the paths of their tips."""
     seen = run.view
     least = LEAST_RADIUS * seen.size
     at = _frames(run)

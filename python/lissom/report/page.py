@@ -50,6 +50,7 @@ CONTENT_POLICY = (
     "style-src 'unsafe-inline'; img-src data: blob:"
 )
 
+
 @dataclass(frozen=True)
 class Choice:
     """Parts of which the reader picks what is shown; the first one at first."""

@@ -1,4 +1,4 @@
-"""Symbols of what is drawn beside links: axes of joints, arrows of loads, supports, gravity, current, floor."""
+"""Symbols of what is drawn beside links: joints, arrows of loads, supports, gravity, current, floor."""
 
 from __future__ import annotations
 
@@ -17,7 +17,8 @@ from .solids import placed
 
 Array = NDArray[np.float64]
 
-#: Sizes relative to that of the model: half an axis of a joint, the arrow of a load at its largest, the ring of a moment.
+#: Sizes relative to that of the model: half an axis of a joint, the largest arrow of a force, the radius of
+#: the ring of a moment.
 AXIS, ARROW, RING = 0.055, 0.28, 0.09
 
 #: The head of an arrow: its length and its radius, and at most this part of the arrow.
@@ -137,9 +138,9 @@ def _joints(marks: Sequence[JointMark], shown: Shown) -> list[Trace]:
         if found
     ]
     if balls:
-        looks = {"mode": "markers", "marker": {"size": 6, "color": theme.PURPLE}}
-        text = {"text": names, "hoverinfo": "text"}
-        traces.append(Trace("joints", "scatter3d", np.concatenate(balls, axis=1), looks | text))
+        marker = {"size": 6, "color": theme.PURPLE}
+        looks = {"mode": "markers", "marker": marker, "text": names, "hoverinfo": "text"}
+        traces.append(Trace("joints", "scatter3d", np.concatenate(balls, axis=1), looks))
     return traces
 
 
@@ -158,7 +159,7 @@ def _joint_lines(mark: JointMark, travel: Array, half: float) -> tuple[Array, fl
 
 
 def _vectors(mark: LoadMark, shown: Shown) -> tuple[Array, Array, Array]:
-    """Poses of the places of a load, (shapes, places, 4, 4), its vectors there in its own axes and in the world's."""
+    """Poses (shapes, places, 4, 4) of places of a load, and its vectors in its own axes and the world's."""
     poses = mark.pose(shown.q, shown.t)
     value = np.asarray(mark.value(shown.t), float) * shown.load_factor[:, None]
     own = np.broadcast_to(value[:, None], (*poses.shape[:2], 3))
@@ -353,7 +354,7 @@ def _arrows(layer: str, tails: Array, arrows: Array, size: float, text: str | li
 
 
 def _cones(layer: str, colour: str, base: Array, heads: Array, slenderness: float) -> Trace:
-    """Heads of arrows (shapes, heads, 3) on points: cones whose radius is their length times the slenderness."""
+    """Heads of arrows (shapes, heads, 3) on points: cones of a radius of length times slenderness."""
     radius = slenderness * np.linalg.norm(heads, axis=-1)[..., None, None]
     first = _across(heads)
     second = np.cross(_unit(heads), first)
