@@ -13,6 +13,9 @@ from . import theme
 
 Array = NDArray[np.float64]
 
+#: Relative to the largest coordinate: what moves less stands still.
+SEEN = 1e-6
+
 #: How the layers look in the legend, in the order in which they stand there.
 LEGEND: dict[str, dict[str, Any]] = {
     "rods": {"mode": "markers", "marker": {"symbol": "square", "size": 9, "color": theme.ROD_SCALE[1][1]}},
@@ -44,8 +47,9 @@ class Trace:
 
     @property
     def moves(self) -> bool:
-        """Whether the points are not the same in all shapes."""
-        return not np.array_equal(self.points, np.broadcast_to(self.points[:1], self.points.shape), True)
+        """Whether the points are not the same in all shapes, but for rounding."""
+        apart = np.nan_to_num(np.abs(self.points - self.points[:1]))
+        return bool(apart.max() > SEEN * np.nan_to_num(np.abs(self.points)).max())
 
 
 def figure(traces: Sequence[Trace], shapes: int, first: int, names: dict[str, str]) -> Any:
