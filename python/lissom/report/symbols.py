@@ -25,7 +25,7 @@ AXIS, ARROW, RING = 0.055, 0.28, 0.09
 HEAD, HEAD_RADIUS, MOST_HEAD = 0.08, 0.026, 0.6
 
 #: An arrow at its largest is at least this part of the largest one of its kind, so that it can be seen.
-LEAST_ARROW = 0.35
+LEAST_ARROW = 1 / 3
 
 #: Corners of the head of an arrow.
 CORNERS = 6
