@@ -116,12 +116,12 @@ def coordinates_of(run: Run, member: Member, at: Instants) -> Any | None:
 def wrench_of(run: Run, member: Member, at: Instants) -> Any | None:
     """Force and moment that a link gets through its joint; None where no accelerations are known."""
     known = at[np.isfinite(run.a[at]).all(axis=1)]
+    if len(known) == 0:
+        return None
     try:
         wrench = member.wrench(run.q[known], run.v[known], run.a[known], run.t[known])
     except (ValueError, LissomError):
         # The end of a run that failed can be beyond all numbers.
-        return None
-    if len(known) == 0:
         return None
     plots = {
         name: list(zip("xyz", wrench[:, rows].T, strict=True))

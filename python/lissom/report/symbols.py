@@ -161,7 +161,8 @@ def _joint_lines(mark: JointMark, travel: Array, half: float) -> tuple[Array, fl
 def _vectors(mark: LoadMark, shown: Shown) -> tuple[Array, Array, Array]:
     """Poses (shapes, places, 4, 4) of places of a load, and its vectors in its own axes and the world's."""
     poses = mark.pose(shown.q, shown.t)
-    value = np.asarray(mark.value(shown.t), float) * shown.load_factor[:, None]
+    # Half of it, so that vectors of the largest doubles can be turned; what is beyond them is not drawn.
+    value = 0.5 * shown.load_factor[:, None] * np.nan_to_num(mark.value(shown.t), posinf=0.0, neginf=0.0)
     own = np.broadcast_to(value[:, None], (*poses.shape[:2], 3))
     world = np.einsum("kpij,kpj->kpi", poses[..., :3, :3], own) if mark.follows else own
     return poses, own, world
@@ -173,11 +174,14 @@ def _drawn_lengths(vectors: Sequence[Array], largest: float) -> list[Array]:
     Each keeps its course in time. The largest one is as long as ``largest``; others are to scale with it, but
     at their largest at least `LEAST_ARROW` of that.
     """
-    peaks = [float(np.nan_to_num(np.linalg.norm(vector, axis=-1)).max()) for vector in vectors]
-    most = max(peaks)
+    # Squares of large numbers are beyond doubles.
+    sizes = [float(np.abs(vector).max()) for vector in vectors]
+    vectors = [vector / (size or 1.0) for vector, size in zip(vectors, sizes, strict=True)]
+    norms = [float(np.linalg.norm(vector, axis=-1).max()) for vector in vectors]
+    shares = [size / (max(sizes) or 1.0) * norm for size, norm in zip(sizes, norms, strict=True)]
     return [
-        vector * (largest * max(LEAST_ARROW, peak / most) / peak) if peak > 0.0 else 0.0 * vector
-        for vector, peak in zip(vectors, peaks, strict=True)
+        vector * (largest * max(LEAST_ARROW, share / max(shares)) / norm) if norm > 0.0 else vector
+        for vector, norm, share in zip(vectors, norms, shares, strict=True)
     ]
 
 
@@ -253,7 +257,7 @@ def _moments(marks: Sequence[LoadMark], shown: Shown) -> list[Trace]:
 
 def _axes_across(vector: Array, poses: Array, own: Array, follows: bool) -> tuple[Array, Array]:
     """Two unit vectors across each vector (shapes, places, 3) that move without jumps: as its axes do."""
-    peak = own.reshape(-1, 3)[int(np.argmax(np.linalg.norm(own.reshape(-1, 3), axis=1)))]
+    peak = own.reshape(-1, 3)[int(np.argmax(np.abs(own.reshape(-1, 3)).max(axis=1)))]
     least = int(np.argmin(np.abs(peak)))
     start = poses[..., :3, least] if follows else np.broadcast_to(np.eye(3)[least], vector.shape)
     axis = _unit(vector)
