@@ -33,6 +33,25 @@ LEGEND: dict[str, dict[str, Any]] = {
 }
 
 
+#: Break of a line.
+BREAK = np.full((1, 3), np.nan)
+
+
+@dataclass(frozen=True)
+class Shown:
+    """The shapes in which something is shown."""
+
+    #: Coordinates (shapes, n), times and load factors (shapes,).
+    q: Array
+    t: Array
+    load_factor: Array
+    #: Length in metres to which symbols are scaled.
+    size: float
+    #: Radius of the thickest rod as it is drawn, and half the length of the axis of a joint, metres.
+    radius: float
+    half_axis: float
+
+
 @dataclass(frozen=True)
 class Trace:
     """Something that is drawn."""

@@ -108,7 +108,7 @@ def _in_space(run: Animated) -> Any:
     # What flies far is small in its box.
     size = max(seen.size, LEAST_SIZE * float(np.linalg.norm(high - low)))
     widest = max((solids.widest(link, least) for link in seen.links), default=0.0)
-    shown = symbols.Shown(q, t, run.load_factor[at], size, widest, _half_axis(run, size))
+    shown = layers.Shown(q, t, run.load_factor[at], size, widest, _half_axis(run, size))
     traces = [*drawn, *symbols.symbols(seen.marks, shown)]
     low, high = layers.extent(traces)
     low, high = _box(low, high, 0.04 * float((high - low).max()))
@@ -166,7 +166,7 @@ def _tips(run: Animated, at: NDArray[np.intp]) -> list[layers.Trace]:
 
 def _in_one_line(lines: list[Array]) -> Array:
     """Lines (points, 3) one behind the other, with breaks between them, (1, points, 3)."""
-    return np.concatenate([part for line in lines for part in (line, symbols.BREAK)])[None]
+    return np.concatenate([part for line in lines for part in (line, layers.BREAK)])[None]
 
 
 def _box(low: Array, high: Array, margin: float) -> tuple[Array, Array]:
