@@ -52,6 +52,8 @@ class Run:
     interrupted: bool = False
     #: What stands around the times of an animation.
     label: ClassVar[tuple[str, str]] = ("t = ", " s")
+    #: The state at which an animation opens.
+    opens_at: ClassVar[int] = 0
 
     @cached_property
     def t(self) -> Array:
@@ -77,6 +79,11 @@ class Run:
     def clock(self) -> Array:
         """Times at which the model is drawn, seconds, shape (m,)."""
         return self.t
+
+    @property
+    def load_factor(self) -> Array:
+        """How much of the loads acts, shape (m,): all of them."""
+        return np.ones(len(self.t))
 
     @property
     def message(self) -> str:

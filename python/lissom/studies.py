@@ -33,6 +33,15 @@ class Slides:
     q: Array
     #: What stands around a label.
     label: tuple[str, str] = ("t = ", " s")
+    #: The shape that is shown first.
+    opens_at: int = 0
+    #: How much of the loads acts, shape (m,); all of them by default.
+    factors: Array | None = None
+
+    @cached_property
+    def load_factor(self) -> Array:
+        """How much of the loads acts, shape (m,)."""
+        return np.ones(len(self.t)) if self.factors is None else self.factors
 
     @cached_property
     def view(self) -> View:

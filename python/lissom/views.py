@@ -7,14 +7,16 @@ Each kind of model is described here, once, as a `View`. The others ask the view
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property, partial, singledispatch
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ._lissom import Body, Model, Robot, Rod, Segment, SpringPendulum
+from ._lissom import Body, Load, Model, Robot, Rod, Segment, SpringPendulum
+from .links import Link as Joined
+from .marks import Marks, marks
 
 Array = NDArray[np.float64]
 
@@ -115,6 +117,22 @@ class Frame:
 
 
 @dataclass(frozen=True)
+class Member:
+    """A link of a robot of several, whose curves are shown by themselves."""
+
+    name: str
+    #: Its tip, or what moves with its body, in words.
+    frame: Frame
+    #: Which coordinates are those of its joint and its rod.
+    coordinates: slice
+    #: Moment (N m) and force (N) that it gets through its joint, (k, 6): of (k, n) coordinates, velocities,
+    #: accelerations and (k,) times.
+    wrench: Callable[[Array, Array, Array, Array], Array]
+    #: What it gets them from, in words.
+    carrier: str
+
+
+@dataclass(frozen=True)
 class Sketch:
     """How a model in the plane is drawn: a mass on a line from the origin, in the world's x and y."""
 
@@ -137,8 +155,12 @@ class View:
     links: Sequence[Link] = ()
     #: Rigid bodies, drawn in space.
     solids: Sequence[Solid] = ()
+    #: Joints, loads, supports and what is around it all, drawn in space.
+    marks: Marks = field(default_factory=Marks)
     #: Frames at which forces act and motions are measured.
     frames: Sequence[Frame] = ()
+    #: The links of a model of several, one by one.
+    members: Sequence[Member] = ()
     #: How a model without links is drawn.
     sketch: Sketch | None = None
     #: Angular velocity (3,) of what carries the model, rad/s in world axes: of a time; None where that rests.
@@ -182,6 +204,7 @@ def of_rod(rod: Rod) -> View:
         ],
         caption="The coloured body is the rod, from its clamped base (dark) to its tip (yellow)",
         links=[Link("rod", rod.segments, rod.length, lambda q, X, t: rod.pose(q, X, t=t))],
+        marks=marks(rod, [Load(force=rod.tip_force, moment=rod.tip_moment), *rod.loads]),
         frames=[
             Frame(
                 "tip",
@@ -264,9 +287,25 @@ def of_robot(robot: Robot) -> View:
             for link in links
             if link.name not in parents
         ],
+        marks=marks(robot, robot.loads),
+        members=[_member(robot, link) for link in links] if len(links) > 1 else (),
         reach=_reach(robot),
         multiplications=lambda: robot.multiplications,
     )
+
+
+def _member(robot: Robot, link: Joined) -> Member:
+    """A link with what is shown of it."""
+
+    def wrench(q: Array, v: Array, a: Array, t: Array) -> Array:
+        return robot.joint_wrench(q, v, a, link=link.name, t=t)
+
+    frame = Frame(
+        f"{'base' if link.rod is None else 'tip'} of {link.name}",
+        partial(_pose_of_tip, robot, link.name),
+        partial(_jacobian_of_tip, robot, link.name),
+    )
+    return Member(link.name, frame, robot.slice(link.name), wrench, link.parent or "the world")
 
 
 def _coordinate_of_robot(name: str) -> Coordinate:

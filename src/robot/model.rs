@@ -191,7 +191,8 @@ impl RobotModel {
         };
         let nodes = on_sweeps!(&sweeps, sweeps => sweeps.plan().nodes());
         let cost = on_sweeps!(&sweeps, sweeps => cost::multiplications(sweeps.plan(), solve));
-        let explanation = Explanation::new(robot, sweeps.kernel(), solve, &nodes, &cost);
+        let links = on_sweeps!(&sweeps, sweeps => cost::of_links(sweeps.plan(), solve));
+        let explanation = Explanation::new(robot, sweeps.kernel(), solve, &nodes, &cost, &links);
         let unloaded = (!robot.supports.is_empty()).then(|| Box::new(sweeps.with_robot(&robot.unloaded())));
         let mut model = Self {
             sweeps,

@@ -9,6 +9,7 @@ use super::plan::Plan;
 use super::plan::tree::Weld;
 use super::state::tangent::Tangent;
 use super::sweeps::Sweeps;
+use super::tell::cost;
 use crate::body::Body;
 use crate::joint::{Joint, JointForces};
 use crate::lie::{Quaternion, Spatial, Vector};
@@ -290,4 +291,28 @@ fn driven_joints_are_solved_with_all_entries() {
         places,
         ["links[20].joint.mimic.multiplier", "links[7].joint.mimic.link", "links[20].joint.mimic.link"]
     );
+}
+
+#[test]
+fn the_links_of_a_robot_share_its_pieces_and_their_cost() {
+    for responds in [false, true] {
+        let mut robot = robot(responds);
+        // A frame at the end of a link is computed with that link.
+        let frame = Link { parent: Some(robot.links.len() - 1), ..Link::new("frame") };
+        robot.links.push(frame);
+        let plan = compile::plan::<Space>(&robot, ());
+        let pieces: Vec<usize> = (0..robot.links.len()).flat_map(|link| plan.pieces_of(link)).collect();
+        assert_eq!(pieces, (0..plan.pieces.len()).collect::<Vec<_>>());
+        assert!(plan.pieces_of(robot.links.len() - 1).is_empty());
+
+        let all = cost::multiplications(&plan, Solve::Dense);
+        let of_links = cost::of_links(&plan, Solve::Dense);
+        assert_eq!(of_links.iter().map(|of| of.residual).sum::<u64>(), all.residual);
+        assert_eq!(of_links.iter().map(|of| of.tangent).sum::<u64>(), all.tangent);
+        assert_eq!(of_links.iter().map(|of| of.nodes).sum::<usize>(), plan.nodes().iter().sum::<usize>());
+        for (link, of_link) in robot.links.iter().zip(&of_links) {
+            assert_eq!(of_link.coordinates, link.coordinates(), "{}", link.name);
+            assert_eq!(of_link.nodes > 0, !link.rod.is_empty(), "{}", link.name);
+        }
+    }
 }

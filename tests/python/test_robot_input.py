@@ -160,6 +160,21 @@ def test_explanations_name_links_and_what_acts_on_joints():
     assert made.kernel == "planar"
 
 
+def test_explanations_say_which_link_costs_what():
+    soft = lissom.Segment(0.1, 0.01, 1e6, poisson_ratio=0.4, density=1000, modes={"bend_y": 3, "bend_z": 2})
+    hinges = [link(f"hinge{i}", joint=lissom.Revolute((0, i, 1))) for i in range(12)]
+    made = robot(*hinges[:6], link("finger", body=None, rod=[soft], parent="hinge2"), *hinges[6:])
+    lines = made.explain().split("cost of links\n")[1].splitlines()
+    assert [line.split()[0] for line in lines[:1] + lines[-1:]] == ["finger", "3"]
+    assert lines[0].endswith("6 coordinates, 12 nodes")
+    assert lines[-1].split()[:3] == ["3", "other", "links"]
+    for what in ("residual", "Jacobian"):
+        shares = [float(line.split(f" % of the {what}")[0].split()[-1]) for line in lines]
+        assert shares[0] == max(shares)
+        assert sum(shares) == pytest.approx(100.0, abs=0.05 * len(shares))
+    assert "cost of links" not in robot(hinges[0]).explain()
+
+
 def test_errors_of_auto_are_those_of_all_links():
     """The base of the last link never moves here: its bodies do."""
     pendulum = robot(link(), gravity=(0, -9.81, 0))

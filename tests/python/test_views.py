@@ -67,12 +67,17 @@ def test_every_link_is_kept_and_drawn():
     page = report.build(run)
     assert titles(page)[:4] == ["Motion", "Hand", "Foot", "Coordinates"]
     figure = page.sections[0].parts[0].figure
-    assert [trace.name for trace in figure.data] == [
-        *("left", "right", "hand", "foot"),
-        *("path of the hand", "path of the foot", "initial shape", "initial shape"),
-    ]
-    assert {len(frame.data) for frame in figure.frames} == {4}
+    drawn = [trace for trace in figure.data if not trace.showlegend]
+    assert [trace.name for trace in drawn[:5]] == ["left", "right", "tips", "paths", "initial shape"]
+    tips, paths, shapes = drawn[2:5]
+    assert list(tips.text) == ["hand", "foot"]
+    # Two lines in one, each with a break behind it.
+    np.testing.assert_array_equal(
+        np.flatnonzero(np.isnan(paths.x)), len(paths.x) // 2 * np.array([1, 2]) - [1, 1]
+    )
+    np.testing.assert_allclose(shapes.y[49 + 1 : -1], shapes.y[:49] + 1.0, rtol=1e-5)
     for frame in (figure.frames[0], figure.frames[-1]):
+        assert list(frame.traces[:3]) == [0, 1, 2]
         np.testing.assert_allclose(frame.data[1].y, frame.data[0].y + 1.0, rtol=1e-5)
         np.testing.assert_array_equal(frame.data[0].x, frame.data[1].x)
 

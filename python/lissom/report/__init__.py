@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from ..results import Run
+from ..views import Member
 from . import curves, motion, page, text
 
 
@@ -17,11 +18,7 @@ def build(run: Run) -> page.Page:
     """What the report says."""
     sections = [
         *motion.sections("Motion", run, text.animation(run)),
-        *(
-            page.Section(frame.name.capitalize(), [page.Figure(curves.position(run, frame))])
-            for frame in run.view.frames
-        ),
-        page.Section("Coordinates", [page.Figure(curves.coordinates(run), text.coordinates(run))]),
+        *(_links(run) if run.view.members else _whole(run)),
         *(
             [
                 page.Section(
@@ -42,3 +39,41 @@ def build(run: Run) -> page.Page:
         tiles=text.tiles(run),
         sections=sections,
     )
+
+
+def _whole(run: Run) -> list[page.Section]:
+    """The curves of a model that is looked at as a whole."""
+    return [
+        *(
+            page.Section(frame.name.capitalize(), [page.Figure(curves.position(run, frame))])
+            for frame in run.view.frames
+        ),
+        page.Section(
+            "Coordinates", [page.Figure(curves.coordinates(run), text.coordinates(run.view.coordinates))]
+        ),
+    ]
+
+
+def _links(run: Run) -> list[page.Section]:
+    """The curves of a robot: of the link that is picked."""
+    at = curves.instants(run)
+    options = [(member.name, _member(run, member, at)) for member in run.view.members]
+    return [page.Section("Links", [page.Choice("Link", options)])]
+
+
+def _member(run: Run, member: Member, at: curves.Instants) -> list[page.Part]:
+    """The curves of a link."""
+    parts: list[page.Part] = [page.Figure(curves.position(run, member.frame, at))]
+    coordinates = curves.coordinates_of(run, member, at)
+    if coordinates is None:
+        parts.append(f"{member.name} has no coordinates of its own.")
+    else:
+        of_modes = text.coordinates(run.view.coordinates[member.coordinates])
+        parts.append(page.Figure(coordinates, f"Coordinates of {member.name}. {of_modes}".rstrip()))
+    wrench = curves.wrench_of(run, member, at)
+    if wrench is not None:
+        caption = (
+            f"What {member.name} gets through its joint from {member.carrier}, in the axes of the world."
+        )
+        parts.append(page.Figure(wrench, f"{caption} The moment is about the joint."))
+    return parts

@@ -7,29 +7,28 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ..views import Link, Sketch, Solid, View
-from . import page, theme
+from ..views import Sketch, View
+from . import layers, page, solids, symbols, theme
 
 Array = NDArray[np.float64]
 
 #: Frames of an animation, at most: about eight seconds at the pace of a film.
 MAX_FRAMES = 200
 
+#: Points of skins in all frames together, at most, and frames that there are whatever they cost.
+MAX_POINTS, MIN_FRAMES = 1_000_000, 25
+
 #: Slowest and fastest playback, milliseconds a frame.
 PACE = (25.0, 200.0)
-
-#: Corners of the drawn cross-section.
-CORNERS = 12
 
 #: A rod is drawn at least this thick, relative to its length, so that a wire can be seen.
 LEAST_RADIUS = 0.006
 
-#: A given section, whose inertia need not be that of any figure, is drawn at most this thick, relative to
-#: the rod's length.
-MOST_RADIUS = 0.03
-
 #: Points of the path of a tip, at most.
 MAX_PATH = 3000
+
+#: Symbols are scaled to the size of the model, or to this part of the diagonal of all that is shown.
+LEAST_SIZE = 0.25
 
 #: Diagonal of the box around a rod, in plotly's units, in which the camera's distance is about 1.8.
 SPACE_SIZE = 1.65
@@ -56,6 +55,14 @@ class Animated(Protocol):
     @property
     def clock(self) -> Array:
         """Times at which the model is shown, seconds, shape (m,)."""
+
+    @property
+    def load_factor(self) -> Array:
+        """How much of the loads acts, shape (m,)."""
+
+    @property
+    def opens_at(self) -> int:
+        """Index of the shape that is shown first."""
 
     @property
     def label(self) -> tuple[str, str]:
@@ -89,242 +96,94 @@ def _labels(times: Array) -> list[str]:
 
 
 def _in_space(run: Animated) -> Any:
-    """Links as tubes, frames as points with the paths that they take."""
-    import plotly.graph_objects as go
-
-    least = LEAST_RADIUS * run.view.size
-    skins: list[Tube | Ellipsoid] = [Tube(link, least) for link in run.view.links]
-    skins += [Ellipsoid(solid, least) for solid in run.view.solids]
-    path = run.instants(MAX_PATH)
-    paths = [frame.pose(run.q[path], run.clock[path])[:, :3, 3] for frame in run.view.frames]
-
-    def moving(i: int) -> list[Any]:
-        """What changes from frame to frame: the positions alone."""
-        points = [frame.pose(run.q[i], run.clock[i])[:3, 3] for frame in run.view.frames]
-        return [skin.trace(run, i) for skin in skins] + [
-            go.Scatter3d(x=x[None], y=y[None], z=z[None]) for x, y, z in points
-        ]
-
-    first = moving(0)
-    for skin, trace in zip(skins, first, strict=False):
-        trace.update(skin.looks())
-    dot = {"size": 4, "color": theme.ORANGE}
-    for frame, trace in zip(run.view.frames, first[len(skins) :], strict=True):
-        trace.update(mode="markers", marker=dot, name=frame.name, hoverinfo="skip")
-    starts = [skin.centre_line(run, 0) for skin in skins if isinstance(skin, Tube)]
-    figure = go.Figure([*first, *_paths(run.view, paths), *_initial_shapes(starts)])
-    at = run.instants(MAX_FRAMES)
-    frames = [go.Frame(data=moving(i), traces=list(range(len(first))), name=str(k)) for k, i in enumerate(at)]
-    figure.frames = frames
-    every = np.concatenate([skin.centre_line(run, at).reshape(-1, 3) for skin in skins] + paths)
+    """Links as tubes and ellipsoids, what joins them and acts on them, and the paths of their tips."""
+    seen = run.view
+    least = LEAST_RADIUS * seen.size
+    at = _frames(run)
+    q, t = run.q[at], run.clock[at]
+    skins = [solids.tube(link, q, t, least) for link in seen.links]
+    skins += [solids.ellipsoid(solid, q, t, 2.0 * least) for solid in seen.solids]
+    drawn = [*skins, *_tips(run, at)]
+    low, high = layers.extent(drawn)
+    # What flies far is small in its box.
+    size = max(seen.size, LEAST_SIZE * float(np.linalg.norm(high - low)))
+    widest = max((solids.widest(link, least) for link in seen.links), default=0.0)
+    shown = layers.Shown(q, t, run.load_factor[at], size, widest, _half_axis(run, size))
+    traces = [*drawn, *symbols.symbols(seen.marks, shown)]
+    low, high = layers.extent(traces)
+    low, high = _box(low, high, 0.04 * float((high - low).max()))
+    eye = _eye(high - low)
+    traces += symbols.around(seen.marks, low, high, eye)
+    opens_at = int(np.searchsorted(at, run.opens_at))
+    singular = {"rods": "rod", "bodies": "body", "tips": "tip", "paths": "path of the tip"}
+    numbers = {"rods": seen.links, "bodies": seen.solids, "tips": seen.frames, "paths": seen.frames}
+    names = {name: singular[name] for name, number in numbers.items() if len(number) == 1}
+    figure = layers.figure(traces, len(at), opens_at, names)
     figure.update_layout(
         **theme.layout(
             640,
             margin={"l": 0, "r": 0, "t": 10, "b": 90},
-            scene=_space(every, margin=2.0 * max(skin.widest for skin in skins)),
+            scene=_space(low, high, eye),
             legend={"orientation": "h", "y": 1.0, "x": 0.5, "xanchor": "center", "yanchor": "top"},
             uirevision="kept",
         ),
-        **theme.player(frames, _labels(run.t[at]), _pace(run, at), label=run.label),
+        **theme.player(figure.frames, _labels(run.t[at]), _pace(run, at), label=run.label, active=opens_at),
     )
     return figure
 
 
-class Ellipsoid:
-    """The skin of a rigid body, drawn at least so thick."""
-
-    def __init__(self, solid: Solid, least_radius: float) -> None:
-        self.solid = solid
-        latitude, longitude = np.meshgrid(
-            np.linspace(-np.pi / 2, np.pi / 2, CORNERS // 2 + 1),
-            np.linspace(-np.pi, np.pi, CORNERS, endpoint=False),
-            indexing="ij",
-        )
-        sphere = [
-            np.cos(latitude) * np.cos(longitude),
-            np.cos(latitude) * np.sin(longitude),
-            np.sin(latitude),
-        ]
-        self.skin = np.stack(sphere, axis=-1).reshape(-1, 3) * np.maximum(solid.semi_axes, 2.0 * least_radius)
-
-    @property
-    def widest(self) -> float:
-        """How far the skin is from the centre, at most, metres."""
-        return float(np.abs(self.skin).max())
-
-    def centre_line(self, run: Animated, at: Any) -> Array:
-        """Positions of the centre (..., 1, 3) in the shapes of these indices."""
-        return self.solid.pose(run.q[at], run.clock[at])[..., None, :3, 3]
-
-    def trace(self, run: Animated, i: int) -> Any:
-        """The vertices of the skin in one shape."""
-        import plotly.graph_objects as go
-
-        pose = self.solid.pose(run.q[i], run.clock[i])
-        return go.Mesh3d(**_xyz(self.skin @ pose[:3, :3].T + pose[:3, 3]))
-
-    def looks(self) -> dict[str, Any]:
-        """The faces, which stay the same, and how they look."""
-        rings, around = CORNERS // 2, np.arange(CORNERS)
-        here = (np.arange(rings)[:, None] * CORNERS + around).ravel()
-        beside = (np.arange(rings)[:, None] * CORNERS + (around + 1) % CORNERS).ravel()
-        i, j, k = np.stack(
-            [[here, beside, here + CORNERS], [beside, beside + CORNERS, here + CORNERS]], axis=1
-        )
-        return {
-            "i": i.ravel(),
-            "j": j.ravel(),
-            "k": k.ravel(),
-            "color": theme.GREY,
-            "flatshading": False,
-            "name": self.solid.name,
-            "hoverinfo": "name",
-        }
+def _frames(run: Animated) -> NDArray[np.intp]:
+    """The shapes that are shown: fewer of what has many points."""
+    points = sum(solids.CORNERS * len(link.stations) for link in run.view.links)
+    points += solids.CORNERS * solids.RINGS * len(run.view.solids)
+    return run.instants(int(np.clip(MAX_POINTS // max(points, 1), MIN_FRAMES, MAX_FRAMES)))
 
 
-def _paths(view: View, paths: list[Array]) -> list[Any]:
-    """Where the frames go."""
-    import plotly.graph_objects as go
-
-    return [
-        go.Scatter3d(
-            **_xyz(path),
-            mode="lines",
-            hoverinfo="skip",
-            line={"color": theme.ORANGE, "width": 2},
-            opacity=0.55,
-            name=f"path of the {frame.name}",
-        )
-        for frame, path in zip(view.frames, paths, strict=True)
-    ]
+def _half_axis(run: Animated, size: float) -> float:
+    """Half the length of the axes of joints: they stick out of bodies, unless these are large."""
+    widest = max((float(solid.semi_axes.max()) for solid in run.view.solids), default=0.0)
+    return float(np.clip(1.3 * widest, symbols.AXIS * size, 2.0 * symbols.AXIS * size))
 
 
-def _initial_shapes(centre_lines: list[Array]) -> list[Any]:
-    import plotly.graph_objects as go
-
-    return [
-        go.Scatter3d(
-            **_xyz(line),
-            mode="lines",
-            hoverinfo="skip",
-            line={"color": theme.GREY, "width": 3, "dash": "dot"},
-            name="initial shape",
-        )
-        for line in centre_lines
-    ]
-
-
-class Tube:
-    """The skin of a link, drawn at least so thick."""
-
-    def __init__(self, link: Link, least_radius: float) -> None:
-        self.link = link
-        self.outline = _outline(link, least_radius)
-
-    @property
-    def widest(self) -> float:
-        """How far the skin is from the axis, at most, metres."""
-        return float(np.abs(self.outline).max())
-
-    def centre_line(self, run: Animated, at: Any) -> Array:
-        """Positions (..., stations, 3) in the shapes of these indices."""
-        return self.link.pose(run.q[at], self.link.stations, run.clock[at])[..., :3, 3]
-
-    def trace(self, run: Animated, i: int) -> Any:
-        """The vertices of the skin in one shape."""
-        import plotly.graph_objects as go
-
-        pose = self.link.pose(run.q[i], self.link.stations, run.clock[i])
-        return go.Mesh3d(**_xyz(_skin(pose, self.outline)))
-
-    def looks(self) -> dict[str, Any]:
-        """What does not change: faces, colours, light."""
-        stations = self.link.stations
-        return {
-            **dict(zip("ijk", _faces(len(stations)).T, strict=True)),
-            "intensity": _along(stations / self.link.length),
-            "colorscale": theme.ROD_SCALE,
-            "showscale": False,
-            "flatshading": False,
-            "lighting": {
-                "ambient": 0.55,
-                "diffuse": 0.75,
-                "specular": 0.35,
-                "roughness": 0.45,
-                "fresnel": 0.1,
-            },
-            "lightposition": {"x": 2e4, "y": -3e4, "z": 4e4},
-            "hoverinfo": "skip",
-            "name": self.link.name,
-        }
+def _tips(run: Animated, at: NDArray[np.intp]) -> list[layers.Trace]:
+    """Tips with the paths that they take, and the shape at the start."""
+    seen, path = run.view, run.instants(MAX_PATH)
+    traces = []
+    if seen.frames:
+        tips = [frame.pose(run.q[at], run.clock[at])[:, None, :3, 3] for frame in seen.frames]
+        names = {"text": [frame.name for frame in seen.frames], "hoverinfo": "text"}
+        dots = {"mode": "markers", "marker": {"size": 4, "color": theme.ORANGE}}
+        traces.append(layers.Trace("tips", "scatter3d", np.concatenate(tips, axis=1), dots | names))
+        paths = [frame.pose(run.q[path], run.clock[path])[:, :3, 3] for frame in seen.frames]
+        looks = {**layers.LEGEND["paths"], "opacity": 0.55, "hoverinfo": "skip"}
+        traces.append(layers.Trace("paths", "scatter3d", _in_one_line(paths), looks))
+    if seen.links:
+        starts = [link.pose(run.q[0], link.stations, run.clock[0])[:, :3, 3] for link in seen.links]
+        looks = {**layers.LEGEND["initial shape"], "hoverinfo": "skip"}
+        traces.append(layers.Trace("initial shape", "scatter3d", _in_one_line(starts), looks))
+    return traces
 
 
-def _outline(link: Link, least_radius: float) -> Array:
-    """Corners of the sections in their y and z, (stations, CORNERS, 2); at a joint, of the one before."""
-    stations = link.stations
-    angle = 2.0 * np.pi * np.arange(CORNERS) / CORNERS
-    round_corners = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-    # Rays half a corner further meet a square's corners too.
-    rays = np.stack([np.cos(angle + np.pi / CORNERS), np.sin(angle + np.pi / CORNERS)], axis=-1)
-    square_corners = rays / np.abs(rays).max(axis=1, keepdims=True)
-    ends = np.cumsum([segment.length for segment in link.segments])
-    outline = np.empty((len(stations), CORNERS, 2))
-    for k, station in enumerate(stations):
-        i = min(int(np.searchsorted(ends, station)), len(ends) - 1)
-        segment = link.segments[i]
-        fraction = (station - (ends[i] - segment.length)) / segment.length
-        size = np.array(segment.section.half_extents(min(max(fraction, 0.0), 1.0)))
-        if segment.section.shape == "given":
-            size = np.minimum(size, MOST_RADIUS * link.length)
-        corners = square_corners if segment.section.shape == "rectangle" else round_corners
-        outline[k] = np.maximum(size, least_radius) * corners
-    return outline
+def _in_one_line(lines: list[Array]) -> Array:
+    """Lines (points, 3) one behind the other, with breaks between them, (1, points, 3)."""
+    return np.concatenate([part for line in lines for part in (line, layers.BREAK)])[None]
 
 
-def _skin(pose: Array, outline: Array) -> Array:
-    """Vertices of a tube, shape (vertices, 3): middle of the base, rings of corners, middle of the tip."""
-    centre, y, z = (pose[:, None, :3, column] for column in (3, 1, 2))
-    rings = centre + outline[..., :1] * y + outline[..., 1:] * z
-    return np.concatenate([pose[:1, :3, 3], rings.reshape(-1, 3), pose[-1:, :3, 3]])
+def _box(low: Array, high: Array, margin: float) -> tuple[Array, Array]:
+    """A box around another one; what happens in a plane still gets some room across it."""
+    low, high = low - margin, high + margin
+    centre, size = 0.5 * (low + high), np.maximum(high - low, 0.25 * float((high - low).max()))
+    return centre - 0.5 * size, centre + 0.5 * size
 
 
-def _along(fraction: Array) -> Array:
-    """A value for each vertex of the skin."""
-    return np.concatenate([fraction[:1], np.repeat(fraction, CORNERS), fraction[-1:]])
+def _eye(size: Array) -> Array:
+    """From where a box of that size is seen: across the plane in which most of the motion happens."""
+    return np.array([(1.6, -0.7, 0.55), (0.45, -1.6, 0.45), (0.55, -1.15, 1.3)][int(np.argmin(size))])
 
 
-def _faces(stations: int) -> NDArray[np.int32]:
-    """Triangles of the skin, shape (faces, 3)."""
-    corner = np.arange(CORNERS)
-    after = (corner + 1) % CORNERS
-    faces = []
-    for ring in range(stations - 1):
-        near, far = 1 + ring * CORNERS, 1 + (ring + 1) * CORNERS
-        faces += [
-            np.stack([near + corner, far + corner, near + after], axis=1),
-            np.stack([near + after, far + corner, far + after], axis=1),
-        ]
-    last = 1 + (stations - 1) * CORNERS
-    faces += [
-        np.stack([np.zeros_like(corner), 1 + corner, 1 + after], axis=1),
-        np.stack([np.full_like(corner, last + CORNERS), last + after, last + corner], axis=1),
-    ]
-    return np.concatenate(faces).astype(np.int32)
-
-
-def _xyz(points: Array) -> dict[str, Array]:
-    return dict(zip("xyz", points.T.astype(np.float32), strict=True))
-
-
-def _space(points: Array, margin: float) -> dict[str, Any]:
-    """Three equal axes around the points, seen across the plane in which most of the motion happens."""
-    low, high = points.min(axis=0) - margin, points.max(axis=0) + margin
-    # A motion in a plane still gets some room across it.
-    least = 0.25 * float((high - low).max())
-    centre, size = 0.5 * (low + high), np.maximum(high - low, least)
-    low, high = centre - 0.5 * size, centre + 0.5 * size
-    thin = int(np.argmin(size))
-    eye = {0: (1.6, -0.7, 0.55), 1: (0.45, -1.6, 0.45), 2: (0.55, -1.15, 1.3)}[thin]
+def _space(low: Array, high: Array, eye: Array) -> dict[str, Any]:
+    """Three equal axes of a box, seen from there."""
+    size = high - low
     ratio = size * min(SPACE_SIZE / float(np.linalg.norm(size)), SPACE_HEIGHT / float(size[2]))
     axes = {
         f"{name}axis": {
@@ -340,10 +199,12 @@ def _space(points: Array, margin: float) -> dict[str, Any]:
     }
     return {
         **axes,
+        # The legend stands above it.
+        "domain": {"y": [0.0, 0.93]},
         "aspectmode": "manual",
         "aspectratio": dict(zip("xyz", (float(r) for r in ratio), strict=True)),
         "camera": {
-            "eye": dict(zip("xyz", eye, strict=True)),
+            "eye": dict(zip("xyz", eye.tolist(), strict=True)),
             "center": {"x": 0, "y": 0, "z": -0.08},
             "projection": {"type": "perspective"},
         },

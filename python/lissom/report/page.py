@@ -50,7 +50,18 @@ CONTENT_POLICY = (
     "style-src 'unsafe-inline'; img-src data: blob:"
 )
 
-Part = str | Figure | Table | Lesson | Source
+
+@dataclass(frozen=True)
+class Choice:
+    """Parts of which the reader picks what is shown; the first one at first."""
+
+    #: What is picked.
+    what: str
+    #: By their names.
+    options: Sequence[tuple[str, Sequence[Part]]]
+
+
+Part = str | Figure | Table | Lesson | Source | Choice
 
 
 @dataclass(frozen=True)
@@ -80,7 +91,7 @@ def render(page: Page) -> str:
     """The page as one HTML text, about 5 MB of which are plotly itself."""
     from plotly.offline import get_plotlyjs
 
-    figures = [part for section in page.sections for part in section.parts if isinstance(part, Figure)]
+    figures = _figures([part for section in page.sections for part in section.parts])
     numbers = {id(figure): i for i, figure in enumerate(figures)}
     assets = files(__package__)
     return "\n".join(
@@ -102,6 +113,18 @@ def render(page: Page) -> str:
             "</body></html>\n",
         ]
     )
+
+
+def _figures(parts: Sequence[Part]) -> list[Figure]:
+    """All figures, in their order."""
+    found: list[Figure] = []
+    for part in parts:
+        match part:
+            case Figure():
+                found.append(part)
+            case Choice(_, options):
+                found += [figure for _, shown in options for figure in _figures(shown)]
+    return found
 
 
 def _header(page: Page) -> str:
@@ -136,6 +159,22 @@ def _part(part: Part, figures: dict[int, int]) -> str:
             return f'<div class="figure" {place}></div>{_caption(caption)}'
         case Table():
             return _table(part)
+        case Choice():
+            return _choice(part, figures)
+
+
+def _choice(choice: Choice, figures: dict[int, int]) -> str:
+    names = "".join(f"<option>{html.escape(name)}</option>" for name, _ in choice.options)
+    what = html.escape(choice.what)
+    shown = "\n".join(
+        f'<div class="option"{" hidden" if i else ""}>\n'
+        + "\n".join(_part(part, figures) for part in parts)
+        + "</div>"
+        for i, (_, parts) in enumerate(choice.options)
+    )
+    # Browsers keep what was picked when a page is loaded anew, unless they are told not to.
+    select = f'<select autocomplete="off">{names}</select>'
+    return f'<div class="choice"><label>{what} {select}</label>\n{shown}</div>'
 
 
 def _data(figure: Figure, figures: dict[int, int]) -> str:

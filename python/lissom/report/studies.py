@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,7 @@ import numpy as np
 from .._lissom import EquilibriumPath
 from ..results import Array
 from ..studies import ModesStudy, Slides, StaticsStudy
-from ..views import view
+from ..views import Member, view
 from . import motion, page, theme
 from .text import quantity
 
@@ -39,13 +40,17 @@ def statics(study: StaticsStudy) -> page.Page:
     if path is None:
         load_factor, q = np.array([0.0, 1.0]), np.stack([study.scene.q0, found.q])
         label, caption = ("", ""), "0 is the start, 1 the equilibrium."
+        factors = None
     else:
         load_factor, q = path.load_factor, path.q
-        label, caption = ("load factor ", ""), "Equilibria while the loads grow."
-    slides = Slides(study.scene, load_factor, q, label)
+        label, caption = ("load factor ", ""), "Equilibria while the loads grow; the last one is shown first."
+        factors = load_factor
+    slides = Slides(study.scene, load_factor, q, label, opens_at=len(q) - 1, factors=factors)
     sections = motion.sections("Shape", slides, caption)
     if path is not None:
         sections.append(page.Section("Stiffness", _stiffness(path)))
+    if found.success and slides.view.members:
+        sections.append(page.Section("Links", [_wrenches(study, slides.view.members)]))
     sections += [
         page.Section("Result", [found.message, page.Table(("", ""), summary(study))]),
         page.Section("Scene", [page.Source("The scene file", study.scene.text)]),
@@ -84,6 +89,25 @@ def summary(study: StaticsStudy) -> list[tuple[str, str]]:
             (point.kind, f"at load factor {point.load_factor:.6g}") for point in found.path.critical_points
         ]
     return rows
+
+
+def _wrenches(study: StaticsStudy, members: Sequence[Member]) -> page.Table:
+    """What each link gets through its joint at rest."""
+    q, t = study.found.q[None], np.array([study.scene.simulation.t0])
+    rest = np.zeros_like(q)
+
+    def components(values: Array) -> str:
+        # What rounding leaves of a zero says nothing.
+        least = 1e-9 * float(np.abs(values).max())
+        return "(" + ", ".join(f"{0.0 if abs(value) < least else value:.4g}" for value in values) + ")"
+
+    rows = []
+    for member in members:
+        wrench = member.wrench(q, rest, rest, t)[0]
+        rows.append((member.name, member.carrier, components(wrench[3:]), components(wrench[:3])))
+    columns = ("link", "carried by", "force (N)", "moment (N m)")
+    caption = "What each link gets through its joint, in the axes of the world; the moment about the joint."
+    return page.Table(columns, rows, caption=caption)
 
 
 def _stiffness(path: EquilibriumPath) -> list[page.Part]:

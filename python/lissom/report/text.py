@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,7 @@ import numpy as np
 from .._lissom import AccuracyWarning, MotionResult, Scene, Statistics, simulate
 from ..results import COUNTERS, MAX_SHAPES, NO_ENERGIES, Run, in_words_of_a_scene
 from ..results import statistics as numbers
-from ..views import SECTIONS_PER_SEGMENT, view
+from ..views import SECTIONS_PER_SEGMENT, Coordinate, view
 from . import motion
 
 METHODS = {
@@ -238,13 +238,15 @@ def animation(run: Run) -> str:
     note = f"{run.view.caption}. Axes are to scale"
     sizes = [size for link in run.view.links for size in link.half_extents()]
     if sizes and min(sizes) < motion.LEAST_RADIUS * run.view.size:
-        return note + "; the rod itself is drawn thicker than it is."
-    return note + "."
+        note += "; the rod itself is drawn thicker than it is"
+    if run.view.marks.loads:
+        note += ". Arrows and rings of loads follow them in time; small ones are drawn larger than to scale"
+    return f"{note}. Layers are switched in the legend."
 
 
-def coordinates(run: Run) -> str:
-    """Below the coordinates."""
-    if all(coordinate.degree is None for coordinate in run.view.coordinates):
+def coordinates(shown: Sequence[Coordinate]) -> str:
+    """Below coordinates."""
+    if all(coordinate.degree is None for coordinate in shown):
         return ""
     return (
         "Each strain is its value at rest plus the sum of these amplitudes times shifted Legendre "

@@ -14,6 +14,9 @@ BLUE, ORANGE, GREEN, PURPLE, RED, CYAN, GREY = (
     "#808994",
 )
 
+#: Of moments, beside forces in red.
+MAGENTA = "#c2479a"
+
 #: One colour for each part of the energy, in every figure.
 ENERGY_COLOURS = {
     "kinetic": BLUE,
@@ -77,8 +80,12 @@ def player(
     frame_milliseconds: float,
     label: tuple[str, str] = ("t = ", " s"),
     y: float = 0.0,
+    active: int = 0,
 ) -> dict[str, Any]:
-    """Play and pause buttons and a slider for an animated figure; ``label`` stands around those of frames."""
+    """Play and pause buttons and a slider for an animated figure; ``label`` stands around those of frames.
+
+    The slider stands at the frame ``active``.
+    """
     pace = {"frame": {"duration": frame_milliseconds, "redraw": True}, "transition": {"duration": 0}}
     still = {"frame": {"duration": 0, "redraw": True}, "transition": {"duration": 0}, "mode": "immediate"}
     buttons = [
@@ -111,7 +118,7 @@ def player(
         ],
         "sliders": [
             {
-                "active": 0,
+                "active": active,
                 "steps": steps,
                 "x": 0.22,
                 "len": 0.78,

@@ -13,6 +13,8 @@ pub(crate) mod stretch;
 pub(crate) mod tree;
 pub(crate) mod world;
 
+use std::ops::Range;
+
 use crate::lie::{Instructions, LANES, Lanes};
 use crate::linalg::Matrix;
 use crate::robot::plan::anchor::Anchor;
@@ -110,6 +112,12 @@ impl<G: Space> Plan<G> {
             }
         }
         self
+    }
+
+    /// The pieces of a link: of its joint, of its rod, or a rigid one. A link that is where another one ends has none.
+    pub(crate) fn pieces_of(&self, link: usize) -> Range<usize> {
+        let end = |link: &LinkPlan| link.rod.end.max(link.base + 1);
+        self.links[..link].last().map_or(0, end)..end(&self.links[link])
     }
 
     /// Quadrature nodes of each segment of the rods.

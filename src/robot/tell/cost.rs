@@ -4,6 +4,8 @@
 //! a number taken from a formula but the formula itself, evaluated with [`Counted`] numbers. A test counts what the
 //! sweeps really do.
 
+use std::ops::Range;
+
 use crate::lie::{Counted, Cross, LANES, Twist, VectorSpace, Wrench, products};
 use crate::robot::algebra::inertia::Seen as _;
 use crate::robot::algebra::inertia::{Gyroscope, Inertia, SectionInertia};
@@ -39,21 +41,62 @@ pub struct Multiplications {
 /// What is counted of a plan whose linear systems are solved that way.
 pub(crate) fn multiplications<G: Turning>(plan: &Plan<G>, solve: Solve) -> Multiplications {
     let n = plan.n as u64;
-    let mut residual = kinematics(plan);
-    residual += motion(plan);
-    residual += projection(plan);
-    let [tangent, mass] = [false, true].map(|is_mass_only| tangent(plan, is_mass_only).total());
-    let (couplings, [factorisation, solution]) = match solve {
-        Solve::Dense => (coupling(plan), [lu(n), n * n]),
-        Solve::Tree => ([0, 0], of_tree(plan)),
+    let [residual, tangent, mass_matrix] = evaluations(plan, solve, all(plan));
+    let [factorisation, solution] = match solve {
+        Solve::Dense => [lu(n), n * n],
+        Solve::Tree => of_tree(plan),
     };
-    Multiplications {
-        residual: residual.total(),
-        tangent: tangent + couplings[0],
-        mass_matrix: mass + couplings[1],
-        factorisation,
-        solution,
-    }
+    Multiplications { residual, tangent, mass_matrix, factorisation, solution }
+}
+
+/// What a link is computed with, and its part of the products.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct OfLink {
+    /// Quadrature nodes of its rod.
+    pub(crate) nodes: usize,
+    /// Those of its joint and of its rod.
+    pub(crate) coordinates: usize,
+    /// Of [`Multiplications::residual`].
+    pub(crate) residual: u64,
+    /// Of [`Multiplications::tangent`].
+    pub(crate) tangent: u64,
+}
+
+/// What the links take, with what acts on them and their blocks with other links.
+pub(crate) fn of_links<G: Turning>(plan: &Plan<G>, solve: Solve) -> Vec<OfLink> {
+    let of_link = |link| {
+        let pieces = plan.pieces_of(link);
+        let [residual, tangent, _] = evaluations(plan, solve, pieces.clone());
+        OfLink {
+            nodes: plan.pieces[plan.links[link].rod.clone()]
+                .iter()
+                .map(|piece| piece.gauss.nodes.len())
+                .sum(),
+            coordinates: plan.pieces[pieces].iter().map(|piece| piece.n).sum(),
+            residual,
+            tangent,
+        }
+    };
+    (0..plan.links.len()).map(of_link).collect()
+}
+
+/// The part of some pieces of a residual, a tangent and a mass matrix.
+fn evaluations<G: Turning>(plan: &Plan<G>, solve: Solve, pieces: Range<usize>) -> [u64; 3] {
+    let mut residual = kinematics(plan, pieces.clone());
+    residual += motion(plan, pieces.clone());
+    residual += projection(plan, pieces.clone());
+    let [tangent, mass] =
+        [false, true].map(|is_mass_only| tangent(plan, pieces.clone(), is_mass_only).total());
+    let couplings = match solve {
+        Solve::Dense => coupling(plan, pieces),
+        Solve::Tree => [0, 0],
+    };
+    [residual.total(), tangent + couplings[0], mass + couplings[1]]
+}
+
+/// All pieces.
+fn all<G: Turning>(plan: &Plan<G>) -> Range<usize> {
+    0..plan.pieces.len()
 }
 
 /// LU factorisation: n - 1 - k multipliers and their square, for every pivot k.
@@ -135,10 +178,10 @@ fn sizes<G: Turning>(piece: &PiecePlan<G>) -> (u64, u64, u64) {
 }
 
 /// `kernel::kinematics::update`.
-pub(crate) fn kinematics<G: Turning>(plan: &Plan<G>) -> Products {
+fn kinematics<G: Turning>(plan: &Plan<G>, pieces: Range<usize>) -> Products {
     let k = Kinds::<G>::new();
     let mut count = Products::default();
-    for piece in &plan.pieces {
+    for piece in &plan.pieces[pieces] {
         let (packs, nodes, modes) = sizes(piece);
         if piece.joined.weld.is_some() {
             count.singles +=
@@ -165,11 +208,11 @@ pub(crate) fn kinematics<G: Turning>(plan: &Plan<G>) -> Products {
 }
 
 /// `kernel::inverse_dynamics::update`.
-pub(crate) fn motion<G: Turning>(plan: &Plan<G>) -> Products {
+fn motion<G: Turning>(plan: &Plan<G>, pieces: Range<usize>) -> Products {
     let k = Kinds::<G>::new();
     let scaled = products(|| k.twist * Counted);
     let mut count = Products::default();
-    for piece in &plan.pieces {
+    for piece in &plan.pieces[pieces] {
         let (packs, nodes, modes) = sizes(piece);
         if piece.packs == 0 {
             count.singles += modes * (2 * scaled + products(|| k.twist.bracket(k.twist)));
@@ -190,14 +233,14 @@ pub(crate) fn motion<G: Turning>(plan: &Plan<G>) -> Products {
 }
 
 /// `kernel::inverse_dynamics::project`.
-pub(crate) fn projection<G: Turning>(plan: &Plan<G>) -> Products {
+fn projection<G: Turning>(plan: &Plan<G>, pieces: Range<usize>) -> Products {
     let k = Kinds::<G>::new();
     let body = products(|| {
         let moment = G::rotate_axial_back(&k.rotation, k.vector.cross(k.vector));
         (moment, G::rotate_back(&k.rotation, k.vector))
     });
     let mut count = Products::default();
-    for piece in &plan.pieces {
+    for piece in &plan.pieces[pieces] {
         let (packs, _, modes) = sizes(piece);
         if piece.packs == 0 {
             count.singles += modes * products(|| k.twist.dot(k.wrench));
@@ -214,7 +257,7 @@ pub(crate) fn projection<G: Turning>(plan: &Plan<G>) -> Products {
 
 /// `kernel::tangent::weighted_tangent` with all weights, or of the mass matrix alone, without the blocks between
 /// different pieces.
-pub(crate) fn tangent<G: Turning>(plan: &Plan<G>, is_mass_only: bool) -> Products {
+fn tangent<G: Turning>(plan: &Plan<G>, pieces: Range<usize>, is_mass_only: bool) -> Products {
     let k = Kinds::<G>::new();
     let momentum = products(|| k.inertia.momentum(k.twist));
     let gyroscopic = products(|| k.gyroscope.times(k.axial));
@@ -226,7 +269,8 @@ pub(crate) fn tangent<G: Turning>(plan: &Plan<G>, is_mass_only: bool) -> Product
     let bracket_transposed = products(|| k.twist.bracket_transposed(k.wrench));
 
     let mut count = Products::default();
-    for (s, piece) in plan.pieces.iter().enumerate() {
+    for s in pieces {
+        let piece = &plan.pieces[s];
         let (packs, nodes, modes) = sizes(piece);
         // Bodies and shapes.
         count.packs += packs * sections(&k, &piece.moments, is_mass_only);
@@ -346,13 +390,13 @@ fn rows<G: Turning>(plan: &Plan<G>, piece: &PiecePlan<G>, k: &Kinds<G>) -> Produ
 }
 
 /// What a dense tangent forms for the blocks between different pieces, and what a mass matrix does for half of them.
-fn coupling<G: Turning>(plan: &Plan<G>) -> [u64; 2] {
+fn coupling<G: Turning>(plan: &Plan<G>, pieces: Range<usize>) -> [u64; 2] {
     let k = Kinds::<G>::new();
     let dot = products(|| k.twist.dot(k.wrench));
     let axial_dot = products(|| k.axial.dot(k.axial));
     let linear_dot = if plan.has_responses { products(|| k.vector.dot(k.vector)) } else { 0 };
     let mut count = [0, 0];
-    for piece in &plan.pieces {
+    for piece in &plan.pieces[pieces] {
         let size = |relatives: &Relatives| relatives.coordinates.len() as u64;
         let [before, behind] = [&piece.joined.ancestors, &piece.joined.descendants]
             .map(|relatives| relatives.iter().map(size).sum::<u64>());
@@ -418,17 +462,17 @@ mod tests {
         let (q, mut tau) = (vec![0.01; plan.n], vec![0.0; plan.n]);
         let mut matrix = Matrix::zeros(plan.n, plan.n);
         let counted = products(|| sweep::update(&plan, &mut work, &q));
-        assert_eq!(counted, kinematics(&plan).packs, "kinematics");
+        assert_eq!(counted, kinematics(&plan, all(&plan)).packs, "kinematics");
         let mut tangent_of = |work: &Workspace<G>, weights| {
             let to = Tangent::Dense(&mut matrix);
             products(|| exact_tangent::weighted_tangent(&plan, work, &mut memory, weights, to))
         };
-        assert_eq!(tangent_of(&work, [0.0, 0.0, 1.0]), tangent(&plan, true).packs, "mass matrix");
+        assert_eq!(tangent_of(&work, [0.0, 0.0, 1.0]), tangent(&plan, all(&plan), true).packs, "mass matrix");
         let counted = products(|| inverse_dynamics::update(&plan, &mut work, &q, &q, &q));
-        assert_eq!(counted, motion(&plan).packs, "motion");
-        assert_eq!(tangent_of(&work, [1e-4, 1e-2, 1.0]), tangent(&plan, false).packs, "tangent");
+        assert_eq!(counted, motion(&plan, all(&plan)).packs, "motion");
+        assert_eq!(tangent_of(&work, [1e-4, 1e-2, 1.0]), tangent(&plan, all(&plan), false).packs, "tangent");
         let counted = products(|| inverse_dynamics::project(&plan, &mut work, &q, &q, &mut tau));
-        assert_eq!(counted, projection(&plan).packs, "projection");
+        assert_eq!(counted, projection(&plan, all(&plan)).packs, "projection");
     }
 
     #[test]

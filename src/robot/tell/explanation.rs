@@ -1,8 +1,9 @@
 //! What a robot was compiled to, in words: what is computed, what is skipped, and why.
 
+use std::cmp::Reverse;
 use std::fmt::{self, Write as _};
 
-use super::cost::Multiplications;
+use super::cost::{Multiplications, OfLink};
 use crate::body::Body;
 use crate::load::{Extent, Frame, Load};
 use crate::robot::choice::{
@@ -12,6 +13,9 @@ use crate::robot::description::{Driven, Link, Robot};
 use crate::rod::{
     Basis, GivenSection, Parts, Profile, STRAIGHT, STRAIN_NAMES, Section, Segment, Shape, piece, stiffness,
 };
+
+/// So many links are listed with their costs; of more, those that cost most.
+const LISTED_LINKS: usize = 10;
 
 /// What is computed for a robot and what is not, each with its reason.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -24,17 +28,20 @@ pub struct Explanation {
     pub skipped: Vec<(String, String)>,
     /// What evaluations cost, likewise.
     pub cost: Vec<(String, String)>,
+    /// Which link of several costs what, likewise; where they are many, the dearest ones first.
+    pub links: Vec<(String, String)>,
 }
 
 impl Explanation {
     /// Explains a valid robot that is computed by `kernel` and solved by `solve` with so many nodes in each segment,
-    /// and what that costs.
+    /// what that costs, and which link takes what of it.
     pub(crate) fn new(
         robot: &Robot,
         kernel: Kernel,
         solve: Solve,
         nodes: &[usize],
         cost: &Multiplications,
+        of_links: &[OfLink],
     ) -> Self {
         let what = match robot.is_rod() {
             true => format!("Rod of {}", counted(robot.segments().count(), "segment")),
@@ -48,7 +55,13 @@ impl Explanation {
                 Kernel::Spatial => "spatial",
             }
         );
-        let mut explanation = Self { summary, computed: Vec::new(), skipped: Vec::new(), cost: costs(cost) };
+        let mut explanation = Self {
+            summary,
+            computed: Vec::new(),
+            skipped: Vec::new(),
+            cost: costs(cost),
+            links: costs_of_links(robot, of_links, cost),
+        };
         explanation.kernel(robot, kernel);
         let mut nodes = nodes.iter();
         for link in &robot.links {
@@ -379,6 +392,42 @@ fn costs(cost: &Multiplications) -> Vec<(String, String)> {
     .into()
 }
 
+/// The links of several by name, each with its part of the products.
+fn costs_of_links(robot: &Robot, of_links: &[OfLink], all: &Multiplications) -> Vec<(String, String)> {
+    if of_links.len() < 2 {
+        return Vec::new();
+    }
+    let mut lines: Vec<(String, OfLink)> =
+        robot.links.iter().zip(of_links).map(|(link, of_link)| (link.name.clone(), *of_link)).collect();
+    if lines.len() > LISTED_LINKS {
+        // Stable, so that equal ones keep their order.
+        lines.sort_by_key(|(_, of_link)| Reverse(of_link.residual + of_link.tangent));
+        let rest = lines.split_off(LISTED_LINKS);
+        let sum = |of: fn(&OfLink) -> u64| rest.iter().map(|(_, of_link)| of(of_link)).sum();
+        let together = OfLink {
+            nodes: rest.iter().map(|(_, of_link)| of_link.nodes).sum(),
+            coordinates: rest.iter().map(|(_, of_link)| of_link.coordinates).sum(),
+            residual: sum(|of_link| of_link.residual),
+            tangent: sum(|of_link| of_link.tangent),
+        };
+        lines.push((counted(rest.len(), "other link"), together));
+    }
+    let line = |(name, of_link): (String, OfLink)| {
+        let OfLink { nodes, coordinates, residual, tangent } = of_link;
+        let [residual, tangent] = [percent(residual, all.residual), percent(tangent, all.tangent)];
+        let nodes = if nodes == 0 { String::new() } else { format!(", {}", counted(nodes, "node")) };
+        let size = format!("{}{nodes}", counted(coordinates, "coordinate"));
+        (name, format!("{residual} of the residual, {tangent} of the Jacobian: {size}"))
+    };
+    lines.into_iter().map(line).collect()
+}
+
+/// A part in percent.
+fn percent(part: u64, whole: u64) -> String {
+    // Of nothing there are no parts.
+    format!("{:4.1} %", 100.0 * part as f64 / whole.max(1) as f64)
+}
+
 /// A number with commas between thousands.
 fn grouped(number: u64) -> String {
     let digits = number.to_string();
@@ -405,9 +454,14 @@ fn kinds(kinds: [(usize, &str); 2]) -> String {
 impl fmt::Display for Explanation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.summary)?;
-        let lists = [("computed", &self.computed), ("skipped", &self.skipped), ("cost", &self.cost)];
+        let lists = [
+            ("computed", &self.computed),
+            ("skipped", &self.skipped),
+            ("cost", &self.cost),
+            ("cost of links", &self.links),
+        ];
         let width = lists.iter().flat_map(|(_, list)| *list).map(|(what, _)| what.len()).max().unwrap_or(0);
-        for (title, list) in lists {
+        for (title, list) in lists.into_iter().filter(|(_, list)| !list.is_empty()) {
             write!(f, "\n  {title}")?;
             for (what, why) in list {
                 write!(f, "\n    {what:<width$}  {why}")?;
@@ -560,5 +614,34 @@ mod tests {
             let explanation = explain(segments, modes);
             assert!(explanation.computed.iter().any(|(what, _)| what == sweeps), "{segments} {modes}");
         }
+    }
+
+    #[test]
+    fn the_dearest_of_many_links_come_first_and_the_rest_together() {
+        let rods = |modes: &[usize]| {
+            let segment = Segment::straight(0.1, 1e-3, 210e9, 80e9, 7800.0);
+            let link = |(i, &modes): (usize, &usize)| Link {
+                rod: vec![Segment { modes: [0, modes, 1, 0, 0, 0], ..segment.clone() }],
+                ..Link::new(format!("arm{i}"))
+            };
+            let robot = Robot::new(modes.iter().enumerate().map(link).collect());
+            RobotModel::new(&robot).unwrap().explanation().clone()
+        };
+        assert!(rods(&[2]).links.is_empty() && !rods(&[2]).to_string().contains("cost of links"));
+        let names =
+            |links: &[(String, String)]| links.iter().map(|(name, _)| name.clone()).collect::<Vec<_>>();
+        let few = rods(&[2, 9, 2, 2]);
+        assert_eq!(names(&few.links), ["arm0", "arm1", "arm2", "arm3"]);
+        assert_eq!(few.links[2].1, few.links[3].1);
+        assert!(few.links[1].1.ends_with("Jacobian: 10 coordinates, 20 nodes"), "{}", few.links[1].1);
+
+        let many = rods(&[1, 2, 1, 2, 2, 2, 2, 9, 2, 2, 2, 2, 5]);
+        let order = ["arm7", "arm12", "arm1", "arm3", "arm4", "arm5", "arm6", "arm8", "arm9", "arm10"];
+        assert_eq!(names(&many.links[..10]), order);
+        assert_eq!(names(&many.links[10..]), ["3 other links"]);
+        let percents =
+            many.links.iter().map(|(_, why)| why.split(" %").next().unwrap().trim().parse::<f64>());
+        assert!((percents.map(Result::unwrap).sum::<f64>() - 100.0).abs() < 1.0);
+        assert!(many.to_string().contains("\n  cost of links\n    arm7 "));
     }
 }

@@ -1,0 +1,138 @@
+"""Loads as they are at the time of each picture: arrows of forces, rings of moments."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..marks import LoadMark
+from . import arrows, theme
+from .layers import BREAK, LEGEND, Shown, Trace
+
+Array = NDArray[np.float64]
+
+#: The largest arrow of a force, and the radius of the largest ring of a moment, relative to the model's size.
+ARROW, RING = 0.28, 0.09
+
+#: An arrow at its largest is at least this part of the largest one of its kind, so that it can be seen.
+LEAST_ARROW = 1 / 3
+
+#: A ring of a moment goes so far around, in so many points.
+AROUND, POINTS_AROUND = 1.5 * np.pi, 13
+
+
+def loads(marks: Sequence[LoadMark], shown: Shown) -> list[Trace]:
+    """Forces and moments."""
+    return [
+        *_forces([mark for mark in marks if mark.kind == "force"], shown),
+        *_moments([mark for mark in marks if mark.kind == "moment"], shown),
+    ]
+
+
+def _forces(marks: Sequence[LoadMark], shown: Shown) -> list[Trace]:
+    """Arrows from where a force pulls, or to where it pushes; combs of arrows where it is spread."""
+    found = [_vectors(mark, shown) for mark in marks]
+    traces: list[Trace] = []
+    tails, pulls, combs, names = [], [], [], []
+    # Newtons and newtons per metre are no lengths that compare.
+    for is_spread in (False, True):
+        chosen = [i for i, mark in enumerate(marks) if mark.is_spread == is_spread]
+        if not chosen:
+            continue
+        size = ARROW * shown.size * (0.6 if is_spread else 1.0)
+        drawn = _drawn_lengths([found[i][2] for i in chosen], size)
+        for i, arrow in zip(chosen, drawn, strict=True):
+            poses = found[i][0]
+            place = poses[..., :3, 3]
+            length = np.linalg.norm(arrow, axis=-1)
+            inwards = -marks[i].outwards * np.einsum("kpi,kpi->kp", arrow, poses[..., :3, 0])
+            # What would lie within the rod is drawn before it.
+            pushes = np.ones_like(length) if is_spread else (inwards > 0.5 * length).astype(float)
+            tails.append(place - pushes[..., None] * arrow)
+            pulls.append(arrow)
+            names += [f"force on {marks[i].name}"] * arrow.shape[1]
+            if is_spread:
+                breaks = np.broadcast_to(BREAK, (len(arrow), 1, 3))
+                combs.append(np.concatenate([tails[-1], breaks], axis=1))
+    if pulls:
+        traces += arrows.arrows(
+            "forces", np.concatenate(tails, axis=1), np.concatenate(pulls, axis=1), shown.size, names
+        )
+    if combs:
+        looks = {"mode": "lines", "line": {"color": theme.RED, "width": 2}, "hoverinfo": "skip"}
+        traces.append(Trace("forces", "scatter3d", np.concatenate(combs, axis=1), looks))
+    return traces
+
+
+def _moments(marks: Sequence[LoadMark], shown: Shown) -> list[Trace]:
+    """Rings about the axes of moments, with a head that says which way round."""
+    found = [_vectors(mark, shown) for mark in marks]
+    rings, ends, heads, names = [], [], [], []
+    for is_spread in (False, True):
+        chosen = [i for i, mark in enumerate(marks) if mark.is_spread == is_spread]
+        if not chosen:
+            continue
+        drawn = _drawn_lengths([found[i][2] for i in chosen], shown.radius + RING * shown.size)
+        for i, vector in zip(chosen, drawn, strict=True):
+            poses, own, _ = found[i]
+            radius = np.linalg.norm(vector, axis=-1)[..., None]
+            first, second = _axes_across(vector, poses, own, marks[i].follows)
+            angle = np.linspace(0.0, AROUND, POINTS_AROUND)[:, None]
+            centre = poses[..., None, :3, 3]
+            ring = centre + radius[..., None] * (
+                np.cos(angle) * first[..., None, :] + np.sin(angle) * second[..., None, :]
+            )
+            shapes, places = ring.shape[:2]
+            breaks = np.broadcast_to(BREAK, (shapes, places, 1, 3))
+            rings.append(np.concatenate([ring, breaks], axis=2).reshape(shapes, -1, 3))
+            forward = np.cos(AROUND) * second - np.sin(AROUND) * first
+            ends.append(ring[..., -1, :])
+            heads.append(0.6 * radius * forward)
+            names += [f"moment on {marks[i].name}"] * (places * (POINTS_AROUND + 1))
+    if not rings:
+        return []
+    looks = {**LEGEND["moments"], "text": names, "hoverinfo": "text"}
+    end, head = np.concatenate(ends, axis=1), np.concatenate(heads, axis=1)
+    return [
+        Trace("moments", "scatter3d", np.concatenate(rings, axis=1), looks),
+        arrows.cones("moments", theme.MAGENTA, end, head, arrows.HEAD_RADIUS / arrows.HEAD),
+    ]
+
+
+def _vectors(mark: LoadMark, shown: Shown) -> tuple[Array, Array, Array]:
+    """Poses (shapes, places, 4, 4) of places of a load, and its vectors in its own axes and the world's."""
+    poses = mark.pose(shown.q, shown.t)
+    # Half of it, so that vectors of the largest doubles can be turned; what is beyond them is not drawn.
+    value = 0.5 * shown.load_factor[:, None] * np.nan_to_num(mark.value(shown.t), posinf=0.0, neginf=0.0)
+    own = np.broadcast_to(value[:, None], (*poses.shape[:2], 3))
+    world = np.einsum("kpij,kpj->kpi", poses[..., :3, :3], own) if mark.follows else own
+    return poses, own, world
+
+
+def _drawn_lengths(vectors: Sequence[Array], largest: float) -> list[Array]:
+    """The same vectors (shapes, places, 3) as long as they are drawn.
+
+    Each keeps its course in time. The largest one is as long as ``largest``; others are to scale with it, but
+    at their largest at least `LEAST_ARROW` of that.
+    """
+    # Squares of large numbers are beyond doubles.
+    sizes = [float(np.abs(vector).max()) for vector in vectors]
+    vectors = [vector / (size or 1.0) for vector, size in zip(vectors, sizes, strict=True)]
+    norms = [float(np.linalg.norm(vector, axis=-1).max()) for vector in vectors]
+    shares = [size / (max(sizes) or 1.0) * norm for size, norm in zip(sizes, norms, strict=True)]
+    return [
+        vector * (largest * max(LEAST_ARROW, share / max(shares)) / norm) if norm > 0.0 else vector
+        for vector, norm, share in zip(vectors, norms, shares, strict=True)
+    ]
+
+
+def _axes_across(vector: Array, poses: Array, own: Array, follows: bool) -> tuple[Array, Array]:
+    """Two unit vectors across each vector (shapes, places, 3) that move without jumps: as its axes do."""
+    peak = own.reshape(-1, 3)[int(np.argmax(np.abs(own.reshape(-1, 3)).max(axis=1)))]
+    least = int(np.argmin(np.abs(peak)))
+    start = poses[..., :3, least] if follows else np.broadcast_to(np.eye(3)[least], vector.shape)
+    axis = arrows.unit(vector)
+    first = arrows.unit(start - np.einsum("kpi,kpi->kp", start, axis)[..., None] * axis)
+    return first, np.cross(axis, first)
