@@ -139,6 +139,48 @@ impl PyRobot {
         }))
     }
 
+    /// Arc lengths as they are given for a link, and whether it was a number: of many places there is one more dimension.
+    fn arc_lengths(
+        &self,
+        given: Option<&Bound<'_, PyAny>>,
+        link: usize,
+    ) -> PyResult<(Vec<Option<f64>>, bool)> {
+        let (places, is_number) = match given {
+            Some(given) => {
+                let (places, is_number) = convert::scalar_or_vector(given, "X")?;
+                (places.into_iter().map(Some).collect(), is_number)
+            }
+            None => (vec![None], true),
+        };
+        places.iter().try_for_each(|&x| self.check_place(link, x))?;
+        Ok((places, is_number))
+    }
+
+    /// The sections of a link's rod at these arc lengths, and the shape of what has six numbers for each.
+    fn sections(
+        &self,
+        model: &RobotModel,
+        given: Option<&Bound<'_, PyAny>>,
+        link: Option<&str>,
+    ) -> PyResult<(Vec<Place>, Vec<usize>)> {
+        let index = index_of(&self.description, link, "link")?;
+        let (places, is_number) = self.arc_lengths(given, index)?;
+        let links = &self.description.links;
+        if links[index].rod.is_empty() {
+            let rods = links.iter().filter(|link| !link.rod.is_empty());
+            let names = rods.map(|link| format!("'{}'", link.name)).collect::<Vec<_>>().join(", ");
+            let expected =
+                if names.is_empty() { ", but no link has one".to_owned() } else { format!(": {names}") };
+            let found = &links[index].name;
+            return Err(PyValueError::new_err(format!(
+                "link: got '{found}', which has no rod, expected a link with one{expected}"
+            )));
+        }
+        let sections: Vec<_> = places.into_iter().map(|x| model.place_on(index, x)).collect();
+        let shape = (!is_number).then_some(sections.len()).into_iter().chain([6]).collect();
+        Ok((sections, shape))
+    }
+
     /// A copy of the model.
     fn model(&self) -> RobotModel {
         self.kinematics.lock().unwrap_or_else(PoisonError::into_inner).clone()
@@ -483,14 +525,7 @@ impl PyRobot {
         let n = self.description.coordinates();
         let (states, number_of_states) = convert::finite_rows_of(q, n, "q")?;
         let link = index_of(&self.description, link, "link")?;
-        let (places, is_number) = match X {
-            Some(X) => {
-                let (places, is_number) = convert::scalar_or_vector(X, "X")?;
-                (places.into_iter().map(Some).collect(), is_number)
-            }
-            None => (vec![None], true),
-        };
-        places.iter().try_for_each(|&x| self.check_place(link, x))?;
+        let (places, is_number) = self.arc_lengths(X, link)?;
         let rows = number_of_states.unwrap_or(1);
         let times = self.times(t, number_of_states, self.description.is_moved())?;
         let shape: Vec<usize> =
@@ -710,6 +745,125 @@ impl PyRobot {
         let states = [Some((q, "q")), Some((qd, "qd")), Some((qdd, "qdd"))];
         self.of_states(self.spatial()?, states, t, "joint_wrench", &[6], |model, [q, qd, qdd]| {
             flat(model.joint_wrench(q, qd, qdd, link))
+        })
+    }
+
+    /// Strains of sections of a rod.
+    ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (n,) or (k, n)
+    ///     Coordinates, or those of k states.
+    /// X : float or array_like, shape (m,), optional
+    ///     Arc lengths of the link's unstretched rod, 0 <= X <= length, metres; by default its tip. Where two segments meet, the
+    ///     strain is that of the one before.
+    /// link : str, optional
+    ///     Which link; may be left out where there is one.
+    ///
+    /// Returns
+    /// -------
+    /// strain : ndarray, shape (6,) for a number, (m, 6) for an array; (k, 6) and (k, m, 6) for k states
+    ///     Torsion, bend_y and bend_z, radians per metre; stretch, shear_y and shear_z, metres per metre: (0, 0, 0, 1, 0, 0) of a
+    ///     straight rod that is not deformed. In the section's axes, the reference strain included.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import lissom
+    /// >>> finger = lissom.Segment(0.2, 0.01, 1e6, poisson_ratio=0.5, density=1000, modes={"bend_y": 2})
+    /// >>> lissom.Rod([finger]).strain([3.0, 1.0], [0.0, 0.1, 0.2])[:, 1]
+    /// array([2., 3., 4.])
+    #[pyo3(signature = (q, X=None, *, link=None))]
+    #[allow(non_snake_case, reason = "X is the arc length of the unstretched rod everywhere in this field")]
+    fn strain<'py>(
+        &self,
+        q: &Bound<'py, PyAny>,
+        X: Option<&Bound<'py, PyAny>>,
+        link: Option<&str>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let model = self.model();
+        let (sections, shape) = self.sections(&model, X, link)?;
+        let n = self.description.coordinates();
+        let (states, number) = convert::finite_rows_of(q, n, "q")?;
+        let mut strains = Vec::new();
+        for row in 0..number.unwrap_or(1) {
+            if row > 0 && row.is_multiple_of(POSES_BETWEEN_SIGNALS) {
+                q.py().check_signals()?;
+            }
+            let q = &states[row * n..(row + 1) * n];
+            strains.extend(sections.iter().flat_map(|section| model.strain_at(q, section)));
+        }
+        check_finite(&strains, "strain")?;
+        let shape: Vec<usize> = number.into_iter().chain(shape).collect();
+        Ok(strains.into_pyarray(q.py()).reshape(shape)?.into_any())
+    }
+
+    /// Moment and force that pass through sections of a rod in a motion: what the part before a section exerts on what lies
+    /// beyond it.
+    ///
+    /// A rod that is pulled has a negative force along x: at its base the wrench is that of `joint_wrench`, in the axes of the
+    /// section. Loads, bodies and links that are exactly at X count as beyond it.
+    ///
+    /// Parameters
+    /// ----------
+    /// q, qd, qdd : array_like, shape (n,) or (k, n)
+    ///     Coordinates, velocities and accelerations, or those of k states.
+    /// X : float or array_like, shape (m,), optional
+    ///     Arc lengths of the link's unstretched rod, 0 <= X <= length, metres; by default its tip.
+    /// link : str, optional
+    ///     Which link; may be left out where there is one.
+    /// t : float or array_like, shape (k,), optional
+    ///     The time, or those of k states, seconds; needed where loads vary or the base moves.
+    /// by : {'balance', 'material'}
+    ///     'balance': from the inertia of all that lies beyond, its weight, loads, fluid and supports; right for every motion that is
+    ///     given, also in strains without modes. 'material': from stiffness and damping of the section,
+    ///     ``-(H (xi - xi_0) + mu H xi')``, which knows neither loads nor strains without modes. In free motion and in
+    ///     equilibrium the modes see no difference between the two, and at every place it vanishes as modes become more.
+    ///
+    /// Returns
+    /// -------
+    /// wrench : ndarray, shape (6,) for a number, (m, 6) for an array; (k, 6) and (k, m, 6) for k states
+    ///     Moment about the section's point, newton metres, and force, newtons, in the section's axes.
+    ///
+    /// Examples
+    /// --------
+    /// A rod of one kilogram that hangs carries less and less of its weight downwards:
+    ///
+    /// >>> import numpy as np, lissom
+    /// >>> wire = lissom.Segment(1.0, 1e-3, 2e11, 8e10, 1 / (np.pi * 1e-6), modes={"bend_y": 1})
+    /// >>> rod = lissom.Rod([wire], gravity=(9.81, 0, 0))
+    /// >>> rod.internal_wrench([0.0], [0.0], [0.0], [0.0, 0.5, 1.0])[:, 3].round(9) + 0.0
+    /// array([-9.81 , -4.905,  0.   ])
+    #[pyo3(signature = (q, qd, qdd, X=None, *, link=None, t=None, by="balance"))]
+    #[allow(non_snake_case, reason = "X is the arc length of the unstretched rod everywhere in this field")]
+    #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python method")]
+    fn internal_wrench<'py>(
+        &self,
+        q: &Bound<'py, PyAny>,
+        qd: &Bound<'py, PyAny>,
+        qdd: &Bound<'py, PyAny>,
+        X: Option<&Bound<'py, PyAny>>,
+        link: Option<&str>,
+        t: Option<&Bound<'py, PyAny>>,
+        by: &str,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let is_balanced = match by {
+            "balance" => true,
+            "material" => false,
+            _ => {
+                let message = format!("by: got {by:?}, expected \"balance\" or \"material\"");
+                return Err(PyValueError::new_err(message));
+            }
+        };
+        // In space: what holds a planar robot in its plane passes through sections too.
+        let model = self.spatial()?;
+        let (sections, shape) = self.sections(&model, X, link)?;
+        let states = [Some((q, "q")), Some((qd, "qd")), Some((qdd, "qdd"))];
+        self.of_states(model, states, t, "internal_wrench", &shape, |model, [q, qd, qdd]| {
+            let wrench = |section: &Place| match is_balanced {
+                true => model.internal_wrench_at(q, qd, qdd, section),
+                false => model.material_wrench_at(q, qd, section),
+            };
+            sections.iter().map(wrench).flat_map(flat).collect()
         })
     }
 

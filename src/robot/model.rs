@@ -364,6 +364,31 @@ impl RobotModel {
         coordinates.all([q, qd, qdd], |state| on_sweeps!(sweeps, sweeps => sweeps.joint_wrench(state, link)))
     }
 
+    /// The strain at a place of a rod, in the order of [`STRAIN_NAMES`](crate::rod::STRAIN_NAMES): of modes and reference
+    /// together.
+    pub fn strain_at(&self, q: &[f64], place: &Place) -> [f64; STRAINS] {
+        on_sweeps!(&self.sweeps, sweeps => sweeps.strain(q, place))
+    }
+
+    /// Moment and force that what lies before a place of a rod exerts in a motion on what lies beyond, what is at the
+    /// place included: about the section's point and in its axes, from the balance of what lies beyond; of a planar
+    /// robot what lies in its plane. At the base of a link that is what [`Self::joint_wrench`] passes on.
+    pub fn internal_wrench_at(
+        &mut self,
+        q: &[f64],
+        qd: &[f64],
+        qdd: &[f64],
+        place: &Place,
+    ) -> [Vector<f64>; 2] {
+        on_sweeps!(&mut self.sweeps, sweeps => sweeps.internal_wrench([q, qd, qdd], place))
+    }
+
+    /// The same by the law of the material: the opposite of stiffness times strain, less that at rest, and of damping
+    /// times its rate. It knows nothing of strains without modes, and agrees with the balance as modes become many.
+    pub fn material_wrench_at(&self, q: &[f64], qd: &[f64], place: &Place) -> [Vector<f64>; 2] {
+        on_sweeps!(&self.sweeps, sweeps => sweeps.material_wrench(q, qd, place))
+    }
+
     /// Mass, centre of mass and momentum in world axes; of a planar robot what lies in its plane.
     pub fn momentum(&mut self, q: &[f64], qd: &[f64]) -> Momentum {
         let Self { sweeps, coordinates, .. } = self;
