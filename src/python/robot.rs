@@ -8,7 +8,7 @@ use pyo3::class::{PyTraverseError, PyVisit};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::pyclass::boolean_struct::True;
-use pyo3::types::{PyDict, PySlice, PyTuple};
+use pyo3::types::{PyDict, PySlice, PyString, PyTuple};
 
 use super::base::PyBaseMotion;
 use super::callback::or_raised;
@@ -18,27 +18,18 @@ use super::fluid::PyFluid;
 use super::link::{index_of, links_of};
 use super::load::{PyBody, PyLoad};
 use super::model::{PyModel, check_time, time_of_state};
+use super::reach::{self, PyReachResult};
 use super::segment::PySegment;
 use super::signal::Functions;
 use super::support::PySupport;
 use crate::error::InvalidInput;
-use crate::lie::{Rotation, Vector};
+use crate::lie::Vector;
 use crate::linalg::Matrix;
 use crate::model::InTime as _;
-use crate::robot::{Kernel, Multiplications, Place, Pose, Robot, RobotModel};
+use crate::robot::{Kernel, Multiplications, Place, Robot, RobotModel};
 
 /// So many poses of the largest rods take some milliseconds.
 const POSES_BETWEEN_SIGNALS: usize = 256;
-
-/// The homogeneous matrix of a pose, row by row.
-fn homogeneous(pose: &Pose) -> [f64; 16] {
-    let Pose { rotation: Rotation { x, y, z }, position: p } = *pose;
-    let rows = [x.x, y.x, z.x, p.x, x.y, y.y, z.y, p.y, x.z, y.z, z.z, p.z];
-    let mut matrix = [0.0; 16];
-    matrix[..12].copy_from_slice(&rows);
-    matrix[15] = 1.0;
-    matrix
-}
 
 /// A moment and a force, or what else comes in two halves, in a row.
 fn flat(halves: [Vector<f64>; 2]) -> Vec<f64> {
@@ -556,7 +547,7 @@ impl PyRobot {
                         Some(moving) => moving.pose_at(q, place),
                         None => model().pose_at(q, place),
                     };
-                    poses.extend(homogeneous(&pose));
+                    poses.extend(convert::homogeneous(&pose));
                 }
             }
             Ok::<_, PyErr>(poses)
@@ -865,6 +856,111 @@ impl PyRobot {
             };
             sections.iter().map(wrench).flat_map(flat).collect()
         })
+    }
+
+    /// Find a shape that brings links where they shall be: inverse kinematics.
+    ///
+    /// Least squares of what is left, in the limits of joints, by Gauss-Newton steps in a trust region, and by Newton's where those are
+    /// slow: so a target out of reach ends fast at the nearest shape, and a stretched arm does not end where it only seems to
+    /// be nearest. Where the first start does not reach, others follow, all over what the robot can do, the same ones every time. Forces
+    /// play no part: of a soft robot it is a shape, and `statics` says which one it takes.
+    ///
+    /// Parameters
+    /// ----------
+    /// link : str, mapping or sequence of Target
+    ///     The link that shall be somewhere; or several: a mapping from names to poses, or a sequence of `Target`.
+    /// pose : array_like, shape (4, 4), (3,), (3, 3) or (4,)
+    ///     Where it shall be in the world, for one link: a homogeneous matrix as from `pose`, a position alone, metres, or an
+    ///     orientation alone, as a rotation matrix or a quaternion (w, x, y, z).
+    /// X : float, optional
+    ///     Arc length of the link's unstretched rod, 0 <= X <= length, metres; by default its tip. None for a rigid link.
+    /// point : array_like, shape (3,), optional
+    ///     The point that shall be at the position, in the axes of the section or body, metres; by default its origin.
+    /// position_weight, orientation_weight : float or array_like, shape (3,)
+    ///     How much the position counts, along the axes of the world, and the orientation, about the axes that are wanted; zero where it does
+    ///     not matter. With weights of one, a radian counts as much as the length of the robot. They matter where not all can be reached.
+    /// q0 : array_like, shape (n,), optional
+    ///     Where to begin, brought within the limits; by default zero.
+    /// bounds : (lower, upper), optional
+    ///     Between which values the coordinates may be, each a number or shape (n,): infinite where they have no limit, equal where they
+    ///     stay. The `limits` of joints hold beside them.
+    /// prefer : {'start', 'energy'} or array_like of shape (n,), optional
+    ///     Which of all shapes that reach: the nearest to `q0`, by coordinates over their typical sizes or by these weights of their squares; or
+    ///     the one with the least elastic energy of rods and springs of joints, supports left out. By default any that is near.
+    /// t : float, optional
+    ///     The time, seconds; needed where the base moves.
+    /// tol : float
+    ///     A target is reached when its position is off by at most this part of the robot's length, and its orientation by so many radians.
+    /// max_iter : int
+    ///     Largest number of steps from a start.
+    /// restarts : int
+    ///     Largest number of further starts.
+    ///
+    /// Returns
+    /// -------
+    /// ReachResult
+    ///     `q`, `success`, `status`, `message`, `position_error`, `orientation_error`, `pose` and more. What cannot be reached
+    ///     does not raise.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError, TypeError
+    ///     If an argument makes no sense.
+    ///
+    /// Notes
+    /// -----
+    /// A step costs a Jacobian of every target; one with second derivatives, and each step towards what is preferred, n of them. The
+    /// orientation that is left is the rotation vector of ``R_wanted.T @ R``, with its exact differential. The preferred shape
+    /// is found by multipliers (Hestenes 1969; Powell 1969), and is one that no small change makes better.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import lissom
+    /// >>> soft = lissom.Segment(0.3, 0.01, 1e6, poisson_ratio=0.5, density=1000, modes={"bend_y": 2, "bend_z": 2})
+    /// >>> rod = lissom.Rod([soft])
+    /// >>> found = rod.reach("rod", [0.2, 0.1, 0.05], prefer="energy")
+    /// >>> found.status, rod.pose(found.q)[:3, 3].round(6)
+    /// ('reached', array([0.2 , 0.1 , 0.05]))
+    /// >>> rod.reach("rod", [0.0, 0.4, 0.0]).status
+    /// 'nearest'
+    #[pyo3(signature = (link, pose=None, *, X=None, point=None, position_weight=None, orientation_weight=None, q0=None,
+                        bounds=None, prefer=None, t=None, tol=None, max_iter=None, restarts=None),
+           text_signature = "($self, link, pose=None, *, X=None, point=None, position_weight=1.0, orientation_weight=1.0, q0=None, bounds=None, prefer=None, t=None, tol=1e-09, max_iter=200, restarts=8)")]
+    #[allow(non_snake_case, reason = "X is the arc length of the unstretched rod everywhere in this field")]
+    #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python method")]
+    fn reach<'py>(
+        &self,
+        link: &Bound<'py, PyAny>,
+        pose: Option<&Bound<'py, PyAny>>,
+        #[pyo3(from_py_with = convert::optional_number)] X: Option<f64>,
+        point: Option<&Bound<'py, PyAny>>,
+        position_weight: Option<&Bound<'py, PyAny>>,
+        orientation_weight: Option<&Bound<'py, PyAny>>,
+        q0: Option<&Bound<'py, PyAny>>,
+        bounds: Option<&Bound<'py, PyAny>>,
+        prefer: Option<&Bound<'py, PyAny>>,
+        #[pyo3(from_py_with = convert::optional_number)] t: Option<f64>,
+        #[pyo3(from_py_with = convert::optional_number)] tol: Option<f64>,
+        max_iter: Option<i64>,
+        restarts: Option<i64>,
+    ) -> PyResult<PyReachResult> {
+        let weights = [position_weight, orientation_weight];
+        let single = pose.map(|pose| reach::Given { pose, at: X, point, weights });
+        let of_one = [X.is_some(), point.is_some(), position_weight.is_some(), orientation_weight.is_some()];
+        let is_one = link.is_none() || link.is_instance_of::<PyString>();
+        if !is_one && (pose.is_some() || of_one.contains(&true)) {
+            return Err(PyValueError::new_err(
+                "pose: expected nothing, nor X, point and weights, beside several targets: each lissom.Target has its own",
+            ));
+        }
+        let time = time_of_state(t, self.description.is_moved())?;
+        let mut model = self.model();
+        if self.description.base_motion.is_some() {
+            check_time(time, self.span())?;
+            or_raised(model.set_time(time))?;
+        }
+        let wishes = reach::Wishes { q0, bounds, prefer, tol, max_iter, restarts };
+        reach::search(link.py(), model, link, single.as_ref(), &wishes)
     }
 
     /// Moment and force that the base exerts on the robot in a motion.

@@ -389,6 +389,12 @@ impl RobotModel {
         on_sweeps!(&self.sweeps, sweeps => sweeps.material_wrench(q, qd, place))
     }
 
+    /// The stiffness of rods and of the springs of joints in a shape, n x n: the derivative of their generalised forces,
+    /// supports left out.
+    pub fn stiffness(&self, q: &[f64], stiffness: &mut Matrix) {
+        on_sweeps!(&self.sweeps, sweeps => elasticity::stiffness(sweeps.plan(), q, stiffness));
+    }
+
     /// Mass, centre of mass and momentum in world axes; of a planar robot what lies in its plane.
     pub fn momentum(&mut self, q: &[f64], qd: &[f64]) -> Momentum {
         let Self { sweeps, coordinates, .. } = self;
