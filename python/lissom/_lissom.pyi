@@ -1,5 +1,5 @@
 import builtins
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from os import PathLike
 from typing import Any, ClassVar, Literal, Self, TypeAlias, TypeVar, final
 
@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 from typing_extensions import deprecated, disjoint_base
 
 from .links import Joint, Link
+from .targets import Target
 
 __version__: str
 build_profile: str

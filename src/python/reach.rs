@@ -3,7 +3,7 @@
 use numpy::{IntoPyArray, PyArray1, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyString};
+use pyo3::types::{PyMapping, PyString};
 
 use super::convert::{self, Numbers};
 use super::link::index_of;
@@ -232,8 +232,9 @@ impl Targets {
             });
         }
         let mut all = Self { targets: Vec::new(), places: Vec::new(), is_single: false };
-        if let Ok(mapping) = link.cast::<PyDict>() {
-            for (name, pose) in mapping {
+        if let Ok(mapping) = link.cast::<PyMapping>() {
+            for item in mapping.items()? {
+                let (name, pose): (Bound<'_, PyAny>, Bound<'_, PyAny>) = item.extract()?;
                 let Ok(name) = name.extract::<String>() else {
                     let found = convert::describe(&name);
                     return Err(PyTypeError::new_err(format!("link: expected names of links, got {found}")));

@@ -96,7 +96,8 @@ impl<'a> Model<'a> {
 
     /// Steps of some unknowns, the others having made theirs.
     fn steps(&self, free: &[usize], others: &[f64], radius: f64) -> Vec<Vec<f64>> {
-        let Some(spectrum) = self.spectrum(free).filter(|_| !free.is_empty()) else { return Vec::new() };
+        let spectrum = if free.is_empty() { None } else { self.spectrum(free) };
+        let Some(spectrum) = spectrum else { return Vec::new() };
         let product = self.product(others);
         let gradient: Vec<f64> = free.iter().map(|&i| self.gradient[i] + product[i]).collect();
         let all = |own: Vec<f64>| {
