@@ -3,6 +3,19 @@
 //! Least squares of what is left, within the limits of the coordinates ([`crate::roots::least_squares`]), from the start
 //! and, where that ends without reaching, from others; then, if one is preferred, the best of the shapes that reach.
 //!
+//! ```
+//! use lissom::reach::{Options, Target, reach};
+//! use lissom::robot::{Rod, RobotModel};
+//! use lissom::rod::Segment;
+//!
+//! let segment = Segment { modes: [0, 2, 2, 0, 0, 0], ..Segment::straight(0.3, 0.01, 1e6, 4e5, 1000.0) };
+//! let mut rod = RobotModel::of_rod(&Rod::new(vec![segment]))?;
+//! let tip = Target { position: Some([0.2, 0.1, 0.05]), ..Target::new(0) };
+//! let found = reach(&mut rod, &[tip], &Options::default(), &mut || Ok(()))?.expect("nothing interrupts it");
+//! assert!(found.status.is_success() && found.errors[0].position < 1e-9);
+//! # Ok::<(), lissom::error::InvalidInput>(())
+//! ```
+//!
 //! `target` says what is wanted, `misfit` how far it is, `starts` where else to begin, `preference` which shape of all.
 
 mod misfit;

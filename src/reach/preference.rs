@@ -12,14 +12,15 @@ use crate::robot::RobotModel;
 use crate::roots::System;
 use crate::roots::least_squares::{Bounds, Counters, End, LeastSquares, Options, solve};
 
-/// The weight r^2 of the targets at first, its growth from round to round, and its largest value: large enough that R
-/// falls by some digits a round, small enough that a double has digits left for what is preferred.
+/// The weight r^2 of the targets at first, its growth after rounds in which more than the part `SLOW` of R is left, and
+/// its largest value, at which a double has digits left for what is preferred (Nocedal and Wright 2006, section 17.4).
 const FIRST_WEIGHT: f64 = 1e2;
 const GROWTH: f64 = 10.0;
-const LARGEST_WEIGHT: f64 = 1e6;
+const SLOW: f64 = 0.03;
+const LARGEST_WEIGHT: f64 = 1e10;
 
 /// Rounds after which multipliers that do not settle never will: at the edge of what can be reached there are none.
-const MAX_ROUNDS: usize = 20;
+const MAX_ROUNDS: usize = 30;
 
 /// Which of all shapes that reach.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -95,6 +96,7 @@ impl Form {
         let mut augmented =
             Augmented { form: self, misfit, multipliers: vec![0.0; equations], weight: FIRST_WEIGHT.sqrt() };
         let mut residual = vec![0.0; equations];
+        let mut before = f64::INFINITY;
         for _ in 0..MAX_ROUNDS {
             let search = Options {
                 tolerance: 0.0,
@@ -108,11 +110,14 @@ impl Form {
                 break;
             }
             augmented.misfit.residual(&here, &mut residual)?;
-            if norm(&residual) <= options.tolerance {
+            let left = norm(&residual);
+            if left <= options.tolerance {
                 x.copy_from_slice(&here);
                 return Ok(true);
             }
-            let weight = (augmented.weight * GROWTH.sqrt()).min(LARGEST_WEIGHT.sqrt());
+            let growth = if left > SLOW * before { GROWTH.sqrt() } else { 1.0 };
+            before = left;
+            let weight = (augmented.weight * growth).min(LARGEST_WEIGHT.sqrt());
             let ratio = (augmented.weight / weight).powi(2);
             for (multiplier, residual) in augmented.multipliers.iter_mut().zip(&residual) {
                 *multiplier = (*multiplier + residual) * ratio;

@@ -2,13 +2,13 @@
 
 use super::Bounds;
 use super::region::Spectrum;
-use crate::linalg::{Matrix, dot, norm};
+use crate::linalg::{Matrix, dot, norm, norm_inf};
 
 /// Increment of forward differences: the square root of the rounding unit, for unknowns of order one.
 pub(super) const INCREMENT: f64 = 1.490_116_119_384_765_6e-8;
 
-/// What differences with that increment miss of a second derivative, relative to R and to derivatives of order one: with
-/// some digits to spare.
+/// What differences with that increment miss of a second derivative, relative to it and to what R and its Jacobian have
+/// of rounding there: with some digits to spare.
 const ERROR_OF_CURVATURE: f64 = 10.0 * INCREMENT;
 
 /// `|R + J d|^2 / 2 + d S d / 2`, with the curvature S of R or without.
@@ -16,7 +16,8 @@ pub(super) struct Model<'a> {
     jacobian: &'a Matrix,
     curvature: Option<&'a Matrix>,
     gradient: Vec<f64>,
-    norm: f64,
+    /// Of the curvature.
+    error: f64,
 }
 
 /// A step, and the decrease of `|R|^2 / 2` that the model promises.
@@ -28,7 +29,11 @@ pub(super) struct Step {
 impl<'a> Model<'a> {
     pub(super) fn new(jacobian: &'a Matrix, residual: &[f64], curvature: Option<&'a Matrix>) -> Self {
         let gradient = jacobian.column_iter().map(|column| dot(column.as_slice(), residual)).collect();
-        Self { jacobian, curvature, gradient, norm: norm(residual) }
+        let error = curvature.map_or(0.0, |curvature| {
+            let terms = jacobian.row_iter().zip(residual).map(|(row, r)| row.amax() * r.abs()).sum::<f64>();
+            ERROR_OF_CURVATURE * (terms + norm_inf(curvature.as_slice()))
+        });
+        Self { jacobian, curvature, gradient, error }
     }
 
     pub(super) fn gradient(&self) -> &[f64] {
@@ -66,7 +71,7 @@ impl<'a> Model<'a> {
                 matrix[(i, j)] += curvature[(row, column)];
             }
         }
-        Spectrum::new(&matrix, ERROR_OF_CURVATURE * self.norm)
+        Spectrum::new(&matrix, self.error)
     }
 
     /// A step of about this length at most that keeps x within its bounds: the best one of those that a search for the
