@@ -135,6 +135,7 @@ fn search(
         }
     }
     let mut status = Status::of(best.end, !best.held.is_empty(), flaw);
+    misfit.flaw = None;
     if let Some(form) = form.filter(|_| status == Status::Reached)
         && !form.settle(&mut misfit, &mut x, &scaled_bounds, &search, &mut counters)?
     {
@@ -148,7 +149,7 @@ fn search(
     let (errors, poses): (Vec<_>, Vec<_>) = misfit.errors(&q).into_iter().unzip();
     let held = if status == Status::AtLimits { best.held } else { Vec::new() };
     let of_links = targets.iter().map(|target| target.link).zip(errors.iter().copied());
-    let message = outcome::message(status, &robot, of_links, &held, tried);
+    let message = outcome::message(status, &robot, of_links, &held, tried, misfit.flaw);
     Ok(Reached { q, status, message, errors, poses, held, starts: tried, counters })
 }
 

@@ -76,22 +76,28 @@ pub struct Reached {
     pub counters: Counters,
 }
 
-/// What happened, in words.
+/// What happened, in words; `flaw` is that of the last shape on the way that meant nothing.
 pub(super) fn message(
     status: Status,
     robot: &Robot,
     errors: impl Iterator<Item = (usize, Error)>,
     held: &[usize],
     starts: usize,
+    flaw: Option<Flaw>,
 ) -> String {
     let from = if starts == 1 { "one start".to_owned() } else { format!("{starts} starts") };
     let said = match status {
         Status::Reached => return "All targets are reached.".to_owned(),
         Status::NotSettled => {
-            return "All targets are reached, but the search for the shape that is preferred among those that \
-                    reach them did not end. Where the targets are at the edge of what can be reached there is \
-                    nothing to choose: leave `prefer` out; else start elsewhere."
-                .to_owned();
+            let reached = "All targets are reached, but the search for the shape that is preferred among those \
+                           that reach them did not end";
+            return match flaw {
+                Some(flaw) => format!("{reached}: its way leads to shapes in which a rod {flaw}. Start elsewhere."),
+                None => format!(
+                    "{reached}. Where the targets are at the edge of what can be reached there is nothing to \
+                     choose: leave `prefer` out; else start elsewhere."
+                ),
+            };
         }
         Status::Nearest => format!(
             "The targets are not reached. No small change of this shape brings the links nearer, and it is the \

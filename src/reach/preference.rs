@@ -22,6 +22,9 @@ const LARGEST_WEIGHT: f64 = 1e10;
 /// Rounds after which multipliers that do not settle never will: at the edge of what can be reached there are none.
 const MAX_ROUNDS: usize = 30;
 
+/// So many times the steps of a start may a round take: where little is preferred the way is long and flat.
+const STEPS: usize = 10;
+
 /// Which of all shapes that reach.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum Preference {
@@ -101,7 +104,7 @@ impl Form {
             let search = Options {
                 tolerance: 0.0,
                 terms: augmented.weight,
-                max_iter: options.max_iter,
+                max_iter: STEPS * options.max_iter,
                 second_order: true,
             };
             let found = solve(&mut augmented, &mut here, bounds, &search)?;
