@@ -111,16 +111,6 @@ impl Quaternion<f64> {
         Self::from_array(products)
     }
 
-    /// The rotation vector of at most half a turn.
-    pub fn logarithm(self) -> Vector<f64> {
-        let sine = self.v.dot(self.v).sqrt();
-        if sine == 0.0 {
-            return Vector::zero();
-        }
-        let half_angle = sine.atan2(self.w.abs());
-        self.v * (2.0 * half_angle / sine).copysign(self.w)
-    }
-
     /// From (w, x, y, z), which need not be normalised exactly.
     pub fn from_array([w, x, y, z]: [f64; 4]) -> Self {
         Self { w, v: Vector { x, y, z } }.normalised()
@@ -140,25 +130,6 @@ impl<P: Lanes> Quaternion<P> {
         self.w.set_lane(lane, quaternion.w);
         self.v.set_lane(lane, quaternion.v);
     }
-}
-
-/// The rate of a rotation vector phi of less than a whole turn for an angular velocity in the axes of what it turns:
-/// `w + phi x w / 2 + c phi x (phi x w)`, `c = (1 - (a/2) cot(a/2)) / a^2` with the angle a (Bullo and Murray 1995).
-pub fn rotation_vector_rate(phi: Vector<f64>, angular: Vector<f64>) -> Vector<f64> {
-    /// Up to this squared angle c is a polynomial, the next term of which is below 1e-17.
-    const SMALL: f64 = 0.04;
-    let square = phi.dot(phi);
-    let c = if square < SMALL {
-        1.0 / 12.0
-            + square
-                * (1.0 / 720.0
-                    + square * (1.0 / 30_240.0 + square * (1.0 / 1_209_600.0 + square / 47_900_160.0)))
-    } else {
-        let half = 0.5 * square.sqrt();
-        (1.0 - half / half.tan()) / square
-    };
-    let turned = phi.cross(angular);
-    angular + turned * 0.5 + phi.cross(turned) * c
 }
 
 /// A rotation matrix by its columns: the body axes in world coordinates.
@@ -216,24 +187,6 @@ mod tests {
             let omega = Vector::<Pack<false>>::splat((axis * angle).to_array());
             assert_eq!(Quaternion::exp(omega).rotation().lane(2), rotation, "lanes do what scalars do");
         }
-    }
-
-    #[test]
-    fn logarithms_lead_back_and_change_as_their_rate_says() {
-        let angular = Vector { x: 0.4, y: -0.9, z: 0.2 };
-        for omega in [[0.0; 3], [1e-9, 0.0, 2e-9], [0.1, -0.1, 0.1], [0.12, -0.1, 0.13], [1.0, 2.0, -1.5]] {
-            let phi = Vector::from(omega);
-            let difference = Quaternion::exp(phi).logarithm() - phi;
-            assert!(difference.dot(difference).sqrt() < 1e-15, "{omega:?}");
-            let rate = rotation_vector_rate(phi, angular);
-            let h = 1e-5;
-            let turned = |t: f64| Quaternion::exp(phi).times(Quaternion::exp(angular * t)).logarithm();
-            let difference = (turned(h) - turned(-h)) * (0.5 / h) - rate;
-            assert!(difference.dot(difference).sqrt() < 1e-9, "{omega:?}: {difference:?}");
-        }
-        // More than half a turn one way is less the other way.
-        let back = Quaternion::exp(Vector { x: 4.0, y: 0.0, z: 0.0 }).logarithm();
-        assert!((back.x - 4.0 + std::f64::consts::TAU).abs() < 1e-15);
     }
 
     #[test]

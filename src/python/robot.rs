@@ -771,7 +771,7 @@ impl PyRobot {
         X: Option<&Bound<'py, PyAny>>,
         link: Option<&str>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let model = self.model();
+        let mut model = self.model();
         let (sections, shape) = self.sections(&model, X, link)?;
         let n = self.description.coordinates();
         let (states, number) = convert::finite_rows_of(q, n, "q")?;
@@ -955,7 +955,7 @@ impl PyRobot {
         }
         let time = time_of_state(t, self.description.is_moved())?;
         let mut model = self.model();
-        if self.description.base_motion.is_some() {
+        if self.description.is_prescribed() {
             check_time(time, self.span())?;
             or_raised(model.set_time(time))?;
         }

@@ -130,7 +130,7 @@ impl Goal {
     }
 
     fn turn(&self, rotation: &Rotation<f64>) -> Vector<f64> {
-        let from = |back: Quaternion<f64>| back.times(Quaternion::of_rotation(rotation)).logarithm();
+        let from = |back: Quaternion<f64>| back.times(Quaternion::of_rotation(rotation)).log();
         self.back.map_or(Vector::zero(), from)
     }
 }

@@ -191,7 +191,9 @@ fn limits(robot: &Robot, given: Option<&[Vec<f64>; 2]>) -> Result<Bounds, Invali
     let n = robot.coordinates();
     let mut bounds = Bounds::none(n);
     for (i, link) in robot.links.iter().enumerate() {
-        if let Some([lower, upper]) = link.joint.forces().and_then(|forces| forces.limits) {
+        if let Some([lower, upper]) = link.joint.forces().and_then(|forces| forces.limits)
+            && link.driven.is_none()
+        {
             let k = robot.coordinates_of(i).start;
             (bounds.lower[k], bounds.upper[k]) = (lower, upper);
         }

@@ -49,7 +49,7 @@ impl Form {
     /// The form of a preference, if it has one. Refuses one that prefers nothing.
     pub(super) fn of(
         preference: &Preference,
-        model: &RobotModel,
+        model: &mut RobotModel,
         q0: &[f64],
         sizes: &[f64],
     ) -> Result<Option<Self>, InvalidInput> {
@@ -150,7 +150,9 @@ fn at_rest(model: &RobotModel) -> Vec<f64> {
     let robot = model.description();
     let mut q = vec![0.0; robot.coordinates()];
     for (i, link) in robot.links.iter().enumerate() {
-        if let Some(forces) = link.joint.forces() {
+        if let Some(forces) = link.joint.forces()
+            && link.driven.is_none()
+        {
             let [lower, upper] = forces.limits.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
             q[robot.coordinates_of(i).start] = forces.rest.clamp(lower, upper);
         }

@@ -44,7 +44,8 @@ impl Starts {
 /// How far coordinates of a link are tried.
 fn sizes(link: &Link, reach: f64) -> Vec<f64> {
     let mut sizes = Vec::with_capacity(link.coordinates());
-    for motion in link.joint.motions() {
+    let motions = link.driven.is_none().then(|| link.joint.motions());
+    for motion in motions.into_iter().flatten() {
         match motion {
             Motion::About(_) => sizes.push(PI),
             Motion::Along(_) => sizes.push(reach),

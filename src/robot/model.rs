@@ -366,8 +366,9 @@ impl RobotModel {
 
     /// The strain at a place of a rod, in the order of [`STRAIN_NAMES`](crate::rod::STRAIN_NAMES): of modes and reference
     /// together.
-    pub fn strain_at(&self, q: &[f64], place: &Place) -> [f64; STRAINS] {
-        on_sweeps!(&self.sweeps, sweeps => sweeps.strain(q, place))
+    pub fn strain_at(&mut self, q: &[f64], place: &Place) -> [f64; STRAINS] {
+        let Self { sweeps, coordinates, .. } = self;
+        coordinates.all([q], |[q]| on_sweeps!(sweeps, sweeps => sweeps.strain(q, place)))
     }
 
     /// Moment and force that what lies before a place of a rod exerts in a motion on what lies beyond, what is at the
@@ -380,19 +381,25 @@ impl RobotModel {
         qdd: &[f64],
         place: &Place,
     ) -> [Vector<f64>; 2] {
-        on_sweeps!(&mut self.sweeps, sweeps => sweeps.internal_wrench([q, qd, qdd], place))
+        let Self { sweeps, coordinates, .. } = self;
+        coordinates
+            .all([q, qd, qdd], |state| on_sweeps!(sweeps, sweeps => sweeps.internal_wrench(state, place)))
     }
 
     /// The same by the law of the material: the opposite of stiffness times strain, less that at rest, and of damping
     /// times its rate. It knows nothing of strains without modes, and agrees with the balance as modes become many.
-    pub fn material_wrench_at(&self, q: &[f64], qd: &[f64], place: &Place) -> [Vector<f64>; 2] {
-        on_sweeps!(&self.sweeps, sweeps => sweeps.material_wrench(q, qd, place))
+    pub fn material_wrench_at(&mut self, q: &[f64], qd: &[f64], place: &Place) -> [Vector<f64>; 2] {
+        let Self { sweeps, coordinates, .. } = self;
+        coordinates.all([q, qd], |[q, qd]| on_sweeps!(sweeps, sweeps => sweeps.material_wrench(q, qd, place)))
     }
 
     /// The stiffness of rods and of the springs of joints in a shape, n x n: the derivative of their generalised forces,
     /// supports left out.
-    pub fn stiffness(&self, q: &[f64], stiffness: &mut Matrix) {
-        on_sweeps!(&self.sweeps, sweeps => elasticity::stiffness(sweeps.plan(), q, stiffness));
+    pub fn stiffness(&mut self, q: &[f64], stiffness: &mut Matrix) {
+        let Self { sweeps, coordinates, .. } = self;
+        coordinates.matrix([q], stiffness, |[q], stiffness| {
+            on_sweeps!(&*sweeps, sweeps => elasticity::stiffness(sweeps.plan(), q, stiffness));
+        });
     }
 
     /// Mass, centre of mass and momentum in world axes; of a planar robot what lies in its plane.
