@@ -43,6 +43,7 @@ pub mod pendulum;
 #[cfg(feature = "python")]
 mod python;
 pub mod radau;
+pub mod reach;
 pub mod robot;
 pub mod rod;
 pub mod roots;

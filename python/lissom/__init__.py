@@ -28,6 +28,7 @@ if TYPE_CHECKING:
         OdeSolver,
         Profile,
         Radau,
+        ReachResult,
         Robot,
         Rod,
         RootResult,
@@ -67,6 +68,7 @@ if TYPE_CHECKING:
         Universal,
         Weld,
     )
+    from .targets import Target
 
 __all__ = [
     "DOP853",
@@ -101,6 +103,7 @@ __all__ = [
     "Prismatic",
     "Profile",
     "Radau",
+    "ReachResult",
     "Revolute",
     "Robot",
     "Rod",
@@ -116,6 +119,7 @@ __all__ = [
     "StaticsResult",
     "Statistics",
     "Support",
+    "Target",
     "Universal",
     "Weld",
     "__version__",
@@ -140,7 +144,7 @@ if not TYPE_CHECKING:
         from importlib import import_module
 
         # The second finds NumPy imported by the first: where that is missing or interrupted, Python says so.
-        modules = [import_module(f"lissom.{name}") for name in ("linear", "links", "_lissom")]
+        modules = [import_module(f"lissom.{name}") for name in ("linear", "links", "targets", "_lissom")]
         found = {known: value for module in modules for known, value in vars(module).items()}
         globals().update({known: found[known] for known in __all__})
         return globals()[name]

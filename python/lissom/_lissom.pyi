@@ -1,5 +1,5 @@
 import builtins
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from os import PathLike
 from typing import Any, ClassVar, Literal, Self, TypeAlias, TypeVar, final
 
@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 from typing_extensions import deprecated, disjoint_base
 
 from .links import Joint, Link
+from .targets import Target
 
 __version__: str
 build_profile: str
@@ -359,6 +360,7 @@ def jacobian(
 ) -> NDArray[np.float64]: ...
 def check_joint(joint: Joint) -> None: ...
 def check_link(link: Link) -> None: ...
+def check_target(target: Target) -> None: ...
 def check_jacobian(
     fun: Callable[..., Any],
     jac: Callable[..., Any],
@@ -724,6 +726,37 @@ class Robot(Model):
         link: str | None = None,
         t: ArrayLike | None = None,
     ) -> NDArray[np.float64]: ...
+    def strain(
+        self, q: ArrayLike, X: ArrayLike | None = None, *, link: str | None = None
+    ) -> NDArray[np.float64]: ...
+    def internal_wrench(
+        self,
+        q: ArrayLike,
+        qd: ArrayLike,
+        qdd: ArrayLike,
+        X: ArrayLike | None = None,
+        *,
+        link: str | None = None,
+        t: ArrayLike | None = None,
+        by: Literal["balance", "material"] = "balance",
+    ) -> NDArray[np.float64]: ...
+    def reach(
+        self,
+        link: str | Mapping[str, ArrayLike] | Iterable[Target] | None,
+        pose: ArrayLike | None = None,
+        *,
+        X: float | None = None,
+        point: ArrayLike | None = None,
+        position_weight: ArrayLike = 1.0,
+        orientation_weight: ArrayLike = 1.0,
+        q0: ArrayLike | None = None,
+        bounds: tuple[ArrayLike, ArrayLike] | None = None,
+        prefer: Literal["start", "energy"] | ArrayLike | None = None,
+        t: float | None = None,
+        tol: float = 1e-9,
+        max_iter: int = 200,
+        restarts: int = 8,
+    ) -> ReachResult: ...
     def base_wrench(
         self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, *, t: ArrayLike | None = None
     ) -> NDArray[np.float64]: ...
@@ -1031,6 +1064,44 @@ class StaticsResult:
     def lowest_eigenvalue(self) -> float: ...
     @property
     def path(self) -> EquilibriumPath | None: ...
+    @property
+    def nit(self) -> int: ...
+    @property
+    def nfev(self) -> int: ...
+    @property
+    def njev(self) -> int: ...
+
+@final
+class ReachResult:
+    @property
+    def q(self) -> NDArray[np.float64]: ...
+    @property
+    def success(self) -> bool: ...
+    @property
+    def status(
+        self,
+    ) -> Literal[
+        "reached",
+        "not_settled",
+        "nearest",
+        "at_limits",
+        "iteration_limit",
+        "stalled",
+        "unresolved",
+        "inverted",
+    ]: ...
+    @property
+    def message(self) -> str: ...
+    @property
+    def position_error(self) -> float | NDArray[np.float64]: ...
+    @property
+    def orientation_error(self) -> float | NDArray[np.float64]: ...
+    @property
+    def pose(self) -> NDArray[np.float64]: ...
+    @property
+    def at_limits(self) -> list[str]: ...
+    @property
+    def starts(self) -> int: ...
     @property
     def nit(self) -> int: ...
     @property

@@ -28,6 +28,14 @@ impl Quaternion<f64> {
     }
 }
 
+/// The rate of a rotation vector of less than a whole turn for an angular velocity in the axes of what it turns:
+/// `phi' = (1 + phi^ / 2 + c phi^ phi^) w` (Bullo and Murray 1995).
+pub fn rotation_vector_rate(phi: Vector<f64>, angular_velocity: Vector<f64>) -> Vector<f64> {
+    let [c, _] = factor(phi.dot(phi));
+    let across = phi.cross(angular_velocity);
+    angular_velocity + across * 0.5 + phi.cross(across) * c
+}
+
 /// The rotation vector phi of a rotation and its first two derivatives, from angular velocity and angular acceleration in the
 /// axes of the space: `phi' = T^-1(phi) w` with `T^-1 = 1 - phi^ / 2 + c phi^ phi^` (Bullo and Murray 1995, eq. 2.4),
 /// and the derivative of that.
@@ -85,6 +93,18 @@ mod tests {
         }
         let beyond = Quaternion::exp(Vector::from([0.0, 0.0, 4.0])).log();
         assert!((beyond.z - (4.0 - std::f64::consts::TAU)).abs() < 1e-15, "the short way round");
+    }
+
+    #[test]
+    fn its_rate_in_the_axes_of_the_body() {
+        let angular = Vector { x: 0.4, y: -0.9, z: 0.2 };
+        for omega in [[0.0; 3], [1e-9, 0.0, 2e-9], [0.1, -0.1, 0.1], [0.5, -0.4, 0.33], [1.0, 2.0, -1.5]] {
+            let phi = Vector::from(omega);
+            let turned = |t: f64| Quaternion::exp(phi).times(Quaternion::exp(angular * t)).log();
+            let h = 1e-5;
+            let difference = (turned(h) - turned(-h)) * (0.5 / h) - rotation_vector_rate(phi, angular);
+            assert!(size(difference) < 1e-9, "{omega:?}: {difference:?}");
+        }
     }
 
     /// Angular velocity and acceleration by differences of the quaternions of a motion that is quadratic in time.

@@ -21,6 +21,10 @@ pub fn symmetric_eigenvalues(a: &Matrix) -> Option<Vec<f64>> {
 /// Eigenvalues of a symmetric matrix (its lower triangle is read), smallest first, with orthonormal eigenvectors as
 /// columns; `None` when it is not finite. Cost: about 9 n^3 flops.
 pub fn symmetric_eigen(a: &Matrix) -> Option<(Vec<f64>, Matrix)> {
+    if a.is_empty() {
+        // faer counts its memory from the size less one.
+        return Some((Vec::new(), a.clone()));
+    }
     let (a, scale) = moderate(a)?;
     let evd = view(&a).self_adjoint_eigen(faer::Side::Lower).ok()?;
     let (values, vectors) = (evd.S().column_vector(), evd.U());
@@ -67,6 +71,7 @@ mod tests {
         assert_eq!(symmetric_eigenvalues(&a).unwrap().len(), 3);
         assert!(symmetric_eigenvalues(&(a * f64::NAN)).is_none());
         assert!(symmetric_eigenvalues(&Matrix::zeros(0, 0)).unwrap().is_empty());
+        assert!(symmetric_eigen(&Matrix::zeros(0, 0)).unwrap().0.is_empty());
     }
 
     #[test]

@@ -8,7 +8,9 @@ use pyo3::types::{PyBool, PyBytes, PyDict, PyFloat, PyInt, PyList, PyString, PyT
 
 use super::callback::Nested;
 use crate::error::{Checker, InvalidInput};
+use crate::lie::Rotation;
 use crate::linalg::Matrix;
+use crate::robot::Pose;
 use crate::rod::diagonal;
 
 impl From<InvalidInput> for PyErr {
@@ -368,4 +370,14 @@ pub(crate) fn symmetric_of<const N: usize>(value: &Bound<'_, PyAny>, name: &str)
         Err(error) if error.is_instance_of::<PyValueError>(value.py()) => Err(of_another_size(error)),
         Err(_) => array_of(value, name).map(diagonal).map_err(of_another_size),
     }
+}
+
+/// The homogeneous matrix of a pose, row by row.
+pub(crate) fn homogeneous(pose: &Pose) -> [f64; 16] {
+    let Pose { rotation: Rotation { x, y, z }, position: p } = *pose;
+    let rows = [x.x, y.x, z.x, p.x, x.y, y.y, z.y, p.y, x.z, y.z, z.z, p.z];
+    let mut matrix = [0.0; 16];
+    matrix[..12].copy_from_slice(&rows);
+    matrix[15] = 1.0;
+    matrix
 }

@@ -12,6 +12,7 @@ use super::signal::{Functions, signal_of, signal_out};
 use crate::error::{Checker, InvalidInput};
 use crate::joint::{Joint, JointForces};
 use crate::robot::{Driven, Link, Robot};
+use crate::scene::suggestion::suggestion;
 
 /// What stands at a place of an error: `axis` of a joint, or the joint itself.
 fn attribute<'py>(object: &Bound<'py, PyAny>, name: &str) -> PyResult<Bound<'py, PyAny>> {
@@ -223,16 +224,18 @@ pub(super) fn links_of(links: &Bound<'_, PyAny>) -> PyResult<(Vec<Link>, Functio
 
 /// The place of a link among those of a robot; of the only one, if none is named.
 pub(super) fn index_of(robot: &Robot, name: Option<&str>, place: &str) -> Result<usize, InvalidInput> {
-    let names = || robot.links.iter().map(|link| format!("'{}'", link.name)).collect::<Vec<_>>().join(", ");
-    let found = match name {
+    let names = || robot.links.iter().map(|link| link.name.as_str());
+    let all = || names().map(|name| format!("'{name}'")).collect::<Vec<_>>().join(", ");
+    let (found, similar) = match name {
         None if robot.links.len() == 1 => return Ok(0),
-        None => "none".to_owned(),
-        Some(name) => match robot.links.iter().position(|link| link.name == name) {
+        None => ("none".to_owned(), None),
+        Some(name) => match names().position(|known| known == name) {
             Some(link) => return Ok(link),
-            None => format!("'{name}'"),
+            None => (format!("'{name}'"), suggestion(name, names())),
         },
     };
-    Err(InvalidInput::new(place, found, format!("one of the links: {}", names())))
+    let meant = similar.map_or_else(String::new, |similar| format!("; did you mean '{similar}'?"));
+    Err(InvalidInput::new(place, found, format!("one of the links: {}{meant}", all())))
 }
 
 /// The Python object of the joint of a link among these.

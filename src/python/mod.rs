@@ -23,6 +23,7 @@ mod newmark;
 mod ode;
 mod pendulum;
 mod profile;
+mod reach;
 mod record;
 mod robot;
 mod rod;
@@ -69,6 +70,8 @@ mod _lissom {
     use super::pendulum::PySpringPendulum;
     #[pymodule_export]
     use super::profile::PyProfile;
+    #[pymodule_export]
+    use super::reach::{PyReachResult, check_target};
     #[pymodule_export]
     use super::robot::PyRobot;
     #[pymodule_export]

@@ -8,7 +8,7 @@ use pyo3::class::{PyTraverseError, PyVisit};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::pyclass::boolean_struct::True;
-use pyo3::types::{PyDict, PySlice, PyTuple};
+use pyo3::types::{PyDict, PySlice, PyString, PyTuple};
 
 use super::base::PyBaseMotion;
 use super::callback::or_raised;
@@ -18,27 +18,18 @@ use super::fluid::PyFluid;
 use super::link::{index_of, links_of};
 use super::load::{PyBody, PyLoad};
 use super::model::{PyModel, check_time, time_of_state};
+use super::reach::{self, PyReachResult};
 use super::segment::PySegment;
 use super::signal::Functions;
 use super::support::PySupport;
 use crate::error::InvalidInput;
-use crate::lie::{Rotation, Vector};
+use crate::lie::Vector;
 use crate::linalg::Matrix;
 use crate::model::InTime as _;
-use crate::robot::{Kernel, Multiplications, Place, Pose, Robot, RobotModel};
+use crate::robot::{Kernel, Multiplications, Place, Robot, RobotModel};
 
 /// So many poses of the largest rods take some milliseconds.
 const POSES_BETWEEN_SIGNALS: usize = 256;
-
-/// The homogeneous matrix of a pose, row by row.
-fn homogeneous(pose: &Pose) -> [f64; 16] {
-    let Pose { rotation: Rotation { x, y, z }, position: p } = *pose;
-    let rows = [x.x, y.x, z.x, p.x, x.y, y.y, z.y, p.y, x.z, y.z, z.z, p.z];
-    let mut matrix = [0.0; 16];
-    matrix[..12].copy_from_slice(&rows);
-    matrix[15] = 1.0;
-    matrix
-}
 
 /// A moment and a force, or what else comes in two halves, in a row.
 fn flat(halves: [Vector<f64>; 2]) -> Vec<f64> {
@@ -137,6 +128,48 @@ impl PyRobot {
             true => format!("X: got {x}, expected None: link '{}' has no rod", link.name),
             false => format!("X: got {x}, expected an arc length in [0, {length}] (metres)"),
         }))
+    }
+
+    /// Arc lengths as they are given for a link, and whether it was a number: of many places there is one more dimension.
+    fn arc_lengths(
+        &self,
+        given: Option<&Bound<'_, PyAny>>,
+        link: usize,
+    ) -> PyResult<(Vec<Option<f64>>, bool)> {
+        let (places, is_number) = match given {
+            Some(given) => {
+                let (places, is_number) = convert::scalar_or_vector(given, "X")?;
+                (places.into_iter().map(Some).collect(), is_number)
+            }
+            None => (vec![None], true),
+        };
+        places.iter().try_for_each(|&x| self.check_place(link, x))?;
+        Ok((places, is_number))
+    }
+
+    /// The sections of a link's rod at these arc lengths, and the shape of what has six numbers for each.
+    fn sections(
+        &self,
+        model: &RobotModel,
+        given: Option<&Bound<'_, PyAny>>,
+        link: Option<&str>,
+    ) -> PyResult<(Vec<Place>, Vec<usize>)> {
+        let index = index_of(&self.description, link, "link")?;
+        let (places, is_number) = self.arc_lengths(given, index)?;
+        let links = &self.description.links;
+        if links[index].rod.is_empty() {
+            let rods = links.iter().filter(|link| !link.rod.is_empty());
+            let names = rods.map(|link| format!("'{}'", link.name)).collect::<Vec<_>>().join(", ");
+            let expected =
+                if names.is_empty() { ", but no link has one".to_owned() } else { format!(": {names}") };
+            let found = &links[index].name;
+            return Err(PyValueError::new_err(format!(
+                "link: got '{found}', which has no rod, expected a link with one{expected}"
+            )));
+        }
+        let sections: Vec<_> = places.into_iter().map(|x| model.place_on(index, x)).collect();
+        let shape = (!is_number).then_some(sections.len()).into_iter().chain([6]).collect();
+        Ok((sections, shape))
     }
 
     /// A copy of the model.
@@ -483,14 +516,7 @@ impl PyRobot {
         let n = self.description.coordinates();
         let (states, number_of_states) = convert::finite_rows_of(q, n, "q")?;
         let link = index_of(&self.description, link, "link")?;
-        let (places, is_number) = match X {
-            Some(X) => {
-                let (places, is_number) = convert::scalar_or_vector(X, "X")?;
-                (places.into_iter().map(Some).collect(), is_number)
-            }
-            None => (vec![None], true),
-        };
-        places.iter().try_for_each(|&x| self.check_place(link, x))?;
+        let (places, is_number) = self.arc_lengths(X, link)?;
         let rows = number_of_states.unwrap_or(1);
         let times = self.times(t, number_of_states, self.description.is_moved())?;
         let shape: Vec<usize> =
@@ -521,7 +547,7 @@ impl PyRobot {
                         Some(moving) => moving.pose_at(q, place),
                         None => model().pose_at(q, place),
                     };
-                    poses.extend(homogeneous(&pose));
+                    poses.extend(convert::homogeneous(&pose));
                 }
             }
             Ok::<_, PyErr>(poses)
@@ -711,6 +737,230 @@ impl PyRobot {
         self.of_states(self.spatial()?, states, t, "joint_wrench", &[6], |model, [q, qd, qdd]| {
             flat(model.joint_wrench(q, qd, qdd, link))
         })
+    }
+
+    /// Strains of sections of a rod.
+    ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (n,) or (k, n)
+    ///     Coordinates, or those of k states.
+    /// X : float or array_like, shape (m,), optional
+    ///     Arc lengths of the link's unstretched rod, 0 <= X <= length, metres; by default its tip. Where two segments meet, the
+    ///     strain is that of the one before.
+    /// link : str, optional
+    ///     Which link; may be left out where there is one.
+    ///
+    /// Returns
+    /// -------
+    /// strain : ndarray, shape (6,) for a number, (m, 6) for an array; (k, 6) and (k, m, 6) for k states
+    ///     Torsion, bend_y and bend_z, radians per metre; stretch, shear_y and shear_z, metres per metre: (0, 0, 0, 1, 0, 0) of a
+    ///     straight rod that is not deformed. In the section's axes, the reference strain included.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import lissom
+    /// >>> finger = lissom.Segment(0.2, 0.01, 1e6, poisson_ratio=0.5, density=1000, modes={"bend_y": 2})
+    /// >>> lissom.Rod([finger]).strain([3.0, 1.0], [0.0, 0.1, 0.2])[:, 1]
+    /// array([2., 3., 4.])
+    #[pyo3(signature = (q, X=None, *, link=None))]
+    #[allow(non_snake_case, reason = "X is the arc length of the unstretched rod everywhere in this field")]
+    fn strain<'py>(
+        &self,
+        q: &Bound<'py, PyAny>,
+        X: Option<&Bound<'py, PyAny>>,
+        link: Option<&str>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let mut model = self.model();
+        let (sections, shape) = self.sections(&model, X, link)?;
+        let n = self.description.coordinates();
+        let (states, number) = convert::finite_rows_of(q, n, "q")?;
+        let mut strains = Vec::new();
+        for row in 0..number.unwrap_or(1) {
+            if row > 0 && row.is_multiple_of(POSES_BETWEEN_SIGNALS) {
+                q.py().check_signals()?;
+            }
+            let q = &states[row * n..(row + 1) * n];
+            strains.extend(sections.iter().flat_map(|section| model.strain_at(q, section)));
+        }
+        check_finite(&strains, "strain")?;
+        let shape: Vec<usize> = number.into_iter().chain(shape).collect();
+        Ok(strains.into_pyarray(q.py()).reshape(shape)?.into_any())
+    }
+
+    /// Moment and force that pass through sections of a rod in a motion: what the part before a section exerts on what lies
+    /// beyond it.
+    ///
+    /// A rod that is pulled has a negative force along x: at its base the wrench is that of `joint_wrench`, in the axes of the
+    /// section. Loads, bodies and links that are exactly at X count as beyond it.
+    ///
+    /// Parameters
+    /// ----------
+    /// q, qd, qdd : array_like, shape (n,) or (k, n)
+    ///     Coordinates, velocities and accelerations, or those of k states.
+    /// X : float or array_like, shape (m,), optional
+    ///     Arc lengths of the link's unstretched rod, 0 <= X <= length, metres; by default its tip.
+    /// link : str, optional
+    ///     Which link; may be left out where there is one.
+    /// t : float or array_like, shape (k,), optional
+    ///     The time, or those of k states, seconds; needed where loads vary or the base moves.
+    /// by : {'balance', 'material'}
+    ///     'balance': from the inertia of all that lies beyond, its weight, loads, fluid and supports; right for every motion that is
+    ///     given, also in strains without modes. 'material': from stiffness and damping of the section,
+    ///     ``-(H (xi - xi_0) + mu H xi')``, which knows neither loads nor strains without modes. In free motion and in
+    ///     equilibrium the modes see no difference between the two, and at every place it vanishes as modes become more.
+    ///
+    /// Returns
+    /// -------
+    /// wrench : ndarray, shape (6,) for a number, (m, 6) for an array; (k, 6) and (k, m, 6) for k states
+    ///     Moment about the section's point, newton metres, and force, newtons, in the section's axes.
+    ///
+    /// Examples
+    /// --------
+    /// A rod of one kilogram that hangs carries less and less of its weight downwards:
+    ///
+    /// >>> import numpy as np, lissom
+    /// >>> wire = lissom.Segment(1.0, 1e-3, 2e11, 8e10, 1 / (np.pi * 1e-6), modes={"bend_y": 1})
+    /// >>> rod = lissom.Rod([wire], gravity=(9.81, 0, 0))
+    /// >>> rod.internal_wrench([0.0], [0.0], [0.0], [0.0, 0.5, 1.0])[:, 3].round(9) + 0.0
+    /// array([-9.81 , -4.905,  0.   ])
+    #[pyo3(signature = (q, qd, qdd, X=None, *, link=None, t=None, by="balance"))]
+    #[allow(non_snake_case, reason = "X is the arc length of the unstretched rod everywhere in this field")]
+    #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python method")]
+    fn internal_wrench<'py>(
+        &self,
+        q: &Bound<'py, PyAny>,
+        qd: &Bound<'py, PyAny>,
+        qdd: &Bound<'py, PyAny>,
+        X: Option<&Bound<'py, PyAny>>,
+        link: Option<&str>,
+        t: Option<&Bound<'py, PyAny>>,
+        by: &str,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let is_balanced = match by {
+            "balance" => true,
+            "material" => false,
+            _ => {
+                let message = format!("by: got {by:?}, expected \"balance\" or \"material\"");
+                return Err(PyValueError::new_err(message));
+            }
+        };
+        // In space: what holds a planar robot in its plane passes through sections too.
+        let model = self.spatial()?;
+        let (sections, shape) = self.sections(&model, X, link)?;
+        let states = [Some((q, "q")), Some((qd, "qd")), Some((qdd, "qdd"))];
+        self.of_states(model, states, t, "internal_wrench", &shape, |model, [q, qd, qdd]| {
+            let wrench = |section: &Place| match is_balanced {
+                true => model.internal_wrench_at(q, qd, qdd, section),
+                false => model.material_wrench_at(q, qd, section),
+            };
+            sections.iter().map(wrench).flat_map(flat).collect()
+        })
+    }
+
+    /// Find a shape that brings links where they shall be: inverse kinematics.
+    ///
+    /// Least squares of what is left, in the limits of joints, by Gauss-Newton steps in a trust region, and by Newton's where those are
+    /// slow: so a target out of reach ends fast at the nearest shape, and a stretched arm does not end where it only seems to
+    /// be nearest. Where the first start does not reach, others follow, all over what the robot can do, the same ones every time. Forces
+    /// play no part: of a soft robot it is a shape, and `statics` says which one it takes.
+    ///
+    /// Parameters
+    /// ----------
+    /// link : str, mapping or sequence of Target
+    ///     The link that shall be somewhere; or several: a mapping from names to poses, or a sequence of `Target`.
+    /// pose : array_like, shape (4, 4), (3,), (3, 3) or (4,)
+    ///     Where it shall be in the world, for one link: a homogeneous matrix as from `pose`, a position alone, metres, or an
+    ///     orientation alone, as a rotation matrix or a quaternion (w, x, y, z).
+    /// X : float, optional
+    ///     Arc length of the link's unstretched rod, 0 <= X <= length, metres; by default its tip. None for a rigid link.
+    /// point : array_like, shape (3,), optional
+    ///     The point that shall be at the position, in the axes of the section or body, metres; by default its origin.
+    /// position_weight, orientation_weight : float or array_like, shape (3,)
+    ///     How much the position counts, along the axes of the world, and the orientation, about the axes that are wanted; zero where it does
+    ///     not matter. With weights of one, a radian counts as much as the length of the robot. They matter where not all can be reached.
+    /// q0 : array_like, shape (n,), optional
+    ///     Where to begin, brought within the limits; by default zero.
+    /// bounds : (lower, upper), optional
+    ///     Between which values the coordinates may be, each a number or shape (n,): infinite where they have no limit, equal where they
+    ///     stay. The `limits` of joints hold beside them.
+    /// prefer : {'start', 'energy'} or array_like of shape (n,), optional
+    ///     Which of all shapes that reach: the nearest to `q0`, by coordinates over their typical sizes or by these weights of their squares; or
+    ///     the one with the least elastic energy of rods and springs of joints, supports left out. By default any that is near.
+    /// t : float, optional
+    ///     The time, seconds; needed where the base moves.
+    /// tol : float
+    ///     A target is reached when its position is off by at most this part of the robot's length, and its orientation by so many radians.
+    /// max_iter : int
+    ///     Largest number of steps from a start.
+    /// restarts : int
+    ///     Largest number of further starts.
+    ///
+    /// Returns
+    /// -------
+    /// ReachResult
+    ///     `q`, `success`, `status`, `message`, `position_error`, `orientation_error`, `pose` and more. What cannot be reached
+    ///     does not raise.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError, TypeError
+    ///     If an argument makes no sense.
+    ///
+    /// Notes
+    /// -----
+    /// A step costs a Jacobian of every target; one with second derivatives, and each step towards what is preferred, n of them. The
+    /// orientation that is left is the rotation vector of ``R_wanted.T @ R``, with its exact differential. The preferred shape
+    /// is found by multipliers (Hestenes 1969; Powell 1969), and is one that no small change makes better.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import lissom
+    /// >>> soft = lissom.Segment(0.3, 0.01, 1e6, poisson_ratio=0.5, density=1000, modes={"bend_y": 2, "bend_z": 2})
+    /// >>> rod = lissom.Rod([soft])
+    /// >>> found = rod.reach("rod", [0.2, 0.1, 0.05], prefer="energy")
+    /// >>> found.status, rod.pose(found.q)[:3, 3].round(6)
+    /// ('reached', array([0.2 , 0.1 , 0.05]))
+    /// >>> rod.reach("rod", [0.0, 0.4, 0.0]).status
+    /// 'nearest'
+    #[pyo3(signature = (link, pose=None, *, X=None, point=None, position_weight=None, orientation_weight=None, q0=None,
+                        bounds=None, prefer=None, t=None, tol=None, max_iter=None, restarts=None),
+           text_signature = "($self, link, pose=None, *, X=None, point=None, position_weight=1.0, orientation_weight=1.0, q0=None, bounds=None, prefer=None, t=None, tol=1e-09, max_iter=200, restarts=8)")]
+    #[allow(non_snake_case, reason = "X is the arc length of the unstretched rod everywhere in this field")]
+    #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python method")]
+    fn reach<'py>(
+        &self,
+        link: &Bound<'py, PyAny>,
+        pose: Option<&Bound<'py, PyAny>>,
+        #[pyo3(from_py_with = convert::optional_number)] X: Option<f64>,
+        point: Option<&Bound<'py, PyAny>>,
+        position_weight: Option<&Bound<'py, PyAny>>,
+        orientation_weight: Option<&Bound<'py, PyAny>>,
+        q0: Option<&Bound<'py, PyAny>>,
+        bounds: Option<&Bound<'py, PyAny>>,
+        prefer: Option<&Bound<'py, PyAny>>,
+        #[pyo3(from_py_with = convert::optional_number)] t: Option<f64>,
+        #[pyo3(from_py_with = convert::optional_number)] tol: Option<f64>,
+        max_iter: Option<i64>,
+        restarts: Option<i64>,
+    ) -> PyResult<PyReachResult> {
+        let weights = [position_weight, orientation_weight];
+        let single = pose.map(|pose| reach::Given { pose, at: X, point, weights });
+        let of_one = [X.is_some(), point.is_some(), position_weight.is_some(), orientation_weight.is_some()];
+        let is_one = link.is_none() || link.is_instance_of::<PyString>();
+        if !is_one && (pose.is_some() || of_one.contains(&true)) {
+            return Err(PyValueError::new_err(
+                "pose: expected nothing, nor X, point and weights, beside several targets: each lissom.Target has its own",
+            ));
+        }
+        let time = time_of_state(t, self.description.is_moved())?;
+        let mut model = self.model();
+        if self.description.is_prescribed() {
+            check_time(time, self.span())?;
+            or_raised(model.set_time(time))?;
+        }
+        let wishes = reach::Wishes { q0, bounds, prefer, tol, max_iter, restarts };
+        reach::search(link.py(), model, link, single.as_ref(), &wishes)
     }
 
     /// Moment and force that the base exerts on the robot in a motion.

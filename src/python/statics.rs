@@ -506,7 +506,7 @@ pub(super) fn native(model: &Bound<'_, PyAny>, t: f64) -> PyResult<Box<dyn Nativ
 }
 
 /// A computation of a model of `n` coordinates without the interpreter, which hears Ctrl-C.
-fn run<T: Send + 'static>(
+pub(super) fn run<T: Send + 'static>(
     py: Python<'_>,
     n: usize,
     search: impl FnOnce(

@@ -23,6 +23,7 @@ mod turning;
 
 pub use choice::{Kernel, Solve};
 pub use description::{Driven, Link, MAX_COORDINATES, Robot, Rod};
+pub(crate) use description::{Origin, origin};
 pub use kernel::kinematics::Pose;
 pub use kernel::momentum::Momentum;
 pub use model::RobotModel;

@@ -365,6 +365,44 @@ impl RobotModel {
         coordinates.all([q, qd, qdd], |state| on_sweeps!(sweeps, sweeps => sweeps.joint_wrench(state, link)))
     }
 
+    /// The strain at a place of a rod, in the order of [`STRAIN_NAMES`](crate::rod::STRAIN_NAMES): of modes and reference
+    /// together.
+    pub fn strain_at(&mut self, q: &[f64], place: &Place) -> [f64; STRAINS] {
+        let Self { sweeps, coordinates, .. } = self;
+        coordinates.all([q], |[q]| on_sweeps!(sweeps, sweeps => sweeps.strain(q, place)))
+    }
+
+    /// Moment and force that what lies before a place of a rod exerts in a motion on what lies beyond, what is at the
+    /// place included: about the section's point and in its axes, from the balance of what lies beyond; of a planar
+    /// robot what lies in its plane. At the base of a link that is what [`Self::joint_wrench`] passes on.
+    pub fn internal_wrench_at(
+        &mut self,
+        q: &[f64],
+        qd: &[f64],
+        qdd: &[f64],
+        place: &Place,
+    ) -> [Vector<f64>; 2] {
+        let Self { sweeps, coordinates, .. } = self;
+        coordinates
+            .all([q, qd, qdd], |state| on_sweeps!(sweeps, sweeps => sweeps.internal_wrench(state, place)))
+    }
+
+    /// The same by the law of the material: the opposite of stiffness times strain, less that at rest, and of damping
+    /// times its rate. It knows nothing of strains without modes, and agrees with the balance as modes become many.
+    pub fn material_wrench_at(&mut self, q: &[f64], qd: &[f64], place: &Place) -> [Vector<f64>; 2] {
+        let Self { sweeps, coordinates, .. } = self;
+        coordinates.all([q, qd], |[q, qd]| on_sweeps!(sweeps, sweeps => sweeps.material_wrench(q, qd, place)))
+    }
+
+    /// The stiffness of rods and of the springs of joints in a shape, n x n: the derivative of their generalised forces,
+    /// supports left out.
+    pub fn stiffness(&mut self, q: &[f64], stiffness: &mut Matrix) {
+        let Self { sweeps, coordinates, .. } = self;
+        coordinates.matrix([q], stiffness, |[q], stiffness| {
+            on_sweeps!(&*sweeps, sweeps => elasticity::stiffness(sweeps.plan(), q, stiffness));
+        });
+    }
+
     /// Mass, centre of mass and momentum in world axes; of a planar robot what lies in its plane.
     pub fn momentum(&mut self, q: &[f64], qd: &[f64]) -> Momentum {
         let Self { sweeps, coordinates, .. } = self;

@@ -8,7 +8,7 @@ use super::effect::all as effects;
 use super::effect::support::Held;
 use super::kernel::kinematics::Pose;
 use super::kernel::momentum::Momentum;
-use super::kernel::{elasticity, energy, inverse_dynamics, kinematics, momentum, tangent, time};
+use super::kernel::{elasticity, energy, inverse_dynamics, kinematics, momentum, section, tangent, time};
 use super::plan::Plan;
 use super::plan::point::Place;
 use super::state::Workspace;
@@ -19,6 +19,7 @@ use crate::error::Interrupted;
 use crate::lie::{Cross, Sweep, Vector, VectorSpace, Wrench};
 use crate::linalg::Matrix;
 use crate::model::Energy;
+use crate::rod::STRAINS;
 use crate::world::base_motion::Base;
 
 /// A rod compiled for one geometry, with its memory.
@@ -233,6 +234,25 @@ impl<G: Turning> Sweeps<G> {
         let rotation = &self.work.surroundings.base.rotation;
         let frame = self.plan.frame;
         [G::axial_in_space(frame, about), G::in_space(frame, force)].map(|v| rotation.apply(v))
+    }
+
+    /// The strain at a place of a rod.
+    pub(crate) fn strain(&self, q: &[f64], place: &Place) -> [f64; STRAINS] {
+        section::strain(&self.plan, q, place)
+    }
+
+    /// Moment and force through a section, about its point and in its axes, by the balance of what lies beyond.
+    pub(crate) fn internal_wrench(&mut self, state: [&[f64]; 3], place: &Place) -> [Vector<f64>; 2] {
+        self.update_motion(state);
+        let Wrench { moment, force } = section::internal_wrench(&self.plan, &self.work, state[0], place);
+        let frame = self.plan.frame;
+        [G::axial_in_space(frame, moment), G::in_space(frame, force)]
+    }
+
+    /// The same by the law of the material.
+    pub(crate) fn material_wrench(&self, q: &[f64], qd: &[f64], place: &Place) -> [Vector<f64>; 2] {
+        let [about_x, about_y, about_z, x, y, z] = section::material_wrench(&self.plan, q, qd, place);
+        [Vector { x: about_x, y: about_y, z: about_z }, Vector { x, y, z }]
     }
 
     pub(crate) fn dissipated_power(&mut self, q: &[f64], qd: &[f64]) -> f64 {

@@ -38,6 +38,7 @@ pub(crate) mod bracket;
 mod check;
 mod convergence;
 mod difference;
+pub mod least_squares;
 mod line_search;
 mod multiplicity;
 mod newton;

@@ -13,6 +13,7 @@ mod links;
 mod parts;
 mod section;
 mod shape;
+pub(crate) mod suggestion;
 mod words;
 
 use std::sync::LazyLock;

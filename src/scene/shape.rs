@@ -13,11 +13,9 @@ use toml::de::{DeInteger, DeTable, DeValue};
 
 use super::diagnostics::{Elsewhere, SceneProblem};
 use super::imports::FileProblem;
+use super::suggestion::suggestion;
 use super::words::{self, OldWord};
 use crate::error::InvalidInput;
-
-/// Least similarity (Jaro and Winkler 1990, 0 to 1) at which a known word is suggested for an unknown one.
-const SUGGESTION_SIMILARITY: f64 = 0.8;
 
 /// A document whose shape has been checked.
 #[derive(Debug, Default)]
@@ -458,16 +456,6 @@ pub(super) fn expected_one_of(word: &str, words: &[&str]) -> String {
         Some(similar) => format!("did you mean \"{similar}\"? Expected {}", one_of(words)),
         None => format!("expected {}", one_of(words)),
     }
-}
-
-/// The known word most similar to `word`, if any is similar.
-fn suggestion<'a>(word: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
-    let word = word.to_lowercase();
-    known
-        .map(|other| (strsim::jaro_winkler(&word, other), other))
-        .filter(|(similarity, _)| *similarity >= SUGGESTION_SIMILARITY)
-        .max_by(|a, b| a.0.total_cmp(&b.0))
-        .map(|(_, other)| other)
 }
 
 /// The path as it stands in a table's header.

@@ -64,6 +64,8 @@ RESULTS = {
     "root": lambda: lissom.root(lambda x: x**2 - 2.0, 1.0, history=True),
     "root of vectors": lambda: lissom.root(lambda x: x**2 - 2.0, [1.0, 2.0], history=True),
     "check_jacobian": lambda: lissom.check_jacobian(lambda x: x**2, lambda x: np.diag(2 * x), [1.0, 2.0]),
+    "reach": lambda: ROD.reach("rod", [0.3, 0.0, -0.1]),
+    "Target": lambda: lissom.Target("rod", np.eye(4)),
     "statics": lambda: lissom.statics(ROD),
     "statics, newton": lambda: lissom.statics(ROD, [0.1] * 3, method="newton"),
     "continuation": lambda: lissom.continuation(COLUMN),

@@ -41,7 +41,8 @@ pub(crate) fn compile<G: Turning>(plan: &mut Plan<G>, robot: &Robot, fluid: &Flu
         if is_borne {
             let weights = piece.gauss.weights.iter().zip(&areas);
             volume += piece.length * weights.map(|(weight, area)| weight * area).sum::<f64>();
-            piece.spread.push(Spread { load: buoyancy, density: packed(nodes.len(), |i| areas[i]) });
+            let density = packed(nodes.len(), |i| areas[i]);
+            piece.spread.push(Spread { load: buoyancy, density, part: None });
         }
     }
     if is_borne {

@@ -42,10 +42,11 @@ pub(crate) fn compile<G: Turning>(tree: &mut Tree<G>, loads: &[LoadPlan<G>]) {
                 }
                 let gauss = &piece.gauss;
                 let integral = integral.get_or_insert_with(|| gauss.integral());
-                let up_to = |x: f64| integral.weights_up_to(((x - start) / piece.length).clamp(0.0, 1.0));
-                let (from, to) = (up_to(from), up_to(to));
+                let part = [from, to].map(|x| ((x - start) / piece.length).clamp(0.0, 1.0));
+                let [from, to] = part.map(|x| integral.weights_up_to(x));
                 let density = packed(from.len(), |i| (to[i] - from[i]) / gauss.weights[i]);
-                piece.spread.push(Spread { load, density });
+                let part = (part != [0.0, 1.0]).then_some(part);
+                piece.spread.push(Spread { load, density, part });
             }
             start = end;
         }

@@ -7,7 +7,7 @@ mod robot;
 mod rod;
 
 pub use driven::Driven;
-pub(crate) use driven::origin;
+pub(crate) use driven::{Origin, origin};
 pub use link::Link;
 pub use robot::{MAX_COORDINATES, Robot};
 pub use rod::Rod;

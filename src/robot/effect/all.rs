@@ -7,14 +7,14 @@ use super::immersion::FluidAround;
 use super::joint_forces::OnJoints;
 use super::load::Loads;
 use super::support::Supports;
-use crate::lie::Sweep;
+use crate::lie::{Sweep, Wrench};
 use crate::model::Energy;
 use crate::robot::algebra::inertia::Gyroscope;
 use crate::robot::algebra::products::Products;
 use crate::robot::algebra::response::Response;
 use crate::robot::plan::Plan;
 use crate::robot::plan::piece::PiecePlan;
-use crate::robot::plan::point::Point;
+use crate::robot::plan::point::{Place, Point};
 use crate::robot::state::Workspace;
 use crate::robot::state::point::PointState;
 use crate::robot::turning::Turning;
@@ -110,6 +110,18 @@ pub(crate) fn act_along<G: Turning>(plan: &Plan<G>, piece: &PiecePlan<G>, work: 
         let sweep = ActAlong { plan, piece, work: &mut *work, effect: PhantomData::<Kind> };
         plan.instructions.run_apart::<G::Pack, _>(sweep);
     });
+}
+
+/// [`Effect::beyond`]: the sum.
+pub(crate) fn beyond<G: Turning>(
+    plan: &Plan<G>,
+    piece: &PiecePlan<G>,
+    work: &Workspace<G>,
+    place: &Place,
+) -> Wrench<G, f64> {
+    let mut sum = Wrench::zero();
+    for_every_effect!(Kind => sum += <Kind as Effect<G>>::beyond(plan, piece, work, place));
+    sum
 }
 
 /// [`Effect::is_dead_along`].

@@ -1,7 +1,7 @@
 //! Loads: forces and moments at points, or spread along a part of the rod.
 
 use super::Effect;
-use crate::lie::{Counted, Lanes, Twist, VectorSpace, Wrench, products};
+use crate::lie::{Counted, LANES, Lanes, Twist, VectorSpace, Wrench, products};
 use crate::load::Frame;
 use crate::model::Energy;
 use crate::robot::algebra::inertia::Gyroscope;
@@ -9,7 +9,7 @@ use crate::robot::algebra::products::Products;
 use crate::robot::plan::Plan;
 use crate::robot::plan::load::{LoadPlan, Spread};
 use crate::robot::plan::piece::PiecePlan;
-use crate::robot::plan::point::Point;
+use crate::robot::plan::point::{Place, Point};
 use crate::robot::state::Workspace;
 use crate::robot::state::point::PointState;
 use crate::robot::turning::Turning;
@@ -53,6 +53,17 @@ impl<G: Turning> Spread<G> {
         rotation: &G::Rotation<G::Pack>,
     ) -> Wrench<G, G::Pack> {
         let wrench = work.acting[self.load].splat() * self.density[pack];
+        if self.is_dead(plan) { wrench } else { wrench.rotated(rotation) }
+    }
+
+    /// The same where the density is one.
+    fn acting(
+        &self,
+        plan: &Plan<G>,
+        work: &Workspace<G>,
+        rotation: &G::Rotation<G::Pack>,
+    ) -> Wrench<G, G::Pack> {
+        let wrench = work.acting[self.load].splat();
         if self.is_dead(plan) { wrench } else { wrench.rotated(rotation) }
     }
 }
@@ -112,6 +123,27 @@ impl<G: Turning> Effect<G> for Loads {
                 work.force[node] = work.force[node] - wrench.at(work.position[node]);
             }
         }
+    }
+
+    fn beyond(plan: &Plan<G>, piece: &PiecePlan<G>, work: &Workspace<G>, place: &Place) -> Wrench<G, f64> {
+        let mut sum = Wrench::zero();
+        for spread in &piece.spread {
+            let Some(part) = spread.part else { continue };
+            // The load by itself is smooth: its integral from one place to another is as exact as any.
+            let [from, to] = part.map(|x| piece.gauss.weights_up_to(x.max(place.x)));
+            for pack in 0..piece.packs {
+                let node = piece.first_pack + pack;
+                let wrench = spread.acting(plan, work, &work.rotation[node]).at(work.position[node]);
+                for lane in 0..LANES {
+                    let i = pack * LANES + lane;
+                    let density = spread.density[pack].lane(lane);
+                    let seen = density * (piece.weights[pack].lane(lane) - place.weights[i]);
+                    let missing = (to[i] - from[i]) * piece.length - seen;
+                    sum = sum.add_scaled(wrench.map(|component: &G::Pack| component.lane(lane)), -missing);
+                }
+            }
+        }
+        sum
     }
 
     #[inline(always)]

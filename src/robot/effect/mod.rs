@@ -7,13 +7,14 @@ pub(crate) mod joint_forces;
 pub(crate) mod load;
 pub(crate) mod support;
 
+use crate::lie::Wrench;
 use crate::model::Energy;
 use crate::robot::algebra::inertia::Gyroscope;
 use crate::robot::algebra::products::Products;
 use crate::robot::algebra::response::Response;
 use crate::robot::plan::Plan;
 use crate::robot::plan::piece::PiecePlan;
-use crate::robot::plan::point::Point;
+use crate::robot::plan::point::{Place, Point};
 use crate::robot::state::Workspace;
 use crate::robot::state::point::PointState;
 use crate::robot::turning::Turning;
@@ -67,6 +68,12 @@ pub(crate) trait Effect<G: Turning> {
     /// Adds its wrenches per length to the forces at the nodes of such a piece, the motion up to date.
     #[inline(always)]
     fn act_along(plan: &Plan<G>, piece: &PiecePlan<G>, work: &mut Workspace<G>) {}
+
+    /// What is missing in the integral of its wrenches at the nodes, from a place of such a piece to its end, because it
+    /// ends abruptly somewhere between.
+    fn beyond(plan: &Plan<G>, piece: &PiecePlan<G>, work: &Workspace<G>, place: &Place) -> Wrench<G, f64> {
+        Wrench::zero()
+    }
 
     /// Whether it is dead along a piece.
     #[inline(always)]

@@ -7,6 +7,7 @@ pub(crate) mod inverse_dynamics;
 pub(crate) mod kinematics;
 pub(crate) mod momentum;
 mod points;
+pub(crate) mod section;
 mod shape;
 pub(crate) mod tangent;
 pub(crate) mod time;

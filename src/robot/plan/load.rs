@@ -50,4 +50,6 @@ pub(crate) struct Spread<G: Space> {
     /// How densely it acts at the nodes: for the integral over the part of the piece between two places,
     /// `sum_l (u_l(to) - u_l(from)) f_l`, the differences of the weights over the quadrature weights.
     pub(crate) density: Vec<G::Pack>,
+    /// Between which fractions of the piece's length, where it ends abruptly inside; the nodes do not see where.
+    pub(crate) part: Option<[f64; 2]>,
 }

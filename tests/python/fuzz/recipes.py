@@ -131,6 +131,28 @@ RECIPES: dict[str, dict | list[dict]] = {
     "Robot.momentum": {"self": "v.robot()", "q": _a(0.1, 0.2), "qd": _a(0.1, 0.2), "t": "0.1"},
     "Robot.joint_wrench": {"self": "v.robot()", "link": "'b'"} | _STATE,
     "Robot.base_wrench": {"self": "v.moving()"} | _STATE,
+    "Robot.strain": {"self": "v.moving()", "q": _a(0.1, 0.2), "X": _a(0.0, 0.1, 0.2)},
+    "Robot.internal_wrench": {"self": "v.moving()", "X": _a(0.0, 0.1, 0.2), "by": "'balance'"} | _STATE,
+    "Robot.reach": [
+        {
+            "self": "v.moving()",
+            "link": "'rod'",
+            "pose": _a(0.1, 0.0, 0.1),
+            "X": "0.1",
+            "point": _a(0.01, 0.0, 0.0),
+            "position_weight": _a(1.0, 0.5, 1.0),
+            "orientation_weight": "0.5",
+            "q0": _a(0.1, 0.2),
+            "bounds": "(-10.0, v.array([10.0, 20.0]))",
+            "prefer": "'energy'",
+            "t": "0.1",
+            "tol": "1e-8",
+            "max_iter": "20",
+            "restarts": "1",
+        },
+        {"self": "v.robot()", "link": "{'b': np.eye(4)}", "prefer": _a(1.0, 2.0)},
+        {"self": "v.robot()", "link": "[lissom.Target('b', [0.1, 0.1, 0])]", "prefer": "'start'"},
+    ],
     "Rod": {
         "segments": "[v.segment(), v.segment()]",
         "base_position": _a(0.0, 0.0, 1.0),
@@ -245,6 +267,14 @@ RECIPES: dict[str, dict | list[dict]] = {
         "dt": "0.01",
         "segments": "[0]",
     },
+    "Target": {
+        "link": "'b'",
+        "pose": _a(0.1, 0.0, 0.1),
+        "X": "0.1",
+        "point": _a(0.01, 0.0, 0.0),
+        "position_weight": _a(1.0, 0.5, 1.0),
+        "orientation_weight": "0.5",
+    },
     "continuation": {
         "model": _MODEL,
         "q0": _a(0.0, 0.0),
@@ -335,7 +365,7 @@ RECIPES: dict[str, dict | list[dict]] = {
 _UNMADE = """
 AccuracyWarning ContinuationResult ConvergenceError
 CriticalPoint DenseOutput Energy EquilibriumPath JacobianCheck
-LissomError Model ModesResult MotionResult OdeResult OdeSolver RootResult Scene SceneError
+LissomError Model ModesResult MotionResult OdeResult OdeSolver ReachResult RootResult Scene SceneError
 SceneProblem Section SimulationSettings StaticsResult Statistics
 """
 RECIPES |= {name: {} for name in _UNMADE.split()}

@@ -157,6 +157,14 @@ class Limb:
         [state] = self.rod.on_base(*base).states(q, v, a, [self.length if X is None else X])
         return State(*state)
 
+    def through(self, X, base, q, v, a, held):
+        """The wrench that passes through the section at X > 0, (6, m)."""
+        moved, found = self.rod.on_base(*base), {}
+        # Something of nothing, so that X is a place where something is.
+        moved.held = [Held(at, wrench) for at, wrench in [*held, (X, np.zeros((6, a.shape[1])))] if at != 0]
+        moved.balance(q, v, a, found)
+        return found[min(found, key=lambda place: abs(place - X))]
+
     def balance(self, base, q, v, a, held):
         """Forces (n, m), without elastic ones, and the wrench at the base, (6, m).
 
@@ -314,11 +322,20 @@ class Robot:
     def _unloaded(self):
         return Robot(self.links, gravity=np.zeros(3), bodies=self.bodies)
 
-    def _forces_of_motion(self, q, v, a):
-        """What inertia, gravity and loads need, (n, m)."""
+    def internal_wrench(self, q, v, a, X, *, link):
+        """What passes through the section of a rod at X > 0 to what lies beyond, in its axes."""
+        through = (link, X)
+        return self._forces_of_motion(
+            np.asarray(q, float), np.asarray(v, float), np.reshape(a, (self.n, 1)), through
+        )[:, 0]
+
+    def _forces_of_motion(self, q, v, a, through=(None, None)):
+        """What inertia, gravity and loads need, (n, m); or the wrench through a section, (6, m)."""
         steps, bases = self._outward(q, v, a)
         tau, held = np.zeros_like(a), [[] for _ in self.links]
         for i, (link, part, joint_dofs, dofs) in reversed(list(enumerate(self._links()))):
+            if link.name == through[0]:
+                return part.through(through[1], bases[i], q[dofs], v[dofs], a[dofs], held[i])
             tau[dofs], F = part.balance(bases[i], q[dofs], v[dofs], a[dofs], held[i])
             tau[joint_dofs] = link.joint.jacobian(q[joint_dofs]).T @ F
             if self.parents[i] is not None:

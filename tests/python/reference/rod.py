@@ -381,8 +381,11 @@ class Rod:
         """What inertia, gravity, loads and what the rod holds need, (n, m)."""
         return self.balance(q, qd, qdd)[0]
 
-    def balance(self, q, qd, qdd):
-        """What `_forces_of_motion` says, and the wrench that the same needs at the base, (6, m)."""
+    def balance(self, q, qd, qdd, through=None):
+        """What `_forces_of_motion` says, and the wrench that the same needs at the base, (6, m).
+
+        `through` takes down what passes through the sections at X > 0 where something is.
+        """
         m = qdd.shape[1]
         paths = self._outward(q, qd, qdd)
         # Absolute tolerances follow the largest force of each motion: a rod may weigh a gram or a ton.
@@ -405,6 +408,8 @@ class Rod:
                     return np.concatenate([motion_rate(X, y), F_X.ravel(), tau_X.ravel()])
 
                 state[size : size + 6 * m] += self._at_point(i, X1, state[:size]).ravel()
+                if through is not None:
+                    through[self.starts[i] + X1] = state[size : size + 6 * m].reshape(6, m).copy()
                 state = integrate(rate, X1, X0, state, ATOL * scale)[-1]
             F = state[size : size + 6 * m].reshape(6, m)
             tau[dof] = state[size + 6 * m :].reshape(-1, m)

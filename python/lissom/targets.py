@@ -1,0 +1,63 @@
+"""Where links shall be: what `Robot.reach` is asked for.
+
+Plain data: everything is checked where it is written, and computed in the core.
+"""
+
+from __future__ import annotations
+
+from dataclasses import KW_ONLY, dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ._lissom import check_target
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+
+@dataclass(frozen=True)
+class Target:
+    """Where a link shall be, for `Robot.reach`.
+
+    Parameters
+    ----------
+    link : str
+        Its name.
+    pose : array_like, shape (4, 4), (3,), (3, 3) or (4,)
+        Where it shall be in the world: a homogeneous matrix as from `Robot.pose`, a position alone, metres,
+        or an orientation alone, as a rotation matrix or a quaternion (w, x, y, z).
+    X : float, optional
+        Arc length of the link's unstretched rod, metres; by default its tip. None for a rigid link.
+    point : array_like, shape (3,)
+        The point that shall be at the position, in the axes of the section or body, metres.
+    position_weight : float or array_like, shape (3,)
+        How much the position counts, along the axes of the world; zero where it does not matter.
+    orientation_weight : float or array_like, shape (3,)
+        How much the orientation counts, about the axes that are wanted; zero where it does not matter:
+        ``(0, 1, 1)`` wants the x axis to point somewhere, however it is twisted.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If it makes no sense.
+    """
+
+    link: str
+    pose: ArrayLike
+    _: KW_ONLY
+    X: float | None = None
+    point: ArrayLike = (0.0, 0.0, 0.0)
+    position_weight: ArrayLike = 1.0
+    orientation_weight: ArrayLike = 1.0
+
+    def __post_init__(self) -> None:
+        check_target(self)
+        # Numbers and tuples of them, so that what is equal compares equal and nobody changes it.
+        for name in ("pose", "point", "position_weight", "orientation_weight"):
+            object.__setattr__(self, name, _tuples(np.asarray(getattr(self, name), dtype=float).tolist()))
+
+
+def _tuples(value: Any) -> Any:
+    """The same with tuples in place of lists."""
+    return tuple(map(_tuples, value)) if isinstance(value, list) else value

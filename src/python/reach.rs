@@ -1,0 +1,373 @@
+//! Inverse kinematics: `lissom.Robot.reach`, the targets that Python describes, and the result.
+
+use numpy::{IntoPyArray, PyArray1, PyArrayMethods, PyUntypedArrayMethods};
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyMapping, PyString};
+
+use super::convert::{self, Numbers};
+use super::link::index_of;
+use super::record::{self, ReadOnly, Reduced};
+use super::statics::run;
+use crate::error::{InvalidInput, Problem};
+use crate::lie::{QUATERNION_TOLERANCE, Quaternion, Rotation};
+use crate::reach::{self as core, Options, Preference, Reached, Target};
+use crate::robot::{Robot, RobotModel};
+
+/// The last row of a homogeneous transformation may differ by this from (0, 0, 0, 1): rounding of whoever computed it.
+const ROW_TOLERANCE: f64 = 1e-9;
+
+/// What `Robot.reach` found.
+///
+/// Attributes
+/// ----------
+/// q : ndarray, shape (n,)
+///     Coordinates, rotation vectors of at most half a turn; those that come nearest where the targets are not reached.
+/// success : bool
+///     True when all targets are reached, by the preferred shape if one was asked for.
+/// status : str
+///     'reached', 'not_settled' (reached, but the search for the preferred shape did not end), 'nearest' (a minimum of what is left: no small
+///     change comes nearer, by first and second derivatives), 'at_limits' (the same within limits without which it would come nearer),
+///     'iteration_limit', 'stalled', 'unresolved' or 'inverted' (the way leads to shapes that the rods do not have).
+/// message : str
+///     The status in words, with what is left, and what to change.
+/// position_error : float, or ndarray of shape (k,) for a mapping or a sequence of k targets
+///     Distance from where the point shall be, metres, along the axes with a weight; zero where no position was asked for.
+/// orientation_error : float, or ndarray of shape (k,)
+///     Angle from the wanted orientation, radians, about the axes with a weight; zero where none was asked for.
+/// pose : ndarray, shape (4, 4) or (k, 4, 4)
+///     Where sections and bodies of the targets are, as from `Robot.pose`.
+/// at_limits : list of str
+///     The coordinates that their limits hold back, of status 'at_limits'.
+/// starts : int
+///     Starts that were tried.
+/// nit, nfev, njev : int
+///     Steps, evaluations of the shape, and of its Jacobians, from all starts together.
+#[pyclass(name = "ReachResult", module = "lissom", frozen, get_all)]
+#[derive(FromPyObject)]
+pub(crate) struct PyReachResult {
+    q: ReadOnly<PyArray1<f64>>,
+    success: bool,
+    status: String,
+    message: String,
+    position_error: ReadOnly,
+    orientation_error: ReadOnly,
+    pose: ReadOnly,
+    at_limits: Vec<String>,
+    starts: usize,
+    nit: usize,
+    nfev: usize,
+    njev: usize,
+}
+
+impl PyReachResult {
+    fn new(py: Python<'_>, robot: &Robot, found: Reached, is_single: bool) -> PyResult<Self> {
+        let Reached { q, status, message, errors, poses, held, starts, counters } = found;
+        let names = robot.coordinate_names();
+        let numbers = |values: Vec<f64>| -> PyResult<ReadOnly> {
+            ReadOnly::new(match values[..] {
+                [value] if is_single => value.into_pyobject(py)?.into_any(),
+                _ => values.into_pyarray(py).into_any(),
+            })
+        };
+        let matrices: Vec<f64> = poses.iter().flat_map(convert::homogeneous).collect();
+        let shape = if is_single { vec![4, 4] } else { vec![poses.len(), 4, 4] };
+        Ok(Self {
+            q: ReadOnly::new(q.into_pyarray(py))?,
+            success: status.is_success(),
+            status: status.name().to_owned(),
+            message,
+            position_error: numbers(errors.iter().map(|error| error.position).collect())?,
+            orientation_error: numbers(errors.iter().map(|error| error.orientation).collect())?,
+            pose: ReadOnly::new(matrices.into_pyarray(py).reshape(shape)?.into_any())?,
+            at_limits: held.into_iter().map(|k| names[k].clone()).collect(),
+            starts,
+            nit: counters.iterations,
+            nfev: counters.residuals,
+            njev: counters.jacobians,
+        })
+    }
+}
+
+#[pymethods]
+impl PyReachResult {
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        let (q, status, nit) = (self.q.bind(py).len(), &self.status, self.nit);
+        Ok(format!("<ReachResult: {status}, {q} coordinates, {nit} iterations>"))
+    }
+
+    /// For copies and pickles.
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Reduced<'py>> {
+        record::reduce(slf)
+    }
+
+    #[staticmethod]
+    fn _restore(state: Self) -> Self {
+        state
+    }
+}
+
+/// What a target asks for, as it is given.
+pub(super) struct Given<'a, 'py> {
+    pub(super) pose: &'a Bound<'py, PyAny>,
+    pub(super) at: Option<f64>,
+    pub(super) point: Option<&'a Bound<'py, PyAny>>,
+    pub(super) weights: [Option<&'a Bound<'py, PyAny>>; 2],
+}
+
+impl Given<'_, '_> {
+    /// For a link of a robot, by its place.
+    fn target(&self, link: usize) -> PyResult<Target> {
+        let [position_weight, orientation_weight] =
+            [(0, "position_weight"), (1, "orientation_weight")].map(|(half, name)| {
+                let Some(value) = self.weights[half] else { return Ok([1.0; 3]) };
+                let Numbers { values, shape } =
+                    convert::numbers(value, name, "a number or three, one an axis")?;
+                match (values[..].try_into(), &shape[..]) {
+                    (_, []) => Ok([values[0]; 3]),
+                    (Ok(three), [3]) => Ok(three),
+                    _ => {
+                        let found = convert::describe(value);
+                        let message = format!("{name}: expected a number or three, one an axis, got {found}");
+                        Err(PyValueError::new_err(message))
+                    }
+                }
+            });
+        let (position, orientation) = pose_of(self.pose)?;
+        Ok(Target {
+            at: self.at,
+            point: self.point.map_or(Ok([0.0; 3]), |point| convert::array_of(point, "point"))?,
+            position,
+            orientation,
+            weights: [position_weight?, orientation_weight?],
+            ..Target::new(link)
+        })
+    }
+}
+
+/// A position and the rows of a rotation matrix; one of both, or both.
+type Wanted = (Option<[f64; 3]>, Option<[[f64; 3]; 3]>);
+
+fn pose_of(value: &Bound<'_, PyAny>) -> PyResult<Wanted> {
+    const EXPECTED: &str =
+        "a homogeneous matrix (4, 4), a position (3,), a rotation matrix (3, 3) or a quaternion (4,)";
+    let Numbers { values, shape } = convert::numbers(value, "pose", EXPECTED)?;
+    let rows = |stride: usize| std::array::from_fn(|i| std::array::from_fn(|j| values[stride * i + j]));
+    match shape[..] {
+        [3] => Ok((Some([values[0], values[1], values[2]]), None)),
+        [4] => {
+            let norm = values.iter().map(|x| x * x).sum::<f64>().sqrt();
+            if norm.is_nan() || (norm - 1.0).abs() > QUATERNION_TOLERANCE {
+                let message = format!(
+                    "pose: got a quaternion of norm {norm}, expected a quaternion (w, x, y, z) of norm 1"
+                );
+                return Err(PyValueError::new_err(message));
+            }
+            let quaternion = Quaternion::from_array([values[0], values[1], values[2], values[3]]);
+            let Rotation { x, y, z } = quaternion.rotation();
+            Ok((None, Some([[x.x, y.x, z.x], [x.y, y.y, z.y], [x.z, y.z, z.z]])))
+        }
+        [3, 3] => Ok((None, Some(rows(3)))),
+        [4, 4] => {
+            let last = [values[12], values[13], values[14], values[15]];
+            let is_last = last.iter().zip([0.0, 0.0, 0.0, 1.0]).all(|(x, y)| (x - y).abs() <= ROW_TOLERANCE);
+            if !is_last {
+                let [a, b, c, d] = last;
+                let message = format!(
+                    "pose[3]: got ({a}, {b}, {c}, {d}), expected (0, 0, 0, 1), the last row of a motion"
+                );
+                return Err(PyValueError::new_err(message));
+            }
+            Ok((Some([values[3], values[7], values[11]]), Some(rows(4))))
+        }
+        _ => {
+            let message = format!("pose: expected {EXPECTED}, got {}", convert::describe(value));
+            Err(PyValueError::new_err(message))
+        }
+    }
+}
+
+/// Refuses a target that makes no sense by itself.
+#[pyfunction]
+pub(crate) fn check_target(target: &Bound<'_, PyAny>) -> PyResult<()> {
+    if target.getattr("link")?.cast::<PyString>().is_err() {
+        let found = convert::describe(&target.getattr("link")?);
+        return Err(PyTypeError::new_err(format!("link: expected the name of a link, got {found}")));
+    }
+    Ok(of_object(target, 0)?.validate()?)
+}
+
+/// The target that an object with the attributes of `lissom.Target` describes.
+fn of_object(object: &Bound<'_, PyAny>, link: usize) -> PyResult<Target> {
+    let attribute = |name: &str| object.getattr(name);
+    let at = attribute("X")?;
+    let at = convert::optional_number(&at)
+        .map_err(|error| PyTypeError::new_err(format!("X: {}", error.value(object.py()))))?;
+    let (pose, point) = (attribute("pose")?, attribute("point")?);
+    let weights = [attribute("position_weight")?, attribute("orientation_weight")?];
+    let weights = weights.each_ref().map(Some);
+    Given { pose: &pose, at, point: Some(&point), weights }.target(link)
+}
+
+/// Targets with the names of their places, and whether it is but one that was written without any.
+struct Targets {
+    targets: Vec<Target>,
+    places: Vec<String>,
+    is_single: bool,
+}
+
+impl Targets {
+    /// One for a link, those of a mapping from links to poses, or of a sequence of `lissom.Target`.
+    fn of(robot: &Robot, link: &Bound<'_, PyAny>, single: Option<&Given<'_, '_>>) -> PyResult<Self> {
+        if link.is_none() || link.is_instance_of::<PyString>() {
+            let name: Option<String> = link.extract()?;
+            let index = index_of(robot, name.as_deref(), "link")?;
+            let Some(given) = single else {
+                return Err(PyTypeError::new_err("pose: expected where the link shall be, got None"));
+            };
+            return Ok(Self {
+                targets: vec![given.target(index)?],
+                places: vec![String::new()],
+                is_single: true,
+            });
+        }
+        let mut all = Self { targets: Vec::new(), places: Vec::new(), is_single: false };
+        if let Ok(mapping) = link.cast::<PyMapping>() {
+            for item in mapping.items()? {
+                let (name, pose): (Bound<'_, PyAny>, Bound<'_, PyAny>) = item.extract()?;
+                let Ok(name) = name.extract::<String>() else {
+                    let found = convert::describe(&name);
+                    return Err(PyTypeError::new_err(format!("link: expected names of links, got {found}")));
+                };
+                let given = Given { pose: &pose, at: None, point: None, weights: [None; 2] };
+                all.push(robot, &name, format!("['{name}']"), |index| given.target(index))?;
+            }
+            return Ok(all);
+        }
+        let wrong = |found: &Bound<'_, PyAny>| {
+            let found = convert::describe(found);
+            let expected =
+                "the name of a link, a mapping from links to poses, or a sequence of lissom.Target";
+            PyTypeError::new_err(format!("link: expected {expected}, got {found}"))
+        };
+        for (i, target) in link.try_iter().map_err(|_| wrong(link))?.enumerate() {
+            let target = target?;
+            if target.get_type().name()? != "Target" {
+                return Err(wrong(&target));
+            }
+            let name: String = target.getattr("link")?.extract()?;
+            all.push(robot, &name, format!("[{i}]"), |index| of_object(&target, index))?;
+        }
+        Ok(all)
+    }
+
+    fn push(
+        &mut self,
+        robot: &Robot,
+        name: &str,
+        place: String,
+        target: impl FnOnce(usize) -> PyResult<Target>,
+    ) -> PyResult<()> {
+        let index = index_of(robot, Some(name), &format!("link{place}"))?;
+        let target = target(index).map_err(|error| Python::attach(|py| placed(py, &error, &place)))?;
+        self.targets.push(target);
+        self.places.push(format!("link{place}."));
+        Ok(())
+    }
+}
+
+/// The problems of targets at these places as they are written.
+fn named(places: &[String], error: InvalidInput) -> InvalidInput {
+    let named = |problem: Problem| {
+        let inner = places.iter().enumerate().find_map(|(i, place)| {
+            problem.place.strip_prefix(&format!("targets[{i}].")).map(|rest| format!("{place}{rest}"))
+        });
+        Problem { place: inner.unwrap_or(problem.place), ..problem }
+    };
+    InvalidInput { problems: error.problems.into_iter().map(named).collect() }
+}
+
+/// The same error about something at a place.
+fn placed(py: Python<'_>, error: &PyErr, place: &str) -> PyErr {
+    let message = format!("link{place}.{}", error.value(py));
+    if error.is_instance_of::<PyTypeError>(py) {
+        PyTypeError::new_err(message)
+    } else {
+        PyValueError::new_err(message)
+    }
+}
+
+/// Everything else that `Robot.reach` takes.
+pub(super) struct Wishes<'a, 'py> {
+    pub(super) q0: Option<&'a Bound<'py, PyAny>>,
+    pub(super) bounds: Option<&'a Bound<'py, PyAny>>,
+    pub(super) prefer: Option<&'a Bound<'py, PyAny>>,
+    pub(super) tol: Option<f64>,
+    pub(super) max_iter: Option<i64>,
+    pub(super) restarts: Option<i64>,
+}
+
+impl Wishes<'_, '_> {
+    fn options(&self, n: usize) -> PyResult<Options> {
+        let defaults = Options::default();
+        let count =
+            |value: Option<i64>, name, default| value.map_or(Ok(default), |v| convert::count(v, name));
+        Ok(Options {
+            q0: self.q0.map(|q0| convert::finite_vector_of(q0, n, "q0")).transpose()?,
+            bounds: self.bounds.map(|bounds| bounds_of(bounds, n)).transpose()?,
+            prefer: self.prefer.map_or(Ok(Preference::Any), |prefer| preference_of(prefer, n))?,
+            tol: self.tol.unwrap_or(defaults.tol),
+            max_iter: count(self.max_iter, "max_iter", defaults.max_iter)?,
+            restarts: count(self.restarts, "restarts", defaults.restarts)?,
+        })
+    }
+}
+
+/// Lower and upper bounds, each a number for all or one for every coordinate.
+fn bounds_of(value: &Bound<'_, PyAny>, n: usize) -> PyResult<[Vec<f64>; 2]> {
+    let wrong = || {
+        let found = convert::describe(value);
+        PyTypeError::new_err(format!("bounds: expected lower and upper bounds, (lower, upper), got {found}"))
+    };
+    let halves: Vec<Bound<'_, PyAny>> =
+        value.try_iter().map_err(|_| wrong())?.take(3).collect::<PyResult<_>>()?;
+    let [lower, upper] = halves.as_slice() else { return Err(wrong()) };
+    let half = |value: &Bound<'_, PyAny>, name: &str| {
+        let (values, is_number) = convert::scalar_or_vector(value, name)?;
+        if is_number { Ok(vec![values[0]; n]) } else { convert::vector_of(value, n, name) }
+    };
+    Ok([half(lower, "bounds[0]")?, half(upper, "bounds[1]")?])
+}
+
+fn preference_of(value: &Bound<'_, PyAny>, n: usize) -> PyResult<Preference> {
+    if let Ok(word) = value.cast::<PyString>() {
+        return match word.to_str()? {
+            "start" => Ok(Preference::Start),
+            "energy" => Ok(Preference::Energy),
+            word => Err(PyValueError::new_err(format!(
+                "prefer: got {word:?}, expected \"start\", \"energy\", weights of the coordinates, or None"
+            ))),
+        };
+    }
+    Ok(Preference::Weights(convert::vector_of(value, n, "prefer")?))
+}
+
+/// The search with a model of its own.
+pub(super) fn search(
+    py: Python<'_>,
+    mut model: RobotModel,
+    link: &Bound<'_, PyAny>,
+    single: Option<&Given<'_, '_>>,
+    wishes: &Wishes<'_, '_>,
+) -> PyResult<PyReachResult> {
+    let robot = model.description().clone();
+    let targets = Targets::of(&robot, link, single)?;
+    let options = wishes.options(robot.coordinates())?;
+    let of_search = targets.targets.clone();
+    let n = robot.coordinates();
+    let places = targets.places;
+    let found = run(py, n, move |monitor| {
+        core::reach(&mut model, &of_search, &options, monitor).map_err(|error| named(&places, error))
+    })?;
+    PyReachResult::new(py, &robot, found, targets.is_single)
+}

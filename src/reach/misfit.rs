@@ -1,0 +1,210 @@
+//! How far links are from where they shall be, as equations in the coordinates over their typical sizes.
+
+use super::target::Target;
+use crate::error::Interrupted;
+use crate::lie::{Quaternion, Rotation, Vector, rotation_vector_rate};
+use crate::linalg::Matrix;
+use crate::model::{Discretised as _, Elastic as _, Flaw, Model as _, rotation_vectors};
+use crate::robot::{Place, Pose, RobotModel};
+use crate::roots::System;
+use crate::roots::least_squares::LeastSquares;
+use crate::statics::Monitor;
+
+/// A target ready to be compared with.
+struct Goal {
+    place: Place,
+    point: Vector<f64>,
+    position: Option<Vector<f64>>,
+    /// The inverse of the rotation that is wanted.
+    back: Option<Quaternion<f64>>,
+    /// Of the position, over the length of the robot, and of the orientation.
+    weights: [Vector<f64>; 2],
+    counted: [bool; 6],
+}
+
+/// What is left of a target.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Error {
+    /// Distance of the point from where it shall be in metres, along the axes that matter; zero where no position is
+    /// asked for.
+    pub position: f64,
+    /// Length of the rotation vector from the orientation that is wanted, radians, about the axes that matter; zero where
+    /// none is asked for.
+    pub orientation: f64,
+}
+
+/// Position and orientation of a link less those that are wanted, for all targets: `p - p*` along the axes of the world,
+/// and the rotation vector of `R*^T R`.
+pub(super) struct Misfit<'a, 'b> {
+    model: &'a mut RobotModel,
+    monitor: Monitor<'b>,
+    goals: Vec<Goal>,
+    pub(super) sizes: Vec<f64>,
+    q: Vec<f64>,
+    of_pose: Matrix,
+    /// The first coordinates of the rotation vectors that may be replaced by shorter ones.
+    rotation_vectors: Vec<usize>,
+    /// Why the last shape that meant nothing meant nothing.
+    pub(super) flaw: Option<Flaw>,
+}
+
+impl<'a, 'b> Misfit<'a, 'b> {
+    /// Of valid targets; some rotation vectors have no bounds.
+    pub(super) fn new(
+        model: &'a mut RobotModel,
+        targets: &[Target],
+        rotation_vectors: Vec<usize>,
+        monitor: Monitor<'b>,
+    ) -> Self {
+        let n = model.n();
+        let scale = 1.0 / model.length();
+        let goal = |target: &Target| {
+            let [position, orientation] = target.weights.map(Vector::from);
+            let rotation = target.rotation();
+            let is_counted = |i: usize| {
+                let half = i / 3;
+                [target.position.is_some(), rotation.is_some()][half] && target.weights[half][i % 3] > 0.0
+            };
+            Goal {
+                place: model.place_on(target.link, target.at),
+                point: target.point.into(),
+                position: target.position.map(Vector::from),
+                back: rotation.map(|Quaternion { w, v }| Quaternion { w, v: -v }),
+                weights: [position * scale, orientation],
+                counted: std::array::from_fn(is_counted),
+            }
+        };
+        let goals = targets.iter().map(goal).collect();
+        let mut sizes = vec![1.0; n];
+        model.typical_coordinates(&mut sizes);
+        Self {
+            model,
+            monitor,
+            goals,
+            sizes,
+            q: vec![0.0; n],
+            of_pose: Matrix::zeros(6, n),
+            rotation_vectors,
+            flaw: None,
+        }
+    }
+
+    /// The first coordinates of the rotation vectors that may be replaced by shorter ones.
+    pub(super) fn rotation_vectors(&self) -> &[usize] {
+        &self.rotation_vectors
+    }
+
+    /// The coordinates of scaled ones.
+    pub(super) fn coordinates(&self, x: &[f64]) -> Vec<f64> {
+        x.iter().zip(&self.sizes).map(|(x, size)| x * size).collect()
+    }
+
+    fn set(&mut self, x: &[f64]) {
+        for ((q, x), size) in self.q.iter_mut().zip(x).zip(&self.sizes) {
+            *q = x * size;
+        }
+    }
+
+    /// What is left of every target, and where its section or body is.
+    pub(super) fn errors(&mut self, q: &[f64]) -> Vec<(Error, Pose)> {
+        let Self { model, goals, .. } = self;
+        let error = |goal: &Goal| {
+            let pose = model.pose_at(q, &goal.place);
+            let counted = |half: usize, v: Vector<f64>| {
+                let parts = v.to_array().into_iter().zip(&goal.counted[3 * half..]);
+                parts.filter(|(_, is_counted)| **is_counted).map(|(x, _)| x * x).sum::<f64>().sqrt()
+            };
+            let [position, turn] = goal.difference(&pose);
+            (Error { position: counted(0, position), orientation: counted(1, turn) }, pose)
+        };
+        goals.iter().map(error).collect()
+    }
+}
+
+impl Goal {
+    /// Displacement and rotation vector from where it shall be; zero where that is anywhere.
+    fn difference(&self, pose: &Pose) -> [Vector<f64>; 2] {
+        let point = pose.position + pose.rotation.apply(self.point);
+        let position = self.position.map_or(Vector::zero(), |position| point - position);
+        [position, self.turn(&pose.rotation)]
+    }
+
+    fn turn(&self, rotation: &Rotation<f64>) -> Vector<f64> {
+        let from = |back: Quaternion<f64>| back.times(Quaternion::of_rotation(rotation)).log();
+        self.back.map_or(Vector::zero(), from)
+    }
+}
+
+/// The product of two vectors by components.
+fn weighted(weights: Vector<f64>, v: Vector<f64>) -> [f64; 3] {
+    [weights.x * v.x, weights.y * v.y, weights.z * v.z]
+}
+
+impl System for Misfit<'_, '_> {
+    fn unknowns(&self) -> usize {
+        self.sizes.len()
+    }
+
+    fn equations(&self) -> usize {
+        self.goals.iter().flat_map(|goal| goal.counted).filter(|is_counted| *is_counted).count()
+    }
+
+    /// NaN for shapes that the rods do not have.
+    fn residual(&mut self, x: &[f64], residual: &mut [f64]) -> Result<(), Interrupted> {
+        (self.monitor)()?;
+        self.set(x);
+        let flaw = self.model.flaw(&self.q);
+        if flaw.is_some() {
+            self.flaw = flaw;
+            residual.fill(f64::NAN);
+            return Ok(());
+        }
+        let mut rows = residual.iter_mut();
+        for goal in &self.goals {
+            let difference = goal.difference(&self.model.pose_at(&self.q, &goal.place));
+            let [position, turn] = [0, 1].map(|half| weighted(goal.weights[half], difference[half]));
+            for (value, _) in
+                position.into_iter().chain(turn).zip(goal.counted).filter(|(_, is_counted)| *is_counted)
+            {
+                *rows.next().expect("a row for every component that counts") = value;
+            }
+        }
+        Ok(())
+    }
+
+    fn jacobian(&mut self, x: &[f64], jacobian: &mut Matrix) -> Result<(), Interrupted> {
+        (self.monitor)()?;
+        self.set(x);
+        let mut row = 0;
+        for goal in &self.goals {
+            let pose = self.model.pose_at(&self.q, &goal.place);
+            self.model.jacobian_at(&self.q, &goal.place, &mut self.of_pose);
+            let arm = pose.rotation.apply(goal.point);
+            let turn = goal.turn(&pose.rotation);
+            let mut rows = 0;
+            for (k, size) in self.sizes.iter().enumerate() {
+                let column = self.of_pose.column(k);
+                let [angular, linear] = [0, 3].map(|i| Vector::new(column[i], column[i + 1], column[i + 2]));
+                let point = weighted(goal.weights[0], linear + angular.cross(arm));
+                let in_body = pose.rotation.apply_transposed(angular);
+                let turning = weighted(goal.weights[1], rotation_vector_rate(turn, in_body));
+                let values = point.into_iter().chain(turning).zip(goal.counted);
+                rows = 0;
+                for (value, _) in values.filter(|(_, is_counted)| *is_counted) {
+                    jacobian[(row + rows, k)] = value * size;
+                    rows += 1;
+                }
+            }
+            row += rows;
+        }
+        Ok(())
+    }
+}
+
+impl LeastSquares for Misfit<'_, '_> {
+    fn renew(&mut self, x: &mut [f64]) {
+        // Their sizes are one.
+        let mut rates = vec![0.0; x.len()];
+        rotation_vectors::wrap(&self.rotation_vectors, x, &mut rates, &mut []);
+    }
+}

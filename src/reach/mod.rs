@@ -1,0 +1,241 @@
+//! Inverse kinematics: a shape of a robot that brings links where they shall be.
+//!
+//! Least squares of what is left, within the limits of the coordinates ([`crate::roots::least_squares`]), from the start
+//! and, where that ends without reaching, from others; then, if one is preferred, the best of the shapes that reach.
+//!
+//! ```
+//! use lissom::reach::{Options, Target, reach};
+//! use lissom::robot::{Rod, RobotModel};
+//! use lissom::rod::Segment;
+//!
+//! let segment = Segment { modes: [0, 2, 2, 0, 0, 0], ..Segment::straight(0.3, 0.01, 1e6, 4e5, 1000.0) };
+//! let mut rod = RobotModel::of_rod(&Rod::new(vec![segment]))?;
+//! let tip = Target { position: Some([0.2, 0.1, 0.05]), ..Target::new(0) };
+//! let found = reach(&mut rod, &[tip], &Options::default(), &mut || Ok(()))?.expect("nothing interrupts it");
+//! assert!(found.status.is_success() && found.errors[0].position < 1e-9);
+//! # Ok::<(), lissom::error::InvalidInput>(())
+//! ```
+//!
+//! `target` says what is wanted, `misfit` how far it is, `starts` where else to begin, `preference` which shape of all.
+
+mod misfit;
+mod outcome;
+mod preference;
+mod starts;
+mod target;
+
+pub use misfit::Error;
+pub use outcome::{Reached, Status};
+pub use preference::Preference;
+pub use target::Target;
+
+use crate::error::{Checker, Interrupted, InvalidInput, Number};
+use crate::model::Discretised as _;
+use crate::model::{Elastic as _, Model as _, rotation_vectors};
+use crate::robot::{Origin, Robot, RobotModel, origin};
+use crate::roots::least_squares::{self, Bounds, Counters, End, solve};
+use crate::statics::Monitor;
+use misfit::Misfit;
+use preference::Form;
+use starts::Starts;
+
+/// A shape of this part less left is better, and worth another shape than the one near the start.
+const BETTER: f64 = 1.0 - 1e-6;
+
+/// How to search.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Options {
+    /// Where to begin, brought within the limits; at zero by default.
+    pub q0: Option<Vec<f64>>,
+    /// Between which values the coordinates may be, infinite where they have no limit, equal where they stay; beside
+    /// the limits of joints, which always hold.
+    pub bounds: Option<[Vec<f64>; 2]>,
+    /// Which of all shapes that reach.
+    pub prefer: Preference,
+    /// A target is reached when its position is off by at most this part of the length of the robot, and its orientation
+    /// by so many radians; 1e-9 by default.
+    pub tol: f64,
+    /// Largest number of steps from one start; 200 by default.
+    pub max_iter: usize,
+    /// Largest number of further starts, all over what the robot can do, where the first one ends without reaching; 8 by
+    /// default.
+    pub restarts: usize,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { q0: None, bounds: None, prefer: Preference::Any, tol: 1e-9, max_iter: 200, restarts: 8 }
+    }
+}
+
+/// Most further starts.
+pub const MAX_RESTARTS: usize = 100_000;
+
+/// A shape that reaches all targets, or comes nearest to them, at the time last set. Some ten Jacobians of each target
+/// where the start is not far off; with a preference, or where nothing reaches, some tens for every coordinate.
+///
+/// Fails before any search when an argument is wrong.
+pub fn reach(
+    model: &mut RobotModel,
+    targets: &[Target],
+    options: &Options,
+    monitor: Monitor<'_>,
+) -> Result<Result<Reached, Interrupted>, InvalidInput> {
+    check(model.description(), targets, options)?;
+    let bounds = limits(model.description(), options.bounds.as_ref())?;
+    let mut q0 = options.q0.clone().unwrap_or_else(|| vec![0.0; model.n()]);
+    bounds.clip(&mut q0);
+    model.check_shape(&q0, "q0")?;
+    let mut sizes = vec![1.0; model.n()];
+    model.typical_coordinates(&mut sizes);
+    let form = Form::of(&options.prefer, model, &q0, &sizes)?;
+    Ok(search(model, targets, options, (&q0, &bounds, form.as_ref()), monitor))
+}
+
+fn search(
+    model: &mut RobotModel,
+    targets: &[Target],
+    options: &Options,
+    (q0, bounds, form): (&[f64], &Bounds, Option<&Form>),
+    monitor: Monitor<'_>,
+) -> Result<Reached, Interrupted> {
+    let robot = model.description().clone();
+    let all = robot.rotation_vectors();
+    let is_free = |first: &usize| (*first..first + 3).all(|k| bounds.lower[k] == -bounds.upper[k]);
+    let free: Vec<usize> =
+        all.into_iter().filter(|first| is_free(first) && bounds.upper[*first] == f64::INFINITY).collect();
+    let mut misfit = Misfit::new(model, targets, free.clone(), monitor);
+    let scaled = |q: &[f64]| -> Vec<f64> { q.iter().zip(&misfit.sizes).map(|(q, size)| q / size).collect() };
+    let scaled_bounds = Bounds { lower: scaled(&bounds.lower), upper: scaled(&bounds.upper) };
+    let x0 = scaled(q0);
+    let weights = targets.iter().flat_map(|target| target.weights).flatten();
+    let least = weights.filter(|&weight| weight > 0.0).fold(1.0, f64::min);
+    let search = least_squares::Options {
+        tolerance: options.tol * least,
+        terms: 1.0,
+        max_iter: options.max_iter,
+        second_order: false,
+    };
+    let mut counters = Counters::default();
+    let mut x = x0.clone();
+    let mut best = solve(&mut misfit, &mut x, &scaled_bounds, &search)?;
+    let mut flaw = misfit.flaw;
+    counters += best.counters;
+    let mut starts = Starts::new(&robot, q0, bounds);
+    let mut tried = 1;
+    while best.end != End::Root && tried <= options.restarts {
+        tried += 1;
+        let q = starts.next();
+        let mut other: Vec<f64> = q.iter().zip(&misfit.sizes).map(|(q, size)| q / size).collect();
+        misfit.flaw = None;
+        let found = solve(&mut misfit, &mut other, &scaled_bounds, &search)?;
+        counters += found.counters;
+        if found.norm < BETTER * best.norm || found.end == End::Root {
+            (best, x, flaw) = (found, other, misfit.flaw);
+        }
+    }
+    let mut status = Status::of(best.end, !best.held.is_empty(), flaw);
+    misfit.flaw = None;
+    if let Some(form) = form.filter(|_| status == Status::Reached)
+        && !form.settle(&mut misfit, &mut x, &scaled_bounds, &search, &mut counters)?
+    {
+        status = Status::NotSettled;
+    }
+    let mut q = misfit.coordinates(&x);
+    // Not beyond what was given, by the rounding of scales.
+    bounds.clip(&mut q);
+    let mut rates = vec![0.0; q.len()];
+    rotation_vectors::wrap(&free, &mut q, &mut rates, &mut []);
+    let (errors, poses): (Vec<_>, Vec<_>) = misfit.errors(&q).into_iter().unzip();
+    let held = if status == Status::AtLimits { best.held } else { Vec::new() };
+    let of_links = targets.iter().map(|target| target.link).zip(errors.iter().copied());
+    let message = outcome::message(status, &robot, of_links, &held, tried, misfit.flaw);
+    Ok(Reached { q, status, message, errors, poses, held, starts: tried, counters })
+}
+
+/// Refuses what makes no sense, all at once.
+fn check(robot: &Robot, targets: &[Target], options: &Options) -> Result<(), InvalidInput> {
+    let n = robot.coordinates();
+    let mut check = Checker::new();
+    check.require(!targets.is_empty(), "targets", "none", "at least one target");
+    for (i, target) in targets.iter().enumerate() {
+        target.check(&mut check, &format!("targets[{i}]"), robot);
+    }
+    if let Some(q0) = &options.q0
+        && check.length(q0, n, "q0")
+    {
+        check.finite(q0, "q0");
+    }
+    if let Preference::Weights(weights) = &options.prefer
+        && check.length(weights, n, "prefer")
+    {
+        for (k, &weight) in weights.iter().enumerate() {
+            check.non_negative(weight, &format!("prefer[{k}]"), "a weight");
+        }
+        let expected = "a weight > 0 of any coordinate";
+        check.require(weights.iter().any(|&weight| weight != 0.0), "prefer", "zeros", expected);
+    }
+    check.positive(options.tol, "tol", "a part of the robot's length, and radians");
+    let restarts = options.restarts;
+    check.require(
+        restarts <= MAX_RESTARTS,
+        "restarts",
+        restarts,
+        &format!("a whole number of at most {MAX_RESTARTS}"),
+    );
+    check.finish()
+}
+
+/// The limits of all coordinates: those of joints and those that are given.
+fn limits(robot: &Robot, given: Option<&[Vec<f64>; 2]>) -> Result<Bounds, InvalidInput> {
+    let n = robot.coordinates();
+    let mut bounds = Bounds::none(n);
+    let mut check = Checker::new();
+    for (i, link) in robot.links.iter().enumerate() {
+        let Some(limits) = link.joint.forces().and_then(|forces| forces.limits) else { continue };
+        // What a joint may do that mimics another one, that one may.
+        let Some(Origin { link: own, factor, offset }) = origin(&robot.links, i) else { continue };
+        if robot.links[own].driven.is_some() || factor == 0.0 {
+            continue;
+        }
+        let [a, b] = limits.map(|limit| (limit - offset) / factor);
+        let k = robot.coordinates_of(own).start;
+        let [lower, upper] = [bounds.lower[k].max(a.min(b)), bounds.upper[k].min(a.max(b))];
+        let found =
+            format_args!("{} to {}, which leave the joint that it mimics nothing", limits[0], limits[1]);
+        check.require(
+            lower <= upper,
+            &format!("links[{i}].joint.limits"),
+            found,
+            "limits that meet the others",
+        );
+        (bounds.lower[k], bounds.upper[k]) = (lower, upper);
+    }
+    let Some([lower, upper]) = given else { return check.finish().map(|()| bounds) };
+    let is_whole = check.length(lower, n, "bounds[0]") && check.length(upper, n, "bounds[1]");
+    if is_whole {
+        let names = robot.coordinate_names();
+        for k in 0..n {
+            let [least, most] = [lower[k].max(bounds.lower[k]), upper[k].min(bounds.upper[k])];
+            let is_some = least <= most && least < f64::INFINITY && most > f64::NEG_INFINITY;
+            let found = format_args!(
+                "{} to {} for {}, whose joint has {} to {}",
+                Number(lower[k]),
+                Number(upper[k]),
+                names[k],
+                bounds.lower[k],
+                bounds.upper[k]
+            );
+            let ok = is_some && !lower[k].is_nan() && !upper[k].is_nan();
+            check.require(
+                ok,
+                &format!("bounds[:, {k}]"),
+                found,
+                "a lower and an upper bound with values between",
+            );
+            (bounds.lower[k], bounds.upper[k]) = (least, most);
+        }
+    }
+    check.finish()?;
+    Ok(bounds)
+}

@@ -1,0 +1,149 @@
+//! What came of a search for a shape.
+
+use super::misfit::Error;
+use crate::model::{Flaw, at_least};
+use crate::robot::{Pose, Robot};
+use crate::roots::least_squares::{Counters, End};
+
+/// How a search ended.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Status {
+    /// All targets are reached, by the shape that is preferred, if one is.
+    Reached,
+    /// All targets are reached, but the search for the preferred shape found none.
+    NotSettled,
+    /// A shape from which no small change brings the links nearer, by first and second derivatives.
+    Nearest,
+    /// The same with coordinates at their limits, without which there would be nearer ones.
+    AtLimits,
+    /// The limit of iterations was reached.
+    IterationLimit,
+    /// No step, however short, brings the links nearer.
+    Stalled,
+    /// The way leads to shapes that the rods do not have.
+    Flawed(Flaw),
+}
+
+impl Status {
+    pub(super) fn of(end: End, is_held: bool, flaw: Option<Flaw>) -> Self {
+        match end {
+            End::Root => Self::Reached,
+            End::Minimum if is_held => Self::AtLimits,
+            End::Minimum => Self::Nearest,
+            End::IterationLimit => Self::IterationLimit,
+            End::Stalled | End::NonFinite => flaw.map_or(Self::Stalled, Self::Flawed),
+        }
+    }
+
+    /// True when what was asked for was found.
+    pub fn is_success(self) -> bool {
+        self == Self::Reached
+    }
+
+    /// A stable name in lower case.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Reached => "reached",
+            Self::NotSettled => "not_settled",
+            Self::Nearest => "nearest",
+            Self::AtLimits => "at_limits",
+            Self::IterationLimit => "iteration_limit",
+            Self::Stalled => "stalled",
+            Self::Flawed(Flaw::Unresolved { .. }) => "unresolved",
+            Self::Flawed(Flaw::Inverted { .. }) => "inverted",
+        }
+    }
+}
+
+/// A shape and how near it brings the links.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reached {
+    /// Coordinates, rotation vectors of at most half a turn: of the nearest shape that was found, where none reaches.
+    pub q: Vec<f64>,
+    /// How the search ended.
+    pub status: Status,
+    /// The same in words, with numbers, and what to change.
+    pub message: String,
+    /// What is left of every target.
+    pub errors: Vec<Error>,
+    /// Where their sections and bodies are.
+    pub poses: Vec<Pose>,
+    /// The coordinates that their limits hold back, by their places.
+    pub held: Vec<usize>,
+    /// Starts that were tried.
+    pub starts: usize,
+    /// What all of them took together.
+    pub counters: Counters,
+}
+
+/// What happened, in words; `flaw` is that of the last shape on the way that meant nothing.
+pub(super) fn message(
+    status: Status,
+    robot: &Robot,
+    errors: impl Iterator<Item = (usize, Error)>,
+    held: &[usize],
+    starts: usize,
+    flaw: Option<Flaw>,
+) -> String {
+    let from = if starts == 1 { "one start".to_owned() } else { format!("{starts} starts") };
+    let said = match status {
+        Status::Reached => return "All targets are reached.".to_owned(),
+        Status::NotSettled => {
+            let reached = "All targets are reached, but the search for the shape that is preferred among those \
+                           that reach them did not end";
+            return match flaw {
+                Some(flaw) => format!("{reached}: its way leads to shapes in which a rod {flaw}. Start elsewhere."),
+                None => format!(
+                    "{reached}. Where the targets are at the edge of what can be reached there is nothing to \
+                     choose: leave `prefer` out; else start elsewhere."
+                ),
+            };
+        }
+        Status::Nearest => format!(
+            "The targets are not reached. No small change of this shape brings the links nearer, and it is the \
+             best that was found from {from}; another q0 or more `restarts` may find a better one, if there is any."
+        ),
+        Status::AtLimits => {
+            let names = robot.coordinate_names();
+            let held: Vec<&str> = held.iter().map(|&k| names[k].as_str()).collect();
+            format!(
+                "The targets are not reached. Within the limits no small change of this shape brings the links \
+                 nearer, and it is the best that was found from {from}; {} held back.",
+                are(&held)
+            )
+        }
+        Status::IterationLimit => {
+            "The limit of iterations was reached. Allow more `max_iter`, or start elsewhere.".to_owned()
+        }
+        Status::Stalled => {
+            "No step, however short, brings the links nearer, although derivatives promise it. Start elsewhere."
+                .to_owned()
+        }
+        Status::Flawed(flaw) => {
+            let nodes = match flaw {
+                Flaw::Unresolved { shortage } => format!(" It would take more `nodes`{}.", at_least(shortage)),
+                Flaw::Inverted { .. } => String::new(),
+            };
+            format!("The way to the targets ends at a shape in which a rod {flaw}.{nodes} Start elsewhere.")
+        }
+    };
+    let left = errors.map(|(link, error)| {
+        let Error { position, orientation } = error;
+        format!("'{}' is off by {position:.3e} m and {orientation:.3e} rad", robot.links[link].name)
+    });
+    format!("{said} What is left: {}.", left.collect::<Vec<_>>().join(", "))
+}
+
+/// "a is", "a, b and 7 others are".
+fn are(names: &[&str]) -> String {
+    /// Nobody reads more.
+    const MOST: usize = 5;
+    match names {
+        [one] => format!("{one} is"),
+        _ if names.len() <= MOST => {
+            let (last, others) = names.split_last().expect("there are some");
+            format!("{} and {last} are", others.join(", "))
+        }
+        _ => format!("{} and {} others are", names[..MOST].join(", "), names.len() - MOST),
+    }
+}

@@ -1,0 +1,77 @@
+//! Further starts of a search: shapes all over what a robot can do, the same ones every time.
+
+use std::f64::consts::PI;
+
+use crate::joint::Motion;
+use crate::robot::{Link, Robot};
+use crate::rod::STRAINS;
+use crate::rod::piece;
+use crate::roots::least_squares::Bounds;
+
+/// Strains beside curvatures are tried up to this size: rods that stretch by more are rare.
+const STRAIN: f64 = 0.1;
+
+/// Random shapes of a robot.
+pub(super) struct Starts {
+    random: SplitMix,
+    /// Between which values a coordinate is drawn.
+    ranges: Vec<[f64; 2]>,
+}
+
+impl Starts {
+    /// Shapes around `q0`, and within the bounds where both are finite. Rods turn by up to half a turn, joints to
+    /// anywhere.
+    pub(super) fn new(robot: &Robot, q0: &[f64], bounds: &Bounds) -> Self {
+        let reach = robot.length();
+        let sizes = robot.links.iter().flat_map(|link| sizes(link, reach));
+        let ranges = sizes.enumerate().map(|(k, size)| {
+            let [lower, upper] = [bounds.lower[k], bounds.upper[k]];
+            if lower.is_finite() && upper.is_finite() {
+                return [lower, upper];
+            }
+            [bounds.nearest(k, q0[k] - size), bounds.nearest(k, q0[k] + size)]
+        });
+        Self { random: SplitMix(0), ranges: ranges.collect() }
+    }
+
+    /// The next shape.
+    pub(super) fn next(&mut self) -> Vec<f64> {
+        let Self { random, ranges } = self;
+        ranges.iter().map(|[lower, upper]| lower + (upper - lower) * random.next()).collect()
+    }
+}
+
+/// How far coordinates of a link are tried.
+fn sizes(link: &Link, reach: f64) -> Vec<f64> {
+    let mut sizes = Vec::with_capacity(link.coordinates());
+    let motions = link.driven.is_none().then(|| link.joint.motions());
+    for motion in motions.into_iter().flatten() {
+        match motion {
+            Motion::About(_) => sizes.push(PI),
+            Motion::Along(_) => sizes.push(reach),
+            // The cube that holds in the ball of all rotations.
+            Motion::AboutAll => sizes.extend([PI / 3.0_f64.sqrt(); 3]),
+        }
+    }
+    for part in link.rod.iter().flat_map(piece::of) {
+        for strain in 0..STRAINS {
+            let size = if strain < 3 { PI / link.length() } else { STRAIN };
+            sizes.extend((0..part.modes[strain]).map(|k| size / (k + 1) as f64));
+        }
+    }
+    sizes
+}
+
+/// Numbers that look random (Steele, Lea and Flood 2014, SplitMix64).
+struct SplitMix(u64);
+
+impl SplitMix {
+    /// In [0, 1).
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+    }
+}

@@ -1,0 +1,159 @@
+//! The quadratic model of `|R|^2 / 2` at an iterate, and its steps within bounds.
+
+use super::Bounds;
+use super::region::Spectrum;
+use crate::linalg::{Matrix, dot, norm, norm_inf};
+
+/// Increment of forward differences: the square root of the rounding unit, for unknowns of order one.
+pub(super) const INCREMENT: f64 = 1.490_116_119_384_765_6e-8;
+
+/// What differences with that increment miss of a second derivative, relative to it and to what R and its Jacobian have
+/// of rounding there: with some digits to spare.
+const ERROR_OF_CURVATURE: f64 = 10.0 * INCREMENT;
+
+/// `|R + J d|^2 / 2 + d S d / 2`, with the curvature S of R or without.
+pub(super) struct Model<'a> {
+    jacobian: &'a Matrix,
+    curvature: Option<&'a Matrix>,
+    gradient: Vec<f64>,
+    /// Of the curvature.
+    error: f64,
+}
+
+/// A step, and the decrease of `|R|^2 / 2` that the model promises.
+pub(super) struct Step {
+    pub(super) x: Vec<f64>,
+    pub(super) promised: f64,
+}
+
+impl<'a> Model<'a> {
+    pub(super) fn new(jacobian: &'a Matrix, residual: &[f64], curvature: Option<&'a Matrix>) -> Self {
+        let gradient = jacobian.column_iter().map(|column| dot(column.as_slice(), residual)).collect();
+        let error = curvature.map_or(0.0, |curvature| {
+            let terms = jacobian.row_iter().zip(residual).map(|(row, r)| row.amax() * r.abs()).sum::<f64>();
+            ERROR_OF_CURVATURE * (terms + norm_inf(curvature.as_slice()))
+        });
+        Self { jacobian, curvature, gradient, error }
+    }
+
+    pub(super) fn gradient(&self) -> &[f64] {
+        &self.gradient
+    }
+
+    /// The matrix of the model times a step.
+    fn product(&self, step: &[f64]) -> Vec<f64> {
+        let mut image = vec![0.0; self.jacobian.nrows()];
+        for (column, &d) in self.jacobian.column_iter().zip(step).filter(|(_, d)| **d != 0.0) {
+            image.iter_mut().zip(column.iter()).for_each(|(image, entry)| *image += entry * d);
+        }
+        let mut product: Vec<f64> =
+            self.jacobian.column_iter().map(|column| dot(column.as_slice(), &image)).collect();
+        if let Some(curvature) = self.curvature {
+            for (product, column) in product.iter_mut().zip(curvature.column_iter()) {
+                *product += dot(column.as_slice(), step);
+            }
+        }
+        product
+    }
+
+    fn promise(&self, step: Vec<f64>) -> Step {
+        let promised = -dot(&self.gradient, &step) - 0.5 * dot(&step, &self.product(&step));
+        Step { x: step, promised }
+    }
+
+    /// The eigenvectors of the part of these unknowns.
+    fn spectrum(&self, free: &[usize]) -> Option<Spectrum> {
+        let own = self.jacobian.select_columns(free);
+        let Some(curvature) = self.curvature else { return Spectrum::of_squares(&own) };
+        let mut matrix = own.tr_mul(&own);
+        for (j, &column) in free.iter().enumerate() {
+            for (i, &row) in free.iter().enumerate() {
+                matrix[(i, j)] += curvature[(row, column)];
+            }
+        }
+        Spectrum::new(&matrix, self.error)
+    }
+
+    /// A step of about this length at most that keeps x within its bounds: the best one of those that a search for the
+    /// unknowns that become bound leads to.
+    pub(super) fn step(&self, x: &[f64], bounds: &Bounds, radius: f64) -> Step {
+        let is_free = |&i: &usize| {
+            let push = self.gradient[i];
+            let [down, up] = [x[i] > bounds.lower[i], x[i] < bounds.upper[i]];
+            (down && (up || push >= 0.0)) || (up && push <= 0.0)
+        };
+        let free: Vec<usize> = (0..x.len()).filter(is_free).collect();
+        let mut best = Step { x: vec![0.0; x.len()], promised: 0.0 };
+        let mut keep = |step: Vec<f64>| {
+            let step = self.promise(step);
+            if step.promised > best.promised {
+                best = step;
+            }
+        };
+        for first in self.steps(&free, &vec![0.0; x.len()], radius) {
+            let is_cut = self.bind(first, free.clone(), x, bounds, radius, &mut keep);
+            if is_cut {
+                keep(self.downhill(&free, x, bounds, radius));
+            }
+        }
+        best
+    }
+
+    /// Steps of some unknowns, the others having made theirs.
+    fn steps(&self, free: &[usize], others: &[f64], radius: f64) -> Vec<Vec<f64>> {
+        let spectrum = if free.is_empty() { None } else { self.spectrum(free) };
+        let Some(spectrum) = spectrum else { return Vec::new() };
+        let product = self.product(others);
+        let gradient: Vec<f64> = free.iter().map(|&i| self.gradient[i] + product[i]).collect();
+        let all = |own: Vec<f64>| {
+            let mut step = others.to_vec();
+            free.iter().zip(own).for_each(|(&i, d)| step[i] = d);
+            step
+        };
+        spectrum.steps(&gradient, radius).into_iter().map(all).collect()
+    }
+
+    /// Stops unknowns at their bounds, and lets the others begin anew until none runs into its bound. Says whether any
+    /// did.
+    fn bind(
+        &self,
+        mut step: Vec<f64>,
+        mut free: Vec<usize>,
+        x: &[f64],
+        bounds: &Bounds,
+        radius: f64,
+        keep: &mut impl FnMut(Vec<f64>),
+    ) -> bool {
+        let mut is_cut = false;
+        loop {
+            let stop = |i: usize| bounds.nearest(i, x[i] + step[i]) - x[i];
+            let (bound, rest): (Vec<usize>, Vec<usize>) = free
+                .iter()
+                .partition(|&&i| x[i] + step[i] < bounds.lower[i] || x[i] + step[i] > bounds.upper[i]);
+            let stopped: Vec<f64> = (0..x.len()).map(stop).collect();
+            keep(stopped.clone());
+            if bound.is_empty() {
+                return is_cut;
+            }
+            is_cut = true;
+            let mut others = vec![0.0; x.len()];
+            (0..x.len()).filter(|i| !rest.contains(i)).for_each(|i| others[i] = stopped[i]);
+            let Some(next) = self.steps(&rest, &others, radius).into_iter().next() else { return true };
+            (step, free) = (next, rest);
+        }
+    }
+
+    /// Along the gradient as far as the bounds let it, to the minimum of the model: goes downhill whatever the model is.
+    fn downhill(&self, free: &[usize], x: &[f64], bounds: &Bounds, radius: f64) -> Vec<f64> {
+        let size = norm(&self.gradient);
+        let mut step = vec![0.0; x.len()];
+        for &i in free {
+            step[i] = bounds.nearest(i, x[i] - self.gradient[i] * (radius / size)) - x[i];
+        }
+        let bending = dot(&step, &self.product(&step));
+        let slope = -dot(&self.gradient, &step);
+        let part = if bending > slope { slope / bending } else { 1.0 };
+        step.iter_mut().for_each(|d| *d *= part);
+        step
+    }
+}

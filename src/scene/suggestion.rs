@@ -1,0 +1,14 @@
+//! What a word that nobody knows may have meant.
+
+/// Least similarity (Jaro and Winkler 1990, 0 to 1) at which a known word is suggested for an unknown one.
+const SIMILARITY: f64 = 0.8;
+
+/// The known word most similar to `word`, if any is similar.
+pub(crate) fn suggestion<'a>(word: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
+    let word = word.to_lowercase();
+    known
+        .map(|other| (strsim::jaro_winkler(&word, other), other))
+        .filter(|(similarity, _)| *similarity >= SIMILARITY)
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .map(|(_, other)| other)
+}

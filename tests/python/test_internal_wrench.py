@@ -1,0 +1,227 @@
+"""`Robot.strain` and `Robot.internal_wrench`, by balance and by the material, and how the two agree."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from numpy.testing import assert_allclose
+from scipy.special import eval_legendre
+
+import lissom
+from reference.random_robots import random_states, robots, seeds
+from reference.robot import build
+from test_robot import assert_close, fine
+
+few = settings(max_examples=10)
+LENGTH, RADIUS, DENSITY = 0.5, 0.02, 1000.0
+MASS = DENSITY * np.pi * RADIUS**2
+
+
+def segment(modes, **changes):
+    arguments = {"young_modulus": 1e6, "poisson_ratio": 0.4, "density": DENSITY} | changes
+    return lissom.Segment(LENGTH, RADIUS, modes=modes, **arguments)
+
+
+def skew(R):
+    return np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]]) / 2
+
+
+@few
+@given(robots(), seeds)
+def test_strains_are_how_poses_change_along_the_rod(description, seed):
+    robot = fine(description)
+    q = random_states(build(description), seed)[0]
+    h = 1e-5
+    for link in robot.links:
+        if link.rod is None:
+            continue
+        X = 0.41 * sum(part.length for part in link.rod)
+        below, here, beyond = robot.pose(q, [X - h, X, X + h], link=link.name)
+        change = here[:3, :3].T @ (beyond - below)[:3] / (2 * h)
+        expected = np.append(skew(change[:, :3]), change[:, 3])
+        assert_allclose(
+            robot.strain(q, X, link=link.name), expected, rtol=0, atol=1e-7 * (1 + np.abs(q).max())
+        )
+
+
+@few
+@given(robots(), seeds)
+def test_wrenches_are_those_of_the_reference(description, seed):
+    reference, robot = build(description), fine(description)
+    q, v, a = random_states(reference, seed)
+    rods = [link.name for link in reference.links if link.rod]
+    assume(rods)
+    for name in rods:
+        # Not where others are attached: 0.37 and 0.5.
+        for part in (0.42, 1.0):
+            X = part * reference.length(name)
+            expected = reference.internal_wrench(q, v, a, X, link=name)
+            assert_close(robot.internal_wrench(q, v, a, X, link=name), expected)
+
+
+@few
+@given(robots(), seeds)
+def test_at_a_base_it_is_what_the_joint_passes_on(description, seed):
+    reference, robot = build(description), build(description, lissom)
+    q, v, a = random_states(reference, seed)
+    for link in robot.links:
+        if link.rod is None or not isinstance(link.joint, (lissom.Revolute, lissom.Spherical, lissom.Weld)):
+            continue
+        R = robot.pose(q, 0.0, link=link.name)[:3, :3]
+        moment, force = robot.internal_wrench(q, v, a, 0.0, link=link.name).reshape(2, 3)
+        wrench = robot.joint_wrench(q, v, a, link=link.name)
+        assert_close(np.append(R @ moment, R @ force), wrench, 1e-10)
+
+
+def test_loads_of_a_beam_are_summed_exactly():
+    """A straight beam of weight and of loads that begin and end anywhere: statics of the textbook."""
+    load, begin, end, point, at, weight = -3.0, 0.13, 0.37, -2.0, 0.29, MASS * 9.81
+    rod = lissom.Rod(
+        [segment({"bend_y": 1})],
+        loads=[
+            lissom.Load(force=(0, 0, load), along=(begin, end)),
+            lissom.Load(force=(0, 0, point), at=at),
+        ],
+    )
+    X = np.array([0.0, 0.05, begin, 0.2, at, 0.3, end, 0.45, LENGTH])
+    wrench = rod.internal_wrench([0], [0], [0], X)
+    # Of the load that is spread what lies beyond X; what is exactly at X lies beyond it.
+    rest, from_ = LENGTH - X, np.clip(X, begin, end)
+    force = weight * rest - load * (end - from_) - point * (at >= X)
+    about = -weight * rest**2 / 2 + load * (end - from_) * ((end + from_) / 2 - X)
+    assert_allclose(wrench[:, 5], force, rtol=0, atol=1e-12)
+    assert_allclose(wrench[:, 1], about + point * np.clip(at - X, 0, None), rtol=0, atol=1e-12)
+    assert_allclose(np.delete(wrench, [1, 5], axis=1), 0, rtol=0, atol=1e-13)
+
+
+def difference(rod, q, X, v=None, a=None):
+    zeros = np.zeros(rod.n)
+    v, a = zeros if v is None else v, zeros if a is None else a
+    by = [rod.internal_wrench(q, v, a, X, by=by) for by in ("balance", "material")]
+    return by[0] - by[1]
+
+
+def test_both_laws_agree_as_modes_become_many():
+    X = np.linspace(0, LENGTH, 21)
+    errors = []
+    for modes in (1, 2, 4, 8):
+        # Its weight bends it by two radians.
+        rod = lissom.Rod([segment({"bend_y": modes})])
+        q = lissom.statics(rod).q
+        size = np.abs(rod.internal_wrench(q, np.zeros(modes), np.zeros(modes), X)[:, 1]).max()
+        errors.append(np.abs(difference(rod, q, X)[:, 1]).max() / size)
+    assert errors[0] > 0.5
+    assert all(after < before / 2 for before, after in pairwise(errors))
+    assert errors[-1] < 1e-3
+
+
+def test_modes_see_no_difference_between_the_laws():
+    """In free motion the difference has no part along any mode: both satisfy the same equations."""
+    parts = {"bend_y": 3, "bend_z": 2, "torsion": 2, "stretch": 2}
+    rod = lissom.Rod([segment(parts, retardation_time=0.02)], tip_force=(0.1, 0.3, -0.2), tip_mass=0.05)
+    rng = np.random.default_rng(1)
+    q, v = rng.normal(size=(2, rod.n)) * np.repeat([1, 1, 1, 0.05], [2, 3, 2, 2])
+    a = rod.forward_dynamics(q, v)
+    nodes, weights = np.polynomial.legendre.leggauss(40)
+    apart = difference(rod, q, LENGTH * (nodes + 1) / 2, v, a)
+    size = np.abs(rod.internal_wrench(q, v, a, np.linspace(0, LENGTH, 9))).max(axis=0)
+    assert np.abs(apart).max() > 1e-2 * size.max()
+    for strain, modes in ((0, 2), (1, 3), (2, 2), (3, 2)):
+        for k in range(modes):
+            part = weights @ (eval_legendre(k, nodes) * apart[:, strain])
+            assert abs(part) < 1e-10 * max(size[strain], 1e-3), (strain, k)
+
+
+def test_the_material_knows_stiffness_damping_and_nothing_else():
+    mu = 0.03
+    section = lissom.Section.given(np.diag([1.0, 2.0, 3.0, 400.0, 50.0, 60.0]) + np.eye(6)[::-1] * 0.1, 0.2)
+    part = lissom.Segment(LENGTH, modes={"bend_y": 2, "stretch": 1}, section=section, retardation_time=mu)
+    rod = lissom.Rod([part], tip_force=(3.0, 2.0, 1.0))
+    q, v = np.array([0.4, -0.2, 0.05]), np.array([1.0, 2.0, -0.3])
+    X = 0.2
+    here = 2 * X / LENGTH - 1
+    strain = np.array([0, q[0] + here * q[1], 0, q[2], 0, 0])
+    rate = np.array([0, v[0] + here * v[1], 0, v[2], 0, 0])
+    expected = -part.stiffness(X) @ (strain + mu * rate)
+    found = rod.internal_wrench(q, v, np.zeros(3), X, by="material")
+    assert_allclose(found, expected, rtol=0, atol=1e-15 * 1e3)
+    strain[3] += 1
+    assert_allclose(rod.strain(q, X), strain, rtol=0, atol=1e-15)
+    # Of what has no modes the balance alone tells.
+    assert found[5] == 0
+    assert abs(rod.internal_wrench(q, v, np.zeros(3), X)[5]) > 0.5
+
+
+def test_what_holds_a_rod_in_its_plane_passes_through_it():
+    rod = lissom.Rod([segment({"bend_y": 2})], tip_force=(0, 2.0, 0), gravity=(0, 0, 0))
+    assert rod.kernel == "planar"
+    wrench = rod.internal_wrench(np.zeros(2), np.zeros(2), np.zeros(2), [0.0, 0.2])
+    assert_allclose(wrench, [[0, 0, -2.0 * LENGTH, 0, -2, 0], [0, 0, -0.6, 0, -2, 0]], rtol=0, atol=1e-14)
+
+
+def test_a_base_that_moves_is_felt_in_the_axes_of_the_section():
+    """A rod that is whirled around about its own base is pulled inwards."""
+    speed = 20.0
+    turn = lissom.BaseMotion(axis=(0, 0, 1), angle=lambda t: speed * t)
+    rod = lissom.Rod([segment({"bend_z": 2})], base_motion=turn, gravity=(0, 0, 0))
+    zeros = np.zeros((2, 2))
+    X = np.array([0.0, 0.3])
+    wrench = rod.internal_wrench(zeros, zeros, zeros, X, t=[0.1, 0.4])
+    assert wrench.shape == (2, 2, 6)
+    expected = np.zeros((2, 6))
+    expected[:, 3] = -MASS * speed**2 * (LENGTH**2 - X**2) / 2
+    for at_time in wrench:
+        assert_allclose(at_time, expected, rtol=0, atol=1e-6)
+
+
+def test_many_states_and_places_at_once():
+    rod = lissom.Rod([segment({"bend_y": 2, "stretch": 1}), segment({"bend_z": 2})])
+    rng = np.random.default_rng(2)
+    q, v, a = 0.1 * rng.normal(size=(3, 4, rod.n))
+    X = [0.0, 0.5, 0.7]
+    strains, wrenches = rod.strain(q, X), rod.internal_wrench(q, v, a, X)
+    assert strains.shape == wrenches.shape == (4, 3, 6)
+    assert_allclose(rod.strain(q, 0.7), strains[:, 2], rtol=0, atol=0)
+    assert_allclose(rod.strain(q[1]), rod.strain(q[1], 1.0), rtol=0, atol=0)
+    assert_allclose(rod.internal_wrench(q[3], v[3], a[3], 0.5), wrenches[3, 1], rtol=0, atol=1e-15)
+    # Where segments meet, the strain is that of the one before.
+    assert strains[0, 1, 2] == 0
+    assert rod.strain(q[0], np.nextafter(0.5, 1))[2] != 0
+    assert rod.strain(np.zeros((0, rod.n)), X).shape == (0, 3, 6)
+
+
+RIGID = lissom.Robot(
+    [
+        lissom.Link("arm", body=lissom.Body(1.0, centre=(1, 0, 0)), joint=lissom.Revolute((0, 1, 0))),
+        lissom.Link("soft", rod=[segment({"bend_y": 1})], parent="arm"),
+    ]
+)
+REFUSED = {
+    "link: got none, expected one of the links": {"link": None},
+    "link: got 'sof', expected one of the links: 'arm', 'soft'; did you mean 'soft'": {"link": "sof"},
+    "link: got 'arm', which has no rod, expected a link with one: 'soft'": {"link": "arm"},
+    r"X: got 0.6, expected an arc length in \[0, 0.5\]": {"link": "soft", "X": 0.6},
+    r"X: got NaN|X: got nan": {"link": "soft", "X": np.nan},
+}
+
+
+@pytest.mark.parametrize("message", REFUSED)
+def test_what_is_no_section_is_refused(message):
+    with pytest.raises(ValueError, match=message):
+        RIGID.strain([0, 0], **REFUSED[message])
+    with pytest.raises(ValueError, match=message):
+        RIGID.internal_wrench([0, 0], [0, 0], [0, 0], **REFUSED[message])
+
+
+def test_other_arguments_are_checked():
+    states = [[0, 0]] * 3
+    with pytest.raises(ValueError, match='by: got "stress", expected "balance" or "material"'):
+        RIGID.internal_wrench(*states, link="soft", by="stress")
+    with pytest.raises(ValueError, match="qd"):
+        RIGID.internal_wrench([0, 0], [[0, 0]], [0, 0], link="soft")
+    with pytest.raises(ValueError, match=r"q\[0\]"):
+        RIGID.strain([np.nan, 0], link="soft")
+    only_rigid = lissom.Robot([lissom.Link("arm", body=lissom.Body(1.0), joint=lissom.Prismatic((0, 1, 0)))])
+    with pytest.raises(ValueError, match="but no link has one"):
+        only_rigid.strain([0.0])
