@@ -27,7 +27,7 @@ AUTO_MODES = 8
 SECONDS, MOST_RUNS = 1.0, 7
 
 # Pieces of an arm; steps between two output times, as far as they may be needed for one percent.
-PIECES, QUICK_PIECES = (5, 10, 14, 16, 20, 28), (5, 10)
+PIECES, QUICK_PIECES = (5, 10, 16, 20, 28), (5, 10)
 STEPS_PER_OUTPUT = {"Euler": (16, 64, 256, 512, 1024), "RK4": (8, 32, 128, 256, 512)}
 # A ladder of ever shorter steps ends with the first run that takes longer, in seconds.
 LONGEST_RUN, QUICK_LONGEST_RUN = 12.0, 1.0

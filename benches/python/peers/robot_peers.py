@@ -3,11 +3,12 @@
     python benches/python/peers/robot_peers.py [--quick] [-o DIR]
 
 Needs lissom built in release mode and numpy. Makes a virtual environment for the peers in results/peers,
-once, from requirements/peers.txt. Writes the tables of DIR/peers.md; DIR is docs unless given. Ends with an
-error if the robots are not those of the peers to rounding.
+once, from requirements/peers.txt. Writes the tables of DIR/peers.md (DIR is docs unless given) and all
+numbers to results/peers/robots.json. Ends with an error if the robots are not those of the peers to rounding.
 """
 
 import argparse
+import json
 import sys
 import time
 from datetime import UTC, datetime
@@ -48,6 +49,7 @@ def main() -> None:
         f"{datetime.now(UTC):%Y-%m-%d}; `make peers{' QUICK=1' if options.quick else ''}`, "
         f"{time.perf_counter() - start:.0f} s."
     )
+    (FOLDER / "robots.json").write_text(json.dumps({"about": about, "rows": peers.runs}))
     page = options.output / "peers.md"
     text = page.read_text(encoding="utf-8")
     for name, section in robot_peers_report.sections(peers.runs).items():
