@@ -16,7 +16,8 @@ LAB_SCENES := $(sort $(wildcard scenes/lab-*.toml))
 # What `pip install` builds runs on every machine; here there is one, and half of the sweeps need not be compiled.
 MATURIN = $(BIN)/maturin develop --locked --no-default-features --features "python $(shell .ci/features)"
 COMPILE := uv pip compile --quiet --universal --python-version 3.11 --upgrade --generate-hashes \
-	--no-emit-index-url --no-emit-find-links --no-annotate --all-extras pyproject.toml
+	--no-emit-index-url --no-emit-find-links --no-annotate
+WITH_LISSOM := --all-extras pyproject.toml
 
 # The tools must act on .venv whatever environment the caller has activated.
 export VIRTUAL_ENV := $(CURDIR)/$(VENV)
@@ -27,7 +28,7 @@ unexport CONDA_PREFIX
 unexport PYTHONPATH
 unexport PYTHONHOME
 
-.PHONY: help demo bench validate stress test test-rust test-python test-checked build build-for-test format lock fuzz audit clean
+.PHONY: help demo bench peers validate stress test test-rust test-python test-checked build build-for-test format lock fuzz audit clean
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -66,6 +67,9 @@ test-checked: $(VENV)/test.stamp ## the Python tests with debug assertions and o
 bench: build-for-test ## measure, and write docs/benchmarks.md (PARTS="lab kernels", QUICK=1)
 	$(BIN)/python benches/python/speed/suite.py --parts $(PARTS) $(if $(QUICK),--quick)
 
+peers: build-for-test ## compare robots with Pinocchio and MuJoCo, and write docs/peers.md (QUICK=1)
+	$(BIN)/python benches/python/peers/robot_peers.py $(if $(QUICK),--quick)
+
 validate: build ## ask questions with known answers, and write docs/validation.md
 	$(BIN)/lissom validate -o "$(RESULTS)/validation" --update-docs docs/validation.md
 
@@ -91,8 +95,9 @@ format: $(VENV)/test.stamp ## format all sources
 	$(BIN)/ruff check --fix .
 
 lock: ## choose the newest versions for requirements/*.txt, with hashes (needs uv)
-	UV_CUSTOM_COMPILE_COMMAND="make lock" $(COMPILE) --group build --output-file requirements/demo.txt
-	UV_CUSTOM_COMPILE_COMMAND="make lock" $(COMPILE) --group test --output-file requirements/test.txt
+	UV_CUSTOM_COMPILE_COMMAND="make lock" $(COMPILE) $(WITH_LISSOM) --group build --output-file requirements/demo.txt
+	UV_CUSTOM_COMPILE_COMMAND="make lock" $(COMPILE) $(WITH_LISSOM) --group test --output-file requirements/test.txt
+	UV_CUSTOM_COMPILE_COMMAND="make lock" $(COMPILE) --group peers --output-file requirements/peers.txt
 
 audit: ## licences, sources and known weaknesses of the crates (needs cargo-deny)
 	cargo deny --locked check

@@ -115,9 +115,11 @@ impl Checker {
 
     /// Every entry of `values` must be finite; the place of an offender is `place[i]`.
     pub fn finite(&mut self, values: &[f64], place: &str) -> bool {
-        let mut ok = true;
-        for (i, &value) in values.iter().enumerate() {
-            ok &= self.require(value.is_finite(), &format!("{place}[{i}]"), Number(value), "a finite number");
+        // Names are made for offenders alone: this is on the way of every array that comes from Python.
+        let mut offenders = values.iter().enumerate().filter(|(_, value)| !value.is_finite()).peekable();
+        let ok = offenders.peek().is_none();
+        for (i, &value) in offenders {
+            self.require(false, &format!("{place}[{i}]"), Number(value), "a finite number");
         }
         ok
     }

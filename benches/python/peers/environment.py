@@ -9,11 +9,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 SCRIPTS = Path(__file__).parent
-# Name, script, requirement.
-PEERS = {
+# Name, script, requirement: a package, or a file of packages with hashes.
+RODS = {
     "pyelastica": ("pyelastica.py", "pyelastica==1.0.0"),
     "mujoco": ("mujoco_cable.py", "mujoco==3.3.2"),
     "soromox": ("soromox_gvs.py", "soromox==0.5.0"),
+}
+PEERS = RODS | {
+    "robots": ("robot_peers_measured.py", SCRIPTS.parents[2] / "requirements" / "peers.txt"),
 }
 # Written last, so that an environment without it is known to be unfinished.
 STAMP = "requirement.txt"
@@ -35,18 +38,22 @@ class Measured:
 def interpreter(name: str, folder: Path) -> Path:
     """The Python of a peer's environment, which is made if it is not there."""
     _, requirement = PEERS[name]
+    if isinstance(requirement, Path):
+        content, wanted = requirement.read_text(), ["--require-hashes", "--requirement", requirement]
+    else:
+        content, wanted = requirement, [requirement]
     environment = folder / name
     python, stamp = environment / "bin" / "python", environment / STAMP
-    if stamp.is_file() and stamp.read_text() == requirement:
+    if stamp.is_file() and stamp.read_text() == content:
         return python
     print(f"installing {requirement} in {environment}", file=sys.stderr)
     venv.create(environment, with_pip=True, clear=True)
-    command = [python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", requirement]
+    command = [python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", *wanted]
     result = subprocess.run(command, capture_output=True, text=True)
     if result.returncode != 0:
         lines = result.stderr.strip().splitlines()
         raise Unavailable(f"cannot be installed: {lines[-1] if lines else 'pip does not say why'}")
-    stamp.write_text(requirement)
+    stamp.write_text(content)
     return python
 
 

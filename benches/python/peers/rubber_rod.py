@@ -27,7 +27,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 from machine import processor
 from peers import rubber_rod_lissom, rubber_rod_report
 from peers.cases import LONGEST_RUN, QUICK_LONGEST_RUN
-from peers.environment import PEERS, Unavailable, measure
+from peers.environment import RODS, Unavailable, measure
 
 
 def run(output: Path, quick: bool, peers: list[str]) -> str:
@@ -76,7 +76,7 @@ def main() -> None:
     )
     parser.add_argument("-o", "--output", type=Path, default=Path("results/rubber_rod"))
     parser.add_argument("--quick", action="store_true", help="only runs of a few seconds")
-    parser.add_argument("--peers", nargs="*", choices=list(PEERS), default=list(PEERS), help="all by default")
+    parser.add_argument("--peers", nargs="*", choices=list(RODS), default=list(RODS), help="all by default")
     arguments = parser.parse_args()
     if lissom._lissom.build_profile != "release":
         sys.exit("This is a debug build of lissom; build it in release mode first.")

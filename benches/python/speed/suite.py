@@ -152,7 +152,7 @@ def measure_scaling(quick: bool) -> Data:
 def measure_rubber_rod(quick: bool) -> Data:
     say("rubber rod: lissom, then one code after the other")
     folder = ROOT / "results" / "rubber_rod"
-    text = rubber_rod.run(folder, quick, list(rubber_rod.PEERS))
+    text = rubber_rod.run(folder, quick, list(rubber_rod.RODS))
     data = json.loads((folder / "rubber_rod.json").read_text())
     references = {name: np.array(tips) for name, tips in data["references"].items()}
     compared = {
