@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._lissom import LissomError, Model, Robot, Rod, jacobian
+from ._lissom import LissomError, Model, jacobian
 from .views import Frame, view
 
 Array = NDArray[np.float64]
@@ -144,8 +144,8 @@ def linearise(
 
 def _names(model: Model) -> tuple[list[str], list[str], list[str]]:
     """Of coordinates, velocities and generalised forces."""
-    if isinstance(model, Robot) and not isinstance(model, Rod):
-        names = model.coordinates
+    names = view(model).signals
+    if names is not None:
         return list(names), [f"{name}.rate" for name in names], [f"{name}.force" for name in names]
     numbers = range(model.n)
     return [f"q{i}" for i in numbers], [f"v{i}" for i in numbers], [f"force{i}" for i in numbers]

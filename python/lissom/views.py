@@ -170,6 +170,8 @@ class View:
     #: Numbers of multiplications of what the solvers compute, by its name.
     multiplications: Callable[[], Mapping[str, int] | None] = lambda: None
 
+    #: What linear models call the coordinates; by their number where that is None.
+    signals: Sequence[str] | None = None
     #: Length in metres to which deflections are relative; by default that of all slender parts.
     reach: float | None = None
 
@@ -289,6 +291,7 @@ def of_robot(robot: Robot) -> View:
         ],
         marks=marks(robot, robot.loads),
         members=[_member(robot, link) for link in links] if len(links) > 1 else (),
+        signals=robot.coordinates,
         reach=_reach(robot),
         multiplications=lambda: robot.multiplications,
     )

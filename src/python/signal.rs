@@ -282,11 +282,13 @@ pub(super) fn signal_of<const N: usize>(
     if is_pair {
         table(value, name)
     } else if N == 1 {
-        let number = convert::number(value).map_err(|_| {
+        if let Ok(number) = convert::number(value) {
+            return Ok(Signal::Constant([number; N]));
+        }
+        convert::array_of(value, name).map(Signal::Constant).map_err(|_| {
             let expected = "a number, (times, values), lissom.Harmonic or a callable";
             PyTypeError::new_err(format!("{name}: expected {expected}, got {}", convert::describe(value)))
-        })?;
-        Ok(Signal::Constant([number; N]))
+        })
     } else {
         Ok(Signal::Constant(convert::array_of(value, name)?))
     }

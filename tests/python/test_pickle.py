@@ -214,6 +214,7 @@ def test_exceptions_keep_what_they_carry():
     assert pickle.loads(pickle.dumps(failed.value)).result.status == failed.value.result.status
 
 
+@pytest.mark.filterwarnings("ignore::lissom.urdf.UrdfWarning")
 @pytest.mark.parametrize("path", SCENES, ids=lambda path: path.stem)
 def test_scenes_and_their_models_move_alike_after_a_pickle(path):
     scene = lissom.Scene.load(path)

@@ -18,6 +18,7 @@ import numpy as np
 import lissom
 from fuzz import judge, mutate
 from lissom import cli
+from lissom.urdf import UrdfWarning
 
 NAME = "scenes"
 SUFFIX = ".toml"
@@ -100,6 +101,8 @@ def run(path: Path, clock) -> judge.Outcome:
 
 
 def _run(path: Path, folder: Path, clock) -> judge.Outcome:
+    for imported in EXAMPLES.glob("*.urdf"):
+        shutil.copy(imported, path.parent)
     code, said = command(path, ["check", str(path)])
     if clock.over:
         return judge.found("hang", "check", "takes too long, but hears Ctrl-C")
@@ -110,6 +113,7 @@ def _run(path: Path, folder: Path, clock) -> judge.Outcome:
         return judge.Outcome("refused", said[:1000])
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", FutureWarning)
+        warnings.simplefilter("ignore", UrdfWarning)
         scene = lissom.Scene.load(path)
     if not small(scene):
         return judge.Outcome("done", "too large to run")
