@@ -7,7 +7,7 @@ is the reports' business.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, Literal
 
@@ -69,7 +69,7 @@ class SupportMark:
 
     #: The link that it holds.
     name: str
-    #: The pose (4, 4) of its anchor, and those of what it holds.
+    #: Where its anchor is (3,), and the poses of what it holds.
     anchor: Array
     pose: Pose
     #: Whether it holds places, and not directions alone.
@@ -255,15 +255,20 @@ def _support(robot: Robot, support: Support) -> SupportMark:
     def pose(q: Array, t: float | Array) -> Array:
         return robot.pose(q, at, link=name, t=t)
 
-    anchor = np.array(_at_rest(robot).pose(np.zeros(robot.n), at, link=name))
-    if support.position is not None:
-        anchor[:3, 3] = support.position
+    if support.position is None:
+        resting = _at_rest(robot)
+        anchor = resting.pose(np.zeros(resting.n), at, link=name)[:3, 3]
+    else:
+        anchor = np.asarray(support.position, float)
     return SupportMark(name, anchor, pose, any(support.stiffness) or any(support.damping))
 
 
 def _at_rest(robot: Robot) -> Robot:
-    """The robot on a base that does not move, where it does."""
-    if robot.base_motion is None:
-        return robot
-    positional, named = robot.__getnewargs_ex__()
-    return type(robot)(*positional, **(named | {"base_motion": None}))
+    """The links of a robot where nothing moves as prescribed: what is, has a coordinate like others."""
+    links = []
+    for link in robot.links:
+        prescribed = {name: None for name in ("motion", "mimic") if hasattr(link.joint, name)}
+        links.append(replace(link, joint=replace(link.joint, **prescribed)))
+    # What moves as prescribed needs no inertia, coordinates do.
+    bodies = [Body(1.0, inertia=(1.0, 1.0, 1.0), link=link.name) for link in links]
+    return Robot(links, bodies=bodies)

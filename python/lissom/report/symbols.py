@@ -132,7 +132,7 @@ def _supports(marks: Sequence[SupportMark], shown: Shown) -> list[Trace]:
     """Springs from their anchors to what they hold; anchors alone where directions are held."""
     if not marks:
         return []
-    anchors = np.stack([mark.anchor[:3, 3] for mark in marks])[None]
+    anchors = np.stack([mark.anchor for mark in marks])[None]
     names = [f"support of {mark.name}" for mark in marks]
     marker = {"symbol": "diamond", "size": 6, "color": theme.GREEN}
     traces = [
@@ -144,7 +144,7 @@ def _supports(marks: Sequence[SupportMark], shown: Shown) -> list[Trace]:
         )
     ]
     springs = [
-        _spring(mark.anchor[:3, 3], mark.pose(shown.q, shown.t)[..., :3, 3], shown.size)
+        _spring(mark.anchor, mark.pose(shown.q, shown.t)[..., :3, 3], shown.size)
         for mark in marks
         if mark.holds_places
     ]
