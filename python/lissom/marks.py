@@ -7,15 +7,15 @@ is the reports' business.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._lissom import Harmonic, Load, Robot, Support
-from .links import Cylindrical, Free, Joint, Link, Planar, Prismatic, Revolute, Spherical, Universal, Weld
+from ._lissom import Body, Harmonic, Load, Robot, Support
+from .links import Cylindrical, Link, Planar, Prismatic, Revolute, Spherical, Universal, Weld
 
 Array = NDArray[np.float64]
 
@@ -35,8 +35,14 @@ class JointMark:
     kind: Literal["turning", "sliding", "plane", "ball"]
     #: The frame of the mark: x along the axis, or along the normal of the plane.
     pose: Pose
-    #: The coordinates that are displacements: along x of a sliding mark, along y and z of a plane.
-    travel: slice = field(default_factory=lambda: slice(0))
+    #: The base of the link, which the joint has moved.
+    base: Pose
+
+    def travel(self, q: Array, t: float | Array) -> Array:
+        """How far the base has moved from the mark along its axes, (..., 3), metres."""
+        mark, base = self.pose(q, t), self.base(q, t)
+        moved: Array = np.einsum("...ij,...i->...j", mark[..., :3, :3], base[..., :3, 3] - mark[..., :3, 3])
+        return moved
 
 
 @dataclass(frozen=True)
@@ -63,7 +69,7 @@ class SupportMark:
 
     #: The link that it holds.
     name: str
-    #: The pose (4, 4) of its anchor, and those of what it holds.
+    #: Where its anchor is (3,), and the poses of what it holds.
     anchor: Array
     pose: Pose
     #: Whether it holds places, and not directions alone.
@@ -106,83 +112,65 @@ def _base(robot: Robot, link: Link, q: Array, t: float | Array) -> Array:
     return robot.pose(q, None if link.rod is None else 0.0, link=link.name, t=t)
 
 
+def _frame(robot: Robot, link: Link) -> Pose:
+    """Poses of the frame of the joint of a link, before the joint moves the link."""
+    if link.parent is None:
+        # What is fixed to the world moves with the base, about the frame of the first link's joint.
+        first = robot.links[0]
+        fixed = Robot(
+            [_welded("first", first), _welded("frame", link)],
+            base_motion=robot.base_motion,
+        )
+
+        def on_world(q: Array, t: float | Array) -> Array:
+            return fixed.pose(q[..., :0], link="frame", t=t)
+
+        return on_world
+    place = Robot([_welded("frame", link)]).pose(np.zeros(0))
+    parent = next(other for other in robot.links if other.name == link.parent)
+
+    def on_parent(q: Array, t: float | Array) -> Array:
+        return robot.pose(q, link.at, link=parent.name, t=t) @ place
+
+    return on_parent
+
+
+def _welded(name: str, link: Link) -> Link:
+    """A body that rests in the world where a link is on its parent."""
+    return Link(name, body=Body(1.0), position=link.position, orientation=link.orientation)
+
+
 def _joint(robot: Robot, link: Link) -> list[JointMark]:
     """The marks of the joint of a link."""
-    first = robot.slice(link.name).start
-    joint: Joint = link.joint
+    frame, base = _frame(robot, link), partial(_base, robot, link)
 
-    def mark(
-        kind: Literal["turning", "sliding", "plane", "ball"],
-        place: Callable[[Array, Array], Array],
-        travel: int = 0,
-    ) -> JointMark:
-        def pose(q: Array, t: float | Array) -> Array:
-            return place(_base(robot, link, q, t), q[..., first:])
+    def mark(kind: Literal["turning", "sliding", "plane", "ball"], pose: Pose, axes: Array) -> JointMark:
+        return JointMark(link.name, kind, partial(_turned, pose, axes), base)
 
-        return JointMark(link.name, kind, pose, slice(first, first + travel))
-
-    match joint:
+    match link.joint:
         case Revolute(axis=axis):
-            return [mark("turning", partial(_turned, _along(axis)))]
+            return [mark("turning", frame, _along(axis))]
         case Prismatic(axis=axis):
-            return [mark("sliding", partial(_before_slide, _along(axis)), 1)]
+            return [mark("sliding", frame, _along(axis))]
         case Cylindrical(axis=axis):
-            return [
-                mark("sliding", partial(_before_slide, _along(axis)), 1),
-                mark("turning", partial(_turned, _along(axis))),
-            ]
+            return [mark("sliding", frame, _along(axis)), mark("turning", base, _along(axis))]
         case Universal(axis1=axis1, axis2=axis2):
-            return [
-                mark("turning", partial(_before_second_turn, _along(axis1), _along(axis2))),
-                mark("turning", partial(_turned, _along(axis2))),
-            ]
+            # The second axis is turned about the first one, and about itself.
+            return [mark("turning", frame, _along(axis1)), mark("turning", base, _along(axis2))]
         case Planar(normal=normal):
-            return [
-                mark("plane", partial(_before_plane_motion, _plane(normal)), 2),
-                mark("turning", partial(_turned, _along(normal))),
-            ]
+            return [mark("plane", frame, _plane(normal)), mark("turning", base, _along(normal))]
         case Spherical():
-            return [mark("ball", partial(_turned, np.eye(3)))]
-        case Weld() | Free() | _:
+            return [mark("ball", frame, np.eye(3))]
+        case _:
             # A weld is no motion, and nothing joins what is free.
             return []
 
 
-# The base of a link is the frame of its joint, moved by the joint. An axis about which the link turns last,
-# or along which it slides, is the same in both; elsewhere the motion is taken back.
-
-
-def _turned(axes: Array, base: Array, q: Array) -> Array:
-    """The base with other axes."""
-    pose = base.copy()
-    pose[..., :3, :3] = base[..., :3, :3] @ axes
-    return pose
-
-
-def _before_slide(axes: Array, base: Array, q: Array) -> Array:
-    """Where the base was before it slid along the first of the axes."""
-    pose = _turned(axes, base, q)
-    pose[..., :3, 3] -= pose[..., :3, 0] * q[..., :1]
-    return pose
-
-
-def _before_second_turn(first: Array, second: Array, base: Array, q: Array) -> Array:
-    """The first axis of a cross, which does not follow the turn about the second one."""
-    return _turned(_rotation(second[:, 0], -q[..., 1]) @ first, base, q)
-
-
-def _before_plane_motion(axes: Array, base: Array, q: Array) -> Array:
-    """Where the base was before it moved along the last two axes and turned about the first one."""
-    pose = _turned(_rotation(axes[:, 0], -q[..., 2]) @ axes, base, q)
-    pose[..., :3, 3] -= np.einsum("...ij,...j->...i", pose[..., :3, 1:3], q[..., :2])
-    return pose
-
-
-def _rotation(axis: Array, angle: Array) -> Array:
-    """Rotations (..., 3, 3) by angles (...) about a unit vector: Rodrigues' formula."""
-    cross = np.cross(np.eye(3), axis)
-    sine, cosine = np.sin(angle)[..., None, None], np.cos(angle)[..., None, None]
-    return np.eye(3) + sine * cross + (1.0 - cosine) * (cross @ cross)
+def _turned(pose: Pose, axes: Array, q: Array, t: float | Array) -> Array:
+    """Frames with other axes, which are the columns of a matrix."""
+    turn = np.eye(4)
+    turn[:3, :3] = axes
+    return pose(q, t) @ turn
 
 
 def _along(axis: ArrayLike) -> Array:
@@ -267,15 +255,20 @@ def _support(robot: Robot, support: Support) -> SupportMark:
     def pose(q: Array, t: float | Array) -> Array:
         return robot.pose(q, at, link=name, t=t)
 
-    anchor = np.array(_at_rest(robot).pose(np.zeros(robot.n), at, link=name))
-    if support.position is not None:
-        anchor[:3, 3] = support.position
+    if support.position is None:
+        resting = _at_rest(robot)
+        anchor = resting.pose(np.zeros(resting.n), at, link=name)[:3, 3]
+    else:
+        anchor = np.asarray(support.position, float)
     return SupportMark(name, anchor, pose, any(support.stiffness) or any(support.damping))
 
 
 def _at_rest(robot: Robot) -> Robot:
-    """The robot on a base that does not move, where it does."""
-    if robot.base_motion is None:
-        return robot
-    positional, named = robot.__getnewargs_ex__()
-    return type(robot)(*positional, **(named | {"base_motion": None}))
+    """The links of a robot where nothing moves as prescribed: what is, has a coordinate like others."""
+    links = []
+    for link in robot.links:
+        prescribed = {name: None for name in ("motion", "mimic") if hasattr(link.joint, name)}
+        links.append(replace(link, joint=replace(link.joint, **prescribed)))
+    # What moves as prescribed needs no inertia, coordinates do.
+    bodies = [Body(1.0, inertia=(1.0, 1.0, 1.0), link=link.name) for link in links]
+    return Robot(links, bodies=bodies)

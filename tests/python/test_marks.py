@@ -58,8 +58,7 @@ def test_a_plane_is_spanned_by_what_the_link_moves_along():
     plane, turning = marks(robot, ()).joints
     q = np.array([0.3, -0.2, 0.9])
     pose, base = plane.pose(q, 0.0), robot.pose(q, link="link")
-    moved = pose[:3, 3] + pose[:3, 1:3] @ q[plane.travel]
-    np.testing.assert_allclose(moved, base[:3, 3], atol=1e-14)
+    np.testing.assert_allclose(plane.travel(q, 0.0), [0.0, *q[:2]], atol=1e-14)
     np.testing.assert_allclose(turning.pose(q, 0.0)[:3, 3], base[:3, 3], atol=1e-14)
     np.testing.assert_allclose(turning.pose(q, 0.0)[:3, 0], pose[:3, 0], atol=1e-14)
 
@@ -79,10 +78,52 @@ def test_a_slide_also_turns_where_it_is_cylindrical():
     rail, axis = marks(robot, ()).joints
     assert (rail.kind, axis.kind) == ("sliding", "turning")
     q = np.array([0.4, 2.0])
-    (travel,) = q[rail.travel]
+    np.testing.assert_allclose(rail.travel(q, 0.0), [q[0], 0.0, 0.0], atol=1e-14)
     rail, axis = rail.pose(q, 0.0), axis.pose(q, 0.0)
-    np.testing.assert_allclose(rail[:3, 3] + travel * rail[:3, 0], axis[:3, 3], atol=1e-14)
+    np.testing.assert_allclose(rail[:3, 3] + q[0] * rail[:3, 0], axis[:3, 3], atol=1e-14)
     np.testing.assert_allclose(rail[:3, 0], axis[:3, 0], atol=1e-14)
+
+
+def test_joints_that_are_driven_have_no_coordinates_but_are_drawn():
+    """Rails of what moves as prescribed, or as another joint does, on a link that moves."""
+    slide = lissom.Prismatic((0, 1, 0), motion=lissom.Harmonic(0.1, 1.0))
+    robot = lissom.Robot(
+        [
+            lissom.Link("palm", body=BODY, joint=lissom.Free()),
+            lissom.Link("left", body=BODY, joint=slide, parent="palm", position=PLACE, orientation=TURNED),
+            lissom.Link(
+                "right",
+                body=BODY,
+                joint=lissom.Prismatic((0, 1, 0), mimic=lissom.Mimic("left", multiplier=-2.0)),
+                parent="palm",
+            ),
+        ]
+    )
+    assert robot.n == 6
+    t = np.linspace(0.0, 1.0, 7)
+    q = np.random.default_rng(3).uniform(-1, 1, (7, 6))
+    left, right = marks(robot, ()).joints
+    along = np.array([1.0, 0.0, 0.0])
+    displacement = 0.1 * np.sin(2 * np.pi * t)[:, None]
+    np.testing.assert_allclose(left.travel(q, t), displacement * along, atol=1e-14)
+    np.testing.assert_allclose(right.travel(q, t), -2.0 * displacement * along, atol=1e-14)
+    palm = robot.pose(q, link="palm", t=t)
+    np.testing.assert_allclose(right.pose(q, t)[:, :3, 3], palm[:, :3, 3], atol=1e-14)
+    np.testing.assert_allclose(left.pose(q, t)[:, :3, 3], (palm @ [*PLACE, 1.0])[:, :3], atol=1e-14)
+
+
+def test_anchors_are_where_driven_joints_have_not_moved():
+    slide = lissom.Prismatic((1, 0, 0), motion=lissom.Harmonic(0.1, 1.0, mean=0.5))
+    links = [lissom.Link("sled", joint=slide, position=PLACE), lissom.Link("arm", rod=[SOFT], parent="sled")]
+    robot = lissom.Robot(links, supports=[lissom.Support(stiffness=3.0, link="arm")])
+    (support,) = marks(robot, ()).supports
+    np.testing.assert_allclose(support.anchor, np.add(PLACE, (0.2, 0, 0)), atol=1e-15)
+    # The spring is as long as the sled has moved: this is its force.
+    q, rest = np.zeros(robot.n), np.zeros(robot.n)
+    free = lissom.Robot(links)
+    gap = support.anchor - support.pose(q, 0.1)[:3, 3]
+    held = robot.base_wrench(q, rest, rest, t=0.1) - free.base_wrench(q, rest, rest, t=0.1)
+    np.testing.assert_allclose(held[3:], -3.0 * gap, atol=1e-12)
 
 
 def test_nothing_joins_what_is_free_or_welded():
@@ -166,8 +207,8 @@ def test_supports_are_anchored_where_the_robot_holds_them():
     ]
     rod = lissom.Rod([SOFT], base_position=(0.3, 0, 0), base_motion=MOVED, supports=supports)
     held, directed = marks(rod, ()).supports
-    np.testing.assert_allclose(held.anchor[:3, 3], [0.42, 0, 0], atol=1e-15)
-    np.testing.assert_allclose(directed.anchor[:3, 3], PLACE)
+    np.testing.assert_allclose(held.anchor, [0.42, 0, 0], atol=1e-15)
+    np.testing.assert_allclose(directed.anchor, PLACE)
     assert held.holds_places
     assert not directed.holds_places
     resting = lissom.Rod([SOFT], base_position=(0.3, 0, 0))

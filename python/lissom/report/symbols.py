@@ -87,7 +87,7 @@ def _joints(marks: Sequence[JointMark], shown: Shown) -> list[Trace]:
             balls.append(poses[:, None, :3, 3])
             names.append(text)
             continue
-        local, width = _joint_lines(mark, shown.q[:, mark.travel], shown.half_axis)
+        local, width = _joint_lines(mark, shown)
         lines[width].append(placed(poses, local))
         texts[width] += [text] * len(local)
     traces = [
@@ -112,16 +112,18 @@ def _joints(marks: Sequence[JointMark], shown: Shown) -> list[Trace]:
     return traces
 
 
-def _joint_lines(mark: JointMark, travel: Array, half: float) -> tuple[Array, float]:
-    """Lines in the frame of a joint, and how wide they are; ``travel`` (shapes, displacements) is covered."""
+def _joint_lines(mark: JointMark, shown: Shown) -> tuple[Array, float]:
+    """Lines in the frame of a joint, and how wide they are; they cover all of the way."""
+    half = shown.half_axis
     if mark.kind == "turning":
         return np.array([[-half, 0.0, 0.0], [half, 0.0, 0.0], *BREAK]), 7.0
+    travel = mark.travel(shown.q, shown.t)
     low, high = travel.min(axis=0) - half, travel.max(axis=0) + half
     if mark.kind == "sliding":
-        (a,), (b,), gap = low, high, 0.3 * half
+        a, b, gap = low[0], high[0], 0.3 * half
         rails = [[a, -gap, 0.0], [b, -gap, 0.0], *BREAK, [a, gap, 0.0], [b, gap, 0.0], *BREAK]
         return np.array(rails), 3.0
-    (a, c), (b, d) = low, high
+    (_, a, c), (_, b, d) = low, high
     corners = [[0.0, a, c], [0.0, b, c], [0.0, b, d], [0.0, a, d], [0.0, a, c], *BREAK]
     return np.array(corners), 3.0
 
@@ -130,7 +132,7 @@ def _supports(marks: Sequence[SupportMark], shown: Shown) -> list[Trace]:
     """Springs from their anchors to what they hold; anchors alone where directions are held."""
     if not marks:
         return []
-    anchors = np.stack([mark.anchor[:3, 3] for mark in marks])[None]
+    anchors = np.stack([mark.anchor for mark in marks])[None]
     names = [f"support of {mark.name}" for mark in marks]
     marker = {"symbol": "diamond", "size": 6, "color": theme.GREEN}
     traces = [
@@ -142,7 +144,7 @@ def _supports(marks: Sequence[SupportMark], shown: Shown) -> list[Trace]:
         )
     ]
     springs = [
-        _spring(mark.anchor[:3, 3], mark.pose(shown.q, shown.t)[..., :3, 3], shown.size)
+        _spring(mark.anchor, mark.pose(shown.q, shown.t)[..., :3, 3], shown.size)
         for mark in marks
         if mark.holds_places
     ]
