@@ -175,6 +175,18 @@ def test_a_base_that_moves_is_felt_in_the_axes_of_the_section():
         assert_allclose(at_time, expected, rtol=0, atol=1e-6)
 
 
+def test_joints_that_are_driven_are_felt():
+    """The same rod, whirled around by its joint."""
+    speed = 20.0
+    motion = lissom.Revolute((0, 0, 1), motion=lambda t: speed * t)
+    link = lissom.Link("rod", rod=[segment({"bend_z": 2})], joint=motion)
+    robot = lissom.Robot([link], gravity=(0, 0, 0))
+    zeros = np.zeros(2)
+    wrench = robot.internal_wrench(zeros, zeros, zeros, 0.3, t=0.4)
+    assert_allclose(wrench[3], -MASS * speed**2 * (LENGTH**2 - 0.3**2) / 2, rtol=1e-8)
+    assert_allclose(robot.strain([1.0, 0.0], 0.3)[2], 1.0, rtol=1e-15)
+
+
 def test_many_states_and_places_at_once():
     rod = lissom.Rod([segment({"bend_y": 2, "stretch": 1}), segment({"bend_z": 2})])
     rng = np.random.default_rng(2)

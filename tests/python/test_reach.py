@@ -426,6 +426,23 @@ def test_bases_that_move_are_reached_at_a_time():
         rod.reach("rod", [0.2, 0.1, 2.05])
 
 
+def test_joints_that_are_driven_follow():
+    finger = {"body": lissom.Body(0.1, centre=(0.1, 0, 0.01))}
+    mimic = lissom.Revolute((0, 0, 1), mimic=lissom.Mimic("left", multiplier=-1.0))
+    sway = lissom.Prismatic((0, 0, 1), motion=lambda t: 0.1 * t)
+    robot = lissom.Robot(
+        [
+            lissom.Link("lift", body=BODY, joint=sway),
+            lissom.Link("left", joint=lissom.Revolute((0, 0, 1)), parent="lift", **finger),
+            lissom.Link("right", joint=mimic, parent="lift", **finger),
+        ]
+    )
+    assert robot.n == 1
+    found = robot.reach("right", [0.1 * np.cos(0.4), -0.1 * np.sin(0.4), 0.2], point=(0.1, 0, 0), t=2.0)
+    assert found.status == "reached"
+    assert_allclose(found.q, 0.4, rtol=0, atol=1e-8)
+
+
 def test_at_the_edge_of_reach_it_is_reached_but_there_is_nothing_to_prefer():
     edge = [1.7, 0, 0]
     found = PLANAR.reach("hand", edge, q0=[0.3, 0.4])
