@@ -137,9 +137,9 @@ RECIPES: dict[str, dict | list[dict]] = {
         {
             "self": "v.moving()",
             "link": "'rod'",
-            "pose": _a(0.1, 0.0, 0.1),
+            "pose": "v.moving().pose(v.array([0.1, 0.2]), 0.1, t=0.1)",
             "X": "0.1",
-            "point": _a(0.01, 0.0, 0.0),
+            "point": _a(0.0, 0.0, 0.0),
             "position_weight": _a(1.0, 0.5, 1.0),
             "orientation_weight": "0.5",
             "q0": _a(0.1, 0.2),
@@ -150,8 +150,12 @@ RECIPES: dict[str, dict | list[dict]] = {
             "max_iter": "20",
             "restarts": "1",
         },
-        {"self": "v.robot()", "link": "{'b': np.eye(4)}", "prefer": _a(1.0, 2.0)},
-        {"self": "v.robot()", "link": "[lissom.Target('b', [0.1, 0.1, 0])]", "prefer": "'start'"},
+        {
+            "self": "v.robot()",
+            "link": "{'b': v.robot().pose(v.array([0.1, 0.2]), link='b')}",
+            "prefer": _a(1.0, 2.0),
+        },
+        {"self": "v.robot()", "link": "[lissom.Target('b', [0.06, 0, -0.08])]", "prefer": "'start'"},
     ],
     "Rod": {
         "segments": "[v.segment(), v.segment()]",
