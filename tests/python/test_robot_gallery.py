@@ -359,6 +359,56 @@ def test_tumbling_body_between_the_steps(options, tolerance):
     assert_allclose(forces, 0, atol=1e-3)
 
 
+@pytest.fixture(scope="module")
+def tumbling_pair():
+    """A free body with another one on a ball joint, both wrapped on the way: error and steps of a run."""
+    inertia = (1.0e-3, 2.0e-3, 2.6e-3)
+    carried = lissom.Body(0.2, centre=(0.05, 0.01, 0), inertia=(1e-4, 2e-4, 2e-4))
+    robot = lissom.Robot(
+        [
+            lissom.Link("body", body=lissom.Body(0.5, inertia=inertia), joint=lissom.Free()),
+            lissom.Link("ball", parent="body", position=(0.1, 0, 0), joint=lissom.Spherical(), body=carried),
+        ]
+    )
+    state = {
+        "q0": [0, 0, 0, 2.9, 0.4, -0.3, 0.5, 2.8, -0.6],
+        "v0": [0.1, 0.2, 0.3, 12, 3, -2, 3, 9, -4],
+    }
+
+    def end(**options):
+        motion = lissom.simulate(robot, 0.5, **state, **options)
+        assert motion.success, motion.message
+        found = [robot.pose(motion.q[-1], link=link).ravel() for link in ("body", "ball")]
+        rates = [robot.velocity(motion.q[-1], motion.v[-1], link=link) / 20 for link in ("body", "ball")]
+        return np.concatenate(found + rates), motion
+
+    exact, motion = end(method="dop853", rtol=1e-12, atol=1e-12, t_eval=np.linspace(0, 0.5, 501))
+    jumps = np.abs(np.diff(motion.q, axis=0)) > 1
+    assert jumps[:, 3:6].any(), "the body is wrapped on the way"
+    assert jumps[:, 6:].any(), "so is the ball joint"
+
+    def error(**options):
+        found, motion = end(**options)
+        return np.abs(found - exact).max(), motion.stats.steps
+
+    return error
+
+
+@pytest.mark.parametrize("method", ["newmark", "linear_acceleration", "hht", "generalised_alpha"])
+def test_order_of_newmarks_family_across_wraps(tumbling_pair, method):
+    steps = [2e-3, 1e-3, 5e-4]
+    errors = [tumbling_pair(method=method, dt=dt, rtol=1e-10, atol=1e-10)[0] for dt in steps]
+    assert_allclose(np.diff(np.log2(errors)), -2, atol=0.06)
+
+
+@pytest.mark.parametrize(("method", "order"), [("rk45", 5), ("dop853", 8), ("radau", 5)])
+def test_order_of_adaptive_methods_across_wraps(tumbling_pair, method, order):
+    """By how the error falls with the number of steps."""
+    found = [tumbling_pair(method=method, rtol=tol, atol=tol) for tol in (1e-7, 1e-9)]
+    (coarse, few), (fine, many) = found
+    assert np.log(coarse / fine) / np.log(many / few) > order - 0.3
+
+
 def test_free_tree_keeps_its_momenta():
     """Two bodies and a rod on ball joints, tumbling without gravity for several turns."""
     soft = lissom.Segment(

@@ -280,12 +280,19 @@ impl Explanation {
             Frame::Body,
             "they turn with the rod, at no cost in the tangent",
         );
-        let varying = robot.acting_loads().filter(|load| load.varies_in_time()).count();
-        if varying > 0 {
-            let what = counted(varying, "load");
-            self.add(true, "functions of time", format!("{what}: evaluated once for each time"));
+        let loads = robot.acting_loads().filter(|load| load.varies_in_time()).count();
+        let driven = robot.links.iter().filter_map(|link| link.driven.as_ref());
+        let joints = driven.filter(|driven| driven.varies_in_time()).count();
+        let varying: Vec<String> = [(loads, "load"), (joints, "joint")]
+            .into_iter()
+            .filter(|(number, _)| *number > 0)
+            .map(|(number, what)| counted(number, what))
+            .collect();
+        if varying.is_empty() {
+            self.add(false, "functions of time", "none: no load and no joint varies by itself");
         } else {
-            self.add(false, "functions of time", "none: no load varies by itself");
+            let what = varying.join(", ");
+            self.add(true, "functions of time", format!("{what}: evaluated once for each time"));
         }
         match &robot.base_motion {
             Some(_) if robot.supports.is_empty() && robot.fluid.is_none() => {
