@@ -161,6 +161,9 @@ impl Simulation {
     }
 }
 
+/// Steps of a period of what is driven where nothing else moves: the mean of two powers then is good to 1e-3.
+const STEPS_OF_A_PERIOD: f64 = 100.0;
+
 /// The free motion of `model` from `q0`, `v0` over `t_span`, from its start to its end. `t_eval` are increasing times
 /// at which it is wanted. `monitor` sees the time after every accepted step and may stop the run; the status then
 /// says so.
@@ -178,6 +181,19 @@ pub fn simulate<M: Model + Clone>(
 ) -> Result<Simulation, InvalidInput> {
     let start = Instant::now();
     second_order::check_start(model.n(), t_span, q0, v0, method.dt())?;
+    let (by_steps, grid_of_steps);
+    let (method, t_eval) = if model.n() == 0 && !matches!(method, Method::Newmark(_)) {
+        // Nothing is unknown, and no error chooses steps: these see what is driven and its work.
+        let dt = method.dt().min(model.shortest_period() / STEPS_OF_A_PERIOD);
+        by_steps = Method::Newmark(newmark::Options::new(dt));
+        grid_of_steps = match t_eval {
+            Some(times) => times.to_vec(),
+            None => grid(0, t_span, method.dt())?,
+        };
+        (&by_steps, Some(&grid_of_steps[..]))
+    } else {
+        (method, t_eval)
+    };
     model.check_shape(q0, "q0")?;
     check_span(model.time_span(), t_span)?;
     if let Method::Newmark(newmark::Options { dt, step_size: StepSize::Fixed, .. }) = *method {

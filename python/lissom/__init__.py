@@ -139,10 +139,12 @@ __all__ = [
 if not TYPE_CHECKING:
 
     def __getattr__(name):
-        if name != "_lissom" and name not in __all__:
-            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
         from importlib import import_module
 
+        if name == "urdf":
+            return import_module("lissom.urdf")
+        if name != "_lissom" and name not in __all__:
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
         # The second finds NumPy imported by the first: where that is missing or interrupted, Python says so.
         modules = [import_module(f"lissom.{name}") for name in ("linear", "links", "targets", "_lissom")]
         found = {known: value for module in modules for known, value in vars(module).items()}

@@ -60,7 +60,9 @@ def dataset(run: Run) -> xarray.Dataset:
         for name, values in energies(run.balance).items():
             data[f"energy_{name}"] = ("time", values, {"long_name": f"energy: {name}", "units": "J"})
     for shape in shapes(run):
-        X = f"X{shape.suffix}"
+        # NetCDF has no names with a slash in them.
+        suffix = shape.suffix.replace("/", "\N{DIVISION SLASH}")
+        X = f"X{suffix}"
         arc_length = {"units": "m", "long_name": "arc length of the unstretched rod"}
         data = data.assign_coords(
             {
@@ -70,13 +72,16 @@ def dataset(run: Run) -> xarray.Dataset:
             }
         )
         attributes = {"units": "m", "long_name": "position of the centre line in the world"}
-        data[f"position{shape.suffix}"] = (("shape_time", X, "axis"), shape.positions, attributes)
+        data[f"position{suffix}"] = (("shape_time", X, "axis"), shape.positions, attributes)
     return data
 
 
 def imported(scene: Scene) -> dict[str, str]:
-    """What results keep of the files that a scene imports, if it does: their contents by name, as JSON."""
-    contents = {name: content.decode(errors="replace") for name, content in scene.imports.items()}
+    """What results keep of the files that a scene imports, if it does: their contents by name, as JSON.
+
+    Bytes that are not UTF-8 come back by ``encode(errors="surrogateescape")``.
+    """
+    contents = {name: content.decode(errors="surrogateescape") for name, content in scene.imports.items()}
     return {"imports": json.dumps(contents)} if contents else {}
 
 

@@ -93,9 +93,10 @@ pub(super) fn finer<M: Model + Clone>(
     let with_more = |of_some: usize, of_none: usize| -> Vec<usize> {
         modes.iter().map(|&modes| if modes == 0 { of_none } else { modes + of_some }).collect()
     };
+    let between = coarse.coordinates_between();
     let model_with = |fine: &[usize], estimate: Estimate| {
         let model = coarse.with_modes(fine).ok_or("with more modes the model would be too large")?;
-        Ok(Some(Finer { model, estimate, places: places(&modes, fine) }))
+        Ok(Some(Finer { model, estimate, places: all_places(&modes, fine, &between) }))
     };
     let richest = with_more(MANY_MODES, SOME_MODES);
     let is_small = richest.iter().sum::<usize>() <= MOST_COORDINATES;
@@ -103,16 +104,18 @@ pub(super) fn finer<M: Model + Clone>(
         // Nothing tells which strains matter, nor what is left.
         return model_with(&with_more(MORE_MODES, 0), Estimate::default());
     };
-    let missing = Missing::new(coarse, &mut richer, &places(&modes, &richest), motion);
-    let mut moved = |modes: &[usize]| missing.moved(&mut richer, &places(modes, &richest));
+    let missing = Missing::new(coarse, &mut richer, &all_places(&modes, &richest, &between), motion);
+    let of_modes = |modes: &[usize]| places_of_modes(modes, &richest, &between);
+    let mut moved = |modes: &[usize]| missing.moved(&mut richer, &of_modes(modes));
     let (mut fine, mut slow) = (with_more(MORE_MODES, ANY_MODES), richest.clone());
     let mut first = 0;
     for (series, &number) in richest.iter().enumerate() {
+        first += between[series];
         if modes[series] == 0 {
             let mut only = modes.clone();
             only[series] = number;
             let is_fast = missing.frequency(first) > FAST * resolved;
-            let matters = missing.deforms(&places(&only, &richest)) > MATTERS * tolerance
+            let matters = missing.deforms(&of_modes(&only)) > MATTERS * tolerance
                 || longest(&moved(&only)) > MATTERS * tolerance * coarse.length();
             if is_fast || !matters {
                 fine[series] = 0;
@@ -146,11 +149,24 @@ fn embed(values: &[f64], places: &[usize], n: usize) -> Vec<f64> {
     all
 }
 
-/// Where the coordinates of a model with these numbers of modes are among those of one with more of them.
-fn places(modes: &[usize], of: &[usize]) -> Vec<usize> {
+/// Where the coordinates of a model with these numbers of modes are among those of one with more of them, where so many
+/// others stand between the modes of both.
+fn all_places(modes: &[usize], of: &[usize], between: &[usize]) -> Vec<usize> {
     let mut first = 0;
     let mut places = Vec::new();
-    for (modes, of) in modes.iter().zip(of) {
+    for ((modes, of), others) in modes.iter().chain([&0]).zip(of.iter().chain([&0])).zip(between) {
+        places.extend(first..first + others + modes);
+        first += others + of;
+    }
+    places
+}
+
+/// The same of the modes alone: joints do not give way at once, they swing.
+fn places_of_modes(modes: &[usize], of: &[usize], between: &[usize]) -> Vec<usize> {
+    let mut first = 0;
+    let mut places = Vec::new();
+    for ((modes, of), others) in modes.iter().zip(of).zip(between) {
+        first += others;
         places.extend(first..first + modes);
         first += of;
     }
@@ -234,5 +250,18 @@ impl Missing {
             richer.places(&there, &mut to);
         }
         from.iter().zip(&to).map(|(from, to)| std::array::from_fn(|i| to[i] - from[i])).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{all_places, places_of_modes};
+
+    #[test]
+    fn coordinates_of_joints_keep_their_place_between_modes() {
+        let (modes, richer, between) = ([2, 0, 1], [3, 1, 4], [1, 0, 2, 3]);
+        assert_eq!(places_of_modes(&modes, &richer, &between), [1, 2, 7]);
+        assert_eq!(all_places(&modes, &richer, &between), [0, 1, 2, 5, 6, 7, 11, 12, 13]);
+        assert_eq!(all_places(&modes, &modes, &between), (0..9).collect::<Vec<_>>());
     }
 }

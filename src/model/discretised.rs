@@ -16,6 +16,12 @@ pub trait Discretised {
         None
     }
 
+    /// How many coordinates that are no coefficients, those of joints, stand before each of these series, and behind the
+    /// last one.
+    fn coordinates_between(&self) -> Vec<usize> {
+        self.modes().map_or_else(Vec::new, |modes| vec![0; modes.len() + 1])
+    }
+
     /// The same system with these numbers of modes, and more nodes; `None` where there would be too many.
     fn with_modes(&self, _modes: &[usize]) -> Option<Self>
     where

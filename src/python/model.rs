@@ -256,20 +256,31 @@ impl PyModel {
     /// ----------
     /// q : array_like, shape (n,)
     ///     Coordinates.
+    /// t : float, optional
+    ///     The time, seconds; needed where joints move as prescribed.
     ///
     /// Returns
     /// -------
     /// mass : ndarray, shape (n, n)
     ///     Symmetric and positive definite (up to rounding), except where coordinates lose their meaning.
-    #[pyo3(signature = (q))]
+    #[pyo3(signature = (q, *, t=None))]
     fn mass_matrix<'py>(
         &self,
         py: Python<'py>,
         q: &Bound<'py, PyAny>,
+        #[pyo3(from_py_with = convert::optional_number)] t: Option<f64>,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let q = self.state(q, "q")?;
         let mut mass = Matrix::zeros(self.n, self.n);
-        self.memory().model.mass_matrix(&q, &mut mass);
+        if t.is_some() {
+            self.at(t, |memory| memory.model.mass_matrix(&q, &mut mass))?;
+        } else {
+            self.memory().model.mass_matrix(&q, &mut mass);
+            // Without a time, joints that move by themselves are nowhere; loads and bases have no part in it.
+            if self.depends_on_time && mass.iter().any(|entry| entry.is_nan()) {
+                return Err(PyTypeError::new_err(NO_TIME));
+            }
+        }
         check_finite(mass.as_slice(), "mass_matrix")?;
         Ok(convert::matrix_out(py, &mass))
     }

@@ -17,7 +17,7 @@ struct Goal {
     position: Option<Vector<f64>>,
     /// The inverse of the rotation that is wanted.
     back: Option<Quaternion<f64>>,
-    /// Of the position, over the length of the robot, and of the orientation.
+    /// Of the position and of the orientation, over the largest of all.
     weights: [Vector<f64>; 2],
     counted: [bool; 6],
 }
@@ -42,6 +42,10 @@ pub(super) struct Misfit<'a, 'b> {
     pub(super) sizes: Vec<f64>,
     q: Vec<f64>,
     of_pose: Matrix,
+    /// One over the length of the robot: as much of it counts as a radian.
+    scale: f64,
+    /// Whether all that counts counts alike for now.
+    alike: bool,
     /// The first coordinates of the rotation vectors that may be replaced by shorter ones.
     rotation_vectors: Vec<usize>,
     /// Why the last shape that meant nothing meant nothing.
@@ -59,7 +63,6 @@ impl<'a, 'b> Misfit<'a, 'b> {
         let n = model.n();
         let scale = 1.0 / model.length();
         let goal = |target: &Target| {
-            let [position, orientation] = target.weights.map(Vector::from);
             let rotation = target.rotation();
             let is_counted = |i: usize| {
                 let half = i / 3;
@@ -70,11 +73,15 @@ impl<'a, 'b> Misfit<'a, 'b> {
                 point: target.point.into(),
                 position: target.position.map(Vector::from),
                 back: rotation.map(|Quaternion { w, v }| Quaternion { w, v: -v }),
-                weights: [position * scale, orientation],
+                weights: target.weights.map(Vector::from),
                 counted: std::array::from_fn(is_counted),
             }
         };
-        let goals = targets.iter().map(goal).collect();
+        let mut goals: Vec<Goal> = targets.iter().map(goal).collect();
+        let largest = goals.iter().flat_map(Goal::counted_weights).fold(0.0, f64::max);
+        for weights in goals.iter_mut().flat_map(|goal| &mut goal.weights) {
+            *weights = weights.to_array().map(|weight| weight / largest).into();
+        }
         let mut sizes = vec![1.0; n];
         model.typical_coordinates(&mut sizes);
         Self {
@@ -84,6 +91,8 @@ impl<'a, 'b> Misfit<'a, 'b> {
             sizes,
             q: vec![0.0; n],
             of_pose: Matrix::zeros(6, n),
+            scale,
+            alike: true,
             rotation_vectors,
             flaw: None,
         }
@@ -92,6 +101,21 @@ impl<'a, 'b> Misfit<'a, 'b> {
     /// The first coordinates of the rotation vectors that may be replaced by shorter ones.
     pub(super) fn rotation_vectors(&self) -> &[usize] {
         &self.rotation_vectors
+    }
+
+    /// Whether all that counts shall count alike, or as the targets say.
+    pub(super) fn count_alike(&mut self, alike: bool) {
+        self.alike = alike;
+    }
+
+    /// Whether that makes no difference.
+    pub(super) fn counts_alike(&self) -> bool {
+        self.least_weight() == 1.0
+    }
+
+    /// The least weight of what counts, over the largest.
+    pub(super) fn least_weight(&self) -> f64 {
+        self.goals.iter().flat_map(Goal::counted_weights).fold(1.0, f64::min)
     }
 
     /// The coordinates of scaled ones.
@@ -129,6 +153,18 @@ impl Goal {
         [position, self.turn(&pose.rotation)]
     }
 
+    /// Of what counts.
+    fn counted_weights(&self) -> impl Iterator<Item = f64> {
+        let weights = self.weights.into_iter().flat_map(Vector::to_array).zip(self.counted);
+        weights.filter(|(_, is_counted)| *is_counted).map(|(weight, _)| weight)
+    }
+
+    /// Of displacement and rotation vector, those of displacements over the length of the robot.
+    fn weights(&self, alike: bool, scale: f64) -> [Vector<f64>; 2] {
+        let [position, orientation] = if alike { [Vector::new(1.0, 1.0, 1.0); 2] } else { self.weights };
+        [position * scale, orientation]
+    }
+
     fn turn(&self, rotation: &Rotation<f64>) -> Vector<f64> {
         let from = |back: Quaternion<f64>| back.times(Quaternion::of_rotation(rotation)).log();
         self.back.map_or(Vector::zero(), from)
@@ -162,7 +198,8 @@ impl System for Misfit<'_, '_> {
         let mut rows = residual.iter_mut();
         for goal in &self.goals {
             let difference = goal.difference(&self.model.pose_at(&self.q, &goal.place));
-            let [position, turn] = [0, 1].map(|half| weighted(goal.weights[half], difference[half]));
+            let weights = goal.weights(self.alike, self.scale);
+            let [position, turn] = [0, 1].map(|half| weighted(weights[half], difference[half]));
             for (value, _) in
                 position.into_iter().chain(turn).zip(goal.counted).filter(|(_, is_counted)| *is_counted)
             {
@@ -181,13 +218,14 @@ impl System for Misfit<'_, '_> {
             self.model.jacobian_at(&self.q, &goal.place, &mut self.of_pose);
             let arm = pose.rotation.apply(goal.point);
             let turn = goal.turn(&pose.rotation);
+            let weights = goal.weights(self.alike, self.scale);
             let mut rows = 0;
             for (k, size) in self.sizes.iter().enumerate() {
                 let column = self.of_pose.column(k);
                 let [angular, linear] = [0, 3].map(|i| Vector::new(column[i], column[i + 1], column[i + 2]));
-                let point = weighted(goal.weights[0], linear + angular.cross(arm));
+                let point = weighted(weights[0], linear + angular.cross(arm));
                 let in_body = pose.rotation.apply_transposed(angular);
-                let turning = weighted(goal.weights[1], rotation_vector_rate(turn, in_body));
+                let turning = weighted(weights[1], rotation_vector_rate(turn, in_body));
                 let values = point.into_iter().chain(turning).zip(goal.counted);
                 rows = 0;
                 for (value, _) in values.filter(|(_, is_counted)| *is_counted) {

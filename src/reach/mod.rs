@@ -33,7 +33,7 @@ use crate::error::{Checker, Interrupted, InvalidInput, Number};
 use crate::model::Discretised as _;
 use crate::model::{Elastic as _, Model as _, rotation_vectors};
 use crate::robot::{Origin, Robot, RobotModel, origin};
-use crate::roots::least_squares::{self, Bounds, Counters, End, solve};
+use crate::roots::least_squares::{self, Bounds, Counters, End, Outcome, solve};
 use crate::statics::Monitor;
 use misfit::Misfit;
 use preference::Form;
@@ -108,17 +108,28 @@ fn search(
     let scaled = |q: &[f64]| -> Vec<f64> { q.iter().zip(&misfit.sizes).map(|(q, size)| q / size).collect() };
     let scaled_bounds = Bounds { lower: scaled(&bounds.lower), upper: scaled(&bounds.upper) };
     let x0 = scaled(q0);
-    let weights = targets.iter().flat_map(|target| target.weights).flatten();
-    let least = weights.filter(|&weight| weight > 0.0).fold(1.0, f64::min);
     let search = least_squares::Options {
-        tolerance: options.tol * least,
+        tolerance: options.tol,
         terms: 1.0,
         max_iter: options.max_iter,
         second_order: false,
     };
+    let descend = |misfit: &mut Misfit<'_, '_>, x: &mut [f64]| -> Result<Outcome, Interrupted> {
+        // What can be reached is reached whatever counts how much, and soonest if all counts alike.
+        misfit.count_alike(true);
+        let alike = solve(misfit, x, &scaled_bounds, &search)?;
+        if alike.end == End::Root || misfit.counts_alike() {
+            return Ok(alike);
+        }
+        misfit.count_alike(false);
+        let least = least_squares::Options { tolerance: options.tol * misfit.least_weight(), ..search };
+        let mut found = solve(misfit, x, &scaled_bounds, &least)?;
+        found.counters += alike.counters;
+        Ok(found)
+    };
     let mut counters = Counters::default();
     let mut x = x0.clone();
-    let mut best = solve(&mut misfit, &mut x, &scaled_bounds, &search)?;
+    let mut best = descend(&mut misfit, &mut x)?;
     let mut flaw = misfit.flaw;
     counters += best.counters;
     let mut starts = Starts::new(&robot, q0, bounds);
@@ -128,7 +139,7 @@ fn search(
         let q = starts.next();
         let mut other: Vec<f64> = q.iter().zip(&misfit.sizes).map(|(q, size)| q / size).collect();
         misfit.flaw = None;
-        let found = solve(&mut misfit, &mut other, &scaled_bounds, &search)?;
+        let found = descend(&mut misfit, &mut other)?;
         counters += found.counters;
         if found.norm < BETTER * best.norm || found.end == End::Root {
             (best, x, flaw) = (found, other, misfit.flaw);
@@ -136,6 +147,7 @@ fn search(
     }
     let mut status = Status::of(best.end, !best.held.is_empty(), flaw);
     misfit.flaw = None;
+    misfit.count_alike(true);
     if let Some(form) = form.filter(|_| status == Status::Reached)
         && !form.settle(&mut misfit, &mut x, &scaled_bounds, &search, &mut counters)?
     {

@@ -720,6 +720,16 @@ impl Discretised for RobotModel {
             .then(|| self.robot.segments().flat_map(|segment| segment.modes).collect())
     }
 
+    fn coordinates_between(&self) -> Vec<usize> {
+        let mut between = vec![0];
+        for link in &self.robot.links {
+            let last = between.len() - 1;
+            between[last] += link.joint_coordinates().len();
+            between.extend(std::iter::repeat_n(0, STRAINS * link.rod.len()));
+        }
+        between
+    }
+
     fn with_modes(&self, modes: &[usize]) -> Option<Self> {
         const MORE_NODES: usize = 8;
         let mut other = Robot::clone(&self.robot);

@@ -452,3 +452,22 @@ def test_errors_of_steps_that_multiply_are_not_taken_for_those_of_nodes():
     result = lissom.simulate(rod, 0.3, q0=[1e-4, 0, 0, 0], method="auto", rtol=1e-2)
     assert result.success
     assert result.model.nodes == rod.nodes
+
+
+@pytest.mark.parametrize("links", [1, 2])
+def test_joints_do_not_hide_what_rods_lack(links):
+    """Coordinates of joints stand between those of modes; a copy beside a rod does not change its error."""
+    modes = {"bend_y": 3, "shear_z": 1}
+    segment = lissom.Segment(
+        0.2, 0.01, 3e5, poisson_ratio=0.5, density=1000, modes=modes, retardation_time=0.01
+    )
+
+    def error(joint):
+        robot = lissom.Robot([lissom.Link(f"arm{i}", rod=[segment], joint=joint) for i in range(links)])
+        motion = lissom.simulate(robot, 0.05, method="auto", rtol=1e-2)
+        assert motion.success, motion.message
+        return motion.stats.space_error
+
+    welded = error(lissom.Weld())
+    assert 1e-3 < welded < 1e-2
+    assert 0.5 * welded < error(lissom.Revolute((0, 1, 0), stiffness=1.0)) < 2 * welded

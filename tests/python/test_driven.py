@@ -745,3 +745,39 @@ def test_scenes_name_what_is_wrong_with_a_drive(old, new, key, says):
     found = {problem.key: f"{problem.wrong}; {problem.right}" for problem in caught.value.problems}
     assert key in found
     assert says in found[key]
+
+
+def test_the_mass_matrix_of_what_moves_by_itself_takes_a_time():
+    """A point mass that slides along a turning bar: m r(t)^2, and the bar's own."""
+    bar = Body(1.0, centre=(0.3, 0, 0), inertia=(0.01, 0.01, 0.01))
+    slide = Prismatic((1, 0, 0), motion=Harmonic(0.2, 1.0, mean=1.0))
+    robot = Robot(
+        [
+            Link("bar", joint=Revolute((0, 0, 1)), body=bar),
+            Link("bead", parent="bar", joint=slide, body=Body(1.0)),
+        ]
+    )
+    distance = 1 + 0.2 * np.sin(2 * np.pi * 0.1)
+    assert_allclose(robot.mass_matrix([0.4], t=0.1), [[0.1 + distance**2]], rtol=1e-14)
+    with pytest.raises(TypeError, match="t: got none"):
+        robot.mass_matrix([0.4])
+
+
+@pytest.mark.parametrize("method", ["newmark", "radau", "rk45", "dop853", "auto"])
+def test_a_robot_that_is_driven_throughout_moves_and_takes_work(method):
+    body = Body(1.0, centre=(0.3, 0, 0), inertia=(0.01, 0.01, 0.01))
+    robot = Robot([Link("crank", joint=Revolute((0, 1, 0), motion=Harmonic(1.0, 1.0)), body=body)])
+    motion = lissom.simulate(robot, 1.0, method=method, t_eval=[0.0, 0.3, 0.55, 1.0])
+    assert motion.success
+    assert_allclose(motion.t, [0.0, 0.3, 0.55, 1.0])
+    assert motion.balance.drift < 2e-3
+
+
+def test_links_cost_only_their_own_coordinates():
+    links = [Link("a", joint=Revolute((0, 1, 0)), body=Body(1.0, centre=(0.1, 0, 0)))]
+    links.append(
+        Link("b", parent="a", joint=Revolute((0, 1, 0), mimic=Mimic("a")), body=Body(1.0, centre=(0.1, 0, 0)))
+    )
+    costs = Robot(links).explain().split("cost of links")[1]
+    assert "1 coordinate" in costs.splitlines()[1]
+    assert "0 coordinates" in costs.splitlines()[2]

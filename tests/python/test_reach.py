@@ -565,3 +565,23 @@ def test_what_makes_no_sense_is_refused(message):
 def test_what_is_no_number_is_refused(message, call):
     with pytest.raises(TypeError, match=message):
         call()
+
+
+@pytest.mark.parametrize("weights", [(1, 100), (1, 1000), (1e4, 1), (1e160, 1), (1e-12, 1)])
+def test_what_can_be_reached_is_reached_whatever_counts_how_much(weights):
+    random = np.random.default_rng(3)
+    for _ in range(5):
+        wanted = SEVEN.pose(random.uniform(-2, 2, SEVEN.n), link="hand")
+        found = SEVEN.reach("hand", wanted, position_weight=weights[0], orientation_weight=weights[1])
+        assert found.success, found.message
+        assert_allclose(SEVEN.pose(found.q, link="hand"), wanted, atol=1e-8)
+
+
+def test_weights_decide_between_what_cannot_be_had_together():
+    """Two places half a metre apart for one point: the mean, by the squares of the weights."""
+    targets = [
+        lissom.Target("hand", (x, 0.5, 0), position_weight=weight) for x, weight in ((0.8, 2), (1.3, 1))
+    ]
+    found = PLANAR.reach(targets)
+    assert found.status == "nearest"
+    assert_allclose(PLANAR.pose(found.q, link="hand")[:3, 3], (0.9, 0.5, 0), atol=1e-6)

@@ -164,3 +164,18 @@ def test_the_shipped_arm_is_good():
     assert scene.model.coordinates[:3] == ("upper.angle", "fore.angle", "left.displacement")
     assert scene.q0[2] == 0.02
     assert lissom.simulate(scene.model, 0.1, q0=scene.q0, v0=scene.v0, dt=2e-3).success
+
+
+def test_results_keep_files_in_any_encoding_and_links_with_any_name(folder):
+    text = URDF.replace("<robot", '<?xml version="1.0" encoding="iso-8859-1"?>\n<robot').replace(
+        "hand", "hän/d"
+    )
+    (folder / "arm.urdf").write_bytes(text.encode("latin-1"))
+    scene = SCENE.replace('"hand"', '"hän/d"').replace('"finger"', '"finger/1"')
+    (folder / "arm.toml").write_text(scene, encoding="utf-8")
+    done = run("run", "arm.toml", "-o", "results", "--no-report", cwd=folder)
+    assert done.returncode == 0, done.stderr
+    xarray = pytest.importorskip("xarray")
+    with xarray.open_dataset(folder / "results" / "trajectory.nc", engine="h5netcdf") as data:
+        imports = json.loads(data.attrs["imports"])
+    assert imports["arm.urdf"].encode(errors="surrogateescape") == text.encode("latin-1")

@@ -404,8 +404,11 @@ fn costs_of_links(robot: &Robot, of_links: &[OfLink], all: &Multiplications) -> 
     if of_links.len() < 2 {
         return Vec::new();
     }
-    let mut lines: Vec<(String, OfLink)> =
-        robot.links.iter().zip(of_links).map(|(link, of_link)| (link.name.clone(), *of_link)).collect();
+    let own = |(link, of_link): (&Link, &OfLink)| {
+        // What is driven is computed, but not the robot's own.
+        (link.name.clone(), OfLink { coordinates: link.coordinates(), ..*of_link })
+    };
+    let mut lines: Vec<(String, OfLink)> = robot.links.iter().zip(of_links).map(own).collect();
     if lines.len() > LISTED_LINKS {
         // Stable, so that equal ones keep their order.
         lines.sort_by_key(|(_, of_link)| Reverse(of_link.residual + of_link.tangent));

@@ -245,7 +245,7 @@ RECIPES: dict[str, dict | list[dict]] = {
     },
     "Model.check_shape": {"self": _MODEL, "q": _a(0.1, 0.2)},
     "Model.inverse_dynamics": {"self": _MODEL} | _STATE,
-    "Model.mass_matrix": {"self": _MODEL, "q": _a(0.1, 0.2)},
+    "Model.mass_matrix": {"self": _MODEL, "q": _a(0.1, 0.2), "t": "0.1"},
     "Model.forward_dynamics": {"self": _MODEL} | {k: e for k, e in _STATE.items() if k != "qdd"},
     "Model.tangent": {"self": _MODEL} | _STATE,
     "Model.energy": {"self": _MODEL} | {k: e for k, e in _STATE.items() if k != "qdd"},
