@@ -27,6 +27,8 @@ pub struct RobotModel {
     sweeps: AnySweeps,
     /// Those of the rod without its loads, where that is more than stiffness times coordinates: where it has supports.
     unloaded: Option<Box<AnySweeps>>,
+    /// Those with a piece for every link, once it is asked what passes into one that is one with others.
+    apart: Option<Box<AnySweeps>>,
     /// From its own coordinates to those of all joints and rods, which the sweeps know.
     coordinates: Coordinates,
     solve: Solve,
@@ -84,6 +86,31 @@ impl AnySweeps {
             Self::PortablePlanar(sweeps) => Self::PortablePlanar(sweeps.with_robot(robot)),
             #[cfg(feature = "portable")]
             Self::PortableSpatial(sweeps) => Self::PortableSpatial(sweeps.with_robot(robot)),
+        }
+    }
+
+    /// Those of the same robot with a piece for every link.
+    fn taken_apart(&self, robot: &Robot) -> Self {
+        match self {
+            Self::Planar(sweeps) => Self::Planar(sweeps.taken_apart(robot)),
+            Self::Spatial(sweeps) => Self::Spatial(sweeps.taken_apart(robot)),
+            #[cfg(feature = "portable")]
+            Self::PortablePlanar(sweeps) => Self::PortablePlanar(sweeps.taken_apart(robot)),
+            #[cfg(feature = "portable")]
+            Self::PortableSpatial(sweeps) => Self::PortableSpatial(sweeps.taken_apart(robot)),
+        }
+    }
+
+    /// Takes the time of others of the same kind.
+    fn take_time(&mut self, other: &Self) {
+        match (self, other) {
+            (Self::Planar(sweeps), Self::Planar(other)) => sweeps.take_time(other),
+            (Self::Spatial(sweeps), Self::Spatial(other)) => sweeps.take_time(other),
+            #[cfg(feature = "portable")]
+            (Self::PortablePlanar(sweeps), Self::PortablePlanar(other)) => sweeps.take_time(other),
+            #[cfg(feature = "portable")]
+            (Self::PortableSpatial(sweeps), Self::PortableSpatial(other)) => sweeps.take_time(other),
+            _ => unreachable!("sweeps of one robot are of one kind"),
         }
     }
 
@@ -197,6 +224,7 @@ impl RobotModel {
         let mut model = Self {
             sweeps,
             unloaded,
+            apart: None,
             coordinates,
             solve,
             multiplications: cost,
@@ -358,10 +386,17 @@ impl RobotModel {
     }
 
     /// Moment and force that are passed on to a link through its joint in a motion, about the place where that begins
-    /// and in world axes; of a planar robot what lies in its plane. A link that is welded right to its parent's tip and
-    /// is rigid has no place of its own: what is said is that of the piece before.
+    /// and in world axes; of a planar robot what lies in its plane.
     pub fn joint_wrench(&mut self, q: &[f64], qd: &[f64], qdd: &[f64], link: usize) -> [Vector<f64>; 2] {
-        let Self { sweeps, coordinates, .. } = self;
+        let Self { sweeps, coordinates, apart, robot, .. } = self;
+        let is_one = on_sweeps!(&*sweeps, sweeps => sweeps.plan().pieces_of(link).is_empty());
+        let sweeps = if is_one {
+            let apart = apart.get_or_insert_with(|| Box::new(sweeps.taken_apart(robot)));
+            apart.take_time(sweeps);
+            &mut **apart
+        } else {
+            sweeps
+        };
         coordinates.all([q, qd, qdd], |state| on_sweeps!(sweeps, sweeps => sweeps.joint_wrench(state, link)))
     }
 

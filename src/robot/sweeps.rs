@@ -93,6 +93,21 @@ impl<G: Turning> Sweeps<G> {
         }
     }
 
+    /// Those of the same robot with a piece for every link, also for those that are one with others.
+    pub(crate) fn taken_apart(&self, robot: &Robot) -> Self {
+        Self::new(compile::plan_of_every_link(robot, self.plan.frame))
+    }
+
+    /// Takes the time of other sweeps of this robot, with all that depends on it.
+    pub(crate) fn take_time(&mut self, other: &Self) {
+        let (work, from) = (&mut self.work, &other.work);
+        work.stations[0] = from.stations[0];
+        (work.time, work.surroundings) = (from.time, from.surroundings);
+        work.acting.clone_from(&from.acting);
+        work.anchors.clone_from(&from.anchors);
+        work.kinematics_of.clear();
+    }
+
     /// Those for another robot in the same frame.
     pub(crate) fn with_robot(&self, robot: &Robot) -> Self {
         Self::new(compile::plan(robot, self.plan.frame))
@@ -228,7 +243,7 @@ impl<G: Turning> Sweeps<G> {
     /// Moment, about the place where the joint of a link begins, and force through it, in world axes.
     pub(crate) fn joint_wrench(&mut self, state: [&[f64]; 3], link: usize) -> [Vector<f64>; 2] {
         self.update_motion(state);
-        let joined = &self.plan.pieces[self.plan.links[link].first].joined;
+        let joined = &self.plan.pieces[self.plan.links[link].pieces.start].joined;
         let Wrench { moment, force } = self.work.through[joined.end];
         let about = moment - self.work.stations[joined.begin].position.cross(force);
         let rotation = &self.work.surroundings.base.rotation;
@@ -314,7 +329,10 @@ impl<G: Turning> Sweeps<G> {
     /// Position in the frame of the base of a place, or of one that is fixed beside it in the axes there.
     pub(crate) fn beside(&mut self, q: &[f64], place: &Place, offset: Option<Vector<f64>>) -> Vector<f64> {
         let position = self.position(q, place);
-        let Some(offset) = offset else { return position };
+        let Some(mut offset) = offset else { return position };
+        if let Some(beside) = place.beside {
+            offset = beside.orientation.rotation().apply(offset);
+        }
         let piece = &self.plan.pieces[place.piece];
         let rotation = place::rotation_at(piece, &self.work, q, place);
         let offset = G::rotate(&rotation, G::vector_of(self.plan.frame, offset));

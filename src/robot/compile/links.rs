@@ -5,7 +5,7 @@ use crate::lie::{Quaternion, Vector};
 use crate::robot::description::{Link, Robot};
 use crate::robot::plan::link::LinkPlan;
 use crate::robot::plan::piece::PiecePlan;
-use crate::robot::plan::point::Place;
+use crate::robot::plan::point::{Offset, Place};
 use crate::robot::plan::tree::{Joined, Weld};
 use crate::robot::turning::Turning;
 use crate::robot::turning::place;
@@ -26,14 +26,15 @@ pub(crate) struct Tree<G: Turning> {
 }
 
 /// Where the next piece begins: at a station, or fixed to it.
-struct Start<G: Turning> {
+struct Start {
     station: usize,
-    weld: Option<(G::Orientation, G::Vector<f64>, bool)>,
+    weld: Option<Offset>,
 }
 
 impl<G: Turning> Tree<G> {
-    /// That of a valid robot, in the frame of its first link's joint.
-    pub(crate) fn of(robot: &Robot, frame: G::Frame) -> Self {
+    /// That of a valid robot, in the frame of its first link's joint. Rigid links that are welded and on which nothing acts
+    /// can be made one with what they are welded to.
+    pub(crate) fn of(robot: &Robot, frame: G::Frame, makes_one: bool) -> Self {
         let mut tree = Self {
             frame,
             pieces: Vec::new(),
@@ -44,9 +45,11 @@ impl<G: Turning> Tree<G> {
             packs: 0,
             hinges: Vec::new(),
         };
-        for link in &robot.links {
+        for (i, link) in robot.links.iter().enumerate() {
             let start = tree.start(link, &robot.links[0]);
-            tree.add(link, start);
+            let is_acted_on = robot.loads.iter().any(|load| load.link == i)
+                || robot.supports.iter().any(|support| support.link == i);
+            tree.add(link, start, makes_one && !is_acted_on);
         }
         tree
     }
@@ -56,26 +59,30 @@ impl<G: Turning> Tree<G> {
     }
 
     /// Where a link is attached.
-    fn start(&mut self, link: &Link, root: &Link) -> Start<G> {
-        let mut orientation = Quaternion::from_array(link.orientation);
-        let mut position = Vector::from(link.position);
+    fn start(&mut self, link: &Link, root: &Link) -> Start {
+        let mut offset = Offset {
+            orientation: Quaternion::from_array(link.orientation),
+            position: Vector::from(link.position),
+        };
         let station = match link.parent {
-            Some(parent) => self.station_on(parent, link.at),
+            Some(parent) => {
+                if let Some(beside) = self.links[parent].beside {
+                    offset = beside.times(offset);
+                }
+                self.station_on(parent, link.at)
+            }
             None => {
                 let of_root = Quaternion::from_array(root.orientation);
                 let back = Quaternion { v: -of_root.v, ..of_root };
-                position = of_root.rotation().apply_transposed(position - Vector::from(root.position));
-                orientation = back.times(orientation);
+                let position = offset.position - Vector::from(root.position);
+                offset.position = of_root.rotation().apply_transposed(position);
+                offset.orientation = back.times(offset.orientation);
                 0
             }
         };
         let is_first = self.links.is_empty();
-        let is_moved = position != Vector::zero() || orientation.v != Vector::zero();
-        let weld = (is_moved && !is_first).then(|| {
-            let turns = orientation.v != Vector::zero();
-            (G::orientation_of(self.frame, orientation), G::vector_of(self.frame, position), turns)
-        });
-        Start { station, weld }
+        let is_moved = offset.position != Vector::zero() || offset.orientation.v != Vector::zero();
+        Start { station, weld: (is_moved && !is_first).then_some(offset) }
     }
 
     /// The station of a place on a link.
@@ -99,7 +106,7 @@ impl<G: Turning> Tree<G> {
         station
     }
 
-    fn add(&mut self, link: &Link, mut start: Start<G>) {
+    fn add(&mut self, link: &Link, mut start: Start, can_be_one: bool) {
         let before = self.pieces.len();
         for motion in link.joint.motions() {
             let joined = self.join(&mut start);
@@ -112,23 +119,30 @@ impl<G: Turning> Tree<G> {
             self.push(piece::plan(part, self.frame, joined, self.n, self.packs));
         }
         let rod = begin..self.pieces.len();
-        if rod.is_empty() && (start.weld.is_some() || self.ending[start.station].is_none()) {
-            let joined = self.join(&mut start);
-            self.push(joint::rigid(joined, self.n, self.packs));
+        let ends_there = self.ending[start.station];
+        let mut beside = None;
+        if rod.is_empty() {
+            // What is moved by a joint of its own ends at a piece of its own.
+            let is_one = ends_there.is_some() && (can_be_one || begin > before);
+            if is_one {
+                beside = start.weld.take();
+            } else {
+                let joined = self.join(&mut start);
+                self.push(joint::rigid(joined, self.n, self.packs));
+            }
         }
         let base = self.ending[start.station].unwrap_or(0);
-        self.links.push(LinkPlan {
-            first: if before < self.pieces.len() { before } else { base },
-            rod,
-            base,
-        });
+        self.links.push(LinkPlan { pieces: before..self.pieces.len(), rod, base, beside });
     }
 
     /// The stations of the next piece, behind which the one after it starts.
-    fn join(&mut self, start: &mut Start<G>) -> Joined<G> {
+    fn join(&mut self, start: &mut Start) -> Joined<G> {
         let mut begin = start.station;
         let mut weld = None;
-        if let Some((orientation, position, turns)) = start.weld.take() {
+        if let Some(Offset { orientation, position }) = start.weld.take() {
+            let turns = orientation.v != Vector::zero();
+            let orientation = G::orientation_of(self.frame, orientation);
+            let position = G::vector_of(self.frame, position);
             let rotation = G::matrix(orientation);
             weld = Some(Weld { to: begin, orientation, rotation, position, turns });
             self.ending.push(None);

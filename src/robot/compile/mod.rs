@@ -20,7 +20,15 @@ use crate::robot::turning::Turning;
 
 /// Compiles a valid robot for a frame that it does not leave.
 pub(crate) fn plan<G: Turning>(robot: &Robot, frame: G::Frame) -> Plan<G> {
-    let mut tree = Tree::of(robot, frame);
+    plan_of(robot, frame, Tree::of(robot, frame, true))
+}
+
+/// The same with a piece for every link, so that it is known what passes into each.
+pub(crate) fn plan_of_every_link<G: Turning>(robot: &Robot, frame: G::Frame) -> Plan<G> {
+    plan_of(robot, frame, Tree::of(robot, frame, false))
+}
+
+fn plan_of<G: Turning>(robot: &Robot, frame: G::Frame, mut tree: Tree<G>) -> Plan<G> {
     let world = World::new(robot);
     let is_moving = world.motion.is_some();
     let loads: Vec<LoadPlan<G>> = robot

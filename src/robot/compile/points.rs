@@ -1,13 +1,15 @@
 //! What is concentrated at places made into points of a plan.
 
 use super::links::Tree;
+use crate::body::Body;
+use crate::lie::Vector;
 use crate::load::{Extent, Frame};
 use crate::robot::algebra::inertia::Inertia;
 use crate::robot::description::Robot;
 use crate::robot::plan::load::LoadPlan;
 use crate::robot::plan::packed;
 use crate::robot::plan::piece::PiecePlan;
-use crate::robot::plan::point::{Inside, Place, Point, Points};
+use crate::robot::plan::point::{Inside, Offset, Place, Point, Points};
 use crate::robot::turning::Turning;
 use crate::robot::turning::place;
 
@@ -32,7 +34,12 @@ pub(crate) fn compile<G: Turning>(
         point.is_oriented |= load.frame == Frame::Body;
     }
     for body in robot.all_bodies() {
-        let point = point_at(&mut points, pieces, place::on_link(pieces, &links[body.link], body.at));
+        let place = place::on_link(pieces, &links[body.link], body.at);
+        let body = match place.beside {
+            Some(beside) => moved(&body, beside),
+            None => body,
+        };
+        let point = point_at(&mut points, pieces, place);
         point.is_oriented |= body.centre != [0.0; 3] || body.inertia != [[0.0; 3]; 3];
         let first_moment = G::vector_of(frame, body.centre.into()) * body.mass;
         let second_moment = G::second_moment_of(frame, body.inertia_about_section());
@@ -66,6 +73,21 @@ pub(crate) fn compile<G: Turning>(
     let holds = |a: usize| points.iter().position(|point| point.anchors.contains(&a));
     let supported = (0..robot.supports.len()).filter_map(holds).collect();
     (points, supported)
+}
+
+/// A body in the axes of the place beside which it is fixed.
+fn moved(body: &Body, beside: Offset) -> Body {
+    let rotation = beside.orientation.rotation();
+    let columns = [rotation.x, rotation.y, rotation.z].map(Vector::to_array);
+    let turned = |i: usize, j: usize| -> f64 {
+        let product = |k: usize, l: usize| columns[k][i] * body.inertia[k][l] * columns[l][j];
+        (0..3).flat_map(|k| (0..3).map(move |l| (k, l))).map(|(k, l)| product(k, l)).sum()
+    };
+    Body {
+        centre: (beside.position + rotation.apply(body.centre.into())).to_array(),
+        inertia: std::array::from_fn(|i| std::array::from_fn(|j| turned(i, j))),
+        ..body.clone()
+    }
 }
 
 /// The point at a place, a new one if there is none yet.

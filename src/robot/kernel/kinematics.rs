@@ -193,7 +193,12 @@ pub(crate) fn pose<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, q: &[f64], p
     let rotation = place::rotation_at(piece, work, q, place);
     let position = position(plan, work, place);
     let base = &work.surroundings.base.rotation;
-    let Rotation { x, y, z } = G::rotation_in_space(plan.frame, &rotation);
+    let mut rotation = G::rotation_in_space(plan.frame, &rotation);
+    if let Some(beside) = place.beside {
+        let Rotation { x, y, z } = beside.orientation.rotation();
+        rotation = Rotation { x: rotation.apply(x), y: rotation.apply(y), z: rotation.apply(z) };
+    }
+    let Rotation { x, y, z } = rotation;
     Pose {
         rotation: Rotation { x: base.apply(x), y: base.apply(y), z: base.apply(z) },
         position: work.surroundings.base.position + base.apply(G::in_space(plan.frame, position)),
@@ -204,7 +209,10 @@ pub(crate) fn pose<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, q: &[f64], p
 pub(crate) fn position<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, place: &Place) -> G::Vector<f64> {
     let joined = &plan.pieces[place.piece].joined;
     if place.weights.is_empty() {
-        return work.stations[joined.end].position;
+        let end = work.stations[joined.end].position;
+        let Some(beside) = place.beside else { return end };
+        let rotation = place::rotation_of_end(&plan.pieces[place.piece], work);
+        return end + G::rotate(&rotation, G::vector_of(plan.frame, beside.position));
     }
     let mut position = work.stations[joined.begin].position;
     let slopes = &work.slope[plan.pieces[place.piece].node_packs()];

@@ -2,13 +2,16 @@
 
 use std::ops::Range;
 
+use super::point::Offset;
+
 /// Where a link is.
 #[derive(Clone, Debug)]
 pub(crate) struct LinkPlan {
-    /// Its first piece: the one at whose end its base is, where it has none of its own.
-    pub(crate) first: usize,
+    /// Its own pieces, of joint and rod; none where it is one with what it is welded to.
+    pub(crate) pieces: Range<usize>,
     /// The pieces of its rod; none where it is rigid.
     pub(crate) rod: Range<usize>,
-    /// The piece at whose end its base is, where it is rigid.
+    /// The piece at whose end its base is, where it is rigid, and where the base is fixed beside that end.
     pub(crate) base: usize,
+    pub(crate) beside: Option<Offset>,
 }

@@ -116,8 +116,7 @@ impl<G: Space> Plan<G> {
 
     /// The pieces of a link: of its joint, of its rod, or a rigid one. A link that is where another one ends has none.
     pub(crate) fn pieces_of(&self, link: usize) -> Range<usize> {
-        let end = |link: &LinkPlan| link.rod.end.max(link.base + 1);
-        self.links[..link].last().map_or(0, end)..end(&self.links[link])
+        self.links[link].pieces.clone()
     }
 
     /// Quadrature nodes of each segment of the rods.

@@ -10,7 +10,25 @@ use std::ops::Range;
 
 use super::space::Passage;
 use super::space::Space;
+use crate::lie::{Quaternion, Vector};
 use crate::robot::algebra::inertia::Inertia;
+
+/// How something lies that is fixed beside a place, in the axes there.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Offset {
+    pub(crate) orientation: Quaternion<f64>,
+    pub(crate) position: Vector<f64>,
+}
+
+impl Offset {
+    /// That of what is fixed beside something at this offset.
+    pub(crate) fn times(self, other: Self) -> Self {
+        Self {
+            orientation: self.orientation.times(other.orientation),
+            position: self.position + self.orientation.rotation().apply(other.position),
+        }
+    }
+}
 
 /// A place along a rod, prepared for finding its pose in many states.
 #[derive(Clone, Debug)]
@@ -23,6 +41,8 @@ pub struct Place {
     pub(crate) passage: Passage,
     /// Weights of the integral from the piece's base, times its length.
     pub(crate) weights: Vec<f64>,
+    /// Where what is meant is fixed beside the end of the piece.
+    pub(crate) beside: Option<Offset>,
 }
 
 /// All that is concentrated at one place.

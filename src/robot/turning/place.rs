@@ -25,7 +25,8 @@ pub(crate) fn at_arc_length<G: Turning>(pieces: &[PiecePlan<G>], rod: Range<usiz
 pub(crate) fn on_link<G: Turning>(pieces: &[PiecePlan<G>], link: &LinkPlan, x: Option<f64>) -> Place {
     if link.rod.is_empty() {
         let passage = Passage { step: 0.0, basis: Vec::new(), reference: Vec::new() };
-        return Place { piece: link.base, x: 1.0, before: 0, passage, weights: Vec::new() };
+        let (piece, weights) = (link.base, Vec::new());
+        return Place { piece, x: 1.0, before: 0, passage, weights, beside: link.beside };
     }
     at_arc_length(pieces, link.rod.clone(), x.unwrap_or(f64::INFINITY))
 }
@@ -37,7 +38,7 @@ pub(crate) fn at_fraction<G: Turning>(pieces: &[PiecePlan<G>], s: usize, x: f64)
     let from = if before == 0 { 0.0 } else { piece.gauss.nodes[before - 1] };
     let passage = G::passage(piece, from, x);
     let weights = piece.gauss.weights_up_to(x).into_iter().map(|weight| weight * piece.length).collect();
-    Place { piece: s, x, before, passage, weights }
+    Place { piece: s, x, before, passage, weights, beside: None }
 }
 
 /// The rotation of the end of a piece.
