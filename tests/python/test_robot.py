@@ -111,3 +111,58 @@ def test_rigid_body_motions_have_no_frequency():
     # Of a free beam, 22.37 sqrt(EI / (rho A L^4)).
     assert_allclose(found.frequency[6], 22.373 * 0.25 / (2 * np.pi), rtol=0.01)
     assert found.stability == "neutral"
+
+
+def welded(kept_apart):
+    """Links welded to a body, to frames, to a tip and to what is fixed inside a rod, on a base that is shaken."""
+    random = np.random.default_rng(5)
+
+    def body():
+        inertia = np.diag(random.uniform(0.01, 0.012, 3))
+        return lissom.Body(random.uniform(0.1, 1), centre=random.normal(size=3) * 0.1, inertia=inertia)
+
+    def place():
+        turn = random.normal(size=4)
+        return {"position": random.normal(size=3) * 0.1, "orientation": turn / np.linalg.norm(turn)}
+
+    modes = {"torsion": 1, "bend_y": 2, "bend_z": 1}
+    rod = lissom.Segment(0.3, 0.01, 1e6, poisson_ratio=0.5, density=1000, modes=modes)
+    links = [
+        lissom.Link("base", joint=lissom.Free(), body=body()),
+        lissom.Link("box", parent="base", body=body(), **place()),
+        lissom.Link("frame", parent="box", **place()),
+        lissom.Link("arm", parent="frame", joint=lissom.Revolute((0, 1, 0)), rod=[rod]),
+        lissom.Link("tool", parent="arm", body=body(), **place()),
+        lissom.Link("ball", parent="tool", joint=lissom.Spherical(), body=body(), **place()),
+        lissom.Link("ring", parent="arm", at=0.1, body=body(), **place()),
+        lissom.Link("hook", parent="ring", body=body(), **place()),
+        lissom.Link("mark", parent="base"),
+    ]
+    # What something acts on stays a link of its own, even if that is nothing.
+    apart = [
+        lissom.Load(force=(0, 0, 0), link=name) for name in ("box", "frame", "tool", "ring", "hook", "mark")
+    ]
+    weight = lissom.Load(force=lissom.Harmonic((0.3, 0.1, -0.2), 1.5), link="ball")
+    shaken = lissom.BaseMotion(translation=lissom.Harmonic((0.1, 0, 0.05), 2.0))
+    return lissom.Robot(links, loads=[weight, *(apart if kept_apart else [])], base_motion=shaken)
+
+
+def test_links_that_are_welded_cost_nothing_and_change_nothing():
+    one, apart = welded(False), welded(True)
+    assert one.multiplications["residual"] < apart.multiplications["residual"]
+    random = np.random.default_rng(6)
+    q, v, a = random.normal(size=(3, one.n))
+
+    def same(found, wanted):
+        assert_allclose(found, wanted, rtol=1e-11, atol=1e-11)
+
+    same(one.inverse_dynamics(q, v, a, t=0.3), apart.inverse_dynamics(q, v, a, t=0.3))
+    for found, wanted in zip(one.tangent(q, v, a, t=0.3), apart.tangent(q, v, a, t=0.3), strict=True):
+        same(found, wanted)
+    same(one.momentum(q, v, t=0.3), apart.momentum(q, v, t=0.3))
+    for link in one.links:
+        at = {"link": link.name, "t": 0.3}
+        same(one.pose(q, **at), apart.pose(q, **at))
+        same(one.velocity(q, v, **at), apart.velocity(q, v, **at))
+        same(one.jacobian(q, **at), apart.jacobian(q, **at))
+        same(one.joint_wrench(q, v, a, **at), apart.joint_wrench(q, v, a, **at))
