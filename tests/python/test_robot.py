@@ -114,7 +114,7 @@ def test_rigid_body_motions_have_no_frequency():
 
 
 def welded(kept_apart):
-    """Links welded to a body, to frames, to a tip and to what is fixed inside a rod, on a base that is shaken."""
+    """Links welded to a body, to frames, to a tip and to what is inside a rod, on a base that is shaken."""
     random = np.random.default_rng(5)
 
     def body():
