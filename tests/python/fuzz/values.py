@@ -65,6 +65,20 @@ def robot():
     return lissom.Robot([link("a"), link("b", parent="a", position=(0.1, 0, 0))])
 
 
+def actuated():
+    """Two coordinates, with an actuator of every kind, and two inputs."""
+    along = [lissom.Along("a", (0, 0.01), (0.0, 0.1))]
+    return lissom.Robot(
+        [lissom.Link("a", rod=[segment(modes={"bend_y": 1})]), link("b", parent="a")],
+        actuators=[
+            lissom.Tendon("pull", along, tension=lissom.Input("pull", 1.0)),
+            lissom.Chamber("blow", along, 1e-5, lissom.Input("blow")),
+            lissom.Motor("b", position=0.1, gains=(1.0, 0.1)),
+            lissom.ActiveStrain("a", "bend_y", 1.0, 0.1),
+        ],
+    )
+
+
 def urdf():
     """The path of a file with one body on a hinge."""
     text = (
