@@ -102,6 +102,7 @@ MODELS = {
     "chain": chain,
     "moving": moving,
     "robot": robot,
+    "actuated": actuated,
     "pendulum": pendulum,
 }
 
