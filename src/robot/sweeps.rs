@@ -106,7 +106,7 @@ impl<G: Turning> Sweeps<G> {
         work.inputs.clone_from(&from.inputs);
         work.actuation.commands.clone_from(&from.actuation.commands);
         work.anchors.clone_from(&from.anchors);
-        work.kinematics_of.clear();
+        work.forget();
     }
 
     /// Those for another robot in the same frame.

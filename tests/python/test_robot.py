@@ -113,6 +113,40 @@ def test_rigid_body_motions_have_no_frequency():
     assert found.stability == "neutral"
 
 
+def base_and_tool(**options):
+    """Two rigid links and no coordinate."""
+    half_turn = (0, 0, 1, 0)
+    tool = lissom.Link("tool", parent="base", position=(0.1, 0, 0), orientation=half_turn, body=HEAVY_TOOL)
+    return lissom.Robot([lissom.Link("base", body=lissom.Body(1.0)), tool], **options)
+
+
+#: Its centre of mass is beside its base.
+HEAVY_TOOL = lissom.Body(0.5, centre=(0.2, 0, 0))
+
+
+def test_a_joint_without_coordinates_carries_the_weight_behind_it():
+    """About the joint, the centre lies 0.2 m backwards."""
+    found = base_and_tool().joint_wrench([], [], [], link="tool")
+    weight = 0.5 * 9.81
+    assert_allclose(found, [0, 0.2 * weight, 0, 0, 0, weight], rtol=1e-14, atol=1e-14)
+
+
+def test_a_joint_without_coordinates_on_a_base_that_turns_and_rises():
+    """As it turns by the angle about z, inertia forces are those of a point on a circle of the radius -0.1 m."""
+    angle, rise = lissom.Harmonic(0.8, 0.5), lissom.Harmonic((0, 0, 0.3), 1.5)
+    robot = base_and_tool(base_motion=lissom.BaseMotion(translation=rise, axis=(0, 0, 1), angle=angle))
+    for t in (0.0, 0.13, 0.4, 0.13):
+        turned, rate = (0.8 * f for f in (np.sin(np.pi * t), np.pi * np.cos(np.pi * t)))
+        growth = -(np.pi**2) * turned
+        raised = -0.3 * (3 * np.pi) ** 2 * np.sin(3 * np.pi * t)
+        along = np.array([np.cos(turned), np.sin(turned), 0])
+        across = np.array([-np.sin(turned), np.cos(turned), 0])
+        force = 0.5 * (-0.1 * (growth * across - rate**2 * along) + np.array([0, 0, 9.81 + raised]))
+        moment = np.cross(-0.2 * along, force)
+        found = robot.joint_wrench([], [], [], link="tool", t=t)
+        assert_allclose(found, [*moment, *force], rtol=1e-13, atol=1e-13)
+
+
 def welded(kept_apart):
     """Links welded to a body, to frames, to a tip and to what is inside a rod, on a base that is shaken."""
     random = np.random.default_rng(5)
