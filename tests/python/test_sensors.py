@@ -246,6 +246,59 @@ def test_encoders_and_tachometers_have_the_coordinates_of_joints():
     assert sensors.Tachometer(slide).measure(0, [0.1], [0.2]) == 0.2
 
 
+FINGER = lissom.Robot(
+    [
+        lissom.Link("palm", joint=lissom.Revolute((0, 1, 0)), body=HAND),
+        lissom.Link("finger", parent="palm", rod=[SOFT]),
+        lissom.Link("rail", parent="palm", joint=lissom.Prismatic((0, 1, 0)), body=HAND),
+    ],
+    actuators=[
+        lissom.Tendon("pull", [lissom.Along("finger", (0, 0.005))], tension=lissom.Input("tension", 2.0)),
+        lissom.Chamber("air", [lissom.Along("finger", (0.004, 0))], 1e-5, lissom.Input("pressure", 3e3)),
+        lissom.Motor("palm", lissom.Harmonic(0.2, 1.0)),
+        lissom.Motor("rail.displacement", position=0.1, gains=(30.0, 1.0)),
+    ],
+)
+
+
+@pytest.mark.parametrize(
+    ("name", "units", "force"),
+    [
+        ("pull", ("m", "N"), 2.0),
+        ("air", ("m^3", "Pa"), 3e3),
+        ("palm", ("rad", "N m"), 0.2 * np.sin(2 * np.pi * 0.1)),
+        ("rail.displacement", ("m", "N"), 30 * (0.1 - 0.02) - 0.3),
+    ],
+)
+def test_actuators_have_lengths_and_forces(name, units, force):
+    q, v = 0.1 * np.random.default_rng(5).normal(size=(2, FINGER.n))
+    q[-1], v[-1] = 0.02, 0.3
+    length, load = (kind(FINGER, name) for kind in (sensors.ActuatorLength, sensors.ActuatorForce))
+    assert (length.units, load.units) == (units[:1], units[1:])
+    assert_array_equal(length.measure(0.1, q), [FINGER.actuator_length(name, q)])
+    assert_allclose(load.measure(0.1, q, v), [force], rtol=1e-12)
+    states = ([0.1, 0.1], [q, 2 * q], [v, v])
+    assert_array_equal(load.measure(*states)[0], load.measure(0.1, q, v))
+    assert length.measure(*states).shape == (2, 1)
+
+
+def test_forces_follow_the_inputs():
+    q = v = np.zeros(FINGER.n)
+    load = sensors.ActuatorForce(FINGER, "pull")
+    assert FINGER.inputs == ("tension", "pressure")
+    assert load.measure(0, q, v, u=[5.0, 0.0]) == 5.0
+    both = load.measure([0, 0], [q, q], [v, v], u=[[5.0, 0.0], [7.0, 0.0]])
+    assert_array_equal(both, [[5.0], [7.0]])
+    run = SimpleNamespace(t=np.zeros(2), q=[q, q], v=[v, v], u=[[5.0, 0.0], [7.0, 0.0]])
+    assert_array_equal(load.record(run), [[5.0], [5.0]], "equal times have one sample")
+    assert_array_equal(load.record(run, u=[1.0, 2.0]), [[1.0], [1.0]])
+    # What acts shows in the wrench through a section, too.
+    section = sensors.ForceTorque(FINGER, "finger", 0.1)
+    pulled, slack = (section.measure(0, q, v, q, [tension, 0.0]) for tension in (5.0, 0.0))
+    assert_array_equal(pulled, FINGER.internal_wrench(q, v, q, 0.1, link="finger", t=0, u=[5.0, 0.0]))
+    assert pulled.shape == slack.shape == (6,)
+
+
 # Loops and records.
 
 
@@ -428,6 +481,10 @@ ON_ARM = {
     "point: expected 3 numbers": lambda: sensors.Imu(ARM, "arm", point=(1, 2)),
     "point[1]: got NaN, expected a finite number": lambda: sensors.Imu(ARM, "arm", point=(1, np.nan, 0)),
     "orientation: got a quaternion of norm 2": lambda: sensors.Imu(ARM, "arm", orientation=(2, 0, 0, 0)),
+    "actuator: got 'pul', expected one of the actuators: 'pull', 'air'": lambda: sensors.ActuatorForce(
+        FINGER, "pul"
+    ),
+    "actuator: got None, expected one of the actuators: none": lambda: sensors.ActuatorLength(ARM),
     "offset: expected 2 numbers": lambda: sensors.StrainGauge(ARM, "arm", 0.1, offset=0.1),
     "joint: got 'arm.bend_y[0]', expected a link whose joint": lambda: sensors.Encoder(ARM, "arm.bend_y[0]"),
     "joint: got 'box', expected": lambda: sensors.Encoder(ARM, "box"),

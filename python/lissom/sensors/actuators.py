@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,7 +32,8 @@ class OfActuator(Sensor):
     _units: tuple[str, str] = field(init=False, repr=False)
 
     def _check(self) -> None:
-        actuators = {str(each.name): each for each in self.robot.actuators}
+        given: tuple[Any, ...] = self.robot.actuators
+        actuators = {str(each.name): each for each in given}
         name = self.actuator
         if name is None and len(actuators) == 1:
             (name,) = actuators
