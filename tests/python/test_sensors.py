@@ -476,7 +476,7 @@ ON_ARM = {
     "at: got 0.4, expected an arc length in": lambda: sensors.Imu(ARM, "arm", 0.4),
     "at: got 0.1, expected None: link 'hand' has no rod": lambda: sensors.Marker(ARM, "hand", 0.1),
     "at: expected a number, got shape": lambda: sensors.Marker(ARM, "arm", [0.1, 0.2]),
-    "at: expected a number or some of them": lambda: sensors.StrainGauge(ARM, "arm", []),
+    "at: expected 1 to 10000 numbers, got shape (0,)": lambda: sensors.StrainGauge(ARM, "arm", []),
     "which has no rod": lambda: sensors.CurvatureSensor(ARM, "hand"),
     "point: expected 3 numbers": lambda: sensors.Imu(ARM, "arm", point=(1, 2)),
     "point[1]: got NaN, expected a finite number": lambda: sensors.Imu(ARM, "arm", point=(1, np.nan, 0)),
@@ -523,6 +523,9 @@ READINGS = {
     "result.t: expected times that do not decrease": lambda imu: imu.record(
         SimpleNamespace(t=[1, 0], q=[Q, Q], v=[Q, Q], a=[Q, Q])
     ),
+    "a: expected shape (10,), as the coordinates ask for, got shape ()": lambda imu: sensors.Encoder(
+        ARM, "arm"
+    ).read(0, Q, a=0.0),
     "result: expected many states": lambda imu: imu.record(SimpleNamespace(t=1, q=Q, v=Q, a=Q)),
     "u: expected shape (m,) or (2, m), got (3, 1)": lambda imu: imu.measure(
         [0, 0], [Q, Q], [Q, Q], [Q, Q], [[1], [2], [3]]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from reprlib import repr
 from typing import Any, ClassVar
 
 import numpy as np
@@ -39,7 +40,7 @@ class OfActuator(Sensor):
             (name,) = actuators
         if name not in actuators:
             names = ", ".join(map(repr, actuators)) or "none in this robot"
-            raise ValueError(f"actuator: got {name!r}, expected one of the actuators: {names}")
+            raise ValueError(f"actuator: got {repr(name)}, expected one of the actuators: {names}")
         self._set("actuator", name)
         found = actuators[name]
         if isinstance(found, Motor):

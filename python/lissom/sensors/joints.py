@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from reprlib import repr
 from typing import ClassVar
 
 import numpy as np
@@ -60,7 +61,7 @@ class OfJoint(Sensor):
         if not found:
             expected = ", ".join(repr(names[i]) for i in of_joints) or "none in this robot"
             raise ValueError(
-                f"joint: got {joint!r}, expected a link whose joint has coordinates, or one of them: "
+                f"joint: got {repr(joint)}, expected a link whose joint has coordinates, or one of them: "
                 f"{expected}"
             )
         self._set("joint", joint)

@@ -6,6 +6,7 @@ import copy
 import re
 from abc import ABC, abstractmethod
 from dataclasses import KW_ONLY, dataclass, field
+from reprlib import repr
 from typing import Any, ClassVar, Self
 from zlib import crc32
 
@@ -82,7 +83,7 @@ class Sensor(ABC):
         self._set("noise", self._of_channels(self.noise, "noise"))
         self._set("bias", self._of_channels(self.bias, "bias"))
         if (np.asarray(self.noise) < 0).any():
-            raise ValueError(f"noise: got {self.noise}, expected standard deviations, not negative")
+            raise ValueError(f"noise: got {repr(self.noise)}, expected standard deviations, not negative")
         if self.rate is not None:
             self._set("rate", number(self.rate, "rate"))
             if self.rate <= 0:
@@ -234,7 +235,7 @@ class Sensor(ABC):
         """
         if seed is not None:
             if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or seed < 0:
-                raise TypeError(f"seed: expected a whole number, not negative, got {seed!r}")
+                raise TypeError(f"seed: expected a whole number, not negative, got {repr(seed)}")
             self._set("seed", int(seed))
         self._set("_line", Line(self.rate, self.delay))
         self._set("_random", self._new_random())
@@ -296,10 +297,10 @@ class Sensor(ABC):
         """What is needed of an object's state."""
         parts = {}
         for part in ("t", "q", *self.NEEDS):
-            if not hasattr(source, part):
+            parts[part] = getattr(source, part, None)
+            if parts[part] is None:
                 expected = ", ".join(("t", "q", *self.NEEDS))
                 raise TypeError(f"{name}: expected an object with {expected}, got {type(source).__name__}")
-            parts[part] = getattr(source, part)
         parts["u"] = getattr(source, "u", None)
         return parts
 

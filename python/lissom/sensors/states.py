@@ -12,7 +12,7 @@ from lissom._lissom import finite_array
 
 Array = NDArray[np.float64]
 
-#: What the parts of a state are, and who asks for them.
+#: What the parts of a state are that not every instrument needs.
 PARTS = {"v": "velocities", "a": "accelerations"}
 
 
@@ -38,19 +38,20 @@ class States:
 
 
 def of(n: int, needed: str, who: str, **given: ArrayLike | None) -> tuple[States, bool]:
-    """Checked states with what is needed of ``v`` and ``a``, and whether it is a single one."""
+    """Checked states, with what is needed of ``v`` and ``a``, and whether it is a single one."""
     q = finite_array(given["q"], "q")
     if q.shape[-1:] != (n,) or q.ndim > 2:
         raise ValueError(f"q: expected shape ({n},) or (k, {n}), got {q.shape}")
     is_one = q.ndim == 1
     rows = {"q": q[None] if is_one else q}
-    for name in needed:
-        value = given[name]
-        if value is None:
-            raise TypeError(f"{name}: got none, expected the {PARTS[name]}: {who} needs them")
-        rows[name] = _like(finite_array(value, name), name, q.shape).reshape(rows["q"].shape)
+    for name, what in PARTS.items():
+        value = given.get(name)
+        if value is not None:
+            rows[name] = _like(finite_array(value, name), name, q.shape).reshape(rows["q"].shape)
+        elif name in needed:
+            raise TypeError(f"{name}: got none, expected the {what}: {who} needs them")
     t = _like(finite_array(given["t"], "t"), "t", q.shape[:-1])
-    if given["u"] is not None:
+    if given.get("u") is not None:
         u = finite_array(given["u"], "u")
         if u.ndim not in (1, q.ndim) or u.shape[: u.ndim - 1] != q.shape[: u.ndim - 1]:
             expected = "(m,)" if is_one else f"(m,) or ({len(q)}, m)"

@@ -15,6 +15,9 @@ from .states import States
 
 Array = NDArray[np.float64]
 
+#: More of them are no instrument.
+MOST_SECTIONS = 10_000
+
 
 @dataclass(frozen=True, eq=False)
 class OnRod(Sensor):
@@ -30,8 +33,8 @@ class OnRod(Sensor):
         sections: tuple[str, ...] = ("",)
         if self.at is not None:
             at = finite_array(self.at, "at")
-            if at.ndim > 1 or at.size == 0:
-                raise ValueError(f"at: expected a number or some of them, got shape {at.shape}")
+            if at.ndim > 1 or not 1 <= at.size <= MOST_SECTIONS:
+                raise ValueError(f"at: expected 1 to {MOST_SECTIONS} numbers, got shape {at.shape}")
             if at.ndim == 1:
                 sections = tuple(f"[{i}]" for i in range(at.size))
             self._set("at", tuple(at.tolist()) if at.ndim else float(at))

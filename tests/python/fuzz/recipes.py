@@ -388,12 +388,17 @@ RECIPES: dict[str, dict | list[dict]] = {
         for name in ("PoseTracker", "Velocimeter", "Gyroscope", "Accelerometer", "Imu")
     },
     "sensors.Marker": _POINT,
+    "sensors.ActuatorLength": {"robot": "v.pulled()", "actuator": "'pull'"} | _DEVICE,
+    "sensors.ActuatorForce": {"robot": "v.pulled()", "actuator": "'pull'"} | _DEVICE,
     "sensors.Encoder": {"robot": "v.robot()", "joint": "'a'"} | _DEVICE,
     "sensors.Tachometer": {"robot": "v.robot()", "joint": "'b.angle'"} | _DEVICE,
     "sensors.CurvatureSensor": _PLACE | {"at": _a(0.0, 0.1)},
     "sensors.StrainGauge": _PLACE | {"offset": _a(0.0, 0.001)},
     "sensors.ForceTorque": _PLACE,
-    "sensors.Sensor.measure": {"self": _SENSOR} | _READING,
+    "sensors.Sensor.measure": [
+        {"self": _SENSOR} | _READING,
+        {"self": "lissom.sensors.ActuatorForce(v.pulled())", "u": _a(2.0)} | _READING,
+    ],
     "sensors.Sensor.read": {"self": _SENSOR} | _READING,
     "sensors.Sensor.observe": {"self": _SENSOR, "simulation": "v.state()"},
     "sensors.Sensor.record": {"self": _SENSOR, "result": "lissom.simulate(v.moving(), 0.01)"},

@@ -66,6 +66,12 @@ def robot():
     return lissom.Robot([link("a"), link("b", parent="a", position=(0.1, 0, 0))])
 
 
+def pulled():
+    """Two coordinates, and a tendon that is told how much to pull."""
+    pull = lissom.Tendon("pull", [lissom.Along(offset=(0, 0.005))], tension=lissom.Input("tension", 1.0))
+    return rod(actuators=[pull])
+
+
 def state():
     """That of `moving`, as a simulation has it."""
     zero = np.zeros(2)
