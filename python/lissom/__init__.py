@@ -3,6 +3,8 @@
 # Names come when they are asked for (PEP 562), so that the command hears Ctrl-C before it imports NumPy.
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from . import sensors as sensors
+    from . import urdf as urdf
     from ._lissom import (
         DOP853,
         RK45,
