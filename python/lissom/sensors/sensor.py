@@ -234,8 +234,10 @@ class Sensor(ABC):
             Of the noise from now on; by default the one that it had.
         """
         if seed is not None:
-            if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or seed < 0:
-                raise TypeError(f"seed: expected a whole number, not negative, got {repr(seed)}")
+            if isinstance(seed, bool) or not isinstance(seed, int | np.integer):
+                raise TypeError(f"seed: expected a whole number, got {repr(seed)}")
+            if seed < 0:
+                raise ValueError(f"seed: got {repr(seed)}, expected a whole number, not negative")
             self._set("seed", int(seed))
         self._set("_line", Line(self.rate, self.delay))
         self._set("_random", self._new_random())
@@ -288,7 +290,7 @@ class Sensor(ABC):
         return ideal
 
     def _new_random(self) -> np.random.Generator:
-        return np.random.default_rng([self.seed, crc32(self.name.encode())])
+        return np.random.default_rng([self.seed, crc32(self.name.encode(errors="surrogatepass"))])
 
     def _states(self, **given: ArrayLike | None) -> tuple[States, bool]:
         return states.of(self.robot.n, self.NEEDS, self.name, **given)
