@@ -57,6 +57,8 @@ mod spectrum;
 pub mod springs;
 pub mod stability;
 pub mod statics;
+pub mod stepping;
 pub mod support;
+mod tape;
 mod unseen;
 pub mod world;

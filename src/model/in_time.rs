@@ -17,6 +17,19 @@ pub trait InTime {
         Ok(())
     }
 
+    /// How many numbers are set from outside while the model moves.
+    fn inputs(&self) -> usize {
+        0
+    }
+
+    /// What they are as long as nobody sets them.
+    fn default_inputs(&self) -> Vec<f64> {
+        Vec::new()
+    }
+
+    /// What they are from now on.
+    fn set_inputs(&mut self, _inputs: &[f64]) {}
+
     /// The times, in seconds, between which the model is known; beyond, what depends on time by itself is NaN.
     fn time_span(&self) -> [f64; 2] {
         [f64::NEG_INFINITY, f64::INFINITY]

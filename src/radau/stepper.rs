@@ -13,6 +13,7 @@ use crate::ode::radau_iia::{
 use crate::ode::{self, Tolerances, initial_step};
 use crate::second_order::{Counters, Failure, Status, Steps, System};
 use crate::signal::end_of_step;
+use crate::tape::Tape;
 
 /// A step must be that many spacings of floating-point numbers long at least (SciPy).
 const SMALLEST_STEP_IN_SPACINGS: f64 = 10.0;
@@ -216,7 +217,7 @@ impl Stepper {
             if error <= 1.0 && finite {
                 self.tangents_are_wanted = newton.wants_jacobian() && !self.stages.have_own_tangents();
                 // The rest of the way says nothing about the size of the step after it.
-                let least = if t_new == horizon { wanted } else { 0.0 };
+                let least = if is_last { wanted } else { 0.0 };
                 self.h = least.max(next_size(h, factor, self.tangents_are_wanted));
                 self.last = Some(sized);
                 self.accept(t_new, h);
@@ -242,6 +243,36 @@ impl Stepper {
         self.stages.accept(h);
         self.stages.forget_start();
         self.counters.steps += 1;
+    }
+
+    /// Goes on to a later end, whatever the status was.
+    pub(crate) fn go_on(&mut self, t_end: f64) {
+        (self.status, self.t_end) = (None, t_end);
+    }
+
+    /// Takes these accelerations for the current ones: what acts has jumped.
+    pub(crate) fn jump(&mut self, a: &[f64]) {
+        self.a.copy_from_slice(a);
+        self.stages.forget_last();
+    }
+
+    /// What goes on from step to step.
+    pub(crate) fn carry(&mut self, tape: &mut Tape<'_>) {
+        for number in [&mut self.t, &mut self.t_end, &mut self.t_old, &mut self.h] {
+            tape.number(number);
+        }
+        let Self { q, v, a, q_old, v_old, a_old, .. } = self;
+        for values in [q, v, a, q_old, v_old, a_old] {
+            tape.numbers(values);
+        }
+        tape.optional(&mut self.last, StepError { h_abs: 0.0, error: 0.0 }, |tape, last| {
+            tape.number(&mut last.h_abs);
+            tape.number(&mut last.error);
+        });
+        tape.flag(&mut self.tangents_are_wanted);
+        self.counters.carry(tape);
+        tape.flag(&mut self.started);
+        self.stages.carry(tape);
     }
 
     /// Current time.
