@@ -5,7 +5,7 @@ const LARGEST_COUNT: f64 = (1_u64 << f64::MANTISSA_DIGITS) as f64;
 
 /// Takes what is passed to it, one after the other, or gives back what it took.
 #[derive(Debug)]
-pub struct Tape<'a>(Mode<'a>);
+pub(crate) struct Tape<'a>(Mode<'a>);
 
 #[derive(Debug)]
 enum Mode<'a> {
@@ -15,23 +15,23 @@ enum Mode<'a> {
 
 impl<'a> Tape<'a> {
     /// Appends to these numbers.
-    pub fn writing(numbers: &'a mut Vec<f64>) -> Self {
+    pub(crate) fn writing(numbers: &'a mut Vec<f64>) -> Self {
         Self(Mode::Writing(numbers))
     }
 
     /// Gives back these numbers.
-    pub fn reading(numbers: &'a [f64]) -> Self {
+    pub(crate) fn reading(numbers: &'a [f64]) -> Self {
         Self(Mode::Reading { rest: numbers, is_right: true })
     }
 
     /// True where what is passed is replaced.
-    pub fn reads(&self) -> bool {
+    pub(crate) fn reads(&self) -> bool {
         matches!(self.0, Mode::Reading { .. })
     }
 
     /// True unless something was read that had not been written so: too little, too much, or what is none of the values that
     /// were asked for.
-    pub fn is_right(&self) -> bool {
+    pub(crate) fn is_right(&self) -> bool {
         match &self.0 {
             Mode::Writing(_) => true,
             Mode::Reading { rest, is_right } => *is_right && rest.is_empty(),
@@ -39,7 +39,7 @@ impl<'a> Tape<'a> {
     }
 
     /// As many numbers.
-    pub fn numbers(&mut self, values: &mut [f64]) {
+    pub(crate) fn numbers(&mut self, values: &mut [f64]) {
         match &mut self.0 {
             Mode::Writing(numbers) => numbers.extend_from_slice(values),
             Mode::Reading { rest, is_right } => match rest.split_at_checked(values.len()) {
@@ -53,16 +53,16 @@ impl<'a> Tape<'a> {
     }
 
     /// One number.
-    pub fn number(&mut self, value: &mut f64) {
+    pub(crate) fn number(&mut self, value: &mut f64) {
         self.numbers(std::slice::from_mut(value));
     }
 
     /// A whole number less than `end`.
-    pub fn below(&mut self, end: usize, value: &mut usize) {
+    pub(crate) fn below(&mut self, end: usize, value: &mut usize) {
         let mut number = *value as f64;
         self.number(&mut number);
         if let Mode::Reading { is_right, .. } = &mut self.0 {
-            if number >= 0.0 && number <= LARGEST_COUNT && number.fract() == 0.0 && (number as usize) < end {
+            if (0.0..=LARGEST_COUNT).contains(&number) && number.fract() == 0.0 && (number as usize) < end {
                 *value = number as usize;
             } else {
                 *is_right = false;
@@ -71,26 +71,31 @@ impl<'a> Tape<'a> {
     }
 
     /// A whole number.
-    pub fn count(&mut self, value: &mut usize) {
+    pub(crate) fn count(&mut self, value: &mut usize) {
         self.below(usize::MAX, value);
     }
 
     /// A small whole number.
-    pub fn small_count(&mut self, value: &mut u32) {
+    pub(crate) fn small_count(&mut self, value: &mut u32) {
         let mut number = *value as usize;
         self.below(u32::MAX as usize, &mut number);
         *value = number as u32;
     }
 
     /// Yes or no.
-    pub fn flag(&mut self, value: &mut bool) {
+    pub(crate) fn flag(&mut self, value: &mut bool) {
         let mut number = usize::from(*value);
         self.below(2, &mut number);
         *value = number == 1;
     }
 
     /// Something that may be missing: `blank` is what is read into.
-    pub fn optional<T>(&mut self, value: &mut Option<T>, blank: T, each: impl FnOnce(&mut Self, &mut T)) {
+    pub(crate) fn optional<T>(
+        &mut self,
+        value: &mut Option<T>,
+        blank: T,
+        each: impl FnOnce(&mut Self, &mut T),
+    ) {
         let mut is_there = value.is_some();
         self.flag(&mut is_there);
         if self.reads() {

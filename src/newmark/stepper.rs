@@ -137,7 +137,7 @@ impl Stepper {
             }
         }
         self.s.copy_from_slice(&self.a);
-        self.started = true;
+        self.started = self.status.is_none();
         Ok(self.status)
     }
 
@@ -330,12 +330,11 @@ impl Stepper {
 
     /// Takes these accelerations for the current ones: what acts has jumped.
     pub(crate) fn jump(&mut self, a: &[f64]) {
-        for i in 0..a.len() {
-            let change = a[i] - self.a[i];
+        for (i, (new, old)) in a.iter().zip(&mut self.a).enumerate() {
             // Those of the method, and those before, are ahead and behind by as much as without.
-            self.s[i] += change;
-            self.a_old[i] += change;
-            self.a[i] = a[i];
+            self.s[i] += new - *old;
+            self.a_old[i] += new - *old;
+            *old = *new;
         }
         self.corrector.doubt_jacobian();
     }

@@ -111,7 +111,7 @@ impl Stepper {
                 None => self.select_first_step(system)?,
             };
         }
-        self.started = true;
+        self.started = self.status.is_none();
         Ok(self.status)
     }
 

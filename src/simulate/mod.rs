@@ -25,8 +25,16 @@ pub struct Control<'a> {
     /// How far these times are apart, in seconds; the first is the start of the run.
     pub step: f64,
     /// Writes the inputs from time, coordinates and velocities. Numbers that are not finite are the caller's mistake.
-    #[allow(clippy::type_complexity, reason = "a function of a state")]
-    pub inputs: &'a mut dyn FnMut(f64, &[f64], &[f64], &mut [f64]) -> Result<(), Interrupted>,
+    pub inputs: &'a mut Inputs<'a>,
+}
+
+/// Inputs as a function of time, coordinates and velocities.
+pub type Inputs<'a> = dyn FnMut(f64, &[f64], &[f64], &mut [f64]) -> Result<(), Interrupted> + 'a;
+
+impl std::fmt::Debug for Control<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Control").field("step", &self.step).finish_non_exhaustive()
+    }
 }
 
 /// What a run has cost. Counters that have no meaning for the method are zero.
