@@ -18,6 +18,7 @@ if TYPE_CHECKING:
         EquilibriumPath,
         Fluid,
         Harmonic,
+        Input,
         JacobianCheck,
         LissomError,
         Load,
@@ -55,6 +56,7 @@ if TYPE_CHECKING:
         solve_ivp,
         statics,
     )
+    from .actuators import ActiveStrain, Along, Chamber, Motor, Tendon, Via
     from .linear import LinearModel, linearise
     from .links import (
         Cylindrical,
@@ -75,9 +77,12 @@ __all__ = [
     "DOP853",
     "RK45",
     "AccuracyWarning",
+    "ActiveStrain",
+    "Along",
     "Balance",
     "BaseMotion",
     "Body",
+    "Chamber",
     "ContinuationResult",
     "ConvergenceError",
     "CriticalPoint",
@@ -88,6 +93,7 @@ __all__ = [
     "Fluid",
     "Free",
     "Harmonic",
+    "Input",
     "JacobianCheck",
     "Joint",
     "LinearModel",
@@ -98,6 +104,7 @@ __all__ = [
     "Model",
     "ModesResult",
     "MotionResult",
+    "Motor",
     "OdeResult",
     "OdeSolver",
     "Planar",
@@ -122,7 +129,9 @@ __all__ = [
     "Statistics",
     "Support",
     "Target",
+    "Tendon",
     "Universal",
+    "Via",
     "Weld",
     "__version__",
     "check_jacobian",
@@ -148,7 +157,9 @@ if not TYPE_CHECKING:
         if name != "_lissom" and name not in __all__:
             raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
         # The second finds NumPy imported by the first: where that is missing or interrupted, Python says so.
-        modules = [import_module(f"lissom.{name}") for name in ("linear", "links", "targets", "_lissom")]
+        modules = [
+            import_module(f"lissom.{name}") for name in ("actuators", "linear", "links", "targets", "_lissom")
+        ]
         found = {known: value for module in modules for known, value in vars(module).items()}
         globals().update({known: found[known] for known in __all__})
         return globals()[name]

@@ -176,12 +176,17 @@ fn steps_of_a_run_are_those_of_simulate_to_the_bit() {
         let method = Method::Newmark(newmark(name, dt));
         let t_span = (t0, t0 + steps as f64 * dt);
         let model = Oscillator::duffing();
-        let whole = simulate(model.clone(), t_span, &START[0], &START[1], &method, None, &mut |_| Ok(())).unwrap();
+        let whole =
+            simulate(model.clone(), t_span, &START[0], &START[1], &method, None, &mut |_| Ok(())).unwrap();
         let mut run = run_of(model, t0, &method, dt);
         assert_eq!(whole.t.len(), steps + 1);
         for i in 1..=steps {
             let a = whole.a.as_ref().unwrap();
-            assert_eq!(leg(&mut run, None, None), [whole.t[i], whole.q[i], whole.v[i], a[i]], "{name}, step {i}");
+            assert_eq!(
+                leg(&mut run, None, None),
+                [whole.t[i], whole.q[i], whole.v[i], a[i]],
+                "{name}, step {i}"
+            );
         }
     }
 }
@@ -279,9 +284,14 @@ fn order_two_with_inputs_that_jump() {
     }
     for name in ["newmark", "hht", "generalised_alpha"] {
         let error = |dt: f64| {
-            let method = Method::Newmark(newmark::Options { rtol: 1e-12.into(), atol: 1e-13.into(), ..newmark(name, dt) });
+            let method = Method::Newmark(newmark::Options {
+                rtol: 1e-12.into(),
+                atol: 1e-13.into(),
+                ..newmark(name, dt)
+            });
             let t_end = f64::from(legs) * step;
-            let found = controlled(model.clone(), (0.0, t_end), &method, step, Some(&[t_end]), |t, _, _| force(t));
+            let found =
+                controlled(model.clone(), (0.0, t_end), &method, step, Some(&[t_end]), |t, _, _| force(t));
             (found.q[0] - wanted[0]).abs().max((found.v[0] - wanted[1]).abs())
         };
         let [coarse, fine] = [error(step / 4.0), error(step / 8.0)];
@@ -290,7 +300,8 @@ fn order_two_with_inputs_that_jump() {
     }
     for (name, method) in methods(0.02).split_off(4) {
         let t_end = f64::from(legs) * step;
-        let found = controlled(model.clone(), (0.0, t_end), &method, step, Some(&[t_end]), |t, _, _| force(t));
+        let found =
+            controlled(model.clone(), (0.0, t_end), &method, step, Some(&[t_end]), |t, _, _| force(t));
         assert!((found.q[0] - wanted[0]).abs() < 2e-3, "{name}: {} {}", found.q[0], wanted[0]);
     }
 }
