@@ -238,8 +238,11 @@ impl<'a> FlowMeter<'a> {
     }
 
     /// Takes note of inputs that have jumped: with them the accelerations have, and energies by this work.
-    pub(crate) fn jump(&mut self, a: &[f64], work: f64) {
-        self.a.copy_from_slice(a);
+    pub(crate) fn jump(&mut self, state: State<'_>, work: f64) {
+        // As it is written now: rotation vectors may have changed.
+        self.q.copy_from_slice(state.q);
+        self.v.copy_from_slice(state.v);
+        self.a.copy_from_slice(state.a);
         self.total[1] += work;
     }
 

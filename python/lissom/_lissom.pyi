@@ -1077,6 +1077,7 @@ def simulate(
     control: Callable[[float, NDArray[np.float64], NDArray[np.float64]], ArrayLike] | None = None,
     control_step: float | None = None,
 ) -> MotionResult: ...
+
 @final
 class Simulation:
     def __new__(

@@ -152,7 +152,9 @@ impl Stepper {
         if self.start(system)?.is_some() {
             return Ok(self.status);
         }
-        self.wrap(system);
+        if self.t < self.t_end {
+            self.settle(system);
+        }
         self.status = if self.t == self.t_end {
             Some(Status::Finished)
         } else if self.counters.steps >= self.options.max_steps {
@@ -169,9 +171,9 @@ impl Stepper {
     }
 
     /// Goes on in other coordinates where those at hand come near a singularity.
-    fn wrap<S: System + ?Sized>(&mut self, system: &mut S) {
+    pub(crate) fn settle<S: System + ?Sized>(&mut self, system: &mut S) {
         let Self { q, v, a, s, .. } = self;
-        if self.t < self.t_end && system.wrap(q, v, &mut [a, s]) {
+        if system.wrap(q, v, &mut [a, s]) {
             // What belongs to the old coordinates.
             self.corrector.forget_jacobian();
             self.a_old.copy_from_slice(&self.a);

@@ -190,6 +190,11 @@ impl Stepper {
         (self.status, self.state.t_end) = (None, t_end);
     }
 
+    /// Goes on in other coordinates where those at hand come near a singularity.
+    pub(crate) fn settle<S: System + ?Sized>(&mut self, system: &mut S) {
+        system.wrap(&mut self.state.y, &mut self.state.f);
+    }
+
     /// The right-hand side at the current state has jumped to this.
     pub(crate) fn rate_mut(&mut self) -> &mut [f64] {
         &mut self.state.f
@@ -202,7 +207,7 @@ impl Stepper {
         tape.flag(&mut self.is_defined);
         match &mut self.scheme {
             Scheme::Explicit(explicit) => explicit.carry(tape),
-            Scheme::Radau(_) => unreachable!("motions of models take `crate::radau`"),
+            Scheme::Radau(_) => unreachable!("implicit motions have a method of second order"),
         }
         self.has_interpolant = false;
     }

@@ -82,6 +82,7 @@ pub(crate) trait Stepped: Send + Sync {
         &mut self,
         monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
     ) -> Result<Status, Interrupted>;
+    fn settle(&mut self);
     fn t(&self) -> f64;
     /// Coordinates, velocities and accelerations.
     fn state(&self) -> [&[f64]; 3];
@@ -117,6 +118,9 @@ impl<M: model::Model + Clone + Send + Sync + 'static> Stepped for Run<M> {
         monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
     ) -> Result<Status, Interrupted> {
         self.finish(monitor)
+    }
+    fn settle(&mut self) {
+        self.settle();
     }
     fn t(&self) -> f64 {
         self.t()

@@ -127,6 +127,7 @@ impl PySimulation {
         let t_span = (start.t, start.t + method.dt());
         let run = model.native().run(t_span, &start.q, &start.v, method);
         let run = run.map_err(with_python_names)?;
+        run.end_of(None)?;
         let inputs = run.inputs().to_vec();
         Ok(Memory { start, run, inputs, outcome: Outcome::Ready })
     }
@@ -336,7 +337,9 @@ impl PySimulation {
         }
         memory.run.set_out(end);
         memory.outcome = Outcome::Raised;
-        let status = memory.finish(py)?;
+        let finished = memory.finish(py);
+        memory.run.settle();
+        let status = finished?;
         memory.outcome = Outcome::Ended(status);
         if status.is_success() {
             return Ok(intern!(py, "finished").clone());

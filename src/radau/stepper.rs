@@ -154,7 +154,7 @@ impl Stepper {
         } else if self.counters.steps >= self.options.max_steps {
             Some(Status::TooManySteps)
         } else {
-            self.wrap(system);
+            self.settle(system);
             self.advance(system)?
         };
         if self.status.is_none() && self.t == self.t_end {
@@ -164,7 +164,7 @@ impl Stepper {
     }
 
     /// Goes on in other coordinates where those at hand come near a singularity.
-    fn wrap<S: System + ?Sized>(&mut self, system: &mut S) {
+    pub(crate) fn settle<S: System + ?Sized>(&mut self, system: &mut S) {
         if system.wrap(&mut self.q, &mut self.v, &mut [&mut self.a]) {
             self.stages.forget_last();
             self.tangents_are_wanted = true;

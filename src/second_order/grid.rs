@@ -34,9 +34,10 @@ impl Grid {
         self.done += 1;
     }
 
-    /// The grid with so many more steps made.
-    pub(crate) fn advanced(self, steps: usize) -> Self {
-        Self { done: self.done.saturating_add(steps), ..self }
+    /// The same with as many steps made as end at `t`; `None` where none does, exactly.
+    pub(crate) fn at(self, t: f64) -> Option<Self> {
+        let grid = Self { done: ((t - self.origin) / self.h).round() as usize, ..self };
+        (grid.after(0) == t).then_some(grid)
     }
 
     /// Prepares equal steps of at most `dt` from `t` to `t_end`; returns after how many in all the end is reached. Where
@@ -84,6 +85,17 @@ mod tests {
         assert_eq!(number_of_steps(1.100001, 0.1), 12);
         assert_eq!(number_of_steps(1e300, 1e-300), usize::MAX);
         assert_eq!(number_of_steps(0.0, 0.1), 0);
+    }
+
+    #[test]
+    fn a_time_is_on_the_grid_or_not() {
+        let grid = Grid::new(0.3, 0.1);
+        for steps in [0, 1, 7, 12_345_678] {
+            let t = 0.3 + f64::from(steps) * 0.1;
+            assert_eq!(grid.at(t).unwrap().after(1), 0.3 + f64::from(steps + 1) * 0.1);
+            assert_eq!(grid.at(t + 0.01), None);
+        }
+        assert_eq!(grid.at(0.2), None);
     }
 
     #[test]

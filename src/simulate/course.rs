@@ -90,6 +90,7 @@ impl<'a, 'c, M: Model> Course<'a, 'c, M> {
         let Some(control) = &mut self.control else { return Ok(None) };
         let end = if is_last { None } else { self.run.end_of(Some(control.step)).ok() };
         self.run.set_out(end.unwrap_or(self.t_span.1));
+        self.run.settle();
         let mut inputs = self.run.inputs().to_vec();
         (control.inputs)(self.run.t(), self.run.q(), self.run.v(), &mut inputs)?;
         if inputs == self.run.inputs() {
@@ -100,7 +101,7 @@ impl<'a, 'c, M: Model> Course<'a, 'c, M> {
         let work = self.run.energy()?.total() - before;
         let status = self.run.begin()?;
         if let Some(meter) = &mut self.meter {
-            meter.jump(self.run.a(), work);
+            self.run.observe(|_, state| meter.jump(state, work));
         }
         Ok(status)
     }

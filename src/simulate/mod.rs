@@ -18,6 +18,7 @@ use crate::stepping::Run;
 
 pub use crate::stepping::{Method, Status};
 
+use crate::stepping::check_span;
 pub(crate) use crate::stepping::check_step;
 
 /// What sets the inputs of a model during a run, at times that are equally far apart; in between they are held.
@@ -192,7 +193,13 @@ impl Order<'_> {
         if times.is_none() {
             limit_steps(&mut method, n);
         }
-        let run = Run::new(model, t_span, q0, v0, &method)?;
+        check_span(model.time_span(), t_span)?;
+        let first_leg = match &control {
+            // As of a run that is stepped from outside: the first step of a method that chooses it depends on that.
+            Some(_) => (t_span.0, t_span.1.min(t_span.0 + method.dt())),
+            None => t_span,
+        };
+        let run = Run::new(model, first_leg, q0, v0, &method)?;
         let recorder = Recorder::new(n, run.inputs().len(), points, times.as_deref());
         let mut course = Course::new(run, recorder, t_span, control);
         let status = course.finish([q0, v0], &method, times.as_deref(), monitor);

@@ -84,6 +84,15 @@ impl<M: Model> Integrator<M> {
         }
     }
 
+    /// Goes on in other coordinates where those at hand come near a singularity.
+    pub(super) fn settle(&mut self) {
+        match self {
+            Self::Newmark { model, stepper } => stepper.settle(&mut FreeMotion(model)),
+            Self::Radau { model, stepper } => stepper.settle(&mut FreeMotion(model)),
+            Self::FirstOrder { system, stepper, .. } => stepper.settle(&mut **system),
+        }
+    }
+
     /// Takes these accelerations for the current ones.
     pub(super) fn jump(&mut self, a: &[f64]) {
         match self {

@@ -27,5 +27,5 @@ pub use method::Method;
 pub use run::Run;
 pub use status::Status;
 
-pub(crate) use method::check_step;
+pub(crate) use method::{check_span, check_step};
 pub(crate) use status::Stop;

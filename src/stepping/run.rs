@@ -24,8 +24,6 @@ pub struct Run<M> {
     known: [f64; 2],
     /// Where single steps from outside end.
     grid: Grid,
-    /// The end of this leg, and how many steps of the grid it is if it is whole ones.
-    leg: (f64, Option<usize>),
     inputs: Vec<f64>,
     inputs_have_jumped: bool,
     /// Accelerations after that.
@@ -60,7 +58,6 @@ impl<M: Model> Run<M> {
             dt,
             known,
             grid: Grid::new(t_span.0, dt),
-            leg: (t_span.1, Some(number_of_steps(t_span.1 - t_span.0, dt))),
             inputs,
             inputs_have_jumped: false,
             jumped: vec![0.0; n],
@@ -75,14 +72,15 @@ impl<M: Model> Run<M> {
     /// Fails when that is no time to come, or one at which the model is not known.
     pub fn end_of(&self, duration: Option<f64>) -> Result<f64, InvalidInput> {
         let (t, way) = (self.t(), duration.unwrap_or(self.dt));
+        let place = if duration.is_some() { "duration" } else { "dt" };
         if !(way.is_finite() && way > 0.0) {
-            return Err(InvalidInput::new("duration", Number(way), "a finite number > 0 (seconds)"));
+            return Err(InvalidInput::new(place, Number(way), "a finite number > 0 (seconds)"));
         }
         let steps = number_of_steps(way, self.dt);
-        let end = if is_whole(way, steps, self.dt) { self.grid.after(steps) } else { t + way };
+        let end = if is_whole(way, steps, self.dt) { self.grid_now().after(steps) } else { t + way };
         if !(end > t && end.is_finite()) {
             let expected = "one that rounding of the time does not swallow";
-            return Err(InvalidInput::new("duration", Number(way), expected));
+            return Err(InvalidInput::new(place, Number(way), expected));
         }
         if !covers(self.known, end) {
             let [from, to] = self.known;
@@ -90,22 +88,22 @@ impl<M: Model> Run<M> {
             let expected = format!(
                 "one that ends within [{from}, {to}] (seconds), where all prescribed motion is known"
             );
-            return Err(InvalidInput::new("duration", found, expected));
+            return Err(InvalidInput::new(place, found, expected));
         }
         Ok(end)
     }
 
     /// Begins a leg, which ends at this time: a later one than now.
     pub fn set_out(&mut self, t_end: f64) {
-        if self.t() != self.leg.0 {
-            // The last leg ended on its way.
-            self.grid = Grid::new(self.t(), self.dt);
-        }
-        let way = t_end - self.t();
-        let steps = number_of_steps(way, self.dt);
-        self.leg = (t_end, is_whole(way, steps, self.dt).then_some(steps));
+        self.grid = self.grid_now();
         self.stop = None;
         self.integrator.go_on(t_end);
+    }
+
+    /// Where single steps from now on end.
+    fn grid_now(&self) -> Grid {
+        let t = self.t();
+        self.grid.at(t).unwrap_or_else(|| Grid::new(t, self.dt))
     }
 
     /// What is set from outside, from now on.
@@ -163,24 +161,23 @@ impl<M: Model> Run<M> {
         if self.integrator.steps() > steps {
             self.stop = self.integrator.observe(|model, state| Stop::where_flawed(model, state.t, state.q));
         }
-        if self.t() == self.leg.0 {
-            self.grid = match self.leg.1 {
-                Some(steps) => self.grid.advanced(steps),
-                None => Grid::new(self.leg.0, self.dt),
-            };
-        }
         Ok(self.stop.as_ref().map(|stop| stop.status).or(status))
     }
 
-    /// Makes steps to the end of this leg, and says how it ended. `monitor` sees the time after every one of them and may
+    /// Writes the state with rotation vectors no longer than pi, where a step has passed that. The next step would.
+    pub fn settle(&mut self) {
+        self.integrator.settle();
+    }
+
+    /// Makes steps to the end of this leg, [settles](Self::settle), and says how it ended. `monitor` sees the time after every one of them and may
     /// interrupt them.
     pub fn finish(
         &mut self,
         monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
     ) -> Result<Status, Interrupted> {
         loop {
-            let status = self.step()?;
-            if let Some(status) = status {
+            if let Some(status) = self.step()? {
+                self.settle();
                 return Ok(status);
             }
             monitor(self.t())?;
@@ -281,8 +278,6 @@ impl<M: Model> Run<M> {
         tape.numbers(&mut self.inputs);
         tape.flag(&mut self.inputs_have_jumped);
         self.grid.carry(tape);
-        tape.number(&mut self.leg.0);
-        tape.optional(&mut self.leg.1, 0, Tape::count);
         self.integrator.carry(tape);
     }
 }
