@@ -198,6 +198,8 @@ impl PyMotionResult {
         }
         let of_model = model.as_ref().map_or(n, |model| model.get().n());
         check.require(of_model == n, "model", of_model, "a model of as many coordinates");
+        let of_model = model.as_ref().map_or(inputs, |model| model.get().native().inputs());
+        check.require([0, of_model].contains(&inputs), "u", inputs, "the inputs of the model");
         check.finish()?;
         let (stats, success, status, message, doubt) = outcome;
         let (q, v, u) = (rows(&states.1, "q")?, rows(&states.2, "v")?, array(&states.3, "u", inputs)?);
