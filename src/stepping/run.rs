@@ -169,8 +169,8 @@ impl<M: Model> Run<M> {
         self.integrator.settle();
     }
 
-    /// Makes steps to the end of this leg, [settles](Self::settle), and says how it ended. `monitor` sees the time after every one of them and may
-    /// interrupt them.
+    /// Makes steps to the end of this leg, [settles](Self::settle), and says how it ended. `monitor` sees the time after
+    /// every one of them and may interrupt them.
     pub fn finish(
         &mut self,
         monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
