@@ -1,11 +1,13 @@
 //! The recursions along a rod.
 
+pub(crate) mod acceleration;
 pub(crate) mod elasticity;
 pub(crate) mod energy;
 pub(crate) mod hinge;
 pub(crate) mod inputs;
 pub(crate) mod inverse_dynamics;
 pub(crate) mod kinematics;
+pub(crate) mod lines;
 pub(crate) mod momentum;
 mod points;
 pub(crate) mod section;
