@@ -34,6 +34,7 @@ mod section;
 mod segment;
 mod signal;
 mod simulate;
+mod simulation;
 mod statics;
 mod support;
 mod words;
@@ -85,7 +86,7 @@ mod _lissom {
     use super::roots::{PyJacobianCheck, PyRootResult, check_jacobian_of, jacobian, root};
 
     #[pymodule_export]
-    use super::scene::{PyScene, PySceneProblem, PySimulation, SceneError};
+    use super::scene::{PyScene, PySceneProblem, PySimulationSettings, SceneError};
     #[pymodule_export]
     use super::section::PySection;
     #[pymodule_export]
@@ -94,6 +95,8 @@ mod _lissom {
     use super::signal::{PyHarmonic, PyInput};
     #[pymodule_export]
     use super::simulate::{choose_modes, simulate};
+    #[pymodule_export]
+    use super::simulation::PySimulation;
     #[pymodule_export]
     use super::statics::{
         PyContinuationResult, PyCriticalPoint, PyEquilibriumPath, PyStaticsResult, continuation, statics,

@@ -11,5 +11,6 @@ mod rod;
 mod roots;
 mod scene;
 mod statics;
+mod stepping;
 mod surroundings;
 mod tree;

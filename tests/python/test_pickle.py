@@ -48,6 +48,12 @@ RESULTS = {
     "simulate": lambda: lissom.simulate(ROD, 0.05),
     "simulate, radau": lambda: lissom.simulate(ROD, 0.05, method="radau"),
     "simulate, auto": lambda: lissom.simulate(ROD, 0.05, method="auto", rtol=1e-2),
+    "simulate, controlled": lambda: lissom.simulate(
+        lissom.Rod([WIRE], loads=[lissom.Load(force=lissom.Input("push", (0.0, 0.0, 0.1)))]),
+        0.05,
+        control=lambda t, q, v: [0.0, 0.0, t],
+    ),
+    "Simulation": lambda: stepped(lissom.Simulation(ROD, dt=1e-3)),
     "simulate, failed at once": lambda: lissom.simulate(ROD, 1.0, dt=1e-2, max_steps=0),
     "newmark": lambda: lissom.newmark(lambda t, q, v, a: a + q, (0.0, 1.0), [1.0], [0.0], dt=0.1),
     "Balance": lambda: lissom.simulate(ROD, 0.05).balance,
@@ -96,6 +102,11 @@ WAYS = {
         for protocol in range(2, pickle.HIGHEST_PROTOCOL + 1)
     },
 }
+
+
+def stepped(simulation):
+    simulation.step(duration=5.5e-3)
+    return simulation
 
 
 def problem_of(text):
@@ -246,13 +257,15 @@ def test_modes_that_a_scene_left_open_are_not_chosen_again():
 def test_nonsense_is_not_restored():
     result = lissom.simulate(ROD, 0.05)
     restore, (states, flow, outcome, model) = result.__reduce__()
-    t, q, v, a = states
+    t, q, v, u, a = states
     pendulum = lissom.SpringPendulum()
     wrong = [
-        ((t[:-1], q, v, a), flow, outcome, model),
-        ((t, q, v[:, :-1], a), flow, outcome, model),
-        ((t, q, v, a[1:]), flow, outcome, model),
-        ((t, "q", v, a), flow, outcome, model),
+        ((t[:-1], q, v, u, a), flow, outcome, model),
+        ((t, q, v[:, :-1], u, a), flow, outcome, model),
+        ((t, q, v, u, a[1:]), flow, outcome, model),
+        ((t, "q", v, u, a), flow, outcome, model),
+        ((t, q, v, u[1:], a), flow, outcome, model),
+        ((t, q, v, q, a), flow, outcome, model),
         (states, ([0.0], flow[1]), outcome, model),
         (states, flow, outcome, pendulum),
     ]

@@ -273,6 +273,9 @@ RECIPES: dict[str, dict | list[dict]] = {
         "self": "lissom.solve_ivp(lambda t, y: -y, (0, 1), [1.0, 2.0], dense_output=True).sol",
         "t": _a(0.0, 0.5),
     },
+    "Simulation.step": {"self": "v.simulation()", "duration": "0.01"},
+    "Simulation.reset": {"self": "v.simulation()", "q0": _a(0.1, 0.2), "v0": _a(0.0, 0.1), "t0": "0.1"},
+    "Simulation.copy": {"self": "v.simulation()"},
     "OdeSolver.step": {"self": "v.stepper('{solver}')"},
     "OdeSolver.dense_output": {"self": "v.stepper('{solver}')"},
     "OdeSolver.error_estimate": {"self": "v.stepper('{solver}')"},
@@ -364,6 +367,19 @@ RECIPES: dict[str, dict | list[dict]] = {
         "progress": "lambda t: None",
         "max_steps": "500",
     },
+    "Simulation": [
+        {
+            "model": _MODEL,
+            "dt": "0.01",
+            "method": "'{stepped}'",
+            "q0": _a(0.1, 0.2),
+            "v0": _a(0.0, 0.0),
+            "t0": "0.1",
+            "rtol": "1e-4",
+            "atol": "1e-6",
+        },
+        {"model": _MODEL, "dt": "0.01", "adaptive": "True", "max_step": "0.01", "min_step": "1e-6"},
+    ],
     "solve_ivp": {
         "fun": "lambda t, y: -y",
         "t_span": "(0.0, 1.0)",
@@ -429,6 +445,7 @@ CHOICES = {
         "central_difference",
     ],
 }
+CHOICES["stepped"] = CHOICES["method"][:6]
 #: Parameters whose values are not judged as numbers: anything may be passed on.
 OPAQUE = {"args", "options"}
 #: Callbacks whose values are a wish, not a number.

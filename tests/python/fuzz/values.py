@@ -411,3 +411,10 @@ def stepper(name):
     solver = getattr(lissom, name)(lambda t, y: -y, 0.0, [1.0, 2.0], 1.0)
     solver.step()
     return solver
+
+
+def simulation():
+    """A simulation after its first step."""
+    simulation = lissom.Simulation(rod(), dt=0.01)
+    simulation.step()
+    return simulation
