@@ -340,10 +340,7 @@ class Actuated:
             q = self.q[dofs][own]
 
             def energy(q, amount, segment=segment, start=start, inside=inside):
-                def along(X, start=start):
-                    return shape(start + X)
-
-                return strain_energy(segment, q, amount * unit, along, inside)
+                return strain_energy(segment, q, amount * unit, shape, start, inside)
 
             for k, step in enumerate(np.eye(segment.n)):
                 difference = [energy(q + step, on) - energy(q - step, on) for on in (active.amount, 0)]
@@ -351,11 +348,11 @@ class Actuated:
         return force
 
 
-def strain_energy(segment, q, driven, shape, kinks):
-    """Elastic energy of a segment with `driven` (6,) times `shape` at an arc length added to its rest."""
+def strain_energy(segment, q, driven, shape, start, kinks):
+    """Elastic energy of a segment from `start` on, with `driven` (6,) times `shape` added to its rest."""
 
     def density(X):
-        strain = segment.basis(X) @ q - driven * shape(X)
+        strain = segment.basis(X) @ q - driven * shape(start + X)
         return strain @ segment.stiffness(X) @ strain / 2
 
     return quad(density, 0, segment.length, points=kinks or None, epsabs=0, epsrel=1e-12)[0]

@@ -127,7 +127,7 @@ TILL_VALUES = {
     20.0: (0.2305250632385, 0.4211162152456, 0.485124018385, 0.02831044122014),
 }
 
-#: The robot of Rucker and Webster (2011) with three parallel tendons, in the numbers of Tummers et al. (2023),
+#: The robot of Rucker and Webster (2011) with three parallel tendons, as in Tummers et al. (2023),
 #: with G = E / (2 (1 + nu)); its first tendon is on the side of +x.
 RUCKER_AND_WEBSTER = TendonRod(
     0.242,
