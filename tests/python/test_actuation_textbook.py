@@ -219,7 +219,7 @@ def test_statics_without_sliding_have_no_friction_and_say_so():
 
 @pytest.mark.parametrize("sliding", [1.0, -1.0, 0.4])
 def test_capstan_on_an_arc(sliding):
-    """Other tendons bend the rod; what the tension does to mode k is T d int e^(-mu sliding kappa X) P_k dX."""
+    """Other tendons bend the rod; what the tension does to mode k is T d int e^(-mu sigma kappa X) P_k dX."""
     mu, kappa, T = 0.4, 3.0, 0.7
     others = [lissom.Tendon(f"t{i}", along(y, -D), tension=5.0) for i, y in enumerate((-0.01, 0.01))]
     with_friction = lissom.Tendon("f", along(0.0, D), tension=T, friction=mu, sliding=sliding)
