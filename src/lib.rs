@@ -24,6 +24,7 @@
 //! ended is a status in its result.
 
 pub mod accuracy;
+pub mod actuator;
 pub mod balance;
 pub mod body;
 mod derivatives;

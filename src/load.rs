@@ -52,7 +52,7 @@ impl Load {
 
     /// Whether its force or its moment depends on time by itself.
     pub(crate) fn varies_in_time(&self) -> bool {
-        self.force.constant().is_none() || self.moment.constant().is_none()
+        self.force.varies_in_time() || self.moment.varies_in_time()
     }
 
     /// How far a step from `t` may go that cannot pass over a part of it unseen ([`Signal::horizon`]).

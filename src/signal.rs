@@ -16,6 +16,17 @@ pub enum Signal<const N: usize> {
     Table(Arc<Table<N>>),
     /// Anything else.
     Function(Function<N>),
+    /// Set from outside while a model moves.
+    Input(Input<N>),
+}
+
+/// N numbers that a controller sets. Those of one name are one.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Input<const N: usize> {
+    /// What it is known by.
+    pub name: Arc<str>,
+    /// What it is as long as nobody sets it.
+    pub value: [f64; N],
 }
 
 impl<const N: usize> From<[f64; N]> for Signal<N> {
@@ -31,14 +42,25 @@ impl<const N: usize> Default for Signal<N> {
 }
 
 impl<const N: usize> Signal<N> {
-    /// The value at a time. Only a function can fail.
+    /// The value at a time; of an input the one that it has as long as nobody sets it. Only a function can fail.
     pub fn at(&self, t: f64) -> Result<[f64; N], Interrupted> {
         match self {
             Self::Constant(value) => Ok(*value),
             Self::Harmonic(harmonic) => Ok(harmonic.at(t)),
             Self::Table(table) => Ok(table.at(t)),
             Self::Function(Function(function)) => function.value(t),
+            Self::Input(input) => Ok(input.value),
         }
+    }
+
+    /// What of it is set from outside.
+    pub fn input(&self) -> Option<&Input<N>> {
+        if let Self::Input(input) = self { Some(input) } else { None }
+    }
+
+    /// Whether it depends on time by itself.
+    pub fn varies_in_time(&self) -> bool {
+        !matches!(self, Self::Constant(_) | Self::Input(_))
     }
 
     /// The value, if it is always the same.
@@ -57,7 +79,7 @@ impl<const N: usize> Signal<N> {
         /// Four looks a period see every oscillation.
         const LOOKS: f64 = 4.0;
         match self {
-            Self::Constant(_) | Self::Function(_) => f64::INFINITY,
+            Self::Constant(_) | Self::Function(_) | Self::Input(_) => f64::INFINITY,
             Self::Harmonic(_) => (t + self.period() / LOOKS).max(t.next_up()),
             Self::Table(table) => table.next_time(t),
         }
@@ -81,6 +103,15 @@ impl<const N: usize> Signal<N> {
             }
             Self::Constant(value) => _ = check.finite(value, place),
             Self::Harmonic(harmonic) => _ = check.nested(place, harmonic.validate()),
+            Self::Input(input) => {
+                check.require(
+                    !input.name.is_empty(),
+                    &format!("{place}.name"),
+                    "\"\"",
+                    "a name for the input",
+                );
+                check.finite(&input.value, &format!("{place}.default"));
+            }
             // A table was checked when it was made; what a function returns is seen when it is called.
             Self::Table(_) | Self::Function(_) => {}
         }

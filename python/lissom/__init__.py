@@ -18,6 +18,7 @@ if TYPE_CHECKING:
         EquilibriumPath,
         Fluid,
         Harmonic,
+        Input,
         JacobianCheck,
         LissomError,
         Load,
@@ -54,6 +55,7 @@ if TYPE_CHECKING:
         solve_ivp,
         statics,
     )
+    from .actuators import ActiveStrain, Along, Chamber, Motor, Tendon, Via
     from .linear import LinearModel, linearise
     from .links import (
         Cylindrical,
@@ -74,9 +76,12 @@ __all__ = [
     "DOP853",
     "RK45",
     "AccuracyWarning",
+    "ActiveStrain",
+    "Along",
     "Balance",
     "BaseMotion",
     "Body",
+    "Chamber",
     "ContinuationResult",
     "ConvergenceError",
     "CriticalPoint",
@@ -87,6 +92,7 @@ __all__ = [
     "Fluid",
     "Free",
     "Harmonic",
+    "Input",
     "JacobianCheck",
     "Joint",
     "LinearModel",
@@ -97,6 +103,7 @@ __all__ = [
     "Model",
     "ModesResult",
     "MotionResult",
+    "Motor",
     "OdeResult",
     "OdeSolver",
     "Planar",
@@ -120,7 +127,9 @@ __all__ = [
     "Statistics",
     "Support",
     "Target",
+    "Tendon",
     "Universal",
+    "Via",
     "Weld",
     "__version__",
     "check_jacobian",
@@ -146,7 +155,9 @@ if not TYPE_CHECKING:
         if name != "_lissom" and name not in __all__:
             raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
         # The second finds NumPy imported by the first: where that is missing or interrupted, Python says so.
-        modules = [import_module(f"lissom.{name}") for name in ("linear", "links", "targets", "_lissom")]
+        modules = [
+            import_module(f"lissom.{name}") for name in ("actuators", "linear", "links", "targets", "_lissom")
+        ]
         found = {known: value for module in modules for known, value in vars(module).items()}
         globals().update({known: found[known] for known in __all__})
         return globals()[name]

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from typing_extensions import deprecated, disjoint_base
 
+from .actuators import Along, Via, _Actuator
 from .links import Joint, Link
 from .targets import Target
 
@@ -23,21 +24,56 @@ class ConvergenceError(LissomError):
 class Model:
     @property
     def n(self) -> int: ...
+    @property
+    def inputs(self) -> tuple[str, ...]: ...
+    @property
+    def u0(self) -> NDArray[np.float64]: ...
+    def input_tangent(
+        self,
+        q: ArrayLike,
+        qd: ArrayLike | None = None,
+        qdd: ArrayLike | None = None,
+        *,
+        t: float | None = None,
+        u: ArrayLike | None = None,
+    ) -> NDArray[np.float64]: ...
     def check_shape(self, q: ArrayLike) -> None: ...
     def inverse_dynamics(
-        self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, *, t: float | None = None
+        self,
+        q: ArrayLike,
+        qd: ArrayLike,
+        qdd: ArrayLike,
+        *,
+        t: float | None = None,
+        u: ArrayLike | None = None,
     ) -> NDArray[np.float64]: ...
     def mass_matrix(self, q: ArrayLike, *, t: float | None = None) -> NDArray[np.float64]: ...
     def forward_dynamics(
-        self, q: ArrayLike, qd: ArrayLike, *, t: float | None = None
+        self, q: ArrayLike, qd: ArrayLike, *, t: float | None = None, u: ArrayLike | None = None
     ) -> NDArray[np.float64]: ...
     def tangent(
-        self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, *, t: float | None = None
+        self,
+        q: ArrayLike,
+        qd: ArrayLike,
+        qdd: ArrayLike,
+        *,
+        t: float | None = None,
+        u: ArrayLike | None = None,
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]: ...
-    def energy(self, q: ArrayLike, qd: ArrayLike, *, t: float | None = None) -> Energy: ...
-    def dissipated_power(self, q: ArrayLike, qd: ArrayLike, *, t: float | None = None) -> float: ...
+    def energy(
+        self, q: ArrayLike, qd: ArrayLike, *, t: float | None = None, u: ArrayLike | None = None
+    ) -> Energy: ...
+    def dissipated_power(
+        self, q: ArrayLike, qd: ArrayLike, *, t: float | None = None, u: ArrayLike | None = None
+    ) -> float: ...
     def supplied_power(
-        self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike | None = None, *, t: float | None = None
+        self,
+        q: ArrayLike,
+        qd: ArrayLike,
+        qdd: ArrayLike | None = None,
+        *,
+        t: float | None = None,
+        u: ArrayLike | None = None,
     ) -> float: ...
 
 @final
@@ -358,8 +394,10 @@ def jacobian(
     x_scale: ArrayLike | None = None,
     args: tuple[Any, ...] = (),
 ) -> NDArray[np.float64]: ...
+def check_actuator(object: _Actuator) -> None: ...
 def check_joint(joint: Joint) -> None: ...
 def check_link(link: Link) -> None: ...
+def check_path(object: Along | Via) -> None: ...
 def check_target(target: Target) -> None: ...
 def check_jacobian(
     fun: Callable[..., Any],
@@ -491,8 +529,20 @@ class Segment:
     def __ne__(self, other: object, /) -> bool: ...
     def __getnewargs_ex__(self) -> tuple[tuple[()], dict[str, Any]]: ...
 
-#: Three numbers, or what varies in time: (times, values), a Harmonic, or a function of time.
-_Vector: TypeAlias = ArrayLike | tuple[ArrayLike, ArrayLike] | Harmonic | Callable[[float], ArrayLike]
+#: Three numbers, or what varies in time: (times, values), a Harmonic, an Input, or a function of time.
+_Vector: TypeAlias = ArrayLike | tuple[ArrayLike, ArrayLike] | Harmonic | Input | Callable[[float], ArrayLike]
+
+@final
+class Input:
+    def __new__(cls, name: str, default: ArrayLike = 0.0) -> Self: ...
+    @property
+    def name(self) -> str: ...
+    @property
+    def default(self) -> float | tuple[float, float, float]: ...
+    def __eq__(self, other: object, /) -> bool: ...
+    def __ne__(self, other: object, /) -> bool: ...
+    __hash__: ClassVar[None]  # type: ignore[assignment]
+    def __getnewargs__(self) -> tuple[str, float | tuple[float, float, float]]: ...
 
 @final
 class Harmonic:
@@ -668,6 +718,7 @@ class Robot(Model):
         supports: Iterable[Support] = (),
         fluid: Fluid | None = None,
         base_motion: BaseMotion | None = None,
+        actuators: Iterable[_Actuator] = (),
     ) -> Robot: ...
     @staticmethod
     def from_urdf(path: str | PathLike[str], **options: Any) -> Robot: ...
@@ -688,6 +739,22 @@ class Robot(Model):
     def fluid(self) -> Fluid | None: ...
     @property
     def base_motion(self) -> BaseMotion | None: ...
+    @property
+    def actuators(self) -> tuple[_Actuator, ...]: ...
+    def actuator_length(self, name: str, q: ArrayLike, *, t: ArrayLike | None = None) -> Any: ...
+    def actuator_rate(self, name: str, q: ArrayLike, qd: ArrayLike, *, t: ArrayLike | None = None) -> Any: ...
+    def actuator_gradient(
+        self, name: str, q: ArrayLike, *, t: ArrayLike | None = None
+    ) -> NDArray[np.float64]: ...
+    def actuator_force(
+        self,
+        name: str,
+        q: ArrayLike,
+        qd: ArrayLike,
+        *,
+        t: ArrayLike | None = None,
+        u: ArrayLike | None = None,
+    ) -> Any: ...
     @property
     def nodes(self) -> tuple[int, ...]: ...
     @property
@@ -725,6 +792,7 @@ class Robot(Model):
         *,
         link: str | None = None,
         t: ArrayLike | None = None,
+        u: ArrayLike | None = None,
     ) -> NDArray[np.float64]: ...
     def strain(
         self, q: ArrayLike, X: ArrayLike | None = None, *, link: str | None = None
@@ -739,6 +807,7 @@ class Robot(Model):
         link: str | None = None,
         t: ArrayLike | None = None,
         by: Literal["balance", "material"] = "balance",
+        u: ArrayLike | None = None,
     ) -> NDArray[np.float64]: ...
     def reach(
         self,
@@ -758,7 +827,13 @@ class Robot(Model):
         restarts: int = 8,
     ) -> ReachResult: ...
     def base_wrench(
-        self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, *, t: ArrayLike | None = None
+        self,
+        q: ArrayLike,
+        qd: ArrayLike,
+        qdd: ArrayLike,
+        *,
+        t: ArrayLike | None = None,
+        u: ArrayLike | None = None,
     ) -> NDArray[np.float64]: ...
     def __getnewargs_ex__(self) -> tuple[tuple[Any, ...], dict[str, Any]]: ...
 
@@ -779,6 +854,7 @@ class Rod(Robot):
         base_motion: BaseMotion | None = None,
         supports: Iterable[Support] = (),
         fluid: Fluid | None = None,
+        actuators: Iterable[_Actuator] = (),
     ) -> Rod: ...
     @property
     def segments(self) -> tuple[Segment, ...]: ...

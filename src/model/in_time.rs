@@ -17,6 +17,14 @@ pub trait InTime {
         Ok(())
     }
 
+    /// How many numbers are set from outside: u.
+    fn inputs(&self) -> usize {
+        0
+    }
+
+    /// From now on these are u. Before anything is evaluated, a time has to be set again where something varies in it.
+    fn set_inputs(&mut self, _u: &[f64]) {}
+
     /// The times, in seconds, between which the model is known; beyond, what depends on time by itself is NaN.
     fn time_span(&self) -> [f64; 2] {
         [f64::NEG_INFINITY, f64::INFINITY]

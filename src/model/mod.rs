@@ -54,6 +54,9 @@ pub trait Model: Elastic + InTime + Discretised {
         3.0
     }
 
+    /// The derivative of `tau` with respect to the inputs, n x m, exact.
+    fn input_tangent(&mut self, _q: &[f64], _qd: &[f64], _qdd: &[f64], _tangent: &mut Matrix) {}
+
     /// The symmetric positive definite mass matrix.
     fn mass_matrix(&mut self, q: &[f64], mass: &mut Matrix);
 

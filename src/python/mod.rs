@@ -5,6 +5,7 @@
 
 #![allow(missing_docs, reason = "docstrings of this module are written for Python's help()")]
 
+mod actuation;
 mod background;
 mod balance;
 mod base;
@@ -44,6 +45,8 @@ use pyo3::prelude::*;
 mod _lissom {
     use super::*;
 
+    #[pymodule_export]
+    use super::actuation::{check_actuator, check_path};
     #[pymodule_export]
     use super::balance::PyBalance;
     #[pymodule_export]
@@ -86,7 +89,7 @@ mod _lissom {
     #[pymodule_export]
     use super::segment::PySegment;
     #[pymodule_export]
-    use super::signal::PyHarmonic;
+    use super::signal::{PyHarmonic, PyInput};
     #[pymodule_export]
     use super::simulate::{choose_modes, simulate};
     #[pymodule_export]

@@ -6,6 +6,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use numpy::{IntoPyArray, PyArray1, PyArray2};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
+use pyo3::types::PyTuple;
 
 use super::callback::or_raised;
 use super::convert;
@@ -145,20 +146,34 @@ impl PyModel {
         self.memory.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// What `evaluate` makes of the model at the time of a state.
-    fn at<T>(&self, t: Option<f64>, evaluate: impl FnOnce(&mut Memory) -> T) -> PyResult<T> {
+    /// What `evaluate` makes of the model at the time of a state, with these inputs.
+    fn at<T>(
+        &self,
+        t: Option<f64>,
+        u: Option<&Bound<'_, PyAny>>,
+        evaluate: impl FnOnce(&mut Memory) -> T,
+    ) -> PyResult<T> {
         let t = time_of_state(t, self.depends_on_time)?;
         check_time(t, self.memory().model.time_span())?;
-        if !self.varies_in_time {
+        if !self.varies_in_time && u.is_none() {
             return Ok(evaluate(&mut self.memory()));
         }
-        // A copy: functions of time may be Python code, which may ask this very model.
+        // A copy: functions of time may be Python code, which may ask this very model; and the model keeps its inputs.
         let mut memory = self.memory().clone();
+        if let Some(u) = u {
+            let u = self.inputs_of(u)?;
+            memory.model.set_inputs(&u);
+        }
         or_raised(memory.model.set_time(t))?;
         if let Some(what) = memory.model.not_finite() {
             return Err(PyValueError::new_err(format!("{what}, expected finite numbers")));
         }
         Ok(evaluate(&mut memory))
+    }
+
+    /// Values for all inputs.
+    pub(super) fn inputs_of(&self, u: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
+        convert::finite_vector_of(u, self.memory().model.inputs(), "u")
     }
 
     fn state(&self, value: &Bound<'_, PyAny>, name: &str) -> PyResult<Vec<f64>> {
@@ -201,6 +216,59 @@ impl PyModel {
         self.n
     }
 
+    /// Names of the inputs: of all that is set from outside, in the order of u.
+    #[getter]
+    pub(super) fn inputs<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        let names = self.memory().model.robot().map_or_else(Vec::new, |robot| robot.inputs().names());
+        PyTuple::new(py, names)
+    }
+
+    /// Values of the inputs as long as nobody sets them, shape (m,).
+    #[getter]
+    fn u0<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        let defaults =
+            self.memory().model.robot().map_or_else(Vec::new, |robot| robot.inputs().defaults().to_vec());
+        defaults.into_pyarray(py)
+    }
+
+    /// Exact derivatives of the inverse dynamics with respect to the inputs.
+    ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (n,)
+    ///     Coordinates.
+    /// qd, qdd : array_like, shape (n,), optional
+    ///     Velocities and accelerations; by default zero.
+    /// t : float, optional
+    ///     The time of the state, seconds; needed where something varies in time.
+    /// u : array_like, shape (m,), optional
+    ///     The inputs; by default as they are by themselves.
+    ///
+    /// Returns
+    /// -------
+    /// dtau_du : ndarray, shape (n, m)
+    ///     A small change of the inputs changes the accelerations by ``-solve(mass_matrix(q), dtau_du @ change)``.
+    #[pyo3(signature = (q, qd=None, qdd=None, *, t=None, u=None))]
+    fn input_tangent<'py>(
+        &self,
+        py: Python<'py>,
+        q: &Bound<'py, PyAny>,
+        qd: Option<&Bound<'py, PyAny>>,
+        qdd: Option<&Bound<'py, PyAny>>,
+        #[pyo3(from_py_with = convert::optional_number)] t: Option<f64>,
+        u: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let q = self.state(q, "q")?;
+        let or_zero = |value: Option<&Bound<'_, PyAny>>, name| {
+            value.map_or_else(|| Ok(vec![0.0; self.n]), |value| self.state(value, name))
+        };
+        let (qd, qdd) = (or_zero(qd, "qd")?, or_zero(qdd, "qdd")?);
+        let mut tangent = Matrix::zeros(self.n, self.memory().model.inputs());
+        self.at(t, u, |memory| memory.model.input_tangent(&q, &qd, &qdd, &mut tangent))?;
+        check_finite(tangent.as_slice(), "input_tangent")?;
+        Ok(convert::matrix_out(py, &tangent))
+    }
+
     /// Refuse a shape that the model does not resolve.
     ///
     /// What is computed of such a shape means nothing. `statics`, `modes`, `linearise` and runs refuse it by themselves.
@@ -230,11 +298,13 @@ impl PyModel {
     ///     Coordinates, velocities, accelerations.
     /// t : float, optional
     ///     The time of the state, seconds; needed where loads vary or the base moves.
+    /// u : array_like, shape (m,), optional
+    ///     The inputs; by default as they are by themselves.
     ///
     /// Returns
     /// -------
     /// tau : ndarray, shape (n,)
-    #[pyo3(signature = (q, qd, qdd, *, t=None))]
+    #[pyo3(signature = (q, qd, qdd, *, t=None, u=None))]
     fn inverse_dynamics<'py>(
         &self,
         py: Python<'py>,
@@ -242,10 +312,11 @@ impl PyModel {
         qd: &Bound<'py, PyAny>,
         qdd: &Bound<'py, PyAny>,
         #[pyo3(from_py_with = convert::optional_number)] t: Option<f64>,
+        u: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let (q, qd, qdd) = (self.state(q, "q")?, self.state(qd, "qd")?, self.state(qdd, "qdd")?);
         let mut tau = vec![0.0; self.n];
-        self.at(t, |memory| memory.model.inverse_dynamics(&q, &qd, &qdd, &mut tau))?;
+        self.at(t, u, |memory| memory.model.inverse_dynamics(&q, &qd, &qdd, &mut tau))?;
         check_finite(&tau, "inverse_dynamics")?;
         Ok(tau.into_pyarray(py))
     }
@@ -273,7 +344,7 @@ impl PyModel {
         let q = self.state(q, "q")?;
         let mut mass = Matrix::zeros(self.n, self.n);
         if t.is_some() {
-            self.at(t, |memory| memory.model.mass_matrix(&q, &mut mass))?;
+            self.at(t, None, |memory| memory.model.mass_matrix(&q, &mut mass))?;
         } else {
             self.memory().model.mass_matrix(&q, &mut mass);
             // Without a time, joints that move by themselves are nowhere; loads and bases have no part in it.
@@ -293,6 +364,8 @@ impl PyModel {
     ///     Coordinates, velocities.
     /// t : float, optional
     ///     The time of the state, seconds; needed where loads vary or the base moves.
+    /// u : array_like, shape (m,), optional
+    ///     The inputs; by default as they are by themselves.
     ///
     /// Returns
     /// -------
@@ -303,18 +376,19 @@ impl PyModel {
     /// ------
     /// LissomError
     ///     The mass matrix is not positive definite, so that no acceleration exists.
-    #[pyo3(signature = (q, qd, *, t=None))]
+    #[pyo3(signature = (q, qd, *, t=None, u=None))]
     fn forward_dynamics<'py>(
         &self,
         py: Python<'py>,
         q: &Bound<'py, PyAny>,
         qd: &Bound<'py, PyAny>,
         #[pyo3(from_py_with = convert::optional_number)] t: Option<f64>,
+        u: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let (q, qd) = (self.state(q, "q")?, self.state(qd, "qd")?);
         let mut qdd = vec![0.0; self.n];
         let found =
-            self.at(t, |Memory { model, forward }| model.forward_dynamics(&q, &qd, &mut qdd, forward))?;
+            self.at(t, u, |Memory { model, forward }| model.forward_dynamics(&q, &qd, &mut qdd, forward))?;
         found.map_err(|_| {
             LissomError::new_err(format!(
                 "the mass matrix at q = {q:?} is not positive definite (or not finite): no acceleration exists there; \
@@ -333,12 +407,14 @@ impl PyModel {
     ///     Coordinates, velocities, accelerations.
     /// t : float, optional
     ///     The time of the state, seconds; needed where loads vary or the base moves.
+    /// u : array_like, shape (m,), optional
+    ///     The inputs; by default as they are by themselves.
     ///
     /// Returns
     /// -------
     /// dtau_dq, dtau_dqd, dtau_dqdd : ndarray, shape (n, n)
     ///     ``dtau_dq[i, j]`` is the derivative of ``tau[i]`` with respect to ``q[j]``. The last one is the mass matrix.
-    #[pyo3(signature = (q, qd, qdd, *, t=None))]
+    #[pyo3(signature = (q, qd, qdd, *, t=None, u=None))]
     #[allow(clippy::type_complexity, reason = "the type is the documentation: three (n, n) arrays")]
     fn tangent<'py>(
         &self,
@@ -347,9 +423,10 @@ impl PyModel {
         qd: &Bound<'py, PyAny>,
         qdd: &Bound<'py, PyAny>,
         #[pyo3(from_py_with = convert::optional_number)] t: Option<f64>,
+        u: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>)> {
         let (q, qd, qdd) = (self.state(q, "q")?, self.state(qd, "qd")?, self.state(qdd, "qdd")?);
-        let mut tangents = self.at(t, |memory| {
+        let mut tangents = self.at(t, u, |memory| {
             [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|weights| {
                 let mut tangent = Matrix::zeros(self.n, self.n);
                 memory.model.weighted_tangent(&q, &qd, &qdd, weights, &mut tangent);
@@ -371,20 +448,23 @@ impl PyModel {
     ///     Coordinates, velocities.
     /// t : float, optional
     ///     The time of the state, seconds; needed where loads vary or the base moves.
+    /// u : array_like, shape (m,), optional
+    ///     The inputs; by default as they are by themselves.
     ///
     /// Returns
     /// -------
     /// energy : Energy
     ///     In joules: ``kinetic``, ``elastic``, ``gravitational``, ``loads`` and their sum ``total``.
-    #[pyo3(signature = (q, qd, *, t=None))]
+    #[pyo3(signature = (q, qd, *, t=None, u=None))]
     fn energy(
         &self,
         q: &Bound<'_, PyAny>,
         qd: &Bound<'_, PyAny>,
         #[pyo3(from_py_with = convert::optional_number)] t: Option<f64>,
+        u: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<PyEnergy> {
         let (q, qd) = (self.state(q, "q")?, self.state(qd, "qd")?);
-        let energy = self.at(t, |memory| memory.model.energy(&q, &qd))?;
+        let energy = self.at(t, u, |memory| memory.model.energy(&q, &qd))?;
         check_finite(&[energy.total()], "energy")?;
         Ok(PyEnergy(energy))
     }
@@ -397,20 +477,23 @@ impl PyModel {
     ///     Coordinates, velocities.
     /// t : float, optional
     ///     The time of the state, seconds; needed where loads vary or the base moves, which drags the rod through its surroundings.
+    /// u : array_like, shape (m,), optional
+    ///     The inputs; by default as they are by themselves.
     ///
     /// Returns
     /// -------
     /// power : float
     ///     Watts, never negative.
-    #[pyo3(signature = (q, qd, *, t=None))]
+    #[pyo3(signature = (q, qd, *, t=None, u=None))]
     fn dissipated_power(
         &self,
         q: &Bound<'_, PyAny>,
         qd: &Bound<'_, PyAny>,
         #[pyo3(from_py_with = convert::optional_number)] t: Option<f64>,
+        u: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<f64> {
         let (q, qd) = (self.state(q, "q")?, self.state(qd, "qd")?);
-        let power = self.at(t, |memory| memory.model.dissipated_power(&q, &qd))?;
+        let power = self.at(t, u, |memory| memory.model.dissipated_power(&q, &qd))?;
         check_finite(&[power], "dissipated_power")?;
         Ok(power)
     }
@@ -428,22 +511,25 @@ impl PyModel {
     ///     Accelerations: they matter where the base moves. By default those of the free motion.
     /// t : float, optional
     ///     The time of the state, seconds; needed where loads vary or the base moves.
+    /// u : array_like, shape (m,), optional
+    ///     The inputs; by default as they are by themselves.
     ///
     /// Returns
     /// -------
     /// power : float
     ///     Watts.
-    #[pyo3(signature = (q, qd, qdd=None, *, t=None))]
+    #[pyo3(signature = (q, qd, qdd=None, *, t=None, u=None))]
     fn supplied_power(
         &self,
         q: &Bound<'_, PyAny>,
         qd: &Bound<'_, PyAny>,
         qdd: Option<&Bound<'_, PyAny>>,
         #[pyo3(from_py_with = convert::optional_number)] t: Option<f64>,
+        u: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<f64> {
         let qdd = qdd.map(|qdd| self.state(qdd, "qdd")).transpose()?;
         let (q, qd) = (self.state(q, "q")?, self.state(qd, "qd")?);
-        let power = self.at(t, |Memory { model, forward }| {
+        let power = self.at(t, u, |Memory { model, forward }| {
             let qdd = qdd.unwrap_or_else(|| {
                 let mut free = vec![0.0; q.len()];
                 // Without accelerations there is no free motion.

@@ -3,6 +3,7 @@
 use std::sync::{Mutex, OnceLock, PoisonError};
 
 use numpy::{IntoPyArray, PyArrayMethods};
+use pyo3::IntoPyObjectExt;
 use pyo3::PyClass;
 use pyo3::class::{PyTraverseError, PyVisit};
 use pyo3::exceptions::{PyTypeError, PyValueError};
@@ -10,6 +11,7 @@ use pyo3::prelude::*;
 use pyo3::pyclass::boolean_struct::True;
 use pyo3::types::{PyDict, PySlice, PyString, PyTuple};
 
+use super::actuation::{actuator_index, actuators_of, actuators_out};
 use super::base::PyBaseMotion;
 use super::callback::or_raised;
 use super::convert;
@@ -60,6 +62,8 @@ fn flat(halves: [Vector<f64>; 2]) -> Vec<f64> {
 /// base_motion : BaseMotion, optional
 ///     How all that is fixed to the world moves together, about the frame of the first link's joint; it rests by
 ///     default.
+/// actuators : sequence of Tendon, Chamber, Motor, ActiveStrain
+///     What moves the robot when it is told to.
 ///
 /// Raises
 /// ------
@@ -87,6 +91,32 @@ pub(crate) struct PyRobot {
     kinematics: Mutex<RobotModel>,
     // What holds a robot in its plane is known in space alone; compiled when it is asked for.
     spatial: OnceLock<RobotModel>,
+}
+
+/// When states are meant to be, and with which inputs, as they are given.
+#[derive(Clone, Copy, Default)]
+struct At<'a, 'py> {
+    t: Option<&'a Bound<'py, PyAny>>,
+    u: Option<&'a Bound<'py, PyAny>>,
+}
+
+impl<'a, 'py> At<'a, 'py> {
+    /// Where no forces are asked for.
+    fn time(t: Option<&'a Bound<'py, PyAny>>) -> Self {
+        Self { t, u: None }
+    }
+}
+
+/// So many inputs of states as they are given: m numbers, or as many for each state.
+fn inputs_of_states(u: &Bound<'_, PyAny>, m: usize, states: Option<usize>) -> PyResult<Vec<f64>> {
+    let (inputs, rows) = convert::finite_rows_of(u, m, "u")?;
+    if rows.is_some() && rows != states {
+        let found = convert::describe(u);
+        let expected = states
+            .map_or_else(|| format!("shape ({m},)"), |states| format!("shape ({m},) or ({states}, {m})"));
+        return Err(PyValueError::new_err(format!("u: expected {expected}, got {found}")));
+    }
+    Ok(inputs)
 }
 
 /// States as they are given, each with its name: coordinates, and what is asked for of velocities and accelerations.
@@ -183,11 +213,12 @@ impl PyRobot {
         &self,
         mut model: RobotModel,
         states: States<'_, 'py>,
-        t: Option<&Bound<'py, PyAny>>,
+        at: At<'_, 'py>,
         name: &str,
         shape: &[usize],
         mut of: impl FnMut(&mut RobotModel, [&[f64]; 3]) -> Vec<f64>,
     ) -> PyResult<Bound<'py, PyAny>> {
+        let At { t, u } = at;
         let robot = &self.description;
         let is_of_forces = states[2].is_some();
         let depends_on_time = if is_of_forces { robot.depends_on_time() } else { robot.is_moved() };
@@ -208,11 +239,16 @@ impl PyRobot {
         }
         let (number, py) = (number.flatten(), py.expect("coordinates are always given"));
         let times = self.times(t, number, depends_on_time)?;
+        let inputs = u.map(|u| inputs_of_states(u, model.inputs(), number)).transpose()?;
         let rows = number.unwrap_or(1);
         let mut values = Vec::new();
         for row in 0..rows {
             if row > 0 && row.is_multiple_of(POSES_BETWEEN_SIGNALS) {
                 py.check_signals()?;
+            }
+            if let Some(inputs) = &inputs {
+                let m = model.inputs();
+                model.set_inputs(inputs.get(row * m..(row + 1) * m).unwrap_or(inputs));
             }
             if takes_time {
                 or_raised(model.set_time(times[row % times.len()]))?;
@@ -222,6 +258,9 @@ impl PyRobot {
         }
         check_finite(&values, name)?;
         let shape: Vec<usize> = number.into_iter().chain(shape.iter().copied()).collect();
+        if shape.is_empty() {
+            return values[0].into_bound_py_any(py);
+        }
         Ok(values.into_pyarray(py).reshape(shape)?.into_any())
     }
 
@@ -266,8 +305,8 @@ impl PyRobot {
 #[pymethods]
 impl PyRobot {
     #[new]
-    #[pyo3(signature = (links, *, gravity=None, loads=None, bodies=None, supports=None, fluid=None, base_motion=None),
-           text_signature = "(links, *, gravity=(0, 0, -9.81), loads=(), bodies=(), supports=(), fluid=None, base_motion=None)")]
+    #[pyo3(signature = (links, *, gravity=None, loads=None, bodies=None, supports=None, fluid=None, base_motion=None, actuators=None),
+           text_signature = "(links, *, gravity=(0, 0, -9.81), loads=(), bodies=(), supports=(), fluid=None, base_motion=None, actuators=())")]
     #[allow(clippy::too_many_arguments, reason = "the signature of the Python class")]
     fn new(
         links: &Bound<'_, PyAny>,
@@ -277,9 +316,10 @@ impl PyRobot {
         supports: Option<&Bound<'_, PyAny>>,
         fluid: Option<&Bound<'_, PyFluid>>,
         base_motion: Option<&Bound<'_, PyBaseMotion>>,
+        actuators: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<PyClassInitializer<Self>> {
         // Their functions are alive until the robot has them.
-        let (links, _functions) = links_of(links)?;
+        let (links, mut functions) = links_of(links)?;
         let mut robot = Robot::new(links);
         if let Some(gravity) = gravity {
             robot.gravity = convert::array_of(gravity, "gravity")?;
@@ -317,6 +357,9 @@ impl PyRobot {
         (robot.loads, robot.bodies, robot.supports) = (all_loads, all_bodies, all_supports);
         robot.fluid = fluid.map(|fluid| fluid.get().0.clone());
         robot.base_motion = base_motion.map(|motion| motion.get().motion().clone());
+        if let Some(actuators) = actuators {
+            robot.actuators = actuators_of(actuators, &robot, &mut functions)?;
+        }
         Self::initializer(robot)
     }
 
@@ -442,6 +485,147 @@ impl PyRobot {
     #[getter]
     pub(super) fn base_motion(&self, py: Python<'_>) -> PyResult<Option<PyBaseMotion>> {
         self.description.base_motion.as_ref().map(|motion| PyBaseMotion::of(py, motion)).transpose()
+    }
+
+    /// What moves the robot when it is told to.
+    #[getter]
+    pub(super) fn actuators<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        actuators_out(py, &self.description)
+    }
+
+    /// Length of an actuator: of a tendon's path, the volume of a chamber, the coordinate of a motor.
+    ///
+    /// Parameters
+    /// ----------
+    /// name : str
+    ///     Which actuator.
+    /// q : array_like, shape (n,) or (k, n)
+    ///     Coordinates, or those of k states.
+    /// t : float or array_like, shape (k,), optional
+    ///     The time of the state, or those of k states, seconds; needed where the base moves.
+    ///
+    /// Returns
+    /// -------
+    /// length : float, or ndarray of shape (k,)
+    ///     Metres of a tendon, cubic metres of a chamber, radians or metres of a motor; of an active strain the generalised
+    ///     displacement that its amount is dual to, joules for an amount of one.
+    #[pyo3(signature = (name, q, *, t=None))]
+    fn actuator_length<'py>(
+        &self,
+        name: &str,
+        q: &Bound<'py, PyAny>,
+        t: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let i = actuator_index(&self.description, name)?;
+        let n = self.description.coordinates();
+        let (zeros, mut gradient) = (vec![0.0; n], vec![0.0; n]);
+        self.of_states(
+            self.model(),
+            [Some((q, "q")), None, None],
+            At::time(t),
+            "actuator_length",
+            &[],
+            |model, [q, ..]| vec![model.actuator(q, &zeros, i, &mut gradient)[0]],
+        )
+    }
+
+    /// Rate of an actuator's length.
+    ///
+    /// Parameters
+    /// ----------
+    /// name : str
+    ///     Which actuator.
+    /// q, qd : array_like, shape (n,) or (k, n)
+    ///     Coordinates and velocities, or those of k states.
+    /// t : float or array_like, shape (k,), optional
+    ///     The time of the state, or those of k states, seconds; needed where the base moves.
+    ///
+    /// Returns
+    /// -------
+    /// rate : float, or ndarray of shape (k,)
+    ///     The unit of `actuator_length`, per second.
+    #[pyo3(signature = (name, q, qd, *, t=None))]
+    fn actuator_rate<'py>(
+        &self,
+        name: &str,
+        q: &Bound<'py, PyAny>,
+        qd: &Bound<'py, PyAny>,
+        t: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let i = actuator_index(&self.description, name)?;
+        let mut gradient = vec![0.0; self.description.coordinates()];
+        let states = [Some((q, "q")), Some((qd, "qd")), None];
+        self.of_states(self.model(), states, At::time(t), "actuator_rate", &[], |model, [q, qd, _]| {
+            vec![model.actuator(q, qd, i, &mut gradient)[1]]
+        })
+    }
+
+    /// Derivative of an actuator's length with respect to the coordinates.
+    ///
+    /// Parameters
+    /// ----------
+    /// name : str
+    ///     Which actuator.
+    /// q : array_like, shape (n,) or (k, n)
+    ///     Coordinates, or those of k states.
+    /// t : float or array_like, shape (k,), optional
+    ///     The time of the state, or those of k states, seconds; needed where the base moves.
+    ///
+    /// Returns
+    /// -------
+    /// gradient : ndarray, shape (n,) or (k, n)
+    ///     ``gradient @ qd`` is the rate of the length; a tendon of tension T has the generalised forces ``-T * gradient``.
+    #[pyo3(signature = (name, q, *, t=None))]
+    fn actuator_gradient<'py>(
+        &self,
+        name: &str,
+        q: &Bound<'py, PyAny>,
+        t: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let i = actuator_index(&self.description, name)?;
+        let n = self.description.coordinates();
+        let (zeros, mut gradient) = (vec![0.0; n], vec![0.0; n]);
+        let states = [Some((q, "q")), None, None];
+        self.of_states(self.model(), states, At::time(t), "actuator_gradient", &[n], |model, [q, ..]| {
+            model.actuator(q, &zeros, i, &mut gradient);
+            gradient.clone()
+        })
+    }
+
+    /// What an actuator does: the tension of a tendon, the pressure of a chamber, the torque of a motor.
+    ///
+    /// Parameters
+    /// ----------
+    /// name : str
+    ///     Which actuator.
+    /// q, qd : array_like, shape (n,) or (k, n)
+    ///     Coordinates and velocities, or those of k states.
+    /// t : float or array_like, shape (k,), optional
+    ///     The time of the state, or those of k states, seconds; needed where something varies in time.
+    /// u : array_like, shape (m,) or (k, m), optional
+    ///     The inputs, for all states or for each; by default as they are by themselves.
+    ///
+    /// Returns
+    /// -------
+    /// force : float, or ndarray of shape (k,)
+    ///     Newtons, pascals, newton metres or newtons; zero of a tendon that is slack. Of an active strain its amount.
+    #[pyo3(signature = (name, q, qd, *, t=None, u=None))]
+    fn actuator_force<'py>(
+        &self,
+        name: &str,
+        q: &Bound<'py, PyAny>,
+        qd: &Bound<'py, PyAny>,
+        t: Option<&Bound<'py, PyAny>>,
+        u: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let i = actuator_index(&self.description, name)?;
+        let sign = if self.description.actuators[i].pulls() { 1.0 } else { -1.0 };
+        let mut gradient = vec![0.0; self.description.coordinates()];
+        // Forces depend on time where commands do: states with accelerations, of which none are asked for here.
+        let states = [Some((q, "q")), Some((qd, "qd")), Some((qd, "qd"))];
+        self.of_states(self.model(), states, At { t, u }, "actuator_force", &[], |model, [q, qd, _]| {
+            vec![sign * model.actuator(q, qd, i, &mut gradient)[2]]
+        })
     }
 
     /// Number of quadrature nodes of each segment.
@@ -592,7 +776,7 @@ impl PyRobot {
         self.of_states(
             self.model(),
             [Some((q, "q")), None, None],
-            t,
+            At::time(t),
             "jacobian",
             &[6, n],
             |model, [q, ..]| {
@@ -635,7 +819,7 @@ impl PyRobot {
         self.of_states(
             self.model(),
             [Some((q, "q")), Some((qd, "qd")), None],
-            t,
+            At::time(t),
             "velocity",
             &[6],
             |model, [q, qd, _]| flat(model.velocity_at(q, qd, &place)),
@@ -665,7 +849,7 @@ impl PyRobot {
         self.of_states(
             self.spatial()?,
             [Some((q, "q")), None, None],
-            t,
+            At::time(t),
             "centre_of_mass",
             &[3],
             |model, [q, ..]| {
@@ -698,7 +882,7 @@ impl PyRobot {
         self.of_states(
             self.spatial()?,
             [Some((q, "q")), Some((qd, "qd")), None],
-            t,
+            At::time(t),
             "momentum",
             &[6],
             |model, [q, qd, _]| {
@@ -718,12 +902,14 @@ impl PyRobot {
     ///     Which link; may be left out where there is one.
     /// t : float or array_like, shape (k,), optional
     ///     The time of the state, or those of k states, seconds; needed where loads vary or the base moves.
+    /// u : array_like, shape (m,) or (k, m), optional
+    ///     The inputs, for all states or for each; by default as they are by themselves.
     ///
     /// Returns
     /// -------
     /// wrench : ndarray, shape (6,) or (k, 6)
     ///     Moment about the origin of the joint's frame, newton metres, and force, newtons, in world axes.
-    #[pyo3(signature = (q, qd, qdd, *, link=None, t=None))]
+    #[pyo3(signature = (q, qd, qdd, *, link=None, t=None, u=None))]
     fn joint_wrench<'py>(
         &self,
         q: &Bound<'py, PyAny>,
@@ -731,10 +917,11 @@ impl PyRobot {
         qdd: &Bound<'py, PyAny>,
         link: Option<&str>,
         t: Option<&Bound<'py, PyAny>>,
+        u: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let link = index_of(&self.description, link, "link")?;
         let states = [Some((q, "q")), Some((qd, "qd")), Some((qdd, "qdd"))];
-        self.of_states(self.spatial()?, states, t, "joint_wrench", &[6], |model, [q, qd, qdd]| {
+        self.of_states(self.spatial()?, states, At { t, u }, "joint_wrench", &[6], |model, [q, qd, qdd]| {
             flat(model.joint_wrench(q, qd, qdd, link))
         })
     }
@@ -809,6 +996,8 @@ impl PyRobot {
     ///     given, also in strains without modes. 'material': from stiffness and damping of the section,
     ///     ``-(H (xi - xi_0) + mu H xi')``, which knows neither loads nor strains without modes. In free motion and in
     ///     equilibrium the modes see no difference between the two, and at every place it vanishes as modes become more.
+    /// u : array_like, shape (m,) or (k, m), optional
+    ///     The inputs, for all states or for each; by default as they are by themselves.
     ///
     /// Returns
     /// -------
@@ -824,7 +1013,7 @@ impl PyRobot {
     /// >>> rod = lissom.Rod([wire], gravity=(9.81, 0, 0))
     /// >>> rod.internal_wrench([0.0], [0.0], [0.0], [0.0, 0.5, 1.0])[:, 3].round(9) + 0.0
     /// array([-9.81 , -4.905,  0.   ])
-    #[pyo3(signature = (q, qd, qdd, X=None, *, link=None, t=None, by="balance"))]
+    #[pyo3(signature = (q, qd, qdd, X=None, *, link=None, t=None, by="balance", u=None))]
     #[allow(non_snake_case, reason = "X is the arc length of the unstretched rod everywhere in this field")]
     #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python method")]
     fn internal_wrench<'py>(
@@ -836,6 +1025,7 @@ impl PyRobot {
         link: Option<&str>,
         t: Option<&Bound<'py, PyAny>>,
         by: &str,
+        u: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let is_balanced = match by {
             "balance" => true,
@@ -849,7 +1039,7 @@ impl PyRobot {
         let model = self.spatial()?;
         let (sections, shape) = self.sections(&model, X, link)?;
         let states = [Some((q, "q")), Some((qd, "qd")), Some((qdd, "qdd"))];
-        self.of_states(model, states, t, "internal_wrench", &shape, |model, [q, qd, qdd]| {
+        self.of_states(model, states, At { t, u }, "internal_wrench", &shape, |model, [q, qd, qdd]| {
             let wrench = |section: &Place| match is_balanced {
                 true => model.internal_wrench_at(q, qd, qdd, section),
                 false => model.material_wrench_at(q, qd, section),
@@ -971,21 +1161,24 @@ impl PyRobot {
     ///     Coordinates, velocities and accelerations, or those of k states.
     /// t : float or array_like, shape (k,), optional
     ///     The time of the state, or those of k states, seconds; needed where loads vary or the base moves.
+    /// u : array_like, shape (m,) or (k, m), optional
+    ///     The inputs, for all states or for each; by default as they are by themselves.
     ///
     /// Returns
     /// -------
     /// wrench : ndarray, shape (6,) or (k, 6)
     ///     Moment about the base, newton metres, and force, newtons, in world axes.
-    #[pyo3(signature = (q, qd, qdd, *, t=None))]
+    #[pyo3(signature = (q, qd, qdd, *, t=None, u=None))]
     fn base_wrench<'py>(
         &self,
         q: &Bound<'py, PyAny>,
         qd: &Bound<'py, PyAny>,
         qdd: &Bound<'py, PyAny>,
         t: Option<&Bound<'py, PyAny>>,
+        u: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let states = [Some((q, "q")), Some((qd, "qd")), Some((qdd, "qdd"))];
-        self.of_states(self.spatial()?, states, t, "base_wrench", &[6], |model, [q, qd, qdd]| {
+        self.of_states(self.spatial()?, states, At { t, u }, "base_wrench", &[6], |model, [q, qd, qdd]| {
             flat(model.base_wrench(q, qd, qdd))
         })
     }
@@ -1008,6 +1201,7 @@ impl PyRobot {
         arguments.set_item("supports", self.supports(py)?)?;
         arguments.set_item("fluid", self.fluid())?;
         arguments.set_item("base_motion", self.base_motion(py)?)?;
+        arguments.set_item("actuators", self.actuators(py)?)?;
         Ok(((self.links(py)?,), arguments))
     }
 

@@ -4,6 +4,7 @@ use pyo3::class::{PyTraverseError, PyVisit};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
+use super::actuation::actuators_of;
 use super::base::PyBaseMotion;
 use super::convert;
 use super::fluid::PyFluid;
@@ -46,6 +47,8 @@ use crate::robot::{Robot, Rod};
 ///     Springs and dampers to the world, anywhere on the rod.
 /// fluid : Fluid, optional
 ///     What surrounds the rod; by default nothing does.
+/// actuators : sequence of Tendon, Chamber, Motor, ActiveStrain
+///     What moves the rod when it is told to.
 ///
 /// Raises
 /// ------
@@ -77,8 +80,8 @@ impl PyRod {
 #[pymethods]
 impl PyRod {
     #[new]
-    #[pyo3(signature = (segments, base_position=None, base_orientation=None, gravity=None, tip_force=None, tip_moment=None, tip_mass=0.0, *, loads=None, bodies=None, base_motion=None, supports=None, fluid=None),
-           text_signature = "(segments, base_position=(0, 0, 0), base_orientation=(1, 0, 0, 0), gravity=(0, 0, -9.81), tip_force=(0, 0, 0), tip_moment=(0, 0, 0), tip_mass=0.0, *, loads=(), bodies=(), base_motion=None, supports=(), fluid=None)")]
+    #[pyo3(signature = (segments, base_position=None, base_orientation=None, gravity=None, tip_force=None, tip_moment=None, tip_mass=0.0, *, loads=None, bodies=None, base_motion=None, supports=None, fluid=None, actuators=None),
+           text_signature = "(segments, base_position=(0, 0, 0), base_orientation=(1, 0, 0, 0), gravity=(0, 0, -9.81), tip_force=(0, 0, 0), tip_moment=(0, 0, 0), tip_mass=0.0, *, loads=(), bodies=(), base_motion=None, supports=(), fluid=None, actuators=())")]
     #[allow(clippy::too_many_arguments, reason = "the signature of the Python class")]
     fn new(
         segments: &Bound<'_, PyAny>,
@@ -93,6 +96,7 @@ impl PyRod {
         base_motion: Option<&Bound<'_, PyBaseMotion>>,
         supports: Option<&Bound<'_, PyAny>>,
         fluid: Option<&Bound<'_, PyFluid>>,
+        actuators: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<PyClassInitializer<Self>> {
         let segments = instances(segments, "segments", |segment: &PySegment| segment.0.clone())?;
         let fluid = fluid.map(|fluid| fluid.get().0.clone());
@@ -137,6 +141,11 @@ impl PyRod {
         }
         if let Some(orientation) = base_orientation {
             rod.base_orientation = convert::array_of(orientation, "base_orientation")?;
+        }
+        // Their functions are alive until the rod has them.
+        let mut functions = Functions::default();
+        if let Some(actuators) = actuators {
+            rod.actuators = actuators_of(actuators, &Robot::from(&rod), &mut functions)?;
         }
         Self::initializer(rod)
     }
@@ -225,6 +234,7 @@ impl PyRod {
         arguments.set_item("base_motion", robot.base_motion(py)?)?;
         arguments.set_item("supports", robot.supports(py)?)?;
         arguments.set_item("fluid", robot.fluid())?;
+        arguments.set_item("actuators", robot.actuators(py)?)?;
         Ok(((this.segments(py)?,), arguments))
     }
 

@@ -13,10 +13,11 @@ use pyo3::types::{PyDict, PyList, PyTuple, PyWeakrefMethods, PyWeakrefReference}
 use super::callback::{call, keep, none_is_kept};
 use super::convert;
 use super::ode::function::read_vector;
+use crate::actuator::Actuator;
 use crate::error::{Checker, Interrupted};
 use crate::load::Load;
 use crate::robot::{Driven, Robot};
-use crate::signal::{Evaluate, Function, Harmonic, Motion, Signal, Table};
+use crate::signal::{Evaluate, Function, Harmonic, Input, Motion, Signal, Table};
 use crate::world::{BaseMotion, BaseRotation, quaternion_motion};
 
 /// A steady part and an oscillation: ``mean + rate * t + amplitude * sin(2 * pi * frequency * t + phase)``.
@@ -179,6 +180,113 @@ impl PyHarmonic {
     }
 }
 
+/// A number, or three of them, set from outside while a model moves: by a controller, or step by step.
+///
+/// It stands wherever a force, a moment or the command of an actuator is asked for. `Model.inputs` lists all of a model; as
+/// long as nobody sets them they have their defaults, so that statics, modes and runs without a controller know them, too.
+///
+/// Parameters
+/// ----------
+/// name : str
+///     What it is known by. Inputs of one name are one.
+/// default : float or array_like, shape (3,)
+///     Its value as long as nobody sets it; three numbers for a force or a moment, which then has the entries ``name.x``,
+///     ``name.y`` and ``name.z`` among the inputs.
+///
+/// Raises
+/// ------
+/// ValueError
+///     An empty name, or a default that is not finite.
+///
+/// Examples
+/// --------
+/// >>> import lissom
+/// >>> wire = lissom.Segment(0.4, 1e-3, 2e11, 8e10, 7800, {"bend_y": 3})
+/// >>> push = lissom.Load(force=lissom.Input("push", (0, 0, 0.1)))
+/// >>> lissom.Rod([wire], loads=[push]).inputs
+/// ('push.x', 'push.y', 'push.z')
+#[pyclass(name = "Input", module = "lissom", frozen, eq)]
+#[derive(Clone, PartialEq)]
+pub(crate) struct PyInput {
+    name: Arc<str>,
+    /// Of a number, only the first.
+    value: [f64; 3],
+    is_number: bool,
+}
+
+#[pymethods]
+impl PyInput {
+    #[new]
+    #[pyo3(signature = (name, default=None), text_signature = "(name, default=0.0)")]
+    fn new(name: &str, default: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
+        let (values, is_number) = match default {
+            Some(default) => convert::scalar_or_vector(default, "default")?,
+            None => (vec![0.0], true),
+        };
+        let mut check = Checker::new();
+        check.require(!name.is_empty(), "name", "''", "a name");
+        if check.finite(&values, "default") {
+            let found = format_args!("{} numbers", values.len());
+            check.require(
+                values.len() == if is_number { 1 } else { 3 },
+                "default",
+                found,
+                "one number, or three",
+            );
+        }
+        check.finish()?;
+        let mut value = [0.0; 3];
+        value[..values.len()].copy_from_slice(&values);
+        Ok(Self { name: name.into(), value, is_number })
+    }
+
+    /// What it is known by.
+    #[getter]
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Its value as long as nobody sets it.
+    #[getter]
+    fn default<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let [x, y, z] = self.value;
+        if self.is_number { x.into_bound_py_any(py) } else { (x, y, z).into_bound_py_any(py) }
+    }
+
+    fn __repr__(&self) -> String {
+        let [x, y, z] = self.value;
+        let default = if self.is_number { format!("{x:?}") } else { format!("({x:?}, {y:?}, {z:?})") };
+        format!("Input('{}', {default})", self.name)
+    }
+
+    /// For copies and pickles.
+    fn __getnewargs__<'py>(&self, py: Python<'py>) -> PyResult<(&str, Bound<'py, PyAny>)> {
+        Ok((&self.name, self.default(py)?))
+    }
+}
+
+impl PyInput {
+    /// The signal of N numbers, if it has as many.
+    fn signal<const N: usize>(&self, place: &str) -> PyResult<Signal<N>> {
+        let own = if self.is_number { 1 } else { 3 };
+        if own != N {
+            let expected = match N {
+                1 => "an Input of one number",
+                _ => "an Input of three numbers, such as Input(name, (0, 0, 0))",
+            };
+            let found = if own == 1 { "one number" } else { "three numbers" };
+            return Err(PyValueError::new_err(format!("{place}: expected {expected}, got one of {found}")));
+        }
+        let value = std::array::from_fn(|i| self.value[i]);
+        Ok(Signal::Input(Input { name: Arc::clone(&self.name), value }))
+    }
+
+    fn from_core<const N: usize>(input: &Input<N>) -> Self {
+        let value = std::array::from_fn(|i| input.value.get(i).copied().unwrap_or(0.0));
+        Self { name: Arc::clone(&input.name), value, is_number: N == 1 }
+    }
+}
+
 /// A Python function that the core calls. The core has no reference to it of its own: what it refers to, Python's
 /// garbage collector could not see, so that a rod and a function that knows this rod would keep each other alive for
 /// ever. Instead, every Python object with a signal keeps the functions of the signal and shows them to the
@@ -208,6 +316,9 @@ impl Functions {
         }
         if let Some(motion) = &robot.base_motion {
             functions.add_motion(py, motion)?;
+        }
+        for signal in robot.actuators.iter().flat_map(Actuator::signals) {
+            functions.add(py, signal)?;
         }
         for driven in robot.links.iter().filter_map(|link| link.driven.as_ref()) {
             match driven {
@@ -256,7 +367,7 @@ impl Functions {
     }
 }
 
-/// N numbers, a table `(times, values)`, a [`PyHarmonic`] or a callable of time, which goes to the functions of what
+/// N numbers, a table `(times, values)`, a [`PyHarmonic`], a [`PyInput`] or a callable of time, which goes to the functions of what
 /// keeps the signal.
 pub(super) fn signal_of<const N: usize>(
     value: &Bound<'_, PyAny>,
@@ -265,6 +376,9 @@ pub(super) fn signal_of<const N: usize>(
 ) -> PyResult<Signal<N>> {
     if let Ok(harmonic) = value.cast::<PyHarmonic>() {
         return harmonic.get().signal(name);
+    }
+    if let Ok(input) = value.cast::<PyInput>() {
+        return input.get().signal(name);
     }
     if value.is_callable() {
         let held = Bound::new(value.py(), Held(value.clone().unbind()))?;
@@ -286,7 +400,7 @@ pub(super) fn signal_of<const N: usize>(
             return Ok(Signal::Constant([number; N]));
         }
         convert::array_of(value, name).map(Signal::Constant).map_err(|_| {
-            let expected = "a number, (times, values), lissom.Harmonic or a callable";
+            let expected = "a number, (times, values), lissom.Harmonic, lissom.Input or a callable";
             PyTypeError::new_err(format!("{name}: expected {expected}, got {}", convert::describe(value)))
         })
     } else {
@@ -325,6 +439,7 @@ pub(super) fn signal_out<'py, const N: usize>(
         Signal::Constant(value) if N == 1 => value[0].into_bound_py_any(py),
         Signal::Constant(value) => Ok(PyTuple::new(py, value)?.into_any()),
         Signal::Harmonic(harmonic) => PyHarmonic::from_core(harmonic).into_bound_py_any(py),
+        Signal::Input(input) => PyInput::from_core(input).into_bound_py_any(py),
         Signal::Table(table) => {
             let times = table.times().to_vec().into_pyarray(py);
             let values = if N == 1 {

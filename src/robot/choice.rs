@@ -1,6 +1,7 @@
 //! What a robot is computed by, and how its linear systems are solved.
 
 use super::description::{Link, Robot};
+use crate::actuator::Actuator;
 use crate::joint::Motion;
 use crate::lie::{Plane, Quaternion};
 use crate::rod::{STRAIGHT, piece};
@@ -23,7 +24,7 @@ impl Kernel {
             robot.links.iter().all(|link| {
                 let is_placed = std::ptr::eq(link, root) || is_placed_in(plane, link, root);
                 is_placed && moves_in(plane, link)
-            })
+            }) && robot.actuators.iter().all(|actuator| acts_in(plane, actuator))
         };
         let base = Quaternion::from_array(robot.links[0].orientation).rotation();
         let base_stays_in = |plane: &Plane| {
@@ -31,6 +32,15 @@ impl Kernel {
         };
         [Plane::ABOUT_Y, Plane::ABOUT_Z].into_iter().filter(stays_in).find(base_stays_in)
     }
+}
+
+/// Whether an actuator lies in the plane.
+fn acts_in(plane: &Plane, actuator: &Actuator) -> bool {
+    actuator.along().into_iter().all(|along| {
+        // The offsets are along y and z.
+        let across = &along.offset[plane.normal - 1];
+        across.constant() == Some([0.0])
+    })
 }
 
 /// Whether the joint's frame of a link lies in the plane of what it is attached to: exactly, for what leaves it by

@@ -146,23 +146,50 @@ impl Coordinates {
 
     /// Generalised forces, `G^T tau_all`.
     #[inline(always)]
-    pub(crate) fn forces<const N: usize>(
+    pub(crate) fn forces<const N: usize, T>(
         &mut self,
         own: [&[f64]; N],
         tau: &mut [f64],
-        of_all: impl FnOnce([&[f64]; N], &mut [f64]),
-    ) {
+        of_all: impl FnOnce([&[f64]; N], &mut [f64]) -> T,
+    ) -> T {
         match &mut self.0 {
             None => of_all(own, tau),
             Some(reduction) => {
                 reduction.expand(&own);
                 let Reduction { state, forces, own, multiples, .. } = &mut **reduction;
-                of_all(std::array::from_fn(|order| &state[order][..]), forces);
+                let result = of_all(std::array::from_fn(|order| &state[order][..]), forces);
                 for (tau, &place) in tau.iter_mut().zip(&*own) {
                     *tau = forces[place];
                 }
                 for &Multiple { place, of, factor } in &*multiples {
                     tau[of] += factor * forces[place];
+                }
+                result
+            }
+        }
+    }
+
+    /// Generalised forces side by side, `G^T T_all`. Allocates.
+    pub(crate) fn rows<const N: usize>(
+        &mut self,
+        own: [&[f64]; N],
+        forces: &mut Matrix,
+        of_all: impl FnOnce([&[f64]; N], &mut Matrix),
+    ) {
+        match &mut self.0 {
+            None => of_all(own, forces),
+            Some(reduction) => {
+                reduction.expand(&own);
+                let Reduction { state, own, multiples, before, .. } = &mut **reduction;
+                let mut all = Matrix::zeros(before.len(), forces.ncols());
+                of_all(std::array::from_fn(|order| &state[order][..]), &mut all);
+                for j in 0..forces.ncols() {
+                    for (i, &place) in own.iter().enumerate() {
+                        forces[(i, j)] = all[(place, j)];
+                    }
+                    for &Multiple { place, of, factor } in &*multiples {
+                        forces[(of, j)] += factor * all[(place, j)];
+                    }
                 }
             }
         }

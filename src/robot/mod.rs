@@ -22,7 +22,7 @@ mod tests;
 mod turning;
 
 pub use choice::{Kernel, Solve};
-pub use description::{Driven, Link, MAX_COORDINATES, Robot, Rod};
+pub use description::{Driven, Inputs, Link, MAX_COORDINATES, Robot, Rod};
 pub(crate) use description::{Origin, origin};
 pub use kernel::kinematics::Pose;
 pub use kernel::momentum::Momentum;

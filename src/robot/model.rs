@@ -214,6 +214,7 @@ impl RobotModel {
         let solve = match coordinates.are_driven() {
             // Joints that follow others couple branches.
             true => Solve::Dense,
+            false if on_sweeps!(&sweeps, sweeps => sweeps.plan().actuation.couples_pieces()) => Solve::Dense,
             false => solve.unwrap_or_else(|| Solve::cheapest(robot)),
         };
         let nodes = on_sweeps!(&sweeps, sweeps => sweeps.plan().nodes());
@@ -429,6 +430,19 @@ impl RobotModel {
         coordinates.all([q, qd], |[q, qd]| on_sweeps!(sweeps, sweeps => sweeps.material_wrench(q, qd, place)))
     }
 
+    /// Length of an actuator (metres, cubic metres of a chamber, the coordinate of a motor), its rate and its force (the
+    /// tension; of a chamber and a motor the opposite of what they are told), and writes the gradient of the length.
+    pub fn actuator(&mut self, q: &[f64], qd: &[f64], actuator: usize, gradient: &mut [f64]) -> [f64; 3] {
+        let Self { sweeps, coordinates, .. } = self;
+        coordinates.forces([q, qd], gradient, |[q, qd], gradient| {
+            on_sweeps!(sweeps, sweeps => {
+                let (numbers, of_all) = sweeps.actuator(q, qd, actuator);
+                gradient.copy_from_slice(of_all);
+                numbers
+            })
+        })
+    }
+
     /// The stiffness of rods and of the springs of joints in a shape, n x n: the derivative of their generalised forces,
     /// supports left out.
     pub fn stiffness(&mut self, q: &[f64], stiffness: &mut Matrix) {
@@ -547,6 +561,13 @@ impl Model for RobotModel {
         coordinates.matrix([q, qd, qdd], tangent, |state, tangent| {
             let tangent = Tangent::Dense(tangent);
             on_sweeps!(sweeps, sweeps => sweeps.weighted_tangent(state, weights, tangent));
+        });
+    }
+
+    fn input_tangent(&mut self, q: &[f64], qd: &[f64], qdd: &[f64], tangent: &mut Matrix) {
+        let Self { sweeps, coordinates, .. } = self;
+        coordinates.rows([q, qd, qdd], tangent, |state, tangent| {
+            on_sweeps!(sweeps, sweeps => sweeps.input_tangent(state, tangent));
         });
     }
 
@@ -729,6 +750,14 @@ impl InTime for RobotModel {
     fn not_finite(&self) -> Option<String> {
         let t = on_sweeps!(&self.sweeps, sweeps => sweeps.time_without_loads())?;
         self.robot.not_finite(t)
+    }
+
+    fn inputs(&self) -> usize {
+        on_sweeps!(&self.sweeps, sweeps => sweeps.inputs().len())
+    }
+
+    fn set_inputs(&mut self, u: &[f64]) {
+        on_sweeps!(&mut self.sweeps, sweeps => sweeps.set_inputs(u));
     }
 
     #[inline]

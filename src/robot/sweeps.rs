@@ -8,7 +8,9 @@ use super::effect::all as effects;
 use super::effect::support::Held;
 use super::kernel::kinematics::Pose;
 use super::kernel::momentum::Momentum;
-use super::kernel::{elasticity, energy, inverse_dynamics, kinematics, momentum, section, tangent, time};
+use super::kernel::{
+    elasticity, energy, inputs, inverse_dynamics, kinematics, momentum, section, tangent, time,
+};
 use super::plan::Plan;
 use super::plan::point::Place;
 use super::state::Workspace;
@@ -85,12 +87,9 @@ impl<G: Turning> Sweep for WeightedTangent<'_, G> {
 impl<G: Turning> Sweeps<G> {
     /// Memory and the machine's best instructions for a plan.
     pub(crate) fn new(plan: Plan<G>) -> Self {
-        Self {
-            work: Workspace::new(&plan),
-            tangent: TangentWorkspace::new(&plan),
-            zeros: vec![0.0; plan.n],
-            plan: Arc::new(plan),
-        }
+        let mut work = Workspace::new(&plan);
+        time::tell(&plan, &mut work);
+        Self { work, tangent: TangentWorkspace::new(&plan), zeros: vec![0.0; plan.n], plan: Arc::new(plan) }
     }
 
     /// Those of the same robot with a piece for every link, also for those that are one with others.
@@ -104,6 +103,8 @@ impl<G: Turning> Sweeps<G> {
         work.stations[0] = from.stations[0];
         (work.time, work.surroundings) = (from.time, from.surroundings);
         work.acting.clone_from(&from.acting);
+        work.inputs.clone_from(&from.inputs);
+        work.actuation.commands.clone_from(&from.actuation.commands);
         work.anchors.clone_from(&from.anchors);
         work.kinematics_of.clear();
     }
@@ -174,12 +175,26 @@ impl<G: Turning> Sweeps<G> {
         Ok(())
     }
 
-    /// The time that is set, where a load is not finite then; NaN where none could be set.
+    /// Takes these values for what is set from outside.
+    pub(crate) fn set_inputs(&mut self, inputs: &[f64]) {
+        if !inputs.is_empty() {
+            time::set_inputs(&self.plan, &mut self.work, inputs);
+        }
+    }
+
+    /// What is set from outside.
+    pub(crate) fn inputs(&self) -> &[f64] {
+        &self.work.inputs
+    }
+
+    /// The time that is set, where a load or a command is not finite then; NaN where none could be set.
     pub(crate) fn time_without_loads(&self) -> Option<f64> {
         let is_finite = |wrench: &Wrench<G, f64>| {
             (wrench.force.dot(wrench.force) + wrench.moment.dot(wrench.moment)).is_finite()
         };
-        (!self.work.acting.iter().all(is_finite)).then_some(self.work.time)
+        let is_known = self.work.acting.iter().all(is_finite)
+            && self.work.actuation.commands.iter().all(|command| command.is_finite());
+        (!is_known).then_some(self.work.time)
     }
 
     /// The base at the time that is set.
@@ -223,6 +238,20 @@ impl<G: Turning> Sweeps<G> {
     pub(crate) fn weighted_tangent(&mut self, state: [&[f64]; 3], weights: [f64; 3], tangent: Tangent<'_>) {
         self.update_motion(state);
         self.differentiate(weights, tangent);
+    }
+
+    /// The derivative with respect to the inputs, n x m.
+    pub(crate) fn input_tangent(&mut self, state: [&[f64]; 3], tangent: &mut Matrix) {
+        self.update_motion(state);
+        inputs::tangent(&self.plan, &mut self.work, tangent);
+    }
+
+    /// Length, rate and force of an actuator, and the gradient of its length.
+    pub(crate) fn actuator(&mut self, q: &[f64], qd: &[f64], i: usize) -> ([f64; 3], &[f64]) {
+        self.update_velocities(q, qd);
+        let state = &self.work.actuation;
+        let numbers = [state.lengths[i], state.rates[i], state.forces[i].value];
+        (numbers, &state.gradients[i * self.plan.n..][..self.plan.n])
     }
 
     pub(crate) fn mass_matrix(&mut self, q: &[f64], mass: Tangent<'_>) {

@@ -313,6 +313,22 @@ impl<const N: usize> Profile<N> {
         }
     }
 
+    /// The values at the fraction `x` with their first two derivatives with respect to it.
+    pub fn jet(&self, x: f64) -> [[f64; N]; 3] {
+        match &self.kind {
+            Kind::Constant(value) => [*value, [0.0; N], [0.0; N]],
+            Kind::Linear([base, tip]) => [self.at(x), std::array::from_fn(|i| tip[i] - base[i]), [0.0; N]],
+            Kind::Table(table) => table.jet(x),
+            Kind::Polynomial(coefficients) => {
+                let t = 2.0 * x - 1.0;
+                let slope = derivative(coefficients);
+                let bend = derivative(&slope);
+                let [slope, bend] = [&slope, &bend].map(|coefficients| clenshaw(coefficients, t));
+                [clenshaw(coefficients, t), slope.map(|slope| 2.0 * slope), bend.map(|bend| 4.0 * bend)]
+            }
+        }
+    }
+
     /// The integrals of the values from the fraction 0 to `x`, exact: `int_0^x p(y) dy`.
     pub fn integral(&self, x: f64) -> [f64; N] {
         match &self.kind {
@@ -393,6 +409,17 @@ impl<const N: usize> Table<N> {
             let [a, b, c, d] = self.cubic(i, entry);
             a + s * (b + s * (c + s * d))
         })
+    }
+
+    fn jet(&self, x: f64) -> [[f64; N]; 3] {
+        let (i, s, _) = self.interval(x);
+        let end = self.stations[self.stations.len() - 1];
+        let cubics: [[f64; 4]; N] = std::array::from_fn(|entry| self.cubic(i, entry));
+        [
+            cubics.map(|[a, b, c, d]| a + s * (b + s * (c + s * d))),
+            cubics.map(|[_, b, c, d]| end * (b + s * (2.0 * c + s * 3.0 * d))),
+            cubics.map(|[_, _, c, d]| end * end * (2.0 * c + s * 6.0 * d)),
+        ]
     }
 
     fn integral(&self, x: f64) -> [f64; N] {
@@ -533,6 +560,20 @@ fn antiderivative<const N: usize>(coefficients: &[[f64; N]]) -> Vec<[f64; N]> {
         .collect()
 }
 
+/// Coefficients of the derivative with respect to t: `c_{k-1} = c_{k+1} + 2 k a_k`, half of it for k = 1.
+fn derivative<const N: usize>(coefficients: &[[f64; N]]) -> Vec<[f64; N]> {
+    let number = coefficients.len().max(2) - 1;
+    let mut of_slope = vec![[0.0; N]; number + 2];
+    for k in (1..coefficients.len()).rev() {
+        for entry in 0..N {
+            of_slope[k - 1][entry] = of_slope[k + 1][entry] + 2.0 * k as f64 * coefficients[k][entry];
+        }
+    }
+    of_slope[0] = of_slope[0].map(|first| 0.5 * first);
+    of_slope.truncate(number);
+    of_slope
+}
+
 #[cfg(test)]
 mod tests {
     use std::convert::Infallible;
@@ -541,6 +582,34 @@ mod tests {
 
     fn sampled(f: impl Fn(f64) -> [f64; 2]) -> Result<Profile<2>, Unsampled<Infallible>> {
         Profile::sampled(|x| Ok(f(x)))
+    }
+
+    #[test]
+    fn jets_are_derivatives() {
+        let wave = sampled(|x| [(5.0 * x).sin(), x.exp()]).unwrap();
+        for x in [0.0, 0.3, 0.77, 1.0_f64] {
+            let jet = wave.jet(x);
+            let wanted = [
+                [(5.0 * x).sin(), x.exp()],
+                [5.0 * (5.0 * x).cos(), x.exp()],
+                [-25.0 * (5.0 * x).sin(), x.exp()],
+            ];
+            for (order, (found, wanted)) in jet.iter().zip(wanted).enumerate() {
+                let tolerance = [1e-13, 1e-11, 1e-9][order];
+                assert!((0..2).all(|i| (found[i] - wanted[i]).abs() < tolerance), "{order}: {found:?}");
+            }
+        }
+        assert_eq!(Profile::linear([[1.0], [4.0]]).jet(0.5), [[2.5], [3.0], [0.0]]);
+        assert_eq!(Profile::from(2.0).jet(0.5), [[2.0], [0.0], [0.0]]);
+        let line = Profile::polynomial(&[[1.0], [2.0]]).unwrap();
+        assert_eq!(line.jet(0.25), [[0.0], [4.0], [0.0]]);
+        let table = Profile::table(&[0.0, 1.0, 3.0], &[[0.0], [1.0], [0.5]]).unwrap();
+        let step = 1e-5;
+        for x in [0.1, 0.2, 0.5, 0.9] {
+            let [before, here, after] = [x - step, x, x + step].map(|x| table.jet(x));
+            assert!(((after[0][0] - before[0][0]) / (2.0 * step) - here[1][0]).abs() < 1e-8);
+            assert!(((after[1][0] - before[1][0]) / (2.0 * step) - here[2][0]).abs() < 1e-8);
+        }
     }
 
     #[test]

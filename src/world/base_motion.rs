@@ -8,7 +8,7 @@
 //! bit, and one of constant velocity changes nothing.
 
 use super::prescribed::nearer;
-use super::smooth::{Smooth, span};
+use super::smooth::{Smooth, check_smooth, span};
 use crate::error::{Checker, Interrupted, InvalidInput, Number};
 use crate::lie::QUATERNION_TOLERANCE;
 use crate::lie::{Quaternion, Rotation, Vector, rotation_vector_motion};
@@ -57,14 +57,14 @@ impl BaseMotion {
     /// Everything that is wrong with it.
     pub fn validate(&self) -> Result<(), InvalidInput> {
         let mut check = Checker::new();
-        self.translation.check(&mut check, "translation");
+        check_smooth(&self.translation, &mut check, "translation");
         match &self.rotation {
             BaseRotation::About { axis, angle } => {
                 if check.finite(axis, "axis") {
                     let is_axis = axis.iter().any(|&x| x != 0.0);
                     check.require(is_axis, "axis", "a vector of length 0", "a vector that is not zero");
                 }
-                angle.check(&mut check, "angle");
+                check_smooth(angle, &mut check, "angle");
             }
             BaseRotation::By(Signal::Table(table)) => check_orientations(&mut check, table),
             BaseRotation::By(Signal::Function(_)) => {}
@@ -120,7 +120,7 @@ impl BaseMotion {
             v.dot(normal).abs() <= ROUNDING * v.dot(v).sqrt()
         };
         let moves_across = match &self.translation {
-            Signal::Constant(_) => true,
+            Signal::Constant(_) | Signal::Input(_) => true,
             Signal::Harmonic(Harmonic { rate, amplitude, .. }) => is_across(rate) && is_across(amplitude),
             Signal::Table(table) => table.values().iter().all(is_across),
             Signal::Function(_) => false,

@@ -1,7 +1,7 @@
 //! Signals with derivatives: what positions and angles follow, where loads follow values alone.
 
 use super::prescribed::Prescribed;
-use crate::error::Interrupted;
+use crate::error::{Checker, Interrupted};
 use crate::signal::{Harmonic, Motion, Signal, Spline};
 
 /// The times between which a signal has derivatives.
@@ -9,6 +9,16 @@ pub(crate) fn span<const N: usize>(signal: &Signal<N>) -> [f64; 2] {
     match signal {
         Signal::Table(table) => [table.times()[0], table.times()[table.times().len() - 1]],
         _ => [f64::NEG_INFINITY, f64::INFINITY],
+    }
+}
+
+/// Everything that is wrong with a signal that a motion follows, which stands at `place`: one that is set from outside has
+/// no derivatives.
+pub(crate) fn check_smooth<const N: usize>(signal: &Signal<N>, check: &mut Checker, place: &str) {
+    signal.check(check, place);
+    if let Some(input) = signal.input() {
+        let found = format_args!("the input \"{}\"", input.name);
+        check.require(false, place, found, "a motion known in time; a Motor moves a joint by an input");
     }
 }
 
@@ -28,6 +38,8 @@ impl<const N: usize> Smooth<N> {
             Signal::Harmonic(harmonic) => Self::Harmonic(*harmonic),
             Signal::Table(table) => Self::Spline(Spline::new(table)),
             Signal::Function(function) => Self::Function(Prescribed::new(function.clone())),
+            // Refused by `check_smooth`: it has no derivatives.
+            Signal::Input(input) => Self::Constant(input.value),
         }
     }
 

@@ -50,7 +50,7 @@ pub(crate) fn compile<G: Turning>(plan: &mut Plan<G>, robot: &Robot, fluid: &Flu
         let extent = Extent::Along([0.0, robot.length()]);
         let load = crate::load::Load { force: weight.into(), extent, ..crate::load::Load::at_tip() };
         let World { base, motion, .. } = &plan.world;
-        plan.loads.push(load::plan(load, plan.frame, &base.rotation, motion.is_some()));
+        plan.loads.push(load::plan(load, plan.frame, &base.rotation, motion.is_some(), &plan.inputs));
         plan.has_dead_loads = true;
         plan.world.dead_force += Vector::from(weight) * volume;
     }

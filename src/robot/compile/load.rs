@@ -3,6 +3,8 @@
 use super::links::Tree;
 use crate::lie::{Rotation, VectorSpace, Wrench};
 use crate::load::{Extent, Frame};
+use crate::robot::description::Inputs;
+use crate::robot::plan::command::Command;
 use crate::robot::plan::load::{LoadPlan, Spread};
 use crate::robot::plan::{load, packed};
 use crate::robot::turning::Turning;
@@ -12,17 +14,21 @@ pub(crate) fn plan<G: Turning>(
     frame: G::Frame,
     base_rotation: &Rotation<f64>,
     base_moves: bool,
+    inputs: &Inputs,
 ) -> LoadPlan<G> {
     let constant = [&load.force, &load.moment].map(|signal| signal.constant().unwrap_or_default());
     let wrench: Wrench<G, f64> = load::wrench(constant, load.frame, frame, base_rotation);
-    let varies = load.varies_in_time() || (base_moves && load.frame == Frame::World);
+    let varies_in_time = load.varies_in_time() || (base_moves && load.frame == Frame::World);
+    let has_input = load.force.input().is_some() || load.moment.input().is_some();
     LoadPlan {
         link: load.link,
         extent: load.extent,
         frame: load.frame,
         has_potential: load.frame == Frame::World && load.force.constant().is_some(),
         has_moment: load.moment.constant().is_none() || wrench.moment.dot(wrench.moment) > 0.0,
-        signals: varies.then_some([load.force, load.moment]),
+        signals: (varies_in_time || has_input)
+            .then(|| [&load.force, &load.moment].map(|signal| Command::new(signal, inputs))),
+        varies_in_time,
         wrench,
     }
 }

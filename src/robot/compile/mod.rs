@@ -1,5 +1,6 @@
 //! A robot in plain data made into a plan.
 
+mod actuation;
 mod anchor;
 mod immersion;
 mod joint;
@@ -11,7 +12,7 @@ mod points;
 use self::links::Tree;
 use crate::lie::Instructions;
 use crate::load::Frame;
-use crate::robot::description::Robot;
+use crate::robot::description::{Inputs, Robot};
 use crate::robot::effect::all as effects;
 use crate::robot::plan::Plan;
 use crate::robot::plan::load::LoadPlan;
@@ -31,14 +32,16 @@ pub(crate) fn plan_of_every_link<G: Turning>(robot: &Robot, frame: G::Frame) -> 
 fn plan_of<G: Turning>(robot: &Robot, frame: G::Frame, mut tree: Tree<G>) -> Plan<G> {
     let world = World::new(robot);
     let is_moving = world.motion.is_some();
+    let inputs = Inputs::of(robot);
     let loads: Vec<LoadPlan<G>> = robot
         .acting_loads()
-        .map(|load| load::plan(load.clone(), frame, &world.base.rotation, is_moving))
+        .map(|load| load::plan(load.clone(), frame, &world.base.rotation, is_moving, &inputs))
         .collect();
     load::compile(&mut tree, &loads);
     let (points, supported) = points::compile(frame, &mut tree, &loads, robot);
     let stations = tree.stations();
     let Tree { pieces, links, n, packs, hinges, .. } = tree;
+    let actuation = actuation::compile(robot, &pieces, &links, &inputs);
     let mut plan = Plan {
         n,
         stations,
@@ -53,7 +56,11 @@ fn plan_of<G: Turning>(robot: &Robot, frame: G::Frame, mut tree: Tree<G>) -> Pla
         immersion: None,
         has_responses: false,
         has_dead_loads: loads.iter().any(|load| load.frame == Frame::World),
-        varies_in_time: is_moving || loads.iter().any(|load| load.signals.is_some()),
+        varies_in_time: is_moving
+            || loads.iter().any(|load| load.varies_in_time)
+            || actuation.actuators.iter().any(|actuator| actuator.command.varies_in_time()),
+        inputs,
+        actuation,
         pieces,
         links,
         loads,

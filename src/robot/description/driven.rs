@@ -5,7 +5,7 @@ use crate::error::{Checker, InvalidInput, Number};
 use crate::joint::Joint;
 use crate::signal::Signal;
 use crate::world::BaseMotion;
-use crate::world::smooth::span;
+use crate::world::smooth::{check_smooth, span};
 
 /// What gives the coordinates of a joint that is driven: it adds none to those of the robot.
 #[derive(Clone, Debug, PartialEq)]
@@ -78,7 +78,7 @@ impl Driven {
             Self::Coordinate(signal) => {
                 let expected = "one of a revolute or prismatic joint; that of a free one is a BaseMotion";
                 check.require(has_one, "motion", found, expected);
-                signal.check(&mut check, "motion");
+                check_smooth(signal, &mut check, "motion");
             }
             Self::Base(motion) => {
                 let expected = "one of a free joint; that of others is a number in time";

@@ -1,11 +1,13 @@
 //! What a robot is, in plain data: a tree of links, and what acts on them. A rod is a robot of one link that is welded
 //! to the world.
 
+mod actuation;
 mod driven;
 mod link;
 mod robot;
 mod rod;
 
+pub use actuation::Inputs;
 pub use driven::Driven;
 pub(crate) use driven::{Origin, origin};
 pub use link::Link;

@@ -3,11 +3,13 @@
 use super::driven::{Driven, check_mimics};
 use super::link::Link;
 use super::rod::Rod;
+use crate::actuator::Actuator;
 use crate::body::Body;
 use crate::error::{Checker, InvalidInput, Number};
 use crate::joint::Joint;
 use crate::load::{Extent, Load};
 use crate::rod::{Section, Segment};
+use crate::signal::Signal;
 use crate::support::Support;
 use crate::world::{BaseMotion, Fluid};
 
@@ -37,6 +39,8 @@ pub struct Robot {
     pub supports: Vec<Support>,
     /// The fluid around the rods.
     pub fluid: Option<Fluid>,
+    /// What moves it when it is told to.
+    pub actuators: Vec<Actuator>,
 }
 
 impl Robot {
@@ -50,6 +54,7 @@ impl Robot {
             bodies: Vec::new(),
             supports: Vec::new(),
             fluid: None,
+            actuators: Vec::new(),
         }
     }
 
@@ -160,7 +165,8 @@ impl Robot {
         let of_base = self.base_motion.iter().map(|motion| motion.horizon(t));
         let of_joints = self.driven().map(|driven| driven.horizon(t));
         let of_loads = self.loads.iter().map(|load| load.horizon(t));
-        of_loads.chain(of_base).chain(of_joints).fold(f64::INFINITY, f64::min)
+        let of_actuators = self.actuator_signals().map(|signal| signal.horizon(t));
+        of_loads.chain(of_base).chain(of_joints).chain(of_actuators).fold(f64::INFINITY, f64::min)
     }
 
     /// The shortest period of its loads and of prescribed motions, in seconds; infinite where nothing oscillates.
@@ -168,7 +174,8 @@ impl Robot {
         let of_base = self.base_motion.iter().map(BaseMotion::period);
         let of_joints = self.driven().map(Driven::period);
         let of_loads = self.loads.iter().map(Load::period);
-        of_loads.chain(of_base).chain(of_joints).fold(f64::INFINITY, f64::min)
+        let of_actuators = self.actuator_signals().map(Signal::period);
+        of_loads.chain(of_base).chain(of_joints).chain(of_actuators).fold(f64::INFINITY, f64::min)
     }
 
     /// The times between which the prescribed motions of its base and joints are known.
@@ -191,10 +198,17 @@ impl Robot {
 
     /// Whether anything of it depends on time by itself.
     pub fn depends_on_time(&self) -> bool {
-        self.is_moved() || self.loads.iter().any(Load::varies_in_time)
+        self.is_moved()
+            || self.loads.iter().any(Load::varies_in_time)
+            || self.actuator_signals().any(Signal::varies_in_time)
     }
 
-    /// The first of its loads that is not finite at a time, in words.
+    /// What its actuators are told.
+    fn actuator_signals(&self) -> impl Iterator<Item = &Signal<1>> {
+        self.actuators.iter().flat_map(Actuator::signals)
+    }
+
+    /// The first of its loads and commands that is not finite at a time, in words.
     pub(crate) fn not_finite(&self, t: f64) -> Option<String> {
         let of_load = |(i, load): (usize, &Load)| {
             let signals = [("force", &load.force), ("moment", &load.moment)];
@@ -204,7 +218,15 @@ impl Robot {
             })?;
             Some(format!("loads[{i}].{name} is {value} at t = {}", Number(t)))
         };
-        self.loads.iter().enumerate().find_map(of_load)
+        let of_actuator = |actuator: &Actuator| {
+            let value = actuator.signals().find_map(|signal| {
+                let [value] = signal.at(t).ok()?;
+                (!value.is_finite()).then_some(value)
+            })?;
+            Some(format!("the command of actuator \"{}\" is {value} at t = {}", actuator.name(), Number(t)))
+        };
+        let of_loads = self.loads.iter().enumerate().find_map(of_load);
+        of_loads.or_else(|| self.actuators.iter().find_map(of_actuator))
     }
 
     /// Everything that is wrong with this robot, its links and what acts on them.
@@ -238,6 +260,7 @@ impl Robot {
                 support.validate(x)
             });
         }
+        self.check_actuators(&mut check);
         if let Some(fluid) = &self.fluid {
             check.nested("fluid", fluid.validate());
             let is_given = |segment: &Segment| matches!(segment.section, Section::Given(_));
@@ -391,6 +414,7 @@ impl From<&Rod> for Robot {
             bodies: rod.bodies.iter().cloned().chain([Body::point(rod.tip_mass)]).collect(),
             supports: rod.supports.clone(),
             fluid: rod.fluid.clone(),
+            actuators: rod.actuators.clone(),
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use super::link::check_orientation;
 use super::robot::{MAX_COORDINATES, Robot, check_integration, check_surroundings};
+use crate::actuator::Actuator;
 use crate::body::Body;
 use crate::error::{Checker, InvalidInput};
 use crate::load::Load;
@@ -36,6 +37,8 @@ pub struct Rod {
     pub supports: Vec<Support>,
     /// The fluid around it.
     pub fluid: Option<Fluid>,
+    /// What moves it when it is told to.
+    pub actuators: Vec<Actuator>,
 }
 
 impl Rod {
@@ -54,6 +57,7 @@ impl Rod {
             bodies: Vec::new(),
             supports: Vec::new(),
             fluid: None,
+            actuators: Vec::new(),
         }
     }
 

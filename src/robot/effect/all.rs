@@ -3,6 +3,7 @@
 use std::marker::PhantomData;
 
 use super::Effect;
+use super::actuation::Actuators;
 use super::immersion::FluidAround;
 use super::joint_forces::OnJoints;
 use super::load::Loads;
@@ -17,12 +18,13 @@ use crate::robot::plan::piece::PiecePlan;
 use crate::robot::plan::point::{Place, Point};
 use crate::robot::state::Workspace;
 use crate::robot::state::point::PointState;
+use crate::robot::state::tangent::{Tangent, TangentWorkspace, Weights};
 use crate::robot::turning::Turning;
 
 /// Does something for every effect, in the order of this list.
 macro_rules! for_every_effect {
     ($effect:ident => $call:expr) => {
-        for_every_effect!($effect in [Loads, Supports, FluidAround, OnJoints] => $call)
+        for_every_effect!($effect in [Loads, Supports, FluidAround, OnJoints, Actuators] => $call)
     };
     ($effect:ident in [$($kind:ty),*] => $call:expr) => {
         $({
@@ -192,6 +194,30 @@ pub(crate) fn responds_at<G: Turning>(point: &Point<G>) -> bool {
 /// Whether anything responds anywhere.
 pub(crate) fn responds<G: Turning>(plan: &Plan<G>) -> bool {
     plan.points.iter().any(responds_at) || plan.pieces.iter().any(responds_along)
+}
+
+/// [`Effect::prepare`].
+#[inline(always)]
+pub(crate) fn prepare<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, q: &[f64], qd: &[f64]) {
+    for_every_effect!(Kind => <Kind as Effect<G>>::prepare(plan, work, q, qd));
+}
+
+/// [`Effect::push`].
+#[inline(always)]
+pub(crate) fn push<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, tau: &mut [f64]) {
+    for_every_effect!(Kind => <Kind as Effect<G>>::push(plan, work, tau));
+}
+
+/// [`Effect::stiffen`].
+#[inline(always)]
+pub(crate) fn stiffen<G: Turning>(
+    plan: &Plan<G>,
+    work: &Workspace<G>,
+    memory: &mut TangentWorkspace<G>,
+    weights: Weights,
+    tangent: &mut Tangent<'_>,
+) {
+    for_every_effect!(Kind => <Kind as Effect<G>>::stiffen(plan, work, memory, weights, tangent));
 }
 
 /// [`Effect::dissipates`].

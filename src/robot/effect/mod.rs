@@ -1,6 +1,7 @@
 //! What acts on a robot: one file an effect, named in the list of [`all`]. What an effect is given (its data in `plan`,
 //! made by `compile` from the description) is its own matter; all that the sweeps know of it is in the trait.
 
+pub(crate) mod actuation;
 pub(crate) mod all;
 pub(crate) mod immersion;
 pub(crate) mod joint_forces;
@@ -17,12 +18,14 @@ use crate::robot::plan::piece::PiecePlan;
 use crate::robot::plan::point::{Place, Point};
 use crate::robot::state::Workspace;
 use crate::robot::state::point::PointState;
+use crate::robot::state::tangent::{Tangent, TangentWorkspace, Weights};
 use crate::robot::turning::Turning;
 
 /// What the sweeps ask of something that acts on a robot, at points or along pieces. Its wrench changes with the motion
 /// in one of three ways: not at all, as the material sees it; as one that keeps its direction in the world (dead, a
 /// [`Gyroscope`]); or linearly in displacement, velocity and acceleration (a [`Response`]). An effect writes only what it
-/// has; the rest is nothing.
+/// has; the rest is nothing. What is no wrench at a place but a force on coordinates is found once the motion is known,
+/// and added at the end.
 ///
 /// Wrenches are what a motion needs against the effect, so its opposite, about the origin of the frame.
 #[allow(unused_variables, reason = "the names say what is given to those who need it")]
@@ -106,6 +109,25 @@ pub(crate) trait Effect<G: Turning> {
         work: &Workspace<G>,
         is_mass_only: bool,
         sums: &mut [Response<G, G::Pack>],
+    ) {
+    }
+
+    /// Finds what its forces on coordinates follow from, the motion of all pieces and points up to date.
+    #[inline(always)]
+    fn prepare(plan: &Plan<G>, work: &mut Workspace<G>, q: &[f64], qd: &[f64]) {}
+
+    /// Adds its forces on coordinates to the generalised forces.
+    #[inline(always)]
+    fn push(plan: &Plan<G>, work: &Workspace<G>, tau: &mut [f64]) {}
+
+    /// Adds the derivative of these.
+    #[inline(always)]
+    fn stiffen(
+        plan: &Plan<G>,
+        work: &Workspace<G>,
+        memory: &mut TangentWorkspace<G>,
+        weights: Weights,
+        tangent: &mut Tangent<'_>,
     ) {
     }
 

@@ -75,6 +75,13 @@ pub(crate) fn update<G: Turning>(
             points::drive(plan, piece, work);
         }
     }
+    effects::prepare(plan, work, q, qd);
+    gather(plan, work);
+}
+
+/// The internal wrenches that the forces at nodes and points make, from the leaves to the root.
+#[inline(always)]
+pub(super) fn gather<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
     work.carried.fill(Wrench::zero());
     for piece in plan.pieces.iter().rev() {
         let end = work.carried[piece.joined.end] + points::at_end(piece, work);
@@ -263,4 +270,5 @@ pub(crate) fn project<G: Turning>(
             coupling.add_elastic_force(q, qd, mu, tau);
         }
     }
+    effects::push(plan, work, tau);
 }

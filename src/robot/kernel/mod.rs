@@ -3,6 +3,7 @@
 pub(crate) mod elasticity;
 pub(crate) mod energy;
 pub(crate) mod hinge;
+pub(crate) mod inputs;
 pub(crate) mod inverse_dynamics;
 pub(crate) mod kinematics;
 pub(crate) mod momentum;

@@ -29,12 +29,44 @@ pub(crate) fn set<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, t: f64) -
         let base = &mut work.stations[0];
         (base.velocity, base.acceleration) = work.surroundings.motion(&plan.world, plan.frame);
     }
-    for (load, acting) in plan.loads.iter().zip(&mut work.acting) {
+    command(plan, work, t, |_| true)?;
+    work.time = t;
+    Ok(())
+}
+
+/// Takes these values for what is set from outside. What depends on time is not known until a time is set again.
+pub(crate) fn set_inputs<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, inputs: &[f64]) {
+    work.inputs.copy_from_slice(inputs);
+    work.time = f64::NAN;
+    work.motion_is_known = false;
+    tell(plan, work);
+}
+
+/// Tells loads and actuators what does not depend on time.
+pub(crate) fn tell<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
+    let told = command(plan, work, f64::NAN, |varies_in_time| !varies_in_time);
+    debug_assert!(told.is_ok(), "only functions of time can fail");
+}
+
+/// Tells loads and actuators what they are told at a time: those that vary with it, or those that do not.
+fn command<G: Turning>(
+    plan: &Plan<G>,
+    work: &mut Workspace<G>,
+    t: f64,
+    is_meant: impl Fn(bool) -> bool,
+) -> Result<(), Interrupted> {
+    for (load, acting) in
+        plan.loads.iter().zip(&mut work.acting).filter(|(load, _)| is_meant(load.varies_in_time))
+    {
         if let Some([force, moment]) = &load.signals {
-            let now = [force.at(t)?, moment.at(t)?];
+            let now = [force.at(t, &work.inputs)?, moment.at(t, &work.inputs)?];
             *acting = load::wrench(now, load.frame, plan.frame, &work.surroundings.base.rotation);
         }
     }
-    work.time = t;
+    for (actuator, told) in plan.actuation.actuators.iter().zip(&mut work.actuation.commands) {
+        if is_meant(actuator.command.varies_in_time()) {
+            [*told] = actuator.command.at(t, &work.inputs)?;
+        }
+    }
     Ok(())
 }

@@ -1,9 +1,9 @@
 //! Loads compiled for computing.
 
+use super::command::Command;
 use super::space::Space;
 use crate::lie::{Rotation, Wrench};
 use crate::load::{Extent, Frame};
-use crate::signal::Signal;
 
 /// A load. Its wrench about the place where it acts, in the axes of the plan if it is dead, else in those of the
 /// section, stands in the workspace: it may change with time.
@@ -14,8 +14,11 @@ pub(crate) struct LoadPlan<G: Space> {
     pub(crate) frame: Frame,
     /// The wrench, as far as it is constant.
     pub(crate) wrench: Wrench<G, f64>,
-    /// Force and moment, where the wrench varies: because one of them does, or the base moves and the load is dead.
-    pub(crate) signals: Option<[Signal<3>; 2]>,
+    /// Force and moment, where the wrench varies: because one of them does, is set from outside, or the base moves and the
+    /// load is dead.
+    pub(crate) signals: Option<[Command<3>; 2]>,
+    /// Whether that is because of time.
+    pub(crate) varies_in_time: bool,
     /// Whether its force has a potential: a constant dead force. No moment has one.
     pub(crate) has_potential: bool,
     pub(crate) has_moment: bool,

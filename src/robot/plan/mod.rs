@@ -1,6 +1,8 @@
 //! A robot compiled for computing: everything that does not change with the state, computed once.
 
+pub(crate) mod actuation;
 pub(crate) mod anchor;
+pub(crate) mod command;
 pub(crate) mod hinge;
 pub(crate) mod immersion;
 pub(crate) mod link;
@@ -17,6 +19,8 @@ use std::ops::Range;
 
 use crate::lie::{Instructions, LANES, Lanes};
 use crate::linalg::Matrix;
+use crate::robot::description::Inputs;
+use crate::robot::plan::actuation::Actuation;
 use crate::robot::plan::anchor::Anchor;
 use crate::robot::plan::immersion::Immersion;
 use crate::robot::plan::link::LinkPlan;
@@ -53,13 +57,16 @@ pub(crate) struct Plan<G: Space> {
     pub(crate) frame: G::Frame,
     pub(crate) world: World,
     pub(crate) loads: Vec<LoadPlan<G>>,
+    /// What is set from outside, and what moves the robot when it is told to.
+    pub(crate) inputs: Inputs,
+    pub(crate) actuation: Actuation<G::Pack>,
     /// What is concentrated at places, in their order.
     pub(crate) points: Vec<Point<G>>,
     /// The springs to the world, in the frame of the base at rest.
     pub(crate) anchors: Vec<Anchor>,
     /// The fluid around it, where that answers to motion.
     pub(crate) immersion: Option<Immersion>,
-    /// Whether a dead load acts anywhere, and whether the base or a load depends on time by itself.
+    /// Whether a dead load acts anywhere, and whether the base, a load or an actuator depends on time by itself.
     pub(crate) has_dead_loads: bool,
     pub(crate) varies_in_time: bool,
     /// Whether anything responds to the motion of its place other than by its inertia.

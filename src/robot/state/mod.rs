@@ -1,5 +1,6 @@
 //! The memory of all sweeps along a rod, sized by the plan: nothing is allocated after construction.
 
+pub(crate) mod actuation;
 pub(crate) mod point;
 pub(crate) mod surroundings;
 pub(crate) mod tangent;
@@ -8,6 +9,7 @@ use crate::lie::{LANES, Scalar, Twist, VectorSpace, Wrench};
 use crate::robot::plan::Plan;
 use crate::robot::plan::anchor::Anchor;
 use crate::robot::plan::space::Space;
+use crate::robot::state::actuation::ActuationState;
 use crate::robot::state::point::PointState;
 use crate::robot::state::surroundings::Surroundings;
 
@@ -73,6 +75,9 @@ pub(crate) struct Workspace<G: Space> {
     /// What is known of the plan's points, and the wrenches of its loads.
     pub(crate) points: Vec<PointState<G>>,
     pub(crate) acting: Vec<Wrench<G, f64>>,
+    /// What is set from outside, and what is known of the actuators.
+    pub(crate) inputs: Vec<f64>,
+    pub(crate) actuation: ActuationState<G::Pack>,
     /// The time that base and loads are taken at where they vary, NaN until it is set; and what the world and the
     /// anchors of the supports are then.
     pub(crate) time: f64,
@@ -129,6 +134,8 @@ impl<G: Space> Workspace<G> {
             points: vec![PointState::new(); plan.points.len()],
             // NaN too, where no time is set that it depends on.
             acting: plan.loads.iter().map(|load| load.at_first()).collect(),
+            inputs: plan.inputs.defaults().to_vec(),
+            actuation: ActuationState::new(&plan.actuation, plan.n),
             time: f64::NAN,
             surroundings,
             anchors,

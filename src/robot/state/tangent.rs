@@ -8,6 +8,7 @@ use crate::robot::plan::Plan;
 use crate::robot::plan::piece::PiecePlan;
 use crate::robot::plan::point::Point;
 use crate::robot::plan::space::Space;
+use crate::robot::state::actuation::ActuationTangent;
 
 /// What a coordinate is outside its own piece.
 #[derive(Clone, Copy, Debug)]
@@ -106,6 +107,7 @@ pub(crate) struct TangentWorkspace<G: Geometry> {
     /// Per pack, times the quadrature weights: that of the dead loads that are spread along the piece.
     pub(crate) dead: Vec<Gyroscope<G, G::Pack>>,
     pub(crate) points: PointTangents<G>,
+    pub(crate) actuation: ActuationTangent<G::Pack>,
     /// Per pack, times the quadrature weights: that of the fluid, if there is one.
     pub(crate) response: Vec<Response<G, G::Pack>>,
     /// Per component of the piece and pack: S, ad_V S, (ad_A + ad_V ad_V) S and w_q ad_S^T F of a unit strain.
@@ -137,6 +139,7 @@ impl<G: Space> TangentWorkspace<G> {
             gyroscope: vec![Gyroscope::zero(); packs],
             dead: vec![Gyroscope::zero(); packs],
             points: PointTangents::new(plan),
+            actuation: ActuationTangent::new(&plan.actuation, plan.n),
             response: vec![Response::zero(); if plan.immersion.is_some() { packs } else { 0 }],
             shape: vec![Twist::zero(); blocks],
             shape_rate: vec![Twist::zero(); blocks],

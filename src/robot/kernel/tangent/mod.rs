@@ -109,9 +109,12 @@ pub(crate) fn weighted_tangent<G: Turning>(
         }
         memory.carry(plan, piece, &rest);
     }
-    match tangent {
+    match &mut tangent {
         Tangent::Dense(matrix) => blocks::others(plan, memory, weights, matrix),
         Tangent::Tree(matrix) => tree::generate(plan, memory, weights.is_mass_only, matrix),
+    }
+    if !weights.is_mass_only {
+        effects::stiffen(plan, work, memory, weights, &mut tangent);
     }
 }
 

@@ -1,0 +1,91 @@
+//! Actuators of a robot, in plain data: what pulls, presses, turns or shortens it when it is told to.
+//!
+//! Each is a force on a length (design: an actuator whose length is l(q) and whose force is F has the generalised forces
+//! `F dl/dq`): of a tendon its path, of a chamber its volume, of a motor the coordinate of a joint.
+
+mod active_strain;
+mod chamber;
+mod motor;
+mod path;
+mod tendon;
+
+use crate::error::{Checker, InvalidInput};
+use crate::signal::Signal;
+
+pub use active_strain::ActiveStrain;
+pub use chamber::Chamber;
+pub use motor::{Motor, MotorCommand};
+pub use path::{Along, Part, Via};
+pub use tendon::{Drive, Tendon};
+
+/// Something that acts on a robot when it is told to.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Actuator {
+    /// A cable that pulls along its path.
+    Tendon(Tendon),
+    /// A volume along a rod that a fluid presses on.
+    Chamber(Chamber),
+    /// A torque about a joint, or a force along it.
+    Motor(Motor),
+    /// A reference strain that is driven.
+    ActiveStrain(ActiveStrain),
+}
+
+impl Actuator {
+    /// What it is known by.
+    pub fn name(&self) -> &str {
+        match self {
+            Self::Tendon(tendon) => &tendon.name,
+            Self::Chamber(chamber) => &chamber.name,
+            Self::Motor(motor) => &motor.name,
+            Self::ActiveStrain(active) => &active.name,
+        }
+    }
+
+    /// What it is told.
+    pub fn command(&self) -> &Signal<1> {
+        match self {
+            Self::Tendon(tendon) => tendon.drive.command(),
+            Self::Chamber(chamber) => &chamber.pressure,
+            Self::Motor(motor) => motor.command.signal(),
+            Self::ActiveStrain(active) => &active.amount,
+        }
+    }
+
+    /// The direction in which a tendon slides, where that is given.
+    pub fn sliding(&self) -> Option<&Signal<1>> {
+        if let Self::Tendon(tendon) = self { tendon.sliding.as_ref() } else { None }
+    }
+
+    /// All its signals, the command first.
+    pub fn signals(&self) -> impl Iterator<Item = &Signal<1>> {
+        [self.command()].into_iter().chain(self.sliding())
+    }
+
+    /// Whether its force counts positive where it resists lengthening: that of a tendon does.
+    pub fn pulls(&self) -> bool {
+        matches!(self, Self::Tendon(_))
+    }
+
+    /// The parts of its path along rods.
+    pub fn along(&self) -> Vec<&Along> {
+        match self {
+            Self::Tendon(tendon) => tendon.path.iter().filter_map(Part::along).collect(),
+            Self::Chamber(chamber) => chamber.path.iter().collect(),
+            Self::Motor(_) | Self::ActiveStrain(_) => Vec::new(),
+        }
+    }
+
+    /// Everything that is wrong with it by itself.
+    pub fn validate(&self) -> Result<(), InvalidInput> {
+        let mut check = Checker::new();
+        check.require(!self.name().is_empty(), "name", "\"\"", "a name");
+        match self {
+            Self::Tendon(tendon) => tendon.check(&mut check),
+            Self::Chamber(chamber) => chamber.check(&mut check),
+            Self::Motor(motor) => motor.check(&mut check),
+            Self::ActiveStrain(active) => active.check(&mut check),
+        }
+        check.finish()
+    }
+}

@@ -1,0 +1,62 @@
+//! Motors of joints.
+
+use crate::error::{Checker, Number};
+use crate::signal::Signal;
+
+/// A torque about the axis of a joint, or a force along it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Motor {
+    /// What it is known by.
+    pub name: String,
+    /// The link whose joint it moves.
+    pub link: usize,
+    /// The coordinate of the joint, by its place among those.
+    pub coordinate: usize,
+    /// What it is told.
+    pub command: MotorCommand,
+    /// The lowest and the highest torque in N m, or force in N.
+    pub limits: Option<[f64; 2]>,
+}
+
+/// What a motor is told.
+#[derive(Clone, Debug, PartialEq)]
+pub enum MotorCommand {
+    /// A torque in N m, or a force in N.
+    Torque(Signal<1>),
+    /// A coordinate q_0, in radians or metres: the motor answers `k (q_0 - q) - c q'`.
+    Position {
+        /// q_0.
+        position: Signal<1>,
+        /// k in N m (per radian) or N/m.
+        stiffness: f64,
+        /// c in N m s or N s/m.
+        damping: f64,
+    },
+}
+
+impl MotorCommand {
+    pub(super) fn signal(&self) -> &Signal<1> {
+        match self {
+            Self::Torque(signal) | Self::Position { position: signal, .. } => signal,
+        }
+    }
+}
+
+impl Motor {
+    pub(super) fn check(&self, check: &mut Checker) {
+        match &self.command {
+            MotorCommand::Torque(torque) => torque.check(check, "torque"),
+            MotorCommand::Position { position, stiffness, damping } => {
+                position.check(check, "position");
+                check.non_negative(*stiffness, "gains[0]", "newton metres a radian, or newtons a metre");
+                check.non_negative(*damping, "gains[1]", "newton metre seconds, or newton seconds a metre");
+            }
+        }
+        if let Some([lowest, highest]) = self.limits {
+            let found = format_args!("({}, {})", Number(lowest), Number(highest)).to_string();
+            let are_limits = lowest.is_finite() && highest.is_finite() && lowest < highest;
+            let expected = "the lowest and the highest torque or force, with a range between them";
+            check.require(are_limits, "limits", found, expected);
+        }
+    }
+}

@@ -1,0 +1,57 @@
+//! The way of a tendon or a chamber.
+
+use crate::error::Checker;
+use crate::rod::Profile;
+
+/// A part of a path that is embedded in a rod.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Along {
+    /// The link, by its place among those of a robot.
+    pub link: usize,
+    /// Where it lies in the section, y and z from the rod's axis in metres, along the whole of the link's rod.
+    pub offset: [Profile<1>; 2],
+    /// Arc lengths of the unstretched rod between which it lies, in metres.
+    pub along: [f64; 2],
+}
+
+/// A point of a link, or of the world, through which a path leads.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Via {
+    /// The link; `None` is the world.
+    pub link: Option<usize>,
+    /// The point in the axes of the section, of the body, or of the world, in metres.
+    pub point: [f64; 3],
+    /// Arc length of the section of a rod, in metres; `None` is its tip, or the body.
+    pub at: Option<f64>,
+}
+
+/// A part of a tendon's path. From one to the next it runs straight.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Part {
+    /// Embedded in a rod.
+    Along(Along),
+    /// Through a point.
+    Via(Via),
+}
+
+impl Part {
+    /// The part, where it is embedded.
+    pub fn along(&self) -> Option<&Along> {
+        if let Self::Along(along) = self { Some(along) } else { None }
+    }
+
+    pub(super) fn check(&self, check: &mut Checker, place: &str) {
+        match self {
+            Self::Along(along) => along.check(check, place),
+            Self::Via(via) => _ = check.finite(&via.point, &format!("{place}.point")),
+        }
+    }
+}
+
+impl Along {
+    pub(super) fn check(&self, check: &mut Checker, place: &str) {
+        let [from, to] = self.along;
+        let expected = format!("an arc length > along[0] = {from} (metres)");
+        check.require(from < to, &format!("{place}.along[1]"), to, &expected);
+    }
+}

@@ -1,0 +1,78 @@
+//! Tendons: cables that pull, and never push.
+
+use super::path::Part;
+use crate::error::Checker;
+use crate::signal::Signal;
+
+/// A cable through a robot, frictionless or with friction where it is embedded.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tendon {
+    /// What it is known by.
+    pub name: String,
+    /// Its way, from the end where it is pulled to the one where it is fixed.
+    pub path: Vec<Part>,
+    /// What it is told.
+    pub drive: Drive,
+    /// Coefficient of friction mu along the parts that are embedded (capstan).
+    pub friction: f64,
+    /// Rate of its length, in m/s, below which friction is smoothed.
+    pub friction_velocity: f64,
+    /// The direction of sliding in [-1, 1], 1 as while it is pulled, where the rate of its length does not tell.
+    pub sliding: Option<Signal<1>>,
+}
+
+/// How a tendon is driven.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Drive {
+    /// By its tension in newtons, which pulls where it is positive.
+    Tension(Signal<1>),
+    /// By the length l_0 at which it is free of force, in metres: `T = max(0, k (l - l_0) + c l')`.
+    Length {
+        /// l_0.
+        length: Signal<1>,
+        /// k in N/m.
+        stiffness: f64,
+        /// c in N s/m.
+        damping: f64,
+    },
+}
+
+impl Drive {
+    pub(super) fn command(&self) -> &Signal<1> {
+        match self {
+            Self::Tension(signal) | Self::Length { length: signal, .. } => signal,
+        }
+    }
+}
+
+impl Tendon {
+    pub(super) fn check(&self, check: &mut Checker) {
+        for (i, part) in self.path.iter().enumerate() {
+            part.check(check, &format!("path[{i}]"));
+        }
+        let has_length = self.path.len() > 1 || self.path.iter().any(|part| part.along().is_some());
+        let found = format_args!("{} parts", self.path.len());
+        check.require(has_length, "path", found, "a part along a rod, or two points");
+        match &self.drive {
+            Drive::Tension(tension) => {
+                tension.check(check, "tension");
+                let constant = tension.constant().map_or(0.0, |[tension]| tension);
+                let expected = "a tension >= 0 (newtons): a tendon never pushes; a Chamber does";
+                check.require(constant >= 0.0 || constant.is_nan(), "tension", constant, expected);
+            }
+            Drive::Length { length, stiffness, damping } => {
+                length.check(check, "length");
+                check.positive(*stiffness, "stiffness", "newtons a metre");
+                check.non_negative(*damping, "damping", "newton seconds a metre");
+            }
+        }
+        check.non_negative(self.friction, "friction", "a coefficient of friction");
+        check.positive(self.friction_velocity, "friction_velocity", "metres a second");
+        if let Some(sliding) = &self.sliding {
+            sliding.check(check, "sliding");
+            let constant = sliding.constant().map_or(0.0, |[sliding]| sliding);
+            let expected = "a direction in [-1, 1]: 1 while it is pulled, -1 while it is let out";
+            check.require(constant.abs() <= 1.0 || constant.is_nan(), "sliding", constant, expected);
+        }
+    }
+}

@@ -1,0 +1,451 @@
+//! Actuators as Python describes them: objects with the attributes of `lissom.Tendon` and the others.
+
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList, PyTuple};
+
+use super::convert;
+use super::link::index_of;
+use super::profile;
+use super::signal::{Functions, signal_of, signal_out};
+use crate::actuator::{
+    ActiveStrain, Actuator, Along, Chamber, Drive, Motor, MotorCommand, Part, Tendon, Via,
+};
+use crate::error::{Checker, InvalidInput};
+use crate::robot::{Link, Robot};
+use crate::rod::{Profile, STRAIN_NAMES};
+use crate::scene::suggestion::suggestion;
+use crate::signal::Signal;
+
+/// What the messages call them.
+const EXPECTED: &str = "lissom.Tendon, Chamber, Motor or ActiveStrain";
+
+/// The length of links that are not known yet: for what does not depend on it.
+const UNIT: f64 = 1.0;
+
+/// Where actuators are: on the links of a robot, or on links that are not known yet.
+#[derive(Clone, Copy)]
+struct Surroundings<'a>(Option<&'a Robot>);
+
+impl Surroundings<'_> {
+    fn link(self, name: Option<&str>, place: &str) -> Result<usize, InvalidInput> {
+        self.0.map_or(Ok(0), |robot| index_of(robot, name, place))
+    }
+
+    /// The length of a link's rod.
+    fn length(self, link: usize) -> f64 {
+        let length = self.0.map_or(UNIT, |robot| robot.links[link].length());
+        if length > 0.0 { length } else { UNIT }
+    }
+}
+
+/// What is in an attribute, unless that is None.
+fn given<'py>(object: &Bound<'py, PyAny>, name: &str) -> PyResult<Option<Bound<'py, PyAny>>> {
+    Ok(Some(object.getattr(name)?).filter(|value| !value.is_none()))
+}
+
+fn number(object: &Bound<'_, PyAny>, name: &str) -> PyResult<f64> {
+    convert::number(&object.getattr(name)?)
+        .map_err(|error| PyTypeError::new_err(format!("{name}: {}", error.value(object.py()))))
+}
+
+fn text(object: &Bound<'_, PyAny>, name: &str) -> PyResult<String> {
+    let value = object.getattr(name)?;
+    value.extract().map_err(|_| {
+        PyTypeError::new_err(format!("{name}: expected a string, got {}", convert::describe(&value)))
+    })
+}
+
+fn optional_text(object: &Bound<'_, PyAny>, name: &str) -> PyResult<Option<String>> {
+    given(object, name)?.map(|_| text(object, name)).transpose()
+}
+
+/// Adds the place to what an exception says.
+fn at_place(py: Python<'_>, place: &str, error: &PyErr) -> PyErr {
+    let message = error.value(py).to_string();
+    PyErr::from_type(error.get_type(py), format!("{place}.{message}"))
+}
+
+/// A part that is embedded in a rod.
+fn along_of(object: &Bound<'_, PyAny>, surroundings: Surroundings<'_>) -> PyResult<Along> {
+    let link = surroundings.link(optional_text(object, "link")?.as_deref(), "link")?;
+    let length = surroundings.length(link);
+    let given_along = given(object, "along")?;
+    let along: [f64; 2] = match &given_along {
+        Some(along) => convert::array_of(along, "along")?,
+        None => [0.0, length],
+    };
+    let offset = object.getattr("offset")?;
+    let wrong = || {
+        let expected = "the pair (y, z) of the offset from the rod's axis";
+        PyTypeError::new_err(format!("offset: expected {expected}, got {}", convert::describe(&offset)))
+    };
+    let parts: Vec<Bound<'_, PyAny>> =
+        offset.try_iter().map_err(|_| wrong())?.collect::<PyResult<_>>().map_err(|_| wrong())?;
+    let [y, z] = <[_; 2]>::try_from(parts).map_err(|_| wrong())?;
+    let is_known = surroundings.0.is_some();
+    let offset = [
+        offset_of(&y, along, length, is_known, "offset[0]")?,
+        offset_of(&z, along, length, is_known, "offset[1]")?,
+    ];
+    Ok(Along { link, offset, along })
+}
+
+/// A number, two numbers at the ends of a part (linear between them), or what a profile along the whole rod is made of.
+fn offset_of(
+    value: &Bound<'_, PyAny>,
+    [from, to]: [f64; 2],
+    length: f64,
+    is_known: bool,
+    place: &str,
+) -> PyResult<Profile<1>> {
+    let is_sequence = value.is_instance_of::<PyTuple>() || value.is_instance_of::<PyList>();
+    if is_sequence && value.len()? == 2 && !convert::is_array(&value.get_item(0)?) {
+        let [start, end]: [f64; 2] = convert::array_of(value, place)?;
+        let slope = (end - start) / (to - from);
+        if !slope.is_finite() {
+            // What is wrong with the ends is found with the other parameters.
+            return Ok(start.into());
+        }
+        return Ok(Profile::linear([[start - slope * from], [start + slope * (length - from)]]));
+    }
+    if !is_known && profile::varies(value)? {
+        return Ok(0.0.into());
+    }
+    let offset: Profile<1> = profile::profile(value, &[], length, place)?;
+    if let Some([number]) = offset.constant() {
+        let mut check = Checker::new();
+        check.require(number.is_finite(), place, number, "a finite number (metres)");
+        check.finish()?;
+    }
+    Ok(offset)
+}
+
+/// A part of a path.
+fn part_of(object: &Bound<'_, PyAny>, surroundings: Surroundings<'_>) -> PyResult<Part> {
+    if object.get_type().name()? == "Along" {
+        return along_of(object, surroundings).map(Part::Along);
+    }
+    if object.get_type().name()? != "Via" {
+        let found = convert::describe(object);
+        return Err(PyTypeError::new_err(format!("expected lissom.Along or lissom.Via, got {found}")));
+    }
+    let link = match optional_text(object, "link")? {
+        Some(name) => Some(surroundings.link(Some(&name), "link")?),
+        None => None,
+    };
+    let at = given(object, "at")?.map(|_| number(object, "at")).transpose()?;
+    Ok(Part::Via(Via { link, point: convert::array_of(&object.getattr("point")?, "point")?, at }))
+}
+
+fn path_of(object: &Bound<'_, PyAny>, surroundings: Surroundings<'_>) -> PyResult<Vec<Part>> {
+    let path = object.getattr("path")?;
+    let wrong = || {
+        let found = convert::describe(&path);
+        PyTypeError::new_err(format!("path: expected a sequence of lissom.Along and lissom.Via, got {found}"))
+    };
+    let parts = path.try_iter().map_err(|_| wrong())?.enumerate().map(|(i, part)| {
+        part_of(&part?, surroundings).map_err(|error| at_place(object.py(), &format!("path[{i}]"), &error))
+    });
+    parts.collect()
+}
+
+fn signal(object: &Bound<'_, PyAny>, name: &str, functions: &mut Functions) -> PyResult<Option<Signal<1>>> {
+    given(object, name)?.map(|value| signal_of(&value, name, functions)).transpose()
+}
+
+/// One of two commands, exactly one of which must be given.
+fn one_of<T>(check: &mut Checker, names: [&str; 2], values: [Option<T>; 2]) -> Option<(usize, T)> {
+    let expected = format!("one of {} and {}", names[0], names[1]);
+    match values {
+        [Some(first), None] => Some((0, first)),
+        [None, Some(second)] => Some((1, second)),
+        [None, None] => {
+            check.require(false, names[0], format_args!("neither {} nor {}", names[0], names[1]), &expected);
+            None
+        }
+        [Some(_), Some(_)] => {
+            check.require(false, names[1], format_args!("both {} and {}", names[0], names[1]), &expected);
+            None
+        }
+    }
+}
+
+/// The actuator that an object of one of the classes describes.
+fn actuator_of(
+    object: &Bound<'_, PyAny>,
+    surroundings: Surroundings<'_>,
+    functions: &mut Functions,
+) -> PyResult<Actuator> {
+    let mut check = Checker::new();
+    let kind = object.get_type().name()?.to_string();
+    Ok(match kind.as_str() {
+        "Tendon" => {
+            let path = path_of(object, surroundings)?;
+            let commands = [signal(object, "tension", functions)?, signal(object, "length", functions)?];
+            let stiffness = given(object, "stiffness")?.map(|_| number(object, "stiffness")).transpose()?;
+            let command = one_of(&mut check, ["tension", "length"], commands);
+            let is_length = matches!(command, Some((1, _)));
+            let expected = match is_length {
+                true => "a stiffness (newtons a metre): a tendon of a given length pulls by it",
+                false => "none: a tendon of a given tension has no stiffness",
+            };
+            let found = stiffness.map_or("none".to_owned(), |stiffness| stiffness.to_string());
+            check.require(stiffness.is_some() == is_length, "stiffness", found, expected);
+            check.finish()?;
+            let (which, command) = command.expect("it is given");
+            Actuator::Tendon(Tendon {
+                name: text(object, "name")?,
+                path,
+                drive: match (which, stiffness) {
+                    (1, Some(stiffness)) => {
+                        Drive::Length { length: command, stiffness, damping: number(object, "damping")? }
+                    }
+                    _ => Drive::Tension(command),
+                },
+                friction: number(object, "friction")?,
+                friction_velocity: number(object, "friction_velocity")?,
+                sliding: signal(object, "sliding", functions)?,
+            })
+        }
+        "Chamber" => {
+            let mut path = Vec::new();
+            for (i, part) in path_of(object, surroundings)?.into_iter().enumerate() {
+                match part {
+                    Part::Along(along) => path.push(along),
+                    Part::Via(_) => {
+                        let expected = "lissom.Along: a chamber is embedded in rods";
+                        check.require(false, &format!("path[{i}]"), "a Via", expected);
+                    }
+                }
+            }
+            check.finish()?;
+            Actuator::Chamber(Chamber {
+                name: text(object, "name")?,
+                path,
+                area: number(object, "area")?,
+                pressure: signal(object, "pressure", functions)?.unwrap_or_default(),
+            })
+        }
+        "Motor" => motor_of(object, surroundings, functions, check)?,
+        "ActiveStrain" => {
+            let link = surroundings.link(optional_text(object, "link")?.as_deref(), "link")?;
+            let strain = text(object, "strain")?;
+            let place = STRAIN_NAMES.iter().position(|known| *known == strain);
+            let meant = suggestion(&strain, STRAIN_NAMES.iter().copied());
+            let meant = meant.map_or_else(String::new, |meant| format!("; did you mean '{meant}'?"));
+            let expected = format!("one of {}{meant}", STRAIN_NAMES.join(", "));
+            check.require(place.is_some(), "strain", format_args!("'{strain}'"), &expected);
+            check.finish()?;
+            let shape = object.getattr("shape")?;
+            let length = surroundings.length(link);
+            let whole = [0.0, length];
+            Actuator::ActiveStrain(ActiveStrain {
+                name: text(object, "name")?,
+                link,
+                strain: place.expect("it is known"),
+                shape: offset_of(&shape, whole, length, surroundings.0.is_some(), "shape")?,
+                amount: signal(object, "amount", functions)?.unwrap_or_default(),
+            })
+        }
+        _ => {
+            let found = convert::describe(object);
+            return Err(PyTypeError::new_err(format!("expected {EXPECTED}, got {found}")));
+        }
+    })
+}
+
+fn motor_of(
+    object: &Bound<'_, PyAny>,
+    surroundings: Surroundings<'_>,
+    functions: &mut Functions,
+    mut check: Checker,
+) -> PyResult<Actuator> {
+    let joint = text(object, "joint")?;
+    let commands = [signal(object, "torque", functions)?, signal(object, "position", functions)?];
+    let command = one_of(&mut check, ["torque", "position"], commands);
+    let gains: Option<[f64; 2]> =
+        given(object, "gains")?.map(|gains| convert::array_of(&gains, "gains")).transpose()?;
+    let is_servo = matches!(command, Some((1, _)));
+    let expected = match is_servo {
+        true => "the pair (stiffness, damping) of a motor that holds a position",
+        false => "none: a motor of a given torque has no gains",
+    };
+    check.require(gains.is_some() == is_servo, "gains", if is_servo { "none" } else { "gains" }, expected);
+    check.finish()?;
+    let (which, command) = command.expect("it is given");
+    let (link, coordinate) = match surroundings.0 {
+        Some(robot) => coordinate_of(robot, &joint)?,
+        None => (0, 0),
+    };
+    let limits = given(object, "limits")?.map(|limits| convert::array_of(&limits, "limits")).transpose()?;
+    Ok(Actuator::Motor(Motor {
+        name: optional_text(object, "name")?.unwrap_or(joint),
+        link,
+        coordinate,
+        command: match (which, gains) {
+            (1, Some([stiffness, damping])) => {
+                MotorCommand::Position { position: command, stiffness, damping }
+            }
+            _ => MotorCommand::Torque(command),
+        },
+        limits,
+    }))
+}
+
+/// The link and the place within its joint of a coordinate, by the name of the link (where the joint has one) or of the
+/// coordinate.
+fn coordinate_of(robot: &Robot, name: &str) -> PyResult<(usize, usize)> {
+    let of_joint = |link: &Link| link.joint.coordinates().len();
+    if let Some(link) = robot.links.iter().position(|link| link.name == name && of_joint(link) == 1) {
+        return Ok((link, 0));
+    }
+    let mut known: Vec<String> = Vec::new();
+    for (i, link) in robot.links.iter().enumerate() {
+        for (k, coordinate) in link.joint.coordinates().iter().enumerate() {
+            let full = format!("{}.{coordinate}", link.name);
+            if full == name {
+                return Ok((i, k));
+            }
+            known.push(full);
+        }
+    }
+    let meant = suggestion(name, known.iter().map(String::as_str));
+    let meant = meant.map_or_else(String::new, |meant| format!("; did you mean '{meant}'?"));
+    let expected = match known.is_empty() {
+        true => "a coordinate of a joint, but no link has one".to_owned(),
+        false => format!("a link with a joint of one coordinate, or one of {}{meant}", known.join(", ")),
+    };
+    Err(InvalidInput::new("joint", format_args!("'{name}'"), expected).into())
+}
+
+/// Refuses an actuator that makes no sense by itself; whether it fits a robot is found out by that.
+#[pyfunction]
+pub(crate) fn check_actuator(object: &Bound<'_, PyAny>) -> PyResult<()> {
+    let actuator = actuator_of(object, Surroundings(None), &mut Functions::default())?;
+    Ok(actuator.validate()?)
+}
+
+/// Refuses a part of a path that makes no sense by itself.
+#[pyfunction]
+pub(crate) fn check_path(object: &Bound<'_, PyAny>) -> PyResult<()> {
+    part_of(object, Surroundings(None)).map(|_| ())
+}
+
+/// The actuators of a sequence, on the links of a robot.
+pub(super) fn actuators_of(
+    actuators: &Bound<'_, PyAny>,
+    robot: &Robot,
+    functions: &mut Functions,
+) -> PyResult<Vec<Actuator>> {
+    let wrong = || {
+        let found = convert::describe(actuators);
+        PyTypeError::new_err(format!("actuators: expected a sequence of {EXPECTED}, got {found}"))
+    };
+    let mut found = Vec::new();
+    for (i, object) in actuators.try_iter().map_err(|_| wrong())?.enumerate() {
+        let object = object?;
+        let actuator = actuator_of(&object, Surroundings(Some(robot)), functions);
+        found.push(actuator.map_err(|error| at_place(object.py(), &format!("actuators[{i}]"), &error))?);
+    }
+    Ok(found)
+}
+
+/// The place of an actuator among those of a robot.
+pub(super) fn actuator_index(robot: &Robot, name: &str) -> Result<usize, InvalidInput> {
+    let names = || robot.actuators.iter().map(Actuator::name);
+    names().position(|known| known == name).ok_or_else(|| {
+        let all = names().map(|name| format!("'{name}'")).collect::<Vec<_>>().join(", ");
+        let meant = suggestion(name, names());
+        let meant = meant.map_or_else(String::new, |meant| format!("; did you mean '{meant}'?"));
+        let expected = match all.is_empty() {
+            true => "an actuator, but the robot has none".to_owned(),
+            false => format!("one of the actuators: {all}{meant}"),
+        };
+        InvalidInput::new("name", format_args!("'{name}'"), expected)
+    })
+}
+
+/// The Python objects of the actuators of a robot.
+pub(super) fn actuators_out<'py>(py: Python<'py>, robot: &Robot) -> PyResult<Bound<'py, PyTuple>> {
+    let out = |actuator: &Actuator| -> PyResult<Bound<'py, PyAny>> {
+        let lissom = py.import("lissom")?;
+        let arguments = PyDict::new(py);
+        match actuator {
+            Actuator::Tendon(tendon) => {
+                let parts = tendon.path.iter().map(|part| part_out(py, robot, part));
+                let path = PyTuple::new(py, parts.collect::<PyResult<Vec<_>>>()?)?;
+                match &tendon.drive {
+                    Drive::Tension(tension) => arguments.set_item("tension", signal_out(py, tension)?)?,
+                    Drive::Length { length, stiffness, damping } => {
+                        arguments.set_item("length", signal_out(py, length)?)?;
+                        arguments.set_item("stiffness", stiffness)?;
+                        arguments.set_item("damping", damping)?;
+                    }
+                }
+                arguments.set_item("friction", tendon.friction)?;
+                arguments.set_item("friction_velocity", tendon.friction_velocity)?;
+                let sliding = tendon.sliding.as_ref().map(|signal| signal_out(py, signal)).transpose()?;
+                arguments.set_item("sliding", sliding)?;
+                lissom.getattr("Tendon")?.call((&tendon.name, path), Some(&arguments))
+            }
+            Actuator::Chamber(chamber) => {
+                let parts = chamber.path.iter().map(|along| along_out(py, robot, along));
+                let path = PyTuple::new(py, parts.collect::<PyResult<Vec<_>>>()?)?;
+                arguments.set_item("pressure", signal_out(py, &chamber.pressure)?)?;
+                lissom.getattr("Chamber")?.call((&chamber.name, path, chamber.area), Some(&arguments))
+            }
+            Actuator::Motor(motor) => {
+                let link = &robot.links[motor.link];
+                let coordinate = link.joint.coordinates()[motor.coordinate];
+                match &motor.command {
+                    MotorCommand::Torque(torque) => arguments.set_item("torque", signal_out(py, torque)?)?,
+                    MotorCommand::Position { position, stiffness, damping } => {
+                        arguments.set_item("position", signal_out(py, position)?)?;
+                        arguments.set_item("gains", (stiffness, damping))?;
+                    }
+                }
+                arguments.set_item("limits", motor.limits.map(<(f64, f64)>::from))?;
+                arguments.set_item("name", &motor.name)?;
+                let joint = format!("{}.{coordinate}", link.name);
+                lissom.getattr("Motor")?.call((joint,), Some(&arguments))
+            }
+            Actuator::ActiveStrain(active) => {
+                let link = &robot.links[active.link];
+                let strain = STRAIN_NAMES[active.strain];
+                let shape = profile_out(py, &active.shape, link.length())?;
+                arguments.set_item("amount", signal_out(py, &active.amount)?)?;
+                arguments.set_item("name", &active.name)?;
+                lissom.getattr("ActiveStrain")?.call((&link.name, strain, shape), Some(&arguments))
+            }
+        }
+    };
+    PyTuple::new(py, robot.actuators.iter().map(out).collect::<PyResult<Vec<_>>>()?)
+}
+
+/// A number where it is one.
+fn profile_out<'py>(py: Python<'py>, values: &Profile<1>, length: f64) -> PyResult<Bound<'py, PyAny>> {
+    use pyo3::IntoPyObjectExt;
+    match values.constant() {
+        Some([number]) => number.into_bound_py_any(py),
+        None => profile::to_python(values, &[], length).into_bound_py_any(py),
+    }
+}
+
+fn along_out<'py>(py: Python<'py>, robot: &Robot, along: &Along) -> PyResult<Bound<'py, PyAny>> {
+    let link = &robot.links[along.link];
+    let [y, z] = &along.offset;
+    let offset = (profile_out(py, y, link.length())?, profile_out(py, z, link.length())?);
+    py.import("lissom")?.getattr("Along")?.call1((&link.name, offset, <(f64, f64)>::from(along.along)))
+}
+
+fn part_out<'py>(py: Python<'py>, robot: &Robot, part: &Part) -> PyResult<Bound<'py, PyAny>> {
+    match part {
+        Part::Along(along) => along_out(py, robot, along),
+        Part::Via(via) => {
+            let link = via.link.map(|link| &robot.links[link].name);
+            let point = <(f64, f64, f64)>::from(via.point);
+            py.import("lissom")?.getattr("Via")?.call1((link, point, via.at))
+        }
+    }
+}

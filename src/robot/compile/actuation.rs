@@ -1,0 +1,333 @@
+//! Actuators made into parts of a plan.
+
+use std::ops::Range;
+
+use crate::actuator::{Actuator, Along, Drive, MotorCommand};
+use crate::lie::{LANES, Lanes, Vector};
+use crate::robot::description::{Inputs, Robot};
+use crate::robot::effect::actuation::law;
+use crate::robot::plan::actuation::{Actuation, ActuatorPlan, Law, Sleeve, SleeveComponent, Thread, pairs};
+use crate::robot::plan::command::Command;
+use crate::robot::plan::link::LinkPlan;
+use crate::robot::plan::packed;
+use crate::robot::plan::piece::PiecePlan;
+use crate::robot::turning::Turning;
+use crate::rod::piece::Piece;
+use crate::rod::{Gauss, Profile, STRAINS};
+
+/// Strains that are curvatures.
+const ANGULAR: usize = 3;
+
+/// Parts of a piece shorter than this fraction of it are rounding of arc lengths.
+const SHORTEST_PART: f64 = 1e-12;
+
+/// The actuators of a robot whose links have become these pieces.
+pub(crate) fn compile<G: Turning>(
+    robot: &Robot,
+    pieces: &[PiecePlan<G>],
+    links: &[LinkPlan],
+    inputs: &Inputs,
+) -> Actuation<G::Pack> {
+    let mut actuation = Actuation { actuators: Vec::new(), sleeves: Vec::new() };
+    for (i, actuator) in robot.actuators.iter().enumerate() {
+        let (mut length_at_zero, mut gradient) = (0.0, Vec::new());
+        let law = match actuator {
+            Actuator::Tendon(tendon) => {
+                for along in actuator.along() {
+                    for part in parts(along, robot, pieces, &links[along.link].rod) {
+                        thread(&mut actuation.sleeves, pieces, i, &part);
+                    }
+                }
+                match tendon.drive {
+                    Drive::Tension(_) => Law::Tension,
+                    Drive::Length { stiffness, damping, .. } => Law::Cable { stiffness, damping },
+                }
+            }
+            Actuator::Chamber(chamber) => {
+                for along in &chamber.path {
+                    for part in parts(along, robot, pieces, &links[along.link].rod) {
+                        length_at_zero += volume(pieces, &part, chamber.area, &mut gradient);
+                    }
+                }
+                Law::Pressure
+            }
+            Actuator::Motor(motor) => {
+                let joint = &pieces[links[motor.link].pieces.start + motor.coordinate];
+                gradient.push((joint.first, 1.0));
+                match motor.command {
+                    MotorCommand::Torque(_) => Law::Torque { limits: motor.limits },
+                    MotorCommand::Position { stiffness, damping, .. } => {
+                        Law::Servo { stiffness, damping, limits: motor.limits }
+                    }
+                }
+            }
+            Actuator::ActiveStrain(active) => {
+                let whole = Along {
+                    link: active.link,
+                    offset: [Profile::from(0.0), Profile::from(0.0)],
+                    along: [0.0, robot.links[active.link].length()],
+                };
+                let mut energy_of_unit = 0.0;
+                for part in parts(&whole, robot, pieces, &links[active.link].rod) {
+                    energy_of_unit += active_part(pieces, &part, active.strain, &active.shape, &mut gradient);
+                }
+                Law::Amount { energy_of_unit }
+            }
+        };
+        let mut reaches: Vec<usize> = gradient.iter().map(|&(k, _)| k).collect();
+        for sleeve in &actuation.sleeves {
+            if sleeve.threads.iter().any(|thread| thread.actuator == i) {
+                reaches.extend(pieces[sleeve.piece].coordinates());
+            }
+        }
+        reaches.sort_unstable();
+        reaches.dedup();
+        let holds_all = |piece: &PiecePlan<G>| reaches.iter().all(|k| piece.coordinates().contains(k));
+        actuation.actuators.push(ActuatorPlan {
+            command: Command::new(actuator.command(), inputs),
+            law,
+            length_at_zero,
+            gradient,
+            piece: pieces.iter().position(|piece| !reaches.is_empty() && holds_all(piece)),
+            reaches,
+            has_potential: actuator.command().constant().is_some() && law::potential(law, 0.0, 0.0).is_some(),
+        });
+    }
+    actuation
+}
+
+/// What of a path lies in one piece.
+struct Embedded<'a> {
+    piece: usize,
+    part: &'a Piece,
+    offset: &'a [Profile<1>; 2],
+    /// Fractions of the piece's length.
+    ends: [f64; 2],
+    /// From fractions of the piece's length to those of the link's: `from + rate x`.
+    from: f64,
+    rate: f64,
+    length_of_link: f64,
+}
+
+impl Embedded<'_> {
+    /// The fraction of the link's length.
+    fn on_link(&self, x: f64) -> f64 {
+        self.from + self.rate * x
+    }
+
+    /// Nodes and weights, as fractions of the piece's length: so many as the piece has on such a way, and more where the
+    /// offset varies; whole packs of them.
+    fn quadrature(&self, nodes_of_piece: usize, profiles: &[&Profile<1>]) -> (Vec<f64>, Vec<f64>) {
+        let mut breaks = self.part.breaks();
+        let rules_of_piece = breaks.len() + 1;
+        for profile in profiles {
+            let stations = profile.stations();
+            if let Some(&end) = stations.last() {
+                breaks.extend(stations.iter().map(|station| (station / end - self.from) / self.rate));
+            }
+        }
+        let [from, to] = self.ends;
+        let mut breaks: Vec<f64> = breaks.into_iter().map(|x| (x - from) / (to - from)).collect();
+        breaks.retain(|&x| x > SHORTEST_PART && x < 1.0 - SHORTEST_PART);
+        breaks.sort_by(f64::total_cmp);
+        breaks.dedup_by(|a, b| *a - *b < SHORTEST_PART);
+        let rules = breaks.len() + 1;
+        let degree = profiles.iter().map(|profile| profile.degree()).max().unwrap_or(0);
+        let of_rule = nodes_of_piece / rules_of_piece + degree;
+        let of_rule = (of_rule..).find(|nodes| (rules * nodes).is_multiple_of(LANES)).unwrap_or(of_rule);
+        let gauss = Gauss::composite(of_rule, &breaks);
+        (
+            gauss.nodes.iter().map(|x| from + (to - from) * x).collect(),
+            gauss.weights.iter().map(|weight| (to - from) * weight).collect(),
+        )
+    }
+}
+
+/// The parts of a path in the pieces of a rod.
+fn parts<'a, G: Turning>(
+    along: &'a Along,
+    robot: &Robot,
+    pieces: &'a [PiecePlan<G>],
+    rod: &Range<usize>,
+) -> Vec<Embedded<'a>> {
+    let length_of_link = robot.links[along.link].length();
+    let mut start = 0.0;
+    let mut found = Vec::new();
+    for s in rod.clone() {
+        let piece = &pieces[s];
+        let ends = along.along.map(|x| ((x - start) / piece.length).clamp(0.0, 1.0));
+        if ends[1] - ends[0] > SHORTEST_PART {
+            found.push(Embedded {
+                piece: s,
+                part: piece.part(),
+                offset: &along.offset,
+                ends,
+                from: start / length_of_link,
+                rate: piece.length / length_of_link,
+                length_of_link,
+            });
+        }
+        start += piece.length;
+    }
+    found
+}
+
+/// The strain components of a piece.
+fn components<G: Turning>(piece: &PiecePlan<G>) -> Vec<SleeveComponent> {
+    let mut first = piece.first;
+    let modes = piece.part().modes;
+    let present = modes.iter().enumerate().filter(|&(_, &modes)| modes > 0);
+    present
+        .map(|(strain, &modes)| {
+            first += modes;
+            SleeveComponent { strain, first: first - modes, modes }
+        })
+        .collect()
+}
+
+/// The slope of a path for a unit of a strain: `e_i x d`, or `e_i`.
+fn direction(strain: usize, [y, z]: [f64; 2]) -> Vector<f64> {
+    let unit = Vector::from(std::array::from_fn(|i| if i == strain % ANGULAR { 1.0 } else { 0.0 }));
+    if strain < ANGULAR { unit.cross(Vector { x: 0.0, y, z }) } else { unit }
+}
+
+/// d and d' of an embedded path at a fraction of its piece, d' per metre.
+fn offset(part: &Embedded<'_>, x: f64) -> [[f64; 2]; 2] {
+    let [y, z] = [0, 1].map(|i| part.offset[i].jet(part.on_link(x)));
+    [[y[0][0], z[0][0]], [y[1][0] / part.length_of_link, z[1][0] / part.length_of_link]]
+}
+
+/// u_0: the slope of a path where all coordinates are zero.
+fn slope_at_zero(part: &Embedded<'_>, x: f64) -> Vector<f64> {
+    let [d, [y, z]] = offset(part, x);
+    let reference = part.part.reference(x);
+    let sum = |sum: Vector<f64>, strain: usize| sum + direction(strain, d) * reference[strain];
+    (0..STRAINS).fold(Vector { x: 0.0, y, z }, sum)
+}
+
+/// Adds a tendon to the sleeve of a part of a piece, a new one if none has the same nodes yet.
+fn thread<G: Turning>(
+    sleeves: &mut Vec<Sleeve<G::Pack>>,
+    pieces: &[PiecePlan<G>],
+    actuator: usize,
+    part: &Embedded<'_>,
+) {
+    let piece = &pieces[part.piece];
+    let [y, z] = part.offset;
+    let (nodes, weights) = part.quadrature(piece.gauss.nodes.len(), &[y, z]);
+    let number = nodes.len();
+    let packs = number / LANES;
+    let weights = packed::<G::Pack>(number, |i| piece.length * weights[i]);
+    let components = components(piece);
+    let is_same = |sleeve: &Sleeve<G::Pack>| {
+        let lanes = |weights: &[G::Pack]| -> Vec<f64> {
+            weights.iter().flat_map(|pack| (0..LANES).map(|lane| pack.lane(lane))).collect()
+        };
+        sleeve.piece == part.piece && sleeve.ends == part.ends && lanes(&sleeve.weights) == lanes(&weights)
+    };
+    let sleeve = match sleeves.iter_mut().position(|sleeve| is_same(sleeve)) {
+        Some(found) => &mut sleeves[found],
+        None => {
+            let degrees = part.part.degrees();
+            let at_nodes: Vec<Vec<f64>> = nodes.iter().map(|&x| basis(part.part, x)).collect();
+            let basis: Vec<G::Pack> = (0..degrees).flat_map(|k| packed(number, |i| at_nodes[i][k])).collect();
+            let weighted_basis =
+                basis.iter().enumerate().map(|(i, &basis)| basis * weights[i % packs]).collect();
+            sleeves.push(Sleeve {
+                piece: part.piece,
+                ends: part.ends,
+                packs,
+                weights,
+                basis,
+                weighted_basis,
+                components: components.clone(),
+                threads: Vec::new(),
+            });
+            sleeves.last_mut().expect("one was pushed")
+        }
+    };
+    let pack_of = |f: &dyn Fn(f64) -> Vector<f64>| -> Vec<Vector<G::Pack>> {
+        let values: Vec<[f64; 3]> = nodes.iter().map(|&x| f(x).to_array()).collect();
+        let [x, y, z] = [0, 1, 2].map(|k| packed::<G::Pack>(number, |i| values[i][k]));
+        (0..packs).map(|pack| Vector { x: x[pack], y: y[pack], z: z[pack] }).collect()
+    };
+    let of_component =
+        |component: &SleeveComponent| pack_of(&|x| direction(component.strain, offset(part, x)[0]));
+    let directions: Vec<Vector<G::Pack>> = components.iter().flat_map(of_component).collect();
+    let at = |c: usize, pack: usize| directions[c * packs + pack];
+    let products = pairs(components.len())
+        .flat_map(|(c, d)| (0..packs).map(move |pack| (c, d, pack)))
+        .map(|(c, d, pack)| at(c, pack).dot(at(d, pack)))
+        .collect();
+    let start = pack_of(&|x| slope_at_zero(part, x));
+    sleeve.threads.push(Thread { actuator, start, directions, products });
+}
+
+/// The functions of a piece's basis.
+fn basis(part: &Piece, x: f64) -> Vec<f64> {
+    let mut values = vec![0.0; part.degrees()];
+    part.basis.values(x, &mut values);
+    values
+}
+
+/// The volume of a chamber in a piece where all coordinates are zero; adds its gradient.
+fn volume<G: Turning>(
+    pieces: &[PiecePlan<G>],
+    part: &Embedded<'_>,
+    area: f64,
+    gradient: &mut Vec<(usize, f64)>,
+) -> f64 {
+    let piece = &pieces[part.piece];
+    let [y, z] = part.offset;
+    let (nodes, weights) = part.quadrature(piece.gauss.nodes.len(), &[y, z]);
+    let mut volume = 0.0;
+    for (&x, weight) in nodes.iter().zip(weights) {
+        let weight = weight * piece.length;
+        volume += area * weight * slope_at_zero(part, x).x;
+        let values = basis(part.part, x);
+        let [d, _] = offset(part, x);
+        for component in components(piece) {
+            let along = area * weight * direction(component.strain, d).x;
+            add(gradient, component, &values, along);
+        }
+    }
+    volume
+}
+
+/// Adds a force per strain to the gradient of a length.
+fn add(gradient: &mut Vec<(usize, f64)>, component: SleeveComponent, basis: &[f64], force: f64) {
+    for (j, value) in basis[..component.modes].iter().enumerate() {
+        let k = component.first + j;
+        match gradient.iter_mut().find(|(known, _)| *known == k) {
+            Some((_, entry)) => *entry += value * force,
+            None => gradient.push((k, value * force)),
+        }
+    }
+}
+
+/// Adds what a unit of an active strain does in a piece, `int phi H shape`; returns twice its elastic energy alone.
+fn active_part<G: Turning>(
+    pieces: &[PiecePlan<G>],
+    part: &Embedded<'_>,
+    strain: usize,
+    shape: &Profile<1>,
+    gradient: &mut Vec<(usize, f64)>,
+) -> f64 {
+    let piece = &pieces[part.piece];
+    let (nodes, weights) = part.quadrature(piece.gauss.nodes.len(), &[shape]);
+    let mut energy = 0.0;
+    for (&x, weight) in nodes.iter().zip(weights) {
+        let [shape] = shape.at(part.on_link(x));
+        let weight = weight * piece.length * shape;
+        let stiffness = part.part.section(x).stiffness;
+        energy += weight * shape * stiffness[strain][strain];
+        let values = basis(part.part, x);
+        for component in components(piece) {
+            let force = weight * stiffness[component.strain][strain];
+            if force != 0.0 {
+                add(gradient, component, &values, force);
+            }
+        }
+    }
+    energy
+}

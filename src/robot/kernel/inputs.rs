@@ -1,0 +1,72 @@
+//! The derivative of the inverse dynamics with respect to what is set from outside.
+//!
+//! Forces of actuators are known with it. Loads act linearly: that of a unit of one, with nothing else at nodes and
+//! points, is gathered from them as all forces are.
+
+use super::inverse_dynamics;
+use crate::lie::{VectorSpace, Wrench};
+use crate::linalg::Matrix;
+use crate::robot::effect::Effect;
+use crate::robot::effect::actuation;
+use crate::robot::effect::load::Loads;
+use crate::robot::plan::{Plan, load};
+use crate::robot::state::Workspace;
+use crate::robot::state::actuation::Force;
+use crate::robot::turning::Turning;
+
+/// Writes the derivative, n x m, with the motion up to date; which is lost.
+pub(crate) fn tangent<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, tangent: &mut Matrix) {
+    tangent.fill(0.0);
+    actuation::add_input_tangent(plan, work, &mut |row, column, value| tangent[(row, column)] += value);
+    if plan.loads.iter().all(|load| load.signals.is_none()) {
+        return;
+    }
+    let zeros = vec![0.0; plan.n];
+    let (mut tau, mut without) = (zeros.clone(), zeros.clone());
+    let acting = work.acting.clone();
+    work.motion_is_known = false;
+    work.motion_of[2 * plan.n..].fill(0.0);
+    work.acting.fill(Wrench::zero());
+    work.actuation.forces.fill(Force::default());
+    // What springs of joints answer at zero.
+    gather(plan, work, &zeros, &mut without);
+    for column in 0..work.inputs.len() {
+        let mut acts = false;
+        for (i, load) in plan.loads.iter().enumerate() {
+            let Some(signals) = &load.signals else { continue };
+            let unit = signals.each_ref().map(|signal| {
+                let entry = signal.input().filter(|&first| (first..first + 3).contains(&column));
+                entry.map_or([0.0; 3], |first| {
+                    std::array::from_fn(|k| if first + k == column { 1.0 } else { 0.0 })
+                })
+            });
+            work.acting[i] = load::wrench(unit, load.frame, plan.frame, &work.surroundings.base.rotation);
+            acts |= unit != [[0.0; 3]; 2];
+        }
+        if acts {
+            gather(plan, work, &zeros, &mut tau);
+            for (row, (tau, without)) in tau.iter().zip(&without).enumerate() {
+                tangent[(row, column)] += tau - without;
+            }
+        }
+    }
+    work.acting = acting;
+}
+
+/// The generalised forces of the loads alone, with those of what is at rest where all coordinates are zero.
+fn gather<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, zeros: &[f64], tau: &mut [f64]) {
+    work.force.fill(Wrench::zero());
+    for piece in &plan.pieces {
+        if <Loads as Effect<G>>::acts_along(plan, piece) {
+            <Loads as Effect<G>>::act_along(plan, piece, work);
+        }
+    }
+    for (i, point) in plan.points.iter().enumerate() {
+        let mut state = work.points[i];
+        state.force = Wrench { moment: VectorSpace::zero(), force: VectorSpace::zero() };
+        <Loads as Effect<G>>::act_at(plan, work, point, &mut state);
+        work.points[i] = state;
+    }
+    inverse_dynamics::gather(plan, work);
+    inverse_dynamics::project(plan, work, zeros, zeros, tau);
+}
