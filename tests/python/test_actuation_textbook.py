@@ -413,7 +413,7 @@ def test_tension_times_shortening_is_the_work():
     motion = lissom.simulate(robot, 0.3, method="radau", rtol=1e-10, atol=1e-10, dt=2e-4)
     assert motion.success
     power = [
-        -robot.actuator_force("t", q, v, t) * robot.actuator_rate("t", q, v)
+        -robot.actuator_force("t", q, v, t=t) * robot.actuator_rate("t", q, v)
         for t, q, v in zip(motion.t, motion.q, motion.v, strict=True)
     ]
     work = np.trapezoid(power, motion.t)

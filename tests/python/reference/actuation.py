@@ -100,15 +100,15 @@ class ActiveStrain:
     amount: float = 0.0
 
 
-def profile(values, length) -> tuple[Callable[[float], float], list[float]]:
-    """A number, a pair, a table or a callable as a function of the arc length; where it may have kinks."""
+def profile(values, start, end) -> tuple[Callable[[float], float], list[float]]:
+    """A number, a pair between `start` and `end`, a table or a callable; where it may have kinks."""
     if callable(values):
         return values, []
     if np.ndim(values) == 0:
         return lambda X: float(values), []
     first, second = values
     if np.ndim(first) == 0:
-        return lambda X: first + (second - first) * X / length, []
+        return lambda X: first + (second - first) * (X - start) / (end - start), []
     return PchipInterpolator(first, second), list(first)
 
 
@@ -213,7 +213,7 @@ class Actuated:
         """Where a part along a rod is smooth: states of the sections at the nodes of a piece, and offsets."""
         starts = self.rod(along.link).starts
         start, end = along.along if along.along is not None else (0.0, starts[-1])
-        (y, y_kinks), (z, z_kinks) = (profile(each, starts[-1]) for each in along.offset)
+        (y, y_kinks), (z, z_kinks) = (profile(each, start, end) for each in along.offset)
         kinks = [X for X in (*starts, *y_kinks, *z_kinks) if start + 1e-12 < X < end - 1e-12]
         for ends in pairwise(np.unique([start, *kinks, end])):
             places = np.mean(ends) + np.ptp(ends) / 2 * NODES
@@ -333,7 +333,7 @@ class Actuated:
         """Central differences of energies, which are quadratic in q."""
         i = self.robot.names.index(active.link)
         rod, dofs = self.robot.parts[i].rod, self.robot.rod_dofs[i]
-        shape, kinks = profile(active.shape, rod.starts[-1])
+        shape, kinks = profile(active.shape, 0.0, rod.starts[-1])
         unit, force = np.eye(6)[STRAINS.index(active.strain)], np.zeros(self.robot.n)
         for segment, own, start in zip(rod.segments, rod.dofs, rod.starts[:-1], strict=True):
             inside = [X - start for X in kinks if 0 < X - start < segment.length]
