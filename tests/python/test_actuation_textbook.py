@@ -147,7 +147,7 @@ def test_chamber_bends_and_stretches():
     A, p = 4e-5, 3e5
     robot = till({"bend_y": 2, "stretch": 2}, [lissom.Chamber("c", along(0.0, D), A, p)], **NO_GRAVITY)
     q = settled(robot)
-    expected = [0, -p * A * D / EI, 0, 1 + p * A / EA, 0, 0]
+    expected = [0, p * A * D / EI, 0, 1 + p * A / EA, 0, 0]
     assert_allclose(robot.strain(q, 0.1, link="rod"), expected, rtol=1e-10, atol=1e-12)
     volume = A * L * (expected[3] + expected[1] * D)
     assert_allclose(robot.actuator_length("c", q), volume, rtol=1e-10)
@@ -413,11 +413,11 @@ def test_tension_times_shortening_is_the_work():
     motion = lissom.simulate(robot, 0.3, method="radau", rtol=1e-10, atol=1e-10, dt=2e-4)
     assert motion.success
     power = [
-        -robot.actuator_force("t", q, v, t=t) * robot.actuator_rate("t", q, v)
+        -robot.actuator_force("t", q, v, t=t) * robot.actuator_rate("t", q, v, t=t)
         for t, q, v in zip(motion.t, motion.q, motion.v, strict=True)
     ]
     work = np.trapezoid(power, motion.t)
-    energy = robot.energy(motion.q[-1], motion.v[-1])
+    energy = robot.energy(motion.q[-1], motion.v[-1], t=motion.t[-1])
     assert_allclose(energy.kinetic + energy.elastic, work, rtol=1e-4)
 
 
