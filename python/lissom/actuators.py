@@ -130,8 +130,8 @@ class Tendon(_Actuator):
         Newton seconds per metre.
     friction : float
         Coefficient of friction along the parts that are embedded: the tension falls by
-        ``exp(-friction * angle)`` where the tendon turns by that angle, as on a capstan, away from the end where
-        it is pulled, and grows while it is let out. At points it slides freely.
+        ``exp(-friction * angle)`` where the tendon turns by that angle, as on a capstan, away from the end
+        where it is pulled, and grows while it is let out. At points it slides freely.
     friction_velocity : float
         Rate of the path's length below which friction is smoothed, metres per second.
     sliding : float, (times, values), Harmonic, Input or callable, optional
