@@ -24,7 +24,7 @@ LENGTHS = np.array([0.06, 0.0625, 0.064])  # of the segments, metres
 SEGMENT = np.repeat([0, 1, 2], 3)  # in which every tendon ends
 REACH = np.cumsum(LENGTHS)[SEGMENT]  # of every tendon, metres
 RADIUS, YOUNG_MODULUS, POISSON_RATIO = 0.5e-3, 50e9, 0.3  # of the wire
-MASS = 0.05 / LENGTHS.sum()  # kilograms per metre; weight plays no part here, see the document
+MASS = 0.05 / LENGTHS.sum()  # kilograms per metre; see docs/tendon_robot.md on weight
 UP = (0.5**0.5, 0.0, -(0.5**0.5), 0.0)  # takes the wire's x axis to the z axis of the motion capture
 ERROR = 3e-3  # metres that a tip is off by in one direction: what residuals are weighed against
 STILL = 5e-5  # metres: servos that moved less from a row to the next did not change direction
@@ -287,7 +287,7 @@ def draw(path, recording, tips) -> None:
     from matplotlib import pyplot
 
     kinds = {"same": "all bend alike", "scurve": "S curves", "spiral": "spirals"}
-    figure, axes = pyplot.subplots(1, 3, figsize=(12, 4.4), sharex=True, sharey=True)
+    figure, axes = pyplot.subplots(1, 3, figsize=(12, 4.8), sharex=True, sharey=True, layout="constrained")
     for axis, (kind, title) in zip(axes, kinds.items(), strict=True):
         patterns = dict.fromkeys(name.removesuffix("_hold") for name in recording.pattern if kind in name)
         for i, pattern in enumerate(patterns):
@@ -297,7 +297,6 @@ def draw(path, recording, tips) -> None:
         axis.set(title=title, xlabel="x [mm]", aspect="equal")
     axes[0].set_ylabel("y [mm]")
     figure.suptitle("Tip in validation: recorded (dots), computed (lines)")
-    figure.tight_layout()
     figure.savefig(path, dpi=110)
 
 

@@ -6,7 +6,7 @@ from hypothesis import Phase, given, settings
 from numpy.testing import assert_allclose
 
 from reference.actuation import ActiveStrain, Actuated, Along, Chamber, Motor, Tendon, Via
-from reference.random_actuators import make, random_actuators
+from reference.random_actuators import make, random_others, random_tendons
 from reference.random_robots import random_states, robots, seeds
 from reference.robot import build
 from reference.tendon_rod import (
@@ -104,9 +104,9 @@ def test_gradients_are_differences_of_lengths_and_volumes(description, seed):
     q = random_states(robot, seed)[0]
     direction = np.random.default_rng(seed).standard_normal(robot.n)
     step = 1e-4
-    actuators = [make(each) for each in random_actuators(seed, description["links"])]
-    tendons = [each for each in actuators if isinstance(each, Tendon)]
-    chambers = [each for each in actuators if isinstance(each, Chamber)]
+    links = description["links"]
+    tendons = [make(each) for each in random_tendons(seed, links, points=True)]
+    chambers = [make(each) for each in random_others(seed, links) if each[0] == "Chamber"]
 
     def along(x):
         actuated = Actuated(robot, q + x * direction, gradients=False)

@@ -60,28 +60,38 @@ def random_via(rng, links):
 def random_path(rng, links, most=4):
     """Parts along rods and points, in any order; at least a length."""
     rods = [link for link in links if "rod" in link]
-    path = [
-        random_along(rng, rods[rng.integers(len(rods))])
-        if rods and rng.integers(2)
-        else random_via(rng, links)
-        for _ in range(rng.integers(1, most + 1))
-    ]
+    path = []
+    for _ in range(rng.integers(1, most + 1)):
+        embedded = rods and rng.integers(2)
+        path.append(random_along(rng, rng.choice(rods)) if embedded else random_via(rng, links))
     return path if len(path) > 1 or path[0][0] == "Along" else [*path, random_via(rng, links)]
 
 
-def random_actuators(seed, links, count=3):
-    """A tendon of every drive, and of the others what the robot has a place for."""
+def random_tendons(seed, links, *, points=False, friction=False):
+    """Some tendons: embedded in one rod, or through points and rods; with friction, or of every drive."""
     rng = np.random.default_rng(seed)
-    tendons = [
+    rods = [link for link in links if "rod" in link]
+    drives = [
         {"tension": rng.uniform(0.1, 5)},
-        {"tension": rng.uniform(0.1, 5), "friction": rng.uniform(0.05, 0.5), "friction_velocity": 0.1},
-        {"tension": rng.uniform(0.1, 5), "friction": rng.uniform(0.05, 0.5), "sliding": rng.uniform(-1, 1)},
         {"length": rng.uniform(0.0, 0.3), "stiffness": rng.uniform(1, 20), "damping": rng.uniform(0, 2)},
+        {"length": 10.0, "stiffness": 5.0},  # slack
     ]
-    made = [
-        ("Tendon", {"name": f"tendon{i}", "path": random_path(rng, links), **drive})
-        for i, drive in enumerate(tendons)
+    if friction:
+        ways = [{"friction_velocity": 0.1}, {"sliding": rng.uniform(-1, 1)}, {"sliding": 1.0}]
+        drives = [drives[i % 2] | {"friction": rng.uniform(0.05, 0.5), **way} for i, way in enumerate(ways)]
+    if not (points or rods):
+        return []
+    paths = [random_path(rng, links) if points else [random_along(rng, rng.choice(rods))] for _ in drives]
+    return [
+        ("Tendon", {"name": f"tendon{i}", "path": path, **drive})
+        for i, (path, drive) in enumerate(zip(paths, drives, strict=True))
     ]
+
+
+def random_others(seed, links):
+    """Chambers, motors and active strains, where the robot has a place for them."""
+    rng = np.random.default_rng(seed)
+    made = []
     for i, link in enumerate(links):
         if "rod" in link:
             path = [random_along(rng, link)]
@@ -90,7 +100,7 @@ def random_actuators(seed, links, count=3):
             strains = sorted({strain for segment in link["rod"] for strain in segment["modes"]})
             if strains and all(strains[0] in segment["modes"] for segment in link["rod"]):
                 made.append(("ActiveStrain", random_active(rng, link, strains[0])))
-        if link["joint"]["type"] in ("revolute", "prismatic"):
+        if link.get("joint", {}).get("type") in ("revolute", "prismatic"):
             servo = {"position": rng.uniform(-1, 1), "gains": rng.uniform(0, 3, 2).tolist()}
             drive = servo if rng.integers(2) else {"torque": rng.uniform(-1, 1)}
             made.append(("Motor", {"joint": link["name"], **drive}))
