@@ -59,9 +59,9 @@ def with_actuators(description, actuators, nodes=32):
     return build(description | {"links": links, "actuators": made}, lissom)
 
 
-def assert_close(actual, desired, tolerance=1e-9):
-    """Relative to the largest value: entries may vanish."""
-    assert_allclose(actual, desired, rtol=0, atol=tolerance * max(1e-6, np.abs(desired).max(initial=0)))
+def assert_close(actual, desired, tolerance=1e-9, least=1e-6):
+    """Relative to the largest value, or to `least`: entries may vanish."""
+    assert_allclose(actual, desired, rtol=0, atol=tolerance * max(least, np.abs(desired).max(initial=0)))
 
 
 def assert_forces_agree(description, seed, drawn):
@@ -114,8 +114,10 @@ def test_lengths_volumes_and_gradients_are_those_of_the_reference(drawn, descrip
         else:
             continue
         assert_allclose(robot.actuator_length(own.name, q), value, rtol=1e-9, atol=1e-15)
-        assert_close(robot.actuator_gradient(own.name, q), gradient)
-        assert_close(robot.actuator_rate(own.name, q, v), gradient @ v)
+        # Lengths between points of one link do not change: the reference knows that to rounding of a metre.
+        least = 1e-3 if isinstance(actuator, Tendon) else 0.0
+        assert_close(robot.actuator_gradient(own.name, q), gradient, least=least)
+        assert_close(robot.actuator_rate(own.name, q, v), gradient @ v, least=least)
 
 
 @kinds
