@@ -1278,6 +1278,7 @@ def statics(
     tol: float = 1e-10,
     max_iter: int = 500,
     max_steps: int = 500,
+    u: ArrayLike | None = None,
 ) -> StaticsResult: ...
 def continuation(
     model: Model,
@@ -1290,6 +1291,7 @@ def continuation(
     max_steps: int = 500,
     t: float = 0.0,
     tol: float = 1e-10,
+    u: ArrayLike | None = None,
 ) -> ContinuationResult: ...
 
 @final
@@ -1313,4 +1315,4 @@ class ModesResult:
     @property
     def residual_norm(self) -> float: ...
 
-def modes(model: Model, q: ArrayLike, *, t: float = 0.0) -> ModesResult: ...
+def modes(model: Model, q: ArrayLike, *, t: float = 0.0, u: ArrayLike | None = None) -> ModesResult: ...

@@ -298,6 +298,8 @@ impl PyContinuationResult {
 ///     Largest number of Newton iterations of 'descent' and 'newton'.
 /// max_steps : int
 ///     Largest number of steps of 'load_path'.
+/// u : array_like, shape (m,), optional
+///     The inputs; by default as `u0` of the model.
 ///
 /// Returns
 /// -------
@@ -317,8 +319,8 @@ impl PyContinuationResult {
 /// >>> sagging.success, sagging.stability, sagging.q.round(6)
 /// (True, 'stable', array([ 0.238212, -0.358564,  0.121461]))
 #[pyfunction]
-#[pyo3(signature = (model, q0=None, *, load_steps=None, method="auto", t=0.0, tol=None, max_iter=None, max_steps=None),
-       text_signature = "(model, q0=None, *, load_steps='auto', method='auto', t=0.0, tol=1e-10, max_iter=500, max_steps=500)")]
+#[pyo3(signature = (model, q0=None, *, load_steps=None, method="auto", t=0.0, tol=None, max_iter=None, max_steps=None, u=None),
+       text_signature = "(model, q0=None, *, load_steps='auto', method='auto', t=0.0, tol=1e-10, max_iter=500, max_steps=500, u=None)")]
 #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python function")]
 pub(crate) fn statics<'py>(
     py: Python<'py>,
@@ -330,8 +332,9 @@ pub(crate) fn statics<'py>(
     #[pyo3(from_py_with = convert::optional_number)] tol: Option<f64>,
     max_iter: Option<i64>,
     max_steps: Option<i64>,
+    u: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<PyStaticsResult> {
-    let mut model = native(model, t)?;
+    let mut model = native(model, t, u)?;
     let n = model.n();
     let q0 = q0.map(|q0| convert::finite_vector_of(q0, n, "q0")).transpose()?;
     let defaults = Options::default();
@@ -420,6 +423,8 @@ pub(crate) fn statics<'py>(
 ///     The time at which loads that depend on it are taken, seconds.
 /// tol : float
 ///     As for `statics`.
+/// u : array_like, shape (m,), optional
+///     The inputs; by default as `u0` of the model.
 ///
 /// Returns
 /// -------
@@ -448,8 +453,8 @@ pub(crate) fn statics<'py>(
 /// >>> buckled.success, buckled.path.stability[-1]
 /// (True, 'stable')
 #[pyfunction]
-#[pyo3(signature = (model, q0=None, *, load_factor=0.0, direction=None, bounds=None, max_step=None, max_steps=None, t=0.0, tol=None),
-       text_signature = "(model, q0=None, *, load_factor=0.0, direction=None, bounds=(0.0, 1.0), max_step=0.25, max_steps=500, t=0.0, tol=1e-10)")]
+#[pyo3(signature = (model, q0=None, *, load_factor=0.0, direction=None, bounds=None, max_step=None, max_steps=None, t=0.0, tol=None, u=None),
+       text_signature = "(model, q0=None, *, load_factor=0.0, direction=None, bounds=(0.0, 1.0), max_step=0.25, max_steps=500, t=0.0, tol=1e-10, u=None)")]
 #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python function")]
 pub(crate) fn continuation<'py>(
     py: Python<'py>,
@@ -462,8 +467,9 @@ pub(crate) fn continuation<'py>(
     max_steps: Option<i64>,
     #[pyo3(from_py_with = convert::number)] t: f64,
     #[pyo3(from_py_with = convert::optional_number)] tol: Option<f64>,
+    u: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<PyContinuationResult> {
-    let mut model = native(model, t)?;
+    let mut model = native(model, t, u)?;
     let n = model.n();
     let vector = |value: Option<&Bound<'py, PyAny>>, name| {
         value.map(|value| convert::finite_vector_of(value, n, name)).transpose()
@@ -491,16 +497,24 @@ pub(crate) fn continuation<'py>(
     })
 }
 
-/// A copy of a model for a search of its own, at a time.
-pub(super) fn native(model: &Bound<'_, PyAny>, t: f64) -> PyResult<Box<dyn Native>> {
+/// A copy of a model for a search of its own, at a time and with these inputs.
+pub(super) fn native(
+    model: &Bound<'_, PyAny>,
+    t: f64,
+    u: Option<&Bound<'_, PyAny>>,
+) -> PyResult<Box<dyn Native>> {
     let Ok(model) = model.cast::<PyModel>() else {
         return Err(PyTypeError::new_err(format!(
             "model: expected a Model (Rod, SpringPendulum), got {}",
             convert::describe(model)
         )));
     };
+    let u = u.map(|u| model.get().inputs_of(u)).transpose()?;
     let mut model = model.get().native();
     check_time(t, model.time_span())?;
+    if let Some(u) = u {
+        model.set_inputs(&u);
+    }
     or_raised(model.set_time(t))?;
     Ok(model)
 }
