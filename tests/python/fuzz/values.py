@@ -66,6 +66,20 @@ def robot():
     return lissom.Robot([link("a"), link("b", parent="a", position=(0.1, 0, 0))])
 
 
+def actuated():
+    """Two coordinates, with an actuator of every kind, and two inputs."""
+    along = [lissom.Along("a", (0, 0.01), (0.0, 0.1))]
+    return lissom.Robot(
+        [lissom.Link("a", rod=[segment(modes={"bend_y": 1})]), link("b", parent="a")],
+        actuators=[
+            lissom.Tendon("pull", along, tension=lissom.Input("pull", 1.0)),
+            lissom.Chamber("blow", along, 1e-5, lissom.Input("blow")),
+            lissom.Motor("b", position=0.1, gains=(1.0, 0.1)),
+            lissom.ActiveStrain("a", "bend_y", 1.0, 0.1),
+        ],
+    )
+
+
 def pulled():
     """Two coordinates, and a tendon that is told how much to pull."""
     pull = lissom.Tendon("pull", [lissom.Along(offset=(0, 0.005))], tension=lissom.Input("tension", 1.0))
@@ -101,6 +115,7 @@ MODELS = {
     "chain": chain,
     "moving": moving,
     "robot": robot,
+    "actuated": actuated,
     "pendulum": pendulum,
 }
 
