@@ -40,17 +40,13 @@ impl Part {
         if let Self::Along(along) = self { Some(along) } else { None }
     }
 
-<<<<<<< HEAD
-    /// Everything that is wrong with it by itself.
-    pub fn validate(&self) -> Result<(), InvalidInput> {
-=======
     /// The point, where it is one.
     pub fn via(&self) -> Option<&Via> {
         if let Self::Via(via) = self { Some(via) } else { None }
     }
 
-    pub(super) fn check(&self, check: &mut Checker, place: &str) {
->>>>>>> main
+    /// Everything that is wrong with it by itself.
+    pub fn validate(&self) -> Result<(), InvalidInput> {
         match self {
             Self::Along(along) => along.validate(),
             Self::Via(via) => {
