@@ -24,6 +24,7 @@
 //! ended is a status in its result.
 
 pub mod accuracy;
+pub mod actuate;
 pub mod actuator;
 pub mod balance;
 pub mod body;

@@ -614,13 +614,19 @@ def meaning(text):
     times = {"t": 0.13} if isinstance(model, lissom.Robot) else {}
     numbers += [*model.inverse_dynamics(q, v, a, **times), model.energy(q, v, **times).gravitational]
     actuators = [
-        {field.name: getattr(each, field.name) for field in fields(each) if field.name not in ("path", "shape")}
+        {
+            field.name: getattr(each, field.name)
+            for field in fields(each)
+            if field.name not in ("path", "shape")
+        }
         for each in getattr(model, "actuators", ())
     ]
     return scene.name, str(options), str(actuators), np.array(numbers).tobytes()
 
 
-@pytest.mark.parametrize("name", ["everything", "sections in a fluid", "actuators", "a turning base", "a pendulum"])
+@pytest.mark.parametrize(
+    "name", ["everything", "sections in a fluid", "actuators", "a turning base", "a pendulum"]
+)
 def test_every_key_means_something(name):
     """Without it the scene is another one, or none."""
     document = tomllib.loads(SCENES[name])
