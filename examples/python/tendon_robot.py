@@ -52,9 +52,9 @@ UNKNOWNS = (
     Unknown("friction", (0.2,), 0.2),  # coefficient along the tendons
     Unknown("drag", (0.0,), 0.2e-3),  # what friction in the base takes of a displacement, metres
 )
-#: What a model without it has instead: a thousand times as stiff, no friction.
+#: What a model without it has instead: tendons as stiff as in the source of the data, no friction.
 WITHOUT = {
-    "elongation": {"tendon": (np.log(7e5),), "stretch": (np.log(YOUNG_MODULUS * np.pi * RADIUS**2),)},
+    "elongation": {"tendon": (np.log(7000.0),), "stretch": (np.log(YOUNG_MODULUS * np.pi * RADIUS**2),)},
     "friction": {"friction": (0.0,), "drag": (0.0,)},
 }
 
@@ -176,6 +176,8 @@ def equilibria(robot, u, q=None) -> np.ndarray:
     shapes, shape = np.empty((len(u), robot.n)), None
     for i, row in enumerate(u):
         found = lissom.statics(robot, shape if q is None else q[i], u=row)
+        if not found.success:  # tendons that hardly stretch, and which are slack where the search begins
+            found = lissom.statics(robot, u=row)
         if not found.success:
             raise SystemExit(f"row {i}: {found.message}")
         shapes[i] = shape = found.q
