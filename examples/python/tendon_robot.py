@@ -269,13 +269,15 @@ def main() -> None:
         errors = [error(model, x, recording) * 1e3 for recording in (training, validation)]
         print(f"{' and '.join(variant) or 'neither':24} {errors[0]:6.2f} mm  {errors[1]:7.2f} mm")
     for name, value in model.named(x).items():
-        print(f"{name:11}", np.array2string(value, precision=4, suppress_small=True, max_line_width=100))
+        print(f"{name:11}", *(f"{each:.3g}" for each in value))
     robot = model.robot(x)
     u = [model.inputs(x, recording) for recording in (training, validation)]
-    start = time.perf_counter()
+    start = time.process_time()
     shapes = [equilibria(robot, each) for each in u]
-    duration = time.perf_counter() - start
-    print(f"{sum(map(len, shapes))} equilibria of {robot.n} coordinates in {duration:.2f} s")
+    duration = time.process_time() - start
+    print(
+        f"{sum(map(len, shapes))} equilibria of {robot.n} coordinates in {duration:.2f} s of processor time"
+    )
     if arguments.plot:
         tips = [model.tips(x, robot, q) for q in shapes]
         draw(arguments.plot, validation, tips[1] - tips[0].mean(axis=0) + training.tip.mean(axis=0))
