@@ -269,13 +269,19 @@ impl PyModel {
     ) -> PyResult<T> {
         let t = time_of_state(t, self.depends_on_time)?;
         check_time(t, self.memory().model.time_span())?;
-        if !self.varies_in_time && u.is_none() {
-            return Ok(evaluate(&mut self.memory()));
+        let u = u.map(|u| self.inputs_of(u)).transpose()?;
+        if !self.varies_in_time {
+            let mut memory = self.memory();
+            let Some(u) = u else { return Ok(evaluate(&mut memory)) };
+            memory.model.set_inputs(&u);
+            let result = evaluate(&mut memory);
+            let defaults = memory.model.default_inputs();
+            memory.model.set_inputs(&defaults);
+            return Ok(result);
         }
-        // A copy: functions of time may be Python code, which may ask this very model; and the model keeps its inputs.
+        // A copy: functions of time may be Python code, which may ask this very model.
         let mut memory = self.memory().clone();
         if let Some(u) = u {
-            let u = self.inputs_of(u)?;
             memory.model.set_inputs(&u);
         }
         or_raised(memory.model.set_time(t))?;

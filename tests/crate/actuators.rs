@@ -205,9 +205,8 @@ fn powers_and_gradients_are_those_of_the_forces() {
         .zip(&qd)
         .map(|((without, with), rate)| (without - with) * rate)
         .sum();
-    let power = |model: &mut RobotModel| {
-        model.supplied_power(&q, &qd, &at_rest) - model.dissipated_power(&q, &qd)
-    };
+    let power =
+        |model: &mut RobotModel| model.supplied_power(&q, &qd, &at_rest) - model.dissipated_power(&q, &qd);
     assert_close(power(&mut model) - power(&mut bare), given, 1e-10 * given.abs(), "power");
     let mut gradient = vec![0.0; q.len()];
     for i in 0..robot.actuators.len() {
@@ -277,7 +276,8 @@ fn a_long_path_is_as_long_as_its_parts() {
     let pull = |parts| vec![tendon("pull", parts, Drive::Tension([1.5].into()), 0.0)];
     let rod = Rod::new(vec![segment([1, 2, 2, 1, 1, 1], 0.3), segment([1, 2, 2, 0, 0, 0], 0.2)]);
     let whole = pull(vec![along(0, helix(), [0.0, 0.5])]);
-    let parts = pull([0.0, 0.13, 0.3, 0.41, 0.5].windows(2).map(|x| along(0, helix(), [x[0], x[1]])).collect());
+    let parts =
+        pull([0.0, 0.13, 0.3, 0.41, 0.5].windows(2).map(|x| along(0, helix(), [x[0], x[1]])).collect());
     let mut lengths = [whole, parts].map(|actuators| {
         let mut model = RobotModel::of_rod(&Rod { actuators, ..rod.clone() }).unwrap();
         let [q, qd, _] = state(model.n());
