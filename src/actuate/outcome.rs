@@ -33,6 +33,8 @@ impl Status {
     pub(super) fn of(end: End, is_held: bool, lost: Option<Lost>) -> Self {
         match end {
             End::Root => Self::Reached,
+            // No longer step was possible, and shorter ones gain nothing.
+            End::Minimum if lost.is_some() => Self::EquilibriumLost,
             End::Minimum if is_held => Self::AtLimits,
             End::Minimum => Self::Nearest,
             End::IterationLimit => Self::IterationLimit,
