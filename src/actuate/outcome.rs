@@ -134,7 +134,9 @@ pub(super) fn message(
                 Some(Lost::Way(statics::Status::Flawed(Flaw::Unresolved { .. }))) => {
                     "beyond these inputs a rod turns too much for its quadrature `nodes`"
                 }
-                Some(Lost::Way(_)) => "its equilibria cannot be followed beyond these inputs",
+                Some(Lost::Way(_)) => {
+                    "beyond these inputs its equilibria cannot be followed: it buckles or snaps there, or nearly so"
+                }
             };
             format!("The way to the targets ends before them: {why}. Begin with other inputs `u`.")
         }
