@@ -45,7 +45,7 @@ pub(super) struct Equilibria<'a, 'b> {
     /// Where ways begin: the last one from which steps were taken.
     anchor: State,
     latest: State,
-    /// Why the last one was not found.
+    /// Why the last one that was not found from here was not.
     pub(super) lost: Option<Lost>,
     /// How many were looked for.
     pub(super) number: usize,
@@ -79,14 +79,14 @@ impl<'a, 'b> Equilibria<'a, 'b> {
                 return Ok(None);
             }
         }
-        self.lost = None;
         Ok(Some(&self.latest.q))
     }
 
     /// From now on ways begin here, if these are the inputs that were asked for last.
     pub(super) fn settle_at(&mut self, u: &[f64]) {
-        if self.latest.u == u {
+        if self.latest.u == u && self.anchor.u != u {
             self.anchor = self.latest.clone();
+            self.lost = None;
         }
     }
 

@@ -33,6 +33,8 @@ impl Status {
     pub(super) fn of(end: End, is_held: bool, lost: Option<Lost>) -> Self {
         match end {
             End::Root => Self::Reached,
+            // No longer step was possible, and shorter ones gain nothing.
+            End::Minimum if lost.is_some() => Self::EquilibriumLost,
             End::Minimum if is_held => Self::AtLimits,
             End::Minimum => Self::Nearest,
             End::IterationLimit => Self::IterationLimit,
@@ -132,7 +134,9 @@ pub(super) fn message(
                 Some(Lost::Way(statics::Status::Flawed(Flaw::Unresolved { .. }))) => {
                     "beyond these inputs a rod turns too much for its quadrature `nodes`"
                 }
-                Some(Lost::Way(_)) => "its equilibria cannot be followed beyond these inputs",
+                Some(Lost::Way(_)) => {
+                    "beyond these inputs its equilibria cannot be followed: it buckles or snaps there, or nearly so"
+                }
             };
             format!("The way to the targets ends before them: {why}. Begin with other inputs `u`.")
         }

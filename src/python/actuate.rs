@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyList;
 
 use super::convert;
-use super::inputs::{entries, pair, pairs};
+use super::inputs::{Pair, entries, pair, pairs};
 use super::model::check_time;
 use super::reach::{Given, Targets};
 use super::record::{self, ReadOnly, Reduced};
@@ -273,7 +273,7 @@ fn limits_of(limits: &Bound<'_, PyAny>, names: &[String]) -> PyResult<Vec<(usize
     } else {
         vec![(0..names.len(), pair(limits, names.len(), "limits")?)]
     };
-    let of_entries = |(range, [lower, upper]): (std::ops::Range<usize>, [Vec<f64>; 2])| {
+    let of_entries = |(range, [lower, upper]): Pair| {
         range.zip(lower.into_iter().zip(upper)).map(|(entry, (lower, upper))| (entry, [lower, upper]))
     };
     Ok(all.into_iter().flat_map(of_entries).collect())

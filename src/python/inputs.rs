@@ -27,12 +27,11 @@ pub(super) fn entries(names: &[String], name: &str, place: &str) -> PyResult<Ran
     Err(PyValueError::new_err(format!("{place}: got '{name}', expected {expected}")))
 }
 
+/// Where an input stands in u, and two values for each of its entries.
+pub(super) type Pair = (Range<usize>, [Vec<f64>; 2]);
+
 /// For each name of a mapping where it stands in u, and its two values, each with so many numbers.
-pub(super) fn pairs(
-    mapping: &Bound<'_, PyAny>,
-    names: &[String],
-    place: &str,
-) -> PyResult<Vec<(Range<usize>, [Vec<f64>; 2])>> {
+pub(super) fn pairs(mapping: &Bound<'_, PyAny>, names: &[String], place: &str) -> PyResult<Vec<Pair>> {
     let Ok(mapping) = mapping.cast::<PyMapping>() else {
         let found = convert::describe(mapping);
         let expected = "a mapping from names of inputs to pairs";

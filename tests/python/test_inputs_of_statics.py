@@ -1,4 +1,4 @@
-"""Inputs of `statics`, `modes`, `linearise` and `continuation`: closed forms, differences, folds, refusals."""
+"""Inputs of `statics`, `modes`, `linearise`, `continuation`: closed forms, differences, folds, refusals."""
 
 import control
 import numpy as np
@@ -53,10 +53,12 @@ def test_stiff_tendons_of_given_length_do_not_stop_newtons_method():
     rod = finger(lengths, gravity=(0, 0, 9.81))
     near = lissom.statics(rod)
     for change in (0.0, 1e-5, 2e-4):
-        found = lissom.statics(rod, near.q, u=rod.u0 + [change, -change, 0.0], method="newton")
+        found = lissom.statics(rod, near.q, u=rod.u0 + np.array([change, -change, 0.0]), method="newton")
         assert found.status == "converged"
         assert found.step_norm <= 1e-10
-        assert_allclose(found.q, lissom.statics(rod, near.q, u=rod.u0 + [change, -change, 0.0]).q, atol=1e-7)
+        assert_allclose(
+            found.q, lissom.statics(rod, near.q, u=rod.u0 + np.array([change, -change, 0.0])).q, atol=1e-7
+        )
 
 
 def test_the_result_says_which_tendons_are_slack_and_which_were_told_to_push():
@@ -107,7 +109,7 @@ def test_linear_models_have_the_inputs_of_the_model(names):
         wanted += {
             "inputs": list(robot.inputs),
             "push": [f"push.{axis}" for axis in "xyz"],
-            "forces": [f"{coordinate}.force" for coordinate in robot.coordinates],
+            "forces": [f"force{i}" for i in range(robot.n)],
         }.get(name, [name])
     assert linear.inputs == tuple(wanted)
     rest, step = np.zeros(robot.n), 1e-4
@@ -139,29 +141,40 @@ def test_what_linear_models_are_not_asked_for():
         lissom.linearise(pair(), np.zeros(8), inputs="c")
 
 
-def arm(torque):
-    """A hinge about -y, so that positive angles lift: torque = m g l cos(angle) holds it."""
-    body = lissom.Body(2.0, centre=(0.5, 0, 0), inertia=(0.1, 0.1, 0.1))
-    link = lissom.Link("arm", body=body, joint=lissom.Revolute((0, -1, 0)))
-    return lissom.Robot([link], actuators=[lissom.Motor("arm", torque=lissom.Input("torque", torque))])
-
-
 WEIGHT = 2.0 * 9.81 * 0.5
 
 
-def test_paths_of_inputs_turn_where_there_is_no_equilibrium_beyond():
-    robot = arm(0.0)
-    found = lissom.continuation(robot, [-np.pi / 2], inputs={"torque": (0.0, 2 * WEIGHT)}, bounds=(-1.0, 1.0))
-    [fold, *_] = found.path.critical_points
+def arm(stiffness):
+    """A hinge about -y, so that positive angles lift: torque = m g l cos(angle) + k angle holds it."""
+    body = lissom.Body(2.0, centre=(0.5, 0, 0), inertia=(0.1, 0.1, 0.1))
+    joint = lissom.Revolute((0, -1, 0), stiffness=stiffness)
+    motor = lissom.Motor("arm", torque=lissom.Input("torque", 0.0))
+    return lissom.Robot([lissom.Link("arm", body=body, joint=joint)], actuators=[motor])
+
+
+@pytest.mark.parametrize("stiffness", [0.0, 3.0])
+def test_paths_of_inputs_turn_where_there_is_no_equilibrium_beyond(stiffness):
+    def torque(angle):
+        return WEIGHT * np.cos(angle) + stiffness * angle
+
+    robot, lowest, highest = arm(stiffness), -np.pi / 2, np.arcsin(stiffness / WEIGHT)
+    inputs = {"torque": (torque(lowest), 2 * WEIGHT)}
+    found = lissom.continuation(robot, [lowest], inputs=inputs, bounds=(-0.1, 1.0))
+    assert found.success
+    fold = found.path.critical_points[0]
     assert fold.kind == "limit"
-    assert_allclose([fold.load_factor, fold.u[0]], [0.5, WEIGHT], rtol=1e-8)
-    assert_allclose(fold.q, 0.0, atol=1e-4)
+    assert_allclose(fold.u, [torque(highest)], rtol=1e-8)
+    assert_allclose(fold.q, [highest], atol=1e-4)
     torques, angles = found.path.u[:, 0], found.path.q[:, 0]
-    assert_allclose(torques, WEIGHT * np.cos(angles), atol=1e-8)
-    assert_allclose(torques, 2 * WEIGHT * found.path.load_factor, atol=1e-12)
+    assert_allclose(torques, torque(angles), atol=1e-8)
+    assert_allclose(
+        torques,
+        np.interp(found.path.load_factor, [-0.1, 1.0], [1.1 * torque(lowest) - 0.2 * WEIGHT, 2 * WEIGHT]),
+        atol=1e-12,
+    )
     stable = np.array([word == "stable" for word in found.path.stability])
-    assert stable[angles < -0.01].all()
-    assert not stable[(angles > 0.01) & (angles < 3.0)].any()
+    assert stable[angles < highest - 0.01].all()
+    assert not stable[(angles > highest + 0.01) & (angles < 2.5)].any()
 
 
 def buckled_column():
@@ -178,17 +191,13 @@ def test_a_column_that_is_pulled_over_snaps_at_the_limit_point_of_its_tension():
     column = buckled_column()
     start = lissom.statics(column, 0.1 / LENGTH * np.eye(6)[0])
     side = np.sign(column.pose(start.q)[2, 3])
-    against = (
-        "left"
-        if lissom.statics(column, start.q, u=[1e-3, 0]).lowest_eigenvalue < start.lowest_eigenvalue
-        else "right"
-    )
-    u_of = lambda tension: [tension, 0.0] if against == "left" else [0.0, tension]
-    found = lissom.continuation(column, start.q, inputs={against: (0.0, 10.0)}, bounds=(-0.5, 1.0))
+    softer = lissom.statics(column, start.q, u=[1e-3, 0]).lowest_eigenvalue < start.lowest_eigenvalue
+    against, pulling = ("left", np.array([1.0, 0.0])) if softer else ("right", np.array([0.0, 1.0]))
+    found = lissom.continuation(column, start.q, inputs={against: (0.0, 10.0)})
     fold = found.path.critical_points[0]
     assert fold.kind == "limit"
     tension = max(fold.u)
-    before, beyond = (lissom.statics(column, fold.q, u=u_of(part * tension)) for part in (0.999, 1.001))
+    before, beyond = (lissom.statics(column, fold.q, u=part * tension * pulling) for part in (0.999, 1.001))
     assert before.is_stable
     assert beyond.is_stable
     assert np.sign(column.pose(before.q)[2, 3]) == side
@@ -219,7 +228,7 @@ def test_paths_of_inputs_take_loads_at_their_time():
 
 
 @pytest.mark.parametrize(
-    "given, message",
+    ("given", "message"),
     [
         ({"u": [1.0]}, "u: expected 2 values, got 1"),
         ({"u": [1.0, np.nan]}, r"u\[1\]: got NaN"),

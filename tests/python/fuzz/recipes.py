@@ -372,8 +372,16 @@ RECIPES: dict[str, dict | list[dict]] = {
             "tol": "1e-8",
             "max_iter": "20",
         },
-        {"robot": "v.antagonists()", "target": _a(0.19, 0.0, 0.02), "inputs": "'up'", "limits": "(0.0, 5.0)"},
-        {"robot": "v.antagonists()", "target": "{'rod': v.array([0.19, 0.0, 0.02])}"},
+        {
+            "robot": "v.antagonists()",
+            "target": "v.antagonists().pose(lissom.statics(v.antagonists(), u=[1.5, 0.5]).q)",
+            "inputs": "'up'",
+            "limits": "(0.0, 5.0)",
+        },
+        {
+            "robot": "v.antagonists()",
+            "target": "{'rod': v.antagonists().pose(lissom.statics(v.antagonists(), u=[1.5, 0.5]).q)}",
+        },
     ],
     "continuation": [
         {
