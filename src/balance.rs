@@ -33,17 +33,22 @@ pub struct Balance {
 }
 
 impl Balance {
-    /// The balance of a motion through the states (q, v), n numbers each, with these flows. One evaluation of the
+    /// The balance of a motion through the states (q, v), n numbers each, under these inputs and with these flows. One evaluation of the
     /// energy a state.
     pub fn new<M: Model + ?Sized>(
         model: &mut M,
         t: &[f64],
         q: &[f64],
         v: &[f64],
+        u: &[f64],
         flow: &Flow,
     ) -> Result<Self, Interrupted> {
         let n = model.n();
+        let inputs = u.len() / t.len().max(1);
         let energies = (0..t.len()).map(|i| {
+            if inputs > 0 {
+                model.set_inputs(&u[i * inputs..][..inputs]);
+            }
             model.set_time(t[i])?;
             Ok(model.energy(&q[i * n..][..n], &v[i * n..][..n]))
         });
@@ -230,6 +235,15 @@ impl<'a> FlowMeter<'a> {
         self.v.copy_from_slice(state.v);
         self.a.copy_from_slice(state.a);
         Ok(())
+    }
+
+    /// Takes note of inputs that have jumped: with them the accelerations have, and energies by this work.
+    pub(crate) fn jump(&mut self, state: State<'_>, work: f64) {
+        // As it is written now: rotation vectors may have changed.
+        self.q.copy_from_slice(state.q);
+        self.v.copy_from_slice(state.v);
+        self.a.copy_from_slice(state.a);
+        self.total[1] += work;
     }
 
     /// The flow at the first `points` of the times that were wanted.

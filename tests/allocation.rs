@@ -15,6 +15,7 @@ use lissom::robot::{RobotModel, Rod};
 use lissom::rod::Segment;
 use lissom::second_order::FreeMotion;
 use lissom::signal::{Harmonic, Signal};
+use lissom::stepping::{Method, Run};
 use lissom::support::Support;
 use lissom::world::{BaseMotion, Fluid};
 
@@ -206,6 +207,37 @@ fn steps_of_first_order_allocate_nothing() {
                 }
             });
             assert_eq!(count, 0, "{method:?}, {} equations", zeros.len());
+        }
+    }
+}
+
+#[test]
+fn runs_that_are_stepped_from_outside_allocate_nothing() {
+    let dt = 1e-3;
+    let methods = [
+        Method::Newmark(newmark::Options::new(dt)),
+        Method::Radau { options: radau::Options { rtol: 1e-3.into(), ..radau::Options::default() }, dt },
+        Method::FirstOrder { options: ode::Options::default(), dt },
+    ];
+    for model in models() {
+        let n = model.n();
+        let zeros = vec![0.0; n];
+        for method in &methods {
+            let mut run = Run::new(model.clone(), (0.0, dt), &zeros, &zeros, method).unwrap();
+            let inputs = run.inputs().to_vec();
+            let mut leg = |duration| {
+                let end = run.end_of(duration).unwrap();
+                run.set_inputs(&inputs);
+                run.set_out(end);
+                run.finish(&mut |_| Ok(())).unwrap()
+            };
+            leg(None);
+            let count = allocations(|| {
+                for duration in [None, None, Some(2.0 * dt), Some(1.5 * dt), None] {
+                    assert!(leg(duration).is_success());
+                }
+            });
+            assert_eq!(count, 0, "{n} coordinates, {method:?}");
         }
     }
 }

@@ -1007,6 +1007,8 @@ class MotionResult:
     @property
     def a(self) -> NDArray[np.float64]: ...
     @property
+    def u(self) -> NDArray[np.float64]: ...
+    @property
     def stats(self) -> Statistics: ...
     @property
     def balance(self) -> Balance | None: ...
@@ -1083,7 +1085,58 @@ def simulate(
     max_steps: int | None = None,
     predictor: Literal["best", "last", "zero"] = "best",
     reuse_jacobian: bool = True,
+    control: Callable[[float, NDArray[np.float64], NDArray[np.float64]], ArrayLike] | None = None,
+    control_step: float | None = None,
 ) -> MotionResult: ...
+
+@final
+class Simulation:
+    def __new__(
+        cls,
+        model: Model,
+        *,
+        dt: float,
+        method: _NewmarkMethod | Literal["rk45", "dop853", "radau"] = "newmark",
+        q0: ArrayLike | None = None,
+        v0: ArrayLike | None = None,
+        t0: float = 0.0,
+        rtol: ArrayLike = 1e-06,
+        atol: ArrayLike = 1e-09,
+        beta: float = 0.25,
+        gamma: float = 0.5,
+        alpha: float | None = None,
+        rho_inf: float | None = None,
+        adaptive: bool = False,
+        max_step: float | None = None,
+        min_step: float = 0.0,
+    ) -> Self: ...
+    def step(self, u: ArrayLike | None = None, duration: float | None = None) -> str: ...
+    def reset(
+        self, *, q0: ArrayLike | None = None, v0: ArrayLike | None = None, t0: float | None = None
+    ) -> None: ...
+    def copy(self) -> Simulation: ...
+    def __copy__(self) -> Simulation: ...
+    def __deepcopy__(self, _memo: object) -> Simulation: ...
+    @property
+    def model(self) -> Model: ...
+    @property
+    def t(self) -> float: ...
+    @property
+    def q(self) -> NDArray[np.float64]: ...
+    @property
+    def v(self) -> NDArray[np.float64]: ...
+    @property
+    def a(self) -> NDArray[np.float64]: ...
+    @property
+    def u(self) -> NDArray[np.float64]: ...
+    @property
+    def energy(self) -> Energy: ...
+    @property
+    def status(self) -> str: ...
+    @property
+    def success(self) -> bool: ...
+    @property
+    def message(self) -> str: ...
 
 _AnyRobot = TypeVar("_AnyRobot", Robot, Rod)
 
@@ -1108,6 +1161,8 @@ class CriticalPoint:
     @property
     def load_factor(self) -> float: ...
     @property
+    def u(self) -> NDArray[np.float64] | None: ...
+    @property
     def q(self) -> NDArray[np.float64]: ...
     @property
     def directions(self) -> NDArray[np.float64]: ...
@@ -1116,6 +1171,8 @@ class CriticalPoint:
 class EquilibriumPath:
     @property
     def load_factor(self) -> NDArray[np.float64]: ...
+    @property
+    def u(self) -> NDArray[np.float64] | None: ...
     @property
     def q(self) -> NDArray[np.float64]: ...
     @property
@@ -1149,6 +1206,8 @@ class StaticsResult:
     def undamped_stability(self) -> _Stability | None: ...
     @property
     def lowest_eigenvalue(self) -> float: ...
+    @property
+    def slack(self) -> list[str]: ...
     @property
     def path(self) -> EquilibriumPath | None: ...
     @property
@@ -1197,6 +1256,50 @@ class ReachResult:
     def njev(self) -> int: ...
 
 @final
+class ActuateResult:
+    @property
+    def u(self) -> NDArray[np.float64]: ...
+    @property
+    def q(self) -> NDArray[np.float64]: ...
+    @property
+    def success(self) -> bool: ...
+    @property
+    def status(
+        self,
+    ) -> Literal[
+        "reached",
+        "not_settled",
+        "nearest",
+        "at_limits",
+        "equilibrium_lost",
+        "no_start",
+        "iteration_limit",
+        "stalled",
+    ]: ...
+    @property
+    def message(self) -> str: ...
+    @property
+    def position_error(self) -> float | NDArray[np.float64]: ...
+    @property
+    def orientation_error(self) -> float | NDArray[np.float64]: ...
+    @property
+    def pose(self) -> NDArray[np.float64]: ...
+    @property
+    def at_limits(self) -> list[str]: ...
+    @property
+    def is_stable(self) -> bool | None: ...
+    @property
+    def stability(self) -> _Stability | None: ...
+    @property
+    def nit(self) -> int: ...
+    @property
+    def nfev(self) -> int: ...
+    @property
+    def njev(self) -> int: ...
+    @property
+    def equilibria(self) -> int: ...
+
+@final
 class ContinuationResult:
     @property
     def path(self) -> EquilibriumPath: ...
@@ -1215,6 +1318,18 @@ class ContinuationResult:
     @property
     def njev(self) -> int: ...
 
+def actuate(
+    robot: Robot,
+    target: ArrayLike | Target | Sequence[Target] | Mapping[str, ArrayLike],
+    *,
+    inputs: str | Sequence[str] | None = None,
+    limits: tuple[ArrayLike, ArrayLike] | Mapping[str, tuple[ArrayLike, ArrayLike]] | None = None,
+    u: ArrayLike | None = None,
+    q0: ArrayLike | None = None,
+    t: float = 0.0,
+    tol: float = 1e-9,
+    max_iter: int = 100,
+) -> ActuateResult: ...
 def statics(
     model: Model,
     q0: ArrayLike | None = None,
@@ -1225,6 +1340,7 @@ def statics(
     tol: float = 1e-10,
     max_iter: int = 500,
     max_steps: int = 500,
+    u: ArrayLike | None = None,
 ) -> StaticsResult: ...
 def continuation(
     model: Model,
@@ -1237,6 +1353,8 @@ def continuation(
     max_steps: int = 500,
     t: float = 0.0,
     tol: float = 1e-10,
+    u: ArrayLike | None = None,
+    inputs: Mapping[str, tuple[ArrayLike, ArrayLike]] | None = None,
 ) -> ContinuationResult: ...
 
 @final
@@ -1260,4 +1378,4 @@ class ModesResult:
     @property
     def residual_norm(self) -> float: ...
 
-def modes(model: Model, q: ArrayLike, *, t: float = 0.0) -> ModesResult: ...
+def modes(model: Model, q: ArrayLike, *, t: float = 0.0, u: ArrayLike | None = None) -> ModesResult: ...

@@ -119,6 +119,13 @@ impl TreeMatrix {
         }
     }
 
+    /// All entries: blocks, then generators.
+    pub(crate) fn parts_mut(&mut self) -> impl Iterator<Item = &mut Matrix> {
+        let Self { blocks, carried, carrying, .. } = self;
+        let generators = [carried, carrying].map(|Generators { rows, columns }| [rows, columns]);
+        blocks.iter_mut().chain(generators.into_iter().flatten())
+    }
+
     /// The zero matrix of links in a row, each of which hangs at the only place of the one before.
     pub fn chain(sizes: &[usize], ranks: [usize; 2]) -> Self {
         let hangs_at: Vec<_> = (0..sizes.len()).map(|block| block.checked_sub(1)).collect();

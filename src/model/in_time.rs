@@ -22,6 +22,11 @@ pub trait InTime {
         0
     }
 
+    /// What they are as long as nobody sets them.
+    fn default_inputs(&self) -> Vec<f64> {
+        Vec::new()
+    }
+
     /// From now on these are u. Before anything is evaluated, a time has to be set again where something varies in it.
     fn set_inputs(&mut self, _u: &[f64]) {}
 

@@ -1,5 +1,7 @@
 //! How fast Newton's method converges with a Jacobian from elsewhere.
 
+use crate::tape::Tape;
+
 /// Predicted rates are taken that much larger than measured ones say.
 const CAUTION: f64 = 2.0;
 
@@ -60,6 +62,18 @@ impl Contraction {
             let memory = if self.cautious.is_finite() { FALL * self.cautious } else { 0.0 };
             self.cautious = self.hopeful.max(memory);
         }
+    }
+
+    /// The rate must be measured before it is relied on: something has changed that no distance tells of.
+    pub(super) fn doubt(&mut self) {
+        self.unmeasured_steps = STEPS_WITHOUT_MEASUREMENT;
+    }
+
+    /// What has been learnt.
+    pub(super) fn carry(&mut self, tape: &mut Tape<'_>) {
+        tape.number(&mut self.cautious);
+        tape.number(&mut self.hopeful);
+        tape.small_count(&mut self.unmeasured_steps);
     }
 
     /// Counts a step in which nothing was measured.

@@ -12,6 +12,7 @@ use super::options::Options;
 use super::trial::Trial;
 use crate::error::Interrupted;
 use crate::second_order::{Counters, Failure, System};
+use crate::tape::Tape;
 
 /// Iterations before a solve is started anew on the next rung of the ladder, and before it is given up.
 const MAX_ITERATIONS: usize = 20;
@@ -122,6 +123,35 @@ impl Corrector {
     /// Forgets the kept Jacobian.
     pub(super) fn forget_jacobian(&mut self) {
         self.kept = None;
+    }
+
+    /// What acts has jumped: the kept Jacobian may serve worse than its distance tells.
+    pub(super) fn doubt_jacobian(&mut self) {
+        self.contraction.doubt();
+    }
+
+    /// What goes on from one solve to the next: the kept Jacobian and what is known of it.
+    pub(super) fn carry<S: System + ?Sized>(&mut self, system: &S, tape: &mut Tape<'_>) {
+        let blank = Kept { weights: [0.0; 3], steps: 0.0, cost: 0.0 };
+        tape.optional(&mut self.kept, blank, |tape, kept| {
+            tape.numbers(&mut kept.weights);
+            tape.number(&mut kept.steps);
+            tape.number(&mut kept.cost);
+        });
+        if tape.reads() {
+            self.prepare(system);
+        }
+        if self.kept.is_some() {
+            self.linear.carry(tape);
+            if tape.reads() && self.linear.factorise().is_err() {
+                self.kept = None;
+            }
+        }
+        self.contraction.carry(tape);
+        tape.number(&mut self.first_size);
+        for values in [&mut self.q_jacobian, &mut self.v_jacobian, &mut self.last_first] {
+            tape.numbers(values);
+        }
     }
 
     /// One over what was tolerated in an acceleration in the last solve.

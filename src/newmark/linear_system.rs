@@ -5,11 +5,12 @@ use crate::linalg::{Lu, Matrix, Singular, TreeLu, TreeMatrix};
 use crate::memory;
 use crate::roots::Derivative;
 use crate::second_order::{Failure, System};
+use crate::tape::Tape;
 
 /// A Jacobian and its factorisation, with memory for repeated use.
 #[derive(Clone, Debug)]
 #[allow(clippy::large_enum_variant, reason = "there is one for an integration, and it is not moved")]
-pub(super) enum LinearSystem {
+pub(crate) enum LinearSystem {
     Dense { jacobian: Matrix, lu: Lu },
     Tree { jacobian: TreeMatrix, lu: TreeLu },
 }
@@ -30,7 +31,7 @@ impl LinearSystem {
     }
 
     /// Refuses a system whose matrices do not fit in memory.
-    pub(super) fn check_memory<S: System + ?Sized>(
+    pub(crate) fn check_memory<S: System + ?Sized>(
         system: &S,
         derivative: Derivative,
     ) -> Result<(), InvalidInput> {
@@ -58,6 +59,18 @@ impl LinearSystem {
         };
         factorised
             .map_err(|Singular| if self.is_finite() { Failure::SingularJacobian } else { Failure::NonFinite })
+    }
+
+    /// The Jacobian. Its factors follow from that.
+    pub(super) fn carry(&mut self, tape: &mut Tape<'_>) {
+        match self {
+            Self::Dense { jacobian, .. } => tape.numbers(jacobian.as_mut_slice()),
+            Self::Tree { jacobian, .. } => {
+                for matrix in jacobian.parts_mut() {
+                    tape.numbers(matrix.as_mut_slice());
+                }
+            }
+        }
     }
 
     fn is_finite(&self) -> bool {

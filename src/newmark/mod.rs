@@ -39,4 +39,4 @@ pub use scheme::{METHODS, Parameters, Scheme};
 pub use solution::solve;
 pub use stepper::Stepper;
 
-pub(crate) use stepper::number_of_steps;
+pub(crate) use linear_system::LinearSystem;

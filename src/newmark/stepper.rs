@@ -7,17 +7,15 @@ use super::options::{Options, Predictor, StepSize};
 use super::trial::Trial;
 use crate::error::{Interrupted, InvalidInput, Number};
 use crate::hermite::cubic;
-use crate::second_order::{Counters, Failure, Status, System};
+use crate::second_order::{Counters, Failure, Grid, ROUNDING_OF_STEPS, Status, System, number_of_steps};
 use crate::signal::end_of_step;
+use crate::tape::Tape;
 
 /// A step must be that many spacings of floating-point numbers long at least.
 const SMALLEST_STEP_IN_SPACINGS: f64 = 10.0;
 
 /// A step whose equations could not be solved is tried again with this fraction of its size (CVODE's choice).
 const CUT: f64 = 0.25;
-
-/// Steps are counted so that a remainder of less than this fraction of a step is rounding, not another step.
-const ROUNDING_OF_STEPS: f64 = 1e-9;
 
 /// What the accelerations of the next step are guessed to be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,7 +33,6 @@ enum Guess {
 pub struct Stepper {
     options: Options,
     scheme: Scheme,
-    t0: f64,
     t: f64,
     t_end: f64,
     q: Vec<f64>,
@@ -58,7 +55,8 @@ pub struct Stepper {
     atol: Vec<f64>,
     /// Size of the next adaptive step.
     h: f64,
-    /// Number of steps of fixed size.
+    /// Where steps of fixed size end, and how many of these the way to the end takes.
+    grid: Grid,
     fixed_steps: usize,
     counters: Counters,
     started: bool,
@@ -79,7 +77,6 @@ impl Stepper {
         let zeros = vec![0.0; n];
         Ok(Self {
             scheme: options.scheme,
-            t0,
             t: t0,
             t_end,
             q: q0.to_vec(),
@@ -105,6 +102,7 @@ impl Stepper {
                 StepSize::Fixed => options.dt,
                 StepSize::Adaptive { max_step, .. } => options.dt.min(max_step),
             },
+            grid: Grid::new(t0, options.dt),
             fixed_steps: number_of_steps(t_end - t0, options.dt),
             counters: Counters::default(),
             started: false,
@@ -139,7 +137,7 @@ impl Stepper {
             }
         }
         self.s.copy_from_slice(&self.a);
-        self.started = true;
+        self.started = self.status.is_none();
         Ok(self.status)
     }
 
@@ -154,7 +152,9 @@ impl Stepper {
         if self.start(system)?.is_some() {
             return Ok(self.status);
         }
-        self.wrap(system);
+        if self.t < self.t_end {
+            self.settle(system);
+        }
         self.status = if self.t == self.t_end {
             Some(Status::Finished)
         } else if self.counters.steps >= self.options.max_steps {
@@ -171,9 +171,9 @@ impl Stepper {
     }
 
     /// Goes on in other coordinates where those at hand come near a singularity.
-    fn wrap<S: System + ?Sized>(&mut self, system: &mut S) {
+    pub(crate) fn settle<S: System + ?Sized>(&mut self, system: &mut S) {
         let Self { q, v, a, s, .. } = self;
-        if self.t < self.t_end && system.wrap(q, v, &mut [a, s]) {
+        if system.wrap(q, v, &mut [a, s]) {
             // What belongs to the old coordinates.
             self.corrector.forget_jacobian();
             self.a_old.copy_from_slice(&self.a);
@@ -181,19 +181,11 @@ impl Stepper {
     }
 
     fn fixed_step<S: System + ?Sized>(&mut self, system: &mut S) -> Result<Option<Status>, Interrupted> {
-        let dt = self.options.dt;
-        let next = self.counters.steps + 1;
-        let (t_new, h) = if next < self.fixed_steps {
-            (self.t0 + next as f64 * dt, dt)
-        } else {
-            let rest = self.t_end - (self.t0 + (next - 1) as f64 * dt);
-            // A whole step but for rounding keeps its size, and with it the Jacobian.
-            let is_whole = (rest - dt).abs() <= ROUNDING_OF_STEPS * (self.t_end - self.t0).max(dt);
-            (self.t_end, if is_whole { dt } else { rest })
-        };
+        let (t_new, h) = self.grid.step(self.fixed_steps, self.t_end);
         match self.attempt(system, t_new, h)? {
             Ok(()) => {
                 self.accept(t_new, h);
+                self.grid.count();
                 Ok(None)
             }
             Err(failure) => Ok(Some(Status::StepFailed(failure))),
@@ -329,6 +321,45 @@ impl Stepper {
         }
     }
 
+    /// Goes on to a later end, whatever the status was. Steps of fixed size are as many as it takes, all of one size: `dt`
+    /// where that divides the way.
+    pub(crate) fn go_on(&mut self, t_end: f64) {
+        (self.status, self.t_end) = (None, t_end);
+        if self.error_estimate.is_none() {
+            self.fixed_steps = self.grid.set_out(self.t, t_end, self.options.dt);
+        }
+    }
+
+    /// Takes these accelerations for the current ones: what acts has jumped.
+    pub(crate) fn jump(&mut self, a: &[f64]) {
+        for (i, (new, old)) in a.iter().zip(&mut self.a).enumerate() {
+            // Those of the method, and those before, are ahead and behind by as much as without.
+            self.s[i] += new - *old;
+            self.a_old[i] += new - *old;
+            *old = *new;
+        }
+        self.corrector.doubt_jacobian();
+    }
+
+    /// What goes on from step to step.
+    pub(crate) fn carry<S: System + ?Sized>(&mut self, system: &S, tape: &mut Tape<'_>) {
+        for number in [&mut self.t, &mut self.t_end, &mut self.t_old, &mut self.h_of_s, &mut self.h] {
+            tape.number(number);
+        }
+        let Self { q, v, a, s, q_old, v_old, a_old, .. } = self;
+        for values in [q, v, a, s, q_old, v_old, a_old] {
+            tape.numbers(values);
+        }
+        let guesses = [Guess::Zero, Guess::Last, Guess::Extrapolated];
+        let mut guess = guesses.iter().position(|&guess| guess == self.guess).unwrap_or_default();
+        tape.below(guesses.len(), &mut guess);
+        self.guess = guesses[guess];
+        self.grid.carry(tape);
+        self.counters.carry(tape);
+        tape.flag(&mut self.started);
+        self.corrector.carry(system, tape);
+    }
+
     /// Current time.
     pub fn t(&self) -> f64 {
         self.t
@@ -447,11 +478,6 @@ impl Stepper {
     }
 }
 
-/// Number of steps of size `dt` that an interval takes, the last one perhaps shorter; saturates.
-pub(crate) fn number_of_steps(length: f64, dt: f64) -> usize {
-    (length / dt * (1.0 - ROUNDING_OF_STEPS)).ceil() as usize
-}
-
 /// The algorithmic acceleration at the start of a step, and the part of the one at its end that does not depend on
 /// the true acceleration there. `stretch` is the step size over that to which `s` belongs: algorithmic accelerations
 /// are ahead of the true ones by a fraction of the step.
@@ -499,13 +525,5 @@ mod tests {
                 assert!((ratio - 4.0).abs() < 0.4, "{name}: {ratio}");
             }
         }
-    }
-
-    #[test]
-    fn steps_are_counted_without_their_rounding() {
-        assert_eq!(number_of_steps(1.1, 0.1), 11);
-        assert_eq!(number_of_steps(1.100001, 0.1), 12);
-        assert_eq!(number_of_steps(1e300, 1e-300), usize::MAX);
-        assert_eq!(number_of_steps(0.0, 0.1), 0);
     }
 }

@@ -1,6 +1,7 @@
 //! The size of the next step of the explicit methods, from the error estimates of the last ones.
 
 use super::options::Controller;
+use crate::tape::Tape;
 
 /// Aims at that fraction of the step size which would just do (SciPy; Hairer, Norsett and Wanner 1993, section II.4).
 const SAFETY: f64 = 0.9;
@@ -33,6 +34,11 @@ impl StepControl {
             Controller::ProportionalIntegral => BETA,
         };
         Self { alpha: elementary - BETA_SHARE * beta, beta, previous_error: SMALLEST_PREVIOUS_ERROR }
+    }
+
+    /// What it remembers.
+    pub(super) fn carry(&mut self, tape: &mut Tape<'_>) {
+        tape.number(&mut self.previous_error);
     }
 
     /// Factor of the step size after an accepted step; no growth right after a rejection.

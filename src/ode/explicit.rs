@@ -13,6 +13,7 @@ use super::state::{Advance, State};
 use super::status::Status;
 use super::stiffness::StiffnessTest;
 use crate::error::Interrupted;
+use crate::tape::Tape;
 
 /// Weight of the squared third-order difference in the error estimate of DOP853 (Hairer, Norsett and Wanner 1993,
 /// eq. II.10.17).
@@ -94,8 +95,7 @@ impl Explicit {
                 state.accept(t_new, &self.stages[f_new]);
                 std::mem::swap(&mut self.stages, &mut self.accepted_stages);
                 // The way to the horizon says nothing about the size of the step after it.
-                let is_at_horizon = t_new == state.horizon && t_new != state.t_end;
-                let least = if is_at_horizon { wanted } else { 0.0 };
+                let least = if t_new == state.horizon { wanted } else { 0.0 };
                 state.h_abs = least.max(h_abs * self.control.after_acceptance(error, was_rejected));
                 return Ok(Advance::Accepted);
             }
@@ -105,6 +105,13 @@ impl Explicit {
             finite = all_finite(&self.stages[..(self.pair.stages() + 1) * n]) && all_finite(&state.y_new);
             h_abs *= self.control.after_rejection(if finite { error } else { f64::NAN });
         }
+    }
+
+    /// What goes on from step to step.
+    pub(super) fn carry(&mut self, tape: &mut Tape<'_>) {
+        tape.numbers(&mut self.accepted_stages);
+        self.control.carry(tape);
+        self.stiffness.carry(tape);
     }
 
     /// Evaluates all stages of a step: `y_new` and `f(t_new, y_new)`, which is the last stage.

@@ -4,6 +4,7 @@ use super::System;
 use super::options::Tolerances;
 use super::status::Status;
 use crate::signal::end_of_step;
+use crate::tape::Tape;
 
 /// What an integration has cost.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -56,6 +57,21 @@ impl State {
     pub(super) fn smallest_step(&self) -> f64 {
         let next = if self.direction > 0.0 { self.t.next_up() } else { self.t.next_down() };
         self.min_step.max(SMALLEST_STEP_IN_SPACINGS * (next - self.t).abs())
+    }
+
+    /// What goes on from step to step.
+    pub(super) fn carry(&mut self, tape: &mut Tape<'_>) {
+        for number in [&mut self.t, &mut self.t_end, &mut self.t_old, &mut self.h_abs] {
+            tape.number(number);
+        }
+        for values in [&mut self.y, &mut self.f, &mut self.y_old] {
+            tape.numbers(values);
+        }
+        let Counters { accepted, rejected, nfev, nfev_jacobian, njev, nlu } = &mut self.counters;
+        for count in [accepted, rejected, nfev, nfev_jacobian, njev, nlu] {
+            tape.count(count);
+        }
+        tape.optional(&mut self.stiff_at, 0.0, Tape::number);
     }
 
     /// Looks up how far the next step may go.

@@ -10,6 +10,7 @@ use super::status::Status;
 use super::{System, initial_step};
 use crate::error::{Interrupted, InvalidInput, Number};
 use crate::memory;
+use crate::tape::Tape;
 
 /// The method with its memory.
 #[derive(Clone, Debug)]
@@ -182,6 +183,45 @@ impl Stepper {
             }
         };
         Ok(self.status)
+    }
+
+    /// Goes on to a later end, whatever the status was.
+    pub(crate) fn go_on(&mut self, t_end: f64) {
+        (self.status, self.state.t_end) = (None, t_end);
+    }
+
+    /// Goes on in other coordinates where those at hand come near a singularity.
+    pub(crate) fn settle<S: System + ?Sized>(&mut self, system: &mut S) {
+        system.wrap(&mut self.state.y, &mut self.state.f);
+    }
+
+    /// The right-hand side at the current state has jumped to this.
+    pub(crate) fn rate_mut(&mut self) -> &mut [f64] {
+        &mut self.state.f
+    }
+
+    /// What goes on from step to step of an explicit method.
+    pub(crate) fn carry(&mut self, tape: &mut Tape<'_>) {
+        self.state.carry(tape);
+        tape.flag(&mut self.started);
+        tape.flag(&mut self.is_defined);
+        match &mut self.scheme {
+            Scheme::Explicit(explicit) => explicit.carry(tape),
+            Scheme::Radau(_) => unreachable!("implicit motions have a method of second order"),
+        }
+        self.has_interpolant = false;
+    }
+
+    /// Evaluates the polynomial of the last step; false where it is not finite.
+    pub(crate) fn interpolate<S: System + ?Sized>(
+        &mut self,
+        system: &mut S,
+        t: f64,
+        y: &mut [f64],
+    ) -> Result<bool, Interrupted> {
+        let is_finite = self.prepare_polynomial(system)?;
+        self.polynomial().evaluate(t, y);
+        Ok(is_finite)
     }
 
     /// Computes the polynomial of the last step, unless that has been done. Whether its values are finite: they may

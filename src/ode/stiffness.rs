@@ -3,6 +3,8 @@
 //! `|f(y1) - f(y2)| / |y1 - y2|` estimates the dominant eigenvalue lambda there, and a step that accuracy limits keeps
 //! `h |lambda|` inside of the stability region.
 
+use crate::tape::Tape;
+
 /// The test begins at every so many accepted steps.
 const INTERVAL: usize = 1000;
 /// That many steps on the border of stability make a problem stiff...
@@ -18,6 +20,12 @@ pub(super) struct StiffnessTest {
 }
 
 impl StiffnessTest {
+    /// What it has counted.
+    pub(super) fn carry(&mut self, tape: &mut Tape<'_>) {
+        tape.small_count(&mut self.suspicions);
+        tape.small_count(&mut self.acquittals);
+    }
+
     /// Whether the accepted step with that number is to be tested.
     pub(super) fn is_due(&self, accepted: usize) -> bool {
         self.suspicions > 0 || accepted.is_multiple_of(INTERVAL)

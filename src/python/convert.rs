@@ -255,6 +255,21 @@ fn finite(vector: Vec<f64>, name: &str) -> PyResult<Vec<f64>> {
     Ok(vector)
 }
 
+/// Reads a vector of as many finite entries as there is room for.
+pub(crate) fn finite_vector_into(value: &Bound<'_, PyAny>, out: &mut [f64], name: &str) -> PyResult<()> {
+    // On the way of every step of a simulation.
+    if let Some(array) = plain(value)
+        && array.shape() == [out.len()]
+        && let Ok(values) = array.try_readonly()
+        && values.as_slice()?.iter().all(|x| x.is_finite())
+    {
+        out.copy_from_slice(values.as_slice()?);
+        return Ok(());
+    }
+    out.copy_from_slice(&finite_vector_of(value, out.len(), name)?);
+    Ok(())
+}
+
 /// One vector of `n` finite entries, or the rows of an array of them one after the other with their number.
 pub(crate) fn finite_rows_of(
     value: &Bound<'_, PyAny>,

@@ -5,6 +5,7 @@
 
 #![allow(missing_docs, reason = "docstrings of this module are written for Python's help()")]
 
+mod actuate;
 mod actuation;
 mod background;
 mod balance;
@@ -15,6 +16,7 @@ mod convert;
 mod errors;
 mod fluid;
 mod imports;
+mod inputs;
 mod link;
 mod load;
 mod model;
@@ -34,6 +36,7 @@ mod section;
 mod segment;
 mod signal;
 mod simulate;
+mod simulation;
 mod statics;
 mod support;
 mod words;
@@ -45,6 +48,8 @@ use pyo3::prelude::*;
 mod _lissom {
     use super::*;
 
+    #[pymodule_export]
+    use super::actuate::{PyActuateResult, actuate};
     #[pymodule_export]
     use super::actuation::{check_actuator, check_path};
     #[pymodule_export]
@@ -85,7 +90,7 @@ mod _lissom {
     use super::roots::{PyJacobianCheck, PyRootResult, check_jacobian_of, jacobian, root};
 
     #[pymodule_export]
-    use super::scene::{PyScene, PySceneProblem, PySimulation, SceneError};
+    use super::scene::{PyScene, PySceneProblem, PySimulationSettings, SceneError};
     #[pymodule_export]
     use super::section::PySection;
     #[pymodule_export]
@@ -94,6 +99,8 @@ mod _lissom {
     use super::signal::{PyHarmonic, PyInput};
     #[pymodule_export]
     use super::simulate::{choose_modes, simulate};
+    #[pymodule_export]
+    use super::simulation::PySimulation;
     #[pymodule_export]
     use super::statics::{
         PyContinuationResult, PyCriticalPoint, PyEquilibriumPath, PyStaticsResult, continuation, statics,

@@ -19,7 +19,8 @@ use crate::model::{self, ForwardScratch};
 use crate::ode::{self, FirstOrder};
 use crate::robot::{Robot, RobotModel};
 use crate::signal::covers;
-use crate::simulate::{self, Simulation};
+use crate::simulate::{self, Control, Simulation};
+use crate::stepping::{Run, Status};
 
 /// A native model whose concrete type only its constructor knows.
 ///
@@ -32,7 +33,8 @@ pub(crate) trait Native: model::Model + Send + Sync {
     /// The free motion of a copy as a system of first order.
     fn first_order(&self) -> Box<dyn ode::System + Send + Sync>;
 
-    /// [`simulate::simulate`] of a copy.
+    /// [`simulate::simulate`] of a copy, or [`simulate::simulate_controlled`].
+    #[allow(clippy::too_many_arguments, reason = "those of the core")]
     fn simulate(
         &self,
         t_span: (f64, f64),
@@ -40,6 +42,7 @@ pub(crate) trait Native: model::Model + Send + Sync {
         v0: &[f64],
         method: &simulate::Method,
         t_eval: Option<&[f64]>,
+        control: Option<Control<'_>>,
         monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
     ) -> Result<Simulation, InvalidInput>;
 
@@ -54,8 +57,98 @@ pub(crate) trait Native: model::Model + Send + Sync {
         monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
     ) -> Result<(Simulation, Option<Box<dyn Native>>), InvalidInput>;
 
+    /// A [run](Run) of a copy that is stepped from outside.
+    fn run(
+        &self,
+        t_span: (f64, f64),
+        q0: &[f64],
+        v0: &[f64],
+        method: &simulate::Method,
+    ) -> Result<Box<dyn Stepped>, InvalidInput>;
+
     /// What it was compiled from, if it is a robot.
     fn robot(&self) -> Option<&Robot>;
+
+    /// Itself, if it is a robot.
+    fn robot_model(&mut self) -> Option<&mut RobotModel>;
+}
+
+/// A [`Run`] whose model only its constructor knows: one virtual call a step.
+pub(crate) trait Stepped: Send + Sync {
+    fn boxed_clone(&self) -> Box<dyn Stepped>;
+    fn end_of(&self, duration: Option<f64>) -> Result<f64, InvalidInput>;
+    fn set_out(&mut self, t_end: f64);
+    fn set_inputs(&mut self, inputs: &[f64]);
+    fn begin(&mut self) -> Result<Option<Status>, Interrupted>;
+    fn step(&mut self) -> Result<Option<Status>, Interrupted>;
+    fn finish(
+        &mut self,
+        monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
+    ) -> Result<Status, Interrupted>;
+    fn settle(&mut self);
+    fn t(&self) -> f64;
+    /// Coordinates, velocities and accelerations.
+    fn state(&self) -> [&[f64]; 3];
+    fn inputs(&self) -> &[f64];
+    fn energy(&mut self) -> Result<model::Energy, Interrupted>;
+    fn explain(&mut self, status: Status) -> String;
+    fn interrupted(&self) -> Status;
+    fn memory(&mut self) -> Vec<f64>;
+    fn recall(&mut self, memory: &[f64]) -> Result<(), InvalidInput>;
+}
+
+impl<M: model::Model + Clone + Send + Sync + 'static> Stepped for Run<M> {
+    fn boxed_clone(&self) -> Box<dyn Stepped> {
+        Box::new(self.clone())
+    }
+    fn end_of(&self, duration: Option<f64>) -> Result<f64, InvalidInput> {
+        self.end_of(duration)
+    }
+    fn set_out(&mut self, t_end: f64) {
+        self.set_out(t_end);
+    }
+    fn set_inputs(&mut self, inputs: &[f64]) {
+        self.set_inputs(inputs);
+    }
+    fn begin(&mut self) -> Result<Option<Status>, Interrupted> {
+        self.begin()
+    }
+    fn step(&mut self) -> Result<Option<Status>, Interrupted> {
+        self.step()
+    }
+    fn finish(
+        &mut self,
+        monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
+    ) -> Result<Status, Interrupted> {
+        self.finish(monitor)
+    }
+    fn settle(&mut self) {
+        self.settle();
+    }
+    fn t(&self) -> f64 {
+        self.t()
+    }
+    fn state(&self) -> [&[f64]; 3] {
+        [self.q(), self.v(), self.a()]
+    }
+    fn inputs(&self) -> &[f64] {
+        self.inputs()
+    }
+    fn energy(&mut self) -> Result<model::Energy, Interrupted> {
+        self.energy()
+    }
+    fn explain(&mut self, status: Status) -> String {
+        self.explain(status)
+    }
+    fn interrupted(&self) -> Status {
+        self.interrupted()
+    }
+    fn memory(&mut self) -> Vec<f64> {
+        self.memory()
+    }
+    fn recall(&mut self, memory: &[f64]) -> Result<(), InvalidInput> {
+        self.recall(memory)
+    }
 }
 
 impl<M: model::Model + Clone + Send + Sync + 'static> Native for M {
@@ -74,9 +167,26 @@ impl<M: model::Model + Clone + Send + Sync + 'static> Native for M {
         v0: &[f64],
         method: &simulate::Method,
         t_eval: Option<&[f64]>,
+        control: Option<Control<'_>>,
         monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
     ) -> Result<Simulation, InvalidInput> {
-        simulate::simulate(self.clone(), t_span, q0, v0, method, t_eval, monitor)
+        let model = self.clone();
+        match control {
+            Some(control) => {
+                simulate::simulate_controlled(model, t_span, q0, v0, method, t_eval, control, monitor)
+            }
+            None => simulate::simulate(model, t_span, q0, v0, method, t_eval, monitor),
+        }
+    }
+
+    fn run(
+        &self,
+        t_span: (f64, f64),
+        q0: &[f64],
+        v0: &[f64],
+        method: &simulate::Method,
+    ) -> Result<Box<dyn Stepped>, InvalidInput> {
+        Ok(Box::new(Run::new(self.clone(), t_span, q0, v0, method)?))
     }
 
     fn simulate_to_accuracy(
@@ -95,6 +205,10 @@ impl<M: model::Model + Clone + Send + Sync + 'static> Native for M {
 
     fn robot(&self) -> Option<&Robot> {
         (self as &dyn Any).downcast_ref().map(RobotModel::description)
+    }
+
+    fn robot_model(&mut self) -> Option<&mut RobotModel> {
+        (self as &mut dyn Any).downcast_mut()
     }
 }
 
@@ -155,13 +269,19 @@ impl PyModel {
     ) -> PyResult<T> {
         let t = time_of_state(t, self.depends_on_time)?;
         check_time(t, self.memory().model.time_span())?;
-        if !self.varies_in_time && u.is_none() {
-            return Ok(evaluate(&mut self.memory()));
+        let u = u.map(|u| self.inputs_of(u)).transpose()?;
+        if !self.varies_in_time {
+            let mut memory = self.memory();
+            let Some(u) = u else { return Ok(evaluate(&mut memory)) };
+            memory.model.set_inputs(&u);
+            let result = evaluate(&mut memory);
+            let defaults = memory.model.default_inputs();
+            memory.model.set_inputs(&defaults);
+            return Ok(result);
         }
-        // A copy: functions of time may be Python code, which may ask this very model; and the model keeps its inputs.
+        // A copy: functions of time may be Python code, which may ask this very model.
         let mut memory = self.memory().clone();
         if let Some(u) = u {
-            let u = self.inputs_of(u)?;
             memory.model.set_inputs(&u);
         }
         or_raised(memory.model.set_time(t))?;
@@ -169,6 +289,16 @@ impl PyModel {
             return Err(PyValueError::new_err(format!("{what}, expected finite numbers")));
         }
         Ok(evaluate(&mut memory))
+    }
+
+    /// Names of the inputs.
+    pub(super) fn input_names(&self) -> Vec<String> {
+        self.memory().model.robot().map_or_else(Vec::new, |robot| robot.inputs().names())
+    }
+
+    /// Values of the inputs as long as nobody sets them.
+    pub(super) fn default_inputs(&self) -> Vec<f64> {
+        self.memory().model.robot().map_or_else(Vec::new, |robot| robot.inputs().defaults().to_vec())
     }
 
     /// Values for all inputs.
@@ -219,16 +349,13 @@ impl PyModel {
     /// Names of the inputs: of all that is set from outside, in the order of u.
     #[getter]
     pub(super) fn inputs<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
-        let names = self.memory().model.robot().map_or_else(Vec::new, |robot| robot.inputs().names());
-        PyTuple::new(py, names)
+        PyTuple::new(py, self.input_names())
     }
 
     /// Values of the inputs as long as nobody sets them, shape (m,).
     #[getter]
     fn u0<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        let defaults =
-            self.memory().model.robot().map_or_else(Vec::new, |robot| robot.inputs().defaults().to_vec());
-        defaults.into_pyarray(py)
+        self.default_inputs().into_pyarray(py)
     }
 
     /// Exact derivatives of the inverse dynamics with respect to the inputs.
@@ -547,7 +674,7 @@ impl PyModel {
 
 /// Energies of a state, in joules.
 #[pyclass(name = "Energy", module = "lissom", frozen)]
-pub(crate) struct PyEnergy(model::Energy);
+pub(crate) struct PyEnergy(pub(super) model::Energy);
 
 #[pymethods]
 impl PyEnergy {

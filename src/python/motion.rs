@@ -31,6 +31,8 @@ use crate::simulate::{Simulation, Statistics, accelerations};
 /// q, v, a : ndarray, shape (m, n)
 ///     Coordinates, velocities and accelerations at these times: ``q[i]`` is the state at ``t[i]``. Explicit methods do
 ///     not solve for accelerations: `a` is then computed when it is first asked for, one evaluation a time.
+/// u : ndarray, shape (m, inputs)
+///     What was set from outside from these times on; without control the defaults of the inputs.
 /// stats : Statistics
 ///     What it has cost.
 /// balance : Balance or None
@@ -59,6 +61,8 @@ pub(crate) struct PyMotionResult {
     q: ReadOnly<PyArray2<f64>>,
     #[pyo3(get)]
     v: ReadOnly<PyArray2<f64>>,
+    #[pyo3(get)]
+    u: ReadOnly<PyArray2<f64>>,
     /// Filled when they are first asked for, where the method does not solve for them.
     a: PyOnceLock<ReadOnly<PyArray2<f64>>>,
     #[pyo3(get)]
@@ -79,9 +83,11 @@ pub(crate) struct PyMotionResult {
 
 impl PyMotionResult {
     pub(super) fn new(py: Python<'_>, simulation: Simulation, model: Option<Py<PyModel>>) -> PyResult<Self> {
-        let Simulation { t, q, v, a, n, flow, statistics, status, message, doubt } = simulation;
+        let Simulation { t, q, v, a, u, n, flow, statistics, status, message, doubt } = simulation;
         let points = t.len();
-        let rows = |values: Vec<f64>| ReadOnly::new(values.into_pyarray(py).reshape([points, n])?);
+        let inputs = u.len().checked_div(points).unwrap_or_default();
+        let array = |values: Vec<f64>, n| ReadOnly::new(values.into_pyarray(py).reshape([points, n])?);
+        let rows = |values| array(values, n);
         let known = PyOnceLock::new();
         if let Some(a) = a {
             let a = rows(a)?;
@@ -91,6 +97,7 @@ impl PyMotionResult {
             t: ReadOnly::new(t.into_pyarray(py))?,
             q: rows(q)?,
             v: rows(v)?,
+            u: array(u, inputs)?,
             a: known,
             stats: Py::new(py, PyStatistics(statistics))?,
             success: status.is_success(),
@@ -105,9 +112,11 @@ impl PyMotionResult {
 }
 
 impl PyMotionResult {
-    /// Copies of the times, coordinates and velocities.
-    fn states(&self, py: Python<'_>) -> PyResult<(Vec<f64>, [Vec<f64>; 2])> {
-        Ok((self.t.bind(py).to_vec()?, [self.q.bind(py).to_vec()?, self.v.bind(py).to_vec()?]))
+    /// Copies of the times, coordinates, velocities and inputs.
+    fn states(&self, py: Python<'_>) -> PyResult<(Vec<f64>, [Vec<f64>; 3])> {
+        let Self { q, v, u, .. } = self;
+        let copy = |values: &ReadOnly<PyArray2<f64>>| values.bind(py).to_vec();
+        Ok((self.t.bind(py).to_vec()?, [copy(q)?, copy(v)?, copy(u)?]))
     }
 }
 
@@ -119,9 +128,9 @@ impl PyMotionResult {
         let a = self.a.get_or_try_init(py, || {
             let model = self.model.as_ref().expect("all other runs solve for accelerations");
             let mut model = model.get().native();
-            let (t, [q, v]) = self.states(py)?;
+            let (t, [q, v, u]) = self.states(py)?;
             let dims = [t.len(), model.n()];
-            let a = or_raised(py.detach(|| accelerations(&mut *model, &t, &q, &v)))?;
+            let a = or_raised(py.detach(|| accelerations(&mut *model, &t, &q, &v, &u)))?;
             ReadOnly::new(a.into_pyarray(py).reshape(dims)?)
         })?;
         Ok(a.bind(py).clone())
@@ -133,8 +142,8 @@ impl PyMotionResult {
         let Some(model) = &self.model else { return Ok(None) };
         let balance = self.balance.get_or_try_init(py, || {
             let mut model = model.get().native();
-            let (t, [q, v]) = self.states(py)?;
-            let balance = or_raised(py.detach(|| Balance::new(&mut *model, &t, &q, &v, &self.flow)))?;
+            let (t, [q, v, u]) = self.states(py)?;
+            let balance = or_raised(py.detach(|| Balance::new(&mut *model, &t, &q, &v, &u, &self.flow)))?;
             Py::new(py, PyBalance::from_core(py, balance)?)
         })?;
         Ok(Some(balance.clone_ref(py)))
@@ -154,8 +163,8 @@ impl PyMotionResult {
 
     /// For copies and pickles.
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
-        let Self { t, q, v, a, stats, success, status, message, doubt, model, flow, balance: _ } = self;
-        let states = (t, q, v, a.get(py));
+        let Self { t, q, v, u, a, stats, success, status, message, doubt, model, flow, balance: _ } = self;
+        let states = (t, q, v, u, a.get(py));
         let flow = (flow.dissipated.as_slice(), flow.work.as_slice());
         record::reduce_to::<Self>(py, (states, flow, (stats, *success, status, message, doubt), model))
     }
@@ -164,21 +173,23 @@ impl PyMotionResult {
     #[allow(clippy::type_complexity, reason = "the parts of a result")]
     fn _restore(
         py: Python<'_>,
-        states: (Py<PyAny>, Py<PyAny>, Py<PyAny>, Option<Py<PyAny>>),
+        states: (Py<PyAny>, Py<PyAny>, Py<PyAny>, Py<PyAny>, Option<Py<PyAny>>),
         flow: (Vec<f64>, Vec<f64>),
         outcome: (Py<PyStatistics>, bool, String, String, Option<String>),
         model: Option<Py<PyModel>>,
     ) -> PyResult<Self> {
         let t = convert::vector(states.0.bind(py), "t")?;
         let n = states.1.bind(py).cast::<PyArray2<f64>>()?.dims()[1];
-        let rows = |value: &Py<PyAny>, name| {
+        let inputs = states.3.bind(py).cast::<PyArray2<f64>>()?.dims()[1];
+        let array = |value: &Py<PyAny>, name, n| {
             let (points, value) = (t.len(), value.bind(py));
             let values = convert::numbers(value, name, "an array of real numbers")?;
             values.matrix((points, n), name)?;
             ReadOnly::new(values.values.into_pyarray(py).reshape([points, n])?)
         };
+        let rows = |value, name| array(value, name, n);
         let a = PyOnceLock::new();
-        if let Some(known) = &states.3 {
+        if let Some(known) = &states.4 {
             _ = a.set(py, rows(known, "a")?);
         }
         let mut check = Checker::new();
@@ -187,12 +198,14 @@ impl PyMotionResult {
         }
         let of_model = model.as_ref().map_or(n, |model| model.get().n());
         check.require(of_model == n, "model", of_model, "a model of as many coordinates");
+        let of_model = model.as_ref().map_or(inputs, |model| model.get().native().inputs());
+        check.require([0, of_model].contains(&inputs), "u", inputs, "the inputs of the model");
         check.finish()?;
         let (stats, success, status, message, doubt) = outcome;
-        let (q, v) = (rows(&states.1, "q")?, rows(&states.2, "v")?);
+        let (q, v, u) = (rows(&states.1, "q")?, rows(&states.2, "v")?, array(&states.3, "u", inputs)?);
         let flow = Flow { dissipated: flow.0, work: flow.1 };
         let (t, balance) = (ReadOnly::new(t.into_pyarray(py))?, PyOnceLock::new());
-        Ok(Self { t, q, v, a, stats, success, status, message, doubt, model, flow, balance })
+        Ok(Self { t, q, v, u, a, stats, success, status, message, doubt, model, flow, balance })
     }
 
     fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {

@@ -210,7 +210,7 @@ impl PyRobot {
     }
 
     /// A copy of the model.
-    fn model(&self) -> RobotModel {
+    pub(super) fn model(&self) -> RobotModel {
         self.kinematics.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 

@@ -225,8 +225,8 @@ impl PyScene {
 
     /// How the model is simulated.
     #[getter]
-    fn simulation(&self) -> PySimulation {
-        PySimulation(self.scene.simulation.clone())
+    fn simulation(&self) -> PySimulationSettings {
+        PySimulationSettings(self.scene.simulation.clone())
     }
 
     /// Simulate the scene.
@@ -340,10 +340,10 @@ impl PyScene {
 /// How a scene is simulated; every setting is the scene's or its default.
 #[pyclass(name = "SimulationSettings", module = "lissom", frozen, eq)]
 #[derive(PartialEq)]
-pub(crate) struct PySimulation(Simulation);
+pub(crate) struct PySimulationSettings(Simulation);
 
 #[pymethods]
-impl PySimulation {
+impl PySimulationSettings {
     /// Time at the start, seconds.
     #[getter]
     fn t0(&self) -> f64 {

@@ -1,5 +1,6 @@
 //! `lissom.simulate`.
 
+use numpy::ToPyArray;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 
@@ -18,7 +19,7 @@ use crate::ode;
 use crate::radau;
 use crate::robot::Robot;
 use crate::roots::Derivative;
-use crate::simulate::Method;
+use crate::simulate::{Control, Method};
 
 /// Simulate the free motion of a model.
 ///
@@ -52,6 +53,12 @@ use crate::simulate::Method;
 ///     the largest error of the tip relative to the model's length, and there is no `atol`.
 /// t_eval : array_like, optional
 ///     Increasing times from `t0` to `t_end` at which the motion is wanted. By default every step (Newmark family) or every `dt`.
+/// control : callable, optional
+///     Called as ``control(t, q, v)``, at `t0` and every `control_step` from there on; returns what the model's inputs are until it
+///     is called again, shape (inputs,). Steps end at these times: those of fixed size are equal in between and at most `dt`. Its
+///     exceptions come through, with what was computed as their attribute `result`. By default inputs keep their defaults.
+/// control_step : float, optional
+///     Seconds; `dt` by default.
 /// progress : callable, optional
 ///     Called as ``progress(t)`` at the first step and then about twenty times a second. Returning True or raising
 ///     StopIteration stops the run, whose result then has the status 'interrupted'. Other exceptions come through unchanged.
@@ -100,12 +107,13 @@ use crate::simulate::Method;
     signature = (
         model, t_end, *, t0=0.0, q0=None, v0=None, method="newmark", dt=1e-2, jac=None, rtol=None, atol=None,
         t_eval=None, progress=None, beta=None, gamma=None, alpha=None, rho_inf=None, adaptive=None,
-        max_step=None, min_step=0.0, max_steps=None, predictor=None, reuse_jacobian=None
+        max_step=None, min_step=0.0, max_steps=None, predictor=None, reuse_jacobian=None, control=None,
+        control_step=None
     ),
     text_signature = "(model, t_end, *, t0=0.0, q0=None, v0=None, method='newmark', dt=0.01, jac='analytic', rtol=1e-06, \
                       atol=1e-09, t_eval=None, progress=None, beta=0.25, gamma=0.5, alpha=None, rho_inf=None, \
                       adaptive=False, max_step=None, min_step=0.0, max_steps=None, predictor='best', \
-                      reuse_jacobian=True)"
+                      reuse_jacobian=True, control=None, control_step=None)"
 )]
 #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python function")]
 pub(crate) fn simulate<'py>(
@@ -131,6 +139,8 @@ pub(crate) fn simulate<'py>(
     max_steps: Option<i64>,
     predictor: Option<&str>,
     reuse_jacobian: Option<bool>,
+    control: Option<&Bound<'py, PyAny>>,
+    #[pyo3(from_py_with = convert::optional_number)] control_step: Option<f64>,
 ) -> PyResult<PyMotionResult> {
     let Ok(model) = model.cast::<PyModel>() else {
         return Err(PyTypeError::new_err(format!(
@@ -161,35 +171,94 @@ pub(crate) fn simulate<'py>(
         reuse_jacobian,
     };
     let way = given.way(n)?;
-    run(model, (t0, t_end), [&q0, &v0], &way, t_eval.as_deref(), progress)
+    let controller = Controller::new(model, control, control_step, dt, &way)?;
+    run(model, (t0, t_end), [&q0, &v0], &way, t_eval.as_deref(), controller, progress)
+}
+
+/// The function of the user that sets inputs.
+struct Controller {
+    function: Py<PyAny>,
+    step: f64,
+}
+
+impl Controller {
+    fn new(
+        model: &Bound<'_, PyModel>,
+        function: Option<&Bound<'_, PyAny>>,
+        step: Option<f64>,
+        dt: f64,
+        way: &Way,
+    ) -> PyResult<Option<Self>> {
+        let Some(function) = function else {
+            return match step {
+                None => Ok(None),
+                Some(step) => Err(PyValueError::new_err(format!(
+                    "control_step: got {step:?}, expected nothing: it is how far calls of `control` are apart, and there is none"
+                ))),
+            };
+        };
+        if !function.is_callable() {
+            return Err(PyTypeError::new_err(format!(
+                "control: expected a callable (t, q, v) -> u, got {}",
+                convert::describe(function)
+            )));
+        }
+        if model.get().native().inputs() == 0 {
+            return Err(PyValueError::new_err(
+                "control: got a callable, expected nothing: this model has no inputs (give loads or actuators a lissom.Input)",
+            ));
+        }
+        if matches!(way, Way::Accuracy(_)) {
+            return Err(PyValueError::new_err(
+                "control: got a callable, expected nothing: method \"auto\" computes motions several times; take another one",
+            ));
+        }
+        Ok(Some(Self { function: function.clone().unbind(), step: step.unwrap_or(dt) }))
+    }
+
+    /// Its inputs at a state.
+    fn inputs(&self, py: Python<'_>, t: f64, [q, v]: [&[f64]; 2], inputs: &mut [f64]) -> PyResult<()> {
+        let returned = call(self.function.bind(py), (t, q.to_pyarray(py), v.to_pyarray(py)))?;
+        let read = convert::finite_vector_into(&returned, inputs, "control");
+        read.map_err(|error| at_time(py, error, t))
+    }
+}
+
+/// An error of a value that was returned, with the time in its message.
+fn at_time(py: Python<'_>, error: PyErr, t: f64) -> PyErr {
+    if error.is_instance_of::<PyValueError>(py) || error.is_instance_of::<PyTypeError>(py) {
+        let message = format!("{} (at t = {t})", error.value(py));
+        return PyErr::from_type(error.get_type(py), message);
+    }
+    error
 }
 
 /// How a motion is computed.
-enum Way {
+pub(super) enum Way {
     Method(Method),
     /// By whatever method reaches an accuracy.
     Accuracy(accuracy::Request),
 }
 
 /// What was given of the options that say how a motion is computed.
-struct Given<'a, 'py> {
-    method: &'a str,
-    dt: f64,
-    jac: Option<&'a str>,
-    rtol: Option<&'a Bound<'py, PyAny>>,
-    atol: Option<&'a Bound<'py, PyAny>>,
-    parameters: Parameters,
-    adaptive: Option<bool>,
-    max_step: Option<f64>,
-    min_step: f64,
-    max_steps: Option<i64>,
-    predictor: Option<&'a str>,
-    reuse_jacobian: Option<bool>,
+pub(super) struct Given<'a, 'py> {
+    pub(super) method: &'a str,
+    pub(super) dt: f64,
+    pub(super) jac: Option<&'a str>,
+    pub(super) rtol: Option<&'a Bound<'py, PyAny>>,
+    pub(super) atol: Option<&'a Bound<'py, PyAny>>,
+    pub(super) parameters: Parameters,
+    pub(super) adaptive: Option<bool>,
+    pub(super) max_step: Option<f64>,
+    pub(super) min_step: f64,
+    pub(super) max_steps: Option<i64>,
+    pub(super) predictor: Option<&'a str>,
+    pub(super) reuse_jacobian: Option<bool>,
 }
 
 impl Given<'_, '_> {
     /// What they say for a model of `n` coordinates.
-    fn way(&self, n: usize) -> PyResult<Way> {
+    pub(super) fn way(&self, n: usize) -> PyResult<Way> {
         Ok(match self.method {
             "auto" => Way::Accuracy(self.accuracy()?),
             "radau" => Way::Method(self.radau(n)?),
@@ -311,12 +380,13 @@ fn run(
     [q0, v0]: [&[f64]; 2],
     way: &Way,
     t_eval: Option<&[f64]>,
+    controller: Option<Controller>,
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<PyMotionResult> {
     let py = model.py();
     let object = model.clone().unbind();
     let model = model.get().native();
-    let mut raised = Raised::default();
+    let (mut raised, mut raised_by_control) = (Raised::default(), Raised::default());
     let mut ticker = Ticker::new();
     let progress = progress.map(|progress| progress.clone().unbind());
     let simulation = py.detach(|| {
@@ -338,7 +408,13 @@ fn run(
                 model.simulate_to_accuracy(t_span, q0, v0, *request, t_eval, &mut monitor)
             }
             Way::Method(method) => {
-                let simulation = model.simulate(t_span, q0, v0, method, t_eval, &mut monitor);
+                let mut inputs = |t: f64, q: &[f64], v: &[f64], inputs: &mut [f64]| {
+                    let Some(controller) = &controller else { return Ok(()) };
+                    raised_by_control.catch(Python::attach(|py| controller.inputs(py, t, [q, v], inputs)))
+                };
+                let step = controller.as_ref().map(|controller| controller.step);
+                let control = step.map(|step| Control { step, inputs: &mut inputs });
+                let simulation = model.simulate(t_span, q0, v0, method, t_eval, control, &mut monitor);
                 simulation.map(|simulation| (simulation, None))
             }
         }
@@ -348,7 +424,7 @@ fn run(
         Some(robot) => like(object.bind(py), robot)?.cast_into::<PyModel>()?.unbind(),
         None => object,
     };
-    finish(py, simulation, Some(moved), raised.into_result())
+    finish(py, simulation, Some(moved), raised_by_control.into_result().and(raised.into_result()))
 }
 
 /// A robot as Python has it: a rod, where it has the modes that were chosen for one.
@@ -461,7 +537,7 @@ fn name_all_methods(mut error: InvalidInput) -> InvalidInput {
 }
 
 /// The core's interval is two arguments in Python.
-fn with_python_names(mut error: InvalidInput) -> InvalidInput {
+pub(super) fn with_python_names(mut error: InvalidInput) -> InvalidInput {
     for problem in &mut error.problems {
         match problem.place.as_str() {
             "t_span[0]" => problem.place = "t0".to_owned(),

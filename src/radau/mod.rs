@@ -26,3 +26,5 @@ mod stepper;
 pub use options::Options;
 pub use solution::solve;
 pub use stepper::Stepper;
+
+pub(crate) use solution::check_memory;

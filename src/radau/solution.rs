@@ -25,11 +25,7 @@ pub fn solve<S: System + ?Sized>(
     if t_eval.is_none() {
         options.max_steps = options.max_steps.min(points_in_memory(n));
     }
-    /// The derivatives of the residual, the shifted real and the complex matrix, and the factors of both.
-    const SQUARE_MATRICES: usize = 8;
-    if system.tree().is_none() {
-        memory::check_square(SQUARE_MATRICES, n, "q0", "an explicit method needs no matrices")?;
-    }
+    check_memory(system)?;
     let mut stepper = Stepper::new(n, t_span, q0, v0, &options)?;
     if let Some(times) = t_eval {
         check_times(times, t_span)?;
@@ -37,4 +33,14 @@ pub fn solve<S: System + ?Sized>(
     let points = t_eval.map_or(1, <[f64]>::len);
     check_points(points, n)?;
     Ok(collect(system, &mut stepper, n, points, t_eval, monitor))
+}
+
+/// Refuses a system whose matrices do not fit in memory.
+pub(crate) fn check_memory<S: System + ?Sized>(system: &S) -> Result<(), InvalidInput> {
+    /// The derivatives of the residual, the shifted real and the complex matrix, and the factors of both.
+    const SQUARE_MATRICES: usize = 8;
+    if system.tree().is_some() {
+        return Ok(());
+    }
+    memory::check_square(SQUARE_MATRICES, system.n(), "q0", "an explicit method needs no matrices")
 }

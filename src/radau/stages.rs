@@ -8,6 +8,7 @@ use crate::ode::radau_iia::{
     Verdict, is_same_size, norm_of_stages, transform,
 };
 use crate::second_order::{Counters, Failure, System};
+use crate::tape::Tape;
 
 /// So many steps begin with the tangents of each stage after one that needed them.
 const STEPS_BY_STAGE: u32 = 16;
@@ -52,8 +53,9 @@ pub(super) struct Stages {
     /// Displacements and velocities of one stage; those at the end of the step when it is solved.
     pub(super) q: Vec<f64>,
     pub(super) v: Vec<f64>,
-    /// Size of the last step and its stages, to continue them.
-    last: Option<(f64, Vec<f64>)>,
+    /// Size of the last step, where it can be continued, and its stages.
+    last_size: Option<f64>,
+    last: Vec<f64>,
     /// Error of displacements and velocities.
     error: Vec<f64>,
     work: Vec<f64>,
@@ -86,7 +88,8 @@ impl Stages {
             dy: vectors(2 * STAGES),
             q: vectors(1),
             v: vectors(1),
-            last: None,
+            last_size: None,
+            last: vectors(STAGES),
             error: vectors(2),
             work: vectors(2),
         }
@@ -277,7 +280,7 @@ impl Stages {
     /// First guess of the accelerations: the polynomial through those of the last step, continued.
     fn predict(&mut self, start: &Start<'_>, h: f64) {
         let n = self.n;
-        let Some((last_h, last)) = &self.last else {
+        let (Some(last_h), last) = (self.last_size, &self.last) else {
             for stage in self.a.chunks_exact_mut(n) {
                 stage.copy_from_slice(start.a);
             }
@@ -388,17 +391,30 @@ impl Stages {
 
     /// Predicts nothing from the stages of the last step, which belong to other coordinates.
     pub(super) fn forget_last(&mut self) {
-        self.last = None;
+        self.last_size = None;
     }
 
     /// Keeps the stages of an accepted step, for the next prediction.
     pub(super) fn accept(&mut self, h: f64) {
-        match &mut self.last {
-            Some((last_h, last)) => {
-                *last_h = h;
-                last.copy_from_slice(&self.a);
-            }
-            None => self.last = Some((h, self.a.clone())),
+        self.last_size = Some(h);
+        self.last.copy_from_slice(&self.a);
+    }
+
+    /// What goes on from step to step: tangents, and the last stages.
+    pub(super) fn carry(&mut self, tape: &mut Tape<'_>) {
+        for tangent in &mut self.tangents {
+            tape.numbers(tangent.as_mut_slice());
+        }
+        tape.flag(&mut self.tangents_are_current);
+        tape.optional(&mut self.factorised_for, 0.0, Tape::number);
+        tape.small_count(&mut self.steps_by_stage);
+        tape.optional(&mut self.last_size, 0.0, Tape::number);
+        tape.numbers(&mut self.last);
+        if tape.reads()
+            && let Some(h) = self.factorised_for.take()
+        {
+            // Where it fails, the next step meets that, too.
+            let _ = self.factorise(h, &mut Counters::default());
         }
     }
 }

@@ -13,6 +13,7 @@ use crate::ode::radau_iia::{
 use crate::ode::{self, Tolerances, initial_step};
 use crate::second_order::{Counters, Failure, Status, Steps, System};
 use crate::signal::end_of_step;
+use crate::tape::Tape;
 
 /// A step must be that many spacings of floating-point numbers long at least (SciPy).
 const SMALLEST_STEP_IN_SPACINGS: f64 = 10.0;
@@ -110,7 +111,7 @@ impl Stepper {
                 None => self.select_first_step(system)?,
             };
         }
-        self.started = true;
+        self.started = self.status.is_none();
         Ok(self.status)
     }
 
@@ -153,7 +154,7 @@ impl Stepper {
         } else if self.counters.steps >= self.options.max_steps {
             Some(Status::TooManySteps)
         } else {
-            self.wrap(system);
+            self.settle(system);
             self.advance(system)?
         };
         if self.status.is_none() && self.t == self.t_end {
@@ -163,7 +164,7 @@ impl Stepper {
     }
 
     /// Goes on in other coordinates where those at hand come near a singularity.
-    fn wrap<S: System + ?Sized>(&mut self, system: &mut S) {
+    pub(crate) fn settle<S: System + ?Sized>(&mut self, system: &mut S) {
         if system.wrap(&mut self.q, &mut self.v, &mut [&mut self.a]) {
             self.stages.forget_last();
             self.tangents_are_wanted = true;
@@ -216,7 +217,7 @@ impl Stepper {
             if error <= 1.0 && finite {
                 self.tangents_are_wanted = newton.wants_jacobian() && !self.stages.have_own_tangents();
                 // The rest of the way says nothing about the size of the step after it.
-                let least = if t_new == horizon { wanted } else { 0.0 };
+                let least = if is_last { wanted } else { 0.0 };
                 self.h = least.max(next_size(h, factor, self.tangents_are_wanted));
                 self.last = Some(sized);
                 self.accept(t_new, h);
@@ -242,6 +243,36 @@ impl Stepper {
         self.stages.accept(h);
         self.stages.forget_start();
         self.counters.steps += 1;
+    }
+
+    /// Goes on to a later end, whatever the status was.
+    pub(crate) fn go_on(&mut self, t_end: f64) {
+        (self.status, self.t_end) = (None, t_end);
+    }
+
+    /// Takes these accelerations for the current ones: what acts has jumped.
+    pub(crate) fn jump(&mut self, a: &[f64]) {
+        self.a.copy_from_slice(a);
+        self.stages.forget_last();
+    }
+
+    /// What goes on from step to step.
+    pub(crate) fn carry(&mut self, tape: &mut Tape<'_>) {
+        for number in [&mut self.t, &mut self.t_end, &mut self.t_old, &mut self.h] {
+            tape.number(number);
+        }
+        let Self { q, v, a, q_old, v_old, a_old, .. } = self;
+        for values in [q, v, a, q_old, v_old, a_old] {
+            tape.numbers(values);
+        }
+        tape.optional(&mut self.last, StepError { h_abs: 0.0, error: 0.0 }, |tape, last| {
+            tape.number(&mut last.h_abs);
+            tape.number(&mut last.error);
+        });
+        tape.flag(&mut self.tangents_are_wanted);
+        self.counters.carry(tape);
+        tape.flag(&mut self.started);
+        self.stages.carry(tape);
     }
 
     /// Current time.

@@ -763,6 +763,10 @@ impl InTime for RobotModel {
         on_sweeps!(&self.sweeps, sweeps => sweeps.inputs().len())
     }
 
+    fn default_inputs(&self) -> Vec<f64> {
+        self.description().inputs().defaults().to_vec()
+    }
+
     fn set_inputs(&mut self, u: &[f64]) {
         on_sweeps!(&mut self.sweeps, sweeps => sweeps.set_inputs(u));
     }

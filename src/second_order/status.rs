@@ -1,5 +1,7 @@
 //! How an integration ended and what it has cost.
 
+use crate::tape::Tape;
+
 /// Why the accelerations of a step could not be found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Failure {
@@ -72,4 +74,26 @@ pub struct Counters {
     pub reuse_failures: usize,
     /// Steps that needed a fresh Jacobian in every iteration.
     pub full_newton: usize,
+}
+
+impl Counters {
+    /// All of them.
+    pub(crate) fn carry(&mut self, tape: &mut Tape<'_>) {
+        let Self {
+            steps,
+            rejected,
+            unsolved,
+            newton_iterations,
+            nfev,
+            nfev_jacobian,
+            njev,
+            nlu,
+            reuse_failures,
+            full_newton,
+        } = self;
+        let of_steps = [steps, rejected, unsolved, reuse_failures, full_newton];
+        for count in of_steps.into_iter().chain([newton_iterations, nfev, nfev_jacobian, njev, nlu]) {
+            tape.count(count);
+        }
+    }
 }

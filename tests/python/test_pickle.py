@@ -44,10 +44,20 @@ ROD = lissom.Rod([WIRE], loads=[lissom.Load(force=swing, at=0.2)])
 COLUMN = lissom.Rod(
     [lissom.Segment(1.0, 0.01, 1e9, 4e8, 1000, {"bend_y": 3})], gravity=(0, 0, 0), tip_force=(-25.0, 0, 0)
 )
+PULLED = lissom.Rod(
+    [lissom.Segment(0.2, 2e-3, 1e9, 4e8, 1200, {"bend_y": 2})],
+    actuators=[lissom.Tendon("pull", [lissom.Along(offset=(0, 0.01))], tension=lissom.Input("pull", 1.0))],
+)
 RESULTS = {
     "simulate": lambda: lissom.simulate(ROD, 0.05),
     "simulate, radau": lambda: lissom.simulate(ROD, 0.05, method="radau"),
     "simulate, auto": lambda: lissom.simulate(ROD, 0.05, method="auto", rtol=1e-2),
+    "simulate, controlled": lambda: lissom.simulate(
+        lissom.Rod([WIRE], loads=[lissom.Load(force=lissom.Input("push", (0.0, 0.0, 0.1)))]),
+        0.05,
+        control=lambda t, q, v: [0.0, 0.0, t],
+    ),
+    "Simulation": lambda: stepped(lissom.Simulation(ROD, dt=1e-3)),
     "simulate, failed at once": lambda: lissom.simulate(ROD, 1.0, dt=1e-2, max_steps=0),
     "newmark": lambda: lissom.newmark(lambda t, q, v, a: a + q, (0.0, 1.0), [1.0], [0.0], dt=0.1),
     "Balance": lambda: lissom.simulate(ROD, 0.05).balance,
@@ -65,6 +75,9 @@ RESULTS = {
     "root of vectors": lambda: lissom.root(lambda x: x**2 - 2.0, [1.0, 2.0], history=True),
     "check_jacobian": lambda: lissom.check_jacobian(lambda x: x**2, lambda x: np.diag(2 * x), [1.0, 2.0]),
     "reach": lambda: ROD.reach("rod", [0.3, 0.0, -0.1]),
+    "actuate": lambda: lissom.actuate(PULLED, (0.19, 0.0, 0.01)),
+    "statics, slack": lambda: lissom.statics(PULLED, u=[-1.0]),
+    "continuation of inputs": lambda: lissom.continuation(PULLED, inputs={"pull": (0.0, 2.0)}),
     "Target": lambda: lissom.Target("rod", np.eye(4)),
     "statics": lambda: lissom.statics(ROD),
     "statics, newton": lambda: lissom.statics(ROD, [0.1] * 3, method="newton"),
@@ -96,6 +109,11 @@ WAYS = {
         for protocol in range(2, pickle.HIGHEST_PROTOCOL + 1)
     },
 }
+
+
+def stepped(simulation):
+    simulation.step(duration=5.5e-3)
+    return simulation
 
 
 def problem_of(text):
@@ -246,13 +264,15 @@ def test_modes_that_a_scene_left_open_are_not_chosen_again():
 def test_nonsense_is_not_restored():
     result = lissom.simulate(ROD, 0.05)
     restore, (states, flow, outcome, model) = result.__reduce__()
-    t, q, v, a = states
+    t, q, v, u, a = states
     pendulum = lissom.SpringPendulum()
     wrong = [
-        ((t[:-1], q, v, a), flow, outcome, model),
-        ((t, q, v[:, :-1], a), flow, outcome, model),
-        ((t, q, v, a[1:]), flow, outcome, model),
-        ((t, "q", v, a), flow, outcome, model),
+        ((t[:-1], q, v, u, a), flow, outcome, model),
+        ((t, q, v[:, :-1], u, a), flow, outcome, model),
+        ((t, q, v, u, a[1:]), flow, outcome, model),
+        ((t, "q", v, u, a), flow, outcome, model),
+        ((t, q, v, u[1:], a), flow, outcome, model),
+        ((t, q, v, q, a), flow, outcome, model),
         (states, ([0.0], flow[1]), outcome, model),
         (states, flow, outcome, pendulum),
     ]

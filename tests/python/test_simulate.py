@@ -87,6 +87,8 @@ def test_the_documented_defaults_are_the_real_ones():
         "max_steps": None,
         "predictor": "best",
         "reuse_jacobian": True,
+        "control": None,
+        "control_step": None,
     }
     plain = simulate(pendulum(), 1.0, **START)
     given = {name: value for name, value in options.items() if value is not None}

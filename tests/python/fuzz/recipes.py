@@ -333,6 +333,9 @@ RECIPES: dict[str, dict | list[dict]] = {
         "self": "lissom.solve_ivp(lambda t, y: -y, (0, 1), [1.0, 2.0], dense_output=True).sol",
         "t": _a(0.0, 0.5),
     },
+    "Simulation.step": {"self": "v.simulation()", "duration": "0.01"},
+    "Simulation.reset": {"self": "v.simulation()", "q0": _a(0.1, 0.2), "v0": _a(0.0, 0.1), "t0": "0.1"},
+    "Simulation.copy": {"self": "v.simulation()"},
     "OdeSolver.step": {"self": "v.stepper('{solver}')"},
     "OdeSolver.dense_output": {"self": "v.stepper('{solver}')"},
     "OdeSolver.error_estimate": {"self": "v.stepper('{solver}')"},
@@ -357,17 +360,43 @@ RECIPES: dict[str, dict | list[dict]] = {
         "position_weight": _a(1.0, 0.5, 1.0),
         "orientation_weight": "0.5",
     },
-    "continuation": {
-        "model": _MODEL,
-        "q0": _a(0.0, 0.0),
-        "load_factor": "0.0",
-        "direction": _a(0.0, 1.0),
-        "bounds": "(0.0, 1.0)",
-        "max_step": "0.25",
-        "max_steps": "200",
-        "t": "0.0",
-        "tol": "1e-8",
-    },
+    "actuate": [
+        {
+            "robot": "v.antagonists()",
+            "target": "lissom.Target('rod', [0.19, 0.0, 0.02], position_weight=(0, 0, 1))",
+            "inputs": "['up', 'down']",
+            "limits": "{'up': (0.1, 10.0)}",
+            "u": _a(1.0, 0.5),
+            "q0": _a(0.1, 0.0),
+            "t": "0.1",
+            "tol": "1e-8",
+            "max_iter": "20",
+        },
+        {
+            "robot": "v.antagonists()",
+            "target": "v.antagonists().pose(lissom.statics(v.antagonists(), u=[1.5, 0.5]).q)",
+            "inputs": "'up'",
+            "limits": "(0.0, 5.0)",
+        },
+        {
+            "robot": "v.antagonists()",
+            "target": "{'rod': v.antagonists().pose(lissom.statics(v.antagonists(), u=[1.5, 0.5]).q)}",
+        },
+    ],
+    "continuation": [
+        {
+            "model": _MODEL,
+            "q0": _a(0.0, 0.0),
+            "load_factor": "0.0",
+            "direction": _a(0.0, 1.0),
+            "bounds": "(0.0, 1.0)",
+            "max_step": "0.25",
+            "max_steps": "200",
+            "t": "0.0",
+            "tol": "1e-8",
+        },
+        {"model": "v.antagonists()", "u": _a(1.0, 0.5), "inputs": "{'up': (0.0, 3.0)}"},
+    ],
     "jacobian": {
         "fun": "lambda x: x * x",
         "x": _a(1.0, 2.0),
@@ -375,14 +404,20 @@ RECIPES: dict[str, dict | list[dict]] = {
         "x_scale": _a(1.0, 1.0),
         "args": "()",
     },
-    "linearise": {
-        "model": _MODEL,
-        "q": _a(0.1, 0.2),
-        "inputs": "'forces'",
-        "outputs": "'coordinates'",
-        "t": "0.1",
-    },
-    "modes": {"model": _MODEL, "q": _a(0.1, 0.2), "t": "0.1"},
+    "linearise": [
+        {
+            "model": _MODEL,
+            "q": _a(0.1, 0.2),
+            "inputs": "'forces'",
+            "outputs": "'coordinates'",
+            "t": "0.1",
+        },
+        {"model": "v.antagonists()", "q": _a(0.1, 0.2), "inputs": "['inputs', 'up']", "u": _a(1.0, 0.5)},
+    ],
+    "modes": [
+        {"model": _MODEL, "q": _a(0.1, 0.2), "t": "0.1"},
+        {"model": "v.antagonists()", "q": _a(0.1, 0.2), "u": _a(1.0, 0.5)},
+    ],
     "newmark": {
         "residual": "lambda t, q, v, a: a + 0.1 * v + q",
         "t_span": "(0.0, 0.2)",
@@ -424,6 +459,19 @@ RECIPES: dict[str, dict | list[dict]] = {
         "progress": "lambda t: None",
         "max_steps": "500",
     },
+    "Simulation": [
+        {
+            "model": _MODEL,
+            "dt": "0.01",
+            "method": "'{stepped}'",
+            "q0": _a(0.1, 0.2),
+            "v0": _a(0.0, 0.0),
+            "t0": "0.1",
+            "rtol": "1e-4",
+            "atol": "1e-6",
+        },
+        {"model": _MODEL, "dt": "0.01", "adaptive": "True", "max_step": "0.01", "min_step": "1e-6"},
+    ],
     "solve_ivp": {
         "fun": "lambda t, y: -y",
         "t_span": "(0.0, 1.0)",
@@ -441,6 +489,7 @@ RECIPES: dict[str, dict | list[dict]] = {
         {"model": _MODEL, "load_steps": "5", "t": "0.0", "tol": "1e-8", "max_iter": "50", "max_steps": "50"},
         {"model": _MODEL, "load_steps": _a(0.2, 0.5, 1.0), "method": "'load_path'"},
         {"model": _MODEL, "q0": _a(0.0, 0.0), "method": "'descent'"},
+        {"model": "v.antagonists()", "q0": _a(0.0, 0.0), "method": "'newton'", "u": _a(1.0, 0.5)},
     ],
     "sensors.Sensor": {},
     **{
@@ -467,7 +516,7 @@ RECIPES: dict[str, dict | list[dict]] = {
 }
 #: Classes that only functions make, and exceptions: calling them must raise, or make an exception.
 _UNMADE = """
-AccuracyWarning ContinuationResult ConvergenceError
+AccuracyWarning ActuateResult ContinuationResult ConvergenceError
 CriticalPoint DenseOutput Energy EquilibriumPath JacobianCheck
 LissomError Model ModesResult MotionResult OdeResult OdeSolver ReachResult RootResult Scene SceneError
 SceneProblem Section SimulationSettings StaticsResult Statistics
@@ -489,6 +538,7 @@ CHOICES = {
         "central_difference",
     ],
 }
+CHOICES["stepped"] = CHOICES["method"][:6]
 #: Parameters whose values are not judged as numbers: anything may be passed on.
 OPAQUE = {"args", "options"}
 #: Callbacks whose values are a wish, not a number.

@@ -92,6 +92,16 @@ def state():
     return types.SimpleNamespace(t=0.1, q=zero + 0.1, v=zero, a=zero, u=np.empty(0))
 
 
+def antagonists():
+    """Two coordinates, and two tendons whose tensions are inputs."""
+
+    def tendon(name, z):
+        return lissom.Tendon(name, [lissom.Along(offset=(0.0, z))], tension=lissom.Input(name, 0.5))
+
+    finger = lissom.Segment(0.2, 2e-3, 1e9, 4e8, 1200, {"bend_y": 2})
+    return lissom.Rod([finger], actuators=[tendon("up", 0.01), tendon("down", -0.01)])
+
+
 def urdf():
     """The path of a file with one body on a hinge."""
     text = (
@@ -426,3 +436,10 @@ def stepper(name):
     solver = getattr(lissom, name)(lambda t, y: -y, 0.0, [1.0, 2.0], 1.0)
     solver.step()
     return solver
+
+
+def simulation():
+    """A simulation after its first step."""
+    simulation = lissom.Simulation(rod(), dt=0.01)
+    simulation.step()
+    return simulation

@@ -1,0 +1,139 @@
+"""What a step from outside costs: `python benches/python/speed/stepping.py`.
+
+The native step is that of one call for many steps; both alternate, so that what else runs on the machine hits
+both. Whatever that is makes calls slower, never faster: of all rounds the fastest counts.
+"""
+
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+
+import lissom
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+import machine
+
+ROUNDS = 40
+STEPS = 500
+#: Of inputs, seconds.
+CONTROL_STEP = 10e-3
+
+
+def arm(modes: dict[str, int], segments: int = 1, with_tendons: bool = True) -> lissom.Rod:
+    """A soft arm of 30 cm with four tendons along it that are told their tensions."""
+    segment = lissom.Segment(0.3 / segments, 0.01, 1e6, 4e5, 1000.0, modes, retardation_time=0.01)
+    offsets = [(0.008, 0.0), (-0.008, 0.0), (0.0, 0.008), (0.0, -0.008)]
+    tendons = [
+        lissom.Tendon(f"t{i}", [lissom.Along("rod", offset)], tension=lissom.Input(f"t{i}", 0.0))
+        for i, offset in enumerate(offsets)
+    ]
+    return lissom.Rod([segment] * segments, actuators=tendons if with_tendons else [])
+
+
+MODELS = {
+    "spring pendulum": lissom.SpringPendulum,
+    "planar rod, 3 coordinates": lambda: arm({"bend_y": 3}, with_tendons=False),
+    "rod, 12 coordinates": lambda: arm(
+        {"torsion": 2, "bend_y": 2, "bend_z": 2}, segments=2, with_tendons=False
+    ),
+    "the same with four tendons": lambda: arm({"torsion": 2, "bend_y": 2, "bend_z": 2}, segments=2),
+}
+
+
+def fastest(*works) -> list[float]:
+    """Seconds of each work, in rounds of one after the other."""
+    best = [np.inf] * len(works)
+    for _ in range(ROUNDS):
+        for i, work in enumerate(works):
+            before = time.perf_counter()
+            work()
+            best[i] = min(best[i], time.perf_counter() - before)
+    return best
+
+
+def overhead(model: lissom.Model, dt: float) -> dict[str, float]:
+    """Nanoseconds of a step: native; what calls add, without inputs and with the same ones; of reading q."""
+    simulation = lissom.Simulation(model, dt=dt)
+    simulation.step(duration=STEPS * dt)
+    u = simulation.u
+
+    def restart():
+        simulation.reset()
+        simulation.step()
+
+    def native():
+        restart()
+        simulation.step(duration=STEPS * dt)
+
+    def calls():
+        restart()
+        step = simulation.step
+        for _ in range(STEPS):
+            step()
+
+    def calls_with_inputs():
+        restart()
+        step = simulation.step
+        for _ in range(STEPS):
+            step(u)
+
+    def reads():
+        restart()
+        for _ in range(STEPS):
+            simulation.q  # noqa: B018
+
+    works = {"restart": restart, "native": native, "step()": calls, "step(u)": calls_with_inputs, "q": reads}
+    times = dict(zip(works, fastest(*works.values()), strict=True))
+    each = {name: (seconds - times["restart"]) / STEPS * 1e9 for name, seconds in times.items()}
+    return {
+        "native": each["native"],
+        "step()": each["step()"] - each["native"],
+        "step(u)": each["step(u)"] - each["native"],
+        "q": each["q"],
+    }
+
+
+def control_steps(model: lissom.Model, dt: float) -> tuple[float, float]:
+    """Control steps a second, with inputs that change each time: of a loop in Python, and of `simulate`."""
+    inputs = 0.1 + 0.05 * np.random.default_rng(0).standard_normal((STEPS, 4)).clip(-1, 1)
+    simulation = lissom.Simulation(model, dt=dt)
+    kept = iter(())
+
+    def loop():
+        simulation.reset()
+        for u in inputs:
+            simulation.step(u, CONTROL_STEP)
+            simulation.q  # noqa: B018
+
+    def control(t, q, v):
+        return next(kept)
+
+    def run():
+        nonlocal kept
+        kept = iter(inputs)
+        t_end = STEPS * CONTROL_STEP
+        lissom.simulate(model, t_end, dt=dt, control=control, control_step=CONTROL_STEP)
+
+    return tuple(STEPS / seconds for seconds in fastest(loop, run))
+
+
+def main() -> None:
+    """Print the tables of docs/stepping.md."""
+    print(machine.description())
+    print("\n| model | native step | `step()` adds | `step(u)` adds | `q` |\n|---|---|---|---|---|")
+    for name, make in MODELS.items():
+        row = overhead(make(), 1e-3)
+        print(
+            f"| {name} | {row['native']:.0f} | {row['step()']:.0f} | {row['step(u)']:.0f} | {row['q']:.0f} |"
+        )
+    print("\n| steps of | `Simulation` | `simulate(control=...)` |\n|---|---|---|")
+    model = MODELS["the same with four tendons"]()
+    for dt in (10e-3, 5e-3, 2e-3, 1e-3):
+        loop, run = control_steps(model, dt)
+        print(f"| {dt * 1e3:g} ms | {loop:.0f} | {run:.0f} |")
+
+
+if __name__ == "__main__":
+    main()

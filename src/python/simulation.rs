@@ -1,0 +1,519 @@
+//! `lissom.Simulation`.
+
+use std::sync::{Mutex, MutexGuard, TryLockError};
+
+use numpy::{IntoPyArray, PyArray1, ToPyArray};
+use pyo3::class::{PyTraverseError, PyVisit};
+use pyo3::exceptions::{PyRuntimeError, PyTypeError, PyValueError};
+use pyo3::intern;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyString};
+
+use super::callback::{Raised, or_raised};
+use super::convert;
+use super::model::{PyEnergy, PyModel, Stepped};
+use super::motion::signals;
+use super::record::{self, Reduced};
+use super::simulate::{Given, Way, with_python_names};
+use crate::newmark::Parameters;
+use crate::simulate::Method;
+use crate::stepping::Status;
+
+/// A call makes that many steps of a model of one coordinate before it lets other threads run: some 0.1 ms. To take
+/// back the interpreter may last longer than a short call does.
+const STEPS_WITH_INTERPRETER: usize = 256;
+
+/// The status before the first step.
+const READY: &str = "ready";
+
+/// A motion that is stepped from outside.
+///
+/// A simulation of given steps is the same, to the last bit, as `simulate` over the same time; one that was copied or
+/// pickled goes on as the original does. It has a model of its own, so that several go side by side.
+///
+/// Parameters
+/// ----------
+/// model : Model
+///     A `Rod`, a `Robot` or a `SpringPendulum`.
+/// dt : float
+///     Duration of a step by default, seconds; for the Newmark family also the size of its steps (adaptive: of the first one).
+/// method : str
+///     As for `simulate`, 'auto' excepted.
+/// q0, v0 : array_like, shape (n,), optional
+///     Coordinates and velocities at the start; zero by default.
+/// t0 : float
+///     The time at the start, seconds.
+/// rtol, atol, beta, gamma, alpha, rho_inf, adaptive, max_step, min_step : optional
+///     As for `simulate`.
+///
+/// Attributes
+/// ----------
+/// model : Model
+///     What moves.
+/// t : float
+///     The time, seconds.
+/// q, v, a : ndarray, shape (n,)
+///     Coordinates, velocities and accelerations now: copies.
+/// u : ndarray, shape (inputs,)
+///     What is set from outside.
+/// energy : Energy
+///     The energies of the state, joules; computed when they are asked for.
+/// status : str
+///     How the last step ended: a word of `MotionResult.status`, 'finished' for a success; 'ready' before the first one.
+/// success : bool
+///     False after a step that failed.
+/// message : str
+///     The status in words, and what to change.
+///
+/// Raises
+/// ------
+/// ValueError, TypeError
+///     If an argument makes no sense.
+///
+/// Examples
+/// --------
+/// >>> import lissom
+/// >>> simulation = lissom.Simulation(lissom.SpringPendulum(), dt=0.01, q0=[-0.8, 0.5])
+/// >>> for _ in range(100):
+/// ...     status = simulation.step()
+/// >>> status, simulation.t
+/// ('finished', 1.0)
+#[pyclass(name = "Simulation", module = "lissom", frozen)]
+pub(crate) struct PySimulation {
+    model: Py<PyModel>,
+    /// What it was made with, for pickles and new starts: the keywords, without the start.
+    options: Py<PyDict>,
+    method: Method,
+    memory: Mutex<Memory>,
+}
+
+#[derive(Clone)]
+struct Start {
+    t: f64,
+    q: Vec<f64>,
+    v: Vec<f64>,
+}
+
+struct Memory {
+    start: Start,
+    run: Box<dyn Stepped>,
+    /// Room for inputs.
+    inputs: Vec<f64>,
+    outcome: Outcome,
+}
+
+/// How the last step ended.
+#[derive(Clone)]
+enum Outcome {
+    Ready,
+    Ended(Status),
+    /// An exception came through.
+    Raised,
+    /// In another process: status, success and message.
+    Told(String, bool, String),
+}
+
+impl PySimulation {
+    fn begin(py: Python<'_>, model: &PyModel, method: &Method, start: Start) -> PyResult<Memory> {
+        let mut memory = Self::prepare(model, method, start)?;
+        let begun = or_raised(py.detach(|| memory.run.begin()))?;
+        if let Some(status) = begun {
+            memory.outcome = Outcome::Ended(status);
+        }
+        Ok(memory)
+    }
+
+    fn prepare(model: &PyModel, method: &Method, start: Start) -> PyResult<Memory> {
+        let t_span = (start.t, start.t + method.dt());
+        let run = model.native().run(t_span, &start.q, &start.v, method);
+        let run = run.map_err(with_python_names)?;
+        run.end_of(None)?;
+        let inputs = run.inputs().to_vec();
+        Ok(Memory { start, run, inputs, outcome: Outcome::Ready })
+    }
+
+    /// Fails when a function that is called in a step asks, or another thread in the middle of one.
+    fn memory(&self) -> PyResult<MutexGuard<'_, Memory>> {
+        match self.memory.try_lock() {
+            Ok(memory) => Ok(memory),
+            Err(TryLockError::Poisoned(poisoned)) => Ok(poisoned.into_inner()),
+            Err(TryLockError::WouldBlock) => {
+                Err(PyRuntimeError::new_err("the simulation is in the middle of a step"))
+            }
+        }
+    }
+}
+
+impl Outcome {
+    fn name(&self) -> &str {
+        match self {
+            Self::Ready => READY,
+            Self::Ended(status) => status.name(),
+            Self::Raised => "interrupted",
+            Self::Told(status, ..) => status,
+        }
+    }
+
+    fn is_success(&self) -> bool {
+        match self {
+            Self::Ready => true,
+            Self::Ended(status) => status.is_success(),
+            Self::Raised => false,
+            Self::Told(_, success, _) => *success,
+        }
+    }
+}
+
+impl Memory {
+    fn message(&mut self) -> String {
+        match &self.outcome {
+            Outcome::Ready => "No step was made yet.".to_owned(),
+            Outcome::Ended(status) => self.run.explain(*status),
+            Outcome::Raised => "The last step was ended by an exception.".to_owned(),
+            Outcome::Told(.., message) => message.clone(),
+        }
+    }
+
+    /// The way to the end of this leg: a little of it with the interpreter, the rest without.
+    fn finish(&mut self, py: Python<'_>) -> PyResult<Status> {
+        let mut raised = Raised::default();
+        let run = &mut *self.run;
+        for _ in 0..STEPS_WITH_INTERPRETER / run.state()[0].len().max(1) {
+            match run.step() {
+                Ok(None) => {}
+                Ok(Some(status)) => return Ok(status),
+                Err(_) => {
+                    raised.into_result()?;
+                    return Ok(run.interrupted());
+                }
+            }
+        }
+        let finished = py.detach(|| run.finish(&mut signals(&mut raised)));
+        raised.into_result()?;
+        Ok(finished.unwrap_or_else(|_| run.interrupted()))
+    }
+}
+
+/// A start, at zero where nothing is given.
+fn start(n: usize, q: Option<&Bound<'_, PyAny>>, v: Option<&Bound<'_, PyAny>>, t: f64) -> PyResult<Start> {
+    let state = |value: Option<&Bound<'_, PyAny>>, name| match value {
+        Some(value) => convert::finite_vector_of(value, n, name),
+        None => Ok(vec![0.0; n]),
+    };
+    Ok(Start { t, q: state(q, "q0")?, v: state(v, "v0")? })
+}
+
+#[pymethods]
+impl PySimulation {
+    #[new]
+    #[pyo3(
+        signature = (
+            model, *, dt, method="newmark", q0=None, v0=None, t0=0.0, rtol=None, atol=None, beta=None, gamma=None,
+            alpha=None, rho_inf=None, adaptive=None, max_step=None, min_step=0.0
+        ),
+        text_signature = "(model, *, dt, method='newmark', q0=None, v0=None, t0=0.0, rtol=1e-06, atol=1e-09, beta=0.25, \
+                          gamma=0.5, alpha=None, rho_inf=None, adaptive=False, max_step=None, min_step=0.0)"
+    )]
+    #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python class")]
+    fn new(
+        model: &Bound<'_, PyAny>,
+        #[pyo3(from_py_with = convert::number)] dt: f64,
+        method: &str,
+        q0: Option<&Bound<'_, PyAny>>,
+        v0: Option<&Bound<'_, PyAny>>,
+        #[pyo3(from_py_with = convert::number)] t0: f64,
+        rtol: Option<&Bound<'_, PyAny>>,
+        atol: Option<&Bound<'_, PyAny>>,
+        #[pyo3(from_py_with = convert::optional_number)] beta: Option<f64>,
+        #[pyo3(from_py_with = convert::optional_number)] gamma: Option<f64>,
+        #[pyo3(from_py_with = convert::optional_number)] alpha: Option<f64>,
+        #[pyo3(from_py_with = convert::optional_number)] rho_inf: Option<f64>,
+        adaptive: Option<bool>,
+        #[pyo3(from_py_with = convert::optional_number)] max_step: Option<f64>,
+        #[pyo3(from_py_with = convert::number)] min_step: f64,
+    ) -> PyResult<Self> {
+        let py = model.py();
+        let Ok(model) = model.cast::<PyModel>() else {
+            return Err(PyTypeError::new_err(format!(
+                "model: expected a Model (Rod, Robot, SpringPendulum), got {}",
+                convert::describe(model)
+            )));
+        };
+        let n = model.get().n();
+        let options = PyDict::new(py);
+        options.set_item("dt", dt)?;
+        options.set_item("method", method)?;
+        for (name, value) in [("rtol", rtol), ("atol", atol)] {
+            if let Some(value) = value {
+                // A copy: the caller's own may change.
+                let (values, is_number) = convert::scalar_or_vector(value, name)?;
+                match values[..] {
+                    [value] if is_number => options.set_item(name, value)?,
+                    _ => options.set_item(name, values)?,
+                }
+            }
+        }
+        let numbers = [
+            ("beta", beta),
+            ("gamma", gamma),
+            ("alpha", alpha),
+            ("rho_inf", rho_inf),
+            ("max_step", max_step),
+            ("min_step", (min_step != 0.0).then_some(min_step)),
+        ];
+        for (name, value) in numbers {
+            if let Some(value) = value {
+                options.set_item(name, value)?;
+            }
+        }
+        if let Some(adaptive) = adaptive {
+            options.set_item("adaptive", adaptive)?;
+        }
+        let given = Given {
+            method,
+            dt,
+            jac: None,
+            rtol,
+            atol,
+            parameters: Parameters { beta, gamma, alpha, rho_inf },
+            adaptive,
+            max_step,
+            min_step,
+            max_steps: None,
+            predictor: None,
+            reuse_jacobian: None,
+        };
+        let Way::Method(method) = given.way(n)? else {
+            return Err(PyValueError::new_err(
+                "method: got \"auto\", expected one that goes step by step: \"auto\" computes whole motions several times",
+            ));
+        };
+        let start = start(n, q0, v0, t0)?;
+        let memory = Self::begin(py, model.get(), &method, start)?;
+        let model = model.clone().unbind();
+        Ok(Self { model, options: options.unbind(), method, memory: Mutex::new(memory) })
+    }
+
+    /// Go on by a duration, with inputs that are held.
+    ///
+    /// Parameters
+    /// ----------
+    /// u : array_like, shape (inputs,), optional
+    ///     The inputs of the model from now on; those of the last step by default.
+    /// duration : float, optional
+    ///     Seconds; `dt` by default. Methods that choose their steps end one there. The others take steps of `dt` where that divides
+    ///     the duration, otherwise equal ones of less.
+    ///
+    /// Returns
+    /// -------
+    /// status : str
+    ///     'finished', or why not: a word of `MotionResult.status`; `message` says more. Where a step could not be made the state
+    ///     is that before it, and `t` says how far that is. A shape that means nothing ('unresolved', 'inverted') is reached, as in
+    ///     a run of `simulate`.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError, TypeError
+    ///     If `u` or `duration` makes no sense; nothing has changed then.
+    /// KeyboardInterrupt
+    ///     On Ctrl-C, in steps that take long; the state is that after the last full step. So it is after exceptions of
+    ///     functions of time.
+    /// RuntimeError
+    ///     If another thread is in the middle of a step of this simulation, or a function that it calls.
+    #[pyo3(signature = (u=None, duration=None))]
+    fn step<'py>(
+        &self,
+        py: Python<'py>,
+        u: Option<&Bound<'py, PyAny>>,
+        #[pyo3(from_py_with = convert::optional_number)] duration: Option<f64>,
+    ) -> PyResult<Bound<'py, PyString>> {
+        let memory = &mut *self.memory()?;
+        if let Some(u) = u {
+            convert::finite_vector_into(u, &mut memory.inputs, "u")?;
+        }
+        let end = memory.run.end_of(duration)?;
+        if u.is_some() {
+            memory.run.set_inputs(&memory.inputs);
+        }
+        memory.run.set_out(end);
+        memory.outcome = Outcome::Raised;
+        let finished = memory.finish(py);
+        memory.run.settle();
+        let status = finished?;
+        memory.outcome = Outcome::Ended(status);
+        if status.is_success() {
+            return Ok(intern!(py, "finished").clone());
+        }
+        Ok(PyString::new(py, status.name()))
+    }
+
+    /// Begin again.
+    ///
+    /// Parameters
+    /// ----------
+    /// q0, v0 : array_like, shape (n,), optional
+    ///     Coordinates and velocities at the start; those of the last start by default.
+    /// t0 : float, optional
+    ///     The time at the start, seconds; that of the last start by default.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError, TypeError
+    ///     If an argument makes no sense; nothing has changed then.
+    #[pyo3(signature = (*, q0=None, v0=None, t0=None))]
+    fn reset(
+        &self,
+        py: Python<'_>,
+        q0: Option<&Bound<'_, PyAny>>,
+        v0: Option<&Bound<'_, PyAny>>,
+        #[pyo3(from_py_with = convert::optional_number)] t0: Option<f64>,
+    ) -> PyResult<()> {
+        let last = self.memory()?.start.clone();
+        let n = last.q.len();
+        let given = start(n, q0, v0, t0.unwrap_or(last.t))?;
+        let start = Start {
+            t: given.t,
+            q: if q0.is_some() { given.q } else { last.q },
+            v: if v0.is_some() { given.v } else { last.v },
+        };
+        let memory = Self::begin(py, self.model.get(), &self.method, start)?;
+        *self.memory()? = memory;
+        Ok(())
+    }
+
+    /// A simulation that goes on from here by itself, as this one does.
+    fn copy(&self, py: Python<'_>) -> PyResult<Self> {
+        let memory = self.memory()?;
+        let copy = Memory {
+            start: memory.start.clone(),
+            run: memory.run.boxed_clone(),
+            inputs: memory.inputs.clone(),
+            outcome: memory.outcome.clone(),
+        };
+        Ok(Self {
+            model: self.model.clone_ref(py),
+            options: self.options.clone_ref(py),
+            method: self.method.clone(),
+            memory: Mutex::new(copy),
+        })
+    }
+
+    fn __copy__(&self, py: Python<'_>) -> PyResult<Self> {
+        self.copy(py)
+    }
+
+    // Models never change: there is no need for another one.
+    fn __deepcopy__(&self, py: Python<'_>, _memo: &Bound<'_, PyAny>) -> PyResult<Self> {
+        self.copy(py)
+    }
+
+    /// What moves.
+    #[getter]
+    fn model(&self, py: Python<'_>) -> Py<PyModel> {
+        self.model.clone_ref(py)
+    }
+
+    /// The time, seconds.
+    #[getter]
+    fn t(&self) -> PyResult<f64> {
+        Ok(self.memory()?.run.t())
+    }
+
+    /// Coordinates, shape (n,).
+    #[getter]
+    fn q<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        Ok(self.memory()?.run.state()[0].to_pyarray(py))
+    }
+
+    /// Velocities, shape (n,).
+    #[getter]
+    fn v<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        Ok(self.memory()?.run.state()[1].to_pyarray(py))
+    }
+
+    /// Accelerations with the inputs of the last step, shape (n,).
+    #[getter]
+    fn a<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        Ok(self.memory()?.run.state()[2].to_pyarray(py))
+    }
+
+    /// What is set from outside, shape (inputs,).
+    #[getter]
+    fn u<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        Ok(self.memory()?.run.inputs().to_pyarray(py))
+    }
+
+    /// The energies of the state, joules.
+    #[getter]
+    fn energy(&self) -> PyResult<PyEnergy> {
+        // A copy: functions of time may be Python code, which may ask this very simulation.
+        let mut run = self.memory()?.run.boxed_clone();
+        Ok(PyEnergy(or_raised(run.energy())?))
+    }
+
+    /// How the last step ended; 'ready' before the first one.
+    #[getter]
+    fn status(&self) -> PyResult<String> {
+        Ok(self.memory()?.outcome.name().to_owned())
+    }
+
+    /// False after a step that failed.
+    #[getter]
+    fn success(&self) -> PyResult<bool> {
+        Ok(self.memory()?.outcome.is_success())
+    }
+
+    /// The status in words, and what to change.
+    #[getter]
+    fn message(&self) -> PyResult<String> {
+        Ok(self.memory()?.message())
+    }
+
+    fn __repr__(&self) -> PyResult<String> {
+        let memory = self.memory()?;
+        let (status, t) = (memory.outcome.name(), memory.run.t());
+        Ok(format!("Simulation(t={t:?}, status={status:?}, n={})", memory.run.state()[0].len()))
+    }
+
+    /// For pickles.
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        let memory = &mut *self.memory()?;
+        let outcome = (memory.outcome.name().to_owned(), memory.outcome.is_success(), memory.message());
+        let Start { t, q, v } = &memory.start;
+        let start = (*t, q.to_pyarray(py), v.to_pyarray(py));
+        let numbers = memory.run.memory().into_pyarray(py);
+        record::reduce_to::<Self>(py, (&self.model, &self.options, start, numbers, outcome))
+    }
+
+    #[staticmethod]
+    fn _restore<'py>(
+        py: Python<'py>,
+        model: Bound<'py, PyModel>,
+        options: &Bound<'py, PyDict>,
+        begun: (f64, Bound<'py, PyAny>, Bound<'py, PyAny>),
+        numbers: &Bound<'py, PyAny>,
+        outcome: (String, bool, String),
+    ) -> PyResult<Bound<'py, Self>> {
+        let (t, q, v) = begun;
+        let arguments = options.copy()?;
+        arguments.set_item("t0", t)?;
+        arguments.set_item("q0", q)?;
+        arguments.set_item("v0", v)?;
+        let fresh = py.get_type::<Self>().call((model,), Some(&arguments))?.cast_into::<Self>()?;
+        {
+            let memory = &mut *fresh.get().memory()?;
+            memory.run.recall(&convert::vector(numbers, "memory")?)?;
+            memory.inputs.copy_from_slice(memory.run.inputs());
+            memory.outcome = match outcome {
+                (status, ..) if status == READY => Outcome::Ready,
+                (status, success, message) => Outcome::Told(status, success, message),
+            };
+        }
+        Ok(fresh)
+    }
+
+    fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
+        visit.call(&self.model)?;
+        visit.call(&self.options)
+    }
+}

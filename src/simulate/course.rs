@@ -1,0 +1,145 @@
+//! A run on its way.
+
+use super::Control;
+use super::recorder::Recorder;
+use super::watch::Watch;
+use crate::balance::{FlowMeter, Rule};
+use crate::error::Interrupted;
+use crate::model::Model;
+use crate::ode;
+use crate::second_order::number_of_steps;
+use crate::stepping::{Method, Run, Status, Stop};
+
+/// A run with what is noted of it.
+pub(super) struct Course<'a, 'c, M> {
+    pub(super) run: Run<M>,
+    pub(super) recorder: Recorder<'a>,
+    pub(super) meter: Option<FlowMeter<'a>>,
+    pub(super) watch: Watch,
+    /// Why it was ended by what was looked at.
+    pub(super) stop: Option<Stop>,
+    t_span: (f64, f64),
+    control: Option<Control<'c>>,
+    has_begun: bool,
+}
+
+impl<'a, 'c, M: Model> Course<'a, 'c, M> {
+    pub(super) fn new(
+        run: Run<M>,
+        recorder: Recorder<'a>,
+        t_span: (f64, f64),
+        control: Option<Control<'c>>,
+    ) -> Self {
+        let (meter, watch, stop) = (None, Watch::Nothing, None);
+        Self { run, recorder, meter, watch, stop, t_span, control, has_begun: false }
+    }
+
+    /// Goes to the end, leg by leg, and says how it ended. What was reached is recorded however it did.
+    pub(super) fn finish(
+        &mut self,
+        start: [&[f64]; 2],
+        method: &Method,
+        t_eval: Option<&'a [f64]>,
+        monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
+    ) -> Status {
+        let found = self.legs(start, method, t_eval, monitor);
+        // Control may have failed where a leg ended; a second failure tells nothing new.
+        if self.has_begun {
+            let _ = self.recorder.record(&mut self.run, true);
+        }
+        found.unwrap_or_else(|Interrupted| self.run.interrupted())
+    }
+
+    fn legs(
+        &mut self,
+        start: [&[f64]; 2],
+        method: &Method,
+        t_eval: Option<&'a [f64]>,
+        monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
+    ) -> Result<Status, Interrupted> {
+        let (t0, t_end) = self.t_span;
+        if let Some(status) = self.run.begin()? {
+            return Ok(status);
+        }
+        self.has_begun = true;
+        let legs = match &self.control {
+            Some(control) => number_of_steps(t_end - t0, control.step).max(1),
+            None => 1,
+        };
+        for leg in 1..=legs {
+            if let Some(status) = self.set_out(leg == legs)? {
+                return Ok(status);
+            }
+            if leg == 1 {
+                let rule = if matches!(method, Method::Newmark(_)) { Rule::Mean } else { Rule::Quintic };
+                let t_span = self.t_span;
+                self.meter = self.run.observe(|model, _| FlowMeter::new(model, rule, t0, start, t_eval));
+                self.watch = self.run.observe(|model, _| Watch::new(model, t_span, start, method));
+            }
+            self.recorder.record(&mut self.run, true)?;
+            let status = self.finish_leg(leg == legs, monitor)?;
+            if leg == legs || !status.is_success() {
+                return Ok(status);
+            }
+        }
+        unreachable!("the last leg returns")
+    }
+
+    /// Asks the controller, where there is one, and notes what jumps with its inputs.
+    fn set_out(&mut self, is_last: bool) -> Result<Option<Status>, Interrupted> {
+        let Some(control) = &mut self.control else { return Ok(None) };
+        let end = if is_last { None } else { self.run.end_of(Some(control.step)).ok() };
+        self.run.set_out(end.unwrap_or(self.t_span.1));
+        self.run.settle();
+        let mut inputs = self.run.inputs().to_vec();
+        (control.inputs)(self.run.t(), self.run.q(), self.run.v(), &mut inputs)?;
+        if inputs == self.run.inputs() {
+            return Ok(None);
+        }
+        let before = self.run.energy()?.total();
+        self.run.set_inputs(&inputs);
+        let work = self.run.energy()?.total() - before;
+        let status = self.run.begin()?;
+        if let Some(meter) = &mut self.meter {
+            self.run.observe(|_, state| meter.jump(state, work));
+        }
+        Ok(status)
+    }
+
+    fn finish_leg(
+        &mut self,
+        is_last: bool,
+        monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
+    ) -> Result<Status, Interrupted> {
+        loop {
+            let before = self.run.counters().steps;
+            let status = self.run.step()?;
+            let steps = self.run.counters().steps;
+            if steps > before {
+                // Where another leg follows, accelerations and inputs at its start are those of that one.
+                let is_followed = !is_last && status.is_some_and(Status::is_success);
+                let is_finite = self.recorder.record(&mut self.run, !is_followed)?;
+                let Self { run, meter, watch, stop, .. } = self;
+                run.observe(|model, state| {
+                    if let Some(meter) = meter {
+                        meter.step(model, state)?;
+                    }
+                    *stop = watch.look(model, state, steps);
+                    Ok(())
+                })?;
+                if !is_finite {
+                    return Ok(Status::FirstOrder(ode::Status::NonFinite));
+                }
+                if status.is_none_or(Status::is_success) {
+                    if let Some(stop) = &self.stop {
+                        return Ok(stop.status);
+                    }
+                    monitor(self.run.t())?;
+                }
+            }
+            if let Some(status) = status {
+                return Ok(status);
+            }
+        }
+    }
+}

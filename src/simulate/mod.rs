@@ -1,0 +1,354 @@
+//! Free motions of models over an interval, by the implicit Newmark family or an explicit Runge-Kutta method.
+
+mod course;
+mod recorder;
+mod watch;
+
+use std::time::Instant;
+
+use self::course::Course;
+use self::recorder::Recorder;
+
+use crate::balance::{Balance, Flow};
+use crate::error::{Checker, Interrupted, InvalidInput, Number};
+use crate::model::{ForwardScratch, Model, rotation_vectors};
+use crate::newmark::{self, StepSize};
+use crate::second_order::{self, check_points, check_times, number_of_steps, points_in_memory};
+use crate::stepping::Run;
+
+pub use crate::stepping::{Method, Status};
+
+use crate::stepping::check_span;
+pub(crate) use crate::stepping::check_step;
+
+/// What sets the inputs of a model during a run, at times that are equally far apart; in between they are held.
+pub struct Control<'a> {
+    /// How far these times are apart, in seconds; the first is the start of the run.
+    pub step: f64,
+    /// Writes the inputs from time, coordinates and velocities. Numbers that are not finite are the caller's mistake.
+    pub inputs: &'a mut Inputs<'a>,
+}
+
+/// Inputs as a function of time, coordinates and velocities.
+pub type Inputs<'a> = dyn FnMut(f64, &[f64], &[f64], &mut [f64]) -> Result<(), Interrupted> + 'a;
+
+impl std::fmt::Debug for Control<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Control").field("step", &self.step).finish_non_exhaustive()
+    }
+}
+
+/// What a run has cost. Counters that have no meaning for the method are zero.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Statistics {
+    /// Seconds from the start to the end of the run, on the wall clock.
+    pub wall_time: f64,
+    /// Estimated error of the tip by the steps in time, relative to the model's length; only of runs to an accuracy.
+    pub time_error: Option<f64>,
+    /// Estimated error of the tip by the number of modes and nodes, likewise; only where there are any.
+    pub space_error: Option<f64>,
+    /// What was counted. For first-order methods `nfev` are forward dynamics.
+    pub counters: second_order::Counters,
+}
+
+/// A motion and how it came about. What was computed before a failure or an interruption is kept.
+#[derive(Clone, Debug)]
+pub struct Simulation {
+    /// Times: those asked for as far as they were reached; else all steps (Newmark) or a grid (first order).
+    pub t: Vec<f64>,
+    /// Coordinates at these times one after the other, n numbers each.
+    pub q: Vec<f64>,
+    /// Velocities, likewise.
+    pub v: Vec<f64>,
+    /// Accelerations, likewise; `None` where the method does not solve for them: [`Self::accelerations`] does.
+    pub a: Option<Vec<f64>>,
+    /// What was set from outside from these times on, as many numbers each as the model has inputs.
+    pub u: Vec<f64>,
+    /// Number of coordinates n.
+    pub n: usize,
+    /// Energy that has flowed out of and into the motion up to these times, integrated along the run.
+    pub flow: Flow,
+    /// What it has cost.
+    pub statistics: Statistics,
+    /// How it ended.
+    pub status: Status,
+    /// The status in words, with what to change when it is not the wanted one.
+    pub message: String,
+    /// Why the motion may be far from the right one although the method has nothing against it; the message ends with it.
+    pub doubt: Option<String>,
+}
+
+impl Simulation {
+    /// The accelerations of this motion of `model`: those of the run, or by one forward dynamics for each of the times.
+    pub fn accelerations<M: Model + ?Sized>(&self, model: &mut M) -> Result<Vec<f64>, Interrupted> {
+        match &self.a {
+            Some(a) => Ok(a.clone()),
+            None => accelerations(model, &self.t, &self.q, &self.v, &self.u),
+        }
+    }
+
+    /// Forgets all times but these, which increase; a run that ended early has the first of them.
+    pub(crate) fn keep(&mut self, times: &[f64]) {
+        let is_kept: Vec<bool> =
+            self.t.iter().map(|t| times.binary_search_by(|time| time.total_cmp(t)).is_ok()).collect();
+        let n = self.n;
+        let inputs = self.u.len() / self.t.len().max(1);
+        let keep = |values: &mut Vec<f64>, n: usize| {
+            let mut of_all = is_kept.iter().flat_map(|&is_kept| std::iter::repeat_n(is_kept, n));
+            values.retain(|_| of_all.next() == Some(true));
+        };
+        for values in [&mut self.q, &mut self.v].into_iter().chain(&mut self.a) {
+            keep(values, n);
+        }
+        keep(&mut self.u, inputs);
+        for values in [&mut self.t, &mut self.flow.dissipated, &mut self.flow.work] {
+            keep(values, 1);
+        }
+    }
+
+    /// The energy balance of this motion of `model`: one evaluation of its energy for each of the times.
+    pub fn balance<M: Model + ?Sized>(&self, model: &mut M) -> Result<Balance, Interrupted> {
+        Balance::new(model, &self.t, &self.q, &self.v, &self.u, &self.flow)
+    }
+}
+
+/// Steps of a period of what is driven where nothing else moves: the mean of two powers then is good to 1e-3.
+const STEPS_OF_A_PERIOD: f64 = 100.0;
+
+/// The free motion of `model` from `q0`, `v0` over `t_span`, from its start to its end. `t_eval` are increasing times
+/// at which it is wanted. `monitor` sees the time after every accepted step and may stop the run; the status then
+/// says so. Inputs keep their defaults.
+///
+/// Fails before any evaluation when an argument is wrong, when the model does not resolve `q0`, or when the result
+/// would not fit in memory.
+pub fn simulate<M: Model>(
+    model: M,
+    t_span: (f64, f64),
+    q0: &[f64],
+    v0: &[f64],
+    method: &Method,
+    t_eval: Option<&[f64]>,
+    monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
+) -> Result<Simulation, InvalidInput> {
+    let order = Order { t_span, q0, v0, method, t_eval };
+    order.run(model, None, monitor)
+}
+
+/// The same with inputs that `control` sets. Steps end at its times: those of fixed size are as many in between as it
+/// takes, of the size `dt` where that divides the way and otherwise equal and less. Work is that of the inputs as they
+/// are held; what energies jump with them is work, too.
+#[allow(clippy::too_many_arguments, reason = "those of `simulate`, and one")]
+pub fn simulate_controlled<M: Model>(
+    model: M,
+    t_span: (f64, f64),
+    q0: &[f64],
+    v0: &[f64],
+    method: &Method,
+    t_eval: Option<&[f64]>,
+    control: Control<'_>,
+    monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
+) -> Result<Simulation, InvalidInput> {
+    let order = Order { t_span, q0, v0, method, t_eval };
+    order.run(model, Some(control), monitor)
+}
+
+/// What is to be computed.
+struct Order<'a> {
+    t_span: (f64, f64),
+    q0: &'a [f64],
+    v0: &'a [f64],
+    method: &'a Method,
+    t_eval: Option<&'a [f64]>,
+}
+
+impl Order<'_> {
+    fn run<M: Model>(
+        self,
+        model: M,
+        control: Option<Control<'_>>,
+        monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
+    ) -> Result<Simulation, InvalidInput> {
+        let start = Instant::now();
+        let Self { t_span, q0, v0, method, t_eval } = self;
+        let n = model.n();
+        second_order::check_start(n, t_span, q0, v0, method.dt())?;
+        if let Some(control) = &control {
+            check_control(control, t_span)?;
+        }
+        let times = match (t_eval, method) {
+            (Some(times), _) => Some(times.to_vec()),
+            (None, Method::Newmark(_)) => None,
+            (None, _) => Some(grid(n, t_span, method.dt())?),
+        };
+        if let Some(times) = &times {
+            check_times(times, t_span)?;
+        }
+        let points = match (&times, method.fixed_step()) {
+            (Some(times), _) => times.len(),
+            (None, Some(dt)) => all_steps(t_span, dt, control.as_ref()).saturating_add(1),
+            (None, None) => 1,
+        };
+        check_points(points, n)?;
+        let mut method = if n == 0 { by_steps(&model, method) } else { method.clone() };
+        if times.is_none() {
+            limit_steps(&mut method, n);
+        }
+        check_span(model.time_span(), t_span)?;
+        let first_leg = match &control {
+            // As of a run that is stepped from outside: the first step of a method that chooses it depends on that.
+            Some(_) => (t_span.0, t_span.1.min(t_span.0 + method.dt())),
+            None => t_span,
+        };
+        let run = Run::new(model, first_leg, q0, v0, &method)?;
+        let recorder = Recorder::new(n, run.inputs().len(), points, times.as_deref());
+        let mut course = Course::new(run, recorder, t_span, control);
+        let status = course.finish([q0, v0], &method, times.as_deref(), monitor);
+        let mut simulation = Simulation::of(course, status, &method, q0);
+        simulation.statistics.wall_time = start.elapsed().as_secs_f64();
+        Ok(simulation)
+    }
+}
+
+/// How many steps of at most this size a run takes.
+fn all_steps((t0, t_end): (f64, f64), dt: f64, control: Option<&Control<'_>>) -> usize {
+    match control {
+        Some(Control { step, .. }) => {
+            number_of_steps(t_end - t0, *step).saturating_mul(number_of_steps(*step, dt))
+        }
+        None => number_of_steps(t_end - t0, dt),
+    }
+}
+
+/// Where nothing is unknown no error chooses steps: these see what is driven and its work.
+fn by_steps<M: Model>(model: &M, method: &Method) -> Method {
+    match method {
+        Method::Newmark(_) => method.clone(),
+        _ => Method::Newmark(newmark::Options::new(
+            method.dt().min(model.shortest_period() / STEPS_OF_A_PERIOD),
+        )),
+    }
+}
+
+/// No more steps than have room in a result that has all of them.
+fn limit_steps(method: &mut Method, n: usize) {
+    if let Method::Newmark(options) = method
+        && options.step_size != StepSize::Fixed
+    {
+        options.max_steps = options.max_steps.min(points_in_memory(n));
+    }
+}
+
+fn check_control(control: &Control<'_>, (t0, t_end): (f64, f64)) -> Result<(), InvalidInput> {
+    let mut check = Checker::new();
+    if check.positive(control.step, "control_step", "seconds") {
+        let is_visible = t_end == t0 || t0 + control.step > t0 && t_end - control.step < t_end;
+        let expected = "a step that rounding of the time does not swallow";
+        check.require(is_visible, "control_step", Number(control.step), expected);
+    }
+    check.finish()
+}
+
+impl Simulation {
+    /// What has become of a run.
+    fn of<M: Model>(course: Course<'_, '_, M>, status: Status, method: &Method, q0: &[f64]) -> Self {
+        let Course { mut run, recorder, meter, watch, stop, .. } = course;
+        let Recorder { t, q, v, a, u, .. } = recorder;
+        let flow = meter.map_or_else(Flow::default, |meter| meter.into_flow(t.len()));
+        let mut message = stop.map_or_else(|| run.explain(status), |stop| stop.message);
+        let is_success = status.is_success();
+        let doubt = if is_success { run.observe(|model, _| watch.doubt(model, q0)) } else { None };
+        if let Some(doubt) = &doubt {
+            message = format!("{message} {doubt}");
+        }
+        let simulation = Self {
+            t,
+            q,
+            v,
+            a: (!matches!(method, Method::FirstOrder { .. })).then_some(a),
+            u,
+            n: q0.len(),
+            flow,
+            statistics: Statistics { counters: run.counters(), ..Statistics::default() },
+            status,
+            message,
+            doubt,
+        };
+        run.observe(|model, _| simulation.wrapped(model))
+    }
+}
+
+impl Simulation {
+    /// The same with no rotation vector longer than pi.
+    fn wrapped<M: Model + ?Sized>(mut self, model: &M) -> Self {
+        let first = model.rotation_vectors();
+        if first.is_empty() || self.n == 0 {
+            return self;
+        }
+        let states = self.q.chunks_exact_mut(self.n).zip(self.v.chunks_exact_mut(self.n));
+        let mut accelerations = self.a.as_mut().map(|a| a.chunks_exact_mut(self.n));
+        for (q, v) in states {
+            match accelerations.as_mut().and_then(Iterator::next) {
+                Some(a) => _ = rotation_vectors::wrap(first, q, v, &mut [a]),
+                None => _ = rotation_vectors::wrap(first, q, v, &mut []),
+            }
+        }
+        self
+    }
+}
+
+impl From<second_order::Solution> for Simulation {
+    /// A motion whose model, and so whose flow of energy, is not known.
+    fn from(solution: second_order::Solution) -> Self {
+        let second_order::Solution { t, q, v, a, n, counters, status, message } = solution;
+        Self {
+            t,
+            q,
+            v,
+            a: Some(a),
+            u: Vec::new(),
+            n,
+            flow: Flow::default(),
+            statistics: Statistics { counters, ..Statistics::default() },
+            status: Status::SecondOrder(status),
+            message,
+            doubt: None,
+        }
+    }
+}
+
+/// Accelerations of the free motion at these times and states, n numbers each; NaN where the mass matrix is singular.
+pub(crate) fn accelerations<M: Model + ?Sized>(
+    model: &mut M,
+    t: &[f64],
+    q: &[f64],
+    v: &[f64],
+    u: &[f64],
+) -> Result<Vec<f64>, Interrupted> {
+    let n = model.n();
+    let inputs = u.len() / t.len().max(1);
+    let mut scratch = ForwardScratch::new(n);
+    let mut a = vec![0.0; t.len() * n];
+    for (i, &t) in t.iter().enumerate() {
+        let here = i * n..(i + 1) * n;
+        if inputs > 0 {
+            model.set_inputs(&u[i * inputs..][..inputs]);
+        }
+        model.set_time(t)?;
+        if model
+            .forward_dynamics(&q[here.clone()], &v[here.clone()], &mut a[here.clone()], &mut scratch)
+            .is_err()
+        {
+            a[here].fill(f64::NAN);
+        }
+    }
+    Ok(a)
+}
+
+/// The times `t0`, `t0 + dt`, `t0 + 2 dt`, ... and `t_end`.
+pub(crate) fn grid(n: usize, (t0, t_end): (f64, f64), dt: f64) -> Result<Vec<f64>, InvalidInput> {
+    let steps = number_of_steps(t_end - t0, dt);
+    check_points(steps.saturating_add(1), n)?;
+    let mut times: Vec<f64> = (0..steps).map(|i| t0 + i as f64 * dt).collect();
+    times.push(t_end);
+    Ok(times)
+}

@@ -1,0 +1,118 @@
+//! What may be wrong with a run although its method has nothing against it.
+
+use crate::balance::State;
+use crate::model::Model;
+use crate::ode;
+use crate::spectrum::Spectrum;
+use crate::stepping::{Method, Status, Stop};
+use crate::unseen::Unseen;
+
+/// Steps that stability may force on an explicit method, unless the caller says how many there may be: some seconds
+/// of work.
+const STIFF_STEPS: usize = 100_000;
+
+/// Accepted steps after which that is looked at for the first time.
+const FIRST_LOOK: usize = 256;
+
+/// Steps longer than this part of the stable ones are limited by the largest rate: by stability, or because it is
+/// followed.
+const LIMITED: f64 = 0.1;
+
+/// Nobody wants to follow it where it is so many times the highest frequency that moves the tip by this part of the
+/// length.
+const MANY_TIMES: f64 = 10.0;
+const VISIBLE: f64 = 1e-5;
+
+/// What is looked at while a run goes on.
+pub(super) enum Watch {
+    Nothing,
+    /// Of fixed steps: vibrations that they do not see.
+    Vibrations(Unseen),
+    /// Of explicit methods: whether stability limits their steps.
+    Stiffness(StiffnessWatch),
+}
+
+impl Watch {
+    pub(super) fn new<M: Model>(
+        model: &mut M,
+        t_span: (f64, f64),
+        start: [&[f64]; 2],
+        method: &Method,
+    ) -> Self {
+        let watch = match method {
+            Method::FirstOrder { options, .. } => StiffnessWatch::new(options, t_span).map(Self::Stiffness),
+            _ => {
+                method.fixed_step().and_then(|dt| Unseen::new(model, t_span, start, dt)).map(Self::Vibrations)
+            }
+        };
+        watch.unwrap_or(Self::Nothing)
+    }
+
+    /// Takes note of the step that led to this state, the `accepted`-th one.
+    pub(super) fn look<M: Model>(
+        &mut self,
+        model: &mut M,
+        state: State<'_>,
+        accepted: usize,
+    ) -> Option<Stop> {
+        match self {
+            Self::Nothing => None,
+            Self::Vibrations(unseen) => {
+                unseen.step(state.t, state.a);
+                None
+            }
+            Self::Stiffness(watch) => watch.look(model, state, accepted),
+        }
+    }
+
+    /// Why a run that reached its end may be far from the right one.
+    pub(super) fn doubt<M: Model>(&self, model: &mut M, q0: &[f64]) -> Option<String> {
+        let Self::Vibrations(unseen) = self else { return None };
+        unseen.verdict(model, q0)
+    }
+}
+
+/// Looks at an explicit run now and then: whether stability limits its steps, and how many it would still take.
+pub(super) struct StiffnessWatch {
+    limit: f64,
+    t_end: f64,
+    allowed: usize,
+    /// Accepted steps and time of the last look, and accepted steps of the next one.
+    last: (usize, f64),
+    next: usize,
+}
+
+impl StiffnessWatch {
+    fn new(options: &ode::Options, (t0, t_end): (f64, f64)) -> Option<Self> {
+        let limit = ode::stability_limit(options.method)?;
+        let allowed = if options.max_steps == usize::MAX { STIFF_STEPS } else { options.max_steps };
+        Some(Self { limit, t_end, allowed, last: (0, t0), next: FIRST_LOOK })
+    }
+
+    fn look<M: Model>(&mut self, model: &mut M, state: State<'_>, accepted: usize) -> Option<Stop> {
+        let State { t, q, v, .. } = state;
+        if accepted < self.next {
+            return None;
+        }
+        let step = (t - self.last.1) / (accepted - self.last.0) as f64;
+        self.last = (accepted, t);
+        self.next = 2 * accepted;
+        let left = ((self.t_end - t) / step).ceil();
+        if accepted as f64 + left <= self.allowed as f64 {
+            return None;
+        }
+        let spectrum = Spectrum::new(model, t, q, v)?;
+        let rate = spectrum.rate();
+        let visible = spectrum.highest_visible(model, q, VISIBLE * model.length());
+        if step * rate < LIMITED * self.limit || rate < MANY_TIMES * visible {
+            return None;
+        }
+        let message = format!(
+            "The model is stiff: its largest rate at t = {t:.1e} s, {rate:.1e} per second, limits explicit steps to {:.1e} s, whatever the \
+             accuracy, and the rest of the time would take about {left:.0} of them. Use method \"radau\", which no rate limits, or \
+             \"auto\"; or allow that many `max_steps`.",
+            self.limit / rate
+        );
+        Some(Stop { status: Status::Stiff, message })
+    }
+}

@@ -1,0 +1,224 @@
+//! A model with the stepper of a method: what all methods have in common.
+
+use super::method::Method;
+use super::status::Status;
+use crate::balance::State;
+use crate::error::{Interrupted, InvalidInput};
+use crate::model::Model;
+use crate::newmark;
+use crate::ode::{self, FirstOrder};
+use crate::radau;
+use crate::second_order::{self, Counters, Failure, FreeMotion};
+use crate::tape::Tape;
+
+#[derive(Clone, Debug)]
+pub(super) enum Integrator<M> {
+    Newmark { model: M, stepper: Box<newmark::Stepper> },
+    Radau { model: M, stepper: Box<radau::Stepper> },
+    FirstOrder { system: Box<FirstOrder<M>>, stepper: Box<ode::Stepper>, state: Vec<f64> },
+}
+
+impl<M: Model> Integrator<M> {
+    /// From `q0`, `v0` over `t_span`. Evaluates nothing yet.
+    pub(super) fn new(
+        mut model: M,
+        t_span: (f64, f64),
+        q0: &[f64],
+        v0: &[f64],
+        method: &Method,
+    ) -> Result<Self, InvalidInput> {
+        let n = model.n();
+        Ok(match method {
+            Method::Newmark(options) => {
+                let stepper = newmark::Stepper::new(n, t_span, q0, v0, options)?;
+                newmark::LinearSystem::check_memory(&FreeMotion(&mut model), options.derivative)?;
+                Self::Newmark { model, stepper: Box::new(stepper) }
+            }
+            Method::Radau { options, .. } => {
+                radau::check_memory(&FreeMotion(&mut model))?;
+                let stepper = radau::Stepper::new(n, t_span, q0, v0, options)?;
+                Self::Radau { model, stepper: Box::new(stepper) }
+            }
+            Method::FirstOrder { options, .. } => {
+                let state = [q0, v0].concat();
+                let stepper = ode::Stepper::new(2 * n, t_span, &state, options)?;
+                let system = Box::new(FirstOrder::new(model));
+                Self::FirstOrder { system, stepper: Box::new(stepper), state }
+            }
+        })
+    }
+
+    pub(super) fn model(&mut self) -> &mut M {
+        match self {
+            Self::Newmark { model, .. } | Self::Radau { model, .. } => model,
+            Self::FirstOrder { system, .. } => system.model(),
+        }
+    }
+
+    /// Finds the accelerations at the start; `Some(status)` where there are none.
+    pub(super) fn start(&mut self) -> Result<Option<Status>, Interrupted> {
+        match self {
+            Self::Newmark { model, stepper } => of_second_order(stepper.start(&mut FreeMotion(model))),
+            Self::Radau { model, stepper } => of_second_order(stepper.start(&mut FreeMotion(model))),
+            Self::FirstOrder { system, stepper, .. } => stepper.start(&mut **system).map(|()| None),
+        }
+    }
+
+    /// Makes one accepted step; `Some(status)` where the way is over.
+    pub(super) fn step(&mut self) -> Result<Option<Status>, Interrupted> {
+        match self {
+            Self::Newmark { model, stepper } => of_second_order(stepper.step(&mut FreeMotion(model))),
+            Self::Radau { model, stepper } => of_second_order(stepper.step(&mut FreeMotion(model))),
+            Self::FirstOrder { system, stepper, .. } => {
+                stepper.step(&mut **system).map(|status| status.map(Status::FirstOrder))
+            }
+        }
+    }
+
+    /// Goes on to a later end, whatever the status was.
+    pub(super) fn go_on(&mut self, t_end: f64) {
+        match self {
+            Self::Newmark { stepper, .. } => stepper.go_on(t_end),
+            Self::Radau { stepper, .. } => stepper.go_on(t_end),
+            Self::FirstOrder { stepper, .. } => stepper.go_on(t_end),
+        }
+    }
+
+    /// Goes on in other coordinates where those at hand come near a singularity.
+    pub(super) fn settle(&mut self) {
+        match self {
+            Self::Newmark { model, stepper } => stepper.settle(&mut FreeMotion(model)),
+            Self::Radau { model, stepper } => stepper.settle(&mut FreeMotion(model)),
+            Self::FirstOrder { system, stepper, .. } => stepper.settle(&mut **system),
+        }
+    }
+
+    /// Takes these accelerations for the current ones.
+    pub(super) fn jump(&mut self, a: &[f64]) {
+        match self {
+            Self::Newmark { stepper, .. } => stepper.jump(a),
+            Self::Radau { stepper, .. } => stepper.jump(a),
+            Self::FirstOrder { stepper, .. } => stepper.rate_mut()[a.len()..].copy_from_slice(a),
+        }
+    }
+
+    pub(super) fn t(&self) -> f64 {
+        match self {
+            Self::Newmark { stepper, .. } => stepper.t(),
+            Self::Radau { stepper, .. } => stepper.t(),
+            Self::FirstOrder { stepper, .. } => stepper.t(),
+        }
+    }
+
+    /// What `observe` makes of the model and of its state now.
+    pub(super) fn observe<T>(&mut self, observe: impl FnOnce(&mut M, State<'_>) -> T) -> T {
+        match self {
+            Self::Newmark { model, stepper } => {
+                let state = State { t: stepper.t(), q: stepper.q(), v: stepper.v(), a: stepper.a() };
+                observe(model, state)
+            }
+            Self::Radau { model, stepper } => {
+                let state = State { t: stepper.t(), q: stepper.q(), v: stepper.v(), a: stepper.a() };
+                observe(model, state)
+            }
+            Self::FirstOrder { system, stepper, state } => {
+                let n = state.len() / 2;
+                let (q, v) = stepper.y().split_at(n);
+                observe(system.model(), State { t: stepper.t(), q, v, a: &stepper.rate()[n..] })
+            }
+        }
+    }
+
+    /// Displacements, velocities and accelerations.
+    pub(super) fn state(&self) -> [&[f64]; 3] {
+        match self {
+            Self::Newmark { stepper, .. } => [stepper.q(), stepper.v(), stepper.a()],
+            Self::Radau { stepper, .. } => [stepper.q(), stepper.v(), stepper.a()],
+            Self::FirstOrder { stepper, state, .. } => {
+                let n = state.len() / 2;
+                let (q, v) = stepper.y().split_at(n);
+                [q, v, &stepper.rate()[n..]]
+            }
+        }
+    }
+
+    /// The state at a time within the last step; accelerations as far as the method knows them there. False where it is not
+    /// finite.
+    pub(super) fn interpolate(&mut self, t: f64, [q, v, a]: [&mut [f64]; 3]) -> Result<bool, Interrupted> {
+        match self {
+            Self::Newmark { stepper, .. } => stepper.interpolate(t, q, v, a),
+            Self::Radau { stepper, .. } => stepper.interpolate(t, q, v, a),
+            Self::FirstOrder { system, stepper, state } => {
+                let is_finite = stepper.interpolate(&mut **system, t, state)?;
+                let (here, rate) = state.split_at(q.len());
+                q.copy_from_slice(here);
+                v.copy_from_slice(rate);
+                a.fill(f64::NAN);
+                return Ok(is_finite);
+            }
+        }
+        Ok(true)
+    }
+
+    pub(super) fn counters(&self) -> Counters {
+        match self {
+            Self::Newmark { stepper, .. } => stepper.counters(),
+            Self::Radau { stepper, .. } => stepper.counters(),
+            Self::FirstOrder { stepper, .. } => {
+                let ode::Counters { accepted, rejected, nfev, nfev_jacobian, njev, nlu } = stepper.counters();
+                let steps = accepted;
+                Counters { steps, rejected, nfev, nfev_jacobian, njev, nlu, ..Counters::default() }
+            }
+        }
+    }
+
+    /// A status of this method in words.
+    pub(super) fn explain(&self, status: Status) -> String {
+        match (self, status) {
+            (Self::Newmark { stepper, .. }, Status::SecondOrder(status)) => stepper.explain(status),
+            (Self::Radau { stepper, .. }, Status::SecondOrder(status)) => stepper.explain(status),
+            (Self::FirstOrder { stepper, .. }, Status::FirstOrder(status)) => stepper.explain(status),
+            _ => unreachable!("the status is of another method"),
+        }
+    }
+
+    /// Accepted steps so far.
+    pub(super) fn steps(&self) -> usize {
+        self.counters().steps
+    }
+
+    /// The status of a run that has no accelerations after a jump.
+    pub(super) fn no_acceleration(&self, failure: Failure) -> Status {
+        match self {
+            Self::Newmark { .. } | Self::Radau { .. } => {
+                Status::SecondOrder(second_order::Status::NoInitialAcceleration(failure))
+            }
+            Self::FirstOrder { .. } => Status::FirstOrder(ode::Status::NonFinite),
+        }
+    }
+
+    /// The status of a run that was asked to stop.
+    pub(super) fn interrupted(&self) -> Status {
+        match self {
+            Self::Newmark { .. } | Self::Radau { .. } => {
+                Status::SecondOrder(second_order::Status::Interrupted)
+            }
+            Self::FirstOrder { .. } => Status::FirstOrder(ode::Status::Interrupted),
+        }
+    }
+
+    /// What goes on from step to step.
+    pub(super) fn carry(&mut self, tape: &mut Tape<'_>) {
+        match self {
+            Self::Newmark { model, stepper } => stepper.carry(&FreeMotion(model), tape),
+            Self::Radau { stepper, .. } => stepper.carry(tape),
+            Self::FirstOrder { stepper, .. } => stepper.carry(tape),
+        }
+    }
+}
+
+fn of_second_order(
+    status: Result<Option<second_order::Status>, Interrupted>,
+) -> Result<Option<Status>, Interrupted> {
+    status.map(|status| status.map(Status::SecondOrder))
+}

@@ -1,0 +1,74 @@
+//! How a motion is computed.
+
+use crate::error::{Checker, InvalidInput, Number};
+use crate::newmark;
+use crate::ode;
+use crate::radau;
+use crate::signal::covers;
+
+/// How a motion is computed.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Method {
+    /// By the Newmark family, through the inverse dynamics and their tangent.
+    Newmark(newmark::Options),
+    /// By Radau IIA of order 5, through the inverse dynamics and their tangent.
+    Radau {
+        /// How to integrate; the tolerances are those of displacements and velocities.
+        options: radau::Options,
+        /// Distance of the output times where none are asked for.
+        dt: f64,
+    },
+    /// As a system of first order, through the forward dynamics.
+    FirstOrder {
+        /// How to integrate; the tolerances are those of displacements and velocities.
+        options: ode::Options,
+        /// Distance of the output times where none are asked for.
+        dt: f64,
+    },
+}
+
+impl Method {
+    /// Size of fixed steps, or distance of output times.
+    pub(crate) fn dt(&self) -> f64 {
+        match self {
+            Self::Newmark(options) => options.dt,
+            Self::Radau { dt, .. } | Self::FirstOrder { dt, .. } => *dt,
+        }
+    }
+
+    /// The size of its steps, where that is always the same.
+    pub(crate) fn fixed_step(&self) -> Option<f64> {
+        match self {
+            Self::Newmark(options) if options.step_size == newmark::StepSize::Fixed => Some(options.dt),
+            _ => None,
+        }
+    }
+}
+
+/// Fixed steps must see what oscillates: from half a period on it looks like something slower (Nyquist), or like nothing.
+pub(crate) fn check_step(dt: f64, shortest_period: f64) -> Result<(), InvalidInput> {
+    let mut check = Checker::new();
+    check.require(
+        dt < 0.5 * shortest_period,
+        "dt",
+        format_args!(
+            "{} s for a load or a base motion with a period of {} s",
+            Number(dt),
+            Number(shortest_period)
+        ),
+        "less than half a period (a twentieth follows it)",
+    );
+    check.finish()
+}
+
+/// A motion must end before the model is no longer known.
+pub(crate) fn check_span(known: [f64; 2], (t0, t_end): (f64, f64)) -> Result<(), InvalidInput> {
+    let starts = covers(known, t0);
+    if !starts || !covers(known, t_end) {
+        let [from, to] = known;
+        let expected = format!("a run within [{from}, {to}] (seconds), where all prescribed motion is known");
+        let place = if starts { "t_span[1]" } else { "t_span[0]" };
+        return Err(InvalidInput::new(place, format_args!("a run from {t0} to {t_end}"), expected));
+    }
+    Ok(())
+}

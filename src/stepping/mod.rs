@@ -1,0 +1,31 @@
+//! Motions of models that are stepped from outside: [`Run`].
+//!
+//! ```
+//! use lissom::pendulum::SpringPendulum;
+//! use lissom::newmark;
+//! use lissom::stepping::{Method, Run};
+//!
+//! let pendulum = SpringPendulum::new(1.0, 1.0, 10.0, 9.81)?;
+//! let method = Method::Newmark(newmark::Options::new(1e-3));
+//! let mut run = Run::new(pendulum, (0.0, 1e-3), &[-0.7, 0.5], &[0.0, 0.0], &method)?;
+//! for _ in 0..1000 {
+//!     let end = run.end_of(None)?;
+//!     run.set_out(end);
+//!     let status = run.finish(&mut |_| Ok(())).expect("nothing interrupts it");
+//!     assert!(status.is_success(), "{}", run.explain(status));
+//! }
+//! assert_eq!(run.t(), 1.0);
+//! # Ok::<(), lissom::error::InvalidInput>(())
+//! ```
+
+mod integrator;
+mod method;
+mod run;
+mod status;
+
+pub use method::Method;
+pub use run::Run;
+pub use status::Status;
+
+pub(crate) use method::{check_span, check_step};
+pub(crate) use status::Stop;

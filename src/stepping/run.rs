@@ -1,0 +1,283 @@
+//! A motion that is stepped from outside.
+
+use super::integrator::Integrator;
+use super::method::{Method, check_span, check_step};
+use super::status::{Status, Stop};
+use crate::balance::State;
+use crate::error::{Interrupted, InvalidInput, Number};
+use crate::model::{Energy, ForwardScratch, Model, SingularMass};
+use crate::second_order::{self, Counters, Failure, Grid, is_whole, number_of_steps};
+use crate::signal::covers;
+use crate::tape::Tape;
+
+/// A motion of a model that goes on as far as it is told, with inputs that are held on the way: state in, inputs in, steps,
+/// state out. It has a model of its own. All its memory is there after [`Self::begin`].
+///
+/// The way from one [`Self::set_out`] to where that goes is a leg. Methods that choose their steps end one there; steps of
+/// fixed size are as many as it takes, of the size `dt` where that divides the leg and otherwise equal and less. Runs over
+/// the same legs are the same to the last bit.
+#[derive(Clone, Debug)]
+pub struct Run<M> {
+    integrator: Integrator<M>,
+    dt: f64,
+    /// The times, in seconds, between which the model is known.
+    known: [f64; 2],
+    /// Where single steps from outside end.
+    grid: Grid,
+    inputs: Vec<f64>,
+    inputs_have_jumped: bool,
+    /// Accelerations after that.
+    jumped: Vec<f64>,
+    scratch: ForwardScratch,
+    stop: Option<Stop>,
+}
+
+impl<M: Model> Run<M> {
+    /// A run of `model` from `q0`, `v0`, whose first leg is `t_span`. Evaluates no motion yet.
+    ///
+    /// Fails when an argument is wrong, or when the model does not resolve `q0`.
+    pub fn new(
+        mut model: M,
+        t_span: (f64, f64),
+        q0: &[f64],
+        v0: &[f64],
+        method: &Method,
+    ) -> Result<Self, InvalidInput> {
+        let (n, dt) = (model.n(), method.dt());
+        second_order::check_start(n, t_span, q0, v0, dt)?;
+        model.check_shape(q0, "q0")?;
+        let known = model.time_span();
+        check_span(known, t_span)?;
+        if let Some(dt) = method.fixed_step() {
+            check_step(dt, model.shortest_period())?;
+        }
+        let inputs = model.default_inputs();
+        let scratch = ForwardScratch::of(&model);
+        Ok(Self {
+            integrator: Integrator::new(model, t_span, q0, v0, method)?,
+            dt,
+            known,
+            grid: Grid::new(t_span.0, dt),
+            inputs,
+            inputs_have_jumped: false,
+            jumped: vec![0.0; n],
+            scratch,
+            stop: None,
+        })
+    }
+
+    /// When a leg of this duration from now ends, by default one of `dt`. Whole multiples of `dt` end where as many single
+    /// ones do.
+    ///
+    /// Fails when that is no time to come, or one at which the model is not known.
+    pub fn end_of(&self, duration: Option<f64>) -> Result<f64, InvalidInput> {
+        let (t, way) = (self.t(), duration.unwrap_or(self.dt));
+        let place = if duration.is_some() { "duration" } else { "dt" };
+        if !(way.is_finite() && way > 0.0) {
+            return Err(InvalidInput::new(place, Number(way), "a finite number > 0 (seconds)"));
+        }
+        let steps = number_of_steps(way, self.dt);
+        let end = if is_whole(way, steps, self.dt) { self.grid_now().after(steps) } else { t + way };
+        if !(end > t && end.is_finite()) {
+            let expected = "one that rounding of the time does not swallow";
+            return Err(InvalidInput::new(place, Number(way), expected));
+        }
+        if !covers(self.known, end) {
+            let [from, to] = self.known;
+            let found = format_args!("a step from {} to {}", Number(t), Number(end)).to_string();
+            let expected = format!(
+                "one that ends within [{from}, {to}] (seconds), where all prescribed motion is known"
+            );
+            return Err(InvalidInput::new(place, found, expected));
+        }
+        Ok(end)
+    }
+
+    /// Begins a leg, which ends at this time: a later one than now.
+    pub fn set_out(&mut self, t_end: f64) {
+        self.grid = self.grid_now();
+        self.stop = None;
+        self.integrator.go_on(t_end);
+    }
+
+    /// Where single steps from now on end.
+    fn grid_now(&self) -> Grid {
+        let t = self.t();
+        self.grid.at(t).unwrap_or_else(|| Grid::new(t, self.dt))
+    }
+
+    /// What is set from outside, from now on.
+    ///
+    /// # Panics
+    /// When there are not as many as the model has inputs.
+    pub fn set_inputs(&mut self, inputs: &[f64]) {
+        if self.inputs != inputs {
+            self.inputs.copy_from_slice(inputs);
+            self.integrator.model().set_inputs(inputs);
+            self.inputs_have_jumped = true;
+        }
+    }
+
+    /// Finds the accelerations: at the start, and after inputs have jumped. [`Self::step`] does this where it has not been
+    /// done. `Some(status)` where there are none.
+    pub fn begin(&mut self) -> Result<Option<Status>, Interrupted> {
+        if let Some(status) = self.integrator.start()? {
+            return Ok(Some(status));
+        }
+        if !self.inputs_have_jumped {
+            return Ok(None);
+        }
+        let Self { integrator, jumped, scratch, .. } = self;
+        let found = integrator.observe(|model, state| {
+            model.set_time(state.t)?;
+            Ok(model.forward_dynamics(state.q, state.v, jumped, scratch))
+        })?;
+        let failure = match found {
+            Err(SingularMass) => Failure::SingularJacobian,
+            Ok(()) if !self.jumped.iter().all(|a| a.is_finite()) => Failure::NonFinite,
+            Ok(()) => {
+                self.integrator.jump(&self.jumped);
+                self.inputs_have_jumped = false;
+                return Ok(None);
+            }
+        };
+        Ok(Some(self.integrator.no_acceleration(failure)))
+    }
+
+    /// Makes one accepted step of this leg; `Some(status)` where the leg is over: its end was reached, or no step could be
+    /// made, which leaves the state as it was. After an interruption the state is that of the last accepted step, and
+    /// stepping may be tried again.
+    ///
+    /// A step to a shape that means nothing is made, and ends the leg.
+    ///
+    /// # Panics
+    /// When the leg was over before.
+    pub fn step(&mut self) -> Result<Option<Status>, Interrupted> {
+        if let Some(status) = self.begin()? {
+            return Ok(Some(status));
+        }
+        let steps = self.integrator.steps();
+        let status = self.integrator.step()?;
+        if self.integrator.steps() > steps {
+            self.stop = self.integrator.observe(|model, state| Stop::where_flawed(model, state.t, state.q));
+        }
+        Ok(self.stop.as_ref().map(|stop| stop.status).or(status))
+    }
+
+    /// Writes the state with rotation vectors no longer than pi, where a step has passed that. The next step would.
+    pub fn settle(&mut self) {
+        self.integrator.settle();
+    }
+
+    /// Makes steps to the end of this leg, [settles](Self::settle), and says how it ended. `monitor` sees the time after
+    /// every one of them and may interrupt them.
+    pub fn finish(
+        &mut self,
+        monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
+    ) -> Result<Status, Interrupted> {
+        loop {
+            if let Some(status) = self.step()? {
+                self.settle();
+                return Ok(status);
+            }
+            monitor(self.t())?;
+        }
+    }
+
+    /// Current time.
+    pub fn t(&self) -> f64 {
+        self.integrator.t()
+    }
+
+    /// Current coordinates.
+    pub fn q(&self) -> &[f64] {
+        self.integrator.state()[0]
+    }
+
+    /// Current velocities.
+    pub fn v(&self) -> &[f64] {
+        self.integrator.state()[1]
+    }
+
+    /// Current accelerations: with the inputs of the leg that ends here, until the next one begins.
+    pub fn a(&self) -> &[f64] {
+        self.integrator.state()[2]
+    }
+
+    /// What is set from outside.
+    pub fn inputs(&self) -> &[f64] {
+        &self.inputs
+    }
+
+    /// The energies of the current state.
+    pub fn energy(&mut self) -> Result<Energy, Interrupted> {
+        self.observe(|model, state| {
+            model.set_time(state.t)?;
+            Ok(model.energy(state.q, state.v))
+        })
+    }
+
+    /// What the run has cost so far.
+    pub fn counters(&self) -> Counters {
+        self.integrator.counters()
+    }
+
+    /// A status of this run in words, with what to change when it is not the wanted one.
+    pub fn explain(&mut self, status: Status) -> String {
+        if let Some(stop) = &self.stop {
+            return stop.message.clone();
+        }
+        let mut message = self.integrator.explain(status);
+        if !status.is_success()
+            && let Some(what) = self.integrator.model().not_finite()
+        {
+            message.push_str(&format!(" The cause: {what}."));
+        }
+        message
+    }
+
+    /// The status of a run that was asked to stop.
+    pub(crate) fn interrupted(&self) -> Status {
+        self.integrator.interrupted()
+    }
+
+    /// What `observe` makes of the model and of its state now.
+    pub(crate) fn observe<T>(&mut self, observe: impl FnOnce(&mut M, State<'_>) -> T) -> T {
+        self.integrator.observe(observe)
+    }
+
+    /// Writes the state at a time within the last step; false where it is not finite.
+    pub(crate) fn interpolate(&mut self, t: f64, state: [&mut [f64]; 3]) -> Result<bool, Interrupted> {
+        self.integrator.interpolate(t, state)
+    }
+
+    /// All that goes on from leg to leg, as numbers.
+    pub fn memory(&mut self) -> Vec<f64> {
+        let mut numbers = Vec::new();
+        self.carry(&mut Tape::writing(&mut numbers));
+        numbers
+    }
+
+    /// Takes this [memory](Self::memory) of a run of the same model by the same method, and goes on as that one does, bit
+    /// by bit.
+    ///
+    /// Fails when it is none, which leaves this run of no use.
+    pub fn recall(&mut self, memory: &[f64]) -> Result<(), InvalidInput> {
+        let mut tape = Tape::reading(memory);
+        self.carry(&mut tape);
+        let is_right = tape.is_right() && self.t().is_finite();
+        self.integrator.model().set_inputs(&self.inputs);
+        if is_right {
+            return Ok(());
+        }
+        let found = format_args!("{} numbers", memory.len()).to_string();
+        Err(InvalidInput::new("memory", found, "those of a run of the same model by the same method"))
+    }
+
+    fn carry(&mut self, tape: &mut Tape<'_>) {
+        tape.numbers(&mut self.inputs);
+        tape.flag(&mut self.inputs_have_jumped);
+        self.grid.carry(tape);
+        self.integrator.carry(tape);
+    }
+}

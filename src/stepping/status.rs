@@ -1,0 +1,75 @@
+//! How a run ended.
+
+use crate::error::Number;
+use crate::model::{Flaw, Model, at_least};
+use crate::ode;
+use crate::second_order;
+
+/// Why a run, or a part of it, ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Status {
+    /// Of the Newmark family or of Radau IIA.
+    SecondOrder(second_order::Status),
+    /// Of a first-order method.
+    FirstOrder(ode::Status),
+    /// The end was reached, but not the accuracy that was asked for.
+    AccuracyNotReached,
+    /// The motion left the shapes that the model resolves.
+    Unresolved,
+    /// The motion turned the rod inside out.
+    Inverted,
+    /// Stability would force more steps on an explicit method than are sensible.
+    Stiff,
+}
+
+impl Status {
+    /// True when the end of the interval was reached.
+    pub fn is_success(self) -> bool {
+        match self {
+            Self::SecondOrder(status) => status.is_success(),
+            Self::FirstOrder(status) => status.is_success(),
+            Self::AccuracyNotReached | Self::Unresolved | Self::Inverted | Self::Stiff => false,
+        }
+    }
+
+    /// The status as one word, such as `finished` or `interrupted`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::SecondOrder(status) => status.name(),
+            Self::FirstOrder(status) => status.name(),
+            Self::AccuracyNotReached => "accuracy_not_reached",
+            Self::Unresolved => "unresolved",
+            Self::Inverted => "inverted",
+            Self::Stiff => "stiff",
+        }
+    }
+}
+
+/// Why a run is ended although its method could go on.
+#[derive(Clone, Debug)]
+pub(crate) struct Stop {
+    pub(crate) status: Status,
+    pub(crate) message: String,
+}
+
+impl Stop {
+    /// At a state that means nothing.
+    pub(crate) fn where_flawed<M: Model + ?Sized>(model: &mut M, t: f64, q: &[f64]) -> Option<Self> {
+        let flaw = model.flaw(q)?;
+        let (status, cure) = match flaw {
+            Flaw::Unresolved { shortage } => (
+                Status::Unresolved,
+                format!("; if that ends here too, give the segment more `nodes`{}", at_least(shortage)),
+            ),
+            Flaw::Inverted { .. } => (
+                Status::Inverted,
+                "; if that ends here too, linear elasticity in the stretch does not hold".to_owned(),
+            ),
+        };
+        let message = format!(
+            "At t = {} the rod {flaw}: the last state says nothing about the motion. Take shorter steps{cure}.",
+            Number(t),
+        );
+        Some(Self { status, message })
+    }
+}
