@@ -14,7 +14,8 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._lissom import Body, Harmonic, Load, Robot, Support
+from ._lissom import Body, Harmonic, Input, Load, Robot, Support
+from .actuator_marks import ActuatorMark, actuator_marks
 from .links import Cylindrical, Link, Planar, Prismatic, Revolute, Spherical, Universal, Weld
 
 Array = NDArray[np.float64]
@@ -85,6 +86,7 @@ class Marks:
     supports: Sequence[SupportMark] = ()
     #: Where links are welded to the world, or to the base that moves.
     clamps: Sequence[Pose] = ()
+    actuators: Sequence[ActuatorMark] = ()
     #: In the world, m/s^2.
     gravity: tuple[float, float, float] = (0.0, 0.0, 0.0)
     #: Velocity of the fluid in the world, m/s.
@@ -102,6 +104,7 @@ def marks(robot: Robot, loads: Sequence[Load]) -> Marks:
             for link in robot.links
             if link.parent is None and isinstance(link.joint, Weld)
         ],
+        actuators=actuator_marks(robot),
         gravity=robot.gravity,
         current=robot.fluid.velocity if robot.fluid is not None else (0.0, 0.0, 0.0),
     )
@@ -231,7 +234,10 @@ def value_at(signal: Any, t: float | Array) -> Array:
     """Values (..., 3) at times (...) of what a `Load` takes as force or moment."""
     times = np.asarray(t, float)
     found: Array
-    if isinstance(signal, Harmonic):
+    if isinstance(signal, Input):
+        # As long as nobody sets it.
+        found = np.asarray(signal.default, float)
+    elif isinstance(signal, Harmonic):
         phase = 2.0 * np.pi * signal.frequency * times[..., None] + signal.phase
         steady = np.asarray(signal.mean) + np.asarray(signal.rate) * times[..., None]
         found = steady + np.asarray(signal.amplitude) * np.sin(phase)

@@ -53,6 +53,10 @@ class Animated(Protocol):
         """Coordinates, shape (m, n)."""
 
     @property
+    def v(self) -> Array:
+        """Velocities, shape (m, n)."""
+
+    @property
     def clock(self) -> Array:
         """Times at which the model is shown, seconds, shape (m,)."""
 
@@ -108,7 +112,7 @@ def _in_space(run: Animated) -> Any:
     # What flies far is small in its box.
     size = max(seen.size, LEAST_SIZE * float(np.linalg.norm(high - low)))
     widest = max((solids.widest(link, least) for link in seen.links), default=0.0)
-    shown = layers.Shown(q, t, run.load_factor[at], size, widest, _half_axis(run, size))
+    shown = layers.Shown(q, run.v[at], t, run.load_factor[at], size, widest, _half_axis(run, size))
     traces = [*drawn, *symbols.symbols(seen.marks, shown)]
     low, high = layers.extent(traces)
     low, high = _box(low, high, 0.04 * float((high - low).max()))
