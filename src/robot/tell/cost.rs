@@ -6,7 +6,7 @@
 
 use std::ops::Range;
 
-use crate::lie::{Counted, Cross, LANES, Twist, Vector, VectorSpace, Wrench, products};
+use crate::lie::{Counted, Cross, LANES, Twist, VectorSpace, Wrench, products};
 use crate::robot::algebra::inertia::Seen as _;
 use crate::robot::algebra::inertia::{Gyroscope, Inertia, SectionInertia};
 use crate::robot::algebra::products::Products;
@@ -16,7 +16,6 @@ use crate::robot::effect::all as effects;
 use crate::robot::kernel::inverse_dynamics::carried;
 use crate::robot::kernel::tree;
 use crate::robot::plan::Plan;
-use crate::robot::plan::actuation::{ActuatorPlan, Law, Sleeve};
 use crate::robot::plan::material::{Coupling, Moments};
 use crate::robot::plan::piece::PiecePlan;
 use crate::robot::plan::tree::Relatives;
@@ -230,51 +229,7 @@ fn motion<G: Turning>(plan: &Plan<G>, pieces: Range<usize>) -> Products {
                 + products(|| k.twist.bracket_transposed(k.wrench)));
         count += effects::products_of_action(plan, piece);
     }
-    count += tendons(plan, pieces);
     count
-}
-
-/// Whether the tangent needs the rate at which the gradient of a tendon's length changes.
-fn has_rate(plan: &ActuatorPlan) -> bool {
-    plan.friction.is_some() || matches!(plan.law, Law::Cable { damping, .. } if damping > 0.0)
-}
-
-/// `effect::actuation`: lengths of tendons that are embedded in these pieces, and their gradients.
-fn tendons<G: Turning>(plan: &Plan<G>, pieces: Range<usize>) -> Products {
-    let (vector, number) = (Vector::<Counted>::zero(), Counted);
-    let dot = products(|| vector.dot(vector));
-    let mut count = Products::default();
-    for sleeve in plan.actuation.sleeves.iter().filter(|sleeve| pieces.contains(&sleeve.piece)) {
-        let (packs, components, modes) = sizes_of_sleeve(sleeve);
-        let slope = components * products(|| vector.add_scaled(vector, number));
-        let node = slope + dot + 1 + components * (dot + 1);
-        count.packs += packs * (modes + sleeve.threads.len() as u64 * (node + modes));
-    }
-    count
-}
-
-/// The same of the derivative of their forces.
-fn stiffness_of_tendons<G: Turning>(plan: &Plan<G>, piece: usize) -> Products {
-    let mut count = Products::default();
-    for sleeve in plan.actuation.sleeves.iter().filter(|sleeve| sleeve.piece == piece) {
-        let (packs, components, modes) = sizes_of_sleeve(sleeve);
-        let pairs = components * (components + 1) / 2;
-        // All entries of the block, of which the lower ones are those above.
-        let entries = modes * (modes + 1) / 2;
-        let rates =
-            sleeve.threads.iter().filter(|thread| has_rate(&plan.actuation.actuators[thread.actuator]));
-        // At all nodes for both, and once more what is not on the diagonal.
-        let rate = 2 * modes + 3 * pairs + (pairs - components);
-        count.packs +=
-            packs * (sleeve.threads.len() as u64 * pairs * 4 + 2 * entries + rates.count() as u64 * rate);
-    }
-    count
-}
-
-/// Packs, components and modes of a sleeve.
-fn sizes_of_sleeve<P>(sleeve: &Sleeve<P>) -> (u64, u64, u64) {
-    let modes = sleeve.components.iter().map(|component| component.modes as u64).sum();
-    (sleeve.packs as u64, sleeve.components.len() as u64, modes)
 }
 
 /// `kernel::inverse_dynamics::project`.
@@ -358,9 +313,6 @@ fn tangent<G: Turning>(plan: &Plan<G>, pieces: Range<usize>, is_mass_only: bool)
             count.packs += modes * packs * (response + 6 * scaled);
         }
         count += points_inside(plan, piece, &k, is_mass_only);
-        if !is_mass_only {
-            count += stiffness_of_tendons(plan, s);
-        }
         if s > 0 && !is_mass_only {
             count += rows(plan, piece, &k);
         }
@@ -469,7 +421,6 @@ fn coupled(coupling: &Coupling) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::actuator::{Actuator, Along, Drive, Part, Tendon};
     use crate::body::Body;
     use crate::lie::{Planar, Plane, Spatial};
     use crate::linalg::Matrix;
@@ -501,24 +452,7 @@ mod tests {
         let bodies = vec![Body { at: Some(0.2), ..Body::point(0.01) }];
         let supports = vec![Support { at: Some(0.1), stiffness: [1.0; 3], ..Support::at_tip() }];
         let fluid = Fluid { viscous_drag: [0.1; 2], velocity: [1.0; 3], ..Fluid::ideal(900.0) };
-        let actuators = vec![
-            tendon("pull", [0.01, -0.005], Drive::Tension([1.0].into())),
-            tendon(
-                "held",
-                [-0.01, 0.005],
-                Drive::Length { length: [0.1].into(), stiffness: 9.0, damping: 1.0 },
-            ),
-        ];
-        let rod = Rod { tip_mass: 0.01, loads, bodies, supports, ..Rod::new(segments.collect()) };
-        Rod { fluid: Some(fluid), actuators, ..rod }
-    }
-
-    /// Along a part of the first segment, so that it lies in no other one.
-    fn tendon(name: &str, [y, z]: [f64; 2], drive: Drive) -> Actuator {
-        let along = Along { link: 0, offset: [y.into(), z.into()], along: [0.0, 0.25] };
-        let path = vec![Part::Along(along)];
-        let name = name.to_owned();
-        Actuator::Tendon(Tendon { name, path, drive, friction: 0.0, friction_velocity: 1e-3, sliding: None })
+        Rod { tip_mass: 0.01, loads, bodies, supports, fluid: Some(fluid), ..Rod::new(segments.collect()) }
     }
 
     /// Products of packs are counted by the packs themselves while the sweeps run.

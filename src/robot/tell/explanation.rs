@@ -4,7 +4,6 @@ use std::cmp::Reverse;
 use std::fmt::{self, Write as _};
 
 use super::cost::{Multiplications, OfLink};
-use crate::actuator::{Actuator, Drive, MotorCommand, Part, Tendon};
 use crate::body::Body;
 use crate::load::{Extent, Frame, Load};
 use crate::robot::choice::{
@@ -76,7 +75,6 @@ impl Explanation {
         }
         explanation.loads(robot);
         explanation.fluid(robot);
-        explanation.actuators(robot);
         explanation.solve(solve, robot);
         explanation
     }
@@ -285,15 +283,13 @@ impl Explanation {
         let loads = robot.acting_loads().filter(|load| load.varies_in_time()).count();
         let driven = robot.links.iter().filter_map(|link| link.driven.as_ref());
         let joints = driven.filter(|driven| driven.varies_in_time()).count();
-        let is_told = |actuator: &&Actuator| actuator.signals().any(|signal| signal.varies_in_time());
-        let actuators = robot.actuators.iter().filter(is_told).count();
-        let varying: Vec<String> = [(loads, "load"), (joints, "joint"), (actuators, "actuator")]
+        let varying: Vec<String> = [(loads, "load"), (joints, "joint")]
             .into_iter()
             .filter(|(number, _)| *number > 0)
             .map(|(number, what)| counted(number, what))
             .collect();
         if varying.is_empty() {
-            self.add(false, "functions of time", "none: no load, joint or actuator varies by itself");
+            self.add(false, "functions of time", "none: no load and no joint varies by itself");
         } else {
             let what = varying.join(", ");
             self.add(true, "functions of time", format!("{what}: evaluated once for each time"));
@@ -356,38 +352,6 @@ impl Explanation {
         self.add(is_moving, "current", if is_moving { "uniform and steady" } else { "the fluid is at rest" });
     }
 
-    /// What is computed for each actuator, and what is set from outside.
-    fn actuators(&mut self, robot: &Robot) {
-        if robot.actuators.is_empty() {
-            self.add(false, "actuators", "none");
-        }
-        for actuator in &robot.actuators {
-            let (kind, why) = match actuator {
-                Actuator::Tendon(tendon) => ("tendon", of_tendon(tendon)),
-                Actuator::Chamber(_) => {
-                    ("chamber", "the gradient of its volume is constant: no tangent".into())
-                }
-                Actuator::Motor(motor) => {
-                    let limits = if motor.limits.is_some() { ", between limits" } else { "" };
-                    let command = match motor.command {
-                        MotorCommand::Torque(_) => "a force on one coordinate: no tangent",
-                        MotorCommand::Position { .. } => "stiffness and damping of one coordinate",
-                    };
-                    ("motor", format!("{command}{limits}"))
-                }
-                Actuator::ActiveStrain(active) => {
-                    let strain = STRAIN_NAMES[active.strain];
-                    ("active strain", format!("reference {strain}: its forces are constant, no tangent"))
-                }
-            };
-            self.add(true, format!("{kind} {}", actuator.name()), why);
-        }
-        let inputs = robot.inputs().names();
-        if !inputs.is_empty() {
-            self.add(true, "inputs", format!("{}, set from outside", inputs.join(", ")));
-        }
-    }
-
     fn loads_of(&mut self, robot: &Robot, what: &str, frame: Frame, remark: &str) {
         let loads: Vec<&Load> = robot.acting_loads().filter(|load| load.frame == frame).collect();
         let spread = loads.iter().filter(|load| matches!(load.extent, Extent::Along(_))).count();
@@ -416,41 +380,8 @@ impl Explanation {
             Solve::Dense if robot.links.iter().any(|link| link.driven.is_some()) => {
                 self.add(false, sweeps, "joints are driven: what follows others couples branches");
             }
-            Solve::Dense if robot.actuators.iter().any(|actuator| couples(robot, actuator)) => {
-                self.add(false, sweeps, "forces of tendons follow from several places: they couple these");
-            }
             Solve::Dense => self.add(false, sweeps, format!("cheaper from {limit} on")),
         }
-    }
-}
-
-/// What is computed for a tendon.
-fn of_tendon(tendon: &Tendon) -> String {
-    let embedded = tendon.path.iter().filter(|part| part.along().is_some()).count();
-    let has_lines = tendon.path.len() > embedded;
-    let way = match (embedded > 0, has_lines) {
-        (true, false) => "its way follows from strains alone, no pose",
-        (true, true) => "its way follows from strains, where it is straight from poses",
-        (false, _) => "its way follows from poses",
-    };
-    let force = match tendon.drive {
-        Drive::Tension(_) => "a given tension",
-        Drive::Length { .. } => "a tension by its length, slack where that is too short",
-    };
-    let friction = if tendon.friction > 0.0 { "; friction, and an angle along it" } else { "" };
-    format!("{force}; {way}{friction}")
-}
-
-/// Whether the forces of an actuator on one piece of a robot follow from what another one does.
-fn couples(robot: &Robot, actuator: &Actuator) -> bool {
-    let Actuator::Tendon(tendon) = actuator else { return false };
-    let has_stiffness = matches!(tendon.drive, Drive::Length { .. }) || tendon.friction > 0.0;
-    match &tendon.path[..] {
-        [Part::Along(along)] => {
-            let pieces: usize = robot.links[along.link].rod.iter().map(piece::number).sum();
-            has_stiffness && pieces > 1
-        }
-        path => has_stiffness || path.iter().any(|part| part.along().is_none()),
     }
 }
 
@@ -566,11 +497,9 @@ fn named<const N: usize>(name: &str, profile: &Profile<N>) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::actuator::Along;
     use crate::robot::RobotModel;
     use crate::robot::description::Rod;
     use crate::rod::diagonal;
-    use crate::signal::Signal;
 
     #[test]
     fn what_a_rod_lacks_is_skipped_and_what_it_has_is_computed() {
@@ -597,7 +526,6 @@ mod tests {
             "bodies on the rod",
             "supports",
             "fluid",
-            "actuators",
         ] {
             assert!(has(&simple.skipped, skipped) && !has(&simple.computed, skipped), "{skipped}");
         }
@@ -619,42 +547,10 @@ mod tests {
             "motion of the base",
             "supports",
             "fluid",
-            "actuators",
             "linear systems by sweeps along the segments",
         ];
         assert_eq!(skipped, absent);
         assert!(full.to_string().contains("12 nodes: as asked for"));
-    }
-
-    #[test]
-    fn what_each_actuator_takes_is_told() {
-        let along = Along { link: 0, offset: [0.0.into(), 0.01.into()], along: [0.0, 1.0] };
-        let tendon = Tendon {
-            name: "pull".into(),
-            path: vec![Part::Along(along)],
-            drive: Drive::Tension(Signal::Constant([1.0])),
-            friction: 0.0,
-            friction_velocity: 1e-3,
-            sliding: None,
-        };
-        let segment =
-            Segment { modes: [0, 3, 0, 0, 0, 0], ..Segment::straight(1.0, 1e-3, 210e9, 80e9, 7800.0) };
-        let told = |tendon: &Tendon| {
-            let rod =
-                Rod { actuators: vec![Actuator::Tendon(tendon.clone())], ..Rod::new(vec![segment.clone()]) };
-            let explanation = RobotModel::of_rod(&rod).unwrap().explanation().clone();
-            let (_, why) =
-                explanation.computed.iter().find(|(what, _)| what == "tendon pull").unwrap().clone();
-            (why, explanation.skipped)
-        };
-        assert_eq!(told(&tendon).0, "a given tension; its way follows from strains alone, no pose");
-        let length = Drive::Length { length: Signal::Constant([0.9]), stiffness: 10.0, damping: 0.0 };
-        let (why, skipped) = told(&Tendon { drive: length, friction: 0.1, ..tendon });
-        assert!(why.starts_with("a tension by its length") && why.ends_with("an angle along it"), "{why}");
-        let sweeps = skipped.iter().find(|(what, _)| what.starts_with("linear systems")).unwrap();
-        assert!(!skipped.iter().any(|(what, _)| what == "actuators"));
-        // In one segment nothing is far.
-        assert!(sweeps.1.contains("cheaper from"), "{}", sweeps.1);
     }
 
     #[test]
