@@ -219,8 +219,8 @@ class Motor(_Actuator):
     ----------
     joint : str
         The name of a link whose joint has one coordinate, or of a coordinate of a joint as
-        `Robot.coordinates` has them. Joints that turn freely or whose motion is prescribed have no motors;
-        one that mimics another has.
+        `Robot.coordinates` has them. Spherical and free joints have no motors, nor has one whose motion is
+        prescribed; one that mimics another has.
     torque : float, (times, values), Harmonic, Input or callable, optional
         Newton metres, or newtons.
     position : float, (times, values), Harmonic, Input or callable, optional

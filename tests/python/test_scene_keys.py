@@ -301,12 +301,12 @@ t_end = 0.1
 name = "palm"
 joint = { type = "revolute", axis = [0, 1, 0], stiffness = 1 }
 body = { mass = 0.1, centre = [0.01, 0.01, 0.02] }
-[[link.load]]
-force = { input = "push", default = [0, 0.1, 0] }
-moment = { input = "turn", default = [0.1, 0, 0] }
 [[link]]
 name = "finger"
 parent = "palm"
+[[link.load]]
+force = { input = "push", default = [0, 0.1, 0] }
+moment = { input = "turn", default = [0.1, 0, 0] }
 [[link.rod.segment]]
 length = 0.1
 radius = 0.01
@@ -614,12 +614,10 @@ def meaning(text):
     times = {"t": 0.13} if isinstance(model, lissom.Robot) else {}
     numbers += [*model.inverse_dynamics(q, v, a, **times), model.energy(q, v, **times).gravitational]
     actuators = [
-        {
-            field.name: getattr(each, field.name)
-            for field in fields(each)
-            if field.name not in ("path", "shape")
-        }
+        (field.name, getattr(each, field.name))
         for each in getattr(model, "actuators", ())
+        for field in fields(each)
+        if field.name not in ("path", "shape")
     ]
     return scene.name, str(options), str(actuators), np.array(numbers).tobytes()
 
