@@ -14,7 +14,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._lissom import Body, Harmonic, Load, Robot, Support
+from ._lissom import Body, Harmonic, Input, Load, Robot, Support
 from .links import Cylindrical, Link, Planar, Prismatic, Revolute, Spherical, Universal, Weld
 
 Array = NDArray[np.float64]
@@ -231,7 +231,10 @@ def value_at(signal: Any, t: float | Array) -> Array:
     """Values (..., 3) at times (...) of what a `Load` takes as force or moment."""
     times = np.asarray(t, float)
     found: Array
-    if isinstance(signal, Harmonic):
+    if isinstance(signal, Input):
+        # As long as nobody sets it.
+        found = np.asarray(signal.default, float)
+    elif isinstance(signal, Harmonic):
         phase = 2.0 * np.pi * signal.frequency * times[..., None] + signal.phase
         steady = np.asarray(signal.mean) + np.asarray(signal.rate) * times[..., None]
         found = steady + np.asarray(signal.amplitude) * np.sin(phase)

@@ -251,6 +251,7 @@ def _rod_with_more_modes(rod: Rod, more: int) -> Rod | None:
         base_motion=rod.base_motion,
         supports=rod.supports,
         fluid=rod.fluid,
+        actuators=rod.actuators,
     )
 
 
