@@ -76,6 +76,14 @@ impl Actuator {
         }
     }
 
+    /// The points of its path.
+    pub fn vias(&self) -> Vec<&Via> {
+        match self {
+            Self::Tendon(tendon) => tendon.path.iter().filter_map(Part::via).collect(),
+            _ => Vec::new(),
+        }
+    }
+
     /// Everything that is wrong with it by itself.
     pub fn validate(&self) -> Result<(), InvalidInput> {
         let mut check = Checker::new();

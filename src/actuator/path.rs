@@ -40,6 +40,11 @@ impl Part {
         if let Self::Along(along) = self { Some(along) } else { None }
     }
 
+    /// The point, where it is one.
+    pub fn via(&self) -> Option<&Via> {
+        if let Self::Via(via) = self { Some(via) } else { None }
+    }
+
     pub(super) fn check(&self, check: &mut Checker, place: &str) {
         match self {
             Self::Along(along) => along.check(check, place),

@@ -1,7 +1,7 @@
 //! What a robot is computed by, and how its linear systems are solved.
 
 use super::description::{Link, Robot};
-use crate::actuator::Actuator;
+use crate::actuator::{Actuator, Via};
 use crate::joint::Motion;
 use crate::lie::{Plane, Quaternion};
 use crate::rod::{STRAIGHT, piece};
@@ -36,11 +36,14 @@ impl Kernel {
 
 /// Whether an actuator lies in the plane.
 fn acts_in(plane: &Plane, actuator: &Actuator) -> bool {
-    actuator.along().into_iter().all(|along| {
+    let is_along = actuator.along().into_iter().all(|along| {
         // The offsets are along y and z.
         let across = &along.offset[plane.normal - 1];
         across.constant() == Some([0.0])
-    })
+    });
+    // Points of the world are seen from the root, which may be turned.
+    let is_via = |via: &Via| via.link.is_some() && via.point[plane.normal] == 0.0;
+    is_along && actuator.vias().into_iter().all(is_via)
 }
 
 /// Whether the joint's frame of a link lies in the plane of what it is attached to: exactly, for what leaves it by

@@ -4,12 +4,13 @@ use std::sync::Arc;
 
 use super::compile;
 use super::description::Robot;
+use super::effect::actuation;
 use super::effect::all as effects;
 use super::effect::support::Held;
 use super::kernel::kinematics::Pose;
 use super::kernel::momentum::Momentum;
 use super::kernel::{
-    elasticity, energy, inputs, inverse_dynamics, kinematics, momentum, section, tangent, time,
+    elasticity, energy, inputs, inverse_dynamics, kinematics, lines, momentum, section, tangent, time,
 };
 use super::plan::Plan;
 use super::plan::point::Place;
@@ -243,15 +244,17 @@ impl<G: Turning> Sweeps<G> {
     /// The derivative with respect to the inputs, n x m.
     pub(crate) fn input_tangent(&mut self, state: [&[f64]; 3], tangent: &mut Matrix) {
         self.update_motion(state);
-        inputs::tangent(&self.plan, &mut self.work, tangent);
+        inputs::tangent(&self.plan, &mut self.work, &mut self.tangent.actuation, tangent);
     }
 
     /// Length, rate and force of an actuator, and the gradient of its length.
     pub(crate) fn actuator(&mut self, q: &[f64], qd: &[f64], i: usize) -> ([f64; 3], &[f64]) {
         self.update_velocities(q, qd);
-        let state = &self.work.actuation;
+        let Self { plan, work, tangent, .. } = self;
+        lines::find(plan, work, &mut tangent.actuation);
+        let state = &work.actuation;
         let numbers = [state.lengths[i], state.rates[i], state.forces[i].value];
-        (numbers, &state.gradients[i * self.plan.n..][..self.plan.n])
+        (numbers, actuation::gradient(plan, work, &mut tangent.actuation, i))
     }
 
     pub(crate) fn mass_matrix(&mut self, q: &[f64], mass: Tangent<'_>) {

@@ -132,6 +132,11 @@ impl Piece {
         self.segment.reference_strain.at(self.place(x))
     }
 
+    /// Its derivative along the rod, per metre.
+    pub(crate) fn reference_slope(&self, x: f64) -> [f64; STRAINS] {
+        self.segment.reference_strain.jet(self.place(x))[1].map(|slope| slope / self.segment.length)
+    }
+
     /// Its integral from one fraction to another.
     pub(crate) fn reference_between(&self, from: f64, to: f64) -> [f64; STRAINS] {
         let profile = &self.segment.reference_strain;

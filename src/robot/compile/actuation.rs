@@ -2,21 +2,30 @@
 
 use std::ops::Range;
 
-use crate::actuator::{Actuator, Along, Drive, MotorCommand};
-use crate::lie::{LANES, Lanes, Vector};
+use super::links::Tree;
+use crate::actuator::{self, Actuator, Along, Drive, MotorCommand};
+use crate::lie::{LANES, Lanes, Quaternion, Vector};
 use crate::robot::description::{Inputs, Robot};
 use crate::robot::effect::actuation::law;
-use crate::robot::plan::actuation::{Actuation, ActuatorPlan, Law, Sleeve, SleeveComponent, Thread, pairs};
+use crate::robot::kernel::kinematics;
+use crate::robot::plan::actuation::{
+    Actuation, ActuatorPlan, End, Friction, Law, Line, Part, Sleeve, SleeveComponent, SleeveTurning, Thread,
+    pairs,
+};
 use crate::robot::plan::command::Command;
 use crate::robot::plan::link::LinkPlan;
-use crate::robot::plan::packed;
 use crate::robot::plan::piece::PiecePlan;
-use crate::robot::turning::Turning;
+use crate::robot::plan::point::{Offset, Place, Point};
+use crate::robot::plan::{Plan, packed};
+use crate::robot::turning::{Turning, place};
 use crate::rod::piece::Piece;
 use crate::rod::{Gauss, Profile, STRAINS};
 
 /// Strains that are curvatures.
 const ANGULAR: usize = 3;
+
+/// Two spots that are nearer to each other than this part of their distance from the axis are one.
+const SAME_SPOT: f64 = 1e-9;
 
 /// Parts of a piece shorter than this fraction of it are rounding of arc lengths.
 const SHORTEST_PART: f64 = 1e-12;
@@ -27,15 +36,29 @@ pub(crate) fn compile<G: Turning>(
     pieces: &[PiecePlan<G>],
     links: &[LinkPlan],
     inputs: &Inputs,
+    straight: Vec<Straight>,
 ) -> Actuation<G::Pack> {
-    let mut actuation = Actuation { actuators: Vec::new(), sleeves: Vec::new() };
+    let mut actuation = Actuation { actuators: Vec::new(), sleeves: Vec::new(), lines: Vec::new() };
+    let mut straight = straight.into_iter().peekable();
     for (i, actuator) in robot.actuators.iter().enumerate() {
         let (mut length_at_zero, mut gradient) = (0.0, Vec::new());
+        let (mut path, mut friction) = (Vec::new(), None);
         let law = match actuator {
             Actuator::Tendon(tendon) => {
-                for along in actuator.along() {
+                let has_friction = tendon.friction > 0.0;
+                friction = has_friction.then(|| Friction {
+                    coefficient: tendon.friction,
+                    velocity: tendon.friction_velocity,
+                    sliding: tendon.sliding.as_ref().map(|signal| Command::new(signal, inputs)),
+                });
+                for (k, part) in tendon.path.iter().enumerate() {
+                    if let Some(line) = straight.next_if(|line| line.actuator == i && line.before == k) {
+                        path.push(Part::Line(actuation.lines.len()));
+                        actuation.lines.push(Line { actuator: i, ends: line.ends.map(End::from) });
+                    }
+                    let Some(along) = part.along() else { continue };
                     for part in parts(along, robot, pieces, &links[along.link].rod) {
-                        thread(&mut actuation.sleeves, pieces, i, &part);
+                        path.push(thread(&mut actuation.sleeves, pieces, i, &part, has_friction));
                     }
                 }
                 match tendon.drive {
@@ -74,10 +97,11 @@ pub(crate) fn compile<G: Turning>(
                 Law::Amount { energy_of_unit }
             }
         };
+        let has_friction = friction.is_some();
         let mut reaches: Vec<usize> = gradient.iter().map(|&(k, _)| k).collect();
-        for sleeve in &actuation.sleeves {
-            if sleeve.threads.iter().any(|thread| thread.actuator == i) {
-                reaches.extend(pieces[sleeve.piece].coordinates());
+        for part in &path {
+            if let &Part::Thread { sleeve, .. } = part {
+                reaches.extend(pieces[actuation.sleeves[sleeve].piece].coordinates());
             }
         }
         reaches.sort_unstable();
@@ -88,12 +112,140 @@ pub(crate) fn compile<G: Turning>(
             law,
             length_at_zero,
             gradient,
+            path,
+            friction,
             piece: pieces.iter().position(|piece| !reaches.is_empty() && holds_all(piece)),
             reaches,
-            has_potential: actuator.command().constant().is_some() && law::potential(law, 0.0, 0.0).is_some(),
+            has_potential: !has_friction
+                && actuator.command().constant().is_some()
+                && law::potential(law, 0.0, 0.0).is_some(),
         });
     }
     actuation
+}
+
+/// A straight part of a tendon before it is part of a plan.
+pub(crate) struct Straight {
+    actuator: usize,
+    /// Before which part of the path it comes.
+    before: usize,
+    pub(crate) ends: [Spot; 2],
+}
+
+/// Where it ends: fixed in the frame of the plan, or on a link.
+pub(crate) enum Spot {
+    Fixed(Vector<f64>),
+    On { place: Place, beside: Vector<f64> },
+}
+
+impl<P> From<Spot> for End<P> {
+    /// An end whose point is not known yet.
+    fn from(spot: Spot) -> Self {
+        match spot {
+            Spot::Fixed(position) => Self::Fixed(position),
+            Spot::On { beside, .. } => Self::On { point: usize::MAX, beside, moved_by: Vec::new() },
+        }
+    }
+}
+
+impl Spot {
+    pub(crate) fn place(&self) -> Option<&Place> {
+        if let Self::On { place, .. } = self { Some(place) } else { None }
+    }
+
+    /// Whether a tendon goes on from here to another one without a straight part between: they are one, or the second is at
+    /// the beginning of a piece that goes on where the first one ends.
+    fn goes_on_to<G: Turning>(&self, other: &Self, pieces: &[PiecePlan<G>]) -> bool {
+        let (Self::On { place, beside }, Self::On { place: next, beside: next_beside }) = (self, other)
+        else {
+            return false;
+        };
+        let gap = *next_beside - *beside;
+        let is_beside = gap.dot(gap) <= SAME_SPOT * SAME_SPOT * beside.dot(*beside);
+        let is_same = place.piece == next.piece && place.x == next.x;
+        let joined = &pieces[next.piece].joined;
+        let goes_on = place.x >= 1.0
+            && next.x <= 0.0
+            && joined.weld.is_none()
+            && joined.begin == pieces[place.piece].joined.end;
+        is_beside && (is_same || goes_on)
+    }
+}
+
+/// The straight parts of all tendons, in their order.
+pub(crate) fn straight<G: Turning>(robot: &Robot, tree: &Tree<G>) -> Vec<Straight> {
+    let Tree { pieces, links, .. } = tree;
+    let root = &robot.links[0];
+    let spot = |link: usize, x: Option<f64>, point: Vector<f64>| {
+        let place = place::on_link(pieces, &links[link], x);
+        let beside = match place.beside {
+            Some(Offset { orientation, position }) => position + orientation.rotation().apply(point),
+            None => point,
+        };
+        Spot::On { place, beside }
+    };
+    let end_of = |part: &actuator::Part, end: usize| match part {
+        actuator::Part::Along(along) => {
+            let x = along.along[end];
+            let fraction = x / robot.links[along.link].length();
+            let [[y], [z]] = [0, 1].map(|i| along.offset[i].at(fraction));
+            spot(along.link, Some(x), Vector { x: 0.0, y, z })
+        }
+        actuator::Part::Via(via) => match via.link {
+            Some(link) => spot(link, via.at, via.point.into()),
+            None => {
+                let base = Quaternion::from_array(root.orientation).rotation();
+                let position = Vector::from(via.point) - Vector::from(root.position);
+                Spot::Fixed(base.apply_transposed(position))
+            }
+        },
+    };
+    let mut found = Vec::new();
+    for (i, actuator) in robot.actuators.iter().enumerate() {
+        let Actuator::Tendon(tendon) = actuator else { continue };
+        for (k, pair) in tendon.path.windows(2).enumerate() {
+            let ends = [end_of(&pair[0], 1), end_of(&pair[1], 0)];
+            if !ends[0].goes_on_to(&ends[1], pieces) {
+                found.push(Straight { actuator: i, before: k + 1, ends });
+            }
+        }
+    }
+    found
+}
+
+/// Tells the straight parts which points they end at, and what moves these.
+pub(crate) fn attach<G: Turning>(plan: &mut Plan<G>) {
+    let mut lines = std::mem::take(&mut plan.actuation.lines);
+    for (i, line) in lines.iter_mut().enumerate() {
+        for (e, end) in line.ends.iter_mut().enumerate() {
+            let End::On { point, moved_by, .. } = end else { continue };
+            let has_it = |point: &Point<G>| point.pulled.contains(&(2 * i + e));
+            *point = plan.points.iter().position(has_it).expect("every end is at a point");
+            *moved_by = kinematics::moved_by(plan, &plan.points[*point].place);
+        }
+    }
+    plan.actuation.lines = lines;
+    for i in 0..plan.actuation.actuators.len() {
+        let coordinates: Vec<usize> = plan
+            .actuation
+            .lines
+            .iter()
+            .filter(|line| line.actuator == i)
+            .flat_map(|line| &line.ends)
+            .flat_map(|end| match end {
+                End::Fixed(_) => [].iter(),
+                End::On { moved_by, .. } => moved_by.iter(),
+            })
+            .flat_map(|(s, _)| plan.pieces[*s].coordinates())
+            .collect();
+        let actuator = &mut plan.actuation.actuators[i];
+        if !coordinates.is_empty() {
+            actuator.reaches.extend(coordinates);
+            actuator.reaches.sort_unstable();
+            actuator.reaches.dedup();
+            actuator.piece = None;
+        }
+    }
 }
 
 /// What of a path lies in one piece.
@@ -115,9 +267,18 @@ impl Embedded<'_> {
         self.from + self.rate * x
     }
 
-    /// Nodes and weights, as fractions of the piece's length: so many as the piece has on such a way, and more where the
-    /// offset varies; whole packs of them.
-    fn quadrature(&self, nodes_of_piece: usize, profiles: &[&Profile<1>]) -> (Vec<f64>, Vec<f64>) {
+    /// Nodes and weights, as fractions of the piece's length.
+    fn spread(&self, gauss: &Gauss) -> (Vec<f64>, Vec<f64>) {
+        let [from, to] = self.ends;
+        (
+            gauss.nodes.iter().map(|x| from + (to - from) * x).collect(),
+            gauss.weights.iter().map(|weight| (to - from) * weight).collect(),
+        )
+    }
+
+    /// Nodes and weights, as fractions of the part: so many as the piece has on such a way, and more where the offset
+    /// varies; whole packs of them.
+    fn quadrature(&self, nodes_of_piece: usize, profiles: &[&Profile<1>]) -> Gauss {
         let mut breaks = self.part.breaks();
         let rules_of_piece = breaks.len() + 1;
         for profile in profiles {
@@ -135,11 +296,7 @@ impl Embedded<'_> {
         let degree = profiles.iter().map(|profile| profile.degree()).max().unwrap_or(0);
         let of_rule = nodes_of_piece / rules_of_piece + degree;
         let of_rule = (of_rule..).find(|nodes| (rules * nodes).is_multiple_of(LANES)).unwrap_or(of_rule);
-        let gauss = Gauss::composite(of_rule, &breaks);
-        (
-            gauss.nodes.iter().map(|x| from + (to - from) * x).collect(),
-            gauss.weights.iter().map(|weight| (to - from) * weight).collect(),
-        )
+        Gauss::composite(of_rule, &breaks)
     }
 }
 
@@ -211,10 +368,12 @@ fn thread<G: Turning>(
     pieces: &[PiecePlan<G>],
     actuator: usize,
     part: &Embedded<'_>,
-) {
+    has_friction: bool,
+) -> Part {
     let piece = &pieces[part.piece];
     let [y, z] = part.offset;
-    let (nodes, weights) = part.quadrature(piece.gauss.nodes.len(), &[y, z]);
+    let gauss = part.quadrature(piece.gauss.nodes.len(), &[y, z]);
+    let (nodes, weights) = part.spread(&gauss);
     let number = nodes.len();
     let packs = number / LANES;
     let weights = packed::<G::Pack>(number, |i| piece.length * weights[i]);
@@ -225,7 +384,9 @@ fn thread<G: Turning>(
         };
         sleeve.piece == part.piece && sleeve.ends == part.ends && lanes(&sleeve.weights) == lanes(&weights)
     };
-    let sleeve = match sleeves.iter_mut().position(|sleeve| is_same(sleeve)) {
+    let found = sleeves.iter().position(is_same);
+    let position = found.unwrap_or(sleeves.len());
+    let sleeve = match found {
         Some(found) => &mut sleeves[found],
         None => {
             let degrees = part.part.degrees();
@@ -242,6 +403,7 @@ fn thread<G: Turning>(
                 weighted_basis,
                 components: components.clone(),
                 threads: Vec::new(),
+                turning: None,
             });
             sleeves.last_mut().expect("one was pushed")
         }
@@ -260,7 +422,59 @@ fn thread<G: Turning>(
         .map(|(c, d, pack)| at(c, pack).dot(at(d, pack)))
         .collect();
     let start = pack_of(&|x| slope_at_zero(part, x));
-    sleeve.threads.push(Thread { actuator, start, directions, products });
+    let (mut start_slopes, mut direction_slopes) = (Vec::new(), Vec::new());
+    if has_friction {
+        start_slopes.extend(nodes.iter().map(|&x| slope_of_slope(part, x)));
+        for component in &components {
+            direction_slopes.extend(nodes.iter().map(|&x| {
+                let [_, slope] = offset(part, x);
+                if component.strain < ANGULAR { direction(component.strain, slope) } else { Vector::zero() }
+            }));
+        }
+        sleeve.turning.get_or_insert_with(|| turning(part, piece.length, &nodes, &gauss));
+    }
+    let thread = Thread { actuator, start, directions, products, start_slopes, direction_slopes };
+    sleeve.threads.push(thread);
+    Part::Thread { sleeve: position, thread: sleeve.threads.len() - 1 }
+}
+
+/// What the turning of threads at these nodes of a piece follows from.
+fn turning(part: &Embedded<'_>, length: f64, nodes: &[f64], gauss: &Gauss) -> SleeveTurning {
+    /// Step of central differences of the basis, which is smooth between its breaks: the cube root of rounding.
+    const STEP: f64 = 6e-6;
+    let [from, to] = part.ends;
+    let way = length * (to - from);
+    let up_to = gauss.nodes.iter().flat_map(|&x| gauss.weights_up_to(x)).map(|weight| way * weight).collect();
+    let slopes = |k: usize| {
+        nodes.iter().map(move |&x| {
+            let [before, after] = [x - STEP, x + STEP].map(|x| basis(part.part, x)[k]);
+            (after - before) / (2.0 * STEP * length)
+        })
+    };
+    let reference = nodes.iter().map(|&x| {
+        let [a, b, c, ..] = part.part.reference(x);
+        Vector { x: a, y: b, z: c }
+    });
+    SleeveTurning {
+        up_to,
+        basis_slopes: (0..part.part.degrees()).flat_map(slopes).collect(),
+        reference: reference.collect(),
+    }
+}
+
+/// The derivative of u_0 along the rod, per metre.
+fn slope_of_slope(part: &Embedded<'_>, x: f64) -> Vector<f64> {
+    let [d, d_slope] = offset(part, x);
+    let [y, z] = [0, 1].map(|i| part.offset[i].jet(part.on_link(x))[2][0] / part.length_of_link.powi(2));
+    let (reference, reference_slope) = (part.part.reference(x), part.part.reference_slope(x));
+    let mut sum = Vector { x: 0.0, y, z };
+    for strain in 0..STRAINS {
+        sum += direction(strain, d) * reference_slope[strain];
+        if strain < ANGULAR {
+            sum += direction(strain, d_slope) * reference[strain];
+        }
+    }
+    sum
 }
 
 /// The functions of a piece's basis.
@@ -279,7 +493,7 @@ fn volume<G: Turning>(
 ) -> f64 {
     let piece = &pieces[part.piece];
     let [y, z] = part.offset;
-    let (nodes, weights) = part.quadrature(piece.gauss.nodes.len(), &[y, z]);
+    let (nodes, weights) = part.spread(&part.quadrature(piece.gauss.nodes.len(), &[y, z]));
     let mut volume = 0.0;
     for (&x, weight) in nodes.iter().zip(weights) {
         let weight = weight * piece.length;
@@ -314,7 +528,7 @@ fn active_part<G: Turning>(
     gradient: &mut Vec<(usize, f64)>,
 ) -> f64 {
     let piece = &pieces[part.piece];
-    let (nodes, weights) = part.quadrature(piece.gauss.nodes.len(), &[shape]);
+    let (nodes, weights) = part.spread(&part.quadrature(piece.gauss.nodes.len(), &[shape]));
     let mut energy = 0.0;
     for (&x, weight) in nodes.iter().zip(weights) {
         let [shape] = shape.at(part.on_link(x));

@@ -15,6 +15,7 @@ use crate::load::Frame;
 use crate::robot::description::{Inputs, Robot};
 use crate::robot::effect::all as effects;
 use crate::robot::plan::Plan;
+use crate::robot::plan::actuation::ActuatorPlan;
 use crate::robot::plan::load::LoadPlan;
 use crate::robot::plan::world::World;
 use crate::robot::turning::Turning;
@@ -38,10 +39,13 @@ fn plan_of<G: Turning>(robot: &Robot, frame: G::Frame, mut tree: Tree<G>) -> Pla
         .map(|load| load::plan(load.clone(), frame, &world.base.rotation, is_moving, &inputs))
         .collect();
     load::compile(&mut tree, &loads);
-    let (points, supported) = points::compile(frame, &mut tree, &loads, robot);
+    let straight = actuation::straight(robot, &tree);
+    let pulled: Vec<_> =
+        straight.iter().flat_map(|line| &line.ends).map(|end| end.place().cloned()).collect();
+    let (points, supported) = points::compile(frame, &mut tree, &loads, &pulled, robot);
     let stations = tree.stations();
     let Tree { pieces, links, n, packs, hinges, .. } = tree;
-    let actuation = actuation::compile(robot, &pieces, &links, &inputs);
+    let actuation = actuation::compile(robot, &pieces, &links, &inputs, straight);
     let mut plan = Plan {
         n,
         stations,
@@ -55,10 +59,10 @@ fn plan_of<G: Turning>(robot: &Robot, frame: G::Frame, mut tree: Tree<G>) -> Pla
         anchors: Vec::new(),
         immersion: None,
         has_responses: false,
-        has_dead_loads: loads.iter().any(|load| load.frame == Frame::World),
+        has_dead_loads: loads.iter().any(|load| load.frame == Frame::World) || !actuation.lines.is_empty(),
         varies_in_time: is_moving
             || loads.iter().any(|load| load.varies_in_time)
-            || actuation.actuators.iter().any(|actuator| actuator.command.varies_in_time()),
+            || actuation.actuators.iter().any(ActuatorPlan::varies_in_time),
         inputs,
         actuation,
         pieces,
@@ -67,6 +71,7 @@ fn plan_of<G: Turning>(robot: &Robot, frame: G::Frame, mut tree: Tree<G>) -> Pla
         world,
     };
     plan.find_families();
+    actuation::attach(&mut plan);
     if !robot.supports.is_empty() {
         plan.anchors = anchor::compile(&plan, &robot.supports, &supported);
     }

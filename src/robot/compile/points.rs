@@ -14,11 +14,12 @@ use crate::robot::turning::Turning;
 use crate::robot::turning::place;
 
 /// All that is concentrated on a robot with these pieces, in the order of the places, and at which of these points each
-/// support acts; tells the pieces which points are theirs. A place where others are attached is one of them.
+/// support acts; `pulled` are the places of the ends of straight parts of tendons. Tells the pieces which points are theirs. A place where others are attached is one of them.
 pub(crate) fn compile<G: Turning>(
     frame: G::Frame,
     tree: &mut Tree<G>,
     loads: &[LoadPlan<G>],
+    pulled: &[Option<Place>],
     robot: &Robot,
 ) -> (Vec<Point<G>>, Vec<usize>) {
     let Tree { pieces, links, attachments, .. } = tree;
@@ -53,6 +54,12 @@ pub(crate) fn compile<G: Turning>(
         let place = place::on_link(pieces, &links[support.link], support.at);
         let point = point_at(&mut points, pieces, place);
         point.anchors.push(a);
+        point.is_oriented = true;
+    }
+    for (end, place) in pulled.iter().enumerate() {
+        let Some(place) = place else { continue };
+        let point = point_at(&mut points, pieces, place.clone());
+        point.pulled.push(end);
         point.is_oriented = true;
     }
     for (place, station) in attachments.drain(..) {
@@ -120,6 +127,7 @@ pub(crate) fn point<G: Turning>(piece: &PiecePlan<G>, place: Place) -> Point<G> 
         body: None,
         loads: Vec::new(),
         anchors: Vec::new(),
+        pulled: Vec::new(),
         carries: None,
         is_oriented: false,
     }

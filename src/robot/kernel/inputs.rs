@@ -3,7 +3,7 @@
 //! Forces of actuators are known with it. Loads act linearly: that of a unit of one, with nothing else at nodes and
 //! points, is gathered from them as all forces are.
 
-use super::inverse_dynamics;
+use super::{inverse_dynamics, lines};
 use crate::lie::{VectorSpace, Wrench};
 use crate::linalg::Matrix;
 use crate::robot::effect::Effect;
@@ -11,13 +11,20 @@ use crate::robot::effect::actuation;
 use crate::robot::effect::load::Loads;
 use crate::robot::plan::{Plan, load};
 use crate::robot::state::Workspace;
-use crate::robot::state::actuation::Force;
+use crate::robot::state::actuation::{ActuationTangent, Force};
 use crate::robot::turning::Turning;
 
 /// Writes the derivative, n x m, with the motion up to date; which is lost.
-pub(crate) fn tangent<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, tangent: &mut Matrix) {
+pub(crate) fn tangent<G: Turning>(
+    plan: &Plan<G>,
+    work: &mut Workspace<G>,
+    memory: &mut ActuationTangent<G::Pack>,
+    tangent: &mut Matrix,
+) {
     tangent.fill(0.0);
-    actuation::add_input_tangent(plan, work, &mut |row, column, value| tangent[(row, column)] += value);
+    lines::find(plan, work, memory);
+    let q = &work.motion_of[..plan.n];
+    actuation::add_input_tangent(plan, work, memory, q, |row, column, value| tangent[(row, column)] += value);
     if plan.loads.iter().all(|load| load.signals.is_none()) {
         return;
     }

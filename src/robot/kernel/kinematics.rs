@@ -252,7 +252,8 @@ pub(crate) fn jacobian<G: Turning>(
     jacobian.fill(0.0);
     let point = position(plan, work, place);
     let base = &work.surroundings.base.rotation;
-    let mut write = |k: usize, Twist { angular, linear }: Twist<G, f64>| {
+    let moved_by = moved_by(plan, place);
+    columns(plan, work, &moved_by, |k, [Twist { angular, linear }, _]| {
         let velocity = linear + angular.cross(point);
         let halves = [G::axial_in_space(plan.frame, angular), G::in_space(plan.frame, velocity)];
         for (half, v) in halves.into_iter().enumerate() {
@@ -260,8 +261,13 @@ pub(crate) fn jacobian<G: Turning>(
                 jacobian[(3 * half + i, k)] = x;
             }
         }
-    };
-    for (p, piece) in plan.pieces[..=place.piece].iter().enumerate().filter(|(_, piece)| piece.n > 0) {
+    });
+}
+
+/// The pieces that move a place, each with the weights of the integral up to it; none of a hinge.
+pub(crate) fn moved_by<G: Turning>(plan: &Plan<G>, place: &Place) -> Vec<(usize, Vec<G::Pack>)> {
+    let pieces = plan.pieces[..=place.piece].iter().enumerate().filter(|(_, piece)| piece.n > 0);
+    let weights = |(p, piece): (usize, &PiecePlan<G>)| {
         // Only what carries the place moves it: all of it, or as far as to where others are attached.
         let ancestors = &plan.pieces[place.piece].joined.ancestors;
         let relatives = ancestors.iter().find(|relatives| relatives.coordinates.contains(&piece.first));
@@ -272,26 +278,39 @@ pub(crate) fn jacobian<G: Turning>(
             _ if p == place.piece => piece.weights.clone(),
             Some(Relatives { attached: None, .. }) => piece.weights.clone(),
             Some(Relatives { attached: Some(attached), .. }) => plan.reach(*attached).up_to.clone(),
-            None => continue,
+            None => return None,
         };
+        Some((p, weights))
+    };
+    pieces.filter_map(weights).collect()
+}
+
+/// Calls with the coordinates that move a place, each with its `Psi = int S` up to there and `int ad_V S`; the second is right
+/// with the motion up to date alone.
+#[inline(always)]
+pub(crate) fn columns<G: Turning>(
+    plan: &Plan<G>,
+    work: &Workspace<G>,
+    moved_by: &[(usize, Vec<G::Pack>)],
+    mut visit: impl FnMut(usize, [Twist<G, f64>; 2]),
+) {
+    for (p, weights) in moved_by {
+        let piece = &plan.pieces[*p];
         if let Some(hinge) = &piece.hinge {
-            write(piece.first, work.hinges[hinge.index]);
+            let shape = work.hinges[hinge.index];
+            visit(piece.first, [shape, work.stations[piece.joined.end].velocity.bracket(shape)]);
             continue;
         }
         for component in &piece.components {
-            let shapes: Vec<Twist<G, G::Pack>> = piece
-                .node_packs()
-                .zip(weights.iter())
-                .map(|(node, &weight)| {
-                    shape(&work.rotation[node], work.position[node], component.index) * weight
-                })
-                .collect();
             for (degree, basis) in piece.basis.chunks_exact(piece.packs).take(component.modes).enumerate() {
-                let mut sum = Twist::zero();
-                for (&shape, &basis) in shapes.iter().zip(basis) {
-                    sum = sum.add_scaled(shape, basis);
+                let mut sums = [Twist::zero(); 2];
+                for ((node, &weight), &basis) in piece.node_packs().zip(weights).zip(basis) {
+                    let shape = shape(&work.rotation[node], work.position[node], component.index);
+                    let weight = weight * basis;
+                    sums[0] = sums[0].add_scaled(shape, weight);
+                    sums[1] = sums[1].add_scaled(work.velocity[node].bracket(shape), weight);
                 }
-                write(component.first + degree, sum.sum());
+                visit(component.first + degree, sums.map(Twist::sum));
             }
         }
     }

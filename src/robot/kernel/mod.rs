@@ -6,6 +6,7 @@ pub(crate) mod hinge;
 pub(crate) mod inputs;
 pub(crate) mod inverse_dynamics;
 pub(crate) mod kinematics;
+pub(crate) mod lines;
 pub(crate) mod momentum;
 mod points;
 pub(crate) mod section;

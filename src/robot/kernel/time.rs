@@ -63,9 +63,14 @@ fn command<G: Turning>(
             *acting = load::wrench(now, load.frame, plan.frame, &work.surroundings.base.rotation);
         }
     }
-    for (actuator, told) in plan.actuation.actuators.iter().zip(&mut work.actuation.commands) {
+    let state = &mut work.actuation;
+    for (i, actuator) in plan.actuation.actuators.iter().enumerate() {
         if is_meant(actuator.command.varies_in_time()) {
-            [*told] = actuator.command.at(t, &work.inputs)?;
+            [state.commands[i]] = actuator.command.at(t, &work.inputs)?;
+        }
+        let sliding = actuator.friction.as_ref().and_then(|friction| friction.sliding.as_ref());
+        if let Some(sliding) = sliding.filter(|sliding| is_meant(sliding.varies_in_time())) {
+            [state.slidings[i].told] = sliding.at(t, &work.inputs)?;
         }
     }
     Ok(())

@@ -13,6 +13,50 @@ use crate::lie::Vector;
 pub(crate) struct Actuation<P> {
     pub(crate) actuators: Vec<ActuatorPlan>,
     pub(crate) sleeves: Vec<Sleeve<P>>,
+    pub(crate) lines: Vec<Line<P>>,
+}
+
+/// A straight part of a tendon, between two points.
+#[derive(Clone, Debug)]
+pub(crate) struct Line<P> {
+    pub(crate) actuator: usize,
+    pub(crate) ends: [End<P>; 2],
+}
+
+/// An end of a straight part.
+#[derive(Clone, Debug)]
+pub(crate) enum End<P> {
+    /// Fixed in the frame of the plan.
+    Fixed(Vector<f64>),
+    /// On one of the plan's points, beside it in the axes there.
+    On {
+        point: usize,
+        beside: Vector<f64>,
+        /// The pieces that move it, each with the weights of the integral up to it; none of a hinge.
+        moved_by: Vec<(usize, Vec<P>)>,
+    },
+}
+
+/// A part of a tendon, in the order of its path.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Part {
+    /// A thread of a sleeve, by the places of both, and by its place among all threads.
+    Thread {
+        sleeve: usize,
+        thread: usize,
+    },
+    Line(usize),
+}
+
+/// Friction of a tendon along the parts that are embedded.
+#[derive(Clone, Debug)]
+pub(crate) struct Friction {
+    /// The coefficient mu.
+    pub(crate) coefficient: f64,
+    /// Rate of the length below which it is smoothed.
+    pub(crate) velocity: f64,
+    /// The direction of sliding, where it is given.
+    pub(crate) sliding: Option<Command<1>>,
 }
 
 /// An actuator.
@@ -23,6 +67,9 @@ pub(crate) struct ActuatorPlan {
     /// The part of its length that is linear in the coordinates: its value where these are zero, and its gradient.
     pub(crate) length_at_zero: f64,
     pub(crate) gradient: Vec<(usize, f64)>,
+    /// Of a tendon, its way.
+    pub(crate) path: Vec<Part>,
+    pub(crate) friction: Option<Friction>,
     /// The coordinates that its length depends on, in ascending order.
     pub(crate) reaches: Vec<usize>,
     /// The piece that all of these belong to, if one is enough.
@@ -62,6 +109,19 @@ pub(crate) struct Sleeve<P> {
     pub(crate) weighted_basis: Vec<P>,
     pub(crate) components: Vec<SleeveComponent>,
     pub(crate) threads: Vec<Thread<P>>,
+    /// What the turning of threads with friction follows from, if there are any.
+    pub(crate) turning: Option<SleeveTurning>,
+}
+
+/// What the turning of threads along a sleeve follows from.
+#[derive(Clone, Debug)]
+pub(crate) struct SleeveTurning {
+    /// Integration matrix from the beginning of the sleeve to its nodes, times the length: entry `[node * nodes + l]`.
+    pub(crate) up_to: Vec<f64>,
+    /// Derivatives of the basis along the rod, per metre: entry `[degree * nodes + node]`.
+    pub(crate) basis_slopes: Vec<f64>,
+    /// Curvature of the reference strain at the nodes.
+    pub(crate) reference: Vec<Vector<f64>>,
 }
 
 /// A strain component of the piece of a sleeve.
@@ -83,12 +143,41 @@ pub(crate) struct Thread<P> {
     pub(crate) directions: Vec<Vector<P>>,
     /// `b_c . b_d` of the components c <= d: entry `[pair * packs + pack]`.
     pub(crate) products: Vec<P>,
+    /// Of a tendon with friction, derivatives along the rod at the nodes: of u_0, and of b_c (entry
+    /// `[component * nodes + node]`).
+    pub(crate) start_slopes: Vec<Vector<f64>>,
+    pub(crate) direction_slopes: Vec<Vector<f64>>,
 }
 
 impl<P> Actuation<P> {
     /// Whether forces follow from lengths of more than one piece: their stiffness couples these.
     pub(crate) fn couples_pieces(&self) -> bool {
-        self.actuators.iter().any(|actuator| actuator.law.has_stiffness() && actuator.piece.is_none())
+        let reaches_several = |actuator: &ActuatorPlan| {
+            let has_stiffness = actuator.law.has_stiffness() || actuator.friction.is_some();
+            has_stiffness && actuator.piece.is_none()
+        };
+        !self.lines.is_empty() || self.actuators.iter().any(reaches_several)
+    }
+
+    /// Where the threads of a sleeve begin among the numbers that all threads have for a pack, and a component and pack.
+    pub(crate) fn offsets(&self, sleeve: usize, thread: usize) -> [usize; 2] {
+        let before = self.sleeves[..sleeve].iter().map(|sleeve| sleeve.threads.len() * sleeve.packs);
+        let with_components = self.sleeves[..sleeve]
+            .iter()
+            .map(|sleeve| sleeve.threads.len() * sleeve.packs * sleeve.components.len());
+        let sleeve = &self.sleeves[sleeve];
+        [
+            before.sum::<usize>() + thread * sleeve.packs,
+            with_components.sum::<usize>() + thread * sleeve.packs * sleeve.components.len(),
+        ]
+    }
+}
+
+impl ActuatorPlan {
+    /// Whether what it is told depends on time by itself.
+    pub(crate) fn varies_in_time(&self) -> bool {
+        let sliding = self.friction.as_ref().and_then(|friction| friction.sliding.as_ref());
+        self.command.varies_in_time() || sliding.is_some_and(Command::varies_in_time)
     }
 }
 

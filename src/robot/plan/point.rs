@@ -57,6 +57,8 @@ pub(crate) struct Point<G: Space> {
     pub(crate) loads: Vec<usize>,
     /// The anchors of the springs that hold it.
     pub(crate) anchors: Vec<usize>,
+    /// The ends of straight parts of tendons there, each by twice the place of the part, and one more for the second.
+    pub(crate) pulled: Vec<usize>,
     /// The station of other pieces that are attached there; those at the end of a piece are at its own station.
     pub(crate) carries: Option<usize>,
     /// Whether it matters how the section is turned.

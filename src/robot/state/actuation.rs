@@ -1,6 +1,6 @@
 //! What is known of the actuators in a state.
 
-use crate::lie::Scalar;
+use crate::lie::{LANES, Scalar, Vector};
 use crate::robot::plan::actuation::Actuation;
 
 /// The force of an actuator, and how it changes with its length, with the rate of that and with what it is told.
@@ -20,14 +20,47 @@ pub(crate) struct ActuationState<P> {
     pub(crate) lengths: Vec<f64>,
     pub(crate) rates: Vec<f64>,
     pub(crate) forces: Vec<Force>,
-    /// The gradients of the lengths, n numbers each.
+    /// The gradients of the lengths less straight parts, n numbers each.
     pub(crate) gradients: Vec<f64>,
+    /// Where any tendon has friction: the generalised forces of unit forces less straight parts, n numbers each.
+    pub(crate) distributions: Vec<f64>,
+    /// Power that a unit force takes out of the motion.
+    pub(crate) work_rates: Vec<f64>,
+    /// The directions in which tendons slide.
+    pub(crate) slidings: Vec<Sliding>,
+    pub(crate) lines: Vec<LineState>,
+    /// Of all threads, per pack: the tension as a part of that at the beginning of the path, and the angle from there.
+    pub(crate) ratios: Vec<P>,
+    pub(crate) angles: Vec<P>,
     /// Per component and pack of a sleeve: strains, or another field at the nodes.
     pub(crate) field: Vec<P>,
     /// Of all sleeves and their threads in a row: per component and pack `b_c . t` with the unit tangent t, and per
     /// pack `1 / |u|`.
     pub(crate) slopes: Vec<P>,
     pub(crate) inverse_norms: Vec<P>,
+}
+
+/// In which direction a tendon slides: 1 as while it is pulled; and how that changes with the rate of its length.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Sliding {
+    pub(crate) told: f64,
+    pub(crate) value: f64,
+    pub(crate) of_rate: f64,
+}
+
+/// What is known of a straight part of a tendon, in the frame of the plan.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LineState {
+    pub(crate) ends: [Vector<f64>; 2],
+    /// Unit vector from the first end to the second one, and one over its length; zero where it has none.
+    pub(crate) direction: Vector<f64>,
+    pub(crate) inverse_length: f64,
+    /// Of the second end less that of the first.
+    pub(crate) velocity: Vector<f64>,
+    pub(crate) rate: f64,
+    /// Tension as a part of that at the beginning of the path, and the angle from there.
+    pub(crate) ratio: f64,
+    pub(crate) angle: f64,
 }
 
 /// Memory for the tangent of the actuators.
@@ -37,8 +70,20 @@ pub(crate) struct ActuationTangent<P> {
     pub(crate) field: Vec<P>,
     /// Per pair of components and pack of a sleeve: stiffness per length.
     pub(crate) stiffness: Vec<P>,
-    /// Of the actuator at hand, per coordinate: the rate of its gradient.
+    /// Of the actuator at hand, per coordinate: its whole gradient, the rate of that, the generalised forces of a unit force,
+    /// their derivative with respect to the direction of sliding, and the gradient of the angle.
+    pub(crate) gradient: Vec<f64>,
     pub(crate) gradient_rate: Vec<f64>,
+    pub(crate) distribution: Vec<f64>,
+    pub(crate) of_sliding: Vec<f64>,
+    pub(crate) angle_gradient: Vec<f64>,
+    /// Of all straight parts, n each: how far the second end moves beside the first for a unit of a coordinate, and the
+    /// derivative of the rate of the length.
+    pub(crate) moved: Vec<Vector<f64>>,
+    pub(crate) rate_gradients: Vec<f64>,
+    /// Per component and node of a sleeve: derivatives of the turning with respect to a strain, and to its slope.
+    pub(crate) of_strain: Vec<f64>,
+    pub(crate) of_strain_slope: Vec<f64>,
 }
 
 impl<P: Scalar> ActuationState<P> {
@@ -52,12 +97,21 @@ impl<P: Scalar> ActuationState<P> {
                 .map(|sleeve| sleeve.threads.len() * factor(sleeve.components.len()) * sleeve.packs);
             vec![zero; of_sleeve.sum()]
         };
+        let has_friction = actuation.actuators.iter().any(|actuator| actuator.friction.is_some());
+        let mut ones = nodes(|_| 1);
+        ones.fill(P::splat(1.0));
         Self {
             commands: vec![f64::NAN; number],
             lengths: vec![0.0; number],
             rates: vec![0.0; number],
             forces: vec![Force::default(); number],
             gradients: vec![0.0; number * n],
+            distributions: vec![0.0; if has_friction { number * n } else { 0 }],
+            work_rates: vec![0.0; number],
+            slidings: vec![Sliding { told: f64::NAN, ..Sliding::default() }; number],
+            lines: vec![LineState::new(); actuation.lines.len()],
+            ratios: ones,
+            angles: nodes(|_| 1),
             field: largest(actuation, |components| components),
             slopes: nodes(|components| components),
             inverse_norms: nodes(|_| 1),
@@ -67,10 +121,37 @@ impl<P: Scalar> ActuationState<P> {
 
 impl<P: Scalar> ActuationTangent<P> {
     pub(crate) fn new(actuation: &Actuation<P>, n: usize) -> Self {
+        let zeros = |rows: usize| vec![0.0; if actuation.actuators.is_empty() { 0 } else { rows * n }];
+        let with_turning = actuation.sleeves.iter().filter(|sleeve| sleeve.turning.is_some());
+        let sizes = with_turning.map(|sleeve| sleeve.components.len() * sleeve.packs * LANES);
+        let nodes = sizes.max().unwrap_or(0);
         Self {
             field: largest(actuation, |components| components),
             stiffness: largest(actuation, |components| components * (components + 1) / 2),
-            gradient_rate: vec![0.0; if actuation.actuators.is_empty() { 0 } else { n }],
+            gradient: zeros(1),
+            gradient_rate: zeros(1),
+            distribution: zeros(1),
+            of_sliding: zeros(1),
+            angle_gradient: zeros(1),
+            moved: vec![Vector::zero(); actuation.lines.len() * n],
+            rate_gradients: vec![0.0; actuation.lines.len() * n],
+            of_strain: vec![0.0; nodes],
+            of_strain_slope: vec![0.0; nodes],
+        }
+    }
+}
+
+impl LineState {
+    fn new() -> Self {
+        let zero = Vector::zero();
+        Self {
+            ends: [zero; 2],
+            direction: zero,
+            inverse_length: 0.0,
+            velocity: zero,
+            rate: 0.0,
+            ratio: 1.0,
+            angle: 0.0,
         }
     }
 }

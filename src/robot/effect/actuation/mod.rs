@@ -1,17 +1,22 @@
 //! Actuators: forces on lengths. A force F on a length l(q) has the generalised forces `F dl/dq`, and their derivative is
 //! `F d2l/dq2 + dl/dq (dF/dq)^T`.
 
+mod friction;
 pub(crate) mod law;
+pub(crate) mod line;
 mod sleeve;
 
 use self::law::Potential;
 use super::Effect;
 use crate::lie::Sweep;
 use crate::model::Energy;
+use crate::robot::algebra::inertia::Gyroscope;
 use crate::robot::plan::Plan;
 use crate::robot::plan::actuation::ActuatorPlan;
+use crate::robot::plan::point::Point;
 use crate::robot::state::Workspace;
 use crate::robot::state::actuation::{ActuationState, ActuationTangent};
+use crate::robot::state::point::PointState;
 use crate::robot::state::tangent::{Tangent, TangentWorkspace, Weights};
 use crate::robot::turning::Turning;
 
@@ -63,9 +68,60 @@ impl<G: Turning> Sweep for Measure<'_, G> {
         for (i, actuator) in actuation.actuators.iter().enumerate() {
             let gradient = &state.gradients[i * n..][..n];
             state.rates[i] = actuator.reaches.iter().map(|&k| gradient[k] * qd[k]).sum();
-            state.forces[i] = law::force(actuator.law, state.lengths[i], state.rates[i], state.commands[i]);
         }
     }
+}
+
+/// The generalised forces of a unit force of an actuator, less those of straight parts.
+#[inline(always)]
+fn distribution<'a, G: Turning>(plan: &Plan<G>, state: &'a ActuationState<G::Pack>, i: usize) -> &'a [f64] {
+    let rows = match plan.actuation.actuators[i].friction {
+        Some(_) => &state.distributions,
+        None => &state.gradients,
+    };
+    &rows[i * plan.n..][..plan.n]
+}
+
+/// Finds tensions along tendons, and the power that a unit force takes out of the motion.
+fn distribute<G: Turning>(plan: &Plan<G>, state: &mut ActuationState<G::Pack>, q: &[f64], qd: &[f64]) {
+    for (i, actuator) in plan.actuation.actuators.iter().enumerate() {
+        let Some(friction) = &actuator.friction else {
+            state.work_rates[i] = state.rates[i];
+            continue;
+        };
+        state.slidings[i] = friction::sliding(friction, state.slidings[i].told, state.rates[i]);
+        friction::measure(&plan.actuation, state, i, friction, q);
+        let along: f64 = distribution(plan, state, i).iter().zip(qd).map(|(force, rate)| force * rate).sum();
+        let lines = plan.actuation.lines.iter().zip(&state.lines).filter(|(line, _)| line.actuator == i);
+        state.work_rates[i] = along + lines.map(|(_, line)| line.ratio * line.rate).sum::<f64>();
+    }
+}
+
+/// Completes the gradient of an actuator's length by its straight parts, whose motion is known.
+fn complete<G: Turning>(
+    plan: &Plan<G>,
+    state: &ActuationState<G::Pack>,
+    memory: &mut ActuationTangent<G::Pack>,
+    i: usize,
+) {
+    let n = plan.n;
+    memory.gradient.copy_from_slice(&state.gradients[i * n..][..n]);
+    for (l, _) in plan.actuation.lines.iter().enumerate().filter(|(_, line)| line.actuator == i) {
+        for (entry, moved) in memory.gradient.iter_mut().zip(&memory.moved[l * n..][..n]) {
+            *entry += state.lines[l].direction.dot(*moved);
+        }
+    }
+}
+
+/// The whole gradient of an actuator's length, the motion of its straight parts known.
+pub(crate) fn gradient<'a, G: Turning>(
+    plan: &Plan<G>,
+    work: &Workspace<G>,
+    memory: &'a mut ActuationTangent<G::Pack>,
+    i: usize,
+) -> &'a [f64] {
+    complete(plan, &work.actuation, memory, i);
+    &memory.gradient
 }
 
 /// Adds the derivative of the generalised forces.
@@ -73,6 +129,7 @@ struct Stiffen<'a, 'b, G: Turning> {
     plan: &'a Plan<G>,
     state: &'a ActuationState<G::Pack>,
     memory: &'a mut ActuationTangent<G::Pack>,
+    q: &'a [f64],
     qd: &'a [f64],
     weights: Weights,
     tangent: &'a mut Tangent<'b>,
@@ -83,7 +140,7 @@ impl<G: Turning> Sweep for Stiffen<'_, '_, G> {
 
     #[inline(always)]
     fn call(self) {
-        let Self { plan, state, memory, qd, weights, tangent } = self;
+        let Self { plan, state, memory, q, qd, weights, tangent } = self;
         let (mut slope, mut node) = (0, 0);
         for sleeve in &plan.actuation.sleeves {
             let (slopes, pairs) = (
@@ -100,6 +157,7 @@ impl<G: Turning> Sweep for Stiffen<'_, '_, G> {
                         thread,
                         &state.slopes[slope..][..slopes],
                         &state.inverse_norms[node..][..sleeve.packs],
+                        &state.ratios[node..][..sleeve.packs],
                         factor,
                         stiffness,
                     );
@@ -113,17 +171,14 @@ impl<G: Turning> Sweep for Stiffen<'_, '_, G> {
         }
         for (i, actuator) in plan.actuation.actuators.iter().enumerate() {
             let force = state.forces[i];
-            if force.of_length == 0.0 && force.of_rate == 0.0 {
-                continue;
+            let has_stiffness = force.of_length != 0.0 || force.of_rate != 0.0;
+            if has_stiffness || actuator.friction.is_some() {
+                complete(plan, state, memory, i);
+                match weights.q != 0.0 && (force.of_rate != 0.0 || state.slidings[i].of_rate != 0.0) {
+                    true => find_gradient_rate(plan, state, memory, i, qd),
+                    false => memory.gradient_rate.fill(0.0),
+                }
             }
-            if weights.q * force.of_rate != 0.0 {
-                find_gradient_rate(plan, state, memory, i, qd);
-            } else {
-                memory.gradient_rate.fill(0.0);
-            }
-            let gradient = &state.gradients[i * plan.n..][..plan.n];
-            let of_both = weights.q * force.of_length + weights.v * force.of_rate;
-            let of_change = weights.q * force.of_rate;
             let (block, stride, first) = match actuator.piece {
                 Some(s) => {
                     let piece = &plan.pieces[s];
@@ -135,13 +190,43 @@ impl<G: Turning> Sweep for Stiffen<'_, '_, G> {
                         let n = matrix.nrows();
                         (matrix.as_mut_slice(), n, 0)
                     }
-                    Tangent::Tree(_) => unreachable!("what couples pieces is solved with all entries"),
+                    // What couples pieces is solved with all entries.
+                    Tangent::Tree(_) => continue,
                 },
             };
-            for &k in &actuator.reaches {
-                let change = of_both * gradient[k] + of_change * memory.gradient_rate[k];
-                for &j in &actuator.reaches {
-                    block[(k - first) * stride + (j - first)] += gradient[j] * change;
+            let mut add = |row: usize, column: usize, value: f64| {
+                block[(column - first) * stride + (row - first)] += value;
+            };
+            let factor = weights.q * force.value;
+            let mut of_sliding = 0.0;
+            if actuator.friction.is_some() {
+                friction::stiffen(&plan.actuation, state, memory, i, q, factor, &mut add);
+                of_sliding = force.value * state.slidings[i].of_rate;
+            } else if has_stiffness {
+                memory.distribution.copy_from_slice(&memory.gradient);
+            }
+            if has_stiffness || of_sliding != 0.0 {
+                for &k in &actuator.reaches {
+                    let of_rate = weights.q * memory.gradient_rate[k] + weights.v * memory.gradient[k];
+                    let of_force = weights.q * force.of_length * memory.gradient[k] + force.of_rate * of_rate;
+                    for &j in &actuator.reaches {
+                        add(
+                            j,
+                            k,
+                            memory.distribution[j] * of_force + memory.of_sliding[j] * of_sliding * of_rate,
+                        );
+                    }
+                }
+            }
+            for (l, _) in plan.actuation.lines.iter().enumerate().filter(|(_, line)| line.actuator == i) {
+                let state = &state.lines[l];
+                let moved = &memory.moved[l * plan.n..][..plan.n];
+                let factor = factor * state.ratio * state.inverse_length;
+                for &k in &actuator.reaches {
+                    let across = moved[k] - state.direction * state.direction.dot(moved[k]);
+                    for &j in &actuator.reaches {
+                        add(j, k, factor * moved[j].dot(across));
+                    }
                 }
             }
         }
@@ -180,20 +265,41 @@ fn find_gradient_rate<G: Turning>(
             node += sleeve.packs;
         }
     }
+    for (l, _) in plan.actuation.lines.iter().enumerate().filter(|(_, line)| line.actuator == actuator) {
+        let of_line = &memory.rate_gradients[l * plan.n..][..plan.n];
+        for (rate, of_line) in memory.gradient_rate.iter_mut().zip(of_line) {
+            *rate += of_line;
+        }
+    }
 }
 
-/// Adds the derivative of the generalised forces with respect to the inputs, n x m.
+/// Adds the derivative of the generalised forces with respect to the inputs, n x m, the motion of straight parts known.
 pub(crate) fn add_input_tangent<G: Turning>(
     plan: &Plan<G>,
     work: &Workspace<G>,
-    add: &mut impl FnMut(usize, usize, f64),
+    memory: &mut ActuationTangent<G::Pack>,
+    q: &[f64],
+    mut add: impl FnMut(usize, usize, f64),
 ) {
     let state = &work.actuation;
     for (i, actuator) in plan.actuation.actuators.iter().enumerate() {
-        if let Some(input) = actuator.command.input() {
-            let gradient = &state.gradients[i * plan.n..][..plan.n];
-            for &k in &actuator.reaches {
-                add(k, input, state.forces[i].of_command * gradient[k]);
+        let sliding = actuator.friction.as_ref().and_then(|friction| friction.sliding.as_ref()?.input());
+        if actuator.command.input().is_none() && sliding.is_none() {
+            continue;
+        }
+        if actuator.friction.is_some() {
+            friction::stiffen(&plan.actuation, state, memory, i, q, 0.0, |_, _, _| {});
+        } else {
+            complete(plan, state, memory, i);
+            memory.distribution.copy_from_slice(&memory.gradient);
+        }
+        let force = &state.forces[i];
+        for &k in &actuator.reaches {
+            if let Some(input) = actuator.command.input() {
+                add(k, input, force.of_command * memory.distribution[k]);
+            }
+            if let Some(input) = sliding {
+                add(k, input, force.value * memory.of_sliding[k]);
             }
         }
     }
@@ -205,6 +311,27 @@ impl<G: Turning> Effect<G> for Actuators {
         if !plan.actuation.actuators.is_empty() {
             let state = &mut work.actuation;
             plan.instructions.run_apart::<G::Pack, _>(Measure { plan, state, q, qd });
+            line::measure(plan, work);
+            let state = &mut work.actuation;
+            for (i, actuator) in plan.actuation.actuators.iter().enumerate() {
+                state.forces[i] =
+                    law::force(actuator.law, state.lengths[i], state.rates[i], state.commands[i]);
+            }
+            distribute(plan, state, q, qd);
+            line::pull(plan, work);
+        }
+    }
+
+    #[inline(always)]
+    fn dead_at(
+        plan: &Plan<G>,
+        work: &Workspace<G>,
+        point: &Point<G>,
+        _: &PointState<G>,
+        sum: &mut Gyroscope<G, f64>,
+    ) {
+        for (wrench, position) in line::dead_at(plan, work, &point.pulled) {
+            sum.add(Gyroscope::of_dead_load(wrench, position));
         }
     }
 
@@ -212,9 +339,9 @@ impl<G: Turning> Effect<G> for Actuators {
     fn push(plan: &Plan<G>, work: &Workspace<G>, tau: &mut [f64]) {
         for (i, actuator) in plan.actuation.actuators.iter().enumerate() {
             let force = work.actuation.forces[i].value;
-            let gradient = &work.actuation.gradients[i * plan.n..][..plan.n];
+            let distribution = distribution(plan, &work.actuation, i);
             for &k in &actuator.reaches {
-                tau[k] += force * gradient[k];
+                tau[k] += force * distribution[k];
             }
         }
     }
@@ -229,8 +356,9 @@ impl<G: Turning> Effect<G> for Actuators {
     ) {
         if !plan.actuation.actuators.is_empty() {
             let (state, memory) = (&work.actuation, &mut memory.actuation);
-            let qd = &work.motion_of[plan.n..2 * plan.n];
-            plan.instructions.run_apart::<G::Pack, _>(Stiffen { plan, state, memory, qd, weights, tangent });
+            let (q, qd) = (&work.motion_of[..plan.n], &work.motion_of[plan.n..2 * plan.n]);
+            let sweep = Stiffen { plan, state, memory, q, qd, weights, tangent };
+            plan.instructions.run_apart::<G::Pack, _>(sweep);
         }
     }
 
@@ -273,7 +401,7 @@ impl<G: Turning> Effect<G> for Actuators {
     fn supplied_power(plan: &Plan<G>, work: &Workspace<G>) -> f64 {
         let state = &work.actuation;
         let power = |(i, actuator): (usize, &ActuatorPlan)| {
-            if actuator.has_potential { 0.0 } else { -state.forces[i].value * state.rates[i] }
+            if actuator.has_potential { 0.0 } else { -state.forces[i].value * state.work_rates[i] }
         };
         plan.actuation.actuators.iter().enumerate().map(power).sum()
     }

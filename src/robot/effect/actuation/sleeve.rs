@@ -73,13 +73,14 @@ pub(super) fn project<P: Lanes>(sleeve: &Sleeve<P>, densities: &[P], to: &mut [f
     }
 }
 
-/// Adds `factor b_c . (1 - t t^T) b_d / |u|` at the nodes: entry `[pair * packs + pack]`.
+/// Adds `factor b_c . (1 - t t^T) b_d / |u|` at the nodes, times the ratios there: entry `[pair * packs + pack]`.
 #[inline(always)]
 pub(super) fn stiffen<P: Lanes>(
     sleeve: &Sleeve<P>,
     thread: &Thread<P>,
     slopes: &[P],
     inverse_norms: &[P],
+    ratios: &[P],
     factor: f64,
     stiffness: &mut [P],
 ) {
@@ -88,7 +89,7 @@ pub(super) fn stiffen<P: Lanes>(
         for pack in 0..packs {
             let across = slopes[c * packs + pack]
                 .mul_sub_from(slopes[d * packs + pack], thread.products[pair * packs + pack]);
-            let scaled = inverse_norms[pack] * factor;
+            let scaled = inverse_norms[pack] * ratios[pack] * factor;
             let entry = &mut stiffness[pair * packs + pack];
             *entry = across.mul_add(scaled, *entry);
         }

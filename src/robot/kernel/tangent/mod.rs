@@ -32,7 +32,7 @@ mod scope;
 
 use self::scope::Scope;
 use super::shape::shape;
-use super::{elasticity, tree};
+use super::{elasticity, lines, tree};
 use crate::lie::{Scalar, Sweep};
 use crate::robot::algebra::inertia::Seen as _;
 use crate::robot::algebra::inertia::{General, Gyroscope, Inertia, Round, Sections};
@@ -114,6 +114,7 @@ pub(crate) fn weighted_tangent<G: Turning>(
         Tangent::Tree(matrix) => tree::generate(plan, memory, weights.is_mass_only, matrix),
     }
     if !weights.is_mass_only {
+        lines::find(plan, work, &mut memory.actuation);
         effects::stiffen(plan, work, memory, weights, &mut tangent);
     }
 }

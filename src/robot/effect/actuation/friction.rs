@@ -1,0 +1,289 @@
+//! Friction of tendons along the parts that are embedded: `T(X) = T_0 exp(-mu s theta(X))` (capstan), with the angle
+//! `theta = int |dt/dX| dX` by which the tendon turns in space up to X, and the direction of sliding s in [-1, 1], 1 as while
+//! it is pulled.
+//!
+//! With `w = u' + kappa x u` the tangent turns by `r = (1 - t t^T) w / |u|`, and
+//!
+//! ```text
+//! r . dr = (r . dw - (t . w) / |u| r . du - |r|^2 t . du) / |u|
+//! ```
+//!
+//! What is not local: a strain changes the tension all behind it. Plain numbers, not packs: few robots need it.
+
+use crate::lie::{LANES, Lanes, Vector};
+use crate::robot::plan::actuation::{Actuation, Friction, Part, Sleeve, SleeveTurning, Thread};
+use crate::robot::state::actuation::{ActuationState, ActuationTangent, Sliding};
+
+/// Strains that are curvatures.
+const ANGULAR: usize = 3;
+
+/// Curvature below which the turning of a tendon is smoothed, which else has a kink where it is straight: so many radians over
+/// the length of the part; the angle of what turns by a radian is off by half the square of that.
+const SMALLEST_TURN: f64 = 1e-6;
+
+/// The direction of sliding at a rate of the length.
+pub(super) fn sliding(friction: &Friction, told: f64, rate: f64) -> Sliding {
+    if friction.sliding.is_some() {
+        return Sliding { told, value: told.clamp(-1.0, 1.0), of_rate: 0.0 };
+    }
+    let root = rate.hypot(friction.velocity);
+    let of_rate = -friction.velocity * friction.velocity / (root * root * root);
+    Sliding { told, value: -rate / root, of_rate }
+}
+
+/// What a thread does at a node.
+struct Node {
+    u: Vector<f64>,
+    /// One over the length of u.
+    inverse: f64,
+    /// dt/dX, and `(t . w) / |u|`.
+    turn: Vector<f64>,
+    along: f64,
+    /// kappa.
+    curvature: Vector<f64>,
+}
+
+/// The strains and their slopes, `[strain, slope]`, of a component at a node.
+fn strains<P: Lanes>(
+    sleeve: &Sleeve<P>,
+    turning: &SleeveTurning,
+    q: &[f64],
+    c: usize,
+    node: usize,
+) -> [f64; 2] {
+    let component = sleeve.components[c];
+    let nodes = sleeve.packs * LANES;
+    let mut sums = [0.0; 2];
+    for (degree, q) in q[component.first..][..component.modes].iter().enumerate() {
+        let value = sleeve.basis[degree * sleeve.packs + node / LANES].lane(node % LANES);
+        sums[0] += value * q;
+        sums[1] += turning.basis_slopes[degree * nodes + node] * q;
+    }
+    sums
+}
+
+fn direction<P: Lanes>(sleeve: &Sleeve<P>, thread: &Thread<P>, c: usize, node: usize) -> Vector<f64> {
+    thread.directions[c * sleeve.packs + node / LANES].lane(node % LANES)
+}
+
+/// The axis of a component that is a curvature.
+fn axis(strain: usize) -> Option<Vector<f64>> {
+    (strain < ANGULAR).then(|| Vector::from(std::array::from_fn(|i| if i == strain { 1.0 } else { 0.0 })))
+}
+
+fn node_of<P: Lanes>(
+    sleeve: &Sleeve<P>,
+    turning: &SleeveTurning,
+    thread: &Thread<P>,
+    q: &[f64],
+    node: usize,
+) -> Node {
+    let nodes = sleeve.packs * LANES;
+    let mut u = thread.start[node / LANES].lane(node % LANES);
+    let mut slope = thread.start_slopes[node];
+    let mut curvature = turning.reference[node];
+    for (c, component) in sleeve.components.iter().enumerate() {
+        let [strain, strain_slope] = strains(sleeve, turning, q, c, node);
+        let b = direction(sleeve, thread, c, node);
+        u += b * strain;
+        slope += b * strain_slope + thread.direction_slopes[c * nodes + node] * strain;
+        if let Some(axis) = axis(component.strain) {
+            curvature += axis * strain;
+        }
+    }
+    let inverse = u.dot(u).sqrt().recip();
+    let t = u * inverse;
+    let w = slope + curvature.cross(u);
+    let along = t.dot(w) * inverse;
+    Node { u, inverse, turn: (w - t * t.dot(w)) * inverse, along, curvature }
+}
+
+/// The smallest curvature that counts.
+fn smallest<P: Lanes>(sleeve: &Sleeve<P>) -> f64 {
+    SMALLEST_TURN / sleeve.weights.iter().map(|weight| weight.sum()).sum::<f64>()
+}
+
+/// Finds angles and tensions along a tendon, and the generalised forces of a unit force.
+pub(super) fn measure<P: Lanes>(
+    actuation: &Actuation<P>,
+    state: &mut ActuationState<P>,
+    i: usize,
+    friction: &Friction,
+    q: &[f64],
+) {
+    let n = q.len();
+    let falls = friction.coefficient * state.slidings[i].value;
+    let mut angle = 0.0;
+    state.distributions[i * n..][..n].fill(0.0);
+    for part in &actuation.actuators[i].path {
+        let &Part::Thread { sleeve: s, thread: k } = part else {
+            let &Part::Line(line) = part else { unreachable!("there are two kinds of parts") };
+            (state.lines[line].angle, state.lines[line].ratio) = (angle, (-falls * angle).exp());
+            continue;
+        };
+        let (sleeve, [first, first_slope]) = (&actuation.sleeves[s], actuation.offsets(s, k));
+        let (thread, nodes) = (&sleeve.threads[k], sleeve.packs * LANES);
+        let turning = sleeve.turning.as_ref().expect("threads with friction know how they turn");
+        let smallest = smallest(sleeve);
+        let turn = |node: usize| {
+            let turn = node_of(sleeve, turning, thread, q, node).turn;
+            turn.dot(turn) / (turn.dot(turn) + smallest * smallest).sqrt()
+        };
+        let mut total = 0.0;
+        for (pack, weight) in sleeve.weights.iter().enumerate() {
+            for lane in 0..LANES {
+                let turn = turn(pack * LANES + lane);
+                total += weight.lane(lane) * turn;
+                // Kept where the ratios come to stand.
+                state.ratios[first + pack].set_lane(lane, turn);
+            }
+        }
+        for node in 0..nodes {
+            let row = &turning.up_to[node * nodes..][..nodes];
+            let up_to: f64 = row
+                .iter()
+                .enumerate()
+                .map(|(l, w)| w * state.ratios[first + l / LANES].lane(l % LANES))
+                .sum();
+            state.angles[first + node / LANES].set_lane(node % LANES, angle + up_to);
+        }
+        angle += total;
+        for pack in 0..sleeve.packs {
+            let angles = state.angles[first + pack];
+            let ratios = std::array::from_fn(|lane| (-falls * angles.lane(lane)).exp());
+            state.ratios[first + pack] = P::from_lanes(ratios);
+        }
+        let distribution = &mut state.distributions[i * n..][..n];
+        for (c, component) in sleeve.components.iter().enumerate() {
+            for degree in 0..component.modes {
+                let sum: P = (0..sleeve.packs).fold(P::splat(0.0), |sum, pack| {
+                    let density =
+                        state.slopes[first_slope + c * sleeve.packs + pack] * state.ratios[first + pack];
+                    sleeve.weighted_basis[degree * sleeve.packs + pack].mul_add(density, sum)
+                });
+                distribution[component.first + degree] += sum.sum();
+            }
+        }
+    }
+}
+
+/// Finds, of a unit force, the generalised forces with straight parts and their derivative with respect to the direction of
+/// sliding; and adds `factor` times their derivative with respect to the coordinates as far as it comes from angles.
+pub(super) fn stiffen<P: Lanes>(
+    actuation: &Actuation<P>,
+    state: &ActuationState<P>,
+    memory: &mut ActuationTangent<P>,
+    i: usize,
+    q: &[f64],
+    factor: f64,
+    mut add: impl FnMut(usize, usize, f64),
+) {
+    let n = q.len();
+    let actuator = &actuation.actuators[i];
+    let friction = actuator.friction.as_ref().expect("a tendon with friction");
+    let falls = friction.coefficient * state.slidings[i].value;
+    memory.distribution.copy_from_slice(&state.distributions[i * n..][..n]);
+    memory.of_sliding.fill(0.0);
+    memory.angle_gradient.fill(0.0);
+    for part in &actuator.path {
+        let &Part::Thread { sleeve: s, thread: k } = part else {
+            let &Part::Line(line) = part else { unreachable!("there are two kinds of parts") };
+            let state = &state.lines[line];
+            for &j in &actuator.reaches {
+                let of_unit = state.ratio * state.direction.dot(memory.moved[line * n + j]);
+                memory.distribution[j] += of_unit;
+                memory.of_sliding[j] -= friction.coefficient * state.angle * of_unit;
+                for &k in &actuator.reaches {
+                    add(j, k, -factor * falls * of_unit * memory.angle_gradient[k]);
+                }
+            }
+            continue;
+        };
+        let (sleeve, [first, first_slope]) = (&actuation.sleeves[s], actuation.offsets(s, k));
+        let (thread, nodes) = (&sleeve.threads[k], sleeve.packs * LANES);
+        let turning = sleeve.turning.as_ref().expect("threads with friction know how they turn");
+        turn_changes(sleeve, turning, thread, q, memory);
+        let basis = |degree: usize, node: usize| {
+            sleeve.basis[degree * sleeve.packs + node / LANES].lane(node % LANES)
+        };
+        // What a change of the angle at a node does to the force of a coordinate.
+        let at_node = |c: usize, degree: usize, node: usize| {
+            let pack = node / LANES;
+            let slope = state.slopes[first_slope + c * sleeve.packs + pack];
+            let weighted = sleeve.weighted_basis[degree * sleeve.packs + pack];
+            (weighted * slope * state.ratios[first + pack]).lane(node % LANES)
+        };
+        for (c, component) in sleeve.components.iter().enumerate() {
+            for degree in 0..component.modes {
+                let j = component.first + degree;
+                let mut sum = 0.0;
+                for node in 0..nodes {
+                    let angle = state.angles[first + node / LANES].lane(node % LANES);
+                    memory.of_sliding[j] -= friction.coefficient * angle * at_node(c, degree, node);
+                    sum += at_node(c, degree, node);
+                }
+                // Angles of the parts before.
+                for &k in &actuator.reaches {
+                    add(j, k, -factor * falls * sum * memory.angle_gradient[k]);
+                }
+                // Of this part: what a turn at node l does at all nodes behind it.
+                for l in 0..nodes {
+                    let behind: f64 = (0..nodes)
+                        .map(|node| at_node(c, degree, node) * turning.up_to[node * nodes + l])
+                        .sum();
+                    for (d, other) in sleeve.components.iter().enumerate() {
+                        let (of_strain, of_slope) =
+                            (memory.of_strain[d * nodes + l], memory.of_strain_slope[d * nodes + l]);
+                        for degree in 0..other.modes {
+                            let change = of_strain * basis(degree, l)
+                                + of_slope * turning.basis_slopes[degree * nodes + l];
+                            add(j, other.first + degree, -factor * falls * behind * change);
+                        }
+                    }
+                }
+            }
+        }
+        for (d, other) in sleeve.components.iter().enumerate() {
+            for degree in 0..other.modes {
+                let sum: f64 = (0..nodes)
+                    .map(|l| {
+                        let weight = sleeve.weights[l / LANES].lane(l % LANES);
+                        weight
+                            * (memory.of_strain[d * nodes + l] * basis(degree, l)
+                                + memory.of_strain_slope[d * nodes + l]
+                                    * turning.basis_slopes[degree * nodes + l])
+                    })
+                    .sum();
+                memory.angle_gradient[other.first + degree] += sum;
+            }
+        }
+    }
+}
+
+/// Finds how the turning of a thread changes with the strains at its nodes, and with their slopes.
+fn turn_changes<P: Lanes>(
+    sleeve: &Sleeve<P>,
+    turning: &SleeveTurning,
+    thread: &Thread<P>,
+    q: &[f64],
+    memory: &mut ActuationTangent<P>,
+) {
+    let nodes = sleeve.packs * LANES;
+    let smallest = smallest(sleeve);
+    for node in 0..nodes {
+        let Node { u, inverse, turn, along, curvature } = node_of(sleeve, turning, thread, q, node);
+        let square = turn.dot(turn);
+        let smoothed = square + smallest * smallest;
+        let scale = inverse * (smoothed + smallest * smallest) / (smoothed * smoothed.sqrt());
+        for (c, component) in sleeve.components.iter().enumerate() {
+            let b = direction(sleeve, thread, c, node);
+            let mut change = thread.direction_slopes[c * nodes + node] + curvature.cross(b);
+            if let Some(axis) = axis(component.strain) {
+                change += axis.cross(u);
+            }
+            let of_u = along * turn.dot(b) + square * inverse * u.dot(b);
+            memory.of_strain[c * nodes + node] = scale * (turn.dot(change) - of_u);
+            memory.of_strain_slope[c * nodes + node] = scale * turn.dot(b);
+        }
+    }
+}

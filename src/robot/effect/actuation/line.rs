@@ -1,0 +1,111 @@
+//! Straight parts of tendons: forces between two points along the line that joins them. Their direction changes as the points
+//! move; as long as it does not they are dead loads, which the sweeps know. What the change of direction adds to the tangent
+//! is `F D^T (1 - t t^T) D / l`, with the way D that the second end moves beside the first.
+
+use crate::lie::{Twist, Vector, VectorSpace, Wrench};
+use crate::robot::plan::Plan;
+use crate::robot::plan::actuation::End;
+use crate::robot::state::Workspace;
+use crate::robot::state::actuation::LineState;
+use crate::robot::turning::Turning;
+
+/// Lines that are shorter than this have no direction, and pull nothing: metres.
+const SHORTEST: f64 = 1e-14;
+
+/// Position and velocity of an end, in space and the frame of the plan.
+fn end<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, end: &End<G::Pack>) -> [Vector<f64>; 2] {
+    let frame = plan.frame;
+    let (position, Twist { angular, linear }) = match end {
+        End::Fixed(position) => (*position, work.stations[0].velocity),
+        &End::On { point, beside, .. } => {
+            let state = &work.points[point];
+            let beside = G::rotate(&state.rotation, G::vector_of(frame, beside));
+            (G::in_space(frame, state.position + beside), state.velocity)
+        }
+    };
+    let velocity = G::in_space(frame, linear) + G::axial_in_space(frame, angular).cross(position);
+    [position, velocity]
+}
+
+/// Finds all lines, the motion of all points up to date, and adds them to the lengths of their tendons.
+pub(super) fn measure<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
+    for (i, line) in plan.actuation.lines.iter().enumerate() {
+        let [[from, from_velocity], [to, to_velocity]] = line.ends.each_ref().map(|e| end(plan, work, e));
+        let (way, velocity) = (to - from, to_velocity - from_velocity);
+        let length = way.dot(way).sqrt();
+        let inverse_length = if length > SHORTEST { length.recip() } else { 0.0 };
+        let direction = way * inverse_length;
+        let rate = direction.dot(velocity);
+        let LineState { ratio, angle, .. } = work.actuation.lines[i];
+        work.actuation.lines[i] =
+            LineState { ends: [from, to], direction, inverse_length, velocity, rate, ratio, angle };
+        work.actuation.lengths[line.actuator] += length;
+        work.actuation.rates[line.actuator] += rate;
+    }
+}
+
+/// The force on an end of a line, with its place.
+fn force_on<G: Turning>(
+    plan: &Plan<G>,
+    work: &Workspace<G>,
+    pulled: usize,
+) -> (Wrench<G, f64>, G::Vector<f64>) {
+    let (i, end) = (pulled / 2, pulled % 2);
+    let state = &work.actuation.lines[i];
+    let force = work.actuation.forces[plan.actuation.lines[i].actuator].value * state.ratio;
+    let sign = if end == 0 { 1.0 } else { -1.0 };
+    let force = G::vector_of(plan.frame, state.direction * (sign * force));
+    let position = G::vector_of(plan.frame, state.ends[end]);
+    (Wrench { moment: VectorSpace::zero(), force }, position)
+}
+
+/// Adds the forces of all lines to those that their points need.
+pub(super) fn pull<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
+    for (i, line) in plan.actuation.lines.iter().enumerate() {
+        for (e, end) in line.ends.iter().enumerate() {
+            if let &End::On { point, .. } = end {
+                let (wrench, position) = force_on(plan, work, 2 * i + e);
+                let needed = work.points[point].force - wrench.at(position);
+                work.points[point].force = needed;
+            }
+        }
+    }
+}
+
+/// The dead wrenches of lines at a point, each with its place.
+pub(super) fn dead_at<'a, G: Turning>(
+    plan: &'a Plan<G>,
+    work: &'a Workspace<G>,
+    pulled: &'a [usize],
+) -> impl Iterator<Item = (Wrench<G, f64>, G::Vector<f64>)> + 'a {
+    pulled.iter().map(|&pulled| force_on(plan, work, pulled))
+}
+
+/// How the difference of the ends' positions, and the rate of the length, change with a coordinate that moves an end (sign 1
+/// of the second, -1 of the first), from its twist Psi and `int ad_V S`: with the velocity v of the end,
+/// `dv/dq = [Psi, V] + int ad_V S` at the end, and `V x` its own motion.
+pub(crate) fn changes<G: Turning>(
+    plan: &Plan<G>,
+    work: &Workspace<G>,
+    line: usize,
+    end: usize,
+    [psi, psi_rate]: [Twist<G, f64>; 2],
+) -> (Vector<f64>, f64) {
+    let frame = plan.frame;
+    let state = &work.actuation.lines[line];
+    let &End::On { point, .. } = &plan.actuation.lines[line].ends[end] else {
+        return (Vector::zero(), 0.0);
+    };
+    let position = state.ends[end];
+    let velocity = work.points[point].velocity;
+    let at = |twist: Twist<G, f64>| {
+        G::in_space(frame, twist.linear) + G::axial_in_space(frame, twist.angular).cross(position)
+    };
+    let sign = if end == 0 { -1.0 } else { 1.0 };
+    let moved = at(psi);
+    let change =
+        at(psi.bracket(velocity) + psi_rate) + G::axial_in_space(frame, velocity.angular).cross(moved);
+    let across = moved - state.direction * state.direction.dot(moved);
+    let of_rate = state.velocity.dot(across) * state.inverse_length + state.direction.dot(change);
+    (moved * sign, sign * of_rate)
+}
