@@ -50,6 +50,18 @@ fn tree(links: usize) -> Robot {
     rigid(links, |i| i.checked_sub(1).map(|before| before / 2))
 }
 
+/// A chain that carries one more rigid link welded behind each of its joints: a frame, or a body.
+fn chain_with_welds(links: usize, body: Option<&Body>) -> Robot {
+    let mut robot = chain(links);
+    robot.links.extend((0..links).map(|i| Link {
+        parent: Some(i),
+        position: [0.02, 0.0, 0.03],
+        body: body.cloned(),
+        ..Link::new(format!("welded{i}"))
+    }));
+    robot
+}
+
 /// A palm on a rail and a hinge, five soft fingers of so many modes of bending in each direction.
 fn hand(modes: usize) -> Robot {
     let finger = Segment {
@@ -75,6 +87,8 @@ fn cases() -> Vec<(String, RobotModel)> {
         robots.extend([1, 4, 16, 64, 128].map(|n| (format!("{name}/{n}"), make(n))));
     }
     robots.extend([7, 30, 100].map(|n| (format!("chain/{n}"), chain(n))));
+    robots.push(("chain and frames/30".to_owned(), chain_with_welds(30, None)));
+    robots.push(("chain and bodies/30".to_owned(), chain_with_welds(30, Some(&Body::point(0.02)))));
     robots.push(("hand/62".to_owned(), hand(6)));
     robots.into_iter().map(|(name, robot)| (name, RobotModel::new(&robot).unwrap())).collect()
 }

@@ -3,6 +3,8 @@
 # Names come when they are asked for (PEP 562), so that the command hears Ctrl-C before it imports NumPy.
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from . import sensors as sensors
+    from . import urdf as urdf
     from ._lissom import (
         DOP853,
         RK45,
@@ -152,8 +154,8 @@ if not TYPE_CHECKING:
     def __getattr__(name):
         from importlib import import_module
 
-        if name == "urdf":
-            return import_module("lissom.urdf")
+        if name in ("sensors", "urdf"):
+            return import_module(f"lissom.{name}")
         if name != "_lissom" and name not in __all__:
             raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
         # The second finds NumPy imported by the first: where that is missing or interrupted, Python says so.

@@ -399,6 +399,7 @@ def check_joint(joint: Joint) -> None: ...
 def check_link(link: Link) -> None: ...
 def check_path(object: Along | Via) -> None: ...
 def check_target(target: Target) -> None: ...
+def finite_array(value: Any, name: str) -> NDArray[np.float64]: ...
 def check_jacobian(
     fun: Callable[..., Any],
     jac: Callable[..., Any],
@@ -777,6 +778,16 @@ class Robot(Model):
         self,
         q: ArrayLike,
         qd: ArrayLike,
+        X: float | None = None,
+        *,
+        link: str | None = None,
+        t: ArrayLike | None = None,
+    ) -> NDArray[np.float64]: ...
+    def acceleration(
+        self,
+        q: ArrayLike,
+        qd: ArrayLike,
+        qdd: ArrayLike,
         X: float | None = None,
         *,
         link: str | None = None,

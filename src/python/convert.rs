@@ -1,13 +1,15 @@
 //! Arrays in and out, with messages that name the argument.
 
-use numpy::{PyArray2, PyArrayDyn, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods, ToPyArray};
+use numpy::{
+    IntoPyArray, PyArray2, PyArrayDyn, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods, ToPyArray,
+};
 use pyo3::exceptions::{PyOverflowError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyBool, PyBytes, PyDict, PyFloat, PyInt, PyList, PyString, PyTuple, PyType};
 
 use super::callback::Nested;
-use crate::error::{Checker, InvalidInput};
+use crate::error::{Checker, InvalidInput, Number};
 use crate::lie::Rotation;
 use crate::linalg::Matrix;
 use crate::robot::Pose;
@@ -291,6 +293,31 @@ pub(crate) fn finite_rows_of(
         }
         _ => Err(PyTypeError::new_err(format!("{name}: expected {EXPECTED}, got {}", describe(value)))),
     }
+}
+
+/// An array of finite numbers, of any shape: for what modules of the package that are written in Python are given.
+#[pyfunction]
+pub(crate) fn finite_array<'py>(
+    value: &Bound<'py, PyAny>,
+    name: &str,
+) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    let Numbers { values, shape } = match value.cast::<PyFloat>() {
+        Ok(number) => Numbers { values: vec![number.value()], shape: Vec::new() },
+        Err(_) => numbers(value, name, "real numbers")?,
+    };
+    if let Some(index) = values.iter().position(|x| !x.is_finite()) {
+        let mut place = Vec::new();
+        let mut rest = index;
+        for &size in shape.iter().rev() {
+            place.push((rest % size).to_string());
+            rest /= size;
+        }
+        place.reverse();
+        let place = if place.is_empty() { String::new() } else { format!("[{}]", place.join(", ")) };
+        let found = Number(values[index]);
+        return Err(PyValueError::new_err(format!("{name}{place}: got {found}, expected a finite number")));
+    }
+    values.into_pyarray(value.py()).reshape(shape)
 }
 
 const MATRIX: &str = "a two-dimensional array of real numbers";

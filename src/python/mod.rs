@@ -53,6 +53,8 @@ mod _lissom {
     #[pymodule_export]
     use super::base::PyBaseMotion;
     #[pymodule_export]
+    use super::convert::finite_array;
+    #[pymodule_export]
     use super::errors::{AccuracyWarning, ConvergenceError, LissomError};
     #[pymodule_export]
     use super::fluid::PyFluid;

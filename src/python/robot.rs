@@ -98,12 +98,19 @@ pub(crate) struct PyRobot {
 struct At<'a, 'py> {
     t: Option<&'a Bound<'py, PyAny>>,
     u: Option<&'a Bound<'py, PyAny>>,
+    /// Whether forces are asked for, so that it matters which loads act then.
+    is_of_forces: bool,
 }
 
 impl<'a, 'py> At<'a, 'py> {
     /// Where no forces are asked for.
     fn time(t: Option<&'a Bound<'py, PyAny>>) -> Self {
-        Self { t, u: None }
+        Self { t, u: None, is_of_forces: false }
+    }
+
+    /// Where forces are asked for.
+    fn forces(t: Option<&'a Bound<'py, PyAny>>, u: Option<&'a Bound<'py, PyAny>>) -> Self {
+        Self { t, u, is_of_forces: true }
     }
 }
 
@@ -207,8 +214,7 @@ impl PyRobot {
         self.kinematics.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// What `of` says of every state of `model`, in an array of this shape for each. Where accelerations are among the
-    /// states it is about forces, and loads that vary matter.
+    /// What `of` says of every state of `model`, in an array of this shape for each.
     fn of_states<'py>(
         &self,
         mut model: RobotModel,
@@ -218,9 +224,8 @@ impl PyRobot {
         shape: &[usize],
         mut of: impl FnMut(&mut RobotModel, [&[f64]; 3]) -> Vec<f64>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let At { t, u } = at;
+        let At { t, u, is_of_forces } = at;
         let robot = &self.description;
-        let is_of_forces = states[2].is_some();
         let depends_on_time = if is_of_forces { robot.depends_on_time() } else { robot.is_moved() };
         let takes_time = is_of_forces || robot.is_prescribed();
         let n = self.description.coordinates();
@@ -621,9 +626,8 @@ impl PyRobot {
         let i = actuator_index(&self.description, name)?;
         let sign = if self.description.actuators[i].pulls() { 1.0 } else { -1.0 };
         let mut gradient = vec![0.0; self.description.coordinates()];
-        // Forces depend on time where commands do: states with accelerations, of which none are asked for here.
-        let states = [Some((q, "q")), Some((qd, "qd")), Some((qd, "qd"))];
-        self.of_states(self.model(), states, At { t, u }, "actuator_force", &[], |model, [q, qd, _]| {
+        let states = [Some((q, "q")), Some((qd, "qd")), None];
+        self.of_states(self.model(), states, At::forces(t, u), "actuator_force", &[], |model, [q, qd, _]| {
             vec![sign * model.actuator(q, qd, i, &mut gradient)[2]]
         })
     }
@@ -826,6 +830,65 @@ impl PyRobot {
         )
     }
 
+    /// Acceleration of a section or body.
+    ///
+    /// The derivative of `velocity` in time. What falls freely has that of gravity; `lissom.sensors.Accelerometer` tells what an
+    /// instrument there feels.
+    ///
+    /// Parameters
+    /// ----------
+    /// q, qd, qdd : array_like, shape (n,) or (k, n)
+    ///     Coordinates, velocities and accelerations, or those of k states.
+    /// X : float, optional
+    ///     Arc length of the link's unstretched rod from its base, metres; by default its tip.
+    /// link : str, optional
+    ///     Which link; may be left out where there is one.
+    /// t : float or array_like, shape (k,), optional
+    ///     The time of the state, or those of k states, seconds; needed where the base moves.
+    ///
+    /// Returns
+    /// -------
+    /// acceleration : ndarray, shape (6,) or (k, 6)
+    ///     Angular acceleration of the section at X, rad/s^2, and acceleration of its centre, m/s^2, in world axes, with those of the
+    ///     base.
+    ///
+    /// Notes
+    /// -----
+    /// Exact, as `velocity` is: it costs an inverse dynamics. From the body's spatial acceleration (a; w') about the origin, at
+    /// its point p: ``a + w' x p + w x (v + w x p)`` (Featherstone 2008, section 2.11).
+    ///
+    /// Examples
+    /// --------
+    /// >>> import lissom
+    /// >>> hinge = lissom.Revolute((0, 1, 0))
+    /// >>> bob = lissom.Link("bob", parent="arm", position=(0.5, 0, 0), body=lissom.Body(0.1))
+    /// >>> robot = lissom.Robot([lissom.Link("arm", joint=hinge), bob])
+    /// >>> robot.acceleration([0.0], [3.0], [0.0], link="bob")[3:]
+    /// array([-4.5,  0. ,  0. ])
+    #[pyo3(signature = (q, qd, qdd, X=None, *, link=None, t=None))]
+    #[allow(non_snake_case, reason = "X is the arc length of the unstretched rod everywhere in this field")]
+    fn acceleration<'py>(
+        &self,
+        q: &Bound<'py, PyAny>,
+        qd: &Bound<'py, PyAny>,
+        qdd: &Bound<'py, PyAny>,
+        #[pyo3(from_py_with = convert::optional_number)] X: Option<f64>,
+        link: Option<&str>,
+        t: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let link = index_of(&self.description, link, "link")?;
+        self.check_place(link, X)?;
+        let place = self.kinematics.lock().unwrap_or_else(PoisonError::into_inner).place_on(link, X);
+        self.of_states(
+            self.model(),
+            [Some((q, "q")), Some((qd, "qd")), Some((qdd, "qdd"))],
+            At::time(t),
+            "acceleration",
+            &[6],
+            |model, [q, qd, qdd]| flat(model.acceleration_at(q, qd, qdd, &place)),
+        )
+    }
+
     /// Centre of mass of all rods and bodies.
     ///
     /// Parameters
@@ -921,9 +984,14 @@ impl PyRobot {
     ) -> PyResult<Bound<'py, PyAny>> {
         let link = index_of(&self.description, link, "link")?;
         let states = [Some((q, "q")), Some((qd, "qd")), Some((qdd, "qdd"))];
-        self.of_states(self.spatial()?, states, At { t, u }, "joint_wrench", &[6], |model, [q, qd, qdd]| {
-            flat(model.joint_wrench(q, qd, qdd, link))
-        })
+        self.of_states(
+            self.spatial()?,
+            states,
+            At::forces(t, u),
+            "joint_wrench",
+            &[6],
+            |model, [q, qd, qdd]| flat(model.joint_wrench(q, qd, qdd, link)),
+        )
     }
 
     /// Strains of sections of a rod.
@@ -1039,7 +1107,7 @@ impl PyRobot {
         let model = self.spatial()?;
         let (sections, shape) = self.sections(&model, X, link)?;
         let states = [Some((q, "q")), Some((qd, "qd")), Some((qdd, "qdd"))];
-        self.of_states(model, states, At { t, u }, "internal_wrench", &shape, |model, [q, qd, qdd]| {
+        self.of_states(model, states, At::forces(t, u), "internal_wrench", &shape, |model, [q, qd, qdd]| {
             let wrench = |section: &Place| match is_balanced {
                 true => model.internal_wrench_at(q, qd, qdd, section),
                 false => model.material_wrench_at(q, qd, section),
@@ -1178,9 +1246,14 @@ impl PyRobot {
         u: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let states = [Some((q, "q")), Some((qd, "qd")), Some((qdd, "qdd"))];
-        self.of_states(self.spatial()?, states, At { t, u }, "base_wrench", &[6], |model, [q, qd, qdd]| {
-            flat(model.base_wrench(q, qd, qdd))
-        })
+        self.of_states(
+            self.spatial()?,
+            states,
+            At::forces(t, u),
+            "base_wrench",
+            &[6],
+            |model, [q, qd, qdd]| flat(model.base_wrench(q, qd, qdd)),
+        )
     }
 
     fn __repr__(&self) -> String {

@@ -465,6 +465,13 @@ impl RobotModel {
         coordinates.all([q, qd], |[q, qd]| on_sweeps!(sweeps, sweeps => sweeps.velocity(q, qd, place)))
     }
 
+    /// Angular acceleration of the section at a place and acceleration of its point, in world axes, that of a base that moves
+    /// included and gravity not: what falls freely has that of gravity. The derivative of [`Self::velocity_at`] in time.
+    pub fn acceleration_at(&mut self, q: &[f64], qd: &[f64], qdd: &[f64], place: &Place) -> [Vector<f64>; 2] {
+        let Self { sweeps, coordinates, .. } = self;
+        coordinates.all([q, qd, qdd], |state| on_sweeps!(sweeps, sweeps => sweeps.acceleration(state, place)))
+    }
+
     /// The Jacobian of the pose at a place, 6 x n: angular velocity and velocity of its point, in world axes, for
     /// unit rates of the coordinates; `Psi = int S`, moved from the base to the point. Its transpose takes a moment
     /// and a force that act there to generalised forces. What a moving base contributes has nothing to do with the

@@ -10,7 +10,8 @@ use super::effect::support::Held;
 use super::kernel::kinematics::Pose;
 use super::kernel::momentum::Momentum;
 use super::kernel::{
-    elasticity, energy, inputs, inverse_dynamics, kinematics, lines, momentum, section, tangent, time,
+    acceleration, elasticity, energy, inputs, inverse_dynamics, kinematics, lines, momentum, section,
+    tangent, time,
 };
 use super::plan::Plan;
 use super::plan::point::Place;
@@ -107,7 +108,7 @@ impl<G: Turning> Sweeps<G> {
         work.inputs.clone_from(&from.inputs);
         work.actuation.commands.clone_from(&from.actuation.commands);
         work.anchors.clone_from(&from.anchors);
-        work.kinematics_of.clear();
+        work.forget();
     }
 
     /// Those for another robot in the same frame.
@@ -228,6 +229,12 @@ impl<G: Turning> Sweeps<G> {
     pub(crate) fn velocity(&mut self, q: &[f64], qd: &[f64], place: &Place) -> [Vector<f64>; 2] {
         self.update_velocities(q, qd);
         kinematics::velocity(&self.plan, &self.work, place)
+    }
+
+    /// Angular acceleration of a place and acceleration of its point, in world axes.
+    pub(crate) fn acceleration(&mut self, state: [&[f64]; 3], place: &Place) -> [Vector<f64>; 2] {
+        self.update_motion(state);
+        acceleration::acceleration(&self.plan, &self.work, place)
     }
 
     pub(crate) fn inverse_dynamics(&mut self, state: [&[f64]; 3], tau: &mut [f64]) {

@@ -7,11 +7,15 @@ from pathlib import Path
 import pytest
 
 import lissom
+from lissom import sensors
 
 ROOT = Path(__file__).parents[2]
 PAGES = sorted(ROOT.glob("docs/*.md"))
 PAGES_WITH_EXAMPLES = [page for page in PAGES if ">>>" in page.read_text()]
-DOCUMENTED = [name for name in lissom.__all__ if ">>>" in (getattr(lissom, name).__doc__ or "")]
+PUBLIC = {name: getattr(lissom, name) for name in lissom.__all__} | {
+    f"sensors.{name}": getattr(sensors, name) for name in sensors.__all__
+}
+DOCUMENTED = [name for name, value in PUBLIC.items() if ">>>" in (value.__doc__ or "")]
 
 
 @pytest.mark.parametrize("page", PAGES_WITH_EXAMPLES, ids=lambda page: page.name)
@@ -21,13 +25,13 @@ def test_examples_of_a_page(page):
 
 @pytest.mark.parametrize("name", DOCUMENTED)
 def test_examples_of_a_docstring(name):
-    example = doctest.DocTestParser().get_doctest(getattr(lissom, name).__doc__, {}, name, None, None)
+    example = doctest.DocTestParser().get_doctest(PUBLIC[name].__doc__, {}, name, None, None)
     assert doctest.DocTestRunner().run(example).failed == 0
 
 
 def test_there_are_examples():
     assert {"ode.md", "rod.md", "roots.md"} <= {page.name for page in PAGES_WITH_EXAMPLES}
-    assert {"root", "solve_ivp"} <= set(DOCUMENTED)
+    assert {"root", "solve_ivp", "sensors.Imu"} <= set(DOCUMENTED)
 
 
 @pytest.mark.parametrize(

@@ -49,6 +49,27 @@ def state(n, seed=1, size=0.4):
     return size * np.random.default_rng(seed).standard_normal((3, n))
 
 
+def test_accelerations_know_what_is_driven():
+    """The derivative of the velocity in time, of links with driven and with free joints."""
+    links = [
+        Link("driven", body=BALL, joint=Revolute((0, 0, 1), motion=SWAY)),
+        Link("free", parent="driven", position=(0.2, 0, 0), rod=[SOFT], joint=Revolute((0, 1, 0))),
+        Link("mimic", parent="free", body=BALL, joint=Revolute((1, 0, 0), mimic=Mimic("free"))),
+    ]
+    moved = BaseMotion(translation=Harmonic((0.1, 0, 0.2), 1.1), axis=(1, 0, 0), angle=Harmonic(0.3, 0.9))
+    robot = Robot(links, base_motion=moved)
+    q, v, a = state(robot.n)
+    now, step = 0.4, 1e-4
+    for link in robot.links:
+
+        def velocity(t, link=link.name):
+            return robot.velocity(q + v * t + a * t**2 / 2, v + a * t, link=link, t=now + t)
+
+        near, far = (velocity(h) - velocity(-h) for h in (step, 2 * step))
+        found = robot.acceleration(q, v, a, link=link.name, t=now)
+        assert_close(found, (8 * near - far) / (12 * step), 1e-9)
+
+
 def derivatives(robot, q, v, a, **at):
     """Tangents by central differences."""
     step, found = 1e-6, []

@@ -101,6 +101,36 @@ def test_velocities_are_the_jacobian_times_the_rates(description, seed):
         assert_allclose(both[1], jacobian, rtol=0, atol=0)
 
 
+@few
+@given(robots(), seeds)
+def test_accelerations_are_the_derivatives_of_velocities(description, seed):
+    reference, robot = build(description), build(description, lissom)
+    q, v, a = random_states(reference, seed)
+    step = 1e-4
+    for link in robot.links:
+        X = None if link.rod is None else 0.4 * sum(segment.length for segment in link.rod)
+
+        def velocity(t, at=(X, link.name)):
+            return robot.velocity(q + v * t + a * t**2 / 2, v + a * t, at[0], link=at[1])
+
+        # Of the fourth order.
+        difference = (8 * (velocity(step) - velocity(-step)) - (velocity(2 * step) - velocity(-2 * step))) / (
+            12 * step
+        )
+        found = robot.acceleration(q, v, a, X, link=link.name)
+        assert_close(found, difference, 1e-8)
+        assert_allclose(
+            robot.acceleration([q, q], [v, v], [a, a], X, link=link.name), [found, found], rtol=0, atol=0
+        )
+
+
+def test_accelerations_know_nothing_of_loads_and_need_no_time_for_them():
+    load = lissom.Load(force=lissom.Harmonic((0, 0, 1), 2.0), link="tool")
+    robots = [base_and_tool(), base_and_tool(loads=[load])]
+    found = [robot.acceleration([], [], [], link="tool") for robot in robots]
+    assert_allclose(found, 0, rtol=0, atol=0)
+
+
 def test_rigid_body_motions_have_no_frequency():
     rod = lissom.Segment(1.0, 5e-3, 1e7, poisson_ratio=0.5, density=1000, modes={"bend_y": 4, "bend_z": 4})
     beam = lissom.Robot([lissom.Link("beam", rod=[rod], joint=lissom.Free())], gravity=(0, 0, 0))
@@ -111,6 +141,40 @@ def test_rigid_body_motions_have_no_frequency():
     # Of a free beam, 22.37 sqrt(EI / (rho A L^4)).
     assert_allclose(found.frequency[6], 22.373 * 0.25 / (2 * np.pi), rtol=0.01)
     assert found.stability == "neutral"
+
+
+def base_and_tool(**options):
+    """Two rigid links and no coordinate."""
+    half_turn = (0, 0, 1, 0)
+    tool = lissom.Link("tool", parent="base", position=(0.1, 0, 0), orientation=half_turn, body=HEAVY_TOOL)
+    return lissom.Robot([lissom.Link("base", body=lissom.Body(1.0)), tool], **options)
+
+
+#: Its centre of mass is beside its base.
+HEAVY_TOOL = lissom.Body(0.5, centre=(0.2, 0, 0))
+
+
+def test_a_joint_without_coordinates_carries_the_weight_behind_it():
+    """About the joint, the centre lies 0.2 m backwards."""
+    found = base_and_tool().joint_wrench([], [], [], link="tool")
+    weight = 0.5 * 9.81
+    assert_allclose(found, [0, 0.2 * weight, 0, 0, 0, weight], rtol=1e-14, atol=1e-14)
+
+
+def test_a_joint_without_coordinates_on_a_base_that_turns_and_rises():
+    """The centre of mass runs on a circle of 0.1 m about the z axis, behind the joint."""
+    angle, rise = lissom.Harmonic(0.8, 0.5), lissom.Harmonic((0, 0, 0.3), 1.5)
+    robot = base_and_tool(base_motion=lissom.BaseMotion(translation=rise, axis=(0, 0, 1), angle=angle))
+    for t in (0.0, 0.13, 0.4, 0.13):
+        turned, rate = (0.8 * f for f in (np.sin(np.pi * t), np.pi * np.cos(np.pi * t)))
+        growth = -(np.pi**2) * turned
+        raised = -0.3 * (3 * np.pi) ** 2 * np.sin(3 * np.pi * t)
+        along = np.array([np.cos(turned), np.sin(turned), 0])
+        across = np.array([-np.sin(turned), np.cos(turned), 0])
+        force = 0.5 * (-0.1 * (growth * across - rate**2 * along) + np.array([0, 0, 9.81 + raised]))
+        moment = np.cross(-0.2 * along, force)
+        found = robot.joint_wrench([], [], [], link="tool", t=t)
+        assert_allclose(found, [*moment, *force], rtol=1e-13, atol=1e-13)
 
 
 def welded(kept_apart):

@@ -175,7 +175,8 @@ def test_results_keep_files_in_any_encoding_and_links_with_any_name(folder):
     (folder / "arm.toml").write_text(scene, encoding="utf-8")
     done = run("run", "arm.toml", "-o", "results", "--no-report", cwd=folder)
     assert done.returncode == 0, done.stderr
-    xarray = pytest.importorskip("xarray")
+    import xarray
+
     with xarray.open_dataset(folder / "results" / "trajectory.nc", engine="h5netcdf") as data:
         imports = json.loads(data.attrs["imports"])
     assert imports["arm.urdf"].encode(errors="surrogateescape") == text.encode("latin-1")

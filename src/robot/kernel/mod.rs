@@ -1,5 +1,6 @@
 //! The recursions along a rod.
 
+pub(crate) mod acceleration;
 pub(crate) mod elasticity;
 pub(crate) mod energy;
 pub(crate) mod hinge;

@@ -139,11 +139,21 @@ impl<G: Space> Workspace<G> {
             time: f64::NAN,
             surroundings,
             anchors,
-            // NaN equals nothing, and nor does an entry too many where there are no coordinates: these are computed
-            // first.
-            kinematics_of: vec![f64::NAN; plan.n + 1],
+            kinematics_of: unknown(plan.n),
             motion_of: vec![f64::NAN; 3 * plan.n],
             motion_is_known: false,
         }
     }
+
+    /// Nothing is known any more of where the nodes are, and of their motion.
+    pub(crate) fn forget(&mut self) {
+        let n = self.motion_of.len() / 3;
+        self.kinematics_of = unknown(n);
+        self.motion_is_known = false;
+    }
+}
+
+/// Coordinates of no state. NaN equals nothing, and nor does an entry too many where there are no coordinates.
+fn unknown(n: usize) -> Vec<f64> {
+    vec![f64::NAN; n + 1]
 }

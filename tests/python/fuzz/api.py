@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 
 import lissom
+import lissom.sensors
 from fuzz import judge
 from fuzz import values as v
 from fuzz.recipes import CALLABLES, CHOICES, EDGE, NO_NUMBER, OPAQUE, RECIPES, WISHES
@@ -52,6 +53,9 @@ def _parameters(node: ast.FunctionDef) -> dict[str, str]:
     }
 
 
+#: Modules of the package whose public names are tried, too.
+MODULES = ("sensors",)
+
 #: Of a class in the stubs: what is called by another name, or by `protocol`.
 _SPECIAL = {"__new__": "", "__call__": ".__call__"}
 
@@ -77,11 +81,20 @@ def discover() -> dict[str, Function]:
                     add(node.name + _SPECIAL[item.name], _parameters(item))
                 elif not item.name.startswith("_"):
                     add(f"{node.name}.{item.name}", _parameters(item))
+
+    def add_python(name, value):
+        parameters = inspect.signature(value).parameters
+        add(name, {key: str(p.annotation) for key, p in parameters.items() if key != "self"})
+
     for name in lissom.__all__:
         value = getattr(lissom, name)
         if name not in functions and callable(value):
-            signature = inspect.signature(value)
-            add(name, {key: str(p.annotation) for key, p in signature.parameters.items()})
+            add_python(name, value)
+    for module in MODULES:
+        for name in getattr(lissom, module).__all__:
+            add_python(f"{module}.{name}", getattr(getattr(lissom, module), name))
+    for name in ("measure", "read", "observe", "record", "reset", "copy"):
+        add_python(f"sensors.Sensor.{name}", getattr(lissom.sensors.Sensor, name))
     return functions
 
 

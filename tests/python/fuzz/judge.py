@@ -113,7 +113,7 @@ def public(value) -> list[str]:
     if not type(value).__module__.startswith("lissom"):
         return []
     if is_dataclass(value):
-        return [field.name for field in fields(value)]
+        return [field.name for field in fields(value) if not field.name.startswith("_")]
     return [
         name
         for name in dir(type(value))

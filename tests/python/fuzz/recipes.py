@@ -39,6 +39,20 @@ _FORCES = {
     "armature": "0.01",
 }
 
+_DEVICE = {
+    "name": "'s'",
+    "noise": "0.1",
+    "bias": "0.2",
+    "rate": "100.0",
+    "delay": "0.01",
+    "seed": "3",
+}
+_PLACE = {"robot": "v.moving()", "link": "'rod'", "at": "0.1"} | _DEVICE
+_POINT = _PLACE | {"point": _a(0.0, 0.01, 0.0)}
+_MOUNT = _POINT | {"orientation": _a(0.6, 0.0, 0.8, 0.0)}
+_SENSOR = "lissom.sensors.Imu(v.moving(), at=0.1, noise=0.1, delay=0.01)"
+_READING = {"t": "0.1", "q": _a(0.1, 0.2), "v": _a(0.3, -0.1), "a": _a(-0.2, 0.5)}
+
 #: Arguments with which a callable works. A list has alternatives. Methods have an object, `self`.
 #: A new callable without an entry here fails a test.
 RECIPES: dict[str, dict | list[dict]] = {
@@ -126,6 +140,10 @@ RECIPES: dict[str, dict | list[dict]] = {
     "Robot.velocity": [
         {"self": "v.moving()", "q": _a(0.1, 0.2), "qd": _a(0.1, 0.2), "X": "0.1", "t": "0.1"},
         {"self": "v.robot()", "q": _a(0.1, 0.2), "qd": _a(0.1, 0.2), "link": "'a'"},
+    ],
+    "Robot.acceleration": [
+        {"self": "v.moving()", "X": "0.1"} | _STATE,
+        {"self": "v.robot()", "link": "'a'"} | _STATE,
     ],
     "Robot.centre_of_mass": {"self": "v.robot()", "q": _a(0.1, 0.2), "t": "0.1"},
     "Robot.momentum": {"self": "v.robot()", "q": _a(0.1, 0.2), "qd": _a(0.1, 0.2), "t": "0.1"},
@@ -380,6 +398,28 @@ RECIPES: dict[str, dict | list[dict]] = {
         {"model": _MODEL, "load_steps": _a(0.2, 0.5, 1.0), "method": "'load_path'"},
         {"model": _MODEL, "q0": _a(0.0, 0.0), "method": "'descent'"},
     ],
+    "sensors.Sensor": {},
+    **{
+        f"sensors.{name}": _MOUNT
+        for name in ("PoseTracker", "Velocimeter", "Gyroscope", "Accelerometer", "Imu")
+    },
+    "sensors.Marker": _POINT,
+    "sensors.ActuatorLength": {"robot": "v.pulled()", "actuator": "'pull'"} | _DEVICE,
+    "sensors.ActuatorForce": {"robot": "v.pulled()", "actuator": "'pull'"} | _DEVICE,
+    "sensors.Encoder": {"robot": "v.robot()", "joint": "'a'"} | _DEVICE,
+    "sensors.Tachometer": {"robot": "v.robot()", "joint": "'b.angle'"} | _DEVICE,
+    "sensors.CurvatureSensor": _PLACE | {"at": _a(0.0, 0.1)},
+    "sensors.StrainGauge": _PLACE | {"offset": _a(0.0, 0.001)},
+    "sensors.ForceTorque": _PLACE,
+    "sensors.Sensor.measure": [
+        {"self": _SENSOR} | _READING,
+        {"self": "lissom.sensors.ActuatorForce(v.pulled())", "u": _a(2.0)} | _READING,
+    ],
+    "sensors.Sensor.read": {"self": _SENSOR} | _READING,
+    "sensors.Sensor.observe": {"self": _SENSOR, "simulation": "v.state()"},
+    "sensors.Sensor.record": {"self": _SENSOR, "result": "lissom.simulate(v.moving(), 0.01)"},
+    "sensors.Sensor.reset": {"self": _SENSOR, "seed": "1"},
+    "sensors.Sensor.copy": {"self": _SENSOR},
 }
 #: Classes that only functions make, and exceptions: calling them must raise, or make an exception.
 _UNMADE = """

@@ -8,6 +8,7 @@ import gc
 import pathlib
 import pickle
 import tempfile
+import types
 
 import numpy as np
 
@@ -63,6 +64,18 @@ def link(name, **changes):
 def robot():
     """Two coordinates of joints."""
     return lissom.Robot([link("a"), link("b", parent="a", position=(0.1, 0, 0))])
+
+
+def pulled():
+    """Two coordinates, and a tendon that is told how much to pull."""
+    pull = lissom.Tendon("pull", [lissom.Along(offset=(0, 0.005))], tension=lissom.Input("tension", 1.0))
+    return rod(actuators=[pull])
+
+
+def state():
+    """That of `moving`, as a simulation has it."""
+    zero = np.zeros(2)
+    return types.SimpleNamespace(t=0.1, q=zero + 0.1, v=zero, a=zero, u=np.empty(0))
 
 
 def urdf():

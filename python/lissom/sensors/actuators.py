@@ -1,0 +1,131 @@
+"""Instruments of actuators: lengths and tensions of tendons, volumes, pressures, torques."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from reprlib import repr
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lissom.actuators import Motor
+
+from .joints import indices, unit
+from .places import known
+from .sensor import Sensor
+from .states import States
+
+Array = NDArray[np.float64]
+
+#: Units of lengths and forces of actuators, by kind.
+UNITS = {"Tendon": ("m", "N"), "Chamber": ("m^3", "Pa"), "ActiveStrain": ("J", "1")}
+
+#: Those of motors, by the units of their coordinates.
+UNITS_OF_MOTORS = {"rad": ("rad", "N m"), "m": ("m", "N")}
+
+
+@dataclass(frozen=True, eq=False)
+class OfActuator(Sensor):
+    """An instrument of an actuator."""
+
+    actuator: str | None = None
+    _units: tuple[str, str] = field(init=False, repr=False)
+
+    def _check(self) -> None:
+        given: tuple[Any, ...] = self.robot.actuators
+        actuators = {str(each.name): each for each in given}
+        name = self.actuator
+        if name is None and len(actuators) == 1:
+            (name,) = actuators
+        if name not in actuators:
+            names = ", ".join(map(repr, actuators)) or "none in this robot"
+            raise ValueError(f"actuator: got {repr(name)}, expected one of the actuators: {names}")
+        self._set("actuator", name)
+        found = actuators[name]
+        if isinstance(found, Motor):
+            (moved,) = indices(self.robot, found.joint)
+            self._set("_units", UNITS_OF_MOTORS[unit(self.robot.coordinates[moved])])
+        else:
+            self._set("_units", UNITS[type(found).__name__])
+
+    def _place(self) -> str:
+        return str(self.actuator)
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Names of what is measured."""
+        return (self.name,)
+
+
+@dataclass(frozen=True, eq=False)
+class ActuatorLength(OfActuator):
+    """The length of an actuator: of a tendon, by an encoder of its winch; the volume of a chamber.
+
+    Metres, cubic metres; of a motor its coordinate, radians or metres.
+
+    Parameters
+    ----------
+    robot : Robot
+        Where it sits.
+    actuator : str, optional
+        Its name; may be left out where there is one.
+    name, noise, bias, rate, delay, seed
+        Those of every `Sensor`.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If an argument makes no sense.
+
+    See Also
+    --------
+    Robot.actuator_length : what it measures.
+    """
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Their units."""
+        return self._units[:1]
+
+    def _ideal(self, given: States) -> Array:
+        lengths: Array = self.robot.actuator_length(str(self.actuator), given.q, t=given.t)
+        return lengths[:, None]
+
+
+@dataclass(frozen=True, eq=False)
+class ActuatorForce(OfActuator):
+    """The force of an actuator: the tension of a tendon, as a load cell shows it; pressure; torque.
+
+    Newtons, pascals, newton metres; of an active strain its amount.
+
+    Parameters
+    ----------
+    robot : Robot
+        Where it sits.
+    actuator : str, optional
+        Its name; may be left out where there is one.
+    name, noise, bias, rate, delay, seed
+        Those of every `Sensor`.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If an argument makes no sense.
+
+    See Also
+    --------
+    Robot.actuator_force : what it measures.
+    """
+
+    NEEDS: ClassVar[str] = "v"
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Their units."""
+        return self._units[1:]
+
+    def _ideal(self, given: States) -> Array:
+        state = (given.q, known(given.v))
+        forces: Array = self.robot.actuator_force(str(self.actuator), *state, t=given.t, **given.inputs)
+        return forces[:, None]

@@ -1,0 +1,324 @@
+"""Instruments of motion at a place: markers, trackers, velocimeters, gyroscopes, accelerometers, IMUs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .places import Mounted, Placed
+from .states import States
+from .turning import cross, exponentials, products, quaternions_of, turned, upright
+
+Array = NDArray[np.float64]
+
+
+def _axes(name: str, *what: str) -> tuple[str, ...]:
+    return tuple(f"{name}.{each}{axis}" for each in what for axis in "xyz")
+
+
+@dataclass(frozen=True, eq=False)
+class Marker(Placed):
+    """A marker of motion capture: x, y and z of its point in the world, metres.
+
+    Parameters
+    ----------
+    robot : Robot
+        Where it sits.
+    link : str, optional
+        Which link; may be left out where there is one.
+    at : float, optional
+        Arc length of the link's unstretched rod, 0 <= at <= length, metres; by default its tip. None for a
+        rigid link.
+    point : array_like, shape (3,)
+        Where it is beside the origin of the section or body, in the axes there, metres.
+    name, noise, bias, rate, delay, seed
+        Those of every `Sensor`.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If an argument makes no sense.
+    """
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Names of what is measured."""
+        return _axes(self.name, "")
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Their units."""
+        return ("m",) * 3
+
+    def _ideal(self, given: States) -> Array:
+        rotations, positions = self._poses(given)
+        return positions if self._lever is None else positions + turned(rotations, self._lever)
+
+
+@dataclass(frozen=True, eq=False)
+class PoseTracker(Mounted):
+    """A tracker, optical or electromagnetic: its position, metres, and orientation in the world.
+
+    The orientation is a quaternion (w, x, y, z), of the two of each orientation the one with w >= 0. Noise
+    and bias have six numbers: of the position, along the axes of the world, metres, and of the orientation,
+    a rotation vector in the axes of the tracker, radians.
+
+    Parameters
+    ----------
+    robot : Robot
+        Where it sits.
+    link : str, optional
+        Which link; may be left out where there is one.
+    at : float, optional
+        Arc length of the link's unstretched rod, 0 <= at <= length, metres; by default its tip. None for a
+        rigid link.
+    point : array_like, shape (3,)
+        Where it is beside the origin of the section or body, in the axes there, metres.
+    orientation : array_like, shape (4,)
+        Quaternion (w, x, y, z) of its own axes in those of the section or body.
+    name, noise, bias, rate, delay, seed
+        Those of every `Sensor`.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If an argument makes no sense.
+    """
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Names of what is measured."""
+        return (*_axes(self.name, ""), *(f"{self.name}.q{part}" for part in "wxyz"))
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Their units."""
+        return ("m",) * 3 + ("1",) * 4
+
+    def _ideal(self, given: States) -> Array:
+        rotations, positions = self._poses(given)
+        if self._lever is not None:
+            positions = positions + turned(rotations, self._lever)
+        quaternions = quaternions_of(rotations)
+        if self._axes is not None:
+            quaternions = upright(products(quaternions, np.array([self.orientation])))
+        return np.concatenate([positions, quaternions], axis=1)
+
+    def _errors(self) -> int:
+        return 6
+
+    def _with_errors(self, ideal: Array, errors: Array) -> Array:
+        turns = upright(products(ideal[:, 3:], exponentials(errors[:, 3:])))
+        return np.concatenate([ideal[:, :3] + errors[:, :3], turns], axis=1)
+
+
+@dataclass(frozen=True, eq=False)
+class Velocimeter(Mounted):
+    """A velocimeter: the velocity of its point over the ground in its own axes, metres per second.
+
+    Parameters
+    ----------
+    robot : Robot
+        Where it sits.
+    link : str, optional
+        Which link; may be left out where there is one.
+    at : float, optional
+        Arc length of the link's unstretched rod, 0 <= at <= length, metres; by default its tip. None for a
+        rigid link.
+    point : array_like, shape (3,)
+        Where it is beside the origin of the section or body, in the axes there, metres.
+    orientation : array_like, shape (4,)
+        Quaternion (w, x, y, z) of its own axes in those of the section or body.
+    name, noise, bias, rate, delay, seed
+        Those of every `Sensor`.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If an argument makes no sense.
+    """
+
+    NEEDS: ClassVar[str] = "v"
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Names of what is measured."""
+        return _axes(self.name, "velocity_")
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Their units."""
+        return ("m/s",) * 3
+
+    def _ideal(self, given: States) -> Array:
+        rotations, _ = self._poses(given)
+        rates, velocities = self._velocities(given)
+        if self._lever is not None:
+            velocities = velocities + cross(rates, turned(rotations, self._lever))
+        return self._seen(rotations, velocities)
+
+
+@dataclass(frozen=True, eq=False)
+class Inertial(Mounted):
+    """What gyroscopes and accelerometers have in common."""
+
+    def _felt(self, given: States, rotations: Array, rates: Array) -> Array:
+        """The specific force on an instrument: its acceleration less that of gravity."""
+        growths, accelerations = self._accelerations(given)
+        felt = accelerations - np.array(self.robot.gravity)
+        if self._lever is not None:
+            lever = turned(rotations, self._lever)
+            felt = felt + cross(growths, lever) + cross(rates, cross(rates, lever))
+        return self._seen(rotations, felt)
+
+
+@dataclass(frozen=True, eq=False)
+class Gyroscope(Inertial):
+    """A gyroscope: its angular velocity in its own axes, radians per second.
+
+    Where on a section or body it is makes no difference.
+
+    Parameters
+    ----------
+    robot : Robot
+        Where it sits.
+    link : str, optional
+        Which link; may be left out where there is one.
+    at : float, optional
+        Arc length of the link's unstretched rod, 0 <= at <= length, metres; by default its tip. None for a
+        rigid link.
+    point : array_like, shape (3,)
+        Where it is beside the origin of the section or body, in the axes there, metres.
+    orientation : array_like, shape (4,)
+        Quaternion (w, x, y, z) of its own axes in those of the section or body.
+    name, noise, bias, rate, delay, seed
+        Those of every `Sensor`.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If an argument makes no sense.
+    """
+
+    NEEDS: ClassVar[str] = "v"
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Names of what is measured."""
+        return _axes(self.name, "angular_velocity_")
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Their units."""
+        return ("rad/s",) * 3
+
+    def _ideal(self, given: States) -> Array:
+        return self._seen(self._poses(given)[0], self._velocities(given)[0])
+
+
+@dataclass(frozen=True, eq=False)
+class Accelerometer(Inertial):
+    """An accelerometer: the specific force at its point in its own axes, metres per second squared.
+
+    That is its acceleration less that of gravity: at rest it shows what points upwards with 9.81 m/s^2, in
+    free fall zero.
+
+    Parameters
+    ----------
+    robot : Robot
+        Where it sits.
+    link : str, optional
+        Which link; may be left out where there is one.
+    at : float, optional
+        Arc length of the link's unstretched rod, 0 <= at <= length, metres; by default its tip. None for a
+        rigid link.
+    point : array_like, shape (3,)
+        Where it is beside the origin of the section or body, in the axes there, metres.
+    orientation : array_like, shape (4,)
+        Quaternion (w, x, y, z) of its own axes in those of the section or body.
+    name, noise, bias, rate, delay, seed
+        Those of every `Sensor`.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If an argument makes no sense.
+    """
+
+    NEEDS: ClassVar[str] = "va"
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Names of what is measured."""
+        return _axes(self.name, "specific_force_")
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Their units."""
+        return ("m/s^2",) * 3
+
+    def _ideal(self, given: States) -> Array:
+        return self._felt(given, self._poses(given)[0], self._velocities(given)[0])
+
+
+@dataclass(frozen=True, eq=False)
+class Imu(Inertial):
+    """An inertial measurement unit: a gyroscope and an accelerometer.
+
+    It shows angular velocity, radians per second, and specific force, metres per second squared, at its point
+    in its own axes. The channels are those of a `Gyroscope`, then those of an `Accelerometer`.
+
+    Parameters
+    ----------
+    robot : Robot
+        Where it sits.
+    link : str, optional
+        Which link; may be left out where there is one.
+    at : float, optional
+        Arc length of the link's unstretched rod, 0 <= at <= length, metres; by default its tip. None for a
+        rigid link.
+    point : array_like, shape (3,)
+        Where it is beside the origin of the section or body, in the axes there, metres.
+    orientation : array_like, shape (4,)
+        Quaternion (w, x, y, z) of its own axes in those of the section or body.
+    name, noise, bias, rate, delay, seed
+        Those of every `Sensor`.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If an argument makes no sense.
+
+    Examples
+    --------
+    At the end of a pendulum that passes its lowest point at 3 rad/s:
+
+    >>> import lissom
+    >>> bob = lissom.Body(0.1, centre=(0.5, 0, 0))
+    >>> robot = lissom.Robot([lissom.Link("bob", joint=lissom.Revolute((0, 1, 0)), body=bob)])
+    >>> imu = lissom.sensors.Imu(robot, point=(0.5, 0, 0))
+    >>> q, v = [lissom.statics(robot, [1.5]).q[0]], [3.0]
+    >>> imu.measure(0.0, q, v, robot.forward_dynamics(q, v)).round(9) + 0.0
+    array([  0.  ,   3.  ,   0.  , -14.31,   0.  ,   0.  ])
+    """
+
+    NEEDS: ClassVar[str] = "va"
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Names of what is measured."""
+        return _axes(self.name, "angular_velocity_", "specific_force_")
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Their units."""
+        return ("rad/s",) * 3 + ("m/s^2",) * 3
+
+    def _ideal(self, given: States) -> Array:
+        rotations, _ = self._poses(given)
+        rates, _ = self._velocities(given)
+        turns = self._seen(rotations, rates)
+        return np.concatenate([turns, self._felt(given, rotations, rates)], axis=1)

@@ -1,0 +1,325 @@
+"""What all sensors have in common: how they are asked, noise, bias, rate and delay."""
+
+from __future__ import annotations
+
+import copy
+import re
+from abc import ABC, abstractmethod
+from dataclasses import KW_ONLY, dataclass, field
+from reprlib import repr
+from typing import Any, ClassVar, Self
+from zlib import crc32
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from lissom._lissom import Robot, finite_array
+
+from . import states
+from .line import Line
+from .states import States
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Sensor(ABC):
+    """An instrument on a robot: the base class of all sensors.
+
+    Parameters
+    ----------
+    robot : Robot
+        Where it sits.
+    name : str, optional
+        Of the sensor; by default its kind and place.
+    noise : float or array_like
+        Standard deviation of white noise, one for all channels or one each, in their units. Every sample has
+        its own.
+    bias : float or array_like
+        What is added to every sample, likewise.
+    rate : float, optional
+        Samples per second, counted from the first reading, which is one; what is read between two samples is
+        the one before. By default every reading is a sample.
+    delay : float
+        Seconds from a sample to when it can be read. Until the first one arrives it is shown as if all had
+        been at rest before.
+    seed : int
+        Of the noise, which is the same in every run. Sensors of different names have different noise.
+
+    Attributes
+    ----------
+    channels : tuple of str
+        Names of what is measured.
+    units : tuple of str
+        Their units.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If an argument makes no sense.
+    """
+
+    robot: Robot
+    _: KW_ONLY
+    name: str = ""
+    noise: ArrayLike = 0.0
+    bias: ArrayLike = 0.0
+    rate: float | None = None
+    delay: float = 0.0
+    seed: int = 0
+    _line: Line = field(init=False, repr=False)
+    _random: np.random.Generator = field(init=False, repr=False)
+
+    #: What it looks at of a state beside time and coordinates: velocities "v", accelerations "a".
+    NEEDS: ClassVar[str] = ""
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.robot, Robot):
+            raise TypeError(f"robot: expected a Robot, got {type(self.robot).__name__}")
+        self._check()
+        if not isinstance(self.name, str):
+            raise TypeError(f"name: expected text, got {type(self.name).__name__}")
+        self._set("name", self.name or self._default_name())
+        self._set("noise", self._of_channels(self.noise, "noise"))
+        self._set("bias", self._of_channels(self.bias, "bias"))
+        if (np.asarray(self.noise) < 0).any():
+            raise ValueError(f"noise: got {repr(self.noise)}, expected standard deviations, not negative")
+        if self.rate is not None:
+            self._set("rate", number(self.rate, "rate"))
+            if self.rate <= 0:
+                raise ValueError(f"rate: got {self.rate}, expected samples per second, more than zero")
+        self._set("delay", number(self.delay, "delay"))
+        if self.delay < 0:
+            raise ValueError(f"delay: got {self.delay}, expected seconds, not negative")
+        self.reset(self.seed)
+
+    @property
+    @abstractmethod
+    def channels(self) -> tuple[str, ...]:
+        """Names of what is measured."""
+
+    @property
+    @abstractmethod
+    def units(self) -> tuple[str, ...]:
+        """Their units."""
+
+    def measure(
+        self,
+        t: ArrayLike,
+        q: ArrayLike,
+        v: ArrayLike | None = None,
+        a: ArrayLike | None = None,
+        u: ArrayLike | None = None,
+    ) -> Array:
+        """What an ideal sensor shows: without noise, bias, rate and delay.
+
+        Parameters
+        ----------
+        t : float or array_like, shape (k,)
+            The time, seconds, or those of k states.
+        q, v, a : array_like, shape (n,) or (k, n)
+            Coordinates, velocities, accelerations; those that the sensor needs.
+        u : array_like, shape (m,) or (k, m), optional
+            Inputs of the robot.
+
+        Returns
+        -------
+        values : ndarray, shape (channels,) or (k, channels)
+
+        Raises
+        ------
+        ValueError, TypeError
+            If an argument makes no sense.
+        """
+        given, is_one = self._states(t=t, q=q, v=v, a=a, u=u)
+        values = self._ideal(given)
+        return values[0] if is_one else values
+
+    def read(
+        self,
+        t: float,
+        q: ArrayLike,
+        v: ArrayLike | None = None,
+        a: ArrayLike | None = None,
+        u: ArrayLike | None = None,
+    ) -> Array:
+        """What the sensor shows now, in a loop.
+
+        Parameters
+        ----------
+        t : float
+            The time, seconds, not before that of the last reading. A second reading at the same time is that
+            of the first.
+        q, v, a : array_like, shape (n,)
+            Coordinates, velocities, accelerations; those that the sensor needs.
+        u : array_like, shape (m,), optional
+            Inputs of the robot.
+
+        Returns
+        -------
+        values : ndarray, shape (channels,)
+
+        Raises
+        ------
+        ValueError, TypeError
+            If an argument makes no sense. Then the sensor is as it was before.
+        """
+        given, is_one = self._states(t=t, q=q, v=v, a=a, u=u)
+        if not is_one:
+            raise ValueError(f"q: expected one state, got {len(given.q)}: `measure` and `record` take many")
+        shown = self._line.read(float(given.t[0]), lambda: self._sampled(given, self._random)[0])
+        return shown.copy()
+
+    def observe(self, simulation: Any) -> Array:
+        """What the sensor shows now, of whatever has a state: `read` of its `t`, `q`, `v`, `a` and `u`.
+
+        Parameters
+        ----------
+        simulation : Simulation
+            Or another object with these attributes, as far as the sensor needs them; `u` may be missing.
+
+        Returns
+        -------
+        values : ndarray, shape (channels,)
+
+        Raises
+        ------
+        ValueError, TypeError
+            As `read`.
+        """
+        return self.read(**self._parts(simulation, "simulation"))
+
+    def record(self, result: Any, u: ArrayLike | None = None) -> Array:
+        """What a new sensor like this one shows over a finished run, read at each of its times.
+
+        The state of this sensor is not touched. Without a `rate` that is one evaluation a time, all in native
+        code.
+
+        Parameters
+        ----------
+        result : MotionResult
+            Of `lissom.simulate` with this robot, or another object with `t` (k,), `q`, `v` and `a` (k, n), as
+            far as the sensor needs them.
+        u : array_like, shape (m,) or (k, m), optional
+            Inputs of the robot; by default those of the result, if it has some.
+
+        Returns
+        -------
+        values : ndarray, shape (k, channels)
+
+        Raises
+        ------
+        ValueError, TypeError
+            If an argument makes no sense.
+        """
+        parts = self._parts(result, "result")
+        if u is not None:
+            parts["u"] = u
+        given, is_one = self._states(**parts)
+        if is_one:
+            raise ValueError("result: expected many states, got one: `observe` takes it")
+        if (np.diff(given.t) < 0).any():
+            raise ValueError("result.t: expected times that do not decrease")
+        taken = self._line.taken(given.t)
+        samples = self._sampled(given[taken], self._new_random())
+        shown = self._line.shown(given.t, given.t[taken])
+        return samples[shown]
+
+    def reset(self, seed: int | None = None) -> None:
+        """Forget all samples, and begin the noise again.
+
+        Parameters
+        ----------
+        seed : int, optional
+            Of the noise from now on; by default the one that it had.
+        """
+        if seed is not None:
+            if isinstance(seed, bool) or not isinstance(seed, int | np.integer):
+                raise TypeError(f"seed: expected a whole number, got {repr(seed)}")
+            if seed < 0:
+                raise ValueError(f"seed: got {repr(seed)}, expected a whole number, not negative")
+            self._set("seed", int(seed))
+        self._set("_line", Line(self.rate, self.delay))
+        self._set("_random", self._new_random())
+
+    def copy(self) -> Self:
+        """Another sensor in the same state, which goes on alone."""
+        twin = object.__new__(type(self))
+        twin.__dict__.update(self.__dict__)
+        twin._set("_line", copy.deepcopy(self._line))
+        twin._set("_random", copy.deepcopy(self._random))
+        return twin
+
+    def __copy__(self) -> Self:
+        return self.copy()
+
+    # What kinds of sensors say of themselves.
+
+    @abstractmethod
+    def _check(self) -> None:
+        """Refuses what is special to this kind, and completes it."""
+
+    @abstractmethod
+    def _place(self) -> str:
+        """Where it is, for its name."""
+
+    @abstractmethod
+    def _ideal(self, given: States) -> Array:
+        """What an ideal one shows of k states, (k, channels): of each the same, however many there are."""
+
+    def _errors(self) -> int:
+        """How many numbers its noise has."""
+        return len(self.channels)
+
+    def _with_errors(self, ideal: Array, errors: Array) -> Array:
+        return ideal + errors
+
+    # What follows from that.
+
+    def _default_name(self) -> str:
+        kind = re.sub(r"(?<!^)(?=[A-Z])", "_", type(self).__name__).lower()
+        return f"{self._place()}.{kind}"
+
+    def _sampled(self, given: States, random: np.random.Generator) -> Array:
+        ideal = self._ideal(given)
+        noise, bias = np.asarray(self.noise), np.asarray(self.bias)
+        if noise.any():
+            return self._with_errors(ideal, bias + noise * random.standard_normal((len(ideal), len(noise))))
+        if bias.any():
+            return self._with_errors(ideal, np.tile(bias, (len(ideal), 1)))
+        return ideal
+
+    def _new_random(self) -> np.random.Generator:
+        return np.random.default_rng([self.seed, crc32(self.name.encode(errors="surrogatepass"))])
+
+    def _states(self, **given: ArrayLike | None) -> tuple[States, bool]:
+        return states.of(self.robot.n, self.NEEDS, self.name, **given)
+
+    def _parts(self, source: Any, name: str) -> dict[str, Any]:
+        """What is needed of an object's state."""
+        parts = {}
+        for part in ("t", "q", *self.NEEDS):
+            parts[part] = getattr(source, part, None)
+            if parts[part] is None:
+                expected = ", ".join(("t", "q", *self.NEEDS))
+                raise TypeError(f"{name}: expected an object with {expected}, got {type(source).__name__}")
+        parts["u"] = getattr(source, "u", None)
+        return parts
+
+    def _of_channels(self, value: ArrayLike, name: str) -> tuple[float, ...]:
+        """A number for each channel."""
+        array = finite_array(value, name)
+        if array.shape not in ((), (self._errors(),)):
+            raise ValueError(f"{name}: expected a number or {self._errors()}, got shape {array.shape}")
+        return tuple(np.broadcast_to(array, self._errors()).tolist())
+
+    def _set(self, name: str, value: Any) -> None:
+        object.__setattr__(self, name, value)
+
+
+def number(value: Any, name: str) -> float:
+    """A finite number."""
+    array = finite_array(value, name)
+    if array.ndim:
+        raise ValueError(f"{name}: expected a number, got shape {array.shape}")
+    return float(array)

@@ -1,0 +1,155 @@
+"""Instruments of strain: fibres and strain gauges."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from lissom._lissom import finite_array
+
+from . import places
+from .sensor import Sensor
+from .states import States
+
+Array = NDArray[np.float64]
+
+#: More of them are no instrument.
+MOST_SECTIONS = 10_000
+
+
+@dataclass(frozen=True, eq=False)
+class OnRod(Sensor):
+    """An instrument at one or more sections of a rod."""
+
+    link: str | None = None
+    at: ArrayLike | None = None
+    _where: str = field(init=False, repr=False)
+    #: Of each section the end of its channels' names.
+    _sections: tuple[str, ...] = field(init=False, repr=False)
+
+    def _check(self) -> None:
+        sections: tuple[str, ...] = ("",)
+        if self.at is not None:
+            at = finite_array(self.at, "at")
+            if at.ndim > 1 or not 1 <= at.size <= MOST_SECTIONS:
+                raise ValueError(f"at: expected 1 to {MOST_SECTIONS} numbers, got shape {at.shape}")
+            if at.ndim == 1:
+                sections = tuple(f"[{i}]" for i in range(at.size))
+            self._set("at", tuple(at.tolist()) if at.ndim else float(at))
+        self._set("_where", places.check(self.robot, self.link, self.at, of_rod=True))
+        self._set("_sections", sections)
+
+    def _place(self) -> str:
+        return self._where
+
+    def _strains(self, q: Array) -> Array:
+        """Of k states, shape (k, sections, 6): torsion, bend_y, bend_z, stretch, shear_y, shear_z."""
+        return self.robot.strain(q, self.at, link=self.link).reshape(len(q), len(self._sections), 6)
+
+
+@dataclass(frozen=True, eq=False)
+class CurvatureSensor(OnRod):
+    """A sensor of curvature, such as fibres with Bragg gratings.
+
+    It shows torsion and bending about y and z, radians per metre, in the axes of the section; what the rod
+    has at rest is included.
+
+    Parameters
+    ----------
+    robot : Robot
+        Where it sits.
+    link : str, optional
+        Which link; may be left out where there is one.
+    at : float or array_like, shape (s,), optional
+        Arc length of the link's unstretched rod, 0 <= at <= length, metres, or those of s places: channels
+        are place by place. By default its tip.
+    name, noise, bias, rate, delay, seed
+        Those of every `Sensor`.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If an argument makes no sense.
+    """
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Names of what is measured."""
+        about = ("torsion", "bend_y", "bend_z")
+        return tuple(f"{self.name}{section}.{each}" for section in self._sections for each in about)
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Their units."""
+        return ("rad/m",) * len(self.channels)
+
+    def _ideal(self, given: States) -> Array:
+        return self._strains(given.q)[:, :, :3].reshape(len(given.q), len(self.channels))
+
+
+@dataclass(frozen=True, eq=False)
+class StrainGauge(OnRod):
+    """A strain gauge along a rod: the change of length over the length that it has without load.
+
+    It is glued on at an offset from the axis, or embedded there, and feels bending by it. Temperature and the
+    width of the gauge have no part in it.
+
+    Parameters
+    ----------
+    robot : Robot
+        Where it sits.
+    link : str, optional
+        Which link; may be left out where there is one.
+    at : float or array_like, shape (s,), optional
+        Arc length of the link's unstretched rod, 0 <= at <= length, metres, or those of s places, a channel
+        each. By default its tip.
+    offset : array_like, shape (2,)
+        Where in the section it is, along y and z, metres; by default on the axis.
+    name, noise, bias, rate, delay, seed
+        Those of every `Sensor`.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If an argument makes no sense.
+
+    Notes
+    -----
+    A fibre at the offset d has the direction and stretch ``u = gamma + kappa x d`` with the strains kappa and
+    gamma of the rod; the gauge shows ``|u| / |u_0| - 1``, with the reference strain in u_0.
+    """
+
+    offset: ArrayLike = (0.0, 0.0)
+    _at_rest: Array = field(init=False, repr=False)
+
+    def _check(self) -> None:
+        super()._check()
+        offset = finite_array(self.offset, "offset")
+        if offset.shape != (2,):
+            raise ValueError(f"offset: expected 2 numbers, along y and z, got shape {offset.shape}")
+        self._set("offset", tuple(offset.tolist()))
+        self._set("_at_rest", self._stretches(np.zeros((1, self.robot.n))))
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Names of what is measured."""
+        return tuple(f"{self.name}{section}" for section in self._sections)
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Their units."""
+        return ("1",) * len(self.channels)
+
+    def _ideal(self, given: States) -> Array:
+        return self._stretches(given.q) / self._at_rest - 1
+
+    def _stretches(self, q: Array) -> Array:
+        """``|u|`` of k states, shape (k, sections)."""
+        torsion, bend_y, bend_z, stretch, shear_y, shear_z = np.moveaxis(self._strains(q), -1, 0)
+        y, z = np.asarray(self.offset)
+        along = stretch + bend_y * z - bend_z * y
+        across = (shear_y - torsion * z, shear_z + torsion * y)
+        stretches: Array = np.sqrt(along * along + across[0] * across[0] + across[1] * across[1])
+        return stretches
