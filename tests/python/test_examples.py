@@ -28,6 +28,14 @@ def test_sagging_wire_converges():
     assert abs(tip - example["EXACT_TIP"]).max() < 1e-9
 
 
+def test_finger_holds_its_target_with_the_holding_tension_alone():
+    example = runpy.run_path(str(ROOT / "examples" / "python" / "finger_pd.py"))
+    target = example["TARGET"]
+    errors = [abs(example["run"](hold)[1][-20:] - target).max() for hold in (0.0, example["holding"]())]
+    assert errors[0] > 1e-3
+    assert errors[1] < 1e-5
+
+
 def test_code_of_the_readme_runs(capsys):
     blocks = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL)
     assert blocks
