@@ -1,4 +1,4 @@
-"""A finger that is simulated in real time, at 1 kHz: how long a period's work takes, and how many come too late.
+"""A finger that is simulated in real time, at 1 kHz: what a period takes, and how many come too late.
 
 The numbers are up to the machine and to what else runs there: an operating system that is not made for real
 time may take the processor away for milliseconds.
