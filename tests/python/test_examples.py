@@ -36,6 +36,14 @@ def test_finger_holds_its_target_with_the_holding_tension_alone():
     assert errors[1] < 1e-5
 
 
+def test_regulator_catches_a_pole_that_falls_without_it():
+    example = runpy.run_path(str(ROOT / "examples" / "python" / "cart_pole_lqr.py"))
+    feedback = example["gains"]()
+    assert example["is_caught"](feedback, 0.5, 0.5)
+    assert not example["is_caught"](feedback, 1.4, 0.0)
+    assert not example["is_caught"](0.0 * feedback, 0.05, 0.0)
+
+
 def test_code_of_the_readme_runs(capsys):
     blocks = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL)
     assert blocks
