@@ -1,7 +1,7 @@
 """A flexible pole on a cart, held upright by a linear quadratic regulator; from how far away it still is.
 
-The gains come from the exact linear model of `linearise` at the upright shape. The region of attraction is probed by
-runs of the whole nonlinear model, from random tilts and speeds of the pole.
+The gains come from the exact linear model of `linearise` at the upright shape. The region of attraction is
+probed by runs of the whole nonlinear model, from random tilts and speeds of the pole.
 """
 
 import numpy as np
@@ -50,6 +50,5 @@ if __name__ == "__main__":
     caught = np.array([is_caught(feedback, *start) for start in starts])
     for low in np.arange(0.0, 1.5, 0.25):
         here = (starts[:, 0] >= low) & (starts[:, 0] < low + 0.25)
-        print(
-            f"tilted by {low:.2f} to {low + 0.25:.2f} rad: {np.count_nonzero(caught[here])} of {here.sum()} caught"
-        )
+        count = np.count_nonzero(caught[here])
+        print(f"tilted by {low:.2f} to {low + 0.25:.2f} rad: {count} of {here.sum()} caught")
