@@ -4,6 +4,7 @@
 
 use std::hint::black_box;
 
+use lissom::actuator::{Actuator, Along, Drive, Part, Tendon};
 use lissom::linalg::{Matrix, TreeLu};
 use lissom::model::{ForwardScratch, Model, Tree};
 use lissom::newmark;
@@ -11,7 +12,7 @@ use lissom::ode::{self, FirstOrder};
 use lissom::pendulum::SpringPendulum;
 use lissom::radau;
 use lissom::robot::{RobotModel, Rod};
-use lissom::rod::Segment;
+use lissom::rod::{Profile, Segment};
 use lissom::second_order::FreeMotion;
 
 /// The lab's rod: three coordinates in a plane.
@@ -24,10 +25,23 @@ fn lab() -> RobotModel {
     RobotModel::of_rod(&Rod::new(vec![segment])).expect("a valid rod")
 }
 
-/// Two soft segments in space with `modes` each.
-fn two(modes: [usize; 6]) -> RobotModel {
+/// Two soft segments in space with `modes` each, and so many tendons along both.
+fn two(modes: [usize; 6], tendons: usize) -> RobotModel {
     let segment = Segment { modes, retardation_time: 0.01, ..Segment::straight(0.3, 0.01, 1e6, 4e5, 1000.0) };
-    RobotModel::of_rod(&Rod::new(vec![segment; 2])).expect("a valid rod")
+    let tendon = |i: usize| {
+        let angle = i as f64;
+        let offset = [0.008 * angle.cos(), 0.008 * angle.sin()].map(Profile::from);
+        Actuator::Tendon(Tendon {
+            name: format!("tendon {i}"),
+            path: vec![Part::Along(Along { link: 0, offset, along: [0.0, 0.6] })],
+            drive: Drive::Tension([0.5].into()),
+            friction: 0.0,
+            friction_velocity: 1e-3,
+            sliding: None,
+        })
+    };
+    let actuators = (0..tendons).map(tendon).collect();
+    RobotModel::of_rod(&Rod { actuators, ..Rod::new(vec![segment; 2]) }).expect("a valid rod")
 }
 
 /// A chain of so many soft segments in space with two modes of bending each.
@@ -47,8 +61,10 @@ fn rod(name: &str) -> RobotModel {
     }
     match name {
         "lab-3" => lab(),
-        "two-12" => two([2, 2, 2, 0, 0, 0]),
-        "two-36" => two([3; 6]),
+        "two-12" => two([2, 2, 2, 0, 0, 0], 0),
+        "two-12-tendon" => two([2, 2, 2, 0, 0, 0], 1),
+        "two-12-tendons" => two([2, 2, 2, 0, 0, 0], 4),
+        "two-36" => two([3; 6], 0),
         _ => panic!("no rod is called {name}"),
     }
 }

@@ -1,8 +1,8 @@
 //! lissom simulates slender soft bodies as Cosserat rods, with the solvers that this takes.
 //!
 //! A rod is described in plain data ([`rod::Segment`], [`robot::Rod`]) and compiled into a model ([`robot::RobotModel`]).
-//! What moves or rests is computed of any [`model::Model`]: its free motion ([`simulate()`](simulate::simulate)), to an
-//! accuracy that is asked for ([`accuracy`]), its equilibria ([`statics`]), its vibrations ([`modes`]). The solvers know
+//! What moves or rests is computed of any [`model::Model`]: its free motion ([`simulate()`](simulate::simulate)), also step
+//! by step with inputs from outside ([`stepping`]) or to an accuracy that is asked for ([`accuracy`]), its equilibria ([`statics`]), its vibrations ([`modes`]). The solvers know
 //! nothing of rods and can be used alone: [`roots`], [`ode`], [`newmark`], [`radau`].
 //!
 //! ```
@@ -24,6 +24,7 @@
 //! ended is a status in its result.
 
 pub mod accuracy;
+pub mod actuate;
 pub mod actuator;
 pub mod balance;
 pub mod body;

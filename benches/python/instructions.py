@@ -28,6 +28,10 @@ CASES = {
         for kind in ("residual", "tangent", "forward")
         for rod in ("lab-3", "two-12", "two-36")
     },
+    "residual/two-12-tendon": 100,
+    "residual/two-12-tendons": 100,
+    "tangent/two-12-tendon": 100,
+    "tangent/two-12-tendons": 100,
     "newton/chain-16": 20,
     "newton/chain-64": 5,
     "forward/chain-64": 5,

@@ -1161,6 +1161,8 @@ class CriticalPoint:
     @property
     def load_factor(self) -> float: ...
     @property
+    def u(self) -> NDArray[np.float64] | None: ...
+    @property
     def q(self) -> NDArray[np.float64]: ...
     @property
     def directions(self) -> NDArray[np.float64]: ...
@@ -1169,6 +1171,8 @@ class CriticalPoint:
 class EquilibriumPath:
     @property
     def load_factor(self) -> NDArray[np.float64]: ...
+    @property
+    def u(self) -> NDArray[np.float64] | None: ...
     @property
     def q(self) -> NDArray[np.float64]: ...
     @property
@@ -1202,6 +1206,8 @@ class StaticsResult:
     def undamped_stability(self) -> _Stability | None: ...
     @property
     def lowest_eigenvalue(self) -> float: ...
+    @property
+    def slack(self) -> list[str]: ...
     @property
     def path(self) -> EquilibriumPath | None: ...
     @property
@@ -1250,6 +1256,50 @@ class ReachResult:
     def njev(self) -> int: ...
 
 @final
+class ActuateResult:
+    @property
+    def u(self) -> NDArray[np.float64]: ...
+    @property
+    def q(self) -> NDArray[np.float64]: ...
+    @property
+    def success(self) -> bool: ...
+    @property
+    def status(
+        self,
+    ) -> Literal[
+        "reached",
+        "not_settled",
+        "nearest",
+        "at_limits",
+        "equilibrium_lost",
+        "no_start",
+        "iteration_limit",
+        "stalled",
+    ]: ...
+    @property
+    def message(self) -> str: ...
+    @property
+    def position_error(self) -> float | NDArray[np.float64]: ...
+    @property
+    def orientation_error(self) -> float | NDArray[np.float64]: ...
+    @property
+    def pose(self) -> NDArray[np.float64]: ...
+    @property
+    def at_limits(self) -> list[str]: ...
+    @property
+    def is_stable(self) -> bool | None: ...
+    @property
+    def stability(self) -> _Stability | None: ...
+    @property
+    def nit(self) -> int: ...
+    @property
+    def nfev(self) -> int: ...
+    @property
+    def njev(self) -> int: ...
+    @property
+    def equilibria(self) -> int: ...
+
+@final
 class ContinuationResult:
     @property
     def path(self) -> EquilibriumPath: ...
@@ -1268,6 +1318,18 @@ class ContinuationResult:
     @property
     def njev(self) -> int: ...
 
+def actuate(
+    robot: Robot,
+    target: ArrayLike | Target | Sequence[Target] | Mapping[str, ArrayLike],
+    *,
+    inputs: str | Sequence[str] | None = None,
+    limits: tuple[ArrayLike, ArrayLike] | Mapping[str, tuple[ArrayLike, ArrayLike]] | None = None,
+    u: ArrayLike | None = None,
+    q0: ArrayLike | None = None,
+    t: float = 0.0,
+    tol: float = 1e-9,
+    max_iter: int = 100,
+) -> ActuateResult: ...
 def statics(
     model: Model,
     q0: ArrayLike | None = None,
@@ -1278,6 +1340,7 @@ def statics(
     tol: float = 1e-10,
     max_iter: int = 500,
     max_steps: int = 500,
+    u: ArrayLike | None = None,
 ) -> StaticsResult: ...
 def continuation(
     model: Model,
@@ -1290,6 +1353,8 @@ def continuation(
     max_steps: int = 500,
     t: float = 0.0,
     tol: float = 1e-10,
+    u: ArrayLike | None = None,
+    inputs: Mapping[str, tuple[ArrayLike, ArrayLike]] | None = None,
 ) -> ContinuationResult: ...
 
 @final
@@ -1313,4 +1378,4 @@ class ModesResult:
     @property
     def residual_norm(self) -> float: ...
 
-def modes(model: Model, q: ArrayLike, *, t: float = 0.0) -> ModesResult: ...
+def modes(model: Model, q: ArrayLike, *, t: float = 0.0, u: ArrayLike | None = None) -> ModesResult: ...

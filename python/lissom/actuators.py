@@ -48,7 +48,8 @@ class Along:
     link : str, optional
         The link; may be left out where there is one.
     offset : pair (y, z)
-        Where it lies in the sections, from the rod's axis, metres. Each one a number; two numbers, from which
+        Where it lies in the sections, from the rod's axis, metres; it may lie outside of them, as through the
+        holes of disks. Each one a number; two numbers, from which
         it varies linearly between the ends of the part; a table ``(stations, values)``, a callable or a
         `Profile` of the arc length of the whole rod of the link.
     along : (float, float), optional
@@ -76,7 +77,7 @@ class Via:
     Parameters
     ----------
     link : str or None
-        The link that has the point; None is the world.
+        The link that has the point; None is the world, and on a `Rod` the rod.
     point : array_like, shape (3,)
         In the axes of the body, of the section of a rod, or of the world, metres.
     at : float, optional
@@ -218,7 +219,8 @@ class Motor(_Actuator):
     ----------
     joint : str
         The name of a link whose joint has one coordinate, or of a coordinate of a joint as
-        `Robot.coordinates` has them.
+        `Robot.coordinates` has them. Spherical and free joints have no motors, nor has one whose motion is
+        prescribed; one that mimics another has.
     torque : float, (times, values), Harmonic, Input or callable, optional
         Newton metres, or newtons.
     position : float, (times, values), Harmonic, Input or callable, optional

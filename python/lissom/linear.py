@@ -62,6 +62,7 @@ def linearise(
     outputs: str | Sequence[str] = "coordinates",
     *,
     t: float = 0.0,
+    u: ArrayLike | None = None,
 ) -> LinearModel:
     """Linearise the motion of a model about an equilibrium, exactly: by the tangents, not by differences.
 
@@ -75,7 +76,8 @@ def linearise(
     inputs : str or sequence of str
         What acts: 'forces' (the n generalised forces); for rods 'tip_force' and 'tip_moment' (three
         components each in world axes), or a component of them such as 'tip_force_z'; for robots the same of
-        every link that carries no other, by its name instead of 'tip'.
+        every link that carries no other, by its name instead of 'tip'. 'inputs' are the inputs of the model,
+        all of u; one of them goes by its name, such as 'pull', where that is none of the above.
     outputs : str or sequence of str
         What is measured: 'coordinates', 'velocities' (n each); for rods 'tip_position', 'tip_rotation' (a
         small rotation vector), 'tip_velocity', 'tip_angular_velocity' (three components each in world axes),
@@ -84,6 +86,8 @@ def linearise(
         found by central differences.
     t : float
         The time at which what varies by itself is taken, seconds.
+    u : array_like, shape (m,), optional
+        The inputs about which it is linear; by default as `u0` of the model.
 
     Returns
     -------
@@ -117,8 +121,8 @@ def linearise(
     model.check_shape(q)
     q = np.asarray(q, float)
     rest = np.zeros(n)
-    stiffness, damping, mass = model.tangent(q, rest, rest, t=t)
-    force_names, forces = _signals("inputs", inputs, _forces(model, q, t))
+    stiffness, damping, mass = model.tangent(q, rest, rest, t=t, u=u)
+    force_names, forces = _signals("inputs", inputs, _forces(model, q, t, u))
     output_names, rows = _signals("outputs", outputs, _measurements(model, q, t))
     try:
         np.linalg.cholesky(mass)
@@ -155,7 +159,7 @@ def _names(model: Model) -> tuple[list[str], list[str], list[str]]:
 Group = tuple[list[str], Callable[[], Array]]
 
 
-def _forces(model: Model, q: Array, t: float) -> dict[str, Group]:
+def _forces(model: Model, q: Array, t: float, u: ArrayLike | None) -> dict[str, Group]:
     """Generalised forces of unit inputs, as rows."""
     n = model.n
     groups: dict[str, Group] = {"forces": (_names(model)[2], lambda: np.eye(n))}
@@ -165,7 +169,34 @@ def _forces(model: Model, q: Array, t: float) -> dict[str, Group]:
                 _components(f"{frame.name}_{name}"),
                 partial(_jacobian, frame, rows, q, t),
             )
+    return groups | _inputs(model, q, t, u)
+
+
+def _inputs(model: Model, q: Array, t: float, u: ArrayLike | None) -> dict[str, Group]:
+    """What acts when the inputs of a model change: all of them, and the vectors among them."""
+    names = list(model.inputs)
+    if not names:
+        return {}
+
+    def forces() -> Array:
+        # What a motion needs against them, the other way.
+        return -model.input_tangent(q, t=t, u=u).T
+
+    groups: dict[str, Group] = {"inputs": (names, forces)}
+    for name in (name.removesuffix(".x") for name in names if name.endswith(".x")):
+        members = _vector(name)
+        if members == names[names.index(members[0]) :][:3]:
+            groups[name] = (members, partial(_part, forces, names.index(members[0])))
     return groups
+
+
+def _vector(name: str) -> list[str]:
+    """Names of the entries of an input that is a vector."""
+    return [f"{name}.{axis}" for axis in AXES]
+
+
+def _part(rows: Callable[[], Array], first: int) -> Array:
+    return rows()[first : first + len(AXES)]
 
 
 def _jacobian(frame: Frame, rows: slice, q: Array, t: float) -> Array:

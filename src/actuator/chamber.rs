@@ -23,7 +23,7 @@ impl Chamber {
     pub(super) fn check(&self, check: &mut Checker) {
         check.require(!self.path.is_empty(), "path", "no parts", "a part along a rod");
         for (i, along) in self.path.iter().enumerate() {
-            along.check(check, &format!("path[{i}]"));
+            check.nested(&format!("path[{i}]"), along.validate());
         }
         check.positive(self.area, "area", "square metres");
         self.pressure.check(check, "pressure");

@@ -44,11 +44,16 @@ impl Actuator {
 
     /// What it is told.
     pub fn command(&self) -> &Signal<1> {
+        self.named_command().1
+    }
+
+    /// What it is told, and what that is called.
+    fn named_command(&self) -> (&'static str, &Signal<1>) {
         match self {
             Self::Tendon(tendon) => tendon.drive.command(),
-            Self::Chamber(chamber) => &chamber.pressure,
+            Self::Chamber(chamber) => ("pressure", &chamber.pressure),
             Self::Motor(motor) => motor.command.signal(),
-            Self::ActiveStrain(active) => &active.amount,
+            Self::ActiveStrain(active) => ("amount", &active.amount),
         }
     }
 
@@ -59,7 +64,12 @@ impl Actuator {
 
     /// All its signals, the command first.
     pub fn signals(&self) -> impl Iterator<Item = &Signal<1>> {
-        [self.command()].into_iter().chain(self.sliding())
+        self.named_signals().map(|(_, signal)| signal)
+    }
+
+    /// The same, with what they are called.
+    pub fn named_signals(&self) -> impl Iterator<Item = (&'static str, &Signal<1>)> {
+        [self.named_command()].into_iter().chain(self.sliding().map(|sliding| ("sliding", sliding)))
     }
 
     /// Whether its force counts positive where it resists lengthening: that of a tendon does.

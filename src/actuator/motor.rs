@@ -35,9 +35,11 @@ pub enum MotorCommand {
 }
 
 impl MotorCommand {
-    pub(super) fn signal(&self) -> &Signal<1> {
+    /// The command and what it is called.
+    pub(super) fn signal(&self) -> (&'static str, &Signal<1>) {
         match self {
-            Self::Torque(signal) | Self::Position { position: signal, .. } => signal,
+            Self::Torque(torque) => ("torque", torque),
+            Self::Position { position, .. } => ("position", position),
         }
     }
 }

@@ -1,6 +1,6 @@
 //! The way of a tendon or a chamber.
 
-use crate::error::Checker;
+use crate::error::{Checker, InvalidInput, Number};
 use crate::rod::Profile;
 
 /// A part of a path that is embedded in a rod.
@@ -45,18 +45,28 @@ impl Part {
         if let Self::Via(via) = self { Some(via) } else { None }
     }
 
-    pub(super) fn check(&self, check: &mut Checker, place: &str) {
+    /// Everything that is wrong with it by itself.
+    pub fn validate(&self) -> Result<(), InvalidInput> {
         match self {
-            Self::Along(along) => along.check(check, place),
-            Self::Via(via) => _ = check.finite(&via.point, &format!("{place}.point")),
+            Self::Along(along) => along.validate(),
+            Self::Via(via) => {
+                let mut check = Checker::new();
+                check.finite(&via.point, "point");
+                check.finish()
+            }
         }
     }
 }
 
 impl Along {
-    pub(super) fn check(&self, check: &mut Checker, place: &str) {
+    /// Everything that is wrong with it by itself.
+    pub fn validate(&self) -> Result<(), InvalidInput> {
         let [from, to] = self.along;
+        let mut check = Checker::new();
+        let is_start = from >= 0.0 && from.is_finite();
+        check.require(is_start, "along[0]", Number(from), "an arc length >= 0 (metres)");
         let expected = format!("an arc length > along[0] = {from} (metres)");
-        check.require(from < to, &format!("{place}.along[1]"), to, &expected);
+        check.require(!is_start || from < to, "along[1]", Number(to), &expected);
+        check.finish()
     }
 }

@@ -38,9 +38,11 @@ pub enum Drive {
 }
 
 impl Drive {
-    pub(super) fn command(&self) -> &Signal<1> {
+    /// The command and what it is called.
+    pub(super) fn command(&self) -> (&'static str, &Signal<1>) {
         match self {
-            Self::Tension(signal) | Self::Length { length: signal, .. } => signal,
+            Self::Tension(tension) => ("tension", tension),
+            Self::Length { length, .. } => ("length", length),
         }
     }
 }
@@ -48,16 +50,16 @@ impl Drive {
 impl Tendon {
     pub(super) fn check(&self, check: &mut Checker) {
         for (i, part) in self.path.iter().enumerate() {
-            part.check(check, &format!("path[{i}]"));
+            check.nested(&format!("path[{i}]"), part.validate());
         }
         let has_length = self.path.len() > 1 || self.path.iter().any(|part| part.along().is_some());
-        let found = format_args!("{} parts", self.path.len());
+        let found = if self.path.is_empty() { "no parts" } else { "one point" };
         check.require(has_length, "path", found, "a part along a rod, or two points");
         match &self.drive {
             Drive::Tension(tension) => {
                 tension.check(check, "tension");
                 let constant = tension.constant().map_or(0.0, |[tension]| tension);
-                let expected = "a tension >= 0 (newtons): a tendon never pushes; a Chamber does";
+                let expected = "a tension >= 0 (newtons): a tendon pulls, and a chamber pushes";
                 check.require(constant >= 0.0 || constant.is_nan(), "tension", constant, expected);
             }
             Drive::Length { length, stiffness, damping } => {

@@ -1,6 +1,6 @@
 //! Actuators as Python describes them: objects with the attributes of `lissom.Tendon` and the others.
 
-use pyo3::exceptions::PyTypeError;
+use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple};
 
@@ -11,8 +11,8 @@ use super::signal::{Functions, signal_of, signal_out};
 use crate::actuator::{
     ActiveStrain, Actuator, Along, Chamber, Drive, Motor, MotorCommand, Part, Tendon, Via,
 };
-use crate::error::{Checker, InvalidInput};
-use crate::robot::{Link, Robot};
+use crate::error::{Checker, InvalidInput, Number};
+use crate::robot::Robot;
 use crate::rod::{Profile, STRAIN_NAMES};
 use crate::scene::suggestion::suggestion;
 use crate::signal::Signal;
@@ -23,18 +23,32 @@ const EXPECTED: &str = "lissom.Tendon, Chamber, Motor or ActiveStrain";
 /// The length of links that are not known yet: for what does not depend on it.
 const UNIT: f64 = 1.0;
 
-/// Where actuators are: on the links of a robot, or on links that are not known yet.
+/// What actuators are on.
 #[derive(Clone, Copy)]
-struct Surroundings<'a>(Option<&'a Robot>);
+pub(super) enum Surroundings<'a> {
+    /// The links of a robot.
+    Robot(&'a Robot),
+    /// A rod, which is its only link: what names no link is on it.
+    Rod(&'a Robot),
+    /// Links that are not known yet.
+    Unknown,
+}
 
-impl Surroundings<'_> {
+impl<'a> Surroundings<'a> {
+    fn robot(self) -> Option<&'a Robot> {
+        match self {
+            Self::Robot(robot) | Self::Rod(robot) => Some(robot),
+            Self::Unknown => None,
+        }
+    }
+
     fn link(self, name: Option<&str>, place: &str) -> Result<usize, InvalidInput> {
-        self.0.map_or(Ok(0), |robot| index_of(robot, name, place))
+        self.robot().map_or(Ok(0), |robot| index_of(robot, name, place))
     }
 
     /// The length of a link's rod.
     fn length(self, link: usize) -> f64 {
-        let length = self.0.map_or(UNIT, |robot| robot.links[link].length());
+        let length = self.robot().map_or(UNIT, |robot| robot.links[link].length());
         if length > 0.0 { length } else { UNIT }
     }
 }
@@ -45,8 +59,11 @@ fn given<'py>(object: &Bound<'py, PyAny>, name: &str) -> PyResult<Option<Bound<'
 }
 
 fn number(object: &Bound<'_, PyAny>, name: &str) -> PyResult<f64> {
-    convert::number(&object.getattr(name)?)
-        .map_err(|error| PyTypeError::new_err(format!("{name}: {}", error.value(object.py()))))
+    let value = object.getattr(name)?;
+    convert::number(&value).map_err(|error| match error.is_instance_of::<PyTypeError>(object.py()) {
+        true => PyTypeError::new_err(format!("{name}: expected a number, got {}", convert::describe(&value))),
+        false => error,
+    })
 }
 
 fn text(object: &Bound<'_, PyAny>, name: &str) -> PyResult<String> {
@@ -60,10 +77,20 @@ fn optional_text(object: &Bound<'_, PyAny>, name: &str) -> PyResult<Option<Strin
     given(object, name)?.map(|_| text(object, name)).transpose()
 }
 
-/// Adds the place to what an exception says.
-fn at_place(py: Python<'_>, place: &str, error: &PyErr) -> PyErr {
-    let message = error.value(py).to_string();
-    PyErr::from_type(error.get_type(py), format!("{place}.{message}"))
+/// Adds the place to what a refusal says. What a function of the user raised has a traceback, and stays as it is.
+fn at_place(py: Python<'_>, place: &str, error: PyErr) -> PyErr {
+    let kind = error.get_type(py);
+    let is_refusal = kind.is(py.get_type::<PyValueError>()) || kind.is(py.get_type::<PyTypeError>());
+    if !is_refusal || error.traceback(py).is_some() {
+        return error;
+    }
+    let has_place = |problem: &str| problem.split(' ').next().is_some_and(|word| word.ends_with(':'));
+    let placed = |problem: &str| match has_place(problem) {
+        true => format!("{place}.{problem}"),
+        false => format!("{place}: {problem}"),
+    };
+    let problems: Vec<String> = error.value(py).to_string().lines().map(placed).collect();
+    PyErr::from_type(kind, problems.join("\n"))
 }
 
 /// A part that is embedded in a rod.
@@ -76,49 +103,59 @@ fn along_of(object: &Bound<'_, PyAny>, surroundings: Surroundings<'_>) -> PyResu
         None => [0.0, length],
     };
     let offset = object.getattr("offset")?;
-    let wrong = || {
-        let expected = "the pair (y, z) of the offset from the rod's axis";
-        PyTypeError::new_err(format!("offset: expected {expected}, got {}", convert::describe(&offset)))
-    };
+    let expected = "the pair (y, z) of distances from the rod's axis";
+    let wrong =
+        || PyTypeError::new_err(format!("offset: expected {expected}, got {}", convert::describe(&offset)));
     let parts: Vec<Bound<'_, PyAny>> =
         offset.try_iter().map_err(|_| wrong())?.collect::<PyResult<_>>().map_err(|_| wrong())?;
-    let [y, z] = <[_; 2]>::try_from(parts).map_err(|_| wrong())?;
-    let is_known = surroundings.0.is_some();
-    let offset = [
-        offset_of(&y, along, length, is_known, "offset[0]")?,
-        offset_of(&z, along, length, is_known, "offset[1]")?,
-    ];
+    let [y, z] = <[_; 2]>::try_from(parts)
+        .map_err(|parts| InvalidInput::new("offset", format_args!("{} of them", parts.len()), expected))?;
+    let whole = Stretch { ends: along, length, is_known: surroundings.robot().is_some(), unit: "metres" };
+    let offset = [whole.profile(&y, "offset[0]")?, whole.profile(&z, "offset[1]")?];
     Ok(Along { link, offset, along })
 }
 
-/// A number, two numbers at the ends of a part (linear between them), or what a profile along the whole rod is made of.
-fn offset_of(
-    value: &Bound<'_, PyAny>,
-    [from, to]: [f64; 2],
+/// Where numbers vary along the rod of a link.
+struct Stretch {
+    /// Arc lengths between which two numbers are meant.
+    ends: [f64; 2],
+    /// Of the whole rod, in metres.
     length: f64,
+    /// Whether that is known.
     is_known: bool,
-    place: &str,
-) -> PyResult<Profile<1>> {
-    let is_sequence = value.is_instance_of::<PyTuple>() || value.is_instance_of::<PyList>();
-    if is_sequence && value.len()? == 2 && !convert::is_array(&value.get_item(0)?) {
-        let [start, end]: [f64; 2] = convert::array_of(value, place)?;
-        let slope = (end - start) / (to - from);
-        if !slope.is_finite() {
-            // What is wrong with the ends is found with the other parameters.
-            return Ok(start.into());
-        }
-        return Ok(Profile::linear([[start - slope * from], [start + slope * (length - from)]]));
-    }
-    if !is_known && profile::varies(value)? {
-        return Ok(0.0.into());
-    }
-    let offset: Profile<1> = profile::profile(value, &[], length, place)?;
-    if let Some([number]) = offset.constant() {
+    /// What the numbers are in.
+    unit: &'static str,
+}
+
+impl Stretch {
+    /// A number, two numbers at the ends (linear between them), or what a profile along the whole rod is made of.
+    fn profile(&self, value: &Bound<'_, PyAny>, place: &str) -> PyResult<Profile<1>> {
+        let Self { ends: [from, to], length, .. } = *self;
         let mut check = Checker::new();
-        check.require(number.is_finite(), place, number, "a finite number (metres)");
-        check.finish()?;
+        let is_sequence = value.is_instance_of::<PyTuple>() || value.is_instance_of::<PyList>();
+        if is_sequence && value.len()? == 2 && !convert::is_array(&value.get_item(0)?) {
+            let numbers: [f64; 2] = convert::array_of(value, place)?;
+            check.finite(&numbers, place);
+            check.finish()?;
+            let [start, end] = numbers;
+            let slope = (end - start) / (to - from);
+            if !slope.is_finite() {
+                // What is wrong with the ends is found with the other parameters.
+                return Ok(start.into());
+            }
+            return Ok(Profile::linear([[start - slope * from], [start + slope * (length - from)]]));
+        }
+        if !self.is_known && profile::varies(value)? {
+            return Ok(0.0.into());
+        }
+        let numbers: Profile<1> = profile::profile(value, &[], length, place)?;
+        if let Some([number]) = numbers.constant() {
+            let expected = format!("a finite number ({})", self.unit);
+            check.require(number.is_finite(), place, Number(number), &expected);
+            check.finish()?;
+        }
+        Ok(numbers)
     }
-    Ok(offset)
 }
 
 /// A part of a path.
@@ -130,9 +167,10 @@ fn part_of(object: &Bound<'_, PyAny>, surroundings: Surroundings<'_>) -> PyResul
         let found = convert::describe(object);
         return Err(PyTypeError::new_err(format!("expected lissom.Along or lissom.Via, got {found}")));
     }
-    let link = match optional_text(object, "link")? {
-        Some(name) => Some(surroundings.link(Some(&name), "link")?),
-        None => None,
+    let link = match (optional_text(object, "link")?, surroundings) {
+        (Some(name), _) => Some(surroundings.link(Some(&name), "link")?),
+        (None, Surroundings::Rod(_)) => Some(0),
+        (None, Surroundings::Robot(_) | Surroundings::Unknown) => None,
     };
     let at = given(object, "at")?.map(|_| number(object, "at")).transpose()?;
     Ok(Part::Via(Via { link, point: convert::array_of(&object.getattr("point")?, "point")?, at }))
@@ -145,7 +183,7 @@ fn path_of(object: &Bound<'_, PyAny>, surroundings: Surroundings<'_>) -> PyResul
         PyTypeError::new_err(format!("path: expected a sequence of lissom.Along and lissom.Via, got {found}"))
     };
     let parts = path.try_iter().map_err(|_| wrong())?.enumerate().map(|(i, part)| {
-        part_of(&part?, surroundings).map_err(|error| at_place(object.py(), &format!("path[{i}]"), &error))
+        part_of(&part?, surroundings).map_err(|error| at_place(object.py(), &format!("path[{i}]"), error))
     });
     parts.collect()
 }
@@ -155,19 +193,14 @@ fn signal(object: &Bound<'_, PyAny>, name: &str, functions: &mut Functions) -> P
 }
 
 /// One of two commands, exactly one of which must be given.
-fn one_of<T>(check: &mut Checker, names: [&str; 2], values: [Option<T>; 2]) -> Option<(usize, T)> {
-    let expected = format!("one of {} and {}", names[0], names[1]);
+fn one_of<T>(names: [&str; 2], values: [Option<T>; 2]) -> Result<(usize, T), InvalidInput> {
+    let [first, second] = names;
+    let expected = format!("either {first} or {second}");
     match values {
-        [Some(first), None] => Some((0, first)),
-        [None, Some(second)] => Some((1, second)),
-        [None, None] => {
-            check.require(false, names[0], format_args!("neither {} nor {}", names[0], names[1]), &expected);
-            None
-        }
-        [Some(_), Some(_)] => {
-            check.require(false, names[1], format_args!("both {} and {}", names[0], names[1]), &expected);
-            None
-        }
+        [Some(value), None] => Ok((0, value)),
+        [None, Some(value)] => Ok((1, value)),
+        [None, None] => Err(InvalidInput::new(first, "neither of them", expected)),
+        [Some(_), Some(_)] => Err(InvalidInput::new(second, "both of them", expected)),
     }
 }
 
@@ -184,23 +217,23 @@ fn actuator_of(
             let path = path_of(object, surroundings)?;
             let commands = [signal(object, "tension", functions)?, signal(object, "length", functions)?];
             let stiffness = given(object, "stiffness")?.map(|_| number(object, "stiffness")).transpose()?;
-            let command = one_of(&mut check, ["tension", "length"], commands);
-            let is_length = matches!(command, Some((1, _)));
-            let expected = match is_length {
-                true => "a stiffness (newtons a metre): a tendon of a given length pulls by it",
-                false => "none: a tendon of a given tension has no stiffness",
-            };
-            let found = stiffness.map_or("none".to_owned(), |stiffness| stiffness.to_string());
-            check.require(stiffness.is_some() == is_length, "stiffness", found, expected);
+            let damping = number(object, "damping")?;
+            let (which, command) = one_of(["tension", "length"], commands)?;
+            if which == 0 {
+                let expected = "none: it belongs to a tendon of a given length";
+                let found = Number(stiffness.unwrap_or_default());
+                check.require(stiffness.is_none(), "stiffness", found, expected);
+                check.require(damping == 0.0, "damping", Number(damping), expected);
+            } else {
+                let expected = "a number > 0 (newtons a metre): a tendon of a given length pulls by it";
+                check.require(stiffness.is_some(), "stiffness", "none", expected);
+            }
             check.finish()?;
-            let (which, command) = command.expect("it is given");
             Actuator::Tendon(Tendon {
                 name: text(object, "name")?,
                 path,
                 drive: match (which, stiffness) {
-                    (1, Some(stiffness)) => {
-                        Drive::Length { length: command, stiffness, damping: number(object, "damping")? }
-                    }
+                    (1, Some(stiffness)) => Drive::Length { length: command, stiffness, damping },
                     _ => Drive::Tension(command),
                 },
                 friction: number(object, "friction")?,
@@ -239,12 +272,17 @@ fn actuator_of(
             check.finish()?;
             let shape = object.getattr("shape")?;
             let length = surroundings.length(link);
-            let whole = [0.0, length];
+            let whole = Stretch {
+                ends: [0.0, length],
+                length,
+                is_known: surroundings.robot().is_some(),
+                unit: "the strain for an amount of one",
+            };
             Actuator::ActiveStrain(ActiveStrain {
                 name: text(object, "name")?,
                 link,
                 strain: place.expect("it is known"),
-                shape: offset_of(&shape, whole, length, surroundings.0.is_some(), "shape")?,
+                shape: whole.profile(&shape, "shape")?,
                 amount: signal(object, "amount", functions)?.unwrap_or_default(),
             })
         }
@@ -263,18 +301,17 @@ fn motor_of(
 ) -> PyResult<Actuator> {
     let joint = text(object, "joint")?;
     let commands = [signal(object, "torque", functions)?, signal(object, "position", functions)?];
-    let command = one_of(&mut check, ["torque", "position"], commands);
-    let gains: Option<[f64; 2]> =
-        given(object, "gains")?.map(|gains| convert::array_of(&gains, "gains")).transpose()?;
-    let is_servo = matches!(command, Some((1, _)));
-    let expected = match is_servo {
-        true => "the pair (stiffness, damping) of a motor that holds a position",
-        false => "none: a motor of a given torque has no gains",
+    let (which, command) = one_of(["torque", "position"], commands)?;
+    let gains = given(object, "gains")?;
+    let found = gains.as_ref().map_or_else(|| "none".to_owned(), |gains| gains.to_string());
+    let expected = match which {
+        1 => "the pair (stiffness, damping) of a motor that holds a position",
+        _ => "none: it belongs to a motor of a given position",
     };
-    check.require(gains.is_some() == is_servo, "gains", if is_servo { "none" } else { "gains" }, expected);
+    check.require(gains.is_some() == (which == 1), "gains", found, expected);
     check.finish()?;
-    let (which, command) = command.expect("it is given");
-    let (link, coordinate) = match surroundings.0 {
+    let gains: Option<[f64; 2]> = gains.map(|gains| convert::array_of(&gains, "gains")).transpose()?;
+    let (link, coordinate) = match surroundings.robot() {
         Some(robot) => coordinate_of(robot, &joint)?,
         None => (0, 0),
     };
@@ -293,49 +330,37 @@ fn motor_of(
     }))
 }
 
-/// The link and the place within its joint of a coordinate, by the name of the link (where the joint has one) or of the
-/// coordinate.
-fn coordinate_of(robot: &Robot, name: &str) -> PyResult<(usize, usize)> {
-    let of_joint = |link: &Link| link.joint.coordinates().len();
-    if let Some(link) = robot.links.iter().position(|link| link.name == name && of_joint(link) == 1) {
-        return Ok((link, 0));
-    }
-    let mut known: Vec<String> = Vec::new();
-    for (i, link) in robot.links.iter().enumerate() {
-        for (k, coordinate) in link.joint.coordinates().iter().enumerate() {
-            let full = format!("{}.{coordinate}", link.name);
-            if full == name {
-                return Ok((i, k));
-            }
-            known.push(full);
-        }
-    }
-    let meant = suggestion(name, known.iter().map(String::as_str));
-    let meant = meant.map_or_else(String::new, |meant| format!("; did you mean '{meant}'?"));
-    let expected = match known.is_empty() {
-        true => "a coordinate of a joint, but no link has one".to_owned(),
-        false => format!("a link with a joint of one coordinate, or one of {}{meant}", known.join(", ")),
-    };
-    Err(InvalidInput::new("joint", format_args!("'{name}'"), expected).into())
+/// The link of a robot and the coordinate of its joint that a motor moves.
+fn coordinate_of(robot: &Robot, name: &str) -> Result<(usize, usize), InvalidInput> {
+    robot.motor_coordinate(name).ok_or_else(|| {
+        let known = robot.motor_coordinates();
+        let meant = suggestion(name, known.iter().map(String::as_str));
+        let meant = meant.map_or_else(String::new, |meant| format!("; did you mean '{meant}'?"));
+        let expected = match known.is_empty() {
+            true => "a coordinate of a joint, but no link has one that a motor can move".to_owned(),
+            false => format!("a link with a joint of one coordinate, or one of {}{meant}", known.join(", ")),
+        };
+        InvalidInput::new("joint", format_args!("'{name}'"), expected)
+    })
 }
 
 /// Refuses an actuator that makes no sense by itself; whether it fits a robot is found out by that.
 #[pyfunction]
 pub(crate) fn check_actuator(object: &Bound<'_, PyAny>) -> PyResult<()> {
-    let actuator = actuator_of(object, Surroundings(None), &mut Functions::default())?;
+    let actuator = actuator_of(object, Surroundings::Unknown, &mut Functions::default())?;
     Ok(actuator.validate()?)
 }
 
 /// Refuses a part of a path that makes no sense by itself.
 #[pyfunction]
 pub(crate) fn check_path(object: &Bound<'_, PyAny>) -> PyResult<()> {
-    part_of(object, Surroundings(None)).map(|_| ())
+    Ok(part_of(object, Surroundings::Unknown)?.validate()?)
 }
 
-/// The actuators of a sequence, on the links of a robot.
+/// The actuators of a sequence.
 pub(super) fn actuators_of(
     actuators: &Bound<'_, PyAny>,
-    robot: &Robot,
+    surroundings: Surroundings<'_>,
     functions: &mut Functions,
 ) -> PyResult<Vec<Actuator>> {
     let wrong = || {
@@ -345,8 +370,8 @@ pub(super) fn actuators_of(
     let mut found = Vec::new();
     for (i, object) in actuators.try_iter().map_err(|_| wrong())?.enumerate() {
         let object = object?;
-        let actuator = actuator_of(&object, Surroundings(Some(robot)), functions);
-        found.push(actuator.map_err(|error| at_place(object.py(), &format!("actuators[{i}]"), &error))?);
+        let actuator = actuator_of(&object, surroundings, functions);
+        found.push(actuator.map_err(|error| at_place(object.py(), &format!("actuators[{i}]"), error))?);
     }
     Ok(found)
 }

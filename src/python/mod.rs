@@ -5,6 +5,7 @@
 
 #![allow(missing_docs, reason = "docstrings of this module are written for Python's help()")]
 
+mod actuate;
 mod actuation;
 mod background;
 mod balance;
@@ -15,6 +16,7 @@ mod convert;
 mod errors;
 mod fluid;
 mod imports;
+mod inputs;
 mod link;
 mod load;
 mod model;
@@ -46,6 +48,8 @@ use pyo3::prelude::*;
 mod _lissom {
     use super::*;
 
+    #[pymodule_export]
+    use super::actuate::{PyActuateResult, actuate};
     #[pymodule_export]
     use super::actuation::{check_actuator, check_path};
     #[pymodule_export]

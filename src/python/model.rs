@@ -68,6 +68,9 @@ pub(crate) trait Native: model::Model + Send + Sync {
 
     /// What it was compiled from, if it is a robot.
     fn robot(&self) -> Option<&Robot>;
+
+    /// Itself, if it is a robot.
+    fn robot_model(&mut self) -> Option<&mut RobotModel>;
 }
 
 /// A [`Run`] whose model only its constructor knows: one virtual call a step.
@@ -203,6 +206,10 @@ impl<M: model::Model + Clone + Send + Sync + 'static> Native for M {
     fn robot(&self) -> Option<&Robot> {
         (self as &dyn Any).downcast_ref().map(RobotModel::description)
     }
+
+    fn robot_model(&mut self) -> Option<&mut RobotModel> {
+        (self as &mut dyn Any).downcast_mut()
+    }
 }
 
 /// A mechanical system with n generalised coordinates: the base class of `SpringPendulum` and `Rod`.
@@ -262,13 +269,19 @@ impl PyModel {
     ) -> PyResult<T> {
         let t = time_of_state(t, self.depends_on_time)?;
         check_time(t, self.memory().model.time_span())?;
-        if !self.varies_in_time && u.is_none() {
-            return Ok(evaluate(&mut self.memory()));
+        let u = u.map(|u| self.inputs_of(u)).transpose()?;
+        if !self.varies_in_time {
+            let mut memory = self.memory();
+            let Some(u) = u else { return Ok(evaluate(&mut memory)) };
+            memory.model.set_inputs(&u);
+            let result = evaluate(&mut memory);
+            let defaults = memory.model.default_inputs();
+            memory.model.set_inputs(&defaults);
+            return Ok(result);
         }
-        // A copy: functions of time may be Python code, which may ask this very model; and the model keeps its inputs.
+        // A copy: functions of time may be Python code, which may ask this very model.
         let mut memory = self.memory().clone();
         if let Some(u) = u {
-            let u = self.inputs_of(u)?;
             memory.model.set_inputs(&u);
         }
         or_raised(memory.model.set_time(t))?;
@@ -276,6 +289,16 @@ impl PyModel {
             return Err(PyValueError::new_err(format!("{what}, expected finite numbers")));
         }
         Ok(evaluate(&mut memory))
+    }
+
+    /// Names of the inputs.
+    pub(super) fn input_names(&self) -> Vec<String> {
+        self.memory().model.robot().map_or_else(Vec::new, |robot| robot.inputs().names())
+    }
+
+    /// Values of the inputs as long as nobody sets them.
+    pub(super) fn default_inputs(&self) -> Vec<f64> {
+        self.memory().model.robot().map_or_else(Vec::new, |robot| robot.inputs().defaults().to_vec())
     }
 
     /// Values for all inputs.
@@ -326,16 +349,13 @@ impl PyModel {
     /// Names of the inputs: of all that is set from outside, in the order of u.
     #[getter]
     pub(super) fn inputs<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
-        let names = self.memory().model.robot().map_or_else(Vec::new, |robot| robot.inputs().names());
-        PyTuple::new(py, names)
+        PyTuple::new(py, self.input_names())
     }
 
     /// Values of the inputs as long as nobody sets them, shape (m,).
     #[getter]
     fn u0<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        let defaults =
-            self.memory().model.robot().map_or_else(Vec::new, |robot| robot.inputs().defaults().to_vec());
-        defaults.into_pyarray(py)
+        self.default_inputs().into_pyarray(py)
     }
 
     /// Exact derivatives of the inverse dynamics with respect to the inputs.

@@ -84,6 +84,8 @@ impl PyModesResult {
 ///     Coordinates of the equilibrium, such as the `q` of `statics`.
 /// t : float
 ///     The time at which loads that depend on it are taken, seconds.
+/// u : array_like, shape (m,), optional
+///     The inputs; by default as `u0` of the model.
 ///
 /// Returns
 /// -------
@@ -105,14 +107,15 @@ impl PyModesResult {
 /// >>> lissom.modes(rod, [0] * 6).frequency[:3].round(4)
 /// array([ 1.4518,  9.0983, 25.4829])
 #[pyfunction]
-#[pyo3(signature = (model, q, *, t=0.0))]
+#[pyo3(signature = (model, q, *, t=0.0, u=None))]
 pub(crate) fn modes<'py>(
     py: Python<'py>,
     model: &Bound<'py, PyAny>,
     q: &Bound<'py, PyAny>,
     #[pyo3(from_py_with = convert::number)] t: f64,
+    u: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<PyModesResult> {
-    let mut model = native(model, t)?;
+    let mut model = native(model, t, u)?;
     let q = convert::finite_vector_of(q, model.n(), "q")?;
     model.check_shape(&q, "q")?;
     let n = q.len();

@@ -210,18 +210,24 @@ fn of_object(object: &Bound<'_, PyAny>, link: usize) -> PyResult<Target> {
 }
 
 /// Targets with the names of their places, and whether it is but one that was written without any.
-struct Targets {
-    targets: Vec<Target>,
-    places: Vec<String>,
-    is_single: bool,
+pub(super) struct Targets {
+    pub(super) targets: Vec<Target>,
+    pub(super) places: Vec<String>,
+    pub(super) is_single: bool,
 }
 
 impl Targets {
     /// One for a link, those of a mapping from links to poses, or of a sequence of `lissom.Target`.
-    fn of(robot: &Robot, link: &Bound<'_, PyAny>, single: Option<&Given<'_, '_>>) -> PyResult<Self> {
+    /// What is wrong is said of this argument.
+    pub(super) fn of(
+        robot: &Robot,
+        link: &Bound<'_, PyAny>,
+        single: Option<&Given<'_, '_>>,
+        argument: &str,
+    ) -> PyResult<Self> {
         if link.is_none() || link.is_instance_of::<PyString>() {
             let name: Option<String> = link.extract()?;
-            let index = index_of(robot, name.as_deref(), "link")?;
+            let index = index_of(robot, name.as_deref(), argument)?;
             let Some(given) = single else {
                 return Err(PyTypeError::new_err("pose: expected where the link shall be, got None"));
             };
@@ -237,10 +243,12 @@ impl Targets {
                 let (name, pose): (Bound<'_, PyAny>, Bound<'_, PyAny>) = item.extract()?;
                 let Ok(name) = name.extract::<String>() else {
                     let found = convert::describe(&name);
-                    return Err(PyTypeError::new_err(format!("link: expected names of links, got {found}")));
+                    return Err(PyTypeError::new_err(format!(
+                        "{argument}: expected names of links, got {found}"
+                    )));
                 };
                 let given = Given { pose: &pose, at: None, point: None, weights: [None; 2] };
-                all.push(robot, &name, format!("['{name}']"), |index| given.target(index))?;
+                all.push(robot, &name, format!("{argument}['{name}']"), |index| given.target(index))?;
             }
             return Ok(all);
         }
@@ -248,7 +256,7 @@ impl Targets {
             let found = convert::describe(found);
             let expected =
                 "the name of a link, a mapping from links to poses, or a sequence of lissom.Target";
-            PyTypeError::new_err(format!("link: expected {expected}, got {found}"))
+            PyTypeError::new_err(format!("{argument}: expected {expected}, got {found}"))
         };
         for (i, target) in link.try_iter().map_err(|_| wrong(link))?.enumerate() {
             let target = target?;
@@ -256,7 +264,7 @@ impl Targets {
                 return Err(wrong(&target));
             }
             let name: String = target.getattr("link")?.extract()?;
-            all.push(robot, &name, format!("[{i}]"), |index| of_object(&target, index))?;
+            all.push(robot, &name, format!("{argument}[{i}]"), |index| of_object(&target, index))?;
         }
         Ok(all)
     }
@@ -268,16 +276,16 @@ impl Targets {
         place: String,
         target: impl FnOnce(usize) -> PyResult<Target>,
     ) -> PyResult<()> {
-        let index = index_of(robot, Some(name), &format!("link{place}"))?;
+        let index = index_of(robot, Some(name), &place)?;
         let target = target(index).map_err(|error| Python::attach(|py| placed(py, &error, &place)))?;
         self.targets.push(target);
-        self.places.push(format!("link{place}."));
+        self.places.push(format!("{place}."));
         Ok(())
     }
 }
 
 /// The problems of targets at these places as they are written.
-fn named(places: &[String], error: InvalidInput) -> InvalidInput {
+pub(super) fn named(places: &[String], error: InvalidInput) -> InvalidInput {
     let named = |problem: Problem| {
         let inner = places.iter().enumerate().find_map(|(i, place)| {
             problem.place.strip_prefix(&format!("targets[{i}].")).map(|rest| format!("{place}{rest}"))
@@ -289,7 +297,7 @@ fn named(places: &[String], error: InvalidInput) -> InvalidInput {
 
 /// The same error about something at a place.
 fn placed(py: Python<'_>, error: &PyErr, place: &str) -> PyErr {
-    let message = format!("link{place}.{}", error.value(py));
+    let message = format!("{place}.{}", error.value(py));
     if error.is_instance_of::<PyTypeError>(py) {
         PyTypeError::new_err(message)
     } else {
@@ -361,7 +369,7 @@ pub(super) fn search(
     wishes: &Wishes<'_, '_>,
 ) -> PyResult<PyReachResult> {
     let robot = model.description().clone();
-    let targets = Targets::of(&robot, link, single)?;
+    let targets = Targets::of(&robot, link, single, "link")?;
     let options = wishes.options(robot.coordinates())?;
     let of_search = targets.targets.clone();
     let n = robot.coordinates();

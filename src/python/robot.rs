@@ -11,7 +11,7 @@ use pyo3::prelude::*;
 use pyo3::pyclass::boolean_struct::True;
 use pyo3::types::{PyDict, PySlice, PyString, PyTuple};
 
-use super::actuation::{actuator_index, actuators_of, actuators_out};
+use super::actuation::{Surroundings, actuator_index, actuators_of, actuators_out};
 use super::base::PyBaseMotion;
 use super::callback::or_raised;
 use super::convert;
@@ -210,7 +210,7 @@ impl PyRobot {
     }
 
     /// A copy of the model.
-    fn model(&self) -> RobotModel {
+    pub(super) fn model(&self) -> RobotModel {
         self.kinematics.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
@@ -363,7 +363,7 @@ impl PyRobot {
         robot.fluid = fluid.map(|fluid| fluid.get().0.clone());
         robot.base_motion = base_motion.map(|motion| motion.get().motion().clone());
         if let Some(actuators) = actuators {
-            robot.actuators = actuators_of(actuators, &robot, &mut functions)?;
+            robot.actuators = actuators_of(actuators, Surroundings::Robot(&robot), &mut functions)?;
         }
         Self::initializer(robot)
     }

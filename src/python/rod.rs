@@ -4,7 +4,7 @@ use pyo3::class::{PyTraverseError, PyVisit};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
-use super::actuation::actuators_of;
+use super::actuation::{Surroundings, actuators_of};
 use super::base::PyBaseMotion;
 use super::convert;
 use super::fluid::PyFluid;
@@ -145,7 +145,7 @@ impl PyRod {
         // Their functions are alive until the rod has them.
         let mut functions = Functions::default();
         if let Some(actuators) = actuators {
-            rod.actuators = actuators_of(actuators, &Robot::from(&rod), &mut functions)?;
+            rod.actuators = actuators_of(actuators, Surroundings::Rod(&Robot::from(&rod)), &mut functions)?;
         }
         Self::initializer(rod)
     }

@@ -9,12 +9,14 @@ use pyo3::types::PyList;
 use super::background;
 use super::callback::{Raised, or_raised};
 use super::convert;
+use super::inputs;
 use super::model::{Native, PyModel, check_time};
 use super::motion::Ticker;
 use super::record::{self, ReadOnly, Reduced};
 use crate::error::{Interrupted, InvalidInput};
 use crate::statics::{
-    self as core, ContinuationOptions, Counters, CriticalPoint, Equilibrium, Options, Path, Stability, Start,
+    self as core, ContinuationOptions, Counters, CriticalPoint, Equilibrium, InputPath, Options, Path,
+    Stability, Start, Tendons,
 };
 
 /// A point of a path of equilibria at which the tangent stiffness is singular.
@@ -26,7 +28,9 @@ use crate::statics::{
 /// index : int
 ///     It lies behind this point of the path and before the next one.
 /// load_factor : float
-///     Part of the loads.
+///     Part of the loads; of a path of inputs how far they are, 0 to 1.
+/// u : ndarray, shape (m,), or None
+///     The inputs, where they are what grows.
 /// q : ndarray, shape (n,)
 ///     Coordinates.
 /// directions : ndarray, shape (m, n)
@@ -38,16 +42,18 @@ pub(crate) struct PyCriticalPoint {
     kind: String,
     index: usize,
     load_factor: f64,
+    u: Option<ReadOnly<PyArray1<f64>>>,
     q: ReadOnly<PyArray1<f64>>,
     directions: ReadOnly<PyArray2<f64>>,
 }
 
 impl PyCriticalPoint {
     fn new(py: Python<'_>, point: CriticalPoint) -> PyResult<Self> {
-        let CriticalPoint { kind, index, load_factor, q, directions } = point;
+        let CriticalPoint { kind, index, load_factor, inputs, q, directions } = point;
         let directions = rows(py, directions, q.len())?;
         let q = ReadOnly::new(q.into_pyarray(py))?;
-        Ok(Self { kind: kind.name().to_owned(), index, load_factor, q, directions })
+        let u = if inputs.is_empty() { None } else { Some(ReadOnly::new(inputs.into_pyarray(py))?) };
+        Ok(Self { kind: kind.name().to_owned(), index, load_factor, u, q, directions })
     }
 }
 
@@ -73,7 +79,9 @@ impl PyCriticalPoint {
 /// Attributes
 /// ----------
 /// load_factor : ndarray, shape (m,)
-///     Part of the loads, gravity included, that acts.
+///     Part of the loads, gravity included, that acts; of a path of inputs how far they are, 0 to 1.
+/// u : ndarray, shape (m, k), or None
+///     The k inputs, where they are what grows.
 /// q : ndarray, shape (m, n)
 ///     Coordinates.
 /// lowest_eigenvalue : ndarray, shape (m,)
@@ -87,6 +95,7 @@ impl PyCriticalPoint {
 #[derive(FromPyObject)]
 pub(crate) struct PyEquilibriumPath {
     load_factor: ReadOnly<PyArray1<f64>>,
+    u: Option<ReadOnly<PyArray2<f64>>>,
     q: ReadOnly<PyArray2<f64>>,
     lowest_eigenvalue: ReadOnly<PyArray1<f64>>,
     stability: Vec<Option<String>>,
@@ -95,14 +104,17 @@ pub(crate) struct PyEquilibriumPath {
 
 impl PyEquilibriumPath {
     fn new(py: Python<'_>, path: Path, n: usize) -> PyResult<Py<Self>> {
-        let Path { load_factor, q, lowest, stability, critical } = path;
+        let Path { load_factor, inputs, q, lowest, stability, critical } = path;
         let critical_points = PyList::empty(py);
         for point in critical {
             critical_points.append(Bound::new(py, PyCriticalPoint::new(py, point)?)?)?;
         }
         let q = rows(py, q, n)?;
+        let entries = inputs.len() / load_factor.len().max(1);
+        let u = if inputs.is_empty() { None } else { Some(rows(py, inputs, entries)?) };
         let path = Self {
             load_factor: ReadOnly::new(load_factor.into_pyarray(py))?,
+            u,
             q,
             lowest_eigenvalue: ReadOnly::new(lowest.into_pyarray(py))?,
             stability: stability.into_iter().map(|stability| stability.map(named)).collect(),
@@ -174,6 +186,9 @@ fn named(stability: Stability) -> String {
 /// lowest_eigenvalue : float
 ///     Smallest eigenvalue of the (symmetric part of the) tangent stiffness relative to that of the material and of springs: one
 ///     without load, zero at critical points.
+/// slack : list of str
+///     Tendons of a robot that are slack: those of a given length whose path is shorter, and those of a tension that is told to be
+///     less than zero. The message names them, and those whose friction is left out because nothing says which way they slide.
 /// path : EquilibriumPath or None
 ///     The path of loading, where one was followed.
 /// nit, nfev, njev : int
@@ -192,6 +207,7 @@ pub(crate) struct PyStaticsResult {
     stability: Option<String>,
     undamped_stability: Option<String>,
     lowest_eigenvalue: f64,
+    slack: Vec<String>,
     path: Option<Py<PyEquilibriumPath>>,
     nit: usize,
     nfev: usize,
@@ -298,6 +314,8 @@ impl PyContinuationResult {
 ///     Largest number of Newton iterations of 'descent' and 'newton'.
 /// max_steps : int
 ///     Largest number of steps of 'load_path'.
+/// u : array_like, shape (m,), optional
+///     The inputs; by default as `u0` of the model.
 ///
 /// Returns
 /// -------
@@ -317,8 +335,8 @@ impl PyContinuationResult {
 /// >>> sagging.success, sagging.stability, sagging.q.round(6)
 /// (True, 'stable', array([ 0.238212, -0.358564,  0.121461]))
 #[pyfunction]
-#[pyo3(signature = (model, q0=None, *, load_steps=None, method="auto", t=0.0, tol=None, max_iter=None, max_steps=None),
-       text_signature = "(model, q0=None, *, load_steps='auto', method='auto', t=0.0, tol=1e-10, max_iter=500, max_steps=500)")]
+#[pyo3(signature = (model, q0=None, *, load_steps=None, method="auto", t=0.0, tol=None, max_iter=None, max_steps=None, u=None),
+       text_signature = "(model, q0=None, *, load_steps='auto', method='auto', t=0.0, tol=1e-10, max_iter=500, max_steps=500, u=None)")]
 #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python function")]
 pub(crate) fn statics<'py>(
     py: Python<'py>,
@@ -330,8 +348,10 @@ pub(crate) fn statics<'py>(
     #[pyo3(from_py_with = convert::optional_number)] tol: Option<f64>,
     max_iter: Option<i64>,
     max_steps: Option<i64>,
+    u: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<PyStaticsResult> {
-    let mut model = native(model, t)?;
+    let u = u.map(|u| inputs_of(model, u)).transpose()?;
+    let mut model = native_with(model, t, u.as_deref())?;
     let n = model.n();
     let q0 = q0.map(|q0| convert::finite_vector_of(q0, n, "q0")).transpose()?;
     let defaults = Options::default();
@@ -363,7 +383,13 @@ pub(crate) fn statics<'py>(
         max_iter: count(max_iter, "max_iter", defaults.max_iter)?,
         max_steps: count(max_steps, "max_steps", defaults.max_steps)?,
     };
-    let found = run(py, n, move |monitor| core::equilibrium(&mut *model, &options, monitor))?;
+    let (found, tendons) = run(py, n, move |monitor| {
+        let found = core::equilibrium(&mut *model, &options, monitor)?;
+        Ok(found.and_then(|found| {
+            let of_robot = model.robot_model().map(|robot| Tendons::of(robot, &found.q, t, u.as_deref()));
+            Ok((found, of_robot.transpose()?.unwrap_or_default()))
+        }))
+    })?;
     let Equilibrium {
         q,
         load_factor,
@@ -382,7 +408,7 @@ pub(crate) fn statics<'py>(
         q: ReadOnly::new(q.into_pyarray(py))?,
         success: status.is_success(),
         status: status.name().to_owned(),
-        message,
+        message: if status.is_success() { message + &tendons.message() } else { message },
         load_factor,
         residual_norm,
         step_norm,
@@ -390,6 +416,7 @@ pub(crate) fn statics<'py>(
         stability: verdict.map(|verdict| verdict.stability.name().to_owned()),
         undamped_stability: verdict.map(|verdict| verdict.undamped.name().to_owned()),
         lowest_eigenvalue: lowest,
+        slack: tendons.slack,
         path,
         nit: iterations,
         nfev: forces,
@@ -399,14 +426,18 @@ pub(crate) fn statics<'py>(
 
 /// Follow the path of equilibria of a model at rest over the load factor, through limit points and onto branches.
 ///
+/// The load factor scales all loads; or, with `inputs`, it leads inputs from one value at 0 to another at 1, under all loads: a path of
+/// tensions, pressures, lengths.
+///
 /// Parameters
 /// ----------
 /// model : Model
 ///     A `Rod` or a `SpringPendulum`.
 /// q0 : array_like, shape (n,), optional
-///     Coordinates of the equilibrium at which the path begins, or near it; zero by default.
+///     Coordinates of the equilibrium at which the path begins, or near it; by default zero, with `inputs` the equilibrium that
+///     `statics` finds there.
 /// load_factor : float
-///     Part of the loads, gravity included, that acts there.
+///     Part of the loads, gravity included, that acts there; with `inputs` how far these are.
 /// direction : array_like, shape (n,), optional
 ///     The direction in which the path leaves: one of the `directions` of a bifurcation, or its opposite, to follow the branches
 ///     there. By default it leaves towards larger load factors.
@@ -420,6 +451,11 @@ pub(crate) fn statics<'py>(
 ///     The time at which loads that depend on it are taken, seconds.
 /// tol : float
 ///     As for `statics`.
+/// u : array_like, shape (m,), optional
+///     The inputs, of `inputs` the others; by default as `u0` of the model.
+/// inputs : mapping from str to (from, to), optional
+///     Inputs that the load factor leads from one value to another, by their names: two numbers, or two triples where the input is a
+///     vector.
 ///
 /// Returns
 /// -------
@@ -448,8 +484,8 @@ pub(crate) fn statics<'py>(
 /// >>> buckled.success, buckled.path.stability[-1]
 /// (True, 'stable')
 #[pyfunction]
-#[pyo3(signature = (model, q0=None, *, load_factor=0.0, direction=None, bounds=None, max_step=None, max_steps=None, t=0.0, tol=None),
-       text_signature = "(model, q0=None, *, load_factor=0.0, direction=None, bounds=(0.0, 1.0), max_step=0.25, max_steps=500, t=0.0, tol=1e-10)")]
+#[pyo3(signature = (model, q0=None, *, load_factor=0.0, direction=None, bounds=None, max_step=None, max_steps=None, t=0.0, tol=None, u=None, inputs=None),
+       text_signature = "(model, q0=None, *, load_factor=0.0, direction=None, bounds=(0.0, 1.0), max_step=0.25, max_steps=500, t=0.0, tol=1e-10, u=None, inputs=None)")]
 #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python function")]
 pub(crate) fn continuation<'py>(
     py: Python<'py>,
@@ -462,14 +498,20 @@ pub(crate) fn continuation<'py>(
     max_steps: Option<i64>,
     #[pyo3(from_py_with = convert::number)] t: f64,
     #[pyo3(from_py_with = convert::optional_number)] tol: Option<f64>,
+    u: Option<&Bound<'py, PyAny>>,
+    inputs: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<PyContinuationResult> {
-    let mut model = native(model, t)?;
+    let u = u.map(|u| inputs_of(model, u)).transpose()?;
+    let of_model = model;
+    let mut model = native_with(of_model, t, u.as_deref())?;
+    let inputs = inputs.map(|inputs| input_path(of_model, u, inputs, t)).transpose()?;
     let n = model.n();
     let vector = |value: Option<&Bound<'py, PyAny>>, name| {
         value.map(|value| convert::finite_vector_of(value, n, name)).transpose()
     };
     let defaults = ContinuationOptions::default();
     let options = ContinuationOptions {
+        inputs,
         q0: vector(q0, "q0")?,
         load_factor,
         direction: vector(direction, "direction")?,
@@ -491,18 +533,57 @@ pub(crate) fn continuation<'py>(
     })
 }
 
-/// A copy of a model for a search of its own, at a time.
-pub(super) fn native(model: &Bound<'_, PyAny>, t: f64) -> PyResult<Box<dyn Native>> {
-    let Ok(model) = model.cast::<PyModel>() else {
-        return Err(PyTypeError::new_err(format!(
+/// What a model is asked at: its base class.
+fn base<'a, 'py>(model: &'a Bound<'py, PyAny>) -> PyResult<&'a Bound<'py, PyModel>> {
+    model.cast::<PyModel>().map_err(|_| {
+        PyTypeError::new_err(format!(
             "model: expected a Model (Rod, SpringPendulum), got {}",
             convert::describe(model)
-        )));
-    };
-    let mut model = model.get().native();
+        ))
+    })
+}
+
+/// Values for all inputs of a model.
+pub(super) fn inputs_of(model: &Bound<'_, PyAny>, u: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
+    base(model)?.get().inputs_of(u)
+}
+
+/// A copy of a model for a search of its own, at a time and with these inputs.
+pub(super) fn native(
+    model: &Bound<'_, PyAny>,
+    t: f64,
+    u: Option<&Bound<'_, PyAny>>,
+) -> PyResult<Box<dyn Native>> {
+    let u = u.map(|u| inputs_of(model, u)).transpose()?;
+    native_with(model, t, u.as_deref())
+}
+
+/// The same with inputs that were looked at.
+pub(super) fn native_with(model: &Bound<'_, PyAny>, t: f64, u: Option<&[f64]>) -> PyResult<Box<dyn Native>> {
+    let mut model = base(model)?.get().native();
     check_time(t, model.time_span())?;
+    if let Some(u) = u {
+        model.set_inputs(u);
+    }
     or_raised(model.set_time(t))?;
     Ok(model)
+}
+
+/// The way of inputs from one value to another; the others are as in `u`.
+fn input_path(
+    model: &Bound<'_, PyAny>,
+    u: Option<Vec<f64>>,
+    inputs: &Bound<'_, PyAny>,
+    time: f64,
+) -> PyResult<InputPath> {
+    let model = base(model)?.get();
+    let from = u.unwrap_or_else(|| model.default_inputs());
+    let mut path = InputPath { to: from.clone(), from, time };
+    for (entries, [from, to]) in inputs::pairs(inputs, &model.input_names(), "inputs")? {
+        path.from[entries.clone()].copy_from_slice(&from);
+        path.to[entries].copy_from_slice(&to);
+    }
+    Ok(path)
 }
 
 /// A computation of a model of `n` coordinates without the interpreter, which hears Ctrl-C.

@@ -35,11 +35,11 @@ pub struct Error {
 
 /// Position and orientation of a link less those that are wanted, for all targets: `p - p*` along the axes of the world,
 /// and the rotation vector of `R*^T R`.
-pub(super) struct Misfit<'a, 'b> {
+pub(crate) struct Misfit<'a, 'b> {
     model: &'a mut RobotModel,
     monitor: Monitor<'b>,
     goals: Vec<Goal>,
-    pub(super) sizes: Vec<f64>,
+    pub(crate) sizes: Vec<f64>,
     q: Vec<f64>,
     of_pose: Matrix,
     /// One over the length of the robot: as much of it counts as a radian.
@@ -49,12 +49,12 @@ pub(super) struct Misfit<'a, 'b> {
     /// The first coordinates of the rotation vectors that may be replaced by shorter ones.
     rotation_vectors: Vec<usize>,
     /// Why the last shape that meant nothing meant nothing.
-    pub(super) flaw: Option<Flaw>,
+    pub(crate) flaw: Option<Flaw>,
 }
 
 impl<'a, 'b> Misfit<'a, 'b> {
     /// Of valid targets; some rotation vectors have no bounds.
-    pub(super) fn new(
+    pub(crate) fn new(
         model: &'a mut RobotModel,
         targets: &[Target],
         rotation_vectors: Vec<usize>,
@@ -99,27 +99,27 @@ impl<'a, 'b> Misfit<'a, 'b> {
     }
 
     /// The first coordinates of the rotation vectors that may be replaced by shorter ones.
-    pub(super) fn rotation_vectors(&self) -> &[usize] {
+    pub(crate) fn rotation_vectors(&self) -> &[usize] {
         &self.rotation_vectors
     }
 
     /// Whether all that counts shall count alike, or as the targets say.
-    pub(super) fn count_alike(&mut self, alike: bool) {
+    pub(crate) fn count_alike(&mut self, alike: bool) {
         self.alike = alike;
     }
 
     /// Whether that makes no difference.
-    pub(super) fn counts_alike(&self) -> bool {
+    pub(crate) fn counts_alike(&self) -> bool {
         self.least_weight() == 1.0
     }
 
     /// The least weight of what counts, over the largest.
-    pub(super) fn least_weight(&self) -> f64 {
+    pub(crate) fn least_weight(&self) -> f64 {
         self.goals.iter().flat_map(Goal::counted_weights).fold(1.0, f64::min)
     }
 
     /// The coordinates of scaled ones.
-    pub(super) fn coordinates(&self, x: &[f64]) -> Vec<f64> {
+    pub(crate) fn coordinates(&self, x: &[f64]) -> Vec<f64> {
         x.iter().zip(&self.sizes).map(|(x, size)| x * size).collect()
     }
 
@@ -130,7 +130,7 @@ impl<'a, 'b> Misfit<'a, 'b> {
     }
 
     /// What is left of every target, and where its section or body is.
-    pub(super) fn errors(&mut self, q: &[f64]) -> Vec<(Error, Pose)> {
+    pub(crate) fn errors(&mut self, q: &[f64]) -> Vec<(Error, Pose)> {
         let Self { model, goals, .. } = self;
         let error = |goal: &Goal| {
             let pose = model.pose_at(q, &goal.place);

@@ -18,7 +18,7 @@
 //!
 //! `target` says what is wanted, `misfit` how far it is, `starts` where else to begin, `preference` which shape of all.
 
-mod misfit;
+pub(crate) mod misfit;
 mod outcome;
 mod preference;
 mod starts;
@@ -33,10 +33,10 @@ use crate::error::{Checker, Interrupted, InvalidInput, Number};
 use crate::model::Discretised as _;
 use crate::model::{Elastic as _, Model as _, rotation_vectors};
 use crate::robot::{Origin, Robot, RobotModel, origin};
-use crate::roots::least_squares::{self, Bounds, Counters, End, Outcome, solve};
+use crate::roots::least_squares::{self, Bounds, Counters, End, Form, Outcome, solve};
 use crate::statics::Monitor;
 use misfit::Misfit;
-use preference::Form;
+use preference::{form_of, unwind};
 use starts::Starts;
 
 /// A shape of this part less left is better, and worth another shape than the one near the start.
@@ -88,7 +88,7 @@ pub fn reach(
     model.check_shape(&q0, "q0")?;
     let mut sizes = vec![1.0; model.n()];
     model.typical_coordinates(&mut sizes);
-    let form = Form::of(&options.prefer, model, &q0, &sizes)?;
+    let form = form_of(&options.prefer, model, &q0, &sizes)?;
     Ok(search(model, targets, options, (&q0, &bounds, form.as_ref()), monitor))
 }
 
@@ -148,10 +148,14 @@ fn search(
     let mut status = Status::of(best.end, !best.held.is_empty(), flaw);
     misfit.flaw = None;
     misfit.count_alike(true);
-    if let Some(form) = form.filter(|_| status == Status::Reached)
-        && !form.settle(&mut misfit, &mut x, &scaled_bounds, &search, &mut counters)?
-    {
-        status = Status::NotSettled;
+    if let Some(form) = form.filter(|_| status == Status::Reached) {
+        let mut preferred = x.clone();
+        unwind(form, misfit.rotation_vectors(), &mut preferred);
+        if form.settle(&mut misfit, &mut preferred, &scaled_bounds, &search, &mut counters)? {
+            x = preferred;
+        } else {
+            status = Status::NotSettled;
+        }
     }
     let mut q = misfit.coordinates(&x);
     // Not beyond what was given, by the rounding of scales.

@@ -63,7 +63,7 @@ impl Target {
     }
 
     /// Notes what is wrong with it on a robot.
-    pub(super) fn check(&self, check: &mut Checker, place: &str, robot: &Robot) {
+    pub(crate) fn check(&self, check: &mut Checker, place: &str, robot: &Robot) {
         check.nested(place, self.validate());
         let Some(link) = robot.links.get(self.link) else {
             let expected = format!("a link, 0 to {}", robot.links.len() - 1);

@@ -9,6 +9,7 @@ use crate::pendulum::SpringPendulum;
 use crate::robot;
 use crate::simulate::check_step;
 
+use super::actuators::{Surroundings, actuators, key_of_actuator};
 use super::document::{Body, Document, Output, Segment, Simulation as Settings};
 use super::imports::Imported;
 use super::links;
@@ -131,6 +132,15 @@ fn model(
                 let right = "keep one of them";
                 shape.refuse("import", "a pendulum and the links of a robot in one scene", right);
             }
+            let of_robots = [
+                ("tendon", document.tendon.is_empty()),
+                ("chamber", document.chamber.is_empty()),
+                ("motor", document.motor.is_empty()),
+                ("active_strain", document.active_strain.is_empty()),
+            ];
+            for (key, _) in of_robots.into_iter().filter(|(_, is_absent)| !is_absent) {
+                shape.refuse(key, "a pendulum has no actuators", "remove it, or simulate a rod or a robot");
+            }
             pendulum(document, shape)
         }
         (rods, pendulum) => {
@@ -182,8 +192,13 @@ fn rod(document: &Document, shape: &mut Shape) -> Option<(Model, [Vec<f64>; 2])>
         fluid: written.fluid.as_ref().map(parts::fluid),
         ..robot::Rod::new(segments)
     };
-    let rod = robot::Rod { gravity: document.scene.gravity.unwrap_or(rod.gravity), ..rod };
-    let valid = report(rod.validate(), shape, |place| rod_place(place, &written.segment)).is_some();
+    let mut rod = robot::Rod { gravity: document.scene.gravity.unwrap_or(rod.gravity), ..rod };
+    let surroundings = Surroundings { robot: &(&rod).into(), is_rod: true, are_incomplete: false };
+    let (actuators, keys) = actuators(document, surroundings, shape);
+    rod.actuators = actuators;
+    let key =
+        |place: &str| key_of_actuator(place, &keys).unwrap_or_else(|| rod_place(place, &written.segment));
+    let valid = report(rod.validate(), shape, key).is_some();
     let n = (valid && shape.is_readable("rod[0].segment")).then(|| rod.coordinates());
     if n == Some(0) {
         shape.refuse(

@@ -36,6 +36,18 @@ pub(super) struct Document {
     pub(super) base_motion: Option<BaseMotion>,
     /// What surrounds the rods of a robot. Default: nothing.
     pub(super) fluid: Option<Fluid>,
+    /// Cables that pull along their paths, on the rod or between the links of a robot.
+    #[serde(default)]
+    pub(super) tendon: Vec<Tendon>,
+    /// Chambers along rods that a fluid presses on.
+    #[serde(default)]
+    pub(super) chamber: Vec<Chamber>,
+    /// Motors on the joints of a robot.
+    #[serde(default)]
+    pub(super) motor: Vec<Motor>,
+    /// Reference strains that are driven: muscles.
+    #[serde(default)]
+    pub(super) active_strain: Vec<ActiveStrain>,
     /// A spring pendulum, instead of a rod.
     pub(super) pendulum: Option<Pendulum>,
     /// How long, and by which method.
@@ -329,14 +341,222 @@ pub(super) struct Load {
     pub(super) frame: Frame,
 }
 
-/// A vector that is constant or varies in time.
+/// A cable that pulls along its path, by a tension, or by a length with a stiffness.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Tendon {
+    /// What it is known by.
+    #[schemars(example = &"tendon")]
+    pub(super) name: String,
+    /// Its way, from the end where it is pulled to the one where it is fixed; straight between parts that do not follow
+    /// each other in a rod.
+    #[schemars(length(min = 1), example = Vec::<()>::new())]
+    pub(super) path: Vec<PathPart>,
+    /// Tension in newtons: a number, or a table where it varies in time or is an input.
+    pub(super) tension: Option<Command>,
+    /// Instead: the length at which it is free of force, in metres, likewise. Its tension is then
+    /// stiffness (path - length) + damping (rate of path), and never less than zero.
+    pub(super) length: Option<Command>,
+    /// Stiffness of one whose length is given, in N/m.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub(super) stiffness: Option<f64>,
+    /// Damping of one whose length is given, in N s/m. Default: 0.
+    #[schemars(range(min = 0.0))]
+    pub(super) damping: Option<f64>,
+    /// Coefficient of friction where it is embedded (capstan). Default: 0.
+    #[schemars(range(min = 0.0))]
+    pub(super) friction: Option<f64>,
+    /// Rate of its length below which friction is smoothed, in m/s. Default: 1e-3.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub(super) friction_velocity: Option<f64>,
+    /// Direction of sliding in [-1, 1]: 1 as while it is pulled, -1 as while it is let out. Default: by the rate of its length.
+    pub(super) sliding: Option<Command>,
+}
+
+/// A part of a path: embedded in a rod, with offset and along, or a point, with at.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct PathPart {
+    /// Name of the link. Default: of a robot the only link, where it is embedded, and the world, where it is a point; the rod.
+    pub(super) link: Option<String>,
+    /// Where it lies in the sections, y and z from the rod's axis in metres: each a number, two numbers from one end of the
+    /// part to the other, or a table along the whole rod of the link. Default: [0, 0].
+    pub(super) offset: Option<[AlongRod; 2]>,
+    /// Arc lengths of the unstretched rod between which it lies, in metres. Default: the whole rod.
+    pub(super) along: Option<[f64; 2]>,
+    /// Instead: a point in the axes of the section, of the body, or of the world, in metres.
+    pub(super) point: Option<[f64; 3]>,
+    /// Arc length of the section that has the point, in metres. Default: the tip of the rod, or the body.
+    #[schemars(range(min = 0.0))]
+    pub(super) at: Option<f64>,
+}
+
+/// A number that is constant along a rod, or varies.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub(super) enum AlongRod {
+    /// The same everywhere.
+    Constant(f64),
+    /// From one end to the other, linear between them.
+    Linear([f64; 2]),
+    /// From a table.
+    Table(AlongRodTable),
+}
+
+/// Numbers at places of the rod of a link, with smooth interpolation that does not overshoot.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct AlongRodTable {
+    /// Increasing arc lengths from the base of the rod, in metres: the first is 0, the last the length of the rod.
+    #[schemars(length(min = 2), example = StrainTable::stations())]
+    pub(super) stations: Vec<f64>,
+    /// The number at each.
+    #[schemars(length(min = 2), example = vec![0.0, 0.0])]
+    pub(super) values: Vec<f64>,
+}
+
+/// A chamber along rods with caps at its ends, on which a fluid presses.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Chamber {
+    /// What it is known by.
+    #[schemars(example = &"chamber")]
+    pub(super) name: String,
+    /// Its middle line: parts that are embedded in rods.
+    #[schemars(length(min = 1), example = Vec::<()>::new())]
+    pub(super) path: Vec<PathPart>,
+    /// Area of its cut with the sections, in m^2.
+    #[schemars(extend("exclusiveMinimum" = 0), example = 1e-4)]
+    pub(super) area: f64,
+    /// Pressure over that around, in pascals: a number, or a table where it varies in time or is an input. Default: 0.
+    pub(super) pressure: Option<Command>,
+}
+
+/// A motor on the joint of a link, by a torque, or by a position with gains.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Motor {
+    /// Name of a link whose joint has one coordinate, or of a coordinate, such as "slide.angle".
+    #[schemars(example = &"link")]
+    pub(super) joint: String,
+    /// Torque in N m, or force in N: a number, or a table where it varies in time or is an input.
+    pub(super) torque: Option<Command>,
+    /// Instead: the position that it holds, in radians or metres, likewise.
+    pub(super) position: Option<Command>,
+    /// Stiffness and damping of a motor that holds a position.
+    pub(super) gains: Option<[f64; 2]>,
+    /// The lowest and the highest torque or force. Default: none.
+    pub(super) limits: Option<[f64; 2]>,
+    /// What it is known by. Default: as the joint.
+    pub(super) name: Option<String>,
+}
+
+/// A reference strain that is driven: amount (in time) times shape (along the rod).
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ActiveStrain {
+    /// Name of the link. Default: the only one, or the rod.
+    pub(super) link: Option<String>,
+    /// The strain, which needs modes to follow.
+    #[schemars(example = Strain::BendY)]
+    pub(super) strain: Strain,
+    /// Along the whole rod, in the unit of the strain for an amount of one: a number, two numbers from base to tip, or a
+    /// table. Default: 1.
+    pub(super) shape: Option<AlongRod>,
+    /// How much of it there is: a number, or a table where it varies in time or is an input. Default: 0.
+    pub(super) amount: Option<Command>,
+    /// What it is known by. Default: the link and the strain.
+    pub(super) name: Option<String>,
+}
+
+/// A component of the strain.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum Strain {
+    /// About the rod's axis, in 1/m.
+    Torsion,
+    /// About the body y axis, in 1/m.
+    BendY,
+    /// About the body z axis, in 1/m.
+    BendZ,
+    /// Along the rod.
+    Stretch,
+    /// Along the body y axis.
+    ShearY,
+    /// Along the body z axis.
+    ShearZ,
+}
+
+/// A number that is constant, varies in time, or is set from outside.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub(super) enum Command {
+    /// Always the same.
+    Constant(f64),
+    /// A function of time, or an input.
+    Varying(VaryingCommand),
+}
+
+/// A number as a function of time: either times and values, or mean + rate t + amplitude sin(2 pi frequency t + phase). Or an
+/// input, a number that a controller sets.
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct VaryingCommand {
+    /// Times in seconds, increasing, for the values.
+    pub(super) times: Option<Vec<f64>>,
+    /// Values at the times, with straight lines between them, held before the first and after the last.
+    pub(super) values: Option<Vec<f64>>,
+    /// Largest deviation from the steady part. Default: 0.
+    pub(super) amplitude: Option<f64>,
+    /// Oscillations per second, in hertz. Default: 0.
+    #[schemars(range(min = 0.0))]
+    pub(super) frequency: Option<f64>,
+    /// Phase at time zero, in radians. Default: 0.
+    pub(super) phase: Option<f64>,
+    /// Steady part at time zero. Default: 0.
+    pub(super) mean: Option<f64>,
+    /// Growth of the steady part per second. Default: 0.
+    pub(super) rate: Option<f64>,
+    /// Instead: the name of an input. Inputs of one name are one.
+    pub(super) input: Option<String>,
+    /// What the input is as long as nobody sets it. Default: 0.
+    pub(super) default: Option<f64>,
+}
+
+/// A vector that is constant, varies in time, or is set from outside.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub(super) enum Vector {
     /// Always the same.
     Constant([f64; 3]),
-    /// A function of time.
-    Varying(VaryingVector),
+    /// A function of time, or an input.
+    Varying(Box<VaryingLoad>),
+}
+
+/// A force or a moment as a function of time: either times and values, or mean + rate t + amplitude
+/// sin(2 pi frequency t + phase). Or an input, three numbers that a controller sets.
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct VaryingLoad {
+    /// Times in seconds, increasing, for the values.
+    pub(super) times: Option<Vec<f64>>,
+    /// Values at the times, with straight lines between them, held before the first and after the last.
+    pub(super) values: Option<Vec<[f64; 3]>>,
+    /// Largest deviation from the steady part. Default: [0, 0, 0].
+    pub(super) amplitude: Option<[f64; 3]>,
+    /// Oscillations per second, in hertz. Default: 0.
+    #[schemars(range(min = 0.0))]
+    pub(super) frequency: Option<f64>,
+    /// Phase at time zero, in radians. Default: 0.
+    pub(super) phase: Option<f64>,
+    /// Steady part at time zero. Default: [0, 0, 0].
+    pub(super) mean: Option<[f64; 3]>,
+    /// Growth of the steady part per second. Default: [0, 0, 0].
+    pub(super) rate: Option<[f64; 3]>,
+    /// Instead: the name of an input, which has the entries name.x, name.y and name.z.
+    pub(super) input: Option<String>,
+    /// What the input is as long as nobody sets it. Default: [0, 0, 0].
+    pub(super) default: Option<[f64; 3]>,
 }
 
 impl Default for Vector {

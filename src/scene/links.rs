@@ -1,5 +1,6 @@
 //! The links of a robot, from the keys that say what they are.
 
+use super::actuators::{Surroundings, actuators, key_of_actuator};
 use super::document::{
     BaseMotion, Document, Import, Joint, JointKind, JointMotion, Link, LinkBody, Mimic, Segment,
     Simulation as Settings, VaryingNumber,
@@ -106,8 +107,14 @@ pub(super) fn robot(
         fluid: document.fluid.as_ref().map(parts::fluid),
         ..Robot::new(links)
     };
-    let robot = Robot { gravity: document.scene.gravity.unwrap_or(robot.gravity), ..robot };
-    let key = |place: &str| key_of(&key_of_link(place, before), written, &load_keys, &support_keys);
+    let mut robot = Robot { gravity: document.scene.gravity.unwrap_or(robot.gravity), ..robot };
+    let surroundings = Surroundings { robot: &robot, is_rod: false, are_incomplete: names.are_incomplete };
+    let (actuators, actuator_keys) = actuators(document, surroundings, shape);
+    robot.actuators = actuators;
+    let key = |place: &str| {
+        let of_actuator = key_of_actuator(place, &actuator_keys);
+        of_actuator.unwrap_or_else(|| key_of(&key_of_link(place, before), written, &load_keys, &support_keys))
+    };
     if names.are_incomplete {
         // Whether they hang together nobody knows; each of them can be wrong by itself.
         for (i, link) in robot.links.iter().enumerate() {

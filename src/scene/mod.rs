@@ -2,9 +2,10 @@
 //!
 //! `document` is the file's shape in plain structs, from which the JSON Schema is generated; `shape` checks a file
 //! against that schema, for which `words` knows the old names of keys; `build`, with `parts` that rods and the `links` of
-//! robots have in common, turns it into a model with the
+//! robots have in common, and with `actuators`, turns it into a model with the
 //! constructors that everybody uses; `diagnostics` says what is wrong, where. A scene never executes anything.
 
+mod actuators;
 mod build;
 mod diagnostics;
 mod document;

@@ -4,14 +4,16 @@
 use std::sync::Arc;
 
 use super::document::{
-    BaseMotion, Basis, Document, Fluid, Frame, Load, ModeChoice, Orientations, ReferenceStrain, Segment,
-    Simulation as Settings, StrainTable, Support, VaryingNumber, VaryingVector, Vector,
+    BaseMotion, Basis, Command, Document, Fluid, Frame, Load, ModeChoice, Orientations, ReferenceStrain,
+    Segment, Simulation as Settings, StrainTable, Support, VaryingCommand, VaryingLoad, VaryingNumber,
+    VaryingVector, Vector,
 };
 use super::section;
 use super::shape::{Shape, report};
+use crate::error::Checker;
 use crate::load;
 use crate::rod;
-use crate::signal::{Harmonic, Signal, Table, covers};
+use crate::signal::{Harmonic, Input, Signal, Table, covers};
 use crate::support;
 use crate::world;
 
@@ -144,8 +146,58 @@ pub(super) fn load(written: &Load, place: &str, shape: &mut Shape) -> load::Load
 fn vector(written: &Vector, place: &str, shape: &mut Shape) -> Signal<3> {
     match written {
         Vector::Constant(value) => Signal::Constant(*value),
-        Vector::Varying(written) => varying_vector(written, place, shape),
+        Vector::Varying(written) => {
+            let VaryingLoad { times, values, amplitude, frequency, phase, mean, rate, input, default } =
+                (**written).clone();
+            let parts = Parts { times, values, amplitude, frequency, phase, mean, rate };
+            set_or_varying(input, default, parts, place, shape)
+        }
     }
+}
+
+/// What an actuator is told, as it is written at `place`.
+pub(super) fn command(written: &Command, place: &str, shape: &mut Shape) -> Signal<1> {
+    match written {
+        Command::Constant(value) => Signal::Constant([*value]),
+        Command::Varying(written) => {
+            let VaryingCommand { times, values, amplitude, frequency, phase, mean, rate, input, default } =
+                written.clone();
+            let parts = Parts::numbers(times, values, [amplitude, mean, rate], frequency, phase);
+            set_or_varying(input, default.map(|default| [default]), parts, place, shape)
+        }
+    }
+}
+
+/// An input, or a function of time.
+fn set_or_varying<const N: usize>(
+    input: Option<String>,
+    default: Option<[f64; N]>,
+    parts: Parts<N>,
+    place: &str,
+    shape: &mut Shape,
+) -> Signal<N> {
+    let key = |key: &str| format!("{place}.{key}");
+    let Some(name) = input else {
+        if default.is_some() && shape.is_readable(&key("input")) {
+            shape.refuse(&key("default"), "a default without input", "add input = \"name\", or remove it");
+        }
+        return parts.signal(place, shape);
+    };
+    if parts.are_there() {
+        let right = "keep either input and default, or what varies in time";
+        shape.refuse(place, "both an input and a function of time", right);
+    }
+    if name.is_empty() {
+        shape.refuse(&key("input"), "got \"\"", "expected a name");
+    }
+    let value = default.unwrap_or([0.0; N]);
+    let mut check = Checker::new();
+    check.finite(&value, "default");
+    report(check.finish(), shape, |problem| {
+        // One number stands alone in the file.
+        format!("{place}.{}", if N == 1 { "default" } else { problem })
+    });
+    Signal::Input(Input { name: name.into(), value })
 }
 
 fn varying_vector(written: &VaryingVector, place: &str, shape: &mut Shape) -> Signal<3> {
@@ -156,9 +208,7 @@ fn varying_vector(written: &VaryingVector, place: &str, shape: &mut Shape) -> Si
 
 pub(super) fn varying_number(written: &VaryingNumber, place: &str, shape: &mut Shape) -> Signal<1> {
     let VaryingNumber { times, values, amplitude, frequency, phase, mean, rate } = written.clone();
-    let values = values.map(|values| values.into_iter().map(|x| [x]).collect());
-    let [amplitude, mean, rate] = [amplitude, mean, rate].map(|part| part.map(|x| [x]));
-    Parts { times, values, amplitude, frequency, phase, mean, rate }.signal(place, shape)
+    Parts::numbers(times, values, [amplitude, mean, rate], frequency, phase).signal(place, shape)
 }
 
 /// What a function of time of N numbers is written with.
@@ -172,14 +222,36 @@ struct Parts<const N: usize> {
     rate: Option<[f64; N]>,
 }
 
+impl Parts<1> {
+    fn numbers(
+        times: Option<Vec<f64>>,
+        values: Option<Vec<f64>>,
+        formula: [Option<f64>; 3],
+        frequency: Option<f64>,
+        phase: Option<f64>,
+    ) -> Self {
+        let values = values.map(|values| values.into_iter().map(|x| [x]).collect());
+        let [amplitude, mean, rate] = formula.map(|part| part.map(|x| [x]));
+        Self { times, values, amplitude, frequency, phase, mean, rate }
+    }
+}
+
 impl<const N: usize> Parts<N> {
+    fn is_harmonic(&self) -> bool {
+        self.frequency.is_some()
+            || self.phase.is_some()
+            || [self.amplitude, self.mean, self.rate].iter().any(Option::is_some)
+    }
+
+    fn are_there(&self) -> bool {
+        self.times.is_some() || self.values.is_some() || self.is_harmonic()
+    }
+
     /// The signal; a stand-in where what is written makes no sense.
     fn signal(self, place: &str, shape: &mut Shape) -> Signal<N> {
+        let is_harmonic = self.is_harmonic();
         let Self { times, values, amplitude, frequency, phase, mean, rate } = self;
         let is_table = times.is_some() || values.is_some();
-        let is_harmonic = frequency.is_some()
-            || phase.is_some()
-            || [amplitude, mean, rate].iter().any(|part| part.is_some());
         if is_table && is_harmonic {
             let right = "keep either times and values, or amplitude, frequency, phase, mean and rate";
             shape.refuse(place, "both a table and a formula", right);

@@ -386,6 +386,7 @@ impl<'a> Reader<'a> {
                     (Some(words), _) => format!("words out of {}", words.join(", ")),
                     (None, Some("number")) => "numbers".to_owned(),
                     (None, Some("array")) => "rows".to_owned(),
+                    _ if items["anyOf"].is_array() => "entries".to_owned(),
                     _ => "tables".to_owned(),
                 };
                 match (schema["minItems"].as_u64(), schema["maxItems"].as_u64()) {

@@ -148,6 +148,15 @@ pub(super) fn direction(linear: &Linear, forward: &[f64]) -> Option<Step> {
     Some(step)
 }
 
+/// Scaled norm of Newton's step at a fixed load factor; `None` where the tangent is singular.
+pub(super) fn newton_step(linear: &Linear) -> Option<f64> {
+    let mut lu = Lu::new(linear.residual.len());
+    lu.factorise(&linear.tangent).ok()?;
+    let mut x = linear.residual.clone();
+    lu.solve(&mut x);
+    Some(norm(&linear.step(&x, 0.0).scaled))
+}
+
 /// The bordered equations `[K l; c^T]` in natural coordinates, with a load l and a constraint c of norm one.
 struct Bordered {
     lu: Lu,

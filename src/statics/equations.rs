@@ -1,5 +1,6 @@
 //! The equations of equilibrium of a model under a part of its loads.
 
+use super::growth::Growth;
 use super::stability::Stiffness;
 use crate::error::Interrupted;
 use crate::linalg::{Matrix, dot, norm};
@@ -20,8 +21,9 @@ pub struct Counters {
     pub tangents: usize,
 }
 
-/// `R(q, lambda) = tau_elastic(q) + lambda (tau(q) - tau_elastic(q)) = 0` at rest: the load factor lambda scales all
-/// loads at once, gravity included, and nothing of it needs a potential.
+/// `R(q, lambda) = 0` at rest, where lambda is how far what acts has grown ([`Growth`]): `tau_elastic(q) + lambda (tau(q) -
+/// tau_elastic(q))` where it scales all loads at once, gravity included, or `tau(q; u(lambda))` where inputs go from one
+/// place to another. Nothing of it needs a potential.
 ///
 /// Coordinates and forces have different units, so that norms make sense only of `q_i / s_i` and `s_i R_i` with the
 /// typical sizes s of the model: numbers without unit, and joules. What is called *scaled* below is meant so. What is
@@ -32,8 +34,12 @@ pub(super) struct Equations<'a> {
     monitor: &'a mut dyn FnMut() -> Result<(), Interrupted>,
     pub(super) sizes: Vec<f64>,
     pub(super) counters: Counters,
+    growth: Growth,
     rest: Vec<f64>,
     elastic: Vec<f64>,
+    /// Stiffnesses of coordinates without elasticity along a path of inputs: those at its start, so that what is judged by them
+    /// does not change with the tangent.
+    reference: Option<Vec<f64>>,
     /// Scaled tangent of the material, where that is all that does not depend on the shape.
     material: Option<Matrix>,
 }
@@ -140,6 +146,7 @@ impl<'a> Equations<'a> {
     /// `monitor` is asked before every evaluation of forces whether to go on.
     pub(super) fn new(
         model: &'a mut dyn Model,
+        growth: Growth,
         monitor: &'a mut dyn FnMut() -> Result<(), Interrupted>,
     ) -> Self {
         let n = model.n();
@@ -147,7 +154,23 @@ impl<'a> Equations<'a> {
         model.typical_coordinates(&mut sizes);
         let rest = vec![0.0; n];
         let material = (model.springs() > 0).then(|| natural::material(model, &rest, &sizes));
-        Self { model, monitor, sizes, counters: Counters::default(), elastic: rest.clone(), rest, material }
+        let (counters, elastic) = (Counters::default(), rest.clone());
+        Self { model, monitor, sizes, counters, growth, elastic, rest, reference: None, material }
+    }
+
+    /// Sets the inputs of the model to where they are at a load factor on their way.
+    pub(super) fn set_inputs_of(&mut self, growth: &mut Growth, load_factor: f64) -> Result<(), Interrupted> {
+        growth.set(self.model, load_factor)
+    }
+
+    /// From now on this grows.
+    pub(super) fn grow(&mut self, growth: Growth) {
+        self.growth = growth;
+    }
+
+    /// The inputs at a load factor, where they are what grows.
+    pub(super) fn inputs_at(&self, load_factor: f64) -> Vec<f64> {
+        self.growth.inputs_at(load_factor).unwrap_or_default()
     }
 
     /// Writes a shape with no rotation vector longer than pi.
@@ -189,14 +212,27 @@ impl<'a> Equations<'a> {
     ) -> Result<(), Interrupted> {
         (self.monitor)()?;
         self.counters.forces += 1;
+        self.growth.set(self.model, load_factor)?;
         self.model.hold_springs(held);
-        self.model.inverse_dynamics(q, &self.rest, &self.rest, load);
-        self.model.elastic_forces(q, &mut self.elastic);
+        match &mut self.growth {
+            Growth::Loads => {
+                self.model.inverse_dynamics(q, &self.rest, &self.rest, load);
+                self.model.elastic_forces(q, &mut self.elastic);
+            }
+            Growth::Inputs(inputs) => {
+                self.model.inverse_dynamics(q, &self.rest, &self.rest, residual);
+                inputs.load(self.model, q, &self.rest, load);
+            }
+        }
         self.model.hold_springs(None);
         for i in 0..q.len() {
             let size = self.sizes[i];
-            load[i] = size * (load[i] - self.elastic[i]);
-            residual[i] = size * self.elastic[i] + load_factor * load[i];
+            if matches!(self.growth, Growth::Loads) {
+                load[i] = size * (load[i] - self.elastic[i]);
+                residual[i] = size * self.elastic[i] + load_factor * load[i];
+            } else {
+                (load[i], residual[i]) = (size * load[i], size * residual[i]);
+            }
         }
         Ok(())
     }
@@ -230,27 +266,38 @@ impl<'a> Equations<'a> {
     }
 
     /// The scaled tangents `dR/dq`, and of what is elastic, at springs' forces of their own or at those that are held.
-    fn tangents(&mut self, q: &[f64], load_factor: f64, held: Option<&[f64]>) -> [Matrix; 2] {
+    fn tangents(
+        &mut self,
+        q: &[f64],
+        load_factor: f64,
+        held: Option<&[f64]>,
+    ) -> Result<[Matrix; 2], Interrupted> {
         let n = q.len();
         let [mut tangent, mut elastic] = [Matrix::zeros(n, n), Matrix::zeros(n, n)];
         self.counters.tangents += 1;
+        self.growth.set(self.model, load_factor)?;
         self.model.hold_springs(held);
         self.model.weighted_tangent(q, &self.rest, &self.rest, [1.0, 0.0, 0.0], &mut tangent);
         self.model.elastic_tangent(q, &mut elastic);
         self.model.hold_springs(None);
-        for k in 0..n {
-            for j in 0..n {
-                let part = elastic[(j, k)];
-                tangent[(j, k)] = part + load_factor * (tangent[(j, k)] - part);
+        if matches!(self.growth, Growth::Loads) && load_factor != 1.0 {
+            for (entry, part) in tangent.iter_mut().zip(&elastic) {
+                *entry = part + load_factor * (*entry - part);
             }
         }
-        [scaled(tangent, &self.sizes), scaled(elastic, &self.sizes)]
+        Ok([scaled(tangent, &self.sizes), scaled(elastic, &self.sizes)])
     }
 
     /// The scaled tangent `dR/dq`.
-    pub(super) fn tangent(&mut self, q: &[f64], load_factor: f64, tangent: &mut Matrix) {
-        let [of_all, _] = self.tangents(q, load_factor, None);
+    pub(super) fn tangent(
+        &mut self,
+        q: &[f64],
+        load_factor: f64,
+        tangent: &mut Matrix,
+    ) -> Result<(), Interrupted> {
+        let [of_all, _] = self.tangents(q, load_factor, None)?;
         tangent.copy_from(&of_all);
+        Ok(())
     }
 
     /// The equations near a state; `None` where something is not finite.
@@ -261,9 +308,12 @@ impl<'a> Equations<'a> {
         let held = springs.is_some().then_some(&forces[..]);
         let (mut residual, mut load) = (vec![0.0; n], vec![0.0; n]);
         self.forces(q, *load_factor, held, &mut residual, &mut load)?;
-        let [tangent, elastic] = self.tangents(q, *load_factor, held);
+        let [tangent, elastic] = self.tangents(q, *load_factor, held)?;
         let material = self.material.as_ref().unwrap_or(&elastic);
-        let fallback = || natural::reference(material, &tangent);
+        if matches!(self.growth, Growth::Inputs(_)) && self.reference.is_none() {
+            self.reference = Some(natural::reference(material, &tangent));
+        }
+        let fallback = || self.reference.clone().unwrap_or_else(|| natural::reference(material, &tangent));
         let is_finite = tangent.iter().chain(&residual).chain(&load).all(|x| x.is_finite());
         let natural = if is_finite { Natural::new(material, springs.as_ref(), fallback) } else { None };
         Ok(natural.map(|natural| Linear {
@@ -309,26 +359,27 @@ impl<'a> Equations<'a> {
         state: &State,
         linear: &Linear,
         stiffness: &Stiffness,
-    ) -> Option<Verdict> {
+    ) -> Result<Option<Verdict>, Interrupted> {
         if stiffness.is_symmetric && !self.model.has_velocity_forces() {
-            return stability::of_stiffness(stiffness.lowest, state.q.len());
+            return Ok(stability::of_stiffness(stiffness.lowest, state.q.len()));
         }
-        stability::verdict(&self.small_motions(state, linear))
+        Ok(stability::verdict(&self.small_motions(state, linear)?))
     }
 
     /// Small motions about an equilibrium. What depends on velocities is not scaled by the load factor.
-    fn small_motions(&mut self, state: &State, linear: &Linear) -> SmallMotions {
+    fn small_motions(&mut self, state: &State, linear: &Linear) -> Result<SmallMotions, Interrupted> {
         let n = state.q.len();
+        self.growth.set(self.model, state.load_factor)?;
         let [mut damping, mut mass] = [Matrix::zeros(n, n), Matrix::zeros(n, n)];
         self.model.weighted_tangent(&state.q, &self.rest, &self.rest, [0.0, 1.0, 0.0], &mut damping);
         self.model.mass_matrix(&state.q, &mut mass);
         let [mass, damping] = [mass, damping].map(|a| linear.natural.matrix(&scaled(a, &self.sizes)));
-        SmallMotions {
+        Ok(SmallMotions {
             mass,
             damping,
             stiffness: linear.tangent.clone(),
             basis: linear.natural.basis(),
             sizes: self.sizes.clone(),
-        }
+        })
     }
 }

@@ -4,25 +4,30 @@
 //! nearby; [`continuation`] follows paths through limit points and from bifurcations. Both tell how stable what they
 //! found is.
 //!
-//! `equations` are the forces under a part of the loads, `corrector` is Newton's method that stays on its path,
-//! `path` follows it, `descent` lets go, `stability` looks for critical points. What is stable is judged by
-//! [`crate::stability`].
+//! `equations` are the forces under a part of what grows (`growth`), `corrector` is Newton's method that stays on its path,
+//! `path` follows it, `descent` lets go, `stability` looks for critical points, `tendons` says which are slack. What is
+//! stable is judged by [`crate::stability`].
 
 mod corrector;
 mod descent;
 mod equations;
+mod growth;
 mod options;
 mod outcome;
 mod path;
 mod stability;
+mod tendons;
 
 pub use equations::Counters;
+pub use growth::InputPath;
 pub use options::{ContinuationOptions, MAX_STOPS, Options, Start};
 pub use outcome::{Continuation, Equilibrium, Status};
 pub use path::{CriticalKind, CriticalPoint, Path};
+pub use tendons::Tendons;
 
 use descent::Descent;
 use equations::{Equations, State};
+use growth::Growth;
 use path::{Course, End, Follower};
 use stability::Stiffness;
 
@@ -48,7 +53,7 @@ pub fn equilibrium(
     if let Start::Descent(q0) | Start::Newton(q0) = &options.start {
         model.check_shape(q0, "q0")?;
     }
-    let mut equations = Equations::new(model, monitor);
+    let mut equations = Equations::new(model, Growth::Loads, monitor);
     Ok(match &options.start {
         Start::Unloaded { stops } => load(&mut equations, stops, options),
         Start::Descent(q0) => let_go(&mut equations, q0, options),
@@ -56,7 +61,8 @@ pub fn equilibrium(
     })
 }
 
-/// The path of equilibria of `model` over the load factor, at the time last set.
+/// The path of equilibria of `model` over the load factor, at the time last set. Where inputs grow they are those of the last
+/// point when it ends.
 ///
 /// Fails before any evaluation when an option is wrong, or when the model does not resolve the start.
 pub fn continuation(
@@ -64,15 +70,31 @@ pub fn continuation(
     options: &ContinuationOptions,
     monitor: Monitor<'_>,
 ) -> Result<Result<Continuation, Interrupted>, InvalidInput> {
-    options.check(model.n())?;
+    options.check(model.n(), model.inputs())?;
     if let Some(q0) = &options.q0 {
         model.check_shape(q0, "q0")?;
     }
-    let mut equations = Equations::new(model, monitor);
-    Ok(follow(&mut equations, options))
+    let n = model.n();
+    let mut equations = Equations::new(model, Growth::Loads, monitor);
+    let grown = options.inputs.as_ref().map(|inputs| Growth::of_inputs(inputs, n));
+    Ok(follow(&mut equations, options, grown))
 }
 
-fn follow(equations: &mut Equations<'_>, options: &ContinuationOptions) -> Result<Continuation, Interrupted> {
+/// The shape that the loads lead to which grow from nothing, at the inputs of a load factor.
+fn loaded(
+    equations: &mut Equations<'_>,
+    options: &ContinuationOptions,
+) -> Result<Option<Vec<f64>>, Interrupted> {
+    let search = Options { tol: options.tol, max_steps: options.max_steps, ..Options::default() };
+    let found = load(equations, &[1.0], &search)?;
+    Ok(found.status.is_success().then_some(found.q))
+}
+
+fn follow(
+    equations: &mut Equations<'_>,
+    options: &ContinuationOptions,
+    inputs: Option<Growth>,
+) -> Result<Continuation, Interrupted> {
     let course = Course {
         bounds: options.bounds,
         stops: vec![options.bounds[1]],
@@ -80,7 +102,16 @@ fn follow(equations: &mut Equations<'_>, options: &ContinuationOptions) -> Resul
         max_steps: options.max_steps,
         tolerance: options.tol,
     };
-    let q = options.q0.clone().unwrap_or_else(|| vec![0.0; equations.n()]);
+    let mut q = options.q0.clone().unwrap_or_else(|| vec![0.0; equations.n()]);
+    if let Some(mut inputs) = inputs {
+        equations.set_inputs_of(&mut inputs, options.load_factor)?;
+        if options.q0.is_none()
+            && let Some(loaded) = loaded(equations, options)?
+        {
+            q = loaded;
+        }
+        equations.grow(inputs);
+    }
     let start = equations.state(q, options.load_factor)?;
     let mut follower = Follower::new(equations, course);
     let (status, load_factor) = match follower.start(start, options.direction.as_deref())? {
@@ -190,8 +221,7 @@ impl roots::System for Nearby<'_, '_> {
 
     fn jacobian(&mut self, x: &[f64], jacobian: &mut Matrix) -> Result<(), Interrupted> {
         self.set(x);
-        self.equations.tangent(&self.q, 1.0, jacobian);
-        Ok(())
+        self.equations.tangent(&self.q, 1.0, jacobian)
     }
 }
 
@@ -212,13 +242,18 @@ fn newton(equations: &mut Equations<'_>, q0: &[f64], options: &Options) -> Resul
     let q = system.q;
     let state = equations.state(q, 1.0)?;
     equations.counters.iterations += outcome.iterations;
-    let status = if outcome.status.is_success() { Status::Converged } else { Status::Newton(outcome.status) };
-    let found = Found {
-        status,
-        state,
-        step_norm: if outcome.iterations == 0 { 0.0 } else { outcome.step_norm },
-        residual_norm: outcome.residual_norm,
-    };
+    let mut step_norm = if outcome.iterations == 0 { 0.0 } else { outcome.step_norm };
+    let mut status =
+        if outcome.status.is_success() { Status::Converged } else { Status::Newton(outcome.status) };
+    if !status.is_success()
+        && let Some(linear) = equations.linearise(&state)?
+        && let Some(next) = corrector::newton_step(&linear)
+        && next <= options.tol
+    {
+        // Stiff tendons and joints turn rounding of the shape into forces that no step reduces.
+        (status, step_norm) = (Status::Converged, next);
+    }
+    let found = Found { status, state, step_norm, residual_norm: outcome.residual_norm };
     judge(equations, found, Path::default())
 }
 
@@ -240,7 +275,7 @@ fn judge(equations: &mut Equations<'_>, found: Found, path: Path) -> Result<Equi
     let stiffness = linear.as_ref().map(Stiffness::new);
     let verdict = match (&linear, &stiffness) {
         (Some(linear), Some(stiffness)) if status.is_success() => {
-            equations.verdict(&state, linear, stiffness)
+            equations.verdict(&state, linear, stiffness)?
         }
         _ => None,
     };

@@ -1,5 +1,6 @@
 //! How equilibria are searched for.
 
+use super::growth::InputPath;
 use crate::error::{Checker, InvalidInput};
 
 /// Bound of the scaled norm of the last Newton step: for a rod about the error of its shape in radians.
@@ -82,7 +83,10 @@ impl Options {
 /// How a path of equilibria is followed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ContinuationOptions {
-    /// Coordinates near an equilibrium at `load_factor`; zero by default.
+    /// What grows with the load factor in place of the loads, which then act as a whole; `None` by default.
+    pub inputs: Option<InputPath>,
+    /// Coordinates near an equilibrium at `load_factor`. By default zero; where inputs grow, what the loads lead to that
+    /// grow from nothing at the inputs there.
     pub q0: Option<Vec<f64>>,
     /// Where the path begins; 0 by default.
     pub load_factor: f64,
@@ -102,6 +106,7 @@ pub struct ContinuationOptions {
 impl Default for ContinuationOptions {
     fn default() -> Self {
         Self {
+            inputs: None,
             q0: None,
             load_factor: 0.0,
             direction: None,
@@ -114,8 +119,12 @@ impl Default for ContinuationOptions {
 }
 
 impl ContinuationOptions {
-    pub(super) fn check(&self, n: usize) -> Result<(), InvalidInput> {
+    /// For n coordinates and m inputs.
+    pub(super) fn check(&self, n: usize, m: usize) -> Result<(), InvalidInput> {
         let mut check = Checker::new();
+        if let Some(inputs) = &self.inputs {
+            inputs.check(&mut check, m);
+        }
         if let Some(q0) = &self.q0 {
             check_state(&mut check, q0, n, "q0");
         }

@@ -99,6 +99,8 @@ pub struct CriticalPoint {
     pub index: usize,
     /// Load factor.
     pub load_factor: f64,
+    /// Inputs, shape (m,), where they are what grows; else empty.
+    pub inputs: Vec<f64>,
     /// Coordinates, shape (n,).
     pub q: Vec<f64>,
     /// Directions without stiffness, one after the other, n numbers each; each of norm one in the scaled coordinates.
@@ -110,6 +112,8 @@ pub struct CriticalPoint {
 pub struct Path {
     /// Load factors, shape (m,).
     pub load_factor: Vec<f64>,
+    /// Inputs one after the other, m numbers each, where they are what grows; else empty.
+    pub inputs: Vec<f64>,
     /// Coordinates one after the other, n numbers each.
     pub q: Vec<f64>,
     /// Smallest eigenvalue of the tangent stiffness relative to that of material and springs, shape (m,).
@@ -207,7 +211,7 @@ impl<'a, 'b> Follower<'a, 'b> {
         self.compliance =
             if self.is_branch { 0.0 } else { norm(&direction.scaled[..n]) / direction.load_factor().abs() };
         let place = Place { state: start, direction, stiffness, linear, corrected };
-        self.record(&place);
+        self.record(&place)?;
         Ok(Some(place))
     }
 
@@ -239,7 +243,7 @@ impl<'a, 'b> Follower<'a, 'b> {
                     _ => {}
                 }
             }
-            self.record(place);
+            self.record(place)?;
             let [lower, upper] = self.course.bounds;
             if place.state.load_factor >= upper {
                 return Ok(End::UpperBound);
@@ -397,6 +401,7 @@ impl<'a, 'b> Follower<'a, 'b> {
                 kind: if is_pushed { CriticalKind::Limit } else { CriticalKind::Bifurcation },
                 index: self.path.load_factor.len() - 1,
                 load_factor: state.load_factor,
+                inputs: self.equations.inputs_at(state.load_factor),
                 q: state.q,
                 directions,
             });
@@ -404,11 +409,13 @@ impl<'a, 'b> Follower<'a, 'b> {
         Ok(true)
     }
 
-    fn record(&mut self, place: &Place) {
-        let verdict = self.equations.verdict(&place.state, &place.linear, &place.stiffness);
+    fn record(&mut self, place: &Place) -> Result<(), Interrupted> {
+        let verdict = self.equations.verdict(&place.state, &place.linear, &place.stiffness)?;
         self.path.load_factor.push(place.state.load_factor);
+        self.path.inputs.extend(self.equations.inputs_at(place.state.load_factor));
         self.path.q.extend_from_slice(&place.state.q);
         self.path.lowest.push(place.stiffness.lowest);
         self.path.stability.push(verdict.map(|verdict| verdict.stability));
+        Ok(())
     }
 }

@@ -6,7 +6,9 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
+from numpy.testing import assert_allclose
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = sorted((ROOT / "examples" / "python").glob("*.py"))
@@ -42,6 +44,32 @@ def test_regulator_catches_a_pole_that_falls_without_it():
     assert example["is_caught"](feedback, 0.5, 0.5)
     assert not example["is_caught"](feedback, 1.4, 0.0)
     assert not example["is_caught"](0.0 * feedback, 0.05, 0.0)
+
+
+def test_tendon_robot_is_as_exact_as_documented():
+    """From every sixth row, without friction; docs/tendon_robot.md has all of it."""
+    example = runpy.run_path(str(ROOT / "examples" / "python" / "tendon_robot.py"))
+    training, validation = example["recordings"]()
+    assert (len(training), len(validation)) == (1620, 443)
+    model = example["Model"](example["angles_of_pulls"](training), example["WITHOUT"]["friction"])
+    x = example["identify"](model, training[::6])
+    assert example["error"](model, x, training) < 4.8e-3
+    assert example["error"](model, x, validation) < 8.2e-3
+
+
+def test_derivatives_of_the_tendon_robot_are_exact():
+    """One Newton step against differences of equilibria."""
+    example = runpy.run_path(str(ROOT / "examples" / "python" / "tendon_robot.py"))
+    training, _ = example["recordings"]()
+    model = example["Model"](example["angles_of_pulls"](training))
+    fit = example["Fit"](model, training[150:400:50])
+    x = model.start
+    fit.residuals(x)
+    jacobian = fit.jacobian(x)
+    for k in range(0, len(x), 4):
+        step = 1e-3 * model.spread[k] * np.eye(len(x))[k]
+        difference = (fit.residuals(x + step) - fit.residuals(x - step)) / (2 * step[k])
+        assert_allclose(jacobian[:, k], difference, rtol=0, atol=1e-3 * np.abs(difference).max())
 
 
 def test_code_of_the_readme_runs(capsys):

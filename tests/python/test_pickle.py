@@ -44,6 +44,10 @@ ROD = lissom.Rod([WIRE], loads=[lissom.Load(force=swing, at=0.2)])
 COLUMN = lissom.Rod(
     [lissom.Segment(1.0, 0.01, 1e9, 4e8, 1000, {"bend_y": 3})], gravity=(0, 0, 0), tip_force=(-25.0, 0, 0)
 )
+PULLED = lissom.Rod(
+    [lissom.Segment(0.2, 2e-3, 1e9, 4e8, 1200, {"bend_y": 2})],
+    actuators=[lissom.Tendon("pull", [lissom.Along(offset=(0, 0.01))], tension=lissom.Input("pull", 1.0))],
+)
 RESULTS = {
     "simulate": lambda: lissom.simulate(ROD, 0.05),
     "simulate, radau": lambda: lissom.simulate(ROD, 0.05, method="radau"),
@@ -71,6 +75,9 @@ RESULTS = {
     "root of vectors": lambda: lissom.root(lambda x: x**2 - 2.0, [1.0, 2.0], history=True),
     "check_jacobian": lambda: lissom.check_jacobian(lambda x: x**2, lambda x: np.diag(2 * x), [1.0, 2.0]),
     "reach": lambda: ROD.reach("rod", [0.3, 0.0, -0.1]),
+    "actuate": lambda: lissom.actuate(PULLED, (0.19, 0.0, 0.01)),
+    "statics, slack": lambda: lissom.statics(PULLED, u=[-1.0]),
+    "continuation of inputs": lambda: lissom.continuation(PULLED, inputs={"pull": (0.0, 2.0)}),
     "Target": lambda: lissom.Target("rod", np.eye(4)),
     "statics": lambda: lissom.statics(ROD),
     "statics, newton": lambda: lissom.statics(ROD, [0.1] * 3, method="newton"),

@@ -288,6 +288,7 @@ def test_help_shows_the_defaults():
         "base_motion": None,
         "supports": (),
         "fluid": None,
+        "actuators": (),
     }
 
 

@@ -135,6 +135,10 @@ def test_the_schema_is_json_and_the_one_in_the_repository():
         "link",
         "base_motion",
         "fluid",
+        "tendon",
+        "chamber",
+        "motor",
+        "active_strain",
         "pendulum",
         "simulation",
     }

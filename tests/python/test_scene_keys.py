@@ -6,6 +6,7 @@ What the keys and their forms are comes from the JSON Schema: a new one without 
 import copy
 import json
 import tomllib
+from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
@@ -295,6 +296,99 @@ motion = { rotation = { times = [0, 1], values = [[1, 0, 0, 0], [0.8, 0.6, 0, 0]
 [simulation]
 t_end = 0.1
 """,
+    "actuators": """version = 1
+[[link]]
+name = "palm"
+joint = { type = "revolute", axis = [0, 1, 0], stiffness = 1 }
+body = { mass = 0.1, centre = [0.01, 0.01, 0.02] }
+[[link]]
+name = "finger"
+parent = "palm"
+[[link.load]]
+force = { input = "push", default = [0, 0.1, 0] }
+moment = { input = "turn", default = [0.1, 0, 0] }
+[[link.rod.segment]]
+length = 0.1
+radius = 0.01
+young_modulus = 3e5
+poisson_ratio = 0.4
+density = 1070
+modes = { torsion = 1, bend_y = 1, bend_z = 1 }
+[[link.rod.segment]]
+length = 0.1
+radius = 0.01
+young_modulus = 3e5
+poisson_ratio = 0.4
+density = 1070
+modes = { stretch = 1, shear_y = 1, shear_z = 1 }
+[[tendon]]
+name = "pull"
+path = [
+  { point = [0, 0.01, 0.1] },
+  { link = "palm", point = [0, 0, 0.1] },
+  { link = "finger", point = [0, 0, 0.02], at = 0.01 },
+  { link = "finger", offset = [0.001, [0.01, 0.005]], along = [0.02, 0.15] },
+]
+tension = { input = "pull", default = 2 }
+friction = 0.1
+friction_velocity = 1e-2
+[[tendon]]
+name = "held"
+path = [{ link = "finger", offset = [{ stations = [0, 0.1, 0.2], values = [0.01, 0.005, 0.01] }, 0] }]
+length = { mean = 0.15, rate = 0.01, amplitude = 0.02, frequency = 2, phase = 1 }
+stiffness = 100
+damping = 1
+[[tendon]]
+name = "sliding"
+path = [{ link = "finger", offset = [0, -0.01] }]
+tension = 1
+friction = 0.2
+sliding = 1
+[[chamber]]
+name = "blow"
+path = [{ link = "finger", offset = [0.01, 0] }]
+area = 1e-4
+pressure = { times = [0, 0.5], values = [1e3, 2e3] }
+[[motor]]
+joint = "palm"
+torque = 0.1
+limits = [-1, 0.2]
+[[motor]]
+joint = "palm.angle"
+position = 0.1
+gains = [0.3, 0.1]
+name = "servo"
+[[active_strain]]
+link = "finger"
+strain = "torsion"
+amount = 0.1
+[[active_strain]]
+link = "finger"
+strain = "bend_y"
+shape = [1, 2]
+amount = 0.1
+name = "muscle"
+[[active_strain]]
+link = "finger"
+strain = "bend_z"
+shape = { stations = [0, 0.2], values = [1, 2] }
+amount = 0.1
+[[active_strain]]
+link = "finger"
+strain = "stretch"
+shape = 2
+amount = 0.1
+[[active_strain]]
+link = "finger"
+strain = "shear_y"
+amount = 0.1
+[[active_strain]]
+link = "finger"
+strain = "shear_z"
+amount = 0.1
+[simulation]
+t_end = 0.1
+""",
     "an imported wrist": f"""version = 1
 [import]
 urdf = {json.dumps(str(WRIST))}
@@ -517,12 +611,20 @@ def meaning(text):
     old = {"duration", "step", "jacobian", "output_step"}
     options = [getattr(settings, key) for key in dir(settings) if not key.startswith("_") and key not in old]
     numbers = [*scene.q0, *scene.v0]
-    times = {"t": 0.13} if isinstance(model, lissom.Rod) else {}
+    times = {"t": 0.13} if isinstance(model, lissom.Robot) else {}
     numbers += [*model.inverse_dynamics(q, v, a, **times), model.energy(q, v, **times).gravitational]
-    return scene.name, str(options), np.array(numbers).tobytes()
+    actuators = [
+        (field.name, getattr(each, field.name))
+        for each in getattr(model, "actuators", ())
+        for field in fields(each)
+        if field.name not in ("path", "shape")
+    ]
+    return scene.name, str(options), str(actuators), np.array(numbers).tobytes()
 
 
-@pytest.mark.parametrize("name", ["everything", "sections in a fluid", "a turning base", "a pendulum"])
+@pytest.mark.parametrize(
+    "name", ["everything", "sections in a fluid", "actuators", "a turning base", "a pendulum"]
+)
 def test_every_key_means_something(name):
     """Without it the scene is another one, or none."""
     document = tomllib.loads(SCENES[name])

@@ -457,6 +457,36 @@ def test_sensors_observe_what_has_a_state():
         imu.observe(SimpleNamespace(t=0.3, q=q, v=v))
 
 
+def test_what_is_observed_of_a_simulation_is_the_record_of_its_run():
+    def kinds():
+        yield sensors.Imu(FINGER, "finger", 0.1, noise=0.1, delay=3e-3)
+        yield sensors.ForceTorque(FINGER, "finger", 0.1)
+        yield sensors.ActuatorForce(FINGER, "pull", rate=400.0)
+        yield sensors.ActuatorLength(FINGER, "air")
+
+    simulation = lissom.Simulation(FINGER, dt=1e-3)
+    watching = list(kinds())
+    seen = [[sensor.observe(simulation) for sensor in watching]]
+    for _ in range(6):
+        assert simulation.step() == "finished"
+        seen.append([sensor.observe(simulation) for sensor in watching])
+    run = lissom.simulate(FINGER, 6e-3, dt=1e-3)
+    assert run.success
+    for k, sensor in enumerate(kinds()):
+        assert_array_equal([values[k] for values in seen], sensor.record(run))
+
+
+def test_a_simulation_is_observed_as_it_is():
+    simulation = lissom.Simulation(FINGER, dt=1e-3)
+    load, imu = sensors.ActuatorForce(FINGER, "pull"), sensors.Imu(FINGER, "palm")
+    assert load.observe(simulation) == 2.0, "the default of the input"
+    for pull in (3.0, 5.0):
+        assert simulation.step([pull, 0.0]) == "finished"
+        assert load.observe(simulation) == pull
+        state = simulation.t, simulation.q, simulation.v, simulation.a
+        assert_array_equal(imu.observe(simulation), imu.measure(*state))
+
+
 def test_a_run_without_accelerations_is_not_asked_for_them():
     class Run:
         t, q, v = np.zeros(1), np.zeros((1, ARM.n)), np.zeros((1, ARM.n))

@@ -2,11 +2,14 @@
 
 use std::sync::Arc;
 
+use super::driven::Driven;
+use super::link::Link;
 use super::robot::Robot;
-use crate::actuator::{Actuator, Along, Part, Via};
-use crate::error::Checker;
+use crate::actuator::{Actuator, Along, Motor, Part, Via};
+use crate::error::{Checker, Number};
+use crate::joint::Joint;
 use crate::load::check_place;
-use crate::rod::STRAIN_NAMES;
+use crate::rod::{STRAIN_NAMES, Segment};
 use crate::signal::Input;
 
 /// Axes of inputs that are vectors.
@@ -43,8 +46,8 @@ impl Inputs {
             }
         }
         for (i, actuator) in robot.actuators.iter().enumerate() {
-            for signal in actuator.signals() {
-                self.take(signal.input(), check, &format!("actuators[{i}]"));
+            for (name, signal) in actuator.named_signals() {
+                self.take(signal.input(), check, &format!("actuators[{i}].{name}"));
             }
         }
     }
@@ -56,9 +59,16 @@ impl Inputs {
             self.defaults.extend(value);
             return;
         };
-        let is_same = known.size == N && self.defaults[known.first..known.first + N] == *value;
-        let found = format_args!("the input \"{name}\" with another size or default than elsewhere");
-        check.require(is_same, place, found, "one size and one default for all inputs of a name");
+        let before = &self.defaults[known.first..known.first + known.size];
+        let [found, expected] = [value, before].map(|default| match default {
+            [number] => format!("the default {}", Number(*number)),
+            vector => {
+                format!("the default ({})", vector.iter().map(f64::to_string).collect::<Vec<_>>().join(", "))
+            }
+        });
+        let found = format_args!("the input \"{name}\" with {found}");
+        let expected = format!("{expected} as before: inputs of one name are one");
+        check.require(before == value, place, found, &expected);
     }
 
     /// Where an input begins in u.
@@ -82,6 +92,17 @@ impl Inputs {
         };
         self.known.iter().flat_map(of_input).collect()
     }
+}
+
+/// Whether all coordinates of a joint are motions about or along axes, which a motor can have. Those of the others are
+/// rotation vectors, and the place of what carries nothing.
+fn has_axes(joint: &Joint) -> bool {
+    !matches!(joint, Joint::Weld | Joint::Spherical | Joint::Free)
+}
+
+/// Whether the motion of its joint is given in time. One that mimics another moves with that.
+fn is_prescribed(link: &Link) -> bool {
+    matches!(link.driven, Some(Driven::Coordinate(_) | Driven::Base(_)))
 }
 
 impl Robot {
@@ -114,28 +135,86 @@ impl Robot {
                         self.check_along(check, along, &format!("{place}.path[{k}]"));
                     }
                 }
-                Actuator::Motor(motor) => {
-                    let coordinates = self.links.get(motor.link).map(|link| link.joint.coordinates().len());
-                    let found = format_args!("coordinate {} of link {}", motor.coordinate, motor.link);
-                    let is_there = coordinates.is_some_and(|number| motor.coordinate < number);
-                    check.require(is_there, &format!("{place}.joint"), found, "a coordinate of a joint");
-                }
+                Actuator::Motor(motor) => self.check_motor(check, motor, &format!("{place}.joint")),
                 Actuator::ActiveStrain(active) => {
                     let Some(link) = self.links.get(active.link) else {
                         check.require(false, &format!("{place}.link"), active.link, "a link with a rod");
                         continue;
                     };
-                    let has_modes = link
-                        .rod
-                        .iter()
-                        .any(|segment| segment.modes.get(active.strain).is_some_and(|&m| m > 0));
+                    let found = format_args!("\"{}\", which has no rod", link.name);
+                    if !check.require(
+                        !link.rod.is_empty(),
+                        &format!("{place}.link"),
+                        found,
+                        "a link with a rod",
+                    ) {
+                        continue;
+                    }
+                    let modes = |strain: usize| {
+                        let of_segment = |segment: &Segment| segment.modes.get(strain).copied().unwrap_or(0);
+                        link.rod.iter().map(of_segment).sum::<usize>()
+                    };
                     let strain = STRAIN_NAMES.get(active.strain).copied().unwrap_or("none");
-                    let found = format_args!("{strain} of \"{}\", which has no modes of it", link.name);
-                    check.require(has_modes, &format!("{place}.strain"), found, "a strain with modes");
+                    let found = format_args!("{strain}, of which \"{}\" has no modes", link.name);
+                    let known: Vec<_> = STRAIN_NAMES
+                        .iter()
+                        .enumerate()
+                        .filter(|(i, _)| modes(*i) > 0)
+                        .map(|(_, name)| *name)
+                        .collect();
+                    let expected = match known.is_empty() {
+                        true => "modes of it in a segment: without, nothing can move".to_owned(),
+                        false => format!("modes of it in a segment, or one of {}", known.join(", ")),
+                    };
+                    check.require(modes(active.strain) > 0, &format!("{place}.strain"), found, &expected);
                 }
             }
         }
         Inputs::default().take_all(self, check);
+    }
+
+    /// The link and the coordinate of its joint that a motor moves which is said to be on this one: the name of a link
+    /// whose joint has one coordinate, or of a coordinate. One that is there but that no motor can move is found, too.
+    pub fn motor_coordinate(&self, name: &str) -> Option<(usize, usize)> {
+        let is_one = |link: &Link| link.joint.coordinates().len() == 1 || !has_axes(&link.joint);
+        if let Some(link) = self.links.iter().position(|link| link.name == name && is_one(link)) {
+            return Some((link, 0));
+        }
+        let of_link = |link: &Link| {
+            let coordinate = name.strip_prefix(&link.name)?.strip_prefix('.')?;
+            link.joint.coordinates().iter().position(|known| *known == coordinate)
+        };
+        self.links.iter().enumerate().find_map(|(i, link)| of_link(link).map(|coordinate| (i, coordinate)))
+    }
+
+    /// All coordinates that a motor can move.
+    pub fn motor_coordinates(&self) -> Vec<String> {
+        let can_move = |link: &&Link| has_axes(&link.joint) && !is_prescribed(link);
+        let names = |link: &Link| -> Vec<String> {
+            link.joint.coordinates().iter().map(|coordinate| format!("{}.{coordinate}", link.name)).collect()
+        };
+        self.links.iter().filter(can_move).flat_map(names).collect()
+    }
+
+    fn check_motor(&self, check: &mut Checker, motor: &Motor, place: &str) {
+        let Some(link) = self.links.get(motor.link) else {
+            check.require(false, place, motor.link, "a link with a joint");
+            return;
+        };
+        let kind = link.joint.name();
+        let found = format_args!("\"{}\", a {kind} joint", link.name);
+        let expected = "a revolute, prismatic, cylindrical, universal or planar joint; a Load with frame \"body\" turns and \
+                        pushes other links";
+        if !check.require(has_axes(&link.joint), place, found, expected) {
+            return;
+        }
+        let found = format_args!("\"{}\", whose motion is prescribed", link.name);
+        let expected = "a joint that moves freely; joint_wrench says what a prescribed motion takes, and a motor with \
+                        position and gains follows a position";
+        check.require(!is_prescribed(link), place, found, expected);
+        let found = format_args!("coordinate {} of \"{}\"", motor.coordinate, link.name);
+        let is_there = motor.coordinate < link.joint.coordinates().len();
+        check.require(is_there, place, found, "a coordinate of the joint");
     }
 
     fn check_along(&self, check: &mut Checker, along: &Along, place: &str) {
@@ -145,10 +224,9 @@ impl Robot {
         };
         let found = format_args!("\"{}\", which has no rod", link.name);
         let expected = "a link with a rod; through a rigid body leads a Via";
-        if check.require(!link.rod.is_empty(), &format!("{place}.link"), found, expected) {
-            for (i, x) in along.along.into_iter().enumerate() {
-                check_place(check, x, &format!("{place}.along[{i}]"), link.length());
-            }
+        let has_rod = check.require(!link.rod.is_empty(), &format!("{place}.link"), found, expected);
+        if has_rod && along.validate().is_ok() {
+            check_place(check, along.along[1], &format!("{place}.along[1]"), link.length());
         }
     }
 

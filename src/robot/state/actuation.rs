@@ -1,7 +1,7 @@
 //! What is known of the actuators in a state.
 
 use crate::lie::{LANES, Scalar, Vector};
-use crate::robot::plan::actuation::Actuation;
+use crate::robot::plan::actuation::{Actuation, Sleeve};
 
 /// The force of an actuator, and how it changes with its length, with the rate of that and with what it is told.
 #[derive(Clone, Copy, Debug, Default)]
@@ -81,9 +81,11 @@ pub(crate) struct ActuationTangent<P> {
     /// derivative of the rate of the length.
     pub(crate) moved: Vec<Vector<f64>>,
     pub(crate) rate_gradients: Vec<f64>,
-    /// Per component and node of a sleeve: derivatives of the turning with respect to a strain, and to its slope.
-    pub(crate) of_strain: Vec<f64>,
-    pub(crate) of_strain_slope: Vec<f64>,
+    /// Of a sleeve with friction, per coordinate of its piece and node: how the turning there changes.
+    pub(crate) turn_gradients: Vec<f64>,
+    /// Per node of it: its part in a force, and that of all behind it.
+    pub(crate) shares: Vec<f64>,
+    pub(crate) behind: Vec<f64>,
 }
 
 impl<P: Scalar> ActuationState<P> {
@@ -123,8 +125,11 @@ impl<P: Scalar> ActuationTangent<P> {
     pub(crate) fn new(actuation: &Actuation<P>, n: usize) -> Self {
         let zeros = |rows: usize| vec![0.0; if actuation.actuators.is_empty() { 0 } else { rows * n }];
         let with_turning = actuation.sleeves.iter().filter(|sleeve| sleeve.turning.is_some());
-        let sizes = with_turning.map(|sleeve| sleeve.components.len() * sleeve.packs * LANES);
-        let nodes = sizes.max().unwrap_or(0);
+        let nodes_of = |sleeve: &Sleeve<P>| sleeve.packs * LANES;
+        let modes_of =
+            |sleeve: &Sleeve<P>| sleeve.components.iter().map(|component| component.modes).sum::<usize>();
+        let nodes = with_turning.clone().map(nodes_of).max().unwrap_or(0);
+        let gradients = with_turning.map(|sleeve| nodes_of(sleeve) * modes_of(sleeve)).max().unwrap_or(0);
         Self {
             field: largest(actuation, |components| components),
             stiffness: largest(actuation, |components| components * (components + 1) / 2),
@@ -135,8 +140,9 @@ impl<P: Scalar> ActuationTangent<P> {
             angle_gradient: zeros(1),
             moved: vec![Vector::zero(); actuation.lines.len() * n],
             rate_gradients: vec![0.0; actuation.lines.len() * n],
-            of_strain: vec![0.0; nodes],
-            of_strain_slope: vec![0.0; nodes],
+            turn_gradients: vec![0.0; gradients],
+            shares: vec![0.0; nodes],
+            behind: vec![0.0; nodes],
         }
     }
 }

@@ -5,10 +5,14 @@
 //! root is so found as fast as what has one; and where the gradient vanishes the second derivatives tell a minimum
 //! from a saddle or a maximum, which is left along its most negative curvature.
 //!
-//! `model` is the quadratic model and its steps within the bounds, `region` its minimum in a ball.
+//! `model` is the quadratic model and its steps within the bounds, `region` its minimum in a ball, `preferred` chooses among
+//! roots.
 
 mod model;
+mod preferred;
 mod region;
+
+pub(crate) use self::preferred::Form;
 
 use self::model::{Model, Step};
 use super::System;

@@ -112,6 +112,46 @@ RECIPES: dict[str, dict | list[dict]] = {
         {"force": "lambda t: (0, 0, t)", "along": _a(0.0, 0.1)},
         {"moment": "([0, 1], [[0, 0, 0], [0, 0, 1]])"},
     ],
+    "Input": [{"name": "'u'", "default": "1.0"}, {"name": "'u'", "default": _a(0.0, 0.0, 1.0)}],
+    "Along": [
+        {"link": "'a'", "offset": "(0.01, (0.0, 0.01))", "along": "(0.0, 0.1)"},
+        {"offset": "(lambda X: 0.01 * X, ([0.0, 0.2], [0.0, 0.01]))"},
+    ],
+    "Via": {"link": "'a'", "point": _a(0.0, 0.0, 0.01), "at": "0.1"},
+    "Tendon": [
+        {
+            "name": "'pull'",
+            "path": "[lissom.Via(None, (0, 0, 1)), lissom.Along('a')]",
+            "tension": "lissom.Input('u', 1.0)",
+            "friction": "0.1",
+            "friction_velocity": "1e-3",
+            "sliding": "1.0",
+        },
+        {
+            "name": "'pull'",
+            "path": "[lissom.Along('a', (0, 0.01))]",
+            "length": "lambda t: 0.1",
+            "stiffness": "100.0",
+            "damping": "0.1",
+        },
+    ],
+    "Chamber": {
+        "name": "'blow'",
+        "path": "[lissom.Along('a', (0, 0.01))]",
+        "area": "1e-5",
+        "pressure": "lissom.Harmonic(1e4, 2.0)",
+    },
+    "Motor": [
+        {"joint": "'a'", "torque": "([0, 1], [0, 2])", "limits": "(-1.0, 1.0)", "name": "'turn'"},
+        {"joint": "'a.angle'", "position": "0.1", "gains": "(3.0, 0.1)"},
+    ],
+    "ActiveStrain": {
+        "link": "'a'",
+        "strain": "'bend_y'",
+        "shape": "(0.0, 1.0)",
+        "amount": "lissom.Input('u')",
+        "name": "'muscle'",
+    },
     "Profile": [
         {"length": "0.2", "stations": _a(0.0, 0.1, 0.2), "values": _a(1.0, 2.0, 1.0)},
         {"length": "0.2", "coefficients": _a(1.0, 0.1)},
@@ -125,9 +165,27 @@ RECIPES: dict[str, dict | list[dict]] = {
         "supports": "[lissom.Support(stiffness=3.0, link='b')]",
         "fluid": "lissom.Fluid(1000.0)",
         "base_motion": "lissom.BaseMotion(translation=lissom.Harmonic((0, 0, 0.01), 2.0))",
+        "actuators": "[lissom.Tendon('t', [lissom.Along('a')], tension=1.0), lissom.Motor('b', 0.1)]",
     },
     "Robot.from_urdf": {"path": "v.urdf()"},
     "Robot.explain": {"self": _MODEL},
+    "Robot.actuator_length": {"self": "v.actuated()", "name": "'pull'", "q": _a(0.1, 0.2), "t": "0.1"},
+    "Robot.actuator_rate": {
+        "self": "v.actuated()",
+        "name": "'blow'",
+        "q": _a(0.1, 0.2),
+        "qd": _a(0.1, 0.2),
+        "t": "0.1",
+    },
+    "Robot.actuator_gradient": {"self": "v.actuated()", "name": "'b'", "q": _a(0.1, 0.2), "t": "0.1"},
+    "Robot.actuator_force": {
+        "self": "v.actuated()",
+        "name": "'pull'",
+        "q": _a(0.1, 0.2),
+        "qd": _a(0.1, 0.2),
+        "t": "0.1",
+        "u": _a(1.0, 2.0),
+    },
     "Robot.slice": {"self": "v.robot()", "link": "'b'"},
     "Robot.pose": [
         {"self": "v.moving()", "q": _a(0.1, 0.2), "X": _a(0.0, 0.1, 0.2), "t": "0.1"},
@@ -188,6 +246,7 @@ RECIPES: dict[str, dict | list[dict]] = {
         "base_motion": "lissom.BaseMotion(translation=lissom.Harmonic((0, 0, 0.01), 2.0))",
         "supports": "[lissom.Support(stiffness=3.0)]",
         "fluid": "lissom.Fluid(1000.0)",
+        "actuators": "[lissom.Chamber('blow', [lissom.Along(None, (0, 0.01))], 1e-5, 1e4)]",
     },
     "Scene.load": {"path": "'scene.toml'"},
     "Scene.loads": {"text": "v.scene().text", "name": "'a'"},
@@ -266,6 +325,7 @@ RECIPES: dict[str, dict | list[dict]] = {
     "Model.mass_matrix": {"self": _MODEL, "q": _a(0.1, 0.2), "t": "0.1"},
     "Model.forward_dynamics": {"self": _MODEL} | {k: e for k, e in _STATE.items() if k != "qdd"},
     "Model.tangent": {"self": _MODEL} | _STATE,
+    "Model.input_tangent": {"self": "v.actuated()", "u": _a(1.0, 2.0)} | _STATE,
     "Model.energy": {"self": _MODEL} | {k: e for k, e in _STATE.items() if k != "qdd"},
     "Model.dissipated_power": {"self": _MODEL} | {k: e for k, e in _STATE.items() if k != "qdd"},
     "Model.supplied_power": {"self": _MODEL} | _STATE,
@@ -300,17 +360,43 @@ RECIPES: dict[str, dict | list[dict]] = {
         "position_weight": _a(1.0, 0.5, 1.0),
         "orientation_weight": "0.5",
     },
-    "continuation": {
-        "model": _MODEL,
-        "q0": _a(0.0, 0.0),
-        "load_factor": "0.0",
-        "direction": _a(0.0, 1.0),
-        "bounds": "(0.0, 1.0)",
-        "max_step": "0.25",
-        "max_steps": "200",
-        "t": "0.0",
-        "tol": "1e-8",
-    },
+    "actuate": [
+        {
+            "robot": "v.antagonists()",
+            "target": "lissom.Target('rod', [0.19, 0.0, 0.02], position_weight=(0, 0, 1))",
+            "inputs": "['up', 'down']",
+            "limits": "{'up': (0.1, 10.0)}",
+            "u": _a(1.0, 0.5),
+            "q0": _a(0.1, 0.0),
+            "t": "0.1",
+            "tol": "1e-8",
+            "max_iter": "20",
+        },
+        {
+            "robot": "v.antagonists()",
+            "target": "v.antagonists().pose(lissom.statics(v.antagonists(), u=[1.5, 0.5]).q)",
+            "inputs": "'up'",
+            "limits": "(0.0, 5.0)",
+        },
+        {
+            "robot": "v.antagonists()",
+            "target": "{'rod': v.antagonists().pose(lissom.statics(v.antagonists(), u=[1.5, 0.5]).q)}",
+        },
+    ],
+    "continuation": [
+        {
+            "model": _MODEL,
+            "q0": _a(0.0, 0.0),
+            "load_factor": "0.0",
+            "direction": _a(0.0, 1.0),
+            "bounds": "(0.0, 1.0)",
+            "max_step": "0.25",
+            "max_steps": "200",
+            "t": "0.0",
+            "tol": "1e-8",
+        },
+        {"model": "v.antagonists()", "u": _a(1.0, 0.5), "inputs": "{'up': (0.0, 3.0)}"},
+    ],
     "jacobian": {
         "fun": "lambda x: x * x",
         "x": _a(1.0, 2.0),
@@ -318,14 +404,20 @@ RECIPES: dict[str, dict | list[dict]] = {
         "x_scale": _a(1.0, 1.0),
         "args": "()",
     },
-    "linearise": {
-        "model": _MODEL,
-        "q": _a(0.1, 0.2),
-        "inputs": "'forces'",
-        "outputs": "'coordinates'",
-        "t": "0.1",
-    },
-    "modes": {"model": _MODEL, "q": _a(0.1, 0.2), "t": "0.1"},
+    "linearise": [
+        {
+            "model": _MODEL,
+            "q": _a(0.1, 0.2),
+            "inputs": "'forces'",
+            "outputs": "'coordinates'",
+            "t": "0.1",
+        },
+        {"model": "v.antagonists()", "q": _a(0.1, 0.2), "inputs": "['inputs', 'up']", "u": _a(1.0, 0.5)},
+    ],
+    "modes": [
+        {"model": _MODEL, "q": _a(0.1, 0.2), "t": "0.1"},
+        {"model": "v.antagonists()", "q": _a(0.1, 0.2), "u": _a(1.0, 0.5)},
+    ],
     "newmark": {
         "residual": "lambda t, q, v, a: a + 0.1 * v + q",
         "t_span": "(0.0, 0.2)",
@@ -397,6 +489,7 @@ RECIPES: dict[str, dict | list[dict]] = {
         {"model": _MODEL, "load_steps": "5", "t": "0.0", "tol": "1e-8", "max_iter": "50", "max_steps": "50"},
         {"model": _MODEL, "load_steps": _a(0.2, 0.5, 1.0), "method": "'load_path'"},
         {"model": _MODEL, "q0": _a(0.0, 0.0), "method": "'descent'"},
+        {"model": "v.antagonists()", "q0": _a(0.0, 0.0), "method": "'newton'", "u": _a(1.0, 0.5)},
     ],
     "sensors.Sensor": {},
     **{
@@ -423,7 +516,7 @@ RECIPES: dict[str, dict | list[dict]] = {
 }
 #: Classes that only functions make, and exceptions: calling them must raise, or make an exception.
 _UNMADE = """
-AccuracyWarning ContinuationResult ConvergenceError
+AccuracyWarning ActuateResult ContinuationResult ConvergenceError
 CriticalPoint DenseOutput Energy EquilibriumPath JacobianCheck
 LissomError Model ModesResult MotionResult OdeResult OdeSolver ReachResult RootResult Scene SceneError
 SceneProblem Section SimulationSettings StaticsResult Statistics

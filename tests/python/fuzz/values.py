@@ -66,6 +66,20 @@ def robot():
     return lissom.Robot([link("a"), link("b", parent="a", position=(0.1, 0, 0))])
 
 
+def actuated():
+    """Two coordinates, with an actuator of every kind, and two inputs."""
+    along = [lissom.Along("a", (0, 0.01), (0.0, 0.1))]
+    return lissom.Robot(
+        [lissom.Link("a", rod=[segment(modes={"bend_y": 1})]), link("b", parent="a")],
+        actuators=[
+            lissom.Tendon("pull", along, tension=lissom.Input("pull", 1.0)),
+            lissom.Chamber("blow", along, 1e-5, lissom.Input("blow")),
+            lissom.Motor("b", position=0.1, gains=(1.0, 0.1)),
+            lissom.ActiveStrain("a", "bend_y", 1.0, 0.1),
+        ],
+    )
+
+
 def pulled():
     """Two coordinates, and a tendon that is told how much to pull."""
     pull = lissom.Tendon("pull", [lissom.Along(offset=(0, 0.005))], tension=lissom.Input("tension", 1.0))
@@ -76,6 +90,16 @@ def state():
     """That of `moving`, as a simulation has it."""
     zero = np.zeros(2)
     return types.SimpleNamespace(t=0.1, q=zero + 0.1, v=zero, a=zero, u=np.empty(0))
+
+
+def antagonists():
+    """Two coordinates, and two tendons whose tensions are inputs."""
+
+    def tendon(name, z):
+        return lissom.Tendon(name, [lissom.Along(offset=(0.0, z))], tension=lissom.Input(name, 0.5))
+
+    finger = lissom.Segment(0.2, 2e-3, 1e9, 4e8, 1200, {"bend_y": 2})
+    return lissom.Rod([finger], actuators=[tendon("up", 0.01), tendon("down", -0.01)])
 
 
 def urdf():
@@ -101,6 +125,7 @@ MODELS = {
     "chain": chain,
     "moving": moving,
     "robot": robot,
+    "actuated": actuated,
     "pendulum": pendulum,
 }
 

@@ -203,64 +203,58 @@ pub(super) fn stiffen<P: Lanes>(
         let (thread, nodes) = (&sleeve.threads[k], sleeve.packs * LANES);
         let turning = sleeve.turning.as_ref().expect("threads with friction know how they turn");
         turn_changes(sleeve, turning, thread, q, memory);
-        let basis = |degree: usize, node: usize| {
-            sleeve.basis[degree * sleeve.packs + node / LANES].lane(node % LANES)
-        };
-        // What a change of the angle at a node does to the force of a coordinate.
-        let at_node = |c: usize, degree: usize, node: usize| {
-            let pack = node / LANES;
-            let slope = state.slopes[first_slope + c * sleeve.packs + pack];
-            let weighted = sleeve.weighted_basis[degree * sleeve.packs + pack];
-            (weighted * slope * state.ratios[first + pack]).lane(node % LANES)
-        };
+        let ActuationTangent { turn_gradients, shares, behind, of_sliding, angle_gradient, .. } =
+            &mut *memory;
+        let (shares, behind) = (&mut shares[..nodes], &mut behind[..nodes]);
         for (c, component) in sleeve.components.iter().enumerate() {
             for degree in 0..component.modes {
                 let j = component.first + degree;
+                // The part of each node in the force of the coordinate.
                 let mut sum = 0.0;
-                for node in 0..nodes {
-                    let angle = state.angles[first + node / LANES].lane(node % LANES);
-                    memory.of_sliding[j] -= friction.coefficient * angle * at_node(c, degree, node);
-                    sum += at_node(c, degree, node);
+                for pack in 0..sleeve.packs {
+                    let slope = state.slopes[first_slope + c * sleeve.packs + pack];
+                    let weighted = sleeve.weighted_basis[degree * sleeve.packs + pack];
+                    let share = weighted * slope * state.ratios[first + pack];
+                    sum += share.sum();
+                    of_sliding[j] -= friction.coefficient * (share * state.angles[first + pack]).sum();
+                    for lane in 0..LANES {
+                        shares[pack * LANES + lane] = share.lane(lane);
+                    }
+                }
+                if factor == 0.0 {
+                    continue;
                 }
                 // Angles of the parts before.
                 for &k in &actuator.reaches {
-                    add(j, k, -factor * falls * sum * memory.angle_gradient[k]);
+                    add(j, k, -factor * falls * sum * angle_gradient[k]);
                 }
-                // Of this part: what a turn at node l does at all nodes behind it.
-                for l in 0..nodes {
-                    let behind: f64 = (0..nodes)
-                        .map(|node| at_node(c, degree, node) * turning.up_to[node * nodes + l])
-                        .sum();
-                    for (d, other) in sleeve.components.iter().enumerate() {
-                        let (of_strain, of_slope) =
-                            (memory.of_strain[d * nodes + l], memory.of_strain_slope[d * nodes + l]);
-                        for degree in 0..other.modes {
-                            let change = of_strain * basis(degree, l)
-                                + of_slope * turning.basis_slopes[degree * nodes + l];
-                            add(j, other.first + degree, -factor * falls * behind * change);
-                        }
+                // Of this part: a turn at a node changes the tension at all nodes behind it.
+                behind.fill(0.0);
+                for (&share, row) in shares.iter().zip(turning.up_to.chunks_exact(nodes)) {
+                    for (behind, &weight) in behind.iter_mut().zip(row) {
+                        *behind += share * weight;
                     }
+                }
+                let rows = turn_gradients.chunks_exact(nodes);
+                for (k, row) in coordinates_of(sleeve).zip(rows) {
+                    let change: f64 = behind.iter().zip(row).map(|(behind, change)| behind * change).sum();
+                    add(j, k, -factor * falls * change);
                 }
             }
         }
-        for (d, other) in sleeve.components.iter().enumerate() {
-            for degree in 0..other.modes {
-                let sum: f64 = (0..nodes)
-                    .map(|l| {
-                        let weight = sleeve.weights[l / LANES].lane(l % LANES);
-                        weight
-                            * (memory.of_strain[d * nodes + l] * basis(degree, l)
-                                + memory.of_strain_slope[d * nodes + l]
-                                    * turning.basis_slopes[degree * nodes + l])
-                    })
-                    .sum();
-                memory.angle_gradient[other.first + degree] += sum;
-            }
+        for (k, row) in coordinates_of(sleeve).zip(turn_gradients.chunks_exact(nodes)) {
+            let weights = (0..nodes).map(|l| sleeve.weights[l / LANES].lane(l % LANES));
+            angle_gradient[k] += row.iter().zip(weights).map(|(change, weight)| change * weight).sum::<f64>();
         }
     }
 }
 
-/// Finds how the turning of a thread changes with the strains at its nodes, and with their slopes.
+/// The coordinates of a sleeve, component by component.
+fn coordinates_of<P>(sleeve: &Sleeve<P>) -> impl Iterator<Item = usize> {
+    sleeve.components.iter().flat_map(|component| component.first..component.first + component.modes)
+}
+
+/// Finds how the turning of a thread at its nodes changes with the coordinates of its piece.
 fn turn_changes<P: Lanes>(
     sleeve: &Sleeve<P>,
     turning: &SleeveTurning,
@@ -275,6 +269,7 @@ fn turn_changes<P: Lanes>(
         let square = turn.dot(turn);
         let smoothed = square + smallest * smallest;
         let scale = inverse * (smoothed + smallest * smallest) / (smoothed * smoothed.sqrt());
+        let mut row = 0;
         for (c, component) in sleeve.components.iter().enumerate() {
             let b = direction(sleeve, thread, c, node);
             let mut change = thread.direction_slopes[c * nodes + node] + curvature.cross(b);
@@ -282,8 +277,13 @@ fn turn_changes<P: Lanes>(
                 change += axis.cross(u);
             }
             let of_u = along * turn.dot(b) + square * inverse * u.dot(b);
-            memory.of_strain[c * nodes + node] = scale * (turn.dot(change) - of_u);
-            memory.of_strain_slope[c * nodes + node] = scale * turn.dot(b);
+            let (of_strain, of_slope) = (scale * (turn.dot(change) - of_u), scale * turn.dot(b));
+            for degree in 0..component.modes {
+                let value = sleeve.basis[degree * sleeve.packs + node / LANES].lane(node % LANES);
+                let slope = turning.basis_slopes[degree * nodes + node];
+                memory.turn_gradients[row * nodes + node] = of_strain * value + of_slope * slope;
+                row += 1;
+            }
         }
     }
 }

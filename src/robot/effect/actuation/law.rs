@@ -7,7 +7,7 @@ use crate::robot::plan::actuation::Law;
 use crate::robot::state::actuation::Force;
 
 /// Width, as a part of the range between the limits of a motor, of the bend with which its torque approaches them: there it
-/// is off by a quarter of that.
+/// is off by half of that.
 const BEND: f64 = 1e-3;
 
 /// The force at this length, rate and command.

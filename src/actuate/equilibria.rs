@@ -1,0 +1,151 @@
+//! The equilibrium as a function of the inputs, followed from one to the next, and how it changes with them.
+
+use crate::error::Interrupted;
+use crate::linalg::{Lu, Matrix};
+use crate::model::{Elastic as _, InTime as _, Model as _};
+use crate::robot::RobotModel;
+use crate::statics::{
+    Continuation, ContinuationOptions, CriticalKind, InputPath, Monitor, Status, continuation,
+};
+
+/// Bound of the last Newton step, in scaled coordinates: rounding, for derivatives are differences of what follows.
+const TOLERANCE: f64 = 1e-12;
+
+/// No limit: steps are as long as Newton's method lets them be.
+const MAX_STEP: f64 = 1e6;
+
+/// More than what a way between two neighbours takes.
+const MAX_STEPS: usize = 100;
+
+/// How far back a path may turn that has lost its way.
+const BACK: f64 = -1.0;
+
+/// Inputs and the shape that belongs to them.
+#[derive(Clone, Debug)]
+struct State {
+    u: Vec<f64>,
+    q: Vec<f64>,
+}
+
+/// Why there is no equilibrium that belongs to some inputs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Lost {
+    /// The inputs on the way had to turn back: it snaps there.
+    Limit,
+    /// The way could not be followed.
+    Way(Status),
+}
+
+/// Equilibria along the way of a search.
+pub(super) struct Equilibria<'a, 'b> {
+    model: &'a mut RobotModel,
+    monitor: Monitor<'b>,
+    time: f64,
+    sizes: Vec<f64>,
+    /// Where ways begin: the last one from which steps were taken.
+    anchor: State,
+    latest: State,
+    /// Why the last one that was not found from here was not.
+    pub(super) lost: Option<Lost>,
+    /// How many were looked for.
+    pub(super) number: usize,
+}
+
+impl<'a, 'b> Equilibria<'a, 'b> {
+    /// From an equilibrium on.
+    pub(super) fn new(
+        model: &'a mut RobotModel,
+        time: f64,
+        u: Vec<f64>,
+        q: Vec<f64>,
+        monitor: Monitor<'b>,
+    ) -> Self {
+        let mut sizes = vec![1.0; q.len()];
+        model.typical_coordinates(&mut sizes);
+        let anchor = State { u, q };
+        Self { model, monitor, time, sizes, latest: anchor.clone(), anchor, lost: None, number: 0 }
+    }
+
+    /// The shape at these inputs, by the way from the last ones that steps were taken from; `None` where that does not lead
+    /// there.
+    pub(super) fn at(&mut self, u: &[f64]) -> Result<Option<&[f64]>, Interrupted> {
+        if self.latest.u != u {
+            self.number += 1;
+            if self.anchor.u == u {
+                self.latest = self.anchor.clone();
+            } else if let Some(q) = self.follow(u)? {
+                self.latest = State { u: u.to_vec(), q };
+            } else {
+                return Ok(None);
+            }
+        }
+        Ok(Some(&self.latest.q))
+    }
+
+    /// From now on ways begin here, if these are the inputs that were asked for last.
+    pub(super) fn settle_at(&mut self, u: &[f64]) {
+        if self.latest.u == u && self.anchor.u != u {
+            self.anchor = self.latest.clone();
+            self.lost = None;
+        }
+    }
+
+    /// The model and the monitor, with the shape `near` or the last one.
+    pub(super) fn into_parts(self, near: Option<Vec<f64>>) -> (&'a mut RobotModel, Monitor<'b>, Vec<f64>) {
+        let Self { model, monitor, latest, .. } = self;
+        (model, monitor, near.unwrap_or(latest.q))
+    }
+
+    fn follow(&mut self, u: &[f64]) -> Result<Option<Vec<f64>>, Interrupted> {
+        let options = ContinuationOptions {
+            inputs: Some(InputPath { from: self.anchor.u.clone(), to: u.to_vec(), time: self.time }),
+            q0: Some(self.anchor.q.clone()),
+            bounds: [BACK, 1.0],
+            max_step: MAX_STEP,
+            max_steps: MAX_STEPS,
+            tol: TOLERANCE,
+            ..ContinuationOptions::default()
+        };
+        let found = continuation(self.model, &options, self.monitor);
+        let Continuation { path, status, .. } = match found {
+            Ok(found) => found?,
+            // Inputs or a shape that are not finite.
+            Err(_) => {
+                self.lost = Some(Lost::Way(Status::NonFinite));
+                return Ok(None);
+            }
+        };
+        let has_turned = path.critical.iter().any(|point| point.kind == CriticalKind::Limit);
+        if has_turned || path.load_factor.last() != Some(&1.0) {
+            self.lost = Some(if has_turned { Lost::Limit } else { Lost::Way(status) });
+            return Ok(None);
+        }
+        Ok(Some(path.q[path.q.len() - self.sizes.len()..].to_vec()))
+    }
+
+    /// How the latest shape changes with the inputs, `dq/du = -K^-1 dtau/du`, in coordinates over their typical sizes; n x m.
+    /// `None` where the tangent stiffness K is singular.
+    pub(super) fn sensitivity(&mut self) -> Result<Option<Matrix>, Interrupted> {
+        let State { u, q } = &self.latest;
+        let (n, m) = (q.len(), u.len());
+        self.model.set_inputs(u);
+        self.model.set_time(self.time)?;
+        let rest = vec![0.0; n];
+        let [mut stiffness, mut pushed] = [Matrix::zeros(n, n), Matrix::zeros(n, m)];
+        self.model.weighted_tangent(q, &rest, &rest, [1.0, 0.0, 0.0], &mut stiffness);
+        self.model.input_tangent(q, &rest, &rest, &mut pushed);
+        for (i, size) in self.sizes.iter().enumerate() {
+            stiffness.row_mut(i).scale_mut(*size);
+            stiffness.column_mut(i).scale_mut(*size);
+            pushed.row_mut(i).scale_mut(-size);
+        }
+        let mut lu = Lu::new(n);
+        if lu.factorise(&stiffness).is_err() {
+            return Ok(None);
+        }
+        for mut column in pushed.column_iter_mut() {
+            lu.solve(column.as_mut_slice());
+        }
+        Ok(Some(pushed))
+    }
+}

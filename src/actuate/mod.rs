@@ -1,0 +1,301 @@
+//! Which inputs bring links of a robot where they shall be: the inverse of statics.
+//!
+//! Least squares of what is left, within the limits of the inputs ([`crate::roots::least_squares`]). The equilibrium is
+//! solved for inside, by the way from the one before ([`crate::statics::continuation`]), and its sensitivity is exact:
+//! `dq/du = -K^-1 dtau/du`. Where more inputs act than it takes, the least ones are chosen.
+//!
+//! `commands` says what the inputs are, `equilibria` which shape belongs to them, `misfit` how far that is.
+
+mod commands;
+mod equilibria;
+mod misfit;
+mod outcome;
+
+pub use outcome::{Found, Status};
+
+use crate::error::{Checker, Interrupted, InvalidInput, Number};
+use crate::linalg::{Matrix, full_svd, norm};
+use crate::model::{Discretised as _, InTime as _, Model as _};
+use crate::reach::Target;
+use crate::reach::misfit::Misfit;
+use crate::robot::RobotModel;
+use crate::roots::System as _;
+use crate::roots::least_squares::{self, Bounds, Counters, End, Form, Outcome, solve};
+use crate::statics::{self, Equilibrium, Monitor, Start, equilibrium};
+use commands::{Command, Kind, commands};
+use equilibria::Equilibria;
+use misfit::Actuated;
+
+/// An input that could change what it does by less than this part of the largest change leaves a choice: rounding.
+const RANK: f64 = 1e-8;
+
+/// Positions come from equilibria that are found to this many rounding units.
+const TERMS: f64 = 1e3;
+
+/// How to search.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Options {
+    /// The inputs to begin with, brought within their limits, shape (m,); as they are by themselves by default.
+    pub u: Option<Vec<f64>>,
+    /// A shape near the equilibrium there, from which the robot is let go; by default the loads grow from nothing.
+    pub q0: Option<Vec<f64>>,
+    /// The entries of u that may change; by default all but directions of sliding.
+    pub free: Option<Vec<usize>>,
+    /// Limits of entries of u, beside those that hold anyway: tensions and lengths are not negative, torques within the limits
+    /// of their motor, directions of sliding within [-1, 1].
+    pub limits: Vec<(usize, [f64; 2])>,
+    /// The time, in seconds, at which the model is.
+    pub time: f64,
+    /// A target is reached when its position is off by at most this part of the length of the robot, and its orientation
+    /// by so many radians; 1e-9 by default.
+    pub tol: f64,
+    /// Largest number of steps; 100 by default.
+    pub max_iter: usize,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { u: None, q0: None, free: None, limits: Vec::new(), time: 0.0, tol: 1e-9, max_iter: 100 }
+    }
+}
+
+/// Inputs that bring links to their targets, or as near as they can, with the equilibrium that belongs to them. A step costs
+/// some tangents of the model; where more inputs act than targets ask for, or where nothing reaches, some for every input.
+///
+/// Fails before any search when an argument is wrong.
+pub fn actuate(
+    model: &mut RobotModel,
+    targets: &[Target],
+    options: &Options,
+    monitor: Monitor<'_>,
+) -> Result<Result<Found, Interrupted>, InvalidInput> {
+    let problem = Problem::new(model, targets, options)?;
+    Ok(search(model, targets, options, problem, monitor))
+}
+
+/// What is to be found, checked.
+struct Problem {
+    /// Where the search begins.
+    u: Vec<f64>,
+    free: Vec<usize>,
+    commands: Vec<Command>,
+}
+
+impl Problem {
+    fn new(model: &mut RobotModel, targets: &[Target], options: &Options) -> Result<Self, InvalidInput> {
+        let robot = model.description();
+        let mut commands = commands(robot);
+        let m = commands.len();
+        let names = robot.inputs().names();
+        let mut check = Checker::new();
+        check.require(m > 0, "robot", "a robot without inputs", "one with a lissom.Input that may be chosen");
+        check.require(!targets.is_empty(), "targets", "none", "at least one target");
+        for (i, target) in targets.iter().enumerate() {
+            target.check(&mut check, &format!("targets[{i}]"), robot);
+        }
+        let mut u = options.u.clone().unwrap_or_else(|| robot.inputs().defaults().to_vec());
+        if check.length(&u, m, "u") {
+            check.finite(&u, "u");
+        }
+        for &(entry, [lower, upper]) in &options.limits {
+            let Some(command) = commands.get_mut(entry) else {
+                check.require(
+                    false,
+                    "limits",
+                    entry,
+                    &format!("an entry of u, 0 to {}", m.saturating_sub(1)),
+                );
+                continue;
+            };
+            let limits = [command.limits[0].max(lower), command.limits[1].min(upper)];
+            let found = format_args!("{} to {}", Number(lower), Number(upper)).to_string();
+            let [least, most] = command.limits;
+            let is_range =
+                limits[0] <= limits[1] && limits[0] < f64::INFINITY && limits[1] > f64::NEG_INFINITY;
+            let ok = is_range && !lower.is_nan() && !upper.is_nan();
+            let expected =
+                format!("a lower and an upper limit with values between {least} and {most} between them");
+            if check.require(ok, &format!("limits['{}']", names[entry]), found, &expected) {
+                command.limits = limits;
+            }
+        }
+        let free = options
+            .free
+            .clone()
+            .unwrap_or_else(|| (0..m).filter(|&entry| commands[entry].kind != Kind::Sliding).collect());
+        check.require(!free.is_empty() || m == 0, "inputs", "none", "at least one input that may change");
+        for &entry in &free {
+            check.require(entry < m, "inputs", entry, &format!("entries of u, 0 to {}", m.saturating_sub(1)));
+        }
+        check.positive(options.tol, "tol", "a part of the robot's length, and radians");
+        if let Some(q0) = &options.q0
+            && check.length(q0, model.n(), "q0")
+        {
+            check.finite(q0, "q0");
+        }
+        check.finish()?;
+        if let Some(q0) = &options.q0 {
+            model.check_shape(q0, "q0")?;
+        }
+        for &entry in &free {
+            let [lower, upper] = commands[entry].limits;
+            u[entry] = u[entry].max(lower).min(upper);
+        }
+        Ok(Self { u, free, commands })
+    }
+
+    /// Sizes of the free inputs: a change by as much moves the shape by about a typical size, for the strongest input of its
+    /// kind.
+    fn sizes(&self, sensitivity: &Matrix) -> Vec<f64> {
+        let strongest = |kind: Kind| {
+            let of_kind = self.free.iter().filter(|&&entry| self.commands[entry].kind == kind);
+            of_kind.map(|&entry| norm(sensitivity.column(entry).as_slice())).fold(0.0, f64::max)
+        };
+        let size = |&entry: &usize| {
+            let Command { kind, limits: [lower, upper], .. } = self.commands[entry];
+            let [size, range] = [strongest(kind).recip(), upper - lower];
+            if size.is_normal() {
+                size
+            } else if range.is_normal() {
+                range
+            } else {
+                1.0
+            }
+        };
+        self.free.iter().map(size).collect()
+    }
+
+    /// Something of every free input, over its size.
+    fn of_free(&self, sizes: &[f64], of: impl Fn(&Command, usize) -> f64) -> Vec<f64> {
+        self.free.iter().zip(sizes).map(|(&entry, size)| of(&self.commands[entry], entry) / size).collect()
+    }
+}
+
+fn search(
+    model: &mut RobotModel,
+    targets: &[Target],
+    options: &Options,
+    problem: Problem,
+    monitor: Monitor<'_>,
+) -> Result<Found, Interrupted> {
+    let robot = model.description().clone();
+    let mut seen = model.clone();
+    seen.set_time(options.time)?;
+    let mut never = || Ok(());
+    let mut of_targets = Misfit::new(&mut seen, targets, Vec::new(), &mut never);
+    let conclude = |of_targets: &mut Misfit<'_, '_>, end: Ending| -> Found {
+        let Ending { u, q, status, held, lost, verdict, counters, equilibria } = end;
+        let (errors, poses): (Vec<_>, Vec<_>) = of_targets.errors(&q).into_iter().unzip();
+        let of_links = targets.iter().map(|target| target.link).zip(errors.iter().copied());
+        let message = outcome::message(status, &robot, of_links, &held, lost, verdict);
+        Found { u, q, status, message, errors, poses, held, verdict, counters, equilibria }
+    };
+
+    model.set_inputs(&problem.u);
+    model.set_time(options.time)?;
+    let start = find(
+        model,
+        options.q0.clone().map_or(Start::Unloaded { stops: vec![1.0] }, Start::Descent),
+        monitor,
+    )?;
+    if !start.status.is_success() {
+        let (u, q, verdict) = (problem.u, start.q, start.verdict);
+        let counters = Counters::default();
+        let status = Status::NoStart;
+        let end = Ending { u, q, status, held: Vec::new(), lost: None, verdict, counters, equilibria: 1 };
+        return Ok(conclude(&mut of_targets, end));
+    }
+
+    let mut equilibria = Equilibria::new(model, options.time, problem.u.clone(), start.q, monitor);
+    let sensitivity =
+        equilibria.sensitivity()?.unwrap_or_else(|| Matrix::zeros(of_targets.unknowns(), problem.u.len()));
+    let sizes = problem.sizes(&sensitivity);
+    let bounds = Bounds {
+        lower: problem.of_free(&sizes, |command, _| command.limits[0]),
+        upper: problem.of_free(&sizes, |command, _| command.limits[1]),
+    };
+    let mut x = problem.of_free(&sizes, |_, entry| problem.u[entry]);
+    let wanted = problem.of_free(&sizes, |command, _| command.least);
+    let mut system = Actuated::new(equilibria, of_targets, problem.u.clone(), problem.free.clone(), sizes);
+    let (found, mut counters) = descend(&mut system, &mut x, &bounds, options)?;
+    let mut status = Status::of(found.end, !found.held.is_empty(), system.equilibria.lost);
+    let lost = system.equilibria.lost;
+    system.targets.count_alike(true);
+    if status == Status::Reached && leaves_a_choice(&mut system, &x)? {
+        let form = Form { root: Matrix::identity(x.len(), x.len()), wanted };
+        if !form.settle(&mut system, &mut x, &bounds, &search_of(options, options.tol), &mut counters)? {
+            status = Status::NotSettled;
+        }
+    }
+    let mut u = system.inputs(&x);
+    for &entry in &problem.free {
+        // Not beyond what was given, by the rounding of sizes.
+        let [lower, upper] = problem.commands[entry].limits;
+        u[entry] = u[entry].max(lower).min(upper);
+    }
+    let near = system.equilibria.at(&u)?.map(<[f64]>::to_vec);
+    let Actuated { equilibria, targets: mut of_targets, .. } = system;
+    let number = equilibria.number;
+    let (model, monitor, q) = equilibria.into_parts(near);
+    model.set_inputs(&u);
+    model.set_time(options.time)?;
+    let Equilibrium { q, verdict, .. } = find(model, Start::Newton(q), monitor)?;
+    let held = match status {
+        Status::AtLimits => found.held.iter().map(|&k| problem.free[k]).collect(),
+        _ => Vec::new(),
+    };
+    let end = Ending { u, q, status, held, lost, verdict, counters, equilibria: number };
+    Ok(conclude(&mut of_targets, end))
+}
+
+/// What a search ends with, before it is put in words.
+struct Ending {
+    u: Vec<f64>,
+    q: Vec<f64>,
+    status: Status,
+    held: Vec<usize>,
+    lost: Option<equilibria::Lost>,
+    verdict: Option<crate::stability::Verdict>,
+    counters: Counters,
+    equilibria: usize,
+}
+
+fn find(model: &mut RobotModel, start: Start, monitor: Monitor<'_>) -> Result<Equilibrium, Interrupted> {
+    let options = statics::Options { start, ..statics::Options::default() };
+    equilibrium(model, &options, monitor).expect("options and shape were looked at")
+}
+
+fn search_of(options: &Options, tolerance: f64) -> least_squares::Options {
+    least_squares::Options { tolerance, terms: TERMS, max_iter: options.max_iter, second_order: false }
+}
+
+/// The best inputs near x. What can be reached is reached whatever counts how much, and soonest if all counts alike.
+fn descend(
+    system: &mut Actuated<'_, '_>,
+    x: &mut [f64],
+    bounds: &Bounds,
+    options: &Options,
+) -> Result<(Outcome, Counters), Interrupted> {
+    let alike = solve(system, x, bounds, &search_of(options, options.tol))?;
+    let mut counters = alike.counters;
+    if alike.end == End::Root || system.targets.counts_alike() {
+        return Ok((alike, counters));
+    }
+    system.targets.count_alike(false);
+    let tolerance = options.tol * system.targets.least_weight();
+    let found = solve(system, x, bounds, &search_of(options, tolerance))?;
+    counters += found.counters;
+    Ok((found, counters))
+}
+
+/// Whether other inputs nearby do the same.
+fn leaves_a_choice(system: &mut Actuated<'_, '_>, x: &[f64]) -> Result<bool, Interrupted> {
+    let mut jacobian = Matrix::zeros(system.equations(), x.len());
+    system.jacobian(x, &mut jacobian)?;
+    if !jacobian.iter().all(|entry| entry.is_finite()) {
+        return Ok(false);
+    }
+    let Some((_, values, _)) = full_svd(&jacobian) else { return Ok(false) };
+    let largest = values.iter().copied().fold(0.0, f64::max);
+    Ok(values.iter().filter(|&&value| value > RANK * largest).count() < x.len())
+}

@@ -1,0 +1,280 @@
+//! `lissom.actuate`: which inputs bring links where they shall be.
+
+use numpy::{IntoPyArray, PyArray1, PyArrayMethods, PyUntypedArrayMethods};
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+use pyo3::types::PyList;
+
+use super::convert;
+use super::inputs::{Pair, entries, pair, pairs};
+use super::model::check_time;
+use super::reach::{Given, Targets};
+use super::record::{self, ReadOnly, Reduced};
+use super::robot::PyRobot;
+use super::statics::run;
+use crate::actuate::{self as core, Found, Options};
+use crate::model::InTime as _;
+use crate::robot::Robot;
+use crate::stability::Stability;
+
+/// What `actuate` found.
+///
+/// Attributes
+/// ----------
+/// u : ndarray, shape (m,)
+///     All inputs; those that come nearest where the targets are not reached.
+/// q : ndarray, shape (n,)
+///     The equilibrium at these inputs.
+/// success : bool
+///     True when all targets are reached, by the least inputs nearby.
+/// status : str
+///     'reached', 'not_settled' (reached, but the search for the least inputs did not end), 'nearest' (cannot be reached: no small
+///     change of the inputs comes nearer, by first and second derivatives), 'at_limits' (the same within limits without which it would
+///     come nearer), 'equilibrium_lost' (the way to the targets ends where the robot buckles or snaps), 'no_start' (no equilibrium at the
+///     inputs to begin with), 'iteration_limit' or 'stalled'.
+/// message : str
+///     The status in words, with what is left, and what to change.
+/// position_error : float, or ndarray of shape (k,) for a mapping or a sequence of k targets
+///     Distance from where the point shall be, metres, along the axes with a weight; zero where no position was asked for.
+/// orientation_error : float, or ndarray of shape (k,)
+///     Angle from the wanted orientation, radians, about the axes with a weight; zero where none was asked for.
+/// pose : ndarray, shape (4, 4) or (k, 4, 4)
+///     Where sections and bodies of the targets are, as from `Robot.pose`.
+/// at_limits : list of str
+///     The inputs that their limits hold back, of status 'at_limits'.
+/// is_stable : bool or None
+///     Whether small disturbances of the equilibrium stay small.
+/// stability : str or None
+///     As in StaticsResult.
+/// nit, nfev, njev : int
+///     Steps, evaluations of what is left, and of its derivative with respect to the inputs.
+/// equilibria : int
+///     Equilibria that were looked for.
+#[pyclass(name = "ActuateResult", module = "lissom", frozen, get_all)]
+#[derive(FromPyObject)]
+pub(crate) struct PyActuateResult {
+    u: ReadOnly<PyArray1<f64>>,
+    q: ReadOnly<PyArray1<f64>>,
+    success: bool,
+    status: String,
+    message: String,
+    position_error: ReadOnly,
+    orientation_error: ReadOnly,
+    pose: ReadOnly,
+    at_limits: Vec<String>,
+    is_stable: Option<bool>,
+    stability: Option<String>,
+    nit: usize,
+    nfev: usize,
+    njev: usize,
+    equilibria: usize,
+}
+
+impl PyActuateResult {
+    fn new(py: Python<'_>, robot: &Robot, found: Found, is_single: bool) -> PyResult<Self> {
+        let Found { u, q, status, message, errors, poses, held, verdict, counters, equilibria } = found;
+        let names = robot.inputs().names();
+        let numbers = |values: Vec<f64>| -> PyResult<ReadOnly> {
+            ReadOnly::new(match values[..] {
+                [value] if is_single => value.into_pyobject(py)?.into_any(),
+                _ => values.into_pyarray(py).into_any(),
+            })
+        };
+        let matrices: Vec<f64> = poses.iter().flat_map(convert::homogeneous).collect();
+        let shape = if is_single { vec![4, 4] } else { vec![poses.len(), 4, 4] };
+        Ok(Self {
+            u: ReadOnly::new(u.into_pyarray(py))?,
+            q: ReadOnly::new(q.into_pyarray(py))?,
+            success: status.is_success(),
+            status: status.name().to_owned(),
+            message,
+            position_error: numbers(errors.iter().map(|error| error.position).collect())?,
+            orientation_error: numbers(errors.iter().map(|error| error.orientation).collect())?,
+            pose: ReadOnly::new(matrices.into_pyarray(py).reshape(shape)?.into_any())?,
+            at_limits: held.into_iter().map(|k| names[k].clone()).collect(),
+            is_stable: verdict.map(|verdict| verdict.stability == Stability::Stable),
+            stability: verdict.map(|verdict| verdict.stability.name().to_owned()),
+            nit: counters.iterations,
+            nfev: counters.residuals,
+            njev: counters.jacobians,
+            equilibria,
+        })
+    }
+}
+
+#[pymethods]
+impl PyActuateResult {
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        let (inputs, status, nit) = (self.u.bind(py).len(), &self.status, self.nit);
+        let stable = self.stability.as_deref().unwrap_or("stability unknown");
+        Ok(format!("<ActuateResult: {status}, {stable}, {inputs} inputs, {nit} iterations>"))
+    }
+
+    /// For copies and pickles.
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Reduced<'py>> {
+        record::reduce(slf)
+    }
+
+    #[staticmethod]
+    fn _restore(state: Self) -> Self {
+        state
+    }
+}
+
+/// Find the inputs that bring links where they shall be: which tensions, pressures, torques, lengths.
+///
+/// The equilibrium is solved for at every step, by the way of the inputs from the one before, so that the robot goes where a careful
+/// hand would bring it. Where more inputs act than it takes, as with tendons that pull against each other, the least ones that reach are
+/// chosen: with the least sum of squares, each over what the strongest input of its kind (tension, pressure, ...) takes to move the
+/// shape; lengths and positions count from their defaults.
+///
+/// Parameters
+/// ----------
+/// robot : Robot
+///     A robot, or a rod, with inputs (`lissom.Input`).
+/// target : array_like, mapping, Target or sequence of Target
+///     Where links shall be: a mapping from their names to poses (as for `Robot.reach`), one `Target` or several; of a robot of one link
+///     a pose of its tip is enough. Targets at several stations `X` of a rod bring it into a shape.
+/// inputs : sequence of str, optional
+///     The inputs that may change, by their names; by default all but directions of sliding (`sliding` of a `Tendon`).
+/// limits : (lower, upper) or mapping from str to (lower, upper), optional
+///     Between which values the inputs may be, all of them or by their names; infinite where they have no limit. Beside these, tensions and
+///     lengths are not negative, torques stay within the `limits` of their motor, and directions of sliding between -1 and 1.
+/// u : array_like, shape (m,), optional
+///     The inputs to begin with, brought within the limits; those that do not change stay. By default as `u0` of the robot. What is slack there
+///     is not noticed: begin with tendons taut that shall be used by their length.
+/// q0 : array_like, shape (n,), optional
+///     A shape near the equilibrium to begin with, from which the robot is let go; by default the loads grow from nothing, as for `statics`.
+/// t : float
+///     The time at which what varies by itself is taken, seconds.
+/// tol : float
+///     A target is reached when its position is off by at most this part of the robot's length, and its orientation by so many radians.
+/// max_iter : int
+///     Largest number of steps.
+///
+/// Returns
+/// -------
+/// ActuateResult
+///     `u`, `q`, `success`, `status`, `message`, `position_error`, `stability` and more. What cannot be reached does not raise.
+///
+/// Raises
+/// ------
+/// ValueError, TypeError
+///     If an argument makes no sense.
+///
+/// Notes
+/// -----
+/// A step costs a few tangents of the model; where inputs are chosen, or where nothing reaches, a few for every input. The sensitivity
+/// of the equilibrium is exact, ``dq/du = -solve(dtau_dq, dtau_du)``. The least inputs are found by multipliers (Hestenes 1969; Powell
+/// 1969).
+///
+/// Examples
+/// --------
+/// >>> import lissom
+/// >>> finger = lissom.Segment(0.2, 2e-3, 1e9, 4e8, 1200, {"bend_y": 3})
+/// >>> pull = lissom.Tendon("pull", [lissom.Along(offset=(0, 0.01))], tension=lissom.Input("pull", 1.0))
+/// >>> rod = lissom.Rod([finger], actuators=[pull], gravity=(0, 0, 0))
+/// >>> height = lissom.Target("rod", (0, 0, 0.05), position_weight=(0, 0, 1))
+/// >>> found = lissom.actuate(rod, height)
+/// >>> found.status, rod.pose(found.q)[2, 3].round(6)
+/// ('reached', np.float64(0.05))
+/// >>> weak = lissom.actuate(rod, height, limits={"pull": (0, 2)})
+/// >>> weak.status, weak.at_limits, weak.u
+/// ('at_limits', ['pull'], array([2.]))
+#[pyfunction]
+#[pyo3(signature = (robot, target, *, inputs=None, limits=None, u=None, q0=None, t=0.0, tol=None, max_iter=None),
+       text_signature = "(robot, target, *, inputs=None, limits=None, u=None, q0=None, t=0.0, tol=1e-09, max_iter=100)")]
+#[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python function")]
+pub(crate) fn actuate<'py>(
+    py: Python<'py>,
+    robot: &Bound<'py, PyAny>,
+    target: &Bound<'py, PyAny>,
+    inputs: Option<&Bound<'py, PyAny>>,
+    limits: Option<&Bound<'py, PyAny>>,
+    u: Option<&Bound<'py, PyAny>>,
+    q0: Option<&Bound<'py, PyAny>>,
+    #[pyo3(from_py_with = convert::number)] t: f64,
+    #[pyo3(from_py_with = convert::optional_number)] tol: Option<f64>,
+    max_iter: Option<i64>,
+) -> PyResult<PyActuateResult> {
+    let Ok(of_python) = robot.cast::<PyRobot>() else {
+        let found = convert::describe(robot);
+        return Err(PyTypeError::new_err(format!("robot: expected a Robot or a Rod, got {found}")));
+    };
+    let mut model = of_python.get().model();
+    check_time(t, model.time_span())?;
+    let robot = model.description().clone();
+    let names = robot.inputs().names();
+    let targets = targets_of(&robot, target)?;
+    let n = robot.coordinates();
+    let defaults = Options::default();
+    let options = Options {
+        u: u.map(|u| convert::finite_vector_of(u, names.len(), "u")).transpose()?,
+        q0: q0.map(|q0| convert::finite_vector_of(q0, n, "q0")).transpose()?,
+        free: inputs.map(|inputs| entries_of(inputs, &names)).transpose()?,
+        limits: limits.map_or(Ok(Vec::new()), |limits| limits_of(limits, &names))?,
+        time: t,
+        tol: tol.unwrap_or(defaults.tol),
+        max_iter: max_iter.map_or(Ok(defaults.max_iter), |max_iter| convert::count(max_iter, "max_iter"))?,
+    };
+    let Targets { targets, places, is_single } = targets;
+    let found = run(py, n, move |monitor| {
+        core::actuate(&mut model, &targets, &options, monitor)
+            .map_err(|error| super::reach::named(&places, error))
+    })?;
+    PyActuateResult::new(py, &robot, found, is_single)
+}
+
+/// Targets in all the ways in which they can be said.
+fn targets_of(robot: &Robot, target: &Bound<'_, PyAny>) -> PyResult<Targets> {
+    let is_target = |value: &Bound<'_, PyAny>| value.get_type().name().is_ok_and(|name| name == "Target");
+    if is_target(target) {
+        let one = PyList::new(target.py(), [target])?;
+        let targets = Targets::of(robot, &one, None, "target")?;
+        return Ok(Targets { is_single: true, ..targets });
+    }
+    let is_sequence = target
+        .try_iter()
+        .is_ok_and(|mut items| items.next().is_none_or(|item| item.is_ok_and(|item| is_target(&item))));
+    if is_sequence || target.hasattr("items")? {
+        return Targets::of(robot, target, None, "target");
+    }
+    let given = Given { pose: target, at: None, point: None, weights: [None; 2] };
+    let none = target.py().None().into_bound(target.py());
+    Targets::of(robot, &none, Some(&given), "target")
+}
+
+/// The entries of the inputs of these names.
+fn entries_of(inputs: &Bound<'_, PyAny>, names: &[String]) -> PyResult<Vec<usize>> {
+    let wrong = |found: &Bound<'_, PyAny>| {
+        let found = convert::describe(found);
+        PyTypeError::new_err(format!("inputs: expected a sequence of names of inputs, got {found}"))
+    };
+    if let Ok(name) = inputs.extract::<String>() {
+        return Ok(entries(names, &name, "inputs")?.collect());
+    }
+    let mut all = Vec::new();
+    for (i, name) in inputs.try_iter().map_err(|_| wrong(inputs))?.enumerate() {
+        let name = name?;
+        let name: String = name.extract().map_err(|_| wrong(&name))?;
+        for entry in entries(names, &name, &format!("inputs[{i}]"))? {
+            if !all.contains(&entry) {
+                all.push(entry);
+            }
+        }
+    }
+    Ok(all)
+}
+
+/// Limits for all inputs, or by their names.
+fn limits_of(limits: &Bound<'_, PyAny>, names: &[String]) -> PyResult<Vec<(usize, [f64; 2])>> {
+    let all = if limits.hasattr("items")? {
+        pairs(limits, names, "limits")?
+    } else {
+        vec![(0..names.len(), pair(limits, names.len(), "limits")?)]
+    };
+    let of_entries = |(range, [lower, upper]): Pair| {
+        range.zip(lower.into_iter().zip(upper)).map(|(entry, (lower, upper))| (entry, [lower, upper]))
+    };
+    Ok(all.into_iter().flat_map(of_entries).collect())
+}
