@@ -306,5 +306,8 @@ fn inputs_stand_in_the_order_of_the_description() {
     let Actuator::Tendon(other) = &mut twice.actuators[0] else { panic!("a tendon") };
     other.drive = Drive::Tension(input("push", [1.0]));
     let problems = twice.validate().unwrap_err().to_string();
-    assert!(problems.starts_with("actuators[0].tension: got the input \"push\" with the default"), "{problems}");
+    assert!(
+        problems.starts_with("actuators[0].tension: got the input \"push\" with the default"),
+        "{problems}"
+    );
 }
