@@ -30,7 +30,7 @@ class ActuatorMark:
     kind: Literal["tendon", "chamber", "motor", "active strain"]
     #: What its force and its length are, with their units.
     quantities: tuple[str, str]
-    #: Its tension, pressure, torque, force or amount, (k,): of (k, n) coordinates and velocities, and (k,) times.
+    #: Its tension, pressure, torque, force or amount, (k,): of (k, n) coordinates and velocities, (k,) times.
     force: Callable[[Array, Array, Array], Array]
     #: Its length, volume or coordinate, likewise.
     length: Callable[[Array, Array], Array]
@@ -47,30 +47,31 @@ def actuator_marks(robot: Robot) -> list[ActuatorMark]:
     return [_mark(robot, actuator) for actuator in robot.actuators]
 
 
-def _mark(robot: Robot, actuator: Tendon | Chamber | Motor | ActiveStrain) -> ActuatorMark:
+def _mark(robot: Robot, actuator: object) -> ActuatorMark:
     kind: Literal["tendon", "chamber", "motor", "active strain"]
     way, radius, coordinate = None, 0.0, None
     match actuator:
-        case Tendon(path=path):
+        case Tendon(name=name, path=path):
             kind, quantities = "tendon", ("tension (N)", "length (m)")
             way = partial(_way, robot, path)
-        case Chamber(path=path, area=area):
+        case Chamber(name=name, path=path, area=area):
             kind, quantities = "chamber", ("pressure (Pa)", "volume (m³)")
             way, radius = partial(_way, robot, path), float(np.sqrt(area / np.pi))
-        case Motor(joint=joint):
+        case Motor(name=str(name), joint=joint):
             link, _, moved = joint.rpartition(".")
             is_turning = moved.startswith("angle")
             kind, coordinate = "motor", (link, moved)
             quantities = ("torque (N m)", "angle (rad)") if is_turning else ("force (N)", "displacement (m)")
-        case _:
+        case ActiveStrain(name=str(name)):
             kind, quantities = "active strain", ("amount", "conjugate strain")
-    name = str(actuator.name)
+        case _:
+            raise TypeError(f"no drawing of {actuator!r}")
 
     def force(q: Array, v: Array, t: Array) -> Array:
-        return np.asarray(robot.actuator_force(name, q, v, t), float)
+        return np.asarray(robot.actuator_force(name, q, v, t=t), float)
 
     def length(q: Array, t: Array) -> Array:
-        return np.asarray(robot.actuator_length(name, q, t), float)
+        return np.asarray(robot.actuator_length(name, q, t=t), float)
 
     return ActuatorMark(name, kind, quantities, force, length, way, radius, coordinate)
 

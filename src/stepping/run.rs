@@ -120,6 +120,11 @@ impl<M: Model> Run<M> {
 
     /// Finds the accelerations: at the start, and after inputs have jumped. [`Self::step`] does this where it has not been
     /// done. `Some(status)` where there are none.
+    ///
+    /// A run that begins before its first inputs are set has the bits of [`simulate_controlled`]; set before, they are those
+    /// of the start, from which a method that chooses its steps may choose another first one.
+    ///
+    /// [`simulate_controlled`]: crate::simulate::simulate_controlled
     pub fn begin(&mut self) -> Result<Option<Status>, Interrupted> {
         if let Some(status) = self.integrator.start()? {
             return Ok(Some(status));

@@ -100,7 +100,7 @@ fn robot() -> Robot {
             link: 4,
             coordinate: 0,
             command: MotorCommand::Position { position: input("angle", [0.3]), stiffness: 3.0, damping: 0.2 },
-            limits: Some([-0.7, 0.5]),
+            limits: Some([-3.0, 2.0]),
         }),
         Actuator::ActiveStrain(ActiveStrain {
             name: "muscle".into(),
@@ -306,5 +306,8 @@ fn inputs_stand_in_the_order_of_the_description() {
     let Actuator::Tendon(other) = &mut twice.actuators[0] else { panic!("a tendon") };
     other.drive = Drive::Tension(input("push", [1.0]));
     let problems = twice.validate().unwrap_err().to_string();
-    assert!(problems.contains("actuators[0]: got the input \"push\" with another size"), "{problems}");
+    assert!(
+        problems.starts_with("actuators[0].tension: got the input \"push\" with the default"),
+        "{problems}"
+    );
 }

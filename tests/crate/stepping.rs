@@ -150,7 +150,9 @@ fn controlled(
 }
 
 fn run_of(model: Oscillator, t0: f64, method: &Method, dt: f64) -> Run<Oscillator> {
-    Run::new(model, (t0, t0 + dt), &START[0], &START[1], method).unwrap()
+    let mut run = Run::new(model, (t0, t0 + dt), &START[0], &START[1], method).unwrap();
+    assert_eq!(run.begin(), Ok(None));
+    run
 }
 
 /// One leg; returns the state at its end.

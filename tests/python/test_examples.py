@@ -30,6 +30,22 @@ def test_sagging_wire_converges():
     assert abs(tip - example["EXACT_TIP"]).max() < 1e-9
 
 
+def test_finger_holds_its_target_with_the_holding_tension_alone():
+    example = runpy.run_path(str(ROOT / "examples" / "python" / "finger_pd.py"))
+    target = example["TARGET"]
+    errors = [abs(example["run"](hold)[1][-20:] - target).max() for hold in (0.0, example["holding"]())]
+    assert errors[0] > 1e-3
+    assert errors[1] < 1e-5
+
+
+def test_regulator_catches_a_pole_that_falls_without_it():
+    example = runpy.run_path(str(ROOT / "examples" / "python" / "cart_pole_lqr.py"))
+    feedback = example["gains"]()
+    assert example["is_caught"](feedback, 0.5, 0.5)
+    assert not example["is_caught"](feedback, 1.4, 0.0)
+    assert not example["is_caught"](0.0 * feedback, 0.05, 0.0)
+
+
 def test_tendon_robot_is_as_exact_as_documented():
     """From every sixth row, without friction; docs/tendon_robot.md has all of it."""
     example = runpy.run_path(str(ROOT / "examples" / "python" / "tendon_robot.py"))

@@ -125,7 +125,7 @@ def _tube(layer: str, way: Array, radius: Array, text: str, **looks: Any) -> Tra
 
 
 def figure(run: Run) -> Any | None:
-    """What actuators do and how long they are over time, one plot for each quantity; None where nothing is known."""
+    """What actuators do and how long they are over time, a plot a quantity; None where nothing is known."""
     at = curves.instants(run)
     q, v, t = run.q[at], run.v[at], run.t[at]
     plots: dict[str, list[tuple[str, Array]]] = {}

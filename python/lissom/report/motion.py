@@ -21,6 +21,9 @@ MAX_POINTS, MIN_FRAMES = 1_000_000, 25
 #: Slowest and fastest playback, milliseconds a frame.
 PACE = (25.0, 200.0)
 
+#: Of the skin of rods with tendons or chambers inside.
+OPACITY_AROUND_ACTUATORS = 0.45
+
 #: A rod is drawn at least this thick, relative to its length, so that a wire can be seen.
 LEAST_RADIUS = 0.006
 
@@ -105,7 +108,9 @@ def _in_space(run: Animated) -> Any:
     least = LEAST_RADIUS * seen.size
     at = _frames(run)
     q, t = run.q[at], run.clock[at]
-    skins = [solids.tube(link, q, t, least) for link in seen.links]
+    is_hollow = any(mark.way is not None for mark in seen.marks.actuators)
+    opacity = OPACITY_AROUND_ACTUATORS if is_hollow else 1.0
+    skins = [solids.tube(link, q, t, least, opacity) for link in seen.links]
     skins += [solids.ellipsoid(solid, q, t, 2.0 * least) for solid in seen.solids]
     drawn = [*skins, *_tips(run, at)]
     low, high = layers.extent(drawn)

@@ -165,7 +165,7 @@ RECIPES: dict[str, dict | list[dict]] = {
         "supports": "[lissom.Support(stiffness=3.0, link='b')]",
         "fluid": "lissom.Fluid(1000.0)",
         "base_motion": "lissom.BaseMotion(translation=lissom.Harmonic((0, 0, 0.01), 2.0))",
-        "actuators": "[lissom.Tendon('pull', [lissom.Along('a')], tension=1.0), lissom.Motor('b', 0.1)]",
+        "actuators": "[lissom.Tendon('t', [lissom.Along('a')], tension=1.0), lissom.Motor('b', 0.1)]",
     },
     "Robot.from_urdf": {"path": "v.urdf()"},
     "Robot.explain": {"self": _MODEL},
