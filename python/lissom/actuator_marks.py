@@ -19,7 +19,7 @@ from .actuators import ActiveStrain, Along, Chamber, Motor, Tendon, Via
 Array = NDArray[np.float64]
 
 #: Points along an embedded part of a path.
-POINTS_OF_PART = 25
+POINTS_OF_PART = 17
 
 
 @dataclass(frozen=True)
