@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ._lissom import Body, Harmonic, Input, Load, Robot, Support
+from .actuator_marks import ActuatorMark, actuator_marks
 from .links import Cylindrical, Link, Planar, Prismatic, Revolute, Spherical, Universal, Weld
 
 Array = NDArray[np.float64]
@@ -85,6 +86,7 @@ class Marks:
     supports: Sequence[SupportMark] = ()
     #: Where links are welded to the world, or to the base that moves.
     clamps: Sequence[Pose] = ()
+    actuators: Sequence[ActuatorMark] = ()
     #: In the world, m/s^2.
     gravity: tuple[float, float, float] = (0.0, 0.0, 0.0)
     #: Velocity of the fluid in the world, m/s.
@@ -102,6 +104,7 @@ def marks(robot: Robot, loads: Sequence[Load]) -> Marks:
             for link in robot.links
             if link.parent is None and isinstance(link.joint, Weld)
         ],
+        actuators=actuator_marks(robot),
         gravity=robot.gravity,
         current=robot.fluid.velocity if robot.fluid is not None else (0.0, 0.0, 0.0),
     )

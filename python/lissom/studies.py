@@ -39,6 +39,11 @@ class Slides:
     factors: Array | None = None
 
     @cached_property
+    def v(self) -> Array:
+        """Velocities, shape (m, n): none."""
+        return np.zeros_like(self.q)
+
+    @cached_property
     def load_factor(self) -> Array:
         """How much of the loads acts, shape (m,)."""
         return np.ones(len(self.t)) if self.factors is None else self.factors

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from ..results import Run
 from ..views import Member
-from . import curves, motion, page, text
+from . import actuators, curves, motion, page, text
 
 
 def write(run: Run, path: Path) -> None:
@@ -19,6 +19,7 @@ def build(run: Run) -> page.Page:
     sections = [
         *motion.sections("Motion", run, text.animation(run)),
         *(_links(run) if run.view.members else _whole(run)),
+        *_actuators(run),
         *(
             [
                 page.Section(
@@ -59,6 +60,12 @@ def _links(run: Run) -> list[page.Section]:
     at = curves.instants(run)
     options = [(member.name, _member(run, member, at)) for member in run.view.members]
     return [page.Section("Links", [page.Choice("Link", options)])]
+
+
+def _actuators(run: Run) -> list[page.Section]:
+    """What actuators do over time; nothing where there are none."""
+    figure = actuators.figure(run)
+    return [] if figure is None else [page.Section("Actuators", [page.Figure(figure)])]
 
 
 def _member(run: Run, member: Member, at: curves.Instants) -> list[page.Part]:

@@ -110,7 +110,7 @@ def coordinates_of(run: Run, member: Member, at: Instants) -> Any | None:
         curve = (coordinate.name, run.q[at, i])
         kinds.setdefault((coordinate.kind, coordinate.unit), []).append(curve)
     plots = {f"{kind} ({unit})": curves for (kind, unit), curves in kinds.items()}
-    return _stacked(run.t[at], plots) if plots else None
+    return stacked(run.t[at], plots) if plots else None
 
 
 def wrench_of(run: Run, member: Member, at: Instants) -> Any | None:
@@ -127,10 +127,10 @@ def wrench_of(run: Run, member: Member, at: Instants) -> Any | None:
         name: list(zip("xyz", wrench[:, rows].T, strict=True))
         for name, rows in (("force (N)", slice(3, 6)), ("moment (N m)", slice(3)))
     }
-    return _stacked(run.t[known], plots)
+    return stacked(run.t[known], plots)
 
 
-def _stacked(t: Array, plots: Mapping[str, Sequence[tuple[str, Array]]]) -> Any:
+def stacked(t: Array, plots: Mapping[str, Sequence[tuple[str, Array]]]) -> Any:
     """Plots over time, one above the other: the curves of each by name."""
     from plotly.subplots import make_subplots
 

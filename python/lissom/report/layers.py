@@ -21,6 +21,9 @@ LEGEND: dict[str, dict[str, Any]] = {
     "rods": {"mode": "markers", "marker": {"symbol": "square", "size": 9, "color": theme.ROD_SCALE[1][1]}},
     "bodies": {"mode": "markers", "marker": {"symbol": "circle", "size": 9, "color": theme.GREY}},
     "joints": {"mode": "lines", "line": {"color": theme.PURPLE, "width": 6}},
+    "tendons": {"mode": "lines", "line": {"color": theme.GOLD, "width": 4}},
+    "chambers": {"mode": "lines", "line": {"color": theme.CYAN, "width": 6}},
+    "motors": {"mode": "markers", "marker": {"symbol": "square", "size": 9, "color": theme.PURPLE}},
     "forces": {"mode": "lines", "line": {"color": theme.RED, "width": 4}},
     "moments": {"mode": "lines", "line": {"color": theme.MAGENTA, "width": 4}},
     "supports": {"mode": "lines", "line": {"color": theme.GREEN, "width": 4}},
@@ -41,8 +44,9 @@ BREAK = np.full((1, 3), np.nan)
 class Shown:
     """The shapes in which something is shown."""
 
-    #: Coordinates (shapes, n), times and load factors (shapes,).
+    #: Coordinates and velocities (shapes, n), times and load factors (shapes,).
     q: Array
+    v: Array
     t: Array
     load_factor: Array
     #: Length in metres to which symbols are scaled.

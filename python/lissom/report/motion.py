@@ -21,6 +21,9 @@ MAX_POINTS, MIN_FRAMES = 1_000_000, 25
 #: Slowest and fastest playback, milliseconds a frame.
 PACE = (25.0, 200.0)
 
+#: Of the skin of rods with tendons or chambers inside.
+OPACITY_AROUND_ACTUATORS = 0.45
+
 #: A rod is drawn at least this thick, relative to its length, so that a wire can be seen.
 LEAST_RADIUS = 0.006
 
@@ -51,6 +54,10 @@ class Animated(Protocol):
     @property
     def q(self) -> Array:
         """Coordinates, shape (m, n)."""
+
+    @property
+    def v(self) -> Array:
+        """Velocities, shape (m, n)."""
 
     @property
     def clock(self) -> Array:
@@ -101,14 +108,16 @@ def _in_space(run: Animated) -> Any:
     least = LEAST_RADIUS * seen.size
     at = _frames(run)
     q, t = run.q[at], run.clock[at]
-    skins = [solids.tube(link, q, t, least) for link in seen.links]
+    is_hollow = any(mark.way is not None for mark in seen.marks.actuators)
+    opacity = OPACITY_AROUND_ACTUATORS if is_hollow else 1.0
+    skins = [solids.tube(link, q, t, least, opacity) for link in seen.links]
     skins += [solids.ellipsoid(solid, q, t, 2.0 * least) for solid in seen.solids]
     drawn = [*skins, *_tips(run, at)]
     low, high = layers.extent(drawn)
     # What flies far is small in its box.
     size = max(seen.size, LEAST_SIZE * float(np.linalg.norm(high - low)))
     widest = max((solids.widest(link, least) for link in seen.links), default=0.0)
-    shown = layers.Shown(q, t, run.load_factor[at], size, widest, _half_axis(run, size))
+    shown = layers.Shown(q, run.v[at], t, run.load_factor[at], size, widest, _half_axis(run, size))
     traces = [*drawn, *symbols.symbols(seen.marks, shown)]
     low, high = layers.extent(traces)
     low, high = _box(low, high, 0.04 * float((high - low).max()))

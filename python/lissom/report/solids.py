@@ -29,7 +29,7 @@ LIGHT = {
 }
 
 
-def tube(link: Link, q: Array, t: Array, least_radius: float) -> Trace:
+def tube(link: Link, q: Array, t: Array, least_radius: float, opacity: float = 1.0) -> Trace:
     """The skin of a rod in several shapes, drawn at least so thick."""
     stations = link.stations
     skin = _skin(link.pose(q, stations, t), _outline(link, least_radius))
@@ -38,6 +38,7 @@ def tube(link: Link, q: Array, t: Array, least_radius: float) -> Trace:
         "intensity": _along(stations / link.length),
         "colorscale": theme.ROD_SCALE,
         "showscale": False,
+        "opacity": opacity,
         "hoverinfo": "name",
         "name": link.name,
     }

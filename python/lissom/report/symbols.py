@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ..marks import JointMark, Marks, Pose, SupportMark
 from . import arrows, theme
+from .actuators import actuators
 from .layers import BREAK, Shown, Trace
 from .loads import loads
 from .solids import placed
@@ -35,6 +36,7 @@ def symbols(marks: Marks, shown: Shown) -> list[Trace]:
     """Everything that is drawn of the robot itself."""
     return [
         *_joints(marks.joints, shown),
+        *actuators(marks.actuators, marks.joints, shown),
         *loads(marks.loads, shown),
         *_supports(marks.supports, shown),
         *_clamps(marks.clamps, shown),

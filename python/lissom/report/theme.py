@@ -17,6 +17,9 @@ BLUE, ORANGE, GREEN, PURPLE, RED, CYAN, GREY = (
 #: Of moments, beside forces in red.
 MAGENTA = "#c2479a"
 
+#: Of tendons.
+GOLD = "#c9981a"
+
 #: One colour for each part of the energy, in every figure.
 ENERGY_COLOURS = {
     "kinetic": BLUE,

@@ -1,0 +1,110 @@
+"""What is drawn and plotted of a robot's actuators: where they run, and what they do over time.
+
+Plain geometry and numbers, as functions of coordinates and time; how that looks is the reports' business.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ._lissom import Profile, Robot
+from .actuators import ActiveStrain, Along, Chamber, Motor, Tendon, Via
+
+Array = NDArray[np.float64]
+
+#: Points along an embedded part of a path.
+POINTS_OF_PART = 17
+
+
+@dataclass(frozen=True)
+class ActuatorMark:
+    """An actuator."""
+
+    name: str
+    kind: Literal["tendon", "chamber", "motor", "active strain"]
+    #: What its force and its length are, with their units.
+    quantities: tuple[str, str]
+    #: Its tension, pressure, torque, force or amount, (k,): of (k, n) coordinates and velocities, (k,) times.
+    force: Callable[[Array, Array, Array], Array]
+    #: Its length, volume or coordinate, likewise.
+    length: Callable[[Array, Array], Array]
+    #: Its way, (k, points, 3), straight from one point to the next; None where it has none.
+    way: Callable[[Array, Array], Array] | None = None
+    #: Radius of the circle with its area, metres: of a chamber.
+    radius: float = 0.0
+    #: The coordinate that a motor moves: its link, and its place among those of the joint.
+    coordinate: tuple[str, str] | None = None
+
+
+def actuator_marks(robot: Robot) -> list[ActuatorMark]:
+    """What there is to draw and plot of the actuators of a robot."""
+    return [_mark(robot, actuator) for actuator in robot.actuators]
+
+
+def _mark(robot: Robot, actuator: object) -> ActuatorMark:
+    kind: Literal["tendon", "chamber", "motor", "active strain"]
+    way, radius, coordinate = None, 0.0, None
+    match actuator:
+        case Tendon(name=name, path=path):
+            kind, quantities = "tendon", ("tension (N)", "length (m)")
+            way = partial(_way, robot, path)
+        case Chamber(name=name, path=path, area=area):
+            kind, quantities = "chamber", ("pressure (Pa)", "volume (m³)")
+            way, radius = partial(_way, robot, path), float(np.sqrt(area / np.pi))
+        case Motor(name=str(name), joint=joint):
+            link, _, moved = joint.rpartition(".")
+            is_turning = moved.startswith("angle")
+            kind, coordinate = "motor", (link, moved)
+            quantities = ("torque (N m)", "angle (rad)") if is_turning else ("force (N)", "displacement (m)")
+        case ActiveStrain(name=str(name)):
+            kind, quantities = "active strain", ("amount", "conjugate strain")
+        case _:
+            raise TypeError(f"no drawing of {actuator!r}")
+
+    def force(q: Array, v: Array, t: Array) -> Array:
+        return np.asarray(robot.actuator_force(name, q, v, t=t), float)
+
+    def length(q: Array, t: Array) -> Array:
+        return np.asarray(robot.actuator_length(name, q, t=t), float)
+
+    return ActuatorMark(name, kind, quantities, force, length, way, radius, coordinate)
+
+
+def _way(robot: Robot, path: Sequence[Along | Via], q: Array, t: Array) -> Array:
+    """Points (k, points, 3) of a path, part after part."""
+    return np.concatenate([_points(robot, part, q, t) for part in path], axis=1)
+
+
+def _points(robot: Robot, part: Along | Via, q: Array, t: Array) -> Array:
+    if isinstance(part, Via):
+        point = np.asarray(part.point, float)
+        if part.link is None:
+            return np.broadcast_to(point, (len(q), 1, 3))
+        pose = robot.pose(q, part.at, link=part.link, t=t)
+        return _beside(pose[:, None], point[None])
+    # The robot has put in what was left out.
+    assert part.link is not None
+    assert part.along is not None
+    X = np.linspace(*part.along, POINTS_OF_PART)
+    beside = np.stack([np.zeros_like(X), *(_along(offset, X) for offset in part.offset)], axis=-1)
+    return _beside(robot.pose(q, X, link=part.link, t=t), beside)
+
+
+def _beside(poses: Array, points: Array) -> Array:
+    """Points (points, 3), each in its frame (k, points, 4, 4), seen from the world."""
+    seen: Array = np.einsum("kpij,pj->kpi", poses[..., :3, :3], points) + poses[..., :3, 3]
+    return seen
+
+
+def _along(offset: Any, X: Array) -> Array:
+    """An offset as a robot gives it, a number or a profile of its rod, at arc lengths."""
+    if isinstance(offset, Profile):
+        # Where a rod ends is rounded.
+        return np.asarray(offset(np.clip(X, 0.0, offset.length)), float)
+    return np.full_like(X, offset)

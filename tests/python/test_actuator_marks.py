@@ -1,0 +1,82 @@
+"""What reports draw and plot of actuators."""
+
+import numpy as np
+
+import lissom
+from lissom import Along, Chamber, Input, Motor, Tendon, Via
+from lissom.actuator_marks import actuator_marks
+from lissom.report import actuators as drawing
+from lissom.report.layers import Shown
+from lissom.views import view
+
+SOFT = lissom.Segment(0.2, 0.01, 1e6, 4e5, 1000.0, modes={"bend_y": 3, "bend_z": 3, "stretch": 1})
+
+
+def robot():
+    path = [
+        Via(None, (-0.05, 0, 0.02)),
+        Along("finger", (lambda X: 0.008 * np.cos(20 * X), (0.01, 0.004)), (0.02, 0.15)),
+        Via("nail", (0.01, 0, 0.005)),
+    ]
+    return lissom.Robot(
+        [
+            lissom.Link("base", body=lissom.Body(0.1), joint=lissom.Revolute((0, 0, 1))),
+            lissom.Link("finger", parent="base", rod=[SOFT]),
+            lissom.Link("nail", parent="finger", body=lissom.Body(0.01)),
+        ],
+        actuators=[
+            Tendon("flexor", path, tension=Input("pull", 2.0)),
+            Chamber("chamber", [Along("finger", (0, -0.004))], 2e-5, 1e3),
+            Motor("base", 0.01, name="servo"),
+            lissom.ActiveStrain("finger", "bend_y", 1.0, 0.3),
+        ],
+    )
+
+
+def states(n):
+    rng = np.random.default_rng(7)
+    return 0.5 * rng.normal(size=(4, n)), rng.normal(size=(4, n)), np.arange(4.0)
+
+
+def test_ways_are_as_long_as_their_tendons():
+    model = robot()
+    q, _, t = states(model.n)
+    marks = {mark.name: mark for mark in actuator_marks(model)}
+    for name in ("flexor", "chamber"):
+        way = marks[name].way(q, t)
+        length = np.linalg.norm(np.diff(way, axis=1), axis=-1).sum(axis=1)
+        wanted = marks[name].length(q, t) / (2e-5 if name == "chamber" else 1.0)
+        # Chords of 16 pieces of less than three radians together.
+        np.testing.assert_allclose(length, wanted, rtol=2e-3)
+
+
+def test_quantities_are_those_of_the_robot():
+    model = robot()
+    q, v, t = states(model.n)
+    for mark in actuator_marks(model):
+        np.testing.assert_array_equal(mark.force(q, v, t), model.actuator_force(mark.name, q, v, t=t))
+        np.testing.assert_array_equal(mark.length(q, t), model.actuator_length(mark.name, q, t=t))
+    kinds = [mark.kind for mark in actuator_marks(model)]
+    assert kinds == ["tendon", "chamber", "motor", "active strain"]
+
+
+def test_tubes_lie_around_their_ways():
+    way = np.array([[[0, 0, 0], [1, 0, 0], [1, 2, 0]]], float)
+    trace = drawing._tube("tendons", way, np.array([0.1]), "tendon")
+    corners = trace.points[0].reshape(2, 2, drawing.CORNERS, 3)
+    for piece in range(2):
+        for end in range(2):
+            middle = way[0, piece + end]
+            np.testing.assert_allclose(corners[piece, end].mean(axis=0), middle, atol=1e-15)
+            np.testing.assert_allclose(np.linalg.norm(corners[piece, end] - middle, axis=-1), 0.1)
+
+
+def test_actuators_are_drawn_in_layers_of_their_own():
+    model = robot()
+    run = lissom.simulate(model, 0.05, dt=5e-3)
+    bare = lissom.Robot(model.links)
+    assert view(bare).marks.actuators == []
+    shown = Shown(run.q, run.v, run.t, np.ones(len(run.t)), 0.2, 0.01, 0.01)
+    marks = view(model).marks
+    layers = [trace.layer for trace in drawing.actuators(marks.actuators, marks.joints, shown)]
+    assert layers == ["tendons", "chambers", "motors"]
