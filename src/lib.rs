@@ -41,6 +41,7 @@ pub mod modes;
 mod natural;
 pub mod newmark;
 pub mod ode;
+pub mod parallel;
 pub mod pendulum;
 #[cfg(feature = "python")]
 mod python;

@@ -36,8 +36,8 @@ mod section;
 mod segment;
 mod signal;
 mod simulate;
-mod simulation;
 mod statics;
+mod stepping;
 mod support;
 mod words;
 
@@ -100,11 +100,11 @@ mod _lissom {
     #[pymodule_export]
     use super::simulate::{choose_modes, simulate};
     #[pymodule_export]
-    use super::simulation::PySimulation;
-    #[pymodule_export]
     use super::statics::{
         PyContinuationResult, PyCriticalPoint, PyEquilibriumPath, PyStaticsResult, continuation, statics,
     };
+    #[pymodule_export]
+    use super::stepping::{PySimulation, PySimulations};
     #[pymodule_export]
     use super::support::PySupport;
 

@@ -4,6 +4,7 @@ The native step is that of one call for many steps; both alternate, so that what
 both. Whatever that is makes calls slower, never faster: of all rounds the fastest counts.
 """
 
+import os
 import sys
 import time
 from pathlib import Path
@@ -119,6 +120,21 @@ def control_steps(model: lissom.Model, dt: float) -> tuple[float, float]:
     return tuple(STEPS / seconds for seconds in fastest(loop, run))
 
 
+def control_steps_of_many(model: lissom.Model, dt: float, count: int, workers: int) -> float:
+    """Control steps a second of all rows together, with inputs that change each time."""
+    steps = max(STEPS // count, 10)
+    inputs = 0.1 + 0.05 * np.random.default_rng(0).standard_normal((steps, count, 4)).clip(-1, 1)
+    many = lissom.Simulations(model, count, dt=dt, workers=workers)
+
+    def loop():
+        many.reset()
+        for u in inputs:
+            many.step(u, CONTROL_STEP)
+            many.q  # noqa: B018
+
+    return steps * count / fastest(loop)[0]
+
+
 def main() -> None:
     """Print the tables of docs/stepping.md."""
     print(machine.description())
@@ -133,6 +149,11 @@ def main() -> None:
     for dt in (10e-3, 5e-3, 2e-3, 1e-3):
         loop, run = control_steps(model, dt)
         print(f"| {dt * 1e3:g} ms | {loop:.0f} | {run:.0f} |")
+    cores = os.cpu_count() or 1
+    print(f"\n| rows of `Simulations` | 1 worker | {cores} workers |\n|---|---|---|")
+    for count in (1, 8, 64, 512):
+        one, all_of_them = (control_steps_of_many(model, 10e-3, count, workers) for workers in (1, cores))
+        print(f"| {count} | {one:.0f} | {all_of_them:.0f} |")
 
 
 if __name__ == "__main__":

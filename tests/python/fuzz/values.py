@@ -443,3 +443,10 @@ def simulation():
     simulation = lissom.Simulation(rod(), dt=0.01)
     simulation.step()
     return simulation
+
+
+def simulations():
+    """Simulations after their first step."""
+    simulations = lissom.Simulations(rod(), 3, dt=0.01)
+    simulations.step()
+    return simulations

@@ -9,22 +9,14 @@ use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
 
-use super::callback::{Raised, or_raised};
-use super::convert;
-use super::model::{PyEnergy, PyModel, Stepped};
-use super::motion::signals;
-use super::record::{self, Reduced};
-use super::simulate::{Given, Way, with_python_names};
+use super::super::callback::or_raised;
+use super::super::convert;
+use super::super::model::{PyEnergy, PyModel};
+use super::super::record::{self, Reduced};
+use super::super::simulate::{Given, Way};
+use super::memory::{Memory, Outcome, READY, Start, start};
 use crate::newmark::Parameters;
 use crate::simulate::Method;
-use crate::stepping::Status;
-
-/// A call makes that many steps of a model of one coordinate before it lets other threads run: some 0.1 ms. To take
-/// back the interpreter may last longer than a short call does.
-const STEPS_WITH_INTERPRETER: usize = 256;
-
-/// The status before the first step.
-const READY: &str = "ready";
 
 /// A motion that is stepped from outside.
 ///
@@ -80,60 +72,16 @@ const READY: &str = "ready";
 /// ('finished', 1.0)
 #[pyclass(name = "Simulation", module = "lissom", frozen)]
 pub(crate) struct PySimulation {
-    model: Py<PyModel>,
+    pub(super) model: Py<PyModel>,
     /// What it was made with, for pickles and new starts: the keywords, without the start.
-    options: Py<PyDict>,
-    method: Method,
-    memory: Mutex<Memory>,
-}
-
-#[derive(Clone)]
-struct Start {
-    t: f64,
-    q: Vec<f64>,
-    v: Vec<f64>,
-}
-
-struct Memory {
-    start: Start,
-    run: Box<dyn Stepped>,
-    /// Room for inputs.
-    inputs: Vec<f64>,
-    outcome: Outcome,
-}
-
-/// How the last step ended.
-#[derive(Clone)]
-enum Outcome {
-    Ready,
-    Ended(Status),
-    /// An exception came through.
-    Raised,
-    /// In another process: status, success and message.
-    Told(String, bool, String),
+    pub(super) options: Py<PyDict>,
+    pub(super) method: Method,
+    pub(super) memory: Mutex<Memory>,
 }
 
 impl PySimulation {
-    fn begin(py: Python<'_>, model: &PyModel, method: &Method, start: Start) -> PyResult<Memory> {
-        let mut memory = Self::prepare(model, method, start)?;
-        let begun = or_raised(py.detach(|| memory.run.begin()))?;
-        if let Some(status) = begun {
-            memory.outcome = Outcome::Ended(status);
-        }
-        Ok(memory)
-    }
-
-    fn prepare(model: &PyModel, method: &Method, start: Start) -> PyResult<Memory> {
-        let t_span = (start.t, start.t + method.dt());
-        let run = model.native().run(t_span, &start.q, &start.v, method);
-        let run = run.map_err(with_python_names)?;
-        run.end_of(None)?;
-        let inputs = run.inputs().to_vec();
-        Ok(Memory { start, run, inputs, outcome: Outcome::Ready })
-    }
-
     /// Fails when a function that is called in a step asks, or another thread in the middle of one.
-    fn memory(&self) -> PyResult<MutexGuard<'_, Memory>> {
+    pub(super) fn memory(&self) -> PyResult<MutexGuard<'_, Memory>> {
         match self.memory.try_lock() {
             Ok(memory) => Ok(memory),
             Err(TryLockError::Poisoned(poisoned)) => Ok(poisoned.into_inner()),
@@ -142,65 +90,6 @@ impl PySimulation {
             }
         }
     }
-}
-
-impl Outcome {
-    fn name(&self) -> &str {
-        match self {
-            Self::Ready => READY,
-            Self::Ended(status) => status.name(),
-            Self::Raised => "interrupted",
-            Self::Told(status, ..) => status,
-        }
-    }
-
-    fn is_success(&self) -> bool {
-        match self {
-            Self::Ready => true,
-            Self::Ended(status) => status.is_success(),
-            Self::Raised => false,
-            Self::Told(_, success, _) => *success,
-        }
-    }
-}
-
-impl Memory {
-    fn message(&mut self) -> String {
-        match &self.outcome {
-            Outcome::Ready => "No step was made yet.".to_owned(),
-            Outcome::Ended(status) => self.run.explain(*status),
-            Outcome::Raised => "The last step was ended by an exception.".to_owned(),
-            Outcome::Told(.., message) => message.clone(),
-        }
-    }
-
-    /// The way to the end of this leg: a little of it with the interpreter, the rest without.
-    fn finish(&mut self, py: Python<'_>) -> PyResult<Status> {
-        let mut raised = Raised::default();
-        let run = &mut *self.run;
-        for _ in 0..STEPS_WITH_INTERPRETER / run.state()[0].len().max(1) {
-            match run.step() {
-                Ok(None) => {}
-                Ok(Some(status)) => return Ok(status),
-                Err(_) => {
-                    raised.into_result()?;
-                    return Ok(run.interrupted());
-                }
-            }
-        }
-        let finished = py.detach(|| run.finish(&mut signals(&mut raised)));
-        raised.into_result()?;
-        Ok(finished.unwrap_or_else(|_| run.interrupted()))
-    }
-}
-
-/// A start, at zero where nothing is given.
-fn start(n: usize, q: Option<&Bound<'_, PyAny>>, v: Option<&Bound<'_, PyAny>>, t: f64) -> PyResult<Start> {
-    let state = |value: Option<&Bound<'_, PyAny>>, name| match value {
-        Some(value) => convert::finite_vector_of(value, n, name),
-        None => Ok(vec![0.0; n]),
-    };
-    Ok(Start { t, q: state(q, "q0")?, v: state(v, "v0")? })
 }
 
 #[pymethods]
@@ -289,7 +178,7 @@ impl PySimulation {
             ));
         };
         let start = start(n, q0, v0, t0)?;
-        let memory = Self::begin(py, model.get(), &method, start)?;
+        let memory = Memory::begin(py, model.get(), &method, start)?;
         let model = model.clone().unbind();
         Ok(Self { model, options: options.unbind(), method, memory: Mutex::new(memory) })
     }
@@ -376,25 +265,19 @@ impl PySimulation {
             q: if q0.is_some() { given.q } else { last.q },
             v: if v0.is_some() { given.v } else { last.v },
         };
-        let memory = Self::begin(py, self.model.get(), &self.method, start)?;
+        let memory = Memory::begin(py, self.model.get(), &self.method, start)?;
         *self.memory()? = memory;
         Ok(())
     }
 
     /// A simulation that goes on from here by itself, as this one does.
     fn copy(&self, py: Python<'_>) -> PyResult<Self> {
-        let memory = self.memory()?;
-        let copy = Memory {
-            start: memory.start.clone(),
-            run: memory.run.boxed_clone(),
-            inputs: memory.inputs.clone(),
-            outcome: memory.outcome.clone(),
-        };
+        let memory = self.memory()?.copy();
         Ok(Self {
             model: self.model.clone_ref(py),
             options: self.options.clone_ref(py),
             method: self.method.clone(),
-            memory: Mutex::new(copy),
+            memory: Mutex::new(memory),
         })
     }
 

@@ -1,0 +1,128 @@
+//! Work that threads share.
+
+use std::num::NonZero;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::sync::{Mutex, PoisonError};
+use std::thread;
+use std::time::Duration;
+
+use crate::error::Interrupted;
+
+/// How many pieces of work a thread takes, about: fewer leave threads idle at the end, more take longer to hand out.
+const PIECES: usize = 8;
+
+/// How long nobody is asked whether to go on: not noticed by a user who waits.
+const INTERVAL: Duration = Duration::from_millis(50);
+
+/// As many threads as there are processors for this process.
+pub fn processors() -> usize {
+    thread::available_parallelism().map_or(1, NonZero::get)
+}
+
+/// Does `work` on every item, in as many threads as `workers` says, which end with this call. Which thread takes which
+/// items is left to chance: the results must not depend on it.
+///
+/// `watch` is asked about twenty times a second. When it, or the work on an item, asks for an end, no other items are begun
+/// and the flag that `work` is given is set; this returns once all threads have ended.
+pub fn for_each<T: Send>(
+    items: &mut [T],
+    workers: usize,
+    work: impl Fn(&mut T, &AtomicBool) -> Result<(), Interrupted> + Sync,
+    watch: &mut dyn FnMut() -> Result<(), Interrupted>,
+) -> Result<(), Interrupted> {
+    let workers = workers.min(items.len()).max(1);
+    let piece = items.len().div_ceil(workers * PIECES).max(1);
+    let queue = Mutex::new(items.chunks_mut(piece));
+    let is_over = AtomicBool::new(false);
+    // Nothing is sent: the channel closes once the last worker has ended.
+    let (working, is_working) = channel::<()>();
+    thread::scope(|scope| {
+        for _ in 0..workers {
+            let _working = working.clone();
+            let (queue, is_over, work) = (&queue, &is_over, &work);
+            scope.spawn(move || {
+                let _working = _working;
+                let next = || queue.lock().unwrap_or_else(PoisonError::into_inner).next();
+                while let Some(items) = next() {
+                    for item in items {
+                        if is_over.load(Ordering::Relaxed) {
+                            return;
+                        }
+                        if work(item, is_over).is_err() {
+                            is_over.store(true, Ordering::Relaxed);
+                        }
+                    }
+                }
+            });
+        }
+        drop(working);
+        while is_working.recv_timeout(INTERVAL) == Err(RecvTimeoutError::Timeout) {
+            if watch().is_err() {
+                is_over.store(true, Ordering::Relaxed);
+            }
+        }
+    });
+    if is_over.into_inner() { Err(Interrupted) } else { Ok(()) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::atomic::AtomicUsize;
+    use std::time::Instant;
+
+    fn go_on() -> Result<(), Interrupted> {
+        Ok(())
+    }
+
+    #[test]
+    fn every_item_is_worked_on_once() {
+        for count in [0, 1, 2, 7, 1000] {
+            for workers in [0, 1, 2, 5, 2000] {
+                let mut items: Vec<usize> = (0..count).collect();
+                let work = |item: &mut usize, _: &AtomicBool| {
+                    *item += 1;
+                    Ok(())
+                };
+                for_each(&mut items, workers, work, &mut go_on).unwrap();
+                assert_eq!(items, (1..=count).collect::<Vec<_>>(), "{count} items, {workers} workers");
+            }
+        }
+    }
+
+    #[test]
+    fn an_item_that_asks_for_an_end_leaves_those_not_begun() {
+        let done = AtomicUsize::new(0);
+        let work = |item: &mut usize, _: &AtomicBool| {
+            done.fetch_add(1, Ordering::Relaxed);
+            if *item == 3 { Err(Interrupted) } else { Ok(()) }
+        };
+        let mut items: Vec<usize> = (0..1000).collect();
+        assert!(for_each(&mut items, 1, work, &mut go_on).is_err());
+        assert_eq!(done.into_inner(), 4);
+    }
+
+    #[test]
+    fn who_watches_ends_long_work() {
+        let begun = Instant::now();
+        let work = |_: &mut usize, is_over: &AtomicBool| {
+            while !is_over.load(Ordering::Relaxed) {
+                thread::yield_now();
+            }
+            Err(Interrupted)
+        };
+        assert!(for_each(&mut [0, 1, 2], 2, work, &mut || Err(Interrupted)).is_err());
+        assert!(begun.elapsed() < 20 * INTERVAL);
+    }
+
+    #[test]
+    fn a_panic_comes_through() {
+        let work = |item: &mut usize, _: &AtomicBool| {
+            assert!(*item < 2, "the work on an item fails");
+            Ok(())
+        };
+        let outcome = std::panic::catch_unwind(|| for_each(&mut [0, 1, 2, 3], 2, work, &mut go_on));
+        assert!(outcome.is_err());
+    }
+}

@@ -1,0 +1,136 @@
+//! A run that is stepped from outside, with what its owner in Python asks beside it.
+
+use pyo3::prelude::*;
+
+use super::super::callback::{Raised, or_raised};
+use super::super::convert;
+use super::super::model::{PyModel, Stepped};
+use super::super::motion::signals;
+use super::super::simulate::with_python_names;
+use crate::stepping::{Method, Status};
+
+/// A call makes that many steps of a model of one coordinate before it lets other threads run: some 0.1 ms. To take
+/// back the interpreter may last longer than a short call does.
+pub(super) const STEPS_WITH_INTERPRETER: usize = 256;
+
+/// The status before the first step.
+pub(super) const READY: &str = "ready";
+
+#[derive(Clone, PartialEq)]
+pub(super) struct Start {
+    pub(super) t: f64,
+    pub(super) q: Vec<f64>,
+    pub(super) v: Vec<f64>,
+}
+
+pub(super) struct Memory {
+    pub(super) start: Start,
+    pub(super) run: Box<dyn Stepped>,
+    /// Room for inputs.
+    pub(super) inputs: Vec<f64>,
+    pub(super) outcome: Outcome,
+}
+
+/// How the last step ended.
+#[derive(Clone)]
+pub(super) enum Outcome {
+    Ready,
+    Ended(Status),
+    /// An exception came through.
+    Raised,
+    /// In another process: status, success and message.
+    Told(String, bool, String),
+}
+
+impl Outcome {
+    pub(super) fn name(&self) -> &str {
+        match self {
+            Self::Ready => READY,
+            Self::Ended(status) => status.name(),
+            Self::Raised => "interrupted",
+            Self::Told(status, ..) => status,
+        }
+    }
+
+    pub(super) fn is_success(&self) -> bool {
+        match self {
+            Self::Ready => true,
+            Self::Ended(status) => status.is_success(),
+            Self::Raised => false,
+            Self::Told(_, success, _) => *success,
+        }
+    }
+}
+
+impl Memory {
+    /// A run from this start, with its accelerations there.
+    pub(super) fn begin(py: Python<'_>, model: &PyModel, method: &Method, start: Start) -> PyResult<Self> {
+        let mut memory = Self::prepare(model, method, start)?;
+        let begun = or_raised(py.detach(|| memory.run.begin()))?;
+        if let Some(status) = begun {
+            memory.outcome = Outcome::Ended(status);
+        }
+        Ok(memory)
+    }
+
+    fn prepare(model: &PyModel, method: &Method, start: Start) -> PyResult<Self> {
+        let t_span = (start.t, start.t + method.dt());
+        let run = model.native().run(t_span, &start.q, &start.v, method);
+        let run = run.map_err(with_python_names)?;
+        run.end_of(None)?;
+        let inputs = run.inputs().to_vec();
+        Ok(Self { start, run, inputs, outcome: Outcome::Ready })
+    }
+
+    pub(super) fn message(&mut self) -> String {
+        match &self.outcome {
+            Outcome::Ready => "No step was made yet.".to_owned(),
+            Outcome::Ended(status) => self.run.explain(*status),
+            Outcome::Raised => "The last step was ended by an exception.".to_owned(),
+            Outcome::Told(.., message) => message.clone(),
+        }
+    }
+
+    /// The way to the end of this leg: a little of it with the interpreter, the rest without.
+    pub(super) fn finish(&mut self, py: Python<'_>) -> PyResult<Status> {
+        let mut raised = Raised::default();
+        let run = &mut *self.run;
+        for _ in 0..STEPS_WITH_INTERPRETER / run.state()[0].len().max(1) {
+            match run.step() {
+                Ok(None) => {}
+                Ok(Some(status)) => return Ok(status),
+                Err(_) => {
+                    raised.into_result()?;
+                    return Ok(run.interrupted());
+                }
+            }
+        }
+        let finished = py.detach(|| run.finish(&mut signals(&mut raised)));
+        raised.into_result()?;
+        Ok(finished.unwrap_or_else(|_| run.interrupted()))
+    }
+
+    /// One that goes on from here by itself.
+    pub(super) fn copy(&self) -> Self {
+        Self {
+            start: self.start.clone(),
+            run: self.run.boxed_clone(),
+            inputs: self.inputs.clone(),
+            outcome: self.outcome.clone(),
+        }
+    }
+}
+
+/// A start, at zero where nothing is given.
+pub(super) fn start(
+    n: usize,
+    q: Option<&Bound<'_, PyAny>>,
+    v: Option<&Bound<'_, PyAny>>,
+    t: f64,
+) -> PyResult<Start> {
+    let state = |value: Option<&Bound<'_, PyAny>>, name| match value {
+        Some(value) => convert::finite_vector_of(value, n, name),
+        None => Ok(vec![0.0; n]),
+    };
+    Ok(Start { t, q: state(q, "q0")?, v: state(v, "v0")? })
+}

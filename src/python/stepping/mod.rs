@@ -1,0 +1,8 @@
+//! Motions that are stepped from outside: one, or many at once.
+
+mod memory;
+mod simulation;
+mod simulations;
+
+pub(super) use simulation::PySimulation;
+pub(super) use simulations::PySimulations;

@@ -1,0 +1,645 @@
+//! `lissom.Simulations`.
+
+use std::sync::atomic::Ordering;
+use std::sync::{Mutex, MutexGuard, PoisonError, TryLockError};
+
+use numpy::ndarray::Array2;
+use numpy::{IntoPyArray, PyArray1, PyArray2};
+use pyo3::class::{PyTraverseError, PyVisit};
+use pyo3::exceptions::{PyIndexError, PyRuntimeError, PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyTuple};
+
+use super::super::callback::{Raised, raised_by_function};
+use super::super::convert;
+use super::super::model::PyModel;
+use super::super::motion::signals;
+use super::super::record::{self, Reduced};
+use super::memory::{Memory, Outcome, STEPS_WITH_INTERPRETER, Start};
+use super::simulation::PySimulation;
+use crate::error::Interrupted;
+use crate::parallel;
+use crate::simulate::Method;
+
+/// Numbers that the smallest row takes: 1.4 kB of a spring pendulum, measured.
+const NUMBERS_OF_A_ROW: usize = 170;
+
+/// Motions that are stepped together from outside, on all processors.
+///
+/// Each of them is a row: to the last bit the `Simulation` of its model, start and inputs, whatever the number of threads. A
+/// row that fails keeps the state before the step that could not be made, and disturbs no other.
+///
+/// Parameters
+/// ----------
+/// model : Model or sequence of Model
+///     What moves: the same in `count` rows, or a model for each row. They must have as many coordinates and the same
+///     inputs.
+/// count : int, optional
+///     Number of rows; the number of models by default.
+/// dt : float
+///     As for `Simulation`.
+/// q0, v0 : array_like, shape (n,) or (count, n), optional
+///     Coordinates and velocities at the start, of all rows or of each; zero by default.
+/// t0 : float
+///     The time at the start, seconds.
+/// workers : int, optional
+///     Most threads that share the work; as many as there are processors by default. Steps of less than some 0.2 ms in all
+///     are made in the thread that asks.
+/// method, rtol, atol, beta, gamma, alpha, rho_inf, adaptive, max_step, min_step : optional
+///     As for `Simulation`.
+///
+/// Attributes
+/// ----------
+/// models : tuple of Model
+///     What moves, a model for each row.
+/// count, workers : int
+///     Number of rows, and of threads.
+/// t : ndarray, shape (count,)
+///     The times, seconds.
+/// q, v, a : ndarray, shape (count, n)
+///     Coordinates, velocities and accelerations now: copies.
+/// u : ndarray, shape (count, inputs)
+///     What is set from outside.
+/// status : list of str
+///     How the last step of each row ended, as of `Simulation`.
+/// success : ndarray of bool, shape (count,)
+///     False after a step that failed.
+///
+/// Raises
+/// ------
+/// ValueError, TypeError
+///     If an argument makes no sense.
+///
+/// Examples
+/// --------
+/// >>> import lissom, numpy as np
+/// >>> starts = [[-0.8, 0.1 * i] for i in range(5)]
+/// >>> swarm = lissom.Simulations(lissom.SpringPendulum(), 5, dt=0.01, q0=starts)
+/// >>> for _ in range(100):
+/// ...     success = swarm.step()
+/// >>> success.all(), swarm.t, swarm.q.shape
+/// (np.True_, array([1., 1., 1., 1., 1.]), (5, 2))
+///
+/// `swarm[2]` is a `Simulation` that goes on from the state of a row.
+#[pyclass(name = "Simulations", module = "lissom", frozen)]
+pub(crate) struct PySimulations {
+    models: Vec<Py<PyModel>>,
+    /// As of a `Simulation`.
+    options: Py<PyDict>,
+    method: Method,
+    workers: usize,
+    n: usize,
+    inputs: usize,
+    rows: Mutex<Vec<Memory>>,
+}
+
+/// One vector for all rows, or a vector for each.
+struct Vectors {
+    values: Vec<f64>,
+    width: usize,
+    is_of_all: bool,
+}
+
+impl Vectors {
+    fn read(value: &Bound<'_, PyAny>, count: usize, width: usize, name: &str) -> PyResult<Self> {
+        let (values, rows) = convert::finite_rows_of(value, width, name)?;
+        match rows {
+            Some(rows) if rows != count => Err(PyValueError::new_err(format!(
+                "{name}: expected shape ({width},) or ({count}, {width}), got ({rows}, {width})"
+            ))),
+            _ => Ok(Self { values, width, is_of_all: rows.is_none() }),
+        }
+    }
+
+    fn read_optional(
+        value: Option<&Bound<'_, PyAny>>,
+        count: usize,
+        width: usize,
+        name: &str,
+    ) -> PyResult<Option<Self>> {
+        value.map(|value| Self::read(value, count, width, name)).transpose()
+    }
+
+    fn of(&self, row: usize) -> &[f64] {
+        let start = if self.is_of_all { 0 } else { row * self.width };
+        &self.values[start..start + self.width]
+    }
+}
+
+impl PySimulations {
+    /// Fails when a function that is called in a step asks, or another thread in the middle of one.
+    fn rows(&self) -> PyResult<MutexGuard<'_, Vec<Memory>>> {
+        match self.rows.try_lock() {
+            Ok(rows) => Ok(rows),
+            Err(TryLockError::Poisoned(poisoned)) => Ok(poisoned.into_inner()),
+            Err(TryLockError::WouldBlock) => {
+                Err(PyRuntimeError::new_err("the simulations are in the middle of a step"))
+            }
+        }
+    }
+
+    /// Rows from these starts. Where a row begins as the one before it, that is copied.
+    fn begin<'a>(
+        py: Python<'_>,
+        method: &Method,
+        starts: impl Iterator<Item = (&'a Py<PyModel>, Start)>,
+    ) -> PyResult<Vec<Memory>> {
+        let mut rows: Vec<Memory> = Vec::with_capacity(starts.size_hint().0);
+        let mut before = None;
+        for (model, start) in starts {
+            let row = match rows.last() {
+                Some(last) if before == Some(model.as_ptr()) && last.start == start => last.copy(),
+                _ => Memory::begin(py, model.get(), method, start)
+                    .map_err(|error| of_row(py, rows.len(), &error))?,
+            };
+            before = Some(model.as_ptr());
+            rows.push(row);
+        }
+        Ok(rows)
+    }
+
+    /// The rows that `which` means: a mask of all, or their numbers.
+    fn chosen(&self, which: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<usize>> {
+        let count = self.models.len();
+        let Some(which) = which else {
+            return Ok((0..count).collect());
+        };
+        let array = which.py().import("numpy")?.call_method1("atleast_1d", (which,))?;
+        let wrong = || {
+            PyTypeError::new_err(format!(
+                "which: expected a mask of shape ({count},) or numbers of rows, got {}",
+                convert::describe(&array)
+            ))
+        };
+        if array.len()? == 0 {
+            return Ok(Vec::new());
+        }
+        match convert::kind_of(&array) {
+            Some('b') => {
+                let mask: Vec<bool> = array.call_method0("tolist")?.extract().map_err(|_| wrong())?;
+                if mask.len() != count {
+                    return Err(wrong());
+                }
+                Ok((0..count).filter(|&row| mask[row]).collect())
+            }
+            Some('i' | 'u') => {
+                let numbers: Vec<i64> = array.call_method0("tolist")?.extract().map_err(|_| wrong())?;
+                let (mut chosen, mut is_chosen) = (Vec::with_capacity(numbers.len()), vec![false; count]);
+                for (i, number) in numbers.into_iter().enumerate() {
+                    let row = self.row(number).ok_or_else(|| {
+                        let expected = format!("a row, from 0 to {}", count - 1);
+                        PyValueError::new_err(format!("which[{i}]: got {number}, expected {expected}"))
+                    })?;
+                    if std::mem::replace(&mut is_chosen[row], true) {
+                        return Err(PyValueError::new_err(format!(
+                            "which[{i}]: got {number} again, expected each row once"
+                        )));
+                    }
+                    chosen.push(row);
+                }
+                Ok(chosen)
+            }
+            _ => Err(wrong()),
+        }
+    }
+
+    /// A row by its number, from the end if that is negative.
+    fn row(&self, number: i64) -> Option<usize> {
+        let count = i64::try_from(self.models.len()).ok()?;
+        let number = if number < 0 { number + count } else { number };
+        (0..count).contains(&number).then(|| usize::try_from(number).expect("it is not negative"))
+    }
+
+    fn existing_row(&self, number: i64) -> PyResult<usize> {
+        let count = self.models.len();
+        self.row(number).ok_or_else(|| PyIndexError::new_err(format!("row {number} of {count} simulations")))
+    }
+
+    /// A number of every row.
+    fn of_rows<'py, T: numpy::Element>(
+        &self,
+        py: Python<'py>,
+        number: impl Fn(&Memory) -> T,
+    ) -> PyResult<Bound<'py, PyArray1<T>>> {
+        Ok(self.rows()?.iter().map(number).collect::<Vec<_>>().into_pyarray(py))
+    }
+
+    /// A vector of every row.
+    fn vectors<'py>(
+        &self,
+        py: Python<'py>,
+        width: usize,
+        vector: impl Fn(&Memory) -> &[f64],
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let rows = self.rows()?;
+        let mut values = Vec::with_capacity(rows.len() * width);
+        for row in &*rows {
+            values.extend_from_slice(vector(row));
+        }
+        let values = Array2::from_shape_vec((rows.len(), width), values);
+        Ok(values.expect("every row has a vector of this width").into_pyarray(py))
+    }
+
+    /// Goes on with all rows, whose ends are set, as threads find time.
+    fn finish(&self, py: Python<'_>, rows: &mut [Memory]) -> PyResult<()> {
+        // The first exception of a function of time.
+        let of_function = Mutex::new(None);
+        let mut raised = Raised::default();
+        let finished = py.detach(|| {
+            let mut watch = signals(&mut raised);
+            parallel::for_each(
+                rows,
+                self.workers,
+                |row, is_over| {
+                    let go_on = |_| if is_over.load(Ordering::Relaxed) { Err(Interrupted) } else { Ok(()) };
+                    let outcome = row.run.finish(&mut { go_on });
+                    row.run.settle();
+                    if let Err(error) = raised_by_function() {
+                        of_function.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
+                    }
+                    row.outcome = Outcome::Ended(outcome?);
+                    Ok(())
+                },
+                &mut || watch(0.0),
+            )
+        });
+        raised.into_result()?;
+        if let Some(error) = of_function.into_inner().unwrap_or_else(PoisonError::into_inner) {
+            return Err(error);
+        }
+        finished.expect("only exceptions end it");
+        Ok(())
+    }
+}
+
+/// A refusal that says which row it is of.
+fn of_row(py: Python<'_>, row: usize, error: &PyErr) -> PyErr {
+    if error.is_instance_of::<PyValueError>(py) {
+        return PyValueError::new_err(format!("row {row}: {}", error.value(py)));
+    }
+    error.clone_ref(py)
+}
+
+/// The models of all rows.
+fn models_of(model: &Bound<'_, PyAny>, count: Option<i64>) -> PyResult<Vec<Py<PyModel>>> {
+    let count = match count {
+        Some(count) if count > 0 => Some(convert::count(count, "count")?),
+        Some(count) => {
+            return Err(PyValueError::new_err(format!("count: got {count}, expected a whole number > 0")));
+        }
+        None => None,
+    };
+    if let Ok(model) = model.cast::<PyModel>() {
+        let Some(count) = count else {
+            return Err(PyTypeError::new_err("count: missing, expected the number of rows of one model"));
+        };
+        crate::memory::check(count.saturating_mul(NUMBERS_OF_A_ROW), "count", count, "take fewer")?;
+        return Ok((0..count).map(|_| model.clone().unbind()).collect());
+    }
+    let wrong = |place: &str, found: &Bound<'_, PyAny>| {
+        PyTypeError::new_err(format!(
+            "{place}: expected a Model (Rod, Robot, SpringPendulum) or a sequence of them, got {}",
+            convert::describe(found)
+        ))
+    };
+    let mut models: Vec<Py<PyModel>> = Vec::new();
+    for (i, row) in model.try_iter().map_err(|_| wrong("model", model))?.enumerate() {
+        let row = row?;
+        let found = row.cast::<PyModel>().map_err(|_| wrong(&format!("model[{i}]"), &row))?;
+        if let Some(first) = models.first() {
+            check_alike(i, found.get(), first.get())?;
+        }
+        models.push(found.clone().unbind());
+    }
+    if models.is_empty() || count.is_some_and(|count| count != models.len()) {
+        let found = models.len();
+        let expected = count.map_or_else(|| "at least one".to_owned(), |count| count.to_string());
+        return Err(PyValueError::new_err(format!("model: got {found} models, expected {expected}")));
+    }
+    Ok(models)
+}
+
+/// Rows of one array need as many coordinates, and the same inputs.
+fn check_alike(i: usize, model: &PyModel, first: &PyModel) -> PyResult<()> {
+    let ([n, expected], inputs) = ([model.n(), first.n()], model.input_names());
+    if n != expected {
+        let message = format!("model[{i}]: got {n} coordinates, expected {expected} as model[0] has");
+        return Err(PyValueError::new_err(message));
+    }
+    if inputs != first.input_names() {
+        let expected = first.input_names();
+        let message = format!("model[{i}]: got inputs {inputs:?}, expected {expected:?} as model[0] has");
+        return Err(PyValueError::new_err(message));
+    }
+    Ok(())
+}
+
+#[pymethods]
+impl PySimulations {
+    #[new]
+    #[pyo3(
+        signature = (model, count=None, *, q0=None, v0=None, t0=0.0, workers=None, **options),
+        text_signature = "(model, count=None, *, dt, method='newmark', q0=None, v0=None, t0=0.0, workers=None, rtol=1e-06, \
+                          atol=1e-09, beta=0.25, gamma=0.5, alpha=None, rho_inf=None, adaptive=False, max_step=None, \
+                          min_step=0.0)"
+    )]
+    #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python class")]
+    fn new(
+        py: Python<'_>,
+        model: &Bound<'_, PyAny>,
+        count: Option<i64>,
+        q0: Option<&Bound<'_, PyAny>>,
+        v0: Option<&Bound<'_, PyAny>>,
+        #[pyo3(from_py_with = convert::number)] t0: f64,
+        workers: Option<i64>,
+        options: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
+        let workers = match workers {
+            None => parallel::processors(),
+            Some(workers) if workers > 0 => convert::count(workers, "workers")?,
+            Some(workers) => {
+                let message = format!("workers: got {workers}, expected a whole number > 0");
+                return Err(PyValueError::new_err(message));
+            }
+        };
+        let models = models_of(model, count)?;
+        let (count, first) = (models.len(), models[0].bind(py));
+        let (n, inputs) = (first.get().n(), first.get().default_inputs().len());
+        let q0 = Vectors::read_optional(q0, count, n, "q0")?;
+        let v0 = Vectors::read_optional(v0, count, n, "v0")?;
+        let start = |row| Start {
+            t: t0,
+            q: q0.as_ref().map_or_else(|| vec![0.0; n], |q0| q0.of(row).to_vec()),
+            v: v0.as_ref().map_or_else(|| vec![0.0; n], |v0| v0.of(row).to_vec()),
+        };
+        // It knows what the options mean, and what is wrong with them.
+        let (pattern, Start { t, q, v }) = (py.get_type::<PySimulation>(), start(0));
+        let arguments = options.map_or_else(|| Ok(PyDict::new(py)), |options| options.copy())?;
+        arguments.set_item("t0", t)?;
+        arguments.set_item("q0", q)?;
+        arguments.set_item("v0", v)?;
+        let pattern = pattern.call((first,), Some(&arguments))?.cast_into::<PySimulation>()?;
+        let PySimulation { options, method, .. } = pattern.get();
+        let rows = Self::begin(py, method, models.iter().enumerate().map(|(i, model)| (model, start(i))))?;
+        let (options, method) = (options.clone_ref(py), method.clone());
+        Ok(Self { models, options, method, workers, n, inputs, rows: Mutex::new(rows) })
+    }
+
+    /// Go on with all rows by a duration, with inputs that are held.
+    ///
+    /// Parameters
+    /// ----------
+    /// u : array_like, shape (inputs,) or (count, inputs), optional
+    ///     The inputs of all rows or of each from now on; those of the last step by default.
+    /// duration : float, optional
+    ///     Seconds; `dt` by default. As for `Simulation.step`.
+    ///
+    /// Returns
+    /// -------
+    /// success : ndarray of bool, shape (count,)
+    ///     False for rows whose step failed: `status` and `message` say why.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError, TypeError
+    ///     If `u` or `duration` makes no sense; nothing has changed then.
+    /// KeyboardInterrupt
+    ///     On Ctrl-C, in steps that take long. Each row is at its end or after its last full step. So it is after exceptions
+    ///     of functions of time.
+    /// RuntimeError
+    ///     If another thread is in the middle of a step of these simulations, or a function that they call.
+    #[pyo3(signature = (u=None, duration=None))]
+    fn step<'py>(
+        &self,
+        py: Python<'py>,
+        u: Option<&Bound<'py, PyAny>>,
+        #[pyo3(from_py_with = convert::optional_number)] duration: Option<f64>,
+    ) -> PyResult<Bound<'py, PyArray1<bool>>> {
+        let rows = &mut **self.rows()?;
+        let u = Vectors::read_optional(u, rows.len(), self.inputs, "u")?;
+        let ends: Vec<f64> = rows.iter().map(|row| row.run.end_of(duration)).collect::<Result<_, _>>()?;
+        for (i, (row, &end)) in rows.iter_mut().zip(&ends).enumerate() {
+            if let Some(u) = &u {
+                row.run.set_inputs(u.of(i));
+            }
+            row.run.set_out(end);
+            row.outcome = Outcome::Raised;
+        }
+        let dt = self.method.dt();
+        let steps = duration.unwrap_or(dt) / dt * rows.len() as f64;
+        if steps * self.n as f64 <= 2.0 * STEPS_WITH_INTERPRETER as f64 {
+            for row in rows.iter_mut() {
+                let finished = row.finish(py);
+                row.run.settle();
+                row.outcome = Outcome::Ended(finished?);
+            }
+        } else {
+            self.finish(py, rows)?;
+        }
+        let success: Vec<bool> = rows.iter().map(|row| row.outcome.is_success()).collect();
+        Ok(success.into_pyarray(py))
+    }
+
+    /// Begin again with some rows, or all.
+    ///
+    /// Parameters
+    /// ----------
+    /// which : array_like of bool, shape (count,), or of int, optional
+    ///     A mask, or the numbers of rows; all by default.
+    /// q0, v0 : array_like, shape (n,) or (k, n), optional
+    ///     Coordinates and velocities at the start, of all these k rows or of each; those of their last start by default.
+    /// t0 : float, optional
+    ///     The time at the start, seconds; that of their last start by default.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError, TypeError
+    ///     If an argument makes no sense; nothing has changed then.
+    #[pyo3(signature = (which=None, *, q0=None, v0=None, t0=None))]
+    fn reset(
+        &self,
+        py: Python<'_>,
+        which: Option<&Bound<'_, PyAny>>,
+        q0: Option<&Bound<'_, PyAny>>,
+        v0: Option<&Bound<'_, PyAny>>,
+        #[pyo3(from_py_with = convert::optional_number)] t0: Option<f64>,
+    ) -> PyResult<()> {
+        let chosen = self.chosen(which)?;
+        let q0 = Vectors::read_optional(q0, chosen.len(), self.n, "q0")?;
+        let v0 = Vectors::read_optional(v0, chosen.len(), self.n, "v0")?;
+        let last: Vec<Start> = {
+            let rows = self.rows()?;
+            chosen.iter().map(|&row| rows[row].start.clone()).collect()
+        };
+        let starts = chosen.iter().zip(last).enumerate().map(|(i, (&row, last))| {
+            let start = Start {
+                t: t0.unwrap_or(last.t),
+                q: q0.as_ref().map_or(last.q, |q0| q0.of(i).to_vec()),
+                v: v0.as_ref().map_or(last.v, |v0| v0.of(i).to_vec()),
+            };
+            (&self.models[row], start)
+        });
+        let begun = Self::begin(py, &self.method, starts)?;
+        let mut rows = self.rows()?;
+        for (row, memory) in chosen.into_iter().zip(begun) {
+            rows[row] = memory;
+        }
+        Ok(())
+    }
+
+    /// Simulations that go on from here by themselves, as these do.
+    fn copy(&self, py: Python<'_>) -> PyResult<Self> {
+        let rows = self.rows()?.iter().map(Memory::copy).collect();
+        Ok(Self {
+            models: self.models.iter().map(|model| model.clone_ref(py)).collect(),
+            options: self.options.clone_ref(py),
+            method: self.method.clone(),
+            rows: Mutex::new(rows),
+            ..*self
+        })
+    }
+
+    fn __copy__(&self, py: Python<'_>) -> PyResult<Self> {
+        self.copy(py)
+    }
+
+    // Models never change: there is no need for other ones.
+    fn __deepcopy__(&self, py: Python<'_>, _memo: &Bound<'_, PyAny>) -> PyResult<Self> {
+        self.copy(py)
+    }
+
+    fn __len__(&self) -> usize {
+        self.models.len()
+    }
+
+    /// A simulation that goes on from the state of a row by itself.
+    fn __getitem__(&self, py: Python<'_>, row: i64) -> PyResult<PySimulation> {
+        let row = self.existing_row(row)?;
+        let memory = self.rows()?[row].copy();
+        Ok(PySimulation {
+            model: self.models[row].clone_ref(py),
+            options: self.options.clone_ref(py),
+            method: self.method.clone(),
+            memory: Mutex::new(memory),
+        })
+    }
+
+    /// How the last step of a row ended in words, and what to change.
+    ///
+    /// Parameters
+    /// ----------
+    /// row : int
+    ///     Its number.
+    ///
+    /// Returns
+    /// -------
+    /// message : str
+    ///     As of `Simulation`.
+    ///
+    /// Raises
+    /// ------
+    /// IndexError
+    ///     If there is no such row.
+    fn message(&self, row: i64) -> PyResult<String> {
+        let row = self.existing_row(row)?;
+        Ok(self.rows()?[row].message())
+    }
+
+    /// What moves, a model for each row.
+    #[getter]
+    fn models<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        PyTuple::new(py, &self.models)
+    }
+
+    /// Number of rows.
+    #[getter]
+    fn count(&self) -> usize {
+        self.models.len()
+    }
+
+    /// Most threads that share the work.
+    #[getter]
+    fn workers(&self) -> usize {
+        self.workers
+    }
+
+    /// The times, seconds, shape (count,).
+    #[getter]
+    fn t<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        self.of_rows(py, |row| row.run.t())
+    }
+
+    /// Coordinates, shape (count, n).
+    #[getter]
+    fn q<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        self.vectors(py, self.n, |row| row.run.state()[0])
+    }
+
+    /// Velocities, shape (count, n).
+    #[getter]
+    fn v<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        self.vectors(py, self.n, |row| row.run.state()[1])
+    }
+
+    /// Accelerations with the inputs of the last step, shape (count, n).
+    #[getter]
+    fn a<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        self.vectors(py, self.n, |row| row.run.state()[2])
+    }
+
+    /// What is set from outside, shape (count, inputs).
+    #[getter]
+    fn u<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        self.vectors(py, self.inputs, |row| row.run.inputs())
+    }
+
+    /// How the last step of each row ended; 'ready' before the first one.
+    #[getter]
+    fn status(&self) -> PyResult<Vec<String>> {
+        Ok(self.rows()?.iter().map(|row| row.outcome.name().to_owned()).collect())
+    }
+
+    /// False after a step that failed, shape (count,).
+    #[getter]
+    fn success<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<bool>>> {
+        self.of_rows(py, |row| row.outcome.is_success())
+    }
+
+    fn __repr__(&self) -> String {
+        format!("Simulations(count={}, n={}, workers={})", self.models.len(), self.n, self.workers)
+    }
+
+    /// For pickles.
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        let rows = (0..self.models.len() as i64).map(|row| self.__getitem__(py, row));
+        let rows: Vec<PySimulation> = rows.collect::<PyResult<_>>()?;
+        record::reduce_to::<Self>(py, (rows, self.workers))
+    }
+
+    #[staticmethod]
+    fn _restore(py: Python<'_>, simulations: Vec<Bound<'_, PySimulation>>, workers: usize) -> PyResult<Self> {
+        let Some(first) = simulations.first().map(Bound::get) else {
+            return Err(PyValueError::new_err("simulations: got none, expected at least one"));
+        };
+        let model = first.model.get();
+        let mut rows = Vec::with_capacity(simulations.len());
+        for (i, simulation) in simulations.iter().enumerate() {
+            check_alike(i, simulation.get().model.get(), model)?;
+            rows.push(simulation.get().memory()?.copy());
+        }
+        Ok(Self {
+            models: simulations.iter().map(|simulation| simulation.get().model.clone_ref(py)).collect(),
+            options: first.options.clone_ref(py),
+            method: first.method.clone(),
+            workers: workers.max(1),
+            n: model.n(),
+            inputs: model.default_inputs().len(),
+            rows: Mutex::new(rows),
+        })
+    }
+
+    fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
+        self.models.iter().try_for_each(|model| visit.call(model))?;
+        visit.call(&self.options)
+    }
+}
