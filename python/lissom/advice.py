@@ -18,7 +18,7 @@ from ._lissom import (
     modes,
     statics,
 )
-from .views import Link, view
+from .views import Link, View, view
 
 FIXED_STEP = ("newmark", "hht", "generalised_alpha")
 EXPLICIT: dict[str, type[RK45] | type[DOP853]] = {"rk45": RK45, "dop853": DOP853}
@@ -45,6 +45,22 @@ STABLE_GROWTH = 1e-3
 #: Larger models are not looked at, so that checking stays quick.
 MOST_COORDINATES = 100
 
+#: Pascals: softer than anything that holds its shape; brain and the softest gels have some 1 kPa
+#: (Engler et al. 2006).
+SOFTEST = 1e3
+
+#: Pascals: stiffer than anything. Diamond has 1.2e12.
+STIFFEST = 2e12
+
+#: Kilograms per cubic metre: lighter than foams, heavier than osmium (22 590).
+LIGHTEST, HEAVIEST = 10.0, 23e3
+
+#: Metres: half the width of a rod that somebody gave in millimetres.
+WIDEST = 1.0
+
+#: m/s²: gravity of somebody who computes in millimetres or centimetres.
+STRONGEST_GRAVITY = 100.0
+
 #: The strains in their order.
 STRAINS = ("torsion", "bend_y", "bend_z", "stretch", "shear_y", "shear_z")
 
@@ -59,7 +75,8 @@ def advice(scene: Scene) -> list[str]:
     and for models of more than 100 coordinates.
     """
     model, seen = scene.model, view(scene.model)
-    said = [sentence for link in seen.links for sentence in about_shear(link)]
+    said = [*about_units(seen), *about_gravity(model)]
+    said += [sentence for link in seen.links for sentence in about_shear(link)]
     t0 = scene.simulation.t0
     found = Vibrations.of(model, t0)
     if found is None:
@@ -150,6 +167,34 @@ def about_modes(found: Vibrations, richer: Vibrations) -> list[str]:
         f"and number {worst + 1}, {frequencies[worst]:.3g} Hz, becomes {right[worst]:.3g} Hz "
         f"({errors[worst]:.0%} off)."
     ]
+
+
+def about_units(seen: View) -> list[str]:
+    """What no material or no rod has, and what its unit is. What all segments have in common is said once."""
+    said: dict[str, None] = {}
+    for segment in (segment for link in seen.links for segment in link.segments):
+        E, density = segment.young_modulus, segment.density
+        if E is not None and not SOFTEST <= E <= STIFFEST:
+            than = "softer than any gel" if E < SOFTEST else "stiffer than diamond"
+            said[f"A Young's modulus of {E:g} Pa is {than}; in pascals rubber has 1e6 and steel 2.1e11."] = (
+                None
+            )
+        if density is not None and not LIGHTEST <= density <= HEAVIEST:
+            than = "lighter than foam" if density < LIGHTEST else "heavier than any metal"
+            said[f"A density of {density:g} kg/m³ is {than}; water has 1000 and steel 7800."] = None
+    for link in seen.links:
+        widest = max(link.half_extents())
+        if widest > WIDEST:
+            said[f'"{link.name}" is {2.0 * widest:g} m wide; lengths are in metres.'] = None
+    return list(said)
+
+
+def about_gravity(model: Model) -> list[str]:
+    """Whether lengths are in another unit than metres."""
+    strength = float(np.linalg.norm(getattr(model, "gravity", 0.0)))
+    if strength <= STRONGEST_GRAVITY:
+        return []
+    return [f"Gravity is {strength:g} m/s², on Earth it is 9.81; lengths are in metres."]
 
 
 def about_shear(rod: Link) -> list[str]:

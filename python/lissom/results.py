@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._lissom import Balance, LissomError, MotionResult, Scene, __version__
+from .advice import advice
 from .folders import MARK
 from .views import Link, View, view
 
@@ -89,6 +90,11 @@ class Run:
     def message(self) -> str:
         """How it ended, in the words of a scene."""
         return in_words_of_a_scene(self.motion.message)
+
+    @cached_property
+    def advice(self) -> list[str]:
+        """What its step, its modes and its method can show, and which numbers are unlikely; often nothing."""
+        return advice(self.scene)
 
     @property
     def has_energies(self) -> bool:

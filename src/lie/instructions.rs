@@ -35,6 +35,15 @@ impl Instructions {
         has_wide && cfg!(any(target_arch = "x86_64", target_arch = "aarch64"))
     }
 
+    /// What they are called.
+    pub fn name(self) -> &'static str {
+        match (self.has_fused(), cfg!(target_arch = "x86_64")) {
+            (true, true) => "AVX2 and FMA",
+            (true, false) => "NEON",
+            (false, _) => "no wide registers",
+        }
+    }
+
     /// Whether this build has sweeps for this machine: without the feature `portable`, only machines that
     /// [have fused instructions](Self::has_fused) are served.
     pub fn are_compiled(self) -> bool {

@@ -19,6 +19,7 @@ mod imports;
 mod inputs;
 mod link;
 mod load;
+mod machine;
 mod model;
 mod modes;
 mod motion;
@@ -66,6 +67,8 @@ mod _lissom {
     use super::link::{check_joint, check_link};
     #[pymodule_export]
     use super::load::{PyBody, PyLoad};
+    #[pymodule_export]
+    use super::machine::machine;
     #[pymodule_export]
     use super::model::{PyEnergy, PyModel};
     #[pymodule_export]

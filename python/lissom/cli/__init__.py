@@ -14,7 +14,7 @@ from typing import NoReturn
 import click
 
 from ..interruption import interruption
-from . import check, explain, lab, modes, run, schema, statics, stress, validate
+from . import check, completion, doctor, explain, lab, modes, new, run, schema, statics, stress, validate
 from .exits import INTERRUPTED
 
 
@@ -46,7 +46,16 @@ def _say_version(context: click.Context, _: click.Parameter, wanted: bool) -> No
     context.exit()
 
 
-@click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
+class _AsListed(click.Group):
+    """Shows its commands in the order in which people need them."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        return list(self.commands)
+
+
+@click.group(
+    cls=_AsListed, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110}
+)
 @click.option(
     "--version",
     is_flag=True,
@@ -56,13 +65,26 @@ def _say_version(context: click.Context, _: click.Parameter, wanted: bool) -> No
     help="Show the version and exit.",
 )
 def commands() -> None:
-    """Simulate soft rods.
+    """Simulate soft robots.
 
-    A scene is a TOML file that describes a rod and how to simulate it.
+    A scene is a TOML file that describes a robot and how to simulate it.
 
-    "lissom schema" lists its keys.
+    "lissom new NAME" writes one to start from, "lissom schema" lists its keys.
     """
 
 
-for module in (check, explain, lab, modes, run, schema, statics, stress, validate):
+for module in (
+    new,
+    run,
+    check,
+    explain,
+    statics,
+    modes,
+    lab,
+    validate,
+    stress,
+    schema,
+    doctor,
+    completion,
+):
     commands.add_command(module.command)

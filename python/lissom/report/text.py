@@ -222,7 +222,7 @@ def summary(run: Run) -> list[tuple[str, str]]:
     method = METHODS[settings.method]
     if settings.method in FIXED_STEP:
         method += f", step {quantity(settings.dt, 's')}, {settings.jac} Jacobian"
-    rows = [("method", method)]
+    rows = [*(("advice", sentence) for sentence in run.advice), ("method", method)]
     if settings.method == "auto":
         rows.append(tolerances(run))
     rows += [(COUNTERS[name], f"{counters[name]:,}") for name in SHOWN_COUNTERS if counters[name]]

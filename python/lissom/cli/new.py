@@ -1,0 +1,56 @@
+"""``lissom new``: a scene to start from."""
+
+from __future__ import annotations
+
+from importlib.resources import files
+from pathlib import Path
+
+import click
+
+from .saving import unwritten
+
+#: What there is to start from, by the names of the files in ``lissom/templates``.
+KINDS = {"rod": "a clamped rod", "finger": "a finger with tendons", "robot": "links, joints and a motor"}
+
+#: The file that the first line of a scene points editors to.
+SCHEMA = "lissom-scene.schema.json"
+
+
+@click.command("new")
+@click.argument("name")
+@click.option(
+    "--kind",
+    type=click.Choice(list(KINDS)),
+    default="rod",
+    show_default=True,
+    help="; ".join(f"{kind}: {what}" for kind, what in KINDS.items()) + ".",
+)
+@click.option(
+    "--schema", is_flag=True, help="Write the schema of scenes beside it, for completion in editors."
+)
+def command(name: str, kind: str, schema: bool) -> int:
+    """Write NAME.toml, a commented scene to start from.
+
+    A file that exists is left as it is. Exit code: 0 done, 1 the file could not be written, 2 it exists.
+    """
+    path = Path(name) if name.endswith(".toml") else Path(f"{name}.toml")
+    text = (files("lissom") / "templates" / f"{kind}.toml").read_text(encoding="utf-8")
+    if schema:
+        text = f"#:schema ./{SCHEMA}\n{text}"
+    try:
+        with path.open("x", encoding="utf-8") as file:
+            file.write(text)
+        if schema:
+            _write_schema(path.with_name(SCHEMA))
+    except FileExistsError:
+        raise click.UsageError(f"{path} exists; give another name") from None
+    except OSError as error:
+        return unwritten(path, error)
+    click.echo(f"{path} describes {KINDS[kind]}. To simulate it: lissom run {path}")
+    return 0
+
+
+def _write_schema(path: Path) -> None:
+    from .._lissom import Scene
+
+    path.write_text(Scene.schema(), encoding="utf-8")
