@@ -28,7 +28,8 @@ unexport CONDA_PREFIX
 unexport PYTHONPATH
 unexport PYTHONHOME
 
-.PHONY: help demo bench peers validate stress test test-rust test-python test-checked build build-for-test format lock fuzz audit clean
+.PHONY: help demo bench peers validate stress test test-rust test-python test-checked build build-for-test wheel sdist \
+	format lock fuzz audit clean
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -89,6 +90,17 @@ build-for-test: $(VENV)/test.stamp
 	@.ci/toolchain cargo
 	$(MATURIN) --release
 
+wheel: $(VENV)/demo.stamp ## build a wheel for this system into dist/, and try it in a fresh environment
+	@.ci/toolchain cargo
+	rm -f dist/*.whl
+	$(BIN)/maturin build --locked --release --strip --out dist
+	.ci/try-wheel dist/*.whl
+
+sdist: $(VENV)/demo.stamp ## pack the sources into dist/, and try to install from them
+	rm -f dist/*.tar.gz
+	$(BIN)/maturin sdist --out dist
+	.ci/try-wheel dist/*.tar.gz
+
 format: $(VENV)/test.stamp ## format all sources
 	cargo fmt
 	$(BIN)/ruff format .
@@ -103,7 +115,7 @@ audit: ## licences, sources and known weaknesses of the crates (needs cargo-deny
 	cargo deny --locked check
 
 clean: ## remove .venv, build products and results
-	rm -rf $(VENV) target $(RESULTS) python/lissom/*.so
+	rm -rf $(VENV) target dist $(RESULTS) python/lissom/*.so
 
 $(VENV)/%.stamp: requirements/%.txt pyproject.toml
 	@.ci/toolchain cargo

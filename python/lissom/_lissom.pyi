@@ -1295,6 +1295,7 @@ class ReachResult:
         "stalled",
         "unresolved",
         "inverted",
+        "collapsed",
     ]: ...
     @property
     def message(self) -> str: ...
@@ -1368,7 +1369,9 @@ class ContinuationResult:
     @property
     def status(
         self,
-    ) -> Literal["finished", "no_start", "step_too_small", "too_many_steps", "unresolved", "inverted"]: ...
+    ) -> Literal[
+        "finished", "no_start", "step_too_small", "too_many_steps", "unresolved", "inverted", "collapsed"
+    ]: ...
     @property
     def message(self) -> str: ...
     @property

@@ -55,6 +55,9 @@ pub trait Discretised {
             Flaw::Inverted { .. } => {
                 "a stretch (reference strain and modes together) > 0 all along".to_owned()
             }
+            Flaw::Collapsed { .. } => {
+                "points apart from each other where a tendon pulls between them".to_owned()
+            }
         };
         Err(InvalidInput::new(place, format_args!("a rod that {flaw}"), expected))
     }

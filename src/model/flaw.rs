@@ -15,6 +15,11 @@ pub enum Flaw {
         /// The stretch there: length over length at rest, not positive.
         stretch: f64,
     },
+    /// A tendon has pulled two points together: its force has no direction.
+    Collapsed {
+        /// Its place among the actuators.
+        actuator: usize,
+    },
 }
 
 impl std::fmt::Display for Flaw {
@@ -26,6 +31,9 @@ impl std::fmt::Display for Flaw {
             }
             Self::Inverted { at, stretch } => {
                 write!(f, "is turned inside out (stretch {} at X = {})", Rounded(stretch), Rounded(at))
+            }
+            Self::Collapsed { actuator } => {
+                write!(f, "has two points that its tendon number {} has pulled together", actuator + 1)
             }
         }
     }

@@ -25,10 +25,13 @@ const SAFETY: f64 = 0.1;
 /// An increment of that fraction of what is tolerated is believed without a contraction rate.
 const NEGLIGIBLE: f64 = 1e-3;
 
-/// Increments that do not contract are rounding errors when they are at most that many times as large as those which a
-/// change of the state by [`ROUNDING`] of its size causes.
+/// Increments that do not contract are rounding errors when they are at most that many times as large as those which
+/// changes of the state by [`ROUNDING`] of its size cause: in so many patterns of signs, since one may hide the effect.
+/// Forces round by more than the state does: a stiff tendon of length l at the distance d from the axis of a rod knows its
+/// stretch to `l / d` times as many units.
 const ROUNDING_NOISE: f64 = 8.0;
-const ROUNDING: f64 = 4.0 * f64::EPSILON;
+const ROUNDING: f64 = 128.0 * f64::EPSILON;
+const PATTERNS: usize = 3;
 
 /// A first increment that differs from the one of the last step by up to that fraction of it makes the steps similar. A
 /// Jacobian that jumps (contact, dry friction) makes a larger difference.
@@ -84,6 +87,8 @@ pub(super) struct Corrector {
     start: Vec<f64>,
     direction: Vec<f64>,
     perturbed: Trial,
+    /// Of the displacements: see [`System::typical_displacements`].
+    sizes: Vec<f64>,
     rtol: Vec<f64>,
     atol: Vec<f64>,
     /// One over what is tolerated in each acceleration.
@@ -109,6 +114,7 @@ impl Corrector {
             start: vec![0.0; n],
             direction: vec![0.0; n],
             perturbed: Trial::new(n),
+            sizes: vec![0.0; n],
             rtol,
             atol,
             inverse_tolerance: vec![0.0; n],
@@ -118,6 +124,7 @@ impl Corrector {
     /// Prepares the memory for the Jacobians of `system`. Comes before the first solve.
     pub(super) fn prepare<S: System + ?Sized>(&mut self, system: &S) {
         self.linear = self.jacobian.linear_system(system);
+        system.typical_displacements(&mut self.sizes);
     }
 
     /// Forgets the kept Jacobian.
@@ -339,7 +346,10 @@ impl Corrector {
                 if next_size <= (1.0 - 0.25 * length) * size {
                     break next_size;
                 }
-                if length == 1.0 && self.is_rounding(next_size, system, trial, counters)? {
+                // Two increments of Jacobians at the place are within what is tolerated, or below what can be computed.
+                if length == 1.0
+                    && (size.max(next_size) <= 1.0 || self.is_rounding(next_size, system, trial, counters)?)
+                {
                     return Ok(Ok(()));
                 }
                 length *= 0.5;
@@ -428,24 +438,41 @@ impl Corrector {
         trial: &Trial,
         counters: &mut Counters,
     ) -> Result<bool, Interrupted> {
-        let Trial { q, v, a, .. } = &mut self.perturbed;
-        for ((to, from), weight) in
-            [(q, &trial.q), (v, &trial.v), (a, &trial.a)].into_iter().zip(trial.weights)
-        {
-            for i in 0..to.len() {
-                // Both signs, so that no rigid motion hides the effect.
-                let rounding = if i % 2 == 0 { ROUNDING } else { -ROUNDING };
-                to[i] = from[i] + rounding * (from[i].abs() + weight * trial.a[i].abs());
+        let mut noise = 0.0;
+        for pattern in 0..PATTERNS {
+            self.perturb(trial, pattern);
+            let Trial { q, v, a, .. } = &self.perturbed;
+            system.residual(trial.t, q, v, a, &mut self.increment)?;
+            counters.nfev += 1;
+            for (change, residual) in self.increment.iter_mut().zip(&self.residual) {
+                *change -= residual;
+            }
+            self.linear.solve(&mut self.increment);
+            noise = self.size_of_increment().hypot(noise);
+            if size <= ROUNDING_NOISE * noise {
+                return Ok(true);
             }
         }
-        let Trial { q, v, a, .. } = &self.perturbed;
-        system.residual(trial.t, q, v, a, &mut self.increment)?;
-        counters.nfev += 1;
-        for (change, residual) in self.increment.iter_mut().zip(&self.residual) {
-            *change -= residual;
+        Ok(false)
+    }
+
+    /// A state that differs from `trial` by rounding errors, whose signs are a Walsh function.
+    fn perturb(&mut self, trial: &Trial, pattern: usize) {
+        let Trial { q, v, a, .. } = &mut self.perturbed;
+        let least = [1.0, 0.0, 0.0];
+        for (((to, from), weight), least) in
+            [(q, &trial.q), (v, &trial.v), (a, &trial.a)].into_iter().zip(trial.weights).zip(least)
+        {
+            let size = |i: usize| from[i].abs() + weight * trial.a[i].abs();
+            // What is computed from all coordinates of a kind is rounded by the largest of them.
+            let largest = (0..from.len())
+                .filter(|&i| self.sizes[i] > 0.0)
+                .fold(least, |largest: f64, i| largest.max(size(i) / self.sizes[i]));
+            for i in 0..to.len() {
+                let rounding = if i >> pattern & 1 == 0 { ROUNDING } else { -ROUNDING };
+                to[i] = from[i] + rounding * size(i).max(largest * self.sizes[i]);
+            }
         }
-        self.linear.solve(&mut self.increment);
-        Ok(size <= ROUNDING_NOISE * self.size_of_increment())
     }
 
     /// How far displacements, and what velocities move in a step, are from where the Jacobian was evaluated.

@@ -46,8 +46,8 @@ use crate::simulate::{Simulation, Statistics, accelerations};
 ///     'finished', 'interrupted' (as the callback asked), 'no_initial_acceleration', 'newton_not_converged',
 ///     'singular_jacobian', 'non_finite', 'non_finite_jacobian' (method 'radau'), 'step_too_small', 'too_many_steps',
 ///     'accuracy_not_reached' (method 'auto'), 'stiff' (explicit methods: the largest rate of the model would take far too many
-///     steps), 'unresolved' (the rod turns by more than half a turn between neighbouring quadrature nodes) or 'inverted' (its stretch is
-///     not positive somewhere).
+///     steps), 'unresolved' (the rod turns by more than half a turn between neighbouring quadrature nodes), 'inverted' (its stretch is
+///     not positive somewhere) or 'collapsed' (a tendon has pulled two points together, where its force has no direction).
 /// message : str
 ///     The status in words, and what to change.
 /// doubt : str or None

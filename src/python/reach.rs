@@ -28,7 +28,7 @@ const ROW_TOLERANCE: f64 = 1e-9;
 /// status : str
 ///     'reached', 'not_settled' (reached, but the search for the preferred shape did not end), 'nearest' (a minimum of what is left: no small
 ///     change comes nearer, by first and second derivatives), 'at_limits' (the same within limits without which it would come nearer),
-///     'iteration_limit', 'stalled', 'unresolved' or 'inverted' (the way leads to shapes that the rods do not have).
+///     'iteration_limit', 'stalled', 'unresolved', 'inverted' or 'collapsed' (the way leads to shapes that the model does not have).
 /// message : str
 ///     The status in words, with what is left, and what to change.
 /// position_error : float, or ndarray of shape (k,) for a mapping or a sequence of k targets

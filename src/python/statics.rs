@@ -166,7 +166,8 @@ fn named(stability: Stability) -> String {
 /// status : str
 ///     'converged', 'let_go' (in equilibrium, but the path of loading ended before and the model was let go there),
 ///     'step_too_small', 'too_many_steps', 'iteration_limit', 'stalled', 'non_finite', 'unresolved' (the rod turns by more than half a
-///     turn between neighbouring quadrature nodes), 'inverted' (it is turned inside out: its stretch is not positive somewhere), or for method 'newton' a status of
+///     turn between neighbouring quadrature nodes), 'inverted' (it is turned inside out: its stretch is not positive somewhere), 'collapsed' (a tendon has pulled two points
+///     together, where its force has no direction), or for method 'newton' a status of
 ///     RootResult.
 /// message : str
 ///     The status in words, what to change, and what is remarkable about the equilibrium.
@@ -250,7 +251,8 @@ impl PyStaticsResult {
 /// success : bool
 ///     True when the path was followed to one of its bounds.
 /// status : str
-///     'finished', 'no_start' (no equilibrium near `q0`), 'step_too_small', 'too_many_steps', 'unresolved' or 'inverted'.
+///     'finished', 'no_start' (no equilibrium near `q0`), 'step_too_small', 'too_many_steps', 'unresolved', 'inverted' or
+///     'collapsed'.
 /// message : str
 ///     The status in words, and what to change.
 /// nit, nfev, njev : int

@@ -51,6 +51,7 @@ impl Status {
             Self::Stalled => "stalled",
             Self::Flawed(Flaw::Unresolved { .. }) => "unresolved",
             Self::Flawed(Flaw::Inverted { .. }) => "inverted",
+            Self::Flawed(Flaw::Collapsed { .. }) => "collapsed",
         }
     }
 }
@@ -122,7 +123,7 @@ pub(super) fn message(
         Status::Flawed(flaw) => {
             let nodes = match flaw {
                 Flaw::Unresolved { shortage } => format!(" It would take more `nodes`{}.", at_least(shortage)),
-                Flaw::Inverted { .. } => String::new(),
+                Flaw::Inverted { .. } | Flaw::Collapsed { .. } => String::new(),
             };
             format!("The way to the targets ends at a shape in which a rod {flaw}.{nodes} Start elsewhere.")
         }

@@ -443,6 +443,18 @@ impl RobotModel {
         })
     }
 
+    /// Whether a tendon has pulled two points together.
+    fn collapsed(&mut self, q: &[f64]) -> Option<Flaw> {
+        /// Of the length of the robot: shorter parts pull with a stiffness that nothing resolves.
+        const SHORTEST: f64 = 1e-6;
+        let shortest = SHORTEST * self.robot.length();
+        let Self { sweeps, coordinates, .. } = self;
+        coordinates.all([q, q], |[q, _]| {
+            on_sweeps!(sweeps, sweeps => sweeps.collapsed(q, shortest))
+                .map(|actuator| Flaw::Collapsed { actuator })
+        })
+    }
+
     /// The stiffness of rods and of the springs of joints in a shape, n x n: the derivative of their generalised forces,
     /// supports left out.
     pub fn stiffness(&mut self, q: &[f64], stiffness: &mut Matrix) {
@@ -780,8 +792,9 @@ impl InTime for RobotModel {
 
 impl Discretised for RobotModel {
     fn flaw(&mut self, q: &[f64]) -> Option<Flaw> {
+        let own = q;
         let q = self.coordinates.only_own(q);
-        on_sweeps!(&self.sweeps, sweeps => validity::flaw(sweeps.plan(), q))
+        on_sweeps!(&self.sweeps, sweeps => validity::flaw(sweeps.plan(), q)).or_else(|| self.collapsed(own))
     }
 
     fn is_discretised(&self) -> bool {

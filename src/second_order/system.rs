@@ -67,6 +67,12 @@ pub trait System {
     fn tangent_cost(&self) -> f64 {
         3.0
     }
+
+    /// Changes of the displacements that count as large: what is computed from them is rounded as if they were of this
+    /// size, even near zero. Zero where nothing is known.
+    fn typical_displacements(&self, sizes: &mut [f64]) {
+        sizes.fill(0.0);
+    }
 }
 
 /// The free motion of a model: its inverse dynamics are zero.
@@ -136,5 +142,9 @@ impl<M: Model + ?Sized> System for FreeMotion<'_, M> {
 
     fn tangent_cost(&self) -> f64 {
         self.0.tangent_cost()
+    }
+
+    fn typical_displacements(&self, sizes: &mut [f64]) {
+        self.0.typical_coordinates(sizes);
     }
 }

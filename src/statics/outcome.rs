@@ -53,6 +53,7 @@ impl Status {
             Self::NonFinite => "non_finite",
             Self::Flawed(Flaw::Unresolved { .. }) => "unresolved",
             Self::Flawed(Flaw::Inverted { .. }) => "inverted",
+            Self::Flawed(Flaw::Collapsed { .. }) => "collapsed",
             Self::Newton(status) => status.name(),
         }
     }
@@ -94,8 +95,12 @@ impl Status {
                     Flaw::Inverted { .. } => "It is loaded beyond what its stiffness against stretch bears: there, linear elasticity \
                                               does not hold"
                         .to_owned(),
+                    Flaw::Collapsed { .. } => {
+                        "Where they touch its force has no direction: pull less, or keep them apart with a joint that has `limits`"
+                            .to_owned()
+                    }
                 };
-                format!("What the search came to at load factor {load_factor:.6} is a rod that {flaw}, so it is none. {cure}.")
+                format!("What the search came to at load factor {load_factor:.6} is a model that {flaw}, so it is none. {cure}.")
             }
             Self::Newton(status) => status.message().to_owned(),
         }

@@ -44,6 +44,13 @@ const LARGEST_DEVIATION: f64 = 0.5;
 /// So is one in which the path turns by more than 60 degrees: it may have come to another path.
 const SMALLEST_COSINE: f64 = 0.5;
 
+/// How far behind a corner (where a tendon becomes slack, say) the path is looked for: in load factors. By then steps up to it
+/// have become shorter than [`SHORTEST_STEP`].
+const STEP_OVER_CORNER: f64 = 1e-5;
+
+/// Behind a corner the coordinates have moved by at most that many times as much as along either side of it.
+const ALONG_CORNER: f64 = 2.0;
+
 /// A stiffness that has changed sign was zero in between if it can be made that small, relative to its values before and
 /// after.
 const ZERO: f64 = 1e-5;
@@ -239,7 +246,14 @@ impl<'a, 'b> Follower<'a, 'b> {
                 step = length * CUT;
                 match self.flaw {
                     Some(flaw) if step < SHORTEST_STEP_TO_FLAW => return Ok(End::Flawed(flaw)),
-                    None if step < SHORTEST_STEP => return Ok(End::StepTooSmall),
+                    None if step < SHORTEST_STEP => match self.step_over_corner(place)? {
+                        Some(next) => {
+                            step = FIRST_STEP_OF_BRANCH;
+                            *place = next;
+                            break;
+                        }
+                        None => return Ok(End::StepTooSmall),
+                    },
                     _ => {}
                 }
             }
@@ -315,6 +329,30 @@ impl<'a, 'b> Follower<'a, 'b> {
         }
         let next = Place { state, direction, stiffness, linear, corrected };
         Ok(self.find_critical_points(place, &next)?.then_some(next))
+    }
+
+    /// The place a little behind a corner, at which the path turns at once and no stiffness changes its sign. `None` where
+    /// there is none: the path is another one.
+    fn step_over_corner(&mut self, place: &Place) -> Result<Option<Place>, Interrupted> {
+        let forward = place.direction.load_factor().signum();
+        let mut state = place.state.clone();
+        // From the shape that is there: it is beyond the corner already, since what makes one depends on the load factor.
+        let target = place.state.load_factor + forward * STEP_OVER_CORNER;
+        let Some(corrected) = self.land(&mut state, target)? else { return Ok(None) };
+        let Some(linear) = self.equations.linearise(&state)? else { return Ok(None) };
+        let stiffness = Stiffness::new(&linear);
+        let n = state.q.len();
+        let mut along_load_factor = vec![0.0; n + 1];
+        along_load_factor[n] = forward;
+        let Some(direction) = corrector::direction(&linear, &along_load_factor) else { return Ok(None) };
+        let slope = |direction: &Step| norm(&direction.scaled[..n]) / direction.load_factor().abs();
+        let steepest = slope(&direction).max(slope(&place.direction));
+        let moved = norm(&state.since(&place.state, &self.equations.sizes).scaled[..n]);
+        let is_near = moved <= ALONG_CORNER * STEP_OVER_CORNER * steepest;
+        let is_same = place.stiffness.changes_until(&stiffness).is_empty();
+        self.flaw = self.equations.flaw(&state.q);
+        let is_good = is_near && is_same && self.flaw.is_none() && stiffness.lowest.is_finite();
+        Ok(is_good.then_some(Place { state, direction, stiffness, linear, corrected }))
     }
 
     /// The equilibrium near a state at the load factor `target`.

@@ -18,6 +18,8 @@ pub enum Status {
     Unresolved,
     /// The motion turned the rod inside out.
     Inverted,
+    /// A tendon has pulled two points together, where its force has no direction.
+    Collapsed,
     /// Stability would force more steps on an explicit method than are sensible.
     Stiff,
 }
@@ -28,7 +30,9 @@ impl Status {
         match self {
             Self::SecondOrder(status) => status.is_success(),
             Self::FirstOrder(status) => status.is_success(),
-            Self::AccuracyNotReached | Self::Unresolved | Self::Inverted | Self::Stiff => false,
+            Self::AccuracyNotReached | Self::Unresolved | Self::Inverted | Self::Collapsed | Self::Stiff => {
+                false
+            }
         }
     }
 
@@ -40,6 +44,7 @@ impl Status {
             Self::AccuracyNotReached => "accuracy_not_reached",
             Self::Unresolved => "unresolved",
             Self::Inverted => "inverted",
+            Self::Collapsed => "collapsed",
             Self::Stiff => "stiff",
         }
     }
@@ -61,13 +66,18 @@ impl Stop {
                 Status::Unresolved,
                 format!("; if that ends here too, give the segment more `nodes`{}", at_least(shortage)),
             ),
+            Flaw::Collapsed { .. } => (
+                Status::Collapsed,
+                "; if that ends here too, pull less, or keep the points apart with a joint that has `limits`"
+                    .to_owned(),
+            ),
             Flaw::Inverted { .. } => (
                 Status::Inverted,
                 "; if that ends here too, linear elasticity in the stretch does not hold".to_owned(),
             ),
         };
         let message = format!(
-            "At t = {} the rod {flaw}: the last state says nothing about the motion. Take shorter steps{cure}.",
+            "At t = {} the model {flaw}: the last state says nothing about the motion. Take shorter steps{cure}.",
             Number(t),
         );
         Some(Self { status, message })

@@ -260,3 +260,67 @@ def test_wrong_inputs_are_refused_everywhere(ask):
         ask(pair(), u=[1.0, 2.0, 3.0])
     with pytest.raises(ValueError, match=r"u\[0\]: got inf"):
         ask(pair(), u=[np.inf, 2.0])
+
+
+@pytest.mark.parametrize("stretches", [False, True])
+def test_paths_go_on_where_a_tendon_becomes_slack(stretches):
+    """There the path has a corner, and no tangent tells where it goes on."""
+    modes = {"bend_y": 2} | ({"stretch": 1} if stretches else {})
+    tendon = lissom.Tendon(
+        "t", [lissom.Along(offset=(0.0, 0.006))], length=lissom.Input("l", 0.29), stiffness=300.0
+    )
+    soft = lissom.Segment(0.3, 0.006, 2e6, 8e5, 1100.0, modes)
+    model = lissom.Rod([soft], gravity=(0, 0, 0), tip_force=(0, 0, 0.02), actuators=[tendon])
+    slack = lissom.statics(model, u=[0.32])
+    threshold = model.actuator_length("t", slack.q)
+    assert 0.28 < threshold < 0.32
+    for span in ((0.28, 0.32), (0.32, 0.28)):
+        found = lissom.continuation(model, inputs={"l": span})
+        assert found.status == "finished", found.message
+        lengths = found.path.u[:, 0]
+        assert_allclose(lengths[[0, -1]], span, rtol=1e-9)
+        assert (np.sign(np.diff(lengths)) == np.sign(span[1] - span[0])).all()
+        for length, q in zip(lengths, found.path.q, strict=True):
+            assert_allclose(q, lissom.statics(model, u=[length]).q, rtol=0, atol=1e-6)
+        beyond = found.path.q[lengths > threshold + 1e-6]
+        assert_allclose(beyond, np.tile(slack.q, (len(beyond), 1)), rtol=0, atol=1e-6)
+
+
+def pulled_to_a_point(joint):
+    """A body that two newtons pull to a point of the world: more than its weight."""
+    body = lissom.Body(0.1, inertia=(1e-3,) * 3)
+    path = [lissom.Via(None, (0.1, 0.0, 0.0)), lissom.Via("body", (0.0, 0.0, 0.0))]
+    tendon = lissom.Tendon("t", path, tension=2.0)
+    link = lissom.Link("body", joint=joint, body=body)
+    return lissom.Robot([link], gravity=(-9.81, 0, 0), actuators=[tendon])
+
+
+@pytest.mark.parametrize("joint", [lissom.Free(), lissom.Prismatic((1, 0, 0))])
+def test_what_a_tendon_pulls_together_is_no_equilibrium(joint):
+    found = lissom.statics(pulled_to_a_point(joint))
+    assert not found.success, found.message
+    assert found.status in ("collapsed", "stalled", "step_too_small", "no_start", "iteration_limit")
+
+
+def test_motions_end_where_a_tendon_pulls_two_points_together():
+    damped = pulled_to_a_point(lissom.Prismatic((1, 0, 0), damping=100.0))
+    motion = lissom.simulate(damped, 100.0, dt=0.1, method="radau")
+    assert motion.status == "collapsed", motion.message
+    assert "tendon number 1 has pulled together" in motion.message
+    # The damper holds it to the speed at which it balances what is left of the pull beside the weight.
+    assert_allclose(motion.t[-1], 0.1 / ((2.0 - 0.981) / 100.0), rtol=1e-2)
+    # Fixed steps go over the point, where the force turns round.
+    assert not lissom.simulate(damped, 100.0, dt=0.1).success
+
+
+def test_points_that_belong_together_may_touch():
+    """Without a force, or on one body."""
+    body = lissom.Body(0.1, inertia=(1e-3,) * 3)
+    touching = [lissom.Via(None, (0.0, 0.0, 0.0)), lissom.Via("body", (0.0, 0.0, 0.0))]
+    together = [lissom.Via("body", (0.0, 0.1, 0.0))] * 2
+    for path, tension in ((touching, 0.0), ([*together, lissom.Via(None, (1.0, 0.0, 0.0))], 1.0)):
+        tendon = lissom.Tendon("t", path, tension=tension)
+        link = lissom.Link("body", joint=lissom.Prismatic((1, 0, 0), stiffness=10.0), body=body)
+        model = lissom.Robot([link], gravity=(0, 0, 0), actuators=[tendon])
+        assert lissom.simulate(model, 0.1, dt=0.01).success
+        assert lissom.statics(model).success

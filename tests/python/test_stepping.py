@@ -554,3 +554,27 @@ def test_results_have_their_inputs():
     np.testing.assert_array_equal(other.u, result.u)
     assert other.balance.drift == result.balance.drift
     assert not result.u.flags.writeable
+
+
+@pytest.mark.parametrize("dt", [1e-3, 1e-2])
+@pytest.mark.parametrize("method", ["newmark", "generalised_alpha"])
+@pytest.mark.parametrize(
+    "drive", [{"tension": 1.0}, {"length": 0.299, "stiffness": 1e4}, {"length": 0.299, "stiffness": 1e6}]
+)
+def test_what_rests_stays_at_rest(drive, method, dt):
+    """There increments are rounding errors: to ask for smaller ones ended runs."""
+    soft = lissom.Segment(0.3, 0.01, 1e6, 4e5, 1000.0, {"bend_y": 3, "bend_z": 1}, retardation_time=0.02)
+    tendon = lissom.Tendon("t", [lissom.Along("rod", (0.0, 0.008))], **drive)
+    model = lissom.Rod([soft], actuators=[tendon])
+    rest = lissom.statics(model).q
+    simulation = lissom.Simulation(model, dt=dt, method=method, q0=rest)
+    for _ in range(20):
+        assert simulation.step(duration=500 * dt) == "finished", (simulation.t, simulation.message)
+    np.testing.assert_allclose(simulation.q, rest, rtol=0, atol=1e-5 * np.abs(rest).max())
+
+
+def test_what_came_to_rest_stays_there():
+    model = rod(tip_force=(0, 0, 0.1))
+    simulation = lissom.Simulation(model, dt=1e-3)
+    assert simulation.step(duration=100.0) == "finished", simulation.message
+    np.testing.assert_allclose(simulation.q, lissom.statics(model).q, rtol=0, atol=1e-4)

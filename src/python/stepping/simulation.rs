@@ -197,7 +197,7 @@ impl PySimulation {
     /// -------
     /// status : str
     ///     'finished', or why not: a word of `MotionResult.status`; `message` says more. Where a step could not be made the state
-    ///     is that before it, and `t` says how far that is. A shape that means nothing ('unresolved', 'inverted') is reached, as in
+    ///     is that before it, and `t` says how far that is. A shape that means nothing ('unresolved', 'inverted', 'collapsed') is reached, as in
     ///     a run of `simulate`.
     ///
     /// Raises

@@ -23,6 +23,17 @@ pub(crate) struct Line<P> {
     pub(crate) ends: [End<P>; 2],
 }
 
+impl<P> Line<P> {
+    /// Whether different pieces move its ends.
+    pub(crate) fn can_shrink(&self) -> bool {
+        let [from, to] = self.ends.each_ref().map(|end| match end {
+            End::Fixed(_) => None,
+            End::On { moved_by, .. } => Some(moved_by.iter().map(|(piece, _)| *piece)),
+        });
+        !from.into_iter().flatten().eq(to.into_iter().flatten())
+    }
+}
+
 /// An end of a straight part.
 #[derive(Clone, Debug)]
 pub(crate) enum End<P> {
