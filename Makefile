@@ -68,7 +68,7 @@ test-checked: $(VENV)/test.stamp ## the Python tests with debug assertions and o
 bench: build-for-test ## measure, and write docs/benchmarks.md (PARTS="lab kernels", QUICK=1)
 	$(BIN)/python benches/python/speed/suite.py --parts $(PARTS) $(if $(QUICK),--quick)
 
-peers: build-for-test ## compare robots with Pinocchio and MuJoCo, and write docs/peers.md (QUICK=1)
+peers: build-for-test ## compare robots with Pinocchio, MuJoCo and SoRoMoX, and write docs/peers.md (QUICK=1)
 	$(BIN)/python benches/python/peers/robot_peers.py $(if $(QUICK),--quick)
 
 validate: build ## ask questions with known answers, and write docs/validation.md

@@ -37,20 +37,23 @@ class Unknown:
     name: str
     start: tuple[float, ...]
     spread: float
+    unit: str
 
 
 UNKNOWNS = (
-    Unknown("angle", (0.0,) * 9, 0.1),  # of the tendons around the wire, from where their pulls show them
-    Unknown("distance", (4.5e-3,) * 3, 0.3e-3),  # of the tendons from the wire, metres
-    Unknown("offset", (0.0,) * 9, 0.3e-3),  # of the servos, metres
-    Unknown("pretension", (1.0,) * 3, 1.0),  # newtons
-    Unknown("curvature", (0.0,) * 6, 1.0),  # of the wire at rest, about y and z of every segment, 1/m
-    Unknown("stiffening", (0.0,) * 2, 0.3),  # logarithm of outer segments' stiffness over the first one's
-    Unknown("turn", (0.0,) * 3, 0.2),  # of the robot in the motion capture, a rotation vector
-    Unknown("tendon", (np.log(7000 * 0.1),), 1.0),  # logarithm of stiffness times length, newtons
-    Unknown("stretch", (np.log(YOUNG_MODULUS * np.pi * RADIUS**2),), 1.5),  # logarithm of the wire's, newtons
-    Unknown("friction", (0.2,), 0.2),  # coefficient along the tendons
-    Unknown("drag", (0.0,), 0.2e-3),  # what friction in the base takes of a displacement, metres
+    Unknown(
+        "angle", (0.0,) * 9, 0.1, "rad"
+    ),  # of the tendons around the wire, from where their pulls show them
+    Unknown("distance", (4.5e-3,) * 3, 0.3e-3, "m"),  # of the tendons from the wire
+    Unknown("offset", (0.0,) * 9, 0.3e-3, "m"),  # of the servos
+    Unknown("pretension", (1.0,) * 3, 1.0, "N"),
+    Unknown("curvature", (0.0,) * 6, 1.0, "1/m"),  # of the wire at rest, about y and z of every segment
+    Unknown("stiffening", (0.0,) * 2, 0.3, ""),  # logarithm of outer segments' stiffness over the first one's
+    Unknown("turn", (0.0,) * 3, 0.2, "rad"),  # of the robot in the motion capture, a rotation vector
+    Unknown("tendon", (np.log(7000 * 0.1),), 1.0, "log N"),  # stiffness times length
+    Unknown("stretch", (np.log(YOUNG_MODULUS * np.pi * RADIUS**2),), 1.5, "log N"),  # of the wire
+    Unknown("friction", (0.2,), 0.2, ""),  # coefficient along the tendons
+    Unknown("drag", (0.0,), 0.2e-3, "m"),  # what friction in the base takes of a displacement
 )
 #: What a model without it has instead: tendons as stiff as in the source of the data, no friction.
 WITHOUT = {
@@ -268,8 +271,9 @@ def main() -> None:
         x = identify(model, training[::3])
         errors = [error(model, x, recording) * 1e3 for recording in (training, validation)]
         print(f"{' and '.join(variant) or 'neither':24} {errors[0]:6.2f} mm  {errors[1]:7.2f} mm")
-    for name, value in model.named(x).items():
-        print(f"{name:11}", *(f"{each:.3g}" for each in value))
+    named = model.named(x)
+    for unknown in UNKNOWNS:
+        print(f"{unknown.name:11} {unknown.unit:6}", *(f"{each:10.3g}" for each in named[unknown.name]))
     robot = model.robot(x)
     u = [model.inputs(x, recording) for recording in (training, validation)]
     start = time.process_time()

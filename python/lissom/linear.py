@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ._lissom import LissomError, Model, jacobian
-from .views import Frame, view
+from .views import Frame, View, view
 
 Array = NDArray[np.float64]
 
@@ -122,8 +122,9 @@ def linearise(
     q = np.asarray(q, float)
     rest = np.zeros(n)
     stiffness, damping, mass = model.tangent(q, rest, rest, t=t, u=u)
-    force_names, forces = _signals("inputs", inputs, _forces(model, q, t, u))
-    output_names, rows = _signals("outputs", outputs, _measurements(model, q, t))
+    seen = view(model)
+    force_names, forces = _signals("inputs", inputs, _forces(model, seen, q, t, u))
+    output_names, rows = _signals("outputs", outputs, _measurements(model, seen, q, t))
     try:
         np.linalg.cholesky(mass)
     except np.linalg.LinAlgError:
@@ -139,19 +140,19 @@ def linearise(
     solved = np.linalg.solve(mass, np.hstack([-stiffness, -damping, forces.T]))
     A = np.vstack([np.hstack([np.zeros((n, n)), np.eye(n)]), solved[:, : 2 * n]])
     B = np.vstack([np.zeros((n, len(force_names))), solved[:, 2 * n :]])
-    coordinates, velocities, _ = _names(model)
+    coordinates, velocities, _ = _names(seen, n)
     D = np.zeros((len(output_names), len(force_names)))
     for matrix in (A, B, rows, D):
         matrix.flags.writeable = False
     return LinearModel(A, B, rows, D, (*coordinates, *velocities), force_names, output_names)
 
 
-def _names(model: Model) -> tuple[list[str], list[str], list[str]]:
+def _names(seen: View, n: int) -> tuple[list[str], list[str], list[str]]:
     """Of coordinates, velocities and generalised forces."""
-    names = view(model).signals
+    names = seen.signals
     if names is not None:
         return list(names), [f"{name}.rate" for name in names], [f"{name}.force" for name in names]
-    numbers = range(model.n)
+    numbers = range(n)
     return [f"q{i}" for i in numbers], [f"v{i}" for i in numbers], [f"force{i}" for i in numbers]
 
 
@@ -159,11 +160,11 @@ def _names(model: Model) -> tuple[list[str], list[str], list[str]]:
 Group = tuple[list[str], Callable[[], Array]]
 
 
-def _forces(model: Model, q: Array, t: float, u: ArrayLike | None) -> dict[str, Group]:
+def _forces(model: Model, seen: View, q: Array, t: float, u: ArrayLike | None) -> dict[str, Group]:
     """Generalised forces of unit inputs, as rows."""
     n = model.n
-    groups: dict[str, Group] = {"forces": (_names(model)[2], lambda: np.eye(n))}
-    for frame in view(model).frames:
+    groups: dict[str, Group] = {"forces": (_names(seen, n)[2], lambda: np.eye(n))}
+    for frame in seen.frames:
         for name, rows in (("force", LINEAR), ("moment", ANGULAR)):
             groups[f"{frame.name}_{name}"] = (
                 _components(f"{frame.name}_{name}"),
@@ -203,15 +204,14 @@ def _jacobian(frame: Frame, rows: slice, q: Array, t: float) -> Array:
     return frame.jacobian(q, t)[rows]
 
 
-def _measurements(model: Model, q: Array, t: float) -> dict[str, Group]:
+def _measurements(model: Model, seen: View, q: Array, t: float) -> dict[str, Group]:
     """Outputs of unit states, as rows."""
     n = model.n
     of_q, of_v = np.eye(2 * n)[:n], np.eye(2 * n)[n:]
     groups: dict[str, Group] = {
-        "coordinates": (_names(model)[0], lambda: of_q),
-        "velocities": (_names(model)[1], lambda: of_v),
+        "coordinates": (_names(seen, n)[0], lambda: of_q),
+        "velocities": (_names(seen, n)[1], lambda: of_v),
     }
-    seen = view(model)
     for frame in seen.frames:
         for name, rows in _motions(frame, seen.carrier_velocity, q, t, of_q, of_v).items():
             groups[f"{frame.name}_{name}"] = (_components(f"{frame.name}_{name}"), rows)

@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+import lissom
+
 ROOT = Path(__file__).parents[2]
 EXAMPLES = sorted((ROOT / "examples" / "python").glob("*.py"))
 
@@ -30,12 +32,58 @@ def test_sagging_wire_converges():
     assert abs(tip - example["EXACT_TIP"]).max() < 1e-9
 
 
-def test_finger_holds_its_target_with_the_holding_tension_alone():
+def test_finger_holds_its_target_with_the_holding_tensions_alone():
     example = runpy.run_path(str(ROOT / "examples" / "python" / "finger_pd.py"))
-    target = example["TARGET"]
-    errors = [abs(example["run"](hold)[1][-20:] - target).max() for hold in (0.0, example["holding"]())]
+    errors = [example["run"](hold)[1][-20:].max() for hold in (np.zeros(4), example["holding"]())]
     assert errors[0] > 1e-3
     assert errors[1] < 1e-5
+
+
+@pytest.fixture
+def finger_mpc(monkeypatch):
+    """The example on model-predictive control, which takes the finger from its neighbour."""
+    pytest.importorskip("piqp")
+    monkeypatch.syspath_prepend(ROOT / "examples" / "python")
+    yield runpy.run_path(str(ROOT / "examples" / "python" / "finger_mpc.py"))
+    sys.modules.pop("finger_pd", None)
+
+
+def test_prediction_is_what_the_simulation_does_next(finger_mpc):
+    """For small motions: its error is of second order in them."""
+    finger = finger_mpc["finger"]
+    u = np.array([0.2, 0.5, 1.0, 0.1])
+    q0 = lissom.statics(finger, u=u).q
+    random = np.random.default_rng(0)
+    shift, rate = random.normal(size=(2, finger.n))
+    pulls = random.normal(size=(finger_mpc["STEPS"], 4))
+    errors = []
+    for size in (1e-2, 5e-3):
+        start, speed, changes = q0 + size * shift, 10 * size * rate, size * pulls
+        prediction = finger_mpc["Prediction"](start, u + changes[0])
+        inputs = np.einsum("itju,ju->it", prediction.of_inputs, u + changes)
+        predicted = prediction.untouched(start, speed) + inputs
+        simulation = lissom.Simulation(finger, dt=2e-4, q0=start, v0=speed)
+        found = []
+        for change in changes:
+            assert simulation.step(u + change, duration=finger_mpc["CONTROL_STEP"]) == "finished"
+            found.append(finger_mpc["tip"](simulation.q))
+        errors.append(np.abs(predicted - found).max())
+        moved = np.abs(predicted - finger_mpc["tip"](q0)).max()
+        assert errors[-1] < 0.02 * moved
+    assert errors[1] < 0.3 * errors[0]
+
+
+def test_predictive_control_keeps_limits_and_beats_feedback(finger_mpc):
+    controllers = finger_mpc["controllers"]()
+    runs = [finger_mpc["follow"](control, 0.8) for control in controllers.values()]
+    largest = [run.errors.max() for run in runs]
+    assert largest[0] > 3 * largest[1] > 6 * largest[2] > 60 * largest[3]
+    assert largest[3] < 1e-4
+    for run in runs:
+        assert run.u.min() >= 0.0
+        assert run.u.max() <= finger_mpc["LARGEST"]
+        change = np.abs(np.diff(run.u, axis=0, prepend=0.0)).max()
+        assert change <= finger_mpc["FASTEST"] * finger_mpc["CONTROL_STEP"] * (1 + 1e-12)
 
 
 def test_regulator_catches_a_pole_that_falls_without_it():

@@ -15,10 +15,12 @@ import lissom
 ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT / "benches" / "python"))
 sys.path.insert(0, str(ROOT / "benches" / "python" / "peers"))
+import candidates  # noqa: E402
 import foreign_coordinates  # noqa: E402
 import octopus  # noqa: E402
 import rigid_trees  # noqa: E402
 import rotation_vectors  # noqa: E402
+import tendon_arm  # noqa: E402
 from peers import environment, robot_peers_report  # noqa: E402
 
 ROOTS = ["weld", "revolute", "spherical", "free"]
@@ -140,9 +142,41 @@ def test_the_octopus_is_that_of_the_scene():
     assert scene.model.bodies == ()
 
 
+def test_the_tendon_arm_is_converged_where_others_are_compared_with_it():
+    tensions = tendon_arm.tensions()
+    assert tensions.shape == (tendon_arm.STEPS, 4)
+    assert tensions.min() >= 0.0
+    reference = tendon_arm.tips(tendon_arm.REFERENCE_MODES, tendon_arm.REFERENCE_STEP)
+    assert np.ptp(reference, axis=0).max() > 0.5 * tendon_arm.LENGTH
+    errors = [np.abs(tendon_arm.tips(tendon_arm.MODES, step) - reference).max() for step in (1e-2, 1e-3)]
+    assert 1e-2 * tendon_arm.LENGTH > errors[0] > 2 * errors[1] > 0.0
+
+
+def test_the_fastest_way_counts_only_if_finer_steps_are_as_exact():
+    def way(code, size, substeps, error, seconds):
+        return candidates.Candidate(code, size, f"{size} links", substeps, error, seconds, lambda: None)
+
+    ways = [
+        way("one", 4, 1, 0.5e-2, 1.0),  # by chance: twice as many steps are off
+        way("one", 4, 2, 2.0e-2, 2.0),
+        way("one", 8, 1, 3.0e-2, 3.0),
+        way("one", 8, 2, 0.9e-2, 4.0),
+        way("one", 8, 4, 0.5e-2, 8.0),
+        way("other", 4, 1, np.inf, 0.1),
+        way("other", 4, 2, 0.9e-2, 9.0),
+    ]
+    assert candidates.within(ways, 1e-2) == [ways[3], ways[6]]
+    assert candidates.within(ways, 1e-3) == []
+
+
 def octopus_run(code, water, discretisation, seconds, error):
     kinds = {"code": code, "water": water, "discretisation": discretisation, "step": "Euler, dt = 1"}
     return {"part": "octopus", **kinds, "seconds": seconds, "error": error}
+
+
+def arm_run(part, code, discretisation, seconds, error):
+    kinds = {"part": part, "code": code, "discretisation": discretisation, "step": 1e-2}
+    return {**kinds, "seconds": seconds, "error": error}
 
 
 def test_the_page_has_a_section_for_every_table():
@@ -171,14 +205,34 @@ def test_the_page_has_a_section_for_every_table():
             "twice the step": 1e-5,
             "more modes": 1e-4,
         },
+        {
+            "part": "tendon arm reference",
+            "modes": 6,
+            "step": 1e-3,
+            "twice the step": 1e-5,
+            "more modes": 1e-6,
+            "reach": 0.2,
+        },
+        {
+            "part": "tendon arm agreement",
+            "nodes": 5,
+            "tendons": 1e-9,
+            "tip": 1e-6,
+            "accelerations": 1e-5,
+        },
+        arm_run("tendon arm", "lissom", "12 coordinates", 2e-5, 5e-3) | {"tolerance": 1e-2},
+        arm_run("tendon arm", "MuJoCo", "11 links", 8e-5, 9e-3) | {"tolerance": 1e-2},
+        arm_run("tendon arms", "lissom", "12 coordinates", 1e-5, 5e-3) | {"rows": 64},
+        arm_run("tendon arm candidate", "MuJoCo", "11 links", 8e-5, 9e-3),
+        arm_run("tendon arm candidate", "MuJoCo", "5 links", 1e-5, None),
         octopus_run("lissom", True, "4 modes", 0.1, 5e-3),
         octopus_run("lissom", False, "4 modes", 0.05, 5e-3),
         octopus_run("MuJoCo", False, "9 links", 0.5, 5e-3),
         octopus_run("MuJoCo", False, "5 links", 0.01, None),
     ]
-    sections = robot_peers_report.sections(rows)
+    sections = robot_peers_report.sections(rows, "on this machine")
     page = (ROOT / "docs" / "peers.md").read_text(encoding="utf-8")
-    assert set(re.findall(r"<!-- (\w+) -->", page)) == {*sections, "about"}
+    assert set(re.findall(r"<!-- (\w+) -->", page)) == set(sections)
     for text in sections.values():
         for found in text.split("\n\n"):
             lines = [line.count("|") for line in found.splitlines() if line.startswith("|")]
@@ -189,10 +243,14 @@ def test_the_page_has_a_section_for_every_table():
     assert "60 times faster than real time; the goal of 20 is reached" in sections["water"]
     assert "10 times as long as lissom" in sections["without"]
     assert "| 5 links | fails |" in sections["without"]
+    assert "| 80 µs | 1.25e+04 | 4 |" in sections["arm_steps"]
+    assert "| MuJoCo | 5 links | fails |" in sections["arm_convergence"]
+    alone = robot_peers_report.sections([row for row in rows if "tendon" in row["part"]], "on this machine")
+    assert alone == {name: text for name, text in sections.items() if name.startswith("arm_")}
 
 
 def test_what_is_installed_is_pinned_with_hashes():
     _, requirement = environment.PEERS["robots"]
     pinned = re.findall(r"^(\S+)==\S+.*\\\n    --hash=sha256:", requirement.read_text(), re.MULTILINE)
-    assert {"pin", "mujoco", "numpy"} <= set(pinned)
+    assert {"pin", "mujoco", "soromox", "jax", "numpy"} <= set(pinned)
     assert set(environment.RODS) < set(environment.PEERS)

@@ -57,10 +57,10 @@ def interpreter(name: str, folder: Path) -> Path:
     return python
 
 
-def measure(name: str, folder: Path, quick: bool) -> Measured:
-    """Measure a peer by its own interpreter."""
+def measure(name: str, folder: Path, quick: bool, *options: str) -> Measured:
+    """Measure a peer by its own interpreter; `options` are those of its script."""
     script, _ = PEERS[name]
-    command = [interpreter(name, folder), SCRIPTS / script, *(["--quick"] if quick else [])]
+    command = [interpreter(name, folder), SCRIPTS / script, *(["--quick"] if quick else []), *options]
     # What this interpreter finds on PYTHONPATH is not the peer's.
     surroundings = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
     # There, because MuJoCo writes its log where it runs.

@@ -1,8 +1,9 @@
-"""Robots by lissom, Pinocchio and MuJoCo, in one process and on one core; run by robot_peers.py.
+"""Robots by lissom, Pinocchio, MuJoCo and SoRoMoX, in one process and on one core; run by robot_peers.py.
 
 Its environment has the peers; lissom is the one of this source tree, as it is built there.
 """
 
+import argparse
 import json
 import os
 import sys
@@ -12,18 +13,30 @@ sys.path.insert(0, str(Path(__file__).parents[3] / "python"))
 import agreement
 import arms
 import octopus_runs
-from cases import packages, quick_requested
+import tendon_arm_runs
+from cases import packages
+
+PARTS = {
+    "agreement": (agreement.measure, agreement.away),
+    "arms": (arms.measure,),
+    "octopus": (octopus_runs.measure,),
+    "tendon-arm": (tendon_arm_runs.measure,),
+}
 
 
 def main() -> None:
-    quick = quick_requested(__doc__)
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--quick", action="store_true", help="few repetitions")
+    parser.add_argument("--only", choices=PARTS, help="one part of it")
+    options = parser.parse_args()
     if hasattr(os, "sched_setaffinity"):
         # One core for all, and for all threads that anything starts.
         os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
-    packages("pin", "mujoco", "numpy")
-    for part in (agreement.measure, agreement.away, arms.measure, octopus_runs.measure):
-        for row in part(quick):
-            print(json.dumps(row), flush=True)
+    packages("pin", "mujoco", "soromox", "jax", "numpy")
+    for part in [options.only] if options.only else PARTS:
+        for measure in PARTS[part]:
+            for row in measure(options.quick):
+                print(json.dumps(row), flush=True)
 
 
 if __name__ == "__main__":

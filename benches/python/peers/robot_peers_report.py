@@ -181,20 +181,99 @@ def convergence(runs: Sequence[Row]) -> str:
     return table(("MuJoCo", "smallest error of all steps"), cells)
 
 
-def sections(rows: Sequence[Row]) -> dict[str, str]:
-    """The text of every section, by its name."""
+def arm_references(rows: Sequence[Row]) -> str:
+    return "\n".join(
+        f"- {row['modes']} modes of each strain in each segment, steps of {row['step']:g} s; twice the step "
+        f"changes it by {percent(row['twice the step'])}, two more modes by {percent(row['more modes'])}. "
+        f"The tip moves by up to {row['reach']:.2g} m."
+        for row in rows
+    )
+
+
+def arm_agreement(rows: Sequence[Row]) -> str:
+    what = ("tendons", "tip", "accelerations")
+    names = ("nodes a segment", "generalised forces of tendons", "place of the tip", "accelerations")
+    return table(names, [(row["nodes"], *(small(row[each]) for each in what)) for row in rows])
+
+
+def against(rows: Sequence[Row], first: str) -> list[tuple]:
+    """Lines of control steps, beginning with a cell of their own, with times over lissom's."""
+    (ours,) = (row["seconds"] for row in rows if row["code"] == "lissom")
+    return [
+        (
+            first,
+            row["code"],
+            row["discretisation"],
+            time(row["step"]),
+            percent(row["error"]),
+            time(row["seconds"]),
+            f"{1.0 / row['seconds']:.3g}",
+            f"{row['seconds'] / ours:.2g}",
+        )
+        for row in rows
+    ]
+
+
+#: Of what `against` gives.
+AGAINST = ("code", "", "steps", "error", "control step", "control steps a second", "time over lissom's")
+
+
+def control_steps(rows: Sequence[Row]) -> str:
+    """The fastest way of each code to be within an error, and how it compares with lissom's."""
+    lines = []
+    for tolerance in dict.fromkeys(row["tolerance"] for row in rows):
+        lines += against([row for row in rows if row["tolerance"] == tolerance], percent(tolerance))
+    return table(("wanted error", *AGAINST), lines)
+
+
+def rows_at_once(rows: Sequence[Row]) -> str:
+    return " ".join(
+        f"`lissom.Simulations` of {row['rows']} arms takes {time(row['seconds'])} for a control step of one, "
+        f"{1.0 / row['seconds']:.3g} a second on one core, with steps of {time(row['step'])}."
+        for row in rows
+    )
+
+
+def arm_convergence(rows: Sequence[Row]) -> str:
+    """The smallest error of all steps, by discretisation."""
+    best: dict[tuple[str, str], list[float]] = {}
+    for row in rows:
+        errors = best.setdefault((row["code"], row["discretisation"]), [])
+        if row["error"] is not None:
+            errors.append(row["error"])
+    lines = [(*name, percent(min(errors, default=None))) for name, errors in best.items()]
+    return table(("code", "", "smallest error of all steps"), lines)
+
+
+def sections(rows: Sequence[Row], about: str) -> dict[str, str]:
+    """The text of every section of what was measured, by its name; `about` says on what."""
+    found = {row["part"] for row in rows}
 
     def part(name: str) -> list[Row]:
         return [row for row in rows if row["part"] == name]
 
-    water = [row for row in part("octopus") if row["water"]]
-    without = [row for row in part("octopus") if not row["water"]]
-    return {
-        "agreement": agreement(part("agreement")),
-        "away": away(part("away")),
-        "functions": functions(part("arms")),
-        "steps": steps(part("arms")),
-        "references": references(part("octopus reference")),
-        "water": f"{verdict_of_octopus(water)}\n\n{octopus_times(water)}",
-        "without": f"{verdict_of_octopus(without)}\n\n{octopus_times(without)}\n\n{convergence(without)}",
-    }
+    texts: dict[str, str] = {}
+    if {"agreement", "arms", "octopus", "tendon arm"} <= found:
+        texts["about"] = about
+    if "agreement" in found:
+        texts |= {"agreement": agreement(part("agreement")), "away": away(part("away"))}
+    if "arms" in found:
+        texts |= {"functions": functions(part("arms")), "steps": steps(part("arms"))}
+    if "octopus" in found:
+        water = [row for row in part("octopus") if row["water"]]
+        without = [row for row in part("octopus") if not row["water"]]
+        texts |= {
+            "references": references(part("octopus reference")),
+            "water": f"{verdict_of_octopus(water)}\n\n{octopus_times(water)}",
+            "without": f"{verdict_of_octopus(without)}\n\n{octopus_times(without)}\n\n{convergence(without)}",
+        }
+    if "tendon arm" in found:
+        texts |= {
+            "arm_about": about,
+            "arm_references": arm_references(part("tendon arm reference")),
+            "arm_agreement": arm_agreement(part("tendon arm agreement")),
+            "arm_steps": control_steps(part("tendon arm")),
+            "arm_rows": rows_at_once(part("tendon arms")),
+            "arm_convergence": arm_convergence(part("tendon arm candidate")),
+        }
+    return texts
