@@ -180,7 +180,7 @@ def finite(folder: Path) -> judge.Outcome | None:
 
 
 def tip(scene, q) -> np.ndarray:
-    """The tip in units of the length: of the rod unstretched, of the pendulum; of robots that of the last link."""
+    """The tip in units of the length: of a rod unstretched, of a pendulum; of robots the last link's."""
     model = scene.model
     if isinstance(model, lissom.Robot):
         # Of all links in a row.
