@@ -1,0 +1,9 @@
+import lissom
+
+forbidden = 'offset: {}'
+
+def call():
+    return lissom.Mimic(
+        link='a',
+        offset={},
+    )
