@@ -324,3 +324,6 @@ fn leaves_a_choice(system: &mut Actuated<'_, '_>, x: &[f64]) -> Result<bool, Int
     let largest = values.iter().copied().fold(0.0, f64::max);
     Ok(values.iter().filter(|&&value| value > RANK * largest).count() < x.len())
 }
+
+#[cfg(test)]
+mod tests;

@@ -569,7 +569,7 @@ mod tests {
     #[test]
     fn a_chain_costs_as_much_for_every_segment_more() {
         let of = |segments: usize, solve| {
-            let rod = rod(&vec![[2, 2, 2, 0, 0, 0]; segments], false);
+            let rod = Rod { actuators: Vec::new(), ..rod(&vec![[2, 2, 2, 0, 0, 0]; segments], false) };
             let count = multiplications(&compile::plan::<Spatial<true>>(&(&rod).into(), ()), solve);
             [count.residual, count.tangent, count.mass_matrix, count.factorisation, count.solution]
         };

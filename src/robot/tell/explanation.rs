@@ -569,6 +569,7 @@ mod tests {
             "motion of the base",
             "supports",
             "fluid",
+            "actuators",
             "linear systems by sweeps along the segments",
         ];
         assert_eq!(skipped, absent);
