@@ -8,6 +8,7 @@ use crate::actuator::{Along, Chamber, Motor, MotorCommand, Part};
 use crate::body::Body;
 use crate::joint::{Joint, JointForces};
 use crate::load::Load;
+use crate::model::Elastic as _;
 use crate::robot::{Link, Robot, Rod};
 use crate::rod::Segment;
 use crate::signal::{Input, Signal};
@@ -219,7 +220,7 @@ fn the_misfit_changes_with_inputs_as_its_jacobian_says() {
     let mut system = Actuated::new(equilibria, misfit, vec![0.0, 0.3], vec![0], vec![0.5]);
     // Over its size; the other input stays.
     assert_eq!(system.inputs(&[2.0]), [1.0, 0.3]);
-    let mut residual = |system: &mut Actuated<'_, '_>, x: f64| {
+    let residual = |system: &mut Actuated<'_, '_>, x: f64| {
         let mut residual = vec![0.0; system.equations()];
         system.residual(&[x], &mut residual).unwrap();
         residual

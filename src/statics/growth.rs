@@ -90,6 +90,7 @@ impl Inputs {
 mod tests {
     use super::*;
     use crate::actuator::{Actuator, Along, Drive, Part, Tendon};
+    use crate::model::InTime as _;
     use crate::robot::{RobotModel, Rod};
     use crate::rod::Segment;
     use crate::signal::{Harmonic, Input, Signal};

@@ -87,6 +87,7 @@ fn quoted<'a>(names: impl Iterator<Item = &'a String>) -> String {
 mod tests {
     use super::*;
     use crate::actuator::{Along, Part};
+    use crate::model::InTime as _;
     use crate::robot::Rod;
     use crate::rod::Segment;
     use crate::signal::Input;
