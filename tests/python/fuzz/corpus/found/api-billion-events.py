@@ -1,5 +1,6 @@
 import lissom
 
+
 def call():
     return lissom.solve_ivp(
         fun=lambda t, y: -y,

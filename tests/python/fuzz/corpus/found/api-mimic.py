@@ -1,9 +1,10 @@
 import lissom
 
-forbidden = 'offset: {}'
+forbidden = "offset: {}"
+
 
 def call():
     return lissom.Mimic(
-        link='a',
+        link="a",
         offset={},
     )
