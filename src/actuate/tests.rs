@@ -85,8 +85,10 @@ fn what_is_out_of_reach_is_said() {
     assert!((far.errors[0].position - 0.1).abs() < 1e-9);
     let options = Options { limits: vec![(0, [0.0, 0.5])], ..Options::default() };
     let held = search(&mut pulled(), at(tip(1.0)), &options);
-    assert_eq!((held.status, &held.held[..]), (Status::AtLimits, &[0][..]), "{}", held.message);
-    assert!(held.message.contains("'up' is held back") && (held.u[0] - 0.5).abs() < 1e-12);
+    // The other one would have to push.
+    assert_eq!((held.status, &held.held[..]), (Status::AtLimits, &[0, 1][..]), "{}", held.message);
+    assert!(held.message.contains("'up' and 'down' are held back"), "{}", held.message);
+    assert!((held.u[0] - 0.5).abs() < 1e-12 && held.u[1] == 0.0, "{:?}", held.u);
 }
 
 #[test]
