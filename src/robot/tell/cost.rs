@@ -425,7 +425,7 @@ fn coupled(coupling: &Coupling) -> u64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::cost_of_actuators::{action, response};
+    use super::super::cost_of_actuators::{OfActuator, action, response};
     use super::*;
     use crate::actuator::{ActiveStrain, Actuator, Along, Chamber, Drive, Part, Tendon, Via};
     use crate::body::Body;
@@ -553,6 +553,43 @@ mod tests {
             assert_counts::<Planar<true>>(&planar, Plane::ABOUT_Y);
             assert_counts::<Spatial<true>>(&planar, ());
             assert_counts::<Spatial<true>>(&spatial, ());
+        }
+    }
+
+    #[test]
+    fn links_and_actuators_share_all_products() {
+        let rod = rod(&[[2, 2, 2, 1, 0, 0], [0, 3, 0, 0, 0, 0]], true);
+        let plan = compile::plan::<Spatial<true>>(&(&rod).into(), ());
+        let all = multiplications(&plan, Solve::Dense);
+        let (links, actuators) = (of_links(&plan, Solve::Dense), of_actuators(&plan));
+        let sum = |of: fn(&OfActuator) -> u64| actuators.iter().map(of).sum::<u64>();
+        assert_eq!(links.iter().map(|of| of.residual).sum::<u64>() + sum(|of| of.residual), all.residual);
+        assert_eq!(links.iter().map(|of| of.tangent).sum::<u64>() + sum(|of| of.tangent), all.tangent);
+
+        // What is constant has no tangent; friction and damping cost more than what lacks them.
+        let [pull, held, undamped, straight, rubbing, chamber, active] = &actuators[..] else {
+            panic!("all")
+        };
+        assert_eq!([chamber.tangent, active.tangent, chamber.nodes as u64], [0; 3]);
+        assert!(held.tangent > pull.tangent && rubbing.tangent > undamped.tangent);
+        assert_eq!([pull.lines, straight.lines, rubbing.lines], [0, 2, 1]);
+        assert_eq!([pull, straight].map(|of| of.coordinates), [10, 10]);
+        let couple = actuators.iter().map(|of| of.couples_pieces).collect::<Vec<_>>();
+        assert_eq!(couple, [false, true, false, true, true, false, false]);
+    }
+
+    #[test]
+    fn tendons_along_one_way_share_what_they_have_in_common() {
+        let of = |number: usize| {
+            let whole = rod(&[[2, 2, 2, 1, 0, 0]], false);
+            let actuators = vec![whole.actuators[0].clone(); number];
+            let plan = compile::plan::<Spatial<true>>(&(&Rod { actuators, ..whole }).into(), ());
+            of_actuators(&plan).into_iter().map(|of| [of.residual, of.tangent]).collect::<Vec<_>>()
+        };
+        let (one, three) = (of(1), of(3));
+        for i in 0..2 {
+            let [first, second, third] = [0, 1, 2].map(|k| three[k][i]);
+            assert!(first < one[0][i] && first.abs_diff(second) <= 4 && second.abs_diff(third) <= 4);
         }
     }
 

@@ -73,8 +73,10 @@ pub(super) fn project<P: Lanes>(sleeve: &Sleeve<P>, densities: &[P], to: &mut [f
     }
 }
 
-/// Adds `factor b_c . (1 - t t^T) b_d / |u|` at the nodes, times the ratios there: entry `[pair * packs + pack]`.
+/// Adds `factor b_c . (1 - t t^T) b_d / |u|` at the nodes, times the ratios there: entry `[pair * packs + pack]`. `scales` is
+/// memory for a number a pack.
 #[inline(always)]
+#[expect(clippy::too_many_arguments, reason = "state, memory and result of one thread")]
 pub(super) fn stiffen<P: Lanes>(
     sleeve: &Sleeve<P>,
     thread: &Thread<P>,
@@ -82,41 +84,53 @@ pub(super) fn stiffen<P: Lanes>(
     inverse_norms: &[P],
     ratios: &[P],
     factor: f64,
+    scales: &mut [P],
     stiffness: &mut [P],
 ) {
     let packs = sleeve.packs;
-    for (pair, (c, d)) in pairs(sleeve.components.len()).enumerate() {
-        for pack in 0..packs {
-            let across = slopes[c * packs + pack]
-                .mul_sub_from(slopes[d * packs + pack], thread.products[pair * packs + pack]);
-            let scaled = inverse_norms[pack] * ratios[pack] * factor;
-            let entry = &mut stiffness[pair * packs + pack];
-            *entry = across.mul_add(scaled, *entry);
+    let scales = &mut scales[..packs];
+    for ((scale, &inverse), &ratio) in scales.iter_mut().zip(inverse_norms).zip(ratios) {
+        *scale = inverse * ratio * factor;
+    }
+    let mut rows = stiffness.chunks_exact_mut(packs).zip(thread.products.chunks_exact(packs));
+    for c in 0..sleeve.components.len() {
+        let first = &slopes[c * packs..][..packs];
+        for second in slopes[c * packs..].chunks_exact(packs) {
+            let Some((row, products)) = rows.next() else { return };
+            for ((((entry, &product), &first), &second), &scale) in
+                row.iter_mut().zip(products).zip(first).zip(second).zip(&*scales)
+            {
+                *entry = first.mul_sub_from(second, product).mul_add(scale, *entry);
+            }
         }
     }
 }
 
-/// Adds `int phi_j phi_k S_cd` of stiffnesses S to a block of columns from coordinate `first` on.
+/// Adds `int phi_j phi_k S_cd` of stiffnesses S to a block of columns from coordinate `first` on. `loaded` is memory for a
+/// number a pack.
 #[inline(always)]
 pub(super) fn add_stiffness<P: Lanes>(
     sleeve: &Sleeve<P>,
     stiffness: &[P],
+    loaded: &mut [P],
     first: usize,
     block: &mut [f64],
     stride: usize,
 ) {
     let packs = sleeve.packs;
-    for (pair, (c, d)) in pairs(sleeve.components.len()).enumerate() {
-        let density = &stiffness[pair * packs..][..packs];
+    let loaded = &mut loaded[..packs];
+    for ((c, d), density) in pairs(sleeve.components.len()).zip(stiffness.chunks_exact(packs)) {
         let [c_first, d_first] = [c, d].map(|c| sleeve.components[c].first - first);
-        for k in 0..sleeve.components[d].modes {
-            let column = &sleeve.weighted_basis[k * packs..][..packs];
-            let rows = if c == d { 0..k + 1 } else { 0..sleeve.components[c].modes };
-            for j in rows {
-                let row = &sleeve.basis[j * packs..][..packs];
+        let [c_modes, d_modes] = [c, d].map(|c| sleeve.components[c].modes);
+        for (k, column) in sleeve.weighted_basis.chunks_exact(packs).take(d_modes).enumerate() {
+            for ((loaded, &weight), &density) in loaded.iter_mut().zip(column).zip(density) {
+                *loaded = weight * density;
+            }
+            let rows = if c == d { k + 1 } else { c_modes };
+            for (j, row) in sleeve.basis.chunks_exact(packs).take(rows).enumerate() {
                 let mut sum = P::splat(0.0);
-                for pack in 0..packs {
-                    sum = (column[pack] * row[pack]).mul_add(density[pack], sum);
+                for (&basis, &loaded) in row.iter().zip(&*loaded) {
+                    sum = basis.mul_add(loaded, sum);
                 }
                 let sum = sum.sum();
                 let (row, column) = (c_first + j, d_first + k);
