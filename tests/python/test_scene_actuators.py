@@ -121,7 +121,7 @@ MISTAKES = {
             "tendon[0].path[1].link",
             '"palm"',
             "",
-            "a link with a rod; through a rigid body a path leads by points",
+            "a link with a rod; through a rigid body leads a point",
         ),
     ),
     "a motor's link": (
