@@ -92,16 +92,13 @@ pub(super) fn stiffen<P: Lanes>(
     for ((scale, &inverse), &ratio) in scales.iter_mut().zip(inverse_norms).zip(ratios) {
         *scale = inverse * ratio * factor;
     }
-    let mut rows = stiffness.chunks_exact_mut(packs).zip(thread.products.chunks_exact(packs));
-    for c in 0..sleeve.components.len() {
-        let first = &slopes[c * packs..][..packs];
-        for second in slopes[c * packs..].chunks_exact(packs) {
-            let Some((row, products)) = rows.next() else { return };
-            for ((((entry, &product), &first), &second), &scale) in
-                row.iter_mut().zip(products).zip(first).zip(second).zip(&*scales)
-            {
-                *entry = first.mul_sub_from(second, product).mul_add(scale, *entry);
-            }
+    for (pair, (c, d)) in pairs(sleeve.components.len()).enumerate() {
+        let [first, second] = [c, d].map(|c| &slopes[c * packs..][..packs]);
+        let products = &thread.products[pair * packs..][..packs];
+        let row = &mut stiffness[pair * packs..][..packs];
+        for pack in 0..packs {
+            let across = first[pack].mul_sub_from(second[pack], products[pack]);
+            row[pack] = across.mul_add(scales[pack], row[pack]);
         }
     }
 }
@@ -119,24 +116,28 @@ pub(super) fn add_stiffness<P: Lanes>(
 ) {
     let packs = sleeve.packs;
     let loaded = &mut loaded[..packs];
-    for ((c, d), density) in pairs(sleeve.components.len()).zip(stiffness.chunks_exact(packs)) {
+    for (pair, (c, d)) in pairs(sleeve.components.len()).enumerate() {
+        let density = &stiffness[pair * packs..][..packs];
         let [c_first, d_first] = [c, d].map(|c| sleeve.components[c].first - first);
-        let [c_modes, d_modes] = [c, d].map(|c| sleeve.components[c].modes);
-        for (k, column) in sleeve.weighted_basis.chunks_exact(packs).take(d_modes).enumerate() {
-            for ((loaded, &weight), &density) in loaded.iter_mut().zip(column).zip(density) {
-                *loaded = weight * density;
+        for k in 0..sleeve.components[d].modes {
+            let column = &sleeve.weighted_basis[k * packs..][..packs];
+            for pack in 0..packs {
+                loaded[pack] = column[pack] * density[pack];
             }
-            let rows = if c == d { k + 1 } else { c_modes };
-            for (j, row) in sleeve.basis.chunks_exact(packs).take(rows).enumerate() {
+            // On the diagonal the half above it.
+            let rows = if c == d { k + 1 } else { sleeve.components[c].modes };
+            let above = (d_first + k) * stride + c_first;
+            let below = c_first * stride + d_first + k;
+            for j in 0..rows {
+                let row = &sleeve.basis[j * packs..][..packs];
                 let mut sum = P::splat(0.0);
-                for (&basis, &loaded) in row.iter().zip(&*loaded) {
-                    sum = basis.mul_add(loaded, sum);
+                for pack in 0..packs {
+                    sum = row[pack].mul_add(loaded[pack], sum);
                 }
                 let sum = sum.sum();
-                let (row, column) = (c_first + j, d_first + k);
-                block[column * stride + row] += sum;
-                if row != column {
-                    block[row * stride + column] += sum;
+                block[above + j] += sum;
+                if above + j != below + j * stride {
+                    block[below + j * stride] += sum;
                 }
             }
         }
