@@ -68,8 +68,6 @@ pub(crate) struct LineState {
 pub(crate) struct ActuationTangent<P> {
     /// Per component and pack of a sleeve: strains, or another field at the nodes.
     pub(crate) field: Vec<P>,
-    /// Per pack of a sleeve.
-    pub(crate) at_nodes: Vec<P>,
     /// Per pair of components and pack of a sleeve: stiffness per length.
     pub(crate) stiffness: Vec<P>,
     /// Of the actuator at hand, per coordinate: its whole gradient, the rate of that, the generalised forces of a unit force,
@@ -134,7 +132,6 @@ impl<P: Scalar> ActuationTangent<P> {
         let gradients = with_turning.map(|sleeve| nodes_of(sleeve) * modes_of(sleeve)).max().unwrap_or(0);
         Self {
             field: largest(actuation, |components| components),
-            at_nodes: largest(actuation, |_| 1),
             stiffness: largest(actuation, |components| components * (components + 1) / 2),
             gradient: zeros(1),
             gradient_rate: zeros(1),

@@ -142,13 +142,11 @@ pub(super) fn response<G: Turning>(plan: &Plan<G>) -> Vec<Products> {
     let mut counts = vec![Products::default(); plan.actuation.actuators.len()];
     for sleeve in &plan.actuation.sleeves {
         let Sizes { packs, pairs, coordinates, .. } = Sizes::of(sleeve);
-        // The entries of the block, of which the lower ones are those above, and the columns of all pairs of components.
+        // The entries of the block, of which the lower ones are those above.
         let entries = coordinates * (coordinates + 1) / 2;
-        let columns: u64 =
-            (1..).zip(&sleeve.components).map(|(d, component)| d * component.modes as u64).sum();
-        share(sleeve, Products { packs: packs * (entries + columns), singles: 0 }, &mut counts);
+        share(sleeve, Products { packs: packs * 2 * entries, singles: 0 }, &mut counts);
         for thread in &sleeve.threads {
-            counts[thread.actuator].packs += packs * (2 + 2 * pairs);
+            counts[thread.actuator].packs += packs * pairs * 4;
         }
     }
     for (i, actuator) in plan.actuation.actuators.iter().enumerate() {

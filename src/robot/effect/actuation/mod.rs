@@ -159,7 +159,6 @@ impl<G: Turning> Sweep for Stiffen<'_, '_, G> {
                         &state.inverse_norms[node..][..sleeve.packs],
                         &state.ratios[node..][..sleeve.packs],
                         factor,
-                        &mut memory.at_nodes,
                         stiffness,
                     );
                 }
@@ -168,7 +167,7 @@ impl<G: Turning> Sweep for Stiffen<'_, '_, G> {
             }
             let piece = &plan.pieces[sleeve.piece];
             let (block, stride) = tangent.block(sleeve.piece, piece);
-            sleeve::add_stiffness(sleeve, stiffness, &mut memory.at_nodes, piece.first, block, stride);
+            sleeve::add_stiffness(sleeve, stiffness, piece.first, block, stride);
         }
         for (i, actuator) in plan.actuation.actuators.iter().enumerate() {
             let force = state.forces[i];

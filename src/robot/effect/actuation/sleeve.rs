@@ -73,10 +73,8 @@ pub(super) fn project<P: Lanes>(sleeve: &Sleeve<P>, densities: &[P], to: &mut [f
     }
 }
 
-/// Adds `factor b_c . (1 - t t^T) b_d / |u|` at the nodes, times the ratios there: entry `[pair * packs + pack]`. `scales` is
-/// memory for a number a pack.
+/// Adds `factor b_c . (1 - t t^T) b_d / |u|` at the nodes, times the ratios there: entry `[pair * packs + pack]`.
 #[inline(always)]
-#[expect(clippy::too_many_arguments, reason = "state, memory and result of one thread")]
 pub(super) fn stiffen<P: Lanes>(
     sleeve: &Sleeve<P>,
     thread: &Thread<P>,
@@ -84,60 +82,47 @@ pub(super) fn stiffen<P: Lanes>(
     inverse_norms: &[P],
     ratios: &[P],
     factor: f64,
-    scales: &mut [P],
     stiffness: &mut [P],
 ) {
     let packs = sleeve.packs;
-    let scales = &mut scales[..packs];
-    for ((scale, &inverse), &ratio) in scales.iter_mut().zip(inverse_norms).zip(ratios) {
-        *scale = inverse * ratio * factor;
-    }
     for (pair, (c, d)) in pairs(sleeve.components.len()).enumerate() {
-        let [first, second] = [c, d].map(|c| &slopes[c * packs..][..packs]);
-        let products = &thread.products[pair * packs..][..packs];
-        let row = &mut stiffness[pair * packs..][..packs];
         for pack in 0..packs {
-            let across = first[pack].mul_sub_from(second[pack], products[pack]);
-            row[pack] = across.mul_add(scales[pack], row[pack]);
+            let across = slopes[c * packs + pack]
+                .mul_sub_from(slopes[d * packs + pack], thread.products[pair * packs + pack]);
+            let scaled = inverse_norms[pack] * ratios[pack] * factor;
+            let entry = &mut stiffness[pair * packs + pack];
+            *entry = across.mul_add(scaled, *entry);
         }
     }
 }
 
-/// Adds `int phi_j phi_k S_cd` of stiffnesses S to a block of columns from coordinate `first` on. `loaded` is memory for a
-/// number a pack.
+/// Adds `int phi_j phi_k S_cd` of stiffnesses S to a block of columns from coordinate `first` on.
 #[inline(always)]
 pub(super) fn add_stiffness<P: Lanes>(
     sleeve: &Sleeve<P>,
     stiffness: &[P],
-    loaded: &mut [P],
     first: usize,
     block: &mut [f64],
     stride: usize,
 ) {
     let packs = sleeve.packs;
-    let loaded = &mut loaded[..packs];
     for (pair, (c, d)) in pairs(sleeve.components.len()).enumerate() {
         let density = &stiffness[pair * packs..][..packs];
         let [c_first, d_first] = [c, d].map(|c| sleeve.components[c].first - first);
         for k in 0..sleeve.components[d].modes {
             let column = &sleeve.weighted_basis[k * packs..][..packs];
-            for pack in 0..packs {
-                loaded[pack] = column[pack] * density[pack];
-            }
-            // On the diagonal the half above it.
-            let rows = if c == d { k + 1 } else { sleeve.components[c].modes };
-            let above = (d_first + k) * stride + c_first;
-            let below = c_first * stride + d_first + k;
-            for j in 0..rows {
+            let rows = if c == d { 0..k + 1 } else { 0..sleeve.components[c].modes };
+            for j in rows {
                 let row = &sleeve.basis[j * packs..][..packs];
                 let mut sum = P::splat(0.0);
                 for pack in 0..packs {
-                    sum = row[pack].mul_add(loaded[pack], sum);
+                    sum = (column[pack] * row[pack]).mul_add(density[pack], sum);
                 }
                 let sum = sum.sum();
-                block[above + j] += sum;
-                if above + j != below + j * stride {
-                    block[below + j * stride] += sum;
+                let (row, column) = (c_first + j, d_first + k);
+                block[column * stride + row] += sum;
+                if row != column {
+                    block[row * stride + column] += sum;
                 }
             }
         }
