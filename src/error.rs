@@ -3,6 +3,7 @@
 //! Only input is an error in lissom. A numerical outcome (no convergence, a step too small, a non-finite
 //! value) is a *status* with a reason in the result of the computation.
 
+use std::borrow::Cow;
 use std::fmt;
 
 /// One thing that is wrong with an input.
@@ -18,12 +19,24 @@ pub struct Problem {
 
 impl fmt::Display for Problem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: got {}, expected {}", self.place, self.found, self.expected)
+        write!(f, "{}: got {}, expected {}", self.place, shortened(&self.found), self.expected)
     }
 }
 
 /// Most problems of one input that a message has: nobody reads more, and inputs can have millions.
 pub const MAX_PROBLEMS: usize = 100;
+
+/// What was found, of a length that is still read: its beginning and its end where it is longer.
+pub(crate) fn shortened(text: &str) -> Cow<'_, str> {
+    /// Characters of the whole, and of each of both parts.
+    const LONGEST: usize = 200;
+    const PART: usize = 80;
+    let Some((at, _)) = text.char_indices().nth(PART).filter(|_| text.chars().nth(LONGEST).is_some()) else {
+        return text.into();
+    };
+    let end = text.char_indices().rev().nth(PART - 1).map_or(at, |(end, _)| end);
+    format!("{} ... {}", &text[..at], &text[end..]).into()
+}
 
 /// The end of a message that leaves out problems.
 pub(crate) fn rest_of(problems: usize) -> String {

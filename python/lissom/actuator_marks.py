@@ -40,6 +40,8 @@ class ActuatorMark:
     radius: float = 0.0
     #: The coordinate that a motor moves: its link, and its place among those of the joint.
     coordinate: tuple[str, str] | None = None
+    #: Whether it is a tendon that is told a length, and slack where its way is shorter.
+    is_let_out: bool = False
 
 
 def actuator_marks(robot: Robot) -> list[ActuatorMark]:
@@ -49,11 +51,11 @@ def actuator_marks(robot: Robot) -> list[ActuatorMark]:
 
 def _mark(robot: Robot, actuator: object) -> ActuatorMark:
     kind: Literal["tendon", "chamber", "motor", "active strain"]
-    way, radius, coordinate = None, 0.0, None
+    way, radius, coordinate, is_let_out = None, 0.0, None, False
     match actuator:
-        case Tendon(name=name, path=path):
+        case Tendon(name=name, path=path, length=told):
             kind, quantities = "tendon", ("tension (N)", "length (m)")
-            way = partial(_way, robot, path)
+            way, is_let_out = partial(_way, robot, path), told is not None
         case Chamber(name=name, path=path, area=area):
             kind, quantities = "chamber", ("pressure (Pa)", "volume (m³)")
             way, radius = partial(_way, robot, path), float(np.sqrt(area / np.pi))
@@ -73,7 +75,7 @@ def _mark(robot: Robot, actuator: object) -> ActuatorMark:
     def length(q: Array, t: Array) -> Array:
         return np.asarray(robot.actuator_length(name, q, t=t), float)
 
-    return ActuatorMark(name, kind, quantities, force, length, way, radius, coordinate)
+    return ActuatorMark(name, kind, quantities, force, length, way, radius, coordinate, is_let_out)
 
 
 def _way(robot: Robot, path: Sequence[Along | Via], q: Array, t: Array) -> Array:
@@ -103,8 +105,10 @@ def _beside(poses: Array, points: Array) -> Array:
 
 
 def _along(offset: Any, X: Array) -> Array:
-    """An offset as a robot gives it, a number or a profile of its rod, at arc lengths."""
+    """An offset as a robot gives it, at arc lengths: a number, a table of two stations or a profile."""
     if isinstance(offset, Profile):
         # Where a rod ends is rounded.
         return np.asarray(offset(np.clip(X, 0.0, offset.length)), float)
+    if isinstance(offset, tuple):
+        return np.interp(X, *offset)
     return np.full_like(X, offset)

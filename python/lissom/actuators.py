@@ -8,6 +8,8 @@ from __future__ import annotations
 from dataclasses import KW_ONLY, dataclass, field, fields
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from ._lissom import check_actuator, check_path
 
 if TYPE_CHECKING:
@@ -35,8 +37,21 @@ def _keep(instance: object) -> None:
         value = getattr(instance, each.name)
         if each.name in _VECTORS and value is not None:
             object.__setattr__(instance, each.name, tuple(float(x) for x in value))
-        elif each.name in ("path", "offset"):
+        elif each.name == "path":
             object.__setattr__(instance, each.name, tuple(value))
+        elif each.name == "offset":
+            object.__setattr__(instance, each.name, tuple(_plain(part) for part in value))
+        elif isinstance(value, tuple | list):
+            object.__setattr__(instance, each.name, _plain(value))
+
+
+def _plain(value: object) -> object:
+    """A pair of numbers or of sequences as tuples; all else as it is."""
+    if isinstance(value, np.ndarray) and value.ndim == 1:
+        return tuple(value.tolist())
+    if isinstance(value, tuple | list):
+        return tuple(_plain(part) for part in value)
+    return value
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,6 +19,7 @@ from ._lissom import (
     modes,
     statics,
 )
+from .actuator_marks import ActuatorMark
 from .views import Link, View, view
 
 FIXED_STEP = ("newmark", "hht", "generalised_alpha")
@@ -68,6 +70,13 @@ STRAINS = ("torsion", "bend_y", "bend_z", "stretch", "shear_y", "shear_z")
 SHEAR_OF = {"bend_y": "shear_z", "bend_z": "shear_y"}
 
 
+def size(model: Model) -> str:
+    """How large a model is, in words."""
+    actuators = len(view(model).marks.actuators)
+    moved = f", {actuators} actuator{'' if actuators == 1 else 's'}" if actuators else ""
+    return f"{model.n} generalised coordinates{moved}"
+
+
 def advice(scene: Scene) -> list[str]:
     """What is worth knowing about a scene before it is run, one sentence or two each; often nothing.
 
@@ -78,6 +87,8 @@ def advice(scene: Scene) -> list[str]:
     said = [*about_units(seen), *about_gravity(model)]
     said += [sentence for link in seen.links for sentence in about_shear(link)]
     t0 = scene.simulation.t0
+    said += about_inputs(model)
+    said += about_slack(scene, seen.marks.actuators)
     found = Vibrations.of(model, t0)
     if found is None:
         return said
@@ -88,6 +99,21 @@ def advice(scene: Scene) -> list[str]:
     if vibrations is not None:
         said += about_modes(found, vibrations)
     return said
+
+
+def about_inputs(model: Model) -> list[str]:
+    """Which inputs only a controller sets."""
+    if not model.inputs:
+        return []
+    values = ", ".join(f"{name} = {value:g}" for name, value in zip(model.inputs, model.u0, strict=True))
+    return [f"Where no controller sets them, inputs keep their defaults: {values}."]
+
+
+def about_slack(scene: Scene, actuators: Sequence[ActuatorMark]) -> list[str]:
+    """Which tendons have more length at the start than their way takes."""
+    q, v, t = scene.q0[None], scene.v0[None], np.array([scene.simulation.t0])
+    slack = [repr(mark.name) for mark in actuators if mark.is_let_out and not mark.force(q, v, t).any()]
+    return [f"Slack at the start, their ways being shorter: {', '.join(slack)}."] if slack else []
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from collections.abc import Iterable
 from dataclasses import KW_ONLY, dataclass, field, fields
 from typing import TYPE_CHECKING
 
-from ._lissom import check_joint, check_link
+from ._lissom import check_joint, check_link, check_mimic
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -81,6 +81,9 @@ class Mimic:
     _: KW_ONLY
     multiplier: float = 1.0
     offset: float = 0.0
+
+    def __post_init__(self) -> None:
+        check_mimic(self)
 
 
 @dataclass(frozen=True)

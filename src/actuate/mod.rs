@@ -13,6 +13,7 @@ mod outcome;
 
 pub use outcome::{Found, Status};
 
+use crate::actuator::{Actuator, Drive, Tendon};
 use crate::error::{Checker, Interrupted, InvalidInput, Number};
 use crate::linalg::{Matrix, full_svd, norm};
 use crate::model::{Discretised as _, InTime as _, Model as _};
@@ -21,7 +22,7 @@ use crate::reach::misfit::Misfit;
 use crate::robot::RobotModel;
 use crate::roots::System as _;
 use crate::roots::least_squares::{self, Bounds, Counters, End, Form, Outcome, solve};
-use crate::statics::{self, Equilibrium, Monitor, Start, equilibrium};
+use crate::statics::{self, Equilibrium, Monitor, Start, Tendons, equilibrium};
 use commands::{Command, Kind, commands};
 use equilibria::Equilibria;
 use misfit::Actuated;
@@ -165,6 +166,27 @@ impl Problem {
         self.free.iter().map(size).collect()
     }
 
+    /// The tendons whose lengths are free inputs and which are slack: there is no derivative by these lengths.
+    fn slack(
+        &self,
+        model: &mut RobotModel,
+        q: &[f64],
+        u: &[f64],
+        time: f64,
+    ) -> Result<Vec<String>, Interrupted> {
+        let slack = Tendons::of(model, q, time, Some(u))?.slack;
+        let robot = model.description();
+        let inputs = robot.inputs();
+        let is_free = |actuator: &&Actuator| match actuator {
+            Actuator::Tendon(Tendon { drive: Drive::Length { length, .. }, .. }) => {
+                length.input().is_some_and(|input| self.free.contains(&inputs.place(input)))
+            }
+            _ => false,
+        };
+        let names = robot.actuators.iter().filter(is_free).map(Actuator::name);
+        Ok(names.filter(|name| slack.iter().any(|slack| slack == name)).map(str::to_owned).collect())
+    }
+
     /// Something of every free input, over its size.
     fn of_free(&self, sizes: &[f64], of: impl Fn(&Command, usize) -> f64) -> Vec<f64> {
         self.free.iter().zip(sizes).map(|(&entry, size)| of(&self.commands[entry], entry) / size).collect()
@@ -184,10 +206,10 @@ fn search(
     let mut never = || Ok(());
     let mut of_targets = Misfit::new(&mut seen, targets, Vec::new(), &mut never);
     let conclude = |of_targets: &mut Misfit<'_, '_>, end: Ending| -> Found {
-        let Ending { u, q, status, held, lost, verdict, counters, equilibria } = end;
+        let Ending { u, q, status, held, lost, slack, verdict, counters, equilibria } = end;
         let (errors, poses): (Vec<_>, Vec<_>) = of_targets.errors(&q).into_iter().unzip();
         let of_links = targets.iter().map(|target| target.link).zip(errors.iter().copied());
-        let message = outcome::message(status, &robot, of_links, &held, lost, verdict);
+        let message = outcome::message(status, &robot, of_links, &held, lost, &slack, verdict);
         Found { u, q, status, message, errors, poses, held, verdict, counters, equilibria }
     };
 
@@ -202,7 +224,8 @@ fn search(
         let (u, q, verdict) = (problem.u, start.q, start.verdict);
         let counters = Counters::default();
         let status = Status::NoStart;
-        let end = Ending { u, q, status, held: Vec::new(), lost: None, verdict, counters, equilibria: 1 };
+        let (held, slack) = (Vec::new(), Vec::new());
+        let end = Ending { u, q, status, held, lost: None, slack, verdict, counters, equilibria: 1 };
         return Ok(conclude(&mut of_targets, end));
     }
 
@@ -240,11 +263,12 @@ fn search(
     model.set_inputs(&u);
     model.set_time(options.time)?;
     let Equilibrium { q, verdict, .. } = find(model, Start::Newton(q), monitor)?;
+    let slack = problem.slack(model, &q, &u, options.time)?;
     let held = match status {
         Status::AtLimits => found.held.iter().map(|&k| problem.free[k]).collect(),
         _ => Vec::new(),
     };
-    let end = Ending { u, q, status, held, lost, verdict, counters, equilibria: number };
+    let end = Ending { u, q, status, held, lost, slack, verdict, counters, equilibria: number };
     Ok(conclude(&mut of_targets, end))
 }
 
@@ -255,6 +279,7 @@ struct Ending {
     status: Status,
     held: Vec<usize>,
     lost: Option<equilibria::Lost>,
+    slack: Vec<String>,
     verdict: Option<crate::stability::Verdict>,
     counters: Counters,
     equilibria: usize,
@@ -299,3 +324,6 @@ fn leaves_a_choice(system: &mut Actuated<'_, '_>, x: &[f64]) -> Result<bool, Int
     let largest = values.iter().copied().fold(0.0, f64::max);
     Ok(values.iter().filter(|&&value| value > RANK * largest).count() < x.len())
 }
+
+#[cfg(test)]
+mod tests;

@@ -90,13 +90,14 @@ pub struct Found {
     pub equilibria: usize,
 }
 
-/// What happened, in words.
+/// What happened, in words; `slack` are tendons whose lengths were to be found.
 pub(super) fn message(
     status: Status,
     robot: &Robot,
     errors: impl Iterator<Item = (usize, Error)>,
     held: &[usize],
     lost: Option<Lost>,
+    slack: &[String],
     verdict: Option<Verdict>,
 ) -> String {
     let stable = match verdict.map(|verdict| verdict.stability) {
@@ -156,7 +157,18 @@ pub(super) fn message(
         let Error { position, orientation } = error;
         format!("'{}' is off by {position:.3e} m and {orientation:.3e} rad", robot.links[link].name)
     });
-    format!("{said} What is left: {}.{stable}", left.collect::<Vec<_>>().join(", "))
+    let left = left.collect::<Vec<_>>().join(", ");
+    let slack = match slack {
+        [] => String::new(),
+        names => {
+            let quoted: Vec<String> = names.iter().map(|name| format!("'{name}'")).collect();
+            format!(
+                " {} slack there: a small change of its length does nothing. Begin with shorter lengths `u`.",
+                are(&quoted)
+            )
+        }
+    };
+    format!("{said} What is left: {left}.{slack}{stable}")
 }
 
 /// "'a' is", "'a' and 'b' are".

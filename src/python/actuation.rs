@@ -13,7 +13,7 @@ use crate::actuator::{
 };
 use crate::error::{Checker, InvalidInput, Number};
 use crate::robot::Robot;
-use crate::rod::{Profile, STRAIN_NAMES};
+use crate::rod::{Parts, Profile, STRAIN_NAMES};
 use crate::scene::suggestion::suggestion;
 use crate::signal::Signal;
 
@@ -138,6 +138,9 @@ impl Stretch {
             check.finite(&numbers, place);
             check.finish()?;
             let [start, end] = numbers;
+            if from == 0.0 && to == length {
+                return Ok(Profile::linear([[start], [end]]));
+            }
             let slope = (end - start) / (to - from);
             if !slope.is_finite() {
                 // What is wrong with the ends is found with the other parameters.
@@ -149,10 +152,17 @@ impl Stretch {
             return Ok(0.0.into());
         }
         let numbers: Profile<1> = profile::profile(value, &[], length, place)?;
-        if let Some([number]) = numbers.constant() {
-            let expected = format!("a finite number ({})", self.unit);
-            check.require(number.is_finite(), place, Number(number), &expected);
-            check.finish()?;
+        match numbers.parts() {
+            Parts::Constant(&[number]) => {
+                let expected = format!("a finite number ({})", self.unit);
+                check.require(number.is_finite(), place, Number(number), &expected);
+                check.finish()?;
+            }
+            // Between two stations it is linear.
+            Parts::Table(&[_, end], &[base, tip]) if end == length => {
+                return Ok(Profile::linear([base, tip]));
+            }
+            _ => {}
         }
         Ok(numbers)
     }
@@ -448,12 +458,16 @@ pub(super) fn actuators_out<'py>(py: Python<'py>, robot: &Robot) -> PyResult<Bou
     PyTuple::new(py, robot.actuators.iter().map(out).collect::<PyResult<Vec<_>>>()?)
 }
 
-/// A number where it is one.
+/// What is read as the same profile again, to the last bit: a number, a table of two stations of what is linear, a
+/// `lissom.Profile`.
 fn profile_out<'py>(py: Python<'py>, values: &Profile<1>, length: f64) -> PyResult<Bound<'py, PyAny>> {
     use pyo3::IntoPyObjectExt;
-    match values.constant() {
-        Some([number]) => number.into_bound_py_any(py),
-        None => profile::to_python(values, &[], length).into_bound_py_any(py),
+    match values.parts() {
+        Parts::Constant(&[number]) => number.into_bound_py_any(py),
+        Parts::Linear(&[[base], [tip]]) => ((0.0, length), (base, tip)).into_bound_py_any(py),
+        Parts::Table(..) | Parts::Polynomial(_) => {
+            profile::to_python(values, &[], length).into_bound_py_any(py)
+        }
     }
 }
 

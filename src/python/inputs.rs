@@ -7,6 +7,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyMapping;
 
 use super::convert;
+use crate::error::shortened;
 use crate::scene::suggestion::suggestion;
 
 /// Where the input of a name stands in u: one entry, or three of a vector.
@@ -24,7 +25,8 @@ pub(super) fn entries(names: &[String], name: &str, place: &str) -> PyResult<Ran
         true => "nothing: the model has no inputs".to_owned(),
         false => format!("one of the inputs: {all}{meant}"),
     };
-    Err(PyValueError::new_err(format!("{place}: got '{name}', expected {expected}")))
+    let found = shortened(name);
+    Err(PyValueError::new_err(format!("{place}: got '{found}', expected {expected}")))
 }
 
 /// Where an input stands in u, and two values for each of its entries.

@@ -97,15 +97,29 @@ fn driven_of(
         let found = convert::describe(&mimic);
         return Err(PyTypeError::new_err(format!("mimic: expected lissom.Mimic or None, got {found}")));
     }
-    let name = attribute(&mimic, "link")?
+    let (driven, name) = mimic_of(&mimic)?;
+    Ok((Some(driven), Some(name)))
+}
+
+/// How a joint mimics that of a link of this name.
+fn mimic_of(mimic: &Bound<'_, PyAny>) -> PyResult<(Driven, String)> {
+    let name = attribute(mimic, "link")?
         .extract()
         .map_err(|_| PyTypeError::new_err("mimic.link: expected the name of a link"))?;
     let part = |name: &str| {
-        number(&mimic, name)
+        number(mimic, name)
             .map_err(|error| PyTypeError::new_err(format!("mimic.{}", error.value(mimic.py()))))
     };
     let driven = Driven::Mimic { link: UNKNOWN, multiplier: part("multiplier")?, offset: part("offset")? };
-    Ok((Some(driven), Some(name)))
+    Ok((driven, name))
+}
+
+/// Refuses what ties a joint to another one where it makes no sense; whether there is such a joint the robot finds out.
+#[pyfunction]
+pub(crate) fn check_mimic(mimic: &Bound<'_, PyAny>) -> PyResult<()> {
+    let mut check = Checker::new();
+    mimic_of(mimic)?.0.check_numbers(&mut check);
+    Ok(check.finish()?)
 }
 
 /// Refuses a joint that makes no sense, with everything that is wrong with it; whom it mimics the robot finds out.

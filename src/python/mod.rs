@@ -64,7 +64,7 @@ mod _lissom {
     #[pymodule_export]
     use super::fluid::PyFluid;
     #[pymodule_export]
-    use super::link::{check_joint, check_link};
+    use super::link::{check_joint, check_link, check_mimic};
     #[pymodule_export]
     use super::load::{PyBody, PyLoad};
     #[pymodule_export]

@@ -136,7 +136,8 @@ impl<'a, 'b> Misfit<'a, 'b> {
             let pose = model.pose_at(q, &goal.place);
             let counted = |half: usize, v: Vector<f64>| {
                 let parts = v.to_array().into_iter().zip(&goal.counted[3 * half..]);
-                parts.filter(|(_, is_counted)| **is_counted).map(|(x, _)| x * x).sum::<f64>().sqrt()
+                // The sum of nothing would be -0.
+                parts.filter(|(_, is_counted)| **is_counted).fold(0.0, |sum, (x, _)| sum + x * x).sqrt()
             };
             let [position, turn] = goal.difference(&pose);
             (Error { position: counted(0, position), orientation: counted(1, turn) }, pose)

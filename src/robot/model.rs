@@ -13,7 +13,7 @@ use super::kernel::{elasticity, tree, validity};
 use super::plan::point::Place;
 use super::state::tangent::Tangent;
 use super::sweeps::Sweeps;
-use super::tell::{Explanation, Multiplications, cost};
+use super::tell::{Explanation, Multiplications, cost, cost_of_actuators};
 use crate::error::{Checker, Interrupted, InvalidInput};
 use crate::lie::{Instructions, Planar, Plane, Spatial, Vector};
 use crate::linalg::{Matrix, TreeMatrix, symmetric_eigen};
@@ -220,7 +220,8 @@ impl RobotModel {
         let nodes = on_sweeps!(&sweeps, sweeps => sweeps.plan().nodes());
         let cost = on_sweeps!(&sweeps, sweeps => cost::multiplications(sweeps.plan(), solve));
         let links = on_sweeps!(&sweeps, sweeps => cost::of_links(sweeps.plan(), solve));
-        let explanation = Explanation::new(robot, sweeps.kernel(), solve, &nodes, &cost, &links);
+        let actuators = on_sweeps!(&sweeps, sweeps => cost_of_actuators::of_actuators(sweeps.plan()));
+        let explanation = Explanation::new(robot, sweeps.kernel(), solve, &nodes, &cost, &links, &actuators);
         let unloaded = (!robot.supports.is_empty()).then(|| Box::new(sweeps.with_robot(&robot.unloaded())));
         let mut model = Self {
             sweeps,

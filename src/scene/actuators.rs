@@ -288,7 +288,10 @@ fn part(written: &PathPart, here: &str, surroundings: Surroundings<'_>, shape: &
         };
         return Some(Part::Via(Via { link, point, at: written.at }));
     }
-    if written.at.is_some() && shape.is_readable(&place("point")) {
+    if !shape.is_readable(&place("point")) {
+        return None;
+    }
+    if written.at.is_some() {
         let right = "add its point, or write along = [from, to] for what is embedded in a rod";
         shape.refuse(&place("at"), "at without a point", right);
     }
@@ -321,6 +324,9 @@ fn profile(
     match written {
         AlongRod::Constant(number) if finite(&[*number], shape) => (*number).into(),
         AlongRod::Linear([start, end]) if finite(&[*start, *end], shape) => {
+            if from == 0.0 && to == length {
+                return Profile::linear([[*start], [*end]]);
+            }
             let slope = (end - start) / (to - from);
             // What is wrong with the ends is noted there.
             let slope = if slope.is_finite() { slope } else { 0.0 };

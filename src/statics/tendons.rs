@@ -82,3 +82,87 @@ impl Tendons {
 fn quoted<'a>(names: impl Iterator<Item = &'a String>) -> String {
     names.map(|name| format!("'{name}'")).collect::<Vec<_>>().join(", ")
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::actuator::{Along, Part};
+    use crate::model::InTime as _;
+    use crate::robot::Rod;
+    use crate::rod::Segment;
+    use crate::signal::Input;
+
+    const LENGTH: f64 = 0.3;
+
+    fn input(name: &str, value: f64) -> Signal<1> {
+        Signal::Input(Input { name: name.into(), value: [value] })
+    }
+
+    fn tendon(name: &str, drive: Drive, friction: f64, sliding: Option<f64>) -> Actuator {
+        let along = Along { link: 0, offset: [0.0.into(), 0.01.into()], along: [0.0, LENGTH] };
+        let sliding = sliding.map(|sliding| [sliding].into());
+        let (name, path) = (name.into(), vec![Part::Along(along)]);
+        Actuator::Tendon(Tendon { name, path, drive, friction, friction_velocity: 1e-3, sliding })
+    }
+
+    fn length(signal: Signal<1>) -> Drive {
+        Drive::Length { length: signal, stiffness: 100.0, damping: 0.0 }
+    }
+
+    fn of(actuators: Vec<Actuator>, q: f64, u: Option<&[f64]>) -> Tendons {
+        let straight = Segment::straight(LENGTH, 0.01, 1e6, 4e5, 1000.0);
+        let segment = Segment { modes: [0, 1, 0, 0, 0, 0], ..straight };
+        let mut model = RobotModel::of_rod(&Rod { actuators, ..Rod::new(vec![segment]) }).unwrap();
+        if let Some(u) = u {
+            model.set_inputs(u);
+        }
+        Tendons::of(&mut model, &[q], 0.0, u).unwrap()
+    }
+
+    #[test]
+    fn tendons_that_pull_need_no_word() {
+        let taut = vec![
+            tendon("pull", Drive::Tension([1.0].into()), 0.0, None),
+            tendon("free", Drive::Tension([0.0].into()), 0.0, None),
+            tendon("held", length([0.2].into()), 0.0, None),
+            tendon("rubbing", Drive::Tension([1.0].into()), 0.1, Some(1.0)),
+        ];
+        let found = of(taut, 0.0, None);
+        assert_eq!(found, Tendons::default());
+        assert_eq!(found.message(), "");
+        assert_eq!(of(Vec::new(), 0.0, None), Tendons::default());
+    }
+
+    #[test]
+    fn slack_ones_follow_from_shape_and_inputs() {
+        let held = || vec![tendon("held", length(input("held", LENGTH)), 0.0, None)];
+        // Bent by the curvature q it is longer by a part of 0.01 q.
+        assert_eq!(of(held(), 1.0, None).slack, [""; 0]);
+        assert_eq!(of(held(), -1.0, None).slack, ["held"]);
+        assert_eq!(of(held(), 1.0, Some(&[0.31])).slack, ["held"]);
+        assert_eq!(of(held(), -1.0, Some(&[0.29])).slack, [""; 0]);
+        assert_eq!(of(held(), -1.0, None).message(), " Slack: 'held'.");
+    }
+
+    #[test]
+    fn what_no_tendon_can_is_said_with_its_number() {
+        let told = || vec![tendon("push", Drive::Tension(input("push", 0.5)), 0.0, None)];
+        assert_eq!(of(told(), 0.0, None), Tendons::default());
+        let found = of(told(), 0.0, Some(&[-2.5]));
+        assert_eq!(found.told_to_push, [("push".to_owned(), -2.5)]);
+        assert_eq!(found.slack, ["push"]);
+        let message = found.message();
+        assert!(message.contains("The tension of 'push' is told to be -2.5 N"), "{message}");
+    }
+
+    #[test]
+    fn friction_without_a_direction_is_left_out_and_said() {
+        let rubbing = vec![
+            tendon("a", Drive::Tension([1.0].into()), 0.1, None),
+            tendon("b", length([0.2].into()), 0.1, None),
+        ];
+        let found = of(rubbing, 0.0, None);
+        assert_eq!(found.without_friction, ["a", "b"]);
+        assert!(found.message().contains("friction is left out of 'a', 'b'; `sliding` says"));
+    }
+}

@@ -1,5 +1,6 @@
 //! Any rod: it is refused, or it compiles, can be evaluated, and what is called a success is finite.
 
+use lissom::actuator::{ActiveStrain, Actuator, Along, Chamber, Drive, Part, Tendon, Via};
 use lissom::body::Body;
 use lissom::error::Interrupted;
 use lissom::linalg::Matrix;
@@ -10,12 +11,15 @@ use lissom::rod::{
     Basis, GivenSection, Profile, STRAIGHT, Section, Segment, Shape, ShearCorrection, diagonal,
 };
 use lissom::second_order;
-use lissom::signal::{Harmonic, Signal, Table};
+use lissom::signal::{Harmonic, Input, Signal, Table};
 use lissom::support::Support;
 use lissom::world::{BaseMotion, BaseRotation, Fluid};
 use lissom::{newmark, statics};
 
 use super::source::Source;
+
+/// The last byte of an input whose rod has actuators.
+const ACTUATED: u8 = b'a';
 
 /// Larger rods are compiled, but not moved: that would take their time, not find more.
 const MOVED: usize = 24;
@@ -26,8 +30,17 @@ const WORK: usize = 20;
 
 /// Does what a user would do with a rod. Panics where anything is wrong; says what came of it.
 pub(crate) fn fuzz_plan(bytes: &[u8]) -> String {
+    // Only where the last byte says so are there actuators: other inputs mean what they have always meant.
+    let (bytes, has_actuators) = match bytes {
+        [rest @ .., ACTUATED] => (rest, true),
+        _ => (bytes, false),
+    };
     let source = &mut Source(bytes);
-    let rod = rod(source);
+    let mut rod = rod(source);
+    if has_actuators {
+        let length = rod.segments.iter().map(|segment| segment.length).sum();
+        rod.actuators = (0..1 + source.below(4)).map(|i| actuator(source, length, i)).collect();
+    }
     if std::env::var_os("LISSOM_FUZZ_INPUT").is_some() {
         eprintln!("{rod:#?}");
     }
@@ -99,6 +112,8 @@ fn evaluate(model: &mut RobotModel, q: &[f64], v: &[f64]) {
     let mut a = vec![0.0; n];
     _ = model.forward_dynamics(q, v, &mut a, &mut scratch);
     _ = model.energy(q, v).total();
+    let mut by_inputs = Matrix::zeros(n, model.default_inputs().len());
+    model.input_tangent(q, v, &vec![0.0; n], &mut by_inputs);
     let power = model.dissipated_power(q, v);
     assert!(power.is_nan() || power >= 0.0, "damping that does work: {power}");
     _ = model.supplied_power(q, v, &a);
@@ -324,6 +339,65 @@ fn support(source: &mut Source<'_>, length: f64) -> Support {
         rotational_damping: source.zeros(),
         position: source.maybe(3, |source| source.zeros()),
         orientation: source.maybe(3, |source| source.like([1.0, 0.0, 0.0, 0.0])),
+    }
+}
+
+fn actuator(source: &mut Source<'_>, length: f64, number: usize) -> Actuator {
+    let name = if source.one_in(30) { "same".to_owned() } else { format!("actuator {number}") };
+    match source.below(6) {
+        0 => Actuator::Chamber(Chamber {
+            name,
+            path: (0..1 + source.below(2)).map(|_| along(source, length)).collect(),
+            area: source.near(1e-5),
+            pressure: command(source),
+        }),
+        1 => Actuator::ActiveStrain(ActiveStrain {
+            name,
+            link: 0,
+            strain: 1 + source.below(6) % 3,
+            shape: profile(source, [1.0], |source| [source.near(1.0)], length),
+            amount: command(source),
+        }),
+        _ => {
+            let part = |source: &mut Source<'_>| match source.below(4) {
+                0 => Part::Via(Via {
+                    link: source.maybe(2, |_| 0),
+                    point: source.like([0.02; 3]),
+                    at: source.maybe(2, |source| source.near(0.5 * length)),
+                }),
+                _ => Part::Along(along(source, length)),
+            };
+            let path = (0..1 + source.below(3)).map(|_| part(source)).collect();
+            let drive = match source.one_in(3) {
+                false => Drive::Tension(command(source)),
+                true => Drive::Length {
+                    length: [source.near(0.9 * length)].into(),
+                    stiffness: source.near(100.0),
+                    damping: source.maybe(2, |source| source.near(0.1)).unwrap_or(0.0),
+                },
+            };
+            Actuator::Tendon(Tendon {
+                name,
+                path,
+                drive,
+                friction: source.maybe(3, |source| source.near(0.2)).unwrap_or(0.0),
+                friction_velocity: source.near(1e-3),
+                sliding: source.maybe(4, command),
+            })
+        }
+    }
+}
+
+fn along(source: &mut Source<'_>, length: f64) -> Along {
+    let ends = if source.one_in(2) { [0.0, length] } else { source.like([0.2 * length, 0.7 * length]) };
+    let offset = [0.0, 0.01].map(|usual| profile(source, [usual], |source| [source.near(usual)], length));
+    Along { link: 0, offset, along: ends }
+}
+
+fn command(source: &mut Source<'_>) -> Signal<1> {
+    match source.one_in(3) {
+        false => signal(source),
+        true => Signal::Input(Input { name: "told".into(), value: [source.near(0.5)] }),
     }
 }
 

@@ -444,19 +444,32 @@ ACTUATORS = [
     Motor("tube.angle", position=0.1, gains=(3.0, 0.1), limits=(-1.0, 1.0), name="servo"),
     Motor("base", Input("torque")),
     ActiveStrain("finger", "bend_y", (1.0, 2.0), 0.1),
+    Tendon(
+        "in time", [Along("finger", (0, ([0.0, 0.2], [0, 0.01])))], tension=([0.0, 1.0], np.array([1.0, 2.0]))
+    ),
 ]
 
 
 def test_actuators_come_back_as_they_were_given():
-    # What varies along a rod becomes a profile of it.
+    # What varies along a rod becomes a table or a profile of all of it.
     first = robot(*ACTUATORS).actuators
     assert [type(each) for each in first] == [type(each) for each in ACTUATORS]
-    assert [each.name for each in first] == ["pull", "other", "blow", "servo", "base", "finger.bend_y"]
+    assert [each.name for each in first] == [
+        "pull",
+        "other",
+        "blow",
+        "servo",
+        "base",
+        "finger.bend_y",
+        "in time",
+    ]
     assert robot(*first).actuators == first
     # What is left out is the whole rod.
     assert first[1].path == (Along("finger", (0.0, 0.01), (0.0, 0.2)),)
     assert first[1].tension == ACTUATORS[1].tension
     assert first[2].pressure == ACTUATORS[2].pressure
+    assert first[6].tension == ((0.0, 1.0), (1.0, 2.0))
+    assert first[6].path[0].offset == (0.0, ((0.0, 0.2), (0.0, 0.01)))
     assert first[3:5] == (ACTUATORS[3], Motor("base.angle", Input("torque"), name="base"))
 
 

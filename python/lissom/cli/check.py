@@ -20,7 +20,7 @@ def command(scenes: tuple[Path, ...]) -> int:
 
     Exit code: 0 all are good, 2 at least one is not.
     """
-    from ..advice import advice
+    from ..advice import advice, size
 
     good = True
     for path in scenes:
@@ -30,7 +30,7 @@ def command(scenes: tuple[Path, ...]) -> int:
             error.show()
             good = False
         else:
-            click.echo(f"{path}: good, {scene.model.n} generalised coordinates")
+            click.echo(f"{path}: good, {size(scene.model)}")
             for sentence in advice(scene):
                 click.echo(f"  {sentence}")
     return 0 if good else BAD_INPUT

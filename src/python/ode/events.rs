@@ -18,22 +18,20 @@ pub(super) fn from_python(
     args: Option<&Bound<'_, PyTuple>>,
     raised: &SharedRaised,
 ) -> PyResult<Vec<Event<'static>>> {
-    let functions: Vec<Bound<'_, PyAny>> = if events.is_callable() {
-        vec![events.clone()]
-    } else {
-        let wrong = |_| {
-            PyTypeError::new_err(format!(
-                "events: expected a callable or a list of them, got {}",
-                convert::describe(events)
-            ))
-        };
-        events.try_iter().map_err(wrong)?.collect::<PyResult<_>>()?
+    let of = |index: usize, event: &Bound<'_, PyAny>| {
+        from_callable(event, &format!("events[{index}]"), args, raised.clone())
     };
-    functions
-        .iter()
-        .enumerate()
-        .map(|(index, event)| from_callable(event, &format!("events[{index}]"), args, raised.clone()))
-        .collect()
+    if events.is_callable() {
+        return Ok(vec![of(0, events)?]);
+    }
+    let wrong = |_| {
+        PyTypeError::new_err(format!(
+            "events: expected a callable or a list of them, got {}",
+            convert::describe(events)
+        ))
+    };
+    // One by one: what is no event ends the list, however long that is.
+    events.try_iter().map_err(wrong)?.enumerate().map(|(index, event)| of(index, &event?)).collect()
 }
 
 fn from_callable(

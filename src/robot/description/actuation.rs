@@ -223,7 +223,7 @@ impl Robot {
             return;
         };
         let found = format_args!("\"{}\", which has no rod", link.name);
-        let expected = "a link with a rod; through a rigid body leads a Via";
+        let expected = "a link with a rod; through a rigid body leads a point";
         let has_rod = check.require(!link.rod.is_empty(), &format!("{place}.link"), found, expected);
         if has_rod && along.validate().is_ok() {
             check_place(check, along.along[1], &format!("{place}.along[1]"), link.length());

@@ -69,11 +69,9 @@ impl Driven {
         let found = format!("one of a {} joint", joint.name());
         let has_one = joint.coordinates().len() == 1;
         match self {
-            Self::Mimic { multiplier, offset, .. } => {
+            Self::Mimic { .. } => {
                 check.require(has_one, "mimic", found, "one of a revolute or prismatic joint");
-                for (name, value) in [("mimic.multiplier", multiplier), ("mimic.offset", offset)] {
-                    check.require(value.is_finite(), name, Number(*value), "a finite number");
-                }
+                self.check_numbers(&mut check);
             }
             Self::Coordinate(signal) => {
                 let expected = "one of a revolute or prismatic joint; that of a free one is a BaseMotion";
@@ -87,6 +85,15 @@ impl Driven {
             }
         }
         check.finish()
+    }
+
+    /// Notes what is wrong with the numbers by which it mimics another joint.
+    pub(crate) fn check_numbers(&self, check: &mut Checker) {
+        if let Self::Mimic { multiplier, offset, .. } = self {
+            for (name, value) in [("mimic.multiplier", multiplier), ("mimic.offset", offset)] {
+                check.require(value.is_finite(), name, Number(*value), "a finite number");
+            }
+        }
     }
 }
 

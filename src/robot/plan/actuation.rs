@@ -161,13 +161,17 @@ pub(crate) struct Thread<P> {
 }
 
 impl<P> Actuation<P> {
-    /// Whether forces follow from lengths of more than one piece: their stiffness couples these.
+    /// Whether the force of an actuator follows from lengths of more than one piece, or from poses: its stiffness couples
+    /// these.
+    pub(crate) fn couples(&self, actuator: usize) -> bool {
+        let ActuatorPlan { law, friction, piece, .. } = &self.actuators[actuator];
+        let has_stiffness = law.has_stiffness() || friction.is_some();
+        self.lines.iter().any(|line| line.actuator == actuator) || (has_stiffness && piece.is_none())
+    }
+
+    /// Whether any does.
     pub(crate) fn couples_pieces(&self) -> bool {
-        let reaches_several = |actuator: &ActuatorPlan| {
-            let has_stiffness = actuator.law.has_stiffness() || actuator.friction.is_some();
-            has_stiffness && actuator.piece.is_none()
-        };
-        !self.lines.is_empty() || self.actuators.iter().any(reaches_several)
+        (0..self.actuators.len()).any(|actuator| self.couples(actuator))
     }
 
     /// Where the threads of a sleeve begin among the numbers that all threads have for a pack, and a component and pack.

@@ -6,6 +6,7 @@
 
 use std::ops::Range;
 
+use super::cost_of_actuators::of_actuators;
 use crate::lie::{Counted, Cross, LANES, Twist, VectorSpace, Wrench, products};
 use crate::robot::algebra::inertia::Seen as _;
 use crate::robot::algebra::inertia::{Gyroscope, Inertia, SectionInertia};
@@ -41,7 +42,11 @@ pub struct Multiplications {
 /// What is counted of a plan whose linear systems are solved that way.
 pub(crate) fn multiplications<G: Turning>(plan: &Plan<G>, solve: Solve) -> Multiplications {
     let n = plan.n as u64;
-    let [residual, tangent, mass_matrix] = evaluations(plan, solve, all(plan));
+    let [mut residual, mut tangent, mass_matrix] = evaluations(plan, solve, all(plan));
+    for actuator in of_actuators(plan) {
+        residual += actuator.residual;
+        tangent += actuator.tangent;
+    }
     let [factorisation, solution] = match solve {
         Solve::Dense => [lu(n), n * n],
         Solve::Tree => of_tree(plan),
@@ -62,7 +67,7 @@ pub(crate) struct OfLink {
     pub(crate) tangent: u64,
 }
 
-/// What the links take, with what acts on them and their blocks with other links.
+/// What the links take, with what acts on them but actuators, and their blocks with other links.
 pub(crate) fn of_links<G: Turning>(plan: &Plan<G>, solve: Solve) -> Vec<OfLink> {
     let of_link = |link| {
         let pieces = plan.pieces_of(link);
@@ -420,7 +425,9 @@ fn coupled(coupling: &Coupling) -> u64 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::cost_of_actuators::{OfActuator, action, response};
     use super::*;
+    use crate::actuator::{ActiveStrain, Actuator, Along, Chamber, Drive, Part, Tendon, Via};
     use crate::body::Body;
     use crate::lie::{Planar, Plane, Spatial};
     use crate::linalg::Matrix;
@@ -452,7 +459,42 @@ mod tests {
         let bodies = vec![Body { at: Some(0.2), ..Body::point(0.01) }];
         let supports = vec![Support { at: Some(0.1), stiffness: [1.0; 3], ..Support::at_tip() }];
         let fluid = Fluid { viscous_drag: [0.1; 2], velocity: [1.0; 3], ..Fluid::ideal(900.0) };
-        Rod { tip_mass: 0.01, loads, bodies, supports, fluid: Some(fluid), ..Rod::new(segments.collect()) }
+        let rod = Rod { tip_mass: 0.01, loads, bodies, supports, ..Rod::new(segments.collect()) };
+        Rod { fluid: Some(fluid), actuators: kinds_of_actuators(0.3 * modes.len() as f64), ..rod }
+    }
+
+    /// Actuators of all kinds; two tendons lie in one sleeve.
+    fn kinds_of_actuators(length: f64) -> Vec<Actuator> {
+        let along = |z: f64, to: f64| {
+            Part::Along(Along { link: 0, offset: [0.002.into(), z.into()], along: [0.0, to] })
+        };
+        let point = |z: f64, at: f64| Part::Via(Via { link: Some(0), point: [0.0, 0.0, z], at: Some(at) });
+        let tendon = |name: &str, path: Vec<Part>, drive: Drive, friction: f64| {
+            let name = name.to_owned();
+            Actuator::Tendon(Tendon { name, path, drive, friction, friction_velocity: 1e-3, sliding: None })
+        };
+        let tension = Drive::Tension([1.0].into());
+        let taut = |damping| Drive::Length { length: [0.01].into(), stiffness: 9.0, damping };
+        vec![
+            tendon("pull", vec![along(0.01, length)], tension.clone(), 0.0),
+            tendon("held", vec![along(-0.01, length)], taut(1.0), 0.0),
+            tendon("undamped", vec![along(-0.01, 0.2)], taut(0.0), 0.0),
+            tendon("straight", vec![point(0.1, 0.0), along(0.01, 0.2), point(-0.1, length)], tension, 0.0),
+            tendon("rubbing", vec![along(0.01, 0.2), point(0.1, 0.25)], taut(1.0), 0.1),
+            Actuator::Chamber(Chamber {
+                name: "blow".to_owned(),
+                path: vec![Along { link: 0, offset: [0.0.into(), 0.01.into()], along: [0.0, length] }],
+                area: 1e-4,
+                pressure: [1e3].into(),
+            }),
+            Actuator::ActiveStrain(ActiveStrain {
+                name: "muscle".to_owned(),
+                link: 0,
+                strain: 1,
+                shape: 1.0.into(),
+                amount: [1.0].into(),
+            }),
+        ]
     }
 
     /// Products of packs are counted by the packs themselves while the sweeps run.
@@ -461,6 +503,8 @@ mod tests {
         let (mut work, mut memory) = (Workspace::new(&plan), TangentWorkspace::new(&plan));
         let (q, mut tau) = (vec![0.01; plan.n], vec![0.0; plan.n]);
         let mut matrix = Matrix::zeros(plan.n, plan.n);
+        let of_actuators =
+            [action(&plan), response(&plan)].map(|of| of.iter().map(|of| of.packs).sum::<u64>());
         let counted = products(|| sweep::update(&plan, &mut work, &q));
         assert_eq!(counted, kinematics(&plan, all(&plan)).packs, "kinematics");
         let mut tangent_of = |work: &Workspace<G>, weights| {
@@ -469,8 +513,9 @@ mod tests {
         };
         assert_eq!(tangent_of(&work, [0.0, 0.0, 1.0]), tangent(&plan, all(&plan), true).packs, "mass matrix");
         let counted = products(|| inverse_dynamics::update(&plan, &mut work, &q, &q, &q));
-        assert_eq!(counted, motion(&plan, all(&plan)).packs, "motion");
-        assert_eq!(tangent_of(&work, [1e-4, 1e-2, 1.0]), tangent(&plan, all(&plan), false).packs, "tangent");
+        assert_eq!(counted, motion(&plan, all(&plan)).packs + of_actuators[0], "motion");
+        let whole = tangent(&plan, all(&plan), false).packs + of_actuators[1];
+        assert_eq!(tangent_of(&work, [1e-4, 1e-2, 1.0]), whole, "tangent");
         let counted = products(|| inverse_dynamics::project(&plan, &mut work, &q, &q, &mut tau));
         assert_eq!(counted, projection(&plan, all(&plan)).packs, "projection");
     }
@@ -512,6 +557,43 @@ mod tests {
     }
 
     #[test]
+    fn links_and_actuators_share_all_products() {
+        let rod = rod(&[[2, 2, 2, 1, 0, 0], [0, 3, 0, 0, 0, 0]], true);
+        let plan = compile::plan::<Spatial<true>>(&(&rod).into(), ());
+        let all = multiplications(&plan, Solve::Dense);
+        let (links, actuators) = (of_links(&plan, Solve::Dense), of_actuators(&plan));
+        let sum = |of: fn(&OfActuator) -> u64| actuators.iter().map(of).sum::<u64>();
+        assert_eq!(links.iter().map(|of| of.residual).sum::<u64>() + sum(|of| of.residual), all.residual);
+        assert_eq!(links.iter().map(|of| of.tangent).sum::<u64>() + sum(|of| of.tangent), all.tangent);
+
+        // What is constant has no tangent; friction and damping cost more than what lacks them.
+        let [pull, held, undamped, straight, rubbing, chamber, active] = &actuators[..] else {
+            panic!("all")
+        };
+        assert_eq!([chamber.tangent, active.tangent, chamber.nodes as u64], [0; 3]);
+        assert!(held.tangent > pull.tangent && rubbing.tangent > undamped.tangent);
+        assert_eq!([pull.lines, straight.lines, rubbing.lines], [0, 2, 1]);
+        assert_eq!([pull, straight].map(|of| of.coordinates), [10, 10]);
+        let couple = actuators.iter().map(|of| of.couples_pieces).collect::<Vec<_>>();
+        assert_eq!(couple, [false, true, false, true, true, false, false]);
+    }
+
+    #[test]
+    fn tendons_along_one_way_share_what_they_have_in_common() {
+        let of = |number: usize| {
+            let whole = rod(&[[2, 2, 2, 1, 0, 0]], false);
+            let actuators = vec![whole.actuators[0].clone(); number];
+            let plan = compile::plan::<Spatial<true>>(&(&Rod { actuators, ..whole }).into(), ());
+            of_actuators(&plan).into_iter().map(|of| [of.residual, of.tangent]).collect::<Vec<_>>()
+        };
+        let (one, three) = (of(1), of(3));
+        for i in 0..2 {
+            let [first, second, third] = [0, 1, 2].map(|k| three[k][i]);
+            assert!(first < one[0][i] && first.abs_diff(second) <= 4 && second.abs_diff(third) <= 4);
+        }
+    }
+
+    #[test]
     fn a_factorisation_costs_a_third_of_the_cube() {
         let of = |segments: usize| {
             let rod = rod(&vec![[2, 2, 2, 0, 0, 0]; segments], false);
@@ -524,7 +606,7 @@ mod tests {
     #[test]
     fn a_chain_costs_as_much_for_every_segment_more() {
         let of = |segments: usize, solve| {
-            let rod = rod(&vec![[2, 2, 2, 0, 0, 0]; segments], false);
+            let rod = Rod { actuators: Vec::new(), ..rod(&vec![[2, 2, 2, 0, 0, 0]; segments], false) };
             let count = multiplications(&compile::plan::<Spatial<true>>(&(&rod).into(), ()), solve);
             [count.residual, count.tangent, count.mass_matrix, count.factorisation, count.solution]
         };

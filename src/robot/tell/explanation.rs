@@ -3,7 +3,11 @@
 use std::cmp::Reverse;
 use std::fmt::{self, Write as _};
 
+use super::actuators;
 use super::cost::{Multiplications, OfLink};
+use super::cost_of_actuators::OfActuator;
+use super::text::{counted, grouped, listed, percent};
+use crate::actuator::Actuator;
 use crate::body::Body;
 use crate::load::{Extent, Frame, Load};
 use crate::robot::choice::{
@@ -14,8 +18,8 @@ use crate::rod::{
     Basis, GivenSection, Parts, Profile, STRAIGHT, STRAIN_NAMES, Section, Segment, Shape, piece, stiffness,
 };
 
-/// So many links are listed with their costs; of more, those that cost most.
-const LISTED_LINKS: usize = 10;
+/// So many links, and actuators, are listed with their costs; of more, those that cost most.
+const LISTED_SHARES: usize = 10;
 
 /// What is computed for a robot and what is not, each with its reason.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -28,13 +32,15 @@ pub struct Explanation {
     pub skipped: Vec<(String, String)>,
     /// What evaluations cost, likewise.
     pub cost: Vec<(String, String)>,
-    /// Which link of several costs what, likewise; where they are many, the dearest ones first.
+    /// Which link of several costs what without actuators, likewise; where they are many, the dearest ones first.
     pub links: Vec<(String, String)>,
+    /// Which actuator costs what, likewise.
+    pub actuators: Vec<(String, String)>,
 }
 
 impl Explanation {
     /// Explains a valid robot that is computed by `kernel` and solved by `solve` with so many nodes in each segment,
-    /// what that costs, and which link takes what of it.
+    /// what that costs, and which link and which actuator takes what of it.
     pub(crate) fn new(
         robot: &Robot,
         kernel: Kernel,
@@ -42,6 +48,7 @@ impl Explanation {
         nodes: &[usize],
         cost: &Multiplications,
         of_links: &[OfLink],
+        of_actuators: &[OfActuator],
     ) -> Self {
         let what = match robot.is_rod() {
             true => format!("Rod of {}", counted(robot.segments().count(), "segment")),
@@ -61,6 +68,7 @@ impl Explanation {
             skipped: Vec::new(),
             cost: costs(cost),
             links: costs_of_links(robot, of_links, cost),
+            actuators: costs_of_actuators(robot, of_actuators, cost),
         };
         explanation.kernel(robot, kernel);
         let mut nodes = nodes.iter();
@@ -75,7 +83,10 @@ impl Explanation {
         }
         explanation.loads(robot);
         explanation.fluid(robot);
-        explanation.solve(solve, robot);
+        for (is_computed, what, why) in actuators::tell(robot, of_actuators) {
+            explanation.add(is_computed, what, why);
+        }
+        explanation.solve(solve, robot, of_actuators);
         explanation
     }
 
@@ -283,13 +294,15 @@ impl Explanation {
         let loads = robot.acting_loads().filter(|load| load.varies_in_time()).count();
         let driven = robot.links.iter().filter_map(|link| link.driven.as_ref());
         let joints = driven.filter(|driven| driven.varies_in_time()).count();
-        let varying: Vec<String> = [(loads, "load"), (joints, "joint")]
+        let is_told = |actuator: &&Actuator| actuator.signals().any(|signal| signal.varies_in_time());
+        let actuators = robot.actuators.iter().filter(is_told).count();
+        let varying: Vec<String> = [(loads, "load"), (joints, "joint"), (actuators, "actuator")]
             .into_iter()
             .filter(|(number, _)| *number > 0)
             .map(|(number, what)| counted(number, what))
             .collect();
         if varying.is_empty() {
-            self.add(false, "functions of time", "none: no load and no joint varies by itself");
+            self.add(false, "functions of time", "none: no load, joint or actuator varies by itself");
         } else {
             let what = varying.join(", ");
             self.add(true, "functions of time", format!("{what}: evaluated once for each time"));
@@ -363,7 +376,9 @@ impl Explanation {
         }
     }
 
-    fn solve(&mut self, solve: Solve, robot: &Robot) {
+    fn solve(&mut self, solve: Solve, robot: &Robot, of_actuators: &[OfActuator]) {
+        let coupling = robot.actuators.iter().zip(of_actuators).filter(|(_, of)| of.couples_pieces);
+        let coupling: Vec<String> = coupling.map(|(actuator, _)| actuator.name().to_owned()).collect();
         let (parts, limit) = if robot.is_rod() {
             let limit = format!("{SEGMENTS_OF_A_CHAIN} segments and {COORDINATES_OF_A_CHAIN} coordinates");
             ("segments", limit)
@@ -379,6 +394,9 @@ impl Explanation {
             }
             Solve::Dense if robot.links.iter().any(|link| link.driven.is_some()) => {
                 self.add(false, sweeps, "joints are driven: what follows others couples branches");
+            }
+            Solve::Dense if !coupling.is_empty() => {
+                self.add(false, sweeps, format!("what {} passes is coupled", listed(coupling)));
             }
             Solve::Dense => self.add(false, sweeps, format!("cheaper from {limit} on")),
         }
@@ -399,60 +417,64 @@ fn costs(cost: &Multiplications) -> Vec<(String, String)> {
     .into()
 }
 
+/// What a link or an actuator is computed with, and takes of the products.
+#[derive(Clone, Copy)]
+struct Share {
+    coordinates: usize,
+    nodes: usize,
+    residual: u64,
+    tangent: u64,
+}
+
 /// The links of several by name, each with its part of the products.
 fn costs_of_links(robot: &Robot, of_links: &[OfLink], all: &Multiplications) -> Vec<(String, String)> {
     if of_links.len() < 2 {
         return Vec::new();
     }
     let own = |(link, of_link): (&Link, &OfLink)| {
+        let &OfLink { nodes, residual, tangent, .. } = of_link;
         // What is driven is computed, but not the robot's own.
-        (link.name.clone(), OfLink { coordinates: link.coordinates(), ..*of_link })
+        (link.name.clone(), Share { coordinates: link.coordinates(), nodes, residual, tangent })
     };
-    let mut lines: Vec<(String, OfLink)> = robot.links.iter().zip(of_links).map(own).collect();
-    if lines.len() > LISTED_LINKS {
+    shares(robot.links.iter().zip(of_links).map(own).collect(), "link", all)
+}
+
+/// The actuators by name, each with its part of the products.
+fn costs_of_actuators(
+    robot: &Robot,
+    of_actuators: &[OfActuator],
+    all: &Multiplications,
+) -> Vec<(String, String)> {
+    let own = |(actuator, of_actuator): (&Actuator, &OfActuator)| {
+        let &OfActuator { nodes, coordinates, residual, tangent, .. } = of_actuator;
+        (actuator.name().to_owned(), Share { coordinates, nodes, residual, tangent })
+    };
+    shares(robot.actuators.iter().zip(of_actuators).map(own).collect(), "actuator", all)
+}
+
+/// Shares in words; of many the dearest, and the others together.
+fn shares(mut lines: Vec<(String, Share)>, what: &str, all: &Multiplications) -> Vec<(String, String)> {
+    if lines.len() > LISTED_SHARES {
         // Stable, so that equal ones keep their order.
-        lines.sort_by_key(|(_, of_link)| Reverse(of_link.residual + of_link.tangent));
-        let rest = lines.split_off(LISTED_LINKS);
-        let sum = |of: fn(&OfLink) -> u64| rest.iter().map(|(_, of_link)| of(of_link)).sum();
-        let together = OfLink {
-            nodes: rest.iter().map(|(_, of_link)| of_link.nodes).sum(),
-            coordinates: rest.iter().map(|(_, of_link)| of_link.coordinates).sum(),
-            residual: sum(|of_link| of_link.residual),
-            tangent: sum(|of_link| of_link.tangent),
+        lines.sort_by_key(|(_, share)| Reverse(share.residual + share.tangent));
+        let rest = lines.split_off(LISTED_SHARES);
+        let sum = |of: fn(&Share) -> u64| rest.iter().map(|(_, share)| of(share)).sum();
+        let together = Share {
+            nodes: rest.iter().map(|(_, share)| share.nodes).sum(),
+            coordinates: rest.iter().map(|(_, share)| share.coordinates).sum(),
+            residual: sum(|share| share.residual),
+            tangent: sum(|share| share.tangent),
         };
-        lines.push((counted(rest.len(), "other link"), together));
+        lines.push((counted(rest.len(), &format!("other {what}")), together));
     }
-    let line = |(name, of_link): (String, OfLink)| {
-        let OfLink { nodes, coordinates, residual, tangent } = of_link;
+    let line = |(name, share): (String, Share)| {
+        let Share { nodes, coordinates, residual, tangent } = share;
         let [residual, tangent] = [percent(residual, all.residual), percent(tangent, all.tangent)];
         let nodes = if nodes == 0 { String::new() } else { format!(", {}", counted(nodes, "node")) };
         let size = format!("{}{nodes}", counted(coordinates, "coordinate"));
         (name, format!("{residual} of the residual, {tangent} of the Jacobian: {size}"))
     };
     lines.into_iter().map(line).collect()
-}
-
-/// A part in percent.
-fn percent(part: u64, whole: u64) -> String {
-    // Of nothing there are no parts.
-    format!("{:4.1} %", 100.0 * part as f64 / whole.max(1) as f64)
-}
-
-/// A number with commas between thousands.
-fn grouped(number: u64) -> String {
-    let digits = number.to_string();
-    let mut text = String::new();
-    for (i, digit) in digits.chars().enumerate() {
-        if i > 0 && (digits.len() - i).is_multiple_of(3) {
-            text.push(',');
-        }
-        text.push(digit);
-    }
-    text
-}
-
-fn counted(number: usize, what: &str) -> String {
-    format!("{number} {what}{}", if number == 1 { "" } else { "s" })
 }
 
 /// Numbers of several kinds, those that there are: `2 concentrated, 1 spread`.
@@ -469,6 +491,7 @@ impl fmt::Display for Explanation {
             ("skipped", &self.skipped),
             ("cost", &self.cost),
             ("cost of links", &self.links),
+            ("cost of actuators", &self.actuators),
         ];
         let width = lists.iter().flat_map(|(_, list)| *list).map(|(what, _)| what.len()).max().unwrap_or(0);
         for (title, list) in lists.into_iter().filter(|(_, list)| !list.is_empty()) {
@@ -530,7 +553,6 @@ mod tests {
             assert!(has(&simple.skipped, skipped) && !has(&simple.computed, skipped), "{skipped}");
         }
         assert!(simple.to_string().contains("12 nodes: what its modes need"));
-        assert_eq!([0, 999, 1000, 1_234_567].map(grouped), ["0", "999", "1,000", "1,234,567"]);
         assert!(has(&simple.cost, "residual") && simple.to_string().contains("8 multiplications"));
 
         let loaded =
@@ -547,6 +569,7 @@ mod tests {
             "motion of the base",
             "supports",
             "fluid",
+            "actuators",
             "linear systems by sweeps along the segments",
         ];
         assert_eq!(skipped, absent);

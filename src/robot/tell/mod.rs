@@ -1,7 +1,10 @@
 //! What is computed for a robot, and what it costs.
 
+mod actuators;
 pub(crate) mod cost;
+pub(crate) mod cost_of_actuators;
 mod explanation;
+mod text;
 
 pub use cost::Multiplications;
 pub use explanation::Explanation;

@@ -19,6 +19,8 @@ BAD = ("panic", "crash", "hang", "memory", "exception", "message", "nan", "silen
 LIMIT = 10.0
 #: Resident memory that a case may add, bytes. No model and no run that is asked for needs a tenth of it.
 MEMORY = 512 * 2**20
+#: The same for a byte of the case: of tables in a file, the tree of the parser takes some seventy.
+MEMORY_OF_TEXT = 150
 #: Characters of a message beyond which nobody reads it.
 LONGEST_MESSAGE = 50_000
 

@@ -159,9 +159,13 @@ def small(scene) -> bool:
     if not (steps <= STEPS and kept <= KEPT):
         return False
     model = scene.model
-    if not isinstance(model, lissom.Rod):
+    if isinstance(model, lissom.Robot):
+        segments = sum(len(link.rod or ()) for link in model.links)
+    elif isinstance(model, lissom.Rod):
+        segments = len(model.segments)
+    else:
         return True
-    return model.n <= COORDINATES and len(model.segments) <= SEGMENTS and sum(model.nodes) <= NODES
+    return model.n <= COORDINATES and segments <= SEGMENTS and sum(model.nodes) <= NODES
 
 
 def finite(folder: Path) -> judge.Outcome | None:
@@ -176,8 +180,15 @@ def finite(folder: Path) -> judge.Outcome | None:
 
 
 def tip(scene, q) -> np.ndarray:
-    """The tip in units of the length: of the rod unstretched, of the pendulum."""
+    """The tip in units of the length: of a rod unstretched, of a pendulum; of robots the last link's."""
     model = scene.model
+    if isinstance(model, lissom.Robot):
+        # Of all links in a row.
+        lengths = [segment.length for link in model.links for segment in link.rod or ()]
+        places = [float(np.linalg.norm(link.position)) for link in model.links]
+        return np.asarray(model.pose(q, link=model.links[-1].name, t=scene.simulation.t_end))[..., :3, 3] / (
+            sum(lengths) + sum(places) or 1.0
+        )
     if isinstance(model, lissom.Rod):
         return np.asarray(model.pose(q, model.length))[..., :3, 3] / model.length
     angle, elongation = q
@@ -187,7 +198,7 @@ def tip(scene, q) -> np.ndarray:
 def tighter(scene) -> judge.Outcome:
     """A success with error control against runs with far tighter tolerances by two other methods."""
     settings = scene.simulation
-    moves = isinstance(scene.model, lissom.Rod) and scene.model.base_motion is not None
+    moves = getattr(scene.model, "base_motion", None) is not None
     is_long = settings.t_end - settings.t0 > COMPARED
     if is_long or moves or settings.method in ("newmark", "hht", "generalised_alpha"):
         return judge.Outcome("done")

@@ -94,7 +94,7 @@ def main() -> None:
         finally:
             signal.setitimer(signal.ITIMER_PROF, 0)
         grown = resident() - before
-        if grown > judge.MEMORY and not outcome.bad:
+        if grown > max(judge.MEMORY, judge.MEMORY_OF_TEXT * path.stat().st_size) and not outcome.bad:
             outcome = judge.found("memory", harness.where(path), f"{grown >> 20} MiB")
         print(json.dumps(outcome.plain() | {"resident": resident()}), file=answers)
 

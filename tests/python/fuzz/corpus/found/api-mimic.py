@@ -1,0 +1,10 @@
+import lissom
+
+forbidden = "offset: {}"
+
+
+def call():
+    return lissom.Mimic(
+        link="a",
+        offset={},
+    )
