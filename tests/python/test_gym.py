@@ -399,6 +399,10 @@ def test_bad_input_of_many_is_refused():
         lissom.gym.RobotVectorEnv("reach", 0)
     with pytest.raises(ValueError, match="max_episode_steps: expected one or more, got 0"):
         lissom.gym.RobotVectorEnv("reach", max_episode_steps=0)
+    with pytest.raises(ValueError, match="expected one of NextStep, SameStep, Disabled, got 'Never'"):
+        lissom.gym.RobotVectorEnv("reach", autoreset_mode="Never")
+    with pytest.raises(TypeError, match="workers: expected a whole number, got float"):
+        lissom.gym.RobotVectorEnv("reach", workers=1.5)
     many = lissom.gym.RobotVectorEnv("balance", 3)
     with pytest.raises(gymnasium.error.ResetNeeded, match="call reset first"):
         many.step(np.zeros((3, 1)))

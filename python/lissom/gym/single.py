@@ -68,7 +68,7 @@ class RobotEnv(gymnasium.Env[Array, NDArray[np.float32]]):
         self, task: Task | str, *, randomise: Randomise | None = None, render_mode: str | None = None
     ) -> None:
         if render_mode is not None and render_mode not in self.metadata["render_modes"]:
-            raise ValueError(f"render_mode: expected None or 'rgb_array', got {render_mode!r}")
+            raise ValueError(f"render_mode: expected None or 'rgb_array', got {render_mode!r:.60}")
         self.task = task_of(task)
         self.render_mode = render_mode
         self.observation_space: Space[Any] = self.task.observation_space

@@ -23,5 +23,5 @@ def task_of(task: Task | str) -> Task:
     if not isinstance(task, str):
         raise TypeError(f"task: expected a Task or a name, got {type(task).__name__}")
     if task not in TASKS:
-        raise ValueError(f"task: expected one of {', '.join(TASKS)}, got {task!r}")
+        raise ValueError(f"task: expected one of {', '.join(TASKS)}, got {task!r:.60}")
     return TASKS[task]()

@@ -86,7 +86,7 @@ class RobotVectorEnv(VectorEnv[Array, NDArray[np.float32], NDArray[Any]]):
             "max_episode_steps",
             self.task.max_episode_steps if max_episode_steps is None else max_episode_steps,
         )
-        self.autoreset_mode = AutoresetMode(autoreset_mode)
+        self.autoreset_mode = _mode(autoreset_mode)
         self.metadata = {"autoreset_mode": self.autoreset_mode}
         self.single_observation_space = self.task.observation_space
         self.single_action_space = self.task.action_space
@@ -255,6 +255,18 @@ class RobotVectorEnv(VectorEnv[Array, NDArray[np.float32], NDArray[Any]]):
             "final_info": final,
             "_final_info": ended.copy(),
         }
+
+
+def _mode(mode: AutoresetMode | str) -> AutoresetMode:
+    """How the next episodes begin."""
+    if isinstance(mode, AutoresetMode):
+        return mode
+    words = [each.value for each in AutoresetMode]
+    if not isinstance(mode, str):
+        raise TypeError(f"autoreset_mode: expected one of {', '.join(words)}, got {type(mode).__name__}")
+    if mode not in words:
+        raise ValueError(f"autoreset_mode: expected one of {', '.join(words)}, got {mode!r:.60}")
+    return AutoresetMode(mode)
 
 
 def _count(name: str, value: int) -> int:
