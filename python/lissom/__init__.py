@@ -3,6 +3,7 @@
 # Names come when they are asked for (PEP 562), so that the command hears Ctrl-C before it imports NumPy.
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from . import gym as gym
     from . import sensors as sensors
     from . import urdf as urdf
     from ._lissom import (
@@ -160,7 +161,7 @@ if not TYPE_CHECKING:
     def __getattr__(name):
         from importlib import import_module
 
-        if name in ("sensors", "urdf"):
+        if name in ("gym", "sensors", "urdf"):
             return import_module(f"lissom.{name}")
         if name != "_lissom" and name not in __all__:
             raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

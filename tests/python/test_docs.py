@@ -7,13 +7,15 @@ from pathlib import Path
 import pytest
 
 import lissom
-from lissom import sensors
+from lissom import gym, sensors
 
 ROOT = Path(__file__).parents[2]
 PAGES = sorted(ROOT.glob("docs/*.md"))
 PAGES_WITH_EXAMPLES = [page for page in PAGES if ">>>" in page.read_text()]
 PUBLIC = {name: getattr(lissom, name) for name in lissom.__all__} | {
-    f"sensors.{name}": getattr(sensors, name) for name in sensors.__all__
+    f"{short}.{name}": getattr(module, name)
+    for short, module in (("gym", gym), ("sensors", sensors))
+    for name in module.__all__
 }
 DOCUMENTED = [name for name, value in PUBLIC.items() if ">>>" in (value.__doc__ or "")]
 

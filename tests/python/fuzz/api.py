@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 
 import lissom
+import lissom.gym
 import lissom.sensors
 from fuzz import judge
 from fuzz import values as v
@@ -54,7 +55,7 @@ def _parameters(node: ast.FunctionDef) -> dict[str, str]:
 
 
 #: Modules of the package whose public names are tried, too.
-MODULES = ("sensors",)
+MODULES = ("gym", "sensors")
 
 #: Of a class in the stubs: what is called by another name, or by `protocol`.
 _SPECIAL = {"__new__": "", "__call__": ".__call__"}
@@ -95,6 +96,9 @@ def discover() -> dict[str, Function]:
             add_python(f"{module}.{name}", getattr(getattr(lissom, module), name))
     for name in ("measure", "read", "observe", "record", "reset", "copy"):
         add_python(f"sensors.Sensor.{name}", getattr(lissom.sensors.Sensor, name))
+    for kind in ("RobotEnv", "RobotVectorEnv"):
+        for name in ("reset", "step"):
+            add_python(f"gym.{kind}.{name}", getattr(getattr(lissom.gym, kind), name))
     return functions
 
 
@@ -294,7 +298,13 @@ def run(path: Path, clock) -> judge.Outcome:
 
 
 #: What only holds the numbers that it was given.
-CONTAINERS = ("lissom.Balance", "lissom.LinearModel")
+CONTAINERS = (
+    "lissom.Balance",
+    "lissom.LinearModel",
+    "lissom.gym.Outcome",
+    "lissom.gym.Start",
+    "lissom.gym.States",
+)
 
 #: What may take long, because that is what it was asked for.
 LONG = ("solve_ivp", "simulate", "newmark", "root", "statics", "continuation", "choose_modes", "run", "step")

@@ -53,6 +53,10 @@ _MOUNT = _POINT | {"orientation": _a(0.6, 0.0, 0.8, 0.0)}
 _SENSOR = "lissom.sensors.Imu(v.moving(), at=0.1, noise=0.1, delay=0.01)"
 _READING = {"t": "0.1", "q": _a(0.1, 0.2), "v": _a(0.3, -0.1), "a": _a(-0.2, 0.5)}
 
+_ONE = "v.begun(lissom.gym.RobotEnv('balance'))"
+_MANY = "v.begun(lissom.gym.RobotVectorEnv('balance', 2))"
+_ROWS = {"q": "np.zeros((1, 4))", "v": "np.zeros((1, 4))"}
+
 #: Arguments with which a callable works. A list has alternatives. Methods have an object, `self`.
 #: A new callable without an entry here fails a test.
 RECIPES: dict[str, dict | list[dict]] = {
@@ -513,6 +517,23 @@ RECIPES: dict[str, dict | list[dict]] = {
         {"model": _MODEL, "q0": _a(0.0, 0.0), "method": "'descent'"},
         {"model": "v.antagonists()", "q0": _a(0.0, 0.0), "method": "'newton'", "u": _a(1.0, 0.5)},
     ],
+    **{f"gym.{name}": {} for name in ("Balance", "Reach", "Swim", "Task")},
+    "gym.RobotEnv": {"task": "'balance'", "randomise": "lambda random: 1", "render_mode": "'rgb_array'"},
+    "gym.RobotEnv.reset": {"self": _ONE, "seed": "1", "options": "{}"},
+    "gym.RobotEnv.step": {"self": _ONE, "action": _a(0.5)},
+    "gym.RobotVectorEnv": {
+        "task": "'balance'",
+        "num_envs": "2",
+        "max_episode_steps": "5",
+        "autoreset_mode": "'SameStep'",
+        "randomise": "lambda random: 1",
+        "workers": "1",
+    },
+    "gym.RobotVectorEnv.reset": {"self": _MANY, "seed": "1", "options": "{}"},
+    "gym.RobotVectorEnv.step": {"self": _MANY, "actions": "v.array([[0.5], [0.1]])"},
+    "gym.Start": {"q": _a(0.1), "v": _a(0.1), "goal": _a(0.1)},
+    "gym.States": {"robots": "()", "goals": "np.zeros((1, 0))", "actions": "np.zeros((1, 1))"} | _ROWS,
+    "gym.Outcome": {"observations": "np.zeros((1, 8))", "rewards": _a(0.1), "infos": "{}"},
     "sensors.Sensor": {},
     **{
         f"sensors.{name}": _MOUNT

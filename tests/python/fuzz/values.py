@@ -92,6 +92,12 @@ def state():
     return types.SimpleNamespace(t=0.1, q=zero + 0.1, v=zero, a=zero, u=np.empty(0))
 
 
+def begun(env):
+    """An environment, or many, in their first episode."""
+    env.reset(seed=0)
+    return env
+
+
 def antagonists():
     """Two coordinates, and two tendons whose tensions are inputs."""
 

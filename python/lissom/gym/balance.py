@@ -1,0 +1,94 @@
+"""A flexible pole on a cart that is to be held upright.
+
+The robot is that of the regulator in ``examples/python/cart_pole_lqr.py``.
+"""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+
+from .._lissom import Body, Input, Robot, Segment
+from ..actuators import Motor
+from ..links import Link, Prismatic, Revolute
+from .task import Array, Outcome, Start, States, Task
+
+#: The largest force on the cart, newtons.
+FORCE = 20.0
+#: How far the cart may go to either side, metres.
+TRACK = 1.5
+#: How far the pole may lean, radians.
+LEAN = 0.8
+#: Reward that the end of the track costs in a step, and that the largest force does.
+AWAY, EFFORT = 0.1, 0.01
+
+
+def cart_pole(
+    young_modulus: float = 2e7, density: float = 1100.0, cart_mass: float = 1.0, length: float = 0.5
+) -> Robot:
+    """A cart on a rail along x with a hinge across it, from which a flexible pole stands up.
+
+    Parameters
+    ----------
+    young_modulus : float
+        Of the pole, pascals.
+    density : float
+        Of the pole, kilograms per cubic metre.
+    cart_mass : float
+        Kilograms.
+    length : float
+        Of the pole, metres.
+    """
+    pole = Segment(
+        length, 0.006, young_modulus, 0.4 * young_modulus, density, {"bend_y": 2}, retardation_time=0.002
+    )
+    return Robot(
+        [
+            Link("cart", body=Body(cart_mass), joint=Prismatic((1, 0, 0))),
+            Link("hinge", parent="cart", joint=Revolute((0, 1, 0), damping=1e-4)),
+            Link("pole", parent="hinge", rod=[pole], orientation=(np.sqrt(0.5), 0, -np.sqrt(0.5), 0)),
+        ],
+        actuators=[Motor("cart", Input("force"))],
+    )
+
+
+class Balance(Task):
+    """Hold a flexible pole upright by pushing the cart on which it is hinged.
+
+    The action is the force on the cart, 1 is `FORCE`. Observed are the coordinates (place of the cart, angle
+    of the hinge, two modes of bending) and their rates. A step is rewarded with one, less `AWAY` times
+    the square of the place as part of the track and `EFFORT` times that of the action. An episode ends where
+    the pole leans by more than `LEAN` or the cart leaves the track.
+    """
+
+    dt: ClassVar[float] = 5e-3
+    control_step: ClassVar[float] = 0.02
+    max_episode_steps: ClassVar[int] = 500
+    window: ClassVar = ((-1.6, 0.0, -0.3), (1.6, 0.0, 0.7))
+
+    def __init__(self) -> None:
+        self.robot: Robot = cart_pole()
+        place, angle, *bending = self.robot.coordinates
+        limits = {place: TRACK, angle: LEAN} | dict.fromkeys(bending, 100.0)
+        self.channels = limits | {
+            f"rate of {name}": 1e3 if name in (place, angle) else 1e5 for name in limits
+        }
+
+    def start(self, robot: Robot, random: np.random.Generator) -> Start:
+        """Somewhere near the middle, the pole straight and leaning a little; there is no goal."""
+        q, v = np.zeros((2, robot.n))
+        q[:2] = random.uniform(-0.1, 0.1, 2)
+        v[:2] = random.uniform(-0.1, 0.1, 2)
+        return Start(q, v, np.empty(0))
+
+    def inputs(self, actions: Array) -> Array:
+        """The force on the cart, newtons."""
+        force: Array = FORCE * actions
+        return force
+
+    def outcome(self, states: States) -> Outcome:
+        """Nothing is told beside the observations."""
+        away = states.q[:, 0] / TRACK
+        effort = EFFORT * (states.actions * states.actions).sum(axis=-1)
+        return Outcome(np.concatenate([states.q, states.v], axis=-1), 1.0 - AWAY * (away * away) - effort, {})

@@ -1,0 +1,152 @@
+"""An environment of one robot."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import gymnasium
+import numpy as np
+from gymnasium import Space
+from numpy.typing import NDArray
+
+from .._lissom import Simulation
+from .task import Array, Randomise, States, Task, checked_seed
+from .tasks import task_of
+
+
+class RobotEnv(gymnasium.Env[Array, NDArray[np.float32]]):
+    """An environment of one robot, as Gymnasium wants it.
+
+    Parameters
+    ----------
+    task : Task or str
+        What it is about; "reach", "balance" and "swim" are those of `lissom.gym`.
+    randomise : callable, optional
+        ``randomise(random)`` gives another `Robot` with the same coordinates and inputs, by a generator of
+        random numbers. A new one is made at the first reset and at each one with a seed; the episodes in
+        between keep it.
+    render_mode : str, optional
+        "rgb_array" for pictures (needs matplotlib).
+
+    Attributes
+    ----------
+    task : Task
+    robot : Robot
+        What moves.
+    simulation : Simulation
+        Its motion.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If an argument makes no sense.
+
+    Notes
+    -----
+    A step that the simulation cannot make terminates the episode, and so does a state that leaves the
+    observation space: ``info["status"]`` is the word for it, ``info["message"]`` says more, the reward is
+    `Task.failed_reward`, and the observation is that of where the simulation stopped, within its bounds.
+    Copies and pickles go on to the bit.
+
+    Examples
+    --------
+    >>> import gymnasium, lissom.gym
+    >>> env = gymnasium.make("lissom/Balance-v0")
+    >>> observation, info = env.reset(seed=0)
+    >>> observation, reward, terminated, truncated, info = env.step(env.action_space.sample())
+    >>> observation.shape, terminated
+    ((8,), False)
+    """
+
+    metadata: dict[str, Any] = {  # noqa: RUF012
+        # Gymnasium declares it as an attribute of instances.
+        "render_modes": ["rgb_array"],
+        "render_fps": 25,
+    }
+
+    def __init__(
+        self, task: Task | str, *, randomise: Randomise | None = None, render_mode: str | None = None
+    ) -> None:
+        if render_mode is not None and render_mode not in self.metadata["render_modes"]:
+            raise ValueError(f"render_mode: expected None or 'rgb_array', got {render_mode!r:.60}")
+        self.task = task_of(task)
+        self.render_mode = render_mode
+        self.observation_space: Space[Any] = self.task.observation_space
+        self.action_space: Space[Any] = self.task.action_space
+        self.robot = self.task.robot
+        self.simulation = Simulation(self.robot, **self.task.method)
+        self._randomise = randomise
+        # None before the first reset.
+        self._goal: Array | None = None
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Array, dict[str, Any]]:
+        """Begins an episode; the same seed gives the same bits.
+
+        Raises
+        ------
+        ValueError, TypeError
+            If the seed makes no sense.
+        ConvergenceError
+            If the task finds no start.
+        """
+        super().reset(seed=checked_seed(seed))
+        if self._randomise is not None and (self._goal is None or seed is not None):
+            self.robot = self.task.variant(self._randomise, self.np_random)
+            self.simulation = Simulation(self.robot, **self.task.method)
+        start = self.task.start(self.robot, self.np_random)
+        self.simulation.reset(q0=start.q, v0=start.v, t0=0.0)
+        self._goal = start.goal
+        outcome = self.task.seen(self._states(start.goal, np.zeros((1, len(self.robot.inputs)))))
+        return outcome.observations[0], _numbers(outcome.infos)
+
+    def step(self, action: NDArray[Any]) -> tuple[Array, float, bool, bool, dict[str, Any]]:
+        """Holds an action for a control step; one beyond -1 or 1 counts as these.
+
+        Raises
+        ------
+        ValueError, TypeError
+            If the action has another shape, or is no finite number.
+        gymnasium.error.ResetNeeded
+            Before the first reset.
+        """
+        if self._goal is None:
+            raise gymnasium.error.ResetNeeded("the environment has no state yet: call reset first")
+        simulation = self.simulation
+        actions = self.task.checked(action, (len(self.robot.inputs),))[None]
+        simulation.step(self.task.inputs(actions)[0], duration=self.task.control_step)
+        verdict = self.task.judge(
+            self._states(self._goal, actions),
+            np.array([simulation.success]),
+            lambda row: (simulation.status, simulation.message),
+        )
+        info = _numbers(verdict.outcome.infos)
+        if verdict.reasons:
+            info["status"], info["message"] = verdict.reasons[0]
+        reward = float(verdict.outcome.rewards[0])
+        return verdict.outcome.observations[0], reward, bool(verdict.terminated[0]), False, info
+
+    def render(self) -> NDArray[np.uint8] | None:
+        """A picture of the robot, shape (height, width, 3); None without a `render_mode`.
+
+        Raises
+        ------
+        ImportError
+            Without matplotlib.
+        """
+        if self.render_mode is None:
+            gymnasium.logger.warn("render: the environment was made without render_mode='rgb_array'")
+            return None
+        from .picture import picture
+
+        return picture(self.task, self.robot, self.simulation.q, self._goal)
+
+    def _states(self, goal: Array, actions: Array) -> States:
+        simulation = self.simulation
+        return States((self.robot,), simulation.q[None], simulation.v[None], goal[None], actions)
+
+
+def _numbers(infos: Any) -> dict[str, Any]:
+    """Those of the only row."""
+    return {name: values[0].item() for name, values in infos.items()}

@@ -1,0 +1,254 @@
+"""What an environment is about, over many rows at once.
+
+A `Task` has a robot and the formulas of an environment: where an episode starts, what an agent sees, what it
+is rewarded for. They are written over arrays with a row for each environment, and entry by entry: a row has
+the same bits, however many there are. So the environment of one robot and that of many are the same task.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, ClassVar, TypedDict
+
+import numpy as np
+from gymnasium.spaces import Box
+from numpy.typing import NDArray
+
+from .._lissom import Robot, finite_array
+
+Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+#: A robot for a row, from the random numbers of that row.
+Randomise = Callable[[np.random.Generator], Robot]
+
+#: The word for a state that leaves the space of observations.
+OUT_OF_BOUNDS = "out_of_bounds"
+
+
+@dataclass(frozen=True)
+class Start:
+    """Where an episode starts: coordinates (n,), velocities (n,), and what is to be reached."""
+
+    q: Array
+    v: Array
+    goal: Array
+
+
+@dataclass(frozen=True)
+class States:
+    """Rows of states: one robot for all or one each, q, v (k, n), goals (k, m), actions (k, inputs)."""
+
+    robots: Sequence[Robot]
+    q: Array
+    v: Array
+    goals: Array
+    actions: Array
+
+    def ask(self, question: Callable[[Robot, Array, Array], Array]) -> Array:
+        """What a robot says of rows ``q`` and ``v``: all rows in one call where they have one robot."""
+        if len(self.robots) == 1:
+            return question(self.robots[0], self.q, self.v)
+        rows = zip(self.robots, self.q, self.v, strict=True)
+        return np.concatenate([question(robot, q[None], v[None]) for robot, q, v in rows])
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What an agent gets: observations (k, channels), rewards (k,), and numbers to look at, each one (k,)."""
+
+    observations: Array
+    rewards: Array
+    infos: Mapping[str, NDArray[Any]] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """An `Outcome` within the bounds of its space, and the rows whose episodes end with it, and why."""
+
+    outcome: Outcome
+    terminated: Flags
+    #: For each row that is terminated its status and a message.
+    reasons: Mapping[int, tuple[str, str]]
+
+
+class Method(TypedDict):
+    """How motions are computed."""
+
+    dt: float
+    rtol: float
+    atol: float
+
+
+class Task(ABC):
+    """What an environment is about: subclass it for environments of one's own.
+
+    Everything is in SI units. Rows of arrays are environments; a formula must give a row the same numbers,
+    however many others there are (so sums along rows, and no products of matrices).
+
+    Attributes
+    ----------
+    robot : Robot
+        What moves, as it is without randomisation.
+    channels : mapping of str to float
+        Names of observations, and the magnitude within which each one stays. An episode ends where one
+        leaves it.
+    dt : float
+        Size of the steps of Newmark's method, seconds.
+    rtol, atol : float
+        Tolerances of the equations of a step, as of `Simulation`; what they leave is far less than what the
+        size of the steps does.
+    control_step : float
+        How long an action is held, seconds.
+    max_episode_steps : int
+        After how many actions an episode is truncated, where nothing else is said.
+    failed_reward : float
+        Reward of a step after which a run cannot go on, or that leaves the bounds.
+    window : pair of three floats
+        Corners of the box that pictures show, metres; they look along the axis without extent, if any.
+    """
+
+    robot: Robot
+    channels: Mapping[str, float]
+    dt: ClassVar[float]
+    rtol: ClassVar[float] = 1e-5
+    atol: ClassVar[float] = 1e-7
+    control_step: ClassVar[float]
+    max_episode_steps: ClassVar[int]
+    failed_reward: ClassVar[float] = 0.0
+    window: ClassVar[tuple[tuple[float, float, float], tuple[float, float, float]]]
+
+    @abstractmethod
+    def start(self, robot: Robot, random: np.random.Generator) -> Start:
+        """Where an episode of a robot starts, by the random numbers of its row."""
+
+    @abstractmethod
+    def inputs(self, actions: Array) -> Array:
+        """Inputs of the robot, shape (k, inputs), for actions from -1 to 1, shape (k, inputs)."""
+
+    @abstractmethod
+    def outcome(self, states: States) -> Outcome:
+        """What the agent gets to see of states, and the reward for having come there."""
+
+    @property
+    def action_space(self) -> Box:
+        """One action for each input, from -1 to 1."""
+        return Box(-1.0, 1.0, (len(self.robot.inputs),), np.float32)
+
+    @property
+    def observation_space(self) -> Box:
+        """The channels within their bounds."""
+        bounds = self.bounds
+        return Box(-bounds, bounds, dtype=np.float64)
+
+    @property
+    def bounds(self) -> Array:
+        """The magnitudes of the channels, in their order."""
+        return np.array(list(self.channels.values()), dtype=float)
+
+    @property
+    def method(self) -> Method:
+        """How motions are computed: arguments of `Simulation` and `Simulations`."""
+        return Method(dt=self.dt, rtol=self.rtol, atol=self.atol)
+
+    def checked(self, actions: Any, shape: tuple[int, ...]) -> Array:
+        """Actions as an array of a shape, limited to what actuators can do.
+
+        Raises
+        ------
+        ValueError, TypeError
+            If they have another shape, or are no finite numbers.
+        """
+        array = finite_array(actions, "action")
+        if array.shape != shape:
+            raise ValueError(f"action: expected shape {shape}, got {array.shape}")
+        return np.clip(array, -1.0, 1.0)
+
+    def variant(self, randomise: Randomise, random: np.random.Generator) -> Robot:
+        """A robot of a function of the user, checked to be one for this task.
+
+        Raises
+        ------
+        ValueError, TypeError
+            If it is none, or has other coordinates or inputs.
+        """
+        robot = randomise(random)
+        if not isinstance(robot, Robot):
+            raise TypeError(f"randomise: expected a Robot, got {type(robot).__name__}")
+        for what in ("coordinates", "inputs"):
+            expected, got = getattr(self.robot, what), getattr(robot, what)
+            if got != expected:
+                raise ValueError(f"randomise: expected a robot with the {what} {expected}, got {got}")
+        return robot
+
+    def seen(self, states: States) -> Outcome:
+        """The `outcome` of states, checked to have the rows and channels that it should.
+
+        Raises
+        ------
+        ValueError
+            If it has not.
+        """
+        outcome = self.outcome(states)
+        count = len(states.q)
+        expected = {"observations": (count, len(self.channels)), "rewards": (count,)}
+        for name, shape in expected.items():
+            got = np.shape(getattr(outcome, name))
+            if got != shape:
+                raise ValueError(
+                    f"{type(self).__name__}.outcome: expected {name} of shape {shape}, got {got}"
+                )
+        return outcome
+
+    def judge(self, states: States, success: Flags, why: Callable[[int], tuple[str, str]]) -> Verdict:
+        """What the agent gets after a step.
+
+        Parameters
+        ----------
+        states : States
+            After the step; of a step that failed, those where it stopped.
+        success : ndarray of bool, shape (k,)
+            Which steps were made.
+        why : callable
+            Status and message of a step that was not.
+        """
+        outcome = self.seen(states)
+        bounds = self.bounds
+        # Not what is outside but what is not inside: that finds NaN, too.
+        is_inside = np.abs(outcome.observations) <= bounds
+        goes_on = success & is_inside.all(axis=-1)
+        if goes_on.all():
+            return Verdict(outcome, ~goes_on, {})
+        reasons = {}
+        for row in np.flatnonzero(~goes_on).tolist():
+            if not success[row]:
+                reasons[row] = why(row)
+                continue
+            first = int(np.argmin(is_inside[row]))
+            name, value = list(self.channels)[first], outcome.observations[row, first]
+            reasons[row] = OUT_OF_BOUNDS, f"{name} is {value:.3g}, beyond {bounds[first]:.3g}"
+        limited = Outcome(
+            np.clip(np.nan_to_num(outcome.observations), -bounds, bounds),
+            np.where(goes_on, outcome.rewards, self.failed_reward),
+            outcome.infos,
+        )
+        return Verdict(limited, ~goes_on, reasons)
+
+
+def checked_seed(seed: int | None) -> int | None:
+    """A seed of random numbers as Gymnasium takes it.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If it is no whole number, or a negative one.
+    """
+    if seed is None:
+        return None
+    if isinstance(seed, bool) or not isinstance(seed, int | np.integer):
+        raise TypeError(f"seed: expected a whole number, got {type(seed).__name__}")
+    if seed < 0:
+        raise ValueError(f"seed: expected zero or more, got {seed}")
+    return int(seed)

@@ -1,0 +1,27 @@
+"""The tasks of `lissom.gym` by their names."""
+
+from __future__ import annotations
+
+from .balance import Balance
+from .reach import Reach
+from .swim import Swim
+from .task import Task
+
+TASKS: dict[str, type[Task]] = {"reach": Reach, "balance": Balance, "swim": Swim}
+
+
+def task_of(task: Task | str) -> Task:
+    """A task, or a new one by its name.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If there is none of that name, or it is something else.
+    """
+    if isinstance(task, Task):
+        return task
+    if not isinstance(task, str):
+        raise TypeError(f"task: expected a Task or a name, got {type(task).__name__}")
+    if task not in TASKS:
+        raise ValueError(f"task: expected one of {', '.join(TASKS)}, got {task!r:.60}")
+    return TASKS[task]()
