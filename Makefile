@@ -28,7 +28,7 @@ unexport CONDA_PREFIX
 unexport PYTHONPATH
 unexport PYTHONHOME
 
-.PHONY: help demo bench peers validate stress test test-rust test-python test-checked build build-for-test wheel sdist \
+.PHONY: help demo bench peers validate stress test test-rust test-python test-browser test-checked build build-for-test wheel sdist \
 	format lock fuzz audit clean
 .DEFAULT_GOAL := help
 
@@ -59,6 +59,10 @@ test-python: build-for-test ## formatting, types and tests of the Python package
 	$(BIN)/mypy --strict
 	$(BIN)/python -m mypy.stubtest lissom._lissom --allowlist tests/python/stubtest-allowlist.txt
 	$(BIN)/python -m pytest -n $(JOBS)
+
+test-browser: $(VENV)/browser.stamp ## reports in headless Chromium (LISSOM_CHROMIUM=path, or playwright's own)
+	@test -n "$(LISSOM_CHROMIUM)" || $(BIN)/python -m playwright install chromium
+	$(BIN)/python -m pytest tests/browser -o addopts= --timeout 300
 
 test-checked: $(VENV)/test.stamp ## the Python tests with debug assertions and overflow checks (slow)
 	@.ci/toolchain cargo
@@ -109,6 +113,7 @@ format: $(VENV)/test.stamp ## format all sources
 lock: ## choose the newest versions for requirements/*.txt, with hashes (needs uv)
 	UV_CUSTOM_COMPILE_COMMAND="make lock" $(COMPILE) $(WITH_LISSOM) --group build --output-file requirements/demo.txt
 	UV_CUSTOM_COMPILE_COMMAND="make lock" $(COMPILE) $(WITH_LISSOM) --group test --output-file requirements/test.txt
+	UV_CUSTOM_COMPILE_COMMAND="make lock" $(COMPILE) $(WITH_LISSOM) --group browser --output-file requirements/browser.txt
 	UV_CUSTOM_COMPILE_COMMAND="make lock" $(COMPILE) --group peers --output-file requirements/peers.txt
 
 audit: ## licences, sources and known weaknesses of the crates (needs cargo-deny)

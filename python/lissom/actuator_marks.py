@@ -30,8 +30,9 @@ class ActuatorMark:
     kind: Literal["tendon", "chamber", "motor", "active strain"]
     #: What its force and its length are, with their units.
     quantities: tuple[str, str]
-    #: Its tension, pressure, torque, force or amount, (k,): of (k, n) coordinates and velocities, (k,) times.
-    force: Callable[[Array, Array, Array], Array]
+    #: Its tension, pressure, torque, force or amount, (k,): of (k, n) coordinates and velocities, (k,) times
+    #: and (k, m) inputs.
+    force: Callable[[Array, Array, Array, Array], Array]
     #: Its length, volume or coordinate, likewise.
     length: Callable[[Array, Array], Array]
     #: Its way, (k, points, 3), straight from one point to the next; None where it has none.
@@ -69,8 +70,8 @@ def _mark(robot: Robot, actuator: object) -> ActuatorMark:
         case _:
             raise TypeError(f"no drawing of {actuator!r}")
 
-    def force(q: Array, v: Array, t: Array) -> Array:
-        return np.asarray(robot.actuator_force(name, q, v, t=t), float)
+    def force(q: Array, v: Array, t: Array, u: Array) -> Array:
+        return np.asarray(robot.actuator_force(name, q, v, t=t, u=u), float)
 
     def length(q: Array, t: Array) -> Array:
         return np.asarray(robot.actuator_length(name, q, t=t), float)

@@ -56,8 +56,8 @@ class LoadMark:
     is_spread: bool
     #: Poses (..., places, 4, 4) of the places where it acts.
     pose: Pose
-    #: Newtons or newton metres, per metre where it is spread, shape (..., 3): of times (...).
-    value: Callable[[float | Array], Array]
+    #: Newtons or newton metres, per metre where it is spread, shape (k, 3): of (k,) times and (k, m) inputs.
+    value: Callable[[Array, Array], Array]
     #: Whether these are in the axes of the places, and not in those of the world.
     follows: bool
     #: Where the rod ends there: 1 at its tip, -1 at its base, 0 elsewhere and on bodies.
@@ -215,7 +215,7 @@ def _load(robot: Robot, load: Load) -> list[LoadMark]:
             X = np.linspace(*load.along, places)
         elif link.rod is not None:
             X = np.array([at])
-        pose, value = partial(_places, robot, name, X), partial(value_at, signal)
+        pose, value = partial(_places, robot, name, X), partial(_value, robot, signal)
         return [LoadMark(name, kind, is_spread, pose, value, load.frame == "body", outwards)]
 
     return [
@@ -228,6 +228,14 @@ def _places(robot: Robot, link: str, X: Array | None, q: Array, t: float | Array
     """Poses (..., places, 4, 4) of places of a rod, or of the one of a body."""
     found = robot.pose(q, X, link=link, t=t)
     return found if X is not None else found[..., None, :, :]
+
+
+def _value(robot: Robot, signal: Any, t: Array, u: Array) -> Array:
+    """Values (k, 3) of the force or moment of a load of a robot at times (k,), with inputs (k, m)."""
+    if isinstance(signal, Input):
+        own = [i for i, name in enumerate(robot.inputs) if name.rpartition(".")[0] == signal.name]
+        return u[:, own]
+    return value_at(signal, t)
 
 
 def value_at(signal: Any, t: float | Array) -> Array:

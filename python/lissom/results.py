@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ._lissom import Balance, LissomError, MotionResult, Scene, __version__
+from ._lissom import Balance, LissomError, Model, MotionResult, Scene, __version__
 from .advice import advice
 from .folders import MARK
 from .views import Link, View, view
@@ -75,6 +75,11 @@ class Run:
     def a(self) -> Array:
         """Accelerations, shape (m, n); NaN where none could be found."""
         return self.motion.a if self._has_states else np.full_like(self.q, np.nan)
+
+    @cached_property
+    def u(self) -> Array:
+        """Inputs from these times on, shape (m, inputs)."""
+        return self.motion.u if self._has_states else self.scene.model.u0[None]
 
     @property
     def clock(self) -> Array:
@@ -140,6 +145,72 @@ class Run:
     def wants(self) -> frozenset[str]:
         """The quantities that the scene asked to keep."""
         return frozenset(self.scene.simulation.quantities)
+
+    def instants(self, most: int) -> NDArray[np.intp]:
+        """Indices of at most so many times, evenly spread, first and last included."""
+        return instants(len(self.t), most)
+
+
+@dataclass(frozen=True)
+class Made:
+    """A motion of a model that was made in Python, as reports take it."""
+
+    motion: MotionResult
+    model: Model
+    label: ClassVar[tuple[str, str]] = Run.label
+    opens_at: ClassVar[int] = Run.opens_at
+    wants: ClassVar[frozenset[str]] = frozenset({"energy"})
+
+    @property
+    def t(self) -> Array:
+        """Times in seconds, shape (m,)."""
+        return self.motion.t
+
+    @property
+    def q(self) -> Array:
+        """Coordinates, shape (m, n)."""
+        return self.motion.q
+
+    @property
+    def v(self) -> Array:
+        """Velocities, shape (m, n)."""
+        return self.motion.v
+
+    @property
+    def a(self) -> Array:
+        """Accelerations, shape (m, n)."""
+        return self.motion.a
+
+    @property
+    def u(self) -> Array:
+        """Inputs from these times on, shape (m, inputs)."""
+        return self.motion.u
+
+    @property
+    def clock(self) -> Array:
+        """Times at which the model is drawn, seconds, shape (m,)."""
+        return self.t
+
+    @property
+    def load_factor(self) -> Array:
+        """How much of the loads acts, shape (m,): all of them."""
+        return np.ones(len(self.t))
+
+    @cached_property
+    def view(self) -> View:
+        """What there is of the model to be drawn."""
+        return view(self.model)
+
+    @cached_property
+    def balance(self) -> Balance:
+        """Energy balance at the times kept."""
+        assert self.motion.balance is not None, "a model was simulated"
+        return self.motion.balance
+
+    @property
+    def has_energies(self) -> bool:
+        """Whether all energies are finite."""
+        return bool(np.isfinite(self.balance.drift))
 
     def instants(self, most: int) -> NDArray[np.intp]:
         """Indices of at most so many times, evenly spread, first and last included."""

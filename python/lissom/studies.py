@@ -44,6 +44,12 @@ class Slides:
         return np.zeros_like(self.q)
 
     @cached_property
+    def u(self) -> Array:
+        """Inputs, shape (m, inputs): as they are by themselves."""
+        u0 = self.scene.model.u0
+        return np.broadcast_to(u0, (len(self.q), len(u0)))
+
+    @cached_property
     def load_factor(self) -> Array:
         """How much of the loads acts, shape (m,)."""
         return np.ones(len(self.t)) if self.factors is None else self.factors

@@ -76,6 +76,11 @@ class Link:
     length: float
     #: Poses of sections as `Rod.pose` gives them: of coordinates, arc lengths X and a time.
     pose: Callable[[Array, Array, float | Array], Array]
+    #: Strains (k, m, 6) of sections as `Rod.strain` gives them: of (k, n) coordinates and arc lengths (m,).
+    strain: Callable[[Array, Array], Array] | None = None
+    #: Velocities (k, 6) of a section, angular above linear, in world axes: of (k, n) coordinates and
+    #: velocities, an arc length and (k,) times.
+    velocity: Callable[[Array, Array, float, Array], Array] | None = None
 
     @cached_property
     def stations(self) -> Array:
@@ -126,8 +131,8 @@ class Member:
     #: Which coordinates are those of its joint and its rod.
     coordinates: slice
     #: Moment (N m) and force (N) that it gets through its joint, (k, 6): of (k, n) coordinates, velocities,
-    #: accelerations and (k,) times.
-    wrench: Callable[[Array, Array, Array, Array], Array]
+    #: accelerations, (k,) times and (k, m) inputs.
+    wrench: Callable[[Array, Array, Array, Array, Array], Array]
     #: What it gets them from, in words.
     carrier: str
 
@@ -205,7 +210,16 @@ def of_rod(rod: Rod) -> View:
             for degree in range(segment.modes.get(strain, 0))
         ],
         caption="The coloured body is the rod, from its clamped base (dark) to its tip (yellow)",
-        links=[Link("rod", rod.segments, rod.length, lambda q, X, t: rod.pose(q, X, t=t))],
+        links=[
+            Link(
+                "rod",
+                rod.segments,
+                rod.length,
+                lambda q, X, t: rod.pose(q, X, t=t),
+                lambda q, X: rod.strain(q, X),
+                lambda q, v, X, t: rod.velocity(q, v, X, t=t),
+            )
+        ],
         marks=marks(rod, [Load(force=rod.tip_force, moment=rod.tip_moment), *rod.loads]),
         frames=[
             Frame(
@@ -265,7 +279,14 @@ def of_robot(robot: Robot) -> View:
         coordinates=list(map(_coordinate_of_robot, robot.coordinates)),
         caption="Rods in colour, from base (dark) to tip (yellow); bodies as ellipsoids of their inertia",
         links=[
-            Link(link.name, link.rod, _length(link.rod), partial(_pose_along, robot, link.name))
+            Link(
+                link.name,
+                link.rod,
+                _length(link.rod),
+                partial(_pose_along, robot, link.name),
+                partial(_strain_along, robot, link.name),
+                partial(_velocity_along, robot, link.name),
+            )
             for link in links
             if link.rod is not None
         ],
@@ -301,8 +322,8 @@ def of_robot(robot: Robot) -> View:
 def _member(robot: Robot, link: Joined) -> Member:
     """A link with what is shown of it."""
 
-    def wrench(q: Array, v: Array, a: Array, t: Array) -> Array:
-        return robot.joint_wrench(q, v, a, link=link.name, t=t)
+    def wrench(q: Array, v: Array, a: Array, t: Array, u: Array) -> Array:
+        return robot.joint_wrench(q, v, a, link=link.name, t=t, u=u)
 
     frame = Frame(
         f"{'base' if link.rod is None else 'tip'} of {link.name}",
@@ -342,6 +363,14 @@ def _reach(robot: Robot) -> float:
 
 def _pose_along(robot: Robot, link: str, q: Array, X: Array, t: float | Array) -> Array:
     return robot.pose(q, X, link=link, t=t)
+
+
+def _strain_along(robot: Robot, link: str, q: Array, X: Array) -> Array:
+    return robot.strain(q, X, link=link)
+
+
+def _velocity_along(robot: Robot, link: str, q: Array, v: Array, X: float, t: Array) -> Array:
+    return robot.velocity(q, v, X, link=link, t=t)
 
 
 def _pose_of_tip(robot: Robot, link: str, q: Array, t: float | Array) -> Array:

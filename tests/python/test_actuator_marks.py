@@ -54,21 +54,27 @@ def test_quantities_are_those_of_the_robot():
     model = robot()
     q, v, t = states(model.n)
     for mark in actuator_marks(model):
-        np.testing.assert_array_equal(mark.force(q, v, t), model.actuator_force(mark.name, q, v, t=t))
+        for u in (np.full((4, 1), 2.0), np.linspace(0.0, 3.0, 4)[:, None]):
+            wanted = model.actuator_force(mark.name, q, v, t=t, u=u)
+            np.testing.assert_array_equal(mark.force(q, v, t, u), wanted)
         np.testing.assert_array_equal(mark.length(q, t), model.actuator_length(mark.name, q, t=t))
     kinds = [mark.kind for mark in actuator_marks(model)]
     assert kinds == ["tendon", "chamber", "motor", "active strain"]
 
 
-def test_tubes_lie_around_their_ways():
-    way = np.array([[[0, 0, 0], [1, 0, 0], [1, 2, 0]]], float)
-    trace = drawing._tube("tendons", way, np.array([0.1]), "tendon")
-    corners = trace.points[0].reshape(2, 2, drawing.CORNERS, 3)
-    for piece in range(2):
-        for end in range(2):
-            middle = way[0, piece + end]
-            np.testing.assert_allclose(corners[piece, end].mean(axis=0), middle, atol=1e-15)
-            np.testing.assert_allclose(np.linalg.norm(corners[piece, end] - middle, axis=-1), 0.1)
+def test_tendons_are_as_thick_as_they_pull_and_chambers_as_wide_as_they_are():
+    model = robot()
+    q, v, t = states(model.n)
+    u = np.array([[0.0], [1.0], [2.0], [4.0]])
+    shown = Shown(q, v, u, t, np.ones(4), 0.2, 0.01, 0.01)
+    found = {strand.layer: strand for strand in drawing.actuators(view(model).marks.actuators, [], shown)}
+    marks = {mark.name: mark for mark in actuator_marks(model)}
+    for name, layer in (("flexor", "tendons"), ("chamber", "chambers")):
+        np.testing.assert_array_equal(found[layer].points, marks[name].way(q, t))
+    wanted = 0.2 * (drawing.THIN + (drawing.THICK - drawing.THIN) * u[:, 0] / 4.0)
+    np.testing.assert_allclose(found["tendons"].radius, wanted)
+    np.testing.assert_allclose(np.pi * found["chambers"].radius ** 2, 2e-5)
+    assert found["chambers"].opacity < 1.0
 
 
 def test_actuators_are_drawn_in_layers_of_their_own():
@@ -76,7 +82,7 @@ def test_actuators_are_drawn_in_layers_of_their_own():
     run = lissom.simulate(model, 0.05, dt=5e-3)
     bare = lissom.Robot(model.links)
     assert view(bare).marks.actuators == []
-    shown = Shown(run.q, run.v, run.t, np.ones(len(run.t)), 0.2, 0.01, 0.01)
+    shown = Shown(run.q, run.v, run.u, run.t, np.ones(len(run.t)), 0.2, 0.01, 0.01)
     marks = view(model).marks
     layers = [trace.layer for trace in drawing.actuators(marks.actuators, marks.joints, shown)]
     assert layers == ["tendons", "chambers", "motors"]

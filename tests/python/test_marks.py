@@ -179,7 +179,7 @@ def test_the_work_of_drawn_forces_is_that_of_the_robot():
     power = 0.0
     for mark in marks(robot, robot.loads).loads:
         ((place),) = mark.pose(q, t)
-        value = mark.value(t)
+        (value,) = mark.value(np.array([t]), np.zeros((1, 0)))
         world = place[:3, :3] @ value if mark.follows else value
         X = {"palm": None, "finger": 0.2}[mark.name]
         velocity = robot.velocity(q, v, 0.07 if mark.outwards == 0 and X else X, link=mark.name)

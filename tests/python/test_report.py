@@ -1,7 +1,9 @@
 """The report of a run."""
 
+import base64
 import json
 import re
+import zlib
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -11,6 +13,8 @@ import pytest
 import lissom
 from lissom import report
 from lissom.files import dataset
+from lissom.report import layers, motion, packing
+from lissom.report import page as pages
 from lissom.results import Run, instants
 
 SCENES = Path(__file__).parents[2] / "scenes"
@@ -73,6 +77,44 @@ class Tags(HTMLParser):
             self.figures.append(json.loads(data))
 
 
+def unpack(packed):
+    """What `packing.pack` has packed, as the player reads it: without the code that packs."""
+    content = zlib.decompress(base64.b64decode(packed["data"]))
+
+    def read(value):
+        if isinstance(value, list):
+            return [read(inner) for inner in value]
+        if not isinstance(value, dict):
+            return value
+        if "array" not in value:
+            return {key: read(inner) for key, inner in value.items()}
+        first, kind, shape, low, step = value["array"]
+        count = int(np.prod(shape))
+        if kind == "f4":
+            return np.frombuffer(content, "<f4", count, first).reshape(shape).astype(float)
+        width = int(kind[1])
+        planes = [np.frombuffer(content, np.uint8, count, first + i * count) for i in range(width)]
+        changes = sum(plane.astype(np.int64) << (8 * i) for i, plane in enumerate(planes)).reshape(shape)
+        largest = 2 ** (8 * width) - 1
+        numbers = np.cumsum(changes, axis=0) & largest
+        return np.where(
+            numbers == largest, np.nan, np.array(low) + np.minimum(numbers, largest - 1) * np.array(step)
+        )
+
+    return read(packed["document"])
+
+
+def matrices(turns):
+    """Rotation matrices of quaternions."""
+    w, x, y, z = np.moveaxis(turns / np.linalg.norm(turns, axis=-1, keepdims=True), -1, 0)
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
+
+
 @pytest.fixture(scope="module")
 def page(tentacle, tmp_path_factory):
     path = tmp_path_factory.mktemp("report") / "report.html"
@@ -94,41 +136,166 @@ def test_the_page_loads_nothing_from_anywhere(page):
 
 
 def test_every_figure_has_its_data(page):
-    holders = [attributes for tag, attributes in page.tags if attributes.get("class") == "figure"]
+    holders = [attributes for _, attributes in page.tags if attributes.get("class") in ("figure", "player")]
     sources = [
         attributes["id"] for tag, attributes in page.tags if attributes.get("type") == "application/json"
     ]
     assert [holder["data-source"] for holder in holders] == sources
+    assert [holder["class"] for holder in holders] == ["player", *["figure"] * 4]
     assert len(page.figures) == len(sources) == 5
 
 
 def test_names_cannot_inject_markup(tentacle, page):
     scripts = [attributes for tag, attributes in page.tags if tag == "script"]
-    assert len(scripts) == len(page.figures) + 2, "the figures, plotly, the page's own"
+    assert len(scripts) == len(page.figures) + 2, "the figures, the player's modules, their start"
     titles = [tag for tag, _ in page.tags if tag == "title"]
     assert len(titles) == 1
 
 
+def test_the_page_is_small_and_has_all_of_the_player(tentacle):
+    text = pages.render(report.build(tentacle))
+    assert len(text) < 1_000_000
+    (found,) = re.findall(r'<script type="importmap">(.*?)</script>', text)
+    sources = {
+        name: base64.b64decode(source.partition(",")[2]).decode()
+        for name, source in json.loads(found)["imports"].items()
+    }
+    assert sum(map(len, sources.values())) < 200_000
+    for name, source in sources.items():
+        assert not re.search("https?:|eval\\(|innerHTML", source), name
+        for used in re.findall(r'^import .* from "(.*)";$', source, re.MULTILINE):
+            assert used in sources, name
+    assert "lissom/page.js" in sources
+
+
 def test_the_animation_shows_the_rod_as_it_moves(tentacle, page):
-    animation = page.figures[0]
-    assert {trace["type"] for trace in animation["data"]} == {"mesh3d", "scatter3d"}
-    frames, steps = animation["frames"], animation["layout"]["sliders"][0]["steps"]
-    assert len(frames) == len(steps) == 200
-    assert [frame["name"] for frame in frames] == [step["args"][0][0] for step in steps]
-    assert [button["label"] for button in animation["layout"]["updatemenus"][0]["buttons"]] == [
-        "▶ Play",
-        "❚❚ Pause",
+    told = unpack(page.figures[0])
+    kinds = [thing["kind"] for thing in told["things"]]
+    assert set(kinds) == {"tube", "solid", "strand", "arrows", "dots", "line"}
+    tube = told["things"][kinds.index("tube")]
+    # As often as the run keeps states, up to sixty times a second.
+    times = told["times"]
+    assert len(times) == 61
+    assert (times[0], times[-1]) == (0.0, 0.5)
+    model = tentacle.scene.model
+    at = np.searchsorted(tentacle.t, times - 1e-6)
+    wanted = model.pose(tentacle.q[at], tube["stations"].ravel().clip(0.0, model.length))
+    np.testing.assert_allclose(tube["centres"], wanted[..., :3, 3], atol=1e-5)
+    np.testing.assert_allclose(matrices(tube["turns"]), wanted[..., :3, :3], atol=2e-4)
+    np.testing.assert_allclose(tube["half"][[0, -1]], [[0.012, 0.012], [0.004, 0.004]], atol=1e-6)
+    assert tube["segment"] == [0] * 25 + [1] * 24
+
+
+def test_rods_are_coloured_by_what_they_do(tentacle, page):
+    told = unpack(page.figures[0])
+    tube = next(thing for thing in told["things"] if thing["kind"] == "tube")
+    model = tentacle.scene.model
+    at = np.searchsorted(tentacle.t, told["times"] - 1e-6)
+    stations = tube["stations"].ravel().clip(0.0, model.length)
+    found = tube["quantities"]
+    assert list(found) == ["curvature (1/m)", "axial stress (Pa)", "speed (m/s)"]
+    strain = model.strain(tentacle.q[at], stations)
+    curvature = np.linalg.norm(strain[..., 1:3], axis=-1)
+    np.testing.assert_allclose(found["curvature (1/m)"], curvature, atol=curvature.max() / 250)
+    # The outermost fibre: E times stretch plus bending times radius.
+    radius = np.array([0.5 * sum(tube["half"][k]) for k in range(len(stations))])
+    stress = 3e5 * (np.abs(strain[..., 3] - 1.0) + curvature * radius)
+    np.testing.assert_allclose(found["axial stress (Pa)"], stress, atol=stress.max() / 200)
+    speed = [model.velocity(tentacle.q[at], tentacle.v[at])[:, 3:]]
+    np.testing.assert_allclose(
+        found["speed (m/s)"][:, -1], np.linalg.norm(speed[0], axis=1), atol=found["speed (m/s)"].max() / 250
+    )
+
+
+def test_sections_are_drawn_as_they_are():
+    text = """version = 1
+[[rod]]
+[[rod.segment]]
+length = 0.2
+section = { shape = "hollow_circle", outer = [0.02, 0.01], inner = [0.01, 0.005] }
+young_modulus = 3e5
+poisson_ratio = 0.5
+density = 1070
+modes = { bend_y = 1 }
+[[rod.segment]]
+length = 0.1
+section = { shape = "rectangle", width = 0.03, height = 0.01 }
+young_modulus = 3e5
+poisson_ratio = 0.5
+density = 1070
+modes = { bend_y = 1 }
+[[rod.segment]]
+length = 0.1
+section = { shape = "ellipse", semi_axis_y = 0.01, semi_axis_z = 0.02 }
+young_modulus = 3e5
+poisson_ratio = 0.5
+density = 1070
+modes = { bend_y = 1 }
+[simulation]
+t_end = 0.02
+"""
+    (tube,) = motion.scene_of(run(text)).of(layers.Tube)
+    np.testing.assert_allclose(tube.half[[0, 24]], [[0.02, 0.02], [0.01, 0.01]], rtol=1e-12)
+    np.testing.assert_allclose(tube.hole[:25], 0.5, rtol=1e-6)
+    assert not tube.hole[25:].any()
+    assert list(tube.square) == [False] * 25 + [True] * 24 + [False] * 24
+    np.testing.assert_allclose(tube.half[30], [0.015, 0.005])
+    np.testing.assert_allclose(tube.half[60], [0.01, 0.02])
+
+
+def test_what_is_packed_comes_back_as_exact_as_is_said():
+    rng = np.random.default_rng(0)
+    walk = np.cumsum(rng.normal(size=(80, 5, 3)), axis=0) * [1.0, 1e-6, 1e6] + [0.0, 5.0, 0.0]
+    walk[3, 2] = np.nan
+    powers = np.logspace(-30, 30, 50)
+    told = {
+        "walk": walk,
+        "again": [walk],
+        "coarse": packing.Numbers(walk[..., 0], "u1"),
+        "powers": packing.Numbers(powers, "f4"),
+        "none": np.zeros((0, 3)),
+        "same": np.full((4, 2), 7.25),
+        "text": "</script>",
+    }
+    packed = packing.pack(told)
+    assert packed["document"]["walk"] == packed["document"]["again"][0], "packed once"
+    found = unpack(packed)
+    spans = np.nanmax(walk, axis=(0, 1)) - np.nanmin(walk, axis=(0, 1))
+    assert np.all(np.nanmax(np.abs(found["walk"] - walk), axis=(0, 1)) <= 1.01 * spans / 131_068)
+    np.testing.assert_array_equal(np.isnan(found["walk"]), np.isnan(walk))
+    assert np.nanmax(np.abs(found["coarse"] - walk[..., 0])) <= 1.01 * spans[0] / 508
+    np.testing.assert_allclose(found["powers"], powers, rtol=1e-7)
+    assert found["none"].shape == (0, 3)
+    np.testing.assert_array_equal(found["same"], told["same"])
+    assert found["text"] == "</script>"
+
+
+def test_beyond_all_numbers_nothing_fails():
+    values = np.array([[1e308, -1e308], [np.inf, np.nan], [-1e308, 1e308]])
+    found = unpack(packing.pack({"values": values}))["values"]
+    np.testing.assert_array_equal(np.isnan(found), ~np.isfinite(values))
+    np.testing.assert_allclose(found[[0, 2]], [[1e300, -1e300], [-1e300, 1e300]], rtol=1e-4)
+
+
+def test_coordinates_are_labelled_with_units(tentacle):
+    figure = report.build(tentacle).sections[2].parts[0].figure
+    assert [plot.y.title for plot in figure.plots] == [
+        *("torsion (rad/m)", "bending about y (rad/m)", "bending about z (rad/m)", "stretch (1)"),
     ]
-    space = animation["layout"]["scene"]
-    lengths = [np.ptp(space[f"{axis}axis"]["range"]) for axis in "xyz"]
-    ratios = [space["aspectratio"][axis] for axis in "xyz"]
-    np.testing.assert_allclose(np.divide(lengths, ratios), lengths[0] / ratios[0], err_msg="axes to scale")
+    assert [plot.x.title for plot in figure.plots] == ["", "", "", "time (s)"]
+    assert figure.clock == "motion"
 
 
-def test_coordinates_are_labelled_with_units(page):
-    axes = {key: value for key, value in page.figures[2]["layout"].items() if key.startswith("yaxis")}
-    titles = {axis["title"]["text"] for axis in axes.values()}
-    assert titles == {"torsion (rad/m)", "bending about y (rad/m)", "bending about z (rad/m)", "stretch (1)"}
+def test_curves_are_told_in_words(tentacle, page):
+    (position,) = unpack(page.figures[1])["rows"]
+    tip = tentacle.scene.model.pose(tentacle.q)[:, 2, 3]
+    assert position[0]["label"].startswith("position of the tip (m) over time (s). x: from ")
+    assert f"z: from {tip[0]:.3g} to {tip[-1]:.3g}, least {tip.min():.3g}" in position[0]["label"]
+    words = unpack(page.figures[0])["words"]
+    assert words.startswith(
+        "View in space with rod, forces, moments, supports, gravity, tip, path of the tip"
+    )
+    assert "from t = 0 s to t = 0.5 s" in words
 
 
 def test_a_pendulum_gets_a_plane_animation(tmp_path):
@@ -136,12 +303,14 @@ def test_a_pendulum_gets_a_plane_animation(tmp_path):
     found = report.build(pendulum)
     titles = [section.title for section in found.sections]
     assert titles == ["Motion", "Coordinates", "Energy", "Solver", "Scene"]
-    animation = found.sections[0].parts[0].figure
-    _trail, spring, mass, _hinge = animation.data
+    shown = found.sections[0].parts[0].scene
+    (mass,), (spring,) = shown.of(layers.Dots), shown.of(layers.Strand)
     r, angle = 1.0 + pendulum.q[0, 1], pendulum.q[0, 0]
-    np.testing.assert_allclose([mass.x[0], mass.y[0]], [r * np.cos(angle), r * np.sin(angle)])
-    np.testing.assert_allclose([spring.x[-1], spring.y[-1]], [mass.x[0], mass.y[0]])
-    assert animation.layout.yaxis.scaleanchor == "x", "axes to scale"
+    np.testing.assert_allclose(mass.points[0, 0], [r * np.cos(angle), r * np.sin(angle), 0.0])
+    np.testing.assert_allclose(spring.points[:, -1], mass.points[:, 0])
+    # Seen along z, with y up: to scale, since there is one camera for all axes.
+    assert shown.eye.tolist() == [0.0, 0.0, 1.0]
+    assert (shown.ground[0], shown.ground[2]) == (1, True)
 
 
 def test_an_interrupted_run_says_so(tentacle):

@@ -8,7 +8,7 @@ import pytest
 
 import lissom
 from lissom import report, studies
-from lissom.report import page
+from lissom.report import layers, loads, page
 from lissom.report import studies as study_reports
 from lissom.results import Run
 
@@ -92,66 +92,62 @@ def built(run):
 
 
 @pytest.fixture(scope="module")
-def animation(built):
-    return built.sections[0].parts[0].figure
+def shown(built):
+    return built.sections[0].parts[0].scene
 
 
-def in_layer(figure, layer, kind):
-    """The traces of a layer that draw something, by their places among all."""
-    return [
-        (i, trace)
-        for i, trace in enumerate(figure.data)
-        if trace.legendgroup == layer and trace.type == kind and not trace.showlegend
-    ]
+def at(values, shape):
+    """Values of one of the shapes; what stands still has one for all of them."""
+    return values[shape if len(values) > 1 else 0]
 
 
-def points(figure, i, shape):
-    """The points of a trace in one of the shapes, (points, 3)."""
-    frame = figure.frames[shape]
-    trace = frame.data[frame.traces.index(i)] if i in frame.traces else figure.data[i]
-    return np.stack([trace.x, trace.y, trace.z], axis=1).astype(float)
+def stands_still(values):
+    return len(layers.still(values)) == 1
 
 
-def test_every_layer_has_one_entry_in_the_legend(animation):
-    legend = [trace for trace in animation.data if trace.showlegend]
-    names = [trace.name for trace in legend]
-    assert names == [
+def test_every_layer_has_one_entry_in_the_legend(shown):
+    told = shown.document()["layers"]
+    names = [
         *("rods", "bodies", "joints", "forces", "moments", "supports", "current", "gravity", "floor"),
         *("tips", "paths", "initial shape"),
     ]
-    assert [trace.legendgroup for trace in legend] == names
-    assert {trace.legendgroup for trace in animation.data if not trace.showlegend} == set(names)
-    # What is nowhere shows in the legend, and nowhere else.
-    assert all(trace.x == (None,) for trace in legend)
+    assert [entry["layer"] for entry in told] == names
+    assert [entry["name"] for entry in told] == names
+    assert {thing.layer for thing in shown.things} | {"floor"} == set(names)
+    colours = {entry["layer"]: entry["colour"] for entry in told}
+    assert colours["forces"] != colours["moments"]
 
 
-def test_frames_have_what_moves_and_nothing_else(animation):
-    for i, trace in enumerate(animation.data):
-        first, *others = (points(animation, i, shape) for shape in range(len(animation.frames)))
-        moves = not all(np.array_equal(first, other, equal_nan=True) for other in others)
-        assert (i in animation.frames[0].traces) == moves, trace.name
-    assert len({frame.traces for frame in animation.frames}) == 1
-    still = {
-        trace.legendgroup for i, trace in enumerate(animation.data) if i not in animation.frames[0].traces
-    }
-    assert {"gravity", "current", "floor", "paths"} <= still
-    ((_, clamp),) = in_layer(animation, "supports", "mesh3d")
+def test_the_document_has_what_moves_over_time_and_the_rest_once(shown):
+    moving = set()
+    for thing, told in zip(shown.things, shown.document()["things"], strict=True):
+        for name in ("centres", "turns", "points", "tails", "vectors"):
+            if name not in told:
+                continue
+            values = getattr(thing, name)
+            moves = not np.allclose(values, values[:1], rtol=0, atol=2e-6, equal_nan=True)
+            assert len(told[name]) == (len(shown.t) if moves else 1), (thing.name, name)
+            if moves:
+                moving.add(thing.layer)
+    assert {"gravity", "current", "paths", "initial shape"}.isdisjoint(moving)
+    assert {"rods", "bodies", "joints", "forces", "moments", "supports", "tips"} <= moving
+    (clamp,) = shown.of(layers.Solid, "supports")
     assert clamp.name == "clamp"
+    assert stands_still(clamp.centres)
 
 
-def arrows(animation, layer, shape):
+def arrows(shown, layer, shape):
     """Tails and heads of the arrows of a layer."""
-    (shafts, _), *_ = in_layer(animation, layer, "scatter3d")
-    ((cones, _),) = in_layer(animation, layer, "mesh3d")
-    tails = points(animation, shafts, shape)[::3]
-    return tails, points(animation, cones, shape)[::7]
+    (found,) = shown.of(layers.Arrows, layer)
+    tails, vectors = (at(values, shape) for values in (found.tails, found.vectors))
+    return tails, tails + vectors
 
 
-def test_arrows_follow_their_loads(run, animation):
+def test_arrows_follow_their_loads(run, shown):
     model = run.scene.model
     lengths = []
-    for shape in range(len(animation.frames)):
-        tails, heads = arrows(animation, "forces", shape)
+    for shape in range(len(shown.t)):
+        tails, heads = arrows(shown, "forces", shape)
         arrow = heads - tails
         q = run.q[shape]
         # Grows with its load, from nothing, and keeps its direction.
@@ -173,11 +169,11 @@ def test_arrows_follow_their_loads(run, animation):
     assert lengths[-1] > 0.02
 
 
-def test_rings_go_round_their_moments(run, animation):
-    ((ring, _),) = in_layer(animation, "moments", "scatter3d")
+def test_rings_go_round_their_moments(run, shown):
+    (ring,) = shown.of(layers.Strand, "moments")
     seen = set()
     for shape in (1, 2, 3, 6, 7, 8):
-        around = points(animation, ring, shape)[:13]
+        around = ring.points[shape][: loads.POINTS_AROUND]
         pose = run.scene.model.pose(run.q[shape], 0.1, link="arm")
         axis, moment = pose[:3, 0], 0.02 * np.sin(20 * np.pi * run.t[shape])
         radii = around - pose[:3, 3]
@@ -190,66 +186,57 @@ def test_rings_go_round_their_moments(run, animation):
     assert seen == {-1.0, 1.0}
 
 
-def test_joints_move_with_the_robot(run, animation):
-    wide = [trace for trace in in_layer(animation, "joints", "scatter3d") if trace[1].mode == "lines"]
-    ((balls, _),) = (
-        trace for trace in in_layer(animation, "joints", "scatter3d") if trace[1].mode == "markers"
-    )
-    axes, frames = wide
-    assert axes[1].line.width > frames[1].line.width
+def test_joints_move_with_the_robot(run, shown):
+    (balls,) = shown.of(layers.Dots, "joints")
+    # The plane in which the sled slides and the axis about which it turns, then both axes of the arm.
+    frame, *axes = shown.of(layers.Strand, "joints")
+    assert [bar.name for bar in (frame, *axes)] == ["joint of sled"] * 2 + ["joint of arm"] * 2
+    assert all(axis.radius[0] > frame.radius[0] for axis in axes)
     model = run.scene.model
     for shape in (0, 10):
         tip = model.pose(run.q[shape], link="arm")[:3, 3]
-        np.testing.assert_allclose(points(animation, balls, shape), [tip], atol=1e-6)
-        normal, *cross = points(animation, axes[0], shape).reshape(3, 3, 3)
+        np.testing.assert_allclose(balls.points[shape], [tip], atol=1e-6)
+        normal, *cross = (axis.points[shape] for axis in axes)
         sled = model.pose(run.q[shape], link="sled")[:3, 3]
         for line in (normal, *cross):
             np.testing.assert_allclose(0.5 * (line[0] + line[1]), sled, atol=1e-6)
         np.testing.assert_allclose((normal[1] - normal[0])[:2], 0.0, atol=1e-6)
     # The plane does not move, and all of the way lies in it.
-    assert frames[0] not in animation.frames[0].traces
-    corners = points(animation, frames[0], 0)[:4]
+    assert stands_still(frame.points)
+    corners = frame.points[0][:4]
     np.testing.assert_allclose(corners[:, 2], 0.3, atol=1e-6)
     way = run.q[:, run.scene.model.slice("sled")][:, :2]
     assert np.all(corners[:, :2].min(axis=0) < way.min(axis=0))
     assert np.all(corners[:, :2].max(axis=0) > way.max(axis=0))
 
 
-def test_springs_reach_from_their_anchor_to_the_rod(run, animation):
-    anchors, springs = in_layer(animation, "supports", "scatter3d")
-    np.testing.assert_allclose(points(animation, anchors[0], 0), [[0.2, 0, 0.25]], atol=1e-6)
+def test_springs_reach_from_their_anchor_to_the_rod(run, shown):
+    (anchors,), (spring,) = shown.of(layers.Dots, "supports"), shown.of(layers.Strand, "supports")
+    np.testing.assert_allclose(anchors.points[0], [[0.2, 0, 0.25]], atol=1e-6)
     for shape in (0, 10):
-        spring = points(animation, springs[0], shape)
         held = run.scene.model.pose(run.q[shape], 0.2, link="post")[:3, 3]
-        np.testing.assert_allclose(spring[0], [0.2, 0, 0.25], atol=1e-6)
-        np.testing.assert_allclose(spring[-2], held, atol=1e-6)
+        np.testing.assert_allclose(spring.points[shape][0], [0.2, 0, 0.25], atol=1e-6)
+        np.testing.assert_allclose(spring.points[shape][-2], held, atol=1e-6)
 
 
-def test_gravity_current_and_floor_are_where_they_should(animation):
-    space = animation.layout.scene
-    low, high = np.array([space[f"{axis}axis"].range for axis in "xyz"]).T
+def test_gravity_current_and_floor_are_where_they_should(shown):
+    low, high = shown.low, shown.high
     for layer, direction in (("gravity", [0, 0, -1]), ("current", [1, 0, 0])):
-        tails, heads = arrows(animation, layer, 0)
+        tails, heads = arrows(shown, layer, 0)
         for arrow in heads - tails:
             np.testing.assert_allclose(arrow / np.linalg.norm(arrow), direction, atol=1e-5)
-        # What leaves the box is cut off.
+        # What leaves the box may be out of sight.
         assert np.all((tails > low) & (tails < high) & (heads > low) & (heads < high))
-    ((floor, _),) = in_layer(animation, "floor", "mesh3d")
-    corners = points(animation, floor, 0)
-    assert np.ptp(corners[:, 2]) == 0.0
-    assert low[2] < corners[0, 2] < low[2] + 0.05 * (high - low)[2]
+    axis, place, is_up = shown.ground
+    assert (axis, place, is_up) == (2, low[2], True)
+    assert shown.surroundings == ["gravity: 9.81 m/s²", "current: 0.3 m/s"]
 
 
-def test_everything_is_within_the_box(animation):
-    space = animation.layout.scene
-    low, high = np.array([space[f"{axis}axis"].range for axis in "xyz"]).T
-    for i, trace in enumerate(animation.data):
-        if trace.showlegend:
-            continue
-        for shape in (0, len(animation.frames) - 1):
-            there = points(animation, i, shape)
-            assert np.nanmin(there - low) > -1e-6, trace.name
-            assert np.nanmin(high - there) > -1e-6, trace.name
+def test_everything_is_within_the_box(shown):
+    for thing in shown.things:
+        there = thing.points.reshape(-1, 3)
+        assert np.nanmin(there - shown.low) > -1e-6, thing.name
+        assert np.nanmin(shown.high - there) > -1e-6, thing.name
 
 
 class Page(HTMLParser):
@@ -292,15 +279,18 @@ def test_the_curves_are_those_of_the_link(run, built):
     for name, parts in choice.options:
         position, coordinates, wrench = (part.figure for part in parts)
         poses = model.pose(run.q, link=name)
-        np.testing.assert_allclose([trace.y for trace in position.data], poses[:, :3, 3].T, atol=1e-6)
+        np.testing.assert_allclose([curve.y for curve in position.curves], poses[:, :3, 3].T, atol=1e-6)
         names = model.coordinates[model.slice(name)]
-        assert tuple(trace.name for trace in coordinates.data) == names
-        for trace, values in zip(coordinates.data, run.q[:, model.slice(name)].T, strict=True):
-            np.testing.assert_allclose(trace.y, values, atol=1e-6)
+        assert tuple(curve.name for curve in coordinates.curves) == names
+        for curve, values in zip(coordinates.curves, run.q[:, model.slice(name)].T, strict=True):
+            np.testing.assert_allclose(curve.y, values, atol=1e-6)
         expected = model.joint_wrench(run.q, run.v, run.a, link=name, t=run.t)
-        found = np.array([trace.y for trace in wrench.data])
+        found = np.array([curve.y for curve in wrench.curves])
         np.testing.assert_allclose(found, expected[:, [3, 4, 5, 0, 1, 2]].T, rtol=1e-5, atol=1e-6)
-        assert [axis.title.text for axis in wrench.select_yaxes()] == ["force (N)", "moment (N m)"]
+        assert [plot.y.title for plot in wrench.plots] == ["force (N)", "moment (N m)"]
+        for figure in (position, coordinates, wrench):
+            assert figure.clock == built.sections[0].parts[0].clock, "one cursor through all"
+            assert all(np.array_equal(curve.x, run.t) for curve in figure.curves)
 
 
 def test_one_link_leaves_nothing_to_pick():
@@ -330,7 +320,7 @@ body = {{ mass = 1, centre = [0.1, 0, 0] }}
     done = Run(scene, scene.run())
     (choice,) = report.build(done).sections[1].parts
     figures = [part.figure for _, parts in choice.options for part in parts]
-    numbers = sum(len(trace.y) for figure in figures for trace in figure.data)
+    numbers = sum(len(curve.y) for figure in figures for curve in figure.curves)
     assert len(done.t) * 60 * 10 > 2 * report.curves.MAX_NUMBERS
     assert 0.9 * report.curves.MAX_NUMBERS < numbers <= report.curves.MAX_NUMBERS
 
@@ -345,17 +335,17 @@ def test_an_equilibrium_is_shown_first_with_the_loads_that_hold_it():
     study = studies.study_statics(lissom.Scene.loads("\n".join(lines).replace("#", "} #")))
     assert study.found.success
     built = study_reports.statics(study)
-    animation = built.sections[0].parts[0].figure
-    last = len(animation.frames) - 1
-    assert animation.layout.sliders[0].active == last > 0
-    (rod, _), _ = in_layer(animation, "rods", "mesh3d")
-    shown = np.stack([animation.data[rod].x, animation.data[rod].y, animation.data[rod].z], axis=1)
-    np.testing.assert_array_equal(shown, points(animation, rod, last))
+    shown = built.sections[0].parts[0].scene
+    last = len(shown.t) - 1
+    assert shown.opens_at == last > 0
+    assert shown.document()["opensAt"] == last
+    post = shown.of(layers.Tube)[1]
+    tip = study.scene.model.pose(study.found.q, link="post")[:3, 3]
+    np.testing.assert_allclose(post.centres[last, -1], tip, atol=1e-9)
     # Arrows are as long as the load factor says; the table says what joints carry in the end.
     factor = study.found.path.load_factor
     lengths = [
-        np.linalg.norm(np.subtract(*arrows(animation, "forces", shape)), axis=1)
-        for shape in range(len(animation.frames))
+        np.linalg.norm(np.subtract(*arrows(shown, "forces", shape)), axis=1) for shape in range(last + 1)
     ]
     np.testing.assert_allclose(lengths, np.outer(factor, lengths[-1]), atol=1e-5)
     assert lengths[-1][ON_POST] > 0.02
@@ -365,3 +355,56 @@ def test_an_equilibrium_is_shown_first_with_the_loads_that_hold_it():
         wrench = model.joint_wrench(study.found.q, rest, rest, link=name, t=0.0)
         numbers = [float(number) for text in (moment, force) for number in text.strip("()").split(",")]
         np.testing.assert_allclose(numbers, wrench, rtol=1e-3, atol=1e-8)
+
+
+def test_inputs_from_outside_are_drawn_and_plotted_as_they_were():
+    """A tendon and a push that are told what to do while the run goes on, not by their defaults."""
+    segment = lissom.Segment(
+        0.2, 0.01, 1e6, poisson_ratio=0.4, density=1070, modes={"bend_y": 2}, retardation_time=0.02
+    )
+    path = [lissom.Along("finger", (0.0, 0.006))]
+    robot = lissom.Robot(
+        [lissom.Link("finger", rod=[segment]), lissom.Link("nail", parent="finger", body=lissom.Body(0.01))],
+        actuators=[lissom.Tendon("flexor", path, tension=lissom.Input("pull"))],
+        loads=[lissom.Load(force=lissom.Input("push", (0.0, 0.0, 0.0)), link="finger")],
+    )
+
+    def control(t, q, v):
+        told = {"pull": 20.0 * t, "push.z": t}
+        return [told.get(name, 0.0) for name in robot.inputs]
+
+    result = lissom.simulate(robot, 0.2, dt=5e-3, control=control)
+    pull = result.u[:, robot.inputs.index("pull")]
+    assert pull.max() > 3.0
+    found = report.build_result(result, "A finger")
+    shown = found.sections[0].parts[0].scene
+    (drawn,) = shown.of(layers.Strand, "tendons")
+    # As thick as it pulls.
+    thin, thick = drawn.radius.min(), drawn.radius.max()
+    np.testing.assert_allclose((drawn.radius - thin) / (thick - thin), pull / pull.max(), atol=1e-9)
+    (arrow,) = shown.of(layers.Arrows, "forces")
+    lengths = arrow.vectors[:, 0, 2]
+    up = result.u[:, robot.inputs.index("push.z")]
+    np.testing.assert_allclose(lengths, lengths[-1] * up / up[-1], atol=1e-12)
+    assert lengths[-1] > 0.0
+    (section,) = (section for section in found.sections if section.title == "Actuators")
+    tension = section.parts[0].figure.plots[0].curves[0]
+    np.testing.assert_allclose(tension.y, pull, atol=1e-12)
+    (choice,) = found.sections[1].parts
+    wrench = choice.options[0][1][2].figure
+    expected = robot.joint_wrench(result.q, result.v, result.a, link="finger", t=result.t, u=result.u)
+    np.testing.assert_allclose(wrench.curves[2].y, expected[:, 5], rtol=1e-9)
+
+
+def test_reports_of_models_made_in_python(tmp_path):
+    segment = lissom.Segment(0.2, 0.01, 1e6, poisson_ratio=0.4, density=1070, modes={"bend_y": 2})
+    result = lissom.simulate(lissom.Rod([segment]), 0.1, dt=5e-3)
+    report.write_result(result, tmp_path / "rod.html", title="A <rod>")
+    text = (tmp_path / "rod.html").read_text(encoding="utf-8")
+    assert "<title>A &lt;rod&gt;</title>" in text
+    titles = [section.title for section in report.build_result(result, "A rod").sections]
+    assert titles == ["Motion", "Tip", "Coordinates", "Energy", "Solver"]
+    other = lissom.newmark(lambda t, q, v, a: a + q, (0.0, 0.1), [1.0], [0.0], dt=0.01)
+    with pytest.raises(ValueError, match="not of `newmark`"):
+        report.write_result(other, tmp_path / "other.html")
+    assert not (tmp_path / "other.html").exists()

@@ -66,20 +66,23 @@ def test_every_link_is_kept_and_drawn():
     np.testing.assert_array_equal(arrays(run)["position_right"], data["position_right"].values)
     page = report.build(run)
     assert titles(page)[:4] == ["Motion", "Hand", "Foot", "Coordinates"]
-    figure = page.sections[0].parts[0].figure
-    drawn = [trace for trace in figure.data if not trace.showlegend]
-    assert [trace.name for trace in drawn[:5]] == ["left", "right", "tips", "paths", "initial shape"]
-    tips, paths, shapes = drawn[2:5]
-    assert list(tips.text) == ["hand", "foot"]
+    shown = page.sections[0].parts[0].scene
+    assert [thing.name for thing in shown.things[:5]] == [
+        *("left", "right", "hand, foot", "paths of tips", "initial shape"),
+    ]
+    left, right, tips, paths, shapes = shown.things[:5]
+    assert list(tips.names) == ["hand", "foot"]
     # Two lines in one, each with a break behind it.
+    points = paths.points[0]
     np.testing.assert_array_equal(
-        np.flatnonzero(np.isnan(paths.x)), len(paths.x) // 2 * np.array([1, 2]) - [1, 1]
+        np.flatnonzero(np.isnan(points[:, 0])), len(points) // 2 * np.array([1, 2]) - [1, 1]
     )
-    np.testing.assert_allclose(shapes.y[49 + 1 : -1], shapes.y[:49] + 1.0, rtol=1e-5)
-    for frame in (figure.frames[0], figure.frames[-1]):
-        assert list(frame.traces[:3]) == [0, 1, 2]
-        np.testing.assert_allclose(frame.data[1].y, frame.data[0].y + 1.0, rtol=1e-5)
-        np.testing.assert_array_equal(frame.data[0].x, frame.data[1].x)
+    y = shapes.points[0][:, 1]
+    np.testing.assert_allclose(y[49 + 1 : -1], y[:49] + 1.0, rtol=1e-5)
+    np.testing.assert_allclose(right.centres - left.centres, ONE_ALONG_Y[: len(shown.t)], atol=1e-12)
+    np.testing.assert_array_equal(right.turns, left.turns)
+    told = shown.document()["things"]
+    assert all(len(thing["centres"]) == len(shown.t) for thing in told[:2])
 
 
 def moved(pose):

@@ -2,7 +2,7 @@
 
 Exit codes: 0 done, 1 the simulation failed or could not be written, 2 bad input, 3 a case of the validation
 gallery is outside its tolerance or the stress test regressed, 130 interrupted.
-What takes time to import (NumPy, plotly, xarray) is imported where it is used, so that ``--help`` is quick.
+What takes time to import (NumPy, xarray) is imported where it is used, so that ``--help`` is quick.
 """
 
 from __future__ import annotations

@@ -22,10 +22,6 @@ def command(output: Path) -> int:
     Exit code: 0 done, 1 it could not be written, 2 bad input, 130 interrupted (the parts that were done are
     written then).
     """
-    from .. import files
-
-    if files.missing("plotly"):
-        raise click.UsageError("the lab's figures need plotly: pip install 'lissom[report]'")
     from ..evidence import lab as numerical_lab
 
     with results_folder(output) as folder:

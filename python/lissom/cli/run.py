@@ -10,7 +10,7 @@ import click
 
 from ..interruption import STOPPING, interruption
 from .exits import FAILED
-from .saving import output_option, reports, results_folder, save
+from .saving import output_option, results_folder, save
 from .scenes import SCENE, load, refusals_of
 from .words import Saved, note, progress_bar, say
 
@@ -38,7 +38,7 @@ def command(scene: Path, output: Path | None, no_report: bool) -> int:
     loaded = load(scene)
     target = output if output is not None else Path("results") / scene.stem
     with results_folder(target) as folder:
-        report = _report_of_run if reports(no_report) else None
+        report = None if no_report else _report_of_run
         with refusals_of(scene):
             done = _simulate(loaded)
         saved = save(folder, lambda partial: files.write(done, partial, report))

@@ -13,7 +13,7 @@ import click
 from ..folders import Folder, NotOurs
 from ..interruption import SAVING, interruption
 from .exits import FAILED
-from .words import Saved, note
+from .words import Saved
 
 if TYPE_CHECKING:
     from ..studies import ModesStudy, StaticsStudy
@@ -72,12 +72,12 @@ def _written(folder: Folder, write: Callable[[Path], list[str]], code: int) -> S
 
 
 def save_study(done: StaticsStudy | ModesStudy, folder: Folder, no_report: bool) -> Saved:
-    """Write an equilibrium or natural modes, with a report if there can and shall be one."""
+    """Write an equilibrium or natural modes, with a report unless there shall be none."""
     from .. import studies
     from ..report import studies as pages
 
     interruption.defer(SAVING)
-    report = pages.write if reports(no_report) else None
+    report = None if no_report else pages.write
     return save(folder, lambda partial: studies.write(done, partial, report))
 
 
@@ -85,15 +85,3 @@ def unwritten(target: Path, error: Exception) -> int:
     """Say that something could not be written; the exit code."""
     click.echo(f"{target} could not be written: {error}", err=True)
     return FAILED
-
-
-def reports(no_report: bool) -> bool:
-    """Whether a report can be written and is wanted; a note if it is wanted only."""
-    from .. import files
-
-    if no_report:
-        return False
-    if files.missing("plotly"):
-        note("Without plotly there is no report", "report")
-        return False
-    return True

@@ -10,7 +10,7 @@ import click
 
 from ..interruption import interruption
 from .exits import REGRESSED
-from .saving import output_option, reports, results_folder, save
+from .saving import output_option, results_folder, save
 from .words import progress_bar, say
 
 
@@ -55,7 +55,7 @@ def command(output: Path, quick: bool, update: bool, no_report: bool) -> int:
             except OSError as error:
                 click.echo(f"The table could not be written: {error}", err=True)
         worse = table.regressions(found, expected)
-        report = pages.write if reports(no_report) else None
+        report = None if no_report else pages.write
         saved = save(folder, lambda partial: matrix.write(done, partial, quick, worse, report))
     counts = [(group.group.title, _counts(group.counts)) for group in done]
     outcome = "nothing regressed" if not worse else f"{len(worse)} cells regressed or are wrong"

@@ -10,7 +10,7 @@ import click
 
 from ..interruption import interruption
 from .exits import OUTSIDE_TOLERANCE
-from .saving import output_option, reports, results_folder, save, unwritten
+from .saving import output_option, results_folder, save, unwritten
 
 if TYPE_CHECKING:
     from ..evidence.validation import Outcome
@@ -47,7 +47,7 @@ def command(output: Path, update_docs: Path | None, no_report: bool) -> int:
     with results_folder(output) as folder:
         click.echo(click.style(table.head(), bold=True))
         outcomes = interruption.collect(said(validation.run_all(validation.CASES)))
-        pages = report.write if reports(no_report) else None
+        pages = None if no_report else report.write
         saved = save(folder, lambda partial: validation.write(outcomes, partial, pages))
     good = not any(outcome.outside for outcome in outcomes)
     click.echo(click.style(table.verdict(outcomes), bold=True, fg=None if good else "red"))

@@ -1,8 +1,12 @@
-"""Layers of an animated view in space: what moves, what stands still, and the legend that switches them."""
+"""What a view in space is made of: tubes, solids, strands, arrows, dots and lines, in layers.
+
+Plain geometry over the shapes that are shown. Each kind is drawn by one function of ``player/tubes.js`` or
+``player/marks.js``.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
@@ -10,31 +14,31 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import theme
+from .packing import Numbers
 
 Array = NDArray[np.float64]
 
 #: Relative to the largest coordinate: what moves less stands still.
 SEEN = 1e-6
 
-#: How the layers look in the legend, in the order in which they stand there.
-LEGEND: dict[str, dict[str, Any]] = {
-    "rods": {"mode": "markers", "marker": {"symbol": "square", "size": 9, "color": theme.ROD_SCALE[1][1]}},
-    "bodies": {"mode": "markers", "marker": {"symbol": "circle", "size": 9, "color": theme.GREY}},
-    "joints": {"mode": "lines", "line": {"color": theme.PURPLE, "width": 6}},
-    "tendons": {"mode": "lines", "line": {"color": theme.GOLD, "width": 4}},
-    "chambers": {"mode": "lines", "line": {"color": theme.CYAN, "width": 6}},
-    "motors": {"mode": "markers", "marker": {"symbol": "square", "size": 9, "color": theme.PURPLE}},
-    "forces": {"mode": "lines", "line": {"color": theme.RED, "width": 4}},
-    "moments": {"mode": "lines", "line": {"color": theme.MAGENTA, "width": 4}},
-    "supports": {"mode": "lines", "line": {"color": theme.GREEN, "width": 4}},
-    "current": {"mode": "lines", "line": {"color": theme.CYAN, "width": 4}},
-    "gravity": {"mode": "lines", "line": {"color": theme.GREY, "width": 4}},
-    "floor": {"mode": "markers", "marker": {"symbol": "square-open", "size": 9, "color": theme.GREY}},
-    "tips": {"mode": "markers", "marker": {"size": 5, "color": theme.ORANGE}},
-    "paths": {"mode": "lines", "line": {"color": theme.ORANGE, "width": 2}},
-    "initial shape": {"mode": "lines", "line": {"color": theme.GREY, "width": 3, "dash": "dot"}},
+#: Colours of the layers, in the order in which they stand in the legend.
+LEGEND: dict[str, str] = {
+    "rods": theme.ROD_SCALE[1][1],
+    "bodies": theme.STEEL,
+    "joints": theme.PURPLE,
+    "tendons": theme.GOLD,
+    "chambers": theme.CYAN,
+    "motors": theme.PURPLE,
+    "forces": theme.RED,
+    "moments": theme.MAGENTA,
+    "supports": theme.GREEN,
+    "current": theme.CYAN,
+    "gravity": theme.GREY,
+    "floor": theme.GREY,
+    "tips": theme.ORANGE,
+    "paths": theme.ORANGE,
+    "initial shape": theme.GREY,
 }
-
 
 #: Break of a line.
 BREAK = np.full((1, 3), np.nan)
@@ -44,9 +48,10 @@ BREAK = np.full((1, 3), np.nan)
 class Shown:
     """The shapes in which something is shown."""
 
-    #: Coordinates and velocities (shapes, n), times and load factors (shapes,).
+    #: Coordinates, velocities (shapes, n) and inputs (shapes, inputs), times and load factors (shapes,).
     q: Array
     v: Array
+    u: Array
     t: Array
     load_factor: Array
     #: Length in metres to which symbols are scaled.
@@ -57,73 +62,221 @@ class Shown:
 
 
 @dataclass(frozen=True)
-class Trace:
-    """Something that is drawn."""
+class Tube:
+    """A rod with its sections."""
 
-    #: Its layer, out of `LEGEND`.
-    layer: str
-    kind: Literal["mesh3d", "scatter3d"]
-    #: Its points in every shape that is shown, (shapes, points, 3), or in the only one. NaN breaks lines.
-    points: Array
-    #: What plotly is told beside the points.
-    looks: dict[str, Any] = field(default_factory=dict)
+    name: str
+    #: Centres (shapes, stations, 3), metres, and unit quaternions (shapes, stations, 4) of the sections,
+    #: scalar first.
+    centres: Array
+    turns: Array
+    #: Arc lengths (stations,) and half extents along y and z (stations, 2), metres.
+    stations: Array
+    half: Array
+    #: Radius of the hole relative to that of the section, (stations,).
+    hole: Array
+    #: Whether the section at each station is a rectangle, not an ellipse.
+    square: Sequence[bool]
+    #: Index of the segment of each station.
+    segment: Sequence[int]
+    #: What the tube can be coloured by: values (shapes, stations) by name.
+    quantities: Mapping[str, Array] = field(default_factory=dict)
+    opacity: float = 1.0
+    layer: str = "rods"
+    kind: Literal["tube"] = "tube"
 
     @property
-    def moves(self) -> bool:
-        """Whether the points are not the same in all shapes, but for rounding."""
-        apart = np.nan_to_num(np.abs(self.points - self.points[:1]))
-        return bool(apart.max() > SEEN * np.nan_to_num(np.abs(self.points)).max())
+    def points(self) -> Array:
+        """What the view makes room for."""
+        reach = np.abs(self.half).max(axis=1)[:, None]
+        return np.concatenate([self.centres - reach, self.centres + reach], axis=1)
 
-
-def figure(traces: Sequence[Trace], shapes: int, first: int, names: dict[str, str]) -> Any:
-    """A figure that opens at shape ``first``, with one frame for each of so many shapes.
-
-    ``names`` are those of layers in the legend that are called otherwise here.
-    """
-    import plotly.graph_objects as go
-
-    moving = [i for i, trace in enumerate(traces) if trace.moves]
-    data = [
-        {
-            "type": trace.kind,
-            **_xyz(trace.points[first if trace.moves else 0]),
-            "legendgroup": trace.layer,
-            "showlegend": False,
-            "name": trace.layer,
-            **trace.looks,
+    @property
+    def numbers(self) -> dict[str, Any]:
+        """What the player is told beside the name."""
+        return {
+            "centres": still(self.centres),
+            "turns": still(self.turns),
+            "stations": self.stations,
+            "half": self.half,
+            "hole": self.hole,
+            "square": [int(is_square) for is_square in self.square],
+            "segment": list(self.segment),
+            "quantities": {name: Numbers(values, "u1") for name, values in self.quantities.items()},
+            "opacity": self.opacity,
         }
-        for trace in traces
-    ]
-    shown = {trace.layer for trace in traces}
-    legend = [
-        # A point that is nowhere: meshes, and layers of several traces, have no entry of their own.
-        {
-            "type": "scatter3d",
-            **{axis: [None] for axis in "xyz"},
-            "legendgroup": layer,
-            "showlegend": True,
-            "name": names.get(layer, layer),
-            **looks,
+
+
+@dataclass(frozen=True)
+class Solid:
+    """Something rigid: an ellipsoid by its semi-axes, or a box by half its sides."""
+
+    name: str
+    layer: str
+    form: Literal["ellipsoid", "box"]
+    size: Array
+    #: Centres (shapes, 3), metres, and unit quaternions (shapes, 4).
+    centres: Array
+    turns: Array
+    kind: Literal["solid"] = "solid"
+
+    @property
+    def points(self) -> Array:
+        """What the view makes room for."""
+        reach = float(np.linalg.norm(self.size)) if self.form == "box" else float(np.max(self.size))
+        return np.stack([self.centres - reach, self.centres + reach], axis=1)
+
+    @property
+    def numbers(self) -> dict[str, Any]:
+        """What the player is told beside the name."""
+        centres, turns = still(self.centres[:, None]), still(self.turns[:, None])
+        return {"form": self.form, "size": np.asarray(self.size).tolist(), "centres": centres, "turns": turns}
+
+
+@dataclass(frozen=True)
+class Strand:
+    """Round bars from point to point: tendons, springs, axes."""
+
+    name: str
+    layer: str
+    #: Points (shapes, points, 3), metres; NaN breaks the strand.
+    points: Array
+    #: Metres, (shapes,).
+    radius: Array
+    opacity: float = 1.0
+    kind: Literal["strand"] = "strand"
+
+    @property
+    def numbers(self) -> dict[str, Any]:
+        """What the player is told beside the name."""
+        return {
+            "points": still(self.points),
+            "radius": still(self.radius[:, None], exact=True),
+            "opacity": self.opacity,
         }
-        for layer, looks in LEGEND.items()
-        if layer in shown
-    ]
-    frames = [
-        go.Frame(
-            data=[{"type": traces[i].kind, **_xyz(traces[i].points[shape])} for i in moving],
-            traces=moving,
-            name=str(shape),
-        )
-        for shape in range(shapes)
-    ]
-    return go.Figure(data=data + legend, frames=frames)
 
 
-def extent(traces: Sequence[Trace]) -> tuple[Array, Array]:
+@dataclass(frozen=True)
+class Arrows:
+    """Arrows of one layer."""
+
+    #: What each of them is, (arrows,).
+    names: Sequence[str]
+    layer: str
+    #: Tails and vectors (shapes, arrows, 3), metres.
+    tails: Array
+    vectors: Array
+    #: Length and radius of a head, and radius of a shaft, metres; heads are at most the part ``most`` of
+    #: their arrow.
+    head: float
+    head_radius: float
+    radius: float
+    most: float = 0.6
+    kind: Literal["arrows"] = "arrows"
+
+    @property
+    def name(self) -> str:
+        """All that they are."""
+        return ", ".join(dict.fromkeys(self.names))
+
+    @property
+    def points(self) -> Array:
+        """What the view makes room for."""
+        return np.concatenate([self.tails, self.tails + self.vectors], axis=1)
+
+    @property
+    def numbers(self) -> dict[str, Any]:
+        """What the player is told beside the name."""
+        return {
+            "tails": still(self.tails),
+            "vectors": still(self.vectors),
+            "head": self.head,
+            "headRadius": self.head_radius,
+            "radius": self.radius,
+            "most": self.most,
+        }
+
+
+@dataclass(frozen=True)
+class Dots:
+    """Balls of one size."""
+
+    names: Sequence[str]
+    layer: str
+    #: Points (shapes, dots, 3) and radius, metres.
+    points: Array
+    radius: float
+    kind: Literal["dots"] = "dots"
+
+    @property
+    def name(self) -> str:
+        """All that they are."""
+        return ", ".join(dict.fromkeys(self.names))
+
+    @property
+    def numbers(self) -> dict[str, Any]:
+        """What the player is told beside the name."""
+        return {"points": still(self.points), "radius": self.radius}
+
+
+@dataclass(frozen=True)
+class Line:
+    """A thin line that stands still, as wide on the screen from near and far."""
+
+    name: str
+    layer: str
+    #: Points (1, points, 3), metres; NaN breaks the line.
+    points: Array
+    dashed: bool = False
+    kind: Literal["line"] = "line"
+
+    @property
+    def numbers(self) -> dict[str, Any]:
+        """What the player is told beside the name."""
+        return {"points": self.points, "dashed": self.dashed}
+
+
+Thing = Tube | Solid | Strand | Arrows | Dots | Line
+
+
+def still(values: Array, exact: bool = False) -> Array:
+    """Values over the shapes; those of the first shape alone where they stay the same but for rounding."""
+    apart = np.nan_to_num(np.abs(values - values[:1]))
+    least = 0.0 if exact else SEEN * float(np.nan_to_num(np.abs(values)).max())
+    return values if float(apart.max(initial=0.0)) > least else values[:1]
+
+
+def extent(things: Sequence[Thing]) -> tuple[Array, Array]:
     """The corners of the box around all points."""
-    every = np.concatenate([trace.points.reshape(-1, 3) for trace in traces])
+    every = np.concatenate([thing.points.reshape(-1, 3) for thing in things])
     return np.nanmin(every, axis=0), np.nanmax(every, axis=0)
 
 
-def _xyz(points: Array) -> dict[str, NDArray[np.float32]]:
-    return dict(zip("xyz", points.T.astype(np.float32), strict=True))
+def quaternions(turns: Array) -> Array:
+    """Unit quaternions, scalar first, (..., 4) of rotation matrices (..., 3, 3).
+
+    Without jumps along the first axis.
+
+    By the component that is largest, which loses no digits (Shepperd 1978).
+    """
+    m = np.nan_to_num(turns)
+    xx, yy, zz = m[..., 0, 0], m[..., 1, 1], m[..., 2, 2]
+    trace = xx + yy + zz
+    a, b, c = m[..., 2, 1] - m[..., 1, 2], m[..., 0, 2] - m[..., 2, 0], m[..., 1, 0] - m[..., 0, 1]
+    d, e, f = m[..., 0, 1] + m[..., 1, 0], m[..., 0, 2] + m[..., 2, 0], m[..., 1, 2] + m[..., 2, 1]
+    # Each row is the quaternion times four times one of its components.
+    rows = np.stack(
+        [
+            np.stack([1 + trace, a, b, c], axis=-1),
+            np.stack([a, 1 + 2 * xx - trace, d, e], axis=-1),
+            np.stack([b, d, 1 + 2 * yy - trace, f], axis=-1),
+            np.stack([c, e, f, 1 + 2 * zz - trace], axis=-1),
+        ],
+        axis=-2,
+    )
+    largest = np.argmax(np.diagonal(rows, axis1=-2, axis2=-1), axis=-1)
+    found = np.take_along_axis(rows, largest[..., None, None], axis=-2)[..., 0, :]
+    found = found / np.linalg.norm(found, axis=-1, keepdims=True)
+    signs = np.sign(np.einsum("k...i,k...i->k...", found[1:], found[:-1]))
+    found[1:] *= np.cumprod(np.where(signs < 0.0, -1.0, 1.0), axis=0)[..., None]
+    return np.asarray(found)

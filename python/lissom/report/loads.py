@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..marks import LoadMark
-from . import arrows, theme
-from .layers import BREAK, LEGEND, Shown, Trace
+from . import arrows
+from .layers import BREAK, Arrows, Shown, Strand, Thing
 
 Array = NDArray[np.float64]
 
@@ -20,10 +20,13 @@ ARROW, RING = 0.28, 0.09
 LEAST_ARROW = 1 / 3
 
 #: A ring of a moment goes so far around, in so many points.
-AROUND, POINTS_AROUND = 1.5 * np.pi, 13
+AROUND, POINTS_AROUND = 1.5 * np.pi, 25
+
+#: Radius of the bar on the tails of arrows that are spread, and of rings, relative to the model's size.
+COMB, WIRE = 0.0035, 0.007
 
 
-def loads(marks: Sequence[LoadMark], shown: Shown) -> list[Trace]:
+def loads(marks: Sequence[LoadMark], shown: Shown) -> list[Thing]:
     """Forces and moments."""
     return [
         *_forces([mark for mark in marks if mark.kind == "force"], shown),
@@ -31,10 +34,10 @@ def loads(marks: Sequence[LoadMark], shown: Shown) -> list[Trace]:
     ]
 
 
-def _forces(marks: Sequence[LoadMark], shown: Shown) -> list[Trace]:
+def _forces(marks: Sequence[LoadMark], shown: Shown) -> list[Thing]:
     """Arrows from where a force pulls, or to where it pushes; combs of arrows where it is spread."""
     found = [_vectors(mark, shown) for mark in marks]
-    traces: list[Trace] = []
+    things: list[Thing] = []
     tails, pulls, combs, names = [], [], [], []
     # Newtons and newtons per metre are no lengths that compare.
     for is_spread in (False, True):
@@ -57,16 +60,15 @@ def _forces(marks: Sequence[LoadMark], shown: Shown) -> list[Trace]:
                 breaks = np.broadcast_to(BREAK, (len(arrow), 1, 3))
                 combs.append(np.concatenate([tails[-1], breaks], axis=1))
     if pulls:
-        traces += arrows.arrows(
-            "forces", np.concatenate(tails, axis=1), np.concatenate(pulls, axis=1), shown.size, names
-        )
+        tail, pull = np.concatenate(tails, axis=1), np.concatenate(pulls, axis=1)
+        things.append(arrows.arrows("forces", tail, pull, shown.size, names))
     if combs:
-        looks = {"mode": "lines", "line": {"color": theme.RED, "width": 2}, "hoverinfo": "skip"}
-        traces.append(Trace("forces", "scatter3d", np.concatenate(combs, axis=1), looks))
-    return traces
+        radius = np.full(len(shown.q), COMB * shown.size)
+        things.append(Strand("spread forces", "forces", np.concatenate(combs, axis=1), radius))
+    return things
 
 
-def _moments(marks: Sequence[LoadMark], shown: Shown) -> list[Trace]:
+def _moments(marks: Sequence[LoadMark], shown: Shown) -> list[Thing]:
     """Rings about the axes of moments, with a head that says which way round."""
     found = [_vectors(mark, shown) for mark in marks]
     rings, ends, heads, names = [], [], [], []
@@ -90,14 +92,28 @@ def _moments(marks: Sequence[LoadMark], shown: Shown) -> list[Trace]:
             forward = np.cos(AROUND) * second - np.sin(AROUND) * first
             ends.append(ring[..., -1, :])
             heads.append(0.6 * radius * forward)
-            names += [f"moment on {marks[i].name}"] * (places * (POINTS_AROUND + 1))
+            names += [f"moment on {marks[i].name}"] * places
     if not rings:
         return []
-    looks = {**LEGEND["moments"], "text": names, "hoverinfo": "text"}
     end, head = np.concatenate(ends, axis=1), np.concatenate(heads, axis=1)
     return [
-        Trace("moments", "scatter3d", np.concatenate(rings, axis=1), looks),
-        arrows.cones("moments", theme.MAGENTA, end, head, arrows.HEAD_RADIUS / arrows.HEAD),
+        Strand(
+            ", ".join(dict.fromkeys(names)),
+            "moments",
+            np.concatenate(rings, axis=1),
+            np.full(len(shown.q), WIRE * shown.size),
+        ),
+        # Heads alone: each is as long as its vector.
+        Arrows(
+            names,
+            "moments",
+            end,
+            head,
+            head=2.0 * shown.size,
+            head_radius=2.0 * shown.size * arrows.HEAD_RADIUS / arrows.HEAD,
+            radius=WIRE * shown.size,
+            most=1.0,
+        ),
     ]
 
 
@@ -105,7 +121,9 @@ def _vectors(mark: LoadMark, shown: Shown) -> tuple[Array, Array, Array]:
     """Poses (shapes, places, 4, 4) of places of a load, and its vectors in its own axes and the world's."""
     poses = mark.pose(shown.q, shown.t)
     # Half of it, so that vectors of the largest doubles can be turned; what is beyond them is not drawn.
-    value = 0.5 * shown.load_factor[:, None] * np.nan_to_num(mark.value(shown.t), posinf=0.0, neginf=0.0)
+    value = (
+        0.5 * shown.load_factor[:, None] * np.nan_to_num(mark.value(shown.t, shown.u), posinf=0.0, neginf=0.0)
+    )
     own = np.broadcast_to(value[:, None], (*poses.shape[:2], 3))
     world = np.einsum("kpij,kpj->kpi", poses[..., :3, :3], own) if mark.follows else own
     return poses, own, world

@@ -1,21 +1,37 @@
-"""A self-contained HTML page: text, tables and plotly figures, nothing loaded from anywhere."""
+"""A self-contained HTML page: text, tables, curves and views in space, nothing loaded from anywhere."""
 
 from __future__ import annotations
 
 import html
-from collections.abc import Sequence
+import json
+from base64 import b64encode
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
-from typing import Any
 
 from .._lissom import __version__
+from . import plots
+from .packing import pack
+from .scene import Scene
 
 
 @dataclass(frozen=True)
 class Figure:
-    """A plotly figure with a sentence below it."""
+    """Curves with a sentence below them."""
 
-    figure: Any
+    figure: plots.Figure
+    caption: str = ""
+
+
+@dataclass(frozen=True)
+class Player:
+    """A view in space that plays, with a sentence below it."""
+
+    scene: Scene
+    #: Name of its clock, which curves over the same time share.
+    clock: str
+    #: What is shown, in a few words.
+    title: str
     caption: str = ""
 
 
@@ -26,6 +42,30 @@ class Table:
     columns: Sequence[str]
     rows: Sequence[Sequence[str]]
     numeric: frozenset[str] = frozenset()
+    caption: str = ""
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A cell of a map: its kind, what stands in it, and more for who points at it."""
+
+    kind: str
+    text: str
+    details: str
+
+
+@dataclass(frozen=True)
+class Cells:
+    """A map of cells in the colours of their kinds."""
+
+    #: What the rows and the columns are.
+    corner: str
+    rows: Sequence[str]
+    columns: Sequence[str]
+    #: By rows; None where there is nothing.
+    cells: Sequence[Sequence[Cell | None]]
+    #: Colours by kind.
+    colours: Mapping[str, str]
     caption: str = ""
 
 
@@ -44,11 +84,17 @@ class Source:
     text: str
 
 
-#: Browsers enforce that the page loads nothing and talks to nobody. Plotly compiles its shaders with eval.
+#: Browsers enforce that the page loads nothing and talks to nobody. The player's modules are within the
+#: page, as data.
 CONTENT_POLICY = (
-    "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval'; "
-    "style-src 'unsafe-inline'; img-src data: blob:"
+    "default-src 'none'; script-src 'unsafe-inline' data:; style-src 'unsafe-inline'; img-src data: blob:"
 )
+
+#: For browsers that run no scripts.
+NO_SCRIPTS = "<noscript><p>Views and curves need JavaScript; tables and text do not.</p></noscript>"
+
+#: What the player's modules call each other by.
+PREFIX = "lissom/"
 
 
 @dataclass(frozen=True)
@@ -61,7 +107,7 @@ class Choice:
     options: Sequence[tuple[str, Sequence[Part]]]
 
 
-Part = str | Figure | Table | Lesson | Source | Choice
+Part = str | Figure | Player | Table | Cells | Lesson | Source | Choice
 
 
 @dataclass(frozen=True)
@@ -88,12 +134,15 @@ class Page:
 
 
 def render(page: Page) -> str:
-    """The page as one HTML text, about 5 MB of which are plotly itself."""
-    from plotly.offline import get_plotlyjs
-
-    figures = _figures([part for section in page.sections for part in section.parts])
-    numbers = {id(figure): i for i, figure in enumerate(figures)}
-    assets = files(__package__)
+    """The page as one HTML text, about 80 kB of which are the player."""
+    drawn = _drawn([part for section in page.sections for part in section.parts])
+    numbers = {id(part): i for i, part in enumerate(drawn)}
+    assets = files(__package__) / "player"
+    modules = sorted(file.name for file in assets.iterdir() if file.name.endswith(".js"))
+    sources = {
+        PREFIX + name: "data:text/javascript;base64," + b64encode((assets / name).read_bytes()).decode()
+        for name in modules
+    }
     return "\n".join(
         [
             "<!doctype html>",
@@ -101,29 +150,31 @@ def render(page: Page) -> str:
             f'<meta http-equiv="Content-Security-Policy" content="{CONTENT_POLICY}">',
             '<meta name="viewport" content="width=device-width, initial-scale=1">',
             f"<title>{html.escape(page.title)}</title>",
-            f"<style>\n{(assets / 'page.css').read_text(encoding='utf-8')}</style></head>",
+            f"<style>\n{(assets / 'page.css').read_text(encoding='utf-8')}</style>",
+            *([f'<script type="importmap">{json.dumps({"imports": sources})}</script>'] if drawn else []),
+            "</head>",
             "<body><main>",
             _header(page),
+            *([NO_SCRIPTS] if drawn else []),
             *(_section(section, i, numbers) for i, section in enumerate(page.sections)),
             f"<footer>Made by lissom {__version__}. This file needs nothing but a browser.</footer>",
             "</main>",
-            *(_data(figure, numbers) for figure in figures),
-            f"<script>{get_plotlyjs()}</script>",
-            f"<script>\n{(assets / 'page.js').read_text(encoding='utf-8')}</script>",
+            *(_data(part, numbers) for part in drawn),
+            *([f'<script type="module">import "{PREFIX}page.js";</script>'] if drawn else []),
             "</body></html>\n",
         ]
     )
 
 
-def _figures(parts: Sequence[Part]) -> list[Figure]:
-    """All figures, in their order."""
-    found: list[Figure] = []
+def _drawn(parts: Sequence[Part]) -> list[Figure | Player]:
+    """All that is drawn by scripts, in its order."""
+    found: list[Figure | Player] = []
     for part in parts:
         match part:
-            case Figure():
+            case Figure() | Player():
                 found.append(part)
             case Choice(_, options):
-                found += [figure for _, shown in options for figure in _figures(shown)]
+                found += [inner for _, shown in options for inner in _drawn(shown)]
     return found
 
 
@@ -153,12 +204,20 @@ def _part(part: Part, figures: dict[int, int]) -> str:
         case Lesson(text):
             return f'<p class="lesson">{html.escape(text)}</p>'
         case Source(title, text):
-            return f"<details><summary>{html.escape(title)}</summary><pre>{html.escape(text)}</pre></details>"
+            shown = f'<pre tabindex="0">{html.escape(text)}</pre>'
+            return f"<details><summary>{html.escape(title)}</summary>{shown}</details>"
         case Figure(figure, caption):
-            place = f'style="height:{figure.layout.height}px" data-source="figure-{figures[id(part)]}"'
+            height = figure.height * len(figure.rows)
+            place = f'style="min-height:{height}px" data-source="figure-{figures[id(part)]}"'
             return f'<div class="figure" {place}></div>{_caption(caption)}'
+        case Player(_, clock, title, caption):
+            names = f'data-clock="{html.escape(clock)}" aria-label="{html.escape(title)}"'
+            place = f'data-source="figure-{figures[id(part)]}"'
+            return f'<div class="player" role="group" {names} {place}></div>{_caption(caption)}'
         case Table():
             return _table(part)
+        case Cells():
+            return _cells(part)
         case Choice():
             return _choice(part, figures)
 
@@ -177,10 +236,36 @@ def _choice(choice: Choice, figures: dict[int, int]) -> str:
     return f'<div class="choice"><label>{what} {select}</label>\n{shown}</div>'
 
 
-def _data(figure: Figure, figures: dict[int, int]) -> str:
+def _data(part: Figure | Player, figures: dict[int, int]) -> str:
+    told = plots.document(part.figure) if isinstance(part, Figure) else part.scene.document()
     # A script element ends at "</", wherever that stands.
-    json = figure.figure.to_json().replace("</", "<\\/")
-    return f'<script type="application/json" id="figure-{figures[id(figure)]}">{json}</script>'
+    content = json.dumps(pack(told), ensure_ascii=False, separators=(",", ":"), allow_nan=False)
+    escaped = content.replace("</", "<\\/").replace("<!--", "<\\!--")
+    return f'<script type="application/json" id="figure-{figures[id(part)]}">{escaped}</script>'
+
+
+def _cells(cells: Cells) -> str:
+    kinds = "".join(
+        f'<li><i style="background:{colour}"></i>{html.escape(kind)}</li>'
+        for kind, colour in cells.colours.items()
+    )
+    names = "".join(f'<th scope="col">{html.escape(name)}</th>' for name in cells.columns)
+    rows = []
+    for name, row in zip(cells.rows, cells.cells, strict=True):
+        shown = "".join(_cell(cell, cells.colours) for cell in row)
+        rows.append(f'<tr><th scope="row">{html.escape(name)}</th>{shown}</tr>')
+    corner = f'<th scope="col">{html.escape(cells.corner)}</th>'
+    head = f"<thead><tr>{corner}{names}</tr></thead>"
+    table = f'<table class="cells">{head}<tbody>{"".join(rows)}</tbody></table>'
+    shown = f'<div class="scroll" tabindex="0">{table}</div>'
+    return f'<ul class="kinds">{kinds}</ul>{shown}{_caption(cells.caption)}'
+
+
+def _cell(cell: Cell | None, colours: Mapping[str, str]) -> str:
+    if cell is None:
+        return "<td></td>"
+    title = f'title="{html.escape(cell.details)}"'
+    return f'<td style="background:{colours[cell.kind]}" {title}>{html.escape(cell.text)}</td>'
 
 
 def _table(table: Table) -> str:
@@ -194,7 +279,8 @@ def _table(table: Table) -> str:
 
     head = f"<thead><tr>{cells('th', table.columns)}</tr></thead>" if any(table.columns) else ""
     rows = "".join(f"<tr>{cells('td', row)}</tr>" for row in table.rows)
-    return f'<div class="scroll"><table>{head}<tbody>{rows}</tbody></table></div>{_caption(table.caption)}'
+    shown = f'<div class="scroll" tabindex="0"><table>{head}<tbody>{rows}</tbody></table></div>'
+    return shown + _caption(table.caption)
 
 
 def _caption(text: str) -> str:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -12,14 +11,14 @@ from .._lissom import EquilibriumPath
 from ..results import Array
 from ..studies import ModesStudy, Slides, StaticsStudy
 from ..views import Member, view
-from . import motion, page, theme
+from . import motion, page, plots, theme
 from .text import quantity
 
 #: Modes that are animated; the table has all of them.
 ANIMATED = 4
 
 #: Frames of one vibration.
-FRAMES = 25
+FRAMES = 49
 
 #: Largest deflection of an animated mode, relative to the rod's length; in coordinates for a pendulum.
 AMPLITUDE = 0.15
@@ -29,7 +28,7 @@ LISTED = 10
 
 
 def write(study: StaticsStudy | ModesStudy, path: Path) -> None:
-    """Write the report of a study to ``path``. Needs plotly."""
+    """Write the report of a study to ``path``."""
     built = statics(study) if isinstance(study, StaticsStudy) else modes(study)
     path.write_text(page.render(built), encoding="utf-8")
 
@@ -43,7 +42,8 @@ def statics(study: StaticsStudy) -> page.Page:
         factors = None
     else:
         load_factor, q = path.load_factor, path.q
-        label, caption = ("load factor ", ""), "Equilibria while the loads grow; the last one is shown first."
+        label = ("load factor ", "")
+        caption = "Equilibria while the loads grow, the last one first; between them shapes are interpolated."
         factors = load_factor
     slides = Slides(study.scene, load_factor, q, label, opens_at=len(q) - 1, factors=factors)
     sections = motion.sections("Shape", slides, caption)
@@ -94,7 +94,7 @@ def summary(study: StaticsStudy) -> list[tuple[str, str]]:
 def _wrenches(study: StaticsStudy, members: Sequence[Member]) -> page.Table:
     """What each link gets through its joint at rest."""
     q, t = study.found.q[None], np.array([study.scene.simulation.t0])
-    rest = np.zeros_like(q)
+    rest, u = np.zeros_like(q), study.scene.model.u0[None]
 
     def components(values: Array) -> str:
         # What rounding leaves of a zero says nothing.
@@ -103,7 +103,7 @@ def _wrenches(study: StaticsStudy, members: Sequence[Member]) -> page.Table:
 
     rows = []
     for member in members:
-        wrench = member.wrench(q, rest, rest, t)[0]
+        wrench = member.wrench(q, rest, rest, t, u)[0]
         rows.append((member.name, member.carrier, components(wrench[3:]), components(wrench[:3])))
     columns = ("link", "carried by", "force (N)", "moment (N m)")
     caption = "What each link gets through its joint, in the axes of the world; the moment about the joint."
@@ -111,31 +111,21 @@ def _wrenches(study: StaticsStudy, members: Sequence[Member]) -> page.Table:
 
 
 def _stiffness(path: EquilibriumPath) -> list[page.Part]:
-    import plotly.graph_objects as go
-
-    figure = go.Figure(
-        [
-            go.Scatter(
-                x=path.load_factor,
-                y=path.lowest_eigenvalue,
-                mode="lines+markers",
-                line={"color": theme.BLUE},
-                name="lowest eigenvalue",
-            ),
-            go.Scatter(
-                x=[point.load_factor for point in path.critical_points],
-                y=[0.0 for _ in path.critical_points],
-                mode="markers",
-                marker={"color": theme.RED, "size": 10},
-                name="critical points",
-            ),
-        ]
-    )
-    figure.update_layout(
-        **theme.layout(
-            320, xaxis=theme.axis("load factor"), yaxis=theme.axis("stiffness / elastic stiffness")
-        )
-    )
+    critical = path.critical_points
+    curves = [
+        plots.Curve("lowest eigenvalue", path.load_factor, path.lowest_eigenvalue, theme.BLUE, mark="disc"),
+        plots.Curve(
+            "critical points",
+            np.array([point.load_factor for point in critical]),
+            np.zeros(len(critical)),
+            theme.RED,
+            joined=False,
+            mark="diamond",
+        ),
+    ]
+    shown = curves if critical else curves[:1]
+    plot = plots.Plot(plots.Axis("load factor"), plots.Axis("stiffness / elastic stiffness"), shown)
+    figure = plots.Figure([[plot]], 320, plots.MOTION)
     return [page.Figure(figure, "Smallest eigenvalue of the tangent stiffness; unstable below zero.")]
 
 
@@ -149,6 +139,7 @@ def modes(study: ModesStudy) -> page.Page:
             f"Mode {k + 1}: {frequency(study, k)}",
             _vibration(study, k),
             "Deflections are exaggerated or reduced.",
+            f"mode {k + 1}",
         )
     ]
     return page.Page(
@@ -157,8 +148,8 @@ def modes(study: ModesStudy) -> page.Page:
         + ("the initial shape." if study.statics is None else "the equilibrium at rest."),
         outcome=("Stable" if study.found.is_stable else "Unstable", study.found.is_stable),
         sections=[
-            page.Section("Modes", [page.Table(COLUMNS, table(study), frozenset(COLUMNS))]),
             *animated,
+            page.Section("Modes", [page.Table(COLUMNS, table(study), frozenset(COLUMNS))]),
             page.Section("Scene", [page.Source("The scene file", study.scene.text)]),
         ],
     )
@@ -198,7 +189,7 @@ def _vibration(study: ModesStudy, k: int) -> Slides:
     return Slides(study.scene, phase / (2.0 * np.pi) * period, q)
 
 
-def _deflection(study: ModesStudy, shape: Any) -> float:
+def _deflection(study: ModesStudy, shape: Array) -> float:
     """Largest deflection of a shape, relative to the model's size; without links its largest coordinate."""
     seen = view(study.scene.model)
     if not seen.is_spatial:

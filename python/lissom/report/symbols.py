@@ -1,4 +1,4 @@
-"""Symbols of what is drawn beside links and loads: joints, supports, gravity, current, floor."""
+"""Symbols of what is drawn beside links and loads: joints, supports, gravity, current; where the floor is."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..marks import JointMark, Marks, Pose, SupportMark
-from . import arrows, theme
+from . import arrows
 from .actuators import actuators
-from .layers import BREAK, Shown, Trace
+from .layers import BREAK, Dots, Shown, Solid, Strand, Thing, quaternions
 from .loads import loads
 from .solids import placed
 
@@ -28,11 +28,12 @@ WINDINGS = 5
 #: scaled to, relative to its diagonal.
 CORNER_ARROW, CORNER_GAP, CORNER_HEAD = 0.13, 0.04, 0.4
 
-#: The floor is so far within the box, relative to half its height: at its very side it would be cut.
-FLOOR_GAP = 0.02
+#: Thickness of the bars and rails of joints, relative to half an axis; radii of the balls of joints, of
+#: anchors and of the wire of springs, relative to the model's size.
+BAR, RAIL, BALL, ANCHOR, SPRING = 0.16, 0.08, 0.016, 0.012, 0.0035
 
 
-def symbols(marks: Marks, shown: Shown) -> list[Trace]:
+def symbols(marks: Marks, shown: Shown) -> list[Thing]:
     """Everything that is drawn of the robot itself."""
     return [
         *_joints(marks.joints, shown),
@@ -43,10 +44,10 @@ def symbols(marks: Marks, shown: Shown) -> list[Trace]:
     ]
 
 
-def around(marks: Marks, low: Array, high: Array, eye: Array) -> list[Trace]:
-    """Gravity, the current and the floor in and below a box that is seen from ``eye``."""
+def around(marks: Marks, low: Array, high: Array, eye: Array) -> list[Thing]:
+    """Gravity and the current in the upper corners of a box that is seen from ``eye``."""
     diagonal = float(np.linalg.norm(high - low))
-    traces: list[Trace] = []
+    things: list[Thing] = []
     # In the upper corners that are behind the box, on the left and on the right.
     depth = int(np.argmax(np.abs(eye[:2])))
     is_right = np.cross([0.0, 0.0, 1.0], eye) > 0.0
@@ -68,92 +69,58 @@ def around(marks: Marks, low: Array, high: Array, eye: Array) -> list[Trace]:
         inwards = np.sign(0.5 * (low + high) - corner) * extent
         tails = (corner + inwards + beside - 0.5 * arrow)[None]
         text = f"{layer}: {norm:.3g} {'m/s²' if layer == 'gravity' else 'm/s'}"
-        traces += arrows.arrows(
-            layer, tails, np.broadcast_to(arrow, tails.shape), CORNER_HEAD * diagonal, text
-        )
-    floor = _floor(marks.gravity, low, high)
-    if floor is not None:
-        traces.append(floor)
-    return traces
+        pointing = np.broadcast_to(arrow, tails.shape)
+        things.append(arrows.arrows(layer, tails, pointing, CORNER_HEAD * diagonal, [text] * number))
+    return things
 
 
-def _joints(marks: Sequence[JointMark], shown: Shown) -> list[Trace]:
-    """Thick lines about which something turns, rails along which it slides, frames of planes, balls."""
-    lines: dict[float, list[Array]] = {7.0: [], 3.0: []}
-    texts: dict[float, list[str]] = {7.0: [], 3.0: []}
+def _joints(marks: Sequence[JointMark], shown: Shown) -> list[Thing]:
+    """Bars about which something turns, rails along which it slides, frames of planes, balls."""
+    things: list[Thing] = []
     balls, names = [], []
     for mark in marks:
         poses = mark.pose(shown.q, shown.t)
-        text = f"joint of {mark.name}"
+        name = f"joint of {mark.name}"
         if mark.kind == "ball":
-            balls.append(poses[:, None, :3, 3])
-            names.append(text)
+            balls.append(np.broadcast_to(poses[..., None, :3, 3], (len(shown.q), 1, 3)))
+            names.append(name)
             continue
-        local, width = _joint_lines(mark, shown)
-        lines[width].append(placed(poses, local))
-        texts[width] += [text] * len(local)
-    traces = [
-        Trace(
-            "joints",
-            "scatter3d",
-            np.concatenate(found, axis=1),
-            {
-                "mode": "lines",
-                "line": {"color": theme.PURPLE, "width": width},
-                "text": texts[width],
-                "hoverinfo": "text",
-            },
-        )
-        for width, found in lines.items()
-        if found
-    ]
+        local, thickness = _joint_lines(mark, shown)
+        radius = np.full(len(shown.q), thickness * shown.half_axis)
+        things.append(Strand(name, "joints", placed(poses, local), radius))
     if balls:
-        marker = {"size": 6, "color": theme.PURPLE}
-        looks = {"mode": "markers", "marker": marker, "text": names, "hoverinfo": "text"}
-        traces.append(Trace("joints", "scatter3d", np.concatenate(balls, axis=1), looks))
-    return traces
+        things.append(Dots(names, "joints", np.concatenate(balls, axis=1), BALL * shown.size))
+    return things
 
 
 def _joint_lines(mark: JointMark, shown: Shown) -> tuple[Array, float]:
-    """Lines in the frame of a joint, and how wide they are; they cover all of the way."""
+    """Lines in the frame of a joint, and how thick they are; they cover all of the way."""
     half = shown.half_axis
     if mark.kind == "turning":
-        return np.array([[-half, 0.0, 0.0], [half, 0.0, 0.0], *BREAK]), 7.0
+        return np.array([[-half, 0.0, 0.0], [half, 0.0, 0.0], *BREAK]), BAR
     travel = mark.travel(shown.q, shown.t)
     low, high = travel.min(axis=0) - half, travel.max(axis=0) + half
     if mark.kind == "sliding":
         a, b, gap = low[0], high[0], 0.3 * half
         rails = [[a, -gap, 0.0], [b, -gap, 0.0], *BREAK, [a, gap, 0.0], [b, gap, 0.0], *BREAK]
-        return np.array(rails), 3.0
+        return np.array(rails), RAIL
     (_, a, c), (_, b, d) = low, high
     corners = [[0.0, a, c], [0.0, b, c], [0.0, b, d], [0.0, a, d], [0.0, a, c], *BREAK]
-    return np.array(corners), 3.0
+    return np.array(corners), RAIL
 
 
-def _supports(marks: Sequence[SupportMark], shown: Shown) -> list[Trace]:
+def _supports(marks: Sequence[SupportMark], shown: Shown) -> list[Thing]:
     """Springs from their anchors to what they hold; anchors alone where directions are held."""
     if not marks:
         return []
     anchors = np.stack([mark.anchor for mark in marks])[None]
     names = [f"support of {mark.name}" for mark in marks]
-    marker = {"symbol": "diamond", "size": 6, "color": theme.GREEN}
-    traces = [
-        Trace(
-            "supports",
-            "scatter3d",
-            anchors,
-            {"mode": "markers", "marker": marker, "text": names, "hoverinfo": "text"},
-        )
-    ]
-    springs = [
-        _spring(mark.anchor, mark.pose(shown.q, shown.t)[..., :3, 3], shown.size)
-        for mark in marks
-        if mark.holds_places
-    ]
-    if springs:
-        looks = {"mode": "lines", "line": {"color": theme.GREEN, "width": 3}, "hoverinfo": "skip"}
-        traces.append(Trace("supports", "scatter3d", np.concatenate(springs, axis=1), looks))
-    return traces
+    things: list[Thing] = [Dots(names, "supports", anchors, ANCHOR * shown.size)]
+    for mark, name in zip(marks, names, strict=True):
+        if mark.holds_places:
+            points = _spring(mark.anchor, mark.pose(shown.q, shown.t)[..., :3, 3], shown.size)
+            things.append(Strand(name, "supports", points, np.full(len(points), SPRING * shown.size)))
+    return things
 
 
 def _spring(anchor: Array, ends: Array, size: float) -> Array:
@@ -169,37 +136,26 @@ def _spring(anchor: Array, ends: Array, size: float) -> Array:
     return np.concatenate([points, np.broadcast_to(BREAK, (len(ends), 1, 3))], axis=1)
 
 
-def _clamps(clamps: Sequence[Pose], shown: Shown) -> list[Trace]:
+def _clamps(clamps: Sequence[Pose], shown: Shown) -> list[Thing]:
     """Plates behind the bases that are welded to the world."""
     half = max(PLATE * shown.size, 1.5 * shown.radius)
-    box = np.array([[x, y, z] for x in (-half / 4, 0.0) for y in (-half, half) for z in (-half, half)])
-    faces = [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1]]
-    faces += [[2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]]
-    looks = {
-        **dict(zip("ijk", np.array(faces, np.int32).T, strict=True)),
-        "color": theme.GREEN,
-        "flatshading": True,
-        "opacity": 0.75,
-        "name": "clamp",
-        "hoverinfo": "name",
-    }
-    return [
-        Trace("supports", "mesh3d", placed(np.asarray(clamp(shown.q, shown.t)), box), looks)
-        for clamp in clamps
-    ]
+    behind = np.eye(4)
+    behind[0, 3] = -half / 8
+    plates: list[Thing] = []
+    for clamp in clamps:
+        poses = np.broadcast_to(clamp(shown.q, shown.t), (len(shown.q), 4, 4)) @ behind
+        size = np.array([half / 8, half, half])
+        turns = quaternions(poses[:, :3, :3])
+        plates.append(Solid("clamp", "supports", "box", size, poses[:, :3, 3], turns))
+    return plates
 
 
-def _floor(gravity: Sequence[float], low: Array, high: Array) -> Trace | None:
-    """The side of a box to which things fall, where that is one side."""
+def floor(gravity: Sequence[float], low: Array, high: Array) -> tuple[int, float, bool]:
+    """Axis and place of the ground below a box, and whether up is along that axis.
+
+    Across gravity where that has the direction of an axis, else across z.
+    """
     down = np.asarray(gravity, float)
-    axis = int(np.argmax(np.abs(down)))
-    if np.count_nonzero(down) != 1:
-        return None
-    corners = np.array([low, low, high, high])
-    side, centre = (high if down[axis] > 0.0 else low)[axis], 0.5 * (low + high)[axis]
-    corners[:, axis] = side + FLOOR_GAP * (centre - side)
-    first, second = (i for i in range(3) if i != axis)
-    corners[[1, 3], first] = [high[first], low[first]]
-    corners[[1, 3], second] = [low[second], high[second]]
-    looks = {"i": [0, 0], "j": [1, 2], "k": [2, 3], "color": theme.GREY, "opacity": 0.15, "hoverinfo": "skip"}
-    return Trace("floor", "mesh3d", corners[None], looks)
+    axis = int(np.argmax(np.abs(down))) if np.count_nonzero(down) == 1 else 2
+    is_below = bool(down[axis] <= 0.0)
+    return axis, float(low[axis] if is_below else high[axis]), is_below

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from .._lissom import AccuracyWarning, MotionResult, Scene, Statistics, simulate
-from ..results import COUNTERS, MAX_SHAPES, NO_ENERGIES, Run, in_words_of_a_scene
+from ..results import COUNTERS, MAX_SHAPES, NO_ENERGIES, Made, Run, in_words_of_a_scene
 from ..results import statistics as numbers
 from ..views import SECTIONS_PER_SEGMENT, Coordinate, view
 from . import motion
@@ -52,7 +52,7 @@ def pace(ratio: float) -> str:
     return f"{ratio:,.0f} ×" if ratio >= 10.0 else f"{ratio:.2g} ×"
 
 
-def drift(run: Run) -> str:
+def drift(run: Run | Made) -> str:
     """The energy drift in words."""
     if "energy" not in run.wants:
         return "not computed: the scene does not ask for energies"
@@ -233,7 +233,7 @@ def summary(run: Run) -> list[tuple[str, str]]:
     return rows
 
 
-def animation(run: Run) -> str:
+def animation(run: Run | Made) -> str:
     """Below the animation."""
     note = f"{run.view.caption}. Axes are to scale"
     sizes = [size for link in run.view.links for size in link.half_extents()]
@@ -254,7 +254,7 @@ def coordinates(shown: Sequence[Coordinate]) -> str:
     )
 
 
-def energy(run: Run) -> str:
+def energy(run: Run | Made) -> str:
     """Below the energies."""
     work = " − work of the tip moment" if run.balance.work.any() else ""
     return (

@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 
 from ..._lissom import MotionResult, SpringPendulum, simulate
-from ...report import theme
+from ...report import plots, theme
 from ...report.page import Figure, Lesson, Section, Table
+from ...report.plots import Axis, Curve, Plot
 from ...report.text import quantity
 from . import published
 from .part import NUMERIC, RUN_COLUMNS, Part, run_cells, steps_too_long_on_purpose, timed_run
@@ -21,6 +22,11 @@ LONG, SHOWN = 1000.0, 20.0
 
 #: Tolerance of the path that others are compared with.
 REFERENCE_TOLERANCE = 1e-12
+
+#: Motions by name, with the colours and styles of their curves.
+Paths = dict[str, tuple[Any, str, plots.Style]]
+
+TIME = Axis("time (s)")
 
 #: Shown points of a curve.
 POINTS = 2001
@@ -36,7 +42,7 @@ def part() -> Part:
     explicit = simulate(pendulum, SHOWN, q0=START, method="rk45", t_eval=times)
     fine = simulate(pendulum, SHOWN, q0=START, dt=SHOWN / (POINTS - 1))
     coarse = simulate(pendulum, SHOWN, q0=START, dt=1.0)
-    paths = {
+    paths: Paths = {
         "implicit, step 0.01 s": (fine, theme.BLUE, "solid"),
         "explicit": (explicit, theme.ORANGE, "dash"),
         "reference": (reference, theme.GREY, "dot"),
@@ -59,7 +65,7 @@ def part() -> Part:
     return Part(sections, numbers)
 
 
-def figure_4(pendulum: SpringPendulum, paths: dict[str, Any], error: float) -> Section:
+def figure_4(pendulum: SpringPendulum, paths: Paths, error: float) -> Section:
     """The motion by both methods."""
     return Section(
         "Figure 4: the spring pendulum",
@@ -180,71 +186,38 @@ def energies(pendulum: SpringPendulum, motion: Any) -> tuple[Any, Any]:
     return right.total - right.total[0], wrong - wrong[0]
 
 
-def trajectories(pendulum: SpringPendulum, paths: dict[str, Any]) -> Any:
+def trajectories(pendulum: SpringPendulum, paths: Paths) -> plots.Figure:
     """Figure 4."""
-    from plotly.subplots import make_subplots
-
-    figure = make_subplots(
-        rows=2,
-        cols=2,
-        specs=[[{"rowspan": 2}, {}], [None, {}]],
-        horizontal_spacing=0.11,
-        vertical_spacing=0.12,
-    )
-    for name, (motion, colour, dash) in paths.items():
-        angle, elongation = motion.q.T
-        r = pendulum.length + elongation
-        line = {"color": colour, "dash": dash, "width": 1.6}
-        shared = {"name": name, "legendgroup": name, "mode": "lines", "line": line}
-        figure.add_scatter(x=r * np.cos(angle), y=r * np.sin(angle), **shared, row=1, col=1)
-        figure.add_scatter(x=motion.t, y=angle, **shared, showlegend=False, row=1, col=2)
-        figure.add_scatter(x=motion.t, y=elongation, **shared, showlegend=False, row=2, col=2)
-    figure.update_xaxes(theme.axis("x (m)"), row=1, col=1)
-    figure.update_yaxes(theme.axis("y (m)", scaleanchor="x", scaleratio=1), row=1, col=1)
-    figure.update_yaxes(theme.axis("angle (rad)"), row=1, col=2)
-    figure.update_yaxes(theme.axis("elongation (m)"), row=2, col=2)
-    figure.update_xaxes(theme.axis(""), row=1, col=2)
-    figure.update_xaxes(theme.axis("time (s)"), row=2, col=2)
-    figure.update_layout(**theme.layout(520))
-    return figure
+    path, angle, elongation = [], [], []
+    for name, (motion, colour, style) in paths.items():
+        turned, longer = motion.q.T
+        r = pendulum.length + longer
+        path.append(Curve(name, r * np.cos(turned), r * np.sin(turned), colour, style, 1.6))
+        angle.append(Curve(name, motion.t, turned, colour, style, 1.6))
+        elongation.append(Curve(name, motion.t, longer, colour, style, 1.6))
+    rows = [
+        [Plot(Axis("x (m)"), Axis("y (m)"), path, to_scale=True)],
+        [Plot(TIME, Axis("angle (rad)"), angle), Plot(TIME, Axis("elongation (m)"), elongation)],
+    ]
+    return plots.Figure(rows, 320)
 
 
-def coarse_figure(coarse: Any, reference: Any) -> Any:
+def coarse_figure(coarse: Any, reference: Any) -> plots.Figure:
     """Figure 5."""
-    from plotly.subplots import make_subplots
-
-    figure = make_subplots(rows=2, cols=1, shared_xaxes=True, vertical_spacing=0.06)
+    rows = []
     for i, label in enumerate(("angle (rad)", "elongation (m)")):
-        shown = {"row": i + 1, "col": 1, "showlegend": i == 0}
-        figure.add_scatter(
-            x=reference.t,
-            y=reference.q[:, i],
-            name="reference",
-            line={"color": theme.GREY, "width": 1.6},
-            **shown,
-        )
-        figure.add_scatter(
-            x=coarse.t,
-            y=coarse.q[:, i],
-            name="implicit, step 1 s",
-            mode="lines+markers",
-            line={"color": theme.RED, "dash": "dot"},
-            **shown,
-        )
-        figure.update_yaxes(theme.axis(label), row=i + 1, col=1)
-    figure.update_xaxes(theme.axis(""))
-    figure.update_xaxes(theme.axis("time (s)"), row=2, col=1)
-    figure.update_layout(**theme.layout(480))
-    return figure
+        curves = [
+            Curve("reference", reference.t, reference.q[:, i], theme.GREY, width=1.6),
+            Curve("implicit, step 1 s", coarse.t, coarse.q[:, i], theme.RED, "dot", mark="disc"),
+        ]
+        rows.append([Plot(TIME, Axis(label), curves)])
+    return plots.Figure(rows, 250)
 
 
-def energy_figure(t: Any, right: Any, wrong: Any) -> Any:
+def energy_figure(t: Any, right: Any, wrong: Any) -> plots.Figure:
     """Figure 6."""
-    import plotly.graph_objects as go
-
-    figure = go.Figure()
-    figure.add_scatter(x=t, y=wrong, name="as printed in the report", line={"color": theme.RED, "width": 1.6})
-    figure.add_scatter(x=t, y=right, name="right", line={"color": theme.GREEN, "width": 2.4})
-    y = theme.axis("change of the total (J)")
-    figure.update_layout(**theme.layout(400, xaxis=theme.axis("time (s)"), yaxis=y))
-    return figure
+    curves = [
+        Curve("as printed in the report", t, wrong, theme.RED, width=1.6),
+        Curve("right", t, right, theme.GREEN, width=2.4),
+    ]
+    return plots.Figure([[Plot(TIME, Axis("change of the total (J)"), curves)]], 400)

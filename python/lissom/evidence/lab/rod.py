@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 
 from ..._lissom import Rod, Segment, root, simulate
-from ...report import theme
+from ...report import plots, theme
 from ...report.page import Figure, Lesson, Section, Table
+from ...report.plots import Axis, Curve, Plot
 from ...report.text import quantity
 from . import published
 from .part import NUMERIC, RUN_COLUMNS, Part, run_cells, steps_too_long_on_purpose, timed_run
@@ -252,97 +253,57 @@ def table_3(runs: list[dict[str, Any]], coarse_error: float, span: float) -> Sec
     )
 
 
-def shapes(horizontal: Rod, hanging: Rod, motion: Any, still: Any, equilibrium: Any) -> Any:
+def shapes(horizontal: Rod, hanging: Rod, motion: Any, still: Any, equilibrium: Any) -> plots.Figure:
     """Figure 7."""
-    from plotly.colors import sample_colorscale
-    from plotly.subplots import make_subplots
-
-    figure = make_subplots(
-        rows=1,
-        cols=2,
-        column_widths=[0.75, 0.25],
-        subplot_titles=("horizontal", "hanging"),
-        horizontal_spacing=0.1,
-    )
-    colours = sample_colorscale(theme.ROD_SCALE, np.linspace(0.0, 1.0, len(SNAPSHOTS)))
+    colours = theme.sample(theme.ROD_SCALE, np.linspace(0.0, 1.0, len(SNAPSHOTS)))
+    curves = []
     for time, colour in zip(SNAPSHOTS, colours, strict=True):
         q = motion.q[int(np.argmin(np.abs(motion.t - time)))]
-        style = {"color": colour, "width": 3}
-        figure.add_scatter(
-            **centre_line(horizontal, q), name=f"{time:g} s", mode="lines", line=style, row=1, col=1
-        )
+        curves.append(Curve(f"{time:g} s", *centre_line(horizontal, q), colour, width=3.0))
     path = tip(horizontal, motion.q)
-    style = {"color": theme.ORANGE, "width": 1}
-    figure.add_scatter(x=path[:, 0], y=path[:, 1], name="path of the tip", line=style, row=1, col=1)
-    style = {"color": theme.GREY, "dash": "dash"}
-    figure.add_scatter(**centre_line(horizontal, equilibrium), name="equilibrium", line=style, row=1, col=1)
-    for q, colour, dash in ((still.q[0], colours[0], "solid"), (still.q[-1], colours[-1], "dot")):
-        style = {"color": colour, "width": 4, "dash": dash}
-        figure.add_scatter(
-            **centre_line(hanging, q), showlegend=False, mode="lines", line=style, row=1, col=2
-        )
-    figure.update_xaxes(theme.axis("x (m)"))
-    figure.update_xaxes(range=[-0.3, 0.3], row=1, col=2)
-    figure.update_yaxes(theme.axis("z (m)"))
-    figure.update_yaxes(scaleanchor="x", scaleratio=1, row=1, col=1)
-    figure.update_yaxes(scaleanchor="x2", scaleratio=1, row=1, col=2)
-    figure.update_layout(
-        **theme.layout(
-            500,
-            margin={"l": 75, "r": 20, "t": 60, "b": 55},
-            legend={"orientation": "h", "y": -0.2, "yanchor": "top"},
-        )
-    )
-    return figure
+    curves += [
+        Curve("path of the tip", path[:, 0], path[:, 1], theme.ORANGE, width=1.0),
+        Curve("equilibrium", *centre_line(horizontal, equilibrium), theme.GREY, "dash"),
+    ]
+    hung = [
+        Curve("", *centre_line(hanging, still.q[0]), colours[0], width=4.0),
+        Curve("", *centre_line(hanging, still.q[-1]), colours[-1], "dot", width=4.0),
+    ]
+    row = [
+        Plot(Axis("x (m)"), Axis("z (m)"), curves, "horizontal", to_scale=True, width=3.0),
+        Plot(Axis("x (m)", range=(-0.3, 0.3)), Axis("z (m)"), hung, "hanging", to_scale=True),
+    ]
+    return plots.Figure([row], 440)
 
 
-def centre_line(rod: Rod, q: Any) -> dict[str, Any]:
-    """The shape of a rod in the plane in which it moves."""
+def centre_line(rod: Rod, q: Any) -> tuple[Any, Any]:
+    """x and z of the shape of a rod in the plane in which it moves."""
     line = rod.pose(q, np.linspace(0.0, rod.length, STATIONS))[:, :3, 3]
-    return {"x": line[:, 0], "y": line[:, 2]}
+    return line[:, 0], line[:, 2]
 
 
-def tips(rod: Rod, motions: dict[float, Any], reference: Any) -> Any:
+def tips(rod: Rod, motions: dict[float, Any], reference: Any) -> plots.Figure:
     """Figure 8."""
-    from plotly.subplots import make_subplots
-
-    figure = make_subplots(rows=2, cols=1, shared_xaxes=True, vertical_spacing=0.06)
-    curves = [("reference", reference, {"color": theme.GREY, "width": 2.5}, "lines")]
-    styles = {1.0: (theme.RED, "lines+markers"), STEP: (theme.BLUE, "lines"), 1e-3: (theme.GREEN, "lines")}
+    colours = {1.0: theme.RED, STEP: theme.BLUE, 1e-3: theme.GREEN}
+    compared = [("reference", reference, theme.GREY, 2.5, False)]
     for step, motion in motions.items():
-        colour, mode = styles[step]
-        curves.append((f"implicit, step {step:g} s", motion, {"color": colour, "width": 1.4}, mode))
-    for name, motion, line, mode in curves:
-        path = tip(rod, motion.q)
-        for i in range(2):
-            figure.add_scatter(
-                x=motion.t,
-                y=path[:, i],
-                name=name,
-                legendgroup=name,
-                showlegend=i == 0,
-                mode=mode,
-                line=line,
-                row=i + 1,
-                col=1,
-            )
+        compared.append((f"implicit, step {step:g} s", motion, colours[step], 1.4, step == 1.0))
+    rows = []
     for i, axis in enumerate("xz"):
-        figure.update_yaxes(theme.axis(f"{axis} of the tip (m)"), row=i + 1, col=1)
-    figure.update_xaxes(theme.axis(""))
-    figure.update_xaxes(theme.axis("time (s)"), row=2, col=1)
-    figure.update_layout(**theme.layout(520))
-    return figure
+        curves = [
+            Curve(
+                name, motion.t, tip(rod, motion.q)[:, i], colour, width=width, mark="disc" if coarse else ""
+            )
+            for name, motion, colour, width, coarse in compared
+        ]
+        rows.append([Plot(Axis("time (s)"), Axis(f"{axis} of the tip (m)"), curves)])
+    return plots.Figure(rows, 270)
 
 
-def mass_figure(t: Any, conditions: Any, determinants: Any) -> Any:
+def mass_figure(t: Any, conditions: Any, determinants: Any) -> plots.Figure:
     """Figure 9."""
-    import plotly.graph_objects as go
-
-    figure = go.Figure()
-    figure.add_scatter(x=t, y=conditions, name="condition number", line={"color": theme.BLUE, "width": 2})
-    figure.add_scatter(
-        x=t, y=determinants, name="determinant (kg³ m¹²)", line={"color": theme.RED, "width": 2}
-    )
-    y = theme.axis("value", type="log", dtick=3)
-    figure.update_layout(**theme.layout(400, xaxis=theme.axis("time (s)"), yaxis=y))
-    return figure
+    curves = [
+        Curve("condition number", t, conditions, theme.BLUE, width=2.0),
+        Curve("determinant (kg³ m¹²)", t, determinants, theme.RED, width=2.0),
+    ]
+    return plots.Figure([[Plot(Axis("time (s)"), Axis("value", log=True), curves)]], 400)

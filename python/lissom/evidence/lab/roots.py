@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 
 from ..._lissom import root
-from ...report import theme
+from ...report import plots, theme
 from ...report.page import Figure, Lesson, Section, Table
+from ...report.plots import Axis, Curve, Note, Plot
 from .part import Part
 
 #: Results by function, start and Jacobian.
@@ -16,7 +17,7 @@ Searches = dict[tuple[str, float, str], Any]
 
 STARTS = (6.0, 1.0, 0.7)
 COLOURS = {"analytic": theme.BLUE, "forward": theme.ORANGE, "central": theme.GREEN}
-DASHES = {"analytic": "solid", "forward": "dash", "central": "dot"}
+STYLES: dict[str, plots.Style] = {"analytic": "solid", "forward": "dash", "central": "dot"}
 
 #: The lab's stop: ||R|| below this, or so many iterations.
 TOLERANCE, MOST_ITERATIONS = 1e-6, 1000
@@ -172,73 +173,53 @@ def _history(found: Any) -> dict[str, Any]:
     return history
 
 
-def functions(searches: Searches) -> Any:
+def functions(searches: Searches) -> plots.Figure:
     """Figure 1."""
-    import plotly.graph_objects as go
-
     x = np.linspace(-0.35, 2.6, 400)
-    figure = go.Figure()
-    for (name, function), dash in zip(FUNCTIONS.items(), ("solid", "dash"), strict=True):
-        line = {"color": theme.GREY, "width": 2, "dash": dash}
-        figure.add_scatter(x=x, y=function(x), name=name, mode="lines", line=line)
-    symbols = {"f": "circle", "f₂": "diamond"}
+    styles: tuple[plots.Style, ...] = ("solid", "dash")
+    curves = [
+        Curve(name, x, function(x), theme.GREY, style, 2.0)
+        for (name, function), style in zip(FUNCTIONS.items(), styles, strict=True)
+    ]
     for (name, start, jacobian), found in searches.items():
         if jacobian != "analytic":
             continue
-        colour = theme.SERIES[STARTS.index(start)]
         visited = _history(found)["x"]
         near = visited[visited < 3.2]
-        figure.add_scatter(
-            x=near,
-            y=FUNCTIONS[name](near),
-            name=f"{name} from {start:g}",
-            mode="markers",
-            marker={"color": colour, "size": 8, "symbol": symbols[name]},
+        curves.append(
+            Curve(
+                f"{name} from {start:g}",
+                near,
+                FUNCTIONS[name](near),
+                theme.SERIES[STARTS.index(start)],
+                joined=False,
+                mark="disc" if name == "f" else "diamond",
+            )
         )
-    roots = [1.0 - np.sqrt(0.5), 1.0 + np.sqrt(0.5)]
-    figure.add_scatter(
-        x=roots,
-        y=[0.0, 0.0],
-        name="double roots of f",
-        mode="markers",
-        marker={"size": 15, "symbol": "circle-open", "color": theme.RED, "line": {"width": 2}},
-    )
-    y = theme.axis("value", range=[-0.35, 1.6])
-    figure.update_layout(**theme.layout(440, xaxis=theme.axis("x", range=[-0.35, 2.6]), yaxis=y))
-    return figure
+    roots = np.array([1.0 - np.sqrt(0.5), 1.0 + np.sqrt(0.5)])
+    curves.append(Curve("double roots of f", roots, np.zeros(2), theme.RED, joined=False, mark="ring"))
+    plot = Plot(Axis("x", range=(-0.35, 2.6)), Axis("value", range=(-0.35, 1.6)), curves)
+    return plots.Figure([[plot]], 440)
 
 
-def convergence(searches: Searches) -> Any:
+def convergence(searches: Searches) -> plots.Figure:
     """Figure 2."""
-    from plotly.subplots import make_subplots
-
-    titles = [f"{name} from {start:g}" for name in FUNCTIONS for start in STARTS]
-    figure = make_subplots(
-        rows=2, cols=3, subplot_titles=titles, horizontal_spacing=0.07, vertical_spacing=0.15
-    )
-    for (name, start, jacobian), found in searches.items():
-        residuals = _history(found)["residual_norm"]
-        row, column = list(FUNCTIONS).index(name) + 1, STARTS.index(start) + 1
-        figure.add_scatter(
-            y=np.maximum(residuals, LEAST_SHOWN),
-            name=jacobian,
-            legendgroup=jacobian,
-            showlegend=(row, column) == (1, 1),
-            mode="lines+markers",
-            line={"color": COLOURS[jacobian], "dash": DASHES[jacobian]},
-            marker={"size": 5},
-            row=row,
-            col=column,
-        )
-        figure.add_hline(
-            y=TOLERANCE, line={"color": theme.FAINT, "dash": "dot", "width": 1}, row=row, col=column
-        )
-    figure.update_xaxes(theme.axis("", rangemode="tozero"))
-    figure.update_xaxes(title="iteration", row=2)
-    figure.update_yaxes(theme.axis("", type="log", dtick=4, range=[-17.5, 3.5]))
-    figure.update_yaxes(title="|R|", col=1)
-    figure.update_layout(**theme.layout(600, legend={"orientation": "h", "y": 1.06, "yanchor": "bottom"}))
-    return figure
+    rows = []
+    for name in FUNCTIONS:
+        row = []
+        for start in STARTS:
+            curves = []
+            for jacobian, style in STYLES.items():
+                residuals = np.maximum(
+                    _history(searches[name, start, jacobian])["residual_norm"], LEAST_SHOWN
+                )
+                iterations = np.arange(len(residuals))
+                curves.append(Curve(jacobian, iterations, residuals, COLOURS[jacobian], style, mark="disc"))
+            y = Axis("|R|", log=True, range=(10**-17.5, 10**3.5))
+            tolerance = Note("y", TOLERANCE, theme.GREY)
+            row.append(Plot(Axis("iteration"), y, curves, f"{name} from {start:g}", [tolerance]))
+        rows.append(row)
+    return plots.Figure(rows, 290)
 
 
 def difference_errors() -> tuple[Any, dict[str, Any]]:
@@ -255,36 +236,13 @@ def difference_errors() -> tuple[Any, dict[str, Any]]:
     return steps, {kind: np.nan_to_num(error, nan=1.0, posinf=1.0) for kind, error in errors.items()}
 
 
-def difference_figure(steps: Any, errors: dict[str, Any]) -> Any:
+def difference_figure(steps: Any, errors: dict[str, Any]) -> plots.Figure:
     """Figure 3."""
-    import plotly.graph_objects as go
-
-    figure = go.Figure()
     epsilon = np.finfo(float).eps
-    best = {"forward": np.sqrt(epsilon), "central": np.cbrt(epsilon)}
-    for kind, error in errors.items():
-        figure.add_scatter(
-            x=steps, y=error, name=kind, mode="lines", line={"color": COLOURS[kind], "width": 1.8}
-        )
-        figure.add_vline(
-            x=float(best[kind] * DIFFERENCED_AT),
-            line={"color": COLOURS[kind], "dash": "dot", "width": 1.5},
-        )
-        figure.add_annotation(
-            x=float(np.log10(best[kind] * DIFFERENCED_AT)),
-            y=0.0,
-            text={"forward": "√ε x", "central": "ε<sup>1/3</sup> x"}[kind],
-            font={"color": COLOURS[kind]},
-            showarrow=False,
-            xanchor="left",
-            xshift=5,
-            yanchor="bottom",
-        )
-    figure.update_layout(
-        **theme.layout(
-            420,
-            xaxis=theme.axis("step h", type="log", dtick=2),
-            yaxis=theme.axis("relative error", type="log", dtick=2),
-        )
-    )
-    return figure
+    best = {"forward": (np.sqrt(epsilon), "√ε x"), "central": (np.cbrt(epsilon), "ε^(1/3) x")}
+    curves = [Curve(kind, steps, error, COLOURS[kind]) for kind, error in errors.items()]
+    notes = [
+        Note("x", float(best[kind][0] * DIFFERENCED_AT), COLOURS[kind], best[kind][1]) for kind in errors
+    ]
+    x, y = Axis("step h", log=True), Axis("relative error", log=True)
+    return plots.Figure([[Plot(x, y, curves, notes=notes)]], 420)

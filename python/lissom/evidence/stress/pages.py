@@ -1,10 +1,9 @@
-"""The report of the stress test: a heat map for every group."""
+"""The report of the stress test: a map of cells for every group."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from ...report import page, theme
 from . import Done, total
@@ -19,15 +18,9 @@ COLOURS: dict[Kind, str] = {
     "wrong": "#8b1a2b",
 }
 
-#: Height of a row of a heat map, and of what is around it, pixels.
-ROW, AROUND = 30, 130
-
-#: Letters of a reason before it goes on in a new line, where the pointer is.
-LINE = 70
-
 
 def write(done: list[Done], regressions: list[str], path: Path) -> None:
-    """Write the report to ``path``. Needs plotly."""
+    """Write the report to ``path``."""
     path.write_text(page.render(build(done, regressions)), encoding="utf-8")
 
 
@@ -68,7 +61,7 @@ def _seconds(done: Done) -> float:
 
 def _section(done: Done) -> page.Section:
     group = done.group
-    parts: list[page.Part] = [page.Figure(_map(done), group.text)]
+    parts: list[page.Part] = [_map(done)]
     if group.lesson:
         parts.append(page.Lesson(group.lesson))
     bad = [
@@ -82,77 +75,18 @@ def _section(done: Done) -> page.Section:
     return page.Section(group.title, parts)
 
 
-def _map(done: Done) -> Any:
-    import plotly.graph_objects as go
-
+def _map(done: Done) -> page.Cells:
+    """The cells in the colours of their outcomes."""
     group = done.group
     rows = list(dict.fromkeys(cell.row for cell in group.cells))
     columns = list(dict.fromkeys(cell.column for cell in group.cells))
-    figure = go.Figure([_heat(done, rows, columns), *_legend()])
-    category: dict[str, Any] = {"type": "category", "showgrid": False, "zeroline": False, "ticks": ""}
-    figure.update_layout(
-        **theme.layout(
-            AROUND + ROW * len(rows),
-            xaxis=theme.axis(group.columns, **category),
-            yaxis=theme.axis(group.rows, **category, autorange="reversed"),
-            margin={"l": 75, "r": 20, "t": 40, "b": 70},
-        )
-    )
-    return figure
-
-
-def _heat(done: Done, rows: list[str], columns: list[str]) -> Any:
-    """The cells in the colours of their outcomes."""
-    import plotly.graph_objects as go
-
-    colour: list[list[int | None]] = [[None] * len(columns) for _ in rows]
-    label = [[""] * len(columns) for _ in rows]
-    hover = [[""] * len(columns) for _ in rows]
-    for cell, outcome in zip(done.group.cells, done.outcomes, strict=True):
-        i, j = rows.index(cell.row), columns.index(cell.column)
-        colour[i][j] = KINDS.index(outcome.kind)
-        label[i][j] = _label(outcome)
-        hover[i][j] = f"<b>{cell.row}, {cell.column}: {outcome.kind}</b><br>{_hover(outcome)}"
-    last = len(KINDS) - 1
-    # Bands of one colour each: every number is in the middle of its own.
-    scale = [
-        [edge, COLOURS[kind]]
-        for k, kind in enumerate(KINDS)
-        for edge in (k / (last + 1), (k + 1) / (last + 1))
-    ]
-    return go.Heatmap(
-        x=columns,
-        y=rows,
-        z=colour,
-        text=label,
-        customdata=hover,
-        texttemplate="%{text}",
-        textfont={"color": "#ffffff", "size": 12},
-        hovertemplate="%{customdata}<extra></extra>",
-        hoverongaps=False,
-        colorscale=scale,
-        zmin=-0.5,
-        zmax=last + 0.5,
-        xgap=2,
-        ygap=2,
-        showscale=False,
-    )
-
-
-def _legend() -> list[Any]:
-    """A heat map has no legend: empty curves of the same colours stand in for it."""
-    import plotly.graph_objects as go
-
-    return [
-        go.Scatter(
-            x=[None],
-            y=[None],
-            mode="markers",
-            name=kind,
-            marker={"color": COLOURS[kind], "size": 12, "symbol": "square"},
-        )
-        for kind in KINDS
-    ]
+    cells: list[list[page.Cell | None]] = [[None] * len(columns) for _ in rows]
+    for cell, outcome in zip(group.cells, done.outcomes, strict=True):
+        details = f"{cell.row}, {cell.column}: {outcome.kind}. {_details(outcome)}"
+        shown = page.Cell(outcome.kind, _label(outcome), details)
+        cells[rows.index(cell.row)][columns.index(cell.column)] = shown
+    colours: dict[str, str] = {kind: COLOURS[kind] for kind in KINDS}
+    return page.Cells(f"{group.rows} \\ {group.columns}", rows, columns, cells, colours, group.text)
 
 
 def _label(outcome: Outcome) -> str:
@@ -162,15 +96,10 @@ def _label(outcome: Outcome) -> str:
     return f"{outcome.error:.0e}"
 
 
-def _hover(outcome: Outcome) -> str:
-    words, lines = outcome.reason.split(), [""]
-    for word in words:
-        if len(lines[-1]) + len(word) > LINE:
-            lines.append("")
-        lines[-1] = f"{lines[-1]} {word}".strip()
+def _details(outcome: Outcome) -> str:
     facts = [f"{outcome.seconds:.2g} s"]
     if outcome.error is not None:
         facts.insert(0, f"error {outcome.error:.1e}")
     if outcome.evaluations:
         facts.append(f"{outcome.evaluations:,} evaluations")
-    return "<br>".join([*(line.replace("<", "&lt;") for line in lines), ", ".join(facts)])
+    return f"{outcome.reason} ({', '.join(facts)})"

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Literal
 
 import numpy as np
 
-from ...report import page, theme
+from ...report import page, plots, theme
 from ...report.text import quantity
 from . import table
 from .case import Outcome, Plot
@@ -23,7 +23,7 @@ LEAD = (
 
 
 def write(outcomes: Sequence[Outcome], path: Path) -> None:
-    """Write the report to ``path``. Needs plotly."""
+    """Write the report to ``path``."""
     path.write_text(page.render(build(outcomes)), encoding="utf-8")
 
 
@@ -91,21 +91,14 @@ def _section(outcome: Outcome) -> page.Section:
     return page.Section(case.name, parts)
 
 
-def figure(plot: Plot) -> Any:
+def figure(plot: Plot) -> plots.Figure:
     """The plot of a case: lissom's curves as lines, wanted values as open circles."""
-    import plotly.graph_objects as go
-
-    traces, counts = [], {True: 0, False: 0}
+    curves, counts = [], {True: 0, False: 0}
     for curve in plot.curves:
         colour = theme.SERIES[counts[curve.joined] % len(theme.SERIES)]
         counts[curve.joined] += 1
-        style: dict[str, Any] = (
-            {"mode": "lines", "line": {"color": colour, "width": 2.2}}
-            if curve.joined
-            else {"mode": "markers", "marker": {"color": colour, "size": 8, "symbol": "circle-open"}}
-        )
-        traces.append(go.Scatter(x=np.asarray(curve.x), y=np.asarray(curve.y), name=curve.name, **style))
-    made = go.Figure(traces)
-    vertical = theme.axis(plot.y, scaleanchor="x") if plot.to_scale else theme.axis(plot.y)
-    made.update_layout(**theme.layout(440, xaxis=theme.axis(plot.x), yaxis=vertical, showlegend=True))
-    return made
+        x, y = np.asarray(curve.x, float), np.asarray(curve.y, float)
+        mark: Literal["", "ring"] = "" if curve.joined else "ring"
+        curves.append(plots.Curve(curve.name, x, y, colour, width=2.2, joined=curve.joined, mark=mark))
+    made = plots.Plot(plots.Axis(plot.x), plots.Axis(plot.y), curves, to_scale=plot.to_scale)
+    return plots.Figure([[made]], 420)

@@ -1,0 +1,132 @@
+"""A browser for tests of reports. `make test-browser` runs them; nothing else does."""
+
+import os
+
+import pytest
+from playwright.sync_api import sync_playwright
+
+import lissom
+from lissom import report, studies
+from lissom.report import studies as study_reports
+from lissom.results import Run
+
+#: Graphics by the processor, the same on all machines; the rest is what containers need.
+ARGUMENTS = [
+    "--no-sandbox",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    "--ignore-gpu-blocklist",
+]
+
+#: Milliseconds that anything may take: pictures without a graphics card are slow on a busy machine.
+PATIENCE = 90_000
+
+ROD = """version = 1
+[scene]
+name = "Whip"
+[[rod]]
+tip_force = [0, 0.02, 0]
+tip_moment = [0, 0, 2e-3]
+fluid = { density = 1, velocity = [0.3, 0, 0], viscous_drag = [0.1, 0.1] }
+[[rod.segment]]
+length = 0.2
+section = { shape = "hollow_circle", outer = 0.012, inner = 0.008 }
+young_modulus = 3e5
+poisson_ratio = 0.5
+density = 1070
+retardation_time = 0.01
+modes = { torsion = 1, bend_y = 2, bend_z = 2 }
+[[rod.segment]]
+length = 0.1
+section = { shape = "rectangle", width = 0.02, height = 0.01 }
+young_modulus = 3e5
+poisson_ratio = 0.5
+density = 1070
+retardation_time = 0.01
+modes = { bend_y = 1, bend_z = 1 }
+[simulation]
+t_end = 3
+dt = 5e-3
+"""
+
+
+@pytest.fixture(scope="session")
+def browser():
+    with sync_playwright() as playwright:
+        # The path of a browser that is there, where playwright has installed none.
+        path = os.environ.get("LISSOM_CHROMIUM")
+        opened = playwright.chromium.launch(executable_path=path, args=ARGUMENTS)
+        yield opened
+        opened.close()
+
+
+@pytest.fixture(scope="session")
+def folder(tmp_path_factory):
+    """Reports of a rod: of its motion, of its equilibrium, of its modes."""
+    made = tmp_path_factory.mktemp("reports")
+    scene = lissom.Scene.loads(ROD)
+    report.write(Run(scene, scene.run()), made / "motion.html")
+    rest = studies.study_statics(scene)
+    assert rest.found.success
+    study_reports.write(rest, made / "statics.html")
+    study_reports.write(studies.study_modes(scene, rest), made / "modes.html")
+    return made
+
+
+class Opened:
+    """A page, with what its scripts complained of."""
+
+    def __init__(self, page, path):
+        self.page, self.problems = page, []
+        page.set_default_timeout(PATIENCE)
+        page.on("pageerror", lambda error: self.problems.append(str(error)))
+        page.on(
+            "console",
+            lambda message: (
+                self.problems.append(message.text)
+                if message.type in ("error", "warning") and "GPU stall" not in message.text
+                else None
+            ),
+        )
+        page.on("request", self._requested)
+        page.goto(path.as_uri(), wait_until="load", timeout=PATIENCE)
+        page.wait_for_selector(".player[data-state]")
+
+    def _requested(self, request):
+        if not request.url.startswith(("file:", "data:", "blob:")):
+            self.problems.append(f"asked for {request.url}")
+
+    def run(self, script):
+        """The value of a script in which ``player`` is the first player and ``clock`` its clock."""
+        start = "const player = document.querySelector('.player').player, clock = player.clock;"
+        return self.page.evaluate(f"async () => {{ {start} {script} }}")
+
+
+@pytest.fixture
+def opened(browser, folder):
+    """Opens a report of `folder`; fails where its scripts complain."""
+    contexts, pages = [], []
+
+    def at(name, width=1000, height=900, scheme="light", touch=False):
+        context = browser.new_context(
+            viewport={"width": width, "height": height},
+            color_scheme=scheme,
+            is_mobile=touch,
+            has_touch=touch,
+            accept_downloads=True,
+        )
+        contexts.append(context)
+        pages.append(Opened(context.new_page(), folder / f"{name}.html"))
+        return pages[-1]
+
+    yield at
+    problems = [page.problems for page in pages]
+    for context in contexts:
+        context.close()
+    assert problems == [[] for _ in pages]
+
+
+def pytest_addoption(parser):
+    parser.addoption(
+        "--new-pictures", action="store_true", help="Keep the views as they look now, for later comparisons."
+    )

@@ -1,0 +1,45 @@
+"""Sizes of reports, and the time until their first view answers: ``python measure.py REPORT...``."""
+
+import os
+import sys
+from pathlib import Path
+from statistics import median
+
+from playwright.sync_api import sync_playwright
+
+from conftest import ARGUMENTS, PATIENCE
+
+LOADS = int(os.environ.get("LOADS", "3"))
+
+#: Notes when the first view is there, lissom's or plotly's, and the page has nothing else to do.
+WATCH = """
+const look = () => {
+  if (!document.querySelector('.player[data-state=ready], .js-plotly-plot .plot-container')) return;
+  observer.disconnect();
+  requestIdleCallback(() => { window.interactive ??= performance.now(); });
+};
+const observer = new MutationObserver(look);
+observer.observe(document, { childList: true, subtree: true, attributes: true });
+"""
+
+THERE = "() => window.interactive"
+
+
+def main(paths):
+    with sync_playwright() as playwright:
+        path = os.environ.get("LISSOM_CHROMIUM")
+        browser = playwright.chromium.launch(executable_path=path, args=ARGUMENTS)
+        for path in map(Path, paths):
+            times = []
+            for _ in range(LOADS):
+                page = browser.new_page(viewport={"width": 1100, "height": 900})
+                page.add_init_script(WATCH)
+                page.goto(path.resolve().as_uri(), timeout=PATIENCE)
+                times.append(page.wait_for_function(THERE, timeout=PATIENCE).json_value())
+                page.close()
+            print(f"{path}: {path.stat().st_size / 1e6:.2f} MB, {median(times) / 1e3:.2f} s", flush=True)
+        browser.close()
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

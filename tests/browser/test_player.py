@@ -1,0 +1,293 @@
+"""Reports in a browser: what is shown, how it plays, what keys and fingers do, what is saved."""
+
+import base64
+import io
+from pathlib import Path
+
+import numpy as np
+import pytest
+from axe_playwright_python.sync_playwright import Axe
+from PIL import Image
+
+PICTURES = Path(__file__).parent / "pictures"
+
+#: Screenshots are compared in squares of so many pixels, which differ by at most so much of white: letters
+#: and edges differ between machines, what is drawn does not.
+SQUARE, APART, MEAN_APART = 16, 0.16, 0.01
+
+#: Whether all that a page draws is there.
+READY = """() => [...document.querySelectorAll('.player, .figure')]
+  .every((holder) => holder.dataset.state === 'ready')"""
+
+#: Bytes of a report of three seconds.
+LARGEST = 2_000_000
+
+
+def test_reports_are_small(folder):
+    for path in folder.iterdir():
+        assert path.stat().st_size < LARGEST / 2, path.name
+
+
+@pytest.mark.parametrize("name", ["motion", "statics", "modes"])
+def test_everything_is_drawn(name, opened):
+    shown = opened(name)
+    shown.page.wait_for_function(READY)
+    # What was drawn is no even ground: every canvas has many colours.
+    colours = shown.page.evaluate(
+        """() => [...document.querySelectorAll('.curves')].map((canvas) => {
+          const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
+          return new Set(new Uint32Array(data.buffer)).size;
+        })"""
+    )
+    assert all(count > 10 for count in colours)
+
+
+def test_scrubbing_while_it_plays(opened):
+    shown = opened("motion")
+    slider, button = shown.page.locator("input[type=range]"), shown.page.locator(".play")
+    for _ in range(3):
+        button.click()
+        assert shown.run("return clock.plays")
+        for value in (900, 100, 500):
+            slider.evaluate(
+                """(it, value) => {
+                  it.value = value;
+                  it.dispatchEvent(new Event('input', { bubbles: true }));
+                }""",
+                value,
+            )
+        assert shown.run("return [clock.time, clock.plays]") == [1.5, False]
+    assert "1.50 s" in slider.get_attribute("aria-valuetext")
+
+
+def test_it_plays_in_real_time_however_slowly_it_draws(opened):
+    shown = opened("motion")
+    # Each picture takes an eighth of a second.
+    advanced, elapsed, drawn = shown.run(
+        """
+        let drawn = 0;
+        player.stage.draw = () => {
+          drawn++;
+          const end = performance.now() + 125;
+          while (performance.now() < end);
+        };
+        clock.seek(0);
+        clock.play();
+        const first = performance.now();
+        await new Promise((resolve) => setTimeout(resolve, 1500));
+        const found = [clock.time, (performance.now() - first) / 1000, drawn];
+        clock.pause();
+        return found;
+        """
+    )
+    assert drawn < 16
+    assert abs(advanced - elapsed) < 0.5
+
+
+def test_one_cursor_through_all(opened):
+    shown = opened("motion")
+    shown.page.wait_for_function(
+        "() => document.querySelectorAll('.figure[data-state=ready] .curves').length >= 3"
+    )
+    plot = shown.page.locator(".curves").first
+    plot.scroll_into_view_if_needed()
+    box = plot.bounding_box()
+    shown.page.mouse.click(box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"])
+    time = shown.run("return clock.time")
+    assert 1.2 < time < 1.8
+    assert f"{time:.2f} s" in shown.page.locator(".now").inner_text()
+
+
+def test_keys_pointer_and_wheel_move_the_camera(opened):
+    shown = opened("motion")
+    canvas = shown.page.locator(".view canvas").first
+    look = """const { around, height, distance, target } = player.camera;
+              return [around, height, distance, ...target];"""
+    before = shown.run(look)
+    canvas.focus()
+    for key in ("ArrowLeft", "ArrowUp", "+"):
+        shown.page.keyboard.press(key)
+    turned = shown.run(look)
+    assert turned[0] != before[0]
+    assert turned[1] > before[1]
+    assert turned[2] < before[2]
+    shown.page.keyboard.press(" ")
+    assert shown.run("return clock.plays")
+    shown.page.keyboard.press(" ")
+    assert not shown.run("return clock.plays")
+    box = canvas.bounding_box()
+    shown.page.mouse.move(box["x"] + 200, box["y"] + 200)
+    shown.page.mouse.down()
+    shown.page.mouse.move(box["x"] + 260, box["y"] + 220)
+    shown.page.mouse.up()
+    dragged = shown.run(look)
+    np.testing.assert_allclose(dragged[0], turned[0] - 0.008 * 60, atol=1e-6)
+    shown.page.mouse.wheel(0, 200)
+    assert shown.run(look)[2] > dragged[2]
+    shown.page.keyboard.press("0")
+    shown.page.wait_for_function("() => document.querySelector('.player').player.camera.isHome")
+    np.testing.assert_allclose(shown.run(look), before, atol=1e-6)
+    # Every preset shows all of the box.
+    for view, axis in (("front", 1), ("side", 0), ("top", 2)):
+        shown.page.get_by_role("button", name=f"view: {view}").click()
+        shown.page.wait_for_timeout(600)
+        back = shown.run("return player.camera.frame().back")
+        assert abs(back[axis]) > 0.999, view
+
+
+def test_two_fingers_zoom_and_one_finger_turns(opened):
+    shown = opened("motion", 390, 844, touch=True)
+    before, after = shown.run(
+        """
+        const [canvas] = player.canvases;
+        canvas.setPointerCapture = () => {};
+        const send = (type, id, x, y) => canvas.dispatchEvent(new PointerEvent(type, {
+          pointerId: id, clientX: x, clientY: y, pointerType: 'touch', bubbles: true }));
+        const before = player.camera.distance;
+        send('pointerdown', 1, 100, 200);
+        send('pointerdown', 2, 200, 200);
+        send('pointermove', 2, 300, 200);
+        send('pointerup', 1, 100, 200);
+        send('pointerup', 2, 300, 200);
+        return [before, player.camera.distance];
+        """
+    )
+    np.testing.assert_allclose(after, before / 2, rtol=1e-6)
+    assert shown.page.evaluate("document.documentElement.scrollWidth <= innerWidth"), "nothing sticks out"
+
+
+def test_colours_and_layers(opened):
+    shown = opened("motion")
+    picture = "player.draw(); return player.canvases[0].toDataURL()"
+    shown.run("clock.seek(0.3)")
+    plain = shown.run(picture)
+    names = shown.page.locator("label", has_text="Colour").locator("option").all_inner_texts()
+    assert names == [
+        *("position along the rod", "segment", "curvature (1/m)", "axial stress (Pa)", "speed (m/s)"),
+    ]
+    seen = {plain}
+    for name in names[1:]:
+        shown.page.locator("label", has_text="Colour").locator("select").select_option(name)
+        seen.add(shown.run(picture))
+    assert len(seen) == len(names)
+    entry = shown.page.locator(".player .entry", has_text="rod").first
+    entry.click()
+    assert entry.get_attribute("aria-pressed") == "false"
+    assert shown.run(picture) not in seen
+
+
+def test_statics_open_at_the_result(opened):
+    shown = opened("statics")
+    assert shown.run("return clock.time === clock.end && clock.end === 1")
+    assert "load factor 1" in shown.page.locator(".now").inner_text()
+
+
+def test_tubes_have_their_true_sections(opened):
+    """Distances of corners from the axis, as the browser computes them."""
+    shown = opened("motion")
+    radii, hole, corner = shown.run(
+        """
+        clock.seek(0.37);
+        player.draw();
+        const [tube] = player.stage.tubes;
+        const [at, part] = player.stage.find(0.37);
+        const { vertices } = tube.skin;
+        const { values } = tube.thing.centres;
+        const size = 3 * tube.stations;
+        const ring = (first, k) => [...Array(24).keys()].map((i) => {
+          const p = [...vertices.slice(9 * (24 * first + i), 9 * (24 * first + i) + 3)];
+          const c = [0, 1, 2].map((j) => values[at * size + 3 * k + j] * (1 - part)
+            + values[(at + 1) * size + 3 * k + j] * part);
+          return Math.hypot(p[0] - c[0], p[1] - c[1], p[2] - c[2]);
+        });
+        return [ring(5, 5), ring(tube.stations + 4 + 5, 5), ring(40, 40)];
+        """
+    )
+    np.testing.assert_allclose(radii, 0.012, rtol=2e-3)
+    np.testing.assert_allclose(hole, 0.008, rtol=2e-3)
+    np.testing.assert_allclose(max(corner), np.hypot(0.01, 0.005), rtol=2e-3)
+    assert min(corner) >= 0.005 * 0.998
+
+
+@pytest.mark.parametrize("kind", ["PNG", "GIF", "WebM"])
+def test_what_is_saved_is_what_is_shown(kind, opened, tmp_path):
+    shown = opened("motion", 500, 700)
+    # A tenth of the motion.
+    shown.run("clock.end = 0.3; clock.seek(0.1)")
+    with shown.page.expect_download() as waited:
+        shown.page.get_by_role("button", name=f"save as {kind}").click()
+    path = tmp_path / "file"
+    waited.value.save_as(path)
+    assert waited.value.suggested_filename == f"Whip.{kind.lower()}"
+    content = path.read_bytes()
+    if kind == "WebM":
+        assert content[:4] == b"\x1aE\xdf\xa3", "EBML"
+        assert len(content) > 1000
+        return
+    picture = Image.open(io.BytesIO(content))
+    assert picture.format == kind
+    if kind == "GIF":
+        assert picture.n_frames == 6
+        frames = []
+        for i in range(6):
+            picture.seek(i)
+            frames.append(np.asarray(picture.convert("RGB"), float))
+        assert picture.info["duration"] == 50
+        assert np.abs(frames[5] - frames[0]).max() > 50
+        # The colours of a palette are near those of the view.
+        ratio = shown.run("player.draw(clock.start); return player.canvases[0].toDataURL()")
+        drawn = Image.open(io.BytesIO(base64.b64decode(ratio.partition(",")[2]))).convert("RGB")
+        size = (frames[0].shape[1], frames[0].shape[0])
+        apart = np.abs(np.asarray(drawn.resize(size), float)[60:] - frames[0][60:])
+        assert np.median(apart) < 8.0
+    else:
+        colours = np.unique(np.asarray(picture.convert("RGB")).reshape(-1, 3), axis=0)
+        assert len(colours) > 200
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("name", ["motion", "statics", "modes"])
+def test_nothing_serious_for_those_who_cannot_see_well(name, scheme, opened):
+    shown = opened(name, scheme=scheme)
+    shown.page.wait_for_function(READY)
+    found = Axe().run(shown.page).response["violations"]
+    serious = [
+        (each["id"], [node["target"] for node in each["nodes"]])
+        for each in found
+        if each["impact"] in ("serious", "critical")
+    ]
+    assert serious == []
+
+
+SHOTS = {
+    "motion-light": ("motion", 900, 700, "light", 0.4),
+    "motion-dark": ("motion", 900, 700, "dark", 1.1),
+    "motion-phone": ("motion", 390, 700, "light", 0.4),
+    "statics-light": ("statics", 900, 700, "light", 1.0),
+    "modes-light": ("modes", 900, 700, "light", 0.0),
+}
+
+
+@pytest.mark.parametrize("name", SHOTS)
+def test_views_look_as_they_did(name, opened, request):
+    report, width, height, scheme, time = SHOTS[name]
+    shown = opened(report, width, height, scheme, touch=width < 500)
+    shown.run(f"clock.seek({time} * clock.end); player.draw()")
+    view = shown.page.locator(".view").first
+    view.scroll_into_view_if_needed()
+    picture = Image.open(io.BytesIO(view.screenshot())).convert("RGB")
+    path = PICTURES / f"{name}.png"
+    if request.config.getoption("--new-pictures"):
+        path.parent.mkdir(exist_ok=True)
+        picture.quantize(64).save(path, optimize=True)
+    wanted = Image.open(path).convert("RGB")
+    assert picture.size == wanted.size
+    apart = np.abs(squares(picture) - squares(wanted))
+    assert apart.max() < APART
+    assert apart.mean() < MEAN_APART
+
+
+def squares(picture):
+    """Mean colours of squares, 0 to 1."""
+    small = (picture.width // SQUARE, picture.height // SQUARE)
+    return np.asarray(picture.resize(small, Image.Resampling.BOX), float) / 255
