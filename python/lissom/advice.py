@@ -111,8 +111,8 @@ def about_inputs(model: Model) -> list[str]:
 
 def about_slack(scene: Scene, actuators: Sequence[ActuatorMark]) -> list[str]:
     """Which tendons have more length at the start than their way takes."""
-    q, v, t = scene.q0[None], scene.v0[None], np.array([scene.simulation.t0])
-    slack = [repr(mark.name) for mark in actuators if mark.is_let_out and not mark.force(q, v, t).any()]
+    start = scene.q0[None], scene.v0[None], np.array([scene.simulation.t0]), scene.model.u0[None]
+    slack = [repr(mark.name) for mark in actuators if mark.is_let_out and not mark.force(*start).any()]
     return [f"Slack at the start, their ways being shorter: {', '.join(slack)}."] if slack else []
 
 

@@ -1,5 +1,6 @@
 """The commands around scenes: new, doctor, completion; and advice where people see it."""
 
+import html
 import re
 import subprocess
 import sys
@@ -178,7 +179,9 @@ def test_a_run_says_what_check_says(tmp_path, monkeypatch):
     (tmp_path / "steel.toml").write_text(text)
     sentences = advice(lissom.Scene.loads(text))
     assert sentences
-    code, said = called("run", "steel.toml", "--no-report")
+    code, said = called("run", "steel.toml")
     assert code == 0
+    page = html.unescape((tmp_path / "results" / "steel" / "report.html").read_text(encoding="utf-8"))
     for sentence in sentences:
         assert said.index(sentence) < said.index("× real time")
+        assert page.index(sentence) < page.index("as fast as real time")

@@ -83,6 +83,7 @@ def build(run: Run) -> page.Page:
         title=run.scene.name,
         lead=text.lead(run),
         outcome=text.outcome(run),
+        advice=run.advice,
         tiles=text.tiles(run),
         sections=sections,
     )

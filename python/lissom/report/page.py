@@ -125,6 +125,8 @@ class Page:
     title: str
     lead: str
     sections: Sequence[Section]
+    #: What is worth knowing before the numbers below are believed.
+    advice: Sequence[str] = ()
     #: Short facts under the title: (value, what it is).
     tiles: Sequence[tuple[str, str]] = ()
     #: How it went, and whether that is good.
@@ -183,6 +185,7 @@ def _header(page: Page) -> str:
     if page.outcome is not None:
         text, good = page.outcome
         lines.append(f'<p class="outcome {"good" if good else "bad"}">{html.escape(text)}</p>')
+    lines += [f'<p class="lesson">{html.escape(sentence)}</p>' for sentence in page.advice]
     if page.tiles:
         tiles = [f"<b>{html.escape(value)}</b><span>{html.escape(what)}</span>" for value, what in page.tiles]
         lines.append(f'<div class="tiles">{"".join(f"<div class=tile>{tile}</div>" for tile in tiles)}</div>')
