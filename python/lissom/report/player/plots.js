@@ -10,6 +10,9 @@ const ROOM = 0.05;
 /** A plot has at most so many values in its line of values. */
 const MOST_VALUES = 6;
 
+/** Drawn by the processor: long dashed curves take graphics cards, and their stand-ins, up to half a minute. */
+const penOf = (canvas) => canvas.getContext("2d", { willReadFrequently: true });
+
 const make = (tag, attributes, ...inner) => {
   const element = Object.assign(document.createElement(tag), attributes);
   element.append(...inner);
@@ -117,7 +120,7 @@ class Plot {
     for (const each of [canvas, picture]) Object.assign(each, { width: width * ratio, height: height * ratio });
     canvas.style.height = `${height}px`;
     this.ratio = ratio;
-    const pen = picture.getContext("2d");
+    const pen = penOf(picture);
     pen.setTransform(ratio, 0, 0, ratio, 0, 0);
     pen.font = FONT;
     this.look = { ink: ofPage(element, "--ink"), soft: ofPage(element, "--soft"), line: ofPage(element, "--line"),
@@ -219,7 +222,7 @@ class Plot {
   show() {
     if (!this.area || !this.isSeen) return;
     const { canvas, picture, area, plot, cursor, ratio, look } = this;
-    const pen = canvas.getContext("2d");
+    const pen = penOf(canvas);
     pen.setTransform(1, 0, 0, 1, 0, 0);
     pen.clearRect(0, 0, canvas.width, canvas.height);
     pen.drawImage(picture, 0, 0);
