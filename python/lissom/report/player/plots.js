@@ -7,6 +7,8 @@ const FONT = '12px system-ui, -apple-system, "Segoe UI", Roboto, Arial, sans-ser
 const DASHES = { solid: [], dash: [7, 5], dot: [2, 4] };
 /** Room around the curves, part of their range. */
 const ROOM = 0.05;
+/** Left of the curves, pixels: as much for most plots, so that their times stand above each other. */
+const LEFT = 64;
 /** A plot has at most so many values in its line of values. */
 const MOST_VALUES = 6;
 
@@ -137,7 +139,7 @@ class Plot {
     const top = plot.title ? 40 : 24;
     const bottom = height - (plot.x.title ? 44 : 26);
     const upright = marks(plot.y, y, (bottom - top) / 42);
-    const left = 30 + Math.max(...upright.texts.map((text) => pen.measureText(text).width));
+    const left = Math.max(LEFT, 30 + Math.max(...upright.texts.map((text) => pen.measureText(text).width)));
     const right = width - 14;
     if (plot.toScale) evenOut(x, y, (right - left) / (bottom - top));
     const level = plot.toScale ? marks(plot.y, y, (bottom - top) / 42) : upright;
