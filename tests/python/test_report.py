@@ -13,7 +13,7 @@ import pytest
 import lissom
 from lissom import report
 from lissom.files import dataset
-from lissom.report import layers, motion, packing
+from lissom.report import layers, motion, packing, theme
 from lissom.report import page as pages
 from lissom.results import Run, instants
 
@@ -357,3 +357,14 @@ def test_the_dataset_names_every_coordinate(tentacle):
     ]
     assert list(data.unit.values) == ["rad/m"] * 6 + ["1"]
     assert all(re.fullmatch(r"s|J|m|see unit.*", data[name].attrs["units"]) for name in data.data_vars)
+
+
+def test_ink_is_readable_on_the_colours_of_cells():
+    assert [theme.ink_on(colour) for colour in ("#ffffff", "#000000", "#e3c34a", "#8b1a2b")] == [
+        *("#000000", "#ffffff", "#000000", "#ffffff"),
+    ]
+    cells = pages.Cells("a", ["1 <"], ["x"], [[pages.Cell("slow", "<b>", 'say "no"')]], {"slow": "#e3c34a"})
+    text = pages._part(cells, {})
+    assert "background:#e3c34a;color:#000000" in text
+    assert "<b>" not in text
+    assert 'title="say &quot;no&quot;"' in text

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from importlib.resources import files
 
 from .._lissom import __version__
-from . import plots
+from . import plots, theme
 from .packing import pack
 from .scene import Scene
 
@@ -268,7 +268,9 @@ def _cell(cell: Cell | None, colours: Mapping[str, str]) -> str:
     if cell is None:
         return "<td></td>"
     title = f'title="{html.escape(cell.details)}"'
-    return f'<td style="background:{colours[cell.kind]}" {title}>{html.escape(cell.text)}</td>'
+    colour = colours[cell.kind]
+    style = f'style="background:{colour};color:{theme.ink_on(colour)}"'
+    return f"<td {style} {title}>{html.escape(cell.text)}</td>"
 
 
 def _table(table: Table) -> str:

@@ -23,6 +23,15 @@ def along(link: views.Link, q: Array, v: Array, t: Array, half: Array, at: Seque
 
     Stations have half extents ``half`` (stations, 2) and are in the segments ``at``.
     """
+    # The end of a run that failed can be beyond all numbers.
+    with np.errstate(over="ignore", invalid="ignore"):
+        found = _quantities(link, q, v, t, half, at)
+    return {name: values for name, values in found.items() if np.isfinite(values).all()}
+
+
+def _quantities(
+    link: views.Link, q: Array, v: Array, t: Array, half: Array, at: Sequence[int]
+) -> dict[str, Array]:
     found: dict[str, Array] = {}
     if link.strain is not None:
         strain = link.strain(q, link.stations)
@@ -36,7 +45,7 @@ def along(link: views.Link, q: Array, v: Array, t: Array, half: Array, at: Seque
         velocity = np.stack([link.velocity(q, v, float(X), t)[:, 3:] for X in few], axis=1)
         speed = np.linalg.norm(velocity, axis=-1)
         found[SPEED] = np.stack([np.interp(link.stations, few, each) for each in speed])
-    return {name: values for name, values in found.items() if np.isfinite(values).all()}
+    return found
 
 
 def axial_stress(link: views.Link, change: Array, half: Array, at: Sequence[int]) -> Array | None:

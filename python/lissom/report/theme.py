@@ -54,3 +54,11 @@ def sample(scale: list[tuple[float, str]], at: Any) -> list[str]:
     parts = np.array([[int(colour[i : i + 2], 16) for i in (1, 3, 5)] for _, colour in scale])
     mixed = np.stack([np.interp(at, stops, part) for part in parts.T], axis=-1).round().astype(int)
     return [f"#{red:02x}{green:02x}{blue:02x}" for red, green, blue in np.atleast_2d(mixed)]
+
+
+def ink_on(colour: str) -> str:
+    """Black or white, whichever has more contrast on a colour (relative luminance of WCAG 2.2)."""
+    parts = np.array([int(colour[i : i + 2], 16) for i in (1, 3, 5)]) / 255.0
+    linear = np.where(parts <= 0.04045, parts / 12.92, ((parts + 0.055) / 1.055) ** 2.4)
+    luminance = float(linear @ [0.2126, 0.7152, 0.0722])
+    return "#000000" if (luminance + 0.05) ** 2 > 0.05 * 1.05 else "#ffffff"

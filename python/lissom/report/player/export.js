@@ -8,10 +8,11 @@ const DELAY = 5;
 const MOST = 240;
 /** Pictures from which the palette of a GIF is made. */
 const SAMPLES = 6;
-/** Of a film: bits and pictures a second, and how long its last picture stays, milliseconds. */
+/** Of a film: bits a second, milliseconds a piece of the file, bytes that are no picture yet, and pieces to wait for one. */
 const BITS = 8e6;
-const RATE = 30;
-const STAY = 250;
+const PIECE = 100;
+const HEADER = 400;
+const PATIENCE = 50;
 
 /** The kinds of files that this browser can make. */
 export const kinds = () => ["PNG", "GIF", ...(filmType() ? ["WebM"] : [])];
@@ -79,24 +80,32 @@ async function gif(player, canvas, tell) {
 async function film(player, canvas, tell) {
   const { clock } = player;
   compose(player, canvas);
-  const recorder = new MediaRecorder(canvas.captureStream(RATE), { mimeType: filmType(), videoBitsPerSecond: BITS });
+  const stream = canvas.captureStream(0);
+  const [track] = stream.getVideoTracks();
+  const recorder = new MediaRecorder(stream, { mimeType: filmType(), videoBitsPerSecond: BITS });
   const parts = [];
   recorder.addEventListener("dataavailable", ({ data }) => parts.push(data));
   const ended = new Promise((resolve) => recorder.addEventListener("stop", resolve));
-  recorder.start();
+  recorder.start(PIECE);
   const began = performance.now();
   await new Promise((resolve) => {
     const next = () => {
       const time = clock.start + ((performance.now() - began) / 1000) * clock.speed;
       player.draw(Math.min(time, clock.end));
       compose(player, canvas);
+      track.requestFrame();
       tell((time - clock.start) / (clock.end - clock.start || 1));
       if (time < clock.end) requestAnimationFrame(next);
       else resolve();
     };
     next();
   });
-  await pause(STAY);
+  // Encoders start late: the last picture stays until there is one in the file.
+  const size = () => parts.reduce((sum, part) => sum + part.size, 0);
+  for (let i = 0; i < PATIENCE && size() < HEADER; i++) {
+    track.requestFrame();
+    await pause(PIECE);
+  }
   recorder.stop();
   await ended;
   player.draw();

@@ -7,8 +7,13 @@ const FONT = '12px system-ui, -apple-system, "Segoe UI", Roboto, Arial, sans-ser
 const DASHES = { solid: [], dash: [7, 5], dot: [2, 4] };
 /** Room around the curves, part of their range. */
 const ROOM = 0.05;
+/** Left of the curves, pixels: as much for most plots, so that their times stand above each other. */
+const LEFT = 64;
 /** A plot has at most so many values in its line of values. */
 const MOST_VALUES = 6;
+
+/** Drawn by the processor: long dashed curves take graphics cards, and their stand-ins, up to half a minute. */
+const penOf = (canvas) => canvas.getContext("2d", { willReadFrequently: true });
 
 const make = (tag, attributes, ...inner) => {
   const element = Object.assign(document.createElement(tag), attributes);
@@ -117,7 +122,7 @@ class Plot {
     for (const each of [canvas, picture]) Object.assign(each, { width: width * ratio, height: height * ratio });
     canvas.style.height = `${height}px`;
     this.ratio = ratio;
-    const pen = picture.getContext("2d");
+    const pen = penOf(picture);
     pen.setTransform(ratio, 0, 0, ratio, 0, 0);
     pen.font = FONT;
     this.look = { ink: ofPage(element, "--ink"), soft: ofPage(element, "--soft"), line: ofPage(element, "--line"),
@@ -134,7 +139,7 @@ class Plot {
     const top = plot.title ? 40 : 24;
     const bottom = height - (plot.x.title ? 44 : 26);
     const upright = marks(plot.y, y, (bottom - top) / 42);
-    const left = 30 + Math.max(...upright.texts.map((text) => pen.measureText(text).width));
+    const left = Math.max(LEFT, 30 + Math.max(...upright.texts.map((text) => pen.measureText(text).width)));
     const right = width - 14;
     if (plot.toScale) evenOut(x, y, (right - left) / (bottom - top));
     const level = plot.toScale ? marks(plot.y, y, (bottom - top) / 42) : upright;
@@ -219,7 +224,7 @@ class Plot {
   show() {
     if (!this.area || !this.isSeen) return;
     const { canvas, picture, area, plot, cursor, ratio, look } = this;
-    const pen = canvas.getContext("2d");
+    const pen = penOf(canvas);
     pen.setTransform(1, 0, 0, 1, 0, 0);
     pen.clearRect(0, 0, canvas.width, canvas.height);
     pen.drawImage(picture, 0, 0);
