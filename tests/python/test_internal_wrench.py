@@ -53,11 +53,10 @@ def test_wrenches_are_those_of_the_reference(description, seed):
     rods = [link.name for link in reference.links if link.rod]
     assume(rods)
     for name in rods:
-        # Not where others are attached: 0.37 and 0.5.
-        for part in (0.42, 1.0):
-            X = part * reference.length(name)
-            expected = reference.internal_wrench(q, v, a, X, link=name)
-            assert_close(robot.internal_wrench(q, v, a, X, link=name), expected)
+        # Not where others are attached: 0.37 and 0.5. At a free tip all is rounding of what is elsewhere.
+        places = np.array([0.42, 1.0]) * reference.length(name)
+        expected = np.array([reference.internal_wrench(q, v, a, X, link=name) for X in places])
+        assert_close(np.array([robot.internal_wrench(q, v, a, X, link=name) for X in places]), expected)
 
 
 @few
