@@ -73,6 +73,24 @@ impl<const N: usize> Signal<N> {
         self.constant() == Some([0.0; N])
     }
 
+    /// The lowest value of an entry that it certainly takes as long as nobody sets it, and where in it that is said; nothing of a
+    /// function, and of what grows.
+    pub fn known_lowest(&self, entry: usize) -> Option<(f64, String)> {
+        match self {
+            Self::Constant(value) => Some((value[entry], String::new())),
+            Self::Input(input) => Some((input.value[entry], ".default".to_owned())),
+            Self::Table(table) => {
+                let values = table.values.iter().map(|value| value[entry]).enumerate();
+                let (i, lowest) = values.min_by(|a, b| a.1.total_cmp(&b.1))?;
+                Some((lowest, format!(".values[{i}]")))
+            }
+            Self::Harmonic(harmonic) if harmonic.rate[entry] == 0.0 && harmonic.frequency > 0.0 => {
+                Some((harmonic.mean[entry] - harmonic.amplitude[entry].abs(), String::new()))
+            }
+            Self::Harmonic(_) | Self::Function(_) => None,
+        }
+    }
+
     /// How far a step from `t` may go that cannot pass over a part of this signal unseen: to the next time of a
     /// table, by a quarter of a period. Always beyond `t`; infinite for a function, of which nothing is known.
     pub fn horizon(&self, t: f64) -> f64 {

@@ -92,7 +92,8 @@ class Via:
     Parameters
     ----------
     link : str or None
-        The link that has the point; None is the world, and on a `Rod` the rod.
+        The link that has the point; None is the world, where it stays when the base moves, and on a `Rod`
+        the rod.
     point : array_like, shape (3,)
         In the axes of the body, of the section of a rod, or of the world, metres.
     at : float, optional
@@ -136,9 +137,10 @@ class Tendon(_Actuator):
         Its way, from the end where it is pulled to the one where it is fixed. Between parts that do not
         follow each other in a rod it runs straight.
     tension : float, (times, values), Harmonic, Input or callable, optional
-        Newtons. What is told to be less than zero is slack.
+        Newtons. What a function, an input or a controller tells to be less than zero is slack; numbers,
+        tables, defaults and oscillations below zero are refused.
     length : float, (times, values), Harmonic, Input or callable, optional
-        The length at which the tendon is free of force, metres: its tension is
+        The length at which the tendon is free of force, metres, not negative: its tension is
         ``max(0, stiffness * (path - length) + damping * rate of path)``.
     stiffness : float, optional
         Newtons per metre.
@@ -152,7 +154,8 @@ class Tendon(_Actuator):
         Rate of the path's length below which friction is smoothed, metres per second.
     sliding : float, (times, values), Harmonic, Input or callable, optional
         The direction of sliding: 1 as while it is pulled, -1 as while it is let out, 0 without friction. By
-        default the rate of its length tells; statics, where that is zero, then knows no friction.
+        default the rate of its length tells; statics, where that is zero, then knows no friction. What an
+        input, a table or a function tells beyond is held within [-1, 1].
 
     Raises
     ------

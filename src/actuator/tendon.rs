@@ -1,7 +1,7 @@
 //! Tendons: cables that pull, and never push.
 
 use super::path::Part;
-use crate::error::Checker;
+use crate::error::{Checker, Number};
 use crate::signal::Signal;
 
 /// A cable through a robot, frictionless or with friction where it is embedded.
@@ -47,7 +47,26 @@ impl Drive {
     }
 }
 
+/// Notes where a signal is known to fall below zero as long as nobody sets it.
+fn check_never_below_zero(check: &mut Checker, signal: &Signal<1>, name: &str, expected: &str) {
+    if let Some((lowest, place)) = signal.known_lowest(0)
+        && lowest < 0.0
+        && lowest.is_finite()
+    {
+        check.require(false, &format!("{name}{place}"), Number(lowest), expected);
+    }
+}
+
 impl Tendon {
+    /// Where all of its path is, in words, if that is one body or section, which cannot change its length. On a robot alone: by
+    /// itself a tendon does not know links.
+    pub(crate) fn only_body(&self) -> Option<&'static str> {
+        let vias = self.path.iter().map(Part::via).collect::<Option<Vec<_>>>()?;
+        let first = vias.first()?;
+        let is_one = vias.iter().all(|via| via.link == first.link && via.at == first.at);
+        is_one.then_some(if first.link.is_some() { "on one body or section" } else { "in the world" })
+    }
+
     pub(super) fn check(&self, check: &mut Checker) {
         for (i, part) in self.path.iter().enumerate() {
             check.nested(&format!("path[{i}]"), part.validate());
@@ -58,12 +77,12 @@ impl Tendon {
         match &self.drive {
             Drive::Tension(tension) => {
                 tension.check(check, "tension");
-                let constant = tension.constant().map_or(0.0, |[tension]| tension);
                 let expected = "a tension >= 0 (newtons): a tendon pulls, and a chamber pushes";
-                check.require(constant >= 0.0 || constant.is_nan(), "tension", constant, expected);
+                check_never_below_zero(check, tension, "tension", expected);
             }
             Drive::Length { length, stiffness, damping } => {
                 length.check(check, "length");
+                check_never_below_zero(check, length, "length", "a free length >= 0 (metres)");
                 check.positive(*stiffness, "stiffness", "newtons a metre");
                 check.non_negative(*damping, "damping", "newton seconds a metre");
             }

@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyList;
 
 use super::convert;
-use super::inputs::{Pair, entries, pair, pairs};
+use super::inputs::{Pair, entries, limit, pair, pairs};
 use super::model::check_time;
 use super::reach::{Given, Targets};
 use super::record::{self, ReadOnly, Reduced};
@@ -269,9 +269,9 @@ fn entries_of(inputs: &Bound<'_, PyAny>, names: &[String]) -> PyResult<Vec<usize
 /// Limits for all inputs, or by their names.
 fn limits_of(limits: &Bound<'_, PyAny>, names: &[String]) -> PyResult<Vec<(usize, [f64; 2])>> {
     let all = if limits.hasattr("items")? {
-        pairs(limits, names, "limits")?
+        pairs(limits, names, "limits", limit)?
     } else {
-        vec![(0..names.len(), pair(limits, names.len(), "limits")?)]
+        vec![(0..names.len(), pair(limits, names.len(), "limits", limit)?)]
     };
     let of_entries = |(range, [lower, upper]): Pair| {
         range.zip(lower.into_iter().zip(upper)).map(|(entry, (lower, upper))| (entry, [lower, upper]))

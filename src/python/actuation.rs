@@ -77,11 +77,17 @@ fn optional_text(object: &Bound<'_, PyAny>, name: &str) -> PyResult<Option<Strin
     given(object, name)?.map(|_| text(object, name)).transpose()
 }
 
-/// Adds the place to what a refusal says. What a function of the user raised has a traceback, and stays as it is.
+/// Adds the place to what a refusal says. What a function of the user raised has a traceback, and stays as it is, with a note
+/// that says where that was.
 fn at_place(py: Python<'_>, place: &str, error: PyErr) -> PyErr {
+    if error.traceback(py).is_some() {
+        // An exception that takes no notes comes without.
+        _ = error.value(py).call_method1("add_note", (format!("in {place}"),));
+        return error;
+    }
     let kind = error.get_type(py);
     let is_refusal = kind.is(py.get_type::<PyValueError>()) || kind.is(py.get_type::<PyTypeError>());
-    if !is_refusal || error.traceback(py).is_some() {
+    if !is_refusal {
         return error;
     }
     let has_place = |problem: &str| problem.split(' ').next().is_some_and(|word| word.ends_with(':'));
@@ -343,8 +349,8 @@ fn motor_of(
 /// The link of a robot and the coordinate of its joint that a motor moves.
 fn coordinate_of(robot: &Robot, name: &str) -> Result<(usize, usize), InvalidInput> {
     robot.motor_coordinate(name).ok_or_else(|| {
-        let known = robot.motor_coordinates();
-        let meant = suggestion(name, known.iter().map(String::as_str));
+        let (known, places) = (robot.motor_coordinates(), robot.motor_places());
+        let meant = suggestion(name, places.iter().map(String::as_str));
         let meant = meant.map_or_else(String::new, |meant| format!("; did you mean '{meant}'?"));
         let expected = match known.is_empty() {
             true => "a coordinate of a joint, but no link has one that a motor can move".to_owned(),

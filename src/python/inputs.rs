@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyMapping;
 
 use super::convert;
-use crate::error::shortened;
+use crate::error::{Checker, Number, shortened};
 use crate::scene::suggestion::suggestion;
 
 /// Where the input of a name stands in u: one entry, or three of a vector.
@@ -32,14 +32,44 @@ pub(super) fn entries(names: &[String], name: &str, place: &str) -> PyResult<Ran
 /// Where an input stands in u, and two values for each of its entries.
 pub(super) type Pair = (Range<usize>, [Vec<f64>; 2]);
 
-/// For each name of a mapping where it stands in u, and its two values, each with so many numbers.
-pub(super) fn pairs(mapping: &Bound<'_, PyAny>, names: &[String], place: &str) -> PyResult<Vec<Pair>> {
+/// Reads what is given for an input of so many entries.
+pub(super) type Read = fn(&Bound<'_, PyAny>, usize, &str) -> PyResult<Vec<f64>>;
+
+/// A finite value: a number, or a vector of so many.
+pub(super) fn value(value: &Bound<'_, PyAny>, entries: usize, place: &str) -> PyResult<Vec<f64>> {
+    let (values, is_number) = convert::scalar_or_vector(value, place)?;
+    let mut check = Checker::new();
+    if is_number && entries > 1 {
+        let expected = format!("{entries} numbers: the input is a vector");
+        check.require(false, place, Number(values[0]), &expected);
+    } else if check.length(&values, entries, place) && is_number {
+        check.require(values[0].is_finite(), place, Number(values[0]), "a finite number");
+    } else {
+        check.finite(&values, place);
+    }
+    check.finish()?;
+    Ok(values)
+}
+
+/// A limit, which may be infinite: a number for all entries, or a vector of so many.
+pub(super) fn limit(value: &Bound<'_, PyAny>, entries: usize, place: &str) -> PyResult<Vec<f64>> {
+    let (values, is_number) = convert::scalar_or_vector(value, place)?;
+    if is_number { Ok(vec![values[0]; entries]) } else { convert::vector_of(value, entries, place) }
+}
+
+/// For each name of a mapping where it stands in u, and its two values. No entry may have two names there.
+pub(super) fn pairs(
+    mapping: &Bound<'_, PyAny>,
+    names: &[String],
+    place: &str,
+    read: Read,
+) -> PyResult<Vec<Pair>> {
     let Ok(mapping) = mapping.cast::<PyMapping>() else {
         let found = convert::describe(mapping);
         let expected = "a mapping from names of inputs to pairs";
         return Err(PyTypeError::new_err(format!("{place}: expected {expected}, got {found}")));
     };
-    let mut pairs = Vec::new();
+    let mut pairs: Vec<(Pair, String)> = Vec::new();
     for item in mapping.items()? {
         let (name, value): (Bound<'_, PyAny>, Bound<'_, PyAny>) = item.extract()?;
         let Ok(name) = name.extract::<String>() else {
@@ -47,14 +77,29 @@ pub(super) fn pairs(mapping: &Bound<'_, PyAny>, names: &[String], place: &str) -
             return Err(PyTypeError::new_err(format!("{place}: expected names of inputs, got {found}")));
         };
         let of_input = entries(names, &name, place)?;
+        let overlaps =
+            |((other, _), _): &&(Pair, String)| other.start < of_input.end && of_input.start < other.end;
+        if let Some((_, other)) = pairs.iter().find(overlaps) {
+            let shared = names[of_input].join("', '");
+            let message = format!(
+                "{place}: got '{other}' and '{name}', which both say what '{shared}' is, expected one of them"
+            );
+            return Err(PyValueError::new_err(message));
+        }
         let place = format!("{place}['{name}']");
-        pairs.push((of_input.clone(), pair(&value, of_input.len(), &place)?));
+        let values = pair(&value, of_input.len(), &place, read)?;
+        pairs.push(((of_input, values), name));
     }
-    Ok(pairs)
+    Ok(pairs.into_iter().map(|(pair, _)| pair).collect())
 }
 
-/// Two numbers, or two vectors of so many; of vectors a number stands for all their entries.
-pub(super) fn pair(value: &Bound<'_, PyAny>, entries: usize, place: &str) -> PyResult<[Vec<f64>; 2]> {
+/// Two values for an input of so many entries.
+pub(super) fn pair(
+    value: &Bound<'_, PyAny>,
+    entries: usize,
+    place: &str,
+    read: Read,
+) -> PyResult<[Vec<f64>; 2]> {
     let wrong = || {
         let found = convert::describe(value);
         PyTypeError::new_err(format!("{place}: expected a pair of values, got {found}"))
@@ -62,10 +107,5 @@ pub(super) fn pair(value: &Bound<'_, PyAny>, entries: usize, place: &str) -> PyR
     let halves: Vec<Bound<'_, PyAny>> =
         value.try_iter().map_err(|_| wrong())?.take(3).collect::<PyResult<_>>()?;
     let [first, second] = halves.as_slice() else { return Err(wrong()) };
-    let half = |value: &Bound<'_, PyAny>, k: usize| {
-        let place = format!("{place}[{k}]");
-        let (values, is_number) = convert::scalar_or_vector(value, &place)?;
-        if is_number { Ok(vec![values[0]; entries]) } else { convert::vector_of(value, entries, &place) }
-    };
-    Ok([half(first, 0)?, half(second, 1)?])
+    Ok([read(first, entries, &format!("{place}[0]"))?, read(second, entries, &format!("{place}[1]"))?])
 }

@@ -321,8 +321,8 @@ pub(super) fn time_of_state(t: Option<f64>, matters: bool) -> PyResult<f64> {
 }
 
 /// What is wrong where the time of a state matters and is not given.
-pub(super) const NO_TIME: &str = "t: got none, expected the time of the state in seconds: this model has loads that vary, or \
-                                  a base or joints that move as prescribed (of a MotionResult, the times are its attribute `t`)";
+pub(super) const NO_TIME: &str = "t: got none, expected the time of the state in seconds: this model has loads or \
+                                  actuators that vary, or a base or joints that move as prescribed (of a MotionResult, the times are its attribute `t`)";
 
 /// Refuses a time that is none, or at which a model is not known.
 pub(super) fn check_time(t: f64, [from, to]: [f64; 2]) -> PyResult<()> {

@@ -20,7 +20,7 @@ use crate::error::{Checker, Interrupted};
 
 use crate::newmark::{Predictor, StepSize};
 use crate::second_order::Counters;
-use crate::simulate::{Simulation, Statistics, accelerations};
+use crate::simulate::{Simulation, Slack, Statistics, accelerations};
 
 /// Result of `simulate` and `newmark`. On failure or interruption: everything that was computed.
 ///
@@ -49,7 +49,10 @@ use crate::simulate::{Simulation, Statistics, accelerations};
 ///     steps), 'unresolved' (the rod turns by more than half a turn between neighbouring quadrature nodes), 'inverted' (its stretch is
 ///     not positive somewhere) or 'collapsed' (a tendon has pulled two points together, where its force has no direction).
 /// message : str
-///     The status in words, and what to change.
+///     The status in words, and what to change; and which tendons were slack.
+/// slack : list of str
+///     Tendons of a robot that were slack at any of these times: those of a given length whose path was shorter, and those of a
+///     tension that was told to be below zero. What happens between the times is not looked at. Empty for `newmark`.
 /// doubt : str or None
 ///     Why the motion may be far from the right one although the method has nothing against it: fixed steps that do not see a
 ///     vibration. The message ends with it, and `simulate` warns of it (`AccuracyWarning`).
@@ -74,6 +77,8 @@ pub(crate) struct PyMotionResult {
     #[pyo3(get)]
     message: String,
     #[pyo3(get)]
+    slack: Vec<String>,
+    #[pyo3(get)]
     doubt: Option<String>,
     #[pyo3(get)]
     model: Option<Py<PyModel>>,
@@ -82,8 +87,16 @@ pub(crate) struct PyMotionResult {
 }
 
 impl PyMotionResult {
-    pub(super) fn new(py: Python<'_>, simulation: Simulation, model: Option<Py<PyModel>>) -> PyResult<Self> {
-        let Simulation { t, q, v, a, u, n, flow, statistics, status, message, doubt } = simulation;
+    fn new(
+        py: Python<'_>,
+        simulation: Simulation,
+        slack: &[Slack],
+        model: Option<Py<PyModel>>,
+    ) -> PyResult<Self> {
+        let Simulation { t, q, v, a, u, n, flow, statistics, status, mut message, doubt } = simulation;
+        for slack in slack {
+            message = format!("{message} {}", slack.sentence());
+        }
         let points = t.len();
         let inputs = u.len().checked_div(points).unwrap_or_default();
         let array = |values: Vec<f64>, n| ReadOnly::new(values.into_pyarray(py).reshape([points, n])?);
@@ -103,6 +116,7 @@ impl PyMotionResult {
             success: status.is_success(),
             status: status.name().to_owned(),
             message,
+            slack: slack.iter().map(|slack| slack.name.clone()).collect(),
             doubt,
             model,
             flow,
@@ -163,10 +177,11 @@ impl PyMotionResult {
 
     /// For copies and pickles.
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
-        let Self { t, q, v, u, a, stats, success, status, message, doubt, model, flow, balance: _ } = self;
+        let Self { t, q, v, u, a, stats, success, status, message, slack, doubt, model, flow, balance: _ } =
+            self;
         let states = (t, q, v, u, a.get(py));
         let flow = (flow.dissipated.as_slice(), flow.work.as_slice());
-        record::reduce_to::<Self>(py, (states, flow, (stats, *success, status, message, doubt), model))
+        record::reduce_to::<Self>(py, (states, flow, (stats, *success, status, message, slack, doubt), model))
     }
 
     #[staticmethod]
@@ -175,7 +190,7 @@ impl PyMotionResult {
         py: Python<'_>,
         states: (Py<PyAny>, Py<PyAny>, Py<PyAny>, Py<PyAny>, Option<Py<PyAny>>),
         flow: (Vec<f64>, Vec<f64>),
-        outcome: (Py<PyStatistics>, bool, String, String, Option<String>),
+        outcome: (Py<PyStatistics>, bool, String, String, Vec<String>, Option<String>),
         model: Option<Py<PyModel>>,
     ) -> PyResult<Self> {
         let t = convert::vector(states.0.bind(py), "t")?;
@@ -201,11 +216,11 @@ impl PyMotionResult {
         let of_model = model.as_ref().map_or(inputs, |model| model.get().native().inputs());
         check.require([0, of_model].contains(&inputs), "u", inputs, "the inputs of the model");
         check.finish()?;
-        let (stats, success, status, message, doubt) = outcome;
+        let (stats, success, status, message, slack, doubt) = outcome;
         let (q, v, u) = (rows(&states.1, "q")?, rows(&states.2, "v")?, array(&states.3, "u", inputs)?);
         let flow = Flow { dissipated: flow.0, work: flow.1 };
         let (t, balance) = (ReadOnly::new(t.into_pyarray(py))?, PyOnceLock::new());
-        Ok(Self { t, q, v, u, a, stats, success, status, message, doubt, model, flow, balance })
+        Ok(Self { t, q, v, u, a, stats, success, status, message, slack, doubt, model, flow, balance })
     }
 
     fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
@@ -402,6 +417,7 @@ impl PyStatistics {
 pub(super) fn finish(
     py: Python<'_>,
     simulation: Simulation,
+    slack: &[Slack],
     model: Option<Py<PyModel>>,
     raised: PyResult<()>,
 ) -> PyResult<PyMotionResult> {
@@ -411,8 +427,8 @@ pub(super) fn finish(
         None => Ok(()),
     };
     match raised.and_then(|()| warned()) {
-        Ok(()) => PyMotionResult::new(py, simulation, model),
-        Err(error) => Err(with_result(py, error, || PyMotionResult::new(py, simulation, model))),
+        Ok(()) => PyMotionResult::new(py, simulation, slack, model),
+        Err(error) => Err(with_result(py, error, || PyMotionResult::new(py, simulation, slack, model))),
     }
 }
 

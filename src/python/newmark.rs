@@ -169,7 +169,7 @@ pub(crate) fn newmark<'py>(
     let solution = solve(&mut system, t_span, &q0, &v0, &options, t_eval.as_deref(), &mut monitor)?;
     let mut simulation = Simulation::from(solution);
     simulation.statistics.wall_time = start.elapsed().as_secs_f64();
-    finish(py, simulation, None, raised.raise())
+    finish(py, simulation, &[], None, raised.raise())
 }
 
 /// What `jac` asks for, and the callable if it is one.

@@ -1062,8 +1062,10 @@ impl PyRobot {
     /// by : {'balance', 'material'}
     ///     'balance': from the inertia of all that lies beyond, its weight, loads, fluid and supports; right for every motion that is
     ///     given, also in strains without modes. 'material': from stiffness and damping of the section,
-    ///     ``-(H (xi - xi_0) + mu H xi')``, which knows neither loads nor strains without modes. In free motion and in
-    ///     equilibrium the modes see no difference between the two, and at every place it vanishes as modes become more.
+    ///     ``-(H (xi - xi_0) + mu H xi')`` with active strains as part of xi_0, which knows neither loads nor strains without modes. In
+    ///     free motion and in equilibrium the modes see no difference between the two, and at every place it vanishes as modes
+    ///     become more; but what embedded tendons and chambers pass on is in the balance and not in the material: there they
+    ///     differ by the whole of it.
     /// u : array_like, shape (m,) or (k, m), optional
     ///     The inputs, for all states or for each; by default as they are by themselves.
     ///

@@ -4,7 +4,7 @@ use numpy::ToPyArray;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 
-use super::callback::{Raised, call, wants_to_stop};
+use super::callback::{Raised, call, or_raised, wants_to_stop};
 use super::convert;
 use super::errors::LissomError;
 use super::model::PyModel;
@@ -19,7 +19,7 @@ use crate::ode;
 use crate::radau;
 use crate::robot::Robot;
 use crate::roots::Derivative;
-use crate::simulate::{Control, Method};
+use crate::simulate::{Control, Method, slackness};
 
 /// Simulate the free motion of a model.
 ///
@@ -424,7 +424,16 @@ fn run(
         Some(robot) => like(object.bind(py), robot)?.cast_into::<PyModel>()?.unbind(),
         None => object,
     };
-    finish(py, simulation, Some(moved), raised_by_control.into_result().and(raised.into_result()))
+    let raised = raised_by_control.into_result().and(raised.into_result());
+    let mut model = moved.get().native();
+    let slack = py.detach(|| model.robot_model().map(|robot| slackness(robot, &simulation)));
+    // What a function of time raised in the run says more than what it raises afterwards.
+    let (raised, slack) = match (raised, or_raised(slack.unwrap_or(Ok(Vec::new())))) {
+        (Ok(()), Ok(slack)) => (Ok(()), slack),
+        (Err(error), slack) => (Err(error), slack.unwrap_or_default()),
+        (Ok(()), Err(error)) => (Err(error), Vec::new()),
+    };
+    finish(py, simulation, &slack, Some(moved), raised)
 }
 
 /// A robot as Python has it: a rod, where it has the modes that were chosen for one.

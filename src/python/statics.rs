@@ -457,7 +457,7 @@ pub(crate) fn statics<'py>(
 ///     The inputs, of `inputs` the others; by default as `u0` of the model.
 /// inputs : mapping from str to (from, to), optional
 ///     Inputs that the load factor leads from one value to another, by their names: two numbers, or two triples where the input is a
-///     vector.
+///     vector. No entry of a vector may be named beside it.
 ///
 /// Returns
 /// -------
@@ -581,7 +581,7 @@ fn input_path(
     let model = base(model)?.get();
     let from = u.unwrap_or_else(|| model.default_inputs());
     let mut path = InputPath { to: from.clone(), from, time };
-    for (entries, [from, to]) in inputs::pairs(inputs, &model.input_names(), "inputs")? {
+    for (entries, [from, to]) in inputs::pairs(inputs, &model.input_names(), "inputs", inputs::value)? {
         path.from[entries.clone()].copy_from_slice(&from);
         path.to[entries].copy_from_slice(&to);
     }

@@ -424,11 +424,17 @@ impl RobotModel {
             .all([q, qd, qdd], |state| on_sweeps!(sweeps, sweeps => sweeps.internal_wrench(state, place)))
     }
 
-    /// The same by the law of the material: the opposite of stiffness times strain, less that at rest, and of damping
-    /// times its rate. It knows nothing of strains without modes, and agrees with the balance as modes become many.
+    /// The same by the law of the material: the opposite of stiffness times strain, less that at rest and active ones, and of
+    /// damping times its rate. It knows nothing of strains without modes, and agrees with the balance as modes become many,
+    /// save what embedded tendons and chambers pass on, which is in the balance alone.
     pub fn material_wrench_at(&mut self, q: &[f64], qd: &[f64], place: &Place) -> [Vector<f64>; 2] {
         let Self { sweeps, coordinates, .. } = self;
         coordinates.all([q, qd], |[q, qd]| on_sweeps!(sweeps, sweeps => sweeps.material_wrench(q, qd, place)))
+    }
+
+    /// What an actuator is told, at the time and with the inputs that are set.
+    pub fn command(&self, actuator: usize) -> f64 {
+        on_sweeps!(&self.sweeps, sweeps => sweeps.commands()[actuator])
     }
 
     /// Length of an actuator (metres, cubic metres of a chamber, the coordinate of a motor), its rate and its force (the

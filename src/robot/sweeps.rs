@@ -107,6 +107,8 @@ impl<G: Turning> Sweeps<G> {
         work.acting.clone_from(&from.acting);
         work.inputs.clone_from(&from.inputs);
         work.actuation.commands.clone_from(&from.actuation.commands);
+        work.actuation.slidings.clone_from(&from.actuation.slidings);
+        work.actuation.world_points.clone_from(&from.actuation.world_points);
         work.anchors.clone_from(&from.anchors);
         work.forget();
     }
@@ -254,6 +256,11 @@ impl<G: Turning> Sweeps<G> {
         inputs::tangent(&self.plan, &mut self.work, &mut self.tangent.actuation, tangent);
     }
 
+    /// What actuators are told; NaN until a time is set that it depends on.
+    pub(crate) fn commands(&self) -> &[f64] {
+        &self.work.actuation.commands
+    }
+
     /// Length, rate and force of an actuator, and the gradient of its length.
     pub(crate) fn actuator(&mut self, q: &[f64], qd: &[f64], i: usize) -> ([f64; 3], &[f64]) {
         self.update_velocities(q, qd);
@@ -329,7 +336,8 @@ impl<G: Turning> Sweeps<G> {
 
     /// The same by the law of the material.
     pub(crate) fn material_wrench(&self, q: &[f64], qd: &[f64], place: &Place) -> [Vector<f64>; 2] {
-        let [about_x, about_y, about_z, x, y, z] = section::material_wrench(&self.plan, q, qd, place);
+        let [about_x, about_y, about_z, x, y, z] =
+            section::material_wrench(&self.plan, &self.work, q, qd, place);
         [Vector { x: about_x, y: about_y, z: about_z }, Vector { x, y, z }]
     }
 

@@ -197,13 +197,11 @@ fn motor(
     let robot = surroundings.robot;
     let place = robot.motor_coordinate(&written.joint);
     if place.is_none() && !surroundings.are_incomplete && shape.is_readable(&key) {
-        let known = robot.motor_coordinates();
+        let known = robot.motor_places();
         let known: Vec<&str> = known.iter().map(String::as_str).collect();
         let right = match known.is_empty() {
             true => "remove it: no link has a joint that a motor can move".to_owned(),
-            false => {
-                format!("{}, or a link whose joint has one of them", expected_one_of(&written.joint, &known))
-            }
+            false => expected_one_of(&written.joint, &known),
         };
         shape.refuse(&key, format!("no coordinate is called \"{}\"", written.joint), right);
     }

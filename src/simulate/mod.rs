@@ -2,6 +2,7 @@
 
 mod course;
 mod recorder;
+mod slackness;
 mod watch;
 
 use std::time::Instant;
@@ -16,6 +17,7 @@ use crate::newmark::{self, StepSize};
 use crate::second_order::{self, check_points, check_times, number_of_steps, points_in_memory};
 use crate::stepping::Run;
 
+pub use self::slackness::{Slack, slackness};
 pub use crate::stepping::{Method, Status};
 
 use crate::stepping::check_span;

@@ -201,6 +201,13 @@ impl Base {
         }
     }
 
+    /// Position and velocity of a point that rests in the world, in the frame that follows this base; it is given as the base
+    /// at rest sees it.
+    pub(crate) fn sees(&self, point: Vector<f64>, at_rest: &Self) -> [Vector<f64>; 2] {
+        let way = at_rest.position - self.position + at_rest.rotation.apply(point);
+        [way, -self.velocity].map(|v| self.rotation.apply_transposed(v))
+    }
+
     /// A base of which nothing is known yet: NaN.
     pub(crate) fn unknown(&self) -> Self {
         let nan = Vector::<f64>::splat([f64::NAN; 3]);

@@ -1,5 +1,7 @@
 """Inputs of `statics`, `modes`, `linearise`, `continuation`: closed forms, differences, folds, refusals."""
 
+import re
+
 import control
 import numpy as np
 import pytest
@@ -324,3 +326,74 @@ def test_points_that_belong_together_may_touch():
         model = lissom.Robot([link], gravity=(0, 0, 0), actuators=[tendon])
         assert lissom.simulate(model, 0.1, dt=0.01).success
         assert lissom.statics(model).success
+
+
+def with_a_force():
+    load = lissom.Load(force=lissom.Input("u", (0, 0, 0)))
+    return finger([tendon("pull", 0.0, OFFSET)], loads=[load])
+
+
+REFUSED_PATHS = {
+    "a number for a vector": (
+        {"u": (0, 0.1)},
+        "inputs['u'][0]: got 0, expected 3 numbers: the input is a vector",
+    ),
+    "a number at its end": (
+        {"u": ((0, 0, 0), 0.1)},
+        "inputs['u'][1]: got 0.1, expected 3 numbers: the input is a vector",
+    ),
+    "two numbers for a vector": (
+        {"u": ((0, 0), (0, 1))},
+        "inputs['u'][0]: got 2 values, expected 3 values",
+    ),
+    "three numbers for one": (
+        {"pull": (0, (1, 2, 3))},
+        "inputs['pull'][1]: got 3 values, expected 1 values",
+    ),
+    "a vector and its entry": (
+        {"u": ((0, 0, 0), (0, 0, 0.01)), "u.z": (0, 0.02)},
+        "inputs: got 'u' and 'u.z', which both say what 'u.z' is, expected one of them",
+    ),
+    "an entry and its vector": (
+        {"u.z": (0, 0.02), "u": ((0, 0, 0), (0, 0, 0.01))},
+        "inputs: got 'u.z' and 'u', which both say what 'u.x', 'u.y', 'u.z' is, expected one of them",
+    ),
+    "no number": ({"pull": (0, np.nan)}, "inputs['pull'][1]: got NaN, expected a finite number"),
+    "no number of a vector": (
+        {"u": ((0, 0, 0), (0, np.inf, 0))},
+        "inputs['u'][1][1]: got inf, expected a finite number",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED_PATHS)
+def test_paths_of_inputs_are_refused_by_their_names(case):
+    inputs, said = REFUSED_PATHS[case]
+    with pytest.raises(ValueError, match=f"^{re.escape(said)}$"):
+        lissom.continuation(with_a_force(), inputs=inputs)
+
+
+def test_a_vector_is_led_by_two_triples_or_entry_by_entry():
+    rod = with_a_force()
+    whole = lissom.continuation(rod, inputs={"u": ((0, 0, 0), (0, 0, 0.01))}).path
+    entry = lissom.continuation(rod, inputs={"u.z": (0, 0.01), "u.x": (0, 0)}).path
+    assert_allclose(whole.u[-1], [0, 0, 0.01, 0])
+    assert_allclose(entry.u[-1], whole.u[-1])
+
+
+@pytest.mark.parametrize("sliding", [-5.0, -1.5, -0.5, 0.0, 0.7, 3.0])
+def test_a_direction_of_sliding_is_held_within_one(sliding):
+    rubbing = tendon("t", 0.0, OFFSET, tension=2.0, friction=0.3, sliding=lissom.Input("s", 0.0))
+    rod = finger([rubbing])
+    q, step = np.full(rod.n, 0.5), 1e-5
+    rest = np.zeros(rod.n)
+
+    def forces(s):
+        return rod.inverse_dynamics(q, rest, rest, u=[s])
+
+    held = np.clip(sliding, -1.0, 1.0)
+    assert_allclose(forces(sliding), forces(held), atol=0)
+    by_differences = (forces(sliding + step) - forces(sliding - step)) / (2 * step)
+    assert_allclose(rod.input_tangent(q, u=[sliding])[:, 0], by_differences, rtol=0, atol=1e-9)
+    if abs(sliding) < 1:
+        assert np.abs(by_differences).max() > 1e-6

@@ -236,3 +236,50 @@ def test_other_arguments_are_checked():
     only_rigid = lissom.Robot([lissom.Link("arm", body=lissom.Body(1.0), joint=lissom.Prismatic((0, 1, 0)))])
     with pytest.raises(ValueError, match="but no link has one"):
         only_rigid.strain([0.0])
+
+
+def muscle(strain, shape, amount=1.0, modes=None):
+    part = segment(modes or {"bend_y": 4, "stretch": 3})
+    active = lissom.ActiveStrain(None, strain, shape, amount)
+    return lissom.Rod([part, part], gravity=(0, 0, 0), actuators=[active])
+
+
+@pytest.mark.parametrize(("strain", "entry"), [("bend_y", 1), ("stretch", 3)])
+@pytest.mark.parametrize("shape", [0.4, (0.1, 0.3)])
+def test_a_muscle_that_nothing_resists_leaves_the_material_free(strain, entry, shape):
+    rod = muscle(strain, shape)
+    found = lissom.statics(rod)
+    rest = np.zeros(rod.n)
+    X = np.linspace(0.0, 2 * LENGTH, 9)
+    assert np.abs(rod.strain(found.q, X)[:, entry]).max() > 0.09
+    for by in ("balance", "material"):
+        assert_allclose(rod.internal_wrench(found.q, rest, rest, X, by=by), 0.0, rtol=0, atol=1e-9)
+
+
+def test_a_muscle_that_may_not_move_presses_by_its_stiffness():
+    amount = lissom.Input("amount", 0.5)
+    rod = muscle("bend_y", (0.0, 2.0), amount)
+    rest = np.zeros(rod.n)
+    bending = 1e6 * np.pi / 4 * RADIUS**4
+    X = np.array([0.0, 0.3, LENGTH, 0.9])
+    for u in (0.5, -2.0):
+        found = rod.internal_wrench(rest, rest, rest, X, by="material", u=[u])
+        assert_allclose(found[:, 1], bending * u * 2.0 * X / (2 * LENGTH), rtol=1e-10, atol=1e-15)
+        assert_allclose(np.delete(found, 1, axis=1), 0.0, atol=1e-12)
+
+
+def test_what_a_tendon_and_a_chamber_pass_on_is_in_the_balance_alone():
+    offset, tension, pressure, area = 0.01, 3.0, 2e4, 1e-4
+    path = [lissom.Along(offset=(0, offset))]
+    for actuator, force in (
+        (lissom.Tendon("it", path, tension=tension), -tension),
+        (lissom.Chamber("it", path, area, pressure), pressure * area),
+    ):
+        rod = lissom.Rod([segment({"bend_y": 1, "stretch": 1})], gravity=(0, 0, 0), actuators=[actuator])
+        q = lissom.statics(rod).q
+        rest = np.zeros(rod.n)
+        balance, material = (rod.internal_wrench(q, rest, rest, 0.2, by=by) for by in ("balance", "material"))
+        passed = balance - material
+        assert_allclose(balance, 0.0, atol=1e-9)
+        # A parallel one, of one strain: its force at its offset.
+        assert_allclose(passed[[1, 3]], [offset * force, force], rtol=1e-9)

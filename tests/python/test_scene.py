@@ -181,3 +181,69 @@ def test_one_output_step_may_be_the_whole_run_wherever_it_starts():
         assert scene.run().t.tolist() == [t0, t_end]
     with pytest.raises(lissom.SceneError, match="at most the simulated time"):
         lissom.Scene.loads("version = 1\n[simulation]\nt_end = 1.0\noutput = { dt = 1.01 }\n[pendulum]\n")
+
+
+ROD_WITH = """version = 1
+[scene]
+name = "finger"
+[[rod]]
+load = [{ force = { input = "push", default = [0.0, 0.0, 0.0] } }]
+[[rod.segment]]
+length = 0.3
+radius = 0.01
+young_modulus = 1e6
+poisson_ratio = 0.5
+density = 1000.0
+modes = { bend_y = 2 }
+[simulation]
+t_end = 0.1
+dt = 1e-3
+"""
+TENDON = '[[tendon]]\nname = "t"\n'
+PATH = "path = [{ offset = [0, 0.01] }]\n"
+#: Actuators of a rod that make no sense: what is written, the line below the rod, and the key.
+WRONG_ON_A_ROD = {
+    "arc lengths that are one": (
+        TENDON + "path = [{ along = [0.1, 0.1] }]\ntension = 1.0",
+        (3, "tendon[0].path[0].along[1]"),
+    ),
+    "an arc length beyond the tip": (
+        TENDON + "tension = 1.0\npath = [{ along = [0.2, 0.4] }]",
+        (4, "tendon[0].path[0].along[1]"),
+    ),
+    "one point": (TENDON + "path = [{ point = [0, 0, 0] }]\ntension = 1.0", (3, "tendon[0].path")),
+    "a point beyond the tip": (
+        TENDON + "tension = 1.0\npath = [{ offset = [0, 0] },\n{ point = [0, 0, 0], at = 0.5 }]",
+        (5, "tendon[0].path[1].at"),
+    ),
+    "a stiffness below zero": (TENDON + PATH + "length = 1.0\nstiffness = -1.0", (5, "tendon[0].stiffness")),
+    "a tension below zero": (TENDON + PATH + "tension = -1.0", (4, "tendon[0].tension")),
+    "a table of tensions below zero": (
+        TENDON + PATH + "tension = { times = [0.0, 1.0], values = [1.0, -1.0] }",
+        (4, "tendon[0].tension.values[1]"),
+    ),
+    "two of one name": (
+        TENDON + PATH + "tension = 1.0\n" + TENDON + PATH + "tension = 1.0",
+        (6, "tendon[1].name"),
+    ),
+    "inputs of two defaults": (
+        TENDON
+        + PATH
+        + 'tension = { input = "a", default = 1.0 }\n[[chamber]]\nname = "c"\narea = 1e-5\n'
+        + PATH
+        + 'pressure = { input = "a", default = 2.0 }',
+        (9, "chamber[0].pressure"),
+    ),
+    "an entry of another input": (TENDON + PATH + 'tension = { input = "push.y" }', (4, "tendon[0].tension")),
+    "a strain without modes": ('[[active_strain]]\nstrain = "torsion"', (2, "active_strain[0].strain")),
+}
+
+
+@pytest.mark.parametrize("case", WRONG_ON_A_ROD)
+def test_what_is_wrong_with_actuators_of_a_rod_is_shown_where_it_is_written(case):
+    written, (line, key) = WRONG_ON_A_ROD[case]
+    with pytest.raises(lissom.SceneError) as caught:
+        lissom.Scene.loads(ROD_WITH + written + "\n")
+    problems = caught.value.problems
+    assert [problem.key for problem in problems] == [key]
+    assert problems[0].line == ROD_WITH.count("\n") + line

@@ -578,3 +578,21 @@ def test_what_came_to_rest_stays_there():
     simulation = lissom.Simulation(model, dt=1e-3)
     assert simulation.step(duration=100.0) == "finished", simulation.message
     np.testing.assert_allclose(simulation.q, lissom.statics(model).q, rtol=0, atol=1e-4)
+
+
+@pytest.mark.parametrize("t0", [np.nan, np.inf, -np.inf])
+def test_a_start_at_no_time_is_refused_by_its_name_alone(t0):
+    said = "t0: got NaN, expected" if np.isnan(t0) else f"t0: got {t0}, expected"
+    simulation = lissom.Simulation(lissom.SpringPendulum(), dt=1e-3)
+    several = lissom.Simulations(lissom.SpringPendulum(), 2, dt=1e-3)
+    for begin in (
+        lambda: lissom.Simulation(lissom.SpringPendulum(), dt=1e-3, t0=t0),
+        lambda: simulation.reset(t0=t0),
+        lambda: lissom.Simulations(lissom.SpringPendulum(), 2, dt=1e-3, t0=t0),
+        lambda: several.reset(t0=t0),
+    ):
+        with pytest.raises(ValueError, match=f"^{said} a finite number \\(seconds\\)$"):
+            begin()
+    # They are where they were.
+    assert simulation.t == 0.0
+    assert simulation.step() == "finished"

@@ -23,7 +23,9 @@ class ForceTorque(Sensor):
 
     In newton metres and newtons. In a joint the moment is about the place where that begins, and the axes are
     those of the link's base; in a section of a rod both are the section's. What follows from inertia is
-    included: it is what an ideal sensor without mass shows.
+    included: it is what an ideal sensor without mass shows. Embedded tendons and chambers are part of a
+    section: what they pass on is in what it shows (``internal_wrench`` by balance), beside the part of the
+    material.
 
     Parameters
     ----------

@@ -7,6 +7,7 @@ use super::super::convert;
 use super::super::model::{PyModel, Stepped};
 use super::super::motion::signals;
 use super::super::simulate::with_python_names;
+use crate::error::{InvalidInput, Number};
 use crate::stepping::{Method, Status};
 
 /// A call makes that many steps of a model of one coordinate before it lets other threads run: some 0.1 ms. To take
@@ -74,6 +75,7 @@ impl Memory {
     }
 
     fn prepare(model: &PyModel, method: &Method, start: Start) -> PyResult<Self> {
+        check_start_time(start.t)?;
         let t_span = (start.t, start.t + method.dt());
         let run = model.native().run(t_span, &start.q, &start.v, method);
         let run = run.map_err(with_python_names)?;
@@ -118,6 +120,15 @@ impl Memory {
             inputs: self.inputs.clone(),
             outcome: self.outcome.clone(),
         }
+    }
+}
+
+/// A run begins at a time, which is told as `t0`.
+pub(super) fn check_start_time(t0: f64) -> Result<(), InvalidInput> {
+    if t0.is_finite() {
+        Ok(())
+    } else {
+        Err(InvalidInput::new("t0", Number(t0), "a finite number (seconds)"))
     }
 }
 

@@ -15,7 +15,7 @@ use super::super::convert;
 use super::super::model::PyModel;
 use super::super::motion::signals;
 use super::super::record::{self, Reduced};
-use super::memory::{Memory, Outcome, STEPS_WITH_INTERPRETER, Start};
+use super::memory::{Memory, Outcome, STEPS_WITH_INTERPRETER, Start, check_start_time};
 use super::simulation::PySimulation;
 use crate::error::Interrupted;
 use crate::parallel;
@@ -354,6 +354,7 @@ impl PySimulations {
         workers: Option<i64>,
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
+        check_start_time(t0)?;
         let workers = match workers {
             None => parallel::processors(),
             Some(workers) if workers > 0 => convert::count(workers, "workers")?,
@@ -464,6 +465,7 @@ impl PySimulations {
         v0: Option<&Bound<'_, PyAny>>,
         #[pyo3(from_py_with = convert::optional_number)] t0: Option<f64>,
     ) -> PyResult<()> {
+        t0.map_or(Ok(()), check_start_time)?;
         let chosen = self.chosen(which)?;
         let q0 = Vectors::read_optional(q0, chosen.len(), self.n, "q0")?;
         let v0 = Vectors::read_optional(v0, chosen.len(), self.n, "v0")?;

@@ -9,8 +9,8 @@ use crate::robot::description::{Inputs, Robot};
 use crate::robot::effect::actuation::law;
 use crate::robot::kernel::kinematics;
 use crate::robot::plan::actuation::{
-    Actuation, ActuatorPlan, End, Friction, Law, Line, Part, Sleeve, SleeveComponent, SleeveTurning, Thread,
-    pairs,
+    ActivePart, Actuation, ActuatorPlan, End, Friction, Law, Line, Part, Sleeve, SleeveComponent,
+    SleeveTurning, Thread, pairs,
 };
 use crate::robot::plan::command::Command;
 use crate::robot::plan::link::LinkPlan;
@@ -38,7 +38,13 @@ pub(crate) fn compile<G: Turning>(
     inputs: &Inputs,
     straight: Vec<Straight>,
 ) -> Actuation<G::Pack> {
-    let mut actuation = Actuation { actuators: Vec::new(), sleeves: Vec::new(), lines: Vec::new() };
+    let mut actuation = Actuation {
+        actuators: Vec::new(),
+        sleeves: Vec::new(),
+        lines: Vec::new(),
+        world_points: Vec::new(),
+        active_strains: Vec::new(),
+    };
     let mut straight = straight.into_iter().peekable();
     for (i, actuator) in robot.actuators.iter().enumerate() {
         let (mut length_at_zero, mut gradient) = (0.0, Vec::new());
@@ -54,7 +60,8 @@ pub(crate) fn compile<G: Turning>(
                 for (k, part) in tendon.path.iter().enumerate() {
                     if let Some(line) = straight.next_if(|line| line.actuator == i && line.before == k) {
                         path.push(Part::Line(actuation.lines.len()));
-                        actuation.lines.push(Line { actuator: i, ends: line.ends.map(End::from) });
+                        let ends = line.ends.map(|spot| end(spot, &mut actuation.world_points));
+                        actuation.lines.push(Line { actuator: i, ends });
                     }
                     let Some(along) = part.along() else { continue };
                     for part in parts(along, robot, pieces, &links[along.link].rod) {
@@ -92,7 +99,16 @@ pub(crate) fn compile<G: Turning>(
                 };
                 let mut energy_of_unit = 0.0;
                 for part in parts(&whole, robot, pieces, &links[active.link].rod) {
-                    energy_of_unit += active_part(pieces, &part, active.strain, &active.shape, &mut gradient);
+                    let active_part = ActivePart {
+                        actuator: i,
+                        piece: part.piece,
+                        strain: active.strain,
+                        shape: active.shape.clone(),
+                        from: part.from,
+                        rate: part.rate,
+                    };
+                    energy_of_unit += energy_of_active_part(pieces, &part, &active_part, &mut gradient);
+                    actuation.active_strains.push(active_part);
                 }
                 Law::Amount { energy_of_unit }
             }
@@ -132,19 +148,20 @@ pub(crate) struct Straight {
     pub(crate) ends: [Spot; 2],
 }
 
-/// Where it ends: fixed in the frame of the plan, or on a link.
+/// Where it ends: at a point of the world, in the frame of the base at rest, or on a link.
 pub(crate) enum Spot {
-    Fixed(Vector<f64>),
+    InWorld(Vector<f64>),
     On { place: Place, beside: Vector<f64> },
 }
 
-impl<P> From<Spot> for End<P> {
-    /// An end whose point is not known yet.
-    fn from(spot: Spot) -> Self {
-        match spot {
-            Spot::Fixed(position) => Self::Fixed(position),
-            Spot::On { beside, .. } => Self::On { point: usize::MAX, beside, moved_by: Vec::new() },
+/// An end, whose point is not known yet where it is on a link.
+fn end<P>(spot: Spot, world_points: &mut Vec<Vector<f64>>) -> End<P> {
+    match spot {
+        Spot::InWorld(position) => {
+            world_points.push(position);
+            End::InWorld(world_points.len() - 1)
         }
+        Spot::On { beside, .. } => End::On { point: usize::MAX, beside, moved_by: Vec::new() },
     }
 }
 
@@ -196,7 +213,7 @@ pub(crate) fn straight<G: Turning>(robot: &Robot, tree: &Tree<G>) -> Vec<Straigh
             None => {
                 let base = Quaternion::from_array(root.orientation).rotation();
                 let position = Vector::from(via.point) - Vector::from(root.position);
-                Spot::Fixed(base.apply_transposed(position))
+                Spot::InWorld(base.apply_transposed(position))
             }
         },
     };
@@ -233,7 +250,7 @@ pub(crate) fn attach<G: Turning>(plan: &mut Plan<G>) {
             .filter(|line| line.actuator == i)
             .flat_map(|line| &line.ends)
             .flat_map(|end| match end {
-                End::Fixed(_) => [].iter(),
+                End::InWorld(_) => [].iter(),
                 End::On { moved_by, .. } => moved_by.iter(),
             })
             .flat_map(|(s, _)| plan.pieces[*s].coordinates())
@@ -520,18 +537,18 @@ fn add(gradient: &mut Vec<(usize, f64)>, component: SleeveComponent, basis: &[f6
 }
 
 /// Adds what a unit of an active strain does in a piece, `int phi H shape`; returns twice its elastic energy alone.
-fn active_part<G: Turning>(
+fn energy_of_active_part<G: Turning>(
     pieces: &[PiecePlan<G>],
     part: &Embedded<'_>,
-    strain: usize,
-    shape: &Profile<1>,
+    active: &ActivePart,
     gradient: &mut Vec<(usize, f64)>,
 ) -> f64 {
     let piece = &pieces[part.piece];
-    let (nodes, weights) = part.spread(&part.quadrature(piece.gauss.nodes.len(), &[shape]));
+    let strain = active.strain;
+    let (nodes, weights) = part.spread(&part.quadrature(piece.gauss.nodes.len(), &[&active.shape]));
     let mut energy = 0.0;
     for (&x, weight) in nodes.iter().zip(weights) {
-        let [shape] = shape.at(part.on_link(x));
+        let shape = active.of_unit(x);
         let weight = weight * piece.length * shape;
         let stiffness = part.part.section(x).stiffness;
         energy += weight * shape * stiffness[strain][strain];

@@ -27,6 +27,18 @@ struct Known {
     name: Arc<str>,
     first: usize,
     size: usize,
+    /// Where it first stands in the description.
+    place: String,
+}
+
+impl Known {
+    /// A name for each of its entries.
+    fn names(&self) -> Vec<String> {
+        match self.size {
+            1 => vec![self.name.to_string()],
+            size => AXES[..size].iter().map(|axis| format!("{}.{axis}", self.name)).collect(),
+        }
+    }
 }
 
 impl Inputs {
@@ -55,7 +67,24 @@ impl Inputs {
     fn take<const N: usize>(&mut self, input: Option<&Input<N>>, check: &mut Checker, place: &str) {
         let Some(Input { name, value }) = input else { return };
         let Some(known) = self.known.iter().find(|known| known.name == *name) else {
-            self.known.push(Known { name: Arc::clone(name), first: self.defaults.len(), size: N });
+            let new = Known {
+                name: Arc::clone(name),
+                first: self.defaults.len(),
+                size: N,
+                place: place.to_owned(),
+            };
+            let names = new.names();
+            for known in &self.known {
+                if let Some(taken) = known.names().iter().find(|taken| names.contains(taken)) {
+                    let expected = format!(
+                        "another name: that is an entry of the input \"{}\" at {}, too",
+                        known.name, known.place
+                    );
+                    let entry = if N == 1 { String::new() } else { format!(" with an entry \"{taken}\"") };
+                    check.require(false, place, format_args!("the input \"{name}\"{entry}"), &expected);
+                }
+            }
+            self.known.push(new);
             self.defaults.extend(value);
             return;
         };
@@ -84,13 +113,7 @@ impl Inputs {
 
     /// A name for every entry of u: that of the input, with the axis where it is a vector.
     pub fn names(&self) -> Vec<String> {
-        let of_input = |known: &Known| -> Vec<String> {
-            match known.size {
-                1 => vec![known.name.to_string()],
-                size => AXES[..size].iter().map(|axis| format!("{}.{axis}", known.name)).collect(),
-            }
-        };
-        self.known.iter().flat_map(of_input).collect()
+        self.known.iter().flat_map(Known::names).collect()
     }
 }
 
@@ -122,6 +145,13 @@ impl Robot {
             check.require(is_new, &format!("{place}.name"), found, "a new name");
             match actuator {
                 Actuator::Tendon(tendon) => {
+                    if tendon.path.len() > 1
+                        && let Some(body) = tendon.only_body()
+                    {
+                        let expected = "parts along a rod, or points of which not all are there: else it acts on nothing";
+                        let found = format_args!("only points {body}");
+                        check.require(false, &format!("{place}.path"), found, expected);
+                    }
                     for (k, part) in tendon.path.iter().enumerate() {
                         let place = format!("{place}.path[{k}]");
                         match part {
@@ -194,6 +224,15 @@ impl Robot {
             link.joint.coordinates().iter().map(|coordinate| format!("{}.{coordinate}", link.name)).collect()
         };
         self.links.iter().filter(can_move).flat_map(names).collect()
+    }
+
+    /// All that a motor can be said to be on: links whose joint has one coordinate that it can move, and coordinates.
+    pub fn motor_places(&self) -> Vec<String> {
+        let is_one = |link: &&Link| {
+            has_axes(&link.joint) && !is_prescribed(link) && link.joint.coordinates().len() == 1
+        };
+        let links = self.links.iter().filter(is_one).map(|link| link.name.clone());
+        links.chain(self.motor_coordinates()).collect()
     }
 
     fn check_motor(&self, check: &mut Checker, motor: &Motor, place: &str) {

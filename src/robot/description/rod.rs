@@ -119,6 +119,8 @@ impl Rod {
                 "sections with an outline that a fluid can flow around",
             );
         }
+        // Loads, which have inputs in common with them, stand at the same places there.
+        Robot::from(self).check_actuators(&mut check);
         check.finish()
     }
 }

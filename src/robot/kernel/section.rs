@@ -3,7 +3,8 @@
 //! These pass by two laws, which a finite number of modes makes true in different senses. The balance of all that lies
 //! beyond the section, `F(X) = F_tip + int_X^L f`, holds at every place. The law of the material,
 //! `-(H (xi - xi_0) + mu H xi')`, holds against the modes alone, `int phi_j . (F - F_material) = 0`: it is the projection
-//! of the balance on the strains that have modes, and comes to it at every place as these become many.
+//! of the balance on the strains that have modes, and comes to it at every place as these become many. Active strains are
+//! part of xi_0. What embedded tendons and chambers pass on is in the balance, but not in the material.
 
 use crate::lie::{LANES, Lanes, Wrench};
 use crate::robot::effect::all as effects;
@@ -40,15 +41,19 @@ fn of_modes<G: Space>(piece: &PiecePlan<G>, q: &[f64], x: f64) -> [f64; STRAINS]
 }
 
 /// What the material between the sections before and beyond a place passes on, by its own law: moment and force in the
-/// section's axes, on what lies beyond. Nothing against strains without modes.
+/// section's axes, on what lies beyond. Nothing against strains without modes, except that active ones press on them.
 pub(crate) fn material_wrench<G: Space>(
     plan: &Plan<G>,
+    work: &Workspace<G>,
     q: &[f64],
     qd: &[f64],
     place: &Place,
 ) -> [f64; STRAINS] {
     let piece = &plan.pieces[place.piece];
-    let [strain, rate] = [q, qd].map(|values| of_modes(piece, values, place.x));
+    let [mut strain, rate] = [q, qd].map(|values| of_modes(piece, values, place.x));
+    for active in plan.actuation.active_strains.iter().filter(|active| active.piece == place.piece) {
+        strain[active.strain] -= work.actuation.commands[active.actuator] * active.of_unit(place.x);
+    }
     let stiffness = piece.part().section(place.x).stiffness;
     let mu = piece.retardation_time;
     stiffness.map(|row| -(0..STRAINS).map(|i| row[i] * (strain[i] + mu * rate[i])).sum::<f64>())

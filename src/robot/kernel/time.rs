@@ -18,6 +18,10 @@ fn see<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, base: Base) {
     for (anchor, seen) in work.anchors.iter_mut().zip(surroundings::seen_anchors(plan, &base)) {
         *anchor = seen;
     }
+    let world_points = &mut work.actuation.world_points;
+    for (point, seen) in world_points.iter_mut().zip(surroundings::seen_points(plan, &base)) {
+        *point = seen;
+    }
 }
 
 /// Takes base and loads at the time `t`. Where a function of time fails, no time is set.

@@ -7,6 +7,7 @@
 
 use super::command::Command;
 use crate::lie::Vector;
+use crate::rod::Profile;
 
 /// The actuators of a plan.
 #[derive(Clone, Debug)]
@@ -14,6 +15,21 @@ pub(crate) struct Actuation<P> {
     pub(crate) actuators: Vec<ActuatorPlan>,
     pub(crate) sleeves: Vec<Sleeve<P>>,
     pub(crate) lines: Vec<Line<P>>,
+    /// The points of the world that lines end at, in the frame of the base at rest.
+    pub(crate) world_points: Vec<Vector<f64>>,
+    pub(crate) active_strains: Vec<ActivePart>,
+}
+
+/// The part of an active strain that lies in a piece.
+#[derive(Clone, Debug)]
+pub(crate) struct ActivePart {
+    pub(crate) actuator: usize,
+    pub(crate) piece: usize,
+    pub(crate) strain: usize,
+    /// Of a unit, along the link's rod; and from fractions of the piece's length to those of the rod's: `from + rate x`.
+    pub(crate) shape: Profile<1>,
+    pub(crate) from: f64,
+    pub(crate) rate: f64,
 }
 
 /// A straight part of a tendon, between two points.
@@ -27,7 +43,7 @@ impl<P> Line<P> {
     /// Whether different pieces move its ends.
     pub(crate) fn can_shrink(&self) -> bool {
         let [from, to] = self.ends.each_ref().map(|end| match end {
-            End::Fixed(_) => None,
+            End::InWorld(_) => None,
             End::On { moved_by, .. } => Some(moved_by.iter().map(|(piece, _)| *piece)),
         });
         !from.into_iter().flatten().eq(to.into_iter().flatten())
@@ -37,8 +53,8 @@ impl<P> Line<P> {
 /// An end of a straight part.
 #[derive(Clone, Debug)]
 pub(crate) enum End<P> {
-    /// Fixed in the frame of the plan.
-    Fixed(Vector<f64>),
+    /// At one of the points of the world, by its place among them.
+    InWorld(usize),
     /// On one of the plan's points, beside it in the axes there.
     On {
         point: usize,
@@ -158,6 +174,13 @@ pub(crate) struct Thread<P> {
     /// `[component * nodes + node]`).
     pub(crate) start_slopes: Vec<Vector<f64>>,
     pub(crate) direction_slopes: Vec<Vector<f64>>,
+}
+
+impl ActivePart {
+    /// The strain of a unit at a fraction of the piece's length.
+    pub(crate) fn of_unit(&self, x: f64) -> f64 {
+        self.shape.at(self.from + self.rate * x)[0]
+    }
 }
 
 impl<P> Actuation<P> {

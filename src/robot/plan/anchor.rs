@@ -63,11 +63,9 @@ impl Anchor {
     /// An anchor in the frame of the base at rest as it is seen from where the base is now.
     pub(crate) fn seen_from(&self, base: &Base, at_rest: &Base) -> Self {
         let turned = |v: Vector<f64>| base.rotation.apply_transposed(at_rest.rotation.apply(v));
-        let to_anchor = at_rest.position - base.position;
-        let position = base.rotation.apply_transposed(to_anchor) + turned(self.position);
+        let [position, velocity] = base.sees(self.position, at_rest);
         let Rotation { x, y, z } = self.axes;
         let axes = Rotation { x: turned(x), y: turned(y), z: turned(z) };
-        let velocity = -base.rotation.apply_transposed(base.velocity);
         Self { velocity, ..Self::new(position, axes, self.turning, self.along_axes) }
     }
 

@@ -29,6 +29,8 @@ pub(crate) struct ActuationState<P> {
     /// The directions in which tendons slide.
     pub(crate) slidings: Vec<Sliding>,
     pub(crate) lines: Vec<LineState>,
+    /// Positions and velocities of the points of the world that lines end at, in the frame of the plan, which follows the base.
+    pub(crate) world_points: Vec<[Vector<f64>; 2]>,
     /// Of all threads, per pack: the tension as a part of that at the beginning of the path, and the angle from there.
     pub(crate) ratios: Vec<P>,
     pub(crate) angles: Vec<P>,
@@ -40,12 +42,14 @@ pub(crate) struct ActuationState<P> {
     pub(crate) inverse_norms: Vec<P>,
 }
 
-/// In which direction a tendon slides: 1 as while it is pulled; and how that changes with the rate of its length.
+/// In which direction a tendon slides: 1 as while it is pulled; and how that changes with the rate of its length, and with what
+/// is told.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Sliding {
     pub(crate) told: f64,
     pub(crate) value: f64,
     pub(crate) of_rate: f64,
+    pub(crate) of_told: f64,
 }
 
 /// What is known of a straight part of a tendon, in the frame of the plan.
@@ -112,6 +116,7 @@ impl<P: Scalar> ActuationState<P> {
             work_rates: vec![0.0; number],
             slidings: vec![Sliding { told: f64::NAN, ..Sliding::default() }; number],
             lines: vec![LineState::new(); actuation.lines.len()],
+            world_points: actuation.world_points.iter().map(|&point| [point, Vector::zero()]).collect(),
             ratios: ones,
             angles: nodes(|_| 1),
             field: largest(actuation, |components| components),

@@ -104,6 +104,10 @@ impl<G: Space> Workspace<G> {
             Some(_) => surroundings::seen_anchors(plan, &surroundings.base).collect(),
             None => plan.anchors.clone(),
         };
+        let mut actuation = ActuationState::new(&plan.actuation, plan.n);
+        if plan.world.motion.is_some() {
+            actuation.world_points = surroundings::seen_points(plan, &surroundings.base).collect();
+        }
         let station = Station {
             orientation: G::start(),
             rotation: G::unrotated(),
@@ -135,7 +139,7 @@ impl<G: Space> Workspace<G> {
             // NaN too, where no time is set that it depends on.
             acting: plan.loads.iter().map(|load| load.at_first()).collect(),
             inputs: plan.inputs.defaults().to_vec(),
-            actuation: ActuationState::new(&plan.actuation, plan.n),
+            actuation,
             time: f64::NAN,
             surroundings,
             anchors,

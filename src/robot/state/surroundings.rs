@@ -70,3 +70,8 @@ impl<G: Space> Surroundings<G> {
 pub(crate) fn seen_anchors<G: Space>(plan: &Plan<G>, base: &Base) -> impl Iterator<Item = Anchor> {
     plan.anchors.iter().map(|anchor| anchor.seen_from(base, &plan.world.base))
 }
+
+/// Positions and velocities of the points of the world that tendons end at, as a base that moves sees them.
+pub(crate) fn seen_points<G: Space>(plan: &Plan<G>, base: &Base) -> impl Iterator<Item = [Vector<f64>; 2]> {
+    plan.actuation.world_points.iter().map(|&point| base.sees(point, &plan.world.base))
+}

@@ -64,7 +64,14 @@ def random_path(rng, links, most=4):
     for _ in range(rng.integers(1, most + 1)):
         embedded = rods and rng.integers(2)
         path.append(random_along(rng, rng.choice(rods)) if embedded else random_via(rng, links))
-    return path if len(path) > 1 or path[0][0] == "Along" else [*path, random_via(rng, links)]
+    places = {(part["link"], part.get("at")) for kind, part in path if kind == "Via"}
+    if any(kind == "Along" for kind, _ in path) or len(places) > 1:
+        return path
+    # Points of one place alone are as far apart whatever moves.
+    while True:
+        kind, part = random_via(rng, links)
+        if (part["link"], part.get("at")) not in places:
+            return [*path, (kind, part)]
 
 
 def random_tendons(seed, links, *, points=False, friction=False):

@@ -21,14 +21,15 @@ const ANGULAR: usize = 3;
 /// the length of the part; the angle of what turns by a radian is off by half the square of that.
 const SMALLEST_TURN: f64 = 1e-6;
 
-/// The direction of sliding at a rate of the length.
+/// The direction of sliding at a rate of the length. One that is told is held within [-1, 1].
 pub(super) fn sliding(friction: &Friction, told: f64, rate: f64) -> Sliding {
     if friction.sliding.is_some() {
-        return Sliding { told, value: told.clamp(-1.0, 1.0), of_rate: 0.0 };
+        let of_told = if told.abs() <= 1.0 { 1.0 } else { 0.0 };
+        return Sliding { told, value: told.clamp(-1.0, 1.0), of_rate: 0.0, of_told };
     }
     let root = rate.hypot(friction.velocity);
     let of_rate = -friction.velocity * friction.velocity / (root * root * root);
-    Sliding { told, value: -rate / root, of_rate }
+    Sliding { told, value: -rate / root, of_rate, of_told: 0.0 }
 }
 
 /// What a thread does at a node.

@@ -35,29 +35,25 @@ pub(crate) fn force(law: Law, length: f64, rate: f64, command: f64) -> Force {
     }
 }
 
-/// The same between the limits of a motor's torque, which is the opposite of the force.
+/// The same between the limits of a motor's torque, which is the opposite of the force: with the distances a and b of what is
+/// wanted from the limits, `lowest + (a + sqrt(a^2 + width^2)) / 2 - (b + sqrt(b^2 + width^2)) / 2`, in a form in which large
+/// ones do not cancel.
 #[inline(always)]
 fn limited(force: Force, limits: Option<[f64; 2]>) -> Force {
     let Some([lowest, highest]) = limits else { return force };
-    let width = BEND * (highest - lowest);
-    let (above, slope_above) = ramp(-force.value - lowest, width);
-    let (beyond, slope_beyond) = ramp(-force.value - highest, width);
-    let slope = slope_above - slope_beyond;
+    let (middle, range) = (0.5 * (lowest + highest), highest - lowest);
+    let width = BEND * range;
+    let wanted = -force.value;
+    let (above, beyond) = (wanted - lowest, wanted - highest);
+    let (root_above, root_beyond) = (above.hypot(width), beyond.hypot(width));
+    let part = (wanted - middle) / (0.5 * root_above + 0.5 * root_beyond);
+    let slope = 0.5 * (above / root_above - beyond / root_beyond);
     Force {
-        value: -(lowest + above - beyond),
+        value: -(middle + 0.5 * range * part).clamp(lowest, highest),
         of_length: slope * force.of_length,
         of_rate: slope * force.of_rate,
         of_command: slope * force.of_command,
     }
-}
-
-/// `max(0, x)` with a bend, `(x + sqrt(x^2 + width^2)) / 2`, and its slope.
-#[inline(always)]
-fn ramp(x: f64, width: f64) -> (f64, f64) {
-    let root = x.hypot(width);
-    // What a sum would cancel.
-    let value = if x > 0.0 { 0.5 * (x + root) } else { 0.5 * width * width / (root - x) };
-    (value, 0.5 * (1.0 + x / root))
 }
 
 /// The potential of the force at a command that does not vary, where it has one: that of loads, or that of springs.
@@ -164,6 +160,12 @@ mod tests {
             let found = -force(law, 0.0, 0.0, command).value;
             assert!((found - torque).abs() < 1e-4, "{command}: {found}");
             assert!((-2.0..=3.0).contains(&found));
+        }
+        // Limits beside which all that is told is huge.
+        let narrow = Law::Torque { limits: Some([-1e-9, 1e-9]) };
+        for (command, torque) in [(-1e12, -1e-9), (-1.0, -1e-9), (0.0, 0.0), (1.0, 1e-9), (1e12, 1e-9)] {
+            let found = -force(narrow, 0.0, 0.0, command).value;
+            assert!((found - torque).abs() < 1e-18, "{command}: {found}");
         }
         let cable = Law::Cable { stiffness: 10.0, damping: 1.0 };
         assert_eq!(force(cable, 0.1, 0.0, 0.2).value, 0.0);

@@ -12,19 +12,20 @@ use crate::robot::turning::Turning;
 /// Lines that are shorter than this have no direction, and pull nothing: metres.
 const SHORTEST: f64 = 1e-14;
 
-/// Position and velocity of an end, in space and the frame of the plan.
+/// Position and velocity of an end, in space and the frame of the plan, which follows the base.
 fn end<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, end: &End<G::Pack>) -> [Vector<f64>; 2] {
     let frame = plan.frame;
-    let (position, Twist { angular, linear }) = match end {
-        End::Fixed(position) => (*position, work.stations[0].velocity),
-        &End::On { point, beside, .. } => {
+    match *end {
+        End::InWorld(i) => work.actuation.world_points[i],
+        End::On { point, beside, .. } => {
             let state = &work.points[point];
             let beside = G::rotate(&state.rotation, G::vector_of(frame, beside));
-            (G::in_space(frame, state.position + beside), state.velocity)
+            let position = G::in_space(frame, state.position + beside);
+            let Twist { angular, linear } = state.velocity;
+            let turning = G::axial_in_space(frame, angular).cross(position);
+            [position, G::in_space(frame, linear) + turning]
         }
-    };
-    let velocity = G::in_space(frame, linear) + G::axial_in_space(frame, angular).cross(position);
-    [position, velocity]
+    }
 }
 
 /// Finds all lines, the motion of all points up to date, and adds them to the lengths of their tendons.

@@ -299,7 +299,7 @@ pub(crate) fn add_input_tangent<G: Turning>(
                 add(k, input, force.of_command * memory.distribution[k]);
             }
             if let Some(input) = sliding {
-                add(k, input, force.value * memory.of_sliding[k]);
+                add(k, input, force.value * memory.of_sliding[k] * state.slidings[i].of_told);
             }
         }
     }

@@ -1,0 +1,82 @@
+//! What a motion says of the tendons of a robot: which went slack, and which were told to push. Looked at where the motion is
+//! known, not between these times.
+
+use super::Simulation;
+use crate::actuator::{Actuator, Drive, Tendon};
+use crate::error::{Interrupted, Number};
+use crate::model::InTime as _;
+use crate::robot::RobotModel;
+
+/// A tendon that was slack, or told to push.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Slack {
+    /// Its name.
+    pub name: String,
+    /// The first of the times, in seconds.
+    pub from: f64,
+    /// The lowest tension that it was told, if that is below zero, in newtons.
+    pub lowest: Option<f64>,
+}
+
+/// Those of a motion of this robot, in the order of its actuators. Only tendons that can be slack are looked at: those of a given
+/// length take an evaluation of the motion for each of the times, those of a tension that varies its value. Only a function of
+/// time can fail.
+pub fn slackness(model: &mut RobotModel, simulation: &Simulation) -> Result<Vec<Slack>, Interrupted> {
+    let actuators = model.description().actuators.iter().enumerate();
+    let may_be_slack = actuators.filter_map(|(i, actuator)| match actuator {
+        Actuator::Tendon(Tendon { drive: Drive::Length { .. }, name, .. }) => Some((i, true, name.clone())),
+        Actuator::Tendon(Tendon { drive: Drive::Tension(tension), name, .. }) => {
+            tension.constant().is_none().then(|| (i, false, name.clone()))
+        }
+        _ => None,
+    });
+    let may_be_slack: Vec<_> = may_be_slack.collect();
+    if may_be_slack.is_empty() {
+        return Ok(Vec::new());
+    }
+    let Simulation { t, q, v, u, n, .. } = simulation;
+    let inputs = u.len() / t.len().max(1);
+    let mut gradient = vec![0.0; *n];
+    let mut found: Vec<Option<Slack>> = vec![None; may_be_slack.len()];
+    for (k, &t) in t.iter().enumerate() {
+        let (q, v) = (&q[k * n..][..*n], &v[k * n..][..*n]);
+        if inputs > 0 {
+            model.set_inputs(&u[k * inputs..][..inputs]);
+        }
+        model.set_time(t)?;
+        for (found, (i, is_of_length, name)) in found.iter_mut().zip(&may_be_slack) {
+            let told = if *is_of_length {
+                let is_known = found.is_some();
+                if is_known || model.actuator(q, v, *i, &mut gradient)[2] != 0.0 {
+                    continue;
+                }
+                None
+            } else {
+                let told = model.command(*i);
+                // NaN is none.
+                if !matches!(told.partial_cmp(&0.0), Some(std::cmp::Ordering::Less)) {
+                    continue;
+                }
+                Some(told)
+            };
+            let slack = found.get_or_insert_with(|| Slack { name: name.clone(), from: t, lowest: told });
+            slack.lowest = slack.lowest.zip(told).map(|(before, told)| before.min(told));
+        }
+    }
+    Ok(found.into_iter().flatten().collect())
+}
+
+impl Slack {
+    /// A sentence that says so.
+    pub fn sentence(&self) -> String {
+        let Self { name, from, lowest } = self;
+        match lowest {
+            None => format!("'{name}' is slack, first at t = {}.", Number(*from)),
+            Some(lowest) => format!(
+                "The tension of '{name}' is told to be as low as {} N, first below zero at t = {}: a tendon never pushes.",
+                Number(*lowest),
+                Number(*from)
+            ),
+        }
+    }
+}
