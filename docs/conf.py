@@ -17,6 +17,7 @@ extensions = [
     "numpydoc",
     "sphinx_copybutton",
     "sphinx_design",
+    "benchmark_numbers",
     "mathml",
 ]
 exclude_patterns = ["pictures", "extensions", "**/.ipynb_checkpoints"]
