@@ -30,12 +30,22 @@ def table(numbers: dict) -> str:
     lab = numbers["lab"]["rows"][0]
     steps = {row["coordinates"]: row["step"] for row in numbers["kernels"]["rows"]}
     runs = numbers["rubber_rod"]["runs"]["Rubber rod"]
-    own, peer = (fastest([run for run in runs if run["code"] == code], ONE_PERCENT) for code in ("lissom", PEER))
+    own, peer = (
+        fastest([run for run in runs if run["code"] == code], ONE_PERCENT) for code in ("lissom", PEER)
+    )
     rows = [
-        (f"Steel wire, {lab['case']}", in_words(lab["seconds"]), f"{in_words(lab['report'])} (the lab's report)"),
+        (
+            f"Steel wire, {lab['case']}",
+            in_words(lab["seconds"]),
+            f"{in_words(lab['report'])} (the lab's report)",
+        ),
         ("One implicit step of a soft rod with 12 coordinates", in_words(steps[12]), ""),
         ("The same with 36 coordinates", in_words(steps[36]), ""),
-        ("Rubber rod, 1 s, tip error below 1 %", in_words(own["seconds"]), f"{in_words(peer['seconds'])} ({PEER})"),
+        (
+            "Rubber rod, 1 s, tip error below 1 %",
+            in_words(own["seconds"]),
+            f"{in_words(peer['seconds'])} ({PEER})",
+        ),
     ]
     lines = ["| | lissom | others |", "|---|---|---|", *(f"| {' | '.join(row)} |" for row in rows)]
     return "\n".join([*lines, "", f"{numbers['lab']['machine'].split(';')[0]}."])

@@ -1,4 +1,4 @@
-"""Looks for links of the built site that lead nowhere: `python docs/extensions/local_links.py results/site`."""
+"""Looks for links of the built site that lead nowhere: `local_links.py results/site`."""
 
 import sys
 from functools import lru_cache
@@ -38,7 +38,9 @@ def broken(site: Path) -> list[str]:
             goal = (path.parent / unquote(parts.path)).resolve() if parts.path else path
             if not goal.is_file():
                 found.append(f"{path.relative_to(site)}: {target}")
-            elif parts.fragment and goal.suffix == ".html" and unquote(parts.fragment) not in page(goal).places:
+            elif (
+                parts.fragment and goal.suffix == ".html" and unquote(parts.fragment) not in page(goal).places
+            ):
                 found.append(f"{path.relative_to(site)}: {target}: no such place")
     return found
 

@@ -12,7 +12,7 @@ Array = NDArray[np.float64]
 #: Points around a tube, and around and along an ellipsoid.
 AROUND = 16
 
-#: A rod is drawn at least and at most this thick, relative to the size of its model: a wire can be seen, and a
+#: A rod is drawn at least and at most this thick, relative to its model: a wire can be seen, and a
 #: section of a given stiffness, of which only the inertia is known, hides nothing.
 LEAST_RADIUS, LARGEST_RADIUS = 0.006, 0.05
 

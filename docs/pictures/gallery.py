@@ -27,7 +27,14 @@ INSTANTS = 5
 REPETITIONS = 5
 
 #: From where scenes are looked at: elevation and azimuth in degrees; what is not named, from the front.
-CAMERAS = {"flying_rod": (20, -75), "tentacle": (12, -60), "hand": (25, -50), "octopus": (10, -60), "arm": (15, -60), "finger": (35, -70)}
+CAMERAS = {
+    "flying_rod": (20, -75),
+    "tentacle": (12, -60),
+    "hand": (25, -50),
+    "octopus": (10, -60),
+    "arm": (15, -60),
+    "finger": (35, -70),
+}
 FRONT = (5, -90)
 
 
@@ -84,8 +91,8 @@ def entry(name: str, facts: dict) -> str:
 
 ![{facts["title"]}, at {INSTANTS} instants of its motion](pictures/{name}.png)
 
-{facts["title"]}, {facts["coordinates"]} coordinates. {facts["simulated"]:g} s of motion by `{facts["method"]}` \
-take {in_words(facts["seconds"])}.
+{facts["title"]}, {facts["coordinates"]} coordinates. {facts["simulated"]:g} s of motion \
+by `{facts["method"]}` take {in_words(facts["seconds"])}.
 
     lissom run scenes/{name}.toml -o results/{name}
 

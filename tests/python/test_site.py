@@ -30,7 +30,9 @@ def test_every_public_name_is_in_the_reference():
     public = {f"lissom.{name}" for name in lissom.__all__ if name != "__version__"}
     public |= {f"lissom.sensors.{name}" for name in sensors.__all__}
     own = [name for name, value in vars(urdf).items() if getattr(value, "__module__", None) == urdf.__name__]
-    public |= {f"lissom.urdf.{name}" for name in own if not name.startswith("_") and name not in BEHIND_OTHERS}
+    public |= {
+        f"lissom.urdf.{name}" for name in own if not name.startswith("_") and name not in BEHIND_OTHERS
+    }
     assert documented() == public
 
 
@@ -44,4 +46,5 @@ def test_every_scene_is_in_the_gallery():
 def test_notebooks_are_committed_without_outputs(path):
     cells = json.loads(path.read_text())["cells"]
     code = [cell for cell in cells if cell["cell_type"] == "code"]
-    assert code and all(not cell["outputs"] and cell["execution_count"] is None for cell in code)
+    assert code
+    assert all(not cell["outputs"] and cell["execution_count"] is None for cell in code)
