@@ -45,6 +45,7 @@ html_title = "lissom"
 html_static_path = ["static"]
 html_css_files = ["site.css"]
 html_show_sphinx = False
+html_show_copyright = False
 html_math_renderer = "mathml"
 pygments_style = "friendly"
 pygments_dark_style = "native"

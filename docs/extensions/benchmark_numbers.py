@@ -21,8 +21,8 @@ PEER = "PyElastica, clamp in mid-element"
 def in_words(seconds: float) -> str:
     for size, unit in ((1.0, "s"), (1e-3, "ms")):
         if seconds >= size:
-            return f"{seconds / size:.3g} {unit}"
-    return f"{seconds / 1e-6:.3g} µs"
+            return f"{seconds / size:.3g}\N{NO-BREAK SPACE}{unit}"
+    return f"{seconds / 1e-6:.3g}\N{NO-BREAK SPACE}µs"
 
 
 def table(numbers: dict) -> str:
