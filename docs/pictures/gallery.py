@@ -13,6 +13,7 @@ import numpy as np
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 from drawing import draw, frame
+from PIL import Image, ImageChops
 
 import lissom
 from lissom.views import View, view
@@ -25,6 +26,9 @@ INSTANTS = 5
 
 #: Runs of which the fastest one counts.
 REPETITIONS = 5
+
+#: White pixels around a picture.
+MARGIN = 12
 
 #: From where scenes are looked at: elevation and azimuth in degrees; what is not named, from the front.
 CAMERAS = {
@@ -66,6 +70,24 @@ def picture_in_the_plane(what: View, motion: lissom.MotionResult) -> plt.Figure:
     axes.set_aspect("equal")
     axes.set_axis_off()
     return figure
+
+
+def save(figure: plt.Figure, path: Path) -> None:
+    """The picture without its white borders."""
+    figure.savefig(path)
+    plt.close(figure)
+    crop(path)
+
+
+def crop(path: Path) -> None:
+    with Image.open(path) as file:
+        picture = file.convert("RGB")
+    left, top, right, bottom = ImageChops.difference(
+        picture, Image.new("RGB", picture.size, "white")
+    ).getbbox()
+    whole = Image.new("RGB", (right - left + 2 * MARGIN, bottom - top + 2 * MARGIN), "white")
+    whole.paste(picture.crop((left, top, right, bottom)), (MARGIN, MARGIN))
+    whole.save(path, optimize=True)
 
 
 def first_comment(text: str) -> str:
@@ -115,8 +137,7 @@ def main() -> None:
             figure = picture_in_space(what, motion, CAMERAS.get(name, FRONT))
         else:
             figure = picture_in_the_plane(what, motion)
-        figure.savefig(HERE / f"{name}.png", pil_kwargs={"optimize": True})
-        plt.close(figure)
+        save(figure, HERE / f"{name}.png")
         entries[name] = {
             "comment": first_comment(scene.text),
             "title": what.title,

@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 def command(scene: Path, output: Path | None, from_start: bool, no_report: bool) -> int:
     """Find the shape in which SCENE rests.
 
-    The loads grow from the unloaded state; stability and buckling on the way are reported. The settings of the
-    simulation are not used.
+    The loads grow from the unloaded state; stability and buckling on the way are reported. The settings of
+    the simulation are not used.
 
     Exit code: 0 done; 1 no equilibrium was found (the last good state is written); 2 bad input (nothing is
     written); 130 interrupted.
