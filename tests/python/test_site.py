@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import lissom
-from lissom import sensors, urdf
+from lissom import gym, sensors, urdf
 
 DOCS = Path(__file__).parents[2] / "docs"
 DIRECTIVE = re.compile(r"^\.\. auto(?:class|function|exception):: (\w+)$", re.M)
@@ -29,6 +29,7 @@ def documented() -> set[str]:
 def test_every_public_name_is_in_the_reference():
     public = {f"lissom.{name}" for name in lissom.__all__ if name != "__version__"}
     public |= {f"lissom.sensors.{name}" for name in sensors.__all__}
+    public |= {f"lissom.gym.{name}" for name in gym.__all__}
     own = [name for name, value in vars(urdf).items() if getattr(value, "__module__", None) == urdf.__name__]
     public |= {
         f"lissom.urdf.{name}" for name in own if not name.startswith("_") and name not in BEHIND_OTHERS
