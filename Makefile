@@ -44,12 +44,13 @@ demo: build ## simulate the lab scenes and say where the reports lie
 
 test: test-rust test-python ## run every check and every test
 
-test-rust: $(VENV)/test.stamp ## formatting, lints and tests of the Rust crate
+test-rust: $(VENV)/test.stamp ## formatting, lints, documentation and tests of the Rust crate
 	@.ci/toolchain cargo
 	@.ci/toolchain cargo-checks
 	cargo fmt --check
 	cargo clippy --locked --all-targets --features python -- -D warnings
 	cargo clippy --locked --lib -- -D warnings
+	RUSTDOCFLAGS="-D warnings" cargo doc --locked --no-deps
 	cargo test --locked
 	$(BIN)/python benches/python/instructions.py
 
