@@ -29,7 +29,7 @@ unexport PYTHONPATH
 unexport PYTHONHOME
 
 .PHONY: help demo bench peers validate stress test test-rust test-python test-browser test-checked build build-for-test wheel sdist \
-	format lock fuzz audit clean
+	docs docs-check pictures format lock fuzz audit clean
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -44,12 +44,13 @@ demo: build ## simulate the lab scenes and say where the reports lie
 
 test: test-rust test-python ## run every check and every test
 
-test-rust: $(VENV)/test.stamp ## formatting, lints and tests of the Rust crate
+test-rust: $(VENV)/test.stamp ## formatting, lints, documentation and tests of the Rust crate
 	@.ci/toolchain cargo
 	@.ci/toolchain cargo-checks
 	cargo fmt --check
 	cargo clippy --locked --all-targets --features python -- -D warnings
 	cargo clippy --locked --lib -- -D warnings
+	RUSTDOCFLAGS="-D warnings" cargo doc --locked --no-deps
 	cargo test --locked
 	$(BIN)/python benches/python/instructions.py
 
@@ -105,6 +106,19 @@ sdist: $(VENV)/demo.stamp ## pack the sources into dist/, and try to install fro
 	$(BIN)/maturin sdist --out dist
 	.ci/try-wheel dist/*.tar.gz
 
+docs: build $(VENV)/docs.stamp ## build the site into results/site
+	$(BIN)/sphinx-build --quiet --fail-on-warning --keep-going -b html docs "$(RESULTS)/site"
+	@echo "Open in a browser: $(RESULTS)/site/index.html"
+
+docs-check: docs ## the site, its links (those to the outside need the network) and its examples
+	$(BIN)/python docs/extensions/local_links.py "$(RESULTS)/site"
+	$(BIN)/python -m pytest --quiet tests/python/test_docs.py tests/python/test_site.py
+	$(BIN)/sphinx-build --quiet -b linkcheck docs "$(RESULTS)/links"
+
+pictures: build $(VENV)/docs.stamp ## draw the pictures of the README and the site, and write docs/gallery.md
+	$(BIN)/python docs/pictures/moving.py
+	$(BIN)/python docs/pictures/gallery.py
+
 format: $(VENV)/test.stamp ## format all sources
 	cargo fmt
 	$(BIN)/ruff format .
@@ -114,6 +128,7 @@ lock: ## choose the newest versions for requirements/*.txt, with hashes (needs u
 	UV_CUSTOM_COMPILE_COMMAND="make lock" $(COMPILE) $(WITH_LISSOM) --group build --output-file requirements/demo.txt
 	UV_CUSTOM_COMPILE_COMMAND="make lock" $(COMPILE) $(WITH_LISSOM) --group test --output-file requirements/test.txt
 	UV_CUSTOM_COMPILE_COMMAND="make lock" $(COMPILE) $(WITH_LISSOM) --group browser --output-file requirements/browser.txt
+	UV_CUSTOM_COMPILE_COMMAND="make lock" $(COMPILE) $(WITH_LISSOM) --group docs --output-file requirements/docs.txt
 	UV_CUSTOM_COMPILE_COMMAND="make lock" $(COMPILE) --group peers --output-file requirements/peers.txt
 
 audit: ## licences, sources and known weaknesses of the crates (needs cargo-deny)

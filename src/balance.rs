@@ -1,4 +1,18 @@
 //! The energy balance of a motion: where the energy is, and what left or entered the system on the way.
+//!
+//! ```
+//! use lissom::newmark;
+//! use lissom::pendulum::SpringPendulum;
+//! use lissom::simulate::{Method, simulate};
+//!
+//! let mut pendulum = SpringPendulum::new(1.0, 1.0, 10.0, 9.81)?;
+//! let method = Method::Newmark(newmark::Options::new(1e-3));
+//! let (q0, v0) = ([-0.7, 0.5], [0.0, 0.0]);
+//! let motion = simulate(pendulum.clone(), (0.0, 1.0), &q0, &v0, &method, None, &mut |_| Ok(()))?;
+//! let balance = motion.balance(&mut pendulum).expect("no function of time that could fail");
+//! assert!(balance.drift() < 1e-3);
+//! # Ok::<(), lissom::error::InvalidInput>(())
+//! ```
 
 use crate::error::Interrupted;
 use crate::hermite::{Quintic, cubic};

@@ -1,4 +1,12 @@
 //! Rigid bodies on a rod, in plain data.
+//!
+//! ```
+//! use lissom::body::Body;
+//!
+//! let camera = Body { at: Some(0.2), ..Body::point(0.01) };
+//! assert!(camera.validate(0.3).is_ok());
+//! assert!(camera.validate(0.1).is_err());
+//! ```
 
 use nalgebra::Matrix3;
 

@@ -2,6 +2,13 @@
 //!
 //! Only input is an error in lissom. A numerical outcome (no convergence, a step too small, a non-finite
 //! value) is a *status* with a reason in the result of the computation.
+//!
+//! ```
+//! use lissom::rod::Segment;
+//!
+//! let wrong = Segment::straight(-1.0, 1e-3, 210e9, 80e9, 7800.0).validate().expect_err("no length is negative");
+//! assert!(wrong.to_string().contains("length"));
+//! ```
 
 use std::borrow::Cow;
 use std::fmt;

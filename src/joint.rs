@@ -1,4 +1,11 @@
 //! Joints between links, in plain data.
+//!
+//! ```
+//! use lissom::joint::{Joint, JointForces};
+//!
+//! let hinge = Joint::Revolute { axis: [0.0, 1.0, 0.0], forces: JointForces { damping: 1e-3, ..JointForces::default() } };
+//! assert_eq!(hinge.coordinates(), ["angle"]);
+//! ```
 
 use crate::error::{Checker, InvalidInput, Number};
 

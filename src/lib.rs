@@ -1,9 +1,9 @@
-//! lissom simulates slender soft bodies as Cosserat rods, with the solvers that this takes.
+//! lissom simulates soft robots and other slender bodies as Cosserat rods. Its solvers are usable on their own.
 //!
 //! A rod is described in plain data ([`rod::Segment`], [`robot::Rod`]) and compiled into a model ([`robot::RobotModel`]).
-//! What moves or rests is computed of any [`model::Model`]: its free motion ([`simulate()`](simulate::simulate)), also step
-//! by step with inputs from outside ([`stepping`]) or to an accuracy that is asked for ([`accuracy`]), its equilibria ([`statics`]), its vibrations ([`modes`]). The solvers know
-//! nothing of rods and can be used alone: [`roots`], [`ode`], [`newmark`], [`radau`].
+//! For any [`model::Model`] lissom computes free motions ([`simulate()`](simulate::simulate)), also step by step with inputs
+//! from outside ([`stepping`]) or to a given accuracy ([`accuracy`]), equilibria ([`statics`]) and vibrations ([`modes`]).
+//! The solvers know nothing of rods: [`roots`], [`ode`], [`newmark`], [`radau`].
 //!
 //! ```
 //! use lissom::robot::{Rod, RobotModel};

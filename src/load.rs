@@ -1,4 +1,12 @@
 //! Forces and moments on a rod, in plain data.
+//!
+//! ```
+//! use lissom::load::{Extent, Frame, Load};
+//!
+//! let thrust = Load { frame: Frame::Body, force: [-0.05, 0.0, 0.0].into(), ..Load::at_tip() };
+//! let current = Load { extent: Extent::Along([0.1, 0.4]), force: [0.0, 0.1, 0.0].into(), ..Load::at_tip() };
+//! assert!(thrust.validate(0.4).is_ok() && current.validate(0.4).is_ok());
+//! ```
 
 use crate::error::{Checker, InvalidInput};
 use crate::signal::Signal;

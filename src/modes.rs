@@ -1,4 +1,16 @@
 //! Natural vibrations about an equilibrium: frequencies, damping and shapes of `M x'' + D x' + K x = 0`.
+//!
+//! ```
+//! use lissom::modes::modes;
+//! use lissom::robot::{Rod, RobotModel};
+//! use lissom::rod::Segment;
+//!
+//! let segment = Segment { modes: [0, 3, 0, 0, 0, 0], ..Segment::straight(1.0, 1e-3, 210e9, 80e9, 7800.0) };
+//! let weightless = Rod { gravity: [0.0; 3], ..Rod::new(vec![segment]) };
+//! let found = modes(&mut RobotModel::of_rod(&weightless)?, &[0.0; 3]).expect("a straight rod vibrates");
+//! assert!((found.frequency[0] / std::f64::consts::TAU - 1.452).abs() < 1e-3); // hertz
+//! # Ok::<(), lissom::error::InvalidInput>(())
+//! ```
 
 use crate::linalg::{Complex, Matrix, eigen, symmetric_eigen, symmetric_part};
 use crate::model::Model;

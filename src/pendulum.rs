@@ -1,4 +1,14 @@
 //! The spring pendulum: a point mass on a massless spring that swings in a vertical plane.
+//!
+//! ```
+//! use lissom::model::Model;
+//! use lissom::pendulum::SpringPendulum;
+//!
+//! let mut pendulum = SpringPendulum::new(1.0, 1.0, 10.0, 9.81)?;
+//! let energy = pendulum.energy(&[0.0, 0.2], &[0.0, 0.0]);
+//! assert!((energy.elastic - 0.2).abs() < 1e-12); // joules: half the stiffness times the square of the elongation
+//! # Ok::<(), lissom::error::InvalidInput>(())
+//! ```
 
 use crate::error::{Checker, InvalidInput};
 use crate::lie::sine_cosine;

@@ -1,4 +1,13 @@
 //! Vectors that depend on time: what loads that vary and bases that move follow.
+//!
+//! ```
+//! use lissom::signal::{Signal, Table};
+//! use std::sync::Arc;
+//!
+//! let ramp = Signal::Table(Arc::new(Table::new(vec![0.0, 1.0], vec![[0.0], [2.0]])?));
+//! assert_eq!(ramp.at(0.5), Ok([1.0]));
+//! # Ok::<(), lissom::error::InvalidInput>(())
+//! ```
 
 use std::fmt::Debug;
 use std::sync::Arc;

@@ -1,4 +1,17 @@
 //! Springs to the world in a shape: their forces, and how these change with it.
+//!
+//! ```
+//! use lissom::model::Elastic;
+//! use lissom::robot::{Rod, RobotModel};
+//! use lissom::rod::Segment;
+//! use lissom::support::Support;
+//!
+//! let segment = Segment { modes: [0, 3, 0, 0, 0, 0], ..Segment::straight(1.0, 1e-3, 210e9, 80e9, 7800.0) };
+//! let prop = Support { stiffness: [0.0, 0.0, 100.0], ..Support::at_tip() };
+//! let model = RobotModel::of_rod(&Rod { supports: vec![prop], ..Rod::new(vec![segment]) })?;
+//! assert!(model.springs() > 0);
+//! # Ok::<(), lissom::error::InvalidInput>(())
+//! ```
 
 use crate::linalg::Matrix;
 

@@ -1,4 +1,17 @@
 //! Whether a state at rest is stable: one verdict for statics and modes.
+//!
+//! ```
+//! use lissom::robot::{Rod, RobotModel};
+//! use lissom::rod::Segment;
+//! use lissom::stability::Stability;
+//! use lissom::statics::{Options, equilibrium};
+//!
+//! let segment = Segment { modes: [0, 3, 0, 0, 0, 0], ..Segment::straight(1.0, 1e-3, 210e9, 80e9, 7800.0) };
+//! let mut wire = RobotModel::of_rod(&Rod::new(vec![segment]))?;
+//! let shape = equilibrium(&mut wire, &Options::default(), &mut || Ok(()))?.expect("nothing interrupts it");
+//! assert_eq!(shape.verdict.map(|verdict| verdict.stability), Some(Stability::Stable));
+//! # Ok::<(), lissom::error::InvalidInput>(())
+//! ```
 
 use crate::linalg::{Complex, Matrix, eigenvalues, symmetric_eigenvalues, symmetric_part};
 use crate::small_motions::{self, GROWING, SmallMotions};

@@ -1,4 +1,11 @@
 //! Elastic supports of a rod, in plain data.
+//!
+//! ```
+//! use lissom::support::Support;
+//!
+//! let prop = Support { at: Some(0.5), stiffness: [0.0, 0.0, 1e3], ..Support::at_tip() };
+//! assert!(prop.validate(1.0).is_ok());
+//! ```
 
 use crate::error::{Checker, InvalidInput};
 use crate::lie::QUATERNION_TOLERANCE;

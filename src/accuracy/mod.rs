@@ -9,6 +9,18 @@
 //! and tightened until it is met. What two runs would miss alike is followed by the steps of both, or counted. The
 //! space error is the difference that two more modes of every strain make, with more nodes, and what is still missing
 //! then; where more nodes alone make a difference, they are taken.
+//!
+//! ```
+//! use lissom::accuracy::{Request, simulate_to_accuracy};
+//! use lissom::pendulum::SpringPendulum;
+//!
+//! let pendulum = SpringPendulum::new(1.0, 1.0, 10.0, 9.81)?;
+//! let request = Request::new(1e-4, 0.1);
+//! let (motion, _) =
+//!     simulate_to_accuracy(pendulum, (0.0, 1.0), &[-0.7, 0.5], &[0.0, 0.0], request, None, &mut |_| Ok(()))?;
+//! assert!(motion.statistics.time_error.is_some_and(|error| error <= 1e-4));
+//! # Ok::<(), lissom::error::InvalidInput>(())
+//! ```
 
 mod choice;
 mod drive;

@@ -5,6 +5,40 @@
 //! `dq/du = -K^-1 dtau/du`. Where more inputs act than it takes, the least ones are chosen.
 //!
 //! `commands` says what the inputs are, `equilibria` which shape belongs to them, `misfit` how far that is.
+//!
+//! ```
+//! use lissom::actuate::{Options, actuate};
+//! use lissom::actuator::{Actuator, Along, Drive, Part, Tendon};
+//! use lissom::reach::Target;
+//! use lissom::robot::{Rod, RobotModel};
+//! use lissom::rod::{Profile, Segment};
+//! use lissom::signal::{Input, Signal};
+//!
+//! let segment = Segment { modes: [0, 3, 0, 0, 0, 0], ..Segment::straight(0.2, 2e-3, 1e9, 4e8, 1200.0) };
+//! let offset = [Profile::linear([[0.0]; 2]), Profile::linear([[0.01]; 2])];
+//! let tension = Signal::Input(Input { name: "pull".into(), value: [1.0] });
+//! let tendon = Tendon {
+//!     name: "pull".into(),
+//!     path: vec![Part::Along(Along { link: 0, offset, along: [0.0, 0.2] })],
+//!     drive: Drive::Tension(tension),
+//!     friction: 0.0,
+//!     friction_velocity: 1e-3,
+//!     sliding: None,
+//! };
+//! let rod = Rod { actuators: vec![Actuator::Tendon(tendon)], ..Rod::new(vec![segment]) };
+//! let mut finger = RobotModel::of_rod(&rod)?;
+//! let target = Target {
+//!     link: 0,
+//!     at: None,
+//!     point: [0.0; 3],
+//!     position: Some([0.0, 0.0, 0.02]),
+//!     orientation: None,
+//!     weights: [[0.0, 0.0, 1.0], [0.0; 3]],
+//! };
+//! let found = actuate(&mut finger, &[target], &Options::default(), &mut || Ok(()))?.expect("nothing interrupts it");
+//! assert!(found.status.is_success(), "{}", found.message);
+//! # Ok::<(), lissom::error::InvalidInput>(())
+//! ```
 
 mod commands;
 mod equilibria;

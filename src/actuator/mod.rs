@@ -1,7 +1,21 @@
 //! Actuators of a robot, in plain data: what pulls, presses, turns or shortens it when it is told to.
 //!
-//! Each is a force on a length (design: an actuator whose length is l(q) and whose force is F has the generalised forces
-//! `F dl/dq`): of a tendon its path, of a chamber its volume, of a motor the coordinate of a joint.
+//! Each is a force on a length: an actuator whose length is l(q) and whose force is F has the generalised forces
+//! `F dl/dq` (docs/theory.md, "Actuators"). The length is that of a tendon's path, the volume of a chamber, the
+//! coordinate of a joint.
+//!
+//! ```
+//! use lissom::actuator::{Actuator, Motor, MotorCommand};
+//!
+//! let motor = Motor {
+//!     name: "elbow".into(),
+//!     link: 0,
+//!     coordinate: 0,
+//!     command: MotorCommand::Torque([0.5].into()),
+//!     limits: None,
+//! };
+//! assert_eq!(Actuator::Motor(motor).name(), "elbow");
+//! ```
 
 mod active_strain;
 mod chamber;

@@ -3,6 +3,14 @@
 //! Everything is generic over a [`Scalar`]: `f64` for one point of a rod, [`Pack`] for several points at once; what
 //! sweeps along a rod, over a [`Geometry`] as well. Twists are (angular; linear) and wrenches (moment; force), both
 //! seen from the origin of the inertial frame.
+//!
+//! ```
+//! use lissom::lie::{Quaternion, Vector};
+//!
+//! let quarter = Quaternion::exp(Vector { x: 0.0, y: 0.0, z: std::f64::consts::FRAC_PI_2 });
+//! let turned = quarter.rotation().apply(Vector { x: 1.0, y: 0.0, z: 0.0 });
+//! assert!((turned.y - 1.0).abs() < 1e-15);
+//! ```
 
 mod counted;
 mod geometry;

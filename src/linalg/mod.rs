@@ -1,6 +1,17 @@
 //! Linear algebra, dense and of trees: the only place that names the solvers of nalgebra and faer.
 //!
 //! Factorisations own their memory, sized once, so that factorising and solving allocate nothing.
+//!
+//! ```
+//! use lissom::linalg::{Lu, Matrix};
+//!
+//! let mut lu = Lu::new(2);
+//! lu.factorise(&Matrix::from_row_slice(2, 2, &[2.0, 1.0, 1.0, 3.0]))?;
+//! let mut x = [3.0, 4.0];
+//! lu.solve(&mut x);
+//! assert!((x[0] - 1.0).abs() < 1e-15 && (x[1] - 1.0).abs() < 1e-15);
+//! # Ok::<(), lissom::linalg::Singular>(())
+//! ```
 
 use std::borrow::Cow;
 

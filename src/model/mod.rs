@@ -1,4 +1,15 @@
 //! What every mechanical system of lissom offers to the solvers.
+//!
+//! ```
+//! use lissom::model::Model;
+//! use lissom::pendulum::SpringPendulum;
+//!
+//! let mut pendulum = SpringPendulum::new(1.0, 1.0, 10.0, 9.81)?;
+//! let mut tau = [0.0; 2];
+//! pendulum.inverse_dynamics(&[0.0, 0.1], &[0.0, 0.0], &[0.0, 0.0], &mut tau);
+//! assert!((tau[1] - 1.0).abs() < 1e-12); // newtons along the spring: stiffness times elongation
+//! # Ok::<(), lissom::error::InvalidInput>(())
+//! ```
 
 mod discretised;
 mod elastic;

@@ -4,6 +4,24 @@
 //! sweeps read the plan and work in a `state`: the `kernel` has the recursions along the rod (where it is, what
 //! forces a motion needs, how these change with the motion), an `effect` is what acts on it. `tell` says what is
 //! computed, and what it costs.
+//!
+//! ```
+//! use lissom::body::Body;
+//! use lissom::joint::{Joint, JointForces};
+//! use lissom::robot::{Link, Robot, RobotModel};
+//! use lissom::rod::Segment;
+//!
+//! let hinge = Joint::Revolute { axis: [0.0, 1.0, 0.0], forces: JointForces::default() };
+//! let arm = Link { joint: hinge, body: Some(Body::point(0.1)), ..Link::new("arm") };
+//! let segment = Segment { modes: [0, 2, 0, 0, 0, 0], ..Segment::straight(0.3, 8e-3, 5e5, 2e5, 1070.0) };
+//! let tail = Link { parent: Some(0), position: [0.2, 0.0, 0.0], rod: vec![segment], ..Link::new("tail") };
+//! let robot = Robot::new(vec![arm, tail]);
+//! assert_eq!(robot.coordinate_names(), ["arm.angle", "tail.bend_y[0]", "tail.bend_y[1]"]);
+//! let mut model = RobotModel::new(&robot)?;
+//! let tip = model.place_on(1, None);
+//! assert!((model.pose_at(&[0.0; 3], &tip).position.x - 0.5).abs() < 1e-12);
+//! # Ok::<(), lissom::error::InvalidInput>(())
+//! ```
 
 mod algebra;
 mod choice;

@@ -1,4 +1,13 @@
 //! What a rod is, in plain data: segments with their sections, the strains they can have, and how these vary along them.
+//!
+//! ```
+//! use lissom::rod::Segment;
+//!
+//! let wire = Segment { modes: [0, 3, 0, 0, 0, 0], ..Segment::straight(1.0, 1e-3, 210e9, 80e9, 7800.0) };
+//! wire.validate()?;
+//! assert_eq!(wire.coordinates(), 3);
+//! # Ok::<(), lissom::error::InvalidInput>(())
+//! ```
 
 mod basis;
 pub(crate) mod nodes;

@@ -4,6 +4,30 @@
 //! against that schema, for which `words` knows the old names of keys; `build`, with `parts` that rods and the `links` of
 //! robots have in common, and with `actuators`, turns it into a model with the
 //! constructors that everybody uses; `diagnostics` says what is wrong, where. A scene never executes anything.
+//!
+//! ```
+//! use lissom::scene::Scene;
+//!
+//! let text = r#"
+//! version = 1
+//!
+//! [[rod]]
+//!
+//! [[rod.segment]]
+//! length = 1.0
+//! radius = 1e-3
+//! young_modulus = 210e9
+//! shear_modulus = 80e9
+//! density = 7800
+//! modes = { bend_y = 3 }
+//!
+//! [simulation]
+//! t_end = 1.0
+//! "#;
+//! let scene = Scene::parse(text, "wire.toml")?;
+//! assert_eq!((scene.name.as_str(), scene.model.coordinates()), ("wire", 3));
+//! # Ok::<(), lissom::scene::SceneError>(())
+//! ```
 
 mod actuators;
 mod build;

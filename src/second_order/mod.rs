@@ -1,4 +1,16 @@
 //! Second-order equations of motion, and what their integrators share: [`crate::newmark`] and [`crate::radau`].
+//!
+//! ```
+//! use lissom::newmark::{Options, solve};
+//! use lissom::pendulum::SpringPendulum;
+//! use lissom::second_order::FreeMotion;
+//!
+//! let mut pendulum = SpringPendulum::new(1.0, 1.0, 10.0, 9.81)?;
+//! let mut system = FreeMotion(&mut pendulum);
+//! let motion = solve(&mut system, (0.0, 0.1), &[-0.7, 0.5], &[0.0; 2], &Options::new(1e-2), None, &mut |_, _| Ok(()))?;
+//! assert_eq!(motion.q.len(), motion.t.len() * motion.n);
+//! # Ok::<(), lissom::error::InvalidInput>(())
+//! ```
 
 mod grid;
 mod problem;

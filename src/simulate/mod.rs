@@ -1,4 +1,18 @@
 //! Free motions of models over an interval, by the implicit Newmark family or an explicit Runge-Kutta method.
+//!
+//! ```
+//! use lissom::newmark;
+//! use lissom::robot::{Rod, RobotModel};
+//! use lissom::rod::Segment;
+//! use lissom::simulate::{Method, simulate};
+//!
+//! let segment = Segment { modes: [0, 3, 0, 0, 0, 0], ..Segment::straight(1.0, 1e-3, 210e9, 80e9, 7800.0) };
+//! let wire = RobotModel::of_rod(&Rod::new(vec![segment]))?;
+//! let method = Method::Newmark(newmark::Options::new(1e-2));
+//! let motion = simulate(wire, (0.0, 0.1), &[0.0; 3], &[0.0; 3], &method, None, &mut |_| Ok(()))?;
+//! assert_eq!(motion.t.len(), 11);
+//! # Ok::<(), lissom::error::InvalidInput>(())
+//! ```
 
 mod course;
 mod recorder;

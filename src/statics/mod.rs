@@ -7,6 +7,18 @@
 //! `equations` are the forces under a part of what grows (`growth`), `corrector` is Newton's method that stays on its path,
 //! `path` follows it, `descent` lets go, `stability` looks for critical points, `tendons` says which are slack. What is
 //! stable is judged by [`crate::stability`].
+//!
+//! ```
+//! use lissom::robot::{Rod, RobotModel};
+//! use lissom::rod::Segment;
+//! use lissom::statics::{Options, equilibrium};
+//!
+//! let segment = Segment { modes: [0, 3, 0, 0, 0, 0], ..Segment::straight(1.0, 1e-3, 210e9, 80e9, 7800.0) };
+//! let mut wire = RobotModel::of_rod(&Rod::new(vec![segment]))?;
+//! let sagging = equilibrium(&mut wire, &Options::default(), &mut || Ok(()))?.expect("nothing interrupts it");
+//! assert!((sagging.q[0] - 0.238_212).abs() < 1e-5); // radians per metre
+//! # Ok::<(), lissom::error::InvalidInput>(())
+//! ```
 
 mod corrector;
 mod descent;

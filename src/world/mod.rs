@@ -1,4 +1,12 @@
 //! What surrounds a robot: the fluid, and the motion of what it stands on.
+//!
+//! ```
+//! use lissom::world::Fluid;
+//!
+//! let water = Fluid { drag_coefficients: [1.1, 0.01], ..Fluid::ideal(1000.0) };
+//! water.validate()?;
+//! # Ok::<(), lissom::error::InvalidInput>(())
+//! ```
 
 pub(crate) mod base_motion;
 mod fluid;

@@ -10,7 +10,7 @@ import lissom
 from lissom import gym, sensors
 
 ROOT = Path(__file__).parents[2]
-PAGES = sorted(ROOT.glob("docs/*.md"))
+PAGES = sorted(ROOT.glob("docs/**/*.md"))
 PAGES_WITH_EXAMPLES = [page for page in PAGES if ">>>" in page.read_text()]
 PUBLIC = {name: getattr(lissom, name) for name in lissom.__all__} | {
     f"{short}.{name}": getattr(module, name)
@@ -20,7 +20,7 @@ PUBLIC = {name: getattr(lissom, name) for name in lissom.__all__} | {
 DOCUMENTED = [name for name, value in PUBLIC.items() if ">>>" in (value.__doc__ or "")]
 
 
-@pytest.mark.parametrize("page", PAGES_WITH_EXAMPLES, ids=lambda page: page.name)
+@pytest.mark.parametrize("page", PAGES_WITH_EXAMPLES, ids=lambda page: str(page.relative_to(ROOT)))
 def test_examples_of_a_page(page):
     assert doctest.testfile(str(page), module_relative=False).failed == 0
 
@@ -37,7 +37,9 @@ def test_there_are_examples():
 
 
 @pytest.mark.parametrize(
-    "page", [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *PAGES], ids=lambda page: page.name
+    "page",
+    [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *PAGES],
+    ids=lambda page: str(page.relative_to(ROOT)),
 )
 def test_links_lead_somewhere(page):
     for target in re.findall(r"\]\((?!https?:|#)([^)#]+)", page.read_text()):

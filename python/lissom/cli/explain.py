@@ -12,7 +12,7 @@ from .scenes import SCENE, load, refusals_of
 @click.command("explain")
 @click.argument("scene", type=SCENE)
 def command(scene: Path) -> int:
-    """Say what SCENE is compiled to and what its steps cost.
+    """Show what is computed for SCENE and what its steps cost.
 
     Prints what is computed, what is skipped, and why; then makes some steps and measures them. Nothing is
     written. Exit code: 0 done, 2 bad input.

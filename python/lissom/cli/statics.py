@@ -20,14 +20,14 @@ if TYPE_CHECKING:
 @click.argument("scene", type=SCENE)
 @output_option("Folder for the results; results/NAME-statics unless given.")
 @click.option(
-    "--from-start", is_flag=True, help="Let go from the scene's q0 instead of loading from nothing."
+    "--from-start", is_flag=True, help="Release the model at the scene's q0 instead of growing the loads."
 )
 @click.option("--no-report", is_flag=True, help="Write the numbers only.")
 def command(scene: Path, output: Path | None, from_start: bool, no_report: bool) -> int:
     """Find the shape in which SCENE rests.
 
-    The loads grow from nothing; stability and buckling on the way are reported. The settings of the
-    simulation are not used.
+    The loads grow from the unloaded state; stability and buckling on the way are reported. The settings of
+    the simulation are not used.
 
     Exit code: 0 done; 1 no equilibrium was found (the last good state is written); 2 bad input (nothing is
     written); 130 interrupted.

@@ -41,7 +41,7 @@ outside its tolerance.
 these or by the size of the rod. **Time** is that of lissom's answer, model included, as a Python caller sees
 it (median of some runs). Wanted values are *exact* (a formula), *computed* (the same equations solved by
 means that share nothing with lissom: Chebyshev collocation, Runge-Kutta shooting, an independent prototype,
-other codes) or *published*. But for the prototype's and Exudyn's they are computed anew in every run, by
+other codes) or *published*. Except the prototype's and Exudyn's they are computed anew in every run, by
 `python/lissom/evidence/validation/exact.py`, with NumPy alone, and by PyElastica.
 
 {verdict}
@@ -50,7 +50,7 @@ other codes) or *published*. But for the prototype's and Exudyn's they are compu
 AFTER = """
 ## What is missing
 
-Nothing easier stands in for these cases unsaid.
+No easier case is substituted silently.
 
 - Frames with hinges, and a catenary hung from two hooks: a rod's base is clamped, and segments are joined
   rigidly. (The far end can be held in any way, see above.)

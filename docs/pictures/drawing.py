@@ -1,0 +1,101 @@
+"""Shapes of models drawn with matplotlib: rods as tubes, rigid bodies as ellipsoids."""
+
+import numpy as np
+from matplotlib import colormaps
+from mpl_toolkits.mplot3d import Axes3D
+from numpy.typing import NDArray
+
+from lissom.views import Link, Solid, View
+
+Array = NDArray[np.float64]
+
+#: Points around a tube, and around and along an ellipsoid.
+AROUND = 16
+
+#: A rod is drawn at least and at most this thick, relative to its model: a wire can be seen, and a
+#: section of a given stiffness, of which only the inertia is known, hides nothing.
+LEAST_RADIUS, LARGEST_RADIUS = 0.006, 0.05
+
+#: Faces without edges.
+FLAT = {"shade": False, "linewidth": 0}
+
+COLOURS = colormaps["viridis"]
+GREY = np.array([0.45, 0.5, 0.58, 1.0])
+
+#: Direction of the light, and how bright a surface is that faces away from it.
+LIGHT, SHADE = np.array([-0.4, -0.5, 0.77]), 0.55
+
+
+def tube(link: Link, q: Array, t: float, size: float) -> Array:
+    """Points (stations, AROUND, 3) of the skin of a rod, metres; its ends are closed."""
+    poses = link.pose(q, link.stations, t)
+    ends = np.concatenate([[0.0], np.cumsum([segment.length for segment in link.segments])])
+    radii = np.empty(len(link.stations))
+    for i, X in enumerate(link.stations):
+        k = min(np.searchsorted(ends, X, side="right") - 1, len(link.segments) - 1)
+        part = link.segments[k]
+        drawn = max(part.section.half_extents(min((X - ends[k]) / part.length, 1.0)))
+        radii[i] = size * np.clip(drawn / size, LEAST_RADIUS, LARGEST_RADIUS)
+    angles = np.linspace(0.0, 2.0 * np.pi, AROUND)
+    ring = np.outer(np.cos(angles), [0, 1, 0]) + np.outer(np.sin(angles), [0, 0, 1])
+    skin = poses[:, None, :3, 3] + radii[:, None, None] * np.einsum("sij,aj->sai", poses[:, :3, :3], ring)
+    closed = [np.repeat(poses[i, None, None, :3, 3], AROUND, axis=1) for i in (0, -1)]
+    return np.concatenate([closed[0], skin, closed[1]])
+
+
+def ellipsoid(solid: Solid, q: Array, t: float) -> Array:
+    """Points (AROUND, AROUND, 3) of the surface of a rigid body, metres."""
+    pose = solid.pose(q, t)
+    u, v = np.meshgrid(np.linspace(0, np.pi, AROUND), np.linspace(0, 2 * np.pi, AROUND), indexing="ij")
+    unit = np.stack([np.sin(u) * np.cos(v), np.sin(u) * np.sin(v), np.cos(u)], axis=-1)
+    return pose[:3, 3] + (unit * solid.semi_axes) @ pose[:3, :3].T
+
+
+def surfaces(view: View, q: Array, t: float) -> list[tuple[Array, Array]]:
+    """Points and colours of all that is drawn of a shape."""
+    found = []
+    for link in view.links:
+        skin = tube(link, q, t, view.size)
+        along = np.linspace(0.15, 0.95, len(skin) - 1)
+        found.append((skin, np.repeat(COLOURS(along)[:, None], AROUND - 1, axis=1)))
+    for solid in view.solids:
+        if np.all(solid.semi_axes > 0.0):
+            found.append((ellipsoid(solid, q, t), np.broadcast_to(GREY, (AROUND - 1, AROUND - 1, 4))))
+    return found
+
+
+def lit(points: Array, colours: Array) -> Array:
+    """Colours by how the faces turn to the light."""
+    across = points[1:, 1:] - points[:-1, :-1]
+    normals = np.cross(across, points[1:, :-1] - points[:-1, 1:])
+    norms = np.linalg.norm(normals, axis=-1, keepdims=True)
+    facing = np.abs(normals @ LIGHT / np.maximum(norms[..., 0], 1e-30))
+    shaded = np.array(colours, dtype=float)
+    shaded[..., :3] *= (SHADE + (1.0 - SHADE) * facing)[..., None]
+    return shaded
+
+
+def draw(axes: Axes3D, view: View, q: Array, t: float, alpha: float = 1.0) -> None:
+    """Adds one shape to the axes."""
+    for points, colours in surfaces(view, q, t):
+        faces = lit(points, colours)
+        faces[..., 3] = alpha
+        axes.plot_surface(*np.moveaxis(points, -1, 0), facecolors=faces, rstride=1, cstride=1, **FLAT)
+
+
+def frame(axes: Axes3D, view: View, motion, elevation: float, azimuth: float, zoom: float = 1.0) -> None:
+    """Fits the axes around a whole motion, to scale, and takes grid and ticks away."""
+    instants = np.linspace(0, len(motion.t) - 1, 24).astype(int)
+    points = np.concatenate(
+        [p.reshape(-1, 3) for i in instants for p, _ in surfaces(view, motion.q[i], float(motion.t[i]))]
+    )
+    low, high = points.min(axis=0), points.max(axis=0)
+    middle, half = 0.5 * (low + high), np.maximum(0.5 * (high - low), 0.05 * view.size)
+    axes.set(
+        xlim=(middle[0] - half[0], middle[0] + half[0]),
+        ylim=(middle[1] - half[1], middle[1] + half[1]),
+        zlim=(middle[2] - half[2], middle[2] + half[2]),
+    )
+    axes.set_box_aspect(half, zoom=zoom)
+    axes.view_init(elevation, azimuth)
+    axes.set_axis_off()

@@ -1,0 +1,163 @@
+"""A picture and the run time of every scene in `scenes/`, and from these the page `docs/gallery.md`.
+
+Run it by `make pictures`.
+"""
+
+import json
+import time
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+from drawing import draw, frame
+from PIL import Image, ImageChops
+
+import lissom
+from lissom.views import View, view
+
+HERE = Path(__file__).parent
+ROOT = HERE.parents[1]
+
+#: Instants of a motion in one picture; the last one is drawn in full.
+INSTANTS = 5
+
+#: Runs of which the fastest one counts.
+REPETITIONS = 5
+
+#: White pixels around a picture.
+MARGIN = 12
+
+#: From where scenes are looked at: elevation and azimuth in degrees; what is not named, from the front.
+CAMERAS = {
+    "flying_rod": (20, -75),
+    "tentacle": (12, -60),
+    "hand": (25, -50),
+    "octopus": (10, -60),
+    "arm": (15, -60),
+    "finger": (35, -70),
+}
+FRONT = (5, -90)
+
+
+def timed(scene: lissom.Scene) -> tuple[lissom.MotionResult, float]:
+    """The motion, and the seconds of the fastest run."""
+    times = []
+    for _ in range(REPETITIONS):
+        start = time.perf_counter()
+        motion = scene.run()
+        times.append(time.perf_counter() - start)
+    return motion, min(times)
+
+
+def picture_in_space(what: View, motion: lissom.MotionResult, camera: tuple[float, float]) -> plt.Figure:
+    figure = plt.figure(figsize=(6, 4), dpi=100)
+    axes = figure.add_axes((0, 0, 1, 1), projection="3d", computed_zorder=False)
+    frame(axes, what, motion, *camera, zoom=1.0)
+    instants = np.linspace(0, len(motion.t) - 1, INSTANTS).astype(int)
+    for i, alpha in zip(instants, np.linspace(0.15, 1.0, INSTANTS), strict=True):
+        draw(axes, what, motion.q[i], float(motion.t[i]), alpha if i != instants[-1] else 1.0)
+    return figure
+
+
+def picture_in_the_plane(what: View, motion: lissom.MotionResult) -> plt.Figure:
+    figure, axes = plt.subplots(figsize=(6, 4), dpi=100)
+    axes.plot(*what.sketch.mass(motion.q[:2000]).T, color="#9db4c0", linewidth=0.5)
+    axes.plot(*what.sketch.line(motion.q[0]).T, color="#33415c")
+    axes.plot(*what.sketch.mass(motion.q[:1]).T, "o", color="#21918c", markersize=14)
+    axes.set_aspect("equal")
+    axes.set_axis_off()
+    return figure
+
+
+def save(figure: plt.Figure, path: Path) -> None:
+    """The picture without its white borders."""
+    figure.savefig(path)
+    plt.close(figure)
+    crop(path)
+
+
+def crop(path: Path) -> None:
+    with Image.open(path) as file:
+        picture = file.convert("RGB")
+    left, top, right, bottom = ImageChops.difference(
+        picture, Image.new("RGB", picture.size, "white")
+    ).getbbox()
+    whole = Image.new("RGB", (right - left + 2 * MARGIN, bottom - top + 2 * MARGIN), "white")
+    whole.paste(picture.crop((left, top, right, bottom)), (MARGIN, MARGIN))
+    whole.save(path, optimize=True)
+
+
+def first_comment(text: str) -> str:
+    """What a scene says of itself, in its first lines."""
+    lines = []
+    for line in text.splitlines():
+        if line.startswith("#:"):
+            continue
+        if not line.startswith("#"):
+            break
+        lines.append(line.lstrip("# "))
+    return " ".join(lines)
+
+
+def in_words(seconds: float) -> str:
+    return f"{1e3 * seconds:.3g} ms" if seconds < 1.0 else f"{seconds:.3g} s"
+
+
+def entry(name: str, facts: dict) -> str:
+    return f"""## {name}
+
+{facts["comment"]}
+
+![{facts["title"]}, at {INSTANTS} instants of its motion](pictures/{name}.png)
+
+{facts["title"]}, {facts["coordinates"]} coordinates. {facts["simulated"]:g} s of motion \
+by `{facts["method"]}` take {in_words(facts["seconds"])}.
+
+    lissom run scenes/{name}.toml -o results/{name}
+
+:::{{dropdown}} `scenes/{name}.toml`
+```{{literalinclude}} ../scenes/{name}.toml
+:language: toml
+```
+:::
+"""
+
+
+def main() -> None:
+    entries = {}
+    for path in sorted((ROOT / "scenes").glob("*.toml")):
+        scene = lissom.Scene.load(path)
+        motion, seconds = timed(scene)
+        what = view(scene.model)
+        name = path.stem
+        if what.is_spatial:
+            figure = picture_in_space(what, motion, CAMERAS.get(name, FRONT))
+        else:
+            figure = picture_in_the_plane(what, motion)
+        save(figure, HERE / f"{name}.png")
+        entries[name] = {
+            "comment": first_comment(scene.text),
+            "title": what.title,
+            "coordinates": scene.model.n,
+            "simulated": float(motion.t[-1] - motion.t[0]),
+            "method": scene.simulation.method,
+            "seconds": seconds,
+        }
+    (HERE / "gallery.json").write_text(json.dumps(entries, indent=1) + "\n")
+    page = "\n".join(
+        [
+            "# Gallery\n",
+            "The scenes in `scenes/`, with what they show at "
+            f"{INSTANTS} instants (the last one in full), their text and their run time in Python: "
+            f"the fastest of {REPETITIONS} runs on one core. `make pictures` makes this page.\n",
+            *(entry(name, facts) for name, facts in entries.items()),
+        ]
+    )
+    (ROOT / "docs" / "gallery.md").write_text(page)
+
+
+if __name__ == "__main__":
+    main()
