@@ -78,7 +78,7 @@ class StaticsStudy:
 
     scene: Scene
     found: StaticsResult
-    #: Whether it was let go from the scene's q0, not loaded from nothing.
+    #: Whether it was let go from the scene's q0, not from the unloaded state.
     from_start: bool
     wall_time: float
 
@@ -161,7 +161,7 @@ class ModesStudy:
 
 
 def study_statics(scene: Scene, from_start: bool = False) -> StaticsStudy:
-    """The equilibrium of a scene: loaded from nothing, or let go from its q0."""
+    """The equilibrium of a scene: from the unloaded state, or let go from its q0."""
     start = time.perf_counter()
     (found,) = interruption.collect(
         map(partial(statics, t=scene.simulation.t0), [scene.model], [scene.q0 if from_start else None])

@@ -72,7 +72,7 @@ const TERMS: f64 = 1e3;
 pub struct Options {
     /// The inputs to begin with, brought within their limits, shape (m,); as they are by themselves by default.
     pub u: Option<Vec<f64>>,
-    /// A shape near the equilibrium there, from which the robot is let go; by default the loads grow from nothing.
+    /// A shape near the equilibrium there, from which the robot is let go; by default the loads grow from zero.
     pub q0: Option<Vec<f64>>,
     /// The entries of u that may change; by default all but directions of sliding.
     pub free: Option<Vec<usize>>,

@@ -144,7 +144,7 @@ impl PyActuateResult {
 ///     The inputs to begin with, brought within the limits; those that do not change stay. By default as `u0` of the robot. What is slack there
 ///     is not noticed: begin with tendons taut that shall be used by their length.
 /// q0 : array_like, shape (n,), optional
-///     A shape near the equilibrium to begin with, from which the robot is let go; by default the loads grow from nothing, as for `statics`.
+///     A shape near the equilibrium to begin with, from which the robot is let go; by default the loads grow from zero, as for `statics`.
 /// t : float
 ///     The time at which what varies by itself is taken, seconds.
 /// tol : float

@@ -292,7 +292,7 @@ impl PyContinuationResult {
 
 /// Find an equilibrium of a model at rest.
 ///
-/// Without `q0` the loads, gravity included, grow from nothing, in as few steps as Newton's method needs to stay on
+/// Without `q0` the loads, gravity included, grow from zero, in as few steps as Newton's method needs to stay on
 /// the path of equilibria that begins at the unloaded shape. It is followed around limit points, and bifurcations on
 /// it are reported. With `q0` the model is let go from that shape and slides downhill into a stable equilibrium.
 ///

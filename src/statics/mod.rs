@@ -92,7 +92,7 @@ pub fn continuation(
     Ok(follow(&mut equations, options, grown))
 }
 
-/// The shape that the loads lead to which grow from nothing, at the inputs of a load factor.
+/// The shape that the loads lead to which grow from zero, at the inputs of a load factor.
 fn loaded(
     equations: &mut Equations<'_>,
     options: &ContinuationOptions,

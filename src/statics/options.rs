@@ -86,7 +86,7 @@ pub struct ContinuationOptions {
     /// What grows with the load factor in place of the loads, which then act as a whole; `None` by default.
     pub inputs: Option<InputPath>,
     /// Coordinates near an equilibrium at `load_factor`. By default zero; where inputs grow, what the loads lead to that
-    /// grow from nothing at the inputs there.
+    /// grow from zero at the inputs there.
     pub q0: Option<Vec<f64>>,
     /// Where the path begins; 0 by default.
     pub load_factor: f64,

@@ -57,7 +57,8 @@ def statics(study: StaticsStudy) -> page.Page:
     ]
     return page.Page(
         title=study.scene.name,
-        lead="Equilibrium at rest, " + ("let go from q0." if study.from_start else "loaded from nothing."),
+        lead="Equilibrium at rest, "
+        + ("let go from q0." if study.from_start else "from the unloaded state."),
         outcome=outcome(study),
         sections=sections,
     )
