@@ -10,6 +10,7 @@ use super::effect::support::Held;
 use super::kernel::kinematics::Pose;
 use super::kernel::momentum::Momentum;
 use super::kernel::{elasticity, tree, validity};
+use super::plan::actuation::Line;
 use super::plan::point::Place;
 use super::state::tangent::Tangent;
 use super::sweeps::Sweeps;
@@ -452,13 +453,14 @@ impl RobotModel {
 
     /// Whether a tendon has pulled two points together.
     fn collapsed(&mut self, q: &[f64]) -> Option<Flaw> {
-        /// Of the length of the robot: shorter parts pull with a stiffness that nothing resolves.
-        const SHORTEST: f64 = 1e-6;
-        let shortest = SHORTEST * self.robot.length();
         let Self { sweeps, coordinates, .. } = self;
+        let can_shrink =
+            on_sweeps!(&*sweeps, sweeps => sweeps.plan().actuation.lines.iter().any(Line::can_shrink));
+        if !can_shrink {
+            return None;
+        }
         coordinates.all([q, q], |[q, _]| {
-            on_sweeps!(sweeps, sweeps => sweeps.collapsed(q, shortest))
-                .map(|actuator| Flaw::Collapsed { actuator })
+            on_sweeps!(sweeps, sweeps => sweeps.collapsed(q)).map(|actuator| Flaw::Collapsed { actuator })
         })
     }
 

@@ -271,28 +271,24 @@ impl<G: Turning> Sweeps<G> {
         (numbers, actuation::gradient(plan, work, &mut tangent.actuation, i))
     }
 
-    /// The actuator with a force between two points that are closer to each other than `shortest`.
-    pub(crate) fn collapsed(&mut self, q: &[f64], shortest: f64) -> Option<usize> {
-        if self.plan.actuation.lines.iter().all(|line| !line.can_shrink()) {
-            return None;
-        }
+    /// The actuator with a force in a line that has collapsed.
+    pub(crate) fn collapsed(&mut self, q: &[f64]) -> Option<usize> {
         // Lengths do not depend on velocities; forces may.
         self.update_velocities(q, q);
-        self.shortest_line(shortest)?;
+        self.shortest_line()?;
         self.update_velocities(q, &vec![0.0; q.len()]);
-        self.shortest_line(shortest).filter(|&actuator| self.work.actuation.forces[actuator].value != 0.0)
+        self.shortest_line().filter(|&actuator| self.work.actuation.forces[actuator].value != 0.0)
     }
 
-    fn shortest_line(&self, shortest: f64) -> Option<usize> {
-        let lines = self.plan.actuation.lines.iter().zip(&self.work.actuation.lines);
+    /// The actuator of a line that is shorter than any should be.
+    fn shortest_line(&self) -> Option<usize> {
+        let actuation = &self.plan.actuation;
         let is_short = |ends: &[Vector<f64>; 2]| {
             let way = ends[1] - ends[0];
-            way.dot(way) < shortest * shortest
+            way.dot(way).sqrt() < actuation.shortest_line
         };
-        lines
-            .filter(|(line, _)| line.can_shrink())
-            .find(|(_, state)| is_short(&state.ends))
-            .map(|(line, _)| line.actuator)
+        let mut lines = actuation.lines.iter().zip(&self.work.actuation.lines);
+        lines.find(|(line, state)| line.can_shrink() && is_short(&state.ends)).map(|(line, _)| line.actuator)
     }
 
     pub(crate) fn mass_matrix(&mut self, q: &[f64], mass: Tangent<'_>) {

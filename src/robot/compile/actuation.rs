@@ -21,6 +21,9 @@ use crate::robot::turning::{Turning, place};
 use crate::rod::piece::Piece;
 use crate::rod::{Gauss, Profile, STRAINS};
 
+/// Of the length of the robot: shorter lines pull with a stiffness that nothing resolves.
+const SHORTEST_LINE: f64 = 1e-6;
+
 /// Strains that are curvatures.
 const ANGULAR: usize = 3;
 
@@ -42,6 +45,7 @@ pub(crate) fn compile<G: Turning>(
         actuators: Vec::new(),
         sleeves: Vec::new(),
         lines: Vec::new(),
+        shortest_line: SHORTEST_LINE * robot.length(),
         world_points: Vec::new(),
         active_strains: Vec::new(),
     };

@@ -15,6 +15,8 @@ pub(crate) struct Actuation<P> {
     pub(crate) actuators: Vec<ActuatorPlan>,
     pub(crate) sleeves: Vec<Sleeve<P>>,
     pub(crate) lines: Vec<Line<P>>,
+    /// Lines that are shorter have collapsed, metres.
+    pub(crate) shortest_line: f64,
     /// The points of the world that lines end at, in the frame of the base at rest.
     pub(crate) world_points: Vec<Vector<f64>>,
     pub(crate) active_strains: Vec<ActivePart>,
