@@ -127,7 +127,7 @@ MISTAKES = {
     "a motor's link": (
         'joint = "palm"',
         'joint = "pam"',
-        ("motor[0].joint", '"pam"', 'no coordinate is called "pam"', 'did you mean "palm.angle"?'),
+        ("motor[0].joint", '"pam"', 'no coordinate is called "pam"', 'did you mean "palm"?'),
     ),
     "a motor's coordinate": (
         'joint = "palm"',
