@@ -237,7 +237,7 @@ fn check_axis(check: &mut Checker, axis: &[f64; 3], place: &str) -> bool {
 }
 
 /// The directions of a planar joint across its unit normal.
-fn across(normal: [f64; 3]) -> [[f64; 3]; 2] {
+pub(crate) fn across(normal: [f64; 3]) -> [[f64; 3]; 2] {
     let less = |direction: [f64; 3]| {
         let along: f64 = direction.iter().zip(normal).map(|(a, b)| a * b).sum();
         std::array::from_fn(|i| direction[i] - along * normal[i])
@@ -253,7 +253,7 @@ fn norm(v: [f64; 3]) -> f64 {
     if largest == 0.0 { 0.0 } else { largest * v.iter().map(|x| (x / largest).powi(2)).sum::<f64>().sqrt() }
 }
 
-fn unit(v: [f64; 3]) -> [f64; 3] {
+pub(crate) fn unit(v: [f64; 3]) -> [f64; 3] {
     let norm = norm(v);
     v.map(|x| x / norm)
 }

@@ -12,6 +12,7 @@
 //! # Ok::<(), lissom::error::InvalidInput>(())
 //! ```
 
+use crate::constraint::saddle;
 use crate::linalg::{Complex, Matrix, eigen, symmetric_eigen, symmetric_part};
 use crate::model::Model;
 use crate::small_motions::{
@@ -38,7 +39,7 @@ pub struct Modes {
     /// a pair of real ones in uncoupled motions the larger one.
     pub eigenvalues: Vec<Complex>,
     /// Shapes as columns, n x m. Where damping does not couple them, real and of modal mass one (`phi^T M phi = 1`),
-    /// m = n; else of modal mass one with their conjugates (`phi^H M phi = 1`), and m between n and 2 n.
+    /// m = n, less independent constraints; else of modal mass one with their conjugates (`phi^H M phi = 1`), and m between n and 2 n.
     pub shapes: Vec<Complex>,
     /// Whether shapes are real: without damping, or with damping that does not couple the undamped modes.
     pub is_classical: bool,
@@ -68,19 +69,41 @@ impl std::fmt::Display for NoModes {
 
 impl std::error::Error for NoModes {}
 
-/// The vibrations of `model` about rest at `q`, at the time last set. Cost: some 10 n^3 flops, or some 200 n^3 where
+/// The vibrations of `model` about rest at `q`, at the time last set; with closed loops those that keep them closed, as many
+/// as there are coordinates less independent constraints. Cost: some 10 n^3 flops, or some 200 n^3 where
 /// damping couples the modes or loads have no potential.
 pub fn modes(model: &mut dyn Model, q: &[f64]) -> Result<Modes, NoModes> {
     let n = model.n();
     let rest = vec![0.0; n];
     let mut sizes = rest.clone();
     model.typical_coordinates(&mut sizes);
+    let tied = model.constraints() > 0;
+    let constraints = if tied { Some(hold(model, q, &sizes)?) } else { None };
     let mut residual = rest.clone();
     model.inverse_dynamics(q, &rest, &rest, &mut residual);
     let residual_norm = residual.iter().zip(&sizes).map(|(r, s)| (r * s) * (r * s)).sum::<f64>().sqrt();
-    let motions = small_motions(model, q, &sizes).ok_or(NoModes::NonFinite)?;
+    let motions = small_motions(model, q, &sizes);
+    let mut motions = motions.ok_or(NoModes::NonFinite)?;
+    if let Some(constraints) = constraints {
+        model.set_multipliers(&vec![0.0; constraints.nrows()]);
+        motions = motions.within(&constraints).ok_or(NoModes::NonFinite)?;
+    }
     let stability = verdict(&motions).map(|verdict| verdict.stability);
     Ok(Modes { residual_norm, stability, ..motions.modes()? })
+}
+
+/// Gives a model at rest the multipliers of its loops; returns the derivatives of these in scaled coordinates.
+fn hold(model: &mut dyn Model, q: &[f64], sizes: &[f64]) -> Result<Matrix, NoModes> {
+    let (n, m) = (q.len(), model.constraints());
+    let (rest, mut multipliers) = (vec![0.0; n], vec![0.0; m]);
+    saddle::multipliers(model, [q, &rest, &rest], &mut multipliers).map_err(|_| NoModes::SingularMass)?;
+    model.set_multipliers(&multipliers);
+    let mut jacobian = Matrix::zeros(m, n);
+    model.gap_jacobian(q, &mut jacobian);
+    for (mut column, size) in jacobian.column_iter_mut().zip(sizes) {
+        column *= *size;
+    }
+    Ok(jacobian)
 }
 
 impl SmallMotions {
@@ -140,7 +163,8 @@ impl SmallMotions {
             // The sign of an eigenvector is arbitrary; ours makes the largest entry positive.
             let largest = shape.iter().fold(0.0_f64, |m, x| if x.abs() > m.abs() { *x } else { m });
             let sign = 1f64.copysign(largest);
-            modes.shapes.extend((0..n).map(|k| Complex::from(sign * self.sizes[k] * shape[k])));
+            let scaled = shape.iter().zip(&self.sizes).map(|(x, size)| Complex::from(sign * size * x));
+            modes.shapes.extend(scaled);
         }
         Ok(modes)
     }
@@ -211,7 +235,7 @@ impl SmallMotions {
         let n = self.n();
         type Pairs = Vec<(Complex, Vec<Complex>)>;
         let times = |a: &Matrix, x: &[Complex]| -> Vec<Complex> {
-            (0..n).map(|i| (0..n).map(|j| x[j] * a[(i, j)]).sum()).collect()
+            (0..a.nrows()).map(|i| (0..n).map(|j| x[j] * a[(i, j)]).sum()).collect()
         };
         let fast: Pairs = eigen(&state_matrix(stiffness, damping)).ok_or(NoModes::NonFinite)?;
         let fast = fast.into_iter().map(|(value, vector)| (value, times(basis, &vector[..n]))).collect();

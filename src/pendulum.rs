@@ -13,7 +13,7 @@
 use crate::error::{Checker, InvalidInput};
 use crate::lie::sine_cosine;
 use crate::linalg::Matrix;
-use crate::model::{Discretised, Elastic, Energy, ForwardScratch, InTime, Model, SingularMass};
+use crate::model::{Discretised, Elastic, Energy, ForwardScratch, InTime, Model, SingularMass, Tied};
 
 /// A point mass `m` at the end of a spring of rest length `l` and stiffness `k`, hinged at the origin, in gravity `g`.
 ///
@@ -191,3 +191,5 @@ impl Elastic for SpringPendulum {
 impl InTime for SpringPendulum {}
 
 impl Discretised for SpringPendulum {}
+
+impl Tied for SpringPendulum {}

@@ -1,6 +1,6 @@
 //! Small motions about a state at rest, `M x'' + D x' + K x = 0`, and their eigenvalues.
 
-use crate::linalg::{Complex, Matrix, eigenvalues};
+use crate::linalg::{Complex, Matrix, eigenvalues, full_svd};
 use crate::model::Model;
 use crate::natural::{self, Natural, scaled};
 
@@ -14,6 +14,9 @@ pub(crate) const GROWING: f64 = 1e-9;
 /// Where rates differ by more than this, the slow ones are taken from the inverse of the problem.
 const WIDE: f64 = 1e3;
 
+/// Constraints with a singular value below this part of the largest one are determined by others.
+const DEPENDENT: f64 = 1e-8;
+
 /// The matrices of small motions, in natural coordinates x of the shape: `q / s = W x` with the typical sizes s.
 pub(crate) struct SmallMotions {
     pub(crate) mass: Matrix,
@@ -26,7 +29,31 @@ pub(crate) struct SmallMotions {
 
 impl SmallMotions {
     pub(crate) fn n(&self) -> usize {
-        self.sizes.len()
+        self.mass.nrows()
+    }
+
+    /// Those that leave constraints as they are, whose derivatives are given for scaled coordinates: in coordinates of the null
+    /// space, by singular values.
+    pub(crate) fn within(&self, constraints: &Matrix) -> Option<Self> {
+        let mut natural = constraints * &self.basis;
+        for mut row in natural.row_iter_mut() {
+            let length = row.norm();
+            if length > 0.0 {
+                row /= length;
+            }
+        }
+        let (_, values, right) = full_svd(&natural)?;
+        let largest = values.first().copied().unwrap_or(0.0);
+        let rank = values.iter().filter(|&&value| value > DEPENDENT * largest).count();
+        let free = right.columns(rank, right.ncols() - rank).into_owned();
+        let within = |a: &Matrix| free.tr_mul(&(a * &free));
+        Some(Self {
+            mass: within(&self.mass),
+            damping: within(&self.damping),
+            stiffness: within(&self.stiffness),
+            basis: &self.basis * &free,
+            sizes: self.sizes.clone(),
+        })
     }
 
     /// All eigenvalues of the motion.

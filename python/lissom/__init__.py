@@ -77,6 +77,7 @@ if TYPE_CHECKING:
         Universal,
         Weld,
     )
+    from .loops import Distance, Gear, Loop, LoopEnd
     from .targets import Target
 
 __all__ = [
@@ -95,10 +96,12 @@ __all__ = [
     "CriticalPoint",
     "Cylindrical",
     "DenseOutput",
+    "Distance",
     "Energy",
     "EquilibriumPath",
     "Fluid",
     "Free",
+    "Gear",
     "Harmonic",
     "Input",
     "JacobianCheck",
@@ -107,6 +110,8 @@ __all__ = [
     "Link",
     "LissomError",
     "Load",
+    "Loop",
+    "LoopEnd",
     "Mimic",
     "Model",
     "ModesResult",
@@ -167,7 +172,8 @@ if not TYPE_CHECKING:
             raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
         # The second finds NumPy imported by the first: where that is missing or interrupted, Python says so.
         modules = [
-            import_module(f"lissom.{name}") for name in ("actuators", "linear", "links", "targets", "_lissom")
+            import_module(f"lissom.{name}")
+            for name in ("actuators", "linear", "links", "loops", "targets", "_lissom")
         ]
         found = {known: value for module in modules for known, value in vars(module).items()}
         globals().update({known: found[known] for known in __all__})

@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._lissom import LissomError, Model, jacobian
+from ._lissom import LissomError, Model, Robot, jacobian
 from .views import Frame, View, view
 
 Array = NDArray[np.float64]
@@ -92,9 +92,10 @@ def linearise(
     Returns
     -------
     LinearModel
-        `A`, `B`, `C`, `D` and the names of `states`, `inputs`, `outputs`: of robots those of their
-        coordinates, with ".rate" for velocities and ".force" for generalised forces, of other models `q0`,
-        `v0`, `force0` and so on.
+        `A`, `B`, `C`, `D` and the names of `states`, `inputs`, `outputs`. With closed loops the states are
+        those of coordinates that can be chosen freely, as many as there are less independent constraints.
+        Names of robots are those of their coordinates, with ".rate" for velocities and ".force" for
+        generalised forces, of other models `q0`, `v0`, `force0` and so on.
 
     Raises
     ------
@@ -137,14 +138,57 @@ def linearise(
             f"stiffness, damping, masses or signals at q and t = {t:g} are NaN or infinite: there is no "
             "linear model; take a smaller q"
         )
+    coordinates, velocities, _ = _names(seen, n)
+    if isinstance(model, Robot) and model.constraints > 0:
+        free, within, of_loops = _within_loops(model, q, mass, t, u)
+        stiffness = within.T @ (stiffness + of_loops) @ within
+        mass, damping = (within.T @ part @ within for part in (mass, damping))
+        forces, rows = forces @ within, np.hstack([rows[:, :n] @ within, rows[:, n:] @ within])
+        coordinates, velocities = [coordinates[k] for k in free], [velocities[k] for k in free]
+        n = len(free)
     solved = np.linalg.solve(mass, np.hstack([-stiffness, -damping, forces.T]))
     A = np.vstack([np.hstack([np.zeros((n, n)), np.eye(n)]), solved[:, : 2 * n]])
     B = np.vstack([np.zeros((n, len(force_names))), solved[:, 2 * n :]])
-    coordinates, velocities, _ = _names(seen, n)
     D = np.zeros((len(output_names), len(force_names)))
     for matrix in (A, B, rows, D):
         matrix.flags.writeable = False
     return LinearModel(A, B, rows, D, (*coordinates, *velocities), force_names, output_names)
+
+
+#: Derivatives of gaps that are smaller than this beside the others are determined by them.
+DEPENDENT = 1e-8
+
+
+def _within_loops(
+    robot: Robot, q: Array, mass: Array, t: float, u: ArrayLike | None
+) -> tuple[list[int], Array, Array]:
+    """Coordinates that can be chosen freely, how all follow from them, and the stiffness of loops.
+
+    The dependent ones are those that close the loops with the least inertia: Gram and Schmidt's
+    orthogonalisation of the columns of the gaps' derivative, the one first of which most is left.
+    """
+    n = robot.n
+    parts = robot._loops_at_rest(q, t=t, u=u)
+    stiffness, jacobian = parts[:n], parts[n:]
+    lengths = np.linalg.norm(jacobian / np.sqrt(np.diag(mass)), axis=1)
+    jacobian = jacobian / np.where(lengths > 0, lengths, 1.0)[:, None]
+    left = jacobian / np.sqrt(np.diag(mass))
+    largest = np.linalg.norm(left, 2) if left.size else 0.0
+    dependent: list[int] = []
+    for _ in range(min(left.shape)):
+        sizes = np.linalg.norm(left, axis=0)
+        k = int(np.argmax(sizes))
+        if sizes[k] <= DEPENDENT * largest:
+            break
+        dependent.append(k)
+        unit = left[:, k] / sizes[k]
+        left = left - np.outer(unit, unit @ left)
+        left[:, dependent] = 0.0
+    free = [k for k in range(n) if k not in dependent]
+    within = np.zeros((n, len(free)))
+    within[free, range(len(free))] = 1.0
+    within[dependent] = -np.linalg.lstsq(jacobian[:, dependent], jacobian[:, free], rcond=None)[0]
+    return free, within, stiffness
 
 
 def _names(seen: View, n: int) -> tuple[list[str], list[str], list[str]]:

@@ -63,6 +63,7 @@ pub fn simulate_to_accuracy<M: Model + Clone>(
     monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
 ) -> Result<(Simulation, Option<M>), InvalidInput> {
     let clock = Instant::now();
+    model.check_untied("method \"auto\"")?;
     request.validate()?;
     second_order::check_start(model.n(), t_span, q0, v0, request.dt)?;
     let wanted = match t_eval {

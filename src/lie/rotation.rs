@@ -142,6 +142,19 @@ pub struct Rotation<T> {
 }
 
 impl<T: Scalar> Rotation<T> {
+    /// No rotation.
+    #[inline(always)]
+    pub fn identity() -> Self {
+        let axis = |entries: [f64; 3]| Vector::splat(entries);
+        Self { x: axis([1.0, 0.0, 0.0]), y: axis([0.0, 1.0, 0.0]), z: axis([0.0, 0.0, 1.0]) }
+    }
+
+    /// This rotation of what another one has rotated.
+    #[inline(always)]
+    pub fn times(&self, other: &Self) -> Self {
+        Self { x: self.apply(other.x), y: self.apply(other.y), z: self.apply(other.z) }
+    }
+
     /// World coordinates of a vector given in body axes.
     #[inline(always)]
     pub fn apply(&self, v: Vector<T>) -> Vector<T> {

@@ -20,6 +20,13 @@ pub enum Flaw {
         /// Its place among the actuators.
         actuator: usize,
     },
+    /// A loop that should be closed is open.
+    Open {
+        /// Its place among those of the model.
+        closed: usize,
+        /// By how much: metres, or a difference of cosines.
+        gap: f64,
+    },
 }
 
 impl std::fmt::Display for Flaw {
@@ -34,6 +41,9 @@ impl std::fmt::Display for Flaw {
             }
             Self::Collapsed { actuator } => {
                 write!(f, "has two points that its tendon number {} has pulled together", actuator + 1)
+            }
+            Self::Open { closed, gap } => {
+                write!(f, "has an open loop: loops[{closed}] misses by {}", Rounded(gap))
             }
         }
     }

@@ -58,8 +58,8 @@ impl ForwardScratch {
     }
 }
 
-/// [`Model::forward_dynamics`] of any model.
-pub(super) fn solve<M: Model + ?Sized>(
+/// [`Model::forward_dynamics`] of any model without constraints.
+pub(crate) fn solve<M: Model + ?Sized>(
     model: &mut M,
     q: &[f64],
     qd: &[f64],

@@ -15,9 +15,10 @@ mod discretised;
 mod elastic;
 mod energy;
 mod flaw;
-mod forward;
+pub(crate) mod forward;
 mod in_time;
 pub(crate) mod rotation_vectors;
+mod tied;
 
 use crate::linalg::{Matrix, TreeMatrix};
 
@@ -28,6 +29,7 @@ pub use flaw::Flaw;
 pub(crate) use flaw::at_least;
 pub use forward::{ForwardScratch, SingularMass, Tree};
 pub use in_time::InTime;
+pub use tied::Tied;
 
 /// A mechanical system with generalised coordinates `q` (n of them), velocities `qd`, accelerations `qdd`.
 ///
@@ -35,7 +37,7 @@ pub use in_time::InTime;
 /// included: it is zero in free motion. A model owns its scratch memory, hence `&mut self`; all its methods
 /// are pure functions of their arguments otherwise (and of the time last set), and none of them allocates.
 /// Slices of the wrong length are a programming error and panic; the bindings check them first.
-pub trait Model: Elastic + InTime + Discretised {
+pub trait Model: Elastic + InTime + Discretised + Tied {
     /// Number of generalised coordinates.
     fn n(&self) -> usize;
 

@@ -124,7 +124,16 @@ impl Corrector {
     /// Prepares the memory for the Jacobians of `system`. Comes before the first solve.
     pub(super) fn prepare<S: System + ?Sized>(&mut self, system: &S) {
         self.linear = self.jacobian.linear_system(system);
-        system.typical_displacements(&mut self.sizes);
+        let n = system.n();
+        system.typical_displacements(&mut self.sizes[..n]);
+        let unknowns = n + system.constraints();
+        let Self {
+            first, last_first, residual, increment, start, direction, sizes, inverse_tolerance, ..
+        } = self;
+        for values in [first, last_first, residual, increment, start, direction, sizes, inverse_tolerance] {
+            values.resize(unknowns, 0.0);
+        }
+        self.perturbed.a.resize(unknowns, 0.0);
     }
 
     /// Forgets the kept Jacobian.
@@ -372,7 +381,9 @@ impl Corrector {
     ) -> Result<(), Interrupted> {
         counters.nfev += 1;
         counters.newton_iterations += 1;
-        system.residual(trial.t, &trial.q, &trial.v, &trial.a, &mut self.residual)
+        system.residual(trial.t, &trial.q, &trial.v, &trial.a, &mut self.residual)?;
+        per_acceleration(trial, &mut self.residual);
+        Ok(())
     }
 
     /// A Jacobian that is kept from now on.
@@ -426,7 +437,7 @@ impl Corrector {
 
     fn size_of(&self, accelerations: impl Iterator<Item = f64>) -> f64 {
         let sum: f64 = accelerations.zip(&self.inverse_tolerance).map(|(a, w)| (a * w) * (a * w)).sum();
-        (sum / self.inverse_tolerance.len().max(1) as f64).sqrt()
+        (sum / self.rtol.len().max(1) as f64).sqrt()
     }
 
     /// Whether increments of that size at `trial`, where the residual has been evaluated, are rounding errors.
@@ -443,6 +454,7 @@ impl Corrector {
             self.perturb(trial, pattern);
             let Trial { q, v, a, .. } = &self.perturbed;
             system.residual(trial.t, q, v, a, &mut self.increment)?;
+            per_acceleration(trial, &mut self.increment);
             counters.nfev += 1;
             for (change, residual) in self.increment.iter_mut().zip(&self.residual) {
                 *change -= residual;
@@ -486,10 +498,20 @@ impl Corrector {
     }
 
     fn set_tolerances(&mut self, guess: &[f64], last: &[f64]) {
-        for i in 0..self.inverse_tolerance.len() {
+        // Multipliers follow from the accelerations: nothing is asked of them.
+        for i in 0..self.rtol.len() {
             let size = guess[i].abs().max(last[i].abs());
             let tolerance = SAFETY * (self.atol[i] + self.rtol[i] * size);
             self.inverse_tolerance[i] = 1.0 / tolerance.max(SMALLEST_TOLERANCE);
         }
+    }
+}
+
+/// Makes of constraints on displacements ones on accelerations: however small the step is, what is solved is of one size
+/// (Bottasso, Dopico and Trainelli 2008).
+fn per_acceleration(trial: &Trial, residual: &mut [f64]) {
+    let [of_displacement, ..] = trial.weights;
+    for gap in &mut residual[trial.q.len()..] {
+        *gap /= of_displacement;
     }
 }

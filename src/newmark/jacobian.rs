@@ -90,6 +90,10 @@ impl Jacobian {
             LinearSystem::Tree { jacobian, .. } => {
                 return system.tree_tangent(*t, q, v, a, *weights, jacobian);
             }
+            LinearSystem::Saddle(saddle) => {
+                system.tangent(*t, q, v, a, *weights, &mut saddle.tangent)?;
+                return system.constraint_jacobian(*t, q, &mut saddle.constraints);
+            }
             LinearSystem::Dense { jacobian, .. } if self.derivative == Derivative::Analytic => {
                 return system.tangent(*t, q, v, a, *weights, jacobian);
             }

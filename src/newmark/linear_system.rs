@@ -1,5 +1,6 @@
 //! The linear systems of Newton's method: a Jacobian with its factors.
 
+use crate::constraint::Saddle;
 use crate::error::InvalidInput;
 use crate::linalg::{Lu, Matrix, Singular, TreeLu, TreeMatrix};
 use crate::memory;
@@ -11,8 +12,16 @@ use crate::tape::Tape;
 #[derive(Clone, Debug)]
 #[allow(clippy::large_enum_variant, reason = "there is one for an integration, and it is not moved")]
 pub(crate) enum LinearSystem {
-    Dense { jacobian: Matrix, lu: Lu },
-    Tree { jacobian: TreeMatrix, lu: TreeLu },
+    Dense {
+        jacobian: Matrix,
+        lu: Lu,
+    },
+    Tree {
+        jacobian: TreeMatrix,
+        lu: TreeLu,
+    },
+    /// With constraints.
+    Saddle(Box<Saddle>),
 }
 
 impl LinearSystem {
@@ -23,6 +32,9 @@ impl LinearSystem {
 
     /// Memory for the Jacobian of a system; differences do not see whether it is a chain.
     pub(super) fn new<S: System + ?Sized>(system: &S, derivative: Derivative) -> Self {
+        if system.constraints() > 0 {
+            return Self::Saddle(Box::new(Saddle::new(system.n(), system.constraints())));
+        }
         let chain = if derivative == Derivative::Analytic { system.tree() } else { None };
         match chain {
             Some(jacobian) => Self::Tree { lu: TreeLu::new(&jacobian), jacobian },
@@ -56,6 +68,7 @@ impl LinearSystem {
         let factorised = match self {
             Self::Dense { jacobian, lu } => lu.factorise(jacobian),
             Self::Tree { jacobian, lu } => lu.factorise(jacobian),
+            Self::Saddle(saddle) => saddle.factorise(),
         };
         factorised
             .map_err(|Singular| if self.is_finite() { Failure::SingularJacobian } else { Failure::NonFinite })
@@ -70,6 +83,10 @@ impl LinearSystem {
                     tape.numbers(matrix.as_mut_slice());
                 }
             }
+            Self::Saddle(saddle) => {
+                tape.numbers(saddle.tangent.as_mut_slice());
+                tape.numbers(saddle.constraints.as_mut_slice());
+            }
         }
     }
 
@@ -77,6 +94,9 @@ impl LinearSystem {
         match self {
             Self::Dense { jacobian, .. } => jacobian.iter().all(|entry| entry.is_finite()),
             Self::Tree { jacobian, .. } => jacobian.is_finite(),
+            Self::Saddle(saddle) => {
+                saddle.tangent.iter().chain(saddle.constraints.iter()).all(|entry| entry.is_finite())
+            }
         }
     }
 
@@ -85,6 +105,7 @@ impl LinearSystem {
         match self {
             Self::Dense { lu, .. } => lu.solve(b),
             Self::Tree { lu, .. } => lu.solve(b),
+            Self::Saddle(saddle) => saddle.solve(b),
         }
     }
 }

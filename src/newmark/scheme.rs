@@ -140,6 +140,11 @@ impl Scheme {
         self.alpha_m == 0.0 && self.alpha_f == 0.0
     }
 
+    /// Whether it damps what is infinitely fast.
+    pub(crate) fn damps(&self) -> bool {
+        self.gamma + self.shift() >= 0.5 - ORDER_TOLERANCE && self.gamma > 0.5 + ORDER_TOLERANCE
+    }
+
     /// By how many steps the time of an algorithmic acceleration is ahead of that of its state.
     fn shift(&self) -> f64 {
         self.alpha_m - self.alpha_f

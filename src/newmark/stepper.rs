@@ -117,10 +117,15 @@ impl Stepper {
         if self.started {
             return Ok(self.status);
         }
-        self.corrector.prepare(system);
+        self.prepare(system);
         system.wrap(&mut self.q, &mut self.v, &mut []);
         if let Some(a0) = &self.options.initial_acceleration {
-            self.a.copy_from_slice(a0);
+            self.a[..a0.len()].copy_from_slice(a0);
+        } else if system.constraints() > 0 {
+            let Self { t, q, v, a, .. } = self;
+            if let Err(failure) = system.constrained_start(*t, q, v, a)? {
+                self.status = Some(Status::NoInitialAcceleration(failure));
+            }
         } else {
             let trial = &mut self.trial;
             trial.t = self.t;
@@ -136,9 +141,18 @@ impl Stepper {
                 Err(failure) => self.status = Some(Status::NoInitialAcceleration(failure)),
             }
         }
-        self.s.copy_from_slice(&self.a);
+        self.s.copy_from_slice(&self.a[..self.q.len()]);
         self.started = self.status.is_none();
         Ok(self.status)
+    }
+
+    /// Memory for the unknowns of a step: accelerations, and multipliers of constraints.
+    fn prepare<S: System + ?Sized>(&mut self, system: &S) {
+        self.corrector.prepare(system);
+        let unknowns = self.q.len() + system.constraints();
+        for values in [&mut self.a, &mut self.a_old, &mut self.guessed, &mut self.trial.a] {
+            values.resize(unknowns, 0.0);
+        }
     }
 
     /// Makes one accepted step. `Some(status)` when the integration is over: the end was reached, or no step could be
@@ -343,6 +357,9 @@ impl Stepper {
 
     /// What goes on from step to step.
     pub(crate) fn carry<S: System + ?Sized>(&mut self, system: &S, tape: &mut Tape<'_>) {
+        if tape.reads() {
+            self.prepare(system);
+        }
         for number in [&mut self.t, &mut self.t_end, &mut self.t_old, &mut self.h_of_s, &mut self.h] {
             tape.number(number);
         }
@@ -377,7 +394,7 @@ impl Stepper {
 
     /// Current accelerations: those that balance the equations of motion.
     pub fn a(&self) -> &[f64] {
-        &self.a
+        &self.a[..self.q.len()]
     }
 
     /// Time before the last step; the start when no step was made.

@@ -1,9 +1,18 @@
 //! Mechanical systems as systems of first order.
 
 use super::{JacobianKind, System};
+use crate::constraint::projection::{self, Fit};
 use crate::error::Interrupted;
 use crate::linalg::{Cholesky, Matrix};
 use crate::model::{ForwardScratch, Model, rotation_vectors};
+
+/// Errors of a step change velocities by less than this part of the largest ones when loops are closed; another branch of
+/// the motion, by about all of them.
+const LARGEST_CHANGE: f64 = 0.05;
+
+/// Constraints that are nearer to each other than this angle (radians) are at a singular position: accelerations there grow
+/// with the inverse square of it, and so do their errors.
+const SMALLEST_MARGIN: f64 = 1e-4;
 
 /// The free motion of a model as `y' = f(t, y)` with `y = (q, qd)`, 2n equations, and its exact Jacobian.
 ///
@@ -18,6 +27,10 @@ pub struct FirstOrder<M> {
     acceleration: Vec<f64>,
     column: Vec<f64>,
     cholesky: Cholesky,
+    /// The largest kinetic energy so far, twice: what changes of velocities are compared with.
+    fastest: f64,
+    /// The largest number of independent constraints so far.
+    rank: usize,
 }
 
 impl<M: Model> FirstOrder<M> {
@@ -33,7 +46,32 @@ impl<M: Model> FirstOrder<M> {
             acceleration: vec![0.0; n],
             column: vec![0.0; n],
             cholesky: Cholesky::new(n),
+            fastest: 0.0,
+            rank: 0,
         }
+    }
+
+    /// Closes loops that a step has opened by its error, and fits velocities to them, with the right-hand side there. False
+    /// where that changes more than errors do: at a singular position there are several ways to go on.
+    pub(crate) fn hold(&mut self, y: &mut [f64], dydt: &mut [f64]) -> bool {
+        let Self { model, n, scratch, fastest, rank, .. } = self;
+        if model.constraints() == 0 {
+            return true;
+        }
+        let ((q, v), (velocity, acceleration)) = (y.split_at_mut(*n), dydt.split_at_mut(*n));
+        *fastest = fastest.max(2.0 * model.energy(q, v).kinetic);
+        let held = projection::close(model, q, projection::Metric::Mass)
+            .and_then(|_| projection::fit_velocities(model, q, v))
+            .and_then(|fit| {
+                model.forward_dynamics(q, v, acceleration, scratch)?;
+                Ok(fit)
+            });
+        velocity.copy_from_slice(v);
+        held.is_ok_and(|Fit { change, rank: now, margin }| {
+            let is_regular = now >= *rank && margin > SMALLEST_MARGIN;
+            *rank = now.max(*rank);
+            is_regular && change <= LARGEST_CHANGE * LARGEST_CHANGE * *fastest
+        })
     }
 
     /// The model.

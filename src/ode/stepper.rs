@@ -195,6 +195,11 @@ impl Stepper {
         system.wrap(&mut self.state.y, &mut self.state.f);
     }
 
+    /// The current state, and the right-hand side there.
+    pub(crate) fn state_mut(&mut self) -> [&mut [f64]; 2] {
+        [&mut self.state.y, &mut self.state.f]
+    }
+
     /// The right-hand side at the current state has jumped to this.
     pub(crate) fn rate_mut(&mut self) -> &mut [f64] {
         &mut self.state.f

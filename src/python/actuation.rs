@@ -79,7 +79,7 @@ fn optional_text(object: &Bound<'_, PyAny>, name: &str) -> PyResult<Option<Strin
 
 /// Adds the place to what a refusal says. What a function of the user raised has a traceback, and stays as it is, with a note
 /// that says where that was.
-fn at_place(py: Python<'_>, place: &str, error: PyErr) -> PyErr {
+pub(super) fn at_place(py: Python<'_>, place: &str, error: PyErr) -> PyErr {
     if error.traceback(py).is_some() {
         // An exception that takes no notes comes without.
         _ = error.value(py).call_method1("add_note", (format!("in {place}"),));

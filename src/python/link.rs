@@ -44,7 +44,7 @@ fn forces(object: &Bound<'_, PyAny>) -> PyResult<JointForces> {
 }
 
 /// The joint that an object of one of the joints' classes describes.
-fn joint_of(object: &Bound<'_, PyAny>) -> PyResult<Joint> {
+pub(super) fn joint_of(object: &Bound<'_, PyAny>) -> PyResult<Joint> {
     let kind = object.get_type().name()?.to_string();
     Ok(match kind.as_str() {
         "Weld" => Joint::Weld,
@@ -254,8 +254,25 @@ pub(super) fn index_of(robot: &Robot, name: Option<&str>, place: &str) -> Result
 
 /// The Python object of the joint of a link among these.
 pub(super) fn joint_out<'py>(py: Python<'py>, link: &Link, links: &[Link]) -> PyResult<Bound<'py, PyAny>> {
-    let joint = &link.joint;
     let lissom = py.import("lissom")?;
+    let arguments = joint_arguments(py, &link.joint)?;
+    match &link.driven {
+        None => {}
+        Some(Driven::Coordinate(signal)) => arguments.set_item("motion", signal_out(py, signal)?)?,
+        Some(Driven::Base(motion)) => arguments.set_item("motion", PyBaseMotion::of(py, motion)?)?,
+        Some(Driven::Mimic { link, multiplier, offset }) => {
+            let of_mimic = PyDict::new(py);
+            of_mimic.set_item("multiplier", multiplier)?;
+            of_mimic.set_item("offset", offset)?;
+            let mimic = lissom.getattr("Mimic")?.call((&links[*link].name,), Some(&of_mimic))?;
+            arguments.set_item("mimic", mimic)?;
+        }
+    }
+    call_class(py, &link.joint, &arguments)
+}
+
+/// What the class of a joint is called with, less what drives it.
+fn joint_arguments<'py>(py: Python<'py>, joint: &Joint) -> PyResult<Bound<'py, PyDict>> {
     let arguments = PyDict::new(py);
     let vector = |v: [f64; 3]| <(f64, f64, f64)>::from(v);
     match joint {
@@ -280,19 +297,20 @@ pub(super) fn joint_out<'py>(py: Python<'py>, link: &Link, links: &[Link]) -> Py
         arguments.set_item("limit_dissipation", forces.limit_dissipation)?;
         arguments.set_item("armature", forces.armature)?;
     }
-    match &link.driven {
-        None => {}
-        Some(Driven::Coordinate(signal)) => arguments.set_item("motion", signal_out(py, signal)?)?,
-        Some(Driven::Base(motion)) => arguments.set_item("motion", PyBaseMotion::of(py, motion)?)?,
-        Some(Driven::Mimic { link, multiplier, offset }) => {
-            let of_mimic = PyDict::new(py);
-            of_mimic.set_item("multiplier", multiplier)?;
-            of_mimic.set_item("offset", offset)?;
-            let mimic = lissom.getattr("Mimic")?.call((&links[*link].name,), Some(&of_mimic))?;
-            arguments.set_item("mimic", mimic)?;
-        }
-    }
+    Ok(arguments)
+}
+
+/// The Python object of a joint that is not driven.
+pub(super) fn joint_class<'py>(py: Python<'py>, joint: &Joint) -> PyResult<Bound<'py, PyAny>> {
+    call_class(py, joint, &joint_arguments(py, joint)?)
+}
+
+fn call_class<'py>(
+    py: Python<'py>,
+    joint: &Joint,
+    arguments: &Bound<'py, PyDict>,
+) -> PyResult<Bound<'py, PyAny>> {
     let mut class = joint.name().to_owned();
     class[..1].make_ascii_uppercase();
-    lissom.getattr(class.as_str())?.call((), Some(&arguments))
+    py.import("lissom")?.getattr(class.as_str())?.call((), Some(arguments))
 }

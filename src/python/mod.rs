@@ -19,6 +19,7 @@ mod imports;
 mod inputs;
 mod link;
 mod load;
+mod loops;
 mod machine;
 mod model;
 mod modes;
@@ -67,6 +68,8 @@ mod _lissom {
     use super::link::{check_joint, check_link, check_mimic};
     #[pymodule_export]
     use super::load::{PyBody, PyLoad};
+    #[pymodule_export]
+    use super::loops::check_loop;
     #[pymodule_export]
     use super::machine::machine;
     #[pymodule_export]

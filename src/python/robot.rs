@@ -19,6 +19,7 @@ use super::errors::check_finite;
 use super::fluid::PyFluid;
 use super::link::{index_of, links_of};
 use super::load::{PyBody, PyLoad};
+use super::loops::{loop_index, loops_of, loops_out};
 use super::model::{PyModel, check_time, time_of_state};
 use super::reach::{self, PyReachResult};
 use super::segment::PySegment;
@@ -27,7 +28,8 @@ use super::support::PySupport;
 use crate::error::InvalidInput;
 use crate::lie::Vector;
 use crate::linalg::Matrix;
-use crate::model::InTime as _;
+use crate::loops::Tie;
+use crate::model::{InTime as _, Tied as _};
 use crate::robot::{Kernel, Multiplications, Place, Robot, RobotModel};
 
 /// So many poses of the largest rods take some milliseconds.
@@ -62,6 +64,8 @@ fn flat(halves: [Vector<f64>; 2]) -> Vec<f64> {
 /// base_motion : BaseMotion, optional
 ///     How all that is fixed to the world moves together, about the frame of the first link's joint; it rests by
 ///     default.
+/// loops : sequence of Loop
+///     What closes loops of its links.
 /// actuators : sequence of Tendon, Chamber, Motor, ActiveStrain
 ///     What moves the robot when it is told to.
 ///
@@ -310,8 +314,8 @@ impl PyRobot {
 #[pymethods]
 impl PyRobot {
     #[new]
-    #[pyo3(signature = (links, *, gravity=None, loads=None, bodies=None, supports=None, fluid=None, base_motion=None, actuators=None),
-           text_signature = "(links, *, gravity=(0, 0, -9.81), loads=(), bodies=(), supports=(), fluid=None, base_motion=None, actuators=())")]
+    #[pyo3(signature = (links, *, gravity=None, loads=None, bodies=None, supports=None, fluid=None, base_motion=None, actuators=None, loops=None),
+           text_signature = "(links, *, gravity=(0, 0, -9.81), loads=(), bodies=(), supports=(), fluid=None, base_motion=None, actuators=(), loops=())")]
     #[allow(clippy::too_many_arguments, reason = "the signature of the Python class")]
     fn new(
         links: &Bound<'_, PyAny>,
@@ -322,6 +326,7 @@ impl PyRobot {
         fluid: Option<&Bound<'_, PyFluid>>,
         base_motion: Option<&Bound<'_, PyBaseMotion>>,
         actuators: Option<&Bound<'_, PyAny>>,
+        loops: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<PyClassInitializer<Self>> {
         // Their functions are alive until the robot has them.
         let (links, mut functions) = links_of(links)?;
@@ -364,6 +369,9 @@ impl PyRobot {
         robot.base_motion = base_motion.map(|motion| motion.get().motion().clone());
         if let Some(actuators) = actuators {
             robot.actuators = actuators_of(actuators, Surroundings::Robot(&robot), &mut functions)?;
+        }
+        if let Some(loops) = loops {
+            robot.loops = loops_of(loops, &robot)?;
         }
         Self::initializer(robot)
     }
@@ -496,6 +504,46 @@ impl PyRobot {
     #[getter]
     pub(super) fn actuators<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
         actuators_out(py, &self.description)
+    }
+
+    /// What closes loops of its links.
+    #[getter]
+    fn loops<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        loops_out(py, &self.description)
+    }
+
+    /// Number of constraints of all loops together.
+    #[getter]
+    fn constraints(&self) -> usize {
+        self.description.loops.iter().map(|closed| closed.tie.rows()).sum()
+    }
+
+    /// Number of constraints that the others determine in a shape, loop by loop.
+    ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (n,)
+    ///     Coordinates.
+    ///
+    /// Returns
+    /// -------
+    /// redundant : dict
+    ///     How many constraints of a loop are redundant, by its name; loops without any are left out. Which rows of several
+    ///     loops count as the redundant ones is a choice; how many there are together is not.
+    fn redundant_constraints<'py>(
+        &self,
+        py: Python<'py>,
+        q: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let q = convert::finite_vector_of(q, self.description.coordinates(), "q")?;
+        let redundant = self.model().redundant_constraints(&q);
+        let found = PyDict::new(py);
+        for (closed, number) in self.description.loops.iter().zip(redundant) {
+            if number > 0 {
+                found.set_item(&closed.name, number)?;
+            }
+        }
+        Ok(found)
     }
 
     /// Length of an actuator: of a tendon's path, the volume of a chamber, the coordinate of a motor.
@@ -994,6 +1042,107 @@ impl PyRobot {
         )
     }
 
+    /// What a closed loop needs to stay closed in a motion.
+    ///
+    /// Where constraints are redundant these are the smallest forces that do it; what several loops share is then spread over
+    /// them.
+    ///
+    /// Parameters
+    /// ----------
+    /// q, qd, qdd : array_like, shape (n,) or (k, n)
+    ///     Coordinates, velocities and accelerations of a motion, or those of k states.
+    /// name : str, optional
+    ///     Which loop; may be left out where there is one.
+    /// t : float or array_like, shape (k,), optional
+    ///     The time of the state, or those of k states, seconds; needed where loads vary or the base moves.
+    /// u : array_like, shape (m,) or (k, m), optional
+    ///     The inputs, for all states or for each; by default as they are by themselves.
+    ///
+    /// Returns
+    /// -------
+    /// wrench : ndarray, shape (6,) or (k, 6)
+    ///     Moment about the origin of the second end, newton metres, and force, newtons, that the first end exerts on it, in
+    ///     world axes. Of a `Gear` the generalised force on its first coordinate, a float or an array of shape (k,).
+    #[pyo3(signature = (q, qd, qdd, *, name=None, t=None, u=None))]
+    fn loop_forces<'py>(
+        &self,
+        q: &Bound<'py, PyAny>,
+        qd: &Bound<'py, PyAny>,
+        qdd: &Bound<'py, PyAny>,
+        name: Option<&str>,
+        t: Option<&Bound<'py, PyAny>>,
+        u: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let i = loop_index(&self.description, name)?;
+        let states = [Some((q, "q")), Some((qd, "qd")), Some((qdd, "qdd"))];
+        let forces = |model: &mut RobotModel, [q, qd, qdd]: [&[f64]; 3]| {
+            model.loop_forces(q, qd, qdd).map_or([f64::NAN; 6], |forces| forces[i])
+        };
+        if matches!(self.description.loops[i].tie, Tie::Coordinates { .. }) {
+            let force = |model: &mut RobotModel, state: [&[f64]; 3]| vec![forces(model, state)[0]];
+            return self.of_states(self.model(), states, At::forces(t, u), "loop_forces", &[], force);
+        }
+        self.of_states(self.model(), states, At::forces(t, u), "loop_forces", &[6], |model, state| {
+            forces(model, state).to_vec()
+        })
+    }
+
+    /// Closed loops of a robot at rest, row by row: what their forces add to the stiffness, and the derivative of the gaps.
+    #[pyo3(signature = (q, *, t=None, u=None))]
+    fn _loops_at_rest<'py>(
+        &self,
+        q: &Bound<'py, PyAny>,
+        t: Option<&Bound<'py, PyAny>>,
+        u: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let n = self.description.coordinates();
+        self.of_states(
+            self.model(),
+            [Some((q, "q")), None, None],
+            At::forces(t, u),
+            "_loops_at_rest",
+            &[n + self.constraints(), n],
+            |model, [q, _, _]| {
+                let parts = model.loops_at_rest(q);
+                parts.iter().flat_map(|part| part.transpose().as_slice().to_vec()).collect()
+            },
+        )
+    }
+
+    /// How far closed loops are open.
+    ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (n,) or (k, n)
+    ///     Coordinates, or those of k states.
+    /// t : float or array_like, shape (k,), optional
+    ///     The time of the state, or those of k states, seconds; needed where joints move as prescribed.
+    ///
+    /// Returns
+    /// -------
+    /// gaps : ndarray, shape (m,) or (k, m)
+    ///     Of each of the constraints: metres, differences of cosines, or of a coordinate.
+    #[pyo3(signature = (q, *, t=None))]
+    fn loop_gaps<'py>(
+        &self,
+        q: &Bound<'py, PyAny>,
+        t: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let m = self.constraints();
+        self.of_states(
+            self.model(),
+            [Some((q, "q")), None, None],
+            At::time(t),
+            "loop_gaps",
+            &[m],
+            |model, [q, _, _]| {
+                let mut gaps = vec![0.0; m];
+                model.gaps(q, &mut gaps);
+                gaps
+            },
+        )
+    }
+
     /// Strains of sections of a rod.
     ///
     /// Parameters
@@ -1277,6 +1426,7 @@ impl PyRobot {
         arguments.set_item("fluid", self.fluid())?;
         arguments.set_item("base_motion", self.base_motion(py)?)?;
         arguments.set_item("actuators", self.actuators(py)?)?;
+        arguments.set_item("loops", self.loops(py)?)?;
         Ok(((self.links(py)?,), arguments))
     }
 

@@ -169,6 +169,7 @@ pub(crate) fn simulate<'py>(
         max_steps,
         predictor,
         reuse_jacobian,
+        is_tied: model.get().native().constraints() > 0,
     };
     let way = given.way(n)?;
     let controller = Controller::new(model, control, control_step, dt, &way)?;
@@ -254,6 +255,8 @@ pub(super) struct Given<'a, 'py> {
     pub(super) max_steps: Option<i64>,
     pub(super) predictor: Option<&'a str>,
     pub(super) reuse_jacobian: Option<bool>,
+    /// Whether the model has closed loops.
+    pub(super) is_tied: bool,
 }
 
 impl Given<'_, '_> {
@@ -326,12 +329,21 @@ impl Given<'_, '_> {
         Ok(Method::FirstOrder { options, dt: self.dt })
     }
 
+    /// The member of the Newmark family. Closed loops are held by one that damps, where nothing is said.
+    fn scheme(&self) -> PyResult<Scheme> {
+        let is_said = self.method != "newmark" || self.parameters != Parameters::default();
+        if self.is_tied && !is_said {
+            return Ok(Scheme::generalised_alpha(Parameters::RHO_INF)?);
+        }
+        Ok(Scheme::by_name(self.method, &self.parameters).map_err(name_all_methods)?)
+    }
+
     fn newmark(&self) -> PyResult<Method> {
         let [rtol, atol] = self.tolerances()?;
         let max_steps = convert::step_limit(self.max_steps)?;
         let defaults = newmark::Options::new(self.dt);
         Ok(Method::Newmark(newmark::Options {
-            scheme: Scheme::by_name(self.method, &self.parameters).map_err(name_all_methods)?,
+            scheme: self.scheme()?,
             step_size: step_size(self.adaptive.unwrap_or(false), self.max_step, self.min_step)?,
             derivative: self.jac.map_or(Ok(Derivative::Analytic), derivative)?,
             rtol,

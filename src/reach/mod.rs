@@ -30,7 +30,7 @@ pub use preference::Preference;
 pub use target::Target;
 
 use crate::error::{Checker, Interrupted, InvalidInput, Number};
-use crate::model::Discretised as _;
+use crate::model::{Discretised as _, Tied as _};
 use crate::model::{Elastic as _, Model as _, rotation_vectors};
 use crate::robot::{Origin, Robot, RobotModel, origin};
 use crate::roots::least_squares::{self, Bounds, Counters, End, Form, Outcome, solve};
@@ -81,6 +81,7 @@ pub fn reach(
     options: &Options,
     monitor: Monitor<'_>,
 ) -> Result<Result<Reached, Interrupted>, InvalidInput> {
+    model.check_untied("`reach`")?;
     check(model.description(), targets, options)?;
     let bounds = limits(model.description(), options.bounds.as_ref())?;
     let mut q0 = options.q0.clone().unwrap_or_else(|| vec![0.0; model.n()]);

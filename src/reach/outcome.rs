@@ -52,6 +52,7 @@ impl Status {
             Self::Flawed(Flaw::Unresolved { .. }) => "unresolved",
             Self::Flawed(Flaw::Inverted { .. }) => "inverted",
             Self::Flawed(Flaw::Collapsed { .. }) => "collapsed",
+            Self::Flawed(Flaw::Open { .. }) => "loop_open",
         }
     }
 }
@@ -123,7 +124,7 @@ pub(super) fn message(
         Status::Flawed(flaw) => {
             let nodes = match flaw {
                 Flaw::Unresolved { shortage } => format!(" It would take more `nodes`{}.", at_least(shortage)),
-                Flaw::Inverted { .. } | Flaw::Collapsed { .. } => String::new(),
+                Flaw::Inverted { .. } | Flaw::Collapsed { .. } | Flaw::Open { .. } => String::new(),
             };
             format!("The way to the targets ends at a shape in which a rod {flaw}.{nodes} Start elsewhere.")
         }

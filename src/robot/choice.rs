@@ -4,6 +4,7 @@ use super::description::{Link, Robot};
 use crate::actuator::{Actuator, Via};
 use crate::joint::Motion;
 use crate::lie::{Plane, Quaternion};
+use crate::loops::{Loop, LoopEnd};
 use crate::rod::{STRAIGHT, piece};
 
 /// What a robot is computed by.
@@ -25,6 +26,7 @@ impl Kernel {
                 let is_placed = std::ptr::eq(link, root) || is_placed_in(plane, link, root);
                 is_placed && moves_in(plane, link)
             }) && robot.actuators.iter().all(|actuator| acts_in(plane, actuator))
+                && robot.loops.iter().all(|tied| is_tied_in(plane, tied, root))
         };
         let base = Quaternion::from_array(robot.links[0].orientation).rotation();
         let base_stays_in = |plane: &Plane| {
@@ -44,6 +46,19 @@ fn acts_in(plane: &Plane, actuator: &Actuator) -> bool {
     // Points of the world are seen from the root, which may be turned.
     let is_via = |via: &Via| via.link.is_some() && via.point[plane.normal] == 0.0;
     is_along && actuator.vias().into_iter().all(is_via)
+}
+
+/// Whether what a loop ties does not leave the plane: rows across it then hold by themselves.
+fn is_tied_in(plane: &Plane, tied: &Loop, root: &Link) -> bool {
+    let ends = tied.tie.ends().into_iter().flatten();
+    let lies_in = |end: &LoopEnd| {
+        let [_, turn @ ..] = end.orientation;
+        // Points of the world are seen from the root.
+        let is_seen = end.link.is_some()
+            || (root.orientation == [1.0, 0.0, 0.0, 0.0] && root.position[plane.normal] == 0.0);
+        is_seen && end.position[plane.normal] == 0.0 && plane.axes.iter().all(|&axis| turn[axis] == 0.0)
+    };
+    ends.into_iter().all(lies_in)
 }
 
 /// Whether the joint's frame of a link lies in the plane of what it is attached to: exactly, for what leaves it by

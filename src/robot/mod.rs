@@ -37,6 +37,8 @@ mod sweeps;
 mod tell;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod tests_of_loops;
 mod turning;
 
 pub use choice::{Kernel, Solve};

@@ -15,12 +15,20 @@ use super::plan::point::Place;
 use super::state::tangent::Tangent;
 use super::sweeps::Sweeps;
 use super::tell::{Explanation, Multiplications, cost, cost_of_actuators};
+use crate::constraint::{Independent, saddle};
 use crate::error::{Checker, Interrupted, InvalidInput};
 use crate::lie::{Instructions, Planar, Plane, Spatial, Vector};
 use crate::linalg::{Matrix, TreeMatrix, symmetric_eigen};
-use crate::model::{Discretised, Elastic, Energy, Flaw, InTime, Model, Tree};
+use crate::loops::{Loop, Tie};
+use crate::model::{
+    Discretised, Elastic, Energy, Flaw, ForwardScratch, InTime, Model, SingularMass, Tied, Tree, forward,
+};
 use crate::rod::{MAX_NODES, STRAINS, piece};
 use crate::springs::Springs;
+
+/// Loops that are open by more than this part of the robot's length, or of a radian, are open: far more than what a method
+/// leaves that holds them, far less than what shows.
+const LARGEST_GAP: f64 = 1e-4;
 
 /// A robot ready to be moved: rods and rigid bodies with joints. Clones share what does not change and have memory of their own.
 #[derive(Clone, Debug)]
@@ -213,8 +221,9 @@ impl RobotModel {
     fn with(robot: &Robot, sweeps: AnySweeps, solve: Option<Solve>) -> Result<Self, InvalidInput> {
         let coordinates = Coordinates::new(robot);
         let solve = match coordinates.are_driven() {
-            // Joints that follow others couple branches.
+            // Joints that follow others couple branches, and so do closed loops.
             true => Solve::Dense,
+            false if !robot.loops.is_empty() => Solve::Dense,
             false if on_sweeps!(&sweeps, sweeps => sweeps.plan().actuation.couples_pieces()) => Solve::Dense,
             false => solve.unwrap_or_else(|| Solve::cheapest(robot)),
         };
@@ -384,23 +393,28 @@ impl RobotModel {
     /// Moment and force that the base exerts on the rod in a motion, about the base and in world axes; of a planar
     /// rod what lies in its plane.
     pub fn base_wrench(&mut self, q: &[f64], qd: &[f64], qdd: &[f64]) -> [Vector<f64>; 2] {
-        let Self { sweeps, coordinates, .. } = self;
-        coordinates.all([q, qd, qdd], |state| on_sweeps!(sweeps, sweeps => sweeps.base_wrench(state)))
+        self.with_loops_held([q, qd, qdd], |model| {
+            let Self { sweeps, coordinates, .. } = model;
+            coordinates.all([q, qd, qdd], |state| on_sweeps!(sweeps, sweeps => sweeps.base_wrench(state)))
+        })
     }
 
     /// Moment and force that are passed on to a link through its joint in a motion, about the place where that begins
     /// and in world axes; of a planar robot what lies in its plane.
     pub fn joint_wrench(&mut self, q: &[f64], qd: &[f64], qdd: &[f64], link: usize) -> [Vector<f64>; 2] {
-        let Self { sweeps, coordinates, apart, robot, .. } = self;
-        let is_one = on_sweeps!(&*sweeps, sweeps => sweeps.plan().pieces_of(link).is_empty());
-        let sweeps = if is_one {
-            let apart = apart.get_or_insert_with(|| Box::new(sweeps.taken_apart(robot)));
-            apart.take_time(sweeps);
-            &mut **apart
-        } else {
-            sweeps
-        };
-        coordinates.all([q, qd, qdd], |state| on_sweeps!(sweeps, sweeps => sweeps.joint_wrench(state, link)))
+        self.with_loops_held([q, qd, qdd], |model| {
+            let Self { sweeps, coordinates, apart, robot, .. } = model;
+            let is_one = on_sweeps!(&*sweeps, sweeps => sweeps.plan().pieces_of(link).is_empty());
+            let sweeps = if is_one {
+                let apart = apart.get_or_insert_with(|| Box::new(sweeps.taken_apart(robot)));
+                apart.take_time(sweeps);
+                &mut **apart
+            } else {
+                sweeps
+            };
+            coordinates
+                .all([q, qd, qdd], |state| on_sweeps!(sweeps, sweeps => sweeps.joint_wrench(state, link)))
+        })
     }
 
     /// The strain at a place of a rod, in the order of [`STRAIN_NAMES`](crate::rod::STRAIN_NAMES): of modes and reference
@@ -420,9 +434,11 @@ impl RobotModel {
         qdd: &[f64],
         place: &Place,
     ) -> [Vector<f64>; 2] {
-        let Self { sweeps, coordinates, .. } = self;
-        coordinates
-            .all([q, qd, qdd], |state| on_sweeps!(sweeps, sweeps => sweeps.internal_wrench(state, place)))
+        self.with_loops_held([q, qd, qdd], |model| {
+            let Self { sweeps, coordinates, .. } = model;
+            coordinates
+                .all([q, qd, qdd], |state| on_sweeps!(sweeps, sweeps => sweeps.internal_wrench(state, place)))
+        })
     }
 
     /// The same by the law of the material: the opposite of stiffness times strain, less that at rest and active ones, and of
@@ -449,6 +465,78 @@ impl RobotModel {
                 numbers
             })
         })
+    }
+
+    /// What closed loops answer in a motion: moment, about the second end of the loop, and force on that by the first one, in
+    /// world axes; of coordinates in a ratio the generalised force on the first one. The smallest that do it, where
+    /// constraints are redundant. `None` where the mass matrix is singular. Allocates.
+    pub fn loop_forces(&mut self, q: &[f64], qd: &[f64], qdd: &[f64]) -> Option<Vec<[f64; 6]>> {
+        let mut multipliers = vec![0.0; self.constraints()];
+        saddle::multipliers(self, [q, qd, qdd], &mut multipliers).ok()?;
+        let (mut ties, mut gears) = (0, multipliers.len() - self.gears());
+        let robot = Arc::clone(&self.robot);
+        let of_loop = |closed: &Loop| {
+            if matches!(closed.tie, Tie::Coordinates { .. }) {
+                gears += 1;
+                return [-multipliers[gears - 1], 0.0, 0.0, 0.0, 0.0, 0.0];
+            }
+            ties += 1;
+            let Self { sweeps, coordinates, .. } = &mut *self;
+            let [moment, force] = coordinates
+                .all([q], |[q]| on_sweeps!(sweeps, sweeps => sweeps.tie_wrench(q, ties - 1, &multipliers)));
+            let ([a, b, c], [d, e, f]) = (moment.to_array(), force.to_array());
+            [a, b, c, d, e, f]
+        };
+        Some(robot.loops.iter().map(of_loop).collect())
+    }
+
+    /// Calls with the multipliers that a motion needs; none where there is no telling.
+    fn with_loops_held<T>(&mut self, state: [&[f64]; 3], of: impl FnOnce(&mut Self) -> T) -> T {
+        if self.constraints() == 0 {
+            return of(self);
+        }
+        let mut multipliers = vec![0.0; self.constraints()];
+        // They are left at zero where the mass matrix is singular.
+        let _ = saddle::multipliers(self, state, &mut multipliers);
+        self.set_multipliers(&multipliers);
+        let result = of(self);
+        multipliers.fill(0.0);
+        self.set_multipliers(&multipliers);
+        result
+    }
+
+    /// Closed loops of a robot at rest: what their forces add to the stiffness, n x n, and the derivative of the gaps, m x n.
+    pub fn loops_at_rest(&mut self, q: &[f64]) -> [Matrix; 2] {
+        let (n, m) = (q.len(), self.constraints());
+        let rest = vec![0.0; n];
+        let [mut stiffness, mut without, mut jacobian] =
+            [Matrix::zeros(n, n), Matrix::zeros(n, n), Matrix::zeros(m, n)];
+        self.gap_jacobian(q, &mut jacobian);
+        self.with_loops_held([q, &rest, &rest], |model| {
+            model.weighted_tangent(q, &rest, &rest, [1.0, 0.0, 0.0], &mut stiffness);
+        });
+        self.weighted_tangent(q, &rest, &rest, [1.0, 0.0, 0.0], &mut without);
+        [stiffness - without, jacobian]
+    }
+
+    /// How many constraints of every loop the others determine in a shape.
+    pub fn redundant_constraints(&mut self, q: &[f64]) -> Vec<usize> {
+        let (m, n) = (self.constraints(), q.len());
+        let (mut jacobian, mut mass) = (Matrix::zeros(m, n), Matrix::zeros(n, n));
+        self.gap_jacobian(q, &mut jacobian);
+        self.mass_matrix(q, &mut mass);
+        let mut independent = Independent::new(m, n);
+        independent.find(&jacobian, |k| mass[(k, k)].abs().sqrt().max(f64::MIN_POSITIVE).recip());
+        let mut redundant = vec![0; self.robot.loops.len()];
+        for row in (0..m).filter(|&row| !independent.is_independent(row)) {
+            redundant[on_sweeps!(&self.sweeps, sweeps => sweeps.plan().loops.loop_of[row])] += 1;
+        }
+        redundant
+    }
+
+    /// How many of its loops tie coordinates.
+    fn gears(&self) -> usize {
+        self.robot.loops.iter().filter(|closed| matches!(closed.tie, Tie::Coordinates { .. })).count()
     }
 
     /// Whether a tendon has pulled two points together.
@@ -597,6 +685,19 @@ impl Model for RobotModel {
         coordinates.rows([q, qd, qdd], tangent, |state, tangent| {
             on_sweeps!(sweeps, sweeps => sweeps.input_tangent(state, tangent));
         });
+    }
+
+    fn forward_dynamics(
+        &mut self,
+        q: &[f64],
+        qd: &[f64],
+        qdd: &mut [f64],
+        scratch: &mut ForwardScratch,
+    ) -> Result<(), SingularMass> {
+        match self.constraints() {
+            0 => forward::solve(self, q, qd, qdd, scratch),
+            m => saddle::accelerations(self, q, qd, qdd, &mut vec![0.0; m]),
+        }
     }
 
     fn rotation_vectors(&self) -> &[usize] {
@@ -755,6 +856,48 @@ impl Elastic for RobotModel {
         self.coordinates.pick(sizes, |sizes| {
             on_sweeps!(&self.sweeps, sweeps => elasticity::typical_coordinates(sweeps.plan(), reach, sizes));
         });
+    }
+}
+
+impl Tied for RobotModel {
+    fn constraints(&self) -> usize {
+        on_sweeps!(&self.sweeps, sweeps => sweeps.plan().loops.rows)
+    }
+
+    fn set_multipliers(&mut self, multipliers: &[f64]) {
+        on_sweeps!(&mut self.sweeps, sweeps => sweeps.set_multipliers(multipliers));
+    }
+
+    fn gaps(&mut self, q: &[f64], gaps: &mut [f64]) {
+        let Self { sweeps, coordinates, .. } = self;
+        coordinates.all([q], |[q]| on_sweeps!(sweeps, sweeps => sweeps.gaps(q, gaps)));
+    }
+
+    fn gap_rates(&mut self, q: &[f64], qd: &[f64], rates: &mut [f64]) {
+        let Self { sweeps, coordinates, .. } = self;
+        coordinates.all([q, qd], |[q, qd]| on_sweeps!(sweeps, sweeps => sweeps.gap_rates(q, qd, rates)));
+    }
+
+    fn gap_accelerations(&mut self, q: &[f64], qd: &[f64], qdd: &[f64], accelerations: &mut [f64]) {
+        let Self { sweeps, coordinates, .. } = self;
+        coordinates.all([q, qd, qdd], |state| {
+            on_sweeps!(sweeps, sweeps => sweeps.gap_accelerations(state, accelerations));
+        });
+    }
+
+    fn gap_jacobian(&mut self, q: &[f64], jacobian: &mut Matrix) {
+        let Self { sweeps, coordinates, .. } = self;
+        coordinates.columns(q, jacobian, |q, jacobian| {
+            on_sweeps!(sweeps, sweeps => sweeps.gap_jacobian(q, jacobian));
+        });
+    }
+
+    fn open_loop(&mut self, q: &[f64]) -> Option<Flaw> {
+        let Self { sweeps, coordinates, robot, .. } = self;
+        let (closed, gap) = coordinates.all([q], |[q]| on_sweeps!(sweeps, sweeps => sweeps.widest_gap(q)))?;
+        let largest = LARGEST_GAP * robot.length().max(1.0);
+        // A gap that is no number is not small.
+        (gap.is_nan() || gap > largest).then_some(Flaw::Open { closed, gap })
     }
 }
 

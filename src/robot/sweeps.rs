@@ -10,7 +10,7 @@ use super::effect::support::Held;
 use super::kernel::kinematics::Pose;
 use super::kernel::momentum::Momentum;
 use super::kernel::{
-    acceleration, elasticity, energy, inputs, inverse_dynamics, kinematics, lines, momentum, section,
+    acceleration, elasticity, energy, inputs, inverse_dynamics, kinematics, lines, loops, momentum, section,
     tangent, time,
 };
 use super::plan::Plan;
@@ -106,6 +106,7 @@ impl<G: Turning> Sweeps<G> {
         (work.time, work.surroundings) = (from.time, from.surroundings);
         work.acting.clone_from(&from.acting);
         work.inputs.clone_from(&from.inputs);
+        work.loops.multipliers.clone_from(&from.loops.multipliers);
         work.actuation.commands.clone_from(&from.actuation.commands);
         work.actuation.slidings.clone_from(&from.actuation.slidings);
         work.actuation.world_points.clone_from(&from.actuation.world_points);
@@ -254,6 +255,67 @@ impl<G: Turning> Sweeps<G> {
     pub(crate) fn input_tangent(&mut self, state: [&[f64]; 3], tangent: &mut Matrix) {
         self.update_motion(state);
         inputs::tangent(&self.plan, &mut self.work, &mut self.tangent.actuation, tangent);
+    }
+
+    /// Takes these for what closed loops answer.
+    pub(crate) fn set_multipliers(&mut self, multipliers: &[f64]) {
+        if self.work.loops.multipliers != multipliers {
+            self.work.loops.multipliers.copy_from_slice(multipliers);
+            self.work.motion_is_known = false;
+        }
+    }
+
+    /// How far closed loops are open, g(q).
+    pub(crate) fn gaps(&mut self, q: &[f64], gaps: &mut [f64]) {
+        self.update_kinematics(q);
+        loops::values(&self.plan, &self.work, q, gaps);
+    }
+
+    /// The loop with the widest gap, and that gap.
+    pub(crate) fn widest_gap(&mut self, q: &[f64]) -> Option<(usize, f64)> {
+        if self.plan.loops.rows == 0 {
+            return None;
+        }
+        self.update_kinematics(q);
+        let mut gaps = std::mem::take(&mut self.work.loops.gaps);
+        loops::values(&self.plan, &self.work, q, &mut gaps);
+        let mut widest = (0, 0.0);
+        for (&closed, gap) in self.plan.loops.loop_of.iter().zip(&gaps) {
+            if gap.is_nan() || gap.abs() > widest.1 {
+                widest = (closed, gap.abs());
+            }
+        }
+        self.work.loops.gaps = gaps;
+        Some(widest)
+    }
+
+    /// Moment, about the second end of a tie, and force that hold it there against the first one, in world axes, with these
+    /// multipliers.
+    pub(crate) fn tie_wrench(&mut self, q: &[f64], tie: usize, multipliers: &[f64]) -> [Vector<f64>; 2] {
+        self.update_kinematics(q);
+        let [moment, force] = loops::wrench(&self.plan, &self.work, tie, multipliers);
+        let base = &self.work.surroundings.base.rotation;
+        [base.apply(-moment), base.apply(-force)]
+    }
+
+    /// `dg/dt`.
+    pub(crate) fn gap_rates(&mut self, q: &[f64], qd: &[f64], rates: &mut [f64]) {
+        self.update_velocities(q, qd);
+        loops::rates(&self.plan, &self.work, rates);
+    }
+
+    /// `d2g/dt2`.
+    pub(crate) fn gap_accelerations(&mut self, state: [&[f64]; 3], accelerations: &mut [f64]) {
+        self.update_motion(state);
+        loops::accelerations(&self.plan, &self.work, accelerations);
+    }
+
+    /// `dg/dq`, rows x n.
+    pub(crate) fn gap_jacobian(&mut self, q: &[f64], jacobian: &mut Matrix) {
+        self.update_kinematics(q);
+        let Self { plan, work, tangent, .. } = self;
+        loops::find(plan, work, &mut tangent.loops);
+        loops::jacobian(plan, work, &tangent.loops, jacobian);
     }
 
     /// What actuators are told; NaN until a time is set that it depends on.

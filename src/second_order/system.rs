@@ -1,5 +1,7 @@
 //! Second-order equations of motion, and free motions of models as such.
 
+use super::Failure;
+use crate::constraint::saddle;
 use crate::error::Interrupted;
 use crate::linalg::{Matrix, TreeMatrix};
 use crate::model::{Model, rotation_vectors};
@@ -8,6 +10,12 @@ use crate::model::{Model, rotation_vectors};
 pub trait System {
     /// Number of coordinates n.
     fn n(&self) -> usize;
+
+    /// Number of constraints m. Where there are any, multipliers follow the accelerations that [`Self::residual`] is given,
+    /// and how far the constraints are from being held follows the residual.
+    fn constraints(&self) -> usize {
+        0
+    }
 
     /// `residual <- r(t, q, v, a)`, every entry of it. Non-finite values are allowed and end the step with a status that
     /// says so, or cut it.
@@ -31,6 +39,27 @@ pub trait System {
         weights: [f64; 3],
         tangent: &mut Matrix,
     ) -> Result<(), Interrupted>;
+
+    /// The derivative of the constraints with respect to the displacements, m x n, every entry of it.
+    fn constraint_jacobian(
+        &mut self,
+        _t: f64,
+        _q: &[f64],
+        _jacobian: &mut Matrix,
+    ) -> Result<(), Interrupted> {
+        unreachable!("the system has no constraints");
+    }
+
+    /// Accelerations and multipliers that hold the constraints at a start that fits them. `a` has n + m entries.
+    fn constrained_start(
+        &mut self,
+        _t: f64,
+        _q: &[f64],
+        _v: &[f64],
+        _a: &mut [f64],
+    ) -> Result<Result<(), Failure>, Interrupted> {
+        unreachable!("the system has no constraints");
+    }
 
     /// The structure of the tangent (as zeros) where that is a chain's matrix and cheaper to solve with: then
     /// [`Self::tree_tangent`] is called in place of [`Self::tangent`].
@@ -84,6 +113,10 @@ impl<M: Model + ?Sized> System for FreeMotion<'_, M> {
         self.0.n()
     }
 
+    fn constraints(&self) -> usize {
+        self.0.constraints()
+    }
+
     fn wrap(&mut self, q: &mut [f64], v: &mut [f64], accelerations: &mut [&mut [f64]]) -> bool {
         rotation_vectors::wrap(self.0.rotation_vectors(), q, v, accelerations)
     }
@@ -102,7 +135,15 @@ impl<M: Model + ?Sized> System for FreeMotion<'_, M> {
         residual: &mut [f64],
     ) -> Result<(), Interrupted> {
         self.0.set_time(t)?;
-        self.0.inverse_dynamics(q, v, a, residual);
+        if self.0.constraints() == 0 {
+            self.0.inverse_dynamics(q, v, a, residual);
+            return Ok(());
+        }
+        let (a, multipliers) = a.split_at(q.len());
+        let (tau, gaps) = residual.split_at_mut(q.len());
+        self.0.set_multipliers(multipliers);
+        self.0.inverse_dynamics(q, v, a, tau);
+        self.0.gaps(q, gaps);
         Ok(())
     }
 
@@ -117,8 +158,35 @@ impl<M: Model + ?Sized> System for FreeMotion<'_, M> {
         tangent: &mut Matrix,
     ) -> Result<(), Interrupted> {
         self.0.set_time(t)?;
+        let (a, multipliers) = a.split_at(q.len());
+        if !multipliers.is_empty() {
+            self.0.set_multipliers(multipliers);
+        }
         self.0.weighted_tangent(q, v, a, weights, tangent);
         Ok(())
+    }
+
+    fn constraint_jacobian(&mut self, t: f64, q: &[f64], jacobian: &mut Matrix) -> Result<(), Interrupted> {
+        self.0.set_time(t)?;
+        self.0.gap_jacobian(q, jacobian);
+        Ok(())
+    }
+
+    fn constrained_start(
+        &mut self,
+        t: f64,
+        q: &[f64],
+        v: &[f64],
+        a: &mut [f64],
+    ) -> Result<Result<(), Failure>, Interrupted> {
+        self.0.set_time(t)?;
+        let (a, multipliers) = a.split_at_mut(q.len());
+        let found = saddle::accelerations(self.0, q, v, a, multipliers);
+        Ok(match found {
+            Ok(()) if a.iter().chain(&*multipliers).all(|x| x.is_finite()) => Ok(()),
+            Ok(()) => Err(Failure::NonFinite),
+            Err(_) => Err(Failure::SingularJacobian),
+        })
     }
 
     fn tree(&self) -> Option<TreeMatrix> {

@@ -5,7 +5,7 @@
 //! found is.
 //!
 //! `equations` are the forces under a part of what grows (`growth`), `corrector` is Newton's method that stays on its path,
-//! `path` follows it, `descent` lets go, `stability` looks for critical points, `tendons` says which are slack. What is
+//! `path` follows it, `descent` lets go, `stability` looks for critical points, `tendons` says which are slack, `tied` closes loops first. What is
 //! stable is judged by [`crate::stability`].
 //!
 //! ```
@@ -29,6 +29,7 @@ mod outcome;
 mod path;
 mod stability;
 mod tendons;
+mod tied;
 
 pub use equations::Counters;
 pub use growth::InputPath;
@@ -65,6 +66,9 @@ pub fn equilibrium(
     if let Start::Descent(q0) | Start::Newton(q0) = &options.start {
         model.check_shape(q0, "q0")?;
     }
+    if model.constraints() > 0 {
+        return tied::equilibrium(model, options, monitor);
+    }
     let mut equations = Equations::new(model, Growth::Loads, monitor);
     Ok(match &options.start {
         Start::Unloaded { stops } => load(&mut equations, stops, options),
@@ -85,6 +89,9 @@ pub fn continuation(
     options.check(model.n(), model.inputs())?;
     if let Some(q0) = &options.q0 {
         model.check_shape(q0, "q0")?;
+    }
+    if model.constraints() > 0 {
+        return tied::continuation(model, options, monitor);
     }
     let n = model.n();
     let mut equations = Equations::new(model, Growth::Loads, monitor);

@@ -54,6 +54,7 @@ impl Status {
             Self::Flawed(Flaw::Unresolved { .. }) => "unresolved",
             Self::Flawed(Flaw::Inverted { .. }) => "inverted",
             Self::Flawed(Flaw::Collapsed { .. }) => "collapsed",
+            Self::Flawed(Flaw::Open { .. }) => "loop_open",
             Self::Newton(status) => status.name(),
         }
     }
@@ -95,6 +96,10 @@ impl Status {
                     Flaw::Inverted { .. } => "It is loaded beyond what its stiffness against stretch bears: there, linear elasticity \
                                               does not hold"
                         .to_owned(),
+                    Flaw::Open { .. } => {
+                        "Start from a `q0` in which the loops are nearly closed; loops that conflict cannot be closed at all"
+                            .to_owned()
+                    }
                     Flaw::Collapsed { .. } => {
                         "Where they touch its force has no direction: pull less, or keep them apart with a joint that has `limits`"
                             .to_owned()

@@ -3,11 +3,12 @@
 use super::method::Method;
 use super::status::Status;
 use crate::balance::State;
-use crate::error::{Interrupted, InvalidInput};
+use crate::error::{Checker, Interrupted, InvalidInput};
 use crate::model::Model;
 use crate::newmark;
 use crate::ode::{self, FirstOrder};
 use crate::radau;
+use crate::roots::Derivative;
 use crate::second_order::{self, Counters, Failure, FreeMotion};
 use crate::tape::Tape;
 
@@ -30,9 +31,16 @@ impl<M: Model> Integrator<M> {
         let n = model.n();
         Ok(match method {
             Method::Newmark(options) => {
+                if model.constraints() > 0 {
+                    check_holding(options)?;
+                }
                 let stepper = newmark::Stepper::new(n, t_span, q0, v0, options)?;
                 newmark::LinearSystem::check_memory(&FreeMotion(&mut model), options.derivative)?;
                 Self::Newmark { model, stepper: Box::new(stepper) }
+            }
+            Method::Radau { .. } if model.constraints() > 0 => {
+                let expected = "\"generalised_alpha\", \"hht\" or an explicit method: radau does not hold closed loops yet";
+                return Err(InvalidInput::new("method", "\"radau\"", expected));
             }
             Method::Radau { options, .. } => {
                 radau::check_memory(&FreeMotion(&mut model))?;
@@ -71,6 +79,18 @@ impl<M: Model> Integrator<M> {
             Self::Radau { model, stepper } => of_second_order(stepper.step(&mut FreeMotion(model))),
             Self::FirstOrder { system, stepper, .. } => {
                 stepper.step(&mut **system).map(|status| status.map(Status::FirstOrder))
+            }
+        }
+    }
+
+    /// Closes loops that the last step has opened by its error. False where there are several ways to go on.
+    pub(super) fn hold(&mut self) -> bool {
+        match self {
+            // Constraints are equations of their steps.
+            Self::Newmark { .. } | Self::Radau { .. } => true,
+            Self::FirstOrder { system, stepper, .. } => {
+                let [y, rate] = stepper.state_mut();
+                system.hold(y, rate)
             }
         }
     }
@@ -215,6 +235,19 @@ impl<M: Model> Integrator<M> {
             Self::FirstOrder { stepper, .. } => stepper.carry(tape),
         }
     }
+}
+
+/// Refuses members of the Newmark family that cannot hold constraints: without damping of what is infinitely fast,
+/// multipliers swing more from step to step (Cardona and Geradin 1989); without displacements that follow the accelerations
+/// there is nothing to hold them by.
+fn check_holding(options: &newmark::Options) -> Result<(), InvalidInput> {
+    let (scheme, mut check) = (options.scheme, Checker::new());
+    let expected = "a method that damps what is infinitely fast: \"generalised_alpha\" with rho_inf < 1, \"hht\" with alpha < 0, \
+                    or \"newmark\" with gamma > 0.5; the forces in closed loops swing ever more with others";
+    check.require(scheme.damps() && scheme.beta() > 0.0, "method", "one without damping", expected);
+    let expected = "\"analytic\": closed loops are held by exact derivatives";
+    check.require(options.derivative == Derivative::Analytic, "jac", "differences", expected);
+    check.finish()
 }
 
 fn of_second_order(

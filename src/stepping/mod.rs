@@ -21,6 +21,7 @@
 mod integrator;
 mod method;
 mod run;
+mod start;
 mod status;
 
 pub use method::Method;

@@ -2,6 +2,7 @@
 
 use super::integrator::Integrator;
 use super::method::{Method, check_span, check_step};
+use super::start::Start;
 use super::status::{Status, Stop};
 use crate::balance::State;
 use crate::error::{Interrupted, InvalidInput, Number};
@@ -29,6 +30,8 @@ pub struct Run<M> {
     /// Accelerations after that.
     jumped: Vec<f64>,
     scratch: ForwardScratch,
+    /// How far the start was moved to close loops, in metres.
+    moved: f64,
     stop: Option<Stop>,
 }
 
@@ -45,9 +48,11 @@ impl<M: Model> Run<M> {
     ) -> Result<Self, InvalidInput> {
         let (n, dt) = (model.n(), method.dt());
         second_order::check_start(n, t_span, q0, v0, dt)?;
-        model.check_shape(q0, "q0")?;
         let known = model.time_span();
         check_span(known, t_span)?;
+        let start = Start::fitted(&mut model, t_span.0, q0, v0)?;
+        let (q0, v0) = (&start.q[..], &start.v[..]);
+        model.check_shape(q0, "q0")?;
         if let Some(dt) = method.fixed_step() {
             check_step(dt, model.shortest_period())?;
         }
@@ -62,6 +67,7 @@ impl<M: Model> Run<M> {
             inputs_have_jumped: false,
             jumped: vec![0.0; n],
             scratch,
+            moved: start.moved,
             stop: None,
         })
     }
@@ -164,7 +170,10 @@ impl<M: Model> Run<M> {
         let steps = self.integrator.steps();
         let status = self.integrator.step()?;
         if self.integrator.steps() > steps {
-            self.stop = self.integrator.observe(|model, state| Stop::where_flawed(model, state.t, state.q));
+            self.stop = match self.integrator.hold() {
+                true => self.integrator.observe(|model, state| Stop::where_flawed(model, state.t, state.q)),
+                false => Some(Stop::at_singular_position(self.t())),
+            };
         }
         Ok(self.stop.as_ref().map(|stop| stop.status).or(status))
     }
@@ -233,6 +242,10 @@ impl<M: Model> Run<M> {
             return stop.message.clone();
         }
         let mut message = self.integrator.explain(status);
+        if self.moved > 0.0 {
+            let moved = Number(self.moved);
+            message.push_str(&format!(" The start was moved by {moved} m to close its loops."));
+        }
         if !status.is_success()
             && let Some(what) = self.integrator.model().not_finite()
         {

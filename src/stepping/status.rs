@@ -20,6 +20,10 @@ pub enum Status {
     Inverted,
     /// A tendon has pulled two points together, where its force has no direction.
     Collapsed,
+    /// A loop that should be closed has opened.
+    Open,
+    /// Closed loops are at a singular position that the method cannot pass.
+    Singular,
     /// Stability would force more steps on an explicit method than are sensible.
     Stiff,
 }
@@ -30,9 +34,13 @@ impl Status {
         match self {
             Self::SecondOrder(status) => status.is_success(),
             Self::FirstOrder(status) => status.is_success(),
-            Self::AccuracyNotReached | Self::Unresolved | Self::Inverted | Self::Collapsed | Self::Stiff => {
-                false
-            }
+            Self::AccuracyNotReached
+            | Self::Unresolved
+            | Self::Inverted
+            | Self::Collapsed
+            | Self::Open
+            | Self::Singular
+            | Self::Stiff => false,
         }
     }
 
@@ -45,6 +53,8 @@ impl Status {
             Self::Unresolved => "unresolved",
             Self::Inverted => "inverted",
             Self::Collapsed => "collapsed",
+            Self::Open => "loop_open",
+            Self::Singular => "singular_position",
             Self::Stiff => "stiff",
         }
     }
@@ -58,9 +68,19 @@ pub(crate) struct Stop {
 }
 
 impl Stop {
+    /// Where an explicit method cannot tell how loops go on.
+    pub(crate) fn at_singular_position(t: f64) -> Self {
+        let message = format!(
+            "Near t = {} the loops pass a singular position, where there are several ways to go on: the last state says \
+             nothing about the motion. Take `method=\"generalised_alpha\"`, whose steps go on as the motion did.",
+            Number(t),
+        );
+        Self { status: Status::Singular, message }
+    }
+
     /// At a state that means nothing.
     pub(crate) fn where_flawed<M: Model + ?Sized>(model: &mut M, t: f64, q: &[f64]) -> Option<Self> {
-        let flaw = model.flaw(q)?;
+        let flaw = model.flaw(q).or_else(|| model.open_loop(q))?;
         let (status, cure) = match flaw {
             Flaw::Unresolved { shortage } => (
                 Status::Unresolved,
@@ -69,6 +89,11 @@ impl Stop {
             Flaw::Collapsed { .. } => (
                 Status::Collapsed,
                 "; if that ends here too, pull less, or keep the points apart with a joint that has `limits`"
+                    .to_owned(),
+            ),
+            Flaw::Open { .. } => (
+                Status::Open,
+                "; if that ends here too, the loops conflict there: the mechanism cannot go on, as at the end of its travel"
                     .to_owned(),
             ),
             Flaw::Inverted { .. } => (

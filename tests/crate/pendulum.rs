@@ -1,7 +1,7 @@
 //! The spring pendulum: consistency of its parts. The independent formulation is in tests/python/reference/pendulum.py.
 
 use lissom::linalg::Matrix;
-use lissom::model::{Discretised, Elastic, Energy, ForwardScratch, InTime, Model, SingularMass};
+use lissom::model::{Discretised, Elastic, Energy, ForwardScratch, InTime, Model, SingularMass, Tied};
 use lissom::pendulum::SpringPendulum;
 use proptest::prelude::*;
 
@@ -47,6 +47,8 @@ impl Elastic for Generic {
 impl InTime for Generic {}
 
 impl Discretised for Generic {}
+
+impl Tied for Generic {}
 
 fn pendulums() -> impl Strategy<Value = SpringPendulum> {
     (0.5..3.0, 0.1..5.0, 0.0..100.0, -10.0..10.0)

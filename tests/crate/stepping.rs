@@ -2,7 +2,7 @@
 
 use lissom::error::{Interrupted, InvalidInput};
 use lissom::linalg::Matrix;
-use lissom::model::{Discretised, Elastic, Energy, InTime, Model};
+use lissom::model::{Discretised, Elastic, Energy, InTime, Model, Tied};
 use lissom::newmark::{self, Parameters, Scheme, StepSize};
 use lissom::simulate::{Control, Simulation, simulate, simulate_controlled};
 use lissom::stepping::{Method, Run};
@@ -62,6 +62,8 @@ impl InTime for Oscillator {
 }
 
 impl Discretised for Oscillator {}
+
+impl Tied for Oscillator {}
 
 impl Model for Oscillator {
     fn n(&self) -> usize {

@@ -169,9 +169,9 @@ def test_rows_are_handed_out_as_copies():
     many.q[:] = 7.0
     assert np.abs(many.q).max() < 2.0
     for row in (COUNT, -COUNT - 1):
-        with pytest.raises(IndexError, match=f"row {row} of {COUNT} simulations"):
+        with pytest.raises(IndexError, match=rf"row: got {row}, expected a row of {COUNT} simulations"):
             many[row]
-        with pytest.raises(IndexError, match=f"row {row} of {COUNT} simulations"):
+        with pytest.raises(IndexError, match=rf"row: got {row}, expected a row of {COUNT} simulations"):
             many.message(row)
 
 

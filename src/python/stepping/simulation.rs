@@ -171,6 +171,7 @@ impl PySimulation {
             max_steps: None,
             predictor: None,
             reuse_jacobian: None,
+            is_tied: model.get().native().constraints() > 0,
         };
         let Way::Method(method) = given.way(n)? else {
             return Err(PyValueError::new_err(

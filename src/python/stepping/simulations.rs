@@ -212,7 +212,13 @@ impl PySimulations {
 
     fn existing_row(&self, number: i64) -> PyResult<usize> {
         let count = self.models.len();
-        self.row(number).ok_or_else(|| PyIndexError::new_err(format!("row {number} of {count} simulations")))
+        self.row(number).ok_or_else(|| {
+            PyIndexError::new_err(format!(
+                "row: got {number}, expected a row of {count} simulations, {} to {}",
+                -(count as i64),
+                count as i64 - 1
+            ))
+        })
     }
 
     /// A number of every row.

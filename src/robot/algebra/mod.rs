@@ -3,3 +3,4 @@
 pub(crate) mod inertia;
 pub(crate) mod products;
 pub(crate) mod response;
+pub(crate) mod tie;

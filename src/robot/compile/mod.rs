@@ -6,6 +6,7 @@ mod immersion;
 mod joint;
 mod links;
 mod load;
+mod loops;
 mod piece;
 mod points;
 
@@ -17,6 +18,7 @@ use crate::robot::effect::all as effects;
 use crate::robot::plan::Plan;
 use crate::robot::plan::actuation::ActuatorPlan;
 use crate::robot::plan::load::LoadPlan;
+use crate::robot::plan::loops::Loops;
 use crate::robot::plan::world::World;
 use crate::robot::turning::Turning;
 
@@ -42,7 +44,8 @@ fn plan_of<G: Turning>(robot: &Robot, frame: G::Frame, mut tree: Tree<G>) -> Pla
     let straight = actuation::straight(robot, &tree);
     let pulled: Vec<_> =
         straight.iter().flat_map(|line| &line.ends).map(|end| end.place().cloned()).collect();
-    let (points, supported) = points::compile(frame, &mut tree, &loads, &pulled, robot);
+    let tied = loops::places(robot, &tree);
+    let (points, supported) = points::compile(frame, &mut tree, &loads, [&pulled, &tied], robot);
     let stations = tree.stations();
     let Tree { pieces, links, n, packs, hinges, .. } = tree;
     let actuation = actuation::compile(robot, &pieces, &links, &inputs, straight);
@@ -57,9 +60,12 @@ fn plan_of<G: Turning>(robot: &Robot, frame: G::Frame, mut tree: Tree<G>) -> Pla
         frame,
         points,
         anchors: Vec::new(),
+        loops: Loops::none(),
         immersion: None,
         has_responses: false,
-        has_dead_loads: loads.iter().any(|load| load.frame == Frame::World) || !actuation.lines.is_empty(),
+        has_dead_loads: loads.iter().any(|load| load.frame == Frame::World)
+            || !actuation.lines.is_empty()
+            || !tied.is_empty(),
         varies_in_time: is_moving
             || loads.iter().any(|load| load.varies_in_time)
             || actuation.actuators.iter().any(ActuatorPlan::varies_in_time),
@@ -72,6 +78,7 @@ fn plan_of<G: Turning>(robot: &Robot, frame: G::Frame, mut tree: Tree<G>) -> Pla
     };
     plan.find_families();
     actuation::attach(&mut plan);
+    plan.loops = loops::compile(&plan, robot);
     if !robot.supports.is_empty() {
         plan.anchors = anchor::compile(&plan, &robot.supports, &supported);
     }

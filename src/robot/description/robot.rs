@@ -8,6 +8,7 @@ use crate::body::Body;
 use crate::error::{Checker, InvalidInput, Number};
 use crate::joint::Joint;
 use crate::load::{Extent, Load};
+use crate::loops::Loop;
 use crate::rod::{Section, Segment};
 use crate::signal::Signal;
 use crate::support::Support;
@@ -41,6 +42,8 @@ pub struct Robot {
     pub fluid: Option<Fluid>,
     /// What moves it when it is told to.
     pub actuators: Vec<Actuator>,
+    /// What closes loops of its links.
+    pub loops: Vec<Loop>,
 }
 
 impl Robot {
@@ -55,6 +58,7 @@ impl Robot {
             supports: Vec::new(),
             fluid: None,
             actuators: Vec::new(),
+            loops: Vec::new(),
         }
     }
 
@@ -261,6 +265,7 @@ impl Robot {
             });
         }
         self.check_actuators(&mut check);
+        self.check_loops(&mut check);
         if let Some(fluid) = &self.fluid {
             check.nested("fluid", fluid.validate());
             let is_given = |segment: &Segment| matches!(segment.section, Section::Given(_));
@@ -327,6 +332,26 @@ impl Robot {
             return;
         }
         check.nested(place, validate(link.length()));
+    }
+
+    /// Notes what is wrong with what closes its loops.
+    fn check_loops(&self, check: &mut Checker) {
+        let length = |link: usize| self.links.get(link).map(Link::length);
+        for (i, closed) in self.loops.iter().enumerate() {
+            let place = format!("loops[{i}]");
+            let is_new = self.loops[..i].iter().all(|other| other.name != closed.name);
+            let found = format_args!("\"{}\", which another loop has", closed.name);
+            check.require(is_new, &format!("{place}.name"), found, "a new name");
+            check.nested(&place, closed.validate(length, self.coordinates()));
+            let ends = closed.tie.ends().into_iter().flatten();
+            let is_in_world = ends.into_iter().any(|end| end.link.is_none());
+            check.require(
+                !is_in_world || self.base_motion.is_none(),
+                &place,
+                "a loop through the world of a robot whose base moves",
+                "loops between links, or a base at rest: drive the first link's joint instead",
+            );
+        }
     }
 
     fn check_size(&self, check: &mut Checker) {
@@ -415,6 +440,7 @@ impl From<&Rod> for Robot {
             supports: rod.supports.clone(),
             fluid: rod.fluid.clone(),
             actuators: rod.actuators.clone(),
+            loops: Vec::new(),
         }
     }
 }

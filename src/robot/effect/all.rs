@@ -7,6 +7,7 @@ use super::actuation::Actuators;
 use super::immersion::FluidAround;
 use super::joint_forces::OnJoints;
 use super::load::Loads;
+use super::loops::ClosedLoops;
 use super::support::Supports;
 use crate::lie::{Sweep, Wrench};
 use crate::model::Energy;
@@ -24,7 +25,7 @@ use crate::robot::turning::Turning;
 /// Does something for every effect, in the order of this list.
 macro_rules! for_every_effect {
     ($effect:ident => $call:expr) => {
-        for_every_effect!($effect in [Loads, Supports, FluidAround, OnJoints, Actuators] => $call)
+        for_every_effect!($effect in [Loads, Supports, FluidAround, OnJoints, Actuators, ClosedLoops] => $call)
     };
     ($effect:ident in [$($kind:ty),*] => $call:expr) => {
         $({

@@ -6,6 +6,7 @@ pub(crate) mod all;
 pub(crate) mod immersion;
 pub(crate) mod joint_forces;
 pub(crate) mod load;
+pub(crate) mod loops;
 pub(crate) mod support;
 
 use crate::lie::Wrench;

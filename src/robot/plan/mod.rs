@@ -7,6 +7,7 @@ pub(crate) mod hinge;
 pub(crate) mod immersion;
 pub(crate) mod link;
 pub(crate) mod load;
+pub(crate) mod loops;
 pub(crate) mod material;
 pub(crate) mod piece;
 pub(crate) mod point;
@@ -25,6 +26,7 @@ use crate::robot::plan::anchor::Anchor;
 use crate::robot::plan::immersion::Immersion;
 use crate::robot::plan::link::LinkPlan;
 use crate::robot::plan::load::LoadPlan;
+use crate::robot::plan::loops::Loops;
 use crate::robot::plan::material::Component;
 use crate::robot::plan::piece::PiecePlan;
 use crate::robot::plan::point::{Inside, Point};
@@ -64,6 +66,8 @@ pub(crate) struct Plan<G: Space> {
     pub(crate) points: Vec<Point<G>>,
     /// The springs to the world, in the frame of the base at rest.
     pub(crate) anchors: Vec<Anchor>,
+    /// What closes loops of its links.
+    pub(crate) loops: Loops<G::Pack>,
     /// The fluid around it, where that answers to motion.
     pub(crate) immersion: Option<Immersion>,
     /// Whether a dead load acts anywhere, and whether the base, a load or an actuator depends on time by itself.

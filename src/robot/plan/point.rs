@@ -59,6 +59,8 @@ pub(crate) struct Point<G: Space> {
     pub(crate) anchors: Vec<usize>,
     /// The ends of straight parts of tendons there, each by twice the place of the part, and one more for the second.
     pub(crate) pulled: Vec<usize>,
+    /// The ends of closed loops there, each by twice the place of the tie, and one more for the second.
+    pub(crate) tied: Vec<usize>,
     /// The station of other pieces that are attached there; those at the end of a piece are at its own station.
     pub(crate) carries: Option<usize>,
     /// Whether it matters how the section is turned.

@@ -66,6 +66,12 @@ def robot():
     return lissom.Robot([link("a"), link("b", parent="a", position=(0.1, 0, 0))])
 
 
+def tied():
+    """Two coordinates of joints, tied by a bar to the world."""
+    bar = lissom.Loop(("b", None, (0.1, 0, 0)), None, lissom.Distance(0.15), name="bar")
+    return lissom.Robot([link("a"), link("b", parent="a", position=(0.1, 0, 0))], loops=[bar])
+
+
 def actuated():
     """Two coordinates, with an actuator of every kind, and two inputs."""
     along = [lissom.Along("a", (0, 0.01), (0.0, 0.1))]

@@ -32,7 +32,7 @@ mod scope;
 
 use self::scope::Scope;
 use super::shape::shape;
-use super::{elasticity, lines, tree};
+use super::{elasticity, lines, loops, tree};
 use crate::lie::{Scalar, Sweep};
 use crate::robot::algebra::inertia::Seen as _;
 use crate::robot::algebra::inertia::{General, Gyroscope, Inertia, Round, Sections};
@@ -115,6 +115,7 @@ pub(crate) fn weighted_tangent<G: Turning>(
     }
     if !weights.is_mass_only {
         lines::find(plan, work, &mut memory.actuation);
+        loops::find(plan, work, &mut memory.loops);
         effects::stiffen(plan, work, memory, weights, &mut tangent);
     }
 }

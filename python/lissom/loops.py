@@ -1,0 +1,163 @@
+"""Closed loops: what ties links of a robot beyond its tree.
+
+Plain data: everything is checked where it is written, and computed in the core.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import KW_ONLY, dataclass
+from typing import TYPE_CHECKING, cast
+
+from ._lissom import check_loop
+from .links import Joint
+
+if TYPE_CHECKING:
+    from typing import Any, TypeAlias
+
+    Vector: TypeAlias = Sequence[float]
+    #: What an end may be given as: the name of a link, None for the world, entries in order or by name.
+    Place: TypeAlias = "LoopEnd | str | Sequence[object] | Mapping[str, object] | None"
+
+
+@dataclass(frozen=True)
+class LoopEnd:
+    """A place with a frame at which a loop is closed.
+
+    Parameters
+    ----------
+    link : str, optional
+        The link; the world by default.
+    at : float, optional
+        Arc length of the link's unstretched rod, metres; by default the tip, or the base of a rigid link.
+    position : array_like, shape (3,)
+        Where the frame lies beside the section or body, in its axes; in the world, metres.
+    orientation : array_like, shape (4,)
+        How the frame is turned against these axes: unit quaternion (w, x, y, z).
+    """
+
+    link: str | None = None
+    at: float | None = None
+    position: Vector = (0.0, 0.0, 0.0)
+    orientation: Vector = (1.0, 0.0, 0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        for name in ("position", "orientation"):
+            object.__setattr__(self, name, tuple(float(x) for x in getattr(self, name)))
+        if self.at is not None:
+            object.__setattr__(self, "at", float(self.at))
+
+
+@dataclass(frozen=True)
+class Distance:
+    """Two points keep a distance: a rigid bar with ball joints, without mass.
+
+    Parameters
+    ----------
+    length : float
+        Metres, > 0.
+    """
+
+    length: float
+
+
+@dataclass(frozen=True)
+class Gear:
+    """A coordinate of the robot is ``ratio`` times another one plus ``offset``.
+
+    The ends of such a loop are names of coordinates (see `Robot.coordinates`). Joints can also mimic each
+    other (`Mimic`), which costs less; a gear ties any two coordinates, and its force is known.
+
+    Parameters
+    ----------
+    ratio : float
+        Not zero.
+    offset : float
+        In the unit of the first coordinate.
+    """
+
+    ratio: float = 1.0
+    _: KW_ONLY
+    offset: float = 0.0
+
+
+def _end(place: Place) -> LoopEnd:
+    """The end that was given in one of several ways."""
+    if isinstance(place, LoopEnd):
+        return place
+    if place is None or isinstance(place, str):
+        return LoopEnd(place)
+    if isinstance(place, Mapping):
+        return LoopEnd(**cast("Mapping[str, Any]", place))
+    return LoopEnd(*cast("Sequence[Any]", place))
+
+
+@dataclass(frozen=True)
+class Loop:
+    """What closes a loop of links: a further joint between two of them, or one and the world.
+
+    The constraints of the loop are exact parts of every step and of every equilibrium; they are held by the
+    forces in its joint (`Robot.loop_forces`).
+
+    Parameters
+    ----------
+    a, b : LoopEnd, str, tuple, dict or None
+        The ends: a `LoopEnd`; the name of a link, for its tip or base; a tuple ``(link, at, position,
+        orientation)``, which may be shorter; None for the origin of the world. Of a `Gear` the names of two
+        coordinates.
+    kind : Joint, Distance or Gear
+        How the frame of `b` may move in that of `a`: a joint, without forces of its own and not `Free`; or a
+        distance that the ends keep.
+    name : str, optional
+        What messages call it.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If something makes no sense by itself; what does not fit the robot is found out by that.
+
+    Examples
+    --------
+    A four-bar linkage: a tree of three bars, whose last one is hinged to the world.
+
+    >>> import lissom
+    >>> hinge = lissom.Revolute((0, 1, 0))
+    >>> body = lissom.Body(0.1, centre=(0.1, 0, 0), inertia=[[1e-5, 0, 0], [0, 4e-4, 0], [0, 0, 4e-4]])
+    >>> def bar(name, parent=None):
+    ...     offset = (0, 0, 0) if parent is None else (0.2, 0, 0)
+    ...     return lissom.Link(name, parent=parent, position=offset, joint=hinge, body=body)
+    >>> links = [bar("crank"), bar("coupler", "crank"), bar("rocker", "coupler")]
+    >>> pin = lissom.Loop(("rocker", None, (0.2, 0, 0)), (None, None, (0.2, 0, 0)), hinge, name="ground pin")
+    >>> robot = lissom.Robot(links, loops=[pin])
+    >>> robot.constraints
+    5
+    """
+
+    a: Place
+    b: Place
+    kind: Joint | Distance | Gear
+    _: KW_ONLY
+    name: str = ""
+
+    def __post_init__(self) -> None:
+        if isinstance(self.kind, Gear):
+            for place in ("a", "b"):
+                if not isinstance(getattr(self, place), str):
+                    message = f"{place}: expected the name of a coordinate, as the kind is a Gear"
+                    raise TypeError(f"{message}, got {type(getattr(self, place)).__name__}")
+            names = [str(self.a), str(self.b)]
+        else:
+            ends = {}
+            for place in ("a", "b"):
+                try:
+                    ends[place] = _end(getattr(self, place))
+                except (TypeError, ValueError) as error:
+                    expected = (
+                        "a LoopEnd, the name of a link, None, (link, at, position, orientation) or a dict"
+                    )
+                    raise TypeError(f"{place}: expected {expected}; {error}") from None
+                object.__setattr__(self, place, ends[place])
+            names = [end.link or "the world" for end in ends.values()]
+        if not self.name:
+            object.__setattr__(self, "name", " to ".join(names))
+        check_loop(self)

@@ -1,0 +1,291 @@
+//! A model whose loops are held by springs that hardly give: how statics and vibrations see it.
+//!
+//! There the forces of springs are unknowns of their own (see [`crate::natural`]), so that what is computed does not depend on
+//! how stiff they are. What they give is the force over the stiffness: no more than rounding.
+
+use crate::error::{Interrupted, InvalidInput};
+use crate::linalg::Matrix;
+use crate::model::{Discretised, Elastic, Energy, Flaw, InTime, Model, Tied};
+use crate::springs::Springs;
+
+/// Stiffness of the springs in units of the largest one of the model: what they give then is rounding of displacements.
+const STIFF: f64 = 1e12;
+
+/// A model whose loops are held by springs.
+pub(crate) struct AsSprings<'a> {
+    model: &'a mut dyn Model,
+    /// Of every constraint.
+    stiffness: Vec<f64>,
+    /// What is taken for the multipliers, the opposite of the springs' forces.
+    held: Option<Vec<f64>>,
+    multipliers: Vec<f64>,
+    gap_jacobian: Matrix,
+}
+
+impl<'a> AsSprings<'a> {
+    /// With springs that are stiff beside what a model is near a shape.
+    pub(crate) fn new(model: &'a mut dyn Model, q: &[f64]) -> Self {
+        let (n, m) = (q.len(), model.constraints());
+        let (mut sizes, rest) = (vec![0.0; n], vec![0.0; n]);
+        model.typical_coordinates(&mut sizes);
+        let (mut elastic, mut tangent) = (Matrix::zeros(n, n), Matrix::zeros(n, n));
+        model.set_multipliers(&vec![0.0; m]);
+        model.elastic_tangent(q, &mut elastic);
+        model.weighted_tangent(q, &rest, &rest, [1.0, 0.0, 0.0], &mut tangent);
+        let energy = |a: &Matrix| {
+            (0..n)
+                .map(|k| (a[(k, k)] * sizes[k] * sizes[k]).abs())
+                .filter(|x| x.is_finite())
+                .fold(0.0, f64::max)
+        };
+        let largest = energy(&elastic).max(energy(&tangent));
+        let largest = if largest > 0.0 { largest } else { 1.0 };
+        let mut gap_jacobian = Matrix::zeros(m, n);
+        model.gap_jacobian(q, &mut gap_jacobian);
+        let stiffness = (0..m).map(|i| {
+            let square = (0..n).map(|k| (gap_jacobian[(i, k)] * sizes[k]).powi(2)).sum::<f64>();
+            STIFF * largest / if square > 0.0 && square.is_finite() { square } else { 1.0 }
+        });
+        Self { stiffness: stiffness.collect(), model, held: None, multipliers: vec![0.0; m], gap_jacobian }
+    }
+
+    /// The model takes the multipliers that are held, or those of its gaps; the Jacobian of these is found where they are not
+    /// held.
+    fn answer(&mut self, q: &[f64]) {
+        match &self.held {
+            Some(held) => self.multipliers.copy_from_slice(held),
+            None => {
+                self.model.gaps(q, &mut self.multipliers);
+                self.multipliers
+                    .iter_mut()
+                    .zip(&self.stiffness)
+                    .for_each(|(gap, stiffness)| *gap *= stiffness);
+            }
+        }
+        self.model.set_multipliers(&self.multipliers);
+    }
+
+    fn release(&mut self) {
+        self.multipliers.fill(0.0);
+        self.model.set_multipliers(&self.multipliers);
+    }
+
+    /// Adds the stiffness of springs whose forces are their own.
+    fn add_stiffness(&mut self, q: &[f64], weight: f64, tangent: &mut Matrix) {
+        if self.held.is_some() || weight == 0.0 {
+            return;
+        }
+        self.model.gap_jacobian(q, &mut self.gap_jacobian);
+        let mut weighted = self.gap_jacobian.clone();
+        for (mut row, stiffness) in weighted.row_iter_mut().zip(&self.stiffness) {
+            row *= weight * stiffness;
+        }
+        *tangent += self.gap_jacobian.tr_mul(&weighted);
+    }
+}
+
+impl Elastic for AsSprings<'_> {
+    fn elastic_forces(&mut self, q: &[f64], tau: &mut [f64]) {
+        self.model.elastic_forces(q, tau);
+        self.answer(q);
+        self.model.gap_jacobian(q, &mut self.gap_jacobian);
+        for (j, tau) in tau.iter_mut().enumerate() {
+            *tau += (0..self.multipliers.len())
+                .map(|i| self.gap_jacobian[(i, j)] * self.multipliers[i])
+                .sum::<f64>();
+        }
+        self.release();
+    }
+
+    /// That of the multipliers is what the tangent is more with them than without.
+    fn elastic_tangent(&mut self, q: &[f64], tangent: &mut Matrix) {
+        self.model.elastic_tangent(q, tangent);
+        self.answer(q);
+        if self.multipliers.iter().any(|&multiplier| multiplier != 0.0) {
+            let rest = vec![0.0; q.len()];
+            let mut part = Matrix::zeros(q.len(), q.len());
+            self.model.weighted_tangent(q, &rest, &rest, [1.0, 0.0, 0.0], &mut part);
+            *tangent += &part;
+            self.release();
+            self.model.weighted_tangent(q, &rest, &rest, [1.0, 0.0, 0.0], &mut part);
+            *tangent -= &part;
+        }
+        self.add_stiffness(q, 1.0, tangent);
+    }
+
+    fn springs(&self) -> usize {
+        self.model.springs() + self.stiffness.len()
+    }
+
+    fn linearise_springs(&mut self, q: &[f64], springs: &mut Springs) {
+        let (n, before, m) = (q.len(), self.model.springs(), self.stiffness.len());
+        let mut own = Springs::new(before, n);
+        if before > 0 {
+            self.model.linearise_springs(q, &mut own);
+        }
+        springs.forces[..before].copy_from_slice(&own.forces);
+        springs.jacobian.view_mut((0, 0), (before, n)).copy_from(&own.jacobian);
+        let square = ((0, 0), (before, before));
+        springs.root.fill(0.0);
+        springs.inverse_root.fill(0.0);
+        springs.rest.fill(0.0);
+        springs.root.view_mut(square.0, square.1).copy_from(&own.root);
+        springs.inverse_root.view_mut(square.0, square.1).copy_from(&own.inverse_root);
+        springs.rest.view_mut(square.0, square.1).copy_from(&own.rest);
+        springs.energy = own.energy;
+        let mut gaps = vec![0.0; m];
+        self.model.gaps(q, &mut gaps);
+        self.model.gap_jacobian(q, &mut self.gap_jacobian);
+        springs.jacobian.view_mut((before, 0), (m, n)).copy_from(&self.gap_jacobian);
+        for (i, (gap, stiffness)) in gaps.into_iter().zip(&self.stiffness).enumerate() {
+            let k = before + i;
+            springs.forces[k] = -stiffness * gap;
+            springs.root[(k, k)] = stiffness.sqrt();
+            springs.inverse_root[(k, k)] = 1.0 / stiffness.sqrt();
+            springs.energy += 0.5 * stiffness * gap * gap;
+        }
+    }
+
+    fn hold_springs(&mut self, forces: Option<&[f64]>) {
+        let before = self.model.springs();
+        self.model.hold_springs(forces.map(|forces| &forces[..before]).filter(|_| before > 0));
+        self.held = forces.map(|forces| forces[before..].iter().map(|force| -force).collect());
+    }
+
+    fn typical_coordinates(&self, sizes: &mut [f64]) {
+        self.model.typical_coordinates(sizes);
+    }
+}
+
+impl InTime for AsSprings<'_> {
+    fn varies_in_time(&self) -> bool {
+        self.model.varies_in_time()
+    }
+
+    fn set_time(&mut self, t: f64) -> Result<(), Interrupted> {
+        self.model.set_time(t)
+    }
+
+    fn inputs(&self) -> usize {
+        self.model.inputs()
+    }
+
+    fn default_inputs(&self) -> Vec<f64> {
+        self.model.default_inputs()
+    }
+
+    fn set_inputs(&mut self, u: &[f64]) {
+        self.model.set_inputs(u);
+    }
+
+    fn time_span(&self) -> [f64; 2] {
+        self.model.time_span()
+    }
+
+    fn horizon(&self, t: f64) -> f64 {
+        self.model.horizon(t)
+    }
+
+    fn shortest_period(&self) -> f64 {
+        self.model.shortest_period()
+    }
+
+    fn not_finite(&self) -> Option<String> {
+        self.model.not_finite()
+    }
+}
+
+impl Discretised for AsSprings<'_> {
+    fn is_discretised(&self) -> bool {
+        self.model.is_discretised()
+    }
+
+    fn flaw(&mut self, q: &[f64]) -> Option<Flaw> {
+        self.model.flaw(q)
+    }
+
+    fn check_shape(&mut self, q: &[f64], place: &str) -> Result<(), InvalidInput> {
+        self.model.check_shape(q, place)
+    }
+}
+
+/// Its loops are springs.
+impl Tied for AsSprings<'_> {}
+
+impl Model for AsSprings<'_> {
+    fn n(&self) -> usize {
+        self.model.n()
+    }
+
+    fn inverse_dynamics(&mut self, q: &[f64], qd: &[f64], qdd: &[f64], tau: &mut [f64]) {
+        self.answer(q);
+        self.model.inverse_dynamics(q, qd, qdd, tau);
+        self.release();
+    }
+
+    fn weighted_tangent(
+        &mut self,
+        q: &[f64],
+        qd: &[f64],
+        qdd: &[f64],
+        weights: [f64; 3],
+        tangent: &mut Matrix,
+    ) {
+        self.answer(q);
+        self.model.weighted_tangent(q, qd, qdd, weights, tangent);
+        self.release();
+        self.add_stiffness(q, weights[0], tangent);
+    }
+
+    fn rotation_vectors(&self) -> &[usize] {
+        self.model.rotation_vectors()
+    }
+
+    fn tangent_cost(&self) -> f64 {
+        self.model.tangent_cost()
+    }
+
+    fn input_tangent(&mut self, q: &[f64], qd: &[f64], qdd: &[f64], tangent: &mut Matrix) {
+        self.model.input_tangent(q, qd, qdd, tangent);
+    }
+
+    fn mass_matrix(&mut self, q: &[f64], mass: &mut Matrix) {
+        self.model.mass_matrix(q, mass);
+    }
+
+    fn energy(&mut self, q: &[f64], qd: &[f64]) -> Energy {
+        self.model.energy(q, qd)
+    }
+
+    fn dissipated_power(&mut self, q: &[f64], qd: &[f64]) -> f64 {
+        self.model.dissipated_power(q, qd)
+    }
+
+    fn tip(&mut self, q: &[f64]) -> [f64; 3] {
+        self.model.tip(q)
+    }
+
+    fn places(&mut self, q: &[f64], places: &mut Vec<[f64; 3]>) {
+        self.model.places(q, places);
+    }
+
+    fn length(&self) -> f64 {
+        self.model.length()
+    }
+
+    fn is_damped(&self) -> bool {
+        self.model.is_damped()
+    }
+
+    fn has_velocity_forces(&self) -> bool {
+        self.model.has_velocity_forces()
+    }
+
+    fn supplied_power(&mut self, q: &[f64], qd: &[f64], qdd: &[f64]) -> f64 {
+        self.model.supplied_power(q, qd, qdd)
+    }
+
+    fn is_driven(&self) -> bool {
+        self.model.is_driven()
+    }
+}

@@ -1,0 +1,109 @@
+//! States that fit constraints, near ones that do not.
+
+use super::saddle::MassSaddle;
+use crate::linalg::Matrix;
+use crate::model::{Model, SingularMass};
+
+/// Gaps below this are rounding: metres, or differences of cosines.
+const CLOSED: f64 = 1e-13;
+
+/// Steps of the projection, which is Gauss and Newton's method: it converges quadratically from nearby.
+const MAX_STEPS: usize = 100;
+
+/// No step moves a coordinate by more than this, in units of its typical size.
+const LONGEST: f64 = 0.3;
+
+/// What of a shape counts when it is moved.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Metric {
+    /// Kinetic energy: of small corrections.
+    Mass,
+    /// Elastic energy, and where there is none the mass, moved within a second.
+    Elastic,
+}
+
+impl Metric {
+    fn of<M: Model + ?Sized>(self, model: &mut M, q: &[f64]) -> Matrix {
+        let n = q.len();
+        let mut mass = Matrix::zeros(n, n);
+        model.mass_matrix(q, &mut mass);
+        if self == Self::Mass {
+            return mass;
+        }
+        let mut stiffness = Matrix::zeros(n, n);
+        model.elastic_tangent(q, &mut stiffness);
+        let sum = 0.5 * (&stiffness + stiffness.transpose()) + &mass;
+        if sum.clone().cholesky().is_some() { sum } else { mass }
+    }
+}
+
+fn largest(gaps: &[f64]) -> f64 {
+    gaps.iter().fold(0.0, |largest: f64, gap| if gap.abs() <= largest { largest } else { gap.abs() })
+}
+
+/// Moves a shape until constraints hold, by as little as can be in a metric. Returns the largest gap that is left: not
+/// small where they conflict or cannot be closed from there. Allocates.
+pub(crate) fn close<M: Model + ?Sized>(
+    model: &mut M,
+    q: &mut [f64],
+    metric: Metric,
+) -> Result<f64, SingularMass> {
+    let mut sizes = vec![0.0; q.len()];
+    model.typical_coordinates(&mut sizes);
+    let mut gaps = vec![0.0; model.constraints()];
+    model.gaps(q, &mut gaps);
+    let mut gap = largest(&gaps);
+    let mut best = (gap, q.to_vec());
+    for _ in 0..MAX_STEPS {
+        // Not finite gaps end here, too.
+        if !(gap > CLOSED && gap.is_finite()) {
+            break;
+        }
+        let of_shape = metric.of(model, q);
+        let (step, _) = MassSaddle::with(model, q, &of_shape)?.closing(&gaps);
+        let longest = step.iter().zip(&sizes).map(|(x, size)| (x / size).abs()).fold(0.0, f64::max);
+        let part = if longest > LONGEST { LONGEST / longest } else { 1.0 };
+        q.iter_mut().zip(&step).for_each(|(q, step)| *q -= part * step);
+        model.gaps(q, &mut gaps);
+        let next = largest(&gaps);
+        // Near rounding it no longer falls.
+        let has_ended = part == 1.0 && next > 0.5 * gap && gap < 1e-9;
+        gap = next;
+        if gap < best.0 {
+            best = (gap, q.to_vec());
+        }
+        if has_ended {
+            break;
+        }
+    }
+    q.copy_from_slice(&best.1);
+    Ok(best.0)
+}
+
+/// How velocities were fitted to constraints.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Fit {
+    /// Twice the kinetic energy of the change.
+    pub(crate) change: f64,
+    /// How many constraints are independent, and how nearly one of them is not: the sine of the smallest angle between one and
+    /// the others, about.
+    pub(crate) rank: usize,
+    pub(crate) margin: f64,
+}
+
+/// Changes velocities by the smallest kinetic energy that makes them fit the constraints: as an impulse of what holds these
+/// would. Allocates.
+pub(crate) fn fit_velocities<M: Model + ?Sized>(
+    model: &mut M,
+    q: &[f64],
+    v: &mut [f64],
+) -> Result<Fit, SingularMass> {
+    let mut rates = vec![0.0; model.constraints()];
+    model.gap_rates(q, v, &mut rates);
+    let saddle = MassSaddle::new(model, q)?;
+    let (step, multipliers) = saddle.closing(&rates);
+    v.iter_mut().zip(&step).for_each(|(v, step)| *v -= step);
+    // M x = -G^T lambda, and G x are the rates.
+    let change = rates.iter().zip(&multipliers).map(|(rate, multiplier)| -rate * multiplier).sum();
+    Ok(Fit { change, rank: saddle.rank(), margin: saddle.margin() })
+}

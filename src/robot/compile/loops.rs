@@ -1,0 +1,128 @@
+//! What closes loops of links, made into constraints of a plan.
+
+use super::links::Tree;
+use crate::joint::{Joint, across, unit};
+use crate::lie::{Quaternion, Rotation, Vector};
+use crate::loops::{Loop, LoopEnd, Tie};
+use crate::robot::algebra::tie::{Frame, Row};
+use crate::robot::description::Robot;
+use crate::robot::kernel::kinematics;
+use crate::robot::plan::Plan;
+use crate::robot::plan::loops::{Gear, Loops, On, TieEnd, TiePlan};
+use crate::robot::plan::point::{Offset, Place, Point};
+use crate::robot::turning::{Turning, place};
+
+/// The places of the ends of all ties, two of each; none in the world.
+pub(crate) fn places<G: Turning>(robot: &Robot, tree: &Tree<G>) -> Vec<Option<Place>> {
+    let place_of = |end: &LoopEnd| Some(place::on_link(&tree.pieces, &tree.links[end.link?], end.at));
+    robot.loops.iter().filter_map(|tie| tie.tie.ends()).flatten().map(place_of).collect()
+}
+
+/// The constraints of a plan whose points are known: `tied` says which of its points carry which ends.
+pub(crate) fn compile<G: Turning>(plan: &Plan<G>, robot: &Robot) -> Loops<G::Pack> {
+    let mut loops = Loops::none();
+    let mut ends = 0;
+    for Loop { tie, .. } in &robot.loops {
+        let rows = match tie {
+            Tie::Joint { joint, .. } => rows_of(joint),
+            Tie::Distance { length, .. } => vec![Row::Distance(*length)],
+            Tie::Coordinates { .. } => continue,
+        };
+        let first = loops.rows;
+        loops.rows += rows.len();
+        let ends: [TieEnd<G::Pack>; 2] =
+            tie.ends().expect("all but gears have ends").each_ref().map(|described| {
+                ends += 1;
+                end(plan, robot, described, ends - 1)
+            });
+        let moved_by = ends.iter().filter_map(|end| end.on.as_ref()).flat_map(|on| &on.moved_by);
+        let mut reaches: Vec<usize> = moved_by.flat_map(|(s, _)| plan.pieces[*s].coordinates()).collect();
+        reaches.sort_unstable();
+        reaches.dedup();
+        loops.ties.push(TiePlan { ends, rows, first, reaches });
+    }
+    let all = places_of_own(robot);
+    for Loop { tie, .. } in &robot.loops {
+        if let &Tie::Coordinates { coordinates, ratio, offset } = tie {
+            loops.gears.push(Gear { coordinates: coordinates.map(|k| all[k]), ratio, offset });
+            loops.rows += 1;
+        }
+    }
+    let is_gear = |l: usize| matches!(robot.loops[l].tie, Tie::Coordinates { .. });
+    let in_order =
+        (0..robot.loops.len()).filter(|&l| !is_gear(l)).chain((0..robot.loops.len()).filter(|&l| is_gear(l)));
+    loops.loop_of = in_order.flat_map(|l| std::iter::repeat_n(l, robot.loops[l].tie.rows())).collect();
+    loops
+}
+
+/// Where the robot's own coordinates stand among those of all joints and rods.
+fn places_of_own(robot: &Robot) -> Vec<usize> {
+    let (mut own, mut first) = (Vec::new(), 0);
+    for link in &robot.links {
+        let of_joint = link.joint.coordinates().len();
+        let all = of_joint + link.coordinates() - link.joint_coordinates().len();
+        let driven = if link.driven.is_some() { of_joint } else { 0 };
+        own.extend(first + driven..first + all);
+        first += all;
+    }
+    own
+}
+
+fn end<G: Turning>(plan: &Plan<G>, robot: &Robot, described: &LoopEnd, number: usize) -> TieEnd<G::Pack> {
+    let (position, orientation) =
+        (Vector::from(described.position), Quaternion::from_array(described.orientation));
+    if described.link.is_none() {
+        // The frame of the plan is that of the first link's joint.
+        let root = &robot.links[0];
+        let base = Quaternion::from_array(root.orientation).rotation();
+        let Rotation { x, y, z } = orientation.rotation();
+        let seen = |v: Vector<f64>| base.apply_transposed(v);
+        let axes = Rotation { x: seen(x), y: seen(y), z: seen(z) };
+        let frame = Frame { position: seen(position - Vector::from(root.position)), axes };
+        return TieEnd { frame, on: None };
+    }
+    let has_it = |point: &Point<G>| point.tied.contains(&number);
+    let point = plan.points.iter().position(has_it).expect("every end is at a point");
+    let at = &plan.points[point].place;
+    let beside = Offset { orientation, position };
+    let beside = at.beside.map_or(beside, |place| place.times(beside));
+    let on = On { point, moved_by: kinematics::moved_by(plan, at) };
+    let frame = Frame { position: beside.position, axes: beside.orientation.rotation() };
+    TieEnd { frame, on: Some(on) }
+}
+
+/// What a joint forbids its second end, in the axes of both.
+fn rows_of(joint: &Joint) -> Vec<Row> {
+    let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(Vector::from);
+    let along = |directions: &[Vector<f64>]| directions.iter().copied().map(Row::Across).collect::<Vec<_>>();
+    let square = |first, second| Row::Angle { first, second, cosine: 0.0 };
+    let [x, y, z] = axes;
+    let no_turn = [square(x, y), square(y, z), square(z, x)];
+    let about = |axis: [f64; 3]| {
+        let axis = unit(axis);
+        across(axis).map(Vector::from)
+    };
+    match joint {
+        Joint::Weld => [along(&axes), no_turn.to_vec()].concat(),
+        Joint::Revolute { axis, .. } => {
+            let turns = about(*axis).map(|direction| square(direction, unit(*axis).into()));
+            [along(&axes), turns.to_vec()].concat()
+        }
+        Joint::Prismatic { axis, .. } => [along(&about(*axis)), no_turn.to_vec()].concat(),
+        Joint::Cylindrical { axis } => {
+            let turns = about(*axis).map(|direction| square(direction, unit(*axis).into()));
+            [along(&about(*axis)), turns.to_vec()].concat()
+        }
+        Joint::Universal { axes: cross } => {
+            let [first, second] = cross.map(|axis| Vector::from(unit(axis)));
+            let turn = Row::Angle { first, second, cosine: first.dot(second) };
+            [along(&axes), vec![turn]].concat()
+        }
+        Joint::Planar { normal } => {
+            let turns = about(*normal).map(|direction| square(direction, unit(*normal).into()));
+            [along(&[unit(*normal).into()]), turns.to_vec()].concat()
+        }
+        Joint::Spherical => along(&axes),
+        Joint::Free => Vec::new(),
+    }
+}

@@ -1,0 +1,142 @@
+//! Closed loops: the wrenches of multipliers, one on the second end of a tie and the opposite one on the first. As long as
+//! their directions do not change they are dead loads, which the sweeps know; what the change adds to the tangent is in
+//! [`Effect::stiffen`].
+
+use super::Effect;
+use crate::lie::{Vector, Wrench};
+use crate::robot::algebra::inertia::Gyroscope;
+use crate::robot::algebra::tie::{Frame, Motion};
+use crate::robot::plan::Plan;
+use crate::robot::plan::loops::TiePlan;
+use crate::robot::plan::point::Point;
+use crate::robot::state::Workspace;
+use crate::robot::state::point::PointState;
+use crate::robot::state::tangent::{Tangent, TangentWorkspace, Weights};
+use crate::robot::turning::Turning;
+
+/// What closes the loops of a plan.
+pub(crate) struct ClosedLoops;
+
+/// The frames of the ends of a tie, the kinematics up to date.
+pub(crate) fn frames<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, tie: &TiePlan<G::Pack>) -> [Frame; 2] {
+    tie.ends.each_ref().map(|end| {
+        let Some(on) = &end.on else { return end.frame };
+        let state = &work.points[on.point];
+        let axes = G::rotation_in_space(plan.frame, &state.rotation);
+        let Frame { position, axes: beside } = end.frame;
+        Frame {
+            position: G::in_space(plan.frame, state.position) + axes.apply(position),
+            axes: axes.times(&beside),
+        }
+    })
+}
+
+/// Moment about the second origin, and force there, of the multipliers on the second end.
+pub(crate) fn held<P>(tie: &TiePlan<P>, frames: &[Frame; 2], multipliers: &[f64]) -> [Vector<f64>; 2] {
+    let mut sum = [Vector::zero(); 2];
+    for (row, &multiplier) in tie.rows.iter().zip(&multipliers[tie.first..]) {
+        let [moment, force] = row.wrench(frames);
+        sum = [sum[0].add_scaled(moment, multiplier), sum[1].add_scaled(force, multiplier)];
+    }
+    sum
+}
+
+/// What an end of a tie needs against the multipliers, about its own origin, and where that is.
+fn needed_at<G: Turning>(
+    plan: &Plan<G>,
+    work: &Workspace<G>,
+    tied: usize,
+) -> (Wrench<G, f64>, G::Vector<f64>) {
+    let (i, end) = (tied / 2, tied % 2);
+    let tie = &plan.loops.ties[i];
+    let frames = &work.loops.frames[i];
+    let [mut moment, mut force] = held(tie, frames, &work.loops.multipliers);
+    if end == 0 {
+        let way = frames[1].position - frames[0].position;
+        (moment, force) = (-(moment + way.cross(force)), -force);
+    }
+    let wrench = Wrench { moment: G::axial_of(plan.frame, moment), force: G::vector_of(plan.frame, force) };
+    (wrench, G::vector_of(plan.frame, frames[end].position))
+}
+
+impl<G: Turning> Effect<G> for ClosedLoops {
+    #[inline(always)]
+    fn prepare(plan: &Plan<G>, work: &mut Workspace<G>, _: &[f64], _: &[f64]) {
+        for (i, tie) in plan.loops.ties.iter().enumerate() {
+            work.loops.frames[i] = frames(plan, work, tie);
+            for (e, end) in tie.ends.iter().enumerate() {
+                if let Some(on) = &end.on {
+                    let (wrench, position) = needed_at(plan, work, 2 * i + e);
+                    work.points[on.point].force += wrench.at(position);
+                }
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn dead_at(
+        plan: &Plan<G>,
+        work: &Workspace<G>,
+        point: &Point<G>,
+        _: &PointState<G>,
+        sum: &mut Gyroscope<G, f64>,
+    ) {
+        for &tied in &point.tied {
+            let (Wrench { moment, force }, position) = needed_at(plan, work, tied);
+            sum.add(Gyroscope::of_dead_load(Wrench { moment: -moment, force: -force }, position));
+        }
+    }
+
+    #[inline(always)]
+    fn push(plan: &Plan<G>, work: &Workspace<G>, tau: &mut [f64]) {
+        let first = plan.loops.rows - plan.loops.gears.len();
+        for (gear, &multiplier) in plan.loops.gears.iter().zip(&work.loops.multipliers[first..]) {
+            tau[gear.coordinates[0]] += multiplier;
+            tau[gear.coordinates[1]] -= gear.ratio * multiplier;
+        }
+    }
+
+    /// With what the multipliers do on the second end, `(m; f)` about its origin: the forces change by `(dm; df)` there, and
+    /// by the opposite on the first end, whose moment about its own origin also changes with the way between both.
+    #[inline(always)]
+    fn stiffen(
+        plan: &Plan<G>,
+        work: &Workspace<G>,
+        memory: &mut TangentWorkspace<G>,
+        weights: Weights,
+        tangent: &mut Tangent<'_>,
+    ) {
+        // What couples branches is solved with all entries.
+        let Tangent::Dense(matrix) = tangent else { return };
+        if weights.q == 0.0 {
+            return;
+        }
+        for (i, tie) in plan.loops.ties.iter().enumerate() {
+            let multipliers = &work.loops.multipliers[tie.first..][..tie.rows.len()];
+            if multipliers.iter().all(|&multiplier| multiplier == 0.0) {
+                continue;
+            }
+            let frames = &work.loops.frames[i];
+            let moved = &memory.loops.moved[i * plan.n..][..plan.n];
+            let way = frames[1].position - frames[0].position;
+            let [_, force] = held(tie, frames, &work.loops.multipliers);
+            for &k in &tie.reaches {
+                let mut change = [Vector::zero(); 2];
+                for (row, &multiplier) in tie.rows.iter().zip(multipliers) {
+                    let [moment, force] = row.change(frames, &moved[k]);
+                    let factor = weights.q * multiplier;
+                    change = [change[0].add_scaled(moment, factor), change[1].add_scaled(force, factor)];
+                }
+                let [of_first, of_second] = moved[k];
+                let way_changes = (of_second[1] - of_first[1]) * weights.q;
+                let about_first = change[0] + way.cross(change[1]) + way_changes.cross(force);
+                let column = &mut matrix.as_mut_slice()[k * plan.n..][..plan.n];
+                for &j in &tie.reaches {
+                    let [first, second]: [Motion; 2] = moved[j];
+                    column[j] += (second[0].dot(change[0]) + (second[1] - first[1]).dot(change[1]))
+                        - first[0].dot(about_first);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,133 @@
+//! Closed loops: how far constraints are from being held, and their derivatives.
+
+use super::kinematics;
+use crate::lie::{Twist, Vector};
+use crate::linalg::Matrix;
+use crate::robot::algebra::tie::{Frame, Motion};
+use crate::robot::effect::loops::{frames, held};
+use crate::robot::plan::Plan;
+use crate::robot::plan::loops::TieEnd;
+use crate::robot::state::Workspace;
+use crate::robot::state::loops::LoopTangent;
+use crate::robot::turning::Turning;
+
+/// Writes g(q), the kinematics up to date.
+pub(crate) fn values<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, q: &[f64], values: &mut [f64]) {
+    for tie in &plan.loops.ties {
+        let frames = frames(plan, work, tie);
+        for (value, row) in values[tie.first..].iter_mut().zip(&tie.rows) {
+            *value = row.value(&frames);
+        }
+    }
+    of_gears(plan, values, |[first, second], ratio, offset| q[first] - ratio * q[second] - offset);
+}
+
+fn of_gears<G: Turning>(plan: &Plan<G>, values: &mut [f64], of: impl Fn([usize; 2], f64, f64) -> f64) {
+    let first = plan.loops.rows - plan.loops.gears.len();
+    for (value, gear) in values[first..].iter_mut().zip(&plan.loops.gears) {
+        *value = of(gear.coordinates, gear.ratio, gear.offset);
+    }
+}
+
+/// How the ends of a tie move, the motion up to date.
+fn velocities<G: Turning>(
+    plan: &Plan<G>,
+    work: &Workspace<G>,
+    ends: &[TieEnd<G::Pack>; 2],
+    frames: &[Frame; 2],
+) -> [Motion; 2] {
+    std::array::from_fn(|e| {
+        let Some(on) = &ends[e].on else { return [Vector::zero(); 2] };
+        at(plan, work.points[on.point].velocity, frames[e].position)
+    })
+}
+
+/// Angular part of a twist, and the velocity of what is at a position.
+#[inline(always)]
+fn at<G: Turning>(plan: &Plan<G>, twist: Twist<G, f64>, position: Vector<f64>) -> Motion {
+    let angular = G::axial_in_space(plan.frame, twist.angular);
+    [angular, G::in_space(plan.frame, twist.linear) + angular.cross(position)]
+}
+
+/// Moment about the second end of a tie, and force there, as they enter the equations of motion, the kinematics up to date.
+pub(crate) fn wrench<G: Turning>(
+    plan: &Plan<G>,
+    work: &Workspace<G>,
+    tie: usize,
+    multipliers: &[f64],
+) -> Motion {
+    let tie = &plan.loops.ties[tie];
+    held(tie, &frames(plan, work, tie), multipliers)
+}
+
+/// Writes dg/dt, the motion up to date.
+pub(crate) fn rates<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, rates: &mut [f64]) {
+    for tie in &plan.loops.ties {
+        let frames = frames(plan, work, tie);
+        let velocities = velocities(plan, work, &tie.ends, &frames);
+        for (rate, row) in rates[tie.first..].iter_mut().zip(&tie.rows) {
+            *rate = row.rate(&frames, &velocities);
+        }
+    }
+    let qd = &work.motion_of[plan.n..2 * plan.n];
+    of_gears(plan, rates, |[first, second], ratio, _| qd[first] - ratio * qd[second]);
+}
+
+/// Writes d2g/dt2, the motion up to date. Points of bodies accelerate by `a + w' x p + w x (v + w x p)` (see `acceleration`).
+pub(crate) fn accelerations<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, values: &mut [f64]) {
+    let gravity = G::in_space(plan.frame, work.surroundings.gravity);
+    for tie in &plan.loops.ties {
+        let frames = frames(plan, work, tie);
+        let velocities = velocities(plan, work, &tie.ends, &frames);
+        let accelerations: [Motion; 2] = std::array::from_fn(|e| {
+            let Some(on) = &tie.ends[e].on else { return [Vector::zero(); 2] };
+            let [angular, linear] = at(plan, work.points[on.point].acceleration, frames[e].position);
+            let [turning, velocity] = velocities[e];
+            [angular, linear + gravity + turning.cross(velocity)]
+        });
+        for (value, row) in values[tie.first..].iter_mut().zip(&tie.rows) {
+            *value = row.acceleration(&frames, &velocities, &accelerations);
+        }
+    }
+    let qdd = &work.motion_of[2 * plan.n..];
+    of_gears(plan, values, |[first, second], ratio, _| qdd[first] - ratio * qdd[second]);
+}
+
+/// Finds how the ends of all ties move with the coordinates, the kinematics up to date.
+pub(crate) fn find<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, memory: &mut LoopTangent) {
+    for (i, tie) in plan.loops.ties.iter().enumerate() {
+        let moved = &mut memory.moved[i * plan.n..][..plan.n];
+        moved.fill([[Vector::zero(); 2]; 2]);
+        let frames = frames(plan, work, tie);
+        for (e, end) in tie.ends.iter().enumerate() {
+            let Some(on) = &end.on else { continue };
+            kinematics::columns(plan, work, &on.moved_by, |k, [psi, _]| {
+                moved[k][e] = at(plan, psi, frames[e].position);
+            });
+        }
+    }
+}
+
+/// Writes G = dg/dq, rows x n, the kinematics and how the ends move up to date.
+pub(crate) fn jacobian<G: Turning>(
+    plan: &Plan<G>,
+    work: &Workspace<G>,
+    memory: &LoopTangent,
+    jacobian: &mut Matrix,
+) {
+    jacobian.fill(0.0);
+    for (i, tie) in plan.loops.ties.iter().enumerate() {
+        let frames = frames(plan, work, tie);
+        let moved = &memory.moved[i * plan.n..][..plan.n];
+        for (r, row) in tie.rows.iter().enumerate() {
+            for &k in &tie.reaches {
+                jacobian[(tie.first + r, k)] = row.rate(&frames, &moved[k]);
+            }
+        }
+    }
+    let first = plan.loops.rows - plan.loops.gears.len();
+    for (r, gear) in plan.loops.gears.iter().enumerate() {
+        jacobian[(first + r, gear.coordinates[0])] = 1.0;
+        jacobian[(first + r, gear.coordinates[1])] = -gear.ratio;
+    }
+}

@@ -1,0 +1,85 @@
+//! Equilibria of models with closed loops: these are closed first, and held by springs that do not give.
+
+use super::{Continuation, ContinuationOptions, Equilibrium, Monitor, Options, Start, Status, outcome};
+use crate::constraint::AsSprings;
+use crate::constraint::projection::{self, Metric};
+use crate::error::{Interrupted, InvalidInput};
+use crate::model::Model;
+
+/// Loops that are open by less than this at rest are closed there: metres, or differences of cosines.
+const CLOSED_AT_REST: f64 = 1e-9;
+
+/// A shape near this one whose loops are closed. Refuses one from which there is none.
+fn closed(model: &mut dyn Model, q0: &[f64]) -> Result<Vec<f64>, InvalidInput> {
+    let mut q = q0.to_vec();
+    // Without a mass there is still a shape.
+    let _ = projection::close(model, &mut q, Metric::Elastic);
+    match model.open_loop(&q) {
+        None => Ok(q),
+        Some(flaw) => {
+            let expected =
+                "one in which the loops are closed, or can be from there: loops that conflict never are";
+            Err(InvalidInput::new("q0", format_args!("a start that {flaw}, as near as it gets"), expected))
+        }
+    }
+}
+
+/// [`super::equilibrium`]. Loads grow from zero where the loops are closed without any force; else the shape is let go from
+/// where they can be closed with the least energy.
+pub(super) fn equilibrium(
+    model: &mut dyn Model,
+    options: &Options,
+    monitor: Monitor<'_>,
+) -> Result<Result<Equilibrium, Interrupted>, InvalidInput> {
+    let rest = vec![0.0; model.n()];
+    let start = match &options.start {
+        Start::Unloaded { .. } => match widest(model, &rest) <= CLOSED_AT_REST {
+            true => options.start.clone(),
+            false => Start::Descent(closed(model, &rest)?),
+        },
+        Start::Descent(q0) => Start::Descent(closed(model, q0)?),
+        Start::Newton(q0) => Start::Newton(closed(model, q0)?),
+    };
+    let q = match &start {
+        Start::Unloaded { .. } => &rest,
+        Start::Descent(q) | Start::Newton(q) => q,
+    };
+    let mut held = AsSprings::new(model, q);
+    let options = Options { start: start.clone(), ..options.clone() };
+    let found = super::equilibrium(&mut held, &options, monitor)?;
+    Ok(found.map(|found| judged(model, found)))
+}
+
+/// No success where a loop has opened.
+fn judged(model: &mut dyn Model, found: Equilibrium) -> Equilibrium {
+    match model.open_loop(&found.q).filter(|_| found.status.is_success()) {
+        None => found,
+        Some(flaw) => {
+            let status = Status::Flawed(flaw);
+            let message = outcome::message(status, found.load_factor, found.verdict, &found.path);
+            Equilibrium { status, message, ..found }
+        }
+    }
+}
+
+fn widest(model: &mut dyn Model, q: &[f64]) -> f64 {
+    let mut gaps = vec![0.0; model.constraints()];
+    model.gaps(q, &mut gaps);
+    gaps.into_iter().fold(0.0, |widest, gap| if gap.abs() <= widest { widest } else { gap.abs() })
+}
+
+/// [`super::continuation`].
+pub(super) fn continuation(
+    model: &mut dyn Model,
+    options: &ContinuationOptions,
+    monitor: Monitor<'_>,
+) -> Result<Result<Continuation, Interrupted>, InvalidInput> {
+    let rest = vec![0.0; model.n()];
+    let q0 = match &options.q0 {
+        None if widest(model, &rest) <= CLOSED_AT_REST => None,
+        None => Some(closed(model, &rest)?),
+        Some(q0) => Some(closed(model, q0)?),
+    };
+    let mut held = AsSprings::new(model, q0.as_deref().unwrap_or(&rest));
+    super::continuation(&mut held, &ContinuationOptions { q0, ..options.clone() }, monitor)
+}
