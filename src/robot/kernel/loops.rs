@@ -1,7 +1,7 @@
 //! Closed loops: how far constraints are from being held, and their derivatives.
 
 use super::kinematics;
-use crate::lie::{Twist, Vector};
+use crate::lie::{Sweep, Twist, Vector};
 use crate::linalg::Matrix;
 use crate::robot::algebra::tie::{Frame, Motion};
 use crate::robot::effect::loops::{frames, held};
@@ -93,17 +93,35 @@ pub(crate) fn accelerations<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, val
     of_gears(plan, values, |[first, second], ratio, _| qdd[first] - ratio * qdd[second]);
 }
 
-/// Finds how the ends of all ties move with the coordinates, the kinematics up to date.
+/// Finds how the ends of all ties move with the coordinates, the kinematics up to date, unless that is known.
 pub(crate) fn find<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, memory: &mut LoopTangent) {
-    for (i, tie) in plan.loops.ties.iter().enumerate() {
-        let moved = &mut memory.moved[i * plan.n..][..plan.n];
+    if !plan.loops.ties.is_empty() && memory.moved_of != work.kinematics_of {
+        memory.moved_of.copy_from_slice(&work.kinematics_of);
+        plan.instructions.run_apart::<G::Pack, _>(Find { plan, work, moved: &mut memory.moved });
+    }
+}
+
+struct Find<'a, G: Turning> {
+    plan: &'a Plan<G>,
+    work: &'a Workspace<G>,
+    moved: &'a mut [[Motion; 2]],
+}
+
+impl<G: Turning> Sweep for Find<'_, G> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Self { plan, work, moved } = self;
         moved.fill([[Vector::zero(); 2]; 2]);
-        let frames = frames(plan, work, tie);
-        for (e, end) in tie.ends.iter().enumerate() {
-            let Some(on) = &end.on else { continue };
-            kinematics::columns(plan, work, &on.moved_by, |k, [psi, _]| {
-                moved[k][e] = at(plan, psi, frames[e].position);
-            });
+        for (tie, moved) in plan.loops.ties.iter().zip(moved.chunks_exact_mut(plan.n.max(1))) {
+            let frames = frames(plan, work, tie);
+            for (e, end) in tie.ends.iter().enumerate() {
+                let Some(on) = &end.on else { continue };
+                kinematics::columns(plan, work, &on.moved_by, |k, [psi, _]| {
+                    moved[k][e] = at(plan, psi, frames[e].position);
+                });
+            }
         }
     }
 }

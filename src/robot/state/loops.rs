@@ -26,14 +26,28 @@ impl LoopState {
     }
 }
 
-/// How the ends of all ties move with the coordinates, n entries each.
+/// Memory for the derivatives of closed loops.
 #[derive(Clone, Debug)]
 pub(crate) struct LoopTangent {
+    /// How the ends of all ties move with the coordinates, n entries each.
     pub(crate) moved: Vec<[Motion; 2]>,
+    /// The coordinates for which that is known; of no state at first.
+    pub(crate) moved_of: Vec<f64>,
+    /// The same of the tie at hand, component by component: turns and shifts of the first end, then of the second.
+    pub(crate) components: [Vec<f64>; COMPONENTS],
 }
+
+/// Three of a turn and three of a shift, of both ends.
+pub(crate) const COMPONENTS: usize = 12;
 
 impl LoopTangent {
     pub(crate) fn new<P>(loops: &Loops<P>, n: usize) -> Self {
-        Self { moved: vec![[[Vector::zero(); 2]; 2]; loops.ties.len() * n] }
+        let of_tie = if loops.ties.is_empty() { 0 } else { n };
+        Self {
+            moved: vec![[[Vector::zero(); 2]; 2]; loops.ties.len() * n],
+            // NaN equals nothing.
+            moved_of: vec![f64::NAN; of_tie],
+            components: std::array::from_fn(|_| vec![0.0; of_tie]),
+        }
     }
 }
