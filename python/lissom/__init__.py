@@ -19,6 +19,7 @@ if TYPE_CHECKING:
         CriticalPoint,
         DenseOutput,
         Energy,
+        EnsembleResult,
         EquilibriumPath,
         Fluid,
         Harmonic,
@@ -59,6 +60,7 @@ if TYPE_CHECKING:
         newmark,
         root,
         simulate,
+        simulate_many,
         solve_ivp,
         statics,
     )
@@ -96,6 +98,7 @@ __all__ = [
     "Cylindrical",
     "DenseOutput",
     "Energy",
+    "EnsembleResult",
     "EquilibriumPath",
     "Fluid",
     "Free",
@@ -152,6 +155,7 @@ __all__ = [
     "newmark",
     "root",
     "simulate",
+    "simulate_many",
     "solve_ivp",
     "statics",
 ]

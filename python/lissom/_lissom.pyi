@@ -1092,6 +1092,82 @@ def simulate(
     control: Callable[[float, NDArray[np.float64], NDArray[np.float64]], ArrayLike] | None = None,
     control_step: float | None = None,
 ) -> MotionResult: ...
+def simulate_many(
+    model: Model | Iterable[Model],
+    t_end: float,
+    *,
+    t0: float = 0.0,
+    q0: ArrayLike | None = None,
+    v0: ArrayLike | None = None,
+    u: ArrayLike | None = None,
+    control_step: float | None = None,
+    workers: int | None = None,
+    progress: bool | Callable[[int], object] = False,
+    keep: Literal["states", "final", "summary"] = "states",
+    places: Iterable[float | str | tuple[str, float]] | None = None,
+    memory_limit: float = 4294967296.0,
+    method: _NewmarkMethod | Literal["rk45", "dop853", "radau", "auto"] = "newmark",
+    dt: float = 0.01,
+    jac: Literal["analytic", "forward", "central"] = "analytic",
+    rtol: ArrayLike = 1e-06,
+    atol: ArrayLike = 1e-09,
+    t_eval: ArrayLike | None = None,
+    beta: float = 0.25,
+    gamma: float = 0.5,
+    alpha: float | None = None,
+    rho_inf: float | None = None,
+    adaptive: bool = False,
+    max_step: float | None = None,
+    min_step: float = 0.0,
+    max_steps: int | None = None,
+    predictor: Literal["best", "last", "zero"] = "best",
+    reuse_jacobian: bool = True,
+) -> EnsembleResult: ...
+
+@final
+class EnsembleResult:
+    @property
+    def t(self) -> NDArray[np.float64]: ...
+    @property
+    def q(self) -> NDArray[np.float64]: ...
+    @property
+    def v(self) -> NDArray[np.float64]: ...
+    @property
+    def poses(self) -> NDArray[np.float64] | None: ...
+    @property
+    def lowest(self) -> NDArray[np.float64] | None: ...
+    @property
+    def highest(self) -> NDArray[np.float64] | None: ...
+    @property
+    def mean(self) -> NDArray[np.float64] | None: ...
+    @property
+    def variance(self) -> NDArray[np.float64] | None: ...
+    @property
+    def reached(self) -> NDArray[np.float64]: ...
+    @property
+    def success(self) -> NDArray[np.bool_]: ...
+    @property
+    def status(self) -> NDArray[np.str_]: ...
+    @property
+    def message(self) -> tuple[str, ...]: ...
+    @property
+    def doubt(self) -> tuple[str | None, ...]: ...
+    @property
+    def slack(self) -> tuple[tuple[str, ...], ...]: ...
+    @property
+    def stats(self) -> dict[str, NDArray[Any]]: ...
+    @property
+    def keep(self) -> str: ...
+    @property
+    def workers(self) -> int: ...
+    @property
+    def wall_time(self) -> float: ...
+    @property
+    def nbytes(self) -> int: ...
+    def __len__(self) -> int: ...
+    def __reduce__(self) -> tuple[Any, ...]: ...
+    @staticmethod
+    def _restore(state: object) -> EnsembleResult: ...
 
 @final
 class Simulation:
