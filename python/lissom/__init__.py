@@ -79,6 +79,7 @@ if TYPE_CHECKING:
         Universal,
         Weld,
     )
+    from .sweeps import sweep
     from .targets import Target
 
 __all__ = [
@@ -158,6 +159,7 @@ __all__ = [
     "simulate_many",
     "solve_ivp",
     "statics",
+    "sweep",
 ]
 
 if not TYPE_CHECKING:
@@ -171,7 +173,8 @@ if not TYPE_CHECKING:
             raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
         # The second finds NumPy imported by the first: where that is missing or interrupted, Python says so.
         modules = [
-            import_module(f"lissom.{name}") for name in ("actuators", "linear", "links", "targets", "_lissom")
+            import_module(f"lissom.{name}")
+            for name in ("actuators", "linear", "links", "sweeps", "targets", "_lissom")
         ]
         found = {known: value for module in modules for known, value in vars(module).items()}
         globals().update({known: found[known] for known in __all__})
