@@ -146,7 +146,7 @@ def sweep(
         if name in options:
             raise TypeError(f"{name}: expected nothing: it is no option of sweeps")
     source.check_names(list(grid.values))
-    adapted, threads = (None, 1) if executor is None else executors.adapted(executor)
+    adapted, threads = (None, None) if executor is None else executors.adapted(executor)
     first = _check(source, grid, wants)
     kept = _kept(store, grid, _identity(source, grid, wants))
     # Whether it is fit for this sweep is known from its first point.

@@ -32,8 +32,9 @@ Write = Callable[[Sequence[int], Sequence[Record]], None]
 class Chunks:
     """How many points the next task has, by the time that those before took."""
 
-    def __init__(self, left: Sequence[int], workers: int, longest: int) -> None:
+    def __init__(self, left: Sequence[int], workers: int | None, longest: int) -> None:
         self.left = deque(left)
+        #: Workers that make tasks at the same time; None where one task follows another.
         self.workers = workers
         #: Most points of a task, for the sake of memory.
         self.longest = longest
@@ -50,10 +51,11 @@ class Chunks:
         if self._points == 0:
             size = 1
         else:
-            each = max(self._seconds / self._points, 1e-9)
-            # At the end as many tasks as there are workers, so that they end together.
-            share = -(-len(self.left) // (WAITING * self.workers))
-            size = max(1, min(int(TASK / each), share, self.longest))
+            size = min(int(TASK * self._points / max(self._seconds, 1e-9)), self.longest)
+            if self.workers is not None:
+                # At the end as many tasks as there are workers, so that they end together.
+                size = min(size, -(-len(self.left) // (WAITING * self.workers)))
+            size = max(1, size)
         return [self.left.popleft() for _ in range(min(size, len(self.left)))]
 
 
@@ -71,9 +73,10 @@ def by(executor: Any, source: Source, point: Points, wants: Wants, chunks: Chunk
     ended: queue.SimpleQueue[Any] = queue.SimpleQueue()
     under_way: dict[Any, list[int]] = {}
     attempts: dict[int, int] = {}
+    most = WAITING * (chunks.workers or 1)
     try:
         while chunks.left or under_way:
-            while chunks.left and len(under_way) < WAITING * chunks.workers:
+            while chunks.left and len(under_way) < most:
                 which = chunks.next()
                 future = executor.submit(run_points, source, [point(i) for i in which], wants)
                 under_way[future] = which

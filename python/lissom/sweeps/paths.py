@@ -154,10 +154,12 @@ def constructed(thing: Any) -> dict[str, Any] | None:
     if dataclasses.is_dataclass(thing) and not isinstance(thing, type):
         fields = dataclasses.fields(thing)
         return {field.name: getattr(thing, field.name) for field in fields if field.init}
-    getter = getattr(thing, "__getnewargs_ex__", None)
-    if getter is None:
+    if hasattr(thing, "__getnewargs_ex__"):
+        values, named = thing.__getnewargs_ex__()
+    elif hasattr(thing, "__getnewargs__"):
+        values, named = thing.__getnewargs__(), {}
+    else:
         return None
-    values, named = getter()
     arguments: dict[str, Any] = dict(zip(_parameters(type(thing)), values, strict=False))
     arguments.update(named)
     return arguments

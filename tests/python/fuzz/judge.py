@@ -84,7 +84,7 @@ def of_death(code: int, where: str, said: str) -> Outcome:
     return found("crash", where, f"{name}: {words}")
 
 
-#: Attributes whose NaN is documented to mean that there is nothing: of one row there is no variance, of none no mean.
+#: Attributes whose NaN is documented to mean that there is nothing: one row has no variance, none has a mean.
 NAN_MEANS_NONE = {"step_norm", "mean", "variance"}
 
 
