@@ -485,3 +485,90 @@ def test_without_xarray_or_zarr_the_extra_is_named(monkeypatch):
     monkeypatch.setattr("lissom.sweeps.missing", lambda *names: [name for name in names if name == "zarr"])
     with pytest.raises(ImportError, match=r"zarr: pip install 'lissom\[sweep\]'"):
         lissom.sweep(scene(), {E: [1e6]}, store="somewhere")
+
+
+def command(*arguments, cwd):
+    """`lissom sweep` as a process of its own."""
+    program = [sys.executable, "-m", "lissom", "sweep", *map(str, arguments)]
+    return subprocess.run(program, cwd=cwd, capture_output=True, text=True, timeout=100, check=False)
+
+
+def test_the_command_writes_numbers_and_a_report(tmp_path):
+    import xarray
+
+    (tmp_path / "arm.toml").write_text(TEXT)
+    over = ["--over", f"{E}=5e5:2e6:3:log", "--over", f"{G}=-9.81,0.0"]
+    done = command("arm.toml", *over, "--workers", 2, "--store", "store.zarr", cwd=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    folder = tmp_path / "results" / "arm-sweep"
+    assert sorted(file.name for file in folder.iterdir()) == ["report.html", "summary.json", "sweep.nc"]
+    found = xarray.load_dataset(folder / "sweep.nc", engine="h5netcdf")
+    whole = lissom.sweep(scene(), {E: [5e5, 1e6, 2e6], G: [-9.81, 0.0]})
+    np.testing.assert_allclose(found[E], [5e5, 1e6, 2e6], rtol=1e-12)
+    np.testing.assert_allclose(found.position, whole.position, rtol=1e-9)
+    page = (folder / "report.html").read_text()
+    for text in ("z of rod at the end (m)", E, "6 of 6 runs succeeded"):
+        assert text in page
+    again = command("arm.toml", *over, "--store", "store.zarr", "--no-report", cwd=tmp_path)
+    assert again.returncode == 0
+    assert sorted(file.name for file in folder.iterdir()) == ["summary.json", "sweep.nc"]
+
+
+def test_the_command_says_what_failed(tmp_path):
+    (tmp_path / "pushed.toml").write_text(TEXT.replace("[[rod]]", "[[rod]]\ntip_force = [0, 0, 0]"))
+    done = command("pushed.toml", "--over", "rod[0].tip_force[2]=0,1e300", cwd=tmp_path)
+    assert done.returncode == 1
+    assert "1 of 2 runs succeeded" in done.stdout
+    assert "Runs that failed" in (tmp_path / "results" / "pushed-sweep" / "report.html").read_text()
+
+
+@pytest.mark.parametrize(
+    "over",
+    [
+        "",
+        "a",
+        "a=",
+        "=1",
+        "a=1:2",
+        "a=1:2:x",
+        "a=1:1:3",
+        "a=1:2:1",
+        "a=0:1:3:log",
+        "a=1:2:3:lin",
+        "a=1:inf:3",
+    ],
+)
+def test_the_command_refuses_what_is_no_range(over, tmp_path):
+    (tmp_path / "arm.toml").write_text(TEXT)
+    done = command("arm.toml", "--over", over, cwd=tmp_path)
+    assert done.returncode == 2
+    assert "Traceback" not in done.stderr
+    assert not (tmp_path / "results").exists()
+
+
+def test_the_command_refuses_unknown_keys_and_other_stores(tmp_path):
+    (tmp_path / "arm.toml").write_text(TEXT)
+    done = command("arm.toml", "--over", "rod[0].segment[0].yuong_modulus=1,2", cwd=tmp_path)
+    assert (done.returncode, "did you mean `young_modulus`" in done.stderr) == (2, True)
+    assert command("arm.toml", "--over", f"{E}=1e6,2e6", "--store", "s", cwd=tmp_path).returncode == 0
+    done = command("arm.toml", "--over", f"{E}=1e6,3e6", "--store", "s", cwd=tmp_path)
+    assert (done.returncode, "another sweep" in done.stderr) == (2, True)
+    done = command("arm.toml", "--over", f"{E}=1,2", "--over", f"{E}=1,2", cwd=tmp_path)
+    assert (done.returncode, "twice" in done.stderr) == (2, True)
+
+
+def test_ctrl_c_leaves_the_command_what_was_done(tmp_path):
+    (tmp_path / "arm.toml").write_text(TEXT)
+    program = [sys.executable, "-m", "lissom", "sweep", "arm.toml", "--over", f"{E}=5e5:2e6:400"]
+    program += ["--over", "simulation.dt=2e-5,1.9e-5", "--store", "store.zarr"]
+    process = subprocess.Popen(
+        program, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    deadline = time.monotonic() + 60
+    while not (tmp_path / "store.zarr" / "is_done" / "0").exists() and time.monotonic() < deadline:
+        time.sleep(0.05)
+    process.send_signal(signal.SIGINT)
+    said, errors = process.communicate(timeout=60)
+    assert process.returncode == 130, errors
+    assert "not made" in said
+    assert (tmp_path / "results" / "arm-sweep" / "sweep.nc").exists()
