@@ -245,3 +245,88 @@ pub fn tips<M: Model + ?Sized>(model: &mut M, simulation: &Simulation, from: usi
     let n = simulation.n;
     (from..simulation.t.len()).map(|i| model.tip(&simulation.q[i * n..][..n])).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::newmark;
+    use crate::pendulum::SpringPendulum;
+    use crate::simulate::{Method, simulate};
+
+    const TIMES: usize = 11;
+
+    fn size(count: usize) -> Size {
+        Size { count, times: TIMES, n: 2, places: 1 }
+    }
+
+    /// A pendulum that swings out the farther the higher its row; its tip is its place.
+    fn run_of(row: usize, monitor: &mut Monitor<'_>) -> Result<Run, Refusal> {
+        let mut pendulum = SpringPendulum::new(1.0, 1.0, 50.0, 9.81).unwrap();
+        let start = [0.01 * row as f64, 0.1];
+        let method = Method::Newmark(newmark::Options::new(1e-2));
+        let simulation = simulate(pendulum.clone(), (0.0, 0.1), &start, &[0.0; 2], &method, None, monitor)
+            .map_err(Refusal::Input)?;
+        let matrices = tips(&mut pendulum, &simulation, 0).into_iter().flat_map(|[x, y, z]| {
+            let mut matrix = [0.0; POSE];
+            POSITION.iter().zip([x, y, z]).for_each(|(&i, x)| matrix[i] = x);
+            matrix
+        });
+        let poses = matrices.collect();
+        Ok(Run { simulation, slack: Vec::new(), poses })
+    }
+
+    fn all(count: usize, keep: Keep, workers: usize) -> Ensemble {
+        let (ensemble, refused) = simulate_many(size(count), keep, workers, &run_of, &mut |_| Ok(()));
+        refused.unwrap();
+        ensemble
+    }
+
+    #[test]
+    fn a_summary_is_that_of_the_states_whatever_the_threads() {
+        for count in [1, 5, 600] {
+            let states = all(count, Keep::States, 2);
+            let summary = all(count, Keep::Summary, 1);
+            let [lowest, highest] = summary.extremes.clone().unwrap();
+            for (row, q) in states.q.chunks_exact(2 * TIMES).enumerate() {
+                assert_eq!(q[2 * (TIMES - 1)..], summary.q[2 * row..][..2]);
+                for i in 0..2 {
+                    let path = q.iter().skip(i).step_by(2).copied();
+                    assert_eq!(path.clone().fold(f64::INFINITY, f64::min), lowest[2 * row + i]);
+                    assert_eq!(path.fold(f64::NEG_INFINITY, f64::max), highest[2 * row + i]);
+                }
+            }
+            let spread = summary.spread.as_ref().unwrap();
+            assert_eq!((spread.samples(), spread.mean().len()), (count, 3 * TIMES));
+            for workers in [2, 7] {
+                let other = all(count, Keep::Summary, workers);
+                assert_eq!((other.spread.as_ref(), other.q), (Some(spread), summary.q.clone()));
+            }
+        }
+    }
+
+    #[test]
+    fn a_run_that_is_refused_ends_the_others_and_tells_its_row() {
+        let run = |row: usize, monitor: &mut Monitor<'_>| match row {
+            3 => Err(Refusal::Input(InvalidInput::new("q0", "nothing", "something"))),
+            _ => run_of(row, monitor),
+        };
+        let (ensemble, refused) = simulate_many(size(9), Keep::States, 1, &run, &mut |_| Ok(()));
+        assert_eq!(refused.unwrap_err().0, 3);
+        let begun: Vec<bool> = ensemble.outcomes.iter().map(Option::is_some).collect();
+        assert_eq!(begun, [true, true, true, false, false, false, false, false, false]);
+        let known: Vec<bool> = ensemble.q.chunks_exact(2 * TIMES).map(|q| q[0].is_finite()).collect();
+        assert_eq!(known, begun);
+    }
+
+    #[test]
+    fn the_numbers_of_an_ensemble_are_those_that_it_has() {
+        for keep in [Keep::States, Keep::Final, Keep::Summary] {
+            let Ensemble { q, v, poses, extremes, .. } = all(40, keep, 1);
+            let kept =
+                q.len() + v.len() + poses.len() + extremes.iter().flatten().map(Vec::len).sum::<usize>();
+            assert_eq!(size(40).of_row(keep) * 40, kept);
+            assert!(size(40).numbers(keep, 0, 2) >= kept);
+        }
+        assert_eq!(size(usize::MAX).numbers(Keep::States, 0, 1), usize::MAX);
+    }
+}

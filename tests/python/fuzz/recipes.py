@@ -473,6 +473,23 @@ RECIPES: dict[str, dict | list[dict]] = {
         "progress": "lambda t: None",
         "max_steps": "500",
     },
+    "sweep": [
+        {
+            "model": "v.scene()",
+            "parameters": "{'simulation.dt': [0.01, 0.02]}",
+            "combine": "'zip'",
+            "keep": "'final'",
+            "workers": "2",
+            "progress": "lambda done: None",
+            "measure": "lambda result: result.q.max()",
+        },
+        {
+            "model": "v.rod()",
+            "parameters": "{'segments[0].density': [900.0, 1000.0]}",
+            "places": "[0.1]",
+            "t_end": "0.05",
+        },
+    ],
     "simulate_many": [
         {
             "model": _MODEL,
