@@ -2,7 +2,7 @@
 //!
 //! A rod is described in plain data ([`rod::Segment`], [`robot::Rod`]) and compiled into a model ([`robot::RobotModel`]).
 //! For any [`model::Model`] lissom computes free motions ([`simulate()`](simulate::simulate)), also step by step with inputs
-//! from outside ([`stepping`]) or to a given accuracy ([`accuracy`]), equilibria ([`statics`]) and vibrations ([`modes`]).
+//! from outside ([`stepping`]), to a given accuracy ([`accuracy`]) or thousands in threads ([`ensemble`]), equilibria ([`statics`]) and vibrations ([`modes`]).
 //! The solvers know nothing of rods: [`roots`], [`ode`], [`newmark`], [`radau`].
 //!
 //! ```
@@ -30,6 +30,7 @@ pub mod balance;
 pub mod body;
 mod constraint;
 mod derivatives;
+pub mod ensemble;
 pub mod error;
 mod hermite;
 pub mod joint;

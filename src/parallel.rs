@@ -9,8 +9,9 @@ use std::time::Duration;
 
 use crate::error::Interrupted;
 
-/// How many pieces of work a thread takes, about: fewer leave threads idle at the end, more take longer to hand out.
-const PIECES: usize = 8;
+/// A thread takes this part of its share of what is left: large pieces first, which are quick to hand out, and small ones at
+/// the end, where others would leave threads idle (guided self-scheduling; Polychronopoulos and Kuck 1987).
+const PART: usize = 8;
 
 /// How long nobody is asked whether to go on: not noticed by a user who waits.
 const INTERVAL: Duration = Duration::from_millis(50);
@@ -32,8 +33,7 @@ pub fn for_each<T: Send>(
     watch: &mut dyn FnMut() -> Result<(), Interrupted>,
 ) -> Result<(), Interrupted> {
     let workers = workers.min(items.len()).max(1);
-    let piece = items.len().div_ceil(workers * PIECES).max(1);
-    let queue = Mutex::new(items.chunks_mut(piece));
+    let queue = Mutex::new(items);
     let is_over = AtomicBool::new(false);
     // Nothing is sent: the channel closes once the last worker has ended.
     let (working, is_working) = channel::<()>();
@@ -43,8 +43,11 @@ pub fn for_each<T: Send>(
             let (queue, is_over, work) = (&queue, &is_over, &work);
             scope.spawn(move || {
                 let _working = _working;
-                let next = || queue.lock().unwrap_or_else(PoisonError::into_inner).next();
-                while let Some(items) = next() {
+                loop {
+                    let items = next_piece(queue, workers);
+                    if items.is_empty() {
+                        return;
+                    }
                     for item in items {
                         if is_over.load(Ordering::Relaxed) {
                             return;
@@ -64,6 +67,15 @@ pub fn for_each<T: Send>(
         }
     });
     if is_over.into_inner() { Err(Interrupted) } else { Ok(()) }
+}
+
+/// Takes the next items of what is left; none where nothing is.
+fn next_piece<'a, T>(queue: &Mutex<&'a mut [T]>, workers: usize) -> &'a mut [T] {
+    let mut left = queue.lock().unwrap_or_else(PoisonError::into_inner);
+    let rest = std::mem::take(&mut *left);
+    let (piece, rest) = rest.split_at_mut(rest.len().div_ceil(workers * PART));
+    *left = rest;
+    piece
 }
 
 #[cfg(test)]

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
         CriticalPoint,
         DenseOutput,
         Energy,
+        EnsembleResult,
         EquilibriumPath,
         Fluid,
         Harmonic,
@@ -59,6 +60,7 @@ if TYPE_CHECKING:
         newmark,
         root,
         simulate,
+        simulate_many,
         solve_ivp,
         statics,
     )
@@ -78,6 +80,7 @@ if TYPE_CHECKING:
         Weld,
     )
     from .loops import Distance, Gear, Loop, LoopEnd
+    from .sweeps import sweep
     from .targets import Target
 
 __all__ = [
@@ -98,6 +101,7 @@ __all__ = [
     "DenseOutput",
     "Distance",
     "Energy",
+    "EnsembleResult",
     "EquilibriumPath",
     "Fluid",
     "Free",
@@ -157,8 +161,10 @@ __all__ = [
     "newmark",
     "root",
     "simulate",
+    "simulate_many",
     "solve_ivp",
     "statics",
+    "sweep",
 ]
 
 if not TYPE_CHECKING:
@@ -173,7 +179,7 @@ if not TYPE_CHECKING:
         # The second finds NumPy imported by the first: where that is missing or interrupted, Python says so.
         modules = [
             import_module(f"lissom.{name}")
-            for name in ("actuators", "linear", "links", "loops", "targets", "_lissom")
+            for name in ("actuators", "linear", "links", "loops", "sweeps", "targets", "_lissom")
         ]
         found = {known: value for module in modules for known, value in vars(module).items()}
         globals().update({known: found[known] for known in __all__})

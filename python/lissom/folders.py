@@ -20,6 +20,8 @@ OWN_FILES = (
     "trajectory.npz",
     "equilibrium.npz",
     "modes.npz",
+    "sweep.nc",
+    "sweep.npz",
     "report.html",
     "lab.html",
     SUMMARY,

@@ -41,6 +41,7 @@ use crate::model::Model;
 
 use crate::second_order;
 use crate::simulate::{Simulation, grid};
+use crate::stepping::check_span;
 
 pub use modes::{Modes, choose_modes};
 pub use request::{DEFAULT_MAX_STEPS, DEFAULT_RTOL, Request};
@@ -64,12 +65,7 @@ pub fn simulate_to_accuracy<M: Model + Clone>(
 ) -> Result<(Simulation, Option<M>), InvalidInput> {
     let clock = Instant::now();
     model.check_untied("method \"auto\"")?;
-    request.validate()?;
-    second_order::check_start(model.n(), t_span, q0, v0, request.dt)?;
-    let wanted = match t_eval {
-        Some(times) => times.to_vec(),
-        None => grid(model.n(), t_span, request.dt)?,
-    };
+    let wanted = wanted(model.n(), t_span, [q0, v0], request, t_eval)?;
     let compared = paths::with_more_times(&wanted, t_span);
     let original = model.clone();
     let mut factor = 1;
@@ -97,4 +93,36 @@ pub fn simulate_to_accuracy<M: Model + Clone>(
         simulation.keep(&wanted);
     }
     Ok((simulation, (factor > 1).then_some(model)))
+}
+
+/// Refuses what [`simulate_to_accuracy`] would refuse, before any evaluation of a motion; else the times of its result.
+pub fn check<M: Model>(
+    model: &mut M,
+    t_span: (f64, f64),
+    q0: &[f64],
+    v0: &[f64],
+    request: Request,
+    t_eval: Option<&[f64]>,
+) -> Result<Vec<f64>, InvalidInput> {
+    let times = wanted(model.n(), t_span, [q0, v0], request, t_eval)?;
+    second_order::check_times(&times, t_span)?;
+    check_span(model.time_span(), t_span)?;
+    model.check_shape(q0, "q0")?;
+    Ok(times)
+}
+
+/// The times of a result.
+fn wanted(
+    n: usize,
+    t_span: (f64, f64),
+    [q0, v0]: [&[f64]; 2],
+    request: Request,
+    t_eval: Option<&[f64]>,
+) -> Result<Vec<f64>, InvalidInput> {
+    request.validate()?;
+    second_order::check_start(n, t_span, q0, v0, request.dt)?;
+    match t_eval {
+        Some(times) => Ok(times.to_vec()),
+        None => grid(n, t_span, request.dt),
+    }
 }

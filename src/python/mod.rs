@@ -13,6 +13,7 @@ mod base;
 mod callback;
 mod compiled;
 mod convert;
+mod ensemble;
 mod errors;
 mod fluid;
 mod imports;
@@ -33,6 +34,7 @@ mod record;
 mod robot;
 mod rod;
 mod roots;
+mod rows;
 mod scene;
 mod section;
 mod segment;
@@ -60,6 +62,8 @@ mod _lissom {
     use super::base::PyBaseMotion;
     #[pymodule_export]
     use super::convert::finite_array;
+    #[pymodule_export]
+    use super::ensemble::{PyEnsembleResult, simulate_many};
     #[pymodule_export]
     use super::errors::{AccuracyWarning, ConvergenceError, LissomError};
     #[pymodule_export]

@@ -57,6 +57,27 @@ pub(crate) trait Native: model::Model + Send + Sync {
         monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
     ) -> Result<(Simulation, Option<Box<dyn Native>>), InvalidInput>;
 
+    /// [`simulate::check`] of a copy.
+    fn check(
+        &self,
+        t_span: (f64, f64),
+        q0: &[f64],
+        v0: &[f64],
+        method: &simulate::Method,
+        t_eval: Option<&[f64]>,
+        control_step: Option<f64>,
+    ) -> Result<(), InvalidInput>;
+
+    /// [`accuracy::check`].
+    fn check_to_accuracy(
+        &mut self,
+        t_span: (f64, f64),
+        q0: &[f64],
+        v0: &[f64],
+        request: accuracy::Request,
+        t_eval: Option<&[f64]>,
+    ) -> Result<Vec<f64>, InvalidInput>;
+
     /// A [run](Run) of a copy that is stepped from outside.
     fn run(
         &self,
@@ -201,6 +222,29 @@ impl<M: model::Model + Clone + Send + Sync + 'static> Native for M {
         let (simulation, model) =
             accuracy::simulate_to_accuracy(self.clone(), t_span, q0, v0, request, t_eval, monitor)?;
         Ok((simulation, model.map(|model| Box::new(model) as Box<dyn Native>)))
+    }
+
+    fn check(
+        &self,
+        t_span: (f64, f64),
+        q0: &[f64],
+        v0: &[f64],
+        method: &simulate::Method,
+        t_eval: Option<&[f64]>,
+        control_step: Option<f64>,
+    ) -> Result<(), InvalidInput> {
+        simulate::check(self.clone(), t_span, q0, v0, method, t_eval, control_step)
+    }
+
+    fn check_to_accuracy(
+        &mut self,
+        t_span: (f64, f64),
+        q0: &[f64],
+        v0: &[f64],
+        request: accuracy::Request,
+        t_eval: Option<&[f64]>,
+    ) -> Result<Vec<f64>, InvalidInput> {
+        accuracy::check(self, t_span, q0, v0, request, t_eval)
     }
 
     fn robot(&self) -> Option<&Robot> {

@@ -158,7 +158,7 @@ impl PyRobot {
     }
 
     /// Refuses a place that is not on a link.
-    fn check_place(&self, link: usize, x: Option<f64>) -> PyResult<()> {
+    pub(super) fn check_place(&self, link: usize, x: Option<f64>) -> PyResult<()> {
         let Some(x) = x else { return Ok(()) };
         let link = &self.description.links[link];
         let length = link.length();

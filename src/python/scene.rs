@@ -242,9 +242,21 @@ impl PyScene {
     ///     What ``lissom.simulate`` returns.
     #[pyo3(signature = (**options))]
     fn run<'py>(&self, py: Python<'py>, options: Option<&Bound<'py, PyDict>>) -> PyResult<Bound<'py, PyAny>> {
+        let arguments = self.options(py)?;
+        if let Some(options) = options {
+            arguments.update(options.as_mapping())?;
+        }
+        let simulate = py.import("lissom")?.getattr("simulate")?;
+        simulate.call((self.model(py),), Some(&arguments))
+    }
+
+    /// What ``run`` calls ``lissom.simulate`` with, beside the model: a dict of arguments, ``t_end`` among them.
+    #[getter]
+    fn options<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let simulation = &self.scene.simulation;
         let arguments = PyDict::new(py);
         let (t0, t_end) = simulation.t_span();
+        arguments.set_item("t_end", t_end)?;
         arguments.set_item("t0", t0)?;
         arguments.set_item("q0", self.q0(py))?;
         arguments.set_item("v0", self.v0(py))?;
@@ -261,11 +273,7 @@ impl PyScene {
         if let Some(times) = simulation.output_times() {
             arguments.set_item("t_eval", times.to_pyarray(py))?;
         }
-        if let Some(options) = options {
-            arguments.update(options.as_mapping())?;
-        }
-        let simulate = py.import("lissom")?.getattr("simulate")?;
-        simulate.call((self.model(py), t_end), Some(&arguments))
+        Ok(arguments)
     }
 
     fn __repr__(&self) -> String {

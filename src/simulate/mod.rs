@@ -28,7 +28,9 @@ use crate::balance::{Balance, Flow};
 use crate::error::{Checker, Interrupted, InvalidInput, Number};
 use crate::model::{ForwardScratch, Model, rotation_vectors};
 use crate::newmark::{self, StepSize};
-use crate::second_order::{self, check_points, check_times, number_of_steps, points_in_memory};
+use crate::second_order::{
+    self, Grid, check_points, check_times, is_whole, number_of_steps, points_in_memory,
+};
 use crate::stepping::Run;
 
 pub use self::slackness::{Slack, slackness};
@@ -177,19 +179,22 @@ struct Order<'a> {
     t_eval: Option<&'a [f64]>,
 }
 
+/// A run that can begin.
+struct Prepared<M> {
+    run: Run<M>,
+    method: Method,
+    times: Option<Vec<f64>>,
+    points: usize,
+}
+
 impl Order<'_> {
-    fn run<M: Model>(
-        self,
-        model: M,
-        control: Option<Control<'_>>,
-        monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
-    ) -> Result<Simulation, InvalidInput> {
-        let start = Instant::now();
-        let Self { t_span, q0, v0, method, t_eval } = self;
+    /// Refuses what makes no sense, before any evaluation of a motion.
+    fn prepare<M: Model>(&self, model: M, control_step: Option<f64>) -> Result<Prepared<M>, InvalidInput> {
+        let &Self { t_span, q0, v0, method, t_eval } = self;
         let n = model.n();
         second_order::check_start(n, t_span, q0, v0, method.dt())?;
-        if let Some(control) = &control {
-            check_control(control, t_span)?;
+        if let Some(step) = control_step {
+            check_control(step, t_span)?;
         }
         let times = match (t_eval, method) {
             (Some(times), _) => Some(times.to_vec()),
@@ -201,7 +206,7 @@ impl Order<'_> {
         }
         let points = match (&times, method.fixed_step()) {
             (Some(times), _) => times.len(),
-            (None, Some(dt)) => all_steps(t_span, dt, control.as_ref()).saturating_add(1),
+            (None, Some(dt)) => all_steps(t_span, dt, control_step).saturating_add(1),
             (None, None) => 1,
         };
         check_points(points, n)?;
@@ -210,13 +215,26 @@ impl Order<'_> {
             limit_steps(&mut method, n);
         }
         check_span(model.time_span(), t_span)?;
-        let first_leg = match &control {
+        let first_leg = match control_step {
             // As of a run that is stepped from outside: the first step of a method that chooses it depends on that.
             Some(_) => (t_span.0, t_span.1.min(t_span.0 + method.dt())),
             None => t_span,
         };
         let run = Run::new(model, first_leg, q0, v0, &method)?;
-        let recorder = Recorder::new(n, run.inputs().len(), points, times.as_deref());
+        Ok(Prepared { run, method, times, points })
+    }
+
+    fn run<M: Model>(
+        self,
+        model: M,
+        control: Option<Control<'_>>,
+        monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
+    ) -> Result<Simulation, InvalidInput> {
+        let start = Instant::now();
+        let control_step = control.as_ref().map(|control| control.step);
+        let Prepared { run, method, times, points } = self.prepare(model, control_step)?;
+        let Self { t_span, q0, v0, .. } = self;
+        let recorder = Recorder::new(q0.len(), run.inputs().len(), points, times.as_deref());
         let mut course = Course::new(run, recorder, t_span, control);
         let status = course.finish([q0, v0], &method, times.as_deref(), monitor);
         let mut simulation = Simulation::of(course, status, &method, q0);
@@ -225,12 +243,67 @@ impl Order<'_> {
     }
 }
 
-/// How many steps of at most this size a run takes.
-fn all_steps((t0, t_end): (f64, f64), dt: f64, control: Option<&Control<'_>>) -> usize {
-    match control {
-        Some(Control { step, .. }) => {
-            number_of_steps(t_end - t0, *step).saturating_mul(number_of_steps(*step, dt))
+/// Refuses what [`simulate`] or, where there is a control step, [`simulate_controlled`] would refuse.
+pub fn check<M: Model>(
+    model: M,
+    t_span: (f64, f64),
+    q0: &[f64],
+    v0: &[f64],
+    method: &Method,
+    t_eval: Option<&[f64]>,
+    control_step: Option<f64>,
+) -> Result<(), InvalidInput> {
+    let order = Order { t_span, q0, v0, method, t_eval };
+    order.prepare(model, control_step).map(|_| ())
+}
+
+/// The times of a run that comes to its end, of a model with `n` coordinates, with inputs that are set every `control_step` if
+/// there is one: those asked for, the grid of a method, or the ends of steps of one size. `None` where a method chooses its steps
+/// and tells them all.
+///
+/// The arguments must make sense: [`check`] says so.
+pub fn times_of_run(
+    n: usize,
+    t_span: (f64, f64),
+    method: &Method,
+    t_eval: Option<&[f64]>,
+    control_step: Option<f64>,
+) -> Result<Option<Vec<f64>>, InvalidInput> {
+    if let Some(times) = t_eval {
+        return Ok(Some(times.to_vec()));
+    }
+    if !matches!(method, Method::Newmark(_)) {
+        return grid(n, t_span, method.dt()).map(Some);
+    }
+    let (Some(dt), (mut t, t_end)) = (method.fixed_step(), t_span) else { return Ok(None) };
+    let legs = control_step.map_or(1, |step| number_of_steps(t_end - t, step).max(1));
+    let mut times = vec![t];
+    // Of the integrator, and of the ends of legs, as in `Run::end_of`.
+    let (mut steps, mut ends) = (Grid::new(t, dt), Grid::new(t, dt));
+    for leg in 1..=legs {
+        let (end, last) = match control_step {
+            Some(step) => {
+                ends = ends.at(t).unwrap_or_else(|| Grid::new(t, dt));
+                let whole = number_of_steps(step, dt);
+                let end = if is_whole(step, whole, dt) { ends.after(whole) } else { t + step };
+                let end = if leg == legs { t_end } else { end };
+                (end, steps.set_out(t, end, dt))
+            }
+            None => (t_end, number_of_steps(t_end - t, dt)),
+        };
+        while t < end {
+            t = steps.step(last, end).0;
+            steps.count();
+            times.push(t);
         }
+    }
+    Ok(Some(times))
+}
+
+/// How many steps of at most this size a run takes.
+fn all_steps((t0, t_end): (f64, f64), dt: f64, control_step: Option<f64>) -> usize {
+    match control_step {
+        Some(step) => number_of_steps(t_end - t0, step).saturating_mul(number_of_steps(step, dt)),
         None => number_of_steps(t_end - t0, dt),
     }
 }
@@ -254,12 +327,12 @@ fn limit_steps(method: &mut Method, n: usize) {
     }
 }
 
-fn check_control(control: &Control<'_>, (t0, t_end): (f64, f64)) -> Result<(), InvalidInput> {
+fn check_control(step: f64, (t0, t_end): (f64, f64)) -> Result<(), InvalidInput> {
     let mut check = Checker::new();
-    if check.positive(control.step, "control_step", "seconds") {
-        let is_visible = t_end == t0 || t0 + control.step > t0 && t_end - control.step < t_end;
+    if check.positive(step, "control_step", "seconds") {
+        let is_visible = t_end == t0 || t0 + step > t0 && t_end - step < t_end;
         let expected = "a step that rounding of the time does not swallow";
-        check.require(is_visible, "control_step", Number(control.step), expected);
+        check.require(is_visible, "control_step", Number(step), expected);
     }
     check.finish()
 }

@@ -14,7 +14,21 @@ from typing import NoReturn
 import click
 
 from ..interruption import interruption
-from . import check, completion, doctor, explain, lab, modes, new, run, schema, statics, stress, validate
+from . import (
+    check,
+    completion,
+    doctor,
+    explain,
+    lab,
+    modes,
+    new,
+    run,
+    schema,
+    statics,
+    stress,
+    sweep,
+    validate,
+)
 from .exits import INTERRUPTED
 
 
@@ -76,6 +90,7 @@ def commands() -> None:
 for module in (
     new,
     run,
+    sweep,
     check,
     explain,
     statics,

@@ -15,6 +15,7 @@ use super::super::convert;
 use super::super::model::PyModel;
 use super::super::motion::signals;
 use super::super::record::{self, Reduced};
+use super::super::rows::{Vectors, check_alike, each, of_row, threads};
 use super::memory::{Memory, Outcome, STEPS_WITH_INTERPRETER, Start, check_start_time};
 use super::simulation::PySimulation;
 use crate::error::Interrupted;
@@ -91,39 +92,6 @@ pub(crate) struct PySimulations {
     n: usize,
     inputs: usize,
     rows: Mutex<Vec<Memory>>,
-}
-
-/// One vector for all rows, or a vector for each.
-struct Vectors {
-    values: Vec<f64>,
-    width: usize,
-    is_of_all: bool,
-}
-
-impl Vectors {
-    fn read(value: &Bound<'_, PyAny>, count: usize, width: usize, name: &str) -> PyResult<Self> {
-        let (values, rows) = convert::finite_rows_of(value, width, name)?;
-        match rows {
-            Some(rows) if rows != count => Err(PyValueError::new_err(format!(
-                "{name}: expected shape ({width},) or ({count}, {width}), got ({rows}, {width})"
-            ))),
-            _ => Ok(Self { values, width, is_of_all: rows.is_none() }),
-        }
-    }
-
-    fn read_optional(
-        value: Option<&Bound<'_, PyAny>>,
-        count: usize,
-        width: usize,
-        name: &str,
-    ) -> PyResult<Option<Self>> {
-        value.map(|value| Self::read(value, count, width, name)).transpose()
-    }
-
-    fn of(&self, row: usize) -> &[f64] {
-        let start = if self.is_of_all { 0 } else { row * self.width };
-        &self.values[start..start + self.width]
-    }
 }
 
 impl PySimulations {
@@ -278,14 +246,6 @@ impl PySimulations {
     }
 }
 
-/// A refusal that says which row it is of.
-fn of_row(py: Python<'_>, row: usize, error: &PyErr) -> PyErr {
-    if error.is_instance_of::<PyValueError>(py) {
-        return PyValueError::new_err(format!("row {row}: {}", error.value(py)));
-    }
-    error.clone_ref(py)
-}
-
 /// The models of all rows.
 fn models_of(model: &Bound<'_, PyAny>, count: Option<i64>) -> PyResult<Vec<Py<PyModel>>> {
     let count = match count {
@@ -302,42 +262,13 @@ fn models_of(model: &Bound<'_, PyAny>, count: Option<i64>) -> PyResult<Vec<Py<Py
         crate::memory::check(count.saturating_mul(NUMBERS_OF_A_ROW), "count", count, "take fewer")?;
         return Ok((0..count).map(|_| model.clone().unbind()).collect());
     }
-    let wrong = |place: &str, found: &Bound<'_, PyAny>| {
-        PyTypeError::new_err(format!(
-            "{place}: expected a Model (Rod, Robot, SpringPendulum) or a sequence of them, got {}",
-            convert::describe(found)
-        ))
-    };
-    let mut models: Vec<Py<PyModel>> = Vec::new();
-    for (i, row) in model.try_iter().map_err(|_| wrong("model", model))?.enumerate() {
-        let row = row?;
-        let found = row.cast::<PyModel>().map_err(|_| wrong(&format!("model[{i}]"), &row))?;
-        if let Some(first) = models.first() {
-            check_alike(i, found.get(), first.get())?;
-        }
-        models.push(found.clone().unbind());
-    }
+    let models = each(model)?;
     if models.is_empty() || count.is_some_and(|count| count != models.len()) {
         let found = models.len();
         let expected = count.map_or_else(|| "at least one".to_owned(), |count| count.to_string());
         return Err(PyValueError::new_err(format!("model: got {found} models, expected {expected}")));
     }
     Ok(models)
-}
-
-/// Rows of one array need as many coordinates, and the same inputs.
-fn check_alike(i: usize, model: &PyModel, first: &PyModel) -> PyResult<()> {
-    let ([n, expected], inputs) = ([model.n(), first.n()], model.input_names());
-    if n != expected {
-        let message = format!("model[{i}]: got {n} coordinates, expected {expected} as model[0] has");
-        return Err(PyValueError::new_err(message));
-    }
-    if inputs != first.input_names() {
-        let expected = first.input_names();
-        let message = format!("model[{i}]: got inputs {inputs:?}, expected {expected:?} as model[0] has");
-        return Err(PyValueError::new_err(message));
-    }
-    Ok(())
 }
 
 #[pymethods]
@@ -361,14 +292,7 @@ impl PySimulations {
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         check_start_time(t0)?;
-        let workers = match workers {
-            None => parallel::processors(),
-            Some(workers) if workers > 0 => convert::count(workers, "workers")?,
-            Some(workers) => {
-                let message = format!("workers: got {workers}, expected a whole number > 0");
-                return Err(PyValueError::new_err(message));
-            }
-        };
+        let workers = threads(workers)?;
         let models = models_of(model, count)?;
         let (count, first) = (models.len(), models[0].bind(py));
         let (n, inputs) = (first.get().n(), first.get().default_inputs().len());

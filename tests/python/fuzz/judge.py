@@ -84,8 +84,8 @@ def of_death(code: int, where: str, said: str) -> Outcome:
     return found("crash", where, f"{name}: {words}")
 
 
-#: Attributes whose NaN is documented to mean that there is nothing.
-NAN_MEANS_NONE = {"step_norm"}
+#: Attributes whose NaN is documented to mean that there is nothing: one row has no variance, none has a mean.
+NAN_MEANS_NONE = {"step_norm", "mean", "variance"}
 
 
 def has_nan(value) -> bool:
@@ -102,10 +102,15 @@ def nan_in(result) -> str | None:
     """The name of what is NaN in a result that calls itself a success, or in an array."""
     if has_nan(result):
         return "the array"
-    if getattr(result, "success", True) is False:
+    success = getattr(result, "success", True)
+    if success is False:
         return None
     for name in public(result):
-        if name not in NAN_MEANS_NONE and has_nan(getattr(result, name)):
+        value = getattr(result, name)
+        # Of many runs, in the rows that succeeded.
+        if isinstance(success, np.ndarray) and isinstance(value, np.ndarray) and len(value) == len(success):
+            value = value[success]
+        if name not in NAN_MEANS_NONE and has_nan(value):
             return name
     return None
 

@@ -494,6 +494,56 @@ RECIPES: dict[str, dict | list[dict]] = {
         "progress": "lambda t: None",
         "max_steps": "500",
     },
+    "sweep": [
+        {
+            "model": "v.scene()",
+            "parameters": "{'simulation.dt': [0.01, 0.02]}",
+            "combine": "'zip'",
+            "keep": "'final'",
+            "workers": "2",
+            "progress": "lambda done: None",
+            "measure": "lambda result: result.q.max()",
+        },
+        {
+            "model": "v.rod()",
+            "parameters": "{'segments[0].density': [900.0, 1000.0]}",
+            "places": "[0.1]",
+            "t_end": "0.05",
+        },
+    ],
+    "simulate_many": [
+        {
+            "model": _MODEL,
+            "t_end": "0.05",
+            "t0": "0.01",
+            "q0": "[[0.1, 0.2], [0.0, 0.1]]",
+            "v0": _a(0.0, 0.0),
+            "workers": "2",
+            "keep": "'summary'",
+            "memory_limit": "1e8",
+            "method": "'{method}'",
+            "dt": "0.01",
+            "rtol": "1e-4",
+            "t_eval": _a(0.02, 0.03, 0.05),
+            "progress": "lambda done: None",
+            "max_steps": "500",
+        },
+        {
+            "model": "[v.antagonists(), v.antagonists()]",
+            "t_end": "0.05",
+            "u": "np.zeros((2, 5, 2))",
+            "control_step": "0.01",
+            "places": "[0.1]",
+            "adaptive": "True",
+            "max_step": "0.01",
+            "min_step": "1e-9",
+            "t_eval": _a(0.02, 0.05),
+            "predictor": "'last'",
+            "reuse_jacobian": "False",
+            "jac": "'central'",
+            "keep": "'final'",
+        },
+    ],
     "Simulation": [
         {
             "model": _MODEL,
@@ -581,7 +631,7 @@ RECIPES: dict[str, dict | list[dict]] = {
 #: Classes that only functions make, and exceptions: calling them must raise, or make an exception.
 _UNMADE = """
 AccuracyWarning ActuateResult ContinuationResult ConvergenceError
-CriticalPoint DenseOutput Energy EquilibriumPath JacobianCheck
+CriticalPoint DenseOutput Energy EnsembleResult EquilibriumPath JacobianCheck
 LissomError Model ModesResult MotionResult OdeResult OdeSolver ReachResult RootResult Scene SceneError
 SceneProblem Section SimulationSettings StaticsResult Statistics
 """

@@ -1,0 +1,148 @@
+"""``lissom sweep``: simulate a scene for all values of some of its keys."""
+
+from __future__ import annotations
+
+import math
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from ..interruption import interruption
+from .exits import BAD_INPUT, FAILED
+from .saving import output_option, results_folder, save
+from .scenes import SCENE, load, refusals_of
+from .words import note, progress_bar, say
+
+if TYPE_CHECKING:
+    import xarray
+
+    from ..sweeps.results import SweepStudy
+
+#: What `--over` takes, in words.
+FORM = "KEY=FROM:TO:N, KEY=FROM:TO:N:log or KEY=A,B,C"
+
+
+class Over(click.ParamType[Any]):
+    """A key of a scene with its values."""
+
+    name = "over"
+
+    def convert(self, value: Any, param: Any, ctx: Any) -> tuple[str, list[Any]]:
+        """The key and the values."""
+        key, sign, values = str(value).partition("=")
+        if not (key and sign and values):
+            self.fail(f"{value!r} is not of the form {FORM}", param, ctx)
+        if ":" not in values:
+            return key, [_value(each) for each in values.split(",")]
+        try:
+            first, last, number, *scale = values.split(":")
+            bounds, count = (float(first), float(last)), int(number)
+        except ValueError:
+            self.fail(f"{value!r} is not of the form {FORM}", param, ctx)
+        if scale not in ([], ["log"]) or not all(map(math.isfinite, bounds)):
+            self.fail(f"{value!r} is not of the form {FORM}", param, ctx)
+        if count < 2 or bounds[0] == bounds[1]:
+            self.fail(f"{value!r}: expected at least two values, and bounds that differ", param, ctx)
+        if scale and min(bounds) <= 0.0:
+            self.fail(f"{value!r}: expected bounds > 0 with log", param, ctx)
+        import numpy as np
+
+        spaced = np.geomspace if scale else np.linspace
+        return key, spaced(*bounds, count).tolist()
+
+
+def _value(text: str) -> Any:
+    """A number, a boolean, or else text."""
+    for kind in (int, float):
+        try:
+            return kind(text)
+        except ValueError:
+            continue
+    return {"true": True, "false": False}.get(text, text)
+
+
+@click.command("sweep")
+@click.argument("scene", type=SCENE)
+@click.option(
+    "--over",
+    type=Over(),
+    multiple=True,
+    required=True,
+    metavar="KEY=VALUES",
+    help=f"A key of the scene and its values: {FORM}. Several: all their combinations.",
+)
+@click.option(
+    "--store",
+    type=click.Path(path_type=Path),
+    metavar="DIR",
+    help="Keep what is done in a Zarr store, and go on from there.",
+)
+@click.option("--workers", type=click.IntRange(1), help="Threads; as many as processors unless given.")
+@output_option("Folder for the results; results/NAME-sweep unless given.")
+@click.option("--no-report", is_flag=True, help="Write the numbers only.")
+def command(
+    scene: Path,
+    over: tuple[tuple[str, list[Any]], ...],
+    store: Path | None,
+    workers: int | None,
+    output: Path | None,
+    no_report: bool,
+) -> int:
+    """Simulate SCENE for all values of some of its keys.
+
+    "lissom sweep arm.toml --over rod[0].segment[0].young_modulus=1e5:1e6:20:log" makes twenty runs on all
+    processors. The last states, the extremes and where the tip is are written, and a report with response
+    curves and maps.
+
+    Exit code: 0 done; 1 some runs failed (everything is written) or something could not be written; 2 bad
+    input (nothing is written); 130 interrupted with Ctrl-C (what was computed is written).
+    """
+    from ..files import missing
+    from ..sweeps import results
+
+    needed = ["xarray"] + ["zarr"] * (store is not None)
+    if missing(*needed):
+        note("Sweeps need xarray, and zarr for a store", "sweep")
+        return FAILED
+    keys = [key for key, _ in over]
+    if len(set(keys)) < len(keys):
+        click.echo("--over: a key stands there twice", err=True)
+        return BAD_INPUT
+    loaded = load(scene)
+    target = output if output is not None else Path("results") / f"{scene.stem}-sweep"
+    with results_folder(target) as folder:
+        start = time.perf_counter()
+        with refusals_of(scene):
+            found = _sweep(loaded, dict(over), store, workers)
+        done = results.SweepStudy(loaded, found, tuple(keys), time.perf_counter() - start)
+        saved = save(folder, lambda partial: results.write(done, partial, None if no_report else _report))
+    say(loaded.name, done.outcome, done.is_good, done.summary, saved)
+    return saved.code if done.is_good else FAILED
+
+
+def _sweep(scene: Any, over: dict[str, list[Any]], store: Path | None, workers: int | None) -> xarray.Dataset:
+    """The runs, with a bar; on Ctrl-C those that were made."""
+    from .. import sweeps
+
+    total = math.prod(map(len, over.values()))
+    with progress_bar(total, "Simulating", "runs") as bar:
+
+        def progress(done: int) -> None:
+            bar.update(done - bar.n)
+
+        try:
+            return sweeps.sweep(scene, over, store=store, workers=workers, progress=progress)
+        except KeyboardInterrupt as error:
+            result: xarray.Dataset | None = getattr(error, "result", None)
+            if result is None or not result.is_done.any():
+                raise
+            interruption.defer()
+            return result
+
+
+def _report(done: SweepStudy, path: Path) -> None:
+    from ..report import sweeps
+
+    sweeps.write(done, path)

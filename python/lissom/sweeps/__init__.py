@@ -1,0 +1,372 @@
+"""Sweeps: runs for all values of some parameters, here or elsewhere, kept and gone on with."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .._lissom import Model, Scene, __version__
+from ..files import missing
+from ..views import view
+from . import executors, paths
+from .source import Case, Source, source_of
+from .store import Memory, Zarr
+from .work import Array, Record, Wants, places_of, run_points
+
+if TYPE_CHECKING:
+    import os
+
+    import xarray
+
+__all__ = ["sweep"]
+
+#: Most bytes of the results of a task.
+TASK_BYTES = 2**26
+
+#: What is kept of a point, beside the numbers that `measure` returns: the dimensions after those of the
+#: parameters.
+VARIABLES: dict[str, tuple[tuple[str, ...], str]] = {
+    "q": (("coordinate",), "generalised coordinates"),
+    "v": (("coordinate",), "generalised velocities"),
+    "lowest": (("coordinate",), "lowest generalised coordinates over time"),
+    "highest": (("coordinate",), "highest generalised coordinates over time"),
+    "position": (("place", "axis"), "position in the world"),
+    "position_lowest": (("place", "axis"), "lowest position over time, axis by axis"),
+    "position_highest": (("place", "axis"), "highest position over time, axis by axis"),
+    "success": ((), "the end was reached"),
+    "status": ((), "how the run ended"),
+    "message": ((), "the status in words"),
+    "is_doubtful": ((), "fixed steps do not see a vibration"),
+    "reached": ((), "last time that the run has"),
+    "steps": ((), "accepted steps"),
+    "wall_time": ((), "run time"),
+}
+
+#: Those that have the time first where states are kept.
+STATES = ("q", "v", "position")
+
+
+def sweep(
+    model: Scene | Model | Callable[..., Scene | Model],
+    parameters: Mapping[str, Iterable[Any]],
+    *,
+    executor: Any = None,
+    store: str | os.PathLike[str] | None = None,
+    combine: str = "product",
+    keep: str = "final",
+    places: Sequence[Any] | None = None,
+    measure: Callable[[Any], Any] | None = None,
+    workers: int | None = None,
+    progress: bool | Callable[[int], object] = False,
+    **options: Any,
+) -> xarray.Dataset:
+    """Simulate for all values of some parameters; needs the extra `sweep`.
+
+    Every parameter and every value is tried before the first run. Points whose parameters make no sense
+    together have the status 'refused', and runs that fail have theirs; neither disturbs another one.
+
+    Parameters
+    ----------
+    model : Scene, Model or callable
+        What is simulated: a scene as its `run` does it; a model by `simulate`; or what a function makes of
+        the parameters, a scene or a model. The function has to be found by its name where other processes
+        work.
+    parameters : mapping of str to sequence
+        Values by parameter: numbers, booleans or strings. Of a scene its own key paths, such as
+        ``rod[0].segment[0].young_modulus`` or ``simulation.dt``, whether the scene has the last key or its
+        default; of a model the same, or the names of attributes (``segments[0].radius``); of a function its
+        arguments.
+    executor : executor, optional
+        Where runs are made: any executor like those of `concurrent.futures`, or a client of
+        `dask.distributed`. By default here, on all processors. Tasks have as many points as take about a
+        second, by the time that earlier ones took.
+    store : path-like, optional
+        A Zarr store that keeps what is done: a call with the same arguments goes on from there.
+    combine : {'product', 'zip'}
+        Whether all values of each parameter meet all of the others, or the first ones each other, the second
+        ones, and so on: sequences of one length, with one dimension ``point``.
+    keep : {'final', 'states'}
+        The last states and positions, or those of all times, which must then be the same at every point.
+    places : sequence, optional
+        Places of a robot whose positions are kept, as for `simulate_many`; by default the tip of the last
+        link.
+    measure : callable, optional
+        Called as ``measure(result)`` with the `MotionResult` of each point, which is another run; returns a
+        number or an array, or several by name. Its exceptions come through. It has to be found by its name
+        where other processes work.
+    workers : int, optional
+        Threads of each task; without an executor all processors by default, else one.
+    progress : bool or callable, optional
+        True shows a bar in the terminal; a callable is called as ``progress(done)`` with the number of
+        finished points.
+    **options
+        Options of `simulate` (not `control` and `progress`), which replace those of a scene; of models
+        `t_end` among them.
+
+    Returns
+    -------
+    xarray.Dataset
+        Arrays with the parameters as first dimensions and coordinates: `q`, `v`, `lowest`, `highest` (of the
+        coordinates over time), `position`, `position_lowest`, `position_highest` (of the places), `success`,
+        `status`, `message`, `is_doubtful`, `reached`, `steps`, `wall_time`, and what `measure` returns. NaN
+        where there is nothing. What has another shape at some points (the coordinates, where numbers of modes
+        are swept) is NaN there.
+
+    Raises
+    ------
+    ValueError, TypeError
+        Before the first run: a parameter that does not exist, a value that makes no sense, a store of another
+        sweep.
+    ImportError
+        If xarray is missing, or zarr for a store.
+    KeyboardInterrupt
+        On Ctrl-C; its attribute `result` is the dataset of what was done. So it is of what executors raise.
+
+    Examples
+    --------
+    >>> import lissom
+    >>> soft = lissom.Segment(0.3, 0.01, 1e6, 4e5, 1000, {"bend_y": 2}, retardation_time=0.02)
+    >>> found = lissom.sweep(
+    ...     lissom.Rod([soft]), {"rod[0].segment[0].young_modulus": [5e5, 1e6, 2e6]}, t_end=0.5, dt=5e-3
+    ... )
+    >>> found.sizes["rod[0].segment[0].young_modulus"], bool(found.success.all())
+    (3, True)
+    """
+    needed = ["xarray"] + ["zarr"] * (store is not None)
+    if absent := missing(*needed):
+        raise ImportError(f"sweeps need {' and '.join(absent)}: pip install 'lissom[sweep]'")
+    grid = Grid(parameters, combine)
+    wants = _wants(keep, places, measure, workers if executor is None else workers or 1)
+    source = source_of(model, options)
+    for name in ("control", "progress", "keep", "places", "workers"):
+        if name in options:
+            raise TypeError(f"{name}: expected nothing: it is no option of sweeps")
+    source.check_names(list(grid.values))
+    adapted, threads = (None, None) if executor is None else executors.adapted(executor)
+    first = _check(source, grid, wants)
+    kept = _kept(store, grid, _identity(source, grid, wants))
+    # Whether it is fit for this sweep is known from its first point.
+    left = np.flatnonzero(~kept.done).tolist()
+    with _told(progress, len(kept.done)) as tell:
+        tell(int(kept.done.sum()))
+
+        def write(which: Sequence[int], records: Sequence[Record]) -> None:
+            kept.begin(_pattern(records))
+            kept.write(which, records)
+            tell(int(kept.done.sum()))
+
+        try:
+            if left:
+                # Small: the time of a run is not known yet.
+                begun = left[:1]
+                records, seconds = run_points(source, [grid.point(begun[0])], wants)
+                write(begun, records)
+                size = sum(value.nbytes for value in records[0].values())
+                chunks = executors.Chunks(left[1:], threads, max(1, TASK_BYTES // max(size, 1)))
+                chunks.took(1, seconds)
+                if adapted is None:
+                    executors.here(source, grid.point, wants, chunks, write)
+                else:
+                    executors.by(adapted, source, grid.point, wants, chunks, write)
+        except BaseException as error:
+            if getattr(error, "result", None) is None and not isinstance(error, GeneratorExit):
+                error.result = _dataset(kept, grid, first, wants)  # type: ignore[attr-defined]
+            raise
+    return _dataset(kept, grid, first, wants)
+
+
+class Grid:
+    """The points of a sweep by number: the last parameter changes first."""
+
+    def __init__(self, parameters: Mapping[str, Iterable[Any]], combine: str) -> None:
+        if combine not in ("product", "zip"):
+            raise ValueError(f"combine: got {combine!r}, expected 'product' or 'zip'")
+        if not isinstance(parameters, Mapping) or not parameters:
+            raise TypeError("parameters: expected a mapping of at least one parameter to its values")
+        self.values = {str(name): _values(str(name), values) for name, values in parameters.items()}
+        lengths = [len(values) for values in self.values.values()]
+        self.together = combine == "zip"
+        if self.together and len(set(lengths)) > 1:
+            raise ValueError(f"parameters: got {lengths} values, expected as many of each with combine='zip'")
+        self.shape = tuple(lengths[:1] if self.together else lengths)
+        self.dimensions = ("point",) if self.together else tuple(self.values)
+        self.size = math.prod(self.shape)
+
+    def point(self, number: int) -> dict[str, Any]:
+        """The parameters of a point."""
+        if self.together:
+            return {name: values[number] for name, values in self.values.items()}
+        at = np.unravel_index(number, self.shape)
+        return {name: values[int(i)] for (name, values), i in zip(self.values.items(), at, strict=True)}
+
+    def tried(self) -> Iterable[tuple[str, int, dict[str, Any]]]:
+        """Points in which every value of every parameter occurs, the others being their first."""
+        if self.together:
+            name = next(iter(self.values))
+            return ((name, i, self.point(i)) for i in range(self.size))
+        firsts = {name: values[0] for name, values in self.values.items()}
+        return (
+            (name, i, firsts | {name: value})
+            for name, values in self.values.items()
+            for i, value in enumerate(values)
+        )
+
+
+def _values(name: str, values: Iterable[Any]) -> list[Any]:
+    """Plain values of a parameter."""
+    if isinstance(values, str) or not isinstance(values, Iterable):
+        raise TypeError(f"parameters[{name!r}]: expected a sequence of values, got {type(values).__name__}")
+    plain = [value.item() if isinstance(value, np.generic) else value for value in values]
+    if not plain:
+        raise ValueError(f"parameters[{name!r}]: got no values, expected at least one")
+    for i, value in enumerate(plain):
+        if not isinstance(value, bool | int | float | str):
+            found = type(value).__name__
+            raise TypeError(
+                f"parameters[{name!r}][{i}]: got {found}, expected a number, a boolean or a string"
+            )
+        if isinstance(value, float) and not math.isfinite(value):
+            raise ValueError(f"parameters[{name!r}][{i}]: got {value}, expected a finite number")
+        if value in plain[:i]:
+            # Two of them would be one coordinate.
+            raise ValueError(f"parameters[{name!r}][{i}]: got {value!r} again, expected each value once")
+    return plain
+
+
+def _wants(keep: str, places: Sequence[Any] | None, measure: Any, workers: int | None) -> Wants:
+    if keep not in ("final", "states"):
+        raise ValueError(f"keep: got {keep!r}, expected 'final' or 'states'")
+    if measure is not None and not callable(measure):
+        raise TypeError(f"measure: expected a callable, got {type(measure).__name__}")
+    return Wants(keep, None if places is None else list(places), measure, workers)
+
+
+def _check(source: Source, grid: Grid, wants: Wants) -> Case:
+    """Refuse what makes no sense of any value; the first case."""
+    first: Case | None = None
+    for name, i, point in grid.tried():
+        try:
+            case = source.case(point)
+            times = _times(case)
+            if first is None:
+                first, times_of_all = case, times
+        except (ValueError, TypeError) as error:
+            where = f"point {i}" if grid.together else f"parameters[{name!r}][{i}]"
+            value = point if grid.together else point[name]
+            raise type(error)(f"{where}: got {value!r}: {error}") from None
+        if wants.keep == "states" and not np.array_equal(times, times_of_all):
+            raise ValueError(
+                f"keep: got 'states', expected 'final', or `t_eval`: {name!r} changes the times of the states"
+            )
+    assert first is not None, "a grid has points"
+    return first
+
+
+def _times(case: Case) -> Array:
+    """The times of a run; raises what `simulate_many` refuses of it."""
+    from .._lissom import simulate_many
+
+    options = case.options | {"q0": np.zeros((0, case.model.n)), "v0": None}
+    if "t_end" not in options:
+        raise TypeError("t_end: missing: a model does not say how long it is simulated")
+    return simulate_many(case.model, **options).t
+
+
+def _identity(source: Source, grid: Grid, wants: Wants) -> dict[str, Any]:
+    """What makes a sweep another one."""
+    return {
+        "model": source.identity(),
+        "parameters": [[name, values] for name, values in grid.values.items()],
+        "combine": "zip" if grid.together else "product",
+        "options": paths.plain(source.options),
+        "keep": wants.keep,
+        "places": paths.plain(wants.places),
+        "measure": paths.plain(wants.measure),
+        "version": __version__,
+    }
+
+
+def _kept(store: str | os.PathLike[str] | None, grid: Grid, identity: Mapping[str, Any]) -> Memory:
+    if store is None:
+        return Memory(grid.size)
+    return Zarr(Path(store), grid.size, identity)
+
+
+def _pattern(records: Sequence[Record]) -> Record:
+    """The first of each kind of entry."""
+    pattern: Record = {}
+    for record in records:
+        pattern = {**record, **pattern}
+    return pattern
+
+
+class _told:
+    """Who is told how many points are done."""
+
+    def __init__(self, progress: bool | Callable[[int], object], total: int) -> None:
+        self._bar: Any = None
+        self._progress = progress
+        if progress is True:
+            from tqdm import tqdm
+
+            self._bar = tqdm(total=total, unit=" runs")
+        elif progress is not False and not callable(progress):
+            raise TypeError(f"progress: expected a bool or a callable, got {type(progress).__name__}")
+
+    def __enter__(self) -> Callable[[int], None]:
+        return self._tell
+
+    def __exit__(self, *_: object) -> None:
+        if self._bar is not None:
+            self._bar.close()
+
+    def _tell(self, done: int) -> None:
+        if self._bar is not None:
+            self._bar.update(done - self._bar.n)
+        elif callable(self._progress):
+            self._progress(done)
+
+
+def _dataset(kept: Memory, grid: Grid, first: Case, wants: Wants) -> xarray.Dataset:
+    """What is kept, with names for everything."""
+    import xarray
+
+    arrays = dict(kept.read())
+    coordinates: dict[str, Any] = {
+        name: (("point" if grid.together else name,), values) for name, values in grid.values.items()
+    }
+    places = places_of(first.model, wants)
+    sizes: dict[str, Any] = {
+        "coordinate": [coordinate.name for coordinate in view(first.model).coordinates],
+        "place": [_name(place) for place in places or ()],
+        "axis": ["x", "y", "z"],
+        "time": _times(first),
+    }
+    data: dict[str, Any] = {}
+    for name, values in arrays.items():
+        own, title = VARIABLES.get(name, ((), "what was measured"))
+        own = ("time", *own) if wants.keep == "states" and name in STATES else own
+        if name not in VARIABLES:
+            own = tuple(f"{name}_{i}" for i in range(values.ndim - 1))
+        for dimension, size in zip(own, values.shape[1:], strict=True):
+            if dimension in sizes and len(sizes[dimension]) == size:
+                coordinates[dimension] = ((dimension,), sizes[dimension])
+        if values.dtype.kind == "S":
+            values = np.char.decode(values, "utf-8", "replace")
+        shaped = values.reshape(*grid.shape, *values.shape[1:])
+        data[name] = ((*grid.dimensions, *own), shaped, {"long_name": title})
+    data["is_done"] = (grid.dimensions, kept.done.reshape(grid.shape), {"long_name": "the run was made"})
+    return xarray.Dataset(data, coordinates, {"source": f"lissom {__version__}"})
+
+
+def _name(place: Any) -> str:
+    if isinstance(place, str):
+        return place
+    if isinstance(place, int | float):
+        return f"X = {place:g}"
+    link, X = place
+    return f"{link}, X = {X:g}"

@@ -1,0 +1,190 @@
+"""Key paths such as ``rod[0].segment[0].radius``: their parts, and what they lead to."""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+import inspect
+import json
+import re
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+Part = str | int
+
+#: A name, bare or in quotes, or an index in brackets.
+PART = re.compile(r'(?P<bare>[A-Za-z0-9_-]+)|"(?P<quoted>[^"]+)"|\[(?P<index>\d+)\]')
+
+
+def parts(path: str) -> list[Part]:
+    """The names and indices of a path.
+
+    Raises ValueError where it is none.
+    """
+    found: list[Part] = []
+    place = 0
+    while place < len(path):
+        if found and path[place] == "." and place + 1 < len(path):
+            place += 1
+            if path[place] == "[":
+                raise _no_path(path)
+        elif found and path[place] != "[":
+            raise _no_path(path)
+        match = PART.match(path, place)
+        if match is None:
+            raise _no_path(path)
+        index = match["index"]
+        found.append((match["bare"] or match["quoted"]) if index is None else int(index))
+        place = match.end()
+    if not found or isinstance(found[0], int):
+        raise _no_path(path)
+    return found
+
+
+def _no_path(path: str) -> ValueError:
+    return ValueError(f"parameters: got {path!r}, expected a path of keys such as 'rod[0].segment[0].radius'")
+
+
+def meant(name: str, known: Iterable[str]) -> str:
+    """What is right in place of a name that is not known."""
+    names = sorted(known)
+    close = difflib.get_close_matches(name, names, 1, 0.5)
+    listed = ", ".join(f"'{other}'" for other in names)
+    return f"expected one of {listed}" + (f"; did you mean '{close[0]}'?" if close else "")
+
+
+def up_to(path: Sequence[Part], count: int) -> str:
+    """The first parts of a path, written as such."""
+    text = ""
+    for part in path[:count]:
+        text += f"[{part}]" if isinstance(part, int) else f".{part}" if text else part
+    return text
+
+
+def set_in_document(document: dict[str, Any], path: Sequence[Part], value: Any) -> None:
+    """Put a value into a scene's document, whose last key may be new: the scene says whether it knows that.
+
+    Raises ValueError where nothing of the kind is there.
+    """
+    here: Any = document
+    for i, part in enumerate(path):
+        is_last = i == len(path) - 1
+        if isinstance(part, int):
+            if not isinstance(here, list) or part >= len(here):
+                there = f"{len(here)} entries" if isinstance(here, list) else "no array"
+                raise ValueError(f"{up_to(path, i + 1)}: the scene has {there} at {up_to(path, i)}")
+        elif not isinstance(here, dict):
+            raise ValueError(f"{up_to(path, i + 1)}: {up_to(path, i)} has no keys")
+        elif not is_last and part not in here:
+            raise ValueError(f"{up_to(path, i + 1)}: the scene has no such key; {meant(part, here)}")
+        if is_last:
+            here[part] = value
+        else:
+            here = here[part]
+
+
+def toml(value: Any) -> str:
+    """A value as TOML has it within a line."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, int | float):
+        return repr(value)
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+    if isinstance(value, list):
+        return f"[{', '.join(map(toml, value))}]"
+    return f"{{{', '.join(f'{toml(key)} = {toml(inner)}' for key, inner in value.items())}}}"
+
+
+def document_text(document: dict[str, Any]) -> str:
+    """A document as the text of a TOML file."""
+    return "".join(f"{toml(key)} = {toml(value)}\n" for key, value in document.items())
+
+
+#: What scenes call by another name than classes do, beside plurals.
+PLURALS = {"body": "bodies", "tendon": "actuators", "chamber": "actuators", "motor": "actuators"}
+
+
+def replaced(thing: Any, path: Sequence[Part], value: Any, done: int = 0) -> Any:
+    """A model, or a part of one, with another value at the end of a path; all else as it was.
+
+    Raises ValueError where nothing of the kind is there, and what the constructors raise.
+    """
+    if done == len(path):
+        return value
+    part = path[done]
+    if isinstance(part, int):
+        if not isinstance(thing, list | tuple) or part >= len(thing):
+            there = f"{len(thing)} entries" if isinstance(thing, list | tuple) else "no sequence"
+            raise ValueError(f"{up_to(path, done + 1)}: the model has {there} at {up_to(path, done)}")
+        items = list(thing)
+        items[part] = replaced(items[part], path, value, done + 1)
+        return tuple(items)
+    # A scene's `rod.segment[0]` is the first of a link's `rod`.
+    if isinstance(thing, list | tuple) and done + 1 < len(path) and part in ("segment", "segments"):
+        return replaced(thing, path, value, done + 1)
+    if isinstance(thing, dict):
+        if part not in thing:
+            raise ValueError(f"{up_to(path, done + 1)}: {meant(part, thing)}")
+        return thing | {part: replaced(thing[part], path, value, done + 1)}
+    arguments = constructed(thing)
+    if arguments is None:
+        raise ValueError(f"{up_to(path, done + 1)}: {up_to(path, done)} has no parts")
+    known = set(arguments) | set(_parameters(type(thing)))
+    name = next((name for name in (part, PLURALS.get(part, f"{part}s")) if name in known), None)
+    if name is None:
+        raise ValueError(f"{up_to(path, done + 1)}: {meant(part, known)}")
+    arguments = arguments | {name: replaced(arguments.get(name), path, value, done + 1)}
+    if name == "poisson_ratio":
+        # Which says what this one would be.
+        arguments.pop("shear_modulus", None)
+    return type(thing)(**arguments)
+
+
+def of_model(path: Sequence[Part], is_rod: bool) -> list[Part]:
+    """A scene's path within its model: a rod is the model itself."""
+    if is_rod and path[:1] == ["rod"]:
+        rest = list(path[1:])
+        return rest[1:] if rest[:1] == [0] else rest
+    return list(path)
+
+
+def constructed(thing: Any) -> dict[str, Any] | None:
+    """The arguments that make this object again, by name; None where it has none."""
+    if dataclasses.is_dataclass(thing) and not isinstance(thing, type):
+        fields = dataclasses.fields(thing)
+        return {field.name: getattr(thing, field.name) for field in fields if field.init}
+    if hasattr(thing, "__getnewargs_ex__"):
+        values, named = thing.__getnewargs_ex__()
+    elif hasattr(thing, "__getnewargs__"):
+        values, named = thing.__getnewargs__(), {}
+    else:
+        return None
+    arguments: dict[str, Any] = dict(zip(_parameters(type(thing)), values, strict=False))
+    arguments.update(named)
+    return arguments
+
+
+def _parameters(kind: type) -> list[str]:
+    return list(inspect.signature(kind).parameters)
+
+
+def plain(thing: Any) -> Any:
+    """What an object is made of, in what JSON knows: equal for what is equal, in every process."""
+    if thing is None or isinstance(thing, bool | int | float | str):
+        return thing
+    if isinstance(thing, dict):
+        return {str(key): plain(value) for key, value in thing.items()}
+    if isinstance(thing, list | tuple):
+        return [plain(value) for value in thing]
+    if hasattr(thing, "tolist"):
+        return thing.tolist()
+    name = type(thing).__qualname__
+    arguments = constructed(thing)
+    if arguments is not None:
+        return {name: plain(arguments)}
+    if callable(thing):
+        return f"{thing.__module__}.{getattr(thing, '__qualname__', name)}"
+    if type(thing).__module__.startswith("lissom"):
+        return {name: plain(thing.__reduce__()[1])}
+    return {name: repr(thing)}

@@ -1,0 +1,144 @@
+"""What is swept: a scene, a model, or a function that makes one of them from parameters."""
+
+from __future__ import annotations
+
+import inspect
+import tempfile
+import tomllib
+import warnings
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from .._lissom import Model, Rod, Scene, SceneError
+from . import paths
+
+Parameters = Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Case:
+    """A run with its parameters: what moves, and the arguments of `simulate`."""
+
+    model: Model
+    options: dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Source:
+    """What is swept. ``options`` replace those of scenes."""
+
+    options: dict[str, Any]
+
+    def case(self, parameters: Parameters) -> Case:
+        """The run with these parameters; raises ValueError or TypeError where they make no sense."""
+        raise NotImplementedError
+
+    def check_names(self, names: list[str]) -> None:
+        """Raise ValueError for a name of no parameter, as far as that is seen without a value."""
+        for name in names:
+            paths.parts(name)
+
+    def identity(self) -> Any:
+        """What tells it from another one, in what JSON knows."""
+        raise NotImplementedError
+
+    def _of(self, thing: object) -> Case:
+        if isinstance(thing, Scene):
+            return Case(thing.model, thing.options | self.options)
+        if isinstance(thing, Model):
+            return Case(thing, self.options)
+        raise TypeError(f"model: got {type(thing).__name__}, expected a Model or a Scene")
+
+
+@dataclass(frozen=True)
+class OfScene(Source):
+    """A scene, by its own keys."""
+
+    text: str
+    name: str
+    imports: dict[str, bytes] = field(default_factory=dict)
+
+    def case(self, parameters: Parameters) -> Case:
+        document = tomllib.loads(self.text)
+        for path, value in parameters.items():
+            paths.set_in_document(document, paths.parts(path), value)
+        with warnings.catch_warnings(), tempfile.TemporaryDirectory() as folder:
+            # They were said when the scene was read.
+            warnings.simplefilter("ignore")
+            name = self.name
+            if self.imports:
+                ((_, content),) = self.imports.items()
+                (Path(folder) / "imported.urdf").write_bytes(content)
+                document["import"]["urdf"] = "imported.urdf"
+                name = str(Path(folder) / "scene.toml")
+            try:
+                scene = Scene.loads(paths.document_text(document), name)
+            except SceneError as error:
+                raise ValueError(_in_words(error)) from None
+        return self._of(scene)
+
+    def identity(self) -> Any:
+        imports = {name: content.decode(errors="surrogateescape") for name, content in self.imports.items()}
+        return {"scene": self.text, "imports": imports}
+
+
+def _in_words(error: SceneError) -> str:
+    """What is wrong with a scene whose lines nobody has seen."""
+    problems = [
+        f"{problem.key}: {problem.wrong}" + (f"; {problem.right}" if problem.right else "")
+        for problem in error.problems
+    ]
+    return " / ".join(problems)
+
+
+@dataclass(frozen=True)
+class OfModel(Source):
+    """A model made in Python, by the names that its parts have in scenes and in their classes."""
+
+    model: Model
+
+    def case(self, parameters: Parameters) -> Case:
+        model = self.model
+        for path, value in parameters.items():
+            within = paths.of_model(paths.parts(path), isinstance(model, Rod))
+            model = paths.replaced(model, within, value)
+        return self._of(model)
+
+    def identity(self) -> Any:
+        return {"model": paths.plain(self.model)}
+
+
+@dataclass(frozen=True)
+class OfFunction(Source):
+    """A function that makes a model or a scene, by its arguments."""
+
+    build: Callable[..., object]
+
+    def case(self, parameters: Parameters) -> Case:
+        return self._of(self.build(**parameters))
+
+    def check_names(self, names: list[str]) -> None:
+        known = inspect.signature(self.build).parameters
+        if any(parameter.kind is parameter.VAR_KEYWORD for parameter in known.values()):
+            return
+        for name in names:
+            if name not in known:
+                raise ValueError(f"parameters: got {name!r}, {paths.meant(name, known)}")
+
+    def identity(self) -> Any:
+        return {"function": paths.plain(self.build)}
+
+
+def source_of(thing: object, options: dict[str, Any]) -> Source:
+    """What a sweep is asked of."""
+    if isinstance(thing, Scene):
+        return OfScene(options, thing.text, thing.name, dict(thing.imports))
+    if isinstance(thing, Model):
+        return OfModel(options, thing)
+    if callable(thing):
+        return OfFunction(options, thing)
+    raise TypeError(
+        f"model: got {type(thing).__name__}, expected a Scene, a Model, or a function that makes one of them"
+    )

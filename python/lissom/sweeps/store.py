@@ -1,0 +1,136 @@
+"""Where the results of a sweep are kept: in memory, or in a Zarr store that another call can go on from."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .work import Array, Record
+
+#: Bytes of a chunk of a store, about: small enough to be written in a moment, large enough that files are
+#: few.
+CHUNK = 2**20
+
+#: Name of the attribute that says which sweep a store is of.
+IDENTITY = "lissom_sweep"
+
+#: Which points are there.
+DONE = "is_done"
+
+
+class Memory:
+    """Results by point: the points of a sweep are numbered, the last parameter first."""
+
+    def __init__(self, points: int) -> None:
+        self.points = points
+        #: Times that a point was written: never more than once.
+        self.done = np.zeros(points, dtype=bool)
+        self.arrays: dict[str, Any] = {}
+
+    def begin(self, pattern: Record) -> None:
+        """Make room for records like this one."""
+        for name, value in pattern.items():
+            if name not in self.arrays:
+                self.arrays[name] = self.make(name, value)
+
+    def make(self, name: str, value: Array) -> Any:
+        """An array with an entry like this one for each point."""
+        return np.full((self.points, *value.shape), _nothing(value.dtype), dtype=value.dtype)
+
+    def write(self, which: Sequence[int], records: Sequence[Record]) -> None:
+        """Keep what became of these points, which are written for the first time."""
+        indices = np.asarray(which)
+        if self.done[indices].any():
+            raise RuntimeError(f"points {indices[self.done[indices]].tolist()} were made twice")
+        for name, array in self.arrays.items():
+            entry = (*array.shape[1:],)
+            values = np.full((len(which), *entry), _nothing(array.dtype), dtype=array.dtype)
+            for i, record in enumerate(records):
+                # What has another shape, as of robots with other numbers of modes, is left out.
+                if name in record and record[name].shape == entry:
+                    values[i] = record[name]
+            self.put(array, indices, values)
+        self.done[indices] = True
+
+    def put(self, array: Any, indices: Array, values: Array) -> None:
+        """Write entries of an array."""
+        array[indices] = values
+
+    def read(self) -> Mapping[str, Array]:
+        """All arrays."""
+        return {name: np.asarray(array[...]) for name, array in self.arrays.items()}
+
+
+def _nothing(dtype: Any) -> Any:
+    """What stands where nothing was written."""
+    return np.nan if np.dtype(dtype).kind == "f" else np.zeros((), dtype)[()]
+
+
+class Zarr(Memory):
+    """A Zarr store. Data are written before the mark that they are there, and chunks as a whole."""
+
+    def __init__(self, path: Path, points: int, identity: Mapping[str, Any]) -> None:
+        import zarr
+
+        super().__init__(points)
+        # As it comes back from the store.
+        wanted = json.loads(json.dumps(identity))
+        if path.exists() and any(path.iterdir()):
+            self.group = self._opened(path, wanted)
+            self.done = np.asarray(self.group[DONE][...], dtype=bool)
+            self.arrays = {name: array for name, array in self.group.arrays() if name != DONE}
+        else:
+            # The second format knows bytes of a fixed length.
+            self.group = zarr.open_group(str(path), mode="w-", zarr_format=2)
+            self._array(DONE, np.zeros((), dtype=bool))
+            self.group.attrs[IDENTITY] = wanted
+        self._marks = self.group[DONE]
+
+    @staticmethod
+    def _opened(path: Path, wanted: Mapping[str, Any]) -> Any:
+        import zarr
+
+        try:
+            group = zarr.open_group(str(path), mode="r+")
+            found = group.attrs[IDENTITY]
+        except (KeyError, ValueError, FileNotFoundError, TypeError):
+            raise ValueError(f"store: {path} is no store of a sweep; name another one") from None
+        differs = [name for name in wanted if not isinstance(found, dict) or found.get(name) != wanted[name]]
+        if differs:
+            raise ValueError(
+                f"store: {path} is of another sweep (other {', '.join(differs)}); "
+                "name another store, or remove it"
+            )
+        return group
+
+    def make(self, name: str, value: Array) -> Any:
+        """An array in the store."""
+        return self._array(name, value)
+
+    def _array(self, name: str, value: Array) -> Any:
+        rows = max(1, min(self.points, CHUNK // max(value.nbytes, 1)))
+        array = self.group.create_array(
+            name,
+            shape=(self.points, *value.shape),
+            chunks=(rows, *(max(1, size) for size in value.shape)),
+            dtype=value.dtype,
+            fill_value=_nothing(value.dtype),
+        )
+        # As xarray reads them.
+        array.attrs["_ARRAY_DIMENSIONS"] = ["point", *(f"{name}_{i}" for i in range(value.ndim))]
+        return array
+
+    def write(self, which: Sequence[int], records: Sequence[Record]) -> None:
+        """Keep what became of these points."""
+        super().write(which, records)
+        self.put(self._marks, np.asarray(which), np.ones(len(which), dtype=bool))
+
+    def put(self, array: Any, indices: Array, values: Array) -> None:
+        """Write entries of an array: runs of points that follow one another."""
+        breaks = np.flatnonzero(np.diff(indices) != 1) + 1
+        for some, part in zip(np.split(indices, breaks), np.split(values, breaks), strict=True):
+            array[int(some[0]) : int(some[-1]) + 1] = part

@@ -1,0 +1,909 @@
+//! `lissom.simulate_many`.
+
+use std::ffi::CString;
+use std::sync::{Mutex, PoisonError};
+
+use numpy::{IntoPyArray, PyArrayMethods};
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyTuple};
+
+use super::callback::{Raised, call, raised_by_function, wants_to_stop, with_result};
+use super::convert::{self, Numbers};
+use super::errors::AccuracyWarning;
+use super::link::index_of;
+use super::model::{Native, PyModel};
+use super::motion::times;
+use super::record::{self, ReadOnly, Reduced};
+use super::robot::PyRobot;
+use super::rows::{Vectors, each, of_row, threads};
+use super::simulate::{Given, Way, with_python_names};
+use crate::ensemble::{self, Ensemble, Keep, Monitor, Outcome, Refusal, Run, Size};
+use crate::error::{Interrupted, InvalidInput};
+use crate::lie::{Quaternion, Vector};
+use crate::newmark::Parameters;
+use crate::robot::{Place, Pose};
+use crate::second_order::number_of_steps;
+use crate::simulate::{Control, Simulation, slackness, times_of_run};
+
+/// Simulate many motions on all processors: many models, or one from many starts or with many inputs.
+///
+/// Each run is a row: to the last bit the motion that `simulate` computes of its model, start and inputs, whatever the number of
+/// threads. A run that fails has a status that says so, and disturbs no other. Models without functions of Python run without
+/// the interpreter; functions of time are called by all threads, one at a time, so that more threads gain little.
+///
+/// Parameters
+/// ----------
+/// model : Model or sequence of Model
+///     What moves: the same in all rows, or a model for each row. They must have as many coordinates and the same inputs.
+/// t_end : float
+///     All motions are simulated from `t0` to this time, seconds.
+/// t0 : float
+///     As for `simulate`.
+/// q0, v0 : array_like, shape (n,) or (count, n), optional
+///     Coordinates and velocities at the start, of all rows or of each; zero by default. The number of rows is that of the
+///     models, of `q0`, `v0` and `u`, which must agree; one where none has rows.
+/// u : array_like, shape (inputs,), (count, inputs) or (count, steps, inputs), optional
+///     Inputs of the models: held during the run, for all rows or for each; or, of each row, those held from `t0` on, from
+///     ``t0 + control_step`` on, and so on to the end. The defaults of the inputs by default.
+/// control_step : float, optional
+///     How long each of them is held, seconds; `dt` by default. Of inputs that are held all the time there is none.
+/// workers : int, optional
+///     Most threads; as many as there are processors by default.
+/// progress : bool or callable, optional
+///     True shows a bar in the terminal. A callable is called as ``progress(done)`` with the number of finished runs about twenty
+///     times a second; returning True or raising StopIteration ends the rest. Other exceptions come through.
+/// keep : {'states', 'final', 'summary'}
+///     What is kept of each row: the states at all times, which are those of `simulate`; the last state; or the last state, the lowest
+///     and highest coordinates and, over all rows that succeed, mean and variance of where the places are at each time.
+/// places : sequence, optional
+///     Places of robots whose poses are wanted: arc lengths (of the only link, metres), names of links (their tips; rigid ones
+///     themselves), or pairs (link, arc length). For 'summary' by default the tip of the last link (of a `SpringPendulum` its mass).
+/// memory_limit : float
+///     Largest memory in bytes, 4 GiB by default. An ensemble that would take more, with the runs under way, is refused before the first run.
+/// method, dt, jac, rtol, atol, t_eval, beta, gamma, alpha, rho_inf, adaptive, max_step, min_step, max_steps, predictor, reuse_jacobian : optional
+///     As for `simulate`. Adaptive steps of the Newmark family need `t_eval`, except with keep='final': they end elsewhere in each row.
+///
+/// Returns
+/// -------
+/// EnsembleResult
+///     Stacked arrays `t`, `q`, `v`, `poses`, `success`, `status`, `stats`.
+///
+/// Raises
+/// ------
+/// ValueError, TypeError
+///     If an argument makes no sense, of whichever row, or if the result takes too much memory; before the first run.
+/// KeyboardInterrupt
+///     On Ctrl-C; its attribute `result` is the EnsembleResult of what was computed. So it is of exceptions of functions of time.
+///
+/// Warns
+/// -----
+/// AccuracyWarning
+///     Once, if there are runs whose fixed steps do not see a vibration: `doubt` says which.
+///
+/// Examples
+/// --------
+/// >>> import lissom, numpy as np
+/// >>> starts = np.column_stack([np.full(5, -0.8), np.linspace(0, 0.4, 5)])
+/// >>> result = lissom.simulate_many(lissom.SpringPendulum(), 1.0, q0=starts)
+/// >>> result.success.all(), result.t.shape, result.q.shape
+/// (np.True_, (101,), (5, 101, 2))
+#[pyfunction]
+#[pyo3(
+    signature = (
+        model, t_end, *, t0=0.0, q0=None, v0=None, u=None, control_step=None, workers=None, progress=None, keep="states",
+        places=None, memory_limit=MEMORY_LIMIT, method="newmark", dt=1e-2, jac=None, rtol=None, atol=None, t_eval=None, beta=None,
+        gamma=None, alpha=None, rho_inf=None, adaptive=None, max_step=None, min_step=0.0, max_steps=None, predictor=None,
+        reuse_jacobian=None
+    ),
+    text_signature = "(model, t_end, *, t0=0.0, q0=None, v0=None, u=None, control_step=None, workers=None, progress=False, \
+                      keep='states', places=None, memory_limit=4294967296.0, method='newmark', dt=0.01, jac='analytic', rtol=1e-06, \
+                      atol=1e-09, t_eval=None, beta=0.25, gamma=0.5, alpha=None, rho_inf=None, adaptive=False, \
+                      max_step=None, min_step=0.0, max_steps=None, predictor='best', reuse_jacobian=True)"
+)]
+#[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python function")]
+pub(crate) fn simulate_many<'py>(
+    model: &Bound<'py, PyAny>,
+    #[pyo3(from_py_with = convert::number)] t_end: f64,
+    #[pyo3(from_py_with = convert::number)] t0: f64,
+    q0: Option<&Bound<'py, PyAny>>,
+    v0: Option<&Bound<'py, PyAny>>,
+    u: Option<&Bound<'py, PyAny>>,
+    #[pyo3(from_py_with = convert::optional_number)] control_step: Option<f64>,
+    workers: Option<i64>,
+    progress: Option<&Bound<'py, PyAny>>,
+    keep: &str,
+    places: Option<&Bound<'py, PyAny>>,
+    #[pyo3(from_py_with = convert::number)] memory_limit: f64,
+    method: &str,
+    #[pyo3(from_py_with = convert::number)] dt: f64,
+    jac: Option<&str>,
+    rtol: Option<&Bound<'py, PyAny>>,
+    atol: Option<&Bound<'py, PyAny>>,
+    t_eval: Option<&Bound<'py, PyAny>>,
+    #[pyo3(from_py_with = convert::optional_number)] beta: Option<f64>,
+    #[pyo3(from_py_with = convert::optional_number)] gamma: Option<f64>,
+    #[pyo3(from_py_with = convert::optional_number)] alpha: Option<f64>,
+    #[pyo3(from_py_with = convert::optional_number)] rho_inf: Option<f64>,
+    adaptive: Option<bool>,
+    #[pyo3(from_py_with = convert::optional_number)] max_step: Option<f64>,
+    #[pyo3(from_py_with = convert::number)] min_step: f64,
+    max_steps: Option<i64>,
+    predictor: Option<&str>,
+    reuse_jacobian: Option<bool>,
+) -> PyResult<PyEnsembleResult> {
+    let py = model.py();
+    let keep = keep_of(keep)?;
+    let workers = threads(workers)?;
+    let models = Models::of(model)?;
+    let first = models.first();
+    let (n, inputs) = (first.n(), first.default_inputs().len());
+    let parameters = Parameters { beta, gamma, alpha, rho_inf };
+    let way = Given {
+        method,
+        dt,
+        jac,
+        rtol,
+        atol,
+        parameters,
+        adaptive,
+        max_step,
+        min_step,
+        max_steps,
+        predictor,
+        reuse_jacobian,
+        is_tied: first.native().constraints() > 0,
+    }
+    .way(n)?;
+    let mut count = Count(models.rows().map(|rows| (rows, "model")));
+    let mut vectors = |value: Option<&Bound<'py, PyAny>>, name| {
+        let Some(value) = value else { return Ok(None) };
+        let (vectors, rows) = Vectors::of_any(value, n, name)?;
+        count.agree(rows, name)?;
+        Ok::<_, PyErr>(Some(vectors))
+    };
+    let (q0, v0) = (vectors(q0, "q0")?, vectors(v0, "v0")?);
+    let t_span = (t0, t_end);
+    let inputs_of_rows = Inputs::of(u, inputs, control_step, (t_span, dt), &way, &mut count)?;
+    let count = count.0.map_or(1, |(rows, _)| rows);
+    let mut rows = Rows {
+        models,
+        places: Vec::new(),
+        t_span,
+        q0,
+        v0,
+        zeros: vec![0.0; n],
+        inputs: inputs_of_rows,
+        way,
+        t_eval: times(t_eval)?,
+        keep,
+        of_function: Mutex::new(None),
+    };
+    let times = rows.check(py, count)?;
+    rows.places = places_of(py, &rows.models, count, places, keep)?;
+    let size = Size { count, times: times.len(), n, places: rows.places.first().map_or(0, Vec::len) };
+    check_memory(size, keep, inputs, workers, memory_limit)?;
+    let progress = Progress::new(py, progress, count)?;
+    let (ensemble, refused, raised) = run(py, &rows, size, workers, &progress);
+    progress.close(py)?;
+    if let Err((row, error)) = refused {
+        return Err(of_row(py, row, &PyErr::from(with_python_names(error))));
+    }
+    finish(py, ensemble, times, workers, keep, raised)
+}
+
+/// The memory that results may take, in bytes.
+const MEMORY_LIMIT: f64 = crate::memory::LARGEST_RESULT as f64;
+
+fn keep_of(keep: &str) -> PyResult<Keep> {
+    match keep {
+        "states" => Ok(Keep::States),
+        "final" => Ok(Keep::Final),
+        "summary" => Ok(Keep::Summary),
+        _ => Err(PyValueError::new_err(format!(
+            "keep: got {keep:?}, expected \"states\", \"final\" or \"summary\""
+        ))),
+    }
+}
+
+/// What moves.
+enum Models {
+    One(Py<PyModel>),
+    Each(Vec<Py<PyModel>>),
+}
+
+impl Models {
+    fn of(model: &Bound<'_, PyAny>) -> PyResult<Self> {
+        if let Ok(model) = model.cast::<PyModel>() {
+            return Ok(Self::One(model.clone().unbind()));
+        }
+        let models = each(model)?;
+        if models.is_empty() {
+            return Err(PyValueError::new_err(
+                "model: got 0 models, expected at least one (one model and starts of shape (0, n) are no rows)",
+            ));
+        }
+        Ok(Self::Each(models))
+    }
+
+    fn rows(&self) -> Option<usize> {
+        match self {
+            Self::One(_) => None,
+            Self::Each(models) => Some(models.len()),
+        }
+    }
+
+    fn first(&self) -> &PyModel {
+        self.of_row(0).get()
+    }
+
+    fn of_row(&self, row: usize) -> &Py<PyModel> {
+        match self {
+            Self::One(model) => model,
+            Self::Each(models) => &models[row],
+        }
+    }
+}
+
+/// The number of rows, and the argument that says it.
+struct Count(Option<(usize, &'static str)>);
+
+impl Count {
+    fn agree(&mut self, rows: Option<usize>, name: &'static str) -> PyResult<()> {
+        match (rows, self.0) {
+            (Some(rows), Some((known, by))) if rows != known => {
+                Err(PyValueError::new_err(format!("{name}: got {rows} rows, expected {known} as {by} has")))
+            }
+            (Some(rows), None) => {
+                self.0 = Some((rows, name));
+                Ok(())
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Inputs of the rows.
+enum Inputs {
+    Defaults,
+    Held { values: Vectors, step: f64 },
+    Steps { values: Vec<f64>, of_row: usize, width: usize, step: f64 },
+}
+
+impl Inputs {
+    fn of(
+        given: Option<&Bound<'_, PyAny>>,
+        width: usize,
+        control_step: Option<f64>,
+        ((t0, t_end), dt): ((f64, f64), f64),
+        way: &Way,
+        count: &mut Count,
+    ) -> PyResult<Self> {
+        let no_steps = |control_step: Option<f64>| match control_step {
+            None => Ok(()),
+            Some(step) => Err(PyValueError::new_err(format!(
+                "control_step: got {step:?}, expected nothing: it is how long each of inputs of shape (count, steps, inputs) is held"
+            ))),
+        };
+        let Some(given) = given else { return no_steps(control_step).map(|()| Self::Defaults) };
+        if width == 0 {
+            return Err(PyValueError::new_err(
+                "u: got inputs, expected nothing: this model has no inputs (give loads or actuators a lissom.Input)",
+            ));
+        }
+        if matches!(way, Way::Accuracy(_)) {
+            return Err(PyValueError::new_err(
+                "u: got inputs, expected nothing: method \"auto\" takes their defaults; take another one",
+            ));
+        }
+        let of_three = convert::numbers(given, "u", "an array of real numbers, of one to three dimensions")?;
+        let Numbers { values, shape } = of_three;
+        let [rows, steps, inputs] = shape[..] else {
+            no_steps(control_step)?;
+            let (values, rows) = Vectors::of_any(given, width, "u")?;
+            count.agree(rows, "u")?;
+            let step = if t_end > t0 { t_end - t0 } else { dt };
+            return Ok(Self::Held { values, step });
+        };
+        let step = control_step.unwrap_or(dt);
+        let is_step = step.is_finite() && step > 0.0;
+        let wanted = if is_step { number_of_steps(t_end - t0, step).max(1) } else { steps };
+        if inputs != width || steps != wanted {
+            let message =
+                format!("u: expected shape (count, {wanted}, {width}), got ({rows}, {steps}, {inputs})");
+            return Err(PyValueError::new_err(message));
+        }
+        if let Some(index) = values.iter().position(|x| !x.is_finite()) {
+            let (row, rest) = (index / (steps * width), index % (steps * width));
+            let message = format!(
+                "u[{row}, {}, {}]: got {}, expected a finite number",
+                rest / width,
+                rest % width,
+                values[index]
+            );
+            return Err(PyValueError::new_err(message));
+        }
+        count.agree(Some(rows), "u")?;
+        Ok(Self::Steps { values, of_row: steps * width, width, step })
+    }
+
+    /// How long inputs are held, where they are not the defaults.
+    fn step(&self) -> Option<f64> {
+        match self {
+            Self::Defaults => None,
+            Self::Held { step, .. } | Self::Steps { step, .. } => Some(*step),
+        }
+    }
+
+    /// Those of a row at its control step of this number.
+    fn at(&self, row: usize, step: usize) -> &[f64] {
+        match self {
+            Self::Defaults => &[],
+            Self::Held { values, .. } => values.of(row),
+            Self::Steps { values, of_row, width, .. } => {
+                let values = &values[row * of_row..(row + 1) * of_row];
+                &values[(step * width).min(of_row - width)..][..*width]
+            }
+        }
+    }
+}
+
+/// A place on a link by its number, at an arc length or the tip.
+type OnLink = (usize, Option<f64>);
+
+/// All that runs are made of.
+struct Rows {
+    models: Models,
+    /// Of the only model, or of each.
+    places: Vec<Vec<OnLink>>,
+    t_span: (f64, f64),
+    q0: Option<Vectors>,
+    v0: Option<Vectors>,
+    zeros: Vec<f64>,
+    inputs: Inputs,
+    way: Way,
+    t_eval: Option<Vec<f64>>,
+    keep: Keep,
+    /// The first exception of a function of time.
+    of_function: Mutex<Option<PyErr>>,
+}
+
+impl Rows {
+    fn start(&self, row: usize) -> [&[f64]; 2] {
+        [&self.q0, &self.v0].map(|given| given.as_ref().map_or(self.zeros.as_slice(), |given| given.of(row)))
+    }
+
+    /// Refuses what makes no sense of any row; the times of all.
+    fn check(&self, py: Python<'_>, count: usize) -> PyResult<Vec<f64>> {
+        let mut last: Option<(*mut pyo3::ffi::PyObject, Box<dyn Native>)> = None;
+        let mut times = None;
+        for row in 0..count.max(1) {
+            if row % ROWS_BETWEEN_SIGNALS == 0 {
+                py.check_signals()?;
+            }
+            let model = self.models.of_row(row);
+            // Without rows there are no starts, but the rest must make sense.
+            let [q0, v0] = if count == 0 { [self.zeros.as_slice(); 2] } else { self.start(row) };
+            let is_new = last.as_ref().is_none_or(|(before, _)| *before != model.as_ptr());
+            let checked = if is_new {
+                let mut native = model.get().native();
+                let checked = self.check_all(&mut *native, [q0, v0], &mut times);
+                last = Some((model.as_ptr(), native));
+                checked
+            } else {
+                last.as_mut().map_or(Ok(()), |(_, native)| native.check_shape(q0, "q0"))
+            };
+            checked.map_err(|error| {
+                let error = PyErr::from(with_python_names(error));
+                // What is wrong with all rows is not said of the first one.
+                if count > 1 && (row > 0 || error.value(py).to_string().starts_with("q0")) {
+                    of_row(py, row, &error)
+                } else {
+                    error
+                }
+            })?;
+        }
+        match times {
+            Some(times) => Ok(times),
+            None if self.keep == Keep::Final => Ok(vec![self.t_span.1]),
+            None => Err(PyTypeError::new_err(
+                "t_eval: missing: adaptive steps end at times of their own in every row; give the times that are wanted, or keep=\"final\"",
+            )),
+        }
+    }
+
+    fn check_all(
+        &self,
+        model: &mut dyn Native,
+        [q0, v0]: [&[f64]; 2],
+        times: &mut Option<Vec<f64>>,
+    ) -> Result<(), InvalidInput> {
+        let (t_span, t_eval) = (self.t_span, self.t_eval.as_deref());
+        match &self.way {
+            Way::Accuracy(request) => {
+                *times = Some(model.check_to_accuracy(t_span, q0, v0, *request, t_eval)?);
+            }
+            Way::Method(method) => {
+                let step = self.inputs.step();
+                model.check(t_span, q0, v0, method, t_eval, step)?;
+                if times.is_none() {
+                    *times = times_of_run(model.n(), t_span, method, t_eval, step)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The run of a row, in whatever thread.
+    fn run(&self, row: usize, monitor: &mut Monitor<'_>) -> Result<Run, Refusal> {
+        let model = self.models.of_row(row).get().native();
+        let [q0, v0] = self.start(row);
+        let t_eval = self.t_eval.as_deref();
+        let simulated = match &self.way {
+            Way::Accuracy(request) => {
+                model.simulate_to_accuracy(self.t_span, q0, v0, *request, t_eval, monitor)
+            }
+            Way::Method(method) => {
+                let mut steps = 0;
+                let mut set = |_: f64, _: &[f64], _: &[f64], inputs: &mut [f64]| {
+                    inputs.copy_from_slice(self.inputs.at(row, steps));
+                    steps += 1;
+                    Ok(())
+                };
+                let control = self.inputs.step().map(|step| Control { step, inputs: &mut set });
+                let simulated = model.simulate(self.t_span, q0, v0, method, t_eval, control, monitor);
+                simulated.map(|simulation| (simulation, None))
+            }
+        };
+        let (simulation, replacement) = simulated.map_err(Refusal::Input)?;
+        let model = &mut *replacement.unwrap_or(model);
+        let mut run = Run { simulation, slack: Vec::new(), poses: Vec::new() };
+        let observed = raised_by_function().and_then(|()| {
+            // What it raises is taken below.
+            let _ = self.observe(model, row, &mut run);
+            raised_by_function()
+        });
+        match observed {
+            Ok(()) => Ok(run),
+            Err(error) => {
+                self.of_function.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
+                Err(Refusal::Ended(Box::new(run)))
+            }
+        }
+    }
+
+    /// Looks at a motion as it was made.
+    fn observe(&self, model: &mut dyn Native, row: usize, run: &mut Run) -> Result<(), Interrupted> {
+        let Run { simulation, slack, poses } = run;
+        let from = if self.keep == Keep::Final { simulation.t.len().saturating_sub(1) } else { 0 };
+        let places = self.places.get(row).or(self.places.first()).map_or(&[][..], Vec::as_slice);
+        if let Some(robot) = model.robot_model() {
+            *slack = slackness(robot, simulation)?;
+            let places: Vec<Place> = places.iter().map(|&(link, x)| robot.place_on(link, x)).collect();
+            if !places.is_empty() {
+                let found = ensemble::poses(robot, simulation, &places, from)?;
+                *poses = found.iter().flat_map(convert::homogeneous).collect();
+            }
+        } else if !places.is_empty() {
+            *poses = tips(model, simulation, from);
+        }
+        Ok(())
+    }
+}
+
+/// The tip of a model without links, as poses that do not turn.
+fn tips(model: &mut dyn Native, simulation: &Simulation, from: usize) -> Vec<f64> {
+    let tips = ensemble::tips(model, simulation, from);
+    let poses = tips.into_iter().map(|tip| Pose {
+        rotation: Quaternion::from_array([1.0, 0.0, 0.0, 0.0]).rotation(),
+        position: Vector::new(tip[0], tip[1], tip[2]),
+    });
+    poses.flat_map(|pose| convert::homogeneous(&pose)).collect()
+}
+
+/// Rows between two looks at signals.
+const ROWS_BETWEEN_SIGNALS: usize = 256;
+
+/// The places that are followed, of the only model or of each; none where there are none.
+fn places_of(
+    py: Python<'_>,
+    models: &Models,
+    count: usize,
+    given: Option<&Bound<'_, PyAny>>,
+    keep: Keep,
+) -> PyResult<Vec<Vec<OnLink>>> {
+    if given.is_none() && keep != Keep::Summary {
+        return Ok(Vec::new());
+    }
+    let rows = if models.rows().is_some() { count } else { 1 };
+    let mut all: Vec<Vec<OnLink>> = Vec::with_capacity(rows);
+    for row in 0..rows {
+        let of_model = places_of_model(models.of_row(row).bind(py), given);
+        all.push(of_model.map_err(|error| if rows > 1 { of_row(py, row, &error) } else { error })?);
+    }
+    Ok(all)
+}
+
+fn places_of_model(model: &Bound<'_, PyModel>, given: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<OnLink>> {
+    let robot = model.cast::<PyRobot>().ok();
+    let links = robot.map_or(1, |robot| robot.get().description().links.len());
+    let Some(given) = given else { return Ok(vec![(links - 1, None)]) };
+    let Some(robot) = robot else {
+        return Err(PyTypeError::new_err("places: got some, expected None: this model has no links"));
+    };
+    let robot = robot.get();
+    let expected = "arc lengths, names of links, or pairs (link, arc length)";
+    let wrong = |place: &str, found: &Bound<'_, PyAny>| {
+        PyTypeError::new_err(format!("{place}: expected {expected}, got {}", convert::describe(found)))
+    };
+    if given.is_instance_of::<pyo3::types::PyString>() {
+        return Err(wrong("places", given));
+    }
+    let mut places = Vec::new();
+    for (i, item) in given.try_iter().map_err(|_| wrong("places", given))?.enumerate() {
+        let (item, place) = (item?, format!("places[{i}]"));
+        let (name, x): (Option<String>, Option<f64>) = if let Ok(name) = item.extract::<String>() {
+            (Some(name), None)
+        } else if let Ok((name, x)) = item.extract::<(String, Bound<'_, PyAny>)>() {
+            (Some(name), Some(convert::number(&x).map_err(|_| wrong(&place, &item))?))
+        } else {
+            (None, Some(convert::number(&item).map_err(|_| wrong(&place, &item))?))
+        };
+        let link = index_of(robot.description(), name.as_deref(), &place)?;
+        robot
+            .check_place(link, x)
+            .map_err(|error| PyValueError::new_err(format!("{place}: {}", error.value(item.py()))))?;
+        places.push((link, x));
+    }
+    Ok(places)
+}
+
+fn check_memory(size: Size, keep: Keep, inputs: usize, workers: usize, limit: f64) -> PyResult<()> {
+    if limit.is_nan() || limit <= 0.0 {
+        return Err(PyValueError::new_err(format!(
+            "memory_limit: got {limit:?}, expected a number > 0 (bytes)"
+        )));
+    }
+    let numbers = size.numbers(keep, inputs, workers);
+    let bytes = numbers as f64 * size_of::<f64>() as f64;
+    let found = format!("{} rows of {} times and {} coordinates", size.count, size.times, size.n);
+    let instead = "ask for fewer times with `t_eval`, or keep \"final\" or \"summary\"";
+    if bytes > limit {
+        return Err(PyValueError::new_err(format!(
+            "keep: got {found}, expected what takes at most {:.3} GB; this takes {:.3} GB: {instead}, or raise `memory_limit`",
+            limit / 1e9,
+            bytes / 1e9
+        )));
+    }
+    Ok(crate::memory::check(numbers, "keep", found, instead)?)
+}
+
+/// Who is told how many runs are done.
+enum Progress {
+    Nobody,
+    Callable(Py<PyAny>),
+    Bar(Py<PyAny>),
+}
+
+impl Progress {
+    fn new(py: Python<'_>, given: Option<&Bound<'_, PyAny>>, count: usize) -> PyResult<Self> {
+        let Some(given) = given else { return Ok(Self::Nobody) };
+        if let Ok(wanted) = given.extract::<bool>() {
+            if !wanted {
+                return Ok(Self::Nobody);
+            }
+            let arguments = PyDict::new(py);
+            arguments.set_item("total", count)?;
+            arguments.set_item("unit", " runs")?;
+            let bar = py.import("tqdm")?.getattr("tqdm")?.call((), Some(&arguments))?;
+            return Ok(Self::Bar(bar.unbind()));
+        }
+        if !given.is_callable() {
+            let found = convert::describe(given);
+            return Err(PyTypeError::new_err(format!(
+                "progress: expected a bool or a callable, got {found}"
+            )));
+        }
+        Ok(Self::Callable(given.clone().unbind()))
+    }
+
+    /// Whether there shall be an end.
+    fn tell(&self, py: Python<'_>, done: usize) -> PyResult<bool> {
+        match self {
+            Self::Nobody => Ok(false),
+            Self::Callable(function) => wants_to_stop(py, call(function.bind(py), (done,))),
+            Self::Bar(bar) => {
+                let bar = bar.bind(py);
+                let shown: usize = bar.getattr("n")?.extract()?;
+                bar.call_method1("update", (done.saturating_sub(shown),))?;
+                Ok(false)
+            }
+        }
+    }
+
+    fn close(&self, py: Python<'_>) -> PyResult<()> {
+        if let Self::Bar(bar) = self {
+            bar.call_method0(py, "close")?;
+        }
+        Ok(())
+    }
+}
+
+/// All runs, without the interpreter, which is asked for progress and Ctrl-C.
+#[allow(clippy::type_complexity, reason = "what came of them, what was refused and what was raised")]
+fn run(
+    py: Python<'_>,
+    rows: &Rows,
+    size: Size,
+    workers: usize,
+    progress: &Progress,
+) -> (Ensemble, Result<(), (usize, InvalidInput)>, PyResult<()>) {
+    let mut raised = Raised::default();
+    let (ensemble, refused) = py.detach(|| {
+        let mut watch = |done: usize| {
+            let stop = raised.catch(Python::attach(|py| {
+                py.check_signals()?;
+                progress.tell(py, done)
+            }))?;
+            if stop { Err(Interrupted) } else { Ok(()) }
+        };
+        let run = |row: usize, monitor: &mut Monitor<'_>| rows.run(row, monitor);
+        ensemble::simulate_many(size, rows.keep, workers, &run, &mut watch)
+    });
+    let of_function = rows.of_function.lock().unwrap_or_else(PoisonError::into_inner).take();
+    let raised = of_function.map_or(Ok(()), Err).and(raised.into_result());
+    // The last ones were done after the last look.
+    let done = ensemble.outcomes.iter().flatten().filter(|outcome| outcome.status.is_success()).count();
+    let raised = raised.and_then(|()| progress.tell(py, done).map(|_| ()));
+    (ensemble, refused, raised)
+}
+
+/// The result, of whose doubts Python is warned once; or the exception that ended the runs, with the result as an attribute.
+fn finish(
+    py: Python<'_>,
+    ensemble: Ensemble,
+    times: Vec<f64>,
+    workers: usize,
+    keep: Keep,
+    raised: PyResult<()>,
+) -> PyResult<PyEnsembleResult> {
+    let doubts = ensemble.outcomes.iter().flatten().filter_map(|outcome| outcome.doubt.as_ref());
+    let doubts: Vec<&String> = doubts.collect();
+    let warned = || match doubts[..] {
+        [] => Ok(()),
+        [first, ..] => {
+            let text = format!("{} of {} runs: {first}", doubts.len(), ensemble.size.count);
+            PyErr::warn(py, &py.get_type::<AccuracyWarning>(), &CString::new(text)?, 1)
+        }
+    };
+    match raised.and_then(|()| warned()) {
+        Ok(()) => PyEnsembleResult::new(py, ensemble, times, workers, keep),
+        Err(error) => {
+            Err(with_result(py, error, || PyEnsembleResult::new(py, ensemble, times, workers, keep)))
+        }
+    }
+}
+
+/// Result of `simulate_many`: arrays with a row for each run. What a row does not have is NaN.
+///
+/// Attributes
+/// ----------
+/// t : ndarray, shape (m,)
+///     Times, seconds, of all rows; with keep='final' those at which a run that comes to its end would have been known.
+/// q, v : ndarray, shape (count, m, n) for keep='states', else (count, n)
+///     Coordinates and velocities: of each row at all times, or the last ones that it has.
+/// poses : ndarray, shape (count, m, k, 4, 4) for keep='states', else (count, k, 4, 4), or None
+///     Homogeneous matrices of the k places that were asked for, as from `Robot.pose`.
+/// lowest, highest : ndarray, shape (count, n), or None
+///     The extremes of the coordinates over the times of each row, for keep='summary'.
+/// mean, variance : ndarray, shape (m, k, 3), or None
+///     Of the positions of the places at each time over the rows that succeeded, metres and square metres, for keep='summary'. The
+///     variance is the unbiased one.
+/// reached : ndarray, shape (count,)
+///     The last of the times that each row has, seconds.
+/// success : ndarray of bool, shape (count,)
+///     True where the end was reached.
+/// status : ndarray of str, shape (count,)
+///     As of `MotionResult`; 'not_begun' of rows that Ctrl-C, `progress` or an exception left out.
+/// message : tuple of str
+///     The status of each row in words, as of `MotionResult`.
+/// doubt : tuple of str or None
+///     Why the motion of a row may be far from the right one, as of `MotionResult`.
+/// slack : tuple of tuple of str
+///     Slack tendons of each row, as of `MotionResult`.
+/// stats : dict of str to ndarray, shape (count,)
+///     What each row has cost: the attributes of `Statistics` by name; NaN and zero where there are none.
+/// keep : str
+///     What was kept.
+/// workers : int
+///     Most threads.
+/// wall_time : float
+///     Seconds, of all runs together.
+/// nbytes : int
+///     Memory of the arrays, bytes.
+#[pyclass(name = "EnsembleResult", module = "lissom", frozen, get_all)]
+#[derive(FromPyObject)]
+pub(crate) struct PyEnsembleResult {
+    t: ReadOnly,
+    q: ReadOnly,
+    v: ReadOnly,
+    poses: Option<ReadOnly>,
+    lowest: Option<ReadOnly>,
+    highest: Option<ReadOnly>,
+    mean: Option<ReadOnly>,
+    variance: Option<ReadOnly>,
+    reached: ReadOnly,
+    success: ReadOnly,
+    status: ReadOnly,
+    message: Py<PyTuple>,
+    doubt: Py<PyTuple>,
+    slack: Py<PyTuple>,
+    stats: ReadOnly,
+    keep: String,
+    workers: usize,
+    wall_time: f64,
+}
+
+/// The status of a row that there was no time for.
+const NOT_BEGUN: &str = "not_begun";
+
+impl PyEnsembleResult {
+    fn new(
+        py: Python<'_>,
+        ensemble: Ensemble,
+        times: Vec<f64>,
+        workers: usize,
+        keep: Keep,
+    ) -> PyResult<Self> {
+        let Ensemble { size, q, v, poses, extremes, spread, outcomes, wall_time } = ensemble;
+        let Size { count, times: m, n, places } = size;
+        let array = |values: Vec<f64>, shape: &[usize]| {
+            ReadOnly::new(values.into_pyarray(py).reshape(shape.to_vec())?.into_any())
+        };
+        let of_row = |rest: &[usize]| -> Vec<usize> {
+            let times = (keep == Keep::States).then_some(m);
+            [count].into_iter().chain(times).chain(rest.iter().copied()).collect()
+        };
+        let (lowest, highest) = match extremes {
+            Some([lowest, highest]) => {
+                (Some(array(lowest, &[count, n])?), Some(array(highest, &[count, n])?))
+            }
+            None => (None, None),
+        };
+        let (mean, variance) = match spread {
+            Some(spread) => {
+                let shape = [m, places, 3];
+                (Some(array(spread.mean(), &shape)?), Some(array(spread.variance(), &shape)?))
+            }
+            None => (None, None),
+        };
+        let numpy = py.import("numpy")?;
+        let of_outcomes = |of: &dyn Fn(&Outcome) -> f64, unknown: f64| -> PyResult<ReadOnly> {
+            let values = outcomes.iter().map(|outcome| outcome.as_ref().map_or(unknown, of));
+            array(values.collect(), &[count])
+        };
+        let names: Vec<&str> = outcomes
+            .iter()
+            .map(|outcome| outcome.as_ref().map_or(NOT_BEGUN, |it| it.status.name()))
+            .collect();
+        let status = match names[..] {
+            [] => numpy.call_method1("empty", (0, "U1"))?,
+            _ => numpy.call_method1("array", (&names,))?,
+        };
+        let success: Vec<bool> = outcomes
+            .iter()
+            .map(|outcome| outcome.as_ref().is_some_and(|outcome| outcome.status.is_success()))
+            .collect();
+        let texts = outcomes
+            .iter()
+            .map(|outcome| outcome.as_ref().map_or("The run was not begun.", |it| it.message.as_str()));
+        let doubts = outcomes.iter().map(|outcome| outcome.as_ref().and_then(|it| it.doubt.as_deref()));
+        let slack = outcomes.iter().map(|outcome| {
+            let slack = outcome.iter().flat_map(|it| &it.slack).map(|slack| slack.name.as_str());
+            PyTuple::new(py, slack.collect::<Vec<_>>())
+        });
+        let message = PyTuple::new(py, texts.collect::<Vec<_>>())?.unbind();
+        let doubt = PyTuple::new(py, doubts.collect::<Vec<_>>())?.unbind();
+        let slack = PyTuple::new(py, slack.collect::<PyResult<Vec<_>>>()?)?.unbind();
+        Ok(Self {
+            t: array(times, &[m])?,
+            q: array(q, &of_row(&[n]))?,
+            v: array(v, &of_row(&[n]))?,
+            poses: if places > 0 { Some(array(poses, &of_row(&[places, 4, 4]))?) } else { None },
+            lowest,
+            highest,
+            mean,
+            variance,
+            reached: of_outcomes(&|outcome| outcome.reached, f64::NAN)?,
+            success: ReadOnly::new(success.into_pyarray(py).into_any())?,
+            status: ReadOnly::new(status)?,
+            message,
+            doubt,
+            slack,
+            stats: ReadOnly::new(statistics(py, &outcomes)?.into_any())?,
+            keep: match keep {
+                Keep::States => "states",
+                Keep::Final => "final",
+                Keep::Summary => "summary",
+            }
+            .to_owned(),
+            workers,
+            wall_time,
+        })
+    }
+}
+
+/// What the rows have cost, by the names of `Statistics`.
+fn statistics<'py>(py: Python<'py>, outcomes: &[Option<Outcome>]) -> PyResult<Bound<'py, PyDict>> {
+    let stats = PyDict::new(py);
+    let numbers = |of: &dyn Fn(&Outcome) -> Option<f64>| {
+        let values = outcomes.iter().map(|outcome| outcome.as_ref().and_then(of).unwrap_or(f64::NAN));
+        values.collect::<Vec<_>>().into_pyarray(py)
+    };
+    let counts = |of: &dyn Fn(&crate::second_order::Counters) -> usize| {
+        let values = outcomes
+            .iter()
+            .map(|outcome| outcome.as_ref().map_or(0, |outcome| of(&outcome.statistics.counters) as i64));
+        values.collect::<Vec<i64>>().into_pyarray(py)
+    };
+    stats.set_item("wall_time", numbers(&|outcome| Some(outcome.statistics.wall_time)))?;
+    stats.set_item("time_error", numbers(&|outcome| outcome.statistics.time_error))?;
+    stats.set_item("space_error", numbers(&|outcome| outcome.statistics.space_error))?;
+    stats.set_item("steps", counts(&|counters| counters.steps))?;
+    stats.set_item("rejected", counts(&|counters| counters.rejected))?;
+    stats.set_item("unsolved", counts(&|counters| counters.unsolved))?;
+    stats.set_item("newton_iterations", counts(&|counters| counters.newton_iterations))?;
+    stats.set_item("nfev", counts(&|counters| counters.nfev))?;
+    stats.set_item("nfev_jac", counts(&|counters| counters.nfev_jacobian))?;
+    stats.set_item("njev", counts(&|counters| counters.njev))?;
+    stats.set_item("nlu", counts(&|counters| counters.nlu))?;
+    stats.set_item("reuse_failures", counts(&|counters| counters.reuse_failures))?;
+    stats.set_item("full_newton", counts(&|counters| counters.full_newton))?;
+    Ok(stats)
+}
+
+#[pymethods]
+impl PyEnsembleResult {
+    fn __len__(&self, py: Python<'_>) -> PyResult<usize> {
+        self.success.bind(py).len()
+    }
+
+    /// Memory of the arrays, bytes.
+    #[getter]
+    fn nbytes(&self, py: Python<'_>) -> PyResult<usize> {
+        let Self { t, q, v, poses, lowest, highest, mean, variance, reached, success, status, stats, .. } =
+            self;
+        let given = [t, q, v, reached, success, status].into_iter();
+        let optional = [poses, lowest, highest, mean, variance].into_iter().flatten();
+        let bytes = |array: &Bound<'_, PyAny>| array.getattr("nbytes")?.extract::<usize>();
+        let mut sum = 0;
+        for array in given.chain(optional) {
+            sum += bytes(array.bind(py))?;
+        }
+        for (_, array) in stats.bind(py).cast::<PyDict>()?.iter() {
+            sum += bytes(&array)?;
+        }
+        Ok(sum)
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        let success = self.success.bind(py);
+        let count = success.len()?;
+        let done: usize = success.call_method0("sum")?.extract()?;
+        let shape = self.q.bind(py).getattr("shape")?;
+        let Self { keep, wall_time, .. } = self;
+        Ok(format!(
+            "<EnsembleResult: {done} of {count} runs succeeded, keep={keep:?}, q of shape {shape}, {wall_time:.3e} s>"
+        ))
+    }
+
+    /// For copies and pickles.
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Reduced<'py>> {
+        record::reduce(slf)
+    }
+
+    #[staticmethod]
+    fn _restore(state: Self) -> Self {
+        state
+    }
+}
