@@ -653,7 +653,8 @@ fn run(
     let of_function = rows.of_function.lock().unwrap_or_else(PoisonError::into_inner).take();
     let raised = of_function.map_or(Ok(()), Err).and(raised.into_result());
     // The last ones were done after the last look.
-    let done = ensemble.outcomes.iter().flatten().filter(|outcome| outcome.status.is_success()).count();
+    let was_cut = |outcome: &&Outcome| outcome.status.name() != INTERRUPTED;
+    let done = ensemble.outcomes.iter().flatten().filter(was_cut).count();
     let raised = raised.and_then(|()| progress.tell(py, done).map(|_| ()));
     (ensemble, refused, raised)
 }
@@ -743,6 +744,9 @@ pub(crate) struct PyEnsembleResult {
     workers: usize,
     wall_time: f64,
 }
+
+/// The status of a run that was cut off.
+const INTERRUPTED: &str = "interrupted";
 
 /// The status of a row that there was no time for.
 const NOT_BEGUN: &str = "not_begun";

@@ -349,6 +349,11 @@ def test_progress_is_told_and_may_end_the_rest():
     assert told == sorted(told)
     assert told[-1] == 20
 
+    told.clear()
+    models = [arm(), arm(loads=[lissom.Load(force=([0.0, 0.01], [(0, 0, 0), (0, 0, 1e300)]))])]
+    assert not lissom.simulate_many(models, T_END, progress=told.append).success[1]
+    assert told[-1] == 2
+
     def enough(done):
         return done >= 2
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
@@ -131,9 +132,9 @@ def sweep(
     >>> import lissom
     >>> soft = lissom.Segment(0.3, 0.01, 1e6, 4e5, 1000, {"bend_y": 2}, retardation_time=0.02)
     >>> found = lissom.sweep(
-    ...     lissom.Rod([soft]), {"rod[0].segment[0].young_modulus": [5e5, 1e6, 2e6]}, t_end=0.5, dt=5e-3
+    ...     lissom.Rod([soft]), {"rod[0].segment[0].radius": [8e-3, 1e-2, 1.2e-2]}, t_end=0.5, dt=5e-3
     ... )
-    >>> found.sizes["rod[0].segment[0].young_modulus"], bool(found.success.all())
+    >>> found.sizes["rod[0].segment[0].radius"], bool(found.success.all())
     (3, True)
     """
     needed = ["xarray"] + ["zarr"] * (store is not None)
@@ -173,7 +174,8 @@ def sweep(
                 else:
                     executors.by(adapted, source, grid.point, wants, chunks, write)
         except BaseException as error:
-            if getattr(error, "result", None) is None and not isinstance(error, GeneratorExit):
+            # Not that of the runs of a task, which may have one, too.
+            with contextlib.suppress(AttributeError):
                 error.result = _dataset(kept, grid, first, wants)  # type: ignore[attr-defined]
             raise
     return _dataset(kept, grid, first, wants)

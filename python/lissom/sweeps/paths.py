@@ -76,7 +76,10 @@ def set_in_document(document: dict[str, Any], path: Sequence[Part], value: Any) 
         elif not isinstance(here, dict):
             raise ValueError(f"{up_to(path, i + 1)}: {up_to(path, i)} has no keys")
         elif not is_last and part not in here:
-            raise ValueError(f"{up_to(path, i + 1)}: the scene has no such key; {meant(part, here)}")
+            raise ValueError(
+                f"{up_to(path, i + 1)}: the scene has no such key, {meant(part, here)} "
+                "(a default has to be written before its parts can be swept)"
+            )
         if is_last:
             here[part] = value
         else:

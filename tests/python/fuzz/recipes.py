@@ -504,12 +504,7 @@ RECIPES: dict[str, dict | list[dict]] = {
             "progress": "lambda done: None",
             "measure": "lambda result: result.q.max()",
         },
-        {
-            "model": "v.rod()",
-            "parameters": "{'segments[0].density': [900.0, 1000.0]}",
-            "places": "[0.1]",
-            "t_end": "0.05",
-        },
+        {"model": "v.scene()", "parameters": "{'pendulum.mass': [1.0, 2.0]}", "executor": "None"},
     ],
     "simulate_many": [
         {
