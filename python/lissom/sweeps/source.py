@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import inspect
 import tempfile
 import tomllib
@@ -64,15 +65,17 @@ class OfScene(Source):
         document = tomllib.loads(self.text)
         for path, value in parameters.items():
             paths.set_in_document(document, paths.parts(path), value)
-        with warnings.catch_warnings(), tempfile.TemporaryDirectory() as folder:
+        with contextlib.ExitStack() as stack:
+            stack.enter_context(warnings.catch_warnings())
             # They were said when the scene was read.
             warnings.simplefilter("ignore")
             name = self.name
             if self.imports:
+                folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
                 ((_, content),) = self.imports.items()
-                (Path(folder) / "imported.urdf").write_bytes(content)
+                (folder / "imported.urdf").write_bytes(content)
                 document["import"]["urdf"] = "imported.urdf"
-                name = str(Path(folder) / "scene.toml")
+                name = str(folder / "scene.toml")
             try:
                 scene = Scene.loads(paths.document_text(document), name)
             except SceneError as error:
