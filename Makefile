@@ -61,7 +61,7 @@ test-python: build-for-test ## formatting, types and tests of the Python package
 	$(BIN)/python -m mypy.stubtest lissom._lissom --allowlist tests/python/stubtest-allowlist.txt
 	$(BIN)/python -m pytest -n $(JOBS)
 
-test-browser: $(VENV)/browser.stamp ## reports in headless Chromium (LISSOM_CHROMIUM=path, or playwright's own)
+test-browser: docs $(VENV)/browser.stamp ## reports and the site in headless Chromium (LISSOM_CHROMIUM=path, or playwright's own)
 	@test -n "$(LISSOM_CHROMIUM)" || $(BIN)/python -m playwright install chromium
 	$(BIN)/python -m pytest tests/browser -o addopts= --timeout 300
 
