@@ -28,8 +28,8 @@ unexport CONDA_PREFIX
 unexport PYTHONPATH
 unexport PYTHONHOME
 
-.PHONY: help demo bench peers validate stress test test-rust test-python test-browser test-checked build build-for-test wheel sdist \
-	docs docs-check pictures format lock fuzz audit clean
+.PHONY: help demo bench peers validate stress test test-rust test-python test-browser test-checked test-oldest test-msrv \
+	build build-for-test wheel sdist crate sbom docs docs-check links pictures format lock fuzz audit clean
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -61,7 +61,7 @@ test-python: build-for-test ## formatting, types and tests of the Python package
 	$(BIN)/python -m mypy.stubtest lissom._lissom --allowlist tests/python/stubtest-allowlist.txt
 	$(BIN)/python -m pytest -n $(JOBS)
 
-test-browser: $(VENV)/browser.stamp ## reports in headless Chromium (LISSOM_CHROMIUM=path, or playwright's own)
+test-browser: docs $(VENV)/browser.stamp ## reports and the site in headless Chromium (LISSOM_CHROMIUM=path, or playwright's own)
 	@test -n "$(LISSOM_CHROMIUM)" || $(BIN)/python -m playwright install chromium
 	$(BIN)/python -m pytest tests/browser -o addopts= --timeout 300
 
@@ -69,6 +69,25 @@ test-checked: $(VENV)/test.stamp ## the Python tests with debug assertions and o
 	@.ci/toolchain cargo
 	$(BIN)/maturin develop --profile checked --locked
 	$(BIN)/python -m pytest -n $(JOBS); status=$$?; $(MAKE) build-for-test; exit $$status
+
+# Those of the tests that take a minute and touch every extra.
+OLDEST_TESTS ?= package arrays pickle scene rod rod_input sections roots views modes cli_tools report gym
+test-oldest: $(VENV)/test.stamp ## some tests with the oldest Python packages that are allowed (needs uv)
+	@.ci/toolchain cargo
+	rm -rf target/oldest
+	$(BIN)/maturin build --profile quick --locked --no-default-features --features "python $(shell .ci/features)" --out target/oldest
+	uv pip compile --quiet --resolution lowest-direct --python-version 3.11 --no-emit-index-url --no-emit-find-links \
+		--all-extras pyproject.toml --output-file target/oldest/requirements.txt
+	uv venv --quiet --python 3.11 target/oldest/venv
+	uv pip install --quiet --python target/oldest/venv --requirement target/oldest/requirements.txt \
+		pytest pytest-timeout pytest-xdist hypothesis pyyaml
+	uv pip install --quiet --python target/oldest/venv --no-deps target/oldest/*.whl
+	uv pip list --python target/oldest/venv
+	target/oldest/venv/bin/python -m pytest -n $(JOBS) $(OLDEST_TESTS:%=tests/python/test_%.py)
+
+RUST_VERSION = $(shell sed -n 's/^rust-version = "\([0-9.]*\)".*/\1/p' Cargo.toml)
+test-msrv: $(VENV)/demo.stamp ## compile everything with the oldest Rust that Cargo.toml allows (rustup toolchain install it)
+	CARGO_TARGET_DIR=target/msrv cargo +$(RUST_VERSION) check --locked --all-targets --features python
 
 bench: build-for-test ## measure, and write docs/benchmarks.md (PARTS="lab kernels", QUICK=1)
 	$(BIN)/python benches/python/speed/suite.py --parts $(PARTS) $(if $(QUICK),--quick)
@@ -106,13 +125,24 @@ sdist: $(VENV)/demo.stamp ## pack the sources into dist/, and try to install fro
 	$(BIN)/maturin sdist --out dist
 	.ci/try-wheel dist/*.tar.gz
 
+crate: ## pack the crate as `cargo publish` does, and compile it from that
+	@.ci/toolchain cargo
+	cargo package --locked
+
+sbom: ## write the bill of materials of the wheel, dist/lissom.cdx.json (needs cargo-cyclonedx)
+	mkdir -p dist
+	cargo cyclonedx --quiet --format json --features python --override-filename lissom.cdx
+	mv lissom.cdx.json dist/
+
 docs: build $(VENV)/docs.stamp ## build the site into results/site
 	$(BIN)/sphinx-build --quiet --fail-on-warning --keep-going -b html docs "$(RESULTS)/site"
 	@echo "Open in a browser: $(RESULTS)/site/index.html"
 
-docs-check: docs ## the site, its links (those to the outside need the network) and its examples
+docs-check: docs ## the site, the links within it and its examples
 	$(BIN)/python docs/extensions/local_links.py "$(RESULTS)/site"
 	$(BIN)/python -m pytest --quiet tests/python/test_docs.py tests/python/test_site.py
+
+links: build $(VENV)/docs.stamp ## links from the site to the outside (needs the network)
 	$(BIN)/sphinx-build --quiet -b linkcheck docs "$(RESULTS)/links"
 
 pictures: build $(VENV)/docs.stamp ## draw the pictures of the README and the site, and write docs/gallery.md

@@ -69,7 +69,8 @@ _NO_LIMITS = "a joint of this type has no stops in lissom"
 _MENDED = "no body has such moments of inertia: the nearest ones that a body can have are taken"
 _NO_FORCES = "joints of this type have no damping and friction in lissom"
 _NO_AXIS = "a joint of this type has no axis"
-_DRIVE = "a limit of the drive; lissom has no drives with limits"
+_EFFORT = "a limit of the drive: robots have none until a `Motor` with `limits` is given to them"
+_DRIVE = "a limit of the drive; a `Motor` limits torque and force only"
 _PICTURE = "only for pictures"
 _CONTACT = "shapes for contact are not read"
 _NAMESPACE = "a namespace declaration says nothing about the robot"
@@ -106,7 +107,7 @@ _REASONS: Mapping[str, Mapping[str, str]] = {
         "calibration": _CONTROL,
         "gazebo": _OTHER_SIMULATORS,
     },
-    "limit": {"@effort": _DRIVE, "@velocity": _DRIVE, "@acceleration": _DRIVE, "@jerk": _DRIVE},
+    "limit": {"@effort": _EFFORT, "@velocity": _DRIVE, "@acceleration": _DRIVE, "@jerk": _DRIVE},
 }
 
 
