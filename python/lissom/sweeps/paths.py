@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import difflib
+import functools
 import inspect
 import json
 import re
@@ -168,8 +169,10 @@ def constructed(thing: Any) -> dict[str, Any] | None:
     return arguments
 
 
-def _parameters(kind: type) -> list[str]:
-    return list(inspect.signature(kind).parameters)
+@functools.cache
+def _parameters(kind: type) -> tuple[str, ...]:
+    """What a class is called with; its signature takes longer to read than most models to make."""
+    return tuple(inspect.signature(kind).parameters)
 
 
 def plain(thing: Any) -> Any:
