@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import difflib
-import functools
 import inspect
 import json
 import re
@@ -169,10 +168,14 @@ def constructed(thing: Any) -> dict[str, Any] | None:
     return arguments
 
 
-@functools.cache
+#: What classes are called with: their signatures take longer to read than most models to make.
+_SIGNATURES: dict[type, tuple[str, ...]] = {}
+
+
 def _parameters(kind: type) -> tuple[str, ...]:
-    """What a class is called with; its signature takes longer to read than most models to make."""
-    return tuple(inspect.signature(kind).parameters)
+    if kind not in _SIGNATURES:
+        _SIGNATURES[kind] = tuple(inspect.signature(kind).parameters)
+    return _SIGNATURES[kind]
 
 
 def plain(thing: Any) -> Any:
