@@ -168,8 +168,14 @@ def constructed(thing: Any) -> dict[str, Any] | None:
     return arguments
 
 
-def _parameters(kind: type) -> list[str]:
-    return list(inspect.signature(kind).parameters)
+#: What classes are called with: their signatures take longer to read than most models to make.
+_SIGNATURES: dict[type, tuple[str, ...]] = {}
+
+
+def _parameters(kind: type) -> tuple[str, ...]:
+    if kind not in _SIGNATURES:
+        _SIGNATURES[kind] = tuple(inspect.signature(kind).parameters)
+    return _SIGNATURES[kind]
 
 
 def plain(thing: Any) -> Any:
