@@ -80,7 +80,7 @@ test-oldest: $(VENV)/test.stamp ## some tests with the oldest Python packages th
 		--all-extras pyproject.toml --group examples --output-file target/oldest/requirements.txt
 	uv venv --quiet --python 3.11 target/oldest/venv
 	uv pip install --quiet --python target/oldest/venv --requirement target/oldest/requirements.txt \
-		pytest pytest-timeout pytest-xdist hypothesis pyyaml
+		pytest pytest-timeout pytest-xdist hypothesis pyyaml control
 	uv pip install --quiet --python target/oldest/venv --no-deps target/oldest/*.whl
 	uv pip list --python target/oldest/venv
 	target/oldest/venv/bin/python -m pytest -n $(JOBS) -W ignore::DeprecationWarning $(OLDEST_TESTS:%=tests/python/test_%.py)

@@ -38,7 +38,7 @@ use crate::world::{BaseMotion, BaseRotation, quaternion_motion};
 /// Raises
 /// ------
 /// ValueError
-///     Naming every parameter that makes no sense.
+///     Naming every invalid parameter.
 ///
 /// Examples
 /// --------
