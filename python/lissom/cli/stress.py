@@ -17,7 +17,7 @@ from .words import progress_bar, say
 @click.command("stress")
 @output_option("Folder for the results.", Path("results/stress"))
 @click.option(
-    "--quick", is_flag=True, help="Run a part of the cases, in a few seconds; all of them take some minutes."
+    "--quick", is_flag=True, help="Run a part of the cases, in seconds; all of them take some minutes."
 )
 @click.option(
     "--update", is_flag=True, help="Replace the table that later runs are compared with by this result."
