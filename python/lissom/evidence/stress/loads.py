@@ -95,8 +95,8 @@ def seeded(ratio: float, side: float) -> Outcome:
 
 
 def imperfect(ratio: float) -> Outcome:
-    """From the unloaded state with a slight natural curvature: bends to its own side, a little more than the "
-    "elastica."""
+    """From the unloaded state with a slight natural curvature: bends to its own side, a little more than the
+    elastica."""
     rod = column(ratio, reference_strain=(0, IMPERFECTION, 0, 1, 0, 0))
     # The imperfection moves the tip by itself over the distance to the critical load, or by its cube root
     # there.
