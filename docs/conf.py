@@ -17,6 +17,7 @@ extensions = [
     "numpydoc",
     "sphinx_copybutton",
     "sphinx_design",
+    "accessible",
     "benchmark_numbers",
     "mathml",
 ]
@@ -47,5 +48,5 @@ html_css_files = ["site.css"]
 html_show_sphinx = False
 html_show_copyright = False
 html_math_renderer = "mathml"
-pygments_style = "friendly"
+pygments_style = "a11y-high-contrast-light"
 pygments_dark_style = "native"

@@ -73,7 +73,7 @@ class Along:
     Raises
     ------
     ValueError, TypeError
-        Naming what makes no sense; what does not fit the link is found out by the robot.
+        Naming every invalid parameter; the robot checks what must fit the link.
     """
 
     link: str | None = None
@@ -102,7 +102,7 @@ class Via:
     Raises
     ------
     ValueError, TypeError
-        Naming what makes no sense; what does not fit the link is found out by the robot.
+        Naming every invalid parameter; the robot checks what must fit the link.
     """
 
     link: str | None
@@ -160,7 +160,7 @@ class Tendon(_Actuator):
     Raises
     ------
     ValueError, TypeError
-        Naming every parameter that makes no sense.
+        Naming every invalid parameter.
 
     Examples
     --------
@@ -208,7 +208,7 @@ class Chamber(_Actuator):
     Raises
     ------
     ValueError, TypeError
-        Naming every parameter that makes no sense.
+        Naming every invalid parameter.
 
     Examples
     --------
@@ -254,7 +254,7 @@ class Motor(_Actuator):
     Raises
     ------
     ValueError, TypeError
-        Naming every parameter that makes no sense.
+        Naming every invalid parameter.
 
     Examples
     --------
@@ -305,7 +305,7 @@ class ActiveStrain(_Actuator):
     Raises
     ------
     ValueError, TypeError
-        Naming every parameter that makes no sense.
+        Naming every invalid parameter.
 
     Examples
     --------

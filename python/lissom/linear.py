@@ -100,7 +100,7 @@ def linearise(
     Raises
     ------
     ValueError, TypeError
-        If an argument makes no sense, `q` is a shape that the model does not resolve, or a load is not finite
+        If an argument is invalid, `q` is a shape that the model does not resolve, or a load is not finite
         at `t`.
     LissomError
         The mass matrix is not positive definite, or something is not finite.

@@ -142,7 +142,7 @@ class Revolute(_WithForces):
     Raises
     ------
     ValueError, TypeError
-        Naming every parameter that makes no sense.
+        Naming every invalid parameter.
     """
 
     axis: Vector
@@ -185,7 +185,7 @@ class Prismatic(_WithForces):
     Raises
     ------
     ValueError, TypeError
-        Naming every parameter that makes no sense.
+        Naming every invalid parameter.
     """
 
     axis: Vector
@@ -293,7 +293,7 @@ class Link:
     Raises
     ------
     ValueError, TypeError
-        Naming every parameter that makes no sense; the `Robot` finds out whether parent and place exist.
+        Naming every invalid parameter; the `Robot` checks whether parent and place exist.
 
     Examples
     --------

@@ -40,7 +40,7 @@ class Target:
     Raises
     ------
     ValueError, TypeError
-        If it makes no sense.
+        If it is invalid.
     """
 
     link: str

@@ -22,7 +22,7 @@ pub struct Request {
     pub dt: f64,
     /// Largest number of accepted steps of each of the runs.
     pub max_steps: usize,
-    /// Largest step of all runs, in seconds: for loads of which nobody knows when they act. Infinite unless said
+    /// Largest step of all runs, in seconds: for loads that act at unknown times. Infinite unless said
     /// otherwise.
     pub max_step: f64,
 }

@@ -160,7 +160,7 @@ impl PyActuateResult {
 /// Raises
 /// ------
 /// ValueError, TypeError
-///     If an argument makes no sense.
+///     If an argument is invalid.
 ///
 /// Notes
 /// -----

@@ -360,14 +360,14 @@ fn coordinate_of(robot: &Robot, name: &str) -> Result<(usize, usize), InvalidInp
     })
 }
 
-/// Refuses an actuator that makes no sense by itself; whether it fits a robot is found out by that.
+/// Refuses an actuator that is invalid by itself; the robot checks whether it fits.
 #[pyfunction]
 pub(crate) fn check_actuator(object: &Bound<'_, PyAny>) -> PyResult<()> {
     let actuator = actuator_of(object, Surroundings::Unknown, &mut Functions::default())?;
     Ok(actuator.validate()?)
 }
 
-/// Refuses a part of a path that makes no sense by itself.
+/// Refuses a part of a path that is invalid by itself.
 #[pyfunction]
 pub(crate) fn check_path(object: &Bound<'_, PyAny>) -> PyResult<()> {
     Ok(part_of(object, Surroundings::Unknown)?.validate()?)

@@ -28,7 +28,7 @@ use crate::world::{BaseMotion, BaseRotation};
 /// Raises
 /// ------
 /// ValueError
-///     Naming every parameter that makes no sense.
+///     Naming every invalid parameter.
 ///
 /// Notes
 /// -----

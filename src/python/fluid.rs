@@ -33,7 +33,7 @@ use crate::world::Fluid;
 /// Raises
 /// ------
 /// ValueError
-///     Naming every parameter that makes no sense.
+///     Naming every invalid parameter.
 ///
 /// Examples
 /// --------

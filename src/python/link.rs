@@ -114,7 +114,7 @@ fn mimic_of(mimic: &Bound<'_, PyAny>) -> PyResult<(Driven, String)> {
     Ok((driven, name))
 }
 
-/// Refuses what ties a joint to another one where it makes no sense; whether there is such a joint the robot finds out.
+/// Refuses an invalid relation of a joint to another one; the robot checks whether there is such a joint.
 #[pyfunction]
 pub(crate) fn check_mimic(mimic: &Bound<'_, PyAny>) -> PyResult<()> {
     let mut check = Checker::new();
@@ -122,7 +122,7 @@ pub(crate) fn check_mimic(mimic: &Bound<'_, PyAny>) -> PyResult<()> {
     Ok(check.finish()?)
 }
 
-/// Refuses a joint that makes no sense, with everything that is wrong with it; whom it mimics the robot finds out.
+/// Refuses an invalid joint, with everything that is wrong with it; whom it mimics the robot finds out.
 #[pyfunction]
 pub(crate) fn check_joint(object: &Bound<'_, PyAny>) -> PyResult<()> {
     let joint = joint_of(object)?;
@@ -135,7 +135,7 @@ pub(crate) fn check_joint(object: &Bound<'_, PyAny>) -> PyResult<()> {
     Ok(check.finish()?)
 }
 
-/// Refuses a link that makes no sense by itself; whether it fits a robot is found out by that.
+/// Refuses a link that is invalid by itself; the robot checks whether it fits.
 #[pyfunction]
 pub(crate) fn check_link(link: &Bound<'_, PyAny>) -> PyResult<()> {
     Ok(alone(link, &mut Functions::default())?.0.validate()?)

@@ -35,7 +35,7 @@ use crate::signal::Signal;
 /// Raises
 /// ------
 /// ValueError
-///     Naming every parameter that makes no sense; a place beyond the end is found out by the `Rod`.
+///     Naming every invalid parameter; a place beyond the end is found out by the `Rod`.
 ///
 /// Examples
 /// --------
@@ -213,7 +213,7 @@ impl PyLoad {
 /// Raises
 /// ------
 /// ValueError
-///     Naming every parameter that makes no sense, such as an inertia tensor that no body has.
+///     Naming every invalid parameter, such as an inertia tensor that no body has.
 ///
 /// Examples
 /// --------

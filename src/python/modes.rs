@@ -95,7 +95,7 @@ impl PyModesResult {
 /// Raises
 /// ------
 /// ValueError, TypeError
-///     If an argument makes no sense.
+///     If an argument is invalid.
 /// LissomError
 ///     The mass matrix is not positive definite, or the tangent not finite.
 ///

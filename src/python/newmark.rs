@@ -81,7 +81,7 @@ use crate::simulate::Simulation;
 /// Raises
 /// ------
 /// ValueError, TypeError
-///     If an argument, or what `residual` or `jac` returns, makes no sense. Exceptions of these and of `callback` come through
+///     If an argument, or what `residual` or `jac` returns, is invalid. Exceptions of these and of `callback` come through
 ///     unchanged.
 /// KeyboardInterrupt
 ///     On Ctrl-C; its attribute `result` is the MotionResult of what was computed.

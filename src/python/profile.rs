@@ -30,7 +30,7 @@ use crate::rod::{Parts, Profile, Unsampled};
 /// Raises
 /// ------
 /// ValueError
-///     Naming what makes no sense.
+///     Naming every invalid parameter.
 ///
 /// Examples
 /// --------

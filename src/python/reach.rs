@@ -187,7 +187,7 @@ fn pose_of(value: &Bound<'_, PyAny>) -> PyResult<Wanted> {
     }
 }
 
-/// Refuses a target that makes no sense by itself.
+/// Refuses a target that is invalid by itself.
 #[pyfunction]
 pub(crate) fn check_target(target: &Bound<'_, PyAny>) -> PyResult<()> {
     if target.getattr("link")?.cast::<PyString>().is_err() {

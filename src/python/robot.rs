@@ -1314,7 +1314,7 @@ impl PyRobot {
     /// Raises
     /// ------
     /// ValueError, TypeError
-    ///     If an argument makes no sense.
+    ///     If an argument is invalid.
     ///
     /// Notes
     /// -----

@@ -319,7 +319,7 @@ impl System for PyFunctions<'_, '_> {
 /// ConvergenceError
 ///     If `raise_on_failure` is set and there is no success; its attribute `result` is the RootResult.
 /// ValueError, TypeError
-///     If an argument, or what `fun` or `jac` returns, makes no sense. Exceptions of `fun` and `jac` come
+///     If an argument, or what `fun` or `jac` returns, is invalid. Exceptions of `fun` and `jac` come
 ///     through unchanged.
 ///
 /// Examples

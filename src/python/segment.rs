@@ -76,7 +76,7 @@ fn shear_modulus_of(
         }
         (Some(modulus), None) => return Some(modulus),
         (None, Some(ratio)) => {
-            // A Young's modulus that makes no sense is refused for itself.
+            // an invalid Young's modulus is refused for itself.
             let young_modulus = young_modulus.filter(|modulus| *modulus > 0.0).unwrap_or(1.0);
             let found = rod::shear_modulus(young_modulus, ratio);
             let modulus = found.as_ref().ok().copied();

@@ -38,7 +38,7 @@ use crate::world::{BaseMotion, BaseRotation, quaternion_motion};
 /// Raises
 /// ------
 /// ValueError
-///     Naming every parameter that makes no sense.
+///     Naming every invalid parameter.
 ///
 /// Examples
 /// --------
@@ -226,7 +226,8 @@ impl PyInput {
         let mut check = Checker::new();
         check.require(!name.is_empty(), "name", "''", "a name");
         if check.finite(&values, "default") {
-            let found = format_args!("{} numbers", values.len());
+            let count = values.len();
+            let found = format_args!("{count} numbers");
             check.require(
                 values.len() == if is_number { 1 } else { 3 },
                 "default",

@@ -92,7 +92,7 @@ use crate::simulate::{Control, Method, slackness};
 /// Raises
 /// ------
 /// ValueError, TypeError
-///     If an argument makes no sense or is none of the method's, or if the result would not fit in memory.
+///     If an argument is invalid or is none of the method's, or if the result would not fit in memory.
 /// KeyboardInterrupt
 ///     On Ctrl-C; its attribute `result` is the MotionResult of what was computed.
 ///
@@ -488,7 +488,7 @@ fn like<'py>(original: &Bound<'py, PyAny>, robot: &Robot) -> PyResult<Bound<'py,
 /// Raises
 /// ------
 /// ValueError, TypeError
-///     If an argument makes no sense.
+///     If an argument is invalid.
 /// LissomError
 ///     No such numbers were found: the message says why.
 ///

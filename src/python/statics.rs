@@ -327,7 +327,7 @@ impl PyContinuationResult {
 /// Raises
 /// ------
 /// ValueError, TypeError
-///     If an argument makes no sense.
+///     If an argument is invalid.
 ///
 /// Examples
 /// --------
@@ -467,7 +467,7 @@ pub(crate) fn statics<'py>(
 /// Raises
 /// ------
 /// ValueError, TypeError
-///     If an argument makes no sense.
+///     If an argument is invalid.
 ///
 /// Examples
 /// --------

@@ -35,7 +35,7 @@ use crate::support::Support;
 /// Raises
 /// ------
 /// ValueError
-///     Naming every parameter that makes no sense; a place beyond the end is found out by the `Rod`.
+///     Naming every invalid parameter; a place beyond the end is found out by the `Rod`.
 ///
 /// Examples
 /// --------

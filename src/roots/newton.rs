@@ -226,7 +226,7 @@ impl Newton {
         self.age = Age::None;
     }
 
-    /// Forgets the last search, but for the Jacobian where it may be kept, and evaluates R at x.
+    /// Forgets the last search, except the Jacobian where it may be kept, and evaluates R at x.
     fn start(
         &mut self,
         system: &mut dyn System,

@@ -116,7 +116,7 @@ pub(super) fn robot(
         of_actuator.unwrap_or_else(|| key_of(&key_of_link(place, before), written, &load_keys, &support_keys))
     };
     if names.are_incomplete {
-        // Whether they hang together nobody knows; each of them can be wrong by itself.
+        // Whether they are connected is unknown; each can be wrong by itself.
         for (i, link) in robot.links.iter().enumerate() {
             report(link.validate(), shape, |place| key(&format!("links[{i}].{place}")));
         }

@@ -247,7 +247,7 @@ impl<const N: usize> Parts<N> {
         self.times.is_some() || self.values.is_some() || self.is_harmonic()
     }
 
-    /// The signal; a stand-in where what is written makes no sense.
+    /// The signal; a placeholder where the text is invalid.
     fn signal(self, place: &str, shape: &mut Shape) -> Signal<N> {
         let is_harmonic = self.is_harmonic();
         let Self { times, values, amplitude, frequency, phase, mean, rate } = self;
@@ -285,7 +285,7 @@ impl<const N: usize> Parts<N> {
     }
 }
 
-/// A table, or a stand-in for one that makes no sense.
+/// A table, or a placeholder for an invalid one.
 fn table<const N: usize>(
     times: Vec<f64>,
     values: Vec<[f64; N]>,

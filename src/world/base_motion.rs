@@ -15,7 +15,7 @@ use crate::lie::{Quaternion, Rotation, Vector, rotation_vector_motion};
 use crate::signal::{Harmonic, Motion, Signal, Spline, Table};
 
 /// Largest angle, as the cosine of its half, between neighbouring orientations of a table: a right angle. With more
-/// between them nobody knows how the base got there.
+/// the motion between them is unknown.
 const LEAST_COSINE: f64 = std::f64::consts::FRAC_1_SQRT_2 * (1.0 - 1e-9);
 
 /// Sines and parts of a length below this are rounding.

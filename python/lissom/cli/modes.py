@@ -17,7 +17,7 @@ from .words import say
 @click.command("modes")
 @click.argument("scene", type=SCENE)
 @output_option("Folder for the results; results/NAME-modes unless given.")
-@click.option("--at-start", is_flag=True, help="About the scene's q0 as it is, instead of its equilibrium.")
+@click.option("--at-start", is_flag=True, help="Linearise about the q0 of the scene, not its equilibrium.")
 @click.option("--no-report", is_flag=True, help="Write the numbers only.")
 def command(scene: Path, output: Path | None, at_start: bool, no_report: bool) -> int:
     """Find the natural frequencies and shapes of SCENE.

@@ -17,10 +17,10 @@ from .words import progress_bar, say
 @click.command("stress")
 @output_option("Folder for the results.", Path("results/stress"))
 @click.option(
-    "--quick", is_flag=True, help="A part of the cases, a few seconds; the whole takes some minutes."
+    "--quick", is_flag=True, help="Run a part of the cases, in seconds; all of them take some minutes."
 )
 @click.option(
-    "--update", is_flag=True, help="Make what comes out the table that later runs are held against."
+    "--update", is_flag=True, help="Replace the table that later runs are compared with by this result."
 )
 @click.option("--no-report", is_flag=True, help="Write the numbers only.")
 def command(output: Path, quick: bool, update: bool, no_report: bool) -> int:

@@ -39,7 +39,7 @@ class RobotEnv(gymnasium.Env[Array, NDArray[np.float32]]):
     Raises
     ------
     ValueError, TypeError
-        If an argument makes no sense.
+        If an argument is invalid.
 
     Notes
     -----
@@ -87,7 +87,7 @@ class RobotEnv(gymnasium.Env[Array, NDArray[np.float32]]):
         Raises
         ------
         ValueError, TypeError
-            If the seed makes no sense.
+            If the seed is invalid.
         ConvergenceError
             If the task finds no start.
         """

@@ -53,7 +53,7 @@ class RobotVectorEnv(VectorEnv[Array, NDArray[np.float32], NDArray[Any]]):
     Raises
     ------
     ValueError, TypeError
-        If an argument makes no sense.
+        If an argument is invalid.
 
     Notes
     -----
@@ -121,7 +121,7 @@ class RobotVectorEnv(VectorEnv[Array, NDArray[np.float32], NDArray[Any]]):
         Raises
         ------
         ValueError, TypeError
-            If seeds are none, or not as many as rows, or a mask makes no sense.
+            If seeds are none, or not as many as rows, or a mask is invalid.
         ConvergenceError
             If the task finds no start.
         """

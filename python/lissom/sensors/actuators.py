@@ -76,7 +76,7 @@ class ActuatorLength(OfActuator):
     Raises
     ------
     ValueError, TypeError
-        If an argument makes no sense.
+        If an argument is invalid.
 
     See Also
     --------
@@ -111,7 +111,7 @@ class ActuatorForce(OfActuator):
     Raises
     ------
     ValueError, TypeError
-        If an argument makes no sense.
+        If an argument is invalid.
 
     See Also
     --------

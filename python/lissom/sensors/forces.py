@@ -42,7 +42,7 @@ class ForceTorque(Sensor):
     Raises
     ------
     ValueError, TypeError
-        If an argument makes no sense.
+        If an argument is invalid.
 
     See Also
     --------

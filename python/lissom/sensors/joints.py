@@ -95,7 +95,7 @@ class Encoder(OfJoint):
     Raises
     ------
     ValueError, TypeError
-        If an argument makes no sense.
+        If an argument is invalid.
     """
 
     @property
@@ -129,7 +129,7 @@ class Tachometer(OfJoint):
     Raises
     ------
     ValueError, TypeError
-        If an argument makes no sense.
+        If an argument is invalid.
     """
 
     NEEDS: ClassVar[str] = "v"

@@ -40,7 +40,7 @@ class Marker(Placed):
     Raises
     ------
     ValueError, TypeError
-        If an argument makes no sense.
+        If an argument is invalid.
     """
 
     @property
@@ -85,7 +85,7 @@ class PoseTracker(Mounted):
     Raises
     ------
     ValueError, TypeError
-        If an argument makes no sense.
+        If an argument is invalid.
     """
 
     @property
@@ -138,7 +138,7 @@ class Velocimeter(Mounted):
     Raises
     ------
     ValueError, TypeError
-        If an argument makes no sense.
+        If an argument is invalid.
     """
 
     NEEDS: ClassVar[str] = "v"
@@ -200,7 +200,7 @@ class Gyroscope(Inertial):
     Raises
     ------
     ValueError, TypeError
-        If an argument makes no sense.
+        If an argument is invalid.
     """
 
     NEEDS: ClassVar[str] = "v"
@@ -245,7 +245,7 @@ class Accelerometer(Inertial):
     Raises
     ------
     ValueError, TypeError
-        If an argument makes no sense.
+        If an argument is invalid.
     """
 
     NEEDS: ClassVar[str] = "va"
@@ -290,7 +290,7 @@ class Imu(Inertial):
     Raises
     ------
     ValueError, TypeError
-        If an argument makes no sense.
+        If an argument is invalid.
 
     Examples
     --------

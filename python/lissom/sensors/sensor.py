@@ -56,7 +56,7 @@ class Sensor(ABC):
     Raises
     ------
     ValueError, TypeError
-        If an argument makes no sense.
+        If an argument is invalid.
     """
 
     robot: Robot
@@ -129,7 +129,7 @@ class Sensor(ABC):
         Raises
         ------
         ValueError, TypeError
-            If an argument makes no sense.
+            If an argument is invalid.
         """
         given, is_one = self._states(t=t, q=q, v=v, a=a, u=u)
         values = self._ideal(given)
@@ -162,7 +162,7 @@ class Sensor(ABC):
         Raises
         ------
         ValueError, TypeError
-            If an argument makes no sense. Then the sensor is as it was before.
+            If an argument is invalid. Then the sensor is as it was before.
         """
         given, is_one = self._states(t=t, q=q, v=v, a=a, u=u)
         if not is_one:
@@ -210,7 +210,7 @@ class Sensor(ABC):
         Raises
         ------
         ValueError, TypeError
-            If an argument makes no sense.
+            If an argument is invalid.
         """
         parts = self._parts(result, "result")
         if u is not None:

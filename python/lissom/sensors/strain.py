@@ -71,7 +71,7 @@ class CurvatureSensor(OnRod):
     Raises
     ------
     ValueError, TypeError
-        If an argument makes no sense.
+        If an argument is invalid.
     """
 
     @property
@@ -113,7 +113,7 @@ class StrainGauge(OnRod):
     Raises
     ------
     ValueError, TypeError
-        If an argument makes no sense.
+        If an argument is invalid.
 
     Notes
     -----

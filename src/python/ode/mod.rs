@@ -85,7 +85,7 @@ use system::{Parts, PySystem, SharedRaised};
 /// Raises
 /// ------
 /// ValueError, TypeError
-///     If an argument, or what `fun`, `jac` or an event returns, makes no sense. Exceptions of these come through
+///     If an argument, or what `fun`, `jac` or an event returns, is invalid. Exceptions of these come through
 ///     unchanged. Numerical failures do not raise: see `success`, `reason` and `message`.
 /// KeyboardInterrupt
 ///     On Ctrl-C; its attribute `result` is the OdeResult of what was computed.

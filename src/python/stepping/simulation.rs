@@ -60,7 +60,7 @@ use crate::simulate::Method;
 /// Raises
 /// ------
 /// ValueError, TypeError
-///     If an argument makes no sense.
+///     If an argument is invalid.
 ///
 /// Examples
 /// --------
@@ -204,7 +204,7 @@ impl PySimulation {
     /// Raises
     /// ------
     /// ValueError, TypeError
-    ///     If `u` or `duration` makes no sense; nothing has changed then.
+    ///     If `u` or `duration` is invalid; nothing has changed then.
     /// KeyboardInterrupt
     ///     On Ctrl-C, in steps that take long; the state is that after the last full step. So it is after exceptions of
     ///     functions of time.
@@ -249,7 +249,7 @@ impl PySimulation {
     /// Raises
     /// ------
     /// ValueError, TypeError
-    ///     If an argument makes no sense; nothing has changed then.
+    ///     If an argument is invalid; nothing has changed then.
     #[pyo3(signature = (*, q0=None, v0=None, t0=None))]
     fn reset(
         &self,

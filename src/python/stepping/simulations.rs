@@ -69,7 +69,7 @@ const NUMBERS_OF_A_ROW: usize = 170;
 /// Raises
 /// ------
 /// ValueError, TypeError
-///     If an argument makes no sense.
+///     If an argument is invalid.
 ///
 /// Examples
 /// --------
@@ -333,7 +333,7 @@ impl PySimulations {
     /// Raises
     /// ------
     /// ValueError, TypeError
-    ///     If `u` or `duration` makes no sense; nothing has changed then.
+    ///     If `u` or `duration` is invalid; nothing has changed then.
     /// KeyboardInterrupt
     ///     On Ctrl-C, in steps that take long. Each row is at its end or after its last full step. So it is after exceptions
     ///     of functions of time.
@@ -385,7 +385,7 @@ impl PySimulations {
     /// Raises
     /// ------
     /// ValueError, TypeError
-    ///     If an argument makes no sense; nothing has changed then.
+    ///     If an argument is invalid; nothing has changed then.
     #[pyo3(signature = (which=None, *, q0=None, v0=None, t0=None))]
     fn reset(
         &self,

@@ -43,7 +43,7 @@ def _release(make: Make) -> tuple[Array, MotionResult | None]:
 
 
 def equilibrium(make: Make) -> Outcome:
-    """Loaded from nothing."""
+    """From the unloaded state."""
     rod = make()
     return judge.equilibrium(rod, statics(rod))
 

@@ -1,4 +1,4 @@
-"""Input that makes no sense, or no sense in this world."""
+"""Invalid input, and input that is physically impossible."""
 
 from __future__ import annotations
 

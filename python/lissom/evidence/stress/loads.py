@@ -77,7 +77,7 @@ def elastica(ratio: float) -> tuple[float, float]:
 
 
 def straight(ratio: float) -> Outcome:
-    """Loaded from nothing, a perfect column stays straight; whether that is stable is what counts."""
+    """A perfect column stays straight from the unloaded state on; the question is whether that is stable."""
     rod = column(ratio)
     found = statics(rod)
     outcome = judge.equilibrium(rod, found)
@@ -95,8 +95,8 @@ def seeded(ratio: float, side: float) -> Outcome:
 
 
 def imperfect(ratio: float) -> Outcome:
-    """Loaded from nothing with a slight natural curvature: bends to its own side, a little more than the "
-    "elastica."""
+    """From the unloaded state with a slight natural curvature: bends to its own side, a little more than the
+    elastica."""
     rod = column(ratio, reference_strain=(0, IMPERFECTION, 0, 1, 0, 0))
     # The imperfection moves the tip by itself over the distance to the critical load, or by its cube root
     # there.

@@ -73,7 +73,7 @@ def circles() -> Group:
             for turns in TURNS
             for name, modes in shapes.items()
         ],
-        "Equilibria under a moment at the tip, loaded from nothing, compared with the circle. "
+        "Equilibria under a moment at the tip, from the unloaded state, compared with the circle. "
         f"{NODES_OF_TURN} nodes a turn.",
     )
 
