@@ -197,6 +197,11 @@ def view(model: Model) -> View:
     return View(type(model).__name__, [Coordinate(f"q{i}", "", "coordinate") for i in range(model.n)])
 
 
+def is_rod(model: Model) -> bool:
+    """Whether the parts of a model have the names of a rod's in scenes, not those of links."""
+    return isinstance(model, Rod)
+
+
 @view.register(Rod)
 def of_rod(rod: Rod) -> View:
     """One link from the clamped base to the tip."""

@@ -12,7 +12,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from .._lissom import Model, Rod, Scene, SceneError
+from .._lissom import Model, Scene, SceneError
+from ..views import is_rod
 from . import paths
 
 Parameters = Mapping[str, Any]
@@ -105,7 +106,7 @@ class OfModel(Source):
     def case(self, parameters: Parameters) -> Case:
         model = self.model
         for path, value in parameters.items():
-            within = paths.of_model(paths.parts(path), isinstance(model, Rod))
+            within = paths.of_model(paths.parts(path), is_rod(model))
             model = paths.replaced(model, within, value)
         return self._of(model)
 
