@@ -1,5 +1,6 @@
 //! Small motions about a state at rest, `M x'' + D x' + K x = 0`, and their eigenvalues.
 
+use crate::constraint::inverse_length;
 use crate::linalg::{Complex, Matrix, eigenvalues, full_svd};
 use crate::model::Model;
 use crate::natural::{self, Natural, scaled};
@@ -36,11 +37,9 @@ impl SmallMotions {
     /// space, by singular values.
     pub(crate) fn within(&self, constraints: &Matrix) -> Option<Self> {
         let mut natural = constraints * &self.basis;
+        let longest = natural.row_iter().map(|row| row.norm()).fold(0.0, f64::max);
         for mut row in natural.row_iter_mut() {
-            let length = row.norm();
-            if length > 0.0 {
-                row /= length;
-            }
+            row *= inverse_length(row.norm(), longest);
         }
         let (_, values, right) = full_svd(&natural)?;
         let largest = values.first().copied().unwrap_or(0.0);

@@ -171,7 +171,8 @@ def _within_loops(
     parts = robot._loops_at_rest(q, t=t, u=u)
     stiffness, jacobian = parts[:n], parts[n:]
     lengths = np.linalg.norm(jacobian / np.sqrt(np.diag(mass)), axis=1)
-    jacobian = jacobian / np.where(lengths > 0, lengths, 1.0)[:, None]
+    is_moved = lengths > DEPENDENT * lengths.max(initial=0.0)
+    jacobian = jacobian[is_moved] / lengths[is_moved, None]
     left = jacobian / np.sqrt(np.diag(mass))
     largest = np.linalg.norm(left, 2) if left.size else 0.0
     dependent: list[int] = []

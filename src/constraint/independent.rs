@@ -6,6 +6,12 @@ use crate::linalg::{Matrix, dot};
 /// their multipliers lose half of all digits.
 const DEPENDENT: f64 = 1e-8;
 
+/// One over the length of a row, zero where that is rounding beside the largest one: nothing moves such a constraint, as those
+/// out of the plane of a mechanism.
+pub(crate) fn inverse_length(length: f64, largest: f64) -> f64 {
+    if length > DEPENDENT * largest && length.is_finite() { length.recip() } else { 0.0 }
+}
+
 /// The rows of a matrix that determine the others, with memory for repeated use: Gram and Schmidt's orthogonalisation, the
 /// row first of which most is left (Golub and Van Loan 2013, section 5.4.2, on columns).
 #[derive(Clone, Debug)]
@@ -35,12 +41,15 @@ impl Independent {
         let Self { rows, columns, left, is_independent, squares } = self;
         let columns = *columns;
         is_independent.fill(false);
+        let mut largest = 0.0_f64;
         for (i, row) in left.chunks_exact_mut(columns.max(1)).enumerate() {
             for (k, entry) in row.iter_mut().enumerate() {
                 *entry = matrix[(i, k)] * scale(k);
             }
-            let size = dot(row, row).sqrt();
-            let factor = if size > 0.0 && size.is_finite() { size.recip() } else { 0.0 };
+            largest = largest.max(dot(row, row).sqrt());
+        }
+        for row in left.chunks_exact_mut(columns.max(1)) {
+            let factor = inverse_length(dot(row, row).sqrt(), largest);
             row.iter_mut().for_each(|entry| *entry *= factor);
         }
         for _ in 0..(*rows).min(columns) {
@@ -87,7 +96,7 @@ mod tests {
 
     #[test]
     fn rows_that_others_determine_are_found_whatever_their_units() {
-        let rows = [[1.0, 0.0, 0.0], [1e6, 1e6, 0.0], [0.0, 3.0, 0.0], [0.0, 0.0, 0.0], [0.0, 1e-9, 1e-9]];
+        let rows = [[1.0, 0.0, 0.0], [1e3, 1e3, 0.0], [0.0, 3.0, 0.0], [0.0, 1e-14, 0.0], [0.0, 1e-3, 1e-3]];
         let matrix = Matrix::from_fn(5, 3, |i, j| rows[i][j]);
         let mut found = Independent::new(5, 3);
         found.find(&matrix, |_| 1.0);

@@ -10,5 +10,5 @@ pub(crate) mod projection;
 pub(crate) mod saddle;
 
 pub(crate) use as_springs::AsSprings;
-pub(crate) use independent::Independent;
+pub(crate) use independent::{Independent, inverse_length};
 pub(crate) use saddle::Saddle;

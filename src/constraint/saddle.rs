@@ -1,6 +1,6 @@
 //! Linear systems with constraints, `[S, G^T; G, 0]`.
 
-use super::Independent;
+use super::{Independent, inverse_length};
 use crate::linalg::{Cholesky, Lu, Matrix, Singular, full_svd};
 use crate::model::{Model, SingularMass};
 
@@ -72,7 +72,8 @@ pub(crate) struct MassSaddle {
     left: Matrix,
     values: Vec<f64>,
     right: Matrix,
-    lengths: Vec<f64>,
+    /// One over the lengths of these; zero of constraints that nothing moves.
+    inverse_lengths: Vec<f64>,
     gap_jacobian: Matrix,
 }
 
@@ -99,18 +100,18 @@ impl MassSaddle {
         let lower = metric.clone().cholesky().ok_or(SingularMass)?.l();
         let mut half = gap_jacobian.transpose();
         lower.solve_lower_triangular_mut(&mut half);
-        let mut lengths = vec![0.0; m];
-        for (mut column, length) in half.column_iter_mut().zip(&mut lengths) {
-            *length = column.norm();
-            if *length > 0.0 {
-                column /= *length;
-            }
+        let lengths: Vec<f64> = half.column_iter().map(|column| column.norm()).collect();
+        let largest = lengths.iter().copied().fold(0.0, f64::max);
+        let inverse_lengths: Vec<f64> =
+            lengths.into_iter().map(|length| inverse_length(length, largest)).collect();
+        for (mut column, factor) in half.column_iter_mut().zip(&inverse_lengths) {
+            column *= *factor;
         }
         let (left, values, right) = full_svd(&half).ok_or(SingularMass)?;
         // In terms of coordinates: L^-T U.
         let mut in_coordinates = left.columns(0, n.min(m)).into_owned();
         lower.tr_solve_lower_triangular_mut(&mut in_coordinates);
-        Ok(Self { mass, left: in_coordinates, values, right, lengths, gap_jacobian })
+        Ok(Self { mass, left: in_coordinates, values, right, inverse_lengths, gap_jacobian })
     }
 
     /// How many constraints are independent.
@@ -131,11 +132,8 @@ impl MassSaddle {
     /// `M x + G^T lambda = 0`.
     pub(crate) fn closing(&self, gaps: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let (n, m) = (self.left.nrows(), gaps.len());
-        let scaled: Vec<f64> = gaps
-            .iter()
-            .zip(&self.lengths)
-            .map(|(gap, length)| if *length > 0.0 { gap / length } else { 0.0 })
-            .collect();
+        let scaled: Vec<f64> =
+            gaps.iter().zip(&self.inverse_lengths).map(|(gap, factor)| gap * factor).collect();
         let (mut x, mut multipliers) = (vec![0.0; n], vec![0.0; m]);
         for k in 0..self.rank() {
             let part = (0..m).map(|i| self.right[(i, k)] * scaled[i]).sum::<f64>() / self.values[k];
@@ -146,9 +144,10 @@ impl MassSaddle {
                 *multiplier -= self.right[(i, k)] * part / self.values[k];
             }
         }
-        for (multiplier, length) in multipliers.iter_mut().zip(&self.lengths) {
-            *multiplier = if *length > 0.0 { *multiplier / length } else { 0.0 };
-        }
+        multipliers
+            .iter_mut()
+            .zip(&self.inverse_lengths)
+            .for_each(|(multiplier, factor)| *multiplier *= factor);
         (x, multipliers)
     }
 

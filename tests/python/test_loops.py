@@ -553,3 +553,65 @@ def test_what_does_not_hold_loops_says_so():
         lissom.simulate(robot, 1.0, method="radau")
     with pytest.raises(ValueError, match="does not hold them yet"):
         robot.reach({"v1": np.eye(4)})
+
+
+def test_a_rhombus_that_floats_keeps_its_momentum():
+    """Rows across its plane are rounding, whatever moves it: they must not count."""
+    hinge = Revolute((0, 0, 1))
+    body = Body(0.2, centre=(0.1, 0, 0), inertia=np.diag([1e-4, 8e-4, 8e-4]))
+    side = {"position": (0.2, 0, 0), "joint": hinge, "body": body}
+    links = [Link("a", joint=Free(), body=body)]
+    links += [Link(name, parent=parent, **side) for name, parent in ("ba", "cb", "dc")]
+    closing = Loop(("d", None, (0.2, 0, 0)), "a", hinge, name="close")
+    robot = Robot(links, gravity=(0, 0, 0), loops=[closing])
+    q0 = [0, 0, 0, 0, 0, 0, 1.2, np.pi - 1.2, 1.2]
+    v0 = [0.3, -0.1, 0.2, 0.5, 0.2, 1.0, 1.0, -1.0, 1.0]
+    assert robot.redundant_constraints(q0) == {"close": 3}
+    motion = lissom.simulate(robot, 1.0, q0=q0, v0=v0, method="dop853", **TIGHT)
+    assert motion.success, motion.message
+    momentum = robot.momentum(motion.q, motion.v)
+    np.testing.assert_allclose(momentum, np.broadcast_to(momentum[0], momentum.shape), rtol=0, atol=1e-8)
+    steps = lissom.simulate(robot, 1.0, q0=q0, v0=v0, dt=1e-3, **TIGHT)
+    assert steps.success, steps.message
+    np.testing.assert_allclose(steps.q[-1], motion.q[-1], rtol=0, atol=1e-5)
+
+
+def test_a_driven_crank_moves_its_slider():
+    hinge = Revolute((0, 0, 1))
+    body = Body(0.2, centre=(0.1, 0, 0), inertia=np.diag([1e-4, 8e-4, 8e-4]))
+    crank = Link("crank", joint=Revolute((0, 0, 1), motion=lambda t: 3 * t + 0.3), body=body)
+    rod = Link("rod", parent="crank", position=(0.2, 0, 0), joint=hinge, body=body)
+    slider = Link("slider", joint=Prismatic((1, 0, 0)), body=Body(0.5))
+    loop = Loop(("rod", None, (0.5, 0, 0)), "slider", hinge)
+    robot = Robot([crank, rod, slider], gravity=(0, -9.81, 0), loops=[loop])
+
+    def slide(t):
+        return 0.2 * np.cos(3 * t + 0.3) + np.sqrt(0.25 - (0.2 * np.sin(3 * t + 0.3)) ** 2)
+
+    q0 = [-0.3 - np.arcsin(0.2 * np.sin(0.3) / 0.5), slide(0)]
+    for method, tolerance in (("newmark", 1e-12), ("dop853", 1e-5)):
+        motion = lissom.simulate(robot, 1.5, q0=q0, method=method, dt=1e-3)
+        assert motion.success, motion.message
+        np.testing.assert_allclose(motion.q[:, 1], slide(motion.t), rtol=0, atol=tolerance)
+
+
+def test_ends_of_loops_act_on_each_other():
+    hinge = Revolute((0, 0, 1))
+    body = Body(0.2, centre=(0.1, 0, 0), inertia=np.diag([1e-4, 8e-4, 8e-4]))
+    links = [
+        Link("a", joint=hinge, body=body),
+        Link("b", parent="a", position=(0.2, 0, 0), joint=hinge, body=body),
+    ]
+    ends = (("b", None, (0.2, 0, 0)), (None, None, (0.25, 0.1, 0)))
+    forces = []
+    for first, second in (ends, ends[::-1]):
+        robot = Robot(links, gravity=(0, -9.81, 0), loops=[Loop(first, second, Spherical())])
+        motion = lissom.simulate(robot, 0.1, q0=[0.9, -1.5])
+        forces.append(robot.loop_forces(motion.q[-1], motion.v[-1], motion.a[-1]))
+    np.testing.assert_allclose(forces[0], -forces[1], rtol=0, atol=1e-9)
+    # Both hinges and the weight balance.
+    zeros = np.zeros(2)
+    rest = lissom.statics(robot, q0=[0.9, -1.5])
+    held = robot.joint_wrench(rest.q, zeros, zeros, link="a")[3:]
+    pinned = robot.loop_forces(rest.q, zeros, zeros)[3:]
+    np.testing.assert_allclose(held + pinned, [0, 0.4 * 9.81, 0], rtol=0, atol=1e-9)
