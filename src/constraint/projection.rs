@@ -83,8 +83,9 @@ pub(crate) fn close<M: Model + ?Sized>(
 /// How velocities were fitted to constraints.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Fit {
-    /// Twice the kinetic energy of the change.
+    /// Twice the kinetic energy of the change, and its largest entry in typical sizes of the coordinates a second.
     pub(crate) change: f64,
+    pub(crate) largest: f64,
     /// How many constraints are independent, and how nearly one of them is not: the sine of the smallest angle between one and
     /// the others, about.
     pub(crate) rank: usize,
@@ -105,5 +106,8 @@ pub(crate) fn fit_velocities<M: Model + ?Sized>(
     v.iter_mut().zip(&step).for_each(|(v, step)| *v -= step);
     // M x = -G^T lambda, and G x are the rates.
     let change = rates.iter().zip(&multipliers).map(|(rate, multiplier)| -rate * multiplier).sum();
-    Ok(Fit { change, rank: saddle.rank(), margin: saddle.margin() })
+    let mut sizes = vec![0.0; v.len()];
+    model.typical_coordinates(&mut sizes);
+    let largest = step.iter().zip(&sizes).map(|(step, size)| (step / size).abs()).fold(0.0, f64::max);
+    Ok(Fit { change, largest, rank: saddle.rank(), margin: saddle.margin() })
 }

@@ -10,6 +10,9 @@ use crate::model::{ForwardScratch, Model, rotation_vectors};
 /// the motion, by about all of them.
 const LARGEST_CHANGE: f64 = 0.05;
 
+/// Changes of velocities below that, in typical sizes of the coordinates a second, are rounding of what is at rest.
+const ROUNDING: f64 = 1e-9;
+
 /// Constraints that are nearer to each other than this angle (radians) are at a singular position: accelerations there grow
 /// with the inverse square of it, and so do their errors.
 const SMALLEST_MARGIN: f64 = 1e-4;
@@ -67,10 +70,11 @@ impl<M: Model> FirstOrder<M> {
                 Ok(fit)
             });
         velocity.copy_from_slice(v);
-        held.is_ok_and(|Fit { change, rank: now, margin }| {
+        held.is_ok_and(|Fit { change, largest, rank: now, margin }| {
             let is_regular = now >= *rank && margin > SMALLEST_MARGIN;
             *rank = now.max(*rank);
-            is_regular && change <= LARGEST_CHANGE * LARGEST_CHANGE * *fastest
+            let is_small = change <= LARGEST_CHANGE * LARGEST_CHANGE * *fastest || largest <= ROUNDING;
+            is_regular && is_small
         })
     }
 

@@ -615,3 +615,23 @@ def test_ends_of_loops_act_on_each_other():
     held = robot.joint_wrench(rest.q, zeros, zeros, link="a")[3:]
     pinned = robot.loop_forces(rest.q, zeros, zeros)[3:]
     np.testing.assert_allclose(held + pinned, [0, 0.4 * 9.81, 0], rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("method", ["newmark", "dop853", "rk45"])
+def test_a_truss_stands(method):
+    """Two bars that lean on each other at 60 degrees: the thrust is half a weight over tan 60 degrees."""
+    hinge = Revolute((0, 0, 1))
+    bar = Body(1.0, centre=(0.5, 0, 0), inertia=np.diag([1e-3, 1 / 12, 1 / 12]))
+    links = [
+        Link("left", orientation=about_z(np.pi / 3), joint=hinge, body=bar),
+        Link("right", position=(1, 0, 0), orientation=about_z(2 * np.pi / 3), joint=hinge, body=bar),
+    ]
+    apex = Loop(("left", None, (1, 0, 0)), ("right", None, (1, 0, 0)), Spherical(), name="apex")
+    truss = Robot(links, gravity=(0, -9.81, 0), loops=[apex])
+    motion = lissom.simulate(truss, 0.5, method=method)
+    assert motion.success, motion.message
+    np.testing.assert_allclose(motion.q, 0, atol=1e-12)
+    zeros = np.zeros(2)
+    thrust = truss.loop_forces(zeros, zeros, zeros)[3:]
+    np.testing.assert_allclose(thrust, [9.81 / (2 * np.sqrt(3)), 0, 0], atol=1e-9)
+    assert lissom.modes(truss, zeros).frequency.size == 0
