@@ -10,6 +10,12 @@ const CLOSED: f64 = 1e-13;
 /// Steps of the projection, which is Gauss and Newton's method: it converges quadratically from nearby.
 const MAX_STEPS: usize = 100;
 
+/// Gaps above this are no rounding; where a start has been left with one, so many shapes beside it are tried, whose coordinates
+/// differ by this part of their typical sizes.
+const STUCK: f64 = 1e-9;
+const NUDGES: usize = 3;
+const NUDGE: f64 = 0.01;
+
 /// No step moves a coordinate by more than this, in units of its typical size.
 const LONGEST: f64 = 0.3;
 
@@ -43,11 +49,39 @@ fn largest(gaps: &[f64]) -> f64 {
 
 /// Moves a shape until constraints hold, by as little as can be in a metric. Returns the largest gap that is left: not
 /// small where they conflict or cannot be closed from there. Allocates.
+///
+/// At a singular shape, such as that of straight arms or of ends that coincide, no motion closes a gap to first order: shapes
+/// beside a start there are tried, too.
 pub(crate) fn close<M: Model + ?Sized>(
     model: &mut M,
     q: &mut [f64],
     metric: Metric,
 ) -> Result<f64, SingularMass> {
+    let mut best = approach(model, q, metric)?;
+    let mut sizes = vec![0.0; q.len()];
+    model.typical_coordinates(&mut sizes);
+    for attempt in 0..NUDGES {
+        // Not finite gaps end here, too.
+        if metric == Metric::Mass || !(best > STUCK && best.is_finite()) {
+            break;
+        }
+        let mut other: Vec<f64> = q
+            .iter()
+            .zip(&sizes)
+            .enumerate()
+            .map(|(k, (q, size))| q + NUDGE * size * (1.7 * (k + 1) as f64 + attempt as f64).cos())
+            .collect();
+        let gap = approach(model, &mut other, metric)?;
+        if gap <= STUCK {
+            best = gap;
+            q.copy_from_slice(&other);
+        }
+    }
+    Ok(best)
+}
+
+/// Gauss and Newton's method from one shape, to the best one on its way.
+fn approach<M: Model + ?Sized>(model: &mut M, q: &mut [f64], metric: Metric) -> Result<f64, SingularMass> {
     let mut sizes = vec![0.0; q.len()];
     model.typical_coordinates(&mut sizes);
     let mut gaps = vec![0.0; model.constraints()];
@@ -55,7 +89,6 @@ pub(crate) fn close<M: Model + ?Sized>(
     let mut gap = largest(&gaps);
     let mut best = (gap, q.to_vec());
     for _ in 0..MAX_STEPS {
-        // Not finite gaps end here, too.
         if !(gap > CLOSED && gap.is_finite()) {
             break;
         }
@@ -67,7 +100,7 @@ pub(crate) fn close<M: Model + ?Sized>(
         model.gaps(q, &mut gaps);
         let next = largest(&gaps);
         // Near rounding it no longer falls.
-        let has_ended = part == 1.0 && next > 0.5 * gap && gap < 1e-9;
+        let has_ended = part == 1.0 && next > 0.5 * gap && gap < STUCK;
         gap = next;
         if gap < best.0 {
             best = (gap, q.to_vec());

@@ -28,7 +28,7 @@ use crate::springs::Springs;
 
 /// Loops that are open by more than this part of the robot's length, or of a radian, are open: far more than what a method
 /// leaves that holds them, far less than what shows.
-const LARGEST_GAP: f64 = 1e-4;
+const LARGEST_GAP: f64 = 1e-6;
 
 /// A robot ready to be moved: rods and rigid bodies with joints. Clones share what does not change and have memory of their own.
 #[derive(Clone, Debug)]

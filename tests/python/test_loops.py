@@ -635,3 +635,39 @@ def test_a_truss_stands(method):
     thrust = truss.loop_forces(zeros, zeros, zeros)[3:]
     np.testing.assert_allclose(thrust, [9.81 / (2 * np.sqrt(3)), 0, 0], atol=1e-9)
     assert lissom.modes(truss, zeros).frequency.size == 0
+
+
+def two_bars(reach, kind=None):
+    """Two bars of 0.2 m, whose end is tied to a point so far away."""
+    hinge = Revolute((0, 1, 0))
+    body = Body(0.1, centre=(0.1, 0, 0), inertia=np.diag([1e-5, 4e-4, 4e-4]))
+    links = [
+        Link("a", joint=hinge, body=body),
+        Link("b", parent="a", position=(0.2, 0, 0), joint=hinge, body=body),
+    ]
+    return Robot(
+        links, loops=[Loop(("b", None, (0.2, 0, 0)), (None, None, (reach, 0, 0)), kind or Spherical())]
+    )
+
+
+@pytest.mark.parametrize("reach", [0.40001, 0.4001, 0.401, 0.5])
+@pytest.mark.parametrize("start", [None, [0.0, 0.0], [0.3, -0.5]])
+def test_bars_that_do_not_reach_are_no_equilibrium(reach, start):
+    robot = two_bars(reach)
+    for attempt in (
+        lambda: lissom.statics(robot, q0=start),
+        lambda: lissom.statics(robot, q0=start if start is not None else [0, 0], method="newton"),
+        lambda: lissom.simulate(robot, 0.1, q0=start),
+        lambda: lissom.simulate(robot, 0.1, q0=start, method="dop853"),
+    ):
+        with pytest.raises(ValueError, match="open loop"):
+            attempt()
+
+
+def test_singular_starts_are_left():
+    """Straight arms and ends that coincide: no motion closes the loop to first order."""
+    for robot in (two_bars(0.39999), two_bars(0.38), two_bars(0.4, Distance(0.1))):
+        for found in (lissom.statics(robot), lissom.simulate(robot, 0.01)):
+            assert found.success, found.message
+            q = np.atleast_2d(found.q)[-1]
+            assert np.abs(robot.loop_gaps(q)).max() < 1e-9
