@@ -29,6 +29,7 @@ pub mod actuator;
 pub mod balance;
 pub mod body;
 mod constraint;
+pub mod contact;
 mod derivatives;
 pub mod ensemble;
 pub mod error;

@@ -65,6 +65,7 @@ if TYPE_CHECKING:
         statics,
     )
     from .actuators import ActiveStrain, Along, Chamber, Motor, Tendon, Via
+    from .contacts import Ball, Box, Capsule, Contact, HalfSpace, Sphere, Touch
     from .linear import LinearModel, linearise
     from .links import (
         Cylindrical,
@@ -91,9 +92,13 @@ __all__ = [
     "ActuateResult",
     "Along",
     "Balance",
+    "Ball",
     "BaseMotion",
     "Body",
+    "Box",
+    "Capsule",
     "Chamber",
+    "Contact",
     "ContinuationResult",
     "ConvergenceError",
     "CriticalPoint",
@@ -106,6 +111,7 @@ __all__ = [
     "Fluid",
     "Free",
     "Gear",
+    "HalfSpace",
     "Harmonic",
     "Input",
     "JacobianCheck",
@@ -140,6 +146,7 @@ __all__ = [
     "Simulation",
     "SimulationSettings",
     "Simulations",
+    "Sphere",
     "Spherical",
     "SpringPendulum",
     "StaticsResult",
@@ -147,6 +154,7 @@ __all__ = [
     "Support",
     "Target",
     "Tendon",
+    "Touch",
     "Universal",
     "Via",
     "Weld",
@@ -179,7 +187,7 @@ if not TYPE_CHECKING:
         # The second finds NumPy imported by the first: where that is missing or interrupted, Python says so.
         modules = [
             import_module(f"lissom.{name}")
-            for name in ("actuators", "linear", "links", "loops", "sweeps", "targets", "_lissom")
+            for name in ("actuators", "contacts", "linear", "links", "loops", "sweeps", "targets", "_lissom")
         ]
         found = {known: value for module in modules for known, value in vars(module).items()}
         globals().update({known: found[known] for known in __all__})

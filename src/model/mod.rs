@@ -139,6 +139,17 @@ pub trait Model: Elastic + InTime + Discretised + Tied {
         false
     }
 
+    /// True where surfaces can touch: forces then set in at once, and what is infinitely fast must be damped.
+    fn has_contact(&self) -> bool {
+        false
+    }
+
+    /// Whether surfaces meet too hard for a step of size `h`, in seconds, that begins with the velocities `before` and ends in a
+    /// motion: too hard to see the impact rise and fall.
+    fn is_jolted(&mut self, _before: &[f64], _motion: [&[f64]; 3], _h: f64) -> bool {
+        false
+    }
+
     /// Power that what has no potential (moments of fixed direction, loads that vary, a base that is moved) puts into
     /// the motion, in watts. The accelerations matter where a base is moved.
     fn supplied_power(&mut self, _q: &[f64], _qd: &[f64], _qdd: &[f64]) -> f64 {

@@ -59,6 +59,9 @@ pub struct Stepper {
     grid: Grid,
     fixed_steps: usize,
     counters: Counters,
+    /// Whether the last step met something that it did not resolve, and whether the trial was made without memory.
+    jolted: bool,
+    forgets: bool,
     started: bool,
     status: Option<Status>,
 }
@@ -105,6 +108,8 @@ impl Stepper {
             grid: Grid::new(t0, options.dt),
             fixed_steps: number_of_steps(t_end - t0, options.dt),
             counters: Counters::default(),
+            jolted: false,
+            forgets: false,
             started: false,
             status: None,
             options: options.clone(),
@@ -196,7 +201,12 @@ impl Stepper {
 
     fn fixed_step<S: System + ?Sized>(&mut self, system: &mut S) -> Result<Option<Status>, Interrupted> {
         let (t_new, h) = self.grid.step(self.fixed_steps, self.t_end);
-        match self.attempt(system, t_new, h)? {
+        let solved = if system.has_contact() {
+            self.step_into_contact(system, t_new, h)?
+        } else {
+            self.attempt(system, t_new, h)?
+        };
+        match solved {
             Ok(()) => {
                 self.accept(t_new, h);
                 self.grid.count();
@@ -204,6 +214,31 @@ impl Stepper {
             }
             Err(failure) => Ok(Some(Status::StepFailed(failure))),
         }
+    }
+
+    /// A step at whose end surfaces may have met. Where it does not see the impact rise and fall, its end is stiff and its
+    /// beginning is not: what the scheme remembers of the accelerations would throw the surfaces apart faster than they came
+    /// (Acary 2015). Such steps, and the one after, are made without memory, in which surfaces that meet do not rebound.
+    fn step_into_contact<S: System + ?Sized>(
+        &mut self,
+        system: &mut S,
+        t_new: f64,
+        h: f64,
+    ) -> Result<Result<(), Failure>, Interrupted> {
+        if !self.jolted && self.attempt(system, t_new, h)?.is_ok() && !self.is_jolted(system, h)? {
+            return Ok(Ok(()));
+        }
+        let solved = self.attempt_without_memory(system, t_new, h)?;
+        if solved.is_ok() {
+            self.jolted = self.is_jolted(system, h)?;
+            self.forgets = true;
+        }
+        Ok(solved)
+    }
+
+    fn is_jolted<S: System + ?Sized>(&self, system: &mut S, h: f64) -> Result<bool, Interrupted> {
+        let Trial { t, q, v, a, .. } = &self.trial;
+        system.is_jolted(*t, &self.v, [q, v, a], h)
     }
 
     fn adaptive_step<S: System + ?Sized>(&mut self, system: &mut S) -> Result<Option<Status>, Interrupted> {
@@ -275,6 +310,32 @@ impl Stepper {
                 trial.v_base[i] = self.v[i] + bv * start + cv * end;
             }
         }
+        self.correct(system, h)
+    }
+
+    /// The same by the backward Euler method: of order 1, and without memory of accelerations. What a step meets stops there.
+    fn attempt_without_memory<S: System + ?Sized>(
+        &mut self,
+        system: &mut S,
+        t_new: f64,
+        h: f64,
+    ) -> Result<Result<(), Failure>, Interrupted> {
+        let trial = &mut self.trial;
+        trial.t = t_new;
+        trial.weights = [h * h, h, 1.0];
+        for i in 0..self.q.len() {
+            trial.q_base[i] = self.q[i] + h * self.v[i];
+            trial.v_base[i] = self.v[i];
+        }
+        self.correct(system, h)
+    }
+
+    /// Solves the equations of motion for the accelerations of the trial.
+    fn correct<S: System + ?Sized>(
+        &mut self,
+        system: &mut S,
+        h: f64,
+    ) -> Result<Result<(), Failure>, Interrupted> {
         match self.guess {
             Guess::Zero => self.guessed.fill(0.0),
             Guess::Last => self.guessed.copy_from_slice(&self.a),
@@ -285,7 +346,7 @@ impl Stepper {
                 }
             }
         }
-        self.corrector.solve(system, trial, &self.guessed, &self.a, h, &mut self.counters)
+        self.corrector.solve(system, &mut self.trial, &self.guessed, &self.a, h, &mut self.counters)
     }
 
     /// Takes the trial as the new state.
@@ -293,7 +354,11 @@ impl Stepper {
         if self.options.predictor == Predictor::Best {
             self.guess = self.best_guess(h);
         }
-        if !self.scheme.is_plain() {
+        if std::mem::take(&mut self.forgets) {
+            let n = self.q.len();
+            self.s.copy_from_slice(&self.trial.a[..n]);
+            self.h_of_s = h;
+        } else if !self.scheme.is_plain() {
             let stretch = h / self.h_of_s;
             for i in 0..self.s.len() {
                 let (_, rest) = algorithmic(&self.scheme, self.a[i], self.s[i], stretch);
@@ -373,6 +438,7 @@ impl Stepper {
         self.guess = guesses[guess];
         self.grid.carry(tape);
         self.counters.carry(tape);
+        tape.flag(&mut self.jolted);
         tape.flag(&mut self.started);
         self.corrector.carry(system, tape);
     }

@@ -17,7 +17,7 @@ use super::motion::times;
 use super::record::{self, ReadOnly, Reduced};
 use super::robot::PyRobot;
 use super::rows::{Vectors, each, of_row, threads};
-use super::simulate::{Given, Way, with_python_names};
+use super::simulate::{Given, Way, needs_damping, with_python_names};
 use crate::ensemble::{self, Ensemble, Keep, Monitor, Outcome, Refusal, Run, Size};
 use crate::error::{Interrupted, InvalidInput};
 use crate::lie::{Quaternion, Vector};
@@ -152,7 +152,7 @@ pub(crate) fn simulate_many<'py>(
         max_steps,
         predictor,
         reuse_jacobian,
-        is_tied: first.native().constraints() > 0,
+        needs_damping: needs_damping(&*first.native()),
     }
     .way(n)?;
     let mut count = Count(models.rows().map(|rows| (rows, "model")));

@@ -12,7 +12,7 @@ use crate::robot::Robot;
 use crate::scene::suggestion::suggestion;
 
 /// The place of a name among others.
-fn index(name: &str, names: &[String], what: &str) -> PyResult<usize> {
+pub(super) fn index(name: &str, names: &[String], what: &str) -> PyResult<usize> {
     names.iter().position(|known| known == name).ok_or_else(|| {
         let meant = suggestion(name, names.iter().map(String::as_str));
         let meant = meant.map_or_else(String::new, |meant| format!("; did you mean '{meant}'?"));

@@ -12,6 +12,7 @@ mod balance;
 mod base;
 mod callback;
 mod compiled;
+mod contact;
 mod convert;
 mod ensemble;
 mod errors;
@@ -60,6 +61,8 @@ mod _lissom {
     use super::balance::PyBalance;
     #[pymodule_export]
     use super::base::PyBaseMotion;
+    #[pymodule_export]
+    use super::contact::check_contact;
     #[pymodule_export]
     use super::convert::finite_array;
     #[pymodule_export]

@@ -2,18 +2,19 @@
 
 use std::sync::{Mutex, OnceLock, PoisonError};
 
-use numpy::{IntoPyArray, PyArrayMethods};
+use numpy::{IntoPyArray, PyArray1, PyArrayMethods};
 use pyo3::IntoPyObjectExt;
 use pyo3::PyClass;
 use pyo3::class::{PyTraverseError, PyVisit};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::pyclass::boolean_struct::True;
-use pyo3::types::{PyDict, PySlice, PyString, PyTuple};
+use pyo3::types::{PyDict, PyList, PySlice, PyString, PyTuple};
 
 use super::actuation::{Surroundings, actuator_index, actuators_of, actuators_out};
 use super::base::PyBaseMotion;
 use super::callback::or_raised;
+use super::contact::{contact_index, contacts_of, contacts_out};
 use super::convert;
 use super::errors::check_finite;
 use super::fluid::PyFluid;
@@ -30,7 +31,7 @@ use crate::lie::Vector;
 use crate::linalg::Matrix;
 use crate::loops::Tie;
 use crate::model::{InTime as _, Tied as _};
-use crate::robot::{Kernel, Multiplications, Place, Robot, RobotModel};
+use crate::robot::{Kernel, Multiplications, Place, Robot, RobotModel, Touching};
 
 /// So many poses of the largest rods take some milliseconds.
 const POSES_BETWEEN_SIGNALS: usize = 256;
@@ -66,6 +67,8 @@ fn flat(halves: [Vector<f64>; 2]) -> Vec<f64> {
 ///     default.
 /// loops : sequence of Loop
 ///     What closes loops of its links.
+/// contacts : sequence of Contact
+///     What touches.
 /// actuators : sequence of Tendon, Chamber, Motor, ActiveStrain
 ///     What moves the robot when it is told to.
 ///
@@ -314,8 +317,8 @@ impl PyRobot {
 #[pymethods]
 impl PyRobot {
     #[new]
-    #[pyo3(signature = (links, *, gravity=None, loads=None, bodies=None, supports=None, fluid=None, base_motion=None, actuators=None, loops=None),
-           text_signature = "(links, *, gravity=(0, 0, -9.81), loads=(), bodies=(), supports=(), fluid=None, base_motion=None, actuators=(), loops=())")]
+    #[pyo3(signature = (links, *, gravity=None, loads=None, bodies=None, supports=None, fluid=None, base_motion=None, actuators=None, loops=None, contacts=None),
+           text_signature = "(links, *, gravity=(0, 0, -9.81), loads=(), bodies=(), supports=(), fluid=None, base_motion=None, actuators=(), loops=(), contacts=())")]
     #[allow(clippy::too_many_arguments, reason = "the signature of the Python class")]
     fn new(
         links: &Bound<'_, PyAny>,
@@ -327,6 +330,7 @@ impl PyRobot {
         base_motion: Option<&Bound<'_, PyBaseMotion>>,
         actuators: Option<&Bound<'_, PyAny>>,
         loops: Option<&Bound<'_, PyAny>>,
+        contacts: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<PyClassInitializer<Self>> {
         // Their functions are alive until the robot has them.
         let (links, mut functions) = links_of(links)?;
@@ -372,6 +376,9 @@ impl PyRobot {
         }
         if let Some(loops) = loops {
             robot.loops = loops_of(loops, &robot)?;
+        }
+        if let Some(contacts) = contacts {
+            robot.contacts = contacts_of(contacts, &robot)?;
         }
         Self::initializer(robot)
     }
@@ -510,6 +517,12 @@ impl PyRobot {
     #[getter]
     fn loops<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
         loops_out(py, &self.description)
+    }
+
+    /// What touches.
+    #[getter]
+    pub(super) fn contacts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        contacts_out(py, &self.description)
     }
 
     /// Number of constraints of all loops together.
@@ -1087,6 +1100,84 @@ impl PyRobot {
         })
     }
 
+    /// What a contact does to its first surface, all places where it touches together.
+    ///
+    /// Parameters
+    /// ----------
+    /// q, qd : array_like, shape (n,) or (k, n)
+    ///     Coordinates and velocities of a state, or those of k states.
+    /// name : str, optional
+    ///     Which contact; may be left out where there is one.
+    /// t : float or array_like, shape (k,), optional
+    ///     The time of the state, or those of k states, seconds; needed where the base moves or joints move as prescribed.
+    ///
+    /// Returns
+    /// -------
+    /// wrench : ndarray, shape (6,) or (k, 6)
+    ///     Moment about the world's origin, newton metres, and force, newtons, in world axes: zeros where nothing touches.
+    #[pyo3(signature = (q, qd, *, name=None, t=None))]
+    fn contact_forces<'py>(
+        &self,
+        q: &Bound<'py, PyAny>,
+        qd: &Bound<'py, PyAny>,
+        name: Option<&str>,
+        t: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let i = contact_index(&self.description, name)?;
+        let states = [Some((q, "q")), Some((qd, "qd")), None];
+        self.of_states(self.model(), states, At::time(t), "contact_forces", &[6], |model, [q, qd, _]| {
+            flat(model.contact_wrench(q, qd, i))
+        })
+    }
+
+    /// Where surfaces touch in a state.
+    ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (n,)
+    ///     Coordinates.
+    /// qd : array_like, shape (n,), optional
+    ///     Velocities; at rest by default.
+    /// t : float, optional
+    ///     The time of the state, seconds; needed where the base moves or joints move as prescribed.
+    ///
+    /// Returns
+    /// -------
+    /// touches : list of Touch
+    ///     Contact by contact, along rods from base to tip.
+    #[pyo3(signature = (q, qd=None, *, t=None))]
+    fn touches<'py>(
+        &self,
+        py: Python<'py>,
+        q: &Bound<'py, PyAny>,
+        qd: Option<&Bound<'py, PyAny>>,
+        t: Option<f64>,
+    ) -> PyResult<Bound<'py, PyList>> {
+        let n = self.description.coordinates();
+        let q = convert::finite_vector_of(q, n, "q")?;
+        let qd = qd.map_or_else(|| Ok(vec![0.0; n]), |qd| convert::finite_vector_of(qd, n, "qd"))?;
+        let time = time_of_state(t, self.description.is_moved())?;
+        let mut model = self.model();
+        or_raised(model.set_time(time))?;
+        let class = py.import("lissom.contacts")?.getattr("Touch")?;
+        let touch = |touch: Touching| {
+            let vector = |v: Vector<f64>| PyArray1::from_slice(py, &v.to_array());
+            let Touching { contact, position, normal, force, overlap, sliding, along } = touch;
+            let name = self.description.contacts[contact].name.as_str();
+            let [on_first, on_second] = along;
+            class.call1((
+                name,
+                vector(position),
+                vector(normal),
+                vector(force),
+                overlap,
+                vector(sliding),
+                (on_first, on_second),
+            ))
+        };
+        PyList::new(py, model.touches(&q, &qd).into_iter().map(touch).collect::<PyResult<Vec<_>>>()?)
+    }
+
     /// Closed loops of a robot at rest, row by row: what their forces add to the stiffness, and the derivative of the gaps.
     #[pyo3(signature = (q, *, t=None, u=None))]
     fn _loops_at_rest<'py>(
@@ -1427,6 +1518,7 @@ impl PyRobot {
         arguments.set_item("base_motion", self.base_motion(py)?)?;
         arguments.set_item("actuators", self.actuators(py)?)?;
         arguments.set_item("loops", self.loops(py)?)?;
+        arguments.set_item("contacts", self.contacts(py)?)?;
         Ok(((self.links(py)?,), arguments))
     }
 

@@ -6,6 +6,7 @@ use pyo3::types::{PyDict, PyTuple};
 
 use super::actuation::{Surroundings, actuators_of};
 use super::base::PyBaseMotion;
+use super::contact::contacts_of;
 use super::convert;
 use super::fluid::PyFluid;
 use super::load::{PyBody, PyLoad};
@@ -49,6 +50,8 @@ use crate::robot::{Robot, Rod};
 ///     What surrounds the rod; by default nothing does.
 /// actuators : sequence of Tendon, Chamber, Motor, ActiveStrain
 ///     What moves the rod when it is told to.
+/// contacts : sequence of Contact
+///     What the rod, the link "rod", touches.
 ///
 /// Raises
 /// ------
@@ -80,8 +83,8 @@ impl PyRod {
 #[pymethods]
 impl PyRod {
     #[new]
-    #[pyo3(signature = (segments, base_position=None, base_orientation=None, gravity=None, tip_force=None, tip_moment=None, tip_mass=0.0, *, loads=None, bodies=None, base_motion=None, supports=None, fluid=None, actuators=None),
-           text_signature = "(segments, base_position=(0, 0, 0), base_orientation=(1, 0, 0, 0), gravity=(0, 0, -9.81), tip_force=(0, 0, 0), tip_moment=(0, 0, 0), tip_mass=0.0, *, loads=(), bodies=(), base_motion=None, supports=(), fluid=None, actuators=())")]
+    #[pyo3(signature = (segments, base_position=None, base_orientation=None, gravity=None, tip_force=None, tip_moment=None, tip_mass=0.0, *, loads=None, bodies=None, base_motion=None, supports=None, fluid=None, actuators=None, contacts=None),
+           text_signature = "(segments, base_position=(0, 0, 0), base_orientation=(1, 0, 0, 0), gravity=(0, 0, -9.81), tip_force=(0, 0, 0), tip_moment=(0, 0, 0), tip_mass=0.0, *, loads=(), bodies=(), base_motion=None, supports=(), fluid=None, actuators=(), contacts=())")]
     #[allow(clippy::too_many_arguments, reason = "the signature of the Python class")]
     fn new(
         segments: &Bound<'_, PyAny>,
@@ -97,6 +100,7 @@ impl PyRod {
         supports: Option<&Bound<'_, PyAny>>,
         fluid: Option<&Bound<'_, PyFluid>>,
         actuators: Option<&Bound<'_, PyAny>>,
+        contacts: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<PyClassInitializer<Self>> {
         let segments = instances(segments, "segments", |segment: &PySegment| segment.0.clone())?;
         let fluid = fluid.map(|fluid| fluid.get().0.clone());
@@ -146,6 +150,9 @@ impl PyRod {
         let mut functions = Functions::default();
         if let Some(actuators) = actuators {
             rod.actuators = actuators_of(actuators, Surroundings::Rod(&Robot::from(&rod)), &mut functions)?;
+        }
+        if let Some(contacts) = contacts {
+            rod.contacts = contacts_of(contacts, &Robot::from(&rod))?;
         }
         Self::initializer(rod)
     }
@@ -235,6 +242,7 @@ impl PyRod {
         arguments.set_item("supports", robot.supports(py)?)?;
         arguments.set_item("fluid", robot.fluid())?;
         arguments.set_item("actuators", robot.actuators(py)?)?;
+        arguments.set_item("contacts", robot.contacts(py)?)?;
         Ok(((this.segments(py)?,), arguments))
     }
 

@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use super::callback::{Raised, call, or_raised, wants_to_stop};
 use super::convert;
 use super::errors::LissomError;
-use super::model::PyModel;
+use super::model::{Native, PyModel};
 use super::motion::{PyMotionResult, Ticker, finish, predictor, signals, step_size, times};
 use super::ode::options::tolerance;
 use super::robot::PyRobot;
@@ -169,7 +169,7 @@ pub(crate) fn simulate<'py>(
         max_steps,
         predictor,
         reuse_jacobian,
-        is_tied: model.get().native().constraints() > 0,
+        needs_damping: needs_damping(&*model.get().native()),
     };
     let way = given.way(n)?;
     let controller = Controller::new(model, control, control_step, dt, &way)?;
@@ -241,6 +241,11 @@ pub(super) enum Way {
     Accuracy(accuracy::Request),
 }
 
+/// Whether the Newmark family has to damp what is infinitely fast in a model: closed loops, and contact, which sets in at once.
+pub(super) fn needs_damping(model: &dyn Native) -> bool {
+    model.constraints() > 0 || model.has_contact()
+}
+
 /// What was given of the options that say how a motion is computed.
 pub(super) struct Given<'a, 'py> {
     pub(super) method: &'a str,
@@ -255,8 +260,8 @@ pub(super) struct Given<'a, 'py> {
     pub(super) max_steps: Option<i64>,
     pub(super) predictor: Option<&'a str>,
     pub(super) reuse_jacobian: Option<bool>,
-    /// Whether the model has closed loops.
-    pub(super) is_tied: bool,
+    /// Whether what is infinitely fast must be damped.
+    pub(super) needs_damping: bool,
 }
 
 impl Given<'_, '_> {
@@ -329,10 +334,10 @@ impl Given<'_, '_> {
         Ok(Method::FirstOrder { options, dt: self.dt })
     }
 
-    /// The member of the Newmark family. Closed loops are held by one that damps, where nothing is said.
+    /// The member of the Newmark family: one that damps, where that is needed and nothing is said.
     fn scheme(&self) -> PyResult<Scheme> {
         let is_said = self.method != "newmark" || self.parameters != Parameters::default();
-        if self.is_tied && !is_said {
+        if self.needs_damping && !is_said {
             return Ok(Scheme::generalised_alpha(Parameters::RHO_INF)?);
         }
         Ok(Scheme::by_name(self.method, &self.parameters).map_err(name_all_methods)?)

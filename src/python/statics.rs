@@ -358,6 +358,8 @@ pub(crate) fn statics<'py>(
     let q0 = q0.map(|q0| convert::finite_vector_of(q0, n, "q0")).transpose()?;
     let defaults = Options::default();
     let start = match (method, q0) {
+        // Loads that grow bend the path of equilibria wherever a place more is touched: the model is let go.
+        ("auto", None) if load_steps.is_none() && model.has_contact() => Start::Descent(vec![0.0; n]),
         ("auto" | "load_path", None) => Start::Unloaded { stops: stops(load_steps)? },
         ("auto", Some(q0)) => Start::Descent(q0),
         ("descent", q0) => Start::Descent(q0.unwrap_or_else(|| vec![0.0; n])),

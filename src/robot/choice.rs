@@ -2,6 +2,7 @@
 
 use super::description::{Link, Robot};
 use crate::actuator::{Actuator, Via};
+use crate::contact::{Contact, Obstacle, Surface};
 use crate::joint::Motion;
 use crate::lie::{Plane, Quaternion};
 use crate::loops::{Loop, LoopEnd};
@@ -27,6 +28,7 @@ impl Kernel {
                 is_placed && moves_in(plane, link)
             }) && robot.actuators.iter().all(|actuator| acts_in(plane, actuator))
                 && robot.loops.iter().all(|tied| is_tied_in(plane, tied, root))
+                && robot.contacts.iter().all(|contact| touches_in(plane, contact, root))
         };
         let base = Quaternion::from_array(robot.links[0].orientation).rotation();
         let base_stays_in = |plane: &Plane| {
@@ -46,6 +48,25 @@ fn acts_in(plane: &Plane, actuator: &Actuator) -> bool {
     // Points of the world are seen from the root, which may be turned.
     let is_via = |via: &Via| via.link.is_some() && via.point[plane.normal] == 0.0;
     is_along && actuator.vias().into_iter().all(is_via)
+}
+
+/// Whether what touches pushes in the plane alone.
+fn touches_in(plane: &Plane, contact: &Contact, root: &Link) -> bool {
+    let i = plane.normal;
+    contact.surfaces.iter().all(|surface| match surface {
+        Surface::Rod { .. } => true,
+        Surface::Ball { position, .. } => position[i] == 0.0,
+        // Obstacles are seen from the root.
+        Surface::Obstacle(obstacle) => {
+            root.orientation == [1.0, 0.0, 0.0, 0.0]
+                && match obstacle {
+                    Obstacle::HalfSpace { normal, .. } => normal[i] == 0.0,
+                    Obstacle::Sphere { centre, .. } => centre[i] == root.position[i],
+                    Obstacle::Capsule { ends, .. } => ends.iter().all(|end| end[i] == root.position[i]),
+                    Obstacle::Cuboid { .. } => false,
+                }
+        }
+    })
 }
 
 /// Whether what a loop ties does not leave the plane: rows across it then hold by themselves.

@@ -38,12 +38,15 @@ mod tell;
 #[cfg(test)]
 mod tests;
 #[cfg(test)]
+mod tests_of_contact;
+#[cfg(test)]
 mod tests_of_loops;
 mod turning;
 
 pub use choice::{Kernel, Solve};
 pub use description::{Driven, Inputs, Link, MAX_COORDINATES, Robot, Rod};
 pub(crate) use description::{Origin, origin};
+pub use kernel::contact::Touching;
 pub use kernel::kinematics::Pose;
 pub use kernel::momentum::Momentum;
 pub use model::RobotModel;

@@ -7,6 +7,7 @@ use super::compile;
 use super::description::{Robot, Rod};
 use super::driven::Coordinates;
 use super::effect::support::Held;
+use super::kernel::contact::Touching;
 use super::kernel::kinematics::Pose;
 use super::kernel::momentum::Momentum;
 use super::kernel::{elasticity, tree, validity};
@@ -223,7 +224,7 @@ impl RobotModel {
         let solve = match coordinates.are_driven() {
             // Joints that follow others couple branches, and so do closed loops.
             true => Solve::Dense,
-            false if !robot.loops.is_empty() => Solve::Dense,
+            false if !robot.loops.is_empty() || !robot.contacts.is_empty() => Solve::Dense,
             false if on_sweeps!(&sweeps, sweeps => sweeps.plan().actuation.couples_pieces()) => Solve::Dense,
             false => solve.unwrap_or_else(|| Solve::cheapest(robot)),
         };
@@ -464,6 +465,21 @@ impl RobotModel {
                 gradient.copy_from_slice(of_all);
                 numbers
             })
+        })
+    }
+
+    /// Where surfaces touch in a state, contact by contact. Allocates.
+    pub fn touches(&mut self, q: &[f64], qd: &[f64]) -> Vec<Touching> {
+        let Self { sweeps, coordinates, .. } = self;
+        coordinates.all([q, qd], |[q, qd]| on_sweeps!(sweeps, sweeps => sweeps.touches(q, qd)))
+    }
+
+    /// What a contact does to its first surface: moment about the world's origin, and force.
+    pub fn contact_wrench(&mut self, q: &[f64], qd: &[f64], contact: usize) -> [Vector<f64>; 2] {
+        let touches = self.touches(q, qd);
+        let own = touches.iter().filter(|touch| touch.contact == contact);
+        own.fold([Vector::zero(); 2], |[moment, force], touch| {
+            [moment + touch.position.cross(touch.force), force + touch.force]
         })
     }
 
@@ -794,6 +810,18 @@ impl Model for RobotModel {
             on_sweeps!(&mut *sweeps, sweeps => sweeps.inverse_dynamics(state, tau));
         });
         power + of_joints
+    }
+
+    fn is_jolted(&mut self, before: &[f64], motion: [&[f64]; 3], h: f64) -> bool {
+        let Self { sweeps, coordinates, .. } = self;
+        let [q, _, qdd] = motion;
+        coordinates
+            .all([q, before, qdd], |motion| on_sweeps!(&mut *sweeps, sweeps => sweeps.note_rates(motion)))
+            && coordinates.all(motion, |motion| on_sweeps!(sweeps, sweeps => sweeps.is_jolted(motion, h)))
+    }
+
+    fn has_contact(&self) -> bool {
+        !self.robot.contacts.is_empty()
     }
 
     fn is_driven(&self) -> bool {

@@ -7,6 +7,7 @@ use super::description::Robot;
 use super::effect::actuation;
 use super::effect::all as effects;
 use super::effect::support::Held;
+use super::kernel::contact::{self, Touching};
 use super::kernel::kinematics::Pose;
 use super::kernel::momentum::Momentum;
 use super::kernel::{
@@ -444,6 +445,25 @@ impl<G: Turning> Sweeps<G> {
     pub(crate) fn supplied_power(&mut self, state: [&[f64]; 3]) -> f64 {
         self.update_motion(state);
         energy::supplied_power(&self.plan, &self.work)
+    }
+
+    /// Takes down how fast the surfaces approach each other that touch in a motion; false where none do.
+    pub(crate) fn note_rates(&mut self, motion: [&[f64]; 3]) -> bool {
+        self.update_motion(motion);
+        contact::note_rates(&mut self.work);
+        !self.work.contact.touches.is_empty()
+    }
+
+    /// Whether they meet too hard for a step of size `h` that ends in a motion of the same shape.
+    pub(crate) fn is_jolted(&mut self, motion: [&[f64]; 3], h: f64) -> bool {
+        self.update_motion(motion);
+        contact::is_jolted(&self.plan, &self.work, h)
+    }
+
+    /// Where surfaces touch in a state.
+    pub(crate) fn touches(&mut self, q: &[f64], qd: &[f64]) -> Vec<Touching> {
+        self.update_velocities(q, qd);
+        contact::told(&self.plan, &self.work).collect()
     }
 
     /// Moment and force that the base exerts on the rod, in world axes.

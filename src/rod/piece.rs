@@ -61,6 +61,12 @@ impl Piece {
         self.segment.length * self.part
     }
 
+    /// How far it reaches from the rod's axis in the direction in which that is most, at the fraction `x` of it: metres.
+    pub(crate) fn radius(&self, x: f64) -> f64 {
+        let [y, z] = self.segment.section.half_extents(self.from + self.part * x);
+        y.max(z)
+    }
+
     /// The largest number of modes of a strain.
     pub(crate) fn degrees(&self) -> usize {
         self.modes.iter().copied().max().unwrap_or(0)

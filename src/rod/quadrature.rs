@@ -1,7 +1,5 @@
 //! Gauss-Legendre quadrature on [0, 1], and the integrals up to its nodes.
 
-use std::borrow::Cow;
-
 use super::basis::legendre;
 
 /// Nodes, weights and integration matrix of Gauss-Legendre quadrature on [0, 1].
@@ -66,10 +64,10 @@ impl Gauss {
     }
 
     /// The integral from 0 to any place of the polynomial through values at the nodes.
-    pub fn integral(&self) -> Integral<'_> {
+    pub fn integral(&self) -> Integral {
         let rule = match self.breaks.len() {
-            0 => Cow::Borrowed(self),
-            breaks => Cow::Owned(Self::new(self.nodes.len() / (breaks + 1))),
+            0 => self.clone(),
+            breaks => Self::new(self.nodes.len() / (breaks + 1)),
         };
         let m = rule.nodes.len();
         let mut at_nodes = vec![0.0; m * m];
@@ -80,7 +78,7 @@ impl Gauss {
                 at_nodes[k * m + l] = value;
             }
         }
-        Integral { breaks: &self.breaks, rule, at_nodes }
+        Integral { breaks: self.breaks.clone(), rule, at_nodes }
     }
 
     /// Weights of that integral up to `x`.
@@ -91,36 +89,78 @@ impl Gauss {
 
 /// Integrals up to places, with Legendre's polynomials at the nodes computed once.
 #[derive(Clone, Debug)]
-pub struct Integral<'a> {
-    breaks: &'a [f64],
+pub struct Integral {
+    breaks: Vec<f64>,
     /// That between any two breaks.
-    rule: Cow<'a, Gauss>,
+    rule: Gauss,
     /// Entry `[k * m + l]`: the polynomial of degree k at node l.
     at_nodes: Vec<f64>,
 }
 
-impl Integral<'_> {
+impl Integral {
     /// Weights `w_l(x) = int_0^x l_l` of the integral from 0 to `x` of the polynomial through the values at the nodes:
     /// exact for polynomials of degree m - 1. `l_l(x) = w_l sum_k (2k+1) P_k(x_l) P_k(x)` and
     /// `int P_k = (P_{k+1} - P_{k-1}) / (2 (2k+1))` on [0, 1].
     /// With breaks it is the polynomials between them.
     pub fn weights_up_to(&self, x: f64) -> Vec<f64> {
-        if self.breaks.is_empty() {
-            return self.of_rule(x);
-        }
-        let part = |[from, to]: [f64; 2]| {
-            let weights = self.of_rule(((x - from) / (to - from)).clamp(0.0, 1.0));
-            weights.into_iter().map(move |weight| (to - from) * weight)
-        };
-        intervals(self.breaks).flat_map(part).collect()
+        let m = self.rule.nodes.len();
+        let mut weights = vec![0.0; m * (self.breaks.len() + 1)];
+        self.write_weights_up_to(x, &mut weights, &mut vec![0.0; m + 1]);
+        weights
     }
 
-    fn of_rule(&self, x: f64) -> Vec<f64> {
-        let Gauss { nodes, weights, .. } = &*self.rule;
+    /// Places inside (0, 1) where one polynomial ends and the next begins.
+    pub(crate) fn breaks(&self) -> &[f64] {
+        &self.breaks
+    }
+
+    /// Legendre's coefficients of the polynomials through the values at the nodes: for each polynomial, and of that for each
+    /// degree, the weights of all nodes, `(2k+1) w_l P_k(x_l)`.
+    pub(crate) fn expansion(&self) -> Vec<Vec<f64>> {
+        let (m, rules) = (self.rule.nodes.len(), self.breaks.len() + 1);
+        let row = |r: usize, k: usize| {
+            let mut row = vec![0.0; m * rules];
+            for (l, weight) in row[r * m..][..m].iter_mut().enumerate() {
+                *weight = (2 * k + 1) as f64 * self.rule.weights[l] * self.at_nodes[k * m + l];
+            }
+            row
+        };
+        (0..rules).flat_map(|r| (0..m).map(move |k| (r, k))).map(|(r, k)| row(r, k)).collect()
+    }
+
+    /// Weights `l_l(x)` of the polynomial through the values at the nodes itself, that between the breaks where `x` is, into
+    /// memory that is there: one entry a node, and for the polynomials one for each node of the rule.
+    pub(crate) fn write_weights_at(&self, x: f64, weights: &mut [f64], polynomials: &mut [f64]) {
+        let m = self.rule.nodes.len();
+        weights.fill(0.0);
+        let here = self.breaks.partition_point(|&place| place <= x);
+        let [from, to] = intervals(&self.breaks).nth(here).unwrap_or([0.0, 1.0]);
+        let at_x = &mut polynomials[..m];
+        legendre((x - from) / (to - from), at_x);
+        for (l, weight) in weights[here * m..][..m].iter_mut().enumerate() {
+            let sum: f64 = (0..m).map(|k| (2 * k + 1) as f64 * self.at_nodes[k * m + l] * at_x[k]).sum();
+            *weight = self.rule.weights[l] * sum;
+        }
+    }
+
+    /// [`Self::weights_up_to`] into memory that is there: one entry a node, and for the polynomials one more than the rule has nodes.
+    pub(crate) fn write_weights_up_to(&self, x: f64, weights: &mut [f64], polynomials: &mut [f64]) {
+        if self.breaks.is_empty() {
+            return self.of_rule(x, weights, polynomials);
+        }
+        let parts = weights.chunks_exact_mut(self.rule.nodes.len());
+        for ([from, to], part) in intervals(&self.breaks).zip(parts) {
+            self.of_rule(((x - from) / (to - from)).clamp(0.0, 1.0), part, polynomials);
+            part.iter_mut().for_each(|weight| *weight *= to - from);
+        }
+    }
+
+    fn of_rule(&self, x: f64, sums: &mut [f64], polynomials: &mut [f64]) {
+        let Gauss { nodes, weights, .. } = &self.rule;
         let m = nodes.len();
-        let mut at_x = vec![0.0; m + 1];
-        legendre(x, &mut at_x);
-        let mut sums = vec![0.0; m];
+        let at_x = &mut polynomials[..m + 1];
+        legendre(x, at_x);
+        sums.fill(0.0);
         for k in 1..m {
             let integral = at_x[k + 1] - at_x[k - 1];
             for (sum, value) in sums.iter_mut().zip(&self.at_nodes[k * m..][..m]) {
@@ -130,7 +170,6 @@ impl Integral<'_> {
         for (sum, weight) in sums.iter_mut().zip(weights) {
             *sum = weight * (x + *sum);
         }
-        sums
     }
 }
 

@@ -86,6 +86,23 @@ pub trait System {
         false
     }
 
+    /// Whether forces can set in at once.
+    fn has_contact(&self) -> bool {
+        false
+    }
+
+    /// Whether they have set in so hard, in a step of size `h` that began with the velocities `before` and ends in a motion
+    /// (displacements, velocities, accelerations), that it does not see them rise and fall.
+    fn is_jolted(
+        &mut self,
+        _t: f64,
+        _before: &[f64],
+        _motion: [&[f64]; 3],
+        _h: f64,
+    ) -> Result<bool, Interrupted> {
+        Ok(false)
+    }
+
     /// How far an adaptive step from `t` may go that cannot pass unseen over something that drives the system; the
     /// step ends there.
     fn horizon(&self, _t: f64) -> f64 {
@@ -123,6 +140,25 @@ impl<M: Model + ?Sized> System for FreeMotion<'_, M> {
 
     fn horizon(&self, t: f64) -> f64 {
         self.0.horizon(t)
+    }
+
+    fn has_contact(&self) -> bool {
+        self.0.has_contact()
+    }
+
+    fn is_jolted(
+        &mut self,
+        t: f64,
+        before: &[f64],
+        [q, v, a]: [&[f64]; 3],
+        h: f64,
+    ) -> Result<bool, Interrupted> {
+        self.0.set_time(t)?;
+        let (a, multipliers) = a.split_at(q.len());
+        if !multipliers.is_empty() {
+            self.0.set_multipliers(multipliers);
+        }
+        Ok(self.0.is_jolted(before, [q, v, a], h))
     }
 
     #[inline]

@@ -69,9 +69,11 @@ pub fn equilibrium(
     if model.constraints() > 0 {
         return tied::equilibrium(model, options, monitor);
     }
+    let has_contact = model.has_contact();
     let mut equations = Equations::new(model, Growth::Loads, monitor);
     Ok(match &options.start {
         Start::Unloaded { stops } => load(&mut equations, stops, options),
+        Start::Descent(q0) if has_contact => lay(&mut equations, q0, options),
         Start::Descent(q0) => let_go(&mut equations, q0, options),
         Start::Newton(q0) => newton(&mut equations, q0, options),
     })
@@ -197,6 +199,17 @@ fn load(equations: &mut Equations<'_>, stops: &[f64], options: &Options) -> Resu
         residual_norm: place.corrected.residual_norm,
     };
     judge(equations, found, path)
+}
+
+/// Downhill onto what is there to be touched; where that stalls, as energies that are known by their slopes alone do where
+/// these kink, by Newton's method from there.
+fn lay(equations: &mut Equations<'_>, q0: &[f64], options: &Options) -> Result<Equilibrium, Interrupted> {
+    let laid = let_go(equations, q0, options)?;
+    if laid.status != Status::Stalled {
+        return Ok(laid);
+    }
+    let nearby = newton(equations, &laid.q, options)?;
+    Ok(if nearby.status.is_success() { nearby } else { laid })
 }
 
 /// Downhill from a shape.

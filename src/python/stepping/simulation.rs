@@ -13,7 +13,7 @@ use super::super::callback::or_raised;
 use super::super::convert;
 use super::super::model::{PyEnergy, PyModel};
 use super::super::record::{self, Reduced};
-use super::super::simulate::{Given, Way};
+use super::super::simulate::{Given, Way, needs_damping};
 use super::memory::{Memory, Outcome, READY, Start, start};
 use crate::newmark::Parameters;
 use crate::simulate::Method;
@@ -171,7 +171,7 @@ impl PySimulation {
             max_steps: None,
             predictor: None,
             reuse_jacobian: None,
-            is_tied: model.get().native().constraints() > 0,
+            needs_damping: needs_damping(&*model.get().native()),
         };
         let Way::Method(method) = given.way(n)? else {
             return Err(PyValueError::new_err(

@@ -2,6 +2,7 @@
 
 mod actuation;
 mod anchor;
+mod contact;
 mod immersion;
 mod joint;
 mod links;
@@ -17,6 +18,7 @@ use crate::robot::description::{Inputs, Robot};
 use crate::robot::effect::all as effects;
 use crate::robot::plan::Plan;
 use crate::robot::plan::actuation::ActuatorPlan;
+use crate::robot::plan::contact::Contacts;
 use crate::robot::plan::load::LoadPlan;
 use crate::robot::plan::loops::Loops;
 use crate::robot::plan::world::World;
@@ -45,7 +47,8 @@ fn plan_of<G: Turning>(robot: &Robot, frame: G::Frame, mut tree: Tree<G>) -> Pla
     let pulled: Vec<_> =
         straight.iter().flat_map(|line| &line.ends).map(|end| end.place().cloned()).collect();
     let tied = loops::places(robot, &tree);
-    let (points, supported) = points::compile(frame, &mut tree, &loads, [&pulled, &tied], robot);
+    let balls = contact::places(robot, &tree);
+    let (points, supported) = points::compile(frame, &mut tree, &loads, [&pulled, &tied, &balls], robot);
     let stations = tree.stations();
     let Tree { pieces, links, n, packs, hinges, .. } = tree;
     let actuation = actuation::compile(robot, &pieces, &links, &inputs, straight);
@@ -61,6 +64,7 @@ fn plan_of<G: Turning>(robot: &Robot, frame: G::Frame, mut tree: Tree<G>) -> Pla
         points,
         anchors: Vec::new(),
         loops: Loops::none(),
+        contacts: Contacts::none(),
         immersion: None,
         has_responses: false,
         has_dead_loads: loads.iter().any(|load| load.frame == Frame::World)
@@ -79,6 +83,7 @@ fn plan_of<G: Turning>(robot: &Robot, frame: G::Frame, mut tree: Tree<G>) -> Pla
     plan.find_families();
     actuation::attach(&mut plan);
     plan.loops = loops::compile(&plan, robot);
+    plan.contacts = contact::compile(&plan, robot);
     if !robot.supports.is_empty() {
         plan.anchors = anchor::compile(&plan, &robot.supports, &supported);
     }

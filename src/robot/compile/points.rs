@@ -14,12 +14,13 @@ use crate::robot::turning::Turning;
 use crate::robot::turning::place;
 
 /// All that is concentrated on a robot with these pieces, in the order of the places, and at which of these points each
-/// support acts; `pulled` are the places of the ends of straight parts of tendons, `tied` those of closed loops. Tells the pieces which points are theirs. A place where others are attached is one of them.
+/// support acts; `pulled` are the places of the ends of straight parts of tendons, `tied` those of closed loops, `balls` those of
+/// balls that touch. Tells the pieces which points are theirs. A place where others are attached is one of them.
 pub(crate) fn compile<G: Turning>(
     frame: G::Frame,
     tree: &mut Tree<G>,
     loads: &[LoadPlan<G>],
-    [pulled, tied]: [&[Option<Place>]; 2],
+    [pulled, tied, balls]: [&[Option<Place>]; 3],
     robot: &Robot,
 ) -> (Vec<Point<G>>, Vec<usize>) {
     let Tree { pieces, links, attachments, .. } = tree;
@@ -56,12 +57,12 @@ pub(crate) fn compile<G: Turning>(
         point.anchors.push(a);
         point.is_oriented = true;
     }
-    for (ends, is_tied) in [(pulled, false), (tied, true)] {
+    for (kind, ends) in [pulled, tied, balls].into_iter().enumerate() {
         for (end, place) in ends.iter().enumerate() {
             let Some(place) = place else { continue };
             let point = point_at(&mut points, pieces, place.clone());
-            let there = if is_tied { &mut point.tied } else { &mut point.pulled };
-            there.push(end);
+            let there = [&mut point.pulled, &mut point.tied, &mut point.balls];
+            there[kind].push(end);
             point.is_oriented = true;
         }
     }
@@ -132,6 +133,7 @@ pub(crate) fn point<G: Turning>(piece: &PiecePlan<G>, place: Place) -> Point<G> 
         anchors: Vec::new(),
         pulled: Vec::new(),
         tied: Vec::new(),
+        balls: Vec::new(),
         carries: None,
         is_oriented: false,
     }

@@ -5,6 +5,7 @@ use super::link::Link;
 use super::rod::Rod;
 use crate::actuator::Actuator;
 use crate::body::Body;
+use crate::contact::Contact;
 use crate::error::{Checker, InvalidInput, Number};
 use crate::joint::Joint;
 use crate::load::{Extent, Load};
@@ -44,6 +45,8 @@ pub struct Robot {
     pub actuators: Vec<Actuator>,
     /// What closes loops of its links.
     pub loops: Vec<Loop>,
+    /// What touches.
+    pub contacts: Vec<Contact>,
 }
 
 impl Robot {
@@ -59,6 +62,7 @@ impl Robot {
             fluid: None,
             actuators: Vec::new(),
             loops: Vec::new(),
+            contacts: Vec::new(),
         }
     }
 
@@ -266,6 +270,7 @@ impl Robot {
         }
         self.check_actuators(&mut check);
         self.check_loops(&mut check);
+        self.check_contacts(&mut check);
         if let Some(fluid) = &self.fluid {
             check.nested("fluid", fluid.validate());
             let is_given = |segment: &Segment| matches!(segment.section, Section::Given(_));
@@ -350,6 +355,25 @@ impl Robot {
                 &place,
                 "a loop through the world of a robot whose base moves",
                 "loops between links, or a base at rest: drive the first link's joint instead",
+            );
+        }
+    }
+
+    /// Notes what is wrong with what touches.
+    pub(super) fn check_contacts(&self, check: &mut Checker) {
+        let length = |link: usize| self.links.get(link).map(Link::length);
+        for (i, contact) in self.contacts.iter().enumerate() {
+            let place = format!("contacts[{i}]");
+            let is_new = self.contacts[..i].iter().all(|other| other.name != contact.name);
+            let found = format_args!("\"{}\", which another contact has", contact.name);
+            check.require(is_new, &format!("{place}.name"), found, "a new name");
+            check.nested(&place, contact.validate(&length));
+            let is_in_world = contact.surfaces.iter().any(|surface| surface.link().is_none());
+            check.require(
+                !is_in_world || self.base_motion.is_none(),
+                &place,
+                "an obstacle in the world of a robot whose base moves",
+                "contact between links, or a base at rest: drive the first link's joint instead",
             );
         }
     }
@@ -441,6 +465,7 @@ impl From<&Rod> for Robot {
             fluid: rod.fluid.clone(),
             actuators: rod.actuators.clone(),
             loops: Vec::new(),
+            contacts: rod.contacts.clone(),
         }
     }
 }

@@ -4,6 +4,7 @@ use super::link::check_orientation;
 use super::robot::{MAX_COORDINATES, Robot, check_integration, check_surroundings};
 use crate::actuator::Actuator;
 use crate::body::Body;
+use crate::contact::Contact;
 use crate::error::{Checker, InvalidInput};
 use crate::load::Load;
 use crate::rod::{Section, Segment};
@@ -39,6 +40,8 @@ pub struct Rod {
     pub fluid: Option<Fluid>,
     /// What moves it when it is told to.
     pub actuators: Vec<Actuator>,
+    /// What it touches.
+    pub contacts: Vec<Contact>,
 }
 
 impl Rod {
@@ -58,6 +61,7 @@ impl Rod {
             supports: Vec::new(),
             fluid: None,
             actuators: Vec::new(),
+            contacts: Vec::new(),
         }
     }
 
@@ -120,7 +124,9 @@ impl Rod {
             );
         }
         // Loads, which have inputs in common with them, stand at the same places there.
-        Robot::from(self).check_actuators(&mut check);
+        let robot = Robot::from(self);
+        robot.check_actuators(&mut check);
+        robot.check_contacts(&mut check);
         check.finish()
     }
 }

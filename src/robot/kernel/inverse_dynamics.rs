@@ -8,6 +8,7 @@ use crate::lie::{Cross, Lanes, Scalar, Sweep, Twist, Wrench, weighted_sum};
 use crate::robot::algebra::inertia::Seen as _;
 use crate::robot::algebra::inertia::{General, Round, Sections};
 use crate::robot::effect::all as effects;
+use crate::robot::effect::contact;
 use crate::robot::plan::Plan;
 use crate::robot::plan::material::Moments;
 use crate::robot::plan::piece::PiecePlan;
@@ -92,6 +93,7 @@ pub(super) fn gather<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
         }
         let mut begin = sweep_back(piece, work, end);
         begin += points::carry(plan, piece, work);
+        begin += contact::carry(plan, piece, work);
         work.through[piece.joined.end] = begin;
         work.carried[piece.joined.carrier()] += begin;
     }

@@ -253,7 +253,7 @@ pub(crate) fn jacobian<G: Turning>(
     let point = position(plan, work, place);
     let base = &work.surroundings.base.rotation;
     let moved_by = moved_by(plan, place);
-    columns(plan, work, &moved_by, |k, [Twist { angular, linear }, _]| {
+    columns(plan, work, each(&moved_by), |k, [Twist { angular, linear }, _]| {
         let velocity = linear + angular.cross(point);
         let halves = [G::axial_in_space(plan.frame, angular), G::in_space(plan.frame, velocity)];
         for (half, v) in halves.into_iter().enumerate() {
@@ -285,17 +285,23 @@ pub(crate) fn moved_by<G: Turning>(plan: &Plan<G>, place: &Place) -> Vec<(usize,
     pieces.filter_map(weights).collect()
 }
 
+/// The pieces that [`moved_by`] tells of, with their weights.
+#[inline(always)]
+pub(crate) fn each<P>(moved_by: &[(usize, Vec<P>)]) -> impl Iterator<Item = (usize, &[P])> {
+    moved_by.iter().map(|(piece, weights)| (*piece, weights.as_slice()))
+}
+
 /// Calls with the coordinates that move a place, each with its `Psi = int S` up to there and `int ad_V S`; the second is right
 /// with the motion up to date alone.
 #[inline(always)]
-pub(crate) fn columns<G: Turning>(
+pub(crate) fn columns<'a, G: Turning>(
     plan: &Plan<G>,
     work: &Workspace<G>,
-    moved_by: &[(usize, Vec<G::Pack>)],
+    moved_by: impl IntoIterator<Item = (usize, &'a [G::Pack])>,
     mut visit: impl FnMut(usize, [Twist<G, f64>; 2]),
 ) {
     for (p, weights) in moved_by {
-        let piece = &plan.pieces[*p];
+        let piece = &plan.pieces[p];
         if let Some(hinge) = &piece.hinge {
             let shape = work.hinges[hinge.index];
             visit(piece.first, [shape, work.stations[piece.joined.end].velocity.bracket(shape)]);

@@ -20,7 +20,7 @@ pub(crate) fn find<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, memory: &mut
         let rate_gradient = &mut memory.rate_gradients[i * n..][..n];
         for (e, end) in line.ends.iter().enumerate() {
             let End::On { moved_by, .. } = end else { continue };
-            kinematics::columns(plan, work, moved_by, |k, column| {
+            kinematics::columns(plan, work, kinematics::each(moved_by), |k, column| {
                 let (way, of_rate) = line::changes(plan, work, i, e, column);
                 moved[k] += way;
                 rate_gradient[k] += of_rate;

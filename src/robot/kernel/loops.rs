@@ -118,7 +118,7 @@ impl<G: Turning> Sweep for Find<'_, G> {
             let frames = frames(plan, work, tie);
             for (e, end) in tie.ends.iter().enumerate() {
                 let Some(on) = &end.on else { continue };
-                kinematics::columns(plan, work, &on.moved_by, |k, [psi, _]| {
+                kinematics::columns(plan, work, kinematics::each(&on.moved_by), |k, [psi, _]| {
                     moved[k][e] = at(plan, psi, frames[e].position);
                 });
             }

@@ -1,6 +1,7 @@
 //! The recursions along a rod.
 
 pub(crate) mod acceleration;
+pub(crate) mod contact;
 pub(crate) mod elasticity;
 pub(crate) mod energy;
 pub(crate) mod hinge;

@@ -3,6 +3,7 @@
 pub(crate) mod actuation;
 pub(crate) mod anchor;
 pub(crate) mod command;
+pub(crate) mod contact;
 pub(crate) mod hinge;
 pub(crate) mod immersion;
 pub(crate) mod link;
@@ -23,6 +24,7 @@ use crate::linalg::Matrix;
 use crate::robot::description::Inputs;
 use crate::robot::plan::actuation::Actuation;
 use crate::robot::plan::anchor::Anchor;
+use crate::robot::plan::contact::Contacts;
 use crate::robot::plan::immersion::Immersion;
 use crate::robot::plan::link::LinkPlan;
 use crate::robot::plan::load::LoadPlan;
@@ -68,6 +70,8 @@ pub(crate) struct Plan<G: Space> {
     pub(crate) anchors: Vec<Anchor>,
     /// What closes loops of its links.
     pub(crate) loops: Loops<G::Pack>,
+    /// What touches.
+    pub(crate) contacts: Contacts<G>,
     /// The fluid around it, where that answers to motion.
     pub(crate) immersion: Option<Immersion>,
     /// Whether a dead load acts anywhere, and whether the base, a load or an actuator depends on time by itself.

@@ -1,6 +1,7 @@
 //! The memory of all sweeps along a rod, sized by the plan: nothing is allocated after construction.
 
 pub(crate) mod actuation;
+pub(crate) mod contact;
 pub(crate) mod loops;
 pub(crate) mod point;
 pub(crate) mod surroundings;
@@ -11,6 +12,7 @@ use crate::robot::plan::Plan;
 use crate::robot::plan::anchor::Anchor;
 use crate::robot::plan::space::Space;
 use crate::robot::state::actuation::ActuationState;
+use crate::robot::state::contact::ContactState;
 use crate::robot::state::loops::LoopState;
 use crate::robot::state::point::PointState;
 use crate::robot::state::surroundings::Surroundings;
@@ -81,6 +83,7 @@ pub(crate) struct Workspace<G: Space> {
     pub(crate) inputs: Vec<f64>,
     pub(crate) actuation: ActuationState<G::Pack>,
     pub(crate) loops: LoopState,
+    pub(crate) contact: ContactState<G::Pack>,
     /// The time that base and loads are taken at where they vary, NaN until it is set; and what the world and the
     /// anchors of the supports are then.
     pub(crate) time: f64,
@@ -144,6 +147,7 @@ impl<G: Space> Workspace<G> {
             inputs: plan.inputs.defaults().to_vec(),
             actuation,
             loops: LoopState::new(&plan.loops),
+            contact: ContactState::new(&plan.contacts),
             time: f64::NAN,
             surroundings,
             anchors,

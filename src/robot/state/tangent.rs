@@ -9,6 +9,7 @@ use crate::robot::plan::piece::PiecePlan;
 use crate::robot::plan::point::Point;
 use crate::robot::plan::space::Space;
 use crate::robot::state::actuation::ActuationTangent;
+use crate::robot::state::contact::ContactTangent;
 use crate::robot::state::loops::LoopTangent;
 
 /// What a coordinate is outside its own piece.
@@ -111,6 +112,8 @@ pub(crate) struct TangentWorkspace<G: Geometry> {
     pub(crate) actuation: ActuationTangent<G::Pack>,
     /// The same of closed loops.
     pub(crate) loops: LoopTangent,
+    /// And of contact.
+    pub(crate) contact: ContactTangent,
     /// Per pack, times the quadrature weights: that of the fluid, if there is one.
     pub(crate) response: Vec<Response<G, G::Pack>>,
     /// Per component of the piece and pack: S, ad_V S, (ad_A + ad_V ad_V) S and w_q ad_S^T F of a unit strain.
@@ -144,6 +147,7 @@ impl<G: Space> TangentWorkspace<G> {
             points: PointTangents::new(plan),
             actuation: ActuationTangent::new(&plan.actuation, plan.n),
             loops: LoopTangent::new(&plan.loops, plan.n),
+            contact: ContactTangent::new(&plan.contacts, plan.n),
             response: vec![Response::zero(); if plan.immersion.is_some() { packs } else { 0 }],
             shape: vec![Twist::zero(); blocks],
             shape_rate: vec![Twist::zero(); blocks],

@@ -1,0 +1,240 @@
+"""Contact: what touches what, and how surfaces press and rub on each other.
+
+Plain data: everything is checked where it is written, and computed in the core.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import KW_ONLY, dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ._lissom import check_contact
+
+if TYPE_CHECKING:
+    from typing import TypeAlias
+
+    from numpy.typing import NDArray
+
+    Vector: TypeAlias = Sequence[float]
+    #: What can touch: the name of a link with a rod, a ball on a link, an obstacle.
+    Surface: TypeAlias = "str | Ball | HalfSpace | Sphere | Capsule | Box"
+
+
+def _in_floats(shape: object, *names: str) -> None:
+    """Makes tuples of floats of the vectors of a shape."""
+    for name in names:
+        object.__setattr__(shape, name, tuple(float(x) for x in getattr(shape, name)))
+
+
+@dataclass(frozen=True)
+class HalfSpace:
+    """A floor or a wall: all that lies behind a plane.
+
+    Parameters
+    ----------
+    point : array_like, shape (3,)
+        A point of the plane, metres.
+    normal : array_like, shape (3,)
+        Away from what is filled; of any length.
+    """
+
+    point: Vector = (0.0, 0.0, 0.0)
+    normal: Vector = (0.0, 0.0, 1.0)
+
+    def __post_init__(self) -> None:
+        _in_floats(self, "point", "normal")
+
+
+@dataclass(frozen=True)
+class Sphere:
+    """A ball that is fixed in the world.
+
+    Parameters
+    ----------
+    centre : array_like, shape (3,)
+        Metres.
+    radius : float
+        Metres, > 0.
+    """
+
+    centre: Vector
+    radius: float
+
+    def __post_init__(self) -> None:
+        _in_floats(self, "centre")
+
+
+@dataclass(frozen=True)
+class Capsule:
+    """All that is within a radius of a straight line between two points: a peg, a bar, a pipe.
+
+    Parameters
+    ----------
+    start, end : array_like, shape (3,)
+        Where the line begins and ends, metres.
+    radius : float
+        Metres, > 0.
+    """
+
+    start: Vector
+    end: Vector
+    radius: float
+
+    def __post_init__(self) -> None:
+        _in_floats(self, "start", "end")
+
+
+@dataclass(frozen=True)
+class Box:
+    """A box that is fixed in the world.
+
+    Parameters
+    ----------
+    centre : array_like, shape (3,)
+        Metres.
+    half_extents : array_like, shape (3,)
+        Half the lengths of its edges, metres, > 0.
+    orientation : array_like, shape (4,)
+        Of its axes: unit quaternion (w, x, y, z).
+    """
+
+    centre: Vector
+    half_extents: Vector
+    orientation: Vector = (1.0, 0.0, 0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        _in_floats(self, "centre", "half_extents", "orientation")
+
+
+@dataclass(frozen=True)
+class Ball:
+    """A ball that is fixed to a link: a finger tip, a wheel that slides, a body's shape.
+
+    It has no mass of its own; a `Body` has.
+
+    Parameters
+    ----------
+    link : str
+        The link.
+    radius : float
+        Metres, > 0.
+    at : float, optional
+        Arc length of the link's unstretched rod, metres; by default the tip, or the base of a rigid link.
+    position : array_like, shape (3,)
+        The centre beside the section or body, in its axes, metres.
+    """
+
+    link: str
+    radius: float
+    _: KW_ONLY
+    at: float | None = None
+    position: Vector = (0.0, 0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        _in_floats(self, "position")
+
+
+@dataclass(frozen=True)
+class Contact:
+    """Two surfaces that press on each other where they overlap.
+
+    Along a rod, with the overlap d and its rate d', they press with ``k d max(0, 1 - c d')`` newtons a metre (Hunt
+    and Crossley 1975); balls press on obstacles and balls with as much in newtons. Friction is ``-mu f v / sqrt(|v|^2
+    + v_s^2)`` with the normal force f and the velocity v at which the surfaces slide. See "Contact" in the
+    documentation for what these constants mean for steps and accuracy.
+
+    Parameters
+    ----------
+    a : str or Ball
+        What moves: the name of a link, for the surface of its rod, round with the larger half extent of its
+        sections; or a ball on a link.
+    b : str, Ball, HalfSpace, Sphere, Capsule or Box
+        What it touches. The name of the same link is contact of a rod with itself, but for places nearer to each other
+        along the rod than three diameters.
+    stiffness : float, optional
+        k: newtons per metre of overlap and metre of rod, N/m^2; where neither is a rod newtons per metre, N/m, and not
+        left out. By default that of the rods' material, pi/4 E / (1 - nu^2) (Popov 2010, eq. 5.33).
+    dissipation : float
+        c, s/m, >= 0. What bounces at a small speed v returns with ``1 - 2 c v / 3`` of it.
+    friction : float or array_like, shape (3,)
+        mu, >= 0. Three numbers are for rods that slide forward along their axis, backward, and sideways.
+    slip_velocity : float
+        v_s, m/s, > 0. What sticks creeps by up to that speed.
+    name : str, optional
+        What messages and results call it.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If something makes no sense by itself; what does not fit the robot is found out by that.
+
+    Examples
+    --------
+    A rod that rests on a floor:
+
+    >>> import lissom
+    >>> segment = lissom.Segment(0.5, radius=0.01, young_modulus=1e6, poisson_ratio=0.5, density=1000, modes={"bend_y": 4})
+    >>> floor = lissom.Contact("rod", lissom.HalfSpace((0, 0, -0.05)), friction=0.5)
+    >>> rod = lissom.Rod([segment], contacts=[floor])
+    >>> result = lissom.statics(rod)
+    >>> result.success, len(rod.touches(result.q)) > 0
+    (True, True)
+    """
+
+    a: str | Ball
+    b: Surface
+    _: KW_ONLY
+    stiffness: float | None = None
+    dissipation: float = 1.0
+    friction: float | Vector = 0.0
+    slip_velocity: float = 1e-4
+    name: str = ""
+
+    def __post_init__(self) -> None:
+        friction = np.atleast_1d(np.asarray(self.friction, dtype=float))
+        if friction.shape == (1,):
+            friction = np.repeat(friction, 3)
+        object.__setattr__(self, "friction", tuple(float(mu) for mu in friction))
+        if not self.name:
+
+            def of(surface: Surface) -> str:
+                if isinstance(surface, str | Ball):
+                    return surface if isinstance(surface, str) else surface.link
+                return type(surface).__name__.lower()
+
+            object.__setattr__(self, "name", f"{of(self.a)} on {of(self.b)}")
+        check_contact(self)
+
+
+@dataclass(frozen=True)
+class Touch:
+    """A place where two surfaces touch. Along a rod a contact is the sum of several.
+
+    Attributes
+    ----------
+    contact : str
+        The name of the contact.
+    position : ndarray, shape (3,)
+        Where on the first surface, metres.
+    normal : ndarray, shape (3,)
+        From the second surface to the first, unit vector.
+    force : ndarray, shape (3,)
+        On the first surface, newtons, friction included.
+    overlap : float
+        Metres.
+    sliding : ndarray, shape (3,)
+        Velocity of the first surface along the second, m/s.
+    along : tuple of float or None
+        Arc lengths of the two surfaces' rods, metres; None of what is no rod.
+    """
+
+    contact: str
+    position: NDArray[np.float64]
+    normal: NDArray[np.float64]
+    force: NDArray[np.float64]
+    overlap: float
+    sliding: NDArray[np.float64]
+    along: tuple[float | None, float | None]

@@ -1,0 +1,177 @@
+//! What touches as Python describes it: objects with the attributes of `lissom.Contact` and its surfaces.
+
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyTuple};
+
+use super::actuation::at_place;
+use super::convert;
+use super::loops::index;
+use crate::contact::{Contact, Obstacle, Surface};
+use crate::robot::Robot;
+
+/// The link of a name; of a robot that is not known, the first one.
+fn link_of(object: &Bound<'_, PyAny>, robot: Option<&Robot>) -> PyResult<usize> {
+    let name: String =
+        object.extract().map_err(|_| PyTypeError::new_err("link: expected the name of a link".to_owned()))?;
+    let Some(robot) = robot else { return Ok(0) };
+    let names: Vec<String> = robot.links.iter().map(|link| link.name.clone()).collect();
+    index(&name, &names, "a link")
+}
+
+fn surface_of(object: &Bound<'_, PyAny>, robot: Option<&Robot>) -> PyResult<Surface> {
+    let wrong = || {
+        let found = convert::describe(object);
+        PyTypeError::new_err(format!(
+            "expected the name of a link with a rod, lissom.Ball, HalfSpace, Sphere, Capsule or Box, got {found}"
+        ))
+    };
+    if object.extract::<String>().is_ok() {
+        return Ok(Surface::Rod { link: link_of(object, robot)? });
+    }
+    let vector = |name: &str| convert::array_of(&object.getattr(name)?, name);
+    let number = |name: &str| {
+        convert::number(&object.getattr(name)?)
+            .map_err(|error| PyTypeError::new_err(format!("{name}: {}", error.value(object.py()))))
+    };
+    let obstacle = match object.get_type().name()?.to_str()? {
+        "Ball" => {
+            let at = object.getattr("at")?;
+            return Ok(Surface::Ball {
+                link: link_of(&object.getattr("link")?, robot)?,
+                at: if at.is_none() { None } else { Some(convert::number(&at)?) },
+                position: vector("position")?,
+                radius: number("radius")?,
+            });
+        }
+        "HalfSpace" => Obstacle::HalfSpace { point: vector("point")?, normal: vector("normal")? },
+        "Sphere" => Obstacle::Sphere { centre: vector("centre")?, radius: number("radius")? },
+        "Capsule" => {
+            Obstacle::Capsule { ends: [vector("start")?, vector("end")?], radius: number("radius")? }
+        }
+        "Box" => Obstacle::Cuboid {
+            centre: vector("centre")?,
+            half_extents: vector("half_extents")?,
+            orientation: convert::array_of(&object.getattr("orientation")?, "orientation")?,
+        },
+        _ => return Err(wrong()),
+    };
+    Ok(Surface::Obstacle(obstacle))
+}
+
+/// What touches of a robot, or of one that is not known yet.
+fn contact_of(object: &Bound<'_, PyAny>, robot: Option<&Robot>) -> PyResult<Contact> {
+    let py = object.py();
+    if object.get_type().name()? != "Contact" {
+        let found = convert::describe(object);
+        return Err(PyTypeError::new_err(format!("expected lissom.Contact, got {found}")));
+    }
+    let name = object.getattr("name")?;
+    let name = name.extract().map_err(|_| PyTypeError::new_err("name: expected a str"))?;
+    let [a, b] = ["a", "b"]
+        .map(|place| surface_of(&object.getattr(place)?, robot).map_err(|error| at_place(py, place, error)));
+    let number = |name: &str| {
+        convert::number(&object.getattr(name)?)
+            .map_err(|error| PyTypeError::new_err(format!("{name}: {}", error.value(py))))
+    };
+    let stiffness = object.getattr("stiffness")?;
+    Ok(Contact {
+        name,
+        surfaces: [a?, b?],
+        stiffness: if stiffness.is_none() { None } else { Some(number("stiffness")?) },
+        dissipation: number("dissipation")?,
+        friction: convert::array_of(&object.getattr("friction")?, "friction")?,
+        slip_velocity: number("slip_velocity")?,
+    })
+}
+
+/// Refuses a contact that makes no sense by itself; whether it fits a robot is found out by that.
+#[pyfunction]
+pub(crate) fn check_contact(object: &Bound<'_, PyAny>) -> PyResult<()> {
+    let mut found = contact_of(object, None)?;
+    // Which links these are is not known; but whether they are one.
+    let names = ["a", "b"].map(|place| {
+        let surface = object.getattr(place)?;
+        surface.getattr_opt("link").map(|link| link.unwrap_or(surface))
+    });
+    let [a, b] = names;
+    if a?.ne(b?)?
+        && let Surface::Rod { link } | Surface::Ball { link, .. } = &mut found.surfaces[1]
+    {
+        *link = 1;
+    }
+    Ok(found.validate(&|_| Some(f64::INFINITY))?)
+}
+
+/// The contacts of a sequence.
+pub(super) fn contacts_of(contacts: &Bound<'_, PyAny>, robot: &Robot) -> PyResult<Vec<Contact>> {
+    let wrong = || {
+        let found = convert::describe(contacts);
+        PyTypeError::new_err(format!("contacts: expected a sequence of lissom.Contact, got {found}"))
+    };
+    let mut found = Vec::new();
+    for (i, object) in contacts.try_iter().map_err(|_| wrong())?.enumerate() {
+        let object = object?;
+        let described = contact_of(&object, Some(robot));
+        found.push(described.map_err(|error| at_place(object.py(), &format!("contacts[{i}]"), error))?);
+    }
+    Ok(found)
+}
+
+fn surface_out<'py>(py: Python<'py>, robot: &Robot, surface: &Surface) -> PyResult<Bound<'py, PyAny>> {
+    let lissom = py.import("lissom")?;
+    let tuple = <(f64, f64, f64)>::from;
+    match surface {
+        Surface::Rod { link } => Ok(robot.links[*link].name.as_str().into_pyobject(py)?.into_any()),
+        Surface::Ball { link, at, position, radius } => {
+            let options = PyDict::new(py);
+            options.set_item("at", at)?;
+            options.set_item("position", tuple(*position))?;
+            lissom.getattr("Ball")?.call((robot.links[*link].name.as_str(), *radius), Some(&options))
+        }
+        Surface::Obstacle(Obstacle::HalfSpace { point, normal }) => {
+            lissom.getattr("HalfSpace")?.call1((tuple(*point), tuple(*normal)))
+        }
+        Surface::Obstacle(Obstacle::Sphere { centre, radius }) => {
+            lissom.getattr("Sphere")?.call1((tuple(*centre), *radius))
+        }
+        Surface::Obstacle(Obstacle::Capsule { ends: [start, end], radius }) => {
+            lissom.getattr("Capsule")?.call1((tuple(*start), tuple(*end), *radius))
+        }
+        Surface::Obstacle(Obstacle::Cuboid { centre, half_extents, orientation }) => {
+            let orientation = <(f64, f64, f64, f64)>::from(*orientation);
+            lissom.getattr("Box")?.call1((tuple(*centre), tuple(*half_extents), orientation))
+        }
+    }
+}
+
+/// The Python objects of what touches of a robot.
+pub(super) fn contacts_out<'py>(py: Python<'py>, robot: &Robot) -> PyResult<Bound<'py, PyTuple>> {
+    let class = py.import("lissom")?.getattr("Contact")?;
+    let out = |contact: &Contact| {
+        let [a, b] = contact.surfaces.each_ref().map(|surface| surface_out(py, robot, surface));
+        let options = PyDict::new(py);
+        options.set_item("name", &contact.name)?;
+        options.set_item("stiffness", contact.stiffness)?;
+        options.set_item("dissipation", contact.dissipation)?;
+        options.set_item("friction", <(f64, f64, f64)>::from(contact.friction))?;
+        options.set_item("slip_velocity", contact.slip_velocity)?;
+        class.call((a?, b?), Some(&options))
+    };
+    PyTuple::new(py, robot.contacts.iter().map(out).collect::<PyResult<Vec<_>>>()?)
+}
+
+/// The place of a contact among those of a robot.
+pub(super) fn contact_index(robot: &Robot, name: Option<&str>) -> PyResult<usize> {
+    let names: Vec<String> = robot.contacts.iter().map(|contact| contact.name.clone()).collect();
+    match name {
+        Some(name) => index(name, &names, "a contact").map_err(|error| {
+            Python::attach(|py| PyValueError::new_err(format!("name: {}", error.value(py))))
+        }),
+        None if names.len() == 1 => Ok(0),
+        None => Err(PyValueError::new_err(format!(
+            "name: got nothing, expected the name of one of the {} contacts of the robot",
+            names.len()
+        ))),
+    }
+}

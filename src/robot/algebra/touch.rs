@@ -1,0 +1,284 @@
+//! How two surfaces press and rub on each other where they overlap, and how that changes with their motion.
+//!
+//! With the overlap d, its rate d', a stiffness k and a dissipation c the normal force is `f = k d max(0, 1 - c d')` (Hunt
+//! and Crossley 1975, eq. 13, with the exponent 1 of a foundation). Friction opposes the velocity v at which the surfaces
+//! slide, `-f (mu_s v + (mu_l - mu_s) (v . e) e) / sqrt(|v|^2 + v_s^2)`, with the coefficient mu_s sideways, mu_l along the
+//! direction e of the first surface, and the velocity v_s below which nothing slides in earnest.
+
+use super::tie::Motion;
+use crate::lie::{Symmetric, Vector};
+
+/// What the surfaces are made of.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Law {
+    pub(crate) stiffness: f64,
+    pub(crate) dissipation: f64,
+    /// Forward, backward, sideways.
+    pub(crate) friction: [f64; 3],
+    pub(crate) slip_velocity: f64,
+}
+
+impl Law {
+    /// Whether friction is the same in all directions.
+    pub(crate) fn is_even(&self) -> bool {
+        let [forward, backward, sideways] = self.friction;
+        forward == backward && forward == sideways
+    }
+}
+
+/// Two sides that overlap, in space and the frame of the plan.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Meeting {
+    pub(crate) law: Law,
+    /// How much of the stiffness there is here.
+    pub(crate) weight: f64,
+    /// More than zero.
+    pub(crate) overlap: f64,
+    /// From the second side to the first, and how it changes with the first centre's way beside the second's.
+    pub(crate) normal: Vector<f64>,
+    pub(crate) curvature: Symmetric<f64>,
+    /// From the centres to the surfaces.
+    pub(crate) radii: [f64; 2],
+    /// Angular velocities, and velocities of the centres.
+    pub(crate) motions: [Motion; 2],
+    /// Along the first side.
+    pub(crate) axis: Vector<f64>,
+}
+
+/// What the sides do to each other.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Pressing {
+    /// The normal force, and its part that has a potential.
+    pub(crate) normal_force: f64,
+    elastic: f64,
+    /// The rate of the distance, and the velocity at which the first surface slides over the second.
+    pub(crate) rate: f64,
+    pub(crate) sliding: Vector<f64>,
+    /// Friction on the first side.
+    pub(crate) friction: Vector<f64>,
+    /// Along the first side, in the plane of contact; the velocity along it, and the coefficient of friction at that.
+    along: Vector<f64>,
+    inverse_along: f64,
+    of_along: [f64; 3],
+    /// One over the regularised speed.
+    inverse_speed: f64,
+}
+
+/// Axes that stand on the plane of contact up to that sine have no direction in it.
+const UPRIGHT: f64 = 1e-9;
+
+/// The part of a vector across a direction.
+fn across(v: Vector<f64>, normal: Vector<f64>) -> Vector<f64> {
+    v - normal * normal.dot(v)
+}
+
+impl Meeting {
+    /// From the centres to the place of contact.
+    pub(crate) fn arms(&self) -> [Vector<f64>; 2] {
+        [self.normal * -self.radii[0], self.normal * self.radii[1]]
+    }
+
+    /// What they do to each other.
+    pub(crate) fn pressing(&self) -> Pressing {
+        let Law { stiffness, dissipation, friction: [forward, backward, sideways], slip_velocity } = self.law;
+        let [[turning, velocity], [other_turning, other_velocity]] = self.motions;
+        let [arm, other_arm] = self.arms();
+        let relative = velocity - other_velocity;
+        let rate = self.normal.dot(relative);
+        let elastic = self.weight * stiffness * self.overlap;
+        let normal_force = elastic * (1.0 - dissipation * rate).max(0.0);
+        let at_contact = relative + turning.cross(arm) - other_turning.cross(other_arm);
+        let sliding = across(at_contact, self.normal);
+        let inverse_speed = (sliding.dot(sliding) + slip_velocity * slip_velocity).sqrt().recip();
+        let mut along = Vector::zero();
+        let (mut inverse_along, mut of_along) = (0.0, [0.0, sideways, 0.0]);
+        if !self.law.is_even() {
+            let lying = across(self.axis, self.normal);
+            let length = lying.dot(lying).sqrt();
+            if length > UPRIGHT {
+                inverse_along = length.recip();
+                along = lying * inverse_along;
+                let speed = along.dot(sliding);
+                let size = speed.hypot(slip_velocity);
+                let [mean, half] = [0.5 * (forward + backward), 0.5 * (forward - backward)];
+                let slope = half * slip_velocity * slip_velocity / (size * size * size);
+                of_along = [speed, mean + half * speed / size, slope];
+            }
+        }
+        let [speed, of_speed, _] = of_along;
+        let direction = sliding * sideways + along * ((of_speed - sideways) * speed);
+        let friction = direction * (-normal_force * inverse_speed);
+        Pressing {
+            normal_force,
+            elastic,
+            rate,
+            sliding,
+            friction,
+            along,
+            inverse_along,
+            of_along,
+            inverse_speed,
+        }
+    }
+
+    /// Moment about the centre, and force there, on each side.
+    pub(crate) fn wrenches(&self, pressing: &Pressing) -> [Motion; 2] {
+        let force = self.normal * pressing.normal_force + pressing.friction;
+        let [arm, other_arm] = self.arms();
+        [[arm.cross(force), force], [-other_arm.cross(force), -force]]
+    }
+
+    /// How these change as the sides turn and their centres move, and as these motions change.
+    pub(crate) fn change(
+        &self,
+        pressing: &Pressing,
+        [[turn, shift], [other_turn, other_shift]]: [Motion; 2],
+        [[spin, velocity], [other_spin, other_velocity]]: [Motion; 2],
+    ) -> [Motion; 2] {
+        let _ = other_turn;
+        let Law { stiffness, dissipation, friction: [_, _, sideways], .. } = self.law;
+        let &Pressing { normal_force, rate, sliding, along, inverse_along, inverse_speed, .. } = pressing;
+        let [speed, of_speed, slope] = pressing.of_along;
+        let normal = self.normal;
+        let [[turning, own], [other_turning, other]] = self.motions;
+        let [arm, other_arm] = self.arms();
+        let way = shift - other_shift;
+        let normal_change = self.curvature.times(way);
+        let rate_change = normal_change.dot(own - other) + normal.dot(velocity - other_velocity);
+        let part = 1.0 - dissipation * rate;
+        let force_change = if part > 0.0 {
+            self.weight * stiffness * (-normal.dot(way) * part - self.overlap * dissipation * rate_change)
+        } else {
+            0.0
+        };
+        let [arm_change, other_arm_change] = [normal_change * -self.radii[0], normal_change * self.radii[1]];
+        let at_contact = own - other + turning.cross(arm) - other_turning.cross(other_arm);
+        let at_contact_change = velocity - other_velocity + spin.cross(arm) + turning.cross(arm_change)
+            - other_spin.cross(other_arm)
+            - other_turning.cross(other_arm_change);
+        let sliding_change = across(at_contact_change, normal)
+            - normal_change * normal.dot(at_contact)
+            - normal * normal_change.dot(at_contact);
+        let along_change = if inverse_along > 0.0 {
+            let axis_change = turn.cross(self.axis);
+            let lying_change = across(axis_change, normal)
+                - normal_change * normal.dot(self.axis)
+                - normal * normal_change.dot(self.axis);
+            across(lying_change, along) * inverse_along
+        } else {
+            Vector::zero()
+        };
+        let speed_change = along_change.dot(sliding) + along.dot(sliding_change);
+        let excess = of_speed - sideways;
+        let direction = sliding * sideways + along * (excess * speed);
+        let direction_change = sliding_change * sideways
+            + along * (slope * speed_change * speed + excess * speed_change)
+            + along_change * (excess * speed);
+        let factor = normal_force * inverse_speed;
+        let factor_change = force_change * inverse_speed
+            - factor * inverse_speed * inverse_speed * sliding.dot(sliding_change);
+        let change = normal * force_change + normal_change * normal_force
+            - direction * factor_change
+            - direction_change * factor;
+        let force = normal * normal_force + pressing.friction;
+        let moment = arm_change.cross(force) + arm.cross(change);
+        let other_moment = other_arm_change.cross(force) + other_arm.cross(change);
+        [[moment, change], [-other_moment, -change]]
+    }
+
+    /// Potential energy of the overlap.
+    pub(crate) fn energy(&self, pressing: &Pressing) -> f64 {
+        0.5 * pressing.elastic * self.overlap
+    }
+}
+
+impl Pressing {
+    /// By how much dissipation makes the surfaces stiffer.
+    pub(crate) fn stiffening(&self) -> f64 {
+        self.normal_force / self.elastic
+    }
+
+    /// Power that pressing and rubbing take out of the motion.
+    pub(crate) fn dissipated_power(&self) -> f64 {
+        (self.elastic - self.normal_force) * self.rate - self.friction.dot(self.sliding)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn v(x: f64, y: f64, z: f64) -> Vector<f64> {
+        Vector::new(x, y, z)
+    }
+
+    /// Two balls with given centres, motions and a turned axis.
+    fn meeting(
+        centres: [Vector<f64>; 2],
+        motions: [Motion; 2],
+        axis: Vector<f64>,
+        friction: [f64; 3],
+    ) -> Meeting {
+        let radii = [0.3, 0.5];
+        let way = centres[0] - centres[1];
+        let length = way.dot(way).sqrt();
+        let normal = way * length.recip();
+        Meeting {
+            law: Law { stiffness: 50.0, dissipation: 0.7, friction, slip_velocity: 0.1 },
+            weight: 0.4,
+            overlap: radii[0] + radii[1] - length,
+            normal,
+            curvature: (Symmetric::diagonal(1.0) - Symmetric::square(normal)) * length.recip(),
+            radii,
+            motions,
+            axis,
+        }
+    }
+
+    #[test]
+    fn forces_change_as_they_say_and_take_power() {
+        let centres = [v(0.1, 0.2, 0.6), v(0.0, 0.1, 0.0)];
+        let motions = [[v(0.3, -0.2, 0.5), v(0.2, 0.1, -0.4)], [v(-0.1, 0.4, 0.2), v(0.05, -0.1, 0.1)]];
+        let axis = v(0.6, 0.8, 0.0);
+        let moved = [[v(0.3, 0.1, -0.2), v(0.5, -0.4, 0.2)], [v(0.1, 0.7, 0.3), v(-0.2, 0.3, 0.1)]];
+        let faster = [[v(0.2, 0.2, 0.4), v(-0.3, 0.5, 0.6)], [v(0.1, -0.5, 0.2), v(0.4, 0.1, -0.7)]];
+        for friction in [[0.0; 3], [0.5; 3], [0.2, 0.6, 1.1]] {
+            let here = meeting(centres, motions, axis, friction);
+            let pressing = here.pressing();
+            assert!(pressing.normal_force > 0.0 && pressing.dissipated_power() >= 0.0);
+            let change = here.change(&pressing, moved, faster);
+            let h = 1e-6;
+            let at = |h: f64| {
+                let centres = [0, 1].map(|s| centres[s] + moved[s][1] * h);
+                let motions: [Motion; 2] =
+                    std::array::from_fn(|s| std::array::from_fn(|m| motions[s][m] + faster[s][m] * h));
+                let turn = moved[0][0];
+                let there = meeting(centres, motions, axis + turn.cross(axis) * h, friction);
+                there.wrenches(&there.pressing())
+            };
+            let [ahead, behind] = [at(h), at(-h)];
+            for s in 0..2 {
+                for m in 0..2 {
+                    let slope = (ahead[s][m] - behind[s][m]) * (0.5 / h);
+                    let error = slope - change[s][m];
+                    assert!(
+                        error.dot(error).sqrt() < 1e-7,
+                        "{friction:?} {s} {m} {slope:?} {:?}",
+                        change[s][m]
+                    );
+                }
+            }
+            // What is dissipated is what the forces do beyond the potential.
+            let [[_, force], _] = here.wrenches(&pressing);
+            let arms = here.arms();
+            let at_contact: Vec<_> = (0..2).map(|s| motions[s][1] + motions[s][0].cross(arms[s])).collect();
+            let power = force.dot(at_contact[0] - at_contact[1]);
+            let energy = |h: f64| {
+                let there = meeting([0, 1].map(|s| centres[s] + motions[s][1] * h), motions, axis, friction);
+                there.energy(&there.pressing())
+            };
+            let stored = (energy(h) - energy(-h)) / (2.0 * h);
+            assert!((power + stored + pressing.dissipated_power()).abs() < 1e-7);
+        }
+    }
+}

@@ -1,0 +1,195 @@
+//! What touches of a robot, made ready for a plan.
+
+use std::f64::consts::{FRAC_PI_4, PI};
+use std::ops::Range;
+
+use super::links::Tree;
+use crate::contact::{Contact, Obstacle, Surface};
+use crate::lie::{Quaternion, Rotation, Vector};
+use crate::robot::algebra::obstacle::Solid;
+use crate::robot::algebra::touch::Law;
+use crate::robot::description::{Link, Robot};
+use crate::robot::kernel::kinematics;
+use crate::robot::plan::contact::{Ball, Contacts, Curve, PLACES, Pair, Sample, Side};
+use crate::robot::plan::point::{Place, Point};
+use crate::robot::plan::{Plan, packed};
+use crate::robot::turning::{Turning, place};
+
+/// Samples of a piece: half as many as nodes, which see shapes of the piece's degree, and at least that many parts between.
+const LEAST_PARTS: usize = 8;
+
+/// Places of a rod are neighbours, which do not touch, up to that many of its largest radius along it: half the way around a
+/// ring as tight as it can be, and as much again.
+const NEIGHBOURHOOD: f64 = 2.0 * PI;
+
+/// The places of all balls, in the order of the contacts and their surfaces.
+pub(crate) fn places<G: Turning>(robot: &Robot, tree: &Tree<G>) -> Vec<Option<Place>> {
+    let place_of = |surface: &Surface| match surface {
+        Surface::Ball { link, at, .. } => Some(Some(place::on_link(&tree.pieces, &tree.links[*link], *at))),
+        _ => None,
+    };
+    robot.contacts.iter().flat_map(|contact| &contact.surfaces).filter_map(place_of).collect()
+}
+
+/// What touches of a plan whose points are known: `balls` of these says which balls are at which.
+pub(crate) fn compile<G: Turning>(plan: &Plan<G>, robot: &Robot) -> Contacts<G> {
+    let mut contacts = Contacts::none();
+    let mut curves_of: Vec<Option<Range<usize>>> = vec![None; robot.links.len()];
+    for (c, contact) in robot.contacts.iter().enumerate() {
+        let mut sides = contact.surfaces.each_ref().map(|surface| match surface {
+            Surface::Rod { link } => {
+                let known = curves_of[*link].clone();
+                let own = known.unwrap_or_else(|| add_rod(&mut contacts, plan, *link));
+                curves_of[*link] = Some(own.clone());
+                Side::Rod(own)
+            }
+            Surface::Ball { position, radius, .. } => {
+                contacts.balls.push(ball(plan, contacts.balls.len(), *position, *radius));
+                Side::Ball(contacts.balls.len() - 1)
+            }
+            Surface::Obstacle(obstacle) => {
+                contacts.solids.push(solid(obstacle, &robot.links[0]));
+                Side::Solid(contacts.solids.len() - 1)
+            }
+        });
+        let is_turned = matches!(sides, [Side::Ball(_), Side::Rod(_)]);
+        if is_turned {
+            sides.reverse();
+        }
+        let neighbourhood = match &sides {
+            [Side::Rod(a), Side::Rod(b)] if a == b => NEIGHBOURHOOD * thickest(&contacts, a),
+            _ => 0.0,
+        };
+        let Contact { dissipation, friction, slip_velocity, .. } = *contact;
+        let law = Law { stiffness: stiffness(contact, robot), dissipation, friction, slip_velocity };
+        let reaches = reaches(plan, &contacts, &sides);
+        contacts.pairs.push(Pair { contact: c, is_turned, sides, law, neighbourhood, reaches });
+    }
+    contacts.capacity = contacts.pairs.iter().map(|pair| places_of(&contacts, &pair.sides[0])).sum();
+    contacts
+}
+
+/// How many places of a first side can be touched.
+fn places_of<G: Turning>(contacts: &Contacts<G>, side: &Side) -> usize {
+    match side {
+        Side::Rod(curves) => {
+            contacts.curves[curves.clone()].iter().map(|curve| PLACES * (curve.samples.len() - 1)).sum()
+        }
+        _ => 1,
+    }
+}
+
+fn thickest<G: Turning>(contacts: &Contacts<G>, curves: &Range<usize>) -> f64 {
+    let samples = contacts.curves[curves.clone()].iter().flat_map(|curve| &curve.samples);
+    samples.map(|sample| sample.radius).fold(0.0, f64::max)
+}
+
+/// The coordinates that move any of two sides.
+fn reaches<G: Turning>(plan: &Plan<G>, contacts: &Contacts<G>, sides: &[Side; 2]) -> Vec<usize> {
+    let mut pieces: Vec<usize> = Vec::new();
+    for side in sides {
+        match side {
+            Side::Rod(curves) => {
+                for curve in &contacts.curves[curves.clone()] {
+                    pieces.extend(curve.moved_by.iter().map(|(piece, _)| *piece));
+                }
+            }
+            Side::Ball(ball) => pieces.extend(contacts.balls[*ball].moved_by.iter().map(|(piece, _)| *piece)),
+            Side::Solid(_) => {}
+        }
+    }
+    let mut reaches: Vec<usize> = pieces.into_iter().flat_map(|s| plan.pieces[s].coordinates()).collect();
+    reaches.sort_unstable();
+    reaches.dedup();
+    reaches
+}
+
+/// Adds the curves of a link's rod; returns where they are.
+fn add_rod<G: Turning>(contacts: &mut Contacts<G>, plan: &Plan<G>, link: usize) -> Range<usize> {
+    let first = contacts.curves.len();
+    let mut start = 0.0;
+    for s in plan.links[link].rod.clone() {
+        let piece = &plan.pieces[s];
+        let nodes = piece.gauss.nodes.len();
+        let parts = (nodes / 2).max(LEAST_PARTS);
+        let integral = piece.gauss.integral();
+        let sample = |i: usize| {
+            let x = i as f64 / parts as f64;
+            Sample { x, radius: piece.part().radius(x) }
+        };
+        let moved_by = kinematics::moved_by(plan, &place::at_fraction(&plan.pieces, s, 1.0));
+        let samples: Vec<_> = (0..=parts).map(sample).collect();
+        let expansion: Vec<_> = integral.expansion().iter().map(|row| packed(nodes, |l| row[l])).collect();
+        let first_coefficient = contacts.curves.iter().map(|curve| curve.expansion.len()).sum();
+        let first_sample = contacts.curves.iter().map(|curve| curve.samples.len()).sum();
+        let inverse_weights = packed(nodes, |l| 1.0 / (piece.length * piece.gauss.weights[l]));
+        contacts.packs = contacts.packs.max(piece.packs);
+        contacts.curves.push(Curve {
+            piece: s,
+            length: piece.length,
+            start,
+            samples,
+            first_sample,
+            expansion,
+            first_coefficient,
+            integral,
+            inverse_weights,
+            moved_by,
+        });
+        start += piece.length;
+    }
+    first..contacts.curves.len()
+}
+
+fn ball<G: Turning>(plan: &Plan<G>, number: usize, position: [f64; 3], radius: f64) -> Ball<G::Pack> {
+    let has_it = |point: &Point<G>| point.balls.contains(&number);
+    let point = plan.points.iter().position(has_it).expect("every ball is at a point");
+    let at = &plan.points[point].place;
+    let position = Vector::from(position);
+    let beside =
+        at.beside.map_or(position, |place| place.position + place.orientation.rotation().apply(position));
+    Ball { point, beside, radius, moved_by: kinematics::moved_by(plan, at) }
+}
+
+/// An obstacle as it is seen from the frame of the plan, that of the first link's joint.
+fn solid(obstacle: &Obstacle, root: &Link) -> Solid {
+    let base = Quaternion::from_array(root.orientation).rotation();
+    let turned = |v: Vector<f64>| base.apply_transposed(v);
+    let seen = |point: &[f64; 3]| turned(Vector::from(*point) - Vector::from(root.position));
+    match obstacle {
+        Obstacle::HalfSpace { point, normal } => {
+            let normal = Vector::from(crate::joint::unit(*normal));
+            Solid::HalfSpace { point: seen(point), normal: turned(normal) }
+        }
+        Obstacle::Sphere { centre, radius } => Solid::Ball { centre: seen(centre), radius: *radius },
+        Obstacle::Capsule { ends: [start, end], radius } => {
+            Solid::Capsule { ends: [seen(start), seen(end)], radius: *radius }
+        }
+        Obstacle::Cuboid { centre, half_extents, orientation } => {
+            let Rotation { x, y, z } = Quaternion::from_array(*orientation).rotation();
+            let axes = Rotation { x: turned(x), y: turned(y), z: turned(z) };
+            Solid::Cuboid { centre: seen(centre), axes, half_extents: Vector::from(*half_extents) }
+        }
+    }
+}
+
+/// What was given, or that of the material: a cylinder is pressed into a half-space with `pi / 4 E*` a metre and overlap, with
+/// `E* = E / (1 - nu^2)` (Popov 2010, eq. 5.33), two of them in a row.
+fn stiffness(contact: &Contact, robot: &Robot) -> f64 {
+    if let Some(stiffness) = contact.stiffness {
+        return stiffness;
+    }
+    let of_rod = |surface: &Surface| match surface {
+        Surface::Rod { link } => robot.links[*link]
+            .rod
+            .iter()
+            .map(|segment| {
+                let nu = segment.poisson_ratio();
+                (1.0 - nu * nu) / segment.young_modulus
+            })
+            .reduce(f64::max),
+        _ => None,
+    };
+    let compliance: f64 = contact.surfaces.iter().filter_map(of_rod).sum();
+    FRAC_PI_4 / compliance
+}

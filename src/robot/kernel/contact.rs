@@ -1,0 +1,731 @@
+//! Where surfaces touch.
+//!
+//! A rod presses along all of its length where it overlaps with something: `int k d ds`. Between two samples of its curve
+//! the part that overlaps is found from the zeros of the gap; the integral over that part is Gaussian. So forces follow the
+//! ends of a contact as these move along the rod, and no node is felt.
+
+use crate::lie::{Cross, LANES, Lanes, Sweep, Twist, Vector, VectorSpace};
+use crate::robot::algebra::obstacle::{Distance, Solid};
+use crate::robot::algebra::touch::Meeting;
+use crate::robot::plan::Plan;
+use crate::robot::plan::contact::{Curve, PLACES, Pair, Side};
+use crate::robot::state::Workspace;
+use crate::robot::state::contact::{ContactState, Standing, Touch};
+use crate::robot::turning::Turning;
+
+/// Nodes and weights of the Gauss-Legendre rule with [`PLACES`] nodes on [0, 1].
+const NODES: [f64; PLACES] = [0.112_701_665_379_258_31, 0.5, 0.887_298_334_620_741_7];
+const WEIGHTS: [f64; PLACES] = [5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0];
+
+/// A curve between two samples is longer than what their slopes say by that factor at most, unless a rod turns by far more
+/// than a radian between them.
+const LONGER: f64 = 1.2;
+
+/// Steps of regula falsi, and of Newton's method for a nearest place.
+const MOST_STEPS: usize = 60;
+const MOST_NEWTON_STEPS: usize = 12;
+
+/// Impacts of up to that many radians of `omega h`, squared, a step are resolved: they take three steps or more, and the first
+/// one takes no more than that part of the speed.
+const UNRESOLVED: f64 = 1.5;
+const MOST_LOST: f64 = 0.7;
+
+/// Places closer than that part of the way between two samples are one.
+const SAME_PLACE: f64 = 1e-13;
+
+/// Finds all touches of a state whose motion is up to date.
+pub(crate) fn find<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
+    let mut state = std::mem::take(&mut work.contact);
+    plan.instructions.run_apart::<G::Pack, _>(Find { plan, work, state: &mut state });
+    work.contact = state;
+}
+
+struct Find<'a, G: Turning> {
+    plan: &'a Plan<G>,
+    work: &'a Workspace<G>,
+    state: &'a mut ContactState<G::Pack>,
+}
+
+impl<G: Turning> Sweep for Find<'_, G> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Self { plan, work, state } = self;
+        look(plan, work, state);
+        let ContactState {
+            coefficients, samples, bounds, centres, touches, up_to, weights, polynomials, ..
+        } = state;
+        touches.clear();
+        let scene = Scene { plan, work, coefficients, samples, bounds, centres };
+        let mut found = Found { touches, up_to, weights, polynomials };
+        for (p, pair) in plan.contacts.pairs.iter().enumerate() {
+            scene.meet(p, pair, &mut found);
+        }
+    }
+}
+
+/// Shapes, samples and bounds of all curves, and centres of all balls.
+#[inline(always)]
+fn look<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mut ContactState<G::Pack>) {
+    for (curve, bound) in plan.contacts.curves.iter().zip(&mut state.bounds) {
+        let piece = &plan.pieces[curve.piece];
+        let slopes = &work.slope[piece.node_packs()];
+        let coefficients = &mut state.coefficients[curve.first_coefficient..][..curve.expansion.len()];
+        for (coefficient, weights) in coefficients.iter_mut().zip(&curve.expansion) {
+            let mut sum = G::Vector::<G::Pack>::zero();
+            for (&slope, &weight) in slopes.iter().zip(weights) {
+                sum += slope * weight;
+            }
+            let sum = G::map_vector(&sum, |pack: &G::Pack| pack.sum());
+            *coefficient = G::in_space(plan.frame, sum) * curve.length;
+        }
+        let shape = shape(plan, work, coefficients, curve);
+        let own = &mut state.samples[curve.first_sample..][..curve.samples.len()];
+        let (mut fastest, mut thickest) = (0.0_f64, 0.0_f64);
+        for (sample, seen) in curve.samples.iter().zip(own.iter_mut()) {
+            let [position, slope] = shape.at(sample.x);
+            *seen = [position, slope];
+            fastest = fastest.max(slope.dot(slope));
+            thickest = thickest.max(sample.radius);
+        }
+        let centre = own[own.len() / 2][0];
+        let away = own.iter().map(|[position, _]| distance_between(*position, centre)).fold(0.0, f64::max);
+        let between = LONGER * fastest.sqrt() / (own.len() - 1) as f64;
+        *bound = (centre, away + between + thickest);
+    }
+    for (ball, centre) in plan.contacts.balls.iter().zip(&mut state.centres) {
+        let point = &work.points[ball.point];
+        let beside = G::rotate(&point.rotation, G::vector_of(plan.frame, ball.beside));
+        *centre = G::in_space(plan.frame, point.position + beside);
+    }
+}
+
+/// Where a curve is, by the coefficients of its slope.
+#[derive(Clone, Copy)]
+struct Shape<'a> {
+    begin: Vector<f64>,
+    coefficients: &'a [Vector<f64>],
+    breaks: &'a [f64],
+}
+
+fn shape<'a, G: Turning>(
+    plan: &Plan<G>,
+    work: &Workspace<G>,
+    coefficients: &'a [Vector<f64>],
+    curve: &'a Curve<G::Pack>,
+) -> Shape<'a> {
+    let begin = work.stations[plan.pieces[curve.piece].joined.begin].position;
+    Shape { begin: G::in_space(plan.frame, begin), coefficients, breaks: curve.integral.breaks() }
+}
+
+impl Shape<'_> {
+    /// Position, and its derivative, at a fraction of the length: `int P_k = (P_{k+1} - P_{k-1}) / (2 (2k+1))` on [0, 1].
+    #[inline(always)]
+    fn at(&self, x: f64) -> [Vector<f64>; 2] {
+        let degrees = self.coefficients.len() / (self.breaks.len() + 1);
+        let mut begin = self.begin;
+        let mut from = 0.0;
+        let here = self.breaks.partition_point(|&place| place <= x);
+        for (own, &to) in self.coefficients.chunks_exact(degrees).zip(&self.breaks[..here]) {
+            begin = begin.add_scaled(own[0], to - from);
+            from = to;
+        }
+        let to = self.breaks.get(here).copied().unwrap_or(1.0);
+        let own = &self.coefficients[here * degrees..][..degrees];
+        let x = (x - from) / (to - from);
+        let t = 2.0 * x - 1.0;
+        let (mut position, mut slope) = (own[0] * x, own[0]);
+        let (mut before, mut value) = (1.0, t);
+        for (k, &coefficient) in own.iter().enumerate().skip(1) {
+            let degree = k as f64;
+            let next = ((2.0 * degree + 1.0) * t * value - degree * before) / (degree + 1.0);
+            position = position.add_scaled(coefficient, 0.5 * (next - before) / (2.0 * degree + 1.0));
+            slope = slope.add_scaled(coefficient, value);
+            (before, value) = (value, next);
+        }
+        [begin.add_scaled(position, to - from), slope]
+    }
+}
+
+fn distance_between(a: Vector<f64>, b: Vector<f64>) -> f64 {
+    let way = a - b;
+    way.dot(way).sqrt()
+}
+
+/// What is known of all that may touch.
+struct Scene<'a, G: Turning> {
+    plan: &'a Plan<G>,
+    work: &'a Workspace<G>,
+    coefficients: &'a [Vector<f64>],
+    samples: &'a [[Vector<f64>; 2]],
+    bounds: &'a [(Vector<f64>, f64)],
+    centres: &'a [Vector<f64>],
+}
+
+/// Where touches go.
+struct Found<'a, P> {
+    touches: &'a mut Vec<Touch>,
+    up_to: &'a mut [P],
+    weights: &'a mut [f64],
+    polynomials: &'a mut [f64],
+}
+
+/// What a curve or a ball may meet.
+#[derive(Clone, Copy)]
+enum Other<'a> {
+    Solid(Solid, Standing),
+    /// The curves of a rod, but for those places that are neighbours of one of the same rod.
+    Rod {
+        pair: &'a Pair,
+        first: usize,
+        end: usize,
+    },
+}
+
+/// What is nearest to a point.
+#[derive(Clone, Copy)]
+struct Nearest {
+    distance: Distance,
+    on: Standing,
+    /// From its centre to its surface.
+    radius: f64,
+}
+
+/// A first side that may touch: where it is, and how much of the stiffness there is.
+struct First {
+    on: Standing,
+    centre: Vector<f64>,
+    radius: f64,
+    weight: f64,
+    axis: Vector<f64>,
+}
+
+/// The part of a curve between two samples.
+#[derive(Clone, Copy)]
+struct Part<'a> {
+    shape: Shape<'a>,
+    curve: usize,
+    /// Fractions of the curve where it begins and how long it is.
+    from: f64,
+    part: f64,
+    /// Arc length of the rod where it begins, and its length.
+    arc: f64,
+    length: f64,
+    ends: [[Vector<f64>; 2]; 2],
+    radii: [f64; 2],
+}
+
+impl Part<'_> {
+    /// At a fraction of it, position and its derivative along that fraction.
+    fn at(&self, x: f64) -> [Vector<f64>; 2] {
+        let [position, slope] = self.shape.at(self.from + self.part * x);
+        [position, slope * self.part]
+    }
+
+    /// The second derivative, as the cubic through positions and slopes of both ends has it.
+    fn bend(&self, x: f64) -> Vector<f64> {
+        let [[p, a], [q, b]] = self.ends;
+        let way = q - p;
+        (way * 3.0 - a * 2.0 - b) * 2.0 + (a + b - way * 2.0) * (6.0 * x)
+    }
+
+    fn radius(&self, x: f64) -> f64 {
+        self.radii[0] + (self.radii[1] - self.radii[0]) * x
+    }
+
+    /// It is not longer than that, and its radius changes by no more.
+    fn reach(&self) -> f64 {
+        let [[_, a], [_, b]] = self.ends;
+        LONGER * a.dot(a).max(b.dot(b)).sqrt() + (self.radii[1] - self.radii[0]).abs()
+    }
+}
+
+impl<'a, G: Turning> Scene<'a, G> {
+    /// The parts of a curve.
+    fn parts(&self, c: usize) -> impl Iterator<Item = Part<'_>> + use<'_, 'a, G> {
+        let curve = &self.plan.contacts.curves[c];
+        let seen = &self.samples[curve.first_sample..][..curve.samples.len()];
+        let coefficients = &self.coefficients[curve.first_coefficient..][..curve.expansion.len()];
+        let shape = shape(self.plan, self.work, coefficients, curve);
+        curve.samples.windows(2).zip(seen.windows(2)).map(move |(samples, seen)| {
+            let (from, part) = (samples[0].x, samples[1].x - samples[0].x);
+            Part {
+                shape,
+                curve: c,
+                from,
+                part,
+                arc: curve.start + from * curve.length,
+                length: part * curve.length,
+                ends: [[seen[0][0], seen[0][1] * part], [seen[1][0], seen[1][1] * part]],
+                radii: [samples[0].radius, samples[1].radius],
+            }
+        })
+    }
+
+    /// Finds where the two of a pair touch.
+    fn meet(&self, p: usize, pair: &'a Pair, found: &mut Found<'_, G::Pack>) {
+        let other = match &pair.sides[1] {
+            Side::Solid(solid) => Other::Solid(self.plan.contacts.solids[*solid], Standing::Still),
+            Side::Ball(ball) => {
+                let radius = self.plan.contacts.balls[*ball].radius;
+                let centre = self.centres[*ball];
+                Other::Solid(Solid::Ball { centre, radius }, Standing::Ball(*ball))
+            }
+            Side::Rod(curves) => Other::Rod { pair, first: curves.start, end: curves.end },
+        };
+        match &pair.sides[0] {
+            Side::Ball(ball) => {
+                let (on, centre) = (Standing::Ball(*ball), self.centres[*ball]);
+                if let Some(nearest) = self.nearest(&other, centre, None) {
+                    let radius = self.plan.contacts.balls[*ball].radius;
+                    let first = First { on, centre, radius, weight: 1.0, axis: Vector::zero() };
+                    self.press(p, &first, &nearest, found);
+                }
+            }
+            Side::Rod(curves) => {
+                for c in curves.clone() {
+                    if self.may_meet(c, &other) {
+                        for part in self.parts(c) {
+                            self.meet_along(p, &part, &other, found);
+                        }
+                    }
+                }
+            }
+            Side::Solid(_) => {}
+        }
+    }
+
+    /// Whether a curve can be near the other.
+    fn may_meet(&self, c: usize, other: &Other<'_>) -> bool {
+        let (centre, radius) = self.bounds[c];
+        match other {
+            Other::Solid(solid, _) => solid.distance(centre).value <= radius,
+            Other::Rod { first, end, .. } => {
+                let mut others = self.bounds[*first..*end].iter();
+                others.any(|&(other, of_other)| distance_between(centre, other) <= radius + of_other)
+            }
+        }
+    }
+
+    /// Adds the touches of a part of a curve.
+    fn meet_along(&self, p: usize, part: &Part<'_>, other: &Other<'_>, found: &mut Found<'_, G::Pack>) {
+        let gap = |x: f64| {
+            let [position, slope] = part.at(x);
+            let nearest = self.nearest(other, position, Some(part.arc + part.length * x));
+            nearest.map_or((f64::INFINITY, 0.0), |nearest| {
+                let widening = part.radii[1] - part.radii[0];
+                let Distance { value, normal, .. } = nearest.distance;
+                (value - part.radius(x), normal.dot(slope) - widening)
+            })
+        };
+        let ends = [gap(0.0), gap(1.0)];
+        if ends[0].0 + ends[1].0 >= part.reach() {
+            return;
+        }
+        let Some([from, to]) = touched(ends, gap) else { return };
+        for (node, weight) in NODES.into_iter().zip(WEIGHTS) {
+            let x = from + (to - from) * node;
+            let on = Standing::Along { curve: part.curve, x: part.from + part.part * x };
+            let weight = weight * (to - from) * part.length;
+            let axis = self.axis(p, part, x, found);
+            let centre = self.reach(on, found, 0);
+            if let Some(nearest) = self.nearest(other, centre, Some(part.arc + part.length * x)) {
+                let first = First { on, centre, radius: part.radius(x), weight, axis };
+                self.press(p, &first, &nearest, found);
+            }
+        }
+    }
+
+    /// The axis of the section at a place, where it matters how that lies.
+    fn axis(&self, p: usize, part: &Part<'_>, x: f64, found: &mut Found<'_, G::Pack>) -> Vector<f64> {
+        if self.plan.contacts.pairs[p].law.is_even() {
+            return Vector::zero();
+        }
+        let curve = &self.plan.contacts.curves[part.curve];
+        let piece = &self.plan.pieces[curve.piece];
+        let weights = &mut found.weights[..piece.packs * LANES];
+        curve.integral.write_weights_at(part.from + part.part * x, weights, found.polynomials);
+        let mut axis = G::Vector::<G::Pack>::zero();
+        for (lanes, rotation) in weights.chunks_exact(LANES).zip(&self.work.rotation[piece.node_packs()]) {
+            let weight = G::Pack::from_lanes(std::array::from_fn(|lane| lanes[lane]));
+            axis += G::rod_axis(self.plan.frame, rotation) * weight;
+        }
+        let axis = G::in_space(self.plan.frame, G::map_vector(&axis, |pack: &G::Pack| pack.sum()));
+        let length = axis.dot(axis).sqrt();
+        if length > 0.0 { axis * length.recip() } else { axis }
+    }
+
+    /// What of the other is nearest to a point, which is at that arc length of its rod.
+    fn nearest(&self, other: &Other<'_>, point: Vector<f64>, arc: Option<f64>) -> Option<Nearest> {
+        match other {
+            Other::Solid(solid, on) => {
+                let radius = if let Solid::Ball { radius, .. } = solid { *radius } else { 0.0 };
+                Some(Nearest { distance: solid.distance(point), on: *on, radius })
+            }
+            Other::Rod { pair, first, end } => {
+                let arc = if pair.neighbourhood > 0.0 { arc } else { None };
+                self.nearest_on_rod(*first..*end, point, arc.map(|arc| (arc, pair.neighbourhood)))
+            }
+        }
+    }
+
+    /// The nearest place of the curves of a rod, but for neighbours.
+    fn nearest_on_rod(
+        &self,
+        curves: std::ops::Range<usize>,
+        point: Vector<f64>,
+        but: Option<(f64, f64)>,
+    ) -> Option<Nearest> {
+        let is_neighbour = |part: &Part<'_>| {
+            but.is_some_and(|(arc, near)| part.arc < arc + near && part.arc + part.length > arc - near)
+        };
+        let mut best: Option<(f64, Part<'_>, f64)> = None;
+        // Whether what is nearest is the end of what is looked at, beyond which there are neighbours.
+        let mut is_cut = false;
+        let mut follows_neighbour = false;
+        for c in curves {
+            let (centre, radius) = self.bounds[c];
+            let nearest = best.map_or(f64::INFINITY, |(nearest, ..)| nearest);
+            if distance_between(point, centre) - radius > nearest {
+                follows_neighbour = false;
+                continue;
+            }
+            for part in self.parts(c) {
+                if is_neighbour(&part) {
+                    is_cut |= best.is_some_and(|(_, last, x)| {
+                        x == 1.0
+                            && (last.arc + last.length - part.arc).abs()
+                                <= SAME_PLACE * part.length.max(part.arc)
+                    });
+                    follows_neighbour = true;
+                    continue;
+                }
+                let [start, end] = [0, 1].map(|e| distance_between(point, part.ends[e][0]) - part.radii[e]);
+                let least = 0.5 * (start + end - part.reach());
+                if best.is_none_or(|(nearest, ..)| least < nearest) {
+                    let x = nearest_on(&part, point);
+                    let value = distance_between(point, part.at(x)[0]) - part.radius(x);
+                    if best.is_none_or(|(nearest, ..)| value < nearest) {
+                        best = Some((value, part, x));
+                        is_cut = follows_neighbour && x == 0.0;
+                    }
+                }
+                follows_neighbour = false;
+            }
+        }
+        let (_, part, x) = best.filter(|_| !is_cut)?;
+        let [position, slope] = part.at(x);
+        let bend = part.bend(x);
+        let way = point - position;
+        let radius = part.radius(x);
+        let on = Standing::Along { curve: part.curve, x: part.from + part.part * x };
+        // As seen from the point the surface bends about the axis, unless the place is an end.
+        let square = slope.dot(slope);
+        let is_inside = slope.dot(way).abs() <= 1e-6 * (square * way.dot(way)).sqrt();
+        let stretch = (1.0 - way.dot(bend) / square.max(f64::MIN_POSITIVE)).max(0.1);
+        let distance =
+            Distance::from_curve(way, radius, is_inside.then_some((slope * square.sqrt().recip(), stretch)));
+        Some(Nearest { distance, on, radius })
+    }
+
+    /// The centre of a side, in space and the frame of the plan; tells how the nodes reach it in the memory of the next touch.
+    fn reach(&self, on: Standing, found: &mut Found<'_, G::Pack>, side: usize) -> Vector<f64> {
+        match on {
+            Standing::Along { curve, x } => {
+                let curve: &Curve<G::Pack> = &self.plan.contacts.curves[curve];
+                let piece = &self.plan.pieces[curve.piece];
+                let nodes = piece.packs * LANES;
+                let weights = &mut found.weights[..nodes];
+                curve.integral.write_weights_up_to(x, weights, found.polynomials);
+                let stride = self.plan.contacts.packs;
+                let own = &mut found.up_to[(2 * found.touches.len() + side) * stride..][..piece.packs];
+                let mut way = G::Vector::<G::Pack>::zero();
+                let slopes = &self.work.slope[piece.node_packs()];
+                for ((own, lanes), &slope) in own.iter_mut().zip(weights.chunks_exact(LANES)).zip(slopes) {
+                    *own = G::Pack::from_lanes(std::array::from_fn(|lane| lanes[lane] * curve.length));
+                    way += slope * *own;
+                }
+                let begin = self.work.stations[piece.joined.begin].position;
+                let way = G::map_vector(&way, |pack: &G::Pack| pack.sum());
+                G::in_space(self.plan.frame, begin + way)
+            }
+            Standing::Ball(ball) => self.centres[ball],
+            Standing::Still => Vector::zero(),
+        }
+    }
+
+    /// Angular velocity and velocity of a side, whose nodes are told of in the memory of the next touch.
+    fn motion(
+        &self,
+        on: Standing,
+        centre: Vector<f64>,
+        found: &Found<'_, G::Pack>,
+        side: usize,
+    ) -> [Vector<f64>; 2] {
+        let twist = match on {
+            Standing::Along { curve, .. } => {
+                let piece = &self.plan.pieces[self.plan.contacts.curves[curve].piece];
+                let stride = self.plan.contacts.packs;
+                let own = &found.up_to[(2 * found.touches.len() + side) * stride..][..piece.packs];
+                let mut change = Twist::zero();
+                for (&weight, &rate) in own.iter().zip(&self.work.rate[piece.node_packs()]) {
+                    change += rate * weight;
+                }
+                self.work.stations[piece.joined.begin].velocity + change.sum()
+            }
+            Standing::Ball(ball) => self.work.points[self.plan.contacts.balls[ball].point].velocity,
+            Standing::Still => return [Vector::zero(); 2],
+        };
+        let angular = G::axial_in_space(self.plan.frame, twist.angular);
+        [angular, G::in_space(self.plan.frame, twist.linear) + angular.cross(centre)]
+    }
+
+    /// Adds a touch, if there is one; the memory of the next touch knows how its first side is reached.
+    fn press(&self, p: usize, first: &First, nearest: &Nearest, found: &mut Found<'_, G::Pack>) {
+        let pair = &self.plan.contacts.pairs[p];
+        let &First { on, centre, radius, weight, axis } = first;
+        let overlap = radius - nearest.distance.value;
+        if overlap <= 0.0 || found.touches.len() == self.plan.contacts.capacity {
+            return;
+        }
+        let sides = [on, nearest.on];
+        let centres = [centre, self.reach(nearest.on, found, 1)];
+        let motions = [0, 1].map(|s| self.motion(sides[s], centres[s], found, s));
+        // What touches itself is met twice, from both sides.
+        let weight = if pair.neighbourhood > 0.0 { 0.5 * weight } else { weight };
+        let Distance { normal, curvature, .. } = nearest.distance;
+        let radii = [radius, nearest.radius];
+        let meeting = Meeting { law: pair.law, weight, overlap, normal, curvature, radii, motions, axis };
+        let pressing = meeting.pressing();
+        found.touches.push(Touch { pair: p, sides, centres, meeting, pressing });
+    }
+}
+
+/// Takes down how fast the surfaces that touch approach each other, the motion up to date.
+pub(crate) fn note_rates<G: Turning>(work: &mut Workspace<G>) {
+    let ContactState { touches, rates, .. } = &mut work.contact;
+    rates.clear();
+    rates.extend(touches.iter().map(|touch| touch.pressing.rate));
+}
+
+/// Whether surfaces meet, or push each other apart, so fast that a step of size `h` does not see it, the motion at its end up
+/// to date; noted are the rates of their distances with the velocities at its beginning.
+///
+/// Surfaces that have met within the step, which two rates tell, must not have lost much of their speed. Others have a
+/// stiffness over the mass that their overlap d and the acceleration a with which it opens tell of, `omega^2 = a / d`; their
+/// impact takes `pi / omega`.
+pub(crate) fn is_jolted<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, h: f64) -> bool {
+    let touches = work.contact.touches.iter().zip(&work.contact.rates);
+    touches.enumerate().any(|(t, (touch, &before))| {
+        let (overlap, after) = (touch.meeting.overlap, touch.pressing.rate);
+        if overlap + 0.5 * h * (before + after) < 0.0 {
+            return after - before > MOST_LOST * before.abs();
+        }
+        let [first, second] = [0, 1].map(|side| acceleration(plan, work, t, side));
+        let opening = touch.meeting.normal.dot(first - second);
+        h * h * opening > UNRESOLVED * overlap * touch.pressing.stiffening().max(1.0)
+    })
+}
+
+/// How the centre of a side of a touch accelerates, in the frame of the plan (see `kernel::acceleration`).
+fn acceleration<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, t: usize, side: usize) -> Vector<f64> {
+    let touch = &work.contact.touches[t];
+    let (velocity, acceleration) = match touch.sides[side] {
+        Standing::Still => return Vector::zero(),
+        Standing::Ball(ball) => {
+            let state = &work.points[plan.contacts.balls[ball].point];
+            (state.velocity, state.acceleration)
+        }
+        Standing::Along { curve, .. } => {
+            let piece = &plan.pieces[plan.contacts.curves[curve].piece];
+            let begin = &work.stations[piece.joined.begin];
+            let reach = work.contact.reach(plan.contacts.packs, t, side).iter().zip(piece.node_packs());
+            let (mut velocity, mut acceleration) = (Twist::zero(), Twist::zero());
+            for (&weight, node) in reach {
+                velocity += work.rate[node] * weight;
+                acceleration += work.acceleration_rate[node] * weight;
+            }
+            (begin.velocity + velocity.sum(), begin.acceleration + acceleration.sum())
+        }
+    };
+    let centre = G::vector_of(plan.frame, touch.centres[side]);
+    let of_centre = velocity.linear + velocity.angular.cross(centre);
+    let gravity = work.surroundings.gravity;
+    let linear = acceleration.linear
+        + gravity
+        + acceleration.angular.cross(centre)
+        + velocity.angular.cross(of_centre);
+    G::in_space(plan.frame, linear)
+}
+
+/// A place where two surfaces touch, as a robot tells it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Touching {
+    /// The contact, by its place among those of the robot.
+    pub contact: usize,
+    /// On the first surface, metres.
+    pub position: Vector<f64>,
+    /// From the second surface to the first.
+    pub normal: Vector<f64>,
+    /// On the first surface, newtons, friction included.
+    pub force: Vector<f64>,
+    /// Metres.
+    pub overlap: f64,
+    /// Velocity of the first surface along the second, m/s.
+    pub sliding: Vector<f64>,
+    /// Arc lengths of the rods of both surfaces, metres; of what is no rod there is none.
+    pub along: [Option<f64>; 2],
+}
+
+/// The touches that have been found, as a robot tells them: in its own order of surfaces, in the world.
+pub(crate) fn told<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> impl Iterator<Item = Touching> {
+    let base = &work.surroundings.base;
+    work.contact.touches.iter().map(move |touch| {
+        let pair = &plan.contacts.pairs[touch.pair];
+        let (first, sign) = if pair.is_turned { (1, -1.0) } else { (0, 1.0) };
+        let [[_, force], _] = touch.meeting.wrenches(&touch.pressing);
+        let turned = |v: Vector<f64>| base.rotation.apply(v);
+        let position = touch.centres[first] + touch.meeting.arms()[first];
+        let along = |s: usize| match touch.sides[s] {
+            Standing::Along { curve, x } => {
+                let curve = &plan.contacts.curves[curve];
+                Some(curve.start + x * curve.length)
+            }
+            _ => None,
+        };
+        Touching {
+            contact: pair.contact,
+            position: base.position + turned(position),
+            normal: turned(touch.meeting.normal * sign),
+            force: turned(force * sign),
+            overlap: touch.meeting.overlap,
+            sliding: turned(touch.pressing.sliding * sign),
+            along: [along(first), along(1 - first)],
+        }
+    })
+}
+
+/// Where between 0 and 1 a gap is negative, by its values and slopes.
+fn touched(ends: [(f64, f64); 2], gap: impl Fn(f64) -> (f64, f64)) -> Option<[f64; 2]> {
+    let value = |x: f64| gap(x).0;
+    let [(start, start_slope), (end, end_slope)] = ends;
+    match [start < 0.0, end < 0.0] {
+        [true, true] => Some([0.0, 1.0]),
+        [true, false] => Some([0.0, zero(value, [0.0, 1.0], [start, end])]),
+        [false, true] => Some([zero(value, [0.0, 1.0], [start, end]), 1.0]),
+        [false, false] => {
+            if start_slope >= 0.0 || end_slope <= 0.0 {
+                return None;
+            }
+            // The lowest place, or one that is low enough.
+            let (mut from, mut to) = (0.0, 1.0);
+            let mut low = 0.5;
+            for _ in 0..MOST_STEPS {
+                low = 0.5 * (from + to);
+                let (value, slope) = gap(low);
+                if value < 0.0 {
+                    break;
+                }
+                if slope < 0.0 {
+                    from = low;
+                } else {
+                    to = low;
+                }
+                // Beside that it can only be lower by less than the slopes say.
+                if to - from <= SAME_PLACE {
+                    return None;
+                }
+            }
+            let lowest = value(low);
+            if lowest >= 0.0 {
+                return None;
+            }
+            Some([zero(value, [0.0, low], [start, lowest]), zero(value, [low, 1.0], [lowest, end])])
+        }
+    }
+}
+
+/// A zero between two places with values of different signs: regula falsi, Illinois variant (Dowell and Jarratt 1971).
+fn zero(f: impl Fn(f64) -> f64, [mut a, mut b]: [f64; 2], [mut at_a, mut at_b]: [f64; 2]) -> f64 {
+    let mut side = 0;
+    for _ in 0..MOST_STEPS {
+        if !(at_a.is_finite() && at_b.is_finite()) {
+            // What is not seen from one end: halve.
+            let middle = 0.5 * (a + b);
+            let at = f(middle);
+            if (at < 0.0) == (at_a < 0.0) {
+                (a, at_a) = (middle, at);
+            } else {
+                (b, at_b) = (middle, at);
+            }
+            if (b - a).abs() <= SAME_PLACE {
+                break;
+            }
+            continue;
+        }
+        let x = (a * at_b - b * at_a) / (at_b - at_a);
+        let at = f(x);
+        if at == 0.0 || (b - a).abs() <= SAME_PLACE {
+            return x;
+        }
+        if (at < 0.0) == (at_a < 0.0) {
+            if (x - a).abs() <= SAME_PLACE {
+                return x;
+            }
+            (a, at_a) = (x, at);
+            if side == -1 {
+                at_b *= 0.5;
+            }
+            side = -1;
+        } else {
+            if (x - b).abs() <= SAME_PLACE {
+                return x;
+            }
+            (b, at_b) = (x, at);
+            if side == 1 {
+                at_a *= 0.5;
+            }
+            side = 1;
+        }
+    }
+    if at_a.abs() < at_b.abs() { a } else { b }
+}
+
+/// Where on a part of a curve a point is nearest: Newton's method between bounds.
+fn nearest_on(part: &Part<'_>, point: Vector<f64>) -> f64 {
+    let slope = |x: f64| {
+        let [position, slope] = part.at(x);
+        let way = position - point;
+        (way.dot(slope), slope.dot(slope) + way.dot(part.bend(x)))
+    };
+    let [start, end] = [slope(0.0).0, slope(1.0).0];
+    let (mut from, mut to) = (0.0, 1.0);
+    if start >= 0.0 && end >= 0.0 {
+        return 0.0;
+    }
+    if start <= 0.0 && end <= 0.0 {
+        return 1.0;
+    }
+    if start > 0.0 {
+        // Furthest inside: one of the ends.
+        let [p, q] = [0, 1].map(|e| distance_between(point, part.ends[e][0]));
+        return if p <= q { 0.0 } else { 1.0 };
+    }
+    let mut x = start / (start - end);
+    for _ in 0..MOST_NEWTON_STEPS {
+        let (value, change) = slope(x);
+        if value < 0.0 {
+            from = x;
+        } else {
+            to = x;
+        }
+        let next = x - value / change;
+        let next = if change > 0.0 && next > from && next < to { next } else { 0.5 * (from + to) };
+        if (next - x).abs() <= SAME_PLACE {
+            return next;
+        }
+        x = next;
+    }
+    x
+}

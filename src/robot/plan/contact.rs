@@ -1,0 +1,103 @@
+//! What touches, compiled for computing: rods as curves with radii, balls at points, obstacles, and the pairs of these.
+
+use std::ops::Range;
+
+use super::space::Space;
+use crate::lie::Vector;
+use crate::robot::algebra::obstacle::Solid;
+use crate::robot::algebra::touch::Law;
+use crate::rod::Integral;
+
+/// Between two samples of a curve its contact is integrated at so many places (Gauss-Legendre): exact where overlap times shape
+/// is a polynomial of degree 5 there.
+pub(crate) const PLACES: usize = 3;
+
+/// What touches of a plan.
+#[derive(Clone, Debug)]
+pub(crate) struct Contacts<G: Space> {
+    pub(crate) curves: Vec<Curve<G::Pack>>,
+    pub(crate) balls: Vec<Ball<G::Pack>>,
+    pub(crate) solids: Vec<Solid>,
+    pub(crate) pairs: Vec<Pair>,
+    /// The largest number of packs of a curve's piece.
+    pub(crate) packs: usize,
+    /// How many places can be touched at once.
+    pub(crate) capacity: usize,
+}
+
+impl<G: Space> Contacts<G> {
+    pub(crate) fn none() -> Self {
+        Self {
+            curves: Vec::new(),
+            balls: Vec::new(),
+            solids: Vec::new(),
+            pairs: Vec::new(),
+            packs: 0,
+            capacity: 0,
+        }
+    }
+}
+
+/// A piece of a rod that touches.
+#[derive(Clone, Debug)]
+pub(crate) struct Curve<P> {
+    pub(crate) piece: usize,
+    pub(crate) length: f64,
+    /// Arc length of its rod where it begins.
+    pub(crate) start: f64,
+    /// Places where it is looked at first, evenly spaced from end to end.
+    pub(crate) samples: Vec<Sample>,
+    /// The first of them among those of all curves.
+    pub(crate) first_sample: usize,
+    /// Legendre's coefficients of what has these values at the nodes: the weights of each, polynomial by polynomial.
+    pub(crate) expansion: Vec<Vec<P>>,
+    /// The first of them among those of all curves.
+    pub(crate) first_coefficient: usize,
+    /// How its nodes reach any place.
+    pub(crate) integral: Integral,
+    /// One over the quadrature weights, times the length, of its nodes.
+    pub(crate) inverse_weights: Vec<P>,
+    /// The pieces that move its end, each with the weights of the integral up to there; itself last.
+    pub(crate) moved_by: Vec<(usize, Vec<P>)>,
+}
+
+/// A place where a curve is looked at first.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sample {
+    /// Fraction of the curve's length.
+    pub(crate) x: f64,
+    pub(crate) radius: f64,
+}
+
+/// A ball that is fixed beside a point of the plan.
+#[derive(Clone, Debug)]
+pub(crate) struct Ball<P> {
+    pub(crate) point: usize,
+    /// In the axes there.
+    pub(crate) beside: Vector<f64>,
+    pub(crate) radius: f64,
+    pub(crate) moved_by: Vec<(usize, Vec<P>)>,
+}
+
+/// One of two that touch.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Side {
+    /// The curves of a rod.
+    Rod(Range<usize>),
+    Ball(usize),
+    Solid(usize),
+}
+
+/// Two that touch. If one is a rod, the first one is.
+#[derive(Clone, Debug)]
+pub(crate) struct Pair {
+    /// The contact of the robot that it is of, and whether its surfaces are the other way round there.
+    pub(crate) contact: usize,
+    pub(crate) is_turned: bool,
+    pub(crate) sides: [Side; 2],
+    pub(crate) law: Law,
+    /// Of a rod with itself: places that are nearer to each other along it are neighbours, which do not touch. Metres.
+    pub(crate) neighbourhood: f64,
+    /// The coordinates that move any of both, in ascending order.
+    pub(crate) reaches: Vec<usize>,
+}

@@ -1,0 +1,113 @@
+//! What is known of contact in a state.
+
+use crate::lie::{Lanes, Vector};
+use crate::robot::algebra::touch::{Meeting, Pressing};
+use crate::robot::plan::contact::Contacts;
+use crate::robot::plan::space::Space;
+
+/// What is known of contact: moved out of the workspace while it is found.
+#[derive(Clone, Debug)]
+pub(crate) struct ContactState<P> {
+    /// Of all curves, Legendre's coefficients of the derivative of the position along the fraction of the length.
+    pub(crate) coefficients: Vec<Vector<f64>>,
+    /// That derivative and the position at the samples of all curves: position first.
+    pub(crate) samples: Vec<[Vector<f64>; 2]>,
+    /// Of every curve, the centre and the radius of a ball that it lies in.
+    pub(crate) bounds: Vec<(Vector<f64>, f64)>,
+    /// Centres of the balls.
+    pub(crate) centres: Vec<Vector<f64>>,
+    /// Where anything touches; there is memory for all that can.
+    pub(crate) touches: Vec<Touch>,
+    /// How fast the distances of those of another motion grow.
+    pub(crate) rates: Vec<f64>,
+    /// Of every touch and side, how the nodes of its piece reach it.
+    pub(crate) up_to: Vec<P>,
+    /// Memory for weights of nodes, and for polynomials.
+    pub(crate) weights: Vec<f64>,
+    pub(crate) polynomials: Vec<f64>,
+}
+
+/// Where two sides touch.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Touch {
+    pub(crate) pair: usize,
+    pub(crate) sides: [Standing; 2],
+    /// In space and the frame of the plan.
+    pub(crate) centres: [Vector<f64>; 2],
+    pub(crate) meeting: Meeting,
+    pub(crate) pressing: Pressing,
+}
+
+/// Where a side of a touch is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Standing {
+    /// At a fraction of the length of a curve.
+    Along {
+        curve: usize,
+        x: f64,
+    },
+    Ball(usize),
+    Still,
+}
+
+impl<P> Default for ContactState<P> {
+    /// Nothing, without any memory.
+    fn default() -> Self {
+        Self {
+            coefficients: Vec::new(),
+            samples: Vec::new(),
+            bounds: Vec::new(),
+            centres: Vec::new(),
+            touches: Vec::new(),
+            rates: Vec::new(),
+            up_to: Vec::new(),
+            weights: Vec::new(),
+            polynomials: Vec::new(),
+        }
+    }
+}
+
+impl<P: Lanes> ContactState<P> {
+    pub(crate) fn new<G: Space<Pack = P>>(contacts: &Contacts<G>) -> Self {
+        let samples = contacts.curves.iter().map(|curve| curve.samples.len()).sum();
+        let coefficients = contacts.curves.iter().map(|curve| curve.expansion.len()).sum();
+        let nodes = contacts.packs * crate::lie::LANES;
+        Self {
+            coefficients: vec![Vector::zero(); coefficients],
+            samples: vec![[Vector::zero(); 2]; samples],
+            bounds: vec![(Vector::zero(), 0.0); contacts.curves.len()],
+            centres: vec![Vector::zero(); contacts.balls.len()],
+            touches: Vec::with_capacity(contacts.capacity),
+            rates: Vec::with_capacity(contacts.capacity),
+            up_to: vec![P::splat(0.0); 2 * contacts.capacity * contacts.packs],
+            weights: vec![0.0; nodes],
+            polynomials: vec![0.0; nodes + 1],
+        }
+    }
+
+    /// How the nodes of its piece reach a side of a touch: the weights of the integral up to it, times the length.
+    pub(crate) fn reach(&self, packs: usize, touch: usize, side: usize) -> &[P] {
+        &self.up_to[(2 * touch + side) * packs..][..packs]
+    }
+}
+
+/// Memory for the tangent of contact.
+#[derive(Clone, Debug)]
+pub(crate) struct ContactTangent {
+    /// How the sides of the touch at hand move with the coordinates, and how their motion changes.
+    pub(crate) moved: Vec<[[Vector<f64>; 2]; 2]>,
+    pub(crate) faster: Vec<[[Vector<f64>; 2]; 2]>,
+    /// The former, component by component: turns and shifts of the first side, then of the second.
+    pub(crate) components: [Vec<f64>; 12],
+}
+
+impl ContactTangent {
+    pub(crate) fn new<G: Space>(contacts: &Contacts<G>, n: usize) -> Self {
+        let n = if contacts.pairs.is_empty() { 0 } else { n };
+        Self {
+            moved: vec![[[Vector::zero(); 2]; 2]; n],
+            faster: vec![[[Vector::zero(); 2]; 2]; n],
+            components: std::array::from_fn(|_| vec![0.0; n]),
+        }
+    }
+}

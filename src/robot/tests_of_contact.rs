@@ -1,0 +1,171 @@
+//! Forces of contact and their derivatives, against differences and the energy balance.
+
+use super::description::{Link, Robot};
+use super::model::RobotModel;
+use crate::body::Body;
+use crate::contact::{Contact, Obstacle, Surface};
+use crate::joint::{Joint, JointForces};
+use crate::linalg::Matrix;
+use crate::model::Model as _;
+use crate::rod::{Section, Segment};
+
+/// Two thick rods and a floating body, one behind the other.
+fn links() -> Vec<Link> {
+    let rod = |length| Segment {
+        modes: [1, 2, 2, 1, 1, 1],
+        section: Section::circle([0.06, 0.04]),
+        ..Segment::straight(length, 0.05, 1e6, 4e5, 1000.0)
+    };
+    let hinge = Joint::Revolute { axis: [1.0, 2.0, 3.0], forces: JointForces::default() };
+    let body = Body { inertia: [[2e-3, 0.0, 0.0], [0.0, 3e-3, 0.0], [0.0, 0.0, 2.5e-3]], ..Body::point(0.3) };
+    vec![
+        Link {
+            rod: vec![rod(0.5), rod(0.3)],
+            joint: Joint::Spherical,
+            orientation: [0.6, 0.0, 0.8, 0.0],
+            ..Link::new("arm")
+        },
+        Link { rod: vec![rod(0.4)], parent: Some(0), at: Some(0.2), joint: hinge, ..Link::new("leg") },
+        Link { body: Some(body), position: [0.2, 0.1, 0.0], joint: Joint::Free, ..Link::new("block") },
+    ]
+}
+
+fn state(n: usize, phase: f64) -> Vec<f64> {
+    (0..n).map(|k| 0.3 * (1.7 * k as f64 + phase).cos()).collect()
+}
+
+fn with(surfaces: [Surface; 2], friction: [f64; 3]) -> RobotModel {
+    let stiffness = Some(500.0);
+    let contact = Contact {
+        stiffness,
+        friction,
+        dissipation: 0.2,
+        slip_velocity: 0.05,
+        ..Contact::between("contact", surfaces)
+    };
+    RobotModel::new(&Robot { contacts: vec![contact], ..Robot::new(links()) }).unwrap()
+}
+
+/// A ball on the body, and what it and the arm touch in the state that is looked at.
+fn pairs() -> Vec<(&'static str, [Surface; 2], f64)> {
+    let mut bare = RobotModel::new(&Robot::new(links())).unwrap();
+    let q = state(bare.n(), 0.1);
+    let mut at = |link, x| {
+        let place = bare.place_on(link, x);
+        bare.pose_at(&q, &place).position.to_array()
+    };
+    let beside = |[x, y, z]: [f64; 3], by: [f64; 3]| [x + by[0], y + by[1], z + by[2]];
+    let arm = || Surface::Rod { link: 0 };
+    let [middle, block, on_leg] = [at(0, Some(0.35)), at(2, None), at(1, Some(0.25))];
+    let ball = |radius| Surface::Ball { link: 2, at: None, position: [0.02, -0.01, 0.03], radius };
+    let reach = |a: [f64; 3], b: [f64; 3]| (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt();
+    let floor = |point| Obstacle::HalfSpace { point, normal: [0.1, -0.3, 1.0] };
+    let cuboid =
+        |centre| Obstacle::Cuboid { centre, half_extents: [0.05; 3], orientation: [0.8, 0.6, 0.0, 0.0] };
+    vec![
+        ("arm on floor", [arm(), Surface::Obstacle(floor(middle))], 1e-5),
+        (
+            "arm on ball",
+            [
+                arm(),
+                Surface::Obstacle(Obstacle::Sphere {
+                    centre: beside(middle, [0.05, 0.02, -0.04]),
+                    radius: 0.06,
+                }),
+            ],
+            1e-4,
+        ),
+        (
+            "arm on capsule",
+            [
+                arm(),
+                Surface::Obstacle(Obstacle::Capsule {
+                    ends: [beside(middle, [0.05, -0.3, -0.06]), beside(middle, [0.03, 0.4, 0.0])],
+                    radius: 0.05,
+                }),
+            ],
+            1e-4,
+        ),
+        ("ball on box", [ball(0.1), Surface::Obstacle(cuboid(beside(block, [0.09, 0.02, 0.0])))], 1e-7),
+        (
+            "ball on ball",
+            [
+                ball(0.1),
+                Surface::Obstacle(Obstacle::Sphere { centre: beside(block, [0.1, 0.0, 0.05]), radius: 0.08 }),
+            ],
+            1e-7,
+        ),
+        ("ball on arm", [ball(0.9 * reach(block, middle)), arm()], 1e-4),
+        ("arm on leg", [arm(), Surface::Rod { link: 1 }], 1e-2),
+        (
+            "ball on another",
+            [
+                ball(0.9 * reach(block, on_leg)),
+                Surface::Ball { link: 1, at: Some(0.25), position: [0.0, 0.01, 0.0], radius: 0.05 },
+            ],
+            1e-7,
+        ),
+    ]
+}
+
+#[test]
+fn tangents_are_derivatives_and_power_is_accounted_for() {
+    for (name, surfaces, tolerance) in pairs() {
+        for friction in [[0.0; 3], [0.5; 3], [0.2, 0.7, 1.1]] {
+            let is_ball = matches!(surfaces[0], Surface::Ball { .. });
+            if is_ball && friction[0] != friction[2] {
+                continue;
+            }
+            let mut model = with(surfaces.clone(), friction);
+            let mut bare = RobotModel::new(&Robot::new(links())).unwrap();
+            let n = model.n();
+            let [q, v, a] = [0.1, 1.3, 2.9].map(|phase| state(n, phase));
+            let mut contact = |q: &[f64], v: &[f64]| {
+                let [mut with, mut without] = [vec![0.0; n], vec![0.0; n]];
+                model.inverse_dynamics(q, v, &a, &mut with);
+                bare.inverse_dynamics(q, v, &a, &mut without);
+                with.iter().zip(&without).map(|(with, without)| with - without).collect::<Vec<f64>>()
+            };
+            let here = contact(&q, &v);
+            let size = here.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
+            assert!(size > 1e-3, "{name}: no contact");
+            let weights = [0.3, 0.05, 1.0];
+            let h = 1e-6;
+            let differences: Vec<Vec<f64>> = (0..n)
+                .map(|k| {
+                    let mut shifted = |h: f64| {
+                        let (mut q, mut v) = (q.clone(), v.clone());
+                        q[k] += h * weights[0];
+                        v[k] += h * weights[1];
+                        contact(&q, &v)
+                    };
+                    let (plus, minus) = (shifted(h), shifted(-h));
+                    plus.iter().zip(minus).map(|(plus, minus)| (plus - minus) / (2.0 * h)).collect()
+                })
+                .collect();
+            let [mut tangent, mut without] = [Matrix::zeros(n, n), Matrix::zeros(n, n)];
+            model.weighted_tangent(&q, &v, &a, weights, &mut tangent);
+            bare.weighted_tangent(&q, &v, &a, weights, &mut without);
+            tangent -= without;
+            let size = tangent.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
+            let mut worst = 0.0_f64;
+            for (k, column) in differences.iter().enumerate() {
+                for (j, difference) in column.iter().enumerate() {
+                    worst = worst.max((tangent[(j, k)] - difference).abs());
+                }
+            }
+            println!("{name} {friction:?}: {:.1e} of {size:.2e}", worst / size);
+            assert!(worst < tolerance * size, "{name} {friction:?}: {worst} of {size}");
+            // What the motion has to do against contact is stored or lost.
+            let power: f64 = here.iter().zip(&v).map(|(tau, v)| tau * v).sum();
+            let at = |h: f64| q.iter().zip(&v).map(|(q, v)| q + h * v).collect::<Vec<f64>>();
+            let mut stored = |q: &[f64]| model.energy(q, &v).elastic - bare.energy(q, &v).elastic;
+            let rate = (stored(&at(h)) - stored(&at(-h))) / (2.0 * h);
+            let lost = model.dissipated_power(&q, &v) - bare.dissipated_power(&q, &v);
+            assert!(lost >= 0.0);
+            let error = (power - rate - lost).abs() / (power.abs() + rate.abs());
+            println!("    power {power:.4e} = {rate:.4e} + {lost:.4e}: {error:.1e}");
+            assert!(error < tolerance, "{name} {friction:?}: {power} {rate} {lost}");
+        }
+    }
+}
