@@ -8,8 +8,8 @@ from numpy.typing import ArrayLike, NDArray
 from typing_extensions import deprecated, disjoint_base
 
 from .actuators import Along, Via, _Actuator
-from .links import Joint, Link, Mimic
 from .contacts import Contact, Touch
+from .links import Joint, Link, Mimic
 from .loops import Loop
 from .targets import Target
 

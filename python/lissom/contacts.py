@@ -141,10 +141,10 @@ class Ball:
 class Contact:
     """Two surfaces that press on each other where they overlap.
 
-    Along a rod, with the overlap d and its rate d', they press with ``k d max(0, 1 - c d')`` newtons a metre (Hunt
-    and Crossley 1975); balls press on obstacles and balls with as much in newtons. Friction is ``-mu f v / sqrt(|v|^2
-    + v_s^2)`` with the normal force f and the velocity v at which the surfaces slide. See "Contact" in the
-    documentation for what these constants mean for steps and accuracy.
+    With the overlap d they press with ``f = k d max(0, 1 + c d')``: newtons a metre along a rod, newtons
+    where neither is a rod (Hunt and Crossley 1975). Friction is ``-mu f v / sqrt(|v|^2 + v_s^2)`` with the
+    velocity v at which the surfaces slide. "Contact" in the documentation says what these constants mean for
+    steps and accuracy.
 
     Parameters
     ----------
@@ -152,11 +152,11 @@ class Contact:
         What moves: the name of a link, for the surface of its rod, round with the larger half extent of its
         sections; or a ball on a link.
     b : str, Ball, HalfSpace, Sphere, Capsule or Box
-        What it touches. The name of the same link is contact of a rod with itself, but for places nearer to each other
-        along the rod than three diameters.
+        What it touches. The name of the same link stands for contact of a rod with itself, except between
+        places that are nearer to each other along the rod than about three diameters.
     stiffness : float, optional
-        k: newtons per metre of overlap and metre of rod, N/m^2; where neither is a rod newtons per metre, N/m, and not
-        left out. By default that of the rods' material, pi/4 E / (1 - nu^2) (Popov 2010, eq. 5.33).
+        k: newtons per metre of overlap and metre of rod, N/m^2. By default that of the rods' material,
+        ``pi/4 E / (1 - nu^2)`` (Popov 2010, eq. 5.33). Where neither is a rod N/m, and to be given.
     dissipation : float
         c, s/m, >= 0. What bounces at a small speed v returns with ``1 - 2 c v / 3`` of it.
     friction : float or array_like, shape (3,)
@@ -176,7 +176,8 @@ class Contact:
     A rod that rests on a floor:
 
     >>> import lissom
-    >>> segment = lissom.Segment(0.5, radius=0.01, young_modulus=1e6, poisson_ratio=0.5, density=1000, modes={"bend_y": 4})
+    >>> rubber = {"young_modulus": 1e6, "poisson_ratio": 0.5, "density": 1000}
+    >>> segment = lissom.Segment(0.5, radius=0.01, modes={"bend_y": 4}, **rubber)
     >>> floor = lissom.Contact("rod", lissom.HalfSpace((0, 0, -0.05)), friction=0.5)
     >>> rod = lissom.Rod([segment], contacts=[floor])
     >>> result = lissom.statics(rod)

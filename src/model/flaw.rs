@@ -27,6 +27,13 @@ pub enum Flaw {
         /// By how much: metres, or a difference of cosines.
         gap: f64,
     },
+    /// Surfaces have gone into each other by more than a radius, or through.
+    Sunk {
+        /// The contact's place among those of the model.
+        contact: usize,
+        /// By how much they overlap, in metres.
+        overlap: f64,
+    },
 }
 
 impl std::fmt::Display for Flaw {
@@ -44,6 +51,13 @@ impl std::fmt::Display for Flaw {
             }
             Self::Open { closed, gap } => {
                 write!(f, "has an open loop: loops[{closed}] misses by {}", Rounded(gap))
+            }
+            Self::Sunk { contact, overlap } => {
+                write!(
+                    f,
+                    "is sunk into what it touches: contacts[{contact}] overlaps by {} m",
+                    Rounded(overlap)
+                )
             }
         }
     }

@@ -144,6 +144,11 @@ pub trait Model: Elastic + InTime + Discretised + Tied {
         false
     }
 
+    /// Where surfaces have gone into each other by more than a radius.
+    fn sunk(&mut self, _q: &[f64]) -> Option<Flaw> {
+        None
+    }
+
     /// Whether surfaces meet too hard for a step of size `h`, in seconds, that begins with the velocities `before` and ends in a
     /// motion: too hard to see the impact rise and fall.
     fn is_jolted(&mut self, _before: &[f64], _motion: [&[f64]; 3], _h: f64) -> bool {

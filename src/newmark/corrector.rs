@@ -45,6 +45,9 @@ const SMALLEST_TOLERANCE: f64 = 1e-100;
 /// 1991).
 const SHORTEST_INCREMENT: f64 = 1e-4;
 
+/// Increments that no shortening makes acceptable are taken as a whole that often, where surfaces meet.
+const MOST_LEAPS: usize = 20;
+
 /// About as many iterations does a fresh Jacobian need.
 const FRESH_ITERATIONS: f64 = 2.0;
 
@@ -330,6 +333,7 @@ impl Corrector {
         counters: &mut Counters,
     ) -> Result<Result<(), Failure>, Interrupted> {
         self.evaluate_residual(system, trial, counters)?;
+        let mut leaps = MOST_LEAPS;
         for _ in 0..MAX_FULL_ITERATIONS {
             if let Err(failure) = self.evaluate_jacobian(system, trial, h, counters)? {
                 return Ok(Err(failure));
@@ -363,7 +367,18 @@ impl Corrector {
                 }
                 length *= 0.5;
                 if length < SHORTEST_INCREMENT {
-                    return Ok(Err(Failure::NotConverged));
+                    if leaps == 0 || !system.has_contact() {
+                        return Ok(Err(Failure::NotConverged));
+                    }
+                    // Surfaces are apart here and pressed there: no test that is made on one side holds on the other, but the
+                    // Jacobian of the other side leads to where they meet.
+                    leaps -= 1;
+                    length = 1.0;
+                    trial.set(&self.start);
+                    self.increment.copy_from_slice(&self.direction);
+                    trial.subtract(&self.increment);
+                    self.evaluate_residual(system, trial, counters)?;
+                    break f64::INFINITY;
                 }
             };
             if length == 1.0 && remaining_error(size, next_size / size) <= 1.0 {

@@ -306,14 +306,15 @@ impl PyContinuationResult {
 ///     Parts of the load at which the path of loading has to stop: none but the whole ('auto'), so many equal ones, or these
 ///     (increasing, the last one 1). More steps in between are made where needed.
 /// method : {'auto', 'load_path', 'descent', 'newton'}
-///     'load_path' and 'descent' are the ways described above, which 'auto' chooses by `q0`. 'newton' looks for the nearest
+///     'load_path' and 'descent' are the ways described above, which 'auto' chooses by `q0`; a model with contact is let
+///     go from zero, since loads that grow bend the path of equilibria wherever a place more is touched. 'newton' looks for the nearest
 ///     equilibrium, stable or not, by Newton's method in a trust region, from `q0` or from zero.
 /// t : float
 ///     The time at which loads that depend on it are taken, seconds.
 /// tol : float
 ///     The search ends with a Newton step below this number; it is measured in radians of the whole rod, stretch and shear.
 /// max_iter : int
-///     Largest number of Newton iterations of 'descent' and 'newton'.
+///     Largest number of Newton iterations of 'descent' and 'newton'; ten times as many by default with contact.
 /// max_steps : int
 ///     Largest number of steps of 'load_path'.
 /// u : array_like, shape (m,), optional
@@ -381,10 +382,11 @@ pub(crate) fn statics<'py>(
             "load_steps: expected nothing: with `q0`, \"descent\" and \"newton\" the whole load acts from the start",
         ));
     }
+    let iterations = defaults.max_iter * if model.has_contact() { core::ITERATIONS_OF_CONTACT } else { 1 };
     let options = Options {
         start,
         tol: tol.unwrap_or(defaults.tol),
-        max_iter: count(max_iter, "max_iter", defaults.max_iter)?,
+        max_iter: count(max_iter, "max_iter", iterations)?,
         max_steps: count(max_steps, "max_steps", defaults.max_steps)?,
     };
     let (found, tendons) = run(py, n, move |monitor| {

@@ -53,6 +53,7 @@ impl Status {
             Self::Flawed(Flaw::Inverted { .. }) => "inverted",
             Self::Flawed(Flaw::Collapsed { .. }) => "collapsed",
             Self::Flawed(Flaw::Open { .. }) => "loop_open",
+            Self::Flawed(Flaw::Sunk { .. }) => "sunk",
         }
     }
 }
@@ -124,7 +125,9 @@ pub(super) fn message(
         Status::Flawed(flaw) => {
             let nodes = match flaw {
                 Flaw::Unresolved { shortage } => format!(" It would take more `nodes`{}.", at_least(shortage)),
-                Flaw::Inverted { .. } | Flaw::Collapsed { .. } | Flaw::Open { .. } => String::new(),
+                Flaw::Inverted { .. } | Flaw::Collapsed { .. } | Flaw::Open { .. } | Flaw::Sunk { .. } => {
+                    String::new()
+                }
             };
             format!("The way to the targets ends at a shape in which a rod {flaw}.{nodes} Start elsewhere.")
         }

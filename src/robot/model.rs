@@ -820,6 +820,16 @@ impl Model for RobotModel {
             && coordinates.all(motion, |motion| on_sweeps!(sweeps, sweeps => sweeps.is_jolted(motion, h)))
     }
 
+    fn sunk(&mut self, q: &[f64]) -> Option<Flaw> {
+        if self.robot.contacts.is_empty() {
+            return None;
+        }
+        let Self { sweeps, coordinates, .. } = self;
+        let (contact, overlap) =
+            coordinates.all([q, q], |[q, _]| on_sweeps!(sweeps, sweeps => sweeps.sunk(q)))?;
+        Some(Flaw::Sunk { contact, overlap })
+    }
+
     fn has_contact(&self) -> bool {
         !self.robot.contacts.is_empty()
     }

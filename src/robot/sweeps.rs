@@ -460,6 +460,16 @@ impl<G: Turning> Sweeps<G> {
         contact::is_jolted(&self.plan, &self.work, h)
     }
 
+    /// A contact whose surfaces overlap by more than a radius, and by how much.
+    pub(crate) fn sunk(&mut self, q: &[f64]) -> Option<(usize, f64)> {
+        // Touches follow from the shape alone.
+        let Workspace { motion_is_known, motion_of, .. } = &self.work;
+        if !motion_is_known || motion_of[..q.len()] != *q {
+            self.with_zeros(|sweeps, zeros| sweeps.update_motion([q, zeros, zeros]));
+        }
+        contact::sunk(&self.plan, &self.work)
+    }
+
     /// Where surfaces touch in a state.
     pub(crate) fn touches(&mut self, q: &[f64], qd: &[f64]) -> Vec<Touching> {
         self.update_velocities(q, qd);

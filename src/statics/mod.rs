@@ -33,7 +33,7 @@ mod tied;
 
 pub use equations::Counters;
 pub use growth::InputPath;
-pub use options::{ContinuationOptions, MAX_STOPS, Options, Start};
+pub use options::{ContinuationOptions, ITERATIONS_OF_CONTACT, MAX_STOPS, Options, Start};
 pub use outcome::{Continuation, Equilibrium, Status};
 pub use path::{CriticalKind, CriticalPoint, Path};
 pub use tendons::Tendons;

@@ -12,6 +12,9 @@ const MAX_ITERATIONS: usize = 500;
 /// Limit of the steps along a path.
 const MAX_STEPS: usize = 500;
 
+/// Times the default for models with contact: every place that begins or ceases to touch takes an iteration of its own.
+pub const ITERATIONS_OF_CONTACT: usize = 10;
+
 /// Most load factors at which a path has to stop: at a millisecond each they take a quarter of an hour.
 pub const MAX_STOPS: usize = 1_000_000;
 

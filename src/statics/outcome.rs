@@ -55,6 +55,7 @@ impl Status {
             Self::Flawed(Flaw::Inverted { .. }) => "inverted",
             Self::Flawed(Flaw::Collapsed { .. }) => "collapsed",
             Self::Flawed(Flaw::Open { .. }) => "loop_open",
+            Self::Flawed(Flaw::Sunk { .. }) => "sunk",
             Self::Newton(status) => status.name(),
         }
     }
@@ -99,6 +100,9 @@ impl Status {
                     Flaw::Open { .. } => {
                         "Start from a `q0` in which the loops are nearly closed; loops that conflict cannot be closed at all"
                             .to_owned()
+                    }
+                    Flaw::Sunk { .. } => {
+                        "Start from a `q0` that touches nothing, or give the contact more `stiffness`".to_owned()
                     }
                     Flaw::Collapsed { .. } => {
                         "Where they touch its force has no direction: pull less, or keep them apart with a joint that has `limits`"

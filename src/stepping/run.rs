@@ -53,6 +53,10 @@ impl<M: Model> Run<M> {
         let start = Start::fitted(&mut model, t_span.0, q0, v0)?;
         let (q0, v0) = (&start.q[..], &start.v[..]);
         model.check_shape(q0, "q0")?;
+        if let Some(flaw) = model.sunk(q0) {
+            let expected = "a start in which surfaces overlap by less than a radius";
+            return Err(InvalidInput::new("q0", format_args!("one in which the model {flaw}"), expected));
+        }
         if let Some(dt) = method.fixed_step() {
             check_step(dt, model.shortest_period())?;
         }

@@ -22,6 +22,8 @@ pub enum Status {
     Collapsed,
     /// A loop that should be closed has opened.
     Open,
+    /// Surfaces have gone into each other, or through.
+    Sunk,
     /// Closed loops are at a singular position that the method cannot pass.
     Singular,
     /// Stability would force more steps on an explicit method than are sensible.
@@ -39,6 +41,7 @@ impl Status {
             | Self::Inverted
             | Self::Collapsed
             | Self::Open
+            | Self::Sunk
             | Self::Singular
             | Self::Stiff => false,
         }
@@ -54,6 +57,7 @@ impl Status {
             Self::Inverted => "inverted",
             Self::Collapsed => "collapsed",
             Self::Open => "loop_open",
+            Self::Sunk => "sunk",
             Self::Singular => "singular_position",
             Self::Stiff => "stiff",
         }
@@ -80,7 +84,7 @@ impl Stop {
 
     /// At a state that means nothing.
     pub(crate) fn where_flawed<M: Model + ?Sized>(model: &mut M, t: f64, q: &[f64]) -> Option<Self> {
-        let flaw = model.flaw(q).or_else(|| model.open_loop(q))?;
+        let flaw = model.flaw(q).or_else(|| model.open_loop(q)).or_else(|| model.sunk(q))?;
         let (status, cure) = match flaw {
             Flaw::Unresolved { shortage } => (
                 Status::Unresolved,
@@ -95,6 +99,10 @@ impl Stop {
                 Status::Open,
                 "; if that ends here too, the loops conflict there: the mechanism cannot go on, as at the end of its travel"
                     .to_owned(),
+            ),
+            Flaw::Sunk { .. } => (
+                Status::Sunk,
+                "; if that ends here too, give the contact more `stiffness`".to_owned(),
             ),
             Flaw::Inverted { .. } => (
                 Status::Inverted,

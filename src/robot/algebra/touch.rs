@@ -1,6 +1,6 @@
 //! How two surfaces press and rub on each other where they overlap, and how that changes with their motion.
 //!
-//! With the overlap d, its rate d', a stiffness k and a dissipation c the normal force is `f = k d max(0, 1 - c d')` (Hunt
+//! With the overlap d, its rate d', a stiffness k and a dissipation c the normal force is `f = k d max(0, 1 + c d')` (Hunt
 //! and Crossley 1975, eq. 13, with the exponent 1 of a foundation). Friction opposes the velocity v at which the surfaces
 //! slide, `-f (mu_s v + (mu_l - mu_s) (v . e) e) / sqrt(|v|^2 + v_s^2)`, with the coefficient mu_s sideways, mu_l along the
 //! direction e of the first surface, and the velocity v_s below which nothing slides in earnest.

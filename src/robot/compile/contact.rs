@@ -15,9 +15,6 @@ use crate::robot::plan::point::{Place, Point};
 use crate::robot::plan::{Plan, packed};
 use crate::robot::turning::{Turning, place};
 
-/// Samples of a piece: half as many as nodes, which see shapes of the piece's degree, and at least that many parts between.
-const LEAST_PARTS: usize = 8;
-
 /// Places of a rod are neighbours, which do not touch, up to that many of its largest radius along it: half the way around a
 /// ring as tight as it can be, and as much again.
 const NEIGHBOURHOOD: f64 = 2.0 * PI;
@@ -111,14 +108,14 @@ fn add_rod<G: Turning>(contacts: &mut Contacts<G>, plan: &Plan<G>, link: usize) 
     for s in plan.links[link].rod.clone() {
         let piece = &plan.pieces[s];
         let nodes = piece.gauss.nodes.len();
-        let parts = (nodes / 2).max(LEAST_PARTS);
         let integral = piece.gauss.integral();
-        let sample = |i: usize| {
-            let x = i as f64 / parts as f64;
-            Sample { x, radius: piece.part().radius(x) }
-        };
+        // Nodes are so close that shapes of the piece's degree hardly turn twice between them.
+        let samples: Vec<_> = std::iter::once(0.0)
+            .chain(piece.gauss.nodes.iter().copied())
+            .chain([1.0])
+            .map(|x| Sample { x, radius: piece.part().radius(x) })
+            .collect();
         let moved_by = kinematics::moved_by(plan, &place::at_fraction(&plan.pieces, s, 1.0));
-        let samples: Vec<_> = (0..=parts).map(sample).collect();
         let expansion: Vec<_> = integral.expansion().iter().map(|row| packed(nodes, |l| row[l])).collect();
         let first_coefficient = contacts.curves.iter().map(|curve| curve.expansion.len()).sum();
         let first_sample = contacts.curves.iter().map(|curve| curve.samples.len()).sum();

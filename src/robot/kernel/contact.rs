@@ -91,7 +91,7 @@ fn look<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mut ContactStat
         }
         let centre = own[own.len() / 2][0];
         let away = own.iter().map(|[position, _]| distance_between(*position, centre)).fold(0.0, f64::max);
-        let between = LONGER * fastest.sqrt() / (own.len() - 1) as f64;
+        let between = LONGER * fastest.sqrt() * piece.gauss.largest_gap();
         *bound = (centre, away + between + thickest);
     }
     for (ball, centre) in plan.contacts.balls.iter().zip(&mut state.centres) {
@@ -502,6 +502,17 @@ impl<'a, G: Turning> Scene<'a, G> {
     }
 }
 
+/// A contact whose surfaces overlap by more than the radius of one, and by how much.
+pub(crate) fn sunk<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> Option<(usize, f64)> {
+    let is_sunk = |touch: &&Touch| {
+        let [first, second] = touch.meeting.radii;
+        let smallest = if second > 0.0 { first.min(second) } else { first };
+        touch.meeting.overlap > smallest
+    };
+    let touch = work.contact.touches.iter().find(is_sunk)?;
+    Some((plan.contacts.pairs[touch.pair].contact, touch.meeting.overlap))
+}
+
 /// Takes down how fast the surfaces that touch approach each other, the motion up to date.
 pub(crate) fn note_rates<G: Turning>(work: &mut Workspace<G>) {
     let ContactState { touches, rates, .. } = &mut work.contact;
@@ -512,15 +523,16 @@ pub(crate) fn note_rates<G: Turning>(work: &mut Workspace<G>) {
 /// Whether surfaces meet, or push each other apart, so fast that a step of size `h` does not see it, the motion at its end up
 /// to date; noted are the rates of their distances with the velocities at its beginning.
 ///
-/// Surfaces that have met within the step, which two rates tell, must not have lost much of their speed. Others have a
-/// stiffness over the mass that their overlap d and the acceleration a with which it opens tell of, `omega^2 = a / d`; their
+/// Surfaces that have met within the step, which two rates tell, must not have lost much of their speed. All have a stiffness
+/// over the mass that their overlap d and the acceleration a with which it opens tell of, `omega^2 = a / d`; their
 /// impact takes `pi / omega`.
 pub(crate) fn is_jolted<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, h: f64) -> bool {
     let touches = work.contact.touches.iter().zip(&work.contact.rates);
     touches.enumerate().any(|(t, (touch, &before))| {
         let (overlap, after) = (touch.meeting.overlap, touch.pressing.rate);
-        if overlap + 0.5 * h * (before + after) < 0.0 {
-            return after - before > MOST_LOST * before.abs();
+        let has_met = overlap + 0.5 * h * (before + after) < 0.0;
+        if has_met && after - before > MOST_LOST * before.abs() {
+            return true;
         }
         let [first, second] = [0, 1].map(|side| acceleration(plan, work, t, side));
         let opening = touch.meeting.normal.dot(first - second);

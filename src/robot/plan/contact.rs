@@ -45,7 +45,7 @@ pub(crate) struct Curve<P> {
     pub(crate) length: f64,
     /// Arc length of its rod where it begins.
     pub(crate) start: f64,
-    /// Places where it is looked at first, evenly spaced from end to end.
+    /// Places where it is looked at first: its ends and nodes.
     pub(crate) samples: Vec<Sample>,
     /// The first of them among those of all curves.
     pub(crate) first_sample: usize,
