@@ -330,7 +330,7 @@ impl JointKind {
 pub(super) struct Loop {
     /// What results and messages call it. Default: the names of its ends, such as "rocker to the world".
     pub(super) name: Option<String>,
-    /// What it holds.
+    /// Table with what it holds, such as { type = "revolute", axis = [0, 1, 0] }.
     #[schemars(example = LoopKind::example())]
     pub(super) kind: LoopKind,
     /// Its first end: the name of a link, for the tip of its rod or its body; or a table. Of a gear the name of the coordinate

@@ -1,6 +1,9 @@
 //! What closes loops of links, from the tables that say what it is.
 
-use super::document::{self, Document, LoopEnd as WrittenEnd, LoopKind, LoopPlace, LoopType, Method};
+use super::document::{
+    self, Document, Jacobian, LoopEnd as WrittenEnd, LoopKind, LoopPlace, LoopType, Method,
+    Simulation as Settings,
+};
 use super::shape::{Shape, expected_one_of};
 use super::suggestion::suggestion;
 use crate::joint::Joint;
@@ -39,17 +42,27 @@ pub(super) fn loops(
     found.into_iter().unzip()
 }
 
-/// Notes a method that does not hold loops.
+/// Notes a method and a Jacobian that do not hold loops.
 pub(super) fn check_method(document: &Document, shape: &mut Shape) {
-    let name = match document.simulation.method {
-        Method::Radau => "radau",
-        Method::Auto => "auto",
-        _ => return,
+    if document.r#loop.is_empty() {
+        return;
+    }
+    let Settings { method, jac, .. } = &document.simulation;
+    let name = match method {
+        Method::Radau => Some("radau"),
+        Method::Auto => Some("auto"),
+        _ => None,
     };
-    if !document.r#loop.is_empty() && shape.is_readable("simulation.method") {
+    if let Some(name) = name
+        && shape.is_readable("simulation.method")
+    {
         let right =
             "expected \"newmark\" (the default), \"generalised_alpha\", \"hht\", \"rk45\" or \"dop853\"";
         shape.refuse("simulation.method", format!("\"{name}\" does not hold closed loops yet"), right);
+    }
+    if *jac != Jacobian::Analytic && shape.is_readable("simulation.jac") {
+        let right = "expected \"analytic\" (the default): that of the constraints is exact";
+        shape.refuse("simulation.jac", "differences do not see closed loops", right);
     }
 }
 
@@ -219,10 +232,13 @@ fn coordinate<'a>(
         Some(LoopPlace::Name(name)) => (Some(name), known.coordinate(name, here, shape)),
         found => {
             if shape.is_readable(here) {
-                let wrong = if found.is_some() { "a place on a link" } else { "missing" };
+                let wrong = match found {
+                    Some(_) => "a place on a link, but a gear ties coordinates",
+                    None => "missing, but a gear ties two coordinates",
+                };
                 let names = known.coordinates.as_deref().unwrap_or_default();
                 let right = match names.first() {
-                    None => "give the name of a coordinate, as a gear ties two".to_owned(),
+                    None => "expected the name of a coordinate".to_owned(),
                     Some(_) => expected_name("", names, "coordinate"),
                 };
                 shape.refuse(here, wrong, right);

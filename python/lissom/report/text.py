@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 
 from .._lissom import AccuracyWarning, MotionResult, Scene, Statistics, simulate
+from ..loop_marks import LoopMark
 from ..results import COUNTERS, MAX_SHAPES, NO_ENERGIES, Made, Run, in_words_of_a_scene
 from ..results import statistics as numbers
 from ..views import SECTIONS_PER_SEGMENT, Coordinate, view
-from . import motion
+from . import loops, motion
 
 METHODS = {
     "newmark": "Newmark (implicit, β = 1/4, γ = 1/2)",
@@ -252,6 +253,23 @@ def coordinates(shown: Sequence[Coordinate]) -> str:
         "Each strain is its value at rest plus the sum of these amplitudes times shifted Legendre "
         "polynomials P of degree 0, 1, 2, ... along the segment."
     )
+
+
+def held(mark: LoopMark) -> str:
+    """Below the forces that hold a loop."""
+    if mark.kind == "gear":
+        return f"The generalised force on the first coordinate that {mark.name} ties: {mark.between}."
+    return (
+        f"What the second end of {mark.name} gets from the first one ({mark.between}), in the axes of the "
+        "world; the moment is about the second end. Where constraints are redundant these are the smallest "
+        "forces that hold all loops."
+    )
+
+
+def gaps(run: Run | Made) -> str:
+    """Below the gaps of closed loops."""
+    widest = quantity(float(np.nanmax(loops.widest(run), initial=0.0)), digits=2)
+    return f"How far loops are open, the largest constraint of each: at most {widest}. Exact is zero."
 
 
 def energy(run: Run | Made) -> str:

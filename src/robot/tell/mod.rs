@@ -4,6 +4,7 @@ mod actuators;
 pub(crate) mod cost;
 pub(crate) mod cost_of_actuators;
 mod explanation;
+pub(crate) mod loops;
 mod text;
 
 pub use cost::Multiplications;
