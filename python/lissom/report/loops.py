@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +19,10 @@ from .layers import BREAK, Dots, Shown, Solid, Strand, Thing, quaternions
 Array = NDArray[np.float64]
 
 #: Half the side of a weld, radius of the balls at the ends of a bar, relative to the model's size.
-WELD, BALL = 0.014, 0.013
+WELD, BALL = 0.012, 0.013
+
+#: Half an axis, relative to the model's size: shorter than those of joints, as many may stand on one body.
+AXIS = 0.045
 
 #: Thickness of a bar, and of what leads from a section or body to a frame beside it, relative to half the
 #: axis of a joint.
@@ -31,12 +35,13 @@ BESIDE = 1e-3
 INSTANTS = 400
 
 #: What the gaps of a unit are.
-GAPS = {"m": "gap (m)", "cosine": "gap of an angle (difference of cosines)", "coordinate": "gap of a gear"}
+GAPS = {"m": "gap (m)", "cosine": "gap of a cosine (1)", "coordinate": "gap of a gear"}
 
 
 def loops(marks: Sequence[LoopMark], shown: Shown) -> list[Thing]:
     """All that is drawn of what closes loops; a gear between coordinates has no place."""
     things: list[Thing] = []
+    shown = replace(shown, half_axis=AXIS * shown.size)
     for mark in marks:
         name = f"loop {mark.name}"
         things += joints(mark.joints, shown, "loops", name)

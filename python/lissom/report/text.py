@@ -25,6 +25,9 @@ METHODS = {
     "auto": "chosen for the accuracy",
 }
 
+#: What Newmark's method is where loops are closed.
+METHOD_WITH_LOOPS = "generalised alpha (implicit, ρ∞ = 0.8)"
+
 #: Counters that people look for first.
 SHOWN_COUNTERS = ("steps", "newton_iterations", "nfev")
 
@@ -65,11 +68,19 @@ def drift(run: Run | Made) -> str:
     return f"{quantity(run.balance.drift, digits=2)} of the {moved} that moved"
 
 
+def method_of(scene: Scene) -> str:
+    """The time integrator of a scene, in words."""
+    method = scene.simulation.method
+    if method == "newmark" and view(scene.model).marks.loops:
+        return METHOD_WITH_LOOPS
+    return METHODS[method]
+
+
 def lead(run: Run) -> str:
     """One line under the title."""
     model, settings = run.scene.model, run.scene.simulation
     count = f"{model.n} generalised coordinates"
-    time = f"{quantity(settings.t_end - settings.t0)} s simulated by {METHODS[settings.method]}"
+    time = f"{quantity(settings.t_end - settings.t0)} s simulated by {method_of(run.scene)}"
     return f"{run.view.title}, {count}, {time}."
 
 
@@ -105,7 +116,7 @@ def statistics(run: Run) -> list[tuple[str, str]]:
     """Rows of the table of statistics."""
     found = numbers(run)
     settings = run.scene.simulation
-    rows = [("method", METHODS[settings.method])]
+    rows = [("method", method_of(run.scene))]
     if settings.method in FIXED_STEP:
         rows += [("step", quantity(settings.dt, "s")), ("Jacobian", settings.jac)]
     rows += [
@@ -159,7 +170,7 @@ def cost_of_steps(scene: Scene) -> list[tuple[str, str]]:
     duration = min(whole_time, MEASURED_STEPS * settings.dt) if is_fixed else whole_time
     runs = [_first_steps(scene, duration) for _ in range(MEASURED_RUNS)]
     stats = min(runs, key=lambda motion: motion.stats.wall_time).stats
-    rows = [("method", METHODS[settings.method])]
+    rows = [("method", method_of(scene)), *_loops(scene, runs[0])]
     if stats.steps == 0:
         return [*rows, ("message", in_words_of_a_scene(runs[0].message))]
     if is_fixed:
@@ -179,6 +190,22 @@ def cost_of_steps(scene: Scene) -> list[tuple[str, str]]:
     if is_fixed:
         whole = cost * np.ceil(whole_time / settings.dt)
         rows.append(("whole scene", f"about {quantity(whole, 's')}, without output and report"))
+    return rows
+
+
+def _loops(scene: Scene, motion: MotionResult) -> list[tuple[str, str]]:
+    """Why loops are held that way, and which of their constraints are redundant where the scene starts."""
+    seen = view(scene.model)
+    if not seen.marks.loops:
+        return []
+    rows = []
+    if scene.simulation.method == "newmark":
+        why = "closed loops need damping of what is infinitely fast; average acceleration has none"
+        rows.append(("why", why))
+    if len(motion.q):
+        found = seen.redundant(motion.q[0])
+        named = ", ".join(f"{number} of {name}" for name, number in found.items()) or "none"
+        rows.append(("redundant", f"{named} of the constraints at the start, its loops closed"))
     return rows
 
 
@@ -220,7 +247,7 @@ def summary(run: Run) -> list[tuple[str, str]]:
     """The few lines that the command line prints."""
     found = numbers(run)
     settings, counters = run.scene.simulation, found["counters"]
-    method = METHODS[settings.method]
+    method = method_of(run.scene)
     if settings.method in FIXED_STEP:
         method += f", step {quantity(settings.dt, 's')}, {settings.jac} Jacobian"
     rows = [*(("advice", sentence) for sentence in run.advice), ("method", method)]
