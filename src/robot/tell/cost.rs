@@ -7,7 +7,7 @@
 use std::ops::Range;
 
 use super::cost_of_actuators::of_actuators;
-use super::loops::of_loops;
+use super::cost_of_loops::of_loops;
 use crate::lie::{Counted, Cross, LANES, Twist, VectorSpace, Wrench, products};
 use crate::robot::algebra::inertia::Seen as _;
 use crate::robot::algebra::inertia::{Gyroscope, Inertia, SectionInertia};

@@ -1,70 +1,9 @@
-//! What closes loops of links, in words, and what it costs.
+//! What closes loops of links, in words.
 
 use super::explanation::Explanation;
 use super::text::{counted, listed};
 use crate::loops::{Loop, Tie};
-use crate::robot::algebra::tie::Row;
 use crate::robot::description::Robot;
-use crate::robot::plan::Plan;
-use crate::robot::turning::Turning;
-
-/// What a loop is computed with, and its part of the products.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct OfLoop {
-    /// Constraints.
-    pub(crate) rows: usize,
-    /// Those that its forces act on.
-    pub(crate) coordinates: usize,
-    /// Of [`super::cost::Multiplications::residual`].
-    pub(crate) residual: u64,
-    /// Of [`super::cost::Multiplications::tangent`].
-    pub(crate) tangent: u64,
-}
-
-/// Products of a vector with another one, of a cross product, of a rotated vector.
-const DOT: u64 = 3;
-const CROSS: u64 = 6;
-const ROTATED: u64 = 9;
-
-/// The unit wrench of a row (`Row::wrench`), how it changes as the frames move (`Row::change`), and its rate with that wrench
-/// (`Row::rate`); counted by hand, as the algebra of ties is one of plain numbers.
-fn of_row(row: &Row) -> [u64; 3] {
-    let [wrench, change] = match row {
-        Row::Across(_) => [ROTATED, ROTATED + CROSS],
-        Row::Angle { .. } => [2 * ROTATED + CROSS, 2 * ROTATED + 4 * CROSS],
-        Row::Distance(_) => [2 * DOT + 1, 2 * DOT + 1 + DOT + 2 * DOT],
-    };
-    [wrench, change, wrench + CROSS + 2 * DOT]
-}
-
-/// What the loops are compiled to, in the order of the robot.
-pub(crate) fn of_loops<G: Turning>(plan: &Plan<G>) -> Vec<OfLoop> {
-    let loops = &plan.loops;
-    let n = plan.n as u64;
-    let of_ties = loops.ties.iter().map(|tie| {
-        let reached = tie.reaches.len() as u64;
-        let sum = |i: usize| tie.rows.iter().map(|row| of_row(row)[i]).sum::<u64>();
-        // Both frames, the wrench on both ends, the gaps.
-        let residual = 2 * (4 * ROTATED) + 2 * sum(0) + 2 * CROSS + sum(0);
-        // How both ends move, the rows of G, and the change of the forces with 12 products an entry.
-        let forces = sum(1) + 6 * tie.rows.len() as u64 + 3 * CROSS + 12 * n;
-        let of_loop = OfLoop {
-            rows: tie.rows.len(),
-            coordinates: tie.reaches.len(),
-            residual,
-            tangent: reached * (2 * CROSS + sum(2) + forces),
-        };
-        (loops.loop_of[tie.first], of_loop)
-    });
-    let first_gear = loops.rows - loops.gears.len();
-    let of_gears = (0..loops.gears.len()).map(|g| {
-        let of_loop = OfLoop { rows: 1, coordinates: 2, residual: 2, tangent: 0 };
-        (loops.loop_of[first_gear + g], of_loop)
-    });
-    let mut found: Vec<(usize, OfLoop)> = of_ties.chain(of_gears).collect();
-    found.sort_by_key(|(place, _)| *place);
-    found.into_iter().map(|(_, of_loop)| of_loop).collect()
-}
 
 /// What is computed for the loops of a robot.
 pub(super) fn tell(robot: &Robot, explanation: &mut Explanation) {
@@ -124,4 +63,55 @@ pub(crate) fn tell_redundant(robot: &Robot, redundant: &[usize], explanation: &m
         }
     };
     explanation.add(is_there, "redundant constraints", why);
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::body::Body;
+    use crate::joint::Joint;
+    use crate::loops::{Loop, LoopEnd, Tie};
+    use crate::robot::description::{Link, Robot};
+    use crate::robot::model::RobotModel;
+
+    fn hinge() -> Joint {
+        Joint::Revolute { axis: [0.0, 1.0, 0.0], forces: Default::default() }
+    }
+
+    /// Two bars in a plane, whose end is hinged to a point of the world that far away.
+    fn bars(reach: f64) -> Robot {
+        let inertia = [[1e-5, 0.0, 0.0], [0.0, 4e-4, 0.0], [0.0, 0.0, 4e-4]];
+        let body = Body { centre: [0.1, 0.0, 0.0], inertia, ..Body::point(0.1) };
+        let bar = |name: &str| Link { joint: hinge(), body: Some(body.clone()), ..Link::new(name) };
+        let links = vec![bar("a"), Link { parent: Some(0), position: [0.2, 0.0, 0.0], ..bar("b") }];
+        let end = LoopEnd { position: [0.2, 0.0, 0.0], ..LoopEnd::on(1) };
+        let tie = Tie::Joint { ends: [end, LoopEnd::in_world([reach, 0.0, 0.0])], joint: hinge() };
+        let loops = vec![Loop { name: "pin".into(), tie }];
+        Robot { loops, ..Robot::new(links) }
+    }
+
+    #[test]
+    fn loops_are_told_with_what_is_redundant_where_they_are_closed() {
+        let told = |robot: &Robot| RobotModel::new(robot).unwrap().full_explanation().to_string();
+        let closed = told(&bars(0.4));
+        for wanted in [
+            "loop pin                                  5 constraints: revolute joint, b to the world",
+            "5 constraints held by multipliers: 7 unknowns of a step",
+            "4 of pin, where all coordinates are zero",
+            "closed loops couple branches",
+        ] {
+            assert!(closed.contains(wanted), "{wanted}: {closed}");
+        }
+        assert!(!told(&bars(0.3)).contains("redundant"));
+        let open = told(&Robot { loops: Vec::new(), ..bars(0.3) });
+        assert!(!open.contains("loop pin") && open.contains("closed loops"));
+    }
+
+    #[test]
+    fn constraints_are_part_of_linear_systems() {
+        let costs = |robot: &Robot| RobotModel::new(robot).unwrap().multiplications();
+        let (closed, open) = (costs(&bars(0.4)), costs(&Robot { loops: Vec::new(), ..bars(0.4) }));
+        assert_eq!([open.solution, closed.solution], [4, 49]);
+        assert!(closed.factorisation > open.factorisation && closed.tangent > open.tangent);
+        assert_eq!(closed.mass_matrix, open.mass_matrix);
+    }
 }
