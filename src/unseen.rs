@@ -62,7 +62,8 @@ impl Unseen {
         dt: f64,
     ) -> Option<Self> {
         let n = model.n();
-        if n > MOST_COORDINATES {
+        // The spectrum is that of a model whose loops are open: it says nothing of one that keeps them closed.
+        if n > MOST_COORDINATES || model.constraints() > 0 {
             return None;
         }
         let spectrum = Spectrum::new(model, t_span.0, q0, v0)?;

@@ -38,6 +38,7 @@ CAMERAS = {
     "octopus": (10, -60),
     "arm": (15, -60),
     "finger": (35, -70),
+    "six_wires": (12, -60),
 }
 FRONT = (5, -90)
 

@@ -20,6 +20,7 @@ from ._lissom import (
     statics,
 )
 from .actuator_marks import ActuatorMark
+from .starts import rest_start
 from .views import Link, View, view
 
 FIXED_STEP = ("newmark", "hht", "generalised_alpha")
@@ -89,7 +90,7 @@ def advice(scene: Scene) -> list[str]:
     t0 = scene.simulation.t0
     said += about_inputs(model)
     said += about_slack(scene, seen.marks.actuators)
-    found = Vibrations.of(model, t0)
+    found = Vibrations.of(model, t0, rest_start(scene))
     if found is None:
         return said
     said += about_step(found, scene.simulation)
@@ -126,11 +127,11 @@ class Vibrations:
     fastest: complex
 
     @classmethod
-    def of(cls, model: Model, t: float = 0.0) -> Vibrations | None:
-        """Those at a time; nothing where there is no equilibrium or the model is large."""
+    def of(cls, model: Model, t: float = 0.0, q0: NDArray[np.float64] | None = None) -> Vibrations | None:
+        """Those at a time, at rest near a shape; nothing of a large model, or without an equilibrium."""
         if not 0 < model.n <= MOST_COORDINATES:
             return None
-        rest = statics(model, t=t)
+        rest = statics(model, q0, t=t)
         if not rest.success:
             return None
         try:

@@ -1,4 +1,4 @@
-"""What is drawn of a robot beside its links: joints, loads, supports, gravity, the current.
+"""What is drawn of a robot beside its links: joints, loops, loads, supports, gravity, the current.
 
 Plain geometry: where everything is and where it points, as functions of coordinates and time. How that looks
 is the reports' business.
@@ -12,38 +12,18 @@ from functools import partial
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from ._lissom import Body, Harmonic, Input, Load, Robot, Support
 from .actuator_marks import ActuatorMark, actuator_marks
-from .links import Cylindrical, Link, Planar, Prismatic, Revolute, Spherical, Universal, Weld
+from .joint_marks import JointMark, Pose, joint_marks
+from .links import Link, Weld
+from .loop_marks import LoopMark, loop_marks
 
 Array = NDArray[np.float64]
 
-#: Poses of shape (..., 4, 4): of coordinates (..., n) and a time or as many times.
-Pose = Callable[[Array, float | Array], Array]
-
 #: Places at which a force, or a moment, is drawn that is spread along a rod.
 PLACES_OF_FORCES, PLACES_OF_MOMENTS = 5, 3
-
-
-@dataclass(frozen=True)
-class JointMark:
-    """An axis, a plane or a point of a joint."""
-
-    #: The link that the joint moves.
-    name: str
-    kind: Literal["turning", "sliding", "plane", "ball"]
-    #: The frame of the mark: x along the axis, or along the normal of the plane.
-    pose: Pose
-    #: The base of the link, which the joint has moved.
-    base: Pose
-
-    def travel(self, q: Array, t: float | Array) -> Array:
-        """How far the base has moved from the mark along its axes, (..., 3), metres."""
-        mark, base = self.pose(q, t), self.base(q, t)
-        moved: Array = np.einsum("...ij,...i->...j", mark[..., :3, :3], base[..., :3, 3] - mark[..., :3, 3])
-        return moved
 
 
 @dataclass(frozen=True)
@@ -87,6 +67,7 @@ class Marks:
     #: Where links are welded to the world, or to the base that moves.
     clamps: Sequence[Pose] = ()
     actuators: Sequence[ActuatorMark] = ()
+    loops: Sequence[LoopMark] = ()
     #: In the world, m/s^2.
     gravity: tuple[float, float, float] = (0.0, 0.0, 0.0)
     #: Velocity of the fluid in the world, m/s.
@@ -105,6 +86,7 @@ def marks(robot: Robot, loads: Sequence[Load]) -> Marks:
             if link.parent is None and isinstance(link.joint, Weld)
         ],
         actuators=actuator_marks(robot),
+        loops=loop_marks(robot),
         gravity=robot.gravity,
         current=robot.fluid.velocity if robot.fluid is not None else (0.0, 0.0, 0.0),
     )
@@ -145,55 +127,7 @@ def _welded(name: str, link: Link) -> Link:
 
 def _joint(robot: Robot, link: Link) -> list[JointMark]:
     """The marks of the joint of a link."""
-    frame, base = _frame(robot, link), partial(_base, robot, link)
-
-    def mark(kind: Literal["turning", "sliding", "plane", "ball"], pose: Pose, axes: Array) -> JointMark:
-        return JointMark(link.name, kind, partial(_turned, pose, axes), base)
-
-    match link.joint:
-        case Revolute(axis=axis):
-            return [mark("turning", frame, _along(axis))]
-        case Prismatic(axis=axis):
-            return [mark("sliding", frame, _along(axis))]
-        case Cylindrical(axis=axis):
-            return [mark("sliding", frame, _along(axis)), mark("turning", base, _along(axis))]
-        case Universal(axis1=axis1, axis2=axis2):
-            # The second axis is turned about the first one, and about itself.
-            return [mark("turning", frame, _along(axis1)), mark("turning", base, _along(axis2))]
-        case Planar(normal=normal):
-            return [mark("plane", frame, _plane(normal)), mark("turning", base, _along(normal))]
-        case Spherical():
-            return [mark("ball", frame, np.eye(3))]
-        case _:
-            # A weld is no motion, and nothing joins what is free.
-            return []
-
-
-def _turned(pose: Pose, axes: Array, q: Array, t: float | Array) -> Array:
-    """Frames with other axes, which are the columns of a matrix."""
-    turn = np.eye(4)
-    turn[:3, :3] = axes
-    return pose(q, t) @ turn
-
-
-def _along(axis: ArrayLike) -> Array:
-    """Axes of which the first is this one."""
-    x = _unit(np.asarray(axis, float))
-    y = _unit(np.cross(np.eye(3)[int(np.argmin(np.abs(x)))], x))
-    return np.stack([x, y, np.cross(x, y)], axis=1)
-
-
-def _plane(normal: ArrayLike) -> Array:
-    """Axes of a plane: its normal, then x less its part along that (y where the normal is along x)."""
-    n = _unit(np.asarray(normal, float))
-    start = np.eye(3)[1 if np.linalg.norm(np.cross(n, [1.0, 0.0, 0.0])) == 0.0 else 0]
-    first = _unit(start - (start @ n) * n)
-    return np.stack([n, first, np.cross(n, first)], axis=1)
-
-
-def _unit(vector: Array) -> Array:
-    unit: Array = vector / np.linalg.norm(vector)
-    return unit
+    return joint_marks(link.name, link.joint, _frame(robot, link), partial(_base, robot, link))
 
 
 def _load(robot: Robot, load: Load) -> list[LoadMark]:

@@ -17,6 +17,7 @@ from .files import imported, write_report, write_summary
 from .folders import MARK
 from .interruption import interruption
 from .results import instants
+from .starts import rest_start
 from .views import View, view
 
 Array = NDArray[np.float64]
@@ -161,12 +162,14 @@ class ModesStudy:
 
 
 def study_statics(scene: Scene, from_start: bool = False) -> StaticsStudy:
-    """The equilibrium of a scene: from the unloaded state, or let go from its q0."""
+    """The equilibrium of a scene: from the unloaded state, or let go from its q0.
+
+    Which shape closed loops have depends on the q0: where there is one they are let go from it.
+    """
     start = time.perf_counter()
-    (found,) = interruption.collect(
-        map(partial(statics, t=scene.simulation.t0), [scene.model], [scene.q0 if from_start else None])
-    )
-    return StaticsStudy(scene, found, from_start, time.perf_counter() - start)
+    begin = scene.q0 if from_start else rest_start(scene)
+    (found,) = interruption.collect(map(partial(statics, t=scene.simulation.t0), [scene.model], [begin]))
+    return StaticsStudy(scene, found, begin is not None, time.perf_counter() - start)
 
 
 def study_modes(scene: Scene, rest: StaticsStudy | None) -> ModesStudy:

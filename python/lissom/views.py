@@ -160,7 +160,7 @@ class View:
     links: Sequence[Link] = ()
     #: Rigid bodies, drawn in space.
     solids: Sequence[Solid] = ()
-    #: Joints, loads, supports and what is around it all, drawn in space.
+    #: Joints, loops, loads, supports and what is around it all, drawn in space.
     marks: Marks = field(default_factory=Marks)
     #: Frames at which forces act and motions are measured.
     frames: Sequence[Frame] = ()
@@ -174,6 +174,9 @@ class View:
     with_more_modes: Callable[[int], Model | None] = lambda more: None
     #: Numbers of multiplications of what the solvers compute, by its name.
     multiplications: Callable[[], Mapping[str, int] | None] = lambda: None
+
+    #: How many constraints of closed loops the others determine, by the loops' names: of coordinates (n,).
+    redundant: Callable[[Array], Mapping[str, int]] = lambda q: {}
 
     #: What linear models call the coordinates; by their number where that is None.
     signals: Sequence[str] | None = None
@@ -321,6 +324,7 @@ def of_robot(robot: Robot) -> View:
         signals=robot.coordinates,
         reach=_reach(robot),
         multiplications=lambda: robot.multiplications,
+        redundant=robot.redundant_constraints,
     )
 
 

@@ -731,7 +731,7 @@ impl PyRobot {
     /// What is computed for this robot, what is skipped because it has no part in it, and why, and how many multiplications
     /// the evaluations take; to be printed.
     fn explain(&self) -> String {
-        self.kinematics.lock().unwrap_or_else(PoisonError::into_inner).explanation().to_string()
+        self.kinematics.lock().unwrap_or_else(PoisonError::into_inner).full_explanation().to_string()
     }
 
     /// Poses of sections or bodies.

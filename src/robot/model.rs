@@ -15,6 +15,8 @@ use super::plan::actuation::Line;
 use super::plan::point::Place;
 use super::state::tangent::Tangent;
 use super::sweeps::Sweeps;
+use super::tell::cost_of_loops::of_loops;
+use super::tell::loops::tell_redundant;
 use super::tell::{Explanation, Multiplications, cost, cost_of_actuators};
 use crate::constraint::{Independent, saddle};
 use crate::error::{Checker, Interrupted, InvalidInput};
@@ -232,7 +234,9 @@ impl RobotModel {
         let cost = on_sweeps!(&sweeps, sweeps => cost::multiplications(sweeps.plan(), solve));
         let links = on_sweeps!(&sweeps, sweeps => cost::of_links(sweeps.plan(), solve));
         let actuators = on_sweeps!(&sweeps, sweeps => cost_of_actuators::of_actuators(sweeps.plan()));
-        let explanation = Explanation::new(robot, sweeps.kernel(), solve, &nodes, &cost, &links, &actuators);
+        let loops = on_sweeps!(&sweeps, sweeps => of_loops(sweeps.plan()));
+        let explanation =
+            Explanation::new(robot, sweeps.kernel(), solve, &nodes, &cost, &links, &actuators, &loops);
         let unloaded = (!robot.supports.is_empty()).then(|| Box::new(sweeps.with_robot(&robot.unloaded())));
         let mut model = Self {
             sweeps,
@@ -335,6 +339,18 @@ impl RobotModel {
     /// What is computed for this rod, what is skipped, and why.
     pub fn explanation(&self) -> &Explanation {
         &self.explanation
+    }
+
+    /// The same with what is redundant of closed loops, where they are closed when all coordinates are zero; of a robot that
+    /// does not move by itself, as that has one such shape.
+    pub fn full_explanation(&mut self) -> Explanation {
+        let mut explanation = (*self.explanation).clone();
+        let rest = vec![0.0; self.robot.coordinates()];
+        if self.constraints() > 0 && !self.varies_in_time() && self.open_loop(&rest).is_none() {
+            let redundant = self.redundant_constraints(&rest);
+            tell_redundant(&self.robot, &redundant, &mut explanation);
+        }
+        explanation
     }
 
     /// The multiplications that one evaluation of each kind takes.

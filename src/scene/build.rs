@@ -111,6 +111,11 @@ fn model(
             let right = format!("write rod.{key} in its [[rod]], or the links of a robot as [[link]]");
             shape.refuse(key, "it belongs to a robot, and there is no [[link]]", right);
         }
+        if !document.r#loop.is_empty() {
+            let right =
+                "write the links of a robot as [[link]]: a rod is a [[link]] with [[link.rod.segment]]";
+            shape.refuse("loop", "it ties links of a robot, and there is no [[link]]", right);
+        }
     }
     match (document.rod.as_slice(), &document.pendulum) {
         ([], None) if is_robot => {

@@ -6,6 +6,7 @@ use super::document::{
     Simulation as Settings, VaryingNumber,
 };
 use super::imports::{Imported, Imports, Refusal, Request};
+use super::loops::{self, key_of_loop};
 use super::parts;
 use super::shape::{Shape, expected_one_of, report};
 use crate::body;
@@ -111,9 +112,13 @@ pub(super) fn robot(
     let surroundings = Surroundings { robot: &robot, is_rod: false, are_incomplete: names.are_incomplete };
     let (actuators, actuator_keys) = actuators(document, surroundings, shape);
     robot.actuators = actuators;
+    let (closed, loop_places) = loops::loops(document, &robot, names.are_incomplete, shape);
+    robot.loops = closed;
+    loops::check_method(document, shape);
     let key = |place: &str| {
         let of_actuator = key_of_actuator(place, &actuator_keys);
-        of_actuator.unwrap_or_else(|| key_of(&key_of_link(place, before), written, &load_keys, &support_keys))
+        let known = of_actuator.or_else(|| key_of_loop(place, &document.r#loop, &loop_places));
+        known.unwrap_or_else(|| key_of(&key_of_link(place, before), written, &load_keys, &support_keys))
     };
     if names.are_incomplete {
         // Whether they are connected is unknown; each can be wrong by itself.

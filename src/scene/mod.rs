@@ -2,7 +2,7 @@
 //!
 //! `document` is the file's shape in plain structs, from which the JSON Schema is generated; `shape` checks a file
 //! against that schema, for which `words` knows the old names of keys; `build`, with `parts` that rods and the `links` of
-//! robots have in common, and with `actuators`, turns it into a model with the
+//! robots have in common, and with `actuators` and `loops`, turns it into a model with the
 //! constructors that everybody uses; `diagnostics` says what is wrong, where. A scene never executes anything.
 //!
 //! ```
@@ -35,6 +35,7 @@ mod diagnostics;
 mod document;
 mod imports;
 mod links;
+mod loops;
 mod parts;
 mod section;
 mod shape;

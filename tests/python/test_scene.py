@@ -133,6 +133,7 @@ def test_the_schema_is_json_and_the_one_in_the_repository():
         "rod",
         "import",
         "link",
+        "loop",
         "base_motion",
         "fluid",
         "tendon",

@@ -389,6 +389,88 @@ amount = 0.1
 [simulation]
 t_end = 0.1
 """,
+    "loops": """version = 1
+[[link]]
+name = "arm"
+joint = { type = "revolute", axis = [0, 1, 0] }
+q0 = [0.1, 0.2, 0.1, 0.05]
+v0 = [0.1, 0.2, 0.1, 0.05]
+[[link.rod.segment]]
+length = 0.5
+radius = 0.01
+young_modulus = 3e5
+poisson_ratio = 0.4
+density = 1070
+modes = { bend_y = 1, bend_z = 1, torsion = 1 }
+[[link]]
+name = "leg"
+parent = "arm"
+at = 0.2
+joint = { type = "spherical" }
+body = { mass = 0.1, centre = [0.01, 0.01, 0.02], inertia = [[1e-4, 0, 0], [0, 1e-4, 0], [0, 0, 1e-4]] }
+[[link]]
+name = "block"
+position = [0.3, 0, 0.1]
+joint = { type = "free" }
+body = { mass = 0.2, inertia = [[1e-3, 0, 0], [0, 1e-3, 0], [0, 0, 1e-3]] }
+[[loop]]
+name = "ball"
+kind = { type = "spherical" }
+a = { link = "arm", at = 0.3, position = [0.01, 0.02, 0.03], orientation = [0.8, 0.6, 0, 0] }
+b = { link = "block", position = [0, 0.1, 0] }
+[[loop]]
+kind = { type = "distance", length = 0.3 }
+a = { link = "leg", position = [0.01, 0, 0] }
+b = { position = [0.1, 0.2, 0.3] }
+[[loop]]
+name = "gear"
+kind = { type = "gear", ratio = -2, offset = 0.1 }
+a = "arm.bend_y[0]"
+b = "arm.angle"
+[[loop]]
+name = "slot"
+kind = { type = "cylindrical", axis = [1, 0.2, 0.3] }
+a = "leg"
+b = { position = [0.1, 0, 0.1], orientation = [0.8, 0, 0.6, 0] }
+[simulation]
+t_end = 0.1
+""",
+    "loops of other kinds": """version = 1
+[[link]]
+name = "block"
+joint = { type = "free" }
+body = { mass = 0.2, inertia = [[1e-3, 0, 0], [0, 1e-3, 0], [0, 0, 1e-3]] }
+q0 = [0.1, 0.2, 0.3, 0.1, 0.2, 0.3]
+[[link]]
+name = "other"
+joint = { type = "free" }
+body = { mass = 0.2, inertia = [[1e-3, 0, 0], [0, 1e-3, 0], [0, 0, 1e-3]] }
+[[loop]]
+kind = { type = "weld" }
+a = "block"
+b = "other"
+[[loop]]
+name = "hinge"
+kind = { type = "revolute", axis = [0, 1, 0.2] }
+a = "block"
+b = "other"
+[[loop]]
+name = "rail"
+kind = { type = "prismatic", axis = [0.1, 1, 0] }
+a = "block"
+b = { position = [0.1, 0, 0] }
+[[loop]]
+name = "cross"
+kind = { type = "universal", axis1 = [0, 1, 0], axis2 = [1, 0, 0.3] }
+b = "block"
+a = "other"
+[[loop]]
+name = "table"
+kind = { type = "planar", normal = [0, 0.1, 1] }
+a = "block"
+[simulation]
+t_end = 0.1
+""",
     "an imported wrist": f"""version = 1
 [import]
 urdf = {json.dumps(str(WRIST))}
@@ -613,17 +695,29 @@ def meaning(text):
     numbers = [*scene.q0, *scene.v0]
     times = {"t": 0.13} if isinstance(model, lissom.Robot) else {}
     numbers += [*model.inverse_dynamics(q, v, a, **times), model.energy(q, v, **times).gravitational]
+    loops = getattr(model, "loops", ())
+    numbers += [*model.loop_gaps(q, **times)] if loops else []
     actuators = [
         (field.name, getattr(each, field.name))
         for each in getattr(model, "actuators", ())
         for field in fields(each)
         if field.name not in ("path", "shape")
     ]
-    return scene.name, str(options), str(actuators), np.array(numbers).tobytes()
+    names = [closed.name for closed in loops]
+    return scene.name, str(options), str(actuators), names, np.array(numbers).tobytes()
 
 
 @pytest.mark.parametrize(
-    "name", ["everything", "sections in a fluid", "actuators", "a turning base", "a pendulum"]
+    "name",
+    [
+        "everything",
+        "sections in a fluid",
+        "actuators",
+        "loops",
+        "loops of other kinds",
+        "a turning base",
+        "a pendulum",
+    ],
 )
 def test_every_key_means_something(name):
     """Without it the scene is another one, or none."""

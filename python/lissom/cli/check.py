@@ -21,6 +21,7 @@ def command(scenes: tuple[Path, ...]) -> int:
     Exit code: 0 all are good, 2 at least one is not.
     """
     from ..advice import advice, size
+    from ..starts import check_start
 
     good = True
     for path in scenes:
@@ -30,6 +31,12 @@ def command(scenes: tuple[Path, ...]) -> int:
             error.show()
             good = False
         else:
+            try:
+                check_start(scene)
+            except ValueError as error:
+                click.echo(f"{path}: {' '.join(str(error).split())}", err=True)
+                good = False
+                continue
             click.echo(f"{path}: good, {size(scene.model)}")
             for sentence in advice(scene):
                 click.echo(f"  {sentence}")

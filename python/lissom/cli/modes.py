@@ -34,7 +34,8 @@ def command(scene: Path, output: Path | None, at_start: bool, no_report: bool) -
     loaded = load(scene)
     target = output if output is not None else Path("results") / f"{scene.stem}-modes"
     with results_folder(target) as folder:
-        rest = None if at_start else studies.study_statics(loaded)
+        with refusals_of(scene):
+            rest = None if at_start else studies.study_statics(loaded)
         try:
             interruption.answer()
             with refusals_of(scene):

@@ -6,9 +6,10 @@ import os
 from pathlib import Path
 
 from .._lissom import MotionResult
+from ..loop_marks import LoopMark
 from ..results import COUNTERS, Made, Run
 from ..views import Member
-from . import actuators, curves, motion, page, text
+from . import actuators, curves, loops, motion, page, text
 
 
 def write(run: Run, path: Path) -> None:
@@ -98,6 +99,7 @@ def _shown(run: Run | Made) -> list[page.Section]:
         *motion.sections("Motion", run, text.animation(run)),
         *(_links(run) if run.view.members else _whole(run)),
         *_actuators(run),
+        *_loops(run),
         *([page.Section("Energy", energies)] if energies else []),
     ]
 
@@ -126,6 +128,29 @@ def _actuators(run: Run | Made) -> list[page.Section]:
     """What actuators do over time; nothing where there are none."""
     figure = actuators.figure(run)
     return [] if figure is None else [page.Section("Actuators", [page.Figure(figure)])]
+
+
+def _loops(run: Run | Made) -> list[page.Section]:
+    """What holds closed loops, and how far they are open; nothing where there are none."""
+    marks = run.view.marks.loops
+    if not marks:
+        return []
+    forces = [(mark.name, of_mark) for mark in marks if (of_mark := _held(run, mark))]
+    parts: list[page.Part] = []
+    if len(forces) > 1:
+        parts.append(page.Choice("Loop", forces))
+    elif forces:
+        parts += forces[0][1]
+    gaps = loops.gaps(run)
+    if gaps is not None:
+        parts.append(page.Figure(gaps, text.gaps(run)))
+    return [page.Section("Closed loops", parts)] if parts else []
+
+
+def _held(run: Run | Made, mark: LoopMark) -> list[page.Part]:
+    """What holds a loop; nothing where that is not known."""
+    figure = loops.forces(run, mark)
+    return [] if figure is None else [page.Figure(figure, text.held(mark))]
 
 
 def _member(run: Run | Made, member: Member, at: curves.Instants) -> list[page.Part]:

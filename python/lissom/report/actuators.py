@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from .._lissom import LissomError
 from ..actuator_marks import ActuatorMark
-from ..marks import JointMark
+from ..joint_marks import JointMark
 from ..results import Made, Run
 from . import curves, plots
 from .layers import Shown, Strand

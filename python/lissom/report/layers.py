@@ -26,6 +26,7 @@ LEGEND: dict[str, str] = {
     "rods": theme.ROD_SCALE[1][1],
     "bodies": theme.STEEL,
     "joints": theme.PURPLE,
+    "loops": theme.BLUE,
     "tendons": theme.GOLD,
     "chambers": theme.CYAN,
     "motors": theme.PURPLE,

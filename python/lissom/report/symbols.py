@@ -1,4 +1,4 @@
-"""Symbols of what is drawn beside links and loads: joints, supports, gravity, current; where the floor is."""
+"""Symbols of what is drawn beside links and loads: supports, gravity, current; where the floor is."""
 
 from __future__ import annotations
 
@@ -8,12 +8,14 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ..marks import JointMark, Marks, Pose, SupportMark
+from ..joint_marks import Pose
+from ..marks import Marks, SupportMark
 from . import arrows
 from .actuators import actuators
+from .joints import joints
 from .layers import BREAK, Dots, Shown, Solid, Strand, Thing, quaternions
 from .loads import loads
-from .solids import placed
+from .loops import loops
 
 Array = NDArray[np.float64]
 
@@ -28,15 +30,15 @@ WINDINGS = 5
 #: scaled to, relative to its diagonal.
 CORNER_ARROW, CORNER_GAP, CORNER_HEAD = 0.13, 0.04, 0.4
 
-#: Thickness of the bars and rails of joints, relative to half an axis; radii of the balls of joints, of
-#: anchors and of the wire of springs, relative to the model's size.
-BAR, RAIL, BALL, ANCHOR, SPRING = 0.16, 0.08, 0.016, 0.012, 0.0035
+#: Radii of the balls of anchors and of the wire of springs, relative to the model's size.
+ANCHOR, SPRING = 0.012, 0.0035
 
 
 def symbols(marks: Marks, shown: Shown) -> list[Thing]:
     """Everything that is drawn of the robot itself."""
     return [
-        *_joints(marks.joints, shown),
+        *joints(marks.joints, shown),
+        *loops(marks.loops, shown),
         *actuators(marks.actuators, marks.joints, shown),
         *loads(marks.loads, shown),
         *_supports(marks.supports, shown),
@@ -72,41 +74,6 @@ def around(marks: Marks, low: Array, high: Array, eye: Array) -> list[Thing]:
         pointing = np.broadcast_to(arrow, tails.shape)
         things.append(arrows.arrows(layer, tails, pointing, CORNER_HEAD * diagonal, [text] * number))
     return things
-
-
-def _joints(marks: Sequence[JointMark], shown: Shown) -> list[Thing]:
-    """Bars about which something turns, rails along which it slides, frames of planes, balls."""
-    things: list[Thing] = []
-    balls, names = [], []
-    for mark in marks:
-        poses = mark.pose(shown.q, shown.t)
-        name = f"joint of {mark.name}"
-        if mark.kind == "ball":
-            balls.append(np.broadcast_to(poses[..., None, :3, 3], (len(shown.q), 1, 3)))
-            names.append(name)
-            continue
-        local, thickness = _joint_lines(mark, shown)
-        radius = np.full(len(shown.q), thickness * shown.half_axis)
-        things.append(Strand(name, "joints", placed(poses, local), radius))
-    if balls:
-        things.append(Dots(names, "joints", np.concatenate(balls, axis=1), BALL * shown.size))
-    return things
-
-
-def _joint_lines(mark: JointMark, shown: Shown) -> tuple[Array, float]:
-    """Lines in the frame of a joint, and how thick they are; they cover all of the way."""
-    half = shown.half_axis
-    if mark.kind == "turning":
-        return np.array([[-half, 0.0, 0.0], [half, 0.0, 0.0], *BREAK]), BAR
-    travel = mark.travel(shown.q, shown.t)
-    low, high = travel.min(axis=0) - half, travel.max(axis=0) + half
-    if mark.kind == "sliding":
-        a, b, gap = low[0], high[0], 0.3 * half
-        rails = [[a, -gap, 0.0], [b, -gap, 0.0], *BREAK, [a, gap, 0.0], [b, gap, 0.0], *BREAK]
-        return np.array(rails), RAIL
-    (_, a, c), (_, b, d) = low, high
-    corners = [[0.0, a, c], [0.0, b, c], [0.0, b, d], [0.0, a, d], [0.0, a, c], *BREAK]
-    return np.array(corners), RAIL
 
 
 def _supports(marks: Sequence[SupportMark], shown: Shown) -> list[Thing]:

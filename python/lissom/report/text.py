@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 
 from .._lissom import AccuracyWarning, MotionResult, Scene, Statistics, simulate
+from ..loop_marks import LoopMark
 from ..results import COUNTERS, MAX_SHAPES, NO_ENERGIES, Made, Run, in_words_of_a_scene
 from ..results import statistics as numbers
 from ..views import SECTIONS_PER_SEGMENT, Coordinate, view
-from . import motion
+from . import loops, motion
 
 METHODS = {
     "newmark": "Newmark (implicit, β = 1/4, γ = 1/2)",
@@ -23,6 +24,9 @@ METHODS = {
     "radau": "Radau IIA of order 5 (implicit)",
     "auto": "chosen for the accuracy",
 }
+
+#: What Newmark's method is where loops are closed.
+METHOD_WITH_LOOPS = "generalised alpha (implicit, ρ∞ = 0.8)"
 
 #: Counters that people look for first.
 SHOWN_COUNTERS = ("steps", "newton_iterations", "nfev")
@@ -64,11 +68,19 @@ def drift(run: Run | Made) -> str:
     return f"{quantity(run.balance.drift, digits=2)} of the {moved} that moved"
 
 
+def method_of(scene: Scene) -> str:
+    """The time integrator of a scene, in words."""
+    method = scene.simulation.method
+    if method == "newmark" and view(scene.model).marks.loops:
+        return METHOD_WITH_LOOPS
+    return METHODS[method]
+
+
 def lead(run: Run) -> str:
     """One line under the title."""
     model, settings = run.scene.model, run.scene.simulation
     count = f"{model.n} generalised coordinates"
-    time = f"{quantity(settings.t_end - settings.t0)} s simulated by {METHODS[settings.method]}"
+    time = f"{quantity(settings.t_end - settings.t0)} s simulated by {method_of(run.scene)}"
     return f"{run.view.title}, {count}, {time}."
 
 
@@ -104,7 +116,7 @@ def statistics(run: Run) -> list[tuple[str, str]]:
     """Rows of the table of statistics."""
     found = numbers(run)
     settings = run.scene.simulation
-    rows = [("method", METHODS[settings.method])]
+    rows = [("method", method_of(run.scene))]
     if settings.method in FIXED_STEP:
         rows += [("step", quantity(settings.dt, "s")), ("Jacobian", settings.jac)]
     rows += [
@@ -158,7 +170,7 @@ def cost_of_steps(scene: Scene) -> list[tuple[str, str]]:
     duration = min(whole_time, MEASURED_STEPS * settings.dt) if is_fixed else whole_time
     runs = [_first_steps(scene, duration) for _ in range(MEASURED_RUNS)]
     stats = min(runs, key=lambda motion: motion.stats.wall_time).stats
-    rows = [("method", METHODS[settings.method])]
+    rows = [("method", method_of(scene)), *_loops(scene, runs[0])]
     if stats.steps == 0:
         return [*rows, ("message", in_words_of_a_scene(runs[0].message))]
     if is_fixed:
@@ -178,6 +190,22 @@ def cost_of_steps(scene: Scene) -> list[tuple[str, str]]:
     if is_fixed:
         whole = cost * np.ceil(whole_time / settings.dt)
         rows.append(("whole scene", f"about {quantity(whole, 's')}, without output and report"))
+    return rows
+
+
+def _loops(scene: Scene, motion: MotionResult) -> list[tuple[str, str]]:
+    """Why loops are held that way, and which of their constraints are redundant where the scene starts."""
+    seen = view(scene.model)
+    if not seen.marks.loops:
+        return []
+    rows = []
+    if scene.simulation.method == "newmark":
+        why = "closed loops need damping of what is infinitely fast; average acceleration has none"
+        rows.append(("why", why))
+    if len(motion.q):
+        found = seen.redundant(motion.q[0])
+        named = ", ".join(f"{number} of {name}" for name, number in found.items()) or "none"
+        rows.append(("redundant", f"{named} of the constraints at the start, its loops closed"))
     return rows
 
 
@@ -219,7 +247,7 @@ def summary(run: Run) -> list[tuple[str, str]]:
     """The few lines that the command line prints."""
     found = numbers(run)
     settings, counters = run.scene.simulation, found["counters"]
-    method = METHODS[settings.method]
+    method = method_of(run.scene)
     if settings.method in FIXED_STEP:
         method += f", step {quantity(settings.dt, 's')}, {settings.jac} Jacobian"
     rows = [*(("advice", sentence) for sentence in run.advice), ("method", method)]
@@ -252,6 +280,23 @@ def coordinates(shown: Sequence[Coordinate]) -> str:
         "Each strain is its value at rest plus the sum of these amplitudes times shifted Legendre "
         "polynomials P of degree 0, 1, 2, ... along the segment."
     )
+
+
+def held(mark: LoopMark) -> str:
+    """Below the forces that hold a loop."""
+    if mark.kind == "gear":
+        return f"The generalised force on the first coordinate that {mark.name} ties: {mark.between}."
+    return (
+        f"What the second end of {mark.name} gets from the first one ({mark.between}), in the axes of the "
+        "world; the moment is about the second end. Where constraints are redundant these are the smallest "
+        "forces that hold all loops."
+    )
+
+
+def gaps(run: Run | Made) -> str:
+    """Below the gaps of closed loops."""
+    widest = quantity(float(np.nanmax(loops.widest(run), initial=0.0)), digits=2)
+    return f"How far loops are open, the largest constraint of each: at most {widest}. Exact is zero."
 
 
 def energy(run: Run | Made) -> str:

@@ -7,6 +7,7 @@
 use std::ops::Range;
 
 use super::cost_of_actuators::of_actuators;
+use super::cost_of_loops::of_loops;
 use crate::lie::{Counted, Cross, LANES, Twist, VectorSpace, Wrench, products};
 use crate::robot::algebra::inertia::Seen as _;
 use crate::robot::algebra::inertia::{Gyroscope, Inertia, SectionInertia};
@@ -33,7 +34,7 @@ pub struct Multiplications {
     pub tangent: u64,
     /// One mass matrix at a shape that is known.
     pub mass_matrix: u64,
-    /// One LU factorisation of a tangent.
+    /// One LU factorisation of a tangent, with the constraints of closed loops.
     pub factorisation: u64,
     /// The solution of one system with it.
     pub solution: u64,
@@ -47,8 +48,14 @@ pub(crate) fn multiplications<G: Turning>(plan: &Plan<G>, solve: Solve) -> Multi
         residual += actuator.residual;
         tangent += actuator.tangent;
     }
+    for closed in of_loops(plan) {
+        residual += closed.residual;
+        tangent += closed.tangent;
+    }
+    let m = plan.loops.rows as u64;
     let [factorisation, solution] = match solve {
-        Solve::Dense => [lu(n), n * n],
+        // With the constraints beside the coordinates, once those are found that determine the others.
+        Solve::Dense => [lu(n + m) + m * m * n, (n + m) * (n + m)],
         Solve::Tree => of_tree(plan),
     };
     Multiplications { residual, tangent, mass_matrix, factorisation, solution }

@@ -6,10 +6,13 @@ use std::fmt::{self, Write as _};
 use super::actuators;
 use super::cost::{Multiplications, OfLink};
 use super::cost_of_actuators::OfActuator;
+use super::cost_of_loops::OfLoop;
+use super::loops;
 use super::text::{counted, grouped, listed, percent};
 use crate::actuator::Actuator;
 use crate::body::Body;
 use crate::load::{Extent, Frame, Load};
+use crate::loops::Loop;
 use crate::robot::choice::{
     COORDINATES_OF_A_CHAIN, COORDINATES_OF_A_ROBOT, Kernel, SEGMENTS_OF_A_CHAIN, Solve,
 };
@@ -36,11 +39,14 @@ pub struct Explanation {
     pub links: Vec<(String, String)>,
     /// Which actuator costs what, likewise.
     pub actuators: Vec<(String, String)>,
+    /// Which loop costs what, likewise.
+    pub loops: Vec<(String, String)>,
 }
 
 impl Explanation {
     /// Explains a valid robot that is computed by `kernel` and solved by `solve` with so many nodes in each segment,
-    /// what that costs, and which link and which actuator takes what of it.
+    /// what that costs, and which link, which actuator and which loop takes what of it.
+    #[allow(clippy::too_many_arguments, reason = "all that is known of it")]
     pub(crate) fn new(
         robot: &Robot,
         kernel: Kernel,
@@ -49,6 +55,7 @@ impl Explanation {
         cost: &Multiplications,
         of_links: &[OfLink],
         of_actuators: &[OfActuator],
+        of_loops: &[OfLoop],
     ) -> Self {
         let what = match robot.is_rod() {
             true => format!("Rod of {}", counted(robot.segments().count(), "segment")),
@@ -69,6 +76,7 @@ impl Explanation {
             cost: costs(cost),
             links: costs_of_links(robot, of_links, cost),
             actuators: costs_of_actuators(robot, of_actuators, cost),
+            loops: costs_of_loops(robot, of_loops, cost),
         };
         explanation.kernel(robot, kernel);
         let mut nodes = nodes.iter();
@@ -86,11 +94,14 @@ impl Explanation {
         for (is_computed, what, why) in actuators::tell(robot, of_actuators) {
             explanation.add(is_computed, what, why);
         }
+        if !robot.is_rod() || !robot.loops.is_empty() {
+            loops::tell(robot, &mut explanation);
+        }
         explanation.solve(solve, robot, of_actuators);
         explanation
     }
 
-    fn add(&mut self, is_computed: bool, what: impl Into<String>, why: impl Into<String>) {
+    pub(super) fn add(&mut self, is_computed: bool, what: impl Into<String>, why: impl Into<String>) {
         let list = if is_computed { &mut self.computed } else { &mut self.skipped };
         list.push((what.into(), why.into()));
     }
@@ -395,6 +406,9 @@ impl Explanation {
             Solve::Dense if robot.links.iter().any(|link| link.driven.is_some()) => {
                 self.add(false, sweeps, "joints are driven: what follows others couples branches");
             }
+            Solve::Dense if !robot.loops.is_empty() => {
+                self.add(false, sweeps, "closed loops couple branches");
+            }
             Solve::Dense if !coupling.is_empty() => {
                 self.add(false, sweeps, format!("what {} passes is coupled", listed(coupling)));
             }
@@ -452,6 +466,15 @@ fn costs_of_actuators(
     shares(robot.actuators.iter().zip(of_actuators).map(own).collect(), "actuator", all)
 }
 
+/// The loops by name, each with its part of the products; solving with their constraints is in those of all.
+fn costs_of_loops(robot: &Robot, of_loops: &[OfLoop], all: &Multiplications) -> Vec<(String, String)> {
+    let own = |(closed, of_loop): (&Loop, &OfLoop)| {
+        let &OfLoop { coordinates, residual, tangent, .. } = of_loop;
+        (closed.name.clone(), Share { coordinates, nodes: 0, residual, tangent })
+    };
+    shares(robot.loops.iter().zip(of_loops).map(own).collect(), "loop", all)
+}
+
 /// Shares in words; of many the dearest, and the others together.
 fn shares(mut lines: Vec<(String, Share)>, what: &str, all: &Multiplications) -> Vec<(String, String)> {
     if lines.len() > LISTED_SHARES {
@@ -492,6 +515,7 @@ impl fmt::Display for Explanation {
             ("cost", &self.cost),
             ("cost of links", &self.links),
             ("cost of actuators", &self.actuators),
+            ("cost of loops", &self.loops),
         ];
         let width = lists.iter().flat_map(|(_, list)| *list).map(|(what, _)| what.len()).max().unwrap_or(0);
         for (title, list) in lists.into_iter().filter(|(_, list)| !list.is_empty()) {

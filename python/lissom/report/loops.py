@@ -1,0 +1,117 @@
+"""Closed loops: what ties their links, the forces that hold them, and how far they are open."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._lissom import LissomError
+from ..joint_marks import Pose
+from ..loop_marks import LoopMark
+from ..results import Made, Run
+from . import curves, plots
+from .joints import joints
+from .layers import BREAK, Dots, Shown, Solid, Strand, Thing, quaternions
+
+Array = NDArray[np.float64]
+
+#: Half the side of a weld, radius of the balls at the ends of a bar, relative to the model's size.
+WELD, BALL = 0.012, 0.013
+
+#: Half an axis, relative to the model's size: shorter than those of joints, as many may stand on one body.
+AXIS = 0.045
+
+#: Thickness of a bar, and of what leads from a section or body to a frame beside it, relative to half the
+#: axis of a joint.
+BAR, ARM = 0.12, 0.06
+
+#: Frames that are nearer than this to what they are on, relative to the model's size, need nothing between.
+BESIDE = 1e-3
+
+#: Instants at which forces are drawn, at most: each takes a decomposition of all constraints.
+INSTANTS = 400
+
+#: What the gaps of a unit are.
+GAPS = {"m": "gap (m)", "cosine": "gap of a cosine (1)", "coordinate": "gap of a gear"}
+
+
+def loops(marks: Sequence[LoopMark], shown: Shown) -> list[Thing]:
+    """All that is drawn of what closes loops; a gear between coordinates has no place."""
+    things: list[Thing] = []
+    shown = replace(shown, half_axis=AXIS * shown.size)
+    for mark in marks:
+        name = f"loop {mark.name}"
+        things += joints(mark.joints, shown, "loops", name)
+        things += [_arm(name, frame, on, shown) for frame, on in mark.ends if on is not None]
+        if mark.kind == "weld":
+            things += [_weld(name, frame, shown) for frame, _ in mark.ends[:1]]
+        if mark.kind == "distance":
+            points = np.stack([_origin(frame, shown) for frame, _ in mark.ends], axis=1)
+            radius = np.full(len(points), BAR * shown.half_axis)
+            things.append(Strand(name, "loops", points, radius))
+            things.append(Dots([name, name], "loops", points, BALL * shown.size))
+    return [thing for thing in things if not (isinstance(thing, Strand) and np.isnan(thing.points).all())]
+
+
+def _origin(frame: Pose, shown: Shown) -> Array:
+    """Origins (shapes, 3) of a frame."""
+    return np.asarray(np.broadcast_to(frame(shown.q, shown.t), (len(shown.q), 4, 4))[..., :3, 3])
+
+
+def _arm(name: str, frame: Pose, on: Pose, shown: Shown) -> Strand:
+    """What leads from a section or body to a frame beside it; nothing where that is there."""
+    points = np.stack([_origin(on, shown), _origin(frame, shown)], axis=1)
+    is_beside = np.linalg.norm(points[:, 1] - points[:, 0], axis=-1).max() > BESIDE * shown.size
+    points = points if is_beside else np.broadcast_to(BREAK, points.shape)
+    return Strand(name, "loops", points, np.full(len(points), ARM * shown.half_axis))
+
+
+def _weld(name: str, frame: Pose, shown: Shown) -> Solid:
+    poses = np.broadcast_to(frame(shown.q, shown.t), (len(shown.q), 4, 4))
+    half = np.full(3, max(WELD * shown.size, 1.2 * shown.radius))
+    return Solid(name, "loops", "box", half, poses[:, :3, 3], quaternions(poses[:, :3, :3]))
+
+
+def forces(run: Run | Made, mark: LoopMark) -> plots.Figure | None:
+    """What holds a loop over time; None where no accelerations are known."""
+    at = run.instants(INSTANTS)
+    known = at[np.isfinite(run.a[at]).all(axis=1)]
+    if len(known) == 0:
+        return None
+    t = run.t[known]
+    try:
+        held = mark.force(run.q[known], run.v[known], run.a[known], t, run.u[known])
+    except (ValueError, LissomError):
+        # The end of a run that failed can be beyond all numbers.
+        return None
+    if mark.kind == "gear":
+        return curves.stacked(t, {"force of the gear": [("force", held)]})
+    parts = {"force (N)": held[:, 3:], "moment (N m)": held[:, :3]}
+    # Joints that turn about all axes, and bars, pass no moment.
+    seen = {title: part for title, part in parts.items() if title.startswith("force") or np.any(part)}
+    return curves.stacked(t, {title: list(zip("xyz", part.T, strict=True)) for title, part in seen.items()})
+
+
+def gaps(run: Run | Made) -> plots.Figure | None:
+    """How far loops are open over time, a plot a unit; None where there is no telling."""
+    at = run.instants(INSTANTS)
+    t = run.t[at]
+    found: dict[str, list[tuple[str, Array]]] = {}
+    try:
+        for mark in run.view.marks.loops:
+            for unit, values in mark.gaps(run.q[at], t).items():
+                found.setdefault(GAPS[unit], []).append((mark.name, values))
+    except (ValueError, LissomError):
+        # The end of a run that failed can be beyond all numbers.
+        return None
+    return curves.stacked(t, found) if found else None
+
+
+def widest(run: Run | Made) -> Array:
+    """The widest gap (m, cosine, or of a coordinate) of all loops at the states that are shown."""
+    at = run.instants(INSTANTS)
+    of_each = [values for mark in run.view.marks.loops for values in mark.gaps(run.q[at], run.t[at]).values()]
+    return np.asarray(np.max(of_each, axis=0))

@@ -1,0 +1,28 @@
+"""Where scenes begin: starts with closed loops, and shapes from which equilibria are searched."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ._lissom import Scene, Simulation
+from .views import view
+
+Array = NDArray[np.float64]
+
+
+def check_start(scene: Scene) -> None:
+    """Raise ValueError where the loops of a scene cannot be closed from its start."""
+    settings = scene.simulation
+    # Scenes with loops have a method of its own steps.
+    if not view(scene.model).marks.loops or settings.method == "auto":
+        return
+    Simulation(scene.model, t0=settings.t0, q0=scene.q0, v0=scene.v0, method=settings.method, dt=settings.dt)
+
+
+def rest_start(scene: Scene) -> Array | None:
+    """Where the search for the equilibrium of a scene begins: its q0, which says how loops are closed.
+
+    None is the unloaded state.
+    """
+    return scene.q0 if view(scene.model).marks.loops and np.any(scene.q0) else None
