@@ -66,6 +66,7 @@ if TYPE_CHECKING:
     )
     from .actuators import ActiveStrain, Along, Chamber, Motor, Tendon, Via
     from .linear import LinearModel, linearise
+    from .keeping import load
     from .links import (
         Cylindrical,
         Free,
@@ -157,6 +158,7 @@ __all__ = [
     "continuation",
     "jacobian",
     "linearise",
+    "load",
     "modes",
     "newmark",
     "root",
@@ -179,8 +181,9 @@ if not TYPE_CHECKING:
         # The second finds NumPy imported by the first: where that is missing or interrupted, Python says so.
         modules = [
             import_module(f"lissom.{name}")
-            for name in ("actuators", "linear", "links", "loops", "sweeps", "targets", "_lissom")
+            for name in ("actuators", "keeping", "linear", "links", "loops", "sweeps", "targets", "_lissom")
         ]
+        import_module("lissom.methods").attach()
         found = {known: value for module in modules for known, value in vars(module).items()}
         globals().update({known: found[known] for known in __all__})
         return globals()[name]
