@@ -38,6 +38,9 @@ if TYPE_CHECKING:
 #: With what a file ``.lissom`` begins; the record follows.
 HEAD = b"lissom record 1\n"
 
+#: With what a record begins: pickles are valid for one version.
+VERSION = f"{_lissom.__version__}\n".encode()
+
 #: The name of the record in NetCDF and NPZ files.
 RECORD = "lissom_record"
 
@@ -83,7 +86,8 @@ def load(path: str | os.PathLike[str]) -> Result:
     Raises
     ------
     ValueError
-        Where the suffix is unknown, or the file is damaged, of another program, or names what is not a part of results.
+        Where the suffix is unknown, or the file is damaged, of another program, of a version of lissom with other results, or
+        names what is not a part of results.
     OSError
         Where the file cannot be read.
     ImportError
@@ -135,7 +139,7 @@ def record(result: Result) -> bytes:
         raise ValueError(
             f"result: a file cannot keep {error}, which its model has; functions of Python have to be given as tables or `Harmonic`"
         ) from error
-    return content
+    return VERSION + content
 
 
 class _Reader(pickle.Unpickler):
@@ -173,12 +177,17 @@ ALLOWED: dict[tuple[str, str], Any] = {
 
 
 def _result(content: bytes, path: Path) -> Result:
+    version, _, pickled = content.partition(b"\n")
     try:
-        result = _Reader(io.BytesIO(content)).load()
+        result = _Reader(io.BytesIO(pickled)).load()
     except Exception as error:  # bytes of any kind raise errors of any kind
-        raise ValueError(
-            f"path: {path.name!r} has no result of lissom: {type(error).__name__}: {error}"
-        ) from error
+        other = version.decode(errors="replace")[:20]
+        reason = (
+            f"{type(error).__name__}: {error}"
+            if version + b"\n" == VERSION
+            else f"it was written by version {other!r}, this is {_lissom.__version__!r}"
+        )
+        raise ValueError(f"path: {path.name!r} has no result that lissom can read: {reason}") from error
     if type(result).__name__ not in RESULTS:
         raise ValueError(f"path: {path.name!r} has a {type(result).__name__}, which is no result")
     kept: Result = result

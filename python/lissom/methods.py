@@ -84,7 +84,7 @@ def _animate(
     path : path-like
         ``.gif``, or ``.mp4`` or ``.webm``, which need the program ffmpeg. A file that is there is replaced.
     fps : float
-        Pictures per second of the animation; at most 3000 pictures in all. GIF counts hundredths of a second: rates that
+        Pictures per second of the animation, 1 to 100; at most 3000 pictures in all. GIF counts hundredths of a second: rates that
         do not divide 100 are rounded.
     speed : float
         Seconds of the motion that are shown in a second. Each picture is the state that is nearest in time.
@@ -122,6 +122,8 @@ def _report(self: MotionResult, path: str | os.PathLike[str], *, title: str = "M
     """
     from .report import write_result
 
+    if not isinstance(title, str):
+        raise TypeError(f"title: a {type(title).__name__} is not text")
     write_result(self, path, title=title)
 
 

@@ -27,6 +27,9 @@ CODECS = {".gif": None, ".mp4": "libx264", ".webm": "libvpx-vp9"}
 #: Most pictures of an animation: beyond it, drawing takes minutes.
 MOST_PICTURES = 3000
 
+#: Fewest and most pictures per second.
+RATES = (1.0, 100.0)
+
 #: Most times of a curve: more than a screen can show.
 MOST_POINTS = 5000
 
@@ -88,7 +91,7 @@ def of_motion(result: MotionResult) -> NDArray[Any]:
     axes = _axes(kinds + len(frames) + (balance is not None))
     _draw_coordinates(axes[:kinds], t, q, known)
     for one, frame in zip(axes[kinds:], frames, strict=False):
-        _curves(one, t, frame.pose(q, t)[..., :3, 3], ["x", "y", "z"], f"{frame.name} (m)")
+        _curves(one, t, frame.pose(q, t)[..., :3, 3], ["x", "y", "z"], f"position of {frame.name} (m)")
     if balance is not None:
         parts = energies(balance)
         _curves(axes[-1], t, np.stack(list(parts.values()), axis=1)[at], list(parts), "energy (J)")
@@ -190,14 +193,22 @@ class _Drawn:
                 artist.set_data(*shape[i].T)
 
 
+def _number(name: str, value: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
+        raise TypeError(f"{name}: a {type(value).__name__} is not a number")
+    return float(value)
+
+
 def animate(result: MotionResult, path: str | os.PathLike[str], fps: float, speed: float) -> None:
     """Write a motion as a GIF or a film."""
     path = Path(path)
     if path.suffix not in CODECS:
         raise ValueError(f"path: {path.name!r} has to end with one of {', '.join(CODECS)}")
-    for name, value in (("fps", fps), ("speed", speed)):
-        if not (np.isfinite(value) and value > 0.0):
-            raise ValueError(f"{name} is {value}; it has to be a finite number above zero")
+    fps, speed = _number("fps", fps), _number("speed", speed)
+    if not RATES[0] <= fps <= RATES[1]:
+        raise ValueError(f"fps: {fps:g} is not between {RATES[0]:g} and {RATES[1]:g} pictures per second")
+    if not (np.isfinite(speed) and speed > 0.0):
+        raise ValueError(f"speed: {speed:g} is not a finite number above zero")
     if result.model is None:
         raise ValueError("result: its model is not known; it has to be one of `simulate`, not of `newmark`")
     if len(result.t) == 0:
@@ -211,7 +222,11 @@ def animate(result: MotionResult, path: str | os.PathLike[str], fps: float, spee
     at = _pictures(result.t, fps, speed)
     with path.open("ab"):  # what cannot be written is refused before minutes of drawing
         pass
-    _film(result, at, path, fps, codec)
+    try:
+        _film(result, at, path, fps, codec)
+    except BaseException:
+        path.unlink(missing_ok=True)
+        raise
 
 
 def _pictures(t: Array, fps: float, speed: float) -> NDArray[np.intp]:
