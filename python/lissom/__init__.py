@@ -65,8 +65,8 @@ if TYPE_CHECKING:
         statics,
     )
     from .actuators import ActiveStrain, Along, Chamber, Motor, Tendon, Via
-    from .linear import LinearModel, linearise
     from .keeping import load
+    from .linear import LinearModel, linearise
     from .links import (
         Cylindrical,
         Free,

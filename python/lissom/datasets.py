@@ -23,8 +23,6 @@ def dataset(result: Any, model: Model | None = None) -> xarray.Dataset:
     """The result with dimensions and units."""
     if missing("xarray"):
         raise ImportError("datasets need xarray: pip install 'lissom[files]'")
-    if model is not None and not isinstance(model, Model):
-        raise TypeError(f"model: {type(model).__name__} is no model of lissom")
     return _dataset(result, model)
 
 
@@ -37,6 +35,8 @@ def coordinates(model: Model | None, n: int) -> list[Coordinate]:
     """What the coordinates are; their numbers alone where no model is known."""
     if model is None:
         return [Coordinate(f"q{i}", "", "coordinate") for i in range(n)]
+    if not isinstance(model, Model):
+        raise TypeError(f"model: a {type(model).__name__} is not a model")
     if model.n != n:
         raise ValueError(f"model: it has {model.n} coordinates, the result has {n}")
     return list(view(model).coordinates)

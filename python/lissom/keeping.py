@@ -1,8 +1,8 @@
 """Results in files that give them back with equal bits: ``save`` and ``load``.
 
-A file has the *record* of a result: what `pickle` writes of it, with its model. `load` reads it with a list of what may stand there
-(results, models and NumPy arrays), so that a file cannot name any other function. NetCDF and NPZ files have arrays that other
-programs read beside it; `load` uses the record alone.
+A file has the *record* of a result: what `pickle` writes of it, with its model. `load` reads it with a list
+of what may stand there (results, models and NumPy arrays), so that a file cannot name any other function.
+NetCDF and NPZ files have arrays that other programs read beside it; `load` uses the record alone.
 """
 
 from __future__ import annotations
@@ -12,26 +12,20 @@ import os
 import pickle
 import zipfile
 from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from . import _lissom, actuators, links, loops
+from ._lissom import EnsembleResult, MotionResult, __version__
 from .datasets import dataset
 from .files import NETCDF, missing
 from .vtk import timeline
 
 if TYPE_CHECKING:
-    from ._lissom import (
-        ContinuationResult,
-        EnsembleResult,
-        Model,
-        ModesResult,
-        MotionResult,
-        StaticsResult,
-    )
+    from ._lissom import ContinuationResult, Model, ModesResult, StaticsResult
 
     Result = MotionResult | StaticsResult | ContinuationResult | ModesResult | EnsembleResult
 
@@ -39,7 +33,10 @@ if TYPE_CHECKING:
 HEAD = b"lissom record 1\n"
 
 #: With what a record begins: pickles are valid for one version.
-VERSION = f"{_lissom.__version__}\n".encode()
+VERSION = f"{__version__}\n".encode()
+
+#: What to do where a model has what files cannot keep.
+NO_FUNCTIONS = "give functions of time as tables or `Harmonic`"
 
 #: The name of the record in NetCDF and NPZ files.
 RECORD = "lissom_record"
@@ -49,17 +46,17 @@ RESULTS = ("MotionResult", "StaticsResult", "ContinuationResult", "ModesResult",
 
 #: Of what results and models consist, by module.
 PARTS = {
-    _lissom: (
+    "_lissom": (
         *RESULTS,
         *("Balance", "BaseMotion", "Body", "CriticalPoint", "EquilibriumPath", "Fluid", "Harmonic", "Input"),
         *("Load", "Profile", "Robot", "Rod", "Section", "Segment", "SpringPendulum", "Statistics", "Support"),
     ),
-    links: (
+    "links": (
         *("Cylindrical", "Free", "Link", "Mimic", "Planar", "Prismatic", "Revolute", "Spherical"),
         *("Universal", "Weld"),
     ),
-    actuators: ("ActiveStrain", "Along", "Chamber", "Motor", "Tendon", "Via"),
-    loops: ("Distance", "Gear", "Loop", "LoopEnd"),
+    "actuators": ("ActiveStrain", "Along", "Chamber", "Motor", "Tendon", "Via"),
+    "loops": ("Distance", "Gear", "Loop", "LoopEnd"),
 }
 
 #: Functions with which NumPy makes arrays again, by their names in its versions 1 and 2.
@@ -86,8 +83,8 @@ def load(path: str | os.PathLike[str]) -> Result:
     Raises
     ------
     ValueError
-        Where the suffix is unknown, or the file is damaged, of another program, of a version of lissom with other results, or
-        names what is not a part of results.
+        Where the suffix is unknown, or the file is damaged, of another program, of a version of lissom with
+        other results, or names what is not a part of results.
     OSError
         Where the file cannot be read.
     ImportError
@@ -130,14 +127,12 @@ def record(result: Result) -> bytes:
     try:
         content = pickle.dumps(result, protocol=5)
     except (pickle.PicklingError, AttributeError, TypeError) as error:
-        raise ValueError(
-            f"result: a file cannot keep it: {error}; functions of Python in a model have to be given as tables or `Harmonic`"
-        ) from error
+        raise ValueError(f"result: a file cannot keep it: {error}; {NO_FUNCTIONS}") from error
     try:
         _Reader(io.BytesIO(content)).load()
     except pickle.UnpicklingError as error:
         raise ValueError(
-            f"result: a file cannot keep {error}, which its model has; functions of Python have to be given as tables or `Harmonic`"
+            f"result: a file cannot keep {error}, which its model has; {NO_FUNCTIONS}"
         ) from error
     return VERSION + content
 
@@ -168,10 +163,10 @@ ALLOWED: dict[tuple[str, str], Any] = {
     ("numpy", "dtype"): np.dtype,
     ("builtins", "complex"): complex,
     **{
-        (place, name): getattr(module, name)
+        (place, name): getattr(import_module(f"lissom.{module}"), name)
         for module, names in PARTS.items()
         for name in names
-        for place in {module.__name__, "lissom"}
+        for place in (f"lissom.{module}", "lissom")
     },
 }
 
@@ -185,7 +180,7 @@ def _result(content: bytes, path: Path) -> Result:
         reason = (
             f"{type(error).__name__}: {error}"
             if version + b"\n" == VERSION
-            else f"it was written by version {other!r}, this is {_lissom.__version__!r}"
+            else f"it was written by version {other!r}, this is {__version__!r}"
         )
         raise ValueError(f"path: {path.name!r} has no result that lissom can read: {reason}") from error
     if type(result).__name__ not in RESULTS:
@@ -206,9 +201,10 @@ def _read_record(path: Path) -> bytes:
 
 
 def _write_npz(result: Result, model: Model | None) -> bytes:
-    arrays = _arrays(result)
+    arrays: dict[str, Any] = _arrays(result)
+    arrays[RECORD] = np.frombuffer(record(result), np.uint8)
     content = io.BytesIO()
-    np.savez_compressed(content, **arrays, **{RECORD: np.frombuffer(record(result), np.uint8)})
+    np.savez_compressed(content, **arrays)
     return content.getvalue()
 
 
@@ -236,7 +232,7 @@ def _need_files() -> None:
 
 def _write_netcdf(result: Result, model: Model | None) -> bytes:
     _need_files()
-    if isinstance(result, _lissom.EnsembleResult):
+    if isinstance(result, EnsembleResult):
         raise ValueError("path: results of `simulate_many` can be saved as .lissom or .npz, not as .nc")
     data = dataset(result, model)
     data[RECORD] = ("byte", np.frombuffer(record(result), np.uint8), {"long_name": "what lissom.load reads"})
@@ -259,7 +255,7 @@ def _write_vtk(result: Result, model: Model | None) -> bytes:
     absent = missing("h5py")
     if absent:
         raise ImportError("files for ParaView need h5py: pip install 'lissom[files]'")
-    if not isinstance(result, _lissom.MotionResult):
+    if not isinstance(result, MotionResult):
         raise ValueError("path: .vtkhdf files are written of results of `simulate`")
     return timeline(result)
 

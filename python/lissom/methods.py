@@ -1,7 +1,7 @@
 """What results can do with other packages: methods of the compiled classes that are written in Python.
 
-The classes get them when the package is first asked for a name. The stubs in ``_lissom.pyi`` say the same; a test compares them.
-Matplotlib, xarray and h5py are imported by what needs them, when it is called.
+The classes get them when the package is first asked for a name. The stubs in ``_lissom.pyi`` say the same; a
+test compares them. Matplotlib, xarray and h5py are imported by what needs them, when it is called.
 """
 
 from __future__ import annotations
@@ -31,9 +31,11 @@ OSError
 ImportError
     Where an extra is not installed; the message says how to install it.
 """
-_ALL_KINDS = "``.lissom`` (the smallest), ``.npz`` (NumPy reads its arrays) or ``.nc`` (NetCDF, extra `files`)"
+_ALL_KINDS = (
+    "``.lissom`` (the smallest), ``.npz`` (NumPy reads its arrays) or ``.nc`` (NetCDF, extra `files`)"
+)
 _MODEL = """model : Model or None
-    What rests or vibrates: names and units of the coordinates in NetCDF. The result that comes back has no model.
+    What rests or vibrates: names and units of the coordinates in NetCDF. The file does not keep the model.
 """
 _DATASET = """The result as an ``xarray.Dataset`` with named dimensions and units (extra `files`).
 {model}
@@ -84,8 +86,8 @@ def _animate(
     path : path-like
         ``.gif``, or ``.mp4`` or ``.webm``, which need the program ffmpeg. A file that is there is replaced.
     fps : float
-        Pictures per second of the animation, 1 to 100; at most 3000 pictures in all. GIF counts hundredths of a second: rates that
-        do not divide 100 are rounded.
+        Pictures per second of the animation, 1 to 100; at most 3000 pictures in all. GIF counts hundredths of
+        a second: rates that do not divide 100 are rounded.
     speed : float
         Seconds of the motion that are shown in a second. Each picture is the state that is nearest in time.
 
@@ -194,22 +196,22 @@ def _attach(owner: type, name: str, function: Any, text: str | None = None) -> N
 def attach() -> None:
     """Give the classes of results their methods; once more does no harm."""
     paraview = f"{_ALL_KINDS}; ``.vtkhdf`` is for ParaView alone (extra `files`) and cannot be loaded again"
-    trajectory = "States, inputs, energies (J), centre lines of rods and positions of tips (m) over the time (s)."
+    trajectory = (
+        "States, inputs, energies (J), centre lines of rods and positions of tips (m) over the time (s)."
+    )
     _attach(
         MotionResult, "plot", _plot_motion, f"Draw coordinates, positions of the tips and energies.\n{_AXES}"
     )
     _attach(MotionResult, "animate", _animate)
     _attach(MotionResult, "report", _report)
     _attach(MotionResult, "save", _save_motion, _SAVE.format(kinds=paraview, model=""))
-    _attach(
-        MotionResult, "to_xarray", _dataset_of_motion, _DATASET.format(model="", holds=trajectory)
-    )
+    _attach(MotionResult, "to_xarray", _dataset_of_motion, _DATASET.format(model="", holds=trajectory))
     small = "``.lissom`` or ``.npz``"
     _attach(EnsembleResult, "save", _save, _SAVE.format(kinds=small, model=""))
     holds = {
         StaticsResult: "The coordinates in equilibrium and the verdict.",
         ContinuationResult: "Coordinates, load factor, lowest eigenvalue and stability along the path.",
-        ModesResult: "Frequencies (Hz), damping ratios, eigenvalues and shapes, real and imaginary parts apart.",
+        ModesResult: "Frequencies (Hz), damping ratios, eigenvalues, shapes; real and imaginary parts apart.",
     }
     for owner, held in holds.items():
         _attach(owner, "save", _save_with, _SAVE.format(kinds=_ALL_KINDS, model=_MODEL))

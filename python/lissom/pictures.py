@@ -102,7 +102,7 @@ def of_motion(result: MotionResult) -> NDArray[Any]:
 def of_statics(result: StaticsResult, model: Model) -> NDArray[Any]:
     """The shape in which the model rests."""
     if not isinstance(model, Model):
-        raise TypeError(f"model: {type(model).__name__} is no model of lissom")
+        raise TypeError(f"model: a {type(model).__name__} is not a model")
     coordinates(model, len(result.q))
     if not np.isfinite(result.q).all():
         raise ValueError(f"result: its coordinates are not finite; {result.message}")
@@ -234,14 +234,15 @@ def _pictures(t: Array, fps: float, speed: float) -> NDArray[np.intp]:
     count = (t[-1] - t[0]) * fps / speed
     if not count < MOST_PICTURES:
         raise ValueError(
-            f"fps: {count:.3g} pictures are too many, {MOST_PICTURES} are the most; lower `fps` or raise `speed`"
+            f"fps: {count:.3g} pictures are more than {MOST_PICTURES}; lower `fps` or raise `speed`"
         )
     times = t[0] + np.arange(int(count) + 1) * (speed / fps)
     right = np.searchsorted(t, times).clip(1, max(len(t) - 1, 1))
     left = right - 1
     if len(t) == 1:
         return np.zeros(1, dtype=np.intp)
-    return np.where(times - t[left] <= t[right] - times, left, right)
+    nearest: NDArray[np.intp] = np.where(times - t[left] <= t[right] - times, left, right)
+    return nearest
 
 
 def _film(result: MotionResult, at: NDArray[np.intp], path: Path, fps: float, codec: str | None) -> None:
@@ -254,8 +255,9 @@ def _film(result: MotionResult, at: NDArray[np.intp], path: Path, fps: float, co
     figure = Figure(figsize=(6.0, 5.0))
     FigureCanvasAgg(figure)
     drawn = _Drawn(view(result.model), q, t, figure)
-    # GIF counts hundredths of a second; `PillowWriter` rounds.
-    writer: AbstractMovieWriter = PillowWriter(fps=fps) if codec is None else FFMpegWriter(fps=fps, codec=codec)  # type: ignore[arg-type]
+    # Both take fractions, though Matplotlib's annotations do not say so; GIF counts hundredths of a second.
+    rate: Any = fps
+    writer: AbstractMovieWriter = PillowWriter(rate) if codec is None else FFMpegWriter(rate, codec)
     with writer.saving(figure, str(path), RESOLUTION):
         for i in range(len(at)):
             drawn.show(i)

@@ -1,7 +1,8 @@
 """Motions for ParaView: one file in the format VTKHDF, which it opens as a time series.
 
-The format is HDF5 with names that VTK has laid down (VTK File Formats, "VTKHDF", version 2.0, transient PolyData); h5py, which NetCDF
-takes anyway, writes it. The other ways take VTK itself, a hundred megabytes for a file of polylines, or one file a time.
+The format is HDF5 with names that VTK has laid down (VTK File Formats, "VTKHDF", version 2.0, transient
+PolyData); h5py, which NetCDF takes anyway, writes it. The other ways take VTK itself, a large package for a
+file of polylines, or one file a time.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ CELLS = ("Vertices", "Lines", "Polygons", "Strips")
 
 
 def timeline(result: MotionResult) -> bytes:
-    """The rods of a motion as polylines over time, with radius, curvature, stretch, speed and number of the link as point data."""
+    """The rods of a motion as polylines over time; radius, curvature, stretch, speed, link are point data."""
     if result.model is None:
         raise ValueError("result: its model is not known; it has to be one of `simulate`, not of `newmark`")
     if len(result.t) == 0:
@@ -48,9 +49,7 @@ def timeline(result: MotionResult) -> bytes:
         if link.velocity is not None:
             at_sections = [link.velocity(q, v, float(X), t)[..., 3:] for X in link.stations]
             data["speed"].append(np.linalg.norm(np.stack(at_sections, axis=1), axis=-1))
-    whole = {
-        name: np.concatenate(parts, axis=1) for name, parts in data.items() if len(parts) == len(links)
-    }
+    whole = {name: np.concatenate(parts, axis=1) for name, parts in data.items() if len(parts) == len(links)}
     return _write(t, np.concatenate(points, axis=1), whole, [len(link.stations) for link in links])
 
 

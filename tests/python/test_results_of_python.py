@@ -13,13 +13,14 @@ import pytest
 import xarray
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from test_pickle import assert_same
 
 import lissom
 from lissom import keeping, pictures
 from lissom.views import view
+from test_pickle import assert_same
 
 matplotlib = pytest.importorskip("matplotlib")
+pyplot = pytest.importorskip("matplotlib.pyplot")
 matplotlib.use("Agg")
 
 MATERIAL = {"young_modulus": 1e6, "poisson_ratio": 0.5, "density": 1000.0}
@@ -58,7 +59,7 @@ KINDS = {
 @pytest.fixture(autouse=True)
 def _closed_figures():
     yield
-    matplotlib.pyplot.close("all")
+    pyplot.close("all")
 
 
 @pytest.fixture(scope="module")
@@ -135,9 +136,18 @@ def test_plots_show_the_numbers(name):
     for i, coordinate in enumerate(view(model).coordinates):
         np.testing.assert_array_equal(drawn[coordinate.name].get_ydata(), result.q[:, i])
     assert len(lissom.modes(model, np.zeros(model.n)).plot()) == 2
-    path = lissom.continuation(model)
-    lines = path.plot(model)[-1].get_lines()
-    np.testing.assert_array_equal(lines[0].get_ydata(), path.path.lowest_eigenvalue)
+
+
+def test_a_plot_of_a_path_marks_critical_points():
+    column = lissom.Rod([segment()], gravity=(0, 0, 0), tip_force=(-1000.0, 0, 0))
+    result = lissom.continuation(column)
+    axes = result.plot(column)
+    lines = axes[-1].get_lines()
+    np.testing.assert_array_equal(lines[0].get_ydata(), result.path.lowest_eigenvalue)
+    critical = result.path.critical_points
+    assert critical
+    assert [text.get_text() for text in axes[0].texts] == [point.kind for point in critical]
+    assert [line.get_xdata()[0] for line in lines[2:]] == [point.load_factor for point in critical]
 
 
 def test_a_plot_of_statics_is_the_shape():
@@ -146,8 +156,14 @@ def test_a_plot_of_statics_is_the_shape():
     line = result.plot(model)[0].get_lines()[0]
     tip = model.pose(result.q)[:3, 3]
     np.testing.assert_allclose([values[-1] for values in line.get_data_3d()], tip, rtol=1e-13, atol=1e-15)
-    with pytest.raises(TypeError, match="model"):
-        result.plot(3)
+
+
+def test_only_models_are_taken_for_models(tmp_path):
+    model = rod()
+    rest, path = lissom.statics(model), lissom.continuation(model, max_steps=2)
+    for call in (rest.plot, rest.to_xarray, path.plot, lambda wrong: rest.save(tmp_path / "x.nc", wrong)):
+        with pytest.raises(TypeError, match="model: a str is not a model"):
+            call("rod")
 
 
 def test_an_animation_has_the_pictures_of_its_time(tmp_path):
@@ -234,7 +250,9 @@ def test_films_without_ffmpeg(tmp_path, monkeypatch):
     assert not (tmp_path / "x.mp4").exists()
 
 
-@pytest.mark.parametrize("options", [{"fps": 0}, {"fps": 1e9}, {"speed": 0.0}, {"speed": np.nan}, {"speed": 1e-9}])
+@pytest.mark.parametrize(
+    "options", [{"fps": 0}, {"fps": 1e9}, {"speed": 0.0}, {"speed": np.nan}, {"speed": 1e-9}]
+)
 def test_senseless_animations_are_refused(options, tmp_path):
     with pytest.raises(ValueError, match=r"fps|speed"):
         lissom.simulate(rod(), 0.01).animate(tmp_path / "x.gif", **options)

@@ -630,7 +630,7 @@ _SAVED = {
 }
 _MOVED = "v.alone(lissom.simulate(v.planar(), 0.02))"
 RECIPES |= {
-    "load": {"path": "v.kept()"},
+    "load": {"path": "v.saved()"},
     "MotionResult.plot": {"self": _MOVED},
     "MotionResult.animate": {"self": _MOVED, "path": "v.place('x.gif')", "fps": "50.0", "speed": "0.1"},
     "MotionResult.report": {"self": _MOVED, "path": "v.place('x.html')", "title": "'A rod'"},

@@ -132,7 +132,7 @@ def place(name):
     return str(pathlib.Path(tempfile.gettempdir()) / f"lissom-{os.getpid()}-{name}")
 
 
-def kept():
+def saved():
     """A file with a result."""
     path = place("kept.lissom")
     lissom.statics(planar()).save(path)
