@@ -66,6 +66,7 @@ if TYPE_CHECKING:
     )
     from .actuators import ActiveStrain, Along, Chamber, Motor, Tendon, Via
     from .contacts import Ball, Box, Capsule, Contact, HalfSpace, Sphere, Touch
+    from .keeping import load
     from .linear import LinearModel, linearise
     from .links import (
         Cylindrical,
@@ -165,6 +166,7 @@ __all__ = [
     "continuation",
     "jacobian",
     "linearise",
+    "load",
     "modes",
     "newmark",
     "root",
@@ -187,8 +189,19 @@ if not TYPE_CHECKING:
         # The second finds NumPy imported by the first: where that is missing or interrupted, Python says so.
         modules = [
             import_module(f"lissom.{name}")
-            for name in ("actuators", "contacts", "linear", "links", "loops", "sweeps", "targets", "_lissom")
+            for name in (
+                "actuators",
+                "contacts",
+                "keeping",
+                "linear",
+                "links",
+                "loops",
+                "sweeps",
+                "targets",
+                "_lissom",
+            )
         ]
+        import_module("lissom.methods").attach()
         found = {known: value for module in modules for known, value in vars(module).items()}
         globals().update({known: found[known] for known in __all__})
         return globals()[name]

@@ -36,6 +36,9 @@ pub(crate) struct Sweeps<G: Turning> {
     zeros: Vec<f64>,
 }
 
+/// Coordinates that differ by less are of one shape, where it is asked what touches.
+const SAME_SHAPE: f64 = 1e-4;
+
 struct Motion<'a, G: Turning> {
     plan: &'a Plan<G>,
     work: &'a mut Workspace<G>,
@@ -449,6 +452,10 @@ impl<G: Turning> Sweeps<G> {
 
     /// Takes down how fast the surfaces approach each other that touch in a motion; false where none do.
     pub(crate) fn note_rates(&mut self, motion: [&[f64]; 3]) -> bool {
+        // Forces have just been found nearby.
+        if self.work.motion_is_known && self.work.contact.touches.is_empty() {
+            return false;
+        }
         self.update_motion(motion);
         contact::note_rates(&mut self.work);
         !self.work.contact.touches.is_empty()
@@ -462,9 +469,10 @@ impl<G: Turning> Sweeps<G> {
 
     /// A contact whose surfaces overlap by more than a radius, and by how much.
     pub(crate) fn sunk(&mut self, q: &[f64]) -> Option<(usize, f64)> {
-        // Touches follow from the shape alone.
-        let Workspace { motion_is_known, motion_of, .. } = &self.work;
-        if !motion_is_known || motion_of[..q.len()] != *q {
+        // Touches follow from the shape alone; those of one that differs by what Newton's method leaves are as good.
+        let Workspace { motion_is_known, kinematics_of, .. } = &self.work;
+        let is_near = |(known, q): (&f64, &f64)| (known - q).abs() <= SAME_SHAPE * (1.0 + q.abs());
+        if !motion_is_known || !kinematics_of.iter().zip(q).all(is_near) {
             self.with_zeros(|sweeps, zeros| sweeps.update_motion([q, zeros, zeros]));
         }
         contact::sunk(&self.plan, &self.work)

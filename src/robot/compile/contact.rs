@@ -10,7 +10,7 @@ use crate::robot::algebra::obstacle::Solid;
 use crate::robot::algebra::touch::Law;
 use crate::robot::description::{Link, Robot};
 use crate::robot::kernel::kinematics;
-use crate::robot::plan::contact::{Ball, Contacts, Curve, PLACES, Pair, Sample, Side};
+use crate::robot::plan::contact::{Ball, Contacts, Curve, NODES, PLACES, Pair, Sample, Side};
 use crate::robot::plan::point::{Place, Point};
 use crate::robot::plan::{Plan, packed};
 use crate::robot::turning::{Turning, place};
@@ -115,6 +115,15 @@ fn add_rod<G: Turning>(contacts: &mut Contacts<G>, plan: &Plan<G>, link: usize) 
             .chain([1.0])
             .map(|x| Sample { x, radius: piece.part().radius(x) })
             .collect();
+        let whole = samples
+            .windows(2)
+            .map(|ends| {
+                NODES.map(|node| {
+                    let up_to = integral.weights_up_to(ends[0].x + (ends[1].x - ends[0].x) * node);
+                    packed(nodes, |l| piece.length * up_to[l])
+                })
+            })
+            .collect();
         let moved_by = kinematics::moved_by(plan, &place::at_fraction(&plan.pieces, s, 1.0));
         let expansion: Vec<_> = integral.expansion().iter().map(|row| packed(nodes, |l| row[l])).collect();
         let first_coefficient = contacts.curves.iter().map(|curve| curve.expansion.len()).sum();
@@ -125,6 +134,7 @@ fn add_rod<G: Turning>(contacts: &mut Contacts<G>, plan: &Plan<G>, link: usize) 
             piece: s,
             length: piece.length,
             start,
+            whole,
             samples,
             first_sample,
             expansion,

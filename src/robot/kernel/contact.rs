@@ -8,14 +8,10 @@ use crate::lie::{Cross, LANES, Lanes, Sweep, Twist, Vector, VectorSpace};
 use crate::robot::algebra::obstacle::{Distance, Solid};
 use crate::robot::algebra::touch::Meeting;
 use crate::robot::plan::Plan;
-use crate::robot::plan::contact::{Curve, PLACES, Pair, Side};
+use crate::robot::plan::contact::{Curve, NODES, Pair, Side, WEIGHTS};
 use crate::robot::state::Workspace;
 use crate::robot::state::contact::{ContactState, Standing, Touch};
 use crate::robot::turning::Turning;
-
-/// Nodes and weights of the Gauss-Legendre rule with [`PLACES`] nodes on [0, 1].
-const NODES: [f64; PLACES] = [0.112_701_665_379_258_31, 0.5, 0.887_298_334_620_741_7];
-const WEIGHTS: [f64; PLACES] = [5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0];
 
 /// A curve between two samples is longer than what their slopes say by that factor at most, unless a rod turns by far more
 /// than a radian between them.
@@ -53,11 +49,22 @@ impl<G: Turning> Sweep for Find<'_, G> {
     fn call(self) {
         let Self { plan, work, state } = self;
         look(plan, work, state);
+        mark_near(plan, state);
+        expand(plan, work, state);
         let ContactState {
-            coefficients, samples, bounds, centres, touches, up_to, weights, polynomials, ..
+            coefficients,
+            samples,
+            bounds,
+            is_near,
+            centres,
+            touches,
+            up_to,
+            weights,
+            polynomials,
+            ..
         } = state;
         touches.clear();
-        let scene = Scene { plan, work, coefficients, samples, bounds, centres };
+        let scene = Scene { plan, work, coefficients, samples, bounds, is_near, centres };
         let mut found = Found { touches, up_to, weights, polynomials };
         for (p, pair) in plan.contacts.pairs.iter().enumerate() {
             scene.meet(p, pair, &mut found);
@@ -65,12 +72,76 @@ impl<G: Turning> Sweep for Find<'_, G> {
     }
 }
 
-/// Shapes, samples and bounds of all curves, and centres of all balls.
+/// Samples and bounds of all curves, and centres of all balls.
 #[inline(always)]
 fn look<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mut ContactState<G::Pack>) {
     for (curve, bound) in plan.contacts.curves.iter().zip(&mut state.bounds) {
         let piece = &plan.pieces[curve.piece];
-        let slopes = &work.slope[piece.node_packs()];
+        let own = &mut state.samples[curve.first_sample..][..curve.samples.len()];
+        let last = own.len() - 1;
+        let ends = [piece.joined.begin, piece.joined.end].map(|station| work.stations[station].position);
+        for (i, seen) in own[1..last].iter_mut().enumerate() {
+            let (node, lane) = (piece.first_pack + i / LANES, i % LANES);
+            let at_node = |v: &G::Vector<G::Pack>| {
+                G::in_space(plan.frame, G::map_vector(v, |pack: &G::Pack| pack.lane(lane)))
+            };
+            *seen = [at_node(&work.position[node]), at_node(&work.slope[node]) * curve.length];
+        }
+        own[0] = [G::in_space(plan.frame, ends[0]), own[1][1]];
+        own[last] = [G::in_space(plan.frame, ends[1]), own[last - 1][1]];
+        let (mut fastest, mut away, mut thickest) = (0.0_f64, 0.0_f64, 0.0_f64);
+        let centre = own[own.len() / 2][0];
+        for ([position, slope], sample) in own.iter().zip(&curve.samples) {
+            let way = *position - centre;
+            fastest = fastest.max(slope.dot(*slope));
+            away = away.max(way.dot(way));
+            thickest = thickest.max(sample.radius);
+        }
+        let between = LONGER * fastest.sqrt() * piece.gauss.largest_gap();
+        *bound = (centre, away.sqrt() + between + thickest);
+    }
+    for (ball, centre) in plan.contacts.balls.iter().zip(&mut state.centres) {
+        let point = &work.points[ball.point];
+        let beside = G::rotate(&point.rotation, G::vector_of(plan.frame, ball.beside));
+        *centre = G::in_space(plan.frame, point.position + beside);
+    }
+}
+
+/// Marks the curves whose bounds are touched by others.
+fn mark_near<G: Turning>(plan: &Plan<G>, state: &mut ContactState<G::Pack>) {
+    let ContactState { bounds, is_near, centres, .. } = state;
+    is_near.fill(false);
+    for pair in &plan.contacts.pairs {
+        let Side::Rod(curves) = &pair.sides[0] else { continue };
+        for c in curves.clone() {
+            let (centre, radius) = bounds[c];
+            match &pair.sides[1] {
+                Side::Solid(solid) => {
+                    is_near[c] |= plan.contacts.solids[*solid].distance(centre).value <= radius;
+                }
+                Side::Ball(ball) => {
+                    let reach = radius + plan.contacts.balls[*ball].radius;
+                    is_near[c] |= distance_between(centre, centres[*ball]) <= reach;
+                }
+                Side::Rod(others) => {
+                    for o in others.clone() {
+                        let (other, of_other) = bounds[o];
+                        let is_met = distance_between(centre, other) <= radius + of_other;
+                        is_near[c] |= is_met;
+                        is_near[o] |= is_met;
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Shapes of the curves that may be touched.
+#[inline(always)]
+fn expand<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mut ContactState<G::Pack>) {
+    let curves = plan.contacts.curves.iter().zip(&state.is_near);
+    for (curve, _) in curves.filter(|(_, is_near)| **is_near) {
+        let slopes = &work.slope[plan.pieces[curve.piece].node_packs()];
         let coefficients = &mut state.coefficients[curve.first_coefficient..][..curve.expansion.len()];
         for (coefficient, weights) in coefficients.iter_mut().zip(&curve.expansion) {
             let mut sum = G::Vector::<G::Pack>::zero();
@@ -80,24 +151,6 @@ fn look<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mut ContactStat
             let sum = G::map_vector(&sum, |pack: &G::Pack| pack.sum());
             *coefficient = G::in_space(plan.frame, sum) * curve.length;
         }
-        let shape = shape(plan, work, coefficients, curve);
-        let own = &mut state.samples[curve.first_sample..][..curve.samples.len()];
-        let (mut fastest, mut thickest) = (0.0_f64, 0.0_f64);
-        for (sample, seen) in curve.samples.iter().zip(own.iter_mut()) {
-            let [position, slope] = shape.at(sample.x);
-            *seen = [position, slope];
-            fastest = fastest.max(slope.dot(slope));
-            thickest = thickest.max(sample.radius);
-        }
-        let centre = own[own.len() / 2][0];
-        let away = own.iter().map(|[position, _]| distance_between(*position, centre)).fold(0.0, f64::max);
-        let between = LONGER * fastest.sqrt() * piece.gauss.largest_gap();
-        *bound = (centre, away + between + thickest);
-    }
-    for (ball, centre) in plan.contacts.balls.iter().zip(&mut state.centres) {
-        let point = &work.points[ball.point];
-        let beside = G::rotate(&point.rotation, G::vector_of(plan.frame, ball.beside));
-        *centre = G::in_space(plan.frame, point.position + beside);
     }
 }
 
@@ -160,6 +213,7 @@ struct Scene<'a, G: Turning> {
     coefficients: &'a [Vector<f64>],
     samples: &'a [[Vector<f64>; 2]],
     bounds: &'a [(Vector<f64>, f64)],
+    is_near: &'a [bool],
     centres: &'a [Vector<f64>],
 }
 
@@ -205,6 +259,8 @@ struct First {
 #[derive(Clone, Copy)]
 struct Part<'a> {
     shape: Shape<'a>,
+    /// Among the parts of its curve.
+    index: usize,
     curve: usize,
     /// Fractions of the curve where it begins and how long it is.
     from: f64,
@@ -234,6 +290,12 @@ impl Part<'_> {
         self.radii[0] + (self.radii[1] - self.radii[0]) * x
     }
 
+    /// Centre and radius of a ball that it lies in.
+    fn bound(&self) -> (Vector<f64>, f64) {
+        let [[p, _], [q, _]] = self.ends;
+        ((p + q) * 0.5, 0.5 * self.reach() + self.radii[0].max(self.radii[1]))
+    }
+
     /// It is not longer than that, and its radius changes by no more.
     fn reach(&self) -> f64 {
         let [[_, a], [_, b]] = self.ends;
@@ -248,10 +310,11 @@ impl<'a, G: Turning> Scene<'a, G> {
         let seen = &self.samples[curve.first_sample..][..curve.samples.len()];
         let coefficients = &self.coefficients[curve.first_coefficient..][..curve.expansion.len()];
         let shape = shape(self.plan, self.work, coefficients, curve);
-        curve.samples.windows(2).zip(seen.windows(2)).map(move |(samples, seen)| {
+        curve.samples.windows(2).zip(seen.windows(2)).enumerate().map(move |(index, (samples, seen))| {
             let (from, part) = (samples[0].x, samples[1].x - samples[0].x);
             Part {
                 shape,
+                index,
                 curve: c,
                 from,
                 part,
@@ -285,8 +348,8 @@ impl<'a, G: Turning> Scene<'a, G> {
             }
             Side::Rod(curves) => {
                 for c in curves.clone() {
-                    if self.may_meet(c, &other) {
-                        for part in self.parts(c) {
+                    if self.is_near[c] {
+                        for part in self.parts(c).filter(|part| self.may_meet(part, &other)) {
                             self.meet_along(p, &part, &other, found);
                         }
                     }
@@ -296,16 +359,21 @@ impl<'a, G: Turning> Scene<'a, G> {
         }
     }
 
-    /// Whether a curve can be near the other.
-    fn may_meet(&self, c: usize, other: &Other<'_>) -> bool {
-        let (centre, radius) = self.bounds[c];
-        match other {
-            Other::Solid(solid, _) => solid.distance(centre).value <= radius,
-            Other::Rod { first, end, .. } => {
-                let mut others = self.bounds[*first..*end].iter();
-                others.any(|&(other, of_other)| distance_between(centre, other) <= radius + of_other)
-            }
-        }
+    /// Whether a part of a curve can be near the other.
+    fn may_meet(&self, part: &Part<'_>, other: &Other<'_>) -> bool {
+        let Other::Rod { pair, first, end } = other else { return true };
+        let (centre, radius) = part.bound();
+        (*first..*end).any(|o| {
+            let (middle, of_other) = self.bounds[o];
+            distance_between(centre, middle) <= radius + of_other
+                && self.parts(o).any(|other| {
+                    let is_neighbour = pair.neighbourhood > 0.0
+                        && other.arc < part.arc + part.length + pair.neighbourhood
+                        && other.arc + other.length > part.arc - pair.neighbourhood;
+                    let (middle, of_other) = other.bound();
+                    !is_neighbour && distance_between(centre, middle) <= radius + of_other
+                })
+        })
     }
 
     /// Adds the touches of a part of a curve.
@@ -324,12 +392,14 @@ impl<'a, G: Turning> Scene<'a, G> {
             return;
         }
         let Some([from, to]) = touched(ends, gap) else { return };
-        for (node, weight) in NODES.into_iter().zip(WEIGHTS) {
+        let is_whole = from == 0.0 && to == 1.0;
+        for (i, (node, weight)) in NODES.into_iter().zip(WEIGHTS).enumerate() {
             let x = from + (to - from) * node;
             let on = Standing::Along { curve: part.curve, x: part.from + part.part * x };
             let weight = weight * (to - from) * part.length;
             let axis = self.axis(p, part, x, found);
-            let centre = self.reach(on, found, 0);
+            let known = is_whole.then(|| &self.plan.contacts.curves[part.curve].whole[part.index][i][..]);
+            let centre = self.reach(on, known, found, 0);
             if let Some(nearest) = self.nearest(other, centre, Some(part.arc + part.length * x)) {
                 let first = First { on, centre, radius: part.radius(x), weight, axis };
                 self.press(p, &first, &nearest, found);
@@ -429,22 +499,33 @@ impl<'a, G: Turning> Scene<'a, G> {
         Some(Nearest { distance, on, radius })
     }
 
-    /// The centre of a side, in space and the frame of the plan; tells how the nodes reach it in the memory of the next touch.
-    fn reach(&self, on: Standing, found: &mut Found<'_, G::Pack>, side: usize) -> Vector<f64> {
+    /// The centre of a side, in space and the frame of the plan; tells how the nodes reach it, which may be known, in the
+    /// memory of the next touch.
+    fn reach(
+        &self,
+        on: Standing,
+        known: Option<&[G::Pack]>,
+        found: &mut Found<'_, G::Pack>,
+        side: usize,
+    ) -> Vector<f64> {
         match on {
             Standing::Along { curve, x } => {
                 let curve: &Curve<G::Pack> = &self.plan.contacts.curves[curve];
                 let piece = &self.plan.pieces[curve.piece];
-                let nodes = piece.packs * LANES;
-                let weights = &mut found.weights[..nodes];
-                curve.integral.write_weights_up_to(x, weights, found.polynomials);
                 let stride = self.plan.contacts.packs;
                 let own = &mut found.up_to[(2 * found.touches.len() + side) * stride..][..piece.packs];
+                if let Some(known) = known {
+                    own.copy_from_slice(known);
+                } else {
+                    let weights = &mut found.weights[..piece.packs * LANES];
+                    curve.integral.write_weights_up_to(x, weights, found.polynomials);
+                    for (own, lanes) in own.iter_mut().zip(weights.chunks_exact(LANES)) {
+                        *own = G::Pack::from_lanes(std::array::from_fn(|lane| lanes[lane] * curve.length));
+                    }
+                }
                 let mut way = G::Vector::<G::Pack>::zero();
-                let slopes = &self.work.slope[piece.node_packs()];
-                for ((own, lanes), &slope) in own.iter_mut().zip(weights.chunks_exact(LANES)).zip(slopes) {
-                    *own = G::Pack::from_lanes(std::array::from_fn(|lane| lanes[lane] * curve.length));
-                    way += slope * *own;
+                for (&own, &slope) in own.iter().zip(&self.work.slope[piece.node_packs()]) {
+                    way += slope * own;
                 }
                 let begin = self.work.stations[piece.joined.begin].position;
                 let way = G::map_vector(&way, |pack: &G::Pack| pack.sum());
@@ -490,7 +571,7 @@ impl<'a, G: Turning> Scene<'a, G> {
             return;
         }
         let sides = [on, nearest.on];
-        let centres = [centre, self.reach(nearest.on, found, 1)];
+        let centres = [centre, self.reach(nearest.on, None, found, 1)];
         let motions = [0, 1].map(|s| self.motion(sides[s], centres[s], found, s));
         // What touches itself is met twice, from both sides.
         let weight = if pair.neighbourhood > 0.0 { 0.5 * weight } else { weight };

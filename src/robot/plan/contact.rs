@@ -12,6 +12,10 @@ use crate::rod::Integral;
 /// is a polynomial of degree 5 there.
 pub(crate) const PLACES: usize = 3;
 
+/// Nodes and weights of that rule on [0, 1].
+pub(crate) const NODES: [f64; PLACES] = [0.112_701_665_379_258_31, 0.5, 0.887_298_334_620_741_7];
+pub(crate) const WEIGHTS: [f64; PLACES] = [5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0];
+
 /// What touches of a plan.
 #[derive(Clone, Debug)]
 pub(crate) struct Contacts<G: Space> {
@@ -45,6 +49,8 @@ pub(crate) struct Curve<P> {
     pub(crate) length: f64,
     /// Arc length of its rod where it begins.
     pub(crate) start: f64,
+    /// How its nodes reach the places of the integrals between neighbouring samples, where all of that way is touched.
+    pub(crate) whole: Vec<[Vec<P>; PLACES]>,
     /// Places where it is looked at first: its ends and nodes.
     pub(crate) samples: Vec<Sample>,
     /// The first of them among those of all curves.

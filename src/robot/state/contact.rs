@@ -10,10 +10,11 @@ use crate::robot::plan::space::Space;
 pub(crate) struct ContactState<P> {
     /// Of all curves, Legendre's coefficients of the derivative of the position along the fraction of the length.
     pub(crate) coefficients: Vec<Vector<f64>>,
-    /// That derivative and the position at the samples of all curves: position first.
+    /// Position and that derivative at the samples of all curves, that at the ends as at the nodes next to them.
     pub(crate) samples: Vec<[Vector<f64>; 2]>,
-    /// Of every curve, the centre and the radius of a ball that it lies in.
+    /// Of every curve, the centre and the radius of a ball that it lies in, and whether anything else may touch it.
     pub(crate) bounds: Vec<(Vector<f64>, f64)>,
+    pub(crate) is_near: Vec<bool>,
     /// Centres of the balls.
     pub(crate) centres: Vec<Vector<f64>>,
     /// Where anything touches; there is memory for all that can.
@@ -57,6 +58,7 @@ impl<P> Default for ContactState<P> {
             coefficients: Vec::new(),
             samples: Vec::new(),
             bounds: Vec::new(),
+            is_near: Vec::new(),
             centres: Vec::new(),
             touches: Vec::new(),
             rates: Vec::new(),
@@ -76,6 +78,7 @@ impl<P: Lanes> ContactState<P> {
             coefficients: vec![Vector::zero(); coefficients],
             samples: vec![[Vector::zero(); 2]; samples],
             bounds: vec![(Vector::zero(), 0.0); contacts.curves.len()],
+            is_near: vec![false; contacts.curves.len()],
             centres: vec![Vector::zero(); contacts.balls.len()],
             touches: Vec::with_capacity(contacts.capacity),
             rates: Vec::with_capacity(contacts.capacity),

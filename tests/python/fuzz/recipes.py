@@ -648,6 +648,34 @@ RECIPES: dict[str, dict | list[dict]] = {
     "sensors.Sensor.reset": {"self": _SENSOR, "seed": "1"},
     "sensors.Sensor.copy": {"self": _SENSOR},
 }
+_SAVED = {
+    "StaticsResult": "lissom.statics(v.planar())",
+    "ContinuationResult": "lissom.continuation(v.planar(), max_steps=5)",
+    "ModesResult": "lissom.modes(v.planar(), [0.0, 0.0])",
+}
+_MOVED = "v.alone(lissom.simulate(v.planar(), 0.02))"
+RECIPES |= {
+    "load": {"path": "v.saved()"},
+    "MotionResult.plot": {"self": _MOVED},
+    "MotionResult.animate": {"self": _MOVED, "path": "v.place('x.gif')", "fps": "50.0", "speed": "0.1"},
+    "MotionResult.report": {"self": _MOVED, "path": "v.place('x.html')", "title": "'A rod'"},
+    "MotionResult.save": [
+        {"self": _MOVED, "path": f"v.place('x{suffix}')"} for suffix in (".lissom", ".npz", ".nc", ".vtkhdf")
+    ],
+    "MotionResult.to_xarray": {"self": _MOVED},
+    "EnsembleResult.save": {
+        "self": "lissom.simulate_many(v.planar(), 0.02, q0=np.zeros((2, 2)))",
+        "path": "v.place('x.npz')",
+    },
+    **{
+        f"{name}.save": {"self": result, "path": "v.place('x.nc')", "model": "v.planar()"}
+        for name, result in _SAVED.items()
+    },
+    **{f"{name}.to_xarray": {"self": result, "model": "v.planar()"} for name, result in _SAVED.items()},
+    "StaticsResult.plot": {"self": f"v.alone({_SAVED['StaticsResult']})", "model": "v.planar()"},
+    "ContinuationResult.plot": {"self": f"v.alone({_SAVED['ContinuationResult']})", "model": "v.planar()"},
+    "ModesResult.plot": {"self": f"v.alone({_SAVED['ModesResult']})"},
+}
 #: Classes that only functions make, and exceptions: calling them must raise, or make an exception.
 _UNMADE = """
 AccuracyWarning ActuateResult ContinuationResult ConvergenceError

@@ -5,6 +5,7 @@ Scripts say ``from fuzz import values as v``.
 
 import copy
 import gc
+import os
 import pathlib
 import pickle
 import tempfile
@@ -124,6 +125,28 @@ def urdf():
     path = pathlib.Path(tempfile.gettempdir()) / "lissom-one-hinge.urdf"
     path.write_text(text, encoding="utf-8")
     return str(path)
+
+
+def place(name):
+    """A file of this process in a folder that can be written."""
+    return str(pathlib.Path(tempfile.gettempdir()) / f"lissom-{os.getpid()}-{name}")
+
+
+def saved():
+    """A file with a result."""
+    path = place("kept.lissom")
+    lissom.statics(planar()).save(path)
+    return path
+
+
+def alone(result):
+    """A result whose drawings meet no window and no earlier figures."""
+    import matplotlib
+    from matplotlib import pyplot
+
+    matplotlib.use("Agg")
+    pyplot.close("all")
+    return result
 
 
 def pendulum():

@@ -1,0 +1,139 @@
+"""Results as datasets of xarray: named dimensions, units and long names, by the habits of CF."""
+
+from __future__ import annotations
+
+from functools import singledispatch
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ._lissom import ContinuationResult, Model, ModesResult, MotionResult, StaticsResult, __version__
+from .files import missing
+from .results import energies
+from .views import Coordinate, view
+
+if TYPE_CHECKING:
+    import xarray
+
+#: What stands at arrays whose units differ from coordinate to coordinate.
+SEE = "see unit"
+
+
+def dataset(result: Any, model: Model | None = None) -> xarray.Dataset:
+    """The result with dimensions and units."""
+    if missing("xarray"):
+        raise ImportError("datasets need xarray: pip install 'lissom[files]'")
+    return _dataset(result, model)
+
+
+@singledispatch
+def _dataset(result: Any, model: Model | None) -> xarray.Dataset:
+    raise TypeError(f"result: there is no dataset of a {type(result).__name__}")
+
+
+def coordinates(model: Model | None, n: int) -> list[Coordinate]:
+    """What the coordinates are; their numbers alone where no model is known."""
+    if model is None:
+        return [Coordinate(f"q{i}", "", "coordinate") for i in range(n)]
+    if not isinstance(model, Model):
+        raise TypeError(f"model: a {type(model).__name__} is not a model")
+    if model.n != n:
+        raise ValueError(f"model: it has {model.n} coordinates, the result has {n}")
+    return list(view(model).coordinates)
+
+
+def _begin(model: Model | None, n: int, title: str, **attributes: Any) -> xarray.Dataset:
+    import xarray
+
+    known = coordinates(model, n)
+    return xarray.Dataset(
+        coords={
+            "coordinate": ("coordinate", [c.name for c in known], {"long_name": "generalised coordinate"}),
+            "unit": ("coordinate", [c.unit for c in known], {"long_name": "unit of the coordinate"}),
+        },
+        attrs={"Conventions": "CF-1.11", "title": title, "source": f"lissom {__version__}", **attributes},
+    )
+
+
+def _outcome(result: Any) -> dict[str, Any]:
+    # NetCDF has no booleans.
+    return {"success": int(result.success), "status": result.status, "message": result.message}
+
+
+@_dataset.register(MotionResult)
+def _of_motion(result: MotionResult, model: Model | None) -> xarray.Dataset:
+    model = result.model if model is None else model
+    data = _begin(model, result.q.shape[1], "Motion", **_outcome(result))
+    data = data.assign_coords(time=("time", result.t, {"units": "s", "long_name": "time", "axis": "T"}))
+    per_state = ("time", "coordinate")
+    data["q"] = (per_state, result.q, {"long_name": "generalised coordinates", "units": SEE})
+    data["v"] = (per_state, result.v, {"long_name": "generalised velocities", "units": f"{SEE}, per s"})
+    data["a"] = (per_state, result.a, {"long_name": "generalised accelerations", "units": f"{SEE}, per s2"})
+    if result.u.shape[1]:
+        data["u"] = (("time", "input"), result.u, {"long_name": "inputs from these times on"})
+    if result.balance is not None:
+        for name, values in energies(result.balance).items():
+            data[f"energy_{name}"] = ("time", values, {"long_name": f"energy: {name}", "units": "J"})
+    if model is not None and len(result.t):
+        data = _with_shapes(data, result, model)
+    return data
+
+
+def _with_shapes(data: xarray.Dataset, result: MotionResult, model: Model) -> xarray.Dataset:
+    """Centre lines of the rods and positions of the frames."""
+    shown = view(model)
+    if shown.links or shown.frames:
+        data = data.assign_coords(axis=("axis", ["x", "y", "z"], {"long_name": "axis of the world"}))
+    for link in shown.links:
+        # NetCDF has no names with a slash in them.
+        suffix = f"_{link.name}".replace("/", "\N{DIVISION SLASH}") if len(shown.links) > 1 else ""
+        X = f"X{suffix}"
+        arc_length = {"units": "m", "long_name": "arc length of the unstretched rod"}
+        data = data.assign_coords({X: (X, link.stations, arc_length)})
+        positions = link.pose(result.q, link.stations, result.t)[..., :3, 3]
+        attributes = {"units": "m", "long_name": "position of the centre line in the world"}
+        data[f"position{suffix}"] = (("time", X, "axis"), positions, attributes)
+    if shown.frames:
+        tips = np.stack([frame.pose(result.q, result.t)[..., :3, 3] for frame in shown.frames], axis=1)
+        names = [frame.name for frame in shown.frames]
+        data = data.assign_coords(frame=("frame", names, {"long_name": "frame"}))
+        attributes = {"units": "m", "long_name": "position of the frame in the world"}
+        data["tip"] = (("time", "frame", "axis"), tips, attributes)
+    return data
+
+
+@_dataset.register(StaticsResult)
+def _of_statics(result: StaticsResult, model: Model | None) -> xarray.Dataset:
+    data = _begin(model, len(result.q), "Equilibrium", **_outcome(result))
+    data["q"] = ("coordinate", result.q, {"long_name": "generalised coordinates", "units": SEE})
+    data["load_factor"] = ((), result.load_factor, {"long_name": "part of the loads that acts", "units": "1"})
+    data["lowest_eigenvalue"] = ((), result.lowest_eigenvalue, {"long_name": "lowest eigenvalue"})
+    return data
+
+
+@_dataset.register(ContinuationResult)
+def _of_path(result: ContinuationResult, model: Model | None) -> xarray.Dataset:
+    path = result.path
+    data = _begin(model, path.q.shape[1], "Path of equilibria", **_outcome(result))
+    data["q"] = (("point", "coordinate"), path.q, {"long_name": "generalised coordinates", "units": SEE})
+    attributes = {"long_name": "part of the loads that acts", "units": "1"}
+    data = data.assign_coords(load_factor=("point", path.load_factor, attributes))
+    data["lowest_eigenvalue"] = ("point", path.lowest_eigenvalue, {"long_name": "lowest eigenvalue"})
+    data["stability"] = ("point", [verdict or "unknown" for verdict in path.stability])
+    if path.u is not None:
+        data["u"] = (("point", "input"), path.u, {"long_name": "inputs"})
+    return data
+
+
+@_dataset.register(ModesResult)
+def _of_modes(result: ModesResult, model: Model | None) -> xarray.Dataset:
+    data = _begin(model, result.shapes.shape[0], "Vibrations")
+    data["frequency"] = ("mode", result.frequency, {"long_name": "frequency", "units": "Hz"})
+    data["damping_ratio"] = ("mode", result.damping_ratio, {"long_name": "damping ratio", "units": "1"})
+    # Other programs than xarray have no complex numbers.
+    for name, values, unit in (("eigenvalue", result.eigenvalues, "s-1"), ("shape", result.shapes, SEE)):
+        dimensions = ("mode",) if values.ndim == 1 else ("coordinate", "mode")
+        for part in ("real", "imag"):
+            attributes = {"long_name": f"{name}, {part} part", "units": unit}
+            data[f"{name}_{part}"] = (dimensions, np.array(getattr(values, part)), attributes)
+    return data

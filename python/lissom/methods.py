@@ -1,0 +1,223 @@
+"""What results can do with other packages: methods of the compiled classes that are written in Python.
+
+The classes get them when the package is first asked for a name. The stubs in ``_lissom.pyi`` say the same; a
+test compares them. Matplotlib, xarray and h5py are imported by what needs them, when it is called.
+"""
+
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING, Any
+
+from ._lissom import ContinuationResult, EnsembleResult, Model, ModesResult, MotionResult, StaticsResult
+
+if TYPE_CHECKING:
+    import xarray
+    from numpy.typing import NDArray
+
+_SAVE = """Write the result to a file from which `lissom.load` gives it back with equal bits.
+
+Parameters
+----------
+path : path-like
+    {kinds}. A file that is there is replaced.
+{model}
+Raises
+------
+ValueError
+    Where the suffix is unknown, or a model has functions of Python, which files cannot keep.
+OSError
+    Where the file cannot be written.
+ImportError
+    Where an extra is not installed; the message says how to install it.
+"""
+_ALL_KINDS = (
+    "``.lissom`` (the smallest), ``.npz`` (NumPy reads its arrays) or ``.nc`` (NetCDF, extra `files`)"
+)
+_MODEL = """model : Model or None
+    What rests or vibrates: names and units of the coordinates in NetCDF. The file does not keep the model.
+"""
+_DATASET = """The result as an ``xarray.Dataset`` with named dimensions and units (extra `files`).
+{model}
+Returns
+-------
+data : xarray.Dataset
+    {holds}
+
+Raises
+------
+ImportError
+    Where xarray is not installed.
+"""
+_NAMES = """
+Parameters
+----------
+model : Model or None
+    Names and units of the coordinates; without it they are numbered.
+"""
+_AXES = """
+Returns
+-------
+axes : ndarray of matplotlib.axes.Axes
+    One below the other, in a new figure of `pyplot`.
+
+Raises
+------
+ValueError
+    Where the result has nothing to show.
+ImportError
+    Where Matplotlib is not installed (extra `plot`).
+"""
+
+
+def _plot_motion(self: MotionResult) -> NDArray[Any]:
+    from .pictures import of_motion
+
+    return of_motion(self)
+
+
+def _animate(
+    self: MotionResult, path: str | os.PathLike[str], *, fps: float = 25.0, speed: float = 1.0
+) -> None:
+    """Write the motion as an animation (extra `plot`).
+
+    Parameters
+    ----------
+    path : path-like
+        ``.gif``, or ``.mp4`` or ``.webm``, which need the program ffmpeg. A file that is there is replaced.
+    fps : float
+        Pictures per second of the animation, 1 to 100; at most 3000 pictures in all. GIF counts hundredths of
+        a second: rates that do not divide 100 are rounded.
+    speed : float
+        Seconds of the motion that are shown in a second. Each picture is the state that is nearest in time.
+
+    Raises
+    ------
+    ValueError
+        Where an option or the suffix makes no sense, or the result has no model (`newmark`) or no states.
+    OSError
+        Where the file cannot be written, or ffmpeg is not installed.
+    ImportError
+        Where Matplotlib is not installed.
+    """
+    from .pictures import animate
+
+    animate(self, path, fps, speed)
+
+
+def _report(self: MotionResult, path: str | os.PathLike[str], *, title: str = "Motion") -> None:
+    """Write the report of the motion: one HTML file, with the robot in motion and its curves.
+
+    Parameters
+    ----------
+    path : path-like
+        The file to write; one that is there is replaced.
+    title : str
+        Heading of the page.
+
+    Raises
+    ------
+    ValueError
+        Where the result has no model (`newmark`) or no states.
+    OSError
+        Where the file cannot be written.
+    """
+    from .report import write_result
+
+    if not isinstance(title, str):
+        raise TypeError(f"title: a {type(title).__name__} is not text")
+    write_result(self, path, title=title)
+
+
+def _save(self: MotionResult | EnsembleResult, path: str | os.PathLike[str]) -> None:
+    from .keeping import save
+
+    save(self, path)
+
+
+def _save_motion(self: MotionResult, path: str | os.PathLike[str]) -> None:
+    _save(self, path)
+
+
+def _save_with(
+    self: StaticsResult | ContinuationResult | ModesResult,
+    path: str | os.PathLike[str],
+    model: Model | None = None,
+) -> None:
+    from .keeping import save
+
+    save(self, path, model)
+
+
+def _dataset_of_motion(self: MotionResult) -> xarray.Dataset:
+    from .datasets import dataset
+
+    return dataset(self)
+
+
+def _dataset_with(
+    self: StaticsResult | ContinuationResult | ModesResult, model: Model | None = None
+) -> xarray.Dataset:
+    from .datasets import dataset
+
+    return dataset(self, model)
+
+
+def _plot_statics(self: StaticsResult, model: Model) -> NDArray[Any]:
+    from .pictures import of_statics
+
+    return of_statics(self, model)
+
+
+def _plot_path(self: ContinuationResult, model: Model | None = None) -> NDArray[Any]:
+    from .pictures import of_path
+
+    return of_path(self, model)
+
+
+def _plot_modes(self: ModesResult) -> NDArray[Any]:
+    from .pictures import of_modes
+
+    return of_modes(self)
+
+
+def _attach(owner: type, name: str, function: Any, text: str | None = None) -> None:
+    """Give a class a function of its own as a method."""
+    import types
+
+    own = types.FunctionType(function.__code__, function.__globals__, name, function.__defaults__)
+    own.__kwdefaults__ = function.__kwdefaults__
+    own.__annotations__ = function.__annotations__
+    own.__doc__ = text or function.__doc__
+    own.__qualname__ = f"{owner.__name__}.{name}"
+    setattr(owner, name, own)
+
+
+def attach() -> None:
+    """Give the classes of results their methods; once more does no harm."""
+    paraview = f"{_ALL_KINDS}; ``.vtkhdf`` is for ParaView alone (extra `files`) and cannot be loaded again"
+    trajectory = (
+        "States, inputs, energies (J), centre lines of rods and positions of tips (m) over the time (s)."
+    )
+    _attach(
+        MotionResult, "plot", _plot_motion, f"Draw coordinates, positions of the tips and energies.\n{_AXES}"
+    )
+    _attach(MotionResult, "animate", _animate)
+    _attach(MotionResult, "report", _report)
+    _attach(MotionResult, "save", _save_motion, _SAVE.format(kinds=paraview, model=""))
+    _attach(MotionResult, "to_xarray", _dataset_of_motion, _DATASET.format(model="", holds=trajectory))
+    small = "``.lissom`` or ``.npz``"
+    _attach(EnsembleResult, "save", _save, _SAVE.format(kinds=small, model=""))
+    holds = {
+        StaticsResult: "The coordinates in equilibrium and the verdict.",
+        ContinuationResult: "Coordinates, load factor, lowest eigenvalue and stability along the path.",
+        ModesResult: "Frequencies (Hz), damping ratios, eigenvalues, shapes; real and imaginary parts apart.",
+    }
+    for owner, held in holds.items():
+        _attach(owner, "save", _save_with, _SAVE.format(kinds=_ALL_KINDS, model=_MODEL))
+        _attach(owner, "to_xarray", _dataset_with, _DATASET.format(model=_NAMES, holds=held))
+    shown = "\nParameters\n----------\nmodel : Model\n    What rests.\n"
+    _attach(StaticsResult, "plot", _plot_statics, f"Draw the shape in which the model rests.\n{shown}{_AXES}")
+    path = f"Draw coordinates and the lowest eigenvalue over the load factor.\n{_NAMES}{_AXES}"
+    _attach(ContinuationResult, "plot", _plot_path, path)
+    _attach(ModesResult, "plot", _plot_modes, f"Draw frequencies and damping ratios.\n{_AXES}")

@@ -1,0 +1,265 @@
+"""Results drawn with Matplotlib: curves, shapes and animations."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ._lissom import ContinuationResult, Model, ModesResult, MotionResult, StaticsResult
+from .datasets import coordinates
+from .files import missing
+from .results import energies, instants
+from .views import Coordinate, View, view
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Array = NDArray[np.float64]
+
+#: Suffixes of animations, and the codec of those that take ffmpeg.
+CODECS = {".gif": None, ".mp4": "libx264", ".webm": "libvpx-vp9"}
+
+#: Most pictures of an animation: beyond it, drawing takes minutes.
+MOST_PICTURES = 3000
+
+#: Fewest and most pictures per second.
+RATES = (1.0, 100.0)
+
+#: Most times of a curve: more than a screen can show.
+MOST_POINTS = 5000
+
+#: Pixels per inch of animations.
+RESOLUTION = 80
+
+#: Smallest extent of a drawing, metres.
+SMALLEST = 1e-6
+
+
+def _need_matplotlib() -> None:
+    if missing("matplotlib"):
+        raise ImportError("pictures need matplotlib: pip install 'lissom[plot]'")
+
+
+def _axes(count: int) -> Any:
+    _need_matplotlib()
+    from matplotlib import pyplot
+
+    _, axes = pyplot.subplots(count, 1, figsize=(7.0, 2.4 * count), squeeze=False, layout="constrained")
+    return axes[:, 0]
+
+
+def _curves(axes: Axes, x: Array, values: Array, names: list[str], label: str) -> None:
+    for column, name in zip(values.T, names, strict=True):
+        axes.plot(x, column, label=name)
+    axes.set_ylabel(label)
+    axes.grid(alpha=0.3)
+    if 1 < len(names) <= 12:
+        axes.legend(fontsize="small", loc="center left", bbox_to_anchor=(1.0, 0.5))
+
+
+def _by_kind(known: list[Coordinate]) -> dict[tuple[str, str], list[int]]:
+    """Numbers of the coordinates of each kind and unit; those of a kind share axes."""
+    kinds: dict[tuple[str, str], list[int]] = {}
+    for i, coordinate in enumerate(known):
+        kinds.setdefault((coordinate.kind, coordinate.unit), []).append(i)
+    return kinds
+
+
+def _label(kind: str, unit: str) -> str:
+    return f"{kind} ({unit})" if unit else kind
+
+
+def _draw_coordinates(axes: Any, x: Array, q: Array, known: list[Coordinate]) -> None:
+    for one, ((kind, unit), columns) in zip(axes, _by_kind(known).items(), strict=True):
+        _curves(one, x, q[:, columns], [known[i].name for i in columns], _label(kind, unit))
+
+
+def of_motion(result: MotionResult) -> NDArray[Any]:
+    """Coordinates by kind, positions of the tips, energies."""
+    if len(result.t) == 0:
+        raise ValueError(f"result: it has no states to show; {result.message}")
+    at = instants(len(result.t), MOST_POINTS)
+    t, q, model = result.t[at], result.q[at], result.model
+    known = coordinates(model, q.shape[1])
+    frames = () if model is None else view(model).frames
+    kinds, balance = len(_by_kind(known)), result.balance
+    axes = _axes(kinds + len(frames) + (balance is not None))
+    _draw_coordinates(axes[:kinds], t, q, known)
+    for one, frame in zip(axes[kinds:], frames, strict=False):
+        _curves(one, t, frame.pose(q, t)[..., :3, 3], ["x", "y", "z"], f"position of {frame.name} (m)")
+    if balance is not None:
+        parts = energies(balance)
+        _curves(axes[-1], t, np.stack(list(parts.values()), axis=1)[at], list(parts), "energy (J)")
+    axes[-1].set_xlabel("time (s)")
+    return axes  # type: ignore[no-any-return]
+
+
+def of_statics(result: StaticsResult, model: Model) -> NDArray[Any]:
+    """The shape in which the model rests."""
+    if not isinstance(model, Model):
+        raise TypeError(f"model: a {type(model).__name__} is not a model")
+    coordinates(model, len(result.q))
+    if not np.isfinite(result.q).all():
+        raise ValueError(f"result: its coordinates are not finite; {result.message}")
+    drawn = _Drawn(view(model), result.q[None], np.zeros(1))
+    drawn.show(0)
+    verdict = result.stability or result.status
+    drawn.axes.set_title(f"Equilibrium, {verdict}")
+    return np.array([drawn.axes], dtype=object)
+
+
+def of_path(result: ContinuationResult, model: Model | None) -> NDArray[Any]:
+    """Coordinates and the lowest eigenvalue over the load factor, with the critical points."""
+    path = result.path
+    if len(path.q) == 0:
+        raise ValueError(f"result: it has no equilibria to show; {result.message}")
+    known = coordinates(model, path.q.shape[1])
+    axes = _axes(len(_by_kind(known)) + 1)
+    _draw_coordinates(axes[:-1], path.load_factor, path.q, known)
+    _curves(axes[-1], path.load_factor, path.lowest_eigenvalue[:, None], [""], "lowest eigenvalue")
+    axes[-1].axhline(0.0, color="black", linewidth=0.8)
+    for point in path.critical_points:
+        for one in axes:
+            one.axvline(point.load_factor, color="tab:red", linestyle=":", linewidth=1.0)
+        axes[0].annotate(
+            point.kind, (point.load_factor, 1.0), xycoords=("data", "axes fraction"), color="tab:red"
+        )
+    axes[-1].set_xlabel("load factor")
+    return axes  # type: ignore[no-any-return]
+
+
+def of_modes(result: ModesResult) -> NDArray[Any]:
+    """Frequencies and damping ratios, mode by mode."""
+    axes = _axes(2)
+    numbers = np.arange(1, len(result.frequency) + 1)
+    axes[0].bar(numbers, result.frequency)
+    axes[0].set_ylabel("frequency (Hz)")
+    axes[1].bar(numbers, result.damping_ratio)
+    axes[1].set_ylabel("damping ratio")
+    axes[1].set_xlabel("mode")
+    for one in axes:
+        one.xaxis.get_major_locator().set_params(integer=True)
+        one.grid(alpha=0.3, axis="y")
+    return axes  # type: ignore[no-any-return]
+
+
+class _Drawn:
+    """Axes on which a model is drawn at one state after the other."""
+
+    def __init__(self, shown: View, q: Array, t: Array, figure: Any = None) -> None:
+        _need_matplotlib()
+        if figure is None:
+            from matplotlib import pyplot
+
+            figure = pyplot.figure(figsize=(6.0, 5.0))
+        if shown.is_spatial:
+            self.axes = figure.add_subplot(projection="3d")
+            lines = [link.pose(q, link.stations, t)[..., :3, 3] for link in shown.links]
+            points = [solid.pose(q, t)[..., None, :3, 3] for solid in shown.solids]
+        elif shown.sketch is not None:
+            self.axes = figure.add_subplot()
+            lines = [np.stack([shown.sketch.line(state) for state in q])]
+            points = [shown.sketch.mass(q)[:, None]]
+        else:
+            raise ValueError("result: nothing is known of how its model looks")
+        self._shapes = [(line, "-") for line in lines] + [(point, "o") for point in points]
+        self._artists = [self.axes.plot(*shape[0].T, style)[0] for shape, style in self._shapes]
+        self._limits()
+        for name in "xyz"[: self._shapes[0][0].shape[-1]]:
+            getattr(self.axes, f"set_{name}label")(f"{name} (m)")
+
+    def _limits(self) -> None:
+        """One scale for all axes, wide enough for the whole motion."""
+        everything = np.concatenate([shape.reshape(-1, shape.shape[-1]) for shape, _ in self._shapes])
+        low, high = everything.min(axis=0), everything.max(axis=0)
+        half = 0.55 * max(float((high - low).max()), SMALLEST)
+        for name, middle in zip("xyz", (low + high) / 2, strict=False):
+            getattr(self.axes, f"set_{name}lim")(middle - half, middle + half)
+        if len(low) == 3:
+            self.axes.set_box_aspect((1, 1, 1))
+        else:
+            self.axes.set_aspect("equal")
+
+    def show(self, i: int) -> None:
+        for artist, (shape, _) in zip(self._artists, self._shapes, strict=True):
+            if shape.shape[-1] == 3:
+                artist.set_data_3d(*shape[i].T)
+            else:
+                artist.set_data(*shape[i].T)
+
+
+def _number(name: str, value: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
+        raise TypeError(f"{name}: a {type(value).__name__} is not a number")
+    return float(value)
+
+
+def animate(result: MotionResult, path: str | os.PathLike[str], fps: float, speed: float) -> None:
+    """Write a motion as a GIF or a film."""
+    path = Path(path)
+    if path.suffix not in CODECS:
+        raise ValueError(f"path: {path.name!r} has to end with one of {', '.join(CODECS)}")
+    fps, speed = _number("fps", fps), _number("speed", speed)
+    if not RATES[0] <= fps <= RATES[1]:
+        raise ValueError(f"fps: {fps:g} is not between {RATES[0]:g} and {RATES[1]:g} pictures per second")
+    if not (np.isfinite(speed) and speed > 0.0):
+        raise ValueError(f"speed: {speed:g} is not a finite number above zero")
+    if result.model is None:
+        raise ValueError("result: its model is not known; it has to be one of `simulate`, not of `newmark`")
+    if len(result.t) == 0:
+        raise ValueError(f"result: it has no states to show; {result.message}")
+    _need_matplotlib()
+    codec = CODECS[path.suffix]
+    if codec is not None and shutil.which("ffmpeg") is None:
+        raise FileNotFoundError(
+            f"{path.suffix} files need the program ffmpeg, which is not installed; .gif files do not"
+        )
+    at = _pictures(result.t, fps, speed)
+    with path.open("ab"):  # what cannot be written is refused before minutes of drawing
+        pass
+    try:
+        _film(result, at, path, fps, codec)
+    except BaseException:
+        path.unlink(missing_ok=True)
+        raise
+
+
+def _pictures(t: Array, fps: float, speed: float) -> NDArray[np.intp]:
+    """Of each picture the number of the state that is nearest in time."""
+    count = (t[-1] - t[0]) * fps / speed
+    if not count < MOST_PICTURES:
+        raise ValueError(
+            f"fps: {count:.3g} pictures are more than {MOST_PICTURES}; lower `fps` or raise `speed`"
+        )
+    times = t[0] + np.arange(int(count) + 1) * (speed / fps)
+    right = np.searchsorted(t, times).clip(1, max(len(t) - 1, 1))
+    left = right - 1
+    if len(t) == 1:
+        return np.zeros(1, dtype=np.intp)
+    nearest: NDArray[np.intp] = np.where(times - t[left] <= t[right] - times, left, right)
+    return nearest
+
+
+def _film(result: MotionResult, at: NDArray[np.intp], path: Path, fps: float, codec: str | None) -> None:
+    from matplotlib.animation import AbstractMovieWriter, FFMpegWriter, PillowWriter
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    assert result.model is not None, "looked at before"
+    t, q = result.t[at], result.q[at]
+    figure = Figure(figsize=(6.0, 5.0))
+    FigureCanvasAgg(figure)
+    drawn = _Drawn(view(result.model), q, t, figure)
+    # Both take fractions, though Matplotlib's annotations do not say so; GIF counts hundredths of a second.
+    rate: Any = fps
+    writer: AbstractMovieWriter = PillowWriter(rate) if codec is None else FFMpegWriter(rate, codec)
+    with writer.saving(figure, str(path), RESOLUTION):
+        for i in range(len(at)):
+            drawn.show(i)
+            drawn.axes.set_title(f"t = {t[i]:.3f} s")
+            writer.grab_frame()

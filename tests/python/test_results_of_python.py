@@ -1,0 +1,358 @@
+"""Results of models made in Python: drawn, saved, loaded, handed to other programs."""
+
+import ast
+import inspect
+import io
+import pickle
+import shutil
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+import xarray
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import lissom
+from lissom import keeping, pictures
+from lissom.views import view
+from test_pickle import assert_same
+
+matplotlib = pytest.importorskip("matplotlib")
+pyplot = pytest.importorskip("matplotlib.pyplot")
+matplotlib.use("Agg")
+
+MATERIAL = {"young_modulus": 1e6, "poisson_ratio": 0.5, "density": 1000.0}
+
+
+def segment(length=0.2, modes=2):
+    return lissom.Segment(length, 0.01, **MATERIAL, modes={"bend_y": modes})
+
+
+def rod(length=0.2, modes=2):
+    return lissom.Rod([segment(length, modes)])
+
+
+def robot(length=0.2, modes=2):
+    upper = lissom.Link("upper", rod=[segment(length, modes)], joint=lissom.Revolute((0, 1, 0)))
+    body = lissom.Link("hand", parent="upper", body=lissom.Body(0.1, centre=(0.05, 0, 0)))
+    return lissom.Robot([upper, body, lissom.Link("lower", parent="upper", rod=[segment(length, modes)])])
+
+
+def pendulum(length=1.0, modes=2):
+    return lissom.SpringPendulum(length=length)
+
+
+MODELS = {"rod": rod, "robot": robot, "pendulum": pendulum}
+KINDS = {
+    "simulate": lambda model: lissom.simulate(model, 0.02, dt=2e-3),
+    "explicit": lambda model: lissom.simulate(model, 0.01, method="rk45"),
+    "failed": lambda model: lissom.simulate(model, 1.0, dt=1e-2, max_steps=0),
+    "statics": lambda model: lissom.statics(model),
+    "continuation": lambda model: lissom.continuation(model, max_steps=4),
+    "modes": lambda model: lissom.modes(model, np.zeros(model.n)),
+    "simulate_many": lambda model: lissom.simulate_many(model, 0.01, q0=np.zeros((2, model.n))),
+}
+
+
+@pytest.fixture(autouse=True)
+def _closed_figures():
+    yield
+    pyplot.close("all")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("kept")
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    kind=st.sampled_from(sorted(KINDS)),
+    name=st.sampled_from(sorted(MODELS)),
+    suffix=st.sampled_from([".lissom", ".npz", ".nc"]),
+    length=st.floats(0.1, 0.5),
+    modes=st.integers(1, 3),
+)
+def test_what_is_saved_comes_back_bit_by_bit(folder, kind, name, suffix, length, modes):
+    model = MODELS[name](length, modes)
+    result = KINDS[kind](model)
+    path = folder / f"result{suffix}"
+    if kind == "simulate_many" and suffix == ".nc":
+        with pytest.raises(ValueError, match="npz"):
+            result.save(path)
+        return
+    result.save(path)
+    again = lissom.load(path)
+    if getattr(result, "model", None) is not None:
+        # Models are compared by what they compute.
+        assert pickle.dumps(again.model) == pickle.dumps(result.model)
+        np.testing.assert_array_equal(again.a, result.a)
+    else:
+        assert_same(again, result)
+    for array in ("t", "q", "v", "u"):
+        if isinstance(getattr(result, array, None), np.ndarray):
+            assert getattr(again, array).tobytes() == getattr(result, array).tobytes()
+
+
+def test_a_trajectory_in_netcdf_has_dimensions_and_units(tmp_path):
+    result = KINDS["simulate"](robot())
+    result.save(tmp_path / "x.nc")
+    with xarray.open_dataset(tmp_path / "x.nc", engine="h5netcdf") as data:
+        assert data["q"].dims == ("time", "coordinate")
+        assert list(data["coordinate"].values) == list(robot().coordinates)
+        assert data["time"].attrs["units"] == "s"
+        assert data["energy_kinetic"].attrs["units"] == "J"
+        tip = robot().pose(result.q[-1], link="lower", t=result.t[-1])[:3, 3]
+        np.testing.assert_array_equal(data["tip"].sel(frame="lower")[-1], tip)
+        np.testing.assert_allclose(data["position_lower"][-1, -1], tip, rtol=1e-13, atol=1e-15)
+
+
+def test_numpy_reads_the_arrays(tmp_path):
+    result = KINDS["simulate"](rod())
+    result.save(tmp_path / "x.npz")
+    with np.load(tmp_path / "x.npz", allow_pickle=False) as arrays:
+        np.testing.assert_array_equal(arrays["q"], result.q)
+
+
+def test_datasets_of_what_rests_and_vibrates():
+    model = rod()
+    assert list(lissom.statics(model).to_xarray(model)["unit"].values) == ["rad/m"] * 2
+    vibrations = lissom.modes(model, np.zeros(2))
+    data = vibrations.to_xarray(model)
+    np.testing.assert_array_equal(data["shape_real"], vibrations.shapes.real)
+    with pytest.raises(ValueError, match="it has 3 coordinates, the result has 2"):
+        vibrations.to_xarray(rod(modes=3))
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_plots_show_the_numbers(name):
+    model = MODELS[name]()
+    result = lissom.simulate(model, 0.1)
+    axes = result.plot()
+    drawn = {line.get_label(): line for one in axes for line in one.get_lines()}
+    np.testing.assert_array_equal(drawn["kinetic"].get_ydata(), result.balance.kinetic)
+    for i, coordinate in enumerate(view(model).coordinates):
+        np.testing.assert_array_equal(drawn[coordinate.name].get_ydata(), result.q[:, i])
+    assert len(lissom.modes(model, np.zeros(model.n)).plot()) == 2
+
+
+def test_a_plot_of_a_path_marks_critical_points():
+    column = lissom.Rod([segment()], gravity=(0, 0, 0), tip_force=(-1000.0, 0, 0))
+    result = lissom.continuation(column)
+    axes = result.plot(column)
+    lines = axes[-1].get_lines()
+    np.testing.assert_array_equal(lines[0].get_ydata(), result.path.lowest_eigenvalue)
+    critical = result.path.critical_points
+    assert critical
+    assert [text.get_text() for text in axes[0].texts] == [point.kind for point in critical]
+    assert [line.get_xdata()[0] for line in lines[2:]] == [point.load_factor for point in critical]
+
+
+def test_a_plot_of_statics_is_the_shape():
+    model = rod()
+    result = lissom.statics(model)
+    line = result.plot(model)[0].get_lines()[0]
+    tip = model.pose(result.q)[:3, 3]
+    np.testing.assert_allclose([values[-1] for values in line.get_data_3d()], tip, rtol=1e-13, atol=1e-15)
+
+
+def test_only_models_are_taken_for_models(tmp_path):
+    model = rod()
+    rest, path = lissom.statics(model), lissom.continuation(model, max_steps=2)
+    for call in (rest.plot, rest.to_xarray, path.plot, lambda wrong: rest.save(tmp_path / "x.nc", wrong)):
+        with pytest.raises(TypeError, match="model: a str is not a model"):
+            call("rod")
+
+
+def test_an_animation_has_the_pictures_of_its_time(tmp_path):
+    image = pytest.importorskip("PIL.Image")
+    lissom.simulate(pendulum(), 0.5).animate(tmp_path / "x.gif", fps=10, speed=0.5)
+    with image.open(tmp_path / "x.gif") as film:
+        assert film.n_frames == 11
+        assert film.info["duration"] == 100
+
+
+def test_pictures_are_the_nearest_states():
+    t = np.array([0.0, 0.1, 0.35, 1.0])
+    assert list(pictures._pictures(t, 4.0, 1.0)) == [0, 2, 2, 3, 3]
+    assert list(pictures._pictures(t[:1], 4.0, 1.0)) == [0]
+
+
+def test_a_report_is_written(tmp_path):
+    lissom.simulate(rod(), 0.05).report(tmp_path / "x.html", title="A finger")
+    assert "<title>A finger</title>" in (tmp_path / "x.html").read_text(encoding="utf-8")
+
+
+def test_a_timeline_has_the_rods_at_every_time(tmp_path):
+    model = robot()
+    result = lissom.simulate(model, 0.05)
+    result.save(tmp_path / "x.vtkhdf")
+    with h5py.File(tmp_path / "x.vtkhdf") as file:
+        root = file["VTKHDF"]
+        steps = root["Steps"].attrs["NSteps"]
+        np.testing.assert_array_equal(root["Steps/Values"], result.t)
+        points = root["Points"][:].reshape(steps, -1, 3)
+        for number, link in enumerate(("upper", "lower")):
+            tip = model.pose(result.q, link=link, t=result.t)[:, :3, 3]
+            np.testing.assert_allclose(points[:, 25 * number + 24], tip, rtol=1e-12, atol=1e-15)
+        speed = root["PointData/speed"][:].reshape(steps, -1)
+        twist = model.velocity(result.q, result.v, link="lower", t=result.t)
+        np.testing.assert_allclose(speed[:, -1], np.linalg.norm(twist[:, 3:], axis=1), rtol=1e-12, atol=1e-15)
+        np.testing.assert_allclose(root["PointData/radius"], 0.01, rtol=1e-14)
+
+
+# What is refused.
+
+
+@pytest.mark.parametrize("name", ["x.txt", "x", "x.NC", ""])
+def test_unknown_suffixes_are_refused(name, tmp_path):
+    result = lissom.statics(rod())
+    for call in (result.save, lissom.load, lissom.simulate(rod(), 0.01).animate):
+        with pytest.raises(ValueError, match="has to end with one of"):
+            call(tmp_path / name if name else name)
+
+
+@pytest.mark.parametrize("suffix", [".lissom", ".npz", ".nc", ".vtkhdf", ".gif", ".html"])
+def test_places_that_cannot_be_written(suffix, tmp_path):
+    result = lissom.simulate(rod(), 0.01)
+    path = tmp_path / "nowhere" / f"x{suffix}"
+    write = {".gif": result.animate, ".html": result.report}.get(suffix, result.save)
+    with pytest.raises(OSError, match="nowhere"):
+        write(path)
+
+
+@pytest.mark.parametrize(
+    ("call", "extra", "module"),
+    [
+        (lambda result, folder: result.save(folder / "x.nc"), "files", "h5netcdf"),
+        (lambda result, folder: result.save(folder / "x.vtkhdf"), "files", "h5py"),
+        (lambda result, folder: result.to_xarray(), "files", "xarray"),
+        (lambda result, folder: result.plot(), "plot", "matplotlib"),
+        (lambda result, folder: result.animate(folder / "x.gif"), "plot", "matplotlib"),
+        (lambda result, folder: lissom.load(folder / "x.nc"), "files", "h5py"),
+    ],
+)
+def test_missing_extras_are_named(call, extra, module, tmp_path, monkeypatch):
+    find = lissom.files.importlib.util.find_spec
+    monkeypatch.setattr(
+        lissom.files.importlib.util, "find_spec", lambda name: None if name == module else find(name)
+    )
+    with pytest.raises(ImportError, match=rf"{module}.*pip install 'lissom\[{extra}\]'"):
+        call(lissom.simulate(rod(), 0.01), tmp_path)
+
+
+def test_films_without_ffmpeg(tmp_path, monkeypatch):
+    monkeypatch.setattr(shutil, "which", lambda name: None)
+    with pytest.raises(FileNotFoundError, match="ffmpeg"):
+        lissom.simulate(rod(), 0.01).animate(tmp_path / "x.mp4")
+    assert not (tmp_path / "x.mp4").exists()
+
+
+@pytest.mark.parametrize(
+    "options", [{"fps": 0}, {"fps": 1e9}, {"speed": 0.0}, {"speed": np.nan}, {"speed": 1e-9}]
+)
+def test_senseless_animations_are_refused(options, tmp_path):
+    with pytest.raises(ValueError, match=r"fps|speed"):
+        lissom.simulate(rod(), 0.01).animate(tmp_path / "x.gif", **options)
+    assert not (tmp_path / "x.gif").exists()
+
+
+def test_functions_of_python_cannot_be_kept(tmp_path):
+    for force in (lambda t: (0.0, 0.0, t), pushed):
+        model = lissom.Rod([segment()], loads=[lissom.Load(force=force)])
+        result = lissom.simulate(model, 0.01)
+        with pytest.raises(ValueError, match="Harmonic"):
+            result.save(tmp_path / "x.lissom")
+    assert not (tmp_path / "x.lissom").exists()
+
+
+def pushed(t):
+    return (0.0, 0.0, t)
+
+
+def test_results_without_a_model(tmp_path):
+    result = lissom.newmark(lambda t, q, v, a: a + q, (0.0, 1.0), [1.0], [0.0], dt=0.1)
+    result.save(tmp_path / "x.nc")
+    assert_same(lissom.load(tmp_path / "x.nc"), result)
+    assert len(result.plot()) == 1
+    for call in (result.animate, result.report, result.save):
+        with pytest.raises(ValueError, match="its model is not known"):
+            call(tmp_path / {"animate": "x.gif", "report": "x.html", "save": "x.vtkhdf"}[call.__name__])
+
+
+class Evil:
+    def __init__(self, what):
+        self.what = what
+
+    def __reduce__(self):
+        return self.what
+
+
+@pytest.mark.parametrize(
+    "what",
+    [
+        (print, ("heard",)),
+        (getattr, (lissom.MotionResult, "__subclasses__")),
+        (getattr, (np.ndarray, "tofile")),
+        (lissom.Scene.loads, ("version = 1",)),
+    ],
+)
+def test_files_cannot_call_anything_else(what, tmp_path, capsys):
+    path = tmp_path / "x.lissom"
+    path.write_bytes(keeping.HEAD + keeping.VERSION + pickle.dumps(Evil(what)))
+    with pytest.raises(ValueError, match="no result"):
+        lissom.load(path)
+    assert capsys.readouterr().out == ""
+
+
+@settings(max_examples=60, deadline=None)
+@given(at=st.floats(0, 1, exclude_max=True), value=st.integers(0, 255), cut=st.booleans())
+def test_damaged_files_are_refused_or_read(folder, at, value, cut):
+    content = io.BytesIO(keeping.HEAD + keeping.record(lissom.statics(rod())))
+    damaged = bytearray(content.getvalue())
+    place = int(at * len(damaged))
+    damaged[place] = value
+    (folder / "damaged.lissom").write_bytes(damaged[:place] if cut else damaged)
+    try:
+        result = lissom.load(folder / "damaged.lissom")
+    except ValueError:
+        return
+    assert not cut
+    assert isinstance(result, lissom.StaticsResult)
+
+
+@pytest.mark.parametrize("suffix", [".lissom", ".npz", ".nc"])
+def test_files_of_others_are_refused(suffix, tmp_path):
+    path = tmp_path / f"x{suffix}"
+    path.write_bytes(b"something else")
+    with pytest.raises(ValueError, match=r"x\.(lissom|npz|nc)"):
+        lissom.load(path)
+
+
+def test_the_version_that_wrote_a_file_is_named(tmp_path):
+    path = tmp_path / "x.lissom"
+    path.write_bytes(keeping.HEAD + b"9.9.9\n" + pickle.dumps(Evil((print, ()))))
+    with pytest.raises(ValueError, match=r"written by version '9\.9\.9'"):
+        lissom.load(path)
+
+
+def test_the_stubs_say_what_the_methods_take():
+    stub = ast.parse((Path(lissom.__file__).parent / "_lissom.pyi").read_text(encoding="utf-8"))
+    classes = {node.name: node for node in stub.body if isinstance(node, ast.ClassDef)}
+    seen = 0
+    for owner in keeping.RESULTS:
+        of_stub = {node.name: node for node in classes[owner].body if isinstance(node, ast.FunctionDef)}
+        methods = {k: f for k, f in vars(getattr(lissom, owner)).items() if inspect.isfunction(f)}
+        for name, function in methods.items():
+            arguments = of_stub[name].args
+            names = [a.arg for a in (*arguments.args, *arguments.kwonlyargs)]
+            parameters = inspect.signature(function).parameters
+            assert list(parameters) == names
+            defaults = [p.default for p in parameters.values() if p.default is not p.empty]
+            told = [ast.literal_eval(d) for d in (*arguments.defaults, *arguments.kw_defaults) if d]
+            assert defaults == told
+            seen += 1
+        assert {n for n in of_stub if n in ("plot", "animate", "report", "save", "to_xarray")} == set(methods)
+    assert seen == 15
