@@ -65,6 +65,7 @@ if TYPE_CHECKING:
         statics,
     )
     from .actuators import ActiveStrain, Along, Chamber, Motor, Tendon, Via
+    from .fits import FitResult, fit
     from .linear import LinearModel, linearise
     from .links import (
         Cylindrical,
@@ -80,6 +81,7 @@ if TYPE_CHECKING:
         Weld,
     )
     from .loops import Distance, Gear, Loop, LoopEnd
+    from .sensitivities import SensitivityResult, sensitivity
     from .sweeps import sweep
     from .targets import Target
 
@@ -103,6 +105,7 @@ __all__ = [
     "Energy",
     "EnsembleResult",
     "EquilibriumPath",
+    "FitResult",
     "Fluid",
     "Free",
     "Gear",
@@ -137,6 +140,7 @@ __all__ = [
     "SceneProblem",
     "Section",
     "Segment",
+    "SensitivityResult",
     "Simulation",
     "SimulationSettings",
     "Simulations",
@@ -155,11 +159,13 @@ __all__ = [
     "check_jacobian",
     "choose_modes",
     "continuation",
+    "fit",
     "jacobian",
     "linearise",
     "modes",
     "newmark",
     "root",
+    "sensitivity",
     "simulate",
     "simulate_many",
     "solve_ivp",
@@ -179,7 +185,17 @@ if not TYPE_CHECKING:
         # The second finds NumPy imported by the first: where that is missing or interrupted, Python says so.
         modules = [
             import_module(f"lissom.{name}")
-            for name in ("actuators", "linear", "links", "loops", "sweeps", "targets", "_lissom")
+            for name in (
+                "actuators",
+                "fits",
+                "linear",
+                "links",
+                "loops",
+                "sensitivities",
+                "sweeps",
+                "targets",
+                "_lissom",
+            )
         ]
         found = {known: value for module in modules for known, value in vars(module).items()}
         globals().update({known: found[known] for known in __all__})

@@ -38,6 +38,7 @@ mod rows;
 mod scene;
 mod section;
 mod segment;
+mod sensitivity;
 mod signal;
 mod simulate;
 mod statics;
@@ -105,6 +106,8 @@ mod _lissom {
     use super::section::PySection;
     #[pymodule_export]
     use super::segment::PySegment;
+    #[pymodule_export]
+    use super::sensitivity::sensitivities;
     #[pymodule_export]
     use super::signal::{PyHarmonic, PyInput};
     #[pymodule_export]
