@@ -36,18 +36,18 @@ class FitResult:
     model : Robot
         The model with them. Values at the start are not part of it.
     covariance : ndarray, shape (p, p)
-        Of the values, from the Jacobian at the solution and the noise; infinite on the diagonal and NaN beside it
-        for what the data do not determine.
+        Of the values, from the Jacobian at the solution and the noise; infinite on the diagonal and NaN
+        beside it for what the data do not determine.
     intervals : ndarray, shape (p, 2)
-        Confidence intervals of each value, by Student's distribution; exact where the model is linear in them and the
-        noise is normal and independent.
+        Confidence intervals of each value, by Student's distribution; exact where the model is linear in them
+        and the noise is normal and independent.
     undetermined : tuple of str
         Parameters that the data do not determine, alone or together.
     residuals : ndarray, shape (k, places, 3)
         Positions of the model minus measured ones, metres.
     noise : float
-        Standard deviation of the residuals, metres: that given, or estimated with as many degrees of freedom as there
-        are numbers more than parameters.
+        Standard deviation of the residuals, metres: that given, or estimated with as many degrees of freedom
+        as there are numbers more than parameters.
     runs : int
         How many runs it took, with derivatives.
     success : bool
@@ -91,20 +91,21 @@ def fit(
     model : Rod or Robot
         What was measured, with first guesses of everything.
     data : (t, positions)
-        Increasing times, shape (k,), seconds, none before `t0`; and positions in the world, metres, shape (k, 3) of one
-        place or (k, places, 3).
+        Increasing times, shape (k,), seconds, none before `t0`; and positions in the world, metres, shape (k,
+        3) of one place or (k, places, 3).
     parameters : mapping of str to float or (lowest, guess, highest)
-        First guesses by name, with bounds where there are any. Names as for `sensitivity`; of the start single coordinates
-        such as 'q0[0]'.
+        First guesses by name, with bounds where there are any. Names as for `sensitivity`; of the start
+        single coordinates such as 'q0[0]'.
     places : sequence, optional
-        What is measured: arc lengths of the last link, names of links (their tips), or pairs (link, arc length). The last
-        tip by default.
+        What is measured: arc lengths of the last link, names of links (their tips), or pairs (link, arc
+        length). The last tip by default.
     t0, q0, v0 : optional
         Start, as for `simulate`.
     dt : float
         Step size, seconds.
     noise : float, optional
-        Standard deviation of the measured positions, metres, where it is known; else it is estimated from the residuals.
+        Standard deviation of the measured positions, metres, where it is known; else it is estimated from the
+        residuals.
     confidence : float
         How often an interval covers the right value.
     max_runs : int
@@ -120,8 +121,8 @@ def fit(
     Raises
     ------
     ValueError, TypeError
-        Before the first run, if an argument is invalid, a name is unknown, bounds are the wrong way round, or there are
-        fewer numbers than parameters.
+        Before the first run, if an argument is invalid, a name is unknown, bounds are the wrong way round, or
+        there are fewer numbers than parameters.
     LissomError
         If a run does not come to its end; the message has the parameters.
     ImportError
@@ -152,12 +153,14 @@ def fit(
     where = _places(model, places)
     times, measured = _data(data, len(where), t0)
     if not isinstance(parameters, Mapping):
-        raise TypeError(f"parameters: got {type(parameters).__name__}, expected a mapping of names to guesses")
+        raise TypeError(
+            f"parameters: got {type(parameters).__name__}, expected a mapping of names to guesses"
+        )
     names = names_of(parameters)
     lowest, guess, highest = _bounds(model, names, parameters)
     if measured.size < len(names):
         raise ValueError(
-            f"data: got {measured.size} numbers, expected at least {len(names)}: as many as there are parameters"
+            f"data: got {measured.size} numbers, expected at least {len(names)}: one for each parameter"
         )
     # Parameters of very different size count alike.
     scale = np.where(guess != 0.0, np.abs(guess), 1.0)
@@ -174,13 +177,19 @@ def fit(
             for name, value in values.items():
                 if found := START.fullmatch(name):
                     begin[found["which"]][int(found["index"])] = value
-            changed = model_with(model, {name: value for name, value in values.items() if not START.fullmatch(name)})
+            changed = model_with(
+                model, {name: value for name, value in values.items() if not START.fullmatch(name)}
+            )
             try:
-                run = sensitivity(changed, times[-1], names, t0=t0, dt=dt, **begin, **options)
+                run = sensitivity(
+                    changed, times[-1], names, t0=t0, dt=dt, q0=begin["q0"], v0=begin["v0"], **options
+                )
             except LissomError as error:
                 raise LissomError(f"with {values}: {error}") from None
             runs += 1
-            positions, derivatives = zip(*(run.position(X, link=link, t=times) for link, X in where), strict=True)
+            positions, derivatives = zip(
+                *(run.position(X, link=link, t=times) for link, X in where), strict=True
+            )
             residual = np.stack(positions, 1) - measured
             jacobian = np.stack(derivatives, 1).reshape(measured.size, len(names)) * scale
             kept.clear()
@@ -201,7 +210,9 @@ def fit(
     residual, jacobian = evaluate(solved.x)
     values = solved.x * scale
     freedom = measured.size - len(names)
-    spread = noise if noise is not None else float(np.sqrt(residual @ residual / freedom)) if freedom else np.inf
+    spread = (
+        noise if noise is not None else float(np.sqrt(residual @ residual / freedom)) if freedom else np.inf
+    )
     covariance, undetermined = _covariance(jacobian, scale, spread, names)
     factor = stdtrit(np.inf if noise is not None else max(freedom, 1), 0.5 * (1.0 + confidence))
     width = factor * np.sqrt(np.diag(covariance))
@@ -212,7 +223,12 @@ def fit(
         names=tuple(names),
         values=values,
         model=model_with(
-            model, {name: value for name, value in zip(names, values.tolist(), strict=True) if not START.fullmatch(name)}
+            model,
+            {
+                name: value
+                for name, value in zip(names, values.tolist(), strict=True)
+                if not START.fullmatch(name)
+            },
         ),
         covariance=covariance,
         intervals=np.stack([values - width, values + width], 1),
@@ -225,7 +241,9 @@ def fit(
     )
 
 
-def _covariance(jacobian: Array, scale: Array, spread: float, names: Sequence[str]) -> tuple[Array, tuple[str, ...]]:
+def _covariance(
+    jacobian: Array, scale: Array, spread: float, names: Sequence[str]
+) -> tuple[Array, tuple[str, ...]]:
     """Covariance of the parameters, and which of them the data do not determine."""
     lengths = np.linalg.norm(jacobian, axis=0)
     silent = lengths <= RANK * lengths.max()
@@ -275,7 +293,9 @@ def _data(data: tuple[ArrayLike, ArrayLike], places: int, t0: float) -> tuple[Ar
         raise ValueError(f"data: positions have shape {measured.shape}, expected {(len(times), places, 3)}")
     for name, part in (("times", times), ("positions", measured)):
         if not np.isfinite(part).all():
-            raise ValueError(f"data: {name} are not finite, expected finite numbers (leave out what was not seen)")
+            raise ValueError(
+                f"data: {name} are not finite, expected finite numbers (leave out what was not seen)"
+            )
     if times[0] < t0 or (np.diff(times) <= 0).any():
         raise ValueError(f"data: times have to increase and not to be before t0 = {t0}")
     if times[-1] == t0:
@@ -289,15 +309,23 @@ def _bounds(model: Robot, names: Sequence[str], parameters: Mapping[str, Any]) -
         given = parameters[name]
         row = (-np.inf, given, np.inf) if isinstance(given, int | float) else tuple(given)
         if len(row) != 3 or not all(isinstance(x, int | float) for x in row):
-            raise TypeError(f"parameters: {name!r} has {given!r}, expected a guess or (lowest, guess, highest)")
+            raise TypeError(
+                f"parameters: {name!r} has {given!r}, expected a guess or (lowest, guess, highest)"
+            )
         lowest, guess, highest = row
         if not (lowest < highest):
-            raise ValueError(f"parameters: {name!r} has bounds {lowest} and {highest}, expected the lower one first")
+            raise ValueError(
+                f"parameters: {name!r} has bounds {lowest} and {highest}, expected the lower one first"
+            )
         if not lowest <= guess <= highest or not np.isfinite(guess):
-            raise ValueError(f"parameters: {name!r} has the guess {guess}, expected one in [{lowest}, {highest}]")
+            raise ValueError(
+                f"parameters: {name!r} has the guess {guess}, expected one in [{lowest}, {highest}]"
+            )
         if start := START.fullmatch(name):
             if start["index"] is None or int(start["index"]) >= model.n:
-                raise ValueError(f"parameters: got {name!r}, expected a single coordinate such as '{start['which']}[0]'")
+                raise ValueError(
+                    f"parameters: got {name!r}, expected a single coordinate such as '{start['which']}[0]'"
+                )
         else:
             value_of(model, name)
         rows.append(row)

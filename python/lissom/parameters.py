@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,11 +17,13 @@ from .views import is_rod
 
 Array = NDArray[np.float64]
 
-#: Distance of the nodes of differences, relative to the parameter. Fourth order leaves its fourth power, 2e-11, times a
-#: derivative of fifth order (nothing of polynomials up to the fourth power); rounding leaves as much.
+#: Distance of the nodes of differences, relative to the parameter. Fourth order leaves its fourth power,
+#: 2e-11, times a derivative of fifth order (nothing of polynomials up to the fourth power); rounding leaves
+#: as much.
 STEP = 2e-3
 
-#: Nodes and weights of the derivative by four differences, central and to one side (Fornberg 1988, tables 1 and 3).
+#: Nodes and weights of the derivative by four differences, central and to one side (Fornberg 1988, tables 1
+#: and 3).
 CENTRAL = ((-2, 1 / 12), (-1, -2 / 3), (1, 2 / 3), (2, -1 / 12))
 ONE_SIDED = ((0, -25 / 12), (1, 4.0), (2, -3.0), (3, 4 / 3), (4, -1 / 4))
 
@@ -29,6 +31,8 @@ ONE_SIDED = ((0, -25 / 12), (1, 4.0), (2, -3.0), (3, 4 / 3), (4, -1 / 4))
 START = re.compile(r"(?P<which>q0|v0)(\[(?P<index>\d+)\])?")
 
 Term = tuple[Model, float]
+
+M = TypeVar("M", bound=Model)
 
 
 @dataclass(frozen=True)
@@ -42,7 +46,7 @@ class OfStart:
 
 @dataclass(frozen=True)
 class OfModel:
-    """A number that a model is made from, and the model's derivative with respect to it as weighted models."""
+    """A number that a model is made from, and the derivative with respect to it as weighted models."""
 
     name: str
     value: float
@@ -52,7 +56,7 @@ class OfModel:
 Parameter = OfStart | OfModel
 
 
-def model_with(model: Model, values: Mapping[str, float]) -> Model:
+def model_with(model: M, values: Mapping[str, float]) -> M:
     """The model with these values."""
     for name, value in values.items():
         model = paths.replaced(model, _path(model, name), value)
@@ -134,8 +138,8 @@ def _of_model(model: Model, name: str) -> OfModel:
             )
     if not _matters(found):
         raise ValueError(
-            f"parameters: nothing depends on {name!r} in this model, expected a parameter that the motion or a "
-            "place depends on"
+            f"parameters: nothing depends on {name!r} in this model, expected one that the motion or a place "
+            "depends on"
         )
     return OfModel(name, value, found)
 
