@@ -131,7 +131,7 @@ def fit(
     Examples
     --------
     >>> import lissom
-    >>> finger = lissom.Segment(0.3, 0.01, 3e5, 1e5, 1100, modes={"bend_y": 2}, retardation_time=0.02)
+    >>> finger = lissom.Segment(0.3, 0.01, 3e5, 4e5, 1100, modes={"bend_y": 2}, retardation_time=0.02)
     >>> rod = lissom.Rod([finger])
     >>> run = lissom.simulate(rod, 0.5)
     >>> tips = [rod.pose(q)[:3, 3] for q in run.q[1:]]

@@ -66,6 +66,9 @@ def model_with(model: M, values: Mapping[str, float]) -> M:
 def value_of(model: Model, name: str) -> float:
     """The number that a model has for a parameter."""
     value = paths.found(model, _path(model, name))
+    # A radius that is the same at both ends.
+    if isinstance(value, tuple) and len(value) == 2 and value[0] == value[1]:
+        value = value[0]
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
         raise ValueError(
             f"parameters: {name!r} is {value!r} in this model, expected the name of a finite number, such as "

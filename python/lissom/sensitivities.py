@@ -102,7 +102,7 @@ class SensitivityResult:
         times, q, dq = self._between(t)
         positions = np.empty((len(times), 3))
         derivative = np.empty((len(times), 3, len(self.names)))
-        place: dict[str, Any] = {"link": link}
+        place: dict[str, Any] = {"link": self._model.links[-1].name if link is None else link}
         for k, time in enumerate(times):
             positions[k] = self._model.pose(q[k], X, t=time, **place)[..., :3, 3]
             derivative[k] = self._model.jacobian(q[k], X, t=time, **place)[3:] @ dq[k]

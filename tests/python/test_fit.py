@@ -13,7 +13,7 @@ RIGHT = {
 
 
 def finger():
-    return lissom.Rod([lissom.Segment(0.3, 0.01, 3e5, 1e5, 1100, **FINGER)])
+    return lissom.Rod([lissom.Segment(0.3, 0.01, 3e5, 4e5, 1100, **FINGER)])
 
 
 def motion(model, t_end=0.6):
@@ -60,7 +60,7 @@ def test_known_noise_is_taken():
 
 def test_what_the_data_do_not_determine_is_said():
     # Young's modulus and the density of a rod without gravity: only their quotient matters.
-    rod = lissom.Rod([lissom.Segment(0.3, 0.01, 3e5, 1e5, 1100, **FINGER)], gravity=(0, 0, 0))
+    rod = lissom.Rod([lissom.Segment(0.3, 0.01, 3e5, 4e5, 1100, **FINGER)], gravity=(0, 0, 0))
     q0 = [1.0, 0.2]
     run = lissom.simulate(rod, 0.4, q0=q0)
     positions = np.array([rod.pose(q)[:3, 3] for q in run.q[1:]])
