@@ -16,7 +16,7 @@ def arm(**changes):
 
 
 def jointed():
-    finger = lissom.Segment(0.2, 0.01, 3e5, 1e5, 1100, modes={"bend_y": 2}, retardation_time=0.02)
+    finger = lissom.Segment(0.2, 0.01, 3e5, 1.5e5, 1100, modes={"bend_y": 2}, retardation_time=0.02)
     rod = [finger]
     return lissom.Robot(
         [
