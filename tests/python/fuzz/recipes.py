@@ -510,14 +510,14 @@ RECIPES: dict[str, dict | list[dict]] = {
     "fit": [
         {
             "model": "v.planar()",
-            "data": "([0.01, 0.02], [[0.3, 0.0, 0.0], [0.3, 0.0, -0.01]])",
+            "data": "([0.01, 0.02], [[0.2, 0.0, 0.0], [0.2, 0.0, -0.002]])",
             "parameters": "{'q0[0]': 0.1}",
             "places": "None",
             "t0": "0.0",
             "dt": "0.01",
             "noise": "0.1",
             "confidence": "0.9",
-            "max_runs": "5",
+            "max_runs": "200",
         },
     ],
     "sweep": [
