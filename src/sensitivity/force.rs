@@ -7,13 +7,19 @@ use crate::model::Model;
 /// Up to this part of what is added, sums of compiled models are rounding: some hundred operations.
 const ROUNDING: f64 = 1e-13;
 
+/// Row, column and value of an entry of a matrix.
+type Entry = (usize, usize, f64);
+
+/// The entries that q, v and a are multiplied with, and the rest.
+type Affine = ([Vec<Entry>; 3], Vec<f64>);
+
 /// The derivative of `tau(q, v, a)` with respect to a parameter: a weighted sum of those of models that differ in it, or, where
 /// that is affine in the state, its coefficients.
 #[derive(Debug)]
 pub struct ForceDerivative<M: ?Sized> {
     terms: Vec<(Box<M>, f64)>,
-    /// Entries (row, column, value) for q, v and a, and the rest.
-    affine: Option<([Vec<(usize, usize, f64)>; 3], Vec<f64>)>,
+    /// Where it is affine in the state.
+    affine: Option<Affine>,
     tau: Vec<f64>,
     sum: Vec<f64>,
 }
@@ -122,12 +128,7 @@ impl<M: Model + ?Sized> ForceDerivative<M> {
     }
 }
 
-fn add_affine(
-    (entries, rest): &([Vec<(usize, usize, f64)>; 3], Vec<f64>),
-    factor: f64,
-    state: [&[f64]; 3],
-    to: &mut [f64],
-) {
+fn add_affine((entries, rest): &Affine, factor: f64, state: [&[f64]; 3], to: &mut [f64]) {
     to.iter_mut().zip(rest).for_each(|(to, rest)| *to += factor * rest);
     for (entries, state) in entries.iter().zip(state) {
         for &(i, j, entry) in entries {
