@@ -57,6 +57,7 @@ pub mod roots;
 #[cfg(feature = "scene")]
 pub mod scene;
 pub mod second_order;
+pub mod sensitivity;
 pub mod signal;
 pub mod simulate;
 mod small_motions;

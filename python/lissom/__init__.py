@@ -66,6 +66,7 @@ if TYPE_CHECKING:
     )
     from .actuators import ActiveStrain, Along, Chamber, Motor, Tendon, Via
     from .contacts import Ball, Box, Capsule, Contact, HalfSpace, Sphere, Touch
+    from .fits import FitResult, fit
     from .keeping import load
     from .linear import LinearModel, linearise
     from .links import (
@@ -82,6 +83,7 @@ if TYPE_CHECKING:
         Weld,
     )
     from .loops import Distance, Gear, Loop, LoopEnd
+    from .sensitivities import SensitivityResult, sensitivity
     from .sweeps import sweep
     from .targets import Target
 
@@ -109,6 +111,7 @@ __all__ = [
     "Energy",
     "EnsembleResult",
     "EquilibriumPath",
+    "FitResult",
     "Fluid",
     "Free",
     "Gear",
@@ -144,6 +147,7 @@ __all__ = [
     "SceneProblem",
     "Section",
     "Segment",
+    "SensitivityResult",
     "Simulation",
     "SimulationSettings",
     "Simulations",
@@ -164,12 +168,14 @@ __all__ = [
     "check_jacobian",
     "choose_modes",
     "continuation",
+    "fit",
     "jacobian",
     "linearise",
     "load",
     "modes",
     "newmark",
     "root",
+    "sensitivity",
     "simulate",
     "simulate_many",
     "solve_ivp",
@@ -192,10 +198,12 @@ if not TYPE_CHECKING:
             for name in (
                 "actuators",
                 "contacts",
+                "fits",
                 "keeping",
                 "linear",
                 "links",
                 "loops",
+                "sensitivities",
                 "sweeps",
                 "targets",
                 "_lissom",

@@ -1134,6 +1134,23 @@ def simulate(
     control: Callable[[float, NDArray[np.float64], NDArray[np.float64]], ArrayLike] | None = None,
     control_step: float | None = None,
 ) -> MotionResult: ...
+def sensitivities(
+    model: Model,
+    t: ArrayLike,
+    q: ArrayLike,
+    v: ArrayLike,
+    a: ArrayLike,
+    terms: Sequence[Sequence[tuple[Model, float]]],
+    dq0: ArrayLike,
+    dv0: ArrayLike,
+    *,
+    method: str = "newmark",
+    beta: float | None = None,
+    gamma: float | None = None,
+    alpha: float | None = None,
+    rho_inf: float | None = None,
+    weights: tuple[ArrayLike, ArrayLike] | None = None,
+) -> tuple[NDArray[np.float64], ...]: ...
 def simulate_many(
     model: Model | Iterable[Model],
     t_end: float,

@@ -161,6 +161,18 @@ impl Scheme {
         [self.gain() * self.beta * h * h, self.gain() * self.gamma * h, 1.0]
     }
 
+    /// What a step of size `h` carries on of a coordinate, after one of size `h / stretch`.
+    pub(crate) fn carried(&self, h: f64, stretch: f64) -> Carried {
+        let (alpha_m, alpha_f) = (self.alpha_m, self.alpha_f);
+        let of_start = [1.0 - stretch, stretch];
+        let rest =
+            [(alpha_f - alpha_m * of_start[0]) / (1.0 - alpha_m), -alpha_m * of_start[1] / (1.0 - alpha_m)];
+        let (bq, bv) = (h * h * (0.5 - self.beta), h * (1.0 - self.gamma));
+        let (cq, cv) = (h * h * self.beta, h * self.gamma);
+        let both = |b: f64, c: f64| [b * of_start[0] + c * rest[0], b * of_start[1] + c * rest[1]];
+        Carried { displacement: both(bq, cq), velocity: both(bv, cv), rest, gain: self.gain() }
+    }
+
     /// The local error of the displacement is this times `h^3` and the third derivative; where accelerations change by
     /// `da` over the step, this times `h^2 da` (Zienkiewicz and Xie 1991, for algorithmic accelerations that are ahead).
     pub(super) fn displacement_error(&self) -> f64 {
@@ -171,6 +183,20 @@ impl Scheme {
     pub(super) fn velocity_error(&self) -> f64 {
         self.gamma + self.shift() - 0.5
     }
+}
+
+/// How the accelerations `[a, s]` at the start of a step, the second the algorithmic ones, enter what it ends with: the same
+/// numbers for all coordinates. Those of a plain scheme are equal, `s = a`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Carried {
+    /// In the displacement, beside `q + h v` and what the new acceleration adds.
+    pub(crate) displacement: [f64; 2],
+    /// In the velocity, beside `v` and what the new acceleration adds.
+    pub(crate) velocity: [f64; 2],
+    /// In the new algorithmic acceleration.
+    pub(crate) rest: [f64; 2],
+    /// Weight of the new acceleration in the new algorithmic one.
+    pub(crate) gain: f64,
 }
 
 /// The parameters that a named method may take; `None` where not given.

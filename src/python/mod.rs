@@ -39,6 +39,7 @@ mod rows;
 mod scene;
 mod section;
 mod segment;
+mod sensitivity;
 mod signal;
 mod simulate;
 mod statics;
@@ -108,6 +109,8 @@ mod _lissom {
     use super::section::PySection;
     #[pymodule_export]
     use super::segment::PySegment;
+    #[pymodule_export]
+    use super::sensitivity::sensitivities;
     #[pymodule_export]
     use super::signal::{PyHarmonic, PyInput};
     #[pymodule_export]

@@ -7,7 +7,7 @@ import difflib
 import inspect
 import json
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 Part = str | int
@@ -108,28 +108,51 @@ def document_text(document: dict[str, Any]) -> str:
 PLURALS = {"body": "bodies", "tendon": "actuators", "chamber": "actuators", "motor": "actuators"}
 
 
-def replaced(thing: Any, path: Sequence[Part], value: Any, done: int = 0) -> Any:
+def replaced(thing: Any, path: Sequence[Part], value: Any) -> Any:
     """A model, or a part of one, with another value at the end of a path; all else as it was.
 
     Raises ValueError where nothing of the kind is there, and what the constructors raise.
     """
-    if done == len(path):
+    return _changed(thing, path, lambda _: value)
+
+
+def found(thing: Any, path: Sequence[Part]) -> Any:
+    """What is at the end of a path.
+
+    Raises ValueError where nothing of the kind is there.
+    """
+    seen: list[Any] = []
+
+    def look(value: Any) -> Any:
+        seen.append(value)
         return value
+
+    _changed(thing, path, look)
+    return seen[0]
+
+
+def _changed(thing: Any, path: Sequence[Part], change: Callable[[Any], Any], done: int = 0) -> Any:
+    """The same with what a function makes of the value at the end of the path.
+
+    Raises ValueError where nothing of the kind is there, and what the constructors raise.
+    """
+    if done == len(path):
+        return change(thing)
     part = path[done]
     if isinstance(part, int):
         if not isinstance(thing, list | tuple) or part >= len(thing):
             there = f"{len(thing)} entries" if isinstance(thing, list | tuple) else "no sequence"
             raise ValueError(f"{up_to(path, done + 1)}: the model has {there} at {up_to(path, done)}")
         items = list(thing)
-        items[part] = replaced(items[part], path, value, done + 1)
+        items[part] = _changed(items[part], path, change, done + 1)
         return tuple(items)
     # A scene's `rod.segment[0]` is the first of a link's `rod`.
     if isinstance(thing, list | tuple) and done + 1 < len(path) and part in ("segment", "segments"):
-        return replaced(thing, path, value, done + 1)
+        return _changed(thing, path, change, done + 1)
     if isinstance(thing, dict):
         if part not in thing:
             raise ValueError(f"{up_to(path, done + 1)}: {meant(part, thing)}")
-        return thing | {part: replaced(thing[part], path, value, done + 1)}
+        return thing | {part: _changed(thing[part], path, change, done + 1)}
     arguments = constructed(thing)
     if arguments is None:
         raise ValueError(f"{up_to(path, done + 1)}: {up_to(path, done)} has no parts")
@@ -137,7 +160,7 @@ def replaced(thing: Any, path: Sequence[Part], value: Any, done: int = 0) -> Any
     name = next((name for name in (part, PLURALS.get(part, f"{part}s")) if name in known), None)
     if name is None:
         raise ValueError(f"{up_to(path, done + 1)}: {meant(part, known)}")
-    arguments = arguments | {name: replaced(arguments.get(name), path, value, done + 1)}
+    arguments = arguments | {name: _changed(arguments.get(name), path, change, done + 1)}
     if name == "poisson_ratio":
         # Which says what this one would be.
         arguments.pop("shear_modulus", None)

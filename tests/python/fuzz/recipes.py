@@ -519,6 +519,32 @@ RECIPES: dict[str, dict | list[dict]] = {
         "progress": "lambda t: None",
         "max_steps": "500",
     },
+    "sensitivity": [
+        {
+            "model": _MODEL,
+            "t_end": "0.05",
+            "parameters": "['q0', 'v0[1]']",
+            "t0": "0.0",
+            "q0": _a(0.1, 0.2),
+            "v0": _a(0.0, 0.0),
+            "method": "'newmark'",
+            "dt": "0.01",
+            "objective": "None",
+        },
+    ],
+    "fit": [
+        {
+            "model": "v.planar()",
+            "data": "([0.01, 0.02], [[0.2, 0.0, 0.0], [0.2, 0.0, -0.002]])",
+            "parameters": "{'q0[0]': 0.1}",
+            "places": "None",
+            "t0": "0.0",
+            "dt": "0.01",
+            "noise": "0.1",
+            "confidence": "0.9",
+            "max_runs": "200",
+        },
+    ],
     "sweep": [
         {
             "model": "v.scene()",
@@ -679,7 +705,7 @@ RECIPES |= {
 #: Classes that only functions make, and exceptions: calling them must raise, or make an exception.
 _UNMADE = """
 AccuracyWarning ActuateResult ContinuationResult ConvergenceError
-CriticalPoint DenseOutput Energy EnsembleResult EquilibriumPath JacobianCheck
+CriticalPoint DenseOutput Energy EnsembleResult EquilibriumPath FitResult JacobianCheck SensitivityResult
 LissomError Model ModesResult MotionResult OdeResult OdeSolver ReachResult RootResult Scene SceneError
 SceneProblem Section SimulationSettings StaticsResult Statistics
 """

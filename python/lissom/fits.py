@@ -1,0 +1,340 @@
+"""Identification: parameters of a model from measured motions."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ._lissom import LissomError, Robot
+from .files import missing
+from .parameters import START, model_with, names_of, value_of
+from .sensitivities import sensitivity
+
+Array = NDArray[np.float64]
+
+#: Singular values of the scaled Jacobian below this part of the largest mean that the data say nothing.
+RANK = 1e-8
+
+#: A parameter takes part in what the data do not determine if it has this part of it at least.
+PART = 0.1
+
+
+@dataclass(frozen=True)
+class FitResult:
+    """Parameters that fit best, and how well the data determine them.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Names of the p parameters.
+    values : ndarray, shape (p,)
+        Their values.
+    model : Robot
+        The model with them. Values at the start are not part of it.
+    covariance : ndarray, shape (p, p)
+        Of the values, from the Jacobian at the solution and the noise; infinite on the diagonal and NaN
+        beside it for what the data do not determine.
+    intervals : ndarray, shape (p, 2)
+        Confidence intervals of each value, by Student's distribution; exact where the model is linear in them
+        and the noise is normal and independent.
+    undetermined : tuple of str
+        Parameters that the data do not determine, alone or together.
+    residuals : ndarray, shape (k, places, 3)
+        Positions of the model minus measured ones, metres.
+    noise : float
+        Standard deviation of the residuals, metres: that given, or estimated with as many degrees of freedom
+        as there are numbers more than parameters.
+    runs : int
+        How many runs it took, with derivatives.
+    success : bool
+        Whether the solver came to its end.
+    message : str
+        Why it ended, and what the data do not determine.
+    """
+
+    names: tuple[str, ...]
+    values: Array
+    model: Robot
+    covariance: Array
+    intervals: Array
+    undetermined: tuple[str, ...]
+    residuals: Array
+    noise: float
+    runs: int
+    success: bool
+    message: str
+
+
+def fit(
+    model: Robot,
+    data: tuple[ArrayLike, ArrayLike],
+    parameters: Mapping[str, float | tuple[float, float, float]],
+    *,
+    places: Sequence[float | str | tuple[str, float]] | None = None,
+    t0: float = 0.0,
+    q0: ArrayLike | None = None,
+    v0: ArrayLike | None = None,
+    dt: float = 1e-2,
+    noise: float | None = None,
+    confidence: float = 0.95,
+    max_runs: int = 100,
+    **options: Any,
+) -> FitResult:
+    """Find the parameters with which a motion fits measured positions best, by least squares; needs SciPy.
+
+    Parameters
+    ----------
+    model : Rod or Robot
+        What was measured, with first guesses of everything.
+    data : (t, positions)
+        Increasing times, shape (k,), seconds, none before `t0`; and positions in the world, metres, shape (k,
+        3) of one place or (k, places, 3).
+    parameters : mapping of str to float or (lowest, guess, highest)
+        First guesses by name, with bounds where there are any. Names as for `sensitivity`; of the start
+        single coordinates such as 'q0[0]'.
+    places : sequence, optional
+        What is measured: arc lengths of the last link, names of links (their tips), or pairs (link, arc
+        length). The last tip by default.
+    t0, q0, v0 : optional
+        Start, as for `simulate`.
+    dt : float
+        Step size, seconds.
+    noise : float, optional
+        Standard deviation of the measured positions, metres, where it is known; else it is estimated from the
+        residuals.
+    confidence : float
+        How often an interval covers the right value.
+    max_runs : int
+        Most evaluations of the model.
+    **options
+        As for `sensitivity`.
+
+    Returns
+    -------
+    FitResult
+        `values`, `intervals`, `covariance`, `undetermined`, `residuals`, `model`.
+
+    Raises
+    ------
+    ValueError, TypeError
+        Before the first run, if an argument is invalid, a name is unknown, bounds are the wrong way round, or
+        there are fewer numbers than parameters.
+    LissomError
+        If a run does not come to its end; the message has the parameters.
+    ImportError
+        Without SciPy.
+
+    Examples
+    --------
+    >>> import lissom
+    >>> finger = lissom.Segment(0.3, 0.01, 3e5, 4e5, 1100, modes={"bend_y": 2}, retardation_time=0.02)
+    >>> rod = lissom.Rod([finger])
+    >>> run = lissom.simulate(rod, 0.5)
+    >>> tips = [rod.pose(q)[:3, 3] for q in run.q[1:]]
+    >>> found = lissom.fit(rod, (run.t[1:], tips), {"segments[0].young_modulus": (1e5, 5e5, 1e6)})
+    >>> bool(abs(found.values[0] - 3e5) < 1)
+    True
+    """
+    if missing("scipy"):
+        raise ImportError("fit needs SciPy: pip install scipy")
+    from scipy.optimize import least_squares
+    from scipy.special import stdtrit
+
+    if not isinstance(model, Robot):
+        raise TypeError(f"model: expected a Rod or a Robot, got {type(model).__name__}, which has no places")
+    if not 0.0 < confidence < 1.0:
+        raise ValueError(f"confidence: got {confidence!r}, expected a number between 0 and 1")
+    if noise is not None and not 0.0 < noise < np.inf:
+        raise ValueError(f"noise: got {noise!r}, expected a number > 0 in metres")
+    where = _places(model, places)
+    times, measured = _data(data, len(where), t0)
+    if not isinstance(parameters, Mapping):
+        raise TypeError(
+            f"parameters: got {type(parameters).__name__}, expected a mapping of names to guesses"
+        )
+    names = names_of(parameters)
+    lowest, guess, highest = _bounds(model, names, parameters)
+    if measured.size < len(names):
+        raise ValueError(
+            f"data: got {measured.size} numbers, expected at least {len(names)}: one for each parameter"
+        )
+    # Parameters of very different size count alike.
+    scale = np.where(guess != 0.0, np.abs(guess), 1.0)
+    start = {"q0": _state(q0, model.n, "q0"), "v0": _state(v0, model.n, "v0")}
+    kept: dict[bytes, tuple[Array, Array]] = {}
+    runs = 0
+
+    def evaluate(z: Array) -> tuple[Array, Array]:
+        nonlocal runs
+        key = z.tobytes()
+        if key not in kept:
+            values = dict(zip(names, (z * scale).tolist(), strict=True))
+            begin = {which: state.copy() for which, state in start.items()}
+            for name, value in values.items():
+                if found := START.fullmatch(name):
+                    begin[found["which"]][int(found["index"])] = value
+            changed = model_with(
+                model, {name: value for name, value in values.items() if not START.fullmatch(name)}
+            )
+            try:
+                run = sensitivity(
+                    changed, times[-1], names, t0=t0, dt=dt, q0=begin["q0"], v0=begin["v0"], **options
+                )
+            except LissomError as error:
+                raise LissomError(f"with {values}: {error}") from None
+            runs += 1
+            positions, derivatives = zip(
+                *(run.position(X, link=link, t=times) for link, X in where), strict=True
+            )
+            residual = np.stack(positions, 1) - measured
+            jacobian = np.stack(derivatives, 1).reshape(measured.size, len(names)) * scale
+            kept.clear()
+            kept[key] = residual.ravel(), jacobian
+        return kept[key]
+
+    solved = least_squares(
+        lambda z: evaluate(z)[0],
+        guess / scale,
+        lambda z: evaluate(z)[1],
+        bounds=(lowest / scale, highest / scale),
+        x_scale="jac",
+        max_nfev=max_runs,
+        ftol=1e-10,
+        xtol=1e-10,
+        gtol=1e-14,
+    )
+    residual, jacobian = evaluate(solved.x)
+    values = solved.x * scale
+    freedom = measured.size - len(names)
+    spread = (
+        noise if noise is not None else float(np.sqrt(residual @ residual / freedom)) if freedom else np.inf
+    )
+    covariance, undetermined = _covariance(jacobian, scale, spread, names)
+    factor = stdtrit(np.inf if noise is not None else max(freedom, 1), 0.5 * (1.0 + confidence))
+    width = factor * np.sqrt(np.diag(covariance))
+    message = str(solved.message)
+    if undetermined:
+        message += f" The data do not determine {', '.join(undetermined)}."
+    return FitResult(
+        names=tuple(names),
+        values=values,
+        model=model_with(
+            model,
+            {
+                name: value
+                for name, value in zip(names, values.tolist(), strict=True)
+                if not START.fullmatch(name)
+            },
+        ),
+        covariance=covariance,
+        intervals=np.stack([values - width, values + width], 1),
+        undetermined=undetermined,
+        residuals=residual.reshape(measured.shape),
+        noise=spread,
+        runs=runs,
+        success=bool(solved.status > 0),
+        message=message,
+    )
+
+
+def _covariance(
+    jacobian: Array, scale: Array, spread: float, names: Sequence[str]
+) -> tuple[Array, tuple[str, ...]]:
+    """Covariance of the parameters, and which of them the data do not determine."""
+    lengths = np.linalg.norm(jacobian, axis=0)
+    silent = lengths <= RANK * lengths.max()
+    lengths[silent] = 1.0
+    _, singular, rows = np.linalg.svd(jacobian / lengths, full_matrices=False)
+    is_known = singular > RANK * singular[0]
+    is_free = silent | (np.abs(rows[~is_known]) > PART).any(axis=0)
+    inverse = rows[is_known].T / singular[is_known]
+    factor = inverse * (scale / lengths)[:, None]
+    covariance = np.asarray(spread**2 * factor @ factor.T)
+    covariance[is_free, :] = np.nan
+    covariance[:, is_free] = np.nan
+    covariance[is_free, is_free] = np.inf
+    return covariance, tuple(name for name, free in zip(names, is_free, strict=True) if free)
+
+
+def _places(model: Robot, places: Sequence[Any] | None) -> list[tuple[str, float | None]]:
+    last = model.links[-1].name
+    if places is None:
+        return [(last, None)]
+    if isinstance(places, str) or not len(places):
+        raise TypeError(f"places: got {places!r}, expected a sequence of arc lengths, links or pairs of them")
+    found: list[tuple[str, float | None]] = []
+    for place in places:
+        match place:
+            case str():
+                found.append((place, None))
+            case (str() as link, X):
+                found.append((link, float(X)))
+            case _:
+                found.append((last, float(place)))
+    for link, X in found:
+        # Refuses what is no place of this robot.
+        model.jacobian(np.zeros(model.n), X, link=link)
+    return found
+
+
+def _data(data: tuple[ArrayLike, ArrayLike], places: int, t0: float) -> tuple[Array, Array]:
+    if not isinstance(data, tuple) or len(data) != 2:
+        raise TypeError(f"data: got {type(data).__name__}, expected a pair (t, positions)")
+    times, measured = (np.asarray(part, float) for part in data)
+    if times.ndim != 1 or not len(times):
+        raise ValueError(f"data: times have shape {times.shape}, expected (k,) with at least one")
+    if measured.ndim == 2 and places == 1:
+        measured = measured[:, None]
+    if measured.shape != (len(times), places, 3):
+        raise ValueError(f"data: positions have shape {measured.shape}, expected {(len(times), places, 3)}")
+    for name, part in (("times", times), ("positions", measured)):
+        if not np.isfinite(part).all():
+            raise ValueError(
+                f"data: {name} are not finite, expected finite numbers (leave out what was not seen)"
+            )
+    if times[0] < t0 or (np.diff(times) <= 0).any():
+        raise ValueError(f"data: times have to increase and not to be before t0 = {t0}")
+    if times[-1] == t0:
+        raise ValueError(f"data: the only time is t0 = {t0}, expected some motion after it")
+    return times, measured
+
+
+def _bounds(model: Robot, names: Sequence[str], parameters: Mapping[str, Any]) -> tuple[Array, Array, Array]:
+    rows = []
+    for name in names:
+        given = parameters[name]
+        row = (-np.inf, given, np.inf) if isinstance(given, int | float) else tuple(given)
+        if len(row) != 3 or not all(isinstance(x, int | float) for x in row):
+            raise TypeError(
+                f"parameters: {name!r} has {given!r}, expected a guess or (lowest, guess, highest)"
+            )
+        lowest, guess, highest = row
+        if not (lowest < highest):
+            raise ValueError(
+                f"parameters: {name!r} has bounds {lowest} and {highest}, expected the lower one first"
+            )
+        if not lowest <= guess <= highest or not np.isfinite(guess):
+            raise ValueError(
+                f"parameters: {name!r} has the guess {guess}, expected one in [{lowest}, {highest}]"
+            )
+        if start := START.fullmatch(name):
+            if start["index"] is None or int(start["index"]) >= model.n:
+                raise ValueError(
+                    f"parameters: got {name!r}, expected a single coordinate such as '{start['which']}[0]'"
+                )
+        else:
+            value_of(model, name)
+        rows.append(row)
+    lowest, guess, highest = np.array(rows, float).T
+    return lowest, guess, highest
+
+
+def _state(state: ArrayLike | None, n: int, name: str) -> Array:
+    found = np.zeros(n) if state is None else np.array(state, float)
+    if found.shape != (n,):
+        raise ValueError(f"{name}: got shape {found.shape}, expected ({n},)")
+    return found

@@ -1,0 +1,281 @@
+"""Derivatives of whole runs with respect to the start and to parameters of the model."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ._lissom import LissomError, Model, Robot, sensitivities, simulate
+from .parameters import OfModel, OfStart, Parameter, names_of, resolved
+
+Array = NDArray[np.float64]
+
+#: Objective of a gradient: a number, and its derivatives with respect to coordinates and velocities.
+Objective = Callable[[Array, Array, Array], tuple[float, ArrayLike, ArrayLike]]
+
+#: Members of the Newmark family, whose runs are differentiated.
+METHODS = (
+    "newmark",
+    "average_acceleration",
+    "linear_acceleration",
+    "fox_goodwin",
+    "central_difference",
+    "hht",
+    "generalised_alpha",
+)
+
+#: Options of `simulate` that say which scheme it is, and those that say how well its steps are solved.
+OF_SCHEME = ("beta", "gamma", "alpha", "rho_inf")
+OF_STEPS = ("rtol", "atol", "predictor", "reuse_jacobian", "max_steps", "jac", "progress")
+
+
+@dataclass(frozen=True)
+class SensitivityResult:
+    """A run and its derivatives.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Names of the p parameters; 'q0' and 'v0' are taken apart into 'q0[0]', 'q0[1]' and so on.
+    t : ndarray, shape (m,)
+        Times of all steps, seconds.
+    q, v : ndarray, shape (m, n)
+        Coordinates and velocities.
+    dq, dv : ndarray, shape (m, n, p), or None
+        Their derivatives with respect to the parameters; None where an objective was given.
+    value : float or None
+        The objective.
+    gradient : ndarray, shape (p,), or None
+        Its derivatives with respect to the parameters.
+    """
+
+    names: tuple[str, ...]
+    t: Array
+    q: Array
+    v: Array
+    dq: Array | None
+    dv: Array | None
+    value: float | None
+    gradient: Array | None
+    _model: Model = field(repr=False)
+    _parameters: tuple[Parameter, ...] = field(repr=False)
+
+    def position(
+        self, X: float | None = None, *, link: str | None = None, t: ArrayLike | None = None
+    ) -> tuple[Array, Array]:
+        """Where a place of a robot is, and how that changes with the parameters.
+
+        Parameters
+        ----------
+        X : float, optional
+            Arc length, metres; by default the tip.
+        link : str, optional
+            Name of the link; by default the last one.
+        t : array_like, shape (k,), optional
+            Times within the run, seconds; all steps by default. Between steps the coordinates are cubic.
+
+        Returns
+        -------
+        position : ndarray, shape (k, 3)
+            In the world, metres.
+        derivative : ndarray, shape (k, 3, p)
+            Metres per unit of each parameter.
+
+        Raises
+        ------
+        ValueError, TypeError
+            If the model has no places, a time is not within the run, or the derivatives were not computed.
+        """
+        if not isinstance(self._model, Robot):
+            raise TypeError(
+                f"model: expected a Rod or a Robot, got {type(self._model).__name__}, which has no places"
+            )
+        if self.dq is None or self.dv is None:
+            raise ValueError(
+                "objective: got one, expected none: then there are only derivatives of its value"
+            )
+        times, q, dq = self._between(t)
+        positions = np.empty((len(times), 3))
+        derivative = np.empty((len(times), 3, len(self.names)))
+        place: dict[str, Any] = {"link": self._model.links[-1].name if link is None else link}
+        for k, time in enumerate(times):
+            positions[k] = self._model.pose(q[k], X, t=time, **place)[..., :3, 3]
+            derivative[k] = self._model.jacobian(q[k], X, t=time, **place)[3:] @ dq[k]
+        for i, parameter in enumerate(self._parameters):
+            if not isinstance(parameter, OfModel):
+                continue
+            # Lengths and placements move places by themselves.
+            for k, time in enumerate(times):
+                moved = [
+                    weight * model.pose(q[k], X, t=time, **place)[..., :3, 3]  # type: ignore[attr-defined]
+                    for model, weight in parameter.terms
+                ]
+                by_itself = np.sum(moved, axis=0)
+                if k == 0 and not _is_more_than_rounding(by_itself, moved):
+                    break
+                derivative[k, :, i] += by_itself
+        return positions, derivative
+
+    def _between(self, t: ArrayLike | None) -> tuple[Array, Array, Array]:
+        assert self.dq is not None
+        assert self.dv is not None
+        if t is None:
+            return self.t, self.q, self.dq
+        times = np.atleast_1d(np.asarray(t, float))
+        is_wrong = ~((times >= self.t[0]) & (times <= self.t[-1]))
+        if is_wrong.any():
+            first = int(np.argmax(is_wrong))
+            raise ValueError(
+                f"t[{first}]: got {times[first]}, expected a time in [{self.t[0]}, {self.t[-1]}]"
+            )
+        if len(self.t) == 1:
+            return times, np.repeat(self.q, len(times), 0), np.repeat(self.dq, len(times), 0)
+        k = np.clip(np.searchsorted(self.t, times, "right") - 1, 0, len(self.t) - 2)
+        h = self.t[k + 1] - self.t[k]
+        s = (times - self.t[k]) / h
+        weights = ((1 + 2 * s) * (1 - s) ** 2, h * s * (1 - s) ** 2, s**2 * (3 - 2 * s), h * s**2 * (s - 1))
+
+        def cubic(x: Array, rate: Array) -> Array:
+            a, b, c, d = (w.reshape(-1, *[1] * (x.ndim - 1)) for w in weights)
+            return np.asarray(a * x[k] + b * rate[k] + c * x[k + 1] + d * rate[k + 1])
+
+        return times, cubic(self.q, self.v), cubic(self.dq, self.dv)
+
+
+def _is_more_than_rounding(total: Array, summands: Sequence[Array]) -> bool:
+    return bool(np.abs(total).max() > 1e-13 * np.abs(summands).sum(axis=0).max())
+
+
+def sensitivity(
+    model: Model,
+    t_end: float,
+    parameters: Sequence[str],
+    *,
+    t0: float = 0.0,
+    q0: ArrayLike | None = None,
+    v0: ArrayLike | None = None,
+    method: str = "newmark",
+    dt: float = 1e-2,
+    objective: Objective | None = None,
+    **options: Any,
+) -> SensitivityResult:
+    """Differentiate a run with respect to its start and to parameters of the model.
+
+    The derivatives are those of the discrete solution, with which differences of whole runs agree, whatever
+    the step. They are as good as its steps are solved: `rtol` says how well.
+
+    Parameters
+    ----------
+    model : Model
+        What moves: without closed loops, spherical and free joints.
+    t_end : float
+        End of the run, seconds.
+    parameters : sequence of str
+        What to differentiate with respect to: 'q0' and 'v0' (all coordinates and velocities at the start),
+        one of them as 'q0[2]', and numbers that the model is made of, by the names that `sweep` takes, such
+        as 'rod[0].segment[0].young_modulus', 'gravity[2]', 'link[1].joint.damping'. They are derivatives with
+        respect to that number alone.
+    t0, q0, v0 : optional
+        As for `simulate`.
+    method : str
+        A member of the Newmark family, as for `simulate`; steps are of fixed size.
+    dt : float
+        Step size, seconds.
+    objective : callable, optional
+        A number of the run: called once as ``objective(t, q, v)`` with arrays of shapes (m,), (m, n), (m, n),
+        it returns the number and its derivatives with respect to `q` and `v`, both of shape (m, n). Then its
+        gradient is computed by the adjoint, at a cost that hardly depends on how many parameters there are.
+    **options
+        `beta`, `gamma`, `alpha`, `rho_inf`, `rtol`, `atol`, `jac`, `predictor`, `reuse_jacobian`,
+        `max_steps`, `progress` as for `simulate`.
+
+    Returns
+    -------
+    SensitivityResult
+        `t`, `q`, `v` of the run; `dq`, `dv` of shape (m, n, p), or `value` and `gradient` of shape (p,).
+
+    Raises
+    ------
+    ValueError, TypeError
+        Before the run, if an argument is invalid, a name is unknown, or nothing depends on a parameter.
+    LissomError
+        If the run does not come to its end; the message says why.
+
+    Examples
+    --------
+    >>> import lissom
+    >>> wire = lissom.Segment(1.0, 1e-3, 210e9, 80e9, 7800, modes={"bend_y": 3}, retardation_time=1e-4)
+    >>> rod = lissom.Rod([wire])
+    >>> found = lissom.sensitivity(rod, 0.5, ["segments[0].young_modulus", "q0"])
+    >>> found.dq.shape, found.names
+    ((51, 3, 4), ('segments[0].young_modulus', 'q0[0]', 'q0[1]', 'q0[2]'))
+    >>> position, derivative = found.position(t=[0.1, 0.25])
+    >>> derivative.shape
+    (2, 3, 4)
+    """
+    if not isinstance(model, Model):
+        raise TypeError(f"model: expected a Model (Rod, Robot, SpringPendulum), got {type(model).__name__}")
+    if method not in METHODS:
+        known = ", ".join(map(repr, METHODS))
+        raise ValueError(
+            f"method: got {method!r}, expected one of {known}: runs of others are not differentiated"
+        )
+    for name in options:
+        if name not in (*OF_SCHEME, *OF_STEPS):
+            raise TypeError(f"{name}: expected nothing, runs that are differentiated have no such option")
+    if objective is not None and not callable(objective):
+        raise TypeError(f"objective: expected a callable, got {type(objective).__name__}")
+    wanted = resolved(model, names_of(parameters))
+    scheme = {name: options[name] for name in OF_SCHEME if options.get(name) is not None}
+    # What is not differentiated is refused before the run; whether there are accelerations, the run says.
+    rest, none = np.zeros((1, model.n)), np.zeros((model.n, 0))
+    with contextlib.suppress(LissomError):
+        sensitivities(model, [t0], rest, rest, rest, [], none, none, method=method, **scheme)
+    chosen: Any = {"method": method} | options
+    run = simulate(model, t_end, t0=t0, q0=q0, v0=v0, dt=dt, **chosen)
+    if not run.success:
+        raise LissomError(f"the run did not come to its end: {run.message}")
+    value, weights = None, None
+    if objective is not None:
+        value, weights = _weights(objective, run.t, run.q, run.v)
+    dq0, dv0 = np.zeros((2, model.n, len(wanted)))
+    for i, parameter in enumerate(wanted):
+        if isinstance(parameter, OfStart):
+            (dq0 if parameter.which == "q0" else dv0)[parameter.index, i] = 1.0
+    terms = [parameter.terms if isinstance(parameter, OfModel) else () for parameter in wanted]
+    found = sensitivities(
+        model, run.t, run.q, run.v, run.a, terms, dq0, dv0, method=method, **scheme, weights=weights
+    )
+    dq, dv = found if weights is None else (None, None)
+    return SensitivityResult(
+        names=tuple(parameter.name for parameter in wanted),
+        t=run.t,
+        q=run.q,
+        v=run.v,
+        dq=dq,
+        dv=dv,
+        value=value,
+        gradient=None if weights is None else found[0],
+        _model=model,
+        _parameters=tuple(wanted),
+    )
+
+
+def _weights(objective: Objective, t: Array, q: Array, v: Array) -> tuple[float, tuple[Array, Array]]:
+    returned = objective(t, q, v)
+    if not isinstance(returned, tuple) or len(returned) != 3:
+        raise TypeError(
+            f"objective: returned {type(returned).__name__}, expected (value, dvalue/dq, dvalue/dv)"
+        )
+    on_q, on_v = (np.ascontiguousarray(part, float) for part in returned[1:])
+    for name, part in (("q", on_q), ("v", on_v)):
+        if part.shape != q.shape:
+            raise ValueError(f"objective: dvalue/d{name} has shape {part.shape}, expected {q.shape}")
+        if not np.isfinite(part).all():
+            raise ValueError(f"objective: dvalue/d{name} is not finite, expected finite numbers")
+    return float(returned[0]), (on_q, on_v)

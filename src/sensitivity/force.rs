@@ -1,0 +1,138 @@
+//! How generalised forces change with a parameter of the model.
+
+use crate::error::Interrupted;
+use crate::linalg::{Matrix, dot, norm_inf};
+use crate::model::Model;
+
+/// Up to this part of what is added, sums of compiled models are rounding: some hundred operations.
+const ROUNDING: f64 = 1e-13;
+
+/// Row, column and value of an entry of a matrix.
+type Entry = (usize, usize, f64);
+
+/// The entries that q, v and a are multiplied with, and the rest.
+type Affine = ([Vec<Entry>; 3], Vec<f64>);
+
+/// The derivative of `tau(q, v, a)` with respect to a parameter: a weighted sum of those of models that differ in it, or, where
+/// that is affine in the state, its coefficients.
+#[derive(Debug)]
+pub struct ForceDerivative<M: ?Sized> {
+    terms: Vec<(Box<M>, f64)>,
+    /// Where it is affine in the state.
+    affine: Option<Affine>,
+    tau: Vec<f64>,
+    sum: Vec<f64>,
+}
+
+impl<M: Model + ?Sized> ForceDerivative<M> {
+    /// Of models of `n` coordinates and their weights; none where no force depends on the parameter.
+    pub fn new(mut terms: Vec<(Box<M>, f64)>, n: usize) -> Result<Self, Interrupted> {
+        let zeros = vec![0.0; n];
+        let mut derivative = Self { affine: None, tau: zeros.clone(), sum: zeros.clone(), terms: Vec::new() };
+        if terms.iter().any(|(model, _)| model.varies_in_time()) {
+            return Ok(Self { terms, ..derivative });
+        }
+        let mut entries = [Vec::new(), Vec::new(), Vec::new()];
+        let mut tangent = Matrix::zeros(n, n);
+        for (k, entries) in entries.iter_mut().enumerate() {
+            let mut weights = [0.0; 3];
+            weights[k] = 1.0;
+            let (mut sum, mut size) = (Matrix::zeros(n, n), Matrix::zeros(n, n));
+            for (model, weight) in &mut terms {
+                model.weighted_tangent(&zeros, &zeros, &zeros, weights, &mut tangent);
+                sum += &tangent * *weight;
+                size += tangent.abs() * weight.abs();
+            }
+            for column in 0..n {
+                for row in 0..n {
+                    let entry = sum[(row, column)];
+                    if !entry.is_finite() {
+                        return Ok(Self { terms, ..derivative });
+                    }
+                    if entry.abs() > ROUNDING * size[(row, column)] {
+                        entries.push((row, column, entry));
+                    }
+                }
+            }
+        }
+        derivative.terms = terms;
+        let mut rest = zeros.clone();
+        let size = derivative.add_terms(1.0, 0.0, [&zeros; 3].map(Vec::as_slice), &mut rest)?;
+        rest.iter_mut().filter(|x| x.abs() <= ROUNDING * size).for_each(|x| *x = 0.0);
+        let affine = (entries, rest);
+        for probe in [1.0, -0.4, 0.15] {
+            // Numbers without a pattern that a model could have.
+            let some =
+                |shift: f64| (0..n).map(|i| probe * (1.7 * (i as f64) + shift).sin()).collect::<Vec<f64>>();
+            let states = [some(0.3), some(1.1), some(2.3)];
+            let state = [0, 1, 2].map(|k| states[k].as_slice());
+            let mut wrong = zeros.clone();
+            let size = derivative.add_terms(1.0, 0.0, state, &mut wrong)?;
+            add_affine(&affine, -1.0, state, &mut wrong);
+            let error = norm_inf(&wrong);
+            if error.is_nan() || error > ROUNDING * size {
+                return Ok(derivative);
+            }
+        }
+        derivative.affine = Some(affine);
+        Ok(derivative)
+    }
+
+    /// Adds this multiple of it at a time and a state.
+    pub(super) fn add(
+        &mut self,
+        factor: f64,
+        t: f64,
+        state: [&[f64]; 3],
+        to: &mut [f64],
+    ) -> Result<(), Interrupted> {
+        match &self.affine {
+            Some(affine) => add_affine(affine, factor, state, to),
+            None => _ = self.add_terms(factor, t, state, to)?,
+        }
+        Ok(())
+    }
+
+    /// Its product with a vector.
+    pub(super) fn along(&mut self, lambda: &[f64], t: f64, state: [&[f64]; 3]) -> Result<f64, Interrupted> {
+        if let Some((entries, rest)) = &self.affine {
+            let of_state = entries.iter().zip(state).map(|(entries, state)| {
+                entries.iter().map(|&(i, j, entry)| lambda[i] * entry * state[j]).sum::<f64>()
+            });
+            return Ok(dot(lambda, rest) + of_state.sum::<f64>());
+        }
+        let mut sum = std::mem::take(&mut self.sum);
+        sum.fill(0.0);
+        let added = self.add_terms(1.0, t, state, &mut sum);
+        let product = dot(lambda, &sum);
+        self.sum = sum;
+        added.map(|_| product)
+    }
+
+    /// Adds a multiple of the weighted sum; the largest that was added.
+    fn add_terms(
+        &mut self,
+        factor: f64,
+        t: f64,
+        [q, v, a]: [&[f64]; 3],
+        to: &mut [f64],
+    ) -> Result<f64, Interrupted> {
+        let mut size = 0.0;
+        for (model, weight) in &mut self.terms {
+            model.set_time(t)?;
+            model.inverse_dynamics(q, v, a, &mut self.tau);
+            size += weight.abs() * norm_inf(&self.tau);
+            to.iter_mut().zip(&self.tau).for_each(|(to, tau)| *to += factor * *weight * tau);
+        }
+        Ok(size)
+    }
+}
+
+fn add_affine((entries, rest): &Affine, factor: f64, state: [&[f64]; 3], to: &mut [f64]) {
+    to.iter_mut().zip(rest).for_each(|(to, rest)| *to += factor * rest);
+    for (entries, state) in entries.iter().zip(state) {
+        for &(i, j, entry) in entries {
+            to[i] += factor * entry * state[j];
+        }
+    }
+}

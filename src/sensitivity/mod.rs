@@ -1,0 +1,217 @@
+//! Derivatives of runs of the Newmark family, of the discrete solution itself: what differences of whole runs converge to.
+//!
+//! A step solves `r(q, v, a, p, t) = 0` with `q = q_base + w_q a`, `v = v_base + w_v a`. Where that holds,
+//! `S da = -(K dq_base + D dv_base + r_p dp)` with `S = w_q K + w_v D + M`, all at the converged state. Forward, the columns of all
+//! parameters are carried from step to step; the adjoint goes back with the transposed steps and carries one column, whatever
+//! the number of parameters.
+
+mod force;
+mod tangents;
+
+use self::tangents::Tangents;
+use crate::error::{Interrupted, InvalidInput};
+use crate::linalg::{Matrix, Singular};
+use crate::model::Model;
+use crate::newmark::Scheme;
+
+pub use self::force::ForceDerivative;
+
+/// A run with fixed steps as it was recorded: m states of n coordinates one after the other, every accepted step of it.
+#[derive(Clone, Copy, Debug)]
+pub struct Course<'a> {
+    /// Times, m of them.
+    pub t: &'a [f64],
+    /// Coordinates, m x n.
+    pub q: &'a [f64],
+    /// Velocities, likewise.
+    pub v: &'a [f64],
+    /// Accelerations, likewise.
+    pub a: &'a [f64],
+    /// The method that has made it.
+    pub scheme: Scheme,
+}
+
+impl Course<'_> {
+    /// Time and state of this number.
+    fn state(&self, step: usize, n: usize) -> (f64, [&[f64]; 3]) {
+        let of = step * n..(step + 1) * n;
+        (self.t[step], [&self.q[of.clone()], &self.v[of.clone()], &self.a[of]])
+    }
+
+    /// Size of the step to this state, in units of the one before too.
+    fn step_to(&self, step: usize) -> (f64, f64) {
+        let h = self.t[step] - self.t[step - 1];
+        (h, if step > 1 { h / (self.t[step - 1] - self.t[step - 2]) } else { 1.0 })
+    }
+}
+
+/// What a run is differentiated with respect to: p parameters.
+#[derive(Debug)]
+pub struct Parameters<'a, M: ?Sized> {
+    /// How the coordinates at the start move with each of them, n x p.
+    pub dq0: &'a Matrix,
+    /// Likewise the velocities.
+    pub dv0: &'a Matrix,
+    /// How the generalised forces do, at fixed coordinates, velocities and accelerations.
+    pub forces: &'a mut [ForceDerivative<M>],
+}
+
+/// Why there are no derivatives.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Failure {
+    /// The tangent at the state of this number is singular or not finite.
+    Singular(usize),
+    /// A function of time that somebody else provides failed, or the caller stopped.
+    Interrupted,
+}
+
+impl From<Interrupted> for Failure {
+    fn from(_: Interrupted) -> Self {
+        Self::Interrupted
+    }
+}
+
+/// Refuses models whose runs are not differentiated.
+pub fn check<M: Model + ?Sized>(model: &M) -> Result<(), InvalidInput> {
+    let expected =
+        |what: &str| format!("a robot without them: their runs are not differentiated yet ({what})");
+    if model.has_contact() {
+        let expected = "one without contact: its steps are not all of one scheme";
+        return Err(InvalidInput::new("model", "surfaces that touch", expected));
+    }
+    if model.constraints() > 0 {
+        let expected = expected("multipliers would have to be differentiated too");
+        return Err(InvalidInput::new("model", "closed loops", expected));
+    }
+    if !model.rotation_vectors().is_empty() {
+        let expected = expected("steps may change the coordinates of their rotations");
+        return Err(InvalidInput::new("model", "spherical or free joints", expected));
+    }
+    Ok(())
+}
+
+/// Derivatives of coordinates and velocities of all states with respect to all parameters, each m x n x p one after the other.
+///
+/// `monitor` is asked after every step whether to go on.
+pub fn forward<M: Model + ?Sized, F: Model + ?Sized>(
+    model: &mut M,
+    course: &Course<'_>,
+    parameters: &mut Parameters<'_, F>,
+    monitor: &mut dyn FnMut() -> Result<(), Interrupted>,
+) -> Result<[Vec<f64>; 2], Failure> {
+    let n = model.n();
+    let p = parameters.forces.len();
+    let mut tangents = Tangents::new(n);
+    let (mut q, mut v) = (parameters.dq0.clone(), parameters.dv0.clone());
+    let mut a = Matrix::zeros(n, p);
+    let (mut q_base, mut v_base) = (q.clone(), v.clone());
+    let mut kept = [0, 1].map(|_| Vec::with_capacity(course.t.len() * n * p));
+
+    let mut accelerations = |step: usize, weights, q_base: &Matrix, v_base: &Matrix, a: &mut Matrix| {
+        let (t, state) = course.state(step, n);
+        tangents.evaluate(model, t, state, weights)?;
+        tangents.factorise(false).map_err(|Singular| Failure::Singular(step))?;
+        a.gemm(-1.0, &tangents.stiffness, q_base, 0.0);
+        a.gemm(-1.0, &tangents.damping, v_base, 1.0);
+        for (i, force) in parameters.forces.iter_mut().enumerate() {
+            let column = &mut a.as_mut_slice()[i * n..(i + 1) * n];
+            force.add(-1.0, t, state, column)?;
+            tangents.solve(column);
+        }
+        monitor()?;
+        Ok::<(), Failure>(())
+    };
+    accelerations(0, [0.0, 0.0, 1.0], &q, &v, &mut a)?;
+    let mut s = a.clone();
+    keep(&mut kept, &q, &v);
+    for step in 1..course.t.len() {
+        let (h, stretch) = course.step_to(step);
+        let carried = course.scheme.carried(h, stretch);
+        let weights = course.scheme.weights(h);
+        for i in 0..n * p {
+            let (a, s) = (a[i], s[i]);
+            q_base[i] = q[i] + h * v[i] + carried.displacement[0] * a + carried.displacement[1] * s;
+            v_base[i] = v[i] + carried.velocity[0] * a + carried.velocity[1] * s;
+        }
+        s.iter_mut().zip(a.iter()).for_each(|(s, a)| *s = carried.rest[0] * a + carried.rest[1] * *s);
+        accelerations(step, weights, &q_base, &v_base, &mut a)?;
+        for i in 0..n * p {
+            q[i] = q_base[i] + weights[0] * a[i];
+            v[i] = v_base[i] + weights[1] * a[i];
+            s[i] += carried.gain * a[i];
+        }
+        keep(&mut kept, &q, &v);
+    }
+    Ok(kept)
+}
+
+/// Appends matrices by rows.
+fn keep(kept: &mut [Vec<f64>; 2], q: &Matrix, v: &Matrix) {
+    for (kept, values) in kept.iter_mut().zip([q, v]) {
+        for row in values.row_iter() {
+            kept.extend(row.iter());
+        }
+    }
+}
+
+/// The gradient of a number with respect to all parameters: `weights` are its derivatives with respect to coordinates and
+/// velocities of all states, each m x n.
+///
+/// `monitor` is asked after every step whether to go on.
+pub fn adjoint<M: Model + ?Sized, F: Model + ?Sized>(
+    model: &mut M,
+    course: &Course<'_>,
+    weights: [&[f64]; 2],
+    parameters: &mut Parameters<'_, F>,
+    monitor: &mut dyn FnMut() -> Result<(), Interrupted>,
+) -> Result<Vec<f64>, Failure> {
+    let n = model.n();
+    let mut gradient = vec![0.0; parameters.forces.len()];
+    let mut tangents = Tangents::new(n);
+    // What a change of q, v, a and s of the state at hand does to the number.
+    let [mut on_q, mut on_v, mut on_a, mut on_s] = [0; 4].map(|_| vec![0.0; n]);
+    let mut lambda = vec![0.0; n];
+    for step in (0..course.t.len()).rev() {
+        for i in 0..n {
+            on_q[i] += weights[0][step * n + i];
+            on_v[i] += weights[1][step * n + i];
+        }
+        let (h, stretch) = if step > 0 { course.step_to(step) } else { (0.0, 1.0) };
+        let carried = course.scheme.carried(h, stretch);
+        let (of_a, gain) = match step {
+            0 => ([0.0, 0.0, 1.0], 1.0),
+            _ => (course.scheme.weights(h), carried.gain),
+        };
+        let (t, state) = course.state(step, n);
+        tangents.evaluate(model, t, state, of_a)?;
+        tangents.factorise(true).map_err(|Singular| Failure::Singular(step))?;
+        for i in 0..n {
+            lambda[i] = -(on_a[i] + of_a[0] * on_q[i] + of_a[1] * on_v[i] + gain * on_s[i]);
+        }
+        tangents.solve(&mut lambda);
+        for (gradient, force) in gradient.iter_mut().zip(parameters.forces.iter_mut()) {
+            *gradient += force.along(&lambda, t, state)?;
+        }
+        for i in 0..n {
+            on_q[i] += tangents.stiffness.column(i).iter().zip(&lambda).map(|(k, l)| k * l).sum::<f64>();
+            on_v[i] += tangents.damping.column(i).iter().zip(&lambda).map(|(d, l)| d * l).sum::<f64>();
+        }
+        if step > 0 {
+            for i in 0..n {
+                let (q, v, s) = (on_q[i], on_v[i], on_s[i]);
+                let of =
+                    |k: usize| carried.displacement[k] * q + carried.velocity[k] * v + carried.rest[k] * s;
+                on_v[i] += h * q;
+                on_a[i] = of(0);
+                on_s[i] = of(1);
+            }
+        }
+        monitor()?;
+    }
+    for (i, gradient) in gradient.iter_mut().enumerate() {
+        for j in 0..n {
+            *gradient += parameters.dq0[(j, i)] * on_q[j] + parameters.dv0[(j, i)] * on_v[j];
+        }
+    }
+    Ok(gradient)
+}

@@ -1,0 +1,115 @@
+"""Identification on synthetic motions, whose parameters are known."""
+
+import numpy as np
+import pytest
+
+import lissom
+
+FINGER = {"modes": {"bend_y": 2}, "retardation_time": 0.02}
+RIGHT = {
+    "segments[0].young_modulus": 3e5,
+    "segments[0].retardation_time": 0.02,
+}
+
+
+def finger():
+    return lissom.Rod([lissom.Segment(0.3, 0.01, 3e5, 4e5, 1100, **FINGER)])
+
+
+def motion(model, t_end=0.6):
+    run = lissom.simulate(model, t_end)
+    return run.t[1:], np.array([model.pose(q)[:3, 3] for q in run.q[1:]])
+
+
+GUESSES = {
+    "segments[0].young_modulus": (1e5, 4e5, 1e6),
+    "segments[0].retardation_time": (1e-3, 0.01, 0.1),
+}
+
+
+def test_exact_motions_give_the_right_parameters():
+    found = lissom.fit(finger(), motion(finger()), GUESSES)
+    assert found.success
+    np.testing.assert_allclose(found.values, list(RIGHT.values()), rtol=1e-6)
+    assert np.abs(found.residuals).max() < 1e-8
+    assert found.model.segments[0].young_modulus == found.values[0]
+    assert found.undetermined == ()
+
+
+def test_intervals_cover_as_often_as_they_say():
+    rng = np.random.default_rng(18)
+    t, positions = motion(finger(), 0.4)
+    trials, covered = 120, np.zeros(2)
+    for _ in range(trials):
+        noisy = positions + 1e-3 * rng.standard_normal(positions.shape)
+        found = lissom.fit(finger(), (t, noisy), GUESSES, rtol=1e-9)
+        low, high = found.intervals.T
+        covered += (low <= list(RIGHT.values())) & (list(RIGHT.values()) <= high)
+    # 114 of 120 on average, with a standard deviation of 2.4: three of them to each side, at most all.
+    assert (covered >= 107).all(), covered
+    assert abs(found.noise - 1e-3) < 3e-4
+
+
+def test_known_noise_is_taken():
+    t, positions = motion(finger(), 0.3)
+    found = lissom.fit(finger(), (t, positions), GUESSES, noise=1e-3)
+    assert found.noise == 1e-3
+    twice = lissom.fit(finger(), (t, positions), GUESSES, noise=2e-3)
+    np.testing.assert_allclose(twice.covariance, 4 * found.covariance, rtol=1e-5)
+
+
+def test_what_the_data_do_not_determine_is_said():
+    # Young's modulus and the density of a rod without gravity: only their quotient matters.
+    rod = lissom.Rod([lissom.Segment(0.3, 0.01, 3e5, 4e5, 1100, **FINGER)], gravity=(0, 0, 0))
+    q0 = [1.0, 0.2]
+    run = lissom.simulate(rod, 0.4, q0=q0)
+    positions = np.array([rod.pose(q)[:3, 3] for q in run.q[1:]])
+    guesses = {"segments[0].young_modulus": (1e5, 3.2e5, 1e6), "segments[0].density": (500, 1100, 2000)}
+    found = lissom.fit(rod, (run.t[1:], positions), guesses, q0=q0)
+    assert found.undetermined == tuple(guesses)
+    assert "do not determine" in found.message
+    assert np.isinf(np.diag(found.covariance)).all()
+    quotient = found.values[0] / found.values[1]
+    assert abs(quotient / (3e5 / 1100) - 1) < 1e-5
+
+
+def test_starts_and_places():
+    rod = finger()
+    run = lissom.simulate(rod, 0.3, q0=[0.5, 0.0])
+    places = [0.15, 0.3]
+    positions = np.array([[rod.pose(q, X)[:3, 3] for X in places] for q in run.q])
+    found = lissom.fit(
+        rod, (run.t, positions), {"q0[0]": 0.1, "segments[0].young_modulus": 3.3e5}, places=places
+    )
+    np.testing.assert_allclose(found.values, [0.5, 3e5], rtol=1e-5)
+    assert found.residuals.shape == (31, 2, 3)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"parameters": {"segments[0].radius": (2.0, 1.0, 0.5)}}, "the lower one first"),
+        ({"parameters": {"segments[0].radius": (0.02, 0.01, 0.05)}}, "expected one in"),
+        ({"parameters": {"segments[0].radios": 0.01}}, "did you mean 'radius'"),
+        ({"parameters": {"q0": 0.01}}, "a single coordinate"),
+        ({"data": ([0.1], np.zeros((2, 3)))}, "positions have shape"),
+        ({"data": ([0.2, 0.1], np.zeros((2, 3)))}, "have to increase"),
+        ({"data": ([0.1], [[0.0, np.nan, 0.0]])}, "not finite"),
+        (
+            {
+                "data": ([0.1], np.zeros((1, 3))),
+                "parameters": {f"{w}[{i}]": 0.0 for w in ("q0", "v0") for i in (0, 1)},
+            },
+            "at least 4",
+        ),
+        ({"confidence": 95}, "between 0 and 1"),
+        ({"noise": -1.0}, "a number > 0"),
+    ],
+)
+def test_bad_input_is_refused_before_the_first_run(changes, message, monkeypatch):
+    from lissom import fits
+
+    monkeypatch.setattr(fits, "sensitivity", None)
+    arguments = {"data": ([0.1, 0.2], np.zeros((2, 3))), "parameters": {"segments[0].radius": 0.01}} | changes
+    with pytest.raises(ValueError, match=message):
+        lissom.fit(finger(), **arguments)

@@ -1,0 +1,173 @@
+"""Derivatives of runs against central differences of whole runs, and forward against adjoint."""
+
+import numpy as np
+import pytest
+
+import lissom
+
+TIGHT = {"rtol": 1e-13, "atol": 1e-13}
+
+
+def arm(**changes):
+    options = {"modes": {"bend_y": 2, "stretch": 1}, "retardation_time": 0.02} | changes
+    lower = lissom.Segment(0.3, 0.012, 4e5, 1.5e5, 1100, **options)
+    upper = lissom.Segment(0.2, 0.009, 3e5, 1e5, 1000, **options)
+    return lissom.Rod([lower, upper], gravity=(0.3, 0.0, -9.81), tip_mass=0.01)
+
+
+def jointed():
+    finger = lissom.Segment(0.2, 0.01, 3e5, 1.5e5, 1100, modes={"bend_y": 2}, retardation_time=0.02)
+    rod = [finger]
+    return lissom.Robot(
+        [
+            lissom.Link("upper", rod=rod, joint=lissom.Revolute((0, 1, 0), stiffness=0.3, damping=0.01)),
+            lissom.Link("lower", rod=rod, parent="upper", joint=lissom.Revolute((0, 1, 0), damping=0.002)),
+        ]
+    )
+
+
+NAMES = [
+    "segments[0].young_modulus",
+    "segments[1].radius",
+    "segments[0].length",
+    "segments[1].density",
+    "segments[0].retardation_time",
+    "gravity[2]",
+    "gravity[0]",
+    "tip_mass",
+    "q0[1]",
+    "v0[3]",
+]
+
+
+def by_differences(model, name, states, **options):
+    """Fourth-order central differences of whole runs: a step in the middle of truncation and rounding."""
+    from lissom.parameters import START, model_with, value_of
+
+    start = START.fullmatch(name)
+    value = 0.0 if start else value_of(model, name)
+    step = 1e-3 * (abs(value) or 1.0)
+
+    def run(change):
+        moved, begin = model, {}
+        if start:
+            begin[start["which"]] = np.zeros(model.n)
+            begin[start["which"]][int(start["index"])] = change
+        else:
+            moved = model_with(model, {name: value + change})
+        result = lissom.simulate(moved, **states, **begin, **options, **TIGHT)
+        places = np.array([moved.pose(q, link=moved.links[-1].name)[:3, 3] for q in result.q])
+        return result.q, result.v, places
+
+    nodes = {k: run(k * step) for k in (-2, -1, 1, 2)}
+    weights = {-2: 1 / 12, -1: -2 / 3, 1: 2 / 3, 2: -1 / 12}
+    return [sum(weights[k] * nodes[k][i] for k in nodes) / step for i in range(3)]
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"method": "newmark"},
+        {"method": "newmark", "beta": 0.3025, "gamma": 0.6},
+        {"method": "generalised_alpha", "rho_inf": 0.6},
+        {"method": "hht", "alpha": -0.2},
+    ],
+)
+@pytest.mark.parametrize("name", NAMES)
+def test_forward_derivatives_are_those_of_whole_runs(name, options):
+    # The last step is shorter than the others.
+    span = {"t_end": 0.123, "dt": 0.01}
+    found = lissom.sensitivity(arm(), 0.123, [name], dt=0.01, **options, **TIGHT)
+    q, v, places = by_differences(arm(), name, span, **options)
+    for derivative, expected in ((found.dq, q), (found.dv, v), (found.position()[1], places)):
+        assert np.abs(derivative[..., 0] - expected).max() < 1e-7 * np.abs(expected).max()
+
+
+@pytest.mark.parametrize(
+    "name", ["link[0].joint.stiffness", "link[1].joint.damping", "link[0].rod.segment[0].young_modulus"]
+)
+def test_robots_with_joints(name):
+    found = lissom.sensitivity(jointed(), 0.2, [name], **TIGHT)
+    q, v, places = by_differences(jointed(), name, {"t_end": 0.2})
+    for derivative, expected in ((found.dq, q), (found.dv, v), (found.position()[1], places)):
+        assert np.abs(derivative[..., 0] - expected).max() < 1e-7 * np.abs(expected).max()
+
+
+@pytest.mark.parametrize("options", [{}, {"method": "generalised_alpha", "rho_inf": 0.3}, {"method": "hht"}])
+def test_adjoint_is_forward(options):
+    rng = np.random.default_rng(4)
+    names = [*NAMES[:8], "q0", "v0"]
+    forward = lissom.sensitivity(arm(), 0.123, names, **options)
+    on_q, on_v = rng.standard_normal((2, *forward.q.shape))
+
+    def objective(t, q, v):
+        assert t.shape == (len(q),)
+        return float((on_q * q).sum() + (on_v * v).sum()), on_q, on_v
+
+    adjoint = lissom.sensitivity(arm(), 0.123, names, objective=objective, **options)
+    expected = np.einsum("mn,mnp->p", on_q, forward.dq) + np.einsum("mn,mnp->p", on_v, forward.dv)
+    assert adjoint.value == objective(forward.t, forward.q, forward.v)[0]
+    np.testing.assert_allclose(adjoint.gradient, expected, rtol=1e-9)
+    assert adjoint.names == forward.names
+    assert adjoint.dq is None
+
+
+def test_positions_between_steps():
+    found = lissom.sensitivity(arm(), 0.1, ["gravity[2]", "segments[0].length"], dt=0.005, **TIGHT)
+    at_steps, derivative = found.position()
+    again, derivative_again = found.position(t=found.t)
+    np.testing.assert_allclose(again, at_steps, atol=1e-14)
+    np.testing.assert_allclose(derivative_again, derivative, atol=1e-13)
+
+
+def test_loads_in_time():
+    load = lissom.Load(force=lissom.Harmonic((0, 0, 0.05), 3.0), at=0.5)
+    rod = lissom.Rod(arm().segments, loads=[load])
+    found = lissom.sensitivity(rod, 0.2, ["segments[0].young_modulus"], **TIGHT)
+    q, _, _ = by_differences(rod, "segments[0].young_modulus", {"t_end": 0.2})
+    assert np.abs(found.dq[..., 0] - q).max() < 1e-7 * np.abs(q).max()
+
+
+@pytest.mark.parametrize(
+    ("parameters", "message"),
+    [
+        (["segments[0].young_modulos"], "did you mean 'young_modulus'"),
+        (["segments[7].radius"], "2 entries"),
+        (["q0[9]"], "an index below 6"),
+        (["q0", "q0[1]"], "second time"),
+        (["gravity[2]", "gravity[2]"], "second time"),
+        ([], "at least one"),
+        (["gravity"], "a finite number"),
+    ],
+)
+def test_names_are_refused(parameters, message):
+    with pytest.raises(ValueError, match=message.replace("[", r"\[")):
+        lissom.sensitivity(arm(), 0.1, parameters)
+
+
+def test_what_nothing_depends_on_is_refused():
+    # A planar rod that stretches and bends has no torsion: nothing sees its shear modulus.
+    with pytest.raises(ValueError, match=r"nothing depends on 'segments\[0\]\.shear_modulus'"):
+        lissom.sensitivity(arm(), 0.1, ["segments[0].shear_modulus"])
+
+
+def test_methods_and_models_are_refused():
+    with pytest.raises(ValueError, match="radau"):
+        lissom.sensitivity(arm(), 0.1, ["q0"], method="radau")
+    with pytest.raises(TypeError, match="adaptive"):
+        lissom.sensitivity(arm(), 0.1, ["q0"], adaptive=True)
+    free = lissom.Robot([lissom.Link("a", rod=arm().segments, joint=lissom.Free())])
+    with pytest.raises(ValueError, match="free joints"):
+        lissom.sensitivity(free, 0.1, ["q0"])
+
+
+def test_objectives_are_checked():
+    with pytest.raises(TypeError, match=r"expected \(value"):
+        lissom.sensitivity(arm(), 0.1, ["q0"], objective=lambda t, q, v: 1.0)
+    with pytest.raises(ValueError, match="dvalue/dv has shape"):
+        lissom.sensitivity(arm(), 0.1, ["q0"], objective=lambda t, q, v: (1.0, q, v[:1]))
+
+
+def test_failed_runs_say_why():
+    with pytest.raises(lissom.LissomError, match="did not come to its end"):
+        lissom.sensitivity(arm(), 0.1, ["q0"], max_steps=2)
