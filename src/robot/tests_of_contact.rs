@@ -154,7 +154,6 @@ fn tangents_are_derivatives_and_power_is_accounted_for() {
                     worst = worst.max((tangent[(j, k)] - difference).abs());
                 }
             }
-            println!("{name} {friction:?}: {:.1e} of {size:.2e}", worst / size);
             assert!(worst < tolerance * size, "{name} {friction:?}: {worst} of {size}");
             // What the motion has to do against contact is stored or lost.
             let power: f64 = here.iter().zip(&v).map(|(tau, v)| tau * v).sum();
@@ -164,7 +163,6 @@ fn tangents_are_derivatives_and_power_is_accounted_for() {
             let lost = model.dissipated_power(&q, &v) - bare.dissipated_power(&q, &v);
             assert!(lost >= 0.0);
             let error = (power - rate - lost).abs() / (power.abs() + rate.abs());
-            println!("    power {power:.4e} = {rate:.4e} + {lost:.4e}: {error:.1e}");
             assert!(error < tolerance, "{name} {friction:?}: {power} {rate} {lost}");
         }
     }
