@@ -47,10 +47,14 @@ class Touching:
     touches: Callable[[Array, Array, float], Sequence[Touch]] | None = None
 
 
+#: Of a robot without contacts.
+NOTHING_TOUCHES = Touching()
+
+
 def contact_marks(robot: Robot) -> Touching:
     """What there is to draw and plot of the contacts of a robot."""
     if not robot.contacts:
-        return Touching()
+        return NOTHING_TOUCHES
     return Touching([_mark(robot, contact) for contact in robot.contacts], partial(_touches, robot))
 
 

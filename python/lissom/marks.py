@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ._lissom import Body, Harmonic, Input, Load, Robot, Support
 from .actuator_marks import ActuatorMark, actuator_marks
-from .contact_marks import Touching, contact_marks
+from .contact_marks import NOTHING_TOUCHES, Touching, contact_marks
 from .joint_marks import JointMark, Pose, joint_marks
 from .links import Link, Weld
 from .loop_marks import LoopMark, loop_marks
@@ -70,7 +70,7 @@ class Marks:
     actuators: Sequence[ActuatorMark] = ()
     loops: Sequence[LoopMark] = ()
     #: What can touch.
-    contacts: Touching = Touching()
+    contacts: Touching = NOTHING_TOUCHES
     #: In the world, m/s^2.
     gravity: tuple[float, float, float] = (0.0, 0.0, 0.0)
     #: Velocity of the fluid in the world, m/s.
