@@ -22,7 +22,7 @@ FLAT = {"shade": False, "linewidth": 0}
 
 COLOURS = colormaps["viridis"]
 GREY = np.array([0.45, 0.5, 0.58, 1.0])
-OBSTACLE = np.array([0.80, 0.82, 0.86, 1.0])
+FLOOR = np.array([0.86, 0.88, 0.91, 1.0])
 
 #: Direction of the light, and how bright a surface is that faces away from it.
 LIGHT, SHADE = np.array([-0.4, -0.5, 0.77]), 0.55
@@ -152,7 +152,8 @@ def frame(axes: Axes3D, view: View, motion, elevation: float, azimuth: float, zo
         points = np.concatenate([points, *(p.reshape(-1, 3) for p in around)])
         low, high = points.min(axis=0), points.max(axis=0)
     for surface in around:
-        faces = lit(surface, np.broadcast_to(OBSTACLE, (*np.subtract(surface.shape[:2], 1), 4)))
+        colour = FLOOR if len(surface) == 2 else GREY
+        faces = lit(surface, np.broadcast_to(colour, (*np.subtract(surface.shape[:2], 1), 4)))
         axes.plot_surface(*np.moveaxis(surface, -1, 0), facecolors=faces, rstride=1, cstride=1, **FLAT)
     axes.set(
         xlim=(middle[0] - half[0], middle[0] + half[0]),
