@@ -79,7 +79,12 @@ friction = [0.1, 0.2, 0.3]
 slip_velocity = 1e-3
 [[contact]]
 a = "arm"
-b = { kind = "half_space" }
+b = { kind = "half_space", point = [0, 0, -2] }
+[[contact]]
+name = "lid"
+a = { link = "block", radius = 0.02 }
+b = { kind = "half_space", normal = [0, 0, -1] }
+stiffness = 1e4
 [[contact]]
 a = "arm"
 b = "arm"
@@ -89,7 +94,7 @@ b = { link = "block", radius = 0.02 }
 friction = 0.5
 [[contact]]
 a = { link = "block", radius = 0.02, position = [0, 0, 0.01] }
-b = { kind = "box", centre = [1, 0, -1], half_extents = [1, 2, 3], orientation = [0.8, 0.6, 0, 0] }
+b = { kind = "box", centre = [5, 0, -5], half_extents = [1, 2, 3], orientation = [0.8, 0.6, 0, 0] }
 stiffness = 1e4
 [[contact]]
 a = { link = "arm", at = 0.1, radius = 0.03 }
@@ -104,12 +109,13 @@ stiffness = 1e4
     floor = Contact("arm", HalfSpace((0, 0, -1), (0, 0.1, 1)), name="floor", **constants)
     wanted = robot(
         floor,
-        Contact("arm", HalfSpace()),
+        Contact("arm", HalfSpace((0, 0, -2))),
+        Contact(Ball("block", 0.02), HalfSpace(normal=(0, 0, -1)), stiffness=1e4, name="lid"),
         Contact("arm", "arm"),
         Contact("arm", Ball("block", 0.02), friction=0.5),
         Contact(
             Ball("block", 0.02, position=(0, 0, 0.01)),
-            Box((1, 0, -1), (1, 2, 3), (0.8, 0.6, 0, 0)),
+            Box((5, 0, -5), (1, 2, 3), (0.8, 0.6, 0, 0)),
             stiffness=1e4,
         ),
         Contact(Ball("arm", 0.03, at=0.1), Capsule((0, 0, -2), (0, 1, -2), 0.2), stiffness=1e4),
@@ -213,7 +219,7 @@ def test_a_pendulum_touches_nothing():
 
 
 def test_a_start_in_the_floor_is_refused():
-    with pytest.raises(lissom.SceneError, match=r"contact\[0\]: its surfaces overlap by 1.01 m"):
+    with pytest.raises(lissom.SceneError, match=r"contact\[0\]: its surfaces overlap by 1.010 m"):
         scene('[[contact]]\na = "arm"\nb = { kind = "half_space", point = [0, 0, 1] }\n')
 
 

@@ -493,7 +493,7 @@ q0 = [0, 0, 3, 0, 0, 0]
 [[contact]]
 name = "floor"
 a = "arm"
-b = { kind = "half_space", point = [0.5, 0, -0.015], normal = [0.05, 0.05, 1] }
+b = { kind = "half_space", point = [0.1, 0.1, -0.012], normal = [-0.01, -0.02, 1] }
 stiffness = 1e5
 dissipation = 0.5
 friction = [0.1, 0.2, 0.3]
@@ -504,8 +504,8 @@ b = { link = "block", radius = 0.3, position = [0, 0.01, 0.02] }
 friction = 0.5
 [[contact]]
 name = "crate"
-a = { link = "arm", at = 0.2, radius = 0.1, position = [0.01, 0.02, 0.03] }
-b = { kind = "box", centre = [0.2, 0, 0.1], half_extents = [0.1, 0.2, 0.1], orientation = [0.6, 0, 0.8, 0] }
+a = { link = "arm", at = 0.2, radius = 0.05, position = [0.01, 0.02, 0.03] }
+b = { kind = "box", centre = [0.2, 0, -0.104], half_extents = [0.1, 0.2, 0.12], orientation = [0.6, 0, 0.8, 0] }
 stiffness = 1e4
 [[contact]]
 name = "bar"

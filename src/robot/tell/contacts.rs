@@ -1,23 +1,21 @@
 //! What touches, in words.
 
-use super::explanation::Explanation;
 use super::text::counted;
 use crate::contact::{Contact, Obstacle, Surface};
 use crate::robot::compile::contact::stiffness;
 use crate::robot::description::Robot;
 
-/// What is computed for the contacts of a robot.
-pub(super) fn tell(robot: &Robot, explanation: &mut Explanation) {
+/// What is computed for the contacts of a robot, or not: what, and why.
+pub(super) fn tell(robot: &Robot) -> Vec<(bool, String, String)> {
     if robot.contacts.is_empty() {
-        explanation.add(false, "contact", "none");
-        return;
+        return vec![(false, "contact".to_owned(), "none".to_owned())];
     }
-    for contact in &robot.contacts {
-        explanation.add(true, format!("contact {}", contact.name), pair(robot, contact));
-    }
+    let told = |contact: &Contact| (true, format!("contact {}", contact.name), pair(robot, contact));
+    let mut said: Vec<_> = robot.contacts.iter().map(told).collect();
     let pairs = counted(robot.contacts.len(), "pair");
     let why = format!("{pairs}, in every step; Newmark's method is generalised alpha with rho_inf = 0.8");
-    explanation.add(true, "contact", why);
+    said.push((true, "contact".to_owned(), why));
+    said
 }
 
 /// What presses on what, and how, in words.

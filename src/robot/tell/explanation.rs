@@ -98,7 +98,9 @@ impl Explanation {
         if !robot.is_rod() || !robot.loops.is_empty() {
             loops::tell(robot, &mut explanation);
         }
-        contacts::tell(robot, &mut explanation);
+        for (is_computed, what, why) in contacts::tell(robot) {
+            explanation.add(is_computed, what, why);
+        }
         explanation.solve(solve, robot, of_actuators);
         explanation
     }
