@@ -505,7 +505,7 @@ friction = 0.5
 [[contact]]
 name = "crate"
 a = { link = "arm", at = 0.2, radius = 0.05, position = [0.01, 0.02, 0.03] }
-b = { kind = "box", centre = [0.2, 0, -0.104], half_extents = [0.1, 0.2, 0.12], orientation = [0.6, 0, 0.8, 0] }
+b = { kind = "box", centre = [0.2, 0, -0.11], half_extents = [0.1, 0.2, 0.1], orientation = [0.6, 0, 0.8, 0] }
 stiffness = 1e4
 [[contact]]
 name = "bar"
