@@ -5,6 +5,7 @@ from matplotlib import colormaps
 from mpl_toolkits.mplot3d import Axes3D
 from numpy.typing import NDArray
 
+from lissom.contacts import Box, Capsule, HalfSpace, Sphere
 from lissom.views import Link, Solid, View
 
 Array = NDArray[np.float64]
@@ -21,6 +22,7 @@ FLAT = {"shade": False, "linewidth": 0}
 
 COLOURS = colormaps["viridis"]
 GREY = np.array([0.45, 0.5, 0.58, 1.0])
+FLOOR = np.array([0.86, 0.88, 0.91, 1.0])
 
 #: Direction of the light, and how bright a surface is that faces away from it.
 LIGHT, SHADE = np.array([-0.4, -0.5, 0.77]), 0.55
@@ -64,6 +66,59 @@ def surfaces(view: View, q: Array, t: float) -> list[tuple[Array, Array]]:
     return found
 
 
+def obstacles(view: View, low: Array, high: Array) -> list[Array]:
+    """Points of what is fixed in the world and can be touched, below or beside a box, metres."""
+    found = []
+    for mark in view.marks.contacts.pairs:
+        match mark.obstacle:
+            case HalfSpace(point, normal):
+                found.append(patch(np.asarray(point), np.asarray(normal), low, high))
+            case Sphere(centre, radius):
+                found.append(capsule(np.asarray(centre), np.add(centre, [0, 0, 1e-9]), radius))
+            case Capsule(start, end, radius):
+                found.append(capsule(np.asarray(start), np.asarray(end), radius))
+            case Box(centre, half, (w, x, y, z)):
+                cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+                turn = np.eye(3) + 2 * w * cross + 2 * cross @ cross
+                square = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1], [-1, -1]])
+                rings = [(0.0, -1), (1.0, -1), (1.0, 1), (0.0, 1)]
+                unit = np.array([[[*(wide * corner), side] for corner in square] for wide, side in rings])
+                found.append(np.asarray(centre) + (unit * half) @ turn.T)
+    return found
+
+
+def across(normal: Array) -> Array:
+    """Two unit vectors (2, 3) across a direction."""
+    normal = normal / np.linalg.norm(normal)
+    first = np.eye(3)[np.argmin(np.abs(normal))]
+    first = first - (first @ normal) * normal
+    first /= np.linalg.norm(first)
+    return np.array([first, np.cross(normal, first)])
+
+
+def patch(point: Array, normal: Array, low: Array, high: Array) -> Array:
+    """The part (2, 2, 3) of a plane that is next to a box."""
+    axes = across(normal)
+    corners = np.stack(np.meshgrid(*zip(low, high, strict=True)), axis=-1).reshape(-1, 3)
+    along = (corners - point) @ axes.T
+    (a, b), (c, d) = along.min(axis=0), along.max(axis=0)
+    return point + np.array([[[a, b], [a, d]], [[c, b], [c, d]]]) @ axes
+
+
+def capsule(start: Array, end: Array, radius: float) -> Array:
+    """Points of all that is within a radius of a line."""
+    along = (end - start) / np.linalg.norm(end - start)
+    axes = across(along)
+    angles = np.linspace(0.0, 2.0 * np.pi, AROUND)
+    ring = np.outer(np.cos(angles), axes[0]) + np.outer(np.sin(angles), axes[1])
+    rows = []
+    for centre, angle in [(start, -a) for a in np.linspace(np.pi / 2, 0, 6)] + [
+        (end, a) for a in np.linspace(0, np.pi / 2, 6)
+    ]:
+        rows.append(centre + radius * (np.sin(angle) * along + np.cos(angle) * ring))
+    return np.array(rows)
+
+
 def lit(points: Array, colours: Array) -> Array:
     """Colours by how the faces turn to the light."""
     across = points[1:, 1:] - points[:-1, :-1]
@@ -91,6 +146,15 @@ def frame(axes: Axes3D, view: View, motion, elevation: float, azimuth: float, zo
     )
     low, high = points.min(axis=0), points.max(axis=0)
     middle, half = 0.5 * (low + high), np.maximum(0.5 * (high - low), 0.05 * view.size)
+    reach = 0.1 * (high - low).max()
+    around = obstacles(view, low - reach, high + reach)
+    if around:
+        points = np.concatenate([points, *(p.reshape(-1, 3) for p in around)])
+        low, high = points.min(axis=0), points.max(axis=0)
+    for surface in around:
+        colour = FLOOR if len(surface) == 2 else GREY
+        faces = lit(surface, np.broadcast_to(colour, (*np.subtract(surface.shape[:2], 1), 4)))
+        axes.plot_surface(*np.moveaxis(surface, -1, 0), facecolors=faces, rstride=1, cstride=1, **FLAT)
     axes.set(
         xlim=(middle[0] - half[0], middle[0] + half[0]),
         ylim=(middle[1] - half[1], middle[1] + half[1]),

@@ -39,6 +39,7 @@ CAMERAS = {
     "arm": (15, -60),
     "finger": (35, -70),
     "six_wires": (12, -60),
+    "falling_rod": (18, -65),
 }
 FRONT = (5, -90)
 

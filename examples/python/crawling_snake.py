@@ -1,14 +1,14 @@
 """A snake that crawls on a floor by a wave of its muscles, with friction that differs by direction.
 
-The case is the continuum snake of PyElastica (Zhang, Chan, Parthasarathy and Gazzola 2019): its muscle torques are
-active curvatures here. PyElastica 1.0.0 finds 0.0278 m/s forward and -0.0024 m/s sideways.
+The case is the continuum snake of PyElastica (Zhang, Chan, Parthasarathy and Gazzola 2019): its muscle torques
+are active curvatures here. PyElastica 1.0.0 finds 0.0278 m/s forward and -0.0024 m/s sideways.
 
-    python examples/python/crawling_snake.py [slip velocity, m/s]
+    python examples/python/crawling_snake.py [--time seconds] [--slip metres per second]
 """
 
 from __future__ import annotations
 
-import sys
+import argparse
 import time
 
 import numpy as np
@@ -71,11 +71,18 @@ def snake(slip_velocity: float) -> lissom.Robot:
 
 
 def main() -> None:
-    robot = snake(float(sys.argv[1]) if len(sys.argv) > 1 else 1e-3)
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--time", type=float, default=22.0)
+    parser.add_argument("--slip", type=float, default=1e-3)
+    options = parser.parse_args()
+    robot = snake(options.slip)
     start = time.perf_counter()
-    motion = lissom.simulate(robot, 22.0, dt=1e-3)
+    motion = lissom.simulate(robot, options.time, dt=1e-3)
     print(motion.message, f"{time.perf_counter() - start:.1f} s")
-    begin, end = np.searchsorted(motion.t, [2 * PERIOD, 10 * PERIOD])
+    # The first two periods are the start.
+    begin, end = np.searchsorted(
+        motion.t, [min(2 * PERIOD, 0.2 * options.time), min(10 * PERIOD, options.time)]
+    )
     way = robot.centre_of_mass(motion.q[end]) - robot.centre_of_mass(motion.q[begin])
     forward, sideways, _ = way / (motion.t[end] - motion.t[begin])
     print(f"forward {forward:.5f} m/s, sideways {sideways:.5f} m/s")

@@ -20,6 +20,7 @@ from ._lissom import (
     statics,
 )
 from .actuator_marks import ActuatorMark
+from .contacts import Ball, Contact
 from .starts import rest_start
 from .views import Link, View, view
 
@@ -44,6 +45,9 @@ STIFF = 30.0
 
 #: Growth in a step that counts as stable: undamped oscillations may grow by the method's own error.
 STABLE_GROWTH = 1e-3
+
+#: An impact of so many steps is resolved: it rises and falls. Those of fewer are made without rebound.
+STEPS_PER_IMPACT = 3
 
 #: Larger models are not looked at, so that checking stays quick.
 MOST_COORDINATES = 100
@@ -90,6 +94,7 @@ def advice(scene: Scene) -> list[str]:
     t0 = scene.simulation.t0
     said += about_inputs(model)
     said += about_slack(scene, seen.marks.actuators)
+    said += about_impacts(scene)
     found = Vibrations.of(model, t0, rest_start(scene))
     if found is None:
         return said
@@ -115,6 +120,66 @@ def about_slack(scene: Scene, actuators: Sequence[ActuatorMark]) -> list[str]:
     start = scene.q0[None], scene.v0[None], np.array([scene.simulation.t0]), scene.model.u0[None]
     slack = [repr(mark.name) for mark in actuators if mark.is_let_out and not mark.force(*start).any()]
     return [f"Slack at the start, their ways being shorter: {', '.join(slack)}."] if slack else []
+
+
+def about_impacts(scene: Scene) -> list[str]:
+    """Which contacts are too stiff for a fixed step to see rods bounce; a sentence on the stiffest one.
+
+    A rod that lies on a stiffness k per length with the mass m per length is thrown back after
+    pi sqrt(m / k); two of them, of the masses m1 and m2, after that of m1 m2 / (m1 + m2).
+    """
+    settings = scene.simulation
+    if settings.method not in FIXED_STEP:
+        return []
+    model = scene.model
+    times = [(impact_time(model, contact), contact.name) for contact in getattr(model, "contacts", ())]
+    known = [(time, name) for time, name in times if time is not None]
+    if not known:
+        return []
+    shortest, name = min(known)
+    if STEPS_PER_IMPACT * settings.dt <= shortest:
+        return []
+    needed = shortest / STEPS_PER_IMPACT
+    return [
+        f"The step of {settings.dt:g} s does not resolve impacts of {name!r}, which take {shortest:.2g} s: "
+        "surfaces that meet hard lose their energy instead of bouncing; "
+        f"bounces take steps of {needed:.2g} s."
+    ]
+
+
+def impact_time(model: Model, contact: Contact) -> float | None:
+    """How long a slow impact of rods lasts, in seconds; nothing where none of the two is a rod."""
+    of_rods = {link.name: link for link in view(model).links}
+    names = [surface for surface in (contact.a, contact.b) if isinstance(surface, str)]
+    rods = [of_rods[name] for name in names if name in of_rods]
+    if not rods or isinstance(contact.a, Ball) or isinstance(contact.b, Ball):
+        return None
+    densities = [min(line_density(segment) for segment in rod.segments) for rod in rods]
+    if min(densities) <= 0.0:
+        return None
+    lightness = sum(1.0 / density for density in densities)
+    stiffness = contact.stiffness
+    if stiffness is None:
+        stiffness = material_stiffness(rods)
+    return float(np.pi / np.sqrt(stiffness * lightness))
+
+
+def line_density(segment: Segment) -> float:
+    """Mass per length where a segment is lightest, kg/m."""
+    return float(min(segment.inertia(X)[3, 3] for X in (0.0, segment.length)))
+
+
+def material_stiffness(rods: Sequence[Link]) -> float:
+    """k of the material of one or two rods, N/m^2: pi/4 E / (1 - nu^2), in a row (Popov 2010, eq. 5.33)."""
+    compliance = 0.0
+    for rod in rods:
+        of_each = []
+        for segment in rod.segments:
+            E, G = segment.young_modulus, segment.shear_modulus
+            if E is not None and G is not None:
+                of_each.append((1.0 - (E / (2.0 * G) - 1.0) ** 2) / E)
+        compliance += max(of_each, default=0.0)
+    return np.pi / 4.0 / compliance if compliance > 0.0 else np.inf
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""What is drawn of a robot beside its links: joints, loops, loads, supports, gravity, the current.
+"""What is drawn of a robot beside its links: joints, loops, contacts, loads, supports, gravity, the current.
 
 Plain geometry: where everything is and where it points, as functions of coordinates and time. How that looks
 is the reports' business.
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from ._lissom import Body, Harmonic, Input, Load, Robot, Support
 from .actuator_marks import ActuatorMark, actuator_marks
+from .contact_marks import NOTHING_TOUCHES, Touching, contact_marks
 from .joint_marks import JointMark, Pose, joint_marks
 from .links import Link, Weld
 from .loop_marks import LoopMark, loop_marks
@@ -68,6 +69,8 @@ class Marks:
     clamps: Sequence[Pose] = ()
     actuators: Sequence[ActuatorMark] = ()
     loops: Sequence[LoopMark] = ()
+    #: What can touch.
+    contacts: Touching = NOTHING_TOUCHES
     #: In the world, m/s^2.
     gravity: tuple[float, float, float] = (0.0, 0.0, 0.0)
     #: Velocity of the fluid in the world, m/s.
@@ -87,6 +90,7 @@ def marks(robot: Robot, loads: Sequence[Load]) -> Marks:
         ],
         actuators=actuator_marks(robot),
         loops=loop_marks(robot),
+        contacts=contact_marks(robot),
         gravity=robot.gravity,
         current=robot.fluid.velocity if robot.fluid is not None else (0.0, 0.0, 0.0),
     )

@@ -4,12 +4,13 @@
 use crate::accuracy;
 use crate::body;
 use crate::error::{Checker, InvalidInput, Number};
-use crate::model::Discretised as _;
+use crate::model::{Discretised as _, Flaw, InTime as _, Model as _};
 use crate::pendulum::SpringPendulum;
 use crate::robot;
 use crate::simulate::check_step;
 
 use super::actuators::{Surroundings, actuators, key_of_actuator};
+use super::contacts::{contacts, key_of_contact};
 use super::document::{Body, Document, Output, Segment, Simulation as Settings};
 use super::imports::Imported;
 use super::links;
@@ -53,6 +54,7 @@ pub(super) fn build(
         match compiled {
             Some(Ok(mut compiled)) => {
                 report(compiled.check_shape(&state[0], "q0"), shape, |_| q0.to_owned());
+                check_contacts(document, &mut compiled, &state[0], simulation.t0, shape);
             }
             Some(Err(error)) => {
                 let before = imported.map_or(0, |imported| imported.links.len());
@@ -70,6 +72,27 @@ pub(super) fn build(
         }
     }
     Some((model, state, simulation))
+}
+
+/// Refuses a start in which surfaces have gone into each other. Where loops are closed the start is moved first.
+fn check_contacts(
+    document: &Document,
+    model: &mut robot::RobotModel,
+    q0: &[f64],
+    t0: f64,
+    shape: &mut Shape,
+) {
+    if document.contact.is_empty() || !document.r#loop.is_empty() || !shape.problems.is_empty() {
+        return;
+    }
+    if model.set_time(t0).is_err() || q0.len() != model.n() {
+        return;
+    }
+    if let Some(Flaw::Sunk { contact, overlap }) = model.sunk(q0) {
+        let wrong = format!("its surfaces overlap by {overlap:.3} m at the start");
+        let right = "expected a start in which they overlap by less than a radius";
+        shape.refuse(&format!("contact[{contact}]"), wrong, right);
+    }
 }
 
 fn check_open_modes(document: &Document, shape: &mut Shape) {
@@ -146,6 +169,13 @@ fn model(
             for (key, _) in of_robots.into_iter().filter(|(_, is_absent)| !is_absent) {
                 shape.refuse(key, "a pendulum has no actuators", "remove it, or simulate a rod or a robot");
             }
+            if !document.contact.is_empty() {
+                shape.refuse(
+                    "contact",
+                    "a pendulum touches nothing",
+                    "remove it, or simulate a rod or a robot",
+                );
+            }
             pendulum(document, shape)
         }
         (rods, pendulum) => {
@@ -201,8 +231,13 @@ fn rod(document: &Document, shape: &mut Shape) -> Option<(Model, [Vec<f64>; 2])>
     let surroundings = Surroundings { robot: &(&rod).into(), is_rod: true, are_incomplete: false };
     let (actuators, keys) = actuators(document, surroundings, shape);
     rod.actuators = actuators;
-    let key =
-        |place: &str| key_of_actuator(place, &keys).unwrap_or_else(|| rod_place(place, &written.segment));
+    let (touching, places) = contacts(document, &(&rod).into(), false, shape);
+    rod.contacts = touching;
+    let key = |place: &str| {
+        let known = key_of_actuator(place, &keys);
+        let known = known.or_else(|| key_of_contact(place, &document.contact, &places));
+        known.unwrap_or_else(|| rod_place(place, &written.segment))
+    };
     let valid = report(rod.validate(), shape, key).is_some();
     let n = (valid && shape.is_readable("rod[0].segment")).then(|| rod.coordinates());
     if n == Some(0) {

@@ -35,6 +35,9 @@ pub(super) struct Document {
     /// What closes loops of the links: further joints between two of them, or one and the world.
     #[serde(default)]
     pub(super) r#loop: Vec<Loop>,
+    /// What touches: two surfaces of the rod, of links or of obstacles, which press on each other where they overlap.
+    #[serde(default)]
+    pub(super) contact: Vec<Contact>,
     /// How all that is fixed to the world moves together, about the frame of the first link's joint. Default: it rests.
     pub(super) base_motion: Option<BaseMotion>,
     /// What surrounds the rods of a robot. Default: nothing.
@@ -438,6 +441,135 @@ pub(super) struct LoopEnd {
     /// How the frame is turned against these axes: unit quaternion [w, x, y, z]. Default: [1, 0, 0, 0].
     #[serde(default = "unturned")]
     pub(super) orientation: [f64; 4],
+}
+
+/// Two surfaces that press on each other where they overlap by d: with k d max(0, 1 + c d'), along a rod a metre.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Contact {
+    /// What results and messages call it. Default: the names of its surfaces, such as "rod on sphere".
+    pub(super) name: Option<String>,
+    /// What moves: the name of a link, for the surface of its rod ("rod" where the scene has a [[rod]]), or a ball on a link,
+    /// such as { link = "finger", radius = 0.01 }.
+    #[schemars(example = &"rod")]
+    pub(super) a: ContactPlace,
+    /// What it touches: likewise, or an obstacle, such as { kind = "half_space" }. The same name twice is contact of a rod
+    /// with itself.
+    #[schemars(example = ContactSurface::example())]
+    pub(super) b: ContactPlace,
+    /// k, in N/m^2 along rods and N/m where neither is a rod. Default: that of the rods' material; of balls there is none.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub(super) stiffness: Option<f64>,
+    /// c, in s/m: what bounces at a small speed v returns with 1 - 2 c v / 3 of it. Default: 1.
+    #[schemars(range(min = 0.0))]
+    pub(super) dissipation: Option<f64>,
+    /// mu: one number, or three of a rod that slides forward along its axis, backward, and sideways. Default: 0.
+    #[serde(default)]
+    pub(super) friction: ContactFriction,
+    /// v_s, in m/s: what sticks creeps by up to that speed. Default: 1e-4.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub(super) slip_velocity: Option<f64>,
+}
+
+/// One of two surfaces that touch.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub(super) enum ContactPlace {
+    /// The rod of a link.
+    Name(String),
+    /// A ball or an obstacle.
+    Surface(Box<ContactSurface>),
+}
+
+/// A ball on a link: link, radius, at, position; or an obstacle that is fixed in the world: kind, and half_space: point,
+/// normal; sphere: centre, radius; capsule: start, end, radius; box: centre, half_extents, orientation.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ContactSurface {
+    /// Kind of obstacle. Default: none, a ball on a link.
+    pub(super) kind: Option<ObstacleKind>,
+    /// Name of the link that a ball is fixed to.
+    pub(super) link: Option<String>,
+    /// Arc length of the link's unstretched rod where a ball is, in metres. Default: the tip, or the link's body.
+    #[schemars(range(min = 0.0))]
+    pub(super) at: Option<f64>,
+    /// Position of a ball's centre beside the section or body, in its axes, in metres. Default: [0, 0, 0].
+    pub(super) position: Option<[f64; 3]>,
+    /// Radius of a ball, a sphere or a capsule, in metres.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub(super) radius: Option<f64>,
+    /// A point of the plane that bounds a half space, in metres. Default: [0, 0, 0].
+    pub(super) point: Option<[f64; 3]>,
+    /// Away from what a half space fills, of any length. Default: [0, 0, 1].
+    pub(super) normal: Option<[f64; 3]>,
+    /// Centre of a sphere or a box, in metres.
+    pub(super) centre: Option<[f64; 3]>,
+    /// Where the axis of a capsule begins, in metres.
+    pub(super) start: Option<[f64; 3]>,
+    /// Where it ends, in metres.
+    pub(super) end: Option<[f64; 3]>,
+    /// Half the lengths of the edges of a box, in metres.
+    pub(super) half_extents: Option<[f64; 3]>,
+    /// Orientation of a box: unit quaternion [w, x, y, z]. Default: [1, 0, 0, 0].
+    pub(super) orientation: Option<[f64; 4]>,
+}
+
+impl ContactSurface {
+    fn example() -> BTreeMap<&'static str, ObstacleKind> {
+        BTreeMap::from([("kind", ObstacleKind::HalfSpace)])
+    }
+}
+
+/// Kind of obstacle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum ObstacleKind {
+    /// All that lies behind a plane.
+    HalfSpace,
+    /// A ball.
+    Sphere,
+    /// All that is within a radius of a straight line.
+    Capsule,
+    /// A box with sharp edges.
+    Box,
+}
+
+impl ObstacleKind {
+    /// Its name in the file.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::HalfSpace => "half_space",
+            Self::Sphere => "sphere",
+            Self::Capsule => "capsule",
+            Self::Box => "box",
+        }
+    }
+}
+
+/// Friction: the same in all directions, or by direction.
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, JsonSchema)]
+#[serde(untagged)]
+pub(super) enum ContactFriction {
+    /// The same in all directions.
+    Same(f64),
+    /// Forward along a rod, backward, and sideways.
+    Each([f64; 3]),
+}
+
+impl Default for ContactFriction {
+    fn default() -> Self {
+        Self::Same(0.0)
+    }
+}
+
+impl ContactFriction {
+    /// The three numbers.
+    pub(super) fn numbers(self) -> [f64; 3] {
+        match self {
+            Self::Same(number) => [number; 3],
+            Self::Each(numbers) => numbers,
+        }
+    }
 }
 
 /// A force and a moment on a rod, at one place or spread along a part of it.

@@ -1,6 +1,7 @@
 //! The links of a robot, from the keys that say what they are.
 
 use super::actuators::{Surroundings, actuators, key_of_actuator};
+use super::contacts::{contacts, key_of_contact};
 use super::document::{
     BaseMotion, Document, Import, Joint, JointKind, JointMotion, Link, LinkBody, Mimic, Segment,
     Simulation as Settings, VaryingNumber,
@@ -115,9 +116,12 @@ pub(super) fn robot(
     let (closed, loop_places) = loops::loops(document, &robot, names.are_incomplete, shape);
     robot.loops = closed;
     loops::check_method(document, shape);
+    let (touching, contact_places) = contacts(document, &robot, names.are_incomplete, shape);
+    robot.contacts = touching;
     let key = |place: &str| {
         let of_actuator = key_of_actuator(place, &actuator_keys);
         let known = of_actuator.or_else(|| key_of_loop(place, &document.r#loop, &loop_places));
+        let known = known.or_else(|| key_of_contact(place, &document.contact, &contact_places));
         known.unwrap_or_else(|| key_of(&key_of_link(place, before), written, &load_keys, &support_keys))
     };
     if names.are_incomplete {

@@ -112,12 +112,12 @@ impl Known {
     }
 }
 
-fn place(names: &[String], name: &str) -> Option<usize> {
+pub(super) fn place(names: &[String], name: &str) -> Option<usize> {
     names.iter().position(|known| known == name)
 }
 
 /// What to write instead of a name that is none of these: all of them, unless they are many.
-fn expected_name(name: &str, names: &[String], what: &str) -> String {
+pub(super) fn expected_name(name: &str, names: &[String], what: &str) -> String {
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     if names.len() <= LISTED {
         return expected_one_of(name, &names);

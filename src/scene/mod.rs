@@ -2,7 +2,7 @@
 //!
 //! `document` is the file's shape in plain structs, from which the JSON Schema is generated; `shape` checks a file
 //! against that schema, for which `words` knows the old names of keys; `build`, with `parts` that rods and the `links` of
-//! robots have in common, and with `actuators` and `loops`, turns it into a model with the
+//! robots have in common, and with `actuators`, `loops` and `contacts`, turns it into a model with the
 //! constructors that everybody uses; `diagnostics` says what is wrong, where. A scene never executes anything.
 //!
 //! ```
@@ -31,6 +31,7 @@
 
 mod actuators;
 mod build;
+mod contacts;
 mod diagnostics;
 mod document;
 mod imports;

@@ -16,7 +16,10 @@ ROOT = Path(__file__).parents[2]
 EXAMPLES = sorted((ROOT / "examples" / "python").glob("*.py"))
 #: What an example takes that tests do not, and how it is run in less time.
 NEEDS = {"train_reach": "stable_baselines3"}
-SHORT = {"train_reach": ["--steps", "2048", "--envs", "8"]}
+SHORT = {
+    "train_reach": ["--steps", "2048", "--envs", "8"],
+    "crawling_snake": ["--time", "0.5"],
+}
 
 
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.stem)

@@ -134,6 +134,7 @@ def test_the_schema_is_json_and_the_one_in_the_repository():
         "import",
         "link",
         "loop",
+        "contact",
         "base_motion",
         "fluid",
         "tendon",

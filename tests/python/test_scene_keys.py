@@ -471,6 +471,55 @@ a = "block"
 [simulation]
 t_end = 0.1
 """,
+    "contacts": """version = 1
+[[link]]
+name = "arm"
+joint = { type = "revolute", axis = [0, 1, 0] }
+q0 = [-0.2, 0.02, 0.03, 0.05]
+v0 = [0.1, 0.2, 0.1, 0.05]
+[[link.rod.segment]]
+length = 0.5
+radius = 0.01
+young_modulus = 3e5
+poisson_ratio = 0.4
+density = 1070
+modes = { bend_y = 1, bend_z = 1, torsion = 1 }
+[[link]]
+name = "block"
+position = [0.3, 0, 0.1]
+joint = { type = "free" }
+body = { mass = 0.2, inertia = [[1e-3, 0, 0], [0, 1e-3, 0], [0, 0, 1e-3]] }
+q0 = [0, 0, 3, 0, 0, 0]
+[[contact]]
+name = "floor"
+a = "arm"
+b = { kind = "half_space", point = [0.1, 0.1, -0.012], normal = [-0.01, -0.02, 1] }
+stiffness = 1e5
+dissipation = 0.5
+friction = [0.1, 0.2, 0.3]
+slip_velocity = 1e-3
+[[contact]]
+a = "arm"
+b = { link = "block", radius = 0.3, position = [0, 0.01, 0.02] }
+friction = 0.5
+[[contact]]
+name = "crate"
+a = { link = "arm", at = 0.2, radius = 0.05, position = [0.01, 0.02, 0.03] }
+b = { kind = "box", centre = [0.2, 0, -0.11], half_extents = [0.1, 0.2, 0.1], orientation = [0.6, 0, 0.8, 0] }
+stiffness = 1e4
+[[contact]]
+name = "bar"
+a = { link = "block", radius = 0.2 }
+b = { kind = "capsule", start = [0.2, -0.1, 0.1], end = [0.4, 0.3, 0.2], radius = 0.1 }
+stiffness = 1e4
+[[contact]]
+name = "stone"
+a = { link = "block", radius = 0.2 }
+b = { kind = "sphere", centre = [0.1, 0.1, 0.1], radius = 0.3 }
+stiffness = 1e4
+[simulation]
+t_end = 0.1
+""",
     "an imported wrist": f"""version = 1
 [import]
 urdf = {json.dumps(str(WRIST))}
@@ -697,13 +746,15 @@ def meaning(text):
     numbers += [*model.inverse_dynamics(q, v, a, **times), model.energy(q, v, **times).gravitational]
     loops = getattr(model, "loops", ())
     numbers += [*model.loop_gaps(q, **times)] if loops else []
+    contacts = getattr(model, "contacts", ())
+    numbers += [number for each in contacts for number in model.contact_forces(q, v, name=each.name, **times)]
     actuators = [
         (field.name, getattr(each, field.name))
         for each in getattr(model, "actuators", ())
         for field in fields(each)
         if field.name not in ("path", "shape")
     ]
-    names = [closed.name for closed in loops]
+    names = [each.name for each in (*loops, *contacts)]
     return scene.name, str(options), str(actuators), names, np.array(numbers).tobytes()
 
 
@@ -715,6 +766,7 @@ def meaning(text):
         "actuators",
         "loops",
         "loops of other kinds",
+        "contacts",
         "a turning base",
         "a pendulum",
     ],

@@ -9,7 +9,7 @@ from .._lissom import MotionResult
 from ..loop_marks import LoopMark
 from ..results import COUNTERS, Made, Run
 from ..views import Member
-from . import actuators, curves, loops, motion, page, text
+from . import actuators, contacts, curves, loops, motion, page, text
 
 
 def write(run: Run, path: Path) -> None:
@@ -100,6 +100,7 @@ def _shown(run: Run | Made) -> list[page.Section]:
         *(_links(run) if run.view.members else _whole(run)),
         *_actuators(run),
         *_loops(run),
+        *_contacts(run),
         *([page.Section("Energy", energies)] if energies else []),
     ]
 
@@ -151,6 +152,19 @@ def _held(run: Run | Made, mark: LoopMark) -> list[page.Part]:
     """What holds a loop; nothing where that is not known."""
     figure = loops.forces(run, mark)
     return [] if figure is None else [page.Figure(figure, text.held(mark))]
+
+
+def _contacts(run: Run | Made) -> list[page.Section]:
+    """How surfaces press on each other over time; nothing where nothing can touch."""
+    options: list[tuple[str, list[page.Part]]] = []
+    for mark in run.view.marks.contacts.pairs:
+        figure = contacts.forces(run, mark)
+        if figure is not None:
+            options.append((mark.name, [page.Figure(figure, text.pressed(mark))]))
+    if not options:
+        return []
+    parts: list[page.Part] = [page.Choice("Contact", options)] if len(options) > 1 else options[0][1]
+    return [page.Section("Contact", parts)]
 
 
 def _member(run: Run | Made, member: Member, at: curves.Instants) -> list[page.Part]:

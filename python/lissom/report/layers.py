@@ -27,11 +27,14 @@ LEGEND: dict[str, str] = {
     "bodies": theme.STEEL,
     "joints": theme.PURPLE,
     "loops": theme.BLUE,
+    "obstacles": theme.STEEL,
+    "balls": theme.ORANGE,
     "tendons": theme.GOLD,
     "chambers": theme.CYAN,
     "motors": theme.PURPLE,
     "forces": theme.RED,
     "moments": theme.MAGENTA,
+    "contact": theme.BLUE,
     "supports": theme.GREEN,
     "current": theme.CYAN,
     "gravity": theme.GREY,
@@ -124,7 +127,20 @@ class Solid:
     @property
     def points(self) -> Array:
         """What the view makes room for."""
-        reach = float(np.linalg.norm(self.size)) if self.form == "box" else float(np.max(self.size))
+        if self.form == "box":
+            w, x, y, z = self.turns.T
+            axes = 2.0 * np.array(
+                [
+                    [x * x + w * w, x * y - w * z, x * z + w * y],
+                    [x * y + w * z, y * y + w * w, y * z - w * x],
+                    [x * z - w * y, y * z + w * x, z * z + w * w],
+                ]
+            )
+            axes -= np.eye(3)[:, :, None]
+            # One turn may stand for all shapes, and one place.
+            reach = np.einsum("ijk,j->ki", np.abs(axes), self.size)
+        else:
+            reach = np.full((1, 3), np.max(self.size))
         return np.stack([self.centres - reach, self.centres + reach], axis=1)
 
     @property

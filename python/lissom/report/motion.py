@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..views import Sketch, View
-from . import layers, page, solids, symbols
+from . import contacts, layers, page, solids, symbols
 from .plots import MOTION
 from .scene import Scene
 
@@ -115,6 +115,7 @@ def _in_space(run: Animated) -> Scene:
     factor = run.load_factor[at]
     shown = layers.Shown(q, v, run.u[at], t, factor, size, widest, _half_axis(run, size))
     things = [*drawn, *symbols.symbols(seen.marks, shown)]
+    things += contacts.contacts(seen.marks.contacts, shown, low, high)
     low, high = layers.extent(things)
     low, high = _box(low, high, 0.04 * float((high - low).max()))
     eye = _eye(high - low)

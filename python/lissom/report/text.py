@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from .._lissom import AccuracyWarning, MotionResult, Scene, Statistics, simulate
+from ..contact_marks import ContactMark
 from ..loop_marks import LoopMark
 from ..results import COUNTERS, MAX_SHAPES, NO_ENERGIES, Made, Run, in_words_of_a_scene
 from ..results import statistics as numbers
@@ -25,8 +26,8 @@ METHODS = {
     "auto": "chosen for the accuracy",
 }
 
-#: What Newmark's method is where loops are closed.
-METHOD_WITH_LOOPS = "generalised alpha (implicit, ρ∞ = 0.8)"
+#: What Newmark's method is where loops are closed or surfaces touch.
+METHOD_THAT_DAMPS = "generalised alpha (implicit, ρ∞ = 0.8)"
 
 #: Counters that people look for first.
 SHOWN_COUNTERS = ("steps", "newton_iterations", "nfev")
@@ -71,8 +72,9 @@ def drift(run: Run | Made) -> str:
 def method_of(scene: Scene) -> str:
     """The time integrator of a scene, in words."""
     method = scene.simulation.method
-    if method == "newmark" and view(scene.model).marks.loops:
-        return METHOD_WITH_LOOPS
+    marks = view(scene.model).marks
+    if method == "newmark" and (marks.loops or marks.contacts.pairs):
+        return METHOD_THAT_DAMPS
     return METHODS[method]
 
 
@@ -197,6 +199,9 @@ def _loops(scene: Scene, motion: MotionResult) -> list[tuple[str, str]]:
     """Why loops are held that way, and which of their constraints are redundant where the scene starts."""
     seen = view(scene.model)
     if not seen.marks.loops:
+        if seen.marks.contacts.pairs and scene.simulation.method == "newmark":
+            why = "contact sets in at once and needs damping of what is fast; average acceleration has none"
+            return [("why", why)]
         return []
     rows = []
     if scene.simulation.method == "newmark":
@@ -290,6 +295,14 @@ def held(mark: LoopMark) -> str:
         f"What the second end of {mark.name} gets from the first one ({mark.between}), in the axes of the "
         "world; the moment is about the second end. Where constraints are redundant these are the smallest "
         "forces that hold all loops."
+    )
+
+
+def pressed(mark: ContactMark) -> str:
+    """Below the force of a contact."""
+    return (
+        f"What the first surface of {mark.name} gets from the second one ({mark.between}), friction "
+        "included, in the axes of the world, at the states that are kept: impacts can be shorter."
     )
 
 

@@ -182,7 +182,7 @@ fn solid(obstacle: &Obstacle, root: &Link) -> Solid {
 
 /// What was given, or that of the material: a cylinder is pressed into a half-space with `pi / 4 E*` a metre and overlap, with
 /// `E* = E / (1 - nu^2)` (Popov 2010, eq. 5.33), two of them in a row.
-fn stiffness(contact: &Contact, robot: &Robot) -> f64 {
+pub(crate) fn stiffness(contact: &Contact, robot: &Robot) -> f64 {
     if let Some(stiffness) = contact.stiffness {
         return stiffness;
     }

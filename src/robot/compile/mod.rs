@@ -2,7 +2,7 @@
 
 mod actuation;
 mod anchor;
-mod contact;
+pub(crate) mod contact;
 mod immersion;
 mod joint;
 mod links;

@@ -4,6 +4,7 @@ use std::cmp::Reverse;
 use std::fmt::{self, Write as _};
 
 use super::actuators;
+use super::contacts;
 use super::cost::{Multiplications, OfLink};
 use super::cost_of_actuators::OfActuator;
 use super::cost_of_loops::OfLoop;
@@ -96,6 +97,9 @@ impl Explanation {
         }
         if !robot.is_rod() || !robot.loops.is_empty() {
             loops::tell(robot, &mut explanation);
+        }
+        for (is_computed, what, why) in contacts::tell(robot) {
+            explanation.add(is_computed, what, why);
         }
         explanation.solve(solve, robot, of_actuators);
         explanation
@@ -408,6 +412,9 @@ impl Explanation {
             }
             Solve::Dense if !robot.loops.is_empty() => {
                 self.add(false, sweeps, "closed loops couple branches");
+            }
+            Solve::Dense if !robot.contacts.is_empty() => {
+                self.add(false, sweeps, "contact couples what touches");
             }
             Solve::Dense if !coupling.is_empty() => {
                 self.add(false, sweeps, format!("what {} passes is coupled", listed(coupling)));

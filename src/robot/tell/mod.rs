@@ -1,6 +1,7 @@
 //! What is computed for a robot, and what it costs.
 
 mod actuators;
+mod contacts;
 pub(crate) mod cost;
 pub(crate) mod cost_of_actuators;
 pub(crate) mod cost_of_loops;

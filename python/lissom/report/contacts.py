@@ -1,0 +1,143 @@
+"""What touches: obstacles, balls on links, forces between surfaces."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._lissom import LissomError
+from ..contact_marks import ContactMark, Touching
+from ..contacts import Box, Capsule, HalfSpace, Sphere, Touch
+from ..results import Made, Run
+from . import arrows, curves, plots
+from .layers import Dots, Shown, Solid, Strand, Thing, quaternions
+
+Array = NDArray[np.float64]
+
+#: Half the thickness of the plate that a half space is drawn as, and how far it reaches beyond what is shown,
+#: relative to the size of that.
+PLATE, BEYOND = 0.004, 0.08
+
+#: Length of the arrow of a large force, relative to the model's size.
+ARROW = 0.22
+
+#: An arrow is at its full length from this quantile of the largest forces of each shape on: impacts would
+#: make all others too short to be seen.
+LARGE = 0.9
+
+#: Arrows in a shape, at most: neighbours along a rod become one.
+MOST_ARROWS = 12
+
+#: Instants at which forces are plotted, at most: more than of other curves, since impacts are short.
+INSTANTS = 2000
+
+
+def contacts(touching: Touching, shown: Shown, low: Array, high: Array) -> list[Thing]:
+    """All that is drawn of what touches around what moves within a box."""
+    things: list[Thing] = []
+    drawn = []
+    for mark in touching.pairs:
+        if mark.obstacle is not None and mark.obstacle not in drawn:
+            drawn.append(mark.obstacle)
+            things += _obstacle(mark.name, mark.obstacle, low, high)
+        for pose, radius in mark.balls:
+            points = np.broadcast_to(pose(shown.q, shown.t), (len(shown.q), 4, 4))[:, None, :3, 3]
+            things.append(Dots([f"ball of {mark.name}"], "balls", points, radius))
+    return [*things, *_forces(touching, shown)]
+
+
+def _obstacle(
+    name: str, obstacle: HalfSpace | Sphere | Capsule | Box, low: Array, high: Array
+) -> list[Thing]:
+    if isinstance(obstacle, HalfSpace):
+        return [_plate(name, obstacle, low, high)]
+    if isinstance(obstacle, Box):
+        turns = np.asarray([obstacle.orientation], float)
+        half = np.asarray(obstacle.half_extents, float)
+        return [Solid(name, "obstacles", "box", half, np.asarray([obstacle.centre], float), turns)]
+    if isinstance(obstacle, Sphere):
+        return [Dots([name], "obstacles", np.asarray([[obstacle.centre]], float), obstacle.radius)]
+    ends = np.asarray([[obstacle.start, obstacle.end]], float)
+    radius = np.array([obstacle.radius])
+    return [
+        Strand(name, "obstacles", ends, radius),
+        Dots([name, name], "obstacles", ends, obstacle.radius),
+    ]
+
+
+def _plate(name: str, floor: HalfSpace, low: Array, high: Array) -> Solid:
+    """A plate whose upper side is a part of the plane: that below a box."""
+    normal = np.asarray(floor.normal, float)
+    normal = normal / np.linalg.norm(normal)
+    # Its sides are along the axes of the world as far as that is possible.
+    first = np.eye(3)[np.argmin(np.abs(normal))]
+    first = arrows.unit(first - (first @ normal) * normal)
+    axes = np.stack([first, np.cross(normal, first), normal], axis=1)
+    corners = np.stack(np.meshgrid(*zip(low, high, strict=True)), axis=-1).reshape(-1, 3)
+    from_plane = (corners - np.asarray(floor.point, float)) @ axes
+    size = float(np.linalg.norm(high - low))
+    least, most = from_plane.min(axis=0) - BEYOND * size, from_plane.max(axis=0) + BEYOND * size
+    half = np.array([*(0.5 * (most - least)[:2]), PLATE * size])
+    middle = np.array([*(0.5 * (most + least)[:2]), -PLATE * size])
+    centre = np.asarray(floor.point, float) + axes @ middle
+    return Solid(name, "obstacles", "box", half, centre[None], quaternions(axes[None]))
+
+
+def _forces(touching: Touching, shown: Shown) -> list[Thing]:
+    """Arrows of the forces on the first surfaces, from where they touch."""
+    if touching.touches is None:
+        return []
+    places: list[Array] = []
+    for q, v, t in zip(shown.q, shown.v, np.broadcast_to(shown.t, len(shown.q)), strict=True):
+        try:
+            places.append(_merged(touching.touches(q, v, float(t))))
+        except (ValueError, LissomError):
+            # The end of a run that failed can be beyond all numbers.
+            places.append(np.zeros((0, 2, 3)))
+    number = max(len(of_shape) for of_shape in places)
+    if number == 0:
+        return []
+    found = np.zeros((len(places), number, 2, 3))
+    for of_shape, place in zip(found, places, strict=True):
+        # What is not there has no length, and is where something else is.
+        of_shape[:, 0] = place[0, 0] if len(place) else _any_place(places)
+        of_shape[: len(place)] = place
+    sizes = np.linalg.norm(found[:, :, 1], axis=-1)
+    largest = sizes.max(axis=1)
+    large = float(np.quantile(largest[largest > 0.0], LARGE)) if largest.any() else 1.0
+    length = ARROW * shown.size * np.minimum(sizes / large, 1.0)
+    vectors = arrows.unit(found[:, :, 1]) * length[..., None]
+    names = ["force of contact"] * number
+    return [arrows.arrows("contact", found[:, :, 0], vectors, ARROW * shown.size, names)]
+
+
+def _any_place(places: Sequence[Array]) -> Array:
+    """Any place where something touches."""
+    return next(np.asarray(of_shape[0, 0]) for of_shape in places if len(of_shape))
+
+
+def _merged(touches: Sequence[Touch]) -> Array:
+    """Places and forces (arrows, 2, 3) of what touches; neighbours become one where they are many."""
+    if not touches:
+        return np.zeros((0, 2, 3))
+    merged = []
+    for part in np.array_split(np.arange(len(touches)), min(len(touches), MOST_ARROWS)):
+        forces = np.array([touches[i].force for i in part])
+        positions = np.array([touches[i].position for i in part])
+        weights = np.linalg.norm(forces, axis=1) + 1e-300
+        merged.append([weights @ positions / weights.sum(), forces.sum(axis=0)])
+    return np.array(merged)
+
+
+def forces(run: Run | Made, mark: ContactMark) -> plots.Figure | None:
+    """How two surfaces press and rub over time; None where that is not known."""
+    at = run.instants(INSTANTS)
+    t = run.t[at]
+    try:
+        pressed = mark.force(run.q[at], run.v[at], t)
+    except (ValueError, LissomError):
+        # The end of a run that failed can be beyond all numbers.
+        return None
+    return curves.stacked(t, {"force (N)": list(zip("xyz", pressed.T, strict=True))})

@@ -1,0 +1,88 @@
+//! What touches, in words.
+
+use super::text::counted;
+use crate::contact::{Contact, Obstacle, Surface};
+use crate::robot::compile::contact::stiffness;
+use crate::robot::description::Robot;
+
+/// What is computed for the contacts of a robot, or not: what, and why.
+pub(super) fn tell(robot: &Robot) -> Vec<(bool, String, String)> {
+    if robot.contacts.is_empty() {
+        return vec![(false, "contact".to_owned(), "none".to_owned())];
+    }
+    let told = |contact: &Contact| (true, format!("contact {}", contact.name), pair(robot, contact));
+    let mut said: Vec<_> = robot.contacts.iter().map(told).collect();
+    let pairs = counted(robot.contacts.len(), "pair");
+    let why = format!("{pairs}, in every step; Newmark's method is generalised alpha with rho_inf = 0.8");
+    said.push((true, "contact".to_owned(), why));
+    said
+}
+
+/// What presses on what, and how, in words.
+fn pair(robot: &Robot, contact: &Contact) -> String {
+    let [a, b] = &contact.surfaces;
+    let between = match (a, b) {
+        (Surface::Rod { link: a }, Surface::Rod { link: b }) if a == b => {
+            format!("the rod of {} and itself", robot.links[*a].name)
+        }
+        _ => format!("{} and {}", surface(robot, a), surface(robot, b)),
+    };
+    let unit = match (contact.is_spread(), contact.stiffness) {
+        (false, _) => "N/m",
+        (true, Some(_)) => "N/m^2",
+        (true, None) => "N/m^2 of the material",
+    };
+    let stiffness = stiffness(contact, robot);
+    let friction = match contact.friction {
+        [0.0, 0.0, 0.0] => "no friction".to_owned(),
+        [forward, backward, sideways] if forward == backward && forward == sideways => {
+            format!("friction {forward}")
+        }
+        [forward, backward, sideways] => {
+            format!("friction {forward} forward, {backward} backward, {sideways} sideways")
+        }
+    };
+    format!("{between}: {stiffness:.3e} {unit}, {friction}")
+}
+
+fn surface(robot: &Robot, surface: &Surface) -> String {
+    match surface {
+        Surface::Rod { link } => format!("the rod of {}", robot.links[*link].name),
+        Surface::Ball { link, radius, .. } => format!("a ball of {radius} m on {}", robot.links[*link].name),
+        Surface::Obstacle(Obstacle::HalfSpace { .. }) => "a half space".to_owned(),
+        Surface::Obstacle(Obstacle::Sphere { radius, .. }) => format!("a sphere of {radius} m"),
+        Surface::Obstacle(Obstacle::Capsule { radius, .. }) => format!("a capsule of {radius} m"),
+        Surface::Obstacle(Obstacle::Cuboid { .. }) => "a box".to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::contact::{Contact, Obstacle, Surface};
+    use crate::robot::description::{Link, Robot};
+    use crate::robot::model::RobotModel;
+    use crate::rod::Segment;
+
+    #[test]
+    fn contacts_are_told_with_what_they_press_and_rub_with() {
+        let segment = Segment { modes: [0, 2, 0, 0, 0, 0], ..Segment::straight(0.5, 0.01, 1e6, 4e5, 1000.0) };
+        let rod = Link { rod: vec![segment], ..Link::new("rod") };
+        let floor =
+            Surface::Obstacle(Obstacle::HalfSpace { point: [0.0, 0.0, -1.0], normal: [0.0, 0.0, 1.0] });
+        let contact = Contact {
+            friction: [0.5, 0.6, 0.7],
+            ..Contact::between("floor", [Surface::Rod { link: 0 }, floor])
+        };
+        let robot = Robot { contacts: vec![contact], ..Robot::new(vec![rod]) };
+        let told = |robot: &Robot| RobotModel::new(robot).unwrap().full_explanation().to_string();
+        let touching = told(&robot);
+        // pi/4 E / (1 - nu^2) with nu = 0.25
+        for wanted in [
+            "contact floor",
+            "the rod of rod and a half space: 8.378e5 N/m^2 of the material, friction 0.5 forward",
+        ] {
+            assert!(touching.contains(wanted), "{wanted}: {touching}");
+        }
+        assert!(!told(&Robot { contacts: Vec::new(), ..robot }).contains("half space"));
+    }
+}

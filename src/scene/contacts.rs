@@ -1,0 +1,208 @@
+//! What touches, from the tables that say what it is.
+
+use super::document::{
+    self, ContactFriction, ContactPlace, ContactSurface as Written, Document, ObstacleKind,
+};
+use super::loops::{expected_name, place};
+use super::shape::Shape;
+use crate::contact::{Contact, Obstacle, Surface};
+use crate::robot::Robot;
+
+/// Stand in for what is missing, so that the rest can be checked.
+const PLACE_STAND_IN: [f64; 3] = [0.0; 3];
+const OTHER_PLACE_STAND_IN: [f64; 3] = [1.0, 0.0, 0.0];
+const EXTENTS_STAND_IN: [f64; 3] = [1.0; 3];
+const STAND_IN: f64 = 1.0;
+
+/// What a half space fills where the scene does not say it: all below the ground, as in Python.
+const GROUND: [[f64; 3]; 2] = [[0.0; 3], [0.0, 0.0, 1.0]];
+
+const UNTURNED: [f64; 4] = [1.0, 0.0, 0.0, 0.0];
+
+/// The contacts of a scene, and the place of each in the file. Left out is what is on nothing that is known.
+pub(super) fn contacts(
+    document: &Document,
+    robot: &Robot,
+    are_incomplete: bool,
+    shape: &mut Shape,
+) -> (Vec<Contact>, Vec<usize>) {
+    let links: Vec<String> = robot.links.iter().map(|link| link.name.clone()).collect();
+    let known = Known { links, are_incomplete };
+    let mut found = Vec::new();
+    for (i, written) in document.contact.iter().enumerate() {
+        found.extend(one(written, &format!("contact[{i}]"), &known, shape).map(|contact| (contact, i)));
+    }
+    found.into_iter().unzip()
+}
+
+/// The key in the file of a place in the contacts of a robot, which stand at these places in the file.
+pub(super) fn key_of_contact(place: &str, written: &[document::Contact], places: &[usize]) -> Option<String> {
+    let (i, rest) = place.strip_prefix("contacts[")?.split_once(']')?;
+    let i = *places.get(i.parse::<usize>().ok()?)?;
+    let contact = written.get(i)?;
+    let is_each = matches!(contact.friction, ContactFriction::Each(_));
+    let rest = match rest {
+        ".name" if contact.name.is_none() => "",
+        ".friction.forward" if is_each => ".friction[0]",
+        ".friction.backward" if is_each => ".friction[1]",
+        ".friction.sideways" if is_each => ".friction[2]",
+        rest if rest.starts_with(".friction.") => ".friction",
+        rest => rest,
+    };
+    Some(format!("contact[{i}]{rest}"))
+}
+
+/// What surfaces can be on.
+struct Known {
+    links: Vec<String>,
+    /// Whether there are more links that could not be read.
+    are_incomplete: bool,
+}
+
+impl Known {
+    /// The link of a name; nothing where a problem is noted.
+    fn link(&self, name: &str, key: &str, shape: &mut Shape) -> Option<usize> {
+        let found = place(&self.links, name);
+        if found.is_none() && !self.are_incomplete && shape.is_readable(key) {
+            let wrong = format!("no link is called \"{name}\"");
+            shape.refuse(key, wrong, expected_name(name, &self.links, "link"));
+        }
+        found
+    }
+}
+
+fn one(written: &document::Contact, here: &str, known: &Known, shape: &mut Shape) -> Option<Contact> {
+    let [a, b] = [("a", &written.a), ("b", &written.b)]
+        .map(|(key, written)| surface(written, &format!("{here}.{key}"), known, shape));
+    if ["a", "b"].iter().any(|key| !shape.is_readable(&format!("{here}.{key}"))) {
+        return None;
+    }
+    let surfaces = [a?, b?];
+    let name = written.name.clone().unwrap_or_else(|| {
+        let [a, b] = surfaces.each_ref().map(|surface| word(surface, &known.links));
+        format!("{a} on {b}")
+    });
+    let plain = Contact::between(&name, surfaces);
+    let key = format!("{here}.stiffness");
+    let mut stiffness = written.stiffness;
+    if stiffness.is_none() && !plain.is_spread() && shape.is_readable(&key) {
+        let right = "add stiffness in N/m: only rods have one of their own, that of their material";
+        shape.refuse(here, "stiffness is missing", right);
+        shape.replaced.insert(key);
+    }
+    if !plain.is_spread() {
+        stiffness = stiffness.or(Some(STAND_IN));
+    }
+    Some(Contact {
+        stiffness,
+        dissipation: written.dissipation.unwrap_or(plain.dissipation),
+        friction: written.friction.numbers(),
+        slip_velocity: written.slip_velocity.unwrap_or(plain.slip_velocity),
+        ..plain
+    })
+}
+
+/// What a surface is called in the name of a contact, as in Python.
+fn word<'a>(surface: &Surface, links: &'a [String]) -> &'a str {
+    match surface {
+        Surface::Rod { link } | Surface::Ball { link, .. } => &links[*link],
+        Surface::Obstacle(Obstacle::HalfSpace { .. }) => "halfspace",
+        Surface::Obstacle(Obstacle::Sphere { .. }) => "sphere",
+        Surface::Obstacle(Obstacle::Capsule { .. }) => "capsule",
+        Surface::Obstacle(Obstacle::Cuboid { .. }) => "box",
+    }
+}
+
+/// A surface; nothing where a problem with its link is noted.
+fn surface(written: &ContactPlace, here: &str, known: &Known, shape: &mut Shape) -> Option<Surface> {
+    let written = match written {
+        ContactPlace::Name(name) => {
+            return known.link(name, here, shape).map(|link| Surface::Rod { link });
+        }
+        ContactPlace::Surface(written) => written,
+    };
+    check_keys(written, here, shape);
+    let radius = written.radius.unwrap_or(STAND_IN);
+    let centre = written.centre.unwrap_or(PLACE_STAND_IN);
+    let obstacle = match written.kind {
+        None => {
+            let link = known.link(written.link.as_deref()?, &format!("{here}.link"), shape)?;
+            let position = written.position.unwrap_or_default();
+            return Some(Surface::Ball { link, at: written.at, position, radius });
+        }
+        Some(ObstacleKind::HalfSpace) => {
+            let [point, normal] = GROUND;
+            Obstacle::HalfSpace {
+                point: written.point.unwrap_or(point),
+                normal: written.normal.unwrap_or(normal),
+            }
+        }
+        Some(ObstacleKind::Sphere) => Obstacle::Sphere { centre, radius },
+        Some(ObstacleKind::Capsule) => {
+            let [start, end] = [(written.start, PLACE_STAND_IN), (written.end, OTHER_PLACE_STAND_IN)]
+                .map(|(place, stand_in)| place.unwrap_or(stand_in));
+            Obstacle::Capsule { ends: [start, end], radius }
+        }
+        Some(ObstacleKind::Box) => Obstacle::Cuboid {
+            centre,
+            half_extents: written.half_extents.unwrap_or(EXTENTS_STAND_IN),
+            orientation: written.orientation.unwrap_or(UNTURNED),
+        },
+    };
+    Some(Surface::Obstacle(obstacle))
+}
+
+/// Notes keys that a surface does not take, and those that it needs.
+fn check_keys(written: &Written, here: &str, shape: &mut Shape) {
+    if !shape.is_readable(&format!("{here}.kind")) {
+        return;
+    }
+    // Needed ones, then those that may be left out.
+    let (needed, other): (&[&str], &[&str]) = match written.kind {
+        None => (&["link", "radius"], &["at", "position"]),
+        Some(ObstacleKind::HalfSpace) => (&[], &["point", "normal"]),
+        Some(ObstacleKind::Sphere) => (&["centre", "radius"], &[]),
+        Some(ObstacleKind::Capsule) => (&["start", "end", "radius"], &[]),
+        Some(ObstacleKind::Box) => (&["centre", "half_extents"], &["orientation"]),
+    };
+    let what = match written.kind {
+        None => "a ball on a link".to_owned(),
+        Some(kind) => format!("an obstacle of kind \"{}\"", kind.name()),
+    };
+    let given = [
+        ("link", written.link.is_some()),
+        ("at", written.at.is_some()),
+        ("position", written.position.is_some()),
+        ("radius", written.radius.is_some()),
+        ("point", written.point.is_some()),
+        ("normal", written.normal.is_some()),
+        ("centre", written.centre.is_some()),
+        ("start", written.start.is_some()),
+        ("end", written.end.is_some()),
+        ("half_extents", written.half_extents.is_some()),
+        ("orientation", written.orientation.is_some()),
+    ];
+    if written.kind.is_none() && written.link.is_none() && shape.is_readable(&format!("{here}.link")) {
+        let right = "add link, the link that a ball is on, or kind: \"half_space\", \"sphere\", \"capsule\" or \"box\"";
+        shape.refuse(here, "neither link nor kind", right);
+        shape.replaced.insert(format!("{here}.link"));
+        return;
+    }
+    for (key, is_given) in given {
+        let place = format!("{here}.{key}");
+        let (is_needed, is_other) = (needed.contains(&key), other.contains(&key));
+        if is_given && !is_needed && !is_other {
+            let taken: Vec<&str> = needed.iter().chain(other).copied().collect();
+            let right = format!("remove it: it takes {}", taken.join(", "));
+            shape.refuse(&place, format!("{what} does not take it"), right);
+        } else if !is_given && is_needed && shape.is_readable(&place) {
+            let right = match key {
+                "radius" => "add radius in metres".to_owned(),
+                "half_extents" => "add half_extents, half the lengths of its edges in metres".to_owned(),
+                _ => format!("add {key}, three numbers in metres"),
+            };
+            shape.refuse(here, format!("{key} is missing"), right);
+            shape.replaced.insert(place);
+        }
+    }
+}
