@@ -1,7 +1,7 @@
 """A snake that crawls on a floor by a wave of its muscles, with friction that differs by direction.
 
-The case is the continuum snake of PyElastica (Zhang, Chan, Parthasarathy and Gazzola 2019): its muscle torques
-are active curvatures here. PyElastica 1.0.0 finds 0.0278 m/s forward and -0.0024 m/s sideways.
+The case is the continuum snake of PyElastica (Zhang, Chan, Parthasarathy and Gazzola 2019): its muscle
+torques are active curvatures here. PyElastica 1.0.0 finds 0.0278 m/s forward and -0.0024 m/s sideways.
 
     python examples/python/crawling_snake.py [--time seconds] [--slip metres per second]
 """

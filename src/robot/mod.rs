@@ -46,7 +46,7 @@ mod turning;
 pub use choice::{Kernel, Solve};
 pub use description::{Driven, Inputs, Link, MAX_COORDINATES, Robot, Rod};
 pub(crate) use description::{Origin, origin};
-pub use kernel::contact::Touching;
+pub use effect::contact::told::Touching;
 pub use kernel::kinematics::Pose;
 pub use kernel::momentum::Momentum;
 pub use model::RobotModel;

@@ -6,8 +6,8 @@ use super::compile;
 use super::description::Robot;
 use super::effect::actuation;
 use super::effect::all as effects;
+use super::effect::contact::told::{self, Touching};
 use super::effect::support::Held;
-use super::kernel::contact::{self, Touching};
 use super::kernel::kinematics::Pose;
 use super::kernel::momentum::Momentum;
 use super::kernel::{
@@ -457,14 +457,14 @@ impl<G: Turning> Sweeps<G> {
             return false;
         }
         self.update_motion(motion);
-        contact::note_rates(&mut self.work);
+        told::note_rates(&mut self.work);
         !self.work.contact.touches.is_empty()
     }
 
     /// Whether they meet too hard for a step of size `h` that ends in a motion of the same shape.
     pub(crate) fn is_jolted(&mut self, motion: [&[f64]; 3], h: f64) -> bool {
         self.update_motion(motion);
-        contact::is_jolted(&self.plan, &self.work, h)
+        told::is_jolted(&self.plan, &self.work, h)
     }
 
     /// A contact whose surfaces overlap by more than a radius, and by how much.
@@ -475,13 +475,13 @@ impl<G: Turning> Sweeps<G> {
         if !motion_is_known || !kinematics_of.iter().zip(q).all(is_near) {
             self.with_zeros(|sweeps, zeros| sweeps.update_motion([q, zeros, zeros]));
         }
-        contact::sunk(&self.plan, &self.work)
+        told::sunk(&self.plan, &self.work)
     }
 
     /// Where surfaces touch in a state.
     pub(crate) fn touches(&mut self, q: &[f64], qd: &[f64]) -> Vec<Touching> {
         self.update_velocities(q, qd);
-        contact::told(&self.plan, &self.work).collect()
+        told::told(&self.plan, &self.work).collect()
     }
 
     /// Moment and force that the base exerts on the rod, in world axes.

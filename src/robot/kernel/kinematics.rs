@@ -1,6 +1,5 @@
 //! Where the rod is: rotations from the curvature, positions by integration.
 
-use super::shape::shape;
 use super::{hinge, points};
 use crate::lie::{Cross, LANES, Lanes, Rotation, Scalar, Sweep, Twist, Vector, VectorSpace, weighted_sum};
 use crate::linalg::Matrix;
@@ -11,7 +10,7 @@ use crate::robot::plan::point::Place;
 use crate::robot::plan::tree::{Relatives, Weld};
 use crate::robot::state::{Placement, Workspace};
 use crate::robot::turning::Turning;
-use crate::robot::turning::place;
+use crate::robot::turning::{columns, place};
 
 /// A place of a rod in the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -253,7 +252,7 @@ pub(crate) fn jacobian<G: Turning>(
     let point = position(plan, work, place);
     let base = &work.surroundings.base.rotation;
     let moved_by = moved_by(plan, place);
-    columns(plan, work, each(&moved_by), |k, [Twist { angular, linear }, _]| {
+    columns::visit(plan, work, columns::each(&moved_by), |k, [Twist { angular, linear }, _]| {
         let velocity = linear + angular.cross(point);
         let halves = [G::axial_in_space(plan.frame, angular), G::in_space(plan.frame, velocity)];
         for (half, v) in halves.into_iter().enumerate() {
@@ -283,41 +282,4 @@ pub(crate) fn moved_by<G: Turning>(plan: &Plan<G>, place: &Place) -> Vec<(usize,
         Some((p, weights))
     };
     pieces.filter_map(weights).collect()
-}
-
-/// The pieces that [`moved_by`] tells of, with their weights.
-#[inline(always)]
-pub(crate) fn each<P>(moved_by: &[(usize, Vec<P>)]) -> impl Iterator<Item = (usize, &[P])> {
-    moved_by.iter().map(|(piece, weights)| (*piece, weights.as_slice()))
-}
-
-/// Calls with the coordinates that move a place, each with its `Psi = int S` up to there and `int ad_V S`; the second is right
-/// with the motion up to date alone.
-#[inline(always)]
-pub(crate) fn columns<'a, G: Turning>(
-    plan: &Plan<G>,
-    work: &Workspace<G>,
-    moved_by: impl IntoIterator<Item = (usize, &'a [G::Pack])>,
-    mut visit: impl FnMut(usize, [Twist<G, f64>; 2]),
-) {
-    for (p, weights) in moved_by {
-        let piece = &plan.pieces[p];
-        if let Some(hinge) = &piece.hinge {
-            let shape = work.hinges[hinge.index];
-            visit(piece.first, [shape, work.stations[piece.joined.end].velocity.bracket(shape)]);
-            continue;
-        }
-        for component in &piece.components {
-            for (degree, basis) in piece.basis.chunks_exact(piece.packs).take(component.modes).enumerate() {
-                let mut sums = [Twist::zero(); 2];
-                for ((node, &weight), &basis) in piece.node_packs().zip(weights).zip(basis) {
-                    let shape = shape(&work.rotation[node], work.position[node], component.index);
-                    let weight = weight * basis;
-                    sums[0] = sums[0].add_scaled(shape, weight);
-                    sums[1] = sums[1].add_scaled(work.velocity[node].bracket(shape), weight);
-                }
-                visit(component.first + degree, sums.map(Twist::sum));
-            }
-        }
-    }
 }

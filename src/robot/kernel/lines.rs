@@ -1,13 +1,12 @@
 //! How the straight parts of tendons move with the coordinates.
 
-use super::kinematics;
 use crate::lie::Vector;
 use crate::robot::effect::actuation::line;
 use crate::robot::plan::Plan;
 use crate::robot::plan::actuation::End;
 use crate::robot::state::Workspace;
 use crate::robot::state::actuation::ActuationTangent;
-use crate::robot::turning::Turning;
+use crate::robot::turning::{Turning, columns};
 
 /// Finds how far the ends of all straight parts move beside each other, and how the rates of their lengths change, with the
 /// motion up to date.
@@ -20,7 +19,7 @@ pub(crate) fn find<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, memory: &mut
         let rate_gradient = &mut memory.rate_gradients[i * n..][..n];
         for (e, end) in line.ends.iter().enumerate() {
             let End::On { moved_by, .. } = end else { continue };
-            kinematics::columns(plan, work, kinematics::each(moved_by), |k, column| {
+            columns::visit(plan, work, columns::each(moved_by), |k, column| {
                 let (way, of_rate) = line::changes(plan, work, i, e, column);
                 moved[k] += way;
                 rate_gradient[k] += of_rate;

@@ -1,6 +1,5 @@
 //! Closed loops: how far constraints are from being held, and their derivatives.
 
-use super::kinematics;
 use crate::lie::{Sweep, Twist, Vector};
 use crate::linalg::Matrix;
 use crate::robot::algebra::tie::{Frame, Motion};
@@ -9,7 +8,7 @@ use crate::robot::plan::Plan;
 use crate::robot::plan::loops::TieEnd;
 use crate::robot::state::Workspace;
 use crate::robot::state::loops::LoopTangent;
-use crate::robot::turning::Turning;
+use crate::robot::turning::{Turning, columns};
 
 /// Writes g(q), the kinematics up to date.
 pub(crate) fn values<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, q: &[f64], values: &mut [f64]) {
@@ -118,7 +117,7 @@ impl<G: Turning> Sweep for Find<'_, G> {
             let frames = frames(plan, work, tie);
             for (e, end) in tie.ends.iter().enumerate() {
                 let Some(on) = &end.on else { continue };
-                kinematics::columns(plan, work, kinematics::each(&on.moved_by), |k, [psi, _]| {
+                columns::visit(plan, work, columns::each(&on.moved_by), |k, [psi, _]| {
                     moved[k][e] = at(plan, psi, frames[e].position);
                 });
             }

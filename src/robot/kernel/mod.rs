@@ -1,7 +1,6 @@
 //! The recursions along a rod.
 
 pub(crate) mod acceleration;
-pub(crate) mod contact;
 pub(crate) mod elasticity;
 pub(crate) mod energy;
 pub(crate) mod hinge;
@@ -13,7 +12,6 @@ pub(crate) mod loops;
 pub(crate) mod momentum;
 mod points;
 pub(crate) mod section;
-mod shape;
 pub(crate) mod tangent;
 pub(crate) mod time;
 pub(crate) mod tree;

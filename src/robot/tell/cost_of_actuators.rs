@@ -197,7 +197,7 @@ pub(super) fn response<G: Turning>(plan: &Plan<G>) -> Vec<Products> {
     counts
 }
 
-/// How a piece moves an end of a straight part (`kernel::kinematics::columns`, `effect::actuation::line::changes`).
+/// How a piece moves an end of a straight part (`turning::columns`, `effect::actuation::line::changes`).
 fn column<G: Turning>(piece: &PiecePlan<G>) -> Products {
     let (twist, vector) = (Twist::<G, Counted>::zero(), Vector::<Counted>::zero());
     let [bracket, dot] = [products(|| twist.bracket(twist)), products(|| vector.dot(vector))];

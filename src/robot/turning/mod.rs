@@ -1,5 +1,6 @@
 //! How rotations follow from the curvature: by Magnus steps in space, by a sum in the plane.
 
+pub(crate) mod columns;
 pub(crate) mod place;
 mod planar;
 mod spatial;

@@ -31,7 +31,6 @@ mod row;
 mod scope;
 
 use self::scope::Scope;
-use super::shape::shape;
 use super::{elasticity, lines, loops, tree};
 use crate::lie::{Scalar, Sweep};
 use crate::robot::algebra::inertia::Seen as _;
@@ -42,6 +41,7 @@ use crate::robot::plan::material::Moments;
 use crate::robot::state::Workspace;
 use crate::robot::state::tangent::{Rest, Tangent, TangentWorkspace, Weights};
 use crate::robot::turning::Turning;
+use crate::robot::turning::columns::shape;
 
 /// `w_q dtau/dq + w_v dtau/dqd + w_a dtau/dqdd` with the motion up to date (for the mass matrix, weights (0, 0, w_a), the
 /// kinematics are enough). A tree's matrix must have the structure of [`tree::tangent`] or [`tree::mass`].

@@ -5,18 +5,20 @@
 //! and the turn y of a side it changes by `dW` and, as the material sees a wrench that keeps its direction, by
 //! `-(m x y; f x y)`.
 
+pub(crate) mod find;
+pub(crate) mod told;
+
 use super::Effect;
 use crate::lie::{Sweep, Twist, Vector, Wrench};
 use crate::linalg::Matrix;
 use crate::model::Energy;
 use crate::robot::algebra::tie::Motion;
-use crate::robot::kernel::kinematics;
 use crate::robot::plan::Plan;
 use crate::robot::plan::piece::PiecePlan;
 use crate::robot::state::Workspace;
 use crate::robot::state::contact::{ContactTangent, Standing, Touch};
 use crate::robot::state::tangent::{Tangent, TangentWorkspace, Weights};
-use crate::robot::turning::Turning;
+use crate::robot::turning::{Turning, columns};
 
 /// What touches of a plan.
 pub(crate) struct Touching;
@@ -68,7 +70,7 @@ impl<G: Turning> Effect<G> for Touching {
         if plan.contacts.pairs.is_empty() {
             return;
         }
-        crate::robot::kernel::contact::find(plan, work);
+        find::find(plan, work);
         for touch in &work.contact.touches {
             for (standing, need) in touch.sides.iter().zip(needs(plan, touch)) {
                 if let Standing::Ball(ball) = *standing {
@@ -163,8 +165,8 @@ impl<G: Turning> Sweep for Stiffen<'_, G> {
                 Standing::Ball(ball) => {
                     let ball = &plan.contacts.balls[ball];
                     let velocity = work.points[ball.point].velocity;
-                    let moved_by = kinematics::each(&ball.moved_by);
-                    kinematics::columns(plan, work, moved_by, |k, column| take(velocity, k, column));
+                    let moved_by = columns::each(&ball.moved_by);
+                    columns::visit(plan, work, moved_by, |k, column| take(velocity, k, column));
                 }
                 Standing::Along { curve, .. } => {
                     let curve = &plan.contacts.curves[curve];
@@ -175,9 +177,9 @@ impl<G: Turning> Sweep for Stiffen<'_, G> {
                         velocity += rate * weight;
                     }
                     let velocity = work.stations[piece.joined.begin].velocity + velocity.sum();
-                    let moved_by = kinematics::each(&curve.moved_by)
+                    let moved_by = columns::each(&curve.moved_by)
                         .map(|(p, weights)| (p, if p == curve.piece { reach } else { weights }));
-                    kinematics::columns(plan, work, moved_by, |k, column| take(velocity, k, column));
+                    columns::visit(plan, work, moved_by, |k, column| take(velocity, k, column));
                 }
             }
         }

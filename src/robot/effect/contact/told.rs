@@ -1,0 +1,128 @@
+//! What is told of touches: where they are and how hard, and whether steps see them.
+
+use crate::lie::{Cross, Twist, Vector};
+use crate::robot::plan::Plan;
+use crate::robot::state::Workspace;
+use crate::robot::state::contact::{ContactState, Standing, Touch};
+use crate::robot::turning::Turning;
+
+/// Impacts of up to that many radians of `omega h`, squared, a step are resolved: they take three steps or more, and the first
+/// one takes no more than that part of the speed.
+const UNRESOLVED: f64 = 1.5;
+const MOST_LOST: f64 = 0.7;
+
+/// A contact whose surfaces overlap by more than the radius of one, and by how much.
+pub(crate) fn sunk<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> Option<(usize, f64)> {
+    let is_sunk = |touch: &&Touch| {
+        let [first, second] = touch.meeting.radii;
+        let smallest = if second > 0.0 { first.min(second) } else { first };
+        touch.meeting.overlap > smallest
+    };
+    let touch = work.contact.touches.iter().find(is_sunk)?;
+    Some((plan.contacts.pairs[touch.pair].contact, touch.meeting.overlap))
+}
+
+/// Takes down how fast the surfaces that touch approach each other, the motion up to date.
+pub(crate) fn note_rates<G: Turning>(work: &mut Workspace<G>) {
+    let ContactState { touches, rates, .. } = &mut work.contact;
+    rates.clear();
+    rates.extend(touches.iter().map(|touch| touch.pressing.rate));
+}
+
+/// Whether surfaces meet, or push each other apart, so fast that a step of size `h` does not see it, the motion at its end up
+/// to date; noted are the rates of their distances with the velocities at its beginning.
+///
+/// Surfaces that have met within the step, which two rates tell, must not have lost much of their speed. All have a stiffness
+/// over the mass that their overlap d and the acceleration a with which it opens tell of, `omega^2 = a / d`; their
+/// impact takes `pi / omega`.
+pub(crate) fn is_jolted<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, h: f64) -> bool {
+    let touches = work.contact.touches.iter().zip(&work.contact.rates);
+    touches.enumerate().any(|(t, (touch, &before))| {
+        let (overlap, after) = (touch.meeting.overlap, touch.pressing.rate);
+        let has_met = overlap + 0.5 * h * (before + after) < 0.0;
+        if has_met && after - before > MOST_LOST * before.abs() {
+            return true;
+        }
+        let [first, second] = [0, 1].map(|side| acceleration(plan, work, t, side));
+        let opening = touch.meeting.normal.dot(first - second);
+        h * h * opening > UNRESOLVED * overlap * touch.pressing.stiffening().max(1.0)
+    })
+}
+
+/// How the centre of a side of a touch accelerates, in the frame of the plan (see `kernel::acceleration`).
+fn acceleration<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, t: usize, side: usize) -> Vector<f64> {
+    let touch = &work.contact.touches[t];
+    let (velocity, acceleration) = match touch.sides[side] {
+        Standing::Still => return Vector::zero(),
+        Standing::Ball(ball) => {
+            let state = &work.points[plan.contacts.balls[ball].point];
+            (state.velocity, state.acceleration)
+        }
+        Standing::Along { curve, .. } => {
+            let piece = &plan.pieces[plan.contacts.curves[curve].piece];
+            let begin = &work.stations[piece.joined.begin];
+            let reach = work.contact.reach(plan.contacts.packs, t, side).iter().zip(piece.node_packs());
+            let (mut velocity, mut acceleration) = (Twist::zero(), Twist::zero());
+            for (&weight, node) in reach {
+                velocity += work.rate[node] * weight;
+                acceleration += work.acceleration_rate[node] * weight;
+            }
+            (begin.velocity + velocity.sum(), begin.acceleration + acceleration.sum())
+        }
+    };
+    let centre = G::vector_of(plan.frame, touch.centres[side]);
+    let of_centre = velocity.linear + velocity.angular.cross(centre);
+    let gravity = work.surroundings.gravity;
+    let linear = acceleration.linear
+        + gravity
+        + acceleration.angular.cross(centre)
+        + velocity.angular.cross(of_centre);
+    G::in_space(plan.frame, linear)
+}
+
+/// A place where two surfaces touch, as a robot tells it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Touching {
+    /// The contact, by its place among those of the robot.
+    pub contact: usize,
+    /// On the first surface, metres.
+    pub position: Vector<f64>,
+    /// From the second surface to the first.
+    pub normal: Vector<f64>,
+    /// On the first surface, newtons, friction included.
+    pub force: Vector<f64>,
+    /// Metres.
+    pub overlap: f64,
+    /// Velocity of the first surface along the second, m/s.
+    pub sliding: Vector<f64>,
+    /// Arc lengths of the rods of both surfaces, metres; of what is no rod there is none.
+    pub along: [Option<f64>; 2],
+}
+
+/// The touches that have been found, as a robot tells them: in its own order of surfaces, in the world.
+pub(crate) fn told<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> impl Iterator<Item = Touching> {
+    let base = &work.surroundings.base;
+    work.contact.touches.iter().map(move |touch| {
+        let pair = &plan.contacts.pairs[touch.pair];
+        let (first, sign) = if pair.is_turned { (1, -1.0) } else { (0, 1.0) };
+        let [[_, force], _] = touch.meeting.wrenches(&touch.pressing);
+        let turned = |v: Vector<f64>| base.rotation.apply(v);
+        let position = touch.centres[first] + touch.meeting.arms()[first];
+        let along = |s: usize| match touch.sides[s] {
+            Standing::Along { curve, x } => {
+                let curve = &plan.contacts.curves[curve];
+                Some(curve.start + x * curve.length)
+            }
+            _ => None,
+        };
+        Touching {
+            contact: pair.contact,
+            position: base.position + turned(position),
+            normal: turned(touch.meeting.normal * sign),
+            force: turned(force * sign),
+            overlap: touch.meeting.overlap,
+            sliding: turned(touch.pressing.sliding * sign),
+            along: [along(first), along(1 - first)],
+        }
+    })
+}

@@ -1,0 +1,60 @@
+//! The columns of S: what the places beyond a node do when a strain there changes, and with them how places move with the
+//! coordinates.
+
+use super::Turning;
+use crate::lie::{Cross, Twist, VectorSpace};
+use crate::robot::plan::Plan;
+use crate::robot::state::Workspace;
+
+/// The twist, seen from the origin, of all that lies behind a node with this rotation and position, for a unit of the
+/// strain component `index` there: a column of `Ad_g`.
+#[inline(always)]
+pub(crate) fn shape<G: Turning>(
+    rotation: &G::Rotation<G::Pack>,
+    position: G::Vector<G::Pack>,
+    index: usize,
+) -> Twist<G, G::Pack> {
+    if index < G::ANGULAR {
+        let axis = G::angular_axis(rotation, index);
+        Twist { angular: axis, linear: position.cross(axis) }
+    } else {
+        Twist { angular: VectorSpace::zero(), linear: G::linear_axis(rotation, index - G::ANGULAR) }
+    }
+}
+
+/// Pieces that move a place, each with the weights of the integral up to it.
+#[inline(always)]
+pub(crate) fn each<P>(moved_by: &[(usize, Vec<P>)]) -> impl Iterator<Item = (usize, &[P])> {
+    moved_by.iter().map(|(piece, weights)| (*piece, weights.as_slice()))
+}
+
+/// Calls with the coordinates that move a place, each with its `Psi = int S` up to there and `int ad_V S`; the second is right
+/// with the motion up to date alone.
+#[inline(always)]
+pub(crate) fn visit<'a, G: Turning>(
+    plan: &Plan<G>,
+    work: &Workspace<G>,
+    moved_by: impl IntoIterator<Item = (usize, &'a [G::Pack])>,
+    mut visit: impl FnMut(usize, [Twist<G, f64>; 2]),
+) {
+    for (p, weights) in moved_by {
+        let piece = &plan.pieces[p];
+        if let Some(hinge) = &piece.hinge {
+            let shape = work.hinges[hinge.index];
+            visit(piece.first, [shape, work.stations[piece.joined.end].velocity.bracket(shape)]);
+            continue;
+        }
+        for component in &piece.components {
+            for (degree, basis) in piece.basis.chunks_exact(piece.packs).take(component.modes).enumerate() {
+                let mut sums = [Twist::zero(); 2];
+                for ((node, &weight), &basis) in piece.node_packs().zip(weights).zip(basis) {
+                    let shape = shape(&work.rotation[node], work.position[node], component.index);
+                    let weight = weight * basis;
+                    sums[0] = sums[0].add_scaled(shape, weight);
+                    sums[1] = sums[1].add_scaled(work.velocity[node].bracket(shape), weight);
+                }
+                visit(component.first + degree, sums.map(Twist::sum));
+            }
+        }
+    }
+}
