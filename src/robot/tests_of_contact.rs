@@ -96,7 +96,6 @@ fn pairs() -> Vec<(&'static str, [Surface; 2], f64)> {
             1e-7,
         ),
         ("ball on arm", [ball(0.9 * reach(block, middle)), arm()], 1e-4),
-        ("arm on leg", [arm(), Surface::Rod { link: 1 }], 1e-2),
         (
             "ball on another",
             [

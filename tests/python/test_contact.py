@@ -248,6 +248,42 @@ def test_rods_that_collide_keep_their_momentum(friction):
     assert drift[1] < 0.5 * drift[0]
 
 
+def test_tangents_of_rods_that_cross_lack_the_slide_of_the_nearest_place_alone():
+    # What is left out is of the order of the overlap; forces know it.
+    segment = lissom.Segment(
+        0.5, radius=0.01, young_modulus=1e6, poisson_ratio=0.45, density=1000,
+        modes={"bend_y": 4, "bend_z": 4, "torsion": 1},
+    )  # fmt: skip
+    turned = (np.sqrt(0.5), 0, 0, np.sqrt(0.5))
+    rng = np.random.default_rng(1)
+    errors = []
+    for distance in (0.0199, 0.019):
+        place = (0.2, -0.2, distance)
+        links = [
+            lissom.Link("a", joint=lissom.Free(), rod=[segment]),
+            lissom.Link("b", joint=lissom.Free(), rod=[segment], position=place, orientation=turned),
+        ]
+        contact = lissom.Contact("a", "b", friction=0.5, slip_velocity=0.05)
+        robots = [lissom.Robot(links, gravity=(0, 0, 0), contacts=contacts) for contacts in ([contact], [])]
+        n = robots[0].n
+        q, v, a = 1e-4 * rng.normal(size=n), 0.05 * rng.normal(size=n), np.zeros(n)
+
+        def forces(q, v, robots=robots, a=a):
+            return robots[0].inverse_dynamics(q, v, a) - robots[1].inverse_dynamics(q, v, a)
+
+        stiffness, damping, _ = (
+            with_contact - without
+            for with_contact, without in zip(*(robot.tangent(q, v, a) for robot in robots), strict=True)
+        )
+        h, units = 1e-7, np.eye(n)
+        moved = np.transpose([(forces(q + h * e, v) - forces(q - h * e, v)) / (2 * h) for e in units])
+        faster = np.transpose([(forces(q, v + h * e) - forces(q, v - h * e)) / (2 * h) for e in units])
+        assert_allclose(damping, faster, atol=1e-7 * np.abs(faster).max())
+        errors.append(np.abs(stiffness - moved).max() / np.abs(moved).max())
+    assert errors[0] < 5e-4
+    assert errors[0] < 0.5 * errors[1]
+
+
 def test_a_coil_touches_itself_where_a_helix_does():
     # A helix of constant strains: its turns are nearest to each other where a closed form says.
     radius, curvature, torsion = 0.005, 40.0, 2.0

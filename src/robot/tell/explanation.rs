@@ -601,6 +601,7 @@ mod tests {
             "supports",
             "fluid",
             "actuators",
+            "contact",
             "linear systems by sweeps along the segments",
         ];
         assert_eq!(skipped, absent);
