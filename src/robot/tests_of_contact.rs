@@ -99,7 +99,7 @@ fn pairs() -> Vec<(&'static str, [Surface; 2], f64)> {
         (
             "ball on another",
             [
-                ball(0.9 * reach(block, on_leg)),
+                ball(1.1 * reach(block, on_leg)),
                 Surface::Ball { link: 1, at: Some(0.25), position: [0.0, 0.01, 0.0], radius: 0.05 },
             ],
             1e-7,
