@@ -275,8 +275,8 @@ def _places(model: Robot, places: Sequence[Any] | None) -> list[tuple[str, float
                 found.append((link, float(X)))
             case _:
                 found.append((last, float(place)))
-    for link, X in found:
-        # Refuses what is no place of this robot.
+        link, X = found[-1]
+        # Refuses what is no place of this robot, before the next place is read.
         model.jacobian(np.zeros(model.n), X, link=link)
     return found
 

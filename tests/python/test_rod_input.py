@@ -289,6 +289,7 @@ def test_help_shows_the_defaults():
         "supports": (),
         "fluid": None,
         "actuators": (),
+        "contacts": (),
     }
 
 

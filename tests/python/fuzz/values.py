@@ -73,6 +73,19 @@ def tied():
     return lissom.Robot([link("a"), link("b", parent="a", position=(0.1, 0, 0))], loops=[bar])
 
 
+def touching():
+    """Two coordinates: a rod that meets a sphere, and a link whose ball lies in a floor."""
+    return lissom.Robot(
+        [lissom.Link("a", rod=[segment(modes={"bend_y": 1})]), link("b", parent="a")],
+        contacts=[
+            lissom.Contact(
+                lissom.Ball("b", 0.05), lissom.HalfSpace((0, 0, -0.03)), stiffness=1e4, friction=0.3
+            ),
+            lissom.Contact("a", lissom.Sphere((0.1, 0, 0.02), 0.02), friction=(0.1, 0.2, 0.3)),
+        ],
+    )
+
+
 def actuated():
     """Two coordinates, with an actuator of every kind, and two inputs."""
     along = [lissom.Along("a", (0, 0.01), (0.0, 0.1))]
