@@ -12,7 +12,7 @@
 //! # Ok::<(), lissom::error::InvalidInput>(())
 //! ```
 
-use crate::constraint::saddle;
+use crate::constraint::one_sided;
 use crate::linalg::{Complex, Matrix, eigen, symmetric_eigen, symmetric_part};
 use crate::model::Model;
 use crate::small_motions::{
@@ -96,7 +96,7 @@ pub fn modes(model: &mut dyn Model, q: &[f64]) -> Result<Modes, NoModes> {
 fn hold(model: &mut dyn Model, q: &[f64], sizes: &[f64]) -> Result<Matrix, NoModes> {
     let (n, m) = (q.len(), model.constraints());
     let (rest, mut multipliers) = (vec![0.0; n], vec![0.0; m]);
-    saddle::multipliers(model, [q, &rest, &rest], &mut multipliers).map_err(|_| NoModes::SingularMass)?;
+    one_sided::multipliers(model, [q, &rest, &rest], &mut multipliers).map_err(|_| NoModes::SingularMass)?;
     model.set_multipliers(&multipliers);
     let mut jacobian = Matrix::zeros(m, n);
     model.gap_jacobian(q, &mut jacobian);

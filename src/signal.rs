@@ -62,6 +62,27 @@ impl<const N: usize> Signal<N> {
         }
     }
 
+    /// Its first two derivatives in time, to the right of a corner; of a function by differences to the right. Only a function
+    /// can fail.
+    pub(crate) fn rates(&self, t: f64) -> Result<[[f64; N]; 2], Interrupted> {
+        /// Seconds: rounding and what differences leave out are both below 1e-3 of what moves within seconds.
+        const APART: f64 = 1e-4;
+        match self {
+            Self::Constant(_) | Self::Input(_) => Ok([[0.0; N]; 2]),
+            Self::Harmonic(harmonic) => {
+                let [_, rate, bend] = harmonic.motion(t);
+                Ok([rate, bend])
+            }
+            Self::Table(table) => Ok([table.slope(t), [0.0; N]]),
+            Self::Function(_) => {
+                let [here, next, last] = [self.at(t)?, self.at(t + APART)?, self.at(t + 2.0 * APART)?];
+                let bend = |i: usize| (here[i] - 2.0 * next[i] + last[i]) / (APART * APART);
+                let rate = |i: usize| (next[i] - here[i]) / APART - 0.5 * APART * bend(i);
+                Ok([std::array::from_fn(rate), std::array::from_fn(bend)])
+            }
+        }
+    }
+
     /// What of it is set from outside.
     pub fn input(&self) -> Option<&Input<N>> {
         if let Self::Input(input) = self { Some(input) } else { None }
@@ -249,6 +270,16 @@ impl<const N: usize> Table<N> {
     /// The values at these times.
     pub fn values(&self) -> &[[f64; N]] {
         &self.values
+    }
+
+    /// To the right of a time.
+    fn slope(&self, t: f64) -> [f64; N] {
+        let after = self.times.partition_point(|&time| time <= t);
+        if after == 0 || after == self.times.len() {
+            return [0.0; N];
+        }
+        let (a, b) = (&self.values[after - 1], &self.values[after]);
+        std::array::from_fn(|i| (b[i] - a[i]) / (self.times[after] - self.times[after - 1]))
     }
 
     fn at(&self, t: f64) -> [f64; N] {

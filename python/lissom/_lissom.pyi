@@ -791,6 +791,7 @@ class Robot(Model):
         *,
         t: ArrayLike | None = None,
         u: ArrayLike | None = None,
+        qdd: ArrayLike | None = None,
     ) -> Any: ...
     @property
     def nodes(self) -> tuple[int, ...]: ...

@@ -127,7 +127,8 @@ class _Actuator:
 class Tendon(_Actuator):
     """A cable that pulls along its path, and never pushes.
 
-    Give `tension`, or `length` with `stiffness`.
+    Give `tension`, or `length`. A tendon of given length has a `stiffness`, or else it does not stretch: its
+    path is never longer than `length`, by the tension that this takes (a constraint, held by a multiplier).
 
     Parameters
     ----------
@@ -140,16 +141,17 @@ class Tendon(_Actuator):
         Newtons. What a function, an input or a controller tells to be less than zero is slack; numbers,
         tables, defaults and oscillations below zero are refused.
     length : float, (times, values), Harmonic, Input or callable, optional
-        The length at which the tendon is free of force, metres, not negative: its tension is
+        The length at which the tendon is free of force, metres, not negative. With `stiffness` its tension is
         ``max(0, stiffness * (path - length) + damping * rate of path)``.
     stiffness : float, optional
-        Newtons per metre.
+        Newtons per metre. Without it the tendon does not stretch; it then has neither damping nor friction,
+        and motions take method ``"generalised_alpha"`` (the default) or ``"hht"``.
     damping : float
         Newton seconds per metre.
     friction : float
         Coefficient of friction along the parts that are embedded: the tension falls by
         ``exp(-friction * angle)`` where the tendon turns by that angle, as on a capstan, away from the end
-        where it is pulled, and grows while it is let out. At points it slides freely.
+        where it is pulled, and grows while it is let out; at points between straight parts, too.
     friction_velocity : float
         Rate of the path's length below which friction is smoothed, metres per second.
     sliding : float, (times, values), Harmonic, Input or callable, optional

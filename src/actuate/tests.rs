@@ -94,7 +94,7 @@ fn what_is_out_of_reach_is_said() {
 #[test]
 fn a_slack_tendon_is_named_where_it_is_why_nothing_is_found() {
     let length =
-        |name: &str, value| Drive::Length { length: input(name, value), stiffness: 1e4, damping: 0.0 };
+        |name: &str, value| Drive::Length { length: input(name, value), stiffness: Some(1e4), damping: 0.0 };
     let slack = || finger(vec![tendon("up", OFFSET, length("up", 0.31))]);
     let found = search(&mut slack(), at(tip(1.0)), &Options::default());
     assert!(!found.status.is_success());
@@ -158,7 +158,7 @@ fn every_input_is_known_by_what_it_commands() {
     ]);
     let wind = Signal::Input(Input { name: "wind".into(), value: [0.0, 0.0, 1.0] });
     robot.loads = vec![Load { force: wind, ..Load::at_tip() }];
-    let length = Drive::Length { length: input("length", 0.2), stiffness: 1.0, damping: 0.0 };
+    let length = Drive::Length { length: input("length", 0.2), stiffness: Some(1.0), damping: 0.0 };
     let along = Along { link: 0, offset: [0.0.into(), 0.01.into()], along: [0.0, LENGTH] };
     let motor = |name: &str, command, limits| {
         Actuator::Motor(Motor { name: name.into(), link: 1, coordinate: 0, command, limits })

@@ -86,6 +86,11 @@ impl Actuator {
         [self.named_command()].into_iter().chain(self.sliding().map(|sliding| ("sliding", sliding)))
     }
 
+    /// Whether it is a tendon that holds its length whatever that takes.
+    pub fn is_inextensible(&self) -> bool {
+        matches!(self, Self::Tendon(tendon) if tendon.is_inextensible())
+    }
+
     /// Whether its force counts positive where it resists lengthening: that of a tendon does.
     pub fn pulls(&self) -> bool {
         matches!(self, Self::Tendon(_))

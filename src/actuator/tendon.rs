@@ -26,12 +26,13 @@ pub struct Tendon {
 pub enum Drive {
     /// By its tension in newtons, which pulls where it is positive.
     Tension(Signal<1>),
-    /// By the length l_0 at which it is free of force, in metres: `T = max(0, k (l - l_0) + c l')`.
+    /// By the length l_0 at which it is free of force, in metres: `T = max(0, k (l - l_0) + c l')`, or, where it does not
+    /// stretch, `l <= l_0` with the tension that this takes.
     Length {
         /// l_0.
         length: Signal<1>,
-        /// k in N/m.
-        stiffness: f64,
+        /// k in N/m; `None` where it does not stretch.
+        stiffness: Option<f64>,
         /// c in N s/m.
         damping: f64,
     },
@@ -67,6 +68,11 @@ impl Tendon {
         is_one.then_some(if first.link.is_some() { "on one body or section" } else { "in the world" })
     }
 
+    /// Whether it holds its length whatever that takes.
+    pub fn is_inextensible(&self) -> bool {
+        matches!(self.drive, Drive::Length { stiffness: None, .. })
+    }
+
     pub(super) fn check(&self, check: &mut Checker) {
         for (i, part) in self.path.iter().enumerate() {
             check.nested(&format!("path[{i}]"), part.validate());
@@ -83,8 +89,15 @@ impl Tendon {
             Drive::Length { length, stiffness, damping } => {
                 length.check(check, "length");
                 check_never_below_zero(check, length, "length", "a free length >= 0 (metres)");
-                check.positive(*stiffness, "stiffness", "newtons a metre");
                 check.non_negative(*damping, "damping", "newton seconds a metre");
+                if let Some(stiffness) = stiffness {
+                    check.positive(*stiffness, "stiffness", "newtons a metre");
+                } else {
+                    let expected = "none: a tendon without `stiffness` does not stretch";
+                    check.require(*damping == 0.0, "damping", Number(*damping), expected);
+                    let expected = "none, or a `stiffness`: friction along a tendon that does not stretch is not supported";
+                    check.require(self.friction == 0.0, "friction", Number(self.friction), expected);
+                }
             }
         }
         check.non_negative(self.friction, "friction", "a coefficient of friction");

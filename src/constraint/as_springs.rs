@@ -285,6 +285,18 @@ impl Model for AsSprings<'_> {
         self.model.supplied_power(q, qd, qdd)
     }
 
+    fn leave_contact(&mut self, is_left: bool) {
+        self.model.leave_contact(is_left);
+    }
+
+    fn sunk(&mut self, q: &[f64]) -> Option<Flaw> {
+        self.model.sunk(q)
+    }
+
+    fn has_contact(&self) -> bool {
+        self.model.has_contact()
+    }
+
     fn is_driven(&self) -> bool {
         self.model.is_driven()
     }

@@ -6,6 +6,7 @@
 
 mod as_springs;
 mod independent;
+pub(crate) mod one_sided;
 pub(crate) mod projection;
 pub(crate) mod saddle;
 

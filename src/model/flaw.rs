@@ -20,10 +20,10 @@ pub enum Flaw {
         /// Its place among the actuators.
         actuator: usize,
     },
-    /// A loop that should be closed is open.
+    /// A loop that should be closed is open, or a tendon that does not stretch is longer than it is told.
     Open {
-        /// Its place among those of the model.
-        closed: usize,
+        /// Which one.
+        held: Holder,
         /// By how much: metres, or a difference of cosines.
         gap: f64,
     },
@@ -34,6 +34,15 @@ pub enum Flaw {
         /// By how much they overlap, in metres.
         overlap: f64,
     },
+}
+
+/// What holds constraints.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Holder {
+    /// A loop, by its place among those of the model.
+    Loop(usize),
+    /// A tendon that does not stretch, by its place among the actuators.
+    Tendon(usize),
 }
 
 impl std::fmt::Display for Flaw {
@@ -49,8 +58,11 @@ impl std::fmt::Display for Flaw {
             Self::Collapsed { actuator } => {
                 write!(f, "has two points that its tendon number {} has pulled together", actuator + 1)
             }
-            Self::Open { closed, gap } => {
+            Self::Open { held: Holder::Loop(closed), gap } => {
                 write!(f, "has an open loop: loops[{closed}] misses by {}", Rounded(gap))
+            }
+            Self::Open { held: Holder::Tendon(actuator), gap } => {
+                write!(f, "has a tendon that is too long: actuators[{actuator}] by {} m", Rounded(gap))
             }
             Self::Sunk { contact, overlap } => {
                 write!(

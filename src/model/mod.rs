@@ -25,11 +25,11 @@ use crate::linalg::{Matrix, TreeMatrix};
 pub use discretised::Discretised;
 pub use elastic::Elastic;
 pub use energy::Energy;
-pub use flaw::Flaw;
 pub(crate) use flaw::at_least;
+pub use flaw::{Flaw, Holder};
 pub use forward::{ForwardScratch, SingularMass, Tree};
 pub use in_time::InTime;
-pub use tied::Tied;
+pub use tied::{Switch, Tied};
 
 /// A mechanical system with generalised coordinates `q` (n of them), velocities `qd`, accelerations `qdd`.
 ///
@@ -144,14 +144,32 @@ pub trait Model: Elastic + InTime + Discretised + Tied {
         false
     }
 
+    /// Lets surfaces pass through each other from now on, or no more.
+    fn leave_contact(&mut self, _is_left: bool) {}
+
     /// Where surfaces have gone into each other by more than a radius.
     fn sunk(&mut self, _q: &[f64]) -> Option<Flaw> {
         None
     }
 
-    /// Whether surfaces meet too hard for a step of size `h`, in seconds, that begins with the velocities `before` and ends in a
-    /// motion: too hard to see the impact rise and fall.
-    fn is_jolted(&mut self, _before: &[f64], _motion: [&[f64]; 3], _h: f64) -> bool {
+    /// Whether surfaces meet too hard for a step of size `h`, in seconds, that begins with the coordinates and velocities `before`
+    /// and ends in a motion: too hard to see the impact rise and fall.
+    fn is_jolted(&mut self, _before: [&[f64]; 2], _motion: [&[f64]; 3], _h: f64) -> bool {
+        false
+    }
+
+    /// Whether surfaces touch in the state that was looked at last.
+    fn is_touched(&self) -> bool {
+        false
+    }
+
+    /// Whether surfaces are so near each other there that they may touch in the next one.
+    fn may_touch(&self) -> bool {
+        false
+    }
+
+    /// Whether such a step ends with more energy than it began with, by more than errors of steps that see their impacts.
+    fn gains_energy(&mut self, _before: [&[f64]; 2], _motion: [&[f64]; 3], _h: f64) -> bool {
         false
     }
 

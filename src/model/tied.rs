@@ -4,6 +4,17 @@ use super::Flaw;
 use crate::error::InvalidInput;
 use crate::linalg::Matrix;
 
+/// What has changed of the constraints that hold.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Switch {
+    /// Nothing: all multipliers and gaps are on their sides.
+    Nothing,
+    /// One holds no more.
+    LetGo,
+    /// Some hold that did not.
+    TakenUp,
+}
+
 /// What ties the coordinates of a model beyond its equations of motion: m constraints `g(q, t) = 0`, held by multipliers,
 /// `tau + G^T lambda = 0` with `G = dg/dq`. The defaults are those of a model without any.
 pub trait Tied {
@@ -20,8 +31,29 @@ pub trait Tied {
         if self.constraints() == 0 {
             return Ok(());
         }
-        let expected = format!("a robot without closed loops: {what} does not hold them yet");
-        Err(InvalidInput::new("model", "one with closed loops", expected))
+        let (found, expected) = match self.is_one_sided() {
+            true => ("one with tendons that do not stretch", "tendons with a `stiffness`"),
+            false => ("one with closed loops", "a robot without closed loops"),
+        };
+        Err(InvalidInput::new("model", found, format!("{expected}: {what} does not hold them yet")))
+    }
+
+    /// Whether constraints hold one way only: `g <= 0`, with multipliers that are not below zero. Those that do not hold at
+    /// a time have gaps and rows of G that are zero, and no multiplier.
+    fn is_one_sided(&self) -> bool {
+        false
+    }
+
+    /// From now on those hold whose multipliers are not zero.
+    fn release(&mut self, _multipliers: &[f64]) {}
+
+    /// From now on those hold that are not open in a shape, and do not open with these velocities.
+    fn release_open(&mut self, _q: &[f64], _qd: Option<&[f64]>) {}
+
+    /// Takes up those that are passed in a shape; where there are none, lets go of the one whose multiplier is the lowest
+    /// below zero, and sets that to zero.
+    fn switch(&mut self, _q: &[f64], _multipliers: &mut [f64]) -> Switch {
+        Switch::Nothing
     }
 
     /// How far loops are open, g(q): metres, or differences of cosines, or of a coordinate.

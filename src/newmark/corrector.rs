@@ -31,6 +31,11 @@ const NEGLIGIBLE: f64 = 1e-3;
 /// stretch to `l / d` times as many units.
 const ROUNDING_NOISE: f64 = 8.0;
 const ROUNDING: f64 = 128.0 * f64::EPSILON;
+
+/// The same of single entries, whose noise the patterns tell less well; of what is tolerated less than this part of the most
+/// tolerant one nothing is asked: where nothing moves, all is noise.
+const ROUNDING_NOISE_OF_ONE: f64 = 100.0;
+const AT_REST: f64 = 1e-10;
 const PATTERNS: usize = 3;
 
 /// A first increment that differs from the one of the last step by up to that fraction of it makes the steps similar. A
@@ -96,6 +101,9 @@ pub(super) struct Corrector {
     atol: Vec<f64>,
     /// One over what is tolerated in each acceleration.
     inverse_tolerance: Vec<f64>,
+    /// An increment that may be rounding, and what rounding does to it.
+    judged: Vec<f64>,
+    noises: Vec<f64>,
 }
 
 impl Corrector {
@@ -121,6 +129,8 @@ impl Corrector {
             rtol,
             atol,
             inverse_tolerance: vec![0.0; n],
+            judged: vec![0.0; n],
+            noises: vec![0.0; n],
         }
     }
 
@@ -136,6 +146,8 @@ impl Corrector {
         for values in [first, last_first, residual, increment, start, direction, sizes, inverse_tolerance] {
             values.resize(unknowns, 0.0);
         }
+        self.judged.resize(unknowns, 0.0);
+        self.noises.resize(unknowns, 0.0);
         self.perturbed.a.resize(unknowns, 0.0);
     }
 
@@ -285,10 +297,14 @@ impl Corrector {
             let rate = match measured_rate {
                 Some(rate) => rate,
                 // A step that begins unlike the last one may be of another kind.
-                None if is_similar => self.contraction.bound(self.distance_from_jacobian(trial, h)),
+                None if is_similar && !system.may_touch() => {
+                    self.contraction.bound(self.distance_from_jacobian(trial, h))
+                }
                 None => f64::INFINITY,
             };
-            if size <= NEGLIGIBLE || remaining_error(size, rate) <= 1.0 {
+            // What may touch in the place that the increment leads to is not in any rate.
+            let left = if system.may_touch() { size } else { remaining_error(size, rate) };
+            if size <= NEGLIGIBLE || left <= 1.0 {
                 if measured_rate.is_none() {
                     self.contraction.not_measured();
                 }
@@ -381,7 +397,8 @@ impl Corrector {
                     break f64::INFINITY;
                 }
             };
-            if length == 1.0 && remaining_error(size, next_size / size) <= 1.0 {
+            let left = if system.may_touch() { next_size } else { remaining_error(size, next_size / size) };
+            if length == 1.0 && left <= 1.0 {
                 return Ok(Ok(()));
             }
         }
@@ -455,8 +472,8 @@ impl Corrector {
         (sum / self.rtol.len().max(1) as f64).sqrt()
     }
 
-    /// Whether increments of that size at `trial`, where the residual has been evaluated, are rounding errors.
-    /// Overwrites the increment.
+    /// Whether the increment, of that size, at `trial`, where the residual has been evaluated, is rounding errors: all
+    /// together, and none of its entries far beyond its own. Overwrites it.
     fn is_rounding<S: System + ?Sized>(
         &mut self,
         size: f64,
@@ -465,6 +482,8 @@ impl Corrector {
         counters: &mut Counters,
     ) -> Result<bool, Interrupted> {
         let mut noise = 0.0;
+        self.judged.copy_from_slice(&self.increment);
+        self.noises.fill(0.0);
         for pattern in 0..PATTERNS {
             self.perturb(trial, pattern);
             let Trial { q, v, a, .. } = &self.perturbed;
@@ -476,11 +495,23 @@ impl Corrector {
             }
             self.linear.solve(&mut self.increment);
             noise = self.size_of_increment().hypot(noise);
-            if size <= ROUNDING_NOISE * noise {
+            for (noise, change) in self.noises.iter_mut().zip(&self.increment) {
+                *noise = change.hypot(*noise);
+            }
+            if size <= ROUNDING_NOISE * noise && self.is_noise_one_by_one() {
                 return Ok(true);
             }
         }
         Ok(false)
+    }
+
+    /// Whether no entry of the increment that is judged is far beyond its own noise, those left out in which nothing moves.
+    fn is_noise_one_by_one(&self) -> bool {
+        let loosest = self.inverse_tolerance.iter().copied().fold(f64::INFINITY, f64::min);
+        let entries = self.judged.iter().zip(&self.noises).zip(&self.inverse_tolerance);
+        entries
+            .filter(|(_, w)| **w * AT_REST < loosest)
+            .all(|((entry, noise), w)| entry.abs() * w <= 1.0 + ROUNDING_NOISE_OF_ONE * (noise * w))
     }
 
     /// A state that differs from `trial` by rounding errors, whose signs are a Walsh function.

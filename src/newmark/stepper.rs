@@ -5,8 +5,10 @@ use super::corrector::Corrector;
 use super::error_estimate::{Ends, ErrorEstimate};
 use super::options::{Options, Predictor, StepSize};
 use super::trial::Trial;
+use crate::constraint::one_sided::most_switches;
 use crate::error::{Interrupted, InvalidInput, Number};
 use crate::hermite::cubic;
+use crate::model::Switch;
 use crate::second_order::{Counters, Failure, Grid, ROUNDING_OF_STEPS, Status, System, number_of_steps};
 use crate::signal::end_of_step;
 use crate::tape::Tape;
@@ -16,6 +18,13 @@ const SMALLEST_STEP_IN_SPACINGS: f64 = 10.0;
 
 /// A step whose equations could not be solved is tried again with this fraction of its size (CVODE's choice).
 const CUT: f64 = 0.25;
+
+/// Steps without memory after one in which a slack tendon has become taut: the first of them loses the velocity with which it
+/// came to the end, and its acceleration is that of a jump.
+const STEPS_AFTER_STOP: usize = 2;
+
+/// How often a step into contact that cannot be made is halved at most.
+const MOST_HALVINGS: usize = 8;
 
 /// What the accelerations of the next step are guessed to be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -59,9 +68,15 @@ pub struct Stepper {
     grid: Grid,
     fixed_steps: usize,
     counters: Counters,
-    /// Whether the last step met something that it did not resolve, and whether the trial was made without memory.
-    jolted: bool,
+    /// Steps still to be made without memory, because one met something that it did not resolve; and whether the trial was
+    /// made without.
+    unsettled: usize,
     forgets: bool,
+    /// Whether constraints that hold one way only have stopped something in the trial.
+    has_stopped: bool,
+    /// Whether surfaces touch, now and in the trial.
+    touches: bool,
+    will_touch: bool,
     started: bool,
     status: Option<Status>,
 }
@@ -108,8 +123,11 @@ impl Stepper {
             grid: Grid::new(t0, options.dt),
             fixed_steps: number_of_steps(t_end - t0, options.dt),
             counters: Counters::default(),
-            jolted: false,
+            unsettled: 0,
             forgets: false,
+            has_stopped: false,
+            touches: false,
+            will_touch: false,
             started: false,
             status: None,
             options: options.clone(),
@@ -201,14 +219,17 @@ impl Stepper {
 
     fn fixed_step<S: System + ?Sized>(&mut self, system: &mut S) -> Result<Option<Status>, Interrupted> {
         let (t_new, h) = self.grid.step(self.fixed_steps, self.t_end);
-        let solved = if system.has_contact() {
+        let solved = if system.has_contact() || system.is_one_sided() {
             self.step_into_contact(system, t_new, h)?
         } else {
-            self.attempt(system, t_new, h)?
+            let solved = self.attempt(system, t_new, h)?;
+            if solved.is_ok() {
+                self.accept(t_new, h);
+            }
+            solved
         };
         match solved {
             Ok(()) => {
-                self.accept(t_new, h);
                 self.grid.count();
                 Ok(None)
             }
@@ -216,29 +237,128 @@ impl Stepper {
         }
     }
 
-    /// A step at whose end surfaces may have met. Where it does not see the impact rise and fall, its end is stiff and its
-    /// beginning is not: what the scheme remembers of the accelerations would throw the surfaces apart faster than they came
-    /// (Acary 2015). Such steps, and the one after, are made without memory, in which surfaces that meet do not rebound.
+    /// A step at whose end surfaces may have met, or slack tendons become taut. Where it does not see the impact rise and fall,
+    /// its end is stiff and its beginning is not: what the scheme remembers of the accelerations would throw the surfaces apart
+    /// faster than they came (Acary 2015). Such steps, and those right after, are made without memory: in them surfaces that
+    /// meet do not rebound.
     fn step_into_contact<S: System + ?Sized>(
         &mut self,
         system: &mut S,
         t_new: f64,
         h: f64,
     ) -> Result<Result<(), Failure>, Interrupted> {
-        if !self.jolted && self.attempt(system, t_new, h)?.is_ok() && !self.is_jolted(system, h)? {
+        if self.unsettled == 0
+            && self.attempt(system, t_new, h)?.is_ok()
+            && !self.is_jolted(system, h)?
+            && !system.is_flawed(t_new, &self.trial.q)?
+        {
+            self.accept(t_new, h);
             return Ok(Ok(()));
         }
+        if self.sound_step_without_memory(system, t_new, h)?.is_ok() {
+            return Ok(Ok(()));
+        }
+        if self.halved_steps(system, t_new)?.is_ok() {
+            return Ok(Ok(()));
+        }
+        // One that is flawed whatever its size says why.
         let solved = self.attempt_without_memory(system, t_new, h)?;
         if solved.is_ok() {
-            self.jolted = self.is_jolted(system, h)?;
-            self.forgets = true;
+            self.accept_without_memory(system, t_new, h)?;
         }
         Ok(solved)
     }
 
-    fn is_jolted<S: System + ?Sized>(&self, system: &mut S, h: f64) -> Result<bool, Interrupted> {
+    /// A step without memory, if its end is one that means something.
+    fn sound_step_without_memory<S: System + ?Sized>(
+        &mut self,
+        system: &mut S,
+        t_new: f64,
+        h: f64,
+    ) -> Result<Result<(), Failure>, Interrupted> {
+        if let Err(failure) = self.attempt_without_memory(system, t_new, h)? {
+            return Ok(Err(failure));
+        }
+        if system.is_flawed(t_new, &self.trial.q)? {
+            return Ok(Err(Failure::NotConverged));
+        }
+        self.accept_without_memory(system, t_new, h)?;
+        Ok(Ok(()))
+    }
+
+    fn accept_without_memory<S: System + ?Sized>(
+        &mut self,
+        system: &mut S,
+        t_new: f64,
+        h: f64,
+    ) -> Result<(), Interrupted> {
+        self.unsettled = match self.is_jolted(system, h)? {
+            true if self.has_stopped => STEPS_AFTER_STOP,
+            true => 1,
+            false => self.unsettled.saturating_sub(1),
+        };
+        self.forgets = true;
+        self.accept(t_new, h);
+        Ok(())
+    }
+
+    /// Steps without memory of half the size, and of half of that where these cannot be made either: the shorter a step, the
+    /// more what moves outweighs what presses. To the outside they are one step; where it fails the state is as before.
+    /// Allocates.
+    fn halved_steps<S: System + ?Sized>(
+        &mut self,
+        system: &mut S,
+        t_new: f64,
+    ) -> Result<Result<(), Failure>, Interrupted> {
+        let start = (self.t, self.q.clone(), self.v.clone(), self.a.clone());
+        let before = (self.t_old, self.q_old.clone(), self.v_old.clone(), self.a_old.clone());
+        let (memory, unsettled) = ((self.s.clone(), self.h_of_s, self.guess), self.unsettled);
+        let solved = self.halves(system, t_new, MOST_HALVINGS);
+        if matches!(solved, Ok(Ok(()))) {
+            (self.t_old, self.q_old, self.v_old, self.a_old) = start;
+            self.unsettled = self.unsettled.max(1);
+        } else {
+            (self.t, self.q, self.v, self.a) = start;
+            (self.t_old, self.q_old, self.v_old, self.a_old) = before;
+            ((self.s, self.h_of_s, self.guess), self.unsettled) = (memory, unsettled);
+        }
+        self.corrector.forget_jacobian();
+        solved
+    }
+
+    fn halves<S: System + ?Sized>(
+        &mut self,
+        system: &mut S,
+        t_new: f64,
+        halvings: usize,
+    ) -> Result<Result<(), Failure>, Interrupted> {
+        for end in [0.5 * (self.t + t_new), t_new] {
+            self.corrector.forget_jacobian();
+            let h = end - self.t;
+            let Err(failure) = self.sound_step_without_memory(system, end, h)? else { continue };
+            if halvings == 1 {
+                return Ok(Err(failure));
+            }
+            if let Err(failure) = self.halves(system, end, halvings - 1)? {
+                return Ok(Err(failure));
+            }
+        }
+        Ok(Ok(()))
+    }
+
+    fn is_jolted<S: System + ?Sized>(&mut self, system: &mut S, h: f64) -> Result<bool, Interrupted> {
         let Trial { t, q, v, a, .. } = &self.trial;
-        system.is_jolted(*t, &self.v, [q, v, a], h)
+        let (before, motion) = ([&self.q[..], &self.v[..]], [&q[..], &v[..], &a[..]]);
+        if self.has_stopped && system.is_one_sided() {
+            return Ok(true);
+        }
+        if !system.has_contact() {
+            return Ok(false);
+        }
+        let is_jolted = system.is_jolted(*t, before, motion, h)?;
+        self.will_touch = system.is_touched();
+        let touches = self.touches || self.will_touch;
+        Ok(is_jolted || (touches && system.gains_energy(*t, before, motion, h)?))
     }
 
     fn adaptive_step<S: System + ?Sized>(&mut self, system: &mut S) -> Result<Option<Status>, Interrupted> {
@@ -346,11 +466,52 @@ impl Stepper {
                 }
             }
         }
-        self.corrector.solve(system, &mut self.trial, &self.guessed, &self.a, h, &mut self.counters)
+        if !system.is_one_sided() {
+            return self.corrector.solve(
+                system,
+                &mut self.trial,
+                &self.guessed,
+                &self.a,
+                h,
+                &mut self.counters,
+            );
+        }
+        self.correct_one_sided(system, h)
+    }
+
+    /// The same with constraints that hold one way only: those that held at the start of the step, until the end says
+    /// otherwise.
+    fn correct_one_sided<S: System + ?Sized>(
+        &mut self,
+        system: &mut S,
+        h: f64,
+    ) -> Result<Result<(), Failure>, Interrupted> {
+        let Self { a, guessed, trial, corrector, counters, .. } = self;
+        let n = self.q.len();
+        system.release(&a[n..]);
+        self.has_stopped = false;
+        // What does not hold keeps the multiplier that it starts from.
+        for (guess, last) in guessed[n..].iter_mut().zip(&a[n..]) {
+            *guess = if *last == 0.0 { 0.0 } else { *guess };
+        }
+        for _ in 0..most_switches(system.constraints()) {
+            if let Err(failure) = corrector.solve(system, trial, guessed, a, h, counters)? {
+                return Ok(Err(failure));
+            }
+            let switch = system.switch(trial.t, &trial.q, &mut trial.a[n..])?;
+            if switch == Switch::Nothing {
+                return Ok(Ok(()));
+            }
+            self.has_stopped |= switch == Switch::TakenUp;
+            guessed.copy_from_slice(&trial.a);
+            corrector.forget_jacobian();
+        }
+        Ok(Err(Failure::NotConverged))
     }
 
     /// Takes the trial as the new state.
     fn accept(&mut self, t_new: f64, h: f64) {
+        self.touches = self.will_touch;
         if self.options.predictor == Predictor::Best {
             self.guess = self.best_guess(h);
         }
@@ -438,7 +599,8 @@ impl Stepper {
         self.guess = guesses[guess];
         self.grid.carry(tape);
         self.counters.carry(tape);
-        tape.flag(&mut self.jolted);
+        tape.below(STEPS_AFTER_STOP + 1, &mut self.unsettled);
+        tape.flag(&mut self.touches);
         tape.flag(&mut self.started);
         self.corrector.carry(system, tape);
     }

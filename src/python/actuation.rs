@@ -240,17 +240,14 @@ fn actuator_of(
                 let found = Number(stiffness.unwrap_or_default());
                 check.require(stiffness.is_none(), "stiffness", found, expected);
                 check.require(damping == 0.0, "damping", Number(damping), expected);
-            } else {
-                let expected = "a number > 0 (newtons a metre): a tendon of a given length pulls by it";
-                check.require(stiffness.is_some(), "stiffness", "none", expected);
             }
             check.finish()?;
             Actuator::Tendon(Tendon {
                 name: text(object, "name")?,
                 path,
-                drive: match (which, stiffness) {
-                    (1, Some(stiffness)) => Drive::Length { length: command, stiffness, damping },
-                    _ => Drive::Tension(command),
+                drive: match which {
+                    0 => Drive::Tension(command),
+                    _ => Drive::Length { length: command, stiffness, damping },
                 },
                 friction: number(object, "friction")?,
                 friction_velocity: number(object, "friction_velocity")?,

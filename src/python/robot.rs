@@ -26,6 +26,7 @@ use super::reach::{self, PyReachResult};
 use super::segment::PySegment;
 use super::signal::Functions;
 use super::support::PySupport;
+use crate::actuator::Actuator;
 use crate::error::InvalidInput;
 use crate::lie::Vector;
 use crate::linalg::Matrix;
@@ -525,10 +526,10 @@ impl PyRobot {
         contacts_out(py, &self.description)
     }
 
-    /// Number of constraints of all loops together.
+    /// Number of constraints of all loops together, and one of each tendon that does not stretch.
     #[getter]
     fn constraints(&self) -> usize {
-        self.description.loops.iter().map(|closed| closed.tie.rows()).sum()
+        self.description.constraints()
     }
 
     /// Number of constraints that the others determine in a shape, loop by loop.
@@ -541,7 +542,8 @@ impl PyRobot {
     /// Returns
     /// -------
     /// redundant : dict
-    ///     How many constraints of a loop are redundant, by its name; loops without any are left out. Which rows of several
+    ///     How many constraints of a loop, or of a tendon that does not stretch, are redundant, by its name; those without any
+    ///     are left out. Which rows of several
     ///     loops count as the redundant ones is a choice; how many there are together is not.
     fn redundant_constraints<'py>(
         &self,
@@ -551,9 +553,11 @@ impl PyRobot {
         let q = convert::finite_vector_of(q, self.description.coordinates(), "q")?;
         let redundant = self.model().redundant_constraints(&q);
         let found = PyDict::new(py);
-        for (closed, number) in self.description.loops.iter().zip(redundant) {
+        let of_loops = self.description.loops.iter().map(|closed| closed.name.as_str());
+        let names = of_loops.chain(self.description.inextensible_tendons().map(Actuator::name));
+        for (name, number) in names.zip(redundant) {
             if number > 0 {
-                found.set_item(&closed.name, number)?;
+                found.set_item(name, number)?;
             }
         }
         Ok(found)
@@ -670,12 +674,15 @@ impl PyRobot {
     ///     The time of the state, or those of k states, seconds; needed where something varies in time.
     /// u : array_like, shape (m,) or (k, m), optional
     ///     The inputs, for all states or for each; by default as they are by themselves.
+    /// qdd : array_like, shape (n,) or (k, n), optional
+    ///     Accelerations, which the tension of a tendon that does not stretch depends on; by default those that the robot has
+    ///     in this state by itself.
     ///
     /// Returns
     /// -------
     /// force : float, or ndarray of shape (k,)
     ///     Newtons, pascals, newton metres or newtons; zero of a tendon that is slack. Of an active strain its amount.
-    #[pyo3(signature = (name, q, qd, *, t=None, u=None))]
+    #[pyo3(signature = (name, q, qd, *, t=None, u=None, qdd=None))]
     fn actuator_force<'py>(
         &self,
         name: &str,
@@ -683,11 +690,20 @@ impl PyRobot {
         qd: &Bound<'py, PyAny>,
         t: Option<&Bound<'py, PyAny>>,
         u: Option<&Bound<'py, PyAny>>,
+        qdd: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let i = actuator_index(&self.description, name)?;
-        let sign = if self.description.actuators[i].pulls() { 1.0 } else { -1.0 };
+        let actuator = &self.description.actuators[i];
+        let sign = if actuator.pulls() { 1.0 } else { -1.0 };
         let mut gradient = vec![0.0; self.description.coordinates()];
-        let states = [Some((q, "q")), Some((qd, "qd")), None];
+        let states = [Some((q, "q")), Some((qd, "qd")), qdd.map(|qdd| (qdd, "qdd"))];
+        if actuator.is_inextensible() {
+            let tension = |model: &mut RobotModel, [q, qd, qdd]: [&[f64]; 3]| {
+                let qdd = (!qdd.is_empty()).then_some(qdd);
+                vec![model.held_tension(q, qd, qdd, i).unwrap_or(f64::NAN)]
+            };
+            return self.of_states(self.model(), states, At::forces(t, u), "actuator_force", &[], tension);
+        }
         self.of_states(self.model(), states, At::forces(t, u), "actuator_force", &[], |model, [q, qd, _]| {
             vec![sign * model.actuator(q, qd, i, &mut gradient)[2]]
         })

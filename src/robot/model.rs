@@ -18,13 +18,14 @@ use super::sweeps::Sweeps;
 use super::tell::cost_of_loops::of_loops;
 use super::tell::loops::tell_redundant;
 use super::tell::{Explanation, Multiplications, cost, cost_of_actuators};
-use crate::constraint::{Independent, saddle};
+use crate::constraint::{Independent, one_sided};
 use crate::error::{Checker, Interrupted, InvalidInput};
 use crate::lie::{Instructions, Planar, Plane, Spatial, Vector};
 use crate::linalg::{Matrix, TreeMatrix, symmetric_eigen};
 use crate::loops::{Loop, Tie};
 use crate::model::{
-    Discretised, Elastic, Energy, Flaw, ForwardScratch, InTime, Model, SingularMass, Tied, Tree, forward,
+    Discretised, Elastic, Energy, Flaw, ForwardScratch, Holder, InTime, Model, SingularMass, Switch, Tied,
+    Tree, forward,
 };
 use crate::rod::{MAX_NODES, STRAINS, piece};
 use crate::springs::Springs;
@@ -32,6 +33,18 @@ use crate::springs::Springs;
 /// Loops that are open by more than this part of the robot's length, or of a radian, are open: far more than what a method
 /// leaves that holds them, far less than what shows.
 const LARGEST_GAP: f64 = 1e-6;
+
+/// Tendons that do not stretch count as taut, in a state that somebody gives, where they are shorter than they are told by less
+/// than this part of the robot's length, or of a metre: more than methods leave, less than what shows. The same, per second,
+/// of the rates of their lengths.
+const TAUT: f64 = 1e-7;
+
+/// A step into contact that gains energy by more than this part of the kinetic one does not see its impacts: with steps of a
+/// tenth of an impact, generalised-alpha is off by less.
+const LARGEST_GAIN: f64 = 0.05;
+
+/// They are taken up where they are longer by this part: well above rounding.
+const TAKEN_UP: f64 = 1e-10;
 
 /// A robot ready to be moved: rods and rigid bodies with joints. Clones share what does not change and have memory of their own.
 #[derive(Clone, Debug)]
@@ -226,7 +239,7 @@ impl RobotModel {
         let solve = match coordinates.are_driven() {
             // Joints that follow others couple branches, and so do closed loops.
             true => Solve::Dense,
-            false if !robot.loops.is_empty() || !robot.contacts.is_empty() => Solve::Dense,
+            false if robot.constraints() > 0 || !robot.contacts.is_empty() => Solve::Dense,
             false if on_sweeps!(&sweeps, sweeps => sweeps.plan().actuation.couples_pieces()) => Solve::Dense,
             false => solve.unwrap_or_else(|| Solve::cheapest(robot)),
         };
@@ -504,8 +517,8 @@ impl RobotModel {
     /// constraints are redundant. `None` where the mass matrix is singular. Allocates.
     pub fn loop_forces(&mut self, q: &[f64], qd: &[f64], qdd: &[f64]) -> Option<Vec<[f64; 6]>> {
         let mut multipliers = vec![0.0; self.constraints()];
-        saddle::multipliers(self, [q, qd, qdd], &mut multipliers).ok()?;
-        let (mut ties, mut gears) = (0, multipliers.len() - self.gears());
+        one_sided::multipliers(self, [q, qd, qdd], &mut multipliers).ok()?;
+        let (mut ties, mut gears) = (0, multipliers.len() - self.slack().len() - self.gears());
         let robot = Arc::clone(&self.robot);
         let of_loop = |closed: &Loop| {
             if matches!(closed.tie, Tie::Coordinates { .. }) {
@@ -529,7 +542,7 @@ impl RobotModel {
         }
         let mut multipliers = vec![0.0; self.constraints()];
         // They are left at zero where the mass matrix is singular.
-        let _ = saddle::multipliers(self, state, &mut multipliers);
+        let _ = one_sided::multipliers(self, state, &mut multipliers);
         self.set_multipliers(&multipliers);
         let result = of(self);
         multipliers.fill(0.0);
@@ -551,7 +564,40 @@ impl RobotModel {
         [stiffness - without, jacobian]
     }
 
-    /// How many constraints of every loop the others determine in a shape.
+    /// The tension of a tendon that does not stretch: what holds its length in a motion, or where no accelerations are given in
+    /// those that the robot has by itself. `None` where the mass matrix is singular. Allocates.
+    pub fn held_tension(
+        &mut self,
+        q: &[f64],
+        qd: &[f64],
+        qdd: Option<&[f64]>,
+        actuator: usize,
+    ) -> Option<f64> {
+        let mut multipliers = vec![0.0; self.constraints()];
+        match qdd {
+            Some(qdd) => one_sided::multipliers(self, [q, qd, qdd], &mut multipliers),
+            None => one_sided::accelerations(self, q, qd, &mut vec![0.0; q.len()], &mut multipliers),
+        }
+        .ok()?;
+        let held = Holder::Tendon(actuator);
+        on_sweeps!(&self.sweeps, sweeps => {
+            let row = sweeps.plan().loops.held_by.iter().position(|&by| by == held)?;
+            Some(multipliers[row])
+        })
+    }
+
+    /// The actuators that are slack in a shape, of the tendons that do not stretch, at the time that is set.
+    pub fn slack_tendons(&mut self, q: &[f64]) -> Vec<usize> {
+        let rest = vec![0.0; q.len()];
+        let length = self.robot.length().max(1.0);
+        let excesses = self.excesses(q, &rest);
+        let tendons = on_sweeps!(&self.sweeps, sweeps => sweeps.plan().loops.lengths.clone());
+        let is_slack = |&(_, [excess, _]): &(usize, [f64; 2])| excess < -TAUT * length;
+        tendons.into_iter().zip(excesses).filter(is_slack).map(|(i, _)| i).collect()
+    }
+
+    /// How many constraints of every loop, and behind these of every tendon that does not stretch, the others determine in a
+    /// shape.
     pub fn redundant_constraints(&mut self, q: &[f64]) -> Vec<usize> {
         let (m, n) = (self.constraints(), q.len());
         let (mut jacobian, mut mass) = (Matrix::zeros(m, n), Matrix::zeros(n, n));
@@ -559,10 +605,17 @@ impl RobotModel {
         self.mass_matrix(q, &mut mass);
         let mut independent = Independent::new(m, n);
         independent.find(&jacobian, |k| mass[(k, k)].abs().sqrt().max(f64::MIN_POSITIVE).recip());
-        let mut redundant = vec![0; self.robot.loops.len()];
-        for row in (0..m).filter(|&row| !independent.is_independent(row)) {
-            redundant[on_sweeps!(&self.sweeps, sweeps => sweeps.plan().loops.loop_of[row])] += 1;
-        }
+        let loops = self.robot.loops.len();
+        let mut redundant = vec![0; loops + self.slack().len()];
+        on_sweeps!(&self.sweeps, sweeps => {
+            let closed = &sweeps.plan().loops;
+            for row in (0..m).filter(|&row| !independent.is_independent(row)) {
+                match closed.held_by[row] {
+                    Holder::Loop(i) => redundant[i] += 1,
+                    Holder::Tendon(_) => redundant[loops + row - closed.first_length()] += 1,
+                }
+            }
+        });
         redundant
     }
 
@@ -626,6 +679,21 @@ impl RobotModel {
 }
 
 impl RobotModel {
+    /// Which tendons that do not stretch are slack.
+    fn slack(&self) -> Vec<bool> {
+        on_sweeps!(&self.sweeps, sweeps => sweeps.slack().to_vec())
+    }
+
+    fn set_slack(&mut self, slack: &[bool]) {
+        on_sweeps!(&mut self.sweeps, sweeps => sweeps.set_slack(slack));
+    }
+
+    /// How much longer tendons that do not stretch are than they are told, in metres, and the rates of that.
+    fn excesses(&mut self, q: &[f64], qd: &[f64]) -> Vec<[f64; 2]> {
+        let Self { sweeps, coordinates, .. } = self;
+        coordinates.all([q, qd], |[q, qd]| on_sweeps!(sweeps, sweeps => sweeps.excesses(q, qd)))
+    }
+
     /// By virtual work: what the rod needs against a unit of each force.
     fn find_jacobian_of_springs(&mut self, q: &[f64], jacobian: &mut Matrix) {
         self.place_unloaded();
@@ -728,7 +796,7 @@ impl Model for RobotModel {
     ) -> Result<(), SingularMass> {
         match self.constraints() {
             0 => forward::solve(self, q, qd, qdd, scratch),
-            m => saddle::accelerations(self, q, qd, qdd, &mut vec![0.0; m]),
+            m => one_sided::accelerations(self, q, qd, qdd, &mut vec![0.0; m]),
         }
     }
 
@@ -818,22 +886,47 @@ impl Model for RobotModel {
     /// Of follower loads, of loads that vary in time, of moments (one that keeps its direction in space has no
     /// potential), of a base that is moved, and of what moves joints as prescribed.
     fn supplied_power(&mut self, q: &[f64], qd: &[f64], qdd: &[f64]) -> f64 {
-        let Self { sweeps, coordinates, .. } = self;
         let state = [q, qd, qdd];
-        let power =
-            coordinates.all(state, |state| on_sweeps!(&mut *sweeps, sweeps => sweeps.supplied_power(state)));
-        let of_joints = coordinates.power(state, |state, tau| {
-            on_sweeps!(&mut *sweeps, sweeps => sweeps.inverse_dynamics(state, tau));
-        });
-        power + of_joints
+        self.with_loops_held(state, |model| {
+            let Self { sweeps, coordinates, .. } = model;
+            let power = coordinates
+                .all(state, |state| on_sweeps!(&mut *sweeps, sweeps => sweeps.supplied_power(state)));
+            let of_joints = coordinates.power(state, |state, tau| {
+                on_sweeps!(&mut *sweeps, sweeps => sweeps.inverse_dynamics(state, tau));
+            });
+            power + of_joints
+        })
     }
 
-    fn is_jolted(&mut self, before: &[f64], motion: [&[f64]; 3], h: f64) -> bool {
+    fn is_jolted(&mut self, before: [&[f64]; 2], motion: [&[f64]; 3], h: f64) -> bool {
         let Self { sweeps, coordinates, .. } = self;
-        let [q, _, qdd] = motion;
-        coordinates
-            .all([q, before, qdd], |motion| on_sweeps!(&mut *sweeps, sweeps => sweeps.note_rates(motion)))
+        let ([q, _, qdd], [_, qd_before]) = (motion, before);
+        let is_touched = coordinates
+            .all([q, qd_before, qdd], |motion| on_sweeps!(&mut *sweeps, sweeps => sweeps.note_rates(motion)));
+        is_touched
             && coordinates.all(motion, |motion| on_sweeps!(sweeps, sweeps => sweeps.is_jolted(motion, h)))
+    }
+
+    fn is_touched(&self) -> bool {
+        on_sweeps!(&self.sweeps, sweeps => sweeps.is_touched())
+    }
+
+    fn may_touch(&self) -> bool {
+        on_sweeps!(&self.sweeps, sweeps => sweeps.may_touch())
+    }
+
+    /// By a part of what moves that no error of a step is which resolves its impacts.
+    fn gains_energy(&mut self, [q, qd]: [&[f64]; 2], motion: [&[f64]; 3], h: f64) -> bool {
+        // What moves the robot from outside is seen at one time alone.
+        if self.coordinates.vary_in_time() || self.robot.base_motion.is_some() {
+            return false;
+        }
+        let [q_after, qd_after, qdd] = motion;
+        let after = self.energy(q_after, qd_after);
+        let before = self.energy(q, qd);
+        let supplied = if self.is_driven() { h * self.supplied_power(q_after, qd_after, qdd) } else { 0.0 };
+        let gain = after.total() - before.total() - supplied.max(0.0);
+        gain > LARGEST_GAIN * after.kinetic.max(before.kinetic)
     }
 
     fn sunk(&mut self, q: &[f64]) -> Option<Flaw> {
@@ -844,6 +937,10 @@ impl Model for RobotModel {
         let (contact, overlap) =
             coordinates.all([q, q], |[q, _]| on_sweeps!(sweeps, sweeps => sweeps.sunk(q)))?;
         Some(Flaw::Sunk { contact, overlap })
+    }
+
+    fn leave_contact(&mut self, is_left: bool) {
+        on_sweeps!(&mut self.sweeps, sweeps => sweeps.leave_contact(is_left));
     }
 
     fn has_contact(&self) -> bool {
@@ -946,12 +1043,64 @@ impl Tied for RobotModel {
         });
     }
 
+    fn is_one_sided(&self) -> bool {
+        on_sweeps!(&self.sweeps, sweeps => !sweeps.slack().is_empty())
+    }
+
+    fn release(&mut self, multipliers: &[f64]) {
+        let mut slack = self.slack();
+        let own = &multipliers[multipliers.len() - slack.len()..];
+        slack.iter_mut().zip(own).for_each(|(is_slack, multiplier)| *is_slack = *multiplier == 0.0);
+        self.set_slack(&slack);
+    }
+
+    fn release_open(&mut self, q: &[f64], qd: Option<&[f64]>) {
+        if !self.is_one_sided() {
+            return;
+        }
+        let opens = |[excess, rate]: [f64; 2], length: f64| {
+            let is_open = excess < -TAUT * length;
+            is_open || (qd.is_some() && excess < TAUT * length && rate < -TAUT * length)
+        };
+        let length = self.robot.length().max(1.0);
+        let rest = vec![0.0; q.len()];
+        let slack: Vec<bool> =
+            self.excesses(q, qd.unwrap_or(&rest)).into_iter().map(|excess| opens(excess, length)).collect();
+        self.set_slack(&slack);
+    }
+
+    fn switch(&mut self, q: &[f64], multipliers: &mut [f64]) -> Switch {
+        let mut slack = self.slack();
+        let length = self.robot.length().max(1.0);
+        let mut has_taken_up = false;
+        let rest = vec![0.0; q.len()];
+        for (is_slack, [excess, _]) in slack.iter_mut().zip(self.excesses(q, &rest)) {
+            if *is_slack && excess > TAKEN_UP * length {
+                (*is_slack, has_taken_up) = (false, true);
+            }
+        }
+        let first = multipliers.len() - slack.len();
+        let lowest =
+            (0..slack.len()).min_by(|&i, &j| multipliers[first + i].total_cmp(&multipliers[first + j]));
+        let switch = match lowest.filter(|&i| multipliers[first + i] < 0.0) {
+            _ if has_taken_up => Switch::TakenUp,
+            None => return Switch::Nothing,
+            Some(lowest) => {
+                slack[lowest] = true;
+                multipliers[first + lowest] = 0.0;
+                Switch::LetGo
+            }
+        };
+        self.set_slack(&slack);
+        switch
+    }
+
     fn open_loop(&mut self, q: &[f64]) -> Option<Flaw> {
         let Self { sweeps, coordinates, robot, .. } = self;
-        let (closed, gap) = coordinates.all([q], |[q]| on_sweeps!(sweeps, sweeps => sweeps.widest_gap(q)))?;
+        let (held, gap) = coordinates.all([q], |[q]| on_sweeps!(sweeps, sweeps => sweeps.widest_gap(q)))?;
         let largest = LARGEST_GAP * robot.length().max(1.0);
         // A gap that is no number is not small.
-        (gap.is_nan() || gap > largest).then_some(Flaw::Open { closed, gap })
+        (gap.is_nan() || gap > largest).then_some(Flaw::Open { held, gap })
     }
 }
 

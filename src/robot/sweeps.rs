@@ -15,6 +15,7 @@ use super::kernel::{
     tangent, time,
 };
 use super::plan::Plan;
+use super::plan::contact::Side;
 use super::plan::point::Place;
 use super::state::Workspace;
 use super::state::tangent::{Tangent, TangentWorkspace};
@@ -23,7 +24,7 @@ use super::turning::place;
 use crate::error::Interrupted;
 use crate::lie::{Cross, Sweep, Vector, VectorSpace, Wrench};
 use crate::linalg::Matrix;
-use crate::model::Energy;
+use crate::model::{Energy, Holder};
 use crate::rod::STRAINS;
 use crate::world::base_motion::Base;
 
@@ -111,6 +112,7 @@ impl<G: Turning> Sweeps<G> {
         work.acting.clone_from(&from.acting);
         work.inputs.clone_from(&from.inputs);
         work.loops.multipliers.clone_from(&from.loops.multipliers);
+        work.loops.slack.clone_from(&from.loops.slack);
         work.actuation.commands.clone_from(&from.actuation.commands);
         work.actuation.slidings.clone_from(&from.actuation.slidings);
         work.actuation.world_points.clone_from(&from.actuation.world_points);
@@ -269,28 +271,54 @@ impl<G: Turning> Sweeps<G> {
         }
     }
 
-    /// How far closed loops are open, g(q).
-    pub(crate) fn gaps(&mut self, q: &[f64], gaps: &mut [f64]) {
+    /// What constraints depend on in a shape: poses, and lengths of tendons that do not stretch.
+    fn update_constraints(&mut self, q: &[f64]) {
         self.update_kinematics(q);
+        // Lengths are part of any motion of the shape.
+        if !self.plan.loops.lengths.is_empty() && !self.work.motion_is_known {
+            self.with_zeros(|sweeps, zeros| sweeps.update_motion([q, zeros, zeros]));
+        }
+    }
+
+    /// How far closed loops are open, and how much too long tendons are that do not stretch, g(q).
+    pub(crate) fn gaps(&mut self, q: &[f64], gaps: &mut [f64]) {
+        self.update_constraints(q);
         loops::values(&self.plan, &self.work, q, gaps);
     }
 
-    /// The loop with the widest gap, and that gap.
-    pub(crate) fn widest_gap(&mut self, q: &[f64]) -> Option<(usize, f64)> {
-        if self.plan.loops.rows == 0 {
-            return None;
-        }
-        self.update_kinematics(q);
+    /// What holds the constraint with the widest gap, and that gap.
+    pub(crate) fn widest_gap(&mut self, q: &[f64]) -> Option<(Holder, f64)> {
+        self.update_constraints(q);
         let mut gaps = std::mem::take(&mut self.work.loops.gaps);
         loops::values(&self.plan, &self.work, q, &mut gaps);
-        let mut widest = (0, 0.0);
-        for (&closed, gap) in self.plan.loops.loop_of.iter().zip(&gaps) {
-            if gap.is_nan() || gap.abs() > widest.1 {
-                widest = (closed, gap.abs());
+        let mut widest: Option<(Holder, f64)> = None;
+        for (&held, gap) in self.plan.loops.held_by.iter().zip(&gaps) {
+            if gap.is_nan() || widest.is_none_or(|(_, widest)| gap.abs() > widest) {
+                widest = Some((held, gap.abs()));
             }
         }
         self.work.loops.gaps = gaps;
-        Some(widest)
+        widest
+    }
+
+    /// Of all tendons that do not stretch how much longer they are than they are told, and the rates of that.
+    pub(crate) fn excesses(&mut self, q: &[f64], qd: &[f64]) -> Vec<[f64; 2]> {
+        self.update_velocities(q, qd);
+        time::find_command_rates(&self.plan, &mut self.work);
+        let state = &self.work.actuation;
+        let excess =
+            |&i: &usize| [state.lengths[i] - state.commands[i], state.rates[i] - state.command_rates[i][0]];
+        self.plan.loops.lengths.iter().map(excess).collect()
+    }
+
+    /// Which tendons that do not stretch are slack.
+    pub(crate) fn slack(&self) -> &[bool] {
+        &self.work.loops.slack
+    }
+
+    /// From now on these are.
+    pub(crate) fn set_slack(&mut self, slack: &[bool]) {
+        self.work.loops.slack.copy_from_slice(slack);
     }
 
     /// Moment, about the second end of a tie, and force that hold it there against the first one, in world axes, with these
@@ -305,21 +333,36 @@ impl<G: Turning> Sweeps<G> {
     /// `dg/dt`.
     pub(crate) fn gap_rates(&mut self, q: &[f64], qd: &[f64], rates: &mut [f64]) {
         self.update_velocities(q, qd);
+        time::find_command_rates(&self.plan, &mut self.work);
         loops::rates(&self.plan, &self.work, rates);
     }
 
     /// `d2g/dt2`.
     pub(crate) fn gap_accelerations(&mut self, state: [&[f64]; 3], accelerations: &mut [f64]) {
         self.update_motion(state);
-        loops::accelerations(&self.plan, &self.work, accelerations);
+        let Self { plan, work, tangent, .. } = self;
+        time::find_command_rates(plan, work);
+        if !plan.loops.lengths.is_empty() {
+            lines::find(plan, work, &mut tangent.actuation);
+        }
+        loops::accelerations(plan, work, &mut tangent.actuation, accelerations);
     }
 
     /// `dg/dq`, rows x n.
     pub(crate) fn gap_jacobian(&mut self, q: &[f64], jacobian: &mut Matrix) {
-        self.update_kinematics(q);
+        self.update_constraints(q);
         let Self { plan, work, tangent, .. } = self;
         loops::find(plan, work, &mut tangent.loops);
-        loops::jacobian(plan, work, &tangent.loops, jacobian);
+        if !plan.loops.lengths.is_empty() {
+            lines::find(plan, work, &mut tangent.actuation);
+        }
+        loops::jacobian(plan, work, &tangent.loops, &mut tangent.actuation, jacobian);
+    }
+
+    /// Lets surfaces pass through each other, or no more.
+    pub(crate) fn leave_contact(&mut self, is_left: bool) {
+        self.work.contact.is_left = is_left;
+        self.work.motion_is_known = false;
     }
 
     /// What actuators are told; NaN until a time is set that it depends on.
@@ -465,6 +508,17 @@ impl<G: Turning> Sweeps<G> {
     pub(crate) fn is_jolted(&mut self, motion: [&[f64]; 3], h: f64) -> bool {
         self.update_motion(motion);
         told::is_jolted(&self.plan, &self.work, h)
+    }
+
+    /// Whether surfaces touch in the state that was looked at last.
+    pub(crate) fn is_touched(&self) -> bool {
+        !self.work.contact.touches.is_empty()
+    }
+
+    /// Whether surfaces are so near each other there that they may touch in the next one; balls always are.
+    pub(crate) fn may_touch(&self) -> bool {
+        let has_balls = || self.plan.contacts.pairs.iter().any(|pair| matches!(pair.sides[0], Side::Ball(_)));
+        self.work.contact.is_near.contains(&true) || has_balls()
     }
 
     /// A contact whose surfaces overlap by more than a radius, and by how much.

@@ -2,6 +2,7 @@
 
 use super::description::{Link, Robot};
 use super::model::RobotModel;
+use crate::actuator::{Actuator, Along, Drive, Part, Tendon, Via};
 use crate::body::Body;
 use crate::joint::{Joint, JointForces};
 use crate::linalg::Matrix;
@@ -58,7 +59,32 @@ fn robot() -> Robot {
     ties.push(Tie::Distance { ends: ends(1), length: 0.3 });
     ties.push(Tie::Coordinates { coordinates: [3, 11], ratio: 0.7, offset: 0.1 });
     let loops = ties.into_iter().enumerate().map(|(i, tie)| Loop { name: format!("{i}"), tie }).collect();
-    Robot { loops, ..Robot::new(links) }
+    Robot { loops, actuators: tendons(), ..Robot::new(links) }
+}
+
+/// Two tendons that do not stretch, longer than they are told: along both rods and straight between them, and from the body to
+/// the world.
+fn tendons() -> Vec<Actuator> {
+    let along = |link, length| {
+        Part::Along(Along { link, offset: [0.004.into(), 0.007.into()], along: [0.1 * length, length] })
+    };
+    let point = |link| Part::Via(Via { link, point: [0.05, -0.02, 0.04], at: None });
+    let tendon = |name: &str, path, length: f64| {
+        let drive = Drive::Length { length: [length].into(), stiffness: None, damping: 0.0 };
+        let (friction, friction_velocity) = (0.0, 1e-3);
+        Actuator::Tendon(Tendon {
+            name: name.into(),
+            path,
+            drive,
+            friction,
+            friction_velocity,
+            sliding: None,
+        })
+    };
+    vec![
+        tendon("inside", vec![along(0, 0.2), along(1, 0.4), point(Some(2))], 0.01),
+        tendon("beside", vec![point(Some(2)), point(None)], 0.02),
+    ]
 }
 
 fn state(n: usize, phase: f64) -> Vec<f64> {
@@ -73,7 +99,7 @@ fn moved(q: &[f64], by: &[f64], step: f64) -> Vec<f64> {
 fn gaps_and_their_derivatives_belong_together() {
     let mut model = RobotModel::new(&robot()).unwrap();
     let (n, m) = (model.n(), model.constraints());
-    assert_eq!(m, 6 + 5 + 5 + 4 + 4 + 3 + 3 + 1 + 1);
+    assert_eq!(m, 6 + 5 + 5 + 4 + 4 + 3 + 3 + 1 + 1 + 2);
     let [q, v, a] = [0.1, 1.3, 2.9].map(|phase| state(n, phase));
     let mut gaps = |q: &[f64]| {
         let mut gaps = vec![0.0; m];

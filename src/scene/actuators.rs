@@ -133,19 +133,8 @@ fn tendon(
             }
             Drive::Tension(tension)
         }
-        ((_, length), Some(stiffness)) => {
+        ((_, length), stiffness) => {
             Drive::Length { length, stiffness, damping: written.damping.unwrap_or(0.0) }
-        }
-        ((_, _), None) => {
-            let key = format!("{here}.stiffness");
-            if shape.is_readable(&key) {
-                shape.refuse(
-                    &key,
-                    "missing",
-                    "add stiffness, in N/m, by which a tendon of a given length pulls",
-                );
-            }
-            return None;
         }
     };
     Some(Tendon {

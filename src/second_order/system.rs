@@ -1,10 +1,10 @@
 //! Second-order equations of motion, and free motions of models as such.
 
 use super::Failure;
-use crate::constraint::saddle;
+use crate::constraint::one_sided;
 use crate::error::Interrupted;
 use crate::linalg::{Matrix, TreeMatrix};
-use crate::model::{Model, rotation_vectors};
+use crate::model::{Model, Switch, rotation_vectors};
 
 /// Equations of motion `r(t, q, v, a) = 0` for displacements q, velocities v and accelerations a, n of each.
 pub trait System {
@@ -91,16 +91,55 @@ pub trait System {
         false
     }
 
-    /// Whether they have set in so hard, in a step of size `h` that began with the velocities `before` and ends in a motion
-    /// (displacements, velocities, accelerations), that it does not see them rise and fall.
+    /// Whether they have set in so hard, in a step of size `h` that began with the displacements and velocities `before` and ends
+    /// in a motion (displacements, velocities, accelerations), that it does not see them rise and fall.
     fn is_jolted(
         &mut self,
         _t: f64,
-        _before: &[f64],
+        _before: [&[f64]; 2],
         _motion: [&[f64]; 3],
         _h: f64,
     ) -> Result<bool, Interrupted> {
         Ok(false)
+    }
+
+    /// Whether surfaces touch in the state that was looked at last.
+    fn is_touched(&self) -> bool {
+        false
+    }
+
+    /// Whether surfaces are so near each other there that they may touch in the next one.
+    fn may_touch(&self) -> bool {
+        false
+    }
+
+    /// Whether such a step ends with more energy than any that sees its impacts.
+    fn gains_energy(
+        &mut self,
+        _t: f64,
+        _before: [&[f64]; 2],
+        _motion: [&[f64]; 3],
+        _h: f64,
+    ) -> Result<bool, Interrupted> {
+        Ok(false)
+    }
+
+    /// Whether displacements mean nothing ([`Flaw`](crate::model::Flaw)), those of surfaces that are sunk included.
+    fn is_flawed(&mut self, _t: f64, _q: &[f64]) -> Result<bool, Interrupted> {
+        Ok(false)
+    }
+
+    /// Whether constraints hold one way only ([`Tied::is_one_sided`](crate::model::Tied::is_one_sided)).
+    fn is_one_sided(&self) -> bool {
+        false
+    }
+
+    /// From now on those constraints hold whose multipliers are not zero.
+    fn release(&mut self, _multipliers: &[f64]) {}
+
+    /// Takes up constraints that are passed, or lets go of one whose multiplier is below zero.
+    fn switch(&mut self, _t: f64, _q: &[f64], _multipliers: &mut [f64]) -> Result<Switch, Interrupted> {
+        Ok(Switch::Nothing)
     }
 
     /// How far an adaptive step from `t` may go that cannot pass unseen over something that drives the system; the
@@ -149,7 +188,7 @@ impl<M: Model + ?Sized> System for FreeMotion<'_, M> {
     fn is_jolted(
         &mut self,
         t: f64,
-        before: &[f64],
+        before: [&[f64]; 2],
         [q, v, a]: [&[f64]; 3],
         h: f64,
     ) -> Result<bool, Interrupted> {
@@ -217,12 +256,49 @@ impl<M: Model + ?Sized> System for FreeMotion<'_, M> {
     ) -> Result<Result<(), Failure>, Interrupted> {
         self.0.set_time(t)?;
         let (a, multipliers) = a.split_at_mut(q.len());
-        let found = saddle::accelerations(self.0, q, v, a, multipliers);
+        let found = one_sided::accelerations(self.0, q, v, a, multipliers);
         Ok(match found {
             Ok(()) if a.iter().chain(&*multipliers).all(|x| x.is_finite()) => Ok(()),
             Ok(()) => Err(Failure::NonFinite),
             Err(_) => Err(Failure::SingularJacobian),
         })
+    }
+
+    fn is_touched(&self) -> bool {
+        self.0.is_touched()
+    }
+
+    fn may_touch(&self) -> bool {
+        self.0.may_touch()
+    }
+
+    fn gains_energy(
+        &mut self,
+        t: f64,
+        before: [&[f64]; 2],
+        [q, v, a]: [&[f64]; 3],
+        h: f64,
+    ) -> Result<bool, Interrupted> {
+        self.0.set_time(t)?;
+        Ok(self.0.gains_energy(before, [q, v, &a[..q.len()]], h))
+    }
+
+    fn is_flawed(&mut self, t: f64, q: &[f64]) -> Result<bool, Interrupted> {
+        self.0.set_time(t)?;
+        Ok(self.0.flaw(q).is_some() || self.0.sunk(q).is_some())
+    }
+
+    fn is_one_sided(&self) -> bool {
+        self.0.is_one_sided()
+    }
+
+    fn release(&mut self, multipliers: &[f64]) {
+        self.0.release(multipliers);
+    }
+
+    fn switch(&mut self, t: f64, q: &[f64], multipliers: &mut [f64]) -> Result<Switch, Interrupted> {
+        self.0.set_time(t)?;
+        Ok(self.0.switch(q, multipliers))
     }
 
     fn tree(&self) -> Option<TreeMatrix> {

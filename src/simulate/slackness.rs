@@ -4,7 +4,7 @@
 use super::Simulation;
 use crate::actuator::{Actuator, Drive, Tendon};
 use crate::error::{Interrupted, Number};
-use crate::model::InTime as _;
+use crate::model::{InTime as _, Tied as _};
 use crate::robot::RobotModel;
 
 /// A tendon that was slack, or told to push.
@@ -44,10 +44,16 @@ pub fn slackness(model: &mut RobotModel, simulation: &Simulation) -> Result<Vec<
             model.set_inputs(&u[k * inputs..][..inputs]);
         }
         model.set_time(t)?;
+        let slack_tendons = if model.is_one_sided() { model.slack_tendons(q) } else { Vec::new() };
         for (found, (i, is_of_length, name)) in found.iter_mut().zip(&may_be_slack) {
             let told = if *is_of_length {
+                let is_inextensible = model.description().actuators[*i].is_inextensible();
+                let mut is_taut = || match is_inextensible {
+                    true => !slack_tendons.contains(i),
+                    false => model.actuator(q, v, *i, &mut gradient)[2] != 0.0,
+                };
                 let is_known = found.is_some();
-                if is_known || model.actuator(q, v, *i, &mut gradient)[2] != 0.0 {
+                if is_known || is_taut() {
                     continue;
                 }
                 None

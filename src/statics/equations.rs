@@ -262,7 +262,31 @@ impl<'a> Equations<'a> {
             let none = vec![0.0; state.forces.len()];
             self.forces(&state.q, state.load_factor, Some(&none), &mut residual, &mut load)?;
         }
-        Ok(Downhill { residual, energy: springs.map_or(0.0, |springs| springs.energy), residual_norm })
+        let has_springs = springs.is_some();
+        let mut energy = springs.map_or(0.0, |springs| springs.energy);
+        if self.model.has_contact() {
+            energy += self.leave_contact(state, has_springs, &mut residual, &mut load)?;
+        }
+        Ok(Downhill { residual, energy, residual_norm })
+    }
+
+    /// Takes what surfaces do to each other out of a residual; returns its energy. A trapezoid through the slopes before and
+    /// behind the place where they meet sees much more work than there is.
+    fn leave_contact(
+        &mut self,
+        state: &State,
+        has_springs: bool,
+        residual: &mut [f64],
+        load: &mut [f64],
+    ) -> Result<f64, Interrupted> {
+        let none = vec![0.0; state.forces.len()];
+        let touching = self.model.energy(&state.q, &self.rest).elastic;
+        self.model.leave_contact(true);
+        let apart = self.model.energy(&state.q, &self.rest).elastic;
+        let left = self.forces(&state.q, state.load_factor, has_springs.then_some(&none), residual, load);
+        self.model.leave_contact(false);
+        left?;
+        Ok(state.load_factor * (touching - apart))
     }
 
     /// The scaled tangents `dR/dq`, and of what is elastic, at springs' forces of their own or at those that are held.

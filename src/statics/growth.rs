@@ -116,7 +116,7 @@ mod tests {
             tendon(
                 "down",
                 -0.01,
-                Drive::Length { length: input("down", 0.29), stiffness: 50.0, damping: 0.0 },
+                Drive::Length { length: input("down", 0.29), stiffness: Some(50.0), damping: 0.0 },
             ),
             tendon("sway", 0.005, Drive::Tension(Signal::Harmonic(sway))),
         ];

@@ -30,6 +30,7 @@ mod path;
 mod stability;
 mod tendons;
 mod tied;
+mod tied_newton;
 
 pub use equations::Counters;
 pub use growth::InputPath;

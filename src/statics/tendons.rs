@@ -3,7 +3,7 @@
 
 use crate::actuator::{Actuator, Drive, Tendon};
 use crate::error::Interrupted;
-use crate::model::Model as _;
+use crate::model::{Model as _, Tied as _};
 use crate::robot::RobotModel;
 use crate::signal::Signal;
 
@@ -43,11 +43,16 @@ impl Tendons {
                         found.slack.push(name.clone());
                     }
                 }
-                Drive::Length { .. } => of_given_length.push(i),
+                Drive::Length { stiffness: Some(_), .. } => of_given_length.push(i),
+                Drive::Length { stiffness: None, .. } => {}
             }
             if *friction > 0.0 && sliding.is_none() {
                 found.without_friction.push(name.clone());
             }
+        }
+        if model.is_one_sided() {
+            let slack = model.slack_tendons(q).into_iter();
+            found.slack.extend(slack.map(|i| model.description().actuators[i].name().to_owned()));
         }
         let rest = vec![0.0; model.n()];
         let mut gradient = rest.clone();
@@ -106,7 +111,7 @@ mod tests {
     }
 
     fn length(signal: Signal<1>) -> Drive {
-        Drive::Length { length: signal, stiffness: 100.0, damping: 0.0 }
+        Drive::Length { length: signal, stiffness: Some(100.0), damping: 0.0 }
     }
 
     fn of(actuators: Vec<Actuator>, q: f64, u: Option<&[f64]>) -> Tendons {

@@ -1,10 +1,14 @@
-//! Equilibria of models with closed loops: these are closed first, and held by springs that do not give.
+//! Equilibria of models with closed loops: these are closed first, and held by springs that do not give. Of tendons that do
+//! not stretch those hold that pull: found by letting go of one that pushes, and by taking up what has become too long.
 
-use super::{Continuation, ContinuationOptions, Equilibrium, Monitor, Options, Start, Status, outcome};
-use crate::constraint::AsSprings;
+use super::{
+    Continuation, ContinuationOptions, Equilibrium, Monitor, Options, Start, Status, outcome, tied_newton,
+};
+use crate::constraint::one_sided::{self, most_switches};
 use crate::constraint::projection::{self, Metric};
+use crate::constraint::{AsSprings, saddle};
 use crate::error::{Interrupted, InvalidInput};
-use crate::model::Model;
+use crate::model::{Model, Switch};
 
 /// Loops that are open by less than this at rest are closed there: metres, or differences of cosines.
 const CLOSED_AT_REST: f64 = 1e-9;
@@ -13,7 +17,7 @@ const CLOSED_AT_REST: f64 = 1e-9;
 fn closed(model: &mut dyn Model, q0: &[f64]) -> Result<Vec<f64>, InvalidInput> {
     let mut q = q0.to_vec();
     // Without a mass there is still a shape.
-    let _ = projection::close(model, &mut q, Metric::Elastic);
+    let _ = one_sided::close(model, &mut q, Metric::Elastic);
     match model.open_loop(&q) {
         None => Ok(q),
         Some(flaw) => {
@@ -32,7 +36,8 @@ pub(super) fn equilibrium(
     monitor: Monitor<'_>,
 ) -> Result<Result<Equilibrium, Interrupted>, InvalidInput> {
     let rest = vec![0.0; model.n()];
-    let start = match &options.start {
+    model.release_open(&rest, None);
+    let mut start = match &options.start {
         Start::Unloaded { .. } => match widest(model, &rest) <= CLOSED_AT_REST {
             true => options.start.clone(),
             false => Start::Descent(closed(model, &rest)?),
@@ -40,14 +45,40 @@ pub(super) fn equilibrium(
         Start::Descent(q0) => Start::Descent(closed(model, q0)?),
         Start::Newton(q0) => Start::Newton(closed(model, q0)?),
     };
-    let q = match &start {
-        Start::Unloaded { .. } => &rest,
-        Start::Descent(q) | Start::Newton(q) => q,
-    };
-    let mut held = AsSprings::new(model, q);
-    let options = Options { start: start.clone(), ..options.clone() };
-    let found = super::equilibrium(&mut held, &options, monitor)?;
-    Ok(found.map(|found| judged(model, found)))
+    let mut multipliers = vec![0.0; model.constraints()];
+    let mut switches = most_switches(multipliers.len());
+    loop {
+        if let Start::Newton(q) = &mut start
+            && let Err(interrupted) = tied_newton::approach(model, q, options, &mut *monitor)
+        {
+            return Ok(Err(interrupted));
+        }
+        let q = match &start {
+            Start::Unloaded { .. } => &rest,
+            Start::Descent(q) | Start::Newton(q) => q,
+        };
+        let mut held = AsSprings::new(model, q);
+        let options = Options { start: start.clone(), ..options.clone() };
+        let found = match super::equilibrium(&mut held, &options, &mut *monitor)? {
+            Ok(found) if found.status.is_success() && model.is_one_sided() => found,
+            found => return Ok(found.map(|found| judged(model, found))),
+        };
+        // Where there is no telling, all of them hold.
+        let known = saddle::multipliers(model, [&found.q, &rest, &rest], &mut multipliers);
+        if known.is_err() || model.switch(&found.q, &mut multipliers) == Switch::Nothing {
+            return Ok(Ok(judged(model, found)));
+        }
+        if switches == 0 {
+            let status = Status::Stalled;
+            let message = outcome::message(status, found.load_factor, found.verdict, &found.path);
+            return Ok(Ok(Equilibrium { status, message, ..found }));
+        }
+        switches -= 1;
+        let mut q = found.q;
+        // Without a mass there is still a shape.
+        let _ = projection::close(model, &mut q, Metric::Elastic);
+        start = if matches!(start, Start::Newton(_)) { Start::Newton(q) } else { Start::Descent(q) };
+    }
 }
 
 /// No success where a loop has opened.
@@ -74,6 +105,10 @@ pub(super) fn continuation(
     options: &ContinuationOptions,
     monitor: Monitor<'_>,
 ) -> Result<Result<Continuation, Interrupted>, InvalidInput> {
+    if model.is_one_sided() {
+        let expected = "tendons with a `stiffness`: which of those that do not stretch are taut is not followed along a path";
+        return Err(InvalidInput::new("model", "one with tendons that do not stretch", expected));
+    }
     let rest = vec![0.0; model.n()];
     let q0 = match &options.q0 {
         None if widest(model, &rest) <= CLOSED_AT_REST => None,

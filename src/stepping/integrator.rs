@@ -47,6 +47,11 @@ impl<M: Model> Integrator<M> {
                 let stepper = radau::Stepper::new(n, t_span, q0, v0, options)?;
                 Self::Radau { model, stepper: Box::new(stepper) }
             }
+            Method::FirstOrder { .. } if model.is_one_sided() => {
+                let expected = "\"generalised_alpha\" or \"hht\", or tendons with a `stiffness`: explicit methods do not hold tendons that \
+                                do not stretch";
+                return Err(InvalidInput::new("method", "an explicit one", expected));
+            }
             Method::FirstOrder { options, .. } => {
                 let state = [q0, v0].concat();
                 let stepper = ode::Stepper::new(2 * n, t_span, &state, options)?;

@@ -1,5 +1,6 @@
 //! States at which a motion of closed loops can begin.
 
+use crate::constraint::one_sided;
 use crate::constraint::projection::{self, Metric};
 use crate::error::InvalidInput;
 use crate::model::Model;
@@ -31,7 +32,7 @@ impl Start {
         let inputs = model.default_inputs();
         model.set_inputs(&inputs);
         let _ = model.set_time(t);
-        let closed = projection::close(model, &mut q, Metric::Elastic);
+        let closed = one_sided::close(model, &mut q, Metric::Elastic);
         if let (Ok(_), Some(flaw)) = (closed, model.open_loop(&q)) {
             let expected =
                 "one in which the loops are closed, or can be from there: loops that conflict never are";
@@ -42,6 +43,7 @@ impl Start {
             ));
         }
         if closed.is_ok() {
+            model.release_open(&q, Some(&v));
             // Without a mass there is no motion either.
             let _ = projection::fit_velocities(model, &q, &mut v);
         }

@@ -72,7 +72,8 @@ fn robot() -> Robot {
             ..link("branch", Some(1), hinge([0.0, 0.0, 1.0]))
         },
     ];
-    let cable = |name: &str| Drive::Length { length: input(name, [0.4]), stiffness: 40.0, damping: 1.5 };
+    let cable =
+        |name: &str| Drive::Length { length: input(name, [0.4]), stiffness: Some(40.0), damping: 1.5 };
     let through = vec![
         via(None, [-0.1, 0.05, 0.1], None),
         along(1, [Profile::linear([[0.01], [0.02]]), 0.01.into()], [0.1, 0.45]),
@@ -227,7 +228,12 @@ fn powers_and_gradients_are_those_of_the_forces() {
 fn tendons_in_a_plane_are_those_in_space() {
     let path = vec![along(0, flat(0.0, 0.012), [0.02, 0.28]), via(Some(0), [0.01, 0.0, 0.02], None)];
     let actuators = vec![
-        tendon("cable", path, Drive::Length { length: [0.2].into(), stiffness: 50.0, damping: 0.4 }, 0.2),
+        tendon(
+            "cable",
+            path,
+            Drive::Length { length: [0.2].into(), stiffness: Some(50.0), damping: 0.4 },
+            0.2,
+        ),
         tendon("pull", vec![along(0, flat(0.0, -0.01), [0.0, 0.3])], Drive::Tension([1.5].into()), 0.0),
     ];
     let rod = Rod { actuators, ..Rod::new(vec![segment([0, 3, 0, 1, 0, 1], 0.3)]) };

@@ -372,7 +372,7 @@ fn actuator(source: &mut Source<'_>, length: f64, number: usize) -> Actuator {
                 false => Drive::Tension(command(source)),
                 true => Drive::Length {
                     length: [source.near(0.9 * length)].into(),
-                    stiffness: source.near(100.0),
+                    stiffness: source.maybe(2, |source| source.near(100.0)),
                     damping: source.maybe(2, |source| source.near(0.1)).unwrap_or(0.0),
                 },
             };

@@ -104,9 +104,13 @@ ALONE = {
         lambda: tendon(tension=1, length=1, stiffness=1),
         (ValueError, "length", "got both of them, expected either tension or length"),
     ),
-    "a length without stiffness": (
-        lambda: tendon(length=0.2),
-        (ValueError, "stiffness", "got none, expected a number > 0"),
+    "a damping without stiffness": (
+        lambda: tendon(length=0.2, damping=1.0),
+        (ValueError, "damping", "a tendon without `stiffness` does not stretch"),
+    ),
+    "friction without stiffness": (
+        lambda: tendon(length=0.2, friction=0.1),
+        (ValueError, "friction", "not supported"),
     ),
     "a negative stiffness": (lambda: tendon(length=0.2, stiffness=-1), (ValueError, "stiffness", "got -1")),
     "a stiffness of zero": (lambda: tendon(length=0.2, stiffness=0), (ValueError, "stiffness", "> 0")),

@@ -50,6 +50,7 @@ pub(crate) fn compile<G: Turning>(
         active_strains: Vec::new(),
     };
     let mut straight = straight.into_iter().peekable();
+    let mut inextensible = 0;
     for (i, actuator) in robot.actuators.iter().enumerate() {
         let (mut length_at_zero, mut gradient) = (0.0, Vec::new());
         let (mut path, mut friction) = (Vec::new(), None);
@@ -74,7 +75,13 @@ pub(crate) fn compile<G: Turning>(
                 }
                 match tendon.drive {
                     Drive::Tension(_) => Law::Tension,
-                    Drive::Length { stiffness, damping, .. } => Law::Cable { stiffness, damping },
+                    Drive::Length { stiffness: Some(stiffness), damping, .. } => {
+                        Law::Cable { stiffness, damping }
+                    }
+                    Drive::Length { stiffness: None, .. } => {
+                        inextensible += 1;
+                        Law::Inextensible { place: inextensible - 1 }
+                    }
                 }
             }
             Actuator::Chamber(chamber) => {

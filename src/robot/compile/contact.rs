@@ -10,7 +10,7 @@ use crate::robot::algebra::obstacle::Solid;
 use crate::robot::algebra::touch::Law;
 use crate::robot::description::{Link, Robot};
 use crate::robot::kernel::kinematics;
-use crate::robot::plan::contact::{Ball, Contacts, Curve, NODES, PLACES, Pair, Sample, Side};
+use crate::robot::plan::contact::{Ball, Contacts, Curve, MOST_INTERVALS, NODES, PLACES, Pair, Sample, Side};
 use crate::robot::plan::point::{Place, Point};
 use crate::robot::plan::{Plan, packed};
 use crate::robot::turning::{Turning, place};
@@ -70,7 +70,8 @@ pub(crate) fn compile<G: Turning>(plan: &Plan<G>, robot: &Robot) -> Contacts<G> 
 fn places_of<G: Turning>(contacts: &Contacts<G>, side: &Side) -> usize {
     match side {
         Side::Rod(curves) => {
-            contacts.curves[curves.clone()].iter().map(|curve| PLACES * (curve.samples.len() - 1)).sum()
+            let parts = contacts.curves[curves.clone()].iter().map(|curve| curve.samples.len() - 1);
+            parts.map(|parts| PLACES * MOST_INTERVALS * parts).sum()
         }
         _ => 1,
     }

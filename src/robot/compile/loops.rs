@@ -4,6 +4,7 @@ use super::links::Tree;
 use crate::joint::{Joint, across, unit};
 use crate::lie::{Quaternion, Rotation, Vector};
 use crate::loops::{Loop, LoopEnd, Tie};
+use crate::model::Holder;
 use crate::robot::algebra::tie::{Frame, Row};
 use crate::robot::description::Robot;
 use crate::robot::kernel::kinematics;
@@ -51,7 +52,11 @@ pub(crate) fn compile<G: Turning>(plan: &Plan<G>, robot: &Robot) -> Loops<G::Pac
     let is_gear = |l: usize| matches!(robot.loops[l].tie, Tie::Coordinates { .. });
     let in_order =
         (0..robot.loops.len()).filter(|&l| !is_gear(l)).chain((0..robot.loops.len()).filter(|&l| is_gear(l)));
-    loops.loop_of = in_order.flat_map(|l| std::iter::repeat_n(l, robot.loops[l].tie.rows())).collect();
+    let of_loops = in_order.flat_map(|l| std::iter::repeat_n(Holder::Loop(l), robot.loops[l].tie.rows()));
+    let is_inextensible = |&i: &usize| robot.actuators[i].is_inextensible();
+    loops.lengths = (0..robot.actuators.len()).filter(is_inextensible).collect();
+    loops.rows += loops.lengths.len();
+    loops.held_by = of_loops.chain(loops.lengths.iter().map(|&i| Holder::Tendon(i))).collect();
     loops
 }
 

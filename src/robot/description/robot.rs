@@ -216,6 +216,17 @@ impl Robot {
         self.actuators.iter().flat_map(Actuator::signals)
     }
 
+    /// Number of constraints: of closed loops, and one of each tendon that does not stretch.
+    pub fn constraints(&self) -> usize {
+        let of_loops = self.loops.iter().map(|closed| closed.tie.rows()).sum::<usize>();
+        of_loops + self.inextensible_tendons().count()
+    }
+
+    /// Tendons that do not stretch.
+    pub(crate) fn inextensible_tendons(&self) -> impl Iterator<Item = &Actuator> {
+        self.actuators.iter().filter(|actuator| actuator.is_inextensible())
+    }
+
     /// The first of its loads and commands that is not finite at a time, in words.
     pub(crate) fn not_finite(&self, t: f64) -> Option<String> {
         let of_load = |(i, load): (usize, &Load)| {

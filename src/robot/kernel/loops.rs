@@ -1,16 +1,18 @@
-//! Closed loops: how far constraints are from being held, and their derivatives.
+//! Closed loops and tendons that do not stretch: how far constraints are from being held, and their derivatives.
 
 use crate::lie::{Sweep, Twist, Vector};
 use crate::linalg::Matrix;
 use crate::robot::algebra::tie::{Frame, Motion};
+use crate::robot::effect::actuation;
 use crate::robot::effect::loops::{frames, held};
 use crate::robot::plan::Plan;
 use crate::robot::plan::loops::TieEnd;
 use crate::robot::state::Workspace;
+use crate::robot::state::actuation::ActuationTangent;
 use crate::robot::state::loops::LoopTangent;
 use crate::robot::turning::{Turning, columns};
 
-/// Writes g(q), the kinematics up to date.
+/// Writes g(q, t), the kinematics up to date, and the motion too where there are tendons that do not stretch.
 pub(crate) fn values<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, q: &[f64], values: &mut [f64]) {
     for tie in &plan.loops.ties {
         let frames = frames(plan, work, tie);
@@ -19,10 +21,25 @@ pub(crate) fn values<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, q: &[f64],
         }
     }
     of_gears(plan, values, |[first, second], ratio, offset| q[first] - ratio * q[second] - offset);
+    let state = &work.actuation;
+    of_lengths(plan, work, values, |i| state.lengths[i] - state.commands[i]);
+}
+
+/// Zero of those that are slack.
+fn of_lengths<G: Turning>(
+    plan: &Plan<G>,
+    work: &Workspace<G>,
+    values: &mut [f64],
+    of: impl Fn(usize) -> f64,
+) {
+    let of_tendons = plan.loops.lengths.iter().zip(&work.loops.slack);
+    for (value, (&i, &is_slack)) in values[plan.loops.first_length()..].iter_mut().zip(of_tendons) {
+        *value = if is_slack { 0.0 } else { of(i) };
+    }
 }
 
 fn of_gears<G: Turning>(plan: &Plan<G>, values: &mut [f64], of: impl Fn([usize; 2], f64, f64) -> f64) {
-    let first = plan.loops.rows - plan.loops.gears.len();
+    let first = plan.loops.first_gear();
     for (value, gear) in values[first..].iter_mut().zip(&plan.loops.gears) {
         *value = of(gear.coordinates, gear.ratio, gear.offset);
     }
@@ -70,10 +87,17 @@ pub(crate) fn rates<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, rates: &mut
     }
     let qd = &work.motion_of[plan.n..2 * plan.n];
     of_gears(plan, rates, |[first, second], ratio, _| qd[first] - ratio * qd[second]);
+    let state = &work.actuation;
+    of_lengths(plan, work, rates, |i| state.rates[i] - state.command_rates[i][0]);
 }
 
-/// Writes d2g/dt2, the motion up to date. Points of bodies accelerate by `a + w' x p + w x (v + w x p)` (see `acceleration`).
-pub(crate) fn accelerations<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, values: &mut [f64]) {
+/// Writes d2g/dt2, the motion and how straight parts of tendons move up to date. Points of bodies accelerate by `a + w' x p + w x (v + w x p)` (see `acceleration`).
+pub(crate) fn accelerations<G: Turning>(
+    plan: &Plan<G>,
+    work: &Workspace<G>,
+    memory: &mut ActuationTangent<G::Pack>,
+    values: &mut [f64],
+) {
     let gravity = G::in_space(plan.frame, work.surroundings.gravity);
     for tie in &plan.loops.ties {
         let frames = frames(plan, work, tie);
@@ -90,6 +114,12 @@ pub(crate) fn accelerations<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, val
     }
     let qdd = &work.motion_of[2 * plan.n..];
     of_gears(plan, values, |[first, second], ratio, _| qdd[first] - ratio * qdd[second]);
+    for (row, (&i, &is_slack)) in plan.loops.lengths.iter().zip(&work.loops.slack).enumerate() {
+        values[plan.loops.first_length() + row] = match is_slack {
+            true => 0.0,
+            false => actuation::acceleration(plan, work, memory, i) - work.actuation.command_rates[i][1],
+        };
+    }
 }
 
 /// Finds how the ends of all ties move with the coordinates, the kinematics up to date, unless that is known.
@@ -125,11 +155,13 @@ impl<G: Turning> Sweep for Find<'_, G> {
     }
 }
 
-/// Writes G = dg/dq, rows x n, the kinematics and how the ends move up to date.
+/// Writes G = dg/dq, rows x n, the kinematics and how the ends of ties move up to date; and, where there are tendons that do
+/// not stretch, the motion and how their straight parts move.
 pub(crate) fn jacobian<G: Turning>(
     plan: &Plan<G>,
     work: &Workspace<G>,
     memory: &LoopTangent,
+    of_actuators: &mut ActuationTangent<G::Pack>,
     jacobian: &mut Matrix,
 ) {
     jacobian.fill(0.0);
@@ -142,9 +174,17 @@ pub(crate) fn jacobian<G: Turning>(
             }
         }
     }
-    let first = plan.loops.rows - plan.loops.gears.len();
+    let first = plan.loops.first_gear();
     for (r, gear) in plan.loops.gears.iter().enumerate() {
         jacobian[(first + r, gear.coordinates[0])] = 1.0;
         jacobian[(first + r, gear.coordinates[1])] = -gear.ratio;
+    }
+    for (row, (&i, &is_slack)) in plan.loops.lengths.iter().zip(&work.loops.slack).enumerate() {
+        if !is_slack {
+            let gradient = actuation::gradient(plan, work, of_actuators, i);
+            for (k, &of_k) in gradient.iter().enumerate() {
+                jacobian[(plan.loops.first_length() + row, k)] = of_k;
+            }
+        }
     }
 }

@@ -38,6 +38,15 @@ pub(crate) fn set<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, t: f64) -
     Ok(())
 }
 
+/// Finds how what tendons are told that do not stretch changes in time, at the time that is set. Where a function of time fails,
+/// which is met again by whoever sets a time, it counts as constant.
+pub(crate) fn find_command_rates<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
+    for &i in &plan.loops.lengths {
+        let rates = plan.actuation.actuators[i].command.rates(work.time);
+        work.actuation.command_rates[i] = rates.map_or([0.0; 2], |[[rate], [bend]]| [rate, bend]);
+    }
+}
+
 /// Takes these values for what is set from outside. What depends on time is not known until a time is set again.
 pub(crate) fn set_inputs<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, inputs: &[f64]) {
     work.inputs.copy_from_slice(inputs);

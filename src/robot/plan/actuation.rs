@@ -114,6 +114,9 @@ pub(crate) enum Law {
     Tension,
     /// A tendon of this free length: `max(0, k (l - l_0) + c l')`.
     Cable { stiffness: f64, damping: f64 },
+    /// A tendon that is never longer than this: its tension is the multiplier of that constraint, by its place among those of
+    /// this kind.
+    Inextensible { place: usize },
     /// A chamber of this pressure, which makes its volume grow.
     Pressure,
     /// A motor of this torque, between limits if there are any.

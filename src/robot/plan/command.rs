@@ -28,6 +28,14 @@ impl<const N: usize> Command<N> {
         }
     }
 
+    /// Its first two derivatives in time; inputs are held. Only a function can fail.
+    pub(crate) fn rates(&self, t: f64) -> Result<[[f64; N]; 2], Interrupted> {
+        match self {
+            Self::InTime(signal) => signal.rates(t),
+            Self::Input(_) => Ok([[0.0; N]; 2]),
+        }
+    }
+
     /// Where it stands among the inputs.
     pub(crate) fn input(&self) -> Option<usize> {
         if let &Self::Input(first) = self { Some(first) } else { None }

@@ -8,7 +8,10 @@ use crate::robot::algebra::obstacle::Solid;
 use crate::robot::algebra::touch::Law;
 use crate::rod::Integral;
 
-/// Between two samples of a curve its contact is integrated at so many places (Gauss-Legendre): exact where overlap times shape
+/// So many parts of a curve between two samples can touch the same thing.
+pub(crate) const MOST_INTERVALS: usize = 2;
+
+/// On each of these parts contact is integrated at so many places (Gauss-Legendre): exact where overlap times shape
 /// is a polynomial of degree 5 there.
 pub(crate) const PLACES: usize = 3;
 

@@ -1,5 +1,6 @@
 //! What closes loops of links, compiled for computing: constraints `g(q) = 0` between two frames, row by row.
 
+use crate::model::Holder;
 use crate::robot::algebra::tie::{Frame, Row};
 
 /// What closes the loops of a plan.
@@ -9,15 +10,28 @@ pub(crate) struct Loops<P> {
     pub(crate) ties: Vec<TiePlan<P>>,
     /// Between two coordinates, behind these.
     pub(crate) gears: Vec<Gear>,
+    /// Tendons that do not stretch, by their places among the actuators; behind these. They hold one way only: their gaps
+    /// are not above zero.
+    pub(crate) lengths: Vec<usize>,
     /// Number of rows of all together.
     pub(crate) rows: usize,
-    /// The loop of the robot that each row is of.
-    pub(crate) loop_of: Vec<usize>,
+    /// What each row is of.
+    pub(crate) held_by: Vec<Holder>,
 }
 
 impl<P> Loops<P> {
     pub(crate) fn none() -> Self {
-        Self { ties: Vec::new(), gears: Vec::new(), rows: 0, loop_of: Vec::new() }
+        Self { ties: Vec::new(), gears: Vec::new(), lengths: Vec::new(), rows: 0, held_by: Vec::new() }
+    }
+
+    /// The first row of a tendon.
+    pub(crate) fn first_length(&self) -> usize {
+        self.rows - self.lengths.len()
+    }
+
+    /// The first row of a gear.
+    pub(crate) fn first_gear(&self) -> usize {
+        self.first_length() - self.gears.len()
     }
 }
 

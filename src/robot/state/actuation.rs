@@ -17,6 +17,8 @@ pub(crate) struct Force {
 pub(crate) struct ActuationState<P> {
     /// What they are told, NaN until a time is set that it depends on.
     pub(crate) commands: Vec<f64>,
+    /// The first two derivatives in time of what tendons are told that do not stretch; zero of others.
+    pub(crate) command_rates: Vec<[f64; 2]>,
     pub(crate) lengths: Vec<f64>,
     pub(crate) rates: Vec<f64>,
     pub(crate) forces: Vec<Force>,
@@ -108,6 +110,7 @@ impl<P: Scalar> ActuationState<P> {
         ones.fill(P::splat(1.0));
         Self {
             commands: vec![f64::NAN; number],
+            command_rates: vec![[0.0; 2]; number],
             lengths: vec![0.0; number],
             rates: vec![0.0; number],
             forces: vec![Force::default(); number],

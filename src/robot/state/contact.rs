@@ -17,6 +17,8 @@ pub(crate) struct ContactState<P> {
     pub(crate) is_near: Vec<bool>,
     /// Centres of the balls.
     pub(crate) centres: Vec<Vector<f64>>,
+    /// Whether surfaces pass through each other.
+    pub(crate) is_left: bool,
     /// Where anything touches; there is memory for all that can.
     pub(crate) touches: Vec<Touch>,
     /// How fast the distances of those of another motion grow.
@@ -60,6 +62,7 @@ impl<P> Default for ContactState<P> {
             bounds: Vec::new(),
             is_near: Vec::new(),
             centres: Vec::new(),
+            is_left: false,
             touches: Vec::new(),
             rates: Vec::new(),
             up_to: Vec::new(),
@@ -80,6 +83,7 @@ impl<P: Lanes> ContactState<P> {
             bounds: vec![(Vector::zero(), 0.0); contacts.curves.len()],
             is_near: vec![false; contacts.curves.len()],
             centres: vec![Vector::zero(); contacts.balls.len()],
+            is_left: false,
             touches: Vec::with_capacity(contacts.capacity),
             rates: Vec::with_capacity(contacts.capacity),
             up_to: vec![P::splat(0.0); 2 * contacts.capacity * contacts.packs],

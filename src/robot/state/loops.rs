@@ -11,6 +11,8 @@ pub(crate) struct LoopState {
     pub(crate) frames: Vec<[Frame; 2]>,
     /// What the rows answer: `tau + G^T multipliers = 0`.
     pub(crate) multipliers: Vec<f64>,
+    /// Which tendons that do not stretch are slack, and hold nothing.
+    pub(crate) slack: Vec<bool>,
     /// Memory for how far they are from being held.
     pub(crate) gaps: Vec<f64>,
 }
@@ -21,6 +23,7 @@ impl LoopState {
         Self {
             frames: vec![[frame; 2]; loops.ties.len()],
             multipliers: vec![0.0; loops.rows],
+            slack: vec![false; loops.lengths.len()],
             gaps: vec![0.0; loops.rows],
         }
     }

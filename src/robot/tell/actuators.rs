@@ -102,7 +102,11 @@ fn first(text: impl Into<String>) -> Part {
 fn of_tendon(robot: &Robot, tendon: &Tendon, of_actuator: &OfActuator) -> Vec<Part> {
     let force = match tendon.drive {
         Drive::Tension(_) => "a tension that it is told, never less than zero".to_owned(),
-        Drive::Length { stiffness, damping, .. } => {
+        Drive::Length { stiffness: None, .. } => {
+            "1 constraint: its path is never longer than it is told, by the tension that this takes"
+                .to_owned()
+        }
+        Drive::Length { stiffness: Some(stiffness), damping, .. } => {
             let damping = if damping > 0.0 { format!(", damping {damping} N s/m") } else { String::new() };
             format!("a spring of its length, {stiffness} N/m{damping}: slack where it is too short")
         }

@@ -481,7 +481,7 @@ mod tests {
             Actuator::Tendon(Tendon { name, path, drive, friction, friction_velocity: 1e-3, sliding: None })
         };
         let tension = Drive::Tension([1.0].into());
-        let taut = |damping| Drive::Length { length: [0.01].into(), stiffness: 9.0, damping };
+        let taut = |damping| Drive::Length { length: [0.01].into(), stiffness: Some(9.0), damping };
         vec![
             tendon("pull", vec![along(0.01, length)], tension.clone(), 0.0),
             tendon("held", vec![along(-0.01, length)], taut(1.0), 0.0),

@@ -220,7 +220,9 @@ fn column<G: Turning>(piece: &PiecePlan<G>) -> Products {
 fn has_rate(actuator: &ActuatorPlan) -> bool {
     let is_damped = match actuator.law {
         Law::Cable { damping, .. } | Law::Servo { damping, .. } => damping != 0.0,
-        Law::Tension | Law::Pressure | Law::Torque { .. } | Law::Amount { .. } => false,
+        Law::Tension | Law::Inextensible { .. } | Law::Pressure | Law::Torque { .. } | Law::Amount { .. } => {
+            false
+        }
     };
     is_damped || actuator.friction.as_ref().is_some_and(|friction| friction.sliding.is_none())
 }

@@ -1,6 +1,7 @@
 //! What each loop takes of the products of a residual and of a tangent. Solving with its constraints is counted with the
 //! linear systems.
 
+use crate::model::Holder;
 use crate::robot::algebra::tie::Row;
 use crate::robot::plan::Plan;
 use crate::robot::turning::Turning;
@@ -48,14 +49,16 @@ pub(crate) fn of_loops<G: Turning>(plan: &Plan<G>) -> Vec<OfLoop> {
             residual,
             tangent: reached * (2 * CROSS + sum(2) + forces),
         };
-        (loops.loop_of[tie.first], of_loop)
+        (loops.held_by[tie.first], of_loop)
     });
-    let first_gear = loops.rows - loops.gears.len();
     let of_gears = (0..loops.gears.len()).map(|g| {
         let of_loop = OfLoop { coordinates: 2, residual: 2, tangent: 0 };
-        (loops.loop_of[first_gear + g], of_loop)
+        (loops.held_by[loops.first_gear() + g], of_loop)
     });
-    let mut found: Vec<(usize, OfLoop)> = of_ties.chain(of_gears).collect();
-    found.sort_by_key(|(place, _)| *place);
+    let mut found: Vec<(Holder, OfLoop)> = of_ties.chain(of_gears).collect();
+    let place = |holder: Holder| match holder {
+        Holder::Loop(place) | Holder::Tendon(place) => place,
+    };
+    found.sort_by_key(|&(holder, _)| place(holder));
     found.into_iter().map(|(_, of_loop)| of_loop).collect()
 }

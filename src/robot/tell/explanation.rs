@@ -95,7 +95,7 @@ impl Explanation {
         for (is_computed, what, why) in actuators::tell(robot, of_actuators) {
             explanation.add(is_computed, what, why);
         }
-        if !robot.is_rod() || !robot.loops.is_empty() {
+        if !robot.is_rod() || robot.constraints() > 0 {
             loops::tell(robot, &mut explanation);
         }
         for (is_computed, what, why) in contacts::tell(robot) {
@@ -412,6 +412,9 @@ impl Explanation {
             }
             Solve::Dense if !robot.loops.is_empty() => {
                 self.add(false, sweeps, "closed loops couple branches");
+            }
+            Solve::Dense if robot.constraints() > 0 => {
+                self.add(false, sweeps, "tendons that do not stretch are constraints");
             }
             Solve::Dense if !robot.contacts.is_empty() => {
                 self.add(false, sweeps, "contact couples what touches");

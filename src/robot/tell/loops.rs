@@ -2,6 +2,7 @@
 
 use super::explanation::Explanation;
 use super::text::{counted, listed};
+use crate::actuator::Actuator;
 use crate::loops::{Loop, Tie};
 use crate::robot::description::Robot;
 
@@ -9,6 +10,8 @@ use crate::robot::description::Robot;
 pub(super) fn tell(robot: &Robot, explanation: &mut Explanation) {
     if robot.loops.is_empty() {
         explanation.add(false, "closed loops", "none");
+    }
+    if robot.constraints() == 0 {
         return;
     }
     let names = robot.coordinate_names();
@@ -20,14 +23,14 @@ pub(super) fn tell(robot: &Robot, explanation: &mut Explanation) {
             format!("{rows}: {}", kind(robot, closed, &names)),
         );
     }
-    let rows: usize = robot.loops.iter().map(|closed| closed.tie.rows()).sum();
+    let rows = robot.constraints();
     let n = robot.coordinates();
     let why = format!(
         "{} held by multipliers: {} of a step, exact at its end",
         counted(rows, "constraint"),
         counted(n + rows, "unknown"),
     );
-    explanation.add(true, "closed loops", why);
+    explanation.add(true, if robot.loops.is_empty() { "constraints" } else { "closed loops" }, why);
 }
 
 /// What a loop holds, in words.
@@ -53,8 +56,10 @@ fn kind(robot: &Robot, closed: &Loop, names: &[String]) -> String {
 
 /// Adds which constraints the others determine in the shape in which all coordinates are zero, loop by loop.
 pub(crate) fn tell_redundant(robot: &Robot, redundant: &[usize], explanation: &mut Explanation) {
-    let named = robot.loops.iter().zip(redundant).filter(|(_, number)| **number > 0);
-    let named: Vec<String> = named.map(|(closed, number)| format!("{number} of {}", closed.name)).collect();
+    let of_loops = robot.loops.iter().map(|closed| closed.name.as_str());
+    let names = of_loops.chain(robot.inextensible_tendons().map(Actuator::name));
+    let named = names.zip(redundant).filter(|(_, number)| **number > 0);
+    let named: Vec<String> = named.map(|(name, number)| format!("{number} of {name}")).collect();
     let (is_there, why) = match named.is_empty() {
         true => (false, "none where all coordinates are zero".to_owned()),
         false => {

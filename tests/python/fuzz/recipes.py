@@ -230,6 +230,7 @@ RECIPES: dict[str, dict | list[dict]] = {
         "name": "'pull'",
         "q": _a(0.1, 0.2),
         "qd": _a(0.1, 0.2),
+        "qdd": _a(0.1, 0.2),
         "t": "0.1",
         "u": _a(1.0, 2.0),
     },

@@ -1,4 +1,4 @@
-//! Friction of tendons along the parts that are embedded: `T(X) = T_0 exp(-mu s theta(X))` (capstan), with the angle
+//! Friction of tendons along the parts that are embedded, and at points between straight parts: `T(X) = T_0 exp(-mu s theta(X))` (capstan), with the angle
 //! `theta = int |dt/dX| dX` by which the tendon turns in space up to X, and the direction of sliding s in [-1, 1], 1 as while
 //! it is pulled.
 //!
@@ -7,6 +7,9 @@
 //! ```text
 //! r . dr = (r . dw - (t . w) / |u| r . du - |r|^2 t . du) / |u|
 //! ```
+//!
+//! At a point between straight parts of the directions d and e it turns by their angle, whose derivative is
+//! `-(dd . e + d . de) / |d x e|`.
 //!
 //! What is not local: a strain changes the tension all behind it. Plain numbers, not packs: few robots need it.
 
@@ -20,6 +23,19 @@ const ANGULAR: usize = 3;
 /// Curvature below which the turning of a tendon is smoothed, which else has a kink where it is straight: so many radians over
 /// the length of the part; the angle of what turns by a radian is off by half the square of that.
 const SMALLEST_TURN: f64 = 1e-6;
+
+/// The angle at a point between straight parts of these directions, and minus its derivative with respect to their product.
+/// Smoothed like that of embedded parts.
+fn corner(before: Vector<f64>, after: Vector<f64>) -> [f64; 2] {
+    let cross = before.cross(after);
+    let sine = cross.dot(cross).sqrt();
+    let angle = sine.atan2(before.dot(after));
+    let smoothed = angle * angle + SMALLEST_TURN * SMALLEST_TURN;
+    let slope = angle * (smoothed + SMALLEST_TURN * SMALLEST_TURN) / (smoothed * smoothed.sqrt());
+    // Of parts that turn back every direction is the steepest.
+    let of_product = if sine > 0.0 { slope / sine } else { 0.0 };
+    [angle * angle / smoothed.sqrt(), of_product]
+}
 
 /// The direction of sliding at a rate of the length. One that is told is held within [-1, 1].
 pub(super) fn sliding(friction: &Friction, told: f64, rate: f64) -> Sliding {
@@ -115,13 +131,19 @@ pub(super) fn measure<P: Lanes>(
     let n = q.len();
     let falls = friction.coefficient * state.slidings[i].value;
     let mut angle = 0.0;
+    // The straight part that ends where the next one begins.
+    let mut before = None;
     state.distributions[i * n..][..n].fill(0.0);
     for part in &actuation.actuators[i].path {
         let &Part::Thread { sleeve: s, thread: k } = part else {
             let &Part::Line(line) = part else { unreachable!("there are two kinds of parts") };
+            if let Some(before) = before.replace(line) {
+                angle += corner(state.lines[before].direction, state.lines[line].direction)[0];
+            }
             (state.lines[line].angle, state.lines[line].ratio) = (angle, (-falls * angle).exp());
             continue;
         };
+        before = None;
         let (sleeve, [first, first_slope]) = (&actuation.sleeves[s], actuation.offsets(s, k));
         let (thread, nodes) = (&sleeve.threads[k], sleeve.packs * LANES);
         let turning = sleeve.turning.as_ref().expect("threads with friction know how they turn");
@@ -186,9 +208,22 @@ pub(super) fn stiffen<P: Lanes>(
     memory.distribution.copy_from_slice(&state.distributions[i * n..][..n]);
     memory.of_sliding.fill(0.0);
     memory.angle_gradient.fill(0.0);
+    let mut before = None;
     for part in &actuator.path {
         let &Part::Thread { sleeve: s, thread: k } = part else {
             let &Part::Line(line) = part else { unreachable!("there are two kinds of parts") };
+            if let Some(before) = before.replace(line) {
+                let [first, second] = [before, line].map(|line| &state.lines[line]);
+                let [_, of_product] = corner(first.direction, second.direction);
+                for &k in &actuator.reaches {
+                    let turned = [(before, first), (line, second)].map(|(line, state)| {
+                        let moved = memory.moved[line * n + k];
+                        (moved - state.direction * state.direction.dot(moved)) * state.inverse_length
+                    });
+                    let change = turned[0].dot(second.direction) + turned[1].dot(first.direction);
+                    memory.angle_gradient[k] -= of_product * change;
+                }
+            }
             let state = &state.lines[line];
             for &j in &actuator.reaches {
                 let of_unit = state.ratio * state.direction.dot(memory.moved[line * n + j]);
@@ -200,6 +235,7 @@ pub(super) fn stiffen<P: Lanes>(
             }
             continue;
         };
+        before = None;
         let (sleeve, [first, first_slope]) = (&actuation.sleeves[s], actuation.offsets(s, k));
         let (thread, nodes) = (&sleeve.threads[k], sleeve.packs * LANES);
         let turning = sleeve.turning.as_ref().expect("threads with friction know how they turn");

@@ -10,7 +10,7 @@ use crate::robot::state::actuation::Force;
 /// is off by half of that.
 const BEND: f64 = 1e-3;
 
-/// The force at this length, rate and command.
+/// The force at this length, rate and command; what does not stretch is told its tension here.
 #[inline(always)]
 pub(crate) fn force(law: Law, length: f64, rate: f64, command: f64) -> Force {
     let plain = Force { value: -command, of_command: -1.0, ..Force::default() };
@@ -25,6 +25,7 @@ pub(crate) fn force(law: Law, length: f64, rate: f64, command: f64) -> Force {
             }
             Force { value, of_length: stiffness, of_rate: damping, of_command: -stiffness }
         }
+        Law::Inextensible { .. } => Force { value: command, ..Force::default() },
         Law::Pressure | Law::Amount { .. } => plain,
         Law::Torque { limits } => limited(plain, limits),
         Law::Servo { stiffness, damping, limits } => {
@@ -78,6 +79,8 @@ pub(crate) fn potential(law: Law, length: f64, command: f64) -> Option<Potential
         Law::Amount { energy_of_unit } => {
             Some(Potential::Spring(command * (0.5 * command * energy_of_unit - length)))
         }
+        // It does no work while its length is held.
+        Law::Inextensible { .. } => Some(Potential::Load(0.0)),
         Law::Torque { limits: Some(_) } | Law::Servo { limits: Some(_), .. } => None,
     }
 }

@@ -12,7 +12,7 @@ use crate::lie::Sweep;
 use crate::model::Energy;
 use crate::robot::algebra::inertia::Gyroscope;
 use crate::robot::plan::Plan;
-use crate::robot::plan::actuation::ActuatorPlan;
+use crate::robot::plan::actuation::{ActuatorPlan, Law};
 use crate::robot::plan::point::Point;
 use crate::robot::state::Workspace;
 use crate::robot::state::actuation::{ActuationState, ActuationTangent};
@@ -122,6 +122,20 @@ pub(crate) fn gradient<'a, G: Turning>(
 ) -> &'a [f64] {
     complete(plan, &work.actuation, memory, i);
     &memory.gradient
+}
+
+/// The second derivative of an actuator's length in time, the motion, and that of straight parts, known.
+pub(crate) fn acceleration<G: Turning>(
+    plan: &Plan<G>,
+    work: &Workspace<G>,
+    memory: &mut ActuationTangent<G::Pack>,
+    i: usize,
+) -> f64 {
+    let [_, qd, qdd] = [0, 1, 2].map(|part| &work.motion_of[part * plan.n..][..plan.n]);
+    complete(plan, &work.actuation, memory, i);
+    find_gradient_rate(plan, &work.actuation, memory, i, qd);
+    let along = |of: &[f64], by: &[f64]| of.iter().zip(by).map(|(of, by)| of * by).sum::<f64>();
+    along(&memory.gradient, qdd) + along(&memory.gradient_rate, qd)
 }
 
 /// Adds the derivative of the generalised forces.
@@ -312,10 +326,13 @@ impl<G: Turning> Effect<G> for Actuators {
             let state = &mut work.actuation;
             plan.instructions.run_apart::<G::Pack, _>(Measure { plan, state, q, qd });
             line::measure(plan, work);
-            let state = &mut work.actuation;
+            let (state, multipliers) = (&mut work.actuation, &work.loops.multipliers);
             for (i, actuator) in plan.actuation.actuators.iter().enumerate() {
-                state.forces[i] =
-                    law::force(actuator.law, state.lengths[i], state.rates[i], state.commands[i]);
+                let told = match actuator.law {
+                    Law::Inextensible { place } => multipliers[plan.loops.first_length() + place],
+                    _ => state.commands[i],
+                };
+                state.forces[i] = law::force(actuator.law, state.lengths[i], state.rates[i], told);
             }
             distribute(plan, state, q, qd);
             line::pull(plan, work);
@@ -389,7 +406,7 @@ impl<G: Turning> Effect<G> for Actuators {
     fn dissipated_power(plan: &Plan<G>, work: &Workspace<G>) -> f64 {
         let state = &work.actuation;
         let power = |(i, actuator): (usize, &ActuatorPlan)| {
-            if !actuator.has_potential {
+            if !actuator.has_potential || !law::dissipates(actuator.law) {
                 return 0.0;
             }
             let spring = law::conservative(actuator.law, state.lengths[i], state.commands[i]);

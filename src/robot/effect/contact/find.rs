@@ -8,7 +8,7 @@ use crate::lie::{LANES, Lanes, Sweep, Twist, Vector, VectorSpace};
 use crate::robot::algebra::obstacle::{Distance, Solid};
 use crate::robot::algebra::touch::Meeting;
 use crate::robot::plan::Plan;
-use crate::robot::plan::contact::{Curve, NODES, Pair, Side, WEIGHTS};
+use crate::robot::plan::contact::{Curve, MOST_INTERVALS, NODES, Pair, Side, WEIGHTS};
 use crate::robot::state::Workspace;
 use crate::robot::state::contact::{ContactState, Standing, Touch};
 use crate::robot::turning::Turning;
@@ -386,7 +386,20 @@ impl<'a, G: Turning> Scene<'a, G> {
         if ends[0].0 + ends[1].0 >= part.reach() {
             return;
         }
-        let Some([from, to]) = touched(ends, gap) else { return };
+        for &interval in touched(ends, gap).as_slice() {
+            self.meet_between(p, part, interval, other, found);
+        }
+    }
+
+    /// Adds the touches of what lies between two places of a part of a curve.
+    fn meet_between(
+        &self,
+        p: usize,
+        part: &Part<'_>,
+        [from, to]: [f64; 2],
+        other: &Other<'_>,
+        found: &mut Found<'_, G::Pack>,
+    ) {
         let is_whole = from == 0.0 && to == 1.0;
         for (i, (node, weight)) in NODES.into_iter().zip(WEIGHTS).enumerate() {
             let x = from + (to - from) * node;
@@ -578,44 +591,123 @@ impl<'a, G: Turning> Scene<'a, G> {
     }
 }
 
-/// Where between 0 and 1 a gap is negative, by its values and slopes.
-fn touched(ends: [(f64, f64); 2], gap: impl Fn(f64) -> (f64, f64)) -> Option<[f64; 2]> {
-    let value = |x: f64| gap(x).0;
-    let [(start, start_slope), (end, end_slope)] = ends;
-    match [start < 0.0, end < 0.0] {
-        [true, true] => Some([0.0, 1.0]),
-        [true, false] => Some([0.0, zero(value, [0.0, 1.0], [start, end])]),
-        [false, true] => Some([zero(value, [0.0, 1.0], [start, end]), 1.0]),
-        [false, false] => {
-            if start_slope >= 0.0 || end_slope <= 0.0 {
-                return None;
-            }
-            // The lowest place, or one that is low enough.
-            let (mut from, mut to) = (0.0, 1.0);
-            let mut low = 0.5;
-            for _ in 0..MOST_STEPS {
-                low = 0.5 * (from + to);
-                let (value, slope) = gap(low);
-                if value < 0.0 {
-                    break;
-                }
-                if slope < 0.0 {
-                    from = low;
-                } else {
-                    to = low;
-                }
-                // Beside that it can only be lower by less than the slopes say.
-                if to - from <= SAME_PLACE {
-                    return None;
-                }
-            }
-            let lowest = value(low);
-            if lowest >= 0.0 {
-                return None;
-            }
-            Some([zero(value, [0.0, low], [start, lowest]), zero(value, [low, 1.0], [lowest, end])])
+/// Parts of a curve in which a gap is negative, in ascending order.
+#[derive(Clone, Copy, Default)]
+struct Intervals {
+    own: [[f64; 2]; MOST_INTERVALS],
+    number: usize,
+}
+
+impl Intervals {
+    fn push(&mut self, interval: [f64; 2]) {
+        self.own[self.number] = interval;
+        self.number += 1;
+    }
+
+    fn as_slice(&self) -> &[[f64; 2]] {
+        &self.own[..self.number]
+    }
+}
+
+/// Where between 0 and 1 a gap is negative, by its values and slopes: it is nearly a cubic, which has up to two places where it
+/// turns.
+fn touched(ends: [(f64, f64); 2], gap: impl Fn(f64) -> (f64, f64)) -> Intervals {
+    let (turns, number) = turning_points(ends);
+    let [(start, _), (end, _)] = ends;
+    let mut places = [(0.0, start), (1.0, end), (1.0, end), (1.0, end)];
+    for i in 0..number {
+        let before = if i > 0 { turns[i - 1].0 } else { 0.0 };
+        let after = if i + 1 < number { turns[i + 1].0 } else { 1.0 };
+        let (x, curvature) = turns[i];
+        let sign = curvature.signum();
+        let turned = |x: f64| {
+            let (value, slope) = gap(x);
+            (sign * value, sign * slope)
+        };
+        let (x, value) = lowest(turned, [before, after], x, curvature.abs());
+        places[i + 1] = (x, sign * value);
+    }
+    let mut found = Intervals::default();
+    let mut begin = (start < 0.0).then_some(0.0);
+    for pair in places[..number + 2].windows(2) {
+        let [(a, at_a), (b, at_b)] = [pair[0], pair[1]];
+        if (at_a < 0.0) == (at_b < 0.0) {
+            continue;
+        }
+        let x = zero(|x| gap(x).0, [a, b], [at_a, at_b]);
+        match begin.take() {
+            Some(begin) => found.push([begin, x]),
+            None => begin = Some(x),
         }
     }
+    if let Some(begin) = begin {
+        found.push([begin, 1.0]);
+    }
+    found
+}
+
+/// Where the cubic through values and slopes at 0 and 1 turns between them, in ascending order, with its curvature there.
+fn turning_points([(start, start_slope), (end, end_slope)]: [(f64, f64); 2]) -> ([(f64, f64); 2], usize) {
+    let rise = end - start;
+    // Of the slope: `a + 2 b x + 3 c x^2`.
+    let (a, b, c) =
+        (start_slope, 3.0 * rise - 2.0 * start_slope - end_slope, start_slope + end_slope - 2.0 * rise);
+    let (mut turns, mut number) = ([(0.0, 0.0); 2], 0);
+    let square = b * b - 3.0 * a * c;
+    // What is not seen from one end is not finite.
+    if !square.is_finite() || square <= 0.0 {
+        return (turns, number);
+    }
+    // The root that does not cancel, and the other one by their product (Press et al. 2007, section 5.6).
+    let sum = -(b + square.sqrt().copysign(b));
+    let mut roots = [sum / (3.0 * c), a / sum];
+    if roots[1] < roots[0] {
+        roots.swap(0, 1);
+    }
+    for x in roots {
+        let curvature = 2.0 * b + 6.0 * c * x;
+        if x > 0.0 && x < 1.0 && curvature != 0.0 {
+            turns[number] = (x, curvature);
+            number += 1;
+        }
+    }
+    (turns, number)
+}
+
+/// Where a function is negative between two places, or as low as it gets: Newton's method for its slope, with the secant's
+/// curvature from the first step on, or halving.
+fn lowest(
+    f: impl Fn(f64) -> (f64, f64),
+    [mut from, mut to]: [f64; 2],
+    mut x: f64,
+    mut curvature: f64,
+) -> (f64, f64) {
+    /// It gets no lower than zero where a parabola falls by less than that part of the value.
+    const CERTAIN: f64 = 0.25;
+    let mut value = f64::INFINITY;
+    let mut last: Option<(f64, f64)> = None;
+    for step in 0..MOST_STEPS {
+        let (here, slope) = f(x);
+        value = here;
+        if let Some((before, slope_before)) = last {
+            curvature = (slope - slope_before) / (x - before);
+        }
+        let falls = 0.5 * slope * slope / curvature;
+        if value < 0.0 || (curvature > 0.0 && falls <= CERTAIN * value) || to - from <= SAME_PLACE {
+            break;
+        }
+        last = Some((x, slope));
+        if slope < 0.0 {
+            from = x;
+        } else {
+            to = x;
+        }
+        let next = x - slope / curvature;
+        // Beside a kink only halving comes nearer.
+        let is_between = curvature > 0.0 && next > from && next < to && step % 3 != 2;
+        x = if is_between { next } else { 0.5 * (from + to) };
+    }
+    (x, value)
 }
 
 /// A zero between two places with values of different signs: regula falsi, Illinois variant (Dowell and Jarratt 1971).

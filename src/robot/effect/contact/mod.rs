@@ -70,6 +70,10 @@ impl<G: Turning> Effect<G> for Touching {
         if plan.contacts.pairs.is_empty() {
             return;
         }
+        if work.contact.is_left {
+            work.contact.touches.clear();
+            return;
+        }
         find::find(plan, work);
         for touch in &work.contact.touches {
             for (standing, need) in touch.sides.iter().zip(needs(plan, touch)) {

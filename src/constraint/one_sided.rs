@@ -1,0 +1,70 @@
+//! Constraints that hold one way only, `g <= 0` with multipliers that are not below zero: tendons that do not stretch. Which of
+//! them hold is found by trying: one that would have to push is let go, one that is passed is taken up.
+
+use super::projection::{self, Metric};
+use super::saddle;
+use crate::model::{Model, SingularMass, Switch};
+
+/// Switches that are tried for every constraint until it is clear which of them hold.
+const SWITCHES: usize = 4;
+
+/// How many switches are tried.
+pub(crate) fn most_switches(constraints: usize) -> usize {
+    SWITCHES * (constraints + 1)
+}
+
+/// Moves a shape until constraints hold ([`projection::close`]), without those that are open there and stay so. Returns the
+/// largest gap that is left. Allocates.
+pub(crate) fn close<M: Model + ?Sized>(
+    model: &mut M,
+    q: &mut [f64],
+    metric: Metric,
+) -> Result<f64, SingularMass> {
+    model.release_open(q, None);
+    let mut left = projection::close(model, q, metric)?;
+    let mut none = vec![0.0; model.constraints()];
+    for _ in 0..most_switches(none.len()) {
+        if !model.is_one_sided() || model.switch(q, &mut none) == Switch::Nothing {
+            break;
+        }
+        left = projection::close(model, q, metric)?;
+    }
+    Ok(left)
+}
+
+/// Accelerations and multipliers ([`saddle::accelerations`]) of those that hold in a state. Allocates.
+pub(crate) fn accelerations<M: Model + ?Sized>(
+    model: &mut M,
+    q: &[f64],
+    v: &[f64],
+    a: &mut [f64],
+    multipliers: &mut [f64],
+) -> Result<(), SingularMass> {
+    model.release_open(q, Some(v));
+    saddle::accelerations(model, q, v, a, multipliers)?;
+    for _ in 0..most_switches(multipliers.len()) {
+        if !model.is_one_sided() || model.switch(q, multipliers) == Switch::Nothing {
+            break;
+        }
+        saddle::accelerations(model, q, v, a, multipliers)?;
+    }
+    Ok(())
+}
+
+/// What holds the constraints in a motion ([`saddle::multipliers`]). Allocates.
+pub(crate) fn multipliers<M: Model + ?Sized>(
+    model: &mut M,
+    state: [&[f64]; 3],
+    multipliers: &mut [f64],
+) -> Result<(), SingularMass> {
+    let [q, ..] = state;
+    model.release_open(q, None);
+    saddle::multipliers(model, state, multipliers)?;
+    for _ in 0..most_switches(multipliers.len()) {
+        if !model.is_one_sided() || model.switch(q, multipliers) == Switch::Nothing {
+            break;
+        }
+        saddle::multipliers(model, state, multipliers)?;
+    }
+    Ok(())
+}

@@ -1,0 +1,298 @@
+"""Tendons that do not stretch: one-sided constraints, against closed forms and SciPy's pendulums."""
+
+import pickle
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import lissom
+
+G = 9.81
+ROPE = 0.5
+MASS = 0.2
+
+
+def finger(tendons, **changes):
+    segment = lissom.Segment(
+        0.3,
+        0.01,
+        1e6,
+        4e5,
+        1000.0,
+        modes={"bend_y": 3, "bend_z": 2, "stretch": 1},
+        retardation_time=0.01,
+    )
+    return lissom.Rod([segment], gravity=(0, 0, -G), actuators=tendons, **changes)
+
+
+def along(name="pull", offset=(0.0, 0.008), **drive):
+    return lissom.Tendon(name, [lissom.Along(offset=offset)], **drive)
+
+
+def bob(length=ROPE, **changes):
+    """A small ball on a rope from the origin."""
+    body = lissom.Body(MASS, inertia=np.diag([1e-5] * 3))
+    rope = lissom.Tendon(
+        "rope", [lissom.Via(None, (0, 0, 0)), lissom.Via("bob", (0, 0, 0))], length=length, **changes
+    )
+    return lissom.Robot(
+        [lissom.Link("bob", joint=lissom.Free(), body=body)], gravity=(0, 0, -G), actuators=[rope]
+    )
+
+
+def place(x, z, vx=0.0, vz=0.0):
+    q, v = np.zeros(6), np.zeros(6)
+    q[[0, 2]], v[[0, 2]] = (x, z), (vx, vz)
+    return q, v
+
+
+def pendulum(angle, rate, t_span):
+    return solve_ivp(
+        lambda _, y: [y[1], -G / ROPE * np.sin(y[0])], t_span, [angle, rate], rtol=1e-12, atol=1e-12
+    ).y[:, -1]
+
+
+# Equilibria
+
+
+@pytest.mark.parametrize("tension", [0.02, 0.5, 3.0])
+@pytest.mark.parametrize("start", ["zero", "shape", "newton"])
+def test_lengths_given_tensions_found(tension, start):
+    pulled = finger([along(tension=tension)])
+    wanted = lissom.statics(pulled)
+    length = pulled.actuator_length("pull", wanted.q)
+    held = finger([along(length=length)])
+    assert held.constraints == 1
+    if start == "zero":
+        found = lissom.statics(held)
+    else:
+        method = {} if start == "shape" else {"method": "newton"}
+        found = lissom.statics(held, 0.9 * wanted.q, **method)
+    assert found.success, found.message
+    rest = np.zeros(held.n)
+    np.testing.assert_allclose(found.q, wanted.q, atol=1e-9)
+    assert held.actuator_force("pull", found.q, rest, qdd=rest) == pytest.approx(tension, rel=1e-8)
+    assert held.actuator_force("pull", found.q, rest) == pytest.approx(tension, rel=1e-8)
+    assert abs(held.actuator_length("pull", found.q) - length) < 1e-12
+
+
+def test_a_slack_tendon_changes_nothing():
+    free = lissom.statics(finger([]))
+    held = finger([along(length=0.32)])
+    found = lissom.statics(held)
+    np.testing.assert_allclose(found.q, free.q, atol=1e-10)
+    assert found.slack == ["pull"]
+    assert "Slack: 'pull'" in found.message
+    assert held.actuator_force("pull", found.q, 0 * found.q) == 0.0
+
+
+def test_of_two_that_oppose_each_other_the_right_one_is_taut():
+    tip = 0.05
+    for sign in (1.0, -1.0):
+        load = lissom.Load(force=(0, 0, sign * tip))
+        pair = [along("up", (0.0, 0.008), length=0.3), along("down", (0.0, -0.008), length=0.3)]
+        robot = finger(pair, loads=[load])
+        found = lissom.statics(robot)
+        rest = np.zeros(robot.n)
+        tensions = {name: robot.actuator_force(name, found.q, rest, qdd=rest) for name in ("up", "down")}
+        excess = {name: robot.actuator_length(name, found.q) - 0.3 for name in tensions}
+        assert all(tension >= 0.0 for tension in tensions.values())
+        assert all(gap <= 1e-9 for gap in excess.values())
+        assert all(tension == 0.0 or abs(excess[name]) < 1e-9 for name, tension in tensions.items())
+        assert max(tensions.values()) > 0.1
+
+
+def test_a_stiff_tendon_comes_to_the_one_that_does_not_stretch():
+    inextensible = lissom.statics(finger([along(length=0.295)])).q
+    errors = []
+    for stiffness in (1e4, 1e5, 1e6):
+        stiff = lissom.statics(finger([along(length=0.295, stiffness=stiffness)])).q
+        errors.append(np.linalg.norm(stiff - inextensible))
+    assert errors[0] / errors[1] == pytest.approx(10.0, rel=0.1)
+    assert errors[1] / errors[2] == pytest.approx(10.0, rel=0.1)
+
+
+def test_equal_tendons_share_and_are_redundant():
+    length = 0.295
+    one, two = finger([along(length=length)]), finger([along("a", length=length), along("b", length=length)])
+    alone, together = lissom.statics(one), lissom.statics(two)
+    assert together.success
+    np.testing.assert_allclose(together.q, alone.q, atol=1e-9)
+    rest = np.zeros(one.n)
+    sum_of_both = sum(two.actuator_force(name, together.q, rest, qdd=rest) for name in "ab")
+    assert sum_of_both == pytest.approx(one.actuator_force("pull", alone.q, rest, qdd=rest), rel=1e-7)
+    assert sum(two.redundant_constraints(together.q).values()) == 1
+
+
+# Motion
+
+
+def test_a_ball_on_a_rope_is_a_pendulum():
+    robot = bob()
+    q0, v0 = place(ROPE * np.sin(1.0), -ROPE * np.cos(1.0))
+    angle, rate = pendulum(1.0, 0.0, (0.0, 2.0))
+    errors = []
+    for dt in (0.01, 0.005, 0.0025):
+        run = lissom.simulate(robot, 2.0, q0=q0, v0=v0, dt=dt)
+        assert run.success, run.message
+        x, z = run.q[-1][[0, 2]]
+        errors.append(np.hypot(x - ROPE * np.sin(angle), z + ROPE * np.cos(angle)))
+    assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.05)
+    assert errors[1] / errors[2] == pytest.approx(4.0, rel=0.05)
+    tension = robot.actuator_force("rope", run.q[-1], run.v[-1], qdd=run.a[-1])
+    assert tension == pytest.approx(MASS * (G * np.cos(angle) + ROPE * rate**2), rel=1e-3)
+    assert np.abs(np.hypot(run.q[:, 0], run.q[:, 2]) - ROPE).max() < 1e-9
+    assert run.slack == []
+
+
+def test_a_ball_that_falls_into_its_rope_keeps_the_speed_across_it():
+    robot = bob()
+    q0, v0 = place(0.3, 0.0)
+    taut_at = np.sqrt(2 * 0.4 / G)
+    angle = np.arctan2(0.3, 0.4)
+    rate = -G * taut_at * np.sin(angle) / ROPE
+    angle, rate = pendulum(angle, rate, (taut_at, 0.6))
+    errors = []
+    for dt in (2e-3, 1e-3, 5e-4):
+        run = lissom.simulate(robot, 0.6, q0=q0, v0=v0, dt=dt)
+        assert run.success, run.message
+        x, z = run.q[-1][[0, 2]]
+        errors.append(np.hypot(x - ROPE * np.sin(angle), z + ROPE * np.cos(angle)))
+        assert np.hypot(run.q[:, 0], run.q[:, 2]).max() < ROPE + 1e-8
+    assert errors[-1] < 2e-3
+    assert errors[0] / errors[-1] > 3.0
+    fallen = run.t < taut_at
+    np.testing.assert_allclose(run.q[fallen, 2], -G / 2 * run.t[fallen] ** 2, atol=1e-9)
+    assert run.slack == ["rope"]
+
+
+def test_a_rope_never_pushes():
+    """Thrown upwards the ball flies freely."""
+    robot = bob()
+    q0, v0 = place(0.0, -ROPE, 0.0, 3.0)
+    run = lissom.simulate(robot, 0.3, q0=q0, v0=v0, dt=1e-3)
+    np.testing.assert_allclose(run.q[:, 2], -ROPE + 3.0 * run.t - G / 2 * run.t**2, atol=1e-9)
+
+
+def test_a_hoist_follows_its_rope():
+    amplitude, frequency = 0.02, 1.5
+    omega = 2 * np.pi * frequency
+    robot = bob(lissom.Harmonic(amplitude, frequency, mean=ROPE))
+    q0, v0 = place(0.0, -ROPE, 0.0, -amplitude * omega)
+    errors = []
+    for dt in (4e-3, 2e-3, 1e-3):
+        run = lissom.simulate(robot, 1.0, q0=q0, v0=v0, dt=dt)
+        assert run.success, run.message
+        length = ROPE + amplitude * np.sin(omega * run.t)
+        np.testing.assert_allclose(run.q[:, 2], -length, atol=1e-9)
+        errors.append(np.abs(run.v[:, 2] + amplitude * omega * np.cos(omega * run.t)).max())
+    assert errors[0] / errors[2] > 12.0
+    tension = robot.actuator_force("rope", run.q[-1], run.v[-1], t=run.t[-1], qdd=run.a[-1])
+    acceleration = amplitude * omega**2 * np.sin(omega * run.t[-1])
+    assert tension == pytest.approx(MASS * (G + acceleration), rel=1e-3)
+
+
+@pytest.mark.parametrize("length", [lambda t: 0.5 - 0.1 * t**2, ([0.0, 1.0], [0.5, 0.45])])
+def test_functions_and_tables_pull(length):
+    robot = bob(length)
+    q0, v0 = place(0.0, -ROPE)
+    run = lissom.simulate(robot, 0.5, q0=q0, v0=v0, dt=1e-3)
+    wanted = 0.5 - 0.1 * 0.5**2 if callable(length) else 0.475
+    assert run.success, run.message
+    assert run.q[-1][2] == pytest.approx(-wanted, abs=1e-9)
+
+
+def test_steps_from_outside_and_pickles():
+    robot = bob(lissom.Input("length", ROPE))
+    q0, v0 = place(0.1, -np.sqrt(ROPE**2 - 0.01))
+    stepped = lissom.Simulation(robot, dt=1e-3, q0=q0, v0=v0)
+    lengths = ROPE - 1e-4 * np.arange(1, 101)
+    for length in lengths[:50]:
+        stepped.step([length])
+    again = pickle.loads(pickle.dumps(stepped))
+    for length in lengths[50:]:
+        stepped.step([length])
+        again.step([length])
+    assert np.hypot(*stepped.q[[0, 2]]) == pytest.approx(lengths[-1], abs=1e-9)
+    np.testing.assert_array_equal(stepped.q, again.q)
+    np.testing.assert_array_equal(stepped.v, again.v)
+
+
+def test_a_finger_that_is_pulled_and_let_go():
+    """Against a tendon of 2000 times the stiffness of the rod against stretch, in steps that resolve it."""
+    times = ([0.0, 0.2, 0.4], [0.2999, 0.296, 0.31])
+    robot = finger([along(length=times)])
+    stiff_robot = finger([along(length=times, stiffness=2e6)])
+    start = lissom.statics(robot, t=0.0).q
+    run = lissom.simulate(robot, 0.4, q0=start, dt=5e-4)
+    stiff = lissom.simulate(stiff_robot, 0.4, q0=start, dt=1.25e-4, method="generalised_alpha")
+    assert run.success
+    assert stiff.success
+    assert run.slack == ["pull"]
+    tips, stiff_tips = (robot.pose(q, 0.3)[:, :3, 3] for q in (run.q[::20], stiff.q[::80]))
+    assert np.abs(tips - stiff_tips).max() < 4e-5
+    excess = robot.actuator_length("pull", run.q) - np.interp(run.t, *times)
+    assert excess.max() < 1e-9
+
+
+# Small motions
+
+
+def test_the_frequencies_of_a_pendulum():
+    robot = bob()
+    q0, _ = place(0.0, -ROPE)
+    modes = lissom.modes(robot, q0)
+    frequencies = np.sort(np.asarray(modes.frequency))
+    assert len(frequencies) == 5
+    np.testing.assert_allclose(frequencies[-2:] * 2 * np.pi, np.sqrt(G / ROPE), rtol=1e-8)
+
+
+def test_the_modes_of_a_slack_robot_are_those_without_a_tendon():
+    held, free = finger([along(length=0.35)]), finger([])
+    q = lissom.statics(free).q
+    np.testing.assert_allclose(lissom.modes(held, q).frequency, lissom.modes(free, q).frequency, rtol=1e-9)
+
+
+# What is refused
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"damping": 1.0}, "does not stretch"),
+        ({"friction": 0.2}, "friction along a tendon that does not stretch is not supported"),
+        ({"stiffness": 0.0}, "stiffness"),
+    ],
+)
+def test_what_belongs_to_a_spring_is_refused(changes, words):
+    with pytest.raises(ValueError, match=words):
+        along(length=0.3, **changes)
+
+
+def test_methods_that_do_not_hold_it_say_what_does():
+    robot = finger([along(length=0.3)])
+    for method in ("radau", "rk45", "dop853"):
+        with pytest.raises(ValueError, match="generalised_alpha"):
+            lissom.simulate(robot, 0.1, dt=1e-3, method=method)
+    with pytest.raises(ValueError, match="stiffness"):
+        lissom.continuation(robot)
+    with pytest.raises(ValueError, match="stiffness"):
+        lissom.simulate(robot, 0.1, method="auto")
+
+
+def test_lengths_that_cannot_be_are_refused():
+    robot = bob(0.2)
+    anchored = lissom.Tendon(
+        "short", [lissom.Via(None, (0, 0, 2.0)), lissom.Via("bob", (0, 0, 0))], length=0.2
+    )
+    conflict = lissom.Robot(robot.links, gravity=(0, 0, -G), actuators=[*robot.actuators, anchored])
+    with pytest.raises(ValueError, match=r"too long: actuators\[\d\]"):
+        lissom.simulate(conflict, 0.1, dt=1e-3, q0=np.full(6, 0.1))
+
+
+def test_it_is_explained():
+    robot = finger([along(length=0.3)])
+    assert "never longer than it is told" in robot.explain()
+    assert "1 constraint held by multipliers" in robot.explain()
+    assert robot.actuators[0].stiffness is None
