@@ -17,9 +17,6 @@ from .shape import Stage
 
 Array = NDArray[np.float64]
 
-#: Triangles of a ball: those of an icosahedron, each divided so often.
-SUBDIVISIONS = 2
-
 #: Vertical angle of the camera, radians, and its distance relative to the one at which all is just seen.
 FIELD, DISTANCE = 0.7, 1.1
 
@@ -141,39 +138,23 @@ class Canvas:
             node.vertices = vertices.astype(np.float32)
 
     def _solid(self, name: str, thing: Solid) -> set[str]:
-        centre, turn = thing.centres[0], thing.turns[0]
+        centre, turn = thing.centres[0], _turns(thing.turns[0])
         if not (np.isfinite(centre).all() and np.isfinite(turn).all()):
             return set()
-        is_new = self._is_new(name, centre, turn)
-        if name not in self._nodes:
-            colour, size = _rgb(LEGEND[thing.layer]), np.asarray(thing.size, float)
-            self._nodes[name] = (
-                self._scene.add_box(name, colour, 2.0 * size)
-                if thing.form == "box"
-                else self._scene.add_icosphere(
-                    name, 1.0, colour, subdivisions=SUBDIVISIONS + 1, scale=_three(size)
-                )
-            )
-        if is_new:
-            self._nodes[name].position = centre
-            self._nodes[name].wxyz = turn
+        unit, triangles = meshes.BOX if thing.form == "box" else meshes.BALL
+        # Not a node that moves: viser shows these earlier than skins that change, and bodies would run ahead.
+        vertices = (unit * np.asarray(thing.size)) @ turn.T + centre
+        self._mesh(name, vertices, triangles, LEGEND[thing.layer], None)
         return {name}
 
     def _dots(self, name: str, thing: Dots) -> set[str]:
-        seen = set()
-        for i, point in enumerate(thing.points[0]):
-            of_dot = name if len(thing.points[0]) == 1 else f"{name}/{i + 1}"
-            if not np.isfinite(point).all():
-                continue
-            seen.add(of_dot)
-            is_new = self._is_new(of_dot, point)
-            if of_dot not in self._nodes:
-                self._nodes[of_dot] = self._scene.add_icosphere(
-                    of_dot, thing.radius, _rgb(LEGEND[thing.layer]), subdivisions=SUBDIVISIONS
-                )
-            if is_new:
-                self._nodes[of_dot].position = point
-        return seen
+        points = thing.points[0]
+        points = points[np.isfinite(points).all(axis=1)]
+        if len(points) == 0:
+            return set()
+        vertices, triangles = meshes.balls(points, thing.radius)
+        self._mesh(name, vertices, triangles, LEGEND[thing.layer], None)
+        return {name}
 
     def _arrows(self, name: str, thing: Arrows) -> set[str]:
         tails, vectors = thing.tails[0], thing.vectors[0]
@@ -211,8 +192,3 @@ def _rgb(colour: str) -> tuple[int, int, int]:
     """Red, green, blue of a colour in hexadecimal."""
     red, green, blue = (int(colour[i : i + 2], 16) for i in (1, 3, 5))
     return red, green, blue
-
-
-def _three(values: Array) -> tuple[float, float, float]:
-    x, y, z = (float(value) for value in values)
-    return x, y, z

@@ -23,7 +23,7 @@ SPEEDS = (0.05, 0.1, 0.25, 0.5, 1.0, 2.0, 4.0)
 WEAKEST, STRONGEST = 0.1, 2.0
 
 #: Length of the axes of the handle, relative to the model's size.
-HANDLE = 0.25
+HANDLE = 0.12
 
 
 class Controls:
@@ -69,6 +69,12 @@ class Controls:
         self._run = gui.add_button("Run")
         step = gui.add_button("Step", hint="Pause, and advance by one step")
         reset = gui.add_button("Reset", hint="Back to the start")
+        centre = gui.add_button("Centre", hint="Turn the camera to where the model is now")
+
+        async def look(event: viser.GuiEvent[Any]) -> None:
+            self._todo.put(lambda: self._look(event.client))
+
+        centre.on_click(look)
         speeds = sorted({*SPEEDS, playback.speed})
         speed = gui.add_dropdown(
             "Speed", [f"{each:g} ×" for each in speeds], initial_value=f"{playback.speed:g} ×"
@@ -84,6 +90,21 @@ class Controls:
 
     def _toggle(self) -> None:
         self._playback.is_paused = not self._playback.is_paused
+
+    def _look(self, client: viser.ClientHandle | None) -> None:
+        """Bring the model to the middle of a page."""
+        places = [
+            np.asarray(link.pose(self._motion.q, link.stations, self._motion.t))
+            for link in self._motion.view.links
+        ]
+        if client is None or not places:
+            return
+        points = np.concatenate(places)[:, :3, 3]
+        camera = client.camera
+        middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
+        shift = middle - camera.look_at
+        camera.position = camera.position + shift
+        camera.look_at = middle
 
     def _reset(self) -> None:
         self._is_held = False

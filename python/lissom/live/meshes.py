@@ -45,6 +45,41 @@ def _wall(rings: int, corners: int, first: int = 0, is_inner: bool = False) -> T
     return np.asarray(triangles[:, ::-1] if is_inner else triangles, np.uint32)
 
 
+def _ball(around: int = 24, along: int = 12) -> tuple[Array, Triangles]:
+    """A ball of radius one: circles of latitude from pole to pole."""
+    polar = np.linspace(0.0, np.pi, along + 1)[:, None]
+    angle = 2.0 * np.pi * np.arange(around) / around
+    x = np.broadcast_to(-np.cos(polar), (along + 1, around))
+    y, z = np.sin(polar) * np.cos(angle), np.sin(polar) * np.sin(angle)
+    return np.stack([x, y, z], axis=-1).reshape(-1, 3), _wall(along + 1, around)
+
+
+def _box() -> tuple[Array, Triangles]:
+    """A cube with sides of two, and sharp edges."""
+    vertices: list[Array] = []
+    triangles: list[Triangles] = []
+    for i in range(3):
+        for side in (-1.0, 1.0):
+            corners = np.zeros((4, 3))
+            corners[:, i] = side
+            corners[:, (i + 1) % 3] = side * np.array([-1.0, 1.0, 1.0, -1.0])
+            corners[:, (i + 2) % 3] = [-1.0, -1.0, 1.0, 1.0]
+            triangles.append(np.array([[0, 1, 2], [0, 2, 3]], np.uint32) + 4 * len(vertices))
+            vertices.append(corners)
+    return np.concatenate(vertices), np.concatenate(triangles).astype(np.uint32)
+
+
+BALL, BOX = _ball(), _box()
+
+
+def balls(points: Array, radius: float) -> tuple[Array, Triangles]:
+    """Vertices and triangles of balls at points (balls, 3)."""
+    unit, triangles = BALL
+    vertices = (points[:, None] + radius * unit).reshape(-1, 3)
+    starts = len(unit) * np.arange(len(points))
+    return vertices, (triangles + starts[:, None, None]).reshape(-1, 3).astype(np.uint32)
+
+
 class TubeSkin:
     """The skin of a rod in bands along it: a wall, the ends of the first and the last band, a hole."""
 

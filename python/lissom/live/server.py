@@ -54,14 +54,17 @@ class LiveView:
         own = sliders(motion, ranges)
         self._shape = Shape(motion.view, motion.q, motion.v, motion.t, motion.u)
         self._playback = Playback(motion, speed, paused)
-        self._closing, self._ended = threading.Event(), threading.Event()
+        self._closing = threading.Event()
         self._thread: threading.Thread | None = None
+        # Others may ask while a step is made.
+        self._t = motion.t
         self._told = 0.0
         self._pictures = 0
-        # It greets on the terminal; the address is enough.
-        with contextlib.redirect_stdout(io.StringIO()):
+        with _quiet():
             self._server = viser.ViserServer(host=HOST, port=port, label=title, verbose=False)
-        self._server.gui.configure_theme(show_logo=False, show_share_button=False)
+        self._server.gui.configure_theme(
+            control_layout="collapsible", show_logo=False, show_share_button=False
+        )
         self._canvas = Canvas(self._server, self._shape.stage)
         self._controls = Controls(self._server, self._playback, own, self._shape.stage.size)
         self._draw()
@@ -79,7 +82,7 @@ class LiveView:
     @property
     def t(self) -> float:
         """Time of the motion that is shown, seconds."""
-        return self._motion.t
+        return self._t
 
     @property
     def pictures(self) -> int:
@@ -104,8 +107,8 @@ class LiveView:
             pass
         finally:
             self._closing.set()
-            self._server.stop()
-            self._ended.set()
+            with _quiet():
+                self._server.stop()
 
     def start(self) -> None:
         """Play in a thread."""
@@ -138,8 +141,14 @@ class LiveView:
             if now - self._told > 1.0 / TEXTS:
                 self._told = now
                 self._controls.tell()
+        self._t = motion.t
         self._pictures += 1
 
     def _spring(self, ends: NDArray[np.float64]) -> Thing:
         radius = np.array([SPRING * self._shape.stage.size])
         return Strand("pull", "forces", ends[None], radius)
+
+
+def _quiet() -> contextlib.redirect_stdout[io.StringIO]:
+    """Within it, nothing is printed: viser greets and takes leave on the terminal."""
+    return contextlib.redirect_stdout(io.StringIO())

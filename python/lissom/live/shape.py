@@ -14,8 +14,8 @@ from ..views import View
 
 Array = NDArray[np.float64]
 
-#: Room around a model, relative to how far it can reach.
-ROOM = 0.1
+#: Room around a model, relative to how far it can reach: of one that is clamped, and of one that may go away.
+ROOM, FREE_ROOM = 0.1, 0.5
 
 #: Room around a mass on a line, relative to how long the line is at the start.
 SWING = 1.3
@@ -64,12 +64,14 @@ class Shape:
         if not self.view.is_spatial:
             return Stage(low, high, np.array([0.0, 0.0, 1.0]), (1, float(low[1]), True), [])
         drawn = self.things(q, v, t, u)
-        # Obstacles may be far larger than what moves.
         low, high = layers.extent([thing for thing in drawn if thing.layer != "obstacles"])
         # What hangs or swings goes on around where it starts.
-        low, high = low - ROOM * self.view.size, high + ROOM * self.view.size
-        low, high = drawing.box(low, high, 0.0)
+        room = (ROOM if self.view.marks.clamps else FREE_ROOM) * self.view.size
+        low, high = drawing.box(low, high, room)
+        # The parts of half spaces that are drawn are those within the box.
         self._box = (low, high)
+        low, high = layers.extent(self.things(q, v, t, u))
+        low, high = np.minimum(low, self._box[0]), np.maximum(high, self._box[1])
         eye = drawing.eye_of(high - low)
         around = symbols.around(self.view.marks, low, high, eye)
         return Stage(low, high, eye, symbols.floor(self.view.marks.gravity, low, high), around)
