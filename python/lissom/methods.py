@@ -225,7 +225,7 @@ def _view(
 
     Returns
     -------
-    view : lissom.live.LiveView
+    view : lissom.live.server.LiveView
         With the address, `url`, and the method `stop`; a context manager.
 
     Raises

@@ -8,6 +8,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from numbers import Real
+from operator import index
 from typing import TYPE_CHECKING, Any
 
 from .._lissom import Scene, Simulation
@@ -33,19 +36,26 @@ def open_view(
     """A page of a simulation, which does not play yet; raises as `Simulation.view` does."""
     if missing("viser"):
         raise ImportError("live views need viser: pip install 'lissom[view]'")
-    if isinstance(port, bool) or not isinstance(port, int):
-        raise TypeError(f"port: a {type(port).__name__} is not a whole number")
+    port = _whole("port", port)
     if not 0 <= port <= 65535:
         raise ValueError(f"port: {port} is not between 0 and 65535")
-    if isinstance(speed, bool) or not isinstance(speed, int | float):
+    if isinstance(speed, bool) or not isinstance(speed, Real):
         raise TypeError(f"speed: a {type(speed).__name__} is not a number")
+    speed = float(speed)
     if not (math.isfinite(speed) and speed > 0.0):
         raise ValueError(f"speed: {speed:g} is not a finite number above zero")
     if not isinstance(paused, bool):
         raise TypeError(f"paused: a {type(paused).__name__} is not True or False")
     from .server import LiveView
 
-    return LiveView(simulation, port=port, speed=float(speed), paused=paused, ranges=ranges, title=title)
+    return LiveView(simulation, port=port, speed=speed, paused=paused, ranges=ranges, title=title)
+
+
+def _whole(name: str, value: Any) -> int:
+    if not isinstance(value, bool):
+        with suppress(TypeError):
+            return index(value)
+    raise TypeError(f"{name}: a {type(value).__name__} is not a whole number")
 
 
 def of_scene(scene: Scene, *, port: int = PORT, speed: float = 1.0, paused: bool = False) -> LiveView:

@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 SPEEDS = (0.05, 0.1, 0.25, 0.5, 1.0, 2.0, 4.0)
 
 #: Strengths of the spring of a pull, relative to the one that suits the model.
-WEAKEST, STRONGEST = 0.1, 2.0
+WEAKEST, STRONGEST = 0.1, 1.5
 
 #: Length of the axes of the handle, relative to the model's size.
 HANDLE = 0.12

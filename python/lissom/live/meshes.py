@@ -165,7 +165,7 @@ def _rings(points: Array, radius: float) -> Array:
     first[0] = arrows.across(along[:1])[0]
     for k in range(1, len(points)):
         turned = first[k - 1] - (first[k - 1] @ along[k]) * along[k]
-        first[k] = arrows.unit(turned)
+        first[k] = turned / (np.sqrt(turned @ turned) or 1.0)
     angle = 2.0 * np.pi * np.arange(STRAND_CORNERS) / STRAND_CORNERS
     outline = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
     sides = np.stack([first, np.cross(along, first)], axis=1)

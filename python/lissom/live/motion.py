@@ -63,7 +63,7 @@ class Motion:
         self.pulled: tuple[int, Array] | None = None
         #: Where it is held.
         self._target = np.zeros(3)
-        self._springs: dict[int, Spring] = {}
+        self._spring = Spring(0.0, 0.0)
         #: How strong the spring of a pull is, relative to the one that suits the model.
         self.strength = 1.0
         self._trouble = ""
@@ -128,8 +128,7 @@ class Motion:
         velocity = tip.jacobian(self.q, self.t)[3:] @ self.v
         if tip.carried is not None:
             velocity = velocity + tip.carried(self.q, self.t)[3:]
-        own = self._springs[number]
-        pull = own.stiffness * (target - self.place(number)) - own.damping * velocity
+        pull = self._spring.stiffness * (target - self.place(number)) - self._spring.damping * velocity
         return np.asarray(self.strength * pull)
 
     def place(self, number: int) -> Array:
@@ -141,18 +140,15 @@ class Motion:
         self._u[self._own[self.model.inputs.index(name)]] = value
 
     def pull(self, number: int, target: Array) -> None:
-        """Pull a tip by a spring to a place (3,), metres; the spring suits the shape at its first pull.
+        """Pull a tip by a spring to a place (3,), metres.
 
-        A pull that the method cannot follow is let go.
+        The spring suits the shape in which the pull begins. One that the method cannot follow is let go.
         """
-        if number not in self._springs:
-            held = self._dt or HELD_WHILE_PULLED
-            self._springs[number] = spring(
-                self.model, self.tips[number], self.q, self.t, self.u, max(held, HELD_WHILE_PULLED)
-            )
         self._target = np.array(target, float)
         if self.pulled is None or self.pulled[0] != number:
             self.pulled, self.let_go = (number, self.place(number)), ""
+            tip, held = self.tips[number], self.chunk
+            self._spring = spring(self.model, tip, self.q, self.t, self.u, held)
 
     def release(self) -> None:
         """Pull no more."""

@@ -61,6 +61,9 @@ class Playback:
             self._history.clear()
             return
         self._catch_up(now + PATIENCE)
+        if self.motion.trouble:
+            self._history.clear()
+            return
         done = self._clock()
         self._computed += done - now
         self._history.append((now, self.motion.t, self._computed))

@@ -21,6 +21,8 @@ from .playback import Playback
 from .shape import Shape
 from .sliders import sliders
 
+__all__ = ["LiveView"]
+
 #: Pictures and lines of text in a second, at most.
 PICTURES, TEXTS = 30.0, 6.0
 
@@ -62,9 +64,8 @@ class LiveView:
         self._pictures = 0
         with _quiet():
             self._server = viser.ViserServer(host=HOST, port=port, label=title, verbose=False)
-        self._server.gui.configure_theme(
-            control_layout="collapsible", show_logo=False, show_share_button=False
-        )
+        self._server.gui.configure_theme(show_logo=False, show_share_button=False)
+        self._server.gui.main_panel.dock_right()
         self._canvas = Canvas(self._server, self._shape.stage)
         self._controls = Controls(self._server, self._playback, own, self._shape.stage.size)
         self._draw()

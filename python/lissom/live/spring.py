@@ -14,10 +14,10 @@ Array = NDArray[np.float64]
 
 #: The angle by which a tip that hangs on the spring alone swings while its force is held: the force follows
 #: the tip that much late, and the damping makes up for it.
-ANGLE = 0.4
+ANGLE = 0.3
 
 #: Part of the tip's own stiffness that the spring has beside that: a tip that is held firmly can be bent.
-SHARE = 0.5
+SHARE = 0.2
 
 #: Seconds: what nothing holds is as stiff as the inertia that resists a force of this duration.
 SLOW = 0.3
