@@ -243,8 +243,12 @@ def _view(
         raise TypeError(f"block: a {type(block).__name__} is not True or False")
     view = open_view(self, port=port, speed=speed, paused=paused, ranges=ranges)
     if block:
-        print(f"Open {view.url} in a browser; Ctrl-C ends.", flush=True)
-        view.serve()
+        try:
+            print(f"Open {view.url} in a browser; Ctrl-C ends.", flush=True)
+            view.serve()
+        except KeyboardInterrupt:
+            # Before the page was served; from then on `serve` hears it.
+            view.stop()
     else:
         view.start()
     return view

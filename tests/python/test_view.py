@@ -528,7 +528,6 @@ def test_what_controls_do():
         controls._reset()
         assert motion.pulled is None
         assert controls.follow() is None
-        page._server.stop()
 
 
 def test_the_page_says_why_a_motion_ended():
@@ -549,7 +548,6 @@ def test_the_page_says_why_a_motion_ended():
         controls._reset()
         controls.tell()
         assert not controls._trouble.visible
-        page._server.stop()
 
 
 def test_view_of_a_simulation_in_a_thread():

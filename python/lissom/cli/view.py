@@ -51,8 +51,14 @@ def command(scene: Path, port: int, speed: float, paused: bool) -> int:
     except OSError as error:
         click.echo(f"--port: no page can be served at {port}: {error}", err=True)
         return FAILED
-    interruption.answer()
-    click.echo(f"{loaded.name}: open {view.url} in a browser; Ctrl-C ends.")
-    view.serve()
-    interruption.defer()
+    try:
+        interruption.answer()
+        click.echo(f"{loaded.name}: open {view.url} in a browser; Ctrl-C ends.")
+        view.serve()
+    except KeyboardInterrupt:
+        # Before the page was served.
+        pass
+    finally:
+        interruption.defer()
+        view.stop()
     return 0

@@ -58,6 +58,7 @@ class LiveView:
         self._playback = Playback(motion, speed, paused)
         self._closing = threading.Event()
         self._thread: threading.Thread | None = None
+        self._is_served = self._has_ended = False
         # Others may ask while a step is made.
         self._t = motion.t
         self._told = 0.0
@@ -99,6 +100,7 @@ class LiveView:
     def serve(self) -> None:
         """Play until `stop` is called; KeyboardInterrupt (Ctrl-C) ends it, too."""
         try:
+            self._is_served = True
             while not self._closing.is_set():
                 begun = time.perf_counter()
                 is_seen = self._frame()
@@ -108,19 +110,27 @@ class LiveView:
             pass
         finally:
             self._closing.set()
-            with _quiet():
-                self._server.stop()
+            self._end()
 
     def start(self) -> None:
-        """Play in a thread."""
+        """Play in a thread, until `stop` is called."""
         self._thread = threading.Thread(target=self.serve, name="lissom view", daemon=True)
         self._thread.start()
 
     def stop(self) -> None:
         """Stop the server; once more does no harm."""
         self._closing.set()
-        if self._thread is not None and self._thread is not threading.current_thread():
+        if self._thread is not None:
             self._thread.join()
+        elif not self._is_served:
+            self._end()
+
+    def _end(self) -> None:
+        """Stop the server, once."""
+        if not self._has_ended:
+            self._has_ended = True
+            with _quiet():
+                self._server.stop()
 
     def _frame(self) -> bool:
         """One turn of the loop; whether a page is open. The motion waits for the first one."""
