@@ -11,6 +11,7 @@ from typing_extensions import deprecated, disjoint_base
 from .actuators import Along, Via, _Actuator
 from .contacts import Contact, Touch
 from .links import Joint, Link, Mimic
+from .live.server import LiveView
 from .loops import Loop
 from .targets import Target
 
@@ -1256,6 +1257,15 @@ class Simulation:
         self, *, q0: ArrayLike | None = None, v0: ArrayLike | None = None, t0: float | None = None
     ) -> None: ...
     def copy(self) -> Simulation: ...
+    def view(
+        self,
+        *,
+        port: int = 8080,
+        speed: float = 1.0,
+        paused: bool = False,
+        ranges: Mapping[str, Sequence[float]] | None = None,
+        block: bool = True,
+    ) -> LiveView: ...
     def __copy__(self) -> Simulation: ...
     def __deepcopy__(self, _memo: object) -> Simulation: ...
     @property

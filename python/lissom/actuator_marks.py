@@ -13,7 +13,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ._lissom import Profile, Robot
+from ._lissom import Input, Profile, Robot
 from .actuators import ActiveStrain, Along, Chamber, Motor, Tendon, Via
 
 Array = NDArray[np.float64]
@@ -43,6 +43,8 @@ class ActuatorMark:
     coordinate: tuple[str, str] | None = None
     #: Whether it is a tendon that is told a length, and slack where its way is shorter.
     is_let_out: bool = False
+    #: The input that is its tension, which is never negative.
+    pulled_by: str | None = None
 
 
 def actuator_marks(robot: Robot) -> list[ActuatorMark]:
@@ -52,11 +54,12 @@ def actuator_marks(robot: Robot) -> list[ActuatorMark]:
 
 def _mark(robot: Robot, actuator: object) -> ActuatorMark:
     kind: Literal["tendon", "chamber", "motor", "active strain"]
-    way, radius, coordinate, is_let_out = None, 0.0, None, False
+    way, radius, coordinate, is_let_out, pulled_by = None, 0.0, None, False, None
     match actuator:
-        case Tendon(name=name, path=path, length=told):
+        case Tendon(name=name, path=path, length=told, tension=tension):
             kind, quantities = "tendon", ("tension (N)", "length (m)")
             way, is_let_out = partial(_way, robot, path), told is not None
+            pulled_by = tension.name if isinstance(tension, Input) else None
         case Chamber(name=name, path=path, area=area):
             kind, quantities = "chamber", ("pressure (Pa)", "volume (m³)")
             way, radius = partial(_way, robot, path), float(np.sqrt(area / np.pi))
@@ -76,7 +79,7 @@ def _mark(robot: Robot, actuator: object) -> ActuatorMark:
     def length(q: Array, t: Array) -> Array:
         return np.asarray(robot.actuator_length(name, q, t=t), float)
 
-    return ActuatorMark(name, kind, quantities, force, length, way, radius, coordinate, is_let_out)
+    return ActuatorMark(name, kind, quantities, force, length, way, radius, coordinate, is_let_out, pulled_by)
 
 
 def _way(robot: Robot, path: Sequence[Along | Via], q: Array, t: Array) -> Array:

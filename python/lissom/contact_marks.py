@@ -48,7 +48,7 @@ class Touching:
 
 
 #: Of a robot without contacts.
-NOTHING_TOUCHES = Touching()
+NOTHING_TOUCHES: Touching = Touching()
 
 
 def contact_marks(robot: Robot) -> Touching:

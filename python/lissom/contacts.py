@@ -26,7 +26,20 @@ if TYPE_CHECKING:
 def _in_floats(shape: object, *names: str) -> None:
     """Makes tuples of floats of the vectors of a shape."""
     for name in names:
-        object.__setattr__(shape, name, tuple(float(x) for x in getattr(shape, name)))
+        object.__setattr__(shape, name, tuple(_number(name, x) for x in getattr(shape, name)))
+
+
+def _with_number(shape: object, name: str) -> None:
+    """Makes a float of a number of a shape."""
+    object.__setattr__(shape, name, _number(name, getattr(shape, name)))
+
+
+def _number(name: str, value: object) -> float:
+    """A number as a float; text and times are none, though Python makes numbers of some."""
+    found = np.asarray(value)
+    if found.ndim == 0 and found.dtype.kind in "biuf":
+        return float(found)
+    raise TypeError(f"{name}: {value!r} is not a number")
 
 
 @dataclass(frozen=True)
@@ -65,6 +78,7 @@ class Sphere:
 
     def __post_init__(self) -> None:
         _in_floats(self, "centre")
+        _with_number(self, "radius")
 
 
 @dataclass(frozen=True)
@@ -85,6 +99,7 @@ class Capsule:
 
     def __post_init__(self) -> None:
         _in_floats(self, "start", "end")
+        _with_number(self, "radius")
 
 
 @dataclass(frozen=True)
@@ -135,6 +150,7 @@ class Ball:
 
     def __post_init__(self) -> None:
         _in_floats(self, "position")
+        _with_number(self, "radius")
 
 
 @dataclass(frozen=True)

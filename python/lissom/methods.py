@@ -9,11 +9,23 @@ from __future__ import annotations
 import os
 from typing import TYPE_CHECKING, Any
 
-from ._lissom import ContinuationResult, EnsembleResult, Model, ModesResult, MotionResult, StaticsResult
+from ._lissom import (
+    ContinuationResult,
+    EnsembleResult,
+    Model,
+    ModesResult,
+    MotionResult,
+    Simulation,
+    StaticsResult,
+)
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
     import xarray
     from numpy.typing import NDArray
+
+    from .live.server import LiveView
 
 _SAVE = """Write the result to a file from which `lissom.load` gives it back with equal bits.
 
@@ -181,6 +193,67 @@ def _plot_modes(self: ModesResult) -> NDArray[Any]:
     return of_modes(self)
 
 
+def _view(
+    self: Simulation,
+    *,
+    port: int = 8080,
+    speed: float = 1.0,
+    paused: bool = False,
+    ranges: Mapping[str, Sequence[float]] | None = None,
+    block: bool = True,
+) -> LiveView:
+    """Show the motion as it is computed, in a browser (extra `view`), and change it there.
+
+    The page has a button to pause and run, one to step, one to go back to the start, a slider for each input
+    of the model, and a handle at the tip that pulls it. It is served to this machine alone. The motion goes
+    on from the state of the simulation, which itself stays as it is; it waits until a page is open.
+
+    Parameters
+    ----------
+    port : int
+        Where the page is served; the next one that is free where this one is taken. Any free one for 0.
+    speed : float
+        Seconds of the motion in a second of the clock.
+    paused : bool
+        Whether the motion begins paused.
+    ranges : mapping of str to (float, float), optional
+        The lowest and the highest value of sliders by the names of inputs. By default they are such that each
+        input moves the tips by about half the size of the model, as linear theory has it.
+    block : bool
+        Whether to print the address and to serve until Ctrl-C. If False, a thread serves the page until
+        `stop` of what is returned.
+
+    Returns
+    -------
+    view : lissom.live.server.LiveView
+        With the address, `url`, and the method `stop`; a context manager.
+
+    Raises
+    ------
+    ValueError, TypeError
+        Where an option makes no sense, or the model cannot be drawn.
+    OSError
+        Where no port is free.
+    ImportError
+        Where viser is not installed.
+    """
+    from .live import open_view
+
+    if not isinstance(block, bool):
+        raise TypeError(f"block: a {type(block).__name__} is not True or False")
+    view = open_view(self, port=port, speed=speed, paused=paused, ranges=ranges)
+    if block:
+        try:
+            print(f"Open {view.url} in a browser; Ctrl-C ends.", flush=True)
+            view.serve()
+        except KeyboardInterrupt:
+            # Before the page was served; from then on `serve` hears it.
+            view.stop()
+    else:
+        view.start()
+    return view
+
+
 def _attach(owner: type, name: str, function: Any, text: str | None = None) -> None:
     """Give a class a function of its own as a method."""
     import types
@@ -206,6 +279,7 @@ def attach() -> None:
     _attach(MotionResult, "report", _report)
     _attach(MotionResult, "save", _save_motion, _SAVE.format(kinds=paraview, model=""))
     _attach(MotionResult, "to_xarray", _dataset_of_motion, _DATASET.format(model="", holds=trajectory))
+    _attach(Simulation, "view", _view)
     small = "``.lissom`` or ``.npz``"
     _attach(EnsembleResult, "save", _save, _SAVE.format(kinds=small, model=""))
     holds = {

@@ -116,6 +116,8 @@ class Frame:
     pose: Callable[[Array, float | Array], Array]
     #: Geometric Jacobian (6, n), angular above linear, in world axes: of coordinates (n,) and a time.
     jacobian: Callable[[Array, float], Array]
+    #: The link whose end it is; None of a rod, which has one.
+    link: str | None = None
     #: Where it is carried along by what is prescribed: the velocity (6,) that it has by that alone, angular
     #: above linear, in world axes: of coordinates (n,) and a time.
     carried: Callable[[Array, float], Array] | None = None
@@ -172,6 +174,8 @@ class View:
     carrier_velocity: Callable[[float], Array] | None = None
     #: The same model with so many more modes of each strain; None where it cannot have them.
     with_more_modes: Callable[[int], Model | None] = lambda more: None
+    #: The same model on which these loads act as well; None of a model that takes no loads.
+    with_loads: Callable[[Sequence[Load]], Model] | None = None
     #: Numbers of multiplications of what the solvers compute, by its name.
     multiplications: Callable[[], Mapping[str, int] | None] = lambda: None
 
@@ -238,6 +242,7 @@ def of_rod(rod: Rod) -> View:
         ],
         carrier_velocity=None if rod.base_motion is None else partial(_base_velocity, rod),
         with_more_modes=partial(_rod_with_more_modes, rod),
+        with_loads=partial(_with_loads, rod),
         multiplications=lambda: rod.multiplications,
     )
 
@@ -277,6 +282,11 @@ def _rod_with_more_modes(rod: Rod, more: int) -> Rod | None:
     )
 
 
+def _with_loads(robot: Robot, loads: Sequence[Load]) -> Model:
+    arguments, options = robot.__getnewargs_ex__()
+    return type(robot)(*arguments, **options | {"loads": [*robot.loads, *loads]})
+
+
 @view.register(Robot)
 def of_robot(robot: Robot) -> View:
     """All rods, all rigid bodies, and the tips of the links that carry no others."""
@@ -314,6 +324,7 @@ def of_robot(robot: Robot) -> View:
                 link.name,
                 partial(_pose_of_tip, robot, link.name),
                 partial(_jacobian_of_tip, robot, link.name),
+                link.name,
                 partial(_velocity_of_tip, robot, link.name) if _is_prescribed(robot) else None,
             )
             for link in links
@@ -323,6 +334,7 @@ def of_robot(robot: Robot) -> View:
         members=[_member(robot, link) for link in links] if len(links) > 1 else (),
         signals=robot.coordinates,
         reach=_reach(robot),
+        with_loads=partial(_with_loads, robot),
         multiplications=lambda: robot.multiplications,
         redundant=robot.redundant_constraints,
     )

@@ -651,13 +651,13 @@ def test_help_and_version_are_good_and_quick(tmp_path):
     assert "..." not in top.stdout.split("Commands:")[1], "no line is cut off"
     assert '"lissom schema"' in top.stdout
     assert "docs/" not in top.stdout, "installed packages have no such folder"
-    for command in ("run", "check", "explain", "lab", "validate", "schema"):
+    for command in ("run", "view", "check", "explain", "lab", "validate", "schema"):
         assert re.search(rf"^  {command} ", top.stdout, re.MULTILINE)
         its = lissom_command(command, "-h", cwd=tmp_path)
         assert its.returncode == 0
         assert "Usage: lissom " + command in its.stdout
     assert lissom_command("--version", cwd=tmp_path).stdout == f"lissom, version {lissom.__version__}\n"
-    heavy = "{'numpy', 'xarray', 'pandas', 'tqdm', 'scipy', 'matplotlib'}"
+    heavy = "{'numpy', 'xarray', 'pandas', 'tqdm', 'scipy', 'matplotlib', 'viser'}"
     program = f"import lissom.cli, sys; print(sorted({heavy} & set(sys.modules)))"
     loaded = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60)
     assert loaded.stdout == "[]\n"

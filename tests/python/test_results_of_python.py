@@ -342,7 +342,7 @@ def test_the_stubs_say_what_the_methods_take():
     stub = ast.parse((Path(lissom.__file__).parent / "_lissom.pyi").read_text(encoding="utf-8"))
     classes = {node.name: node for node in stub.body if isinstance(node, ast.ClassDef)}
     seen = 0
-    for owner in keeping.RESULTS:
+    for owner in (*keeping.RESULTS, "Simulation"):
         of_stub = {node.name: node for node in classes[owner].body if isinstance(node, ast.FunctionDef)}
         methods = {k: f for k, f in vars(getattr(lissom, owner)).items() if inspect.isfunction(f)}
         for name, function in methods.items():
@@ -354,5 +354,7 @@ def test_the_stubs_say_what_the_methods_take():
             told = [ast.literal_eval(d) for d in (*arguments.defaults, *arguments.kw_defaults) if d]
             assert defaults == told
             seen += 1
-        assert {n for n in of_stub if n in ("plot", "animate", "report", "save", "to_xarray")} == set(methods)
-    assert seen == 15
+        assert {n for n in of_stub if n in ("plot", "animate", "report", "save", "to_xarray", "view")} == set(
+            methods
+        )
+    assert seen == 16

@@ -8,6 +8,7 @@ import pytest
 
 import lissom
 from lissom import gym, sensors, urdf
+from lissom.live import server
 
 DOCS = Path(__file__).parents[2] / "docs"
 DIRECTIVE = re.compile(r"^\.\. auto(?:class|function|exception):: (\w+)$", re.M)
@@ -30,6 +31,7 @@ def test_every_public_name_is_in_the_reference():
     public = {f"lissom.{name}" for name in lissom.__all__ if name != "__version__"}
     public |= {f"lissom.sensors.{name}" for name in sensors.__all__}
     public |= {f"lissom.gym.{name}" for name in gym.__all__}
+    public |= {f"lissom.live.server.{name}" for name in server.__all__}
     own = [name for name, value in vars(urdf).items() if getattr(value, "__module__", None) == urdf.__name__]
     public |= {
         f"lissom.urdf.{name}" for name in own if not name.startswith("_") and name not in BEHIND_OTHERS

@@ -28,6 +28,7 @@ from . import (
     stress,
     sweep,
     validate,
+    view,
 )
 from .exits import INTERRUPTED
 
@@ -90,6 +91,7 @@ def commands() -> None:
 for module in (
     new,
     run,
+    view,
     sweep,
     check,
     explain,

@@ -36,7 +36,8 @@ def _tendons(marks: Sequence[ActuatorMark], shown: Shown) -> list[Strand]:
     """Tubes along the ways of tendons, as thick as they pull."""
     tendons = [mark for mark in marks if mark.kind == "tendon" and mark.way is not None]
     tensions = [np.maximum(_finite(mark.force(shown.q, shown.v, shown.t, shown.u)), 0.0) for mark in tendons]
-    largest = max((float(tension.max()) for tension in tensions), default=0.0) or 1.0
+    pulls = max((float(tension.max()) for tension in tensions), default=0.0)
+    largest = float(shown.largest.of("tension", pulls)) or 1.0
     strands = []
     for mark, tension in zip(tendons, tensions, strict=True):
         assert mark.way is not None

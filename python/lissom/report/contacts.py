@@ -106,7 +106,8 @@ def _forces(touching: Touching, shown: Shown) -> list[Thing]:
         of_shape[: len(place)] = place
     sizes = np.linalg.norm(found[:, :, 1], axis=-1)
     largest = sizes.max(axis=1)
-    large = float(np.quantile(largest[largest > 0.0], LARGE)) if largest.any() else 1.0
+    large = float(np.quantile(largest[largest > 0.0], LARGE)) if largest.any() else 0.0
+    large = float(shown.largest.of("contact", large)) or 1.0
     length = ARROW * shown.size * np.minimum(sizes / large, 1.0)
     vectors = arrows.unit(found[:, :, 1]) * length[..., None]
     names = ["force of contact"] * number

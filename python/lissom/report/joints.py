@@ -29,7 +29,7 @@ def joints(marks: Sequence[JointMark], shown: Shown, layer: str = "joints", name
             balls.append(np.broadcast_to(poses[..., None, :3, 3], (len(shown.q), 1, 3)))
             names.append(of_mark)
             continue
-        local, thickness = _lines(mark, shown)
+        local, thickness = _lines(mark, shown, layer)
         radius = np.full(len(shown.q), thickness * shown.half_axis)
         things.append(Strand(of_mark, layer, placed(poses, local), radius))
     if balls:
@@ -37,13 +37,15 @@ def joints(marks: Sequence[JointMark], shown: Shown, layer: str = "joints", name
     return things
 
 
-def _lines(mark: JointMark, shown: Shown) -> tuple[Array, float]:
+def _lines(mark: JointMark, shown: Shown, layer: str) -> tuple[Array, float]:
     """Lines in the frame of a joint, and how thick they are; they cover all of the way."""
     half = shown.half_axis
     if mark.kind == "turning":
         return np.array([[-half, 0.0, 0.0], [half, 0.0, 0.0], *BREAK]), BAR
     travel = np.broadcast_to(mark.travel(shown.q, shown.t), (len(shown.q), 3))
-    low, high = travel.min(axis=0) - half, travel.max(axis=0) + half
+    name = f"{layer} {mark.kind} {mark.name}"
+    low = -shown.largest.of(f"{name} back", -travel.min(axis=0)) - half
+    high = shown.largest.of(f"{name} forth", travel.max(axis=0)) + half
     if mark.kind == "sliding":
         a, b, gap = low[0], high[0], 0.3 * half
         rails = [[a, -gap, 0.0], [b, -gap, 0.0], *BREAK, [a, gap, 0.0], [b, gap, 0.0], *BREAK]

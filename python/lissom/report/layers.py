@@ -48,6 +48,23 @@ LEGEND: dict[str, str] = {
 BREAK = np.full((1, 3), np.nan)
 
 
+class Largest:
+    """The largest values of what is drawn to scale.
+
+    A report shows all shapes at once, and its scales are those of all of them. A live view shows one shape
+    after the other, and keeps this from each to the next, so that what grows is seen to grow.
+    """
+
+    def __init__(self) -> None:
+        self._found: dict[str, Array] = {}
+
+    def of(self, name: str, values: Array | float) -> Array:
+        """The largest values of this name until now, these included, element by element."""
+        found = np.maximum(values, self._found.get(name, values))
+        self._found[name] = found
+        return found
+
+
 @dataclass(frozen=True)
 class Shown:
     """The shapes in which something is shown."""
@@ -63,6 +80,8 @@ class Shown:
     #: Radius of the thickest rod as it is drawn, and half the length of the axis of a joint, metres.
     radius: float
     half_axis: float
+    #: To what forces are to scale, and how far joints travel.
+    largest: Largest = field(default_factory=Largest)
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ..marks import LoadMark
 from . import arrows
-from .layers import BREAK, Arrows, Shown, Strand, Thing
+from .layers import BREAK, Arrows, Largest, Shown, Strand, Thing
 
 Array = NDArray[np.float64]
 
@@ -45,7 +45,7 @@ def _forces(marks: Sequence[LoadMark], shown: Shown) -> list[Thing]:
         if not chosen:
             continue
         size = ARROW * shown.size * (0.6 if is_spread else 1.0)
-        drawn = _drawn_lengths([found[i][2] for i in chosen], size)
+        drawn = _drawn_lengths([found[i][2] for i in chosen], size, shown.largest, f"force {is_spread}")
         for i, arrow in zip(chosen, drawn, strict=True):
             poses = found[i][0]
             place = poses[..., :3, 3]
@@ -76,7 +76,8 @@ def _moments(marks: Sequence[LoadMark], shown: Shown) -> list[Thing]:
         chosen = [i for i, mark in enumerate(marks) if mark.is_spread == is_spread]
         if not chosen:
             continue
-        drawn = _drawn_lengths([found[i][2] for i in chosen], shown.radius + RING * shown.size)
+        size = shown.radius + RING * shown.size
+        drawn = _drawn_lengths([found[i][2] for i in chosen], size, shown.largest, f"moment {is_spread}")
         for i, vector in zip(chosen, drawn, strict=True):
             poses, own, _ = found[i]
             radius = np.linalg.norm(vector, axis=-1)[..., None]
@@ -129,20 +130,21 @@ def _vectors(mark: LoadMark, shown: Shown) -> tuple[Array, Array, Array]:
     return poses, own, world
 
 
-def _drawn_lengths(vectors: Sequence[Array], largest: float) -> list[Array]:
+def _drawn_lengths(vectors: Sequence[Array], length: float, largest: Largest, kind: str) -> list[Array]:
     """The same vectors (shapes, places, 3) as long as they are drawn.
 
-    Each keeps its course in time. The largest one is as long as ``largest``; others are to scale with it, but
+    Each keeps its course in time. The largest one is as long as ``length``; others are to scale with it, but
     at their largest at least `LEAST_ARROW` of that.
     """
     # Squares of large numbers are beyond doubles.
     sizes = [float(np.abs(vector).max()) for vector in vectors]
     vectors = [vector / (size or 1.0) for vector, size in zip(vectors, sizes, strict=True)]
     norms = [float(np.linalg.norm(vector, axis=-1).max()) for vector in vectors]
-    shares = [size / (max(sizes) or 1.0) * norm for size, norm in zip(sizes, norms, strict=True)]
+    peaks = largest.of(kind, np.array([size * norm for size, norm in zip(sizes, norms, strict=True)]))
+    shares = peaks / (peaks.max() or 1.0)
     return [
-        vector * (largest * max(LEAST_ARROW, share / max(shares)) / norm) if norm > 0.0 else vector
-        for vector, norm, share in zip(vectors, norms, shares, strict=True)
+        vector * (length * max(LEAST_ARROW, share) * (size / peak)) if norm > 0.0 else vector
+        for vector, size, norm, peak, share in zip(vectors, sizes, norms, peaks, shares, strict=True)
     ]
 
 

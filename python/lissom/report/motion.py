@@ -100,25 +100,19 @@ def scene_of(run: Animated) -> Scene | None:
 def _in_space(run: Animated) -> Scene:
     """Links as tubes and ellipsoids, what joins them and acts on them, and the paths of their tips."""
     seen = run.view
-    least = LEAST_RADIUS * seen.size
     at = _frames(run)
     q, v, t = run.q[at], run.v[at], run.clock[at]
-    is_hollow = any(mark.way is not None for mark in seen.marks.actuators)
-    opacity = OPACITY_AROUND_ACTUATORS if is_hollow else 1.0
-    drawn: list[layers.Thing] = [solids.tube(link, q, v, t, least, opacity) for link in seen.links]
-    drawn += [solids.ellipsoid(solid, q, t, 2.0 * least) for solid in seen.solids]
+    drawn: list[layers.Thing] = [*tubes(seen, q, v, t), *bodies(seen, q, t)]
     drawn += _tips(run, at)
     low, high = layers.extent(drawn)
     # What flies far is small in its box.
     size = max(seen.size, LEAST_SIZE * float(np.linalg.norm(high - low)))
-    widest = max((solids.widest(link, least) for link in seen.links), default=0.0)
-    factor = run.load_factor[at]
-    shown = layers.Shown(q, v, run.u[at], t, factor, size, widest, _half_axis(run, size))
+    shown = layers.Shown(q, v, run.u[at], t, run.load_factor[at], size, widest(seen), half_axis(seen, size))
     things = [*drawn, *symbols.symbols(seen.marks, shown)]
     things += contacts.contacts(seen.marks.contacts, shown, low, high)
     low, high = layers.extent(things)
-    low, high = _box(low, high, 0.04 * float((high - low).max()))
-    eye = _eye(high - low)
+    low, high = box(low, high, 0.04 * float((high - low).max()))
+    eye = eye_of(high - low)
     things += symbols.around(seen.marks, low, high, eye)
     ground = symbols.floor(seen.marks.gravity, low, high)
     singular = {"rods": "rod", "bodies": "body", "tips": "tip", "paths": "path of the tip"}
@@ -135,10 +129,28 @@ def _frames(run: Animated) -> NDArray[np.intp]:
     return run.instants(int(min(most, max(FRAME_RATE * float(run.t[-1] - run.t[0]), MIN_FRAMES)) + 1))
 
 
-def _half_axis(run: Animated, size: float) -> float:
+def tubes(seen: View, q: Array, v: Array, t: Array) -> list[layers.Tube]:
+    """Links in several shapes; what is inside of them can be seen."""
+    least = LEAST_RADIUS * seen.size
+    is_hollow = any(mark.way is not None for mark in seen.marks.actuators)
+    opacity = OPACITY_AROUND_ACTUATORS if is_hollow else 1.0
+    return [solids.tube(link, q, v, t, least, opacity) for link in seen.links]
+
+
+def bodies(seen: View, q: Array, t: Array) -> list[layers.Solid]:
+    """Rigid bodies in several shapes."""
+    return [solids.ellipsoid(solid, q, t, 2.0 * LEAST_RADIUS * seen.size) for solid in seen.solids]
+
+
+def widest(seen: View) -> float:
+    """Radius of the thickest link as it is drawn, metres."""
+    return max((solids.widest(link, LEAST_RADIUS * seen.size) for link in seen.links), default=0.0)
+
+
+def half_axis(seen: View, size: float) -> float:
     """Half the length of the axes of joints: they stick out of bodies, unless these are large."""
-    widest = max((float(solid.semi_axes.max()) for solid in run.view.solids), default=0.0)
-    return float(np.clip(1.3 * widest, symbols.AXIS * size, 2.0 * symbols.AXIS * size))
+    largest = max((float(solid.semi_axes.max()) for solid in seen.solids), default=0.0)
+    return float(np.clip(1.3 * largest, symbols.AXIS * size, 2.0 * symbols.AXIS * size))
 
 
 def _tips(run: Animated, at: NDArray[np.intp]) -> list[layers.Thing]:
@@ -163,14 +175,14 @@ def _in_one_line(lines: list[Array]) -> Array:
     return np.concatenate([part for line in lines for part in (line, layers.BREAK)])[None]
 
 
-def _box(low: Array, high: Array, margin: float) -> tuple[Array, Array]:
+def box(low: Array, high: Array, margin: float) -> tuple[Array, Array]:
     """A box around another one; what happens in a plane still gets some room across it."""
     low, high = low - margin, high + margin
     centre, size = 0.5 * (low + high), np.maximum(high - low, 0.25 * float((high - low).max()))
     return centre - 0.5 * size, centre + 0.5 * size
 
 
-def _eye(size: Array) -> Array:
+def eye_of(size: Array) -> Array:
     """From where a box of that size is seen: across the plane in which most of the motion happens."""
     return np.array([(1.6, -0.7, 0.55), (0.45, -1.6, 0.45), (0.55, -1.15, 1.3)][int(np.argmin(size))])
 
@@ -179,21 +191,27 @@ def _in_plane(run: Animated, sketch: Sketch) -> Scene:
     """A mass on a line, with the path that it takes."""
     at = run.instants(MAX_FRAMES)
     path = _flat(sketch.mass(run.q[run.instants(MAX_PATH)]))
-    lines = _flat(np.stack([sketch.line(q) for q in run.q[at]]))
-    mass = _flat(sketch.mass(run.q[at]))
     size = float(np.ptp(np.concatenate([path, np.zeros((1, 3))]), axis=0).max()) or 1.0
-    hinge = np.full(3, HINGE * size)
     things: list[layers.Thing] = [
-        layers.Strand("spring", "supports", lines, np.full(len(at), LINE * size)),
-        layers.Dots(["mass"], "bodies", mass[:, None], MASS * size),
+        *in_plane(sketch, run.q[at], size),
         layers.Line("path", "paths", path[None]),
-        layers.Solid("hinge", "supports", "box", hinge, np.zeros((1, 3)), np.array([[1.0, 0.0, 0.0, 0.0]])),
     ]
     low, high = layers.extent(things)
-    low, high = _box(low, high, 0.08 * size)
+    low, high = box(low, high, 0.08 * size)
     names = {"supports": "spring and hinge", "bodies": "mass", "paths": "path"}
     ground = (1, float(low[1]), True)
     return _scene(run, at, things, low, high, np.array([0.0, 0.0, 1.0]), ground, names)
+
+
+def in_plane(sketch: Sketch, q: Array, size: float) -> list[layers.Thing]:
+    """A mass, its line and its hinge, in several shapes."""
+    lines = _flat(np.stack([sketch.line(each) for each in q]))
+    hinge = np.full(3, HINGE * size)
+    return [
+        layers.Strand("spring", "supports", lines, np.full(len(q), LINE * size)),
+        layers.Dots(["mass"], "bodies", _flat(sketch.mass(q))[:, None], MASS * size),
+        layers.Solid("hinge", "supports", "box", hinge, np.zeros((1, 3)), np.array([[1.0, 0.0, 0.0, 0.0]])),
+    ]
 
 
 def _flat(points: Array) -> Array:

@@ -395,6 +395,14 @@ RECIPES: dict[str, dict | list[dict]] = {
     "Simulation.step": {"self": "v.simulation()", "duration": "0.01"},
     "Simulation.reset": {"self": "v.simulation()", "q0": _a(0.1, 0.2), "v0": _a(0.0, 0.1), "t0": "0.1"},
     "Simulation.copy": {"self": "v.simulation()"},
+    "Simulation.view": {
+        "self": "v.Viewed()",
+        "port": "0",
+        "speed": "2.0",
+        "paused": "True",
+        "ranges": "{}",
+        "block": "False",
+    },
     "Simulations.step": {"self": "v.simulations()", "u": _a(), "duration": "0.01"},
     "Simulations.reset": {
         "self": "v.simulations()",

@@ -493,6 +493,19 @@ def simulation():
     return simulation
 
 
+class Viewed:
+    """A simulation whose live view ends when it has begun: no server outlives a case or is waited for."""
+
+    def view(self, **options):
+        if options.get("block", True) is True:
+            options["block"] = False
+        # Ports below this one belong to others.
+        if type(options.get("port")) is int and 0 < options["port"] < 2**16:
+            options["port"] = 0
+        with simulation().view(**options) as shown:
+            return shown.url.rpartition(":")[0]
+
+
 def simulations():
     """Simulations after their first step."""
     simulations = lissom.Simulations(rod(), 3, dt=0.01)

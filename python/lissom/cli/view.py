@@ -1,0 +1,64 @@
+"""``lissom view``: a scene in motion, live in a browser."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from ..interruption import interruption
+from .exits import FAILED
+from .scenes import SCENE, load, refusals_of
+from .words import note
+
+
+@click.command("view")
+@click.argument("scene", type=SCENE)
+@click.option(
+    "--port",
+    type=click.IntRange(0, 65535),
+    default=8080,
+    show_default=True,
+    help="Where the page is served; the next free one if it is taken, any free one for 0.",
+)
+@click.option(
+    "--speed",
+    type=click.FloatRange(0.0, min_open=True),
+    default=1.0,
+    show_default=True,
+    help="Seconds of the motion in a second.",
+)
+@click.option("--paused", is_flag=True, help="Begin paused.")
+def command(scene: Path, port: int, speed: float, paused: bool) -> int:
+    """Show SCENE in motion in a browser, as it is computed.
+
+    The page can pause and step, move inputs by sliders and pull the tip. It is served to this machine alone,
+    until Ctrl-C; nothing is written. The motion has no end: t_end and output of the scene do not matter.
+
+    Exit code: 1 viser is missing or no port is free; 2 bad input; 130 ended with Ctrl-C.
+    """
+    from ..files import missing
+
+    if missing("viser"):
+        note("Live views need viser", "view")
+        return FAILED
+    from ..live import of_scene
+
+    loaded = load(scene)
+    try:
+        with refusals_of(scene):
+            view = of_scene(loaded, port=port, speed=speed, paused=paused)
+    except OSError as error:
+        click.echo(f"--port: no page can be served at {port}: {error}", err=True)
+        return FAILED
+    try:
+        interruption.answer()
+        click.echo(f"{loaded.name}: open {view.url} in a browser; Ctrl-C ends.")
+        view.serve()
+    except KeyboardInterrupt:
+        # Before the page was served.
+        pass
+    finally:
+        interruption.defer()
+        view.stop()
+    return 0

@@ -1,0 +1,75 @@
+"""Simulations live: a page that shows a motion as it is computed, with hands on it (`docs/view.md`).
+
+`motion` and `playback` move, `shape` says what is drawn, `canvas` and `controls` know viser, `server` is the
+loop.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from numbers import Real
+from operator import index
+from typing import TYPE_CHECKING, Any
+
+from .._lissom import Scene, Simulation
+from ..files import missing
+from .motion import ADAPTIVE
+
+if TYPE_CHECKING:
+    from .server import LiveView
+
+#: Where the page is, unless it is told otherwise.
+PORT = 8080
+
+
+def open_view(
+    simulation: Simulation,
+    *,
+    port: int = PORT,
+    speed: float = 1.0,
+    paused: bool = False,
+    ranges: Mapping[str, Sequence[float]] | None = None,
+    title: str = "lissom",
+) -> LiveView:
+    """A page of a simulation, which does not play yet; raises as `Simulation.view` does."""
+    if missing("viser"):
+        raise ImportError("live views need viser: pip install 'lissom[view]'")
+    port = _whole("port", port)
+    if not 0 <= port <= 65535:
+        raise ValueError(f"port: {port} is not between 0 and 65535")
+    if isinstance(speed, bool) or not isinstance(speed, Real):
+        raise TypeError(f"speed: a {type(speed).__name__} is not a number")
+    speed = float(speed)
+    if not (math.isfinite(speed) and speed > 0.0):
+        raise ValueError(f"speed: {speed:g} is not a finite number above zero")
+    if not isinstance(paused, bool):
+        raise TypeError(f"paused: a {type(paused).__name__} is not True or False")
+    from .server import LiveView
+
+    return LiveView(simulation, port=port, speed=speed, paused=paused, ranges=ranges, title=title)
+
+
+def _whole(name: str, value: Any) -> int:
+    if not isinstance(value, bool):
+        with suppress(TypeError):
+            return index(value)
+    raise TypeError(f"{name}: a {type(value).__name__} is not a whole number")
+
+
+def of_scene(scene: Scene, *, port: int = PORT, speed: float = 1.0, paused: bool = False) -> LiveView:
+    """A page of a scene, which does not play yet; raises as `Simulation.view` does."""
+    return open_view(simulation_of(scene), port=port, speed=speed, paused=paused, title=scene.name)
+
+
+def simulation_of(scene: Scene) -> Simulation:
+    """The simulation that begins as the run of a scene does, with its method."""
+    settings = scene.simulation
+    start: dict[str, Any] = {"t0": settings.t0, "q0": scene.q0, "v0": scene.v0, "dt": settings.dt}
+    if settings.method == "auto":
+        # The method for the accuracy that is wanted is chosen for a run of known length.
+        return Simulation(scene.model, method="radau", rtol=settings.rtol, atol=settings.atol, **start)
+    if settings.method in ADAPTIVE:
+        start |= {"rtol": settings.rtol, "atol": settings.atol}
+    return Simulation(scene.model, method=settings.method, **start)

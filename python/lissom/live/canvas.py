@@ -1,0 +1,194 @@
+"""Draws things with viser: a node of its scene for each, which moves from shape to shape."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import viser
+from numpy.typing import NDArray
+
+from ..report import theme
+from ..report.layers import LEGEND, Arrows, Dots, Line, Solid, Strand, Thing, Tube
+from . import meshes
+from .shape import Stage
+
+Array = NDArray[np.float64]
+
+#: Vertical angle of the camera, radians, and its distance relative to the one at which all is just seen.
+FIELD, DISTANCE = 0.7, 1.1
+
+#: Planes of the ground by the axis across it.
+PLANES = ("yz", "xz", "xy")
+
+
+class Canvas:
+    """The scene of a server."""
+
+    def __init__(self, server: viser.ViserServer, stage: Stage) -> None:
+        self._scene = server.scene
+        #: Nodes by name, and what they show.
+        self._nodes: dict[str, Any] = {}
+        self._shown: dict[str, list[Array]] = {}
+        self._skins: dict[str, meshes.TubeSkin] = {}
+        self._names: Counter[str] = Counter()
+        self._begin(server, stage)
+
+    def _begin(self, server: viser.ViserServer, stage: Stage) -> None:
+        axis, place, is_up = stage.ground
+        up = np.zeros(3)
+        up[axis] = 1.0 if is_up else -1.0
+        self._scene.set_up_direction(up)
+        centre = 0.5 * (stage.low + stage.high)
+        away = DISTANCE * 0.5 * stage.size / np.tan(0.5 * FIELD)
+        camera = server.initial_camera
+        camera.fov = FIELD
+        camera.near, camera.far = 1e-3 * stage.size, 1e3 * stage.size
+        camera.up = up
+        camera.look_at = centre
+        camera.position = centre + away * stage.eye / np.linalg.norm(stage.eye)
+        on_ground = centre.copy()
+        on_ground[axis] = place
+        cell = 10.0 ** np.floor(np.log10(stage.size)) / 5.0
+        self._scene.add_grid(
+            "/floor",
+            plane=PLANES[axis],  # type: ignore[arg-type]
+            infinite_grid=True,
+            cell_size=cell,
+            section_size=5.0 * cell,
+            fade_distance=4.0 * stage.size,
+            position=on_ground,
+        )
+        self.draw(stage.around)
+        # What stands around stays.
+        self._nodes.clear()
+
+    def draw(self, things: Sequence[Thing]) -> None:
+        """Show these things, each in its first shape, and nothing else."""
+        self._names.clear()
+        seen: set[str] = set()
+        for thing in things:
+            name = self._name(thing)
+            match thing:
+                case Tube():
+                    seen |= self._tube(name, thing)
+                case Solid():
+                    seen |= self._solid(name, thing)
+                case Strand():
+                    seen |= self._strand(name, thing)
+                case Arrows():
+                    seen |= self._arrows(name, thing)
+                case Dots():
+                    seen |= self._dots(name, thing)
+                case Line():
+                    pass
+        for name, node in self._nodes.items():
+            if node.visible != (name in seen):
+                node.visible = name in seen
+
+    def _name(self, thing: Thing) -> str:
+        """A name of its own in the tree of nodes."""
+        name = f"/{thing.layer}/{thing.name.partition(',')[0].replace('/', '-')}"
+        self._names[name] += 1
+        return name if self._names[name] == 1 else f"{name} ({self._names[name]})"
+
+    def _is_new(self, name: str, *values: Array) -> bool:
+        """Whether a node has to show other values than before; these are kept."""
+        old = self._shown.get(name)
+        self._shown[name] = list(values)
+        return old is None or not all(map(np.array_equal, old, values))
+
+    def _tube(self, name: str, thing: Tube) -> set[str]:
+        turns = _turns(thing.turns[0])
+        if not (np.isfinite(thing.centres[0]).all() and np.isfinite(turns).all()):
+            return set()
+        skin = self._skins.get(name)
+        if skin is None:
+            skin = self._skins[name] = meshes.TubeSkin(thing)
+        colours = theme.sample(theme.ROD_SCALE, skin.middles)
+        opacity = thing.opacity if thing.opacity < 1.0 else None
+        seen = set()
+        for i, vertices in enumerate(skin.vertices(thing.centres[0], turns)):
+            of_band = f"{name}/{i + 1}"
+            seen.add(of_band)
+            self._mesh(of_band, vertices, skin.triangles[i], colours[i], opacity)
+        return seen
+
+    def _strand(self, name: str, thing: Strand) -> set[str]:
+        vertices, triangles = meshes.strand(thing)
+        if len(vertices) == 0:
+            return set()
+        opacity = thing.opacity if thing.opacity < 1.0 else None
+        self._mesh(name, vertices, triangles, LEGEND[thing.layer], opacity)
+        return {name}
+
+    def _mesh(
+        self, name: str, vertices: Array, triangles: meshes.Triangles, colour: str, opacity: float | None
+    ) -> None:
+        node = self._nodes.get(name)
+        if not self._is_new(name, vertices):
+            return
+        if node is None or node.faces.shape != triangles.shape:
+            self._nodes[name] = self._scene.add_mesh_simple(
+                name, vertices, triangles, color=_rgb(colour), opacity=opacity
+            )
+        else:
+            node.vertices = vertices.astype(np.float32)
+
+    def _solid(self, name: str, thing: Solid) -> set[str]:
+        centre, turn = thing.centres[0], _turns(thing.turns[0])
+        if not (np.isfinite(centre).all() and np.isfinite(turn).all()):
+            return set()
+        unit, triangles = meshes.BOX if thing.form == "box" else meshes.BALL
+        # Not a node that moves: viser shows these earlier than skins that change, and bodies would run ahead.
+        vertices = (unit * np.asarray(thing.size)) @ turn.T + centre
+        self._mesh(name, vertices, triangles, LEGEND[thing.layer], None)
+        return {name}
+
+    def _dots(self, name: str, thing: Dots) -> set[str]:
+        points = thing.points[0]
+        points = points[np.isfinite(points).all(axis=1)]
+        if len(points) == 0:
+            return set()
+        vertices, triangles = meshes.balls(points, thing.radius)
+        self._mesh(name, vertices, triangles, LEGEND[thing.layer], None)
+        return {name}
+
+    def _arrows(self, name: str, thing: Arrows) -> set[str]:
+        tails, vectors = thing.tails[0], thing.vectors[0]
+        lengths = np.linalg.norm(vectors, axis=-1)
+        is_there = np.isfinite(tails).all(axis=-1) & np.isfinite(lengths) & (lengths > 0.0)
+        if not is_there.any():
+            return set()
+        points = np.stack([tails, tails + vectors], axis=1)[is_there]
+        if self._is_new(name, points):
+            # No head is longer than its part of the shortest arrow.
+            head = min(thing.head, thing.most * float(lengths[is_there].min()))
+            self._nodes[name] = self._scene.add_arrows(
+                name,
+                points,
+                _rgb(LEGEND[thing.layer]),
+                shaft_radius=thing.radius,
+                head_radius=thing.head_radius * head / thing.head,
+                head_length=head,
+            )
+        return {name}
+
+
+def _turns(quaternions: Array) -> Array:
+    """Rotation matrices (..., 3, 3) of unit quaternions (..., 4), scalar first."""
+    w, x, y, z = np.moveaxis(quaternions, -1, 0)
+    rows = [
+        [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
+        [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
+        [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
+    ]
+    return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
+
+
+def _rgb(colour: str) -> tuple[int, int, int]:
+    """Red, green, blue of a colour in hexadecimal."""
+    red, green, blue = (int(colour[i : i + 2], 16) for i in (1, 3, 5))
+    return red, green, blue

@@ -1,0 +1,221 @@
+"""The page's controls: buttons, sliders, the handle at a tip; what they do is done by the loop."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from queue import Empty, SimpleQueue
+from typing import Any
+
+import numpy as np
+import viser
+from numpy.typing import NDArray
+
+from .._lissom import LissomError
+from .playback import Playback
+from .sliders import Slider
+
+Array = NDArray[np.float64]
+
+#: Speeds that the page offers, beside the one that it begins with.
+SPEEDS = (0.05, 0.1, 0.25, 0.5, 1.0, 2.0, 4.0)
+
+#: Strengths of the spring of a pull, relative to the one that suits the model.
+WEAKEST, STRONGEST = 0.1, 1.5
+
+#: Length of the axes of the handle, relative to the model's size.
+HANDLE = 0.12
+
+
+class Controls:
+    """The controls of a page.
+
+    Their callbacks run in threads of the server: they only leave word for the loop.
+    """
+
+    def __init__(
+        self, server: viser.ViserServer, playback: Playback, sliders: Sequence[Slider], size: float
+    ) -> None:
+        self._server = server
+        self._playback = playback
+        self._motion = playback.motion
+        self._todo: SimpleQueue[Callable[[], None]] = SimpleQueue()
+        #: The tip at which the handle is, and whether somebody holds it.
+        self._tip, self._is_held = 0, False
+        self._of_motion()
+        self._sliders = [self._of_input(each) for each in self._folder("Inputs", sliders)]
+        if sliders:
+            defaults = server.gui.add_button("All inputs as at the start")
+            defaults.on_click(self._later(lambda: self._put_back(sliders)))
+        self._handle = self._of_pull(size) if self._motion.tips else None
+
+    def _folder(self, name: str, entries: Sequence[Any]) -> Sequence[Any]:
+        """The same entries, below a heading where there are any."""
+        if entries:
+            self._server.gui.add_markdown(f"**{name}**")
+        return entries
+
+    def _later(self, what: Callable[[], None]) -> Callable[[object], None]:
+        """A callback that leaves word for the loop."""
+
+        def leave(_: object) -> None:
+            self._todo.put(what)
+
+        return leave
+
+    def _of_motion(self) -> None:
+        gui, playback = self._server.gui, self._playback
+        self._trouble = gui.add_markdown("", visible=False)
+        self._readout = gui.add_markdown("")
+        self._run = gui.add_button("Run")
+        step = gui.add_button("Step", hint="Pause, and advance by one step")
+        reset = gui.add_button("Reset", hint="Back to the start")
+        centre = gui.add_button("Centre", hint="Turn the camera to where the model is now")
+
+        async def look(event: viser.GuiEvent[Any]) -> None:
+            self._todo.put(lambda: self._look(event.client))
+
+        centre.on_click(look)
+        speeds = sorted({*SPEEDS, playback.speed})
+        speed = gui.add_dropdown(
+            "Speed", [f"{each:g} ×" for each in speeds], initial_value=f"{playback.speed:g} ×"
+        )
+        self._run.on_click(self._later(self._toggle))
+        step.on_click(self._later(playback.step))
+        reset.on_click(self._later(self._reset))
+
+        def set_speed() -> None:
+            playback.speed = float(str(speed.value).removesuffix(" ×"))
+
+        speed.on_update(self._later(set_speed))
+
+    def _toggle(self) -> None:
+        self._playback.is_paused = not self._playback.is_paused
+
+    def _look(self, client: viser.ClientHandle | None) -> None:
+        """Bring the model to the middle of a page."""
+        places = [
+            np.asarray(link.pose(self._motion.q, link.stations, self._motion.t))
+            for link in self._motion.view.links
+        ]
+        if client is None or not places:
+            return
+        points = np.concatenate(places)[:, :3, 3]
+        camera = client.camera
+        middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
+        shift = middle - camera.look_at
+        camera.position = camera.position + shift
+        camera.look_at = middle
+
+    def _reset(self) -> None:
+        self._is_held = False
+        self._playback.reset()
+
+    def _of_input(self, each: Slider) -> Any:
+        slider = self._server.gui.add_slider(each.name, each.low, each.high, each.step, each.start)
+        # Between the steps of a slider, where it begins is exact.
+        slider.on_update(self._later(lambda: self._motion.set(each.name, float(slider.value))))
+        return slider
+
+    def _put_back(self, sliders: Sequence[Slider]) -> None:
+        for slider, each in zip(self._sliders, sliders, strict=True):
+            slider.value = each.start
+            self._motion.set(each.name, each.start)
+
+    def _of_pull(self, size: float) -> Any:
+        gui, motion = self._server.gui, self._motion
+        gui.add_markdown("**Pull**: drag the handle at the tip")
+        names = [tip.name for tip in motion.tips]
+        if len(names) > 1:
+            chosen = gui.add_dropdown("Tip", names)
+            chosen.on_update(self._later(lambda: self._choose(names.index(str(chosen.value)))))
+        strength = gui.add_slider("Spring", WEAKEST, STRONGEST, 0.05, 1.0)
+        self._force = gui.add_markdown("")
+
+        def set_strength() -> None:
+            motion.strength = float(strength.value)
+
+        strength.on_update(self._later(set_strength))
+        handle = self._server.scene.add_transform_controls(
+            "/handle", HANDLE * size, disable_rotations=True, depth_test=False, position=motion.place(0)
+        )
+
+        async def drag(event: viser.TransformControlsEvent) -> None:
+            phase, target = event.phase, np.array(handle.position, float)
+            self._todo.put(lambda: self._drag(phase, target))
+
+        handle.on_update(drag)
+        return handle
+
+    def _choose(self, number: int) -> None:
+        self._motion.release()
+        self._tip, self._is_held = number, False
+
+    def _drag(self, phase: str, target: Array) -> None:
+        self._is_held = phase != "end"
+        if phase == "start" or (self._is_held and self._motion.pulled is not None):
+            self._motion.pull(self._tip, target)
+        elif not self._is_held:
+            self._motion.release()
+
+    def do(self) -> None:
+        """Do what was left to be done."""
+        while True:
+            try:
+                what = self._todo.get_nowait()
+            except Empty:
+                return
+            what()
+
+    def follow(self) -> Array | None:
+        """Bring the handle to the tip; where it is held, the two ends (2, 3) of the spring."""
+        if self._handle is None:
+            return None
+        place = self._motion.place(self._tip)
+        if self._motion.pulled is not None:
+            return np.stack([place, self._motion.pulled[1]])
+        # While it is held, the hand says where it is.
+        if not self._is_held and not np.array_equal(np.asarray(self._handle.position), place):
+            self._handle.position = place
+        return None
+
+    def tell(self) -> None:
+        """Show time, energy and speed, and why it cannot go on."""
+        playback, motion = self._playback, self._motion
+        label = "Run" if playback.is_paused else "Pause"
+        if self._run.label != label:
+            self._run.label = label
+        if self._run.disabled != bool(motion.trouble):
+            self._run.disabled = bool(motion.trouble)
+        if motion.trouble:
+            self._trouble.content = f"**The motion has ended.** {_plain(motion.trouble)}"
+        self._trouble.visible = bool(motion.trouble)
+        self._readout.content = readout(playback)
+        if self._handle is not None:
+            norm = float(np.linalg.norm(motion.force))
+            said = f"Force: {norm:.3g} N" if motion.pulled is not None else "Force: none"
+            if motion.let_go:
+                said = f"Let go: {_plain(motion.let_go)}"
+            self._force.content = said
+
+
+def readout(playback: Playback) -> str:
+    """Time, energy and speed, as Markdown."""
+    motion = playback.motion
+    rows = [("time", f"{motion.t:.3f} s")]
+    try:
+        energy = motion.energy
+    except (LissomError, ValueError):
+        rows.append(("energy", "not finite"))
+    else:
+        rows += [("energy", f"{energy.total:.4g} J"), ("kinetic", f"{energy.kinetic:.3g} J")]
+    factor, load = playback.real_time_factor, playback.load
+    if factor is None or load is None:
+        rows.append(("real-time factor", "paused" if playback.is_paused else "–"))
+    else:
+        rows.append(("real-time factor", f"{factor:.2f}, computing {100.0 * load:.0f} % of the time"))
+    return "\n".join(["| | |", "|---|---|", *(f"| {name} | {value} |" for name, value in rows)])
+
+
+def _plain(text: str) -> str:
+    """Text in which Markdown finds nothing."""
+    return "".join(f"\\{letter}" if letter in "\\`*_{}[]<>#|" else letter for letter in text)

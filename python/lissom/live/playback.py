@@ -1,0 +1,117 @@
+"""A motion that keeps up with a clock: it drops pictures, and falls behind rather than block."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Callable
+
+from .motion import Motion
+
+#: Seconds of computing after which a picture is drawn, whether the motion has caught up or not; what it still
+#: owes then is dropped, and it plays slower than it should.
+PATIENCE = 0.1
+
+#: Seconds over which the real-time factor is measured.
+MEASURED = 1.0
+
+#: Chunks that may be owed after a picture: less than one is left by rounding.
+ROUNDING = 1e-9
+
+
+class Playback:
+    """Advances a motion to the time that a clock shows.
+
+    Parameters
+    ----------
+    motion : Motion
+        What moves.
+    speed : float
+        Seconds of the motion in a second.
+    is_paused : bool
+        Whether it begins paused.
+    clock : callable
+        Seconds, rising.
+    """
+
+    def __init__(
+        self,
+        motion: Motion,
+        speed: float = 1.0,
+        is_paused: bool = False,
+        clock: Callable[[], float] = time.perf_counter,
+    ) -> None:
+        self.motion = motion
+        self.speed = speed
+        self.is_paused = is_paused
+        self._clock = clock
+        self._last: float | None = None
+        self._owed = 0.0
+        #: Wall times, times of the motion and seconds of computing of the last pictures.
+        self._history: deque[tuple[float, float, float]] = deque()
+        self._computed = 0.0
+
+    def frame(self) -> None:
+        """Bring the motion to the time that the clock shows."""
+        now = self._clock()
+        self._owed += self.speed * (now - (now if self._last is None else self._last))
+        self._last = now
+        if self.is_paused or self.motion.trouble:
+            self._owed = 0.0
+            self._history.clear()
+            return
+        self._catch_up(now + PATIENCE)
+        if self.motion.trouble:
+            self._history.clear()
+            return
+        done = self._clock()
+        self._computed += done - now
+        self._history.append((now, self.motion.t, self._computed))
+        while self._history[-1][0] - self._history[0][0] > MEASURED:
+            self._history.popleft()
+
+    def _catch_up(self, deadline: float) -> None:
+        chunk = self.motion.chunk
+        while self._owed >= chunk * (1.0 - ROUNDING):
+            if not self.motion.advance(chunk):
+                self.is_paused = True
+                return
+            self._owed -= chunk
+            if self._clock() >= deadline:
+                # What is owed beyond that is time that nobody will see.
+                self._owed = min(self._owed, chunk * (1.0 - 2.0 * ROUNDING))
+
+    def hold(self) -> None:
+        """Let the clock run on without the motion."""
+        self._last = None
+        self._history.clear()
+
+    def step(self) -> None:
+        """Pause, and advance by a step."""
+        self.is_paused = True
+        if not self.motion.trouble:
+            self.motion.advance(self.motion.step_size)
+
+    def reset(self) -> None:
+        """Go back to the start, and play on if it was playing or could not go on."""
+        if self.motion.trouble:
+            self.is_paused = False
+        self.motion.reset()
+        self._owed = 0.0
+        self._history.clear()
+
+    @property
+    def real_time_factor(self) -> float | None:
+        """Seconds of the motion in a second, over the last one; None where it does not play."""
+        return self._rate(1)
+
+    @property
+    def load(self) -> float | None:
+        """Part of the time that computing takes, over the last second; None where it does not play."""
+        return self._rate(2)
+
+    def _rate(self, column: int) -> float | None:
+        if len(self._history) < 2:
+            return None
+        first, last = self._history[0], self._history[-1]
+        return (last[column] - first[column]) / (last[0] - first[0])

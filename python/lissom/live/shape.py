@@ -1,0 +1,99 @@
+"""What is drawn of a motion at one time: the things that reports draw, in one shape after the other."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..report import contacts, layers, symbols
+from ..report import motion as drawing
+from ..report.layers import Largest, Shown, Thing, Tube, quaternions
+from ..views import View
+
+Array = NDArray[np.float64]
+
+#: Room around a model, relative to how far it can reach: of one that is clamped, and of one that may go away.
+ROOM, FREE_ROOM = 0.1, 0.5
+
+#: Room around a mass on a line, relative to how long the line is at the start.
+SWING = 1.3
+
+
+@dataclass(frozen=True)
+class Stage:
+    """Where a model moves: the box that is seen, and what stands still in it."""
+
+    low: Array
+    high: Array
+    #: Direction from which it is seen.
+    eye: Array
+    #: Axis across the ground, where it is, and whether up is the axis' direction.
+    ground: tuple[int, float, bool]
+    around: list[Thing]
+
+    @property
+    def size(self) -> float:
+        """Length of the diagonal, metres."""
+        return float(np.linalg.norm(self.high - self.low))
+
+
+class Shape:
+    """Draws a model, one shape after the other; scales are those of all shapes that it has drawn."""
+
+    def __init__(self, view: View, q: Array, v: Array, t: float, u: Array) -> None:
+        self.view = view
+        self._largest = Largest()
+        self._tubes: list[Tube] = []
+        if view.is_spatial:
+            # Sections stay the same from shape to shape.
+            self._tubes = [
+                replace(tube, quantities={}) for tube in drawing.tubes(view, q[None], v[None], np.array([t]))
+            ]
+            self._radius, self._half_axis = drawing.widest(view), drawing.half_axis(view, view.size)
+        self._reach = view.size
+        if view.sketch is not None:
+            self._reach = SWING * float(np.linalg.norm(view.sketch.mass(q[None]))) or 1.0
+        self.stage = self._stage(q, v, t, u)
+
+    def _stage(self, q: Array, v: Array, t: float, u: Array) -> Stage:
+        # Contacts draw what touches within the box, which is not known yet.
+        self._box = (np.full(3, -self._reach), np.full(3, self._reach))
+        low, high = self._box
+        if not self.view.is_spatial:
+            return Stage(low, high, np.array([0.0, 0.0, 1.0]), (1, float(low[1]), True), [])
+        drawn = self.things(q, v, t, u)
+        low, high = layers.extent([thing for thing in drawn if thing.layer != "obstacles"])
+        # What hangs or swings goes on around where it starts.
+        room = (ROOM if self.view.marks.clamps else FREE_ROOM) * self.view.size
+        low, high = drawing.box(low, high, room)
+        # The parts of half spaces that are drawn are those within the box.
+        self._box = (low, high)
+        low, high = layers.extent(self.things(q, v, t, u))
+        low, high = np.minimum(low, self._box[0]), np.maximum(high, self._box[1])
+        eye = drawing.eye_of(high - low)
+        around = symbols.around(self.view.marks, low, high, eye)
+        return Stage(low, high, eye, symbols.floor(self.view.marks.gravity, low, high), around)
+
+    def things(self, q: Array, v: Array, t: float, u: Array) -> list[Thing]:
+        """All that is drawn of the model in this shape."""
+        if self.view.sketch is not None and not self.view.is_spatial:
+            return drawing.in_plane(self.view.sketch, q[None], self._reach)
+        if not self.view.is_spatial:
+            return []
+        at, one = np.array([t]), np.ones(1)
+        shown = Shown(
+            q[None], v[None], u[None], at, one, self.view.size, self._radius, self._half_axis, self._largest
+        )
+        return [
+            *(self._moved(i, q, at) for i in range(len(self._tubes))),
+            *drawing.bodies(self.view, q[None], at),
+            *symbols.symbols(self.view.marks, shown),
+            *contacts.contacts(self.view.marks.contacts, shown, *self._box),
+        ]
+
+    def _moved(self, number: int, q: Array, t: Array) -> Tube:
+        link = self.view.links[number]
+        poses = link.pose(q[None], link.stations, t)
+        return replace(self._tubes[number], centres=poses[..., :3, 3], turns=quaternions(poses[..., :3, :3]))

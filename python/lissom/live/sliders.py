@@ -1,0 +1,93 @@
+"""Sliders for the inputs of a model: how far each goes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from .motion import Motion
+from .spring import deflections
+
+#: A slider moves the tips by about this part of the model's size, by linear theory.
+MOVED = 0.5
+
+#: Steps of a slider.
+STEPS = 200
+
+
+@dataclass(frozen=True)
+class Slider:
+    """An input, from where to where it goes, and where it begins."""
+
+    name: str
+    low: float
+    high: float
+    start: float
+
+    @property
+    def step(self) -> float:
+        """By how much it moves at once."""
+        return (self.high - self.low) / STEPS
+
+
+def sliders(motion: Motion, ranges: Mapping[str, Sequence[float]] | None = None) -> list[Slider]:
+    """A slider for each input: by the given ranges, else as far as the tips move visibly.
+
+    Raises ValueError, TypeError where a range makes no sense.
+    """
+    given = _checked(ranges or {}, motion.model.inputs)
+    reach = _reach(motion)
+    pulls = {mark.pulled_by for mark in motion.view.marks.actuators}
+    found = []
+    for name, start, high in zip(motion.model.inputs, motion.u.tolist(), reach, strict=True):
+        low, high = given.get(name, (0.0 if name in pulls else -high, high))
+        # What is set already can be kept.
+        found.append(Slider(name, min(low, start), max(high, start), start))
+    return found
+
+
+def _checked(ranges: Mapping[str, Sequence[float]], names: Sequence[str]) -> dict[str, tuple[float, float]]:
+    if not isinstance(ranges, Mapping):
+        raise TypeError(f"ranges: a {type(ranges).__name__} is no mapping of names to (lowest, highest)")
+    checked = {}
+    for name, ends in ranges.items():
+        if name not in names:
+            known = ", ".join(names) or "none"
+            raise ValueError(f"ranges: the model has no input {name!r}; its inputs: {known}")
+        checked[name] = _ends(name, ends)
+    return checked
+
+
+def _ends(name: str, ends: Any) -> tuple[float, float]:
+    try:
+        low, high = (float(end) for end in ends)
+    except (TypeError, ValueError):
+        raise ValueError(f"ranges[{name!r}]: {ends!r} is not a pair of numbers (lowest, highest)") from None
+    if not (math.isfinite(low) and math.isfinite(high) and low < high):
+        raise ValueError(
+            f"ranges[{name!r}]: ({low:g}, {high:g}) has to be finite and its second number above its first"
+        )
+    return low, high
+
+
+def _reach(motion: Motion) -> list[float]:
+    """The highest value of each input."""
+    if not motion.model.inputs:
+        return []
+    moved = deflections(motion.model, list(motion.tips), motion.q, motion.t, motion.u)
+    return [
+        _round(max(MOVED * (motion.view.size or 1.0) / each, 2.0 * abs(start)))
+        if np.isfinite(each) and each > 0.0
+        else _round(max(1.0, 2.0 * abs(start)))
+        for each, start in zip(moved.tolist(), motion.u.tolist(), strict=True)
+    ]
+
+
+def _round(value: float) -> float:
+    """The next one of 1, 2, 5, 10, ..."""
+    power = 10.0 ** math.floor(math.log10(value))
+    return next(power * digit for digit in (1.0, 2.0, 5.0, 10.0) if power * digit >= value * (1.0 - 1e-9))
