@@ -59,8 +59,8 @@ def touches_at_a_point(distance, t=-0.5):
     """The same two forces, by elliptic integrals.
 
     From the middle, with the slope zero, to the pin, an inflection, the strut is an elastica under the force
-    1 / a^2 at the angle phi to the axis: with psi the slope against that force and sin(psi / 2) = k sin(t), it
-    is a (K - F(t)) long, 2 a (E - E(t)) less that along the force and 2 k a cos(t) across it.
+    1 / a^2 at the angle phi to the axis. With psi the slope against that force and sin(psi / 2) = k sin(t),
+    it is a (K - F(t)) long, 2 a (E - E(t)) less that along the force and 2 k a cos(t) across it.
     """
 
     def ends(k, a, t):
