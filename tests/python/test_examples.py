@@ -20,7 +20,7 @@ SHORT = {
     "train_reach": ["--steps", "2048", "--envs", "8"],
     "crawling_snake": ["--time", "0.5"],
     "overhand_knot": ["--time", "0.02"],
-    "plectoneme": ["--levels", "1.95", "--dt", "5e-3"],
+    "plectoneme": ["--levels", "1.7", "--dt", "5e-3"],
 }
 
 
