@@ -19,6 +19,8 @@ NEEDS = {"train_reach": "stable_baselines3"}
 SHORT = {
     "train_reach": ["--steps", "2048", "--envs", "8"],
     "crawling_snake": ["--time", "0.5"],
+    "overhand_knot": ["--time", "0.02"],
+    "plectoneme": ["--levels", "1.7", "--dt", "5e-3"],
 }
 
 

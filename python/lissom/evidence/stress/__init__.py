@@ -15,7 +15,7 @@ from typing import Any
 from ..._lissom import __version__
 from ...files import write_report, write_summary
 from ...folders import MARK
-from . import ill_posed, lab_scene, loads, long_runs, scaling, shapes, steps, sweeps
+from . import ill_posed, lab_scene, loads, long_runs, scaling, shapes, steps, sweeps, touching
 from .cell import KINDS, Cell, Group, Kind, Outcome
 
 #: The groups in the order of the report.
@@ -35,6 +35,7 @@ GROUPS: tuple[Callable[[], Group], ...] = (
     loads.buckling,
     loads.follower,
     loads.snap_through,
+    touching.group,
     long_runs.group,
     ill_posed.models,
     ill_posed.motions,

@@ -1,0 +1,239 @@
+"""What falls, slides, is wedged or piled up: contact that is fast, stiff, sticky, or at an end."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from ..._lissom import Body, MotionResult, Robot, Segment
+from ...contacts import Ball, Box, Capsule, Contact, HalfSpace
+from ...links import Free, Link, Prismatic
+from . import judge
+from .cell import Cell, Group, Outcome
+
+GRAVITY = 9.81
+
+#: Largest energy above that of the start, relative to the largest kinetic one: nothing does work.
+ENERGY_TOLERANCE = 1e-2
+
+#: Largest rise of the energy after a fall, which tells of steps that are too long.
+RISE_TOLERANCE = 1e-2
+
+#: Largest error of the force that carries what has come to rest, relative to its weight, and the largest
+#: speed and acceleration of what rests, in coordinates of metres and radians (curvatures by the length).
+WEIGHT_TOLERANCE, REST, STILL = 2e-2, 5e-3, 0.05
+
+#: Fixed steps, in seconds; the first one is the default.
+STEPS = {"10 ms": 1e-2, "1 ms": 1e-3, "0.1 ms": 1e-4}
+
+LENGTH = 0.3
+RUBBER: dict[str, Any] = {
+    "radius": 0.01,
+    "young_modulus": 1e6,
+    "poisson_ratio": 0.45,
+    "density": 1000.0,
+    "modes": {"torsion": 1, "bend_y": 3, "bend_z": 3},
+    "retardation_time": 0.01,
+}
+#: Newtons.
+WEIGHT = GRAVITY * 1000.0 * np.pi * 0.01**2 * LENGTH
+FLOOR = HalfSpace()
+
+
+@dataclass(frozen=True)
+class Scene:
+    """What is let go, and for how long it is watched."""
+
+    robot: Robot
+    time: float = 0.4
+    start: dict[str, Any] = field(default_factory=dict)
+    #: What floors and walls carry in the end, newtons; None where that is not known.
+    weight: float | None = WEIGHT
+
+
+def free_rod(name: str, height: float, *, tilt: float = 0.0, y: float = 0.0, **changes: Any) -> Link:
+    """A rod whose middle is over the origin; tilted, its tip is lower than its base."""
+    segment = Segment(LENGTH, **(RUBBER | changes))
+    place = (-0.5 * LENGTH * np.cos(tilt), y, height + 0.5 * LENGTH * np.sin(tilt))
+    turn = (np.cos(0.5 * tilt), 0, np.sin(0.5 * tilt), 0)
+    return Link(name, joint=Free(), rod=[segment], position=place, orientation=turn)
+
+
+def thrown(link: Link, velocity: tuple[float, float, float], contact: Contact) -> Scene:
+    """A free link with a velocity."""
+    robot = Robot([link], contacts=[contact])
+    v0 = np.zeros(robot.n)
+    v0[:3] = velocity
+    return Scene(robot, start={"v0": v0})
+
+
+def impact(speed: float, tilt: float) -> Scene:
+    """A rod that hits a floor."""
+    low = 0.012 + 0.5 * LENGTH * np.sin(tilt)
+    return thrown(free_rod("rod", low, tilt=tilt), (0, 0, -speed), Contact("rod", FLOOR, friction=0.5))
+
+
+def sliding(friction: float) -> Scene:
+    """A rod that lands and slides askew."""
+    return thrown(free_rod("rod", 0.011), (0.7, 0.7, 0.0), Contact("rod", FLOOR, friction=friction))
+
+
+def stiffness(value: float) -> Scene:
+    """A rod that falls on a floor that is softer or stiffer than its material."""
+    contact = Contact("rod", FLOOR, friction=0.5, stiffness=value)
+    return Scene(Robot([free_rod("rod", 0.02, tilt=0.05)], contacts=[contact]))
+
+
+def masses(ratio: float) -> Scene:
+    """A ball, of so many times the mass, is dropped on a rod that bridges two pegs."""
+    radius = 0.03
+    mass = ratio * WEIGHT / GRAVITY
+    ball = Link(
+        "ball",
+        joint=Prismatic((0, 0, 1)),
+        body=Body(mass, inertia=0.4 * mass * radius**2 * np.eye(3)),
+        position=(0, 0, 0.021 + radius),
+    )
+    bars = [Capsule((x, -0.1, -0.01), (x, 0.1, -0.01), 0.01) for x in (-0.1, 0.1)]
+    pegs = [Contact("rod", bar, friction=0.5, name=f"peg {i}") for i, bar in enumerate(bars)]
+    rod = free_rod("rod", 0.0101, young_modulus=1e6 * max(1.0, ratio))
+    contacts = [*pegs, Contact("rod", Ball("ball", radius), friction=0.5)]
+    return Scene(Robot([rod, ball], contacts=contacts), weight=(1.0 + ratio) * WEIGHT)
+
+
+def wedged(friction: float) -> Scene:
+    """A rod falls between two walls that meet at 40 degrees."""
+    slope = np.radians(70.0)
+    walls = [HalfSpace((0, 0, 0), (0, side * np.sin(slope), np.cos(slope))) for side in (1, -1)]
+    contacts = [Contact("rod", wall, friction=friction, name=f"wall {i}") for i, wall in enumerate(walls)]
+    return Scene(Robot([free_rod("rod", 0.04, y=0.003)], contacts=contacts))
+
+
+def taper() -> Scene:
+    """A rod whose tip is a third as thick as its base falls on it."""
+    rod = free_rod("rod", 0.155, tilt=0.5 * np.pi, radius=(0.01, 0.0033))
+    return Scene(Robot([rod], contacts=[Contact("rod", FLOOR, friction=0.5)]), weight=None)
+
+
+def clamped(obstacle: Any) -> Scene:
+    """A rod sinks from its clamp onto what is below it."""
+    rod = Link("rod", rod=[Segment(LENGTH, **RUBBER)])
+    return Scene(Robot([rod], contacts=[Contact("rod", obstacle, friction=0.5)]), weight=None)
+
+
+def pile(count: int) -> Scene:
+    """Rods dropped crosswise into a box."""
+    side = 0.2
+    walls = [FLOOR]
+    walls += [HalfSpace((-side * x, -side * y, 0), (x, y, 0)) for x, y in ((1, 0), (-1, 0), (0, 1), (0, -1))]
+    links = []
+    for i in range(count):
+        angle = 0.5 * np.pi * (i % 2) + 0.1 * i
+        links.append(
+            Link(
+                f"rod {i}",
+                joint=Free(),
+                rod=[Segment(LENGTH, **RUBBER)],
+                position=(-0.5 * LENGTH * np.cos(angle), -0.5 * LENGTH * np.sin(angle), 0.012 + 0.022 * i),
+                orientation=(np.cos(0.5 * angle), 0, 0, np.sin(0.5 * angle)),
+            )
+        )
+    names = [link.name for link in links]
+    contacts = [
+        Contact(name, wall, friction=0.3, name=f"{name}, wall {k}")
+        for name in names
+        for k, wall in enumerate(walls)
+    ]
+    contacts += [
+        Contact(a, b, friction=0.3, name=f"{a}, {b}") for i, a in enumerate(names) for b in names[i + 1 :]
+    ]
+    return Scene(Robot(links, contacts=contacts), time=0.15, weight=count * WEIGHT)
+
+
+CASES: dict[str, Callable[[], Scene]] = {
+    "flat at 1 m/s": partial(impact, 1.0, 0.0),
+    "flat at 10 m/s": partial(impact, 10.0, 0.0),
+    "askew at 10 m/s": partial(impact, 10.0, 0.3),
+    "end first at 10 m/s": partial(impact, 10.0, 1.5),
+    "slides without friction": partial(sliding, 0.0),
+    "slides, friction 0.5": partial(sliding, 0.5),
+    "slides, friction 5": partial(sliding, 5.0),
+    "floor a hundredth as stiff": partial(stiffness, 1e4),
+    "floor as stiff": partial(stiffness, 1e6),
+    "floor 100 000 times as stiff": partial(stiffness, 1e11),
+    "under a ball of a thousandth of its mass": partial(masses, 1e-3),
+    "under a ball of its mass": partial(masses, 1.0),
+    "under a ball of a thousand times its mass": partial(masses, 1e3),
+    "wedged without friction": partial(wedged, 0.0),
+    "wedged, friction 0.5": partial(wedged, 0.5),
+    "wedged, friction 5": partial(wedged, 5.0),
+    "on the tip of a taper": taper,
+    "on a box that ends at the clamp": partial(clamped, Box((0.05, 0, -0.06), (0.05, 0.1, 0.045))),
+    "on a peg at the clamp": partial(clamped, Capsule((0.001, -0.1, -0.0205), (0.001, 0.1, -0.0205), 0.01)),
+    "2 in a box": partial(pile, 2),
+    "5 in a box": partial(pile, 5),
+}
+
+
+def touching(make: Callable[[], Scene], dt: float) -> Outcome:
+    """Energy is only lost, and what has come to rest is carried."""
+    scene = make()
+    robot = scene.robot
+    motion = judge.run(robot, scene.time, dt=dt, **scene.start)
+    if not motion.success:
+        return judge.failure(motion)
+    cost = motion.stats.nfev
+    if not np.isfinite(motion.q).all():
+        return Outcome("wrong", "the states are not finite", None, cost)
+    energies = [robot.energy(q, v) for q, v in zip(motion.q, motion.v, strict=True)]
+    total = np.array([energy.total for energy in energies])
+    scale = max(energy.kinetic for energy in energies)
+    gain = float(np.max(total - total[0])) / scale
+    if gain > ENERGY_TOLERANCE:
+        return Outcome("wrong", f"the energy grows by {gain:.1e} of the largest kinetic one", gain, cost)
+    off = carried(scene, motion)
+    if off > WEIGHT_TOLERANCE:
+        return Outcome("wrong", f"at rest what carries it is off by {off:.1e} of the weight", off, cost)
+    rise = float(np.max(total - np.minimum.accumulate(total))) / scale
+    if rise > RISE_TOLERANCE:
+        reason = (
+            f"the step is too long: after a fall the energy rises by {rise:.1e} of the largest kinetic one"
+        )
+        return Outcome("failed", reason, rise, cost)
+    return judge.right_motion(rise, cost, "energy, and what carries the weight")
+
+
+def carried(scene: Scene, motion: MotionResult) -> float:
+    """How far the force of all obstacles is from the weight, relative to it; zero of what still moves."""
+    robot, q, v, a = scene.robot, motion.q[-1], motion.v[-1], motion.a[-1]
+    moves = max(np.abs(v).max() / REST, np.abs(a).max() / STILL) * LENGTH > 1.0
+    if scene.weight is None or moves:
+        return 0.0
+    names = [contact.name for contact in robot.contacts if not isinstance(contact.b, str | Ball)]
+    force = sum(robot.contact_forces(q, v, name=name)[5] for name in names)
+    return float(abs(force / scene.weight - 1.0))
+
+
+def group() -> Group:
+    """Contact."""
+    return Group(
+        "contact",
+        "Contact",
+        "a soft rod",
+        "step",
+        [
+            Cell(case, step, partial(touching, make, dt), quick=dt == 1e-3 and "box" not in case)
+            for case, make in CASES.items()
+            for step, dt in STEPS.items()
+            # Many rods take too long with the shortest step.
+            if dt >= 1e-3 or "in a box" not in case
+        ],
+        "Soft rods that fall on floors, pegs and each other, from rest or at up to 10 m/s. Nothing does "
+        "work on them: the energy never exceeds that of the start, and where all has come to rest the "
+        "obstacles carry the weight. A step that half resolves an impact gives back a part of what the step "
+        "before took; that counts as failed.",
+    )

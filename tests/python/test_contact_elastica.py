@@ -1,0 +1,212 @@
+"""A buckled strut that touches a wall: the planar elastica with walls, first at a point, then along a line.
+
+Length and bending stiffness are one, the ends are pinned at the distance D, the wall is at the height H.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from scipy.integrate import solve_bvp
+from scipy.optimize import brentq, fsolve
+from scipy.special import ellipe, ellipeinc, ellipk, ellipkinc
+
+import lissom
+
+H, RADIUS, PARTS, MODES = 0.1, 0.002, 16, 3
+
+
+def strut(distance, stiffness):
+    part = lissom.Segment(
+        1 / PARTS, radius=RADIUS, young_modulus=4 / (np.pi * RADIUS**4), poisson_ratio=0.3, density=1000,
+        modes={"bend_y": MODES},
+    )  # fmt: skip
+    hinge = lissom.Revolute((0, 1, 0))
+    link = lissom.Link("strut", rod=[part] * PARTS, joint=hinge)
+    wall = lissom.Contact("strut", lissom.HalfSpace((0, 0, -H - RADIUS), (0, 0, 1)), stiffness=stiffness)
+    pin = lissom.Loop((None, None, (distance, 0, 0)), ("strut",), hinge, name="pin")
+    return lissom.Robot([link], loops=[pin], contacts=[wall], gravity=(0, 0, 0))
+
+
+def equilibrium(distance, stiffness, slope=0.8):
+    """Of the strut that has buckled towards the wall, from a sine whose ends have the slope over pi."""
+    robot = strut(distance, stiffness)
+    q0 = np.zeros(robot.n)
+    q0[0] = slope / np.pi
+    x, weights = np.polynomial.legendre.leggauss(8)
+    for part in range(PARTS):
+        curvature = -slope * np.sin(np.pi * (part + (x + 1) / 2) / PARTS)
+        for k in range(MODES):
+            shape = np.polynomial.legendre.Legendre.basis(k)(x)
+            q0[1 + part * MODES + k] = (k + 0.5) * weights @ (curvature * shape)
+    found = lissom.statics(robot, q0)
+    assert found.success, found.message
+    assert found.stability == "stable"
+    return robot, found.q
+
+
+def forces(robot, q):
+    """Of the pins along the strut, and half of that of the wall."""
+    rest = np.zeros_like(q)
+    return robot.base_wrench(q, rest, rest)[3], 0.5 * robot.contact_forces(q, rest)[5]
+
+
+# Rigid walls
+
+
+def touches_at_a_point(distance, t=-0.5):
+    """The same two forces, by elliptic integrals.
+
+    From the middle, with the slope zero, to the pin, an inflection, the strut is an elastica under the force
+    1 / a^2 at the angle phi to the axis. With psi the slope against that force and sin(psi / 2) = k sin(t),
+    it is a (K - F(t)) long, 2 a (E - E(t)) less that along the force and 2 k a cos(t) across it.
+    """
+
+    def ends(k, a, t):
+        phi = -2 * np.arcsin(k * np.sin(t))
+        length = a * (ellipk(k**2) - ellipkinc(t, k**2))
+        along = 2 * a * (ellipe(k**2) - ellipeinc(t, k**2)) - length
+        across = 2 * a * k * np.cos(t)
+        x, z = np.array([[np.cos(phi), -np.sin(phi)], [np.sin(phi), np.cos(phi)]]) @ [along, across]
+        return phi, length, x, z
+
+    def gaps(u):
+        _, length, x, z = ends(*u)
+        return length - 0.5, x - 0.5 * distance, z - H
+
+    solution, _, ok, message = fsolve(gaps, [0.08, 0.5 / (np.pi / 2 - t), t], full_output=True)
+    assert ok == 1, message
+    # Beyond a quarter of a period it would bend away from the wall.
+    assert -np.pi / 2 < solution[2] < 0
+    phi = ends(*solution)[0]
+    return np.array([np.cos(phi), np.sin(phi)]) / solution[1] ** 2
+
+
+def free_end(slope, height=H):
+    """Half a period between inflections, 2 K a long, whose slope against its chord is the one of the chord.
+
+    Gives a, its length and what it takes of the axis.
+    """
+    m = np.sin(slope / 2) ** 2
+    chord = 2 * (2 * ellipe(m) - ellipk(m))
+    a = height / (chord * np.sin(slope))
+    return a, 2 * ellipk(m) * a, chord * a * np.cos(slope)
+
+
+def touches_along_a_line(distance):
+    """The same two forces, and how long the ends are that have left the wall."""
+
+    def gap(slope):
+        _, length, x = free_end(slope)
+        return 2 * x + 1 - 2 * length - distance
+
+    slope = brentq(gap, 0.15, 0.9, xtol=1e-14)
+    a, length, _ = free_end(slope)
+    assert length < 0.5
+    return np.array([np.cos(slope), np.sin(slope)]) / a**2, length
+
+
+def test_the_closed_forms_meet_where_the_middle_is_flat():
+    # For small slopes that is at four times Euler's load.
+    for height, far in ((0.01, 1e-3), (H, 0.1)):
+        slope = brentq(lambda slope, height=height: free_end(slope, height)[1] - 0.5, 1e-3, 0.9, xtol=1e-14)
+        a, _, x = free_end(slope, height)
+        load = np.array([np.cos(slope), np.sin(slope)]) / a**2
+        assert_allclose(load[0], 4 * np.pi**2, rtol=far)
+    assert_allclose(touches_at_a_point(2 * x * (1 + 1e-6), t=-1.5), load, rtol=1e-3)
+
+
+def test_a_wall_is_touched_at_a_point():
+    wanted = touches_at_a_point(0.974)
+    errors = [
+        wanted - forces(*equilibrium(0.974, stiffness, slope))
+        for stiffness, slope in ((1e6, 0.8), (1e7, 0.65))
+    ]
+    # A bar on an elastic foundation sinks in as stiffness to the power of -3/4.
+    assert np.all(errors[1] > 0)
+    assert np.all(errors[1] < [0.01 * wanted[0], 0.02 * wanted[1]])
+    assert np.all(errors[1] < 0.25 * errors[0])
+
+
+@pytest.mark.parametrize(("distance", "tolerance"), [(0.965, 0.01), (0.95, 0.03)])
+def test_a_wall_is_touched_along_a_line(distance, tolerance):
+    # What is flat bends a little into the wall, as a bar under axial force on an elastic foundation.
+    robot, q = equilibrium(distance, 1e6)
+    wanted, length = touches_along_a_line(distance)
+    assert_allclose(forces(robot, q), wanted, rtol=tolerance)
+    places = [touch.along[0] for touch in robot.touches(q)]
+    sunk = (1 / 1e6) ** 0.25
+    assert_allclose([min(places), max(places)], [length, 1 - length], atol=2 * sunk)
+
+
+# The wall that lissom has
+
+
+def collocation(distance, stiffness, robot, q):
+    """The forces by collocation of the half, with the pressure that the wall has."""
+
+    def slopes(s, y, p):
+        _, z, angle, curvature, across = y
+        pressure = stiffness * np.maximum(0, -H - z)
+        moment = -np.cos(angle) * across - np.sin(angle) * p[0]
+        return np.vstack([np.cos(angle), np.sin(angle), curvature, moment, -pressure])
+
+    def ends(middle, pin, p):
+        return np.array([middle[0], middle[2], middle[4], pin[0] - distance / 2, pin[1], pin[3]])
+
+    s = np.linspace(0, 0.5, 401)
+    poses = robot.pose(q, 0.5 + s)
+    x, z = poses[:, 0, 3] - poses[0, 0, 3], poses[:, 2, 3]
+    pressure = stiffness * np.maximum(0, -H - z)
+    across = -np.r_[0, np.cumsum(0.5 * (pressure[1:] + pressure[:-1]) * np.diff(s))]
+    angle = np.arctan2(poses[:, 2, 0], poses[:, 0, 0])
+    guess = np.vstack([x, z, angle, -robot.strain(q, 0.5 + s)[:, 1], across])
+    # From somewhere else: what it finds is its own.
+    guess *= 1.02
+    found = solve_bvp(slopes, ends, s, guess, [1.02 * forces(robot, q)[0]], tol=1e-5, max_nodes=20000)
+    assert found.success, found.message
+    return np.array([found.p[0], -found.sol(0.5)[4]])
+
+
+@pytest.mark.parametrize(
+    ("distance", "stiffness", "slope"),
+    [(0.974, 1e6, 0.8), (0.974, 1e7, 0.65), (0.97, 1e6, 0.8), (0.965, 1e6, 0.8), (0.95, 1e6, 0.8)],
+)
+def test_forces_are_those_of_collocation(distance, stiffness, slope):
+    robot, q = equilibrium(distance, stiffness, slope)
+    assert_allclose(forces(robot, q), collocation(distance, stiffness, robot, q), rtol=1e-4)
+
+
+# Between plates
+
+
+@pytest.mark.parametrize("upper", [None, 2e4])
+def test_a_rod_pressed_between_plates(upper):
+    # Overlaps share what the gap lacks, forces differ by the weight; both are spread evenly.
+    radius, length, gap, young, density = 0.01, 0.3, 0.0195, 1e5, 1200
+    rod = [
+        lissom.Segment(
+            length, radius=radius, young_modulus=young, poisson_ratio=0.5, density=density,
+            modes={"bend_y": 4},
+        )
+    ]  # fmt: skip
+    link = lissom.Link("rod", rod=rod, joint=lissom.Planar((0, 1, 0)), position=(0, 0, 0.5 * gap))
+    contacts = [
+        lissom.Contact("rod", lissom.HalfSpace()),
+        lissom.Contact("rod", lissom.HalfSpace((0, 0, gap), (0, 0, -1)), stiffness=upper, name="upper"),
+    ]
+    # Otherwise it could slide away.
+    stays = lissom.Support(link="rod", at=0.0, stiffness=(1, 0, 0))
+    robot = lissom.Robot([link], contacts=contacts, supports=[stays])
+    found = lissom.statics(robot, [0, 1e-4, 1e-3, 0.01, 0.01, 0, 0])
+    assert found.success, found.message
+    lower = np.pi / 4 * young / (1 - 0.5**2)
+    upper = upper or lower
+    weight = density * np.pi * radius**2 * 9.81
+    overlap = np.linalg.solve([[lower, -upper], [1, 1]], [weight, 2 * radius - gap])
+    rest = np.zeros_like(found.q)
+    for name, force, where in (("rod on halfspace", lower, 0), ("upper", -upper, 1)):
+        wrench = robot.contact_forces(found.q, rest, name=name)
+        assert_allclose(wrench[5], force * overlap[where] * length, rtol=1e-6)
+        assert_allclose(wrench[1], -0.5 * length * wrench[5], rtol=1e-6)

@@ -1,0 +1,109 @@
+"""Contact that is hard, where a closed form says what is right: wedges, ends, mass ratios, grazing."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import lissom
+
+G = 9.81
+FLOOR = lissom.HalfSpace()
+
+
+def segment(length=0.3, radius=0.01, **options):
+    values = {"young_modulus": 1e6, "poisson_ratio": 0.45, "density": 1000, "modes": {"bend_y": 2}}
+    return lissom.Segment(length, radius, **(values | options))
+
+
+@pytest.mark.parametrize("angle", [10.0, 45.0, 85.0])
+def test_a_rod_is_wedged_between_two_walls(angle):
+    # Each wall presses with W / (2 cos a), which is 5.7 times the weight for steep ones.
+    slope, radius = np.radians(angle), 0.01
+    walls = [lissom.HalfSpace((0, 0, 0), (0, side * np.sin(slope), np.cos(slope))) for side in (1, -1)]
+    contacts = [lissom.Contact("rod", wall, name=str(i)) for i, wall in enumerate(walls)]
+    # Across its axis alone, from a little over the bottom.
+    link = lissom.Link(
+        "rod", rod=[segment()], joint=lissom.Planar((1, 0, 0)), position=(0, 0, radius / np.cos(slope))
+    )
+    robot = lissom.Robot([link], contacts=contacts)
+    found = lissom.statics(robot, np.r_[1e-5, 1e-5, np.zeros(robot.n - 2)])
+    assert found.success, found.message
+    weight = 1000 * np.pi * radius**2 * 0.3 * G
+    for i, side in enumerate((1, -1)):
+        force = robot.contact_forces(found.q, np.zeros(robot.n), name=str(i))[3:]
+        # The rod bends under its weight along the groove, which shares it evenly.
+        assert_allclose(force, 0.5 * weight * np.array([0, side * np.tan(slope), 1]), rtol=1e-6, atol=1e-9)
+
+
+@pytest.mark.parametrize("taper", [0.0, 0.05])
+def test_a_rod_stands_on_its_tip(taper):
+    # The line force k (r - z) of what is nearer to the floor than its radius: W = k d^2 / (2 (1 - taper)).
+    length, tip = 0.1, 0.004
+    rod = segment(length, (tip + taper * length, tip), modes={"torsion": 1})
+    down = (np.sqrt(0.5), 0, np.sqrt(0.5), 0)
+    link = lissom.Link(
+        "rod", rod=[rod], joint=lissom.Prismatic((1, 0, 0)), position=(0, 0, length), orientation=down
+    )
+    robot = lissom.Robot([link], contacts=[lissom.Contact("rod", FLOOR, stiffness=1e6)])
+    found = lissom.statics(robot, np.array([-0.9 * tip, 0.0]))
+    assert found.success, found.message
+    radii = tip + taper * np.linspace(0, length, 100001)
+    weight = 1000 * G * np.pi * np.trapezoid(radii**2, dx=length / 100000)
+    overlap = np.sqrt(2 * weight * (1 - taper) / 1e6)
+    assert_allclose(robot.pose(found.q)[2, 3], tip - overlap, atol=1e-6 * tip)
+
+
+@pytest.mark.parametrize("ratio", [1e-3, 1e3])
+def test_balls_of_a_thousandfold_mass_rest_on_each_other(ratio):
+    radius, masses = 0.1, np.array([1.0, ratio])
+    links = [
+        lissom.Link(
+            name,
+            joint=lissom.Prismatic((0, 0, 1)),
+            body=lissom.Body(mass, inertia=np.eye(3)),
+            position=(0, 0, (2 * i + 1) * radius),
+        )
+        for i, (name, mass) in enumerate(zip(("lower", "upper"), masses, strict=True))
+    ]
+    balls = [lissom.Ball(link.name, radius) for link in links]
+    k = 1e7
+    contacts = [
+        lissom.Contact(balls[0], FLOOR, stiffness=k, name="floor"),
+        lissom.Contact(balls[1], balls[0], stiffness=k, name="between"),
+    ]
+    robot = lissom.Robot(links, contacts=contacts)
+    sunk = np.array([masses.sum(), masses.sum() + masses[1]]) * G / k
+    # From where they just touch.
+    found = lissom.statics(robot, [-1e-6, -1.5e-6])
+    assert found.success, found.message
+    assert_allclose(found.q, -sunk, rtol=1e-9)
+    # Let go a millimetre higher, at the default step: they never have more energy, and come to the same rest.
+    motion = lissom.simulate(robot, 3.0, q0=[1e-3, 2e-3])
+    assert motion.success, motion.message
+    energy = np.array([robot.energy(q, v).total for q, v in zip(motion.q, motion.v, strict=True)])
+    assert energy.max() < energy[0] + 1e-9 * np.ptp(energy)
+    assert energy[-1] < energy[1:-1].min() + 1e-3 * np.ptp(energy)
+    assert_allclose(motion.q[-1], -sunk, rtol=1e-3)
+
+
+@pytest.mark.parametrize("friction", [0.1, 5.0])
+def test_a_ball_that_grazes_a_floor_keeps_what_coulomb_leaves(friction):
+    # Between start and end the impulse along the floor is mu times the one across it, until the ball rolls.
+    radius, speed, sink = 0.1, 10.0, 0.1
+    body = lissom.Body(1.0, inertia=0.4 * radius**2 * np.eye(3))
+    link = lissom.Link("ball", joint=lissom.Free(), body=body)
+    contact = lissom.Contact(
+        lissom.Ball("ball", radius), FLOOR, stiffness=1e5, dissipation=0.0, friction=friction
+    )
+    robot = lissom.Robot([link], gravity=(0, 0, 0), contacts=[contact])
+    start = np.array([0, 0, radius + 1e-4, 0, 0, 0])
+    motion = lissom.simulate(robot, 0.02, dt=1e-5, q0=start, v0=[speed, 0, -sink, 0, 0, 0])
+    assert motion.success, motion.message
+    velocity = robot.velocity(motion.q[-1], motion.v[-1], link="ball")
+    # It bounces without loss: the impulse is twice m times the speed across the floor.
+    assert_allclose(velocity[5], sink, rtol=1e-4)
+    lost = min(2 * sink * friction, 2 / 7 * speed)
+    assert_allclose(velocity[3], speed - lost, rtol=1e-4)
+    assert_allclose(velocity[1] * radius, 2.5 * lost, rtol=1e-3)
