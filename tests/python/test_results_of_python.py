@@ -311,6 +311,16 @@ def test_files_cannot_call_anything_else(what, tmp_path, capsys):
     assert capsys.readouterr().out == ""
 
 
+@pytest.mark.parametrize("model", [rod(), robot()], ids=["rod", "robot"])
+def test_datasets_can_be_written_as_zarr(model, tmp_path):
+    pytest.importorskip("zarr")
+    data = lissom.simulate(model, 0.02).to_xarray()
+    data.to_zarr(tmp_path / "x.zarr", zarr_format=2)
+    with xarray.open_zarr(tmp_path / "x.zarr") as read:
+        assert read.equals(data)
+        assert read.attrs == data.attrs
+
+
 def kept(tmp_path, pickled):
     path = tmp_path / "x.lissom"
     path.write_bytes(keeping.HEAD + keeping.VERSION + pickled)
