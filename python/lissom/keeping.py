@@ -1,8 +1,8 @@
 """Results in files that give them back with equal bits: ``save`` and ``load``.
 
-A file has the *record* of a result: what `pickle` writes of it, with its model. `load` reads it with a list
-of what may stand there (results, models and NumPy arrays), so that a file cannot name any other function.
-NetCDF and NPZ files have arrays that other programs read beside it; `load` uses the record alone.
+A file has the *record* of a result with its model. `records` says what may stand in one, so that a file can
+make results and do nothing else. NetCDF and NPZ files have arrays that other programs read beside it; `load`
+uses the record alone. Records are not compressed: what is read takes no more memory than the file has bytes.
 """
 
 from __future__ import annotations
@@ -12,13 +12,12 @@ import os
 import pickle
 import zipfile
 from collections.abc import Callable
-from importlib import import_module
 from pathlib import Path
-from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from . import records
 from ._lissom import EnsembleResult, MotionResult, __version__
 from .datasets import dataset
 from .files import NETCDF, missing
@@ -41,30 +40,11 @@ NO_FUNCTIONS = "give functions of time as tables or `Harmonic`"
 #: The name of the record in NetCDF and NPZ files.
 RECORD = "lissom_record"
 
+#: The file of the record in the archive that an NPZ file is.
+MEMBER = f"{RECORD}.npy"
+
 #: What `save` returns; `load` gives nothing else.
 RESULTS = ("MotionResult", "StaticsResult", "ContinuationResult", "ModesResult", "EnsembleResult")
-
-#: Of what results and models consist, by module.
-PARTS = {
-    "_lissom": (
-        *RESULTS,
-        *("Balance", "BaseMotion", "Body", "CriticalPoint", "EquilibriumPath", "Fluid", "Harmonic", "Input"),
-        *("Load", "Profile", "Robot", "Rod", "Section", "Segment", "SpringPendulum", "Statistics", "Support"),
-    ),
-    "links": (
-        *("Cylindrical", "Free", "Link", "Mimic", "Planar", "Prismatic", "Revolute", "Spherical"),
-        *("Universal", "Weld"),
-    ),
-    "actuators": ("ActiveStrain", "Along", "Chamber", "Motor", "Tendon", "Via"),
-    "loops": ("Distance", "Gear", "Loop", "LoopEnd"),
-}
-
-#: Functions with which NumPy makes arrays again, by their names in its versions 1 and 2.
-NUMPY = {
-    "_frombuffer": ("numpy.core.numeric", "numpy._core.numeric"),
-    "_reconstruct": ("numpy.core.multiarray", "numpy._core.multiarray"),
-    "scalar": ("numpy.core.multiarray", "numpy._core.multiarray"),
-}
 
 
 def load(path: str | os.PathLike[str]) -> Result:
@@ -125,11 +105,11 @@ def _by_suffix(path: Path, known: dict[str, Any]) -> Any:
 def record(result: Result) -> bytes:
     """What `load` reads; refused where it could not."""
     try:
-        content = pickle.dumps(result, protocol=5)
+        content = records.write(result)
     except (pickle.PicklingError, AttributeError, TypeError) as error:
         raise ValueError(f"result: a file cannot keep it: {error}; {NO_FUNCTIONS}") from error
     try:
-        _Reader(io.BytesIO(content)).load()
+        records.read(content)
     except pickle.UnpicklingError as error:
         raise ValueError(
             f"result: a file cannot keep {error}, which its model has; {NO_FUNCTIONS}"
@@ -137,44 +117,10 @@ def record(result: Result) -> bytes:
     return VERSION + content
 
 
-class _Reader(pickle.Unpickler):
-    """Reads nothing but parts of results."""
-
-    def find_class(self, module: str, name: str) -> Any:
-        if (module, name) == ("builtins", "getattr"):
-            return _restore_of
-        if (module, name) in ALLOWED:
-            return ALLOWED[module, name]
-        if module in NUMPY.get(name, ()):
-            return super().find_class(module, name)
-        raise pickle.UnpicklingError(f"{module}.{name}")
-
-
-def _restore_of(owner: Any, name: str) -> Any:
-    """What pickles of results call `getattr` for, and nothing else."""
-    if name != "_restore" or not any(owner is known for known in ALLOWED.values()):
-        raise pickle.UnpicklingError(f"attribute {name}")
-    return owner._restore
-
-
-ALLOWED: dict[tuple[str, str], Any] = {
-    ("types", "SimpleNamespace"): SimpleNamespace,
-    ("numpy", "ndarray"): np.ndarray,
-    ("numpy", "dtype"): np.dtype,
-    ("builtins", "complex"): complex,
-    **{
-        (place, name): getattr(import_module(f"lissom.{module}"), name)
-        for module, names in PARTS.items()
-        for name in names
-        for place in (f"lissom.{module}", "lissom")
-    },
-}
-
-
 def _result(content: bytes, path: Path) -> Result:
     version, _, pickled = content.partition(b"\n")
     try:
-        result = _Reader(io.BytesIO(pickled)).load()
+        result = records.read(pickled)
     except Exception as error:  # bytes of any kind raise errors of any kind
         other = version.decode(errors="replace")[:20]
         reason = (
@@ -201,10 +147,12 @@ def _read_record(path: Path) -> bytes:
 
 
 def _write_npz(result: Result, model: Model | None) -> bytes:
-    arrays: dict[str, Any] = _arrays(result)
-    arrays[RECORD] = np.frombuffer(record(result), np.uint8)
+    kept = io.BytesIO()
+    np.save(kept, np.frombuffer(record(result), np.uint8))
     content = io.BytesIO()
-    np.savez_compressed(content, **arrays)
+    np.savez_compressed(content, **_arrays(result))
+    with zipfile.ZipFile(content, "a", zipfile.ZIP_STORED) as archive:
+        archive.writestr(MEMBER, kept.getvalue())
     return content.getvalue()
 
 
@@ -217,10 +165,21 @@ def _arrays(result: Any) -> dict[str, Any]:
 
 
 def _read_npz(path: Path) -> bytes:
+    content = path.read_bytes()
     try:
-        with np.load(path, allow_pickle=False) as arrays:
-            return bytes(arrays[RECORD].tobytes())
-    except (KeyError, ValueError, EOFError, AttributeError, TypeError, zipfile.BadZipFile) as error:
+        with zipfile.ZipFile(io.BytesIO(content)) as archive:
+            # A small file cannot swell: neither what is stored nor the array that it declares.
+            member = archive.getinfo(MEMBER)
+            if member.compress_type != zipfile.ZIP_STORED or member.file_size > len(content):
+                raise ValueError("its record is compressed")
+            kept = io.BytesIO(archive.read(member))
+        np.lib.format.read_magic(kept)
+        shape, _, kind = np.lib.format.read_array_header_1_0(kept)
+        start = kept.tell()
+        if kind != np.uint8 or shape != (len(kept.getvalue()) - start,):
+            raise ValueError("its record is no array of bytes")
+        return kept.getvalue()[start:]
+    except Exception as error:  # bytes of any kind raise errors of any kind
         raise ValueError(f"path: {path.name!r} has no result of lissom") from error
 
 
@@ -243,11 +202,19 @@ def _read_netcdf(path: Path) -> bytes:
     _need_files()
     import h5py
 
-    content = io.BytesIO(path.read_bytes())
+    content = path.read_bytes()
     try:
-        with h5py.File(content, "r") as file:
-            return bytes(file[RECORD][:].tobytes())
-    except (KeyError, OSError, RuntimeError, ValueError, AttributeError) as error:
+        with h5py.File(io.BytesIO(content), "r") as file:
+            # Links lead to other files; what is compressed or declared may be more than the memory holds.
+            if not isinstance(file.get(RECORD, getlink=True), h5py.HardLink):
+                raise ValueError("its record is elsewhere")
+            kept = file[RECORD]
+            if kept.dtype != np.uint8 or kept.ndim != 1 or kept.size > len(content):
+                raise ValueError("its record is no array of bytes")
+            if kept.external is not None or kept.is_virtual or kept.compression is not None:
+                raise ValueError("its record is elsewhere, or compressed")
+            return bytes(kept[:].tobytes())
+    except Exception as error:  # bytes of any kind raise errors of any kind
         raise ValueError(f"path: {path.name!r} has no result of lissom") from error
 
 

@@ -1,10 +1,13 @@
 """Results of models made in Python: drawn, saved, loaded, handed to other programs."""
 
 import ast
+import dataclasses
+import importlib
 import inspect
 import io
 import pickle
 import shutil
+import zipfile
 from pathlib import Path
 
 import h5py
@@ -15,7 +18,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import lissom
-from lissom import keeping, pictures
+from lissom import keeping, pictures, records
 from lissom.views import view
 from test_pickle import assert_same
 
@@ -23,6 +26,7 @@ matplotlib = pytest.importorskip("matplotlib")
 pyplot = pytest.importorskip("matplotlib.pyplot")
 matplotlib.use("Agg")
 
+SCENES = Path(__file__).parents[2] / "scenes"
 MATERIAL = {"young_modulus": 1e6, "poisson_ratio": 0.5, "density": 1000.0}
 
 
@@ -305,6 +309,142 @@ def test_files_cannot_call_anything_else(what, tmp_path, capsys):
     with pytest.raises(ValueError, match="no result"):
         lissom.load(path)
     assert capsys.readouterr().out == ""
+
+
+@pytest.mark.parametrize("model", [rod(), robot()], ids=["rod", "robot"])
+def test_datasets_can_be_written_as_zarr(model, tmp_path):
+    pytest.importorskip("zarr")
+    data = lissom.simulate(model, 0.02).to_xarray()
+    data.to_zarr(tmp_path / "x.zarr", zarr_format=2)
+    with xarray.open_zarr(tmp_path / "x.zarr") as read:
+        assert read.equals(data)
+        assert read.attrs == data.attrs
+
+
+def kept(tmp_path, pickled):
+    path = tmp_path / "x.lissom"
+    path.write_bytes(keeping.HEAD + keeping.VERSION + pickled)
+    return path
+
+
+def text(word):
+    return b"\x8c" + bytes([len(word)]) + word.encode()
+
+
+def named(module, name):
+    return text(module) + text(name) + b"\x93"
+
+
+FORGED = bytes(8)
+REBUILD = np.zeros(1).__reduce__()[0]
+OBJECTS = Evil((np.dtype, ("O", False, True), (3, "|", None, None, None, -1, -1, 0)))
+HIDDEN = Evil(
+    (np.dtype, ([("a", "O")], False, True), (3, "|", None, ("a",), {"a": (np.dtype("O"), 0)}, 8, 1, 0))
+)
+
+
+@pytest.mark.parametrize(
+    "what",
+    [
+        # Arrays of objects whose addresses are what a file says.
+        (np.ndarray, ((1,), "O", FORGED)),
+        (REBUILD, (np.ndarray, (0,), b"b"), (1, (1,), OBJECTS, False, FORGED)),
+        (REBUILD, (np.ndarray, (0,), b"b"), (1, (1,), HIDDEN, False, FORGED)),
+        (records._array, ("O", (1,), FORGED, False)),
+        (records._array, ("O,f8", (1,), FORGED + FORGED, False)),
+        (records._array, ("(2,)f8", (1,), FORGED + FORGED, False)),
+        (records._array, ("V8", (1,), FORGED, False)),
+        # More memory than the file has bytes.
+        (np.ndarray, ((1 << 45,),)),
+        (records._array, ("f8", (1 << 45,), b"", False)),
+        (records._array, ("f8", (0, 1 << 62, 1 << 62), b"x", False)),
+        (records._array, ("U0", (1 << 40,), b"", False)),
+        # Objects that their classes do not check, and classes of others.
+        (records._made, (lissom.Link, {"nothing": 1})),
+        (records._made, (dict, {"a": 1})),
+        (object.__new__, (lissom.Link,)),
+        (getattr, (lissom.Section, "__subclasses__")),
+        (getattr, (lissom.Link, "circle")),
+    ],
+)
+def test_files_cannot_forge_objects(what, tmp_path):
+    path = kept(tmp_path, pickle.dumps(Evil(what), protocol=5))
+    with pytest.raises(ValueError, match="no result that lissom can read"):
+        lissom.load(path)
+
+
+@pytest.mark.parametrize(
+    "instructions",
+    [
+        # BUILD sets attributes, of classes too.
+        named("lissom.links", "Link")
+        + b"N}"
+        + text("__init__")
+        + named("types", "SimpleNamespace")
+        + b"s\x86b",
+        named("lissom.links", "Weld") + b")\x81",  # NEWOBJ: made without `__init__`
+        b"K\x01r\xff\xff\xff\x7f",  # LONG_BINPUT: a memo of 2^31 places
+        b"\x96" + (1 << 45).to_bytes(8, "little"),  # BYTEARRAY8: memory before there are bytes
+        b"\x8e" + (1 << 45).to_bytes(8, "little"),  # BINBYTES8
+        b"cbuiltins\nprint\n",
+        b"\x82\x01",  # EXT1: what copyreg knows
+        b"\x95" + (1 << 45).to_bytes(8, "little") + b"N",
+        b"K\x01" + b"\x85" * 200_000,
+    ],
+)
+def test_files_cannot_use_other_instructions(instructions, tmp_path):
+    before = dict(vars(lissom.Link))
+    with pytest.raises(ValueError, match=r"x\.lissom"):
+        lissom.load(kept(tmp_path, b"\x80\x05" + instructions + b"."))
+    assert dict(vars(lissom.Link)) == before
+
+
+@pytest.mark.parametrize("chunked", [False, True])
+def test_netcdf_files_cannot_swell(chunked, tmp_path):
+    path = tmp_path / "x.nc"
+    with h5py.File(path, "w") as file:
+        options = {"chunks": (1 << 16,), "compression": "gzip"} if chunked else {"chunks": (1 << 16,)}
+        file.create_dataset(keeping.RECORD, (1 << 42,), np.uint8, **options)
+    with pytest.raises(ValueError, match="no result"):
+        lissom.load(path)
+
+
+def test_netcdf_files_cannot_lead_elsewhere(tmp_path):
+    lissom.statics(rod()).save(tmp_path / "kept.nc")
+    with h5py.File(tmp_path / "x.nc", "w") as file:
+        file[keeping.RECORD] = h5py.ExternalLink(tmp_path / "kept.nc", keeping.RECORD)
+    with pytest.raises(ValueError, match="no result"):
+        lissom.load(tmp_path / "x.nc")
+
+
+@pytest.mark.parametrize("compression", [zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED])
+def test_npz_files_cannot_swell(compression, tmp_path):
+    header = io.BytesIO()
+    np.lib.format.write_array_header_1_0(
+        header, {"descr": "|u1", "fortran_order": False, "shape": (1 << 42,)}
+    )
+    body = header.getvalue() + bytes(1 << 20 if compression == zipfile.ZIP_DEFLATED else 8)
+    with zipfile.ZipFile(tmp_path / "x.npz", "w", compression) as archive:
+        archive.writestr(keeping.MEMBER, body)
+    with pytest.raises(ValueError, match="no result"):
+        lissom.load(tmp_path / "x.npz")
+
+
+@pytest.mark.parametrize("scene", sorted(SCENES.glob("*.toml")), ids=lambda path: path.stem)
+@pytest.mark.filterwarnings("ignore::lissom.urdf.UrdfWarning")
+def test_results_of_all_scenes_can_be_kept(scene, tmp_path):
+    result = lissom.simulate(lissom.Scene.load(scene).model, 2e-3, dt=1e-3)
+    result.save(tmp_path / "x.lissom")
+    assert_same(lissom.load(tmp_path / "x.lissom"), result)
+
+
+@pytest.mark.parametrize("module", ["links", "actuators", "loops", "contacts"])
+def test_every_part_of_models_can_stand_in_a_record(module):
+    parts = vars(importlib.import_module(f"lissom.{module}")).values()
+    public = {
+        part.__name__ for part in parts if dataclasses.is_dataclass(part) and hasattr(lissom, part.__name__)
+    }
+    assert public - {"Joint", "Touch"} <= set(records.PARTS[module])
 
 
 @settings(max_examples=60, deadline=None)

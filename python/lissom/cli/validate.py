@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 )
 @click.option("--no-report", is_flag=True, help="Write the numbers only.")
 def command(output: Path, update_docs: Path | None, no_report: bool) -> int:
-    """Ask questions with known answers.
+    """Compare lissom with known answers.
 
     Closed forms, the same equations solved by other means and other codes, published numbers; takes some
     seconds, or a minute with PyElastica. Prints a table, and writes an HTML report with a plot for each case,
