@@ -40,6 +40,8 @@ pub(super) struct Equations<'a> {
     /// Stiffnesses of coordinates without elasticity along a path of inputs: those at its start, so that what is judged by them
     /// does not change with the tangent.
     reference: Option<Vec<f64>>,
+    /// Whether the work against surfaces that touch is told by its energy, not by forces.
+    pub(super) knows_overlaps: bool,
     /// Scaled tangent of the material, where that is all that does not depend on the shape.
     material: Option<Matrix>,
 }
@@ -155,7 +157,18 @@ impl<'a> Equations<'a> {
         let rest = vec![0.0; n];
         let material = (model.springs() > 0).then(|| natural::material(model, &rest, &sizes));
         let (counters, elastic) = (Counters::default(), rest.clone());
-        Self { model, monitor, sizes, counters, growth, elastic, rest, reference: None, material }
+        Self {
+            model,
+            monitor,
+            sizes,
+            counters,
+            growth,
+            elastic,
+            rest,
+            knows_overlaps: false,
+            reference: None,
+            material,
+        }
     }
 
     /// Sets the inputs of the model to where they are at a load factor on their way.
@@ -186,6 +199,11 @@ impl<'a> Equations<'a> {
     /// Why a shape is none that the model has.
     pub(super) fn flaw(&mut self, q: &[f64]) -> Option<Flaw> {
         self.model.flaw(q)
+    }
+
+    /// What is sunk in a shape.
+    pub(super) fn sunk(&mut self, q: &[f64]) -> Option<Flaw> {
+        self.model.sunk(q)
     }
 
     /// A state, with the forces that its springs have.
@@ -264,7 +282,7 @@ impl<'a> Equations<'a> {
         }
         let has_springs = springs.is_some();
         let mut energy = springs.map_or(0.0, |springs| springs.energy);
-        if self.model.has_contact() {
+        if self.knows_overlaps {
             energy += self.leave_contact(state, has_springs, &mut residual, &mut load)?;
         }
         Ok(Downhill { residual, energy, residual_norm })

@@ -203,14 +203,24 @@ fn load(equations: &mut Equations<'_>, stops: &[f64], options: &Options) -> Resu
 }
 
 /// Downhill onto what is there to be touched; where that stalls, as energies that are known by their slopes alone do where
-/// these kink, by Newton's method from there.
+/// these kink, by Newton's method from there; and once more with the energies of overlaps, which know kinks but are those of the
+/// forces to the error of their integrals only.
 fn lay(equations: &mut Equations<'_>, q0: &[f64], options: &Options) -> Result<Equilibrium, Interrupted> {
-    let laid = let_go(equations, q0, options)?;
-    if laid.status != Status::Stalled {
-        return Ok(laid);
+    let has_ended = |found: &Equilibrium| !matches!(found.status, Status::Stalled | Status::IterationLimit);
+    let mut first = None;
+    for knows_overlaps in [false, true] {
+        equations.knows_overlaps = knows_overlaps;
+        let laid = let_go(equations, q0, options)?;
+        if has_ended(&laid) {
+            return Ok(laid);
+        }
+        let nearby = newton(equations, &laid.q, options)?;
+        if nearby.status.is_success() {
+            return Ok(nearby);
+        }
+        first.get_or_insert(laid);
     }
-    let nearby = newton(equations, &laid.q, options)?;
-    Ok(if nearby.status.is_success() { nearby } else { laid })
+    Ok(first.expect("both ways end"))
 }
 
 /// Downhill from a shape.
@@ -301,7 +311,9 @@ struct Found {
 /// Adds what the tangent says.
 fn judge(equations: &mut Equations<'_>, found: Found, path: Path) -> Result<Equilibrium, Interrupted> {
     let Found { mut status, state, step_norm, residual_norm } = found;
-    if let Some(flaw) = equations.flaw(&state.q).filter(|_| status.is_success()) {
+    if status.is_success()
+        && let Some(flaw) = equations.flaw(&state.q).or_else(|| equations.sunk(&state.q))
+    {
         status = Status::Flawed(flaw);
     }
     let linear = equations.linearise(&state)?;

@@ -107,3 +107,14 @@ def test_a_ball_that_grazes_a_floor_keeps_what_coulomb_leaves(friction):
     lost = min(2 * sink * friction, 2 / 7 * speed)
     assert_allclose(velocity[3], speed - lost, rtol=1e-4)
     assert_allclose(velocity[1] * radius, 2.5 * lost, rtol=1e-3)
+
+
+def test_a_sunk_shape_is_no_equilibrium():
+    """A floor that is far too soft carries a rod that is through it by many radii."""
+    segment = lissom.Segment(
+        0.5, radius=0.01, young_modulus=1e4, poisson_ratio=0.45, density=1000, modes={"bend_y": 3}
+    )
+    floor = lissom.Contact("rod", lissom.HalfSpace((0, 0, -0.05)), stiffness=1.0)
+    found = lissom.statics(lissom.Rod([segment], contacts=[floor]))
+    assert found.status == "sunk"
+    assert not found.success

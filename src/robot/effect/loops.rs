@@ -91,7 +91,7 @@ impl<G: Turning> Effect<G> for ClosedLoops {
 
     #[inline(always)]
     fn push(plan: &Plan<G>, work: &Workspace<G>, tau: &mut [f64]) {
-        let first = plan.loops.rows - plan.loops.gears.len();
+        let first = plan.loops.first_gear();
         for (gear, &multiplier) in plan.loops.gears.iter().zip(&work.loops.multipliers[first..]) {
             tau[gear.coordinates[0]] += multiplier;
             tau[gear.coordinates[1]] -= gear.ratio * multiplier;
