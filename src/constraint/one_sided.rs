@@ -41,14 +41,9 @@ pub(crate) fn accelerations<M: Model + ?Sized>(
     multipliers: &mut [f64],
 ) -> Result<(), SingularMass> {
     model.release_open(q, Some(v));
-    saddle::accelerations(model, q, v, a, multipliers)?;
-    for _ in 0..most_switches(multipliers.len()) {
-        if !model.is_one_sided() || model.switch(q, multipliers) == Switch::Nothing {
-            break;
-        }
-        saddle::accelerations(model, q, v, a, multipliers)?;
-    }
-    Ok(())
+    until_settled(model, q, multipliers, |model, multipliers| {
+        saddle::accelerations(model, q, v, a, multipliers)
+    })
 }
 
 /// What holds the constraints in a motion ([`saddle::multipliers`]). Allocates.
@@ -59,12 +54,22 @@ pub(crate) fn multipliers<M: Model + ?Sized>(
 ) -> Result<(), SingularMass> {
     let [q, ..] = state;
     model.release_open(q, None);
-    saddle::multipliers(model, state, multipliers)?;
+    until_settled(model, q, multipliers, |model, multipliers| saddle::multipliers(model, state, multipliers))
+}
+
+/// Finds multipliers until it is clear which constraints hold in a shape.
+fn until_settled<M: Model + ?Sized>(
+    model: &mut M,
+    q: &[f64],
+    multipliers: &mut [f64],
+    mut find: impl FnMut(&mut M, &mut [f64]) -> Result<(), SingularMass>,
+) -> Result<(), SingularMass> {
+    find(model, multipliers)?;
     for _ in 0..most_switches(multipliers.len()) {
         if !model.is_one_sided() || model.switch(q, multipliers) == Switch::Nothing {
             break;
         }
-        saddle::multipliers(model, state, multipliers)?;
+        find(model, multipliers)?;
     }
     Ok(())
 }

@@ -31,12 +31,12 @@ const NEGLIGIBLE: f64 = 1e-3;
 /// stretch to `l / d` times as many units.
 const ROUNDING_NOISE: f64 = 8.0;
 const ROUNDING: f64 = 128.0 * f64::EPSILON;
+const PATTERNS: usize = 3;
 
 /// The same of single entries, whose noise the patterns tell less well; of what is tolerated less than this part of the most
 /// tolerant one nothing is asked: where nothing moves, all is noise.
 const ROUNDING_NOISE_OF_ONE: f64 = 100.0;
 const AT_REST: f64 = 1e-10;
-const PATTERNS: usize = 3;
 
 /// A first increment that differs from the one of the last step by up to that fraction of it makes the steps similar. A
 /// Jacobian that jumps (contact, dry friction) makes a larger difference.

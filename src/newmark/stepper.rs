@@ -313,6 +313,7 @@ impl Stepper {
         let start = (self.t, self.q.clone(), self.v.clone(), self.a.clone());
         let before = (self.t_old, self.q_old.clone(), self.v_old.clone(), self.a_old.clone());
         let (memory, unsettled) = ((self.s.clone(), self.h_of_s, self.guess), self.unsettled);
+        let (touches, steps) = (self.touches, self.counters.steps);
         let solved = self.halves(system, t_new, MOST_HALVINGS);
         if matches!(solved, Ok(Ok(()))) {
             (self.t_old, self.q_old, self.v_old, self.a_old) = start;
@@ -321,6 +322,7 @@ impl Stepper {
             (self.t, self.q, self.v, self.a) = start;
             (self.t_old, self.q_old, self.v_old, self.a_old) = before;
             ((self.s, self.h_of_s, self.guess), self.unsettled) = (memory, unsettled);
+            (self.touches, self.forgets, self.counters.steps) = (touches, false, steps);
         }
         self.corrector.forget_jacobian();
         solved
@@ -349,16 +351,14 @@ impl Stepper {
     fn is_jolted<S: System + ?Sized>(&mut self, system: &mut S, h: f64) -> Result<bool, Interrupted> {
         let Trial { t, q, v, a, .. } = &self.trial;
         let (before, motion) = ([&self.q[..], &self.v[..]], [&q[..], &v[..], &a[..]]);
-        if self.has_stopped && system.is_one_sided() {
-            return Ok(true);
-        }
+        let has_stopped = self.has_stopped && system.is_one_sided();
         if !system.has_contact() {
-            return Ok(false);
+            return Ok(has_stopped);
         }
         let is_jolted = system.is_jolted(*t, before, motion, h)?;
         self.will_touch = system.is_touched();
         let touches = self.touches || self.will_touch;
-        Ok(is_jolted || (touches && system.gains_energy(*t, before, motion, h)?))
+        Ok(has_stopped || is_jolted || (touches && system.gains_energy(*t, before, motion, h)?))
     }
 
     fn adaptive_step<S: System + ?Sized>(&mut self, system: &mut S) -> Result<Option<Status>, Interrupted> {

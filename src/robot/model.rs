@@ -39,12 +39,12 @@ const LARGEST_GAP: f64 = 1e-6;
 /// of the rates of their lengths.
 const TAUT: f64 = 1e-7;
 
+/// They are taken up where they are longer by this part: well above rounding.
+const TAKEN_UP: f64 = 1e-10;
+
 /// A step into contact that gains energy by more than this part of the kinetic one does not see its impacts: with steps of a
 /// tenth of an impact, generalised-alpha is off by less.
 const LARGEST_GAIN: f64 = 0.05;
-
-/// They are taken up where they are longer by this part: well above rounding.
-const TAKEN_UP: f64 = 1e-10;
 
 /// A robot ready to be moved: rods and rigid bodies with joints. Clones share what does not change and have memory of their own.
 #[derive(Clone, Debug)]

@@ -313,7 +313,6 @@ def test_files_cannot_call_anything_else(what, tmp_path, capsys):
 
 @pytest.mark.parametrize("model", [rod(), robot()], ids=["rod", "robot"])
 def test_datasets_can_be_written_as_zarr(model, tmp_path):
-    pytest.importorskip("zarr")
     data = lissom.simulate(model, 0.02).to_xarray()
     data.to_zarr(tmp_path / "x.zarr", zarr_format=2)
     with xarray.open_zarr(tmp_path / "x.zarr") as read:
