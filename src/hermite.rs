@@ -7,6 +7,13 @@ pub(crate) fn cubic(x: f64, h: f64, value: [f64; 2], derivative: [f64; 2]) -> f6
         + x * x * ((1.0 + 2.0 * y) * value[1] - y * h * derivative[1])
 }
 
+/// Values of that polynomial in the middle.
+pub(crate) fn middle(h: f64, [from, to]: [&[f64]; 2], [leaving, coming]: [&[f64]; 2], out: &mut Vec<f64>) {
+    out.clear();
+    let ends = from.iter().zip(to).zip(leaving.iter().zip(coming));
+    out.extend(ends.map(|((a, b), (u, v))| 0.5 * (a + b) + 0.125 * h * (u - v)));
+}
+
 /// The polynomial of degree five through displacements, velocities and accelerations at both ends: a motion over a step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Quintic {

@@ -1,5 +1,14 @@
 //! Shapes that mean nothing.
 
+/// One of the radii of two surfaces. What is not round has none.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Radius {
+    /// What overlaps by more than that is sunk.
+    Smaller,
+    /// Where the straight way leads so deep that surfaces may be pushed to either side.
+    Larger,
+}
+
 /// Why a shape is none that the model can have, or none that it can follow.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Flaw {

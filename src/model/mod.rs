@@ -26,7 +26,7 @@ pub use discretised::Discretised;
 pub use elastic::Elastic;
 pub use energy::Energy;
 pub(crate) use flaw::at_least;
-pub use flaw::{Flaw, Holder};
+pub use flaw::{Flaw, Holder, Radius};
 pub use forward::{ForwardScratch, SingularMass, Tree};
 pub use in_time::InTime;
 pub use tied::{Switch, Tied};
@@ -150,6 +150,15 @@ pub trait Model: Elastic + InTime + Discretised + Tied {
     /// Where surfaces have gone into each other by more than a radius.
     fn sunk(&mut self, _q: &[f64]) -> Option<Flaw> {
         None
+    }
+
+    /// Takes down where surfaces are in a shape: [`Self::have_passed`] goes on from there.
+    fn note_surfaces(&mut self, _q: &[f64]) {}
+
+    /// Whether surfaces pass through each other on the straight way from what was noted to a shape, which is noted then: whether
+    /// they overlap by more than half of that radius there.
+    fn have_passed(&mut self, _q: &[f64], _radius: Radius) -> bool {
+        false
     }
 
     /// Whether surfaces meet too hard for a step of size `h`, in seconds, that begins with the coordinates and velocities `before`

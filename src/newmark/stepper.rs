@@ -8,7 +8,7 @@ use super::trial::Trial;
 use crate::constraint::one_sided::most_switches;
 use crate::error::{Interrupted, InvalidInput, Number};
 use crate::hermite::cubic;
-use crate::model::Switch;
+use crate::model::{Radius, Switch};
 use crate::second_order::{Counters, Failure, Grid, ROUNDING_OF_STEPS, Status, System, number_of_steps};
 use crate::signal::end_of_step;
 use crate::tape::Tape;
@@ -77,6 +77,8 @@ pub struct Stepper {
     /// Whether surfaces touch, now and in the trial.
     touches: bool,
     will_touch: bool,
+    /// Where the trial would end if nothing acted.
+    straight_on: Vec<f64>,
     started: bool,
     status: Option<Status>,
 }
@@ -128,6 +130,7 @@ impl Stepper {
             has_stopped: false,
             touches: false,
             will_touch: false,
+            straight_on: Vec::new(),
             started: false,
             status: None,
             options: options.clone(),
@@ -250,7 +253,7 @@ impl Stepper {
         if self.unsettled == 0
             && self.attempt(system, t_new, h)?.is_ok()
             && !self.is_jolted(system, h)?
-            && !system.is_flawed(t_new, &self.trial.q)?
+            && !self.is_flawed(system)?
         {
             self.accept(t_new, h);
             return Ok(Ok(()));
@@ -261,9 +264,15 @@ impl Stepper {
         if self.halved_steps(system, t_new)?.is_ok() {
             return Ok(Ok(()));
         }
-        // One that is flawed whatever its size says why.
         let solved = self.attempt_without_memory(system, t_new, h)?;
         if solved.is_ok() {
+            // One that is flawed whatever its size says why.
+            let Trial { t, q, .. } = &self.trial;
+            if !system.is_flawed(*t, q)?
+                && system.have_passed(&[(self.t, &self.q), (*t, q)], Radius::Smaller)?
+            {
+                return Ok(Err(Failure::PassedThrough));
+            }
             self.accept_without_memory(system, t_new, h)?;
         }
         Ok(solved)
@@ -279,7 +288,7 @@ impl Stepper {
         if let Err(failure) = self.attempt_without_memory(system, t_new, h)? {
             return Ok(Err(failure));
         }
-        if system.is_flawed(t_new, &self.trial.q)? {
+        if self.is_flawed(system)? {
             return Ok(Err(Failure::NotConverged));
         }
         self.accept_without_memory(system, t_new, h)?;
@@ -348,6 +357,23 @@ impl Stepper {
         Ok(Ok(()))
     }
 
+    /// Whether the end of the trial means nothing, or surfaces have passed through each other on the way to it. Where they touch at
+    /// that end they might have been pushed aside: then they must not pass on the way straight on either.
+    fn is_flawed<S: System + ?Sized>(&mut self, system: &mut S) -> Result<bool, Interrupted> {
+        let Self { trial: Trial { t, q, .. }, straight_on, .. } = self;
+        let start = (self.t, &self.q[..]);
+        if system.is_flawed(*t, q)? || system.have_passed(&[start, (*t, q)], Radius::Smaller)? {
+            return Ok(true);
+        }
+        if !system.has_contact() || !system.is_touched() {
+            return Ok(false);
+        }
+        let h = *t - self.t;
+        straight_on.clear();
+        straight_on.extend(self.q.iter().zip(&self.v).map(|(q, v)| q + h * v));
+        system.have_passed(&[start, (*t, straight_on)], Radius::Larger)
+    }
+
     fn is_jolted<S: System + ?Sized>(&mut self, system: &mut S, h: f64) -> Result<bool, Interrupted> {
         let Trial { t, q, v, a, .. } = &self.trial;
         let (before, motion) = ([&self.q[..], &self.v[..]], [&q[..], &v[..], &a[..]]);
@@ -391,6 +417,15 @@ impl Stepper {
             };
             let error = estimate.error(step, &ends, &self.rtol, &self.atol);
             let factor = estimate.factor(error, rejected);
+            if error <= 1.0
+                && system.has_contact()
+                && system.have_passed(&[(self.t, &self.q), (t_new, &self.trial.q)], Radius::Smaller)?
+            {
+                self.counters.rejected += 1;
+                h = CUT * step;
+                rejected = true;
+                continue;
+            }
             if error <= 1.0 {
                 // The rest of the way says nothing about the size of the step after it.
                 self.h = (if is_last { h.max(factor * step) } else { factor * h }).min(max_step);
@@ -686,7 +721,7 @@ impl Stepper {
                 "The accelerations at t = {t} could not be found: the residual or its derivative is NaN or infinite at \
                  the initial state. Check the equations of motion there."
             ),
-            Status::NoInitialAcceleration(Failure::NotConverged) => format!(
+            Status::NoInitialAcceleration(Failure::NotConverged | Failure::PassedThrough) => format!(
                 "The accelerations at t = {t} could not be found: Newton's method did not converge from zero. Check the \
                  Jacobian, loosen `atol` or `rtol`, or give the accelerations (`a0` of `newmark`)."
             ),
@@ -707,6 +742,10 @@ impl Stepper {
             Status::StepFailed(Failure::NonFinite) => format!(
                 "The residual or its Jacobian became NaN or infinite in the step from t = {t} (step size {h}); the result \
                  ends there. Reduce `dt` or use adaptive steps, and check the equations of motion near the last state."
+            ),
+            Status::StepFailed(Failure::PassedThrough) => format!(
+                "Surfaces pass through each other in the step from t = {t} (step size {h}), in parts of it as well; the result ends \
+                 there. Give the contact more `stiffness`, or reduce `dt`."
             ),
             Status::StepTooSmall => format!(
                 "The step size fell below its limit at t = {t} after {} rejected and {} unsolved steps: loosen `rtol` and \

@@ -13,11 +13,18 @@ use super::state::{Advance, State};
 use super::status::Status;
 use super::stiffness::StiffnessTest;
 use crate::error::Interrupted;
+use crate::hermite;
 use crate::tape::Tape;
 
 /// Weight of the squared third-order difference in the error estimate of DOP853 (Hairer, Norsett and Wanner 1993,
 /// eq. II.10.17).
 const THIRD_ORDER_WEIGHT: f64 = 0.01;
+
+/// What is left of a step that has missed something, or cannot be right.
+const MISSED: f64 = 0.5;
+
+/// The latter are tried again as often.
+const MOST_FLAWED: usize = 10;
 
 /// An explicit pair with its memory.
 #[derive(Clone, Debug)]
@@ -29,6 +36,8 @@ pub(super) struct Explicit {
     accepted_stages: Vec<f64>,
     // The argument of the last stage that was evaluated.
     argument: Vec<f64>,
+    /// A state on the way of a step, where the system asks for it.
+    middle: Vec<f64>,
     // The error estimate relative to the tolerances.
     relative_error: Vec<f64>,
     control: StepControl,
@@ -55,6 +64,7 @@ impl Explicit {
             stages: vec![0.0; pair.kept_stages() * n],
             accepted_stages: vec![0.0; pair.kept_stages() * n],
             argument: vec![0.0; n],
+            middle: Vec::new(),
             relative_error: vec![0.0; n],
             control: StepControl::new(controller, pair.error_order),
             stiffness: StiffnessTest::default(),
@@ -79,6 +89,7 @@ impl Explicit {
         let smallest = state.smallest_step();
         let mut h_abs = if state.h_abs > state.max_step { state.max_step } else { state.h_abs.max(smallest) };
         let mut was_rejected = false;
+        let mut flawed = 0;
         let mut finite = true;
         loop {
             if h_abs < smallest {
@@ -91,6 +102,20 @@ impl Explicit {
             let error = self.error_norm(state, h_abs);
             let f_new = self.pair.stages() * n..(self.pair.stages() + 1) * n;
             if error < 1.0 && all_finite(&state.y_new) && all_finite(&self.stages[f_new.clone()]) {
+                if system.may_miss() && self.has_missed(state, system, t_new, f_new.start)?
+                    || flawed < MOST_FLAWED
+                        && system.is_flawed(
+                            [state.t, t_new],
+                            [&state.y, &state.y_new],
+                            [&state.f, &self.stages[f_new.clone()]],
+                        )?
+                {
+                    flawed += 1;
+                    state.counters.rejected += 1;
+                    was_rejected = true;
+                    h_abs *= MISSED;
+                    continue;
+                }
                 self.look_for_stiffness(state, h_abs);
                 state.accept(t_new, &self.stages[f_new]);
                 std::mem::swap(&mut self.stages, &mut self.accepted_stages);
@@ -112,6 +137,20 @@ impl Explicit {
         tape.numbers(&mut self.accepted_stages);
         self.control.carry(tape);
         self.stiffness.carry(tape);
+    }
+
+    fn has_missed<S: System + ?Sized>(
+        &mut self,
+        state: &State,
+        system: &mut S,
+        t_new: f64,
+        f_new: usize,
+    ) -> Result<bool, Interrupted> {
+        let n = state.y.len();
+        let rates = [&state.f[..], &self.stages[f_new..f_new + n]];
+        hermite::middle(t_new - state.t, [&state.y, &state.y_new], rates, &mut self.middle);
+        let t = 0.5 * (state.t + t_new);
+        system.has_missed([(state.t, &state.y), (t, &self.middle), (t_new, &state.y_new)])
     }
 
     /// Evaluates all stages of a step: `y_new` and `f(t_new, y_new)`, which is the last stage.

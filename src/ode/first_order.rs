@@ -4,7 +4,8 @@ use super::{JacobianKind, System};
 use crate::constraint::projection::{self, Fit};
 use crate::error::Interrupted;
 use crate::linalg::{Cholesky, Matrix};
-use crate::model::{ForwardScratch, Model, rotation_vectors};
+use crate::model::{ForwardScratch, Model, Radius, rotation_vectors};
+use crate::second_order::have_passed;
 
 /// Errors of a step change velocities by less than this part of the largest ones when loops are closed; another branch of
 /// the motion, by about all of them.
@@ -109,6 +110,27 @@ impl<M: Model> System for FirstOrder<M> {
 
     fn horizon(&self, t: f64) -> f64 {
         self.model.horizon(t)
+    }
+
+    fn has_missed(&mut self, way: [(f64, &[f64]); 3]) -> Result<bool, Interrupted> {
+        let n = self.n;
+        have_passed(&mut self.model, way.into_iter().map(|(t, y)| (t, &y[..n])), Radius::Smaller)
+    }
+
+    /// An impact that one stage has seen and the others have not may be a kick as large as the error allows afterwards.
+    fn is_flawed(&mut self, t: [f64; 2], y: [&[f64]; 2], dydt: [&[f64]; 2]) -> Result<bool, Interrupted> {
+        let Self { model, n, .. } = self;
+        model.set_time(t[1])?;
+        let [(q_before, v_before), (q, v)] = y.map(|y| y.split_at(*n));
+        if model.flaw(q).is_some() {
+            return Ok(true);
+        }
+        let h = t[1] - t[0];
+        Ok(model.has_contact() && model.gains_energy([q_before, v_before], [q, v, &dydt[1][*n..]], h))
+    }
+
+    fn may_miss(&self) -> bool {
+        self.model.has_contact()
     }
 
     fn jacobian_kind(&self) -> JacobianKind {

@@ -87,6 +87,22 @@ pub trait System {
         f64::INFINITY
     }
 
+    /// Whether a step means nothing that leads along these times and states, which its error does not tell: it is tried again with
+    /// half the size.
+    fn has_missed(&mut self, _way: [(f64, &[f64]); 3]) -> Result<bool, Interrupted> {
+        Ok(false)
+    }
+
+    /// Whether a step between two times, states and derivatives cannot be right, so that a shorter one should be tried.
+    fn is_flawed(&mut self, _t: [f64; 2], _y: [&[f64]; 2], _dydt: [&[f64]; 2]) -> Result<bool, Interrupted> {
+        Ok(false)
+    }
+
+    /// Whether a step can miss anything.
+    fn may_miss(&self) -> bool {
+        false
+    }
+
     /// Writes a state and its derivative in coordinates that are far from their singularities, where they are not:
     /// called between accepted steps. Returns whether it changed them.
     fn wrap(&mut self, _y: &mut [f64], _dydt: &mut [f64]) -> bool {

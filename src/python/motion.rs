@@ -47,7 +47,8 @@ use crate::simulate::{Simulation, Slack, Statistics, accelerations};
 ///     'singular_jacobian', 'non_finite', 'non_finite_jacobian' (method 'radau'), 'step_too_small', 'too_many_steps',
 ///     'accuracy_not_reached' (method 'auto'), 'stiff' (explicit methods: the largest rate of the model would take far too many
 ///     steps), 'unresolved' (the rod turns by more than half a turn between neighbouring quadrature nodes), 'inverted' (its stretch is
-///     not positive somewhere) or 'collapsed' (a tendon has pulled two points together, where its force has no direction).
+///     not positive somewhere), 'collapsed' (a tendon has pulled two points together, where its force has no direction), 'sunk'
+///     (surfaces overlap by more than a radius) or 'passed_through' (they would leave each other on the other side).
 /// message : str
 ///     The status in words, and what to change; and which tendons were slack.
 /// slack : list of str

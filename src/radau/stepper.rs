@@ -3,8 +3,9 @@
 use super::Options;
 use super::stages::{Stages, Start};
 use crate::error::{Interrupted, InvalidInput, Number};
-use crate::hermite::Quintic;
+use crate::hermite::{self, Quintic};
 use crate::linalg::Lu;
+use crate::model::Radius;
 use crate::newmark;
 use crate::ode::norm::all_finite;
 use crate::ode::radau_iia::{
@@ -17,6 +18,10 @@ use crate::tape::Tape;
 
 /// A step must be that many spacings of floating-point numbers long at least (SciPy).
 const SMALLEST_STEP_IN_SPACINGS: f64 = 10.0;
+
+/// Steps that end in a shape that means nothing are tried again as often, with half the size: longer ones may turn what turns too
+/// far at once.
+const MOST_FLAWED: usize = 10;
 
 /// A remainder of the way of less than that fraction of a step is added to it.
 const REMAINDER: f64 = 1e-9;
@@ -43,6 +48,8 @@ pub struct Stepper {
     stages: Stages,
     /// Scale of the errors of displacements and velocities.
     scale: Vec<f64>,
+    /// Displacements on the way of a step, where surfaces may pass through each other.
+    middle: Vec<f64>,
     /// Size of the next step.
     h: f64,
     last: Option<StepError>,
@@ -82,6 +89,7 @@ impl Stepper {
             a_old: zeros,
             stages: Stages::new(n, smallest_rtol),
             scale: vec![0.0; 2 * n],
+            middle: Vec::new(),
             h: 0.0,
             last: None,
             tangents_are_wanted: false,
@@ -180,6 +188,7 @@ impl Stepper {
             self.stages.evaluate_tangents(system, &start, &mut self.counters)?;
         }
         let mut was_rejected = false;
+        let mut flawed = 0;
         let mut failure = Failure::NotConverged;
         let horizon = system.horizon(self.t);
         let end = end_of_step(self.t, self.t_end, horizon);
@@ -215,6 +224,25 @@ impl Stepper {
             let factor = step_factor(sized, self.last, newton.iterations);
             let finite = all_finite(&self.stages.q) && all_finite(&self.stages.v);
             if error <= 1.0 && finite {
+                let [ends, rates] = [[start.q, &self.stages.q], [start.v, &self.stages.v]];
+                let (n, a) = (start.q.len(), &self.stages.a);
+                if has_missed(system, [start.t, t_new], ends, rates, &mut self.middle)?
+                    || flawed < MOST_FLAWED
+                        && (system.is_flawed(t_new, ends[1])?
+                            || system.has_contact()
+                                && system.gains_energy(
+                                    t_new,
+                                    [ends[0], rates[0]],
+                                    [ends[1], rates[1], &a[a.len() - n..]],
+                                    h,
+                                )?)
+                {
+                    flawed += 1;
+                    self.counters.rejected += 1;
+                    was_rejected = true;
+                    h *= DIVERGENCE_FACTOR;
+                    continue;
+                }
                 self.tangents_are_wanted = newton.wants_jacobian() && !self.stages.have_own_tangents();
                 // The rest of the way says nothing about the size of the step after it.
                 let least = if is_last { wanted } else { 0.0 };
@@ -395,6 +423,21 @@ fn set_scale(scale: &mut [f64], tolerances: &Tolerances, start: [&[f64]; 2], end
     {
         *scale = atol + rtol * size;
     }
+}
+
+/// Whether surfaces pass through each other within a step between these ends.
+fn has_missed<S: System + ?Sized>(
+    system: &mut S,
+    [t, t_new]: [f64; 2],
+    ends: [&[f64]; 2],
+    rates: [&[f64]; 2],
+    middle: &mut Vec<f64>,
+) -> Result<bool, Interrupted> {
+    if !system.has_contact() {
+        return Ok(false);
+    }
+    hermite::middle(t_new - t, ends, rates, middle);
+    system.have_passed(&[(t, ends[0]), (0.5 * (t + t_new), middle), (t_new, ends[1])], Radius::Smaller)
 }
 
 /// The motion as a system of first order, with the mass matrix of the start: good enough to choose the first step.

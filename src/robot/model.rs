@@ -24,8 +24,8 @@ use crate::lie::{Instructions, Planar, Plane, Spatial, Vector};
 use crate::linalg::{Matrix, TreeMatrix, symmetric_eigen};
 use crate::loops::{Loop, Tie};
 use crate::model::{
-    Discretised, Elastic, Energy, Flaw, ForwardScratch, Holder, InTime, Model, SingularMass, Switch, Tied,
-    Tree, forward,
+    Discretised, Elastic, Energy, Flaw, ForwardScratch, Holder, InTime, Model, Radius, SingularMass, Switch,
+    Tied, Tree, forward,
 };
 use crate::rod::{MAX_NODES, STRAINS, piece};
 use crate::springs::Springs;
@@ -937,6 +937,16 @@ impl Model for RobotModel {
         let (contact, overlap) =
             coordinates.all([q, q], |[q, _]| on_sweeps!(sweeps, sweeps => sweeps.sunk(q)))?;
         Some(Flaw::Sunk { contact, overlap })
+    }
+
+    fn note_surfaces(&mut self, q: &[f64]) {
+        let Self { sweeps, coordinates, .. } = self;
+        coordinates.all([q, q], |[q, _]| on_sweeps!(sweeps, sweeps => sweeps.note_surfaces(q)));
+    }
+
+    fn have_passed(&mut self, q: &[f64], radius: Radius) -> bool {
+        let Self { sweeps, coordinates, .. } = self;
+        coordinates.all([q, q], |[q, _]| on_sweeps!(sweeps, sweeps => sweeps.have_passed(q, radius)))
     }
 
     fn leave_contact(&mut self, is_left: bool) {

@@ -7,6 +7,7 @@ use super::description::Robot;
 use super::effect::actuation;
 use super::effect::all as effects;
 use super::effect::contact::told::{self, Touching};
+use super::effect::contact::{find, passing};
 use super::effect::support::Held;
 use super::kernel::kinematics::Pose;
 use super::kernel::momentum::Momentum;
@@ -24,7 +25,7 @@ use super::turning::place;
 use crate::error::Interrupted;
 use crate::lie::{Cross, Sweep, Vector, VectorSpace, Wrench};
 use crate::linalg::Matrix;
-use crate::model::{Energy, Holder};
+use crate::model::{Energy, Holder, Radius};
 use crate::rod::STRAINS;
 use crate::world::base_motion::Base;
 
@@ -39,6 +40,12 @@ pub(crate) struct Sweeps<G: Turning> {
 
 /// Coordinates that differ by less are of one shape, where it is asked what touches.
 const SAME_SHAPE: f64 = 1e-4;
+
+/// Whether what touches is the same: it follows from the shape alone, and one that differs by what Newton's method leaves is as good.
+fn is_same_shape(known: &[f64], q: &[f64]) -> bool {
+    let is_near = |(known, q): (&f64, &f64)| (known - q).abs() <= SAME_SHAPE * (1.0 + q.abs());
+    known.len() == q.len() && known.iter().zip(q).all(is_near)
+}
 
 struct Motion<'a, G: Turning> {
     plan: &'a Plan<G>,
@@ -521,12 +528,35 @@ impl<G: Turning> Sweeps<G> {
         self.work.contact.is_near.contains(&true) || has_balls()
     }
 
+    /// Takes down where surfaces are in a shape: [`Self::have_passed`] goes on from there.
+    pub(crate) fn note_surfaces(&mut self, q: &[f64]) {
+        if passing::is_possible(&self.plan) && !is_same_shape(&self.work.contact.noted.of, q) {
+            self.see_surfaces(q);
+            passing::note(&mut self.work);
+        }
+    }
+
+    /// Whether any have passed through each other on the straight way to a shape, which is noted then.
+    pub(crate) fn have_passed(&mut self, q: &[f64], radius: Radius) -> bool {
+        if self.work.contact.is_left || !passing::is_possible(&self.plan) {
+            return false;
+        }
+        self.see_surfaces(q);
+        let have_passed = passing::has_passed(&self.plan, &self.work, radius);
+        passing::note(&mut self.work);
+        have_passed
+    }
+
+    fn see_surfaces(&mut self, q: &[f64]) {
+        if !is_same_shape(&self.work.kinematics_of, q) {
+            self.update_kinematics(q);
+        }
+        find::see(&self.plan, &mut self.work);
+    }
+
     /// A contact whose surfaces overlap by more than a radius, and by how much.
     pub(crate) fn sunk(&mut self, q: &[f64]) -> Option<(usize, f64)> {
-        // Touches follow from the shape alone; those of one that differs by what Newton's method leaves are as good.
-        let Workspace { motion_is_known, kinematics_of, .. } = &self.work;
-        let is_near = |(known, q): (&f64, &f64)| (known - q).abs() <= SAME_SHAPE * (1.0 + q.abs());
-        if !motion_is_known || !kinematics_of.iter().zip(q).all(is_near) {
+        if !self.work.motion_is_known || !is_same_shape(&self.work.kinematics_of, q) {
             self.with_zeros(|sweeps, zeros| sweeps.update_motion([q, zeros, zeros]));
         }
         told::sunk(&self.plan, &self.work)

@@ -11,6 +11,8 @@ pub enum Failure {
     SingularJacobian,
     /// The residual or the Jacobian is NaN or infinite.
     NonFinite,
+    /// Surfaces would pass through each other.
+    PassedThrough,
 }
 
 /// Why an integration ended.
@@ -44,6 +46,7 @@ impl Status {
             Self::StepFailed(Failure::NotConverged) => "newton_not_converged",
             Self::StepFailed(Failure::SingularJacobian) => "singular_jacobian",
             Self::StepFailed(Failure::NonFinite) => "non_finite",
+            Self::StepFailed(Failure::PassedThrough) => "passed_through",
             Self::StepTooSmall => "step_too_small",
             Self::TooManySteps => "too_many_steps",
             Self::Interrupted => "interrupted",

@@ -4,7 +4,7 @@ use super::Failure;
 use crate::constraint::one_sided;
 use crate::error::Interrupted;
 use crate::linalg::{Matrix, TreeMatrix};
-use crate::model::{Model, Switch, rotation_vectors};
+use crate::model::{Model, Radius, Switch, rotation_vectors};
 
 /// Equations of motion `r(t, q, v, a) = 0` for displacements q, velocities v and accelerations a, n of each.
 pub trait System {
@@ -129,6 +129,12 @@ pub trait System {
         Ok(false)
     }
 
+    /// Whether surfaces pass through each other on a way, unseen at the times and displacements that are given of it, by more than
+    /// half of a radius.
+    fn have_passed(&mut self, _way: &[(f64, &[f64])], _radius: Radius) -> Result<bool, Interrupted> {
+        Ok(false)
+    }
+
     /// Whether constraints hold one way only ([`Tied::is_one_sided`](crate::model::Tied::is_one_sided)).
     fn is_one_sided(&self) -> bool {
         false
@@ -158,6 +164,23 @@ pub trait System {
     fn typical_displacements(&self, sizes: &mut [f64]) {
         sizes.fill(0.0);
     }
+}
+
+/// Whether surfaces of a model pass through each other on a way of which these times and shapes are known.
+pub(crate) fn have_passed<'a, M: Model + ?Sized>(
+    model: &mut M,
+    way: impl Iterator<Item = (f64, &'a [f64])>,
+    radius: Radius,
+) -> Result<bool, Interrupted> {
+    for (i, (t, q)) in way.enumerate() {
+        model.set_time(t)?;
+        if i == 0 {
+            model.note_surfaces(q);
+        } else if model.have_passed(q, radius) {
+            return Ok(true);
+        }
+    }
+    Ok(false)
 }
 
 /// The free motion of a model: its inverse dynamics are zero.
@@ -286,6 +309,13 @@ impl<M: Model + ?Sized> System for FreeMotion<'_, M> {
     fn is_flawed(&mut self, t: f64, q: &[f64]) -> Result<bool, Interrupted> {
         self.0.set_time(t)?;
         Ok(self.0.flaw(q).is_some() || self.0.sunk(q).is_some())
+    }
+
+    fn have_passed(&mut self, way: &[(f64, &[f64])], radius: Radius) -> Result<bool, Interrupted> {
+        if !self.0.has_contact() {
+            return Ok(false);
+        }
+        have_passed(self.0, way.iter().copied(), radius)
     }
 
     fn is_one_sided(&self) -> bool {

@@ -17,6 +17,8 @@ pub(crate) struct ContactState<P> {
     pub(crate) is_near: Vec<bool>,
     /// Centres of the balls.
     pub(crate) centres: Vec<Vector<f64>>,
+    /// Where surfaces were in another shape.
+    pub(crate) noted: Noted,
     /// Whether surfaces pass through each other.
     pub(crate) is_left: bool,
     /// Where anything touches; there is memory for all that can.
@@ -28,6 +30,17 @@ pub(crate) struct ContactState<P> {
     /// Memory for weights of nodes, and for polynomials.
     pub(crate) weights: Vec<f64>,
     pub(crate) polynomials: Vec<f64>,
+}
+
+/// Where surfaces are in a shape.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Noted {
+    /// Its coordinates.
+    pub(crate) of: Vec<f64>,
+    /// Samples and bounds of all curves, and centres of all balls, as above.
+    pub(crate) places: Vec<Vector<f64>>,
+    pub(crate) bounds: Vec<(Vector<f64>, f64)>,
+    pub(crate) centres: Vec<Vector<f64>>,
 }
 
 /// Where two sides touch.
@@ -62,6 +75,7 @@ impl<P> Default for ContactState<P> {
             bounds: Vec::new(),
             is_near: Vec::new(),
             centres: Vec::new(),
+            noted: Noted::default(),
             is_left: false,
             touches: Vec::new(),
             rates: Vec::new(),
@@ -83,6 +97,7 @@ impl<P: Lanes> ContactState<P> {
             bounds: vec![(Vector::zero(), 0.0); contacts.curves.len()],
             is_near: vec![false; contacts.curves.len()],
             centres: vec![Vector::zero(); contacts.balls.len()],
+            noted: Noted::default(),
             is_left: false,
             touches: Vec::with_capacity(contacts.capacity),
             rates: Vec::with_capacity(contacts.capacity),

@@ -31,6 +31,13 @@ pub(crate) fn find<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
     work.contact = state;
 }
 
+/// Finds where surfaces are in a shape, and no touches.
+pub(crate) fn see<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
+    let mut state = std::mem::take(&mut work.contact);
+    look(plan, work, &mut state);
+    work.contact = state;
+}
+
 struct Find<'a, G: Turning> {
     plan: &'a Plan<G>,
     work: &'a Workspace<G>,

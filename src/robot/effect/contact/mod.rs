@@ -6,6 +6,7 @@
 //! `-(m x y; f x y)`.
 
 pub(crate) mod find;
+pub(crate) mod passing;
 pub(crate) mod told;
 
 use super::Effect;

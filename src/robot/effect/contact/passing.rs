@@ -1,0 +1,361 @@
+//! Whether surfaces pass through each other between two shapes, unseen in both.
+//!
+//! Places move along straight lines from the one to the other. What a part of a rod between two samples sweeps is a bilinear patch,
+//! which lies in the convex hull of its corners: where the ball around these is clear of an obstacle, so is the patch; where it is not,
+//! the patch is halved. Two parts that both move are followed by conservative advancement (Mirtich 1996): as fast as their distance
+//! allows, they cannot have met.
+
+use crate::lie::Vector;
+use crate::model::Radius;
+use crate::robot::algebra::obstacle::Solid;
+use crate::robot::plan::Plan;
+use crate::robot::plan::contact::{Pair, Side};
+use crate::robot::state::Workspace;
+use crate::robot::state::contact::Noted;
+use crate::robot::turning::Turning;
+
+/// What passes through each other overlaps on the way by more than that part of a radius.
+const DEEP: f64 = 0.5;
+
+/// Ways and patches of less than that part of it hide nothing so deep.
+const SHALLOW: f64 = 0.2;
+
+/// Whether there is anything that has two sides.
+pub(crate) fn is_possible<G: Turning>(plan: &Plan<G>) -> bool {
+    plan.contacts.pairs.iter().any(|pair| match pair.sides[1] {
+        Side::Solid(solid) => can_be_passed(&plan.contacts.solids[solid]),
+        _ => true,
+    })
+}
+
+/// Takes down where surfaces are, as was seen last.
+pub(crate) fn note<G: Turning>(work: &mut Workspace<G>) {
+    let contact = &mut work.contact;
+    let Noted { of, places, bounds, centres } = &mut contact.noted;
+    of.clear();
+    of.extend_from_slice(&work.kinematics_of);
+    places.clear();
+    places.extend(contact.samples.iter().map(|[place, _]| *place));
+    bounds.clone_from(&contact.bounds);
+    centres.clone_from(&contact.centres);
+}
+
+/// Whether any pair has passed through each other between what was noted and what was seen last.
+pub(crate) fn has_passed<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, measure: Radius) -> bool {
+    let ways = Ways { plan, work, measure };
+    plan.contacts.pairs.iter().any(|pair| match &pair.sides {
+        [Side::Rod(curves), Side::Rod(others)] => curves.clone().any(|c| {
+            others.clone().any(|o| {
+                let [(a, of_a), (b, of_b)] = [ways.bound(c), ways.bound(o)];
+                distance(a, b) <= of_a + of_b && ways.have_crossed(pair, c, o)
+            })
+        }),
+        [Side::Rod(curves), Side::Ball(ball)] => {
+            let (there, other) = (ways.of_ball(*ball), plan.contacts.balls[*ball].radius);
+            let solid = Solid::Ball { centre: Vector::zero(), radius: other };
+            curves.clone().any(|c| {
+                ways.parts(c).any(|part| {
+                    Patch::beside(part.ways, there).is_deep_in(
+                        &solid,
+                        part.radius,
+                        measure.of(part.radius, other),
+                    )
+                })
+            })
+        }
+        [Side::Rod(curves), Side::Solid(solid)] => {
+            let solid = &plan.contacts.solids[*solid];
+            curves.clone().any(|c| {
+                let (centre, radius) = ways.bound(c);
+                can_be_passed(solid)
+                    && solid.distance(centre).value <= radius
+                    && ways.parts(c).any(|part| {
+                        Patch(part.ways).is_deep_in(solid, part.radius, measure.of(part.radius, round(solid)))
+                    })
+            })
+        }
+        [Side::Ball(ball), second] => {
+            let (way, radius) = (ways.of_ball(*ball), plan.contacts.balls[*ball].radius);
+            match second {
+                Side::Ball(other) => {
+                    let (there, other) = (ways.of_ball(*other), plan.contacts.balls[*other].radius);
+                    let solid = Solid::Ball { centre: Vector::zero(), radius: other };
+                    Patch::beside([way; 2], there).is_deep_in(&solid, radius, measure.of(radius, other))
+                }
+                Side::Solid(solid) => {
+                    let solid = &plan.contacts.solids[*solid];
+                    can_be_passed(solid)
+                        && Patch([way; 2]).is_deep_in(solid, radius, measure.of(radius, round(solid)))
+                }
+                Side::Rod(_) => unreachable!("a rod is the first side"),
+            }
+        }
+        [Side::Solid(_), _] => false,
+    })
+}
+
+/// What is on the other side of a half-space is in it.
+fn can_be_passed(solid: &Solid) -> bool {
+    !matches!(solid, Solid::HalfSpace { .. })
+}
+
+/// The radius of what is round all over, zero of others.
+fn round(solid: &Solid) -> f64 {
+    if let Solid::Ball { radius, .. } = solid { *radius } else { 0.0 }
+}
+
+impl Radius {
+    fn of(self, first: f64, second: f64) -> f64 {
+        match self {
+            Self::Smaller if second > 0.0 => first.min(second),
+            Self::Smaller => first,
+            Self::Larger => first.max(second),
+        }
+    }
+}
+
+fn distance(a: Vector<f64>, b: Vector<f64>) -> f64 {
+    let way = a - b;
+    way.dot(way).sqrt()
+}
+
+/// Where a place was, and where it is.
+type Way = [Vector<f64>; 2];
+
+/// A part of a curve between two samples, and how its ends have moved.
+struct Part {
+    ways: [Way; 2],
+    radius: f64,
+    arc: f64,
+    length: f64,
+}
+
+impl Part {
+    /// A ball around all that it sweeps.
+    fn bound(&self) -> (Vector<f64>, f64) {
+        let (centre, radius) = Patch(self.ways).bound();
+        (centre, radius + self.radius)
+    }
+}
+
+struct Ways<'a, G: Turning> {
+    plan: &'a Plan<G>,
+    work: &'a Workspace<G>,
+    measure: Radius,
+}
+
+impl<G: Turning> Ways<'_, G> {
+    /// A ball around all that a curve sweeps.
+    fn bound(&self, curve: usize) -> (Vector<f64>, f64) {
+        let [(before, of_before), (now, of_now)] =
+            [self.work.contact.noted.bounds[curve], self.work.contact.bounds[curve]];
+        ((before + now) * 0.5, 0.5 * distance(before, now) + of_before.max(of_now))
+    }
+
+    fn of_ball(&self, ball: usize) -> Way {
+        [self.work.contact.noted.centres[ball], self.work.contact.centres[ball]]
+    }
+
+    fn parts(&self, c: usize) -> impl Iterator<Item = Part> + '_ {
+        let curve = &self.plan.contacts.curves[c];
+        let seen = curve.first_sample..curve.first_sample + curve.samples.len();
+        let places = &self.work.contact.noted.places[seen.clone()];
+        let samples = &self.work.contact.samples[seen];
+        curve.samples.windows(2).enumerate().map(move |(i, ends)| Part {
+            ways: [i, i + 1].map(|i| [places[i], samples[i][0]]),
+            radius: 0.5 * (ends[0].radius + ends[1].radius),
+            arc: curve.start + ends[0].x * curve.length,
+            length: (ends[1].x - ends[0].x) * curve.length,
+        })
+    }
+
+    /// Whether parts of two curves that may be near each other have passed through each other.
+    fn have_crossed(&self, pair: &Pair, c: usize, o: usize) -> bool {
+        self.parts(c).any(|part| {
+            let (centre, radius) = part.bound();
+            self.parts(o).any(|other| {
+                // Both orders of what touches itself are met: one is enough.
+                let is_far =
+                    pair.neighbourhood == 0.0 || other.arc > part.arc + part.length + pair.neighbourhood;
+                let (there, of_other) = other.bound();
+                is_far
+                    && distance(centre, there) <= radius + of_other
+                    && have_crossed(&part, &other, self.measure)
+            })
+        })
+    }
+}
+
+/// What lies between two ways, in space or beside what moves.
+struct Patch([Way; 2]);
+
+impl Patch {
+    /// What two ways are beside a third one.
+    fn beside(ways: [Way; 2], there: Way) -> Self {
+        Self(ways.map(|way| [way[0] - there[0], way[1] - there[1]]))
+    }
+
+    /// A ball that it lies in.
+    fn bound(&self) -> (Vector<f64>, f64) {
+        let [[a, b], [c, d]] = self.0;
+        let centre = (a + b + c + d) * 0.25;
+        (centre, [a, b, c, d].into_iter().map(|corner| distance(centre, corner)).fold(0.0, f64::max))
+    }
+
+    /// How far it goes along its ways, and across.
+    fn extents(&self) -> [f64; 2] {
+        let [[a, b], [c, d]] = self.0;
+        [distance(a, b).max(distance(c, d)), distance(a, c).max(distance(b, d))]
+    }
+
+    /// Whether a rod or a ball of a radius that moves along it comes so deep into a solid, by a radius to measure that with, as it did
+    /// not begin.
+    fn is_deep_in(&self, solid: &Solid, radius: f64, measure: f64) -> bool {
+        let [way, _] = self.extents();
+        if measure <= 0.0 || way <= SHALLOW * measure {
+            return false;
+        }
+        let deep = radius - DEEP * measure;
+        let [[a, _], [c, _]] = self.0;
+        let was_deep = [a, (a + c) * 0.5, c].into_iter().any(|place| solid.distance(place).value < deep);
+        !was_deep && self.comes_nearer(solid, deep, SHALLOW * measure)
+    }
+
+    /// Whether it comes nearer to a solid than that, as far as patches of that size tell.
+    fn comes_nearer(&self, solid: &Solid, deep: f64, size: f64) -> bool {
+        let (centre, radius) = self.bound();
+        let value = solid.distance(centre).value;
+        if value >= deep + radius {
+            return false;
+        }
+        if value < deep {
+            return true;
+        }
+        radius > size && self.halves().iter().any(|half| half.comes_nearer(solid, deep, size))
+    }
+
+    fn halves(&self) -> [Self; 2] {
+        let [[a, b], [c, d]] = self.0;
+        let [along, across] = self.extents();
+        if along > across {
+            let [ab, cd] = [(a + b) * 0.5, (c + d) * 0.5];
+            [Self([[a, ab], [c, cd]]), Self([[ab, b], [cd, d]])]
+        } else {
+            let [ac, bd] = [(a + c) * 0.5, (b + d) * 0.5];
+            [Self([[a, b], [ac, bd]]), Self([[ac, bd], [c, d]])]
+        }
+    }
+}
+
+/// Whether two parts of rods come so near to each other on their ways as they did not begin.
+fn have_crossed(part: &Part, other: &Part, measure: Radius) -> bool {
+    let measure = measure.of(part.radius, other.radius);
+    let moved = |way: Way| way[1] - way[0];
+    let mut fastest: f64 = 0.0;
+    for way in part.ways {
+        for there in other.ways {
+            fastest = fastest.max(distance(moved(way), moved(there)));
+        }
+    }
+    let shallow = SHALLOW * measure;
+    if measure <= 0.0 || fastest <= shallow {
+        return false;
+    }
+    let deep = part.radius + other.radius - DEEP * measure;
+    let at = |ways: [Way; 2], x: f64| ways.map(|[from, to]| from + (to - from) * x);
+    let (mut x, mut is_start) = (0.0, true);
+    while x < 1.0 {
+        let between = distance_of_segments(at(part.ways, x), at(other.ways, x)) - deep;
+        if between < 0.0 {
+            return !is_start;
+        }
+        is_start = false;
+        x += (between + shallow) / fastest;
+    }
+    false
+}
+
+/// The distance of two segments (Ericson 2005, section 5.1.9).
+fn distance_of_segments([p, p_end]: Way, [q, q_end]: Way) -> f64 {
+    let (along, other, way) = (p_end - p, q_end - q, p - q);
+    let (a, e, f) = (along.dot(along), other.dot(other), other.dot(way));
+    let (b, c) = (along.dot(other), along.dot(way));
+    let clamped = |value: f64, over: f64| if over > 0.0 { (value / over).clamp(0.0, 1.0) } else { 0.0 };
+    let determinant = a * e - b * b;
+    let x = clamped(b * f - c * e, determinant);
+    let y = clamped(b * x + f, e);
+    // Where that was cut off, the place on the first one follows.
+    let x = clamped(b * y - c, a);
+    distance(p + along * x, q + other * y)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn vector() -> impl Strategy<Value = Vector<f64>> {
+        (-1.0..1.0, -1.0..1.0, -1.0..1.0).prop_map(|(x, y, z)| Vector::new(x, y, z))
+    }
+
+    fn way() -> impl Strategy<Value = Way> {
+        (vector(), vector()).prop_map(|(a, b)| [a, b])
+    }
+
+    fn on(ways: [Way; 2], s: f64, x: f64) -> Vector<f64> {
+        let [a, b] = ways.map(|[from, to]| from + (to - from) * x);
+        a + (b - a) * s
+    }
+
+    /// The smallest of a function at places between 0 and 1.
+    fn least(number: usize, f: impl Fn(f64) -> f64) -> f64 {
+        (0..=number).map(|i| f(i as f64 / number as f64)).fold(f64::INFINITY, f64::min)
+    }
+
+    proptest! {
+        #[test]
+        fn segments_are_as_near_as_their_nearest_places(a in way(), b in way()) {
+            let found = distance_of_segments(a, b);
+            let tried = least(60, |x| {
+                let place = a[0] + (a[1] - a[0]) * x;
+                least(60, |y| distance(place, b[0] + (b[1] - b[0]) * y))
+            });
+            prop_assert!(found <= tried + 1e-12 && tried <= found + 0.06, "{found} {tried}");
+        }
+
+        #[test]
+        fn patches_that_go_through_a_ball_are_seen(ways in (way(), way()), centre in vector(), radius in 0.01..0.2) {
+            let (ways, solid) = ([ways.0, ways.1], Solid::Ball { centre, radius });
+            let thick = 0.05;
+            let smallest = Radius::Smaller.of(thick, radius);
+            let overlap = |s: f64, x: f64| thick - solid.distance(on(ways, s, x)).value;
+            let deepest = -least(200, |x| least(200, |s| -overlap(s, x)));
+            let at_start = -least(200, |s| -overlap(s, 0.0));
+            let found = Patch(ways).is_deep_in(&solid, thick, smallest);
+            if at_start < DEEP * smallest && deepest > (DEEP + 2.0 * SHALLOW) * smallest {
+                prop_assert!(found);
+            }
+            if deepest < (DEEP - 0.3) * smallest - 0.02 {
+                prop_assert!(!found);
+            }
+        }
+
+        #[test]
+        fn rods_that_cross_are_seen(a in (way(), way()), b in (way(), way())) {
+            let part = |ways: (Way, Way)| Part { ways: [ways.0, ways.1], radius: 0.05, arc: 0.0, length: 1.0 };
+            let (a, b) = (part(a), part(b));
+            let nearest = |x: f64| {
+                let at = |part: &Part| part.ways.map(|[from, to]| from + (to - from) * x);
+                distance_of_segments(at(&a), at(&b))
+            };
+            let deep = 2.0 * 0.05 - DEEP * 0.05;
+            let found = have_crossed(&a, &b, Radius::Smaller);
+            if nearest(0.0) > deep && least(2000, nearest) < deep - 2.0 * SHALLOW * 0.05 {
+                prop_assert!(found);
+            }
+            if least(2000, nearest) > deep + 0.01 {
+                prop_assert!(!found);
+            }
+        }
+    }
+}
