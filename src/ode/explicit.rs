@@ -23,8 +23,8 @@ const THIRD_ORDER_WEIGHT: f64 = 0.01;
 /// What is left of a step that has missed something, or cannot be right.
 const MISSED: f64 = 0.5;
 
-/// The latter are tried again as often.
-const MOST_FLAWED: usize = 10;
+/// The latter are tried again as often: steps grow by up to ten times at once.
+const MOST_FLAWED: usize = 5;
 
 /// An explicit pair with its memory.
 #[derive(Clone, Debug)]

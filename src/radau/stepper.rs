@@ -21,7 +21,7 @@ const SMALLEST_STEP_IN_SPACINGS: f64 = 10.0;
 
 /// Steps that end in a shape that means nothing are tried again as often, with half the size: longer ones may turn what turns too
 /// far at once.
-const MOST_FLAWED: usize = 10;
+const MOST_FLAWED: usize = 5;
 
 /// A remainder of the way of less than that fraction of a step is added to it.
 const REMAINDER: f64 = 1e-9;

@@ -27,7 +27,7 @@ def thrown_ball(obstacle, radius=0.05):
 @pytest.mark.parametrize("name", OBSTACLES)
 @pytest.mark.parametrize("method", CHOOSING)
 def test_a_thrown_ball_comes_back(method, name):
-    """Without loss its kinetic energy is the same before and after. Free flight has no error that would choose steps."""
+    """Without loss it has its kinetic energy again. Free flight has no error that would choose steps."""
     robot = thrown_ball(OBSTACLES[name])
     run = lissom.simulate(robot, 1.0, v0=[3, 0, 0, 0, 0, 0], method=method)
     assert run.success, run.message
