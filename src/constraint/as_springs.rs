@@ -5,7 +5,7 @@
 
 use crate::error::{Interrupted, InvalidInput};
 use crate::linalg::Matrix;
-use crate::model::{Discretised, Elastic, Energy, Flaw, InTime, Model, Tied};
+use crate::model::{Discretised, Elastic, Energy, Flaw, InTime, Model, Switch, Tied};
 use crate::springs::Springs;
 
 /// Stiffness of the springs in units of the largest one of the model: what they give then is rounding of displacements.
@@ -16,6 +16,9 @@ pub(crate) struct AsSprings<'a> {
     model: &'a mut dyn Model,
     /// Of every constraint.
     stiffness: Vec<f64>,
+    /// The largest energy of the model at its typical coordinates, twice, and these.
+    largest: f64,
+    sizes: Vec<f64>,
     /// What is taken for the multipliers, the opposite of the springs' forces.
     held: Option<Vec<f64>>,
     multipliers: Vec<f64>,
@@ -40,13 +43,28 @@ impl<'a> AsSprings<'a> {
         };
         let largest = energy(&elastic).max(energy(&tangent));
         let largest = if largest > 0.0 { largest } else { 1.0 };
-        let mut gap_jacobian = Matrix::zeros(m, n);
-        model.gap_jacobian(q, &mut gap_jacobian);
-        let stiffness = (0..m).map(|i| {
-            let square = (0..n).map(|k| (gap_jacobian[(i, k)] * sizes[k]).powi(2)).sum::<f64>();
-            STIFF * largest / if square > 0.0 && square.is_finite() { square } else { 1.0 }
-        });
-        Self { stiffness: stiffness.collect(), model, held: None, multipliers: vec![0.0; m], gap_jacobian }
+        let mut springs = Self {
+            stiffness: vec![STIFF * largest; m],
+            largest,
+            sizes,
+            model,
+            held: None,
+            multipliers: vec![0.0; m],
+            gap_jacobian: Matrix::zeros(m, n),
+        };
+        springs.stiffen(q);
+        springs
+    }
+
+    /// Makes the springs of the constraints that hold in a shape as stiff as they are there.
+    fn stiffen(&mut self, q: &[f64]) {
+        self.model.gap_jacobian(q, &mut self.gap_jacobian);
+        for (stiffness, row) in self.stiffness.iter_mut().zip(self.gap_jacobian.row_iter()) {
+            let square = row.iter().zip(&self.sizes).map(|(x, size)| (x * size).powi(2)).sum::<f64>();
+            if square > 0.0 && square.is_finite() {
+                *stiffness = STIFF * self.largest / square;
+            }
+        }
     }
 
     /// The model takes the multipliers that are held, or those of its gaps; the Jacobian of these is found where they are not
@@ -209,8 +227,29 @@ impl Discretised for AsSprings<'_> {
     }
 }
 
-/// Its loops are springs.
-impl Tied for AsSprings<'_> {}
+/// Its loops are springs. Those that hold one way only do so still; their multipliers are the opposite of the springs' forces.
+impl Tied for AsSprings<'_> {
+    fn is_one_sided(&self) -> bool {
+        self.model.is_one_sided()
+    }
+
+    fn held(&self) -> Vec<bool> {
+        self.model.held()
+    }
+
+    fn release(&mut self, multipliers: &[f64]) {
+        self.model.release(multipliers);
+    }
+
+    fn switch(&mut self, q: &[f64], multipliers: &mut [f64]) -> Switch {
+        let before = multipliers.len() - self.stiffness.len();
+        let switch = self.model.switch(q, &mut multipliers[before..]);
+        if switch == Switch::TakenUp {
+            self.stiffen(q);
+        }
+        switch
+    }
+}
 
 impl Model for AsSprings<'_> {
     fn n(&self) -> usize {

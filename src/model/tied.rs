@@ -44,6 +44,11 @@ pub trait Tied {
         false
     }
 
+    /// Which constraints hold.
+    fn held(&self) -> Vec<bool> {
+        vec![true; self.constraints()]
+    }
+
     /// From now on those hold whose multipliers are not zero.
     fn release(&mut self, _multipliers: &[f64]) {}
 

@@ -4,7 +4,7 @@ use super::{JacobianKind, System};
 use crate::constraint::projection::{self, Fit};
 use crate::error::Interrupted;
 use crate::linalg::{Cholesky, Matrix};
-use crate::model::{ForwardScratch, Model, Radius, rotation_vectors};
+use crate::model::{Flaw, ForwardScratch, Model, Radius, rotation_vectors};
 use crate::second_order::have_passed;
 
 /// Errors of a step change velocities by less than this part of the largest ones when loops are closed; another branch of
@@ -122,7 +122,7 @@ impl<M: Model> System for FirstOrder<M> {
         let Self { model, n, .. } = self;
         model.set_time(t[1])?;
         let [(q_before, v_before), (q, v)] = y.map(|y| y.split_at(*n));
-        if model.flaw(q).is_some() {
+        if matches!(model.flaw(q), Some(Flaw::Unresolved { .. })) {
             return Ok(true);
         }
         let h = t[1] - t[0];

@@ -228,7 +228,7 @@ impl Stepper {
                 let (n, a) = (start.q.len(), &self.stages.a);
                 if has_missed(system, [start.t, t_new], ends, rates, &mut self.middle)?
                     || flawed < MOST_FLAWED
-                        && (system.is_flawed(t_new, ends[1])?
+                        && (system.is_turned_too_far(t_new, ends[1])?
                             || system.has_contact()
                                 && system.gains_energy(
                                     t_new,

@@ -1057,6 +1057,12 @@ impl Tied for RobotModel {
         on_sweeps!(&self.sweeps, sweeps => !sweeps.slack().is_empty())
     }
 
+    fn held(&self) -> Vec<bool> {
+        let slack = self.slack();
+        let loops = self.constraints() - slack.len();
+        std::iter::repeat_n(true, loops).chain(slack.into_iter().map(|is_slack| !is_slack)).collect()
+    }
+
     fn release(&mut self, multipliers: &[f64]) {
         let mut slack = self.slack();
         let own = &multipliers[multipliers.len() - slack.len()..];

@@ -4,7 +4,7 @@ use super::Failure;
 use crate::constraint::one_sided;
 use crate::error::Interrupted;
 use crate::linalg::{Matrix, TreeMatrix};
-use crate::model::{Model, Radius, Switch, rotation_vectors};
+use crate::model::{Flaw, Model, Radius, Switch, rotation_vectors};
 
 /// Equations of motion `r(t, q, v, a) = 0` for displacements q, velocities v and accelerations a, n of each.
 pub trait System {
@@ -126,6 +126,11 @@ pub trait System {
 
     /// Whether displacements mean nothing ([`Flaw`](crate::model::Flaw)), those of surfaces that are sunk included.
     fn is_flawed(&mut self, _t: f64, _q: &[f64]) -> Result<bool, Interrupted> {
+        Ok(false)
+    }
+
+    /// Whether displacements turn what moves farther than can be followed, as too long a step may.
+    fn is_turned_too_far(&mut self, _t: f64, _q: &[f64]) -> Result<bool, Interrupted> {
         Ok(false)
     }
 
@@ -309,6 +314,11 @@ impl<M: Model + ?Sized> System for FreeMotion<'_, M> {
     fn is_flawed(&mut self, t: f64, q: &[f64]) -> Result<bool, Interrupted> {
         self.0.set_time(t)?;
         Ok(self.0.flaw(q).is_some() || self.0.sunk(q).is_some())
+    }
+
+    fn is_turned_too_far(&mut self, t: f64, q: &[f64]) -> Result<bool, Interrupted> {
+        self.0.set_time(t)?;
+        Ok(matches!(self.0.flaw(q), Some(Flaw::Unresolved { .. })))
     }
 
     fn have_passed(&mut self, way: &[(f64, &[f64])], radius: Radius) -> Result<bool, Interrupted> {

@@ -4,7 +4,7 @@ use super::growth::Growth;
 use super::stability::Stiffness;
 use crate::error::Interrupted;
 use crate::linalg::{Matrix, dot, norm};
-use crate::model::{Flaw, Model, rotation_vectors};
+use crate::model::{Flaw, Model, Switch, rotation_vectors};
 use crate::natural::{self, Natural, scaled};
 use crate::small_motions::SmallMotions;
 use crate::springs::Springs;
@@ -70,6 +70,8 @@ pub(super) struct Linear {
     pub(super) tangent: Matrix,
     pub(super) natural: Natural,
     springs: Option<Springs>,
+    /// How the forces of the springs change with the load factor, where they do.
+    load_on_springs: Option<Vec<f64>>,
     /// Scaled norm of the residual at the forces of the springs that the state has.
     pub(super) residual_norm: f64,
 }
@@ -125,14 +127,23 @@ impl Linear {
         let forces = self.springs.as_ref().map(|springs| self.natural.change_of_forces(springs, x));
         let mut scaled = self.natural.coordinates(x);
         scaled.push(load_factor);
-        Step { scaled, forces: forces.unwrap_or_default() }
+        Step { scaled, forces: self.with_load(forces, load_factor) }
+    }
+
+    fn with_load(&self, forces: Option<Vec<f64>>, load_factor: f64) -> Vec<f64> {
+        let mut forces = forces.unwrap_or_default();
+        for (force, rate) in forces.iter_mut().zip(self.load_on_springs.iter().flatten()) {
+            *force += rate * load_factor;
+        }
+        forces
     }
 
     /// A scaled direction of coordinates and load factor as a step.
     pub(super) fn moved(&self, scaled: Vec<f64>) -> Step {
         let n = scaled.len() - 1;
         let forces = self.springs.as_ref().map(|springs| springs.changes(&scaled[..n]));
-        Step { scaled, forces: forces.unwrap_or_default() }
+        let forces = self.with_load(forces, scaled[n]);
+        Step { scaled, forces }
     }
 
     /// Moves a state, that of this one, by such a step: its springs then have the forces that they have to first order.
@@ -209,6 +220,7 @@ impl<'a> Equations<'a> {
     /// A state, with the forces that its springs have.
     pub(super) fn state(&mut self, q: Vec<f64>, load_factor: f64) -> Result<State, Interrupted> {
         let mut state = State { q, load_factor, forces: Vec::new() };
+        self.growth.set(self.model, load_factor)?;
         if let Some(own) = natural::linearised(self.model, &state.q, &self.sizes) {
             state.forces.clone_from(&own.forces);
             if let Some(linear) = self.linearise(&state)? {
@@ -216,6 +228,51 @@ impl<'a> Equations<'a> {
             }
         }
         Ok(state)
+    }
+
+    /// Lets go of what would have to push, or takes up what has been passed, of constraints that hold one way only; says whether
+    /// there was any.
+    pub(super) fn switch(&mut self, state: &mut State) -> Result<bool, Interrupted> {
+        if !self.model.is_one_sided() {
+            return Ok(false);
+        }
+        self.growth.set(self.model, state.load_factor)?;
+        let mut multipliers: Vec<f64> = state.forces.iter().map(|force| -force).collect();
+        if self.model.switch(&state.q, &mut multipliers) == Switch::Nothing {
+            return Ok(false);
+        }
+        state.forces.iter_mut().zip(multipliers).for_each(|(force, multiplier)| *force = -multiplier);
+        Ok(true)
+    }
+
+    /// Whether it would switch any.
+    pub(super) fn would_switch(&mut self, state: &State) -> Result<bool, Interrupted> {
+        let held: Vec<f64> =
+            self.model.held().into_iter().map(|is_held| f64::from(u8::from(is_held))).collect();
+        let would_switch = self.switch(&mut state.clone())?;
+        if would_switch {
+            self.model.release(&held);
+        }
+        Ok(would_switch)
+    }
+
+    /// How the forces of the springs change with the load factor in a shape: of lengths that are told, as they change with
+    /// inputs, straight.
+    fn load_on_springs(
+        &mut self,
+        state: &State,
+        springs: Option<&Springs>,
+    ) -> Result<Option<Vec<f64>>, Interrupted> {
+        let (Some(springs), Growth::Inputs(_), true) = (springs, &self.growth, self.model.is_one_sided())
+        else {
+            return Ok(None);
+        };
+        self.growth.set(self.model, state.load_factor + 1.0)?;
+        let there = natural::linearised(self.model, &state.q, &self.sizes);
+        self.growth.set(self.model, state.load_factor)?;
+        let rates =
+            |there: Springs| there.forces.iter().zip(&springs.forces).map(|(to, from)| to - from).collect();
+        Ok(there.map(rates))
     }
 
     /// The scaled residual at springs' forces of their own, or at those that are held; and its derivative with
@@ -272,6 +329,7 @@ impl<'a> Equations<'a> {
     pub(super) fn downhill(&mut self, state: &State) -> Result<Downhill, Interrupted> {
         let n = state.q.len();
         let (mut residual, mut load) = (vec![0.0; n], vec![0.0; n]);
+        self.growth.set(self.model, state.load_factor)?;
         let springs = natural::linearised(self.model, &state.q, &self.sizes);
         let held = springs.is_some().then_some(&state.forces[..]);
         self.forces(&state.q, state.load_factor, held, &mut residual, &mut load)?;
@@ -346,6 +404,7 @@ impl<'a> Equations<'a> {
     pub(super) fn linearise(&mut self, state: &State) -> Result<Option<Linear>, Interrupted> {
         let State { q, load_factor, forces } = state;
         let n = q.len();
+        self.growth.set(self.model, *load_factor)?;
         let springs = natural::linearised(self.model, q, &self.sizes);
         let held = springs.is_some().then_some(&forces[..]);
         let (mut residual, mut load) = (vec![0.0; n], vec![0.0; n]);
@@ -358,10 +417,18 @@ impl<'a> Equations<'a> {
         let fallback = || self.reference.clone().unwrap_or_else(|| natural::reference(material, &tangent));
         let is_finite = tangent.iter().chain(&residual).chain(&load).all(|x| x.is_finite());
         let natural = if is_finite { Natural::new(material, springs.as_ref(), fallback) } else { None };
+        let load_on_springs = self.load_on_springs(state, springs.as_ref())?;
         Ok(natural.map(|natural| Linear {
             residual_norm: norm(&residual),
             residual: natural.residual(&residual, springs.as_ref(), forces),
-            load: natural.forces(&load),
+            load: match (&load_on_springs, &springs) {
+                (Some(rates), Some(springs)) => {
+                    let rated = Springs { forces: rates.clone(), ..springs.clone() };
+                    natural.residual(&load, Some(&rated), &vec![0.0; rates.len()])
+                }
+                _ => natural.forces(&load),
+            },
+            load_on_springs,
             tangent: natural.tangent(&tangent, springs.as_ref()),
             natural,
             springs,

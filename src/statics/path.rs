@@ -9,6 +9,7 @@
 use super::corrector::{self, Corrected, correct, correct_held};
 use super::equations::{Equations, Linear, State, Step};
 use super::stability::{NEUTRAL, Stiffness};
+use crate::constraint::one_sided::most_switches;
 use crate::error::Interrupted;
 use crate::linalg::{dot, norm, norm_inf};
 use crate::model::Flaw;
@@ -186,7 +187,8 @@ impl<'a, 'b> Follower<'a, 'b> {
         let tolerance = self.course.tolerance;
         // Where a branch begins the tangent is singular, so that what is an equilibrium already is left alone.
         if norm_inf(&linear.natural.coordinates(&linear.residual)) > tolerance {
-            match correct(self.equations, &mut start, &at_load_factor, tolerance)? {
+            let load_factor = start.load_factor;
+            match self.land_switched(&mut start, load_factor)? {
                 Some(done) => corrected = done,
                 None => return Ok(None),
             }
@@ -319,6 +321,9 @@ impl<'a, 'b> Follower<'a, 'b> {
         if self.flaw.is_some() {
             return Ok(None);
         }
+        if self.equations.would_switch(&state)? {
+            return Ok(None);
+        }
         let Some(linear) = self.equations.linearise(&state)? else { return Ok(None) };
         let stiffness = Stiffness::new(&linear);
         let direction = corrector::direction(&linear, &place.direction.scaled);
@@ -338,7 +343,7 @@ impl<'a, 'b> Follower<'a, 'b> {
         let mut state = place.state.clone();
         // From the shape that is there: it is beyond the corner already, since what makes one depends on the load factor.
         let target = place.state.load_factor + forward * STEP_OVER_CORNER;
-        let Some(corrected) = self.land(&mut state, target)? else { return Ok(None) };
+        let Some(corrected) = self.land_switched(&mut state, target)? else { return Ok(None) };
         let Some(linear) = self.equations.linearise(&state)? else { return Ok(None) };
         let stiffness = Stiffness::new(&linear);
         let n = state.q.len();
@@ -361,6 +366,17 @@ impl<'a, 'b> Follower<'a, 'b> {
         let mut at_load_factor = vec![0.0; state.q.len() + 1];
         at_load_factor[state.q.len()] = 1.0;
         correct(self.equations, state, &at_load_factor, self.course.tolerance)
+    }
+
+    /// The same with those constraints, of those that hold one way only, that pull there.
+    fn land_switched(&mut self, state: &mut State, target: f64) -> Result<Option<Corrected>, Interrupted> {
+        for _ in 0..most_switches(state.forces.len()) {
+            let landed = self.land(state, target)?;
+            if landed.is_none() || !self.equations.switch(state)? {
+                return Ok(landed);
+            }
+        }
+        Ok(None)
     }
 
     /// The load factor between a place and a state at which the path has to stop.

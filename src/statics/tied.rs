@@ -105,11 +105,8 @@ pub(super) fn continuation(
     options: &ContinuationOptions,
     monitor: Monitor<'_>,
 ) -> Result<Result<Continuation, Interrupted>, InvalidInput> {
-    if model.is_one_sided() {
-        let expected = "tendons with a `stiffness`: which of those that do not stretch are taut is not followed along a path";
-        return Err(InvalidInput::new("model", "one with tendons that do not stretch", expected));
-    }
     let rest = vec![0.0; model.n()];
+    model.release_open(options.q0.as_deref().unwrap_or(&rest), None);
     let q0 = match &options.q0 {
         None if widest(model, &rest) <= CLOSED_AT_REST => None,
         None => Some(closed(model, &rest)?),

@@ -113,6 +113,103 @@ def test_a_stiff_tendon_comes_to_the_one_that_does_not_stretch():
     assert errors[1] / errors[2] == pytest.approx(10.0, rel=0.1)
 
 
+# Paths of equilibria
+
+
+def lengths(robot, path, name="pull"):
+    return np.array([robot.actuator_length(name, q) for q in path.q])
+
+
+def tensions(robot, path, name="pull"):
+    rest = np.zeros(robot.n)
+    inputs = [None] * len(path.q) if path.u is None else path.u
+    return np.array(
+        [robot.actuator_force(name, q, rest, qdd=rest, u=u) for q, u in zip(path.q, inputs, strict=True)]
+    )
+
+
+def test_a_tendon_becomes_taut_as_loads_grow():
+    """Up to there the path is that without the tendon; behind, the tendon keeps its length."""
+    load = lissom.Load(force=(0, 0, -0.3))
+    held = finger([along(length=0.301)], loads=[load])
+    found = lissom.continuation(held)
+    assert found.success, found.message
+    path = found.path
+    free = finger([along(tension=0.0)], loads=[load])
+    corner = np.argmax(tensions(held, path) > 0.0)
+    assert 3 < corner < len(path.q) - 3
+    for q, factor in zip(path.q[1:corner:3], path.load_factor[1:corner:3], strict=True):
+        alone = lissom.continuation(free, bounds=(0.0, factor)).path
+        np.testing.assert_allclose(q, alone.q[-1], atol=1e-8)
+    assert free.actuator_length("pull", path.q[corner - 1]) == pytest.approx(0.301, abs=1e-6)
+    np.testing.assert_allclose(lengths(held, path)[corner:], 0.301, atol=1e-11)
+    assert (np.diff(tensions(held, path)[corner:]) > 0.0).all()
+    np.testing.assert_allclose(path.q[-1], lissom.statics(held, path.q[-1]).q, atol=1e-9)
+
+
+@pytest.mark.parametrize("way", [(0.305, 0.28), (0.28, 0.305), (0.29, 0.33), (0.33, 0.29)])
+def test_a_path_of_lengths(way):
+    """The length is what it is told, by the tension that `statics` finds; where it is told more than it needs it is slack."""
+    robot = finger([along(length=lissom.Input("length", way[0]))])
+    found = lissom.continuation(robot, inputs={"length": way})
+    assert found.success, found.message
+    told = found.path.u[:, 0]
+    np.testing.assert_allclose(told, way[0] + found.path.load_factor * (way[1] - way[0]), atol=1e-14)
+    pulls, excess = tensions(robot, found.path), lengths(robot, found.path) - told
+    assert (pulls >= 0.0).all()
+    # What is let go is taken up again where it is longer by 1e-10.
+    assert (excess < 2e-10).all()
+    assert ((pulls == 0.0) | (np.abs(excess) < 1e-11)).all()
+    assert (pulls.min() == 0.0) == (max(way) > 0.32)
+    for k in (0, len(told) // 2, -1):
+        alone = lissom.statics(robot, u=found.path.u[k])
+        np.testing.assert_allclose(found.path.q[k], alone.q, atol=1e-8)
+
+
+def test_antagonists_take_turns():
+    pair = [
+        along("up", (0.0, 0.008), length=lissom.Input("up", 0.3)),
+        along("down", (0.0, -0.008), length=lissom.Input("down", 0.3)),
+    ]
+    robot = finger(pair)
+    found = lissom.continuation(robot, inputs={"up": (0.29, 0.32), "down": (0.32, 0.29)})
+    assert found.success, found.message
+    up, down = (tensions(robot, found.path, name) for name in ("up", "down"))
+    assert up[0] > 0.0 == down[0]
+    assert down[-1] > 0.0 == up[-1]
+    np.testing.assert_allclose(found.path.q[-1], lissom.statics(robot, u=[0.32, 0.29]).q, atol=1e-8)
+
+
+def test_a_column_that_is_pulled_to_its_foot_buckles():
+    """The line of the force goes through the foot, so that the load is that of a column between pins (Euler)."""
+    length, radius, modulus = 0.4, 2e-3, 1e9
+    column = lissom.Segment(length, radius, modulus, modulus / 2.6, 1000.0, modes={"bend_y": 6, "stretch": 1})
+    line = lissom.Tendon(
+        "line",
+        [lissom.Via("rod", (0, 0, 0), at=0.0), lissom.Via("rod", (0, 0, 0), at=length)],
+        length=lissom.Input("length", length),
+    )
+    rod = lissom.Rod([column], gravity=(0, 0, 0), actuators=[line])
+    found = lissom.continuation(rod, inputs={"length": (length, length * (1.0 - 1e-4))})
+    assert found.success, found.message
+    point = next(point for point in found.path.critical_points if point.kind == "bifurcation")
+    rest = np.zeros(rod.n)
+    tension = rod.actuator_force("line", point.q, rest, qdd=rest, u=point.u)
+    bending = modulus * np.pi / 4 * radius**4
+    assert tension == pytest.approx(np.pi**2 * bending / length**2, rel=1e-3)
+    buckled = lissom.continuation(
+        rod,
+        point.q,
+        inputs={"length": (length, 0.9 * length)},
+        load_factor=(length - point.u[0]) / (0.1 * length),
+        direction=point.directions[0],
+    )
+    assert buckled.success, buckled.message
+    assert buckled.path.stability[-1] == "stable"
+    pulls = tensions(rod, buckled.path, "line")
+    assert 1.0 < pulls[-1] / tension < 1.1
+
+
 def test_equal_tendons_share_and_are_redundant():
     length = 0.295
     one, two = finger([along(length=length)]), finger([along("a", length=length), along("b", length=length)])
@@ -275,8 +372,6 @@ def test_methods_that_do_not_hold_it_say_what_does():
     for method in ("radau", "rk45", "dop853"):
         with pytest.raises(ValueError, match="generalised_alpha"):
             lissom.simulate(robot, 0.1, dt=1e-3, method=method)
-    with pytest.raises(ValueError, match="stiffness"):
-        lissom.continuation(robot)
     with pytest.raises(ValueError, match="stiffness"):
         lissom.simulate(robot, 0.1, method="auto")
 
