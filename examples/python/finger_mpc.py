@@ -2,8 +2,8 @@
 
 Every 10 ms a linear model says where the tip will be in the next 0.2 s, and a quadratic program finds the
 tensions that keep it nearest to its way, within their limits and rates. The model is exact for small motions
-and for tensions that are held in between; it is made anew at every step, or once at the start. PD control has
-the same limits. Controllers see the state of the simulation as it is, without noise.
+about an equilibrium and for tensions that are held in between; it is made anew at every step, or once at the
+start. PD control has the same limits. Controllers see the state of the simulation as it is, without noise.
 
 Needs SciPy, PIQP and threadpoolctl (`pip install scipy piqp threadpoolctl`); with `--plot FILE` Matplotlib
 draws the ways of the tip.

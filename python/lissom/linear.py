@@ -9,7 +9,8 @@ from functools import partial
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._lissom import LissomError, Model, Robot, jacobian
+from ._lissom import Input, LissomError, Model, Robot, jacobian
+from .actuators import Tendon
 from .views import Frame, View, view
 
 Array = NDArray[np.float64]
@@ -77,7 +78,8 @@ def linearise(
         What acts: 'forces' (the n generalised forces); for rods 'tip_force' and 'tip_moment' (three
         components each in world axes), or a component of them such as 'tip_force_z'; for robots the same of
         every link that carries no other, by its name instead of 'tip'. 'inputs' are the inputs of the model,
-        all of u; one of them goes by its name, such as 'pull', where that is none of the above.
+        all of u; one of them goes by its name, such as 'pull', where that is none of the above. The length
+        of a tendon that does not stretch is none of them: it sets coordinates, not forces.
     outputs : str or sequence of str
         What is measured: 'coordinates', 'velocities' (n each); for rods 'tip_position', 'tip_rotation' (a
         small rotation vector), 'tip_velocity', 'tip_angular_velocity' (three components each in world axes),
@@ -125,6 +127,7 @@ def linearise(
     stiffness, damping, mass = model.tangent(q, rest, rest, t=t, u=u)
     seen = view(model)
     force_names, forces = _signals("inputs", inputs, _forces(model, seen, q, t, u))
+    _check_inputs(model, force_names)
     output_names, rows = _signals("outputs", outputs, _measurements(model, seen, q, t))
     try:
         np.linalg.cholesky(mass)
@@ -153,6 +156,19 @@ def linearise(
     for matrix in (A, B, rows, D):
         matrix.flags.writeable = False
     return LinearModel(A, B, rows, D, (*coordinates, *velocities), force_names, output_names)
+
+
+def _check_inputs(model: Model, names: Sequence[str]) -> None:
+    """Refuses what sets coordinates in place of forces."""
+    tendons = [each for each in getattr(model, "actuators", ()) if isinstance(each, Tendon)]
+    for tendon in tendons:
+        length = tendon.length
+        if tendon.stiffness is None and isinstance(length, Input) and length.name in names:
+            raise ValueError(
+                f"inputs: got {length.name!r}, the length of the tendon {tendon.name!r} that does not "
+                "stretch, expected inputs that act by forces: a length moves a taut tendon at once; give the "
+                "tendon a `stiffness`, or name the other inputs"
+            )
 
 
 #: Derivatives of gaps that are smaller than this beside the others are determined by them.

@@ -36,6 +36,30 @@ class Overpulled(lissom.gym.Reach):
         return 1e9 * (actions + 1.0)
 
 
+class Turning(lissom.gym.Task):
+    """A rod on a base that turns: where its tip is depends on the time."""
+
+    dt, control_step, max_episode_steps = 5e-3, 0.02, 50
+    window = ((-0.5, -0.5, 0.0), (0.5, 0.5, 0.0))
+
+    def __init__(self):
+        soft = lissom.Segment(0.3, 0.01, 1e6, 4e5, 1000.0, {"bend_z": 2}, retardation_time=0.05)
+        pull = lissom.Tendon("pull", [lissom.Along(offset=(0.008, 0))], tension=lissom.Input("pull"))
+        turning = lissom.BaseMotion(axis=(0, 0, 1), angle=lissom.Harmonic(0, 0, rate=3.0))
+        self.robot = lissom.Rod([soft], actuators=[pull], base_motion=turning)
+        self.channels = dict.fromkeys("xyz", 1.0)
+
+    def start(self, robot, random):
+        return lissom.gym.Start(0.1 * random.standard_normal(2), np.zeros(2), np.empty(0))
+
+    def inputs(self, actions):
+        return actions + 1.0
+
+    def outcome(self, states):
+        tips = states.ask(lambda robot, q, v, t: robot.pose(q, t=t)[:, :3, 3], states.t)
+        return lissom.gym.Outcome(tips, tips[:, 0])
+
+
 def softer(random):
     """An arm of another material; a function that other processes find by its name."""
     return reach.arm(random.uniform(5e5, 9e5), random.uniform(900.0, 1200.0))
@@ -116,6 +140,50 @@ def test_pictures(name):
     for _ in range(30):
         env.step(np.linspace(-1, 1, env.action_space.shape[0]))
     assert (env.render() != before).any()
+
+
+def test_films_run_in_real_time(name):
+    for env in (gymnasium.make(name), gymnasium.make_vec(name, num_envs=2)):
+        assert env.metadata["render_fps"] * env.unwrapped.task.control_step == pytest.approx(1.0)
+
+
+def test_pictures_of_many(name):
+    many = gymnasium.make_vec(name, num_envs=2, render_mode="rgb_array")
+    alone = SyncVectorEnv([lambda: gymnasium.make(name, render_mode="rgb_array")] * 2)
+    for envs in (many, alone):
+        envs.reset(seed=0)
+        envs.step(np.full(envs.action_space.shape, 0.5))
+    assert many.render_mode == alone.render_mode
+    assert_same(many.render(), alone.render())
+    with pytest.raises(ValueError, match="render_mode: expected None or 'rgb_array', got 'human'"):
+        gymnasium.make_vec(name, num_envs=2, render_mode="human")
+
+
+def test_a_base_may_move():
+    task = Turning()
+    env = lissom.gym.RobotEnv(task, render_mode="rgb_array")
+    many = lissom.gym.RobotVectorEnv(task, 3, max_episode_steps=10, render_mode="rgb_array")
+    same = lissom.gym.RobotVectorEnv(task, 3, max_episode_steps=10, randomise=lambda random: Turning().robot)
+    seen, _ = env.reset(seed=1)
+    rows, _ = many.reset(seed=0)
+    others, _ = same.reset(seed=0)
+    assert_array_equal(rows[1], seen)
+    assert np.abs(seen[1]) < 0.01
+    for k in range(14):
+        actions = np.full((3, 1), np.cos(k))
+        seen, *_ = env.step(actions[1])
+        rows, *_ = many.step(actions)
+        others, *_ = same.step(actions)
+        assert_array_equal(rows, others)
+        simulation = env.simulation
+        assert_array_equal(seen, task.robot.pose(simulation.q, t=simulation.t)[:3, 3])
+        if k < 10:
+            assert_array_equal(rows[1], seen)
+    # The second episode of the rows began at the start of time.
+    assert many.simulations.t == pytest.approx(3 * 0.02)
+    tip = task.robot.pose(many.simulations.q[1], t=many.simulations.t[1])[:3, 3]
+    assert_array_equal(rows[1], tip)
+    assert (env.render() != many.render()[1]).any()
 
 
 def test_bad_input_is_refused():
@@ -335,6 +403,18 @@ def test_many_robots_are_as_many_single_ones_to_the_bit(name, mode):
         for _ in range(2 * steps):
             actions = many.action_space.sample()
             assert_same(many.step(actions), alone.step(actions))
+
+
+def test_rows_tell_their_seeds():
+    mode = AutoresetMode.DISABLED
+    many = gymnasium.make_vec("lissom/Balance-v0", num_envs=3, autoreset_mode=mode)
+    alone = singles("lissom/Balance-v0", 3, 500, mode)
+    mask = np.array([True, False, True])
+    for options in ({"seed": 4}, {"options": {"reset_mask": mask}, "seed": [7, None, None]}, {}):
+        assert_same(many.reset(**options), alone.reset(**options))
+        assert many.np_random_seed == alone.np_random_seed
+        states = [[each.bit_generator.state for each in envs.np_random] for envs in (many, alone)]
+        assert_same(*states)
 
 
 def test_random_robots_are_their_own_in_each_row():

@@ -345,6 +345,33 @@ def test_the_frequencies_of_a_pendulum():
     np.testing.assert_allclose(frequencies[-2:] * 2 * np.pi, np.sqrt(G / ROPE), rtol=1e-8)
 
 
+def test_a_linear_model_holds_it_and_takes_what_else_acts():
+    """The steady gain is that of equilibria."""
+    held = along(length=0.29)
+    pulls = [along(f"pull{k}", (0.005, 0.004 * k), tension=lissom.Input(f"T{k}", 1.0)) for k in (-1, 1)]
+    robot = finger([held, *pulls])
+    q = lissom.statics(robot).q
+    assert robot.actuator_force("pull", q, 0 * q) > 1.0
+    A, B, C, _ = lissom.linearise(robot, q, "inputs", "tip_position")
+
+    def tip(u):
+        return robot.pose(lissom.statics(robot, u=u).q)[:3, 3]
+
+    gains = [(tip(robot.u0 + step) - tip(robot.u0 - step)) / 2e-3 for step in 1e-3 * np.eye(2)]
+    assert np.allclose(-C @ np.linalg.solve(A, B), np.transpose(gains), rtol=1e-6, atol=1e-9)
+
+
+def test_a_linear_model_has_no_input_that_is_its_length():
+    other = along("other", (0.005, 0.0), tension=lissom.Input("force", 1.0))
+    robot = finger([along(length=lissom.Input("winch", 0.29)), other])
+    q = lissom.statics(robot).q
+    for inputs in ("inputs", "winch", ["force", "winch"]):
+        with pytest.raises(ValueError, match="inputs: got 'winch', the length of the tendon 'pull' that"):
+            lissom.linearise(robot, q, inputs)
+    assert np.abs(lissom.linearise(robot, q, "force").B).max() > 0.0
+    assert lissom.linearise(robot, q).B.any()
+
+
 def test_the_modes_of_a_slack_robot_are_those_without_a_tendon():
     held, free = finger([along(length=0.35)]), finger([])
     q = lissom.statics(free).q

@@ -16,7 +16,7 @@ SIZE, DOTS_PER_INCH = 4.0, 100
 POINTS = 33
 
 
-def picture(task: Task, robot: Robot, q: Array, goal: Array | None) -> NDArray[np.uint8]:
+def picture(task: Task, robot: Robot, q: Array, goal: Array | None, t: float) -> NDArray[np.uint8]:
     """A picture, shape (height, width, 3), of the robot in the window of its task.
 
     Parameters
@@ -25,6 +25,8 @@ def picture(task: Task, robot: Robot, q: Array, goal: Array | None) -> NDArray[n
         Coordinates.
     goal : ndarray, optional
         A point in the world if it has three numbers; otherwise it is not drawn.
+    t : float
+        The time, seconds.
 
     Raises
     ------
@@ -41,12 +43,12 @@ def picture(task: Task, robot: Robot, q: Array, goal: Array | None) -> NDArray[n
     axes: Any = figure.add_subplot(projection="3d" if len(seen) == 3 else None)
     for link in robot.links:
         if link.rod is None:
-            points = robot.pose(q, link=link.name)[None, :3, 3]
+            points = robot.pose(q, link=link.name, t=t)[None, :3, 3]
             axes.plot(*points.T[seen], marker="s", color="black")
         else:
             length = sum(segment.length for segment in link.rod)
             stations = np.linspace(0.0, length, POINTS)
-            points = robot.pose(q, stations, link=link.name)[:, :3, 3]
+            points = robot.pose(q, stations, link=link.name, t=t)[:, :3, 3]
             axes.plot(*points.T[seen], linewidth=3)
     if goal is not None and goal.shape == (3,):
         axes.plot(*goal[seen, None], marker="x", color="red")

@@ -10,7 +10,7 @@ from gymnasium import Space
 from numpy.typing import NDArray
 
 from .._lissom import Simulation
-from .task import Array, Randomise, States, Task, checked_seed
+from .task import RENDER_MODES, Array, Randomise, States, Task, checked_render_mode, checked_seed, films
 from .tasks import task_of
 
 
@@ -48,6 +48,9 @@ class RobotEnv(gymnasium.Env[Array, NDArray[np.float32]]):
     `Task.failed_reward`, and the observation is that of where the simulation stopped, within its bounds.
     Copies and pickles go on to the bit.
 
+    Only ``gymnasium.make``, or ``gymnasium.wrappers.TimeLimit``, truncates episodes. A step after the end of
+    one goes on from there.
+
     Examples
     --------
     >>> import gymnasium, lissom.gym
@@ -58,19 +61,15 @@ class RobotEnv(gymnasium.Env[Array, NDArray[np.float32]]):
     ((8,), False)
     """
 
-    metadata: dict[str, Any] = {  # noqa: RUF012
-        # Gymnasium declares it as an attribute of instances.
-        "render_modes": ["rgb_array"],
-        "render_fps": 25,
-    }
+    # Gymnasium looks at the class before there is a task, and declares it as an attribute of instances.
+    metadata: dict[str, Any] = {"render_modes": RENDER_MODES}  # noqa: RUF012
 
     def __init__(
         self, task: Task | str, *, randomise: Randomise | None = None, render_mode: str | None = None
     ) -> None:
-        if render_mode is not None and render_mode not in self.metadata["render_modes"]:
-            raise ValueError(f"render_mode: expected None or 'rgb_array', got {render_mode!r:.60}")
+        self.render_mode = checked_render_mode(render_mode)
         self.task = task_of(task)
-        self.render_mode = render_mode
+        self.metadata = films(self.task)
         self.observation_space: Space[Any] = self.task.observation_space
         self.action_space: Space[Any] = self.task.action_space
         self.robot = self.task.robot
@@ -140,11 +139,12 @@ class RobotEnv(gymnasium.Env[Array, NDArray[np.float32]]):
             return None
         from .picture import picture
 
-        return picture(self.task, self.robot, self.simulation.q, self._goal)
+        return picture(self.task, self.robot, self.simulation.q, self._goal, self.simulation.t)
 
     def _states(self, goal: Array, actions: Array) -> States:
         simulation = self.simulation
-        return States((self.robot,), simulation.q[None], simulation.v[None], goal[None], actions)
+        t = np.array([simulation.t])
+        return States((self.robot,), simulation.q[None], simulation.v[None], goal[None], actions, t)
 
 
 def _numbers(infos: Any) -> dict[str, Any]:

@@ -39,20 +39,34 @@ class Start:
 
 @dataclass(frozen=True)
 class States:
-    """Rows of states: one robot for all or one each, q, v (k, n), goals (k, m), actions (k, inputs)."""
+    """Rows of states: one robot for all or one each, q, v (k, n), goals (k, m), actions (k, inputs).
+
+    And the times t (k,), seconds.
+    """
 
     robots: Sequence[Robot]
     q: Array
     v: Array
     goals: Array
     actions: Array
+    t: Array
 
-    def ask(self, question: Callable[[Robot, Array, Array], Array]) -> Array:
-        """What a robot says of rows ``q`` and ``v``: all rows in one call where they have one robot."""
+    def ask(self, question: Callable[..., Array], *more: Array) -> Array:
+        """What a robot says of rows ``q``, ``v`` and more: all rows in one call where they have one robot.
+
+        Parameters
+        ----------
+        question : callable
+            ``question(robot, q, v, *more)``, with rows of these.
+        more : ndarray, shape (k, ...)
+            What else it takes, such as ``t`` where a base or loads vary in time.
+        """
         if len(self.robots) == 1:
-            return question(self.robots[0], self.q, self.v)
-        rows = zip(self.robots, self.q, self.v, strict=True)
-        return np.concatenate([question(robot, q[None], v[None]) for robot, q, v in rows])
+            return question(self.robots[0], self.q, self.v, *more)
+        rows = zip(self.robots, self.q, self.v, *more, strict=True)
+        return np.concatenate(
+            [question(robot, *(np.asarray(part)[None] for part in parts)) for robot, *parts in rows]
+        )
 
 
 @dataclass(frozen=True)
@@ -235,6 +249,28 @@ class Task(ABC):
             outcome.infos,
         )
         return Verdict(limited, ~goes_on, reasons)
+
+
+#: The modes of `render`.
+RENDER_MODES = ["rgb_array"]
+
+
+def checked_render_mode(mode: str | None) -> str | None:
+    """A mode of `render`, or none.
+
+    Raises
+    ------
+    ValueError
+        If it is something else.
+    """
+    if mode is not None and mode not in RENDER_MODES:
+        raise ValueError(f"render_mode: expected None or 'rgb_array', got {mode!r:.60}")
+    return mode
+
+
+def films(task: Task) -> dict[str, Any]:
+    """What environments say of their pictures: one a control step is a film in real time."""
+    return {"render_modes": RENDER_MODES, "render_fps": max(1, round(1 / task.control_step))}
 
 
 def checked_seed(seed: int | None) -> int | None:

@@ -13,7 +13,18 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
 from .._lissom import Robot, Simulations
-from .task import Array, Flags, Outcome, Randomise, States, Task, Verdict, checked_seed
+from .task import (
+    Array,
+    Flags,
+    Outcome,
+    Randomise,
+    States,
+    Task,
+    Verdict,
+    checked_render_mode,
+    checked_seed,
+    films,
+)
 from .tasks import task_of
 
 Infos = dict[str, Any]
@@ -41,6 +52,8 @@ class RobotVectorEnv(VectorEnv[Array, NDArray[np.float32], NDArray[Any]]):
         As for `RobotEnv`: a robot for each row, by the generator of that row.
     workers : int, optional
         Threads; by default as many as there are processors.
+    render_mode : str, optional
+        As for `RobotEnv`.
 
     Attributes
     ----------
@@ -79,7 +92,9 @@ class RobotVectorEnv(VectorEnv[Array, NDArray[np.float32], NDArray[Any]]):
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         randomise: Randomise | None = None,
         workers: int | None = None,
+        render_mode: str | None = None,
     ) -> None:
+        self.render_mode = checked_render_mode(render_mode)
         self.task = task_of(task)
         self.num_envs = _count("num_envs", num_envs)
         self.max_episode_steps = _count(
@@ -87,7 +102,7 @@ class RobotVectorEnv(VectorEnv[Array, NDArray[np.float32], NDArray[Any]]):
             self.task.max_episode_steps if max_episode_steps is None else max_episode_steps,
         )
         self.autoreset_mode = _mode(autoreset_mode)
-        self.metadata = {"autoreset_mode": self.autoreset_mode}
+        self.metadata = films(self.task) | {"autoreset_mode": self.autoreset_mode}
         self.single_observation_space = self.task.observation_space
         self.single_action_space = self.task.action_space
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
@@ -96,8 +111,8 @@ class RobotVectorEnv(VectorEnv[Array, NDArray[np.float32], NDArray[Any]]):
         self._randomise = randomise
         self._workers = None if workers is None else _count("workers", workers)
         self.simulations = self._motions()
-        # What belongs to each row; there are no goals before the first reset.
-        self._randoms: list[np.random.Generator] = []
+        # What belongs to each row: random numbers with their seeds; no goals before the first reset.
+        self._randoms = [seeding.np_random() for _ in range(self.num_envs)]
         self._goals: Array | None = None
         self._elapsed = np.zeros(self.num_envs, dtype=int)
         self._ended = np.zeros(self.num_envs, dtype=bool)
@@ -129,15 +144,13 @@ class RobotVectorEnv(VectorEnv[Array, NDArray[np.float32], NDArray[Any]]):
         mask = self._mask(options)
         is_seeded = np.array([each is not None for each in seeds])
         is_first = self._goals is None
-        if is_first:
-            if not mask.all():
-                raise ValueError("options['reset_mask']: the first reset is one of all rows")
-            self._randoms = [seeding.np_random()[0] for _ in seeds]
+        if is_first and not mask.all():
+            raise ValueError("options['reset_mask']: the first reset is one of all rows")
         is_new = is_seeded | is_first
         if self._randomise is not None and is_new.any() and not mask.all():
             raise ValueError("seed: robots that are random are made anew where all rows begin, not some")
         for row in np.flatnonzero(is_seeded & mask):
-            self._randoms[row] = seeding.np_random(seeds[row])[0]
+            self._randoms[row] = seeding.np_random(seeds[row])
         if self._randomise is not None and is_new.any():
             self._draw_robots(self._randomise, is_new)
         infos: Infos = {}
@@ -167,7 +180,7 @@ class RobotVectorEnv(VectorEnv[Array, NDArray[np.float32], NDArray[Any]]):
         # Rows that begin anew make a step, too, of which nothing is kept.
         success = simulations.step(self.task.inputs(actions), self.task.control_step)
         verdict = self.task.judge(
-            States(self.robots, simulations.q, simulations.v, self._goals, actions),
+            States(self.robots, simulations.q, simulations.v, self._goals, actions, simulations.t),
             success,
             lambda row: (simulations.status[row], simulations.message(row)),
         )
@@ -189,6 +202,41 @@ class RobotVectorEnv(VectorEnv[Array, NDArray[np.float32], NDArray[Any]]):
         if begins.any():
             _put(infos, self._begin(begins).infos, begins)
         return self._observations.copy(), rewards, terminated, truncated, infos
+
+    def render(self) -> tuple[NDArray[np.uint8], ...] | None:
+        """Pictures of the robots, one for each row, as of `RobotEnv`; None without a `render_mode`.
+
+        Raises
+        ------
+        ImportError
+            Without matplotlib.
+        """
+        if self.render_mode is None:
+            gymnasium.logger.warn("render: the environments were made without render_mode='rgb_array'")
+            return None
+        from .picture import picture
+
+        q, t = self.simulations.q, self.simulations.t
+        return tuple(
+            picture(
+                self.task,
+                self.robots[row % len(self.robots)],
+                q[row],
+                None if self._goals is None else self._goals[row],
+                float(t[row]),
+            )
+            for row in range(self.num_envs)
+        )
+
+    @property  # type: ignore[misc]
+    def np_random(self) -> tuple[np.random.Generator, ...]:  # type: ignore[override]
+        """The random numbers of each row, as of Gymnasium's own environments of many."""
+        return tuple(random for random, _ in self._randoms)
+
+    @property
+    def np_random_seed(self) -> tuple[int, ...]:  # type: ignore[override]
+        """The seed of each row."""
+        return tuple(seed for _, seed in self._randoms)
 
     def _seeds(self, seed: int | Sequence[int | None] | None) -> list[int | None]:
         """One for each row."""
@@ -215,7 +263,7 @@ class RobotVectorEnv(VectorEnv[Array, NDArray[np.float32], NDArray[Any]]):
         """Makes the robots of some rows; their motions are made anew with them."""
         robots = list(self.robots) if len(self.robots) > 1 else list(self.robots) * self.num_envs
         for row in np.flatnonzero(which):
-            robots[row] = self.task.variant(randomise, self._randoms[row])
+            robots[row] = self.task.variant(randomise, self._randoms[row][0])
         self.robots = tuple(robots)
         self.simulations = self._motions()
 
@@ -223,15 +271,16 @@ class RobotVectorEnv(VectorEnv[Array, NDArray[np.float32], NDArray[Any]]):
         """Begins episodes in some rows; what their agents get, a row for each of these."""
         rows = np.flatnonzero(mask)
         robots = self.robots if len(self.robots) == 1 else tuple(self.robots[row] for row in rows)
-        starts = [self.task.start(robots[k % len(robots)], self._randoms[row]) for k, row in enumerate(rows)]
+        starts = [
+            self.task.start(robots[k % len(robots)], self._randoms[row][0]) for k, row in enumerate(rows)
+        ]
         q, v, goals = (np.stack([getattr(start, part) for start in starts]) for part in ("q", "v", "goal"))
         self.simulations.reset(rows, q0=q, v0=v, t0=0.0)
         if self._goals is None:
             self._goals = goals
         self._goals[rows] = goals
-        outcome = self.task.seen(
-            States(robots, q, v, goals, np.zeros((len(rows), len(self.task.robot.inputs))))
-        )
+        actions = np.zeros((len(rows), len(self.task.robot.inputs)))
+        outcome = self.task.seen(States(robots, q, v, goals, actions, np.zeros(len(rows))))
         self._observations[rows] = outcome.observations
         self._elapsed[rows] = 0
         self._ended[rows] = False

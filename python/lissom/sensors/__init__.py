@@ -8,8 +8,8 @@ A sensor belongs to a `Robot` and a place or joint of it. It can be asked in fou
 - `record`: the same over a finished run, all at once.
 
 Without noise `read` and `record` give the same numbers to the bit, and so they do with noise of the same
-seed, as far as the noise is added (that of orientations is a rotation). Contact forces are not measured:
-there is no contact yet.
+seed, as far as the noise is added (that of orientations is a rotation). There is no sensor
+of contact yet: `Robot.contact_forces` gives what an ideal one would show.
 """
 
 from .actuators import ActuatorForce, ActuatorLength
