@@ -123,7 +123,8 @@ fn largest(values: impl Iterator<Item = f64>) -> f64 {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Rule {
     /// One power, of the mean of the states at the ends; the mean of two where loads vary, with those of the ends.
-    /// With every step of the average-acceleration rule, the balance of a linear system is then exact.
+    /// With every step of the average-acceleration rule, the balance of a linear system is then exact. With constraints that hold
+    /// one way only always the powers of the ends, where they hold.
     Mean,
     /// Three powers, along the quintic polynomial through the states at the ends: order 5.
     Quintic,
@@ -214,13 +215,21 @@ impl<'a> FlowMeter<'a> {
         rotation_vectors::wrap(model.rotation_vectors(), &mut self.q, &mut self.v, &mut [&mut self.a]);
         let h = state.t - self.t;
         let before = self.total;
+        // Between the ends of a step a tendon that does not stretch is shorter or longer than it is told.
+        let is_at_ends = model.is_one_sided();
         let parts: &[(f64, f64)] = match self.rule {
+            _ if is_at_ends => &[(0.0, 0.5), (1.0, 0.5)],
             Rule::Mean if model.varies_in_time() => &[(0.0, 0.5), (1.0, 0.5)],
             Rule::Mean => &[(0.5, 1.0)],
             Rule::Quintic => &GAUSS,
         };
         for &(x, weight) in parts {
-            if self.rule == Rule::Mean {
+            if is_at_ends {
+                let end =
+                    if x == 0.0 { [&self.q[..], &self.v, &self.a] } else { [state.q, state.v, state.a] };
+                let between = [&mut self.q_between, &mut self.v_between, &mut self.a_between];
+                between.into_iter().zip(end).for_each(|(between, end)| between.copy_from_slice(end));
+            } else if self.rule == Rule::Mean {
                 for i in 0..self.q.len() {
                     self.q_between[i] = 0.5 * (self.q[i] + state.q[i]);
                     self.v_between[i] = 0.5 * (self.v[i] + state.v[i]);

@@ -1,8 +1,9 @@
 //! The equilibrium as a function of the inputs, followed from one to the next, and how it changes with them.
 
+use crate::constraint::{one_sided, saddle::Saddle};
 use crate::error::Interrupted;
-use crate::linalg::{Lu, Matrix};
-use crate::model::{Elastic as _, InTime as _, Model as _};
+use crate::linalg::Matrix;
+use crate::model::{Elastic as _, InTime as _, Model as _, Tied as _};
 use crate::robot::RobotModel;
 use crate::statics::{
     Continuation, ContinuationOptions, CriticalKind, InputPath, Monitor, Status, continuation,
@@ -123,29 +124,70 @@ impl<'a, 'b> Equilibria<'a, 'b> {
         Ok(Some(path.q[path.q.len() - self.sizes.len()..].to_vec()))
     }
 
-    /// How the latest shape changes with the inputs, `dq/du = -K^-1 dtau/du`, in coordinates over their typical sizes; n x m.
-    /// `None` where the tangent stiffness K is singular.
+    /// How the latest shape changes with the inputs, `[K, G^T; G, 0] [dq; dlambda] = -[dtau; dg]`, in coordinates over their
+    /// typical sizes; n x m. K is the tangent stiffness, G that of what holds loops closed. `None` where they are singular.
     pub(super) fn sensitivity(&mut self) -> Result<Option<Matrix>, Interrupted> {
         let State { u, q } = &self.latest;
         let (n, m) = (q.len(), u.len());
         self.model.set_inputs(u);
         self.model.set_time(self.time)?;
         let rest = vec![0.0; n];
-        let [mut stiffness, mut pushed] = [Matrix::zeros(n, n), Matrix::zeros(n, m)];
-        self.model.weighted_tangent(q, &rest, &rest, [1.0, 0.0, 0.0], &mut stiffness);
-        self.model.input_tangent(q, &rest, &rest, &mut pushed);
-        for (i, size) in self.sizes.iter().enumerate() {
-            stiffness.row_mut(i).scale_mut(*size);
-            stiffness.column_mut(i).scale_mut(*size);
-            pushed.row_mut(i).scale_mut(-size);
-        }
-        let mut lu = Lu::new(n);
-        if lu.factorise(&stiffness).is_err() {
+        let constraints = self.model.constraints();
+        let mut multipliers = vec![0.0; constraints];
+        if constraints > 0 && one_sided::multipliers(self.model, [q, &rest, &rest], &mut multipliers).is_err()
+        {
             return Ok(None);
         }
-        for mut column in pushed.column_iter_mut() {
-            lu.solve(column.as_mut_slice());
+        let mut saddle = Saddle::new(n, constraints);
+        let mut pushed = Matrix::zeros(n, m);
+        self.model.set_multipliers(&multipliers);
+        self.model.weighted_tangent(q, &rest, &rest, [1.0, 0.0, 0.0], &mut saddle.tangent);
+        self.model.input_tangent(q, &rest, &rest, &mut pushed);
+        self.model.set_multipliers(&vec![0.0; constraints]);
+        if constraints > 0 {
+            self.model.gap_jacobian(q, &mut saddle.constraints);
+        }
+        for (i, size) in self.sizes.iter().enumerate() {
+            saddle.tangent.row_mut(i).scale_mut(*size);
+            saddle.tangent.column_mut(i).scale_mut(*size);
+            saddle.constraints.column_mut(i).scale_mut(*size);
+            pushed.row_mut(i).scale_mut(-size);
+        }
+        if saddle.factorise().is_err() {
+            return Ok(None);
+        }
+        let told = self.gaps_of_inputs()?;
+        for (k, mut column) in pushed.column_iter_mut().enumerate() {
+            let mut right: Vec<f64> =
+                column.iter().copied().chain(told.column(k).iter().map(|x| -x)).collect();
+            saddle.solve(&mut right);
+            column.copy_from_slice(&right[..n]);
         }
         Ok(Some(pushed))
+    }
+
+    /// How gaps change with the inputs: those of lengths that are told, straight. Shape (constraints, inputs).
+    fn gaps_of_inputs(&mut self) -> Result<Matrix, Interrupted> {
+        let State { u, q } = &self.latest;
+        let constraints = self.model.constraints();
+        let mut change = Matrix::zeros(constraints, u.len());
+        if constraints == 0 {
+            return Ok(change);
+        }
+        let [mut before, mut after] = [vec![0.0; constraints], vec![0.0; constraints]];
+        self.model.gaps(q, &mut before);
+        for (k, mut column) in change.column_iter_mut().enumerate() {
+            let mut other = u.clone();
+            other[k] += 1.0;
+            self.model.set_inputs(&other);
+            self.model.set_time(self.time)?;
+            self.model.gaps(q, &mut after);
+            for (change, (after, before)) in column.iter_mut().zip(after.iter().zip(&before)) {
+                *change = after - before;
+            }
+        }
+        self.model.set_inputs(u);
+        self.model.set_time(self.time)?;
+        Ok(change)
     }
 }

@@ -50,7 +50,7 @@ pub use outcome::{Found, Status};
 use crate::actuator::{Actuator, Drive, Tendon};
 use crate::error::{Checker, Interrupted, InvalidInput, Number};
 use crate::linalg::{Matrix, full_svd, norm};
-use crate::model::{Discretised as _, InTime as _, Model as _, Tied as _};
+use crate::model::{Discretised as _, InTime as _, Model as _};
 use crate::reach::Target;
 use crate::reach::misfit::Misfit;
 use crate::robot::RobotModel;
@@ -104,7 +104,6 @@ pub fn actuate(
     options: &Options,
     monitor: Monitor<'_>,
 ) -> Result<Result<Found, Interrupted>, InvalidInput> {
-    model.check_untied("`actuate`")?;
     let problem = Problem::new(model, targets, options)?;
     Ok(search(model, targets, options, problem, monitor))
 }

@@ -218,7 +218,11 @@ pub(crate) struct PyInput {
 impl PyInput {
     #[new]
     #[pyo3(signature = (name, default=None), text_signature = "(name, default=0.0)")]
-    fn new(name: &str, default: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
+    fn new(name: &Bound<'_, PyAny>, default: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
+        let Ok(name) = name.extract::<String>() else {
+            let found = convert::describe(name);
+            return Err(PyTypeError::new_err(format!("name: expected a string, got {found}")));
+        };
         let (values, is_number) = match default {
             Some(default) => convert::scalar_or_vector(default, "default")?,
             None => (vec![0.0], true),

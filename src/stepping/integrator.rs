@@ -34,6 +34,11 @@ impl<M: Model> Integrator<M> {
                 if model.constraints() > 0 {
                     check_holding(options)?;
                 }
+                if model.is_one_sided() && options.step_size != newmark::StepSize::Fixed {
+                    let expected = "steps of one size, or tendons with a `stiffness`: the error of a step is not estimated with tendons that \
+                                    do not stretch";
+                    return Err(InvalidInput::new("adaptive", "True", expected));
+                }
                 let stepper = newmark::Stepper::new(n, t_span, q0, v0, options)?;
                 newmark::LinearSystem::check_memory(&FreeMotion(&mut model), options.derivative)?;
                 Self::Newmark { model, stepper: Box::new(stepper) }

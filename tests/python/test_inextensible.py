@@ -401,6 +401,8 @@ def test_methods_that_do_not_hold_it_say_what_does():
             lissom.simulate(robot, 0.1, dt=1e-3, method=method)
     with pytest.raises(ValueError, match="stiffness"):
         lissom.simulate(robot, 0.1, method="auto")
+    with pytest.raises(ValueError, match="adaptive"):
+        lissom.simulate(robot, 0.1, adaptive=True)
 
 
 def test_lengths_that_cannot_be_are_refused():
@@ -418,3 +420,41 @@ def test_it_is_explained():
     assert "never longer than it is told" in robot.explain()
     assert "1 constraint held by multipliers" in robot.explain()
     assert robot.actuators[0].stiffness is None
+
+
+def rising(t):
+    return 0.296 - 0.004 * np.sin(2 * np.pi * t) ** 2
+
+
+def test_the_work_of_a_winch_is_in_the_balance():
+    robot = finger([along(length=rising)])
+    run = lissom.simulate(robot, 1.0, dt=1e-3, q0=lissom.statics(robot).q)
+    powers = [
+        robot.supplied_power(q, v, qdd=a, t=t) for t, q, v, a in zip(run.t, run.q, run.v, run.a, strict=True)
+    ]
+    assert abs(run.balance.work[-1] - np.trapezoid(powers, run.t)) < 1e-3 * run.balance.scale
+    assert run.balance.drift < 1e-3
+
+
+def test_lengths_that_reach_a_target():
+    """The lengths that tensions make reach what these reach."""
+    places = {"a": (0.0, 0.008), "b": (0.007, -0.004), "c": (-0.007, -0.004)}
+    pulled = finger([along(name, offset, tension=lissom.Input(name, 1.0)) for name, offset in places.items()])
+    tensions = [1.5, 0.7, 0.4]
+    shape = lissom.statics(pulled, u=tensions).q
+    lengths = {name: pulled.actuator_length(name, shape) for name in places}
+    start = lissom.statics(pulled, u=[1.0, 0.8, 0.6]).q
+    held = finger(
+        [
+            along(name, offset, length=lissom.Input(name, pulled.actuator_length(name, start)))
+            for name, offset in places.items()
+        ]
+    )
+    found = lissom.actuate(held, pulled.pose(shape)[:3, 3])
+    assert found.status == "reached", found.message
+    assert found.position_error < 1e-9
+    # Three lengths and three coordinates of the tip: there is one answer.
+    np.testing.assert_allclose(found.u, [lengths[name] for name in places], atol=1e-7)
+    rest = np.zeros(held.n)
+    reached = [held.actuator_force(name, found.q, rest, qdd=rest, u=found.u) for name in places]
+    np.testing.assert_allclose(reached, tensions, rtol=1e-3)
