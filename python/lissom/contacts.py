@@ -51,7 +51,7 @@ class HalfSpace:
     point : array_like, shape (3,)
         A point of the plane, metres.
     normal : array_like, shape (3,)
-        Away from what is filled; of any length.
+        Outward normal, away from the filled half; of any length.
     """
 
     point: Vector = (0.0, 0.0, 0.0)
@@ -128,7 +128,7 @@ class Box:
 class Ball:
     """A ball that is fixed to a link: a finger tip, a wheel that slides, a body's shape.
 
-    It has no mass of its own; a `Body` has.
+    It has no mass; add a `Body` for that.
 
     Parameters
     ----------
@@ -139,7 +139,7 @@ class Ball:
     at : float, optional
         Arc length of the link's unstretched rod, metres; by default the tip, or the base of a rigid link.
     position : array_like, shape (3,)
-        The centre beside the section or body, in its axes, metres.
+        The centre relative to the section or body, in its axes, metres.
     """
 
     link: str
@@ -185,7 +185,7 @@ class Contact:
     Raises
     ------
     ValueError, TypeError
-        If something makes no sense by itself; what does not fit the robot is found out by that.
+        If a value is invalid by itself; the robot checks that links and surfaces exist.
 
     Examples
     --------
@@ -245,7 +245,7 @@ class Touch:
     sliding : ndarray, shape (3,)
         Velocity of the first surface along the second, m/s.
     along : tuple of float or None
-        Arc lengths of the two surfaces' rods, metres; None of what is no rod.
+        Arc lengths on the rods of the two surfaces, metres; None for a surface that is not a rod.
     """
 
     contact: str

@@ -84,7 +84,7 @@ def fit(
     max_runs: int = 100,
     **options: Any,
 ) -> FitResult:
-    """Find the parameters with which a motion fits measured positions best, by least squares; needs SciPy.
+    """Find the parameters that best fit measured positions, by least squares; needs SciPy.
 
     Parameters
     ----------
@@ -104,7 +104,7 @@ def fit(
     dt : float
         Step size, seconds.
     noise : float, optional
-        Standard deviation of the measured positions, metres, where it is known; else it is estimated from the
+        Standard deviation of the measured positions, metres, if known; otherwise it is estimated from the
         residuals.
     confidence : float
         How often an interval covers the right value.

@@ -49,7 +49,7 @@ use crate::simulate::{Control, Simulation, slackness, times_of_run};
 /// control_step : float, optional
 ///     How long each of them is held, seconds; `dt` by default. Of inputs that are held all the time there is none.
 /// workers : int, optional
-///     Most threads; as many as there are processors by default.
+///     Maximum number of threads; by default the number of processors.
 /// progress : bool or callable, optional
 ///     True shows a bar in the terminal. A callable is called as ``progress(done)`` with the number of finished runs about twenty
 ///     times a second; returning True or raising StopIteration ends the rest. Other exceptions come through.

@@ -254,7 +254,7 @@ impl PySegment {
         section::shear_correction_out(py, self.0.shear_correction)
     }
 
-    /// Quadrature nodes asked for; None for what the modes need. `Rod.nodes` tells what is used.
+    /// Requested number of quadrature nodes; None for the default. `Rod.nodes` has the number in use.
     #[getter]
     fn nodes(&self) -> Option<usize> {
         self.0.nodes

@@ -188,7 +188,7 @@ impl PyHarmonic {
 /// Parameters
 /// ----------
 /// name : str
-///     What it is known by. Inputs of one name are one.
+///     The name. Inputs with the same name are one input.
 /// default : float or array_like, shape (3,)
 ///     Its value as long as nobody sets it; three numbers for a force or a moment, which then has the entries ``name.x``,
 ///     ``name.y`` and ``name.z`` among the inputs.
@@ -241,7 +241,7 @@ impl PyInput {
         Ok(Self { name: name.into(), value, is_number })
     }
 
-    /// What it is known by.
+    /// The name.
     #[getter]
     fn name(&self) -> &str {
         &self.name

@@ -86,7 +86,7 @@ def sweep(
         `dask.distributed`. By default here, on all processors. Tasks have as many points as take about a
         second, by the time that earlier ones took.
     store : path-like, optional
-        A Zarr store that keeps what is done: a call with the same arguments goes on from there.
+        A Zarr store for finished runs: a call with the same arguments resumes from it.
     combine : {'product', 'zip'}
         Whether all values of each parameter meet all of the others, or the first ones each other, the second
         ones, and so on: sequences of one length, with one dimension ``point``.

@@ -271,7 +271,7 @@ impl PySimulation {
         Ok(())
     }
 
-    /// A simulation that goes on from here by itself, as this one does.
+    /// An independent copy that continues exactly as this one.
     fn copy(&self, py: Python<'_>) -> PyResult<Self> {
         let memory = self.memory()?.copy();
         Ok(Self {

@@ -44,7 +44,7 @@ const NUMBERS_OF_A_ROW: usize = 170;
 /// t0 : float
 ///     The time at the start, seconds.
 /// workers : int, optional
-///     Most threads that share the work; as many as there are processors by default. Steps of less than some 0.2 ms in all
+///     Maximum number of threads; by default the number of processors. Steps of less than some 0.2 ms in all
 ///     are made in the thread that asks.
 /// method, rtol, atol, beta, gamma, alpha, rho_inf, adaptive, max_step, min_step : optional
 ///     As for `Simulation`.
