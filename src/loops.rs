@@ -126,7 +126,7 @@ fn rows(joint: &Joint) -> usize {
 /// What closes a loop.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Loop {
-    /// What messages call it.
+    /// Its name in messages.
     pub name: String,
     /// What it holds.
     pub tie: Tie,

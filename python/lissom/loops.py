@@ -94,10 +94,10 @@ def _end(place: Place) -> LoopEnd:
 
 @dataclass(frozen=True)
 class Loop:
-    """What closes a loop of links: a further joint between two of them, or one and the world.
+    """A joint that closes a loop of links: between two of them, or between one and the world.
 
-    The constraints of the loop are exact parts of every step and of every equilibrium; they are held by the
-    forces in its joint (`Robot.loop_forces`).
+    Every step and every equilibrium satisfies the constraints of the loop exactly; the forces in
+    its joint are `Robot.loop_forces`.
 
     Parameters
     ----------
@@ -109,7 +109,7 @@ class Loop:
         How the frame of `b` may move in that of `a`: a joint, without forces of its own and not `Free`; or a
         distance that the ends keep.
     name : str, optional
-        What messages call it.
+        Its name in messages.
 
     Raises
     ------

@@ -32,7 +32,8 @@ const ROW_TOLERANCE: f64 = 1e-9;
 /// message : str
 ///     The status in words, with the remaining error, and what to change.
 /// position_error : float, or ndarray of shape (k,) for a mapping or a sequence of k targets
-///     Distance of the point from its target, metres, along the axes with a weight; zero if there is no position target.
+///     Distance of the point from its target, metres, along the axes with a weight; zero without a position
+///     target.
 /// orientation_error : float, or ndarray of shape (k,)
 ///     Angle from the target orientation, radians, about the axes with a weight; zero if there is none.
 /// pose : ndarray, shape (4, 4) or (k, 4, 4)

@@ -58,18 +58,18 @@ fn flat(halves: [Vector<f64>; 2]) -> Vec<f64> {
 /// loads : sequence of Load
 ///     Forces and moments; each one names its link.
 /// bodies : sequence of Body
-///     Further rigid bodies, beside those that links are; each one names its link.
+///     Additional rigid bodies on links; each one names its link.
 /// supports : sequence of Support
 ///     Springs and dampers to the world; each one names its link.
 /// fluid : Fluid, optional
-///     What surrounds the rods; by default nothing does. Rigid links feel nothing of it.
+///     The fluid around the rods; none by default. It does not act on rigid links.
 /// base_motion : BaseMotion, optional
 ///     How all that is fixed to the world moves together, about the frame of the first link's joint; it rests by
 ///     default.
 /// loops : sequence of Loop
-///     What closes loops of its links.
+///     Joints that close loops of links.
 /// contacts : sequence of Contact
-///     What touches.
+///     Pairs of surfaces that can touch.
 /// actuators : sequence of Tendon, Chamber, Motor, ActiveStrain
 ///     The actuators of the robot.
 ///
@@ -514,13 +514,13 @@ impl PyRobot {
         actuators_out(py, &self.description)
     }
 
-    /// What closes loops of its links.
+    /// Joints that close loops of links.
     #[getter]
     fn loops<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
         loops_out(py, &self.description)
     }
 
-    /// What touches.
+    /// Pairs of surfaces that can touch.
     #[getter]
     pub(super) fn contacts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
         contacts_out(py, &self.description)
@@ -1376,18 +1376,19 @@ impl PyRobot {
 
     /// Find a shape in which links have given poses: inverse kinematics.
     ///
-    /// Least squares of what is left, in the limits of joints, by Gauss-Newton steps in a trust region, and by Newton's where those are
-    /// slow: so a target out of reach ends fast at the nearest shape, and a stretched arm does not end where it only seems to
-    /// be nearest. Where the first start does not reach, others follow, all over what the robot can do, the same ones every time. Forces
-    /// play no part: of a soft robot it is a shape, and `statics` says which one it takes.
+    /// Minimises the squared errors within the limits of joints, by Gauss-Newton steps in a trust region, and
+    /// by Newton steps where those are slow. A target out of reach therefore converges fast to the nearest
+    /// shape, and a stretched arm does not stop at a saddle. If the first start does not reach the target,
+    /// others follow; they cover the range of the robot and are the same in every call. Forces are ignored:
+    /// `statics` finds the shape that a soft robot takes under its loads.
     ///
     /// Parameters
     /// ----------
     /// link : str, mapping or sequence of Target
     ///     The link to place; or several: a mapping from names to poses, or a sequence of `Target`.
     /// pose : array_like, shape (4, 4), (3,), (3, 3) or (4,)
-    ///     Its target pose in the world, for one link: a homogeneous matrix as from `pose`, a position alone, metres, or an
-    ///     orientation alone, as a rotation matrix or a quaternion (w, x, y, z).
+    ///     Its target pose in the world, for one link: a homogeneous matrix as from `pose`, a position alone,
+    ///     metres, or an orientation alone, as a rotation matrix or a quaternion (w, x, y, z).
     /// X : float, optional
     ///     Arc length of the link's unstretched rod, 0 <= X <= length, metres; by default its tip. None for a rigid link.
     /// point : array_like, shape (3,), optional

@@ -180,7 +180,7 @@ impl PyHarmonic {
     }
 }
 
-/// A number, or three of them, set from outside while a model moves: by a controller, or step by step.
+/// A number, or a vector of three, that is set during a motion: by a controller, or step by step.
 ///
 /// It stands wherever a force, a moment or the command of an actuator is asked for. `Model.inputs` lists all of a model; as
 /// long as nobody sets them they have their defaults, so that statics, modes and runs without a controller know them, too.

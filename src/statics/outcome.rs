@@ -138,7 +138,7 @@ pub struct Equilibrium {
     pub lowest: f64,
     /// The path of loading; empty where none was followed.
     pub path: Path,
-    /// What it has cost.
+    /// Counts of steps, iterations and evaluations.
     pub counters: Counters,
 }
 
@@ -151,7 +151,7 @@ pub struct Continuation {
     pub status: Status,
     /// The status in words, and what to change.
     pub message: String,
-    /// What it has cost.
+    /// Counts of steps, iterations and evaluations.
     pub counters: Counters,
 }
 

@@ -65,10 +65,10 @@ def sweep(
     progress: bool | Callable[[int], object] = False,
     **options: Any,
 ) -> xarray.Dataset:
-    """Simulate for all values of some parameters; needs the extra `sweep`.
+    """Simulate over a grid of parameter values; needs the extra `sweep`.
 
-    Every parameter and every value is tried before the first run. Points whose parameters make no sense
-    together have the status 'refused', and runs that fail have theirs; neither disturbs another one.
+    Every value of every parameter is checked before the first run. Points with invalid combinations of
+    parameters have the status 'refused', and failed runs have theirs; neither affects other points.
 
     Parameters
     ----------
@@ -125,7 +125,7 @@ def sweep(
     ImportError
         If xarray is missing, or zarr for a store.
     KeyboardInterrupt
-        On Ctrl-C; its attribute `result` is the dataset of what was done. So it is of what executors raise.
+        On Ctrl-C; its attribute `result` is the dataset of finished runs, as for errors of executors.
 
     Examples
     --------
