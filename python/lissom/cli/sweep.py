@@ -20,11 +20,16 @@ if TYPE_CHECKING:
 
     from ..sweeps.results import SweepStudy
 
+    Converter = click.ParamType[Any]
+else:
+    # Older versions of click have no type parameter here.
+    Converter = click.ParamType
+
 #: What `--over` takes, in words.
 FORM = "KEY=FROM:TO:N, KEY=FROM:TO:N:log or KEY=A,B,C"
 
 
-class Over(click.ParamType[Any]):
+class Over(Converter):
     """A key of a scene with its values."""
 
     name = "over"
