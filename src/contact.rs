@@ -158,14 +158,14 @@ impl Surface {
     }
 }
 
-/// Two surfaces that press on each other where they overlap.
+/// A pair of surfaces that can touch: they press on each other where they overlap.
 ///
 /// Along a rod they press with `f = k d max(0, 1 + c d')` a metre, where they overlap by d; two balls, or a ball and an
 /// obstacle, with as much at their point (Hunt and Crossley 1975). Friction is `-mu f v / sqrt(|v|^2 + v_s^2)` with the
 /// velocity v at which they slide.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Contact {
-    /// What messages and results call it.
+    /// Its name in messages and results.
     pub name: String,
     /// The first one is not an obstacle.
     pub surfaces: [Surface; 2],

@@ -1,9 +1,11 @@
-//! lissom simulates soft robots and other slender bodies as Cosserat rods. Its solvers are usable on their own.
+//! lissom simulates soft robots and other slender bodies as Cosserat rods. Its solvers are usable on their
+//! own.
 //!
-//! A rod is described in plain data ([`rod::Segment`], [`robot::Rod`]) and compiled into a model ([`robot::RobotModel`]).
-//! For any [`model::Model`] lissom computes free motions ([`simulate()`](simulate::simulate)), also step by step with inputs
-//! from outside ([`stepping`]), to a given accuracy ([`accuracy`]) or thousands in threads ([`ensemble`]), equilibria ([`statics`]) and vibrations ([`modes`]).
-//! The solvers know nothing of rods: [`roots`], [`ode`], [`newmark`], [`radau`].
+//! Describe a rod in plain data ([`rod::Segment`], [`robot::Rod`]) and compile it into a model
+//! ([`robot::RobotModel`]). For any [`model::Model`] lissom computes motions
+//! ([`simulate()`](simulate::simulate)), step by step with inputs ([`stepping`]), to a given accuracy
+//! ([`accuracy`]) or thousands in parallel ([`ensemble`]), equilibria ([`statics`]) and vibrations
+//! ([`modes`]). The solvers do not depend on rods: [`roots`], [`ode`], [`newmark`], [`radau`].
 //!
 //! ```
 //! use lissom::robot::{Rod, RobotModel};
@@ -20,8 +22,8 @@
 //! # Ok::<(), lissom::error::InvalidInput>(())
 //! ```
 //!
-//! Units are SI throughout. Bad input is an [`error::InvalidInput`] with all that is wrong with it; how a computation
-//! ended is a status in its result.
+//! All units are SI. Invalid input returns an [`error::InvalidInput`] that lists every mistake; the outcome
+//! of a computation is a status in its result.
 
 pub mod accuracy;
 pub mod actuate;

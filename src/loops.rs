@@ -21,7 +21,7 @@ pub struct LoopEnd {
     pub link: Option<usize>,
     /// Arc length from the base of the link's rod, in metres; `None` is the tip, or the base of a rigid link.
     pub at: Option<f64>,
-    /// Where the frame lies beside the section or body, in its axes; in the world, metres.
+    /// Position of the frame relative to the section or body, in its axes, or in the world; metres.
     pub position: [f64; 3],
     /// How it is turned against these: quaternion (w, x, y, z).
     pub orientation: [f64; 4],
@@ -126,7 +126,7 @@ fn rows(joint: &Joint) -> usize {
 /// What closes a loop.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Loop {
-    /// What messages call it.
+    /// Its name in messages.
     pub name: String,
     /// What it holds.
     pub tie: Tie,

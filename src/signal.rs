@@ -32,7 +32,7 @@ pub enum Signal<const N: usize> {
 /// N numbers that a controller sets. Those of one name are one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Input<const N: usize> {
-    /// What it is known by.
+    /// The name.
     pub name: Arc<str>,
     /// What it is as long as nobody sets it.
     pub value: [f64; N],

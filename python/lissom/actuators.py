@@ -125,7 +125,7 @@ class _Actuator:
 
 @dataclass(frozen=True)
 class Tendon(_Actuator):
-    """A cable that pulls along its path, and never pushes.
+    """A cable that pulls along its path and cannot push.
 
     Give `tension`, or `length`. A tendon of given length has a `stiffness`, or else it does not stretch: its
     path is never longer than `length`, by the tension that this takes (a constraint, held by a multiplier).
@@ -133,15 +133,15 @@ class Tendon(_Actuator):
     Parameters
     ----------
     name : str
-        What it is known by.
+        The name.
     path : sequence of Along and Via
-        Its way, from the end where it is pulled to the one where it is fixed. Between parts that do not
-        follow each other in a rod it runs straight.
+        Its path, from the end where it is pulled to the one where it is fixed. Between parts that do not
+        adjoin in the same rod it runs straight.
     tension : float, (times, values), Harmonic, Input or callable, optional
         Newtons. What a function, an input or a controller tells to be less than zero is slack; numbers,
         tables, defaults and oscillations below zero are refused.
     length : float, (times, values), Harmonic, Input or callable, optional
-        The length at which the tendon is free of force, metres, not negative. With `stiffness` its tension is
+        The length above which the tendon is taut, metres, not negative. With `stiffness` its tension is
         ``max(0, stiffness * (path - length) + damping * rate of path)``.
     stiffness : float, optional
         Newtons per metre. Without it the tendon does not stretch; it then has neither damping nor friction,
@@ -149,7 +149,7 @@ class Tendon(_Actuator):
     damping : float
         Newton seconds per metre.
     friction : float
-        Coefficient of friction along the parts that are embedded: the tension falls by
+        Coefficient of friction along embedded parts: the tension falls by
         ``exp(-friction * angle)`` where the tendon turns by that angle, as on a capstan, away from the end
         where it is pulled, and grows while it is let out; at points between straight parts, too.
     friction_velocity : float
@@ -199,7 +199,7 @@ class Chamber(_Actuator):
     Parameters
     ----------
     name : str
-        What it is known by.
+        The name.
     path : sequence of Along
         Its middle line.
     area : float
@@ -251,7 +251,7 @@ class Motor(_Actuator):
         The lowest and the highest torque or force. It approaches them smoothly, within a thousandth of the
         range between them.
     name : str, optional
-        What it is known by; by default as `joint`.
+        The name; by default as `joint`.
 
     Raises
     ------
@@ -283,9 +283,9 @@ class Motor(_Actuator):
 
 @dataclass(frozen=True)
 class ActiveStrain(_Actuator):
-    """A reference strain that is driven: a muscle, a shape-memory wire, a swimming gait.
+    """An actuated reference strain: a muscle, a shape-memory wire, a swimming gait.
 
-    The material answers to the strain less ``amount * shape``, beside the reference strain of its segments.
+    The stress depends on the strain minus ``amount * shape`` and minus the reference strain of the segments.
     A travelling wave is the sum of two: ``sin(k X - w t)`` has the shapes ``sin(k X)`` and ``cos(k X)`` with
     the amounts ``cos(w t)`` and ``-sin(w t)``.
 
@@ -300,9 +300,9 @@ class ActiveStrain(_Actuator):
         number; two numbers, linear from base to tip; a table ``(stations, values)``, a callable or a
         `Profile` of the arc length.
     amount : float, (times, values), Harmonic, Input or callable
-        How much of it there is.
+        The amplitude.
     name : str, optional
-        What it is known by; by default the link and the strain.
+        The name; by default the link and the strain.
 
     Raises
     ------

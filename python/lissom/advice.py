@@ -1,4 +1,4 @@
-"""Advice on a scene before it is run: what its step, modes and method can show, computed from its model."""
+"""Advice on a scene before it is run: what its step, modes and method resolve, computed from its model."""
 
 from __future__ import annotations
 
@@ -112,14 +112,16 @@ def about_inputs(model: Model) -> list[str]:
     if not model.inputs:
         return []
     values = ", ".join(f"{name} = {value:g}" for name, value in zip(model.inputs, model.u0, strict=True))
-    return [f"Where no controller sets them, inputs keep their defaults: {values}."]
+    return [f"Without a controller, inputs keep their defaults: {values}."]
 
 
 def about_slack(scene: Scene, actuators: Sequence[ActuatorMark]) -> list[str]:
     """Which tendons have more length at the start than their way takes."""
     start = scene.q0[None], scene.v0[None], np.array([scene.simulation.t0]), scene.model.u0[None]
     slack = [repr(mark.name) for mark in actuators if mark.is_let_out and not mark.force(*start).any()]
-    return [f"Slack at the start, their ways being shorter: {', '.join(slack)}."] if slack else []
+    if not slack:
+        return []
+    return [f"Slack at the start, because their paths are shorter than their lengths: {', '.join(slack)}."]
 
 
 def about_impacts(scene: Scene) -> list[str]:
@@ -141,9 +143,9 @@ def about_impacts(scene: Scene) -> list[str]:
         return []
     needed = shortest / STEPS_PER_IMPACT
     return [
-        f"The step of {settings.dt:g} s does not resolve impacts of {name!r}, which take {shortest:.2g} s: "
-        "surfaces that meet hard lose their energy instead of bouncing; "
-        f"bounces take steps of {needed:.2g} s."
+        f"The step of {settings.dt:g} s does not resolve impacts of {name!r}, which last {shortest:.2g} s: "
+        "surfaces that collide lose their energy instead of bouncing; "
+        f"to see the rebound use steps of {needed:.2g} s."
     ]
 
 
@@ -221,7 +223,7 @@ def about_step(found: Vibrations, settings: SimulationSettings) -> list[str]:
     needed = 1.0 / (STEPS_PER_PERIOD * following)
     return [
         f"The step of {step:g} s resolves {which} of {len(frequencies)} natural frequencies; "
-        f"the next, {following:.3g} Hz, takes steps of {needed:.2g} s ({STEPS_PER_PERIOD} a period)."
+        f"the next, {following:.3g} Hz, needs steps of {needed:.2g} s ({STEPS_PER_PERIOD} per period)."
     ]
 
 
@@ -237,7 +239,7 @@ def about_stability(found: Vibrations, settings: SimulationSettings) -> list[str
     return [
         f'Method "{settings.method}" is stable with steps below {stable:.1e} s only, because of a rate of '
         f"{abs(found.fastest):.3g} per second: {steps:.2g} steps or more, while the slowest vibration, "
-        f"{found.frequencies[0]:.3g} Hz, takes steps of {useful:.2g} s. "
+        f"{found.frequencies[0]:.3g} Hz, needs steps of {useful:.2g} s. "
         'Methods "radau" and "newmark" have no such limit.'
     ]
 
@@ -254,7 +256,7 @@ def about_modes(found: Vibrations, richer: Vibrations) -> list[str]:
         return []
     worst = int(errors.argmax())
     return [
-        f"{good} of {count} natural frequencies are right to {RIGHT:.0%}: "
+        f"{good} of {count} natural frequencies are accurate to {RIGHT:.0%}: "
         f"with {MORE_MODES} more modes of every strain the first changes by {errors[0]:.0e}, "
         f"and number {worst + 1}, {frequencies[worst]:.3g} Hz, becomes {right[worst]:.3g} Hz "
         f"({errors[worst]:.0%} off)."

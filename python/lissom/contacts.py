@@ -51,7 +51,7 @@ class HalfSpace:
     point : array_like, shape (3,)
         A point of the plane, metres.
     normal : array_like, shape (3,)
-        Away from what is filled; of any length.
+        Outward normal, away from the filled half; of any length.
     """
 
     point: Vector = (0.0, 0.0, 0.0)
@@ -128,7 +128,7 @@ class Box:
 class Ball:
     """A ball that is fixed to a link: a finger tip, a wheel that slides, a body's shape.
 
-    It has no mass of its own; a `Body` has.
+    It has no mass; add a `Body` for that.
 
     Parameters
     ----------
@@ -139,7 +139,7 @@ class Ball:
     at : float, optional
         Arc length of the link's unstretched rod, metres; by default the tip, or the base of a rigid link.
     position : array_like, shape (3,)
-        The centre beside the section or body, in its axes, metres.
+        The centre relative to the section or body, in its axes, metres.
     """
 
     link: str
@@ -155,17 +155,17 @@ class Ball:
 
 @dataclass(frozen=True)
 class Contact:
-    """Two surfaces that press on each other where they overlap.
+    """A pair of surfaces that can touch: they press on each other where they overlap.
 
     With the overlap d they press with ``f = k d max(0, 1 + c d')``: newtons a metre along a rod, newtons
-    where neither is a rod (Hunt and Crossley 1975). Friction is ``-mu f v / sqrt(|v|^2 + v_s^2)`` with the
+    if neither is a rod (Hunt and Crossley 1975). Friction is ``-mu f v / sqrt(|v|^2 + v_s^2)`` with the
     velocity v at which the surfaces slide. "Contact" in the documentation says what these constants mean for
     steps and accuracy.
 
     Parameters
     ----------
     a : str or Ball
-        What moves: the name of a link, for the surface of its rod, round with the larger half extent of its
+        The moving surface: the name of a link, for its rod, round with the larger half extent of its
         sections; or a ball on a link.
     b : str, Ball, HalfSpace, Sphere, Capsule or Box
         What it touches. The name of the same link stands for contact of a rod with itself, except between
@@ -174,18 +174,18 @@ class Contact:
         k: newtons per metre of overlap and metre of rod, N/m^2. By default that of the rods' material,
         ``pi/4 E / (1 - nu^2)`` (Popov 2010, eq. 5.33). Where neither is a rod N/m, and to be given.
     dissipation : float
-        c, s/m, >= 0. What bounces at a small speed v returns with ``1 - 2 c v / 3`` of it.
+        c, s/m, >= 0. After a slow impact at the speed v the rebound has ``1 - 2 c v / 3`` of it.
     friction : float or array_like, shape (3,)
-        mu, >= 0. Three numbers are for rods that slide forward along their axis, backward, and sideways.
+        mu, >= 0. Three numbers are for rods that slide forward along their axis, backward and sideways.
     slip_velocity : float
-        v_s, m/s, > 0. What sticks creeps by up to that speed.
+        v_s, m/s, > 0. Sticking contacts creep at up to about this speed.
     name : str, optional
-        What messages and results call it.
+        Its name in messages and results.
 
     Raises
     ------
     ValueError, TypeError
-        If something makes no sense by itself; what does not fit the robot is found out by that.
+        If a value is invalid by itself; the robot checks that links and surfaces exist.
 
     Examples
     --------
@@ -245,7 +245,7 @@ class Touch:
     sliding : ndarray, shape (3,)
         Velocity of the first surface along the second, m/s.
     along : tuple of float or None
-        Arc lengths of the two surfaces' rods, metres; None of what is no rod.
+        Arc lengths on the rods of the two surfaces, metres; None for a surface that is not a rod.
     """
 
     contact: str

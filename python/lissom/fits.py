@@ -49,9 +49,9 @@ class FitResult:
         Standard deviation of the residuals, metres: that given, or estimated with as many degrees of freedom
         as there are numbers more than parameters.
     runs : int
-        How many runs it took, with derivatives.
+        Number of runs with derivatives.
     success : bool
-        Whether the solver came to its end.
+        Whether the solver converged.
     message : str
         Why it ended, and what the data do not determine.
     """
@@ -84,32 +84,32 @@ def fit(
     max_runs: int = 100,
     **options: Any,
 ) -> FitResult:
-    """Find the parameters with which a motion fits measured positions best, by least squares; needs SciPy.
+    """Find the parameters that best fit measured positions, by least squares; needs SciPy.
 
     Parameters
     ----------
     model : Rod or Robot
-        What was measured, with first guesses of everything.
+        The measured model, with initial values of all parameters.
     data : (t, positions)
         Increasing times, shape (k,), seconds, none before `t0`; and positions in the world, metres, shape (k,
         3) of one place or (k, places, 3).
     parameters : mapping of str to float or (lowest, guess, highest)
-        First guesses by name, with bounds where there are any. Names as for `sensitivity`; of the start
+        Initial values by name, optionally with bounds. Names as for `sensitivity`; of the start
         single coordinates such as 'q0[0]'.
     places : sequence, optional
-        What is measured: arc lengths of the last link, names of links (their tips), or pairs (link, arc
+        Measured points: arc lengths of the last link, names of links (their tips), or pairs (link, arc
         length). The last tip by default.
     t0, q0, v0 : optional
         Start, as for `simulate`.
     dt : float
         Step size, seconds.
     noise : float, optional
-        Standard deviation of the measured positions, metres, where it is known; else it is estimated from the
+        Standard deviation of the measured positions, metres, if known; otherwise it is estimated from the
         residuals.
     confidence : float
-        How often an interval covers the right value.
+        Coverage probability of the intervals.
     max_runs : int
-        Most evaluations of the model.
+        Maximum number of evaluations of the model.
     **options
         As for `sensitivity`.
 
@@ -124,7 +124,7 @@ def fit(
         Before the first run, if an argument is invalid, a name is unknown, bounds are the wrong way round, or
         there are fewer numbers than parameters.
     LissomError
-        If a run does not come to its end; the message has the parameters.
+        If a run fails; the message has the parameters.
     ImportError
         Without SciPy.
 

@@ -48,7 +48,7 @@ RESULTS = ("MotionResult", "StaticsResult", "ContinuationResult", "ModesResult",
 
 
 def load(path: str | os.PathLike[str]) -> Result:
-    """A result from a file that its method ``save`` has written.
+    """Load a result from a file that its method ``save`` has written.
 
     Parameters
     ----------
@@ -58,17 +58,17 @@ def load(path: str | os.PathLike[str]) -> Result:
     Returns
     -------
     result : MotionResult, StaticsResult, ContinuationResult, ModesResult or EnsembleResult
-        Equal to what was saved, to the last bit, with its model if it had one.
+        Bitwise equal to the saved result, with its model if it had one.
 
     Raises
     ------
     ValueError
-        Where the suffix is unknown, or the file is damaged, of another program, of a version of lissom with
+        If the suffix is unknown, or the file is damaged, from another program, from a version of lissom with
         other results, or names what is not a part of results.
     OSError
-        Where the file cannot be read.
+        If the file cannot be read.
     ImportError
-        Where the file is NetCDF and the extra `files` is not installed.
+        If the file is NetCDF and the extra `files` is not installed.
 
     Examples
     --------

@@ -38,7 +38,7 @@ class LinearModel:
     C : ndarray, shape (r, 2 n)
         Outputs.
     D : ndarray, shape (r, p)
-        Zero: no output follows a force at once.
+        Zero: no output depends directly on a force.
     states, inputs, outputs : tuple of str
         Names.
     """
@@ -87,7 +87,7 @@ def linearise(
         carries its links at velocities that depend on q: the part of the outputs that follows from that is
         found by central differences.
     t : float
-        The time at which what varies by itself is taken, seconds.
+        The time at which loads and motions that vary in time are evaluated, seconds.
     u : array_like, shape (m,), optional
         The inputs about which it is linear; by default as `u0` of the model.
 

@@ -31,7 +31,7 @@ class LoopEnd:
     at : float, optional
         Arc length of the link's unstretched rod, metres; by default the tip, or the base of a rigid link.
     position : array_like, shape (3,)
-        Where the frame lies beside the section or body, in its axes; in the world, metres.
+        Position of the frame relative to the section or body, in its axes, or in the world; metres.
     orientation : array_like, shape (4,)
         How the frame is turned against these axes: unit quaternion (w, x, y, z).
     """
@@ -66,7 +66,7 @@ class Gear:
     """A coordinate of the robot is ``ratio`` times another one plus ``offset``.
 
     The ends of such a loop are names of coordinates (see `Robot.coordinates`). Joints can also mimic each
-    other (`Mimic`), which costs less; a gear ties any two coordinates, and its force is known.
+    other (`Mimic`), which costs less; a gear couples any two coordinates, and its force can be computed.
 
     Parameters
     ----------
@@ -94,10 +94,10 @@ def _end(place: Place) -> LoopEnd:
 
 @dataclass(frozen=True)
 class Loop:
-    """What closes a loop of links: a further joint between two of them, or one and the world.
+    """A joint that closes a loop of links: between two of them, or between one and the world.
 
-    The constraints of the loop are exact parts of every step and of every equilibrium; they are held by the
-    forces in its joint (`Robot.loop_forces`).
+    Every step and every equilibrium satisfies the constraints of the loop exactly; the forces in
+    its joint are `Robot.loop_forces`.
 
     Parameters
     ----------
@@ -109,12 +109,12 @@ class Loop:
         How the frame of `b` may move in that of `a`: a joint, without forces of its own and not `Free`; or a
         distance that the ends keep.
     name : str, optional
-        What messages call it.
+        Its name in messages.
 
     Raises
     ------
     ValueError, TypeError
-        If something makes no sense by itself; what does not fit the robot is found out by that.
+        If a value is invalid by itself; the robot checks that links and surfaces exist.
 
     Examples
     --------

@@ -291,7 +291,7 @@ def attach() -> None:
         _attach(owner, "save", _save_with, _SAVE.format(kinds=_ALL_KINDS, model=_MODEL))
         _attach(owner, "to_xarray", _dataset_with, _DATASET.format(model=_NAMES, holds=held))
     shown = "\nParameters\n----------\nmodel : Model\n    What rests.\n"
-    _attach(StaticsResult, "plot", _plot_statics, f"Draw the shape in which the model rests.\n{shown}{_AXES}")
+    _attach(StaticsResult, "plot", _plot_statics, f"Draw the equilibrium shape.\n{shown}{_AXES}")
     path = f"Draw coordinates and the lowest eigenvalue over the load factor.\n{_NAMES}{_AXES}"
     _attach(ContinuationResult, "plot", _plot_path, path)
     _attach(ModesResult, "plot", _plot_modes, f"Draw frequencies and damping ratios.\n{_AXES}")

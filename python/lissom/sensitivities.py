@@ -164,20 +164,20 @@ def sensitivity(
     objective: Objective | None = None,
     **options: Any,
 ) -> SensitivityResult:
-    """Differentiate a run with respect to its start and to parameters of the model.
+    """Differentiate a run with respect to its initial state and parameters of the model.
 
-    The derivatives are those of the discrete solution, with which differences of whole runs agree, whatever
-    the step. They are as good as its steps are solved: `rtol` says how well.
+    The derivatives are those of the discrete solution: finite differences of whole runs agree with them for
+    every step size. Their accuracy is that of the solution of each step, `rtol`.
 
     Parameters
     ----------
     model : Model
-        What moves: without closed loops, spherical and free joints.
+        A model without closed loops, spherical and free joints.
     t_end : float
         End of the run, seconds.
     parameters : sequence of str
         What to differentiate with respect to: 'q0' and 'v0' (all coordinates and velocities at the start),
-        one of them as 'q0[2]', and numbers that the model is made of, by the names that `sweep` takes, such
+        one of them as 'q0[2]', and parameters of the model, by the same names as in `sweep`, such
         as 'rod[0].segment[0].young_modulus', 'gravity[2]', 'link[1].joint.damping'. They are derivatives with
         respect to that number alone.
     t0, q0, v0 : optional
@@ -204,7 +204,7 @@ def sensitivity(
     ValueError, TypeError
         Before the run, if an argument is invalid, a name is unknown, or nothing depends on a parameter.
     LissomError
-        If the run does not come to its end; the message says why.
+        If the run fails; the message says why.
 
     Examples
     --------

@@ -18,23 +18,23 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Target:
-    """Where a link shall be, for `Robot.reach`.
+    """The target pose of a link, for `Robot.reach`.
 
     Parameters
     ----------
     link : str
         Its name.
     pose : array_like, shape (4, 4), (3,), (3, 3) or (4,)
-        Where it shall be in the world: a homogeneous matrix as from `Robot.pose`, a position alone, metres,
+        Its target pose in the world: a homogeneous matrix as from `Robot.pose`, a position alone, metres,
         or an orientation alone, as a rotation matrix or a quaternion (w, x, y, z).
     X : float, optional
         Arc length of the link's unstretched rod, metres; by default its tip. None for a rigid link.
     point : array_like, shape (3,)
-        The point that shall be at the position, in the axes of the section or body, metres.
+        The point to place, in the axes of the section or body, metres.
     position_weight : float or array_like, shape (3,)
-        How much the position counts, along the axes of the world; zero where it does not matter.
+        Weights of the position errors along the world axes; zero ignores an axis.
     orientation_weight : float or array_like, shape (3,)
-        How much the orientation counts, about the axes that are wanted; zero where it does not matter:
+        Weights of the orientation errors about the target's axes; zero ignores an axis:
         ``(0, 1, 1)`` wants the x axis to point somewhere, however it is twisted.
 
     Raises

@@ -278,7 +278,7 @@ def read_urdf(
     UrdfError
         Naming everything that is wrong with the file, with line and column.
     OSError
-        Where the file cannot be read.
+        If the file cannot be read.
     ValueError, TypeError
         For a limit_stiffness that is not positive.
 
@@ -312,7 +312,7 @@ def imported_from(
     Parameters
     ----------
     file : str
-        What messages call it.
+        Its name in messages.
     content : bytes
         Of the file.
     floating, limit_stiffness, mend_inertia

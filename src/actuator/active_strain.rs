@@ -8,7 +8,7 @@ use crate::signal::Signal;
 /// `H (strain - reference)`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ActiveStrain {
-    /// What it is known by.
+    /// The name.
     pub name: String,
     /// The link, by its place among those of a robot.
     pub link: usize,
@@ -16,7 +16,7 @@ pub struct ActiveStrain {
     pub strain: usize,
     /// Along the whole of the link's rod, in units of the strain for an amount of one.
     pub shape: Profile<1>,
-    /// How much of it there is.
+    /// The amplitude.
     pub amount: Signal<1>,
 }
 

@@ -9,7 +9,7 @@ use crate::signal::Signal;
 /// pressure p, `p dV/dq`, do not depend on q.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Chamber {
-    /// What it is known by.
+    /// The name.
     pub name: String,
     /// Its way.
     pub path: Vec<Along>,

@@ -46,7 +46,7 @@ pub enum Actuator {
 }
 
 impl Actuator {
-    /// What it is known by.
+    /// The name.
     pub fn name(&self) -> &str {
         match self {
             Self::Tendon(tendon) => &tendon.name,

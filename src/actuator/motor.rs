@@ -6,7 +6,7 @@ use crate::signal::Signal;
 /// A torque about the axis of a joint, or a force along it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Motor {
-    /// What it is known by.
+    /// The name.
     pub name: String,
     /// The link whose joint it moves.
     pub link: usize,

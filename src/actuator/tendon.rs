@@ -7,7 +7,7 @@ use crate::signal::Signal;
 /// A cable through a robot, frictionless or with friction where it is embedded.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tendon {
-    /// What it is known by.
+    /// The name.
     pub name: String,
     /// Its way, from the end where it is pulled to the one where it is fixed.
     pub path: Vec<Part>,

@@ -111,7 +111,7 @@ pub struct Outcome {
     pub doubt: Option<String>,
     /// Its slack tendons.
     pub slack: Vec<Slack>,
-    /// What it has cost.
+    /// Counts of steps, iterations and evaluations.
     pub statistics: Statistics,
     /// The last of its times; NaN where it has none.
     pub reached: f64,

@@ -23,7 +23,7 @@ pub struct Solution {
     pub dense: Option<DenseOutput>,
     /// For every event function, when it happened and the states then.
     pub events: Vec<Occurrences>,
-    /// What it has cost.
+    /// Counts of steps, iterations and evaluations.
     pub counters: Counters,
     /// How it ended.
     pub status: Status,

@@ -17,7 +17,7 @@ use crate::model::InTime as _;
 use crate::robot::Robot;
 use crate::stability::Stability;
 
-/// What `actuate` found.
+/// Result of `actuate`.
 ///
 /// Attributes
 /// ----------
@@ -33,13 +33,14 @@ use crate::stability::Stability;
 ///     come nearer), 'equilibrium_lost' (the way to the targets ends where the robot buckles or snaps), 'no_start' (no equilibrium at the
 ///     inputs to begin with), 'iteration_limit' or 'stalled'.
 /// message : str
-///     The status in words, with what is left, and what to change.
+///     The status in words, with the remaining error, and what to change.
 /// position_error : float, or ndarray of shape (k,) for a mapping or a sequence of k targets
-///     Distance from where the point shall be, metres, along the axes with a weight; zero where no position was asked for.
+///     Distance of the point from its target, metres, along the axes with a weight; zero without a position
+///     target.
 /// orientation_error : float, or ndarray of shape (k,)
-///     Angle from the wanted orientation, radians, about the axes with a weight; zero where none was asked for.
+///     Angle from the target orientation, radians, about the axes with a weight; zero if there is none.
 /// pose : ndarray, shape (4, 4) or (k, 4, 4)
-///     Where sections and bodies of the targets are, as from `Robot.pose`.
+///     Poses of the sections and bodies of the targets, as from `Robot.pose`.
 /// at_limits : list of str
 ///     The inputs that their limits hold back, of status 'at_limits'.
 /// is_stable : bool or None
@@ -121,32 +122,35 @@ impl PyActuateResult {
     }
 }
 
-/// Find the inputs that bring links where they shall be: which tensions, pressures, torques, lengths.
+/// Find the inputs (tensions, pressures, torques, lengths) that bring links to given poses.
 ///
-/// The equilibrium is solved for at every step, by the way of the inputs from the one before, so that the robot goes where a careful
-/// hand would bring it. Where more inputs act than it takes, as with tendons that pull against each other, the least ones that reach are
-/// chosen: with the least sum of squares, each over what the strongest input of its kind (tension, pressure, ...) takes to move the
-/// shape; lengths and positions count from their defaults.
+/// Every step follows the equilibrium from the previous inputs to the new ones, as if they changed slowly. If
+/// there are more inputs than needed, as with antagonistic tendons, the smallest inputs that reach the
+/// targets are chosen: those with the least sum of squares, each relative to what the strongest input of its
+/// kind (tension, pressure, ...) needs to move the shape. Lengths and positions count from their defaults.
 ///
 /// Parameters
 /// ----------
 /// robot : Robot
 ///     A robot, or a rod, with inputs (`lissom.Input`).
 /// target : array_like, mapping, Target or sequence of Target
-///     Where links shall be: a mapping from their names to poses (as for `Robot.reach`), one `Target` or several; of a robot of one link
-///     a pose of its tip is enough. Targets at several stations `X` of a rod bring it into a shape.
+///     Target poses of links: a mapping from their names to poses (as for `Robot.reach`), one `Target` or
+///     several; for a robot of one link a pose of its tip is enough. Targets at several stations `X` of a rod
+///     prescribe its shape.
 /// inputs : sequence of str, optional
 ///     The inputs that may change, by their names; by default all but directions of sliding (`sliding` of a `Tendon`).
 /// limits : (lower, upper) or mapping from str to (lower, upper), optional
-///     Between which values the inputs may be, all of them or by their names; infinite where they have no limit. Beside these, tensions and
-///     lengths are not negative, torques stay within the `limits` of their motor, and directions of sliding between -1 and 1.
+///     Bounds of all inputs, or bounds by name; infinite for no bound. In addition tensions and lengths are
+///     not negative, torques stay within the `limits` of their motor, and directions of sliding between -1
+///     and 1.
 /// u : array_like, shape (m,), optional
-///     The inputs to begin with, brought within the limits; those that do not change stay. By default as `u0` of the robot. What is slack there
-///     is not noticed: begin with tendons taut that shall be used by their length.
+///     The initial inputs, moved within the limits; inputs that may not change keep these values. By default
+///     `u0` of the robot. A slack tendon has no effect on the shape: if its length is an input, start with
+///     the tendon taut.
 /// q0 : array_like, shape (n,), optional
 ///     A shape near the equilibrium to begin with, from which the robot is let go; by default the loads grow from zero, as for `statics`.
 /// t : float
-///     The time at which what varies by itself is taken, seconds.
+///     The time at which loads and motions that vary in time are evaluated, seconds.
 /// tol : float
 ///     A target is reached when its position is off by at most this part of the robot's length, and its orientation by so many radians.
 /// max_iter : int

@@ -9,7 +9,7 @@ use super::signal::{Functions, signal_of, signal_out};
 use crate::error::Checker;
 use crate::world::{BaseMotion, BaseRotation};
 
-/// How the base of a rod moves: prescribed as a function of time.
+/// Prescribed motion of the base of a rod, as a function of time.
 ///
 /// The base of a rod is at ``base_position + translation(t)``, and its axes are those of ``base_orientation`` turned by
 /// ``rotation(t)``, or by ``angle(t)`` about `axis`, about its own point.

@@ -26,16 +26,18 @@ use crate::robot::{Place, Pose};
 use crate::second_order::number_of_steps;
 use crate::simulate::{Control, Simulation, slackness, times_of_run};
 
-/// Simulate many motions on all processors: many models, or one from many starts or with many inputs.
+/// Simulate many motions in parallel: of many models, or of one from many initial states or with many inputs.
 ///
-/// Each run is a row: to the last bit the motion that `simulate` computes of its model, start and inputs, whatever the number of
-/// threads. A run that fails has a status that says so, and disturbs no other. Models without functions of Python run without
-/// the interpreter; functions of time are called by all threads, one at a time, so that more threads gain little.
+/// Each run is a row of the result, bitwise equal to that of `simulate` with the same model, initial state
+/// and inputs, for any number of threads. A run that fails has a status and does not affect the others.
+/// Models without Python callables run without the interpreter; callables run in one thread at a time, so
+/// more threads gain little.
 ///
 /// Parameters
 /// ----------
 /// model : Model or sequence of Model
-///     What moves: the same in all rows, or a model for each row. They must have as many coordinates and the same inputs.
+///     One model for all rows, or one per row. All must have the same number of coordinates and the same
+///     inputs.
 /// t_end : float
 ///     All motions are simulated from `t0` to this time, seconds.
 /// t0 : float
@@ -47,20 +49,23 @@ use crate::simulate::{Control, Simulation, slackness, times_of_run};
 ///     Inputs of the models: held during the run, for all rows or for each; or, of each row, those held from `t0` on, from
 ///     ``t0 + control_step`` on, and so on to the end. The defaults of the inputs by default.
 /// control_step : float, optional
-///     How long each of them is held, seconds; `dt` by default. Of inputs that are held all the time there is none.
+///     How long each of them is held, seconds; `dt` by default. Not for inputs that are constant over the
+///     run.
 /// workers : int, optional
-///     Most threads; as many as there are processors by default.
+///     Maximum number of threads; by default the number of processors.
 /// progress : bool or callable, optional
 ///     True shows a bar in the terminal. A callable is called as ``progress(done)`` with the number of finished runs about twenty
 ///     times a second; returning True or raising StopIteration ends the rest. Other exceptions come through.
 /// keep : {'states', 'final', 'summary'}
-///     What is kept of each row: the states at all times, which are those of `simulate`; the last state; or the last state, the lowest
-///     and highest coordinates and, over all rows that succeed, mean and variance of where the places are at each time.
+///     What to store of each row: the states at all times, as in `simulate`; the last state; or the last
+///     state, the lowest and highest coordinates and, over all successful rows, mean and variance of the
+///     positions of the places at each time.
 /// places : sequence, optional
 ///     Places of robots whose poses are wanted: arc lengths (of the only link, metres), names of links (their tips; rigid ones
 ///     themselves), or pairs (link, arc length). For 'summary' by default the tip of the last link (of a `SpringPendulum` its mass).
 /// memory_limit : float
-///     Largest memory in bytes, 4 GiB by default. An ensemble that would take more, with the runs under way, is refused before the first run.
+///     Largest memory in bytes, 4 GiB by default. An ensemble that needs more is refused before the first
+///     run.
 /// method, dt, jac, rtol, atol, t_eval, beta, gamma, alpha, rho_inf, adaptive, max_step, min_step, max_steps, predictor, reuse_jacobian : optional
 ///     As for `simulate`. Adaptive steps of the Newmark family need `t_eval`, except with keep='final': they end elsewhere in each row.
 ///
@@ -72,9 +77,10 @@ use crate::simulate::{Control, Simulation, slackness, times_of_run};
 /// Raises
 /// ------
 /// ValueError, TypeError
-///     If an argument makes no sense, of whichever row, or if the result takes too much memory; before the first run.
+///     Before the first run: if an argument of any row is invalid, or if the result needs too much memory.
 /// KeyboardInterrupt
-///     On Ctrl-C; its attribute `result` is the EnsembleResult of what was computed. So it is of exceptions of functions of time.
+///     On Ctrl-C; its attribute `result` is the EnsembleResult so far. Exceptions raised by callables have it
+///     too.
 ///
 /// Warns
 /// -----
@@ -206,7 +212,7 @@ fn keep_of(keep: &str) -> PyResult<Keep> {
     }
 }
 
-/// What moves.
+/// The model.
 enum Models {
     One(Py<PyModel>),
     Each(Vec<Py<PyModel>>),

@@ -28,7 +28,7 @@ use crate::world::Fluid;
 /// added_mass_coefficient : float
 ///     Mass of the fluid that moves with the rod across its axis, relative to the fluid that it displaces.
 /// buoyancy : bool
-///     Whether the fluid bears the rod with the weight of what it displaces.
+///     Whether buoyancy acts: the weight of the displaced fluid.
 ///
 /// Raises
 /// ------

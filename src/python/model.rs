@@ -669,7 +669,7 @@ impl PyModel {
         Ok(power)
     }
 
-    /// Power that what has no potential puts into a motion: follower loads, moments, forces that vary in time, a base
+    /// Power supplied by forces without a potential: follower loads, moments, forces varying in time, a base
     /// that moves.
     ///
     /// Without damping the energy of a free motion grows by this power.

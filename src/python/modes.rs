@@ -20,7 +20,7 @@ use crate::stability::Stability;
 /// angular_frequency : ndarray, shape (m,)
 ///     The same in radians per second.
 /// damping_ratio : ndarray, shape (m,)
-///     Negative where the motion grows, above one where it creeps back without oscillation.
+///     Negative if the motion grows, above one if it is overdamped.
 /// eigenvalues : ndarray of complex, shape (m,)
 ///     s of the motions ``exp(s t)``, per second: of conjugate pairs the one with positive imaginary part; of the two real ones of
 ///     a mode that creeps, where damping does not couple modes, the slower.

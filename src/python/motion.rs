@@ -29,17 +29,20 @@ use crate::simulate::{Simulation, Slack, Statistics, accelerations};
 /// t : ndarray, shape (m,)
 ///     Times, seconds.
 /// q, v, a : ndarray, shape (m, n)
-///     Coordinates, velocities and accelerations at these times: ``q[i]`` is the state at ``t[i]``. Explicit methods do
-///     not solve for accelerations: `a` is then computed when it is first asked for, one evaluation a time.
+///     Coordinates, velocities and accelerations at these times: ``q[i]`` is the state at ``t[i]``. Explicit
+///     methods do not solve for accelerations: `a` is then computed on first access, with one evaluation per
+///     time.
 /// u : ndarray, shape (m, inputs)
-///     What was set from outside from these times on; without control the defaults of the inputs.
+///     The inputs from these times on; without control their defaults.
 /// stats : Statistics
-///     What it has cost.
+///     Counts of steps, iterations and evaluations.
 /// balance : Balance or None
-///     Energy balance at these times; None for `newmark`, which knows no energies. What damping dissipates is integrated along
-///     the run, with every step of it; the energies are computed when they are first asked for, one evaluation a time.
+///     Energy balance at these times; None for `newmark`, which has no energies. Dissipation by damping is
+///     integrated over every step of the run; the energies are computed on first access, with one evaluation
+///     per time.
 /// model : Model or None
-///     What moved: the model that was given; method 'auto' may put one with more quadrature nodes in its place. None for `newmark`.
+///     The simulated model. Method 'auto' may replace the given one by one with more quadrature nodes. None
+///     for `newmark`.
 /// success : bool
 ///     True when the end of the interval was reached.
 /// status : str
@@ -52,11 +55,12 @@ use crate::simulate::{Simulation, Slack, Statistics, accelerations};
 /// message : str
 ///     The status in words, and what to change; and which tendons were slack.
 /// slack : list of str
-///     Tendons of a robot that were slack at any of these times: those of a given length whose path was shorter, and those of a
-///     tension that was told to be below zero. What happens between the times is not looked at. Empty for `newmark`.
+///     Tendons of a robot that were slack at any of these times: those of a given length whose path was
+///     shorter, and those whose commanded tension was negative. Only these times are checked, not those in
+///     between. Empty for `newmark`.
 /// doubt : str or None
-///     Why the motion may be far from the right one although the method has nothing against it: fixed steps that do not see a
-///     vibration. The message ends with it, and `simulate` warns of it (`AccuracyWarning`).
+///     Why the motion may be inaccurate although the run succeeded: fixed steps that do not resolve a
+///     vibration. It is the end of the message, and `simulate` issues it as an `AccuracyWarning`.
 #[pyclass(name = "MotionResult", module = "lissom", frozen)]
 pub(crate) struct PyMotionResult {
     #[pyo3(get)]
@@ -151,7 +155,7 @@ impl PyMotionResult {
         Ok(a.bind(py).clone())
     }
 
-    /// Energy balance at the times of the result; None for `newmark`, which knows no energies.
+    /// Energy balance at the times of the result; None for `newmark`, which has no energies.
     #[getter]
     fn balance(&self, py: Python<'_>) -> PyResult<Option<Py<PyBalance>>> {
         let Some(model) = &self.model else { return Ok(None) };

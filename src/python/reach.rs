@@ -30,13 +30,14 @@ const ROW_TOLERANCE: f64 = 1e-9;
 ///     change comes nearer, by first and second derivatives), 'at_limits' (the same within limits without which it would come nearer),
 ///     'iteration_limit', 'stalled', 'unresolved', 'inverted' or 'collapsed' (the way leads to shapes that the model does not have).
 /// message : str
-///     The status in words, with what is left, and what to change.
+///     The status in words, with the remaining error, and what to change.
 /// position_error : float, or ndarray of shape (k,) for a mapping or a sequence of k targets
-///     Distance from where the point shall be, metres, along the axes with a weight; zero where no position was asked for.
+///     Distance of the point from its target, metres, along the axes with a weight; zero without a position
+///     target.
 /// orientation_error : float, or ndarray of shape (k,)
-///     Angle from the wanted orientation, radians, about the axes with a weight; zero where none was asked for.
+///     Angle from the target orientation, radians, about the axes with a weight; zero if there is none.
 /// pose : ndarray, shape (4, 4) or (k, 4, 4)
-///     Where sections and bodies of the targets are, as from `Robot.pose`.
+///     Poses of the sections and bodies of the targets, as from `Robot.pose`.
 /// at_limits : list of str
 ///     The coordinates that their limits hold back, of status 'at_limits'.
 /// starts : int

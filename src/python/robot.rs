@@ -58,20 +58,20 @@ fn flat(halves: [Vector<f64>; 2]) -> Vec<f64> {
 /// loads : sequence of Load
 ///     Forces and moments; each one names its link.
 /// bodies : sequence of Body
-///     Further rigid bodies, beside those that links are; each one names its link.
+///     Additional rigid bodies on links; each one names its link.
 /// supports : sequence of Support
 ///     Springs and dampers to the world; each one names its link.
 /// fluid : Fluid, optional
-///     What surrounds the rods; by default nothing does. Rigid links feel nothing of it.
+///     The fluid around the rods; none by default. It does not act on rigid links.
 /// base_motion : BaseMotion, optional
 ///     How all that is fixed to the world moves together, about the frame of the first link's joint; it rests by
 ///     default.
 /// loops : sequence of Loop
-///     What closes loops of its links.
+///     Joints that close loops of links.
 /// contacts : sequence of Contact
-///     What touches.
+///     Pairs of surfaces that can touch.
 /// actuators : sequence of Tendon, Chamber, Motor, ActiveStrain
-///     What moves the robot when it is told to.
+///     The actuators of the robot.
 ///
 /// Raises
 /// ------
@@ -502,25 +502,25 @@ impl PyRobot {
         self.description.fluid.clone().map(PyFluid)
     }
 
-    /// How the base moves; None where it rests.
+    /// The motion of the base; None if it is fixed.
     #[getter]
     pub(super) fn base_motion(&self, py: Python<'_>) -> PyResult<Option<PyBaseMotion>> {
         self.description.base_motion.as_ref().map(|motion| PyBaseMotion::of(py, motion)).transpose()
     }
 
-    /// What moves the robot when it is told to.
+    /// The actuators of the robot.
     #[getter]
     pub(super) fn actuators<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
         actuators_out(py, &self.description)
     }
 
-    /// What closes loops of its links.
+    /// Joints that close loops of links.
     #[getter]
     fn loops<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
         loops_out(py, &self.description)
     }
 
-    /// What touches.
+    /// Pairs of surfaces that can touch.
     #[getter]
     pub(super) fn contacts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
         contacts_out(py, &self.description)
@@ -1116,7 +1116,7 @@ impl PyRobot {
         })
     }
 
-    /// What a contact does to its first surface, all places where it touches together.
+    /// Wrench of a contact on its first surface, summed over all points of contact.
     ///
     /// Parameters
     /// ----------
@@ -1374,24 +1374,25 @@ impl PyRobot {
         })
     }
 
-    /// Find a shape that brings links where they shall be: inverse kinematics.
+    /// Find a shape in which links have given poses: inverse kinematics.
     ///
-    /// Least squares of what is left, in the limits of joints, by Gauss-Newton steps in a trust region, and by Newton's where those are
-    /// slow: so a target out of reach ends fast at the nearest shape, and a stretched arm does not end where it only seems to
-    /// be nearest. Where the first start does not reach, others follow, all over what the robot can do, the same ones every time. Forces
-    /// play no part: of a soft robot it is a shape, and `statics` says which one it takes.
+    /// Minimises the squared errors within the limits of joints, by Gauss-Newton steps in a trust region, and
+    /// by Newton steps where those are slow. A target out of reach therefore converges fast to the nearest
+    /// shape, and a stretched arm does not stop at a saddle. If the first start does not reach the target,
+    /// others follow; they cover the range of the robot and are the same in every call. Forces are ignored:
+    /// `statics` finds the shape that a soft robot takes under its loads.
     ///
     /// Parameters
     /// ----------
     /// link : str, mapping or sequence of Target
-    ///     The link that shall be somewhere; or several: a mapping from names to poses, or a sequence of `Target`.
+    ///     The link to place; or several: a mapping from names to poses, or a sequence of `Target`.
     /// pose : array_like, shape (4, 4), (3,), (3, 3) or (4,)
-    ///     Where it shall be in the world, for one link: a homogeneous matrix as from `pose`, a position alone, metres, or an
-    ///     orientation alone, as a rotation matrix or a quaternion (w, x, y, z).
+    ///     Its target pose in the world, for one link: a homogeneous matrix as from `pose`, a position alone,
+    ///     metres, or an orientation alone, as a rotation matrix or a quaternion (w, x, y, z).
     /// X : float, optional
     ///     Arc length of the link's unstretched rod, 0 <= X <= length, metres; by default its tip. None for a rigid link.
     /// point : array_like, shape (3,), optional
-    ///     The point that shall be at the position, in the axes of the section or body, metres; by default its origin.
+    ///     The point to place, in the axes of the section or body, metres; by default its origin.
     /// position_weight, orientation_weight : float or array_like, shape (3,)
     ///     How much the position counts, along the axes of the world, and the orientation, about the axes that are wanted; zero where it does
     ///     not matter. With weights of one, a radian counts as much as the length of the robot. They matter where not all can be reached.
@@ -1399,7 +1400,7 @@ impl PyRobot {
     ///     Where to begin, brought within the limits; by default zero.
     /// bounds : (lower, upper), optional
     ///     Between which values the coordinates may be, each a number or shape (n,): infinite where they have no limit, equal where they
-    ///     stay. The `limits` of joints hold beside them.
+    ///     stay. The `limits` of joints apply in addition.
     /// prefer : {'start', 'energy'} or array_like of shape (n,), optional
     ///     Which of all shapes that reach: the nearest to `q0`, by coordinates over their typical sizes or by these weights of their squares; or
     ///     the one with the least elastic energy of rods and springs of joints, supports left out. By default any that is near.

@@ -49,7 +49,7 @@ use crate::robot::{Robot, Rod};
 /// fluid : Fluid, optional
 ///     What surrounds the rod; by default nothing does.
 /// actuators : sequence of Tendon, Chamber, Motor, ActiveStrain
-///     What moves the rod when it is told to.
+///     The actuators of the rod.
 /// contacts : sequence of Contact
 ///     What the rod, the link "rod", touches.
 ///

@@ -41,7 +41,7 @@ use crate::rod::{
 ///     Factor of the shear stiffness G A, factors for shear along y and along z, or those of Cowper (1966) for the shape and
 ///     Poisson's ratio.
 /// nodes : int, optional
-///     Quadrature nodes, rounded up to a multiple of four; by default what the modes need for bends up to about half a turn.
+///     Quadrature nodes, rounded up to a multiple of four; the default suits bends up to about half a turn.
 /// basis : {'legendre', 'chebyshev', 'monomial', 'piecewise_constant', 'hermite'}
 ///     What the modes are, as functions of x = X / length: Legendre or Chebyshev polynomials of 2 x - 1, powers of x, one on
 ///     each of so many equal pieces, or cubics with value and slope (times the distance of the knots) at equally spaced knots, two
@@ -254,7 +254,7 @@ impl PySegment {
         section::shear_correction_out(py, self.0.shear_correction)
     }
 
-    /// Quadrature nodes asked for; None for what the modes need. `Rod.nodes` tells what is used.
+    /// Requested number of quadrature nodes; None for the default. `Rod.nodes` has the number in use.
     #[getter]
     fn nodes(&self) -> Option<usize> {
         self.0.nodes

@@ -180,7 +180,7 @@ impl PyHarmonic {
     }
 }
 
-/// A number, or three of them, set from outside while a model moves: by a controller, or step by step.
+/// A number, or a vector of three, that is set during a motion: by a controller, or step by step.
 ///
 /// It stands wherever a force, a moment or the command of an actuator is asked for. `Model.inputs` lists all of a model; as
 /// long as nobody sets them they have their defaults, so that statics, modes and runs without a controller know them, too.
@@ -188,7 +188,7 @@ impl PyHarmonic {
 /// Parameters
 /// ----------
 /// name : str
-///     What it is known by. Inputs of one name are one.
+///     The name. Inputs with the same name are one input.
 /// default : float or array_like, shape (3,)
 ///     Its value as long as nobody sets it; three numbers for a force or a moment, which then has the entries ``name.x``,
 ///     ``name.y`` and ``name.z`` among the inputs.
@@ -245,7 +245,7 @@ impl PyInput {
         Ok(Self { name: name.into(), value, is_number })
     }
 
-    /// What it is known by.
+    /// The name.
     #[getter]
     fn name(&self) -> &str {
         &self.name

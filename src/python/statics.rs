@@ -26,11 +26,11 @@ use crate::statics::{
 /// kind : {'limit', 'bifurcation'}
 ///     The load factor has an extremum there (snap-through), or paths cross (buckling).
 /// index : int
-///     It lies behind this point of the path and before the next one.
+///     It lies between this point of the path and the next.
 /// load_factor : float
 ///     Part of the loads; of a path of inputs how far they are, 0 to 1.
 /// u : ndarray, shape (m,), or None
-///     The inputs, where they are what grows.
+///     The inputs, if the path varies them.
 /// q : ndarray, shape (n,)
 ///     Coordinates.
 /// directions : ndarray, shape (m, n)
@@ -74,14 +74,14 @@ impl PyCriticalPoint {
     }
 }
 
-/// Equilibria one after the other, and the critical points between them.
+/// A sequence of equilibria, and the critical points between them.
 ///
 /// Attributes
 /// ----------
 /// load_factor : ndarray, shape (m,)
 ///     Part of the loads, gravity included, that acts; of a path of inputs how far they are, 0 to 1.
 /// u : ndarray, shape (m, k), or None
-///     The k inputs, where they are what grows.
+///     The k inputs, if the path varies them.
 /// q : ndarray, shape (m, n)
 ///     Coordinates.
 /// lowest_eigenvalue : ndarray, shape (m,)
@@ -155,7 +155,7 @@ fn named(stability: Stability) -> String {
     stability.name().to_owned()
 }
 
-/// An equilibrium, or how far the search for it came.
+/// An equilibrium, or the last state of a failed search.
 ///
 /// Attributes
 /// ----------
@@ -170,7 +170,7 @@ fn named(stability: Stability) -> String {
 ///     together, where its force has no direction), or for method 'newton' a status of
 ///     RootResult.
 /// message : str
-///     The status in words, what to change, and what is remarkable about the equilibrium.
+///     The status in words, what to change, and notes on the equilibrium.
 /// load_factor : float
 ///     Part of the loads that acts at `q`: 1 unless the search failed.
 /// residual_norm : float
@@ -445,8 +445,8 @@ pub(crate) fn statics<'py>(
 /// load_factor : float
 ///     Part of the loads, gravity included, that acts there; with `inputs` how far these are.
 /// direction : array_like, shape (n,), optional
-///     The direction in which the path leaves: one of the `directions` of a bifurcation, or its opposite, to follow the branches
-///     there. By default it leaves towards larger load factors.
+///     The initial direction of the path: one of the `directions` of a bifurcation, or its opposite, to
+///     follow the branches there. By default the path leads towards larger load factors.
 /// bounds : (float, float)
 ///     Load factors at which the path ends.
 /// max_step : float
@@ -461,7 +461,7 @@ pub(crate) fn statics<'py>(
 ///     The inputs, of `inputs` the others; by default as `u0` of the model.
 /// inputs : mapping from str to (from, to), optional
 ///     Inputs that the load factor leads from one value to another, by their names: two numbers, or two triples where the input is a
-///     vector. No entry of a vector may be named beside it.
+///     vector. Its single entries may not be given as well.
 ///
 /// Returns
 /// -------

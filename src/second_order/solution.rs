@@ -17,7 +17,7 @@ pub struct Solution {
     pub a: Vec<f64>,
     /// Number of coordinates n.
     pub n: usize,
-    /// What it has cost.
+    /// Counts of steps, iterations and evaluations.
     pub counters: Counters,
     /// How it ended.
     pub status: Status,

@@ -86,7 +86,7 @@ pub struct Simulation {
     pub n: usize,
     /// Energy that has flowed out of and into the motion up to these times, integrated along the run.
     pub flow: Flow,
-    /// What it has cost.
+    /// Counts of steps, iterations and evaluations.
     pub statistics: Statistics,
     /// How it ended.
     pub status: Status,

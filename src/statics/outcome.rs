@@ -116,7 +116,7 @@ impl Status {
     }
 }
 
-/// An equilibrium, or how far the search for it came.
+/// An equilibrium, or the last state of a failed search.
 #[derive(Clone, Debug)]
 pub struct Equilibrium {
     /// Coordinates, shape (n,); after a failure those of the last good state.
@@ -125,7 +125,7 @@ pub struct Equilibrium {
     pub load_factor: f64,
     /// How the search ended.
     pub status: Status,
-    /// The status in words, what to change, and what is remarkable about the equilibrium.
+    /// The status in words, what to change, and notes on the equilibrium.
     pub message: String,
     /// `|s R|` in joules: generalised forces times typical coordinates, before the last step.
     pub residual_norm: f64,
@@ -138,7 +138,7 @@ pub struct Equilibrium {
     pub lowest: f64,
     /// The path of loading; empty where none was followed.
     pub path: Path,
-    /// What it has cost.
+    /// Counts of steps, iterations and evaluations.
     pub counters: Counters,
 }
 
@@ -151,7 +151,7 @@ pub struct Continuation {
     pub status: Status,
     /// The status in words, and what to change.
     pub message: String,
-    /// What it has cost.
+    /// Counts of steps, iterations and evaluations.
     pub counters: Counters,
 }
 

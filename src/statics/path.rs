@@ -103,7 +103,7 @@ impl CriticalKind {
 pub struct CriticalPoint {
     /// What it is.
     pub kind: CriticalKind,
-    /// It lies behind this point of the path and before the next one.
+    /// It lies between this point of the path and the next.
     pub index: usize,
     /// Load factor.
     pub load_factor: f64,

@@ -41,7 +41,7 @@ def test_which_frequencies_a_step_resolves():
     assert_allclose(frequencies(lab)[2], 48.5, atol=0.05)
     assert told("The step", lab) == (
         "The step of 0.01 s resolves the first 2 of 3 natural frequencies; "
-        "the next, 48.5 Hz, takes steps of 0.0021 s (10 a period)."
+        "the next, 48.5 Hz, needs steps of 0.0021 s (10 per period)."
     )
 
 
@@ -67,12 +67,12 @@ def test_creeping_motions_need_no_step():
 
 def test_how_right_the_frequencies_are():
     lab = lissom.Scene.load(SCENES / "lab-horizontal.toml")
-    said = told("natural frequencies are right", lab)
+    said = told("natural frequencies are accurate", lab)
     assert said.startswith(
-        "2 of 3 natural frequencies are right to 1%: with 4 more modes of every strain the first"
+        "2 of 3 natural frequencies are accurate to 1%: with 4 more modes of every strain the first"
     )
     assert "number 3, 48.5 Hz, becomes 25.3 Hz (92% off)" in said
-    assert told("natural frequencies are right", scene(modes="bend_y = 8")) is None
+    assert told("natural frequencies are accurate", scene(modes="bend_y = 8")) is None
 
 
 def test_more_modes_are_those_of_every_strain_and_nothing_else():

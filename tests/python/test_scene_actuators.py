@@ -365,7 +365,9 @@ def test_check_says_what_inputs_are_and_which_tendons_are_slack(path):
     assert "inputs keep their defaults: pull = 2." in said
     assert "Slack" not in said
     slack = SCENE.replace(f"tension = {TENSION}", "length = 1\nstiffness = 40")
-    assert "Slack at the start, their ways being shorter: 'pull'." in advice(lissom.Scene.loads(slack))
+    assert "Slack at the start, because their paths are shorter than their lengths: 'pull'." in advice(
+        lissom.Scene.loads(slack)
+    )
     path.write_text(SCENE.replace("area", "aera"))
     code, said = command("check", path)
     assert code == 2

@@ -82,9 +82,8 @@ class _AsListed(click.Group):
 def commands() -> None:
     """Simulate soft robots.
 
-    A scene is a TOML file that describes a robot and how to simulate it.
-
-    "lissom new NAME" writes one to start from, "lissom schema" lists its keys.
+    A scene is a TOML file that describes a robot and a simulation. Start with "lissom new NAME", which
+    writes a commented scene, and "lissom run NAME.toml"; "lissom schema" lists the keys.
     """
 
 

@@ -1,4 +1,4 @@
-"""``lissom check``: what is wrong with scenes, and what is worth knowing about good ones."""
+"""``lissom check``: mistakes in scenes, and advice about valid ones."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from .scenes import SCENE, Refused, load
 @click.command("check")
 @click.argument("scenes", type=SCENE, nargs=-1, required=True, metavar="SCENE...")
 def command(scenes: tuple[Path, ...]) -> int:
-    """Say what is wrong with scenes.
+    """Check scenes without simulating them.
 
-    Everything that is wrong with each SCENE is listed, nothing is simulated. Of a good one
-    it is said what its step, its modes and its method can show.
+    Lists all mistakes of each SCENE. For a valid one, says what its step, its modes and its
+    method can resolve, and questions implausible units.
 
-    Exit code: 0 all are good, 2 at least one is not.
+    Exit code: 0 all are valid, 2 at least one is not.
     """
     from ..advice import advice, size
     from ..starts import check_start

@@ -17,11 +17,11 @@ INSTALL = {
 @click.argument("shell", type=click.Choice(list(INSTALL)))
 @click.pass_context
 def command(context: click.Context, shell: str) -> int:
-    """Print what makes SHELL complete commands.
+    """Print the completion script for SHELL.
 
-    Options and files are completed, too.
+    It completes commands, options and files.
 
-    Exit code: 0 done, 1 the version of the shell has no completion.
+    Exit code: 0 done, 1 the version of the shell is not supported.
     """
     kind = get_completion_class(shell)
     assert kind is not None, "click knows these shells"

@@ -27,9 +27,9 @@ WRONG = 1e-4
 
 @click.command("doctor")
 def command() -> int:
-    """Show versions, extras and processor, and try a simulation.
+    """Show versions, extras and processor, and test a simulation.
 
-    What this prints belongs into a report of a problem.
+    Include this output when you report a problem.
 
     Exit code: 0 all is well, 1 the simulation is wrong.
     """

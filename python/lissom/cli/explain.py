@@ -14,8 +14,9 @@ from .scenes import SCENE, load, refusals_of
 def command(scene: Path) -> int:
     """Show what is computed for SCENE and what its steps cost.
 
-    Prints what is computed, what is skipped, and why; then makes some steps and measures them. Nothing is
-    written. Exit code: 0 done, 2 bad input.
+    Prints what is computed, what is skipped, and why; then times some steps. Writes no files.
+
+    Exit code: 0 done, 2 bad input.
     """
     from ..report import text
 

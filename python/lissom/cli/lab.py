@@ -16,8 +16,8 @@ from .words import progress_bar
 def command(output: Path) -> int:
     """Rerun the numerical-methods lab.
 
-    Its nine figures and three tables, beside the report's own numbers; takes some seconds. Earlier results in
-    the folder are replaced; a folder with anything else in it is refused.
+    Reproduces its nine figures and three tables and compares them with the numbers of its report, in some
+    seconds. Replaces earlier results; refuses a folder that contains anything else.
 
     Exit code: 0 done, 1 it could not be written, 2 bad input, 130 interrupted (the parts that were done are
     written then).

@@ -20,12 +20,12 @@ from .words import say
 @click.option("--at-start", is_flag=True, help="Linearise about the q0 of the scene, not its equilibrium.")
 @click.option("--no-report", is_flag=True, help="Write the numbers only.")
 def command(scene: Path, output: Path | None, at_start: bool, no_report: bool) -> int:
-    """Find the natural frequencies and shapes of SCENE.
+    """Find the natural frequencies and mode shapes of SCENE.
 
-    About the equilibrium that "lissom statics" finds. The report animates the slowest ones.
+    The modes are those about the equilibrium that "lissom statics" finds. The report animates the slowest.
 
-    Exit code: 0 done; 1 there are none, or no equilibrium was found (what "lissom statics" writes is written
-    then); 2 bad input; 130 interrupted.
+    Exit code: 0 done; 1 there are no modes, or no equilibrium was found (the files of "lissom statics" are
+    written then); 2 bad input; 130 interrupted.
     """
     from .. import studies
     from .._lissom import LissomError

@@ -26,12 +26,12 @@ SCHEMA = "lissom-scene.schema.json"
     help="; ".join(f"{kind}: {what}" for kind, what in KINDS.items()) + ".",
 )
 @click.option(
-    "--schema", is_flag=True, help="Write the schema of scenes beside it, for completion in editors."
+    "--schema", is_flag=True, help="Write the schema of scenes next to it, for completion in editors."
 )
 def command(name: str, kind: str, schema: bool) -> int:
     """Write NAME.toml, a commented scene to start from.
 
-    A file that exists is left as it is. Exit code: 0 done, 1 the file could not be written, 2 it exists.
+    Never overwrites a file. Exit code: 0 done, 1 the file could not be written, 2 it exists.
     """
     path = Path(name) if name.endswith(".toml") else Path(f"{name}.toml")
     text = (files("lissom") / "templates" / f"{kind}.toml").read_text(encoding="utf-8")

@@ -26,9 +26,9 @@ if TYPE_CHECKING:
 def command(scene: Path, output: Path | None, no_report: bool) -> int:
     """Simulate SCENE; write results and a report.
 
-    Trajectory, summary and an HTML report appear in the results folder when all of them are complete.
-    Results of an earlier run are replaced; a folder with anything else in it is refused, as is one that
-    another run is writing into. What cannot be written there at last goes to a temporary folder.
+    Writes the trajectory, a summary and an HTML report to the results folder, all at once when they are
+    complete. Replaces results of an earlier run; refuses a folder that contains anything else, or that
+    another run is writing to. If the folder fails at the end, results go to a temporary folder.
 
     Exit code: 0 done; 1 the simulation failed (what was computed is written) or something could not be
     written; 2 bad input (nothing is written); 130 interrupted with Ctrl-C (what was computed is written).

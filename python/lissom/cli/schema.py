@@ -7,7 +7,7 @@ import click
 
 @click.command("schema")
 def command() -> int:
-    """Print the keys of scenes, as a JSON Schema."""
+    """Print the JSON Schema of scenes."""
     from .._lissom import Scene
 
     click.echo(Scene.schema(), nl=False)

@@ -24,10 +24,10 @@ if TYPE_CHECKING:
 )
 @click.option("--no-report", is_flag=True, help="Write the numbers only.")
 def command(scene: Path, output: Path | None, from_start: bool, no_report: bool) -> int:
-    """Find the shape in which SCENE rests.
+    """Find the equilibrium of SCENE.
 
-    The loads grow from the unloaded state; stability and buckling on the way are reported. The settings of
-    the simulation are not used.
+    Increases the loads from the unloaded state, and reports stability and buckling. The settings of the
+    simulation are not used.
 
     Exit code: 0 done; 1 no equilibrium was found (the last good state is written); 2 bad input (nothing is
     written); 130 interrupted.

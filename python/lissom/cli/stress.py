@@ -17,18 +17,18 @@ from .words import progress_bar, say
 @click.command("stress")
 @output_option("Folder for the results.", Path("results/stress"))
 @click.option(
-    "--quick", is_flag=True, help="Run a part of the cases, in seconds; all of them take some minutes."
+    "--quick", is_flag=True, help="Run some of the cases, in seconds; all of them take some minutes."
 )
 @click.option(
     "--update", is_flag=True, help="Replace the table that later runs are compared with by this result."
 )
 @click.option("--no-report", is_flag=True, help="Write the numbers only.")
 def command(output: Path, quick: bool, update: bool, no_report: bool) -> int:
-    """Try hard cases: does each end well, or say why not?
+    """Run hundreds of hard cases and judge each result.
 
-    Slenderness, stiffness, sizes, time steps, many turns, buckling, ill-posed input and more. Every case
-    ends as accurate, slow, refused or failed with a reason; "wrong" is a wrong result that was called
-    success. A report with a heat map for every group is written.
+    The cases vary slenderness, stiffness, size, time step, number of turns, buckling, ill-posed input and
+    more. Each result is accurate, slow, refused, failed with a reason, or wrong: inaccurate but reported as
+    success. Writes a report with a heat map for every group.
 
     Exit code: 0 nothing became worse than in the committed table; 3 something did, or is wrong; 1 the results
     could not be written; 2 bad input; 130 interrupted (the groups that were done are written then).

@@ -20,11 +20,16 @@ if TYPE_CHECKING:
 
     from ..sweeps.results import SweepStudy
 
+    Converter = click.ParamType[Any]
+else:
+    # Older versions of click have no type parameter here.
+    Converter = click.ParamType
+
 #: What `--over` takes, in words.
 FORM = "KEY=FROM:TO:N, KEY=FROM:TO:N:log or KEY=A,B,C"
 
 
-class Over(click.ParamType[Any]):
+class Over(Converter):
     """A key of a scene with its values."""
 
     name = "over"
@@ -77,7 +82,7 @@ def _value(text: str) -> Any:
     "--store",
     type=click.Path(path_type=Path),
     metavar="DIR",
-    help="Keep what is done in a Zarr store, and go on from there.",
+    help="Save finished runs in a Zarr store, and resume from it.",
 )
 @click.option("--workers", type=click.IntRange(1), help="Threads; as many as processors unless given.")
 @output_option("Folder for the results; results/NAME-sweep unless given.")
@@ -90,11 +95,10 @@ def command(
     output: Path | None,
     no_report: bool,
 ) -> int:
-    """Simulate SCENE for all values of some of its keys.
+    """Simulate SCENE over ranges of its keys.
 
-    "lissom sweep arm.toml --over rod[0].segment[0].young_modulus=1e5:1e6:20:log" makes twenty runs on all
-    processors. The last states, the extremes and where the tip is are written, and a report with response
-    curves and maps.
+    "lissom sweep arm.toml --over rod[0].segment[0].young_modulus=1e5:1e6:20:log" simulates twenty runs in
+    parallel. Writes final states, extremes and tip positions, and a report with response curves and maps.
 
     Exit code: 0 done; 1 some runs failed (everything is written) or something could not be written; 2 bad
     input (nothing is written); 130 interrupted with Ctrl-C (what was computed is written).
@@ -108,7 +112,7 @@ def command(
         return FAILED
     keys = [key for key, _ in over]
     if len(set(keys)) < len(keys):
-        click.echo("--over: a key stands there twice", err=True)
+        click.echo("--over: the same key is given twice", err=True)
         return BAD_INPUT
     loaded = load(scene)
     target = output if output is not None else Path("results") / f"{scene.stem}-sweep"

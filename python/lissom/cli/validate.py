@@ -28,12 +28,12 @@ if TYPE_CHECKING:
 def command(output: Path, update_docs: Path | None, no_report: bool) -> int:
     """Compare lissom with known answers.
 
-    Closed forms, the same equations solved by other means and other codes, published numbers; takes some
-    seconds, or a minute with PyElastica. Prints a table, and writes an HTML report with a plot for each case,
-    and the numbers. Cases beside a code that is not installed are left out, and named.
+    Compares with closed forms, independent solutions, other codes and published numbers, in some seconds (a
+    minute with PyElastica). Prints a table; writes an HTML report with a plot for each case, and the numbers.
+    Names the cases that are left out because a code is not installed.
 
     Exit code: 0 all cases are within their tolerance; 1 it could not be written; 2 bad input; 3 a case is
-    outside its tolerance; 130 interrupted (the cases that were done are written then, FILE is not).
+    outside its tolerance; 130 interrupted (finished cases are written, FILE is not).
     """
     from ..evidence import validation
     from ..evidence.validation import pages as report

@@ -26,14 +26,14 @@ from .words import note
     type=click.FloatRange(0.0, min_open=True),
     default=1.0,
     show_default=True,
-    help="Seconds of the motion in a second.",
+    help="Simulated seconds per second.",
 )
 @click.option("--paused", is_flag=True, help="Begin paused.")
 def command(scene: Path, port: int, speed: float, paused: bool) -> int:
-    """Show SCENE in motion in a browser, as it is computed.
+    """Simulate SCENE live in a browser.
 
-    The page can pause and step, move inputs by sliders and pull the tip. It is served to this machine alone,
-    until Ctrl-C; nothing is written. The motion has no end: t_end and output of the scene do not matter.
+    In the page you can pause and step, change inputs with sliders and pull the tip. It is served to this
+    machine only, until Ctrl-C. Writes no files, and ignores t_end and output of the scene.
 
     Exit code: 1 viser is missing or no port is free; 2 bad input; 130 ended with Ctrl-C.
     """

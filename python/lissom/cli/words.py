@@ -30,7 +30,7 @@ def say(name: str, outcome: str, good: bool, facts: Sequence[tuple[str, str]], s
 
 def note(what: str, extra: str) -> None:
     """Say what is left out, and which extra of the package it takes."""
-    click.echo(f"{what}; it takes: pip install 'lissom[{extra}]'", err=True)
+    click.echo(f"{what}; install it with: pip install 'lissom[{extra}]'", err=True)
 
 
 def progress_bar(total: float, what: str, unit: str) -> Any:

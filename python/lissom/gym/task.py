@@ -117,7 +117,7 @@ class Task(ABC):
     control_step : float
         How long an action is held, seconds.
     max_episode_steps : int
-        After how many actions an episode is truncated, where nothing else is said.
+        Default number of actions after which an episode is truncated.
     failed_reward : float
         Reward of a step after which a run cannot go on, or that leaves the bounds.
     window : pair of three floats

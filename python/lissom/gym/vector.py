@@ -51,7 +51,7 @@ class RobotVectorEnv(VectorEnv[Array, NDArray[np.float32], NDArray[Any]]):
     randomise : callable, optional
         As for `RobotEnv`: a robot for each row, by the generator of that row.
     workers : int, optional
-        Threads; by default as many as there are processors.
+        Number of threads; by default the number of processors.
     render_mode : str, optional
         As for `RobotEnv`.
 

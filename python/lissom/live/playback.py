@@ -27,7 +27,7 @@ class Playback:
     motion : Motion
         What moves.
     speed : float
-        Seconds of the motion in a second.
+        Simulated seconds per second.
     is_paused : bool
         Whether it begins paused.
     clock : callable

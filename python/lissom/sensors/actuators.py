@@ -54,7 +54,7 @@ class OfActuator(Sensor):
 
     @property
     def channels(self) -> tuple[str, ...]:
-        """Names of what is measured."""
+        """Names of the measured quantities."""
         return (self.name,)
 
 
@@ -80,7 +80,7 @@ class ActuatorLength(OfActuator):
 
     See Also
     --------
-    Robot.actuator_length : what it measures.
+    Robot.actuator_length : the measured quantity.
     """
 
     @property
@@ -115,7 +115,7 @@ class ActuatorForce(OfActuator):
 
     See Also
     --------
-    Robot.actuator_force : what it measures.
+    Robot.actuator_force : the measured quantity.
     """
 
     NEEDS: ClassVar[str] = "v"

@@ -46,7 +46,7 @@ class ForceTorque(Sensor):
 
     See Also
     --------
-    Robot.joint_wrench, Robot.internal_wrench : what it measures.
+    Robot.joint_wrench, Robot.internal_wrench : the measured quantity.
     """
 
     link: str | None = None
@@ -72,7 +72,7 @@ class ForceTorque(Sensor):
 
     @property
     def channels(self) -> tuple[str, ...]:
-        """Names of what is measured."""
+        """Names of the measured quantities."""
         return tuple(f"{self.name}.{what}_{axis}" for what in ("moment", "force") for axis in "xyz")
 
     @property

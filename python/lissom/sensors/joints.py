@@ -100,7 +100,7 @@ class Encoder(OfJoint):
 
     @property
     def channels(self) -> tuple[str, ...]:
-        """Names of what is measured."""
+        """Names of the measured quantities."""
         return self._names
 
     @property
@@ -136,7 +136,7 @@ class Tachometer(OfJoint):
 
     @property
     def channels(self) -> tuple[str, ...]:
-        """Names of what is measured."""
+        """Names of the measured quantities."""
         return tuple(f"{name}.rate" for name in self._names)
 
     @property

@@ -33,7 +33,7 @@ class Marker(Placed):
         Arc length of the link's unstretched rod, 0 <= at <= length, metres; by default its tip. None for a
         rigid link.
     point : array_like, shape (3,)
-        Where it is beside the origin of the section or body, in the axes there, metres.
+        Its position relative to the origin of the section or body, in the axes there, metres.
     name, noise, bias, rate, delay, seed
         Those of every `Sensor`.
 
@@ -45,7 +45,7 @@ class Marker(Placed):
 
     @property
     def channels(self) -> tuple[str, ...]:
-        """Names of what is measured."""
+        """Names of the measured quantities."""
         return _axes(self.name, "")
 
     @property
@@ -76,9 +76,9 @@ class PoseTracker(Mounted):
         Arc length of the link's unstretched rod, 0 <= at <= length, metres; by default its tip. None for a
         rigid link.
     point : array_like, shape (3,)
-        Where it is beside the origin of the section or body, in the axes there, metres.
+        Its position relative to the origin of the section or body, in the axes there, metres.
     orientation : array_like, shape (4,)
-        Quaternion (w, x, y, z) of its own axes in those of the section or body.
+        Quaternion (w, x, y, z) of the sensor's axes in those of the section or body.
     name, noise, bias, rate, delay, seed
         Those of every `Sensor`.
 
@@ -90,7 +90,7 @@ class PoseTracker(Mounted):
 
     @property
     def channels(self) -> tuple[str, ...]:
-        """Names of what is measured."""
+        """Names of the measured quantities."""
         return (*_axes(self.name, ""), *(f"{self.name}.q{part}" for part in "wxyz"))
 
     @property
@@ -129,9 +129,9 @@ class Velocimeter(Mounted):
         Arc length of the link's unstretched rod, 0 <= at <= length, metres; by default its tip. None for a
         rigid link.
     point : array_like, shape (3,)
-        Where it is beside the origin of the section or body, in the axes there, metres.
+        Its position relative to the origin of the section or body, in the axes there, metres.
     orientation : array_like, shape (4,)
-        Quaternion (w, x, y, z) of its own axes in those of the section or body.
+        Quaternion (w, x, y, z) of the sensor's axes in those of the section or body.
     name, noise, bias, rate, delay, seed
         Those of every `Sensor`.
 
@@ -145,7 +145,7 @@ class Velocimeter(Mounted):
 
     @property
     def channels(self) -> tuple[str, ...]:
-        """Names of what is measured."""
+        """Names of the measured quantities."""
         return _axes(self.name, "velocity_")
 
     @property
@@ -191,9 +191,9 @@ class Gyroscope(Inertial):
         Arc length of the link's unstretched rod, 0 <= at <= length, metres; by default its tip. None for a
         rigid link.
     point : array_like, shape (3,)
-        Where it is beside the origin of the section or body, in the axes there, metres.
+        Its position relative to the origin of the section or body, in the axes there, metres.
     orientation : array_like, shape (4,)
-        Quaternion (w, x, y, z) of its own axes in those of the section or body.
+        Quaternion (w, x, y, z) of the sensor's axes in those of the section or body.
     name, noise, bias, rate, delay, seed
         Those of every `Sensor`.
 
@@ -207,7 +207,7 @@ class Gyroscope(Inertial):
 
     @property
     def channels(self) -> tuple[str, ...]:
-        """Names of what is measured."""
+        """Names of the measured quantities."""
         return _axes(self.name, "angular_velocity_")
 
     @property
@@ -236,9 +236,9 @@ class Accelerometer(Inertial):
         Arc length of the link's unstretched rod, 0 <= at <= length, metres; by default its tip. None for a
         rigid link.
     point : array_like, shape (3,)
-        Where it is beside the origin of the section or body, in the axes there, metres.
+        Its position relative to the origin of the section or body, in the axes there, metres.
     orientation : array_like, shape (4,)
-        Quaternion (w, x, y, z) of its own axes in those of the section or body.
+        Quaternion (w, x, y, z) of the sensor's axes in those of the section or body.
     name, noise, bias, rate, delay, seed
         Those of every `Sensor`.
 
@@ -252,7 +252,7 @@ class Accelerometer(Inertial):
 
     @property
     def channels(self) -> tuple[str, ...]:
-        """Names of what is measured."""
+        """Names of the measured quantities."""
         return _axes(self.name, "specific_force_")
 
     @property
@@ -281,9 +281,9 @@ class Imu(Inertial):
         Arc length of the link's unstretched rod, 0 <= at <= length, metres; by default its tip. None for a
         rigid link.
     point : array_like, shape (3,)
-        Where it is beside the origin of the section or body, in the axes there, metres.
+        Its position relative to the origin of the section or body, in the axes there, metres.
     orientation : array_like, shape (4,)
-        Quaternion (w, x, y, z) of its own axes in those of the section or body.
+        Quaternion (w, x, y, z) of the sensor's axes in those of the section or body.
     name, noise, bias, rate, delay, seed
         Those of every `Sensor`.
 
@@ -309,7 +309,7 @@ class Imu(Inertial):
 
     @property
     def channels(self) -> tuple[str, ...]:
-        """Names of what is measured."""
+        """Names of the measured quantities."""
         return _axes(self.name, "angular_velocity_", "specific_force_")
 
     @property

@@ -49,7 +49,7 @@ class Sensor(ABC):
     Attributes
     ----------
     channels : tuple of str
-        Names of what is measured.
+        Names of the measured quantities.
     units : tuple of str
         Their units.
 
@@ -96,7 +96,7 @@ class Sensor(ABC):
     @property
     @abstractmethod
     def channels(self) -> tuple[str, ...]:
-        """Names of what is measured."""
+        """Names of the measured quantities."""
 
     @property
     @abstractmethod
@@ -171,7 +171,7 @@ class Sensor(ABC):
         return shown.copy()
 
     def observe(self, simulation: Any) -> Array:
-        """What the sensor shows now, of whatever has a state: `read` of its `t`, `q`, `v`, `a` and `u`.
+        """Read the sensor from an object with a state: `read` with its `t`, `q`, `v`, `a` and `u`.
 
         Parameters
         ----------
@@ -243,7 +243,7 @@ class Sensor(ABC):
         self._set("_random", self._new_random())
 
     def copy(self) -> Self:
-        """Another sensor in the same state, which goes on alone."""
+        """An independent copy in the same state."""
         twin = object.__new__(type(self))
         twin.__dict__.update(self.__dict__)
         twin._set("_line", copy.deepcopy(self._line))

@@ -76,7 +76,7 @@ class CurvatureSensor(OnRod):
 
     @property
     def channels(self) -> tuple[str, ...]:
-        """Names of what is measured."""
+        """Names of the measured quantities."""
         about = ("torsion", "bend_y", "bend_z")
         return tuple(f"{self.name}{section}.{each}" for section in self._sections for each in about)
 
@@ -134,7 +134,7 @@ class StrainGauge(OnRod):
 
     @property
     def channels(self) -> tuple[str, ...]:
-        """Names of what is measured."""
+        """Names of the measured quantities."""
         return tuple(f"{self.name}{section}" for section in self._sections)
 
     @property

@@ -65,31 +65,29 @@ def sweep(
     progress: bool | Callable[[int], object] = False,
     **options: Any,
 ) -> xarray.Dataset:
-    """Simulate for all values of some parameters; needs the extra `sweep`.
+    """Simulate over a grid of parameter values; needs the extra `sweep`.
 
-    Every parameter and every value is tried before the first run. Points whose parameters make no sense
-    together have the status 'refused', and runs that fail have theirs; neither disturbs another one.
+    Every value of every parameter is checked before the first run. Points with invalid combinations of
+    parameters have the status 'refused', and failed runs have theirs; neither affects other points.
 
     Parameters
     ----------
     model : Scene, Model or callable
-        What is simulated: a scene as its `run` does it; a model by `simulate`; or what a function makes of
-        the parameters, a scene or a model. The function has to be found by its name where other processes
-        work.
+        A scene, a model, or a function of the parameters that returns one of them. With other processes the
+        function must be importable there by its name.
     parameters : mapping of str to sequence
-        Values by parameter: numbers, booleans or strings. Of a scene its own key paths, such as
-        ``rod[0].segment[0].young_modulus`` or ``simulation.dt``, whether the scene has the last key or its
-        default; of a model the same, or the names of attributes (``segments[0].radius``); of a function its
-        arguments.
+        Values by parameter: numbers, booleans or strings. For a scene the names are key paths, such as
+        ``rod[0].segment[0].young_modulus`` or ``simulation.dt``, also of keys left at their defaults; for a
+        model the same paths, or attributes (``segments[0].radius``); for a function its arguments.
     executor : executor, optional
-        Where runs are made: any executor like those of `concurrent.futures`, or a client of
-        `dask.distributed`. By default here, on all processors. Tasks have as many points as take about a
-        second, by the time that earlier ones took.
+        Runs the simulations: any executor with the interface of `concurrent.futures`, or a client of
+        `dask.distributed`. By default threads on all processors. Points are grouped into tasks of about a
+        second, estimated from earlier ones.
     store : path-like, optional
-        A Zarr store that keeps what is done: a call with the same arguments goes on from there.
+        A Zarr store for finished runs: a call with the same arguments resumes from it.
     combine : {'product', 'zip'}
-        Whether all values of each parameter meet all of the others, or the first ones each other, the second
-        ones, and so on: sequences of one length, with one dimension ``point``.
+        'product': all combinations of values. 'zip': the first values of all parameters, the second ones, and
+        so on; the sequences have the same length, and the dataset one dimension ``point``.
     keep : {'final', 'states'}
         The last states and positions, or those of all times, which must then be the same at every point.
     places : sequence, optional
@@ -97,8 +95,8 @@ def sweep(
         link.
     measure : callable, optional
         Called as ``measure(result)`` with the `MotionResult` of each point, which is another run; returns a
-        number or an array, or several by name. Its exceptions come through. It has to be found by its name
-        where other processes work.
+        number or an array, or several by name. Its exceptions are passed on. With other processes it must be
+        importable there by its name.
     workers : int, optional
         Threads of each task; without an executor all processors by default, else one.
     progress : bool or callable, optional
@@ -125,7 +123,7 @@ def sweep(
     ImportError
         If xarray is missing, or zarr for a store.
     KeyboardInterrupt
-        On Ctrl-C; its attribute `result` is the dataset of what was done. So it is of what executors raise.
+        On Ctrl-C; its attribute `result` is the dataset of finished runs, as for errors of executors.
 
     Examples
     --------

@@ -18,10 +18,11 @@ use super::memory::{Memory, Outcome, READY, Start, start};
 use crate::newmark::Parameters;
 use crate::simulate::Method;
 
-/// A motion that is stepped from outside.
+/// A motion that you advance step by step, with inputs.
 ///
-/// A simulation of given steps is the same, to the last bit, as `simulate` over the same time; one that was copied or
-/// pickled goes on as the original does. It has a model of its own, so that several go side by side.
+/// With fixed steps a simulation is bitwise equal to `simulate` over the same time, and its copies and
+/// pickles continue exactly as the original. Each simulation has its own model, so several can run in
+/// parallel.
 ///
 /// Parameters
 /// ----------
@@ -41,13 +42,13 @@ use crate::simulate::Method;
 /// Attributes
 /// ----------
 /// model : Model
-///     What moves.
+///     The model.
 /// t : float
 ///     The time, seconds.
 /// q, v, a : ndarray, shape (n,)
 ///     Coordinates, velocities and accelerations now: copies.
 /// u : ndarray, shape (inputs,)
-///     What is set from outside.
+///     The current inputs.
 /// energy : Energy
 ///     The energies of the state, joules; computed when they are asked for.
 /// status : str
@@ -271,7 +272,7 @@ impl PySimulation {
         Ok(())
     }
 
-    /// A simulation that goes on from here by itself, as this one does.
+    /// An independent copy that continues exactly as this one.
     fn copy(&self, py: Python<'_>) -> PyResult<Self> {
         let memory = self.memory()?.copy();
         Ok(Self {
@@ -291,7 +292,7 @@ impl PySimulation {
         self.copy(py)
     }
 
-    /// What moves.
+    /// The model.
     #[getter]
     fn model(&self, py: Python<'_>) -> Py<PyModel> {
         self.model.clone_ref(py)

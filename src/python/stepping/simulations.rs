@@ -25,15 +25,16 @@ use crate::simulate::Method;
 /// Numbers that the smallest row takes: 1.4 kB of a spring pendulum, measured.
 const NUMBERS_OF_A_ROW: usize = 170;
 
-/// Motions that are stepped together from outside, on all processors.
+/// Many motions that you advance together step by step, in parallel.
 ///
-/// Each of them is a row: to the last bit the `Simulation` of its model, start and inputs, whatever the number of threads. A
-/// row that fails keeps the state before the step that could not be made, and disturbs no other.
+/// Each motion is a row, bitwise equal to a `Simulation` with the same model, initial state and inputs, for
+/// any number of threads. A row that fails keeps the state before the failed step and does not affect the
+/// others.
 ///
 /// Parameters
 /// ----------
 /// model : Model or sequence of Model
-///     What moves: the same in `count` rows, or a model for each row. They must have as many coordinates and the same
+///     One model for `count` rows, or one per row. All must have the same number of coordinates and the same
 ///     inputs.
 /// count : int, optional
 ///     Number of rows; the number of models by default.
@@ -44,15 +45,15 @@ const NUMBERS_OF_A_ROW: usize = 170;
 /// t0 : float
 ///     The time at the start, seconds.
 /// workers : int, optional
-///     Most threads that share the work; as many as there are processors by default. Steps of less than some 0.2 ms in all
-///     are made in the thread that asks.
+///     Maximum number of threads; by default the number of processors. Steps that take less than about 0.2 ms
+///     in total run in the calling thread.
 /// method, rtol, atol, beta, gamma, alpha, rho_inf, adaptive, max_step, min_step : optional
 ///     As for `Simulation`.
 ///
 /// Attributes
 /// ----------
 /// models : tuple of Model
-///     What moves, a model for each row.
+///     The models, one per row.
 /// count, workers : int
 ///     Number of rows, and of threads.
 /// t : ndarray, shape (count,)
@@ -60,7 +61,7 @@ const NUMBERS_OF_A_ROW: usize = 170;
 /// q, v, a : ndarray, shape (count, n)
 ///     Coordinates, velocities and accelerations now: copies.
 /// u : ndarray, shape (count, inputs)
-///     What is set from outside.
+///     The current inputs.
 /// status : list of str
 ///     How the last step of each row ended, as of `Simulation`.
 /// success : ndarray of bool, shape (count,)
@@ -477,7 +478,7 @@ impl PySimulations {
         Ok(self.rows()?[row].message())
     }
 
-    /// What moves, a model for each row.
+    /// The models, one per row.
     #[getter]
     fn models<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
         PyTuple::new(py, &self.models)

@@ -43,9 +43,9 @@ pub struct Robot {
     pub fluid: Option<Fluid>,
     /// What moves it when it is told to.
     pub actuators: Vec<Actuator>,
-    /// What closes loops of its links.
+    /// Joints that close loops of links.
     pub loops: Vec<Loop>,
-    /// What touches.
+    /// Pairs of surfaces that can touch.
     pub contacts: Vec<Contact>,
 }
 

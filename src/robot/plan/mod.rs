@@ -68,9 +68,9 @@ pub(crate) struct Plan<G: Space> {
     pub(crate) points: Vec<Point<G>>,
     /// The springs to the world, in the frame of the base at rest.
     pub(crate) anchors: Vec<Anchor>,
-    /// What closes loops of its links.
+    /// Joints that close loops of links.
     pub(crate) loops: Loops<G::Pack>,
-    /// What touches.
+    /// Pairs of surfaces that can touch.
     pub(crate) contacts: Contacts<G>,
     /// The fluid around it, where that answers to motion.
     pub(crate) immersion: Option<Immersion>,
