@@ -21,7 +21,7 @@ def finger():
 
 
 def leaf(x):
-    return torch.tensor(x, dtype=torch.float64, requires_grad=True)
+    return torch.tensor(np.asarray(x), dtype=torch.float64, requires_grad=True)
 
 
 def test_gradients_pass_the_checker():
@@ -62,7 +62,7 @@ def test_a_run_that_fails_is_nan():
 
 def test_calls_that_do_not_fit_are_refused():
     run = lissom.torch.simulation(finger(), 0.2, ["gravity[2]"])
-    with pytest.raises(ValueError, match="expected torch.float64"):
+    with pytest.raises(ValueError, match=r"expected torch\.float64"):
         run({"gravity[2]": torch.tensor(-1.0)}, Q0, V0)
     with pytest.raises(ValueError, match=r"q0: got shape \(3,\)"):
         run({"gravity[2]": -1.0}, np.zeros(3), V0)
