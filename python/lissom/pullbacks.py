@@ -165,7 +165,7 @@ def _steps(t: ArrayLike | None, t0: float, t_end: float, dt: float) -> tuple[Arr
     if count < 1 or abs(t0 + count * dt - t_end) > OF_STEP * dt:
         raise ValueError(f"dt: got {dt}, expected a whole number of steps from {t0} to {t_end}")
     if t is None:
-        steps = np.arange(count + 1)
+        steps: NDArray[np.intp] = np.arange(count + 1, dtype=np.intp)
         return t0 + steps * dt, steps
     times = np.asarray(t, float)
     if times.ndim != 1 or not len(times):
