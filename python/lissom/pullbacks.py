@@ -166,7 +166,7 @@ def _steps(t: ArrayLike | None, t0: float, t_end: float, dt: float) -> tuple[Arr
         raise ValueError(f"dt: got {dt}, expected a whole number of steps from {t0} to {t_end}")
     if t is None:
         steps: NDArray[np.intp] = np.arange(count + 1, dtype=np.intp)
-        return t0 + steps * dt, steps
+        return np.asarray(t0 + steps * dt, np.float64), steps
     times = np.asarray(t, float)
     if times.ndim != 1 or not len(times):
         raise ValueError(f"t: got shape {times.shape}, expected (m,) with m of 1 at least")
