@@ -17,7 +17,7 @@ LAB_SCENES := $(sort $(wildcard scenes/lab-*.toml))
 MATURIN = $(BIN)/maturin develop --locked --no-default-features --features "python $(shell .ci/features)"
 COMPILE := uv pip compile --quiet --universal --python-version 3.11 --upgrade --generate-hashes \
 	--no-emit-index-url --no-emit-find-links --no-annotate
-WITH_LISSOM := --all-extras pyproject.toml
+WITH_LISSOM := --extra all pyproject.toml
 
 # The tools must act on .venv whatever environment the caller has activated.
 export VIRTUAL_ENV := $(CURDIR)/$(VENV)
@@ -28,7 +28,7 @@ unexport CONDA_PREFIX
 unexport PYTHONPATH
 unexport PYTHONHOME
 
-.PHONY: help demo bench peers validate stress test test-rust test-python test-browser test-checked test-oldest test-msrv \
+.PHONY: help demo bench peers validate stress test test-rust test-python test-browser test-torch test-checked test-oldest test-msrv \
 	build build-for-test wheel sdist crate sbom docs docs-check links pictures format lock fuzz audit clean
 .DEFAULT_GOAL := help
 
@@ -65,6 +65,10 @@ test-browser: docs $(VENV)/browser.stamp ## reports and the site in headless Chr
 	@test -n "$(LISSOM_CHROMIUM)" || $(BIN)/python -m playwright install chromium
 	$(BIN)/python -m pytest tests/browser -o addopts= --timeout 300
 
+test-torch: build-for-test ## the bridge to PyTorch, which is large and is installed first (needs the network)
+	$(BIN)/python -m pip install --quiet 'torch>=2.6'
+	$(BIN)/python -m pytest tests/torch
+
 test-checked: $(VENV)/test.stamp ## the Python tests with debug assertions and overflow checks (slow)
 	@.ci/toolchain cargo
 	$(BIN)/maturin develop --profile checked --locked
@@ -77,7 +81,7 @@ test-oldest: $(VENV)/test.stamp ## some tests with the oldest Python packages th
 	rm -rf target/oldest
 	$(BIN)/maturin build --profile quick --locked --no-default-features --features "python $(shell .ci/features)" --out target/oldest
 	uv pip compile --quiet --resolution lowest-direct --python-version 3.11 --no-emit-index-url --no-emit-find-links \
-		--all-extras pyproject.toml --group examples --output-file target/oldest/requirements.txt
+		--extra all pyproject.toml --group examples --output-file target/oldest/requirements.txt
 	uv venv --quiet --python 3.11 target/oldest/venv
 	uv pip install --quiet --python target/oldest/venv --requirement target/oldest/requirements.txt \
 		pytest pytest-timeout pytest-xdist hypothesis pyyaml control

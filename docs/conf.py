@@ -34,6 +34,8 @@ nb_execution_timeout = 120
 # Types in docstrings are words; a name in single backticks is looked up, and is code where nothing is found.
 default_role = "py:obj"
 autodoc_member_order = "bysource"
+# Bridges are documented without what they lead to.
+autodoc_mock_imports = ["jax", "torch"]
 numpydoc_show_class_members = False
 numpydoc_class_members_toctree = False
 numpydoc_validation_checks = set()

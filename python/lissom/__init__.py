@@ -4,7 +4,9 @@
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from . import gym as gym
+    from . import jax as jax
     from . import sensors as sensors
+    from . import torch as torch
     from . import urdf as urdf
     from ._lissom import (
         DOP853,
@@ -188,7 +190,7 @@ if not TYPE_CHECKING:
     def __getattr__(name):
         from importlib import import_module
 
-        if name in ("gym", "sensors", "urdf"):
+        if name in ("gym", "jax", "sensors", "torch", "urdf"):
             return import_module(f"lissom.{name}")
         if name != "_lissom" and name not in __all__:
             raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -1,0 +1,125 @@
+"""Runs as functions of JAX, with their derivatives: ``import lissom.jax``.
+
+It takes the extra `jax`: ``pip install 'lissom[jax]'``. ``docs/sensitivities.md`` tells more.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+try:
+    import jax
+    import jax.numpy as jnp
+except ModuleNotFoundError as error:
+    raise ImportError("lissom.jax takes JAX: pip install 'lissom[jax]'") from error
+
+from ._lissom import Model
+from .pullbacks import pullback
+
+__all__ = ["simulation"]
+
+Run = Callable[[Mapping[str, Any], Any, Any], tuple[jax.Array, jax.Array, jax.Array]]
+
+
+def simulation(
+    model: Model,
+    t_end: float,
+    parameters: Sequence[str] = (),
+    *,
+    t: ArrayLike | None = None,
+    t0: float = 0.0,
+    dt: float = 1e-2,
+    method: str = "newmark",
+    **options: Any,
+) -> Run:
+    """Make a function of JAX that runs a model, and that `jax.grad`, `jax.jit` and `jax.vmap` take.
+
+    Derivatives are those of `lissom.sensitivity`, by the adjoint: of reverse mode (`grad`, `vjp`, `jacrev`)
+    and of first order. Under `vmap`, all runs are one `simulate_many`; the adjoints follow one by one.
+
+    Parameters
+    ----------
+    model : Model
+        What moves, as for `sensitivity`.
+    t_end : float
+        End of the run, seconds; a whole number of steps after `t0`.
+    parameters : sequence of str
+        Numbers of the model that the function takes, by the names that `sweep` takes.
+    t : array_like, shape (m,), optional
+        Times of steps at which states are asked for, seconds; all steps by default.
+    t0, dt, method
+        As for `sensitivity`.
+    **options
+        `beta`, `gamma`, `alpha`, `rho_inf`, `rtol`, `atol`, `jac`, `predictor`, `reuse_jacobian`, `max_steps`
+        as for `simulate`. Derivatives are as good as steps are solved: `rtol` says how well.
+
+    Returns
+    -------
+    callable
+        ``run(values, q0, v0)`` with a dictionary of a number for each parameter and arrays of shape (n,)
+        returns `t` of shape (m,), `q` and `v` of shape (m, n). Where a run fails, `q` and `v` are NaN from
+        there on, and so are its derivatives.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If an argument is invalid, a name is unknown, nothing depends on a parameter; when called, if names or
+        shapes are others, or JAX computes in 32 bits.
+
+    Examples
+    --------
+    >>> import jax, lissom, lissom.jax
+    >>> jax.config.update("jax_enable_x64", True)
+    >>> wire = lissom.Segment(1.0, 1e-3, 210e9, 80e9, 7800, modes={"bend_y": 3}, retardation_time=1e-4)
+    >>> run = lissom.jax.simulation(lissom.Rod([wire]), 0.1, ["gravity[2]"], t=[0.1])
+    >>> def sag(g):
+    ...     return run({"gravity[2]": g}, [0.0, 0.0, 0.0], [0.0, 0.0, 0.0])[1][0, 0]
+    >>> jax.grad(sag)(-9.81).shape
+    ()
+    """
+    found = pullback(model, t_end, parameters, t=t, t0=t0, dt=dt, method=method, **options)
+    p, n, m = len(found.names), model.n, len(found.t)
+    state = jax.ShapeDtypeStruct((m, n), np.float64)
+    starts = tuple(jax.ShapeDtypeStruct((size,), np.float64) for size in (p, n, n))
+
+    def on_host(function: Callable[..., Any], shapes: Any, *arrays: Any) -> Any:
+        def of_arrays(*given: Any) -> Any:
+            return function(*map(np.asarray, given))
+
+        return jax.pure_callback(of_arrays, shapes, *arrays, vmap_method="broadcast_all")
+
+    @jax.custom_vjp
+    def states(values: Any, q0: Any, v0: Any) -> Any:
+        return on_host(found.run, (state, state), values, q0, v0)
+
+    def forward(values: Any, q0: Any, v0: Any) -> Any:
+        return states(values, q0, v0), (values, q0, v0)
+
+    def backward(kept: Any, weights: Any) -> Any:
+        return on_host(found.pull, starts, *kept, *weights)
+
+    states.defvjp(forward, backward)
+
+    def run(values: Mapping[str, Any], q0: Any, v0: Any) -> tuple[jax.Array, jax.Array, jax.Array]:
+        if not jax.config.read("jax_enable_x64"):
+            raise ValueError(
+                "JAX computes in 32 bits, expected 64: jax.config.update('jax_enable_x64', True) first"
+            )
+        if set(values) != set(found.names):
+            raise ValueError(f"values: got {sorted(values)}, expected {sorted(found.names)}")
+        row = [jnp.asarray(values[name], np.float64) for name in found.names]
+        for name, value in zip(found.names, row, strict=True):
+            if value.shape != ():
+                raise ValueError(f"values[{name!r}]: got shape {value.shape}, expected a number")
+        start = [jnp.asarray(given, np.float64) for given in (q0, v0)]
+        for name, given in zip(("q0", "v0"), start, strict=True):
+            if given.shape != (n,):
+                raise ValueError(f"{name}: got shape {given.shape}, expected {(n,)}")
+        q, v = states(jnp.stack(row) if row else jnp.zeros(0), *start)
+        return jnp.asarray(found.t), q, v
+
+    return run

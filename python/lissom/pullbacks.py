@@ -1,0 +1,178 @@
+"""Runs as functions of arrays, with vector-Jacobian products: what bridges to other frameworks stand on."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ._lissom import Model, simulate_many
+from .parameters import START, model_with, names_of, resolved
+from .sensitivities import METHODS, OF_SCHEME, OF_STEPS, sensitivity
+
+Array = NDArray[np.float64]
+
+#: A time is that of a step if it differs by no more than this part of a step.
+OF_STEP = 1e-6
+
+
+@dataclass(frozen=True)
+class Pullback:
+    """Runs of a model from parameters and a start, and how their derivatives come back.
+
+    Attributes
+    ----------
+    model : Model
+        What moves, with values of its own for the parameters.
+    names : tuple of str
+        Names of the p parameters.
+    t : ndarray, shape (m,)
+        Times at which states are asked for, seconds.
+    """
+
+    model: Model
+    names: tuple[str, ...]
+    t: Array
+    _steps: NDArray[np.intp] = field(repr=False)
+    _options: dict[str, Any] = field(repr=False)
+
+    def run(self, values: ArrayLike, q0: ArrayLike, v0: ArrayLike) -> tuple[Array, Array]:
+        """Coordinates and velocities at the times; of runs that fail, NaN from there on.
+
+        Parameters
+        ----------
+        values : array_like, shape (..., p)
+        q0, v0 : array_like, shape (..., n)
+            All with the same leading axes: a run for each row, all in one `simulate_many`.
+
+        Returns
+        -------
+        q, v : ndarray, shape (..., m, n)
+        """
+        values, q0, v0, batch = self._rows(values, q0, v0)
+        if not len(q0):
+            return np.empty((2, *batch, len(self.t), self.model.n))  # type: ignore[return-value]
+        models: Any = [self._with(row) for row in values] if self.names else self.model
+        many = simulate_many(models, q0=q0, v0=v0, **self._options)
+        shape = (*batch, len(self.t), self.model.n)
+        return many.q[:, self._steps].reshape(shape), many.v[:, self._steps].reshape(shape)
+
+    def pull(
+        self, values: ArrayLike, q0: ArrayLike, v0: ArrayLike, on_q: ArrayLike, on_v: ArrayLike
+    ) -> tuple[Array, Array, Array]:
+        """Vector-Jacobian products, by the adjoint; NaN for runs that do not come to their end.
+
+        Parameters
+        ----------
+        values, q0, v0 : array_like
+            As for `run`.
+        on_q, on_v : array_like, shape (..., m, n)
+            Derivatives of a number with respect to what `run` returns.
+
+        Returns
+        -------
+        on_values, on_q0, on_v0 : ndarray, shapes (..., p), (..., n), (..., n)
+            Its derivatives with respect to what `run` takes.
+        """
+        values, q0, v0, batch = self._rows(values, q0, v0)
+        p, n = len(self.names), self.model.n
+        on_q, on_v = (np.asarray(part, float).reshape(len(q0), len(self.t), n) for part in (on_q, on_v))
+        found = np.empty((len(q0), p + 2 * n))
+        for i in range(len(q0)):
+            found[i] = self._gradient(values[i], q0[i], v0[i], on_q[i], on_v[i])
+        on_values, on_q0, on_v0 = np.split(found, [p, p + n], axis=1)
+        return on_values.reshape(*batch, p), on_q0.reshape(*batch, n), on_v0.reshape(*batch, n)
+
+    def _gradient(self, values: Array, q0: Array, v0: Array, on_q: Array, on_v: Array) -> Array:
+        # Also of what a failed run leaves behind, where weights are NaN.
+        if not (np.isfinite(on_q).all() and np.isfinite(on_v).all()):
+            return np.full(len(values) + len(q0) + len(v0), np.nan)
+        model = self._with(values)
+        row = simulate_many(model, q0=q0[None], v0=v0[None], keep="final", **self._options)
+        if not row.success[0]:
+            return np.full(len(values) + len(q0) + len(v0), np.nan)
+
+        def weighted(t: Array, q: Array, v: Array) -> tuple[float, Array, Array]:
+            by_q, by_v = np.zeros_like(q), np.zeros_like(v)
+            # A time may be asked for twice.
+            np.add.at(by_q, self._steps, on_q)
+            np.add.at(by_v, self._steps, on_v)
+            return float(np.sum(by_q * q) + np.sum(by_v * v)), by_q, by_v
+
+        names = [*self.names, "q0", "v0"]
+        found = sensitivity(model, parameters=names, q0=q0, v0=v0, objective=weighted, **self._options)
+        assert found.gradient is not None
+        return found.gradient
+
+    def _with(self, values: Array) -> Model:
+        return model_with(self.model, dict(zip(self.names, map(float, values), strict=True)))
+
+    def _rows(
+        self, values: ArrayLike, q0: ArrayLike, v0: ArrayLike
+    ) -> tuple[Array, Array, Array, tuple[int, ...]]:
+        rows = []
+        batch: tuple[int, ...] = np.shape(q0)[:-1]
+        wanted = (len(self.names), self.model.n, self.model.n)
+        for name, given, size in zip(("values", "q0", "v0"), (values, q0, v0), wanted, strict=True):
+            array = np.asarray(given, float)
+            if array.shape != (*batch, size):
+                raise ValueError(f"{name}: got shape {array.shape}, expected {(*batch, size)}")
+            rows.append(array.reshape(-1, size) if size else np.empty((int(np.prod(batch)), 0)))
+        return rows[0], rows[1], rows[2], batch
+
+
+def pullback(
+    model: Model,
+    t_end: float,
+    parameters: Sequence[str],
+    *,
+    t: ArrayLike | None,
+    t0: float,
+    dt: float,
+    method: str,
+    **options: Any,
+) -> Pullback:
+    """Runs of a model as a function of these parameters and of the start; refuses what has no derivatives."""
+    if not isinstance(model, Model):
+        raise TypeError(f"model: expected a Model (Rod, Robot, SpringPendulum), got {type(model).__name__}")
+    if method not in METHODS:
+        known = ", ".join(map(repr, METHODS))
+        raise ValueError(
+            f"method: got {method!r}, expected one of {known}: runs of others are not differentiated"
+        )
+    for name in options:
+        if name not in (*OF_SCHEME, *OF_STEPS) or name == "progress":
+            raise TypeError(f"{name}: expected nothing, runs that are differentiated have no such option")
+    names = [] if isinstance(parameters, Sequence) and len(parameters) == 0 else names_of(parameters)
+    for i, name in enumerate(names):
+        if START.fullmatch(name):
+            raise ValueError(
+                f"parameters[{i}]: got {name!r}, expected a number of the model: the start is an argument"
+            )
+    resolved(model, names)
+    times, steps = _steps(t, t0, t_end, dt)
+    chosen = {"t_end": t_end, "t0": t0, "dt": dt, "method": method} | options
+    return Pullback(model, tuple(names), times, steps, chosen)
+
+
+def _steps(t: ArrayLike | None, t0: float, t_end: float, dt: float) -> tuple[Array, NDArray[np.intp]]:
+    if not (np.isfinite([t0, t_end, dt]).all() and dt > 0.0 and t_end > t0):
+        raise ValueError(f"t_end: got {t_end} with t0={t0} and dt={dt}, expected t_end > t0 and dt > 0")
+    count = round((t_end - t0) / dt)
+    if count < 1 or abs(t0 + count * dt - t_end) > OF_STEP * dt:
+        raise ValueError(f"dt: got {dt}, expected a whole number of steps from {t0} to {t_end}")
+    if t is None:
+        steps: NDArray[np.intp] = np.arange(count + 1, dtype=np.intp)
+        return np.asarray(t0 + steps * dt, np.float64), steps
+    times = np.asarray(t, float)
+    if times.ndim != 1 or not len(times):
+        raise ValueError(f"t: got shape {times.shape}, expected (m,) with m of 1 at least")
+    for i, time in enumerate(times):
+        # The first comparison refuses NaN, too.
+        is_within = t0 - OF_STEP * dt <= time <= t_end + OF_STEP * dt
+        if not is_within or abs(t0 + round((time - t0) / dt) * dt - time) > OF_STEP * dt:
+            raise ValueError(f"t[{i}]: got {time}, expected the time of a step, {t0} + k {dt} up to {t_end}")
+    return times, np.rint((times - t0) / dt).astype(np.intp)
