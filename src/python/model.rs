@@ -13,6 +13,7 @@ use super::convert;
 use super::errors::{LissomError, check_finite};
 use super::record::{self, Reduced};
 use crate::accuracy;
+use crate::balance::State;
 use crate::error::{Interrupted, InvalidInput};
 use crate::linalg::Matrix;
 use crate::model::{self, ForwardScratch};
@@ -20,6 +21,7 @@ use crate::ode::{self, FirstOrder};
 use crate::robot::{Robot, RobotModel};
 use crate::signal::covers;
 use crate::simulate::{self, Control, Simulation};
+use crate::statics::Tendons;
 use crate::stepping::{Run, Status};
 
 /// A native model whose concrete type only its constructor knows.
@@ -159,7 +161,7 @@ impl<M: model::Model + Clone + Send + Sync + 'static> Stepped for Run<M> {
         self.energy()
     }
     fn explain(&mut self, status: Status) -> String {
-        self.explain(status)
+        self.explain(status) + &slack_now(self)
     }
     fn interrupted(&self) -> Status {
         self.interrupted()
@@ -170,6 +172,19 @@ impl<M: model::Model + Clone + Send + Sync + 'static> Stepped for Run<M> {
     fn recall(&mut self, memory: &[f64]) -> Result<(), InvalidInput> {
         self.recall(memory)
     }
+}
+
+/// What a state says of the tendons of a robot; nothing where there is nothing to say.
+fn slack_now<M: model::Model + Clone + 'static>(run: &mut Run<M>) -> String {
+    let u = run.inputs().to_vec();
+    let of_robot = |model: &mut M, state: State<'_>| {
+        // Of its own: which tendons hold is part of the run.
+        let mut robot = (model as &mut dyn Any).downcast_mut::<RobotModel>()?.clone();
+        Tendons::of(&mut robot, state.q, state.t, (!u.is_empty()).then_some(&u)).ok()
+    };
+    let found = run.observe(of_robot);
+    // It moves.
+    found.map_or_else(String::new, |found| Tendons { without_friction: Vec::new(), ..found }.message())
 }
 
 impl<M: model::Model + Clone + Send + Sync + 'static> Native for M {

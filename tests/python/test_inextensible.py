@@ -458,3 +458,18 @@ def test_lengths_that_reach_a_target():
     rest = np.zeros(held.n)
     reached = [held.actuator_force(name, found.q, rest, qdd=rest, u=found.u) for name in places]
     np.testing.assert_allclose(reached, tensions, rtol=1e-3)
+
+
+def test_simulations_say_what_is_slack_and_what_is_told_to_push():
+    slack = finger([along(length=0.4)])
+    simulation = lissom.Simulation(slack, dt=1e-3)
+    simulation.step()
+    assert simulation.message == "The end of the interval was reached. Slack: 'pull'."
+    told = finger([along(tension=lissom.Input("tension", 1.0))])
+    simulation = lissom.Simulation(told, dt=1e-3)
+    simulation.step([0.5])
+    assert simulation.message == "The end of the interval was reached."
+    simulation.step([-0.5])
+    assert "'pull' is told to be -0.5 N: a tendon never pushes" in simulation.message
+    other = simulation.copy()
+    assert simulation.message == other.message
