@@ -149,7 +149,7 @@ def test_a_tendon_becomes_taut_as_loads_grow():
 
 @pytest.mark.parametrize("way", [(0.305, 0.28), (0.28, 0.305), (0.29, 0.33), (0.33, 0.29)])
 def test_a_path_of_lengths(way):
-    """The length is what it is told, by the tension that `statics` finds; where it is told more than it needs it is slack."""
+    """The length is what it is told, by the tension that `statics` finds; told more than it needs, it is slack."""
     robot = finger([along(length=lissom.Input("length", way[0]))])
     found = lissom.continuation(robot, inputs={"length": way})
     assert found.success, found.message
@@ -181,7 +181,7 @@ def test_antagonists_take_turns():
 
 
 def test_a_column_that_is_pulled_to_its_foot_buckles():
-    """The line of the force goes through the foot, so that the load is that of a column between pins (Euler)."""
+    """The line of the force goes through the foot: the load is that of a column between pins (Euler)."""
     length, radius, modulus = 0.4, 2e-3, 1e9
     column = lissom.Segment(length, radius, modulus, modulus / 2.6, 1000.0, modes={"bend_y": 6, "stretch": 1})
     line = lissom.Tendon(
