@@ -149,7 +149,7 @@ def test_a_tendon_becomes_taut_as_loads_grow():
 
 @pytest.mark.parametrize("way", [(0.305, 0.28), (0.28, 0.305), (0.29, 0.33), (0.33, 0.29)])
 def test_a_path_of_lengths(way):
-    """The length is what it is told, by the tension that `statics` finds; told more than it needs, it is slack."""
+    """The length is what it is told, by the tension that `statics` finds, or more than it needs: slack."""
     robot = finger([along(length=lissom.Input("length", way[0]))])
     found = lissom.continuation(robot, inputs={"length": way})
     assert found.success, found.message
