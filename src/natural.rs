@@ -209,10 +209,18 @@ pub(crate) fn material(model: &mut dyn Model, q: &[f64], sizes: &[f64]) -> Matri
 /// Stiffnesses of coordinates that need not have elasticity: the elastic ones, and where there is none what a tangent
 /// has in that row. All > 0.
 pub(crate) fn reference(elastic: &Matrix, tangent: &Matrix) -> Vec<f64> {
+    /// Rows below that part of the largest one are rounding: of what lies on a floor and may be anywhere.
+    const NOTHING: f64 = 1e-13;
+    let row = |i: usize| tangent.row(i).iter().map(|entry| entry.abs()).sum::<f64>();
+    let largest = (0..tangent.nrows()).map(row).fold(0.0, f64::max);
     let of_row = |i: usize| {
-        let row: f64 = tangent.row(i).iter().map(|entry| entry.abs()).sum();
-        let reference = if elastic[(i, i)] > 0.0 { elastic[(i, i)] } else { row };
-        if reference > 0.0 { reference } else { 1.0 }
+        let reference = if elastic[(i, i)] > 0.0 { elastic[(i, i)] } else { row(i) };
+        let is_something = elastic[(i, i)] > 0.0 || reference > NOTHING * largest;
+        match is_something {
+            true => reference,
+            false if largest > 0.0 => largest,
+            false => 1.0,
+        }
     };
     (0..tangent.nrows()).map(of_row).collect()
 }

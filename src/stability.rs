@@ -21,7 +21,8 @@ use crate::small_motions::{self, GROWING, SmallMotions};
 /// below what any follower load that matters does.
 const SYMMETRIC: f64 = 1e-6;
 
-/// Stiffnesses relative to the elastic one that are rounding: some units for each coordinate.
+/// Stiffnesses relative to the elastic one, or to a larger one such as that of surfaces that touch, that are rounding: some units
+/// for each coordinate.
 const ROUNDING: f64 = 100.0 * f64::EPSILON;
 
 /// An eigenvalue of the motion whose imaginary part is larger than this part of its size belongs to flutter; below,
@@ -70,15 +71,15 @@ pub struct Verdict {
 /// such as the equal frequencies of round rods.
 pub(crate) fn verdict(motions: &SmallMotions) -> Option<Verdict> {
     let SmallMotions { stiffness, damping, .. } = motions;
-    let n = stiffness.nrows();
-    let rounding = ROUNDING * n as f64;
+    let (n, size) = (stiffness.nrows(), largest(stiffness));
+    let rounding = rounding(n, size);
     let lowest =
         |a: &Matrix| Some(symmetric_eigenvalues(&symmetric_part(a))?.first().copied().unwrap_or(1.0));
     let same = |stability| Some(Verdict { stability, undamped: stability });
     let is_damped = damping.iter().any(|x| *x != 0.0);
     if is_symmetric(stiffness) {
-        let undamped = of_stiffness(lowest(stiffness)?, n)?.undamped;
-        let size = damping.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
+        let undamped = of_stiffness(lowest(stiffness)?, n, size)?.undamped;
+        let size = largest(damping);
         let dissipates = lowest(damping)? >= -rounding * size;
         let is_gyroscopic = !small_motions::is_symmetric(damping);
         // What is not stable without damping can only be made so by gyroscopic forces.
@@ -92,12 +93,22 @@ pub(crate) fn verdict(motions: &SmallMotions) -> Option<Verdict> {
     Some(Verdict { stability, undamped })
 }
 
-/// That of motions with a symmetric stiffness of n natural coordinates, the smallest eigenvalue of which is given,
+/// The largest absolute entry.
+pub(crate) fn largest(a: &Matrix) -> f64 {
+    a.iter().fold(0.0, |size: f64, x| size.max(x.abs()))
+}
+
+/// What is rounding in a stiffness of n natural coordinates and this size.
+fn rounding(n: usize, size: f64) -> f64 {
+    ROUNDING * n as f64 * size.max(1.0)
+}
+
+/// That of motions with a symmetric stiffness of n natural coordinates, the smallest eigenvalue and the size of which are given,
 /// where all that depends on velocities is friction. `None` where it is NaN.
-pub(crate) fn of_stiffness(lowest: f64, n: usize) -> Option<Verdict> {
+pub(crate) fn of_stiffness(lowest: f64, n: usize, size: f64) -> Option<Verdict> {
     let stability = match lowest {
         lowest if lowest.is_nan() => return None,
-        lowest if lowest.abs() <= ROUNDING * n as f64 => Stability::Neutral,
+        lowest if lowest.abs() <= rounding(n, size) => Stability::Neutral,
         lowest if lowest > 0.0 => Stability::Stable,
         _ => Stability::Divergence,
     };

@@ -17,6 +17,7 @@ mod energy;
 mod flaw;
 pub(crate) mod forward;
 mod in_time;
+mod passing;
 pub(crate) mod rotation_vectors;
 mod tied;
 
@@ -29,6 +30,7 @@ pub(crate) use flaw::at_least;
 pub use flaw::{Flaw, Holder, Radius};
 pub use forward::{ForwardScratch, SingularMass, Tree};
 pub use in_time::InTime;
+pub(crate) use passing::have_passed;
 pub use tied::{Switch, Tied};
 
 /// A mechanical system with generalised coordinates `q` (n of them), velocities `qd`, accelerations `qdd`.

@@ -4,8 +4,7 @@ use super::{JacobianKind, System};
 use crate::constraint::projection::{self, Fit};
 use crate::error::Interrupted;
 use crate::linalg::{Cholesky, Matrix};
-use crate::model::{Flaw, ForwardScratch, Model, Radius, rotation_vectors};
-use crate::second_order::have_passed;
+use crate::model::{Flaw, ForwardScratch, Model, Radius, have_passed, rotation_vectors};
 
 /// Errors of a step change velocities by less than this part of the largest ones when loops are closed; another branch of
 /// the motion, by about all of them.

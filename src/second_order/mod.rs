@@ -25,4 +25,3 @@ pub use system::{FreeMotion, System};
 pub(crate) use grid::{Grid, ROUNDING_OF_STEPS, is_whole, number_of_steps};
 pub(crate) use problem::{check_problem, check_start};
 pub(crate) use solution::{Steps, check_points, check_times, collect, points_in_memory};
-pub(crate) use system::have_passed;

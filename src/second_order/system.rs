@@ -4,7 +4,7 @@ use super::Failure;
 use crate::constraint::one_sided;
 use crate::error::Interrupted;
 use crate::linalg::{Matrix, TreeMatrix};
-use crate::model::{Flaw, Model, Radius, Switch, rotation_vectors};
+use crate::model::{Flaw, Model, Radius, Switch, have_passed, rotation_vectors};
 
 /// Equations of motion `r(t, q, v, a) = 0` for displacements q, velocities v and accelerations a, n of each.
 pub trait System {
@@ -169,23 +169,6 @@ pub trait System {
     fn typical_displacements(&self, sizes: &mut [f64]) {
         sizes.fill(0.0);
     }
-}
-
-/// Whether surfaces of a model pass through each other on a way of which these times and shapes are known.
-pub(crate) fn have_passed<'a, M: Model + ?Sized>(
-    model: &mut M,
-    way: impl Iterator<Item = (f64, &'a [f64])>,
-    radius: Radius,
-) -> Result<bool, Interrupted> {
-    for (i, (t, q)) in way.enumerate() {
-        model.set_time(t)?;
-        if i == 0 {
-            model.note_surfaces(q);
-        } else if model.have_passed(q, radius) {
-            return Ok(true);
-        }
-    }
-    Ok(false)
 }
 
 /// The free motion of a model: its inverse dynamics are zero.

@@ -25,6 +25,9 @@ const SOFT: f64 = 1e-3;
 /// With less than that part of it, the direction of a path in them is rounding.
 const LOOSE: f64 = 1e-8;
 
+/// So many rounding units of the largest stiffness count as none.
+const WITHOUT: f64 = 100.0;
+
 /// A correction that converged.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Corrected {
@@ -148,12 +151,21 @@ pub(super) fn direction(linear: &Linear, forward: &[f64]) -> Option<Step> {
     Some(step)
 }
 
-/// Scaled norm of Newton's step at a fixed load factor; `None` where the tangent is singular.
+/// Scaled norm of Newton's step at a fixed load factor. Directions without any stiffness, in which what lies on a floor may be
+/// anywhere, take no part in it where there is no force either. `None` where there is.
 pub(super) fn newton_step(linear: &Linear) -> Option<f64> {
-    let mut lu = Lu::new(linear.residual.len());
-    lu.factorise(&linear.tangent).ok()?;
-    let mut x = linear.residual.clone();
-    lu.solve(&mut x);
+    let (left, stiffness, right) = full_svd(&linear.tangent)?;
+    let n = linear.residual.len();
+    let none = n as f64 * f64::EPSILON * stiffness.first().copied().unwrap_or(0.0);
+    let mut x = vec![0.0; n];
+    for (k, stiffness) in stiffness.into_iter().enumerate() {
+        let force: f64 = left.column(k).iter().zip(&linear.residual).map(|(u, f)| u * f).sum();
+        if stiffness > WITHOUT * none {
+            x.iter_mut().zip(right.column(k).iter()).for_each(|(x, v)| *x += v * force / stiffness);
+        } else if force.abs() > WITHOUT * none {
+            return None;
+        }
+    }
     Some(norm(&linear.step(&x, 0.0).scaled))
 }
 

@@ -470,7 +470,7 @@ impl<'a> Equations<'a> {
         stiffness: &Stiffness,
     ) -> Result<Option<Verdict>, Interrupted> {
         if stiffness.is_symmetric && !self.model.has_velocity_forces() {
-            return Ok(stability::of_stiffness(stiffness.lowest, state.q.len()));
+            return Ok(stability::of_stiffness(stiffness.lowest, state.q.len(), stiffness.size()));
         }
         Ok(stability::verdict(&self.small_motions(state, linear)?))
     }

@@ -46,7 +46,7 @@ use path::{Course, End, Follower};
 use stability::Stiffness;
 
 use crate::error::{Interrupted, InvalidInput};
-use crate::linalg::Matrix;
+use crate::linalg::{Matrix, norm};
 use crate::model::Model;
 use crate::roots;
 pub use crate::stability::{Stability, Verdict};
@@ -202,23 +202,46 @@ fn load(equations: &mut Equations<'_>, stops: &[f64], options: &Options) -> Resu
     judge(equations, found, path)
 }
 
-/// Downhill onto what is there to be touched; where that stalls, as energies that are known by their slopes alone do where
-/// these kink, by Newton's method from there; and once more with the energies of overlaps, which know kinks but are those of the
-/// forces to the error of their integrals only.
+/// Iterations downhill after which Newton's method is tried, and how many times as many the next time.
+const FIRST_LEG: usize = 50;
+const LONGER_LEG: usize = 4;
+
+/// What Newton's method finds is the equilibrium that the way downhill leads to where it is no farther away: scaled.
+const NEARBY: f64 = 0.1;
+
+/// Downhill onto what is there to be touched, and now and then by Newton's method from there: where nothing says where on a floor
+/// something lies, downhill is slow. Where that stalls, as energies that are known by their slopes
+/// alone do at kinks, once more with the energies of overlaps, which know kinks but are those of the forces to the error of their
+/// integrals only.
 fn lay(equations: &mut Equations<'_>, q0: &[f64], options: &Options) -> Result<Equilibrium, Interrupted> {
     let has_ended = |found: &Equilibrium| !matches!(found.status, Status::Stalled | Status::IterationLimit);
     let mut first = None;
     for knows_overlaps in [false, true] {
         equations.knows_overlaps = knows_overlaps;
-        let laid = let_go(equations, q0, options)?;
-        if has_ended(&laid) {
-            return Ok(laid);
+        let (mut q, mut left, mut leg) = (q0.to_vec(), options.max_iter, FIRST_LEG);
+        loop {
+            let max_iter = leg.min(left);
+            let laid = let_go(equations, &q, &Options { max_iter, ..options.clone() })?;
+            if has_ended(&laid) {
+                return Ok(laid);
+            }
+            let nearby = newton(equations, &laid.q, options)?;
+            let moved =
+                nearby.q.iter().zip(&laid.q).zip(&equations.sizes).map(|((a, b), size)| (a - b) / size);
+            let is_near = norm(&moved.collect::<Vec<_>>()) <= NEARBY;
+            // Downhill comes to others by itself.
+            let is_free = nearby.verdict.is_some_and(|verdict| verdict.stability == Stability::Neutral);
+            let is_at_end = laid.status == Status::Stalled || max_iter == left;
+            if nearby.status.is_success() && (is_at_end || is_near && is_free) {
+                return Ok(nearby);
+            }
+            (left, leg) = (left - max_iter, LONGER_LEG * leg);
+            q.copy_from_slice(&laid.q);
+            if is_at_end {
+                first.get_or_insert(laid);
+                break;
+            }
         }
-        let nearby = newton(equations, &laid.q, options)?;
-        if nearby.status.is_success() {
-            return Ok(nearby);
-        }
-        first.get_or_insert(laid);
     }
     Ok(first.expect("both ways end"))
 }

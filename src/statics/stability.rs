@@ -6,7 +6,7 @@ use super::equations::Linear;
 use crate::linalg::symmetric_part;
 use crate::linalg::{Complex, Matrix, eigenvalues, symmetric_eigen, symmetric_eigenvalues};
 use crate::natural::Natural;
-use crate::stability::is_symmetric;
+use crate::stability::{is_symmetric, largest};
 
 /// A load that is orthogonal to a direction to this accuracy does not push in it.
 pub(super) const ORTHOGONAL: f64 = 1e-5;
@@ -51,6 +51,11 @@ impl Stiffness {
         let negative = |stiffness: &Self| stiffness.eigenvalues.iter().filter(|x| x.re < -NEUTRAL).count();
         let (before, after) = (negative(self), negative(other));
         before.min(after)..before.max(after)
+    }
+
+    /// Its largest absolute entry.
+    pub(super) fn size(&self) -> f64 {
+        largest(&self.relative)
     }
 
     /// The smallest absolute eigenvalue.

@@ -118,3 +118,25 @@ def test_a_sunk_shape_is_no_equilibrium():
     found = lissom.statics(lissom.Rod([segment], contacts=[floor]))
     assert found.status == "sunk"
     assert not found.success
+
+
+@pytest.mark.parametrize("height", [0.0099, 0.012, 0.1])
+@pytest.mark.parametrize("modes", [{"bend_y": 1}, {"bend_y": 3}, {"bend_y": 4, "bend_z": 4, "torsion": 2}])
+@pytest.mark.parametrize("friction", [0.0, 0.5])
+def test_a_free_rod_comes_to_lie_on_a_floor(height, modes, friction):
+    """Nothing says where, or how it is turned: an equilibrium that is neutral, with the floor pressed in by w/k."""
+    segment = lissom.Segment(0.5, 0.01, 1e6, 4e5, 1000.0, modes=modes)
+    rod = lissom.Link("rod", joint=lissom.Free(), rod=[segment], position=(0, 0, height))
+    floor = lissom.Contact("rod", lissom.HalfSpace((0, 0, 0), (0, 0, 1)), stiffness=1e6, friction=friction)
+    robot = lissom.Robot([rod], contacts=[floor])
+    found = lissom.statics(robot)
+    assert found.success, found.message
+    assert found.stability == "neutral"
+    line_weight = 1000.0 * np.pi * 0.01**2 * 9.81
+    forces = robot.contact_forces(found.q, 0 * found.q)
+    np.testing.assert_allclose(forces[3:], [0, 0, 0.5 * line_weight], atol=1e-8)
+    for X in (0.0, 0.2, 0.5):
+        assert robot.pose(found.q, X)[2, 3] == pytest.approx(0.01 - line_weight / 1e6, abs=1e-7)
+    again = lissom.statics(robot, found.q, method="newton")
+    assert again.success, again.message
+    assert again.stability == "neutral"

@@ -666,7 +666,13 @@ RECIPES: dict[str, dict | list[dict]] = {
     "gym.RobotVectorEnv.reset": {"self": _MANY, "seed": "1", "options": "{}"},
     "gym.RobotVectorEnv.step": {"self": _MANY, "actions": "v.array([[0.5], [0.1]])"},
     "gym.Start": {"q": _a(0.1), "v": _a(0.1), "goal": _a(0.1)},
-    "gym.States": {"robots": "()", "goals": "np.zeros((1, 0))", "actions": "np.zeros((1, 1))"} | _ROWS,
+    "gym.States": {
+        "robots": "()",
+        "goals": "np.zeros((1, 0))",
+        "actions": "np.zeros((1, 1))",
+        "t": "np.zeros(1)",
+    }
+    | _ROWS,
     "gym.Outcome": {"observations": "np.zeros((1, 8))", "rewards": _a(0.1), "infos": "{}"},
     "sensors.Sensor": {},
     **{

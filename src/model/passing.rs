@@ -1,0 +1,21 @@
+//! Whether surfaces of a model pass through each other on a way.
+
+use super::{Model, Radius};
+use crate::error::Interrupted;
+
+/// Whether surfaces of a model pass through each other on a way of which these times and shapes are known.
+pub(crate) fn have_passed<'a, M: Model + ?Sized>(
+    model: &mut M,
+    way: impl Iterator<Item = (f64, &'a [f64])>,
+    radius: Radius,
+) -> Result<bool, Interrupted> {
+    for (i, (t, q)) in way.enumerate() {
+        model.set_time(t)?;
+        if i == 0 {
+            model.note_surfaces(q);
+        } else if model.have_passed(q, radius) {
+            return Ok(true);
+        }
+    }
+    Ok(false)
+}
