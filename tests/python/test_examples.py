@@ -17,6 +17,7 @@ EXAMPLES = sorted((ROOT / "examples" / "python").glob("*.py"))
 #: What an example takes that tests do not, and how it is run in less time.
 NEEDS = {"train_reach": "stable_baselines3"}
 SHORT = {
+    "far_taper": ["--segments", "2", "--plot", "arms.png"],
     "train_reach": ["--steps", "2048", "--envs", "8"],
     "crawling_snake": ["--time", "0.5"],
     "overhand_knot": ["--time", "0.02"],
@@ -127,6 +128,33 @@ def test_derivatives_of_the_tendon_robot_are_exact():
         step = 1e-3 * model.spread[k] * np.eye(len(x))[k]
         difference = (fit.residuals(x + step) - fit.residuals(x - step)) / (2 * step[k])
         assert_allclose(jacobian[:, k], difference, rtol=0, atol=1e-3 * np.abs(difference).max())
+
+
+def test_far_taper_reaches_farther_than_any_cylinder_of_its_volume():
+    example = runpy.run_path(str(ROOT / "examples" / "python" / "far_taper.py"))
+    reach = example["Reach"](0.01)
+    cylinder, taper = (example["farthest"](reach, 2, uniform) for uniform in (True, False))
+    for lengths in (cylinder, taper):
+        assert_allclose(example["volume"](lengths), example["VOLUME"], rtol=1e-6)
+    assert reach(taper)[0] > 1.15 * reach(cylinder)[0]
+    for factor in (0.9, 1.1):
+        length = factor * cylinder[0]
+        radius = np.sqrt(example["VOLUME"] / (np.pi * length))
+        assert reach([length, radius, radius, radius])[0] < reach(cylinder)[0]
+
+
+def test_gradient_of_the_taper_is_that_of_equilibria():
+    example = runpy.run_path(str(ROOT / "examples" / "python" / "far_taper.py"))
+    reach = example["Reach"](0.02)
+    lengths = np.array([0.3, 0.015, 0.011, 0.006])
+    _, gradient = reach(lengths)
+    for k, step in enumerate(1e-4 * np.diag(lengths)):
+        difference = (reach(lengths + step)[0] - reach(lengths - step)[0]) / (2 * step[k])
+        assert_allclose(gradient[k], difference, rtol=1e-5)
+    slopes = example["slopes_of_volume"](lengths)
+    for k, step in enumerate(1e-4 * np.diag(lengths)):
+        difference = (example["volume"](lengths + step) - example["volume"](lengths - step)) / (2 * step[k])
+        assert_allclose(slopes[k], difference, rtol=1e-7)
 
 
 def test_code_of_the_readme_runs(capsys):
