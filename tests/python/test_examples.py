@@ -15,8 +15,9 @@ import lissom
 ROOT = Path(__file__).parents[2]
 EXAMPLES = sorted((ROOT / "examples" / "python").glob("*.py"))
 #: What an example takes that tests do not, and how it is run in less time.
-NEEDS = {"train_reach": "stable_baselines3"}
+NEEDS = {"train_reach": "stable_baselines3", "gait_search": "cma"}
 SHORT = {
+    "gait_search": ["--time", "0.5", "--evaluations", "40"],
     "far_taper": ["--segments", "2", "--plot", "arms.png"],
     "train_reach": ["--steps", "2048", "--envs", "8"],
     "crawling_snake": ["--time", "0.5"],
@@ -155,6 +156,23 @@ def test_gradient_of_the_taper_is_that_of_equilibria():
     for k, step in enumerate(1e-4 * np.diag(lengths)):
         difference = (example["volume"](lengths + step) - example["volume"](lengths - step)) / (2 * step[k])
         assert_allclose(slopes[k], difference, rtol=1e-7)
+
+
+def test_gait_along_the_gradient_beats_as_many_runs_of_evolution():
+    pytest.importorskip("cma")
+    example = runpy.run_path(str(ROOT / "examples" / "python" / "gait_search.py"))
+    swim = example["Swim"](1.0)
+    start = np.array([5.0, 4.0, 6.0, 5.0, 0.0, -0.7, -1.3, -2.0])
+    value, gradient = swim.gradient(start)
+    changes = 1e-4 * np.eye(len(start))
+    difference = (swim.distances(start + changes) - swim.distances(start - changes)) / 2e-4
+    assert_allclose(gradient, difference, rtol=0, atol=1e-3 * np.abs(gradient).max())
+    gait, by_gradient = example["along_gradient"](swim, start)
+    assert_allclose(swim.distances([gait]), by_gradient[-1], rtol=1e-3)
+    assert by_gradient[-1] > 1.5 * value
+    _, by_chance = example["by_evolution"](swim, start, len(by_gradient), 1)
+    assert len(by_chance) >= len(by_gradient)
+    assert by_gradient[-1] > by_chance[-1]
 
 
 def test_code_of_the_readme_runs(capsys):
