@@ -18,6 +18,7 @@ EXAMPLES = sorted((ROOT / "examples" / "python").glob("*.py"))
 NEEDS = {"train_reach": "stable_baselines3", "gait_search": "cma"}
 SHORT = {
     "gait_search": ["--time", "0.5", "--evaluations", "40"],
+    "swing_up": ["--time", "1.2", "--controls", "12", "--torque", "0.4"],
     "far_taper": ["--segments", "2", "--plot", "arms.png"],
     "train_reach": ["--steps", "2048", "--envs", "8"],
     "crawling_snake": ["--time", "0.5"],
@@ -173,6 +174,20 @@ def test_gait_along_the_gradient_beats_as_many_runs_of_evolution():
     _, by_chance = example["by_evolution"](swim, start, len(by_gradient), 1)
     assert len(by_chance) >= len(by_gradient)
     assert by_gradient[-1] > by_chance[-1]
+
+
+def test_swing_up_ends_upright_with_the_least_effort():
+    """Where the effort is least no change of torques that keeps the end makes it less."""
+    example = runpy.run_path(str(ROOT / "examples" / "python" / "swing_up.py"))
+    shooting = example["Shooting"](1.2, 12)
+    found = example["swing_up"](shooting, 0.4)
+    torques = 0.4 * found.x
+    assert found.success
+    assert np.abs(shooting.miss(torques)).max() < 1e-4
+    assert np.abs(torques).max() < 0.4
+    slopes = shooting.slopes_of_miss(torques)
+    along = torques - slopes.T @ np.linalg.lstsq(slopes.T, torques)[0]
+    assert np.linalg.norm(along) < 0.05 * np.linalg.norm(torques)
 
 
 def test_code_of_the_readme_runs(capsys):
