@@ -119,7 +119,7 @@ def scaled(gait):
 def main(argv=None) -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--time", type=float, default=3.0)
-    parser.add_argument("--evaluations", type=int, default=1000)
+    parser.add_argument("--evaluations", type=int, default=3000)
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args(argv)
     # Half the strength, in a wave from head to tail.
