@@ -15,8 +15,11 @@ import lissom
 ROOT = Path(__file__).parents[2]
 EXAMPLES = sorted((ROOT / "examples" / "python").glob("*.py"))
 #: What an example takes that tests do not, and how it is run in less time.
-NEEDS = {"train_reach": "stable_baselines3"}
+NEEDS = {"train_reach": "stable_baselines3", "gait_search": "cma"}
 SHORT = {
+    "gait_search": ["--time", "0.5", "--evaluations", "40"],
+    "swing_up": ["--time", "1.2", "--controls", "12", "--torque", "0.4"],
+    "far_taper": ["--segments", "2", "--plot", "arms.png"],
     "train_reach": ["--steps", "2048", "--envs", "8"],
     "crawling_snake": ["--time", "0.5"],
     "overhand_knot": ["--time", "0.02"],
@@ -127,6 +130,64 @@ def test_derivatives_of_the_tendon_robot_are_exact():
         step = 1e-3 * model.spread[k] * np.eye(len(x))[k]
         difference = (fit.residuals(x + step) - fit.residuals(x - step)) / (2 * step[k])
         assert_allclose(jacobian[:, k], difference, rtol=0, atol=1e-3 * np.abs(difference).max())
+
+
+def test_far_taper_reaches_farther_than_any_cylinder_of_its_volume():
+    example = runpy.run_path(str(ROOT / "examples" / "python" / "far_taper.py"))
+    reach = example["Reach"](0.01)
+    cylinder, taper = (example["farthest"](reach, 2, uniform) for uniform in (True, False))
+    for lengths in (cylinder, taper):
+        assert_allclose(example["volume"](lengths), example["VOLUME"], rtol=1e-6)
+    assert reach(taper)[0] > 1.15 * reach(cylinder)[0]
+    for factor in (0.9, 1.1):
+        length = factor * cylinder[0]
+        radius = np.sqrt(example["VOLUME"] / (np.pi * length))
+        assert reach([length, radius, radius, radius])[0] < reach(cylinder)[0]
+
+
+def test_gradient_of_the_taper_is_that_of_equilibria():
+    example = runpy.run_path(str(ROOT / "examples" / "python" / "far_taper.py"))
+    reach = example["Reach"](0.02)
+    lengths = np.array([0.3, 0.015, 0.011, 0.006])
+    _, gradient = reach(lengths)
+    for k, step in enumerate(1e-4 * np.diag(lengths)):
+        difference = (reach(lengths + step)[0] - reach(lengths - step)[0]) / (2 * step[k])
+        assert_allclose(gradient[k], difference, rtol=1e-5)
+    slopes = example["slopes_of_volume"](lengths)
+    for k, step in enumerate(1e-4 * np.diag(lengths)):
+        difference = (example["volume"](lengths + step) - example["volume"](lengths - step)) / (2 * step[k])
+        assert_allclose(slopes[k], difference, rtol=1e-7)
+
+
+def test_gait_along_the_gradient_beats_as_many_runs_of_evolution():
+    pytest.importorskip("cma")
+    example = runpy.run_path(str(ROOT / "examples" / "python" / "gait_search.py"))
+    swim = example["Swim"](1.0)
+    start = np.array([5.0, 4.0, 6.0, 5.0, 0.0, -0.7, -1.3, -2.0])
+    value, gradient = swim.gradient(start)
+    changes = 1e-4 * np.eye(len(start))
+    difference = (swim.distances(start + changes) - swim.distances(start - changes)) / 2e-4
+    assert_allclose(gradient, difference, rtol=0, atol=1e-3 * np.abs(gradient).max())
+    gait, by_gradient = example["along_gradient"](swim, start)
+    assert_allclose(swim.distances([gait]), by_gradient[-1], rtol=1e-3)
+    assert by_gradient[-1] > 1.5 * value
+    _, by_chance = example["by_evolution"](swim, start, len(by_gradient), 1)
+    assert len(by_chance) >= len(by_gradient)
+    assert by_gradient[-1] > by_chance[-1]
+
+
+def test_swing_up_ends_upright_with_the_least_effort():
+    """Where the effort is least no change of torques that keeps the end makes it less."""
+    example = runpy.run_path(str(ROOT / "examples" / "python" / "swing_up.py"))
+    shooting = example["Shooting"](1.2, 12)
+    found = example["swing_up"](shooting, 0.4)
+    torques = 0.4 * found.x
+    assert found.success
+    assert np.abs(shooting.miss(torques)).max() < 1e-4
+    assert np.abs(torques).max() < 0.4
+    slopes = shooting.slopes_of_miss(torques)
+    along = torques - slopes.T @ np.linalg.lstsq(slopes.T, torques)[0]
+    assert np.linalg.norm(along) < 0.05 * np.linalg.norm(torques)
 
 
 def test_code_of_the_readme_runs(capsys):
