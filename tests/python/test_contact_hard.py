@@ -124,7 +124,7 @@ def test_a_sunk_shape_is_no_equilibrium():
 @pytest.mark.parametrize("modes", [{"bend_y": 1}, {"bend_y": 3}, {"bend_y": 4, "bend_z": 4, "torsion": 2}])
 @pytest.mark.parametrize("friction", [0.0, 0.5])
 def test_a_free_rod_comes_to_lie_on_a_floor(height, modes, friction):
-    """Nothing says where, or how it is turned: an equilibrium that is neutral, with the floor pressed in by w/k."""
+    """Nothing says where, or how it is turned: a neutral equilibrium, with the floor pressed in by w/k."""
     segment = lissom.Segment(0.5, 0.01, 1e6, 4e5, 1000.0, modes=modes)
     rod = lissom.Link("rod", joint=lissom.Free(), rod=[segment], position=(0, 0, height))
     floor = lissom.Contact("rod", lissom.HalfSpace((0, 0, 0), (0, 0, 1)), stiffness=1e6, friction=friction)
