@@ -2,7 +2,7 @@
 
 A heavy arm, clamped horizontally, droops; more of the same makes it heavier, not stiffer. Length and radii at
 equal distances are chosen for the largest horizontal distance of the tip, with the volume given. The gradient
-costs no further equilibria: where the forces balance, `K dq = -dr/dp dp` with the tangent K of the model.
+takes no other equilibria: `lissom.equilibrium_sensitivity` differentiates this one.
 
     python examples/python/far_taper.py [--segments number] [--payload kilograms] [--plot FILE]
 """
@@ -21,7 +21,6 @@ import lissom
 LENGTH, RADIUS = 0.4, 0.01  # of the cylinder that the rubber would make, metres
 VOLUME = np.pi * RADIUS**2 * LENGTH
 SMALLEST, LARGEST = 0.003, 0.03  # radii, metres
-STEP = 1e-4  # of differences of forces, relative to the parameter
 
 
 def arm(lengths, payload: float) -> lissom.Rod:
@@ -76,26 +75,19 @@ class Reach:
 
     def __call__(self, lengths) -> tuple[float, np.ndarray]:
         rod, q = self.shape(lengths)
-        rest = np.zeros(rod.n)
-
-        def forces_and_reach(lengths):
-            other = arm(lengths, self.payload)
-            return other.inverse_dynamics(q, rest, rest), other.pose(q)[0, 3]
-
-        # Adjoint: one solve for all parameters.
-        multipliers = np.linalg.solve(rod.tangent(q, rest, rest)[0].T, slope_of_tip(rod, q))
-        gradient = np.empty(len(lengths))
-        for k, number in enumerate(lengths):
-            step = STEP * number * np.eye(len(lengths))[k]
-            (more, far), (less, near) = forces_and_reach(lengths + step), forces_and_reach(lengths - step)
-            gradient[k] = (far - near - multipliers @ (more - less)) / (2 * STEP * number)
-        return rod.pose(q)[0, 3], gradient
+        names, spread = parameters(len(lengths) - 2)
+        position, derivative = lissom.equilibrium_sensitivity(rod, names, q).position()
+        return position[0], derivative[0] @ spread
 
 
-def slope_of_tip(rod: lissom.Rod, q):
-    """Derivatives of the tip's horizontal distance with respect to the coordinates."""
-    step = 1e-5 * np.eye(rod.n)
-    return np.array([(rod.pose(q + e)[0, 3] - rod.pose(q - e)[0, 3]) / 2e-5 for e in step])
+def parameters(segments: int) -> tuple[list[str], np.ndarray]:
+    """Names of all lengths and radii, and how they change with `lengths`: neighbours share a radius."""
+    names, rows = [], []
+    by = np.eye(segments + 2)
+    for i in range(segments):
+        names += [f"segments[{i}].length", f"segments[{i}].radius[0]", f"segments[{i}].radius[1]"]
+        rows += [by[0] / segments, by[1 + i], by[2 + i]]
+    return names, np.array(rows)
 
 
 def farthest(reach: Reach, segments: int, uniform: bool = False):

@@ -68,6 +68,7 @@ if TYPE_CHECKING:
     )
     from .actuators import ActiveStrain, Along, Chamber, Motor, Tendon, Via
     from .contacts import Ball, Box, Capsule, Contact, HalfSpace, Sphere, Touch
+    from .equilibria import EquilibriumSensitivityResult, equilibrium_sensitivity
     from .fits import FitResult, fit
     from .keeping import load
     from .linear import LinearModel, linearise
@@ -113,6 +114,7 @@ __all__ = [
     "Energy",
     "EnsembleResult",
     "EquilibriumPath",
+    "EquilibriumSensitivityResult",
     "FitResult",
     "Fluid",
     "Free",
@@ -170,6 +172,7 @@ __all__ = [
     "check_jacobian",
     "choose_modes",
     "continuation",
+    "equilibrium_sensitivity",
     "fit",
     "jacobian",
     "linearise",
@@ -200,6 +203,7 @@ if not TYPE_CHECKING:
             for name in (
                 "actuators",
                 "contacts",
+                "equilibria",
                 "fits",
                 "keeping",
                 "linear",

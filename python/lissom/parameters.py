@@ -27,6 +27,9 @@ STEP = 2e-3
 CENTRAL = ((-2, 1 / 12), (-1, -2 / 3), (1, 2 / 3), (2, -1 / 12))
 ONE_SIDED = ((0, -25 / 12), (1, 4.0), (2, -3.0), (3, 4 / 3), (4, -1 / 4))
 
+#: Changes of places below that part of what they are made of are rounding.
+ROUNDING = 1e-13
+
 #: The state at the start, all of it or a coordinate.
 START = re.compile(r"(?P<which>q0|v0)(\[(?P<index>\d+)\])?")
 
@@ -165,3 +168,16 @@ def _matters(terms: Sequence[Term]) -> bool:
 def pose(model: Any, q: Array) -> Array:
     """Poses of the tips of all links, one after the other."""
     return np.concatenate([np.ravel(model.pose(q, link=link.name)) for link in model.links])
+
+
+def place_derivative(
+    parameter: OfModel, q: Array, X: float | None, t: float, place: Mapping[str, Any]
+) -> Array | None:
+    """How lengths and placements move a place while the coordinates stay; None where they do not."""
+    moved = [
+        weight * model.pose(q, X, t=t, **place)[..., :3, 3]  # type: ignore[attr-defined]
+        for model, weight in parameter.terms
+    ]
+    total = np.sum(moved, axis=0)
+    is_rounding = np.abs(total).max() <= ROUNDING * np.abs(moved).sum(axis=0).max()
+    return None if is_rounding else np.asarray(total)

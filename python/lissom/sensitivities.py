@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ._lissom import LissomError, Model, Robot, sensitivities, simulate
-from .parameters import OfModel, OfStart, Parameter, names_of, resolved
+from .parameters import OfModel, OfStart, Parameter, names_of, place_derivative, resolved
 
 Array = NDArray[np.float64]
 
@@ -111,14 +111,11 @@ class SensitivityResult:
                 continue
             # Lengths and placements move places by themselves.
             for k, time in enumerate(times):
-                moved = [
-                    weight * model.pose(q[k], X, t=time, **place)[..., :3, 3]  # type: ignore[attr-defined]
-                    for model, weight in parameter.terms
-                ]
-                by_itself = np.sum(moved, axis=0)
-                if k == 0 and not _is_more_than_rounding(by_itself, moved):
+                by_itself = place_derivative(parameter, q[k], X, time, place)
+                if by_itself is None and k == 0:
                     break
-                derivative[k, :, i] += by_itself
+                if by_itself is not None:
+                    derivative[k, :, i] += by_itself
         return positions, derivative
 
     def _between(self, t: ArrayLike | None) -> tuple[Array, Array, Array]:
@@ -145,10 +142,6 @@ class SensitivityResult:
             return np.asarray(a * x[k] + b * rate[k] + c * x[k + 1] + d * rate[k + 1])
 
         return times, cubic(self.q, self.v), cubic(self.dq, self.dv)
-
-
-def _is_more_than_rounding(total: Array, summands: Sequence[Array]) -> bool:
-    return bool(np.abs(total).max() > 1e-13 * np.abs(summands).sum(axis=0).max())
 
 
 def sensitivity(

@@ -549,6 +549,17 @@ RECIPES: dict[str, dict | list[dict]] = {
             "objective": "None",
         },
     ],
+    "equilibrium_sensitivity": [
+        {
+            "model": "v.planar()",
+            "parameters": "['gravity[2]']",
+            "q0": "None",
+            "objective": "None",
+            "frequencies": "1",
+            "t": "0.0",
+            "u": "None",
+        },
+    ],
     "fit": [
         {
             "model": "v.planar()",

@@ -1,0 +1,275 @@
+"""Derivatives of equilibria and of their natural frequencies with respect to parameters of the model."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ._lissom import LissomError, Model, Robot, StaticsResult, statics
+from .parameters import OfModel, names_of, place_derivative, resolved, value_of
+
+Array = NDArray[np.float64]
+
+#: Objective of a gradient: a number, and its derivative with respect to the coordinates.
+Objective = Callable[[Array], tuple[float, ArrayLike]]
+
+#: Frequencies that differ by less than this part of them have no derivatives of their own: a small change
+#: of a parameter may turn one mode into the other.
+DISTINCT = 1e-6
+
+#: Most that entries of a symmetric stiffness differ from their mirror images, relative to the largest entry.
+SYMMETRIC = 1e-6
+
+
+@dataclass(frozen=True)
+class EquilibriumSensitivityResult:
+    """An equilibrium and its derivatives.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Names of the p parameters.
+    q : ndarray, shape (n,)
+        Coordinates of the equilibrium.
+    dq : ndarray, shape (n, p), or None
+        Their derivatives with respect to the parameters; None where an objective was given.
+    value : float or None
+        The objective.
+    gradient : ndarray, shape (p,), or None
+        Its derivatives with respect to the parameters.
+    frequencies : ndarray, shape (k,)
+        The lowest natural frequencies about the equilibrium, without damping, hertz.
+    dfrequencies : ndarray, shape (k, p)
+        Their derivatives. NaN where two frequencies agree to one part in a million, and where one is zero.
+    statics : StaticsResult
+        How the equilibrium was found, and whether it is stable.
+    """
+
+    names: tuple[str, ...]
+    q: Array
+    dq: Array | None
+    value: float | None
+    gradient: Array | None
+    frequencies: Array
+    dfrequencies: Array
+    statics: StaticsResult
+    _model: Model = field(repr=False)
+    _parameters: tuple[OfModel, ...] = field(repr=False)
+    _t: float = field(repr=False)
+
+    def position(self, X: float | None = None, *, link: str | None = None) -> tuple[Array, Array]:
+        """Where a place of a robot is, and how that changes with the parameters.
+
+        Parameters
+        ----------
+        X : float, optional
+            Arc length, metres; by default the tip.
+        link : str, optional
+            Name of the link; by default the last one.
+
+        Returns
+        -------
+        position : ndarray, shape (3,)
+            In the world, metres.
+        derivative : ndarray, shape (3, p)
+            Metres per unit of each parameter.
+
+        Raises
+        ------
+        ValueError, TypeError
+            If the model has no places, or the derivatives were not computed.
+        """
+        if not isinstance(self._model, Robot):
+            raise TypeError(
+                f"model: expected a Rod or a Robot, got {type(self._model).__name__}, which has no places"
+            )
+        if self.dq is None:
+            raise ValueError(
+                "objective: got one, expected none: then there are only derivatives of its value"
+            )
+        place: dict[str, Any] = {"link": self._model.links[-1].name if link is None else link}
+        position = self._model.pose(self.q, X, t=self._t, **place)[..., :3, 3]
+        derivative = self._model.jacobian(self.q, X, t=self._t, **place)[3:] @ self.dq
+        for i, parameter in enumerate(self._parameters):
+            by_itself = place_derivative(parameter, self.q, X, self._t, place)
+            if by_itself is not None:
+                derivative[:, i] += by_itself
+        return np.asarray(position), np.asarray(derivative)
+
+
+def equilibrium_sensitivity(
+    model: Model,
+    parameters: Sequence[str],
+    q0: ArrayLike | None = None,
+    *,
+    objective: Objective | None = None,
+    frequencies: int = 0,
+    t: float = 0.0,
+    u: ArrayLike | None = None,
+    **options: Any,
+) -> EquilibriumSensitivityResult:
+    """Differentiate an equilibrium, and its natural frequencies, with respect to parameters of the model.
+
+    The equilibrium is that of `statics`. By the implicit function theorem it changes by
+    ``dq/dp = -solve(dtau/dq, dtau/dp)``: one factorisation, and a few evaluations of forces for each
+    parameter.
+
+    Parameters
+    ----------
+    model : Model
+        What is in equilibrium: without closed loops and tendons that do not stretch.
+    parameters : sequence of str
+        Numbers that the model is made of, by the names that `sweep` takes, such as
+        'rod[0].segment[0].young_modulus', 'gravity[2]', 'link[1].joint.stiffness'. They are derivatives with
+        respect to that number alone.
+    q0 : array_like, shape (n,), optional
+        As for `statics`.
+    objective : callable, optional
+        A number that depends on the shape: called once as ``objective(q)``, it returns the number and its
+        derivative with respect to `q`, of shape (n,). Then its gradient is computed by the adjoint: one
+        linear solution, however many parameters there are.
+    frequencies : int
+        How many natural frequencies are differentiated, the lowest ones: those of small motions without
+        damping. The change of the shape is part of theirs. Each parameter takes about four tangents.
+    t, u : optional
+        As for `statics`.
+    **options
+        `method`, `load_steps`, `tol`, `max_iter`, `max_steps` as for `statics`.
+
+    Returns
+    -------
+    EquilibriumSensitivityResult
+        `q`, `dq` of shape (n, p), or `value` and `gradient` of shape (p,); `frequencies` and `dfrequencies`.
+
+    Raises
+    ------
+    ValueError, TypeError
+        Before the search, if an argument is invalid, a name is unknown, or nothing depends on a parameter.
+    LissomError
+        If no equilibrium is found, or its stiffness is singular; the message says so.
+
+    Examples
+    --------
+    >>> import lissom
+    >>> wire = lissom.Segment(1.0, 1e-3, 210e9, 80e9, 7800, modes={"bend_y": 4})
+    >>> found = lissom.equilibrium_sensitivity(
+    ...     lissom.Rod([wire]), ["segments[0].young_modulus", "segments[0].radius"], frequencies=1
+    ... )
+    >>> position, derivative = found.position()
+    >>> derivative.shape, found.dfrequencies.shape
+    ((3, 2), (1, 2))
+    """
+    if not isinstance(model, Model):
+        raise TypeError(f"model: expected a Model (Rod, Robot, SpringPendulum), got {type(model).__name__}")
+    if objective is not None and not callable(objective):
+        raise TypeError(f"objective: expected a callable, got {type(objective).__name__}")
+    if isinstance(frequencies, bool) or not isinstance(frequencies, int):
+        raise TypeError(f"frequencies: expected an integer, got {type(frequencies).__name__}")
+    if not 0 <= frequencies <= model.n:
+        raise ValueError(
+            f"frequencies: got {frequencies}, expected 0 to {model.n}, the number of coordinates"
+        )
+    if getattr(model, "constraints", 0):
+        raise ValueError(
+            "model: expected one without closed loops and tendons that do not stretch, whose equilibria are "
+            f"not differentiated; got one with {model.constraints} constraints"  # type: ignore[attr-defined]
+        )
+    wanted = []
+    for parameter in resolved(model, names_of(parameters)):
+        if not isinstance(parameter, OfModel):
+            raise ValueError(
+                f"parameters: got {parameter.name!r}, expected numbers of the model: equilibria have no start"
+            )
+        wanted.append(parameter)
+    found = statics(model, q0, t=t, u=u, **options)
+    if not found.success:
+        raise LissomError(f"no equilibrium was found: {found.message}")
+    q, rest = found.q, np.zeros(model.n)
+    at: dict[str, Any] = {"t": t, "u": u}
+    stiffness = model.tangent(q, rest, rest, **at)[0]
+    pushed = np.empty((model.n, len(wanted)))
+    for i, parameter in enumerate(wanted):
+        terms = [weight * other.inverse_dynamics(q, rest, rest, **at) for other, weight in parameter.terms]
+        pushed[:, i] = np.sum(terms, axis=0)
+    dq, value, gradient = None, None, None
+    if objective is not None:
+        value, weight = _value(objective, q)
+        gradient = -_solved(stiffness.T, weight) @ pushed
+    if objective is None or frequencies:
+        dq = -_solved(stiffness, pushed)
+    own, changes = np.empty(0), np.empty((0, len(wanted)))
+    if frequencies:
+        assert dq is not None
+        own, changes = _frequencies(model, wanted, q, dq, frequencies, at)
+    return EquilibriumSensitivityResult(
+        names=tuple(parameter.name for parameter in wanted),
+        q=q,
+        dq=None if objective is not None else dq,
+        value=value,
+        gradient=gradient,
+        frequencies=own,
+        dfrequencies=changes,
+        statics=found,
+        _model=model,
+        _parameters=tuple(wanted),
+        _t=t,
+    )
+
+
+def _solved(stiffness: Array, right: Array) -> Array:
+    # What is free to move has an equilibrium, but no derivative of its own.
+    if np.linalg.cond(stiffness) * np.finfo(float).eps > 1e-3:
+        raise LissomError("the equilibrium is not determined by the parameters: its stiffness is singular")
+    return np.asarray(np.linalg.solve(stiffness, right))
+
+
+def _value(objective: Objective, q: Array) -> tuple[float, Array]:
+    returned = objective(q)
+    if not isinstance(returned, tuple) or len(returned) != 2:
+        raise TypeError(f"objective: returned {type(returned).__name__}, expected (value, dvalue/dq)")
+    weight = np.asarray(returned[1], float)
+    if weight.shape != q.shape:
+        raise ValueError(f"objective: dvalue/dq has shape {weight.shape}, expected {q.shape}")
+    if not np.isfinite(weight).all():
+        raise ValueError("objective: dvalue/dq is not finite, expected finite numbers")
+    return float(returned[0]), weight
+
+
+def _frequencies(
+    model: Model, parameters: Sequence[OfModel], q: Array, dq: Array, count: int, at: dict[str, Any]
+) -> tuple[Array, Array]:
+    """The lowest frequencies, and how they change (Fox and Kapoor 1968, equation 5), in hertz."""
+    rest = np.zeros_like(q)
+    stiffness, _, mass = model.tangent(q, rest, rest, **at)
+    if np.abs(stiffness - stiffness.T).max() > SYMMETRIC * np.abs(stiffness).max():
+        raise LissomError(
+            "frequencies: the stiffness is not symmetric, as under follower loads; only frequencies of "
+            "symmetric ones are differentiated"
+        )
+    lower = np.linalg.cholesky(mass)
+    halved = np.linalg.solve(lower, np.linalg.solve(lower, 0.5 * (stiffness + stiffness.T)).T)
+    squares, vectors = np.linalg.eigh(0.5 * (halved + halved.T))
+    # Of mass one.
+    shapes = np.linalg.solve(lower.T, vectors)
+    own = np.sqrt(np.maximum(squares[:count], 0.0)) / (2 * np.pi)
+    changes = np.full((count, len(parameters)), np.nan)
+    for i, parameter in enumerate(parameters):
+        stiffness_change, mass_change = np.zeros((2, len(q), len(q)))
+        for other, weight in parameter.terms:
+            moved = q + dq[:, i] * (value_of(other, parameter.name) - parameter.value)
+            of_other, _, inertia = other.tangent(moved, rest, rest, **at)
+            stiffness_change += weight * of_other
+            mass_change += weight * inertia
+        for k in range(count):
+            gaps = np.abs(np.delete(squares, k) - squares[k])
+            if gaps.size and gaps.min() <= 2 * DISTINCT * squares[k]:
+                continue
+            shape = shapes[:, k]
+            push = shape @ (stiffness_change - squares[k] * mass_change) @ shape
+            if own[k] > 0.0:
+                changes[k, i] = push / (8 * np.pi**2 * own[k])
+    return own, changes
