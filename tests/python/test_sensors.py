@@ -232,6 +232,57 @@ def test_a_force_torque_sensor_weighs_what_hangs_on_it():
     assert_allclose(shown, [0, 0, 0, -0.2 * G, 0, 0], atol=1e-15)
 
 
+SEGMENT = lissom.Segment(0.4, 0.01, 1e5, poisson_ratio=0.5, density=1000, modes={"bend_y": 4})
+LYING = lissom.Robot(
+    [lissom.Link("hose", rod=[SEGMENT], joint=lissom.Free())],
+    contacts=[lissom.Contact("hose", lissom.HalfSpace((0, 0, -0.01)), name="floor", friction=0.3)],
+)
+
+
+def test_what_lies_on_a_floor_is_weighed():
+    found = lissom.statics(LYING)
+    assert found.success
+    state = (0.0, found.q, np.zeros(LYING.n))
+    weight = G * 1000 * np.pi * 0.01**2 * 0.4
+    force = sensors.ContactForce(LYING)
+    assert_allclose(force.measure(*state), [0, 0, weight], rtol=1e-9, atol=1e-9 * weight)
+    assert_allclose(sensors.Tactile(LYING).measure(*state), [weight], rtol=1e-9)
+    strip = sensors.Tactile(LYING, "floor", [0, 0.13, 0.27, 0.4])
+    cells = strip.measure(*state)
+    assert strip.channels == ("floor.tactile[0]", "floor.tactile[1]", "floor.tactile[2]")
+    assert_allclose(cells.sum(), weight, rtol=1e-9)
+    # Evenly, as far as the nodes of the quadrature allow.
+    assert_allclose(cells / weight, [0.325, 0.35, 0.325], atol=0.03)
+    assert_allclose(cells[0], cells[2], rtol=1e-9)
+    assert_allclose(sensors.Tactile(LYING, cells=[0, 0.13]).measure(*state), cells[:1], rtol=1e-12)
+
+
+def test_contact_sensors_show_friction_and_let_go():
+    found = lissom.statics(LYING)
+    v = np.zeros(LYING.n)
+    v[0] = 0.5  # slides forward
+    force, pressed = sensors.ContactForce(LYING), sensors.Tactile(LYING)
+    along, _, normal = force.measure(0, found.q, v)
+    assert_allclose(along, -0.3 * normal, rtol=1e-5)
+    assert_allclose(pressed.measure(0, found.q, v), [normal], rtol=1e-12)
+    lifted = found.q + np.eye(LYING.n)[2] * 0.1
+    assert_array_equal(force.measure(0, lifted, v), np.zeros(3))
+    assert_array_equal(pressed.measure(0, lifted, v), [0.0])
+
+
+def test_contact_sensors_over_a_run():
+    run = lissom.simulate(LYING, 0.1, dt=1e-3, q0=np.eye(LYING.n)[2] * 2e-3)
+    assert run.success
+    for sensor in (
+        sensors.ContactForce(LYING, noise=0.1, delay=0.01),
+        sensors.Tactile(LYING, cells=[0, 0.1]),
+    ):
+        shown = sensor.record(run)
+        states = zip(run.t, run.q, run.v, strict=True)
+        assert_array_equal([sensor.read(*state) for state in states], shown)
+        assert shown.any()
+
+
 def test_encoders_and_tachometers_have_the_coordinates_of_joints():
     q, v, _ = state_at(0.0)
     encoder = sensors.Encoder(ARM, "hand")
@@ -515,6 +566,9 @@ ON_ARM = {
         FINGER, "pul"
     ),
     "actuator: got None, expected one of the actuators: none": lambda: sensors.ActuatorLength(ARM),
+    "contact: got None, expected one of the contacts: none in this robot": lambda: sensors.Tactile(ARM),
+    "contact: got 'flor', expected one of the contacts: 'floor'": lambda: sensors.ContactForce(LYING, "flor"),
+    "cells: got [0, 0], expected two or more arc lengths": lambda: sensors.Tactile(LYING, cells=[0, 0]),
     "offset: expected 2 numbers": lambda: sensors.StrainGauge(ARM, "arm", 0.1, offset=0.1),
     "joint: got 'arm.bend_y[0]', expected a link whose joint": lambda: sensors.Encoder(ARM, "arm.bend_y[0]"),
     "joint: got 'box', expected": lambda: sensors.Encoder(ARM, "box"),

@@ -8,11 +8,11 @@ A sensor belongs to a `Robot` and a place or joint of it. It can be asked in fou
 - `record`: the same over a finished run, all at once.
 
 Without noise `read` and `record` give the same numbers to the bit, and so they do with noise of the same
-seed, as far as the noise is added (that of orientations is a rotation). There is no sensor
-of contact yet: `Robot.contact_forces` gives what an ideal one would show.
+seed, as far as the noise is added (that of orientations is a rotation).
 """
 
 from .actuators import ActuatorForce, ActuatorLength
+from .contacts import ContactForce, Tactile
 from .forces import ForceTorque
 from .joints import Encoder, Tachometer
 from .motion import Accelerometer, Gyroscope, Imu, Marker, PoseTracker, Velocimeter
@@ -23,6 +23,7 @@ __all__ = [
     "Accelerometer",
     "ActuatorForce",
     "ActuatorLength",
+    "ContactForce",
     "CurvatureSensor",
     "Encoder",
     "ForceTorque",
@@ -33,5 +34,6 @@ __all__ = [
     "Sensor",
     "StrainGauge",
     "Tachometer",
+    "Tactile",
     "Velocimeter",
 ]

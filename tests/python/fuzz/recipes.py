@@ -693,6 +693,8 @@ RECIPES: dict[str, dict | list[dict]] = {
     "sensors.Marker": _POINT,
     "sensors.ActuatorLength": {"robot": "v.pulled()", "actuator": "'pull'"} | _DEVICE,
     "sensors.ActuatorForce": {"robot": "v.pulled()", "actuator": "'pull'"} | _DEVICE,
+    "sensors.ContactForce": {"robot": "v.touching()", "contact": "'b on halfspace'"} | _DEVICE,
+    "sensors.Tactile": {"robot": "v.touching()", "contact": "'a on sphere'", "cells": _a(0.0, 0.1)} | _DEVICE,
     "sensors.Encoder": {"robot": "v.robot()", "joint": "'a'"} | _DEVICE,
     "sensors.Tachometer": {"robot": "v.robot()", "joint": "'b.angle'"} | _DEVICE,
     "sensors.CurvatureSensor": _PLACE | {"at": _a(0.0, 0.1)},
@@ -740,8 +742,8 @@ RECIPES |= {
 _UNMADE = """
 AccuracyWarning ActuateResult ContinuationResult ConvergenceError
 CriticalPoint DenseOutput Energy EnsembleResult EquilibriumPath FitResult JacobianCheck SensitivityResult
-LissomError Model ModesResult MotionResult OdeResult OdeSolver ReachResult RootResult Scene SceneError
-SceneProblem Section SimulationSettings StaticsResult Statistics
+EquilibriumSensitivityResult LissomError Model ModesResult MotionResult OdeResult OdeSolver ReachResult
+RootResult Scene SceneError SceneProblem Section SimulationSettings StaticsResult Statistics
 """
 RECIPES |= {name: {} for name in _UNMADE.split()}
 #: What fills the braces.
