@@ -74,7 +74,8 @@ def assert_forces_agree(description, seed, drawn):
         force = with_actuators(description, [each]).inverse_dynamics(q, v, a) - without
         expected = actuated.force(actuator, v)
         tolerance = LOOSE if getattr(actuator, "friction", 0) > 0 else 1e-8
-        scale = max(np.abs(expected).max(), 1e-6 * np.abs(without).max(), 1e-6)
+        # Differences of all forces are known to some hundred times the rounding of these.
+        scale = max(np.abs(expected).max(), 1e-5 * np.abs(without).max(), 1e-5)
         assert_allclose(force, expected, rtol=0, atol=tolerance * scale, err_msg=str(each))
 
 

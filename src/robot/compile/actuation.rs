@@ -9,7 +9,7 @@ use crate::robot::description::{Inputs, Robot};
 use crate::robot::effect::actuation::law;
 use crate::robot::kernel::kinematics;
 use crate::robot::plan::actuation::{
-    ActivePart, Actuation, ActuatorPlan, End, Friction, Law, Line, Part, Sleeve, SleeveComponent,
+    ActivePart, Actuation, ActuatorPlan, End, Friction, Law, Line, Mouth, Part, Sleeve, SleeveComponent,
     SleeveTurning, Thread, pairs,
 };
 use crate::robot::plan::command::Command;
@@ -66,7 +66,12 @@ pub(crate) fn compile<G: Turning>(
                     if let Some(line) = straight.next_if(|line| line.actuator == i && line.before == k) {
                         path.push(Part::Line(actuation.lines.len()));
                         let ends = line.ends.map(|spot| end(spot, &mut actuation.world_points));
-                        actuation.lines.push(Line { actuator: i, ends });
+                        let mouth = |part: &actuator::Part, end: usize| {
+                            let along = part.along().filter(|_| has_friction)?;
+                            mouth(&parts(along, robot, pieces, &links[along.link].rod), end, pieces)
+                        };
+                        let mouths = [mouth(&tendon.path[k - 1], 1), mouth(part, 0)];
+                        actuation.lines.push(Line { actuator: i, ends, mouths });
                     }
                     let Some(along) = part.along() else { continue };
                     for part in parts(along, robot, pieces, &links[along.link].rod) {
@@ -464,6 +469,20 @@ fn thread<G: Turning>(
     let thread = Thread { actuator, start, directions, products, start_slopes, direction_slopes };
     sleeve.threads.push(thread);
     Part::Thread { sleeve: position, thread: sleeve.threads.len() - 1 }
+}
+
+/// An end of an embedded part, at which a straight one goes on.
+fn mouth<G: Turning>(parts: &[Embedded<'_>], end: usize, pieces: &[PiecePlan<G>]) -> Option<Mouth> {
+    let part = if end == 0 { parts.first() } else { parts.last() }?;
+    let x = part.ends[end];
+    let values = basis(part.part, x);
+    let [d, _] = offset(part, x);
+    let changes = components(&pieces[part.piece]).into_iter().flat_map(|component| {
+        let of_strain = direction(component.strain, d);
+        let of_modes = values[..component.modes].iter().map(move |&value| of_strain * value);
+        (component.first..).zip(of_modes).collect::<Vec<_>>()
+    });
+    Some(Mouth { start: slope_at_zero(part, x), changes: changes.collect() })
 }
 
 /// What the turning of threads at these nodes of a piece follows from.

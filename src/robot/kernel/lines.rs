@@ -14,16 +14,23 @@ pub(crate) fn find<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, memory: &mut
     let n = plan.n;
     memory.moved.fill(Vector::zero());
     memory.rate_gradients.fill(0.0);
-    for (i, line) in plan.actuation.lines.iter().enumerate() {
+    memory.mouths_turned.fill([Vector::zero(); 2]);
+    for (i, straight) in plan.actuation.lines.iter().enumerate() {
         let moved = &mut memory.moved[i * n..][..n];
         let rate_gradient = &mut memory.rate_gradients[i * n..][..n];
-        for (e, end) in line.ends.iter().enumerate() {
+        for (e, end) in straight.ends.iter().enumerate() {
             let End::On { moved_by, .. } = end else { continue };
             columns::visit(plan, work, columns::each(moved_by), |k, column| {
                 let (way, of_rate) = line::changes(plan, work, i, e, column);
                 moved[k] += way;
                 rate_gradient[k] += of_rate;
+                if straight.mouths[e].is_some() {
+                    memory.mouths_turned[i * n + k][e] += line::mouth_turns(plan, work, [i, e], column[0]);
+                }
             });
+        }
+        if straight.mouths.iter().any(Option::is_some) {
+            line::add_bending_of_mouths(plan, work, i, &mut memory.mouths_turned[i * n..][..n]);
         }
     }
 }

@@ -39,6 +39,17 @@ pub(crate) struct ActivePart {
 pub(crate) struct Line<P> {
     pub(crate) actuator: usize,
     pub(crate) ends: [End<P>; 2],
+    /// Of a tendon with friction, where an embedded part goes on at an end.
+    pub(crate) mouths: [Option<Mouth>; 2],
+}
+
+/// Where an embedded part of a tendon with friction begins or ends at a straight part, in the axes of the section there.
+#[derive(Clone, Debug)]
+pub(crate) struct Mouth {
+    /// u_0, of the reference strain.
+    pub(crate) start: Vector<f64>,
+    /// How u changes with a unit of each coordinate that its strains depend on.
+    pub(crate) changes: Vec<(usize, Vector<f64>)>,
 }
 
 impl<P> Line<P> {

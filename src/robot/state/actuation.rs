@@ -67,6 +67,8 @@ pub(crate) struct LineState {
     /// Tension as a part of that at the beginning of the path, and the angle from there.
     pub(crate) ratio: f64,
     pub(crate) angle: f64,
+    /// Of a tendon with friction, the directions of embedded parts that go on at the ends, and one over the lengths of u there.
+    pub(crate) mouths: [(Vector<f64>, f64); 2],
 }
 
 /// Memory for the tangent of the actuators.
@@ -87,6 +89,8 @@ pub(crate) struct ActuationTangent<P> {
     /// derivative of the rate of the length.
     pub(crate) moved: Vec<Vector<f64>>,
     pub(crate) rate_gradients: Vec<f64>,
+    /// Of tendons with friction, n of each straight part: how the directions of embedded parts at its ends change.
+    pub(crate) mouths_turned: Vec<[Vector<f64>; 2]>,
     /// Of a sleeve with friction, per coordinate of its piece and node: how the turning there changes.
     pub(crate) turn_gradients: Vec<f64>,
     /// Per node of it: its part in a force, and that of all behind it.
@@ -132,6 +136,7 @@ impl<P: Scalar> ActuationState<P> {
 impl<P: Scalar> ActuationTangent<P> {
     pub(crate) fn new(actuation: &Actuation<P>, n: usize) -> Self {
         let zeros = |rows: usize| vec![0.0; if actuation.actuators.is_empty() { 0 } else { rows * n }];
+        let has_mouths = actuation.lines.iter().flat_map(|line| &line.mouths).any(Option::is_some);
         let with_turning = actuation.sleeves.iter().filter(|sleeve| sleeve.turning.is_some());
         let nodes_of = |sleeve: &Sleeve<P>| sleeve.packs * LANES;
         let modes_of =
@@ -148,6 +153,7 @@ impl<P: Scalar> ActuationTangent<P> {
             angle_gradient: zeros(1),
             moved: vec![Vector::zero(); actuation.lines.len() * n],
             rate_gradients: vec![0.0; actuation.lines.len() * n],
+            mouths_turned: vec![[Vector::zero(); 2]; if has_mouths { actuation.lines.len() * n } else { 0 }],
             turn_gradients: vec![0.0; gradients],
             shares: vec![0.0; nodes],
             behind: vec![0.0; nodes],
@@ -166,6 +172,7 @@ impl LineState {
             rate: 0.0,
             ratio: 1.0,
             angle: 0.0,
+            mouths: [(zero, 0.0); 2],
         }
     }
 }

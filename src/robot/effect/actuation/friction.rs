@@ -1,5 +1,5 @@
-//! Friction of tendons along the parts that are embedded, and at points between straight parts: `T(X) = T_0 exp(-mu s theta(X))` (capstan), with the angle
-//! `theta = int |dt/dX| dX` by which the tendon turns in space up to X, and the direction of sliding s in [-1, 1], 1 as while
+//! Friction of tendons along the parts that are embedded, and where straight parts begin and end: `T(X) = T_0 exp(-mu s theta(X))`
+//! (capstan), with the angle `theta = int |dt/dX| dX` by which the tendon turns in space up to X, and the direction of sliding s in [-1, 1], 1 as while
 //! it is pulled.
 //!
 //! With `w = u' + kappa x u` the tangent turns by `r = (1 - t t^T) w / |u|`, and
@@ -8,14 +8,14 @@
 //! r . dr = (r . dw - (t . w) / |u| r . du - |r|^2 t . du) / |u|
 //! ```
 //!
-//! At a point between straight parts of the directions d and e it turns by their angle, whose derivative is
-//! `-(dd . e + d . de) / |d x e|`.
+//! Between straight parts of the directions d and e, or a straight part and an embedded one, it turns by their angle, whose
+//! derivative is `-(dd . e + d . de) / |d x e|`.
 //!
 //! What is not local: a strain changes the tension all behind it. Plain numbers, not packs: few robots need it.
 
 use crate::lie::{LANES, Lanes, Vector};
 use crate::robot::plan::actuation::{Actuation, Friction, Part, Sleeve, SleeveTurning, Thread};
-use crate::robot::state::actuation::{ActuationState, ActuationTangent, Sliding};
+use crate::robot::state::actuation::{ActuationState, ActuationTangent, LineState, Sliding};
 
 /// Strains that are curvatures.
 const ANGULAR: usize = 3;
@@ -24,7 +24,7 @@ const ANGULAR: usize = 3;
 /// the length of the part; the angle of what turns by a radian is off by half the square of that.
 const SMALLEST_TURN: f64 = 1e-6;
 
-/// The angle at a point between straight parts of these directions, and minus its derivative with respect to their product.
+/// The angle between parts of these directions, and minus its derivative with respect to their product.
 /// Smoothed like that of embedded parts.
 fn corner(before: Vector<f64>, after: Vector<f64>) -> [f64; 2] {
     let cross = before.cross(after);
@@ -137,10 +137,16 @@ pub(super) fn measure<P: Lanes>(
     for part in &actuation.actuators[i].path {
         let &Part::Thread { sleeve: s, thread: k } = part else {
             let &Part::Line(line) = part else { unreachable!("there are two kinds of parts") };
-            if let Some(before) = before.replace(line) {
-                angle += corner(state.lines[before].direction, state.lines[line].direction)[0];
-            }
+            let direction = state.lines[line].direction;
+            let [entry, exit] = &actuation.lines[line].mouths;
+            let [from, to] = state.lines[line].mouths.map(|(direction, _)| direction);
+            let before = match before.replace(line) {
+                Some(before) => Some(state.lines[before].direction),
+                None => entry.as_ref().map(|_| from),
+            };
+            angle += before.map_or(0.0, |before| corner(before, direction)[0]);
             (state.lines[line].angle, state.lines[line].ratio) = (angle, (-falls * angle).exp());
+            angle += exit.as_ref().map_or(0.0, |_| corner(direction, to)[0]);
             continue;
         };
         before = None;
@@ -212,17 +218,20 @@ pub(super) fn stiffen<P: Lanes>(
     for part in &actuator.path {
         let &Part::Thread { sleeve: s, thread: k } = part else {
             let &Part::Line(line) = part else { unreachable!("there are two kinds of parts") };
-            if let Some(before) = before.replace(line) {
-                let [first, second] = [before, line].map(|line| &state.lines[line]);
-                let [_, of_product] = corner(first.direction, second.direction);
-                for &k in &actuator.reaches {
-                    let turned = [(before, first), (line, second)].map(|(line, state)| {
-                        let moved = memory.moved[line * n + k];
-                        (moved - state.direction * state.direction.dot(moved)) * state.inverse_length
-                    });
-                    let change = turned[0].dot(second.direction) + turned[1].dot(first.direction);
-                    memory.angle_gradient[k] -= of_product * change;
-                }
+            let of_line = |line: usize| Side {
+                direction: state.lines[line].direction,
+                turned: Turned::Line { state: &state.lines[line], moved: &memory.moved[line * n..][..n] },
+            };
+            let of_mouth = |end: usize| {
+                actuation.lines[line].mouths[end].as_ref().map(|_| Side {
+                    direction: state.lines[line].mouths[end].0,
+                    turned: Turned::Mouth { turned: &memory.mouths_turned[line * n..][..n], end },
+                })
+            };
+            let entry = before.replace(line).map_or_else(|| of_mouth(0), |before| Some(of_line(before)));
+            let (here, exit) = (of_line(line), of_mouth(1));
+            if let Some(entry) = entry {
+                add_corner(&entry, &here, &actuator.reaches, &mut memory.angle_gradient);
             }
             let state = &state.lines[line];
             for &j in &actuator.reaches {
@@ -232,6 +241,9 @@ pub(super) fn stiffen<P: Lanes>(
                 for &k in &actuator.reaches {
                     add(j, k, -factor * falls * of_unit * memory.angle_gradient[k]);
                 }
+            }
+            if let Some(exit) = exit {
+                add_corner(&here, &exit, &actuator.reaches, &mut memory.angle_gradient);
             }
             continue;
         };
@@ -283,6 +295,38 @@ pub(super) fn stiffen<P: Lanes>(
             let weights = (0..nodes).map(|l| sleeve.weights[l / LANES].lane(l % LANES));
             angle_gradient[k] += row.iter().zip(weights).map(|(change, weight)| change * weight).sum::<f64>();
         }
+    }
+}
+
+/// The direction of a part on one side of a corner, and how it turns.
+struct Side<'a> {
+    direction: Vector<f64>,
+    turned: Turned<'a>,
+}
+
+enum Turned<'a> {
+    Line { state: &'a LineState, moved: &'a [Vector<f64>] },
+    Mouth { turned: &'a [[Vector<f64>; 2]], end: usize },
+}
+
+impl Side<'_> {
+    /// The derivative of the direction with respect to a coordinate.
+    fn turned(&self, k: usize) -> Vector<f64> {
+        match self.turned {
+            Turned::Line { state, moved } => {
+                (moved[k] - self.direction * self.direction.dot(moved[k])) * state.inverse_length
+            }
+            Turned::Mouth { turned, end } => turned[k][end],
+        }
+    }
+}
+
+/// Adds the derivative of the angle of a corner.
+fn add_corner(before: &Side<'_>, after: &Side<'_>, reaches: &[usize], angle_gradient: &mut [f64]) {
+    let [_, of_product] = corner(before.direction, after.direction);
+    for &k in reaches {
+        let change = before.turned(k).dot(after.direction) + after.turned(k).dot(before.direction);
+        angle_gradient[k] -= of_product * change;
     }
 }
 

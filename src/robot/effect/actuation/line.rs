@@ -4,7 +4,7 @@
 
 use crate::lie::{Twist, Vector, VectorSpace, Wrench};
 use crate::robot::plan::Plan;
-use crate::robot::plan::actuation::End;
+use crate::robot::plan::actuation::{End, Line};
 use crate::robot::state::Workspace;
 use crate::robot::state::actuation::LineState;
 use crate::robot::turning::Turning;
@@ -28,8 +28,23 @@ fn end<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, end: &End<G::Pack>) -> [
     }
 }
 
+/// What a direction in the axes at an end is in space and the frame of the plan.
+fn turned<G: Turning>(
+    plan: &Plan<G>,
+    work: &Workspace<G>,
+    end: &End<G::Pack>,
+    v: Vector<f64>,
+) -> Vector<f64> {
+    match *end {
+        End::InWorld(_) => v,
+        End::On { point, .. } => {
+            G::in_space(plan.frame, G::rotate(&work.points[point].rotation, G::vector_of(plan.frame, v)))
+        }
+    }
+}
+
 /// Finds all lines, the motion of all points up to date, and adds them to the lengths of their tendons.
-pub(super) fn measure<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
+pub(super) fn measure<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, q: &[f64]) {
     for (i, line) in plan.actuation.lines.iter().enumerate() {
         let [[from, from_velocity], [to, to_velocity]] = line.ends.each_ref().map(|e| end(plan, work, e));
         let (way, velocity) = (to - from, to_velocity - from_velocity);
@@ -37,9 +52,15 @@ pub(super) fn measure<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
         let inverse_length = if length > SHORTEST { length.recip() } else { 0.0 };
         let direction = way * inverse_length;
         let rate = direction.dot(velocity);
-        let LineState { ratio, angle, .. } = work.actuation.lines[i];
+        let LineState { ratio, angle, mut mouths, .. } = work.actuation.lines[i];
+        for (e, mouth) in line.mouths.iter().enumerate() {
+            let Some(mouth) = mouth else { continue };
+            let u = mouth.changes.iter().fold(mouth.start, |u, &(k, change)| u + change * q[k]);
+            let inverse = u.dot(u).sqrt().recip();
+            mouths[e] = (turned(plan, work, &line.ends[e], u * inverse), inverse);
+        }
         work.actuation.lines[i] =
-            LineState { ends: [from, to], direction, inverse_length, velocity, rate, ratio, angle };
+            LineState { ends: [from, to], direction, inverse_length, velocity, rate, ratio, angle, mouths };
         work.actuation.lengths[line.actuator] += length;
         work.actuation.rates[line.actuator] += rate;
     }
@@ -109,4 +130,33 @@ pub(crate) fn changes<G: Turning>(
     let across = moved - state.direction * state.direction.dot(moved);
     let of_rate = state.velocity.dot(across) * state.inverse_length + state.direction.dot(change);
     (moved * sign, sign * of_rate)
+}
+
+/// How the direction of an embedded part that goes on at an end turns with a coordinate that moves the end, from its twist.
+pub(crate) fn mouth_turns<G: Turning>(
+    plan: &Plan<G>,
+    work: &Workspace<G>,
+    [line, end]: [usize; 2],
+    psi: Twist<G, f64>,
+) -> Vector<f64> {
+    let (direction, _) = work.actuation.lines[line].mouths[end];
+    G::axial_in_space(plan.frame, psi.angular).cross(direction)
+}
+
+/// Adds how the directions of embedded parts that go on at the ends of a line change with the strains there.
+pub(crate) fn add_bending_of_mouths<G: Turning>(
+    plan: &Plan<G>,
+    work: &Workspace<G>,
+    line: usize,
+    turned_by: &mut [[Vector<f64>; 2]],
+) {
+    let Line { ends, mouths, .. } = &plan.actuation.lines[line];
+    for (e, mouth) in mouths.iter().enumerate() {
+        let Some(mouth) = mouth else { continue };
+        let (direction, inverse) = work.actuation.lines[line].mouths[e];
+        for &(k, change) in &mouth.changes {
+            let change = turned(plan, work, &ends[e], change);
+            turned_by[k][e] += (change - direction * direction.dot(change)) * inverse;
+        }
+    }
 }

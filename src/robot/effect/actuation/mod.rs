@@ -325,7 +325,7 @@ impl<G: Turning> Effect<G> for Actuators {
         if !plan.actuation.actuators.is_empty() {
             let state = &mut work.actuation;
             plan.instructions.run_apart::<G::Pack, _>(Measure { plan, state, q, qd });
-            line::measure(plan, work);
+            line::measure(plan, work, q);
             let (state, multipliers) = (&mut work.actuation, &work.loops.multipliers);
             for (i, actuator) in plan.actuation.actuators.iter().enumerate() {
                 let told = match actuator.law {
