@@ -887,7 +887,7 @@ impl Model for RobotModel {
     /// potential), of a base that is moved, and of what moves joints as prescribed.
     fn supplied_power(&mut self, q: &[f64], qd: &[f64], qdd: &[f64]) -> f64 {
         let state = [q, qd, qdd];
-        self.with_loops_held(state, |model| {
+        let power = |model: &mut Self| {
             let Self { sweeps, coordinates, .. } = model;
             let power = coordinates
                 .all(state, |state| on_sweeps!(&mut *sweeps, sweeps => sweeps.supplied_power(state)));
@@ -895,7 +895,12 @@ impl Model for RobotModel {
                 on_sweeps!(&mut *sweeps, sweeps => sweeps.inverse_dynamics(state, tau));
             });
             power + of_joints
-        })
+        };
+        // What holds loops does no work, but what drives joints works against it, and so do winches.
+        match self.coordinates.vary_in_time() || self.is_one_sided() {
+            true => self.with_loops_held(state, power),
+            false => power(self),
+        }
     }
 
     fn is_jolted(&mut self, before: [&[f64]; 2], motion: [&[f64]; 3], h: f64) -> bool {
