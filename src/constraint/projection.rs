@@ -123,6 +123,8 @@ pub(crate) struct Fit {
     /// the others, about.
     pub(crate) rank: usize,
     pub(crate) margin: f64,
+    /// How little the constraint moves that moves least, beside the one that moves most.
+    pub(crate) least_motion: f64,
 }
 
 /// Changes velocities by the smallest kinetic energy that makes them fit the constraints: as an impulse of what holds these
@@ -142,5 +144,11 @@ pub(crate) fn fit_velocities<M: Model + ?Sized>(
     let mut sizes = vec![0.0; v.len()];
     model.typical_coordinates(&mut sizes);
     let largest = step.iter().zip(&sizes).map(|(step, size)| (step / size).abs()).fold(0.0, f64::max);
-    Ok(Fit { change, largest, rank: saddle.rank(), margin: saddle.margin() })
+    Ok(Fit {
+        change,
+        largest,
+        rank: saddle.rank(),
+        margin: saddle.margin(),
+        least_motion: saddle.least_motion(),
+    })
 }

@@ -1,7 +1,7 @@
 //! Linear systems with constraints, `[S, G^T; G, 0]`.
 
 use super::{Independent, inverse_length};
-use crate::linalg::{Cholesky, Lu, Matrix, Singular, full_svd};
+use crate::linalg::{Lu, Matrix, Singular, thin_svd};
 use crate::model::{Model, SingularMass};
 
 /// A tangent S and constraints G with the factors of both together, and memory for repeated use.
@@ -67,7 +67,8 @@ const SINGULAR: f64 = 1e-8;
 
 /// `[M, G^T; G, 0]` with a positive definite mass, solved with the smallest multipliers where rows are redundant.
 pub(crate) struct MassSaddle {
-    mass: Cholesky,
+    /// L of the mass.
+    lower: Matrix,
     /// `L^-1 G^T` with rows of G scaled to length one in it, by its singular values.
     left: Matrix,
     values: Vec<f64>,
@@ -95,8 +96,6 @@ impl MassSaddle {
         let (n, m) = (q.len(), model.constraints());
         let mut gap_jacobian = Matrix::zeros(m, n);
         model.gap_jacobian(q, &mut gap_jacobian);
-        let mut mass = Cholesky::new(n);
-        mass.factorise(metric).map_err(|_| SingularMass)?;
         let lower = metric.clone().cholesky().ok_or(SingularMass)?.l();
         let mut half = gap_jacobian.transpose();
         lower.solve_lower_triangular_mut(&mut half);
@@ -107,11 +106,10 @@ impl MassSaddle {
         for (mut column, factor) in half.column_iter_mut().zip(&inverse_lengths) {
             column *= *factor;
         }
-        let (left, values, right) = full_svd(&half).ok_or(SingularMass)?;
+        let (mut left, values, right) = thin_svd(&half).ok_or(SingularMass)?;
         // In terms of coordinates: L^-T U.
-        let mut in_coordinates = left.columns(0, n.min(m)).into_owned();
-        lower.tr_solve_lower_triangular_mut(&mut in_coordinates);
-        Ok(Self { mass, left: in_coordinates, values, right, inverse_lengths, gap_jacobian })
+        lower.tr_solve_lower_triangular_mut(&mut left);
+        Ok(Self { lower, left, values, right, inverse_lengths, gap_jacobian })
     }
 
     /// How many constraints are independent.
@@ -126,6 +124,15 @@ impl MassSaddle {
             0 => 1.0,
             rank => self.values[rank - 1] / self.values[0],
         }
+    }
+
+    /// How little the constraint moves that moves least, beside the one that moves most: at a position where bars are in line
+    /// it does not move at all.
+    pub(crate) fn least_motion(&self) -> f64 {
+        let moved = || self.inverse_lengths.iter().filter(|&&factor| factor > 0.0);
+        let [least, most] =
+            [moved().copied().fold(0.0, f64::max), moved().copied().fold(f64::INFINITY, f64::min)];
+        if least > 0.0 { most / least } else { 1.0 }
     }
 
     /// The smallest change x of coordinates with `G x = gaps`, as far as there is one, and `lambda` with
@@ -153,8 +160,9 @@ impl MassSaddle {
 
     /// Accelerations and multipliers with `M a + G^T lambda = force` and `G a = gap_accelerations`.
     pub(crate) fn solve(&mut self, force: &[f64], gap_accelerations: &[f64]) -> (Vec<f64>, Vec<f64>) {
-        let mut free = force.to_vec();
-        self.mass.solve(&mut free);
+        let mut free = Matrix::from_column_slice(force.len(), 1, force);
+        self.lower.solve_lower_triangular_mut(&mut free);
+        self.lower.tr_solve_lower_triangular_mut(&mut free);
         let missing: Vec<f64> = gap_accelerations
             .iter()
             .enumerate()
@@ -163,8 +171,8 @@ impl MassSaddle {
             })
             .collect();
         let (change, multipliers) = self.closing(&missing);
-        free.iter_mut().zip(change).for_each(|(a, change)| *a += change);
-        (free, multipliers)
+        let accelerations = free.iter().zip(change).map(|(a, change)| a + change).collect();
+        (accelerations, multipliers)
     }
 }
 

@@ -31,7 +31,7 @@ pub(crate) use eigen::symmetric_part;
 pub use eigen::{Complex, eigen, eigenvalues, symmetric_eigen, symmetric_eigenvalues};
 pub use failure::{NotPositiveDefinite, Singular};
 pub use lu::Lu;
-pub use svd::{MinimumNorm, condition_number, full_svd, minimum_norm_solution, singular_values};
+pub use svd::{MinimumNorm, condition_number, full_svd, minimum_norm_solution, singular_values, thin_svd};
 pub use tree::{Generators, TreeLu, TreeMatrix, TreePlace};
 
 /// A dense matrix of doubles, stored by columns.

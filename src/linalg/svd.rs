@@ -53,6 +53,22 @@ pub fn full_svd(a: &Matrix) -> Option<(Matrix, Vec<f64>, Matrix)> {
     ))
 }
 
+/// `A = U diag(s) V^T` with as many columns of U and V as there are singular values s, largest first; `None` when `a` is not
+/// finite. Allocates.
+pub fn thin_svd(a: &Matrix) -> Option<(Matrix, Vec<f64>, Matrix)> {
+    if !a.iter().all(|v| v.is_finite()) {
+        return None;
+    }
+    let svd = view(a).thin_svd().ok()?;
+    let (u, s, v) = (svd.U(), svd.S().column_vector(), svd.V());
+    let ((m, n), size) = (a.shape(), a.nrows().min(a.ncols()));
+    Some((
+        Matrix::from_fn(m, size, |i, j| u[(i, j)]),
+        (0..size).map(|i| s[i]).collect(),
+        Matrix::from_fn(n, size, |i, j| v[(i, j)]),
+    ))
+}
+
 /// Singular values of `a`, largest first; `None` when `a` is not finite. Allocates.
 pub fn singular_values(a: &Matrix) -> Option<Vec<f64>> {
     let (a, scale) = moderate(a)?;

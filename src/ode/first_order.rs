@@ -17,6 +17,11 @@ const ROUNDING: f64 = 1e-9;
 /// with the inverse square of it, and so do their errors.
 const SMALLEST_MARGIN: f64 = 1e-4;
 
+/// Where no step is small enough, constraints are why that are nearer to each other than this angle, or of which one moves so
+/// little beside the others: accelerations are at least ten thousand times those elsewhere.
+const NEARLY_SINGULAR: f64 = 1e-2;
+const NEARLY_IN_LINE: f64 = 1e-4;
+
 /// The free motion of a model as `y' = f(t, y)` with `y = (q, qd)`, 2n equations, and its exact Jacobian.
 ///
 /// Where the mass matrix is singular the right-hand side is NaN.
@@ -70,12 +75,23 @@ impl<M: Model> FirstOrder<M> {
                 Ok(fit)
             });
         velocity.copy_from_slice(v);
-        held.is_ok_and(|Fit { change, largest, rank: now, margin }| {
+        held.is_ok_and(|Fit { change, largest, rank: now, margin, .. }| {
             let is_regular = now >= *rank && margin > SMALLEST_MARGIN;
             *rank = now.max(*rank);
             let is_small = change <= LARGEST_CHANGE * LARGEST_CHANGE * *fastest || largest <= ROUNDING;
             is_regular && is_small
         })
+    }
+
+    /// Whether a state is so near to a singular position that no step from there may be small enough.
+    pub(crate) fn is_nearly_singular(&mut self, y: &[f64]) -> bool {
+        let (q, v) = y.split_at(self.n);
+        self.model.constraints() > 0
+            && projection::fit_velocities(&mut self.model, q, &mut v.to_vec()).is_ok_and(
+                |Fit { rank, margin, least_motion, .. }| {
+                    rank < self.rank || margin < NEARLY_SINGULAR || least_motion < NEARLY_IN_LINE
+                },
+            )
     }
 
     /// The model.

@@ -105,6 +105,17 @@ impl<M: Model> Integrator<M> {
         }
     }
 
+    /// Whether loops are so near to a singular position that no step of an explicit method may be small enough.
+    pub(super) fn is_nearly_singular(&mut self) -> bool {
+        match self {
+            Self::Newmark { .. } | Self::Radau { .. } => false,
+            Self::FirstOrder { system, stepper, .. } => {
+                let [y, _] = stepper.state_mut();
+                system.is_nearly_singular(y)
+            }
+        }
+    }
+
     /// Goes on to a later end, whatever the status was.
     pub(super) fn go_on(&mut self, t_end: f64) {
         match self {

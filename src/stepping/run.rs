@@ -7,6 +7,7 @@ use super::status::{Status, Stop};
 use crate::balance::State;
 use crate::error::{Interrupted, InvalidInput, Number};
 use crate::model::{Energy, ForwardScratch, Model, SingularMass};
+use crate::ode;
 use crate::second_order::{self, Counters, Failure, Grid, is_whole, number_of_steps};
 use crate::signal::covers;
 use crate::tape::Tape;
@@ -178,6 +179,10 @@ impl<M: Model> Run<M> {
                 true => self.integrator.observe(|model, state| Stop::where_flawed(model, state.t, state.q)),
                 false => Some(Stop::at_singular_position(self.t())),
             };
+        } else if status == Some(Status::FirstOrder(ode::Status::StepTooSmall))
+            && self.integrator.is_nearly_singular()
+        {
+            self.stop = Some(Stop::at_singular_position(self.t()));
         }
         Ok(self.stop.as_ref().map(|stop| stop.status).or(status))
     }
