@@ -53,6 +53,8 @@ class Run:
     interrupted: bool = False
     #: What stands around the times of an animation.
     label: ClassVar[tuple[str, str]] = ("t = ", " s")
+    #: The labels of an animation are its times.
+    labels: ClassVar[None] = None
     #: The state at which an animation opens.
     opens_at: ClassVar[int] = 0
 
@@ -158,6 +160,7 @@ class Made:
     motion: MotionResult
     model: Model
     label: ClassVar[tuple[str, str]] = Run.label
+    labels: ClassVar[None] = None
     opens_at: ClassVar[int] = Run.opens_at
     wants: ClassVar[frozenset[str]] = frozenset({"energy"})
 

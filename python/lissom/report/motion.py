@@ -50,7 +50,11 @@ class Animated(Protocol):
 
     @property
     def t(self) -> Array:
-        """What the shapes are labelled by, shape (m,)."""
+        """When the shapes are shown, shape (m,), rising."""
+
+    @property
+    def labels(self) -> Array | None:
+        """What the labels say of the shapes, shape (m,); None for `t`."""
 
     @property
     def q(self) -> Array:
@@ -234,4 +238,5 @@ def _scene(
     is_time = run.label[1].strip() == "s"
     around = [thing.name for thing in things if thing.layer in ("gravity", "current")]
     t = np.asarray(run.t, float)[at]
-    return Scene(t, run.label, is_time, opens_at, things, low, high, eye, ground, names, around)
+    labels = None if run.labels is None else run.labels[at]
+    return Scene(t, run.label, is_time, opens_at, things, low, high, eye, ground, names, around, labels)
