@@ -130,7 +130,12 @@ def of_path(result: ContinuationResult, model: Model | None) -> NDArray[Any]:
         for one in axes:
             one.axvline(point.load_factor, color="tab:red", linestyle=":", linewidth=1.0)
         axes[0].annotate(
-            point.kind, (point.load_factor, 1.0), xycoords=("data", "axes fraction"), color="tab:red"
+            point.kind,
+            (point.load_factor, 1.0),
+            xytext=(0.0, 3.0),
+            textcoords="offset points",
+            xycoords=("data", "axes fraction"),
+            color="tab:red",
         )
     axes[-1].set_xlabel("load factor")
     return axes  # type: ignore[no-any-return]
@@ -144,6 +149,8 @@ def of_modes(result: ModesResult) -> NDArray[Any]:
     axes[0].set_ylabel("frequency (Hz)")
     axes[1].bar(numbers, result.damping_ratio)
     axes[1].set_ylabel("damping ratio")
+    if not np.any(result.damping_ratio):
+        axes[1].set_ylim(0.0, 1.0)
     axes[1].set_xlabel("mode")
     for one in axes:
         one.xaxis.get_major_locator().set_params(integer=True)
@@ -185,6 +192,11 @@ class _Drawn:
             getattr(self.axes, f"set_{name}lim")(middle - half, middle + half)
         if len(low) == 3:
             self.axes.set_box_aspect((1, 1, 1))
+            for name in "xyz":
+                # Numbers of three axes that are seen at an angle stand close to each other.
+                axis = getattr(self.axes, f"{name}axis")
+                axis.get_major_locator().set_params(nbins=4)
+                axis.labelpad = 9.0
         else:
             self.axes.set_aspect("equal")
 

@@ -94,6 +94,11 @@ class Run:
         return np.ones(len(self.t))
 
     @property
+    def outline(self) -> tuple[str, Array]:
+        """What is drawn dashed, and its coordinates (n,)."""
+        return "initial shape", self.q[0]
+
+    @property
     def message(self) -> str:
         """How it ended, in the words of a scene."""
         return in_words_of_a_scene(self.motion.message)
@@ -198,6 +203,11 @@ class Made:
     def load_factor(self) -> Array:
         """How much of the loads acts, shape (m,): all of them."""
         return np.ones(len(self.t))
+
+    @property
+    def outline(self) -> tuple[str, Array]:
+        """What is drawn dashed, and its coordinates (n,)."""
+        return "initial shape", self.q[0]
 
     @cached_property
     def view(self) -> View:

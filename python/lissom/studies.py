@@ -68,6 +68,8 @@ class Slides:
     inputs: Array | None = None
     #: What the labels say, shape (m,); `t` by default.
     labels: Array | None = None
+    #: What is drawn dashed, and its coordinates (n,).
+    outline: tuple[str, Array] | None = None
 
     @cached_property
     def v(self) -> Array:

@@ -271,6 +271,27 @@ def test_a_path_whose_loads_turn_back_is_shown_from_end_to_end():
     assert stiffness.figure.clock == ""
 
 
+def test_an_equilibrium_without_a_path_is_shown_alone():
+    for model, name in ((rod(), "rod"), (pendulum(), "mass")):
+        rest = lissom.statics(model, np.full(model.n, -0.1))
+        assert rest.path is None
+        (player,) = sections(build(rest, model))["Shape"]
+        assert len(player.scene.t) == 1
+        assert {"paths", "initial shape"}.isdisjoint(player.scene.layers)
+        assert name in player.scene.in_words
+
+
+def test_modes_are_shown_beside_the_undeflected_shape():
+    model = rod()
+    q = lissom.statics(model).q
+    built = studies.vibrations(setting_for(model, 2, 0.0, None), q, lissom.modes(model, q), "A rod")
+    shown = built.sections[0].parts[0].scene
+    (outline,) = shown.of(layers.Line, "initial shape")
+    assert shown.names["initial shape"] == "undeflected shape"
+    (link,) = view(model).links
+    np.testing.assert_allclose(outline.points[0, :-1], model.pose(q, link.stations)[:, :3, 3], atol=1e-12)
+
+
 def test_inputs_of_a_path_are_those_of_its_report(tmp_path):
     pull = lissom.Tendon("pull", [lissom.Along(offset=(0, 0.005))], tension=lissom.Input("tension", 1.0))
     model = lissom.Rod([segment()], actuators=[pull])

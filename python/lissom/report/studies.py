@@ -55,9 +55,17 @@ def equilibrium(
     if path is not None:
         sections = _along(setting, path)
     elif start is None:
-        sections = motion.sections("Shape", Slides(setting, np.zeros(1), found.q[None]), shown.caption)
+        alone = Slides(setting, np.zeros(1), found.q[None])
+        sections = motion.sections("Shape", alone, "The shape in which it rests.")
     else:
-        both = Slides(setting, np.array([0.0, 1.0]), np.stack([start, found.q]), ("", ""), opens_at=1)
+        both = Slides(
+            setting,
+            np.array([0.0, 1.0]),
+            np.stack([start, found.q]),
+            ("", ""),
+            opens_at=1,
+            outline=("initial shape", start),
+        )
         sections = motion.sections("Shape", both, "0 is the start, 1 the equilibrium.")
     if found.success and shown.members:
         sections.append(page.Section("Links", [_wrenches(setting, found.q, shown.members)]))
@@ -76,7 +84,9 @@ def continuation(setting: Setting, found: ContinuationResult, title: str) -> pag
         ("load factor", f"from {factor[0]:.6g} to {factor[-1]:.6g}"),
     ]
     if (np.diff(factor) < 0.0).any():
-        rows.append(("load factor, least and largest", f"{factor.min():.6g}, {factor.max():.6g}"))
+        # The path turns at limit points, which may lie between two of its equilibria.
+        reached = [*factor, *(point.load_factor for point in path.critical_points)]
+        rows.append(("load factor, least and largest", f"{min(reached):.6g}, {max(reached):.6g}"))
     if path.u is not None:
         names = setting.model.inputs
         for name, column in zip(names, path.u.T, strict=True):
@@ -111,6 +121,7 @@ def _along(setting: Setting, path: EquilibriumPath) -> list[page.Section]:
         factors=factor if path.u is None else None,
         inputs=path.u,
         labels=None if is_rising else factor,
+        outline=("initial shape", path.q[0]),
     )
     what = "while the loads grow" if path.u is None else "while the inputs change"
     if not is_rising:
@@ -240,4 +251,5 @@ def _vibration(setting: Setting, q: Array, found: ModesResult, k: int) -> Slides
     hertz = found.frequency[k]
     period = 1.0 / hertz if hertz > 0 else 1.0
     phase = np.linspace(0.0, 1.0, FRAMES)
-    return Slides(setting, phase * period, swing(setting, q, found.shapes[:, k], phase))
+    states = swing(setting, q, found.shapes[:, k], phase)
+    return Slides(setting, phase * period, states, outline=("undeflected shape", q))

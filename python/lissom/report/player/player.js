@@ -225,7 +225,7 @@ export class Player {
     for (const canvas of this.canvases) {
       Object.assign(canvas, { width: Math.round(width * this.ratio), height: Math.round(height * this.ratio) });
     }
-    this.camera.resize(width / height);
+    this.camera.resize(width, height);
     this.draw();
   }
 
