@@ -1427,6 +1427,15 @@ class StaticsResult:
     @property
     def njev(self) -> int: ...
     def plot(self, model: Model) -> NDArray[Any]: ...
+    def report(
+        self,
+        path: str | PathLike[str],
+        model: Model,
+        *,
+        title: str = "Equilibrium",
+        t: float = 0.0,
+        u: ArrayLike | None = None,
+    ) -> None: ...
     def save(self, path: str | PathLike[str], model: Model | None = None) -> None: ...
     def to_xarray(self, model: Model | None = None) -> xarray.Dataset: ...
 
@@ -1534,6 +1543,24 @@ class ContinuationResult:
     @property
     def njev(self) -> int: ...
     def plot(self, model: Model | None = None) -> NDArray[Any]: ...
+    def animate(
+        self,
+        path: str | PathLike[str],
+        model: Model,
+        *,
+        fps: float = 25.0,
+        duration: float = 4.0,
+        t: float = 0.0,
+    ) -> None: ...
+    def report(
+        self,
+        path: str | PathLike[str],
+        model: Model,
+        *,
+        title: str = "Path of equilibria",
+        t: float = 0.0,
+        u: ArrayLike | None = None,
+    ) -> None: ...
     def save(self, path: str | PathLike[str], model: Model | None = None) -> None: ...
     def to_xarray(self, model: Model | None = None) -> xarray.Dataset: ...
 
@@ -1597,6 +1624,27 @@ class ModesResult:
     @property
     def residual_norm(self) -> float: ...
     def plot(self) -> NDArray[Any]: ...
+    def animate(
+        self,
+        path: str | PathLike[str],
+        model: Model,
+        q: ArrayLike,
+        *,
+        mode: int = 0,
+        fps: float = 25.0,
+        duration: float = 2.0,
+        t: float = 0.0,
+    ) -> None: ...
+    def report(
+        self,
+        path: str | PathLike[str],
+        model: Model,
+        q: ArrayLike,
+        *,
+        title: str = "Natural modes",
+        t: float = 0.0,
+        u: ArrayLike | None = None,
+    ) -> None: ...
     def save(self, path: str | PathLike[str], model: Model | None = None) -> None: ...
     def to_xarray(self, model: Model | None = None) -> xarray.Dataset: ...
 

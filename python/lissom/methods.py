@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     import xarray
-    from numpy.typing import NDArray
+    from numpy.typing import ArrayLike, NDArray
 
     from .live.server import LiveView
 
@@ -82,6 +82,61 @@ ImportError
 """
 
 
+_REPORT = """Write the report of {what}: one HTML file, as the command line writes it for scenes.
+
+Parameters
+----------
+path : path-like
+    The file to write; one that is there is replaced.
+model : Model
+    {role}
+{about}title : str
+    Heading of the page.
+t : float
+    The time at which loads that depend on it are shown, seconds.
+u : array_like, shape (m,), optional
+    The inputs; by default as `u0` of the model{own}.
+
+Raises
+------
+ValueError, TypeError
+    Where an argument is invalid, or the result has nothing to show.
+OSError
+    Where the file cannot be written.
+"""
+_ANIMATE = """Write {what} as an animation (extra `plot`).
+
+Parameters
+----------
+path : path-like
+    ``.gif``, or ``.mp4`` or ``.webm``, which need the program ffmpeg. A file that is there is replaced.
+model : Model
+    {role}
+{about}fps : float
+    Pictures per second of the animation, 1 to 100; at most 3000 pictures in all. GIF counts hundredths of
+    a second: rates that do not divide 100 are rounded.
+duration : float
+    {lasts}
+t : float
+    The time at which the model is shown, seconds.
+
+Raises
+------
+ValueError, TypeError
+    Where an argument is invalid, or the result has nothing to show.
+OSError
+    Where the file cannot be written, or ffmpeg is not installed.
+ImportError
+    Where Matplotlib is not installed.
+"""
+_ABOUT = """q : array_like, shape (n,)
+    The equilibrium about which it vibrates, as it was passed to `modes`.
+"""
+_WHICH = """mode : int
+    Index of the mode, from 0 for the slowest; reports and plots count from 1.
+"""
+
+
 def _plot_motion(self: MotionResult) -> NDArray[Any]:
     from .pictures import of_motion
 
@@ -136,9 +191,104 @@ def _report(self: MotionResult, path: str | os.PathLike[str], *, title: str = "M
     """
     from .report import write_result
 
+    write_result(self, path, title=_text(title))
+
+
+def _text(title: str) -> str:
     if not isinstance(title, str):
         raise TypeError(f"title: a {type(title).__name__} is not text")
-    write_result(self, path, title=title)
+    return title
+
+
+def _report_statics(
+    self: StaticsResult,
+    path: str | os.PathLike[str],
+    model: Model,
+    *,
+    title: str = "Equilibrium",
+    t: float = 0.0,
+    u: ArrayLike | None = None,
+) -> None:
+    from .report import write_equilibrium
+    from .studies import setting_for
+
+    write_equilibrium(self, path, setting_for(model, len(self.q), t, u), _text(title))
+
+
+def _report_path(
+    self: ContinuationResult,
+    path: str | os.PathLike[str],
+    model: Model,
+    *,
+    title: str = "Path of equilibria",
+    t: float = 0.0,
+    u: ArrayLike | None = None,
+) -> None:
+    from .report import write_equilibrium
+    from .studies import setting_for
+
+    write_equilibrium(self, path, setting_for(model, self.path.q.shape[1], t, u), _text(title))
+
+
+def _report_modes(
+    self: ModesResult,
+    path: str | os.PathLike[str],
+    model: Model,
+    q: ArrayLike,
+    *,
+    title: str = "Natural modes",
+    t: float = 0.0,
+    u: ArrayLike | None = None,
+) -> None:
+    from .report import write_modes
+    from .studies import setting_for, vector
+
+    setting = setting_for(model, self.shapes.shape[0], t, u)
+    write_modes(self, path, setting, vector("q", q, model.n), _text(title))
+
+
+def _animate_path(
+    self: ContinuationResult,
+    path: str | os.PathLike[str],
+    model: Model,
+    *,
+    fps: float = 25.0,
+    duration: float = 4.0,
+    t: float = 0.0,
+) -> None:
+    from .pictures import animate_path
+    from .studies import setting_for
+
+    animate_path(self, path, setting_for(model, self.path.q.shape[1], t, None), fps, duration)
+
+
+def _animate_mode(
+    self: ModesResult,
+    path: str | os.PathLike[str],
+    model: Model,
+    q: ArrayLike,
+    *,
+    mode: int = 0,
+    fps: float = 25.0,
+    duration: float = 2.0,
+    t: float = 0.0,
+) -> None:
+    from .pictures import animate_mode
+    from .studies import setting_for, vector
+
+    setting = setting_for(model, self.shapes.shape[0], t, None)
+    animate_mode(self, path, setting, vector("q", q, model.n), mode, fps, duration)
+
+
+def _of_what_rests(self: StaticsResult, name: str) -> Any:
+    if name == "animate":
+        raise AttributeError(
+            "an equilibrium does not move: `plot(model)` draws it, `report(path, model)` shows how it was "
+            "loaded, and `continuation(model).animate(path, model)` makes a film of the growing loads",
+            name=name,
+            obj=self,
+        )
+    raise AttributeError(f"'lissom.StaticsResult' object has no attribute {name!r}", name=name, obj=self)
 
 
 def _save(self: MotionResult | EnsembleResult, path: str | os.PathLike[str]) -> None:
@@ -294,4 +444,22 @@ def attach() -> None:
     _attach(StaticsResult, "plot", _plot_statics, f"Draw the equilibrium shape.\n{shown}{_AXES}")
     path = f"Draw coordinates and the lowest eigenvalue over the load factor.\n{_NAMES}{_AXES}"
     _attach(ContinuationResult, "plot", _plot_path, path)
+    rests, vibrates = "What rests.", "What vibrates."
+    own = "; a path of inputs has its own"
+    of_path, a_path = "a path of equilibria", "the path of equilibria, from its beginning to its end,"
+    of_rest = _REPORT.format(what="an equilibrium", role=rests, about="", own="")
+    _attach(StaticsResult, "report", _report_statics, of_rest)
+    _attach(StaticsResult, "__getattr__", _of_what_rests, "Say what to use in place of what is not there.")
+    of_path = _REPORT.format(what=of_path, role=rests, about="", own=own)
+    _attach(ContinuationResult, "report", _report_path, of_path)
+    lasts = (
+        "Seconds of the animation; equal times show equal parts of the way, as coordinates and loads change."
+    )
+    film = _ANIMATE.format(what=a_path, role=rests, about="", lasts=lasts)
+    _attach(ContinuationResult, "animate", _animate_path, film)
+    of_modes = _REPORT.format(what="natural modes", role=vibrates, about=_ABOUT, own="")
+    _attach(ModesResult, "report", _report_modes, of_modes)
+    lasts = "Seconds of the animation, which is one period of the mode: it is not shown in real time."
+    film = _ANIMATE.format(what="one period of a mode", role=vibrates, about=_ABOUT + _WHICH, lasts=lasts)
+    _attach(ModesResult, "animate", _animate_mode, film)
     _attach(ModesResult, "plot", _plot_modes, f"Draw frequencies and damping ratios.\n{_AXES}")

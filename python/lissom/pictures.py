@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +15,8 @@ from ._lissom import ContinuationResult, Model, ModesResult, MotionResult, Stati
 from .datasets import coordinates
 from .files import missing
 from .results import energies, instants
+from .studies import Setting, way
+from .swings import frequency, swing
 from .views import Coordinate, View, view
 
 if TYPE_CHECKING:
@@ -127,7 +130,12 @@ def of_path(result: ContinuationResult, model: Model | None) -> NDArray[Any]:
         for one in axes:
             one.axvline(point.load_factor, color="tab:red", linestyle=":", linewidth=1.0)
         axes[0].annotate(
-            point.kind, (point.load_factor, 1.0), xycoords=("data", "axes fraction"), color="tab:red"
+            point.kind,
+            (point.load_factor, 1.0),
+            xytext=(0.0, 3.0),
+            textcoords="offset points",
+            xycoords=("data", "axes fraction"),
+            color="tab:red",
         )
     axes[-1].set_xlabel("load factor")
     return axes  # type: ignore[no-any-return]
@@ -141,6 +149,8 @@ def of_modes(result: ModesResult) -> NDArray[Any]:
     axes[0].set_ylabel("frequency (Hz)")
     axes[1].bar(numbers, result.damping_ratio)
     axes[1].set_ylabel("damping ratio")
+    if not np.any(result.damping_ratio):
+        axes[1].set_ylim(0.0, 1.0)
     axes[1].set_xlabel("mode")
     for one in axes:
         one.xaxis.get_major_locator().set_params(integer=True)
@@ -182,6 +192,11 @@ class _Drawn:
             getattr(self.axes, f"set_{name}lim")(middle - half, middle + half)
         if len(low) == 3:
             self.axes.set_box_aspect((1, 1, 1))
+            for name in "xyz":
+                # Numbers of three axes that are seen at an angle stand close to each other.
+                axis = getattr(self.axes, f"{name}axis")
+                axis.get_major_locator().set_params(nbins=4)
+                axis.labelpad = 9.0
         else:
             self.axes.set_aspect("equal")
 
@@ -201,32 +216,85 @@ def _number(name: str, value: Any) -> float:
 
 def animate(result: MotionResult, path: str | os.PathLike[str], fps: float, speed: float) -> None:
     """Write a motion as a GIF or a film."""
-    path = Path(path)
-    if path.suffix not in CODECS:
-        raise ValueError(f"path: {path.name!r} has to end with one of {', '.join(CODECS)}")
-    fps, speed = _number("fps", fps), _number("speed", speed)
-    if not RATES[0] <= fps <= RATES[1]:
-        raise ValueError(f"fps: {fps:g} is not between {RATES[0]:g} and {RATES[1]:g} pictures per second")
-    if not (np.isfinite(speed) and speed > 0.0):
-        raise ValueError(f"speed: {speed:g} is not a finite number above zero")
+    path, fps, speed = _suffixed(path), _rate(fps), _positive("speed", speed)
     if result.model is None:
         raise ValueError("result: its model is not known; it has to be one of `simulate`, not of `newmark`")
     if len(result.t) == 0:
         raise ValueError(f"result: it has no states to show; {result.message}")
-    _need_matplotlib()
-    codec = CODECS[path.suffix]
-    if codec is not None and shutil.which("ffmpeg") is None:
-        raise FileNotFoundError(
-            f"{path.suffix} files need the program ffmpeg, which is not installed; .gif files do not"
-        )
     at = _pictures(result.t, fps, speed)
-    with path.open("ab"):  # what cannot be written is refused before minutes of drawing
-        pass
-    try:
-        _film(result, at, path, fps, codec)
-    except BaseException:
-        path.unlink(missing_ok=True)
-        raise
+    t, q = result.t[at], result.q[at]
+    _film(path, fps, view(result.model), q, t, [f"t = {time:.3f} s" for time in t])
+
+
+def animate_path(
+    result: ContinuationResult, path: str | os.PathLike[str], setting: Setting, fps: float, duration: float
+) -> None:
+    """Write a path of equilibria as a GIF or a film."""
+    path, fps, duration = _suffixed(path), _rate(fps), _positive("duration", duration)
+    found = result.path
+    if len(found.q) == 0:
+        raise ValueError(f"result: it has no equilibria to show; {result.message}")
+    place, at = way(found), np.linspace(0.0, 1.0, _count(fps, duration))
+    # Between equilibria shapes are interpolated, as in reports.
+    q = np.stack([np.interp(at, place, column) for column in found.q.T], axis=1).reshape(len(at), -1)
+    titles = [f"load factor {factor:.3f}" for factor in np.interp(at, place, found.load_factor)]
+    _film(path, fps, setting.view, q, np.full(len(at), setting.t), titles)
+
+
+def animate_mode(
+    result: ModesResult,
+    path: str | os.PathLike[str],
+    setting: Setting,
+    q: Array,
+    mode: int,
+    fps: float,
+    duration: float,
+) -> None:
+    """Write one period of a mode as a GIF or a film."""
+    path, fps, duration = _suffixed(path), _rate(fps), _positive("duration", duration)
+    if isinstance(mode, bool) or not isinstance(mode, int | np.integer):
+        raise TypeError(f"mode: a {type(mode).__name__} is not a whole number")
+    number = len(result.frequency)
+    if not 0 <= mode < number:
+        raise ValueError(
+            f"mode: got {mode}, expected a number from 0 to {number - 1}: there are {number} modes"
+        )
+    count = _count(fps, duration)
+    # The last picture is the one before the first: players go on without a halt.
+    states = swing(setting, q, result.shapes[:, mode], np.arange(count) / count)
+    title = f"mode {mode + 1} of {number}: {frequency(result, int(mode))}"
+    _film(path, fps, setting.view, states, np.full(count, setting.t), [title] * count)
+
+
+def _suffixed(path: str | os.PathLike[str]) -> Path:
+    path = Path(path)
+    if path.suffix not in CODECS:
+        raise ValueError(f"path: {path.name!r} has to end with one of {', '.join(CODECS)}")
+    return path
+
+
+def _rate(fps: float) -> float:
+    fps = _number("fps", fps)
+    if not RATES[0] <= fps <= RATES[1]:
+        raise ValueError(f"fps: {fps:g} is not between {RATES[0]:g} and {RATES[1]:g} pictures per second")
+    return fps
+
+
+def _positive(name: str, value: float) -> float:
+    value = _number(name, value)
+    if not (np.isfinite(value) and value > 0.0):
+        raise ValueError(f"{name}: {value:g} is not a finite number above zero")
+    return value
+
+
+def _count(fps: float, duration: float) -> int:
+    """Pictures of a film of so many seconds."""
+    count = fps * duration
+    if not count < MOST_PICTURES:
+        raise ValueError(
+            f"duration: {count:.3g} pictures are more than {MOST_PICTURES}; lower `fps` or `duration`"
+        )
+    return max(round(count), 1)
 
 
 def _pictures(t: Array, fps: float, speed: float) -> NDArray[np.intp]:
@@ -245,21 +313,38 @@ def _pictures(t: Array, fps: float, speed: float) -> NDArray[np.intp]:
     return nearest
 
 
-def _film(result: MotionResult, at: NDArray[np.intp], path: Path, fps: float, codec: str | None) -> None:
+def _film(path: Path, fps: float, shown: View, q: Array, t: Array, titles: Sequence[str]) -> None:
+    """Draw one state after the other, each with its title."""
+    _need_matplotlib()
+    codec = CODECS[path.suffix]
+    if codec is not None and shutil.which("ffmpeg") is None:
+        raise FileNotFoundError(
+            f"{path.suffix} files need the program ffmpeg, which is not installed; .gif files do not"
+        )
+    with path.open("ab"):  # what cannot be written is refused before minutes of drawing
+        pass
+    try:
+        _draw_film(path, fps, codec, shown, q, t, titles)
+    except BaseException:
+        path.unlink(missing_ok=True)
+        raise
+
+
+def _draw_film(
+    path: Path, fps: float, codec: str | None, shown: View, q: Array, t: Array, titles: Sequence[str]
+) -> None:
     from matplotlib.animation import AbstractMovieWriter, FFMpegWriter, PillowWriter
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    assert result.model is not None, "looked at before"
-    t, q = result.t[at], result.q[at]
     figure = Figure(figsize=(6.0, 5.0))
     FigureCanvasAgg(figure)
-    drawn = _Drawn(view(result.model), q, t, figure)
+    drawn = _Drawn(shown, q, t, figure)
     # Both take fractions, though Matplotlib's annotations do not say so; GIF counts hundredths of a second.
     rate: Any = fps
     writer: AbstractMovieWriter = PillowWriter(rate) if codec is None else FFMpegWriter(rate, codec)
     with writer.saving(figure, str(path), RESOLUTION):
-        for i in range(len(at)):
+        for i, title in enumerate(titles):
             drawn.show(i)
-            drawn.axes.set_title(f"t = {t[i]:.3f} s")
+            drawn.axes.set_title(title)
             writer.grab_frame()

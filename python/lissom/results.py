@@ -53,6 +53,8 @@ class Run:
     interrupted: bool = False
     #: What stands around the times of an animation.
     label: ClassVar[tuple[str, str]] = ("t = ", " s")
+    #: The labels of an animation are its times.
+    labels: ClassVar[None] = None
     #: The state at which an animation opens.
     opens_at: ClassVar[int] = 0
 
@@ -90,6 +92,11 @@ class Run:
     def load_factor(self) -> Array:
         """How much of the loads acts, shape (m,): all of them."""
         return np.ones(len(self.t))
+
+    @property
+    def outline(self) -> tuple[str, Array]:
+        """What is drawn dashed, and its coordinates (n,)."""
+        return "initial shape", self.q[0]
 
     @property
     def message(self) -> str:
@@ -158,6 +165,7 @@ class Made:
     motion: MotionResult
     model: Model
     label: ClassVar[tuple[str, str]] = Run.label
+    labels: ClassVar[None] = None
     opens_at: ClassVar[int] = Run.opens_at
     wants: ClassVar[frozenset[str]] = frozenset({"energy"})
 
@@ -195,6 +203,11 @@ class Made:
     def load_factor(self) -> Array:
         """How much of the loads acts, shape (m,): all of them."""
         return np.ones(len(self.t))
+
+    @property
+    def outline(self) -> tuple[str, Array]:
+        """What is drawn dashed, and its coordinates (n,)."""
+        return "initial shape", self.q[0]
 
     @cached_property
     def view(self) -> View:

@@ -10,9 +10,19 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from ._lissom import LissomError, ModesResult, Scene, StaticsResult, __version__, modes, statics
+from ._lissom import (
+    EquilibriumPath,
+    LissomError,
+    Model,
+    ModesResult,
+    Scene,
+    StaticsResult,
+    __version__,
+    modes,
+    statics,
+)
 from .files import imported, write_report, write_summary
 from .folders import MARK
 from .interruption import interruption
@@ -24,11 +34,27 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Slides:
-    """Shapes of a scene's model to be shown one after the other."""
+class Setting:
+    """A model and what acts on it while it rests or vibrates."""
 
-    scene: Scene
-    #: What the shapes are labelled by, shape (m,): times in seconds, or load factors.
+    model: Model
+    #: When it does so, seconds: for loads that depend on time.
+    t: float
+    #: The inputs, shape (inputs,).
+    u: Array
+
+    @cached_property
+    def view(self) -> View:
+        """What there is of the model to be drawn."""
+        return view(self.model)
+
+
+@dataclass(frozen=True)
+class Slides:
+    """Shapes of a model to be shown one after the other."""
+
+    setting: Setting
+    #: When each shape is shown, shape (m,), rising: times in seconds, or places in a series.
     t: Array
     #: Coordinates, shape (m, n).
     q: Array
@@ -38,6 +64,12 @@ class Slides:
     opens_at: int = 0
     #: How much of the loads acts, shape (m,); all of them by default.
     factors: Array | None = None
+    #: Inputs of each shape, shape (m, inputs); those of the setting by default.
+    inputs: Array | None = None
+    #: What the labels say, shape (m,); `t` by default.
+    labels: Array | None = None
+    #: What is drawn dashed, and its coordinates (n,).
+    outline: tuple[str, Array] | None = None
 
     @cached_property
     def v(self) -> Array:
@@ -46,28 +78,76 @@ class Slides:
 
     @cached_property
     def u(self) -> Array:
-        """Inputs, shape (m, inputs): as they are by themselves."""
-        u0 = self.scene.model.u0
-        return np.broadcast_to(u0, (len(self.q), len(u0)))
+        """Inputs, shape (m, inputs)."""
+        u = self.setting.u
+        return np.broadcast_to(u, (len(self.q), len(u))) if self.inputs is None else self.inputs
 
     @cached_property
     def load_factor(self) -> Array:
         """How much of the loads acts, shape (m,)."""
         return np.ones(len(self.t)) if self.factors is None else self.factors
 
-    @cached_property
+    @property
     def view(self) -> View:
         """What there is of the model to be drawn."""
-        return view(self.scene.model)
+        return self.setting.view
 
     @cached_property
     def clock(self) -> Array:
-        """Times at which the model is shown, seconds: the scene's first, for all shapes."""
-        return np.full(len(self.t), self.scene.simulation.t0)
+        """Times at which the model is shown, seconds: one for all shapes."""
+        return np.full(len(self.t), self.setting.t)
 
     def instants(self, most: int) -> NDArray[np.intp]:
         """Indices of at most so many shapes, evenly spread, first and last included."""
         return instants(len(self.t), most)
+
+
+def setting_of(scene: Scene) -> Setting:
+    """The model of a scene at its first time, with the inputs that it has by itself."""
+    return Setting(scene.model, scene.simulation.t0, scene.model.u0)
+
+
+def setting_for(model: Model, n: int, t: float, u: ArrayLike | None) -> Setting:
+    """The model of a result with ``n`` coordinates, as somebody names it: checked."""
+    if not isinstance(model, Model):
+        raise TypeError(f"model: a {type(model).__name__} is not a model")
+    if model.n != n:
+        raise ValueError(f"model: it has {model.n} coordinates, the result has {n}")
+    if isinstance(t, bool) or not isinstance(t, int | float | np.integer | np.floating):
+        raise TypeError(f"t: a {type(t).__name__} is not a number")
+    if not np.isfinite(t):
+        raise ValueError(f"t: got {t}, expected a finite number (seconds)")
+    u0 = model.u0
+    return Setting(model, float(t), u0 if u is None else vector("u", u, len(u0)))
+
+
+def vector(name: str, values: ArrayLike, count: int) -> Array:
+    """So many finite numbers."""
+    try:
+        array = np.asarray(values)
+    except ValueError:  # lists of different lengths
+        array = np.empty((), object)
+    if array.ndim != 1 or (array.dtype.kind not in "iuf" and len(array)):
+        given = type(values).__name__
+        raise TypeError(f"{name}: expected a one-dimensional array of real numbers, got {given}")
+    if len(array) != count:
+        raise ValueError(f"{name}: expected {count} values, got {len(array)}")
+    numbers = array.astype(float)
+    if not np.isfinite(numbers).all():
+        raise ValueError(f"{name}: expected finite numbers, got {numbers[~np.isfinite(numbers)][0]}")
+    return numbers
+
+
+def way(path: EquilibriumPath) -> Array:
+    """Distance along a path of equilibria, shape (k,), rising from 0 to 1 also where the loads turn back.
+
+    Each step counts by the change of the coordinates and of the load factor, both relative to their ranges.
+    """
+    q = path.q / (float(np.linalg.norm(np.ptp(path.q, axis=0))) or 1.0)
+    factor = path.load_factor / (float(np.ptp(path.load_factor)) or 1.0)
+    steps = np.linalg.norm(np.diff(np.column_stack([q, factor]), axis=0), axis=1)
+    distance = np.concatenate([[0.0], np.cumsum(steps)])
+    return distance / (distance[-1] or 1.0)
 
 
 @dataclass(frozen=True)

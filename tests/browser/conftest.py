@@ -2,6 +2,7 @@
 
 import os
 
+import numpy as np
 import pytest
 from playwright.sync_api import sync_playwright
 
@@ -62,7 +63,7 @@ def browser():
 
 @pytest.fixture(scope="session")
 def folder(tmp_path_factory):
-    """Reports of a rod: of its motion, of its equilibrium, of its modes."""
+    """Reports of a rod: its motion, its equilibrium, its modes; and a path along which loads turn back."""
     made = tmp_path_factory.mktemp("reports")
     scene = lissom.Scene.loads(ROD)
     report.write(Run(scene, scene.run()), made / "motion.html")
@@ -70,7 +71,21 @@ def folder(tmp_path_factory):
     assert rest.found.success
     study_reports.write(rest, made / "statics.html")
     study_reports.write(studies.study_modes(scene, rest), made / "modes.html")
+    column, path = turning_path()
+    path.report(made / "path.html", column)
     return made
+
+
+def turning_path():
+    """A column that is bent to the wrong side: its load falls to a limit point, and grows to where it was."""
+    length, radius, young = 0.2, 0.01, 1e6
+    euler = np.pi**3 / 16 * young * radius**4 / length**2
+    segment = lissom.Segment(length, radius, young, poisson_ratio=0.5, density=1000, modes={"bend_y": 3})
+    column = lissom.Rod([segment], gravity=(0, 0, 0), tip_force=(-2 * euler, 0, 0.02 * euler))
+    wrong = lissom.statics(column, q0=[0.5 / length, 0, 0])
+    path = lissom.continuation(column, wrong.q, load_factor=1.0, direction=-wrong.q)
+    assert path.path.load_factor[0] == path.path.load_factor[-1] == 1.0
+    return column, path
 
 
 class Opened:

@@ -9,6 +9,8 @@ import pytest
 from axe_playwright_python.sync_playwright import Axe
 from PIL import Image
 
+from conftest import turning_path
+
 PICTURES = Path(__file__).parent / "pictures"
 
 #: Screenshots are compared in squares of so many pixels, which differ by at most so much of white: letters
@@ -28,7 +30,7 @@ def test_reports_are_small(folder):
         assert path.stat().st_size < LARGEST / 2, path.name
 
 
-@pytest.mark.parametrize("name", ["motion", "statics", "modes"])
+@pytest.mark.parametrize("name", ["motion", "statics", "modes", "path"])
 def test_everything_is_drawn(name, opened):
     shown = opened(name)
     shown.page.wait_for_function(READY)
@@ -40,6 +42,38 @@ def test_everything_is_drawn(name, opened):
         })"""
     )
     assert all(count > 10 for count in colours)
+
+
+def test_a_path_whose_loads_turn_back_plays_and_says_its_loads(opened):
+    shown = opened("path")
+    factor = turning_path()[1].path.load_factor
+    assert shown.run("return [clock.start, clock.end, clock.time]") == [0, 1, 1]
+    said = []
+    for part in np.linspace(0, 1, 41):
+        shown.run(f"clock.seek({part})")
+        said.append(float(shown.page.locator(".now").text_content().removeprefix("load factor ")))
+    assert said[0] == said[-1] == 1.0
+    # Down to the limit point and up again, never below it.
+    lowest = int(np.argmin(said))
+    assert (np.diff(said[: lowest + 1]) <= 0).all()
+    assert (np.diff(said[lowest:]) >= 0).all()
+    assert factor.min() - 1e-3 <= min(said) <= factor.min() + 0.05
+    # The Play button is there: this is no still.
+    assert shown.page.locator(".play").is_visible()
+
+
+def test_what_is_written_stands_above_the_model(opened):
+    shown = opened("statics", width=390, height=844)
+    top = shown.run(
+        """const { camera } = player, { matrix } = camera.look(), { low, high } = camera;
+        const height = (x, y, z) => (matrix[1] * x + matrix[5] * y + matrix[9] * z + matrix[13])
+          / (matrix[3] * x + matrix[7] * y + matrix[11] * z + matrix[15]);
+        const corners = [...Array(8).keys()].map((i) =>
+          [0, 1, 2].map((axis) => ((i >> axis) & 1 ? high : low)[axis]));
+        const highest = Math.max(...corners.map((corner) => height(...corner)));
+        return 0.5 * (1 - highest) * player.view.clientHeight;"""
+    )
+    assert top > 30
 
 
 def test_scrubbing_while_it_plays(opened):
@@ -279,7 +313,7 @@ def test_views_look_as_they_did(name, opened, request):
     path = PICTURES / f"{name}.png"
     if request.config.getoption("--new-pictures"):
         path.parent.mkdir(exist_ok=True)
-        picture.quantize(64).save(path, optimize=True)
+        picture.quantize(256).save(path, optimize=True)
     wanted = Image.open(path).convert("RGB")
     assert picture.size == wanted.size
     apart = np.abs(squares(picture) - squares(wanted))

@@ -101,6 +101,33 @@ def test_the_motion_is_seen(live):
     assert len(before) > 10_000
 
 
+def test_traces_and_colours_are_drawn(live):
+    shown = live(paused=True)
+    canvas = shown.page.locator("canvas").first
+    shown.press("Run")
+    shown.wait(lambda: shown.view.t > 0.5)
+    shown.press("Pause")
+    shown.wait(lambda: shown.page.get_by_role("button", name="Run", exact=True).count() == 1)
+    plain = canvas.screenshot()
+    shown.page.get_by_role("combobox").filter(has_text="position along the rod").or_(
+        shown.page.locator("input[value='position along the rod']")
+    ).first.click()
+    shown.page.get_by_role("option", name="curvature (1/m)").click()
+    shown.wait(lambda: "blue: 0, yellow:" in shown.page.inner_text("body"))
+    shown.page.wait_for_timeout(500)
+    coloured = canvas.screenshot()
+    assert coloured != plain
+    shown.page.get_by_role("checkbox", name="Trace").check()
+    # It falls from the start again.
+    shown.press("Reset")
+    shown.wait(lambda: shown.view.t == 0.0)
+    shown.press("Run")
+    shown.wait(lambda: shown.view.t > 0.5)
+    trace = shown.view._canvas._nodes["/paths/trace"]
+    assert trace.visible
+    assert np.ptp(trace.points.reshape(-1, 3), axis=0).max() > 0.01
+
+
 def test_a_slider_moves_its_input(live):
     shown = live()
     slider = shown.page.get_by_role("slider").nth(0)

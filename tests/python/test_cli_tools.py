@@ -1,6 +1,7 @@
 """The commands around scenes: new, doctor, completion; and advice where people see it."""
 
 import html
+import os
 import re
 import subprocess
 import sys
@@ -82,9 +83,11 @@ def test_new_leaves_files_as_they_are(tmp_path, monkeypatch):
     code, said = called("new", "mine.toml")
     assert (code, (tmp_path / "mine.toml").read_text()) == (2, "mine")
     assert "mine.toml exists; give another name" in said
-    code, said = called("new", "absent/mine")
-    assert code == 1
-    assert "absent/mine.toml could not be written" in said
+    for folder in ("absent", "a/b", "mine.toml"):
+        code, said = called("new", f"{folder}/mine")
+        assert code == 1
+        told = f"{folder}/mine.toml could not be written: there is no folder {folder}; make it first"
+        assert told in said.replace(os.sep, "/")
 
 
 def test_new_with_a_schema(tmp_path, monkeypatch):

@@ -19,6 +19,8 @@ from hypothesis import strategies as st
 
 import lissom
 from lissom import keeping, pictures, records
+from lissom.report import layers, studies
+from lissom.studies import setting_for, study_statics
 from lissom.views import view
 from test_pickle import assert_same
 
@@ -189,6 +191,166 @@ def test_a_report_is_written(tmp_path):
     assert "<title>A finger</title>" in (tmp_path / "x.html").read_text(encoding="utf-8")
 
 
+#: Buckling load of a clamped column of `segment`.
+EULER = np.pi**3 / 16 * 1e6 * 0.01**4 / 0.2**2
+
+
+def column(ratio=1.5, push=0.0):
+    """Under so many times its buckling load, and pushed to one side by a part of it."""
+    return lissom.Rod([segment(modes=3)], gravity=(0, 0, 0), tip_force=(-ratio * EULER, 0, push * EULER))
+
+
+def buckled():
+    """The path on which it bends to one side."""
+    (point, *_) = lissom.continuation(column()).path.critical_points
+    options = {"load_factor": point.load_factor, "direction": point.directions[0]}
+    return lissom.continuation(column(), point.q, **options)
+
+
+def sections(built):
+    return {section.title: section.parts for section in built.sections}
+
+
+def build(result, model, **options):
+    """The page of an equilibrium or of a path."""
+    what = studies.continuation if isinstance(result, lissom.ContinuationResult) else studies.equilibrium
+    return what(setting_for(model, model.n, 0.0, None), result, "A rod", **options)
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_reports_of_what_rests_and_vibrates(name, tmp_path):
+    model = MODELS[name]()
+    rest = lissom.statics(model, np.full(model.n, -0.1))
+    lissom.modes(model, rest.q).report(tmp_path / "modes.html", model, rest.q, title="Modes <of> it")
+    rest.report(tmp_path / "rest.html", model)
+    assert "<title>Modes &lt;of&gt; it</title>" in (tmp_path / "modes.html").read_text(encoding="utf-8")
+    assert "<title>Equilibrium</title>" in (tmp_path / "rest.html").read_text(encoding="utf-8")
+
+
+def test_the_report_of_a_path_shows_its_equilibria():
+    result = buckled()
+    built = build(result, column())
+    (player,) = sections(built)["Shape"]
+    shown, factor = player.scene, result.path.load_factor
+    assert shown.opens_at == len(factor) - 1
+    np.testing.assert_array_equal(shown.t, factor)
+    (tube,) = shown.of(layers.Tube)
+    tip = column().pose(result.path.q)[:, :3, 3]
+    np.testing.assert_allclose(tube.centres[:, -1], tip, atol=1e-9)
+    rows = dict(sections(built)["Result"][1].rows)
+    assert rows["load factor"] == f"from {factor[0]:.6g} to 1"
+    assert rows["stability at the end"] == "stable"
+
+
+def test_the_report_of_a_scene_says_the_same_of_its_equilibrium():
+    scene = lissom.Scene.load(SCENES / "lab-horizontal.toml")
+    study = study_statics(scene)
+    of_scene = sections(studies.statics(study))
+    made = sections(build(lissom.statics(scene.model), scene.model))
+    assert made["Result"][1].rows == [row for row in of_scene["Result"][1].rows if row[0] != "time"]
+    ours, theirs = made["Shape"][0].scene, of_scene["Shape"][0].scene
+    assert ours.in_words == theirs.in_words
+    np.testing.assert_array_equal(ours.of(layers.Tube)[0].centres, theirs.of(layers.Tube)[0].centres)
+
+
+def test_a_path_whose_loads_turn_back_is_shown_from_end_to_end():
+    """Bent to the wrong side: the loads fall to a limit point, and grow again to where they were."""
+    model = column(2.0, push=0.02)
+    wrong = lissom.statics(model, q0=[2.5, 0.0, 0.0])
+    result = lissom.continuation(model, wrong.q, load_factor=1.0, direction=-wrong.q)
+    factor = result.path.load_factor
+    assert [factor[0], factor[-1]] == [1.0, 1.0]
+    assert factor.min() < 0.9
+    (player,) = sections(build(result, model))["Shape"]
+    shown = player.scene
+    assert (np.diff(shown.t) > 0.0).all()
+    assert [shown.t[0], shown.t[-1]] == [0.0, 1.0]
+    np.testing.assert_array_equal(shown.labels, factor)
+    assert "labels" in shown.document()
+    (stiffness, *_) = sections(build(result, model))["Stiffness"]
+    assert stiffness.figure.clock == ""
+
+
+def test_an_equilibrium_without_a_path_is_shown_alone():
+    for model, name in ((rod(), "rod"), (pendulum(), "mass")):
+        rest = lissom.statics(model, np.full(model.n, -0.1))
+        assert rest.path is None
+        (player,) = sections(build(rest, model))["Shape"]
+        assert len(player.scene.t) == 1
+        assert {"paths", "initial shape"}.isdisjoint(player.scene.layers)
+        assert name in player.scene.in_words
+
+
+def test_modes_are_shown_beside_the_undeflected_shape():
+    model = rod()
+    q = lissom.statics(model).q
+    built = studies.vibrations(setting_for(model, 2, 0.0, None), q, lissom.modes(model, q), "A rod")
+    shown = built.sections[0].parts[0].scene
+    (outline,) = shown.of(layers.Line, "initial shape")
+    assert shown.names["initial shape"] == "undeflected shape"
+    (link,) = view(model).links
+    np.testing.assert_allclose(outline.points[0, :-1], model.pose(q, link.stations)[:, :3, 3], atol=1e-12)
+
+
+def test_inputs_of_a_path_are_those_of_its_report(tmp_path):
+    pull = lissom.Tendon("pull", [lissom.Along(offset=(0, 0.005))], tension=lissom.Input("tension", 1.0))
+    model = lissom.Rod([segment()], actuators=[pull])
+    result = lissom.continuation(model, inputs={"tension": (0.5, 2.0)})
+    rows = dict(sections(build(result, model))["Result"][1].rows)
+    assert rows["input tension"] == "from 0.5 to 2"
+    result.animate(tmp_path / "x.gif", model, fps=5, duration=0.4)
+
+
+def test_a_film_of_a_path_goes_from_its_beginning_to_its_end(tmp_path, monkeypatch):
+    result, seen = buckled(), []
+    monkeypatch.setattr(pictures, "_draw_film", lambda *film: seen.append(film))
+    result.animate(tmp_path / "x.gif", column(), fps=10, duration=2.0)
+    ((_, fps, _, _, q, _, titles),) = seen
+    assert (fps, len(titles)) == (10.0, 20)
+    np.testing.assert_allclose(q[[0, -1]], result.path.q[[0, -1]], rtol=1e-14)
+    assert titles[0] == f"load factor {result.path.load_factor[0]:.3f}"
+    # Every picture is between two equilibria.
+    steps = np.abs(np.diff(q, axis=0)).max(axis=0)
+    assert (steps < np.ptp(result.path.q, axis=0).max() / 5).all()
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_a_film_of_a_mode_is_one_period_about_the_equilibrium(name, tmp_path, monkeypatch):
+    model, seen = MODELS[name](), []
+    rest = lissom.statics(model, np.full(model.n, -0.1))
+    found = lissom.modes(model, rest.q)
+    monkeypatch.setattr(pictures, "_draw_film", lambda *film: seen.append(film))
+    found.animate(tmp_path / "x.gif", model, rest.q, mode=1, fps=20, duration=1.0)
+    ((_, _, _, _, q, _, titles),) = seen
+    np.testing.assert_allclose(q.mean(axis=0), rest.q, atol=1e-12 * np.abs(q).max())
+    # All move along the shape of the mode.
+    away, shape = q - rest.q, found.shapes[:, 1].real
+    np.testing.assert_allclose(away, np.outer(away @ shape, shape) / (shape @ shape), atol=1e-9)
+    np.testing.assert_allclose(away[0], -away[10], atol=1e-9)
+    assert titles == [f"mode 2 of {model.n}: {found.frequency[1]:.4g} Hz"] * 20
+
+
+def test_films_of_paths_and_modes_are_written(tmp_path):
+    image = pytest.importorskip("PIL.Image")
+    model = rod()
+    path, found = lissom.continuation(model, max_steps=4), lissom.modes(model, np.zeros(2))
+    path.animate(tmp_path / "path.gif", model, fps=10, duration=0.6)
+    found.animate(tmp_path / "mode.gif", model, np.zeros(2), fps=10, duration=0.6)
+    for name in ("path", "mode"):
+        with image.open(tmp_path / f"{name}.gif") as film:
+            assert film.n_frames == 6
+
+
+def test_equilibria_do_not_move():
+    rest = lissom.statics(rod())
+    assert not hasattr(rest, "animate")
+    with pytest.raises(AttributeError, match=r"continuation\(model\)\.animate") as error:
+        rest.animate("x.gif")
+    assert (error.value.name, error.value.obj) == ("animate", rest)
+    with pytest.raises(AttributeError, match="has no attribute 'q1'"):
+        _ = rest.q1
+
+
 def test_a_timeline_has_the_rods_at_every_time(tmp_path):
     model = robot()
     result = lissom.simulate(model, 0.05)
@@ -252,6 +414,63 @@ def test_films_without_ffmpeg(tmp_path, monkeypatch):
     with pytest.raises(FileNotFoundError, match="ffmpeg"):
         lissom.simulate(rod(), 0.01).animate(tmp_path / "x.mp4")
     assert not (tmp_path / "x.mp4").exists()
+
+
+@pytest.mark.parametrize(
+    ("options", "error", "message"),
+    [
+        ({"model": "rod"}, TypeError, "model: a str is not a model"),
+        ({"model": rod(modes=3)}, ValueError, "model: it has 3 coordinates, the result has 2"),
+        ({"t": np.nan}, ValueError, "t: got nan"),
+        ({"t": "now"}, TypeError, "t: a str"),
+        ({"u": [1.0]}, ValueError, "u: expected 0 values, got 1"),
+        ({"u": [[1.0], 2.0]}, TypeError, "u: expected a one-dimensional array of real numbers, got list"),
+        ({"title": 1}, TypeError, "title: a int is not text"),
+    ],
+)
+def test_senseless_reports_are_refused(options, error, message, tmp_path):
+    path, model = tmp_path / "x.html", rod()
+    for result, q in (
+        (lissom.statics(model), ()),
+        (lissom.continuation(model, max_steps=2), ()),
+        (lissom.modes(model, [0.0, 0.0]), ([0.0, 0.0],)),
+    ):
+        given = {"model": model} | options
+        with pytest.raises(error, match=message):
+            result.report(path, given.pop("model"), *q, **given)
+    assert not path.exists()
+
+
+@pytest.mark.parametrize(
+    ("options", "error", "message"),
+    [
+        ({"mode": 2}, ValueError, "mode: got 2, expected a number from 0 to 1"),
+        ({"mode": -1}, ValueError, "mode: got -1"),
+        ({"mode": 1.0}, TypeError, "mode: a float is not a whole number"),
+        ({"q": [0.0]}, ValueError, "q: expected 2 values, got 1"),
+        ({"q": [0.0, np.inf]}, ValueError, "q: expected finite numbers, got inf"),
+        ({"duration": 0}, ValueError, "duration: 0 is not a finite number above zero"),
+        ({"duration": 1e9}, ValueError, "duration: 2.5e.10 pictures are more than 3000"),
+        ({"fps": "fast"}, TypeError, "fps: a str is not a number"),
+        ({"path": "x.png"}, ValueError, "has to end with one of"),
+    ],
+)
+def test_senseless_films_of_modes_are_refused(options, error, message, tmp_path):
+    model = rod()
+    found = lissom.modes(model, [0.0, 0.0])
+    given = {"path": tmp_path / "x.gif", "q": [0.0, 0.0]} | options
+    with pytest.raises(error, match=message):
+        found.animate(given.pop("path"), model, given.pop("q"), **given)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_paths_without_equilibria_are_not_shown(tmp_path):
+    model = pendulum()
+    result = lissom.continuation(model)
+    assert len(result.path.q) == 0
+    for call, name in ((result.report, "x.html"), (result.animate, "x.gif")):
+        with pytest.raises(ValueError, match="it has no equilibria to show"):
+            call(tmp_path / name, model)
 
 
 @pytest.mark.parametrize(
@@ -483,7 +702,8 @@ def test_the_stubs_say_what_the_methods_take():
     seen = 0
     for owner in (*keeping.RESULTS, "Simulation"):
         of_stub = {node.name: node for node in classes[owner].body if isinstance(node, ast.FunctionDef)}
-        methods = {k: f for k, f in vars(getattr(lissom, owner)).items() if inspect.isfunction(f)}
+        own = vars(getattr(lissom, owner)).items()
+        methods = {k: f for k, f in own if inspect.isfunction(f) and not k.startswith("__")}
         for name, function in methods.items():
             arguments = of_stub[name].args
             names = [a.arg for a in (*arguments.args, *arguments.kwonlyargs)]
@@ -496,4 +716,4 @@ def test_the_stubs_say_what_the_methods_take():
         assert {n for n in of_stub if n in ("plot", "animate", "report", "save", "to_xarray", "view")} == set(
             methods
         )
-    assert seen == 16
+    assert seen == 21

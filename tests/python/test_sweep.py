@@ -8,12 +8,14 @@ import threading
 import time
 from pathlib import Path
 
+import click
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 import lissom
+from lissom.cli.sweep import Over
 from lissom.sweeps import executors, paths
 from lissom.sweeps.source import source_of
 
@@ -523,25 +525,40 @@ def test_the_command_says_what_failed(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "over",
+    ("over", "message"),
     [
-        "",
-        "a",
-        "a=",
-        "=1",
-        "a=1:2",
-        "a=1:2:x",
-        "a=1:1:3",
-        "a=1:2:1",
-        "a=0:1:3:log",
-        "a=1:2:3:lin",
-        "a=1:inf:3",
+        ("", "expected KEY=FROM:TO:N, "),
+        ("a", "expected KEY=FROM:TO:N, "),
+        ("a=", "expected KEY=FROM:TO:N, "),
+        ("=1", "expected KEY=FROM:TO:N, "),
+        ("a=1,,2", "a value between commas is missing"),
+        ("a=1:2", "got 2 parts between colons"),
+        ("a=1:2:3:log:5", "got 5 parts between colons"),
+        ("a=x:2:3", "FROM is 'x', expected a finite number"),
+        ("a=...:2:3", "FROM is '...', expected a finite number"),
+        ("a=1:inf:3", "TO is 'inf', expected a finite number"),
+        ("a=1::3", "TO is '', expected a finite number"),
+        ("a=1:2:x", "N is 'x', expected how many values: a whole number"),
+        ("a=1:2:3.5", "N is '3.5', expected how many values: a whole number"),
+        ("a=1:2:1", "N is 1, expected at least two values"),
+        ("a=1:2:999999999999", "N is 999999999999, expected at least two values, and at most 1,000,000"),
+        ("a=1:1:3", "FROM and TO are both 1"),
+        ("a=0:1:3:log", "a bound is 0, expected bounds > 0 with log"),
+        ("a=1:2:3:lin", "'lin' follows N, expected nothing or 'log'"),
     ],
 )
-def test_the_command_refuses_what_is_no_range(over, tmp_path):
+def test_the_command_refuses_what_is_no_range(over, message):
+    with pytest.raises(click.BadParameter) as error:
+        Over().convert(over, None, None)
+    assert error.value.message.startswith(f"{over!r}: ")
+    assert message in error.value.message
+
+
+def test_the_command_says_what_is_wrong_with_a_range(tmp_path):
     (tmp_path / "arm.toml").write_text(TEXT)
-    done = command("arm.toml", "--over", over, cwd=tmp_path)
+    done = command("arm.toml", "--over", "a=1:2:x", cwd=tmp_path)
     assert done.returncode == 2
+    assert "N is 'x', expected" in done.stderr
     assert "Traceback" not in done.stderr
     assert not (tmp_path / "results").exists()
 

@@ -17,8 +17,10 @@ from lissom.live.controls import STRONGEST, readout
 from lissom.live.motion import HELD, HELD_WHILE_PULLED, Motion
 from lissom.live.playback import PATIENCE, Playback
 from lissom.live.server import LiveView
-from lissom.live.shape import Shape
+from lissom.live.shape import SHADE, Shape
 from lissom.live.sliders import sliders
+from lissom.live.trace import PLACES, Trace
+from lissom.report import quantities
 from lissom.report.layers import Arrows, Solid, Strand, Tube
 from lissom.views import view
 
@@ -469,6 +471,58 @@ def test_scales_are_those_of_all_shapes_before():
     assert drawn(2.0, 4.0) == (pytest.approx(long), pytest.approx(thick))
 
 
+def drawn_tube(shape, q, v):
+    things = shape.things(np.asarray(q), np.asarray(v), 0.0, np.zeros(4))
+    (tube,) = [thing for thing in things if isinstance(thing, Tube)]
+    return tube
+
+
+def test_rods_are_coloured_by_what_somebody_picks():
+    shape = Shape(view(FINGER), np.zeros(6), np.zeros(6), 0.0, np.zeros(4))
+    assert shape.colours == [quantities.CURVATURE, quantities.STRESS, quantities.SPEED]
+    bent, rest = np.array([2.0, 1.0, 0, 0, 0, 0]), np.zeros(6)
+    assert drawn_tube(shape, bent, rest).quantities == {}
+    shape.colour = quantities.CURVATURE
+    # The curvature is 2 - 1 at the base and 2 + 1 at the tip.
+    shade = drawn_tube(shape, bent, rest).quantities[SHADE][0]
+    np.testing.assert_allclose(shade[[0, -1]], [1 / 3, 1.0], rtol=1e-12)
+    assert shape.largest == pytest.approx(3.0)
+    # The scale stays that of the largest one.
+    shade = drawn_tube(shape, 0.5 * bent, rest).quantities[SHADE][0]
+    np.testing.assert_allclose(shade[[0, -1]], [1 / 6, 0.5], rtol=1e-12)
+    shape.colour = quantities.SPEED
+    assert not drawn_tube(shape, bent, rest).quantities[SHADE].any()
+    assert drawn_tube(shape, bent, bent).quantities[SHADE][0, -1] == 1.0
+
+
+def test_a_trace_is_where_the_tip_was(motion):
+    trace, places = Trace(motion.view), []
+    for _ in range(5):
+        trace.follow(motion.q, motion.t)
+        places.append(motion.place(0))
+        trace.follow(motion.q, motion.t)
+        motion.advance(0.02)
+    points = trace.line.points[0]
+    assert np.isnan(points[-1]).all()
+    np.testing.assert_allclose(points[-6:-1], places, atol=1e-12)
+    np.testing.assert_allclose(points[: PLACES - 5], np.tile(places[0], (PLACES - 5, 1)), atol=1e-12)
+    for k in range(PLACES):
+        trace.follow(motion.q, motion.t + k)
+    assert trace.line.points.shape == (1, PLACES + 1, 3)
+    np.testing.assert_allclose(trace.line.points[0, 0], motion.place(0), atol=1e-12)
+    # Back at the start it begins anew.
+    motion.reset()
+    trace.follow(motion.q, motion.t)
+    np.testing.assert_allclose(trace.line.points[0, :-1], np.tile(motion.place(0), (PLACES, 1)), atol=1e-12)
+
+
+def test_the_mass_of_a_pendulum_leaves_a_trace():
+    pendulum = lissom.SpringPendulum(length=1.0)
+    trace = Trace(view(pendulum))
+    trace.follow(np.array([0.0, 0.5]), 0.0)
+    np.testing.assert_allclose(trace.line.points[0, 0], [1.5, 0.0, 0.0])
+
+
 def test_a_pendulum_is_drawn_and_has_no_handle():
     motion = Motion(lissom.Simulation(lissom.SpringPendulum(), dt=1e-2, q0=[-0.7, 0.5]))
     assert motion.tips == ()
@@ -528,6 +582,33 @@ def test_what_controls_do():
         controls._reset()
         assert motion.pulled is None
         assert controls.follow() is None
+
+
+def test_the_page_draws_traces_and_colours():
+    simulation = lissom.Simulation(FINGER, dt=1e-3)
+    with LiveView(simulation, port=0, speed=1.0, paused=True, ranges=None, title="finger") as page:
+        controls, _, motion = controls_of(page)
+        nodes = page._canvas._nodes
+        before = {name: node.color for name, node in nodes.items() if name.startswith("/rods")}
+        assert "/paths/trace" not in nodes
+        controls.is_traced = True
+        page._shape.colour = quantities.SPEED
+        for _ in range(3):
+            motion.advance(0.05)
+            page._draw()
+        trace = nodes["/paths/trace"]
+        assert trace.visible
+        np.testing.assert_allclose(trace.points[-1, 1], motion.place(0), atol=1e-6)
+        coloured = {name: nodes[name].color for name in before}
+        # The base rests, as before; the tip is the fastest.
+        assert coloured != before
+        assert len(set(coloured.values())) > 3
+        controls.tell()
+        assert controls._scale.content == f"blue: 0, yellow: {page._shape.largest:.3g}"
+        controls.is_traced, page._shape.colour = False, None
+        page._draw()
+        assert not trace.visible
+        assert {name: nodes[name].color for name in before} == before
 
 
 def test_the_page_says_why_a_motion_ended():

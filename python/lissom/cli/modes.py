@@ -30,6 +30,7 @@ def command(scene: Path, output: Path | None, at_start: bool, no_report: bool) -
     from .. import studies
     from .._lissom import LissomError
     from ..report import studies as words
+    from ..swings import frequency
 
     loaded = load(scene)
     target = output if output is not None else Path("results") / f"{scene.stem}-modes"
@@ -52,9 +53,9 @@ def command(scene: Path, output: Path | None, at_start: bool, no_report: bool) -
     rows = [
         (
             f"mode {number}",
-            f"{hertz} Hz, damping ratio {ratio}" if hertz != "0" else words.frequency(done, int(number) - 1),
+            f"{hertz} Hz, damping ratio {ratio}" if hertz != "0" else frequency(done.found, int(number) - 1),
         )
-        for number, hertz, ratio, _ in words.table(done)[: words.LISTED]
+        for number, hertz, ratio, _ in words.table(done.found)[: words.LISTED]
     ]
     outcome = f"{len(done.found.frequency)} modes, {done.found.stability or 'stability unknown'}"
     say(loaded.name, outcome, stable, rows, saved)

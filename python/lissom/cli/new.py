@@ -7,6 +7,7 @@ from pathlib import Path
 
 import click
 
+from .exits import FAILED
 from .saving import unwritten
 
 #: What there is to start from, by the names of the files in ``lissom/templates``.
@@ -45,6 +46,11 @@ def command(name: str, kind: str, schema: bool) -> int:
     except FileExistsError:
         raise click.UsageError(f"{path} exists; give another name") from None
     except OSError as error:
+        if not path.parent.is_dir():
+            click.echo(
+                f"{path} could not be written: there is no folder {path.parent}; make it first", err=True
+            )
+            return FAILED
         return unwritten(path, error)
     click.echo(f"{path} describes {KINDS[kind]}. To simulate it: lissom run {path}")
     return 0

@@ -46,9 +46,11 @@ def command(scene: Path, output: Path | None, from_start: bool, no_report: bool)
 def say_statics(done: StaticsStudy, saved: Saved, problem: str = "") -> int:
     """What was found, what is the matter with it; the exit code."""
     from ..report import studies as words
+    from ..studies import setting_of
 
-    outcome, good = words.outcome(done)
-    say(done.scene.name, outcome, good, words.summary(done), saved)
+    outcome, good = words.outcome(done.found)
+    facts = words.summary(setting_of(done.scene), done.found, done.wall_time)
+    say(done.scene.name, outcome, good, facts, saved)
     if done.found.message:
         click.echo(done.found.message)
     if problem and done.found.success:

@@ -28,6 +28,9 @@ else:
 #: What `--over` takes, in words.
 FORM = "KEY=FROM:TO:N, KEY=FROM:TO:N:log or KEY=A,B,C"
 
+#: Most values of a key.
+MOST = 1_000_000
+
 
 class Over(Converter):
     """A key of a scene with its values."""
@@ -37,25 +40,55 @@ class Over(Converter):
     def convert(self, value: Any, param: Any, ctx: Any) -> tuple[str, list[Any]]:
         """The key and the values."""
         key, sign, values = str(value).partition("=")
-        if not (key and sign and values):
-            self.fail(f"{value!r} is not of the form {FORM}", param, ctx)
-        if ":" not in values:
-            return key, [_value(each) for each in values.split(",")]
         try:
-            first, last, number, *scale = values.split(":")
-            bounds, count = (float(first), float(last)), int(number)
-        except ValueError:
-            self.fail(f"{value!r} is not of the form {FORM}", param, ctx)
-        if scale not in ([], ["log"]) or not all(map(math.isfinite, bounds)):
-            self.fail(f"{value!r} is not of the form {FORM}", param, ctx)
-        if count < 2 or bounds[0] == bounds[1]:
-            self.fail(f"{value!r}: expected at least two values, and bounds that differ", param, ctx)
-        if scale and min(bounds) <= 0.0:
-            self.fail(f"{value!r}: expected bounds > 0 with log", param, ctx)
-        import numpy as np
+            if not (key and sign and values):
+                raise ValueError(f"expected {FORM}")
+            return key, _range(values) if ":" in values else _list(values)
+        except ValueError as error:
+            self.fail(f"{value!r}: {error}", param, ctx)
 
-        spaced = np.geomspace if scale else np.linspace
-        return key, spaced(*bounds, count).tolist()
+
+def _range(text: str) -> list[Any]:
+    """Evenly spaced numbers; by their logarithms with "log"."""
+    parts = text.split(":")
+    if len(parts) not in (3, 4):
+        raise ValueError(f"got {len(parts)} parts between colons, expected FROM:TO:N or FROM:TO:N:log")
+    bounds = [_bound(name, part) for name, part in zip(("FROM", "TO"), parts, strict=False)]
+    try:
+        count = int(parts[2])
+    except ValueError:
+        raise ValueError(f"N is {parts[2]!r}, expected how many values: a whole number") from None
+    if not 2 <= count <= MOST:
+        raise ValueError(f"N is {count}, expected at least two values, and at most {MOST:,}")
+    if parts[3:] not in ([], ["log"]):
+        raise ValueError(f"{parts[3]!r} follows N, expected nothing or 'log'")
+    if bounds[0] == bounds[1]:
+        raise ValueError(f"FROM and TO are both {bounds[0]:g}, expected bounds that differ")
+    if parts[3:] and min(bounds) <= 0.0:
+        raise ValueError(f"a bound is {min(bounds):g}, expected bounds > 0 with log")
+    import numpy as np
+
+    spaced = np.geomspace if parts[3:] else np.linspace
+    values: list[Any] = spaced(bounds[0], bounds[1], count).tolist()
+    return values
+
+
+def _bound(name: str, text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise ValueError(f"{name} is {text!r}, expected a finite number")
+    return value
+
+
+def _list(text: str) -> list[Any]:
+    """Values as they are."""
+    values = text.split(",")
+    if not all(values):
+        raise ValueError("a value between commas is missing")
+    return [_value(each) for each in values]
 
 
 def _value(text: str) -> Any:

@@ -13,12 +13,15 @@ from numpy.typing import NDArray
 from ..report import theme
 from ..report.layers import LEGEND, Arrows, Dots, Line, Solid, Strand, Thing, Tube
 from . import meshes
-from .shape import Stage
+from .shape import SHADE, Stage
 
 Array = NDArray[np.float64]
 
 #: Vertical angle of the camera, radians, and its distance relative to the one at which all is just seen.
 FIELD, DISTANCE = 0.7, 1.1
+
+#: Width of lines, pixels.
+LINE = 2.0
 
 #: Planes of the ground by the axis across it.
 PLANES = ("yz", "xz", "xy")
@@ -32,6 +35,7 @@ class Canvas:
         #: Nodes by name, and what they show.
         self._nodes: dict[str, Any] = {}
         self._shown: dict[str, list[Array]] = {}
+        self._colours: dict[str, str] = {}
         self._skins: dict[str, meshes.TubeSkin] = {}
         self._names: Counter[str] = Counter()
         self._begin(server, stage)
@@ -83,7 +87,7 @@ class Canvas:
                 case Dots():
                     seen |= self._dots(name, thing)
                 case Line():
-                    pass
+                    seen |= self._line(name, thing)
         for name, node in self._nodes.items():
             if node.visible != (name in seen):
                 node.visible = name in seen
@@ -107,7 +111,8 @@ class Canvas:
         skin = self._skins.get(name)
         if skin is None:
             skin = self._skins[name] = meshes.TubeSkin(thing)
-        colours = theme.sample(theme.ROD_SCALE, skin.middles)
+        shade = thing.quantities.get(SHADE)
+        colours = theme.sample(theme.ROD_SCALE, skin.middles if shade is None else skin.means(shade[0]))
         opacity = thing.opacity if thing.opacity < 1.0 else None
         seen = set()
         for i, vertices in enumerate(skin.vertices(thing.centres[0], turns)):
@@ -128,6 +133,9 @@ class Canvas:
         self, name: str, vertices: Array, triangles: meshes.Triangles, colour: str, opacity: float | None
     ) -> None:
         node = self._nodes.get(name)
+        if node is not None and self._colours[name] != colour:
+            node.color = _rgb(colour)
+        self._colours[name] = colour
         if not self._is_new(name, vertices):
             return
         if node is None or node.faces.shape != triangles.shape:
@@ -154,6 +162,23 @@ class Canvas:
             return set()
         vertices, triangles = meshes.balls(points, thing.radius)
         self._mesh(name, vertices, triangles, LEGEND[thing.layer], None)
+        return {name}
+
+    def _line(self, name: str, thing: Line) -> set[str]:
+        points = thing.points[0]
+        pairs = np.stack([points[:-1], points[1:]], axis=1)
+        pairs = pairs[np.isfinite(pairs).all(axis=(1, 2))]
+        if len(pairs) == 0:
+            return set()
+        if self._is_new(name, pairs):
+            node = self._nodes.get(name)
+            if node is None or node.points.shape != pairs.shape:
+                colour = _rgb(LEGEND[thing.layer])
+                self._nodes[name] = self._scene.add_line_segments(
+                    name, pairs, colour, thickness=LINE, thickness_units="screen"
+                )
+            else:
+                node.points = pairs.astype(np.float32)
         return {name}
 
     def _arrows(self, name: str, thing: Arrows) -> set[str]:

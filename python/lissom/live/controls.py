@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from .._lissom import LissomError
 from .playback import Playback
+from .shape import Shape
 from .sliders import Slider
 
 Array = NDArray[np.float64]
@@ -21,6 +22,9 @@ SPEEDS = (0.05, 0.1, 0.25, 0.5, 1.0, 2.0, 4.0)
 
 #: Strengths of the spring of a pull, relative to the one that suits the model.
 WEAKEST, STRONGEST = 0.1, 1.5
+
+#: Rods are coloured by it unless somebody picks something else.
+ALONG = "position along the rod"
 
 #: Length of the axes of the handle, relative to the model's size.
 HANDLE = 0.12
@@ -33,7 +37,7 @@ class Controls:
     """
 
     def __init__(
-        self, server: viser.ViserServer, playback: Playback, sliders: Sequence[Slider], size: float
+        self, server: viser.ViserServer, playback: Playback, sliders: Sequence[Slider], shape: Shape
     ) -> None:
         self._server = server
         self._playback = playback
@@ -41,12 +45,16 @@ class Controls:
         self._todo: SimpleQueue[Callable[[], None]] = SimpleQueue()
         #: The tip at which the handle is, and whether somebody holds it.
         self._tip, self._is_held = 0, False
+        #: Whether the ways of the tips are drawn.
+        self.is_traced = False
+        self._shape = shape
         self._of_motion()
+        self._scale = self._of_picture()
         self._sliders = [self._of_input(each) for each in self._folder("Inputs", sliders)]
         if sliders:
             defaults = server.gui.add_button("All inputs as at the start")
             defaults.on_click(self._later(lambda: self._put_back(sliders)))
-        self._handle = self._of_pull(size) if self._motion.tips else None
+        self._handle = self._of_pull(shape.stage.size) if self._motion.tips else None
 
     def _folder(self, name: str, entries: Sequence[Any]) -> Sequence[Any]:
         """The same entries, below a heading where there are any."""
@@ -87,6 +95,26 @@ class Controls:
             playback.speed = float(str(speed.value).removesuffix(" ×"))
 
         speed.on_update(self._later(set_speed))
+
+    def _of_picture(self) -> Any:
+        """What rods are coloured by, and whether tips leave a trace; the words about the colours."""
+        gui, shape = self._server.gui, self._shape
+        if shape.view.frames or shape.view.sketch is not None:
+            trace = gui.add_checkbox("Trace", False, hint="Draw the way that the tips have taken")
+
+            def draw_trace() -> None:
+                self.is_traced = bool(trace.value)
+
+            trace.on_update(self._later(draw_trace))
+        if not shape.colours:
+            return None
+        colour = gui.add_dropdown("Colour", [ALONG, *shape.colours])
+
+        def set_colour() -> None:
+            shape.colour = None if colour.value == ALONG else str(colour.value)
+
+        colour.on_update(self._later(set_colour))
+        return gui.add_markdown("", visible=False)
 
     def _toggle(self) -> None:
         self._playback.is_paused = not self._playback.is_paused
@@ -190,6 +218,10 @@ class Controls:
             self._trouble.content = f"**The motion has ended.** {_plain(motion.trouble)}"
         self._trouble.visible = bool(motion.trouble)
         self._readout.content = readout(playback)
+        if self._scale is not None:
+            is_coloured = self._shape.colour is not None
+            self._scale.content = f"blue: 0, yellow: {self._shape.largest:.3g}" if is_coloured else ""
+            self._scale.visible = is_coloured
         if self._handle is not None:
             norm = float(np.linalg.norm(motion.force))
             said = f"Force: {norm:.3g} N" if motion.pulled is not None else "Force: none"

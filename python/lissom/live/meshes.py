@@ -96,6 +96,10 @@ class TubeSkin:
         self._is_hollow = bool(np.any(tube.hole > 0.0))
         self.triangles = [self._triangles(a, b) for a, b in self.bands]
 
+    def means(self, values: Array) -> Array:
+        """Means over each band of values (stations,)."""
+        return np.array([values[a : b + 1].mean() for a, b in self.bands])
+
     def _triangles(self, a: int, b: int) -> Triangles:
         rings = b - a + 1
         parts = [_wall(rings, CORNERS)]

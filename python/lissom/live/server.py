@@ -20,6 +20,7 @@ from .motion import Motion
 from .playback import Playback
 from .shape import Shape
 from .sliders import sliders
+from .trace import Trace
 
 __all__ = ["LiveView"]
 
@@ -68,7 +69,8 @@ class LiveView:
         self._server.gui.configure_theme(show_logo=False, show_share_button=False)
         self._server.gui.main_panel.dock_right()
         self._canvas = Canvas(self._server, self._shape.stage)
-        self._controls = Controls(self._server, self._playback, own, self._shape.stage.size)
+        self._trace = Trace(motion.view)
+        self._controls = Controls(self._server, self._playback, own, self._shape)
         self._draw()
 
     @property
@@ -145,6 +147,11 @@ class LiveView:
     def _draw(self) -> None:
         motion = self._motion
         things = self._shape.things(motion.q, motion.v, motion.t, motion.u)
+        if self._controls.is_traced:
+            self._trace.follow(motion.q, motion.t)
+            things.append(self._trace.line)
+        else:
+            self._trace.clear()
         now = time.perf_counter()
         with self._server.atomic():
             ends = self._controls.follow()

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..report import contacts, layers, symbols
+from ..report import contacts, layers, quantities, solids, symbols
 from ..report import motion as drawing
 from ..report.layers import Largest, Shown, Thing, Tube, quaternions
 from ..views import View
@@ -39,8 +39,15 @@ class Stage:
         return float(np.linalg.norm(self.high - self.low))
 
 
+#: What tubes are coloured by where somebody wants it: places on the scale of colours, from 0 to 1.
+SHADE = "shade"
+
+
 class Shape:
     """Draws a model, one shape after the other; scales are those of all shapes that it has drawn."""
+
+    #: The quantity of `quantities` that rods are coloured by; by the position along them if None.
+    colour: str | None = None
 
     def __init__(self, view: View, q: Array, v: Array, t: float, u: Array) -> None:
         self.view = view
@@ -52,6 +59,10 @@ class Shape:
                 replace(tube, quantities={}) for tube in drawing.tubes(view, q[None], v[None], np.array([t]))
             ]
             self._radius, self._half_axis = drawing.widest(view), drawing.half_axis(view, view.size)
+        self._at = [solids.segments(link) for link in view.links]
+        self._half = [
+            solids.sections(link, at, 0.0)[0] for link, at in zip(view.links, self._at, strict=True)
+        ]
         self._reach = view.size
         if view.sketch is not None:
             self._reach = SWING * float(np.linalg.norm(view.sketch.mass(q[None]))) or 1.0
@@ -87,7 +98,7 @@ class Shape:
             q[None], v[None], u[None], at, one, self.view.size, self._radius, self._half_axis, self._largest
         )
         return [
-            *(self._moved(i, q, at) for i in range(len(self._tubes))),
+            *self._shaded([self._moved(i, q, at) for i in range(len(self._tubes))], q, v, at),
             *drawing.bodies(self.view, q[None], at),
             *symbols.symbols(self.view.marks, shown),
             *contacts.contacts(self.view.marks.contacts, shown, *self._box),
@@ -97,3 +108,38 @@ class Shape:
         link = self.view.links[number]
         poses = link.pose(q[None], link.stations, t)
         return replace(self._tubes[number], centres=poses[..., :3, 3], turns=quaternions(poses[..., :3, :3]))
+
+    @property
+    def colours(self) -> list[str]:
+        """The quantities that rods of the model can be coloured by."""
+        links = self.view.links
+        has_moduli = any(all(part.young_modulus is not None for part in link.segments) for link in links)
+        has_strain = any(link.strain is not None for link in links)
+        is_there = {
+            quantities.CURVATURE: has_strain,
+            quantities.STRESS: has_strain and has_moduli,
+            quantities.SPEED: any(link.velocity is not None for link in links),
+        }
+        return [name for name, there in is_there.items() if there]
+
+    @property
+    def largest(self) -> float:
+        """The end of the scale of colours: the largest value until now of what rods are coloured by."""
+        return 0.0 if self.colour is None else float(self._largest.of(self.colour, 0.0))
+
+    def _shaded(self, tubes: list[Tube], q: Array, v: Array, t: Array) -> list[Tube]:
+        """Tubes with their places on the scale of colours."""
+        if self.colour is None:
+            return tubes
+        values = [
+            # What rests has no speeds, and a given section no stress.
+            quantities.along(link, q[None], v[None], t, half, at).get(
+                self.colour, np.zeros((1, len(link.stations)))
+            )
+            for link, half, at in zip(self.view.links, self._half, self._at, strict=True)
+        ]
+        largest = float(self._largest.of(self.colour, max(float(each.max()) for each in values)))
+        return [
+            replace(tube, quantities={SHADE: each / (largest or 1.0)})
+            for tube, each in zip(tubes, values, strict=True)
+        ]

@@ -5,11 +5,14 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from .._lissom import MotionResult
+import numpy as np
+
+from .._lissom import ContinuationResult, ModesResult, MotionResult, StaticsResult
 from ..loop_marks import LoopMark
-from ..results import COUNTERS, Made, Run
+from ..results import COUNTERS, Array, Made, Run
+from ..studies import Setting
 from ..views import Member
-from . import actuators, contacts, curves, loops, motion, page, text
+from . import actuators, contacts, curves, loops, motion, page, studies, text
 
 
 def write(run: Run, path: Path) -> None:
@@ -48,6 +51,32 @@ def write_result(result: MotionResult, path: str | os.PathLike[str], *, title: s
     ...     lissom.report.write_result(result, pathlib.Path(folder) / "finger.html", title="A finger")
     """
     built = build_result(result, title)
+    Path(path).write_text(page.render(built), encoding="utf-8")
+
+
+def write_equilibrium(
+    result: StaticsResult | ContinuationResult,
+    path: str | os.PathLike[str],
+    setting: Setting,
+    title: str,
+) -> None:
+    """Write the report of an equilibrium, or of a path of them, of a model made in Python."""
+    if isinstance(result, ContinuationResult):
+        if len(result.path.q) == 0:
+            raise ValueError(f"result: it has no equilibria to show; {result.message}")
+        built = studies.continuation(setting, result, title)
+    else:
+        if not np.isfinite(result.q).all():
+            raise ValueError(f"result: its coordinates are not finite; {result.message}")
+        built = studies.equilibrium(setting, result, title)
+    Path(path).write_text(page.render(built), encoding="utf-8")
+
+
+def write_modes(
+    result: ModesResult, path: str | os.PathLike[str], setting: Setting, q: Array, title: str
+) -> None:
+    """Write the report of natural modes about ``q`` of a model made in Python."""
+    built = studies.vibrations(setting, q, result, title)
     Path(path).write_text(page.render(built), encoding="utf-8")
 
 

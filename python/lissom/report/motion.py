@@ -50,7 +50,11 @@ class Animated(Protocol):
 
     @property
     def t(self) -> Array:
-        """What the shapes are labelled by, shape (m,)."""
+        """When the shapes are shown, shape (m,), rising."""
+
+    @property
+    def labels(self) -> Array | None:
+        """What the labels say of the shapes, shape (m,); None for `t`."""
 
     @property
     def q(self) -> Array:
@@ -75,6 +79,10 @@ class Animated(Protocol):
     @property
     def opens_at(self) -> int:
         """Index of the shape that is shown first."""
+
+    @property
+    def outline(self) -> tuple[str, Array] | None:
+        """What is drawn dashed, and its coordinates (n,)."""
 
     @property
     def label(self) -> tuple[str, str]:
@@ -118,6 +126,8 @@ def _in_space(run: Animated) -> Scene:
     singular = {"rods": "rod", "bodies": "body", "tips": "tip", "paths": "path of the tip"}
     numbers = {"rods": seen.links, "bodies": seen.solids, "tips": seen.frames, "paths": seen.frames}
     names = {name: singular[name] for name, number in numbers.items() if len(number) == 1}
+    if run.outline is not None:
+        names["initial shape"] = run.outline[0]
     return _scene(run, at, things, low, high, eye, ground, names)
 
 
@@ -154,7 +164,7 @@ def half_axis(seen: View, size: float) -> float:
 
 
 def _tips(run: Animated, at: NDArray[np.intp]) -> list[layers.Thing]:
-    """Tips with the paths that they take, and the shape at the start."""
+    """Tips with the paths that they take, and a shape to compare with."""
     seen, path = run.view, run.instants(MAX_PATH)
     things: list[layers.Thing] = []
     if seen.frames:
@@ -162,11 +172,13 @@ def _tips(run: Animated, at: NDArray[np.intp]) -> list[layers.Thing]:
         tips = [np.broadcast_to(frame.pose(run.q[at], run.clock[at]), shape) for frame in seen.frames]
         points = np.stack([pose[:, :3, 3] for pose in tips], axis=1)
         things.append(layers.Dots([frame.name for frame in seen.frames], "tips", points, TIP * seen.size))
-        paths = [frame.pose(run.q[path], run.clock[path])[:, :3, 3] for frame in seen.frames]
-        things.append(layers.Line("paths of tips", "paths", _in_one_line(paths)))
-    if seen.links:
-        starts = [link.pose(run.q[0], link.stations, run.clock[0])[:, :3, 3] for link in seen.links]
-        things.append(layers.Line("initial shape", "initial shape", _in_one_line(starts), dashed=True))
+        if len(path) > 1:
+            paths = [frame.pose(run.q[path], run.clock[path])[:, :3, 3] for frame in seen.frames]
+            things.append(layers.Line("paths of tips", "paths", _in_one_line(paths)))
+    if seen.links and run.outline is not None:
+        name, q = run.outline
+        dashed = [link.pose(q, link.stations, run.clock[0])[:, :3, 3] for link in seen.links]
+        things.append(layers.Line(name, "initial shape", _in_one_line(dashed), dashed=True))
     return things
 
 
@@ -192,10 +204,9 @@ def _in_plane(run: Animated, sketch: Sketch) -> Scene:
     at = run.instants(MAX_FRAMES)
     path = _flat(sketch.mass(run.q[run.instants(MAX_PATH)]))
     size = float(np.ptp(np.concatenate([path, np.zeros((1, 3))]), axis=0).max()) or 1.0
-    things: list[layers.Thing] = [
-        *in_plane(sketch, run.q[at], size),
-        layers.Line("path", "paths", path[None]),
-    ]
+    things: list[layers.Thing] = list(in_plane(sketch, run.q[at], size))
+    if len(path) > 1:
+        things.append(layers.Line("path", "paths", path[None]))
     low, high = layers.extent(things)
     low, high = box(low, high, 0.08 * size)
     names = {"supports": "spring and hinge", "bodies": "mass", "paths": "path"}
@@ -234,4 +245,5 @@ def _scene(
     is_time = run.label[1].strip() == "s"
     around = [thing.name for thing in things if thing.layer in ("gravity", "current")]
     t = np.asarray(run.t, float)[at]
-    return Scene(t, run.label, is_time, opens_at, things, low, high, eye, ground, names, around)
+    labels = None if run.labels is None else run.labels[at]
+    return Scene(t, run.label, is_time, opens_at, things, low, high, eye, ground, names, around, labels)

@@ -25,7 +25,7 @@ Kind = TypeVar("Kind", bound=Thing)
 class Scene:
     """A view in space of a model in one shape after the other."""
 
-    #: What the shapes are labelled by, (shapes,), rising; for runs times in seconds.
+    #: When the shapes are shown, (shapes,), rising; for runs times in seconds.
     t: Array
     #: What stands around a label.
     label: tuple[str, str]
@@ -44,6 +44,8 @@ class Scene:
     names: Mapping[str, str]
     #: What surrounds the model, in words: gravity, the current.
     surroundings: Sequence[str] = ()
+    #: What the labels say, (shapes,); `t` unless given. It need not rise.
+    labels: Array | None = None
 
     def of(self, kind: type[Kind], layer: str | None = None) -> list[Kind]:
         """The things of a kind, of all layers or of one."""
@@ -60,7 +62,8 @@ class Scene:
         """The view for those who cannot see it."""
         what = ", ".join(self.names.get(layer, layer) for layer in self.layers if layer != "floor")
         before, after = self.label
-        low, high = f"{before}{self.t[0]:.4g}{after}", f"{before}{self.t[-1]:.4g}{after}"
+        labels = self.t if self.labels is None else self.labels
+        low, high = f"{before}{labels[0]:.4g}{after}", f"{before}{labels[-1]:.4g}{after}"
         size = " by ".join(f"{side:.3g}" for side in self.high - self.low)
         return f"View in space with {what}, from {low} to {high}, in a box of {size} m."
 
@@ -71,6 +74,7 @@ class Scene:
             "version": VERSION,
             "times": Numbers(np.asarray(self.t, float), "f4"),
             "label": list(self.label),
+            **({} if self.labels is None else {"labels": Numbers(np.asarray(self.labels, float), "f4")}),
             "isTime": self.is_time,
             "opensAt": self.opens_at,
             "low": self.low.tolist(),

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from .._lissom import EquilibriumPath
+from .._lissom import ContinuationResult, EquilibriumPath, ModesResult, Scene, StaticsResult
 from ..results import Array
-from ..studies import ModesStudy, Slides, StaticsStudy
-from ..views import Member, view
+from ..studies import ModesStudy, Setting, Slides, StaticsStudy, setting_of, way
+from ..swings import frequency, swing
+from ..views import Member
 from . import motion, page, plots, theme
 from .text import quantity
 
@@ -19,9 +21,6 @@ ANIMATED = 4
 
 #: Frames of one vibration.
 FRAMES = 49
-
-#: Largest deflection of an animated mode, relative to the rod's length; in coordinates for a pendulum.
-AMPLITUDE = 0.15
 
 #: Modes in the table of the command line.
 LISTED = 10
@@ -34,68 +33,141 @@ def write(study: StaticsStudy | ModesStudy, path: Path) -> None:
 
 
 def statics(study: StaticsStudy) -> page.Page:
-    """What the report of an equilibrium says."""
-    found, path = study.found, study.found.path
-    if path is None:
-        load_factor, q = np.array([0.0, 1.0]), np.stack([study.scene.q0, found.q])
-        label, caption = ("", ""), "0 is the start, 1 the equilibrium."
-        factors = None
-    else:
-        load_factor, q = path.load_factor, path.q
-        label = ("load factor ", "")
-        caption = "Equilibria while the loads grow, the last one first; between them shapes are interpolated."
-        factors = load_factor
-    slides = Slides(study.scene, load_factor, q, label, opens_at=len(q) - 1, factors=factors)
-    sections = motion.sections("Shape", slides, caption)
-    if path is not None:
-        sections.append(page.Section("Stiffness", _stiffness(path)))
-    if found.success and slides.view.members:
-        sections.append(page.Section("Links", [_wrenches(study, slides.view.members)]))
-    sections += [
-        page.Section("Result", [found.message, page.Table(("", ""), summary(study))]),
-        page.Section("Scene", [page.Source("The scene file", study.scene.text)]),
-    ]
-    return page.Page(
-        title=study.scene.name,
-        lead="Equilibrium at rest, "
-        + ("let go from q0." if study.from_start else "from the unloaded state."),
-        outcome=outcome(study),
-        sections=sections,
+    """What the report of the equilibrium of a scene says."""
+    scene, start = study.scene, "let go from q0." if study.from_start else "from the unloaded state."
+    built = equilibrium(setting_of(scene), study.found, scene.name, scene.q0, study.wall_time)
+    return replace(
+        built,
+        lead=f"Equilibrium at rest, {start}",
+        sections=[*built.sections, _source(scene)],
     )
 
 
-def outcome(study: StaticsStudy) -> tuple[str, bool]:
+def equilibrium(
+    setting: Setting,
+    found: StaticsResult,
+    title: str,
+    start: Array | None = None,
+    wall_time: float | None = None,
+) -> page.Page:
+    """What the report of an equilibrium says; one without a path is shown with its start, if given."""
+    path, shown = found.path, setting.view
+    if path is not None:
+        sections = _along(setting, path)
+    elif start is None:
+        alone = Slides(setting, np.zeros(1), found.q[None])
+        sections = motion.sections("Shape", alone, "The shape in which it rests.")
+    else:
+        both = Slides(
+            setting,
+            np.array([0.0, 1.0]),
+            np.stack([start, found.q]),
+            ("", ""),
+            opens_at=1,
+            outline=("initial shape", start),
+        )
+        sections = motion.sections("Shape", both, "0 is the start, 1 the equilibrium.")
+    if found.success and shown.members:
+        sections.append(page.Section("Links", [_wrenches(setting, found.q, shown.members)]))
+    rows = summary(setting, found, wall_time)
+    sections.append(page.Section("Result", [found.message, page.Table(("", ""), rows)]))
+    lead = f"{shown.title}, {setting.model.n} generalised coordinates, at rest."
+    return page.Page(title=title, lead=lead, outcome=outcome(found), sections=sections)
+
+
+def continuation(setting: Setting, found: ContinuationResult, title: str) -> page.Page:
+    """What the report of a path of equilibria says."""
+    path = found.path
+    factor = path.load_factor
+    rows = [
+        ("equilibria", f"{len(path.q):,}"),
+        ("load factor", f"from {factor[0]:.6g} to {factor[-1]:.6g}"),
+    ]
+    if (np.diff(factor) < 0.0).any():
+        # The path turns at limit points, which may lie between two of its equilibria.
+        reached = [*factor, *(point.load_factor for point in path.critical_points)]
+        rows.append(("load factor, least and largest", f"{min(reached):.6g}, {max(reached):.6g}"))
+    if path.u is not None:
+        names = setting.model.inputs
+        for name, column in zip(names, path.u.T, strict=True):
+            rows.append((f"input {name}", f"from {column[0]:.6g} to {column[-1]:.6g}"))
+    rows += [
+        ("stability at the end", path.stability[-1] or "unknown"),
+        *_criticals(path),
+        ("Newton iterations", f"{found.nit:,}"),
+    ]
+    return page.Page(
+        title=title,
+        lead=f"{setting.view.title}, {setting.model.n} generalised coordinates: a path of equilibria.",
+        outcome=("Finished." if found.success else f"Ended early: {found.status}", found.success),
+        sections=[
+            *_along(setting, path),
+            page.Section("Result", [found.message, page.Table(("", ""), rows)]),
+        ],
+    )
+
+
+def _along(setting: Setting, path: EquilibriumPath) -> list[page.Section]:
+    """A path of equilibria: the shapes, the last one first, and how stiff they are."""
+    factor = path.load_factor
+    is_rising = bool((np.diff(factor) > 0.0).all())
+    slides = Slides(
+        setting,
+        factor if is_rising else way(path),
+        path.q,
+        ("load factor ", ""),
+        opens_at=len(path.q) - 1,
+        # Of a path of inputs all loads act everywhere.
+        factors=factor if path.u is None else None,
+        inputs=path.u,
+        labels=None if is_rising else factor,
+        outline=("initial shape", path.q[0]),
+    )
+    what = "while the loads grow" if path.u is None else "while the inputs change"
+    if not is_rising:
+        what = "along the path"
+    caption = f"Equilibria {what}, the last one first; between them shapes are interpolated."
+    return [
+        *motion.sections("Shape", slides, caption),
+        page.Section("Stiffness", _stiffness(path, plots.MOTION if is_rising else "")),
+    ]
+
+
+def _source(scene: Scene) -> page.Section:
+    return page.Section("Scene", [page.Source("The scene file", scene.text)])
+
+
+def outcome(found: StaticsResult) -> tuple[str, bool]:
     """How it went, and whether that is good."""
-    found = study.found
     if not found.success:
         return f"Failed: {found.status}", False
     return f"In equilibrium, {found.stability or 'stability unknown'}", bool(found.is_stable)
 
 
-def summary(study: StaticsStudy) -> list[tuple[str, str]]:
+def summary(setting: Setting, found: StaticsResult, wall_time: float | None) -> list[tuple[str, str]]:
     """The equilibrium in words and numbers."""
-    found = study.found
     rows: list[tuple[str, str]] = [("stability", found.stability or "unknown")]
-    for frame in view(study.scene.model).frames:
-        x, y, z = frame.pose(found.q, study.scene.simulation.t0)[:3, 3]
+    for frame in setting.view.frames:
+        x, y, z = frame.pose(found.q, setting.t)[:3, 3]
         rows.append((frame.name, f"({x:.6g}, {y:.6g}, {z:.6g}) m"))
     lowest = found.lowest_eigenvalue
     rows += [
         ("lowest stiffness", f"{lowest:.4g} of the elastic one" if np.isfinite(lowest) else "unknown"),
         ("Newton iterations", str(found.nit)),
-        ("time", quantity(study.wall_time, "s")),
     ]
-    if found.path is not None:
-        rows += [
-            (point.kind, f"at load factor {point.load_factor:.6g}") for point in found.path.critical_points
-        ]
-    return rows
+    if wall_time is not None:
+        rows.append(("time", quantity(wall_time, "s")))
+    return rows + ([] if found.path is None else _criticals(found.path))
 
 
-def _wrenches(study: StaticsStudy, members: Sequence[Member]) -> page.Table:
+def _criticals(path: EquilibriumPath) -> list[tuple[str, str]]:
+    return [(point.kind, f"at load factor {point.load_factor:.6g}") for point in path.critical_points]
+
+
+def _wrenches(setting: Setting, at: Array, members: Sequence[Member]) -> page.Table:
     """What each link gets through its joint at rest."""
-    q, t = study.found.q[None], np.array([study.scene.simulation.t0])
-    rest, u = np.zeros_like(q), study.scene.model.u0[None]
+    q, t = at[None], np.array([setting.t])
+    rest, u = np.zeros_like(q), setting.u[None]
 
     def components(values: Array) -> str:
         # What rounding leaves of a zero says nothing.
@@ -111,7 +183,7 @@ def _wrenches(study: StaticsStudy, members: Sequence[Member]) -> page.Table:
     return page.Table(columns, rows, caption=caption)
 
 
-def _stiffness(path: EquilibriumPath) -> list[page.Part]:
+def _stiffness(path: EquilibriumPath, clock: str) -> list[page.Part]:
     critical = path.critical_points
     curves = [
         plots.Curve("lowest eigenvalue", path.load_factor, path.lowest_eigenvalue, theme.BLUE, mark="disc"),
@@ -126,33 +198,37 @@ def _stiffness(path: EquilibriumPath) -> list[page.Part]:
     ]
     shown = curves if critical else curves[:1]
     plot = plots.Plot(plots.Axis("load factor"), plots.Axis("stiffness / elastic stiffness"), shown)
-    figure = plots.Figure([[plot]], 320, plots.MOTION)
+    figure = plots.Figure([[plot]], 320, clock)
     return [page.Figure(figure, "Smallest eigenvalue of the tangent stiffness; unstable below zero.")]
 
 
 def modes(study: ModesStudy) -> page.Page:
-    """What the report of natural modes says."""
-    count = min(ANIMATED, len(study.found.frequency))
+    """What the report of the natural modes of a scene says."""
+    scene, about = study.scene, "initial shape" if study.statics is None else "equilibrium at rest"
+    built = vibrations(setting_of(scene), study.q, study.found, scene.name)
+    return replace(
+        built, lead=f"Natural modes about the {about}.", sections=[*built.sections, _source(scene)]
+    )
+
+
+def vibrations(setting: Setting, q: Array, found: ModesResult, title: str) -> page.Page:
+    """What the report of natural modes about a shape says."""
+    count = min(ANIMATED, len(found.frequency))
     animated = [
         section
         for k in range(count)
         for section in motion.sections(
-            f"Mode {k + 1}: {frequency(study, k)}",
-            _vibration(study, k),
+            f"Mode {k + 1}: {frequency(found, k)}",
+            _vibration(setting, q, found, k),
             "Deflections are exaggerated or reduced.",
             f"mode {k + 1}",
         )
     ]
     return page.Page(
-        title=study.scene.name,
-        lead="Natural modes about "
-        + ("the initial shape." if study.statics is None else "the equilibrium at rest."),
-        outcome=("Stable" if study.found.is_stable else "Unstable", study.found.is_stable),
-        sections=[
-            *animated,
-            page.Section("Modes", [page.Table(COLUMNS, table(study), frozenset(COLUMNS))]),
-            page.Section("Scene", [page.Source("The scene file", study.scene.text)]),
-        ],
+        title=title,
+        lead=f"{setting.view.title}: natural modes, {len(found.frequency)} of them.",
+        outcome=("Stable" if found.is_stable else "Unstable", found.is_stable),
+        sections=[*animated, page.Section("Modes", [page.Table(COLUMNS, table(found), frozenset(COLUMNS))])],
     )
 
 
@@ -160,9 +236,8 @@ def modes(study: ModesStudy) -> page.Page:
 COLUMNS = ("mode", "frequency (Hz)", "damping ratio", "decay rate (1/s)")
 
 
-def table(study: ModesStudy) -> list[tuple[str, str, str, str]]:
+def table(found: ModesResult) -> list[tuple[str, str, str, str]]:
     """The modes in numbers."""
-    found = study.found
     return [
         (str(k + 1), f"{hertz:.6g}", f"{ratio:.4g}", f"{-s.real + 0.0:.4g}")
         for k, (hertz, ratio, s) in enumerate(
@@ -171,51 +246,10 @@ def table(study: ModesStudy) -> list[tuple[str, str, str, str]]:
     ]
 
 
-def frequency(study: ModesStudy, k: int) -> str:
-    """The frequency of a mode in words."""
-    hertz = study.found.frequency[k]
-    if hertz > 0:
-        return f"{hertz:.4g} Hz"
-    return "grows without oscillation" if study.found.eigenvalues[k].real > 0 else "rigid-body motion"
-
-
-def _vibration(study: ModesStudy, k: int) -> Slides:
+def _vibration(setting: Setting, q: Array, found: ModesResult, k: int) -> Slides:
     """One period of a mode."""
-    phase = np.linspace(0.0, 2.0 * np.pi, FRAMES)
-    shape = study.found.shapes[:, k]
-    shape = shape * (AMPLITUDE / _deflection(study, shape))
-    hertz = study.found.frequency[k]
+    hertz = found.frequency[k]
     period = 1.0 / hertz if hertz > 0 else 1.0
-    q = study.q + np.real(np.exp(1j * phase)[:, None] * shape)
-    return Slides(study.scene, phase / (2.0 * np.pi) * period, q)
-
-
-def _deflection(study: ModesStudy, shape: Array) -> float:
-    """Largest deflection of a shape, relative to the model's size; without links its largest coordinate."""
-    seen = view(study.scene.model)
-    if not seen.is_spatial:
-        return float(np.abs(shape).max())
-
-    def largest(part: Array) -> float:
-        # Of small motions: the shape itself may be a bend of many turns.
-        size = float(np.abs(part).max()) * seen.size
-        if size == 0.0:
-            return 0.0
-        small = part * (1e-4 / size)
-        t0 = study.scene.simulation.t0
-        moved = 0.0
-        for link in seen.links:
-            bent, straight = (link.pose(q, link.stations, t0)[:, :3, 3] for q in (study.q + small, study.q))
-            moved = max(moved, float(np.linalg.norm(bent - straight, axis=1).max()))
-        for solid in seen.solids:
-            there, here = (solid.pose(q, t0)[:3, 3] for q in (study.q + small, study.q))
-            moved = max(moved, float(np.linalg.norm(there - here)))
-        return moved * (size / 1e-4) / seen.size
-
-    deflection = float(np.hypot(largest(np.real(shape)), largest(np.imag(shape))))
-    # Torsion of a straight rod deflects nothing: a radian of it is shown.
-    return (
-        deflection
-        if deflection > 1e-9 * float(np.abs(shape).max()) * seen.size
-        else float(np.abs(shape).max() * seen.size * AMPLITUDE)
-    )
+    phase = np.linspace(0.0, 1.0, FRAMES)
+    states = swing(setting, q, found.shapes[:, k], phase)
+    return Slides(setting, phase * period, states, outline=("undeflected shape", q))

@@ -715,6 +715,9 @@ _SAVED = {
     "ContinuationResult": "lissom.continuation(v.planar(), max_steps=5)",
     "ModesResult": "lissom.modes(v.planar(), [0.0, 0.0])",
 }
+_SHOWN = {"model": "v.planar()", "t": "0.1"}
+_PAGE = {"path": "v.place('x.html')", "title": "'A rod'", "u": "[]"}
+_FILM = {"path": "v.place('x.gif')", "fps": "10.0", "duration": "0.2"}
 _MOVED = "v.alone(lissom.simulate(v.planar(), 0.02))"
 RECIPES |= {
     "load": {"path": "v.saved()"},
@@ -737,6 +740,13 @@ RECIPES |= {
     "StaticsResult.plot": {"self": f"v.alone({_SAVED['StaticsResult']})", "model": "v.planar()"},
     "ContinuationResult.plot": {"self": f"v.alone({_SAVED['ContinuationResult']})", "model": "v.planar()"},
     "ModesResult.plot": {"self": f"v.alone({_SAVED['ModesResult']})"},
+    "StaticsResult.report": {"self": f"v.alone({_SAVED['StaticsResult']})"} | _SHOWN | _PAGE,
+    "ContinuationResult.report": {"self": f"v.alone({_SAVED['ContinuationResult']})"} | _SHOWN | _PAGE,
+    "ContinuationResult.animate": {"self": f"v.alone({_SAVED['ContinuationResult']})"} | _SHOWN | _FILM,
+    "ModesResult.report": {"self": f"v.alone({_SAVED['ModesResult']})", "q": _a(0.0, 0.0)} | _SHOWN | _PAGE,
+    "ModesResult.animate": {"self": f"v.alone({_SAVED['ModesResult']})", "q": _a(0.0, 0.0), "mode": "1"}
+    | _SHOWN
+    | _FILM,
 }
 #: Classes that only functions make, and exceptions: calling them must raise, or make an exception.
 _UNMADE = """

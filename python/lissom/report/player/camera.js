@@ -15,6 +15,8 @@ const POLE = 1e-3;
 const FLIGHT = 350;
 /** Room around the box. */
 const ROOM = 0.94;
+/** What is written along the upper edge, pixels. */
+const WRITING = 44;
 
 export class Camera {
   constructor({ low, high, eye, ground }) {
@@ -28,6 +30,8 @@ export class Camera {
     this.along = cross(this.up, this.across);
     this.home = this.angles(eye);
     this.aspect = 1;
+    /** Part of the view's height that the writing takes. */
+    this.written = 0;
     this.isHome = true;
     this.listeners = new Set();
     Object.assign(this, this.fitting(this.home));
@@ -48,12 +52,13 @@ export class Camera {
     return { right, up: cross(back, right), back };
   }
 
-  /** Where all of the box is seen from that direction. */
+  /** Where all of the box is seen from that direction, below the writing. */
   fitting(angles) {
     const { right, up, back } = this.frame(angles);
     const middle = scale(add(this.low, this.high), 0.5);
     const tall = Math.tan(ANGLE / 2) / ROOM;
     const wide = tall * this.aspect;
+    const strip = 2 * Math.tan(ANGLE / 2) * this.written;
     const corners = [...Array(8).keys()].map((i) =>
       subtract([0, 1, 2].map((axis) => ((i >> axis) & 1 ? this.high : this.low)[axis]), middle));
     // The point that is looked at is shifted until there is as much room on all sides.
@@ -63,7 +68,7 @@ export class Camera {
       distance = 0;
       for (const corner of corners) {
         const [a, b, c] = [dot(corner, right) - x, dot(corner, up) - y, dot(corner, back)];
-        distance = Math.max(distance, c + Math.abs(a) / wide, c + Math.abs(b) / tall);
+        distance = Math.max(distance, c + Math.abs(a) / wide, c + b / (tall - strip), c - b / tall);
       }
       for (const corner of corners) {
         const depth = distance - dot(corner, back);
@@ -74,13 +79,14 @@ export class Camera {
         sides.below = Math.max(sides.below, -b);
       }
       x += 0.5 * (sides.right - sides.left) * distance;
-      y += 0.5 * (sides.above - sides.below) * distance;
+      y += 0.5 * (sides.above - sides.below + strip) * distance;
     }
     return { ...angles, target: add(middle, add(scale(right, x), scale(up, y))), distance };
   }
 
-  resize(aspect) {
-    this.aspect = aspect;
+  resize(width, height) {
+    this.aspect = width / height;
+    this.written = Math.min(WRITING / height, 0.25);
     if (this.isHome) Object.assign(this, this.fitting(this.home));
   }
 

@@ -206,10 +206,16 @@ export class Player {
   }
 
   labelOf(time) {
-    const { clock, scene } = this;
-    const whole = clock.end - clock.start;
+    const { clock, scene, stage } = this;
+    const labels = scene.labels?.values;
+    const whole = labels ? Math.max(...labels) - Math.min(...labels) : clock.end - clock.start;
     const places = Math.min(Math.max(0, Math.ceil(2.3 - Math.log10(whole || 1))), 9);
-    const number = whole > 0 ? time.toFixed(places).replace("-", "−") : shortly(time);
+    let value = time;
+    if (labels) {
+      const [i, part] = stage.find(time);
+      value = labels[i] + (part && part * (labels[i + 1] - labels[i]));
+    }
+    const number = whole > 0 ? value.toFixed(places).replace("-", "−") : shortly(value);
     return `${scene.label[0]}${number}${scene.label[1]}`;
   }
 
@@ -219,7 +225,7 @@ export class Player {
     for (const canvas of this.canvases) {
       Object.assign(canvas, { width: Math.round(width * this.ratio), height: Math.round(height * this.ratio) });
     }
-    this.camera.resize(width / height);
+    this.camera.resize(width, height);
     this.draw();
   }
 

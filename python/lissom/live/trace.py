@@ -1,0 +1,57 @@
+"""The way that tips have taken: a line that follows them."""
+
+from __future__ import annotations
+
+from collections import deque
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..report.layers import Line
+from ..views import View
+
+Array = NDArray[np.float64]
+
+#: Places of each tip that are kept: those of about the last ten seconds at thirty pictures a second.
+PLACES = 300
+
+
+class Trace:
+    """The last places of the tips of a model, or of the mass of one in the plane."""
+
+    def __init__(self, view: View) -> None:
+        self._view = view
+        self._t = -np.inf
+        #: Places (tips, 3), the oldest first.
+        self._places: deque[Array] = deque(maxlen=PLACES)
+
+    def clear(self) -> None:
+        """Begin anew."""
+        self._places.clear()
+        self._t = -np.inf
+
+    def follow(self, q: Array, t: float) -> None:
+        """Go on to where the tips are; a motion that was set back begins anew."""
+        if t < self._t:
+            self.clear()
+        if t > self._t:
+            self._t = t
+            self._places.append(self._tips(q, t))
+
+    def _tips(self, q: Array, t: float) -> Array:
+        if self._view.is_spatial:
+            poses = [np.asarray(frame.pose(q, t)) for frame in self._view.frames]
+            return np.array([pose[:3, 3] for pose in poses]).reshape(-1, 3)
+        if self._view.sketch is None:
+            return np.zeros((0, 3))
+        return np.array([[*self._view.sketch.mass(q[None])[0], 0.0]])
+
+    @property
+    def line(self) -> Line:
+        """The ways of all tips, one behind the other; each of `PLACES` points, so that none is made anew."""
+        ways = np.array(self._places).reshape(len(self._places), -1, 3)
+        # What is not there yet is where it begins.
+        missing = np.repeat(ways[:1], PLACES - len(ways), axis=0)
+        ways = np.concatenate([missing, ways]).transpose(1, 0, 2)
+        broken = np.concatenate([ways, np.full((len(ways), 1, 3), np.nan)], axis=1)
+        return Line("trace", "paths", broken.reshape(1, -1, 3))
