@@ -121,7 +121,7 @@ build-for-test: $(VENV)/test.stamp
 wheel: $(VENV)/demo.stamp ## build a wheel for this system into dist/, and try it in a fresh environment
 	@.ci/toolchain cargo
 	rm -f dist/*.whl
-	$(BIN)/maturin build --locked --release --strip --out dist
+	$(BIN)/maturin build --locked --release --strip --compression-level 9 --out dist
 	.ci/try-wheel dist/*.whl
 
 sdist: $(VENV)/demo.stamp ## pack the sources into dist/, and try to install from them

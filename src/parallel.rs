@@ -1,4 +1,14 @@
 //! Work that threads share.
+//!
+//! [`for_each`] spreads items over threads that end with the call. The results do not depend on the number of threads, as long as
+//! the work on an item touches nothing but this item.
+//!
+//! ```
+//! let mut numbers: Vec<u64> = (0..1000).collect();
+//! lissom::parallel::for_each(&mut numbers, 2, |n, _| { *n *= *n; Ok(()) }, &mut || Ok(()))?;
+//! assert_eq!(numbers[31], 961);
+//! # Ok::<(), lissom::error::Interrupted>(())
+//! ```
 
 use std::num::NonZero;
 use std::sync::atomic::{AtomicBool, Ordering};

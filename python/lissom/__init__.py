@@ -86,6 +86,7 @@ if TYPE_CHECKING:
         Weld,
     )
     from .loops import Distance, Gear, Loop, LoopEnd
+    from .measurements import NaturalFrequencies, StaticShapes
     from .sensitivities import SensitivityResult, sensitivity
     from .sweeps import sweep
     from .targets import Target
@@ -135,6 +136,7 @@ __all__ = [
     "ModesResult",
     "MotionResult",
     "Motor",
+    "NaturalFrequencies",
     "OdeResult",
     "OdeSolver",
     "Planar",
@@ -158,6 +160,7 @@ __all__ = [
     "Sphere",
     "Spherical",
     "SpringPendulum",
+    "StaticShapes",
     "StaticsResult",
     "Statistics",
     "Support",
@@ -209,6 +212,7 @@ if not TYPE_CHECKING:
                 "linear",
                 "links",
                 "loops",
+                "measurements",
                 "sensitivities",
                 "sweeps",
                 "targets",

@@ -1,4 +1,4 @@
-"""Identification: parameters of a model from measured motions."""
+"""Identification: parameters of a model from measured motions, static shapes and natural frequencies."""
 
 from __future__ import annotations
 
@@ -11,8 +11,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from ._lissom import LissomError, Robot
 from .files import missing
+from .measurements import (
+    Measured,
+    NaturalFrequencies,
+    OfFrequencies,
+    OfMotion,
+    OfShapes,
+    Places,
+    StaticShapes,
+)
 from .parameters import START, model_with, names_of, value_of
-from .sensitivities import sensitivity
 
 Array = NDArray[np.float64]
 
@@ -43,13 +51,13 @@ class FitResult:
         and the noise is normal and independent.
     undetermined : tuple of str
         Parameters that the data do not determine, alone or together.
-    residuals : ndarray, shape (k, places, 3)
-        Positions of the model minus measured ones, metres.
+    residuals : ndarray, shape (k, places, 3) or (k,)
+        Positions of the model minus measured ones, metres; of frequencies hertz.
     noise : float
-        Standard deviation of the residuals, metres: that given, or estimated with as many degrees of freedom
-        as there are numbers more than parameters.
+        Standard deviation of the residuals, in their unit: that given, or estimated with as many degrees of
+        freedom as there are numbers more than parameters.
     runs : int
-        Number of runs with derivatives.
+        How often the model was evaluated with derivatives.
     success : bool
         Whether the solver converged.
     message : str
@@ -71,7 +79,7 @@ class FitResult:
 
 def fit(
     model: Robot,
-    data: tuple[ArrayLike, ArrayLike],
+    data: tuple[ArrayLike, ArrayLike] | StaticShapes | NaturalFrequencies,
     parameters: Mapping[str, float | tuple[float, float, float]],
     *,
     places: Sequence[float | str | tuple[str, float]] | None = None,
@@ -84,34 +92,35 @@ def fit(
     max_runs: int = 100,
     **options: Any,
 ) -> FitResult:
-    """Find the parameters that best fit measured positions, by least squares; needs SciPy.
+    """Find the parameters that best fit what was measured, by least squares; needs SciPy.
 
     Parameters
     ----------
     model : Rod or Robot
         The measured model, with initial values of all parameters.
-    data : (t, positions)
-        Increasing times, shape (k,), seconds, none before `t0`; and positions in the world, metres, shape (k,
-        3) of one place or (k, places, 3).
+    data : (t, positions), StaticShapes or NaturalFrequencies
+        Of a motion, increasing times, shape (k,), seconds, none before `t0`; and positions in the world,
+        metres, shape (k, 3) of one place or (k, places, 3). Or the positions in equilibria, or the lowest
+        natural frequencies about one.
     parameters : mapping of str to float or (lowest, guess, highest)
-        Initial values by name, optionally with bounds. Names as for `sensitivity`; of the start
+        Initial values by name, optionally with bounds. Names as for `sensitivity`; of the start of a motion
         single coordinates such as 'q0[0]'.
     places : sequence, optional
         Measured points: arc lengths of the last link, names of links (their tips), or pairs (link, arc
         length). The last tip by default.
     t0, q0, v0 : optional
-        Start, as for `simulate`.
+        Start, as for `simulate`; of equilibria `q0`, as for `statics`.
     dt : float
-        Step size, seconds.
+        Step size of motions, seconds.
     noise : float, optional
-        Standard deviation of the measured positions, metres, if known; otherwise it is estimated from the
-        residuals.
+        Standard deviation of the measured numbers, metres or hertz, if known; otherwise it is estimated from
+        the residuals.
     confidence : float
         Coverage probability of the intervals.
     max_runs : int
         Maximum number of evaluations of the model.
     **options
-        As for `sensitivity`.
+        As for `sensitivity`; of equilibria as for `equilibrium_sensitivity`.
 
     Returns
     -------
@@ -124,7 +133,7 @@ def fit(
         Before the first run, if an argument is invalid, a name is unknown, bounds are the wrong way round, or
         there are fewer numbers than parameters.
     LissomError
-        If a run fails; the message has the parameters.
+        If a run fails or no equilibrium is found; the message has the parameters.
     ImportError
         Without SciPy.
 
@@ -149,22 +158,31 @@ def fit(
     if not 0.0 < confidence < 1.0:
         raise ValueError(f"confidence: got {confidence!r}, expected a number between 0 and 1")
     if noise is not None and not 0.0 < noise < np.inf:
-        raise ValueError(f"noise: got {noise!r}, expected a number > 0 in metres")
-    where = _places(model, places)
-    times, measured = _data(data, len(where), t0)
+        raise ValueError(f"noise: got {noise!r}, expected a number > 0 in metres or hertz")
+    measured = _measured(model, data, places, t0, dt)
+    if v0 is not None and not isinstance(measured, OfMotion):
+        raise ValueError("v0: expected None: equilibria have no velocities")
     if not isinstance(parameters, Mapping):
         raise TypeError(
             f"parameters: got {type(parameters).__name__}, expected a mapping of names to guesses"
         )
     names = names_of(parameters)
     lowest, guess, highest = _bounds(model, names, parameters)
-    if measured.size < len(names):
-        raise ValueError(
-            f"data: got {measured.size} numbers, expected at least {len(names)}: one for each parameter"
-        )
+    for name in names:
+        if START.fullmatch(name) and not isinstance(measured, OfMotion):
+            raise ValueError(
+                f"parameters: got {name!r}, expected numbers of the model: equilibria have no start"
+            )
+    size = measured.numbers.size
+    if size < len(names):
+        raise ValueError(f"data: got {size} numbers, expected at least {len(names)}: one for each parameter")
     # Parameters of very different size count alike.
     scale = np.where(guess != 0.0, np.abs(guess), 1.0)
-    start = {"q0": _state(q0, model.n, "q0"), "v0": _state(v0, model.n, "v0")}
+    start = {}
+    if isinstance(measured, OfMotion) or q0 is not None:
+        start["q0"] = _state(q0, model.n, "q0")
+    if isinstance(measured, OfMotion):
+        start["v0"] = _state(v0, model.n, "v0")
     kept: dict[bytes, tuple[Array, Array]] = {}
     runs = 0
 
@@ -181,19 +199,12 @@ def fit(
                 model, {name: value for name, value in values.items() if not START.fullmatch(name)}
             )
             try:
-                run = sensitivity(
-                    changed, times[-1], names, t0=t0, dt=dt, q0=begin["q0"], v0=begin["v0"], **options
-                )
+                predicted, derivatives = measured.predicted(changed, names, begin, options)
             except LissomError as error:
                 raise LissomError(f"with {values}: {error}") from None
             runs += 1
-            positions, derivatives = zip(
-                *(run.position(X, link=link, t=times) for link, X in where), strict=True
-            )
-            residual = np.stack(positions, 1) - measured
-            jacobian = np.stack(derivatives, 1).reshape(measured.size, len(names)) * scale
             kept.clear()
-            kept[key] = residual.ravel(), jacobian
+            kept[key] = (predicted - measured.numbers).ravel(), derivatives * scale
         return kept[key]
 
     solved = least_squares(
@@ -209,7 +220,7 @@ def fit(
     )
     residual, jacobian = evaluate(solved.x)
     values = solved.x * scale
-    freedom = measured.size - len(names)
+    freedom = size - len(names)
     spread = (
         noise if noise is not None else float(np.sqrt(residual @ residual / freedom)) if freedom else np.inf
     )
@@ -233,7 +244,7 @@ def fit(
         covariance=covariance,
         intervals=np.stack([values - width, values + width], 1),
         undetermined=undetermined,
-        residuals=residual.reshape(measured.shape),
+        residuals=residual.reshape(measured.numbers.shape),
         noise=spread,
         runs=runs,
         success=bool(solved.status > 0),
@@ -260,7 +271,31 @@ def _covariance(
     return covariance, tuple(name for name, free in zip(names, is_free, strict=True) if free)
 
 
-def _places(model: Robot, places: Sequence[Any] | None) -> list[tuple[str, float | None]]:
+def _measured(model: Robot, data: Any, places: Sequence[Any] | None, t0: float, dt: float) -> Measured:
+    if isinstance(data, NaturalFrequencies):
+        if places is not None:
+            raise ValueError("places: expected None: frequencies have no places")
+        numbers = np.asarray(data.values)
+        if len(numbers) > model.n:
+            raise ValueError(
+                f"data: got {len(numbers)} frequencies, expected at most {model.n}, one of each coordinate"
+            )
+        return OfFrequencies(numbers, None if data.u is None else np.asarray(data.u))
+    where = _places(model, places)
+    if isinstance(data, StaticShapes):
+        numbers = np.asarray(data.positions)
+        if numbers.ndim == 2 and len(where) == 1:
+            numbers = numbers[:, None]
+        expected = (len(numbers), len(where), 3)
+        if numbers.shape != expected:
+            raise ValueError(f"data: positions have shape {numbers.shape}, expected {expected}")
+        inputs = [None] * len(numbers) if data.u is None else list(np.asarray(data.u))
+        return OfShapes(numbers, inputs, where)
+    times, numbers = _data(data, len(where), t0)
+    return OfMotion(numbers, times, where, t0, dt)
+
+
+def _places(model: Robot, places: Sequence[Any] | None) -> Places:
     last = model.links[-1].name
     if places is None:
         return [(last, None)]
@@ -283,7 +318,10 @@ def _places(model: Robot, places: Sequence[Any] | None) -> list[tuple[str, float
 
 def _data(data: tuple[ArrayLike, ArrayLike], places: int, t0: float) -> tuple[Array, Array]:
     if not isinstance(data, tuple) or len(data) != 2:
-        raise TypeError(f"data: got {type(data).__name__}, expected a pair (t, positions)")
+        raise TypeError(
+            f"data: got {type(data).__name__}, expected a pair (t, positions), StaticShapes or "
+            "NaturalFrequencies"
+        )
     times, measured = (np.asarray(part, float) for part in data)
     if times.ndim != 1 or not len(times):
         raise ValueError(f"data: times have shape {times.shape}, expected (k,) with at least one")

@@ -4,6 +4,36 @@
 //! `S da = -(K dq_base + D dv_base + r_p dp)` with `S = w_q K + w_v D + M`, all at the converged state. Forward, the columns of all
 //! parameters are carried from step to step; the adjoint goes back with the transposed steps and carries one column, whatever
 //! the number of parameters.
+//!
+//! The derivative of a run with respect to the curvature that it starts with:
+//!
+//! ```
+//! use lissom::linalg::Matrix;
+//! use lissom::newmark;
+//! use lissom::robot::{Rod, RobotModel};
+//! use lissom::rod::Segment;
+//! use lissom::sensitivity::{Course, ForceDerivative, Parameters, forward};
+//! use lissom::simulate::{Method, simulate};
+//!
+//! let segment = Segment { modes: [0, 3, 0, 0, 0, 0], ..Segment::straight(1.0, 1e-3, 210e9, 80e9, 7800.0) };
+//! let mut wire = RobotModel::of_rod(&Rod::new(vec![segment]))?;
+//! let options = newmark::Options::new(1e-3);
+//! let method = Method::Newmark(options);
+//! let mut run = |q0: f64| simulate(wire.clone(), (0.0, 0.05), &[q0, 0.0, 0.0], &[0.0; 3], &method, None, &mut |_| Ok(()));
+//! let (motion, more, less) = (run(0.5)?, run(0.501)?, run(0.499)?);
+//!
+//! let a = motion.a.as_ref().expect("implicit methods solve for accelerations");
+//! let course = Course { t: &motion.t, q: &motion.q, v: &motion.v, a, scheme: options.scheme };
+//! let dq0 = Matrix::from_column_slice(3, 1, &[1.0, 0.0, 0.0]);
+//! // No force depends on the start.
+//! let mut forces: [ForceDerivative<RobotModel>; 1] = [ForceDerivative::new(Vec::new(), 3).expect("nothing fails")];
+//! let mut parameters = Parameters { dq0: &dq0, dv0: &Matrix::zeros(3, 1), forces: &mut forces };
+//! let [dq, _] = forward(&mut wire, &course, &mut parameters, &mut || Ok(())).expect("regular tangents");
+//! let last = motion.q.len() - 3;
+//! let difference = (more.q[last] - less.q[last]) / 2e-3;
+//! assert!((dq[last] - difference).abs() < 1e-4);
+//! # Ok::<(), lissom::error::InvalidInput>(())
+//! ```
 
 mod force;
 mod tangents;

@@ -107,9 +107,123 @@ def test_starts_and_places():
     ],
 )
 def test_bad_input_is_refused_before_the_first_run(changes, message, monkeypatch):
-    from lissom import fits
+    from lissom import measurements
 
-    monkeypatch.setattr(fits, "sensitivity", None)
+    monkeypatch.setattr(measurements, "sensitivity", None)
     arguments = {"data": ([0.1, 0.2], np.zeros((2, 3))), "parameters": {"segments[0].radius": 0.01}} | changes
     with pytest.raises(ValueError, match=message):
         lissom.fit(finger(), **arguments)
+
+
+# Static shapes and natural frequencies.
+
+WIRE = {"modes": {"bend_y": 4}, "retardation_time": 0.0}
+
+
+def arm(young=3e5, density=1100.0):
+    segment = lissom.Segment(0.3, 0.01, young, 5e5, density, **WIRE)
+    pull = lissom.Tendon("pull", [lissom.Along(offset=(0.0, 0.008))], tension=lissom.Input("pull", 0.0))
+    return lissom.Rod([segment], actuators=[pull])
+
+
+def shapes(model, inputs, places):
+    found = [lissom.statics(model, u=u).q for u in inputs]
+    return np.array([[model.pose(q, X)[:3, 3] for X in places] for q in found])
+
+
+INPUTS, MARKERS = [[0.0], [0.4], [0.8]], (0.15, 0.3)
+OF_WIRE = {"segments[0].young_modulus": (1e5, 4e5, 1e6), "segments[0].density": (500, 900, 2000)}
+
+
+def test_exact_shapes_give_the_right_parameters():
+    """Weight and tension bend the arm: together they tell modulus and density."""
+    data = lissom.StaticShapes(shapes(arm(), INPUTS, MARKERS), u=INPUTS)
+    found = lissom.fit(arm(4e5, 900.0), data, OF_WIRE, places=MARKERS, tol=1e-12)
+    assert found.success
+    assert found.undetermined == ()
+    np.testing.assert_allclose(found.values, [3e5, 1100.0], rtol=1e-6)
+    assert found.residuals.shape == (3, 2, 3)
+
+
+def test_the_weight_alone_tells_only_the_ratio_of_modulus_and_density():
+    data = lissom.StaticShapes(shapes(arm(), [[0.0]], (0.3,))[:, 0])
+    found = lissom.fit(arm(4e5, 1100.0), data, OF_WIRE, tol=1e-12)
+    assert set(found.undetermined) == set(OF_WIRE)
+    assert "do not determine" in found.message
+    assert found.values[0] / found.values[1] == pytest.approx(3e5 / 1100.0, rel=1e-5)
+
+
+def test_intervals_of_shapes_cover_as_often_as_they_say():
+    rng = np.random.default_rng(5)
+    exact = shapes(arm(), INPUTS, MARKERS)
+    covered, trials = np.zeros(2), 80
+    for _ in range(trials):
+        data = lissom.StaticShapes(exact + 1e-4 * rng.standard_normal(exact.shape), u=INPUTS)
+        low, high = lissom.fit(arm(), data, OF_WIRE, places=MARKERS).intervals.T
+        covered += (low <= [3e5, 1100.0]) & (high >= [3e5, 1100.0])
+    # 76 of 80 on average, with a standard deviation of 2: three of them to the lower side.
+    assert (covered >= 70).all(), covered
+
+
+def straight(young=3e5, density=1100.0):
+    segment = lissom.Segment(0.3, 0.01, young, 5e5, density, **WIRE)
+    return lissom.Rod([segment], gravity=(0, 0, 0))
+
+
+def test_frequencies_of_a_beam_give_its_modulus():
+    """They go with sqrt(E / rho): another density asks for another modulus in proportion."""
+    measured = lissom.equilibrium_sensitivity(straight(), ["gravity[2]"], frequencies=3).frequencies
+    found = lissom.fit(
+        straight(5e5, 2200.0),
+        lissom.NaturalFrequencies(measured),
+        {"segments[0].young_modulus": (1e5, 5e5, 1e6)},
+    )
+    assert found.success
+    assert found.values[0] == pytest.approx(6e5, rel=1e-6)
+    assert found.residuals.shape == (3,)
+    # The interval of a single parameter is that of a straight line through zero.
+    noisy = lissom.NaturalFrequencies(measured * [1.001, 0.999, 1.0])
+    found = lissom.fit(straight(), noisy, {"segments[0].young_modulus": 3e5}, noise=0.02)
+    slope = measured / (2 * found.values[0])
+    half = 1.959964 * 0.02 / np.linalg.norm(slope)
+    np.testing.assert_allclose(np.diff(found.intervals[0]), 2 * half, rtol=1e-3)
+
+
+REFUSED = {
+    "positions: got shape (3,), expected (k, 3)": lambda: lissom.StaticShapes([1, 2, 3]),
+    "u: got shape (1, 1), expected (2, m)": lambda: lissom.StaticShapes([[0, 0, 0]] * 2, u=[[1]]),
+    "expected frequencies > 0 that increase": lambda: lissom.NaturalFrequencies([2, 1]),
+    "values: got shape (0,)": lambda: lissom.NaturalFrequencies([]),
+    "places: expected None: frequencies have no places": lambda: lissom.fit(
+        straight(), lissom.NaturalFrequencies([1.0]), {"gravity[2]": 0.0}, places=[0.1]
+    ),
+    "got 9 frequencies, expected at most 4": lambda: lissom.fit(
+        straight(), lissom.NaturalFrequencies(range(1, 10)), {"gravity[2]": 0.0}
+    ),
+    "positions have shape (1, 2, 3), expected (1, 1, 3)": lambda: lissom.fit(
+        straight(), lissom.StaticShapes([[[0, 0, 0]] * 2]), {"gravity[2]": 0.0}
+    ),
+    "expected numbers of the model: equilibria have no start": lambda: lissom.fit(
+        straight(), lissom.StaticShapes([[0, 0, 0]]), {"q0[0]": 0.0}
+    ),
+    "v0: expected None: equilibria have no velocities": lambda: lissom.fit(
+        straight(), lissom.StaticShapes([[0, 0, 0]]), {"gravity[2]": 0.0}, v0=[0] * 4
+    ),
+    "data: got list, expected a pair (t, positions), StaticShapes or NaturalFrequencies": lambda: lissom.fit(
+        straight(), [1, 2], {"gravity[2]": 0.0}
+    ),
+    "expected different ones": lambda: lissom.fit(
+        lissom.Rod(
+            [lissom.Segment(0.3, 0.01, 3e5, 5e5, 1100, {"bend_y": 2, "bend_z": 2})], gravity=(0, 0, 0)
+        ),
+        lissom.NaturalFrequencies([1.0, 2.0]),
+        {"segments[0].young_modulus": 3e5},
+    ),
+}
+
+
+@pytest.mark.parametrize("message", REFUSED)
+def test_bad_measurements_are_refused(message):
+    with pytest.raises((ValueError, TypeError)) as caught:
+        REFUSED[message]()
+    assert message in str(caught.value)

@@ -572,7 +572,15 @@ RECIPES: dict[str, dict | list[dict]] = {
             "confidence": "0.9",
             "max_runs": "200",
         },
+        {
+            "model": "v.planar()",
+            "data": "lissom.StaticShapes([[0.2, 0.0, -0.01]])",
+            "parameters": "{'gravity[2]': -9.0}",
+            "max_runs": "20",
+        },
     ],
+    "StaticShapes": {"positions": "[[0.2, 0.0, -0.01]]", "u": "[[1.0]]"},
+    "NaturalFrequencies": {"values": _a(1.0, 2.0), "u": _a(0.1)},
     "sweep": [
         {
             "model": "v.scene()",

@@ -1,0 +1,169 @@
+"""What is measured of a robot, as `fit` takes it: motions, static shapes, natural frequencies."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ._lissom import Robot, finite_array
+from .equilibria import equilibrium_sensitivity
+from .sensitivities import sensitivity
+
+Array = NDArray[np.float64]
+
+#: Links and arc lengths of measured points.
+Places = Sequence[tuple[str, float | None]]
+
+
+@dataclass(frozen=True, eq=False)
+class StaticShapes:
+    """Measured positions of points in one or more equilibria.
+
+    Parameters
+    ----------
+    positions : array_like, shape (k, 3) or (k, places, 3)
+        Of one place, or of several, in each of k equilibria; in the world, metres.
+    u : array_like, shape (k, m), optional
+        The inputs in each of them; by default as they are by themselves.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If an argument is invalid.
+    """
+
+    positions: ArrayLike
+    u: ArrayLike | None = None
+
+    def __post_init__(self) -> None:
+        positions = finite_array(self.positions, "positions")
+        if positions.ndim not in (2, 3) or positions.shape[-1] != 3 or not positions.size:
+            raise ValueError(f"positions: got shape {positions.shape}, expected (k, 3) or (k, places, 3)")
+        object.__setattr__(self, "positions", positions)
+        if self.u is not None:
+            u = finite_array(self.u, "u")
+            if u.ndim != 2 or len(u) != len(positions):
+                raise ValueError(
+                    f"u: got shape {u.shape}, expected ({len(positions)}, m): inputs of every shape"
+                )
+            object.__setattr__(self, "u", u)
+
+
+@dataclass(frozen=True, eq=False)
+class NaturalFrequencies:
+    """Measured natural frequencies about an equilibrium.
+
+    Parameters
+    ----------
+    values : array_like, shape (k,)
+        The lowest k, increasing, hertz.
+    u : array_like, shape (m,), optional
+        The inputs; by default as they are by themselves.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If an argument is invalid.
+    """
+
+    values: ArrayLike
+    u: ArrayLike | None = None
+
+    def __post_init__(self) -> None:
+        values = finite_array(self.values, "values")
+        if values.ndim != 1 or not len(values):
+            raise ValueError(f"values: got shape {values.shape}, expected (k,)")
+        if values[0] <= 0 or (np.diff(values) <= 0).any():
+            raise ValueError(f"values: got {values.tolist()}, expected frequencies > 0 that increase")
+        object.__setattr__(self, "values", values)
+        if self.u is not None:
+            object.__setattr__(self, "u", finite_array(self.u, "u"))
+
+
+class Measured(Protocol):
+    """Measured numbers, and what a model predicts in their place."""
+
+    #: The numbers, and their unit.
+    numbers: Array
+    unit: str
+
+    def predicted(
+        self, model: Robot, names: Sequence[str], start: Mapping[str, Array], options: Mapping[str, Any]
+    ) -> tuple[Array, Array]:
+        """Numbers like those, and their derivatives with respect to the parameters, (size, p)."""
+
+
+@dataclass
+class OfMotion:
+    """Positions of places over time."""
+
+    numbers: Array
+    times: Array
+    places: Places
+    t0: float
+    dt: float
+    unit: str = "metres"
+
+    def predicted(
+        self, model: Robot, names: Sequence[str], start: Mapping[str, Array], options: Mapping[str, Any]
+    ) -> tuple[Array, Array]:
+        """See `Measured`."""
+        given: dict[str, Any] = {"t0": self.t0, "dt": self.dt, **start, **options}
+        run = sensitivity(model, self.times[-1], names, **given)
+        found = [run.position(X, link=link, t=self.times) for link, X in self.places]
+        positions, derivatives = (np.stack(part, 1) for part in zip(*found, strict=True))
+        return positions, derivatives.reshape(self.numbers.size, len(names))
+
+
+@dataclass
+class OfShapes:
+    """Positions of places in equilibria."""
+
+    numbers: Array
+    inputs: Sequence[Array | None]
+    places: Places
+    unit: str = "metres"
+    #: Equilibria of the last model, near which those of the next one are.
+    last: dict[int, Array] = field(default_factory=dict)
+
+    def predicted(
+        self, model: Robot, names: Sequence[str], start: Mapping[str, Array], options: Mapping[str, Any]
+    ) -> tuple[Array, Array]:
+        """See `Measured`."""
+        found = []
+        for row, u in enumerate(self.inputs):
+            shape = equilibrium_sensitivity(model, names, self.last.get(row, start.get("q0")), u=u, **options)
+            self.last[row] = shape.q
+            found += [shape.position(X, link=link) for link, X in self.places]
+        positions, derivatives = (np.array(part) for part in zip(*found, strict=True))
+        return positions.reshape(self.numbers.shape), derivatives.reshape(self.numbers.size, len(names))
+
+
+@dataclass
+class OfFrequencies:
+    """Natural frequencies about an equilibrium."""
+
+    numbers: Array
+    inputs: Array | None
+    unit: str = "hertz"
+    last: Array | None = None
+
+    def predicted(
+        self, model: Robot, names: Sequence[str], start: Mapping[str, Array], options: Mapping[str, Any]
+    ) -> tuple[Array, Array]:
+        """See `Measured`."""
+        q0 = start.get("q0") if self.last is None else self.last
+        found = equilibrium_sensitivity(
+            model, names, q0, frequencies=len(self.numbers), u=self.inputs, **options
+        )
+        self.last = found.q
+        if np.isnan(found.dfrequencies).any():
+            raise ValueError(
+                f"data: the model has the frequencies {found.frequencies.round(6).tolist()} Hz, expected "
+                "different ones: equal ones, as of a round rod in two directions, cannot be told apart"
+            )
+        return found.frequencies, found.dfrequencies
