@@ -292,6 +292,23 @@ def test_modes_are_shown_beside_the_undeflected_shape():
     np.testing.assert_allclose(outline.points[0, :-1], model.pose(q, link.stations)[:, :3, 3], atol=1e-12)
 
 
+def test_tables_have_zeros_for_what_rounding_leaves():
+    """Links that hang straight down: their joints carry their weights, and no moment."""
+    joint = lissom.Revolute((0, 1, 0))
+    links = [
+        lissom.Link("upper", rod=[segment()], joint=joint, orientation=(np.sqrt(0.5), 0, np.sqrt(0.5), 0)),
+        lissom.Link("hand", parent="upper", joint=joint, body=lissom.Body(0.1, centre=(0.05, 0, 0))),
+    ]
+    model = lissom.Robot(links)
+    shown = sections(build(lissom.statics(model), model))
+    weight = 9.81 * (0.1 + 1000.0 * np.pi * 0.01**2 * 0.2)
+    (table,) = shown["Links"]
+    assert [row[0] for row in table.rows] == ["upper", "hand"]
+    assert [row[2] for row in table.rows] == [f"(0, 0, {weight:.4g})", f"(0, 0, {0.981:.4g})"]
+    assert [row[3] for row in table.rows] == ["(0, 0, 0)", "(0, 0, 0)"]
+    assert dict(shown["Result"][1].rows)["hand"] == "(0, 0, -0.2) m"
+
+
 def test_inputs_of_a_path_are_those_of_its_report(tmp_path):
     pull = lissom.Tendon("pull", [lissom.Along(offset=(0, 0.005))], tension=lissom.Input("tension", 1.0))
     model = lissom.Rod([segment()], actuators=[pull])

@@ -22,6 +22,9 @@ ANIMATED = 4
 #: Frames of one vibration.
 FRAMES = 49
 
+#: What is so small beside what it is made of is what rounding leaves of a zero, and says nothing.
+ROUNDING = 1e-12
+
 #: Modes in the table of the command line.
 LISTED = 10
 
@@ -148,7 +151,7 @@ def summary(setting: Setting, found: StaticsResult, wall_time: float | None) -> 
     """The equilibrium in words and numbers."""
     rows: list[tuple[str, str]] = [("stability", found.stability or "unknown")]
     for frame in setting.view.frames:
-        x, y, z = frame.pose(found.q, setting.t)[:3, 3]
+        x, y, z = _rounded(frame.pose(found.q, setting.t)[:3, 3], ROUNDING * setting.view.size)
         rows.append((frame.name, f"({x:.6g}, {y:.6g}, {z:.6g}) m"))
     lowest = found.lowest_eigenvalue
     rows += [
@@ -160,6 +163,11 @@ def summary(setting: Setting, found: StaticsResult, wall_time: float | None) -> 
     return rows + ([] if found.path is None else _criticals(found.path))
 
 
+def _rounded(values: Array, least: float) -> list[float]:
+    """The same with zeros for what is less."""
+    return [0.0 if abs(value) < least else float(value) for value in values]
+
+
 def _criticals(path: EquilibriumPath) -> list[tuple[str, str]]:
     return [(point.kind, f"at load factor {point.load_factor:.6g}") for point in path.critical_points]
 
@@ -169,15 +177,18 @@ def _wrenches(setting: Setting, at: Array, members: Sequence[Member]) -> page.Ta
     q, t = at[None], np.array([setting.t])
     rest, u = np.zeros_like(q), setting.u[None]
 
-    def components(values: Array) -> str:
-        # What rounding leaves of a zero says nothing.
-        least = 1e-9 * float(np.abs(values).max())
-        return "(" + ", ".join(f"{0.0 if abs(value) < least else value:.4g}" for value in values) + ")"
+    wrenches = [member.wrench(q, rest, rest, t, u)[0] for member in members]
+    largest = max(float(np.abs(wrench[3:]).max()) for wrench in wrenches)
 
-    rows = []
-    for member in members:
-        wrench = member.wrench(q, rest, rest, t, u)[0]
-        rows.append((member.name, member.carrier, components(wrench[3:]), components(wrench[:3])))
+    def components(values: Array, arm: float) -> str:
+        least = max(1e-9 * float(np.abs(values).max()), ROUNDING * largest * arm)
+        return "(" + ", ".join(f"{value:.4g}" for value in _rounded(values, least)) + ")"
+
+    size = setting.view.size
+    rows = [
+        (member.name, member.carrier, components(wrench[3:], 1.0), components(wrench[:3], size))
+        for member, wrench in zip(members, wrenches, strict=True)
+    ]
     columns = ("link", "carried by", "force (N)", "moment (N m)")
     caption = "What each link gets through its joint, in the axes of the world; the moment about the joint."
     return page.Table(columns, rows, caption=caption)
