@@ -8,6 +8,8 @@
 //! assert!(contact.validate(&|_| Some(1.0)).is_ok());
 //! ```
 
+mod mesh;
+
 use crate::error::{Checker, InvalidInput, Number};
 use crate::lie::QUATERNION_TOLERANCE;
 use crate::load::check_place;
@@ -45,6 +47,29 @@ pub enum Obstacle {
         /// Of its axes: unit quaternion (w, x, y, z).
         orientation: [f64; 4],
     },
+    /// All that lies below a smooth surface through heights above a rectangle: the natural cubic spline in both directions,
+    /// which continues straight beyond the rectangle.
+    HeightField {
+        /// Along its z axis, metres; those along its y axis follow each other.
+        heights: Vec<f64>,
+        /// How many there are along its x axis, and along its y axis.
+        shape: [usize; 2],
+        /// Between neighbours along its x axis and its y axis, metres.
+        spacing: [f64; 2],
+        /// Where the first height stands, metres.
+        corner: [f64; 3],
+        /// Of its axes: unit quaternion (w, x, y, z).
+        orientation: [f64; 4],
+    },
+    /// All that is within a radius of a convex body with flat faces.
+    ConvexMesh {
+        /// Its corners, metres.
+        points: Vec<[f64; 3]>,
+        /// Triangles, by their corners in any order; all of them enclose the body.
+        faces: Vec<[usize; 3]>,
+        /// Of its rounded edges, metres; zero is a sharp one.
+        radius: f64,
+    },
 }
 
 impl Obstacle {
@@ -79,25 +104,52 @@ impl Obstacle {
                 for (i, &half) in half_extents.iter().enumerate() {
                     check.positive(half, &format!("half_extents[{i}]"), "metres");
                 }
-                if check.finite(orientation, "orientation") {
-                    let norm = orientation.iter().map(|x| x * x).sum::<f64>().sqrt();
-                    check.require(
-                        (norm - 1.0).abs() <= QUATERNION_TOLERANCE,
-                        "orientation",
-                        format_args!("a quaternion of norm {norm}"),
-                        "a quaternion (w, x, y, z) of norm 1",
-                    );
+                check_orientation(&mut check, orientation);
+            }
+            Self::HeightField { heights, shape, spacing, corner, orientation } => {
+                let [rows, columns] = *shape;
+                let is_grid = rows.min(columns) >= 2 && rows.checked_mul(columns) == Some(heights.len());
+                check.require(
+                    is_grid && heights.len() <= MOST_HEIGHTS,
+                    "heights",
+                    format_args!("{} numbers in {rows} rows of {columns}", heights.len()),
+                    &format!("two or more along each axis, and at most {MOST_HEIGHTS} in all"),
+                );
+                check.finite(heights, "heights");
+                for (i, &space) in spacing.iter().enumerate() {
+                    check.positive(space, &format!("spacing[{i}]"), "metres");
                 }
+                check.finite(corner, "corner");
+                check_orientation(&mut check, orientation);
+            }
+            Self::ConvexMesh { points, faces, radius } => {
+                check.non_negative(*radius, "radius", "metres");
+                mesh::check(&mut check, points, faces);
             }
         }
         check.finish()
     }
 }
 
+/// More heights are no model of what robots touch, but a mistake.
+const MOST_HEIGHTS: usize = 250_000;
+
+fn check_orientation(check: &mut Checker, orientation: &[f64; 4]) {
+    if check.finite(orientation, "orientation") {
+        let norm = orientation.iter().map(|x| x * x).sum::<f64>().sqrt();
+        check.require(
+            (norm - 1.0).abs() <= QUATERNION_TOLERANCE,
+            "orientation",
+            format_args!("a quaternion of norm {norm}"),
+            "a quaternion (w, x, y, z) of norm 1",
+        );
+    }
+}
+
 /// One of two that touch.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Surface {
-    /// That of a link's rod, round with the larger of the section's half extents.
+    /// That of a link's rod: sections are ellipses with their half extents; against rods they are round, with the larger one.
     Rod {
         /// The link, by its place among those of the robot.
         link: usize,
@@ -177,6 +229,8 @@ pub struct Contact {
     pub friction: [f64; 3],
     /// v_s, in m/s: what sticks creeps by less than that.
     pub slip_velocity: f64,
+    /// r, in metres: friction resists spinning by up to the coefficient sideways, times the normal force, times r.
+    pub patch_radius: f64,
 }
 
 impl Contact {
@@ -194,6 +248,7 @@ impl Contact {
             dissipation: Self::DISSIPATION,
             friction: [0.0; 3],
             slip_velocity: Self::SLIP_VELOCITY,
+            patch_radius: 0.0,
         }
     }
 
@@ -252,6 +307,7 @@ impl Contact {
             "one number: a ball slides alike in all directions",
         );
         check.positive(self.slip_velocity, "slip_velocity", "m/s");
+        check.non_negative(self.patch_radius, "patch_radius", "metres");
         check.finish()
     }
 }

@@ -5,7 +5,8 @@ from matplotlib import colormaps
 from mpl_toolkits.mplot3d import Axes3D
 from numpy.typing import NDArray
 
-from lissom.contacts import Box, Capsule, HalfSpace, Sphere
+from lissom.contact_marks import ground
+from lissom.contacts import Box, Capsule, ConvexMesh, HalfSpace, HeightField, Sphere
 from lissom.views import Link, Solid, View
 
 Array = NDArray[np.float64]
@@ -84,6 +85,11 @@ def obstacles(view: View, low: Array, high: Array) -> list[Array]:
                 rings = [(0.0, -1), (1.0, -1), (1.0, 1), (0.0, 1)]
                 unit = np.array([[[*(wide * corner), side] for corner in square] for wide, side in rings])
                 found.append(np.asarray(centre) + (unit * half) @ turn.T)
+            case HeightField():
+                found.append(ground(mark.obstacle))
+            case ConvexMesh(points, faces):
+                triangles = np.asarray(points)[np.asarray(faces, dtype=int)]
+                found += [corners[[[0, 1], [0, 2]]] for corners in triangles]
     return found
 
 

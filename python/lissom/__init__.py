@@ -67,7 +67,7 @@ if TYPE_CHECKING:
         statics,
     )
     from .actuators import ActiveStrain, Along, Chamber, Motor, Tendon, Via
-    from .contacts import Ball, Box, Capsule, Contact, HalfSpace, Sphere, Touch
+    from .contacts import Ball, Box, Capsule, Contact, ConvexMesh, HalfSpace, HeightField, Sphere, Touch
     from .equilibria import EquilibriumSensitivityResult, equilibrium_sensitivity
     from .fits import FitResult, fit
     from .keeping import load
@@ -108,6 +108,7 @@ __all__ = [
     "Contact",
     "ContinuationResult",
     "ConvergenceError",
+    "ConvexMesh",
     "CriticalPoint",
     "Cylindrical",
     "DenseOutput",
@@ -122,6 +123,7 @@ __all__ = [
     "Gear",
     "HalfSpace",
     "Harmonic",
+    "HeightField",
     "Input",
     "JacobianCheck",
     "Joint",

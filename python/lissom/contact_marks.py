@@ -13,13 +13,28 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._lissom import Robot
-from .contacts import Ball, Box, Capsule, Contact, HalfSpace, Sphere, Touch
+from .contacts import Ball, Box, Capsule, Contact, ConvexMesh, HalfSpace, HeightField, Sphere, Touch
 from .joint_marks import Pose
 
 Array = NDArray[np.float64]
 
 #: What obstacles are called.
-WORDS = {HalfSpace: "a half space", Sphere: "a sphere", Capsule: "a capsule", Box: "a box"}
+WORDS = {
+    HalfSpace: "a half space",
+    Sphere: "a sphere",
+    Capsule: "a capsule",
+    Box: "a box",
+    HeightField: "a height field",
+    ConvexMesh: "a convex mesh",
+}
+
+Obstacle = HalfSpace | Sphere | Capsule | Box | HeightField | ConvexMesh
+
+#: Lines that a height field is drawn with along each axis, at most.
+MOST_LINES = 60
+
+#: What separates lines.
+BREAK = np.full((1, 3), np.nan)
 
 
 @dataclass(frozen=True)
@@ -30,7 +45,7 @@ class ContactMark:
     #: What touches what, in words.
     between: str
     #: What is fixed in the world, if it is one of the two.
-    obstacle: HalfSpace | Sphere | Capsule | Box | None
+    obstacle: Obstacle | None
     #: Poses of the centres of the balls on links among the two, and their radii, metres.
     balls: Sequence[tuple[Pose, float]]
     #: Force on the first surface in world axes, (k, 3), newtons: of (k, n) coordinates and velocities and
@@ -56,6 +71,34 @@ def contact_marks(robot: Robot) -> Touching:
     if not robot.contacts:
         return NOTHING_TOUCHES
     return Touching([_mark(robot, contact) for contact in robot.contacts], partial(_touches, robot))
+
+
+def ground(obstacle: HeightField) -> Array:
+    """Where the heights of a field are, (k, l, 3), metres."""
+    heights = np.asarray(obstacle.heights, float)
+    spacing = np.broadcast_to(obstacle.spacing, 2)
+    x, y = (step * np.arange(number) for step, number in zip(spacing, heights.shape, strict=True))
+    grid = np.stack([*np.meshgrid(x, y, indexing="ij"), heights], axis=-1)
+    w, a, b, c = obstacle.orientation
+    cross = np.array([[0, -c, b], [c, 0, -a], [-b, a, 0]])
+    turn = np.eye(3) + 2 * w * cross + 2 * cross @ cross
+    placed: Array = np.asarray(obstacle.corner, float) + grid @ turn.T
+    return placed
+
+
+def outline(obstacle: HeightField | ConvexMesh) -> Array:
+    """Lines (points, 3) on a surface, with NaN between them, metres: through heights, or along edges."""
+    if isinstance(obstacle, ConvexMesh):
+        corners = np.sort(np.asarray(obstacle.faces, int), axis=1)
+        edges = np.unique(np.concatenate([corners[:, pair] for pair in ([0, 1], [1, 2], [0, 2])]), axis=0)
+        ends = np.asarray(obstacle.points, float)[edges]
+        return np.concatenate([part for pair in ends for part in (pair, BREAK)][:-1])
+    grid = ground(obstacle)
+    lines: list[Array] = []
+    for rows in (grid, np.swapaxes(grid, 0, 1)):
+        some = np.unique(np.linspace(0, len(rows) - 1, min(len(rows), MOST_LINES)).round().astype(int))
+        lines += [part for row in rows[some] for part in (row, BREAK)]
+    return np.concatenate(lines[:-1])
 
 
 def _touches(robot: Robot, q: Array, v: Array, t: float) -> Sequence[Touch]:

@@ -20,13 +20,27 @@ if TYPE_CHECKING:
 
     Vector: TypeAlias = Sequence[float]
     #: What can touch: the name of a link with a rod, a ball on a link, an obstacle.
-    Surface: TypeAlias = "str | Ball | HalfSpace | Sphere | Capsule | Box"
+    Surface: TypeAlias = "str | Ball | HalfSpace | Sphere | Capsule | Box | HeightField | ConvexMesh"
 
 
 def _in_floats(shape: object, *names: str) -> None:
     """Makes tuples of floats of the vectors of a shape."""
     for name in names:
         object.__setattr__(shape, name, tuple(_number(name, x) for x in getattr(shape, name)))
+
+
+def _in_rows(shape: object, name: str, expected: str) -> None:
+    """Makes tuples of tuples of floats of the rows of a shape."""
+    value = getattr(shape, name)
+    try:
+        found = np.asarray(value)
+    except ValueError:
+        raise ValueError(f"{name}: rows of different lengths, expected {expected} of one length") from None
+    if found.dtype.kind not in "biuf":
+        raise TypeError(f"{name}: expected {expected}, got {value!r:.80}")
+    if found.ndim != 2:
+        raise ValueError(f"{name}: {found.ndim} dimensions, expected two: {expected}")
+    object.__setattr__(shape, name, tuple(tuple(float(x) for x in row) for row in found))
 
 
 def _with_number(shape: object, name: str) -> None:
@@ -125,6 +139,64 @@ class Box:
 
 
 @dataclass(frozen=True)
+class HeightField:
+    """Hilly ground: all that lies below a smooth surface through heights above a rectangle.
+
+    The surface is the natural cubic spline through the heights in both directions: forces change smoothly
+    along it. Beyond the rectangle it continues straight. Steps in the heights make it overshoot.
+
+    Parameters
+    ----------
+    heights : array_like, shape (k, l)
+        Metres, along the z axis; k along the x axis, l along the y axis, two or more each.
+    spacing : float or array_like, shape (2,)
+        Distance of neighbouring heights, metres, > 0; two numbers are along x and along y.
+    corner : array_like, shape (3,)
+        Position above which the first height stands, metres.
+    orientation : array_like, shape (4,)
+        Of its axes: unit quaternion (w, x, y, z).
+    """
+
+    heights: Sequence[Vector]
+    spacing: float | Vector
+    corner: Vector = (0.0, 0.0, 0.0)
+    orientation: Vector = (1.0, 0.0, 0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        if np.ndim(self.spacing) == 0:
+            object.__setattr__(self, "spacing", (self.spacing, self.spacing))
+        _in_floats(self, "spacing", "corner", "orientation")
+        _in_rows(self, "heights", "rows of numbers")
+
+
+@dataclass(frozen=True)
+class ConvexMesh:
+    """A convex body with flat faces, rounded by a radius.
+
+    Parameters
+    ----------
+    points : array_like, shape (k, 3)
+        Its corners, metres, 4 to 2000; a face has every one of them.
+    faces : array_like of int, shape (l, 3)
+        Triangles by the places of their corners in `points`, from 0, in any order. They enclose the body.
+    radius : float
+        Of the rounded edges, by which the body grows on all sides, metres, >= 0.
+    """
+
+    points: Sequence[Vector]
+    faces: Sequence[Sequence[int]]
+    radius: float = 0.0
+
+    def __post_init__(self) -> None:
+        _in_rows(self, "points", "points")
+        _in_rows(self, "faces", "triangles")
+        faces = self.faces
+        if all(float(corner).is_integer() for face in faces for corner in face):
+            object.__setattr__(self, "faces", tuple(tuple(int(corner) for corner in face) for face in faces))
+        _with_number(self, "radius")
+
+
+@dataclass(frozen=True)
 class Ball:
     """A ball that is fixed to a link: a finger tip, a wheel that slides, a body's shape.
 
@@ -165,9 +237,9 @@ class Contact:
     Parameters
     ----------
     a : str or Ball
-        The moving surface: the name of a link, for its rod, round with the larger half extent of its
-        sections; or a ball on a link.
-    b : str, Ball, HalfSpace, Sphere, Capsule or Box
+        The moving surface: the name of a link, for its rod, with elliptic sections of their two half
+        extents (round against other rods, with the larger one); or a ball on a link.
+    b : str, Ball, HalfSpace, Sphere, Capsule, Box, HeightField or ConvexMesh
         What it touches. The name of the same link stands for contact of a rod with itself, except between
         places that are nearer to each other along the rod than about three diameters.
     stiffness : float, optional
@@ -179,6 +251,10 @@ class Contact:
         mu, >= 0. Three numbers are for rods that slide forward along their axis, backward and sideways.
     slip_velocity : float
         v_s, m/s, > 0. Sticking contacts creep at up to about this speed.
+    patch_radius : float
+        r, metres, >= 0: radius of the patch over which friction resists spinning by
+        ``-mu f r w / sqrt(w^2 + (v_s/r)^2)``, with mu sideways and the angular velocity w about the normal.
+        Zero is no resistance.
     name : str, optional
         Its name in messages and results.
 
@@ -208,6 +284,7 @@ class Contact:
     dissipation: float = 1.0
     friction: float | Vector = 0.0
     slip_velocity: float = 1e-4
+    patch_radius: float = 0.0
     name: str = ""
 
     def __post_init__(self) -> None:

@@ -35,7 +35,7 @@ PARTS = {
     ),
     "actuators": ("ActiveStrain", "Along", "Chamber", "Motor", "Tendon", "Via"),
     "loops": ("Distance", "Gear", "Loop", "LoopEnd"),
-    "contacts": ("Ball", "Box", "Capsule", "Contact", "HalfSpace", "Sphere"),
+    "contacts": ("Ball", "Box", "Capsule", "Contact", "ConvexMesh", "HalfSpace", "HeightField", "Sphere"),
 }
 
 #: Kinds of numbers and texts that arrays may have: truth values, integers, floats, complex numbers, text.

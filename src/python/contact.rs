@@ -23,7 +23,7 @@ fn surface_of(object: &Bound<'_, PyAny>, robot: Option<&Robot>) -> PyResult<Surf
     let wrong = || {
         let found = convert::describe(object);
         PyTypeError::new_err(format!(
-            "expected the name of a link with a rod, lissom.Ball, HalfSpace, Sphere, Capsule or Box, got {found}"
+            "expected the name of a link with a rod, lissom.Ball, HalfSpace, Sphere, Capsule, Box, HeightField or ConvexMesh, got {found}"
         ))
     };
     if object.extract::<String>().is_ok() {
@@ -54,6 +54,44 @@ fn surface_of(object: &Bound<'_, PyAny>, robot: Option<&Robot>) -> PyResult<Surf
             half_extents: vector("half_extents")?,
             orientation: convert::array_of(&object.getattr("orientation")?, "orientation")?,
         },
+        "HeightField" => {
+            let expected = "heights in metres: rows along x of numbers along y";
+            let found = convert::numbers(&object.getattr("heights")?, "heights", expected)?;
+            let [rows, columns] = found.shape[..] else {
+                let found = found.shape.len();
+                return Err(PyValueError::new_err(format!(
+                    "heights: {found} dimensions, expected {expected}"
+                )));
+            };
+            Obstacle::HeightField {
+                heights: found.values,
+                shape: [rows, columns],
+                spacing: convert::array_of(&object.getattr("spacing")?, "spacing")?,
+                corner: vector("corner")?,
+                orientation: convert::array_of(&object.getattr("orientation")?, "orientation")?,
+            }
+        }
+        "ConvexMesh" => {
+            let rows = |name: &str, expected: &str| {
+                let found = convert::numbers(&object.getattr(name)?, name, expected)?;
+                if let [_, 3] = found.shape[..] {
+                    return Ok(found.values);
+                }
+                Err(PyValueError::new_err(format!("{name}: shape {:?}, expected {expected}", found.shape)))
+            };
+            let points = rows("points", "points in metres, of shape (k, 3)")?;
+            let faces = rows("faces", "triangles by the places of their corners, of shape (k, 3)")?;
+            if let Some(corner) = faces.iter().find(|x| x.fract() != 0.0 || **x < 0.0 || !x.is_finite()) {
+                return Err(PyValueError::new_err(format!(
+                    "faces: {corner} is no place of a point, expected an integer from 0"
+                )));
+            }
+            Obstacle::ConvexMesh {
+                points: points.chunks_exact(3).map(|p| [p[0], p[1], p[2]]).collect(),
+                faces: faces.chunks_exact(3).map(|f| [f[0] as usize, f[1] as usize, f[2] as usize]).collect(),
+                radius: number("radius")?,
+            }
+        }
         _ => return Err(wrong()),
     };
     Ok(Surface::Obstacle(obstacle))
@@ -82,6 +120,7 @@ fn contact_of(object: &Bound<'_, PyAny>, robot: Option<&Robot>) -> PyResult<Cont
         dissipation: number("dissipation")?,
         friction: convert::array_of(&object.getattr("friction")?, "friction")?,
         slip_velocity: number("slip_velocity")?,
+        patch_radius: number("patch_radius")?,
     })
 }
 
@@ -142,6 +181,15 @@ fn surface_out<'py>(py: Python<'py>, robot: &Robot, surface: &Surface) -> PyResu
             let orientation = <(f64, f64, f64, f64)>::from(*orientation);
             lissom.getattr("Box")?.call1((tuple(*centre), tuple(*half_extents), orientation))
         }
+        Surface::Obstacle(Obstacle::HeightField { heights, shape, spacing, corner, orientation }) => {
+            let rows: Vec<_> = heights.chunks_exact(shape[1]).map(<[f64]>::to_vec).collect();
+            let orientation = <(f64, f64, f64, f64)>::from(*orientation);
+            let spacing = <(f64, f64)>::from(*spacing);
+            lissom.getattr("HeightField")?.call1((rows, spacing, tuple(*corner), orientation))
+        }
+        Surface::Obstacle(Obstacle::ConvexMesh { points, faces, radius }) => {
+            lissom.getattr("ConvexMesh")?.call1((points.clone(), faces.clone(), *radius))
+        }
     }
 }
 
@@ -156,6 +204,7 @@ pub(super) fn contacts_out<'py>(py: Python<'py>, robot: &Robot) -> PyResult<Boun
         options.set_item("dissipation", contact.dissipation)?;
         options.set_item("friction", <(f64, f64, f64)>::from(contact.friction))?;
         options.set_item("slip_velocity", contact.slip_velocity)?;
+        options.set_item("patch_radius", contact.patch_radius)?;
         class.call((a?, b?), Some(&options))
     };
     PyTuple::new(py, robot.contacts.iter().map(out).collect::<PyResult<Vec<_>>>()?)

@@ -63,7 +63,10 @@ fn touches_in(plane: &Plane, contact: &Contact, root: &Link) -> bool {
                     Obstacle::HalfSpace { normal, .. } => normal[i] == 0.0,
                     Obstacle::Sphere { centre, .. } => centre[i] == root.position[i],
                     Obstacle::Capsule { ends, .. } => ends.iter().all(|end| end[i] == root.position[i]),
-                    Obstacle::Cuboid { .. } => false,
+                    // The nearest place may be anywhere.
+                    Obstacle::Cuboid { .. } | Obstacle::HeightField { .. } | Obstacle::ConvexMesh { .. } => {
+                        false
+                    }
                 }
         }
     })

@@ -41,6 +41,7 @@ fn with(surfaces: [Surface; 2], friction: [f64; 3]) -> RobotModel {
         friction,
         dissipation: 0.2,
         slip_velocity: 0.05,
+        patch_radius: 0.004,
         ..Contact::between("contact", surfaces)
     };
     RobotModel::new(&Robot { contacts: vec![contact], ..Robot::new(links()) }).unwrap()

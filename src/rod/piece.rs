@@ -61,10 +61,9 @@ impl Piece {
         self.segment.length * self.part
     }
 
-    /// How far it reaches from the rod's axis in the direction in which that is most, at the fraction `x` of it: metres.
-    pub(crate) fn radius(&self, x: f64) -> f64 {
-        let [y, z] = self.segment.section.half_extents(self.from + self.part * x);
-        y.max(z)
+    /// How far it reaches from the rod's axis along the y and the z axis of the section, at the fraction `x` of it: metres.
+    pub(crate) fn half_extents(&self, x: f64) -> [f64; 2] {
+        self.segment.section.half_extents(self.from + self.part * x)
     }
 
     /// The largest number of modes of a strain.

@@ -1,7 +1,7 @@
 //! What touches, from the tables that say what it is.
 
 use super::document::{
-    self, ContactFriction, ContactPlace, ContactSurface as Written, Document, ObstacleKind,
+    self, ContactFriction, ContactPlace, ContactSurface as Written, Document, ObstacleKind, Spacing,
 };
 use super::loops::{expected_name, place};
 use super::shape::Shape;
@@ -13,6 +13,10 @@ const PLACE_STAND_IN: [f64; 3] = [0.0; 3];
 const OTHER_PLACE_STAND_IN: [f64; 3] = [1.0, 0.0, 0.0];
 const EXTENTS_STAND_IN: [f64; 3] = [1.0; 3];
 const STAND_IN: f64 = 1.0;
+const MESH_STAND_IN: ([[f64; 3]; 4], [[usize; 3]; 4]) = (
+    [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+    [[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]],
+);
 
 /// What a half space fills where the scene does not say it: all below the ground, as in Python.
 const GROUND: [[f64; 3]; 2] = [[0.0; 3], [0.0, 0.0, 1.0]];
@@ -98,6 +102,7 @@ fn one(written: &document::Contact, here: &str, known: &Known, shape: &mut Shape
         dissipation: written.dissipation.unwrap_or(plain.dissipation),
         friction: written.friction.numbers(),
         slip_velocity: written.slip_velocity.unwrap_or(plain.slip_velocity),
+        patch_radius: written.patch_radius.unwrap_or(plain.patch_radius),
         ..plain
     })
 }
@@ -110,6 +115,8 @@ fn word<'a>(surface: &Surface, links: &'a [String]) -> &'a str {
         Surface::Obstacle(Obstacle::Sphere { .. }) => "sphere",
         Surface::Obstacle(Obstacle::Capsule { .. }) => "capsule",
         Surface::Obstacle(Obstacle::Cuboid { .. }) => "box",
+        Surface::Obstacle(Obstacle::HeightField { .. }) => "heightfield",
+        Surface::Obstacle(Obstacle::ConvexMesh { .. }) => "convexmesh",
     }
 }
 
@@ -148,8 +155,44 @@ fn surface(written: &ContactPlace, here: &str, known: &Known, shape: &mut Shape)
             half_extents: written.half_extents.unwrap_or(EXTENTS_STAND_IN),
             orientation: written.orientation.unwrap_or(UNTURNED),
         },
+        Some(ObstacleKind::HeightField) => height_field(written, here, shape),
+        Some(ObstacleKind::ConvexMesh) => {
+            let (points, faces) = match (&written.points, &written.faces) {
+                (Some(points), Some(faces)) => (points.clone(), faces.clone()),
+                _ => (MESH_STAND_IN.0.to_vec(), MESH_STAND_IN.1.to_vec()),
+            };
+            Obstacle::ConvexMesh { points, faces, radius: written.radius.unwrap_or_default() }
+        }
     };
     Some(Surface::Obstacle(obstacle))
+}
+
+/// The surface through heights that a table has; a flat one stands in where they are wrong.
+fn height_field(written: &Written, here: &str, shape: &mut Shape) -> Obstacle {
+    let rows = written.heights.as_deref().unwrap_or_default();
+    let columns = rows.first().map_or(0, Vec::len);
+    let is_grid = rows.len() >= 2 && columns >= 2;
+    let uneven = rows.iter().position(|row| row.len() != columns);
+    let mut found = (rows.concat(), [rows.len(), columns]);
+    if let Some(row) = uneven {
+        let wrong = format!("{} numbers", rows[row].len());
+        let right = format!("{columns} numbers, as many as in the first row");
+        shape.refuse(&format!("{here}.heights[{row}]"), wrong, right);
+    } else if !is_grid && written.heights.is_some() {
+        let wrong = format!("{} rows of {columns} numbers", rows.len());
+        shape.refuse(&format!("{here}.heights"), wrong, "two rows or more, of two numbers or more");
+    }
+    if uneven.is_some() || !is_grid {
+        found = (vec![0.0; 4], [2, 2]);
+    }
+    let (heights, shape) = found;
+    Obstacle::HeightField {
+        heights,
+        shape,
+        spacing: written.spacing.map_or([STAND_IN; 2], Spacing::numbers),
+        corner: written.corner.unwrap_or_default(),
+        orientation: written.orientation.unwrap_or(UNTURNED),
+    }
 }
 
 /// Notes keys that a surface does not take, and those that it needs.
@@ -164,6 +207,8 @@ fn check_keys(written: &Written, here: &str, shape: &mut Shape) {
         Some(ObstacleKind::Sphere) => (&["centre", "radius"], &[]),
         Some(ObstacleKind::Capsule) => (&["start", "end", "radius"], &[]),
         Some(ObstacleKind::Box) => (&["centre", "half_extents"], &["orientation"]),
+        Some(ObstacleKind::HeightField) => (&["heights", "spacing"], &["corner", "orientation"]),
+        Some(ObstacleKind::ConvexMesh) => (&["points", "faces"], &["radius"]),
     };
     let what = match written.kind {
         None => "a ball on a link".to_owned(),
@@ -181,9 +226,14 @@ fn check_keys(written: &Written, here: &str, shape: &mut Shape) {
         ("end", written.end.is_some()),
         ("half_extents", written.half_extents.is_some()),
         ("orientation", written.orientation.is_some()),
+        ("heights", written.heights.is_some()),
+        ("spacing", written.spacing.is_some()),
+        ("corner", written.corner.is_some()),
+        ("points", written.points.is_some()),
+        ("faces", written.faces.is_some()),
     ];
     if written.kind.is_none() && written.link.is_none() && shape.is_readable(&format!("{here}.link")) {
-        let right = "add link, the link that a ball is on, or kind: \"half_space\", \"sphere\", \"capsule\" or \"box\"";
+        let right = "add link, the link that a ball is on, or kind: \"half_space\", \"sphere\", \"capsule\", \"box\", \"height_field\" or \"convex_mesh\"";
         shape.refuse(here, "neither link nor kind", right);
         shape.replaced.insert(format!("{here}.link"));
         return;
@@ -199,6 +249,13 @@ fn check_keys(written: &Written, here: &str, shape: &mut Shape) {
             let right = match key {
                 "radius" => "add radius in metres".to_owned(),
                 "half_extents" => "add half_extents, half the lengths of its edges in metres".to_owned(),
+                "heights" => {
+                    "add heights, rows of numbers in metres: those of a row follow each other along y"
+                        .to_owned()
+                }
+                "spacing" => "add spacing, the distance of neighbouring heights in metres".to_owned(),
+                "points" => "add points, the corners of the body in metres".to_owned(),
+                "faces" => "add faces, triangles by the places of their corners in points, from 0".to_owned(),
                 _ => format!("add {key}, three numbers in metres"),
             };
             shape.refuse(here, format!("{key} is missing"), right);

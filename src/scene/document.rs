@@ -469,6 +469,10 @@ pub(super) struct Contact {
     /// v_s, in m/s: what sticks creeps by up to that speed. Default: 1e-4.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(super) slip_velocity: Option<f64>,
+    /// Radius in metres of the patch over which friction resists spinning: by up to mu, sideways, times force times radius.
+    /// Default: 0, no resistance.
+    #[schemars(range(min = 0.0))]
+    pub(super) patch_radius: Option<f64>,
 }
 
 /// One of two surfaces that touch.
@@ -482,7 +486,8 @@ pub(super) enum ContactPlace {
 }
 
 /// A ball on a link: link, radius, at, position; or an obstacle that is fixed in the world: kind, and half_space: point,
-/// normal; sphere: centre, radius; capsule: start, end, radius; box: centre, half_extents, orientation.
+/// normal; sphere: centre, radius; capsule: start, end, radius; box: centre, half_extents, orientation; height_field: heights,
+/// spacing, corner, orientation; convex_mesh: points, faces, radius.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct ContactSurface {
@@ -495,8 +500,8 @@ pub(super) struct ContactSurface {
     pub(super) at: Option<f64>,
     /// Position of a ball's centre beside the section or body, in its axes, in metres. Default: [0, 0, 0].
     pub(super) position: Option<[f64; 3]>,
-    /// Radius of a ball, a sphere or a capsule, in metres.
-    #[schemars(extend("exclusiveMinimum" = 0))]
+    /// Radius of a ball, a sphere or a capsule, in metres; of the rounded edges of a convex mesh, zero by default.
+    #[schemars(range(min = 0.0))]
     pub(super) radius: Option<f64>,
     /// A point of the plane that bounds a half space, in metres. Default: [0, 0, 0].
     pub(super) point: Option<[f64; 3]>,
@@ -510,8 +515,38 @@ pub(super) struct ContactSurface {
     pub(super) end: Option<[f64; 3]>,
     /// Half the lengths of the edges of a box, in metres.
     pub(super) half_extents: Option<[f64; 3]>,
-    /// Orientation of a box: unit quaternion [w, x, y, z]. Default: [1, 0, 0, 0].
+    /// Orientation of a box or a height field: unit quaternion [w, x, y, z]. Default: [1, 0, 0, 0].
     pub(super) orientation: Option<[f64; 4]>,
+    /// Heights of a height field in metres: rows along its x axis, in each of them numbers along its y axis.
+    pub(super) heights: Option<Vec<Vec<f64>>>,
+    /// Distance of neighbouring heights in metres: one number, or one along x and one along y.
+    pub(super) spacing: Option<Spacing>,
+    /// Where the first height of a height field stands, in metres. Default: [0, 0, 0].
+    pub(super) corner: Option<[f64; 3]>,
+    /// Corners of a convex mesh, in metres.
+    pub(super) points: Option<Vec<[f64; 3]>>,
+    /// Its faces: triangles by the places of their corners in points, from 0.
+    pub(super) faces: Option<Vec<[usize; 3]>>,
+}
+
+/// Distances of heights: the same along both axes, or by axis.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub(super) enum Spacing {
+    /// The same along both axes.
+    Same(f64),
+    /// Along x, and along y.
+    Each([f64; 2]),
+}
+
+impl Spacing {
+    /// The two numbers.
+    pub(super) fn numbers(self) -> [f64; 2] {
+        match self {
+            Self::Same(number) => [number; 2],
+            Self::Each(numbers) => numbers,
+        }
+    }
 }
 
 impl ContactSurface {
@@ -532,6 +567,10 @@ pub(super) enum ObstacleKind {
     Capsule,
     /// A box with sharp edges.
     Box,
+    /// All that lies below a smooth surface through heights.
+    HeightField,
+    /// All that is within a radius of a convex body with flat faces.
+    ConvexMesh,
 }
 
 impl ObstacleKind {
@@ -542,6 +581,8 @@ impl ObstacleKind {
             Self::Sphere => "sphere",
             Self::Capsule => "capsule",
             Self::Box => "box",
+            Self::HeightField => "height_field",
+            Self::ConvexMesh => "convex_mesh",
         }
     }
 }

@@ -6,11 +6,23 @@ import numpy as np
 import pytest
 
 import lissom
-from lissom import Ball, Box, Capsule, Contact, Free, HalfSpace, Link, Robot, Sphere
+from lissom import (
+    Ball,
+    Box,
+    Capsule,
+    Contact,
+    ConvexMesh,
+    Free,
+    HalfSpace,
+    HeightField,
+    Link,
+    Robot,
+    Sphere,
+)
 from lissom.advice import about_impacts, impact_time
 from lissom.contact_marks import contact_marks
 from lissom.report import contacts, layers
-from lissom.report.layers import Arrows, Dots, Shown, Solid, Strand
+from lissom.report.layers import Arrows, Dots, Line, Shown, Solid, Strand
 
 SCENES = Path(__file__).parents[2] / "scenes"
 
@@ -45,6 +57,38 @@ def test_a_floor_is_a_plate_whose_top_is_the_plane():
     # It reaches below all of the box.
     assert plate.size[0] > 1.0
     assert plate.size[1] > 2.0
+
+
+def test_fields_and_meshes_are_drawn_by_lines_on_them():
+    heights = np.array([[0.0, 0.1, 0.3], [0.2, 0.0, 0.1]])
+    turn = (0.8, 0.6, 0, 0)
+    field = HeightField(heights, (0.5, 0.25), (1, 2, -3), turn)
+    points = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
+    faces = [[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]]
+    sharp, rounded = ConvexMesh(points, faces), ConvexMesh(points, faces, 0.1)
+    things = drawn(robot(field, sharp, rounded), np.tile([0, 0, 5, 0, 0, 0, 0, 0, 0], (2, 1)))
+    # The rod is below where the field goes on, and is pushed.
+    lines, edges, bars, pushes = things
+    assert [type(thing) for thing in things] == [Line, Line, Strand, Arrows]
+    assert pushes.layer == "contact"
+    assert {thing.layer for thing in things[:3]} == {"obstacles"}
+    assert bars.radius == [0.1]
+    # Every height twice: along its row and its column. The axes are turned about x by 2 acos(0.8).
+    found = lines.points[0][~np.isnan(lines.points[0, :, 0])] - [1, 2, -3]
+    assert len(found) == 12
+    c, s = 0.8**2 - 0.6**2, 2 * 0.8 * 0.6
+    wanted = [
+        [0.5 * i, c * 0.25 * j - s * heights[i, j], s * 0.25 * j + c * heights[i, j]]
+        for i in range(2)
+        for j in range(3)
+    ]
+    np.testing.assert_allclose(found[:6], wanted, atol=1e-12)
+    # Each of the six edges once, with a break between them.
+    for drawing in (edges, bars):
+        ends = np.nan_to_num(drawing.points[0], nan=-1.0)
+        pairs = {tuple(map(tuple, ends[k : k + 2])) for k in range(0, len(ends), 3)}
+        assert len(pairs) == 6
+        assert {end for pair in pairs for end in pair} == set(map(tuple, np.array(points, float)))
 
 
 def test_obstacles_and_balls_are_where_they_are():

@@ -498,6 +498,7 @@ stiffness = 1e5
 dissipation = 0.5
 friction = [0.1, 0.2, 0.3]
 slip_velocity = 1e-3
+patch_radius = 0.01
 [[contact]]
 a = "arm"
 b = { link = "block", radius = 0.3, position = [0, 0.01, 0.02] }
@@ -517,6 +518,30 @@ name = "stone"
 a = { link = "block", radius = 0.2 }
 b = { kind = "sphere", centre = [0.1, 0.1, 0.1], radius = 0.3 }
 stiffness = 1e4
+[[contact]]
+name = "hills"
+a = { link = "block", radius = 0.2 }
+stiffness = 1e4
+[contact.b]
+kind = "height_field"
+heights = [[0.1, 0.2], [0.2, 0.1], [0.1, 0.1]]
+spacing = [0.2, 0.3]
+corner = [0.1, 0, -0.1]
+orientation = [0.8, 0, 0.6, 0]
+[[contact]]
+name = "plain"
+a = { link = "block", radius = 0.2 }
+b = { kind = "height_field", heights = [[0.1, 0.2], [0.2, 0.1]], spacing = 0.3 }
+stiffness = 1e4
+[[contact]]
+name = "tent"
+a = { link = "block", radius = 0.2 }
+stiffness = 1e4
+[contact.b]
+kind = "convex_mesh"
+points = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 0.1]]
+faces = [[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]]
+radius = 0.1
 [simulation]
 t_end = 0.1
 """,

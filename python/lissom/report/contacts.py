@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._lissom import LissomError
-from ..contact_marks import ContactMark, Touching
-from ..contacts import Box, Capsule, HalfSpace, Sphere, Touch
+from ..contact_marks import ContactMark, Obstacle, Touching, outline
+from ..contacts import Box, ConvexMesh, HalfSpace, HeightField, Sphere, Touch
 from ..results import Made, Run
 from . import arrows, curves, plots
-from .layers import Dots, Shown, Solid, Strand, Thing, quaternions
+from .layers import Dots, Line, Shown, Solid, Strand, Thing, quaternions
 
 Array = NDArray[np.float64]
 
@@ -48,9 +48,7 @@ def contacts(touching: Touching, shown: Shown, low: Array, high: Array) -> list[
     return [*things, *_forces(touching, shown)]
 
 
-def _obstacle(
-    name: str, obstacle: HalfSpace | Sphere | Capsule | Box, low: Array, high: Array
-) -> list[Thing]:
+def _obstacle(name: str, obstacle: Obstacle, low: Array, high: Array) -> list[Thing]:
     if isinstance(obstacle, HalfSpace):
         return [_plate(name, obstacle, low, high)]
     if isinstance(obstacle, Box):
@@ -59,6 +57,11 @@ def _obstacle(
         return [Solid(name, "obstacles", "box", half, np.asarray([obstacle.centre], float), turns)]
     if isinstance(obstacle, Sphere):
         return [Dots([name], "obstacles", np.asarray([[obstacle.centre]], float), obstacle.radius)]
+    if isinstance(obstacle, HeightField | ConvexMesh):
+        points = outline(obstacle)[None]
+        if isinstance(obstacle, ConvexMesh) and obstacle.radius > 0.0:
+            return [Strand(name, "obstacles", points, np.array([obstacle.radius]))]
+        return [Line(name, "obstacles", points)]
     ends = np.asarray([[obstacle.start, obstacle.end]], float)
     radius = np.array([obstacle.radius])
     return [

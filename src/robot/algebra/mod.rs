@@ -1,5 +1,9 @@
 //! Inertia and responses of bodies, seen from the origin.
 
+pub(crate) mod convex_mesh;
+pub(crate) mod distance;
+pub(crate) mod ellipse;
+pub(crate) mod height_field;
 pub(crate) mod inertia;
 pub(crate) mod obstacle;
 pub(crate) mod products;

@@ -1,9 +1,14 @@
 //! Distances of points from what can be touched, and how they change as the points move.
 
+use std::sync::Arc;
+
+use super::convex_mesh::ConvexMesh;
+use super::distance::{Distance, SHORTEST};
+use super::height_field::HeightField;
 use crate::lie::{Rotation, Symmetric, Vector};
 
 /// What can be touched, in space and the frame of the plan.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) enum Solid {
     HalfSpace {
         point: Vector<f64>,
@@ -23,41 +28,10 @@ pub(crate) enum Solid {
         axes: Rotation<f64>,
         half_extents: Vector<f64>,
     },
-}
-
-/// How far a point is from a surface: negative inside.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Distance {
-    pub(crate) value: f64,
-    /// Its gradient, a unit vector away from the surface.
-    pub(crate) normal: Vector<f64>,
-    /// Its second derivative.
-    pub(crate) curvature: Symmetric<f64>,
-}
-
-/// Points that are nearer to a centre or an edge are not seen in any direction: metres.
-const SHORTEST: f64 = 1e-14;
-
-impl Distance {
-    /// From a ball whose centre is seen along `way`.
-    fn from_centre(way: Vector<f64>, radius: f64) -> Self {
-        Self::from_curve(way, radius, None)
-    }
-
-    /// From a tube around a curve, of which the nearest place is seen along `way`: with the direction of the curve there, and
-    /// one less the way times its curvature; from a ball at its end without.
-    pub(crate) fn from_curve(way: Vector<f64>, radius: f64, along: Option<(Vector<f64>, f64)>) -> Self {
-        let length = way.dot(way).sqrt();
-        let inverse = if length > SHORTEST { length.recip() } else { 0.0 };
-        // A point in the middle is pushed somewhere: up.
-        let normal = if length > SHORTEST { way * inverse } else { Vector::new(0.0, 0.0, 1.0) };
-        let mut curvature = Symmetric::diagonal(1.0) - Symmetric::square(normal);
-        // The nearest place follows.
-        if let Some((along, stretch)) = along {
-            curvature = curvature - Symmetric::square(along) * stretch.recip();
-        }
-        Self { value: length - radius, normal, curvature: curvature * inverse }
-    }
+    /// What lies below a surface; shared by all copies of a plan.
+    HeightField(Arc<HeightField>),
+    /// What is within a radius of a convex body; likewise.
+    ConvexMesh(Arc<ConvexMesh>),
 }
 
 impl Solid {
@@ -87,6 +61,39 @@ impl Solid {
                 let beside = axes.apply_transposed(point - *centre).to_array();
                 cuboid(beside, half_extents.to_array(), axes)
             }
+            Self::HeightField(field) => field.distance(point),
+            Self::ConvexMesh(mesh) => mesh.distance(point),
+        }
+    }
+}
+
+impl Solid {
+    /// Whether it consists of parts between which second derivatives of the distance jump.
+    pub(crate) fn has_features(&self) -> bool {
+        matches!(self, Self::Capsule { .. } | Self::Cuboid { .. } | Self::ConvexMesh(_))
+    }
+
+    /// Which of these parts is nearest to a point: any three numbers that stand for it.
+    pub(crate) fn feature(&self, point: Vector<f64>) -> [usize; 3] {
+        match self {
+            Self::HalfSpace { .. } | Self::Ball { .. } | Self::HeightField(_) => [0; 3],
+            Self::Capsule { ends: [start, end], .. } => {
+                let way = *end - *start;
+                let x = way.dot(point - *start);
+                [usize::from(x > 0.0), usize::from(x >= way.dot(way)), 0]
+            }
+            Self::Cuboid { centre, axes, half_extents } => {
+                let beside = axes.apply_transposed(point - *centre).to_array();
+                let half = half_extents.to_array();
+                let side = |i: usize| if beside[i] < 0.0 { 1 } else { 2 };
+                let beyond: [f64; 3] = std::array::from_fn(|i| beside[i].abs() - half[i]);
+                if beyond.iter().any(|&x| x > 0.0) {
+                    return std::array::from_fn(|i| if beyond[i] > 0.0 { side(i) } else { 0 });
+                }
+                let nearest = (0..3).fold(0, |best, i| if beyond[i] > beyond[best] { i } else { best });
+                std::array::from_fn(|i| if i == nearest { side(i) } else { 0 })
+            }
+            Self::ConvexMesh(mesh) => mesh.feature(point),
         }
     }
 }
@@ -117,6 +124,7 @@ fn cuboid(point: [f64; 3], half: [f64; 3], axes: &Rotation<f64>) -> Distance {
 mod tests {
     use super::*;
     use crate::lie::Quaternion;
+    use proptest::prelude::*;
 
     /// Gradient and second derivative of all distances against differences.
     #[test]
@@ -150,6 +158,52 @@ mod tests {
                     assert!((slope - normal.dot(axis)).abs() < 1e-9, "{solid:?} {point:?}");
                     let change = (ahead.normal - behind.normal) * (0.5 / h) - curvature.times(axis);
                     assert!(change.dot(change).sqrt() < 1e-7, "{solid:?} {point:?} {change:?}");
+                }
+            }
+        }
+    }
+
+    fn block() -> ConvexMesh {
+        let points: Vec<_> = (0..8)
+            .map(|k| {
+                Vector::new(
+                    if k & 4 > 0 { 0.2 } else { -0.2 },
+                    if k & 2 > 0 { 0.3 } else { -0.3 },
+                    if k & 1 > 0 { 0.1 } else { -0.1 },
+                )
+            })
+            .collect();
+        let faces = [
+            [0, 1, 3],
+            [0, 3, 2],
+            [4, 5, 7],
+            [4, 7, 6],
+            [0, 1, 5],
+            [0, 5, 4],
+            [2, 3, 7],
+            [2, 7, 6],
+            [0, 2, 6],
+            [0, 6, 4],
+            [1, 3, 7],
+            [1, 7, 5],
+        ];
+        ConvexMesh::new(&points, &faces, 0.05)
+    }
+
+    proptest! {
+        /// A block of triangles is as far away as a box.
+        #[test]
+        fn blocks_are_boxes((x, y, z) in (-0.5..0.5, -0.5..0.5, -0.5..0.5)) {
+            let v = Vector::new;
+            let axes = Rotation { x: v(1.0, 0.0, 0.0), y: v(0.0, 1.0, 0.0), z: v(0.0, 0.0, 1.0) };
+            let wanted = Solid::Cuboid { centre: Vector::zero(), axes, half_extents: v(0.2, 0.3, 0.1) };
+            let (found, wanted) = (block().distance(v(x, y, z)), wanted.distance(v(x, y, z)));
+            prop_assert!((found.value + 0.05 - wanted.value).abs() < 1e-12);
+            if wanted.value > 1e-6 {
+                let change = found.normal - wanted.normal;
+                prop_assert!(change.dot(change).sqrt() < 1e-9);
+                for (a, b) in found.curvature.rows().into_iter().zip(wanted.curvature.rows()) {
+                    prop_assert!((a - b).dot(a - b).sqrt() < 1e-6 / wanted.value);
                 }
             }
         }

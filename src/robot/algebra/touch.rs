@@ -3,8 +3,11 @@
 //! With the overlap d, its rate d', a stiffness k and a dissipation c the normal force is `f = k d max(0, 1 + c d')` (Hunt
 //! and Crossley 1975, eq. 13, with the exponent 1 of a foundation). Friction opposes the velocity v at which the surfaces
 //! slide, `-f (mu_s v + (mu_l - mu_s) (v . e) e) / sqrt(|v|^2 + v_s^2)`, with the coefficient mu_s sideways, mu_l along the
-//! direction e of the first surface, and the velocity v_s below which nothing slides in earnest.
+//! direction e of the first surface, and the velocity v_s below which nothing slides in earnest. Over a patch of radius r it also
+//! opposes the angular velocity w at which the surfaces spin on each other: with the moment `-f mu_s r w / sqrt(w^2 + (v_s/r)^2)`
+//! about the normal.
 
+use super::ellipse::Rolling;
 use super::tie::Motion;
 use crate::lie::{Symmetric, Vector};
 
@@ -16,6 +19,8 @@ pub(crate) struct Law {
     /// Forward, backward, sideways.
     pub(crate) friction: [f64; 3],
     pub(crate) slip_velocity: f64,
+    /// Of the patch over which friction resists spinning.
+    pub(crate) patch_radius: f64,
 }
 
 impl Law {
@@ -39,6 +44,10 @@ pub(crate) struct Meeting {
     pub(crate) curvature: Symmetric<f64>,
     /// From the centres to the surfaces.
     pub(crate) radii: [f64; 2],
+    /// How the place that touches moves along the edge of a section that is not round: that place is then the first centre.
+    pub(crate) rolling: Option<Rolling>,
+    /// How far the first surface is from the middle of its section, at least.
+    pub(crate) thickness: f64,
     /// Angular velocities, and velocities of the centres.
     pub(crate) motions: [Motion; 2],
     /// Along the first side.
@@ -62,6 +71,10 @@ pub(crate) struct Pressing {
     of_along: [f64; 3],
     /// One over the regularised speed.
     inverse_speed: f64,
+    /// The moment on the first side about the normal, the angular velocity that it opposes, and one over that regularised.
+    torsion: f64,
+    spin: f64,
+    inverse_spin: f64,
 }
 
 /// Axes that stand on the plane of contact up to that sine have no direction in it.
@@ -80,7 +93,8 @@ impl Meeting {
 
     /// What they do to each other.
     pub(crate) fn pressing(&self) -> Pressing {
-        let Law { stiffness, dissipation, friction: [forward, backward, sideways], slip_velocity } = self.law;
+        let Law { stiffness, dissipation, friction, slip_velocity, patch_radius } = self.law;
+        let [forward, backward, sideways] = friction;
         let [[turning, velocity], [other_turning, other_velocity]] = self.motions;
         let [arm, other_arm] = self.arms();
         let relative = velocity - other_velocity;
@@ -108,6 +122,12 @@ impl Meeting {
         let [speed, of_speed, _] = of_along;
         let direction = sliding * sideways + along * ((of_speed - sideways) * speed);
         let friction = direction * (-normal_force * inverse_speed);
+        let [mut torsion, mut spin, mut inverse_spin] = [0.0; 3];
+        if patch_radius > 0.0 {
+            spin = self.normal.dot(turning - other_turning);
+            inverse_spin = spin.hypot(slip_velocity / patch_radius).recip();
+            torsion = -normal_force * sideways * patch_radius * spin * inverse_spin;
+        }
         Pressing {
             normal_force,
             elastic,
@@ -118,6 +138,9 @@ impl Meeting {
             inverse_along,
             of_along,
             inverse_speed,
+            torsion,
+            spin,
+            inverse_spin,
         }
     }
 
@@ -125,7 +148,8 @@ impl Meeting {
     pub(crate) fn wrenches(&self, pressing: &Pressing) -> [Motion; 2] {
         let force = self.normal * pressing.normal_force + pressing.friction;
         let [arm, other_arm] = self.arms();
-        [[arm.cross(force), force], [-other_arm.cross(force), -force]]
+        let torsion = self.normal * pressing.torsion;
+        [[arm.cross(force) + torsion, force], [-other_arm.cross(force) - torsion, -force]]
     }
 
     /// How these change as the sides turn and their centres move, and as these motions change.
@@ -136,22 +160,29 @@ impl Meeting {
         [[spin, velocity], [other_spin, other_velocity]]: [Motion; 2],
     ) -> [Motion; 2] {
         let _ = other_turn;
-        let Law { stiffness, dissipation, friction: [_, _, sideways], .. } = self.law;
+        let Law { stiffness, dissipation, friction: [_, _, sideways], slip_velocity, patch_radius } =
+            self.law;
         let &Pressing { normal_force, rate, sliding, along, inverse_along, inverse_speed, .. } = pressing;
         let [speed, of_speed, slope] = pressing.of_along;
         let normal = self.normal;
         let [[turning, own], [other_turning, other]] = self.motions;
         let [arm, other_arm] = self.arms();
         let way = shift - other_shift;
-        let normal_change = self.curvature.times(way);
-        let rate_change = normal_change.dot(own - other) + normal.dot(velocity - other_velocity);
+        let slide = self.rolling.map_or(Vector::zero(), |Rolling { along, of_turn, of_shift }| {
+            along * (of_turn.dot(turn) + of_shift.dot(way))
+        });
+        let normal_change = self.curvature.times(way + slide);
+        let rate_change = normal_change.dot(own - other)
+            + normal.dot(velocity - other_velocity)
+            + normal.dot(turning.cross(slide));
         let part = 1.0 - dissipation * rate;
         let force_change = if part > 0.0 {
             self.weight * stiffness * (-normal.dot(way) * part - self.overlap * dissipation * rate_change)
         } else {
             0.0
         };
-        let [arm_change, other_arm_change] = [normal_change * -self.radii[0], normal_change * self.radii[1]];
+        let [arm_change, other_arm_change] =
+            [normal_change * -self.radii[0] + slide, normal_change * self.radii[1]];
         let at_contact = own - other + turning.cross(arm) - other_turning.cross(other_arm);
         let at_contact_change = velocity - other_velocity + spin.cross(arm) + turning.cross(arm_change)
             - other_spin.cross(other_arm)
@@ -183,7 +214,17 @@ impl Meeting {
         let force = normal * normal_force + pressing.friction;
         let moment = arm_change.cross(force) + arm.cross(change);
         let other_moment = other_arm_change.cross(force) + other_arm.cross(change);
-        [[moment, change], [-other_moment, -change]]
+        if patch_radius == 0.0 {
+            return [[moment, change], [-other_moment, -change]];
+        }
+        let spin_change = normal_change.dot(turning - other_turning) + normal.dot(spin - other_spin);
+        let least = slip_velocity / patch_radius * pressing.inverse_spin;
+        let torsion_change = -sideways
+            * patch_radius
+            * pressing.inverse_spin
+            * (force_change * pressing.spin + normal_force * least * least * spin_change);
+        let torsion = normal * torsion_change + normal_change * pressing.torsion;
+        [[moment + torsion, change], [-other_moment - torsion, -change]]
     }
 
     /// Potential energy of the overlap.
@@ -200,7 +241,9 @@ impl Pressing {
 
     /// Power that pressing and rubbing take out of the motion.
     pub(crate) fn dissipated_power(&self) -> f64 {
-        (self.elastic - self.normal_force) * self.rate - self.friction.dot(self.sliding)
+        (self.elastic - self.normal_force) * self.rate
+            - self.friction.dot(self.sliding)
+            - self.torsion * self.spin
     }
 }
 
@@ -224,12 +267,14 @@ mod tests {
         let length = way.dot(way).sqrt();
         let normal = way * length.recip();
         Meeting {
-            law: Law { stiffness: 50.0, dissipation: 0.7, friction, slip_velocity: 0.1 },
+            law: Law { stiffness: 50.0, dissipation: 0.7, friction, slip_velocity: 0.1, patch_radius: 0.2 },
             weight: 0.4,
             overlap: radii[0] + radii[1] - length,
             normal,
             curvature: (Symmetric::diagonal(1.0) - Symmetric::square(normal)) * length.recip(),
             radii,
+            rolling: None,
+            thickness: radii[0],
             motions,
             axis,
         }
@@ -272,7 +317,8 @@ mod tests {
             let [[_, force], _] = here.wrenches(&pressing);
             let arms = here.arms();
             let at_contact: Vec<_> = (0..2).map(|s| motions[s][1] + motions[s][0].cross(arms[s])).collect();
-            let power = force.dot(at_contact[0] - at_contact[1]);
+            let spin = here.normal.dot(motions[0][0] - motions[1][0]);
+            let power = force.dot(at_contact[0] - at_contact[1]) + pressing.torsion * spin;
             let energy = |h: f64| {
                 let there = meeting([0, 1].map(|s| centres[s] + motions[s][1] * h), motions, axis, friction);
                 there.energy(&there.pressing())

@@ -2,15 +2,20 @@
 
 use std::f64::consts::{FRAC_PI_4, PI};
 use std::ops::Range;
+use std::sync::Arc;
 
 use super::links::Tree;
 use crate::contact::{Contact, Obstacle, Surface};
 use crate::lie::{Quaternion, Rotation, Vector};
+use crate::robot::algebra::convex_mesh::ConvexMesh;
+use crate::robot::algebra::height_field::HeightField;
 use crate::robot::algebra::obstacle::Solid;
 use crate::robot::algebra::touch::Law;
 use crate::robot::description::{Link, Robot};
 use crate::robot::kernel::kinematics;
-use crate::robot::plan::contact::{Ball, Contacts, Curve, MOST_INTERVALS, NODES, PLACES, Pair, Sample, Side};
+use crate::robot::plan::contact::{
+    Ball, Contacts, Curve, MOST_CHANGES, MOST_INTERVALS, NODES, PLACES, Pair, Sample, Side,
+};
 use crate::robot::plan::point::{Place, Point};
 use crate::robot::plan::{Plan, packed};
 use crate::robot::turning::{Turning, place};
@@ -18,6 +23,9 @@ use crate::robot::turning::{Turning, place};
 /// Places of a rod are neighbours, which do not touch, up to that many of its largest radius along it: half the way around a
 /// ring as tight as it can be, and as much again.
 const NEIGHBOURHOOD: f64 = 2.0 * PI;
+
+/// Sections whose half extents differ by less than that part are round.
+const ROUND: f64 = 1e-12;
 
 /// The places of all balls, in the order of the contacts and their surfaces.
 pub(crate) fn places<G: Turning>(robot: &Robot, tree: &Tree<G>) -> Vec<Option<Place>> {
@@ -57,21 +65,25 @@ pub(crate) fn compile<G: Turning>(plan: &Plan<G>, robot: &Robot) -> Contacts<G> 
             [Side::Rod(a), Side::Rod(b)] if a == b => NEIGHBOURHOOD * thickest(&contacts, a),
             _ => 0.0,
         };
-        let Contact { dissipation, friction, slip_velocity, .. } = *contact;
-        let law = Law { stiffness: stiffness(contact, robot), dissipation, friction, slip_velocity };
+        let Contact { dissipation, friction, slip_velocity, patch_radius, .. } = *contact;
+        let stiffness = stiffness(contact, robot);
+        let law = Law { stiffness, dissipation, friction, slip_velocity, patch_radius };
         let reaches = reaches(plan, &contacts, &sides);
         contacts.pairs.push(Pair { contact: c, is_turned, sides, law, neighbourhood, reaches });
     }
-    contacts.capacity = contacts.pairs.iter().map(|pair| places_of(&contacts, &pair.sides[0])).sum();
+    contacts.capacity = contacts.pairs.iter().map(|pair| places_of(&contacts, &pair.sides)).sum();
     contacts
 }
 
 /// How many places of a first side can be touched.
-fn places_of<G: Turning>(contacts: &Contacts<G>, side: &Side) -> usize {
+fn places_of<G: Turning>(contacts: &Contacts<G>, [side, other]: &[Side; 2]) -> usize {
+    let has_features = |solid: &usize| contacts.solids[*solid].has_features();
+    let is_divided = if let Side::Solid(solid) = other { has_features(solid) } else { false };
+    let divided = if is_divided { MOST_CHANGES + 1 } else { 1 };
     match side {
         Side::Rod(curves) => {
             let parts = contacts.curves[curves.clone()].iter().map(|curve| curve.samples.len() - 1);
-            parts.map(|parts| PLACES * MOST_INTERVALS * parts).sum()
+            parts.map(|parts| PLACES * MOST_INTERVALS * divided * parts).sum()
         }
         _ => 1,
     }
@@ -105,6 +117,16 @@ fn reaches<G: Turning>(plan: &Plan<G>, contacts: &Contacts<G>, sides: &[Side; 2]
 /// Adds the curves of a link's rod; returns where they are.
 fn add_rod<G: Turning>(contacts: &mut Contacts<G>, plan: &Plan<G>, link: usize) -> Range<usize> {
     let first = contacts.curves.len();
+    // A plane cuts sections along one of their axes, and sees that alone.
+    let is_seen = [Vector::new(0.0, 1.0, 0.0), Vector::new(0.0, 0.0, 1.0)].map(|axis| {
+        let kept = G::in_space(plan.frame, G::vector_of(plan.frame, axis));
+        kept.dot(kept) > 0.5
+    });
+    let seen = |[y, z]: [f64; 2]| match is_seen {
+        [true, false] => [y; 2],
+        [false, true] => [z; 2],
+        _ => [y, z],
+    };
     let mut start = 0.0;
     for s in plan.links[link].rod.clone() {
         let piece = &plan.pieces[s];
@@ -114,8 +136,15 @@ fn add_rod<G: Turning>(contacts: &mut Contacts<G>, plan: &Plan<G>, link: usize) 
         let samples: Vec<_> = std::iter::once(0.0)
             .chain(piece.gauss.nodes.iter().copied())
             .chain([1.0])
-            .map(|x| Sample { x, radius: piece.part().radius(x) })
+            .map(|x| {
+                let half_extents = seen(piece.part().half_extents(x));
+                Sample { x, radius: half_extents[0].max(half_extents[1]), half_extents }
+            })
             .collect();
+        let is_round = samples.iter().all(|sample| {
+            let [y, z] = sample.half_extents;
+            (y - z).abs() <= ROUND * sample.radius
+        });
         let whole = samples
             .windows(2)
             .map(|ends| {
@@ -135,6 +164,7 @@ fn add_rod<G: Turning>(contacts: &mut Contacts<G>, plan: &Plan<G>, link: usize) 
             piece: s,
             length: piece.length,
             start,
+            is_round,
             whole,
             samples,
             first_sample,
@@ -164,6 +194,10 @@ fn solid(obstacle: &Obstacle, root: &Link) -> Solid {
     let base = Quaternion::from_array(root.orientation).rotation();
     let turned = |v: Vector<f64>| base.apply_transposed(v);
     let seen = |point: &[f64; 3]| turned(Vector::from(*point) - Vector::from(root.position));
+    let axes_of = |orientation: &[f64; 4]| {
+        let Rotation { x, y, z } = Quaternion::from_array(*orientation).rotation();
+        Rotation { x: turned(x), y: turned(y), z: turned(z) }
+    };
     match obstacle {
         Obstacle::HalfSpace { point, normal } => {
             let normal = Vector::from(crate::joint::unit(*normal));
@@ -174,9 +208,16 @@ fn solid(obstacle: &Obstacle, root: &Link) -> Solid {
             Solid::Capsule { ends: [seen(start), seen(end)], radius: *radius }
         }
         Obstacle::Cuboid { centre, half_extents, orientation } => {
-            let Rotation { x, y, z } = Quaternion::from_array(*orientation).rotation();
-            let axes = Rotation { x: turned(x), y: turned(y), z: turned(z) };
+            let axes = axes_of(orientation);
             Solid::Cuboid { centre: seen(centre), axes, half_extents: Vector::from(*half_extents) }
+        }
+        Obstacle::HeightField { heights, shape, spacing, corner, orientation } => {
+            let axes = axes_of(orientation);
+            Solid::HeightField(Arc::new(HeightField::new(heights, *shape, *spacing, seen(corner), axes)))
+        }
+        Obstacle::ConvexMesh { points, faces, radius } => {
+            let points: Vec<_> = points.iter().map(seen).collect();
+            Solid::ConvexMesh(Arc::new(ConvexMesh::new(&points, faces, *radius)))
         }
     }
 }

@@ -11,6 +11,9 @@ use crate::rod::Integral;
 /// So many parts of a curve between two samples can touch the same thing.
 pub(crate) const MOST_INTERVALS: usize = 2;
 
+/// Each of these is divided where another face, edge or corner becomes the nearest one, at so many places at most.
+pub(crate) const MOST_CHANGES: usize = 4;
+
 /// On each of these parts contact is integrated at so many places (Gauss-Legendre): exact where overlap times shape
 /// is a polynomial of degree 5 there.
 pub(crate) const PLACES: usize = 3;
@@ -54,6 +57,8 @@ pub(crate) struct Curve<P> {
     pub(crate) start: f64,
     /// How its nodes reach the places of the integrals between neighbouring samples, where all of that way is touched.
     pub(crate) whole: Vec<[Vec<P>; PLACES]>,
+    /// Whether its sections reach as far in all directions that the kernel knows.
+    pub(crate) is_round: bool,
     /// Places where it is looked at first: its ends and nodes.
     pub(crate) samples: Vec<Sample>,
     /// The first of them among those of all curves.
@@ -75,7 +80,10 @@ pub(crate) struct Curve<P> {
 pub(crate) struct Sample {
     /// Fraction of the curve's length.
     pub(crate) x: f64,
+    /// In the direction in which that is most.
     pub(crate) radius: f64,
+    /// Along the y and the z axis of the section.
+    pub(crate) half_extents: [f64; 2],
 }
 
 /// A ball that is fixed beside a point of the plan.

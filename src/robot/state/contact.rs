@@ -10,6 +10,8 @@ use crate::robot::plan::space::Space;
 pub(crate) struct ContactState<P> {
     /// Of all curves, Legendre's coefficients of the derivative of the position along the fraction of the length.
     pub(crate) coefficients: Vec<Vector<f64>>,
+    /// Likewise of the y and z axes of the sections, of curves that are not round; none if there are no such curves.
+    pub(crate) axes: Vec<[Vector<f64>; 2]>,
     /// Position and that derivative at the samples of all curves, that at the ends as at the nodes next to them.
     pub(crate) samples: Vec<[Vector<f64>; 2]>,
     /// Of every curve, the centre and the radius of a ball that it lies in, and whether anything else may touch it.
@@ -71,6 +73,7 @@ impl<P> Default for ContactState<P> {
     fn default() -> Self {
         Self {
             coefficients: Vec::new(),
+            axes: Vec::new(),
             samples: Vec::new(),
             bounds: Vec::new(),
             is_near: Vec::new(),
@@ -90,9 +93,11 @@ impl<P: Lanes> ContactState<P> {
     pub(crate) fn new<G: Space<Pack = P>>(contacts: &Contacts<G>) -> Self {
         let samples = contacts.curves.iter().map(|curve| curve.samples.len()).sum();
         let coefficients = contacts.curves.iter().map(|curve| curve.expansion.len()).sum();
+        let is_round = contacts.curves.iter().all(|curve| curve.is_round);
         let nodes = contacts.packs * crate::lie::LANES;
         Self {
             coefficients: vec![Vector::zero(); coefficients],
+            axes: vec![[Vector::zero(); 2]; if is_round { 0 } else { coefficients }],
             samples: vec![[Vector::zero(); 2]; samples],
             bounds: vec![(Vector::zero(), 0.0); contacts.curves.len()],
             is_near: vec![false; contacts.curves.len()],

@@ -42,7 +42,29 @@ fn pair(robot: &Robot, contact: &Contact) -> String {
             format!("friction {forward} forward, {backward} backward, {sideways} sideways")
         }
     };
-    format!("{between}: {stiffness:.3e} {unit}, {friction}")
+    let spinning = match contact.patch_radius {
+        0.0 => String::new(),
+        radius => format!(", against spinning over a patch of {radius} m"),
+    };
+    let is_rod = |surface: &&Surface| matches!(surface, Surface::Rod { .. });
+    let are_rods = contact.surfaces.iter().filter(is_rod).count() == 2;
+    let as_if = if are_rods && !contact.surfaces.iter().all(|surface| is_round(robot, surface)) {
+        ", as if sections were round with the larger half extent"
+    } else {
+        ""
+    };
+    format!("{between}: {stiffness:.3e} {unit}, {friction}{spinning}{as_if}")
+}
+
+/// Whether the rod of a surface has circles as sections, at its ends and in the middle of its segments.
+fn is_round(robot: &Robot, surface: &Surface) -> bool {
+    let segments = surface.link().map_or(&[][..], |link| &robot.links[link].rod[..]);
+    segments.iter().all(|segment| {
+        [0.0, 0.5, 1.0].into_iter().all(|x| {
+            let [y, z] = segment.section.half_extents(x);
+            (y - z).abs() <= 1e-12 * y.max(z)
+        })
+    })
 }
 
 fn surface(robot: &Robot, surface: &Surface) -> String {
@@ -53,6 +75,12 @@ fn surface(robot: &Robot, surface: &Surface) -> String {
         Surface::Obstacle(Obstacle::Sphere { radius, .. }) => format!("a sphere of {radius} m"),
         Surface::Obstacle(Obstacle::Capsule { radius, .. }) => format!("a capsule of {radius} m"),
         Surface::Obstacle(Obstacle::Cuboid { .. }) => "a box".to_owned(),
+        Surface::Obstacle(Obstacle::HeightField { shape: [rows, columns], .. }) => {
+            format!("a height field of {rows} x {columns}")
+        }
+        Surface::Obstacle(Obstacle::ConvexMesh { points, .. }) => {
+            format!("a convex mesh of {} points", points.len())
+        }
     }
 }
 

@@ -85,6 +85,17 @@ RECIPES: dict[str, dict | list[dict]] = {
     "Sphere": {"centre": _a(0.1, 0.0, -0.5), "radius": "0.2"},
     "Capsule": {"start": _a(0.1, -1.0, -0.5), "end": _a(0.1, 1.0, -0.5), "radius": "0.2"},
     "Box": {"centre": _a(0.1, 0.0, -0.5), "half_extents": _a(0.1, 0.2, 0.3), "orientation": "(1, 0, 0, 0)"},
+    "HeightField": {
+        "heights": "[[0, 0.1, 0], [0.1, 0.2, 0], [0, 0, 0.1]]",
+        "spacing": "(0.2, 0.3)",
+        "corner": _a(0.0, 0.0, -0.5),
+        "orientation": "(1, 0, 0, 0)",
+    },
+    "ConvexMesh": {
+        "points": "[[0, 0, -1], [1, 0, -1], [0, 1, -1], [0, 0, -0.5]]",
+        "faces": "[[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]]",
+        "radius": "0.1",
+    },
     "Contact": [
         {"a": "'rod'", "b": "lissom.HalfSpace((0, 0, -0.1))", "friction": "(0.1, 0.2, 0.3)", "name": "'c'"},
         {
@@ -94,6 +105,7 @@ RECIPES: dict[str, dict | list[dict]] = {
             "dissipation": "0.5",
             "friction": "0.3",
             "slip_velocity": "1e-3",
+            "patch_radius": "0.01",
         },
     ],
     "Touch": {

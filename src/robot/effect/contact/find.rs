@@ -4,11 +4,13 @@
 //! the part that overlaps is found from the zeros of the gap; the integral over that part is Gaussian. So forces follow the
 //! ends of a contact as these move along the rod, and no node is felt.
 
-use crate::lie::{LANES, Lanes, Sweep, Twist, Vector, VectorSpace};
-use crate::robot::algebra::obstacle::{Distance, Solid};
+use crate::lie::{LANES, Lanes, Scalar, Sweep, Twist, Vector, VectorSpace};
+use crate::robot::algebra::distance::Distance;
+use crate::robot::algebra::ellipse::{self, Nearest as Rim, Rolling};
+use crate::robot::algebra::obstacle::Solid;
 use crate::robot::algebra::touch::Meeting;
 use crate::robot::plan::Plan;
-use crate::robot::plan::contact::{Curve, MOST_INTERVALS, NODES, Pair, Side, WEIGHTS};
+use crate::robot::plan::contact::{Curve, MOST_CHANGES, MOST_INTERVALS, NODES, Pair, Side, WEIGHTS};
 use crate::robot::state::Workspace;
 use crate::robot::state::contact::{ContactState, Standing, Touch};
 use crate::robot::turning::Turning;
@@ -20,6 +22,12 @@ const LONGER: f64 = 1.2;
 /// Steps of regula falsi, and of Newton's method for a nearest place.
 const MOST_STEPS: usize = 60;
 const MOST_NEWTON_STEPS: usize = 12;
+
+/// A place where another part of a solid becomes the nearest one is known to that part of what is divided there.
+const NARROW: f64 = 1e-10;
+
+/// Slopes along sections that are not round are differences over that part of the way between two samples.
+const BESIDE: f64 = 1e-5;
 
 /// Places closer than that part of the way between two samples are one.
 const SAME_PLACE: f64 = 1e-13;
@@ -55,6 +63,7 @@ impl<G: Turning> Sweep for Find<'_, G> {
         expand(plan, work, state);
         let ContactState {
             coefficients,
+            axes,
             samples,
             bounds,
             is_near,
@@ -66,7 +75,7 @@ impl<G: Turning> Sweep for Find<'_, G> {
             ..
         } = state;
         touches.clear();
-        let scene = Scene { plan, work, coefficients, samples, bounds, is_near, centres };
+        let scene = Scene { plan, work, coefficients, axes, samples, bounds, is_near, centres };
         let mut found = Found { touches, up_to, weights, polynomials };
         for (p, pair) in plan.contacts.pairs.iter().enumerate() {
             scene.meet(p, pair, &mut found);
@@ -153,6 +162,33 @@ fn expand<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mut ContactSt
             let sum = G::map_vector(&sum, |pack: &G::Pack| pack.sum());
             *coefficient = G::in_space(plan.frame, sum) * curve.length;
         }
+        if !curve.is_round {
+            expand_axes(plan, work, curve, &mut state.axes);
+        }
+    }
+}
+
+/// Axes of the sections of a curve that is not round.
+fn expand_axes<G: Turning>(
+    plan: &Plan<G>,
+    work: &Workspace<G>,
+    curve: &Curve<G::Pack>,
+    axes: &mut [[Vector<f64>; 2]],
+) {
+    let rotations = &work.rotation[plan.pieces[curve.piece].node_packs()];
+    let axes = &mut axes[curve.first_coefficient..][..curve.expansion.len()];
+    let units = [Vector::new(0.0, 1.0, 0.0), Vector::new(0.0, 0.0, 1.0)].map(|axis| {
+        let axis = G::vector_of(plan.frame, axis);
+        G::map_vector(&axis, |&x| G::Pack::splat(x))
+    });
+    for (axes, weights) in axes.iter_mut().zip(&curve.expansion) {
+        for (axis, unit) in axes.iter_mut().zip(units) {
+            let mut sum = G::Vector::<G::Pack>::zero();
+            for (rotation, &weight) in rotations.iter().zip(weights) {
+                sum += G::rotate(rotation, unit) * weight;
+            }
+            *axis = G::in_space(plan.frame, G::map_vector(&sum, |pack: &G::Pack| pack.sum()));
+        }
     }
 }
 
@@ -161,17 +197,19 @@ fn expand<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mut ContactSt
 struct Shape<'a> {
     begin: Vector<f64>,
     coefficients: &'a [Vector<f64>],
+    /// Of the axes of its sections, if it is not round.
+    axes: &'a [[Vector<f64>; 2]],
     breaks: &'a [f64],
 }
 
 fn shape<'a, G: Turning>(
     plan: &Plan<G>,
     work: &Workspace<G>,
-    coefficients: &'a [Vector<f64>],
+    (coefficients, axes): (&'a [Vector<f64>], &'a [[Vector<f64>; 2]]),
     curve: &'a Curve<G::Pack>,
 ) -> Shape<'a> {
     let begin = work.stations[plan.pieces[curve.piece].joined.begin].position;
-    Shape { begin: G::in_space(plan.frame, begin), coefficients, breaks: curve.integral.breaks() }
+    Shape { begin: G::in_space(plan.frame, begin), coefficients, axes, breaks: curve.integral.breaks() }
 }
 
 impl Shape<'_> {
@@ -201,6 +239,30 @@ impl Shape<'_> {
         }
         [begin.add_scaled(position, to - from), slope]
     }
+
+    /// Axes of the section at a fraction of the length: unit vectors, across each other.
+    fn axes_at(&self, x: f64) -> [Vector<f64>; 2] {
+        let degrees = self.axes.len() / (self.breaks.len() + 1);
+        let here = self.breaks.partition_point(|&place| place <= x);
+        let from = if here > 0 { self.breaks[here - 1] } else { 0.0 };
+        let to = self.breaks.get(here).copied().unwrap_or(1.0);
+        let own = &self.axes[here * degrees..][..degrees];
+        let t = 2.0 * (x - from) / (to - from) - 1.0;
+        let mut axes = [Vector::zero(); 2];
+        let (mut before, mut value) = (0.0, 1.0);
+        for (k, coefficients) in own.iter().enumerate() {
+            for (axis, &coefficient) in axes.iter_mut().zip(coefficients) {
+                *axis = axis.add_scaled(coefficient, value);
+            }
+            let degree = k as f64;
+            let next = ((2.0 * degree + 1.0) * t * value - degree * before) / (degree + 1.0);
+            (before, value) = (value, next);
+        }
+        let [y, z] = axes;
+        let y = y * y.dot(y).sqrt().recip();
+        let z = z - y * y.dot(z);
+        [y, z * z.dot(z).sqrt().recip()]
+    }
 }
 
 fn distance_between(a: Vector<f64>, b: Vector<f64>) -> f64 {
@@ -213,6 +275,7 @@ struct Scene<'a, G: Turning> {
     plan: &'a Plan<G>,
     work: &'a Workspace<G>,
     coefficients: &'a [Vector<f64>],
+    axes: &'a [[Vector<f64>; 2]],
     samples: &'a [[Vector<f64>; 2]],
     bounds: &'a [(Vector<f64>, f64)],
     is_near: &'a [bool],
@@ -230,7 +293,7 @@ struct Found<'a, P> {
 /// What a curve or a ball may meet.
 #[derive(Clone, Copy)]
 enum Other<'a> {
-    Solid(Solid, Standing),
+    Solid(&'a Solid, Standing),
     /// The curves of a rod, but for those places that are neighbours of one of the same rod.
     Rod {
         pair: &'a Pair,
@@ -253,6 +316,8 @@ struct First {
     on: Standing,
     centre: Vector<f64>,
     radius: f64,
+    thickness: f64,
+    rolling: Option<Rolling>,
     weight: f64,
     axis: Vector<f64>,
 }
@@ -272,9 +337,18 @@ struct Part<'a> {
     length: f64,
     ends: [[Vector<f64>; 2]; 2],
     radii: [f64; 2],
+    /// Half extents of the sections at both ends, if they are not round.
+    half_extents: Option<[[f64; 2]; 2]>,
 }
 
 impl Part<'_> {
+    /// The semi-axes of the section at a fraction of it, if that is not round.
+    fn semi_axes(&self, x: f64) -> Option<[Vector<f64>; 2]> {
+        let [begin, end] = self.half_extents?;
+        let axes = self.shape.axes_at(self.from + self.part * x);
+        Some([0, 1].map(|i| axes[i] * (begin[i] + (end[i] - begin[i]) * x)))
+    }
+
     /// At a fraction of it, position and its derivative along that fraction.
     fn at(&self, x: f64) -> [Vector<f64>; 2] {
         let [position, slope] = self.shape.at(self.from + self.part * x);
@@ -311,7 +385,9 @@ impl<'a, G: Turning> Scene<'a, G> {
         let curve = &self.plan.contacts.curves[c];
         let seen = &self.samples[curve.first_sample..][..curve.samples.len()];
         let coefficients = &self.coefficients[curve.first_coefficient..][..curve.expansion.len()];
-        let shape = shape(self.plan, self.work, coefficients, curve);
+        let axes =
+            if curve.is_round { &[] } else { &self.axes[curve.first_coefficient..][..curve.expansion.len()] };
+        let shape = shape(self.plan, self.work, (coefficients, axes), curve);
         curve.samples.windows(2).zip(seen.windows(2)).enumerate().map(move |(index, (samples, seen))| {
             let (from, part) = (samples[0].x, samples[1].x - samples[0].x);
             Part {
@@ -324,18 +400,20 @@ impl<'a, G: Turning> Scene<'a, G> {
                 length: part * curve.length,
                 ends: [[seen[0][0], seen[0][1] * part], [seen[1][0], seen[1][1] * part]],
                 radii: [samples[0].radius, samples[1].radius],
+                half_extents: (!curve.is_round).then(|| [samples[0].half_extents, samples[1].half_extents]),
             }
         })
     }
 
     /// Finds where the two of a pair touch.
-    fn meet(&self, p: usize, pair: &'a Pair, found: &mut Found<'_, G::Pack>) {
+    fn meet(&self, p: usize, pair: &Pair, found: &mut Found<'_, G::Pack>) {
+        let round;
         let other = match &pair.sides[1] {
-            Side::Solid(solid) => Other::Solid(self.plan.contacts.solids[*solid], Standing::Still),
+            Side::Solid(solid) => Other::Solid(&self.plan.contacts.solids[*solid], Standing::Still),
             Side::Ball(ball) => {
                 let radius = self.plan.contacts.balls[*ball].radius;
-                let centre = self.centres[*ball];
-                Other::Solid(Solid::Ball { centre, radius }, Standing::Ball(*ball))
+                round = Solid::Ball { centre: self.centres[*ball], radius };
+                Other::Solid(&round, Standing::Ball(*ball))
             }
             Side::Rod(curves) => Other::Rod { pair, first: curves.start, end: curves.end },
         };
@@ -344,7 +422,15 @@ impl<'a, G: Turning> Scene<'a, G> {
                 let (on, centre) = (Standing::Ball(*ball), self.centres[*ball]);
                 if let Some(nearest) = self.nearest(&other, centre, None) {
                     let radius = self.plan.contacts.balls[*ball].radius;
-                    let first = First { on, centre, radius, weight: 1.0, axis: Vector::zero() };
+                    let first = First {
+                        on,
+                        centre,
+                        radius,
+                        thickness: radius,
+                        rolling: None,
+                        weight: 1.0,
+                        axis: Vector::zero(),
+                    };
                     self.press(p, &first, &nearest, found);
                 }
             }
@@ -389,13 +475,76 @@ impl<'a, G: Turning> Scene<'a, G> {
                 (value - part.radius(x), normal.dot(slope) - widening)
             })
         };
+        if let (Some(_), Other::Solid(solid, _)) = (part.half_extents, other) {
+            self.meet_along_ellipses(p, part, solid, other, found);
+            return;
+        }
         let ends = [gap(0.0), gap(1.0)];
         if ends[0].0 + ends[1].0 >= part.reach() {
             return;
         }
         for &interval in touched(ends, gap).as_slice() {
-            self.meet_between(p, part, interval, other, found);
+            self.meet_features(p, part, interval, other, found);
         }
+    }
+
+    /// Adds the touches of a part of a curve whose sections are not round.
+    #[inline(never)]
+    fn meet_along_ellipses(
+        &self,
+        p: usize,
+        part: &Part<'_>,
+        solid: &Solid,
+        other: &Other<'_>,
+        found: &mut Found<'_, G::Pack>,
+    ) {
+        let thickest = part.radii[0].max(part.radii[1]);
+        // Seen from the middle of the sections, as thick rods.
+        let [start, end] = part.ends.map(|[place, _]| solid.distance(place).value - thickest);
+        if start + end >= part.reach() {
+            return;
+        }
+        let value = |x: f64| {
+            let semi = part.semi_axes(x).unwrap_or_default();
+            ellipse::nearest(solid, part.at(x)[0], semi).distance.value
+        };
+        // Sections turn along the rod: the slope is that of neighbours.
+        let gap = |x: f64| {
+            let [before, after] = [(x - BESIDE).max(0.0), (x + BESIDE).min(1.0)];
+            (value(x), (value(after) - value(before)) / (after - before))
+        };
+        for &interval in touched([gap(0.0), gap(1.0)], gap).as_slice() {
+            self.meet_features(p, part, interval, other, found);
+        }
+    }
+
+    /// Adds the touches of what lies between two places of a part of a curve, divided where another part of a solid becomes the
+    /// nearest one: there the gap is not smooth.
+    fn meet_features(
+        &self,
+        p: usize,
+        part: &Part<'_>,
+        [from, to]: [f64; 2],
+        other: &Other<'_>,
+        found: &mut Found<'_, G::Pack>,
+    ) {
+        let Other::Solid(solid, Standing::Still) = other else {
+            return self.meet_between(p, part, [from, to], other, found);
+        };
+        if !solid.has_features() {
+            return self.meet_between(p, part, [from, to], other, found);
+        }
+        let feature = |x: f64| {
+            let centre = part.at(x)[0];
+            let semi = part.semi_axes(x);
+            solid.feature(semi.map_or(centre, |semi| ellipse::nearest(solid, centre, semi).place))
+        };
+        let mut begin = from;
+        for place in changes(feature, [from, to]).into_iter().flatten() {
+            self.meet_between(p, part, [begin, place], other, found);
+            begin = place;
+        }
+        self.meet_between(p, part, [begin, to], other, found);
     }
 
     /// Adds the touches of what lies between two places of a part of a curve.
@@ -415,8 +564,18 @@ impl<'a, G: Turning> Scene<'a, G> {
             let axis = self.axis(p, part, x, found);
             let known = is_whole.then(|| &self.plan.contacts.curves[part.curve].whole[part.index][i][..]);
             let centre = self.reach(on, known, found, 0);
+            if let (Some(semi), Other::Solid(solid, on_other)) = (part.semi_axes(x), other) {
+                let Rim { place, distance, rolling } = ellipse::nearest(solid, centre, semi);
+                let thickness = semi.map(|s| s.dot(s)).into_iter().fold(f64::INFINITY, f64::min).sqrt();
+                let rolling = Some(rolling);
+                let first = First { on, centre: place, radius: 0.0, thickness, rolling, weight, axis };
+                let radius = if let Solid::Ball { radius, .. } = solid { *radius } else { 0.0 };
+                self.press(p, &first, &Nearest { distance, on: *on_other, radius }, found);
+                continue;
+            }
             if let Some(nearest) = self.nearest(other, centre, Some(part.arc + part.length * x)) {
-                let first = First { on, centre, radius: part.radius(x), weight, axis };
+                let radius = part.radius(x);
+                let first = First { on, centre, radius, thickness: radius, rolling: None, weight, axis };
                 self.press(p, &first, &nearest, found);
             }
         }
@@ -580,7 +739,7 @@ impl<'a, G: Turning> Scene<'a, G> {
     /// Adds a touch, if there is one; the memory of the next touch knows how its first side is reached.
     fn press(&self, p: usize, first: &First, nearest: &Nearest, found: &mut Found<'_, G::Pack>) {
         let pair = &self.plan.contacts.pairs[p];
-        let &First { on, centre, radius, weight, axis } = first;
+        let &First { on, centre, radius, thickness, rolling, weight, axis } = first;
         let overlap = radius - nearest.distance.value;
         if overlap <= 0.0 || found.touches.len() == self.plan.contacts.capacity {
             return;
@@ -592,7 +751,18 @@ impl<'a, G: Turning> Scene<'a, G> {
         let weight = if pair.neighbourhood > 0.0 { 0.5 * weight } else { weight };
         let Distance { normal, curvature, .. } = nearest.distance;
         let radii = [radius, nearest.radius];
-        let meeting = Meeting { law: pair.law, weight, overlap, normal, curvature, radii, motions, axis };
+        let meeting = Meeting {
+            law: pair.law,
+            weight,
+            overlap,
+            normal,
+            curvature,
+            radii,
+            rolling,
+            thickness,
+            motions,
+            axis,
+        };
         let pressing = meeting.pressing();
         found.touches.push(Touch { pair: p, sides, centres, meeting, pressing });
     }
@@ -614,6 +784,35 @@ impl Intervals {
     fn as_slice(&self) -> &[[f64; 2]] {
         &self.own[..self.number]
     }
+}
+
+/// Where between two places something changes, in ascending order; what comes back between two of a few samples is not seen.
+fn changes(feature: impl Fn(f64) -> [usize; 3], [from, to]: [f64; 2]) -> [Option<f64>; MOST_CHANGES] {
+    const SAMPLES: usize = 4;
+    let mut found = [None; MOST_CHANGES];
+    let mut number = 0;
+    let (mut begin, mut at_begin) = (from, feature(from));
+    for sample in 1..=SAMPLES {
+        let end = if sample == SAMPLES { to } else { from + (to - from) * sample as f64 / SAMPLES as f64 };
+        let at_end = feature(end);
+        while at_begin != at_end && number < MOST_CHANGES {
+            let (mut before, mut after, mut at_after) = (begin, end, at_end);
+            while after - before > NARROW * (to - from) {
+                let middle = 0.5 * (before + after);
+                let at = feature(middle);
+                if at == at_begin {
+                    before = middle;
+                } else {
+                    (after, at_after) = (middle, at);
+                }
+            }
+            found[number] = Some(after);
+            number += 1;
+            (begin, at_begin) = (after, at_after);
+        }
+        (begin, at_begin) = (end, at_end);
+    }
+    found
 }
 
 /// Where between 0 and 1 a gap is negative, by its values and slopes: it is nearly a cubic, which has up to two places where it

@@ -57,8 +57,8 @@ pub(crate) fn has_passed<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, measur
                 ways.parts(c).any(|part| {
                     Patch::beside(part.ways, there).is_deep_in(
                         &solid,
-                        part.radius,
-                        measure.of(part.radius, other),
+                        part.thin,
+                        measure.of(part.thin, other),
                     )
                 })
             })
@@ -70,7 +70,7 @@ pub(crate) fn has_passed<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, measur
                 can_be_passed(solid)
                     && solid.distance(centre).value <= radius
                     && ways.parts(c).any(|part| {
-                        Patch(part.ways).is_deep_in(solid, part.radius, measure.of(part.radius, round(solid)))
+                        Patch(part.ways).is_deep_in(solid, part.thin, measure.of(part.thin, round(solid)))
                     })
             })
         }
@@ -126,6 +126,8 @@ type Way = [Vector<f64>; 2];
 struct Part {
     ways: [Way; 2],
     radius: f64,
+    /// How far it reaches in the direction in which that is least: to obstacles sections are ellipses, to rods round.
+    thin: f64,
     arc: f64,
     length: f64,
 }
@@ -164,6 +166,7 @@ impl<G: Turning> Ways<'_, G> {
         curve.samples.windows(2).enumerate().map(move |(i, ends)| Part {
             ways: [i, i + 1].map(|i| [places[i], samples[i][0]]),
             radius: 0.5 * (ends[0].radius + ends[1].radius),
+            thin: ends.iter().map(|end| 0.5 * end.half_extents[0].min(end.half_extents[1])).sum(),
             arc: curve.start + ends[0].x * curve.length,
             length: (ends[1].x - ends[0].x) * curve.length,
         })
@@ -342,7 +345,7 @@ mod tests {
 
         #[test]
         fn rods_that_cross_are_seen(a in (way(), way()), b in (way(), way())) {
-            let part = |ways: (Way, Way)| Part { ways: [ways.0, ways.1], radius: 0.05, arc: 0.0, length: 1.0 };
+            let part = |ways: (Way, Way)| Part { ways: [ways.0, ways.1], radius: 0.05, thin: 0.05, arc: 0.0, length: 1.0 };
             let (a, b) = (part(a), part(b));
             let nearest = |x: f64| {
                 let at = |part: &Part| part.ways.map(|[from, to]| from + (to - from) * x);

@@ -14,7 +14,7 @@ const MOST_LOST: f64 = 0.7;
 /// A contact whose surfaces overlap by more than the radius of one, and by how much.
 pub(crate) fn sunk<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> Option<(usize, f64)> {
     let is_sunk = |touch: &&Touch| {
-        let [first, second] = touch.meeting.radii;
+        let (first, [_, second]) = (touch.meeting.thickness, touch.meeting.radii);
         let smallest = if second > 0.0 { first.min(second) } else { first };
         touch.meeting.overlap > smallest
     };

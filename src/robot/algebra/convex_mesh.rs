@@ -1,0 +1,186 @@
+//! Distances from convex bodies with flat faces, and from all that is within a radius of them.
+
+use super::distance::{Distance, SHORTEST};
+use crate::lie::{Symmetric, Vector};
+
+/// What is within a radius of a convex body whose faces are triangles.
+#[derive(Clone, Debug)]
+pub(crate) struct ConvexMesh {
+    faces: Vec<Face>,
+    radius: f64,
+}
+
+#[derive(Clone, Debug)]
+struct Face {
+    corners: [Vector<f64>; 3],
+    /// Which points these are.
+    places: [usize; 3],
+    /// Outward unit vector, and its product with the corners.
+    normal: Vector<f64>,
+    offset: f64,
+}
+
+/// What of a triangle is nearest to a point: the triangle itself, the edge from a corner to the next one, or a corner.
+#[derive(Clone, Copy)]
+enum Feature {
+    Inside,
+    Edge(usize),
+    Corner(usize),
+}
+
+/// What of a body is nearest to a point, and the point seen from there.
+struct Nearest {
+    face: usize,
+    feature: Feature,
+    /// Above a face, or beside an edge or a corner; less than zero inside.
+    length: f64,
+    way: Vector<f64>,
+}
+
+impl ConvexMesh {
+    /// Of points that are in convex position, and faces that are not degenerate, in any order of their corners.
+    pub(crate) fn new(points: &[Vector<f64>], faces: &[[usize; 3]], radius: f64) -> Self {
+        let mut middle = Vector::zero();
+        for &point in points {
+            middle = middle.add_scaled(point, 1.0 / points.len() as f64);
+        }
+        let face = |&places: &[usize; 3]| {
+            let corners = places.map(|c| points[c]);
+            let [a, b, c] = corners;
+            let across = (b - a).cross(c - a);
+            let side = if across.dot(a - middle) < 0.0 { -1.0 } else { 1.0 };
+            let normal = across * (side / across.dot(across).sqrt());
+            Face { corners, places, normal, offset: normal.dot(a) }
+        };
+        Self { faces: faces.iter().map(face).collect(), radius }
+    }
+
+    /// What is nearest to a point: the nearest face inside; the nearest face, edge or corner outside.
+    fn nearest(&self, point: Vector<f64>) -> Nearest {
+        let mut highest = (f64::NEG_INFINITY, 0);
+        let mut best: Option<Nearest> = None;
+        for (f, face) in self.faces.iter().enumerate() {
+            let above = face.normal.dot(point) - face.offset;
+            if above > highest.0 {
+                highest = (above, f);
+            }
+            // Behind a face another one is nearer.
+            if above <= 0.0 || best.as_ref().is_some_and(|best| above >= best.length) {
+                continue;
+            }
+            let (place, feature) = nearest_on(&face.corners, point);
+            let way = point - place;
+            let length = if let Feature::Inside = feature { above } else { way.dot(way).sqrt() };
+            if best.as_ref().is_none_or(|best| length < best.length) {
+                best = Some(Nearest { face: f, feature, length, way });
+            }
+        }
+        let (length, face) = highest;
+        let inside = Nearest { face, feature: Feature::Inside, length, way: Vector::zero() };
+        best.filter(|best| best.length > SHORTEST).unwrap_or(inside)
+    }
+
+    /// How far a point is from it.
+    pub(crate) fn distance(&self, point: Vector<f64>) -> Distance {
+        let Nearest { face, feature, length, way } = self.nearest(point);
+        let Face { corners, normal, .. } = &self.faces[face];
+        let along = match feature {
+            Feature::Inside => {
+                let curvature = Symmetric::diagonal(0.0);
+                return Distance { value: length - self.radius, normal: *normal, curvature };
+            }
+            Feature::Edge(from) => {
+                let along = corners[(from + 1) % 3] - corners[from];
+                Some((along * along.dot(along).sqrt().recip(), 1.0))
+            }
+            Feature::Corner(_) => None,
+        };
+        Distance::from_curve(way, self.radius, along)
+    }
+
+    /// What of it is nearest to a point, by its points: a face, an edge or a corner.
+    pub(crate) fn feature(&self, point: Vector<f64>) -> [usize; 3] {
+        let Nearest { face, feature, .. } = self.nearest(point);
+        let places = self.faces[face].places;
+        match feature {
+            Feature::Inside => places,
+            Feature::Edge(from) => {
+                let (p, q) = (places[from], places[(from + 1) % 3]);
+                [p.min(q), p.max(q), usize::MAX]
+            }
+            Feature::Corner(corner) => [places[corner], usize::MAX, usize::MAX],
+        }
+    }
+}
+
+/// The nearest place of a triangle to a point (Ericson 2005, section 5.1.5).
+fn nearest_on(&[a, b, c]: &[Vector<f64>; 3], point: Vector<f64>) -> (Vector<f64>, Feature) {
+    let (ab, ac, ap) = (b - a, c - a, point - a);
+    let (d1, d2) = (ab.dot(ap), ac.dot(ap));
+    if d1 <= 0.0 && d2 <= 0.0 {
+        return (a, Feature::Corner(0));
+    }
+    let bp = point - b;
+    let (d3, d4) = (ab.dot(bp), ac.dot(bp));
+    if d3 >= 0.0 && d4 <= d3 {
+        return (b, Feature::Corner(1));
+    }
+    let vc = d1 * d4 - d3 * d2;
+    if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
+        return (a.add_scaled(ab, d1 / (d1 - d3)), Feature::Edge(0));
+    }
+    let cp = point - c;
+    let (d5, d6) = (ab.dot(cp), ac.dot(cp));
+    if d6 >= 0.0 && d5 <= d6 {
+        return (c, Feature::Corner(2));
+    }
+    let vb = d5 * d2 - d1 * d6;
+    if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
+        return (a.add_scaled(ac, d2 / (d2 - d6)), Feature::Edge(2));
+    }
+    let va = d3 * d6 - d5 * d4;
+    if va <= 0.0 && d4 >= d3 && d5 >= d6 {
+        let x = (d4 - d3) / ((d4 - d3) + (d5 - d6));
+        return (b.add_scaled(c - b, x), Feature::Edge(1));
+    }
+    let over = (va + vb + vc).recip();
+    (a + ab * (vb * over) + ac * (vc * over), Feature::Inside)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn v(x: f64, y: f64, z: f64) -> Vector<f64> {
+        Vector::new(x, y, z)
+    }
+
+    proptest! {
+        /// A tetrahedron is as far away as the nearest of many of its places.
+        #[test]
+        fn distances_are_those_of_the_nearest_place(
+            (p, q, r, s) in ((-1.0..0.0, -1.0..0.0), (0.2..1.0, -1.0..0.0), (-0.5..0.5, 0.2..1.0), (-0.3..0.3, -0.3..0.3)),
+            (x, y, z) in (-2.0..2.0, -2.0..2.0, -2.0..2.0),
+        ) {
+            let points = [v(p.0, p.1, 0.0), v(q.0, q.1, 0.0), v(r.0, r.1, 0.0), v(s.0, s.1, 1.0)];
+            let mesh = ConvexMesh::new(&points, &[[0, 1, 2], [0, 3, 1], [1, 3, 2], [2, 3, 0]], 0.1);
+            let point = v(x, y, z);
+            let found = mesh.distance(point);
+            let mut tried = f64::INFINITY;
+            for face in &mesh.faces {
+                let [a, b, c] = face.corners;
+                for i in 0..=60 {
+                    for j in 0..=60 - i {
+                        let place = a + (b - a) * (f64::from(i) / 60.0) + (c - a) * (f64::from(j) / 60.0);
+                        tried = tried.min((point - place).dot(point - place).sqrt());
+                    }
+                }
+            }
+            let wanted = (found.value + 0.1).abs();
+            prop_assert!(wanted <= tried + 1e-12 && tried <= wanted + 0.04, "{wanted} {tried}");
+            let behind = points.iter().all(|_| mesh.faces.iter().all(|f| f.normal.dot(point) <= f.offset));
+            prop_assert!(behind == (found.value + 0.1 <= 0.0));
+        }
+    }
+}

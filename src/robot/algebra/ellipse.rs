@@ -1,0 +1,148 @@
+//! Where the edge of an elliptic section is nearest to what it touches.
+
+use super::distance::Distance;
+use super::obstacle::Solid;
+use crate::lie::Vector;
+
+/// Steps of Newton's method, of at most that many radians, and halvings of one.
+const MOST_STEPS: usize = 30;
+const LONGEST: f64 = 0.5;
+const MOST_HALVINGS: usize = 20;
+
+/// It ends where the distance changes by less than that part of the semi-axes a radian.
+const LEVEL: f64 = 1e-13;
+
+/// How the place that touches moves along the edge of a section: by `along (of_turn . turn + of_shift . shift)` as the section turns
+/// and the place of the material that touches moves.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Rolling {
+    pub(crate) along: Vector<f64>,
+    pub(crate) of_turn: Vector<f64>,
+    pub(crate) of_shift: Vector<f64>,
+}
+
+/// The place of an edge that is nearest to a solid, how far it is from that, and how it moves along the edge.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Nearest {
+    pub(crate) place: Vector<f64>,
+    pub(crate) distance: Distance,
+    pub(crate) rolling: Rolling,
+}
+
+/// The nearest place of the ellipse about a centre with these semi-axes, which stand across each other.
+pub(crate) fn nearest(solid: &Solid, centre: Vector<f64>, [a, b]: [Vector<f64>; 2]) -> Nearest {
+    let beside = |angle: f64| {
+        let (sine, cosine) = angle.sin_cos();
+        [a * cosine + b * sine, b * cosine - a * sine]
+    };
+    // Nearest to a plane that stands across the way from the centre.
+    let normal = solid.distance(centre).normal;
+    let mut angle = (-normal.dot(b)).atan2(-normal.dot(a));
+    let [mut own, mut slope] = beside(angle);
+    let mut distance = solid.distance(centre + own);
+    let size = a.dot(a).max(b.dot(b)).sqrt();
+    let bend = |own: Vector<f64>, slope: Vector<f64>, distance: &Distance| {
+        slope.dot(distance.curvature.times(slope)) - distance.normal.dot(own)
+    };
+    for _ in 0..MOST_STEPS {
+        let rise = distance.normal.dot(slope);
+        if rise.abs() <= LEVEL * size {
+            break;
+        }
+        let bend = bend(own, slope, &distance);
+        let step = if bend > 0.0 { -rise / bend } else { -rise.signum() * LONGEST };
+        let mut step = step.clamp(-LONGEST, LONGEST);
+        let mut is_nearer = false;
+        for _ in 0..MOST_HALVINGS {
+            let [next, next_slope] = beside(angle + step);
+            let there = solid.distance(centre + next);
+            // Beside the place the values are equal to rounding, and the slope tells.
+            is_nearer = there.value < distance.value
+                || (there.value <= distance.value + LEVEL * size
+                    && there.normal.dot(next_slope).abs() < rise.abs());
+            if is_nearer {
+                angle += step;
+                (own, slope, distance) = (next, next_slope, there);
+                break;
+            }
+            step *= 0.5;
+        }
+        if !is_nearer {
+            break;
+        }
+    }
+    let bend = bend(own, slope, &distance);
+    let over = if bend > LEVEL * size { -bend.recip() } else { 0.0 };
+    let rolling = Rolling {
+        along: slope,
+        of_turn: slope.cross(distance.normal) * over,
+        of_shift: distance.curvature.times(slope) * over,
+    };
+    Nearest { place: centre + own, distance, rolling }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lie::Quaternion;
+    use proptest::prelude::*;
+
+    proptest! {
+        /// The place is as near as the nearest of many, and moves as it says.
+        #[test]
+        fn nearest_places_are_nearest(
+            omega in (-1.0..1.0, -1.0..1.0, -1.0..1.0),
+            way in (-1.0..1.0, -1.0..1.0, 0.2..1.0),
+            (y, z) in (0.02..0.2, 0.02..0.2),
+        ) {
+            let v = |(x, y, z)| Vector::new(x, y, z);
+            let turned = |omega| {
+                let axes = Quaternion::exp(omega).rotation();
+                [axes.y * y, axes.z * z]
+            };
+            let unturned = Quaternion::from_array([1.0, 0.0, 0.0, 0.0]).rotation();
+            let solids = [
+                Solid::HalfSpace { point: v((0.0, 0.0, 0.1)), normal: v((0.0, 0.6, 0.8)) },
+                Solid::Ball { centre: Vector::zero(), radius: 0.1 },
+                Solid::Cuboid { centre: Vector::zero(), axes: unturned, half_extents: v((0.1, 0.05, 0.1)) },
+            ];
+            let (omega, centre) = (v(omega), v(way));
+            let semi = turned(omega);
+            for solid in solids {
+                let found = nearest(&solid, centre, semi);
+                let tried = (0..720).map(|k| {
+                    let (s, c) = (f64::from(k) * 0.5_f64.to_radians()).sin_cos();
+                    solid.distance(centre + semi[0] * c + semi[1] * s).value
+                });
+                let tried = tried.fold(f64::INFINITY, f64::min);
+                let value = found.distance.value;
+                prop_assert!(value <= tried + 1e-9 && tried <= value + 1e-4, "{solid:?} {value} {tried}");
+            }
+            // On a ball, where nothing has a kink.
+            let solid = Solid::Ball { centre: Vector::zero(), radius: 0.1 };
+            let here = nearest(&solid, centre, semi);
+            let Rolling { along, of_turn, of_shift } = here.rolling;
+            // Where the ellipse is no circle as the ball sees it.
+            let is_clear = along.dot(here.distance.curvature.times(along)) - here.distance.normal.dot(here.place - centre)
+                > 1e-2 * y.max(z);
+            let h = 1e-6;
+            for axis in [v((1.0, 0.0, 0.0)), v((0.0, 1.0, 0.0)), v((0.0, 0.0, 1.0))] {
+                for (turn, shift) in [(axis, Vector::zero()), (Vector::zero(), axis)] {
+                    let at = |h: f64| {
+                        let small = Quaternion::exp(turn * h).rotation();
+                        nearest(&solid, centre + shift * h, semi.map(|s| small.apply(s)))
+                    };
+                    let [ahead, behind] = [at(h), at(-h)];
+                    let moved = turn.cross(here.place - centre) + shift;
+                    let slide = along * (of_turn.dot(turn) + of_shift.dot(moved));
+                    let change = (ahead.place - behind.place) * (0.5 / h) - moved - slide;
+                    if is_clear {
+                        prop_assert!(change.dot(change).sqrt() < 1e-4, "{change:?}");
+                    }
+                    let rate = (ahead.distance.value - behind.distance.value) * (0.5 / h);
+                    prop_assert!((rate - here.distance.normal.dot(moved)).abs() < 1e-6);
+                }
+            }
+        }
+    }
+}

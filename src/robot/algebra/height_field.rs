@@ -1,0 +1,476 @@
+//! Distances from what lies below a surface that heights over a rectangle span.
+//!
+//! The surface is the natural cubic spline through the heights, in both directions: its second derivatives are continuous, and
+//! zero across the edges, beyond which it continues straight (de Boor 2001, chapter IV). The nearest place is found by Newton's
+//! method; which of several is the nearest, by boxes around the cells, in a tree.
+
+use super::distance::Distance;
+use crate::lie::{Rotation, Symmetric, Vector};
+
+/// Steps of Newton's method, and halvings of one step.
+const MOST_STEPS: usize = 40;
+const MOST_HALVINGS: usize = 30;
+
+/// Newton's method takes steps of up to that part of the distance and a cell as they are, since values no longer tell whether they
+/// lead down; it ends with steps of the second part, after which the square of that is left.
+const NEAR: f64 = 1e-5;
+const SAME_PLACE: f64 = 1e-9;
+
+/// What is not nearer by that part of the square is not looked at.
+const NEARER: f64 = 1e-10;
+
+/// What is less bent than that, by one over the distance, has one nearest place.
+const CERTAINLY_CONVEX: f64 = 0.99;
+
+/// A place counts as nearest up to that part of the radius of curvature, seen from the hollow side: beyond, several are.
+const LEAST_STRETCH: f64 = 0.01;
+
+/// What lies below a surface.
+#[derive(Clone, Debug)]
+pub(crate) struct HeightField {
+    /// Where the first height stands, and the axes, in the frame of the plan.
+    corner: Vector<f64>,
+    axes: Rotation<f64>,
+    spacing: [f64; 2],
+    /// Heights along each axis.
+    shape: [usize; 2],
+    /// Of the cubic B-splines, one more at each end than heights; the second axis varies fastest.
+    coefficients: Vec<f64>,
+    /// The lowest and highest of the cells, then of squares of two by two of these, and so on to one.
+    levels: Vec<Level>,
+    /// No slope and no second derivative over the rectangle, in any direction, is larger.
+    steepest: f64,
+    most_bent: f64,
+}
+
+#[derive(Clone, Debug)]
+struct Level {
+    shape: [usize; 2],
+    ranges: Vec<[f64; 2]>,
+}
+
+/// Height, first derivatives and second ones (twice along the first axis, along both, twice along the second).
+struct Local {
+    height: f64,
+    slope: [f64; 2],
+    bend: [f64; 3],
+}
+
+/// The nearest place that was found: its coordinates, and half the square of its distance.
+#[derive(Clone, Copy)]
+struct Best {
+    place: [f64; 2],
+    value: f64,
+}
+
+impl HeightField {
+    /// The surface through heights, the second axis varying fastest; there are two or more along each axis.
+    pub(crate) fn new(
+        heights: &[f64],
+        shape: [usize; 2],
+        spacing: [f64; 2],
+        corner: Vector<f64>,
+        axes: Rotation<f64>,
+    ) -> Self {
+        let [rows, columns] = shape;
+        let along: Vec<f64> = heights.chunks_exact(columns).flat_map(coefficients_of).collect();
+        let width = columns + 2;
+        let mut coefficients = vec![0.0; (rows + 2) * width];
+        for j in 0..width {
+            let column: Vec<f64> = (0..rows).map(|i| along[i * width + j]).collect();
+            for (i, coefficient) in coefficients_of(&column).into_iter().enumerate() {
+                coefficients[i * width + j] = coefficient;
+            }
+        }
+        let [steepest, most_bent] = bounds(&coefficients, [rows + 2, width], spacing);
+        let levels = Vec::new();
+        let mut field = Self { corner, axes, spacing, shape, coefficients, levels, steepest, most_bent };
+        let cells = shape.map(|n| n - 1);
+        let ranges = (0..cells[0] * cells[1]).map(|c| field.range(c / cells[1], c % cells[1])).collect();
+        field.levels.push(Level { shape: cells, ranges });
+        while let Some(coarser) = field.levels.last().and_then(Level::coarser) {
+            field.levels.push(coarser);
+        }
+        field
+    }
+
+    /// The coefficients that a cell depends on, row by row.
+    fn of_cell(&self, i: usize, j: usize) -> [&[f64]; 4] {
+        let width = self.shape[1] + 2;
+        std::array::from_fn(|row| &self.coefficients[(i + row) * width + j..][..4])
+    }
+
+    /// What the heights of a cell lie between: the coefficients of Bernstein's polynomials.
+    fn range(&self, i: usize, j: usize) -> [f64; 2] {
+        let of_rows = self.of_cell(i, j).map(|row| bernstein([row[0], row[1], row[2], row[3]]));
+        let mut range = [f64::INFINITY, f64::NEG_INFINITY];
+        for column in 0..4 {
+            for value in bernstein(of_rows.map(|row| row[column])) {
+                range = [range[0].min(value), range[1].max(value)];
+            }
+        }
+        range
+    }
+
+    fn at(&self, place: [f64; 2]) -> Local {
+        let [(i, of_row), (j, of_column)] = [0, 1].map(|axis| {
+            let x = place[axis] / self.spacing[axis];
+            let cell = (x.floor().max(0.0) as usize).min(self.shape[axis] - 2);
+            (cell, weights(x - cell as f64))
+        });
+        let rows = self.of_cell(i, j);
+        let sum = |along: usize, across: usize| -> f64 {
+            let of_row = rows.iter().zip(of_row[along]).map(|(row, weight)| {
+                weight * row.iter().zip(of_column[across]).map(|(c, w)| c * w).sum::<f64>()
+            });
+            of_row.sum()
+        };
+        let [dx, dy] = self.spacing;
+        Local {
+            height: sum(0, 0),
+            slope: [sum(1, 0) / dx, sum(0, 1) / dy],
+            bend: [sum(2, 0) / (dx * dx), sum(1, 1) / (dx * dy), sum(0, 2) / (dy * dy)],
+        }
+    }
+
+    /// A nearest place by Newton's method from another one, with half the square of its distance.
+    fn descend(&self, point: [f64; 3], mut place: [f64; 2]) -> Best {
+        let [x, y, z] = point;
+        let value_at = |place: [f64; 2], height: f64| {
+            let way = [place[0] - x, place[1] - y, height - z];
+            0.5 * way.iter().map(|w| w * w).sum::<f64>()
+        };
+        let mut local = self.at(place);
+        let mut value = value_at(place, local.height);
+        let size = self.spacing[0].min(self.spacing[1]);
+        for _ in 0..MOST_STEPS {
+            let Local { height, slope: [a, b], bend: [aa, ab, bb] } = local;
+            let rise = height - z;
+            let gradient = [place[0] - x + rise * a, place[1] - y + rise * b];
+            let full = [1.0 + a * a + rise * aa, a * b + rise * ab, 1.0 + b * b + rise * bb];
+            let is_hollow = |h: &[f64; 3]| h[0] > 0.0 && h[0] * h[2] - h[1] * h[1] > 1e-6 * h[0] * h[2];
+            // Gauss and Newton's matrix where the other one does not lead down.
+            let is_newton = is_hollow(&full);
+            let [h_aa, h_ab, h_bb] = if is_newton { full } else { [1.0 + a * a, a * b, 1.0 + b * b] };
+            let determinant = h_aa * h_bb - h_ab * h_ab;
+            let step = [
+                -(h_bb * gradient[0] - h_ab * gradient[1]) / determinant,
+                -(h_aa * gradient[1] - h_ab * gradient[0]) / determinant,
+            ];
+            let length = step[0].hypot(step[1]) / (size + value.sqrt());
+            if is_newton && length <= NEAR {
+                place = [place[0] + step[0], place[1] + step[1]];
+                local = self.at(place);
+                value = value_at(place, local.height);
+                if length <= SAME_PLACE {
+                    break;
+                }
+                continue;
+            }
+            let falls = gradient[0] * step[0] + gradient[1] * step[1];
+            let mut part = 1.0;
+            let mut is_lower = false;
+            for _ in 0..MOST_HALVINGS {
+                let next = [place[0] + part * step[0], place[1] + part * step[1]];
+                let there = self.at(next);
+                let found = value_at(next, there.height);
+                if found <= value + 1e-4 * part * falls {
+                    is_lower = found < value;
+                    (place, local, value) = (next, there, found);
+                    break;
+                }
+                part *= 0.5;
+            }
+            if !is_lower || part * length <= SAME_PLACE {
+                break;
+            }
+        }
+        Best { place, value }
+    }
+
+    /// Whether a place where the distance is level is the nearest one because there is no other: half the square of the distance,
+    /// with the second derivatives `1 + h_i h_j + (h - z) h_ij`, is convex wherever anything nearer could be.
+    fn is_only_one(&self, point: [f64; 3], best: &Best) -> bool {
+        let reach = (2.0 * best.value).sqrt();
+        let lies_inside = (0..2).all(|axis| {
+            let end = self.spacing[axis] * (self.shape[axis] - 1) as f64;
+            point[axis] - reach >= 0.0 && point[axis] + reach <= end
+        });
+        let [x, y, z] = point;
+        lies_inside
+            && ((self.at([x, y]).height - z).abs() + self.steepest * reach) * self.most_bent
+                < CERTAINLY_CONVEX
+    }
+
+    /// Looks for nearer places in a square of cells.
+    fn look(&self, point: [f64; 3], level: usize, [i, j]: [usize; 2], best: &mut Best) {
+        let bound = |level: usize, [i, j]: [usize; 2]| {
+            let Level { shape, ranges } = &self.levels[level];
+            let way = [i, j].into_iter().enumerate().map(|(axis, i)| {
+                let size = self.spacing[axis] * (1_u64 << level) as f64;
+                let from = i as f64 * size;
+                (from - point[axis]).max(point[axis] - from - size).max(0.0)
+            });
+            let [low, high] = ranges[i * shape[1] + j];
+            let across = (low - point[2]).max(point[2] - high).max(0.0);
+            0.5 * (way.map(|w| w * w).sum::<f64>() + across * across)
+        };
+        if bound(level, [i, j]) >= best.value * (1.0 - NEARER) {
+            return;
+        }
+        if level == 0 {
+            let cell = [i, j].map(|i| i as f64);
+            let nearest = [0, 1].map(|axis| {
+                let from = cell[axis] * self.spacing[axis];
+                point[axis].clamp(from, from + self.spacing[axis])
+            });
+            let middle = [0, 1].map(|axis| (cell[axis] + 0.5) * self.spacing[axis]);
+            for start in [nearest, middle] {
+                let found = self.descend(point, start);
+                if found.value < best.value {
+                    *best = found;
+                }
+            }
+            return;
+        }
+        let finer = self.levels[level - 1].shape;
+        let mut squares = [(f64::INFINITY, [0, 0]); 4];
+        for (k, square) in squares.iter_mut().enumerate() {
+            let child = [2 * i + k / 2, 2 * j + k % 2];
+            if child[0] < finer[0] && child[1] < finer[1] {
+                *square = (bound(level - 1, child), child);
+            }
+        }
+        squares.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
+        for (least, square) in squares {
+            if least < best.value {
+                self.look(point, level - 1, square, best);
+            }
+        }
+    }
+
+    /// How far a point is from it.
+    pub(crate) fn distance(&self, point: Vector<f64>) -> Distance {
+        let beside = self.axes.apply_transposed(point - self.corner).to_array();
+        let [x, y, z] = beside;
+        let mut best = self.descend(beside, [x, y]);
+        let is_below = z < self.at([x, y]).height;
+        if !self.is_only_one(beside, &best) {
+            self.look(beside, self.levels.len() - 1, [0, 0], &mut best);
+        }
+        let Local { height, slope: [a, b], bend } = self.at(best.place);
+        let length = (2.0 * best.value).sqrt() * if is_below { -1.0 } else { 1.0 };
+        let stretch = (1.0 + a * a + b * b).sqrt();
+        let normal = Vector::new(-a, -b, 1.0) * stretch.recip();
+        let way = Vector::new(x - best.place[0], y - best.place[1], z - height);
+        // Beside the surface the way along the normal is without cancellation.
+        let along = way.dot(normal);
+        let value = if (along - length).abs() <= 1e-9 * length.abs() + 1e-300 { along } else { length };
+        let curvature = turning([a, b], bend.map(|x| x / stretch), value);
+        let axes = &self.axes;
+        let [row_x, row_y, row_z] = curvature.rows();
+        let whole = Symmetric::square(axes.x) * row_x.x
+            + Symmetric::square(axes.y) * row_y.y
+            + Symmetric::square(axes.z) * row_z.z
+            + Symmetric::product(axes.x, axes.y) * row_x.y
+            + Symmetric::product(axes.x, axes.z) * row_x.z
+            + Symmetric::product(axes.y, axes.z) * row_y.z;
+        Distance { value, normal: axes.apply(normal), curvature: whole }
+    }
+}
+
+impl Level {
+    /// Squares of two by two, if there is more than one.
+    fn coarser(&self) -> Option<Self> {
+        if self.ranges.len() == 1 {
+            return None;
+        }
+        let shape = self.shape.map(|n| n.div_ceil(2));
+        let mut ranges = vec![[f64::INFINITY, f64::NEG_INFINITY]; shape[0] * shape[1]];
+        for (c, [low, high]) in self.ranges.iter().enumerate() {
+            let (i, j) = (c / self.shape[1], c % self.shape[1]);
+            let range = &mut ranges[i / 2 * shape[1] + j / 2];
+            *range = [range[0].min(*low), range[1].max(*high)];
+        }
+        Some(Self { shape, ranges })
+    }
+}
+
+/// What slopes and second derivatives of a spline are bounded by: those of its coefficients.
+fn bounds(coefficients: &[f64], [rows, columns]: [usize; 2], [dx, dy]: [f64; 2]) -> [f64; 2] {
+    let c = |i: usize, j: usize| coefficients[i * columns + j];
+    let mut most = [0.0_f64; 5];
+    let mut note = |k: usize, value: f64| most[k] = most[k].max(value.abs());
+    for i in 0..rows {
+        for j in 0..columns {
+            if i > 0 {
+                note(0, (c(i, j) - c(i - 1, j)) / dx);
+            }
+            if j > 0 {
+                note(1, (c(i, j) - c(i, j - 1)) / dy);
+            }
+            if i > 1 {
+                note(2, (c(i, j) - 2.0 * c(i - 1, j) + c(i - 2, j)) / (dx * dx));
+            }
+            if j > 1 {
+                note(3, (c(i, j) - 2.0 * c(i, j - 1) + c(i, j - 2)) / (dy * dy));
+            }
+            if i > 0 && j > 0 {
+                note(4, (c(i, j) - c(i - 1, j) - c(i, j - 1) + c(i - 1, j - 1)) / (dx * dy));
+            }
+        }
+    }
+    [most[0].hypot(most[1]), most[2].max(most[3]) + most[4]]
+}
+
+/// The coefficients of the natural cubic spline through values, with one more at each end.
+fn coefficients_of(values: &[f64]) -> Vec<f64> {
+    let n = values.len();
+    let mut own = vec![0.0; n + 2];
+    own[1..=n].copy_from_slice(values);
+    // Between the ends `c[i-1] + 4 c[i] + c[i+1] = 6 h[i]`; at the ends the second derivative is zero, and `c = h`.
+    let mut factors = vec![0.0; n];
+    for i in 1..n.saturating_sub(1) {
+        let pivot = 4.0 - factors[i - 1];
+        factors[i] = 1.0 / pivot;
+        own[i + 1] = (6.0 * values[i] - own[i]) / pivot;
+    }
+    for i in (1..n.saturating_sub(1)).rev() {
+        own[i + 1] -= factors[i] * own[i + 2];
+    }
+    own[0] = 2.0 * own[1] - own[2];
+    own[n + 1] = 2.0 * own[n] - own[n - 1];
+    own
+}
+
+/// What four cubic B-splines weigh at a fraction of a cell, and their derivatives; straight beyond the cell.
+fn weights(x: f64) -> [[f64; 4]; 3] {
+    let t = x.clamp(0.0, 1.0);
+    let s = 1.0 - t;
+    let mut values = [
+        s * s * s / 6.0,
+        2.0 / 3.0 - t * t + 0.5 * t * t * t,
+        2.0 / 3.0 - s * s + 0.5 * s * s * s,
+        t * t * t / 6.0,
+    ];
+    let slopes = [-0.5 * s * s, -2.0 * t + 1.5 * t * t, 2.0 * s - 1.5 * s * s, 0.5 * t * t];
+    if x == t {
+        return [values, slopes, [s, 3.0 * t - 2.0, 3.0 * s - 2.0, t]];
+    }
+    for (value, slope) in values.iter_mut().zip(slopes) {
+        *value += (x - t) * slope;
+    }
+    [values, slopes, [0.0; 4]]
+}
+
+/// Of a cubic with these coefficients of B-splines, those of Bernstein's polynomials.
+fn bernstein([a, b, c, d]: [f64; 4]) -> [f64; 4] {
+    [(a + 4.0 * b + c) / 6.0, (2.0 * b + c) / 3.0, (b + 2.0 * c) / 3.0, (b + 4.0 * c + d) / 6.0]
+}
+
+/// The second derivative of the distance of a point from a surface with this slope and second fundamental form at the nearest
+/// place: `-T (G B^-1 G - d G)^-1 T^T` with the tangents T, the first form G and the second one B.
+fn turning([a, b]: [f64; 2], bend: [f64; 3], mut distance: f64) -> Symmetric<f64> {
+    let form = [1.0 + a * a, a * b, 1.0 + b * b];
+    let determinant = |m: &[f64; 3]| m[0] * m[2] - m[1] * m[1];
+    let of_form = determinant(&form);
+    // G - d B has no negative eigenvalues at a nearest place.
+    let seen = |d: f64| [0, 1, 2].map(|k| form[k] - d * bend[k]);
+    let mut left = seen(distance);
+    for _ in 0..60 {
+        if determinant(&left) >= LEAST_STRETCH * of_form && left[0] > 0.0 {
+            break;
+        }
+        distance *= 0.5;
+        left = seen(distance);
+    }
+    let inverse = |m: [f64; 3]| {
+        let over = determinant(&m).recip();
+        [[m[2] * over, -m[1] * over], [-m[1] * over, m[0] * over]]
+    };
+    let times = |p: [[f64; 2]; 2], q: [[f64; 2]; 2]| -> [[f64; 2]; 2] {
+        std::array::from_fn(|i| std::array::from_fn(|j| p[i][0] * q[0][j] + p[i][1] * q[1][j]))
+    };
+    let bend = [[bend[0], bend[1]], [bend[1], bend[2]]];
+    let [[p, q], [r, s]] = times(times(inverse(form), bend), inverse(left));
+    let tangents = [Vector::new(1.0, 0.0, a), Vector::new(0.0, 1.0, b)];
+    let sum = Symmetric::square(tangents[0]) * p
+        + Symmetric::square(tangents[1]) * s
+        + Symmetric::product(tangents[0], tangents[1]) * (0.5 * (q + r));
+    sum * -1.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lie::Quaternion;
+    use proptest::prelude::*;
+
+    fn field(heights: &[f64], shape: [usize; 2]) -> HeightField {
+        let axes = Quaternion::from_array([0.8, 0.36, -0.48, 0.0]).rotation();
+        HeightField::new(heights, shape, [0.1, 0.15], Vector::new(0.3, -0.2, 0.1), axes)
+    }
+
+    fn in_space(field: &HeightField, x: f64, y: f64, z: f64) -> Vector<f64> {
+        field.corner + field.axes.apply(Vector::new(x, y, z))
+    }
+
+    /// A spline goes through its heights, and is a plane where these are one, beyond the edges too.
+    #[test]
+    fn heights_are_met_and_planes_are_planes() {
+        let heights: Vec<f64> = (0..30).map(|k| (f64::from(k) * 1.7).sin()).collect();
+        let bumpy = field(&heights, [6, 5]);
+        for (k, height) in heights.iter().enumerate() {
+            let place = [(k / 5) as f64 * 0.1, (k % 5) as f64 * 0.15];
+            assert!((bumpy.at(place).height - height).abs() < 1e-14);
+        }
+        let slope = |x: f64, y: f64| 0.2 + 0.5 * x - 0.3 * y;
+        let heights: Vec<f64> =
+            (0..12).map(|k| slope(f64::from(k / 4) * 0.1, f64::from(k % 4) * 0.15)).collect();
+        let plane = field(&heights, [3, 4]);
+        for (x, y, z) in [(0.05, 0.1, 0.7), (-3.0, 0.2, -1.0), (2.0, 5.0, 0.3), (0.1, 0.1, 0.0)] {
+            let Distance { value, normal, curvature } = plane.distance(in_space(&plane, x, y, z));
+            let stretch = (1.0_f64 + 0.25 + 0.09).sqrt();
+            assert!((value - (z - slope(x, y)) / stretch).abs() < 1e-13);
+            let wanted = plane.axes.apply(Vector::new(-0.5, 0.3, 1.0)) * stretch.recip();
+            assert!((normal - wanted).to_array().iter().all(|x| x.abs() < 1e-13));
+            assert!(curvature.rows().iter().all(|row| row.dot(*row) < 1e-20));
+        }
+    }
+
+    proptest! {
+        /// Distances are those of the nearest of many places, and change as they say.
+        #[test]
+        fn distances_are_those_of_the_nearest_place(
+            heights in proptest::collection::vec(-0.1..0.1, 30),
+            (x, y, z) in (0.0..0.5, 0.0..0.6, -0.1..0.5),
+        ) {
+            let field = field(&heights, [6, 5]);
+            let point = in_space(&field, x, y, z);
+            let found = field.distance(point);
+            let mut tried = f64::INFINITY;
+            for i in 0..=300 {
+                for j in 0..=360 {
+                    let place = [-0.05 + f64::from(i) * 0.002, -0.05 + f64::from(j) * 0.002];
+                    let way = [place[0] - x, place[1] - y, field.at(place).height - z];
+                    tried = tried.min(way.iter().map(|w| w * w).sum::<f64>().sqrt());
+                }
+            }
+            prop_assert!((found.value < 0.0) == (z < field.at([x, y]).height));
+            prop_assert!(found.value.abs() <= tried + 1e-12, "{} {tried}", found.value);
+            prop_assert!((found.normal.dot(found.normal) - 1.0).abs() < 1e-12);
+            let h = 1e-6;
+            for axis in [Vector::new(1.0, 0.0, 0.0), Vector::new(0.0, 1.0, 0.0), Vector::new(0.0, 0.0, 1.0)] {
+                let [ahead, behind] = [h, -h].map(|h| field.distance(point + axis * h));
+                let jump = (ahead.normal - behind.normal).to_array().iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+                // Where two places are nearest, or nearly so, the normal jumps or turns fast.
+                if jump < 1e-4 {
+                    let slope = (ahead.value - behind.value) / (2.0 * h);
+                    prop_assert!((slope - found.normal.dot(axis)).abs() < 1e-7);
+                    let change = (ahead.normal - behind.normal) * (0.5 / h) - found.curvature.times(axis);
+                    prop_assert!(change.dot(change).sqrt() < 2e-3, "{change:?} {found:?}");
+                }
+            }
+        }
+    }
+}
