@@ -146,7 +146,10 @@ mod tests {
         let mut flat = POINTS[..4].to_vec();
         flat[3] = [1.0, 1.0, 0.0];
         assert!(wrong(&flat, &FACES).contains("one plane"));
-        flat[3] = [2.0, 0.0, 0.0];
-        assert!(wrong(&flat, &FACES).contains("line"), "{}", wrong(&flat, &FACES));
+        // A face of the corners of an edge and a point on that.
+        let mut slit = POINTS.to_vec();
+        slit[4] = [0.5, 0.0, 0.0];
+        let faces = [[0, 1, 4], [0, 4, 2], [4, 1, 2], [0, 1, 3], [3, 2, 0], [1, 2, 3]];
+        assert!(wrong(&slit, &faces).contains("line"), "{}", wrong(&slit, &faces));
     }
 }
