@@ -32,6 +32,8 @@ def _in_floats(shape: object, *names: str) -> None:
 def _in_rows(shape: object, name: str, expected: str) -> None:
     """Makes tuples of tuples of floats of the rows of a shape."""
     value = getattr(shape, name)
+    if np.ma.is_masked(value):
+        raise TypeError(f"{name}: got masked values, expected {expected}")
     try:
         found = np.asarray(value)
     except ValueError:
@@ -50,6 +52,8 @@ def _with_number(shape: object, name: str) -> None:
 
 def _number(name: str, value: object) -> float:
     """A number as a float; text and times are none, though Python makes numbers of some."""
+    if np.ma.is_masked(value):
+        raise TypeError(f"{name}: got a masked value, expected a number")
     found = np.asarray(value)
     if found.ndim == 0 and found.dtype.kind in "biuf":
         return float(found)

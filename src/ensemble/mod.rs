@@ -4,7 +4,7 @@
 //! of their own, and what is taken over all rows is taken in groups that only their number decides, merged in their order.
 //!
 //! ```
-//! use lissom::ensemble::{Keep, Refusal, Run, Size, simulate_many};
+//! use lissom::ensemble::{Keep, Refusal, Run, Runs, Size, simulate_many};
 //! use lissom::newmark;
 //! use lissom::robot::{Rod, RobotModel};
 //! use lissom::rod::Segment;
@@ -14,14 +14,14 @@
 //! let wire = RobotModel::of_rod(&Rod::new(vec![segment]))?;
 //! let method = Method::Newmark(newmark::Options::new(1e-2));
 //! // Every row is released from another curvature.
-//! let run = |row: usize, monitor: &mut dyn FnMut(f64) -> Result<(), lissom::error::Interrupted>| {
+//! let run: &Runs<'_> = &|row, monitor| {
 //!     let q0 = [0.1 * row as f64, 0.0, 0.0];
 //!     let simulation = simulate(wire.clone(), (0.0, 0.1), &q0, &[0.0; 3], &method, None, monitor)
 //!         .map_err(Refusal::Input)?;
 //!     Ok(Run { simulation, slack: Vec::new(), poses: Vec::new() })
 //! };
 //! let size = Size { count: 8, times: 11, n: 3, places: 0 };
-//! let (ensemble, ended) = simulate_many(size, Keep::Final, 2, &run, &mut |_| Ok(()));
+//! let (ensemble, ended) = simulate_many(size, Keep::Final, 2, run, &mut |_| Ok(()));
 //! assert!(ended.is_ok() && ensemble.q.len() == 8 * 3);
 //! # Ok::<(), lissom::error::InvalidInput>(())
 //! ```

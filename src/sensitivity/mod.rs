@@ -18,7 +18,7 @@
 //! let segment = Segment { modes: [0, 3, 0, 0, 0, 0], ..Segment::straight(1.0, 1e-3, 210e9, 80e9, 7800.0) };
 //! let mut wire = RobotModel::of_rod(&Rod::new(vec![segment]))?;
 //! let options = newmark::Options::new(1e-3);
-//! let method = Method::Newmark(options);
+//! let method = Method::Newmark(options.clone());
 //! let mut run = |q0: f64| simulate(wire.clone(), (0.0, 0.05), &[q0, 0.0, 0.0], &[0.0; 3], &method, None, &mut |_| Ok(()));
 //! let (motion, more, less) = (run(0.5)?, run(0.501)?, run(0.499)?);
 //!

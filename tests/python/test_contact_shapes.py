@@ -212,11 +212,27 @@ def test_tangents_on_a_field_are_exact():
 @settings(max_examples=30, deadline=None)
 @given(st.integers(0, 2**32 - 1))
 def test_a_cube_of_triangles_is_a_box(seed):
-    box = beam(lissom.Box((0, 0, -0.1), (0.2, 0.1, 0.1)))
-    mesh = beam(lissom.ConvexMesh(CUBE * [0.2, 0.1, 0.1] + [0, 0, -0.1], CUBE_FACES))
+    """To rounding for balls. Integrals along rods are divided at other places: right to 5e-3, as documented."""
+    shape, triangles = lissom.Box((0, 0, -0.1), (0.2, 0.1, 0.1)), CUBE * [0.2, 0.1, 0.1] + [0, 0, -0.1]
+    random = np.random.default_rng(seed)
+    box, mesh = (
+        ball_on(obstacle, lissom.Free(), stiffness=1e4, friction=0.3)
+        for obstacle in (shape, lissom.ConvexMesh(triangles, CUBE_FACES))
+    )
+    for _ in range(5):
+        q, v = np.zeros(6), random.standard_normal(6)
+        q[:3] = random.uniform([-0.25, -0.15, -0.25], [0.25, 0.15, 0.05])
+        wanted = box.contact_forces(q, v)
+        # Inside, two faces may be as near as each other.
+        sides = np.sort(np.abs([0.2, 0.1, 0.1]) - np.abs(q[:3] - [0, 0, -0.1]))
+        if sides[0] < 0 or sides[1] - sides[0] > 1e-9:
+            assert_allclose(
+                mesh.contact_forces(q, v), wanted, rtol=0, atol=1e-9 + 1e-9 * np.abs(wanted).max()
+            )
+    box, mesh = beam(shape), beam(lissom.ConvexMesh(triangles, CUBE_FACES))
     for q, v in shapes(box, number=1, seed=seed):
         wanted = box.contact_forces(q, v)
-        assert_allclose(mesh.contact_forces(q, v), wanted, rtol=1e-7, atol=1e-9 + 1e-7 * np.abs(wanted).max())
+        assert_allclose(mesh.contact_forces(q, v), wanted, rtol=0, atol=1e-9 + 5e-3 * np.abs(wanted).max())
 
 
 def test_a_rounded_edge_has_its_radius():

@@ -20,6 +20,9 @@ const SAME_PLACE: f64 = 1e-9;
 /// What is not nearer by that part of the square is not looked at.
 const NEARER: f64 = 1e-10;
 
+/// Along each axis of a cell so many places are looked at for starts, with its edges.
+const TRIED: usize = 5;
+
 /// What is less bent than that, by one over the distance, has one nearest place.
 const CERTAINLY_CONVEX: f64 = 0.99;
 
@@ -225,8 +228,24 @@ impl HeightField {
                 let from = cell[axis] * self.spacing[axis];
                 point[axis].clamp(from, from + self.spacing[axis])
             });
-            let middle = [0, 1].map(|axis| (cell[axis] + 0.5) * self.spacing[axis]);
-            for start in [nearest, middle] {
+            let place_of = |k: usize| {
+                let part = [k / TRIED, k % TRIED].map(|k| k as f64 / (TRIED - 1) as f64);
+                [0, 1].map(|axis| (cell[axis] + part[axis]) * self.spacing[axis])
+            };
+            let squares: [f64; TRIED * TRIED] = std::array::from_fn(|k| {
+                let place = place_of(k);
+                let way = [place[0] - point[0], place[1] - point[1], self.at(place).height - point[2]];
+                way.iter().map(|w| w * w).sum()
+            });
+            // Every hollow of the distance has one of the places that are nearer than those around them.
+            let is_lowest = |&k: &usize| {
+                let [row, column] = [k / TRIED, k % TRIED];
+                (row.saturating_sub(1)..=(row + 1).min(TRIED - 1)).all(|r| {
+                    (column.saturating_sub(1)..=(column + 1).min(TRIED - 1))
+                        .all(|c| squares[k] <= squares[r * TRIED + c])
+                })
+            };
+            for start in (0..TRIED * TRIED).filter(is_lowest).map(place_of).chain([nearest]) {
                 let found = self.descend(point, start);
                 if found.value < best.value {
                     *best = found;
