@@ -212,7 +212,7 @@ def test_tangents_on_a_field_are_exact():
 @settings(max_examples=30, deadline=None)
 @given(st.integers(0, 2**32 - 1))
 def test_a_cube_of_triangles_is_a_box(seed):
-    """To rounding for balls. Integrals along rods are divided at other places: right to 5e-3, as documented."""
+    """To rounding for balls. Integrals along rods are divided at other places: to 5e-3, as documented."""
     shape, triangles = lissom.Box((0, 0, -0.1), (0.2, 0.1, 0.1)), CUBE * [0.2, 0.1, 0.1] + [0, 0, -0.1]
     random = np.random.default_rng(seed)
     box, mesh = (
