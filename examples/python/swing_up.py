@@ -1,8 +1,8 @@
 """A flexible pendulum is swung up with the least effort, by shooting.
 
 A motor too weak to lift the pendulum at once turns its base; the torques of equal control steps are chosen so
-that ∫ torque² dt is least and the pendulum stands upright, straight and at rest, at the end. Each gradient is
-one call of `simulate_many`: a run for each torque, beside the one without a change, on all processors.
+that ∫ torque² dt is least and the pendulum stands upright, straight and at rest, at the end. One run and its
+derivatives with respect to the inputs of all control steps give how the end depends on the torques.
 
     python examples/python/swing_up.py [--time seconds] [--controls number] [--torque newton metres]
 """
@@ -22,7 +22,6 @@ LENGTH = 0.5
 UPRIGHT = np.pi
 PRICE = 0.3  # of torque beside what is missed, in the first search
 DT = 5e-3  # of the steps, seconds
-CHANGE = 1e-5  # of a torque for differences, newton metres
 
 
 def pendulum() -> lissom.Robot:
@@ -49,51 +48,39 @@ class Shooting:
     controls: int
     robot: lissom.Robot = field(default_factory=pendulum)
     runs: int = field(default=0, init=False)
-    calls: int = field(default=0, init=False)
+    _torques: np.ndarray | None = field(default=None, init=False)
+    _found: lissom.SensitivityResult | None = field(default=None, init=False)
 
     @property
     def control_step(self) -> float:
         return self.t_end / self.controls
 
-    def ends(self, rows):
-        """Coordinates and velocities at the end, a row for each row of torques."""
-        found = lissom.simulate_many(
-            self.robot,
-            self.t_end,
-            u=np.asarray(rows)[:, :, None],
-            control_step=self.control_step,
-            dt=DT,
-            rtol=1e-11,
-            keep="final",
-        )
-        if not found.success.all():
-            raise SystemExit(found.message)
-        self.runs += len(rows)
-        self.calls += 1
-        return np.concatenate([found.q, found.v], axis=1)
+    def motion(self, torques) -> lissom.SensitivityResult:
+        """The run under these torques, with its derivatives; the last one is kept."""
+        if self._torques is None or not np.array_equal(torques, self._torques):
+            self._found = lissom.sensitivity(
+                self.robot,
+                self.t_end,
+                ["u"],
+                u=np.asarray(torques)[:, None],
+                control_step=self.control_step,
+                dt=DT,
+                rtol=1e-11,
+            )
+            self._torques = np.array(torques)
+            self.runs += 1
+        return self._found
 
     def miss(self, torques):
         """What the end lacks of standing upright, straight and at rest."""
-        end = self.ends([torques])[0]
+        motion = self.motion(torques)
+        end = np.concatenate([motion.q[-1], motion.v[-1]])
         end[0] -= UPRIGHT
         return end
 
     def slopes_of_miss(self, torques):
-        changes = CHANGE * np.eye(self.controls)
-        ends = self.ends(np.concatenate([torques + changes, torques - changes]))
-        return (ends[: self.controls] - ends[self.controls :]).T / (2 * CHANGE)
-
-    def motion(self, torques):
-        """Coordinates and velocities at all steps."""
-        found = lissom.simulate_many(
-            self.robot,
-            self.t_end,
-            u=np.asarray(torques)[None, :, None],
-            control_step=self.control_step,
-            dt=DT,
-            rtol=1e-11,
-        )
-        return found.q[0], found.v[0]
+        motion = self.motion(torques)
+        return np.concatenate([motion.dq[-1], motion.dv[-1]])
 
     def effort(self, torques) -> float:
         """The integral of the squared torque, N² m² s."""
@@ -148,9 +135,10 @@ def main(argv=None) -> None:
     seconds = time.perf_counter() - begin
     if not found.success:
         raise SystemExit(found.message)
-    print(f"{shooting.runs} runs in {shooting.calls} calls of simulate_many, {seconds:.1f} s")
+    print(f"{shooting.runs} runs with their derivatives, {seconds:.1f} s")
     torques = options.torque * found.x
-    q, v = shooting.motion(torques)
+    motion = shooting.motion(torques)
+    q, v = motion.q, motion.v
     robot = shooting.robot
     heights = [robot.pose(state, link="pole")[2, 3] for state in q]
     supplied = robot.energy(q[-1], v[-1]).total - robot.energy(q[0], v[0]).total

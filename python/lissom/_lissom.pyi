@@ -529,6 +529,7 @@ class Segment:
     @property
     def nodes(self) -> int | None: ...
     def stiffness(self, X: float = 0.0) -> NDArray[np.float64]: ...
+    def generalised_stiffness(self) -> NDArray[np.float64]: ...
     def inertia(self, X: float = 0.0) -> NDArray[np.float64]: ...
     @property
     def basis(
@@ -1142,7 +1143,7 @@ def sensitivities(
     q: ArrayLike,
     v: ArrayLike,
     a: ArrayLike,
-    terms: Sequence[Sequence[tuple[Model, float]]],
+    forces: Sequence[Sequence[tuple[Model, float]] | tuple[int, ArrayLike, ArrayLike] | tuple[int, int]],
     dq0: ArrayLike,
     dv0: ArrayLike,
     *,
@@ -1151,6 +1152,7 @@ def sensitivities(
     gamma: float | None = None,
     alpha: float | None = None,
     rho_inf: float | None = None,
+    legs: Sequence[tuple[int, ArrayLike]] | None = None,
     weights: tuple[ArrayLike, ArrayLike] | None = None,
 ) -> tuple[NDArray[np.float64], ...]: ...
 def simulate_many(

@@ -193,6 +193,12 @@ def equilibrium_sensitivity(
     stiffness = model.tangent(q, rest, rest, **at)[0]
     pushed = np.empty((model.n, len(wanted)))
     for i, parameter in enumerate(wanted):
+        material = parameter.material
+        if material is not None:
+            of_segment = slice(material.first, material.first + len(material.stiffness))
+            pushed[:, i] = 0.0
+            pushed[of_segment, i] = material.stiffness @ q[of_segment]
+            continue
         terms = [weight * other.inverse_dynamics(q, rest, rest, **at) for other, weight in parameter.terms]
         pushed[:, i] = np.sum(terms, axis=0)
     dq, value, gradient = None, None, None

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._lissom import LissomError, Robot
+from ._lissom import LissomError, Robot, finite_array
 from .files import missing
 from .measurements import (
     Measured,
@@ -159,6 +159,10 @@ def fit(
         raise ValueError(f"confidence: got {confidence!r}, expected a number between 0 and 1")
     if noise is not None and not 0.0 < noise < np.inf:
         raise ValueError(f"noise: got {noise!r}, expected a number > 0 in metres or hertz")
+    # Also where nothing moves: what makes no sense is refused whatever the data are.
+    for name, value in (("t0", t0), ("dt", dt)):
+        if finite_array(value, name).ndim or (name == "dt" and value <= 0.0):
+            raise ValueError(f"{name}: got {value!r}, expected a number of seconds" + " > 0" * (name == "dt"))
     measured = _measured(model, data, places, t0, dt)
     if v0 is not None and not isinstance(measured, OfMotion):
         raise ValueError("v0: expected None: equilibria have no velocities")

@@ -2,36 +2,32 @@
 
 from __future__ import annotations
 
+import functools
 import math
 import re
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from . import differences
 from ._lissom import Model
+from .materials import Materials, OfMaterial
 from .sweeps import paths
 from .views import is_rod
 
 Array = NDArray[np.float64]
 
-#: Distance of the nodes of differences, relative to the parameter. Fourth order leaves its fourth power,
-#: 2e-11, times a derivative of fifth order (nothing of polynomials up to the fourth power); rounding leaves
-#: as much.
-STEP = 2e-3
-
-#: Nodes and weights of the derivative by four differences, central and to one side (Fornberg 1988, tables 1
-#: and 3).
-CENTRAL = ((-2, 1 / 12), (-1, -2 / 3), (1, 2 / 3), (2, -1 / 12))
-ONE_SIDED = ((0, -25 / 12), (1, 4.0), (2, -3.0), (3, 4 / 3), (4, -1 / 4))
-
-#: Changes of places below that part of what they are made of are rounding.
-ROUNDING = 1e-13
+#: Numbers that forces are linear in, wherever they stand in a model.
+LINEAR = ("density", "gravity", "tip_mass")
 
 #: The state at the start, all of it or a coordinate.
 START = re.compile(r"(?P<which>q0|v0)(\[(?P<index>\d+)\])?")
+
+#: Inputs: all, those of a control step, or one.
+INPUT = re.compile(r"u(\[(?P<step>\d+)\](\[(?P<input>\d+)\])?)?")
 
 Term = tuple[Model, float]
 
@@ -48,15 +44,49 @@ class OfStart:
 
 
 @dataclass(frozen=True)
+class OfInput:
+    """An input of a control step."""
+
+    name: str
+    step: int
+    input: int
+
+
+@dataclass(frozen=True)
 class OfModel:
-    """A number that a model is made from, and the derivative with respect to it as weighted models."""
+    """A number that a model is made from.
+
+    Attributes
+    ----------
+    material : OfMaterial or None
+        Where nothing else depends on it. Then no further models are needed for its forces.
+    """
 
     name: str
     value: float
-    terms: tuple[Term, ...]
+    material: OfMaterial | None
+    _model: Model = field(repr=False)
+
+    @functools.cached_property
+    def terms(self) -> tuple[Term, ...]:
+        """The derivative with respect to it as weighted models."""
+        path = _path(self._model, self.name)
+        is_linear = any(part in LINEAR for part in path[-2:])
+
+        def with_value(value: float) -> Model:
+            other: Model = paths.replaced(self._model, path, value)
+            if other.n != self._model.n:
+                raise ValueError(
+                    f"parameters: {self.name!r} changes the number of coordinates, expected one that does not"
+                )
+            return other
+
+        return differences.terms(
+            with_value, self.value, differences.OF_LINEAR if is_linear else differences.CENTRAL
+        )
 
 
-Parameter = OfStart | OfModel
+Parameter = OfStart | OfInput | OfModel
 
 
 def model_with(model: M, values: Mapping[str, float]) -> M:
@@ -68,7 +98,10 @@ def model_with(model: M, values: Mapping[str, float]) -> M:
 
 def value_of(model: Model, name: str) -> float:
     """The number that a model has for a parameter."""
-    value = paths.found(model, _path(model, name))
+    return _number(paths.found(model, _path(model, name)), name)
+
+
+def _number(value: Any, name: str) -> float:
     # A radius that is the same at both ends.
     if isinstance(value, tuple) and len(value) == 2 and value[0] == value[1]:
         value = value[0]
@@ -99,55 +132,68 @@ def names_of(names: object) -> list[str]:
     return listed
 
 
-def resolved(model: Model, names: Sequence[str]) -> list[Parameter]:
+def resolved(model: Model, names: Sequence[str], inputs: tuple[int, int] | None = None) -> list[Parameter]:
     """Parameters with these names; `q0` and `v0` are as many as there are coordinates.
+
+    `inputs` are the numbers of control steps and of inputs; None where inputs are no parameters.
 
     Raises ValueError for a name of nothing, and for a parameter that nothing depends on.
     """
     found: list[Parameter] = []
+    known: set[str] = set()
+    materials = Materials(model)
     for name in names:
-        start = START.fullmatch(name)
-        if start is None:
-            found.append(_of_model(model, name))
-            continue
-        which, index = start["which"], start["index"]
-        if index is not None and int(index) >= model.n:
-            raise ValueError(f"parameters: got {name!r}, expected an index below {model.n}")
-        for i in range(model.n) if index is None else [int(index)]:
-            if any(parameter.name == f"{which}[{i}]" for parameter in found):
-                raise ValueError(f"parameters: got '{which}[{i}]' a second time, expected it once")
-            found.append(OfStart(f"{which}[{i}]", which, i))
+        start, held = START.fullmatch(name), INPUT.fullmatch(name)
+        if start is not None:
+            new: list[Parameter] = list(_of_start(model, name, start))
+        elif held is not None:
+            new = list(_of_inputs(name, held, inputs))
+        else:
+            new = [_of_model(model, name, materials)]
+        for parameter in new:
+            if parameter.name in known:
+                raise ValueError(f"parameters: got {parameter.name!r} a second time, expected it once")
+            known.add(parameter.name)
+        found += new
     return found
 
 
-def _of_model(model: Model, name: str) -> OfModel:
-    value = value_of(model, name)
-    path = _path(model, name)
-    step = STEP * (abs(value) or 1.0)
+def _of_start(model: Model, name: str, start: re.Match[str]) -> Iterator[OfStart]:
+    which, index = start["which"], start["index"]
+    if index is not None and int(index) >= model.n:
+        raise ValueError(f"parameters: got {name!r}, expected an index below {model.n}")
+    for i in range(model.n) if index is None else [int(index)]:
+        yield OfStart(f"{which}[{i}]", which, i)
 
-    def terms(nodes: Sequence[tuple[int, float]]) -> tuple[Term, ...]:
-        return tuple((paths.replaced(model, path, value + k * step), w / step) for k, w in nodes)
 
-    if value == 0.0:
-        found = terms(ONE_SIDED)
-    else:
-        try:
-            found = terms(CENTRAL)
-        except ValueError:
-            # At the end of what makes sense, such as a Poisson ratio of 0.5.
-            step = math.copysign(step, -value)
-            found = terms(ONE_SIDED)
-    for other, _ in found:
-        if other.n != model.n:
-            raise ValueError(
-                f"parameters: {name!r} changes the number of coordinates, expected one that does not"
-            )
-    if not _matters(found):
+def _of_inputs(name: str, held: re.Match[str], inputs: tuple[int, int] | None) -> Iterator[OfInput]:
+    if inputs is None:
         raise ValueError(
-            f"parameters: nothing depends on {name!r} in this model, expected one that the motion or a place "
-            "depends on"
+            f"parameters: got {name!r}, expected numbers of the model: inputs are not among them"
         )
-    return OfModel(name, value, found)
+    chosen = []
+    for index, count, what in zip((held["step"], held["input"]), inputs, ("steps", "inputs"), strict=True):
+        if index is not None and int(index) >= count:
+            raise ValueError(
+                f"parameters: got {name!r}, expected an index below {count}, the number of {what}"
+            )
+        chosen.append(range(count) if index is None else [int(index)])
+    for step in chosen[0]:
+        for i in chosen[1]:
+            yield OfInput(f"u[{step}][{i}]", step, i)
+
+
+def _of_model(model: Model, name: str, materials: Materials) -> OfModel:
+    path = _path(model, name)
+    value = _number(paths.found(model, path), name)
+    material = materials.derivative(path, value)
+    parameter = OfModel(name, value, material, model)
+    if material.stiffness.any() or material.damping.any() if material else _matters(parameter.terms):
+        return parameter
+    raise ValueError(
+        f"parameters: nothing depends on {name!r} in this model, expected one that the motion or a place "
+        "depends on"
+    )
 
 
 def _matters(terms: Sequence[Term]) -> bool:
@@ -156,11 +202,14 @@ def _matters(terms: Sequence[Term]) -> bool:
     n = models[0].n
     # Numbers without a pattern that a model could have.
     state = [0.1 * np.sin(1.7 * np.arange(n) + shift) for shift in (0.3, 1.1, 2.3)]
-    # What starts later, such as a load, has a rise to be seen in.
+    # What starts later, such as a load, has a rise to be seen in; what acts on inputs may rest by default.
+    inputs = len(models[0].inputs)
+    of_inputs = [None, 1.0 + 0.1 * np.sin(1.7 * np.arange(inputs))] if inputs else [None]
     for t in (0.0, 0.137, 1.71):
-        forces = [model.inverse_dynamics(*state, t=t) for model in models]
-        if any(not np.array_equal(force, forces[0]) for force in forces):
-            return True
+        for u in of_inputs:
+            forces = [model.inverse_dynamics(*state, t=t, u=u) for model in models]
+            if any(not np.array_equal(force, forces[0]) for force in forces):
+                return True
     poses = [pose(model, state[0]) for model in models if hasattr(model, "pose")]
     return any(not np.array_equal(other, poses[0]) for other in poses)
 
@@ -174,10 +223,12 @@ def place_derivative(
     parameter: OfModel, q: Array, X: float | None, t: float, place: Mapping[str, Any]
 ) -> Array | None:
     """How lengths and placements move a place while the coordinates stay; None where they do not."""
+    if parameter.material is not None:
+        return None
     moved = [
         weight * model.pose(q, X, t=t, **place)[..., :3, 3]  # type: ignore[attr-defined]
         for model, weight in parameter.terms
     ]
     total = np.sum(moved, axis=0)
-    is_rounding = np.abs(total).max() <= ROUNDING * np.abs(moved).sum(axis=0).max()
+    is_rounding = np.abs(total).max() <= differences.ROUNDING * np.abs(moved).sum(axis=0).max()
     return None if is_rounding else np.asarray(total)

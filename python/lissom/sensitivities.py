@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -10,8 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._lissom import LissomError, Model, Robot, sensitivities, simulate
-from .parameters import OfModel, OfStart, Parameter, names_of, place_derivative, resolved
+from ._lissom import LissomError, Model, Robot, finite_array, sensitivities, simulate
+from .parameters import OfInput, OfModel, OfStart, Parameter, names_of, place_derivative, resolved
 
 Array = NDArray[np.float64]
 
@@ -29,6 +30,9 @@ METHODS = (
     "generalised_alpha",
 )
 
+#: Control steps are counted so that a remainder of less than this part of one is rounding, as in `simulate`.
+ROUNDING_OF_STEPS = 1e-9
+
 #: Options of `simulate` that say which scheme it is, and those that say how well its steps are solved.
 OF_SCHEME = ("beta", "gamma", "alpha", "rho_inf")
 OF_STEPS = ("rtol", "atol", "predictor", "reuse_jacobian", "max_steps", "jac", "progress")
@@ -41,7 +45,8 @@ class SensitivityResult:
     Attributes
     ----------
     names : tuple of str
-        Names of the p parameters; 'q0' and 'v0' are taken apart into 'q0[0]', 'q0[1]' and so on.
+        Names of the p parameters; 'q0' and 'v0' are taken apart into 'q0[0]', 'q0[1]' and so on, 'u' into
+        'u[0][0]', 'u[0][1]', then 'u[1][0]' and so on.
     t : ndarray, shape (m,)
         Times of all steps, seconds.
     q, v : ndarray, shape (m, n)
@@ -152,6 +157,8 @@ def sensitivity(
     t0: float = 0.0,
     q0: ArrayLike | None = None,
     v0: ArrayLike | None = None,
+    u: ArrayLike | None = None,
+    control_step: float | None = None,
     method: str = "newmark",
     dt: float = 1e-2,
     objective: Objective | None = None,
@@ -170,11 +177,16 @@ def sensitivity(
         End of the run, seconds.
     parameters : sequence of str
         What to differentiate with respect to: 'q0' and 'v0' (all coordinates and velocities at the start),
-        one of them as 'q0[2]', and parameters of the model, by the same names as in `sweep`, such
+        one of them as 'q0[2]'; 'u' (all inputs of all control steps), those of one control step as 'u[3]',
+        one of them as 'u[3][0]'; and parameters of the model, by the same names as in `sweep`, such
         as 'rod[0].segment[0].young_modulus', 'gravity[2]', 'link[1].joint.damping'. They are derivatives with
         respect to that number alone.
     t0, q0, v0 : optional
         As for `simulate`.
+    u : array_like, shape (inputs,) or (steps, inputs), optional
+        Inputs, held for the whole run, or for one control step each. The defaults of the inputs by default.
+    control_step : float, optional
+        How long each row of `u` is held, seconds; by default `dt`.
     method : str
         A member of the Newmark family, as for `simulate`; steps are of fixed size.
     dt : float
@@ -223,13 +235,23 @@ def sensitivity(
             raise TypeError(f"{name}: expected nothing, runs that are differentiated have no such option")
     if objective is not None and not callable(objective):
         raise TypeError(f"objective: expected a callable, got {type(objective).__name__}")
-    wanted = resolved(model, names_of(parameters))
+    held, control_step = _held(model, u, control_step, t_end - t0, dt)
+    wanted = resolved(model, names_of(parameters), None if held is None else held.shape)
     scheme = {name: options[name] for name in OF_SCHEME if options.get(name) is not None}
     # What is not differentiated is refused before the run; whether there are accelerations, the run says.
     rest, none = np.zeros((1, model.n)), np.zeros((model.n, 0))
     with contextlib.suppress(LissomError):
         sensitivities(model, [t0], rest, rest, rest, [], none, none, method=method, **scheme)
     chosen: Any = {"method": method} | options
+    begun: list[float] = []
+    if held is not None:
+        rows = iter(held)
+
+        def next_inputs(t: float, _q: Array, _v: Array) -> Array:
+            begun.append(t)
+            return next(rows)
+
+        chosen |= {"control": next_inputs, "control_step": control_step}
     run = simulate(model, t_end, t0=t0, q0=q0, v0=v0, dt=dt, **chosen)
     if not run.success:
         raise LissomError(f"the run did not come to its end: {run.message}")
@@ -240,9 +262,21 @@ def sensitivity(
     for i, parameter in enumerate(wanted):
         if isinstance(parameter, OfStart):
             (dq0 if parameter.which == "q0" else dv0)[parameter.index, i] = 1.0
-    terms = [parameter.terms if isinstance(parameter, OfModel) else () for parameter in wanted]
+    legs = None if held is None else list(zip(np.searchsorted(run.t, begun), held, strict=True))
+    forces = [_on_forces(parameter) for parameter in wanted]
     found = sensitivities(
-        model, run.t, run.q, run.v, run.a, terms, dq0, dv0, method=method, **scheme, weights=weights
+        model,
+        run.t,
+        run.q,
+        run.v,
+        run.a,
+        forces,
+        dq0,
+        dv0,
+        method=method,
+        **scheme,
+        legs=legs,
+        weights=weights,
     )
     dq, dv = found if weights is None else (None, None)
     return SensitivityResult(
@@ -257,6 +291,45 @@ def sensitivity(
         _model=model,
         _parameters=tuple(wanted),
     )
+
+
+def _on_forces(parameter: Parameter) -> Any:
+    """What the core makes of a parameter."""
+    if isinstance(parameter, OfInput):
+        return parameter.step, parameter.input
+    if isinstance(parameter, OfStart):
+        return []
+    material = parameter.material
+    if material is None:
+        return list(parameter.terms)
+    return material.first, material.stiffness, material.damping
+
+
+def _held(
+    model: Model, u: ArrayLike | None, control_step: float | None, duration: float, dt: float
+) -> tuple[Array | None, float | None]:
+    """Inputs of all control steps, and how long these are."""
+    if u is None:
+        if control_step is not None:
+            raise ValueError(
+                f"control_step: got {control_step!r}, expected nothing: it is how long rows of `u` are held"
+            )
+        return None, None
+    count = len(model.inputs)
+    if not count:
+        raise ValueError(
+            "u: expected nothing: this model has no inputs (give loads or actuators a lissom.Input)"
+        )
+    given = finite_array(u, "u")
+    if given.ndim == 1 and control_step is None:
+        given, control_step = given[None], duration
+    step = dt if control_step is None else control_step
+    if finite_array(step, "control_step").ndim or step <= 0.0:
+        raise ValueError(f"control_step: got {step!r}, expected a number of seconds > 0")
+    steps = max(1, math.ceil(duration / step * (1.0 - ROUNDING_OF_STEPS)))
+    if given.shape != (steps, count):
+        raise ValueError(f"u: got shape {given.shape}, expected {(steps, count)}: (control steps, inputs)")
+    return given, step
 
 
 def _weights(objective: Objective, t: Array, q: Array, v: Array) -> tuple[float, tuple[Array, Array]]:

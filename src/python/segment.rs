@@ -12,6 +12,7 @@ use super::section::{self, PySection};
 use crate::error::Checker;
 use crate::rod::{
     self, Basis, STRAIN_NAMES, STRAINS, Section, SectionProperties, Segment, Shape, ShearCorrection,
+    generalised_stiffness,
 };
 
 /// A piece of rod with one kind of section.
@@ -279,6 +280,18 @@ impl PySegment {
         #[pyo3(from_py_with = convert::number)] X: f64,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         section::rows(py, &self.properties(X)?.stiffness)
+    }
+
+    /// Generalised stiffness: the material answers the segment's coordinates q with the generalised forces ``K @ q``, and their
+    /// rates with ``retardation_time * K @ v``.
+    ///
+    /// Returns
+    /// -------
+    /// numpy.ndarray, shape (k, k)
+    ///     Of the segment's k coordinates, in their order; symmetric. In N m^3 between modes of torsion and bending, in N m between
+    ///     those of stretch and shear.
+    fn generalised_stiffness<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
+        convert::matrix_out(py, &generalised_stiffness(&self.0))
     }
 
     /// Inertia per length at arc length X from the segment's base.

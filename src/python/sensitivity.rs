@@ -13,10 +13,22 @@ use super::motion::Ticker;
 use crate::error::Interrupted;
 use crate::linalg::Matrix;
 use crate::newmark::{Parameters, Scheme};
-use crate::sensitivity::{self, Course, Failure, ForceDerivative};
+use crate::sensitivity::{self, Course, Failure, ForceDerivative, Leg, Parameter};
 
 /// Models that differ in a parameter, with their weights in the derivative with respect to it.
 type Terms = Vec<(Py<PyModel>, f64)>;
+
+/// How the generalised stiffness and damping of a segment change with a parameter, and its first coordinate.
+type Material<'py> = (usize, Bound<'py, PyAny>, Bound<'py, PyAny>);
+
+/// How forces depend on a parameter.
+#[derive(FromPyObject)]
+pub(crate) enum Dependence<'py> {
+    Models(Terms),
+    Material(Material<'py>),
+    /// Number of a leg, and of an input.
+    Input((usize, usize)),
+}
 
 /// Derivatives of a run with fixed steps of the Newmark family: of all states forward, or of a number by the adjoint.
 ///
@@ -29,10 +41,14 @@ type Terms = Vec<(Py<PyModel>, f64)>;
 /// t : array_like, shape (m,)
 /// q, v, a : array_like, shape (m, n)
 ///     All accepted steps.
-/// terms : list of list of (Model, float)
-///     For each of p parameters the models whose weighted sum of forces is their derivative; none for what no force depends on.
+/// forces : list
+///     For each of p parameters a list of (Model, float), models whose weighted sum of forces is their derivative, empty for what no
+///     force depends on; or for a segment's material (first coordinate, dK/dp, dD/dp), its k coordinates' stiffness and damping,
+///     shapes (k, k); or for an input (number of the leg, number of the input).
 /// dq0, dv0 : array_like, shape (n, p)
 ///     How the start moves with the parameters.
+/// legs : list of (int, array_like of shape (inputs,)), optional
+///     Numbers of the states from which on inputs were held, beginning with 0, and these inputs; `a` there is with them.
 /// weights : pair of array_like, shape (m, n), optional
 ///     Derivatives of the number with respect to `q` and `v`.
 ///
@@ -48,7 +64,7 @@ type Terms = Vec<(Py<PyModel>, f64)>;
 /// LissomError
 ///     If the matrix of a step is singular.
 #[pyfunction]
-#[pyo3(signature = (model, t, q, v, a, terms, dq0, dv0, *, method="newmark", beta=None, gamma=None, alpha=None, rho_inf=None, weights=None))]
+#[pyo3(signature = (model, t, q, v, a, forces, dq0, dv0, *, method="newmark", beta=None, gamma=None, alpha=None, rho_inf=None, legs=None, weights=None))]
 #[allow(clippy::too_many_arguments, reason = "a run, and what is asked of it")]
 pub(crate) fn sensitivities<'py>(
     model: &Bound<'py, PyModel>,
@@ -56,7 +72,7 @@ pub(crate) fn sensitivities<'py>(
     q: &Bound<'py, PyAny>,
     v: &Bound<'py, PyAny>,
     a: &Bound<'py, PyAny>,
-    terms: Vec<Terms>,
+    forces: Vec<Dependence<'py>>,
     dq0: &Bound<'py, PyAny>,
     dv0: &Bound<'py, PyAny>,
     method: &str,
@@ -64,6 +80,7 @@ pub(crate) fn sensitivities<'py>(
     gamma: Option<f64>,
     alpha: Option<f64>,
     rho_inf: Option<f64>,
+    legs: Option<Vec<(usize, Bound<'py, PyAny>)>>,
     weights: Option<(Bound<'py, PyAny>, Bound<'py, PyAny>)>,
 ) -> PyResult<Bound<'py, PyTuple>> {
     let py = model.py();
@@ -87,10 +104,18 @@ pub(crate) fn sensitivities<'py>(
         Some((on_q, on_v)) => Some((states(on_q, "weights[0]")?, states(on_v, "weights[1]")?)),
         None => None,
     };
-    let p = terms.len();
+    let p = forces.len();
     let (dq0, dv0) = (convert::matrix_of(dq0, (n, p), "dq0")?, convert::matrix_of(dv0, (n, p), "dv0")?);
-    let terms = terms.iter().map(|terms| of_parameter(terms, n)).collect::<PyResult<Vec<_>>>()?;
-    let course = Course { t: &t, q: &q, v: &v, a: &a, scheme };
+    let forces = forces.iter().map(|force| of_parameter(force, n)).collect::<PyResult<Vec<_>>>()?;
+    let legs = legs_of(legs.unwrap_or_default(), t.len(), native.inputs())?;
+    let course = Course { t: &t, q: &q, v: &v, a: &a, scheme, legs: &legs };
+    let is_wrong = |force: &Force| match force {
+        Force::Input(leg, input) => *leg >= legs.len() || *input >= native.inputs(),
+        _ => false,
+    };
+    if forces.iter().any(is_wrong) {
+        return Err(PyValueError::new_err("forces: got an input of no leg, expected one of `legs`"));
+    }
     let mut raised = Raised::default();
     let mut ticker = Ticker::new();
     let computed = py.detach(|| {
@@ -101,7 +126,7 @@ pub(crate) fn sensitivities<'py>(
             raised.catch(Python::attach(|py| py.check_signals()))
         };
         let weights = weights.as_ref().map(|(q, v)| [q.as_slice(), v.as_slice()]);
-        compute(&mut *native, &course, terms, [&dq0, &dv0], weights, &mut monitor)
+        compute(&mut *native, &course, forces, [&dq0, &dv0], weights, &mut monitor)
     });
     raised.into_result()?;
     let computed = computed.map_err(|failure| match failure {
@@ -118,12 +143,52 @@ pub(crate) fn sensitivities<'py>(
     PyTuple::new(py, arrays.collect::<PyResult<Vec<_>>>()?)
 }
 
-fn of_parameter(terms: &Terms, n: usize) -> PyResult<Vec<(Box<dyn Native>, f64)>> {
+/// The models of a parameter, or what its material changes.
+enum Force {
+    Models(Vec<(Box<dyn Native>, f64)>),
+    Material(usize, [Matrix; 2]),
+    Input(usize, usize),
+}
+
+fn legs_of(given: Vec<(usize, Bound<'_, PyAny>)>, states: usize, inputs: usize) -> PyResult<Vec<Leg>> {
+    let mut legs: Vec<Leg> = Vec::with_capacity(given.len());
+    for (first, u) in given {
+        let is_next = legs.last().map_or(first == 0, |before| before.first < first);
+        if !is_next || first >= states {
+            return Err(PyValueError::new_err(format!(
+                "legs[{}]: got a beginning of {first}, expected 0 and then ascending numbers below {states}",
+                legs.len()
+            )));
+        }
+        legs.push(Leg { first, inputs: convert::finite_vector_of(&u, inputs, "legs")? });
+    }
+    Ok(legs)
+}
+
+fn of_parameter(dependence: &Dependence<'_>, n: usize) -> PyResult<Force> {
+    match dependence {
+        Dependence::Models(terms) => of_models(terms, n).map(Force::Models),
+        Dependence::Input((leg, input)) => Ok(Force::Input(*leg, *input)),
+        Dependence::Material((first, stiffness, damping)) => {
+            let size = convert::numbers(stiffness, "forces", "an array of shape (k, k)")?.shape;
+            let k = size.first().copied().unwrap_or(0);
+            if first.checked_add(k).is_none_or(|end| end > n) {
+                return Err(PyValueError::new_err(format!(
+                    "forces: got {k} coordinates from {first} on, expected some of {n}"
+                )));
+            }
+            let block = |value| convert::matrix_of(value, (k, k), "forces");
+            Ok(Force::Material(*first, [block(stiffness)?, block(damping)?]))
+        }
+    }
+}
+
+fn of_models(terms: &Terms, n: usize) -> PyResult<Vec<(Box<dyn Native>, f64)>> {
     let natives = terms.iter().map(|(model, weight)| (model.get().native(), *weight));
     let natives: Vec<_> = natives.collect();
     match natives.iter().find(|(model, _)| model.n() != n) {
         Some((model, _)) => Err(PyTypeError::new_err(format!(
-            "terms: got a model of {} coordinates, expected {n}: parameters must not change their number",
+            "forces: got a model of {} coordinates, expected {n}: parameters must not change their number",
             model.n()
         ))),
         None => Ok(natives),
@@ -133,15 +198,26 @@ fn of_parameter(terms: &Terms, n: usize) -> PyResult<Vec<(Box<dyn Native>, f64)>
 fn compute(
     model: &mut dyn Native,
     course: &Course<'_>,
-    terms: Vec<Vec<(Box<dyn Native>, f64)>>,
+    forces: Vec<Force>,
     [dq0, dv0]: [&Matrix; 2],
     weights: Option<[&[f64]; 2]>,
     monitor: &mut dyn FnMut() -> Result<(), Interrupted>,
 ) -> Result<Vec<Vec<f64>>, Failure> {
     let n = dq0.nrows();
-    let forces = terms.into_iter().map(|terms| ForceDerivative::new(terms, n));
-    let mut forces = forces.collect::<Result<Vec<_>, _>>()?;
-    let mut parameters = sensitivity::Parameters { dq0, dv0, forces: &mut forces };
+    let is_steered = !course.legs.is_empty();
+    let parameter = |force| match force {
+        Force::Models(terms) if terms.is_empty() => Ok(Parameter::Start),
+        Force::Models(terms) => {
+            ForceDerivative::new(terms, n, is_steered).map(Box::new).map(Parameter::Model)
+        }
+        Force::Material(first, [stiffness, damping]) => {
+            let force = ForceDerivative::of_material(first, [&stiffness, &damping], n);
+            Ok(Parameter::Model(Box::new(force)))
+        }
+        Force::Input(leg, input) => Ok(Parameter::Input { leg, input }),
+    };
+    let mut of = forces.into_iter().map(parameter).collect::<Result<Vec<_>, Interrupted>>()?;
+    let mut parameters = sensitivity::Parameters { dq0, dv0, of: &mut of };
     match weights {
         Some(weights) => sensitivity::adjoint(model, course, weights, &mut parameters, monitor)
             .map(|gradient| vec![gradient]),

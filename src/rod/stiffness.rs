@@ -3,6 +3,7 @@
 use super::piece;
 use super::piece::Piece;
 use super::quadrature::Gauss;
+use super::section::Section;
 use super::segment::Segment;
 use super::strain::STRAINS;
 use crate::linalg::{Matrix, condition_number};
@@ -23,6 +24,39 @@ pub(crate) fn condition_of_stiffness(segment: &Segment) -> f64 {
         present.map(of_strain).fold(1.0, f64::max)
     };
     piece::of(segment).map(condition).fold(1.0, f64::max)
+}
+
+/// The generalised stiffness K of a segment: its material answers the coordinates q, in their order, with the forces `K q`.
+///
+/// Block by block that of its pieces; symmetric.
+pub fn generalised_stiffness(segment: &Segment) -> Matrix {
+    let n = segment.coordinates();
+    let mut whole = Matrix::zeros(n, n);
+    let mut first = 0;
+    for piece in piece::of(segment) {
+        let start = |strain: usize| first + piece.modes[..strain].iter().sum::<usize>();
+        for strain in (0..STRAINS).filter(|&strain| piece.modes[strain] > 0) {
+            let block = stiffness(&piece, [strain; 2]);
+            whole.view_mut((start(strain), start(strain)), block.shape()).copy_from(&block);
+        }
+        for strains in coupled(&piece) {
+            let block = stiffness(&piece, strains);
+            let [row, column] = strains.map(start);
+            whole.view_mut((row, column), block.shape()).copy_from(&block);
+            let (rows, columns) = block.shape();
+            whole.view_mut((column, row), (columns, rows)).copy_from(&block.transpose());
+        }
+        first += piece.modes.iter().sum::<usize>();
+    }
+    whole
+}
+
+/// Pairs of strains with modes that the stiffness couples.
+pub(crate) fn coupled(piece: &Piece) -> Vec<[usize; 2]> {
+    match &piece.segment.section {
+        Section::Given(given) => given.coupled(&piece.modes).collect(),
+        Section::Shape(_) => Vec::new(),
+    }
 }
 
 /// `int phi_j H phi_k` of a strain component, or between two: exact where the section is a circle, given or constant.

@@ -25,20 +25,23 @@ pub struct ForceDerivative<M: ?Sized> {
 }
 
 impl<M: Model + ?Sized> ForceDerivative<M> {
-    /// Of models of `n` coordinates and their weights; none where no force depends on the parameter.
-    pub fn new(mut terms: Vec<(Box<M>, f64)>, n: usize) -> Result<Self, Interrupted> {
+    /// Of models of `n` coordinates and their weights; none where no force depends on the parameter. Coefficients are computed for
+    /// models that neither time nor, if `is_steered`, inputs change.
+    pub fn new(terms: Vec<(Box<M>, f64)>, n: usize, is_steered: bool) -> Result<Self, Interrupted> {
         let zeros = vec![0.0; n];
-        let mut derivative = Self { affine: None, tau: zeros.clone(), sum: zeros.clone(), terms: Vec::new() };
-        if terms.iter().any(|(model, _)| model.varies_in_time()) {
-            return Ok(Self { terms, ..derivative });
+        let mut derivative = Self { affine: None, tau: zeros.clone(), sum: zeros.clone(), terms };
+        let changes = |model: &M| model.varies_in_time() || is_steered && model.inputs() > 0;
+        if derivative.terms.iter().any(|(model, _)| changes(model)) || !derivative.may_be_affine(n)? {
+            return Ok(derivative);
         }
+        let terms = &mut derivative.terms;
         let mut entries = [Vec::new(), Vec::new(), Vec::new()];
         let mut tangent = Matrix::zeros(n, n);
         for (k, entries) in entries.iter_mut().enumerate() {
             let mut weights = [0.0; 3];
             weights[k] = 1.0;
             let (mut sum, mut size) = (Matrix::zeros(n, n), Matrix::zeros(n, n));
-            for (model, weight) in &mut terms {
+            for (model, weight) in terms.iter_mut() {
                 model.weighted_tangent(&zeros, &zeros, &zeros, weights, &mut tangent);
                 sum += &tangent * *weight;
                 size += tangent.abs() * weight.abs();
@@ -47,7 +50,7 @@ impl<M: Model + ?Sized> ForceDerivative<M> {
                 for row in 0..n {
                     let entry = sum[(row, column)];
                     if !entry.is_finite() {
-                        return Ok(Self { terms, ..derivative });
+                        return Ok(derivative);
                     }
                     if entry.abs() > ROUNDING * size[(row, column)] {
                         entries.push((row, column, entry));
@@ -55,16 +58,12 @@ impl<M: Model + ?Sized> ForceDerivative<M> {
                 }
             }
         }
-        derivative.terms = terms;
         let mut rest = zeros.clone();
         let size = derivative.add_terms(1.0, 0.0, [&zeros; 3].map(Vec::as_slice), &mut rest)?;
         rest.iter_mut().filter(|x| x.abs() <= ROUNDING * size).for_each(|x| *x = 0.0);
         let affine = (entries, rest);
         for probe in [1.0, -0.4, 0.15] {
-            // Numbers without a pattern that a model could have.
-            let some =
-                |shift: f64| (0..n).map(|i| probe * (1.7 * (i as f64) + shift).sin()).collect::<Vec<f64>>();
-            let states = [some(0.3), some(1.1), some(2.3)];
+            let states = some_state(n, probe);
             let state = [0, 1, 2].map(|k| states[k].as_slice());
             let mut wrong = zeros.clone();
             let size = derivative.add_terms(1.0, 0.0, state, &mut wrong)?;
@@ -76,6 +75,42 @@ impl<M: Model + ?Sized> ForceDerivative<M> {
         }
         derivative.affine = Some(affine);
         Ok(derivative)
+    }
+
+    /// Whether two states that lie opposite to each other have the mean of rest: tells most that are not affine, before any tangent
+    /// is computed.
+    fn may_be_affine(&mut self, n: usize) -> Result<bool, Interrupted> {
+        let mut sum = vec![0.0; n];
+        let mut size = 0.0;
+        for (probe, factor) in [(1.0, 1.0), (-1.0, 1.0), (0.0, -2.0)] {
+            let states = some_state(n, probe);
+            let state = [0, 1, 2].map(|k| states[k].as_slice());
+            size += self.add_terms(factor, 0.0, state, &mut sum)?;
+        }
+        Ok(norm_inf(&sum) <= ROUNDING * size)
+    }
+
+    /// Of a parameter of the material of a segment alone: the derivatives of its stiffness and damping, k x k each, in the rows
+    /// and columns of its k coordinates, which begin with `first` of all `n`.
+    pub fn of_material(first: usize, [stiffness, damping]: [&Matrix; 2], n: usize) -> Self {
+        let entries = |block: &Matrix| -> Vec<Entry> {
+            let (rows, columns) = block.shape();
+            let places = (0..columns).flat_map(|column| (0..rows).map(move |row| (row, column)));
+            let entry = |(row, column)| (first + row, first + column, block[(row, column)]);
+            places.map(entry).filter(|entry| entry.2 != 0.0).collect()
+        };
+        let zeros = vec![0.0; n];
+        Self {
+            terms: Vec::new(),
+            affine: Some(([entries(stiffness), entries(damping), Vec::new()], zeros.clone())),
+            tau: zeros.clone(),
+            sum: zeros,
+        }
+    }
+
+    /// From now on these are the inputs.
+    pub(super) fn set_inputs(&mut self, inputs: &[f64]) {
+        self.terms.iter_mut().for_each(|(model, _)| model.set_inputs(inputs));
     }
 
     /// Adds this multiple of it at a time and a state.
@@ -126,6 +161,11 @@ impl<M: Model + ?Sized> ForceDerivative<M> {
         }
         Ok(size)
     }
+}
+
+/// Coordinates, velocities and accelerations of that size, without a pattern that a model could have.
+fn some_state(n: usize, size: f64) -> [Vec<f64>; 3] {
+    [0.3, 1.1, 2.3].map(|shift| (0..n).map(|i| size * (1.7 * (i as f64) + shift).sin()).collect())
 }
 
 fn add_affine((entries, rest): &Affine, factor: f64, state: [&[f64]; 3], to: &mut [f64]) {

@@ -12,7 +12,7 @@
 //! use lissom::newmark;
 //! use lissom::robot::{Rod, RobotModel};
 //! use lissom::rod::Segment;
-//! use lissom::sensitivity::{Course, ForceDerivative, Parameters, forward};
+//! use lissom::sensitivity::{Course, Parameter, Parameters, forward};
 //! use lissom::simulate::{Method, simulate};
 //!
 //! let segment = Segment { modes: [0, 3, 0, 0, 0, 0], ..Segment::straight(1.0, 1e-3, 210e9, 80e9, 7800.0) };
@@ -23,11 +23,9 @@
 //! let (motion, more, less) = (run(0.5)?, run(0.501)?, run(0.499)?);
 //!
 //! let a = motion.a.as_ref().expect("implicit methods solve for accelerations");
-//! let course = Course { t: &motion.t, q: &motion.q, v: &motion.v, a, scheme: options.scheme };
+//! let course = Course { t: &motion.t, q: &motion.q, v: &motion.v, a, scheme: options.scheme, legs: &[] };
 //! let dq0 = Matrix::from_column_slice(3, 1, &[1.0, 0.0, 0.0]);
-//! // No force depends on the start.
-//! let mut forces: [ForceDerivative<RobotModel>; 1] = [ForceDerivative::new(Vec::new(), 3).expect("nothing fails")];
-//! let mut parameters = Parameters { dq0: &dq0, dv0: &Matrix::zeros(3, 1), forces: &mut forces };
+//! let mut parameters = Parameters { dq0: &dq0, dv0: &Matrix::zeros(3, 1), of: &mut [Parameter::<RobotModel>::Start] };
 //! let [dq, _] = forward(&mut wire, &course, &mut parameters, &mut || Ok(())).expect("regular tangents");
 //! let last = motion.q.len() - 3;
 //! let difference = (more.q[last] - less.q[last]) / 2e-3;
@@ -36,15 +34,24 @@
 //! ```
 
 mod force;
-mod tangents;
+mod moment;
 
-use self::tangents::Tangents;
+use self::moment::Moment;
 use crate::error::{Interrupted, InvalidInput};
-use crate::linalg::{Matrix, Singular};
+use crate::linalg::Matrix;
 use crate::model::Model;
 use crate::newmark::Scheme;
 
 pub use self::force::ForceDerivative;
+
+/// Inputs that were held for a part of a run.
+#[derive(Clone, Debug)]
+pub struct Leg {
+    /// Number of the state where it begins.
+    pub first: usize,
+    /// The inputs.
+    pub inputs: Vec<f64>,
+}
 
 /// A run with fixed steps as it was recorded: m states of n coordinates one after the other, every accepted step of it.
 #[derive(Clone, Copy, Debug)]
@@ -55,10 +62,12 @@ pub struct Course<'a> {
     pub q: &'a [f64],
     /// Velocities, likewise.
     pub v: &'a [f64],
-    /// Accelerations, likewise.
+    /// Accelerations, likewise; where a leg begins, those with its inputs.
     pub a: &'a [f64],
     /// The method that has made it.
     pub scheme: Scheme,
+    /// Inputs from state to state, the first of them from the start on; none where the model has kept its own.
+    pub legs: &'a [Leg],
 }
 
 impl Course<'_> {
@@ -73,6 +82,27 @@ impl Course<'_> {
         let h = self.t[step] - self.t[step - 1];
         (h, if step > 1 { h / (self.t[step - 1] - self.t[step - 2]) } else { 1.0 })
     }
+
+    /// The leg that begins with this state.
+    fn leg_from(&self, step: usize) -> Option<usize> {
+        self.legs.binary_search_by_key(&step, |leg| leg.first).ok()
+    }
+}
+
+/// What a run is differentiated with respect to, beside the start.
+#[derive(Debug)]
+pub enum Parameter<M: ?Sized> {
+    /// Nothing but the start.
+    Start,
+    /// A number of the model, by how the generalised forces change with it.
+    Model(Box<ForceDerivative<M>>),
+    /// An input of a leg.
+    Input {
+        /// Number of the leg.
+        leg: usize,
+        /// Number of the input.
+        input: usize,
+    },
 }
 
 /// What a run is differentiated with respect to: p parameters.
@@ -82,8 +112,8 @@ pub struct Parameters<'a, M: ?Sized> {
     pub dq0: &'a Matrix,
     /// Likewise the velocities.
     pub dv0: &'a Matrix,
-    /// How the generalised forces do, at fixed coordinates, velocities and accelerations.
-    pub forces: &'a mut [ForceDerivative<M>],
+    /// What each is, p of them.
+    pub of: &'a mut [Parameter<M>],
 }
 
 /// Why there are no derivatives.
@@ -130,28 +160,17 @@ pub fn forward<M: Model + ?Sized, F: Model + ?Sized>(
     monitor: &mut dyn FnMut() -> Result<(), Interrupted>,
 ) -> Result<[Vec<f64>; 2], Failure> {
     let n = model.n();
-    let p = parameters.forces.len();
-    let mut tangents = Tangents::new(n);
+    let p = parameters.of.len();
+    let mut moment = Moment::new(model, course, false);
     let (mut q, mut v) = (parameters.dq0.clone(), parameters.dv0.clone());
-    let mut a = Matrix::zeros(n, p);
+    let [mut a, mut before] = [0; 2].map(|_| Matrix::zeros(n, p));
     let (mut q_base, mut v_base) = (q.clone(), v.clone());
     let mut kept = [0, 1].map(|_| Vec::with_capacity(course.t.len() * n * p));
 
-    let mut accelerations = |step: usize, weights, q_base: &Matrix, v_base: &Matrix, a: &mut Matrix| {
-        let (t, state) = course.state(step, n);
-        tangents.evaluate(model, t, state, weights)?;
-        tangents.factorise(false).map_err(|Singular| Failure::Singular(step))?;
-        a.gemm(-1.0, &tangents.stiffness, q_base, 0.0);
-        a.gemm(-1.0, &tangents.damping, v_base, 1.0);
-        for (i, force) in parameters.forces.iter_mut().enumerate() {
-            let column = &mut a.as_mut_slice()[i * n..(i + 1) * n];
-            force.add(-1.0, t, state, column)?;
-            tangents.solve(column);
-        }
-        monitor()?;
-        Ok::<(), Failure>(())
-    };
-    accelerations(0, [0.0, 0.0, 1.0], &q, &v, &mut a)?;
+    moment.hold(0, parameters.of);
+    moment.begin(0)?;
+    moment.accelerations([&q, &v], parameters.of, &mut a)?;
+    monitor()?;
     let mut s = a.clone();
     keep(&mut kept, &q, &v);
     for step in 1..course.t.len() {
@@ -164,12 +183,22 @@ pub fn forward<M: Model + ?Sized, F: Model + ?Sized>(
             v_base[i] = v[i] + carried.velocity[0] * a + carried.velocity[1] * s;
         }
         s.iter_mut().zip(a.iter()).for_each(|(s, a)| *s = carried.rest[0] * a + carried.rest[1] * *s);
-        accelerations(step, weights, &q_base, &v_base, &mut a)?;
+        moment.end(step, weights)?;
+        moment.accelerations([&q_base, &v_base], parameters.of, &mut a)?;
         for i in 0..n * p {
             q[i] = q_base[i] + weights[0] * a[i];
             v[i] = v_base[i] + weights[1] * a[i];
             s[i] += carried.gain * a[i];
         }
+        if let Some(leg) = course.leg_from(step) {
+            moment.hold(leg, parameters.of);
+            moment.begin(step)?;
+            before.copy_from(&a);
+            moment.accelerations([&q, &v], parameters.of, &mut a)?;
+            // The method's own accelerations are as far ahead as before.
+            s += &a - &before;
+        }
+        monitor()?;
         keep(&mut kept, &q, &v);
     }
     Ok(kept)
@@ -196,37 +225,38 @@ pub fn adjoint<M: Model + ?Sized, F: Model + ?Sized>(
     monitor: &mut dyn FnMut() -> Result<(), Interrupted>,
 ) -> Result<Vec<f64>, Failure> {
     let n = model.n();
-    let mut gradient = vec![0.0; parameters.forces.len()];
-    let mut tangents = Tangents::new(n);
+    let mut gradient = vec![0.0; parameters.of.len()];
+    let mut moment = Moment::new(model, course, true);
     // What a change of q, v, a and s of the state at hand does to the number.
     let [mut on_q, mut on_v, mut on_a, mut on_s] = [0; 4].map(|_| vec![0.0; n]);
     let mut lambda = vec![0.0; n];
+    moment.hold(course.legs.len().saturating_sub(1), parameters.of);
     for step in (0..course.t.len()).rev() {
         for i in 0..n {
             on_q[i] += weights[0][step * n + i];
             on_v[i] += weights[1][step * n + i];
         }
-        let (h, stretch) = if step > 0 { course.step_to(step) } else { (0.0, 1.0) };
-        let carried = course.scheme.carried(h, stretch);
-        let (of_a, gain) = match step {
-            0 => ([0.0, 0.0, 1.0], 1.0),
-            _ => (course.scheme.weights(h), carried.gain),
-        };
-        let (t, state) = course.state(step, n);
-        tangents.evaluate(model, t, state, of_a)?;
-        tangents.factorise(true).map_err(|Singular| Failure::Singular(step))?;
-        for i in 0..n {
-            lambda[i] = -(on_a[i] + of_a[0] * on_q[i] + of_a[1] * on_v[i] + gain * on_s[i]);
-        }
-        tangents.solve(&mut lambda);
-        for (gradient, force) in gradient.iter_mut().zip(parameters.forces.iter_mut()) {
-            *gradient += force.along(&lambda, t, state)?;
-        }
-        for i in 0..n {
-            on_q[i] += tangents.stiffness.column(i).iter().zip(&lambda).map(|(k, l)| k * l).sum::<f64>();
-            on_v[i] += tangents.damping.column(i).iter().zip(&lambda).map(|(d, l)| d * l).sum::<f64>();
+        let begins = if step == 0 { Some(0) } else { course.leg_from(step) };
+        if let Some(leg) = begins {
+            moment.begin(step)?;
+            for i in 0..n {
+                lambda[i] = -(on_a[i] + on_s[i]);
+                on_a[i] = -on_s[i];
+            }
+            moment.back(&mut lambda, parameters.of, &mut gradient, [&mut on_q, &mut on_v])?;
+            if leg > 0 {
+                moment.hold(leg - 1, parameters.of);
+            }
         }
         if step > 0 {
+            let (h, stretch) = course.step_to(step);
+            let carried = course.scheme.carried(h, stretch);
+            let of_a = course.scheme.weights(h);
+            moment.end(step, of_a)?;
+            for i in 0..n {
+                lambda[i] = -(on_a[i] + of_a[0] * on_q[i] + of_a[1] * on_v[i] + carried.gain * on_s[i]);
+            }
+            moment.back(&mut lambda, parameters.of, &mut gradient, [&mut on_q, &mut on_v])?;
             for i in 0..n {
                 let (q, v, s) = (on_q[i], on_v[i], on_s[i]);
                 let of =

@@ -8,7 +8,7 @@ import inspect
 import json
 import re
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 Part = str | int
 
@@ -113,7 +113,7 @@ def replaced(thing: Any, path: Sequence[Part], value: Any) -> Any:
 
     Raises ValueError where nothing of the kind is there, and what the constructors raise.
     """
-    return _changed(thing, path, lambda _: value)
+    return _with(thing, path, value, 0)
 
 
 def found(thing: Any, path: Sequence[Part]) -> Any:
@@ -121,38 +121,50 @@ def found(thing: Any, path: Sequence[Part]) -> Any:
 
     Raises ValueError where nothing of the kind is there.
     """
-    seen: list[Any] = []
-
-    def look(value: Any) -> Any:
-        seen.append(value)
-        return value
-
-    _changed(thing, path, look)
-    return seen[0]
+    done = 0
+    while done < len(path):
+        inside = _inside(thing, path, done)
+        thing, done = inside.parts[inside.key], inside.done
+    return thing
 
 
-def _changed(thing: Any, path: Sequence[Part], change: Callable[[Any], Any], done: int = 0) -> Any:
-    """The same with what a function makes of the value at the end of the path.
-
-    Raises ValueError where nothing of the kind is there, and what the constructors raise.
-    """
+def _with(thing: Any, path: Sequence[Part], value: Any, done: int) -> Any:
     if done == len(path):
-        return change(thing)
+        return value
+    inside = _inside(thing, path, done)
+    inside.parts[inside.key] = _with(inside.parts[inside.key], path, value, inside.done)
+    if inside.key == "poisson_ratio":
+        # Which says what this one would be.
+        inside.parts.pop("shear_modulus", None)
+    return inside.made(inside.parts)
+
+
+class _Inside(NamedTuple):
+    """Copies of the parts of a thing, and which of them a path leads to."""
+
+    parts: Any
+    key: Any
+    #: Makes a thing of parts again.
+    made: Callable[[Any], Any]
+    #: How many parts of the path lead here.
+    done: int
+
+
+def _inside(thing: Any, path: Sequence[Part], done: int) -> _Inside:
     part = path[done]
+    # A scene's `rod.segment[0]` is the first of a link's `rod`.
+    if isinstance(thing, list | tuple) and done + 1 < len(path) and part in ("segment", "segments"):
+        done += 1
+        part = path[done]
     if isinstance(part, int):
         if not isinstance(thing, list | tuple) or part >= len(thing):
             there = f"{len(thing)} entries" if isinstance(thing, list | tuple) else "no sequence"
             raise ValueError(f"{up_to(path, done + 1)}: the model has {there} at {up_to(path, done)}")
-        items = list(thing)
-        items[part] = _changed(items[part], path, change, done + 1)
-        return tuple(items)
-    # A scene's `rod.segment[0]` is the first of a link's `rod`.
-    if isinstance(thing, list | tuple) and done + 1 < len(path) and part in ("segment", "segments"):
-        return _changed(thing, path, change, done + 1)
+        return _Inside(list(thing), part, tuple, done + 1)
     if isinstance(thing, dict):
         if part not in thing:
             raise ValueError(f"{up_to(path, done + 1)}: {meant(part, thing)}")
-        return thing | {part: _changed(thing[part], path, change, done + 1)}
+        return _Inside(dict(thing), part, dict, done + 1)
     arguments = constructed(thing)
     if arguments is None:
         raise ValueError(f"{up_to(path, done + 1)}: {up_to(path, done)} has no parts")
@@ -160,11 +172,9 @@ def _changed(thing: Any, path: Sequence[Part], change: Callable[[Any], Any], don
     name = next((name for name in (part, PLURALS.get(part, f"{part}s")) if name in known), None)
     if name is None:
         raise ValueError(f"{up_to(path, done + 1)}: {meant(part, known)}")
-    arguments = arguments | {name: _changed(arguments.get(name), path, change, done + 1)}
-    if name == "poisson_ratio":
-        # Which says what this one would be.
-        arguments.pop("shear_modulus", None)
-    return type(thing)(**arguments)
+    # Such as Poisson's ratio, which is kept as a shear modulus.
+    arguments.setdefault(name, getattr(thing, name, None))
+    return _Inside(arguments, name, lambda parts: type(thing)(**parts), done + 1)
 
 
 def of_model(path: Sequence[Part], is_rod: bool) -> list[Part]:

@@ -12,7 +12,7 @@ use crate::robot::plan::tree::Joined;
 use crate::robot::turning::Turning;
 use crate::rod::STRAINS;
 use crate::rod::piece::Piece;
-use crate::rod::{STRAIGHT, Section, SectionProperties, nodes, stiffness};
+use crate::rod::{STRAIGHT, SectionProperties, nodes, stiffness};
 
 pub(crate) fn plan<G: Turning>(
     piece: Piece,
@@ -132,13 +132,12 @@ fn reference_slope<G: Turning>(piece: &Piece, frame: G::Frame, nodes: &[f64]) ->
 
 /// The stiffness between different strains of a piece whose first coordinate is `first`.
 fn couplings(piece: &Piece, first: usize) -> Vec<Coupling> {
-    let Section::Given(given) = &piece.segment.section else { return Vec::new() };
     let start = |strain: usize| first + piece.modes[..strain].iter().sum::<usize>();
     let coupling = |strains: [usize; 2]| Coupling {
         first: strains.map(start),
         stiffness: stiffness::stiffness(piece, strains),
     };
-    given.coupled(&piece.modes).map(coupling).collect()
+    stiffness::coupled(piece).into_iter().map(coupling).collect()
 }
 
 pub(crate) fn moments<G: Turning>(frame: G::Frame, sections: &[SectionProperties]) -> Moments<G> {

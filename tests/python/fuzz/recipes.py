@@ -379,6 +379,7 @@ RECIPES: dict[str, dict | list[dict]] = {
         {"length": "0.2", "modes": "{'stretch': 1}", "section": "lissom.Section.given(np.ones(6), 0.1)"},
     ],
     "Segment.stiffness": {"self": "v.segment()", "X": "0.1"},
+    "Segment.generalised_stiffness": {"self": "v.segment()"},
     "Segment.inertia": {"self": "v.segment()", "X": "0.1"},
     "SpringPendulum": {"length": "1.0", "mass": "1.0", "stiffness": "10.0", "gravity": "9.81"},
     "SpringPendulum.explain": {"self": "v.pendulum()"},
@@ -559,6 +560,13 @@ RECIPES: dict[str, dict | list[dict]] = {
             "method": "'newmark'",
             "dt": "0.01",
             "objective": "None",
+        },
+        {
+            "model": "v.antagonists()",
+            "t_end": "0.05",
+            "parameters": "['u[1]', 'u[0][0]']",
+            "u": "np.full((3, 2), 0.5)",
+            "control_step": "0.02",
         },
     ],
     "equilibrium_sensitivity": [

@@ -1,0 +1,46 @@
+"""Derivatives as weighted sums of what is made with values nearby."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import TypeVar
+
+#: Distance of the nodes of differences, relative to the parameter. Fourth order leaves its fourth power,
+#: 2e-11, times a derivative of fifth order (nothing of polynomials up to the fourth power); rounding leaves
+#: as much.
+STEP = 2e-3
+
+#: Nodes and weights of the derivative by four differences, central and to one side (Fornberg 1988, tables 1
+#: and 3).
+CENTRAL = ((-2, 1 / 12), (-1, -2 / 3), (1, 2 / 3), (2, -1 / 12))
+ONE_SIDED = ((0, -25 / 12), (1, 4.0), (2, -3.0), (3, 4 / 3), (4, -1 / 4))
+
+#: The same of what is linear in the parameter, by two.
+OF_LINEAR = ((-1, -1 / 2), (1, 1 / 2))
+
+#: Sums below that part of what they are made of are rounding.
+ROUNDING = 1e-13
+
+T = TypeVar("T")
+
+
+def terms(
+    with_value: Callable[[float], T], value: float, nodes: Sequence[tuple[int, float]] = CENTRAL
+) -> tuple[tuple[T, float], ...]:
+    """What is made with values nearby, with its weights in the derivative.
+
+    To one side where `value` is zero, or `with_value` raises a ValueError.
+    """
+    step = STEP * (abs(value) or 1.0)
+
+    def at(nodes: Sequence[tuple[int, float]]) -> tuple[tuple[T, float], ...]:
+        return tuple((with_value(value + k * step), w / step) for k, w in nodes)
+
+    if value != 0.0:
+        try:
+            return at(nodes)
+        except ValueError:
+            # At the end of what makes sense, such as a Poisson ratio of 0.5.
+            step = math.copysign(step, -value)
+    return at(ONE_SIDED)

@@ -1,0 +1,149 @@
+"""Generalised stiffness of segments, and derivatives with respect to numbers of a material."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import lissom
+from lissom.materials import OF_DAMPING, OF_STIFFNESS
+from lissom.parameters import resolved
+
+SIX = ("torsion", "bend_y", "bend_z", "stretch", "shear_y", "shear_z")
+
+
+@st.composite
+def segments(draw):
+    basis = draw(st.sampled_from(["legendre", "chebyshev", "monomial", "piecewise_constant", "hermite"]))
+    # Bending has a use for Young's modulus, torsion for the shear modulus.
+    strains = {"bend_y", "torsion"} | draw(st.sets(st.sampled_from(SIX), max_size=3))
+    count = draw(st.sampled_from([2, 4]))
+    modes = dict.fromkeys(sorted(strains), count)
+    if basis in ("legendre", "chebyshev", "monomial"):
+        modes = {strain: draw(st.integers(1, 3)) for strain in sorted(strains)}
+    shape = draw(st.sampled_from(["circle", "taper", "rectangle", "tube"]))
+    section = {
+        "circle": {"radius": 0.01},
+        "taper": {"radius": (0.012, 0.006)},
+        "rectangle": {"section": lissom.Section.rectangle(0.02, 0.01)},
+        "tube": {"section": lissom.Section.hollow_circle(0.01, 0.006)},
+    }[shape]
+    return lissom.Segment(
+        draw(st.floats(0.05, 0.4)),
+        young_modulus=draw(st.floats(1e5, 1e7)),
+        poisson_ratio=draw(st.floats(0.0, 0.49)),
+        density=1100.0,
+        modes=modes,
+        basis=basis,
+        retardation_time=draw(st.floats(1e-4, 0.1)),
+        shear_correction=draw(st.sampled_from(["cowper", 0.8])) if shape != "rectangle" else 0.8,
+        **section,
+    )
+
+
+def coupled():
+    """A section whose stretch bends and twists it."""
+    stiffness = np.diag([0.02, 0.03, 0.04, 900.0, 300.0, 300.0])
+    stiffness[3, 1] = stiffness[1, 3] = 1.5
+    stiffness[0, 2] = stiffness[2, 0] = 0.004
+    section = lissom.Section.given(stiffness=stiffness, mass=0.3, inertia=[3e-5, 1.5e-5, 1.5e-5])
+    modes = {"torsion": 2, "bend_y": 3, "bend_z": 1, "stretch": 2}
+    return lissom.Segment(0.3, section=section, modes=modes, retardation_time=0.01)
+
+
+def robot(parts):
+    """Two links with joints, both with these segments."""
+    joint = lissom.Spherical()
+    return lissom.Robot(
+        [
+            lissom.Link("upper", rod=parts, joint=lissom.Revolute((0, 1, 0))),
+            lissom.Link("lower", rod=parts, joint=joint, parent="upper"),
+        ]
+    )
+
+
+def material_is_right(segment):
+    rod = lissom.Rod([segment], gravity=(0, 0, 0))
+    rest = np.zeros(rod.n)
+    stiffness, damping, _ = rod.tangent(rest, rest, rest)
+    found = segment.generalised_stiffness()
+    np.testing.assert_allclose(found, stiffness, rtol=1e-13, atol=1e-15 * np.abs(stiffness).max())
+    np.testing.assert_allclose(
+        segment.retardation_time * found, damping, rtol=1e-13, atol=1e-15 * np.abs(damping).max()
+    )
+
+
+@settings(max_examples=40, deadline=None)
+@given(segments())
+def test_generalised_stiffness_is_that_of_a_rod(segment):
+    material_is_right(segment)
+
+
+def test_generalised_stiffness_of_a_coupled_section():
+    material_is_right(coupled())
+
+
+def test_generalised_stiffness_in_closed_form():
+    segment = lissom.Segment(2.0, 0.1, 1e6, 4e5, 1000, modes={"bend_y": 1, "stretch": 1})
+    area, moment = np.pi * 0.1**2, np.pi * 0.1**4 / 4
+    np.testing.assert_allclose(
+        segment.generalised_stiffness(), np.diag([1e6 * moment * 2, 1e6 * area * 2]), rtol=1e-14
+    )
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.lists(segments(), min_size=1, max_size=3), st.sampled_from([*OF_STIFFNESS, OF_DAMPING]), st.data())
+def test_derivatives_are_those_of_whole_models(parts, key, data):
+    """Of the robot's forces, whatever its state."""
+    model = data.draw(st.sampled_from([lissom.Rod(parts), robot(parts)]))
+    i, j = data.draw(st.integers(0, len(parts) - 1)), data.draw(st.integers(0, 1))
+    name = f"segments[{i}].{key}" if isinstance(model, lissom.Rod) else f"link[{j}].rod.segment[{i}].{key}"
+    [parameter] = resolved(model, [name])
+    assert parameter.material is not None
+    random = np.random.default_rng(3)
+    q, v, a = 0.3 * random.standard_normal((3, model.n))
+    forces = [weight * other.inverse_dynamics(q, v, a) for other, weight in parameter.terms]
+    size = np.abs(forces).sum(0).max()
+    material = parameter.material
+    expected = np.sum(forces, axis=0)
+    found = np.zeros(model.n)
+    of_segment = slice(material.first, material.first + len(material.stiffness))
+    found[of_segment] = material.stiffness @ q[of_segment] + material.damping @ v[of_segment]
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12 * size)
+
+
+@pytest.mark.parametrize("key", ["young_modulus", "retardation_time"])
+def test_planar_robots(key):
+    segment = lissom.Segment(
+        0.3, (0.01, 0.006), 3e5, 1e5, 1100, modes={"bend_y": 2, "stretch": 1}, retardation_time=0.1
+    )
+    links = [
+        lissom.Link("a", rod=[segment] * 2, joint=lissom.Revolute((0, 1, 0))),
+        lissom.Link("b", rod=[segment] * 2, joint=lissom.Revolute((0, 1, 0)), parent="a"),
+    ]
+    model = lissom.Robot(links)
+    [parameter] = resolved(model, [f"link[1].rod.segment[0].{key}"])
+    assert parameter.material.first == 8
+    q, v, a = 0.3 * np.random.default_rng(2).standard_normal((3, model.n))
+    expected = np.sum([w * other.inverse_dynamics(q, v, a) for other, w in parameter.terms], axis=0)
+    found = parameter.material.stiffness @ q[8:11] + parameter.material.damping @ v[8:11]
+    np.testing.assert_allclose(expected[8:11], found, rtol=1e-9)
+    np.testing.assert_allclose(np.delete(expected, [8, 9, 10]), 0.0, atol=1e-9 * np.abs(found).max())
+
+
+def test_muscles_depend_on_the_modulus_too():
+    """Then it is no matter of the segment's stiffness alone."""
+    segment = lissom.Segment(0.3, 0.01, 3e5, 1.2e5, 1100, modes={"bend_y": 2})
+    muscle = lissom.ActiveStrain(None, "bend_y", 2.0, 1.5)
+    rod = lissom.Rod([segment], actuators=[muscle])
+    [parameter] = resolved(rod, ["segments[0].young_modulus"])
+    assert parameter.material is None
+    found = lissom.equilibrium_sensitivity(rod, ["segments[0].young_modulus"])
+    step = 1e3
+
+    def shape(young_modulus):
+        changed = lissom.Segment(0.3, 0.01, young_modulus, 1.2e5, 1100, modes={"bend_y": 2})
+        return lissom.statics(lissom.Rod([changed], actuators=[muscle]), tol=1e-12).q
+
+    expected = (shape(3e5 + step) - shape(3e5 - step)) / (2 * step)
+    assert found.dq[:, 0] == pytest.approx(expected, rel=1e-4)
