@@ -28,12 +28,15 @@ class OfMaterial:
 
     Attributes
     ----------
+    value : float
+        The number.
     first : int
         The first of the segment's k coordinates.
     stiffness, damping : ndarray, shape (k, k)
         Derivatives.
     """
 
+    value: float
     first: int
     stiffness: Array
     damping: Array
@@ -45,26 +48,33 @@ class Materials:
     def __init__(self, model: Model) -> None:
         self._model = model
 
-    def derivative(self, path: Sequence[paths.Part], value: float) -> OfMaterial | None:
+    def derivative(self, path: Sequence[paths.Part]) -> OfMaterial | None:
         """The derivative with respect to the number that a path leads to; None if it is not of a segment."""
         key = path[-1]
         place = tuple(part for part in path if isinstance(part, int))
         if key not in (*OF_STIFFNESS, OF_DAMPING) or place not in self._segments:
             return None
         segment, first = self._segments[place]
+        value = getattr(segment, key)
+        # A section that is given has no material.
+        if value is None:
+            return None
         if key == OF_DAMPING:
             stiffness = segment.generalised_stiffness()
-            return OfMaterial(first, np.zeros_like(stiffness), stiffness)
+            return OfMaterial(value, first, np.zeros_like(stiffness), stiffness)
 
         def with_value(value: float) -> Array:
             changed: Segment = paths.replaced(segment, [key], value)
             return changed.generalised_stiffness()
 
-        terms = differences.terms(with_value, value)
+        # Cowper's factors depend on Poisson's ratio.
+        is_linear = key != "poisson_ratio" and segment.shear_correction != "cowper"
+        nodes = differences.OF_LINEAR if is_linear else differences.CENTRAL
+        terms = differences.terms(with_value, value, nodes)
         found = np.sum([weight * stiffness for stiffness, weight in terms], axis=0)
         size = np.sum([abs(weight) * np.abs(stiffness) for stiffness, weight in terms], axis=0)
         found[np.abs(found) <= differences.ROUNDING * size] = 0.0
-        return OfMaterial(first, found, segment.retardation_time * found)
+        return OfMaterial(value, first, found, segment.retardation_time * found)
 
     @functools.cached_property
     def _segments(self) -> dict[tuple[int, ...], tuple[Segment, int]]:

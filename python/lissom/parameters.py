@@ -185,8 +185,8 @@ def _of_inputs(name: str, held: re.Match[str], inputs: tuple[int, int] | None) -
 
 def _of_model(model: Model, name: str, materials: Materials) -> OfModel:
     path = _path(model, name)
-    value = _number(paths.found(model, path), name)
-    material = materials.derivative(path, value)
+    material = materials.derivative(path)
+    value = _number(paths.found(model, path), name) if material is None else material.value
     parameter = OfModel(name, value, material, model)
     if material.stiffness.any() or material.damping.any() if material else _matters(parameter.terms):
         return parameter
