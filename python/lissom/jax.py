@@ -22,7 +22,7 @@ from .pullbacks import pullback
 
 __all__ = ["simulation"]
 
-Run = Callable[[Mapping[str, Any], Any, Any], tuple[jax.Array, jax.Array, jax.Array]]
+Run = Callable[..., tuple[jax.Array, jax.Array, jax.Array]]
 
 
 def simulation(
@@ -34,6 +34,7 @@ def simulation(
     t0: float = 0.0,
     dt: float = 1e-2,
     method: str = "newmark",
+    control_step: float | None = None,
     **options: Any,
 ) -> Run:
     """Make a function of JAX that runs a model, and that `jax.grad`, `jax.jit` and `jax.vmap` take.
@@ -53,6 +54,8 @@ def simulation(
         Times of steps at which states are asked for, seconds; all steps by default.
     t0, dt, method
         As for `sensitivity`.
+    control_step : float, optional
+        Then the function takes inputs, held for this long each, seconds; a whole number of steps.
     **options
         `beta`, `gamma`, `alpha`, `rho_inf`, `rtol`, `atol`, `jac`, `predictor`, `reuse_jacobian`, `max_steps`
         as for `simulate`. Derivatives are as good as steps are solved: `rtol` says how well.
@@ -61,8 +64,9 @@ def simulation(
     -------
     callable
         ``run(values, q0, v0)`` with a dictionary of a number for each parameter and arrays of shape (n,)
-        returns `t` of shape (m,), `q` and `v` of shape (m, n). Where a run fails, `q` and `v` are NaN from
-        there on, and so are its derivatives.
+        returns `t` of shape (m,), `q` and `v` of shape (m, n). With a `control_step` it
+        is ``run(values, q0, v0, u)`` with inputs of shape (control steps, inputs). Where a run fails, `q` and
+        `v` are NaN from there on, and so are its derivatives.
 
     Raises
     ------
@@ -81,10 +85,13 @@ def simulation(
     >>> jax.grad(sag)(-9.81).shape
     ()
     """
-    found = pullback(model, t_end, parameters, t=t, t0=t0, dt=dt, method=method, **options)
+    found = pullback(
+        model, t_end, parameters, t=t, t0=t0, dt=dt, method=method, control_step=control_step, **options
+    )
     p, n, m = len(found.names), model.n, len(found.t)
     state = jax.ShapeDtypeStruct((m, n), np.float64)
-    starts = tuple(jax.ShapeDtypeStruct((size,), np.float64) for size in (p, n, n))
+    given_shapes = ((p,), (n,), (n,), found.held)
+    given_types = tuple(jax.ShapeDtypeStruct(shape, np.float64) for shape in given_shapes)
 
     def on_host(function: Callable[..., Any], shapes: Any, *arrays: Any) -> Any:
         def of_arrays(*given: Any) -> Any:
@@ -93,18 +100,20 @@ def simulation(
         return jax.pure_callback(of_arrays, shapes, *arrays, vmap_method="broadcast_all")
 
     @jax.custom_vjp
-    def states(values: Any, q0: Any, v0: Any) -> Any:
-        return on_host(found.run, (state, state), values, q0, v0)
+    def states(values: Any, q0: Any, v0: Any, u: Any) -> Any:
+        return on_host(found.run, (state, state), values, q0, v0, u)
 
-    def forward(values: Any, q0: Any, v0: Any) -> Any:
-        return states(values, q0, v0), (values, q0, v0)
+    def forward(values: Any, q0: Any, v0: Any, u: Any) -> Any:
+        return states(values, q0, v0, u), (values, q0, v0, u)
 
     def backward(kept: Any, weights: Any) -> Any:
-        return on_host(found.pull, starts, *kept, *weights)
+        return on_host(found.pull, given_types, *kept, *weights)
 
     states.defvjp(forward, backward)
 
-    def run(values: Mapping[str, Any], q0: Any, v0: Any) -> tuple[jax.Array, jax.Array, jax.Array]:
+    def run(
+        values: Mapping[str, Any], q0: Any, v0: Any, u: Any = None
+    ) -> tuple[jax.Array, jax.Array, jax.Array]:
         if not jax.config.read("jax_enable_x64"):
             raise ValueError(
                 "JAX computes in 32 bits, expected 64: jax.config.update('jax_enable_x64', True) first"
@@ -115,10 +124,15 @@ def simulation(
         for name, value in zip(found.names, row, strict=True):
             if value.shape != ():
                 raise ValueError(f"values[{name!r}]: got shape {value.shape}, expected a number")
-        start = [jnp.asarray(given, np.float64) for given in (q0, v0)]
-        for name, given in zip(("q0", "v0"), start, strict=True):
-            if given.shape != (n,):
-                raise ValueError(f"{name}: got shape {given.shape}, expected {(n,)}")
+        if (u is None) != (control_step is None):
+            raise ValueError(
+                f"u: got {type(u).__name__}, expected inputs if, and only if, there is a control_step"
+            )
+        u = jnp.zeros(found.held) if u is None else u
+        start = [jnp.asarray(given, np.float64) for given in (q0, v0, u)]
+        for name, given, shape in zip(("q0", "v0", "u"), start, given_shapes[1:], strict=True):
+            if given.shape != shape:
+                raise ValueError(f"{name}: got shape {given.shape}, expected {shape}")
         q, v = states(jnp.stack(row) if row else jnp.zeros(0), *start)
         return jnp.asarray(found.t), q, v
 

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ._lissom import Model, simulate_many
 from .parameters import START, model_with, names_of, resolved
-from .sensitivities import METHODS, OF_SCHEME, OF_STEPS, sensitivity
+from .sensitivities import METHODS, OF_SCHEME, OF_STEPS, number_of_control_steps, sensitivity
 
 Array = NDArray[np.float64]
 
@@ -31,69 +31,82 @@ class Pullback:
         Names of the p parameters.
     t : ndarray, shape (m,)
         Times at which states are asked for, seconds.
+    held : (int, int)
+        Numbers of control steps and of inputs; zeros where inputs keep their defaults.
     """
 
     model: Model
     names: tuple[str, ...]
     t: Array
+    held: tuple[int, int]
     _steps: NDArray[np.intp] = field(repr=False)
+    _control_step: float | None = field(repr=False)
     _options: dict[str, Any] = field(repr=False)
 
-    def run(self, values: ArrayLike, q0: ArrayLike, v0: ArrayLike) -> tuple[Array, Array]:
+    def run(self, values: ArrayLike, q0: ArrayLike, v0: ArrayLike, u: ArrayLike) -> tuple[Array, Array]:
         """Coordinates and velocities at the times; of runs that fail, NaN from there on.
 
         Parameters
         ----------
         values : array_like, shape (..., p)
         q0, v0 : array_like, shape (..., n)
+        u : array_like, shape (..., steps, inputs)
             All with the same leading axes: a run for each row, all in one `simulate_many`.
 
         Returns
         -------
         q, v : ndarray, shape (..., m, n)
         """
-        values, q0, v0, batch = self._rows(values, q0, v0)
+        values, q0, v0, u, batch = self._rows(values, q0, v0, u)
         if not len(q0):
             return np.empty((2, *batch, len(self.t), self.model.n))  # type: ignore[return-value]
         models: Any = [self._with(row) for row in values] if self.names else self.model
-        many = simulate_many(models, q0=q0, v0=v0, **self._options)
+        many = simulate_many(models, q0=q0, v0=v0, **self._inputs(u), **self._options)
         shape = (*batch, len(self.t), self.model.n)
         return many.q[:, self._steps].reshape(shape), many.v[:, self._steps].reshape(shape)
 
     def pull(
-        self, values: ArrayLike, q0: ArrayLike, v0: ArrayLike, on_q: ArrayLike, on_v: ArrayLike
-    ) -> tuple[Array, Array, Array]:
+        self, values: ArrayLike, q0: ArrayLike, v0: ArrayLike, u: ArrayLike, on_q: ArrayLike, on_v: ArrayLike
+    ) -> tuple[Array, Array, Array, Array]:
         """Vector-Jacobian products, by the adjoint; NaN for runs that do not come to their end.
 
         Parameters
         ----------
-        values, q0, v0 : array_like
+        values, q0, v0, u : array_like
             As for `run`.
         on_q, on_v : array_like, shape (..., m, n)
             Derivatives of a number with respect to what `run` returns.
 
         Returns
         -------
-        on_values, on_q0, on_v0 : ndarray, shapes (..., p), (..., n), (..., n)
+        on_values, on_q0, on_v0, on_u : ndarray, shapes (..., p), (..., n), (..., n), (..., steps, inputs)
             Its derivatives with respect to what `run` takes.
         """
-        values, q0, v0, batch = self._rows(values, q0, v0)
+        values, q0, v0, u, batch = self._rows(values, q0, v0, u)
         p, n = len(self.names), self.model.n
         on_q, on_v = (np.asarray(part, float).reshape(len(q0), len(self.t), n) for part in (on_q, on_v))
-        found = np.empty((len(q0), p + 2 * n))
+        found = np.empty((len(q0), p + 2 * n + self.held[0] * self.held[1]))
         for i in range(len(q0)):
-            found[i] = self._gradient(values[i], q0[i], v0[i], on_q[i], on_v[i])
-        on_values, on_q0, on_v0 = np.split(found, [p, p + n], axis=1)
-        return on_values.reshape(*batch, p), on_q0.reshape(*batch, n), on_v0.reshape(*batch, n)
+            found[i] = self._gradient(values[i], q0[i], v0[i], u[i], on_q[i], on_v[i])
+        on_values, on_q0, on_v0, on_u = np.split(found, [p, p + n, p + 2 * n], axis=1)
+        return (
+            on_values.reshape(*batch, p),
+            on_q0.reshape(*batch, n),
+            on_v0.reshape(*batch, n),
+            on_u.reshape(*batch, *self.held),
+        )
 
-    def _gradient(self, values: Array, q0: Array, v0: Array, on_q: Array, on_v: Array) -> Array:
+    def _gradient(self, values: Array, q0: Array, v0: Array, u: Array, on_q: Array, on_v: Array) -> Array:
+        failed = np.full(len(values) + len(q0) + len(v0) + u.size, np.nan)
         # Also of what a failed run leaves behind, where weights are NaN.
         if not (np.isfinite(on_q).all() and np.isfinite(on_v).all()):
-            return np.full(len(values) + len(q0) + len(v0), np.nan)
+            return failed
         model = self._with(values)
-        row = simulate_many(model, q0=q0[None], v0=v0[None], keep="final", **self._options)
+        row = simulate_many(
+            model, q0=q0[None], v0=v0[None], keep="final", **self._inputs(u[None]), **self._options
+        )
         if not row.success[0]:
-            return np.full(len(values) + len(q0) + len(v0), np.nan)
+            return failed
 
         def weighted(t: Array, q: Array, v: Array) -> tuple[float, Array, Array]:
             by_q, by_v = np.zeros_like(q), np.zeros_like(v)
@@ -102,26 +115,31 @@ class Pullback:
             np.add.at(by_v, self._steps, on_v)
             return float(np.sum(by_q * q) + np.sum(by_v * v)), by_q, by_v
 
-        names = [*self.names, "q0", "v0"]
-        found = sensitivity(model, parameters=names, q0=q0, v0=v0, objective=weighted, **self._options)
+        names = [*self.names, "q0", "v0", *(["u"] if u.size else [])]
+        given = {"q0": q0, "v0": v0} | self._inputs(u) | self._options
+        found = sensitivity(model, parameters=names, objective=weighted, **given)
         assert found.gradient is not None
         return found.gradient
+
+    def _inputs(self, u: Array) -> dict[str, Any]:
+        return {"u": u, "control_step": self._control_step} if u.size else {}
 
     def _with(self, values: Array) -> Model:
         return model_with(self.model, dict(zip(self.names, map(float, values), strict=True)))
 
     def _rows(
-        self, values: ArrayLike, q0: ArrayLike, v0: ArrayLike
-    ) -> tuple[Array, Array, Array, tuple[int, ...]]:
+        self, values: ArrayLike, q0: ArrayLike, v0: ArrayLike, u: ArrayLike
+    ) -> tuple[Array, Array, Array, Array, tuple[int, ...]]:
         rows = []
         batch: tuple[int, ...] = np.shape(q0)[:-1]
-        wanted = (len(self.names), self.model.n, self.model.n)
-        for name, given, size in zip(("values", "q0", "v0"), (values, q0, v0), wanted, strict=True):
+        count = int(np.prod(batch))
+        shapes = ((len(self.names),), (self.model.n,), (self.model.n,), self.held)
+        for name, given, shape in zip(("values", "q0", "v0", "u"), (values, q0, v0, u), shapes, strict=True):
             array = np.asarray(given, float)
-            if array.shape != (*batch, size):
-                raise ValueError(f"{name}: got shape {array.shape}, expected {(*batch, size)}")
-            rows.append(array.reshape(-1, size) if size else np.empty((int(np.prod(batch)), 0)))
-        return rows[0], rows[1], rows[2], batch
+            if array.shape != (*batch, *shape):
+                raise ValueError(f"{name}: got shape {array.shape}, expected {(*batch, *shape)}")
+            rows.append(array.reshape(count, *shape))
+        return rows[0], rows[1], rows[2], rows[3], batch
 
 
 def pullback(
@@ -133,6 +151,7 @@ def pullback(
     t0: float,
     dt: float,
     method: str,
+    control_step: float | None = None,
     **options: Any,
 ) -> Pullback:
     """Runs of a model as a function of these parameters and of the start; refuses what has no derivatives."""
@@ -154,8 +173,24 @@ def pullback(
             )
     resolved(model, names)
     times, steps = _steps(t, t0, t_end, dt)
+    held = _held(model, control_step, t_end - t0, dt)
     chosen = {"t_end": t_end, "t0": t0, "dt": dt, "method": method} | options
-    return Pullback(model, tuple(names), times, steps, chosen)
+    return Pullback(model, tuple(names), times, held, steps, control_step, chosen)
+
+
+def _held(model: Model, control_step: float | None, duration: float, dt: float) -> tuple[int, int]:
+    """Numbers of control steps and of inputs."""
+    if control_step is None:
+        return 0, 0
+    if not model.inputs:
+        raise ValueError(
+            "control_step: expected nothing: this model has no inputs; give loads or actuators a lissom.Input"
+        )
+    # Then all steps are of one size.
+    is_whole = control_step > 0.0 and abs(control_step / dt - round(control_step / dt)) <= OF_STEP
+    if not is_whole or round(control_step / dt) < 1:
+        raise ValueError(f"control_step: got {control_step!r}, expected a whole number of steps of {dt} s")
+    return number_of_control_steps(duration, control_step), len(model.inputs)
 
 
 def _steps(t: ArrayLike | None, t0: float, t_end: float, dt: float) -> tuple[Array, NDArray[np.intp]]:

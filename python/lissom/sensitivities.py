@@ -172,7 +172,7 @@ def sensitivity(
     Parameters
     ----------
     model : Model
-        A model without closed loops, spherical and free joints.
+        A model without closed loops and contact.
     t_end : float
         End of the run, seconds.
     parameters : sequence of str
@@ -209,7 +209,8 @@ def sensitivity(
     ValueError, TypeError
         Before the run, if an argument is invalid, a name is unknown, or nothing depends on a parameter.
     LissomError
-        If the run fails; the message says why.
+        If the run fails, or a spherical or free joint passes half a turn, where its coordinates change; the
+        message says why.
 
     Examples
     --------
@@ -305,6 +306,11 @@ def _on_forces(parameter: Parameter) -> Any:
     return material.first, material.stiffness, material.damping
 
 
+def number_of_control_steps(duration: float, control_step: float) -> int:
+    """How many control steps a run has, the last one perhaps shorter."""
+    return max(1, math.ceil(duration / control_step * (1.0 - ROUNDING_OF_STEPS)))
+
+
 def _held(
     model: Model, u: ArrayLike | None, control_step: float | None, duration: float, dt: float
 ) -> tuple[Array | None, float | None]:
@@ -326,7 +332,7 @@ def _held(
     step = dt if control_step is None else control_step
     if finite_array(step, "control_step").ndim or step <= 0.0:
         raise ValueError(f"control_step: got {step!r}, expected a number of seconds > 0")
-    steps = max(1, math.ceil(duration / step * (1.0 - ROUNDING_OF_STEPS)))
+    steps = number_of_control_steps(duration, step)
     if given.shape != (steps, count):
         raise ValueError(f"u: got shape {given.shape}, expected {(steps, count)}: (control steps, inputs)")
     return given, step

@@ -21,17 +21,17 @@ from .pullbacks import Pullback, pullback
 
 __all__ = ["simulation"]
 
-Run = Callable[[Mapping[str, Any], Any, Any], tuple[Any, Any, Any]]
+Run = Callable[..., tuple[Any, Any, Any]]
 
 
 class _States(torch.autograd.Function):
     """Coordinates and velocities, by the host."""
 
     @staticmethod
-    def forward(ctx: Any, found: Pullback, values: Any, q0: Any, v0: Any) -> tuple[Any, Any]:
+    def forward(ctx: Any, found: Pullback, values: Any, q0: Any, v0: Any, u: Any) -> tuple[Any, Any]:
         ctx.found = found
-        ctx.save_for_backward(values, q0, v0)
-        q, v = found.run(*(given.numpy(force=True) for given in (values, q0, v0)))
+        ctx.save_for_backward(values, q0, v0, u)
+        q, v = found.run(*(given.numpy(force=True) for given in (values, q0, v0, u)))
         return torch.tensor(q, device=q0.device), torch.tensor(v, device=q0.device)
 
     @staticmethod
@@ -51,6 +51,7 @@ def simulation(
     t0: float = 0.0,
     dt: float = 1e-2,
     method: str = "newmark",
+    control_step: float | None = None,
     **options: Any,
 ) -> Run:
     """Make a function of PyTorch that runs a model, and whose results know their derivatives.
@@ -60,14 +61,15 @@ def simulation(
 
     Parameters
     ----------
-    model, t_end, parameters, t, t0, dt, method, **options
+    model, t_end, parameters, t, t0, dt, method, control_step, **options
         As for `lissom.jax.simulation`.
 
     Returns
     -------
     callable
         ``run(values, q0, v0)`` with a dictionary of a tensor of shape (...) for each parameter and tensors of
-        shape (..., n), which broadcast, returns `t` of shape (m,), `q` and `v` of shape (..., m, n). Tensors
+        shape (..., n), which broadcast, returns `t` of shape (m,), `q` and `v` of shape (..., m, n); with a
+        `control_step`, ``run(values, q0, v0, u)`` with inputs of shape (..., control steps, inputs). Tensors
         are of 64 bits. Where a run fails, `q` and `v` are NaN from there on, and so are its derivatives.
 
     Raises
@@ -76,31 +78,48 @@ def simulation(
         If an argument is invalid, a name is unknown, nothing depends on a parameter; when called, if names or
         shapes are others, or a tensor has not 64 bits.
     """
-    found = pullback(model, t_end, parameters, t=t, t0=t0, dt=dt, method=method, **options)
+    found = pullback(
+        model, t_end, parameters, t=t, t0=t0, dt=dt, method=method, control_step=control_step, **options
+    )
+    n = model.n
 
-    def run(values: Mapping[str, Any], q0: Any, v0: Any) -> tuple[Any, Any, Any]:
+    def run(values: Mapping[str, Any], q0: Any, v0: Any, u: Any = None) -> tuple[Any, Any, Any]:
         if set(values) != set(found.names):
             raise ValueError(f"values: got {sorted(values)}, expected {sorted(found.names)}")
         row = [_doubles(f"values[{name!r}]", values[name]) for name in found.names]
-        start = [_doubles("q0", q0), _doubles("v0", v0)]
-        for name, given in zip(("q0", "v0"), start, strict=True):
-            if given.shape[-1:] != (model.n,):
-                raise ValueError(f"{name}: got shape {tuple(given.shape)}, expected (..., {model.n})")
-        shapes = [*(value.shape for value in row), *(given.shape[:-1] for given in start)]
+        if (u is None) != (control_step is None):
+            raise ValueError(
+                f"u: got {type(u).__name__}, expected inputs if, and only if, there is a control_step"
+            )
+        u = torch.zeros(found.held, dtype=torch.float64) if u is None else u
+        start = {
+            "q0": (_doubles("q0", q0), (n,)),
+            "v0": (_doubles("v0", v0), (n,)),
+            "u": (_doubles("u", u), found.held),
+        }
+        for name, (given, shape) in start.items():
+            if given.shape[-len(shape) :] != shape:
+                expected = ", ".join(map(str, ("...", *shape)))
+                raise ValueError(f"{name}: got shape {tuple(given.shape)}, expected ({expected})")
+        shapes = [
+            *(value.shape for value in row),
+            *(given.shape[: -len(shape)] for given, shape in start.values()),
+        ]
         try:
             batch = torch.broadcast_shapes(*shapes)
         except RuntimeError:
             raise ValueError(
-                f"values, q0, v0: got leading axes {[tuple(shape) for shape in shapes]}, expected some that "
-                "broadcast"
+                f"values, q0, v0, u: got leading axes {[tuple(shape) for shape in shapes]}, expected some "
+                "that broadcast"
             ) from None
-        device = start[0].device
+        device = start["q0"][0].device
         stacked = (
             torch.stack([value.expand(batch) for value in row], -1)
             if row
             else torch.zeros((*batch, 0), dtype=torch.float64, device=device)
         )
-        q, v = _States.apply(found, stacked, *(given.expand(*batch, model.n) for given in start))
+        expanded = (given.expand(*batch, *shape) for given, shape in start.values())
+        q, v = _States.apply(found, stacked, *expanded)
         return torch.tensor(found.t, device=device), q, v
 
     return run

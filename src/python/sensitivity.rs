@@ -134,6 +134,10 @@ pub(crate) fn sensitivities<'py>(
             "the matrix of the step that ends at t = {} s is singular or not finite: there are no derivatives",
             t[step]
         )),
+        Failure::Turned(step) => LissomError::new_err(format!(
+            "a spherical or free joint passes half a turn at t = {} s, where its coordinates change: runs are differentiated up to there",
+            t[step]
+        )),
         Failure::Interrupted => LissomError::new_err("a function of time failed while derivatives were computed"),
     })?;
     let arrays = computed.into_iter().map(|values| {

@@ -36,6 +36,8 @@
 mod force;
 mod moment;
 
+use std::f64::consts::PI;
+
 use self::moment::Moment;
 use crate::error::{Interrupted, InvalidInput};
 use crate::linalg::Matrix;
@@ -83,6 +85,19 @@ impl Course<'_> {
         (h, if step > 1 { h / (self.t[step - 1] - self.t[step - 2]) } else { 1.0 })
     }
 
+    /// The first state that has other coordinates of a rotation than the one before: rotation vectors are no longer than half a
+    /// turn, so that one that grows beyond comes back from the opposite side.
+    fn turned<M: Model + ?Sized>(&self, model: &M) -> Option<usize> {
+        let n = model.n();
+        let has_turned = |step: usize| {
+            model.rotation_vectors().iter().any(|&first| {
+                let change = |i: usize| self.q[step * n + first + i] - self.q[(step - 1) * n + first + i];
+                (0..3).map(|i| change(i) * change(i)).sum::<f64>() > PI * PI
+            })
+        };
+        (1..self.t.len()).find(|&step| has_turned(step))
+    }
+
     /// The leg that begins with this state.
     fn leg_from(&self, step: usize) -> Option<usize> {
         self.legs.binary_search_by_key(&step, |leg| leg.first).ok()
@@ -121,6 +136,8 @@ pub struct Parameters<'a, M: ?Sized> {
 pub enum Failure {
     /// The tangent at the state of this number is singular or not finite.
     Singular(usize),
+    /// On the way to the state of this number a spherical or free joint has passed half a turn, where its coordinates change.
+    Turned(usize),
     /// A function of time that somebody else provides failed, or the caller stopped.
     Interrupted,
 }
@@ -143,10 +160,6 @@ pub fn check<M: Model + ?Sized>(model: &M) -> Result<(), InvalidInput> {
         let expected = expected("multipliers would have to be differentiated too");
         return Err(InvalidInput::new("model", "closed loops", expected));
     }
-    if !model.rotation_vectors().is_empty() {
-        let expected = expected("steps may change the coordinates of their rotations");
-        return Err(InvalidInput::new("model", "spherical or free joints", expected));
-    }
     Ok(())
 }
 
@@ -161,6 +174,9 @@ pub fn forward<M: Model + ?Sized, F: Model + ?Sized>(
 ) -> Result<[Vec<f64>; 2], Failure> {
     let n = model.n();
     let p = parameters.of.len();
+    if let Some(step) = course.turned(model) {
+        return Err(Failure::Turned(step));
+    }
     let mut moment = Moment::new(model, course, false);
     let (mut q, mut v) = (parameters.dq0.clone(), parameters.dv0.clone());
     let [mut a, mut before] = [0; 2].map(|_| Matrix::zeros(n, p));
@@ -224,6 +240,9 @@ pub fn adjoint<M: Model + ?Sized, F: Model + ?Sized>(
     parameters: &mut Parameters<'_, F>,
     monitor: &mut dyn FnMut() -> Result<(), Interrupted>,
 ) -> Result<Vec<f64>, Failure> {
+    if let Some(step) = course.turned(model) {
+        return Err(Failure::Turned(step));
+    }
     let n = model.n();
     let mut gradient = vec![0.0; parameters.of.len()];
     let mut moment = Moment::new(model, course, true);

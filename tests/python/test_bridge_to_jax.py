@@ -105,3 +105,51 @@ def test_calls_that_do_not_fit_are_refused():
     jax.config.update("jax_enable_x64", False)
     with pytest.raises(ValueError, match="32 bits"):
         run({"gravity[2]": -1.0}, Q0, V0)
+
+
+def steered():
+    """A finger on a motor, with a tendon."""
+    soft = lissom.Segment(0.2, 0.01, 3e5, 1.5e5, 1100, modes={"bend_y": 2}, retardation_time=0.02)
+    tendon = lissom.Tendon(
+        "flexor", [lissom.Along("finger", (0.0, -0.006))], tension=lissom.Input("pull", 0.5)
+    )
+    motor = lissom.Motor("finger", torque=lissom.Input("torque"))
+    link = lissom.Link("finger", rod=[soft], joint=lissom.Revolute((0, 1, 0), damping=0.01))
+    return lissom.Robot([link], actuators=[tendon, motor])
+
+
+U = np.array([[1.0, 0.02], [2.5, -0.03], [0.8, 0.01]])
+
+
+def test_gradients_with_respect_to_inputs_pass_the_checker():
+    run = lissom.jax.simulation(steered(), 0.25, ["gravity[2]"], t=[0.1, 0.25], control_step=0.1, **TIGHT)
+
+    def states(gravity, q0, u):
+        return run({"gravity[2]": gravity}, q0, np.zeros(3), u)[1:]
+
+    check_grads(states, (-9.81, 0.1 * np.ones(3), U), order=1, modes=["rev"], atol=1e-5, rtol=1e-5, eps=1e-5)
+    batch = np.stack([U, 0.5 * U])
+
+    def last(u):
+        return run({"gravity[2]": -9.81}, np.zeros(3), np.zeros(3), u)[1][-1].sum()
+
+    slopes = jax.vmap(jax.grad(last))(batch)
+    assert slopes.shape == batch.shape
+    for one, u in zip(slopes, batch, strict=True):
+        assert_allclose(one, jax.grad(last)(u), rtol=1e-12)
+    plain = lissom.sensitivity(steered(), 0.25, ["u"], u=U, control_step=0.1, **TIGHT)
+    assert_allclose(slopes[0].ravel(), plain.dq[-1].sum(0), rtol=1e-9)
+
+
+def test_inputs_are_checked():
+    run = lissom.jax.simulation(steered(), 0.25, control_step=0.1)
+    with pytest.raises(ValueError, match=r"u: got NoneType, expected inputs"):
+        run({}, np.zeros(3), np.zeros(3))
+    with pytest.raises(ValueError, match=r"u: got shape \(2, 2\), expected \(3, 2\)"):
+        run({}, np.zeros(3), np.zeros(3), U[:2])
+    with pytest.raises(ValueError, match="expected inputs if, and only if"):
+        lissom.jax.simulation(steered(), 0.25)({}, np.zeros(3), np.zeros(3), U)
+    with pytest.raises(ValueError, match=r"a whole number of steps of 0\.01"):
+        lissom.jax.simulation(steered(), 0.25, control_step=0.025)
+    with pytest.raises(ValueError, match="this model has no inputs"):
+        lissom.jax.simulation(finger(), 0.3, control_step=0.1)

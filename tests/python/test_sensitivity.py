@@ -156,9 +156,68 @@ def test_methods_and_models_are_refused():
         lissom.sensitivity(arm(), 0.1, ["q0"], method="radau")
     with pytest.raises(TypeError, match="adaptive"):
         lissom.sensitivity(arm(), 0.1, ["q0"], adaptive=True)
-    free = lissom.Robot([lissom.Link("a", rod=arm().segments, joint=lissom.Free())])
-    with pytest.raises(ValueError, match="free joints"):
-        lissom.sensitivity(free, 0.1, ["q0"])
+    looped = lissom.Robot(
+        [lissom.Link("a", rod=arm().segments)], loops=[lissom.Loop("a", None, lissom.Distance(0.4))]
+    )
+    with pytest.raises(ValueError, match="closed loops"):
+        lissom.sensitivity(looped, 0.1, ["q0"])
+
+
+def floating():
+    """A rod that floats, with a body on a spherical joint at its tip: rotations of both in space."""
+    segment = lissom.Segment(
+        0.3, 0.012, 4e5, 1.5e5, 1100, modes={"bend_y": 2, "bend_z": 1}, retardation_time=0.02
+    )
+    head = lissom.Body(0.05, inertia=[1e-4, 2e-4, 2.5e-4], centre=(0.03, 0.01, 0.0))
+    links = [
+        lissom.Link("rod", rod=[segment], joint=lissom.Free()),
+        lissom.Link("head", body=head, joint=lissom.Spherical(), parent="rod"),
+    ]
+    return lissom.Robot(links)
+
+
+@pytest.mark.parametrize("options", [{}, {"method": "generalised_alpha", "rho_inf": 0.6}])
+@pytest.mark.parametrize(
+    "name", ["link[0].rod.segment[0].young_modulus", "bodies", "q0[4]", "v0[3]", "v0[10]"]
+)
+def test_rotations_in_space(name, options):
+    model = floating()
+    name = "link[1].body.mass" if name == "bodies" else name
+    start = 0.5 * np.random.default_rng(8).standard_normal((2, model.n))
+    start[1, 3:6] *= 4.0
+    span = {"t_end": 0.1, "dt": 0.005, "q0": start[0], "v0": start[1]}
+    found = lissom.sensitivity(model, parameters=[name], **span, **options, **TIGHT)
+    which, index = (name[:2], int(name[3:-1])) if name[1] == "0" else (None, 0)
+
+    def run(change):
+        begin = {"q0": start[0].copy(), "v0": start[1].copy()}
+        moved = model
+        if which:
+            begin[which][index] += change
+        else:
+            from lissom.parameters import model_with, value_of
+
+            moved = model_with(model, {name: value_of(model, name) * (1.0 + change)})
+        return lissom.simulate(moved, **(span | begin), **options, **TIGHT).q
+
+    step = 1e-3
+    expected = (run(-2 * step) - 8 * run(-step) + 8 * run(step) - run(2 * step)) / (12 * step)
+    if not which:
+        from lissom.parameters import value_of
+
+        expected /= value_of(model, name)
+    assert np.abs(found.dq[..., 0] - expected).max() < 1e-7 * np.abs(expected).max()
+
+
+def test_runs_are_differentiated_up_to_half_a_turn():
+    model = floating()
+    v0 = np.zeros(model.n)
+    v0[3] = 20.0
+    assert lissom.sensitivity(model, 0.15, ["q0"], v0=v0).dq.shape == (16, model.n, model.n)
+    with pytest.raises(lissom.LissomError, match=r"passes half a turn at t = 0\.1[56]"):
+        lissom.sensitivity(model, 0.3, ["q0"], v0=v0)
+    with pytest.raises(lissom.LissomError, match="half a turn"):
+        lissom.sensitivity(model, 0.3, ["q0"], v0=v0, objective=lambda t, q, v: (0.0, q, v))
 
 
 def test_objectives_are_checked():

@@ -70,3 +70,21 @@ def test_calls_that_do_not_fit_are_refused():
         run({"gravity[2]": [-1.0, 1.0, 2.0]}, [Q0.tolist(), Q0.tolist()], V0)
     with pytest.raises(ValueError, match="values: got"):
         run({}, Q0, V0)
+
+
+def test_gradients_with_respect_to_inputs_pass_the_checker():
+    soft = lissom.Segment(0.2, 0.01, 3e5, 1.5e5, 1100, modes={"bend_y": 1}, retardation_time=0.02)
+    motor = lissom.Motor("finger", torque=lissom.Input("torque"))
+    link = lissom.Link("finger", rod=[soft], joint=lissom.Revolute((0, 1, 0), damping=0.01))
+    robot = lissom.Robot([link], actuators=[motor])
+    run = lissom.torch.simulation(robot, 0.25, t=[0.1, 0.25], control_step=0.1, **TIGHT)
+    u = np.array([[[0.02], [-0.03], [0.01]], [[0.0], [0.01], [0.0]]])
+
+    def states(q0, u):
+        return run({}, q0, np.zeros(2), u)[1:]
+
+    assert torch.autograd.gradcheck(states, (leaf([0.1, 0.2]), leaf(u)), atol=1e-6)
+    with pytest.raises(ValueError, match=r"u: got shape \(2, 2, 1\), expected \(\.\.\., 3, 1\)"):
+        states(leaf([0.1, 0.2]), leaf(u[:, :2]))
+    with pytest.raises(ValueError, match="expected inputs if, and only if"):
+        run({}, np.zeros(2), np.zeros(2))
