@@ -1137,6 +1137,7 @@ def simulate(
     control: Callable[[float, NDArray[np.float64], NDArray[np.float64]], ArrayLike] | None = None,
     control_step: float | None = None,
 ) -> MotionResult: ...
+def separate_segments(model: Model) -> int: ...
 def sensitivities(
     model: Model,
     t: ArrayLike,
@@ -1153,6 +1154,7 @@ def sensitivities(
     alpha: float | None = None,
     rho_inf: float | None = None,
     legs: Sequence[tuple[int, ArrayLike]] | None = None,
+    families: Sequence[Sequence[tuple[Model, float]]] | None = None,
     weights: tuple[ArrayLike, ArrayLike] | None = None,
 ) -> tuple[NDArray[np.float64], ...]: ...
 def simulate_many(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import TypeVar
 
 #: Distance of the nodes of differences, relative to the parameter. Fourth order leaves its fourth power,
@@ -22,19 +22,27 @@ OF_LINEAR = ((-1, -1 / 2), (1, 1 / 2))
 #: Sums below that part of what they are made of are rounding.
 ROUNDING = 1e-13
 
+#: Nodes in steps from the value, with weights.
+Nodes = tuple[tuple[int, float], ...]
+
 T = TypeVar("T")
 
 
+def step_at(value: float) -> float:
+    """Distance of the nodes."""
+    return STEP * (abs(value) or 1.0)
+
+
 def terms(
-    with_value: Callable[[float], T], value: float, nodes: Sequence[tuple[int, float]] = CENTRAL
+    with_value: Callable[[float], T], value: float, nodes: Nodes = CENTRAL
 ) -> tuple[tuple[T, float], ...]:
     """What is made with values nearby, with its weights in the derivative.
 
     To one side where `value` is zero, or `with_value` raises a ValueError.
     """
-    step = STEP * (abs(value) or 1.0)
+    step = step_at(value)
 
-    def at(nodes: Sequence[tuple[int, float]]) -> tuple[tuple[T, float], ...]:
+    def at(nodes: Nodes) -> tuple[tuple[T, float], ...]:
         return tuple((with_value(value + k * step), w / step) for k, w in nodes)
 
     if value != 0.0:

@@ -194,7 +194,7 @@ def equilibrium_sensitivity(
     pushed = np.empty((model.n, len(wanted)))
     for i, parameter in enumerate(wanted):
         material = parameter.material
-        if material is not None:
+        if material is not None and material.section is None:
             of_segment = slice(material.first, material.first + len(material.stiffness))
             pushed[:, i] = 0.0
             pushed[of_segment, i] = material.stiffness @ q[of_segment]

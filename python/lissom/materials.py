@@ -1,16 +1,16 @@
-"""How the forces of robots change with the materials of their segments."""
+"""How the forces of robots change with the materials and sections of their segments."""
 
 from __future__ import annotations
 
 import functools
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import differences
-from ._lissom import Model, Robot, Segment
+from ._lissom import Model, Robot, Segment, separate_segments
 from .actuators import ActiveStrain
 from .sweeps import paths
 from .views import is_rod
@@ -20,6 +20,37 @@ Array = NDArray[np.float64]
 #: Numbers of a segment that only its generalised stiffness depends on, and that of its damping beside it.
 OF_STIFFNESS = ("young_modulus", "shear_modulus", "poisson_ratio")
 OF_DAMPING = "retardation_time"
+
+#: How paths to segments begin, in a rod and in a robot.
+OF_SEGMENTS = ("segment", "segments", "link", "links")
+
+#: Parts of a segment whose numbers its stiffness and the inertia of its sections depend on, and nothing else.
+OF_SECTION = ("density", "radius", "section", "shear_correction")
+
+#: Numbers that forces are linear in, wherever they stand in a model.
+LINEAR = ("density", "gravity", "tip_mass")
+
+
+@dataclass(frozen=True)
+class OfSection:
+    """A number that the sections of a segment depend on.
+
+    Attributes
+    ----------
+    segment : int
+        Number of the segment, all rods in a row.
+    path : sequence
+        The way to the segment.
+    nearby : tuple of (Segment, float)
+        The segment with values nearby, and weights of these in the derivative.
+    step : float
+        Distance of these values.
+    """
+
+    segment: int
+    path: Sequence[paths.Part]
+    nearby: tuple[tuple[Segment, float], ...]
+    step: float
 
 
 @dataclass(frozen=True)
@@ -34,12 +65,50 @@ class OfMaterial:
         The first of the segment's k coordinates.
     stiffness, damping : ndarray, shape (k, k)
         Derivatives.
+    section : OfSection or None
+        If the inertia of the sections depends on the number, too.
     """
 
     value: float
     first: int
     stiffness: Array
     damping: Array
+    section: OfSection | None = None
+
+
+def nodes_of(path: Sequence[paths.Part]) -> differences.Nodes:
+    """At which values models are made for the derivative with respect to the number that a path leads to."""
+    return differences.OF_LINEAR if any(part in LINEAR for part in path[-2:]) else differences.CENTRAL
+
+
+def _nearby(
+    segment: Segment, within: Sequence[paths.Part], value: float, nodes: differences.Nodes
+) -> tuple[tuple[tuple[Segment, float], ...], Array]:
+    """A segment with values nearby, with weights, and the derivative of its generalised stiffness."""
+
+    def with_value(value: float) -> Segment:
+        changed: Segment = paths.replaced(segment, within, value)
+        return changed
+
+    nearby = differences.terms(with_value, value, nodes)
+    blocks = [weight * other.generalised_stiffness() for other, weight in nearby]
+    changed, size = np.sum(blocks, axis=0), np.sum(np.abs(blocks), axis=0)
+    changed[np.abs(changed) <= differences.ROUNDING * size] = 0.0
+    return nearby, np.asarray(changed)
+
+
+def _of_modulus(segment: Segment, key: paths.Part) -> Array:
+    """The derivative of the generalised stiffness with respect to a modulus or Poisson's ratio."""
+    young, shear = segment.young_modulus, segment.shear_modulus
+    assert young is not None
+    assert shear is not None
+    # Cowper's factors depend on both.
+    nodes = differences.CENTRAL if segment.shear_correction == "cowper" else differences.OF_LINEAR
+    if key == "young_modulus":
+        return _nearby(segment, [key], young, nodes)[1]
+    _, changed = _nearby(segment, ["shear_modulus"], shear, nodes)
+    # Poisson's ratio stands for the shear modulus G = E / (2 (1 + nu)).
+    return changed if key == "shear_modulus" else -2.0 * shear**2 / young * changed
 
 
 class Materials:
@@ -50,48 +119,102 @@ class Materials:
 
     def derivative(self, path: Sequence[paths.Part]) -> OfMaterial | None:
         """The derivative with respect to the number that a path leads to; None if it is not of a segment."""
-        key = path[-1]
-        place = tuple(part for part in path if isinstance(part, int))
-        if key not in (*OF_STIFFNESS, OF_DAMPING) or place not in self._segments:
+        segment, number, first, within = self._segment(path)
+        if segment is None:
             return None
-        segment, first = self._segments[place]
-        value = getattr(segment, key)
-        # A section that is given has no material.
-        if value is None:
+        key = within[0]
+        value = paths.found(segment, within) if len(within) > 1 else getattr(segment, str(key), None)
+        # A radius that is the same at both ends.
+        if isinstance(value, tuple) and len(value) == 2 and value[0] == value[1]:
+            value = value[0]
+        # A section that is given has no material; what is wrong with others is told elsewhere.
+        if isinstance(value, bool) or not isinstance(value, int | float) or not np.isfinite(value):
             return None
-        if key == OF_DAMPING:
-            stiffness = segment.generalised_stiffness()
+        stiffness = segment.generalised_stiffness()
+        if key == OF_DAMPING and len(within) == 1:
             return OfMaterial(value, first, np.zeros_like(stiffness), stiffness)
+        if key in OF_STIFFNESS and len(within) == 1:
+            changed = _of_modulus(segment, key)
+            return OfMaterial(value, first, changed, segment.retardation_time * changed)
+        # Without coordinates of its own it takes those of others to matter.
+        if key not in OF_SECTION or not len(stiffness) or not self._are_separate:
+            return None
+        nodes = nodes_of(path)
+        nearby, changed = _nearby(segment, within, value, nodes)
+        if len(nearby) > len(nodes):
+            # To one side, at the end of what makes sense: others are not.
+            return None
+        section = OfSection(number, path[: len(path) - len(within)], nearby, differences.step_at(value))
+        return OfMaterial(value, first, changed, segment.retardation_time * changed, section)
 
-        def with_value(value: float) -> Array:
-            changed: Segment = paths.replaced(segment, [key], value)
-            return changed.generalised_stiffness()
-
-        # Cowper's factors depend on Poisson's ratio.
-        is_linear = key != "poisson_ratio" and segment.shear_correction != "cowper"
-        nodes = differences.OF_LINEAR if is_linear else differences.CENTRAL
-        terms = differences.terms(with_value, value, nodes)
-        found = np.sum([weight * stiffness for stiffness, weight in terms], axis=0)
-        size = np.sum([abs(weight) * np.abs(stiffness) for stiffness, weight in terms], axis=0)
-        found[np.abs(found) <= differences.ROUNDING * size] = 0.0
-        return OfMaterial(value, first, found, segment.retardation_time * found)
+    def _segment(self, path: Sequence[paths.Part]) -> tuple[Segment | None, int, int, Sequence[paths.Part]]:
+        """The segment that a path leads into, its number and first coordinate, and the rest of the path."""
+        places = [i for i, part in enumerate(path) if isinstance(part, int)]
+        depth = 1 if is_rod(self._model) else 2
+        if len(places) >= depth and places[depth - 1] + 1 < len(path) and path[0] in OF_SEGMENTS:
+            found = self._segments.get(tuple(path[i] for i in places[:depth]))
+            if found is not None:
+                return *found, path[places[depth - 1] + 1 :]
+        return None, 0, 0, ()
 
     @functools.cached_property
-    def _segments(self) -> dict[tuple[int, ...], tuple[Segment, int]]:
-        """By their places in a path, with the first of their coordinates."""
+    def _are_separate(self) -> bool:
+        return separate_segments(self._model) > 0
+
+    @functools.cached_property
+    def _segments(self) -> dict[tuple[paths.Part, ...], tuple[Segment, int, int]]:
+        """By their places in a path, with their numbers and the first of their coordinates."""
         model = self._model
         # Contact takes its stiffness from materials, and activation acts through the stiffness.
         if not isinstance(model, Robot) or model.contacts:
             return {}
         if any(isinstance(actuator, ActiveStrain) for actuator in model.actuators):
             return {}
-        found: dict[tuple[int, ...], tuple[Segment, int]] = {}
+        found: dict[tuple[paths.Part, ...], tuple[Segment, int, int]] = {}
         for i, link in enumerate(model.links):
             segments = tuple(link.rod or ())
             sizes = [sum(segment.modes.values()) for segment in segments]
             # Those of the joint come first.
             first = model.slice(link.name).stop - sum(sizes)
             for j, (segment, size) in enumerate(zip(segments, sizes, strict=True)):
-                found[(j,) if is_rod(model) else (i, j)] = segment, first
+                found[(j,) if is_rod(model) else (i, j)] = segment, len(found), first
                 first += size
         return found
+
+
+@dataclass(frozen=True)
+class Shared:
+    """Derivatives of which every model that is made for them serves several: each of another segment.
+
+    Attributes
+    ----------
+    families : list of list of (Model, float)
+        Models in which one number of each of some segments has another value, with weights.
+    places : dict of int to (int, int, float)
+        Of the parameters by their numbers: family, segment, and what its derivative is divided by.
+    """
+
+    families: list[list[tuple[Model, float]]]
+    places: dict[int, tuple[int, int, float]]
+
+
+def shared(model: Model, sections: Mapping[int, OfSection]) -> Shared:
+    """Families of models for parameters of sections, given by their numbers."""
+    # Of one segment a family takes one parameter; all of it have as many values nearby.
+    rows: dict[tuple[int, int], list[int]] = {}
+    counts: dict[tuple[int, int], int] = {}
+    for i, section in sections.items():
+        key = len(section.nearby), section.segment
+        counts[key] = counts.get(key, 0) + 1
+        rows.setdefault((len(section.nearby), counts[key]), []).append(i)
+    found = Shared([], {})
+    for (number, _), members in rows.items():
+        family = []
+        for k in range(number):
+            weight = sections[members[0]].nearby[k][1] * sections[members[0]].step
+            changes = [(sections[i].path, sections[i].nearby[k][0]) for i in members]
+            family.append((paths.all_replaced(model, changes), weight))
+        for i in members:
+            found.places[i] = len(found.families), sections[i].segment, sections[i].step
+        found.families.append(family)
+    return found

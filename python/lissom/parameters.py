@@ -14,14 +14,11 @@ from numpy.typing import NDArray
 
 from . import differences
 from ._lissom import Model
-from .materials import Materials, OfMaterial
+from .materials import Materials, OfMaterial, nodes_of
 from .sweeps import paths
 from .views import is_rod
 
 Array = NDArray[np.float64]
-
-#: Numbers that forces are linear in, wherever they stand in a model.
-LINEAR = ("density", "gravity", "tip_mass")
 
 #: The state at the start, all of it or a coordinate.
 START = re.compile(r"(?P<which>q0|v0)(\[(?P<index>\d+)\])?")
@@ -59,7 +56,7 @@ class OfModel:
     Attributes
     ----------
     material : OfMaterial or None
-        Where nothing else depends on it. Then no further models are needed for its forces.
+        Where nothing but a segment's stiffness, damping and inertia depends on it.
     """
 
     name: str
@@ -67,11 +64,15 @@ class OfModel:
     material: OfMaterial | None
     _model: Model = field(repr=False)
 
+    @property
+    def path(self) -> list[paths.Part]:
+        """The way to it in its model."""
+        return _path(self._model, self.name)
+
     @functools.cached_property
     def terms(self) -> tuple[Term, ...]:
         """The derivative with respect to it as weighted models."""
-        path = _path(self._model, self.name)
-        is_linear = any(part in LINEAR for part in path[-2:])
+        path = self.path
 
         def with_value(value: float) -> Model:
             other: Model = paths.replaced(self._model, path, value)
@@ -81,9 +82,7 @@ class OfModel:
                 )
             return other
 
-        return differences.terms(
-            with_value, self.value, differences.OF_LINEAR if is_linear else differences.CENTRAL
-        )
+        return differences.terms(with_value, self.value, nodes_of(path))
 
 
 Parameter = OfStart | OfInput | OfModel
@@ -188,7 +187,13 @@ def _of_model(model: Model, name: str, materials: Materials) -> OfModel:
     material = materials.derivative(path)
     value = _number(paths.found(model, path), name) if material is None else material.value
     parameter = OfModel(name, value, material, model)
-    if material.stiffness.any() or material.damping.any() if material else _matters(parameter.terms):
+    if material is None:
+        matters = _matters(parameter.terms)
+    else:
+        # Whatever moves by itself has inertia that matters.
+        has_inertia = material.section is not None and path[-1] != "shear_correction"
+        matters = has_inertia or bool(material.stiffness.any() or material.damping.any())
+    if matters:
         return parameter
     raise ValueError(
         f"parameters: nothing depends on {name!r} in this model, expected one that the motion or a place "

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ._lissom import LissomError, Model, Robot, finite_array, sensitivities, simulate
+from .materials import Shared, shared
 from .parameters import OfInput, OfModel, OfStart, Parameter, names_of, place_derivative, resolved
 
 Array = NDArray[np.float64]
@@ -264,7 +265,12 @@ def sensitivity(
         if isinstance(parameter, OfStart):
             (dq0 if parameter.which == "q0" else dv0)[parameter.index, i] = 1.0
     legs = None if held is None else list(zip(np.searchsorted(run.t, begun), held, strict=True))
-    forces = [_on_forces(parameter) for parameter in wanted]
+    materials = {
+        i: parameter.material for i, parameter in enumerate(wanted) if isinstance(parameter, OfModel)
+    }
+    sections = {i: material.section for i, material in materials.items() if material and material.section}
+    families = Shared([], {}) if weights is None else shared(model, sections)
+    forces = [_on_forces(parameter, i in families.places) for i, parameter in enumerate(wanted)]
     found = sensitivities(
         model,
         run.t,
@@ -277,9 +283,16 @@ def sensitivity(
         method=method,
         **scheme,
         legs=legs,
+        families=families.families,
         weights=weights,
     )
-    dq, dv = found if weights is None else (None, None)
+    dq, dv, gradient = None, None, None
+    if weights is None:
+        dq, dv = found
+    else:
+        gradient, of_families = found
+        for i, (family, segment, step) in families.places.items():
+            gradient[i] += of_families[family, segment] / step
     return SensitivityResult(
         names=tuple(parameter.name for parameter in wanted),
         t=run.t,
@@ -288,20 +301,20 @@ def sensitivity(
         dq=dq,
         dv=dv,
         value=value,
-        gradient=None if weights is None else found[0],
+        gradient=gradient,
         _model=model,
         _parameters=tuple(wanted),
     )
 
 
-def _on_forces(parameter: Parameter) -> Any:
-    """What the core makes of a parameter."""
+def _on_forces(parameter: Parameter, is_shared: bool) -> Any:
+    """How forces depend on a parameter, apart from what a family of models says."""
     if isinstance(parameter, OfInput):
         return parameter.step, parameter.input
     if isinstance(parameter, OfStart):
         return []
     material = parameter.material
-    if material is None:
+    if material is None or (material.section is not None and not is_shared):
         return list(parameter.terms)
     return material.first, material.stiffness, material.damping
 

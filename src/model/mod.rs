@@ -72,6 +72,18 @@ pub trait Model: Elastic + InTime + Discretised + Tied {
     /// The derivative of `tau` with respect to the inputs, n x m, exact.
     fn input_tangent(&mut self, _q: &[f64], _qd: &[f64], _qdd: &[f64], _tangent: &mut Matrix) {}
 
+    /// How many segments rods have, where the numbers of a section's inertia act through [`Self::segment_powers`] of its segment
+    /// alone; zero where more depends on them, or the coordinates are not all free.
+    fn separate_segments(&self) -> usize {
+        0
+    }
+
+    /// The power that the forces along each segment take in a virtual motion with these rates, in watts: its sum over all segments,
+    /// and over what acts at points and within the material, is `rates . tau`. Allocates; not for step loops.
+    fn segment_powers(&mut self, _q: &[f64], _qd: &[f64], _qdd: &[f64], _rates: &[f64], _powers: &mut [f64]) {
+        unreachable!("the model has no separate segments");
+    }
+
     /// The symmetric positive definite mass matrix.
     fn mass_matrix(&mut self, q: &[f64], mass: &mut Matrix);
 

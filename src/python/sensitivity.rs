@@ -13,7 +13,7 @@ use super::motion::Ticker;
 use crate::error::Interrupted;
 use crate::linalg::Matrix;
 use crate::newmark::{Parameters, Scheme};
-use crate::sensitivity::{self, Course, Failure, ForceDerivative, Leg, Parameter};
+use crate::sensitivity::{self, Course, Failure, Family, ForceDerivative, Leg, Parameter};
 
 /// Models that differ in a parameter, with their weights in the derivative with respect to it.
 type Terms = Vec<(Py<PyModel>, f64)>;
@@ -49,13 +49,15 @@ pub(crate) enum Dependence<'py> {
 ///     How the start moves with the parameters.
 /// legs : list of (int, array_like of shape (inputs,)), optional
 ///     Numbers of the states from which on inputs were held, beginning with 0, and these inputs; `a` there is with them.
+/// families : list of list of (Model, float), optional
+///     With `weights`: models that differ in a number of each of some segments' sections, with weights.
 /// weights : pair of array_like, shape (m, n), optional
 ///     Derivatives of the number with respect to `q` and `v`.
 ///
 /// Returns
 /// -------
 /// tuple of ndarray
-///     Two of shape (m, n, p), or with `weights` one of shape (p,).
+///     Two of shape (m, n, p), or with `weights` one of shape (p,) and one of shape (families, segments).
 ///
 /// Raises
 /// ------
@@ -64,7 +66,7 @@ pub(crate) enum Dependence<'py> {
 /// LissomError
 ///     If the matrix of a step is singular.
 #[pyfunction]
-#[pyo3(signature = (model, t, q, v, a, forces, dq0, dv0, *, method="newmark", beta=None, gamma=None, alpha=None, rho_inf=None, legs=None, weights=None))]
+#[pyo3(signature = (model, t, q, v, a, forces, dq0, dv0, *, method="newmark", beta=None, gamma=None, alpha=None, rho_inf=None, legs=None, families=None, weights=None))]
 #[allow(clippy::too_many_arguments, reason = "a run, and what is asked of it")]
 pub(crate) fn sensitivities<'py>(
     model: &Bound<'py, PyModel>,
@@ -81,6 +83,7 @@ pub(crate) fn sensitivities<'py>(
     alpha: Option<f64>,
     rho_inf: Option<f64>,
     legs: Option<Vec<(usize, Bound<'py, PyAny>)>>,
+    families: Option<Vec<Terms>>,
     weights: Option<(Bound<'py, PyAny>, Bound<'py, PyAny>)>,
 ) -> PyResult<Bound<'py, PyTuple>> {
     let py = model.py();
@@ -106,6 +109,12 @@ pub(crate) fn sensitivities<'py>(
     };
     let p = forces.len();
     let (dq0, dv0) = (convert::matrix_of(dq0, (n, p), "dq0")?, convert::matrix_of(dv0, (n, p), "dv0")?);
+    let segments = native.separate_segments();
+    let mut families =
+        families.iter().flatten().map(|terms| family_of(terms, n, segments)).collect::<PyResult<Vec<_>>>()?;
+    if !families.is_empty() && weights.is_none() {
+        return Err(PyValueError::new_err("families: expected none without weights"));
+    }
     let forces = forces.iter().map(|force| of_parameter(force, n)).collect::<PyResult<Vec<_>>>()?;
     let legs = legs_of(legs.unwrap_or_default(), t.len(), native.inputs())?;
     let course = Course { t: &t, q: &q, v: &v, a: &a, scheme, legs: &legs };
@@ -126,7 +135,7 @@ pub(crate) fn sensitivities<'py>(
             raised.catch(Python::attach(|py| py.check_signals()))
         };
         let weights = weights.as_ref().map(|(q, v)| [q.as_slice(), v.as_slice()]);
-        compute(&mut *native, &course, forces, [&dq0, &dv0], weights, &mut monitor)
+        compute(&mut *native, &course, forces, [&dq0, &dv0], weights, &mut families, &mut monitor)
     });
     raised.into_result()?;
     let computed = computed.map_err(|failure| match failure {
@@ -144,7 +153,12 @@ pub(crate) fn sensitivities<'py>(
         let array = values.into_pyarray(py);
         if weights.is_some() { Ok(array.into_any()) } else { Ok(array.reshape([t.len(), n, p])?.into_any()) }
     });
-    PyTuple::new(py, arrays.collect::<PyResult<Vec<_>>>()?)
+    let mut arrays = arrays.collect::<PyResult<Vec<_>>>()?;
+    if weights.is_some() {
+        let of_families: Vec<f64> = families.iter().flat_map(|family| &family.gradient).copied().collect();
+        arrays.push(of_families.into_pyarray(py).reshape([families.len(), segments])?.into_any());
+    }
+    PyTuple::new(py, arrays)
 }
 
 /// The models of a parameter, or what its material changes.
@@ -187,6 +201,22 @@ fn of_parameter(dependence: &Dependence<'_>, n: usize) -> PyResult<Force> {
     }
 }
 
+fn family_of(terms: &Terms, n: usize, segments: usize) -> PyResult<Family<dyn Native>> {
+    let terms = of_models(terms, n)?;
+    if segments == 0 || terms.iter().any(|(model, _)| model.separate_segments() != segments) {
+        return Err(PyValueError::new_err(format!(
+            "families: got models whose segments are not separate, expected models with {segments} of them"
+        )));
+    }
+    Ok(Family { terms, gradient: vec![0.0; segments] })
+}
+
+/// Of how many segments the forces depend on no other's sections; zero where they are not separate.
+#[pyfunction]
+pub(crate) fn separate_segments(model: &Bound<'_, PyModel>) -> usize {
+    model.get().native().separate_segments()
+}
+
 fn of_models(terms: &Terms, n: usize) -> PyResult<Vec<(Box<dyn Native>, f64)>> {
     let natives = terms.iter().map(|(model, weight)| (model.get().native(), *weight));
     let natives: Vec<_> = natives.collect();
@@ -205,6 +235,7 @@ fn compute(
     forces: Vec<Force>,
     [dq0, dv0]: [&Matrix; 2],
     weights: Option<[&[f64]; 2]>,
+    families: &mut [Family<dyn Native>],
     monitor: &mut dyn FnMut() -> Result<(), Interrupted>,
 ) -> Result<Vec<Vec<f64>>, Failure> {
     let n = dq0.nrows();
@@ -223,7 +254,7 @@ fn compute(
     let mut of = forces.into_iter().map(parameter).collect::<Result<Vec<_>, Interrupted>>()?;
     let mut parameters = sensitivity::Parameters { dq0, dv0, of: &mut of };
     match weights {
-        Some(weights) => sensitivity::adjoint(model, course, weights, &mut parameters, monitor)
+        Some(weights) => sensitivity::adjoint(model, course, weights, &mut parameters, families, monitor)
             .map(|gradient| vec![gradient]),
         None => sensitivity::forward(model, course, &mut parameters, monitor).map(Vec::from),
     }

@@ -109,6 +109,11 @@ impl Coordinates {
         self.0.as_ref().map_or(all, |reduction| reduction.own.len())
     }
 
+    /// Whether all coordinates are the robot's own, each for itself.
+    pub(crate) fn are_own(&self) -> bool {
+        self.0.is_none()
+    }
+
     /// Takes what is given in time at this time. Where a function of time fails, no time is set.
     pub(crate) fn set_time(&mut self, t: f64) -> Result<(), Interrupted> {
         match &mut self.0 {

@@ -780,6 +780,16 @@ impl Model for RobotModel {
         });
     }
 
+    fn separate_segments(&self) -> usize {
+        let Robot { base_motion, fluid, contacts, .. } = &*self.robot;
+        let is_separate = base_motion.is_none() && fluid.is_none() && contacts.is_empty();
+        if is_separate && self.coordinates.are_own() { self.robot.segments().count() } else { 0 }
+    }
+
+    fn segment_powers(&mut self, q: &[f64], qd: &[f64], qdd: &[f64], rates: &[f64], powers: &mut [f64]) {
+        on_sweeps!(&mut self.sweeps, sweeps => sweeps.segment_powers([q, qd, qdd], rates, powers));
+    }
+
     fn input_tangent(&mut self, q: &[f64], qd: &[f64], qdd: &[f64], tangent: &mut Matrix) {
         let Self { sweeps, coordinates, .. } = self;
         coordinates.rows([q, qd, qdd], tangent, |state, tangent| {

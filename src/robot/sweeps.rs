@@ -12,8 +12,8 @@ use super::effect::support::Held;
 use super::kernel::kinematics::Pose;
 use super::kernel::momentum::Momentum;
 use super::kernel::{
-    acceleration, elasticity, energy, inputs, inverse_dynamics, kinematics, lines, loops, momentum, section,
-    tangent, time,
+    acceleration, elasticity, energy, inputs, inverse_dynamics, kinematics, lines, loops, momentum, power,
+    section, tangent, time,
 };
 use super::plan::Plan;
 use super::plan::contact::Side;
@@ -268,6 +268,14 @@ impl<G: Turning> Sweeps<G> {
     pub(crate) fn input_tangent(&mut self, state: [&[f64]; 3], tangent: &mut Matrix) {
         self.update_motion(state);
         inputs::tangent(&self.plan, &mut self.work, &mut self.tangent.actuation, tangent);
+    }
+
+    /// The power that the forces along each segment take in a virtual motion with these rates. Allocates.
+    pub(crate) fn segment_powers(&mut self, state: [&[f64]; 3], rates: &[f64], powers: &mut [f64]) {
+        self.update_motion(state);
+        let forces = self.work.force.clone();
+        self.update_velocities(state[0], rates);
+        power::of_segments(&self.plan, &self.work, &forces, powers);
     }
 
     /// Takes these for what closed loops answer.

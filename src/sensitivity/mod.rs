@@ -131,6 +131,16 @@ pub struct Parameters<'a, M: ?Sized> {
     pub of: &'a mut [Parameter<M>],
 }
 
+/// Models that differ in a number of each of some segments' sections, with their weights in the derivatives with respect to these:
+/// one difference for all of them, because the forces of a segment depend on its own sections alone.
+#[derive(Debug)]
+pub struct Family<M: ?Sized> {
+    /// Models with [`Model::separate_segments`], and weights.
+    pub terms: Vec<(Box<M>, f64)>,
+    /// What the adjoint finds for each segment: the derivative of the number by the forces along it.
+    pub gradient: Vec<f64>,
+}
+
 /// Why there are no derivatives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Failure {
@@ -230,7 +240,8 @@ fn keep(kept: &mut [Vec<f64>; 2], q: &Matrix, v: &Matrix) {
 }
 
 /// The gradient of a number with respect to all parameters: `weights` are its derivatives with respect to coordinates and
-/// velocities of all states, each m x n.
+/// velocities of all states, each m x n. What depends on sections of rods can be differentiated in families, to which their
+/// derivatives are added.
 ///
 /// `monitor` is asked after every step whether to go on.
 pub fn adjoint<M: Model + ?Sized, F: Model + ?Sized>(
@@ -238,6 +249,7 @@ pub fn adjoint<M: Model + ?Sized, F: Model + ?Sized>(
     course: &Course<'_>,
     weights: [&[f64]; 2],
     parameters: &mut Parameters<'_, F>,
+    families: &mut [Family<F>],
     monitor: &mut dyn FnMut() -> Result<(), Interrupted>,
 ) -> Result<Vec<f64>, Failure> {
     if let Some(step) = course.turned(model) {
@@ -249,7 +261,17 @@ pub fn adjoint<M: Model + ?Sized, F: Model + ?Sized>(
     // What a change of q, v, a and s of the state at hand does to the number.
     let [mut on_q, mut on_v, mut on_a, mut on_s] = [0; 4].map(|_| vec![0.0; n]);
     let mut lambda = vec![0.0; n];
-    moment.hold(course.legs.len().saturating_sub(1), parameters.of);
+    let hold =
+        |moment: &mut Moment<'_, M>, leg, parameters: &mut Parameters<'_, F>, families: &mut [Family<F>]| {
+            moment.hold(leg, parameters.of);
+            if let Some(Leg { inputs, .. }) = course.legs.get(leg) {
+                families
+                    .iter_mut()
+                    .flat_map(|family| &mut family.terms)
+                    .for_each(|(model, _)| model.set_inputs(inputs));
+            }
+        };
+    hold(&mut moment, course.legs.len().saturating_sub(1), parameters, families);
     for step in (0..course.t.len()).rev() {
         for i in 0..n {
             on_q[i] += weights[0][step * n + i];
@@ -263,8 +285,9 @@ pub fn adjoint<M: Model + ?Sized, F: Model + ?Sized>(
                 on_a[i] = -on_s[i];
             }
             moment.back(&mut lambda, parameters.of, &mut gradient, [&mut on_q, &mut on_v])?;
+            moment.back_in_families(&lambda, families)?;
             if leg > 0 {
-                moment.hold(leg - 1, parameters.of);
+                hold(&mut moment, leg - 1, parameters, families);
             }
         }
         if step > 0 {
@@ -276,6 +299,7 @@ pub fn adjoint<M: Model + ?Sized, F: Model + ?Sized>(
                 lambda[i] = -(on_a[i] + of_a[0] * on_q[i] + of_a[1] * on_v[i] + carried.gain * on_s[i]);
             }
             moment.back(&mut lambda, parameters.of, &mut gradient, [&mut on_q, &mut on_v])?;
+            moment.back_in_families(&lambda, families)?;
             for i in 0..n {
                 let (q, v, s) = (on_q[i], on_v[i], on_s[i]);
                 let of =

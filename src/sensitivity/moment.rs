@@ -1,6 +1,6 @@
 //! One state of a run, linearised: how its accelerations follow from coordinates, velocities and parameters.
 
-use super::{Course, Failure, Leg, Parameter};
+use super::{Course, Failure, Family, Leg, Parameter};
 use crate::linalg::{Lu, Matrix, Singular, dot};
 use crate::model::{ForwardScratch, Model};
 
@@ -150,6 +150,24 @@ impl<'a, M: Model + ?Sized> Moment<'a, M> {
         for i in 0..self.n {
             on_q[i] += dot(self.stiffness.column(i).as_slice(), lambda);
             on_v[i] += dot(self.damping.column(i).as_slice(), lambda);
+        }
+        Ok(())
+    }
+
+    /// Adds to families what a solved `lambda` carries to them.
+    pub(super) fn back_in_families<F: Model + ?Sized>(
+        &mut self,
+        lambda: &[f64],
+        families: &mut [Family<F>],
+    ) -> Result<(), Failure> {
+        let (t, [q, v, _]) = self.course.state(self.step, self.n);
+        for Family { terms, gradient } in families {
+            let mut powers = vec![0.0; gradient.len()];
+            for (model, weight) in terms {
+                model.set_time(t)?;
+                model.segment_powers(q, v, &self.a, lambda, &mut powers);
+                gradient.iter_mut().zip(&powers).for_each(|(sum, power)| *sum += *weight * power);
+            }
         }
         Ok(())
     }

@@ -112,6 +112,90 @@ def test_derivatives_are_those_of_whole_models(parts, key, data):
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12 * size)
 
 
+def branched():
+    """Two arms on a rod, all of different sections, one of them on a joint, with a tendon and a load."""
+    trunk = lissom.Segment(
+        0.2, (0.012, 0.008), 4e5, 1.5e5, 1100, modes={"bend_y": 2, "torsion": 1}, retardation_time=0.02
+    )
+    flat = lissom.Segment(
+        0.15,
+        section=lissom.Section.rectangle(0.02, 0.008),
+        young_modulus=5e5,
+        shear_modulus=2e5,
+        density=1200.0,
+        modes={"bend_y": 1, "bend_z": 1, "stretch": 1},
+        retardation_time=0.01,
+    )
+    tube = lissom.Segment(
+        0.1,
+        section=lissom.Section.hollow_circle(0.01, 0.006),
+        young_modulus=5e5,
+        shear_modulus=2e5,
+        density=1000.0,
+        modes={"bend_y": 2},
+        retardation_time=0.01,
+    )
+    links = [
+        lissom.Link("trunk", rod=[trunk, tube]),
+        lissom.Link(
+            "left", rod=[flat, trunk], parent="trunk", at=0.1, joint=lissom.Revolute((0, 1, 0), damping=0.01)
+        ),
+        lissom.Link("right", rod=[tube], parent="trunk", joint=lissom.Spherical()),
+    ]
+    tendon = lissom.Tendon("pull", [lissom.Along("trunk", (0.0, -0.006))], tension=lissom.Input("pull", 0.5))
+    return lissom.Robot(links, actuators=[tendon], loads=[lissom.Load(force=(0, 0.1, 0), link="right")])
+
+
+@pytest.mark.parametrize("options", [{}, {"method": "generalised_alpha", "rho_inf": 0.6}])
+def test_gradients_by_families_are_those_of_models_one_by_one(options):
+    """Forward derivatives take models of their own for each parameter."""
+    names = [
+        "link[0].rod.segment[0].density",
+        "link[0].rod.segment[0].radius[0]",
+        "link[0].rod.segment[0].radius[1]",
+        "link[0].rod.segment[1].density",
+        "link[0].rod.segment[1].section.outer",
+        "link[1].rod.segment[0].section.width",
+        "link[1].rod.segment[0].section.height",
+        "link[1].rod.segment[1].radius[1]",
+        "link[1].rod.segment[0].young_modulus",
+        "link[2].rod.segment[0].section.inner",
+        "link[2].rod.segment[0].density",
+        "link[1].rod.segment[0].length",
+        "u",
+        "q0[3]",
+    ]
+    model = branched()
+    held = {"u": [[0.5], [1.5], [0.0]], "control_step": 0.04, "dt": 0.01} | options
+    forward = lissom.sensitivity(model, 0.12, names, **held)
+    on_q, on_v = np.random.default_rng(6).standard_normal((2, *forward.q.shape))
+
+    def objective(t, q, v):
+        return float((on_q * q).sum() + (on_v * v).sum()), on_q, on_v
+
+    gradient = lissom.sensitivity(model, 0.12, names, objective=objective, **held).gradient
+    expected = np.einsum("mn,mnp->p", on_q, forward.dq) + np.einsum("mn,mnp->p", on_v, forward.dv)
+    assert np.abs(expected).min() > 0.0
+    np.testing.assert_allclose(gradient, expected, rtol=1e-8)
+
+
+def test_a_family_has_a_model_for_each_value_nearby(monkeypatch):
+    """However many segments there are."""
+    made = []
+    replaced = lissom.materials.paths.all_replaced
+
+    def counted(thing, changes):
+        if isinstance(thing, lissom.Rod):
+            made.append(len(changes))
+        return replaced(thing, changes)
+
+    monkeypatch.setattr(lissom.materials.paths, "all_replaced", counted)
+    segment = lissom.Segment(0.02, 0.01, 4e5, 1.5e5, 1100, modes={"bend_y": 1}, retardation_time=0.02)
+    names = [f"segments[{i}].{key}" for i in range(5) for key in ("radius", "density")]
+    lissom.sensitivity(lissom.Rod([segment] * 5), 0.05, names, objective=lambda t, q, v: (0.0, q, v))
+    assert sorted(made) == [5] * 6
+
+
 @pytest.mark.parametrize("key", ["young_modulus", "retardation_time"])
 def test_planar_robots(key):
     segment = lissom.Segment(

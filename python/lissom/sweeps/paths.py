@@ -10,6 +10,8 @@ import re
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any, NamedTuple
 
+from .._lissom import Section
+
 Part = str | int
 
 #: A name, bare or in quotes, or an index in brackets.
@@ -113,7 +115,12 @@ def replaced(thing: Any, path: Sequence[Part], value: Any) -> Any:
 
     Raises ValueError where nothing of the kind is there, and what the constructors raise.
     """
-    return _with(thing, path, value, 0)
+    return all_replaced(thing, [(path, value)])
+
+
+def all_replaced(thing: Any, changes: Sequence[tuple[Sequence[Part], Any]]) -> Any:
+    """The same with other values at the ends of some paths, each another one: everything is made once."""
+    return _with(thing, [(path, 0, value) for path, value in changes])
 
 
 def found(thing: Any, path: Sequence[Part]) -> Any:
@@ -128,15 +135,22 @@ def found(thing: Any, path: Sequence[Part]) -> Any:
     return thing
 
 
-def _with(thing: Any, path: Sequence[Part], value: Any, done: int) -> Any:
+def _with(thing: Any, changes: Sequence[tuple[Sequence[Part], int, Any]]) -> Any:
+    """A thing with values at the ends of paths, of each of which some parts lead here."""
+    path, done, value = changes[0]
     if done == len(path):
         return value
-    inside = _inside(thing, path, done)
-    inside.parts[inside.key] = _with(inside.parts[inside.key], path, value, inside.done)
-    if inside.key == "poisson_ratio":
-        # Which says what this one would be.
-        inside.parts.pop("shear_modulus", None)
-    return inside.made(inside.parts)
+    within: dict[Any, tuple[Any, list[tuple[Sequence[Part], int, Any]]]] = {}
+    for path, done, value in changes:
+        inside = _inside(thing, path, done)
+        within.setdefault(inside.key, (inside.parts[inside.key], []))[1].append((path, inside.done, value))
+    parts = inside.parts
+    for key, (part, of_part) in within.items():
+        parts[key] = _with(part, of_part)
+        if key == "poisson_ratio":
+            # Which says what this one would be.
+            parts.pop("shear_modulus", None)
+    return inside.made(parts)
 
 
 class _Inside(NamedTuple):
@@ -165,16 +179,21 @@ def _inside(thing: Any, path: Sequence[Part], done: int) -> _Inside:
         if part not in thing:
             raise ValueError(f"{up_to(path, done + 1)}: {meant(part, thing)}")
         return _Inside(dict(thing), part, dict, done + 1)
+    maker: Callable[..., Any] = type(thing)
     arguments = constructed(thing)
+    if isinstance(thing, Section):
+        # Each shape has a maker of its own.
+        maker, values = thing.__reduce__()
+        arguments = dict(zip(_parameters(maker), values, strict=False))
     if arguments is None:
         raise ValueError(f"{up_to(path, done + 1)}: {up_to(path, done)} has no parts")
-    known = set(arguments) | set(_parameters(type(thing)))
+    known = set(arguments) | set(_parameters(maker))
     name = next((name for name in (part, PLURALS.get(part, f"{part}s")) if name in known), None)
     if name is None:
         raise ValueError(f"{up_to(path, done + 1)}: {meant(part, known)}")
     # Such as Poisson's ratio, which is kept as a shear modulus.
     arguments.setdefault(name, getattr(thing, name, None))
-    return _Inside(arguments, name, lambda parts: type(thing)(**parts), done + 1)
+    return _Inside(arguments, name, lambda parts: maker(**parts), done + 1)
 
 
 def of_model(path: Sequence[Part], is_rod: bool) -> list[Part]:
@@ -202,10 +221,10 @@ def constructed(thing: Any) -> dict[str, Any] | None:
 
 
 #: What classes are called with: their signatures take longer to read than most models to make.
-_SIGNATURES: dict[type, tuple[str, ...]] = {}
+_SIGNATURES: dict[Callable[..., Any], tuple[str, ...]] = {}
 
 
-def _parameters(kind: type) -> tuple[str, ...]:
+def _parameters(kind: Callable[..., Any]) -> tuple[str, ...]:
     if kind not in _SIGNATURES:
         _SIGNATURES[kind] = tuple(inspect.signature(kind).parameters)
     return _SIGNATURES[kind]

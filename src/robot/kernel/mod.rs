@@ -11,6 +11,7 @@ pub(crate) mod lines;
 pub(crate) mod loops;
 pub(crate) mod momentum;
 mod points;
+pub(crate) mod power;
 pub(crate) mod section;
 pub(crate) mod tangent;
 pub(crate) mod time;
