@@ -57,7 +57,7 @@ def _number(name: str, value: object) -> float:
     found = np.asarray(value)
     if found.ndim == 0 and found.dtype.kind in "biuf":
         return float(found)
-    raise TypeError(f"{name}: {value!r} is not a number")
+    raise TypeError(f"{name}: {value!r:.80} is not a number")
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ._lissom import ContinuationResult, Model, ModesResult, MotionResult, StaticsResult, __version__
+from ._lissom import (
+    ContinuationResult,
+    EnsembleResult,
+    Model,
+    ModesResult,
+    MotionResult,
+    StaticsResult,
+    __version__,
+)
 from .files import missing
 from .results import energies
 from .views import Coordinate, view
@@ -136,4 +144,36 @@ def _of_modes(result: ModesResult, model: Model | None) -> xarray.Dataset:
         for part in ("real", "imag"):
             attributes = {"long_name": f"{name}, {part} part", "units": unit}
             data[f"{name}_{part}"] = (dimensions, np.array(getattr(values, part)), attributes)
+    return data
+
+
+@_dataset.register(EnsembleResult)
+def _of_ensemble(result: EnsembleResult, model: Model | None) -> xarray.Dataset:
+    data = _begin(model, result.q.shape[-1], "Ensemble", keep=result.keep, wall_time=result.wall_time)
+    data = data.assign_coords(row=("row", np.arange(len(result)), {"long_name": "number of the run"}))
+    in_time = ("time",) if result.keep == "states" else ()
+    if in_time or result.mean is not None:
+        data = data.assign_coords(time=("time", result.t, {"units": "s", "long_name": "time", "axis": "T"}))
+    per_state = ("row", *in_time, "coordinate")
+    data["q"] = (per_state, result.q, {"long_name": "generalised coordinates", "units": SEE})
+    data["v"] = (per_state, result.v, {"long_name": "generalised velocities", "units": f"{SEE}, per s"})
+    for name, extremes in (("lowest", result.lowest), ("highest", result.highest)):
+        if extremes is not None:
+            data[name] = (("row", "coordinate"), extremes, {"long_name": f"{name} coordinates", "units": SEE})
+    if result.poses is not None or result.mean is not None:
+        data = data.assign_coords(axis=("axis", ["x", "y", "z"], {"long_name": "axis of the world"}))
+    if result.poses is not None:
+        attributes = {"units": "m", "long_name": "position of the place in the world"}
+        data["position"] = (("row", *in_time, "place", "axis"), result.poses[..., :3, 3], attributes)
+    for name, values, unit in (("mean", result.mean, "m"), ("variance", result.variance, "m2")):
+        if values is not None:
+            attributes = {"units": unit, "long_name": f"{name} of the position over the runs"}
+            data[f"position_{name}"] = (("time", "place", "axis"), values, attributes)
+    data["reached"] = ("row", result.reached, {"units": "s", "long_name": "last time of the run"})
+    # NetCDF has no booleans.
+    data["success"] = ("row", result.success.astype(np.int8), {"long_name": "whether the end was reached"})
+    data["status"] = ("row", np.asarray(result.status, dtype=str))
+    data["message"] = ("row", np.asarray(result.message, dtype=str))
+    for name, values in result.stats.items():
+        data[f"stats_{name}"] = ("row", np.asarray(values), {"long_name": name.replace("_", " ")})
     return data

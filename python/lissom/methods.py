@@ -325,6 +325,48 @@ def _dataset_with(
     return dataset(self, model)
 
 
+def _dataset_of_ensemble(self: EnsembleResult, model: Model | None = None) -> xarray.Dataset:
+    from .datasets import dataset
+
+    return dataset(self, model)
+
+
+def _plot_ensemble(self: EnsembleResult, model: Model | None = None) -> NDArray[Any]:
+    from .pictures import of_ensemble
+
+    return of_ensemble(self, model)
+
+
+def _report_ensemble(
+    self: EnsembleResult,
+    path: str | os.PathLike[str],
+    model: Model | None = None,
+    *,
+    title: str = "Many runs",
+) -> None:
+    """Write the report of many runs: one HTML file with their spread, those that failed, and their cost.
+
+    Parameters
+    ----------
+    path : path-like
+        The file to write; one that is there is replaced.
+    model : Model
+        Names and units of the coordinates; without it they are numbered.
+    title : str
+        Heading of the page.
+
+    Raises
+    ------
+    ValueError, TypeError
+        Where an argument is invalid.
+    OSError
+        Where the file cannot be written.
+    """
+    from .report import write_ensemble
+
+    write_ensemble(self, path, _text(title), model)
+
+
 def _plot_statics(self: StaticsResult, model: Model) -> NDArray[Any]:
     from .pictures import of_statics
 
@@ -432,6 +474,11 @@ def attach() -> None:
     _attach(Simulation, "view", _view)
     small = "``.lissom`` or ``.npz``"
     _attach(EnsembleResult, "save", _save, _SAVE.format(kinds=small, model=""))
+    rows = "States, status and cost by rows; of places positions (m), or their mean and variance."
+    _attach(EnsembleResult, "to_xarray", _dataset_of_ensemble, _DATASET.format(model=_NAMES, holds=rows))
+    shown = "Draw the coordinates: their median and spread over time, or the last ones of each run."
+    _attach(EnsembleResult, "plot", _plot_ensemble, f"{shown}\n{_NAMES}{_AXES}")
+    _attach(EnsembleResult, "report", _report_ensemble)
     holds = {
         StaticsResult: "The coordinates in equilibrium and the verdict.",
         ContinuationResult: "Coordinates, load factor, lowest eigenvalue and stability along the path.",

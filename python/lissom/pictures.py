@@ -11,10 +11,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ._lissom import ContinuationResult, Model, ModesResult, MotionResult, StaticsResult
+from ._lissom import ContinuationResult, EnsembleResult, Model, ModesResult, MotionResult, StaticsResult
 from .datasets import coordinates
 from .files import missing
 from .results import energies, instants
+from .spread import BAND, quantiles
 from .studies import Setting, way
 from .swings import frequency, swing
 from .views import Coordinate, View, view
@@ -155,6 +156,32 @@ def of_modes(result: ModesResult) -> NDArray[Any]:
     for one in axes:
         one.xaxis.get_major_locator().set_params(integer=True)
         one.grid(alpha=0.3, axis="y")
+    return axes  # type: ignore[no-any-return]
+
+
+def of_ensemble(result: EnsembleResult, model: Model | None) -> NDArray[Any]:
+    """Coordinates by kind: over time how the runs spread, of last states those of each run."""
+    if not result.success.any():
+        raise ValueError(f"result: no run came to its end; {result.message[0]}")
+    known = coordinates(model, result.q.shape[-1])
+    kinds = _by_kind(known)
+    axes = _axes(len(kinds))
+    if result.keep == "states":
+        at = instants(len(result.t), MOST_POINTS)
+        t, (low, middle, high) = result.t[at], quantiles(result)[:, at]
+        _draw_coordinates(axes, t, middle, known)
+        for one, columns in zip(axes, kinds.values(), strict=True):
+            for column, line in zip(columns, one.lines, strict=True):
+                one.fill_between(t, low[:, column], high[:, column], color=line.get_color(), alpha=0.2, lw=0)
+        share = f"{100 * (BAND[1] - BAND[0]):.0f}"
+        axes[0].set_title(f"median and {share} percent of {result.success.sum()} runs", fontsize="medium")
+        axes[-1].set_xlabel("time (s)")
+        return axes  # type: ignore[no-any-return]
+    rows = np.flatnonzero(result.success)
+    _draw_coordinates(axes, rows.astype(float), result.q[rows], known)
+    for line in [line for one in axes for line in one.lines]:
+        line.set(linestyle="", marker=".")
+    axes[-1].set_xlabel("row")
     return axes  # type: ignore[no-any-return]
 
 

@@ -733,4 +733,4 @@ def test_the_stubs_say_what_the_methods_take():
         assert {n for n in of_stub if n in ("plot", "animate", "report", "save", "to_xarray", "view")} == set(
             methods
         )
-    assert seen == 21
+    assert seen == 24

@@ -7,12 +7,12 @@ from pathlib import Path
 
 import numpy as np
 
-from .._lissom import ContinuationResult, ModesResult, MotionResult, StaticsResult
+from .._lissom import ContinuationResult, EnsembleResult, Model, ModesResult, MotionResult, StaticsResult
 from ..loop_marks import LoopMark
 from ..results import COUNTERS, Array, Made, Run
 from ..studies import Setting
 from ..views import Member
-from . import actuators, contacts, curves, loops, motion, page, studies, text
+from . import actuators, contacts, curves, ensembles, loops, motion, page, studies, text
 
 
 def write(run: Run, path: Path) -> None:
@@ -52,6 +52,13 @@ def write_result(result: MotionResult, path: str | os.PathLike[str], *, title: s
     """
     built = build_result(result, title)
     Path(path).write_text(page.render(built), encoding="utf-8")
+
+
+def write_ensemble(
+    result: EnsembleResult, path: str | os.PathLike[str], title: str, model: Model | None
+) -> None:
+    """Write the report of many runs."""
+    Path(path).write_text(page.render(ensembles.build(result, title, model)), encoding="utf-8")
 
 
 def write_equilibrium(

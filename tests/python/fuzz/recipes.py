@@ -756,6 +756,15 @@ RECIPES |= {
         {"self": _MOVED, "path": f"v.place('x{suffix}')"} for suffix in (".lissom", ".npz", ".nc", ".vtkhdf")
     ],
     "MotionResult.to_xarray": {"self": _MOVED},
+    **{
+        f"EnsembleResult.{name}": {"self": "lissom.simulate_many(v.planar(), 0.02, q0=np.zeros((2, 2)))"}
+        | more
+        for name, more in {
+            "plot": {"model": "v.planar()"},
+            "report": {"path": "v.place('x.html')", "model": "v.planar()", "title": "'Two runs'"},
+            "to_xarray": {"model": "v.planar()"},
+        }.items()
+    },
     "EnsembleResult.save": {
         "self": "lissom.simulate_many(v.planar(), 0.02, q0=np.zeros((2, 2)))",
         "path": "v.place('x.npz')",

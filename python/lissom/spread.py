@@ -1,0 +1,34 @@
+"""How the runs of an ensemble spread."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ._lissom import EnsembleResult
+
+Array = NDArray[np.float64]
+
+#: Parts of the runs that lie below a band, and below its upper edge.
+BAND = (0.05, 0.95)
+
+
+def quantiles(result: EnsembleResult) -> Array:
+    """Lower edge of the band, median, and upper edge of the coordinates of the runs that came to their end.
+
+    Returns
+    -------
+    ndarray, shape (3, m, n)
+
+    Raises
+    ------
+    ValueError
+        If only the last states were kept, or no run came to its end.
+    """
+    if result.keep != "states":
+        raise ValueError(
+            f"result: it has kept {result.keep!r}, expected 'states', all of which spread over time"
+        )
+    if not result.success.any():
+        raise ValueError(f"result: no run came to its end; {result.message[0]}")
+    return np.asarray(np.quantile(result.q[result.success], (BAND[0], 0.5, BAND[1]), axis=0))
