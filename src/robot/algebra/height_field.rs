@@ -20,8 +20,8 @@ const SAME_PLACE: f64 = 1e-9;
 /// What is not nearer by that part of the square is not looked at.
 const NEARER: f64 = 1e-10;
 
-/// Along each axis of a cell so many places are looked at for starts, with its edges.
-const TRIED: usize = 5;
+/// How often a cell is divided into four at most, where what is nearest is not certain.
+const MOST_DIVISIONS: usize = 10;
 
 /// What is less bent than that, by one over the distance, has one nearest place.
 const CERTAINLY_CONVEX: f64 = 0.99;
@@ -46,6 +46,20 @@ pub(crate) struct HeightField {
     steepest: f64,
     most_bent: f64,
 }
+
+/// A part of a cell.
+struct Patch {
+    from: [f64; 2],
+    size: [f64; 2],
+    /// Coefficients of Bernstein's polynomials.
+    heights: [[f64; 4]; 4],
+    /// Whether the cell lies at an edge of the rectangle, beyond which the surface goes on.
+    is_at_edge: bool,
+}
+
+/// What numbers lie between.
+#[derive(Clone, Copy)]
+struct Range([f64; 2]);
 
 #[derive(Clone, Debug)]
 struct Level {
@@ -104,16 +118,65 @@ impl HeightField {
         std::array::from_fn(|row| &self.coefficients[(i + row) * width + j..][..4])
     }
 
-    /// What the heights of a cell lie between: the coefficients of Bernstein's polynomials.
-    fn range(&self, i: usize, j: usize) -> [f64; 2] {
+    /// The coefficients of Bernstein's polynomials of a cell, row by row.
+    fn bernstein_of_cell(&self, i: usize, j: usize) -> [[f64; 4]; 4] {
         let of_rows = self.of_cell(i, j).map(|row| bernstein([row[0], row[1], row[2], row[3]]));
-        let mut range = [f64::INFINITY, f64::NEG_INFINITY];
-        for column in 0..4 {
-            for value in bernstein(of_rows.map(|row| row[column])) {
-                range = [range[0].min(value), range[1].max(value)];
+        transposed(transposed(of_rows).map(bernstein))
+    }
+
+    /// What the heights of a cell lie between.
+    fn range(&self, i: usize, j: usize) -> [f64; 2] {
+        Range::of(self.bernstein_of_cell(i, j).into_iter().flatten()).0
+    }
+
+    /// Looks for nearer places in a part of a cell (branch and bound, as of Hansen and Walster 2004, chapter 12): parts that are too far,
+    /// in which half the square of the distance is monotonic or not hollow anywhere hold none, and where it is hollow everywhere
+    /// there is one at most. The rest is divided.
+    fn look_within(&self, point: [f64; 3], patch: &Patch, divisions: usize, best: &mut Best) {
+        let Patch { from, size, heights, is_at_edge } = patch;
+        let rise = Range::of(heights.iter().flatten().map(|height| height - point[2]));
+        let way: [Range; 2] =
+            std::array::from_fn(|axis| Range([from[axis], from[axis] + size[axis]].map(|x| x - point[axis])));
+        let least = 0.5 * (way[0].least_square() + way[1].least_square() + rise.least_square());
+        if least >= best.value * (1.0 - NEARER) {
+            return;
+        }
+        // Derivatives have Bernstein coefficients, too: differences of those of the heights, times the degree.
+        let along = differences(heights, 3.0 / size[0]);
+        let across = differences(&transposed(*heights), 3.0 / size[1]);
+        let slope = [&along, &across].map(|table| Range::of(table.iter().flatten().copied()));
+        let bend_of = |table: &[[f64; 4]; 3], factor: f64| {
+            let pairs = table.windows(2).flat_map(|pair| (0..4).map(|k| factor * (pair[1][k] - pair[0][k])));
+            Range::of(pairs)
+        };
+        let bend = [bend_of(&along, 2.0 / size[0]), bend_of(&across, 2.0 / size[1])];
+        let steps =
+            along.iter().flat_map(|row| row.windows(2).map(|pair| 3.0 / size[1] * (pair[1] - pair[0])));
+        let twist = Range::of(steps);
+        let falls = |axis: usize| way[axis] + rise * slope[axis];
+        let hollow = |axis: usize| Range([1.0; 2]) + slope[axis].squared() + rise * bend[axis];
+        let is_monotonic = (0..2).any(|axis| !falls(axis).holds_zero());
+        let is_never_hollow = (0..2).any(|axis| hollow(axis).0[1] < 0.0);
+        if !is_at_edge && (is_monotonic || is_never_hollow) {
+            return;
+        }
+        let mixed = (slope[0] * slope[1] + rise * twist).size();
+        let [a, b] = [0, 1].map(|axis| hollow(axis).0[0]);
+        let is_hollow = a > 0.0 && b > 0.0 && a * b > mixed * mixed;
+        if is_hollow || divisions == 0 {
+            let found = self.descend(point, std::array::from_fn(|axis| from[axis] + 0.5 * size[axis]));
+            if found.value < best.value {
+                *best = found;
+            }
+            let is_within =
+                (0..2).all(|axis| (from[axis]..=from[axis] + size[axis]).contains(&found.place[axis]));
+            if is_within || divisions == 0 {
+                return;
             }
         }
-        range
+        for part in patch.parts() {
+            self.look_within(point, &part, divisions - 1, best);
+        }
     }
 
     fn at(&self, place: [f64; 2]) -> Local {
@@ -223,34 +286,13 @@ impl HeightField {
             return;
         }
         if level == 0 {
-            let cell = [i, j].map(|i| i as f64);
-            let nearest = [0, 1].map(|axis| {
-                let from = cell[axis] * self.spacing[axis];
-                point[axis].clamp(from, from + self.spacing[axis])
-            });
-            let place_of = |k: usize| {
-                let part = [k / TRIED, k % TRIED].map(|k| k as f64 / (TRIED - 1) as f64);
-                [0, 1].map(|axis| (cell[axis] + part[axis]) * self.spacing[axis])
+            let patch = Patch {
+                from: std::array::from_fn(|axis| [i, j][axis] as f64 * self.spacing[axis]),
+                size: self.spacing,
+                heights: self.bernstein_of_cell(i, j),
+                is_at_edge: [i, j].iter().zip(self.shape).any(|(&i, n)| i == 0 || i + 2 == n),
             };
-            let squares: [f64; TRIED * TRIED] = std::array::from_fn(|k| {
-                let place = place_of(k);
-                let way = [place[0] - point[0], place[1] - point[1], self.at(place).height - point[2]];
-                way.iter().map(|w| w * w).sum()
-            });
-            // Every hollow of the distance has one of the places that are nearer than those around them.
-            let is_lowest = |&k: &usize| {
-                let [row, column] = [k / TRIED, k % TRIED];
-                (row.saturating_sub(1)..=(row + 1).min(TRIED - 1)).all(|r| {
-                    (column.saturating_sub(1)..=(column + 1).min(TRIED - 1))
-                        .all(|c| squares[k] <= squares[r * TRIED + c])
-                })
-            };
-            for start in (0..TRIED * TRIED).filter(is_lowest).map(place_of).chain([nearest]) {
-                let found = self.descend(point, start);
-                if found.value < best.value {
-                    *best = found;
-                }
-            }
+            self.look_within(point, &patch, MOST_DIVISIONS, best);
             return;
         }
         let finer = self.levels[level - 1].shape;
@@ -296,6 +338,62 @@ impl HeightField {
             + Symmetric::product(axes.x, axes.z) * row_x.z
             + Symmetric::product(axes.y, axes.z) * row_y.z;
         Distance { value, normal: axes.apply(normal), curvature: whole }
+    }
+}
+
+impl Patch {
+    /// Its quarters.
+    fn parts(&self) -> [Self; 4] {
+        let [left, right] = halves(&self.heights);
+        let [left, right] = [left, right].map(|half| halves(&transposed(half)).map(transposed));
+        let size = self.size.map(|size| 0.5 * size);
+        let [[a, b], [c, d]] = [left, right];
+        let part = |k: [usize; 2], heights| Self {
+            from: std::array::from_fn(|axis| self.from[axis] + k[axis] as f64 * size[axis]),
+            size,
+            heights,
+            is_at_edge: self.is_at_edge,
+        };
+        [part([0, 0], a), part([0, 1], b), part([1, 0], c), part([1, 1], d)]
+    }
+}
+
+impl Range {
+    fn of(values: impl Iterator<Item = f64>) -> Self {
+        Self(values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)]))
+    }
+
+    fn holds_zero(self) -> bool {
+        self.0[0] <= 0.0 && self.0[1] >= 0.0
+    }
+
+    /// The largest magnitude.
+    fn size(self) -> f64 {
+        self.0[0].abs().max(self.0[1].abs())
+    }
+
+    fn least_square(self) -> f64 {
+        if self.holds_zero() { 0.0 } else { self.0.map(|x| x * x).into_iter().fold(f64::INFINITY, f64::min) }
+    }
+
+    fn squared(self) -> Self {
+        Self([self.least_square(), self.size() * self.size()])
+    }
+}
+
+impl std::ops::Add for Range {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self([self.0[0] + other.0[0], self.0[1] + other.0[1]])
+    }
+}
+
+impl std::ops::Mul for Range {
+    type Output = Self;
+
+    fn mul(self, other: Self) -> Self {
+        Self::of(self.0.into_iter().flat_map(|a| other.0.map(|b| a * b)))
     }
 }
 
@@ -386,6 +484,31 @@ fn weights(x: f64) -> [[f64; 4]; 3] {
 /// Of a cubic with these coefficients of B-splines, those of Bernstein's polynomials.
 fn bernstein([a, b, c, d]: [f64; 4]) -> [f64; 4] {
     [(a + 4.0 * b + c) / 6.0, (2.0 * b + c) / 3.0, (b + 2.0 * c) / 3.0, (b + 4.0 * c + d) / 6.0]
+}
+
+fn transposed<const N: usize, const M: usize>(rows: [[f64; N]; M]) -> [[f64; M]; N] {
+    std::array::from_fn(|j| std::array::from_fn(|i| rows[i][j]))
+}
+
+/// A multiple of how each row of a table but the first differs from the one before.
+fn differences(rows: &[[f64; 4]; 4], factor: f64) -> [[f64; 4]; 3] {
+    std::array::from_fn(|i| std::array::from_fn(|k| factor * (rows[i + 1][k] - rows[i][k])))
+}
+
+/// The coefficients of Bernstein's polynomials along the columns for both halves (de Casteljau).
+fn halves(rows: &[[f64; 4]; 4]) -> [[[f64; 4]; 4]; 2] {
+    let mut ends = [*rows; 2];
+    let mut left = *rows;
+    for k in 1..4 {
+        for i in 0..4 - k {
+            for column in 0..4 {
+                left[i][column] = 0.5 * (left[i][column] + left[i + 1][column]);
+            }
+        }
+        ends[0][k] = left[0];
+        ends[1][3 - k] = left[3 - k];
+    }
+    ends
 }
 
 /// The second derivative of the distance of a point from a surface with this slope and second fundamental form at the nearest
