@@ -14,6 +14,7 @@ use lissom::radau;
 use lissom::robot::{RobotModel, Rod};
 use lissom::rod::{Profile, Segment};
 use lissom::second_order::FreeMotion;
+use lissom::simulate::{Method, simulate};
 
 /// The lab's rod: three coordinates in a plane.
 fn lab() -> RobotModel {
@@ -130,6 +131,14 @@ fn newmark_steps<M: Model>(model: &mut M, q0: &[f64], count: usize) {
     }
 }
 
+/// A whole run of so many steps, with all that is recorded and looked at on the way.
+fn run(model: RobotModel, count: usize) {
+    let zeros = vec![0.0; model.n()];
+    let method = Method::Newmark(newmark::Options::new(1e-2));
+    let span = (0.0, 1e-2 * count as f64);
+    simulate(model, span, &zeros, &zeros, &method, None, &mut |_| Ok(())).expect("a valid run");
+}
+
 fn radau_steps(model: &mut RobotModel, count: usize) {
     let zeros = vec![0.0; model.n()];
     let options = radau::Options { rtol: 1e-6.into(), atol: 1e-9.into(), ..radau::Options::default() };
@@ -172,6 +181,7 @@ fn main() {
             let q0 = vec![0.0; model.n()];
             newmark_steps(&mut model, &q0, count);
         }
+        ("simulate", _) => run(rod(name), count),
         ("radau", _) => radau_steps(&mut rod(name), count),
         ("rk45" | "radau of first order", _) => {
             let model = rod(name);

@@ -216,8 +216,12 @@ fn runs_that_are_stepped_from_outside_allocate_nothing() {
     let dt = 1e-3;
     let methods = [
         Method::Newmark(newmark::Options::new(dt)),
-        Method::Radau { options: radau::Options { rtol: 1e-3.into(), ..radau::Options::default() }, dt },
-        Method::FirstOrder { options: ode::Options::default(), dt },
+        Method::Radau {
+            options: radau::Options { rtol: 1e-3.into(), ..radau::Options::default() },
+            dt,
+            tells_steps: false,
+        },
+        Method::FirstOrder { options: ode::Options::default(), dt, tells_steps: false },
     ];
     for model in models() {
         let n = model.n();

@@ -38,6 +38,8 @@ CASES = {
     "newmark/lab-3": 300,
     "newmark/two-12": 100,
     "newmark/pendulum": 1000,
+    "simulate/lab-3": 300,
+    "simulate/two-12": 100,
     "radau/two-12": 20,
     "rk45/lab-3": 100,
     "rk45/pendulum": 1000,

@@ -1122,7 +1122,7 @@ def simulate(
     jac: Literal["analytic", "forward", "central"] = "analytic",
     rtol: ArrayLike = 1e-06,
     atol: ArrayLike = 1e-09,
-    t_eval: ArrayLike | None = None,
+    t_eval: ArrayLike | Literal["steps"] | None = None,
     progress: Callable[[float], object] | None = None,
     beta: float = 0.25,
     gamma: float = 0.5,
@@ -1137,14 +1137,19 @@ def simulate(
     control: Callable[[float, NDArray[np.float64], NDArray[np.float64]], ArrayLike] | None = None,
     control_step: float | None = None,
 ) -> MotionResult: ...
-def separate_segments(model: Model) -> int: ...
+def has_separate_sections(model: Model) -> bool: ...
 def sensitivities(
     model: Model,
     t: ArrayLike,
     q: ArrayLike,
     v: ArrayLike,
     a: ArrayLike,
-    forces: Sequence[Sequence[tuple[Model, float]] | tuple[int, ArrayLike, ArrayLike] | tuple[int, int]],
+    forces: Sequence[
+        Sequence[tuple[Model, float]]
+        | tuple[int, ArrayLike, ArrayLike]
+        | tuple[int, ArrayLike, ArrayLike, int, Sequence[tuple[Segment, float]]]
+        | tuple[int, int]
+    ],
     dq0: ArrayLike,
     dv0: ArrayLike,
     *,
@@ -1154,7 +1159,6 @@ def sensitivities(
     alpha: float | None = None,
     rho_inf: float | None = None,
     legs: Sequence[tuple[int, ArrayLike]] | None = None,
-    families: Sequence[Sequence[tuple[Model, float]]] | None = None,
     weights: tuple[ArrayLike, ArrayLike] | None = None,
 ) -> tuple[NDArray[np.float64], ...]: ...
 def simulate_many(

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import differences
-from ._lissom import Model, Robot, Segment, separate_segments
+from ._lissom import Model, Robot, Segment, has_separate_sections
 from .actuators import ActiveStrain
 from .sweeps import paths
 from .views import is_rod
@@ -39,18 +39,12 @@ class OfSection:
     ----------
     segment : int
         Number of the segment, all rods in a row.
-    path : sequence
-        The way to the segment.
     nearby : tuple of (Segment, float)
         The segment with values nearby, and weights of these in the derivative.
-    step : float
-        Distance of these values.
     """
 
     segment: int
-    path: Sequence[paths.Part]
     nearby: tuple[tuple[Segment, float], ...]
-    step: float
 
 
 @dataclass(frozen=True)
@@ -91,6 +85,8 @@ def _nearby(
         return changed
 
     nearby = differences.terms(with_value, value, nodes)
+    if within[0] == "density":
+        return nearby, np.zeros_like(segment.generalised_stiffness())
     blocks = [weight * other.generalised_stiffness() for other, weight in nearby]
     changed, size = np.sum(blocks, axis=0), np.sum(np.abs(blocks), axis=0)
     changed[np.abs(changed) <= differences.ROUNDING * size] = 0.0
@@ -144,7 +140,7 @@ class Materials:
         if len(nearby) > len(nodes):
             # To one side, at the end of what makes sense: others are not.
             return None
-        section = OfSection(number, path[: len(path) - len(within)], nearby, differences.step_at(value))
+        section = OfSection(number, nearby)
         return OfMaterial(value, first, changed, segment.retardation_time * changed, section)
 
     def _segment(self, path: Sequence[paths.Part]) -> tuple[Segment | None, int, int, Sequence[paths.Part]]:
@@ -159,7 +155,7 @@ class Materials:
 
     @functools.cached_property
     def _are_separate(self) -> bool:
-        return separate_segments(self._model) > 0
+        return has_separate_sections(self._model)
 
     @functools.cached_property
     def _segments(self) -> dict[tuple[paths.Part, ...], tuple[Segment, int, int]]:
@@ -180,41 +176,3 @@ class Materials:
                 found[(j,) if is_rod(model) else (i, j)] = segment, len(found), first
                 first += size
         return found
-
-
-@dataclass(frozen=True)
-class Shared:
-    """Derivatives of which every model that is made for them serves several: each of another segment.
-
-    Attributes
-    ----------
-    families : list of list of (Model, float)
-        Models in which one number of each of some segments has another value, with weights.
-    places : dict of int to (int, int, float)
-        Of the parameters by their numbers: family, segment, and what its derivative is divided by.
-    """
-
-    families: list[list[tuple[Model, float]]]
-    places: dict[int, tuple[int, int, float]]
-
-
-def shared(model: Model, sections: Mapping[int, OfSection]) -> Shared:
-    """Families of models for parameters of sections, given by their numbers."""
-    # Of one segment a family takes one parameter; all of it have as many values nearby.
-    rows: dict[tuple[int, int], list[int]] = {}
-    counts: dict[tuple[int, int], int] = {}
-    for i, section in sections.items():
-        key = len(section.nearby), section.segment
-        counts[key] = counts.get(key, 0) + 1
-        rows.setdefault((len(section.nearby), counts[key]), []).append(i)
-    found = Shared([], {})
-    for (number, _), members in rows.items():
-        family = []
-        for k in range(number):
-            weight = sections[members[0]].nearby[k][1] * sections[members[0]].step
-            changes = [(sections[i].path, sections[i].nearby[k][0]) for i in members]
-            family.append((paths.all_replaced(model, changes), weight))
-        for i in members:
-            found.places[i] = len(found.families), sections[i].segment, sections[i].step
-        found.families.append(family)
-    return found

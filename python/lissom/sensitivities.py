@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ._lissom import LissomError, Model, Robot, finite_array, sensitivities, simulate
-from .materials import Shared, shared
 from .parameters import OfInput, OfModel, OfStart, Parameter, names_of, place_derivative, resolved
 
 Array = NDArray[np.float64]
@@ -20,7 +19,7 @@ Array = NDArray[np.float64]
 #: Objective of a gradient: a number, and its derivatives with respect to coordinates and velocities.
 Objective = Callable[[Array, Array, Array], tuple[float, ArrayLike, ArrayLike]]
 
-#: Members of the Newmark family, whose runs are differentiated.
+#: Members of the Newmark family, and the other method whose runs are differentiated.
 METHODS = (
     "newmark",
     "average_acceleration",
@@ -29,14 +28,15 @@ METHODS = (
     "central_difference",
     "hht",
     "generalised_alpha",
+    "radau",
 )
 
 #: Control steps are counted so that a remainder of less than this part of one is rounding, as in `simulate`.
 ROUNDING_OF_STEPS = 1e-9
 
-#: Options of `simulate` that say which scheme it is, and those that say how well its steps are solved.
+#: Options of `simulate` that say which scheme it is, and those that say how its steps are made and solved.
 OF_SCHEME = ("beta", "gamma", "alpha", "rho_inf")
-OF_STEPS = ("rtol", "atol", "predictor", "reuse_jacobian", "max_steps", "jac", "progress")
+OF_STEPS = ("rtol", "atol", "predictor", "reuse_jacobian", "max_step", "min_step", "max_steps", "jac", "progress")
 
 
 @dataclass(frozen=True)
@@ -167,8 +167,9 @@ def sensitivity(
 ) -> SensitivityResult:
     """Differentiate a run with respect to its initial state and parameters of the model.
 
-    The derivatives are those of the discrete solution: finite differences of whole runs agree with them for
-    every step size. Their accuracy is that of the solution of each step, `rtol`.
+    The derivatives are those of the discrete solution: finite differences of whole runs with the same steps
+    agree with them for every step size. Their accuracy is that of the solution of each step; with fixed steps
+    `rtol` says it.
 
     Parameters
     ----------
@@ -189,16 +190,17 @@ def sensitivity(
     control_step : float, optional
         How long each row of `u` is held, seconds; by default `dt`.
     method : str
-        A member of the Newmark family, as for `simulate`; steps are of fixed size.
+        A member of the Newmark family, as for `simulate`, with steps of fixed size; or 'radau', which chooses its
+        steps by `rtol` and `atol`. These sizes are held: how they would change is not differentiated.
     dt : float
-        Step size, seconds.
+        Step size of the Newmark family, seconds.
     objective : callable, optional
         A number of the run: called once as ``objective(t, q, v)`` with arrays of shapes (m,), (m, n), (m, n),
         it returns the number and its derivatives with respect to `q` and `v`, both of shape (m, n). Then its
         gradient is computed by the adjoint, at a cost that hardly depends on how many parameters there are.
     **options
-        `beta`, `gamma`, `alpha`, `rho_inf`, `rtol`, `atol`, `jac`, `predictor`, `reuse_jacobian`,
-        `max_steps`, `progress` as for `simulate`.
+        `beta`, `gamma`, `alpha`, `rho_inf`, `rtol`, `atol`, `jac`, `predictor`, `reuse_jacobian`, `max_step`,
+        `min_step`, `max_steps`, `progress` as for `simulate`.
 
     Returns
     -------
@@ -230,7 +232,7 @@ def sensitivity(
     if method not in METHODS:
         known = ", ".join(map(repr, METHODS))
         raise ValueError(
-            f"method: got {method!r}, expected one of {known}: runs of others are not differentiated"
+            f"method: got {method!r}, expected one of {known}: runs by others are not differentiated"
         )
     for name in options:
         if name not in (*OF_SCHEME, *OF_STEPS):
@@ -245,6 +247,8 @@ def sensitivity(
     with contextlib.suppress(LissomError):
         sensitivities(model, [t0], rest, rest, rest, [], none, none, method=method, **scheme)
     chosen: Any = {"method": method} | options
+    if method == "radau":
+        chosen["t_eval"] = "steps"
     begun: list[float] = []
     if held is not None:
         rows = iter(held)
@@ -265,12 +269,7 @@ def sensitivity(
         if isinstance(parameter, OfStart):
             (dq0 if parameter.which == "q0" else dv0)[parameter.index, i] = 1.0
     legs = None if held is None else list(zip(np.searchsorted(run.t, begun), held, strict=True))
-    materials = {
-        i: parameter.material for i, parameter in enumerate(wanted) if isinstance(parameter, OfModel)
-    }
-    sections = {i: material.section for i, material in materials.items() if material and material.section}
-    families = Shared([], {}) if weights is None else shared(model, sections)
-    forces = [_on_forces(parameter, i in families.places) for i, parameter in enumerate(wanted)]
+    forces = [_on_forces(parameter, weights is not None) for parameter in wanted]
     found = sensitivities(
         model,
         run.t,
@@ -283,16 +282,13 @@ def sensitivity(
         method=method,
         **scheme,
         legs=legs,
-        families=families.families,
         weights=weights,
     )
     dq, dv, gradient = None, None, None
     if weights is None:
         dq, dv = found
     else:
-        gradient, of_families = found
-        for i, (family, segment, step) in families.places.items():
-            gradient[i] += of_families[family, segment] / step
+        [gradient] = found
     return SensitivityResult(
         names=tuple(parameter.name for parameter in wanted),
         t=run.t,
@@ -307,16 +303,19 @@ def sensitivity(
     )
 
 
-def _on_forces(parameter: Parameter, is_shared: bool) -> Any:
-    """How forces depend on a parameter, apart from what a family of models says."""
+def _on_forces(parameter: Parameter, by_adjoint: bool) -> Any:
+    """How forces depend on a parameter; on sections only the adjoint knows it without further models."""
     if isinstance(parameter, OfInput):
         return parameter.step, parameter.input
     if isinstance(parameter, OfStart):
         return []
     material = parameter.material
-    if material is None or (material.section is not None and not is_shared):
+    if material is None or (material.section is not None and not by_adjoint):
         return list(parameter.terms)
-    return material.first, material.stiffness, material.damping
+    of_stiffness = material.first, material.stiffness, material.damping
+    if material.section is None:
+        return of_stiffness
+    return *of_stiffness, material.section.segment, list(material.section.nearby)
 
 
 def number_of_control_steps(duration: float, control_step: float) -> int:

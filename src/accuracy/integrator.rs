@@ -96,7 +96,7 @@ impl Integrator {
                 max_step,
                 ..ode::Options::default()
             };
-            Method::FirstOrder { options, dt }
+            Method::FirstOrder { options, dt, tells_steps: false }
         } else {
             let options = radau::Options {
                 rtol: (RADAU_RELATIVE * tolerance).into(),
@@ -105,7 +105,7 @@ impl Integrator {
                 max_step,
                 ..radau::Options::default()
             };
-            Method::Radau { options, dt }
+            Method::Radau { options, dt, tells_steps: false }
         }
     }
 }

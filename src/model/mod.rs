@@ -33,6 +33,18 @@ pub use in_time::InTime;
 pub(crate) use passing::have_passed;
 pub use tied::{Switch, Tied};
 
+/// A place along a rod.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SectionPlace {
+    /// Number of the segment, all rods in a row.
+    pub segment: usize,
+    /// Fraction of its length.
+    pub x: f64,
+}
+
+/// What takes a twist of a section, (angular; linear), to its momentum per length; and derivatives with respect to its entries.
+pub type InertiaMatrix = [[f64; 6]; 6];
+
 /// A mechanical system with generalised coordinates `q` (n of them), velocities `qd`, accelerations `qdd`.
 ///
 /// `tau(q, qd, qdd)` is the generalised force that the motion needs, elasticity, damping and dead loads
@@ -72,16 +84,22 @@ pub trait Model: Elastic + InTime + Discretised + Tied {
     /// The derivative of `tau` with respect to the inputs, n x m, exact.
     fn input_tangent(&mut self, _q: &[f64], _qd: &[f64], _qdd: &[f64], _tangent: &mut Matrix) {}
 
-    /// How many segments rods have, where the numbers of a section's inertia act through [`Self::segment_powers`] of its segment
-    /// alone; zero where more depends on them, or the coordinates are not all free.
-    fn separate_segments(&self) -> usize {
-        0
+    /// Where the inertia of sections counts, where that acts on nothing but the forces along rods; none where more depends on it, or
+    /// the coordinates are not all free. Allocates.
+    fn section_places(&self) -> Vec<SectionPlace> {
+        Vec::new()
     }
 
-    /// The power that the forces along each segment take in a virtual motion with these rates, in watts: its sum over all segments,
-    /// and over what acts at points and within the material, is `rates . tau`. Allocates; not for step loops.
-    fn segment_powers(&mut self, _q: &[f64], _qd: &[f64], _qdd: &[f64], _rates: &[f64], _powers: &mut [f64]) {
-        unreachable!("the model has no separate segments");
+    /// Adds the derivatives of the power `rates . tau` with respect to the inertia matrices per length (of a twist in the section's
+    /// axes, (angular; linear)) at each of the [`Self::section_places`]. Allocates.
+    fn add_power_by_inertia(
+        &mut self,
+        _q: &[f64],
+        _qd: &[f64],
+        _qdd: &[f64],
+        _rates: &[f64],
+        _by_inertia: &mut [InertiaMatrix],
+    ) {
     }
 
     /// The symmetric positive definite mass matrix.

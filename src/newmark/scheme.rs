@@ -217,6 +217,11 @@ impl Parameters {
     pub const HHT_ALPHA: f64 = -0.1;
     /// Default spectral radius of the generalised-alpha method: unresolved oscillations lose 20 percent a step.
     pub const RHO_INF: f64 = 0.8;
+
+    /// Whether none is given.
+    pub fn is_empty(&self) -> bool {
+        *self == Self::default()
+    }
 }
 
 /// The names that [`Scheme::by_name`] knows.

@@ -159,6 +159,7 @@ pub(crate) fn simulate_many<'py>(
         predictor,
         reuse_jacobian,
         needs_damping: needs_damping(&*first.native()),
+        tells_steps: false,
     }
     .way(n)?;
     let mut count = Count(models.rows().map(|rows| (rows, "model")));

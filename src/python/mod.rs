@@ -110,7 +110,7 @@ mod _lissom {
     #[pymodule_export]
     use super::segment::PySegment;
     #[pymodule_export]
-    use super::sensitivity::{sensitivities, separate_segments};
+    use super::sensitivity::{has_separate_sections, sensitivities};
     #[pymodule_export]
     use super::signal::{PyHarmonic, PyInput};
     #[pymodule_export]

@@ -10,10 +10,13 @@ use super::convert::{self, Numbers};
 use super::errors::LissomError;
 use super::model::{Native, PyModel};
 use super::motion::Ticker;
+use super::segment::PySegment;
 use crate::error::Interrupted;
 use crate::linalg::Matrix;
+use crate::model::{InertiaMatrix, SectionPlace};
 use crate::newmark::{Parameters, Scheme};
-use crate::sensitivity::{self, Course, Failure, Family, ForceDerivative, Leg, Parameter};
+use crate::rod::SectionProperties;
+use crate::sensitivity::{self, Course, Failure, ForceDerivative, Leg, OfInertia, Parameter, Rule, Sections};
 
 /// Models that differ in a parameter, with their weights in the derivative with respect to it.
 type Terms = Vec<(Py<PyModel>, f64)>;
@@ -21,16 +24,20 @@ type Terms = Vec<(Py<PyModel>, f64)>;
 /// How the generalised stiffness and damping of a segment change with a parameter, and its first coordinate.
 type Material<'py> = (usize, Bound<'py, PyAny>, Bound<'py, PyAny>);
 
+/// The same, and the segment's number, and segments with other sections with their weights in the derivative.
+type OfSection<'py> = (usize, Bound<'py, PyAny>, Bound<'py, PyAny>, usize, Vec<(Py<PySegment>, f64)>);
+
 /// How forces depend on a parameter.
 #[derive(FromPyObject)]
 pub(crate) enum Dependence<'py> {
     Models(Terms),
     Material(Material<'py>),
+    Section(OfSection<'py>),
     /// Number of a leg, and of an input.
     Input((usize, usize)),
 }
 
-/// Derivatives of a run with fixed steps of the Newmark family: of all states forward, or of a number by the adjoint.
+/// Derivatives of a run of the Newmark family with fixed steps, or of Radau IIA: of all states forward, or of a number by the adjoint.
 ///
 /// `lissom.sensitivity` says what they are.
 ///
@@ -44,20 +51,19 @@ pub(crate) enum Dependence<'py> {
 /// forces : list
 ///     For each of p parameters a list of (Model, float), models whose weighted sum of forces is their derivative, empty for what no
 ///     force depends on; or for a segment's material (first coordinate, dK/dp, dD/dp), its k coordinates' stiffness and damping,
-///     shapes (k, k); or for an input (number of the leg, number of the input).
+///     shapes (k, k); or with `weights` for its section the same and (number of the segment, list of (Segment, float)), segments
+///     whose weighted sum of inertias is the derivative; or for an input (number of the leg, number of the input).
 /// dq0, dv0 : array_like, shape (n, p)
 ///     How the start moves with the parameters.
 /// legs : list of (int, array_like of shape (inputs,)), optional
 ///     Numbers of the states from which on inputs were held, beginning with 0, and these inputs; `a` there is with them.
-/// families : list of list of (Model, float), optional
-///     With `weights`: models that differ in a number of each of some segments' sections, with weights.
 /// weights : pair of array_like, shape (m, n), optional
 ///     Derivatives of the number with respect to `q` and `v`.
 ///
 /// Returns
 /// -------
 /// tuple of ndarray
-///     Two of shape (m, n, p), or with `weights` one of shape (p,) and one of shape (families, segments).
+///     Two of shape (m, n, p), or with `weights` one of shape (p,).
 ///
 /// Raises
 /// ------
@@ -66,7 +72,7 @@ pub(crate) enum Dependence<'py> {
 /// LissomError
 ///     If the matrix of a step is singular.
 #[pyfunction]
-#[pyo3(signature = (model, t, q, v, a, forces, dq0, dv0, *, method="newmark", beta=None, gamma=None, alpha=None, rho_inf=None, legs=None, families=None, weights=None))]
+#[pyo3(signature = (model, t, q, v, a, forces, dq0, dv0, *, method="newmark", beta=None, gamma=None, alpha=None, rho_inf=None, legs=None, weights=None))]
 #[allow(clippy::too_many_arguments, reason = "a run, and what is asked of it")]
 pub(crate) fn sensitivities<'py>(
     model: &Bound<'py, PyModel>,
@@ -83,14 +89,22 @@ pub(crate) fn sensitivities<'py>(
     alpha: Option<f64>,
     rho_inf: Option<f64>,
     legs: Option<Vec<(usize, Bound<'py, PyAny>)>>,
-    families: Option<Vec<Terms>>,
     weights: Option<(Bound<'py, PyAny>, Bound<'py, PyAny>)>,
 ) -> PyResult<Bound<'py, PyTuple>> {
     let py = model.py();
     let mut native = model.get().native();
     sensitivity::check(&*native)?;
     let n = native.n();
-    let scheme = Scheme::by_name(method, &Parameters { beta, gamma, alpha, rho_inf })?;
+    let given = Parameters { beta, gamma, alpha, rho_inf };
+    let rule = match method {
+        "radau" if given.is_empty() => Rule::Radau,
+        "radau" => {
+            let expected =
+                "beta, gamma, alpha, rho_inf: expected nothing: they are options of the Newmark family";
+            return Err(PyValueError::new_err(expected));
+        }
+        _ => Rule::Newmark(Scheme::by_name(method, &given)?),
+    };
     let t = convert::vector(t, "t")?;
     if t.is_empty() {
         return Err(PyValueError::new_err("t: got no times, expected at least the start"));
@@ -108,16 +122,15 @@ pub(crate) fn sensitivities<'py>(
         None => None,
     };
     let p = forces.len();
+    let places = native.section_places();
     let (dq0, dv0) = (convert::matrix_of(dq0, (n, p), "dq0")?, convert::matrix_of(dv0, (n, p), "dv0")?);
-    let segments = native.separate_segments();
-    let mut families =
-        families.iter().flatten().map(|terms| family_of(terms, n, segments)).collect::<PyResult<Vec<_>>>()?;
-    if !families.is_empty() && weights.is_none() {
-        return Err(PyValueError::new_err("families: expected none without weights"));
+    let (forces, sections) = of_parameters(&forces, n, &places)?;
+    if !sections.is_empty() && weights.is_none() {
+        return Err(PyValueError::new_err("forces: got sections, expected none without weights"));
     }
-    let forces = forces.iter().map(|force| of_parameter(force, n)).collect::<PyResult<Vec<_>>>()?;
+    let sections = Sections::new(sections, places.len());
     let legs = legs_of(legs.unwrap_or_default(), t.len(), native.inputs())?;
-    let course = Course { t: &t, q: &q, v: &v, a: &a, scheme, legs: &legs };
+    let course = Course { t: &t, q: &q, v: &v, a: &a, rule, legs: &legs };
     let is_wrong = |force: &Force| match force {
         Force::Input(leg, input) => *leg >= legs.len() || *input >= native.inputs(),
         _ => false,
@@ -135,7 +148,7 @@ pub(crate) fn sensitivities<'py>(
             raised.catch(Python::attach(|py| py.check_signals()))
         };
         let weights = weights.as_ref().map(|(q, v)| [q.as_slice(), v.as_slice()]);
-        compute(&mut *native, &course, forces, [&dq0, &dv0], weights, &mut families, &mut monitor)
+        compute(&mut *native, &course, (forces, sections), [&dq0, &dv0], weights, &mut monitor)
     });
     raised.into_result()?;
     let computed = computed.map_err(|failure| match failure {
@@ -153,12 +166,7 @@ pub(crate) fn sensitivities<'py>(
         let array = values.into_pyarray(py);
         if weights.is_some() { Ok(array.into_any()) } else { Ok(array.reshape([t.len(), n, p])?.into_any()) }
     });
-    let mut arrays = arrays.collect::<PyResult<Vec<_>>>()?;
-    if weights.is_some() {
-        let of_families: Vec<f64> = families.iter().flat_map(|family| &family.gradient).copied().collect();
-        arrays.push(of_families.into_pyarray(py).reshape([families.len(), segments])?.into_any());
-    }
-    PyTuple::new(py, arrays)
+    PyTuple::new(py, arrays.collect::<PyResult<Vec<_>>>()?)
 }
 
 /// The models of a parameter, or what its material changes.
@@ -183,38 +191,73 @@ fn legs_of(given: Vec<(usize, Bound<'_, PyAny>)>, states: usize, inputs: usize) 
     Ok(legs)
 }
 
-fn of_parameter(dependence: &Dependence<'_>, n: usize) -> PyResult<Force> {
-    match dependence {
-        Dependence::Models(terms) => of_models(terms, n).map(Force::Models),
-        Dependence::Input((leg, input)) => Ok(Force::Input(*leg, *input)),
-        Dependence::Material((first, stiffness, damping)) => {
-            let size = convert::numbers(stiffness, "forces", "an array of shape (k, k)")?.shape;
-            let k = size.first().copied().unwrap_or(0);
-            if first.checked_add(k).is_none_or(|end| end > n) {
-                return Err(PyValueError::new_err(format!(
-                    "forces: got {k} coordinates from {first} on, expected some of {n}"
-                )));
+/// The forces of all parameters, and what the inertia of sections has to do with them.
+fn of_parameters(
+    dependences: &[Dependence<'_>],
+    n: usize,
+    places: &[SectionPlace],
+) -> PyResult<(Vec<Force>, Vec<OfInertia>)> {
+    let mut sections = Vec::new();
+    let mut forces = Vec::with_capacity(dependences.len());
+    for (parameter, dependence) in dependences.iter().enumerate() {
+        forces.push(match dependence {
+            Dependence::Models(terms) => Force::Models(of_models(terms, n)?),
+            Dependence::Input((leg, input)) => Force::Input(*leg, *input),
+            Dependence::Material((first, stiffness, damping)) => {
+                of_material(*first, [stiffness, damping], n)?
             }
-            let block = |value| convert::matrix_of(value, (k, k), "forces");
-            Ok(Force::Material(*first, [block(stiffness)?, block(damping)?]))
-        }
+            Dependence::Section((first, stiffness, damping, segment, terms)) => {
+                sections.push(OfInertia { parameter, at: of_inertia(*segment, terms, places)? });
+                of_material(*first, [stiffness, damping], n)?
+            }
+        });
     }
+    Ok((forces, sections))
 }
 
-fn family_of(terms: &Terms, n: usize, segments: usize) -> PyResult<Family<dyn Native>> {
-    let terms = of_models(terms, n)?;
-    if segments == 0 || terms.iter().any(|(model, _)| model.separate_segments() != segments) {
+fn of_material(first: usize, [stiffness, damping]: [&Bound<'_, PyAny>; 2], n: usize) -> PyResult<Force> {
+    let size = convert::numbers(stiffness, "forces", "an array of shape (k, k)")?.shape;
+    let k = size.first().copied().unwrap_or(0);
+    if first.checked_add(k).is_none_or(|end| end > n) {
         return Err(PyValueError::new_err(format!(
-            "families: got models whose segments are not separate, expected models with {segments} of them"
+            "forces: got {k} coordinates from {first} on, expected some of {n}"
         )));
     }
-    Ok(Family { terms, gradient: vec![0.0; segments] })
+    let block = |value| convert::matrix_of(value, (k, k), "forces");
+    Ok(Force::Material(first, [block(stiffness)?, block(damping)?]))
 }
 
-/// Of how many segments the forces depend on no other's sections; zero where they are not separate.
+/// The weighted sums of the inertia matrices of segments at the places of one, with the numbers of these places.
+fn of_inertia(
+    segment: usize,
+    terms: &[(Py<PySegment>, f64)],
+    places: &[SectionPlace],
+) -> PyResult<Vec<(usize, InertiaMatrix)>> {
+    let own = places.iter().enumerate().filter(|(_, place)| place.segment == segment);
+    let at: Vec<_> = own.map(|(number, place)| (number, change_of_inertia(terms, place.x))).collect();
+    if at.is_empty() {
+        return Err(PyValueError::new_err(format!(
+            "forces: got segment {segment}, expected one of a model whose sections act on forces along rods alone"
+        )));
+    }
+    Ok(at)
+}
+
+fn change_of_inertia(terms: &[(Py<PySegment>, f64)], x: f64) -> InertiaMatrix {
+    let mut sum = [[0.0; 6]; 6];
+    for (segment, weight) in terms {
+        let inertia = SectionProperties::at(&segment.get().0, x).inertia_matrix();
+        for (sum, entry) in sum.iter_mut().flatten().zip(inertia.iter().flatten()) {
+            *sum += weight * entry;
+        }
+    }
+    sum
+}
+
+/// Whether the inertia of sections acts on nothing but the forces along their rods.
 #[pyfunction]
-pub(crate) fn separate_segments(model: &Bound<'_, PyModel>) -> usize {
-    model.get().native().separate_segments()
+pub(crate) fn has_separate_sections(model: &Bound<'_, PyModel>) -> bool {
+    !model.get().native().section_places().is_empty()
 }
 
 fn of_models(terms: &Terms, n: usize) -> PyResult<Vec<(Box<dyn Native>, f64)>> {
@@ -232,10 +275,9 @@ fn of_models(terms: &Terms, n: usize) -> PyResult<Vec<(Box<dyn Native>, f64)>> {
 fn compute(
     model: &mut dyn Native,
     course: &Course<'_>,
-    forces: Vec<Force>,
+    (forces, mut sections): (Vec<Force>, Sections),
     [dq0, dv0]: [&Matrix; 2],
     weights: Option<[&[f64]; 2]>,
-    families: &mut [Family<dyn Native>],
     monitor: &mut dyn FnMut() -> Result<(), Interrupted>,
 ) -> Result<Vec<Vec<f64>>, Failure> {
     let n = dq0.nrows();
@@ -254,8 +296,10 @@ fn compute(
     let mut of = forces.into_iter().map(parameter).collect::<Result<Vec<_>, Interrupted>>()?;
     let mut parameters = sensitivity::Parameters { dq0, dv0, of: &mut of };
     match weights {
-        Some(weights) => sensitivity::adjoint(model, course, weights, &mut parameters, families, monitor)
-            .map(|gradient| vec![gradient]),
+        Some(weights) => {
+            sensitivity::adjoint(model, course, weights, &mut parameters, &mut sections, monitor)
+                .map(|gradient| vec![gradient])
+        }
         None => sensitivity::forward(model, course, &mut parameters, monitor).map(Vec::from),
     }
 }

@@ -21,6 +21,9 @@ use crate::robot::Robot;
 use crate::roots::Derivative;
 use crate::simulate::{Control, Method, slackness};
 
+/// What `t_eval` is where all accepted steps are wanted.
+const EVERY_STEP: &str = "steps";
+
 /// Simulate the free motion of a model.
 ///
 /// Parameters
@@ -51,8 +54,9 @@ use crate::simulate::{Control, Method, slackness};
 ///     kept below ``atol[i] + rtol[i] * abs(q[i])`` and ``atol[i] + rtol[i] * abs(v[i])``, as root mean squares.
 ///     `atol` is in the unit of q, of q per second and of q per second squared, respectively. 'auto': `rtol` (1e-4 by default) is
 ///     the largest error of the tip relative to the model's length, and there is no `atol`.
-/// t_eval : array_like, optional
-///     Increasing times from `t0` to `t_end` at which the motion is wanted. By default every step (Newmark family) or every `dt`.
+/// t_eval : array_like or 'steps', optional
+///     Increasing times from `t0` to `t_end` at which the motion is wanted, or 'steps': at every accepted step. By default every step
+///     (Newmark family) or every `dt`.
 /// control : callable, optional
 ///     Called as ``control(t, q, v)``, at `t0` and every `control_step` from there on; returns what the model's inputs are until it
 ///     is called again, shape (inputs,). Steps end at these times: those of fixed size are equal in between and at most `dt`. Its
@@ -155,7 +159,8 @@ pub(crate) fn simulate<'py>(
         None => Ok(vec![0.0; n]),
     };
     let (q0, v0) = (state(q0, "q0")?, state(v0, "v0")?);
-    let t_eval = times(t_eval)?;
+    let tells_steps = t_eval.is_some_and(is_every_step);
+    let t_eval = times(t_eval.filter(|_| !tells_steps))?;
     let given = Given {
         method,
         dt,
@@ -170,10 +175,16 @@ pub(crate) fn simulate<'py>(
         predictor,
         reuse_jacobian,
         needs_damping: needs_damping(&*model.get().native()),
+        tells_steps,
     };
     let way = given.way(n)?;
     let controller = Controller::new(model, control, control_step, dt, &way)?;
     run(model, (t0, t_end), [&q0, &v0], &way, t_eval.as_deref(), controller, progress)
+}
+
+/// Whether `t_eval` asks for every accepted step.
+fn is_every_step(t_eval: &Bound<'_, PyAny>) -> bool {
+    t_eval.extract::<&str>().is_ok_and(|text| text == EVERY_STEP)
 }
 
 /// The function of the user that sets inputs.
@@ -262,6 +273,8 @@ pub(super) struct Given<'a, 'py> {
     pub(super) reuse_jacobian: Option<bool>,
     /// Whether what is infinitely fast must be damped.
     pub(super) needs_damping: bool,
+    /// Whether the result is to have all accepted steps.
+    pub(super) tells_steps: bool,
 }
 
 impl Given<'_, '_> {
@@ -278,7 +291,12 @@ impl Given<'_, '_> {
 
     fn accuracy(&self) -> PyResult<accuracy::Request> {
         self.refuse_options_of_newmark()?;
-        self.refuse([("atol", self.atol.is_some()), ("min_step", self.min_step != 0.0)])?;
+        let of_others = [
+            ("atol", self.atol.is_some()),
+            ("min_step", self.min_step != 0.0),
+            ("t_eval='steps'", self.tells_steps),
+        ];
+        self.refuse(of_others)?;
         let tolerance = self.rtol.map_or(Ok(accuracy::DEFAULT_RTOL), PyAnyMethods::extract)?;
         let limit = self.max_steps.map(|limit| convert::count(limit, "max_steps")).transpose()?;
         let default = accuracy::Request::new(tolerance, self.dt);
@@ -315,7 +333,7 @@ impl Given<'_, '_> {
             min_step: self.min_step,
             max_steps,
         };
-        Ok(Method::Radau { options, dt: self.dt })
+        Ok(Method::Radau { options, dt: self.dt, tells_steps: self.tells_steps })
     }
 
     fn first_order(&self, method: ode::Method, n: usize) -> PyResult<Method> {
@@ -331,7 +349,7 @@ impl Given<'_, '_> {
             max_steps,
             ..ode::Options::default()
         };
-        Ok(Method::FirstOrder { options, dt: self.dt })
+        Ok(Method::FirstOrder { options, dt: self.dt, tells_steps: self.tells_steps })
     }
 
     /// The member of the Newmark family: one that damps, where that is needed and nothing is said.

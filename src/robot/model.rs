@@ -24,8 +24,8 @@ use crate::lie::{Instructions, Planar, Plane, Spatial, Vector};
 use crate::linalg::{Matrix, TreeMatrix, symmetric_eigen};
 use crate::loops::{Loop, Tie};
 use crate::model::{
-    Discretised, Elastic, Energy, Flaw, ForwardScratch, Holder, InTime, Model, Radius, SingularMass, Switch,
-    Tied, Tree, forward,
+    Discretised, Elastic, Energy, Flaw, ForwardScratch, Holder, InTime, InertiaMatrix, Model, Radius,
+    SectionPlace, SingularMass, Switch, Tied, Tree, forward,
 };
 use crate::rod::{MAX_NODES, STRAINS, piece};
 use crate::springs::Springs;
@@ -780,14 +780,25 @@ impl Model for RobotModel {
         });
     }
 
-    fn separate_segments(&self) -> usize {
+    fn section_places(&self) -> Vec<SectionPlace> {
         let Robot { base_motion, fluid, contacts, .. } = &*self.robot;
         let is_separate = base_motion.is_none() && fluid.is_none() && contacts.is_empty();
-        if is_separate && self.coordinates.are_own() { self.robot.segments().count() } else { 0 }
+        if !is_separate || !self.coordinates.are_own() {
+            return Vec::new();
+        }
+        on_sweeps!(&self.sweeps, sweeps => sweeps.section_places())
     }
 
-    fn segment_powers(&mut self, q: &[f64], qd: &[f64], qdd: &[f64], rates: &[f64], powers: &mut [f64]) {
-        on_sweeps!(&mut self.sweeps, sweeps => sweeps.segment_powers([q, qd, qdd], rates, powers));
+    fn add_power_by_inertia(
+        &mut self,
+        q: &[f64],
+        qd: &[f64],
+        qdd: &[f64],
+        rates: &[f64],
+        by_inertia: &mut [InertiaMatrix],
+    ) {
+        let sweeps = &mut self.sweeps;
+        on_sweeps!(sweeps, sweeps => sweeps.add_power_by_inertia([q, qd, qdd], rates, by_inertia));
     }
 
     fn input_tangent(&mut self, q: &[f64], qd: &[f64], qdd: &[f64], tangent: &mut Matrix) {

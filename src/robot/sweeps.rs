@@ -12,8 +12,8 @@ use super::effect::support::Held;
 use super::kernel::kinematics::Pose;
 use super::kernel::momentum::Momentum;
 use super::kernel::{
-    acceleration, elasticity, energy, inputs, inverse_dynamics, kinematics, lines, loops, momentum, power,
-    section, tangent, time,
+    acceleration, by_inertia, elasticity, energy, inputs, inverse_dynamics, kinematics, lines, loops,
+    momentum, section, tangent, time,
 };
 use super::plan::Plan;
 use super::plan::contact::Side;
@@ -25,7 +25,7 @@ use super::turning::place;
 use crate::error::Interrupted;
 use crate::lie::{Cross, Sweep, Vector, VectorSpace, Wrench};
 use crate::linalg::Matrix;
-use crate::model::{Energy, Holder, Radius};
+use crate::model::{Energy, Holder, InertiaMatrix, Radius, SectionPlace};
 use crate::rod::STRAINS;
 use crate::world::base_motion::Base;
 
@@ -270,12 +270,22 @@ impl<G: Turning> Sweeps<G> {
         inputs::tangent(&self.plan, &mut self.work, &mut self.tangent.actuation, tangent);
     }
 
-    /// The power that the forces along each segment take in a virtual motion with these rates. Allocates.
-    pub(crate) fn segment_powers(&mut self, state: [&[f64]; 3], rates: &[f64], powers: &mut [f64]) {
+    /// Where the nodes of rods are.
+    pub(crate) fn section_places(&self) -> Vec<SectionPlace> {
+        by_inertia::places(&self.plan)
+    }
+
+    /// Adds the derivatives of the power in a virtual motion with respect to the inertia of sections. Allocates.
+    pub(crate) fn add_power_by_inertia(
+        &mut self,
+        state: [&[f64]; 3],
+        rates: &[f64],
+        by_inertia: &mut [InertiaMatrix],
+    ) {
         self.update_motion(state);
-        let forces = self.work.force.clone();
+        let motion = by_inertia::Motion::of(&self.work);
         self.update_velocities(state[0], rates);
-        power::of_segments(&self.plan, &self.work, &forces, powers);
+        motion.add(&self.plan, &self.work, by_inertia);
     }
 
     /// Takes these for what closed loops answer.
@@ -303,6 +313,9 @@ impl<G: Turning> Sweeps<G> {
 
     /// What holds the constraint with the widest gap, and that gap.
     pub(crate) fn widest_gap(&mut self, q: &[f64]) -> Option<(Holder, f64)> {
+        if self.plan.loops.held_by.is_empty() {
+            return None;
+        }
         self.update_constraints(q);
         let mut gaps = std::mem::take(&mut self.work.loops.gaps);
         loops::values(&self.plan, &self.work, q, &mut gaps);

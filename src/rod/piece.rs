@@ -124,7 +124,7 @@ impl Piece {
     }
 
     /// The fraction of the segment's length.
-    fn place(&self, x: f64) -> f64 {
+    pub(crate) fn place(&self, x: f64) -> f64 {
         self.from + self.part * x
     }
 

@@ -72,7 +72,7 @@ pub struct Statistics {
 /// A motion and how it came about. What was computed before a failure or an interruption is kept.
 #[derive(Clone, Debug)]
 pub struct Simulation {
-    /// Times: those asked for as far as they were reached; else all steps (Newmark) or a grid (first order).
+    /// Times: those asked for as far as they were reached; else all steps, or a grid ([`Method`]).
     pub t: Vec<f64>,
     /// Coordinates at these times one after the other, n numbers each.
     pub q: Vec<f64>,
@@ -198,7 +198,7 @@ impl Order<'_> {
         }
         let times = match (t_eval, method) {
             (Some(times), _) => Some(times.to_vec()),
-            (None, Method::Newmark(_)) => None,
+            (None, method) if method.tells_steps() => None,
             (None, _) => Some(grid(n, t_span, method.dt())?),
         };
         if let Some(times) = &times {
@@ -272,7 +272,7 @@ pub fn times_of_run(
     if let Some(times) = t_eval {
         return Ok(Some(times.to_vec()));
     }
-    if !matches!(method, Method::Newmark(_)) {
+    if !method.tells_steps() {
         return grid(n, t_span, method.dt()).map(Some);
     }
     let (Some(dt), (mut t, t_end)) = (method.fixed_step(), t_span) else { return Ok(None) };
@@ -320,11 +320,13 @@ fn by_steps<M: Model>(model: &M, method: &Method) -> Method {
 
 /// No more steps than have room in a result that has all of them.
 fn limit_steps(method: &mut Method, n: usize) {
-    if let Method::Newmark(options) = method
-        && options.step_size != StepSize::Fixed
-    {
-        options.max_steps = options.max_steps.min(points_in_memory(n));
-    }
+    let max_steps = match method {
+        Method::Newmark(options) if options.step_size == StepSize::Fixed => return,
+        Method::Newmark(options) => &mut options.max_steps,
+        Method::Radau { options, .. } => &mut options.max_steps,
+        Method::FirstOrder { options, .. } => &mut options.max_steps,
+    };
+    *max_steps = points_in_memory(n).min(*max_steps);
 }
 
 fn check_control(step: f64, (t0, t_end): (f64, f64)) -> Result<(), InvalidInput> {

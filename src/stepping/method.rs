@@ -17,6 +17,8 @@ pub enum Method {
         options: radau::Options,
         /// Distance of the output times where none are asked for.
         dt: f64,
+        /// Whether results are those of all accepted steps instead.
+        tells_steps: bool,
     },
     /// As a system of first order, through the forward dynamics.
     FirstOrder {
@@ -24,6 +26,8 @@ pub enum Method {
         options: ode::Options,
         /// Distance of the output times where none are asked for.
         dt: f64,
+        /// Whether results are those of all accepted steps instead.
+        tells_steps: bool,
     },
 }
 
@@ -33,6 +37,14 @@ impl Method {
         match self {
             Self::Newmark(options) => options.dt,
             Self::Radau { dt, .. } | Self::FirstOrder { dt, .. } => *dt,
+        }
+    }
+
+    /// Whether it tells all of its steps where no times are asked for.
+    pub(crate) fn tells_steps(&self) -> bool {
+        match self {
+            Self::Newmark(_) => true,
+            Self::Radau { tells_steps, .. } | Self::FirstOrder { tells_steps, .. } => *tells_steps,
         }
     }
 

@@ -115,13 +115,14 @@ fn methods(dt: f64) -> Vec<(&'static str, Method)> {
         ("hht", Method::Newmark(newmark("hht", dt))),
         ("generalised_alpha", Method::Newmark(newmark("generalised_alpha", dt))),
         ("adaptive", Method::Newmark(newmark::Options { step_size: adaptive, ..newmark("hht", dt) })),
-        ("radau", Method::Radau { options: radau::Options::default(), dt }),
-        ("rk45", Method::FirstOrder { options: ode::Options::default(), dt }),
+        ("radau", Method::Radau { options: radau::Options::default(), dt, tells_steps: false }),
+        ("rk45", Method::FirstOrder { options: ode::Options::default(), dt, tells_steps: false }),
         (
             "dop853",
             Method::FirstOrder {
                 options: ode::Options { method: ode::Method::Dop853, ..ode::Options::default() },
                 dt,
+                tells_steps: false,
             },
         ),
     ]

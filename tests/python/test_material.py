@@ -147,7 +147,7 @@ def branched():
 
 
 @pytest.mark.parametrize("options", [{}, {"method": "generalised_alpha", "rho_inf": 0.6}])
-def test_gradients_by_families_are_those_of_models_one_by_one(options):
+def test_gradients_with_respect_to_sections_are_those_of_models_one_by_one(options):
     """Forward derivatives take models of their own for each parameter."""
     names = [
         "link[0].rod.segment[0].density",
@@ -179,21 +179,20 @@ def test_gradients_by_families_are_those_of_models_one_by_one(options):
     np.testing.assert_allclose(gradient, expected, rtol=1e-8)
 
 
-def test_a_family_has_a_model_for_each_value_nearby(monkeypatch):
-    """However many segments there are."""
+def test_gradients_with_respect_to_sections_take_no_models(monkeypatch):
+    """Segments with values nearby know the inertia of their sections."""
     made = []
-    replaced = lissom.materials.paths.all_replaced
+    replaced = lissom.materials.paths.replaced
 
-    def counted(thing, changes):
-        if isinstance(thing, lissom.Rod):
-            made.append(len(changes))
-        return replaced(thing, changes)
+    def counted(thing, path, value):
+        made.append(type(thing))
+        return replaced(thing, path, value)
 
-    monkeypatch.setattr(lissom.materials.paths, "all_replaced", counted)
+    monkeypatch.setattr(lissom.materials.paths, "replaced", counted)
     segment = lissom.Segment(0.02, 0.01, 4e5, 1.5e5, 1100, modes={"bend_y": 1}, retardation_time=0.02)
     names = [f"segments[{i}].{key}" for i in range(5) for key in ("radius", "density")]
     lissom.sensitivity(lissom.Rod([segment] * 5), 0.05, names, objective=lambda t, q, v: (0.0, q, v))
-    assert sorted(made) == [5] * 6
+    assert made == [lissom.Segment] * 30
 
 
 @pytest.mark.parametrize("key", ["young_modulus", "retardation_time"])

@@ -152,8 +152,10 @@ def test_what_nothing_depends_on_is_refused():
 
 
 def test_methods_and_models_are_refused():
-    with pytest.raises(ValueError, match="radau"):
-        lissom.sensitivity(arm(), 0.1, ["q0"], method="radau")
+    with pytest.raises(ValueError, match="rk45"):
+        lissom.sensitivity(arm(), 0.1, ["q0"], method="rk45")
+    with pytest.raises(ValueError, match="rho_inf"):
+        lissom.sensitivity(arm(), 0.1, ["q0"], method="radau", rho_inf=0.8)
     with pytest.raises(TypeError, match="adaptive"):
         lissom.sensitivity(arm(), 0.1, ["q0"], adaptive=True)
     looped = lissom.Robot(

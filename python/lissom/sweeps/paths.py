@@ -115,12 +115,7 @@ def replaced(thing: Any, path: Sequence[Part], value: Any) -> Any:
 
     Raises ValueError where nothing of the kind is there, and what the constructors raise.
     """
-    return all_replaced(thing, [(path, value)])
-
-
-def all_replaced(thing: Any, changes: Sequence[tuple[Sequence[Part], Any]]) -> Any:
-    """The same with other values at the ends of some paths, each another one: everything is made once."""
-    return _with(thing, [(path, 0, value) for path, value in changes])
+    return _with(thing, path, 0, value)
 
 
 def found(thing: Any, path: Sequence[Part]) -> Any:
@@ -135,21 +130,16 @@ def found(thing: Any, path: Sequence[Part]) -> Any:
     return thing
 
 
-def _with(thing: Any, changes: Sequence[tuple[Sequence[Part], int, Any]]) -> Any:
-    """A thing with values at the ends of paths, of each of which some parts lead here."""
-    path, done, value = changes[0]
+def _with(thing: Any, path: Sequence[Part], done: int, value: Any) -> Any:
+    """A thing with a value at the end of a path, some parts of which lead here."""
     if done == len(path):
         return value
-    within: dict[Any, tuple[Any, list[tuple[Sequence[Part], int, Any]]]] = {}
-    for path, done, value in changes:
-        inside = _inside(thing, path, done)
-        within.setdefault(inside.key, (inside.parts[inside.key], []))[1].append((path, inside.done, value))
+    inside = _inside(thing, path, done)
     parts = inside.parts
-    for key, (part, of_part) in within.items():
-        parts[key] = _with(part, of_part)
-        if key == "poisson_ratio":
-            # Which says what this one would be.
-            parts.pop("shear_modulus", None)
+    parts[inside.key] = _with(parts[inside.key], path, inside.done, value)
+    if inside.key == "poisson_ratio":
+        # Which says what this one would be.
+        parts.pop("shear_modulus", None)
     return inside.made(parts)
 
 

@@ -173,6 +173,7 @@ impl PySimulation {
             predictor: None,
             reuse_jacobian: None,
             needs_damping: needs_damping(&*model.get().native()),
+            tells_steps: false,
         };
         let Way::Method(method) = given.way(n)? else {
             return Err(PyValueError::new_err(

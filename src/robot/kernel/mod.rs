@@ -1,6 +1,7 @@
 //! The recursions along a rod.
 
 pub(crate) mod acceleration;
+pub(crate) mod by_inertia;
 pub(crate) mod elasticity;
 pub(crate) mod energy;
 pub(crate) mod hinge;
@@ -11,7 +12,6 @@ pub(crate) mod lines;
 pub(crate) mod loops;
 pub(crate) mod momentum;
 mod points;
-pub(crate) mod power;
 pub(crate) mod section;
 pub(crate) mod tangent;
 pub(crate) mod time;

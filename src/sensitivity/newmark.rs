@@ -1,0 +1,194 @@
+//! Derivatives of runs of the Newmark family.
+
+use super::equations::{Equations, Linearised};
+use super::{Course, Failure, Kept, Monitor, Parameters, Sections};
+use crate::linalg::{Lu, Matrix, Singular};
+use crate::model::Model;
+use crate::newmark::Scheme;
+
+/// The weights of a state whose accelerations have been solved for: the start, or that of a leg.
+const SOLVED: [f64; 3] = [0.0, 0.0, 1.0];
+
+/// The matrix `S = w_q K + w_v D + M` of a step.
+struct System<'a, M: ?Sized> {
+    equations: Equations<'a, M>,
+    at: Linearised,
+    tangent: Matrix,
+    lu: Lu,
+}
+
+impl<'a, M: Model + ?Sized> System<'a, M> {
+    fn new(model: &'a mut M, course: &Course<'a>) -> Self {
+        let n = model.n();
+        let equations = Equations::new(model, course.legs);
+        Self { equations, at: Linearised::new(n), tangent: Matrix::zeros(n, n), lu: Lu::new(n) }
+    }
+
+    /// Linearises a state where the accelerations have been solved for.
+    fn begin(&mut self, course: &Course<'_>, step: usize, is_transposed: bool) -> Result<(), Failure> {
+        let (t, state) = course.state(step, self.at.q.len());
+        self.at.place(t, state);
+        self.linearise(step, SOLVED, is_transposed)
+    }
+
+    /// Linearises the end of a step with these weights of its accelerations.
+    fn end(
+        &mut self,
+        course: &Course<'_>,
+        step: usize,
+        weights: [f64; 3],
+        is_transposed: bool,
+    ) -> Result<(), Failure> {
+        let (t, state) = course.state(step, self.at.q.len());
+        self.at.place(t, state);
+        if course.leg_from(step).is_some() {
+            // What is recorded there are those of the leg that follows.
+            self.equations.solve(&mut self.at, step)?;
+        }
+        self.linearise(step, weights, is_transposed)
+    }
+
+    fn linearise(&mut self, step: usize, weights: [f64; 3], is_transposed: bool) -> Result<(), Failure> {
+        self.equations.linearise(&mut self.at, weights, &mut self.tangent)?;
+        if is_transposed {
+            self.tangent.transpose_mut();
+        }
+        self.lu.factorise(&self.tangent).map_err(|Singular| Failure::Singular(step))
+    }
+
+    /// The derivatives of the accelerations `da = -S^-1 (K dq + D dv + dr/dp)` with respect to all parameters, n x p.
+    fn accelerations<F: Model + ?Sized>(
+        &mut self,
+        of: [&Matrix; 2],
+        parameters: &mut Parameters<'_, F>,
+        da: &mut Matrix,
+    ) -> Result<(), Failure> {
+        self.equations.change(&self.at, of, parameters.of, da)?;
+        if !da.is_empty() {
+            da.as_mut_slice().chunks_exact_mut(self.at.q.len()).for_each(|column| self.lu.solve(column));
+        }
+        Ok(())
+    }
+
+    /// Solves `S^T lambda = lambda` and adds what `lambda` carries to the parameters, coordinates and velocities.
+    fn back<F: Model + ?Sized>(
+        &mut self,
+        lambda: &mut [f64],
+        parameters: &mut Parameters<'_, F>,
+        [gradient, on_q, on_v]: [&mut [f64]; 3],
+        sections: &mut Sections,
+    ) -> Result<(), Failure> {
+        self.lu.solve(lambda);
+        self.equations.gather(&self.at, lambda, parameters.of, gradient, sections)?;
+        self.at.add_transposed(lambda, [on_q, on_v]);
+        Ok(())
+    }
+}
+
+/// Derivatives of coordinates and velocities of all states with respect to all parameters.
+pub(super) fn forward<M: Model + ?Sized, F: Model + ?Sized>(
+    model: &mut M,
+    (course, scheme): (&Course<'_>, Scheme),
+    parameters: &mut Parameters<'_, F>,
+    monitor: &mut Monitor<'_>,
+) -> Result<Kept, Failure> {
+    let (n, p) = (model.n(), parameters.of.len());
+    let mut system = System::new(model, course);
+    let (mut q, mut v) = (parameters.dq0.clone(), parameters.dv0.clone());
+    let [mut a, mut before] = [0; 2].map(|_| Matrix::zeros(n, p));
+    let (mut q_base, mut v_base) = (q.clone(), v.clone());
+    let mut kept = Kept::new(course.t.len() * n * p);
+
+    system.equations.hold(0, parameters.of);
+    system.begin(course, 0, false)?;
+    system.accelerations([&q, &v], parameters, &mut a)?;
+    monitor()?;
+    let mut s = a.clone();
+    kept.add([&q, &v]);
+    for step in 1..course.t.len() {
+        let (h, stretch) = course.step_to(step);
+        let carried = scheme.carried(h, stretch);
+        let weights = scheme.weights(h);
+        for i in 0..n * p {
+            let (a, s) = (a[i], s[i]);
+            q_base[i] = q[i] + h * v[i] + carried.displacement[0] * a + carried.displacement[1] * s;
+            v_base[i] = v[i] + carried.velocity[0] * a + carried.velocity[1] * s;
+        }
+        s.iter_mut().zip(a.iter()).for_each(|(s, a)| *s = carried.rest[0] * a + carried.rest[1] * *s);
+        system.end(course, step, weights, false)?;
+        system.accelerations([&q_base, &v_base], parameters, &mut a)?;
+        for i in 0..n * p {
+            q[i] = q_base[i] + weights[0] * a[i];
+            v[i] = v_base[i] + weights[1] * a[i];
+            s[i] += carried.gain * a[i];
+        }
+        if let Some(leg) = course.leg_from(step) {
+            system.equations.hold(leg, parameters.of);
+            system.begin(course, step, false)?;
+            before.copy_from(&a);
+            system.accelerations([&q, &v], parameters, &mut a)?;
+            // The method's own accelerations are as far ahead as before.
+            s += &a - &before;
+        }
+        monitor()?;
+        kept.add([&q, &v]);
+    }
+    Ok(kept)
+}
+
+/// The gradient of a number with respect to all parameters.
+pub(super) fn adjoint<M: Model + ?Sized, F: Model + ?Sized>(
+    model: &mut M,
+    (course, scheme): (&Course<'_>, Scheme),
+    weights: [&[f64]; 2],
+    parameters: &mut Parameters<'_, F>,
+    sections: &mut Sections,
+    monitor: &mut Monitor<'_>,
+) -> Result<Vec<f64>, Failure> {
+    let n = model.n();
+    let mut gradient = vec![0.0; parameters.of.len()];
+    let mut system = System::new(model, course);
+    // What a change of q, v, a and s of the state at hand does to the number.
+    let [mut on_q, mut on_v, mut on_a, mut on_s] = [0; 4].map(|_| vec![0.0; n]);
+    let mut lambda = vec![0.0; n];
+    system.equations.hold(course.last_leg(), parameters.of);
+    for step in (0..course.t.len()).rev() {
+        for i in 0..n {
+            on_q[i] += weights[0][step * n + i];
+            on_v[i] += weights[1][step * n + i];
+        }
+        let begins = if step == 0 { Some(0) } else { course.leg_from(step) };
+        if let Some(leg) = begins {
+            system.begin(course, step, true)?;
+            for i in 0..n {
+                lambda[i] = -(on_a[i] + on_s[i]);
+                on_a[i] = -on_s[i];
+            }
+            system.back(&mut lambda, parameters, [&mut gradient, &mut on_q, &mut on_v], sections)?;
+            if leg > 0 {
+                system.equations.hold(leg - 1, parameters.of);
+            }
+        }
+        if step > 0 {
+            let (h, stretch) = course.step_to(step);
+            let carried = scheme.carried(h, stretch);
+            let of_a = scheme.weights(h);
+            system.end(course, step, of_a, true)?;
+            for i in 0..n {
+                lambda[i] = -(on_a[i] + of_a[0] * on_q[i] + of_a[1] * on_v[i] + carried.gain * on_s[i]);
+            }
+            system.back(&mut lambda, parameters, [&mut gradient, &mut on_q, &mut on_v], sections)?;
+            for i in 0..n {
+                let (q, v, s) = (on_q[i], on_v[i], on_s[i]);
+                let of =
+                    |k: usize| carried.displacement[k] * q + carried.velocity[k] * v + carried.rest[k] * s;
+                on_v[i] += h * q;
+                on_a[i] = of(0);
+                on_s[i] = of(1);
+            }
+        }
+        monitor()?;
+    }
+    parameters.add_starts([&on_q, &on_v], &mut gradient);
+    Ok(gradient)
+}
