@@ -67,6 +67,7 @@ if TYPE_CHECKING:
         statics,
     )
     from .actuators import ActiveStrain, Along, Chamber, Motor, Tendon, Via
+    from .contact_events import ContactEvent
     from .contacts import Ball, Box, Capsule, Contact, ConvexMesh, HalfSpace, HeightField, Sphere, Touch
     from .equilibria import EquilibriumSensitivityResult, equilibrium_sensitivity
     from .fits import FitResult, fit
@@ -106,6 +107,7 @@ __all__ = [
     "Capsule",
     "Chamber",
     "Contact",
+    "ContactEvent",
     "ContinuationResult",
     "ConvergenceError",
     "ConvexMesh",
@@ -207,6 +209,7 @@ if not TYPE_CHECKING:
             import_module(f"lissom.{name}")
             for name in (
                 "actuators",
+                "contact_events",
                 "contacts",
                 "equilibria",
                 "fits",

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ._lissom import check_contact
+from .plain import in_floats, with_number
 
 if TYPE_CHECKING:
     from typing import TypeAlias
@@ -21,12 +22,6 @@ if TYPE_CHECKING:
     Vector: TypeAlias = Sequence[float]
     #: What can touch: the name of a link with a rod, a ball on a link, an obstacle.
     Surface: TypeAlias = "str | Ball | HalfSpace | Sphere | Capsule | Box | HeightField | ConvexMesh"
-
-
-def _in_floats(shape: object, *names: str) -> None:
-    """Makes tuples of floats of the vectors of a shape."""
-    for name in names:
-        object.__setattr__(shape, name, tuple(_number(name, x) for x in getattr(shape, name)))
 
 
 def _in_rows(shape: object, name: str, expected: str) -> None:
@@ -45,21 +40,6 @@ def _in_rows(shape: object, name: str, expected: str) -> None:
     object.__setattr__(shape, name, tuple(tuple(float(x) for x in row) for row in found))
 
 
-def _with_number(shape: object, name: str) -> None:
-    """Makes a float of a number of a shape."""
-    object.__setattr__(shape, name, _number(name, getattr(shape, name)))
-
-
-def _number(name: str, value: object) -> float:
-    """A number as a float; text and times are none, though Python makes numbers of some."""
-    if np.ma.is_masked(value):
-        raise TypeError(f"{name}: got a masked value, expected a number")
-    found = np.asarray(value)
-    if found.ndim == 0 and found.dtype.kind in "biuf":
-        return float(found)
-    raise TypeError(f"{name}: {value!r:.80} is not a number")
-
-
 @dataclass(frozen=True)
 class HalfSpace:
     """A floor or a wall: all that lies behind a plane.
@@ -76,7 +56,7 @@ class HalfSpace:
     normal: Vector = (0.0, 0.0, 1.0)
 
     def __post_init__(self) -> None:
-        _in_floats(self, "point", "normal")
+        in_floats(self, "point", "normal")
 
 
 @dataclass(frozen=True)
@@ -95,8 +75,8 @@ class Sphere:
     radius: float
 
     def __post_init__(self) -> None:
-        _in_floats(self, "centre")
-        _with_number(self, "radius")
+        in_floats(self, "centre")
+        with_number(self, "radius")
 
 
 @dataclass(frozen=True)
@@ -116,8 +96,8 @@ class Capsule:
     radius: float
 
     def __post_init__(self) -> None:
-        _in_floats(self, "start", "end")
-        _with_number(self, "radius")
+        in_floats(self, "start", "end")
+        with_number(self, "radius")
 
 
 @dataclass(frozen=True)
@@ -139,7 +119,7 @@ class Box:
     orientation: Vector = (1.0, 0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
-        _in_floats(self, "centre", "half_extents", "orientation")
+        in_floats(self, "centre", "half_extents", "orientation")
 
 
 @dataclass(frozen=True)
@@ -169,7 +149,7 @@ class HeightField:
     def __post_init__(self) -> None:
         if np.ndim(self.spacing) == 0:
             object.__setattr__(self, "spacing", (self.spacing, self.spacing))
-        _in_floats(self, "spacing", "corner", "orientation")
+        in_floats(self, "spacing", "corner", "orientation")
         _in_rows(self, "heights", "rows of numbers")
 
 
@@ -197,7 +177,7 @@ class ConvexMesh:
         faces = self.faces
         if all(float(corner).is_integer() for face in faces for corner in face):
             object.__setattr__(self, "faces", tuple(tuple(int(corner) for corner in face) for face in faces))
-        _with_number(self, "radius")
+        with_number(self, "radius")
 
 
 @dataclass(frozen=True)
@@ -225,8 +205,8 @@ class Ball:
     position: Vector = (0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
-        _in_floats(self, "position")
-        _with_number(self, "radius")
+        in_floats(self, "position")
+        with_number(self, "radius")
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, cast
 
 from ._lissom import check_loop
 from .links import Joint
+from .plain import in_floats, with_number
 
 if TYPE_CHECKING:
     from typing import Any, TypeAlias
@@ -42,10 +43,9 @@ class LoopEnd:
     orientation: Vector = (1.0, 0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
-        for name in ("position", "orientation"):
-            object.__setattr__(self, name, tuple(float(x) for x in getattr(self, name)))
+        in_floats(self, "position", "orientation")
         if self.at is not None:
-            object.__setattr__(self, "at", float(self.at))
+            with_number(self, "at")
 
 
 @dataclass(frozen=True)
@@ -59,6 +59,9 @@ class Distance:
     """
 
     length: float
+
+    def __post_init__(self) -> None:
+        with_number(self, "length")
 
 
 @dataclass(frozen=True)
@@ -79,6 +82,10 @@ class Gear:
     ratio: float = 1.0
     _: KW_ONLY
     offset: float = 0.0
+
+    def __post_init__(self) -> None:
+        with_number(self, "ratio")
+        with_number(self, "offset")
 
 
 def _end(place: Place) -> LoopEnd:

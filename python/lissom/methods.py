@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     import xarray
     from numpy.typing import ArrayLike, NDArray
 
+    from .contact_events import ContactEvent
     from .live.server import LiveView
 
 _SAVE = """Write the result to a file from which `lissom.load` gives it back with equal bits.
@@ -192,6 +193,41 @@ def _report(self: MotionResult, path: str | os.PathLike[str], *, title: str = "M
     from .report import write_result
 
     write_result(self, path, title=_text(title))
+
+
+def _contact_events(self: MotionResult) -> list[ContactEvent]:
+    """When surfaces began and ceased to touch.
+
+    Each event is found by bisection along the polynomial of degree five between two states of the result.
+    What happens between two states and is undone before the second is not seen: take results of all accepted
+    steps (`t_eval="steps"` of the adaptive methods), which resolve impacts.
+
+    Returns
+    -------
+    events : list of ContactEvent
+        In the order of their times; empty for a model without contacts. Surfaces that touch at the start or
+        at the end make no event there.
+
+    Raises
+    ------
+    ValueError
+        Where the result has no model (`newmark`).
+
+    Examples
+    --------
+    >>> import lissom
+    >>> ball = lissom.Link("ball", body=lissom.Body(0.1), joint=lissom.Prismatic((0, 0, 1)))
+    >>> floor = lissom.Contact(
+    ...     lissom.Ball("ball", 0.05), lissom.HalfSpace((0, 0, 0), (0, 0, 1)), stiffness=1e5, name="bounce"
+    ... )
+    >>> robot = lissom.Robot([ball], contacts=[floor])
+    >>> run = lissom.simulate(robot, 0.6, q0=[1.05], method="radau", t_eval="steps")
+    >>> [(event.kind, round(event.t, 3)) for event in run.contact_events()]
+    [('touch', 0.452), ('lift_off', 0.455)]
+    """
+    from .contact_events import events_of
+
+    return events_of(self)
 
 
 def _text(title: str) -> str:
@@ -469,6 +505,7 @@ def attach() -> None:
     )
     _attach(MotionResult, "animate", _animate)
     _attach(MotionResult, "report", _report)
+    _attach(MotionResult, "contact_events", _contact_events)
     _attach(MotionResult, "save", _save_motion, _SAVE.format(kinds=paraview, model=""))
     _attach(MotionResult, "to_xarray", _dataset_of_motion, _DATASET.format(model="", holds=trajectory))
     _attach(Simulation, "view", _view)

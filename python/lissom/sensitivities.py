@@ -36,7 +36,17 @@ ROUNDING_OF_STEPS = 1e-9
 
 #: Options of `simulate` that say which scheme it is, and those that say how its steps are made and solved.
 OF_SCHEME = ("beta", "gamma", "alpha", "rho_inf")
-OF_STEPS = ("rtol", "atol", "predictor", "reuse_jacobian", "max_step", "min_step", "max_steps", "jac", "progress")
+OF_STEPS = (
+    "rtol",
+    "atol",
+    "predictor",
+    "reuse_jacobian",
+    "max_step",
+    "min_step",
+    "max_steps",
+    "jac",
+    "progress",
+)
 
 
 @dataclass(frozen=True)
@@ -190,8 +200,8 @@ def sensitivity(
     control_step : float, optional
         How long each row of `u` is held, seconds; by default `dt`.
     method : str
-        A member of the Newmark family, as for `simulate`, with steps of fixed size; or 'radau', which chooses its
-        steps by `rtol` and `atol`. These sizes are held: how they would change is not differentiated.
+        A member of the Newmark family, as for `simulate`, with steps of fixed size; or 'radau', which chooses
+        its steps by `rtol` and `atol`. These sizes are held: how they would change is not differentiated.
     dt : float
         Step size of the Newmark family, seconds.
     objective : callable, optional

@@ -1,4 +1,4 @@
-"""Derivatives of runs of Radau IIA against differences of whole runs by a method of the same steps in NumPy."""
+"""Derivatives of runs of Radau IIA against differences of whole runs with the same steps, in NumPy."""
 
 import numpy as np
 import pytest

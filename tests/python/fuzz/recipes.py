@@ -108,6 +108,7 @@ RECIPES: dict[str, dict | list[dict]] = {
             "patch_radius": "0.01",
         },
     ],
+    "ContactEvent": {"t": "0.1", "contact": "'c'", "kind": "'touch'", "q": "np.zeros(2)", "v": "np.zeros(2)"},
     "Touch": {
         "contact": "'c'",
         "position": "np.zeros(3)",
@@ -756,6 +757,7 @@ RECIPES |= {
         {"self": _MOVED, "path": f"v.place('x{suffix}')"} for suffix in (".lissom", ".npz", ".nc", ".vtkhdf")
     ],
     "MotionResult.to_xarray": {"self": _MOVED},
+    "MotionResult.contact_events": {"self": "v.alone(lissom.simulate(v.touching(), 0.02))"},
     **{
         f"EnsembleResult.{name}": {"self": "lissom.simulate_many(v.planar(), 0.02, q0=np.zeros((2, 2)))"}
         | more

@@ -1,0 +1,26 @@
+"""Numbers that plain data are given, as floats."""
+
+from __future__ import annotations
+
+import numpy as np
+
+
+def number(name: str, value: object) -> float:
+    """A number as a float; text and times are none, though Python makes numbers of some."""
+    if np.ma.is_masked(value):
+        raise TypeError(f"{name}: got a masked value, expected a number")
+    found = np.asarray(value)
+    if found.ndim == 0 and found.dtype.kind in "biuf":
+        return float(found)
+    raise TypeError(f"{name}: {value!r:.80} is not a number")
+
+
+def with_number(thing: object, name: str) -> None:
+    """Makes a float of an attribute."""
+    object.__setattr__(thing, name, number(name, getattr(thing, name)))
+
+
+def in_floats(thing: object, *names: str) -> None:
+    """Makes tuples of floats of attributes."""
+    for name in names:
+        object.__setattr__(thing, name, tuple(number(name, x) for x in getattr(thing, name)))
