@@ -79,12 +79,7 @@ def _nearby(
     segment: Segment, within: Sequence[paths.Part], value: float, nodes: differences.Nodes
 ) -> tuple[tuple[tuple[Segment, float], ...], Array]:
     """A segment with values nearby, with weights, and the derivative of its generalised stiffness."""
-
-    def with_value(value: float) -> Segment:
-        changed: Segment = paths.replaced(segment, within, value)
-        return changed
-
-    nearby = differences.terms(with_value, value, nodes)
+    nearby = differences.terms(paths.replacing(segment, within), value, nodes)
     if within[0] == "density":
         return nearby, np.zeros_like(segment.generalised_stiffness())
     blocks = [weight * other.generalised_stiffness() for other, weight in nearby]

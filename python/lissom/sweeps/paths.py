@@ -115,7 +115,28 @@ def replaced(thing: Any, path: Sequence[Part], value: Any) -> Any:
 
     Raises ValueError where nothing of the kind is there, and what the constructors raise.
     """
-    return _with(thing, path, 0, value)
+    return replacing(thing, path)(value)
+
+
+def replacing(thing: Any, path: Sequence[Part]) -> Callable[[Any], Any]:
+    """The same as a function of the value."""
+    within: list[_Inside] = []
+    while not within or within[-1].done < len(path):
+        inside = _inside(thing, path, within[-1].done if within else 0)
+        within.append(inside)
+        thing = inside.parts[inside.key]
+
+    def made(value: Any) -> Any:
+        for inside in reversed(within):
+            parts = inside.parts.copy()
+            parts[inside.key] = value
+            if inside.key == "poisson_ratio":
+                # Which says what this one would be.
+                parts.pop("shear_modulus", None)
+            value = inside.made(parts)
+        return value
+
+    return made
 
 
 def found(thing: Any, path: Sequence[Part]) -> Any:
@@ -128,19 +149,6 @@ def found(thing: Any, path: Sequence[Part]) -> Any:
         inside = _inside(thing, path, done)
         thing, done = inside.parts[inside.key], inside.done
     return thing
-
-
-def _with(thing: Any, path: Sequence[Part], done: int, value: Any) -> Any:
-    """A thing with a value at the end of a path, some parts of which lead here."""
-    if done == len(path):
-        return value
-    inside = _inside(thing, path, done)
-    parts = inside.parts
-    parts[inside.key] = _with(parts[inside.key], path, inside.done, value)
-    if inside.key == "poisson_ratio":
-        # Which says what this one would be.
-        parts.pop("shear_modulus", None)
-    return inside.made(parts)
 
 
 class _Inside(NamedTuple):
