@@ -31,4 +31,9 @@ def quantiles(result: EnsembleResult) -> Array:
         )
     if not result.success.any():
         raise ValueError(f"result: no run came to its end; {result.message[0]}")
-    return np.asarray(np.quantile(result.q[result.success], (BAND[0], 0.5, BAND[1]), axis=0))
+    return band(result.q[result.success])
+
+
+def band(values: Array) -> Array:
+    """Lower edge of the band, median, and upper edge of the first axis: three rows."""
+    return np.asarray(np.quantile(values, (BAND[0], 0.5, BAND[1]), axis=0))

@@ -78,10 +78,28 @@ def test_reports_say_how_the_runs_spread(keep, tmp_path):
     assert "21 of 21 runs came to their end" in text
     built = build(result, "x", None)
     figures = [part for section in built.sections for part in section.parts if isinstance(part, page.Figure)]
-    assert len(figures) == (2 if keep == "summary" else 1)
+    assert len(figures) == (1 if keep == "final" else 2)
     shown = [plot for row in figures[0].figure.rows for plot in row]
     assert len(shown) == 3
     assert all(isinstance(plot, plots.Plot) for plot in shown)
+    extremes = built.sections[0].parts[1]
+    assert [float(x) for x in extremes.rows[1][1:]] == pytest.approx(
+        [result.q[..., 1].min(), result.q[..., 1].max()]
+        if keep != "summary"
+        else [result.lowest[:, 1].min(), result.highest[:, 1].max()],
+        rel=1e-5,
+    )
+
+
+def test_reports_show_where_places_are(tmp_path):
+    result = many("states")
+    [places] = [
+        section.parts[0] for section in build(result, "x", rod()).sections if section.title == "Places"
+    ]
+    curves = places.figure.rows[0][0].curves
+    positions = result.poses[:, :, 0, :3, 3]
+    np.testing.assert_array_equal(curves[0].y, np.median(positions[..., 0], axis=0))
+    np.testing.assert_array_equal(curves[8].y, np.quantile(positions[..., 2], 0.95, axis=0))
 
 
 def test_runs_that_failed_are_named(tmp_path):
@@ -89,7 +107,9 @@ def test_runs_that_failed_are_named(tmp_path):
     assert list(result.success) == [True, False, False]
     built = build(result, "x", rod())
     assert built.outcome == ("1 of 3 runs came to their end", False)
-    [failed] = [section.parts[0] for section in built.sections if section.title == "Runs that failed"]
+    [parts] = [section.parts for section in built.sections if section.title == "Runs that failed"]
+    counts, failed = parts
+    assert counts.rows == [(result.status[1], "2"), ("finished", "1")]
     assert [row[0] for row in failed.rows] == ["1", "2"]
     assert failed.rows[0][1] == result.status[1]
     result.plot()

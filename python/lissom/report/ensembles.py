@@ -9,7 +9,7 @@ import numpy as np
 from .._lissom import EnsembleResult, Model
 from ..datasets import coordinates
 from ..results import Array
-from ..spread import BAND, quantiles
+from ..spread import BAND, band, quantiles
 from ..views import Coordinate
 from . import page, plots, theme
 
@@ -27,11 +27,13 @@ def build(result: EnsembleResult, title: str, model: Model | None) -> page.Page:
     """What the report says."""
     good, count = int(np.count_nonzero(result.success)), len(result)
     known = coordinates(model, result.q.shape[-1])
-    sections = [page.Section("Coordinates", [_coordinates(result, known)])] if good else []
-    if result.mean is not None and good:
-        sections.append(page.Section("Places", [_places(result)]))
+    sections = []
+    if good:
+        sections.append(page.Section("Coordinates", [_coordinates(result, known), _extremes(result, known)]))
+        if places := _places(result):
+            sections.append(page.Section("Places", [places]))
     if good < count:
-        sections.append(page.Section("Runs that failed", [_failed(result)]))
+        sections.append(page.Section("Runs that failed", [_by_status(result), _failed(result)]))
     doubts = [doubt for doubt in result.doubt if doubt]
     rows = [
         ("runs", f"{count:,}, of which {good:,} came to their end"),
@@ -85,20 +87,52 @@ def _ends(result: EnsembleResult, i: int, axis: plots.Axis) -> plots.Plot:
     return plots.Plot(plots.Axis("row"), axis, [marks])
 
 
-def _places(result: EnsembleResult) -> page.Figure:
-    assert result.mean is not None
-    assert result.variance is not None
-    deviation: Array = np.sqrt(result.variance)
+def _extremes(result: EnsembleResult, known: Sequence[Coordinate]) -> page.Table:
+    """The lowest and the highest value of each coordinate in the runs that came to their end."""
+    lowest = result.q if result.lowest is None else result.lowest
+    highest = result.q if result.highest is None else result.highest
+    times = tuple(range(result.q[result.success].ndim - 1))
+    low, high = lowest[result.success].min(axis=times), highest[result.success].max(axis=times)
+    rows = [
+        (
+            f"{coordinate.name} ({coordinate.unit})" if coordinate.unit else coordinate.name,
+            f"{a:.6g}",
+            f"{b:.6g}",
+        )
+        for coordinate, a, b in zip(known[:SHOWN], low, high, strict=False)
+    ]
+    when = "of their last states" if result.keep == "final" else "at any time"
+    return page.Table(("coordinate", "lowest", "highest"), rows, caption=f"Of all these runs, {when}.")
+
+
+def _places(result: EnsembleResult) -> page.Figure | None:
+    """Where places are over time; None where that was not kept."""
+    if result.mean is not None and result.variance is not None:
+        width: Array = np.sqrt(result.variance)
+        low, middle, high = result.mean - width, result.mean, result.mean + width
+        caption = "Mean of the runs that came to their end, and one standard deviation to both sides."
+    elif result.keep == "states" and result.poses is not None:
+        low, middle, high = band(result.poses[result.success][..., :3, 3])
+        below, above = (f"{100 * level:g}" for level in BAND)
+        caption = f"Median, {below} and {above} percent quantiles of the runs that came to their end."
+    else:
+        return None
     shown = []
-    for k in range(result.mean.shape[1]):
+    for k in range(middle.shape[1]):
         curves = []
         for i, (name, colour) in enumerate(zip("xyz", theme.SERIES, strict=False)):
-            mean, width = result.mean[:, k, i], deviation[:, k, i]
-            curves.append(plots.Curve(name, result.t, mean, colour))
-            curves += [plots.Curve("", result.t, mean + sign * width, colour, "dot", 1.0) for sign in (-1, 1)]
+            curves.append(plots.Curve(name, result.t, middle[:, k, i], colour))
+            edges = (low[:, k, i], high[:, k, i])
+            curves += [plots.Curve("", result.t, edge, colour, "dot", 1.0) for edge in edges]
         shown.append(plots.Plot(plots.Axis("time (s)"), plots.Axis(f"position of place {k} (m)"), curves))
-    caption = "Mean of the runs that came to their end, and one standard deviation to both sides."
     return page.Figure(plots.Figure(_in_rows(shown), 260, ""), caption)
+
+
+def _by_status(result: EnsembleResult) -> page.Table:
+    """How many runs ended in which way."""
+    known, counts = np.unique(result.status, return_counts=True)
+    order = np.argsort(-counts, kind="stable")
+    return page.Table(("status", "runs"), [(str(known[i]), f"{counts[i]:,}") for i in order])
 
 
 def _failed(result: EnsembleResult) -> page.Table:
