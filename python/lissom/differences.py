@@ -11,6 +11,10 @@ from typing import TypeVar
 #: as much.
 STEP = 2e-3
 
+#: The same where forces act in a part of all states only: in states between the edges of that part for the
+#: nodes a difference is wrong. Rounding leaves 1e-10 of the forces.
+FINE_STEP = 1e-6
+
 #: Nodes and weights of the derivative by four differences, central and to one side (Fornberg 1988, tables 1
 #: and 3).
 CENTRAL = ((-2, 1 / 12), (-1, -2 / 3), (1, 2 / 3), (2, -1 / 12))
@@ -28,19 +32,15 @@ Nodes = tuple[tuple[int, float], ...]
 T = TypeVar("T")
 
 
-def step_at(value: float) -> float:
-    """Distance of the nodes."""
-    return STEP * (abs(value) or 1.0)
-
-
 def terms(
-    with_value: Callable[[float], T], value: float, nodes: Nodes = CENTRAL
+    with_value: Callable[[float], T], value: float, nodes: Nodes = CENTRAL, relative: float = STEP
 ) -> tuple[tuple[T, float], ...]:
     """What is made with values nearby, with its weights in the derivative.
 
-    To one side where `value` is zero, or `with_value` raises a ValueError.
+    Their distance is relative to the value. To one side where that is zero, or `with_value` raises a
+    ValueError.
     """
-    step = step_at(value)
+    step = relative * (abs(value) or 1.0)
 
     def at(nodes: Nodes) -> tuple[tuple[T, float], ...]:
         return tuple((with_value(value + k * step), w / step) for k, w in nodes)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import differences
-from ._lissom import Model
+from ._lissom import Model, has_one_sided_forces
 from .materials import Materials, OfMaterial, nodes_of
 from .sweeps import paths
 from .views import is_rod
@@ -25,6 +25,9 @@ START = re.compile(r"(?P<which>q0|v0)(\[(?P<index>\d+)\])?")
 
 #: Inputs: all, those of a control step, or one.
 INPUT = re.compile(r"u(\[(?P<step>\d+)\](\[(?P<input>\d+)\])?)?")
+
+#: Parts of paths to what acts in a part of all states only.
+ONE_SIDED = frozenset(("contact", "contacts", "limits", "limit_stiffness", "limit_dissipation"))
 
 Term = tuple[Model, float]
 
@@ -82,6 +85,10 @@ class OfModel:
                 )
             return other
 
+        if has_one_sided_forces(self._model):
+            return differences.terms(
+                with_value, self.value, differences.OF_LINEAR, relative=differences.FINE_STEP
+            )
         return differences.terms(with_value, self.value, nodes_of(path))
 
 
@@ -101,8 +108,9 @@ def value_of(model: Model, name: str) -> float:
 
 
 def _number(value: Any, name: str) -> float:
-    # A radius that is the same at both ends.
-    if isinstance(value, tuple) and len(value) == 2 and value[0] == value[1]:
+    # A radius that is the same at both ends, or friction that is the same in all directions.
+    of_all = 3 if name.endswith("friction") else 2
+    if isinstance(value, tuple) and len(value) == of_all and len(set(value)) == 1:
         value = value[0]
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
         raise ValueError(
@@ -188,7 +196,7 @@ def _of_model(model: Model, name: str, materials: Materials) -> OfModel:
     value = _number(paths.found(model, path), name) if material is None else material.value
     parameter = OfModel(name, value, material, model)
     if material is None:
-        matters = _matters(parameter.terms)
+        matters = not ONE_SIDED.isdisjoint(path) or _matters(parameter.terms)
     else:
         # Whatever moves by itself has inertia that matters.
         has_inertia = material.section is not None and path[-1] != "shear_correction"

@@ -184,7 +184,7 @@ def sensitivity(
     Parameters
     ----------
     model : Model
-        A model without closed loops and contact.
+        A model without closed loops. Runs with contact are differentiated with `method="radau"` only.
     t_end : float
         End of the run, seconds.
     parameters : sequence of str

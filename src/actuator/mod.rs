@@ -46,6 +46,15 @@ pub enum Actuator {
 }
 
 impl Actuator {
+    /// Whether its force follows another law in a part of all states: a tendon that goes slack, a motor at its limits.
+    pub fn is_one_sided(&self) -> bool {
+        match self {
+            Self::Tendon(tendon) => matches!(tendon.drive, Drive::Length { .. }),
+            Self::Motor(motor) => motor.limits.is_some(),
+            Self::Chamber(_) | Self::ActiveStrain(_) => false,
+        }
+    }
+
     /// The name.
     pub fn name(&self) -> &str {
         match self {

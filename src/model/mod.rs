@@ -176,6 +176,11 @@ pub trait Model: Elastic + InTime + Discretised + Tied {
         false
     }
 
+    /// True where some forces may act in a part of all states only: contact, stops of joints, slack tendons, saturated motors.
+    fn has_one_sided_forces(&self) -> bool {
+        self.has_contact()
+    }
+
     /// Lets surfaces pass through each other from now on, or no more.
     fn leave_contact(&mut self, _is_left: bool) {}
 

@@ -93,7 +93,6 @@ pub(crate) fn sensitivities<'py>(
 ) -> PyResult<Bound<'py, PyTuple>> {
     let py = model.py();
     let mut native = model.get().native();
-    sensitivity::check(&*native)?;
     let n = native.n();
     let given = Parameters { beta, gamma, alpha, rho_inf };
     let rule = match method {
@@ -105,6 +104,7 @@ pub(crate) fn sensitivities<'py>(
         }
         _ => Rule::Newmark(Scheme::by_name(method, &given)?),
     };
+    sensitivity::check(&*native, rule)?;
     let t = convert::vector(t, "t")?;
     if t.is_empty() {
         return Err(PyValueError::new_err("t: got no times, expected at least the start"));
@@ -258,6 +258,12 @@ fn change_of_inertia(terms: &[(Py<PySegment>, f64)], x: f64) -> InertiaMatrix {
 #[pyfunction]
 pub(crate) fn has_separate_sections(model: &Bound<'_, PyModel>) -> bool {
     !model.get().native().section_places().is_empty()
+}
+
+/// Whether some forces may act in a part of all states only.
+#[pyfunction]
+pub(crate) fn has_one_sided_forces(model: &Bound<'_, PyModel>) -> bool {
+    model.get().native().has_one_sided_forces()
 }
 
 fn of_models(terms: &Terms, n: usize) -> PyResult<Vec<(Box<dyn Native>, f64)>> {

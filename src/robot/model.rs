@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::choice::{Kernel, Solve};
 use super::compile;
-use super::description::{Robot, Rod};
+use super::description::{Link, Robot, Rod};
 use super::driven::Coordinates;
 use super::effect::contact::told::Touching;
 use super::effect::support::Held;
@@ -18,6 +18,7 @@ use super::sweeps::Sweeps;
 use super::tell::cost_of_loops::of_loops;
 use super::tell::loops::tell_redundant;
 use super::tell::{Explanation, Multiplications, cost, cost_of_actuators};
+use crate::actuator::Actuator;
 use crate::constraint::{Independent, one_sided};
 use crate::error::{Checker, Interrupted, InvalidInput};
 use crate::lie::{Instructions, Planar, Plane, Spatial, Vector};
@@ -981,6 +982,12 @@ impl Model for RobotModel {
 
     fn has_contact(&self) -> bool {
         !self.robot.contacts.is_empty()
+    }
+
+    fn has_one_sided_forces(&self) -> bool {
+        let Robot { links, actuators, contacts, .. } = &*self.robot;
+        let has_stops = |link: &Link| link.joint.forces().is_some_and(|forces| forces.limits.is_some());
+        !contacts.is_empty() || actuators.iter().any(Actuator::is_one_sided) || links.iter().any(has_stops)
     }
 
     fn is_driven(&self) -> bool {

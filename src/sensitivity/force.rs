@@ -26,11 +26,14 @@ pub struct ForceDerivative<M: ?Sized> {
 
 impl<M: Model + ?Sized> ForceDerivative<M> {
     /// Of models of `n` coordinates and their weights; none where no force depends on the parameter. Coefficients are computed for
-    /// models that neither time nor, if `is_steered`, inputs change.
+    /// models that neither time nor, if `is_steered`, inputs change, and whose forces act in all states.
     pub fn new(terms: Vec<(Box<M>, f64)>, n: usize, is_steered: bool) -> Result<Self, Interrupted> {
         let zeros = vec![0.0; n];
         let mut derivative = Self { affine: None, tau: zeros.clone(), sum: zeros.clone(), terms };
-        let changes = |model: &M| model.varies_in_time() || is_steered && model.inputs() > 0;
+        // Some states tell nothing of forces that act in others.
+        let changes = |model: &M| {
+            model.varies_in_time() || is_steered && model.inputs() > 0 || model.has_one_sided_forces()
+        };
         if derivative.terms.iter().any(|(model, _)| changes(model)) || !derivative.may_be_affine(n)? {
             return Ok(derivative);
         }

@@ -196,16 +196,18 @@ impl From<Interrupted> for Failure {
     }
 }
 
-/// Refuses models whose runs are not differentiated.
-pub fn check<M: Model + ?Sized>(model: &M) -> Result<(), InvalidInput> {
-    let expected =
-        |what: &str| format!("a robot without them: their runs are not differentiated yet ({what})");
-    if model.has_contact() {
-        let expected = "one without contact: its steps are not all of one scheme";
-        return Err(InvalidInput::new("model", "surfaces that touch", expected));
+/// Refuses models whose runs by this method are not differentiated.
+pub fn check<M: Model + ?Sized>(model: &M, rule: Rule) -> Result<(), InvalidInput> {
+    if model.has_contact() && matches!(rule, Rule::Newmark(_)) {
+        let expected = "method \"radau\": steps of the Newmark family into contact are not all of one scheme";
+        return Err(InvalidInput::new(
+            "method",
+            "one of the Newmark family for surfaces that touch",
+            expected,
+        ));
     }
     if model.constraints() > 0 {
-        let expected = expected("multipliers would have to be differentiated too");
+        let expected = "a robot without them: their runs are not differentiated yet (multipliers would have to be differentiated too)";
         return Err(InvalidInput::new("model", "closed loops", expected));
     }
     Ok(())

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import lissom
+from lissom.parameters import model_with, value_of
 
 TIGHT = {"rtol": 1e-13, "atol": 1e-13}
 
@@ -163,6 +164,30 @@ def test_methods_and_models_are_refused():
     )
     with pytest.raises(ValueError, match="closed loops"):
         lissom.sensitivity(looped, 0.1, ["q0"])
+
+
+def stopped():
+    """A rod on a joint that swings against a stop."""
+    finger = lissom.Segment(0.2, 0.01, 3e5, 1.2e5, 1100, modes={"bend_y": 2}, retardation_time=0.02)
+    joint = lissom.Revolute((0, 1, 0), limits=(-3.0, 1.5), limit_stiffness=5.0, damping=0.002)
+    return lissom.Robot([lissom.Link("a", rod=[finger], joint=joint)])
+
+
+@pytest.mark.parametrize("key", ["limit_stiffness", "limits[1]", "limits[0]", "damping"])
+def test_what_acts_in_some_states_only(key):
+    """Stops are far from the states that tell whether forces are affine."""
+    name = f"link[0].joint.{key}"
+    found = lissom.sensitivity(stopped(), 0.6, [name], dt=0.005, **TIGHT)
+    assert found.q[:, 0].max() > 1.5
+    # Small enough for no step to begin on the other side of the stop.
+    value = value_of(stopped(), name)
+    step = 1e-5 * abs(value)
+
+    def end(change):
+        return lissom.simulate(model_with(stopped(), {name: value + change}), 0.6, dt=0.005, **TIGHT).q[-1]
+
+    expected = (end(step) - end(-step)) / (2 * step)
+    assert np.abs(found.dq[-1, :, 0] - expected).max() <= 1e-5 * np.abs(expected).max() + 1e-15
 
 
 def floating():
