@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ._lissom import Model, simulate_many
 from .parameters import START, model_with, names_of, resolved
-from .sensitivities import METHODS, OF_SCHEME, OF_STEPS, number_of_control_steps, sensitivity
+from .sensitivities import NEWMARK, OF_SCHEME, OF_STEPS, number_of_control_steps, sensitivity
 
 Array = NDArray[np.float64]
 
@@ -157,10 +157,10 @@ def pullback(
     """Runs of a model as a function of these parameters and of the start; refuses what has no derivatives."""
     if not isinstance(model, Model):
         raise TypeError(f"model: expected a Model (Rod, Robot, SpringPendulum), got {type(model).__name__}")
-    if method not in METHODS:
-        known = ", ".join(map(repr, METHODS))
+    if method not in NEWMARK:
+        known = ", ".join(map(repr, NEWMARK))
         raise ValueError(
-            f"method: got {method!r}, expected one of {known}: runs of others are not differentiated"
+            f"method: got {method!r}, expected one of {known}: runs by others are not differentiated here"
         )
     for name in options:
         if name not in (*OF_SCHEME, *OF_STEPS) or name == "progress":

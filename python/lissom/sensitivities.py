@@ -19,8 +19,8 @@ Array = NDArray[np.float64]
 #: Objective of a gradient: a number, and its derivatives with respect to coordinates and velocities.
 Objective = Callable[[Array, Array, Array], tuple[float, ArrayLike, ArrayLike]]
 
-#: Members of the Newmark family, and the other method whose runs are differentiated.
-METHODS = (
+#: Members of the Newmark family.
+NEWMARK = (
     "newmark",
     "average_acceleration",
     "linear_acceleration",
@@ -28,8 +28,10 @@ METHODS = (
     "central_difference",
     "hht",
     "generalised_alpha",
-    "radau",
 )
+
+#: Methods whose runs are differentiated.
+METHODS = (*NEWMARK, "radau")
 
 #: Control steps are counted so that a remainder of less than this part of one is rounding, as in `simulate`.
 ROUNDING_OF_STEPS = 1e-9

@@ -88,7 +88,7 @@ def test_a_run_that_fails_is_nan_and_disturbs_no_other():
         ({"t": [float("nan")]}, r"t\[0\]: got nan"),
         ({"t": []}, "t: got shape"),
         ({"dt": 0.03}, "whole number of steps"),
-        ({"method": "radau"}, "not differentiated"),
+        ({"method": "radau"}, "not differentiated here"),
     ],
 )
 def test_what_has_no_derivatives_is_refused(options, message):
