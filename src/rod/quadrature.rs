@@ -1,5 +1,7 @@
 //! Gauss-Legendre quadrature on [0, 1], and the integrals up to its nodes.
 
+use std::f64::consts::PI;
+
 use super::basis::legendre;
 
 /// Nodes, weights and integration matrix of Gauss-Legendre quadrature on [0, 1].
@@ -26,7 +28,7 @@ impl Gauss {
         let mut weights = vec![0.0; m];
         let mut values = vec![0.0; m + 1];
         for i in 0..m {
-            let angle = std::f64::consts::PI * (4 * (m - i) - 1) as f64 / (4 * m + 2) as f64;
+            let angle = PI * (4 * (m - i) - 1) as f64 / (4 * m + 2) as f64;
             let mut t = angle.cos();
             let mut slope = 1.0;
             // Quadratic convergence from an error below 1e-2: five steps reach rounding, more change nothing.
@@ -114,18 +116,27 @@ impl Integral {
         &self.breaks
     }
 
-    /// Legendre's coefficients of the polynomials through the values at the nodes: for each polynomial, and of that for each
-    /// degree, the weights of all nodes, `(2k+1) w_l P_k(x_l)`.
+    /// Chebyshev coefficients of the polynomials through the values at the nodes: for each polynomial, and of that for each degree,
+    /// the weights of all nodes. They are sums over the zeros of the next polynomial (Mason and Handscomb 2003, section 6.3).
     pub(crate) fn expansion(&self) -> Vec<Vec<f64>> {
-        let (m, rules) = (self.rule.nodes.len(), self.breaks.len() + 1);
-        let row = |r: usize, k: usize| {
-            let mut row = vec![0.0; m * rules];
-            for (l, weight) in row[r * m..][..m].iter_mut().enumerate() {
-                *weight = (2 * k + 1) as f64 * self.rule.weights[l] * self.at_nodes[k * m + l];
+        let m = self.rule.nodes.len();
+        let mut rows = Vec::with_capacity(m * (self.breaks.len() + 1));
+        let mut weights = vec![0.0; m * (self.breaks.len() + 1)];
+        let mut polynomials = vec![0.0; m];
+        for [from, to] in intervals(&self.breaks) {
+            let first = rows.len();
+            rows.resize(first + m, vec![0.0; weights.len()]);
+            for j in 0..m {
+                let angle = PI * (j as f64 + 0.5) / m as f64;
+                let x = from + (to - from) * 0.5 * (1.0 + angle.cos());
+                self.write_weights_at(x, &mut weights, &mut polynomials);
+                for (k, row) in rows[first..].iter_mut().enumerate() {
+                    let share = if k == 0 { 1.0 } else { 2.0 * (k as f64 * angle).cos() } / m as f64;
+                    row.iter_mut().zip(&weights).for_each(|(sum, weight)| *sum += share * weight);
+                }
             }
-            row
-        };
-        (0..rules).flat_map(|r| (0..m).map(move |k| (r, k))).map(|(r, k)| row(r, k)).collect()
+        }
+        rows
     }
 
     /// Weights `l_l(x)` of the polynomial through the values at the nodes itself, that between the breaks where `x` is, into

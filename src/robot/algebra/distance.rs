@@ -36,3 +36,34 @@ impl Distance {
         Self { value: length - radius, normal, curvature: curvature * inverse }
     }
 }
+
+/// Of two points.
+pub(crate) fn between(a: Vector<f64>, b: Vector<f64>) -> f64 {
+    let way = a - b;
+    way.dot(way).sqrt()
+}
+
+/// A fraction, and 0 of nothing.
+fn clamped(value: f64, over: f64) -> f64 {
+    if over > 0.0 { (value / over).clamp(0.0, 1.0) } else { 0.0 }
+}
+
+/// Of a point and a segment.
+pub(crate) fn to_segment(point: Vector<f64>, [p, end]: [Vector<f64>; 2]) -> f64 {
+    let along = end - p;
+    let x = clamped((point - p).dot(along), along.dot(along));
+    between(point, p + along * x)
+}
+
+/// Of two segments (Ericson 2005, section 5.1.9).
+pub(crate) fn of_segments([p, p_end]: [Vector<f64>; 2], [q, q_end]: [Vector<f64>; 2]) -> f64 {
+    let (along, other, way) = (p_end - p, q_end - q, p - q);
+    let (a, e, f) = (along.dot(along), other.dot(other), other.dot(way));
+    let (b, c) = (along.dot(other), along.dot(way));
+    let determinant = a * e - b * b;
+    let x = clamped(b * f - c * e, determinant);
+    let y = clamped(b * x + f, e);
+    // Where that was cut off, the place on the first one follows.
+    let x = clamped(b * y - c, a);
+    between(p + along * x, q + other * y)
+}

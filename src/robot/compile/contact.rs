@@ -94,8 +94,8 @@ fn thickest<G: Turning>(contacts: &Contacts<G>, curves: &Range<usize>) -> f64 {
     samples.map(|sample| sample.radius).fold(0.0, f64::max)
 }
 
-/// The coordinates that move any of two sides.
-fn reaches<G: Turning>(plan: &Plan<G>, contacts: &Contacts<G>, sides: &[Side; 2]) -> Vec<usize> {
+/// The coordinates that move any of two sides, as runs of neighbouring ones.
+fn reaches<G: Turning>(plan: &Plan<G>, contacts: &Contacts<G>, sides: &[Side; 2]) -> Vec<Range<usize>> {
     let mut pieces: Vec<usize> = Vec::new();
     for side in sides {
         match side {
@@ -111,7 +111,14 @@ fn reaches<G: Turning>(plan: &Plan<G>, contacts: &Contacts<G>, sides: &[Side; 2]
     let mut reaches: Vec<usize> = pieces.into_iter().flat_map(|s| plan.pieces[s].coordinates()).collect();
     reaches.sort_unstable();
     reaches.dedup();
-    reaches
+    let mut runs: Vec<Range<usize>> = Vec::new();
+    for k in reaches {
+        match runs.last_mut() {
+            Some(run) if run.end == k => run.end += 1,
+            _ => runs.push(k..k + 1),
+        }
+    }
+    runs
 }
 
 /// Adds the curves of a link's rod; returns where they are.
@@ -157,6 +164,7 @@ fn add_rod<G: Turning>(contacts: &mut Contacts<G>, plan: &Plan<G>, link: usize) 
         let moved_by = kinematics::moved_by(plan, &place::at_fraction(&plan.pieces, s, 1.0));
         let expansion: Vec<_> = integral.expansion().iter().map(|row| packed(nodes, |l| row[l])).collect();
         let first_coefficient = contacts.curves.iter().map(|curve| curve.expansion.len()).sum();
+        let first_term = contacts.curves.iter().map(Curve::terms).sum();
         let first_sample = contacts.curves.iter().map(|curve| curve.samples.len()).sum();
         let inverse_weights = packed(nodes, |l| 1.0 / (piece.length * piece.gauss.weights[l]));
         contacts.packs = contacts.packs.max(piece.packs);
@@ -170,6 +178,7 @@ fn add_rod<G: Turning>(contacts: &mut Contacts<G>, plan: &Plan<G>, link: usize) 
             first_sample,
             expansion,
             first_coefficient,
+            first_term,
             integral,
             inverse_weights,
             moved_by,

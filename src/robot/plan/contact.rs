@@ -63,16 +63,29 @@ pub(crate) struct Curve<P> {
     pub(crate) samples: Vec<Sample>,
     /// The first of them among those of all curves.
     pub(crate) first_sample: usize,
-    /// Legendre's coefficients of what has these values at the nodes: the weights of each, polynomial by polynomial.
+    /// Chebyshev coefficients of what has these values at the nodes: the weights of each, polynomial by polynomial.
     pub(crate) expansion: Vec<Vec<P>>,
-    /// The first of them among those of all curves.
+    /// The first of them among those of all curves, and the first one of the position among those.
     pub(crate) first_coefficient: usize,
+    pub(crate) first_term: usize,
     /// How its nodes reach any place.
     pub(crate) integral: Integral,
     /// One over the quadrature weights, times the length, of its nodes.
     pub(crate) inverse_weights: Vec<P>,
     /// The pieces that move its end, each with the weights of the integral up to there; itself last.
     pub(crate) moved_by: Vec<(usize, Vec<P>)>,
+}
+
+impl<P> Curve<P> {
+    /// How many polynomials it is made of.
+    pub(crate) fn polynomials(&self) -> usize {
+        self.integral.breaks().len() + 1
+    }
+
+    /// The number of coefficients of its position: one more for each polynomial than its slope has.
+    pub(crate) fn terms(&self) -> usize {
+        self.expansion.len() + self.polynomials()
+    }
 }
 
 /// A place where a curve is looked at first.
@@ -115,6 +128,6 @@ pub(crate) struct Pair {
     pub(crate) law: Law,
     /// Of a rod with itself: places that are nearer to each other along it are neighbours, which do not touch. Metres.
     pub(crate) neighbourhood: f64,
-    /// The coordinates that move any of both, in ascending order.
-    pub(crate) reaches: Vec<usize>,
+    /// The coordinates that move any of both, in ascending order, as runs of neighbouring ones.
+    pub(crate) reaches: Vec<Range<usize>>,
 }

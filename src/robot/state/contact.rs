@@ -1,19 +1,23 @@
 //! What is known of contact in a state.
 
 use crate::lie::{Lanes, Vector};
+use crate::robot::algebra::distance;
 use crate::robot::algebra::touch::{Meeting, Pressing};
-use crate::robot::plan::contact::Contacts;
+use crate::robot::plan::contact::{Contacts, Curve};
 use crate::robot::plan::space::Space;
 
 /// What is known of contact: moved out of the workspace while it is found.
 #[derive(Clone, Debug)]
 pub(crate) struct ContactState<P> {
-    /// Of all curves, Legendre's coefficients of the derivative of the position along the fraction of the length.
-    pub(crate) coefficients: Vec<Vector<f64>>,
+    /// Chebyshev coefficients of all curves.
+    pub(crate) terms: Vec<Term>,
     /// Likewise of the y and z axes of the sections, of curves that are not round; none if there are no such curves.
     pub(crate) axes: Vec<[Vector<f64>; 2]>,
-    /// Position and that derivative at the samples of all curves, that at the ends as at the nodes next to them.
+    /// Position and slope at the samples of all curves; of those that nothing may touch, the slopes at the ends are those at the
+    /// nodes next to them.
     pub(crate) samples: Vec<[Vector<f64>; 2]>,
+    /// What the parts between two samples lie in, of curves that something may touch; each with the number of its first sample.
+    pub(crate) spans: Vec<Span>,
     /// Of every curve, the centre and the radius of a ball that it lies in, and whether anything else may touch it.
     pub(crate) bounds: Vec<(Vector<f64>, f64)>,
     pub(crate) is_near: Vec<bool>,
@@ -45,6 +49,33 @@ pub(crate) struct Noted {
     pub(crate) centres: Vec<Vector<f64>>,
 }
 
+/// Of one Chebyshev polynomial in the position of a curve, and in its first and second derivatives along the fraction of its length.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Term {
+    pub(crate) position: Vector<f64>,
+    pub(crate) slope: Vector<f64>,
+    pub(crate) bend: Vector<f64>,
+}
+
+/// All that is no further than that from a segment.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Span {
+    pub(crate) ends: [Vector<f64>; 2],
+    pub(crate) width: f64,
+}
+
+impl Span {
+    /// What is in it is not nearer to a point than that.
+    pub(crate) fn distance(&self, point: Vector<f64>) -> f64 {
+        distance::to_segment(point, self.ends) - self.width
+    }
+
+    /// Whether two overlap.
+    pub(crate) fn meets(&self, other: &Self) -> bool {
+        distance::of_segments(self.ends, other.ends) <= self.width + other.width
+    }
+}
+
 /// Where two sides touch.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Touch {
@@ -72,9 +103,10 @@ impl<P> Default for ContactState<P> {
     /// Nothing, without any memory.
     fn default() -> Self {
         Self {
-            coefficients: Vec::new(),
+            terms: Vec::new(),
             axes: Vec::new(),
             samples: Vec::new(),
+            spans: Vec::new(),
             bounds: Vec::new(),
             is_near: Vec::new(),
             centres: Vec::new(),
@@ -93,12 +125,17 @@ impl<P: Lanes> ContactState<P> {
     pub(crate) fn new<G: Space<Pack = P>>(contacts: &Contacts<G>) -> Self {
         let samples = contacts.curves.iter().map(|curve| curve.samples.len()).sum();
         let coefficients = contacts.curves.iter().map(|curve| curve.expansion.len()).sum();
+        let terms = contacts.curves.iter().map(Curve::terms).sum();
         let is_round = contacts.curves.iter().all(|curve| curve.is_round);
         let nodes = contacts.packs * crate::lie::LANES;
         Self {
-            coefficients: vec![Vector::zero(); coefficients],
+            terms: vec![
+                Term { position: Vector::zero(), slope: Vector::zero(), bend: Vector::zero() };
+                terms
+            ],
             axes: vec![[Vector::zero(); 2]; if is_round { 0 } else { coefficients }],
             samples: vec![[Vector::zero(); 2]; samples],
+            spans: vec![Span { ends: [Vector::zero(); 2], width: 0.0 }; samples],
             bounds: vec![(Vector::zero(), 0.0); contacts.curves.len()],
             is_near: vec![false; contacts.curves.len()],
             centres: vec![Vector::zero(); contacts.balls.len()],

@@ -4,33 +4,23 @@
 //! the part that overlaps is found from the zeros of the gap; the integral over that part is Gaussian. So forces follow the
 //! ends of a contact as these move along the rod, and no node is felt.
 
-use crate::lie::{LANES, Lanes, Scalar, Sweep, Twist, Vector, VectorSpace};
-use crate::robot::algebra::distance::Distance;
+use std::ops::Range;
+
+use super::curve::{LONGER, Part, Shape, expand, part};
+use super::intervals::{SAME_PLACE, changes, touched};
+use crate::lie::{LANES, Lanes, Sweep, Twist, Vector, VectorSpace};
+use crate::robot::algebra::distance::{self, Distance};
 use crate::robot::algebra::ellipse::{self, Nearest as Rim, Rolling};
 use crate::robot::algebra::obstacle::Solid;
 use crate::robot::algebra::touch::Meeting;
 use crate::robot::plan::Plan;
-use crate::robot::plan::contact::{Curve, MOST_CHANGES, MOST_INTERVALS, NODES, Pair, Side, WEIGHTS};
+use crate::robot::plan::contact::{Curve, NODES, Pair, Side, WEIGHTS};
 use crate::robot::state::Workspace;
-use crate::robot::state::contact::{ContactState, Standing, Touch};
+use crate::robot::state::contact::{ContactState, Span, Standing, Term, Touch};
 use crate::robot::turning::Turning;
-
-/// A curve between two samples is longer than what their slopes say by that factor at most, unless a rod turns by far more
-/// than a radian between them.
-const LONGER: f64 = 1.2;
-
-/// Steps of regula falsi, and of Newton's method for a nearest place.
-const MOST_STEPS: usize = 60;
-const MOST_NEWTON_STEPS: usize = 12;
-
-/// A place where another part of a solid becomes the nearest one is known to that part of what is divided there.
-const NARROW: f64 = 1e-10;
 
 /// Slopes along sections that are not round are differences over that part of the way between two samples.
 const BESIDE: f64 = 1e-5;
-
-/// Places closer than that part of the way between two samples are one.
-const SAME_PLACE: f64 = 1e-13;
 
 /// Finds all touches of a state whose motion is up to date.
 pub(crate) fn find<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
@@ -62,9 +52,10 @@ impl<G: Turning> Sweep for Find<'_, G> {
         mark_near(plan, state);
         expand(plan, work, state);
         let ContactState {
-            coefficients,
+            terms,
             axes,
             samples,
+            spans,
             bounds,
             is_near,
             centres,
@@ -75,7 +66,7 @@ impl<G: Turning> Sweep for Find<'_, G> {
             ..
         } = state;
         touches.clear();
-        let scene = Scene { plan, work, coefficients, axes, samples, bounds, is_near, centres };
+        let scene = Scene { plan, work, terms, axes, samples, spans, bounds, is_near, centres };
         let mut found = Found { touches, up_to, weights, polynomials };
         for (p, pair) in plan.contacts.pairs.iter().enumerate() {
             scene.meet(p, pair, &mut found);
@@ -132,12 +123,12 @@ fn mark_near<G: Turning>(plan: &Plan<G>, state: &mut ContactState<G::Pack>) {
                 }
                 Side::Ball(ball) => {
                     let reach = radius + plan.contacts.balls[*ball].radius;
-                    is_near[c] |= distance_between(centre, centres[*ball]) <= reach;
+                    is_near[c] |= distance::between(centre, centres[*ball]) <= reach;
                 }
                 Side::Rod(others) => {
                     for o in others.clone() {
                         let (other, of_other) = bounds[o];
-                        let is_met = distance_between(centre, other) <= radius + of_other;
+                        let is_met = distance::between(centre, other) <= radius + of_other;
                         is_near[c] |= is_met;
                         is_near[o] |= is_met;
                     }
@@ -147,136 +138,14 @@ fn mark_near<G: Turning>(plan: &Plan<G>, state: &mut ContactState<G::Pack>) {
     }
 }
 
-/// Shapes of the curves that may be touched.
-#[inline(always)]
-fn expand<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mut ContactState<G::Pack>) {
-    let curves = plan.contacts.curves.iter().zip(&state.is_near);
-    for (curve, _) in curves.filter(|(_, is_near)| **is_near) {
-        let slopes = &work.slope[plan.pieces[curve.piece].node_packs()];
-        let coefficients = &mut state.coefficients[curve.first_coefficient..][..curve.expansion.len()];
-        for (coefficient, weights) in coefficients.iter_mut().zip(&curve.expansion) {
-            let mut sum = G::Vector::<G::Pack>::zero();
-            for (&slope, &weight) in slopes.iter().zip(weights) {
-                sum += slope * weight;
-            }
-            let sum = G::map_vector(&sum, |pack: &G::Pack| pack.sum());
-            *coefficient = G::in_space(plan.frame, sum) * curve.length;
-        }
-        if !curve.is_round {
-            expand_axes(plan, work, curve, &mut state.axes);
-        }
-    }
-}
-
-/// Axes of the sections of a curve that is not round.
-fn expand_axes<G: Turning>(
-    plan: &Plan<G>,
-    work: &Workspace<G>,
-    curve: &Curve<G::Pack>,
-    axes: &mut [[Vector<f64>; 2]],
-) {
-    let rotations = &work.rotation[plan.pieces[curve.piece].node_packs()];
-    let axes = &mut axes[curve.first_coefficient..][..curve.expansion.len()];
-    let units = [Vector::new(0.0, 1.0, 0.0), Vector::new(0.0, 0.0, 1.0)].map(|axis| {
-        let axis = G::vector_of(plan.frame, axis);
-        G::map_vector(&axis, |&x| G::Pack::splat(x))
-    });
-    for (axes, weights) in axes.iter_mut().zip(&curve.expansion) {
-        for (axis, unit) in axes.iter_mut().zip(units) {
-            let mut sum = G::Vector::<G::Pack>::zero();
-            for (rotation, &weight) in rotations.iter().zip(weights) {
-                sum += G::rotate(rotation, unit) * weight;
-            }
-            *axis = G::in_space(plan.frame, G::map_vector(&sum, |pack: &G::Pack| pack.sum()));
-        }
-    }
-}
-
-/// Where a curve is, by the coefficients of its slope.
-#[derive(Clone, Copy)]
-struct Shape<'a> {
-    begin: Vector<f64>,
-    coefficients: &'a [Vector<f64>],
-    /// Of the axes of its sections, if it is not round.
-    axes: &'a [[Vector<f64>; 2]],
-    breaks: &'a [f64],
-}
-
-fn shape<'a, G: Turning>(
-    plan: &Plan<G>,
-    work: &Workspace<G>,
-    (coefficients, axes): (&'a [Vector<f64>], &'a [[Vector<f64>; 2]]),
-    curve: &'a Curve<G::Pack>,
-) -> Shape<'a> {
-    let begin = work.stations[plan.pieces[curve.piece].joined.begin].position;
-    Shape { begin: G::in_space(plan.frame, begin), coefficients, axes, breaks: curve.integral.breaks() }
-}
-
-impl Shape<'_> {
-    /// Position, and its derivative, at a fraction of the length: `int P_k = (P_{k+1} - P_{k-1}) / (2 (2k+1))` on [0, 1].
-    #[inline(always)]
-    fn at(&self, x: f64) -> [Vector<f64>; 2] {
-        let degrees = self.coefficients.len() / (self.breaks.len() + 1);
-        let mut begin = self.begin;
-        let mut from = 0.0;
-        let here = self.breaks.partition_point(|&place| place <= x);
-        for (own, &to) in self.coefficients.chunks_exact(degrees).zip(&self.breaks[..here]) {
-            begin = begin.add_scaled(own[0], to - from);
-            from = to;
-        }
-        let to = self.breaks.get(here).copied().unwrap_or(1.0);
-        let own = &self.coefficients[here * degrees..][..degrees];
-        let x = (x - from) / (to - from);
-        let t = 2.0 * x - 1.0;
-        let (mut position, mut slope) = (own[0] * x, own[0]);
-        let (mut before, mut value) = (1.0, t);
-        for (k, &coefficient) in own.iter().enumerate().skip(1) {
-            let degree = k as f64;
-            let next = ((2.0 * degree + 1.0) * t * value - degree * before) / (degree + 1.0);
-            position = position.add_scaled(coefficient, 0.5 * (next - before) / (2.0 * degree + 1.0));
-            slope = slope.add_scaled(coefficient, value);
-            (before, value) = (value, next);
-        }
-        [begin.add_scaled(position, to - from), slope]
-    }
-
-    /// Axes of the section at a fraction of the length: unit vectors, across each other.
-    fn axes_at(&self, x: f64) -> [Vector<f64>; 2] {
-        let degrees = self.axes.len() / (self.breaks.len() + 1);
-        let here = self.breaks.partition_point(|&place| place <= x);
-        let from = if here > 0 { self.breaks[here - 1] } else { 0.0 };
-        let to = self.breaks.get(here).copied().unwrap_or(1.0);
-        let own = &self.axes[here * degrees..][..degrees];
-        let t = 2.0 * (x - from) / (to - from) - 1.0;
-        let mut axes = [Vector::zero(); 2];
-        let (mut before, mut value) = (0.0, 1.0);
-        for (k, coefficients) in own.iter().enumerate() {
-            for (axis, &coefficient) in axes.iter_mut().zip(coefficients) {
-                *axis = axis.add_scaled(coefficient, value);
-            }
-            let degree = k as f64;
-            let next = ((2.0 * degree + 1.0) * t * value - degree * before) / (degree + 1.0);
-            (before, value) = (value, next);
-        }
-        let [y, z] = axes;
-        let y = y * y.dot(y).sqrt().recip();
-        let z = z - y * y.dot(z);
-        [y, z * z.dot(z).sqrt().recip()]
-    }
-}
-
-fn distance_between(a: Vector<f64>, b: Vector<f64>) -> f64 {
-    let way = a - b;
-    way.dot(way).sqrt()
-}
-
 /// What is known of all that may touch.
 struct Scene<'a, G: Turning> {
     plan: &'a Plan<G>,
     work: &'a Workspace<G>,
-    coefficients: &'a [Vector<f64>],
+    terms: &'a [Term],
     axes: &'a [[Vector<f64>; 2]],
     samples: &'a [[Vector<f64>; 2]],
+    spans: &'a [Span],
     bounds: &'a [(Vector<f64>, f64)],
     is_near: &'a [bool],
     centres: &'a [Vector<f64>],
@@ -322,87 +191,25 @@ struct First {
     axis: Vector<f64>,
 }
 
-/// The part of a curve between two samples.
-#[derive(Clone, Copy)]
-struct Part<'a> {
-    shape: Shape<'a>,
-    /// Among the parts of its curve.
-    index: usize,
-    curve: usize,
-    /// Fractions of the curve where it begins and how long it is.
-    from: f64,
-    part: f64,
-    /// Arc length of the rod where it begins, and its length.
-    arc: f64,
-    length: f64,
-    ends: [[Vector<f64>; 2]; 2],
-    radii: [f64; 2],
-    /// Half extents of the sections at both ends, if they are not round.
-    half_extents: Option<[[f64; 2]; 2]>,
-}
-
-impl Part<'_> {
-    /// The semi-axes of the section at a fraction of it, if that is not round.
-    fn semi_axes(&self, x: f64) -> Option<[Vector<f64>; 2]> {
-        let [begin, end] = self.half_extents?;
-        let axes = self.shape.axes_at(self.from + self.part * x);
-        Some([0, 1].map(|i| axes[i] * (begin[i] + (end[i] - begin[i]) * x)))
-    }
-
-    /// At a fraction of it, position and its derivative along that fraction.
-    fn at(&self, x: f64) -> [Vector<f64>; 2] {
-        let [position, slope] = self.shape.at(self.from + self.part * x);
-        [position, slope * self.part]
-    }
-
-    /// The second derivative, as the cubic through positions and slopes of both ends has it.
-    fn bend(&self, x: f64) -> Vector<f64> {
-        let [[p, a], [q, b]] = self.ends;
-        let way = q - p;
-        (way * 3.0 - a * 2.0 - b) * 2.0 + (a + b - way * 2.0) * (6.0 * x)
-    }
-
-    fn radius(&self, x: f64) -> f64 {
-        self.radii[0] + (self.radii[1] - self.radii[0]) * x
-    }
-
-    /// Centre and radius of a ball that it lies in.
-    fn bound(&self) -> (Vector<f64>, f64) {
-        let [[p, _], [q, _]] = self.ends;
-        ((p + q) * 0.5, 0.5 * self.reach() + self.radii[0].max(self.radii[1]))
-    }
-
-    /// It is not longer than that, and its radius changes by no more.
-    fn reach(&self) -> f64 {
-        let [[_, a], [_, b]] = self.ends;
-        LONGER * a.dot(a).max(b.dot(b)).sqrt() + (self.radii[1] - self.radii[0]).abs()
-    }
-}
-
 impl<'a, G: Turning> Scene<'a, G> {
-    /// The parts of a curve.
-    fn parts(&self, c: usize) -> impl Iterator<Item = Part<'_>> + use<'_, 'a, G> {
+    /// A part of a curve.
+    #[inline(always)]
+    fn part(&self, c: usize, index: usize) -> Part<'_> {
         let curve = &self.plan.contacts.curves[c];
         let seen = &self.samples[curve.first_sample..][..curve.samples.len()];
-        let coefficients = &self.coefficients[curve.first_coefficient..][..curve.expansion.len()];
-        let axes =
-            if curve.is_round { &[] } else { &self.axes[curve.first_coefficient..][..curve.expansion.len()] };
-        let shape = shape(self.plan, self.work, (coefficients, axes), curve);
-        curve.samples.windows(2).zip(seen.windows(2)).enumerate().map(move |(index, (samples, seen))| {
-            let (from, part) = (samples[0].x, samples[1].x - samples[0].x);
-            Part {
-                shape,
-                index,
-                curve: c,
-                from,
-                part,
-                arc: curve.start + from * curve.length,
-                length: part * curve.length,
-                ends: [[seen[0][0], seen[0][1] * part], [seen[1][0], seen[1][1] * part]],
-                radii: [samples[0].radius, samples[1].radius],
-                half_extents: (!curve.is_round).then(|| [samples[0].half_extents, samples[1].half_extents]),
-            }
-        })
+        part(curve, index, Shape::new(curve, self.terms, self.axes), seen)
+    }
+
+    /// What the parts of a curve lie in.
+    fn spans(&self, c: usize) -> &[Span] {
+        let curve = &self.plan.contacts.curves[c];
+        &self.spans[curve.first_sample..][..curve.samples.len() - 1]
+    }
+
+    /// The arc lengths of the rod between which a part of a curve lies.
+    fn arcs(&self, c: usize, index: usize) -> [f64; 2] {
+        let curve = &self.plan.contacts.curves[c];
+        [index, index + 1].map(|i| curve.start + curve.samples[i].x * curve.length)
     }
 
     /// Finds where the two of a pair touch.
@@ -435,10 +242,11 @@ impl<'a, G: Turning> Scene<'a, G> {
                 }
             }
             Side::Rod(curves) => {
-                for c in curves.clone() {
-                    if self.is_near[c] {
-                        for part in self.parts(c).filter(|part| self.may_meet(part, &other)) {
-                            self.meet_along(p, &part, &other, found);
+                for c in curves.clone().filter(|&c| self.may_meet(c, &other)) {
+                    let mut seen = None;
+                    for index in 0..self.spans(c).len() {
+                        if self.part_may_meet(c, index, &other) {
+                            self.meet_along(p, c, &self.part(c, index), &other, &mut seen, found);
                         }
                     }
                 }
@@ -447,44 +255,75 @@ impl<'a, G: Turning> Scene<'a, G> {
         }
     }
 
+    /// Whether a curve can be near the other.
+    fn may_meet(&self, c: usize, other: &Other<'_>) -> bool {
+        let Other::Rod { first, end, .. } = *other else { return self.is_near[c] };
+        let (centre, radius) = self.bounds[c];
+        self.bounds[first..end]
+            .iter()
+            .any(|&(middle, of_other)| distance::between(centre, middle) <= radius + of_other)
+    }
+
     /// Whether a part of a curve can be near the other.
-    fn may_meet(&self, part: &Part<'_>, other: &Other<'_>) -> bool {
-        let Other::Rod { pair, first, end } = other else { return true };
-        let (centre, radius) = part.bound();
-        (*first..*end).any(|o| {
-            let (middle, of_other) = self.bounds[o];
-            distance_between(centre, middle) <= radius + of_other
-                && self.parts(o).any(|other| {
-                    let is_neighbour = pair.neighbourhood > 0.0
-                        && other.arc < part.arc + part.length + pair.neighbourhood
-                        && other.arc + other.length > part.arc - pair.neighbourhood;
-                    let (middle, of_other) = other.bound();
-                    !is_neighbour && distance_between(centre, middle) <= radius + of_other
+    fn part_may_meet(&self, c: usize, index: usize, other: &Other<'_>) -> bool {
+        let Other::Rod { pair, first, end } = *other else { return true };
+        let span = &self.spans(c)[index];
+        let [from, to] = self.arcs(c, index);
+        (first..end).any(|o| {
+            let (middle, radius) = self.bounds[o];
+            span.distance(middle) <= radius
+                && self.spans(o).iter().enumerate().any(|(i, there)| {
+                    let is_neighbour = pair.neighbourhood > 0.0 && {
+                        let [begin, end] = self.arcs(o, i);
+                        begin < to + pair.neighbourhood && end > from - pair.neighbourhood
+                    };
+                    !is_neighbour && span.meets(there)
                 })
         })
     }
 
-    /// Adds the touches of a part of a curve.
-    fn meet_along(&self, p: usize, part: &Part<'_>, other: &Other<'_>, found: &mut Found<'_, G::Pack>) {
-        let gap = |x: f64| {
-            let [position, slope] = part.at(x);
-            let nearest = self.nearest(other, position, Some(part.arc + part.length * x));
-            nearest.map_or((f64::INFINITY, 0.0), |nearest| {
-                let widening = part.radii[1] - part.radii[0];
-                let Distance { value, normal, .. } = nearest.distance;
-                (value - part.radius(x), normal.dot(slope) - widening)
-            })
-        };
+    /// Adds the touches of a part of a curve. `seen` is what is nearest to the end of the part with that number.
+    fn meet_along(
+        &self,
+        p: usize,
+        c: usize,
+        part: &Part<'_>,
+        other: &Other<'_>,
+        seen: &mut Option<(usize, Option<Nearest>)>,
+        found: &mut Found<'_, G::Pack>,
+    ) {
         if let (Some(_), Other::Solid(solid, _)) = (part.half_extents, other) {
-            self.meet_along_ellipses(p, part, solid, other, found);
+            self.meet_along_ellipses(p, c, part, solid, other, found);
             return;
         }
-        let ends = [gap(0.0), gap(1.0)];
+        let widening = part.radii[1] - part.radii[0];
+        let nearest =
+            |x: f64, place: Vector<f64>| self.nearest(other, place, Some(part.arc + part.length * x));
+        let gap_to = |x: f64, slope: Vector<f64>, nearest: Option<Nearest>| {
+            nearest.map_or(
+                (f64::INFINITY, 0.0),
+                |Nearest { distance: Distance { value, normal, .. }, .. }| {
+                    (value - part.radius(x), normal.dot(slope) - widening)
+                },
+            )
+        };
+        let [[start, start_slope], [end, end_slope]] = part.ends;
+        let at_start = match seen.take() {
+            Some((index, seen)) if index + 1 == part.index => seen,
+            _ => nearest(0.0, start),
+        };
+        let at_end = nearest(1.0, end);
+        *seen = Some((part.index, at_end));
+        let ends = [gap_to(0.0, start_slope, at_start), gap_to(1.0, end_slope, at_end)];
         if ends[0].0 + ends[1].0 >= part.reach() {
             return;
         }
+        let gap = |x: f64| {
+            let [position, slope, _] = part.at(x);
+            gap_to(x, slope, nearest(x, position))
+        };
         for &interval in touched(ends, gap).as_slice() {
-            self.meet_features(p, part, interval, other, found);
+            self.meet_features(p, c, part, interval, other, found);
         }
     }
 
@@ -493,6 +332,7 @@ impl<'a, G: Turning> Scene<'a, G> {
     fn meet_along_ellipses(
         &self,
         p: usize,
+        c: usize,
         part: &Part<'_>,
         solid: &Solid,
         other: &Other<'_>,
@@ -514,7 +354,7 @@ impl<'a, G: Turning> Scene<'a, G> {
             (value(x), (value(after) - value(before)) / (after - before))
         };
         for &interval in touched([gap(0.0), gap(1.0)], gap).as_slice() {
-            self.meet_features(p, part, interval, other, found);
+            self.meet_features(p, c, part, interval, other, found);
         }
     }
 
@@ -523,16 +363,17 @@ impl<'a, G: Turning> Scene<'a, G> {
     fn meet_features(
         &self,
         p: usize,
+        c: usize,
         part: &Part<'_>,
         [from, to]: [f64; 2],
         other: &Other<'_>,
         found: &mut Found<'_, G::Pack>,
     ) {
         let Other::Solid(solid, Standing::Still) = other else {
-            return self.meet_between(p, part, [from, to], other, found);
+            return self.meet_between(p, c, part, [from, to], other, found);
         };
         if !solid.has_features() {
-            return self.meet_between(p, part, [from, to], other, found);
+            return self.meet_between(p, c, part, [from, to], other, found);
         }
         let feature = |x: f64| {
             let centre = part.at(x)[0];
@@ -541,16 +382,17 @@ impl<'a, G: Turning> Scene<'a, G> {
         };
         let mut begin = from;
         for place in changes(feature, [from, to]).into_iter().flatten() {
-            self.meet_between(p, part, [begin, place], other, found);
+            self.meet_between(p, c, part, [begin, place], other, found);
             begin = place;
         }
-        self.meet_between(p, part, [begin, to], other, found);
+        self.meet_between(p, c, part, [begin, to], other, found);
     }
 
     /// Adds the touches of what lies between two places of a part of a curve.
     fn meet_between(
         &self,
         p: usize,
+        c: usize,
         part: &Part<'_>,
         [from, to]: [f64; 2],
         other: &Other<'_>,
@@ -559,10 +401,10 @@ impl<'a, G: Turning> Scene<'a, G> {
         let is_whole = from == 0.0 && to == 1.0;
         for (i, (node, weight)) in NODES.into_iter().zip(WEIGHTS).enumerate() {
             let x = from + (to - from) * node;
-            let on = Standing::Along { curve: part.curve, x: part.from + part.part * x };
+            let on = Standing::Along { curve: c, x: part.from + part.part * x };
             let weight = weight * (to - from) * part.length;
-            let axis = self.axis(p, part, x, found);
-            let known = is_whole.then(|| &self.plan.contacts.curves[part.curve].whole[part.index][i][..]);
+            let axis = self.axis(p, c, part, x, found);
+            let known = is_whole.then(|| &self.plan.contacts.curves[c].whole[part.index][i][..]);
             let centre = self.reach(on, known, found, 0);
             if let (Some(semi), Other::Solid(solid, on_other)) = (part.semi_axes(x), other) {
                 let Rim { place, distance, rolling } = ellipse::nearest(solid, centre, semi);
@@ -582,11 +424,18 @@ impl<'a, G: Turning> Scene<'a, G> {
     }
 
     /// The axis of the section at a place, where it matters how that lies.
-    fn axis(&self, p: usize, part: &Part<'_>, x: f64, found: &mut Found<'_, G::Pack>) -> Vector<f64> {
+    fn axis(
+        &self,
+        p: usize,
+        c: usize,
+        part: &Part<'_>,
+        x: f64,
+        found: &mut Found<'_, G::Pack>,
+    ) -> Vector<f64> {
         if self.plan.contacts.pairs[p].law.is_even() {
             return Vector::zero();
         }
-        let curve = &self.plan.contacts.curves[part.curve];
+        let curve = &self.plan.contacts.curves[c];
         let piece = &self.plan.pieces[curve.piece];
         let weights = &mut found.weights[..piece.packs * LANES];
         curve.integral.write_weights_at(part.from + part.part * x, weights, found.polynomials);
@@ -617,53 +466,71 @@ impl<'a, G: Turning> Scene<'a, G> {
     /// The nearest place of the curves of a rod, but for neighbours.
     fn nearest_on_rod(
         &self,
-        curves: std::ops::Range<usize>,
+        curves: Range<usize>,
         point: Vector<f64>,
         but: Option<(f64, f64)>,
     ) -> Option<Nearest> {
-        let is_neighbour = |part: &Part<'_>| {
-            but.is_some_and(|(arc, near)| part.arc < arc + near && part.arc + part.length > arc - near)
+        let is_neighbour = |c: usize, index: usize| {
+            but.is_some_and(|(arc, near)| {
+                let [begin, end] = self.arcs(c, index);
+                begin < arc + near && end > arc - near
+            })
         };
-        let mut best: Option<(f64, Part<'_>, f64)> = None;
-        // Whether what is nearest is the end of what is looked at, beyond which there are neighbours.
-        let mut is_cut = false;
-        let mut follows_neighbour = false;
-        for c in curves {
+        // The part that may come nearest is the first one, and leaves few others to be looked at.
+        let mut hope = (f64::INFINITY, curves.start, 0);
+        let is_nearer = |c: usize, than: f64| {
             let (centre, radius) = self.bounds[c];
-            let nearest = best.map_or(f64::INFINITY, |(nearest, ..)| nearest);
-            if distance_between(point, centre) - radius > nearest {
-                follows_neighbour = false;
+            self.is_near[c] && distance::between(point, centre) - radius < than
+        };
+        for c in curves.clone() {
+            if !is_nearer(c, hope.0) {
                 continue;
             }
-            for part in self.parts(c) {
-                if is_neighbour(&part) {
-                    is_cut |= best.is_some_and(|(_, last, x)| {
-                        x == 1.0
-                            && (last.arc + last.length - part.arc).abs()
-                                <= SAME_PLACE * part.length.max(part.arc)
-                    });
-                    follows_neighbour = true;
-                    continue;
+            for (index, span) in self.spans(c).iter().enumerate() {
+                let least = span.distance(point);
+                if least < hope.0 && !is_neighbour(c, index) {
+                    hope = (least, c, index);
                 }
-                let [start, end] = [0, 1].map(|e| distance_between(point, part.ends[e][0]) - part.radii[e]);
-                let least = 0.5 * (start + end - part.reach());
-                if best.is_none_or(|(nearest, ..)| least < nearest) {
-                    let x = nearest_on(&part, point);
-                    let value = distance_between(point, part.at(x)[0]) - part.radius(x);
-                    if best.is_none_or(|(nearest, ..)| value < nearest) {
-                        best = Some((value, part, x));
-                        is_cut = follows_neighbour && x == 0.0;
-                    }
-                }
-                follows_neighbour = false;
             }
         }
-        let (_, part, x) = best.filter(|_| !is_cut)?;
-        let [position, slope] = part.at(x);
-        let bend = part.bend(x);
+        if hope.0 == f64::INFINITY {
+            return None;
+        }
+        let look = |c: usize, index: usize| {
+            let part = self.part(c, index);
+            let x = part.nearest_to(point);
+            (distance::between(point, part.at(x)[0]) - part.radius(x), c, part, x)
+        };
+        let (_, c, index) = hope;
+        let mut best = look(c, index);
+        for o in curves.clone() {
+            if !is_nearer(o, best.0) {
+                continue;
+            }
+            for (i, span) in self.spans(o).iter().enumerate() {
+                if (o, i) != (c, index) && span.distance(point) < best.0 && !is_neighbour(o, i) {
+                    let other = look(o, i);
+                    if other.0 < best.0 {
+                        best = other;
+                    }
+                }
+            }
+        }
+        let (_, c, part, x) = best;
+        // What is nearest may be the end of what is looked at, beyond which there are neighbours.
+        let (arc, is_end) = (part.arc + part.length * x, x == 0.0 || x == 1.0);
+        let adjoins = |o: usize, i: usize| {
+            let beyond = self.arcs(o, i)[if x == 0.0 { 1 } else { 0 }];
+            (arc - beyond).abs() <= SAME_PLACE * part.length.max(arc) && is_neighbour(o, i)
+        };
+        if is_end && but.is_some() && curves.clone().any(|o| (0..self.spans(o).len()).any(|i| adjoins(o, i)))
+        {
+            return None;
+        }
+        let [position, slope, bend] = part.at(x);
         let way = point - position;
         let radius = part.radius(x);
-        let on = Standing::Along { curve: part.curve, x: part.from + part.part * x };
+        let on = Standing::Along { curve: c, x: part.from + part.part * x };
         // As seen from the point the surface bends about the axis, unless the place is an end.
         let square = slope.dot(slope);
         let is_inside = slope.dot(way).abs() <= 1e-6 * (square * way.dot(way)).sqrt();
@@ -766,236 +633,4 @@ impl<'a, G: Turning> Scene<'a, G> {
         let pressing = meeting.pressing();
         found.touches.push(Touch { pair: p, sides, centres, meeting, pressing });
     }
-}
-
-/// Parts of a curve in which a gap is negative, in ascending order.
-#[derive(Clone, Copy, Default)]
-struct Intervals {
-    own: [[f64; 2]; MOST_INTERVALS],
-    number: usize,
-}
-
-impl Intervals {
-    fn push(&mut self, interval: [f64; 2]) {
-        self.own[self.number] = interval;
-        self.number += 1;
-    }
-
-    fn as_slice(&self) -> &[[f64; 2]] {
-        &self.own[..self.number]
-    }
-}
-
-/// Where between two places something changes, in ascending order; what comes back between two of a few samples is not seen.
-fn changes(feature: impl Fn(f64) -> [usize; 3], [from, to]: [f64; 2]) -> [Option<f64>; MOST_CHANGES] {
-    const SAMPLES: usize = 4;
-    let mut found = [None; MOST_CHANGES];
-    let mut number = 0;
-    let (mut begin, mut at_begin) = (from, feature(from));
-    for sample in 1..=SAMPLES {
-        let end = if sample == SAMPLES { to } else { from + (to - from) * sample as f64 / SAMPLES as f64 };
-        let at_end = feature(end);
-        while at_begin != at_end && number < MOST_CHANGES {
-            let (mut before, mut after, mut at_after) = (begin, end, at_end);
-            while after - before > NARROW * (to - from) {
-                let middle = 0.5 * (before + after);
-                let at = feature(middle);
-                if at == at_begin {
-                    before = middle;
-                } else {
-                    (after, at_after) = (middle, at);
-                }
-            }
-            found[number] = Some(after);
-            number += 1;
-            (begin, at_begin) = (after, at_after);
-        }
-        (begin, at_begin) = (end, at_end);
-    }
-    found
-}
-
-/// Where between 0 and 1 a gap is negative, by its values and slopes: it is nearly a cubic, which has up to two places where it
-/// turns.
-fn touched(ends: [(f64, f64); 2], gap: impl Fn(f64) -> (f64, f64)) -> Intervals {
-    let (turns, number) = turning_points(ends);
-    let [(start, _), (end, _)] = ends;
-    let mut places = [(0.0, start), (1.0, end), (1.0, end), (1.0, end)];
-    for i in 0..number {
-        let before = if i > 0 { turns[i - 1].0 } else { 0.0 };
-        let after = if i + 1 < number { turns[i + 1].0 } else { 1.0 };
-        let (x, curvature) = turns[i];
-        let sign = curvature.signum();
-        let turned = |x: f64| {
-            let (value, slope) = gap(x);
-            (sign * value, sign * slope)
-        };
-        let (x, value) = lowest(turned, [before, after], x, curvature.abs());
-        places[i + 1] = (x, sign * value);
-    }
-    let mut found = Intervals::default();
-    let mut begin = (start < 0.0).then_some(0.0);
-    for pair in places[..number + 2].windows(2) {
-        let [(a, at_a), (b, at_b)] = [pair[0], pair[1]];
-        if (at_a < 0.0) == (at_b < 0.0) {
-            continue;
-        }
-        let x = zero(|x| gap(x).0, [a, b], [at_a, at_b]);
-        match begin.take() {
-            Some(begin) => found.push([begin, x]),
-            None => begin = Some(x),
-        }
-    }
-    if let Some(begin) = begin {
-        found.push([begin, 1.0]);
-    }
-    found
-}
-
-/// Where the cubic through values and slopes at 0 and 1 turns between them, in ascending order, with its curvature there.
-fn turning_points([(start, start_slope), (end, end_slope)]: [(f64, f64); 2]) -> ([(f64, f64); 2], usize) {
-    let rise = end - start;
-    // Of the slope: `a + 2 b x + 3 c x^2`.
-    let (a, b, c) =
-        (start_slope, 3.0 * rise - 2.0 * start_slope - end_slope, start_slope + end_slope - 2.0 * rise);
-    let (mut turns, mut number) = ([(0.0, 0.0); 2], 0);
-    let square = b * b - 3.0 * a * c;
-    // What is not seen from one end is not finite.
-    if !square.is_finite() || square <= 0.0 {
-        return (turns, number);
-    }
-    // The root that does not cancel, and the other one by their product (Press et al. 2007, section 5.6).
-    let sum = -(b + square.sqrt().copysign(b));
-    let mut roots = [sum / (3.0 * c), a / sum];
-    if roots[1] < roots[0] {
-        roots.swap(0, 1);
-    }
-    for x in roots {
-        let curvature = 2.0 * b + 6.0 * c * x;
-        if x > 0.0 && x < 1.0 && curvature != 0.0 {
-            turns[number] = (x, curvature);
-            number += 1;
-        }
-    }
-    (turns, number)
-}
-
-/// Where a function is negative between two places, or as low as it gets: Newton's method for its slope, with the secant's
-/// curvature from the first step on, or halving.
-fn lowest(
-    f: impl Fn(f64) -> (f64, f64),
-    [mut from, mut to]: [f64; 2],
-    mut x: f64,
-    mut curvature: f64,
-) -> (f64, f64) {
-    /// It gets no lower than zero where a parabola falls by less than that part of the value.
-    const CERTAIN: f64 = 0.25;
-    let mut value = f64::INFINITY;
-    let mut last: Option<(f64, f64)> = None;
-    for step in 0..MOST_STEPS {
-        let (here, slope) = f(x);
-        value = here;
-        if let Some((before, slope_before)) = last {
-            curvature = (slope - slope_before) / (x - before);
-        }
-        let falls = 0.5 * slope * slope / curvature;
-        if value < 0.0 || (curvature > 0.0 && falls <= CERTAIN * value) || to - from <= SAME_PLACE {
-            break;
-        }
-        last = Some((x, slope));
-        if slope < 0.0 {
-            from = x;
-        } else {
-            to = x;
-        }
-        let next = x - slope / curvature;
-        // Beside a kink only halving comes nearer.
-        let is_between = curvature > 0.0 && next > from && next < to && step % 3 != 2;
-        x = if is_between { next } else { 0.5 * (from + to) };
-    }
-    (x, value)
-}
-
-/// A zero between two places with values of different signs: regula falsi, Illinois variant (Dowell and Jarratt 1971).
-fn zero(f: impl Fn(f64) -> f64, [mut a, mut b]: [f64; 2], [mut at_a, mut at_b]: [f64; 2]) -> f64 {
-    let mut side = 0;
-    for _ in 0..MOST_STEPS {
-        if !(at_a.is_finite() && at_b.is_finite()) {
-            // What is not seen from one end: halve.
-            let middle = 0.5 * (a + b);
-            let at = f(middle);
-            if (at < 0.0) == (at_a < 0.0) {
-                (a, at_a) = (middle, at);
-            } else {
-                (b, at_b) = (middle, at);
-            }
-            if (b - a).abs() <= SAME_PLACE {
-                break;
-            }
-            continue;
-        }
-        let x = (a * at_b - b * at_a) / (at_b - at_a);
-        let at = f(x);
-        if at == 0.0 || (b - a).abs() <= SAME_PLACE {
-            return x;
-        }
-        if (at < 0.0) == (at_a < 0.0) {
-            if (x - a).abs() <= SAME_PLACE {
-                return x;
-            }
-            (a, at_a) = (x, at);
-            if side == -1 {
-                at_b *= 0.5;
-            }
-            side = -1;
-        } else {
-            if (x - b).abs() <= SAME_PLACE {
-                return x;
-            }
-            (b, at_b) = (x, at);
-            if side == 1 {
-                at_a *= 0.5;
-            }
-            side = 1;
-        }
-    }
-    if at_a.abs() < at_b.abs() { a } else { b }
-}
-
-/// Where on a part of a curve a point is nearest: Newton's method between bounds.
-fn nearest_on(part: &Part<'_>, point: Vector<f64>) -> f64 {
-    let slope = |x: f64| {
-        let [position, slope] = part.at(x);
-        let way = position - point;
-        (way.dot(slope), slope.dot(slope) + way.dot(part.bend(x)))
-    };
-    let [start, end] = [slope(0.0).0, slope(1.0).0];
-    let (mut from, mut to) = (0.0, 1.0);
-    if start >= 0.0 && end >= 0.0 {
-        return 0.0;
-    }
-    if start <= 0.0 && end <= 0.0 {
-        return 1.0;
-    }
-    if start > 0.0 {
-        // Furthest inside: one of the ends.
-        let [p, q] = [0, 1].map(|e| distance_between(point, part.ends[e][0]));
-        return if p <= q { 0.0 } else { 1.0 };
-    }
-    let mut x = start / (start - end);
-    for _ in 0..MOST_NEWTON_STEPS {
-        let (value, change) = slope(x);
-        if value < 0.0 {
-            from = x;
-        } else {
-            to = x;
-        }
-        let next = x - value / change;
-        let next = if change > 0.0 && next > from && next < to { next } else { 0.5 * (from + to) };
-        if (next - x).abs() <= SAME_PLACE {
-            return next;
-        }
-        x = next;
-    }
-    x
 }

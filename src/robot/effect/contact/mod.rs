@@ -5,7 +5,9 @@
 //! and the turn y of a side it changes by `dW` and, as the material sees a wrench that keeps its direction, by
 //! `-(m x y; f x y)`.
 
+mod curve;
 pub(crate) mod find;
+mod intervals;
 pub(crate) mod passing;
 pub(crate) mod told;
 
@@ -156,7 +158,8 @@ impl<G: Turning> Sweep for Stiffen<'_, G> {
         let touch = &work.contact.touches[t];
         let pair = &plan.contacts.pairs[touch.pair];
         let ContactTangent { moved, faster, components } = memory;
-        for &k in &pair.reaches {
+        let reaches = || pair.reaches.iter().cloned().flatten();
+        for k in reaches() {
             moved[k] = [[Vector::zero(); 2]; 2];
             faster[k] = [[Vector::zero(); 2]; 2];
         }
@@ -191,10 +194,7 @@ impl<G: Turning> Sweep for Stiffen<'_, G> {
         let n = plan.n;
         // A side that is fixed in the world answers nothing.
         let halves = if touch.sides[1] == Standing::Still { 2 } else { 4 };
-        for component in &mut components[..3 * halves] {
-            component.fill(0.0);
-        }
-        for &k in &pair.reaches {
+        for k in reaches() {
             let [first, second] = moved[k];
             for (half, motion) in
                 [first[0], first[1], second[0], second[1]].into_iter().take(halves).enumerate()
@@ -205,7 +205,7 @@ impl<G: Turning> Sweep for Stiffen<'_, G> {
             }
         }
         let wrenches = touch.meeting.wrenches(&touch.pressing);
-        for &k in &pair.reaches {
+        for k in reaches() {
             let displaced = moved[k].map(|motion| motion.map(|v| v * weights.q));
             let rates: [Motion; 2] = std::array::from_fn(|s| {
                 std::array::from_fn(|m| moved[k][s][m] * weights.v + faster[k][s][m] * weights.q)
@@ -216,9 +216,12 @@ impl<G: Turning> Sweep for Stiffen<'_, G> {
             let column = &mut matrix.as_mut_slice()[k * n..][..n];
             for (half, answer) in answers.into_iter().take(halves).enumerate() {
                 let [x, y, z] = answer.to_array();
-                let [of_x, of_y, of_z] = [0, 1, 2].map(|c| &components[3 * half + c][..n]);
-                for (((entry, of_x), of_y), of_z) in column.iter_mut().zip(of_x).zip(of_y).zip(of_z) {
-                    *entry += of_x * x + of_y * y + of_z * z;
+                for run in &pair.reaches {
+                    let [of_x, of_y, of_z] = [0, 1, 2].map(|c| &components[3 * half + c][run.clone()]);
+                    let entries = column[run.clone()].iter_mut();
+                    for (((entry, of_x), of_y), of_z) in entries.zip(of_x).zip(of_y).zip(of_z) {
+                        *entry += of_x * x + of_y * y + of_z * z;
+                    }
                 }
             }
         }

@@ -7,6 +7,7 @@
 
 use crate::lie::Vector;
 use crate::model::Radius;
+use crate::robot::algebra::distance::{between as distance, of_segments as distance_of_segments};
 use crate::robot::algebra::obstacle::Solid;
 use crate::robot::plan::Plan;
 use crate::robot::plan::contact::{Pair, Side};
@@ -112,11 +113,6 @@ impl Radius {
             Self::Larger => first.max(second),
         }
     }
-}
-
-fn distance(a: Vector<f64>, b: Vector<f64>) -> f64 {
-    let way = a - b;
-    way.dot(way).sqrt()
 }
 
 /// Where a place was, and where it is.
@@ -276,20 +272,6 @@ fn have_crossed(part: &Part, other: &Part, measure: Radius) -> bool {
         x += (between + shallow) / fastest;
     }
     false
-}
-
-/// The distance of two segments (Ericson 2005, section 5.1.9).
-fn distance_of_segments([p, p_end]: Way, [q, q_end]: Way) -> f64 {
-    let (along, other, way) = (p_end - p, q_end - q, p - q);
-    let (a, e, f) = (along.dot(along), other.dot(other), other.dot(way));
-    let (b, c) = (along.dot(other), along.dot(way));
-    let clamped = |value: f64, over: f64| if over > 0.0 { (value / over).clamp(0.0, 1.0) } else { 0.0 };
-    let determinant = a * e - b * b;
-    let x = clamped(b * f - c * e, determinant);
-    let y = clamped(b * x + f, e);
-    // Where that was cut off, the place on the first one follows.
-    let x = clamped(b * y - c, a);
-    distance(p + along * x, q + other * y)
 }
 
 #[cfg(test)]
