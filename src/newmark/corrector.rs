@@ -36,6 +36,9 @@ const PATTERNS: usize = 3;
 /// The same of single entries, whose noise the patterns tell less well; of what is tolerated less than this part of the most
 /// tolerant one nothing is asked: where nothing moves, all is noise.
 const ROUNDING_NOISE_OF_ONE: f64 = 100.0;
+
+/// Increments that are larger than the noise of one pattern by that factor are none of another one.
+const BEYOND_NOISE: f64 = 1e3;
 const AT_REST: f64 = 1e-10;
 
 /// A first increment that differs from the one of the last step by up to that fraction of it makes the steps similar. A
@@ -52,6 +55,15 @@ const SHORTEST_INCREMENT: f64 = 1e-4;
 
 /// Increments that no shortening makes acceptable are taken as a whole that often, where surfaces meet.
 const MOST_LEAPS: usize = 20;
+
+/// A step that needs more fresh Jacobians than that is hard. Where surfaces meet, the next one is likely to be so, too, and Newton's
+/// method with one Jacobian is not tried first.
+const EASY: usize = 3;
+
+/// After so many steps in a row that have each begun with a new Jacobian the last one is tried all the same, for as long as it serves,
+/// where surfaces may touch: they let every step take two iterations, so that a new one saves none, and a rate that was measured close
+/// to where a Jacobian was evaluated says little about that of the last step.
+const STEPS_WITHOUT_TRY: u32 = 8;
 
 /// About as many iterations does a fresh Jacobian need.
 const FRESH_ITERATIONS: f64 = 2.0;
@@ -79,6 +91,10 @@ impl Kept {
 pub(super) struct Corrector {
     jacobian: Jacobian,
     reuse: bool,
+    /// Whether the last step that was solved with fresh Jacobians was hard.
+    was_hard: bool,
+    /// How many steps have begun with a new Jacobian since the kept one was tried in vain.
+    renewed_at_once: u32,
     kept: Option<Kept>,
     linear: LinearSystem,
     /// Where the Jacobian was evaluated.
@@ -112,6 +128,8 @@ impl Corrector {
         Self {
             jacobian: Jacobian::new(options.derivative, &rtol, &atol),
             reuse: options.reuse_jacobian,
+            was_hard: false,
+            renewed_at_once: 0,
             kept: None,
             linear: LinearSystem::empty(),
             q_jacobian: vec![0.0; n],
@@ -179,6 +197,8 @@ impl Corrector {
             }
         }
         self.contraction.carry(tape);
+        tape.flag(&mut self.was_hard);
+        tape.small_count(&mut self.renewed_at_once);
         tape.number(&mut self.first_size);
         for values in [&mut self.q_jacobian, &mut self.v_jacobian, &mut self.last_first] {
             tape.numbers(values);
@@ -212,11 +232,12 @@ impl Corrector {
                 return Ok(Ok(()));
             }
             counters.reuse_failures += 1;
+            self.renewed_at_once = 0;
             self.contraction = Contraction::unknown();
             trial.set(guess);
         }
         self.kept = None;
-        if self.reuse {
+        if self.reuse && !(self.was_hard && system.may_touch()) {
             if self.with_kept_jacobian(system, trial, h, counters)?.is_ok() {
                 return Ok(Ok(()));
             }
@@ -225,7 +246,10 @@ impl Corrector {
             counters.full_newton += 1;
             trial.set(guess);
         }
-        self.with_fresh_jacobians(system, trial, h, counters)
+        let before = counters.njev;
+        let outcome = self.with_fresh_jacobians(system, trial, h, counters)?;
+        self.was_hard = counters.njev - before > EASY;
+        Ok(outcome)
     }
 
     /// Newton's method with the kept Jacobian, or with one of this step where there is none or it is too slow.
@@ -238,7 +262,11 @@ impl Corrector {
     ) -> Result<Result<(), Failure>, Interrupted> {
         let jacobian_cost = self.jacobian.cost(system);
         let mut cost = 0.0;
-        let mut renew = !self.kept_jacobian_pays(trial, h);
+        let mut renew = !self.kept_jacobian_pays(trial, h)
+            && (self.kept.is_none() || !system.may_touch() || self.renewed_at_once < STEPS_WITHOUT_TRY);
+        if renew {
+            self.renewed_at_once = self.renewed_at_once.saturating_add(1);
+        }
         let mut is_fresh = false;
         // Size of the increment before with the same Jacobian.
         let mut last_size = None;
@@ -272,6 +300,9 @@ impl Corrector {
                     Some(kept) if !is_fresh => kept.is_beaten_by(cost - 1.0 + needed),
                     _ => needed > jacobian_cost + FRESH_ITERATIONS,
                 };
+                if renew {
+                    self.renewed_at_once = 0;
+                }
             }
             if renew {
                 if let Err(failure) = self.renew_jacobian(system, trial, h, counters)? {
@@ -500,6 +531,9 @@ impl Corrector {
             }
             if size <= ROUNDING_NOISE * noise && self.is_noise_one_by_one() {
                 return Ok(true);
+            }
+            if size > BEYOND_NOISE * ROUNDING_NOISE * noise {
+                return Ok(false);
             }
         }
         Ok(false)

@@ -563,7 +563,7 @@ impl<G: Turning> Sweeps<G> {
             return false;
         }
         self.see_surfaces(q);
-        let have_passed = passing::has_passed(&self.plan, &self.work, radius);
+        let have_passed = passing::has_passed(&self.plan, &mut self.work, radius);
         passing::note(&mut self.work);
         have_passed
     }

@@ -35,6 +35,10 @@ const LARGEST_SHIFT: f64 = 1e12;
 /// Steps as short as that are taken without looking at their work, which is rounding then.
 const TRUSTED: f64 = 1e-6;
 
+/// Where surfaces begin to touch within such a step the tangent is another one at its end: only steps that are shorter by that factor
+/// leave rounding alone.
+const AT_KINKS: f64 = 1e-3;
+
 /// How often at most a trial's springs are made to carry what they should, each time to about twice as many digits;
 /// and at the start, which may be far from where stiff springs let the model be.
 const RESTORING: usize = 8;
@@ -150,7 +154,7 @@ pub(super) fn descend(
                 break;
             }
             flaw = inverted;
-            if length <= TRUSTED {
+            if length <= if equations.has_contact() { AT_KINKS * TRUSTED } else { TRUSTED } {
                 // What is left is rounding.
                 return Ok(if length <= tolerance.sqrt() && shift <= 1.0 && flaw.is_none() {
                     Descent::Converged { step_norm: length, residual_norm }

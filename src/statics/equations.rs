@@ -207,6 +207,10 @@ impl<'a> Equations<'a> {
         self.sizes.len()
     }
 
+    pub(super) fn has_contact(&self) -> bool {
+        self.model.has_contact()
+    }
+
     /// Why a shape is none that the model has.
     pub(super) fn flaw(&mut self, q: &[f64]) -> Option<Flaw> {
         self.model.flaw(q)

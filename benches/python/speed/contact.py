@@ -85,7 +85,9 @@ def one_rod(dt: float = 1e-4, steps: int = 400) -> None:
 
 def pile(number: int, friction: float = 0.3) -> lissom.Robot:
     """Rods over a box, in layers of five that lie across each other; every pair can touch."""
-    segment = lissom.Segment(LENGTH, RADIUS, 1e6, poisson_ratio=0.45, density=1000, modes=PILED, retardation_time=0.01)
+    segment = lissom.Segment(
+        LENGTH, RADIUS, 1e6, poisson_ratio=0.45, density=1000, modes=PILED, retardation_time=0.01
+    )
     random = np.random.default_rng(1)
     links = []
     for i in range(number):
@@ -105,15 +107,19 @@ def pile(number: int, friction: float = 0.3) -> lissom.Robot:
         )
     names = [link.name for link in links]
     pairs = [
-        lissom.Contact(name, wall, friction=friction, name=f"{name} on {side}") for name in names for side, wall in WALLS.items()
+        lissom.Contact(name, wall, friction=friction, name=f"{name} on {side}")
+        for name in names
+        for side, wall in WALLS.items()
     ]
     pairs += [lissom.Contact(a, b, friction=friction) for i, a in enumerate(names) for b in names[:i]]
     return lissom.Robot(links, contacts=pairs)
 
 
 def piles(numbers: list[int], dt: float, t_end: float) -> None:
-    print("| rods | coordinates | pairs | status | steps | touches at the end | whole run, s | in free fall, ms a step "
-          "| afterwards, ms a step | iterations a step | Jacobians a step |")
+    print(
+        "| rods | coordinates | pairs | status | steps | touches at the end | whole run, s | in free fall, ms a step "
+        "| afterwards, ms a step | iterations a step | Jacobians a step |"
+    )
     print("|---|---|---|---|---|---|---|---|---|---|---|")
     for number in numbers:
         robot = pile(number)
@@ -136,8 +142,12 @@ def piles(numbers: list[int], dt: float, t_end: float) -> None:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--pile", type=int, nargs="+", metavar="RODS", help="drop that many rods into a box instead")
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument(
+        "--pile", type=int, nargs="+", metavar="RODS", help="drop that many rods into a box instead"
+    )
     parser.add_argument("--dt", type=float, default=1e-3, help="steps of the pile, seconds")
     parser.add_argument("--time", type=float, default=0.3, help="how long the rods fall, seconds")
     arguments = parser.parse_args()

@@ -16,11 +16,13 @@ pub(crate) struct ContactState<P> {
     /// Position and slope at the samples of all curves; of those that nothing may touch, the slopes at the ends are those at the
     /// nodes next to them.
     pub(crate) samples: Vec<[Vector<f64>; 2]>,
-    /// What the parts between two samples lie in, of curves that something may touch; each with the number of its first sample.
+    /// What the parts of all curves between two samples lie in, each with the number of its first sample.
     pub(crate) spans: Vec<Span>,
     /// Of every curve, the centre and the radius of a ball that it lies in, and whether anything else may touch it.
     pub(crate) bounds: Vec<(Vector<f64>, f64)>,
     pub(crate) is_near: Vec<bool>,
+    /// Of every curve, what it lies in around its chord.
+    pub(crate) chords: Vec<Span>,
     /// Centres of the balls.
     pub(crate) centres: Vec<Vector<f64>>,
     /// Where surfaces were in another shape.
@@ -47,6 +49,8 @@ pub(crate) struct Noted {
     pub(crate) places: Vec<Vector<f64>>,
     pub(crate) bounds: Vec<(Vector<f64>, f64)>,
     pub(crate) centres: Vec<Vector<f64>>,
+    /// How far the curves have moved since then, at most.
+    pub(crate) moved: Vec<f64>,
 }
 
 /// Of one Chebyshev polynomial in the position of a curve, and in its first and second derivatives along the fraction of its length.
@@ -57,14 +61,31 @@ pub(crate) struct Term {
     pub(crate) bend: Vector<f64>,
 }
 
-/// All that is no further than that from a segment.
+/// All that is no further from a segment than its width.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Span {
-    pub(crate) ends: [Vector<f64>; 2],
-    pub(crate) width: f64,
+    ends: [Vector<f64>; 2],
+    width: f64,
+    /// A ball that it lies in.
+    centre: Vector<f64>,
+    radius: f64,
 }
 
 impl Span {
+    pub(crate) fn new(ends: [Vector<f64>; 2], width: f64) -> Self {
+        let radius = width + 0.5 * distance::between(ends[0], ends[1]);
+        Self { ends, width, centre: (ends[0] + ends[1]) * 0.5, radius }
+    }
+
+    pub(crate) fn width(&self) -> f64 {
+        self.width
+    }
+
+    /// That and what is next to it.
+    pub(crate) fn widened(&self, by: f64) -> Self {
+        Self { width: self.width + by, radius: self.radius + by, ..*self }
+    }
+
     /// What is in it is not nearer to a point than that.
     pub(crate) fn distance(&self, point: Vector<f64>) -> f64 {
         distance::to_segment(point, self.ends) - self.width
@@ -72,7 +93,9 @@ impl Span {
 
     /// Whether two overlap.
     pub(crate) fn meets(&self, other: &Self) -> bool {
-        distance::of_segments(self.ends, other.ends) <= self.width + other.width
+        let (way, reach) = (self.centre - other.centre, self.radius + other.radius);
+        way.dot(way) <= reach * reach
+            && distance::of_segments(self.ends, other.ends) <= self.width + other.width
     }
 }
 
@@ -109,6 +132,7 @@ impl<P> Default for ContactState<P> {
             spans: Vec::new(),
             bounds: Vec::new(),
             is_near: Vec::new(),
+            chords: Vec::new(),
             centres: Vec::new(),
             noted: Noted::default(),
             is_left: false,
@@ -135,9 +159,10 @@ impl<P: Lanes> ContactState<P> {
             ],
             axes: vec![[Vector::zero(); 2]; if is_round { 0 } else { coefficients }],
             samples: vec![[Vector::zero(); 2]; samples],
-            spans: vec![Span { ends: [Vector::zero(); 2], width: 0.0 }; samples],
+            spans: vec![Span::new([Vector::zero(); 2], 0.0); samples],
             bounds: vec![(Vector::zero(), 0.0); contacts.curves.len()],
             is_near: vec![false; contacts.curves.len()],
+            chords: vec![Span::new([Vector::zero(); 2], 0.0); contacts.curves.len()],
             centres: vec![Vector::zero(); contacts.balls.len()],
             noted: Noted::default(),
             is_left: false,

@@ -29,7 +29,7 @@ const LAST_INCREMENT: f64 = 1e-8;
 /// Finds the shapes of the curves that may be touched.
 #[inline(always)]
 pub(super) fn expand<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mut ContactState<G::Pack>) {
-    let ContactState { terms, axes, samples, spans, is_near, .. } = state;
+    let ContactState { terms, axes, samples, is_near, .. } = state;
     let curves = plan.contacts.curves.iter().zip(&*is_near);
     for (curve, _) in curves.filter(|(_, is_near)| **is_near) {
         let piece = &plan.pieces[curve.piece];
@@ -62,11 +62,6 @@ pub(super) fn expand<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mu
         for (i, x) in [(0, 0.0), (last, 1.0)] {
             let [position, slope, _] = shape.at(x);
             samples[i] = [position, slope];
-        }
-        let spans = &mut spans[curve.first_sample..][..last];
-        for (i, span) in spans.iter_mut().enumerate() {
-            let part = part(curve, i, shape, samples);
-            *span = part.span();
         }
     }
 }
@@ -230,6 +225,23 @@ pub(super) fn part<'a, P>(
     }
 }
 
+/// The cubic through positions and slopes of both ends, by its second derivative at the start and how much that grows.
+fn cubic([[p, a], [q, b]]: [[Vector<f64>; 2]; 2]) -> [Vector<f64>; 2] {
+    let way = q - p;
+    [(way * 3.0 - a * 2.0 - b) * 2.0, (a + b - way * 2.0) * 6.0]
+}
+
+/// What a part lies in that has these ends and is no thicker than that: a cubic is no further from its chord than an eighth of its
+/// largest second derivative.
+pub(super) fn span(ends: [[Vector<f64>; 2]; 2], thickest: f64) -> Span {
+    let [[p, a], [q, b]] = ends;
+    let [start, growth] = cubic(ends);
+    let end = start + growth;
+    let bend = start.dot(start).max(end.dot(end)).sqrt();
+    let length = a.dot(a).max(b.dot(b)).sqrt();
+    Span::new([p, q], thickest + LONGER * bend / 8.0 + ROUGHNESS * length)
+}
+
 impl Part<'_> {
     /// The semi-axes of the section at a fraction of it, if that is not round.
     pub(super) fn semi_axes(&self, x: f64) -> Option<[Vector<f64>; 2]> {
@@ -255,24 +267,6 @@ impl Part<'_> {
         LONGER * a.dot(a).max(b.dot(b)).sqrt() + (self.radii[1] - self.radii[0]).abs()
     }
 
-    /// The cubic through positions and slopes of both ends, by its second derivative at the start and that times six.
-    fn cubic(&self) -> [Vector<f64>; 2] {
-        let [[p, a], [q, b]] = self.ends;
-        let way = q - p;
-        [(way * 3.0 - a * 2.0 - b) * 2.0, (a + b - way * 2.0) * 6.0]
-    }
-
-    /// What it lies in: a cubic is no further from its chord than an eighth of its largest second derivative.
-    fn span(&self) -> Span {
-        let [[p, a], [q, b]] = self.ends;
-        let [start, rise] = self.cubic();
-        let end = start + rise;
-        let bend = start.dot(start).max(end.dot(end)).sqrt();
-        let length = a.dot(a).max(b.dot(b)).sqrt();
-        let sag = LONGER * bend / 8.0 + ROUGHNESS * length;
-        Span { ends: [p, q], width: self.radii[0].max(self.radii[1]) + sag }
-    }
-
     /// Where a point is nearest: Newton's method between bounds, from where the cubic says.
     pub(super) fn nearest_to(&self, point: Vector<f64>) -> f64 {
         let [[p, a], [q, b]] = self.ends;
@@ -288,11 +282,11 @@ impl Part<'_> {
             return if distance::between(point, p) <= distance::between(point, q) { 0.0 } else { 1.0 };
         }
         let mut x = start / (start - end);
-        let [bend, rise] = self.cubic();
+        let [bend, growth] = cubic(self.ends);
         for _ in 0..CUBIC_STEPS {
-            let way = p + (a + (bend * 0.5 + rise * (x / 6.0)) * x) * x - point;
-            let slope = a + (bend + rise * (0.5 * x)) * x;
-            let change = slope.dot(slope) + way.dot(bend + rise * x);
+            let way = p + (a + (bend * 0.5 + growth * (x / 6.0)) * x) * x - point;
+            let slope = a + (bend + growth * (0.5 * x)) * x;
+            let change = slope.dot(slope) + way.dot(bend + growth * x);
             let next = x - way.dot(slope) / change;
             if !(change > 0.0 && next > 0.0 && next < 1.0) {
                 break;
@@ -374,7 +368,7 @@ mod tests {
             radii: [0.1; 2],
             half_extents: None,
         };
-        let span = part.span();
+        let span = span(part.ends, 0.1);
         for i in 0..40 {
             let angle = 0.7 * f64::from(i);
             let point = exact(f64::from(i) / 39.0)[0] + Vector::new(angle.cos(), angle.sin(), 0.3) * 0.1;

@@ -6,7 +6,7 @@
 
 use std::ops::Range;
 
-use super::curve::{LONGER, Part, Shape, expand, part};
+use super::curve::{self, LONGER, Part, Shape, expand, part};
 use super::intervals::{SAME_PLACE, changes, touched};
 use crate::lie::{LANES, Lanes, Sweep, Twist, Vector, VectorSpace};
 use crate::robot::algebra::distance::{self, Distance};
@@ -57,6 +57,7 @@ impl<G: Turning> Sweep for Find<'_, G> {
             samples,
             spans,
             bounds,
+            chords,
             is_near,
             centres,
             touches,
@@ -66,7 +67,7 @@ impl<G: Turning> Sweep for Find<'_, G> {
             ..
         } = state;
         touches.clear();
-        let scene = Scene { plan, work, terms, axes, samples, spans, bounds, is_near, centres };
+        let scene = Scene { plan, work, terms, axes, samples, spans, bounds, chords, is_near, centres };
         let mut found = Found { touches, up_to, weights, polynomials };
         for (p, pair) in plan.contacts.pairs.iter().enumerate() {
             scene.meet(p, pair, &mut found);
@@ -77,7 +78,8 @@ impl<G: Turning> Sweep for Find<'_, G> {
 /// Samples and bounds of all curves, and centres of all balls.
 #[inline(always)]
 fn look<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mut ContactState<G::Pack>) {
-    for (curve, bound) in plan.contacts.curves.iter().zip(&mut state.bounds) {
+    let bounds = state.bounds.iter_mut().zip(&mut state.chords);
+    for (curve, (bound, chord)) in plan.contacts.curves.iter().zip(bounds) {
         let piece = &plan.pieces[curve.piece];
         let own = &mut state.samples[curve.first_sample..][..curve.samples.len()];
         let last = own.len() - 1;
@@ -91,16 +93,27 @@ fn look<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mut ContactStat
         }
         own[0] = [G::in_space(plan.frame, ends[0]), own[1][1]];
         own[last] = [G::in_space(plan.frame, ends[1]), own[last - 1][1]];
-        let (mut fastest, mut away, mut thickest) = (0.0_f64, 0.0_f64, 0.0_f64);
+        let (mut fastest, mut away, mut aside, mut thickest) = (0.0_f64, 0.0_f64, 0.0_f64, 0.0_f64);
         let centre = own[own.len() / 2][0];
+        let ends = [own[0][0], own[last][0]];
         for ([position, slope], sample) in own.iter().zip(&curve.samples) {
             let way = *position - centre;
             fastest = fastest.max(slope.dot(*slope));
             away = away.max(way.dot(way));
+            aside = aside.max(distance::to_segment(*position, ends));
             thickest = thickest.max(sample.radius);
         }
         let between = LONGER * fastest.sqrt() * piece.gauss.largest_gap();
         *bound = (centre, away.sqrt() + between + thickest);
+        let spans = &mut state.spans[curve.first_sample..][..last];
+        let mut widest: f64 = 0.0;
+        for ((span, seen), samples) in spans.iter_mut().zip(own.windows(2)).zip(curve.samples.windows(2)) {
+            let part = samples[1].x - samples[0].x;
+            let ends = [0, 1].map(|i| [seen[i][0], seen[i][1] * part]);
+            *span = curve::span(ends, samples[0].radius.max(samples[1].radius));
+            widest = widest.max(span.width());
+        }
+        *chord = Span::new(ends, aside + widest);
     }
     for (ball, centre) in plan.contacts.balls.iter().zip(&mut state.centres) {
         let point = &work.points[ball.point];
@@ -111,7 +124,7 @@ fn look<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mut ContactStat
 
 /// Marks the curves whose bounds are touched by others.
 fn mark_near<G: Turning>(plan: &Plan<G>, state: &mut ContactState<G::Pack>) {
-    let ContactState { bounds, is_near, centres, .. } = state;
+    let ContactState { bounds, chords, is_near, centres, .. } = state;
     is_near.fill(false);
     for pair in &plan.contacts.pairs {
         let Side::Rod(curves) = &pair.sides[0] else { continue };
@@ -128,7 +141,8 @@ fn mark_near<G: Turning>(plan: &Plan<G>, state: &mut ContactState<G::Pack>) {
                 Side::Rod(others) => {
                     for o in others.clone() {
                         let (other, of_other) = bounds[o];
-                        let is_met = distance::between(centre, other) <= radius + of_other;
+                        let is_met = distance::between(centre, other) <= radius + of_other
+                            && chords[c].meets(&chords[o]);
                         is_near[c] |= is_met;
                         is_near[o] |= is_met;
                     }
@@ -147,6 +161,7 @@ struct Scene<'a, G: Turning> {
     samples: &'a [[Vector<f64>; 2]],
     spans: &'a [Span],
     bounds: &'a [(Vector<f64>, f64)],
+    chords: &'a [Span],
     is_near: &'a [bool],
     centres: &'a [Vector<f64>],
 }
@@ -259,9 +274,10 @@ impl<'a, G: Turning> Scene<'a, G> {
     fn may_meet(&self, c: usize, other: &Other<'_>) -> bool {
         let Other::Rod { first, end, .. } = *other else { return self.is_near[c] };
         let (centre, radius) = self.bounds[c];
-        self.bounds[first..end]
-            .iter()
-            .any(|&(middle, of_other)| distance::between(centre, middle) <= radius + of_other)
+        (first..end).any(|o| {
+            let (middle, of_other) = self.bounds[o];
+            distance::between(centre, middle) <= radius + of_other && self.chords[c].meets(&self.chords[o])
+        })
     }
 
     /// Whether a part of a curve can be near the other.
@@ -270,8 +286,7 @@ impl<'a, G: Turning> Scene<'a, G> {
         let span = &self.spans(c)[index];
         let [from, to] = self.arcs(c, index);
         (first..end).any(|o| {
-            let (middle, radius) = self.bounds[o];
-            span.distance(middle) <= radius
+            span.meets(&self.chords[o])
                 && self.spans(o).iter().enumerate().any(|(i, there)| {
                     let is_neighbour = pair.neighbourhood > 0.0 && {
                         let [begin, end] = self.arcs(o, i);

@@ -12,7 +12,7 @@ use crate::robot::algebra::obstacle::Solid;
 use crate::robot::plan::Plan;
 use crate::robot::plan::contact::{Pair, Side};
 use crate::robot::state::Workspace;
-use crate::robot::state::contact::Noted;
+use crate::robot::state::contact::{ContactState, Noted, Span};
 use crate::robot::turning::Turning;
 
 /// What passes through each other overlaps on the way by more than that part of a radius.
@@ -32,7 +32,7 @@ pub(crate) fn is_possible<G: Turning>(plan: &Plan<G>) -> bool {
 /// Takes down where surfaces are, as was seen last.
 pub(crate) fn note<G: Turning>(work: &mut Workspace<G>) {
     let contact = &mut work.contact;
-    let Noted { of, places, bounds, centres } = &mut contact.noted;
+    let Noted { of, places, bounds, centres, .. } = &mut contact.noted;
     of.clear();
     of.extend_from_slice(&work.kinematics_of);
     places.clear();
@@ -41,14 +41,27 @@ pub(crate) fn note<G: Turning>(work: &mut Workspace<G>) {
     centres.clone_from(&contact.centres);
 }
 
+/// Finds how far the curves have moved since that.
+fn measure_ways<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
+    let ContactState { noted: Noted { places, moved, .. }, samples, .. } = &mut work.contact;
+    moved.clear();
+    moved.extend(plan.contacts.curves.iter().map(|curve| {
+        let own = curve.first_sample..curve.first_sample + curve.samples.len();
+        let ways = places[own.clone()].iter().zip(&samples[own]);
+        ways.map(|(before, [now, _])| distance(*before, *now)).fold(0.0, f64::max)
+    }));
+}
+
 /// Whether any pair has passed through each other between what was noted and what was seen last.
-pub(crate) fn has_passed<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, measure: Radius) -> bool {
+pub(crate) fn has_passed<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, measure: Radius) -> bool {
+    measure_ways(plan, work);
+    let work = &*work;
     let ways = Ways { plan, work, measure };
     plan.contacts.pairs.iter().any(|pair| match &pair.sides {
         [Side::Rod(curves), Side::Rod(others)] => curves.clone().any(|c| {
             others.clone().any(|o| {
-                let [(a, of_a), (b, of_b)] = [ways.bound(c), ways.bound(o)];
-                distance(a, b) <= of_a + of_b && ways.have_crossed(pair, c, o)
+                let [swept, of_other] = [ways.swept(c), ways.swept(o)];
+                swept.meets(&of_other) && ways.have_crossed(pair, c, o)
             })
         }),
         [Side::Rod(curves), Side::Ball(ball)] => {
@@ -148,6 +161,11 @@ impl<G: Turning> Ways<'_, G> {
         let [(before, of_before), (now, of_now)] =
             [self.work.contact.noted.bounds[curve], self.work.contact.bounds[curve]];
         ((before + now) * 0.5, 0.5 * distance(before, now) + of_before.max(of_now))
+    }
+
+    /// All that a curve sweeps, around its chord.
+    fn swept(&self, curve: usize) -> Span {
+        self.work.contact.chords[curve].widened(self.work.contact.noted.moved[curve])
     }
 
     fn of_ball(&self, ball: usize) -> Way {
