@@ -37,6 +37,19 @@ pub(super) fn equilibrium(
 ) -> Result<Result<Equilibrium, Interrupted>, InvalidInput> {
     let rest = vec![0.0; model.n()];
     model.release_open(&rest, None);
+    if let Start::Newton(q0) = &options.start
+        && !model.is_one_sided()
+    {
+        // Shape and multipliers close the loops together: from nearby nothing else is needed.
+        match tied_newton::approach(model, q0, options, &mut *monitor) {
+            Ok(found) => {
+                if let Some(found) = found.judged(model) {
+                    return Ok(Ok(found));
+                }
+            }
+            Err(interrupted) => return Ok(Err(interrupted)),
+        }
+    }
     let mut start = match &options.start {
         Start::Unloaded { .. } => match widest(model, &rest) <= CLOSED_AT_REST {
             true => options.start.clone(),
@@ -48,10 +61,11 @@ pub(super) fn equilibrium(
     let mut multipliers = vec![0.0; model.constraints()];
     let mut switches = most_switches(multipliers.len());
     loop {
-        if let Start::Newton(q) = &mut start
-            && let Err(interrupted) = tied_newton::approach(model, q, options, &mut *monitor)
-        {
-            return Ok(Err(interrupted));
+        if let Start::Newton(q) = &mut start {
+            match tied_newton::approach(model, q, options, &mut *monitor) {
+                Ok(found) => *q = found.q,
+                Err(interrupted) => return Ok(Err(interrupted)),
+            }
         }
         let q = match &start {
             Start::Unloaded { .. } => &rest,

@@ -1,15 +1,18 @@
 //! Newton's method for equilibria with constraints: of shape and multipliers together, `tau(q) + G^T lambda = 0` and
 //! `g(q) = 0`. Springs that hardly give would turn rounding of the shape into forces that hide the way.
 
-use super::{Monitor, Options};
+use super::{Counters, Equilibrium, Monitor, Options, Path, Status, Verdict, outcome};
+use crate::constraint::Independent;
 use crate::error::Interrupted;
-use crate::linalg::Matrix;
-use crate::model::Model;
+use crate::linalg::{Matrix, norm, symmetric_eigenvalues, symmetric_part};
+use crate::model::{Model, rotation_vectors};
+use crate::natural::{self, Natural, scaled};
 use crate::roots;
+use crate::stability::{self, is_symmetric};
 
 /// The equations, in numbers without unit: coordinates over their typical sizes, forces over the largest one of the model's
 /// stiffness, gaps over what a typical motion changes in them.
-struct Equilibrium<'a, 'b> {
+struct Equations<'a, 'b> {
     model: &'a mut dyn Model,
     monitor: Monitor<'b>,
     sizes: Vec<f64>,
@@ -23,7 +26,7 @@ struct Equilibrium<'a, 'b> {
     gap_jacobian: Matrix,
 }
 
-impl Equilibrium<'_, '_> {
+impl Equations<'_, '_> {
     fn set(&mut self, x: &[f64]) -> Result<(), Interrupted> {
         (self.monitor)()?;
         let (of_shape, of_multipliers) = x.split_at(self.q.len());
@@ -38,7 +41,7 @@ impl Equilibrium<'_, '_> {
     }
 }
 
-impl roots::System for Equilibrium<'_, '_> {
+impl roots::System for Equations<'_, '_> {
     fn unknowns(&self) -> usize {
         self.q.len() + self.gaps.len()
     }
@@ -74,20 +77,30 @@ impl roots::System for Equilibrium<'_, '_> {
     }
 }
 
-/// Moves a shape to the nearest equilibrium, as far as the method comes. Allocates.
+/// What the method came to.
+pub(super) struct Approached {
+    pub(super) q: Vec<f64>,
+    multipliers: Vec<f64>,
+    outcome: roots::Outcome,
+    /// `|s R|` in joules.
+    residual_norm: f64,
+    tangents: usize,
+}
+
+/// The equilibrium nearest to a shape, or what the method came to instead. Allocates.
 pub(super) fn approach(
     model: &mut dyn Model,
-    q: &mut [f64],
+    q0: &[f64],
     options: &Options,
     monitor: Monitor<'_>,
-) -> Result<(), Interrupted> {
-    let (n, m) = (q.len(), model.constraints());
+) -> Result<Approached, Interrupted> {
+    let (n, m) = (q0.len(), model.constraints());
     let (mut sizes, rest) = (vec![0.0; n], vec![0.0; n]);
     model.typical_coordinates(&mut sizes);
     let (mut tangent, mut gap_jacobian) = (Matrix::zeros(n, n), Matrix::zeros(m, n));
     model.set_multipliers(&vec![0.0; m]);
-    model.weighted_tangent(q, &rest, &rest, [1.0, 0.0, 0.0], &mut tangent);
-    model.gap_jacobian(q, &mut gap_jacobian);
+    model.weighted_tangent(q0, &rest, &rest, [1.0, 0.0, 0.0], &mut tangent);
+    model.gap_jacobian(q0, &mut gap_jacobian);
     let or_one = |x: f64| if x > 0.0 && x.is_finite() { x } else { 1.0 };
     let energy = or_one((0..n).map(|k| (tangent[(k, k)] * sizes[k] * sizes[k]).abs()).fold(0.0, f64::max));
     let gap =
@@ -100,26 +113,102 @@ pub(super) fn approach(
         max_iter: options.max_iter,
         ..roots::Options::default()
     };
-    let mut x: Vec<f64> = q.iter().zip(&sizes).map(|(q, size)| q / size).collect();
+    let mut x: Vec<f64> = q0.iter().zip(&sizes).map(|(q, size)| q / size).collect();
     x.resize(n + m, 0.0);
     let multipliers = vec![0.0; m];
-    let mut system = Equilibrium {
+    let mut system = Equations {
         model,
         monitor,
         sizes,
         energy,
         gaps,
-        q: q.to_vec(),
+        q: q0.to_vec(),
         multipliers,
         rest,
         tangent,
         gap_jacobian,
     };
-    let found = roots::Newton::new(n + m, n + m).solve(&mut system, &mut x, &search);
+    let outcome = roots::Newton::new(n + m, n + m).solve(&mut system, &mut x, &search);
+    let mut residual = vec![0.0; n + m];
+    let evaluated = roots::System::residual(&mut system, &x, &mut residual);
     system.model.set_multipliers(&vec![0.0; m]);
-    found?;
-    for ((q, x), size) in q.iter_mut().zip(&x).zip(&system.sizes) {
-        *q = x * size;
+    let outcome = outcome?;
+    evaluated?;
+    let residual_norm = norm(&residual[..n]) * system.energy;
+    let tangents = outcome.jacobian_evaluations + 1;
+    Ok(Approached { q: system.q, multipliers: system.multipliers, outcome, residual_norm, tangents })
+}
+
+impl Approached {
+    /// That equilibrium, where the method converged, loops are closed and nothing else is wrong, and where stiffness alone decides
+    /// whether it is stable. Allocates.
+    pub(super) fn judged(&self, model: &mut dyn Model) -> Option<Equilibrium> {
+        let is_plain = model.springs() == 0 && !model.has_velocity_forces() && !model.has_contact();
+        let is_right = is_plain
+            && self.outcome.status.is_success()
+            && model.open_loop(&self.q).is_none()
+            && model.flaw(&self.q).is_none();
+        if !is_right {
+            return None;
+        }
+        let (verdict, lowest) = verdict(model, &self.q, &self.multipliers)?;
+        let (mut q, mut rest) = (self.q.clone(), vec![0.0; self.q.len()]);
+        rotation_vectors::wrap(model.rotation_vectors(), &mut q, &mut rest, &mut []);
+        let (status, path) = (Status::Converged, Path::default());
+        Some(Equilibrium {
+            message: outcome::message(status, 1.0, Some(verdict), &path),
+            q,
+            load_factor: 1.0,
+            status,
+            residual_norm: self.residual_norm,
+            step_norm: if self.outcome.iterations == 0 { 0.0 } else { self.outcome.step_norm },
+            verdict: Some(verdict),
+            lowest,
+            path,
+            counters: Counters {
+                iterations: self.outcome.iterations,
+                forces: self.outcome.residual_evaluations + 1,
+                tangents: self.tangents + 1,
+            },
+        })
     }
-    Ok(())
+}
+
+/// What small disturbances that keep the constraints do, and the smallest eigenvalue of the stiffness against them: that of
+/// `P K P + (1 - P)` in natural coordinates, where P projects onto the null space of the constraints. `None` where stiffness is
+/// not symmetric or not finite.
+fn verdict(model: &mut dyn Model, q: &[f64], multipliers: &[f64]) -> Option<(Verdict, f64)> {
+    let (n, m) = (q.len(), multipliers.len());
+    let (mut sizes, rest) = (vec![0.0; n], vec![0.0; n]);
+    model.typical_coordinates(&mut sizes);
+    let [mut tangent, mut elastic] = [Matrix::zeros(n, n), Matrix::zeros(n, n)];
+    let mut gap_jacobian = Matrix::zeros(m, n);
+    model.elastic_tangent(q, &mut elastic);
+    model.gap_jacobian(q, &mut gap_jacobian);
+    model.set_multipliers(multipliers);
+    model.weighted_tangent(q, &rest, &rest, [1.0, 0.0, 0.0], &mut tangent);
+    model.set_multipliers(&vec![0.0; m]);
+    if !tangent.iter().chain(&elastic).all(|x| x.is_finite()) {
+        return None;
+    }
+    let [tangent, elastic] = [tangent, elastic].map(|a| scaled(a, &sizes));
+    let natural = Natural::new(&elastic, None, || natural::reference(&elastic, &tangent))?;
+    let stiffness = natural.tangent(&tangent, None);
+    if !is_symmetric(&stiffness) {
+        return None;
+    }
+    let mut rows = gap_jacobian;
+    for (mut column, size) in rows.column_iter_mut().zip(&sizes) {
+        column *= *size;
+    }
+    let rows = rows * natural.basis();
+    let mut independent = Independent::new(m, n);
+    independent.find(&rows, |_| 1.0);
+    let chosen: Vec<usize> = (0..m).filter(|&row| independent.is_independent(row)).collect();
+    let held = rows.select_rows(&chosen).transpose().qr().q();
+    let free = Matrix::identity(n, n) - &held * held.transpose();
+    let restricted = &free * symmetric_part(&stiffness) * &free + &held * held.transpose();
+    let lowest = symmetric_eigenvalues(&symmetric_part(&restricted))?.first().copied().unwrap_or(1.0);
+    let verdict = stability::of_stiffness(lowest, n, stability::largest(&restricted))?;
+    Some((verdict, lowest))
 }

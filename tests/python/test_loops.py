@@ -263,8 +263,9 @@ def test_andrews_squeezer():
         1.048080741042,
         0.534730116342,
     ]
-    # Accelerations of the telescope, which has hardly a mass, are rounding: there are no tighter tolerances.
-    accurate = lissom.simulate(robot, 0.03, q0=q0, method="dop853", t_eval=[0.03], rtol=1e-6, atol=1e-8)
+    # The telescope has hardly any mass, so that its accelerations are accurate to few digits. Much tighter
+    # tolerances take rounding for errors.
+    accurate = lissom.simulate(robot, 0.03, q0=q0, method="dop853", t_eval=[0.03], rtol=5e-7, atol=5e-9)
     assert accurate.success
     np.testing.assert_allclose(accurate.q[-1][:7], wanted, rtol=0, atol=5e-6)
     speeds = [1139.920302151208, -1424.379294994111, 11.03291221937134]

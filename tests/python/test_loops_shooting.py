@@ -114,18 +114,23 @@ def six_wires(modes):
     return Robot(links, loops=loops, loads=loads, gravity=(0, 0, -GRAVITY))
 
 
-def test_six_wires_hold_a_plate():
-    """What is left with 8 modes of bending is 2e-9 m and 1e-6 N, with 6 it is 6e-9 m and 2e-6 N."""
-    modes = {"torsion": 3, "bend_y": 8, "bend_z": 8}
-    robot = six_wires(modes)
+def bent_like_an_s(robot):
+    """A start: the holes of the plate are beside those of the base."""
     q0 = np.zeros(robot.n)
     q0[2] = 0.395
-    # Bent like an S, as the holes of the plate are beside those of the base.
     ways = -6 * (ring(ABOVE) - ring(BELOW)) / LENGTH**2
     for i in range(6):
         q0[robot.coordinates.index(f"wire {i}.bend_y[1]")] = ways[i, 0]
         q0[robot.coordinates.index(f"wire {i}.bend_z[1]")] = ways[i, 1]
-    rest = lissom.statics(robot, q0)
+    return q0
+
+
+@pytest.mark.parametrize("method", ["descent", "newton"])
+def test_six_wires_hold_a_plate(method):
+    """What is left with 8 modes of bending is 2e-9 m and 1e-6 N, with 6 it is 6e-9 m and 2e-6 N."""
+    modes = {"torsion": 3, "bend_y": 8, "bend_z": 8}
+    robot = six_wires(modes)
+    rest = lissom.statics(robot, bent_like_an_s(robot), method=method)
     assert rest.success, rest.message
     assert rest.stability == "stable"
     assert np.abs(robot.loop_gaps(rest.q)).max() < 1e-9
@@ -221,3 +226,39 @@ def test_an_arch_between_clamps_is_pushed_through():
         np.testing.assert_allclose(held[[3, 5]], [thrust, lift - push], rtol=0, atol=1e-6)
     wanted = brentq(sways, 4.6, 4.8, args=([0.31, 12.8],), xtol=1e-9)
     assert critical.load_factor == pytest.approx(wanted, rel=1e-7)
+
+
+def test_newtons_method_judges_stability_as_descent_does():
+    """A strut between pins: straight beyond the load of Euler, and bent; and a plate on six wires."""
+    strut = Robot(
+        [
+            Link(
+                "strut",
+                joint=Revolute((0, 1, 0)),
+                rod=[Segment(1.0, RADIUS, YOUNG, SHEAR, DENSITY, {"bend_y": 6})],
+            )
+        ],
+        gravity=(0, 0, 0),
+        loops=[Loop("strut", (None, None, (0.9, 0, 0)), Revolute((0, 1, 0)))],
+    )
+    start = np.zeros(strut.n)
+    start[:3] = -0.6, 1.2, 0.1
+    bent = lissom.statics(strut, start, method="descent")
+    again = lissom.statics(strut, bent.q, method="newton")
+    assert bent.success
+    assert again.success
+    assert bent.stability == again.stability == "stable"
+    np.testing.assert_allclose(again.q, bent.q, rtol=0, atol=1e-7)
+    assert again.lowest_eigenvalue == pytest.approx(bent.lowest_eigenvalue, rel=1e-5)
+    # The second buckled shape, an S, gives way to the first.
+    start[:5] = 0.63, 0.0, 3.8, 0.0, -4.6
+    second = lissom.statics(strut, start, method="newton")
+    assert second.success, second.message
+    assert second.stability == "divergence"
+    assert np.abs(second.q[2]) > 1.0
+    robot = six_wires({"torsion": 2, "bend_y": 3, "bend_z": 3})
+    rest = lissom.statics(robot, bent_like_an_s(robot), method="descent")
+    near = lissom.statics(robot, 1.01 * rest.q, method="newton")
+    assert near.success
+    assert near.lowest_eigenvalue == pytest.approx(rest.lowest_eigenvalue, rel=1e-5)
+    assert np.abs(robot.loop_gaps(near.q)).max() < 1e-13

@@ -1,9 +1,10 @@
-"""What closed loops cost: `python benches/python/speed/loops.py`.
+"""What closed loops cost. Other programs make it longer, so the fastest of several rounds counts.
 
-A rod of 36 coordinates, shaken in the middle, with a free tip and with one that is held by a loop: the time
-of a step of 1 ms. Whatever else runs on the machine makes it longer, so the fastest of several rounds counts.
+python benches/python/speed/loops.py            # steps of a shaken rod, its tip free or held
+python benches/python/speed/loops.py --statics  # equilibria of six wires with a plate
 """
 
+import argparse
 import sys
 import time
 from pathlib import Path
@@ -13,7 +14,10 @@ import numpy as np
 import lissom
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
+sys.path.insert(0, str(Path(__file__).parents[3] / "tests" / "python"))
 import machine
+
+import test_loops_shooting as wires
 
 ROUNDS = 12
 STEPS = 1000
@@ -30,8 +34,7 @@ def rod(kind: lissom.Joint | None) -> lissom.Robot:
     return lissom.Robot([lissom.Link("rod", rod=segments)], loads=[shaken], loops=loops)
 
 
-def main() -> None:
-    print(machine.description())
+def steps() -> None:
     print("\n| loop | rows | µs a step | beside none | iterations a step | Jacobians a step |")
     print("|---|---|---|---|---|---|")
     robots = {name: rod(kind) for name, kind in KINDS.items()}
@@ -50,6 +53,42 @@ def main() -> None:
             f"| {name} | {robot.constraints} | {1e6 * best[name] / STEPS:.1f} "
             f"| {best[name] / best['none']:.2f} | {counts[0]:.2f} | {counts[1]:.2f} |"
         )
+
+
+def equilibria() -> None:
+    robot = wires.six_wires({"torsion": 2, "bend_y": 3, "bend_z": 3})
+    bent = wires.bent_like_an_s(robot)
+    rest = lissom.statics(robot, bent, method="descent")
+    noise = np.random.default_rng(0).standard_normal(robot.n)
+    starts = {"as an S": bent, "2 percent off": rest.q * (1 + 0.02 * noise), "at rest": rest.q}
+    print(f"\n{robot.n} coordinates, {robot.constraints} constraints")
+    print("\n| start | method | ms | iterations | distance from the shape that descent finds |")
+    print("|---|---|---|---|---|")
+    best = dict.fromkeys([(start, method) for start in starts for method in ("newton", "descent")], np.inf)
+    found = {}
+    for _ in range(ROUNDS):
+        for start, method in best:
+            before = time.perf_counter()
+            result = lissom.statics(robot, starts[start], method=method)
+            best[start, method] = min(best[start, method], time.perf_counter() - before)
+            assert result.success, result.message
+            found[start, method] = result
+    for (start, method), result in found.items():
+        away = np.abs(result.q - rest.q).max()
+        print(f"| {start} | {method} | {1e3 * best[start, method]:.2f} | {result.nit} | {away:.1e} |")
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--statics", action="store_true", help="equilibria in place of steps")
+    arguments = parser.parse_args()
+    print(machine.description())
+    if arguments.statics:
+        equilibria()
+    else:
+        steps()
 
 
 if __name__ == "__main__":
