@@ -71,6 +71,7 @@ pub(crate) fn compile<G: Turning>(plan: &Plan<G>, robot: &Robot) -> Contacts<G> 
         let reaches = reaches(plan, &contacts, &sides);
         contacts.pairs.push(Pair { contact: c, is_turned, sides, law, neighbourhood, reaches });
     }
+    contacts.rods = curves_of.into_iter().flatten().collect();
     contacts.capacity = contacts.pairs.iter().map(|pair| places_of(&contacts, &pair.sides)).sum();
     contacts
 }

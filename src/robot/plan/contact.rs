@@ -26,6 +26,8 @@ pub(crate) const WEIGHTS: [f64; PLACES] = [5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0];
 #[derive(Clone, Debug)]
 pub(crate) struct Contacts<G: Space> {
     pub(crate) curves: Vec<Curve<G::Pack>>,
+    /// The curves of each rod.
+    pub(crate) rods: Vec<Range<usize>>,
     pub(crate) balls: Vec<Ball<G::Pack>>,
     pub(crate) solids: Vec<Solid>,
     pub(crate) pairs: Vec<Pair>,
@@ -39,6 +41,7 @@ impl<G: Space> Contacts<G> {
     pub(crate) fn none() -> Self {
         Self {
             curves: Vec::new(),
+            rods: Vec::new(),
             balls: Vec::new(),
             solids: Vec::new(),
             pairs: Vec::new(),

@@ -1,5 +1,7 @@
 //! What is known of contact in a state.
 
+use std::ops::Range;
+
 use crate::lie::{Lanes, Vector};
 use crate::robot::algebra::distance;
 use crate::robot::algebra::touch::{Meeting, Pressing};
@@ -13,16 +15,22 @@ pub(crate) struct ContactState<P> {
     pub(crate) terms: Vec<Term>,
     /// Likewise of the y and z axes of the sections, of curves that are not round; none if there are no such curves.
     pub(crate) axes: Vec<[Vector<f64>; 2]>,
-    /// Position and slope at the samples of all curves; of those that nothing may touch, the slopes at the ends are those at the
-    /// nodes next to them.
+    /// Position and slope at the samples of all curves. Slopes are known of those that were seen closely; of those that nothing
+    /// may touch, the slopes at the ends are those at the nodes next to them.
     pub(crate) samples: Vec<[Vector<f64>; 2]>,
-    /// What the parts of all curves between two samples lie in, each with the number of its first sample.
+    /// What the parts of curves that were seen closely lie in between two samples, each with the number of its first sample.
     pub(crate) spans: Vec<Span>,
     /// Of every curve, the centre and the radius of a ball that it lies in, and whether anything else may touch it.
     pub(crate) bounds: Vec<(Vector<f64>, f64)>,
     pub(crate) is_near: Vec<bool>,
-    /// Of every curve, what it lies in around its chord.
+    /// Whether curves were seen closely in this state, and what these lie in around their chords.
+    pub(crate) is_seen: Vec<bool>,
     pub(crate) chords: Vec<Span>,
+    /// Balls around branches of rods (see `effect::contact::near`).
+    pub(crate) branches: Vec<(Vector<f64>, f64)>,
+    /// Curves of two rods that may touch, pair by pair, in ascending order; and which of these are of each pair.
+    pub(crate) near: Vec<[usize; 2]>,
+    pub(crate) near_of: Vec<Range<usize>>,
     /// Centres of the balls.
     pub(crate) centres: Vec<Vector<f64>>,
     /// Where surfaces were in another shape.
@@ -49,8 +57,10 @@ pub(crate) struct Noted {
     pub(crate) places: Vec<Vector<f64>>,
     pub(crate) bounds: Vec<(Vector<f64>, f64)>,
     pub(crate) centres: Vec<Vector<f64>>,
-    /// How far the curves have moved since then, at most.
+    /// How far the curves have moved since then, at most; balls around what they sweep, and around what branches of rods sweep.
     pub(crate) moved: Vec<f64>,
+    pub(crate) swept: Vec<(Vector<f64>, f64)>,
+    pub(crate) branches: Vec<(Vector<f64>, f64)>,
 }
 
 /// Of one Chebyshev polynomial in the position of a curve, and in its first and second derivatives along the fraction of its length.
@@ -132,7 +142,11 @@ impl<P> Default for ContactState<P> {
             spans: Vec::new(),
             bounds: Vec::new(),
             is_near: Vec::new(),
+            is_seen: Vec::new(),
             chords: Vec::new(),
+            branches: Vec::new(),
+            near: Vec::new(),
+            near_of: Vec::new(),
             centres: Vec::new(),
             noted: Noted::default(),
             is_left: false,
@@ -162,7 +176,11 @@ impl<P: Lanes> ContactState<P> {
             spans: vec![Span::new([Vector::zero(); 2], 0.0); samples],
             bounds: vec![(Vector::zero(), 0.0); contacts.curves.len()],
             is_near: vec![false; contacts.curves.len()],
+            is_seen: vec![false; contacts.curves.len()],
             chords: vec![Span::new([Vector::zero(); 2], 0.0); contacts.curves.len()],
+            branches: vec![(Vector::zero(), 0.0); 2 * contacts.curves.len()],
+            near: Vec::new(),
+            near_of: vec![0..0; contacts.pairs.len()],
             centres: vec![Vector::zero(); contacts.balls.len()],
             noted: Noted::default(),
             is_left: false,

@@ -8,6 +8,7 @@ use std::ops::Range;
 
 use super::curve::{self, LONGER, Part, Shape, expand, part};
 use super::intervals::{SAME_PLACE, changes, touched};
+use super::near;
 use crate::lie::{LANES, Lanes, Sweep, Twist, Vector, VectorSpace};
 use crate::robot::algebra::distance::{self, Distance};
 use crate::robot::algebra::ellipse::{self, Nearest as Rim, Rolling};
@@ -29,7 +30,7 @@ pub(crate) fn find<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
     work.contact = state;
 }
 
-/// Finds where surfaces are in a shape, and no touches.
+/// Finds where the samples of curves, balls and solids are in a shape, and no touches.
 pub(crate) fn see<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
     let mut state = std::mem::take(&mut work.contact);
     look(plan, work, &mut state);
@@ -49,7 +50,8 @@ impl<G: Turning> Sweep for Find<'_, G> {
     fn call(self) {
         let Self { plan, work, state } = self;
         look(plan, work, state);
-        mark_near(plan, state);
+        find_near(plan, work, state);
+        mark_near(plan, work, state);
         expand(plan, work, state);
         let ContactState {
             terms,
@@ -59,6 +61,8 @@ impl<G: Turning> Sweep for Find<'_, G> {
             bounds,
             chords,
             is_near,
+            near,
+            near_of,
             centres,
             touches,
             up_to,
@@ -67,7 +71,8 @@ impl<G: Turning> Sweep for Find<'_, G> {
             ..
         } = state;
         touches.clear();
-        let scene = Scene { plan, work, terms, axes, samples, spans, bounds, chords, is_near, centres };
+        let near = Near { curves: near, of_pairs: near_of };
+        let scene = Scene { plan, work, terms, axes, samples, spans, bounds, chords, is_near, near, centres };
         let mut found = Found { touches, up_to, weights, polynomials };
         for (p, pair) in plan.contacts.pairs.iter().enumerate() {
             scene.meet(p, pair, &mut found);
@@ -75,45 +80,34 @@ impl<G: Turning> Sweep for Find<'_, G> {
     }
 }
 
-/// Samples and bounds of all curves, and centres of all balls.
+/// Where the samples of all curves are, bounds of these, and centres of all balls.
 #[inline(always)]
 fn look<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mut ContactState<G::Pack>) {
-    let bounds = state.bounds.iter_mut().zip(&mut state.chords);
-    for (curve, (bound, chord)) in plan.contacts.curves.iter().zip(bounds) {
+    state.is_seen.fill(false);
+    for (curve, bound) in plan.contacts.curves.iter().zip(&mut state.bounds) {
         let piece = &plan.pieces[curve.piece];
         let own = &mut state.samples[curve.first_sample..][..curve.samples.len()];
         let last = own.len() - 1;
-        let ends = [piece.joined.begin, piece.joined.end].map(|station| work.stations[station].position);
-        for (i, seen) in own[1..last].iter_mut().enumerate() {
-            let (node, lane) = (piece.first_pack + i / LANES, i % LANES);
-            let at_node = |v: &G::Vector<G::Pack>| {
-                G::in_space(plan.frame, G::map_vector(v, |pack: &G::Pack| pack.lane(lane)))
-            };
-            *seen = [at_node(&work.position[node]), at_node(&work.slope[node]) * curve.length];
+        let mut fastest: f64 = 0.0;
+        for (nodes, node) in own[1..last].chunks_mut(LANES).zip(piece.node_packs()) {
+            let squares = work.slope[node].dot(work.slope[node]);
+            for (lane, [position, _]) in nodes.iter_mut().enumerate() {
+                *position = in_lane::<G>(plan.frame, &work.position[node], lane);
+                fastest = fastest.max(squares.lane(lane));
+            }
         }
-        own[0] = [G::in_space(plan.frame, ends[0]), own[1][1]];
-        own[last] = [G::in_space(plan.frame, ends[1]), own[last - 1][1]];
-        let (mut fastest, mut away, mut aside, mut thickest) = (0.0_f64, 0.0_f64, 0.0_f64, 0.0_f64);
+        for (i, station) in [(0, piece.joined.begin), (last, piece.joined.end)] {
+            own[i][0] = G::in_space(plan.frame, work.stations[station].position);
+        }
         let centre = own[own.len() / 2][0];
-        let ends = [own[0][0], own[last][0]];
-        for ([position, slope], sample) in own.iter().zip(&curve.samples) {
+        let (mut away, mut thickest) = (0.0_f64, 0.0_f64);
+        for ([position, _], sample) in own.iter().zip(&curve.samples) {
             let way = *position - centre;
-            fastest = fastest.max(slope.dot(*slope));
             away = away.max(way.dot(way));
-            aside = aside.max(distance::to_segment(*position, ends));
             thickest = thickest.max(sample.radius);
         }
-        let between = LONGER * fastest.sqrt() * piece.gauss.largest_gap();
+        let between = LONGER * fastest.sqrt() * curve.length * piece.gauss.largest_gap();
         *bound = (centre, away.sqrt() + between + thickest);
-        let spans = &mut state.spans[curve.first_sample..][..last];
-        let mut widest: f64 = 0.0;
-        for ((span, seen), samples) in spans.iter_mut().zip(own.windows(2)).zip(curve.samples.windows(2)) {
-            let part = samples[1].x - samples[0].x;
-            let ends = [0, 1].map(|i| [seen[i][0], seen[i][1] * part]);
-            *span = curve::span(ends, samples[0].radius.max(samples[1].radius));
-            widest = widest.max(span.width());
-        }
-        *chord = Span::new(ends, aside + widest);
     }
     for (ball, centre) in plan.contacts.balls.iter().zip(&mut state.centres) {
         let point = &work.points[ball.point];
@@ -122,10 +116,90 @@ fn look<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mut ContactStat
     }
 }
 
-/// Marks the curves whose bounds are touched by others.
-fn mark_near<G: Turning>(plan: &Plan<G>, state: &mut ContactState<G::Pack>) {
-    let ContactState { bounds, chords, is_near, centres, .. } = state;
+/// One of the vectors that a pack holds, in space.
+#[inline(always)]
+fn in_lane<G: Turning>(frame: G::Frame, vectors: &G::Vector<G::Pack>, lane: usize) -> Vector<f64> {
+    G::in_space(frame, G::map_vector(vectors, |pack: &G::Pack| pack.lane(lane)))
+}
+
+/// Finds the slopes of a curve at its samples, and what it and its parts lie in, unless that has been done in this state.
+pub(super) fn look_closely<G: Turning>(
+    plan: &Plan<G>,
+    slopes: &[G::Vector<G::Pack>],
+    state: &mut ContactState<G::Pack>,
+    c: usize,
+) {
+    if std::mem::replace(&mut state.is_seen[c], true) {
+        return;
+    }
+    let curve = &plan.contacts.curves[c];
+    let piece = &plan.pieces[curve.piece];
+    let own = &mut state.samples[curve.first_sample..][..curve.samples.len()];
+    let last = own.len() - 1;
+    for (nodes, node) in own[1..last].chunks_mut(LANES).zip(piece.node_packs()) {
+        for (lane, [_, slope]) in nodes.iter_mut().enumerate() {
+            *slope = in_lane::<G>(plan.frame, &slopes[node], lane) * curve.length;
+        }
+    }
+    own[0][1] = own[1][1];
+    own[last][1] = own[last - 1][1];
+    let ends = [own[0][0], own[last][0]];
+    let aside = own.iter().map(|[position, _]| distance::to_segment(*position, ends)).fold(0.0, f64::max);
+    let spans = &mut state.spans[curve.first_sample..][..last];
+    let mut widest: f64 = 0.0;
+    for ((span, seen), samples) in spans.iter_mut().zip(own.windows(2)).zip(curve.samples.windows(2)) {
+        let part = samples[1].x - samples[0].x;
+        let ends = [0, 1].map(|i| [seen[i][0], seen[i][1] * part]);
+        *span = curve::span(ends, samples[0].radius.max(samples[1].radius));
+        widest = widest.max(span.width());
+    }
+    state.chords[c] = Span::new(ends, aside + widest);
+}
+
+/// Finds the curves of rods that may touch each other.
+fn find_near<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mut ContactState<G::Pack>) {
+    let (mut near, mut near_of) = (std::mem::take(&mut state.near), std::mem::take(&mut state.near_of));
+    near::enclose(&plan.contacts, &state.bounds, &mut state.branches);
+    near.clear();
+    for (pair, of_pair) in plan.contacts.pairs.iter().zip(&mut near_of) {
+        let first = near.len();
+        if let [Side::Rod(rod), Side::Rod(other)] = &pair.sides {
+            let contacts = &plan.contacts;
+            near::gather(contacts, pair, [rod, other], &state.branches, &mut near);
+            let mut kept = first;
+            for i in first..near.len() {
+                let [c, o] = near[i];
+                look_closely(plan, &work.slope, state, c);
+                look_closely(plan, &work.slope, state, o);
+                if state.chords[c].meets(&state.chords[o]) {
+                    near[kept] = [c, o];
+                    kept += 1;
+                }
+            }
+            near.truncate(kept);
+            if rod == other {
+                for i in first..kept {
+                    let [c, o] = near[i];
+                    if c != o {
+                        near.push([o, c]);
+                    }
+                }
+            }
+            near[first..].sort_unstable();
+        }
+        *of_pair = first..near.len();
+    }
+    (state.near, state.near_of) = (near, near_of);
+}
+
+/// Marks the curves that may touch anything.
+fn mark_near<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mut ContactState<G::Pack>) {
+    let ContactState { bounds, is_near, near, centres, .. } = state;
     is_near.fill(false);
+    for &[c, o] in &*near {
+        is_near[c] = true;
+        is_near[o] = true;
+    }
     for pair in &plan.contacts.pairs {
         let Side::Rod(curves) = &pair.sides[0] else { continue };
         for c in curves.clone() {
@@ -138,18 +212,35 @@ fn mark_near<G: Turning>(plan: &Plan<G>, state: &mut ContactState<G::Pack>) {
                     let reach = radius + plan.contacts.balls[*ball].radius;
                     is_near[c] |= distance::between(centre, centres[*ball]) <= reach;
                 }
-                Side::Rod(others) => {
-                    for o in others.clone() {
-                        let (other, of_other) = bounds[o];
-                        let is_met = distance::between(centre, other) <= radius + of_other
-                            && chords[c].meets(&chords[o]);
-                        is_near[c] |= is_met;
-                        is_near[o] |= is_met;
-                    }
-                }
+                Side::Rod(_) => {}
             }
         }
     }
+    for c in 0..state.is_near.len() {
+        if state.is_near[c] {
+            look_closely(plan, &work.slope, state, c);
+        }
+    }
+}
+
+/// Curves of rods that may touch each other.
+#[derive(Clone, Copy)]
+struct Near<'a> {
+    curves: &'a [[usize; 2]],
+    of_pairs: &'a [Range<usize>],
+}
+
+impl<'a> Near<'a> {
+    /// Of a pair.
+    fn of_pair(&self, p: usize) -> &'a [[usize; 2]] {
+        &self.curves[self.of_pairs[p].clone()]
+    }
+}
+
+/// Those of the second rod that a curve may touch.
+fn others<'a>(near: &'a [[usize; 2]], curve: usize) -> impl Iterator<Item = usize> + use<'a> {
+    let first = near.partition_point(|&[c, _]| c < curve);
+    near[first..].iter().take_while(move |&&[c, _]| c == curve).map(|&[_, o]| o)
 }
 
 /// What is known of all that may touch.
@@ -163,6 +254,7 @@ struct Scene<'a, G: Turning> {
     bounds: &'a [(Vector<f64>, f64)],
     chords: &'a [Span],
     is_near: &'a [bool],
+    near: Near<'a>,
     centres: &'a [Vector<f64>],
 }
 
@@ -183,6 +275,7 @@ enum Other<'a> {
         pair: &'a Pair,
         first: usize,
         end: usize,
+        near: &'a [[usize; 2]],
     },
 }
 
@@ -237,7 +330,9 @@ impl<'a, G: Turning> Scene<'a, G> {
                 round = Solid::Ball { centre: self.centres[*ball], radius };
                 Other::Solid(&round, Standing::Ball(*ball))
             }
-            Side::Rod(curves) => Other::Rod { pair, first: curves.start, end: curves.end },
+            Side::Rod(curves) => {
+                Other::Rod { pair, first: curves.start, end: curves.end, near: self.near.of_pair(p) }
+            }
         };
         match &pair.sides[0] {
             Side::Ball(ball) => {
@@ -272,20 +367,16 @@ impl<'a, G: Turning> Scene<'a, G> {
 
     /// Whether a curve can be near the other.
     fn may_meet(&self, c: usize, other: &Other<'_>) -> bool {
-        let Other::Rod { first, end, .. } = *other else { return self.is_near[c] };
-        let (centre, radius) = self.bounds[c];
-        (first..end).any(|o| {
-            let (middle, of_other) = self.bounds[o];
-            distance::between(centre, middle) <= radius + of_other && self.chords[c].meets(&self.chords[o])
-        })
+        let Other::Rod { near, .. } = *other else { return self.is_near[c] };
+        others(near, c).next().is_some()
     }
 
     /// Whether a part of a curve can be near the other.
     fn part_may_meet(&self, c: usize, index: usize, other: &Other<'_>) -> bool {
-        let Other::Rod { pair, first, end } = *other else { return true };
+        let Other::Rod { pair, near, .. } = *other else { return true };
         let span = &self.spans(c)[index];
         let [from, to] = self.arcs(c, index);
-        (first..end).any(|o| {
+        others(near, c).any(|o| {
             span.meets(&self.chords[o])
                 && self.spans(o).iter().enumerate().any(|(i, there)| {
                     let is_neighbour = pair.neighbourhood > 0.0 && {
@@ -471,7 +562,7 @@ impl<'a, G: Turning> Scene<'a, G> {
                 let radius = if let Solid::Ball { radius, .. } = solid { *radius } else { 0.0 };
                 Some(Nearest { distance: solid.distance(point), on: *on, radius })
             }
-            Other::Rod { pair, first, end } => {
+            Other::Rod { pair, first, end, .. } => {
                 let arc = if pair.neighbourhood > 0.0 { arc } else { None };
                 self.nearest_on_rod(*first..*end, point, arc.map(|arc| (arc, pair.neighbourhood)))
             }

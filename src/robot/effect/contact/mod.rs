@@ -8,6 +8,7 @@
 mod curve;
 pub(crate) mod find;
 mod intervals;
+mod near;
 pub(crate) mod passing;
 pub(crate) mod told;
 

@@ -5,6 +5,7 @@
 //! the patch is halved. Two parts that both move are followed by conservative advancement (Mirtich 1996): as fast as their distance
 //! allows, they cannot have met.
 
+use super::{find, near};
 use crate::lie::Vector;
 use crate::model::Radius;
 use crate::robot::algebra::distance::{between as distance, of_segments as distance_of_segments};
@@ -50,20 +51,25 @@ fn measure_ways<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
         let ways = places[own.clone()].iter().zip(&samples[own]);
         ways.map(|(before, [now, _])| distance(*before, *now)).fold(0.0, f64::max)
     }));
+    let ContactState { noted, bounds: now, .. } = &mut work.contact;
+    let Noted { bounds, swept, branches, .. } = noted;
+    swept.clear();
+    swept.extend(bounds.iter().zip(&*now).map(|(&(before, of_before), &(now, of_now))| {
+        ((before + now) * 0.5, 0.5 * distance(before, now) + of_before.max(of_now))
+    }));
+    branches.resize(2 * swept.len(), (Vector::zero(), 0.0));
+    near::enclose(&plan.contacts, swept, branches);
 }
 
 /// Whether any pair has passed through each other between what was noted and what was seen last.
 pub(crate) fn has_passed<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, measure: Radius) -> bool {
     measure_ways(plan, work);
-    let work = &*work;
-    let ways = Ways { plan, work, measure };
+    if have_rods_crossed(plan, work, measure) {
+        return true;
+    }
+    let ways = Ways { plan, contact: &work.contact, measure };
     plan.contacts.pairs.iter().any(|pair| match &pair.sides {
-        [Side::Rod(curves), Side::Rod(others)] => curves.clone().any(|c| {
-            others.clone().any(|o| {
-                let [swept, of_other] = [ways.swept(c), ways.swept(o)];
-                swept.meets(&of_other) && ways.have_crossed(pair, c, o)
-            })
-        }),
+        [Side::Rod(_), Side::Rod(_)] => false,
         [Side::Rod(curves), Side::Ball(ball)] => {
             let (there, other) = (ways.of_ball(*ball), plan.contacts.balls[*ball].radius);
             let solid = Solid::Ball { centre: Vector::zero(), radius: other };
@@ -106,6 +112,27 @@ pub(crate) fn has_passed<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, me
         }
         [Side::Solid(_), _] => false,
     })
+}
+
+/// Whether rods have passed through each other, or through themselves.
+fn have_rods_crossed<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, measure: Radius) -> bool {
+    let mut state = std::mem::take(&mut work.contact);
+    let mut near = std::mem::take(&mut state.near);
+    let have_crossed = plan.contacts.pairs.iter().any(|pair| {
+        let [Side::Rod(rod), Side::Rod(other)] = &pair.sides else { return false };
+        near.clear();
+        near::gather(&plan.contacts, pair, [rod, other], &state.noted.branches, &mut near);
+        near.iter().any(|&[c, o]| {
+            for curve in [c, o] {
+                find::look_closely(plan, &work.slope, &mut state, curve);
+            }
+            let ways = Ways { plan, contact: &state, measure };
+            ways.swept(c).meets(&ways.swept(o)) && ways.have_crossed(pair, c, o)
+        })
+    });
+    state.near = near;
+    work.contact = state;
+    have_crossed
 }
 
 /// What is on the other side of a half-space is in it.
@@ -151,32 +178,30 @@ impl Part {
 
 struct Ways<'a, G: Turning> {
     plan: &'a Plan<G>,
-    work: &'a Workspace<G>,
+    contact: &'a ContactState<G::Pack>,
     measure: Radius,
 }
 
 impl<G: Turning> Ways<'_, G> {
     /// A ball around all that a curve sweeps.
     fn bound(&self, curve: usize) -> (Vector<f64>, f64) {
-        let [(before, of_before), (now, of_now)] =
-            [self.work.contact.noted.bounds[curve], self.work.contact.bounds[curve]];
-        ((before + now) * 0.5, 0.5 * distance(before, now) + of_before.max(of_now))
+        self.contact.noted.swept[curve]
     }
 
     /// All that a curve sweeps, around its chord.
     fn swept(&self, curve: usize) -> Span {
-        self.work.contact.chords[curve].widened(self.work.contact.noted.moved[curve])
+        self.contact.chords[curve].widened(self.contact.noted.moved[curve])
     }
 
     fn of_ball(&self, ball: usize) -> Way {
-        [self.work.contact.noted.centres[ball], self.work.contact.centres[ball]]
+        [self.contact.noted.centres[ball], self.contact.centres[ball]]
     }
 
     fn parts(&self, c: usize) -> impl Iterator<Item = Part> + '_ {
         let curve = &self.plan.contacts.curves[c];
         let seen = curve.first_sample..curve.first_sample + curve.samples.len();
-        let places = &self.work.contact.noted.places[seen.clone()];
-        let samples = &self.work.contact.samples[seen];
+        let places = &self.contact.noted.places[seen.clone()];
+        let samples = &self.contact.samples[seen];
         curve.samples.windows(2).enumerate().map(move |(i, ends)| Part {
             ways: [i, i + 1].map(|i| [places[i], samples[i][0]]),
             radius: 0.5 * (ends[0].radius + ends[1].radius),
