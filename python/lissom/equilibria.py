@@ -95,9 +95,9 @@ class EquilibriumSensitivityResult:
         position = self._model.pose(self.q, X, t=self._t, **place)[..., :3, 3]
         derivative = self._model.jacobian(self.q, X, t=self._t, **place)[3:] @ self.dq
         for i, parameter in enumerate(self._parameters):
-            by_itself = place_derivative(parameter, self.q, X, self._t, place)
+            by_itself = place_derivative(parameter, self.q[None], X, np.array([self._t]), place)
             if by_itself is not None:
-                derivative[:, i] += by_itself
+                derivative[:, i] += by_itself[0]
         return np.asarray(position), np.asarray(derivative)
 
 

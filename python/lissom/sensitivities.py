@@ -118,22 +118,16 @@ class SensitivityResult:
                 "objective: got one, expected none: then there are only derivatives of its value"
             )
         times, q, dq = self._between(t)
-        positions = np.empty((len(times), 3))
-        derivative = np.empty((len(times), 3, len(self.names)))
         place: dict[str, Any] = {"link": self._model.links[-1].name if link is None else link}
-        for k, time in enumerate(times):
-            positions[k] = self._model.pose(q[k], X, t=time, **place)[..., :3, 3]
-            derivative[k] = self._model.jacobian(q[k], X, t=time, **place)[3:] @ dq[k]
+        positions = self._model.pose(q, X, t=times, **place)[..., :3, 3]
+        derivative = self._model.jacobian(q, X, t=times, **place)[:, 3:] @ dq
         for i, parameter in enumerate(self._parameters):
             if not isinstance(parameter, OfModel):
                 continue
-            # Lengths and placements move places by themselves.
-            for k, time in enumerate(times):
-                by_itself = place_derivative(parameter, q[k], X, time, place)
-                if by_itself is None and k == 0:
-                    break
-                if by_itself is not None:
-                    derivative[k, :, i] += by_itself
+            # Lengths, placements and prescribed motions move places by themselves.
+            by_itself = place_derivative(parameter, q, X, times, place)
+            if by_itself is not None:
+                derivative[:, :, i] += by_itself
         return positions, derivative
 
     def _between(self, t: ArrayLike | None) -> tuple[Array, Array, Array]:
