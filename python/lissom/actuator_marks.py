@@ -120,5 +120,6 @@ def _along(offset: Any, X: Array) -> Array:
     if isinstance(offset, tuple) and isinstance(offset[0], tuple):
         return np.interp(X, *offset)
     if isinstance(offset, tuple):
-        return np.linspace(*offset, len(X))
+        start, end = offset
+        return np.linspace(start, end, len(X))
     return np.full_like(X, offset)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ._lissom import LissomError, Model, Robot, StaticsResult, statics
 from .parameters import OfModel, names_of, place_derivative, resolved, value_of
+from .shown import Shown
 
 Array = NDArray[np.float64]
 
@@ -25,9 +26,11 @@ DISTINCT = 1e-6
 SYMMETRIC = 1e-6
 
 
-@dataclass(frozen=True)
-class EquilibriumSensitivityResult:
+@dataclass(frozen=True, eq=False, repr=False)
+class EquilibriumSensitivityResult(Shown):
     """An equilibrium and its derivatives.
+
+    It can be copied, pickled and saved, and has plots, reports and datasets.
 
     Attributes
     ----------
@@ -57,9 +60,16 @@ class EquilibriumSensitivityResult:
     frequencies: Array
     dfrequencies: Array
     statics: StaticsResult
-    _model: Model = field(repr=False)
-    _parameters: tuple[OfModel, ...] = field(repr=False)
-    _t: float = field(repr=False)
+    _model: Model
+    _parameters: tuple[OfModel, ...]
+    _t: float
+
+    def __repr__(self) -> str:
+        frequencies = f", {len(self.frequencies)} frequencies" if len(self.frequencies) else ""
+        return (
+            f"<EquilibriumSensitivityResult: with respect to {len(self.names)} parameters, "
+            f"n = {len(self.q)}{frequencies}>"
+        )
 
     def position(self, X: float | None = None, *, link: str | None = None) -> tuple[Array, Array]:
         """Where a place of a robot is, and how that changes with the parameters.

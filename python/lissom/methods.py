@@ -10,11 +10,13 @@ import os
 from typing import TYPE_CHECKING, Any
 
 from ._lissom import (
+    ActuateResult,
     ContinuationResult,
     EnsembleResult,
     Model,
     ModesResult,
     MotionResult,
+    ReachResult,
     Simulation,
     StaticsResult,
 )
@@ -327,18 +329,14 @@ def _of_what_rests(self: StaticsResult, name: str) -> Any:
     raise AttributeError(f"'lissom.StaticsResult' object has no attribute {name!r}", name=name, obj=self)
 
 
-def _save(self: MotionResult | EnsembleResult, path: str | os.PathLike[str]) -> None:
+def _save_motion(self: MotionResult, path: str | os.PathLike[str]) -> None:
     from .keeping import save
 
     save(self, path)
 
 
-def _save_motion(self: MotionResult, path: str | os.PathLike[str]) -> None:
-    _save(self, path)
-
-
 def _save_with(
-    self: StaticsResult | ContinuationResult | ModesResult,
+    self: StaticsResult | ContinuationResult | ModesResult | EnsembleResult | ReachResult | ActuateResult,
     path: str | os.PathLike[str],
     model: Model | None = None,
 ) -> None:
@@ -354,7 +352,8 @@ def _dataset_of_motion(self: MotionResult) -> xarray.Dataset:
 
 
 def _dataset_with(
-    self: StaticsResult | ContinuationResult | ModesResult, model: Model | None = None
+    self: StaticsResult | ContinuationResult | ModesResult | ReachResult | ActuateResult,
+    model: Model | None = None,
 ) -> xarray.Dataset:
     from .datasets import dataset
 
@@ -509,8 +508,7 @@ def attach() -> None:
     _attach(MotionResult, "save", _save_motion, _SAVE.format(kinds=paraview, model=""))
     _attach(MotionResult, "to_xarray", _dataset_of_motion, _DATASET.format(model="", holds=trajectory))
     _attach(Simulation, "view", _view)
-    small = "``.lissom`` or ``.npz``"
-    _attach(EnsembleResult, "save", _save, _SAVE.format(kinds=small, model=""))
+    _attach(EnsembleResult, "save", _save_with, _SAVE.format(kinds=_ALL_KINDS, model=_MODEL))
     rows = "States, status and cost by rows; of places positions (m), or their mean and variance."
     _attach(EnsembleResult, "to_xarray", _dataset_of_ensemble, _DATASET.format(model=_NAMES, holds=rows))
     shown = "Draw the coordinates: their median and spread over time, or the last ones of each run."
@@ -520,6 +518,8 @@ def attach() -> None:
         StaticsResult: "The coordinates in equilibrium and the verdict.",
         ContinuationResult: "Coordinates, load factor, lowest eigenvalue and stability along the path.",
         ModesResult: "Frequencies (Hz), damping ratios, eigenvalues, shapes; real and imaginary parts apart.",
+        ReachResult: "The coordinates, poses of the links, and by how much they miss the targets.",
+        ActuateResult: "Inputs and coordinates, poses of the links, and by how much they miss the targets.",
     }
     for owner, held in holds.items():
         _attach(owner, "save", _save_with, _SAVE.format(kinds=_ALL_KINDS, model=_MODEL))

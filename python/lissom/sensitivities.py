@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ._lissom import LissomError, Model, Robot, finite_array, sensitivities, simulate
 from .parameters import OfInput, OfModel, OfStart, Parameter, names_of, place_derivative, resolved
+from .shown import Shown
 
 Array = NDArray[np.float64]
 
@@ -51,9 +52,11 @@ OF_STEPS = (
 )
 
 
-@dataclass(frozen=True)
-class SensitivityResult:
+@dataclass(frozen=True, eq=False, repr=False)
+class SensitivityResult(Shown):
     """A run and its derivatives.
+
+    It can be copied, pickled and saved, and has plots, reports and datasets.
 
     Attributes
     ----------
@@ -80,8 +83,14 @@ class SensitivityResult:
     dv: Array | None
     value: float | None
     gradient: Array | None
-    _model: Model = field(repr=False)
-    _parameters: tuple[Parameter, ...] = field(repr=False)
+    _model: Model
+    _parameters: tuple[Parameter, ...]
+
+    def __repr__(self) -> str:
+        what = "gradient" if self.dq is None else f"{len(self.t)} states"
+        return (
+            f"<SensitivityResult: {what} with respect to {len(self.names)} parameters, n = {self.q.shape[1]}>"
+        )
 
     def position(
         self, X: float | None = None, *, link: str | None = None, t: ArrayLike | None = None

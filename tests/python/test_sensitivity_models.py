@@ -109,13 +109,13 @@ def test_what_cannot_change_by_itself_is_named():
         ValueError, match=r"'segments\[0\]\.length', expected a number that can change by itself"
     ):
         lissom.sensitivity(lissom.Rod([slender]), 0.1, ["segments[0].length"])
+    box = lissom.Segment(
+        0.2,
+        section=lissom.Section.rectangle(0.02, 0.01),
+        young_modulus=3e5,
+        shear_modulus=1.2e5,
+        density=1100,
+        modes={"bend_y": 2},
+    )
     with pytest.raises(ValueError, match=r"^segments\[0\]\.section\.widht: .*did you mean 'width'"):
-        box = lissom.Segment(
-            0.2,
-            section=lissom.Section.rectangle(0.02, 0.01),
-            young_modulus=3e5,
-            shear_modulus=1.2e5,
-            density=1100,
-            modes={"bend_y": 2},
-        )
         lissom.sensitivity(lissom.Rod([box]), 0.1, ["segments[0].section.widht"])
