@@ -52,6 +52,9 @@ class EquilibriumSensitivityResult(Shown):
         How the equilibrium was found, and whether it is stable.
     """
 
+    # Where pickles find it: there it has its methods.
+    __module__ = "lissom"
+
     names: tuple[str, ...]
     q: Array
     dq: Array | None

@@ -79,6 +79,9 @@ class FitResult(Shown):
         Where positions were measured: link and arc length in metres; of frequencies none.
     """
 
+    # Where pickles find it: there it has its methods.
+    __module__ = "lissom"
+
     names: tuple[str, ...]
     values: Array
     model: Robot

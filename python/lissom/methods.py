@@ -20,6 +20,7 @@ from ._lissom import (
     Simulation,
     StaticsResult,
 )
+from .shown import Shown
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -402,6 +403,46 @@ def _report_ensemble(
     write_ensemble(self, path, _text(title), model)
 
 
+def _save_plain(self: Shown, path: str | os.PathLike[str]) -> None:
+    from .keeping import save
+
+    save(self, path)  # type: ignore[arg-type]
+
+
+def _dataset_plain(self: Shown) -> xarray.Dataset:
+    from .datasets import dataset
+
+    return dataset(self)
+
+
+def _plot_parameters(self: Shown) -> NDArray[Any]:
+    from .pictures import of_parameters
+
+    return of_parameters(self)
+
+
+def _report_parameters(self: Shown, path: str | os.PathLike[str], *, title: str | None = None) -> None:
+    """Write the report: one HTML file that needs nothing but a browser.
+
+    Parameters
+    ----------
+    path : path-like
+        The file to write; one that is there is replaced.
+    title : str, optional
+        Heading of the page.
+
+    Raises
+    ------
+    TypeError
+        Where the title is no text.
+    OSError
+        Where the file cannot be written.
+    """
+    from .report import write_parameters
+
+    write_parameters(self, path, None if title is None else _text(title))  # type: ignore[arg-type]
+
+
 def _plot_statics(self: StaticsResult, model: Model) -> NDArray[Any]:
     from .pictures import of_statics
 
@@ -514,6 +555,13 @@ def attach() -> None:
     shown = "Draw the coordinates: their median and spread over time, or the last ones of each run."
     _attach(EnsembleResult, "plot", _plot_ensemble, f"{shown}\n{_NAMES}{_AXES}")
     _attach(EnsembleResult, "report", _report_ensemble)
+    _attach(Shown, "save", _save_plain, _SAVE.format(kinds=_ALL_KINDS, model=""))
+    _attach(
+        Shown, "to_xarray", _dataset_plain, _DATASET.format(model="", holds="With the parameters by name.")
+    )
+    drawn = "Draw derivatives of positions or coordinates, or what was measured beside what was fitted."
+    _attach(Shown, "plot", _plot_parameters, f"{drawn}\n{_AXES}")
+    _attach(Shown, "report", _report_parameters)
     holds = {
         StaticsResult: "The coordinates in equilibrium and the verdict.",
         ContinuationResult: "Coordinates, load factor, lowest eigenvalue and stability along the path.",

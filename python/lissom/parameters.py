@@ -91,7 +91,7 @@ class OfModel:
             except ValueError as error:
                 raise ValueError(
                     f"parameters: got {self.name!r}, expected a number that can change by itself: with "
-                    f"{value:.6g} in place of {self.value:.6g} the model is refused ({error})"
+                    f"{value:.10g} in place of {self.value:.10g} the model is refused ({error})"
                 ) from None
             if other.n != self._model.n:
                 raise ValueError(

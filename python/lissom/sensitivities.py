@@ -75,6 +75,9 @@ class SensitivityResult(Shown):
         Its derivatives with respect to the parameters.
     """
 
+    # Where pickles find it: there it has its methods.
+    __module__ = "lissom"
+
     names: tuple[str, ...]
     t: Array
     q: Array

@@ -1,16 +1,17 @@
-"""What results that are written in Python share: read-only arrays, files, datasets, pictures, reports."""
+"""What results written in Python share: read-only arrays, and the methods that `methods` gives them."""
 
 from __future__ import annotations
 
-import os
 from dataclasses import fields
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 if TYPE_CHECKING:
+    import os
+
     import xarray
+    from numpy.typing import NDArray
 
 
 class Shown:
@@ -30,81 +31,9 @@ class Shown:
         self.__dict__.update(state)
         self._protect()
 
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the result to a file from which `lissom.load` gives it back with equal bits.
+    if TYPE_CHECKING:
 
-        Parameters
-        ----------
-        path : path-like
-            ``.lissom`` (the smallest), ``.npz`` (NumPy reads its arrays) or ``.nc`` (NetCDF, extra `files`).
-            A file that is there is replaced.
-
-        Raises
-        ------
-        ValueError
-            Where the suffix is unknown, or the model has functions of Python, which files cannot keep.
-        OSError
-            Where the file cannot be written.
-        ImportError
-            Where an extra is not installed; the message says how to install it.
-        """
-        from .keeping import save
-
-        save(self, path)  # type: ignore[arg-type]
-
-    def to_xarray(self) -> xarray.Dataset:
-        """The result as an ``xarray.Dataset`` with named dimensions and units (extra `files`).
-
-        Returns
-        -------
-        data : xarray.Dataset
-            With the parameters by name.
-
-        Raises
-        ------
-        ImportError
-            Where xarray is not installed.
-        """
-        from .datasets import dataset
-
-        return dataset(self)
-
-    def plot(self) -> NDArray[Any]:
-        """Draw derivatives of positions or coordinates, or what was measured beside what was fitted.
-
-        Returns
-        -------
-        axes : ndarray of matplotlib.axes.Axes
-            One below the other, in a new figure of `pyplot`.
-
-        Raises
-        ------
-        ImportError
-            Where Matplotlib is not installed (extra `plot`).
-        """
-        from .pictures import of_parameters
-
-        return of_parameters(self)
-
-    def report(self, path: str | os.PathLike[str], *, title: str | None = None) -> None:
-        """Write the report: one HTML file that needs nothing but a browser.
-
-        Parameters
-        ----------
-        path : path-like
-            The file to write; one that is there is replaced.
-        title : str, optional
-            Heading of the page.
-
-        Raises
-        ------
-        TypeError
-            Where the title is no text.
-        OSError
-            Where the file cannot be written.
-        """
-        from .report import write_parameters
-
-        if title is not None and not isinstance(title, str):
-            raise TypeError(f"title: a {type(title).__name__} is not text")
-        write_parameters(self, path, title)  # type: ignore[arg-type]
+        def save(self, path: str | os.PathLike[str]) -> None: ...
+        def to_xarray(self) -> xarray.Dataset: ...
+        def plot(self) -> NDArray[Any]: ...
+        def report(self, path: str | os.PathLike[str], *, title: str | None = None) -> None: ...

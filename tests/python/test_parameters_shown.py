@@ -2,6 +2,8 @@
 
 import copy
 import pickle
+import subprocess
+import sys
 
 import matplotlib as mpl
 import numpy as np
@@ -147,3 +149,10 @@ def test_the_report_of_a_fit_says_values_correlations_and_residuals():
     assert not built.advice
     stiff = lissom.fit(rod(), motion(), {TIME: (1e-3, 0.01, 0.1)}, places=[0.15, 0.3], q0=[0.3, 0.0])
     assert "correlated" in build(stiff, None).advice[0]
+
+
+def test_pickles_have_their_methods_in_a_new_process(tmp_path):
+    (tmp_path / "found.pickle").write_bytes(pickle.dumps(RESULTS["run"]()))
+    code = "import pickle, sys; print(pickle.load(open(sys.argv[1], 'rb')).to_xarray().sizes['parameter'])"
+    command = [sys.executable, "-c", code, tmp_path / "found.pickle"]
+    assert subprocess.run(command, capture_output=True, text=True, check=True).stdout == "4\n"

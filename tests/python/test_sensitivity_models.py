@@ -50,6 +50,23 @@ def pushed():
     )
 
 
+def tapering():
+    """A tendon that comes nearer to the axis on its way to the end, a chamber and a muscle beside it."""
+    pull = lissom.Tendon("pull", [lissom.Along(offset=(0, (0.008, 0.004)))], tension=0.4)
+    chamber = lissom.Chamber("chamber", [lissom.Along(offset=(0.003, 0))], area=2e-5, pressure=2e3)
+    muscle = lissom.ActiveStrain(None, "bend_z", (1.0, 2.0), 0.7)
+    return lissom.Rod(
+        [segment(modes={"bend_y": 2, "bend_z": 1, "stretch": 1})], actuators=[pull, chamber, muscle]
+    )
+
+
+def silicone():
+    """Of Poisson's ratios: the shear modulus follows Young's modulus."""
+    options = {"modes": {"bend_y": 1, "torsion": 1, "bend_z": 1}, "retardation_time": 0.02, "density": 1100}
+    soft = [lissom.Segment(0.1, 0.01, 3e5, poisson_ratio=ratio, **options) for ratio in (0.5, 0.4)]
+    return lissom.Rod(soft, loads=[lissom.Load(force=(0, 0.1, 0.0), moment=(0.003, 0, 0))])
+
+
 @pytest.mark.parametrize(
     ("make", "name"),
     [
@@ -62,6 +79,11 @@ def pushed():
         # Slack in the states that tell whether forces depend on a number.
         (wired, "actuators[0].length"),
         (wired, "actuators[1].stiffness"),
+        # The tendons end where the rod ends, however long it is.
+        (tapering, "segments[0].length"),
+        (tapering, "actuators[0].path[0].offset[1][0]"),
+        (silicone, "segments[0].young_modulus"),
+        (silicone, "segments[1].poisson_ratio"),
         (pushed, "supports[0].stiffness"),
         (pushed, "loads[1].force[1][1][2]"),
     ],
@@ -119,3 +141,36 @@ def test_what_cannot_change_by_itself_is_named():
     )
     with pytest.raises(ValueError, match=r"^segments\[0\]\.section\.widht: .*did you mean 'width'"):
         lissom.sensitivity(lissom.Rod([box]), 0.1, ["segments[0].section.widht"])
+
+
+def test_tendons_of_longer_rods_are_longer():
+    """Along all of the rod is along all of it after a change of its length."""
+    found = lissom.sweep(tapering(), {"segments[0].length": [0.15, 0.2, 0.25]}, t_end=0.1, dt=0.005)
+    for length, row in zip((0.15, 0.2, 0.25), found.q.values, strict=True):
+        made = lissom.Segment(
+            length, 0.01, 3e5, 1.2e5, 1100, {"bend_y": 2, "bend_z": 1, "stretch": 1}, retardation_time=0.02
+        )
+        pull = lissom.Tendon("pull", [lissom.Along(offset=(0, (0.008, 0.004)))], tension=0.4)
+        chamber = lissom.Chamber("chamber", [lissom.Along(offset=(0.003, 0))], area=2e-5, pressure=2e3)
+        muscle = lissom.ActiveStrain(None, "bend_z", (1.0, 2.0), 0.7)
+        rod = lissom.Rod([made], actuators=[pull, chamber, muscle])
+        np.testing.assert_array_equal(row, lissom.simulate(rod, 0.1, dt=0.005).q[-1])
+
+
+def test_a_modulus_of_silicone_can_be_swept_and_fitted():
+    """Poisson's ratio stays what was given: at 1/2 there would be no larger modulus otherwise."""
+    soft = lissom.Segment(
+        0.2, 0.01, 3e5, poisson_ratio=0.5, density=1100, modes={"bend_y": 2}, retardation_time=0.02
+    )
+    assert "poisson_ratio=0.5" in repr(soft)
+    rod = lissom.Rod([soft])
+    assert rod.segments[0] == soft
+    assert model_with(rod, {"segments[0].young_modulus": 6e5}).segments[0].shear_modulus == 2e5
+    # One of the two takes the place of the other one.
+    assert model_with(rod, {"segments[0].shear_modulus": 1.1e5}).segments[0].shear_modulus == 1.1e5
+    run = lissom.simulate(rod, 0.3)
+    tips = np.array([rod.pose(q)[:3, 3] for q in run.q[1:]])
+    guess = model_with(rod, {"segments[0].young_modulus": 2e5})
+    found = lissom.fit(guess, (run.t[1:], tips), {"segments[0].young_modulus": (1e5, 2e5, 1e6)})
+    np.testing.assert_allclose(found.values, [3e5], rtol=1e-6)
+    assert found.model.segments[0].poisson_ratio == 0.5
