@@ -186,6 +186,14 @@ def equilibrium_sensitivity(
         raise ValueError(
             f"frequencies: got {frequencies}, expected 0 to {model.n}, the number of coordinates"
         )
+    wanted = numbers_of(model, parameters)
+    return differentiated(
+        model, wanted, q0, objective=objective, frequencies=frequencies, t=t, u=u, **options
+    )
+
+
+def numbers_of(model: Model, parameters: Sequence[str]) -> list[OfModel]:
+    """The parameters with these names, of a model whose equilibria are differentiated."""
     if getattr(model, "constraints", 0):
         raise ValueError(
             "model: expected one without closed loops and tendons that do not stretch, whose equilibria are "
@@ -198,6 +206,21 @@ def equilibrium_sensitivity(
                 f"parameters: got {parameter.name!r}, expected numbers of the model: equilibria have no start"
             )
         wanted.append(parameter)
+    return wanted
+
+
+def differentiated(
+    model: Model,
+    wanted: Sequence[OfModel],
+    q0: ArrayLike | None,
+    *,
+    objective: Objective | None = None,
+    frequencies: int = 0,
+    t: float = 0.0,
+    u: ArrayLike | None = None,
+    **options: Any,
+) -> EquilibriumSensitivityResult:
+    """An equilibrium and its derivatives; what parameters are made of serves all equilibria of a model."""
     found = statics(model, q0, t=t, u=u, **options)
     if not found.success:
         raise LissomError(f"no equilibrium was found: {found.message}")
