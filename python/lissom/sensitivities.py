@@ -257,6 +257,14 @@ def sensitivity(
             raise TypeError(f"{name}: expected nothing, runs that are differentiated have no such option")
     if objective is not None and not callable(objective):
         raise TypeError(f"objective: expected a callable, got {type(objective).__name__}")
+    if getattr(model, "constraints", 0):
+        raise ValueError(
+            "model: expected one without closed loops and tendons that do not stretch, whose runs are not "
+            f"differentiated yet; got one with {model.constraints} constraints"  # type: ignore[attr-defined]
+        )
+    for name, given in (("t_end", t_end), ("t0", t0), ("dt", dt)):
+        if finite_array(given, name).ndim:
+            raise ValueError(f"{name}: got {given!r}, expected a number of seconds")
     held, control_step = _held(model, u, control_step, t_end - t0, dt)
     wanted = resolved(model, names_of(parameters), None if held is None else held.shape)
     scheme = {name: options[name] for name in OF_SCHEME if options.get(name) is not None}

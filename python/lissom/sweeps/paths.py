@@ -204,6 +204,8 @@ def of_model(path: Sequence[Part], is_rod: bool) -> list[Part]:
     """A scene's path within its model: a rod is the model itself."""
     if is_rod and path[:1] == ["rod"]:
         rest = list(path[1:])
+        if rest and isinstance(rest[0], int) and rest[0] > 0:
+            raise ValueError(f"rod[{rest[0]}]: the model is one rod, expected rod[0]")
         return rest[1:] if rest[:1] == [0] else rest
     return list(path)
 
