@@ -94,10 +94,11 @@ def _points(robot: Robot, part: Along | Via, q: Array, t: Array) -> Array:
             return np.broadcast_to(point, (len(q), 1, 3))
         pose = robot.pose(q, part.at, link=part.link, t=t)
         return _beside(pose[:, None], point[None])
-    # The robot has put in what was left out.
+    # The robot has put in the link where it was left out.
     assert part.link is not None
-    assert part.along is not None
-    X = np.linspace(*part.along, POINTS_OF_PART)
+    rod = next(link.rod for link in robot.links if link.name == part.link)
+    length = sum(segment.length for segment in rod or ())
+    X = np.linspace(*(part.along or (0.0, length)), POINTS_OF_PART)
     beside = np.stack([np.zeros_like(X), *(_along(offset, X) for offset in part.offset)], axis=-1)
     return _beside(robot.pose(q, X, link=part.link, t=t), beside)
 
@@ -109,10 +110,16 @@ def _beside(poses: Array, points: Array) -> Array:
 
 
 def _along(offset: Any, X: Array) -> Array:
-    """An offset as a robot gives it, at arc lengths: a number, a table of two stations or a profile."""
+    """An offset as a robot gives it, at arc lengths of its part.
+
+    It is a number, two numbers at the ends of the part, a table of two stations or a profile.
+    """
     if isinstance(offset, Profile):
         # Where a rod ends is rounded.
         return np.asarray(offset(np.clip(X, 0.0, offset.length)), float)
-    if isinstance(offset, tuple):
+    if isinstance(offset, tuple) and isinstance(offset[0], tuple):
         return np.interp(X, *offset)
+    if isinstance(offset, tuple):
+        start, end = offset
+        return np.linspace(start, end, len(X))
     return np.full_like(X, offset)

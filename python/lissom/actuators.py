@@ -291,8 +291,8 @@ class ActiveStrain(_Actuator):
 
     Parameters
     ----------
-    link : str, optional
-        The link; may be left out where there is one.
+    link : str or None
+        The link; may be None where there is one.
     strain : str
         'torsion', 'bend_y', 'bend_z', 'stretch', 'shear_y' or 'shear_z'; it needs modes to follow.
     shape : float, pair, table, Profile or callable

@@ -8,16 +8,22 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ._lissom import (
+    ActuateResult,
     ContinuationResult,
     EnsembleResult,
     Model,
     ModesResult,
     MotionResult,
+    ReachResult,
+    Robot,
     StaticsResult,
     __version__,
 )
+from .equilibria import EquilibriumSensitivityResult
 from .files import missing
+from .fits import FitResult
 from .results import energies
+from .sensitivities import SensitivityResult
 from .views import Coordinate, view
 
 if TYPE_CHECKING:
@@ -177,3 +183,116 @@ def _of_ensemble(result: EnsembleResult, model: Model | None) -> xarray.Dataset:
     for name, values in result.stats.items():
         data[f"stats_{name}"] = ("row", np.asarray(values), {"long_name": name.replace("_", " ")})
     return data
+
+
+def _with_parameters(data: xarray.Dataset, result: Any) -> xarray.Dataset:
+    names = {"long_name": "parameter, in whose unit derivatives are"}
+    data = data.assign_coords(parameter=("parameter", list(result.names), names))
+    if getattr(result, "gradient", None) is not None:
+        data["value"] = ((), result.value, {"long_name": "objective"})
+        data["gradient"] = ("parameter", result.gradient, {"long_name": "derivatives of the objective"})
+    return data
+
+
+def _with_position(data: xarray.Dataset, result: Any, dimensions: tuple[str, ...]) -> xarray.Dataset:
+    """Where the last tip of a robot is, and how that changes with the parameters."""
+    if result.dq is None or not isinstance(result._model, Robot):
+        return data
+    position, derivative = result.position()
+    data = data.assign_coords(axis=("axis", ["x", "y", "z"], {"long_name": "axis of the world"}))
+    attributes = {"units": "m", "long_name": "position of the tip of the last link"}
+    data["position"] = ((*dimensions, "axis"), position, attributes)
+    attributes = {"long_name": "derivatives of the position", "units": "m, per unit of the parameter"}
+    data["dposition"] = ((*dimensions, "axis", "parameter"), derivative, attributes)
+    return data
+
+
+@_dataset.register(SensitivityResult)
+def _of_sensitivity(result: SensitivityResult, model: Model | None) -> xarray.Dataset:
+    data = _begin(result._model, result.q.shape[1], "Derivatives of a run")
+    data = data.assign_coords(time=("time", result.t, {"units": "s", "long_name": "time", "axis": "T"}))
+    data = _with_parameters(data, result)
+    per_state = ("time", "coordinate")
+    data["q"] = (per_state, result.q, {"long_name": "generalised coordinates", "units": SEE})
+    data["v"] = (per_state, result.v, {"long_name": "generalised velocities", "units": f"{SEE}, per s"})
+    for name, values, what in (("dq", result.dq, "coordinates"), ("dv", result.dv, "velocities")):
+        if values is not None:
+            data[name] = ((*per_state, "parameter"), values, {"long_name": f"derivatives of the {what}"})
+    return _with_position(data, result, ("time",))
+
+
+@_dataset.register(EquilibriumSensitivityResult)
+def _of_equilibrium_sensitivity(result: EquilibriumSensitivityResult, model: Model | None) -> xarray.Dataset:
+    data = _begin(result._model, len(result.q), "Derivatives of an equilibrium")
+    data = _with_parameters(data, result)
+    data["q"] = ("coordinate", result.q, {"long_name": "generalised coordinates", "units": SEE})
+    if result.dq is not None:
+        of_shape = {"long_name": "derivatives of the coordinates"}
+        data["dq"] = (("coordinate", "parameter"), result.dq, of_shape)
+    if len(result.frequencies):
+        data["frequency"] = ("mode", result.frequencies, {"long_name": "natural frequency", "units": "Hz"})
+        attributes = {"long_name": "derivatives of the frequencies", "units": "Hz, per unit of the parameter"}
+        data["dfrequency"] = (("mode", "parameter"), result.dfrequencies, attributes)
+    return _with_position(data, result, ())
+
+
+@_dataset.register(FitResult)
+def _of_fit(result: FitResult, model: Model | None) -> xarray.Dataset:
+    data = _begin(None, 0, "Identification", success=int(result.success), message=result.message)
+    data = _with_parameters(data.drop_vars(("coordinate", "unit")), result)
+    # NetCDF has no dimension twice.
+    data = data.assign_coords(other=("other", list(result.names), {"long_name": "another parameter"}))
+    data["value"] = ("parameter", result.values, {"long_name": "value that fits best"})
+    for i, end in enumerate(("low", "high")):
+        share = f"{end} end of the {100 * result.confidence:g} percent confidence interval"
+        data[end] = ("parameter", result.intervals[:, i], {"long_name": share})
+    data["covariance"] = (
+        ("parameter", "other"),
+        result.covariance,
+        {"long_name": "covariance of the values"},
+    )
+    unit = "m" if result.places else "Hz"
+    if result.t is not None:
+        data = data.assign_coords(time=("time", result.t, {"units": "s", "long_name": "time", "axis": "T"}))
+    if result.places:
+        data = data.assign_coords(
+            axis=("axis", ["x", "y", "z"], {"long_name": "axis of the world"}),
+            place=("place", list(result.places), {"long_name": "measured place"}),
+        )
+    dimensions = ("shape" if result.t is None else "time", "place", "axis") if result.places else ("mode",)
+    data["measured"] = (dimensions, result.measured, {"long_name": "what was measured", "units": unit})
+    of_model = {"long_name": "what the model says minus what was measured", "units": unit}
+    data["residual"] = (dimensions, result.residuals, of_model)
+    data["noise"] = ((), result.noise, {"long_name": "standard deviation of the residuals", "units": unit})
+    return data
+
+
+def _with_targets(data: xarray.Dataset, result: ReachResult | ActuateResult) -> xarray.Dataset:
+    """Poses of the links that were to be brought somewhere, and by how much they miss that."""
+    poses = np.reshape(result.pose, (-1, 4, 4))
+    axes = ("target", "row", "column")
+    data["pose"] = (axes, poses, {"long_name": "poses of the links, homogeneous matrices"})
+    errors = (
+        ("position_error", result.position_error, "m"),
+        ("orientation_error", result.orientation_error, "rad"),
+    )
+    for name, values, unit in errors:
+        attributes = {"units": unit, "long_name": name.replace("_", " ")}
+        data[name] = ("target", np.reshape(np.asarray(values, float), -1), attributes)
+    data.attrs["at_limits"] = ", ".join(result.at_limits)
+    return data
+
+
+@_dataset.register(ReachResult)
+def _of_reach(result: ReachResult, model: Model | None) -> xarray.Dataset:
+    data = _begin(model, len(result.q), "Inverse kinematics", **_outcome(result))
+    data["q"] = ("coordinate", result.q, {"long_name": "generalised coordinates", "units": SEE})
+    return _with_targets(data, result)
+
+
+@_dataset.register(ActuateResult)
+def _of_actuate(result: ActuateResult, model: Model | None) -> xarray.Dataset:
+    data = _begin(model, len(result.q), "Inputs of an equilibrium", **_outcome(result))
+    data["q"] = ("coordinate", result.q, {"long_name": "generalised coordinates", "units": SEE})
+    data["u"] = ("input", result.u, {"long_name": "inputs"})
+    return _with_targets(data, result)

@@ -38,17 +38,22 @@ def terms(
     """What is made with values nearby, with its weights in the derivative.
 
     Their distance is relative to the value. To one side where that is zero, or `with_value` raises a
-    ValueError.
+    ValueError: at the end of what makes sense, such as a Poisson ratio of 0.5, or a rod that cannot be
+    shorter because of a load at its tip.
     """
     step = relative * (abs(value) or 1.0)
 
-    def at(nodes: Nodes) -> tuple[tuple[T, float], ...]:
+    def at(nodes: Nodes, step: float) -> tuple[tuple[T, float], ...]:
         return tuple((with_value(value + k * step), w / step) for k, w in nodes)
 
-    if value != 0.0:
+    if value == 0.0:
+        return at(ONE_SIDED, step)
+    inwards = math.copysign(step, -value)
+    refused = None
+    for chosen, signed in ((nodes, step), (ONE_SIDED, inwards), (ONE_SIDED, -inwards)):
         try:
-            return at(nodes)
-        except ValueError:
-            # At the end of what makes sense, such as a Poisson ratio of 0.5.
-            step = math.copysign(step, -value)
-    return at(ONE_SIDED)
+            return at(chosen, signed)
+        except ValueError as error:
+            refused = refused or error
+    assert refused is not None
+    raise refused

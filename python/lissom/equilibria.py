@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ._lissom import LissomError, Model, Robot, StaticsResult, statics
 from .parameters import OfModel, names_of, place_derivative, resolved, value_of
+from .shown import Shown
 
 Array = NDArray[np.float64]
 
@@ -25,9 +26,11 @@ DISTINCT = 1e-6
 SYMMETRIC = 1e-6
 
 
-@dataclass(frozen=True)
-class EquilibriumSensitivityResult:
+@dataclass(frozen=True, eq=False, repr=False)
+class EquilibriumSensitivityResult(Shown):
     """An equilibrium and its derivatives.
+
+    It can be copied, pickled and saved, and has plots, reports and datasets.
 
     Attributes
     ----------
@@ -49,6 +52,9 @@ class EquilibriumSensitivityResult:
         How the equilibrium was found, and whether it is stable.
     """
 
+    # Where pickles find it: there it has its methods.
+    __module__ = "lissom"
+
     names: tuple[str, ...]
     q: Array
     dq: Array | None
@@ -57,9 +63,16 @@ class EquilibriumSensitivityResult:
     frequencies: Array
     dfrequencies: Array
     statics: StaticsResult
-    _model: Model = field(repr=False)
-    _parameters: tuple[OfModel, ...] = field(repr=False)
-    _t: float = field(repr=False)
+    _model: Model
+    _parameters: tuple[OfModel, ...]
+    _t: float
+
+    def __repr__(self) -> str:
+        frequencies = f", {len(self.frequencies)} frequencies" if len(self.frequencies) else ""
+        return (
+            f"<EquilibriumSensitivityResult: with respect to {len(self.names)} parameters, "
+            f"n = {len(self.q)}{frequencies}>"
+        )
 
     def position(self, X: float | None = None, *, link: str | None = None) -> tuple[Array, Array]:
         """Where a place of a robot is, and how that changes with the parameters.
@@ -95,9 +108,9 @@ class EquilibriumSensitivityResult:
         position = self._model.pose(self.q, X, t=self._t, **place)[..., :3, 3]
         derivative = self._model.jacobian(self.q, X, t=self._t, **place)[3:] @ self.dq
         for i, parameter in enumerate(self._parameters):
-            by_itself = place_derivative(parameter, self.q, X, self._t, place)
+            by_itself = place_derivative(parameter, self.q[None], X, np.array([self._t]), place)
             if by_itself is not None:
-                derivative[:, i] += by_itself
+                derivative[:, i] += by_itself[0]
         return np.asarray(position), np.asarray(derivative)
 
 
@@ -173,6 +186,14 @@ def equilibrium_sensitivity(
         raise ValueError(
             f"frequencies: got {frequencies}, expected 0 to {model.n}, the number of coordinates"
         )
+    wanted = numbers_of(model, parameters)
+    return differentiated(
+        model, wanted, q0, objective=objective, frequencies=frequencies, t=t, u=u, **options
+    )
+
+
+def numbers_of(model: Model, parameters: Sequence[str]) -> list[OfModel]:
+    """The parameters with these names, of a model whose equilibria are differentiated."""
     if getattr(model, "constraints", 0):
         raise ValueError(
             "model: expected one without closed loops and tendons that do not stretch, whose equilibria are "
@@ -185,6 +206,21 @@ def equilibrium_sensitivity(
                 f"parameters: got {parameter.name!r}, expected numbers of the model: equilibria have no start"
             )
         wanted.append(parameter)
+    return wanted
+
+
+def differentiated(
+    model: Model,
+    wanted: Sequence[OfModel],
+    q0: ArrayLike | None,
+    *,
+    objective: Objective | None = None,
+    frequencies: int = 0,
+    t: float = 0.0,
+    u: ArrayLike | None = None,
+    **options: Any,
+) -> EquilibriumSensitivityResult:
+    """An equilibrium and its derivatives; what parameters are made of serves all equilibria of a model."""
     found = statics(model, q0, t=t, u=u, **options)
     if not found.success:
         raise LissomError(f"no equilibrium was found: {found.message}")

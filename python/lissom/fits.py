@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from numbers import Real
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,7 @@ from .measurements import (
     StaticShapes,
 )
 from .parameters import START, model_with, names_of, value_of
+from .shown import Shown
 
 Array = NDArray[np.float64]
 
@@ -31,9 +33,12 @@ RANK = 1e-8
 PART = 0.1
 
 
-@dataclass(frozen=True)
-class FitResult:
+@dataclass(frozen=True, eq=False, repr=False)
+class FitResult(Shown):
     """Parameters that fit best, and how well the data determine them.
+
+    It can be copied, pickled and saved; `report(path)` writes a page with values, intervals, correlations and
+    residuals, `plot()` draws what was measured beside the fitted model, `to_xarray()` returns a dataset.
 
     Attributes
     ----------
@@ -61,8 +66,21 @@ class FitResult:
     success : bool
         Whether the solver converged.
     message : str
-        Why it ended, and what the data do not determine.
+        Why it ended, what the data do not determine, which values are at a bound, how many trial runs failed.
+    at_bounds : tuple of str
+        Parameters that ended at a bound: their intervals do not know of it, and do not hold there.
+    confidence : float
+        Coverage probability of the intervals.
+    measured : ndarray, shape as of the residuals
+        What was measured.
+    t : ndarray, shape (k,), or None
+        The times of a motion, seconds.
+    places : tuple of str
+        Where positions were measured: link and arc length in metres; of frequencies none.
     """
+
+    # Where pickles find it: there it has its methods.
+    __module__ = "lissom"
 
     names: tuple[str, ...]
     values: Array
@@ -75,6 +93,18 @@ class FitResult:
     runs: int
     success: bool
     message: str
+    at_bounds: tuple[str, ...]
+    confidence: float
+    measured: Array
+    t: Array | None
+    places: tuple[str, ...]
+
+    def __repr__(self) -> str:
+        values = ", ".join(
+            f"{name} = {value:.6g}" for name, value in zip(self.names, self.values, strict=True)
+        )
+        outcome = "converged" if self.success else "not converged"
+        return f"<FitResult: {outcome}, {values}, {self.runs} runs>"
 
 
 def fit(
@@ -120,12 +150,18 @@ def fit(
     max_runs : int
         Maximum number of evaluations of the model.
     **options
-        As for `sensitivity`; of equilibria as for `equilibrium_sensitivity`.
+        As for `sensitivity`, among them the inputs `u` and `control_step` of a motion that was driven; of
+        equilibria as for `equilibrium_sensitivity`.
 
     Returns
     -------
     FitResult
         `values`, `intervals`, `covariance`, `undetermined`, `residuals`, `model`.
+
+    Notes
+    -----
+    Trial values that the model refuses, or with which a run fails, are taken for very bad ones, so that the
+    search turns back; the message tells of them. With the initial values a run must succeed.
 
     Raises
     ------
@@ -133,7 +169,7 @@ def fit(
         Before the first run, if an argument is invalid, a name is unknown, bounds are the wrong way round, or
         there are fewer numbers than parameters.
     LissomError
-        If a run fails or no equilibrium is found; the message has the parameters.
+        If with the initial values the run fails or no equilibrium is found.
     ImportError
         Without SciPy.
 
@@ -157,6 +193,8 @@ def fit(
         raise TypeError(f"model: expected a Rod or a Robot, got {type(model).__name__}, which has no places")
     if not 0.0 < confidence < 1.0:
         raise ValueError(f"confidence: got {confidence!r}, expected a number between 0 and 1")
+    if isinstance(max_runs, bool) or not isinstance(max_runs, int) or max_runs < 1:
+        raise ValueError(f"max_runs: got {max_runs!r}, expected a whole number > 0")
     if noise is not None and not 0.0 < noise < np.inf:
         raise ValueError(f"noise: got {noise!r}, expected a number > 0 in metres or hertz")
     # Also where nothing moves: what makes no sense is refused whatever the data are.
@@ -188,10 +226,10 @@ def fit(
     if isinstance(measured, OfMotion):
         start["v0"] = _state(v0, model.n, "v0")
     kept: dict[bytes, tuple[Array, Array]] = {}
-    runs = 0
+    runs, failures, failed = 0, 0, ""
 
     def evaluate(z: Array) -> tuple[Array, Array]:
-        nonlocal runs
+        nonlocal runs, failures, failed
         key = z.tobytes()
         if key not in kept:
             values = dict(zip(names, (z * scale).tolist(), strict=True))
@@ -199,16 +237,23 @@ def fit(
             for name, value in values.items():
                 if found := START.fullmatch(name):
                     begin[found["which"]][int(found["index"])] = value
-            changed = model_with(
-                model, {name: value for name, value in values.items() if not START.fullmatch(name)}
-            )
-            try:
-                predicted, derivatives = measured.predicted(changed, names, begin, options)
-            except LissomError as error:
-                raise LissomError(f"with {values}: {error}") from None
-            runs += 1
             kept.clear()
-            kept[key] = (predicted - measured.numbers).ravel(), derivatives * scale
+            try:
+                changed = model_with(
+                    model, {name: value for name, value in values.items() if not START.fullmatch(name)}
+                )
+                predicted, derivatives = measured.predicted(changed, names, begin, options)
+            except (LissomError, ValueError) as error:
+                if not runs:
+                    # What is wrong with the call itself is said at once.
+                    kind = LissomError if isinstance(error, LissomError) else ValueError
+                    raise kind(f"with {values}: {error}" if kind is LissomError else str(error)) from None
+                # The solver takes shorter steps until the numbers are finite.
+                failures, failed = failures + 1, f"with {values}: {error}"
+                kept[key] = np.full(measured.numbers.size, np.inf), np.zeros((measured.numbers.size, len(z)))
+            else:
+                kept[key] = (predicted - measured.numbers).ravel(), derivatives * scale
+            runs += 1
         return kept[key]
 
     solved = least_squares(
@@ -231,9 +276,14 @@ def fit(
     covariance, undetermined = _covariance(jacobian, scale, spread, names)
     factor = stdtrit(np.inf if noise is not None else max(freedom, 1), 0.5 * (1.0 + confidence))
     width = factor * np.sqrt(np.diag(covariance))
+    at_bounds = tuple(name for name, active in zip(names, solved.active_mask, strict=True) if active)
     message = str(solved.message)
     if undetermined:
         message += f" The data do not determine {', '.join(undetermined)}."
+    if at_bounds:
+        message += f" At a bound: {', '.join(at_bounds)}; the intervals do not hold there."
+    if failures:
+        message += f" {failures} of {runs} trial runs failed, the last one {failed}"
     return FitResult(
         names=tuple(names),
         values=values,
@@ -253,7 +303,20 @@ def fit(
         runs=runs,
         success=bool(solved.status > 0),
         message=message,
+        at_bounds=at_bounds,
+        confidence=confidence,
+        measured=np.array(measured.numbers),
+        t=np.array(measured.times) if isinstance(measured, OfMotion) else None,
+        places=_names_of(model, measured),
     )
+
+
+def _names_of(model: Robot, measured: Measured) -> tuple[str, ...]:
+    if isinstance(measured, OfFrequencies):
+        return ()
+    assert isinstance(measured, OfMotion | OfShapes)
+    lengths = {link.name: sum(segment.length for segment in link.rod or ()) for link in model.links}
+    return tuple(f"{link}, {lengths[link] if X is None else X:g} m" for link, X in measured.places)
 
 
 def _covariance(
@@ -349,12 +412,13 @@ def _bounds(model: Robot, names: Sequence[str], parameters: Mapping[str, Any]) -
     rows = []
     for name in names:
         given = parameters[name]
-        row = (-np.inf, given, np.inf) if isinstance(given, int | float) else tuple(given)
-        if len(row) != 3 or not all(isinstance(x, int | float) for x in row):
+        row = (-np.inf, given, np.inf) if isinstance(given, Real) else given
+        is_triple = isinstance(row, tuple | list | np.ndarray) and len(row) == 3
+        if not is_triple or not all(isinstance(x, Real) for x in row):
             raise TypeError(
                 f"parameters: {name!r} has {given!r}, expected a guess or (lowest, guess, highest)"
             )
-        lowest, guess, highest = row
+        lowest, guess, highest = (float(x) for x in row)
         if not (lowest < highest):
             raise ValueError(
                 f"parameters: {name!r} has bounds {lowest} and {highest}, expected the lower one first"
@@ -370,7 +434,7 @@ def _bounds(model: Robot, names: Sequence[str], parameters: Mapping[str, Any]) -
                 )
         else:
             value_of(model, name)
-        rows.append(row)
+        rows.append((lowest, guess, highest))
     lowest, guess, highest = np.array(rows, float).T
     return lowest, guess, highest
 

@@ -18,15 +18,37 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from . import records
-from ._lissom import EnsembleResult, MotionResult, __version__
+from ._lissom import MotionResult, __version__
 from .datasets import dataset
 from .files import NETCDF, missing
 from .vtk import timeline
 
 if TYPE_CHECKING:
-    from ._lissom import ContinuationResult, Model, ModesResult, StaticsResult
+    from ._lissom import (
+        ActuateResult,
+        ContinuationResult,
+        EnsembleResult,
+        Model,
+        ModesResult,
+        ReachResult,
+        StaticsResult,
+    )
+    from .equilibria import EquilibriumSensitivityResult
+    from .fits import FitResult
+    from .sensitivities import SensitivityResult
 
-    Result = MotionResult | StaticsResult | ContinuationResult | ModesResult | EnsembleResult
+    Result = (
+        MotionResult
+        | StaticsResult
+        | ContinuationResult
+        | ModesResult
+        | EnsembleResult
+        | ReachResult
+        | ActuateResult
+        | SensitivityResult
+        | EquilibriumSensitivityResult
+        | FitResult
+    )
 
 #: With what a file ``.lissom`` begins; the record follows.
 HEAD = b"lissom record 1\n"
@@ -44,7 +66,10 @@ RECORD = "lissom_record"
 MEMBER = f"{RECORD}.npy"
 
 #: What `save` returns; `load` gives nothing else.
-RESULTS = ("MotionResult", "StaticsResult", "ContinuationResult", "ModesResult", "EnsembleResult")
+RESULTS = (
+    *("MotionResult", "StaticsResult", "ContinuationResult", "ModesResult", "EnsembleResult"),
+    *("SensitivityResult", "EquilibriumSensitivityResult", "FitResult", "ReachResult", "ActuateResult"),
+)
 
 
 def load(path: str | os.PathLike[str]) -> Result:
@@ -57,7 +82,7 @@ def load(path: str | os.PathLike[str]) -> Result:
 
     Returns
     -------
-    result : MotionResult, StaticsResult, ContinuationResult, ModesResult or EnsembleResult
+    result : MotionResult, StaticsResult, EnsembleResult, SensitivityResult, FitResult and so on
         Bitwise equal to the saved result, with its model if it had one.
 
     Raises
@@ -191,8 +216,6 @@ def _need_files() -> None:
 
 def _write_netcdf(result: Result, model: Model | None) -> bytes:
     _need_files()
-    if isinstance(result, EnsembleResult):
-        raise ValueError("path: results of `simulate_many` can be saved as .lissom or .npz, not as .nc")
     data = dataset(result, model)
     data[RECORD] = ("byte", np.frombuffer(record(result), np.uint8), {"long_name": "what lissom.load reads"})
     return bytes(data.to_netcdf(engine="h5netcdf"))

@@ -114,7 +114,10 @@ class Materials:
         if segment is None:
             return None
         key = within[0]
-        value = paths.found(segment, within) if len(within) > 1 else getattr(segment, str(key), None)
+        try:
+            value = paths.found(segment, within) if len(within) > 1 else getattr(segment, str(key), None)
+        except ValueError:
+            return None
         # A radius that is the same at both ends.
         if isinstance(value, tuple) and len(value) == 2 and value[0] == value[1]:
             value = value[0]

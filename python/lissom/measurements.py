@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ._lissom import Robot, finite_array
-from .equilibria import equilibrium_sensitivity
+from .equilibria import differentiated, equilibrium_sensitivity, numbers_of
 from .sensitivities import sensitivity
 
 Array = NDArray[np.float64]
@@ -135,8 +135,9 @@ class OfShapes:
     ) -> tuple[Array, Array]:
         """See `Measured`."""
         found = []
+        wanted = numbers_of(model, names)
         for row, u in enumerate(self.inputs):
-            shape = equilibrium_sensitivity(model, names, self.last.get(row, start.get("q0")), u=u, **options)
+            shape = differentiated(model, wanted, self.last.get(row, start.get("q0")), u=u, **options)
             self.last[row] = shape.q
             found += [shape.position(X, link=link) for link, X in self.places]
         positions, derivatives = (np.array(part) for part in zip(*found, strict=True))

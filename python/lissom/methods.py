@@ -10,14 +10,17 @@ import os
 from typing import TYPE_CHECKING, Any
 
 from ._lissom import (
+    ActuateResult,
     ContinuationResult,
     EnsembleResult,
     Model,
     ModesResult,
     MotionResult,
+    ReachResult,
     Simulation,
     StaticsResult,
 )
+from .shown import Shown
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -327,18 +330,14 @@ def _of_what_rests(self: StaticsResult, name: str) -> Any:
     raise AttributeError(f"'lissom.StaticsResult' object has no attribute {name!r}", name=name, obj=self)
 
 
-def _save(self: MotionResult | EnsembleResult, path: str | os.PathLike[str]) -> None:
+def _save_motion(self: MotionResult, path: str | os.PathLike[str]) -> None:
     from .keeping import save
 
     save(self, path)
 
 
-def _save_motion(self: MotionResult, path: str | os.PathLike[str]) -> None:
-    _save(self, path)
-
-
 def _save_with(
-    self: StaticsResult | ContinuationResult | ModesResult,
+    self: StaticsResult | ContinuationResult | ModesResult | EnsembleResult | ReachResult | ActuateResult,
     path: str | os.PathLike[str],
     model: Model | None = None,
 ) -> None:
@@ -354,7 +353,8 @@ def _dataset_of_motion(self: MotionResult) -> xarray.Dataset:
 
 
 def _dataset_with(
-    self: StaticsResult | ContinuationResult | ModesResult, model: Model | None = None
+    self: StaticsResult | ContinuationResult | ModesResult | ReachResult | ActuateResult,
+    model: Model | None = None,
 ) -> xarray.Dataset:
     from .datasets import dataset
 
@@ -401,6 +401,46 @@ def _report_ensemble(
     from .report import write_ensemble
 
     write_ensemble(self, path, _text(title), model)
+
+
+def _save_plain(self: Shown, path: str | os.PathLike[str]) -> None:
+    from .keeping import save
+
+    save(self, path)  # type: ignore[arg-type]
+
+
+def _dataset_plain(self: Shown) -> xarray.Dataset:
+    from .datasets import dataset
+
+    return dataset(self)
+
+
+def _plot_parameters(self: Shown) -> NDArray[Any]:
+    from .pictures import of_parameters
+
+    return of_parameters(self)
+
+
+def _report_parameters(self: Shown, path: str | os.PathLike[str], *, title: str | None = None) -> None:
+    """Write the report: one HTML file that needs nothing but a browser.
+
+    Parameters
+    ----------
+    path : path-like
+        The file to write; one that is there is replaced.
+    title : str, optional
+        Heading of the page.
+
+    Raises
+    ------
+    TypeError
+        Where the title is no text.
+    OSError
+        Where the file cannot be written.
+    """
+    from .report import write_parameters
+
+    write_parameters(self, path, None if title is None else _text(title))  # type: ignore[arg-type]
 
 
 def _plot_statics(self: StaticsResult, model: Model) -> NDArray[Any]:
@@ -509,17 +549,25 @@ def attach() -> None:
     _attach(MotionResult, "save", _save_motion, _SAVE.format(kinds=paraview, model=""))
     _attach(MotionResult, "to_xarray", _dataset_of_motion, _DATASET.format(model="", holds=trajectory))
     _attach(Simulation, "view", _view)
-    small = "``.lissom`` or ``.npz``"
-    _attach(EnsembleResult, "save", _save, _SAVE.format(kinds=small, model=""))
+    _attach(EnsembleResult, "save", _save_with, _SAVE.format(kinds=_ALL_KINDS, model=_MODEL))
     rows = "States, status and cost by rows; of places positions (m), or their mean and variance."
     _attach(EnsembleResult, "to_xarray", _dataset_of_ensemble, _DATASET.format(model=_NAMES, holds=rows))
     shown = "Draw the coordinates: their median and spread over time, or the last ones of each run."
     _attach(EnsembleResult, "plot", _plot_ensemble, f"{shown}\n{_NAMES}{_AXES}")
     _attach(EnsembleResult, "report", _report_ensemble)
+    _attach(Shown, "save", _save_plain, _SAVE.format(kinds=_ALL_KINDS, model=""))
+    _attach(
+        Shown, "to_xarray", _dataset_plain, _DATASET.format(model="", holds="With the parameters by name.")
+    )
+    drawn = "Draw derivatives of positions or coordinates, or what was measured beside what was fitted."
+    _attach(Shown, "plot", _plot_parameters, f"{drawn}\n{_AXES}")
+    _attach(Shown, "report", _report_parameters)
     holds = {
         StaticsResult: "The coordinates in equilibrium and the verdict.",
         ContinuationResult: "Coordinates, load factor, lowest eigenvalue and stability along the path.",
         ModesResult: "Frequencies (Hz), damping ratios, eigenvalues, shapes; real and imaginary parts apart.",
+        ReachResult: "The coordinates, poses of the links, and by how much they miss the targets.",
+        ActuateResult: "Inputs and coordinates, poses of the links, and by how much they miss the targets.",
     }
     for owner, held in holds.items():
         _attach(owner, "save", _save_with, _SAVE.format(kinds=_ALL_KINDS, model=_MODEL))

@@ -29,6 +29,14 @@ INPUT = re.compile(r"u(\[(?P<step>\d+)\](\[(?P<input>\d+)\])?)?")
 #: Parts of paths to what acts in a part of all states only.
 ONE_SIDED = frozenset(("contact", "contacts", "limits", "limit_stiffness", "limit_dissipation"))
 
+#: How paths to actuators begin; some of them, such as tendons of given length, act in a part of all states.
+OF_ACTUATORS = frozenset(("actuator", "actuators", "tendon", "tendons", "motor", "motors"))
+
+#: Arguments that are numbers where they are the same in all three directions.
+OF_ALL_DIRECTIONS = frozenset(
+    ("friction", "stiffness", "damping", "rotational_stiffness", "rotational_damping")
+)
+
 Term = tuple[Model, float]
 
 M = TypeVar("M", bound=Model)
@@ -78,7 +86,13 @@ class OfModel:
         path = self.path
 
         def with_value(value: float) -> Model:
-            other: Model = paths.replaced(self._model, path, value)
+            try:
+                other: Model = paths.replaced(self._model, path, value)
+            except ValueError as error:
+                raise ValueError(
+                    f"parameters: got {self.name!r}, expected a number that can change by itself: with "
+                    f"{value:.10g} in place of {self.value:.10g} the model is refused ({error})"
+                ) from None
             if other.n != self._model.n:
                 raise ValueError(
                     f"parameters: {self.name!r} changes the number of coordinates, expected one that does not"
@@ -108,8 +122,8 @@ def value_of(model: Model, name: str) -> float:
 
 
 def _number(value: Any, name: str) -> float:
-    # A radius that is the same at both ends, or friction that is the same in all directions.
-    of_all = 3 if name.endswith("friction") else 2
+    # A radius that is the same at both ends, or a stiffness that is the same in all directions.
+    of_all = 3 if name.rpartition(".")[2] in OF_ALL_DIRECTIONS else 2
     if isinstance(value, tuple) and len(value) == of_all and len(set(value)) == 1:
         value = value[0]
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
@@ -196,7 +210,10 @@ def _of_model(model: Model, name: str, materials: Materials) -> OfModel:
     value = _number(paths.found(model, path), name) if material is None else material.value
     parameter = OfModel(name, value, material, model)
     if material is None:
-        matters = not ONE_SIDED.isdisjoint(path) or _matters(parameter.terms)
+        acts_in_some_states = not ONE_SIDED.isdisjoint(path) or (
+            path[0] in OF_ACTUATORS and has_one_sided_forces(model)
+        )
+        matters = acts_in_some_states or _matters(parameter.terms)
     else:
         # Whatever moves by itself has inertia that matters.
         has_inertia = material.section is not None and path[-1] != "shear_correction"
@@ -233,9 +250,12 @@ def pose(model: Any, q: Array) -> Array:
 
 
 def place_derivative(
-    parameter: OfModel, q: Array, X: float | None, t: float, place: Mapping[str, Any]
+    parameter: OfModel, q: Array, X: float | None, t: Array, place: Mapping[str, Any]
 ) -> Array | None:
-    """How lengths and placements move a place while the coordinates stay; None where they do not."""
+    """How lengths, placements and prescribed motions move a place while the coordinates stay.
+
+    Of coordinates (k, n) at times (k,), shape (k, 3); None where they do not move it.
+    """
     if parameter.material is not None:
         return None
     moved = [

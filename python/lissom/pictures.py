@@ -11,10 +11,21 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ._lissom import ContinuationResult, EnsembleResult, Model, ModesResult, MotionResult, StaticsResult
+from ._lissom import (
+    ContinuationResult,
+    EnsembleResult,
+    Model,
+    ModesResult,
+    MotionResult,
+    Robot,
+    StaticsResult,
+)
 from .datasets import coordinates
+from .equilibria import EquilibriumSensitivityResult
 from .files import missing
+from .fits import FitResult
 from .results import energies, instants
+from .sensitivities import SensitivityResult
 from .spread import BAND, quantiles
 from .studies import Setting, way
 from .swings import frequency, swing
@@ -36,6 +47,9 @@ RATES = (1.0, 100.0)
 
 #: Most times of a curve: more than a screen can show.
 MOST_POINTS = 5000
+
+#: Most parameters that have axes of their own; the first ones.
+MOST_PARAMETERS = 12
 
 #: Pixels per inch of animations.
 RESOLUTION = 80
@@ -182,6 +196,64 @@ def of_ensemble(result: EnsembleResult, model: Model | None) -> NDArray[Any]:
     for line in [line for one in axes for line in one.lines]:
         line.set(linestyle="", marker=".")
     axes[-1].set_xlabel("row")
+    return axes  # type: ignore[no-any-return]
+
+
+def of_parameters(result: Any) -> NDArray[Any]:
+    """Derivatives of a run or of an equilibrium, or a fit beside what was measured."""
+    if isinstance(result, FitResult):
+        return _of_fit(result)
+    assert isinstance(result, SensitivityResult | EquilibriumSensitivityResult)
+    if result.dq is None:
+        assert result.gradient is not None
+        return _bars(result.names, {"derivative of the objective": result.gradient})
+    if isinstance(result, EquilibriumSensitivityResult):
+        bars = {f"of frequency {k + 1} (Hz)": row for k, row in enumerate(result.dfrequencies)}
+        if isinstance(result._model, Robot):
+            bars = dict(zip("xyz", result.position()[1], strict=True)) | bars
+        return _bars(result.names, bars or {"of the first coordinate": result.dq[0]})
+    at = instants(len(result.t), MOST_POINTS)
+    names, axes = list(result.names), _axes(min(len(result.names), MOST_PARAMETERS))
+    if isinstance(result._model, Robot):
+        values, labels, what = result.position(t=result.t[at])[1], ["x", "y", "z"], "tip (m)"
+    else:
+        known = coordinates(result._model, result.q.shape[1])
+        values, labels, what = result.dq[at], [c.name for c in known], "coordinates"
+    for i, one in enumerate(axes):
+        _curves(one, result.t[at], values[:, :, i], labels, f"{what} per unit of\n{names[i]}")
+    axes[-1].set_xlabel("time (s)")
+    return axes  # type: ignore[no-any-return]
+
+
+def _bars(names: Sequence[str], of_each: dict[str, Array]) -> NDArray[Any]:
+    axes = _axes(len(of_each))
+    for one, (label, values) in zip(axes, of_each.items(), strict=True):
+        one.barh(np.arange(len(names)), values)
+        one.set_yticks(np.arange(len(names)), names, fontsize="small")
+        one.invert_yaxis()
+        one.set_xlabel(f"{label} per unit of the parameter")
+        one.grid(alpha=0.3, axis="x")
+    return axes  # type: ignore[no-any-return]
+
+
+def _of_fit(result: FitResult) -> NDArray[Any]:
+    """What was measured as dots, the fitted model as lines, place after place; residuals below."""
+    fitted = result.measured + result.residuals
+    x: Array = np.arange(1.0, 1.0 + len(fitted)) if result.t is None else np.asarray(result.t)
+    below = "time (s)" if result.t is not None else "shape" if result.places else "mode"
+    places = result.places or ("",)
+    shown = [part.reshape(len(x), len(places), -1) for part in (result.measured, fitted, result.residuals)]
+    names, unit = (list("xyz"), "m") if result.places else ([""], "Hz")
+    axes = _axes(2 * len(places))
+    for k, place in enumerate(places):
+        upper, lower = axes[2 * k : 2 * k + 2]
+        what = f"position of {place}" if place else "frequency"
+        _curves(upper, x, shown[1][:, k], names, f"{what} ({unit})")
+        for line, values in zip(upper.lines, shown[0][:, k].T, strict=True):
+            upper.plot(x, values, ".", color=line.get_color(), markersize=3.0)
+        _curves(lower, x, shown[2][:, k], names, f"residual ({unit})")
+        lower.axhline(0.0, color="black", linewidth=0.8)
+    axes[-1].set_xlabel(below)
     return axes  # type: ignore[no-any-return]
 
 

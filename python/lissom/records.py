@@ -28,6 +28,7 @@ PARTS = {
         *("MotionResult", "StaticsResult", "ContinuationResult", "ModesResult", "EnsembleResult"),
         *("Balance", "BaseMotion", "Body", "CriticalPoint", "EquilibriumPath", "Fluid", "Harmonic", "Input"),
         *("Load", "Profile", "Robot", "Rod", "Section", "Segment", "SpringPendulum", "Statistics", "Support"),
+        *("ActuateResult", "ReachResult"),
     ),
     "links": (
         *("Cylindrical", "Free", "Link", "Mimic", "Planar", "Prismatic", "Revolute", "Spherical"),
@@ -36,6 +37,11 @@ PARTS = {
     "actuators": ("ActiveStrain", "Along", "Chamber", "Motor", "Tendon", "Via"),
     "loops": ("Distance", "Gear", "Loop", "LoopEnd"),
     "contacts": ("Ball", "Box", "Capsule", "Contact", "ConvexMesh", "HalfSpace", "HeightField", "Sphere"),
+    "fits": ("FitResult",),
+    "sensitivities": ("SensitivityResult",),
+    "equilibria": ("EquilibriumSensitivityResult",),
+    "parameters": ("OfInput", "OfModel", "OfStart"),
+    "materials": ("OfMaterial", "OfSection"),
 }
 
 #: Kinds of numbers and texts that arrays may have: truth values, integers, floats, complex numbers, text.

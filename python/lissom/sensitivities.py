@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ._lissom import LissomError, Model, Robot, finite_array, sensitivities, simulate
 from .parameters import OfInput, OfModel, OfStart, Parameter, names_of, place_derivative, resolved
+from .shown import Shown
 
 Array = NDArray[np.float64]
 
@@ -51,9 +52,11 @@ OF_STEPS = (
 )
 
 
-@dataclass(frozen=True)
-class SensitivityResult:
+@dataclass(frozen=True, eq=False, repr=False)
+class SensitivityResult(Shown):
     """A run and its derivatives.
+
+    It can be copied, pickled and saved, and has plots, reports and datasets.
 
     Attributes
     ----------
@@ -72,6 +75,9 @@ class SensitivityResult:
         Its derivatives with respect to the parameters.
     """
 
+    # Where pickles find it: there it has its methods.
+    __module__ = "lissom"
+
     names: tuple[str, ...]
     t: Array
     q: Array
@@ -80,8 +86,14 @@ class SensitivityResult:
     dv: Array | None
     value: float | None
     gradient: Array | None
-    _model: Model = field(repr=False)
-    _parameters: tuple[Parameter, ...] = field(repr=False)
+    _model: Model
+    _parameters: tuple[Parameter, ...]
+
+    def __repr__(self) -> str:
+        what = "gradient" if self.dq is None else f"{len(self.t)} states"
+        return (
+            f"<SensitivityResult: {what} with respect to {len(self.names)} parameters, n = {self.q.shape[1]}>"
+        )
 
     def position(
         self, X: float | None = None, *, link: str | None = None, t: ArrayLike | None = None
@@ -118,22 +130,16 @@ class SensitivityResult:
                 "objective: got one, expected none: then there are only derivatives of its value"
             )
         times, q, dq = self._between(t)
-        positions = np.empty((len(times), 3))
-        derivative = np.empty((len(times), 3, len(self.names)))
         place: dict[str, Any] = {"link": self._model.links[-1].name if link is None else link}
-        for k, time in enumerate(times):
-            positions[k] = self._model.pose(q[k], X, t=time, **place)[..., :3, 3]
-            derivative[k] = self._model.jacobian(q[k], X, t=time, **place)[3:] @ dq[k]
+        positions = self._model.pose(q, X, t=times, **place)[..., :3, 3]
+        derivative = self._model.jacobian(q, X, t=times, **place)[:, 3:] @ dq
         for i, parameter in enumerate(self._parameters):
             if not isinstance(parameter, OfModel):
                 continue
-            # Lengths and placements move places by themselves.
-            for k, time in enumerate(times):
-                by_itself = place_derivative(parameter, q[k], X, time, place)
-                if by_itself is None and k == 0:
-                    break
-                if by_itself is not None:
-                    derivative[k, :, i] += by_itself
+            # Lengths, placements and prescribed motions move places by themselves.
+            by_itself = place_derivative(parameter, q, X, times, place)
+            if by_itself is not None:
+                derivative[:, :, i] += by_itself
         return positions, derivative
 
     def _between(self, t: ArrayLike | None) -> tuple[Array, Array, Array]:
@@ -251,6 +257,14 @@ def sensitivity(
             raise TypeError(f"{name}: expected nothing, runs that are differentiated have no such option")
     if objective is not None and not callable(objective):
         raise TypeError(f"objective: expected a callable, got {type(objective).__name__}")
+    if getattr(model, "constraints", 0):
+        raise ValueError(
+            "model: expected one without closed loops and tendons that do not stretch, whose runs are not "
+            f"differentiated yet; got one with {model.constraints} constraints"  # type: ignore[attr-defined]
+        )
+    for name, given in (("t_end", t_end), ("t0", t0), ("dt", dt)):
+        if finite_array(given, name).ndim:
+            raise ValueError(f"{name}: got {given!r}, expected a number of seconds")
     held, control_step = _held(model, u, control_step, t_end - t0, dt)
     wanted = resolved(model, names_of(parameters), None if held is None else held.shape)
     scheme = {name: options[name] for name in OF_SCHEME if options.get(name) is not None}

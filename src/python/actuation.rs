@@ -451,7 +451,7 @@ pub(super) fn actuators_out<'py>(py: Python<'py>, robot: &Robot) -> PyResult<Bou
             Actuator::ActiveStrain(active) => {
                 let link = &robot.links[active.link];
                 let strain = STRAIN_NAMES[active.strain];
-                let shape = profile_out(py, &active.shape, link.length())?;
+                let shape = profile_out(py, &active.shape, link.length(), true)?;
                 arguments.set_item("amount", signal_out(py, &active.amount)?)?;
                 arguments.set_item("name", &active.name)?;
                 lissom.getattr("ActiveStrain")?.call((&link.name, strain, shape), Some(&arguments))
@@ -461,12 +461,19 @@ pub(super) fn actuators_out<'py>(py: Python<'py>, robot: &Robot) -> PyResult<Bou
     PyTuple::new(py, robot.actuators.iter().map(out).collect::<PyResult<Vec<_>>>()?)
 }
 
-/// What is read as the same profile again, to the last bit: a number, a table of two stations of what is linear, a
-/// `lissom.Profile`.
-fn profile_out<'py>(py: Python<'py>, values: &Profile<1>, length: f64) -> PyResult<Bound<'py, PyAny>> {
+/// What is read as the same profile again, to the last bit: a number, what is linear as two numbers where these are meant from the
+/// base to the tip (`is_whole`) and else as a table of two stations, a `lissom.Profile`. Where it can, it says nothing of the length,
+/// so that rods of other lengths take it, too.
+fn profile_out<'py>(
+    py: Python<'py>,
+    values: &Profile<1>,
+    length: f64,
+    is_whole: bool,
+) -> PyResult<Bound<'py, PyAny>> {
     use pyo3::IntoPyObjectExt;
     match values.parts() {
         Parts::Constant(&[number]) => number.into_bound_py_any(py),
+        Parts::Linear(&[[base], [tip]]) if is_whole => (base, tip).into_bound_py_any(py),
         Parts::Linear(&[[base], [tip]]) => ((0.0, length), (base, tip)).into_bound_py_any(py),
         Parts::Table(..) | Parts::Polynomial(_) => {
             profile::to_python(values, &[], length).into_bound_py_any(py)
@@ -477,8 +484,12 @@ fn profile_out<'py>(py: Python<'py>, values: &Profile<1>, length: f64) -> PyResu
 fn along_out<'py>(py: Python<'py>, robot: &Robot, along: &Along) -> PyResult<Bound<'py, PyAny>> {
     let link = &robot.links[along.link];
     let [y, z] = &along.offset;
-    let offset = (profile_out(py, y, link.length())?, profile_out(py, z, link.length())?);
-    py.import("lissom")?.getattr("Along")?.call1((&link.name, offset, <(f64, f64)>::from(along.along)))
+    let length = link.length();
+    let is_whole = along.along == [0.0, length];
+    let offset = (profile_out(py, y, length, is_whole)?, profile_out(py, z, length, is_whole)?);
+    // Along all of the rod, however long that is: its length may be swept, fitted or differentiated with respect to.
+    let ends = (!is_whole).then_some(<(f64, f64)>::from(along.along));
+    py.import("lissom")?.getattr("Along")?.call1((&link.name, offset, ends))
 }
 
 fn part_out<'py>(py: Python<'py>, robot: &Robot, part: &Part) -> PyResult<Bound<'py, PyAny>> {

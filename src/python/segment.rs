@@ -50,7 +50,8 @@ use crate::rod::{
 /// section : Section, optional
 ///     A section of another shape, or one of given stiffness and inertia.
 /// poisson_ratio : float, optional
-///     Poisson's ratio nu in (-1, 0.5], instead of the shear modulus: G = E/(2 (1 + nu)).
+///     Poisson's ratio nu in (-1, 0.5], instead of the shear modulus: G = E/(2 (1 + nu)). Then the shear modulus follows Young's
+///     modulus where that is swept, fitted or differentiated with respect to.
 ///
 /// Raises
 /// ------
@@ -157,6 +158,7 @@ impl PySegment {
             modes: modes.map_or(Ok([0; STRAINS]), mode_numbers)?,
             basis,
             retardation_time,
+            given_poisson_ratio: poisson_ratio,
             nodes: nodes.map(|nodes| convert::count(nodes, "nodes")).transpose()?,
             ..Segment::straight(length, 0.0, young_modulus, shear_modulus, density)
         };
@@ -208,7 +210,7 @@ impl PySegment {
     /// Poisson's ratio E/(2G) - 1; None where the section is given.
     #[getter]
     fn poisson_ratio(&self) -> Option<f64> {
-        self.of_material(self.0.poisson_ratio())
+        self.of_material(self.0.given_poisson_ratio.unwrap_or_else(|| self.0.poisson_ratio()))
     }
 
     /// Density in kilograms per cubic metre; None where the section is given.
@@ -337,10 +339,13 @@ impl PySegment {
             _ => arguments.push(format!("section={}", self.section().__repr__())),
         }
         if let Section::Shape(_) = section {
-            let Segment { young_modulus, shear_modulus, density, .. } = &self.0;
-            arguments.push(format!(
-                "young_modulus={young_modulus:?}, shear_modulus={shear_modulus:?}, density={density:?}"
-            ));
+            let Segment { young_modulus, shear_modulus, given_poisson_ratio, density, .. } = &self.0;
+            arguments.push(format!("young_modulus={young_modulus:?}"));
+            arguments.push(match given_poisson_ratio {
+                Some(ratio) => format!("poisson_ratio={ratio:?}"),
+                None => format!("shear_modulus={shear_modulus:?}"),
+            });
+            arguments.push(format!("density={density:?}"));
         }
         arguments.push(format!("modes={{{}}}, retardation_time={retardation_time:?}", modes.join(", ")));
         arguments.push(format!("reference_strain={strain}"));
@@ -362,7 +367,10 @@ impl PySegment {
             None => arguments.set_item("section", self.section())?,
         }
         arguments.set_item("young_modulus", self.young_modulus())?;
-        arguments.set_item("shear_modulus", self.shear_modulus())?;
+        match self.0.given_poisson_ratio {
+            Some(ratio) => arguments.set_item("poisson_ratio", ratio)?,
+            None => arguments.set_item("shear_modulus", self.shear_modulus())?,
+        }
         arguments.set_item("density", self.density())?;
         arguments.set_item("modes", self.modes(py)?)?;
         arguments.set_item("retardation_time", self.0.retardation_time)?;

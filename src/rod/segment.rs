@@ -27,6 +27,9 @@ pub struct Segment {
     pub young_modulus: f64,
     /// Shear modulus G in pascals.
     pub shear_modulus: f64,
+    /// Poisson's ratio, where the shear modulus was made from it. Nothing is computed from this: it tells what another Young's
+    /// modulus means for the shear modulus.
+    pub given_poisson_ratio: Option<f64>,
     /// Density in kg/m^3.
     pub density: f64,
     /// Number of modes of each strain component, in the order of [`STRAIN_NAMES`](crate::rod::STRAIN_NAMES). Of piecewise constant strains the
@@ -54,6 +57,7 @@ impl Segment {
             section: Section::circle([radius; 2]),
             young_modulus,
             shear_modulus,
+            given_poisson_ratio: None,
             density,
             modes: [0; STRAINS],
             basis: Basis::Legendre,

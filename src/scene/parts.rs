@@ -49,7 +49,12 @@ pub(super) fn segment(written: &Segment, here: &str, shape: &mut Shape) -> rod::
         section => {
             let [young_modulus, shear_modulus, density] = material(written, here, shape);
             let plain = rod::Segment::straight(written.length, 0.0, young_modulus, shear_modulus, density);
-            rod::Segment { section, shear_correction: section::shear_correction(written), ..plain }
+            rod::Segment {
+                section,
+                shear_correction: section::shear_correction(written),
+                given_poisson_ratio: written.poisson_ratio,
+                ..plain
+            }
         }
     };
     let key = format!("{here}.reference_strain");

@@ -24,6 +24,7 @@ SHORT = {
     "crawling_snake": ["--time", "0.5"],
     "overhand_knot": ["--time", "0.02"],
     "plectoneme": ["--levels", "1.7", "--dt", "5e-3"],
+    "tendon_robot_fit": ["--every", "160", "--runs", "5"],
 }
 
 

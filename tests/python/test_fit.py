@@ -227,3 +227,75 @@ def test_bad_measurements_are_refused(message):
     with pytest.raises((ValueError, TypeError)) as caught:
         REFUSED[message]()
     assert message in str(caught.value)
+
+
+def driven():
+    """A finger that a tendon bends by inputs that are known."""
+    pull = lissom.Tendon("pull", [lissom.Along(offset=(0, 0.006))], tension=lissom.Input("pull", 0.0))
+    segment = lissom.Segment(0.3, 0.01, 3e5, 5e5, 1100, **FINGER)
+    return lissom.Rod([segment], actuators=[pull])
+
+
+def test_motions_under_known_inputs():
+    u = np.abs(np.sin(0.9 * np.arange(20.0)))[:, None]
+    rows = iter(u)
+    run = lissom.simulate(driven(), 0.6, control=lambda t, q, v: next(rows), control_step=0.03)
+    tips = np.array([driven().pose(q)[:3, 3] for q in run.q[1:]])
+    found = lissom.fit(driven(), (run.t[1:], tips), GUESSES, u=u, control_step=0.03)
+    np.testing.assert_allclose(found.values, list(RIGHT.values()), rtol=1e-6)
+    without = lissom.fit(driven(), (run.t[1:], tips), GUESSES)
+    assert without.noise > 1e3 * found.noise
+
+
+def test_values_at_a_bound_are_named():
+    name = "segments[0].young_modulus"
+    found = lissom.fit(finger(), motion(finger()), {name: (1e5, 1.5e5, 2e5)})
+    assert found.at_bounds == (name,)
+    assert f"At a bound: {name}" in found.message
+    assert lissom.fit(finger(), motion(finger()), {name: (1e5, 1.5e5, 4e5)}).at_bounds == ()
+
+
+@pytest.mark.parametrize("kind", [lissom.LissomError, ValueError])
+def test_trial_runs_that_fail_turn_the_search_back(kind, monkeypatch):
+    from lissom import measurements
+
+    sensitivity = measurements.sensitivity
+
+    def failing(model, *arguments, **options):
+        if model.segments[0].young_modulus < 3.5e5 and not failed:
+            failed.append(model)
+            raise kind("the run did not come to its end: that was too much")
+        return sensitivity(model, *arguments, **options)
+
+    failed = []
+    monkeypatch.setattr(measurements, "sensitivity", failing)
+    found = lissom.fit(finger(), motion(finger()), GUESSES)
+    assert failed
+    np.testing.assert_allclose(found.values, list(RIGHT.values()), rtol=1e-6)
+    assert f"1 of {found.runs} trial runs failed" in found.message
+    # With the guess itself it is the caller's turn.
+    failed.clear()
+    with pytest.raises(kind, match="that was too much"):
+        lissom.fit(finger(), motion(finger()), GUESSES | {"segments[0].young_modulus": (1e5, 3e5, 1e6)})
+
+
+@pytest.mark.parametrize(
+    "guess", [np.float32(4e5), np.int64(400_000), [1e5, 4e5, 1e6], np.array([1e5, 4e5, 1e6])]
+)
+def test_guesses_are_numbers_of_any_kind(guess):
+    found = lissom.fit(finger(), motion(finger()), {"segments[0].young_modulus": guess})
+    np.testing.assert_allclose(found.values, [3e5], rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("changes", "kind", "message"),
+    [
+        ({"parameters": {"segments[0].radius": None}}, TypeError, "has None, expected a guess or"),
+        ({"parameters": {"segments[0].radius": (0.01, 0.02)}}, TypeError, "expected a guess or"),
+        ({"max_runs": 0}, ValueError, "max_runs: got 0, expected a whole number > 0"),
+    ],
+)
+def test_other_guesses_are_refused(changes, kind, message):
+    arguments = {"data": ([0.1, 0.2], np.zeros((2, 3))), "parameters": {"segments[0].radius": 0.01}} | changes
+    with pytest.raises(kind, match=message):
+        lissom.fit(finger(), **arguments)

@@ -139,6 +139,7 @@ def test_loads_in_time():
         (["gravity[2]", "gravity[2]"], "second time"),
         ([], "at least one"),
         (["gravity"], "a finite number"),
+        (["rod[1].segment[0].radius"], "rod[1]: the model is one rod, expected rod[0]"),
     ],
 )
 def test_names_are_refused(parameters, message):
@@ -164,6 +165,23 @@ def test_methods_and_models_are_refused():
     )
     with pytest.raises(ValueError, match="closed loops"):
         lissom.sensitivity(looped, 0.1, ["q0"])
+    held = lissom.Tendon("held", [lissom.Along(offset=(0, 0.006))], length=0.499)
+    with pytest.raises(
+        ValueError, match="tendons that do not stretch, whose runs are not differentiated yet"
+    ):
+        lissom.sensitivity(lissom.Rod(arm().segments, actuators=[held]), 0.1, ["q0"])
+
+
+@pytest.mark.parametrize("name", ["t_end", "t0", "dt"])
+def test_times_are_numbers(name):
+    for value, kind, message in (
+        ("soon", TypeError, "number"),
+        (np.nan, ValueError, "NaN"),
+        ([0.1], ValueError, ""),
+    ):
+        arguments = {"t_end": 0.1, "parameters": ["q0"]} | {name: value}
+        with pytest.raises(kind, match=f"^{name}: .*{message}"):
+            lissom.sensitivity(arm(), **arguments)
 
 
 def stopped():

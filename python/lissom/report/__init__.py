@@ -8,11 +8,14 @@ from pathlib import Path
 import numpy as np
 
 from .._lissom import ContinuationResult, EnsembleResult, Model, ModesResult, MotionResult, StaticsResult
+from ..equilibria import EquilibriumSensitivityResult
+from ..fits import FitResult
 from ..loop_marks import LoopMark
 from ..results import COUNTERS, Array, Made, Run
+from ..sensitivities import SensitivityResult
 from ..studies import Setting
 from ..views import Member
-from . import actuators, contacts, curves, ensembles, loops, motion, page, studies, text
+from . import actuators, contacts, curves, ensembles, loops, motion, page, parameters, studies, text
 
 
 def write(run: Run, path: Path) -> None:
@@ -59,6 +62,15 @@ def write_ensemble(
 ) -> None:
     """Write the report of many runs."""
     Path(path).write_text(page.render(ensembles.build(result, title, model)), encoding="utf-8")
+
+
+def write_parameters(
+    result: SensitivityResult | EquilibriumSensitivityResult | FitResult,
+    path: str | os.PathLike[str],
+    title: str | None,
+) -> None:
+    """Write the report of derivatives or of an identification."""
+    Path(path).write_text(page.render(parameters.build(result, title)), encoding="utf-8")
 
 
 def write_equilibrium(

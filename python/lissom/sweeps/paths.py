@@ -109,6 +109,9 @@ def document_text(document: dict[str, Any]) -> str:
 #: What scenes call by another name than classes do, beside plurals.
 PLURALS = {"body": "bodies", "tendon": "actuators", "chamber": "actuators", "motor": "actuators"}
 
+#: Arguments in place of which there may be another one.
+TWO_OF_ONE = {"poisson_ratio": "shear_modulus", "shear_modulus": "poisson_ratio"}
+
 
 def replaced(thing: Any, path: Sequence[Part], value: Any) -> Any:
     """A model, or a part of one, with another value at the end of a path; all else as it was.
@@ -130,9 +133,9 @@ def replacing(thing: Any, path: Sequence[Part]) -> Callable[[Any], Any]:
         for inside in reversed(within):
             parts = inside.parts.copy()
             parts[inside.key] = value
-            if inside.key == "poisson_ratio":
-                # Which says what this one would be.
-                parts.pop("shear_modulus", None)
+            # Each of the two says what the other one would be.
+            if inside.key in TWO_OF_ONE:
+                parts.pop(TWO_OF_ONE[inside.key], None)
             value = inside.made(parts)
         return value
 
@@ -164,6 +167,9 @@ class _Inside(NamedTuple):
 
 def _inside(thing: Any, path: Sequence[Part], done: int) -> _Inside:
     part = path[done]
+    if hasattr(thing, "tolist"):
+        # Numbers of a table or a matrix.
+        thing = thing.tolist()
     # A scene's `rod.segment[0]` is the first of a link's `rod`.
     if isinstance(thing, list | tuple) and done + 1 < len(path) and part in ("segment", "segments"):
         done += 1
@@ -198,6 +204,8 @@ def of_model(path: Sequence[Part], is_rod: bool) -> list[Part]:
     """A scene's path within its model: a rod is the model itself."""
     if is_rod and path[:1] == ["rod"]:
         rest = list(path[1:])
+        if rest and isinstance(rest[0], int) and rest[0] > 0:
+            raise ValueError(f"rod[{rest[0]}]: the model is one rod, expected rod[0]")
         return rest[1:] if rest[:1] == [0] else rest
     return list(path)
 
