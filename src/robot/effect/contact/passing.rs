@@ -4,13 +4,17 @@
 //! which lies in the convex hull of its corners: where the ball around these is clear of an obstacle, so is the patch; where it is not,
 //! the patch is halved. Two parts that both move are followed by conservative advancement (Mirtich 1996): as fast as their distance
 //! allows, they cannot have met.
+//!
+//! A solid that moves is looked at from its own axes. As these turn by the rotation vector a and a place beside their origin goes from
+//! d to d + e, it goes along a curve there, of which the second derivative is at most `a^2 |d| + 2 a |e|`. The way is divided until
+//! pieces of it are straight enough; what is left of their bend counts as depth.
 
-use crate::lie::Vector;
+use crate::lie::{Quaternion, Rotation, Vector};
 use crate::model::Radius;
 use crate::robot::algebra::distance::{between as distance, of_segments as distance_of_segments};
-use crate::robot::algebra::obstacle::Solid;
+use crate::robot::algebra::obstacle::{Placed, Pose, Solid};
 use crate::robot::plan::Plan;
-use crate::robot::plan::contact::{Pair, Side};
+use crate::robot::plan::contact::{Fixed, Pair, Side};
 use crate::robot::state::Workspace;
 use crate::robot::state::contact::{ContactState, Noted, Span};
 use crate::robot::turning::Turning;
@@ -21,10 +25,14 @@ const DEEP: f64 = 0.5;
 /// Ways and patches of less than that part of it hide nothing so deep.
 const SHALLOW: f64 = 0.2;
 
+/// Pieces of a way may bend by that part of it, and there are so many of them at most.
+const STRAIGHT: f64 = 0.05;
+const MOST_PIECES: usize = 64;
+
 /// Whether there is anything that has two sides.
 pub(crate) fn is_possible<G: Turning>(plan: &Plan<G>) -> bool {
     plan.contacts.pairs.iter().any(|pair| match pair.sides[1] {
-        Side::Solid(solid) => can_be_passed(&plan.contacts.solids[solid]),
+        Side::Solid(solid) => can_be_passed(&plan.contacts.solids[solid].solid),
         _ => true,
     })
 }
@@ -32,13 +40,14 @@ pub(crate) fn is_possible<G: Turning>(plan: &Plan<G>) -> bool {
 /// Takes down where surfaces are, as was seen last.
 pub(crate) fn note<G: Turning>(work: &mut Workspace<G>) {
     let contact = &mut work.contact;
-    let Noted { of, places, bounds, centres, .. } = &mut contact.noted;
+    let Noted { of, places, bounds, centres, poses, .. } = &mut contact.noted;
     of.clear();
     of.extend_from_slice(&work.kinematics_of);
     places.clear();
     places.extend(contact.samples.iter().map(|[place, _]| *place));
     bounds.clone_from(&contact.bounds);
     centres.clone_from(&contact.centres);
+    poses.clone_from(&contact.poses);
 }
 
 /// Finds how far the curves have moved since that.
@@ -78,7 +87,13 @@ pub(crate) fn has_passed<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, me
             })
         }
         [Side::Rod(curves), Side::Solid(solid)] => {
-            let solid = &plan.contacts.solids[*solid];
+            if let Some(moving) = ways.moving(*solid) {
+                return can_be_passed(moving.solid)
+                    && curves
+                        .clone()
+                        .any(|c| ways.parts(c).any(|part| moving.meets(part.ways, part.thin, measure)));
+            }
+            let solid = &plan.contacts.solids[*solid].solid;
             curves.clone().any(|c| {
                 let (centre, radius) = ways.bound(c);
                 can_be_passed(solid)
@@ -97,7 +112,10 @@ pub(crate) fn has_passed<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, me
                     Patch::beside([way; 2], there).is_deep_in(&solid, radius, measure.of(radius, other))
                 }
                 Side::Solid(solid) => {
-                    let solid = &plan.contacts.solids[*solid];
+                    if let Some(moving) = ways.moving(*solid) {
+                        return can_be_passed(moving.solid) && moving.meets([way; 2], radius, measure);
+                    }
+                    let solid = &plan.contacts.solids[*solid].solid;
                     can_be_passed(solid)
                         && Patch([way; 2]).is_deep_in(solid, radius, measure.of(radius, round(solid)))
                 }
@@ -115,7 +133,7 @@ fn can_be_passed(solid: &Solid) -> bool {
 
 /// The radius of what is round all over, zero of others.
 fn round(solid: &Solid) -> f64 {
-    if let Solid::Ball { radius, .. } = solid { *radius } else { 0.0 }
+    Placed { solid, pose: None }.round()
 }
 
 impl Radius {
@@ -172,6 +190,13 @@ impl<G: Turning> Ways<'_, G> {
         [self.work.contact.noted.centres[ball], self.work.contact.centres[ball]]
     }
 
+    /// A solid that moves in the frame, and how.
+    fn moving(&self, solid: usize) -> Option<Moving<'_>> {
+        let Fixed { on, solid: own } = &self.plan.contacts.solids[solid];
+        let contact = &self.work.contact;
+        on.map(|_| Moving::new(own, contact.noted.poses[solid], contact.poses[solid]))
+    }
+
     fn parts(&self, c: usize) -> impl Iterator<Item = Part> + '_ {
         let curve = &self.plan.contacts.curves[c];
         let seen = curve.first_sample..curve.first_sample + curve.samples.len();
@@ -199,6 +224,69 @@ impl<G: Turning> Ways<'_, G> {
                     && distance(centre, there) <= radius + of_other
                     && have_crossed(&part, &other, self.measure)
             })
+        })
+    }
+}
+
+/// A solid whose axes move straight on and turn evenly.
+struct Moving<'a> {
+    solid: &'a Solid,
+    poses: [Pose; 2],
+    /// The rotation vector of their turn, in the axes themselves.
+    turn: Vector<f64>,
+}
+
+impl<'a> Moving<'a> {
+    fn new(solid: &'a Solid, before: Pose, now: Pose) -> Self {
+        let seen = |axis: usize| before.rotation.apply_transposed(now.rotation.axis(axis));
+        let Quaternion { w, v } = Quaternion::of_rotation(&Rotation { x: seen(0), y: seen(1), z: seen(2) });
+        let sine = v.dot(v).sqrt();
+        // Of two quaternions the one of the shorter turn.
+        let angle = 2.0 * sine.atan2(w.abs()) * if w < 0.0 { -1.0 } else { 1.0 };
+        let turn = if sine > 0.0 { v * (angle / sine) } else { Vector::zero() };
+        Self { solid, poses: [before, now], turn }
+    }
+
+    /// Where a place on a way is in the axes, at a part of the way.
+    fn see(&self, [from, to]: Way, x: f64) -> Vector<f64> {
+        let [before, now] = &self.poses;
+        if x >= 1.0 {
+            return now.see(to);
+        }
+        let beside = from + (to - from) * x - (before.position + (now.position - before.position) * x);
+        let seen = before.rotation.apply_transposed(beside);
+        Quaternion::exp(self.turn * x).rotation().apply_transposed(seen)
+    }
+
+    /// Whether a rod or a ball of a radius on these ways meets it as deep as it did not begin.
+    fn meets(&self, ways: [Way; 2], radius: f64, measure: Radius) -> bool {
+        let measure = measure.of(radius, round(self.solid));
+        let [before, now] = &self.poses;
+        let mut bend: f64 = 0.0;
+        let angle = self.turn.dot(self.turn).sqrt();
+        for [from, to] in ways {
+            let [from, to] = [from - before.position, to - now.position];
+            let away = from.dot(from).max(to.dot(to)).sqrt();
+            bend = bend.max(angle * (angle * away + 2.0 * distance(from, to)));
+        }
+        // A curve is no further from its chord than an eighth of its second derivative.
+        bend /= 8.0;
+        let whole = Patch(ways.map(|way| [self.see(way, 0.0), self.see(way, 1.0)]));
+        let (centre, around) = whole.bound();
+        if measure <= 0.0 || self.solid.distance(centre).value >= radius + around + bend {
+            return false;
+        }
+        let pieces = ((bend / (STRAIGHT * measure)).sqrt().ceil() as usize).clamp(1, MOST_PIECES);
+        let left = bend / (pieces * pieces) as f64;
+        let deep = radius - DEEP * measure + left;
+        let [way, _] = whole.extents();
+        if way + 2.0 * bend <= SHALLOW * measure || whole.begins_in(self.solid, deep) {
+            return false;
+        }
+        (0..pieces).any(|i| {
+            let [from, to] = [i, i + 1].map(|i| i as f64 / pieces as f64);
+            let piece = Patch(ways.map(|way| [self.see(way, from), self.see(way, to)]));
+            piece.comes_nearer(self.solid, deep, SHALLOW * measure)
         })
     }
 }
@@ -233,9 +321,13 @@ impl Patch {
             return false;
         }
         let deep = radius - DEEP * measure;
+        !self.begins_in(solid, deep) && self.comes_nearer(solid, deep, SHALLOW * measure)
+    }
+
+    /// Whether it begins nearer to a solid than that.
+    fn begins_in(&self, solid: &Solid, deep: f64) -> bool {
         let [[a, _], [c, _]] = self.0;
-        let was_deep = [a, (a + c) * 0.5, c].into_iter().any(|place| solid.distance(place).value < deep);
-        !was_deep && self.comes_nearer(solid, deep, SHALLOW * measure)
+        [a, (a + c) * 0.5, c].into_iter().any(|place| solid.distance(place).value < deep)
     }
 
     /// Whether it comes nearer to a solid than that, as far as patches of that size tell.
