@@ -76,7 +76,7 @@ class HalfSpace:
 
 @dataclass(frozen=True)
 class Sphere:
-    """A ball that is fixed in the world, or to a link, where it is the same as a `Ball`.
+    """A ball that is fixed in the world, or to a link.
 
     Parameters
     ----------

@@ -5,9 +5,9 @@ use super::model::RobotModel;
 use crate::body::Body;
 use crate::contact::{Contact, Obstacle, Surface};
 use crate::joint::{Joint, JointForces};
+use crate::lie::Vector;
 use crate::linalg::Matrix;
 use crate::model::Model as _;
-use crate::lie::Vector;
 use crate::rod::{Section, Segment};
 
 /// Two thick rods and a floating body, one behind the other.
@@ -181,7 +181,10 @@ fn pairs_with_solids(bare: &mut RobotModel, q: &[f64]) -> Vec<(&'static str, [Su
         ),
         (
             "box of block on sphere",
-            [on_block(cuboid([0.0; 3])), Surface::Obstacle(Obstacle::Sphere { centre: under_block, radius: 0.06 })],
+            [
+                on_block(cuboid([0.0; 3])),
+                Surface::Obstacle(Obstacle::Sphere { centre: under_block, radius: 0.06 }),
+            ],
             1e-7,
         ),
     ]

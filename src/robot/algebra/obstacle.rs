@@ -70,6 +70,18 @@ impl Solid {
 }
 
 impl Solid {
+    /// How far it reaches from the origin of its axes.
+    pub(crate) fn reach(&self) -> f64 {
+        let size = |v: Vector<f64>| v.dot(v).sqrt();
+        match self {
+            Self::HalfSpace { .. } | Self::HeightField(_) => f64::INFINITY,
+            Self::Ball { centre, radius } => size(*centre) + radius,
+            Self::Capsule { ends, radius } => ends.iter().map(|end| size(*end)).fold(0.0, f64::max) + radius,
+            Self::Cuboid { centre, half_extents, .. } => size(*centre) + size(*half_extents),
+            Self::ConvexMesh(mesh) => mesh.reach(),
+        }
+    }
+
     /// Whether it consists of parts between which second derivatives of the distance jump.
     pub(crate) fn has_features(&self) -> bool {
         matches!(self, Self::Capsule { .. } | Self::Cuboid { .. } | Self::ConvexMesh(_))

@@ -379,10 +379,8 @@ mod tests {
 
     #[test]
     fn forces_of_solids_that_turn_change_as_they_say() {
-        let pose = Pose {
-            rotation: Quaternion::exp(v(0.2, -0.5, 0.3)).rotation(),
-            position: v(0.05, 0.02, -0.1),
-        };
+        let pose =
+            Pose { rotation: Quaternion::exp(v(0.2, -0.5, 0.3)).rotation(), position: v(0.05, 0.02, -0.1) };
         let centre = v(0.15, 0.25, 0.35);
         let motions = [[v(0.3, -0.2, 0.5), v(0.2, 0.1, -0.4)], [v(-0.1, 0.4, 0.2), v(0.05, -0.1, 0.1)]];
         let moved = [[v(0.3, 0.1, -0.2), v(0.5, -0.4, 0.2)], [v(0.1, 0.7, 0.3), v(-0.2, 0.3, 0.1)]];

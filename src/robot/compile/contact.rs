@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use super::links::Tree;
 use crate::contact::{Contact, Obstacle, Surface};
-use crate::lie::{Quaternion, Rotation, Vector};
+use crate::lie::{LANES, Lanes as _, Quaternion, Rotation, Vector};
 use crate::robot::algebra::convex_mesh::ConvexMesh;
 use crate::robot::algebra::height_field::HeightField;
 use crate::robot::algebra::obstacle::Solid;
@@ -244,9 +244,8 @@ impl<'a> Form<'a> {
         match surface {
             Surface::Rod { link } => Self::Rod { link: *link },
             Surface::Ball { position, radius, .. } => ball(*position, *radius),
-            Surface::Solid { shape: Obstacle::Sphere { centre, radius }, .. } => ball(*centre, *radius),
             Surface::Solid { shape, .. } | Surface::Obstacle(shape) => match (shape, other) {
-                // All others touch spheres as solids.
+                // Other shapes touch spheres as solids.
                 (Obstacle::Sphere { centre, radius }, Some(_)) => ball(*centre, *radius),
                 (Obstacle::HalfSpace { .. }, _) | (_, None) => Self::Solid(shape),
                 (_, Some(Obstacle::HalfSpace { .. })) => Self::corners(shape),
@@ -341,9 +340,30 @@ fn fixture<G: Turning>(contacts: &mut Contacts<G>, plan: &Plan<G>, point: Option
     known.unwrap_or_else(|| {
         let moved_by =
             point.map_or_else(Vec::new, |point| kinematics::moved_by(plan, &plan.points[point].place));
-        contacts.fixtures.push(Fixture { point, moved_by });
+        let turned_by = turned_by(plan, &moved_by);
+        contacts.fixtures.push(Fixture { point, moved_by, turned_by });
         contacts.fixtures.len() - 1
     })
+}
+
+/// The coordinates of pieces that turn what is moved by these, each with the largest rate at which a unit of it does.
+fn turned_by<G: Turning>(plan: &Plan<G>, moved_by: &[(usize, Vec<G::Pack>)]) -> Vec<(usize, f64)> {
+    let mut found = Vec::new();
+    for (p, weights) in moved_by {
+        let piece = &plan.pieces[*p];
+        if let Some(hinge) = &piece.hinge {
+            found.extend(hinge.turns.then_some((piece.first, 1.0)));
+            continue;
+        }
+        for component in piece.components.iter().filter(|component| component.index < G::ANGULAR) {
+            for (degree, basis) in piece.basis.chunks_exact(piece.packs).take(component.modes).enumerate() {
+                let products = weights.iter().zip(basis).map(|(&weight, &basis)| weight * basis);
+                let sizes = products.flat_map(|pack| (0..LANES).map(move |lane| pack.lane(lane).abs()));
+                found.push((component.first + degree, sizes.sum()));
+            }
+        }
+    }
+    found
 }
 
 /// A shape in the axes in which it is computed.

@@ -108,6 +108,8 @@ pub(crate) struct Fixture<P> {
     /// A point of the plan; nothing is the world, as a base that moves sees it.
     pub(crate) point: Option<usize>,
     pub(crate) moved_by: Vec<(usize, Vec<P>)>,
+    /// The coordinates that turn it, each with the largest rate at which a unit of it does.
+    pub(crate) turned_by: Vec<(usize, f64)>,
 }
 
 /// A ball that is fixed to something.

@@ -213,7 +213,8 @@ def carried(scene: Scene, motion: MotionResult) -> float:
     moves = max(np.abs(v).max() / REST, np.abs(a).max() / STILL) * LENGTH > 1.0
     if scene.weight is None or moves:
         return 0.0
-    names = [contact.name for contact in robot.contacts if not isinstance(contact.b, str | Ball)]
+    fixed = [contact for contact in robot.contacts if getattr(contact.b, "link", contact.b) is None]
+    names = [contact.name for contact in fixed]
     force = sum(robot.contact_forces(q, v, name=name)[5] for name in names)
     return float(abs(force / scene.weight - 1.0))
 

@@ -7,7 +7,8 @@
 //!
 //! A solid that moves is looked at from its own axes. As these turn by the rotation vector a and a place beside their origin goes from
 //! d to d + e, it goes along a curve there, of which the second derivative is at most `a^2 |d| + 2 a |e|`. The way is divided until
-//! pieces of it are straight enough; what is left of their bend counts as depth.
+//! pieces of it are straight enough; what is left of their bend counts as depth. Where it may have turned by so much that its axes
+//! do not tell how, it has passed through all that is within its reach.
 
 use crate::lie::{Quaternion, Rotation, Vector};
 use crate::model::Radius;
@@ -28,6 +29,9 @@ const SHALLOW: f64 = 0.2;
 /// Pieces of a way may bend by that part of it, and there are so many of them at most.
 const STRAIGHT: f64 = 0.05;
 const MOST_PIECES: usize = 64;
+
+/// Two poses tell of turns by less than half a revolution only: beyond that angle, in radians, steps are shortened.
+const LARGEST_TURN: f64 = 2.0;
 
 /// Whether there is anything that has two sides.
 pub(crate) fn is_possible<G: Turning>(plan: &Plan<G>) -> bool {
@@ -193,8 +197,13 @@ impl<G: Turning> Ways<'_, G> {
     /// A solid that moves in the frame, and how.
     fn moving(&self, solid: usize) -> Option<Moving<'_>> {
         let Fixed { on, solid: own } = &self.plan.contacts.solids[solid];
-        let contact = &self.work.contact;
-        on.map(|_| Moving::new(own, contact.noted.poses[solid], contact.poses[solid]))
+        let Workspace { contact, kinematics_of, .. } = self.work;
+        on.map(|fixture| {
+            let turned_by = &self.plan.contacts.fixtures[fixture].turned_by;
+            let change = |k: usize| (kinematics_of[k] - contact.noted.of[k]).abs();
+            let most_turn = turned_by.iter().map(|&(k, rate)| rate * change(k)).sum();
+            Moving::new(own, contact.noted.poses[solid], contact.poses[solid], most_turn)
+        })
     }
 
     fn parts(&self, c: usize) -> impl Iterator<Item = Part> + '_ {
@@ -234,17 +243,19 @@ struct Moving<'a> {
     poses: [Pose; 2],
     /// The rotation vector of their turn, in the axes themselves.
     turn: Vector<f64>,
+    /// In radians; it may have turned by more than the poses tell, but not by more than that.
+    most_turn: f64,
 }
 
 impl<'a> Moving<'a> {
-    fn new(solid: &'a Solid, before: Pose, now: Pose) -> Self {
+    fn new(solid: &'a Solid, before: Pose, now: Pose, most_turn: f64) -> Self {
         let seen = |axis: usize| before.rotation.apply_transposed(now.rotation.axis(axis));
         let Quaternion { w, v } = Quaternion::of_rotation(&Rotation { x: seen(0), y: seen(1), z: seen(2) });
         let sine = v.dot(v).sqrt();
         // Of two quaternions the one of the shorter turn.
         let angle = 2.0 * sine.atan2(w.abs()) * if w < 0.0 { -1.0 } else { 1.0 };
         let turn = if sine > 0.0 { v * (angle / sine) } else { Vector::zero() };
-        Self { solid, poses: [before, now], turn }
+        Self { solid, poses: [before, now], turn, most_turn }
     }
 
     /// Where a place on a way is in the axes, at a part of the way.
@@ -268,6 +279,12 @@ impl<'a> Moving<'a> {
             let [from, to] = [from - before.position, to - now.position];
             let away = from.dot(from).max(to.dot(to)).sqrt();
             bend = bend.max(angle * (angle * away + 2.0 * distance(from, to)));
+        }
+        if self.most_turn > LARGEST_TURN {
+            // It may have been all around.
+            let beside = |[from, to]: Way| [from - before.position, to - now.position];
+            let (centre, around) = Patch(ways.map(beside)).bound();
+            return measure > 0.0 && centre.dot(centre).sqrt() < self.solid.reach() + radius + around;
         }
         // A curve is no further from its chord than an eighth of its second derivative.
         bend /= 8.0;
