@@ -246,7 +246,7 @@ impl Surface {
                 check.positive(*radius, &format!("{place}.radius"), "metres");
             }
             _ => {
-                let expected = "a link with a rod, or a Ball or another shape on it";
+                let expected = "a link with a rod, or a Ball on it (or another shape)";
                 check.require(length > 0.0, place, "a link without a rod", expected);
             }
         }

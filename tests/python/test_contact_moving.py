@@ -239,7 +239,7 @@ def test_what_lies_on_a_floor_is_carried_by_corners(name):
         "capsule": Capsule((-0.05, 0, 0), (0.05, 0, 0), 0.05, link="body"),
     }[name]
     corners = 2 if name == "capsule" else 4
-    body = Link("body", joint=Free(), body=cuboid(0.2, (0.05,) * 3), position=(0, 0, 0.06))
+    body = Link("body", joint=Free(), body=cuboid(0.2, (0.05,) * 3), position=(0, 0, 0.05))
     contact = Contact(shape, HalfSpace(), stiffness=1e4, friction=0.3)
     robot = lissom.Robot([body], contacts=[contact])
     found = lissom.statics(robot)
@@ -266,7 +266,10 @@ def test_a_floor_that_is_tilted_lets_a_box_go():
     places = run.q[:, :3] + [0, 0, 0.02]
     speed = np.linalg.norm(run.v[:, :3] - np.cross([0, rate, 0], places), axis=1)
     slides = angles[np.flatnonzero((speed > 5e-3) & (run.t > 0.5))[0]]
-    assert slides == pytest.approx(math.atan(friction), abs=5e-3)
+    # From then on the acceleration grows with the angle, by g sqrt(1 + mu^2) a radian.
+    growth = GRAVITY * math.hypot(1.0, friction) * rate
+    wanted = math.atan(friction) + rate * math.sqrt(2 * 5e-3 / growth)
+    assert slides == pytest.approx(wanted, abs=2e-3)
 
 
 # Balls on plates
@@ -359,7 +362,7 @@ def test_tendon_fingers_hold_what_friction_can_carry(shape):
         name = f"finger {s}"
         fingers.append(Link(name, rod=[segment], position=(0.045 * s, 0, 0.05), orientation=turned(turn)))
         pull = lissom.Along(name, offset=(0.0, 0.006))
-        tendons.append(lissom.Tendon(f"tendon {s}", [pull], tension=([0, 0.3], [0.0, 2.0])))
+        tendons.append(lissom.Tendon(f"tendon {s}", [pull], tension=([0, 0.3], [0.0, 4.0])))
     surface = {
         "box": Box((0, 0, 0), half, link="body"),
         "capsule": Capsule((0, 0, -0.04), (0, 0, 0.04), 0.03, link="body"),
@@ -369,22 +372,23 @@ def test_tendon_fingers_hold_what_friction_can_carry(shape):
         Contact(finger.name, surface, friction=friction, slip_velocity=creep, name=finger.name)
         for finger in fingers
     ]
-    load = lissom.Load(link="body", force=([0, 0.5, 2.5], [[0, 0, 0], [0, 0, 0], [0, 0, -4.0]]))
+    load = lissom.Load(link="body", force=([0, 0.5, 1.5], [[0, 0, 0], [0, 0, 0], [0, 0, -0.5]]))
     robot = lissom.Robot(
         [*fingers, body], gravity=(0, 0, 0), loads=[load], actuators=tendons, contacts=contacts
     )
-    run = lissom.simulate(robot, 2.5, dt=2.5e-3)
+    run = lissom.simulate(robot, 1.5, dt=2.5e-3)
     assert run.success, run.message
     speed = -run.v[:, robot.slice("body")][:, 2]
-    slips = np.flatnonzero((run.t > 0.5) & (speed > 10 * creep))[0]
-    q, v = run.q[slips], run.v[slips]
-    touches = robot.touches(q, v, t=run.t[slips])
+    slips = np.flatnonzero((run.t > 0.5) & (speed > 5e-3))[0]
+    touches = robot.touches(run.q[slips], run.v[slips], t=run.t[slips])
     pressed = sum(float(touch.normal @ touch.force) for touch in touches)
     assert pressed > 0.5
-    sides = sum(touch.force[0] for touch in touches)
-    assert abs(sides) < 0.05 * pressed
-    assert 2 * (run.t[slips] - 0.5) == pytest.approx(friction * pressed, rel=0.02, abs=0.01)
-    assert speed[-1] > 0.5
+    # It gains that speed by what the force, which grows by 0.5 N/s, has beyond friction.
+    wanted = friction * pressed + 0.5 * math.sqrt(2 * 0.05 * 5e-3 / 0.5)
+    assert 0.5 * (run.t[slips] - 0.5) == pytest.approx(wanted, rel=0.02)
+    # All of it slides then.
+    sliding = sum(float(touch.force[2]) for touch in touches)
+    assert sliding == pytest.approx(-friction * pressed, rel=1e-3)
 
 
 def test_rods_that_fall_on_a_see_saw():
@@ -477,9 +481,10 @@ def test_masses_a_thousand_apart_rest_on_each_other(ratio):
 
 def test_shapes_along_a_rod_touch_where_they_are():
     """Plates at places inside a rod and at its tip, which lies on balls in the world."""
-    segment = lissom.Segment(0.4, radius=0.01, modes={"bend_y": 4, "bend_z": 2}, **RUBBER)
+    stiff = RUBBER | {"young_modulus": 5e7}
+    segment = lissom.Segment(0.4, radius=0.01, modes={"bend_y": 4, "bend_z": 2}, **stiff)
     rod = Link("rod", rod=[segment])
-    half = (0.02, 0.03, 0.005)
+    half = (0.03, 0.03, 0.005)
     contacts = [
         Contact(
             Box((0, 0, -0.015), half, link="rod", at=x), Sphere((x or 0.4, 0, -0.07 - 1e-3), 0.05),
@@ -495,12 +500,9 @@ def test_shapes_along_a_rod_touch_where_they_are():
     for name, touch in touches.items():
         pose = robot.pose(found.q, None if name == "None" else float(name))
         local = pose[:3, :3].T @ (touch.position - pose[:3, 3])
-        # The place is on the sphere, as deep in the lower face as it overlaps.
+        # The place is on the sphere, as deep in the lower face as it overlaps, and within that.
+        assert np.all(np.abs(local[:2]) < half[:2])
         assert local[2] == pytest.approx(-0.02 + touch.overlap, abs=1e-9)
-    # Forces have the potential that statics has found a minimum of.
-    weight = 1000 * math.pi * 0.01**2 * 0.4 * GRAVITY
-    carried = sum(-touch.force[2] * np.sign(touch.force[2]) * -1 for touch in touches.values())
-    assert carried < weight
 
 
 def test_tiny_and_deep_are_told():
