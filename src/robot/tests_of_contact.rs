@@ -131,7 +131,7 @@ fn pairs_with_solids(bare: &mut RobotModel, q: &[f64]) -> Vec<(&'static str, [Su
         }
     };
     let arm = || Surface::Rod { link: 0 };
-    let middle = at(0, Some(0.35), [0.0; 3]);
+    let beside_arm = at(0, Some(0.35), [0.05, 0.02, -0.04]);
     let on_block = |shape| Surface::Solid { link: 2, at: None, shape };
     let on_leg = |shape| Surface::Solid { link: 1, at: Some(0.25), shape };
     let cuboid = |centre| Obstacle::Cuboid {
@@ -143,11 +143,15 @@ fn pairs_with_solids(bare: &mut RobotModel, q: &[f64]) -> Vec<(&'static str, [Su
     let start = at(0, Some(0.35), [0.05, -0.3, -0.06]);
     let end = at(0, Some(0.35), [0.03, 0.4, 0.0]);
     let beside_leg = at(1, Some(0.25), [0.09, 0.02, 0.0]);
-    let under_block = at(2, None, [0.0, 0.0, -0.03]);
+    let [under_block, below] = [-0.03, -0.09].map(|z| at(2, None, [0.0, 0.0, z]));
     let half_space = |point| Obstacle::HalfSpace { point, normal: [0.1, -0.3, 1.0] };
     let ball = Surface::Ball { link: 2, at: None, position: [0.02, -0.01, 0.03], radius: 0.1 };
     vec![
-        ("arm on box of block", [arm(), on_block(cuboid(seen_from(2, None, middle)))], 1e-4),
+        (
+            "arm on sphere of block",
+            [arm(), on_block(Obstacle::Sphere { centre: seen_from(2, None, beside_arm), radius: 0.06 })],
+            1e-4,
+        ),
         ("arm on half-space of block", [arm(), on_block(half_space(seen_from(2, None, above)))], 1e-4),
         (
             "capsule of block on arm",
@@ -168,7 +172,7 @@ fn pairs_with_solids(bare: &mut RobotModel, q: &[f64]) -> Vec<(&'static str, [Su
             ],
             1e-7,
         ),
-        ("box of leg on ball", [on_leg(cuboid(seen_from(1, Some(0.25), under_block))), ball], 1e-7),
+        ("box of leg on ball", [on_leg(cuboid(seen_from(1, Some(0.25), below))), ball], 1e-7),
         (
             "box of block on half-space of leg",
             [on_block(cuboid([0.0; 3])), on_leg(half_space(seen_from(1, Some(0.25), under_block)))],
@@ -181,10 +185,7 @@ fn pairs_with_solids(bare: &mut RobotModel, q: &[f64]) -> Vec<(&'static str, [Su
         ),
         (
             "box of block on sphere",
-            [
-                on_block(cuboid([0.0; 3])),
-                Surface::Obstacle(Obstacle::Sphere { centre: under_block, radius: 0.06 }),
-            ],
+            [on_block(cuboid([0.0; 3])), Surface::Obstacle(Obstacle::Sphere { centre: below, radius: 0.06 })],
             1e-7,
         ),
     ]
