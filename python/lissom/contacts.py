@@ -379,3 +379,6 @@ class Touch:
     overlap: float
     sliding: NDArray[np.float64]
     along: tuple[float | None, float | None]
+
+    def __post_init__(self) -> None:
+        with_number(self, "overlap")

@@ -195,7 +195,7 @@ impl Meeting {
             + normal.dot(velocity - other_velocity)
             + normal.dot(turning.cross(slide));
         if self.is_carried {
-            rate_change = rate_change - normal.dot(other_turning.cross(way + slide));
+            rate_change -= normal.dot(other_turning.cross(way + slide));
         }
         let part = 1.0 - dissipation * rate;
         let force_change = if part > 0.0 {
