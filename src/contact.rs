@@ -14,7 +14,7 @@ use crate::error::{Checker, InvalidInput, Number};
 use crate::lie::QUATERNION_TOLERANCE;
 use crate::load::check_place;
 
-/// What is fixed in the world and can be touched.
+/// A shape that can be touched, fixed in the world or to a link: in the axes of what it is fixed to.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Obstacle {
     /// All that lies behind a plane.
@@ -73,6 +73,31 @@ pub enum Obstacle {
 }
 
 impl Obstacle {
+    /// Whether two shapes of which neither is a rod or a ball on a link can touch: through the centre of a sphere, or the corners
+    /// of a body beside a plane.
+    fn touches(&self, other: &Self) -> bool {
+        let has_corners = |shape: &Self| {
+            matches!(shape, Self::Capsule { .. } | Self::Cuboid { .. } | Self::ConvexMesh { .. })
+        };
+        match (self, other) {
+            (Self::Sphere { .. }, _) | (_, Self::Sphere { .. }) => true,
+            (Self::HalfSpace { .. }, shape) | (shape, Self::HalfSpace { .. }) => has_corners(shape),
+            _ => false,
+        }
+    }
+
+    /// What it is called in messages.
+    pub(crate) fn name(&self) -> &'static str {
+        match self {
+            Self::HalfSpace { .. } => "a half-space",
+            Self::Sphere { .. } => "a sphere",
+            Self::Capsule { .. } => "a capsule",
+            Self::Cuboid { .. } => "a box",
+            Self::HeightField { .. } => "a height field",
+            Self::ConvexMesh { .. } => "a convex mesh",
+        }
+    }
+
     /// Everything that is wrong with it.
     pub fn validate(&self) -> Result<(), InvalidInput> {
         let mut check = Checker::new();
@@ -165,6 +190,15 @@ pub enum Surface {
         /// Metres.
         radius: f64,
     },
+    /// A shape that is fixed to a link.
+    Solid {
+        /// The link, by its place among those of the robot.
+        link: usize,
+        /// Arc length from the base of the link's rod, in metres; `None` is the tip, or the base of a rigid link.
+        at: Option<f64>,
+        /// The shape, in the axes of the section or body there.
+        shape: Obstacle,
+    },
     /// What is fixed in the world.
     Obstacle(Obstacle),
 }
@@ -173,8 +207,16 @@ impl Surface {
     /// The link that it is on.
     pub fn link(&self) -> Option<usize> {
         match self {
-            Self::Rod { link } | Self::Ball { link, .. } => Some(*link),
+            Self::Rod { link } | Self::Ball { link, .. } | Self::Solid { link, .. } => Some(*link),
             Self::Obstacle(_) => None,
+        }
+    }
+
+    /// The shape of what is neither a rod nor a ball.
+    pub(crate) fn shape(&self) -> Option<&Obstacle> {
+        match self {
+            Self::Rod { .. } | Self::Ball { .. } => None,
+            Self::Solid { shape, .. } | Self::Obstacle(shape) => Some(shape),
         }
     }
 
@@ -187,23 +229,24 @@ impl Surface {
             check.require(false, &format!("{place}.link"), self.link().unwrap_or(0), "a link of the robot");
             return;
         };
+        if let Self::Ball { at: Some(x), .. } | Self::Solid { at: Some(x), .. } = self {
+            let place_at = format!("{place}.at");
+            if length > 0.0 {
+                check_place(check, *x, &place_at, length);
+            } else {
+                check.require(false, &place_at, Number(*x), "none: the link has no rod");
+            }
+        }
         match self {
-            Self::Ball { at, position, radius, .. } => {
-                let place_at = format!("{place}.at");
-                match at {
-                    Some(x) if length > 0.0 => {
-                        check_place(check, *x, &place_at, length);
-                    }
-                    Some(x) => {
-                        check.require(false, &place_at, Number(*x), "none: the link has no rod");
-                    }
-                    None => {}
-                }
+            Self::Solid { shape, .. } => {
+                check.nested(place, shape.validate());
+            }
+            Self::Ball { position, radius, .. } => {
                 check.finite(position, &format!("{place}.position"));
                 check.positive(*radius, &format!("{place}.radius"), "metres");
             }
             _ => {
-                let expected = "a link with a rod, or a Ball on it";
+                let expected = "a link with a rod, or a Ball on it (or another shape)";
                 check.require(length > 0.0, place, "a link without a rod", expected);
             }
         }
@@ -212,8 +255,8 @@ impl Surface {
 
 /// A pair of surfaces that can touch: they press on each other where they overlap.
 ///
-/// Along a rod they press with `f = k d max(0, 1 + c d')` a metre, where they overlap by d; two balls, or a ball and an
-/// obstacle, with as much at their point (Hunt and Crossley 1975). Friction is `-mu f v / sqrt(|v|^2 + v_s^2)` with the
+/// Along a rod they press with `f = k d max(0, 1 + c d')` a metre, where they overlap by d; a ball with as much at its point
+/// (Hunt and Crossley 1975). Boxes, meshes and capsules on links press on half-spaces so with each of their corners or ends. Friction is `-mu f v / sqrt(|v|^2 + v_s^2)` with the
 /// velocity v at which they slide.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Contact {
@@ -221,7 +264,8 @@ pub struct Contact {
     pub name: String,
     /// The first one is not an obstacle.
     pub surfaces: [Surface; 2],
-    /// k, in N/m^2 along rods and N/m of balls; of rods that of their material where it is `None`.
+    /// k, in N/m^2 along rods, in N/m of balls and of each corner of what touches a half-space; of rods that of their material
+    /// where it is `None`.
     pub stiffness: Option<f64>,
     /// c, in s/m.
     pub dissipation: f64,
@@ -270,8 +314,17 @@ impl Contact {
             !matches!(a, Surface::Obstacle(_)),
             "a",
             "an obstacle",
-            "what moves: the name of a link with a rod, or a Ball; obstacles come second",
+            "what moves: the name of a link with a rod, a Ball, or a shape on a link; obstacles come second",
         );
+        if let (Some(shape), Some(other)) = (a.shape(), b.shape()) {
+            check.require(
+                shape.touches(other),
+                "b",
+                format_args!("{} for {}", other.name(), shape.name()),
+                "a half-space, a sphere, a rod or a ball: with other shapes let one of the two be a rod \
+                 (without modes it is stiff) or balls, such as some at the corners of a box",
+            );
+        }
         let is_one = a.link().is_some() && a.link() == b.link();
         let is_self = matches!(self.surfaces, [Surface::Rod { .. }, Surface::Rod { .. }]);
         check.require(
@@ -290,7 +343,7 @@ impl Contact {
                     self.is_spread(),
                     "stiffness",
                     "None",
-                    "N/m, > 0: a rigid ball has no material",
+                    "N/m, > 0: what is rigid has no material",
                 );
             }
         }
@@ -304,7 +357,7 @@ impl Contact {
             is_even || matches!(a, Surface::Rod { .. }),
             "friction",
             "three coefficients",
-            "one number: a ball slides alike in all directions",
+            "one number: what is no rod slides alike in all directions",
         );
         check.positive(self.slip_velocity, "slip_velocity", "m/s");
         check.non_negative(self.patch_radius, "patch_radius", "metres");

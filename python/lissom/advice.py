@@ -154,7 +154,8 @@ def impact_time(model: Model, contact: Contact) -> float | None:
     of_rods = {link.name: link for link in view(model).links}
     names = [surface for surface in (contact.a, contact.b) if isinstance(surface, str)]
     rods = [of_rods[name] for name in names if name in of_rods]
-    if not rods or isinstance(contact.a, Ball) or isinstance(contact.b, Ball):
+    is_on_link = [isinstance(shape, Ball) or getattr(shape, "link", None) for shape in (contact.a, contact.b)]
+    if not rods or any(is_on_link):
         return None
     densities = [min(line_density(segment) for segment in rod.segments) for rod in rods]
     if min(densities) <= 0.0:

@@ -1,4 +1,4 @@
-"""What is drawn and plotted of what touches: obstacles, balls on links, where surfaces press and how hard.
+"""What is drawn and plotted of what touches: obstacles, balls and shapes on links, forces.
 
 Plain geometry and numbers, as functions of coordinates and time; how that looks is the reports' business.
 """
@@ -18,7 +18,7 @@ from .joint_marks import Pose
 
 Array = NDArray[np.float64]
 
-#: What obstacles are called.
+#: What shapes are called.
 WORDS = {
     HalfSpace: "a half space",
     Sphere: "a sphere",
@@ -48,6 +48,8 @@ class ContactMark:
     obstacle: Obstacle | None
     #: Poses of the centres of the balls on links among the two, and their radii, metres.
     balls: Sequence[tuple[Pose, float]]
+    #: Shapes on links among the two, with the poses of the axes that they are given in.
+    shapes: Sequence[tuple[Obstacle, Pose]]
     #: Force on the first surface in world axes, (k, 3), newtons: of (k, n) coordinates and velocities and
     #: (k,) times.
     force: Callable[[Array, Array, Array], Array]
@@ -73,16 +75,21 @@ def contact_marks(robot: Robot) -> Touching:
     return Touching([_mark(robot, contact) for contact in robot.contacts], partial(_touches, robot))
 
 
+def turn_of(orientation: Sequence[float]) -> Array:
+    """The rotation matrix of a unit quaternion."""
+    w, a, b, c = orientation
+    cross = np.array([[0, -c, b], [c, 0, -a], [-b, a, 0]])
+    turn: Array = np.eye(3) + 2 * w * cross + 2 * cross @ cross
+    return turn
+
+
 def ground(obstacle: HeightField) -> Array:
     """Where the heights of a field are, (k, l, 3), metres."""
     heights = np.asarray(obstacle.heights, float)
     spacing = np.broadcast_to(obstacle.spacing, 2)
     x, y = (step * np.arange(number) for step, number in zip(spacing, heights.shape, strict=True))
     grid = np.stack([*np.meshgrid(x, y, indexing="ij"), heights], axis=-1)
-    w, a, b, c = obstacle.orientation
-    cross = np.array([[0, -c, b], [c, 0, -a], [-b, a, 0]])
-    turn = np.eye(3) + 2 * w * cross + 2 * cross @ cross
-    placed: Array = np.asarray(obstacle.corner, float) + grid @ turn.T
+    placed: Array = np.asarray(obstacle.corner, float) + grid @ turn_of(obstacle.orientation).T
     return placed
 
 
@@ -110,16 +117,22 @@ def _mark(robot: Robot, contact: Contact) -> ContactMark:
         return np.asarray(robot.contact_forces(q, v, name=contact.name, t=t), float)[..., 3:]
 
     surfaces = (contact.a, contact.b)
-    obstacle = None if isinstance(contact.b, str | Ball) else contact.b
+    others = [surface for surface in surfaces if not isinstance(surface, str | Ball)]
+    obstacle = next((shape for shape in others if shape.link is None), None)
     balls = [(partial(_ball, robot, ball), ball.radius) for ball in surfaces if isinstance(ball, Ball)]
+    shapes = [(shape, partial(_axes, robot, shape)) for shape in others if shape.link is not None]
     between = " and ".join(_word(surface) for surface in surfaces)
-    return ContactMark(contact.name, between, obstacle, balls, force)
+    return ContactMark(contact.name, between, obstacle, balls, shapes, force)
 
 
 def _word(surface: object) -> str:
     if isinstance(surface, Ball):
         return f"a ball on {surface.link}"
-    return surface if isinstance(surface, str) else WORDS[type(surface)]
+    if isinstance(surface, str):
+        return surface
+    word = WORDS[type(surface)]
+    link = getattr(surface, "link", None)
+    return word if link is None else f"{word} on {link}"
 
 
 def _ball(robot: Robot, ball: Ball, q: Array, t: float | Array) -> Array:
@@ -127,3 +140,8 @@ def _ball(robot: Robot, ball: Ball, q: Array, t: float | Array) -> Array:
     beside = np.eye(4)
     beside[:3, 3] = ball.position
     return robot.pose(q, ball.at, link=ball.link, t=t) @ beside
+
+
+def _axes(robot: Robot, shape: Obstacle, q: Array, t: float | Array) -> Array:
+    """Poses of the axes that a shape on a link is given in."""
+    return robot.pose(q, shape.at, link=shape.link, t=t)

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     Vector: TypeAlias = Sequence[float]
-    #: What can touch: the name of a link with a rod, a ball on a link, an obstacle.
+    #: What can touch: the name of a link with a rod, a ball on a link, a shape in the world or on a link.
     Surface: TypeAlias = "str | Ball | HalfSpace | Sphere | Capsule | Box | HeightField | ConvexMesh"
 
 
@@ -40,6 +40,12 @@ def _in_rows(shape: object, name: str, expected: str) -> None:
     object.__setattr__(shape, name, tuple(tuple(float(x) for x in row) for row in found))
 
 
+def _place(shape: object) -> None:
+    """Makes a float of the place on a link, if there is one."""
+    if getattr(shape, "at", None) is not None:
+        with_number(shape, "at")
+
+
 @dataclass(frozen=True)
 class HalfSpace:
     """A floor or a wall: all that lies behind a plane.
@@ -50,18 +56,27 @@ class HalfSpace:
         A point of the plane, metres.
     normal : array_like, shape (3,)
         Outward normal, away from the filled half; of any length.
+    link : str, optional
+        The link that it is fixed to; by default it is fixed in the world. On a link positions and orientation
+        are in the axes of the section or body.
+    at : float, optional
+        Arc length of the link's unstretched rod, metres; by default the tip, or the base of a rigid link.
     """
 
     point: Vector = (0.0, 0.0, 0.0)
     normal: Vector = (0.0, 0.0, 1.0)
+    _: KW_ONLY
+    link: str | None = None
+    at: float | None = None
 
     def __post_init__(self) -> None:
         in_floats(self, "point", "normal")
+        _place(self)
 
 
 @dataclass(frozen=True)
 class Sphere:
-    """A ball that is fixed in the world.
+    """A ball that is fixed in the world, or to a link.
 
     Parameters
     ----------
@@ -69,14 +84,23 @@ class Sphere:
         Metres.
     radius : float
         Metres, > 0.
+    link : str, optional
+        The link that it is fixed to; by default it is fixed in the world. On a link positions and orientation
+        are in the axes of the section or body.
+    at : float, optional
+        Arc length of the link's unstretched rod, metres; by default the tip, or the base of a rigid link.
     """
 
     centre: Vector
     radius: float
+    _: KW_ONLY
+    link: str | None = None
+    at: float | None = None
 
     def __post_init__(self) -> None:
         in_floats(self, "centre")
         with_number(self, "radius")
+        _place(self)
 
 
 @dataclass(frozen=True)
@@ -89,20 +113,29 @@ class Capsule:
         Where the line begins and ends, metres.
     radius : float
         Metres, > 0.
+    link : str, optional
+        The link that it is fixed to; by default it is fixed in the world. On a link positions and orientation
+        are in the axes of the section or body.
+    at : float, optional
+        Arc length of the link's unstretched rod, metres; by default the tip, or the base of a rigid link.
     """
 
     start: Vector
     end: Vector
     radius: float
+    _: KW_ONLY
+    link: str | None = None
+    at: float | None = None
 
     def __post_init__(self) -> None:
         in_floats(self, "start", "end")
         with_number(self, "radius")
+        _place(self)
 
 
 @dataclass(frozen=True)
 class Box:
-    """A box that is fixed in the world.
+    """A box with sharp edges.
 
     Parameters
     ----------
@@ -112,14 +145,23 @@ class Box:
         Half the lengths of its edges, metres, > 0.
     orientation : array_like, shape (4,)
         Of its axes: unit quaternion (w, x, y, z).
+    link : str, optional
+        The link that it is fixed to; by default it is fixed in the world. On a link positions and orientation
+        are in the axes of the section or body.
+    at : float, optional
+        Arc length of the link's unstretched rod, metres; by default the tip, or the base of a rigid link.
     """
 
     centre: Vector
     half_extents: Vector
     orientation: Vector = (1.0, 0.0, 0.0, 0.0)
+    _: KW_ONLY
+    link: str | None = None
+    at: float | None = None
 
     def __post_init__(self) -> None:
         in_floats(self, "centre", "half_extents", "orientation")
+        _place(self)
 
 
 @dataclass(frozen=True)
@@ -139,18 +181,27 @@ class HeightField:
         Position above which the first height stands, metres.
     orientation : array_like, shape (4,)
         Of its axes: unit quaternion (w, x, y, z).
+    link : str, optional
+        The link that it is fixed to; by default it is fixed in the world. On a link positions and orientation
+        are in the axes of the section or body.
+    at : float, optional
+        Arc length of the link's unstretched rod, metres; by default the tip, or the base of a rigid link.
     """
 
     heights: Sequence[Vector]
     spacing: float | Vector
     corner: Vector = (0.0, 0.0, 0.0)
     orientation: Vector = (1.0, 0.0, 0.0, 0.0)
+    _: KW_ONLY
+    link: str | None = None
+    at: float | None = None
 
     def __post_init__(self) -> None:
         if np.ndim(self.spacing) == 0:
             object.__setattr__(self, "spacing", (self.spacing, self.spacing))
         in_floats(self, "spacing", "corner", "orientation")
         _in_rows(self, "heights", "rows of numbers")
+        _place(self)
 
 
 @dataclass(frozen=True)
@@ -165,11 +216,19 @@ class ConvexMesh:
         Triangles by the places of their corners in `points`, from 0, in any order. They enclose the body.
     radius : float
         Of the rounded edges, by which the body grows on all sides, metres, >= 0.
+    link : str, optional
+        The link that it is fixed to; by default it is fixed in the world. On a link positions and orientation
+        are in the axes of the section or body.
+    at : float, optional
+        Arc length of the link's unstretched rod, metres; by default the tip, or the base of a rigid link.
     """
 
     points: Sequence[Vector]
     faces: Sequence[Sequence[int]]
     radius: float = 0.0
+    _: KW_ONLY
+    link: str | None = None
+    at: float | None = None
 
     def __post_init__(self) -> None:
         _in_rows(self, "points", "points")
@@ -178,6 +237,7 @@ class ConvexMesh:
         if all(float(corner).is_integer() for face in faces for corner in face):
             object.__setattr__(self, "faces", tuple(tuple(int(corner) for corner in face) for face in faces))
         with_number(self, "radius")
+        _place(self)
 
 
 @dataclass(frozen=True)
@@ -220,15 +280,18 @@ class Contact:
 
     Parameters
     ----------
-    a : str or Ball
+    a : str, Ball, HalfSpace, Sphere, Capsule, Box, HeightField or ConvexMesh
         The moving surface: the name of a link, for its rod, with elliptic sections of their two half
-        extents (round against other rods, with the larger one); or a ball on a link.
+        extents (round against other rods, with the larger one); a ball on a link; or a shape with a `link`.
     b : str, Ball, HalfSpace, Sphere, Capsule, Box, HeightField or ConvexMesh
-        What it touches. The name of the same link stands for contact of a rod with itself, except between
-        places that are nearer to each other along the rod than about three diameters.
+        What it touches, on another link or in the world. The name of the same link stands for contact of a
+        rod with itself, except between places that are nearer to each other along the rod than about three
+        diameters. Of two shapes one is a `HalfSpace` or a `Sphere`: boxes, meshes and capsules touch
+        half-spaces with their corners or ends.
     stiffness : float, optional
         k: newtons per metre of overlap and metre of rod, N/m^2. By default that of the rods' material,
-        ``pi/4 E / (1 - nu^2)`` (Popov 2010, eq. 5.33). Where neither is a rod N/m, and to be given.
+        ``pi/4 E / (1 - nu^2)`` (Popov 2010, eq. 5.33). Where neither is a rod N/m, and to be given; boxes,
+        meshes and capsules have it at each corner or end that touches a half-space.
     dissipation : float
         c, s/m, >= 0. After a slow impact at the speed v the rebound has ``1 - 2 c v / 3`` of it.
     friction : float or array_like, shape (3,)
@@ -261,7 +324,7 @@ class Contact:
     (True, True)
     """
 
-    a: str | Ball
+    a: Surface
     b: Surface
     _: KW_ONLY
     stiffness: float | None = None
@@ -279,9 +342,9 @@ class Contact:
         if not self.name:
 
             def of(surface: Surface) -> str:
-                if isinstance(surface, str | Ball):
-                    return surface if isinstance(surface, str) else surface.link
-                return type(surface).__name__.lower()
+                if isinstance(surface, str):
+                    return surface
+                return surface.link or type(surface).__name__.lower()
 
             object.__setattr__(self, "name", f"{of(self.a)} on {of(self.b)}")
         check_contact(self)
@@ -296,7 +359,7 @@ class Touch:
     contact : str
         The name of the contact.
     position : ndarray, shape (3,)
-        Where on the first surface, metres.
+        Where on the first surface, metres; where that is a shape, on the rod or ball that touches it.
     normal : ndarray, shape (3,)
         From the second surface to the first, unit vector.
     force : ndarray, shape (3,)
@@ -316,3 +379,6 @@ class Touch:
     overlap: float
     sliding: NDArray[np.float64]
     along: tuple[float | None, float | None]
+
+    def __post_init__(self) -> None:
+        with_number(self, "overlap")

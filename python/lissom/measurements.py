@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from reprlib import repr
 from typing import Any, Protocol
 
 import numpy as np
@@ -78,7 +79,7 @@ class NaturalFrequencies:
         if values.ndim != 1 or not len(values):
             raise ValueError(f"values: got shape {values.shape}, expected (k,)")
         if values[0] <= 0 or (np.diff(values) <= 0).any():
-            raise ValueError(f"values: got {values.tolist()}, expected frequencies > 0 that increase")
+            raise ValueError(f"values: got {repr(values.tolist())}, expected frequencies > 0 that increase")
         object.__setattr__(self, "values", values)
         if self.u is not None:
             object.__setattr__(self, "u", finite_array(self.u, "u"))

@@ -34,12 +34,16 @@ fn surface_of(object: &Bound<'_, PyAny>, robot: Option<&Robot>) -> PyResult<Surf
         convert::number(&object.getattr(name)?)
             .map_err(|error| PyTypeError::new_err(format!("{name}: {}", error.value(object.py()))))
     };
-    let obstacle = match object.get_type().name()?.to_str()? {
+    let optional = |name: &str| {
+        let value = object.getattr(name)?;
+        PyResult::Ok(if value.is_none() { None } else { Some(value) })
+    };
+    let at = || optional("at")?.map(|at| convert::number(&at)).transpose();
+    let shape = match object.get_type().name()?.to_str()? {
         "Ball" => {
-            let at = object.getattr("at")?;
             return Ok(Surface::Ball {
                 link: link_of(&object.getattr("link")?, robot)?,
-                at: if at.is_none() { None } else { Some(convert::number(&at)?) },
+                at: at()?,
                 position: vector("position")?,
                 radius: number("radius")?,
             });
@@ -94,7 +98,13 @@ fn surface_of(object: &Bound<'_, PyAny>, robot: Option<&Robot>) -> PyResult<Surf
         }
         _ => return Err(wrong()),
     };
-    Ok(Surface::Obstacle(obstacle))
+    match (optional("link")?, at()?) {
+        (Some(link), at) => Ok(Surface::Solid { link: link_of(&link, robot)?, at, shape }),
+        (None, None) => Ok(Surface::Obstacle(shape)),
+        (None, Some(at)) => Err(PyValueError::new_err(format!(
+            "at: got {at} without a link, expected None: the shape is fixed in the world"
+        ))),
+    }
 }
 
 /// What touches of a robot, or of one that is not known yet.
@@ -131,11 +141,15 @@ pub(crate) fn check_contact(object: &Bound<'_, PyAny>) -> PyResult<()> {
     // Which links these are is not known; but whether they are one.
     let names = ["a", "b"].map(|place| {
         let surface = object.getattr(place)?;
-        surface.getattr_opt("link").map(|link| link.unwrap_or(surface))
+        PyResult::Ok(match surface.getattr_opt("link")? {
+            Some(link) if !link.is_none() => link,
+            _ => surface,
+        })
     });
     let [a, b] = names;
     if a?.ne(b?)?
-        && let Surface::Rod { link } | Surface::Ball { link, .. } = &mut found.surfaces[1]
+        && let Surface::Rod { link } | Surface::Ball { link, .. } | Surface::Solid { link, .. } =
+            &mut found.surfaces[1]
     {
         *link = 1;
     }
@@ -168,27 +182,46 @@ fn surface_out<'py>(py: Python<'py>, robot: &Robot, surface: &Surface) -> PyResu
             options.set_item("position", tuple(*position))?;
             lissom.getattr("Ball")?.call((robot.links[*link].name.as_str(), *radius), Some(&options))
         }
-        Surface::Obstacle(Obstacle::HalfSpace { point, normal }) => {
-            lissom.getattr("HalfSpace")?.call1((tuple(*point), tuple(*normal)))
+        Surface::Obstacle(shape) => shape_out(&lissom, shape, &PyDict::new(py)),
+        Surface::Solid { link, at, shape } => {
+            let options = PyDict::new(py);
+            options.set_item("link", &robot.links[*link].name)?;
+            options.set_item("at", at)?;
+            shape_out(&lissom, shape, &options)
         }
-        Surface::Obstacle(Obstacle::Sphere { centre, radius }) => {
-            lissom.getattr("Sphere")?.call1((tuple(*centre), *radius))
+    }
+}
+
+/// The Python object of a shape, with what it is on among the options.
+fn shape_out<'py>(
+    lissom: &Bound<'py, PyModule>,
+    shape: &Obstacle,
+    options: &Bound<'py, PyDict>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let tuple = <(f64, f64, f64)>::from;
+    let options = Some(options);
+    match shape {
+        Obstacle::HalfSpace { point, normal } => {
+            lissom.getattr("HalfSpace")?.call((tuple(*point), tuple(*normal)), options)
         }
-        Surface::Obstacle(Obstacle::Capsule { ends: [start, end], radius }) => {
-            lissom.getattr("Capsule")?.call1((tuple(*start), tuple(*end), *radius))
+        Obstacle::Sphere { centre, radius } => {
+            lissom.getattr("Sphere")?.call((tuple(*centre), *radius), options)
         }
-        Surface::Obstacle(Obstacle::Cuboid { centre, half_extents, orientation }) => {
+        Obstacle::Capsule { ends: [start, end], radius } => {
+            lissom.getattr("Capsule")?.call((tuple(*start), tuple(*end), *radius), options)
+        }
+        Obstacle::Cuboid { centre, half_extents, orientation } => {
             let orientation = <(f64, f64, f64, f64)>::from(*orientation);
-            lissom.getattr("Box")?.call1((tuple(*centre), tuple(*half_extents), orientation))
+            lissom.getattr("Box")?.call((tuple(*centre), tuple(*half_extents), orientation), options)
         }
-        Surface::Obstacle(Obstacle::HeightField { heights, shape, spacing, corner, orientation }) => {
+        Obstacle::HeightField { heights, shape, spacing, corner, orientation } => {
             let rows: Vec<_> = heights.chunks_exact(shape[1]).map(<[f64]>::to_vec).collect();
             let orientation = <(f64, f64, f64, f64)>::from(*orientation);
             let spacing = <(f64, f64)>::from(*spacing);
-            lissom.getattr("HeightField")?.call1((rows, spacing, tuple(*corner), orientation))
+            lissom.getattr("HeightField")?.call((rows, spacing, tuple(*corner), orientation), options)
         }
-        Surface::Obstacle(Obstacle::ConvexMesh { points, faces, radius }) => {
-            lissom.getattr("ConvexMesh")?.call1((points.clone(), faces.clone(), *radius))
+        Obstacle::ConvexMesh { points, faces, radius } => {
+            lissom.getattr("ConvexMesh")?.call((points.clone(), faces.clone(), *radius), options)
         }
     }
 }

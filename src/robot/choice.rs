@@ -56,20 +56,24 @@ fn touches_in(plane: &Plane, contact: &Contact, root: &Link) -> bool {
     contact.surfaces.iter().all(|surface| match surface {
         Surface::Rod { .. } => true,
         Surface::Ball { position, .. } => position[i] == 0.0,
+        // In the axes of a section or body that stays in the plane.
+        Surface::Solid { shape, .. } => lies_across(i, shape, 0.0),
         // Obstacles are seen from the root.
         Surface::Obstacle(obstacle) => {
-            root.orientation == [1.0, 0.0, 0.0, 0.0]
-                && match obstacle {
-                    Obstacle::HalfSpace { normal, .. } => normal[i] == 0.0,
-                    Obstacle::Sphere { centre, .. } => centre[i] == root.position[i],
-                    Obstacle::Capsule { ends, .. } => ends.iter().all(|end| end[i] == root.position[i]),
-                    // The nearest place may be anywhere.
-                    Obstacle::Cuboid { .. } | Obstacle::HeightField { .. } | Obstacle::ConvexMesh { .. } => {
-                        false
-                    }
-                }
+            root.orientation == [1.0, 0.0, 0.0, 0.0] && lies_across(i, obstacle, root.position[i])
         }
     })
+}
+
+/// Whether a shape is the same on both sides of the plane across an axis at that height, and pushes in it alone.
+fn lies_across(axis: usize, shape: &Obstacle, height: f64) -> bool {
+    match shape {
+        Obstacle::HalfSpace { normal, .. } => normal[axis] == 0.0,
+        Obstacle::Sphere { centre, .. } => centre[axis] == height,
+        Obstacle::Capsule { ends, .. } => ends.iter().all(|end| end[axis] == height),
+        // The nearest place may be anywhere.
+        Obstacle::Cuboid { .. } | Obstacle::HeightField { .. } | Obstacle::ConvexMesh { .. } => false,
+    }
 }
 
 /// Whether what a loop ties does not leave the plane: rows across it then hold by themselves.

@@ -551,7 +551,9 @@ impl<G: Turning> Sweeps<G> {
 
     /// Takes down where surfaces are in a shape: [`Self::have_passed`] goes on from there.
     pub(crate) fn note_surfaces(&mut self, q: &[f64]) {
-        if passing::is_possible(&self.plan) && !is_same_shape(&self.work.contact.noted.of, q) {
+        // A base that moves sees the world elsewhere in the same shape.
+        let is_noted = self.plan.world.motion.is_none() && is_same_shape(&self.work.contact.noted.of, q);
+        if passing::is_possible(&self.plan) && !is_noted {
             self.see_surfaces(q);
             passing::note(&mut self.work);
         }

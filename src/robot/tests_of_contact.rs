@@ -5,6 +5,7 @@ use super::model::RobotModel;
 use crate::body::Body;
 use crate::contact::{Contact, Obstacle, Surface};
 use crate::joint::{Joint, JointForces};
+use crate::lie::Vector;
 use crate::linalg::Matrix;
 use crate::model::Model as _;
 use crate::rod::{Section, Segment};
@@ -47,9 +48,13 @@ fn with(surfaces: [Surface; 2], friction: [f64; 3]) -> RobotModel {
     RobotModel::new(&Robot { contacts: vec![contact], ..Robot::new(links()) }).unwrap()
 }
 
+fn bare_model() -> RobotModel {
+    RobotModel::new(&Robot::new(links())).unwrap()
+}
+
 /// A ball on the body, and what it and the arm touch in the state that is looked at.
 fn pairs() -> Vec<(&'static str, [Surface; 2], f64)> {
-    let mut bare = RobotModel::new(&Robot::new(links())).unwrap();
+    let mut bare = bare_model();
     let q = state(bare.n(), 0.1);
     let mut at = |link, x| {
         let place = bare.place_on(link, x);
@@ -106,14 +111,92 @@ fn pairs() -> Vec<(&'static str, [Surface; 2], f64)> {
             1e-7,
         ),
     ]
+    .into_iter()
+    .chain(pairs_with_solids(&mut bare, &q))
+    .collect()
+}
+
+/// Solids on links, and what they touch in that state.
+fn pairs_with_solids(bare: &mut RobotModel, q: &[f64]) -> Vec<(&'static str, [Surface; 2], f64)> {
+    let mut seen_from = |link, at, point: [f64; 3]| {
+        let place = bare.place_on(link, at);
+        let pose = bare.pose_at(q, &place);
+        pose.rotation.apply_transposed(Vector::from(point) - pose.position).to_array()
+    };
+    let mut at = {
+        let mut bare = bare_model();
+        move |link, x, by: [f64; 3]| {
+            let place = bare.place_on(link, x);
+            (bare.pose_at(q, &place).position + Vector::from(by)).to_array()
+        }
+    };
+    let arm = || Surface::Rod { link: 0 };
+    let beside_arm = at(0, Some(0.35), [0.05, 0.02, -0.04]);
+    let on_block = |shape| Surface::Solid { link: 2, at: None, shape };
+    let on_leg = |shape| Surface::Solid { link: 1, at: Some(0.25), shape };
+    let cuboid = |centre| Obstacle::Cuboid {
+        centre,
+        half_extents: [0.05, 0.06, 0.04],
+        orientation: [0.8, 0.6, 0.0, 0.0],
+    };
+    let above = at(0, Some(0.35), [0.02, 0.01, 0.03]);
+    let start = at(0, Some(0.35), [0.05, -0.3, -0.06]);
+    let end = at(0, Some(0.35), [0.03, 0.4, 0.0]);
+    let beside_leg = at(1, Some(0.25), [0.09, 0.02, 0.0]);
+    let [under_block, below] = [-0.03, -0.09].map(|z| at(2, None, [0.0, 0.0, z]));
+    let half_space = |point| Obstacle::HalfSpace { point, normal: [0.1, -0.3, 1.0] };
+    let ball = Surface::Ball { link: 2, at: None, position: [0.02, -0.01, 0.03], radius: 0.1 };
+    vec![
+        (
+            "arm on sphere of block",
+            [arm(), on_block(Obstacle::Sphere { centre: seen_from(2, None, beside_arm), radius: 0.06 })],
+            1e-4,
+        ),
+        ("arm on half-space of block", [arm(), on_block(half_space(seen_from(2, None, above)))], 1e-4),
+        (
+            "capsule of block on arm",
+            [
+                on_block(Obstacle::Capsule {
+                    ends: [start, end].map(|point| seen_from(2, None, point)),
+                    radius: 0.05,
+                }),
+                arm(),
+            ],
+            1e-4,
+        ),
+        (
+            "ball on box of leg",
+            [
+                Surface::Ball { link: 2, at: None, position: seen_from(2, None, beside_leg), radius: 0.07 },
+                on_leg(cuboid([0.0; 3])),
+            ],
+            1e-7,
+        ),
+        ("box of leg on ball", [on_leg(cuboid(seen_from(1, Some(0.25), below))), ball], 1e-7),
+        (
+            "box of block on half-space of leg",
+            [on_block(cuboid([0.0; 3])), on_leg(half_space(seen_from(1, Some(0.25), under_block)))],
+            1e-7,
+        ),
+        (
+            "box of block on floor",
+            [on_block(cuboid([0.0; 3])), Surface::Obstacle(half_space(under_block))],
+            1e-7,
+        ),
+        (
+            "box of block on sphere",
+            [on_block(cuboid([0.0; 3])), Surface::Obstacle(Obstacle::Sphere { centre: below, radius: 0.06 })],
+            1e-7,
+        ),
+    ]
 }
 
 #[test]
 fn tangents_are_derivatives_and_power_is_accounted_for() {
     for (name, surfaces, tolerance) in pairs() {
         for friction in [[0.0; 3], [0.5; 3], [0.2, 0.7, 1.1]] {
-            let is_ball = matches!(surfaces[0], Surface::Ball { .. });
-            if is_ball && friction[0] != friction[2] {
+            let is_rod = matches!(surfaces[0], Surface::Rod { .. });
+            if !is_rod && friction[0] != friction[2] {
                 continue;
             }
             let mut model = with(surfaces.clone(), friction);

@@ -110,7 +110,7 @@ fn one(written: &document::Contact, here: &str, known: &Known, shape: &mut Shape
 /// What a surface is called in the name of a contact, as in Python.
 fn word<'a>(surface: &Surface, links: &'a [String]) -> &'a str {
     match surface {
-        Surface::Rod { link } | Surface::Ball { link, .. } => &links[*link],
+        Surface::Rod { link } | Surface::Ball { link, .. } | Surface::Solid { link, .. } => &links[*link],
         Surface::Obstacle(Obstacle::HalfSpace { .. }) => "halfspace",
         Surface::Obstacle(Obstacle::Sphere { .. }) => "sphere",
         Surface::Obstacle(Obstacle::Capsule { .. }) => "capsule",
@@ -164,7 +164,9 @@ fn surface(written: &ContactPlace, here: &str, known: &Known, shape: &mut Shape)
             Obstacle::ConvexMesh { points, faces, radius: written.radius.unwrap_or_default() }
         }
     };
-    Some(Surface::Obstacle(obstacle))
+    let Some(name) = &written.link else { return Some(Surface::Obstacle(obstacle)) };
+    let link = known.link(name, &format!("{here}.link"), shape)?;
+    Some(Surface::Solid { link, at: written.at, shape: obstacle })
 }
 
 /// The surface through heights that a table has; a flat one stands in where they are wrong.
@@ -212,7 +214,14 @@ fn check_keys(written: &Written, here: &str, shape: &mut Shape) {
     };
     let what = match written.kind {
         None => "a ball on a link".to_owned(),
+        Some(kind) if written.link.is_some() => format!("a shape of kind \"{}\" on a link", kind.name()),
         Some(kind) => format!("an obstacle of kind \"{}\"", kind.name()),
+    };
+    // All may be on links.
+    let of_links: &[&str] = match (written.kind, &written.link) {
+        (None, _) => &[],
+        (Some(_), Some(_)) => &["link", "at"],
+        (Some(_), None) => &["link"],
     };
     let given = [
         ("link", written.link.is_some()),
@@ -240,9 +249,10 @@ fn check_keys(written: &Written, here: &str, shape: &mut Shape) {
     }
     for (key, is_given) in given {
         let place = format!("{here}.{key}");
-        let (is_needed, is_other) = (needed.contains(&key), other.contains(&key));
+        let is_needed = needed.contains(&key);
+        let is_other = other.contains(&key) || of_links.contains(&key);
         if is_given && !is_needed && !is_other {
-            let taken: Vec<&str> = needed.iter().chain(other).copied().collect();
+            let taken: Vec<&str> = needed.iter().chain(other).chain(of_links).copied().collect();
             let right = format!("remove it: it takes {}", taken.join(", "));
             shape.refuse(&place, format!("{what} does not take it"), right);
         } else if !is_given && is_needed && shape.is_readable(&place) {

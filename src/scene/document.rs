@@ -449,8 +449,9 @@ pub(super) struct LoopEnd {
 pub(super) struct Contact {
     /// What results and messages call it. Default: the names of its surfaces, such as "rod on sphere".
     pub(super) name: Option<String>,
-    /// What moves: the name of a link, for the surface of its rod ("rod" where the scene has a [[rod]]), or a ball on a link,
-    /// such as { link = "finger", radius = 0.01 }.
+    /// What moves: the name of a link, for the surface of its rod ("rod" where the scene has a [[rod]]), or a ball or a shape on
+    /// a link, such as { link = "finger", radius = 0.01 } or { kind = "box", link = "palm", centre = [0, 0, 0], half_extents =
+    /// [0.02, 0.02, 0.01] }.
     #[schemars(example = &"rod")]
     pub(super) a: ContactPlace,
     /// What it touches: likewise, or an obstacle, such as { kind = "half_space" }. The same name twice is contact of a rod
@@ -458,6 +459,7 @@ pub(super) struct Contact {
     #[schemars(example = ContactSurface::example())]
     pub(super) b: ContactPlace,
     /// k, in N/m^2 along rods and N/m where neither is a rod. Default: that of the rods' material; of balls there is none.
+    /// Boxes, meshes and capsules on links have it at each corner or end where they touch a half space.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(super) stiffness: Option<f64>,
     /// c, in s/m: what bounces at a small speed v returns with 1 - 2 c v / 3 of it. Default: 1.
@@ -481,21 +483,22 @@ pub(super) struct Contact {
 pub(super) enum ContactPlace {
     /// The rod of a link.
     Name(String),
-    /// A ball or an obstacle.
+    /// A ball or another shape.
     Surface(Box<ContactSurface>),
 }
 
-/// A ball on a link: link, radius, at, position; or an obstacle that is fixed in the world: kind, and half_space: point,
+/// A ball on a link: link, radius, at, position; or a shape that is fixed in the world: kind, and half_space: point,
 /// normal; sphere: centre, radius; capsule: start, end, radius; box: centre, half_extents, orientation; height_field: heights,
-/// spacing, corner, orientation; convex_mesh: points, faces, radius.
+/// spacing, corner, orientation; convex_mesh: points, faces, radius. With link, and at, a shape moves with a link: its positions
+/// and orientation are then in the axes of the section or body.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct ContactSurface {
-    /// Kind of obstacle. Default: none, a ball on a link.
+    /// Kind of shape. Default: none, a ball on a link.
     pub(super) kind: Option<ObstacleKind>,
-    /// Name of the link that a ball is fixed to.
+    /// Name of the link that a ball or a shape is fixed to. Default, of shapes: the world.
     pub(super) link: Option<String>,
-    /// Arc length of the link's unstretched rod where a ball is, in metres. Default: the tip, or the link's body.
+    /// Arc length of the link's unstretched rod where it is, in metres. Default: the tip, or the link's body.
     #[schemars(range(min = 0.0))]
     pub(super) at: Option<f64>,
     /// Position of a ball's centre beside the section or body, in its axes, in metres. Default: [0, 0, 0].

@@ -117,6 +117,37 @@ def test_obstacles_and_balls_are_where_they_are():
     assert {thing.layer for thing in (sphere, rod, ends, box, ball)} <= set(layers.LEGEND)
 
 
+def test_shapes_on_links_are_drawn_where_these_go():
+    half = (0.1, 0.2, 0.3)
+    points = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
+    faces = [[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]]
+    shapes = [
+        Box((0.5, 0, 0), half, link="block"),
+        HalfSpace((0, 0, 0.1), link="block"),
+        Sphere((0, 1, 0), 0.2, link="block"),
+        Capsule((0, 0, 0), (0, 0, 1), 0.1, link="block"),
+        ConvexMesh(points, faces, link="block"),
+    ]
+    block = Link("block", joint=Free(), body=lissom.Body(1.0, inertia=(1, 1, 1)))
+    ball = Link("ball", joint=Free(), body=lissom.Body(1.0, inertia=(1, 1, 1)), position=(0, 0, 50))
+    pairs = [Contact(Ball("ball", 0.1), shape, stiffness=1e3, name=str(i)) for i, shape in enumerate(shapes)]
+    made = Robot([block, ball], contacts=pairs)
+    q = np.zeros((2, 12))
+    # A quarter turn about z, and shifted along x.
+    q[1, :6] = [3, 0, 0, 0, 0, np.pi / 2]
+    things = [thing for thing in drawn(made, q) if thing.layer == "shapes"]
+    assert [type(thing) for thing in things] == [Solid, Solid, Dots, Strand, Dots, Strand]
+    box, plate, sphere, bar, _, edges = things
+    np.testing.assert_allclose(box.centres, [[0.5, 0, 0], [3, 0.5, 0]], atol=1e-12)
+    np.testing.assert_allclose(np.abs(box.turns[1]), np.sqrt([0.5, 0, 0, 0.5]), atol=1e-12)
+    np.testing.assert_allclose(box.size, half)
+    np.testing.assert_allclose(plate.centres[:, 2] + plate.size[2], 0.1)
+    np.testing.assert_allclose(sphere.points[:, 0], [[0, 1, 0], [2, 0, 0]], atol=1e-12)
+    np.testing.assert_allclose(bar.points[1], [[3, 0, 0], [3, 0, 1]], atol=1e-12)
+    assert edges.points.shape[0] == 2
+    assert contact_marks(made).pairs[0].between == "a ball on ball and a box on block"
+
+
 def test_arrows_point_where_what_touches_is_pushed():
     made = robot(HalfSpace((0, 0, 0), (0, 0, 1)))
     high, low = np.zeros(9), np.zeros(9)

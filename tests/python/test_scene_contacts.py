@@ -8,7 +8,20 @@ import numpy as np
 import pytest
 
 import lissom
-from lissom import Ball, Body, Box, Capsule, Contact, Free, HalfSpace, Link, Revolute, Robot, Sphere
+from lissom import (
+    Ball,
+    Body,
+    Box,
+    Capsule,
+    Contact,
+    ConvexMesh,
+    Free,
+    HalfSpace,
+    Link,
+    Revolute,
+    Robot,
+    Sphere,
+)
 
 SCENES = Path(__file__).parents[2] / "scenes"
 
@@ -124,6 +137,34 @@ stiffness = 1e4
     assert scene(text, links=LINKS).model.contacts == wanted.contacts
 
 
+def test_scenes_fix_shapes_to_links():
+    text = """
+[[contact]]
+a = "arm"
+b = { kind = "box", link = "block", centre = [0, 0, -1], half_extents = [0.1, 0.2, 0.3] }
+[[contact]]
+name = "corners"
+a = { kind = "convex_mesh", link = "arm", at = 0.2, points = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]],
+      faces = [[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]], radius = 0.01 }
+b = { kind = "half_space", point = [0, 0, -9] }
+stiffness = 1e4
+[[contact]]
+a = { kind = "half_space", link = "block" }
+b = { kind = "sphere", centre = [0, 0, 5], radius = 0.5 }
+stiffness = 1e4
+"""
+    faces = [[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]]
+    mesh = ConvexMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], faces, 0.01, link="arm", at=0.2)
+    wanted = robot(
+        Contact("arm", Box((0, 0, -1), (0.1, 0.2, 0.3), link="block")),
+        Contact(mesh, HalfSpace((0, 0, -9)), stiffness=1e4, name="corners"),
+        Contact(HalfSpace(link="block"), Sphere((0, 0, 5), 0.5), stiffness=1e4),
+    )
+    found = scene(text).model
+    assert [str(contact) for contact in found.contacts] == [str(contact) for contact in wanted.contacts]
+    assert found.contacts[0].name == "arm on block"
+
+
 def test_a_rod_is_called_rod():
     rods = f"version = 1\n[[rod]]\n[[rod.segment]]\n{SEGMENT}"
     text = '[[contact]]\na = "rod"\nb = { kind = "half_space", point = [0, 0, -0.05] }\nfriction = 0.3\n'
@@ -156,6 +197,19 @@ GROUND = 'b = { kind = "half_space" }\n'
             "contact[0].b.normal",
             'an obstacle of kind "sphere" does not take it',
             "it takes centre, radius",
+        ),
+        (
+            'a = "arm"\nb = { kind = "half_space", at = 0.1 }\n',
+            "contact[0].b.at",
+            'an obstacle of kind "half_space" does not take it',
+            "it takes point, normal, link",
+        ),
+        ('a = "arm"\nb = { kind = "half_space", link = "blok" }\n', "contact[0].b.link", "blok", "block"),
+        (
+            'a = { kind = "half_space", link = "block" }\nstiffness = 1\n' + GROUND,
+            "contact[0].b",
+            "a half-space for a half-space",
+            "balls",
         ),
         (
             'a = "arm"\nb = { kind = "half_space", normal = [0, 0, 0] }\n',

@@ -1,4 +1,4 @@
-"""What touches: obstacles, balls on links, forces between surfaces."""
+"""What touches: obstacles, balls and shapes on links, forces between surfaces."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._lissom import LissomError
-from ..contact_marks import ContactMark, Obstacle, Touching, outline
+from ..contact_marks import WORDS, ContactMark, Obstacle, Touching, outline, turn_of
 from ..contacts import Box, ConvexMesh, HalfSpace, HeightField, Sphere, Touch
 from ..results import Made, Run
 from . import arrows, curves, plots
@@ -19,6 +19,9 @@ Array = NDArray[np.float64]
 #: Half the thickness of the plate that a half space is drawn as, and how far it reaches beyond what is shown,
 #: relative to the size of that.
 PLATE, BEYOND = 0.004, 0.08
+
+#: How thick the edges of shapes that move are drawn, relative to the size of the model.
+EDGE = 0.003
 
 #: Length of the arrow of a large force, relative to the model's size.
 ARROW = 0.22
@@ -37,11 +40,16 @@ INSTANTS = 2000
 def contacts(touching: Touching, shown: Shown, low: Array, high: Array) -> list[Thing]:
     """All that is drawn of what touches around what moves within a box."""
     things: list[Thing] = []
-    drawn = []
+    drawn: list[Obstacle] = []
     for mark in touching.pairs:
         if mark.obstacle is not None and mark.obstacle not in drawn:
             drawn.append(mark.obstacle)
             things += _obstacle(mark.name, mark.obstacle, low, high)
+        for shape, pose in mark.shapes:
+            if shape not in drawn:
+                drawn.append(shape)
+                poses = np.broadcast_to(pose(shown.q, shown.t), (len(shown.q), 4, 4))
+                things += _moving(f"{WORDS[type(shape)]} on {shape.link}", shape, poses, shown.size)
         for pose, radius in mark.balls:
             points = np.broadcast_to(pose(shown.q, shown.t), (len(shown.q), 4, 4))[:, None, :3, 3]
             things.append(Dots([f"ball of {mark.name}"], "balls", points, radius))
@@ -68,6 +76,37 @@ def _obstacle(name: str, obstacle: Obstacle, low: Array, high: Array) -> list[Th
         Strand(name, "obstacles", ends, radius),
         Dots([name, name], "obstacles", ends, obstacle.radius),
     ]
+
+
+def _moving(name: str, shape: Obstacle, poses: Array, size: float) -> list[Thing]:
+    """A shape on a link, whose axes have these poses (shapes, 4, 4)."""
+    turns, places = poses[:, :3, :3], poses[:, :3, 3]
+
+    def placed(points: Array) -> Array:
+        moved: Array = np.einsum("kij,pj->kpi", turns, np.asarray(points, float)) + places[:, None]
+        return moved
+
+    layer = "shapes"
+    if isinstance(shape, HalfSpace):
+        plate = _plate(name, shape, *(np.asarray(shape.point) + 0.5 * side * size for side in (-1, 1)))
+        w, x, y, z = plate.turns[0]
+        centre, own, half = plate.centres, turn_of((w, x, y, z)), plate.size
+    elif isinstance(shape, Box):
+        centre, own, half = (
+            np.array([shape.centre]),
+            turn_of(shape.orientation),
+            np.array(shape.half_extents),
+        )
+    elif isinstance(shape, Sphere):
+        return [Dots([name], layer, placed(np.array([shape.centre])), shape.radius)]
+    elif isinstance(shape, HeightField | ConvexMesh):
+        radius = max(getattr(shape, "radius", 0.0), EDGE * size)
+        return [Strand(name, layer, placed(outline(shape)), np.array([radius]))]
+    else:
+        ends = placed(np.array([shape.start, shape.end]))
+        bar = Strand(name, layer, ends, np.array([shape.radius]))
+        return [bar, Dots([name, name], layer, ends, shape.radius)]
+    return [Solid(name, layer, "box", half, placed(centre)[:, 0], quaternions(turns @ own))]
 
 
 def _plate(name: str, floor: HalfSpace, low: Array, high: Array) -> Solid:

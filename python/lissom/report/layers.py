@@ -29,6 +29,7 @@ LEGEND: dict[str, str] = {
     "loops": theme.BLUE,
     "obstacles": theme.STEEL,
     "balls": theme.ORANGE,
+    "shapes": theme.ORANGE,
     "tendons": theme.GOLD,
     "chambers": theme.CYAN,
     "motors": theme.PURPLE,

@@ -137,8 +137,9 @@ class Tactile(OfContact):
         names = [contact.name for contact in self.robot.contacts]
         first = self.robot.contacts[names.index(str(self.contact))].a
         if not isinstance(first, str):
+            word = type(first).__name__.lower()
             raise ValueError(
-                f"cells: got {len(edges) - 1}, expected None: {first.link!r} touches with a ball, not a rod"
+                f"cells: got {len(edges) - 1}, expected None: {first.link!r} touches with a {word}, not a rod"
             )
         self._set("cells", tuple(edges.tolist()))
         self._set("_edges", edges)

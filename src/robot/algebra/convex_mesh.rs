@@ -55,6 +55,12 @@ impl ConvexMesh {
         Self { faces: faces.iter().map(face).collect(), radius }
     }
 
+    /// How far it reaches from the origin.
+    pub(crate) fn reach(&self) -> f64 {
+        let corners = self.faces.iter().flat_map(|face| face.corners);
+        corners.map(|corner| corner.dot(corner).sqrt()).fold(0.0, f64::max) + self.radius
+    }
+
     /// What is nearest to a point: the nearest face inside; the nearest face, edge or corner outside.
     fn nearest(&self, point: Vector<f64>) -> Nearest {
         let mut highest = (f64::NEG_INFINITY, 0);

@@ -1,7 +1,7 @@
 //! Where the edge of an elliptic section is nearest to what it touches.
 
 use super::distance::Distance;
-use super::obstacle::Solid;
+use super::obstacle::Placed;
 use crate::lie::Vector;
 
 /// Steps of Newton's method, of at most that many radians, and halvings of one.
@@ -30,7 +30,7 @@ pub(crate) struct Nearest {
 }
 
 /// The nearest place of the ellipse about a centre with these semi-axes, which stand across each other.
-pub(crate) fn nearest(solid: &Solid, centre: Vector<f64>, [a, b]: [Vector<f64>; 2]) -> Nearest {
+pub(crate) fn nearest(solid: &Placed<'_>, centre: Vector<f64>, [a, b]: [Vector<f64>; 2]) -> Nearest {
     let beside = |angle: f64| {
         let (sine, cosine) = angle.sin_cos();
         [a * cosine + b * sine, b * cosine - a * sine]
@@ -83,6 +83,7 @@ pub(crate) fn nearest(solid: &Solid, centre: Vector<f64>, [a, b]: [Vector<f64>; 
 
 #[cfg(test)]
 mod tests {
+    use super::super::obstacle::Solid;
     use super::*;
     use crate::lie::Quaternion;
     use proptest::prelude::*;
@@ -108,7 +109,8 @@ mod tests {
             ];
             let (omega, centre) = (v(omega), v(way));
             let semi = turned(omega);
-            for solid in solids {
+            for solid in &solids {
+                let solid = Placed { solid, pose: None };
                 let found = nearest(&solid, centre, semi);
                 let tried = (0..720).map(|k| {
                     let (s, c) = (f64::from(k) * 0.5_f64.to_radians()).sin_cos();
@@ -120,6 +122,7 @@ mod tests {
             }
             // On a ball, where nothing has a kink.
             let solid = Solid::Ball { centre: Vector::zero(), radius: 0.1 };
+            let solid = Placed { solid: &solid, pose: None };
             let here = nearest(&solid, centre, semi);
             let Rolling { along, of_turn, of_shift } = here.rolling;
             // Where the ellipse is no circle as the ball sees it.

@@ -1,13 +1,15 @@
 //! Distances of points from what can be touched, and how they change as the points move.
+//!
+//! A solid that moves is known in its own axes: points are seen from there, and what is found is turned back.
 
 use std::sync::Arc;
 
 use super::convex_mesh::ConvexMesh;
 use super::distance::{Distance, SHORTEST};
 use super::height_field::HeightField;
-use crate::lie::{Rotation, Symmetric, Vector};
+use crate::lie::{Geometry as _, Rotation, Spatial, Symmetric, Vector};
 
-/// What can be touched, in space and the frame of the plan.
+/// What can be touched, in the axes that it is fixed in.
 #[derive(Clone, Debug)]
 pub(crate) enum Solid {
     HalfSpace {
@@ -68,6 +70,18 @@ impl Solid {
 }
 
 impl Solid {
+    /// How far it reaches from the origin of its axes.
+    pub(crate) fn reach(&self) -> f64 {
+        let size = |v: Vector<f64>| v.dot(v).sqrt();
+        match self {
+            Self::HalfSpace { .. } | Self::HeightField(_) => f64::INFINITY,
+            Self::Ball { centre, radius } => size(*centre) + radius,
+            Self::Capsule { ends, radius } => ends.iter().map(|end| size(*end)).fold(0.0, f64::max) + radius,
+            Self::Cuboid { centre, half_extents, .. } => size(*centre) + size(*half_extents),
+            Self::ConvexMesh(mesh) => mesh.reach(),
+        }
+    }
+
     /// Whether it consists of parts between which second derivatives of the distance jump.
     pub(crate) fn has_features(&self) -> bool {
         matches!(self, Self::Capsule { .. } | Self::Cuboid { .. } | Self::ConvexMesh(_))
@@ -120,6 +134,60 @@ fn cuboid(point: [f64; 3], half: [f64; 3], axes: &Rotation<f64>) -> Distance {
     Distance { value: length, normal, curvature: (curvature - Symmetric::square(normal)) * length.recip() }
 }
 
+/// Where the axes are that something is fixed in.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Pose {
+    pub(crate) rotation: Rotation<f64>,
+    pub(crate) position: Vector<f64>,
+}
+
+impl Pose {
+    pub(crate) fn unmoved() -> Self {
+        Self { rotation: Rotation::identity(), position: Vector::zero() }
+    }
+
+    /// Where a point of these axes is.
+    pub(crate) fn place(&self, point: Vector<f64>) -> Vector<f64> {
+        self.position + self.rotation.apply(point)
+    }
+
+    /// Where a point is in these axes.
+    pub(crate) fn see(&self, point: Vector<f64>) -> Vector<f64> {
+        self.rotation.apply_transposed(point - self.position)
+    }
+}
+
+/// A solid where it is, in space and the frame of the plan.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Placed<'a> {
+    pub(crate) solid: &'a Solid,
+    /// Of its axes, unless they are those of the frame.
+    pub(crate) pose: Option<&'a Pose>,
+}
+
+impl Placed<'_> {
+    /// How far a point is from it.
+    pub(crate) fn distance(&self, point: Vector<f64>) -> Distance {
+        let Some(pose) = self.pose else { return self.solid.distance(point) };
+        let Distance { value, normal, curvature } = self.solid.distance(pose.see(point));
+        Distance {
+            value,
+            normal: pose.rotation.apply(normal),
+            curvature: Spatial::<false>::rotate_second_moment(&pose.rotation, &curvature),
+        }
+    }
+
+    /// See [`Solid::feature`].
+    pub(crate) fn feature(&self, point: Vector<f64>) -> [usize; 3] {
+        self.solid.feature(self.pose.map_or(point, |pose| pose.see(point)))
+    }
+
+    /// The radius of what is round all over, zero of others.
+    pub(crate) fn round(&self) -> f64 {
+        if let Solid::Ball { radius, .. } = self.solid { *radius } else { 0.0 }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -148,17 +216,21 @@ mod tests {
             v(0.05, 0.3, -0.4),
         ];
         let h = 1e-5;
-        for solid in solids {
-            for point in points {
-                let Distance { normal, curvature, .. } = solid.distance(point);
-                assert!((normal.dot(normal) - 1.0).abs() < 1e-12);
-                for axis in [v(1.0, 0.0, 0.0), v(0.0, 1.0, 0.0), v(0.0, 0.0, 1.0)] {
-                    let [ahead, behind] = [h, -h].map(|h| solid.distance(point + axis * h));
-                    let slope = (ahead.value - behind.value) / (2.0 * h);
-                    assert!((slope - normal.dot(axis)).abs() < 1e-9, "{solid:?} {point:?}");
-                    let change = (ahead.normal - behind.normal) * (0.5 / h) - curvature.times(axis);
-                    assert!(change.dot(change).sqrt() < 1e-7, "{solid:?} {point:?} {change:?}");
-                }
+        let pose = Pose {
+            rotation: Quaternion::from_array([0.6, 0.0, 0.64, -0.48]).rotation(),
+            position: v(0.2, -0.1, 0.05),
+        };
+        let places = solids.iter().flat_map(|solid| points.map(|point| (solid, point)));
+        for ((solid, point), pose) in places.flat_map(|place| [(place, None), (place, Some(&pose))]) {
+            let solid = Placed { solid, pose };
+            let Distance { normal, curvature, .. } = solid.distance(point);
+            assert!((normal.dot(normal) - 1.0).abs() < 1e-12);
+            for axis in [v(1.0, 0.0, 0.0), v(0.0, 1.0, 0.0), v(0.0, 0.0, 1.0)] {
+                let [ahead, behind] = [h, -h].map(|h| solid.distance(point + axis * h));
+                let slope = (ahead.value - behind.value) / (2.0 * h);
+                assert!((slope - normal.dot(axis)).abs() < 1e-9, "{solid:?} {point:?}");
+                let change = (ahead.normal - behind.normal) * (0.5 / h) - curvature.times(axis);
+                assert!(change.dot(change).sqrt() < 1e-7, "{solid:?} {point:?} {change:?}");
             }
         }
     }

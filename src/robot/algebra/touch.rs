@@ -6,6 +6,18 @@
 //! direction e of the first surface, and the velocity v_s below which nothing slides in earnest. Over a patch of radius r it also
 //! opposes the angular velocity w at which the surfaces spin on each other: with the moment `-f mu_s r w / sqrt(w^2 + (v_s/r)^2)`
 //! about the normal.
+//!
+//! The second side may be a solid that moves and turns. With the distance `g(x)` of the place x from it, the velocity u of the
+//! material of the first side at x, that of the solid there, `U(x)`, and its angular velocity W,
+//!
+//! ```text
+//! d = r - g,   n = grad g,   d' = -n . (u - U(x)),   dn = dW x n + H w,   H = grad grad g,
+//! ```
+//!
+//! where `dW` is how it turns, and w how the first side moves beside the material of the solid at x. Both sides act at one place,
+//! `x - r n`: the force there is the same for all who move along (frame indifference), and no moment is made of nothing. The
+//! centre of such a side is the material of the solid at x. As that is left behind by w, so are the arm from there,
+//! `d(-r n) + w`, and the velocity that n sees, `dU + W x w`.
 
 use super::ellipse::Rolling;
 use super::tie::Motion;
@@ -44,6 +56,8 @@ pub(crate) struct Meeting {
     pub(crate) curvature: Symmetric<f64>,
     /// From the centres to the surfaces.
     pub(crate) radii: [f64; 2],
+    /// Whether the second side is a solid that turns the normal with it: its centre is then that of the first side.
+    pub(crate) is_carried: bool,
     /// How the place that touches moves along the edge of a section that is not round: that place is then the first centre.
     pub(crate) rolling: Option<Rolling>,
     /// How far the first surface is from the middle of its section, at least.
@@ -88,7 +102,8 @@ fn across(v: Vector<f64>, normal: Vector<f64>) -> Vector<f64> {
 impl Meeting {
     /// From the centres to the place of contact.
     pub(crate) fn arms(&self) -> [Vector<f64>; 2] {
-        [self.normal * -self.radii[0], self.normal * self.radii[1]]
+        let arm = self.normal * -self.radii[0];
+        [arm, if self.is_carried { arm } else { self.normal * self.radii[1] }]
     }
 
     /// What they do to each other.
@@ -159,7 +174,6 @@ impl Meeting {
         [[turn, shift], [other_turn, other_shift]]: [Motion; 2],
         [[spin, velocity], [other_spin, other_velocity]]: [Motion; 2],
     ) -> [Motion; 2] {
-        let _ = other_turn;
         let Law { stiffness, dissipation, friction: [_, _, sideways], slip_velocity, patch_radius } =
             self.law;
         let &Pressing { normal_force, rate, sliding, along, inverse_along, inverse_speed, .. } = pressing;
@@ -168,21 +182,29 @@ impl Meeting {
         let [[turning, own], [other_turning, other]] = self.motions;
         let [arm, other_arm] = self.arms();
         let way = shift - other_shift;
+        // Seen from the solid, sections turn by less where it turns with them.
+        let turned = if self.is_carried { turn - other_turn } else { turn };
         let slide = self.rolling.map_or(Vector::zero(), |Rolling { along, of_turn, of_shift }| {
-            along * (of_turn.dot(turn) + of_shift.dot(way))
+            along * (of_turn.dot(turned) + of_shift.dot(way))
         });
-        let normal_change = self.curvature.times(way + slide);
-        let rate_change = normal_change.dot(own - other)
+        let mut normal_change = self.curvature.times(way + slide);
+        if self.is_carried {
+            normal_change += other_turn.cross(normal);
+        }
+        let mut rate_change = normal_change.dot(own - other)
             + normal.dot(velocity - other_velocity)
             + normal.dot(turning.cross(slide));
+        if self.is_carried {
+            rate_change -= normal.dot(other_turning.cross(way + slide));
+        }
         let part = 1.0 - dissipation * rate;
         let force_change = if part > 0.0 {
             self.weight * stiffness * (-normal.dot(way) * part - self.overlap * dissipation * rate_change)
         } else {
             0.0
         };
-        let [arm_change, other_arm_change] =
-            [normal_change * -self.radii[0] + slide, normal_change * self.radii[1]];
+        let arm_change = normal_change * -self.radii[0] + slide;
+        let other_arm_change = if self.is_carried { arm_change + way } else { normal_change * self.radii[1] };
         let at_contact = own - other + turning.cross(arm) - other_turning.cross(other_arm);
         let at_contact_change = velocity - other_velocity + spin.cross(arm) + turning.cross(arm_change)
             - other_spin.cross(other_arm)
@@ -249,7 +271,9 @@ impl Pressing {
 
 #[cfg(test)]
 mod tests {
+    use super::super::obstacle::{Placed, Pose, Solid};
     use super::*;
+    use crate::lie::Quaternion;
 
     fn v(x: f64, y: f64, z: f64) -> Vector<f64> {
         Vector::new(x, y, z)
@@ -273,6 +297,7 @@ mod tests {
             normal,
             curvature: (Symmetric::diagonal(1.0) - Symmetric::square(normal)) * length.recip(),
             radii,
+            is_carried: false,
             rolling: None,
             thickness: radii[0],
             motions,
@@ -325,6 +350,100 @@ mod tests {
             };
             let stored = (energy(h) - energy(-h)) / (2.0 * h);
             assert!((power + stored + pressing.dissipated_power()).abs() < 1e-7);
+        }
+    }
+
+    /// A ball and a solid that moves, with their motions: that of the solid is the one of its material at the ball's centre.
+    fn carried(solid: &Solid, pose: &Pose, centre: Vector<f64>, motions: [Motion; 2]) -> Meeting {
+        let distance = Placed { solid, pose: Some(pose) }.distance(centre);
+        let plain = meeting([centre, Vector::zero()], motions, Vector::zero(), [0.5; 3]);
+        Meeting {
+            overlap: 0.3 - distance.value,
+            normal: distance.normal,
+            curvature: distance.curvature,
+            radii: [0.3, 0.0],
+            is_carried: true,
+            ..plain
+        }
+    }
+
+    fn solids() -> [Solid; 4] {
+        let turned = Quaternion::from_array([0.8, 0.36, -0.48, 0.0]).rotation();
+        [
+            Solid::HalfSpace { point: v(0.1, 0.2, 0.2), normal: v(0.6, 0.0, 0.8) },
+            Solid::Ball { centre: v(0.1, 0.0, 0.1), radius: 0.3 },
+            Solid::Capsule { ends: [v(-0.5, 0.0, 0.0), v(0.6, 0.1, 0.0)], radius: 0.3 },
+            Solid::Cuboid { centre: v(0.0, 0.1, -0.1), axes: turned, half_extents: v(0.2, 0.3, 0.1) },
+        ]
+    }
+
+    #[test]
+    fn forces_of_solids_that_turn_change_as_they_say() {
+        let pose =
+            Pose { rotation: Quaternion::exp(v(0.2, -0.5, 0.3)).rotation(), position: v(0.05, 0.02, -0.1) };
+        let centre = v(0.15, 0.25, 0.35);
+        let motions = [[v(0.3, -0.2, 0.5), v(0.2, 0.1, -0.4)], [v(-0.1, 0.4, 0.2), v(0.05, -0.1, 0.1)]];
+        let moved = [[v(0.3, 0.1, -0.2), v(0.5, -0.4, 0.2)], [v(0.1, 0.7, 0.3), v(-0.2, 0.3, 0.1)]];
+        let faster = [[v(0.2, 0.2, 0.4), v(-0.3, 0.5, 0.6)], [v(0.1, -0.5, 0.2), v(0.4, 0.1, -0.7)]];
+        for solid in solids() {
+            let here = carried(&solid, &pose, centre, motions);
+            let pressing = here.pressing();
+            assert!(here.overlap > 0.0 && pressing.normal_force > 0.0, "{solid:?}");
+            let change = here.change(&pressing, moved, faster);
+            let at = |h: f64| {
+                let [[_, shift], [turn, of_material]] = moved.map(|motion| motion.map(|v| v * h));
+                let small = Quaternion::exp(turn).rotation();
+                let moved_pose = Pose {
+                    rotation: small.times(&pose.rotation),
+                    position: centre + of_material + small.apply(pose.position - centre),
+                };
+                let centre = centre + shift;
+                let [first, mut second]: [Motion; 2] =
+                    std::array::from_fn(|s| std::array::from_fn(|m| motions[s][m] + faster[s][m] * h));
+                // What was there has been left behind.
+                let ahead = shift - of_material;
+                second[1] += second[0].cross(ahead);
+                let there = carried(&solid, &moved_pose, centre, [first, second]);
+                let [on_first, [moment, force]] = there.wrenches(&there.pressing());
+                [on_first, [moment + ahead.cross(force), force]]
+            };
+            let h = 1e-6;
+            let [ahead, behind] = [at(h), at(-h)];
+            for s in 0..2 {
+                for m in 0..2 {
+                    let error = (ahead[s][m] - behind[s][m]) * (0.5 / h) - change[s][m];
+                    assert!(error.dot(error).sqrt() < 1e-7, "{solid:?} {s} {m} {error:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn forces_are_those_that_all_see_who_move_along_and_make_no_moment() {
+        let centre = v(0.15, 0.25, 0.35);
+        let own = [v(0.3, -0.2, 0.5), v(0.2, 0.1, -0.4)];
+        let still = [Vector::zero(); 2];
+        for solid in solids() {
+            let here = carried(&solid, &Pose::unmoved(), centre, [own, still]);
+            let plain = Meeting { is_carried: false, ..here };
+            let wrenches = here.wrenches(&here.pressing());
+            assert_eq!(wrenches[0], plain.wrenches(&plain.pressing())[0], "{solid:?}");
+            // Both about the centre.
+            for m in 0..2 {
+                assert_eq!(wrenches[0][m], -wrenches[1][m]);
+            }
+            // Turned by a rotation, and moving with the twist of one.
+            let [turning, velocity, shift] = [v(0.7, -1.1, 0.4), v(-0.3, 0.8, 0.5), v(0.4, 0.3, -0.2)];
+            let rotation = Quaternion::exp(v(-0.4, 0.9, 0.2)).rotation();
+            let pose = Pose { rotation, position: shift };
+            let seen = own.map(|v| rotation.apply(v));
+            let motions = [[seen[0] + turning, seen[1] + velocity], [turning, velocity]];
+            let there = carried(&solid, &pose, pose.place(centre), motions);
+            let turned = there.wrenches(&there.pressing());
+            for (here, there) in wrenches.into_iter().flatten().zip(turned.into_iter().flatten()) {
+                let error = rotation.apply(here) - there;
+                assert!(error.dot(error).sqrt() < 1e-14, "{solid:?} {error:?}");
+            }
         }
     }
 }

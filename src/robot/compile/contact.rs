@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use super::links::Tree;
 use crate::contact::{Contact, Obstacle, Surface};
-use crate::lie::{Quaternion, Rotation, Vector};
+use crate::lie::{LANES, Lanes as _, Quaternion, Rotation, Vector};
 use crate::robot::algebra::convex_mesh::ConvexMesh;
 use crate::robot::algebra::height_field::HeightField;
 use crate::robot::algebra::obstacle::Solid;
@@ -14,9 +14,9 @@ use crate::robot::algebra::touch::Law;
 use crate::robot::description::{Link, Robot};
 use crate::robot::kernel::kinematics;
 use crate::robot::plan::contact::{
-    Ball, Contacts, Curve, MOST_CHANGES, MOST_INTERVALS, NODES, PLACES, Pair, Sample, Side,
+    Ball, Contacts, Curve, Fixed, Fixture, MOST_CHANGES, MOST_INTERVALS, NODES, PLACES, Pair, Sample, Side,
 };
-use crate::robot::plan::point::{Place, Point};
+use crate::robot::plan::point::Place;
 use crate::robot::plan::{Plan, packed};
 use crate::robot::turning::{Turning, place};
 
@@ -27,49 +27,79 @@ const NEIGHBOURHOOD: f64 = 2.0 * PI;
 /// Sections whose half extents differ by less than that part are round.
 const ROUND: f64 = 1e-12;
 
-/// The places of all balls, in the order of the contacts and their surfaces.
+/// The places of all surfaces that are fixed to links, in the order of the contacts and their surfaces.
 pub(crate) fn places<G: Turning>(robot: &Robot, tree: &Tree<G>) -> Vec<Option<Place>> {
     let place_of = |surface: &Surface| match surface {
-        Surface::Ball { link, at, .. } => Some(Some(place::on_link(&tree.pieces, &tree.links[*link], *at))),
-        _ => None,
+        Surface::Ball { link, at, .. } | Surface::Solid { link, at, .. } => {
+            Some(Some(place::on_link(&tree.pieces, &tree.links[*link], *at)))
+        }
+        Surface::Rod { .. } | Surface::Obstacle(_) => None,
     };
     robot.contacts.iter().flat_map(|contact| &contact.surfaces).filter_map(place_of).collect()
 }
 
-/// What touches of a plan whose points are known: `balls` of these says which balls are at which.
+/// What touches of a plan whose points are known: `surfaces` of these says what is fixed to which.
 pub(crate) fn compile<G: Turning>(plan: &Plan<G>, robot: &Robot) -> Contacts<G> {
     let mut contacts = Contacts::none();
     let mut curves_of: Vec<Option<Range<usize>>> = vec![None; robot.links.len()];
+    let mut number = 0;
     for (c, contact) in robot.contacts.iter().enumerate() {
-        let mut sides = contact.surfaces.each_ref().map(|surface| match surface {
-            Surface::Rod { link } => {
+        let axes = contact.surfaces.each_ref().map(|surface| match surface {
+            Surface::Ball { link, at, .. } | Surface::Solid { link, at, .. } => {
+                number += 1;
+                Axes::on_link(&mut contacts, plan, number - 1, *link, *at)
+            }
+            Surface::Rod { .. } | Surface::Obstacle(_) => {
+                Axes::in_world(&mut contacts, plan, &robot.links[0])
+            }
+        });
+        let [a, b] = &contact.surfaces;
+        let forms = [Form::beside(a, b), Form::beside(b, a)];
+        let mut sides: [Vec<Side>; 2] = std::array::from_fn(|s| match &forms[s] {
+            Form::Rod { link } => {
                 let known = curves_of[*link].clone();
                 let own = known.unwrap_or_else(|| add_rod(&mut contacts, plan, *link));
                 curves_of[*link] = Some(own.clone());
-                Side::Rod(own)
+                vec![Side::Rod(own)]
             }
-            Surface::Ball { position, radius, .. } => {
-                contacts.balls.push(ball(plan, contacts.balls.len(), *position, *radius));
-                Side::Ball(contacts.balls.len() - 1)
+            Form::Balls { centres, radius, thickness } => {
+                let first = contacts.balls.len();
+                contacts.balls.extend(centres.iter().map(|&centre| Ball {
+                    on: axes[s].on,
+                    centre: axes[s].place(centre),
+                    radius: *radius,
+                    thickness: *thickness,
+                }));
+                (first..contacts.balls.len()).map(Side::Ball).collect()
             }
-            Surface::Obstacle(obstacle) => {
-                contacts.solids.push(solid(obstacle, &robot.links[0]));
-                Side::Solid(contacts.solids.len() - 1)
+            Form::Solid(shape) => {
+                contacts.solids.push(Fixed { on: axes[s].on, solid: solid(shape, &axes[s]) });
+                vec![Side::Solid(contacts.solids.len() - 1)]
             }
         });
-        let is_turned = matches!(sides, [Side::Ball(_), Side::Rod(_)]);
+        let rank = |sides: &[Side]| match sides[0] {
+            Side::Rod(_) => 0,
+            Side::Ball(_) => 1,
+            Side::Solid(_) => 2,
+        };
+        let is_turned = rank(&sides[1]) < rank(&sides[0]);
         if is_turned {
             sides.reverse();
         }
-        let neighbourhood = match &sides {
-            [Side::Rod(a), Side::Rod(b)] if a == b => NEIGHBOURHOOD * thickest(&contacts, a),
-            _ => 0.0,
-        };
-        let Contact { dissipation, friction, slip_velocity, patch_radius, .. } = *contact;
-        let stiffness = stiffness(contact, robot);
-        let law = Law { stiffness, dissipation, friction, slip_velocity, patch_radius };
-        let reaches = reaches(plan, &contacts, &sides);
-        contacts.pairs.push(Pair { contact: c, is_turned, sides, law, neighbourhood, reaches });
+        let [first, second] = sides;
+        let second = second.into_iter().next().expect("the second side is one");
+        for first in first {
+            let sides = [first, second.clone()];
+            let neighbourhood = match &sides {
+                [Side::Rod(a), Side::Rod(b)] if a == b => NEIGHBOURHOOD * thickest(&contacts, a),
+                _ => 0.0,
+            };
+            let Contact { dissipation, friction, slip_velocity, patch_radius, .. } = *contact;
+            let stiffness = stiffness(contact, robot);
+            let law = Law { stiffness, dissipation, friction, slip_velocity, patch_radius };
+            let reaches = reaches(plan, &contacts, &sides);
+            contacts.pairs.push(Pair { contact: c, is_turned, sides, law, neighbourhood, reaches });
+        }
     }
     contacts.rods = curves_of.into_iter().flatten().collect();
     contacts.capacity = contacts.pairs.iter().map(|pair| places_of(&contacts, &pair.sides)).sum();
@@ -78,7 +108,7 @@ pub(crate) fn compile<G: Turning>(plan: &Plan<G>, robot: &Robot) -> Contacts<G> 
 
 /// How many places of a first side can be touched.
 fn places_of<G: Turning>(contacts: &Contacts<G>, [side, other]: &[Side; 2]) -> usize {
-    let has_features = |solid: &usize| contacts.solids[*solid].has_features();
+    let has_features = |solid: &usize| contacts.solids[*solid].solid.has_features();
     let is_divided = if let Side::Solid(solid) = other { has_features(solid) } else { false };
     let divided = if is_divided { MOST_CHANGES + 1 } else { 1 };
     match side {
@@ -97,6 +127,10 @@ fn thickest<G: Turning>(contacts: &Contacts<G>, curves: &Range<usize>) -> f64 {
 
 /// The coordinates that move any of two sides, as runs of neighbouring ones.
 fn reaches<G: Turning>(plan: &Plan<G>, contacts: &Contacts<G>, sides: &[Side; 2]) -> Vec<Range<usize>> {
+    let moving = |on: Option<usize>| {
+        let moved_by = on.map_or(&[][..], |fixture| &contacts.fixtures[fixture].moved_by);
+        moved_by.iter().map(|(piece, _)| *piece)
+    };
     let mut pieces: Vec<usize> = Vec::new();
     for side in sides {
         match side {
@@ -105,8 +139,8 @@ fn reaches<G: Turning>(plan: &Plan<G>, contacts: &Contacts<G>, sides: &[Side; 2]
                     pieces.extend(curve.moved_by.iter().map(|(piece, _)| *piece));
                 }
             }
-            Side::Ball(ball) => pieces.extend(contacts.balls[*ball].moved_by.iter().map(|(piece, _)| *piece)),
-            Side::Solid(_) => {}
+            Side::Ball(ball) => pieces.extend(moving(contacts.balls[*ball].on)),
+            Side::Solid(solid) => pieces.extend(moving(contacts.solids[*solid].on)),
         }
     }
     let mut reaches: Vec<usize> = pieces.into_iter().flat_map(|s| plan.pieces[s].coordinates()).collect();
@@ -189,29 +223,161 @@ fn add_rod<G: Turning>(contacts: &mut Contacts<G>, plan: &Plan<G>, link: usize) 
     first..contacts.curves.len()
 }
 
-fn ball<G: Turning>(plan: &Plan<G>, number: usize, position: [f64; 3], radius: f64) -> Ball<G::Pack> {
-    let has_it = |point: &Point<G>| point.balls.contains(&number);
-    let point = plan.points.iter().position(has_it).expect("every ball is at a point");
-    let at = &plan.points[point].place;
-    let position = Vector::from(position);
-    let beside =
-        at.beside.map_or(position, |place| place.position + place.orientation.rotation().apply(position));
-    Ball { point, beside, radius, moved_by: kinematics::moved_by(plan, at) }
+/// What a surface is computed as.
+enum Form<'a> {
+    Rod {
+        link: usize,
+    },
+    /// A ball; or the corners of a body or the ends of a capsule, which are all of it that a half-space can touch first.
+    Balls {
+        centres: Vec<[f64; 3]>,
+        radius: f64,
+        thickness: f64,
+    },
+    Solid(&'a Obstacle),
 }
 
-/// An obstacle as it is seen from the frame of the plan, that of the first link's joint.
-fn solid(obstacle: &Obstacle, root: &Link) -> Solid {
-    let base = Quaternion::from_array(root.orientation).rotation();
-    let turned = |v: Vector<f64>| base.apply_transposed(v);
-    let seen = |point: &[f64; 3]| turned(Vector::from(*point) - Vector::from(root.position));
+impl<'a> Form<'a> {
+    fn beside(surface: &'a Surface, other: &Surface) -> Self {
+        let ball =
+            |centre: [f64; 3], radius: f64| Self::Balls { centres: vec![centre], radius, thickness: radius };
+        let other = other.shape();
+        match surface {
+            Surface::Rod { link } => Self::Rod { link: *link },
+            Surface::Ball { position, radius, .. } => ball(*position, *radius),
+            Surface::Solid { shape, .. } | Surface::Obstacle(shape) => match (shape, other) {
+                // Other shapes touch spheres as solids.
+                (Obstacle::Sphere { centre, radius }, Some(_)) => ball(*centre, *radius),
+                (Obstacle::HalfSpace { .. }, _) | (_, None) => Self::Solid(shape),
+                (_, Some(Obstacle::HalfSpace { .. })) => Self::corners(shape),
+                _ => Self::Solid(shape),
+            },
+        }
+    }
+
+    fn corners(shape: &'a Obstacle) -> Self {
+        match shape {
+            Obstacle::Capsule { ends, radius } => {
+                Self::Balls { centres: ends.to_vec(), radius: *radius, thickness: *radius }
+            }
+            Obstacle::Cuboid { centre, half_extents, orientation } => {
+                let axes = Quaternion::from_array(*orientation).rotation();
+                let corner = |k: usize| {
+                    let beside =
+                        std::array::from_fn(|i| half_extents[i] * if k >> i & 1 == 0 { -1.0 } else { 1.0 });
+                    (Vector::from(*centre) + axes.apply(Vector::from(beside))).to_array()
+                };
+                let thickness = half_extents.iter().copied().fold(f64::INFINITY, f64::min);
+                Self::Balls { centres: (0..8).map(corner).collect(), radius: 0.0, thickness }
+            }
+            Obstacle::ConvexMesh { points, faces, radius } => {
+                let places: Vec<_> = points.iter().map(|&p| Vector::from(p)).collect();
+                let mut middle = Vector::zero();
+                for &place in &places {
+                    middle = middle.add_scaled(place, 1.0 / places.len() as f64);
+                }
+                let thickness = -ConvexMesh::new(&places, faces, *radius).distance(middle).value;
+                Self::Balls { centres: points.clone(), radius: *radius, thickness }
+            }
+            Obstacle::HalfSpace { .. } | Obstacle::Sphere { .. } | Obstacle::HeightField { .. } => {
+                Self::Solid(shape)
+            }
+        }
+    }
+}
+
+/// The axes in which a surface is computed, and how it is seen from there.
+struct Axes {
+    /// The fixture; nothing is the frame of the plan.
+    on: Option<usize>,
+    /// Of the axes that it is given in.
+    rotation: Rotation<f64>,
+    position: Vector<f64>,
+    /// Whether that pose is the one of these axes in those.
+    is_inverse: bool,
+}
+
+impl Axes {
+    /// The frame of the plan, that of the first link's joint; as a base that moves sees the world, what it rests in.
+    fn in_world<G: Turning>(contacts: &mut Contacts<G>, plan: &Plan<G>, root: &Link) -> Self {
+        let on = plan.world.motion.is_some().then(|| fixture(contacts, plan, None));
+        let rotation = Quaternion::from_array(root.orientation).rotation();
+        Self { on, rotation, position: Vector::from(root.position), is_inverse: true }
+    }
+
+    /// Those of the point that a surface is at, by its number among the surfaces on links.
+    fn on_link<G: Turning>(
+        contacts: &mut Contacts<G>,
+        plan: &Plan<G>,
+        number: usize,
+        link: usize,
+        at: Option<f64>,
+    ) -> Self {
+        let point = plan.points.iter().position(|point| point.surfaces.contains(&number));
+        let point = point.expect("every surface on a link is at a point");
+        let on = Some(fixture(contacts, plan, Some(point)));
+        // Links that are welded to each other share a point.
+        let beside = place::on_link(&plan.pieces, &plan.links[link], at).beside;
+        let (rotation, position) = beside.map_or_else(
+            || (Rotation::identity(), Vector::zero()),
+            |beside| (beside.orientation.rotation(), beside.position),
+        );
+        Self { on, rotation, position, is_inverse: false }
+    }
+
+    fn turn(&self, v: Vector<f64>) -> Vector<f64> {
+        if self.is_inverse { self.rotation.apply_transposed(v) } else { self.rotation.apply(v) }
+    }
+
+    fn place(&self, point: [f64; 3]) -> Vector<f64> {
+        let point = Vector::from(point);
+        if self.is_inverse { self.turn(point - self.position) } else { self.position + self.turn(point) }
+    }
+}
+
+/// The fixture at a point, a new one if there is none yet.
+fn fixture<G: Turning>(contacts: &mut Contacts<G>, plan: &Plan<G>, point: Option<usize>) -> usize {
+    let known = contacts.fixtures.iter().position(|fixture| fixture.point == point);
+    known.unwrap_or_else(|| {
+        let moved_by =
+            point.map_or_else(Vec::new, |point| kinematics::moved_by(plan, &plan.points[point].place));
+        let turned_by = turned_by(plan, &moved_by);
+        contacts.fixtures.push(Fixture { point, moved_by, turned_by });
+        contacts.fixtures.len() - 1
+    })
+}
+
+/// The coordinates of pieces that turn what is moved by these, each with the largest rate at which a unit of it does.
+fn turned_by<G: Turning>(plan: &Plan<G>, moved_by: &[(usize, Vec<G::Pack>)]) -> Vec<(usize, f64)> {
+    let mut found = Vec::new();
+    for (p, weights) in moved_by {
+        let piece = &plan.pieces[*p];
+        if let Some(hinge) = &piece.hinge {
+            found.extend(hinge.turns.then_some((piece.first, 1.0)));
+            continue;
+        }
+        for component in piece.components.iter().filter(|component| component.index < G::ANGULAR) {
+            for (degree, basis) in piece.basis.chunks_exact(piece.packs).take(component.modes).enumerate() {
+                let products = weights.iter().zip(basis).map(|(&weight, &basis)| weight * basis);
+                let sizes = products.flat_map(|pack| (0..LANES).map(move |lane| pack.lane(lane).abs()));
+                found.push((component.first + degree, sizes.sum()));
+            }
+        }
+    }
+    found
+}
+
+/// A shape in the axes in which it is computed.
+fn solid(shape: &Obstacle, axes: &Axes) -> Solid {
+    let seen = |point: &[f64; 3]| axes.place(*point);
     let axes_of = |orientation: &[f64; 4]| {
         let Rotation { x, y, z } = Quaternion::from_array(*orientation).rotation();
-        Rotation { x: turned(x), y: turned(y), z: turned(z) }
+        Rotation { x: axes.turn(x), y: axes.turn(y), z: axes.turn(z) }
     };
-    match obstacle {
+    match shape {
         Obstacle::HalfSpace { point, normal } => {
             let normal = Vector::from(crate::joint::unit(*normal));
-            Solid::HalfSpace { point: seen(point), normal: turned(normal) }
+            Solid::HalfSpace { point: seen(point), normal: axes.turn(normal) }
         }
         Obstacle::Sphere { centre, radius } => Solid::Ball { centre: seen(centre), radius: *radius },
         Obstacle::Capsule { ends: [start, end], radius } => {

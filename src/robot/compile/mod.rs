@@ -47,8 +47,8 @@ fn plan_of<G: Turning>(robot: &Robot, frame: G::Frame, mut tree: Tree<G>) -> Pla
     let pulled: Vec<_> =
         straight.iter().flat_map(|line| &line.ends).map(|end| end.place().cloned()).collect();
     let tied = loops::places(robot, &tree);
-    let balls = contact::places(robot, &tree);
-    let (points, supported) = points::compile(frame, &mut tree, &loads, [&pulled, &tied, &balls], robot);
+    let surfaces = contact::places(robot, &tree);
+    let (points, supported) = points::compile(frame, &mut tree, &loads, [&pulled, &tied, &surfaces], robot);
     let stations = tree.stations();
     let Tree { pieces, links, n, packs, hinges, .. } = tree;
     let actuation = actuation::compile(robot, &pieces, &links, &inputs, straight);

@@ -14,13 +14,13 @@ use crate::robot::turning::Turning;
 use crate::robot::turning::place;
 
 /// All that is concentrated on a robot with these pieces, in the order of the places, and at which of these points each
-/// support acts; `pulled` are the places of the ends of straight parts of tendons, `tied` those of closed loops, `balls` those of
-/// balls that touch. Tells the pieces which points are theirs. A place where others are attached is one of them.
+/// support acts; `pulled` are the places of the ends of straight parts of tendons, `tied` those of closed loops, `surfaces`
+/// those of balls and solids that touch. Tells the pieces which points are theirs. A place where others are attached is one of them.
 pub(crate) fn compile<G: Turning>(
     frame: G::Frame,
     tree: &mut Tree<G>,
     loads: &[LoadPlan<G>],
-    [pulled, tied, balls]: [&[Option<Place>]; 3],
+    [pulled, tied, surfaces]: [&[Option<Place>]; 3],
     robot: &Robot,
 ) -> (Vec<Point<G>>, Vec<usize>) {
     let Tree { pieces, links, attachments, .. } = tree;
@@ -57,11 +57,11 @@ pub(crate) fn compile<G: Turning>(
         point.anchors.push(a);
         point.is_oriented = true;
     }
-    for (kind, ends) in [pulled, tied, balls].into_iter().enumerate() {
+    for (kind, ends) in [pulled, tied, surfaces].into_iter().enumerate() {
         for (end, place) in ends.iter().enumerate() {
             let Some(place) = place else { continue };
             let point = point_at(&mut points, pieces, place.clone());
-            let there = [&mut point.pulled, &mut point.tied, &mut point.balls];
+            let there = [&mut point.pulled, &mut point.tied, &mut point.surfaces];
             there[kind].push(end);
             point.is_oriented = true;
         }
@@ -133,7 +133,7 @@ pub(crate) fn point<G: Turning>(piece: &PiecePlan<G>, place: Place) -> Point<G> 
         anchors: Vec::new(),
         pulled: Vec::new(),
         tied: Vec::new(),
-        balls: Vec::new(),
+        surfaces: Vec::new(),
         carries: None,
         is_oriented: false,
     }

@@ -379,13 +379,6 @@ impl Robot {
             let found = format_args!("\"{}\", which another contact has", contact.name);
             check.require(is_new, &format!("{place}.name"), found, "a new name");
             check.nested(&place, contact.validate(&length));
-            let is_in_world = contact.surfaces.iter().any(|surface| surface.link().is_none());
-            check.require(
-                !is_in_world || self.base_motion.is_none(),
-                &place,
-                "an obstacle in the world of a robot whose base moves",
-                "contact between links, or a base at rest: drive the first link's joint instead",
-            );
         }
     }
 

@@ -1,4 +1,5 @@
-//! What touches, compiled for computing: rods as curves with radii, balls at points, obstacles, and the pairs of these.
+//! What touches, compiled for computing: rods as curves with radii, balls and solids that are fixed to something, and the pairs
+//! of these.
 
 use std::ops::Range;
 
@@ -28,8 +29,9 @@ pub(crate) struct Contacts<G: Space> {
     pub(crate) curves: Vec<Curve<G::Pack>>,
     /// The curves of each rod.
     pub(crate) rods: Vec<Range<usize>>,
-    pub(crate) balls: Vec<Ball<G::Pack>>,
-    pub(crate) solids: Vec<Solid>,
+    pub(crate) fixtures: Vec<Fixture<G::Pack>>,
+    pub(crate) balls: Vec<Ball>,
+    pub(crate) solids: Vec<Fixed>,
     pub(crate) pairs: Vec<Pair>,
     /// The largest number of packs of a curve's piece.
     pub(crate) packs: usize,
@@ -42,6 +44,7 @@ impl<G: Space> Contacts<G> {
         Self {
             curves: Vec::new(),
             rods: Vec::new(),
+            fixtures: Vec::new(),
             balls: Vec::new(),
             solids: Vec::new(),
             pairs: Vec::new(),
@@ -102,14 +105,36 @@ pub(crate) struct Sample {
     pub(crate) half_extents: [f64; 2],
 }
 
-/// A ball that is fixed beside a point of the plan.
+/// What surfaces are fixed to that moves in the frame of the plan.
 #[derive(Clone, Debug)]
-pub(crate) struct Ball<P> {
-    pub(crate) point: usize,
-    /// In the axes there.
-    pub(crate) beside: Vector<f64>,
-    pub(crate) radius: f64,
+pub(crate) struct Fixture<P> {
+    /// A point of the plan; nothing is the world, as a base that moves sees it.
+    pub(crate) point: Option<usize>,
     pub(crate) moved_by: Vec<(usize, Vec<P>)>,
+    /// The coordinates that turn it, each with the largest rate at which a unit of it does.
+    pub(crate) turned_by: Vec<(usize, f64)>,
+}
+
+/// A ball that is fixed to something.
+#[derive(Clone, Debug)]
+pub(crate) struct Ball {
+    /// The fixture; nothing is the frame of the plan.
+    pub(crate) on: Option<usize>,
+    /// In the axes there.
+    pub(crate) centre: Vector<f64>,
+    /// Zero of the corner of a solid.
+    pub(crate) radius: f64,
+    /// How deep it may sink in: its radius, or half the thickness of the solid that it is a corner of.
+    pub(crate) thickness: f64,
+}
+
+/// A solid that is fixed to something.
+#[derive(Clone, Debug)]
+pub(crate) struct Fixed {
+    /// The fixture; nothing is the frame of the plan.
+    pub(crate) on: Option<usize>,
+    /// In the axes there.
+    pub(crate) solid: Solid,
 }
 
 /// One of two that touch.

@@ -61,8 +61,8 @@ pub(crate) struct Point<G: Space> {
     pub(crate) pulled: Vec<usize>,
     /// The ends of closed loops there, each by twice the place of the tie, and one more for the second.
     pub(crate) tied: Vec<usize>,
-    /// The balls that touch beside it.
-    pub(crate) balls: Vec<usize>,
+    /// The surfaces that are fixed to it, by their place among those that are fixed to links.
+    pub(crate) surfaces: Vec<usize>,
     /// The station of other pieces that are attached there; those at the end of a piece are at its own station.
     pub(crate) carries: Option<usize>,
     /// Whether it matters how the section is turned.

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use crate::lie::{Lanes, Vector};
 use crate::robot::algebra::distance;
+use crate::robot::algebra::obstacle::Pose;
 use crate::robot::algebra::touch::{Meeting, Pressing};
 use crate::robot::plan::contact::{Contacts, Curve};
 use crate::robot::plan::space::Space;
@@ -31,8 +32,9 @@ pub(crate) struct ContactState<P> {
     /// Curves of two rods that may touch, pair by pair, in ascending order; and which of these are of each pair.
     pub(crate) near: Vec<[usize; 2]>,
     pub(crate) near_of: Vec<Range<usize>>,
-    /// Centres of the balls.
+    /// Centres of the balls, and where the axes of the solids are.
     pub(crate) centres: Vec<Vector<f64>>,
+    pub(crate) poses: Vec<Pose>,
     /// Where surfaces were in another shape.
     pub(crate) noted: Noted,
     /// Whether surfaces pass through each other.
@@ -53,10 +55,11 @@ pub(crate) struct ContactState<P> {
 pub(crate) struct Noted {
     /// Its coordinates.
     pub(crate) of: Vec<f64>,
-    /// Samples and bounds of all curves, and centres of all balls, as above.
+    /// Samples and bounds of all curves, centres of all balls, and axes of all solids, as above.
     pub(crate) places: Vec<Vector<f64>>,
     pub(crate) bounds: Vec<(Vector<f64>, f64)>,
     pub(crate) centres: Vec<Vector<f64>>,
+    pub(crate) poses: Vec<Pose>,
     /// How far the curves have moved since then, at most; balls around what they sweep, and around what branches of rods sweep.
     pub(crate) moved: Vec<f64>,
     pub(crate) swept: Vec<(Vector<f64>, f64)>,
@@ -124,12 +127,18 @@ pub(crate) struct Touch {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Standing {
     /// At a fraction of the length of a curve.
-    Along {
-        curve: usize,
-        x: f64,
-    },
-    Ball(usize),
+    Along { curve: usize, x: f64 },
+    /// On a fixture.
+    On(usize),
+    /// In the frame of the plan.
     Still,
+}
+
+impl Standing {
+    /// That of what is fixed to something.
+    pub(crate) fn of(on: Option<usize>) -> Self {
+        on.map_or(Self::Still, Self::On)
+    }
 }
 
 impl<P> Default for ContactState<P> {
@@ -148,6 +157,7 @@ impl<P> Default for ContactState<P> {
             near: Vec::new(),
             near_of: Vec::new(),
             centres: Vec::new(),
+            poses: Vec::new(),
             noted: Noted::default(),
             is_left: false,
             touches: Vec::new(),
@@ -182,6 +192,7 @@ impl<P: Lanes> ContactState<P> {
             near: Vec::new(),
             near_of: vec![0..0; contacts.pairs.len()],
             centres: vec![Vector::zero(); contacts.balls.len()],
+            poses: vec![Pose::unmoved(); contacts.solids.len()],
             noted: Noted::default(),
             is_left: false,
             touches: Vec::with_capacity(contacts.capacity),

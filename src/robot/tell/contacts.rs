@@ -71,16 +71,21 @@ fn surface(robot: &Robot, surface: &Surface) -> String {
     match surface {
         Surface::Rod { link } => format!("the rod of {}", robot.links[*link].name),
         Surface::Ball { link, radius, .. } => format!("a ball of {radius} m on {}", robot.links[*link].name),
-        Surface::Obstacle(Obstacle::HalfSpace { .. }) => "a half space".to_owned(),
-        Surface::Obstacle(Obstacle::Sphere { radius, .. }) => format!("a sphere of {radius} m"),
-        Surface::Obstacle(Obstacle::Capsule { radius, .. }) => format!("a capsule of {radius} m"),
-        Surface::Obstacle(Obstacle::Cuboid { .. }) => "a box".to_owned(),
-        Surface::Obstacle(Obstacle::HeightField { shape: [rows, columns], .. }) => {
+        Surface::Solid { link, shape, .. } => format!("{} on {}", told(shape), robot.links[*link].name),
+        Surface::Obstacle(shape) => told(shape),
+    }
+}
+
+fn told(shape: &Obstacle) -> String {
+    match shape {
+        Obstacle::HalfSpace { .. } => "a half space".to_owned(),
+        Obstacle::Sphere { radius, .. } => format!("a sphere of {radius} m"),
+        Obstacle::Capsule { radius, .. } => format!("a capsule of {radius} m"),
+        Obstacle::Cuboid { .. } => "a box".to_owned(),
+        Obstacle::HeightField { shape: [rows, columns], .. } => {
             format!("a height field of {rows} x {columns}")
         }
-        Surface::Obstacle(Obstacle::ConvexMesh { points, .. }) => {
-            format!("a convex mesh of {} points", points.len())
-        }
+        Obstacle::ConvexMesh { points, .. } => format!("a convex mesh of {} points", points.len()),
     }
 }
 

@@ -84,7 +84,13 @@ RECIPES: dict[str, dict | list[dict]] = {
     "HalfSpace": {"point": _a(0.0, 0.0, -0.5), "normal": _a(0.0, 0.1, 1.0)},
     "Sphere": {"centre": _a(0.1, 0.0, -0.5), "radius": "0.2"},
     "Capsule": {"start": _a(0.1, -1.0, -0.5), "end": _a(0.1, 1.0, -0.5), "radius": "0.2"},
-    "Box": {"centre": _a(0.1, 0.0, -0.5), "half_extents": _a(0.1, 0.2, 0.3), "orientation": "(1, 0, 0, 0)"},
+    "Box": {
+        "centre": _a(0.1, 0.0, -0.5),
+        "half_extents": _a(0.1, 0.2, 0.3),
+        "orientation": "(1, 0, 0, 0)",
+        "link": "'a'",
+        "at": "None",
+    },
     "HeightField": {
         "heights": "[[0, 0.1, 0], [0.1, 0.2, 0], [0, 0, 0.1]]",
         "spacing": "(0.2, 0.3)",
@@ -106,6 +112,11 @@ RECIPES: dict[str, dict | list[dict]] = {
             "friction": "0.3",
             "slip_velocity": "1e-3",
             "patch_radius": "0.01",
+        },
+        {
+            "a": "lissom.Box((0, 0, 0), (0.1, 0.1, 0.1), link='a')",
+            "b": "lissom.HalfSpace((0, 0, -0.1), link='b')",
+            "stiffness": "1e4",
         },
     ],
     "ContactEvent": {"t": "0.1", "contact": "'c'", "kind": "'touch'", "q": "np.zeros(2)", "v": "np.zeros(2)"},

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..._lissom import Body, MotionResult, Robot, Segment
 from ...contacts import Ball, Box, Capsule, Contact, HalfSpace
-from ...links import Free, Link, Prismatic
+from ...links import Free, Link, Prismatic, Revolute
 from . import judge
 from .cell import Cell, Group, Outcome
 
@@ -125,6 +125,57 @@ def clamped(obstacle: Any) -> Scene:
     return Scene(Robot([rod], contacts=[Contact("rod", obstacle, friction=0.5)]), weight=None)
 
 
+def box_of(name: str, half: tuple[float, float, float], density: float = 1000.0, **options: Any) -> Link:
+    """A free box."""
+    squares = np.square(half)
+    mass = float(8.0 * density * np.prod(half))
+    body = Body(mass, inertia=mass / 3.0 * np.diag(squares.sum() - squares))
+    return Link(name, joint=Free(), body=body, **options)
+
+
+def corner_first(speed: float) -> Scene:
+    """A box that turns hits a floor with a corner."""
+    half = (0.04, 0.03, 0.02)
+    turn = (np.cos(0.4), np.sin(0.4) * 0.6, np.sin(0.4) * 0.8, 0)
+    box = box_of("box", half, position=(0, 0, 0.06), orientation=turn)
+    floor = Contact(Box((0, 0, 0), half, link="box"), FLOOR, stiffness=1e5, friction=0.5)
+    robot = Robot([box], contacts=[floor])
+    v0 = np.array([0.5, 0.0, -speed, 3.0, -5.0, 8.0])
+    return Scene(robot, start={"v0": v0}, weight=float(box.body.mass) * GRAVITY if box.body else None)
+
+
+def on_board(ratio: float) -> Scene:
+    """A rod is dropped on a free board, of so many times its mass, that bridges two pegs."""
+    half = (0.15, 0.05, 0.005)
+    mass = ratio * WEIGHT / GRAVITY
+    board = box_of("board", half, mass / float(8.0 * np.prod(half)), position=(0, 0, 0.005))
+    shape = Box((0, 0, 0), half, link="board")
+    stiff = 1e5 * max(1.0, ratio)
+    pegs = [
+        Contact(
+            Ball("board", 0.005, position=(x, y, 0)), FLOOR, stiffness=stiff, friction=0.5, name=f"{x} {y}"
+        )
+        for x in (-0.1, 0.1)
+        for y in (-0.04, 0.04)
+    ]
+    contacts = [*pegs, Contact("rod", shape, friction=0.5, name="rod")]
+    return Scene(
+        Robot([board, free_rod("rod", 0.025, tilt=0.02)], contacts=contacts), weight=(1 + ratio) * WEIGHT
+    )
+
+
+def paddle(rate: float) -> Scene:
+    """A plate that turns freely hits a rod that rests."""
+    half = (0.1, 0.003, 0.2)
+    plate = Link("plate", joint=Revolute((0, 0, 1)), body=box_of("plate", half).body)
+    rod = free_rod("rod", 0.0, tilt=-0.5 * np.pi, y=0.05, radius=0.004)
+    contact = Contact("rod", Box((0, 0, 0), half, link="plate"), friction=0.3)
+    robot = Robot([plate, rod], contacts=[contact], gravity=(0, 0, 0))
+    v0 = np.zeros(robot.n)
+    v0[0] = rate
+    return Scene(robot, start={"v0": v0}, weight=None)
+
+
 def pile(count: int) -> Scene:
     """Rods dropped crosswise into a box."""
     side = 0.2
@@ -174,6 +225,9 @@ CASES: dict[str, Callable[[], Scene]] = {
     "on the tip of a taper": taper,
     "on a box that ends at the clamp": partial(clamped, Box((0.05, 0, -0.06), (0.05, 0.1, 0.045))),
     "on a peg at the clamp": partial(clamped, Capsule((0.001, -0.1, -0.0205), (0.001, 0.1, -0.0205), 0.01)),
+    "box, corner first at 3 m/s": partial(corner_first, 3.0),
+    "on a free board of its mass": partial(on_board, 1.0),
+    "hit by a paddle at 10 rad/s": partial(paddle, 10.0),
     "2 in a box": partial(pile, 2),
     "5 in a box": partial(pile, 5),
 }
@@ -213,7 +267,8 @@ def carried(scene: Scene, motion: MotionResult) -> float:
     moves = max(np.abs(v).max() / REST, np.abs(a).max() / STILL) * LENGTH > 1.0
     if scene.weight is None or moves:
         return 0.0
-    names = [contact.name for contact in robot.contacts if not isinstance(contact.b, str | Ball)]
+    fixed = [contact for contact in robot.contacts if getattr(contact.b, "link", contact.b) is None]
+    names = [contact.name for contact in fixed]
     force = sum(robot.contact_forces(q, v, name=name)[5] for name in names)
     return float(abs(force / scene.weight - 1.0))
 

@@ -9,13 +9,13 @@ use std::ops::Range;
 use super::curve::{self, LONGER, Part, Shape, expand, part};
 use super::intervals::{SAME_PLACE, changes, touched};
 use super::near;
-use crate::lie::{LANES, Lanes, Sweep, Twist, Vector, VectorSpace};
+use crate::lie::{LANES, Lanes, Rotation, Sweep, Twist, Vector, VectorSpace};
 use crate::robot::algebra::distance::{self, Distance};
 use crate::robot::algebra::ellipse::{self, Nearest as Rim, Rolling};
-use crate::robot::algebra::obstacle::Solid;
+use crate::robot::algebra::obstacle::{Placed, Pose, Solid};
 use crate::robot::algebra::touch::Meeting;
 use crate::robot::plan::Plan;
-use crate::robot::plan::contact::{Curve, NODES, Pair, Side, WEIGHTS};
+use crate::robot::plan::contact::{Ball, Curve, Fixed, NODES, Pair, Side, WEIGHTS};
 use crate::robot::state::Workspace;
 use crate::robot::state::contact::{ContactState, Span, Standing, Term, Touch};
 use crate::robot::turning::Turning;
@@ -64,6 +64,7 @@ impl<G: Turning> Sweep for Find<'_, G> {
             near,
             near_of,
             centres,
+            poses,
             touches,
             up_to,
             weights,
@@ -72,7 +73,8 @@ impl<G: Turning> Sweep for Find<'_, G> {
         } = state;
         touches.clear();
         let near = Near { curves: near, of_pairs: near_of };
-        let scene = Scene { plan, work, terms, axes, samples, spans, bounds, chords, is_near, near, centres };
+        let scene =
+            Scene { plan, work, terms, axes, samples, spans, bounds, chords, is_near, near, centres, poses };
         let mut found = Found { touches, up_to, weights, polynomials };
         for (p, pair) in plan.contacts.pairs.iter().enumerate() {
             scene.meet(p, pair, &mut found);
@@ -80,7 +82,7 @@ impl<G: Turning> Sweep for Find<'_, G> {
     }
 }
 
-/// Where the samples of all curves are, bounds of these, and centres of all balls.
+/// Where the samples of all curves are, bounds of these, centres of all balls, and axes of all solids.
 #[inline(always)]
 fn look<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mut ContactState<G::Pack>) {
     state.is_seen.fill(false);
@@ -110,10 +112,44 @@ fn look<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mut ContactStat
         *bound = (centre, away.sqrt() + between + thickest);
     }
     for (ball, centre) in plan.contacts.balls.iter().zip(&mut state.centres) {
-        let point = &work.points[ball.point];
-        let beside = G::rotate(&point.rotation, G::vector_of(plan.frame, ball.beside));
+        let Some(fixture) = ball.on else {
+            *centre = ball.centre;
+            continue;
+        };
+        let Some(point) = plan.contacts.fixtures[fixture].point else {
+            *centre = pose_of(plan, work, None).place(ball.centre);
+            continue;
+        };
+        let point = &work.points[point];
+        let beside = G::rotate(&point.rotation, G::vector_of(plan.frame, ball.centre));
         *centre = G::in_space(plan.frame, point.position + beside);
     }
+    for (fixed, pose) in plan.contacts.solids.iter().zip(&mut state.poses) {
+        if let Some(fixture) = fixed.on {
+            *pose = pose_of(plan, work, plan.contacts.fixtures[fixture].point);
+        }
+    }
+}
+
+/// Where the axes of a point are; of none, those of the frame at rest, as a base that moves sees them.
+fn pose_of<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, point: Option<usize>) -> Pose {
+    if let Some(point) = point {
+        let point = &work.points[point];
+        return Pose {
+            rotation: G::rotation_in_space(plan.frame, &point.rotation),
+            position: G::in_space(plan.frame, point.position),
+        };
+    }
+    let (base, at_rest) = (&work.surroundings.base, &plan.world.base);
+    let seen = |axis| base.rotation.apply_transposed(at_rest.rotation.axis(axis));
+    let [position, _] = base.sees(Vector::zero(), at_rest);
+    Pose { rotation: Rotation { x: seen(0), y: seen(1), z: seen(2) }, position }
+}
+
+/// A solid where it is.
+pub(super) fn placed<'a, G: Turning>(plan: &'a Plan<G>, poses: &'a [Pose], solid: usize) -> Placed<'a> {
+    let Fixed { on, solid: own } = &plan.contacts.solids[solid];
+    Placed { solid: own, pose: on.map(|_| &poses[solid]) }
 }
 
 /// One of the vectors that a pack holds, in space.
@@ -194,7 +230,7 @@ fn find_near<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mut Contac
 
 /// Marks the curves that may touch anything.
 fn mark_near<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mut ContactState<G::Pack>) {
-    let ContactState { bounds, is_near, near, centres, .. } = state;
+    let ContactState { bounds, is_near, near, centres, poses, .. } = state;
     is_near.fill(false);
     for &[c, o] in &*near {
         is_near[c] = true;
@@ -206,7 +242,7 @@ fn mark_near<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mut Contac
             let (centre, radius) = bounds[c];
             match &pair.sides[1] {
                 Side::Solid(solid) => {
-                    is_near[c] |= plan.contacts.solids[*solid].distance(centre).value <= radius;
+                    is_near[c] |= placed(plan, poses, *solid).distance(centre).value <= radius;
                 }
                 Side::Ball(ball) => {
                     let reach = radius + plan.contacts.balls[*ball].radius;
@@ -256,6 +292,7 @@ struct Scene<'a, G: Turning> {
     is_near: &'a [bool],
     near: Near<'a>,
     centres: &'a [Vector<f64>],
+    poses: &'a [Pose],
 }
 
 /// Where touches go.
@@ -269,14 +306,14 @@ struct Found<'a, P> {
 /// What a curve or a ball may meet.
 #[derive(Clone, Copy)]
 enum Other<'a> {
-    Solid(&'a Solid, Standing),
-    /// The curves of a rod, but for those places that are neighbours of one of the same rod.
-    Rod {
-        pair: &'a Pair,
-        first: usize,
-        end: usize,
-        near: &'a [[usize; 2]],
+    Solid {
+        solid: Placed<'a>,
+        on: Standing,
+        /// Of a ball.
+        centre: Option<Vector<f64>>,
     },
+    /// The curves of a rod, but for those places that are neighbours of one of the same rod.
+    Rod { pair: &'a Pair, first: usize, end: usize, near: &'a [[usize; 2]] },
 }
 
 /// What is nearest to a point.
@@ -284,6 +321,8 @@ enum Other<'a> {
 struct Nearest {
     distance: Distance,
     on: Standing,
+    /// Its centre, where it is known.
+    centre: Option<Vector<f64>>,
     /// From its centre to its surface.
     radius: f64,
 }
@@ -324,11 +363,16 @@ impl<'a, G: Turning> Scene<'a, G> {
     fn meet(&self, p: usize, pair: &Pair, found: &mut Found<'_, G::Pack>) {
         let round;
         let other = match &pair.sides[1] {
-            Side::Solid(solid) => Other::Solid(&self.plan.contacts.solids[*solid], Standing::Still),
+            Side::Solid(solid) => {
+                let on = Standing::of(self.plan.contacts.solids[*solid].on);
+                Other::Solid { solid: placed(self.plan, self.poses, *solid), on, centre: None }
+            }
             Side::Ball(ball) => {
-                let radius = self.plan.contacts.balls[*ball].radius;
-                round = Solid::Ball { centre: self.centres[*ball], radius };
-                Other::Solid(&round, Standing::Ball(*ball))
+                let Ball { on, radius, .. } = self.plan.contacts.balls[*ball];
+                let centre = self.centres[*ball];
+                round = Solid::Ball { centre, radius };
+                let solid = Placed { solid: &round, pose: None };
+                Other::Solid { solid, on: Standing::of(on), centre: Some(centre) }
             }
             Side::Rod(curves) => {
                 Other::Rod { pair, first: curves.start, end: curves.end, near: self.near.of_pair(p) }
@@ -336,14 +380,14 @@ impl<'a, G: Turning> Scene<'a, G> {
         };
         match &pair.sides[0] {
             Side::Ball(ball) => {
-                let (on, centre) = (Standing::Ball(*ball), self.centres[*ball]);
+                let Ball { on, radius, thickness, .. } = self.plan.contacts.balls[*ball];
+                let centre = self.centres[*ball];
                 if let Some(nearest) = self.nearest(&other, centre, None) {
-                    let radius = self.plan.contacts.balls[*ball].radius;
                     let first = First {
-                        on,
+                        on: Standing::of(on),
                         centre,
                         radius,
-                        thickness: radius,
+                        thickness,
                         rolling: None,
                         weight: 1.0,
                         axis: Vector::zero(),
@@ -398,7 +442,7 @@ impl<'a, G: Turning> Scene<'a, G> {
         seen: &mut Option<(usize, Option<Nearest>)>,
         found: &mut Found<'_, G::Pack>,
     ) {
-        if let (Some(_), Other::Solid(solid, _)) = (part.half_extents, other) {
+        if let (Some(_), Other::Solid { solid, .. }) = (part.half_extents, other) {
             self.meet_along_ellipses(p, c, part, solid, other, found);
             return;
         }
@@ -440,7 +484,7 @@ impl<'a, G: Turning> Scene<'a, G> {
         p: usize,
         c: usize,
         part: &Part<'_>,
-        solid: &Solid,
+        solid: &Placed<'_>,
         other: &Other<'_>,
         found: &mut Found<'_, G::Pack>,
     ) {
@@ -475,10 +519,10 @@ impl<'a, G: Turning> Scene<'a, G> {
         other: &Other<'_>,
         found: &mut Found<'_, G::Pack>,
     ) {
-        let Other::Solid(solid, Standing::Still) = other else {
+        let Other::Solid { solid, .. } = other else {
             return self.meet_between(p, c, part, [from, to], other, found);
         };
-        if !solid.has_features() {
+        if !solid.solid.has_features() {
             return self.meet_between(p, c, part, [from, to], other, found);
         }
         let feature = |x: f64| {
@@ -507,18 +551,21 @@ impl<'a, G: Turning> Scene<'a, G> {
         let is_whole = from == 0.0 && to == 1.0;
         for (i, (node, weight)) in NODES.into_iter().zip(WEIGHTS).enumerate() {
             let x = from + (to - from) * node;
-            let on = Standing::Along { curve: c, x: part.from + part.part * x };
+            let at = part.from + part.part * x;
+            let on = Standing::Along { curve: c, x: at };
             let weight = weight * (to - from) * part.length;
             let axis = self.axis(p, c, part, x, found);
             let known = is_whole.then(|| &self.plan.contacts.curves[c].whole[part.index][i][..]);
-            let centre = self.reach(on, known, found, 0);
-            if let (Some(semi), Other::Solid(solid, on_other)) = (part.semi_axes(x), other) {
+            let centre = self.reach((c, at), known, found, 0);
+            if let (Some(semi), Other::Solid { solid, on: on_other, centre: of_other }) =
+                (part.semi_axes(x), other)
+            {
                 let Rim { place, distance, rolling } = ellipse::nearest(solid, centre, semi);
                 let thickness = semi.map(|s| s.dot(s)).into_iter().fold(f64::INFINITY, f64::min).sqrt();
                 let rolling = Some(rolling);
                 let first = First { on, centre: place, radius: 0.0, thickness, rolling, weight, axis };
-                let radius = if let Solid::Ball { radius, .. } = solid { *radius } else { 0.0 };
-                self.press(p, &first, &Nearest { distance, on: *on_other, radius }, found);
+                let nearest = Nearest { distance, on: *on_other, centre: *of_other, radius: solid.round() };
+                self.press(p, &first, &nearest, found);
                 continue;
             }
             if let Some(nearest) = self.nearest(other, centre, Some(part.arc + part.length * x)) {
@@ -558,9 +605,9 @@ impl<'a, G: Turning> Scene<'a, G> {
     /// What of the other is nearest to a point, which is at that arc length of its rod.
     fn nearest(&self, other: &Other<'_>, point: Vector<f64>, arc: Option<f64>) -> Option<Nearest> {
         match other {
-            Other::Solid(solid, on) => {
-                let radius = if let Solid::Ball { radius, .. } = solid { *radius } else { 0.0 };
-                Some(Nearest { distance: solid.distance(point), on: *on, radius })
+            Other::Solid { solid, on, centre } => {
+                let distance = solid.distance(point);
+                Some(Nearest { distance, on: *on, centre: *centre, radius: solid.round() })
             }
             Other::Rod { pair, first, end, .. } => {
                 let arc = if pair.neighbourhood > 0.0 { arc } else { None };
@@ -643,44 +690,38 @@ impl<'a, G: Turning> Scene<'a, G> {
         let stretch = (1.0 - way.dot(bend) / square.max(f64::MIN_POSITIVE)).max(0.1);
         let distance =
             Distance::from_curve(way, radius, is_inside.then_some((slope * square.sqrt().recip(), stretch)));
-        Some(Nearest { distance, on, radius })
+        Some(Nearest { distance, on, centre: None, radius })
     }
 
-    /// The centre of a side, in space and the frame of the plan; tells how the nodes reach it, which may be known, in the
-    /// memory of the next touch.
+    /// A place of a curve, in space and the frame of the plan; tells how the nodes reach it, which may be known, in the memory
+    /// of the next touch.
     fn reach(
         &self,
-        on: Standing,
+        (curve, x): (usize, f64),
         known: Option<&[G::Pack]>,
         found: &mut Found<'_, G::Pack>,
         side: usize,
     ) -> Vector<f64> {
-        match on {
-            Standing::Along { curve, x } => {
-                let curve: &Curve<G::Pack> = &self.plan.contacts.curves[curve];
-                let piece = &self.plan.pieces[curve.piece];
-                let stride = self.plan.contacts.packs;
-                let own = &mut found.up_to[(2 * found.touches.len() + side) * stride..][..piece.packs];
-                if let Some(known) = known {
-                    own.copy_from_slice(known);
-                } else {
-                    let weights = &mut found.weights[..piece.packs * LANES];
-                    curve.integral.write_weights_up_to(x, weights, found.polynomials);
-                    for (own, lanes) in own.iter_mut().zip(weights.chunks_exact(LANES)) {
-                        *own = G::Pack::from_lanes(std::array::from_fn(|lane| lanes[lane] * curve.length));
-                    }
-                }
-                let mut way = G::Vector::<G::Pack>::zero();
-                for (&own, &slope) in own.iter().zip(&self.work.slope[piece.node_packs()]) {
-                    way += slope * own;
-                }
-                let begin = self.work.stations[piece.joined.begin].position;
-                let way = G::map_vector(&way, |pack: &G::Pack| pack.sum());
-                G::in_space(self.plan.frame, begin + way)
+        let curve: &Curve<G::Pack> = &self.plan.contacts.curves[curve];
+        let piece = &self.plan.pieces[curve.piece];
+        let stride = self.plan.contacts.packs;
+        let own = &mut found.up_to[(2 * found.touches.len() + side) * stride..][..piece.packs];
+        if let Some(known) = known {
+            own.copy_from_slice(known);
+        } else {
+            let weights = &mut found.weights[..piece.packs * LANES];
+            curve.integral.write_weights_up_to(x, weights, found.polynomials);
+            for (own, lanes) in own.iter_mut().zip(weights.chunks_exact(LANES)) {
+                *own = G::Pack::from_lanes(std::array::from_fn(|lane| lanes[lane] * curve.length));
             }
-            Standing::Ball(ball) => self.centres[ball],
-            Standing::Still => Vector::zero(),
         }
+        let mut way = G::Vector::<G::Pack>::zero();
+        for (&own, &slope) in own.iter().zip(&self.work.slope[piece.node_packs()]) {
+            way += slope * own;
+        }
+        let begin = self.work.stations[piece.joined.begin].position;
+        let way = G::map_vector(&way, |pack: &G::Pack| pack.sum());
+        G::in_space(self.plan.frame, begin + way)
     }
 
     /// Angular velocity and velocity of a side, whose nodes are told of in the memory of the next touch.
@@ -702,7 +743,11 @@ impl<'a, G: Turning> Scene<'a, G> {
                 }
                 self.work.stations[piece.joined.begin].velocity + change.sum()
             }
-            Standing::Ball(ball) => self.work.points[self.plan.contacts.balls[ball].point].velocity,
+            Standing::On(fixture) => match self.plan.contacts.fixtures[fixture].point {
+                Some(point) => self.work.points[point].velocity,
+                // What rests in the world goes the other way than the frame.
+                None => Twist { angular: VectorSpace::zero(), linear: -self.work.surroundings.velocity },
+            },
             Standing::Still => return [Vector::zero(); 2],
         };
         let angular = G::axial_in_space(self.plan.frame, twist.angular);
@@ -718,7 +763,14 @@ impl<'a, G: Turning> Scene<'a, G> {
             return;
         }
         let sides = [on, nearest.on];
-        let centres = [centre, self.reach(nearest.on, None, found, 1)];
+        let is_carried = matches!(nearest.on, Standing::On(_)) && nearest.centre.is_none();
+        let of_other = match (nearest.on, nearest.centre) {
+            (Standing::Along { curve, x }, _) => self.reach((curve, x), None, found, 1),
+            (Standing::Still, _) => Vector::zero(),
+            (Standing::On(_), Some(of_other)) => of_other,
+            (Standing::On(_), None) => centre,
+        };
+        let centres = [centre, of_other];
         let motions = [0, 1].map(|s| self.motion(sides[s], centres[s], found, s));
         // What touches itself is met twice, from both sides.
         let weight = if pair.neighbourhood > 0.0 { 0.5 * weight } else { weight };
@@ -731,6 +783,7 @@ impl<'a, G: Turning> Scene<'a, G> {
             normal,
             curvature,
             radii,
+            is_carried,
             rolling,
             thickness,
             motions,

@@ -81,8 +81,10 @@ impl<G: Turning> Effect<G> for Touching {
         find::find(plan, work);
         for touch in &work.contact.touches {
             for (standing, need) in touch.sides.iter().zip(needs(plan, touch)) {
-                if let Standing::Ball(ball) = *standing {
-                    work.points[plan.contacts.balls[ball].point].force += need;
+                if let Standing::On(fixture) = *standing
+                    && let Some(point) = plan.contacts.fixtures[fixture].point
+                {
+                    work.points[point].force += need;
                 }
             }
         }
@@ -171,10 +173,11 @@ impl<G: Turning> Sweep for Stiffen<'_, G> {
             };
             match *standing {
                 Standing::Still => {}
-                Standing::Ball(ball) => {
-                    let ball = &plan.contacts.balls[ball];
-                    let velocity = work.points[ball.point].velocity;
-                    let moved_by = columns::each(&ball.moved_by);
+                Standing::On(fixture) => {
+                    let fixture = &plan.contacts.fixtures[fixture];
+                    let Some(point) = fixture.point else { continue };
+                    let velocity = work.points[point].velocity;
+                    let moved_by = columns::each(&fixture.moved_by);
                     columns::visit(plan, work, moved_by, |k, column| take(velocity, k, column));
                 }
                 Standing::Along { curve, .. } => {

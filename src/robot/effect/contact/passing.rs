@@ -4,14 +4,19 @@
 //! which lies in the convex hull of its corners: where the ball around these is clear of an obstacle, so is the patch; where it is not,
 //! the patch is halved. Two parts that both move are followed by conservative advancement (Mirtich 1996): as fast as their distance
 //! allows, they cannot have met.
+//!
+//! A solid that moves is looked at from its own axes. As these turn by the rotation vector a and a place beside their origin goes from
+//! d to d + e, it goes along a curve there, of which the second derivative is at most `a^2 |d| + 2 a |e|`. The way is divided until
+//! pieces of it are straight enough; what is left of their bend counts as depth. Where it may have turned by so much that its axes
+//! do not tell how, it has passed through all that is within its reach.
 
 use super::{find, near};
-use crate::lie::Vector;
+use crate::lie::{Quaternion, Rotation, Vector};
 use crate::model::Radius;
 use crate::robot::algebra::distance::{between as distance, of_segments as distance_of_segments};
-use crate::robot::algebra::obstacle::Solid;
+use crate::robot::algebra::obstacle::{Placed, Pose, Solid};
 use crate::robot::plan::Plan;
-use crate::robot::plan::contact::{Pair, Side};
+use crate::robot::plan::contact::{Fixed, Pair, Side};
 use crate::robot::state::Workspace;
 use crate::robot::state::contact::{ContactState, Noted, Span};
 use crate::robot::turning::Turning;
@@ -22,10 +27,17 @@ const DEEP: f64 = 0.5;
 /// Ways and patches of less than that part of it hide nothing so deep.
 const SHALLOW: f64 = 0.2;
 
+/// Pieces of a way may bend by that part of it, and there are so many of them at most.
+const STRAIGHT: f64 = 0.05;
+const MOST_PIECES: usize = 64;
+
+/// Two poses tell of turns by less than half a revolution only: beyond that angle, in radians, steps are shortened.
+const LARGEST_TURN: f64 = 2.0;
+
 /// Whether there is anything that has two sides.
 pub(crate) fn is_possible<G: Turning>(plan: &Plan<G>) -> bool {
     plan.contacts.pairs.iter().any(|pair| match pair.sides[1] {
-        Side::Solid(solid) => can_be_passed(&plan.contacts.solids[solid]),
+        Side::Solid(solid) => can_be_passed(&plan.contacts.solids[solid].solid),
         _ => true,
     })
 }
@@ -33,13 +45,14 @@ pub(crate) fn is_possible<G: Turning>(plan: &Plan<G>) -> bool {
 /// Takes down where surfaces are, as was seen last.
 pub(crate) fn note<G: Turning>(work: &mut Workspace<G>) {
     let contact = &mut work.contact;
-    let Noted { of, places, bounds, centres, .. } = &mut contact.noted;
+    let Noted { of, places, bounds, centres, poses, .. } = &mut contact.noted;
     of.clear();
     of.extend_from_slice(&work.kinematics_of);
     places.clear();
     places.extend(contact.samples.iter().map(|[place, _]| *place));
     bounds.clone_from(&contact.bounds);
     centres.clone_from(&contact.centres);
+    poses.clone_from(&contact.poses);
 }
 
 /// Finds how far the curves have moved since that.
@@ -67,7 +80,7 @@ pub(crate) fn has_passed<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, me
     if have_rods_crossed(plan, work, measure) {
         return true;
     }
-    let ways = Ways { plan, contact: &work.contact, measure };
+    let ways = Ways { plan, q: &work.kinematics_of, contact: &work.contact, measure };
     plan.contacts.pairs.iter().any(|pair| match &pair.sides {
         [Side::Rod(_), Side::Rod(_)] => false,
         [Side::Rod(curves), Side::Ball(ball)] => {
@@ -84,7 +97,13 @@ pub(crate) fn has_passed<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, me
             })
         }
         [Side::Rod(curves), Side::Solid(solid)] => {
-            let solid = &plan.contacts.solids[*solid];
+            if let Some(moving) = ways.moving(*solid) {
+                return can_be_passed(moving.solid)
+                    && curves
+                        .clone()
+                        .any(|c| ways.parts(c).any(|part| moving.meets(part.ways, part.thin, measure)));
+            }
+            let solid = &plan.contacts.solids[*solid].solid;
             curves.clone().any(|c| {
                 let (centre, radius) = ways.bound(c);
                 can_be_passed(solid)
@@ -103,7 +122,10 @@ pub(crate) fn has_passed<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, me
                     Patch::beside([way; 2], there).is_deep_in(&solid, radius, measure.of(radius, other))
                 }
                 Side::Solid(solid) => {
-                    let solid = &plan.contacts.solids[*solid];
+                    if let Some(moving) = ways.moving(*solid) {
+                        return can_be_passed(moving.solid) && moving.meets([way; 2], radius, measure);
+                    }
+                    let solid = &plan.contacts.solids[*solid].solid;
                     can_be_passed(solid)
                         && Patch([way; 2]).is_deep_in(solid, radius, measure.of(radius, round(solid)))
                 }
@@ -126,7 +148,7 @@ fn have_rods_crossed<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, measur
             for curve in [c, o] {
                 find::look_closely(plan, &work.slope, &mut state, curve);
             }
-            let ways = Ways { plan, contact: &state, measure };
+            let ways = Ways { plan, q: &work.kinematics_of, contact: &state, measure };
             ways.swept(c).meets(&ways.swept(o)) && ways.have_crossed(pair, c, o)
         })
     });
@@ -142,7 +164,7 @@ fn can_be_passed(solid: &Solid) -> bool {
 
 /// The radius of what is round all over, zero of others.
 fn round(solid: &Solid) -> f64 {
-    if let Solid::Ball { radius, .. } = solid { *radius } else { 0.0 }
+    Placed { solid, pose: None }.round()
 }
 
 impl Radius {
@@ -178,6 +200,8 @@ impl Part {
 
 struct Ways<'a, G: Turning> {
     plan: &'a Plan<G>,
+    /// Coordinates now.
+    q: &'a [f64],
     contact: &'a ContactState<G::Pack>,
     measure: Radius,
 }
@@ -195,6 +219,18 @@ impl<G: Turning> Ways<'_, G> {
 
     fn of_ball(&self, ball: usize) -> Way {
         [self.contact.noted.centres[ball], self.contact.centres[ball]]
+    }
+
+    /// A solid that moves in the frame, and how.
+    fn moving(&self, solid: usize) -> Option<Moving<'_>> {
+        let Fixed { on, solid: own } = &self.plan.contacts.solids[solid];
+        let Self { q, contact, .. } = self;
+        on.map(|fixture| {
+            let turned_by = &self.plan.contacts.fixtures[fixture].turned_by;
+            let change = |k: usize| (q[k] - contact.noted.of[k]).abs();
+            let most_turn = turned_by.iter().map(|&(k, rate)| rate * change(k)).sum();
+            Moving::new(own, contact.noted.poses[solid], contact.poses[solid], most_turn)
+        })
     }
 
     fn parts(&self, c: usize) -> impl Iterator<Item = Part> + '_ {
@@ -224,6 +260,77 @@ impl<G: Turning> Ways<'_, G> {
                     && distance(centre, there) <= radius + of_other
                     && have_crossed(&part, &other, self.measure)
             })
+        })
+    }
+}
+
+/// A solid whose axes move straight on and turn evenly.
+struct Moving<'a> {
+    solid: &'a Solid,
+    poses: [Pose; 2],
+    /// The rotation vector of their turn, in the axes themselves.
+    turn: Vector<f64>,
+    /// In radians; it may have turned by more than the poses tell, but not by more than that.
+    most_turn: f64,
+}
+
+impl<'a> Moving<'a> {
+    fn new(solid: &'a Solid, before: Pose, now: Pose, most_turn: f64) -> Self {
+        let seen = |axis: usize| before.rotation.apply_transposed(now.rotation.axis(axis));
+        let Quaternion { w, v } = Quaternion::of_rotation(&Rotation { x: seen(0), y: seen(1), z: seen(2) });
+        let sine = v.dot(v).sqrt();
+        // Of two quaternions the one of the shorter turn.
+        let angle = 2.0 * sine.atan2(w.abs()) * if w < 0.0 { -1.0 } else { 1.0 };
+        let turn = if sine > 0.0 { v * (angle / sine) } else { Vector::zero() };
+        Self { solid, poses: [before, now], turn, most_turn }
+    }
+
+    /// Where a place on a way is in the axes, at a part of the way.
+    fn see(&self, [from, to]: Way, x: f64) -> Vector<f64> {
+        let [before, now] = &self.poses;
+        if x >= 1.0 {
+            return now.see(to);
+        }
+        let beside = from + (to - from) * x - (before.position + (now.position - before.position) * x);
+        let seen = before.rotation.apply_transposed(beside);
+        Quaternion::exp(self.turn * x).rotation().apply_transposed(seen)
+    }
+
+    /// Whether a rod or a ball of a radius on these ways meets it as deep as it did not begin.
+    fn meets(&self, ways: [Way; 2], radius: f64, measure: Radius) -> bool {
+        let measure = measure.of(radius, round(self.solid));
+        let [before, now] = &self.poses;
+        let mut bend: f64 = 0.0;
+        let angle = self.turn.dot(self.turn).sqrt();
+        for [from, to] in ways {
+            let [from, to] = [from - before.position, to - now.position];
+            let away = from.dot(from).max(to.dot(to)).sqrt();
+            bend = bend.max(angle * (angle * away + 2.0 * distance(from, to)));
+        }
+        if self.most_turn > LARGEST_TURN {
+            // It may have been all around.
+            let beside = |[from, to]: Way| [from - before.position, to - now.position];
+            let (centre, around) = Patch(ways.map(beside)).bound();
+            return measure > 0.0 && centre.dot(centre).sqrt() < self.solid.reach() + radius + around;
+        }
+        // A curve is no further from its chord than an eighth of its second derivative.
+        bend /= 8.0;
+        let whole = Patch(ways.map(|way| [self.see(way, 0.0), self.see(way, 1.0)]));
+        let (centre, around) = whole.bound();
+        if measure <= 0.0 || self.solid.distance(centre).value >= radius + around + bend {
+            return false;
+        }
+        let pieces = ((bend / (STRAIGHT * measure)).sqrt().ceil() as usize).clamp(1, MOST_PIECES);
+        let left = bend / (pieces * pieces) as f64;
+        let deep = radius - DEEP * measure + left;
+        let [way, _] = whole.extents();
+        if way + 2.0 * bend <= SHALLOW * measure || whole.begins_in(self.solid, deep) {
+            return false;
+        }
+        (0..pieces).any(|i| {
+            let [from, to] = [i, i + 1].map(|i| i as f64 / pieces as f64);
+            let piece = Patch(ways.map(|way| [self.see(way, from), self.see(way, to)]));
+            piece.comes_nearer(self.solid, deep, SHALLOW * measure)
         })
     }
 }
@@ -258,9 +365,13 @@ impl Patch {
             return false;
         }
         let deep = radius - DEEP * measure;
+        !self.begins_in(solid, deep) && self.comes_nearer(solid, deep, SHALLOW * measure)
+    }
+
+    /// Whether it begins nearer to a solid than that.
+    fn begins_in(&self, solid: &Solid, deep: f64) -> bool {
         let [[a, _], [c, _]] = self.0;
-        let was_deep = [a, (a + c) * 0.5, c].into_iter().any(|place| solid.distance(place).value < deep);
-        !was_deep && self.comes_nearer(solid, deep, SHALLOW * measure)
+        [a, (a + c) * 0.5, c].into_iter().any(|place| solid.distance(place).value < deep)
     }
 
     /// Whether it comes nearer to a solid than that, as far as patches of that size tell.

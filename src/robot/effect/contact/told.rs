@@ -54,9 +54,10 @@ fn acceleration<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, t: usize, side:
     let touch = &work.contact.touches[t];
     let (velocity, acceleration) = match touch.sides[side] {
         Standing::Still => return Vector::zero(),
-        Standing::Ball(ball) => {
-            let state = &work.points[plan.contacts.balls[ball].point];
-            (state.velocity, state.acceleration)
+        Standing::On(fixture) => {
+            // The frame is inertial: what rests in the world is not accelerated in it.
+            let Some(point) = plan.contacts.fixtures[fixture].point else { return Vector::zero() };
+            (work.points[point].velocity, work.points[point].acceleration)
         }
         Standing::Along { curve, .. } => {
             let piece = &plan.pieces[plan.contacts.curves[curve].piece];
