@@ -43,8 +43,9 @@ impl<M: Model> Integrator<M> {
                 newmark::LinearSystem::check_memory(&FreeMotion(&mut model), options.derivative)?;
                 Self::Newmark { model, stepper: Box::new(stepper) }
             }
-            Method::Radau { .. } if model.constraints() > 0 => {
-                let expected = "\"generalised_alpha\", \"hht\" or an explicit method: radau does not hold closed loops yet";
+            Method::Radau { .. } if model.is_one_sided() => {
+                let expected = "\"generalised_alpha\" or \"hht\", or tendons with a `stiffness`: radau does not hold tendons that do not \
+                                stretch";
                 return Err(InvalidInput::new("method", "\"radau\"", expected));
             }
             Method::Radau { options, .. } => {
@@ -252,7 +253,7 @@ impl<M: Model> Integrator<M> {
     pub(super) fn carry(&mut self, tape: &mut Tape<'_>) {
         match self {
             Self::Newmark { model, stepper } => stepper.carry(&FreeMotion(model), tape),
-            Self::Radau { stepper, .. } => stepper.carry(tape),
+            Self::Radau { model, stepper } => stepper.carry(&FreeMotion(model), tape),
             Self::FirstOrder { stepper, .. } => stepper.carry(tape),
         }
     }

@@ -252,8 +252,7 @@ impl<M: Model> Run<M> {
         }
         let mut message = self.integrator.explain(status);
         if self.moved > 0.0 {
-            let moved = Number(self.moved);
-            message.push_str(&format!(" The start was moved by {moved} m to close its loops."));
+            message.push_str(&Start::sentence(self.moved));
         }
         if !status.is_success()
             && let Some(what) = self.integrator.model().not_finite()
