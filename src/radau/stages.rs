@@ -1,6 +1,7 @@
 //! The equations of the stages of a step, their solution and the estimate of the step's error.
 
-use super::systems::Systems;
+use super::systems::{Systems, sum};
+use crate::constraint::Saddle;
 use crate::error::Interrupted;
 use crate::linalg::{Matrix, norm_inf};
 use crate::newmark::LinearSystem;
@@ -16,18 +17,21 @@ use crate::tape::Tape;
 const STEPS_BY_STAGE: u32 = 16;
 
 /// Gaps below this are rounding: metres, or differences of cosines.
-const CLOSED: f64 = 1e-13;
+const CLOSED: f64 = 1e-15;
 
 /// A step that leaves one above this has not closed its loops.
 const OPEN: f64 = 1e-9;
 
-/// What is left of a correction that makes a state fit constraints, relative to the tolerances.
-const FITTED: f64 = 1e-3;
+/// Corrections of displacements, and of velocities, that are smaller than this many times what rounding of the gaps does to them
+/// are rounding: in as many patterns of signs, since one may hide the effect.
+const ROUNDING_NOISE: f64 = 32.0;
+const PATTERNS: usize = 2;
 
-/// Corrections of a state at most: with the tangents at the start of the step each of them leaves a part of the one before.
+/// A correction of this part of what is tolerated is believed without a rate: near rounding there is none.
+const NEGLIGIBLE: f64 = 0.03;
+
+/// Corrections of displacements at most, of which one that leaves more than this part of the gaps is the last.
 const MOST_CORRECTIONS: usize = 10;
-
-/// A correction that leaves more than this part of what was wrong is the last one.
 const LEAST_PROGRESS: f64 = 0.5;
 
 /// The state from which a step starts.
@@ -66,6 +70,11 @@ pub(super) struct Stages {
     da: Vec<f64>,
     /// Corrections of displacements and velocities of each stage, 2n numbers each.
     dy: Vec<f64>,
+    /// What makes the end of a step fit the constraints, where there are any.
+    fitting: Option<Box<Saddle>>,
+    /// Sizes of displacements that count as large, and what rounding of gaps does to displacements.
+    sizes: Vec<f64>,
+    noise: Vec<f64>,
     /// Displacements and velocities of one stage; those at the end of the step when it is solved.
     pub(super) q: Vec<f64>,
     pub(super) v: Vec<f64>,
@@ -80,6 +89,13 @@ pub(super) struct Stages {
 }
 
 impl Stages {
+    /// Memory for a system with constraints; `rtol` is the smallest relative tolerance.
+    pub(super) fn of_system<S: System + ?Sized>(system: &S, rtol: f64) -> Self {
+        let mut stages = Self::new(system.n(), system.constraints(), rtol);
+        system.typical_displacements(&mut stages.sizes);
+        stages
+    }
+
     /// Memory for `n` coordinates and so many constraints; `rtol` is the smallest relative tolerance.
     pub(super) fn new(n: usize, constraints: usize, rtol: f64) -> Self {
         let square = || Matrix::zeros(n, n);
@@ -102,6 +118,9 @@ impl Stages {
             dw: of_unknowns(STAGES),
             da: of_unknowns(STAGES),
             dy: vectors(2 * STAGES),
+            fitting: (constraints > 0).then(|| Box::new(Saddle::new(n, constraints))),
+            sizes: vectors(1),
+            noise: vec![0.0; if constraints > 0 { n } else { 0 }],
             q: vectors(1),
             v: vectors(1),
             end: of_unknowns(1),
@@ -178,7 +197,7 @@ impl Stages {
     ) -> Result<Result<Converged, Failure>, Interrupted> {
         let mut by_stage = self.steps_by_stage > 0;
         loop {
-            let found = match self.factorise(h, counters) {
+            let found = match self.factorise(h, start.q, counters) {
                 Ok(()) => self.iterate(system, start, (h, t_new), scale, by_stage, counters)?,
                 Err(failure) => Err(failure),
             };
@@ -235,8 +254,32 @@ impl Stages {
         Ok(Ok(()))
     }
 
-    fn factorise(&mut self, h: f64, counters: &mut Counters) -> Result<(), Failure> {
-        self.systems.factorise(h, &self.tangents, &self.constraints, counters)
+    fn factorise(&mut self, h: f64, q: &[f64], counters: &mut Counters) -> Result<(), Failure> {
+        let before = counters.nlu;
+        self.systems.factorise(h, &self.tangents, &self.constraints, counters)?;
+        if self.unknowns > self.n && counters.nlu > before {
+            self.find_noise(h, q);
+        }
+        Ok(())
+    }
+
+    /// What rounding of the gaps does to displacements: little, unless constraints are near to a singular position. Velocities
+    /// change by the same over the size of the step, which is why an iteration must not ask for less.
+    fn find_noise(&mut self, h: f64, q: &[f64]) {
+        let (n, x) = (self.n, h / MU_REAL);
+        let Self { noise, sizes, constraints, systems, scratch, .. } = self;
+        noise.iter_mut().zip(&*sizes).for_each(|(noise, size)| *noise = f64::EPSILON * size);
+        for pattern in 0..PATTERNS {
+            scratch[..n].fill(0.0);
+            for (i, (row, gap)) in constraints.row_iter().zip(&mut scratch[n..]).enumerate() {
+                let moved =
+                    row.iter().zip(q).zip(&*sizes).map(|((g, q), size)| (g * size.max(q.abs())).abs());
+                let sign = if pattern * i % 2 == 0 { 1.0 } else { -1.0 };
+                *gap = sign * f64::EPSILON * moved.sum::<f64>() / (x * x);
+            }
+            systems.solve_real(scratch);
+            noise.iter_mut().zip(&*scratch).for_each(|(noise, a)| *noise = noise.max((x * x * a).abs()));
+        }
     }
 
     /// The simplified Newton iteration.
@@ -359,7 +402,27 @@ impl Stages {
                 dv[i] = h * sum(&A[stage]);
             }
         }
+        if unknowns > n {
+            return self.without_rounding(h, scale);
+        }
         norm_of_stages(&self.dy, scale)
+    }
+
+    /// The size of a correction without what may be rounding of the gaps.
+    fn without_rounding(&mut self, h: f64, scale: &[f64]) -> f64 {
+        let x = h / MU_REAL;
+        for dy in self.dy.chunks_exact_mut(2 * self.n) {
+            let (dq, dv) = dy.split_at_mut(self.n);
+            for ((dq, dv), noise) in dq.iter_mut().zip(dv).zip(&self.noise) {
+                let noise = ROUNDING_NOISE * noise;
+                // NaN stays.
+                if dq.abs() <= noise && dv.abs() <= noise / x {
+                    (*dq, *dv) = (0.0, 0.0);
+                }
+            }
+        }
+        let size = norm_of_stages(&self.dy, scale);
+        if size <= NEGLIGIBLE * self.newton_tolerance { 0.0 } else { size }
     }
 
     /// The estimated error of the step relative to `scale` (Hairer and Wanner 1996, eqs. IV.8.19 and IV.8.20).
@@ -463,67 +526,56 @@ impl Stages {
         }
     }
 
-    /// Makes the end of a step fit the constraints: displacements, to rounding, velocities and accelerations, which the
-    /// stages leave to lower orders. With the real system of the step, whose stiffness keeps stiff springs at rest. False
-    /// where the loops stay open. `scale` are the tolerances.
+    /// Makes the end of a step of size `h` fit the constraints: displacements, to rounding, velocities and accelerations, which
+    /// the stages leave to lower orders. False where the loops stay open.
+    ///
+    /// Displacements are moved as the step would, by less than it tolerates, so that stiff springs stay at rest. Velocities are
+    /// corrected by an impulse, in the metric of the mass at the end: the directions that the constraints leave free are of
+    /// full order only with that (Hairer, Lubich and Roche 1989, theorem 6.4).
     pub(super) fn fit<S: System + ?Sized>(
         &mut self,
         system: &mut S,
-        t: f64,
-        scale: &[f64],
+        (h, t): (f64, f64),
+        counters: &mut Counters,
     ) -> Result<bool, Interrupted> {
         let n = self.n;
-        if self.unknowns == n {
-            return Ok(true);
+        let Self { fitting: Some(fitting), tangents, q, v, end, scratch, .. } = self else { return Ok(true) };
+        let x = h / MU_REAL;
+        sum(tangents, [x * x, x, 1.0], &mut fitting.tangent);
+        system.constraint_jacobian(t, q, &mut fitting.constraints)?;
+        counters.nlu += 2;
+        if fitting.factorise().is_err() {
+            return Ok(false);
         }
-        let Self { systems, q, v, end, scratch, .. } = self;
-        let scale_v = &scale[n..];
         let mut last = f64::INFINITY;
         for _ in 0..MOST_CORRECTIONS {
             scratch[..n].fill(0.0);
             system.gaps(t, q, &mut scratch[n..])?;
             let gap = norm_inf(&scratch[n..]);
-            if gap.is_nan() || gap <= CLOSED || gap > LEAST_PROGRESS * last {
-                last = gap;
+            let has_ended = gap.is_nan() || gap <= CLOSED || gap > LEAST_PROGRESS * last;
+            last = gap;
+            if has_ended {
                 break;
             }
-            last = gap;
-            systems.solve_real(scratch);
+            fitting.solve(scratch);
             q.iter_mut().zip(&*scratch).for_each(|(q, change)| *q -= change);
         }
         if last.is_nan() || last > OPEN {
             return Ok(false);
         }
-        last = f64::INFINITY;
-        for _ in 0..MOST_CORRECTIONS {
-            scratch[..n].fill(0.0);
-            system.gap_rates(t, q, v, &mut scratch[n..])?;
-            systems.solve_real(scratch);
-            let size = scaled_norm(&scratch[..n], scale_v);
-            if size.is_nan() || size > LEAST_PROGRESS * last {
-                break;
-            }
-            last = size;
-            v.iter_mut().zip(&*scratch).for_each(|(v, change)| *v -= change);
-            if size <= FITTED {
-                break;
-            }
+        system.tangent(t, q, v, end, [0.0, 0.0, 1.0], &mut fitting.tangent)?;
+        system.constraint_jacobian(t, q, &mut fitting.constraints)?;
+        if fitting.factorise().is_err() {
+            return Ok(false);
         }
-        last = f64::INFINITY;
-        for _ in 0..MOST_CORRECTIONS {
-            scratch[..n].fill(0.0);
-            system.gap_accelerations(t, [q, v, &end[..n]], &mut scratch[n..])?;
-            systems.solve_real(scratch);
-            let size = norm_inf(&scratch[..n]);
-            if size.is_nan() || size > LEAST_PROGRESS * last {
-                break;
-            }
-            last = size;
-            end.iter_mut().zip(&*scratch).for_each(|(a, change)| *a -= change);
-            if size <= FITTED * norm_inf(&end[..n]) {
-                break;
-            }
-        }
+        scratch[..n].fill(0.0);
+        system.gap_rates(t, q, v, &mut scratch[n..])?;
+        fitting.solve(scratch);
+        v.iter_mut().zip(&*scratch).for_each(|(v, change)| *v -= change);
+        scratch[..n].fill(0.0);
+        system.gap_accelerations(t, [q, v, &end[..n]], &mut scratch[n..])?;
+        fitting.solve(scratch);
+        end.iter_mut().zip(&*scratch).for_each(|(a, change)| *a -= change);
         Ok(true)
     }
 
@@ -544,6 +596,7 @@ impl Stages {
             tape.numbers(tangent.as_mut_slice());
         }
         tape.numbers(self.constraints.as_mut_slice());
+        tape.numbers(&mut self.noise);
         tape.flag(&mut self.tangents_are_current);
         tape.optional(self.systems.factorised_for(), 0.0, Tape::number);
         tape.small_count(&mut self.steps_by_stage);
@@ -553,7 +606,7 @@ impl Stages {
             && let Some(h) = self.systems.factorised_for().take()
         {
             // Where it fails, the next step meets that, too.
-            let _ = self.factorise(h, &mut Counters::default());
+            let _ = self.systems.factorise(h, &self.tangents, &self.constraints, &mut Counters::default());
         }
     }
 }

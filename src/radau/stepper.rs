@@ -131,7 +131,7 @@ impl Stepper {
     fn prepare<S: System + ?Sized>(&mut self, system: &S) {
         let (n, constraints) = (self.q.len(), system.constraints());
         if self.stages.unknowns() != n + constraints {
-            self.stages = Stages::new(n, constraints, self.smallest_rtol);
+            self.stages = Stages::of_system(system, self.smallest_rtol);
             self.a.resize(n + constraints, 0.0);
             self.a_old.resize(n + constraints, 0.0);
         }
@@ -235,7 +235,7 @@ impl Stepper {
             let factor = step_factor(sized, self.last, newton.iterations);
             let finite = all_finite(&self.stages.q) && all_finite(&self.stages.v);
             if error <= 1.0 && finite {
-                if !self.stages.fit(system, t_new, scale)? {
+                if !self.stages.fit(system, (h, t_new), &mut self.counters)? {
                     self.counters.unsolved += 1;
                     was_rejected = true;
                     h *= DIVERGENCE_FACTOR;

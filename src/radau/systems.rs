@@ -110,7 +110,7 @@ impl Systems {
 }
 
 /// `out <- weights[0] K + weights[1] C + weights[2] M`.
-fn sum([k, c, m]: &[Matrix; 3], weights: [f64; 3], out: &mut Matrix) {
+pub(super) fn sum([k, c, m]: &[Matrix; 3], weights: [f64; 3], out: &mut Matrix) {
     for (((out, k), c), m) in out.iter_mut().zip(k.iter()).zip(c.iter()).zip(m.iter()) {
         *out = weights[0] * k + weights[1] * c + weights[2] * m;
     }

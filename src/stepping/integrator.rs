@@ -3,6 +3,7 @@
 use super::method::Method;
 use super::status::Status;
 use crate::balance::State;
+use crate::constraint::projection;
 use crate::error::{Checker, Interrupted, InvalidInput};
 use crate::model::Model;
 use crate::newmark;
@@ -106,10 +107,15 @@ impl<M: Model> Integrator<M> {
         }
     }
 
-    /// Whether loops are so near to a singular position that no step of an explicit method may be small enough.
+    /// Whether loops are so near to a singular position that no step of a method that chooses them may be small enough.
     pub(super) fn is_nearly_singular(&mut self) -> bool {
         match self {
-            Self::Newmark { .. } | Self::Radau { .. } => false,
+            Self::Newmark { .. } => false,
+            Self::Radau { model, stepper } => {
+                model.constraints() > 0
+                    && projection::fit_velocities(model, stepper.q(), &mut stepper.v().to_vec())
+                        .is_ok_and(|fit| fit.is_nearly_singular())
+            }
             Self::FirstOrder { system, stepper, .. } => {
                 let [y, _] = stepper.state_mut();
                 system.is_nearly_singular(y)

@@ -179,8 +179,13 @@ impl<M: Model> Run<M> {
                 true => self.integrator.observe(|model, state| Stop::where_flawed(model, state.t, state.q)),
                 false => Some(Stop::at_singular_position(self.t())),
             };
-        } else if status == Some(Status::FirstOrder(ode::Status::StepTooSmall))
-            && self.integrator.is_nearly_singular()
+        } else if matches!(
+            status,
+            Some(
+                Status::FirstOrder(ode::Status::StepTooSmall)
+                    | Status::SecondOrder(second_order::Status::StepTooSmall)
+            )
+        ) && self.integrator.is_nearly_singular()
         {
             self.stop = Some(Stop::at_singular_position(self.t()));
         }

@@ -76,7 +76,7 @@ impl Stop {
     pub(crate) fn at_singular_position(t: f64) -> Self {
         let message = format!(
             "Near t = {} the loops pass a singular position, where there are several ways to go on: the last state says \
-             nothing about the motion. Take `method=\"generalised_alpha\"` or `\"radau\"`, whose steps go on as the motion did.",
+             nothing about the motion. Take `method=\"generalised_alpha\"`, whose steps go on as the motion did.",
             Number(t),
         );
         Self { status: Status::Singular, message }
