@@ -19,6 +19,10 @@ const NUDGE: f64 = 0.01;
 /// No step moves a coordinate by more than this, in units of its typical size.
 const LONGEST: f64 = 0.3;
 
+/// Constraints that are nearer to each other than this angle (radians) are at a singular position: accelerations there grow
+/// with the inverse square of it, and so do their errors.
+const SMALLEST_MARGIN: f64 = 1e-4;
+
 /// Where no step is small enough, constraints are why that are nearer to each other than this angle, or of which one moves so
 /// little beside the others: accelerations are at least ten thousand times those elsewhere.
 const NEARLY_SINGULAR: f64 = 1e-2;
@@ -133,6 +137,11 @@ pub(crate) struct Fit {
 }
 
 impl Fit {
+    /// Whether constraints are at a singular position.
+    pub(crate) fn is_singular(&self) -> bool {
+        self.margin <= SMALLEST_MARGIN
+    }
+
     /// Whether constraints are so near to a singular position that no step from there may be small enough.
     pub(crate) fn is_nearly_singular(&self) -> bool {
         self.margin < NEARLY_SINGULAR || self.least_motion < NEARLY_IN_LINE

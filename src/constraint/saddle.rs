@@ -49,21 +49,6 @@ impl Saddle {
         }
     }
 
-    /// `out <- [S, G^T; G, 0] x`, without the rows that others determine.
-    pub(crate) fn multiply(&self, x: &[f64], out: &mut [f64]) {
-        let n = self.tangent.nrows();
-        out.fill(0.0);
-        for (k, column) in self.tangent.column_iter().enumerate() {
-            for (out, entry) in out.iter_mut().zip(column.iter()) {
-                *out += entry * x[k];
-            }
-            for i in (0..self.constraints.nrows()).filter(|&i| self.independent.is_independent(i)) {
-                out[k] += self.constraints[(i, k)] * x[n + i];
-                out[n + i] += self.constraints[(i, k)] * x[k];
-            }
-        }
-    }
-
     /// Solves with the factors, in place. Multipliers of rows that others determine are zero.
     pub(crate) fn solve(&mut self, b: &mut [f64]) {
         self.drop_dependent(&mut b[self.tangent.nrows()..]);

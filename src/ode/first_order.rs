@@ -13,10 +13,6 @@ const LARGEST_CHANGE: f64 = 0.05;
 /// Changes of velocities below that, in typical sizes of the coordinates a second, are rounding of what is at rest.
 const ROUNDING: f64 = 1e-9;
 
-/// Constraints that are nearer to each other than this angle (radians) are at a singular position: accelerations there grow
-/// with the inverse square of it, and so do their errors.
-const SMALLEST_MARGIN: f64 = 1e-4;
-
 /// The free motion of a model as `y' = f(t, y)` with `y = (q, qd)`, 2n equations, and its exact Jacobian.
 ///
 /// Where the mass matrix is singular the right-hand side is NaN.
@@ -70,8 +66,9 @@ impl<M: Model> FirstOrder<M> {
                 Ok(fit)
             });
         velocity.copy_from_slice(v);
-        held.is_ok_and(|Fit { change, largest, rank: now, margin, .. }| {
-            let is_regular = now >= *rank && margin > SMALLEST_MARGIN;
+        held.is_ok_and(|fit| {
+            let Fit { change, largest, rank: now, .. } = fit;
+            let is_regular = now >= *rank && !fit.is_singular();
             *rank = now.max(*rank);
             let is_small = change <= LARGEST_CHANGE * LARGEST_CHANGE * *fastest || largest <= ROUNDING;
             is_regular && is_small

@@ -3,7 +3,7 @@
 use super::systems::{Systems, sum};
 use crate::constraint::Saddle;
 use crate::error::Interrupted;
-use crate::linalg::{Matrix, norm_inf};
+use crate::linalg::{Lu, Matrix, norm_inf};
 use crate::newmark::LinearSystem;
 use crate::ode::norm::{all_finite, scaled_norm};
 use crate::ode::radau_iia::{
@@ -57,8 +57,10 @@ pub(super) struct Stages {
     constraints: Matrix,
     tangents_are_current: bool,
     systems: Systems,
-    /// What the real system would be with the tangents of each stage, and how many steps are to begin with that.
-    stage_systems: [LinearSystem; STAGES],
+    /// What the real matrix would be with the tangents of each stage, and how many steps are to begin with that. Not where
+    /// there are constraints: near singular positions those of single stages say little.
+    stage_matrix: Matrix,
+    stage_systems: [Lu; STAGES],
     steps_by_stage: u32,
     /// One vector.
     scratch: Vec<f64>,
@@ -72,6 +74,8 @@ pub(super) struct Stages {
     dy: Vec<f64>,
     /// What makes the end of a step fit the constraints, where there are any.
     fitting: Option<Box<Saddle>>,
+    /// Whether that is of the state from which the step starts, with the mass there.
+    fitting_is_of_start: bool,
     /// Sizes of displacements that count as large, and what rounding of gaps does to displacements.
     sizes: Vec<f64>,
     noise: Vec<f64>,
@@ -100,6 +104,7 @@ impl Stages {
     pub(super) fn new(n: usize, constraints: usize, rtol: f64) -> Self {
         let square = || Matrix::zeros(n, n);
         let unknowns = n + constraints;
+        let of_stages = if constraints > 0 { 0 } else { n };
         let (vectors, of_unknowns) = (|count| vec![0.0; count * n], |count| vec![0.0; count * unknowns]);
         Self {
             n,
@@ -109,7 +114,8 @@ impl Stages {
             constraints: Matrix::zeros(constraints, n),
             tangents_are_current: false,
             systems: Systems::new(n, constraints),
-            stage_systems: std::array::from_fn(|_| LinearSystem::of_size(n, constraints)),
+            stage_matrix: Matrix::zeros(of_stages, of_stages),
+            stage_systems: std::array::from_fn(|_| Lu::new(of_stages)),
             steps_by_stage: 0,
             scratch: of_unknowns(1),
             a: of_unknowns(STAGES),
@@ -119,6 +125,7 @@ impl Stages {
             da: of_unknowns(STAGES),
             dy: vectors(2 * STAGES),
             fitting: (constraints > 0).then(|| Box::new(Saddle::new(n, constraints))),
+            fitting_is_of_start: false,
             sizes: vectors(1),
             noise: vec![0.0; if constraints > 0 { n } else { 0 }],
             q: vectors(1),
@@ -203,7 +210,7 @@ impl Stages {
             };
             match found {
                 Ok(_) if by_stage => self.steps_by_stage = self.steps_by_stage.saturating_sub(1),
-                Err(Failure::NotConverged) if !by_stage => {
+                Err(Failure::NotConverged) if !by_stage && self.unknowns == self.n => {
                     by_stage = true;
                     self.steps_by_stage = STEPS_BY_STAGE;
                     counters.full_newton += 1;
@@ -230,30 +237,23 @@ impl Stages {
         h: f64,
         counters: &mut Counters,
     ) -> Result<Result<(), Failure>, Interrupted> {
-        let (unknowns, x) = (self.unknowns, h / MU_REAL);
+        let (n, x) = (self.n, h / MU_REAL);
         counters.njev += 1;
         counters.nlu += STAGES;
         for (stage, c) in C.into_iter().enumerate() {
             self.move_to_stage(start, h, stage);
-            let a = &self.a[stage * unknowns..][..unknowns];
+            let a = &self.a[stage * n..][..n];
             let t = start.t + c * h;
-            let of_stage = &mut self.stage_systems[stage];
-            let tangent = match of_stage {
-                LinearSystem::Dense { jacobian, .. } => jacobian,
-                LinearSystem::Saddle(saddle) => {
-                    system.constraint_jacobian(t, &self.q, &mut saddle.constraints)?;
-                    &mut saddle.tangent
-                }
-                LinearSystem::Tree { .. } => unreachable!("all entries are solved with"),
-            };
-            system.tangent(t, &self.q, &self.v, a, [x * x, x, 1.0], tangent)?;
-            if let Err(failure) = of_stage.factorise() {
-                return Ok(Err(failure));
+            system.tangent(t, &self.q, &self.v, a, [x * x, x, 1.0], &mut self.stage_matrix)?;
+            if self.stage_systems[stage].factorise(&self.stage_matrix).is_err() {
+                let is_finite = all_finite(self.stage_matrix.as_slice());
+                return Ok(Err(if is_finite { Failure::SingularJacobian } else { Failure::NonFinite }));
             }
         }
         Ok(Ok(()))
     }
 
+    /// Factorises the real and the complex system of a step of size `h`, unless that has been done.
     fn factorise(&mut self, h: f64, q: &[f64], counters: &mut Counters) -> Result<(), Failure> {
         let before = counters.nlu;
         self.systems.factorise(h, &self.tangents, &self.constraints, counters)?;
@@ -448,6 +448,9 @@ impl Stages {
             g_v[i] = start.a[i] + sum(&E_A);
         }
         self.residual[..n].fill(0.0);
+        if unknowns > n {
+            self.find_fitting(system, start)?;
+        }
         self.filter(h);
         let mut size = scaled_norm(&self.error, scale);
         if was_rejected && size > 1.0 {
@@ -501,12 +504,21 @@ impl Stages {
     }
 
     /// The same of errors that keep to the constraints, `G e_q = 0` and `G e_v = 0`: what leaves them is corrected at the
-    /// end of the step, and of velocities it is of lower order. `e_v` comes from the same equations with e_q eliminated.
+    /// end of the step, of velocities it is of lower order, and rounding of the gaps is in it over the square of h. It is
+    /// taken off before, as an impulse would. `e_v` comes from the same equations with e_q eliminated.
     fn filter_with_constraints(&mut self, h: f64) {
         let n = self.n;
         let x = h / MU_REAL;
         let [k, c, m] = &self.tangents;
-        let (g_q, g_v) = self.work.split_at(n);
+        let (g_q, g_v) = self.work.split_at_mut(n);
+        let residual = &mut self.residual[..n];
+        if let Some(fitting) = &mut self.fitting
+            && self.fitting_is_of_start
+        {
+            project(fitting, g_q, &mut self.scratch, None);
+            project(fitting, g_v, &mut self.scratch, Some(&*residual));
+            residual.fill(0.0);
+        }
         let (e_q, e_v) = self.error.split_at_mut(n);
         // Weights of M g_v and the residual, and of K, C and M times g_q.
         for (error, of_v, of_q) in [(e_q, x * x, [0.0, x * x, x]), (e_v, x, [-x * x, 0.0, 0.0])] {
@@ -518,12 +530,30 @@ impl Stages {
                     self.scratch[i] += m[(i, j)] * of_mass + c[(i, j)] * damped + k[(i, j)] * stiff;
                 }
             }
-            for (sum, residual) in self.scratch[..n].iter_mut().zip(&self.residual) {
+            for (sum, residual) in self.scratch[..n].iter_mut().zip(&*residual) {
                 *sum -= of_v * residual;
             }
             self.systems.solve_real(&mut self.scratch);
             error.copy_from_slice(&self.scratch[..n]);
         }
+    }
+
+    /// Finds the mass and the constraints at the start of a step, with the factors of both, where the last step has not left
+    /// them. Without them errors are not projected.
+    fn find_fitting<S: System + ?Sized>(
+        &mut self,
+        system: &mut S,
+        start: &Start<'_>,
+    ) -> Result<(), Interrupted> {
+        if let Some(fitting) = &mut self.fitting
+            && !self.fitting_is_of_start
+        {
+            let weights = [0.0, 0.0, 1.0];
+            system.tangent(start.t, start.q, start.v, start.a, weights, &mut fitting.tangent)?;
+            system.constraint_jacobian(start.t, start.q, &mut fitting.constraints)?;
+            self.fitting_is_of_start = fitting.factorise().is_ok();
+        }
+        Ok(())
     }
 
     /// Makes the end of a step of size `h` fit the constraints: displacements, to rounding, velocities and accelerations, which
@@ -539,6 +569,7 @@ impl Stages {
         counters: &mut Counters,
     ) -> Result<bool, Interrupted> {
         let n = self.n;
+        self.fitting_is_of_start = false;
         let Self { fitting: Some(fitting), tangents, q, v, end, scratch, .. } = self else { return Ok(true) };
         let x = h / MU_REAL;
         sum(tangents, [x * x, x, 1.0], &mut fitting.tangent);
@@ -582,10 +613,12 @@ impl Stages {
     /// Predicts nothing from the stages of the last step, which belong to other coordinates.
     pub(super) fn forget_last(&mut self) {
         self.last_size = None;
+        self.fitting_is_of_start = false;
     }
 
     /// Keeps the stages of an accepted step, for the next prediction.
     pub(super) fn accept(&mut self, h: f64) {
+        self.fitting_is_of_start = true;
         self.last_size = Some(h);
         self.last.copy_from_slice(&self.a);
     }
@@ -609,4 +642,17 @@ impl Stages {
             let _ = self.systems.factorise(h, &self.tangents, &self.constraints, &mut Counters::default());
         }
     }
+}
+
+/// Takes off vectors what an impulse of the constraints would, and adds the accelerations that a residual leaves.
+fn project(fitting: &mut Saddle, g: &mut [f64], scratch: &mut [f64], residual: Option<&[f64]>) {
+    scratch.fill(0.0);
+    for (column, g) in fitting.tangent.column_iter().zip(&*g) {
+        scratch.iter_mut().zip(column.iter()).for_each(|(sum, entry)| *sum += entry * g);
+    }
+    for (sum, residual) in scratch.iter_mut().zip(residual.into_iter().flatten()) {
+        *sum -= residual;
+    }
+    fitting.solve(scratch);
+    g.copy_from_slice(&scratch[..g.len()]);
 }

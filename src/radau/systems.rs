@@ -99,12 +99,11 @@ impl Systems {
         }
     }
 
-    /// `out <- W x` with the real one.
+    /// `out <- W x` with the real one, where there are no constraints.
     pub(super) fn multiply_real(&self, x: &[f64], out: &mut [f64]) {
         match &self.real {
             LinearSystem::Dense { jacobian, .. } => multiply(jacobian, x, out),
-            LinearSystem::Saddle(saddle) => saddle.multiply(x, out),
-            LinearSystem::Tree { .. } => unreachable!("all entries are solved with"),
+            _ => unreachable!("there are constraints"),
         }
     }
 }

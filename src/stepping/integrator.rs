@@ -114,7 +114,7 @@ impl<M: Model> Integrator<M> {
             Self::Radau { model, stepper } => {
                 model.constraints() > 0
                     && projection::fit_velocities(model, stepper.q(), &mut stepper.v().to_vec())
-                        .is_ok_and(|fit| fit.is_nearly_singular())
+                        .is_ok_and(|fit| fit.is_singular())
             }
             Self::FirstOrder { system, stepper, .. } => {
                 let [y, _] = stepper.state_mut();
