@@ -27,12 +27,12 @@ impl Choice {
     }
 
     /// Compares the costs of a second of motion. Closed loops are left to Radau: it holds them as equations of its steps, while
-    /// explicit methods end at their singular positions.
+    /// explicit methods project after each of them.
     pub(super) fn new(spectrum: &Spectrum, following: &Following, tolerance: f64, has_loops: bool) -> Self {
         let slowest = spectrum.modes.iter().map(|mode| mode.frequency).filter(|&w| w > 0.0);
         let slowest = slowest.fold(f64::INFINITY, f64::min);
         if has_loops {
-            let reason = "Method: radau, because it holds closed loops and passes their singular positions.";
+            let reason = "Method: radau, because it holds closed loops as equations of its steps.";
             let moves = slowest.is_finite();
             let resolved = if moves { following.highest(tolerance).max(slowest) } else { f64::INFINITY };
             let frequency = if moves { (slowest * resolved).sqrt() } else { 1.0 };
